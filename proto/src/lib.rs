@@ -1,0 +1,17 @@
+//! The contract between server and clients: package `nappe.v1` of the .proto files beside this
+//! crate. Other languages compile the same files.
+
+/// Messages and services of `nappe.v1`, generated.
+#[allow(
+    clippy::all,
+    clippy::pedantic,
+    missing_docs,
+    unreachable_pub,
+    reason = "generated from the .proto files, which carry the documentation"
+)]
+pub mod v1 {
+    tonic::include_proto!("nappe.v1");
+
+    /// The compiled .proto files, for server reflection.
+    pub const FILE_DESCRIPTOR_SET: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/nappe_v1.bin"));
+}

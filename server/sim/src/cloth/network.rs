@@ -1,0 +1,215 @@
+//! The description of a cloth before it is laid out for computing: particles, springs, pins, in
+//! the user's own numbering and in binary64.
+//!
+//! A scene builds it; `Model::new` turns it into arrays for the kernels.
+
+use std::collections::BTreeSet;
+
+use crate::mesh::TriangleMesh;
+
+/// What a spring resists.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum SpringKind {
+    /// Along an edge: change of length.
+    Stretch,
+    /// Along the diagonals of a cell, or across a pair of triangles: change of angle.
+    Shear,
+    /// Between particles two apart: folding.
+    Bend,
+}
+
+impl SpringKind {
+    /// Every kind.
+    pub const ALL: [Self; 3] = [Self::Stretch, Self::Shear, Self::Bend];
+
+    /// Its name in scene files.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Stretch => "stretch",
+            Self::Shear => "shear",
+            Self::Bend => "bend",
+        }
+    }
+}
+
+/// Stiffness and damping of a spring: f = -k (l - l0) u - nu ((v_i - v_j).u) u.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SpringLaw {
+    /// Stiffness k (N/m), 0 or more.
+    pub stiffness: f64,
+    /// Damping nu along the spring (N s/m), 0 or more.
+    pub damping: f64,
+}
+
+/// A spring between two particles.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Spring {
+    /// Its ends, user's numbering.
+    pub particles: [u32; 2],
+    /// What it resists.
+    pub kind: SpringKind,
+    /// Rest length l0 (m), 0 or more.
+    pub rest_length: f64,
+    /// Stiffness and damping.
+    pub law: SpringLaw,
+}
+
+/// Which springs a mesh gets; `None` leaves a kind out.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SpringRules {
+    /// On edges; on a lattice, between neighbours along rows and columns.
+    pub stretch: SpringLaw,
+    /// Across each pair of triangles; on a lattice, along both diagonals of a cell.
+    pub shear: Option<SpringLaw>,
+    /// Between particles two apart: on a mesh, along the straightest continuation of each edge;
+    /// on a lattice, along rows and columns.
+    pub bend: Option<SpringLaw>,
+}
+
+/// Particles joined by springs.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Network {
+    /// Positions (m).
+    pub x: Vec<[f64; 3]>,
+    /// Velocities (m/s), as many as positions.
+    pub v: Vec<[f64; 3]>,
+    /// Masses (kg), as many as positions; 0 pins a particle.
+    pub masses: Vec<f64>,
+    /// Particles pinned whatever their mass.
+    pub pins: Vec<u32>,
+    /// Springs.
+    pub springs: Vec<Spring>,
+    /// Linear drag of the medium on each particle (N s/m): f = -drag (v - wind).
+    pub drag: f64,
+    /// Triangles, for drawing; empty for a chain.
+    pub triangles: Vec<[u32; 3]>,
+    /// Texture coordinates, for drawing; empty or as many as positions.
+    pub uv: Vec<[f64; 2]>,
+}
+
+impl Network {
+    /// Springs on a triangle mesh, at rest as it lies. `default_mass` (kg) serves a mesh without
+    /// masses.
+    ///
+    /// # Panics
+    /// On a mesh that [`TriangleMesh::check`] refuses.
+    pub fn from_mesh(mesh: &TriangleMesh, rules: &SpringRules, default_mass: f64) -> Self {
+        let mut network = Self::particles_of(mesh, default_mass);
+        let mut joined = BTreeSet::new();
+        network.join(&mesh.edges(), SpringKind::Stretch, rules.stretch, &mut joined);
+        if let Some(law) = rules.shear {
+            let across: Vec<_> = mesh.pairs().iter().map(|pair| pair.opposite).collect();
+            network.join(&across, SpringKind::Shear, law, &mut joined);
+        }
+        if let Some(law) = rules.bend {
+            network.join(&straight_continuations(mesh), SpringKind::Bend, law, &mut joined);
+        }
+        network
+    }
+
+    /// Springs on a grid of `columns` x `rows` points numbered row by row, at rest as it lies.
+    ///
+    /// # Panics
+    /// Unless the mesh has `columns * rows` points.
+    pub fn from_lattice(
+        mesh: &TriangleMesh,
+        [columns, rows]: [usize; 2],
+        rules: &SpringRules,
+        default_mass: f64,
+    ) -> Self {
+        assert_eq!(mesh.points.len(), columns * rows, "a lattice of {columns} x {rows}");
+        let mut network = Self::particles_of(mesh, default_mass);
+        let mut joined = BTreeSet::new();
+        let kinds = [
+            (SpringKind::Stretch, Some(rules.stretch), [[1, 0], [0, 1]]),
+            (SpringKind::Shear, rules.shear, [[1, 1], [-1, 1]]),
+            (SpringKind::Bend, rules.bend, [[2, 0], [0, 2]]),
+        ];
+        for (kind, law, offsets) in kinds {
+            let Some(law) = law else { continue };
+            let pairs = lattice_pairs([columns as i64, rows as i64], offsets);
+            network.join(&pairs, kind, law, &mut joined);
+        }
+        network
+    }
+
+    fn particles_of(mesh: &TriangleMesh, default_mass: f64) -> Self {
+        let count = mesh.points.len();
+        Self {
+            x: mesh.points.clone(),
+            v: vec![[0.0; 3]; count],
+            masses: if mesh.masses.is_empty() { vec![default_mass; count] } else { mesh.masses.clone() },
+            triangles: mesh.triangles.clone(),
+            uv: mesh.uv.clone(),
+            ..Self::default()
+        }
+    }
+
+    /// Adds a spring at rest between each pair that no spring joins yet.
+    fn join(
+        &mut self,
+        pairs: &[[u32; 2]],
+        kind: SpringKind,
+        law: SpringLaw,
+        joined: &mut BTreeSet<[u32; 2]>,
+    ) {
+        for &[a, b] in pairs {
+            if a != b && joined.insert([a.min(b), a.max(b)]) {
+                let rest_length = distance(self.x[a as usize], self.x[b as usize]);
+                self.springs.push(Spring { particles: [a, b], kind, rest_length, law });
+            }
+        }
+    }
+}
+
+fn lattice_pairs([columns, rows]: [i64; 2], offsets: [[i64; 2]; 2]) -> Vec<[u32; 2]> {
+    let mut pairs = Vec::new();
+    for r in 0..rows {
+        for c in 0..columns {
+            for [dc, dr] in offsets {
+                let (c2, r2) = (c + dc, r + dr);
+                if (0..columns).contains(&c2) && r2 < rows {
+                    pairs.push([(r * columns + c) as u32, (r2 * columns + c2) as u32]);
+                }
+            }
+        }
+    }
+    pairs
+}
+
+/// For each edge a -> b, the neighbour c of b that continues it most nearly straight, if it turns
+/// by less than 45 degrees: the pair (a, c).
+fn straight_continuations(mesh: &TriangleMesh) -> Vec<[u32; 2]> {
+    let mut neighbours = vec![Vec::new(); mesh.points.len()];
+    let edges = mesh.edges();
+    for &[a, b] in &edges {
+        neighbours[a as usize].push(b);
+        neighbours[b as usize].push(a);
+    }
+    let direction = |a: u32, b: u32| {
+        let (p, q) = (mesh.points[a as usize], mesh.points[b as usize]);
+        let length = distance(p, q).max(f64::MIN_POSITIVE);
+        [0, 1, 2].map(|i| (q[i] - p[i]) / length)
+    };
+    let mut pairs = Vec::new();
+    for [a, b] in edges.iter().flat_map(|&[a, b]| [[a, b], [b, a]]) {
+        let along = direction(a, b);
+        let mut best = (std::f64::consts::FRAC_1_SQRT_2, None);
+        for &c in neighbours[b as usize].iter().filter(|c| **c != a) {
+            let next = direction(b, c);
+            let cosine = along[0] * next[0] + along[1] * next[1] + along[2] * next[2];
+            if cosine > best.0 {
+                best = (cosine, Some(c));
+            }
+        }
+        pairs.extend(best.1.map(|c| [a.min(c), a.max(c)]));
+    }
+    pairs.sort_unstable();
+    pairs.dedup();
+    pairs
+}
+
+fn distance(p: [f64; 3], q: [f64; 3]) -> f64 {
+    let d = [q[0] - p[0], q[1] - p[1], q[2] - p[2]];
+    (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt()
+}

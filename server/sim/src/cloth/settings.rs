@@ -1,0 +1,75 @@
+//! How a cloth is stepped: integrator, linear solver, limits.
+
+use crate::linalg::SolverSettings;
+
+/// What the tangent of an implicit step does with compressed springs, whose transverse
+/// stiffness k (1 - l0/l) is negative (the matrix can then be indefinite).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
+pub enum Hessian {
+    /// Keeps it: exact, and unstable under compression at large steps.
+    Full,
+    /// max(0, 1 - l0/l): positive semi-definite, overshoots under compression.
+    Clamped,
+    /// |1 - l0/l|: positive semi-definite, the safe choice for one solve a step.
+    #[default]
+    Absolute,
+}
+
+impl Hessian {
+    /// Every treatment.
+    pub const ALL: [Self; 3] = [Self::Full, Self::Clamped, Self::Absolute];
+
+    /// Its name in scene files.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Full => "full",
+            Self::Clamped => "clamped",
+            Self::Absolute => "absolute",
+        }
+    }
+}
+
+/// When a cloth's state counts as having left what the scene allows.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+pub struct StateLimits {
+    /// Largest length over rest length of any spring.
+    pub max_stretch: Option<f64>,
+    /// Largest kinetic plus elastic energy (J).
+    pub max_energy: Option<f64>,
+}
+
+/// How a cloth is stepped.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ClothSettings {
+    /// Integrator.
+    pub integrator: super::Integrator,
+    /// Treatment of compressed springs, for implicit integrators.
+    pub hessian: Hessian,
+    /// Linear solver, for implicit integrators.
+    pub solver: SolverSettings,
+    /// Sub-steps of this body within one step of the world, at least 1.
+    pub substeps: u32,
+    /// Limits.
+    pub limits: StateLimits,
+    /// Particles of a block: the unit of parallel work and of sums. A power of two, 32 to 4096.
+    /// Part of the scene: results depend on it, never on the number of threads.
+    pub grain: usize,
+}
+
+impl Default for ClothSettings {
+    fn default() -> Self {
+        Self {
+            integrator: super::Integrator::ImplicitEuler,
+            hessian: Hessian::default(),
+            solver: SolverSettings::default(),
+            substeps: 1,
+            limits: StateLimits::default(),
+            grain: Self::DEFAULT_GRAIN,
+        }
+    }
+}
+
+impl ClothSettings {
+    /// The grain of a scene that names none.
+    pub const DEFAULT_GRAIN: usize = 256;
+}

@@ -1,0 +1,14 @@
+//! Cloth numerics: particles joined by springs, advanced in time.
+//!
+//! Units are SI; axes are right-handed, y up. No clock, no file, no thread of its own: work is
+//! divided over the rayon pool that the caller installs, and results have the same bits for any
+//! number of threads. Modules in reading order:
+
+pub mod math;
+pub mod parallel;
+pub mod linalg;
+pub mod report;
+pub mod mesh;
+pub mod collide;
+pub mod cloth;
+pub mod world;

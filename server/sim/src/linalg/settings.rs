@@ -1,0 +1,123 @@
+//! What a linear solve is asked for and how it ends.
+
+/// When a solve stops.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Stop {
+    /// At |r| <= tolerance |b|, or after `max_iterations`.
+    Residual {
+        /// Relative residual, above 0 and below 1.
+        tolerance: f64,
+        /// Iteration cap, at least 1.
+        max_iterations: u32,
+    },
+    /// After so many iterations, whatever the residual (Zara 2001 uses 10).
+    Iterations(u32),
+}
+
+/// Approximate inverse of the matrix.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
+pub enum PreconditionerKind {
+    /// None.
+    Identity,
+    /// Inverse of the diagonal.
+    Diagonal,
+    /// Inverse of the 3 x 3 diagonal blocks.
+    #[default]
+    BlockJacobi,
+}
+
+impl PreconditionerKind {
+    /// Every kind.
+    pub const ALL: [Self; 3] = [Self::Identity, Self::Diagonal, Self::BlockJacobi];
+
+    /// Its name in scene files.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Identity => "identity",
+            Self::Diagonal => "diagonal",
+            Self::BlockJacobi => "block_jacobi",
+        }
+    }
+}
+
+/// How the matrix is applied.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
+pub enum OperatorKind {
+    /// From positions and springs, never stored: the fast way.
+    #[default]
+    MatrixFree,
+    /// Assembled in 3 x 3 blocks (the "MatAdj" of Zara 2001): the reference.
+    Assembled,
+}
+
+impl OperatorKind {
+    /// Every kind.
+    pub const ALL: [Self; 2] = [Self::MatrixFree, Self::Assembled];
+
+    /// Its name in scene files.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::MatrixFree => "matrix_free",
+            Self::Assembled => "assembled",
+        }
+    }
+}
+
+/// Settings of a solve.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SolverSettings {
+    /// When it stops.
+    pub stop: Stop,
+    /// Preconditioner.
+    pub preconditioner: PreconditionerKind,
+    /// How the matrix is applied.
+    pub operator: OperatorKind,
+    /// Start from the solution of the step before instead of 0.
+    pub warm_start: bool,
+}
+
+impl Default for SolverSettings {
+    fn default() -> Self {
+        Self {
+            stop: Stop::Residual { tolerance: 1e-4, max_iterations: 200 },
+            preconditioner: PreconditionerKind::default(),
+            operator: OperatorKind::default(),
+            warm_start: false,
+        }
+    }
+}
+
+/// How a solve ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// The residual met the tolerance.
+    Converged,
+    /// Stopped at the iteration cap.
+    IterationCap,
+    /// p^T A p < 0 at this iteration: the matrix is not positive definite.
+    NegativeCurvature {
+        /// Iteration, from 1.
+        iteration: u32,
+    },
+    /// p^T A p = 0 within rounding at this iteration, while A p is not 0.
+    ZeroCurvature {
+        /// Iteration, from 1.
+        iteration: u32,
+    },
+    /// A p = 0 within rounding while r is not: A is singular and b is outside its range.
+    Singular {
+        /// Iteration, from 1.
+        iteration: u32,
+    },
+}
+
+/// What a solve reports.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SolveReport {
+    /// How it ended.
+    pub outcome: Outcome,
+    /// Iterations made.
+    pub iterations: u32,
+    /// |r| / |b| of the solution returned (0 when b = 0).
+    pub relative_residual: f64,
+}

@@ -1,0 +1,21 @@
+//! Numbers and small vectors: the precision of a state, and 3-vectors over it.
+
+mod real;
+
+pub use real::{Precision, Real};
+
+/// A vector of three components.
+pub type Vec3<R> = nalgebra::Vector3<R>;
+
+/// A 3 x 3 matrix.
+pub type Mat3<R> = nalgebra::Matrix3<R>;
+
+/// Converts a vector of a scene (binary64) to the state's precision.
+pub fn vec3<R: Real>(v: [f64; 3]) -> Vec3<R> {
+    Vec3::new(R::of(v[0]), R::of(v[1]), R::of(v[2]))
+}
+
+/// Converts a vector of the state to binary64.
+pub fn array3<R: Real>(v: &Vec3<R>) -> [f64; 3] {
+    [v.x.to_f64(), v.y.to_f64(), v.z.to_f64()]
+}

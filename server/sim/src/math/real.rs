@@ -1,0 +1,80 @@
+//! Precision of a state, chosen per session at run time; sums are binary64 whatever it is.
+
+use std::fmt;
+
+/// How positions and velocities are stored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Precision {
+    /// IEEE binary32.
+    F32,
+    /// IEEE binary64.
+    F64,
+}
+
+impl Precision {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::F32, Self::F64];
+
+    /// `f32` or `f64`.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::F32 => "f32",
+            Self::F64 => "f64",
+        }
+    }
+
+    /// The precision of this name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|precision| precision.name() == name)
+    }
+}
+
+impl fmt::Display for Precision {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+mod sealed {
+    pub trait Sealed {}
+    impl Sealed for f32 {}
+    impl Sealed for f64 {}
+}
+
+/// A floating-point number that a state is made of: `f32` or `f64`, and no other.
+pub trait Real: sealed::Sealed + nalgebra::RealField + Copy + Default + PartialOrd + 'static {
+    /// Which of the two it is.
+    const PRECISION: Precision;
+    /// Unit round-off: half the distance from 1 to the next number.
+    const ROUNDING: f64;
+    /// Rounds a binary64 number.
+    fn of(value: f64) -> Self;
+    /// Widens exactly to binary64.
+    fn to_f64(self) -> f64;
+}
+
+impl Real for f32 {
+    const PRECISION: Precision = Precision::F32;
+    const ROUNDING: f64 = f32::EPSILON as f64 / 2.0;
+    #[inline(always)]
+    fn of(value: f64) -> Self {
+        value as Self
+    }
+    #[inline(always)]
+    fn to_f64(self) -> f64 {
+        f64::from(self)
+    }
+}
+
+impl Real for f64 {
+    const PRECISION: Precision = Precision::F64;
+    const ROUNDING: f64 = f64::EPSILON / 2.0;
+    #[inline(always)]
+    fn of(value: f64) -> Self {
+        value
+    }
+    #[inline(always)]
+    fn to_f64(self) -> f64 {
+        self
+    }
+}

@@ -1,0 +1,233 @@
+//! Triangle meshes: edges, pairs of triangles, faults. Topology only; no physics.
+
+use std::collections::BTreeMap;
+
+use thiserror::Error;
+
+/// A triangle mesh as it came from a file, an upload or a formula.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TriangleMesh {
+    /// Positions (m).
+    pub points: Vec<[f64; 3]>,
+    /// Point indices, three a triangle.
+    pub triangles: Vec<[u32; 3]>,
+    /// Masses (kg), one a point, 0 pins it; empty when the mesh carries none.
+    pub masses: Vec<f64>,
+    /// Texture coordinates, one pair a point; empty when the mesh carries none.
+    pub uv: Vec<[f64; 2]>,
+}
+
+/// A mesh that cannot be simulated.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[allow(missing_docs, reason = "the messages say what the fields are")]
+pub enum MeshError {
+    #[error("the mesh has no points")]
+    Empty,
+    #[error("the mesh has {count} points, more than {allowed}")]
+    TooLarge { count: usize, allowed: usize },
+    #[error("point {point} is not finite: {value:?}")]
+    PointNotFinite { point: usize, value: [f64; 3] },
+    #[error("triangle {triangle} names point {point}, but there are only {count} points (0 to {last})", last = count - 1)]
+    PointOutOfRange { triangle: usize, point: u32, count: usize },
+    #[error("{masses} masses for {points} points: one a point is needed")]
+    MassCount { masses: usize, points: usize },
+    #[error("the mass of point {point} is {value}: a mass is a finite number, 0 (pinned) or more")]
+    BadMass { point: usize, value: f64 },
+    #[error("{uv} texture coordinates for {points} points: one pair a point is needed, or none")]
+    UvCount { uv: usize, points: usize },
+}
+
+/// Something odd in a mesh that does not stop a simulation.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[allow(missing_docs, reason = "the messages say what the fields are")]
+pub enum MeshRemark {
+    /// Points that no triangle names: they fall freely.
+    Isolated { count: usize, first: usize },
+    /// Triangles that name a point twice: they give the edges that remain.
+    Degenerate { count: usize, first: usize },
+    /// Triangles whose three points an earlier one has: they add nothing.
+    Repeated { count: usize, first: usize },
+    /// Edges with more than two triangles.
+    NonManifold { count: usize, first: [u32; 2] },
+}
+
+impl std::fmt::Display for MeshRemark {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Isolated { count, first } => {
+                write!(
+                    f,
+                    "{count} isolated points, the first is {first}: no triangle names them, so they fall freely"
+                )
+            }
+            Self::Degenerate { count, first } => {
+                write!(f, "{count} degenerate triangles, the first is {first}: they name a point twice")
+            }
+            Self::Repeated { count, first } => {
+                write!(f, "{count} repeated triangles, the first is {first}: they add no springs")
+            }
+            Self::NonManifold { count, first } => {
+                write!(
+                    f,
+                    "{count} edges with more than two triangles, the first is {} to {}",
+                    first[0], first[1]
+                )
+            }
+        }
+    }
+}
+
+/// Two triangles that share an edge.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Pair {
+    /// The shared edge.
+    pub edge: [u32; 2],
+    /// The two points opposite to it, the smaller first.
+    pub opposite: [u32; 2],
+}
+
+impl TriangleMesh {
+    /// The largest number of points: indices are 32 bits, and a vector's offset must fit too.
+    pub const MAX_POINTS: usize = (u32::MAX / 4) as usize;
+
+    /// A flat sheet of `columns` x `rows` points, `spacing` (m) apart, in the plane y = 0:
+    /// point `r * columns + c` at (c, 0, r) spacing. Two triangles a cell, seen from above.
+    pub fn grid(columns: usize, rows: usize, spacing: f64) -> Self {
+        let mut mesh = Self::default();
+        for r in 0..rows {
+            for c in 0..columns {
+                mesh.points.push([c as f64 * spacing, 0.0, r as f64 * spacing]);
+                mesh.uv.push([
+                    c as f64 / columns.saturating_sub(1).max(1) as f64,
+                    1.0 - r as f64 / rows.saturating_sub(1).max(1) as f64,
+                ]);
+            }
+        }
+        mesh.triangles = grid_triangles(columns, rows);
+        mesh
+    }
+
+    /// Checks ranges and numbers; what does not stop a simulation is remarked.
+    ///
+    /// # Errors
+    /// The first fault that makes the mesh unusable.
+    pub fn check(&self) -> Result<Vec<MeshRemark>, MeshError> {
+        let count = self.points.len();
+        if count == 0 {
+            return Err(MeshError::Empty);
+        }
+        if count > Self::MAX_POINTS {
+            return Err(MeshError::TooLarge { count, allowed: Self::MAX_POINTS });
+        }
+        if let Some(point) = self.points.iter().position(|p| p.iter().any(|c| !c.is_finite())) {
+            return Err(MeshError::PointNotFinite { point, value: self.points[point] });
+        }
+        for (triangle, corners) in self.triangles.iter().enumerate() {
+            if let Some(&point) = corners.iter().find(|&&p| p as usize >= count) {
+                return Err(MeshError::PointOutOfRange { triangle, point, count });
+            }
+        }
+        if !self.masses.is_empty() && self.masses.len() != count {
+            return Err(MeshError::MassCount { masses: self.masses.len(), points: count });
+        }
+        if let Some(point) = self.masses.iter().position(|m| !m.is_finite() || *m < 0.0) {
+            return Err(MeshError::BadMass { point, value: self.masses[point] });
+        }
+        if !self.uv.is_empty() && self.uv.len() != count {
+            return Err(MeshError::UvCount { uv: self.uv.len(), points: count });
+        }
+        Ok(self.remarks())
+    }
+
+    /// Edges of the triangles, each once, the smaller index first, in ascending order.
+    pub fn edges(&self) -> Vec<[u32; 2]> {
+        let mut edges: Vec<[u32; 2]> = self.triangles.iter().flat_map(corner_edges).collect();
+        edges.sort_unstable();
+        edges.dedup();
+        edges
+    }
+
+    /// Pairs of triangles that share an edge, in the order of their edges. Where more than two
+    /// triangles meet, neighbours in the order of their opposite points are paired.
+    pub fn pairs(&self) -> Vec<Pair> {
+        let mut pairs = Vec::new();
+        for (edge, mut opposite) in self.fans() {
+            opposite.sort_unstable();
+            opposite.dedup();
+            pairs.extend(opposite.windows(2).map(|w| Pair { edge, opposite: [w[0], w[1]] }));
+        }
+        pairs
+    }
+
+    /// Edge -> the points opposite to it, one a triangle.
+    fn fans(&self) -> BTreeMap<[u32; 2], Vec<u32>> {
+        let mut fans: BTreeMap<[u32; 2], Vec<u32>> = BTreeMap::new();
+        for &[a, b, c] in self.triangles.iter().filter(|t| !is_degenerate(t)) {
+            for (p, q, opposite) in [(a, b, c), (b, c, a), (c, a, b)] {
+                fans.entry([p.min(q), p.max(q)]).or_default().push(opposite);
+            }
+        }
+        fans
+    }
+
+    fn remarks(&self) -> Vec<MeshRemark> {
+        let mut remarks = Vec::new();
+        let mut used = vec![false; self.points.len()];
+        self.triangles.iter().flatten().for_each(|&p| used[p as usize] = true);
+        let isolated = used.iter().filter(|u| !**u).count();
+        if let Some(first) = used.iter().position(|u| !u) {
+            remarks.push(MeshRemark::Isolated { count: isolated, first });
+        }
+        let degenerate = self.triangles.iter().filter(|t| is_degenerate(t)).count();
+        if let Some(first) = self.triangles.iter().position(is_degenerate) {
+            remarks.push(MeshRemark::Degenerate { count: degenerate, first });
+        }
+        remarks.extend(self.repeated());
+        let crowded: Vec<_> = self.fans().into_iter().filter(|(_, fan)| fan.len() > 2).collect();
+        if let Some((first, _)) = crowded.first() {
+            remarks.push(MeshRemark::NonManifold { count: crowded.len(), first: *first });
+        }
+        remarks
+    }
+
+    fn repeated(&self) -> Option<MeshRemark> {
+        let mut sorted: Vec<([u32; 3], usize)> = self
+            .triangles
+            .iter()
+            .enumerate()
+            .map(|(i, t)| {
+                let mut corners = *t;
+                corners.sort_unstable();
+                (corners, i)
+            })
+            .collect();
+        sorted.sort_unstable();
+        let again: Vec<usize> = sorted.windows(2).filter(|w| w[0].0 == w[1].0).map(|w| w[1].1).collect();
+        let first = again.iter().min().copied()?;
+        Some(MeshRemark::Repeated { count: again.len(), first })
+    }
+}
+
+/// The triangles of a grid of points numbered row by row: two a cell, (a, a+1, a+n) and
+/// (a+1, a+n+1, a+n).
+pub fn grid_triangles(columns: usize, rows: usize) -> Vec<[u32; 3]> {
+    let mut triangles = Vec::new();
+    for r in 0..rows.saturating_sub(1) {
+        for c in 0..columns.saturating_sub(1) {
+            let (a, n) = ((r * columns + c) as u32, columns as u32);
+            triangles.push([a, a + 1, a + n]);
+            triangles.push([a + 1, a + n + 1, a + n]);
+        }
+    }
+    triangles
+}
+
+fn is_degenerate(t: &[u32; 3]) -> bool {
+    t[0] == t[1] || t[1] == t[2] || t[2] == t[0]
+}
+
+/// The edges of a triangle with the smaller index first; a point joined to itself is left out.
+fn corner_edges(t: &[u32; 3]) -> impl Iterator<Item = [u32; 2]> {
+    let [a, b, c] = *t;
+    [[a, b], [b, c], [c, a]].into_iter().filter(|e| e[0] != e[1]).map(|[p, q]| [p.min(q), p.max(q)])
+}

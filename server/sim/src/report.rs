@@ -1,0 +1,171 @@
+//! What a step tells: figures, time per stage, or the reason why it failed.
+
+use thiserror::Error;
+
+use crate::linalg::{Outcome, SolveReport};
+
+/// A stage of a step (Zara 2001, section 6, and our own).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Stage {
+    /// Forces of springs, gravity and the medium.
+    Force,
+    /// Forces to accelerations.
+    Acceleration,
+    /// New velocities.
+    Velocity,
+    /// New positions.
+    Position,
+    /// Preparing the matrix: diagonal blocks, right-hand side, assembly.
+    Matrix,
+    /// Solving for the change of velocity.
+    Solve,
+    /// Contacts.
+    Collide,
+    /// Energies, momentum, stretch and the checks on them.
+    Diagnose,
+}
+
+impl Stage {
+    /// Every stage, in the order of a table.
+    pub const ALL: [Self; 8] = [
+        Self::Force,
+        Self::Acceleration,
+        Self::Velocity,
+        Self::Position,
+        Self::Matrix,
+        Self::Solve,
+        Self::Collide,
+        Self::Diagnose,
+    ];
+
+    /// Its name.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Force => "force",
+            Self::Acceleration => "acceleration",
+            Self::Velocity => "velocity",
+            Self::Position => "position",
+            Self::Matrix => "matrix",
+            Self::Solve => "solve",
+            Self::Collide => "collide",
+            Self::Diagnose => "diagnose",
+        }
+    }
+}
+
+/// A clock that the caller brings: the library reads none.
+pub trait Stopwatch {
+    /// The time since the last call belongs to `stage`.
+    fn lap(&mut self, stage: Stage);
+}
+
+/// No clock.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct NoStopwatch;
+
+impl Stopwatch for NoStopwatch {
+    fn lap(&mut self, _: Stage) {}
+}
+
+/// Figures of a state.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+pub struct Diagnostics {
+    /// Kinetic energy of the free particles (J).
+    pub kinetic_energy: f64,
+    /// Elastic energy (J).
+    pub elastic_energy: f64,
+    /// Gravitational energy of the free particles (J), zero at the origin.
+    pub gravitational_energy: f64,
+    /// Linear momentum of the free particles (kg m/s).
+    pub momentum: [f64; 3],
+    /// Largest length over rest length of any spring; 0 without springs.
+    pub max_stretch: f64,
+}
+
+impl Diagnostics {
+    /// Kinetic, elastic and gravitational energy together (J).
+    pub fn total_energy(&self) -> f64 {
+        self.kinetic_energy + self.elastic_energy + self.gravitational_energy
+    }
+}
+
+/// What a step reports.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+pub struct StepReport {
+    /// Steps taken, this one included.
+    pub step: u64,
+    /// Simulated time (s).
+    pub time: f64,
+    /// Figures of the new state, all bodies together.
+    pub diagnostics: Diagnostics,
+    /// Particles that touched a collider.
+    pub contact_count: u64,
+    /// The last linear solve with the largest residual among the bodies; none when all are explicit.
+    pub solve: Option<SolveReport>,
+}
+
+/// A step that was not taken: the state is as before it.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[error("step {step} at t = {time:.6} s, body '{body}': {failure}")]
+pub struct StepError {
+    /// Index of the step, from 0.
+    pub step: u64,
+    /// Simulated time before it (s).
+    pub time: f64,
+    /// Body.
+    pub body: String,
+    /// Why.
+    pub failure: StepFailure,
+}
+
+/// Why a step was not taken. Particles are in the user's numbering, over all bodies.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[allow(missing_docs, reason = "the messages say what the fields are")]
+pub enum StepFailure {
+    #[error(
+        "the {quantity} of particle {particle} became {value}: the simulation diverged (reduce dt or the stiffness)"
+    )]
+    NotFinite { particle: u64, quantity: &'static str, value: f64 },
+    #[error(
+        "the spring from particle {particle} to {other} is {value:.4} times its rest length, more than the limit of {limit}"
+    )]
+    Stretch { particle: u64, other: u64, value: f64, limit: f64 },
+    #[error(
+        "kinetic and elastic energy came to {value:.6e} J, more than the limit of {limit} J (fastest particle: {particle})"
+    )]
+    Energy { particle: u64, value: f64, limit: f64 },
+    #[error("the linear solver found the matrix singular: {outcome:?}")]
+    Solver { outcome: Outcome },
+}
+
+impl StepFailure {
+    /// A stable word for programs: `NOT_FINITE`, `STRETCH_LIMIT`, `ENERGY_LIMIT`, `SOLVER_FAILED`.
+    pub const fn reason(&self) -> &'static str {
+        match self {
+            Self::NotFinite { .. } => "NOT_FINITE",
+            Self::Stretch { .. } => "STRETCH_LIMIT",
+            Self::Energy { .. } => "ENERGY_LIMIT",
+            Self::Solver { .. } => "SOLVER_FAILED",
+        }
+    }
+
+    /// The particle at fault.
+    pub const fn particle(&self) -> Option<u64> {
+        match self {
+            Self::NotFinite { particle, .. }
+            | Self::Stretch { particle, .. }
+            | Self::Energy { particle, .. } => Some(*particle),
+            Self::Solver { .. } => None,
+        }
+    }
+
+    /// The value at fault.
+    pub const fn value(&self) -> Option<f64> {
+        match self {
+            Self::NotFinite { value, .. } | Self::Stretch { value, .. } | Self::Energy { value, .. } => {
+                Some(*value)
+            }
+            Self::Solver { .. } => None,
+        }
+    }
+}
