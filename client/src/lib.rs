@@ -1,1 +1,47 @@
-//! Placeholder.
+//! Client library: connects to a nappe server, creates and controls sessions, watches their frames.
+//!
+//! Enters: the address of a server. Leaves: plain owned values ([`Topology`], [`Frame`]), checked for size
+//! and finiteness, and errors that carry the server's reason. Read in this order: [`Client`] asks, `options`
+//! says what can be asked, [`FrameStream`] receives, `decode` turns pieces of the wire into frames.
+//!
+//! ```no_run
+//! use nappe_client::{Client, CreateSession, Event, WatchOptions};
+//!
+//! # async fn run() -> Result<(), nappe_client::ClientError> {
+//! let client = Client::connect("http://127.0.0.1:50051").await?;
+//! let session = client.create_session(CreateSession::named("demo")).await?.session.session_id;
+//! let mut frames = client.watch(&session, WatchOptions::default()).await?;
+//! client.play(&session, 1.0).await?;
+//! while let Some(event) = frames.next().await {
+//!     if let Event::Frame(frame) = event? {
+//!         println!("t = {:.3} s, {} particles", frame.time, frame.positions.len());
+//!     }
+//! }
+//! # Ok(())
+//! # }
+//! ```
+
+/// Messages of the service as they are on the wire.
+pub use nappe_proto::v1;
+
+mod reconnect;
+mod options;
+mod frame;
+mod topology;
+mod decode;
+mod upload;
+mod error;
+mod client;
+mod watch;
+
+pub use client::{Client, CreatedSession};
+pub use decode::{DecodeError, Decoder};
+pub use error::{ClientError, ServerError};
+pub use frame::{Frame, Vectors};
+pub use options::{
+    CreateSession, DecodeLimits, Delivery, Encoding, Fields, Precision, Scene, Wait, WatchOptions,
+};
+pub use reconnect::ReconnectPolicy;
+pub use topology::{Body, Collider, Shape, Topology, TopologyError};
+pub use upload::{MeshError, MeshUpload, UploadedMesh};
+pub use watch::{DiagnosticsStream, Event, FrameStream, SessionEnd};

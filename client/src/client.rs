@@ -1,0 +1,267 @@
+//! Calls with one answer: server information, meshes, sessions, control, parameters.
+//!
+//! Enters: the caller's request. Leaves: the answer, within a deadline, or an error that says who failed.
+
+use std::{future::Future, sync::Arc, time::Duration};
+
+use nappe_proto::v1::{self, simulation_service_client::SimulationServiceClient};
+use tonic::{
+    Request, Response, Status,
+    transport::{Channel, Endpoint},
+};
+
+use crate::{
+    error::{ClientError, innermost},
+    options::{CreateSession, Wait},
+    upload::{MeshUpload, UploadedMesh},
+};
+
+/// Largest message accepted from the server (bytes). Frames come in pieces of about 1 MiB; a topology comes whole.
+pub(crate) const MAX_MESSAGE_BYTES: usize = 8 << 20;
+/// How long a call may take.
+pub(crate) const CALL_LIMIT: Duration = Duration::from_secs(10);
+/// How long an upload, or the building of a large scene, may take.
+const LONG_CALL_LIMIT: Duration = Duration::from_mins(2);
+/// Sessions asked for in a page.
+const PAGE_SIZE: i32 = 200;
+
+/// A connection to a server. Cloning it is cheap and shares the connection.
+#[derive(Debug, Clone)]
+pub struct Client {
+    pub(crate) calls: SimulationServiceClient<Channel>,
+    pub(crate) endpoint: Arc<str>,
+}
+
+/// A session just created.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CreatedSession {
+    /// It.
+    pub session: v1::Session,
+    /// Remarks on the scene that do not stop a simulation.
+    pub remarks: Vec<String>,
+}
+
+impl Client {
+    /// Connects to a server, for example `http://127.0.0.1:50051`; without a scheme, `http://` is meant.
+    ///
+    /// # Errors
+    /// If the address is not one, or nothing answers there within 5 s.
+    pub async fn connect(endpoint: &str) -> Result<Self, ClientError> {
+        let address =
+            if endpoint.contains("://") { endpoint.to_owned() } else { format!("http://{endpoint}") };
+        let refuse = |cause| ClientError::Address { address: endpoint.to_owned(), cause };
+        let target =
+            Endpoint::from_shared(address.clone()).map_err(|error| refuse(innermost(&error).to_string()))?;
+        if target.uri().scheme_str() != Some("http") {
+            return Err(refuse("only http:// is spoken; put TLS in a proxy".to_owned()));
+        }
+        let channel = tuned(target).connect().await.map_err(|error| ClientError::Connect {
+            endpoint: address.clone(),
+            cause: innermost(&error).to_string(),
+        })?;
+        let calls = SimulationServiceClient::new(channel).max_decoding_message_size(MAX_MESSAGE_BYTES);
+        Ok(Self { calls, endpoint: address.into() })
+    }
+
+    /// The server's address.
+    pub fn endpoint(&self) -> &str {
+        &self.endpoint
+    }
+
+    /// Version, limits and shipped scenes of the server.
+    ///
+    /// # Errors
+    /// If the call fails.
+    pub async fn server_info(&self) -> Result<v1::GetServerInfoResponse, ClientError> {
+        let request = Request::new(v1::GetServerInfoRequest {});
+        self.call("GetServerInfo", CALL_LIMIT, request, async |mut calls, r| calls.get_server_info(r).await)
+            .await
+    }
+
+    /// Uploads a mesh, in pieces of at most 1 MiB.
+    ///
+    /// # Errors
+    /// If the counts of the arrays disagree, or the server refuses the mesh.
+    pub async fn upload_mesh(&self, mesh: &MeshUpload) -> Result<UploadedMesh, ClientError> {
+        let messages =
+            mesh.messages().map_err(|source| ClientError::Mesh { name: mesh.name.clone(), source })?;
+        let request = Request::new(tokio_stream::iter(messages));
+        let answer = self
+            .call("UploadMesh", LONG_CALL_LIMIT, request, async |mut calls, r| calls.upload_mesh(r).await)
+            .await?;
+        Ok(UploadedMesh { mesh_id: answer.mesh_id, remarks: answer.remarks })
+    }
+
+    /// Makes a session, paused at step 0.
+    ///
+    /// # Errors
+    /// If the server refuses the scene, its id or its size.
+    pub async fn create_session(&self, wanted: CreateSession) -> Result<CreatedSession, ClientError> {
+        let method = "CreateSession";
+        let request = Request::new(wanted.into_request());
+        let answer = self
+            .call(method, LONG_CALL_LIMIT, request, async |mut calls, r| calls.create_session(r).await)
+            .await?;
+        let session = answer.session.ok_or(ClientError::Incomplete { method, what: "session" })?;
+        Ok(CreatedSession { session, remarks: answer.remarks })
+    }
+
+    /// One session.
+    ///
+    /// # Errors
+    /// If there is no such session.
+    pub async fn get_session(&self, session_id: &str) -> Result<v1::Session, ClientError> {
+        let method = "GetSession";
+        let request = Request::new(v1::GetSessionRequest { session_id: session_id.to_owned() });
+        let answer =
+            self.call(method, CALL_LIMIT, request, async |mut calls, r| calls.get_session(r).await).await?;
+        answer.session.ok_or(ClientError::Incomplete { method, what: "session" })
+    }
+
+    /// All sessions, in the order of their ids.
+    ///
+    /// # Errors
+    /// If a call fails.
+    pub async fn list_sessions(&self) -> Result<Vec<v1::Session>, ClientError> {
+        let mut sessions = Vec::new();
+        let mut page_token = String::new();
+        loop {
+            let request = Request::new(v1::ListSessionsRequest { page_size: PAGE_SIZE, page_token });
+            let page = self
+                .call("ListSessions", CALL_LIMIT, request, async |mut calls, r| calls.list_sessions(r).await)
+                .await?;
+            // A page that holds nothing and promises more would never end.
+            let is_last = page.next_page_token.is_empty() || page.sessions.is_empty();
+            sessions.extend(page.sessions);
+            page_token = page.next_page_token;
+            if is_last {
+                return Ok(sessions);
+            }
+        }
+    }
+
+    /// Ends a session and forgets it.
+    ///
+    /// # Errors
+    /// If there is no such session.
+    pub async fn delete_session(&self, session_id: &str) -> Result<(), ClientError> {
+        let request = Request::new(v1::DeleteSessionRequest { session_id: session_id.to_owned() });
+        self.call("DeleteSession", CALL_LIMIT, request, async |mut calls, r| calls.delete_session(r).await)
+            .await?;
+        Ok(())
+    }
+
+    /// Steps on until paused, stopped or at the end. `real_time_factor`: simulated seconds per second of wall
+    /// clock; 0: as fast as possible.
+    ///
+    /// # Errors
+    /// If there is no such session, or it has ended.
+    pub async fn play(&self, session_id: &str, real_time_factor: f64) -> Result<v1::Session, ClientError> {
+        let method = "PlaySession";
+        let session_id = session_id.to_owned();
+        let request = Request::new(v1::PlaySessionRequest { session_id, real_time_factor });
+        let answer =
+            self.call(method, CALL_LIMIT, request, async |mut calls, r| calls.play_session(r).await).await?;
+        answer.session.ok_or(ClientError::Incomplete { method, what: "session" })
+    }
+
+    /// Stops stepping, after the step in progress.
+    ///
+    /// # Errors
+    /// If there is no such session.
+    pub async fn pause(&self, session_id: &str) -> Result<v1::Session, ClientError> {
+        let method = "PauseSession";
+        let request = Request::new(v1::PauseSessionRequest { session_id: session_id.to_owned() });
+        let answer =
+            self.call(method, CALL_LIMIT, request, async |mut calls, r| calls.pause_session(r).await).await?;
+        answer.session.ok_or(ClientError::Incomplete { method, what: "session" })
+    }
+
+    /// Takes `count` steps, then pauses. With [`Wait::Yes`] there is no deadline: a step takes what it takes,
+    /// and a server that is gone is noticed by the connection's own pings.
+    ///
+    /// # Errors
+    /// If there is no such session, it has ended, or a step fails.
+    pub async fn step(&self, session_id: &str, count: u64, wait: Wait) -> Result<v1::Session, ClientError> {
+        let method = "StepSession";
+        let session_id = session_id.to_owned();
+        let message = v1::StepSessionRequest { session_id, step_count: count, wait: wait == Wait::Yes };
+        let limit = match wait {
+            Wait::Yes => Duration::MAX,
+            Wait::No => CALL_LIMIT,
+        };
+        let request = Request::new(message);
+        let answer =
+            self.call(method, limit, request, async |mut calls, r| calls.step_session(r).await).await?;
+        answer.session.ok_or(ClientError::Incomplete { method, what: "session" })
+    }
+
+    /// Ends the simulation; the session stays readable until it is deleted.
+    ///
+    /// # Errors
+    /// If there is no such session.
+    pub async fn stop(&self, session_id: &str) -> Result<v1::Session, ClientError> {
+        let method = "StopSession";
+        let request = Request::new(v1::StopSessionRequest { session_id: session_id.to_owned() });
+        let answer =
+            self.call(method, CALL_LIMIT, request, async |mut calls, r| calls.stop_session(r).await).await?;
+        answer.session.ok_or(ClientError::Incomplete { method, what: "session" })
+    }
+
+    /// Changes parameters between two steps, all of them or none; returns the step before which they change.
+    ///
+    /// # Errors
+    /// If there is no such session, it has ended, or a value is out of range.
+    pub async fn update(&self, changes: v1::UpdateParametersRequest) -> Result<u64, ClientError> {
+        let request = Request::new(changes);
+        let answer = self
+            .call("UpdateParameters", CALL_LIMIT, request, async |mut calls, r| {
+                calls.update_parameters(r).await
+            })
+            .await?;
+        Ok(answer.effective_step)
+    }
+
+    /// Makes one call within `limit`; the server is told the limit too, so that it can give up on its side.
+    async fn call<Message, Answer, Call>(
+        &self,
+        method: &'static str,
+        limit: Duration,
+        mut request: Request<Message>,
+        call: impl FnOnce(SimulationServiceClient<Channel>, Request<Message>) -> Call,
+    ) -> Result<Answer, ClientError>
+    where
+        Call: Future<Output = Result<Response<Answer>, Status>>,
+    {
+        // Longer than here, so that this side names the call and the limit.
+        if let Some(on_server) = limit.checked_add(Duration::from_secs(1)) {
+            request.set_timeout(on_server);
+        }
+        self.within(method, limit, call(self.calls.clone(), request)).await
+    }
+
+    /// Waits for an answer, `limit` at most.
+    pub(crate) async fn within<Answer>(
+        &self,
+        method: &'static str,
+        limit: Duration,
+        answer: impl Future<Output = Result<Response<Answer>, Status>>,
+    ) -> Result<Answer, ClientError> {
+        let late = || ClientError::Deadline { endpoint: self.endpoint.to_string(), method, limit };
+        let answer = tokio::time::timeout(limit, answer).await.map_err(|_elapsed| late())?;
+        answer.map(Response::into_inner).map_err(|status| ClientError::from_status(&status, &self.endpoint))
+    }
+}
+
+/// Windows and frames for megabytes a frame; pings that notice a server that is gone.
+fn tuned(endpoint: Endpoint) -> Endpoint {
+    endpoint
+        .connect_timeout(Duration::from_secs(5))
+        .tcp_nodelay(true)
+        .initial_stream_window_size(4 << 20)
+        .initial_connection_window_size(16 << 20)
+        .max_frame_size(1 << 20)
+        .http2_keep_alive_interval(Duration::from_secs(10))
+        .keep_alive_timeout(Duration::from_secs(20))
+        .keep_alive_while_idle(true)
+}

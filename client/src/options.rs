@@ -1,0 +1,192 @@
+//! What a caller can ask for: sessions to create, frames to watch.
+//!
+//! Enters: the caller's choices. Leaves: request messages.
+
+use nappe_proto::v1;
+use uuid::Uuid;
+
+use crate::reconnect::ReconnectPolicy;
+
+/// A session to create. Zero and `None` mean "as the scene says".
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct CreateSession {
+    /// Its id: 4 to 63 of a-z, 0-9 and '-', starting with a letter. Empty: the server chooses.
+    pub session_id: String,
+    /// The scene.
+    pub scene: Scene,
+    /// Precision of positions and velocities.
+    pub precision: Option<Precision>,
+    /// Threads; 0: as many as the server has cores.
+    pub thread_count: u32,
+    /// Ends by itself after this many steps.
+    pub step_limit: u64,
+    /// A frame every so many steps.
+    pub frame_interval_steps: u32,
+}
+
+impl CreateSession {
+    /// A scene that the server ships.
+    pub fn named(name: impl Into<String>) -> Self {
+        Self { scene: Scene::Named(name.into()), ..Self::default() }
+    }
+
+    /// A scene file's text (TOML).
+    pub fn from_text(text: impl Into<String>) -> Self {
+        Self { scene: Scene::Text(text.into()), ..Self::default() }
+    }
+
+    /// The message. Its request id makes a repeated request return the session of the first.
+    pub(crate) fn into_request(self) -> v1::CreateSessionRequest {
+        use v1::create_session_request::Scene as Wire;
+        v1::CreateSessionRequest {
+            session_id: self.session_id,
+            scene: Some(match self.scene {
+                Scene::Named(name) => Wire::SceneName(name),
+                Scene::Text(text) => Wire::SceneText(text),
+            }),
+            precision: match self.precision {
+                None => v1::Precision::Unspecified,
+                Some(Precision::F32) => v1::Precision::F32,
+                Some(Precision::F64) => v1::Precision::F64,
+            }
+            .into(),
+            thread_count: self.thread_count,
+            step_limit: self.step_limit,
+            frame_interval_steps: self.frame_interval_steps,
+            request_id: Uuid::new_v4().to_string(),
+        }
+    }
+}
+
+/// Where a scene comes from.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Scene {
+    /// Name of a scene that the server ships.
+    Named(String),
+    /// A scene file's text (TOML).
+    Text(String),
+}
+
+impl Default for Scene {
+    fn default() -> Self {
+        Self::Named("demo".to_owned())
+    }
+}
+
+/// Precision of positions and velocities on the server. Sums are always binary64.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Precision {
+    /// binary32.
+    F32,
+    /// binary64.
+    F64,
+}
+
+/// When [`crate::Client::step`] answers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Wait {
+    /// When the steps are taken.
+    Yes,
+    /// At once.
+    No,
+}
+
+/// How a stream of frames is wanted.
+#[derive(Debug, Clone, Default)]
+pub struct WatchOptions {
+    /// Which frames.
+    pub delivery: Delivery,
+    /// The first frame wanted, for [`Delivery::Every`]. `None`: the newest.
+    pub from_frame: Option<u64>,
+    /// Frames a second at most, for [`Delivery::Latest`] (Hz); 0: no limit.
+    pub max_rate_hz: f64,
+    /// Arrays in each frame.
+    pub fields: Fields,
+    /// How they travel.
+    pub encoding: Encoding,
+    /// What to do when the connection breaks.
+    pub reconnect: ReconnectPolicy,
+    /// What the client agrees to hold in memory.
+    pub limits: DecodeLimits,
+}
+
+impl WatchOptions {
+    /// Every frame, in order, from frame `from_frame`.
+    pub fn every_from(from_frame: u64) -> Self {
+        Self { delivery: Delivery::Every, from_frame: Some(from_frame), ..Self::default() }
+    }
+
+    /// The newest frame, at most `max_rate_hz` (Hz) times a second; 0: no limit.
+    pub fn latest(max_rate_hz: f64) -> Self {
+        Self { max_rate_hz, ..Self::default() }
+    }
+
+    /// The message.
+    pub(crate) fn request(&self, session_id: &str, from_frame: Option<u64>) -> v1::WatchFramesRequest {
+        v1::WatchFramesRequest {
+            session_id: session_id.to_owned(),
+            delivery: match self.delivery {
+                Delivery::Latest => v1::Delivery::Latest,
+                Delivery::Every => v1::Delivery::Every,
+            }
+            .into(),
+            from_frame,
+            max_rate_hz: self.max_rate_hz,
+            fields: match self.fields {
+                Fields::Positions => vec![v1::Field::Positions.into()],
+                Fields::PositionsAndVelocities => {
+                    vec![v1::Field::Positions.into(), v1::Field::Velocities.into()]
+                }
+            },
+            encoding: match self.encoding {
+                Encoding::F32 => v1::Encoding::RawF32,
+                Encoding::F64 => v1::Encoding::RawF64,
+            }
+            .into(),
+        }
+    }
+}
+
+/// Which frames reach a watcher.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Delivery {
+    /// The newest whenever the watcher is ready; the others are dropped, and counted.
+    #[default]
+    Latest,
+    /// Every frame, in order.
+    Every,
+}
+
+/// Arrays in each frame.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Fields {
+    /// Positions (m).
+    #[default]
+    Positions,
+    /// Positions (m) and velocities (m/s).
+    PositionsAndVelocities,
+}
+
+/// How arrays travel.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Encoding {
+    /// binary32: 12 bytes a particle.
+    #[default]
+    F32,
+    /// binary64: 24 bytes a particle, the exact state of a session in f64.
+    F64,
+}
+
+/// What the client agrees to hold in memory, whatever the server announces.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct DecodeLimits {
+    /// Particles in a frame.
+    pub max_particles: usize,
+}
+
+impl Default for DecodeLimits {
+    /// 16 777 216 particles: 192 MiB of positions in binary32.
+    fn default() -> Self {
+        Self { max_particles: 1 << 24 }
+    }
+}

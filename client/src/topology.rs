@@ -1,0 +1,276 @@
+//! What does not change from frame to frame: bodies, their triangles or springs, pins, colliders.
+//!
+//! Enters: `v1::Topology`, from the wire. Leaves: [`Topology`], whose indices are all in range, so that a
+//! viewer can follow them without looking.
+
+use nappe_proto::v1;
+
+/// What a session is made of.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Topology {
+    /// Changes when the topology does.
+    pub id: u32,
+    /// Number of particles in every frame.
+    pub particle_count: usize,
+    /// The bodies, in order; together they hold every particle once.
+    pub bodies: Vec<Body>,
+    /// The colliders.
+    pub colliders: Vec<Collider>,
+}
+
+/// One body.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Body {
+    /// Its name in the scene.
+    pub name: String,
+    /// Index of its first particle.
+    pub first_particle: usize,
+    /// Number of its particles.
+    pub particle_count: usize,
+    /// Triangles: indices over all particles of the session.
+    pub triangles: Vec<[u32; 3]>,
+    /// Springs, only for a body without triangles: indices over all particles of the session.
+    pub springs: Vec<[u32; 2]>,
+    /// Pinned particles: indices over all particles of the session.
+    pub pins: Vec<u32>,
+    /// Texture coordinates, one pair a particle of the body, or none.
+    pub uv: Vec<[f32; 2]>,
+}
+
+/// A shape that particles collide with.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Collider {
+    /// Its name in the scene.
+    pub name: String,
+    /// The shape.
+    pub shape: Shape,
+}
+
+/// The shape of a collider, at time 0.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum Shape {
+    /// The half-space below a plane.
+    Plane {
+        /// A point of the plane (m).
+        point: [f64; 3],
+        /// Unit normal, towards the free side.
+        normal: [f64; 3],
+        /// Velocity (m/s).
+        velocity: [f64; 3],
+    },
+    /// A ball.
+    Sphere {
+        /// Centre (m).
+        center: [f64; 3],
+        /// Radius (m).
+        radius: f64,
+        /// Velocity (m/s).
+        velocity: [f64; 3],
+    },
+    /// A shape that this client is too old to know.
+    Unknown,
+}
+
+/// Why a topology is refused.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum TopologyError {
+    /// More particles than the client agrees to hold.
+    #[error("{announced} particles announced (this client holds at most {allowed})")]
+    TooMany {
+        /// What the server announces.
+        announced: u64,
+        /// The client's limit.
+        allowed: usize,
+    },
+    /// The bodies do not hold every particle once, in order.
+    #[error(
+        "body {body:?} starts at particle {first} and has {count}, where {expected} is next of {particles}"
+    )]
+    Range {
+        /// The body.
+        body: String,
+        /// Its first particle.
+        first: u32,
+        /// Its particle count.
+        count: u32,
+        /// The first particle that no body before holds.
+        expected: usize,
+        /// Particles of the session.
+        particles: usize,
+    },
+    /// Particles without a body.
+    #[error("the bodies hold {held} of {particles} particles")]
+    Uncovered {
+        /// Particles in bodies.
+        held: usize,
+        /// Particles of the session.
+        particles: usize,
+    },
+    /// An index outside its body.
+    #[error("{what} of body {body:?} name particle {index} (allowed: {first} to {last})")]
+    Index {
+        /// Triangles, springs or pins.
+        what: &'static str,
+        /// The body.
+        body: String,
+        /// The index.
+        index: u32,
+        /// The body's first particle.
+        first: usize,
+        /// The body's last particle.
+        last: usize,
+    },
+    /// Bytes that are no whole number of elements.
+    #[error("{what} of body {body:?} take {bytes} bytes, no multiple of {element}")]
+    Bytes {
+        /// Triangles, springs, pins or texture coordinates.
+        what: &'static str,
+        /// The body.
+        body: String,
+        /// Bytes received.
+        bytes: usize,
+        /// Bytes of an element.
+        element: usize,
+    },
+    /// Texture coordinates that are not one pair a particle.
+    #[error("body {body:?} has {count} texture coordinates for {particles} particles")]
+    TextureCount {
+        /// The body.
+        body: String,
+        /// Pairs received.
+        count: usize,
+        /// Particles of the body.
+        particles: u32,
+    },
+    /// A collider that cannot be drawn.
+    #[error("collider {collider:?}: {what}")]
+    Collider {
+        /// Its name.
+        collider: String,
+        /// What is wrong.
+        what: &'static str,
+    },
+}
+
+impl Topology {
+    /// Reads the message and checks every count and index.
+    ///
+    /// # Errors
+    /// At the first count, range or index that does not fit.
+    pub(crate) fn from_wire(wire: v1::Topology, max_particles: usize) -> Result<Self, TopologyError> {
+        let particle_count = wire.particle_count as usize;
+        if particle_count > max_particles {
+            let announced = u64::from(wire.particle_count);
+            return Err(TopologyError::TooMany { announced, allowed: max_particles });
+        }
+        let mut held = 0;
+        let mut bodies = Vec::with_capacity(wire.bodies.len());
+        for body in wire.bodies {
+            let body = Body::from_wire(body, held, particle_count)?;
+            held += body.particle_count;
+            bodies.push(body);
+        }
+        if held != particle_count {
+            return Err(TopologyError::Uncovered { held, particles: particle_count });
+        }
+        let colliders = wire.colliders.into_iter().map(Collider::from_wire).collect::<Result<_, _>>()?;
+        Ok(Self { id: wire.topology_id, particle_count, bodies, colliders })
+    }
+}
+
+impl Body {
+    fn from_wire(wire: v1::BodyTopology, expected: usize, particles: usize) -> Result<Self, TopologyError> {
+        let (first, count) = (wire.first_particle as usize, wire.particle_count as usize);
+        if first != expected || count > particles - expected {
+            return Err(TopologyError::Range {
+                body: wire.name,
+                first: wire.first_particle,
+                count: wire.particle_count,
+                expected,
+                particles,
+            });
+        }
+        let body = wire.name;
+        let triangles: Vec<[u32; 3]> = unpack(&wire.triangles_u32, "triangles", &body, u32::from_le_bytes)?;
+        let springs: Vec<[u32; 2]> = unpack(&wire.springs_u32, "springs", &body, u32::from_le_bytes)?;
+        let pins: Vec<[u32; 1]> = unpack(&wire.pins_u32, "pins", &body, u32::from_le_bytes)?;
+        let uv: Vec<[f32; 2]> = unpack(&wire.uv_f32, "texture coordinates", &body, f32::from_le_bytes)?;
+        if !uv.is_empty() && uv.len() != count {
+            return Err(TopologyError::TextureCount {
+                body,
+                count: uv.len(),
+                particles: wire.particle_count,
+            });
+        }
+        let lists = [
+            ("triangles", triangles.as_flattened()),
+            ("springs", springs.as_flattened()),
+            ("pins", pins.as_flattened()),
+        ];
+        for (what, list) in lists {
+            let outside = list.iter().find(|&&index| !(first..first + count).contains(&(index as usize)));
+            if let Some(&index) = outside {
+                let last = (first + count).saturating_sub(1);
+                return Err(TopologyError::Index { what, body, index, first, last });
+            }
+        }
+        let pins = pins.as_flattened().to_vec();
+        Ok(Self { name: body, first_particle: first, particle_count: count, triangles, springs, pins, uv })
+    }
+}
+
+/// Little-endian elements of `N` four-byte values.
+fn unpack<T: Copy, const N: usize>(
+    bytes: &[u8],
+    what: &'static str,
+    body: &str,
+    read: impl Fn([u8; 4]) -> T,
+) -> Result<Vec<[T; N]>, TopologyError> {
+    let element = 4 * N;
+    if !bytes.len().is_multiple_of(element) {
+        return Err(TopologyError::Bytes { what, body: body.to_owned(), bytes: bytes.len(), element });
+    }
+    let value =
+        |chunk: &[u8], i: usize| read([chunk[4 * i], chunk[4 * i + 1], chunk[4 * i + 2], chunk[4 * i + 3]]);
+    Ok(bytes.chunks_exact(element).map(|chunk| std::array::from_fn(|i| value(chunk, i))).collect())
+}
+
+impl Collider {
+    fn from_wire(wire: v1::ColliderShape) -> Result<Self, TopologyError> {
+        use v1::collider_shape::Shape as Wire;
+        let shape = match wire.shape {
+            None => Ok(Shape::Unknown),
+            Some(Wire::Plane(plane)) => plane_from(plane),
+            Some(Wire::Sphere(sphere)) => sphere_from(sphere),
+        };
+        match shape {
+            Ok(shape) => Ok(Self { name: wire.name, shape }),
+            Err(what) => Err(TopologyError::Collider { collider: wire.name, what }),
+        }
+    }
+}
+
+fn plane_from(wire: v1::PlaneShape) -> Result<Shape, &'static str> {
+    let normal = finite(wire.normal)?;
+    let length = normal.iter().map(|value| value * value).sum::<f64>().sqrt();
+    // A unit normal, up to the rounding of binary32.
+    if (length - 1.0).abs() > 1e-5 {
+        return Err("its normal is not of length 1");
+    }
+    Ok(Shape::Plane { point: finite(wire.point)?, normal, velocity: finite(wire.velocity)? })
+}
+
+fn sphere_from(wire: v1::SphereShape) -> Result<Shape, &'static str> {
+    if !(wire.radius.is_finite() && wire.radius > 0.0) {
+        return Err("its radius is not a positive number");
+    }
+    Ok(Shape::Sphere { center: finite(wire.center)?, radius: wire.radius, velocity: finite(wire.velocity)? })
+}
+
+/// Three finite numbers; an absent vector is zero, as everywhere in proto3.
+fn finite(wire: Option<v1::Vector3>) -> Result<[f64; 3], &'static str> {
+    let v = wire.map_or([0.0; 3], |v| [v.x, v.y, v.z]);
+    if v.iter().all(|value| value.is_finite()) { Ok(v) } else { Err("a coordinate is not finite") }
+}
