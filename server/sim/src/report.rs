@@ -83,6 +83,17 @@ pub struct Diagnostics {
 }
 
 impl Diagnostics {
+    /// These figures and those of another body together.
+    pub(crate) fn with(&self, other: &Self) -> Self {
+        Self {
+            kinetic_energy: self.kinetic_energy + other.kinetic_energy,
+            elastic_energy: self.elastic_energy + other.elastic_energy,
+            gravitational_energy: self.gravitational_energy + other.gravitational_energy,
+            momentum: std::array::from_fn(|c| self.momentum[c] + other.momentum[c]),
+            max_stretch: self.max_stretch.max(other.max_stretch),
+        }
+    }
+
     /// Kinetic, elastic and gravitational energy together (J).
     pub fn total_energy(&self) -> f64 {
         self.kinetic_energy + self.elastic_energy + self.gravitational_energy
@@ -139,6 +150,19 @@ pub enum StepFailure {
 }
 
 impl StepFailure {
+    /// The same with a body's particles numbered over all bodies, of which `first` is its first.
+    pub(crate) fn shifted(mut self, first: u64) -> Self {
+        match &mut self {
+            Self::NotFinite { particle, .. } | Self::Energy { particle, .. } => *particle += first,
+            Self::Stretch { particle, other, .. } => {
+                *particle += first;
+                *other += first;
+            }
+            Self::Solver { .. } => {}
+        }
+        self
+    }
+
     /// A stable word for programs: `NOT_FINITE`, `STRETCH_LIMIT`, `ENERGY_LIMIT`, `SOLVER_FAILED`.
     pub const fn reason(&self) -> &'static str {
         match self {

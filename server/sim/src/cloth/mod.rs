@@ -1,9 +1,98 @@
-//! Cloth: particles joined by springs.
+//! Cloth: particles joined by springs. [`step`] takes the stages in order.
 
-mod integrate;
 mod network;
 mod settings;
+mod model;
+mod rows;
+mod state;
+mod forces;
+mod tangent;
+mod integrate;
+mod diagnose;
 
+pub use forces::{spring_force, spring_jacobian_v, spring_jacobian_x};
 pub use integrate::Integrator;
+pub use model::{LawEntry, Model, Parameters};
 pub use network::{Network, Spring, SpringKind, SpringLaw, SpringRules};
+pub use rows::Rows;
 pub use settings::{ClothSettings, Hessian, StateLimits};
+pub use state::{PinMotion, State, Workspace};
+
+use crate::{
+    collide::{Collider, Contacts, resolve},
+    linalg::SolveReport,
+    math::Real,
+    report::{Diagnostics, Stage, StepFailure, Stopwatch},
+};
+
+/// What surrounds a cloth during one step of the world.
+#[derive(Clone, Copy, Debug)]
+pub struct Surroundings<'a> {
+    /// Gravity (m/s²).
+    pub gravity: [f64; 3],
+    /// Velocity of the medium (m/s).
+    pub wind: [f64; 3],
+    /// What particles hit.
+    pub colliders: &'a [Collider],
+    /// Time at the start of the step (s).
+    pub time: f64,
+    /// The world's time step (s); the cloth divides it into its sub-steps.
+    pub dt: f64,
+}
+
+/// What one step of a cloth reports.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ClothReport {
+    /// Figures of the new state.
+    pub diagnostics: Diagnostics,
+    /// Particles that touched a collider in the last sub-step.
+    pub contact_count: u64,
+    /// The last linear solve.
+    pub solve: Option<SolveReport>,
+}
+
+/// Advances a cloth by one step of the world.
+///
+/// # Errors
+/// When the solver finds its matrix singular, or the new state is not finite or leaves the
+/// settings' limits. `state` is then not the one before: the caller kept that.
+pub fn step<R: Real>(
+    model: &Model<R>,
+    parameters: &Parameters,
+    settings: &ClothSettings,
+    around: &Surroundings<'_>,
+    state: &mut State<R>,
+    work: &mut Workspace<R>,
+    watch: &mut impl Stopwatch,
+) -> Result<ClothReport, StepFailure> {
+    let dt = around.dt / f64::from(settings.substeps);
+    work.size_for(model, settings.integrator.is_implicit());
+    work.frozen.refresh(parameters, [around.gravity, around.wind], dt);
+    let mut report = ClothReport::default();
+    for substep in 1..=settings.substeps {
+        state.aim_pins(dt);
+        report.solve = integrate::advance(model, settings, state, work, dt, watch)?;
+        let time = around.time + dt * f64::from(substep);
+        let contacts = Contacts { colliders: around.colliders, time, dt, grain: model.grain };
+        report.contact_count = resolve(contacts, &model.inv_m, &mut state.x, &mut state.v);
+        watch.lap(Stage::Collide);
+        state.rest_pins();
+    }
+    report.diagnostics = diagnose::diagnose(model, &work.frozen, state, &mut work.partials);
+    let failure = diagnose::judge(model, state, &report.diagnostics, settings);
+    watch.lap(Stage::Diagnose);
+    failure.map_or(Ok(report), Err)
+}
+
+/// Figures of a state as it is.
+pub fn diagnose<R: Real>(
+    model: &Model<R>,
+    parameters: &Parameters,
+    around: &Surroundings<'_>,
+    state: &State<R>,
+) -> Diagnostics {
+    let mut work = Workspace::new();
+    work.size_for(model, false);
+    work.frozen.refresh(parameters, [around.gravity, around.wind], around.dt);
+    diagnose::diagnose(model, &work.frozen, state, &mut work.partials)
+}

@@ -35,3 +35,56 @@ pub struct Collider {
     /// Distance (m) from the surface at which a particle touches: half the cloth's thickness.
     pub margin: f64,
 }
+
+impl Collider {
+    /// Signed distance (m) of a point from the surface at `time` (s), negative inside, and the
+    /// unit outward normal there. At a sphere's centre, where there is none, the normal is +y.
+    pub fn distance(&self, point: [f64; 3], time: f64) -> (f64, [f64; 3]) {
+        let moved = |start: [f64; 3]| [0, 1, 2].map(|c| point[c] - start[c] - self.velocity[c] * time);
+        match self.shape {
+            Shape::Plane { point: start, normal } => (dot(moved(start), normal), normal),
+            Shape::Sphere { center, radius } => {
+                let way = moved(center);
+                let length = dot(way, way).sqrt();
+                let normal = if length > 0.0 { way.map(|c| c / length) } else { [0.0, 1.0, 0.0] };
+                (length - radius, normal)
+            }
+        }
+    }
+
+    /// Says what is wrong with the collider's numbers, if anything.
+    pub fn fault(&self) -> Option<String> {
+        let finite = |v: &[f64; 3]| v.iter().all(|c| c.is_finite());
+        if !finite(&self.velocity) {
+            return Some(format!("its velocity is not finite: {:?}", self.velocity));
+        }
+        for (what, value, high) in [
+            ("friction", self.friction, f64::MAX),
+            ("restitution", self.restitution, 1.0),
+            ("margin", self.margin, f64::MAX),
+        ] {
+            if !(0.0..=high).contains(&value) {
+                let allowed = if high == 1.0 { "from 0 to 1" } else { "from 0" };
+                return Some(format!("its {what} is {value}: a finite number {allowed} is needed"));
+            }
+        }
+        match self.shape {
+            Shape::Plane { point, normal } => {
+                let unit = finite(&normal) && (dot(normal, normal) - 1.0).abs() < 1e-9;
+                (!finite(&point) || !unit).then(|| {
+                    format!("point {point:?}, normal {normal:?}: a finite point and a unit normal are needed")
+                })
+            }
+            Shape::Sphere { center, radius } => (!finite(&center) || !radius.is_finite() || radius <= 0.0)
+                .then(|| {
+                    format!(
+                        "centre {center:?}, radius {radius}: a finite centre and a radius above 0 are needed"
+                    )
+                }),
+        }
+    }
+}
+
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}

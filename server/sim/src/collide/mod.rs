@@ -1,5 +1,7 @@
 //! What particles hit: signed distances, and the answer of a particle that touches one.
 
 mod collider;
+mod contact;
 
 pub use collider::{Collider, Shape};
+pub(crate) use contact::{Contacts, resolve};

@@ -1,1 +1,53 @@
-//! How work is divided.
+//! How work is divided: fixed blocks of particles, and sums over them in a fixed order.
+//!
+//! Blocks are cut from the scene alone, so neither the number of threads nor, later, of cluster
+//! ranks changes a result.
+
+mod order;
+mod simd;
+
+pub use order::hilbert_order;
+pub use simd::{Kernel, SimdLevel, dispatch, force_simd_level, simd_level};
+
+/// Adds one partial result a block in a fixed binary tree over the blocks' numbers.
+///
+/// The left subtree holds the largest power of two of blocks, so that a cluster rank that owns
+/// whole subtrees can add them by itself.
+pub fn sum<const K: usize>(partials: &[[f64; K]]) -> [f64; K] {
+    match partials {
+        [] => [0.0; K],
+        [only] => *only,
+        _ => {
+            let half = partials.len().next_power_of_two() / 2;
+            let (left, right) = (sum(&partials[..half]), sum(&partials[half..]));
+            std::array::from_fn(|k| left[k] + right[k])
+        }
+    }
+}
+
+/// Number of blocks of `grain` particles that `count` particles fill.
+pub const fn block_count(count: usize, grain: usize) -> usize {
+    count.div_ceil(grain)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::sum;
+
+    #[test]
+    fn a_sum_adds_every_partial_once() {
+        for count in 0..40 {
+            let partials: Vec<[f64; 2]> = (0..count).map(|i| [f64::from(i), 1.0]).collect();
+            let expected = f64::from(count * (count - 1) / 2);
+            assert_eq!(sum(&partials), [expected, f64::from(count)]);
+        }
+    }
+
+    #[test]
+    fn a_subtree_of_a_power_of_two_is_added_as_if_alone() {
+        let partials: Vec<[f64; 1]> =
+            (0..24).map(|i| [(f64::from(i) * 0.7).sin() * 1e9f64.powi(i % 3)]).collect();
+        let [left, right] = [sum(&partials[..16])[0], sum(&partials[16..])[0]];
+        assert_eq!(sum(&partials)[0].to_bits(), (left + right).to_bits());
+    }
+}

@@ -1,4 +1,22 @@
-//! Integrators: one file each, definitions to the letter of docs/laws/integrators.md.
+//! Integrators, one file each; definitions in docs/laws/integrators.md.
+//!
+//! Each reads a model, frozen parameters and a state, and writes the state one step later.
+//! h = dt; a(x, v) = (springs + drag) / m + g, 0 for pins, whose velocity is prescribed.
+
+mod explicit_euler;
+mod implicit_euler;
+mod stages;
+mod symplectic_euler;
+mod velocity_verlet;
+
+use stages::Step;
+
+use super::{ClothSettings, model::Model, state::State, state::Workspace};
+use crate::{
+    linalg::SolveReport,
+    math::Real,
+    report::{StepFailure, Stopwatch},
+};
 
 /// How positions and velocities are advanced by a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -36,10 +54,10 @@ impl Integrator {
         }
     }
 
-    /// Order of convergence in the time step, with damping.
+    /// Order of convergence in the time step without damping. Plain velocity Verlet has order 1
+    /// with damping, since it takes the end force at the velocity of the middle.
     pub const fn order(self) -> u32 {
         match self {
-            // Plain Verlet takes the damping force at the half-step velocity: order 1 with damping, 2 without.
             Self::VelocityVerlet | Self::VelocityVerletPredicted => 2,
             Self::ExplicitEuler | Self::SymplecticEuler | Self::ImplicitEuler => 1,
         }
@@ -49,4 +67,24 @@ impl Integrator {
     pub const fn is_implicit(self) -> bool {
         matches!(self, Self::ImplicitEuler)
     }
+}
+
+/// Advances `state` by `dt` (s).
+pub(super) fn advance<R: Real>(
+    model: &Model<R>,
+    settings: &ClothSettings,
+    state: &mut State<R>,
+    work: &mut Workspace<R>,
+    dt: f64,
+    watch: &mut impl Stopwatch,
+) -> Result<Option<SolveReport>, StepFailure> {
+    let mut step = Step { model, state, work, dt: R::of(dt), watch };
+    match settings.integrator {
+        Integrator::ExplicitEuler => explicit_euler::advance(&mut step),
+        Integrator::SymplecticEuler => symplectic_euler::advance(&mut step),
+        Integrator::VelocityVerlet => velocity_verlet::advance(&mut step),
+        Integrator::VelocityVerletPredicted => velocity_verlet::advance_predicted(&mut step),
+        Integrator::ImplicitEuler => return implicit_euler::advance(&mut step, settings).map(Some),
+    }
+    Ok(None)
 }

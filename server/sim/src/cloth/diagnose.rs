@@ -1,0 +1,145 @@
+//! Figures of a state, and the checks on them: energies, momentum, largest stretch, finiteness.
+//!
+//! Reads positions and velocities; every sum is binary64 over fixed blocks.
+
+use rayon::prelude::*;
+
+use super::{
+    ClothSettings,
+    forces::elastic,
+    model::Model,
+    rows::{LANES, Rows},
+    state::{Frozen, State},
+};
+use crate::{
+    math::{Real, Vec3, array3},
+    parallel::{Kernel, dispatch, sum},
+    report::{Diagnostics, StepFailure},
+};
+
+/// Figures of a state. `partials` is scratch, one entry a block.
+pub(super) fn diagnose<R: Real>(
+    model: &Model<R>,
+    frozen: &Frozen<R>,
+    state: &State<R>,
+    partials: &mut [[f64; 8]],
+) -> Diagnostics {
+    let grain = model.grain;
+    partials.par_iter_mut().enumerate().for_each(|(block, partial)| {
+        let rows = block * grain..((block + 1) * grain).min(model.count);
+        *partial = dispatch(BlockFigures { model, frozen, state, rows });
+    });
+    // A maximum has no order; NaN, which it would lose, shows in the sums.
+    let max_stretch = partials.iter().map(|p| p[7]).fold(0.0, f64::max);
+    let [kinetic_energy, elastic_energy, gravitational_energy, px, py, pz, checksum, _] = sum(partials);
+    // A position that is not finite may not reach an energy (no spring, no gravity): the checksum
+    // is 0 or NaN, and makes the kinetic energy NaN.
+    Diagnostics {
+        kinetic_energy: kinetic_energy + checksum,
+        elastic_energy,
+        gravitational_energy,
+        momentum: [px, py, pz],
+        max_stretch,
+    }
+}
+
+struct BlockFigures<'a, R: Real> {
+    model: &'a Model<R>,
+    frozen: &'a Frozen<R>,
+    state: &'a State<R>,
+    rows: std::ops::Range<usize>,
+}
+
+impl<R: Real> Kernel for BlockFigures<'_, R> {
+    type Output = [f64; 8];
+
+    #[inline(always)]
+    fn run(self) -> [f64; 8] {
+        let (model, x) = (self.model, self.state.x.as_slice());
+        let gravity = array3(&self.frozen.gravity);
+        let mut figures = [0.0; 8];
+        for group in Rows::<R>::groups(self.rows.clone()) {
+            let fold = |sum: &mut [f64; 2], edge| {
+                let [energy, stretch] = elastic(&edge);
+                sum[0] += energy;
+                sum[1] = if stretch > sum[1] { stretch } else { sum[1] };
+            };
+            let start = [[0.0; LANES]; 2];
+            let lanes = model.rows.fold_group(group.start, [x, x], &self.frozen.laws, start, fold);
+            for (lane, i) in group.enumerate() {
+                // Both ends count a spring.
+                figures[1] += 0.5 * lanes[0][lane];
+                figures[7] = f64::max(figures[7], lanes[1][lane]);
+                let (position, v) = (array3(&x[i]), array3(&self.state.v[i]));
+                let free = if model.inv_m[i] > R::zero() { model.m[i].to_f64() } else { 0.0 };
+                let product = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+                figures[0] += 0.5 * free * product(v, v);
+                figures[2] -= free * product(gravity, position);
+                for c in 0..3 {
+                    figures[3 + c] += free * v[c];
+                }
+                figures[6] += 0.0 * (position[0] + position[1] + position[2] + v[0] + v[1] + v[2]);
+            }
+        }
+        figures
+    }
+}
+
+/// Finds what is wrong with figures that leave what is allowed. Particles are the user's.
+pub(super) fn judge<R: Real>(
+    model: &Model<R>,
+    state: &State<R>,
+    figures: &Diagnostics,
+    settings: &ClothSettings,
+) -> Option<StepFailure> {
+    let mechanical = figures.kinetic_energy + figures.elastic_energy;
+    if !(mechanical + figures.gravitational_energy).is_finite() || !figures.max_stretch.is_finite() {
+        return Some(not_finite(model, state).unwrap_or(StepFailure::NotFinite {
+            particle: fastest(model, state),
+            quantity: "energy",
+            value: figures.total_energy(),
+        }));
+    }
+    if let Some(limit) = settings.limits.max_stretch.filter(|limit| figures.max_stretch > *limit) {
+        return longest(model, state, figures.max_stretch, limit);
+    }
+    let limit = settings.limits.max_energy.filter(|limit| mechanical > *limit)?;
+    Some(StepFailure::Energy { particle: fastest(model, state), value: mechanical, limit })
+}
+
+/// The user's first particle with a component that is not finite.
+fn not_finite<R: Real>(model: &Model<R>, state: &State<R>) -> Option<StepFailure> {
+    let bad = |v: &Vec3<R>| v.iter().map(|c| c.to_f64()).find(|c| !c.is_finite());
+    model.place.iter().enumerate().find_map(|(user, &i)| {
+        let found = |quantity, value| StepFailure::NotFinite { particle: user as u64, quantity, value };
+        let i = i as usize;
+        bad(&state.x[i])
+            .map(|value| found("position", value))
+            .or_else(|| bad(&state.v[i]).map(|value| found("velocity", value)))
+    })
+}
+
+/// The user's first particle with the greatest speed.
+fn fastest<R: Real>(model: &Model<R>, state: &State<R>) -> u64 {
+    let speed = |user: usize| {
+        state.v[model.place[user] as usize].iter().map(|c| c.to_f64() * c.to_f64()).sum::<f64>()
+    };
+    (0..model.count)
+        .fold((0, -1.0), |best, user| if speed(user) > best.1 { (user, speed(user)) } else { best })
+        .0 as u64
+}
+
+/// The user's first spring of that stretch.
+fn longest<R: Real>(model: &Model<R>, state: &State<R>, stretch: f64, limit: f64) -> Option<StepFailure> {
+    let length = |i: usize, j: usize| (state.x[i].map(R::to_f64) - state.x[j].map(R::to_f64)).norm();
+    let (mut best, mut ends) = (0.0, None);
+    for (user, &i) in model.place.iter().enumerate() {
+        for (j, rest, _) in model.rows.row(i as usize).filter(|(_, rest, _)| *rest > R::zero()) {
+            let ratio = length(i as usize, j as usize) / rest.to_f64();
+            if ratio > best {
+                (best, ends) = (ratio, Some((user as u64, u64::from(model.user[j as usize]))));
+            }
+        }
+    }
+    ends.map(|(particle, other)| StepFailure::Stretch { particle, other, value: stretch, limit })
+}

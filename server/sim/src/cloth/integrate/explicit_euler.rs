@@ -1,0 +1,12 @@
+//! Explicit Euler: x' = x + h v, v' = v + h a(x, v) (Zara 2001, section 3.2).
+//!
+//! Without damping it always gains energy, by a factor 1 + (h omega)² a step.
+
+use super::Step;
+use crate::{math::Real, report::Stopwatch};
+
+pub(super) fn advance<R: Real>(step: &mut Step<'_, R, impl Stopwatch>) {
+    step.accelerate();
+    step.drift(step.dt);
+    step.kick(step.dt);
+}

@@ -1,0 +1,102 @@
+//! Implicit Euler, one Newton step: (M - h df/dv - h² df/dx) dv = h (f + h df/dx v), v' = v + dv,
+//! x' = x + h v' (Baraff and Witkin 1998; Zara 2001, eq. 1-3).
+//!
+//! df/dx is the elastic part alone; compressed springs as the settings' `hessian` says.
+
+use super::{
+    super::{
+        ClothSettings,
+        forces::{Transverse, WithTransverse, add_forces, with_transverse},
+        tangent::{pattern, tangent_at},
+    },
+    Step,
+};
+use crate::{
+    linalg::{
+        BlockJacobi, CgWorkspace, Diagonal, Identity, LinearOperator, OperatorKind, Outcome,
+        PreconditionerKind, SolveReport, SolverSettings, Symmetric3, conjugate_gradient,
+    },
+    math::{Real, Vec3},
+    report::{Stage, StepFailure, Stopwatch},
+};
+
+pub(super) fn advance<R: Real>(
+    step: &mut Step<'_, R, impl Stopwatch>,
+    settings: &ClothSettings,
+) -> Result<SolveReport, StepFailure> {
+    add_forces(step.model, &step.work.frozen, &step.state.x, &step.state.v, &mut step.work.f);
+    step.watch.lap(Stage::Force);
+    let report = with_transverse(settings.hessian, Solve { step, settings });
+    if matches!(report.outcome, Outcome::Singular { .. }) {
+        return Err(StepFailure::Solver { outcome: report.outcome });
+    }
+    step.kick_by_dv();
+    step.drift(step.dt);
+    Ok(report)
+}
+
+struct Solve<'s, 'a, R: Real, W> {
+    step: &'s mut Step<'a, R, W>,
+    settings: &'s ClothSettings,
+}
+
+impl<R: Real, W: Stopwatch> WithTransverse for Solve<'_, '_, R, W> {
+    type Output = SolveReport;
+
+    /// Solves for the change of velocity, into the state's `dv`.
+    fn run(self, transverse: impl Transverse) -> SolveReport {
+        let (Step { model, state, work, dt, watch }, solver) = (self.step, &self.settings.solver);
+        let mut dv = std::mem::take(&mut state.dv);
+        dv.resize(model.count, Vec3::zeros());
+        if !solver.warm_start {
+            dv.fill(Vec3::zeros());
+        }
+        let tangent = tangent_at(model, &work.frozen, state, *dt, transverse);
+        tangent.right_hand_side(&state.v, &work.f, &mut work.b);
+        if solver.preconditioner != PreconditionerKind::Identity {
+            tangent.invert_diagonal(solver.preconditioner, &mut work.inverse);
+        }
+        if solver.operator == OperatorKind::Assembled {
+            tangent.assemble(work.assembled.get_or_insert_with(|| pattern(model)));
+        }
+        watch.lap(Stage::Matrix);
+        let system = System { b: &work.b, inverse: &work.inverse, solver, grain: model.grain };
+        let report = match (&work.assembled, solver.operator) {
+            (Some(matrix), OperatorKind::Assembled) => system.solve(matrix, &mut dv, &mut work.cg),
+            _ => system.solve(&tangent, &mut dv, &mut work.cg),
+        };
+        watch.lap(Stage::Solve);
+        state.dv = dv;
+        report
+    }
+}
+
+struct System<'a, R: Real> {
+    b: &'a [Vec3<R>],
+    inverse: &'a [Symmetric3<R>],
+    solver: &'a SolverSettings,
+    grain: usize,
+}
+
+impl<R: Real> System<'_, R> {
+    fn solve(&self, a: &impl LinearOperator<R>, x: &mut [Vec3<R>], work: &mut CgWorkspace<R>) -> SolveReport {
+        let Self { b, inverse, solver, grain } = *self;
+        match solver.preconditioner {
+            PreconditionerKind::Identity => conjugate_gradient(a, &Identity, b, x, solver, grain, work),
+            PreconditionerKind::Diagonal => {
+                conjugate_gradient(a, &Diagonal(inverse), b, x, solver, grain, work)
+            }
+            PreconditionerKind::BlockJacobi => {
+                conjugate_gradient(a, &BlockJacobi(inverse), b, x, solver, grain, work)
+            }
+        }
+    }
+}
+
+impl<R: Real, W: Stopwatch> Step<'_, R, W> {
+    /// v += dv.
+    fn kick_by_dv(&mut self) {
+        super::stages::add_scaled(&mut self.state.v, &self.state.dv, R::one(), self.model.grain);
+        self.watch.lap(Stage::Velocity);
+    }
+}

@@ -1,0 +1,79 @@
+//! The stages that explicit integrators are made of: force, acceleration, velocity, position.
+
+use rayon::prelude::*;
+
+use super::super::{
+    forces::add_forces,
+    model::Model,
+    state::{State, Workspace},
+};
+use crate::{
+    math::{Real, Vec3},
+    report::{Stage, Stopwatch},
+};
+
+/// A step in progress.
+pub(super) struct Step<'a, R: Real, W> {
+    pub(super) model: &'a Model<R>,
+    pub(super) state: &'a mut State<R>,
+    pub(super) work: &'a mut Workspace<R>,
+    /// Time step (s).
+    pub(super) dt: R,
+    pub(super) watch: &'a mut W,
+}
+
+impl<R: Real, W: Stopwatch> Step<'_, R, W> {
+    /// a = (springs + drag) / m + g at x and v, 0 for pins.
+    pub(super) fn accelerate(&mut self) {
+        add_forces(self.model, &self.work.frozen, &self.state.x, &self.state.v, &mut self.work.f);
+        self.watch.lap(Stage::Force);
+        self.divide_by_mass();
+    }
+
+    /// The same at x and the velocity in the workspace's `w`.
+    pub(super) fn accelerate_at_w(&mut self) {
+        add_forces(self.model, &self.work.frozen, &self.state.x, &self.work.w, &mut self.work.f);
+        self.watch.lap(Stage::Force);
+        self.divide_by_mass();
+    }
+
+    fn divide_by_mass(&mut self) {
+        let (grain, gravity) = (self.model.grain, self.work.frozen.gravity);
+        let inputs = (self.work.f.par_chunks(grain), self.model.inv_m.par_chunks(grain));
+        self.work.a.par_chunks_mut(grain).zip(inputs.into_par_iter()).for_each(|(a, (f, inv_m))| {
+            for ((a, f), &inv_m) in a.iter_mut().zip(f).zip(inv_m) {
+                *a = if inv_m > R::zero() { f * inv_m + gravity } else { Vec3::zeros() };
+            }
+        });
+        self.watch.lap(Stage::Acceleration);
+    }
+
+    /// v += h a.
+    pub(super) fn kick(&mut self, h: R) {
+        add_scaled(&mut self.state.v, &self.work.a, h, self.model.grain);
+        self.watch.lap(Stage::Velocity);
+    }
+
+    /// x += h v.
+    pub(super) fn drift(&mut self, h: R) {
+        add_scaled(&mut self.state.x, &self.state.v, h, self.model.grain);
+        self.watch.lap(Stage::Position);
+    }
+
+    /// w = v + h a.
+    pub(super) fn predict(&mut self, h: R) {
+        let grain = self.model.grain;
+        let inputs = (self.state.v.par_chunks(grain), self.work.a.par_chunks(grain));
+        self.work.w.par_chunks_mut(grain).zip(inputs.into_par_iter()).for_each(|(w, (v, a))| {
+            w.iter_mut().zip(v.iter().zip(a)).for_each(|(w, (v, a))| *w = v + a * h);
+        });
+        self.watch.lap(Stage::Velocity);
+    }
+}
+
+/// y += h x.
+pub(super) fn add_scaled<R: Real>(y: &mut [Vec3<R>], x: &[Vec3<R>], h: R, grain: usize) {
+    (y.par_chunks_mut(grain), x.par_chunks(grain))
+        .into_par_iter()
+        .for_each(|(y, x)| y.iter_mut().zip(x).for_each(|(y, x)| *y += x * h));
+}

@@ -1,0 +1,12 @@
+//! Symplectic Euler: v' = v + h a(x, v), x' = x + h v' (the course's "semi-implicit").
+//!
+//! Stable for h omega < 2 (sqrt(1 + xi²) - xi), xi the damping ratio.
+
+use super::Step;
+use crate::{math::Real, report::Stopwatch};
+
+pub(super) fn advance<R: Real>(step: &mut Step<'_, R, impl Stopwatch>) {
+    step.accelerate();
+    step.kick(step.dt);
+    step.drift(step.dt);
+}

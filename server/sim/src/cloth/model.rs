@@ -1,0 +1,222 @@
+//! A cloth laid out for computing: what never changes during a run, and the parameters that may.
+//!
+//! Reads a [`Network`]; writes arrays in Hilbert order, cut into blocks, with springs gathered by
+//! row. Users see their own numbering everywhere; only this folder knows the other.
+
+use super::{ClothSettings, Network, SpringKind, SpringLaw, rows::Rows};
+use crate::{
+    math::{Real, Vec3, vec3},
+    parallel::hilbert_order,
+};
+
+/// What never changes during a run.
+#[derive(Clone, Debug)]
+pub struct Model<R: Real> {
+    /// Particles.
+    pub count: usize,
+    /// Particles of a block.
+    pub grain: usize,
+    /// Mass (kg); of a pinned particle: what it would weigh, or 0.
+    pub m: Vec<R>,
+    /// 1 / mass (1/kg), 0 pins.
+    pub inv_m: Vec<R>,
+    /// `user[particle]`: the user's number.
+    pub user: Vec<u32>,
+    /// `place[user's number]`: the particle.
+    pub place: Vec<u32>,
+    /// Springs gathered by row.
+    pub rows: Rows<R>,
+    /// Number of springs.
+    pub spring_count: usize,
+}
+
+/// Stiffness and damping of the springs of one entry of a model's table of laws.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LawEntry {
+    /// Kind of the springs.
+    pub kind: SpringKind,
+    /// Their law.
+    pub law: SpringLaw,
+}
+
+/// What may change between two steps.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Parameters {
+    /// Laws of springs: springs name them by index.
+    pub laws: Vec<LawEntry>,
+    /// Linear drag of the medium on each particle (N s/m).
+    pub drag: f64,
+}
+
+/// The largest number of different laws in one body: indices are 16 bits.
+const MAX_LAWS: usize = u16::MAX as usize - 1;
+
+impl<R: Real> Model<R> {
+    /// Lays out a network. The strings are remarks that do not stop a simulation.
+    ///
+    /// # Errors
+    /// What is wrong with the network, as a sentence.
+    pub fn new(
+        network: &Network,
+        settings: &ClothSettings,
+    ) -> Result<(Self, Parameters, Vec<String>), String> {
+        check(network, settings)?;
+        let count = network.x.len();
+        let user = hilbert_order(&network.x);
+        let mut place = vec![0; count];
+        user.iter().enumerate().for_each(|(new, &old)| place[old as usize] = new as u32);
+        let (laws, law_of) = table_of_laws(network)?;
+        let joints: Vec<_> = network
+            .springs
+            .iter()
+            .zip(&law_of)
+            .map(|(spring, &law)| Joint {
+                ends: spring.particles.map(|p| place[p as usize]),
+                rest_length: spring.rest_length,
+                law,
+            })
+            .filter(|joint| joint.ends[0] != joint.ends[1])
+            .collect();
+        let mut inv_m: Vec<R> = user
+            .iter()
+            .map(|&old| network.masses[old as usize])
+            .map(|m| if m > 0.0 { R::of(1.0 / m) } else { R::zero() })
+            .collect();
+        network.pins.iter().for_each(|&pin| inv_m[place[pin as usize] as usize] = R::zero());
+        let model = Self {
+            count,
+            grain: settings.grain,
+            m: user.iter().map(|&old| R::of(network.masses[old as usize])).collect(),
+            inv_m,
+            rows: Rows::new(count, settings.grain, &joints),
+            spring_count: joints.len(),
+            user,
+            place,
+        };
+        Ok((model, Parameters { laws, drag: network.drag }, remarks(network)))
+    }
+
+    /// Positions or velocities of the user in the model's order.
+    pub fn arrange(&self, values: &[[f64; 3]]) -> Vec<Vec3<R>> {
+        self.user.iter().map(|&old| vec3(values[old as usize])).collect()
+    }
+}
+
+/// A spring in the model's numbering.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Joint {
+    pub(super) ends: [u32; 2],
+    pub(super) rest_length: f64,
+    pub(super) law: u16,
+}
+
+fn check(network: &Network, settings: &ClothSettings) -> Result<(), String> {
+    let count = network.x.len();
+    if count == 0 {
+        return Err("it has no particles".into());
+    }
+    if !settings.grain.is_power_of_two() || !(32..=4096).contains(&settings.grain) {
+        return Err(format!("the grain is {}: a power of two from 32 to 4096 is needed", settings.grain));
+    }
+    if settings.substeps == 0 {
+        return Err("0 sub-steps: at least 1 is needed".into());
+    }
+    if network.v.len() != count || network.masses.len() != count {
+        return Err(format!(
+            "{count} positions, {} velocities and {} masses: one each a particle is needed",
+            network.v.len(),
+            network.masses.len()
+        ));
+    }
+    for (what, values) in [("position", &network.x), ("velocity", &network.v)] {
+        if let Some(i) = values.iter().position(|v| v.iter().any(|c| !c.is_finite())) {
+            return Err(format!("the {what} of particle {i} is not finite: {:?}", values[i]));
+        }
+    }
+    if let Some(i) = network.masses.iter().position(|m| !m.is_finite() || *m < 0.0) {
+        return Err(format!(
+            "the mass of particle {i} is {}: a finite number from 0 is needed",
+            network.masses[i]
+        ));
+    }
+    if let Some(pin) = network.pins.iter().find(|pin| **pin as usize >= count) {
+        return Err(format!("pin {pin} is no particle: there are {count}, from 0"));
+    }
+    if !network.drag.is_finite() || network.drag < 0.0 {
+        return Err(format!("the drag is {} N s/m: a finite number from 0 is needed", network.drag));
+    }
+    network.springs.iter().enumerate().try_for_each(|(i, spring)| {
+        let SpringLaw { stiffness, damping } = spring.law;
+        if let Some(end) = spring.particles.iter().find(|end| **end as usize >= count) {
+            return Err(format!("spring {i} names particle {end}: there are {count}, from 0"));
+        }
+        for (what, value) in
+            [("stiffness", stiffness), ("damping", damping), ("rest length", spring.rest_length)]
+        {
+            if !value.is_finite() || value < 0.0 {
+                return Err(format!("the {what} of spring {i} is {value}: a finite number from 0 is needed"));
+            }
+        }
+        Ok(())
+    })
+}
+
+/// The different laws, ordered by kind and value, and the law of each spring.
+fn table_of_laws(network: &Network) -> Result<(Vec<LawEntry>, Vec<u16>), String> {
+    let key = |kind: SpringKind, law: SpringLaw| (kind, law.stiffness.to_bits(), law.damping.to_bits());
+    let mut keys: Vec<_> = network.springs.iter().map(|s| key(s.kind, s.law)).collect();
+    keys.sort_unstable();
+    keys.dedup();
+    if keys.len() > MAX_LAWS {
+        return Err(format!(
+            "{} different pairs of stiffness and damping: at most {MAX_LAWS} are allowed",
+            keys.len()
+        ));
+    }
+    let laws = keys
+        .iter()
+        .map(|&(kind, stiffness, damping)| LawEntry {
+            kind,
+            law: SpringLaw { stiffness: f64::from_bits(stiffness), damping: f64::from_bits(damping) },
+        })
+        .collect();
+    let law_of = network
+        .springs
+        .iter()
+        .map(|s| keys.binary_search(&key(s.kind, s.law)).expect("the table holds every spring's law") as u16)
+        .collect();
+    Ok((laws, law_of))
+}
+
+/// What is odd but defined.
+fn remarks(network: &Network) -> Vec<String> {
+    let mut remarks = Vec::new();
+    let mut note = |count: usize, what: &str, meaning: &str| {
+        if count > 0 {
+            remarks.push(format!("{count} {what}: {meaning}"));
+        }
+    };
+    let springs = &network.springs;
+    let mut joined = vec![false; network.x.len()];
+    springs.iter().flat_map(|s| s.particles).for_each(|p| joined[p as usize] = true);
+    let isolated = joined.iter().filter(|j| !**j).count();
+    if !springs.is_empty() {
+        note(isolated, "particles without springs", "they move by gravity and drag alone");
+    }
+    let selfish = springs.iter().filter(|s| s.particles[0] == s.particles[1]).count();
+    note(selfish, "springs join a particle to itself", "they are left out");
+    let zero = springs.iter().filter(|s| s.rest_length == 0.0 && s.particles[0] != s.particles[1]).count();
+    note(
+        zero,
+        "springs have rest length 0",
+        "they pull with f = -k d, and have no direction while their ends coincide",
+    );
+    let mut pairs: Vec<_> = springs
+        .iter()
+        .map(|s| [s.particles[0].min(s.particles[1]), s.particles[0].max(s.particles[1])])
+        .collect();
+    pairs.sort_unstable();
+    let repeated = pairs.windows(2).filter(|w| w[0] == w[1]).count();
+    note(repeated, "springs join a pair that another spring joins", "each acts");
+    remarks
+}

@@ -1,0 +1,183 @@
+//! Springs gathered by row: every particle adds its own springs, in a fixed order, so that rows run
+//! in parallel, nothing is scattered, and no result depends on who computes it.
+//!
+//! Rows are taken sixteen at a time; spring s of each of them makes a slot, evaluated in sixteen
+//! lanes. Both ends of a spring compute it: the two forces are exact opposites.
+#![allow(unsafe_code, reason = "lanes read neighbours whose range was checked when the rows were built")]
+
+use std::ops::Range;
+
+use super::model::Joint;
+use crate::math::{Real, Vec3};
+
+/// Rows evaluated together, on any processor.
+pub(super) const LANES: usize = 16;
+
+/// The law of a slot whose lanes have different ones.
+const MIXED: u16 = u16::MAX;
+
+/// Springs by row.
+#[derive(Clone, Debug)]
+pub struct Rows<R> {
+    count: usize,
+    /// First slot of each group of rows, and one more.
+    starts: Vec<u32>,
+    /// Other end of the spring in each lane; a lane without one names its own row.
+    neighbours: Vec<[u32; LANES]>,
+    /// Rest length (m) in each lane.
+    rest_lengths: Vec<[R; LANES]>,
+    /// Law of all lanes, or `MIXED`.
+    laws: Vec<u16>,
+    /// Laws of the lanes of mixed slots: empty unless there are any.
+    lane_laws: Vec<[u16; LANES]>,
+    /// Index into `lane_laws` of each slot; empty unless there are any.
+    lane_index: Vec<u32>,
+}
+
+/// One spring seen from one of its ends.
+#[derive(Clone, Copy)]
+pub(super) struct Edge<R> {
+    /// Own position less the other's (m).
+    pub(super) d: [R; 3],
+    /// The same of the second field.
+    pub(super) w: [R; 3],
+    /// Rest length (m).
+    pub(super) rest_length: R,
+    /// The pair of numbers of its law.
+    pub(super) law: [R; 2],
+}
+
+impl<R: Real> Rows<R> {
+    /// Gathers springs by row. A block's rows are in groups of their own.
+    pub(super) fn new(count: usize, grain: usize, joints: &[Joint]) -> Self {
+        assert!(grain.is_multiple_of(LANES), "groups of rows lie within a block");
+        let mut rows: Vec<Vec<(u16, u32, R)>> = vec![Vec::new(); count];
+        for &Joint { ends: [a, b], rest_length, law } in joints {
+            rows[a as usize].push((law, b, R::of(rest_length)));
+            rows[b as usize].push((law, a, R::of(rest_length)));
+        }
+        for row in &mut rows {
+            row.sort_by(|a, b| (a.0, a.1).cmp(&(b.0, b.1)).then(a.2.to_f64().total_cmp(&b.2.to_f64())));
+        }
+        let mut gathered = Self {
+            count,
+            starts: vec![0],
+            neighbours: Vec::new(),
+            rest_lengths: Vec::new(),
+            laws: Vec::new(),
+            lane_laws: Vec::new(),
+            lane_index: Vec::new(),
+        };
+        for first in (0..count).step_by(LANES) {
+            gathered.push_group(first, &rows[first..(first + LANES).min(count)]);
+        }
+        if gathered.lane_laws.is_empty() {
+            gathered.lane_index = Vec::new();
+        }
+        gathered
+    }
+
+    fn push_group(&mut self, first: usize, rows: &[Vec<(u16, u32, R)>]) {
+        let width = rows.iter().map(Vec::len).max().unwrap_or(0);
+        for slot in 0..width {
+            // A lane without a spring names its row: d = 0, so that it adds nothing.
+            let mut neighbours = std::array::from_fn(|lane| (first + lane.min(rows.len() - 1)) as u32);
+            let mut rest_lengths = [R::zero(); LANES];
+            let mut laws = [None; LANES];
+            for (lane, row) in rows.iter().enumerate() {
+                if let Some(&(law, neighbour, rest_length)) = row.get(slot) {
+                    (neighbours[lane], rest_lengths[lane], laws[lane]) = (neighbour, rest_length, Some(law));
+                }
+            }
+            self.neighbours.push(neighbours);
+            self.rest_lengths.push(rest_lengths);
+            self.lane_index.push(self.lane_laws.len() as u32);
+            let mut present = laws.iter().flatten();
+            let one = *present.next().expect("a slot holds a spring");
+            if present.all(|law| *law == one) {
+                self.laws.push(one);
+            } else {
+                self.laws.push(MIXED);
+                self.lane_laws.push(laws.map(|law| law.unwrap_or(one)));
+            }
+        }
+        self.starts.push(self.neighbours.len() as u32);
+    }
+
+    /// The springs of one row: (neighbour, rest length, law), in the order in which they are added.
+    pub(crate) fn row(&self, row: usize) -> impl Iterator<Item = (u32, R, u16)> {
+        let (group, lane) = (row / LANES, row % LANES);
+        (self.starts[group] as usize..self.starts[group + 1] as usize)
+            .filter(move |&slot| self.neighbours[slot][lane] as usize != row)
+            .map(move |slot| {
+                let law = match self.laws[slot] {
+                    MIXED => self.lane_laws[self.lane_index[slot] as usize][lane],
+                    law => law,
+                };
+                (self.neighbours[slot][lane], self.rest_lengths[slot][lane], law)
+            })
+    }
+
+    /// Folds the springs of sixteen rows from `first_row`, which starts a group: `fold` adds a
+    /// spring to the sums of its row. `x` and `y` are fields over all particles; `laws` is the table.
+    ///
+    /// # Panics
+    /// If a field is shorter than the number of rows, or the table than the laws named.
+    #[inline(always)]
+    pub(super) fn fold_group<T: Copy, const A: usize>(
+        &self,
+        first_row: usize,
+        [x, y]: [&[Vec3<R>]; 2],
+        laws: &[[R; 2]],
+        mut sums: [[T; LANES]; A],
+        fold: impl Fn(&mut [T; A], Edge<R>),
+    ) -> [[T; LANES]; A] {
+        assert!(x.len() >= self.count && y.len() >= self.count && first_row < self.count);
+        let last = self.count - 1;
+        let own = |field: &[Vec3<R>]| -> [[R; LANES]; 3] {
+            std::array::from_fn(|c| std::array::from_fn(|lane| field[(first_row + lane).min(last)][c]))
+        };
+        let (own_x, own_y) = (own(x), own(y));
+        let group = first_row / LANES;
+        for slot in self.starts[group] as usize..self.starts[group + 1] as usize {
+            let (neighbours, rest_lengths) = (&self.neighbours[slot], &self.rest_lengths[slot]);
+            let slot_laws = self.laws_of(slot, laws);
+            for lane in 0..LANES {
+                let j = neighbours[lane] as usize;
+                // SAFETY: `new` puts only particle numbers, below `count`, into `neighbours`; the
+                // fields were found to be at least that long above.
+                let (xj, yj) = unsafe { (x.get_unchecked(j), y.get_unchecked(j)) };
+                let edge = Edge {
+                    d: [own_x[0][lane] - xj.x, own_x[1][lane] - xj.y, own_x[2][lane] - xj.z],
+                    w: [own_y[0][lane] - yj.x, own_y[1][lane] - yj.y, own_y[2][lane] - yj.z],
+                    rest_length: rest_lengths[lane],
+                    law: [slot_laws[0][lane], slot_laws[1][lane]],
+                };
+                let mut row: [T; A] = std::array::from_fn(|a| sums[a][lane]);
+                fold(&mut row, edge);
+                for a in 0..A {
+                    sums[a][lane] = row[a];
+                }
+            }
+        }
+        sums
+    }
+
+    #[inline(always)]
+    fn laws_of(&self, slot: usize, laws: &[[R; 2]]) -> [[R; LANES]; 2] {
+        match self.laws[slot] {
+            MIXED => {
+                let lanes = &self.lane_laws[self.lane_index[slot] as usize];
+                std::array::from_fn(|c| std::array::from_fn(|lane| laws[lanes[lane] as usize][c]))
+            }
+            law => laws[law as usize].map(|value| [value; LANES]),
+        }
+    }
+
+    /// Groups of rows that make up `rows`, each as the range of its rows.
+    #[inline(always)]
+    pub(super) fn groups(rows: Range<usize>) -> impl Iterator<Item = Range<usize>> {
+        let end = rows.end;
+        rows.step_by(LANES).map(move |first| first..(first + LANES).min(end))
+    }
+}

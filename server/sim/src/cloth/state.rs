@@ -1,0 +1,133 @@
+//! The state of a cloth, what a checkpoint saves; and the scratch memory of a step.
+
+use super::model::{Model, Parameters};
+use crate::{
+    linalg::{BlockCsr, CgWorkspace, Symmetric3},
+    math::{Real, Vec3, vec3},
+    parallel::block_count,
+};
+
+/// A pinned particle on its way.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PinMotion {
+    /// The particle, in the model's numbering.
+    pub particle: u32,
+    /// Where it goes (m).
+    pub target: [f64; 3],
+    /// Sub-steps left.
+    pub steps_left: u64,
+}
+
+/// What changes from step to step.
+#[derive(Clone, Debug, PartialEq, Default)]
+pub struct State<R: Real> {
+    /// Positions (m), in the model's numbering.
+    pub x: Vec<Vec3<R>>,
+    /// Velocities (m/s).
+    pub v: Vec<Vec3<R>>,
+    /// Change of velocity of the step before (m/s): where a warm start begins.
+    pub dv: Vec<Vec3<R>>,
+    /// Pins on their way.
+    pub motions: Vec<PinMotion>,
+}
+
+impl<R: Real> State<R> {
+    /// Copies into vectors that are already there.
+    pub(crate) fn copy_from(&mut self, other: &Self) {
+        self.x.clone_from(&other.x);
+        self.v.clone_from(&other.v);
+        self.dv.clone_from(&other.dv);
+        self.motions.clone_from(&other.motions);
+    }
+
+    /// Gives moving pins the velocity that brings them to their targets in the steps left.
+    pub(super) fn aim_pins(&mut self, dt: f64) {
+        for motion in &mut self.motions {
+            let i = motion.particle as usize;
+            self.v[i] = if motion.steps_left == 0 {
+                Vec3::zeros()
+            } else {
+                let way = vec3::<f64>(motion.target) - self.x[i].map(R::to_f64);
+                (way / (motion.steps_left as f64 * dt)).map(R::of)
+            };
+            motion.steps_left = motion.steps_left.saturating_sub(1);
+        }
+    }
+
+    /// Forgets pins that stand at their targets.
+    pub(super) fn rest_pins(&mut self) {
+        let v = &mut self.v;
+        self.motions.retain(|motion| {
+            if motion.steps_left == 0 {
+                v[motion.particle as usize] = Vec3::zeros();
+            }
+            motion.steps_left > 0
+        });
+    }
+}
+
+/// Parameters as the kernels of one step read them.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Frozen<R: Real> {
+    /// (k, nu) of each law.
+    pub(super) laws: Vec<[R; 2]>,
+    /// (h² k, h nu) of each law.
+    pub(super) implicit_laws: Vec<[R; 2]>,
+    pub(super) drag: R,
+    pub(super) wind: Vec3<R>,
+    pub(super) gravity: Vec3<R>,
+}
+
+impl<R: Real> Frozen<R> {
+    pub(super) fn refresh(&mut self, parameters: &Parameters, [gravity, wind]: [[f64; 3]; 2], dt: f64) {
+        let laws = || parameters.laws.iter().map(|entry| (entry.law.stiffness, entry.law.damping));
+        self.laws.clear();
+        self.laws.extend(laws().map(|(k, nu)| [R::of(k), R::of(nu)]));
+        self.implicit_laws.clear();
+        self.implicit_laws.extend(laws().map(|(k, nu)| [R::of(dt * dt * k), R::of(dt * nu)]));
+        self.drag = R::of(parameters.drag);
+        (self.gravity, self.wind) = (vec3(gravity), vec3(wind));
+    }
+}
+
+/// Scratch memory: a step allocates nothing after the first.
+#[derive(Clone, Debug, Default)]
+pub struct Workspace<R: Real> {
+    /// The state before the step, to return to.
+    pub(crate) before: State<R>,
+    pub(super) frozen: Frozen<R>,
+    pub(super) f: Vec<Vec3<R>>,
+    pub(super) a: Vec<Vec3<R>>,
+    pub(super) w: Vec<Vec3<R>>,
+    /// Right-hand side of an implicit step.
+    pub(super) b: Vec<Vec3<R>>,
+    /// Inverse diagonal blocks.
+    pub(super) inverse: Vec<Symmetric3<R>>,
+    pub(super) assembled: Option<BlockCsr<R>>,
+    pub(super) cg: CgWorkspace<R>,
+    /// Partial sums, one a block.
+    pub(super) partials: Vec<[f64; 8]>,
+}
+
+impl<R: Real> Workspace<R> {
+    /// Empty: the first step sizes it for its method.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    pub(super) fn size_for(&mut self, model: &Model<R>, implicit: bool) {
+        let (count, zero) = (model.count, Vec3::zeros());
+        self.partials.resize(block_count(count, model.grain), [0.0; 8]);
+        self.f.resize(count, zero);
+        if implicit {
+            if self.b.len() != count {
+                self.cg = CgWorkspace::new(count, model.grain);
+            }
+            self.b.resize(count, zero);
+            self.inverse.resize(count, Symmetric3::default());
+        } else {
+            self.a.resize(count, zero);
+            self.w.resize(count, zero);
+        }
+    }
+}

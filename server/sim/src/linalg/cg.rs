@@ -1,0 +1,226 @@
+//! Preconditioned conjugate gradient: settings in, report out (Zara 2001, algorithm 1, made safe).
+//!
+//! Where it leaves the paper: the residual is relative to b; p^T A p is tested in every iteration
+//! against its own rounding bound, since the tangent of compressed springs can be indefinite; the
+//! best iterate is returned when it does not converge. Dot products are binary64 over fixed blocks.
+
+use rayon::prelude::*;
+
+use super::{LinearOperator, Outcome, Preconditioner, SolveReport, SolverSettings, Stop, block_sums};
+use crate::{
+    math::{Real, Vec3},
+    parallel::{block_count, sum},
+};
+
+/// Scratch vectors of a solve: allocated once, reused by every solve of the same size.
+#[derive(Clone, Debug, Default)]
+pub struct CgWorkspace<R: Real> {
+    r: Vec<Vec3<R>>,
+    z: Vec<Vec3<R>>,
+    p: Vec<Vec3<R>>,
+    q: Vec<Vec3<R>>,
+    best: Vec<Vec3<R>>,
+    partials: Vec<[f64; 2]>,
+}
+
+impl<R: Real> CgWorkspace<R> {
+    /// Room for `count` rows in blocks of `grain`.
+    pub fn new(count: usize, grain: usize) -> Self {
+        let zeros = vec![Vec3::zeros(); count];
+        Self {
+            r: zeros.clone(),
+            z: zeros.clone(),
+            p: zeros.clone(),
+            q: zeros.clone(),
+            best: zeros,
+            partials: vec![[0.0; 2]; block_count(count, grain)],
+        }
+    }
+}
+
+/// Solves A x = b by conjugate gradient from the `x` given; `grain` rows make a block.
+///
+/// `x` becomes the solution, or the iterate with the smallest residual when the solve stops at the
+/// cap or at a curvature that is not positive. With [`Stop::Iterations`] it becomes the last
+/// iterate, which minimises the error in the A-norm.
+///
+/// # Panics
+/// Unless `x`, `b` and the workspace have the same length.
+pub fn conjugate_gradient<R: Real>(
+    a: &impl LinearOperator<R>,
+    m: &impl Preconditioner<R>,
+    b: &[Vec3<R>],
+    x: &mut [Vec3<R>],
+    settings: &SolverSettings,
+    grain: usize,
+    work: &mut CgWorkspace<R>,
+) -> SolveReport {
+    assert!(x.len() == b.len() && work.r.len() == b.len(), "one length for x, b and the workspace");
+    let (tolerance, cap) = match settings.stop {
+        Stop::Residual { tolerance, max_iterations } => (tolerance, max_iterations),
+        Stop::Iterations(count) => (0.0, count),
+    };
+    let mut solve = Solve { a, m, grain, work };
+    let b_norm = solve.dot_with(b, b)[0].sqrt();
+    if b_norm == 0.0 {
+        x.fill(Vec3::zeros());
+        return SolveReport { outcome: Outcome::Converged, iterations: 0, relative_residual: 0.0 };
+    }
+    let [mut rho, mut rr] = solve.start(b, x);
+    // The iterate with the smallest residual: `x` itself, until the residual grows.
+    let (mut best, mut best_is_x) = (rr, true);
+    let mut iterations = 0;
+    let outcome = loop {
+        if rr.sqrt() <= tolerance * b_norm || rr == 0.0 {
+            break Outcome::Converged;
+        }
+        if iterations == cap {
+            break Outcome::IterationCap;
+        }
+        let [curvature, magnitude] = solve.apply_operator();
+        if let Some(bad) = solve.bad_curvature([curvature, magnitude], b, iterations + 1) {
+            break bad;
+        }
+        iterations += 1;
+        let alpha = rho / curvature;
+        let [rho_next, rr_next] = solve.advance(alpha, x);
+        if rr_next < best {
+            (best, best_is_x) = (rr_next, true);
+        } else if best_is_x {
+            solve.keep_previous(alpha, x);
+            best_is_x = false;
+        }
+        solve.turn(rho_next / rho);
+        (rho, rr) = (rho_next, rr_next);
+    };
+    let fixed = matches!((settings.stop, outcome), (Stop::Iterations(_), Outcome::IterationCap));
+    if !best_is_x && !fixed && outcome != Outcome::Converged {
+        x.copy_from_slice(&solve.work.best);
+        rr = best;
+    }
+    SolveReport { outcome, iterations, relative_residual: rr.sqrt() / b_norm }
+}
+
+struct Solve<'a, R: Real, A, M> {
+    a: &'a A,
+    m: &'a M,
+    grain: usize,
+    work: &'a mut CgWorkspace<R>,
+}
+
+impl<R: Real, A: LinearOperator<R>, M: Preconditioner<R>> Solve<'_, R, A, M> {
+    /// a.b and the sum of magnitudes.
+    fn dot_with(&mut self, a: &[Vec3<R>], b: &[Vec3<R>]) -> [f64; 2] {
+        let grain = self.grain;
+        (self.work.partials.par_iter_mut(), a.par_chunks(grain), b.par_chunks(grain))
+            .into_par_iter()
+            .for_each(|(partial, a, b)| *partial = block_sums(a, b));
+        sum(&self.work.partials)
+    }
+
+    /// r = b - A x, z = M⁻¹ r, p = z; returns (r.z, r.r).
+    fn start(&mut self, b: &[Vec3<R>], x: &[Vec3<R>]) -> [f64; 2] {
+        let (grain, a, m) = (self.grain, self.a, self.m);
+        let from_zero = x.iter().all(|x| *x == Vec3::zeros());
+        let CgWorkspace { r, z, p, partials, .. } = &mut *self.work;
+        let blocks =
+            (partials.par_iter_mut(), b.par_chunks(grain), r.par_chunks_mut(grain), z.par_chunks_mut(grain));
+        blocks.into_par_iter().zip(p.par_chunks_mut(grain)).enumerate().for_each(
+            |(block, ((partial, b, r, z), p))| {
+                if from_zero {
+                    r.copy_from_slice(b);
+                } else {
+                    a.apply(block * grain, x, r);
+                    r.iter_mut().zip(b).for_each(|(r, b)| *r = b - *r);
+                }
+                m.apply(block * grain, r, z);
+                p.copy_from_slice(z);
+                *partial = [block_sums(r, z)[0], block_sums(r, r)[0]];
+            },
+        );
+        sum(partials)
+    }
+
+    /// q = A p; returns (p.q, sum of |p_c q_c|).
+    fn apply_operator(&mut self) -> [f64; 2] {
+        let (grain, a) = (self.grain, self.a);
+        let CgWorkspace { p, q, partials, .. } = &mut *self.work;
+        let p = p.as_slice();
+        (partials.par_iter_mut(), q.par_chunks_mut(grain), p.par_chunks(grain))
+            .into_par_iter()
+            .enumerate()
+            .for_each(|(block, (partial, q, mine))| {
+                a.apply(block * grain, p, q);
+                *partial = block_sums(mine, q);
+            });
+        sum(partials)
+    }
+
+    /// x += alpha p, r -= alpha q, z = M⁻¹ r; returns (r.z, r.r).
+    fn advance(&mut self, alpha: f64, x: &mut [Vec3<R>]) -> [f64; 2] {
+        let (grain, m, alpha) = (self.grain, self.m, R::of(alpha));
+        let CgWorkspace { r, z, p, q, partials, .. } = &mut *self.work;
+        let vectors = (x.par_chunks_mut(grain), r.par_chunks_mut(grain), z.par_chunks_mut(grain));
+        let inputs = (partials.par_iter_mut(), p.par_chunks(grain), q.par_chunks(grain));
+        vectors.into_par_iter().zip(inputs.into_par_iter()).enumerate().for_each(
+            |(block, ((x, r, z), (partial, p, q)))| {
+                for ((x, r), (p, q)) in x.iter_mut().zip(&mut *r).zip(p.iter().zip(q)) {
+                    *x += p * alpha;
+                    *r -= q * alpha;
+                }
+                m.apply(block * grain, r, z);
+                *partial = [block_sums(r, z)[0], block_sums(r, r)[0]];
+            },
+        );
+        sum(partials)
+    }
+
+    /// p = z + beta p.
+    fn turn(&mut self, beta: f64) {
+        let (grain, beta) = (self.grain, R::of(beta));
+        let CgWorkspace { z, p, .. } = &mut *self.work;
+        (p.par_chunks_mut(grain), z.par_chunks(grain))
+            .into_par_iter()
+            .for_each(|(p, z)| p.iter_mut().zip(z).for_each(|(p, z)| *p = z + *p * beta));
+    }
+
+    /// best = x - alpha p: the iterate before the one in `x`.
+    fn keep_previous(&mut self, alpha: f64, x: &[Vec3<R>]) {
+        let (grain, alpha) = (self.grain, R::of(alpha));
+        let CgWorkspace { p, best, .. } = &mut *self.work;
+        (best.par_chunks_mut(grain), x.par_chunks(grain), p.par_chunks(grain)).into_par_iter().for_each(
+            |(best, x, p)| {
+                best.iter_mut().zip(x.iter().zip(p)).for_each(|(best, (x, p))| *best = x - p * alpha)
+            },
+        );
+    }
+
+    /// Names a curvature that is not above its rounding bound.
+    fn bad_curvature(
+        &mut self,
+        [curvature, magnitude]: [f64; 2],
+        b: &[Vec3<R>],
+        iteration: u32,
+    ) -> Option<Outcome> {
+        // A row adds a few dozen products, each with a relative error of a few roundings.
+        let bound = 8.0 * R::ROUNDING * magnitude;
+        if curvature > bound {
+            return None;
+        }
+        if curvature < -bound {
+            return Some(Outcome::NegativeCurvature { iteration });
+        }
+        // A p = 0 is judged against the size of A, for which |A b| / |b| stands.
+        let [p_norm, q_norm] = [self.norm_of(|work| &work.p), self.norm_of(|work| &work.q)];
+        self.work.p.copy_from_slice(b);
+        self.apply_operator();
+        let size = self.norm_of(|work| &work.q) / self.norm_of(|work| &work.p);
+        let vanishes = q_norm <= 64.0 * R::ROUNDING * size * p_norm;
+        Some(if vanishes { Outcome::Singular { iteration } } else { Outcome::ZeroCurvature { iteration } })
+    }
+
+    fn norm_of(&mut self, vector: impl Fn(&CgWorkspace<R>) -> &Vec<Vec3<R>>) -> f64 {
+        let partials = vector(self.work).chunks(self.grain).map(|v| block_sums(v, v)[0]);
+        partials.sum::<f64>().sqrt()
+    }
+}

@@ -1,0 +1,187 @@
+//! The world: gravity, wind, colliders and bodies on one clock.
+//!
+//! Reads a [`WorldSetup`] (binary64, the user's numbering); writes positions, reports, or the
+//! reason why a step was not taken. [`Simulation`] is a world in a precision chosen at run time.
+
+mod setup;
+mod change;
+mod view;
+mod simulation;
+
+pub use change::{Change, ChangeError};
+pub use setup::{BodySetup, SetupError, WorldSetup};
+pub use simulation::Simulation;
+pub use view::{BodyTopology, StepBound};
+
+use crate::{
+    cloth::{self, ClothSettings, Model, Parameters, State, Surroundings, Workspace},
+    collide::Collider,
+    math::Real,
+    report::{Diagnostics, StepError, StepReport, Stopwatch},
+};
+
+/// A body in a world.
+#[derive(Debug)]
+pub(crate) struct Body<R: Real> {
+    name: String,
+    /// Index of its first particle among all.
+    first_particle: u32,
+    model: Model<R>,
+    parameters: Parameters,
+    settings: ClothSettings,
+    state: State<R>,
+    work: Workspace<R>,
+    /// For drawing, in the user's numbering of the body.
+    triangles: Vec<[u32; 3]>,
+    springs: Vec<[u32; 2]>,
+    uv: Vec<[f64; 2]>,
+}
+
+/// Bodies, colliders, gravity and wind on one clock, in one precision.
+#[derive(Debug)]
+pub struct World<R: Real> {
+    dt: f64,
+    step_count: u64,
+    gravity: [f64; 3],
+    wind: [f64; 3],
+    colliders: Vec<Collider>,
+    bodies: Vec<Body<R>>,
+}
+
+impl<R: Real> World<R> {
+    /// Builds a world; the strings are remarks that do not stop it.
+    ///
+    /// # Errors
+    /// What is wrong with the setup, and where.
+    pub fn new(setup: &WorldSetup) -> Result<(Self, Vec<String>), SetupError> {
+        setup.check()?;
+        let (mut bodies, mut remarks, mut first_particle) = (Vec::new(), Vec::new(), 0);
+        for BodySetup { name, network, settings } in &setup.bodies {
+            let (model, parameters, notes) = Model::new(network, settings)
+                .map_err(|message| SetupError::Body { body: name.clone(), message })?;
+            remarks.extend(notes.into_iter().map(|note| format!("body '{name}': {note}")));
+            let state =
+                State { x: model.arrange(&network.x), v: model.arrange(&network.v), ..State::default() };
+            let count = model.count as u32;
+            bodies.push(Body {
+                name: name.clone(),
+                first_particle,
+                model,
+                parameters,
+                settings: *settings,
+                state,
+                work: Workspace::new(),
+                triangles: network.triangles.clone(),
+                springs: network.springs.iter().map(|spring| spring.particles).collect(),
+                uv: network.uv.clone(),
+            });
+            first_particle += count;
+        }
+        bodies.iter_mut().for_each(Body::still_pins);
+        let WorldSetup { dt, gravity, wind, colliders, .. } = setup;
+        let world = Self {
+            dt: *dt,
+            step_count: 0,
+            gravity: *gravity,
+            wind: *wind,
+            colliders: colliders.clone(),
+            bodies,
+        };
+        Ok((world, remarks))
+    }
+
+    /// Takes one step, on the rayon pool that the caller installed.
+    ///
+    /// # Errors
+    /// When a body's step fails: the world is then as before the step.
+    pub fn step(&mut self, watch: &mut impl Stopwatch) -> Result<StepReport, StepError> {
+        let mut report = StepReport::default();
+        for index in 0..self.bodies.len() {
+            match self.step_body(index, watch) {
+                Ok(body) => merge(&mut report, &body),
+                Err(failure) => {
+                    let error = self.error_of(index, failure);
+                    self.bodies[..=index].iter_mut().for_each(Body::undo);
+                    return Err(error);
+                }
+            }
+        }
+        self.step_count += 1;
+        (report.step, report.time) = (self.step_count, self.time());
+        Ok(report)
+    }
+
+    fn step_body(
+        &mut self,
+        index: usize,
+        watch: &mut impl Stopwatch,
+    ) -> Result<cloth::ClothReport, crate::report::StepFailure> {
+        let time = self.time();
+        let Self { dt, gravity, wind, colliders, bodies, .. } = self;
+        let around = Surroundings { gravity: *gravity, wind: *wind, colliders, time, dt: *dt };
+        let Body { model, parameters, settings, state, work, .. } = &mut bodies[index];
+        work.before.copy_from(state);
+        cloth::step(model, parameters, settings, &around, state, work, watch)
+    }
+
+    fn error_of(&self, index: usize, failure: crate::report::StepFailure) -> StepError {
+        let body = &self.bodies[index];
+        StepError {
+            step: self.step_count,
+            time: self.time(),
+            body: body.name.clone(),
+            failure: failure.shifted(u64::from(body.first_particle)),
+        }
+    }
+
+    /// Figures of the state as it is.
+    pub fn diagnose(&self) -> Diagnostics {
+        let around = Surroundings {
+            gravity: self.gravity,
+            wind: self.wind,
+            colliders: &self.colliders,
+            time: self.time(),
+            dt: self.dt,
+        };
+        self.bodies.iter().fold(Diagnostics::default(), |total, body| {
+            total.with(&cloth::diagnose(&body.model, &body.parameters, &around, &body.state))
+        })
+    }
+
+    /// Simulated time (s).
+    pub fn time(&self) -> f64 {
+        self.step_count as f64 * self.dt
+    }
+
+    /// The body and the place in it of a user's particle.
+    fn find(&self, particle: u32) -> Option<(usize, u32)> {
+        let body = self.bodies.iter().rposition(|body| body.first_particle <= particle)?;
+        let place =
+            *self.bodies[body].model.place.get((particle - self.bodies[body].first_particle) as usize)?;
+        Some((body, place))
+    }
+}
+
+impl<R: Real> Body<R> {
+    /// A pin's velocity is prescribed: 0 until it is sent somewhere.
+    fn still_pins(&mut self) {
+        let pinned = self.model.inv_m.iter().zip(&mut self.state.v).filter(|(inv_m, _)| **inv_m == R::zero());
+        pinned.for_each(|(_, v)| v.fill(R::zero()));
+    }
+
+    fn undo(&mut self) {
+        self.state.copy_from(&self.work.before);
+    }
+}
+
+/// Adds a body's report to that of the world.
+fn merge(report: &mut StepReport, body: &cloth::ClothReport) {
+    report.diagnostics = report.diagnostics.with(&body.diagnostics);
+    report.contact_count += body.contact_count;
+    let worse = |new: &crate::linalg::SolveReport| {
+        report.solve.is_none_or(|old| new.relative_residual >= old.relative_residual)
+    };
+    if let Some(solve) = body.solve.filter(worse) {
+        report.solve = Some(solve);
+    }
+}

@@ -1,0 +1,77 @@
+//! What a world is built from, in binary64 and the user's numbering; and why one cannot be built.
+
+use thiserror::Error;
+
+use crate::{
+    cloth::{ClothSettings, Network},
+    collide::Collider,
+};
+
+/// A body of a world.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BodySetup {
+    /// Name, unique in the world.
+    pub name: String,
+    /// Particles and springs.
+    pub network: Network,
+    /// How it is stepped.
+    pub settings: ClothSettings,
+}
+
+/// Everything that a simulation starts from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WorldSetup {
+    /// Time step (s).
+    pub dt: f64,
+    /// Gravity (m/s²).
+    pub gravity: [f64; 3],
+    /// Velocity of the medium (m/s).
+    pub wind: [f64; 3],
+    /// Colliders.
+    pub colliders: Vec<Collider>,
+    /// Bodies, at least one.
+    pub bodies: Vec<BodySetup>,
+}
+
+/// A world that cannot be built.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[allow(missing_docs, reason = "the messages say what the fields are")]
+pub enum SetupError {
+    #[error("the world has no bodies")]
+    NoBodies,
+    #[error("dt is {0}: a time step is a finite number of seconds above 0")]
+    BadTimeStep(f64),
+    #[error("{what} is not finite: {value:?}")]
+    NotFinite { what: String, value: [f64; 3] },
+    #[error("body '{body}': {message}")]
+    Body { body: String, message: String },
+    #[error("collider '{collider}': {message}")]
+    Collider { collider: String, message: String },
+}
+
+impl WorldSetup {
+    /// Checks what does not belong to one body alone.
+    pub(super) fn check(&self) -> Result<(), SetupError> {
+        if self.bodies.is_empty() {
+            return Err(SetupError::NoBodies);
+        }
+        if !self.dt.is_finite() || self.dt <= 0.0 {
+            return Err(SetupError::BadTimeStep(self.dt));
+        }
+        for (what, value) in [("gravity", self.gravity), ("wind", self.wind)] {
+            if value.iter().any(|c| !c.is_finite()) {
+                return Err(SetupError::NotFinite { what: what.into(), value });
+            }
+        }
+        for (i, body) in self.bodies.iter().enumerate() {
+            if self.bodies[..i].iter().any(|other| other.name == body.name) {
+                let message = "two bodies have this name: names are unique".into();
+                return Err(SetupError::Body { body: body.name.clone(), message });
+            }
+        }
+        self.colliders.iter().try_for_each(|collider| match collider.fault() {
+            Some(message) => Err(SetupError::Collider { collider: collider.name.clone(), message }),
+            None => Ok(()),
+        })
+    }
+}

@@ -1,0 +1,148 @@
+//! A world in a precision chosen at run time.
+
+use super::{BodyTopology, Change, ChangeError, SetupError, StepBound, World, WorldSetup};
+use crate::{
+    collide::Collider,
+    math::{Precision, Real as _},
+    report::{Diagnostics, StepError, StepReport, Stopwatch},
+};
+
+/// A simulation in the precision chosen at run time.
+#[derive(Debug)]
+pub enum Simulation {
+    /// State in binary32.
+    F32(World<f32>),
+    /// State in binary64.
+    F64(World<f64>),
+}
+
+/// The same expression on the world of either precision.
+macro_rules! on_world {
+    ($simulation:expr, $world:ident => $body:expr) => {
+        match $simulation {
+            Simulation::F32($world) => $body,
+            Simulation::F64($world) => $body,
+        }
+    };
+}
+
+impl Simulation {
+    /// Builds a simulation; the strings are remarks that do not stop it.
+    ///
+    /// # Errors
+    /// What is wrong with the setup, and where.
+    pub fn new(setup: &WorldSetup, precision: Precision) -> Result<(Self, Vec<String>), SetupError> {
+        Ok(match precision {
+            Precision::F32 => {
+                let (world, remarks) = World::new(setup)?;
+                (Self::F32(world), remarks)
+            }
+            Precision::F64 => {
+                let (world, remarks) = World::new(setup)?;
+                (Self::F64(world), remarks)
+            }
+        })
+    }
+
+    /// Precision of the state.
+    pub const fn precision(&self) -> Precision {
+        match self {
+            Self::F32(_) => Precision::F32,
+            Self::F64(_) => Precision::F64,
+        }
+    }
+
+    /// Time step (s).
+    pub fn dt(&self) -> f64 {
+        on_world!(self, world => world.dt())
+    }
+
+    /// Steps taken.
+    pub fn step_count(&self) -> u64 {
+        on_world!(self, world => world.step_count())
+    }
+
+    /// Simulated time (s).
+    pub fn time(&self) -> f64 {
+        on_world!(self, world => world.time())
+    }
+
+    /// Particles of all bodies.
+    pub fn particle_count(&self) -> usize {
+        on_world!(self, world => world.particle_count())
+    }
+
+    /// Springs of all bodies.
+    pub fn spring_count(&self) -> usize {
+        on_world!(self, world => world.spring_count())
+    }
+
+    /// Takes one step, on the rayon pool that the caller installed.
+    ///
+    /// # Errors
+    /// When the step fails: the state is then as before it.
+    pub fn step(&mut self, watch: &mut impl Stopwatch) -> Result<StepReport, StepError> {
+        on_world!(self, world => world.step(watch))
+    }
+
+    /// Figures of the state as it is.
+    pub fn diagnose(&self) -> Diagnostics {
+        on_world!(self, world => world.diagnose())
+    }
+
+    /// Applies changes, all or none.
+    ///
+    /// # Errors
+    /// The first change that is refused.
+    pub fn apply(&mut self, changes: &[Change]) -> Result<(), ChangeError> {
+        on_world!(self, world => world.apply(changes))
+    }
+
+    /// Checks changes without applying them.
+    ///
+    /// # Errors
+    /// The first change that would be refused.
+    pub fn check(&self, changes: &[Change]) -> Result<(), ChangeError> {
+        on_world!(self, world => world.check(changes))
+    }
+
+    /// Positions (m), x y z a particle, in the user's numbering. Clears `out` first.
+    pub fn positions_f32(&self, out: &mut Vec<f32>) {
+        on_world!(self, world => world.positions(out, |c| c.to_f64() as f32));
+    }
+
+    /// Positions (m), exact.
+    pub fn positions_f64(&self, out: &mut Vec<f64>) {
+        on_world!(self, world => world.positions(out, |c| c.to_f64()));
+    }
+
+    /// Velocities (m/s), x y z a particle, in the user's numbering. Clears `out` first.
+    pub fn velocities_f32(&self, out: &mut Vec<f32>) {
+        on_world!(self, world => world.velocities(out, |c| c.to_f64() as f32));
+    }
+
+    /// Velocities (m/s), exact.
+    pub fn velocities_f64(&self, out: &mut Vec<f64>) {
+        on_world!(self, world => world.velocities(out, |c| c.to_f64()));
+    }
+
+    /// Hash of the exact state: steps, positions and velocities in the user's numbering.
+    pub fn state_hash(&self) -> u64 {
+        on_world!(self, world => world.state_hash())
+    }
+
+    /// What frames refer to.
+    pub fn topology(&self) -> Vec<BodyTopology> {
+        on_world!(self, world => world.topology())
+    }
+
+    /// Colliders.
+    pub fn colliders(&self) -> &[Collider] {
+        on_world!(self, world => world.colliders())
+    }
+
+    /// Largest explicit steps, one a body.
+    pub fn step_bounds(&self) -> Vec<StepBound> {
+        on_world!(self, world => world.step_bounds())
+    }
+}
