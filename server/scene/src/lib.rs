@@ -1,1 +1,28 @@
-//! Placeholder.
+//! Scenes and meshes: text in, simulation out.
+//!
+//! A [`Scene`] is read from TOML and built into a [`nappe_sim::world::WorldSetup`]; meshes come
+//! from formulas, uploads and files ([`mesh`]); [`course`] reads the MecaSim course's parameter
+//! files. Every fault is a [`SceneError`]: file, line, column, field, what was found, what is
+//! allowed. Only [`files`] opens files. Modules in reading order:
+
+mod error;
+mod source;
+mod names;
+mod body;
+mod scene;
+mod schema;
+pub mod mesh;
+mod build;
+mod shipped;
+pub mod course;
+pub mod files;
+
+pub use body::{
+    Body, Law, Limits, Mass, Mesh, MovingPin, Pattern, Pin, Plane, Rotate, Solver, Springs, Transform,
+};
+pub use build::{Built, MeshSource, NoMeshes, SceneLimits};
+pub use error::{Fault, SceneError};
+pub use scene::{ColliderText, Scene, ShapeText, VERSION};
+pub use schema::page as reference_page;
+pub use shipped::shipped_scenes;
+pub use source::Source;

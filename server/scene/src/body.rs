@@ -1,0 +1,296 @@
+//! A body as it is written in a scene: mesh, transform, masses, springs, pins, solver, limits.
+//!
+//! Ranges, units and defaults stand in the schema, which checks a text before serde sees it.
+
+use nappe_sim::{
+    cloth::{ClothSettings, Hessian, Integrator},
+    linalg::{OperatorKind, PreconditionerKind},
+};
+use serde::{Deserialize, Serialize};
+
+use crate::names;
+
+/// Particles joined by springs.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Body {
+    /// Name, unique among bodies.
+    pub name: String,
+    /// Where the particles are.
+    pub mesh: Mesh,
+    /// Moves the mesh before springs are made.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub transform: Transform,
+    /// Velocity of free particles at the start (m/s).
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub velocity: [f64; 3],
+    /// Masses; none: those of the mesh.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mass: Option<Mass>,
+    /// Springs; none: the particles are free of each other.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub springs: Option<Springs>,
+    /// Particles that do not move.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub pins: Vec<Pin>,
+    /// Pins that move from the start.
+    #[serde(default, rename = "moving_pin", skip_serializing_if = "is_default")]
+    pub moving_pins: Vec<MovingPin>,
+    /// Linear drag of the medium on each particle (N s/m).
+    #[serde(default)]
+    pub drag: f64,
+    /// Integrator.
+    #[serde(default = "default_integrator", with = "names::integrator")]
+    pub integrator: Integrator,
+    /// Treatment of compressed springs.
+    #[serde(default, with = "names::hessian")]
+    pub hessian: Hessian,
+    /// Sub-steps within a step of the scene.
+    #[serde(default = "one")]
+    pub substeps: u32,
+    /// Linear solver.
+    #[serde(default)]
+    pub solver: Solver,
+    /// Limits.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub limits: Limits,
+    /// Particles of a block.
+    #[serde(default = "default_grain")]
+    pub grain: usize,
+}
+
+impl Body {
+    /// A body with the defaults of the format.
+    pub fn new(name: impl Into<String>, mesh: Mesh) -> Self {
+        Self {
+            name: name.into(),
+            mesh,
+            transform: Transform::default(),
+            velocity: [0.0; 3],
+            mass: None,
+            springs: None,
+            pins: Vec::new(),
+            moving_pins: Vec::new(),
+            drag: 0.0,
+            integrator: default_integrator(),
+            hessian: Hessian::default(),
+            substeps: one(),
+            solver: Solver::default(),
+            limits: Limits::default(),
+            grain: default_grain(),
+        }
+    }
+}
+
+/// Where the particles of a body are.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum Mesh {
+    /// A flat grid.
+    Grid {
+        /// Columns and rows.
+        grid: [u32; 2],
+        /// Distance between neighbours (m).
+        spacing: f64,
+        /// How it lies.
+        #[serde(default)]
+        plane: Plane,
+        /// Height of the ripple across its columns (m).
+        #[serde(default)]
+        ripple: f64,
+    },
+    /// Particles in a row along x.
+    Chain {
+        /// Particles.
+        chain: u32,
+        /// Distance between neighbours (m).
+        spacing: f64,
+    },
+    /// The course's square grid.
+    CourseGrid {
+        /// Particles a side.
+        course_grid: u32,
+    },
+    /// An uploaded mesh.
+    Upload {
+        /// Its id.
+        upload: String,
+    },
+    /// A mesh file beside the scene.
+    File {
+        /// Its path.
+        file: String,
+    },
+}
+
+/// How a grid lies.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Plane {
+    /// In the plane y = 0; row r at z = r spacing.
+    #[default]
+    Horizontal,
+    /// In the plane z = 0; row r at y = -r spacing.
+    Upright,
+}
+
+impl Plane {
+    /// Names in scene files.
+    pub const NAMES: [&str; 2] = ["horizontal", "upright"];
+}
+
+/// Moves a mesh: x' = rotate(scale x) + translate.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Transform {
+    /// Factor on every coordinate.
+    pub scale: f64,
+    /// Rotation about the origin.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rotate: Option<Rotate>,
+    /// Shift (m).
+    pub translate: [f64; 3],
+}
+
+impl Default for Transform {
+    fn default() -> Self {
+        Self { scale: 1.0, rotate: None, translate: [0.0; 3] }
+    }
+}
+
+/// A right-handed rotation.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Rotate {
+    /// Axis, of any length but 0.
+    pub axis: [f64; 3],
+    /// Angle (degrees).
+    pub degrees: f64,
+}
+
+/// Masses of a body's particles.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Mass {
+    /// Of each particle (kg).
+    Particle(f64),
+    /// Of the body (kg), the same share for each particle.
+    Total(f64),
+    /// Per area (kg/m²).
+    Density(f64),
+}
+
+/// Springs of a body.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Springs {
+    /// Between which particles; none: lattice for a grid, edges for other meshes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pattern: Option<Pattern>,
+    /// Against change of length.
+    pub stretch: Law,
+    /// Against change of angle.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shear: Option<Law>,
+    /// Against folding.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bend: Option<Law>,
+}
+
+/// Between which particles springs are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Pattern {
+    /// Along and across the edges of triangles.
+    Edges,
+    /// Along rows, columns and diagonals of a grid.
+    Lattice,
+}
+
+impl Pattern {
+    /// Names in scene files.
+    pub const NAMES: [&str; 2] = ["edges", "lattice"];
+}
+
+/// Stiffness and damping of springs.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Law {
+    /// Stiffness (N/m).
+    pub stiffness: f64,
+    /// Damping along the spring (N s/m).
+    #[serde(default)]
+    pub damping: f64,
+}
+
+/// A particle or a named row of particles.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum Pin {
+    /// Its index within the body, from 0.
+    Index(u32),
+    /// A name: `top_left`, `top`, `first`.
+    Name(String),
+}
+
+/// A pin that moves from the start.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MovingPin {
+    /// Which.
+    pub pin: Pin,
+    /// Where it goes (m).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub target: Option<[f64; 3]>,
+    /// How far it goes (m).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub offset: Option<[f64; 3]>,
+    /// How long it takes (s).
+    pub duration: f64,
+}
+
+/// Linear solver of an implicit step.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Solver {
+    /// Relative residual.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tolerance: Option<f64>,
+    /// Iteration cap.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_iterations: Option<u32>,
+    /// Exactly so many iterations.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fixed_iterations: Option<u32>,
+    /// Preconditioner.
+    #[serde(with = "names::preconditioner")]
+    pub preconditioner: PreconditionerKind,
+    /// How the matrix is applied.
+    #[serde(with = "names::operator")]
+    pub operator: OperatorKind,
+    /// Start from the solution of the step before.
+    pub warm_start: bool,
+}
+
+/// When a body's state counts as diverged.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Limits {
+    /// Largest length over rest length.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_stretch: Option<f64>,
+    /// Largest kinetic plus elastic energy (J).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_energy: Option<f64>,
+}
+
+fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
+}
+
+fn default_integrator() -> Integrator {
+    ClothSettings::default().integrator
+}
+
+fn default_grain() -> usize {
+    ClothSettings::DEFAULT_GRAIN
+}
+
+fn one() -> u32 {
+    1
+}

@@ -1,0 +1,118 @@
+//! Numbers in text: the six significant digits of a C++ stream, and tokens with their place.
+
+use std::str::FromStr;
+
+use crate::error::{Fault, SceneError, excerpt};
+
+/// Writes a number as a C++ stream does by default: 6 significant digits, no trailing zeros,
+/// an exponent below 1e-4 and from 1e6 on, `-0` for a negative zero.
+pub fn six_digits(value: f64) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return format!("{value}");
+    }
+    let scientific = format!("{value:.5e}");
+    let (digits, exponent) = scientific.split_once('e').expect("the format has an exponent");
+    let exponent: i32 = exponent.parse().expect("the format's exponent is a number");
+    if (-4..6).contains(&exponent) {
+        let fixed = format!("{value:.*}", usize::try_from(5 - exponent).expect("exponent is below 6"));
+        return trim_zeros(&fixed).to_owned();
+    }
+    let sign = if exponent < 0 { '-' } else { '+' };
+    format!("{}e{sign}{:02}", trim_zeros(digits), exponent.abs())
+}
+
+fn trim_zeros(digits: &str) -> &str {
+    if digits.contains('.') { digits.trim_end_matches('0').trim_end_matches('.') } else { digits }
+}
+
+/// The number that [`six_digits`] writes: `value` rounded to 6 significant digits.
+pub fn to_six_digits(value: f64) -> f64 {
+    six_digits(value).parse().unwrap_or(value)
+}
+
+/// A line of a text with its number, from 1.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Line<'a> {
+    pub(super) file: &'a str,
+    pub(super) number: usize,
+    pub(super) text: &'a str,
+}
+
+/// The lines of a text that hold something once `comment` (to the end of the line) is taken away.
+pub(super) fn lines<'a>(
+    file: &'a str,
+    text: &'a str,
+    comment: Option<char>,
+) -> impl Iterator<Item = Line<'a>> {
+    (1..)
+        .zip(text.lines())
+        .map(move |(number, text)| {
+            let text = comment.and_then(|c| text.split_once(c)).map_or(text, |(before, _)| before);
+            Line { file, number, text: text.trim() }
+        })
+        .filter(|line| !line.text.is_empty())
+}
+
+impl<'a> Line<'a> {
+    pub(super) fn error(&self, fault: Fault, message: impl Into<String>) -> SceneError {
+        SceneError::new(fault, self.file, message).at_line(self.number)
+    }
+
+    pub(super) fn words(&self) -> Vec<&'a str> {
+        self.text.split_whitespace().collect()
+    }
+
+    /// A finite number. `what` names it in the message.
+    pub(super) fn number(&self, word: &str, what: &str) -> Result<f64, SceneError> {
+        f64::from_str(word).ok().filter(|x| x.is_finite()).ok_or_else(|| {
+            self.error(Fault::Syntax, format!("{what} is '{}'; allowed: a finite number", excerpt(word)))
+        })
+    }
+
+    /// So many finite numbers from the first words; more words are left alone.
+    pub(super) fn numbers<const N: usize>(&self, words: &[&str], what: &str) -> Result<[f64; N], SceneError> {
+        let mut out = [0.0; N];
+        if words.len() < N {
+            let message = format!("{what} has {} numbers; allowed: {N}", words.len());
+            return Err(self.error(Fault::Syntax, message));
+        }
+        for (value, word) in out.iter_mut().zip(words) {
+            *value = self.number(word, what)?;
+        }
+        Ok(out)
+    }
+
+    /// The index of a point, from 0, below `count`.
+    pub(super) fn index(&self, word: &str, count: usize) -> Result<u32, SceneError> {
+        let index = u32::from_str(word).ok().filter(|i| (*i as usize) < count);
+        index.ok_or_else(|| {
+            let allowed = match count {
+                0 => "none, there are no points".to_owned(),
+                _ => format!("0 to {}, the points of this mesh", count - 1),
+            };
+            self.error(Fault::OutOfRange, format!("names point '{}'; allowed: {allowed}", excerpt(word)))
+        })
+    }
+
+    /// A count, which must not exceed what `remaining` bytes can hold at `least` bytes each.
+    pub(super) fn count(
+        &self,
+        word: &str,
+        what: &str,
+        remaining: usize,
+        least: usize,
+    ) -> Result<usize, SceneError> {
+        let count = usize::from_str(word).map_err(|_| {
+            let message = format!("the number of {what} is '{}'; allowed: a whole number", excerpt(word));
+            self.error(Fault::Syntax, message)
+        })?;
+        let most = remaining / least;
+        if count > most {
+            let message = format!(
+                "announces {count} {what}, but the {remaining} bytes of the file hold at most {most}"
+            );
+            return Err(self.error(Fault::OutOfRange, message));
+        }
+        Ok(count)
+    }
+}

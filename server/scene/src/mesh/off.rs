@@ -1,0 +1,86 @@
+//! Object File Format: `OFF`, counts, points, polygons.
+//!
+//! The reader is ours: the one on offer keeps positions in binary32. Colours after a face are
+//! passed over; other kinds of OFF (COFF, 4OFF, binary) are refused by name.
+
+use std::io::{self, Write};
+
+use nappe_sim::mesh::TriangleMesh;
+
+use super::{Loaded, fan, numbers::lines};
+use crate::error::{Fault, SceneError, excerpt};
+
+/// Reads an OFF.
+///
+/// # Errors
+/// The first fault, with its line.
+pub fn read_off(text: &str, file: &str) -> Result<Loaded, SceneError> {
+    let mut rest = lines(file, text, Some('#'));
+    let empty = || {
+        SceneError::new(
+            Fault::Syntax,
+            file,
+            "ends before its counts; allowed: OFF, then `points faces edges`",
+        )
+    };
+    let mut header = rest.next().ok_or_else(empty)?;
+    let mut words = header.words();
+    if words[0] != "OFF" {
+        let message = format!("begins with '{}'; allowed: OFF", excerpt(words[0]));
+        return Err(header.error(Fault::Unsupported, message));
+    }
+    if words.len() > 1 && words[1] == "BINARY" {
+        return Err(header.error(Fault::Unsupported, "is a binary OFF; allowed: text"));
+    }
+    words.remove(0);
+    if words.is_empty() {
+        header = rest.next().ok_or_else(empty)?;
+        words = header.words();
+    }
+    if words.len() < 2 {
+        return Err(header.error(Fault::Syntax, "has one count; allowed: `points faces edges`"));
+    }
+    let point_count = header.count(words[0], "points", text.len(), 5)?;
+    let face_count = header.count(words[1], "faces", text.len(), 2)?;
+    let mut mesh = TriangleMesh { points: Vec::with_capacity(point_count), ..TriangleMesh::default() };
+    for read in 0..point_count {
+        let line = rest.next().ok_or_else(|| {
+            header.error(Fault::Inconsistent, format!("announces {point_count} points, but {read} follow"))
+        })?;
+        mesh.points.push(line.numbers(&line.words(), "a point")?);
+    }
+    for read in 0..face_count {
+        let line = rest.next().ok_or_else(|| {
+            header.error(Fault::Inconsistent, format!("announces {face_count} faces, but {read} follow"))
+        })?;
+        let words = line.words();
+        let corner_count = line.count(words[0], "corners", line.text.len(), 1)?;
+        let Some(corners) = words.get(1..=corner_count).filter(|_| corner_count >= 1) else {
+            let message = format!("announces {corner_count} corners, but {} follow", words.len() - 1);
+            return Err(line.error(Fault::Inconsistent, message));
+        };
+        let corners: Vec<u32> =
+            corners.iter().map(|word| line.index(word, point_count)).collect::<Result<_, _>>()?;
+        mesh.triangles.extend(fan(&corners));
+    }
+    let mut remarks = Vec::new();
+    if let Some(line) = rest.next() {
+        remarks.push(format!("{file}:{}: lines after the last face are passed over", line.number));
+    }
+    Ok(Loaded { mesh, remarks })
+}
+
+/// Writes an OFF. Masses and texture coordinates are not part of the format.
+///
+/// # Errors
+/// Those of `out`.
+pub fn write_off(mesh: &TriangleMesh, out: &mut impl Write) -> io::Result<()> {
+    writeln!(out, "OFF\n{} {} 0", mesh.points.len(), mesh.triangles.len())?;
+    for [x, y, z] in &mesh.points {
+        writeln!(out, "{x} {y} {z}")?;
+    }
+    for [a, b, c] in &mesh.triangles {
+        writeln!(out, "3 {a} {b} {c}")?;
+    }
+    Ok(())
+}

@@ -1,0 +1,42 @@
+//! Names in scene files for the simulation's closed sets: serde by name, without serde in `sim`.
+
+/// A serde module for a closed set with `ALL` and `name()`.
+macro_rules! by_name {
+    ($(#[$doc:meta])* $module:ident, $set:ty) => {
+        $(#[$doc])*
+        pub(crate) mod $module {
+            use serde::{Deserialize, Deserializer, Serializer, de::Error};
+
+            type Set = $set;
+
+            #[allow(clippy::trivially_copy_pass_by_ref, reason = "the signature that serde asks for")]
+            pub(crate) fn serialize<S: Serializer>(value: &Set, serializer: S) -> Result<S::Ok, S::Error> {
+                serializer.serialize_str(value.name())
+            }
+
+            pub(crate) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Set, D::Error> {
+                let name = String::deserialize(deserializer)?;
+                Set::ALL
+                    .into_iter()
+                    .find(|value| value.name() == name)
+                    .ok_or_else(|| D::Error::custom(format!("'{name}' is not a name of this set")))
+            }
+        }
+    };
+}
+
+by_name!(
+    /// f32, f64.
+    precision, nappe_sim::math::Precision);
+by_name!(
+    /// Integrators.
+    integrator, nappe_sim::cloth::Integrator);
+by_name!(
+    /// Treatments of compressed springs.
+    hessian, nappe_sim::cloth::Hessian);
+by_name!(
+    /// Preconditioners.
+    preconditioner, nappe_sim::linalg::PreconditionerKind);
+by_name!(
+    /// Ways of applying the matrix.
+    operator, nappe_sim::linalg::OperatorKind);

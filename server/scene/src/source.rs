@@ -1,0 +1,130 @@
+//! Where a field of a scene stands: paths such as `body[0].mesh.grid`, and their lines.
+
+use std::{fmt, ops::Range, sync::Arc};
+
+use toml::{
+    Spanned,
+    de::{DeTable, DeValue},
+};
+
+use crate::error::{Fault, SceneError};
+
+/// One step into a scene.
+#[derive(Clone, Debug, PartialEq, Eq)]
+enum Part {
+    Key(String),
+    Index(usize),
+}
+
+/// The way from a scene's root to a field.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Path(Vec<Part>);
+
+impl Path {
+    /// The field `name` of what this path names.
+    pub(crate) fn key(&self, name: &str) -> Self {
+        let mut parts = self.0.clone();
+        parts.push(Part::Key(name.to_owned()));
+        Self(parts)
+    }
+
+    /// The element `index` of what this path names.
+    pub(crate) fn index(&self, index: usize) -> Self {
+        let mut parts = self.0.clone();
+        parts.push(Part::Index(index));
+        Self(parts)
+    }
+}
+
+impl fmt::Display for Path {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (i, part) in self.0.iter().enumerate() {
+            match part {
+                Part::Key(name) if i == 0 => f.write_str(name)?,
+                Part::Key(name) => write!(f, ".{name}")?,
+                Part::Index(index) => write!(f, "[{index}]")?,
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The text that a scene was read from; empty for a scene made by a program.
+#[derive(Clone, Debug, Default)]
+pub struct Source {
+    file: String,
+    text: Arc<str>,
+}
+
+/// Scenes are equal when their fields are, wherever they were read from.
+impl PartialEq for Source {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
+}
+
+impl Source {
+    pub(crate) fn new(file: &str, text: &str) -> Self {
+        Self { file: file.to_owned(), text: text.into() }
+    }
+
+    /// The same file without its text: faults name the field alone.
+    pub(crate) fn without_text(&self) -> Self {
+        Self { file: self.file.clone(), text: "".into() }
+    }
+
+    /// A fault in the field that `path` names.
+    pub(crate) fn error(&self, fault: Fault, path: &Path, message: impl Into<String>) -> SceneError {
+        let error = SceneError::new(fault, &self.file, message).in_field(path.to_string());
+        match self.find(path) {
+            Some(span) => self.place(error, &span),
+            None => error,
+        }
+    }
+
+    /// A fault at a known place of the text.
+    pub(crate) fn error_at(
+        &self,
+        fault: Fault,
+        path: &Path,
+        span: &Range<usize>,
+        message: impl Into<String>,
+    ) -> SceneError {
+        self.place(SceneError::new(fault, &self.file, message).in_field(path.to_string()), span)
+    }
+
+    fn place(&self, error: SceneError, span: &Range<usize>) -> SceneError {
+        if self.text.is_empty() {
+            return error;
+        }
+        let (line, column) = self.line_and_column(span.start);
+        error.at_line(line).at_column(column)
+    }
+
+    fn line_and_column(&self, byte: usize) -> (usize, usize) {
+        let end = (0..=byte.min(self.text.len())).rev().find(|i| self.text.is_char_boundary(*i)).unwrap_or(0);
+        let before = &self.text[..end];
+        let line_start = before.rfind('\n').map_or(0, |i| i + 1);
+        (before.matches('\n').count() + 1, before[line_start..].chars().count() + 1)
+    }
+
+    /// The deepest part of `path` that the text has. Only faults need it, so the text is read again.
+    fn find(&self, path: &Path) -> Option<Range<usize>> {
+        if self.text.is_empty() {
+            return None;
+        }
+        let table = DeTable::parse(&self.text).ok()?;
+        let root = Spanned::new(table.span(), DeValue::Table(table.into_inner()));
+        let mut value = &root;
+        for part in &path.0 {
+            let next = match (part, value.get_ref()) {
+                (Part::Key(name), DeValue::Table(table)) => table.get(name.as_str()),
+                (Part::Index(index), DeValue::Array(items)) => items.get(*index),
+                _ => None,
+            };
+            let Some(next) = next else { break };
+            value = next;
+        }
+        Some(value.span())
+    }
+}
