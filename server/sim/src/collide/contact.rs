@@ -2,7 +2,7 @@
 //! Coulomb friction, and is put on the surface.
 //!
 //! Reads and writes positions (m) and velocities (m/s) at the end of a step; colliders are met in
-//! their order. The impulse of the normal bounds that of friction: |dv_t| <= mu |dv_n|.
+//! their order. The impulse of the normal bounds that of friction: `|dv_t| <= mu |dv_n|`.
 
 use rayon::prelude::*;
 
@@ -22,6 +22,7 @@ pub(crate) struct Contacts<'a> {
 }
 
 /// Resolves the contacts of all free particles (`inv_m` > 0); returns how many touched a collider.
+#[allow(clippy::disallowed_methods, reason = "whole numbers add to the same in any order")]
 pub(crate) fn resolve<R: Real>(
     contacts: Contacts<'_>,
     inv_m: &[R],
@@ -38,7 +39,6 @@ pub(crate) fn resolve<R: Real>(
             let free = inv_m.iter().zip(x.iter_mut().zip(v)).filter(|(inv_m, _)| **inv_m > R::zero());
             free.map(|(_, (x, v))| u64::from(touch(contacts, x, v))).fold(0, |a, b| a + b)
         })
-        // Whole numbers add to the same in any order.
         .reduce(|| 0, |a, b| a + b)
 }
 

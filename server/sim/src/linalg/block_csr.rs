@@ -1,5 +1,5 @@
 //! A sparse matrix of 3 x 3 blocks, rows in parallel: the reference for matrix-free products
-//! (the "MatAdj" of Zara 2001, section 5.2).
+//! (the `MatAdj` of Zara 2001, section 5.2).
 
 use super::LinearOperator;
 use crate::math::{Mat3, Real, Vec3};

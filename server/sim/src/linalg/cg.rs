@@ -141,7 +141,7 @@ impl<R: Real, A: LinearOperator<R>, M: Preconditioner<R>> Solve<'_, R, A, M> {
         sum(partials)
     }
 
-    /// q = A p; returns (p.q, sum of |p_c q_c|).
+    /// q = A p; returns (p.q, sum of `|p_c q_c|`).
     fn apply_operator(&mut self) -> [f64; 2] {
         let (grain, a) = (self.grain, self.a);
         let CgWorkspace { p, q, partials, .. } = &mut *self.work;
@@ -190,7 +190,7 @@ impl<R: Real, A: LinearOperator<R>, M: Preconditioner<R>> Solve<'_, R, A, M> {
         let CgWorkspace { p, best, .. } = &mut *self.work;
         (best.par_chunks_mut(grain), x.par_chunks(grain), p.par_chunks(grain)).into_par_iter().for_each(
             |(best, x, p)| {
-                best.iter_mut().zip(x.iter().zip(p)).for_each(|(best, (x, p))| *best = x - p * alpha)
+                best.iter_mut().zip(x.iter().zip(p)).for_each(|(best, (x, p))| *best = x - p * alpha);
             },
         );
     }

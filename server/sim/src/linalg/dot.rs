@@ -23,7 +23,7 @@ fn nalgebra_flat<R: Real>(v: &[Vec3<R>]) -> &[R] {
     unsafe { std::slice::from_raw_parts(v.as_ptr().cast::<R>(), v.len() * 3) }
 }
 
-/// Sums over one block of a and b: a.b, and the sum of |a_c b_c| over components, the scale of
+/// Sums over one block of a and b: a.b, and the sum of `|a_c b_c|` over components, the scale of
 /// the rounding error of the first.
 #[inline]
 pub(crate) fn block_sums<R: Real>(a: &[Vec3<R>], b: &[Vec3<R>]) -> [f64; 2] {

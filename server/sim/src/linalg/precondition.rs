@@ -16,7 +16,7 @@ impl<R: Real> Preconditioner<R> for Identity {
 /// Inverse of the diagonal, one component each.
 #[derive(Clone, Copy, Debug)]
 pub struct Diagonal<'a, R: Real>(
-    /// 1 / A_ii, a vector a row.
+    /// Inverse diagonal, one entry a row.
     pub &'a [Symmetric3<R>],
 );
 

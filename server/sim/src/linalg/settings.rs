@@ -46,7 +46,7 @@ pub enum OperatorKind {
     /// From positions and springs, never stored: the fast way.
     #[default]
     MatrixFree,
-    /// Assembled in 3 x 3 blocks (the "MatAdj" of Zara 2001): the reference.
+    /// Assembled in 3 x 3 blocks (the `MatAdj` of Zara 2001): the reference.
     Assembled,
 }
 
