@@ -66,7 +66,7 @@ pub fn step<R: Real>(
     watch: &mut impl Stopwatch,
 ) -> Result<ClothReport, StepFailure> {
     let dt = around.dt / f64::from(settings.substeps);
-    work.size_for(model, settings.integrator.is_implicit());
+    work.size_for(model, settings.integrator);
     work.frozen.refresh(parameters, [around.gravity, around.wind], dt);
     let mut report = ClothReport::default();
     for substep in 1..=settings.substeps {
@@ -92,7 +92,7 @@ pub fn diagnose<R: Real>(
     state: &State<R>,
 ) -> Diagnostics {
     let mut work = Workspace::new();
-    work.size_for(model, false);
+    work.size_for(model, Integrator::ExplicitEuler);
     work.frozen.refresh(parameters, [around.gravity, around.wind], around.dt);
     diagnose::diagnose(model, &work.frozen, state, &mut work.partials)
 }

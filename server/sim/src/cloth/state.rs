@@ -1,6 +1,9 @@
 //! The state of a cloth, what a checkpoint saves; and the scratch memory of a step.
 
-use super::model::{Model, Parameters};
+use super::{
+    Integrator,
+    model::{Model, Parameters},
+};
 use crate::{
     linalg::{BlockCsr, CgWorkspace, Symmetric3},
     math::{Real, Vec3, vec3},
@@ -115,11 +118,11 @@ impl<R: Real> Workspace<R> {
         Self::default()
     }
 
-    pub(super) fn size_for(&mut self, model: &Model<R>, implicit: bool) {
+    pub(super) fn size_for(&mut self, model: &Model<R>, integrator: Integrator) {
         let (count, zero) = (model.count, Vec3::zeros());
         self.partials.resize(block_count(count, model.grain), [0.0; 8]);
         self.f.resize(count, zero);
-        if implicit {
+        if integrator.is_implicit() {
             if self.b.len() != count {
                 self.cg = CgWorkspace::new(count, model.grain);
             }

@@ -37,7 +37,7 @@ pub(crate) fn resolve<R: Real>(
         .into_par_iter()
         .map(|(inv_m, x, v)| {
             let free = inv_m.iter().zip(x.iter_mut().zip(v)).filter(|(inv_m, _)| **inv_m > R::zero());
-            free.map(|(_, (x, v))| u64::from(touch(contacts, x, v))).fold(0, |a, b| a + b)
+            free.map(|(_, (x, v))| touch(contacts, x, v)).filter(|touched| *touched).count() as u64
         })
         .reduce(|| 0, |a, b| a + b)
 }

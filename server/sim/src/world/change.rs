@@ -70,7 +70,9 @@ impl<R: Real> World<R> {
     /// The first change that is refused.
     pub fn apply(&mut self, changes: &[Change]) -> Result<(), ChangeError> {
         self.check(changes)?;
-        changes.iter().for_each(|change| self.apply_one(change));
+        for change in changes {
+            self.apply_one(change);
+        }
         Ok(())
     }
 

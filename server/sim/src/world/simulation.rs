@@ -3,7 +3,7 @@
 use super::{BodyTopology, Change, ChangeError, SetupError, StepBound, World, WorldSetup};
 use crate::{
     collide::Collider,
-    math::{Precision, Real as _},
+    math::{Precision, Real},
     report::{Diagnostics, StepError, StepReport, Stopwatch},
 };
 
@@ -113,7 +113,7 @@ impl Simulation {
 
     /// Positions (m), exact.
     pub fn positions_f64(&self, out: &mut Vec<f64>) {
-        on_world!(self, world => world.positions(out, |c| c.to_f64()));
+        on_world!(self, world => world.positions(out, Real::to_f64));
     }
 
     /// Velocities (m/s), x y z a particle, in the user's numbering. Clears `out` first.
@@ -123,7 +123,7 @@ impl Simulation {
 
     /// Velocities (m/s), exact.
     pub fn velocities_f64(&self, out: &mut Vec<f64>) {
-        on_world!(self, world => world.velocities(out, |c| c.to_f64()));
+        on_world!(self, world => world.velocities(out, Real::to_f64));
     }
 
     /// Hash of the exact state: steps, positions and velocities in the user's numbering.
