@@ -21,7 +21,7 @@ fn build(text: &str) -> Result<nappe_scene::Built, SceneError> {
 }
 
 fn message(text: &str) -> String {
-    build(text).unwrap_err().to_string()
+    build(text).expect_err("the scene has a fault").to_string()
 }
 
 #[test]
@@ -51,133 +51,131 @@ fn every_file_in_the_scenes_folder_is_shipped() {
     assert_eq!(files, shipped);
 }
 
+/// What is replaced in the small scene, by what, and how the message then begins.
+const FAULTS: &[(&str, &str, &str)] = &[
+    ("dt = 0.01", "dt = 2", "scene.toml:2:6: dt: is 2; allowed: a number, 1e-9 to 1"),
+    ("dt = 0.01", "dt = nan", "scene.toml:2:6: dt: is nan; allowed: a number, 1e-9 to 1"),
+    ("dt = 0.01", "dt = \"x\"", "scene.toml:2:6: dt: is 'x'; allowed: a number, 1e-9 to 1"),
+    ("dt = 0.01", "", "scene.toml:1:1: dt: is missing: time step of the scene's clock (a number, 1e-9 to 1)"),
+    ("version = 1", "version = 2", "scene.toml:1:11: version: is 2; allowed: 1"),
+    (
+        "dt = 0.01",
+        "dt = 0.01\ngravty = [0, 0, 0]",
+        "scene.toml:3:1: gravty: scene has no field 'gravty'; did you mean 'gravity'?",
+    ),
+    (
+        "dt = 0.01",
+        "dt = 0.01\ngravity = [0, 0]",
+        "scene.toml:3:11: gravity: is an array of 2; allowed: three numbers, each at most 10000 in size",
+    ),
+    (
+        "dt = 0.01",
+        "dt = 0.01\ngravity = [0, true, 0]",
+        "scene.toml:3:15: gravity[1]: is true; allowed: a number, -10000 to 10000",
+    ),
+    (
+        "dt = 0.01",
+        "dt = 0.01\nprecision = \"f16\"",
+        "scene.toml:3:13: precision: is 'f16'; allowed: f32, f64",
+    ),
+    (
+        "mass = { particle = 0.01 }",
+        "mass = { particle = 0.01 }\nintegrator = \"implicit_eular\"",
+        "scene.toml:8:14: body[0].integrator: is 'implicit_eular'; did you mean 'implicit_euler'?",
+    ),
+    (
+        "dt = 0.01",
+        "dt = 0.01\nsteps = -1",
+        "scene.toml:3:9: steps: is -1; allowed: a whole number, 0 to 1000000000000",
+    ),
+    ("dt = 0.01", "dt = = 1", "scene.toml:2:6: is not TOML: "),
+    (
+        "mesh = { grid = [3, 2], spacing = 0.1 }",
+        "mesh = { grid = [3, 2] }",
+        "scene.toml:6:8: body[0].mesh.spacing: is missing: it is needed with 'grid'",
+    ),
+    (
+        "mesh = { grid = [3, 2], spacing = 0.1 }",
+        "mesh = { grid = [3, 2], chain = 4, spacing = 0.1 }",
+        "scene.toml:6:8: body[0].mesh: has grid and chain of grid, chain, course_grid, upload, file: exactly one is needed",
+    ),
+    (
+        "mesh = { grid = [3, 2], spacing = 0.1 }",
+        "mesh = { spacing = 0.1 }",
+        "scene.toml:6:8: body[0].mesh: has none of grid, chain, course_grid, upload, file: exactly one is needed",
+    ),
+    (
+        "mesh = { grid = [3, 2], spacing = 0.1 }",
+        "mesh = { course_grid = 4, spacing = 0.1 }",
+        "scene.toml:6:37: body[0].mesh.spacing: does not go with 'course_grid'",
+    ),
+    (
+        "mesh = { grid = [3, 2], spacing = 0.1 }",
+        "mesh = { upload = \"m1\" }",
+        "scene.toml:6:19: body[0].mesh.upload: no mesh with the id 'm1' was uploaded, or it is no longer kept",
+    ),
+    (
+        "mesh = { grid = [3, 2], spacing = 0.1 }",
+        "mesh = { file = \"a.obj\" }",
+        "a.obj: scenes may not name files here: upload the mesh",
+    ),
+    (
+        "mesh = { grid = [3, 2], spacing = 0.1 }",
+        "mesh = { grid = [100000, 100000], spacing = 0.1 }",
+        "scene.toml:6:8: body[0].mesh: this body has 10000000000 particles; allowed: at most 4000000",
+    ),
+    (
+        "stiffness = 10",
+        "stifness = 10",
+        "scene.toml:8:25: body[0].springs.stretch.stifness: body.springs.stretch, .shear, .bend has no field 'stifness'; did you mean 'stiffness'?",
+    ),
+    (
+        "mass = { particle = 0.01 }",
+        "",
+        "scene.toml:4:1: body[0].mass: is missing: this mesh carries no masses; allowed: { particle = kg }, { total = kg } or { density = kg/m^2 }",
+    ),
+    (
+        "mass = { particle = 0.01 }",
+        "mass = { particle = 0.01 }\npins = [6]",
+        "scene.toml:8:9: body[0].pins[0]: is 6; allowed: 0 to 5, the particles of this body",
+    ),
+    (
+        "mass = { particle = 0.01 }",
+        "mass = { particle = 0.01 }\npins = [\"top_leftt\"]",
+        "scene.toml:8:9: body[0].pins[0]: is 'top_leftt'; did you mean 'top_left'?",
+    ),
+    (
+        "mass = { particle = 0.01 }",
+        "mass = { particle = 0.01 }\npins = [\"middle of nowhere\"]",
+        "scene.toml:8:9: body[0].pins[0]: is 'middle of nowhere'; allowed: top_left, top_right, bottom_left, bottom_right, top, bottom, left, right",
+    ),
+    (
+        "mass = { particle = 0.01 }",
+        "mass = { particle = 0.01 }\ngrain = 100",
+        "scene.toml:8:9: body[0].grain: is 100; allowed: a power of two, 32 to 4096",
+    ),
+    (
+        "mass = { particle = 0.01 }",
+        "mass = { particle = 0.01 }\nsolver = { fixed_iterations = 3, tolerance = 0.1 }",
+        "scene.toml:8:46: body[0].solver.tolerance: does not go with fixed_iterations",
+    ),
+    (
+        "mass = { particle = 0.01 }",
+        "mass = { particle = 0.01 }\nsolver = { fixed_iterations = 3, max_iterations = 1 }",
+        "scene.toml:8:51: body[0].solver.max_iterations: does not go with fixed_iterations",
+    ),
+    (
+        "mass = { particle = 0.01 }",
+        "mass = { particle = 0.01 }\ntransform = { rotate = { axis = [0, 0, 0], degrees = 1 } }",
+        "scene.toml:8:33: body[0].transform.rotate.axis: is zero: an axis needs a direction",
+    ),
+    ("name = \"cloth\"", "name = \" \"", "scene.toml:5:8: body[0].name: is empty: a name is needed"),
+    ("[[body]]", "body = 1", "scene.toml:4:8: body: is 1; allowed: an array of tables, at most 1000"),
+];
+
 #[test]
 fn a_message_names_file_line_column_field_finding_and_range() {
-    let cases: &[(&str, &str, &str)] = &[
-        ("dt = 0.01", "dt = 2", "scene.toml:2:6: dt: is 2; allowed: a number, 1e-9 to 1"),
-        ("dt = 0.01", "dt = nan", "scene.toml:2:6: dt: is nan; allowed: a number, 1e-9 to 1"),
-        ("dt = 0.01", "dt = \"x\"", "scene.toml:2:6: dt: is 'x'; allowed: a number, 1e-9 to 1"),
-        (
-            "dt = 0.01",
-            "",
-            "scene.toml:1:1: dt: is missing: time step of the scene's clock (a number, 1e-9 to 1)",
-        ),
-        ("version = 1", "version = 2", "scene.toml:1:11: version: is 2; allowed: 1"),
-        (
-            "dt = 0.01",
-            "dt = 0.01\ngravty = [0, 0, 0]",
-            "scene.toml:3:1: gravty: scene has no field 'gravty'; did you mean 'gravity'?",
-        ),
-        (
-            "dt = 0.01",
-            "dt = 0.01\ngravity = [0, 0]",
-            "scene.toml:3:11: gravity: is an array of 2; allowed: three numbers, each at most 10000 in size",
-        ),
-        (
-            "dt = 0.01",
-            "dt = 0.01\ngravity = [0, true, 0]",
-            "scene.toml:3:15: gravity[1]: is true; allowed: a number, -10000 to 10000",
-        ),
-        (
-            "dt = 0.01",
-            "dt = 0.01\nprecision = \"f16\"",
-            "scene.toml:3:13: precision: is 'f16'; allowed: f32, f64",
-        ),
-        (
-            "mass = { particle = 0.01 }",
-            "mass = { particle = 0.01 }\nintegrator = \"implicit_eular\"",
-            "scene.toml:8:14: body[0].integrator: is 'implicit_eular'; did you mean 'implicit_euler'?",
-        ),
-        (
-            "dt = 0.01",
-            "dt = 0.01\nsteps = -1",
-            "scene.toml:3:9: steps: is -1; allowed: a whole number, 0 to 1000000000000",
-        ),
-        ("dt = 0.01", "dt = = 1", "scene.toml:2:6: is not TOML: "),
-        (
-            "mesh = { grid = [3, 2], spacing = 0.1 }",
-            "mesh = { grid = [3, 2] }",
-            "scene.toml:6:8: body[0].mesh.spacing: is missing: it is needed with 'grid'",
-        ),
-        (
-            "mesh = { grid = [3, 2], spacing = 0.1 }",
-            "mesh = { grid = [3, 2], chain = 4, spacing = 0.1 }",
-            "scene.toml:6:8: body[0].mesh: has grid and chain of grid, chain, course_grid, upload, file: exactly one is needed",
-        ),
-        (
-            "mesh = { grid = [3, 2], spacing = 0.1 }",
-            "mesh = { spacing = 0.1 }",
-            "scene.toml:6:8: body[0].mesh: has none of grid, chain, course_grid, upload, file: exactly one is needed",
-        ),
-        (
-            "mesh = { grid = [3, 2], spacing = 0.1 }",
-            "mesh = { course_grid = 4, spacing = 0.1 }",
-            "scene.toml:6:37: body[0].mesh.spacing: does not go with 'course_grid'",
-        ),
-        (
-            "mesh = { grid = [3, 2], spacing = 0.1 }",
-            "mesh = { upload = \"m1\" }",
-            "scene.toml:6:19: body[0].mesh.upload: no mesh with the id 'm1' was uploaded, or it is no longer kept",
-        ),
-        (
-            "mesh = { grid = [3, 2], spacing = 0.1 }",
-            "mesh = { file = \"a.obj\" }",
-            "a.obj: scenes may not name files here: upload the mesh",
-        ),
-        (
-            "mesh = { grid = [3, 2], spacing = 0.1 }",
-            "mesh = { grid = [100000, 100000], spacing = 0.1 }",
-            "scene.toml:6:8: body[0].mesh: this body has 10000000000 particles; allowed: at most 4000000",
-        ),
-        (
-            "stiffness = 10",
-            "stifness = 10",
-            "scene.toml:8:27: body[0].springs.stretch.stifness: body.springs.stretch, .shear, .bend has no field 'stifness'; did you mean 'stiffness'?",
-        ),
-        (
-            "mass = { particle = 0.01 }",
-            "",
-            "scene.toml:4:1: body[0].mass: is missing: this mesh carries no masses; allowed: { particle = kg }, { total = kg } or { density = kg/m^2 }",
-        ),
-        (
-            "mass = { particle = 0.01 }",
-            "mass = { particle = 0.01 }\npins = [6]",
-            "scene.toml:8:9: body[0].pins[0]: is 6; allowed: 0 to 5, the particles of this body",
-        ),
-        (
-            "mass = { particle = 0.01 }",
-            "mass = { particle = 0.01 }\npins = [\"top_leftt\"]",
-            "scene.toml:8:9: body[0].pins[0]: is 'top_leftt'; did you mean 'top_left'?",
-        ),
-        (
-            "mass = { particle = 0.01 }",
-            "mass = { particle = 0.01 }\npins = [\"middle of nowhere\"]",
-            "scene.toml:8:9: body[0].pins[0]: is 'middle of nowhere'; allowed: top_left, top_right, bottom_left, bottom_right, top, bottom, left, right",
-        ),
-        (
-            "mass = { particle = 0.01 }",
-            "mass = { particle = 0.01 }\ngrain = 100",
-            "scene.toml:8:9: body[0].grain: is 100; allowed: a power of two, 32 to 4096",
-        ),
-        (
-            "mass = { particle = 0.01 }",
-            "mass = { particle = 0.01 }\nsolver = { fixed_iterations = 3, tolerance = 0.1 }",
-            "scene.toml:8:46: body[0].solver.tolerance: does not go with fixed_iterations",
-        ),
-        (
-            "mass = { particle = 0.01 }",
-            "mass = { particle = 0.01 }\nsolver = { fixed_iterations = 3, max_iterations = 1 }",
-            "scene.toml:8:51: body[0].solver.max_iterations: does not go with fixed_iterations",
-        ),
-        (
-            "mass = { particle = 0.01 }",
-            "mass = { particle = 0.01 }\ntransform = { rotate = { axis = [0, 0, 0], degrees = 1 } }",
-            "scene.toml:8:33: body[0].transform.rotate.axis: is zero: an axis needs a direction",
-        ),
-        ("name = \"cloth\"", "name = \" \"", "scene.toml:5:8: body[0].name: is empty: a name is needed"),
-        ("[[body]]", "body = 1", "scene.toml:4:8: body: is 1; allowed: an array of tables, at most 1000"),
-    ];
-    for (old, new, wanted) in cases {
+    for (old, new, wanted) in FAULTS {
         let text = SMALL.replace(old, new);
         assert_ne!(&text, SMALL, "the case changes the scene: {old}");
         let found = message(&text);

@@ -1,1 +1,13 @@
-//! Placeholder.
+//! The MecaSim course's parameter files, and the scene that they describe.
+//!
+//! Reads texts: a simulation file and an object file for each object. Writes a [`crate::Scene`]
+//! with one body an object; what the course leaves unused is remarked, never dropped in silence.
+
+mod keys;
+mod object;
+mod scene;
+mod simu;
+
+pub use object::{ObjectIntegration, ObjectParameters};
+pub use scene::{CourseObject, MecasimOptions, Viscosity, mecasim_scene};
+pub use simu::{ObjectKind, SimuParameters};

@@ -90,9 +90,8 @@ fn read_points(points: &NamedText<'_>) -> Result<Vec<[f64; 3]>, SceneError> {
             "is empty; allowed: a number of points first",
         ));
     };
-    // A point takes at least `0 0 0` and an end of line.
-    let count = first.count(first.text, "points", points.text.len() + 1, 6)?;
-    let mut out = Vec::with_capacity(count);
+    let count = first.count(first.text, "points")?;
+    let mut out = Vec::new();
     for line in rest {
         exactly(&line, 3, "a point")?;
         out.push(line.numbers(&line.words(), "a point")?);
@@ -194,9 +193,14 @@ pub fn write_eti(mesh: &TriangleMesh) -> EtiWritten {
     for [a, b, c] in &mesh.triangles {
         let _ = writeln!(faceset, "{a} {b} {c}");
     }
-    let masses = (!mesh.masses.is_empty())
-        .then(|| mesh.masses.iter().map(|m| six_digits(*m) + "\n").collect::<String>());
-    let texcoord = (!mesh.uv.is_empty())
-        .then(|| mesh.uv.iter().map(|[u, v]| format!("{} {}\n", six_digits(*u), six_digits(*v))).collect());
-    EtiWritten { points, faceset, masses, texcoord }
+    let mut masses = String::new();
+    for mass in &mesh.masses {
+        let _ = writeln!(masses, "{}", six_digits(*mass));
+    }
+    let mut texcoord = String::new();
+    for [u, v] in &mesh.uv {
+        let _ = writeln!(texcoord, "{} {}", six_digits(*u), six_digits(*v));
+    }
+    let some = |text: String| Some(text).filter(|text| !text.is_empty());
+    EtiWritten { points, faceset, masses: some(masses), texcoord: some(texcoord) }
 }

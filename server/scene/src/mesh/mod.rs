@@ -1,9 +1,9 @@
 //! Meshes from formulas and texts, and back: each format in its file. Nothing here opens files.
 //!
-//! Readers take a text or bytes and a name for messages; counts in a file are checked against what
-//! the file holds before memory is taken for them. Writers give text or write to an `impl Write`.
+//! Readers take a text or bytes and a name for messages; no memory is taken for a count before
+//! the file has shown what it counts. Writers give text or write to an `impl Write`.
 
-mod numbers;
+pub(crate) mod numbers;
 mod grid;
 mod eti;
 mod obj;

@@ -32,14 +32,14 @@ pub fn to_six_digits(value: f64) -> f64 {
 
 /// A line of a text with its number, from 1.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Line<'a> {
-    pub(super) file: &'a str,
-    pub(super) number: usize,
-    pub(super) text: &'a str,
+pub(crate) struct Line<'a> {
+    pub(crate) file: &'a str,
+    pub(crate) number: usize,
+    pub(crate) text: &'a str,
 }
 
 /// The lines of a text that hold something once `comment` (to the end of the line) is taken away.
-pub(super) fn lines<'a>(
+pub(crate) fn lines<'a>(
     file: &'a str,
     text: &'a str,
     comment: Option<char>,
@@ -54,23 +54,23 @@ pub(super) fn lines<'a>(
 }
 
 impl<'a> Line<'a> {
-    pub(super) fn error(&self, fault: Fault, message: impl Into<String>) -> SceneError {
+    pub(crate) fn error(&self, fault: Fault, message: impl Into<String>) -> SceneError {
         SceneError::new(fault, self.file, message).at_line(self.number)
     }
 
-    pub(super) fn words(&self) -> Vec<&'a str> {
+    pub(crate) fn words(&self) -> Vec<&'a str> {
         self.text.split_whitespace().collect()
     }
 
     /// A finite number. `what` names it in the message.
-    pub(super) fn number(&self, word: &str, what: &str) -> Result<f64, SceneError> {
+    pub(crate) fn number(&self, word: &str, what: &str) -> Result<f64, SceneError> {
         f64::from_str(word).ok().filter(|x| x.is_finite()).ok_or_else(|| {
             self.error(Fault::Syntax, format!("{what} is '{}'; allowed: a finite number", excerpt(word)))
         })
     }
 
     /// So many finite numbers from the first words; more words are left alone.
-    pub(super) fn numbers<const N: usize>(&self, words: &[&str], what: &str) -> Result<[f64; N], SceneError> {
+    pub(crate) fn numbers<const N: usize>(&self, words: &[&str], what: &str) -> Result<[f64; N], SceneError> {
         let mut out = [0.0; N];
         if words.len() < N {
             let message = format!("{what} has {} numbers; allowed: {N}", words.len());
@@ -83,7 +83,7 @@ impl<'a> Line<'a> {
     }
 
     /// The index of a point, from 0, below `count`.
-    pub(super) fn index(&self, word: &str, count: usize) -> Result<u32, SceneError> {
+    pub(crate) fn index(&self, word: &str, count: usize) -> Result<u32, SceneError> {
         let index = u32::from_str(word).ok().filter(|i| (*i as usize) < count);
         index.ok_or_else(|| {
             let allowed = match count {
@@ -94,25 +94,11 @@ impl<'a> Line<'a> {
         })
     }
 
-    /// A count, which must not exceed what `remaining` bytes can hold at `least` bytes each.
-    pub(super) fn count(
-        &self,
-        word: &str,
-        what: &str,
-        remaining: usize,
-        least: usize,
-    ) -> Result<usize, SceneError> {
-        let count = usize::from_str(word).map_err(|_| {
+    /// A count. It is what a file says of itself: take no memory for it.
+    pub(crate) fn count(&self, word: &str, what: &str) -> Result<usize, SceneError> {
+        usize::from_str(word).ok().ok_or_else(|| {
             let message = format!("the number of {what} is '{}'; allowed: a whole number", excerpt(word));
             self.error(Fault::Syntax, message)
-        })?;
-        let most = remaining / least;
-        if count > most {
-            let message = format!(
-                "announces {count} {what}, but the {remaining} bytes of the file hold at most {most}"
-            );
-            return Err(self.error(Fault::OutOfRange, message));
-        }
-        Ok(count)
+        })
     }
 }

@@ -40,9 +40,9 @@ pub fn read_off(text: &str, file: &str) -> Result<Loaded, SceneError> {
     if words.len() < 2 {
         return Err(header.error(Fault::Syntax, "has one count; allowed: `points faces edges`"));
     }
-    let point_count = header.count(words[0], "points", text.len(), 5)?;
-    let face_count = header.count(words[1], "faces", text.len(), 2)?;
-    let mut mesh = TriangleMesh { points: Vec::with_capacity(point_count), ..TriangleMesh::default() };
+    let point_count = header.count(words[0], "points")?;
+    let face_count = header.count(words[1], "faces")?;
+    let mut mesh = TriangleMesh::default();
     for read in 0..point_count {
         let line = rest.next().ok_or_else(|| {
             header.error(Fault::Inconsistent, format!("announces {point_count} points, but {read} follow"))
@@ -54,8 +54,8 @@ pub fn read_off(text: &str, file: &str) -> Result<Loaded, SceneError> {
             header.error(Fault::Inconsistent, format!("announces {face_count} faces, but {read} follow"))
         })?;
         let words = line.words();
-        let corner_count = line.count(words[0], "corners", line.text.len(), 1)?;
-        let Some(corners) = words.get(1..=corner_count).filter(|_| corner_count >= 1) else {
+        let corner_count = line.count(words[0], "corners")?;
+        let Some(corners) = corner_count.checked_add(1).and_then(|end| words.get(1..end)) else {
             let message = format!("announces {corner_count} corners, but {} follow", words.len() - 1);
             return Err(line.error(Fault::Inconsistent, message));
         };

@@ -86,7 +86,9 @@ fn whole_numbers(property: Property) -> Option<Vec<i64>> {
 pub fn read_ply(bytes: &[u8], file: &str) -> Result<Loaded, SceneError> {
     let mut reader = BufReader::new(bytes);
     let mut ply = Parser::<Element>::new().read_ply(&mut reader).map_err(|error| {
-        let message = format!("is not a PLY that can be read: {error}");
+        // The parser's messages run over several lines and repeat the line number.
+        let words = error.to_string().split_whitespace().collect::<Vec<_>>().join(" ");
+        let message = format!("is not a PLY that can be read: {words}");
         let place = SceneError::new(Fault::Syntax, file, message);
         match error.line() {
             Some(line) => place.at_line(line),

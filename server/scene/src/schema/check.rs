@@ -142,7 +142,7 @@ fn check_scalar(kind: Kind, value: &Value<'_>, path: &Path, source: &Source) -> 
             return Err(source.error_at(Fault::OutOfRange, path, &value.span(), message));
         }
         (Kind::Flag, DeValue::Boolean(_)) => true,
-        (Kind::Pin, DeValue::Integer(_)) => whole(value).is_some_and(|n| n <= u64::from(u32::MAX)),
+        (Kind::Pin, DeValue::Integer(_)) => whole(value).is_some_and(|n| u32::try_from(n).is_ok()),
         (Kind::Pin, DeValue::String(text)) => text.len() <= 64,
         _ => return Err(wrong_type(kind, value, path, source)),
     };
