@@ -1,0 +1,73 @@
+//! Mesh files of the command line: reading with the choice about missing masses, remarks, hints.
+
+use std::path::Path;
+
+use clap::Args;
+use nappe_scene::{
+    Fault, SceneError,
+    files::{self, ReadOptions},
+    mesh::{EtiOptions, Loaded},
+};
+
+use crate::{
+    error::{CliError, Result},
+    output,
+};
+
+/// What to do about points without a mass.
+#[derive(Args, Clone, Copy, Debug, Default)]
+pub(crate) struct MissingMass {
+    /// Mass (kg) of the points that a masses.eti leaves out; without it, that is an error
+    #[arg(long = "missing-mass", value_name = "KG", value_parser = mass)]
+    value: Option<f64>,
+}
+
+impl MissingMass {
+    /// As the readers want it.
+    pub(crate) fn options(self) -> ReadOptions {
+        ReadOptions { eti: EtiOptions { missing_mass: self.value }, ..ReadOptions::default() }
+    }
+}
+
+/// Reads a mesh file; what is odd about it goes to standard error.
+///
+/// # Errors
+/// When it cannot be read.
+pub(crate) fn load(path: &Path, missing: MissingMass) -> Result<Loaded> {
+    let loaded = files::load_mesh(path, &missing.options()).map_err(in_words)?;
+    note(&loaded.remarks);
+    Ok(loaded)
+}
+
+/// Prints remarks that stop nothing.
+pub(crate) fn note(remarks: &[String]) {
+    for remark in remarks {
+        output::note(&format!("remark: {remark}"));
+    }
+}
+
+/// Names the option that helps, where one does.
+pub(crate) fn in_words(error: SceneError) -> CliError {
+    if lacks_masses(&error) {
+        return CliError::from(error).hint("--missing-mass KG gives the missing ones a mass");
+    }
+    error.into()
+}
+
+/// Whether it is only masses that a mesh lacks.
+pub(crate) fn lacks_masses(error: &SceneError) -> bool {
+    error.fault == Fault::Inconsistent && error.message.contains("missing mass")
+}
+
+impl From<SceneError> for CliError {
+    fn from(error: SceneError) -> Self {
+        Self::failure(error)
+    }
+}
+
+fn mass(text: &str) -> std::result::Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(mass) if mass.is_finite() && mass >= 0.0 => Ok(mass),
+        _ => Err(format!("'{text}' is no mass: a number of kilograms, 0 (pinned) or more")),
+    }
+}

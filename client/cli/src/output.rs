@@ -1,0 +1,159 @@
+//! What the command writes on standard output: JSON for programs, tables and sentences for people.
+//!
+//! A reader that closes the pipe early (`nappe list | head`) ends the output without an error.
+
+use std::io::{self, Write};
+
+use clap::Args;
+use comfy_table::{CellAlignment, Table};
+use serde::Serialize;
+
+use crate::error::{CliError, Result};
+
+/// The option that every verb which prints has.
+#[derive(Args, Clone, Copy, Debug, Default)]
+pub(crate) struct OutputArgs {
+    /// Print JSON on standard output, for programs
+    #[arg(long, help_heading = "Output")]
+    json: bool,
+}
+
+/// Who reads the output.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Format {
+    /// A person.
+    Text,
+    /// A program.
+    Json,
+}
+
+impl OutputArgs {
+    /// Who reads the output.
+    pub(crate) fn format(self) -> Format {
+        if self.json { Format::Json } else { Format::Text }
+    }
+}
+
+/// Writes a line on standard output.
+///
+/// # Errors
+/// When standard output cannot be written, a full disk for instance.
+pub(crate) fn line(text: &str) -> Result<()> {
+    let mut out = io::stdout().lock();
+    match writeln!(out, "{text}").and_then(|()| out.flush()) {
+        Ok(()) => Ok(()),
+        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => std::process::exit(0),
+        Err(error) => Err(CliError::failure(format!("cannot write on standard output: {error}"))),
+    }
+}
+
+/// Writes one JSON value on one line.
+///
+/// # Errors
+/// As [`line`].
+pub(crate) fn json(value: &impl Serialize) -> Result<()> {
+    let text = serde_json::to_string(value)
+        .map_err(|error| CliError::failure(format!("cannot write the answer as JSON: {error}")))?;
+    line(&text)
+}
+
+/// Writes a sentence for the person at the terminal on standard error, where it cannot mix with
+/// output that a program reads.
+pub(crate) fn note(text: &str) {
+    // Nobody is left to be told when standard error is closed.
+    let _ = writeln!(io::stderr().lock(), "{text}");
+}
+
+/// How a column stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Column {
+    /// Words.
+    Left(&'static str),
+    /// Numbers.
+    Right(&'static str),
+}
+
+/// A table without frames: columns apart by two blanks, numbers to the right.
+pub(crate) fn table(columns: &[Column], rows: &[Vec<String>]) -> String {
+    let mut table = Table::new();
+    table.load_style(comfy_table::presets::NOTHING);
+    table.set_header(columns.iter().map(|column| match column {
+        Column::Left(name) | Column::Right(name) => *name,
+    }));
+    for row in rows {
+        table.add_row(row);
+    }
+    for (index, column) in columns.iter().enumerate() {
+        if let Some(cells) = table.column_mut(index) {
+            let (alignment, padding) = match column {
+                Column::Left(_) => (CellAlignment::Left, (0, 2)),
+                Column::Right(_) => (CellAlignment::Right, (0, 2)),
+            };
+            cells.set_cell_alignment(alignment);
+            cells.set_padding(padding);
+        }
+    }
+    table.lines().map(|line| line.trim_end().to_owned()).collect::<Vec<_>>().join("\n")
+}
+
+/// Seconds with a unit that suits them.
+pub(crate) fn duration(seconds: f64) -> String {
+    match seconds {
+        s if s >= 1.0 => format!("{s:.2} s"),
+        s if s >= 1e-3 => format!("{:.2} ms", s * 1e3),
+        s => format!("{:.1} us", s * 1e6),
+    }
+}
+
+/// A count with blanks between thousands.
+pub(crate) fn count(value: u64) -> String {
+    let digits = value.to_string();
+    let mut text = String::new();
+    for (index, digit) in digits.chars().enumerate() {
+        if index > 0 && (digits.len() - index).is_multiple_of(3) {
+            text.push(' ');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+/// A state hash as scripts see it: 16 hexadecimal digits.
+pub(crate) fn hash(value: u64) -> String {
+    format!("{value:016x}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn counts_are_grouped_by_thousands() {
+        assert_eq!(count(0), "0");
+        assert_eq!(count(999), "999");
+        assert_eq!(count(1_000), "1 000");
+        assert_eq!(count(160_000), "160 000");
+        assert_eq!(count(1_234_567), "1 234 567");
+    }
+
+    #[test]
+    fn durations_carry_a_readable_unit() {
+        assert_eq!(duration(12.5), "12.50 s");
+        assert_eq!(duration(0.0023), "2.30 ms");
+        assert_eq!(duration(0.000_004_5), "4.5 us");
+    }
+
+    #[test]
+    fn numbers_stand_to_the_right_and_lines_end_without_blanks() {
+        let text = table(
+            &[Column::Left("name"), Column::Right("count")],
+            &[vec!["a".into(), "1".into()], vec!["bc".into(), "1 000".into()]],
+        );
+        assert_eq!(text, "name  count\na         1\nbc    1 000");
+    }
+
+    #[test]
+    fn hashes_have_sixteen_digits() {
+        assert_eq!(hash(255), "00000000000000ff");
+    }
+}

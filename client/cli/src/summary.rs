@@ -1,0 +1,140 @@
+//! What a whole simulation came to: one JSON object for scripts, a small table for people.
+//!
+//! The names in the object are stable: `scene`, `steps`, `time`, `seconds`, `state_hash`,
+//! `energy`, `max_stretch`, `diverged` and those beside them.
+
+use std::path::PathBuf;
+
+use serde::Serialize;
+
+use crate::{
+    drive::{DriveEnd, Driven},
+    error::{CliError, Exit, Result},
+    output::{self, Column, Format},
+    session,
+};
+
+/// The result of a run.
+#[derive(Debug, Serialize)]
+pub(crate) struct Summary {
+    /// The scene, as it was named.
+    scene: String,
+    /// Steps taken.
+    steps: u64,
+    /// Simulated time (s).
+    time: f64,
+    /// Wall-clock seconds spent stepping.
+    seconds: f64,
+    /// Hash of the final state, 16 hexadecimal digits.
+    state_hash: Option<String>,
+    /// Kinetic, elastic and gravitational energy of the last state (J).
+    energy: f64,
+    /// Largest length over rest length of a spring in the last state.
+    max_stretch: f64,
+    /// Where and why the simulation diverged.
+    diverged: Option<Divergence>,
+    /// Whether the user ended it before its end.
+    interrupted: bool,
+    particles: u64,
+    springs: u64,
+    threads: u32,
+    precision: &'static str,
+    dt: f64,
+    frames: u64,
+    /// Where the frames were saved.
+    saved: Option<PathBuf>,
+}
+
+#[derive(Debug, Serialize)]
+struct Divergence {
+    step: u64,
+    particle: Option<u64>,
+    cause: String,
+    value: Option<f64>,
+    message: String,
+}
+
+impl Summary {
+    /// Reads the session as it ended.
+    pub(crate) fn new(scene: String, driven: &Driven, saved: Option<PathBuf>) -> Self {
+        let session = &driven.session;
+        let figures = session.diagnostics.clone().unwrap_or_default();
+        let diverged = session.failure.as_ref().filter(|failure| session::diverged(failure));
+        Self {
+            scene,
+            steps: session.step,
+            time: session.time_seconds,
+            seconds: session.stepping_seconds,
+            state_hash: session.state_hash.map(output::hash),
+            energy: session::total_energy(&figures),
+            max_stretch: figures.max_stretch,
+            diverged: diverged.map(|failure| Divergence {
+                step: failure.step,
+                particle: failure.particle,
+                cause: failure.reason.clone(),
+                value: failure.value.filter(|value| value.is_finite()),
+                message: failure.message.clone(),
+            }),
+            interrupted: driven.end == DriveEnd::Interrupted,
+            particles: session.particle_count,
+            springs: session.spring_count,
+            threads: session.thread_count,
+            precision: session::precision(session),
+            dt: session.dt_seconds,
+            frames: session.frame + 1,
+            saved,
+        }
+    }
+
+    /// Prints it, and gives the command's exit: an error for a run that diverged or was ended.
+    ///
+    /// # Errors
+    /// When the session failed or was interrupted, or standard output cannot be written.
+    pub(crate) fn print(&self, driven: &Driven, format: Format) -> Result<()> {
+        match format {
+            Format::Json => output::json(self)?,
+            Format::Text => output::line(&self.text())?,
+        }
+        if let Some(failure) = session::failure(&driven.session) {
+            return Err(failure);
+        }
+        match driven.end {
+            DriveEnd::Session => Ok(()),
+            DriveEnd::Interrupted => Err(CliError::new(
+                Exit::Interrupted,
+                format!("ended by the user at step {}, before its end", self.steps),
+            )),
+        }
+    }
+
+    /// A table of what ran and how fast.
+    pub(crate) fn text(&self) -> String {
+        let step_seconds = self.seconds / self.steps.max(1) as f64;
+        let mut rows = vec![
+            ("scene", self.scene.clone()),
+            (
+                "particles",
+                format!("{}, {} springs", output::count(self.particles), output::count(self.springs)),
+            ),
+            ("steps", format!("{} of {} s", output::count(self.steps), self.dt)),
+            ("simulated", format!("{:.3} s", self.time)),
+            (
+                "computed in",
+                format!("{}, {} a step", output::duration(self.seconds), output::duration(step_seconds)),
+            ),
+            ("pace", format!("{:.2} times real time", self.time / self.seconds.max(f64::MIN_POSITIVE))),
+            ("with", format!("{} threads, {}", self.threads, self.precision)),
+            ("energy", format!("{:.6e} J", self.energy)),
+            ("max stretch", format!("{:.4}", self.max_stretch)),
+        ];
+        if let Some(hash) = &self.state_hash {
+            rows.push(("state hash", hash.clone()));
+        }
+        if let Some(saved) = &self.saved {
+            rows.push(("saved", format!("{} frames in {}", output::count(self.frames), saved.display())));
+        }
+        let rows: Vec<Vec<String>> =
+            rows.into_iter().map(|(name, value)| vec![name.to_owned(), value]).collect();
+        output::table(&[Column::Left(""), Column::Left("")], &rows).trim_start_matches('\n').to_owned()
+    }
+}

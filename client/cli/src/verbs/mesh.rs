@@ -1,0 +1,256 @@
+//! `nappe mesh`: makes grids, converts between formats, describes a mesh.
+
+use std::path::{Path, PathBuf};
+
+use clap::{Args, Subcommand};
+use nappe_scene::{
+    files::{self, ReadOptions},
+    mesh::{EtiOptions, Loaded, course_grid},
+};
+use nappe_sim::mesh::TriangleMesh;
+use serde::Serialize;
+
+use crate::{
+    error::{CliError, Result},
+    meshes::{self, MissingMass},
+    output::{self, Column, Format, OutputArgs},
+};
+
+/// Options of `nappe mesh`.
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Examples:
+  nappe mesh grid 70x70 --spacing 0.1 --course --out drap70   the course's drap70, digit for digit
+  nappe mesh grid 40x60 --spacing 0.02 --out sheet.obj        a flat sheet
+  nappe mesh convert cow.off cow.ply                          by extension
+  nappe mesh convert data/vache vache.obj                     a folder of .eti files
+  nappe mesh info data/pull                                   counts, size, what is odd or missing
+
+Formats, by extension: .obj, .off, .ply; a path without one is a folder of .eti files.")]
+pub(crate) struct MeshArgs {
+    #[command(subcommand)]
+    action: Action,
+}
+
+#[derive(Subcommand, Debug)]
+enum Action {
+    /// Make a grid of particles, two triangles a cell
+    Grid(GridArgs),
+    /// Convert a mesh from one format to another
+    Convert(ConvertArgs),
+    /// Describe a mesh: counts, bounding box, what is odd, masses that are missing
+    Info(InfoArgs),
+}
+
+#[derive(Args, Debug)]
+struct GridArgs {
+    /// Particles across and down, 70x70
+    #[arg(value_name = "COLUMNSxROWS", value_parser = size)]
+    size: [usize; 2],
+    /// Distance between neighbours (m)
+    #[arg(long, value_name = "METRES", default_value_t = 0.1)]
+    spacing: f64,
+    /// The course's grid: upright, with its ripple, and mass 0 at the two upper corners
+    #[arg(long)]
+    course: bool,
+    /// Where to write it
+    #[arg(long, value_name = "FILE|FOLDER")]
+    out: PathBuf,
+    #[command(flatten)]
+    output: OutputArgs,
+}
+
+#[derive(Args, Debug)]
+struct ConvertArgs {
+    /// Mesh to read
+    input: PathBuf,
+    /// Mesh to write
+    out: PathBuf,
+    #[command(flatten)]
+    masses: MissingMass,
+    #[command(flatten)]
+    output: OutputArgs,
+}
+
+#[derive(Args, Debug)]
+struct InfoArgs {
+    /// Mesh to read
+    input: PathBuf,
+    #[command(flatten)]
+    output: OutputArgs,
+}
+
+/// Runs `nappe mesh`.
+///
+/// # Errors
+/// When a mesh cannot be read or written.
+pub(crate) fn run(args: &MeshArgs) -> Result<()> {
+    match &args.action {
+        Action::Grid(args) => grid(args),
+        Action::Convert(args) => {
+            let loaded = meshes::load(&args.input, args.masses)?;
+            write(&loaded.mesh, &args.out, args.output.format())
+        }
+        Action::Info(args) => info(args),
+    }
+}
+
+fn grid(args: &GridArgs) -> Result<()> {
+    if !(args.spacing.is_finite() && args.spacing > 0.0) {
+        return Err(CliError::usage(format!("--spacing is {}: it is a distance above 0 (m)", args.spacing)));
+    }
+    let [columns, rows] = args.size;
+    let mesh = if args.course {
+        course_grid(columns, rows, args.spacing)
+    } else {
+        TriangleMesh::grid(columns, rows, args.spacing)
+    };
+    write(&mesh, &args.out, args.output.format())
+}
+
+fn write(mesh: &TriangleMesh, path: &Path, format: Format) -> Result<()> {
+    let files = files::save_mesh(path, mesh)?;
+    if let Some(lost) = lost(mesh, path) {
+        output::note(&format!("remark: {}: {lost}", path.display()));
+    }
+    let (points, triangles) = (mesh.points.len(), mesh.triangles.len());
+    match format {
+        Format::Json => output::json(
+            &serde_json::json!({ "out": path, "files": files, "points": points, "triangles": triangles }),
+        ),
+        Format::Text => output::line(&format!(
+            "{}: {} points, {} triangles",
+            path.display(),
+            output::count(points as u64),
+            output::count(triangles as u64)
+        )),
+    }
+}
+
+/// What the format cannot hold.
+fn lost(mesh: &TriangleMesh, path: &Path) -> Option<String> {
+    let extension = path.extension()?.to_str()?.to_lowercase();
+    let masses = !mesh.masses.is_empty() && matches!(extension.as_str(), "obj" | "off");
+    let textures = !mesh.uv.is_empty() && extension == "off";
+    let what = match (masses, textures) {
+        (true, true) => "masses and texture coordinates",
+        (true, false) => "masses",
+        (false, true) => "texture coordinates",
+        (false, false) => return None,
+    };
+    Some(format!("the format .{extension} holds no {what}: they are left out"))
+}
+
+#[derive(Serialize)]
+struct Info {
+    mesh: PathBuf,
+    points: usize,
+    triangles: usize,
+    edges: usize,
+    masses: usize,
+    missing_masses: usize,
+    pinned: usize,
+    total_mass: f64,
+    texture_coordinates: usize,
+    min: [f64; 3],
+    max: [f64; 3],
+    remarks: Vec<String>,
+}
+
+fn info(args: &InfoArgs) -> Result<()> {
+    let (loaded, missing_masses) = load_with_faults(&args.input)?;
+    let mesh = &loaded.mesh;
+    let mut remarks = loaded.remarks;
+    let odd =
+        mesh.check().map_err(|error| CliError::failure(format!("{}: {error}", args.input.display())))?;
+    remarks.extend(odd.iter().map(ToString::to_string));
+    if mesh.masses.is_empty() {
+        remarks.push("no masses: a scene must give them".to_owned());
+    }
+    let corner = |pick: fn(f64, f64) -> f64, start: f64| {
+        [0, 1, 2].map(|axis| mesh.points.iter().map(|point| point[axis]).fold(start, pick))
+    };
+    // The missing ones stand at the end.
+    let masses = &mesh.masses[..mesh.masses.len() - missing_masses];
+    let info = Info {
+        mesh: args.input.clone(),
+        points: mesh.points.len(),
+        triangles: mesh.triangles.len(),
+        edges: mesh.edges().len(),
+        masses: masses.len(),
+        missing_masses,
+        pinned: masses.iter().filter(|mass| **mass == 0.0).count(),
+        total_mass: masses.iter().sum(),
+        texture_coordinates: mesh.uv.len(),
+        min: corner(f64::min, f64::INFINITY),
+        max: corner(f64::max, f64::NEG_INFINITY),
+        remarks,
+    };
+    match args.output.format() {
+        Format::Json => output::json(&info),
+        Format::Text => output::line(&text(&info)),
+    }
+}
+
+/// A mesh, and how many masses it lacks: a description of a faulty mesh is still one.
+fn load_with_faults(path: &Path) -> Result<(Loaded, usize)> {
+    let error = match files::load_mesh(path, &ReadOptions::default()) {
+        Ok(loaded) => return Ok((loaded, 0)),
+        Err(error) if meshes::lacks_masses(&error) => error,
+        Err(error) => return Err(error.into()),
+    };
+    // Where two fillings differ, there was nothing.
+    let filled = |mass: f64| {
+        let eti = EtiOptions { missing_mass: Some(mass) };
+        files::load_mesh(path, &ReadOptions { eti, ..ReadOptions::default() })
+    };
+    let (mut loaded, other) = (filled(0.0)?, filled(1.0)?);
+    let missing = loaded.mesh.masses.iter().zip(&other.mesh.masses).filter(|(a, b)| a != b).count();
+    loaded.remarks = vec![error.to_string()];
+    Ok((loaded, missing))
+}
+
+fn text(info: &Info) -> String {
+    let point = |[x, y, z]: [f64; 3]| format!("({x}, {y}, {z}) m");
+    let mut rows = vec![
+        ("points", output::count(info.points as u64)),
+        ("triangles", output::count(info.triangles as u64)),
+        ("edges", output::count(info.edges as u64)),
+        (
+            "masses",
+            format!(
+                "{}, {} kg, {} pinned by mass 0, {} missing",
+                output::count(info.masses as u64),
+                info.total_mass,
+                info.pinned,
+                info.missing_masses
+            ),
+        ),
+        ("texture", format!("{} coordinates", info.texture_coordinates)),
+        ("from", point(info.min)),
+        ("to", point(info.max)),
+    ];
+    rows.extend(info.remarks.iter().map(|remark| ("remark", remark.clone())));
+    let rows: Vec<Vec<String>> = rows.into_iter().map(|(name, value)| vec![name.to_owned(), value]).collect();
+    output::table(&[Column::Left("mesh"), Column::Left(" ")], &rows)
+}
+
+fn size(text: &str) -> std::result::Result<[usize; 2], String> {
+    let wrong = || format!("'{text}' is no size of a grid: COLUMNSxROWS, 2x2 to 4000x4000, such as 70x70");
+    let (columns, rows) = text.split_once(['x', 'X']).ok_or_else(wrong)?;
+    let count = |text: &str| text.parse::<usize>().ok().filter(|n| (2..=4000).contains(n)).ok_or_else(wrong);
+    Ok([count(columns)?, count(rows)?])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_of_grids_have_two_counts() {
+        assert_eq!(size("70x50"), Ok([70, 50]));
+        for wrong in ["70", "1x70", "70x", "x", "-2x2", "5000x2"] {
+            assert!(size(wrong).is_err(), "{wrong}");
+        }
+    }
+}

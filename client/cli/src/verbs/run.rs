@@ -1,0 +1,49 @@
+//! `nappe run`: computes a scene from its start to its end.
+
+use clap::Args;
+
+use crate::{
+    args::ComputeArgs,
+    compute::{self, Place},
+    error::Result,
+    output::OutputArgs,
+    remote, scene,
+};
+
+/// Options of `nappe run`.
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Examples:
+  nappe run flag                                 a shipped scene; `nappe scenes` lists them
+  nappe run flag --save flag.rrd                 with a Rerun recording of every frame
+  nappe run my.toml --save frames --steps 200    a scene file, PLY meshes in the folder frames
+  nappe run my.toml --threads 1 --precision f64 --json
+
+Without --server the scene is computed by a server inside this command; --server does it on another
+one and removes the session afterwards. A scene without an end runs until Ctrl-C.
+
+With --json the last line is one object: scene, steps, time (s), seconds (wall clock, stepping),
+state_hash (16 hexadecimal digits), energy (J), max_stretch, diverged (null, or step, particle, cause),
+and interrupted, particles, springs, threads, precision, dt, frames, saved.")]
+pub(crate) struct RunArgs {
+    /// A shipped scene's name, or a scene file (.toml); meshes beside the file are uploaded
+    scene: String,
+    #[command(flatten)]
+    compute: ComputeArgs,
+    /// Compute on the server at this address instead of in this command
+    #[arg(long, value_name = "URL")]
+    server: Option<String>,
+    #[command(flatten)]
+    output: OutputArgs,
+}
+
+/// Runs `nappe run`.
+///
+/// # Errors
+/// When the scene cannot be read or is refused, the simulation fails, a frame cannot be saved, or
+/// the user ends it.
+pub(crate) fn run(args: &RunArgs) -> Result<()> {
+    let scene = scene::Input::read(&args.scene)?;
+    let place = Place::new(args.server.as_deref());
+    remote::block_on(compute::compute(&scene, &args.compute, place, args.output.format()))
+}

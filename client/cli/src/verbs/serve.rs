@@ -1,0 +1,62 @@
+//! `nappe serve`: a server in this process until Ctrl-C or SIGTERM, perhaps with a Rerun viewer.
+
+use clap::Args;
+use nappe_server::{App, Config};
+use serde_json::json;
+
+use crate::{
+    error::{CliError, Result},
+    follow,
+    output::{self, Format, OutputArgs},
+    remote,
+};
+
+/// Options of `nappe serve`.
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Examples:
+  nappe serve                          on the loopback interface, port 6277
+  nappe serve --address 127.0.0.1:0    on a free port
+  nappe serve --rerun                  with a Rerun viewer that shows every session
+  nappe serve --rerun rerun+http://192.168.1.5:9876/proxy
+
+With --json the first line is an object with `url` and `version`. The log goes to standard error.")]
+pub(crate) struct ServeArgs {
+    #[command(flatten)]
+    config: Config,
+    /// Show every session in Rerun: in the viewer at URL, or in one that is started here
+    #[arg(long, value_name = "URL", num_args = 0..=1, default_missing_value = "")]
+    rerun: Option<String>,
+    #[command(flatten)]
+    output: OutputArgs,
+}
+
+/// Runs `nappe serve`.
+///
+/// # Errors
+/// When the address cannot be had, or Rerun is asked for in a build without it.
+pub(crate) fn run(args: &ServeArgs) -> Result<()> {
+    let viewer = args.rerun.as_deref().map(follow::Viewer::new).transpose()?;
+    remote::block_on(async {
+        let app = App::start(args.config.clone()).await.map_err(CliError::failure)?;
+        let url = format!("http://{}", app.local_addr());
+        match args.output.format() {
+            Format::Json => output::json(&json!({ "url": url, "version": env!("CARGO_PKG_VERSION") }))?,
+            Format::Text => {
+                output::line(&format!("nappe {} serves on {url}; Ctrl-C ends it", env!("CARGO_PKG_VERSION")))?
+            }
+        }
+        let followed = async {
+            match viewer {
+                Some(viewer) => follow::follow(&url, viewer).await,
+                None => std::future::pending().await,
+            }
+        };
+        let ended = tokio::select! {
+            ended = followed => ended,
+            signal = remote::interrupted() => signal,
+        };
+        app.shutdown().await;
+        ended
+    })
+}

@@ -1,0 +1,182 @@
+//! `nappe update`: changes gravity, wind, springs or pins of a session, all at the same step.
+
+use clap::Args;
+use nappe_client::v1;
+use serde_json::json;
+
+use crate::{
+    args::ServerArgs,
+    error::{CliError, Result},
+    output::{self, Format, OutputArgs},
+    remote,
+};
+
+/// Options of `nappe update`.
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Examples:
+  nappe update first --gravity 0,-1.62,0          the Moon
+  nappe update first --wind 3,0,0 --at-step 500   wind before step 500
+  nappe update first --stiffness bend=5           springs against folding only
+  nappe update first --pin 0=0,1,0.5:2            pinned particle 0 goes there within 2 s")]
+pub(crate) struct UpdateArgs {
+    /// Id of the session, as `nappe list` shows it
+    session: String,
+    /// Change before the step with this index instead of the next one
+    #[arg(long, value_name = "STEP", default_value_t = 0, hide_default_value = true)]
+    at_step: u64,
+    /// Gravity (m/s^2)
+    #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true)]
+    gravity: Option<v1::Vector3>,
+    /// Velocity of the medium (m/s)
+    #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true)]
+    wind: Option<v1::Vector3>,
+    /// Linear drag of the medium on every particle (N s/m)
+    #[arg(long, value_name = "VALUE")]
+    drag: Option<f64>,
+    /// Stiffness of springs (N/m), of all kinds or of stretch, shear or bend
+    #[arg(long, value_name = "[KIND=]VALUE", value_parser = law)]
+    stiffness: Vec<Law>,
+    /// Damping of springs (N s/m), of all kinds or of stretch, shear or bend
+    #[arg(long, value_name = "[KIND=]VALUE", value_parser = law)]
+    damping: Vec<Law>,
+    /// Body whose springs change [default: all]
+    #[arg(long, value_name = "NAME")]
+    body: Option<String>,
+    /// Move a pinned particle to a place (m), within so many seconds of simulated time [default: one step]
+    #[arg(long, value_name = "PARTICLE=X,Y,Z[:SECONDS]", value_parser = pin)]
+    pin: Vec<v1::PinUpdate>,
+    #[command(flatten)]
+    server: ServerArgs,
+    #[command(flatten)]
+    output: OutputArgs,
+}
+
+/// A value for the springs of a kind.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Law {
+    kind: v1::SpringKind,
+    value: f64,
+}
+
+/// Runs `nappe update`.
+///
+/// # Errors
+/// When nothing is to be changed, a change is refused, or there is no such session or no server.
+pub(crate) fn run(args: &UpdateArgs) -> Result<()> {
+    let request = request(args)?;
+    remote::block_on(async {
+        let client = remote::connect(&args.server).await?;
+        let effective_step = client.update(request).await?;
+        match args.output.format() {
+            Format::Json => {
+                output::json(&json!({ "session_id": args.session, "effective_step": effective_step }))
+            }
+            Format::Text => output::line(&format!(
+                "{}: the change takes effect before step {effective_step}",
+                args.session
+            )),
+        }
+    })
+}
+
+fn request(args: &UpdateArgs) -> Result<v1::UpdateParametersRequest> {
+    let springs: Vec<_> = args
+        .stiffness
+        .iter()
+        .map(|law| spring(args, law.kind, Some(law.value), None))
+        .chain(args.damping.iter().map(|law| spring(args, law.kind, None, Some(law.value))))
+        .collect();
+    if args.body.is_some() && springs.is_empty() {
+        return Err(CliError::usage("--body says whose springs change: it needs --stiffness or --damping"));
+    }
+    let nothing = args.gravity.is_none()
+        && args.wind.is_none()
+        && args.drag.is_none()
+        && springs.is_empty()
+        && args.pin.is_empty();
+    if nothing {
+        return Err(CliError::usage("nothing to change")
+            .hint("give one or more of --gravity, --wind, --drag, --stiffness, --damping, --pin"));
+    }
+    Ok(v1::UpdateParametersRequest {
+        session_id: args.session.clone(),
+        at_step: args.at_step,
+        gravity: args.gravity,
+        wind: args.wind,
+        springs,
+        pins: args.pin.clone(),
+        drag: args.drag,
+    })
+}
+
+fn spring(
+    args: &UpdateArgs,
+    kind: v1::SpringKind,
+    stiffness: Option<f64>,
+    damping: Option<f64>,
+) -> v1::SpringUpdate {
+    v1::SpringUpdate { body: args.body.clone().unwrap_or_default(), kind: kind.into(), stiffness, damping }
+}
+
+fn vector(text: &str) -> std::result::Result<v1::Vector3, String> {
+    let numbers: Vec<f64> = text.split(',').map(number).collect::<std::result::Result<_, _>>()?;
+    match numbers[..] {
+        [x, y, z] => Ok(v1::Vector3 { x, y, z }),
+        _ => Err(format!("{} numbers; a vector has three: 0,-9.81,0", numbers.len())),
+    }
+}
+
+fn number(text: &str) -> std::result::Result<f64, String> {
+    match text.trim().parse::<f64>() {
+        Ok(value) if value.is_finite() => Ok(value),
+        _ => Err(format!("'{text}' is not a finite number")),
+    }
+}
+
+fn law(text: &str) -> std::result::Result<Law, String> {
+    let (kind, value) = match text.split_once('=') {
+        None => (v1::SpringKind::Unspecified, text),
+        Some(("stretch", value)) => (v1::SpringKind::Stretch, value),
+        Some(("shear", value)) => (v1::SpringKind::Shear, value),
+        Some(("bend", value)) => (v1::SpringKind::Bend, value),
+        Some((kind, _)) => return Err(format!("'{kind}' is no kind of spring: stretch, shear, bend")),
+    };
+    Ok(Law { kind, value: number(value)? })
+}
+
+fn pin(text: &str) -> std::result::Result<v1::PinUpdate, String> {
+    let (particle, place) =
+        text.split_once('=').ok_or("a pin is PARTICLE=X,Y,Z or PARTICLE=X,Y,Z:SECONDS")?;
+    let particle = match particle.trim().parse::<u32>() {
+        Ok(particle) => particle,
+        Err(_) => return Err(format!("'{particle}' is not a particle's number (0, 1, 2 ...)")),
+    };
+    let (target, duration_seconds) = match place.split_once(':') {
+        None => (vector(place)?, 0.0),
+        Some((target, seconds)) => (vector(target)?, number(seconds)?),
+    };
+    Ok(v1::PinUpdate { particle, target: Some(target), duration_seconds })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pin_has_a_particle_a_place_and_perhaps_a_duration() {
+        let target = Some(v1::Vector3 { x: 0.5, y: -1.0, z: 2.0 });
+        assert_eq!(pin("7=0.5,-1,2"), Ok(v1::PinUpdate { particle: 7, target, duration_seconds: 0.0 }));
+        assert_eq!(pin("7=0.5,-1,2:1.5"), Ok(v1::PinUpdate { particle: 7, target, duration_seconds: 1.5 }));
+        for wrong in ["7", "x=0,0,0", "-1=0,0,0", "7=0,0", "7=0,0,nan", "7=0,0,0:x"] {
+            assert!(pin(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn a_law_names_a_kind_or_means_all() {
+        assert_eq!(law("12.5"), Ok(Law { kind: v1::SpringKind::Unspecified, value: 12.5 }));
+        assert_eq!(law("bend=3"), Ok(Law { kind: v1::SpringKind::Bend, value: 3.0 }));
+        assert!(law("twist=3").is_err_and(|message| message.contains("stretch, shear, bend")));
+    }
+}

@@ -1,0 +1,122 @@
+//! `nappe view`: shows a session in Rerun, live or as a recording.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use crate::{args::ServerArgs, error::Result, output::OutputArgs};
+
+/// Options of `nappe view`.
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Examples:
+  nappe view first                    a viewer on this screen, started if none is running
+  nappe view first --connect          the viewer that runs on this machine
+  nappe view first --connect rerun+http://192.168.1.5:9876/proxy
+  nappe view first --save first.rrd   no viewer: every frame that the server keeps and those to come")]
+pub(crate) struct ViewArgs {
+    /// Id of the session, as `nappe list` shows it
+    pub(crate) session: String,
+    /// Connect to a running viewer instead of starting one
+    #[arg(long, value_name = "URL", num_args = 0..=1, default_missing_value = DEFAULT_VIEWER)]
+    pub(crate) connect: Option<String>,
+    /// Write a recording, until the session ends or Ctrl-C
+    #[arg(long, value_name = "FILE.rrd", conflicts_with = "connect")]
+    pub(crate) save: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) server: ServerArgs,
+    #[command(flatten)]
+    pub(crate) output: OutputArgs,
+}
+
+/// Where a Rerun viewer listens unless told otherwise.
+pub(crate) const DEFAULT_VIEWER: &str = "rerun+http://127.0.0.1:9876/proxy";
+
+/// Runs `nappe view`.
+///
+/// # Errors
+/// In a build without Rerun.
+#[cfg(not(feature = "rerun"))]
+pub(crate) fn run(args: &ViewArgs) -> Result<()> {
+    use crate::error::CliError;
+    // Read here, so that both builds have the same command line.
+    let _ = (&args.server, args.output, &args.connect, &args.save);
+    Err(CliError::usage(format!("session {}: this build has no Rerun and cannot show it", args.session))
+        .hint("`nappe watch ID --save FOLDER` keeps PLY meshes; the feature `rerun`, on by default, brings Rerun"))
+}
+
+/// Runs `nappe view`.
+///
+/// # Errors
+/// When there is no such session, no server, no viewer, or the recording cannot be written.
+#[cfg(feature = "rerun")]
+pub(crate) fn run(args: &ViewArgs) -> Result<()> {
+    live::run(args)
+}
+
+#[cfg(feature = "rerun")]
+mod live {
+    use nappe_rerun::{ShowError, ShowOptions, Shown, Sink, show};
+
+    use super::ViewArgs;
+    use crate::{
+        error::{CliError, Exit, Result},
+        output::{self, Format},
+        remote, save,
+    };
+
+    pub(super) fn run(args: &ViewArgs) -> Result<()> {
+        let sink = sink(args)?;
+        remote::block_on(async {
+            let client = remote::connect(&args.server).await?;
+            let session = client.get_session(&args.session).await?;
+            let options = ShowOptions::for_sink(&sink, session.oldest_frame);
+            let stop = async {
+                // Without signal handlers, the session's end still ends the view.
+                if remote::interrupted().await.is_err() {
+                    std::future::pending::<()>().await;
+                }
+            };
+            let shown = show(&client, &args.session, sink, options, stop, |_| {}).await;
+            print(args, &shown.map_err(in_words)?)
+        })
+    }
+
+    fn sink(args: &ViewArgs) -> Result<Sink> {
+        match (&args.save, &args.connect) {
+            (Some(path), _) if save::is_recording(path) => Ok(Sink::Save(path.clone())),
+            (Some(path), _) => Err(CliError::usage(format!(
+                "--save {}: a Rerun recording is a file FILE.rrd",
+                path.display()
+            ))
+            .hint("`nappe watch ID --save FOLDER` keeps PLY meshes")),
+            (None, Some(url)) => Ok(Sink::Connect(url.clone())),
+            (None, None) => Ok(Sink::Spawn),
+        }
+    }
+
+    fn in_words(error: ShowError) -> CliError {
+        match error {
+            ShowError::Client(error) => error.into(),
+            error => CliError::new(Exit::Failure, error),
+        }
+    }
+
+    fn print(args: &ViewArgs, shown: &Shown) -> Result<()> {
+        match args.output.format() {
+            Format::Json => output::json(&serde_json::json!({
+                "session_id": args.session,
+                "frames": shown.frame_count,
+                "dropped": shown.dropped_count,
+                "finished": shown.end.is_some(),
+                "saved": args.save,
+            })),
+            Format::Text => output::line(&format!(
+                "{} frames shown, {} left out; the session {}",
+                output::count(shown.frame_count),
+                output::count(shown.dropped_count),
+                if shown.end.is_some() { "has ended" } else { "goes on" },
+            )),
+        }
+    }
+}

@@ -1,0 +1,147 @@
+//! `nappe watch`: follows a session's figures, or saves its frames.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use nappe_client::{Client, ClientError, Event, WatchOptions, v1};
+
+use crate::{
+    args::ServerArgs,
+    error::{CliError, Result},
+    output::{self, Format, OutputArgs},
+    remote,
+    save::Sink,
+    session::{self, DiagnosticsJson},
+};
+
+/// Options of `nappe watch`.
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Examples:
+  nappe watch first                          figures, five times a second, until the session ends
+  nappe watch first --rate 0 --json          every frame's figures, one JSON object a line
+  nappe watch first --save frames            every frame from now on, PLY meshes in a folder
+  nappe watch first --save all.rrd --from 0  from its start, if the server still keeps it")]
+pub(crate) struct WatchArgs {
+    /// Id of the session, as `nappe list` shows it
+    session: String,
+    /// Figures a second at most; 0: those of every frame
+    #[arg(long, value_name = "HZ", default_value_t = 5.0, conflicts_with = "save")]
+    rate: f64,
+    /// End after so many messages
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    count: Option<u64>,
+    /// Keep every frame: a Rerun recording FILE.rrd, or a folder of PLY meshes
+    #[arg(long, value_name = "FILE.rrd|FOLDER")]
+    save: Option<PathBuf>,
+    /// First frame to save [default: the newest]
+    #[arg(long, value_name = "FRAME", requires = "save")]
+    from: Option<u64>,
+    #[command(flatten)]
+    server: ServerArgs,
+    #[command(flatten)]
+    output: OutputArgs,
+}
+
+/// Runs `nappe watch`.
+///
+/// # Errors
+/// When the session fails or was never there, a frame cannot be saved, or there is no server.
+pub(crate) fn run(args: &WatchArgs) -> Result<()> {
+    if !(args.rate.is_finite() && args.rate >= 0.0) {
+        return Err(CliError::usage(format!("--rate is {}: it is a number, 0 or more (Hz)", args.rate)));
+    }
+    remote::block_on(async {
+        let client = remote::connect(&args.server).await?;
+        match &args.save {
+            None => figures(&client, args).await,
+            Some(path) => {
+                let mut sink = Sink::create(path)?;
+                let saved = frames(&client, args, &mut sink).await;
+                let path = sink.finish()?;
+                let count = saved?;
+                match args.output.format() {
+                    Format::Json => output::json(&serde_json::json!({ "frames": count, "saved": path })),
+                    Format::Text => output::line(&format!("{count} frames in {}", path.display())),
+                }
+            }
+        }
+    })
+}
+
+/// Prints figures until the session ends, the count is reached, or the user ends it.
+async fn figures(client: &Client, args: &WatchArgs) -> Result<()> {
+    let mut stream = client.watch_diagnostics(&args.session, args.rate).await?;
+    let mut left = args.count.unwrap_or(u64::MAX);
+    let mut end = std::pin::pin!(remote::interrupted());
+    while left > 0 {
+        let next = tokio::select! {
+            next = stream.next() => next,
+            signal = &mut end => return signal,
+        };
+        match next {
+            Some(Ok(figures)) => print(&figures, args.output.format())?,
+            Some(Err(error)) => return Err(reason_of(client, &args.session, error).await),
+            None => break,
+        }
+        left -= 1;
+    }
+    Ok(())
+}
+
+fn print(figures: &v1::Diagnostics, format: Format) -> Result<()> {
+    match format {
+        Format::Json => output::json(&DiagnosticsJson::from(figures)),
+        Format::Text => output::line(&format!(
+            "step {:>8}  t = {:>9.3} s  energy {:>13.6e} J  stretch {:>7.4}  {:>9} a step{}",
+            figures.step,
+            figures.time_seconds,
+            session::total_energy(figures),
+            figures.max_stretch,
+            output::duration(figures.step_seconds),
+            figures.solve.as_ref().map_or_else(String::new, |solve| {
+                format!("  {} iterations, residual {:.1e}", solve.iterations, solve.relative_residual)
+            }),
+        )),
+    }
+}
+
+/// Saves frames until the session ends, the count is reached, or the user ends it; counts them.
+async fn frames(client: &Client, args: &WatchArgs, sink: &mut Sink) -> Result<u64> {
+    let options = WatchOptions {
+        from_frame: args.from,
+        delivery: nappe_client::Delivery::Every,
+        ..WatchOptions::default()
+    };
+    let mut stream = client.watch(&args.session, options).await?;
+    let mut saved = 0;
+    let mut end = std::pin::pin!(remote::interrupted());
+    while args.count.is_none_or(|count| saved < count) {
+        let next = tokio::select! {
+            next = stream.next() => next,
+            signal = &mut end => { signal?; break }
+        };
+        match next {
+            Some(Ok(Event::Topology(topology))) => sink.topology(topology)?,
+            Some(Ok(Event::Frame(frame))) => {
+                sink.frame(&frame)?;
+                saved += 1;
+            }
+            Some(Ok(Event::Reconnected { attempts, cause })) => {
+                output::note(&format!(
+                    "the connection broke ({cause}) and is back after {attempts} attempts"
+                ));
+            }
+            Some(Ok(Event::End(_))) | None => break,
+            Some(Ok(_)) => {}
+            Some(Err(error)) => return Err(reason_of(client, &args.session, error).await),
+        }
+    }
+    Ok(saved)
+}
+
+/// A stream that ends because its session failed says so in the session's words.
+async fn reason_of(client: &Client, id: &str, error: ClientError) -> CliError {
+    let session = client.get_session(id).await.ok();
+    session.as_ref().and_then(session::failure).unwrap_or_else(|| error.into())
+}

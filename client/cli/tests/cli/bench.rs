@@ -1,0 +1,103 @@
+//! `nappe bench`: the contracts of its rows, on sizes small enough for a test.
+
+use serde_json::Value;
+
+use crate::support::nappe;
+
+fn check_row(row: &Value) {
+    for key in ["name", "precision", "unit"] {
+        assert!(row[key].is_string(), "{key} in {row}");
+    }
+    for key in ["particles", "threads"] {
+        assert!(row[key].as_u64().is_some_and(|count| count > 0), "{key} in {row}");
+    }
+    let seconds = |key: &str| row[key].as_f64().unwrap_or_else(|| panic!("{key} in {row}"));
+    assert!(seconds("min_seconds") > 0.0 && seconds("min_seconds") <= seconds("median_seconds"), "{row}");
+    assert!((seconds("rate") * seconds("median_seconds") - 1.0).abs() < 1e-9, "{row}");
+}
+
+fn rows(args: &[&str]) -> Vec<Value> {
+    let json = nappe(args).ok().json();
+    let rows = json.as_array().expect("one array").clone();
+    rows.iter().for_each(check_row);
+    rows
+}
+
+#[test]
+fn zara_times_both_schemes_on_one_thread_and_more() {
+    let rows = rows(&["bench", "zara", "--sizes", "64,2500", "--threads", "2", "--json"]);
+    let kinds: Vec<(&str, u64, u64)> = rows
+        .iter()
+        .map(|row| {
+            let count = |key: &str| row[key].as_u64().expect("a count");
+            (row["name"].as_str().expect("a name"), count("particles"), count("threads"))
+        })
+        .collect();
+    let expected: Vec<(&str, u64, u64)> = [64, 2500]
+        .into_iter()
+        .flat_map(|n| {
+            [
+                ("zara/explicit", n, 1),
+                ("zara/explicit", n, 2),
+                ("zara/implicit", n, 1),
+                ("zara/implicit", n, 2),
+            ]
+        })
+        .collect();
+    assert_eq!(kinds, expected);
+    for row in &rows {
+        for stage in ["force", "acceleration", "velocity", "position", "matrix", "solve"] {
+            assert!(row["stages"][stage].as_f64().is_some_and(|s| s >= 0.0), "{stage} in {row}");
+        }
+    }
+    let implicit = rows.iter().find(|row| row["name"] == "zara/implicit" && row["particles"] == 2500);
+    let paper = &implicit.expect("the row of the paper's smallest sheet")["paper"];
+    assert_eq!(paper[0], serde_json::json!({ "machine": "one_processor", "seconds": 2.70 }));
+    assert_eq!(paper[1], serde_json::json!({ "machine": "ten_processor_cluster", "seconds": 2.75 }));
+}
+
+#[test]
+fn zara_also_speaks_to_spreadsheets() {
+    let csv = nappe(&["bench", "zara", "--sizes", "64", "--threads", "1", "--csv"]).ok().stdout;
+    let lines: Vec<&str> = csv.lines().collect();
+    assert_eq!(lines.len(), 3, "{csv}");
+    assert!(lines[0].starts_with("name,particles,") && lines[0].contains("solve_seconds"), "{csv}");
+    let columns = lines[0].split(',').count();
+    assert!(lines.iter().all(|line| line.split(',').count() == columns), "{csv}");
+}
+
+#[test]
+fn a_sheet_that_is_no_square_is_refused() {
+    let done = nappe(&["bench", "zara", "--sizes", "2501"]);
+    assert_eq!(done.code, Some(2), "{done:?}");
+    assert!(done.stderr.contains("2501"), "{}", done.stderr);
+}
+
+#[test]
+fn cloth_is_timed_in_both_precisions_with_its_speed_up() {
+    let rows = rows(&["bench", "cloth", "--side", "16", "--repetitions", "3", "--threads", "2", "--json"]);
+    assert_eq!(rows.len(), 8);
+    for row in &rows {
+        assert!(row["speedup"].as_f64().is_some_and(|speedup| speedup > 0.0), "{row}");
+        if row["threads"] == 1 {
+            assert_eq!(row["speedup"], 1.0);
+        }
+    }
+    let hashes: Vec<&Value> = rows.iter().map(|row| &row["state_hash"]).collect();
+    assert!(hashes.chunks(2).all(|pair| pair[0] == pair[1]), "one hash whatever the threads: {hashes:?}");
+}
+
+#[test]
+fn frames_a_second_are_counted_and_none_is_lost() {
+    let rows = rows(&["bench", "stream", "--sizes", "1000", "--json"]);
+    assert_eq!(rows.len(), 1);
+    assert_eq!(rows[0]["frame_bytes"], 12_000);
+    assert!(rows[0]["megabytes_per_second"].as_f64().is_some_and(|rate| rate > 0.0));
+}
+
+#[test]
+fn snow_says_that_it_is_not_there_yet() {
+    let done = nappe(&["bench", "snow", "--json"]);
+    assert_eq!(done.code, Some(2));
+    assert!(done.stdout.is_empty() && done.stderr.contains("snow is not there yet"), "{done:?}");
+}

@@ -1,0 +1,9 @@
+//! The built command, from outside: what it prints, and the code it ends with.
+
+mod support;
+mod help;
+mod run;
+mod mesh;
+mod mecasim;
+mod service;
+mod bench;

@@ -1,0 +1,76 @@
+//! `nappe mesh`: the course's grids byte for byte, conversions, descriptions.
+
+use std::{fs, path::Path};
+
+use crate::support::{course, folder, nappe, nappe_in};
+
+fn same_files(made: &Path, original: &Path) {
+    for file in ["points.eti", "faceset.eti", "masses.eti", "texcoord.eti"] {
+        let read =
+            |folder: &Path| fs::read(folder.join(file)).unwrap_or_else(|error| panic!("{file}: {error}"));
+        let (made, original) = (read(made), read(original));
+        let at = made.iter().zip(&original).position(|(a, b)| a != b);
+        assert_eq!((at, made.len()), (None, original.len()), "{file} differs at byte {at:?}");
+    }
+}
+
+#[test]
+fn the_courses_grids_come_out_byte_for_byte() {
+    let Some(course) = course() else { return };
+    let folder = folder();
+    for (size, name) in [("70x70", "drap70"), ("10x10", "drap10")] {
+        nappe_in(folder.path(), &["mesh", "grid", size, "--spacing", "0.1", "--course", "--out", name]).ok();
+        same_files(&folder.path().join(name), &course.join("data").join(name));
+    }
+}
+
+#[test]
+fn a_mesh_survives_a_tour_of_all_formats() {
+    let folder = folder();
+    nappe_in(folder.path(), &["mesh", "grid", "5x4", "--spacing", "0.25", "--course", "--out", "set"]).ok();
+    for (from, to) in [("set", "a.ply"), ("a.ply", "b.obj"), ("b.obj", "c.off"), ("c.off", "d.ply")] {
+        let done = nappe_in(folder.path(), &["mesh", "convert", from, to, "--json"]).ok().json();
+        assert_eq!((&done["points"], &done["triangles"]), (&20.into(), &24.into()), "{from} to {to}");
+    }
+    let info = |name: &str| nappe_in(folder.path(), &["mesh", "info", name, "--json"]).ok().json();
+    let (start, end) = (info("set"), info("d.ply"));
+    assert_eq!(start["edges"], end["edges"]);
+    assert_eq!((&start["min"], &start["max"]), (&end["min"], &end["max"]));
+    // OBJ carries no masses: what a format cannot hold is gone, not invented.
+    assert_eq!((&start["pinned"], &start["masses"], &end["masses"]), (&2.into(), &20.into(), &0.into()));
+}
+
+#[test]
+fn a_set_that_lacks_a_mass_is_refused_unless_the_mass_is_given() {
+    let Some(course) = course() else { return };
+    let pull = course.join("data/pull");
+    let pull = pull.to_str().expect("a UTF-8 path");
+    let folder = folder();
+    let refused = nappe_in(folder.path(), &["mesh", "convert", pull, "pull.ply"]);
+    assert_eq!(refused.code, Some(1), "{refused:?}");
+    for part in ["masses.eti", "1467", "1468", "--missing-mass"] {
+        assert!(refused.stderr.contains(part), "'{part}' is missing in: {}", refused.stderr);
+    }
+    assert!(!folder.path().join("pull.ply").exists());
+    nappe_in(folder.path(), &["mesh", "convert", pull, "pull.ply", "--missing-mass", "0.5"]).ok();
+    let filled = nappe_in(folder.path(), &["mesh", "info", "pull.ply", "--json"]).ok().json();
+    assert_eq!((&filled["points"], &filled["masses"]), (&1468.into(), &1468.into()));
+
+    let described = nappe(&["mesh", "info", pull, "--json"]).ok().json();
+    assert_eq!((&described["masses"], &described["missing_masses"]), (&1467.into(), &1.into()));
+    assert!(described["remarks"][0].as_str().is_some_and(|remark| remark.contains("1468")), "{described}");
+}
+
+#[test]
+fn what_cannot_be_read_or_written_is_named() {
+    let missing = nappe(&["mesh", "info", "no-such.obj"]);
+    assert_eq!(missing.code, Some(1));
+    assert!(missing.stderr.contains("no-such.obj"), "{}", missing.stderr);
+    let folder = folder();
+    fs::write(folder.path().join("a.stl"), "solid").expect("written");
+    let unknown = nappe_in(folder.path(), &["mesh", "info", "a.stl"]);
+    assert_eq!(unknown.code, Some(1));
+    assert!(unknown.stderr.contains(".obj"), "{}", unknown.stderr);
+    assert_eq!(nappe(&["mesh", "grid", "1x70", "--out", "x"]).code, Some(2));
+    assert_eq!(nappe(&["mesh", "grid", "7x7", "--spacing", "0", "--out", "x"]).code, Some(2));
+}

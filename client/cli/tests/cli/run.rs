@@ -1,0 +1,179 @@
+//! `nappe run`: the JSON contract, the same bits for any thread count, saving, diverging, ending.
+
+use std::{fs, process::Stdio, time::Duration};
+
+use serde_json::Value;
+
+use crate::support::{SMALL_SCENE, command, end_by, folder, nappe, nappe_in, write_scene};
+
+/// A scene whose explicit step is ten times too long.
+const DIVERGING_SCENE: &str = r#"
+version = 1
+title = "too long a step"
+dt = 0.05
+steps = 500
+
+[[body]]
+name = "sheet"
+mesh = { grid = [8, 8], spacing = 0.05 }
+mass = { particle = 0.001 }
+pins = ["top_left"]
+integrator = "symplectic_euler"
+[body.springs]
+stretch = { stiffness = 1000.0 }
+"#;
+
+fn small(args: &[&str]) -> Value {
+    let folder = folder();
+    let scene = write_scene(folder.path(), SMALL_SCENE);
+    nappe_in(folder.path(), &[&["run", &scene, "--json"], args].concat()).ok().json()
+}
+
+#[test]
+fn a_run_ends_with_one_object_that_scripts_can_rely_on() {
+    let result = small(&["--steps", "20"]);
+    assert!(result["scene"].as_str().is_some_and(|scene| scene.ends_with("scene.toml")), "{result}");
+    assert_eq!(result["steps"], 20);
+    assert!((result["time"].as_f64().expect("a number") - 0.1).abs() < 1e-9);
+    assert!(result["seconds"].as_f64().is_some_and(|seconds| seconds > 0.0));
+    let hash = result["state_hash"].as_str().expect("a text");
+    assert!(hash.len() == 16 && u64::from_str_radix(hash, 16).is_ok(), "{hash}");
+    assert!(result["energy"].as_f64().is_some_and(f64::is_finite));
+    assert!(result["max_stretch"].as_f64().is_some_and(|stretch| (0.5..2.0).contains(&stretch)));
+    assert!(result["diverged"].is_null());
+    assert_eq!(result["interrupted"], false);
+    assert_eq!(result["particles"], 144);
+}
+
+#[test]
+fn the_scene_says_how_long_unless_the_command_does() {
+    assert_eq!(small(&[])["steps"], 40);
+    assert_eq!(small(&["--steps", "7"])["steps"], 7);
+}
+
+#[test]
+fn the_number_of_threads_and_saving_change_no_bit() {
+    for precision in ["f32", "f64"] {
+        let one = small(&["--threads", "1", "--precision", precision]);
+        let two = small(&["--threads", "2", "--precision", precision, "--save", "frames"]);
+        assert_eq!(one["state_hash"], two["state_hash"], "{precision}");
+        assert_eq!(one["precision"], precision);
+        assert_eq!((&one["threads"], &two["threads"]), (&Value::from(1), &Value::from(2)));
+    }
+}
+
+#[test]
+fn a_folder_gets_every_frame_as_a_mesh() {
+    let folder = folder();
+    let scene = write_scene(folder.path(), SMALL_SCENE);
+    let result = nappe_in(folder.path(), &["run", &scene, "--json", "--save", "frames"]).ok().json();
+    // 40 steps, a frame every 2, and the initial state.
+    assert_eq!(result["frames"], 21);
+    let files = fs::read_dir(folder.path().join("frames")).expect("the folder").count();
+    assert_eq!(files, 21);
+    let first = nappe_in(folder.path(), &["mesh", "info", "frames/frame-000000.ply", "--json"]).ok().json();
+    assert_eq!(first["points"], 144);
+    assert_eq!(first["triangles"], 2 * 11 * 11);
+}
+
+#[test]
+fn frames_of_another_run_are_not_mixed_up() {
+    let folder = folder();
+    let scene = write_scene(folder.path(), SMALL_SCENE);
+    let args = ["run", &scene, "--steps", "4", "--save", "frames"];
+    nappe_in(folder.path(), &args).ok();
+    let again = nappe_in(folder.path(), &args);
+    assert_eq!(again.code, Some(1), "{again:?}");
+    assert!(again.stderr.contains("frames"), "{}", again.stderr);
+}
+
+#[test]
+fn a_save_path_that_is_neither_recording_nor_folder_is_refused_before_anything_runs() {
+    let done = nappe(&["run", "demo", "--save", "movie.mp4"]);
+    assert_eq!(done.code, Some(2), "{done:?}");
+    assert!(done.stderr.contains(".rrd"), "{}", done.stderr);
+}
+
+#[test]
+fn a_diverged_run_ends_with_3_and_still_prints_its_object() {
+    let folder = folder();
+    let scene = write_scene(folder.path(), DIVERGING_SCENE);
+    for save in [&[][..], &["--save", "frames"]] {
+        let done = nappe_in(folder.path(), &[&["run", &scene, "--json"], save].concat());
+        assert_eq!(done.code, Some(3), "{done:?}");
+        let result = done.json();
+        let diverged = &result["diverged"];
+        assert!(diverged["step"].as_u64().is_some_and(|step| step > 0), "{result}");
+        assert!(diverged["particle"].as_u64().is_some_and(|particle| particle < 64), "{result}");
+        assert!(diverged["cause"].as_str().is_some_and(|cause| !cause.is_empty()), "{result}");
+        assert!(done.stderr.contains("step"), "{}", done.stderr);
+    }
+}
+
+#[test]
+fn a_scene_that_cannot_be_read_names_file_line_and_field() {
+    let folder = folder();
+    let scene = write_scene(folder.path(), &SMALL_SCENE.replace("frame_interval", "frame_intervall"));
+    let done = nappe(&["run", &scene]);
+    assert_eq!(done.code, Some(1), "{done:?}");
+    for part in ["scene.toml:6", "frame_intervall", "frame_interval"] {
+        assert!(done.stderr.contains(part), "'{part}' is missing in: {}", done.stderr);
+    }
+}
+
+#[test]
+fn a_scene_that_is_not_there_is_named_with_those_that_are() {
+    let unknown = nappe(&["run", "dmo"]);
+    assert_eq!(unknown.code, Some(1), "{unknown:?}");
+    assert!(unknown.stderr.contains("demo"), "{}", unknown.stderr);
+    let missing = nappe(&["run", "no/such.toml"]);
+    assert_eq!(missing.code, Some(1));
+    assert!(missing.stderr.contains("no/such.toml"), "{}", missing.stderr);
+}
+
+#[test]
+fn meshes_beside_a_scene_file_are_uploaded() {
+    let folder = folder();
+    nappe_in(folder.path(), &["mesh", "grid", "9x9", "--spacing", "0.05", "--out", "sheet.obj"]).ok();
+    let text = SMALL_SCENE
+        .replace("{ grid = [12, 12], spacing = 0.05 }", "{ file = \"sheet.obj\" }")
+        .replace("[\"top_left\", \"top_right\"]", "[0, 8]");
+    let scene = write_scene(folder.path(), &text);
+    // From another folder: the file's place counts, not the command's.
+    let result = nappe(&["run", &scene, "--steps", "5", "--json"]).ok().json();
+    assert_eq!(result["particles"], 81);
+}
+
+#[test]
+fn ctrl_c_ends_a_run_within_5_seconds_with_130() {
+    let folder = folder();
+    let endless = SMALL_SCENE.replace("steps = 40", "steps = 0");
+    let scene = write_scene(folder.path(), &endless);
+    for save in [&[][..], &["--save", "frames"]] {
+        let mut process = command()
+            .current_dir(folder.path())
+            .args([&["run", &scene, "--json"], save].concat())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .expect("the command starts");
+        std::thread::sleep(Duration::from_millis(1500));
+        let (took, code) = end_by(&mut process, "INT");
+        assert!(took < Duration::from_secs(5), "{took:?}");
+        assert_eq!(code, Some(130));
+        let output = process.wait_with_output().expect("its output");
+        let result: Value = serde_json::from_slice(&output.stdout).expect("the object, all the same");
+        assert_eq!(result["interrupted"], true);
+        assert!(result["steps"].as_u64().is_some_and(|steps| steps > 0));
+    }
+}
+
+#[test]
+fn the_demo_ends_by_itself_and_says_what_ran() {
+    let folder = folder();
+    let done = nappe_in(folder.path(), &["--steps", "10", "--save", "frames"]).ok();
+    for part in ["particles", "a step", "state hash", "frames"] {
+        assert!(done.stdout.contains(part), "'{part}' is missing in:\n{}", done.stdout);
+    }
+    assert!(folder.path().join("frames").is_dir());
+}

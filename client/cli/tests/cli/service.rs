@@ -1,0 +1,184 @@
+//! A server in a process of its own and every verb that talks to it.
+
+use std::{
+    process::Stdio,
+    time::{Duration, Instant},
+};
+
+use serde_json::Value;
+
+use crate::support::{SMALL_SCENE, Server, command, end_by, folder, write_scene};
+
+/// Creates a session of the small scene, which ends after so many steps (0: never).
+fn create(server: &Server, id: &str, steps: u64) -> Value {
+    let folder = folder();
+    let scene = write_scene(folder.path(), &SMALL_SCENE.replace("steps = 40", &format!("steps = {steps}")));
+    server.nappe(&["create", &scene, "--id", id]).ok().json()
+}
+
+#[test]
+fn a_session_lives_from_create_to_delete() {
+    let server = Server::start();
+    let made = create(&server, "first", 40);
+    assert_eq!(
+        (&made["session_id"], &made["state"], &made["step"]),
+        (&"first".into(), &"paused".into(), &0.into())
+    );
+    assert_eq!(made["particle_count"], 144);
+
+    let stepped = server.nappe(&["step", "first", "10"]).ok().json();
+    assert_eq!((&stepped["step"], &stepped["state"]), (&10.into(), &"paused".into()));
+    assert!(stepped["state_hash"].is_string());
+
+    let listed = server.nappe(&["list"]).ok().json();
+    let ids: Vec<&str> =
+        listed.as_array().expect("an array").iter().filter_map(|s| s["session_id"].as_str()).collect();
+    assert_eq!(ids, ["first"]);
+
+    server.nappe(&["play", "first"]).ok();
+    let finished = wait_for(&server, "first", "finished");
+    assert_eq!(finished["step"], 40);
+
+    server.nappe(&["delete", "first"]).ok();
+    assert_eq!(server.nappe(&["list"]).ok().json(), serde_json::json!([]));
+}
+
+/// Asks until the session is in this state, 20 s at most.
+fn wait_for(server: &Server, id: &str, state: &str) -> Value {
+    let start = Instant::now();
+    while start.elapsed() < Duration::from_secs(20) {
+        let sessions = server.nappe(&["list"]).ok().json();
+        let session = sessions.as_array().expect("an array").iter().find(|s| s["session_id"] == id).cloned();
+        if let Some(session) = session.filter(|session| session["state"] == state) {
+            return session;
+        }
+        std::thread::sleep(Duration::from_millis(50));
+    }
+    panic!("session {id} did not become {state} within 20 s");
+}
+
+#[test]
+fn the_same_scene_has_the_same_hash_on_a_server_and_in_the_command() {
+    let server = Server::start();
+    create(&server, "there", 40);
+    let there = server.nappe(&["step", "there", "40"]).ok().json();
+    let folder = folder();
+    let scene = write_scene(folder.path(), SMALL_SCENE);
+    let here = crate::support::nappe(&["run", &scene, "--json"]).ok().json();
+    assert_eq!(here["state_hash"], there["state_hash"]);
+    // `run --server` leaves the server as it was.
+    let remote = server.nappe(&["run", &scene]).ok().json();
+    assert_eq!(remote["state_hash"], here["state_hash"]);
+    assert_eq!(server.nappe(&["list"]).ok().json().as_array().map(Vec::len), Some(1));
+}
+
+#[test]
+fn play_pause_stop_and_update_do_what_they_say() {
+    let server = Server::start();
+    create(&server, "endless", 0);
+    assert_eq!(server.nappe(&["play", "endless", "--pace", "1"]).ok().json()["state"], "playing");
+    assert_eq!(server.nappe(&["pause", "endless"]).ok().json()["state"], "paused");
+    let changed =
+        server.nappe(&["update", "endless", "--gravity", "0,-1.62,0", "--wind", "1,0,0"]).ok().json();
+    assert!(changed["effective_step"].is_u64(), "{changed}");
+    let later = server
+        .nappe(&[
+            "update",
+            "endless",
+            "--at-step",
+            "100000",
+            "--stiffness",
+            "stretch=150",
+            "--damping",
+            "0.02",
+            "--drag",
+            "0.001",
+            "--pin",
+            "0=0,0.5,0:1",
+        ])
+        .ok()
+        .json();
+    assert_eq!(later["effective_step"], 100_000);
+    let refused = server.nappe(&["update", "endless", "--pin", "50=0,0,0"]);
+    assert_eq!(refused.code, Some(5), "{refused:?}");
+    assert!(refused.stderr.contains("50") && refused.stderr.contains("INVALID_CHANGE"), "{}", refused.stderr);
+    assert_eq!(server.nappe(&["stop", "endless"]).ok().json()["state"], "finished");
+}
+
+#[test]
+fn watching_prints_figures_and_saves_frames() {
+    let server = Server::start();
+    create(&server, "watched", 0);
+    server.nappe(&["play", "watched", "--pace", "1"]).ok();
+    let lines = server.nappe(&["watch", "watched", "--rate", "50", "--count", "5"]).ok().stdout;
+    let steps: Vec<u64> = lines
+        .lines()
+        .map(|line| {
+            serde_json::from_str::<Value>(line).expect("a JSON object a line")["step"]
+                .as_u64()
+                .expect("a step")
+        })
+        .collect();
+    assert_eq!(steps.len(), 5);
+    assert!(steps.windows(2).all(|pair| pair[0] < pair[1]), "{steps:?}");
+
+    let folder = folder();
+    let frames = folder.path().join("frames");
+    let path = frames.to_str().expect("a UTF-8 path");
+    let saved = server.nappe(&["watch", "watched", "--save", path, "--count", "6"]).ok().json();
+    assert_eq!(saved["frames"], 6);
+    assert_eq!(std::fs::read_dir(&frames).expect("the folder").count(), 6);
+}
+
+#[test]
+fn a_refusal_ends_with_5_and_its_reason() {
+    let server = Server::start();
+    let unknown = server.nappe(&["step", "nobody"]);
+    assert_eq!(unknown.code, Some(5), "{unknown:?}");
+    assert!(unknown.stderr.contains("SESSION_NOT_FOUND"), "{}", unknown.stderr);
+    create(&server, "twice", 1);
+    let folder = folder();
+    let scene = write_scene(folder.path(), SMALL_SCENE);
+    let again = server.nappe(&["create", &scene, "--id", "twice"]);
+    assert_eq!(again.code, Some(5), "{again:?}");
+    assert!(again.stderr.contains("SESSION_EXISTS"), "{}", again.stderr);
+}
+
+#[test]
+fn ctrl_c_and_sigterm_end_a_server_within_5_seconds_under_a_watcher() {
+    for signal in ["INT", "TERM"] {
+        let server = Server::start();
+        create(&server, "endless", 0);
+        server.nappe(&["play", "endless"]).ok();
+        let mut watcher = command()
+            .args(["watch", "endless", "--json", "--server", &server.url])
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .expect("the watcher starts");
+        std::thread::sleep(Duration::from_millis(500));
+        let (took, code) = server.end_by(signal);
+        assert!(took < Duration::from_secs(5), "SIG{signal}: {took:?}");
+        assert_eq!(code, Some(0), "a server that is asked to end has ended well");
+        // The watcher ends too, or is ended here.
+        if watcher.try_wait().expect("the watcher can be asked").is_none() {
+            end_by(&mut watcher, "INT");
+        }
+    }
+}
+
+#[test]
+fn an_address_in_use_is_said_plainly() {
+    let server = Server::start();
+    let address = server.url.trim_start_matches("http://");
+    let done = crate::support::nappe(&["serve", "--address", address]);
+    assert_eq!(done.code, Some(1), "{done:?}");
+    assert!(done.stderr.contains(address), "{}", done.stderr);
+}
+
+#[test]
+fn an_address_that_others_can_reach_needs_a_flag() {
+    let done = crate::support::nappe(&["serve", "--address", "0.0.0.0:0"]);
+    assert_ne!(done.code, Some(0));
+    assert!(done.stderr.contains("--allow-remote"), "{}", done.stderr);
+}

@@ -1,0 +1,160 @@
+//! Runs the built command and reads what it says.
+
+use std::{
+    io::{BufRead as _, BufReader},
+    path::{Path, PathBuf},
+    process::{Child, Command, Stdio},
+    time::{Duration, Instant},
+};
+
+use serde_json::Value;
+
+/// How a command ended.
+#[derive(Debug)]
+pub(crate) struct Done {
+    pub(crate) code: Option<i32>,
+    pub(crate) stdout: String,
+    pub(crate) stderr: String,
+}
+
+impl Done {
+    /// The JSON value on the last line of standard output.
+    pub(crate) fn json(&self) -> Value {
+        let line = self.stdout.lines().last().unwrap_or_default();
+        serde_json::from_str(line)
+            .unwrap_or_else(|error| panic!("no JSON on the last line ({error}): {self:?}"))
+    }
+
+    /// The same command, which must have ended well.
+    #[track_caller]
+    pub(crate) fn ok(self) -> Self {
+        assert_eq!(self.code, Some(0), "{self:?}");
+        self
+    }
+}
+
+/// The command, with the environment of the test but no server named in it.
+pub(crate) fn command() -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_nappe"));
+    command.env_remove("NAPPE_SERVER").stdin(Stdio::null());
+    command
+}
+
+/// Runs the command in a folder to its end.
+pub(crate) fn nappe_in(folder: &Path, args: &[&str]) -> Done {
+    let output = command().current_dir(folder).args(args).output().expect("the command starts");
+    Done {
+        code: output.status.code(),
+        stdout: String::from_utf8(output.stdout).expect("standard output is UTF-8"),
+        stderr: String::from_utf8(output.stderr).expect("standard error is UTF-8"),
+    }
+}
+
+/// Runs the command to its end.
+pub(crate) fn nappe(args: &[&str]) -> Done {
+    nappe_in(&std::env::temp_dir(), args)
+}
+
+/// A folder that goes away.
+pub(crate) fn folder() -> tempfile::TempDir {
+    tempfile::tempdir().expect("a temporary folder")
+}
+
+/// The course's data, or `None` with a message where they are not.
+pub(crate) fn course() -> Option<PathBuf> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/course");
+    if path.join("data").is_dir() {
+        return Some(path);
+    }
+    skipped("the course's data are not in ../shared/course");
+    None
+}
+
+#[allow(clippy::print_stderr, reason = "a test that does nothing says so")]
+pub(crate) fn skipped(why: &str) {
+    eprintln!("skipped: {why}");
+}
+
+/// A server in a process of its own; it is killed when the test ends.
+pub(crate) struct Server {
+    process: Child,
+    pub(crate) url: String,
+}
+
+impl Server {
+    pub(crate) fn start() -> Self {
+        let mut process = command()
+            .args(["serve", "--address", "127.0.0.1:0", "--json"])
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .expect("the server starts");
+        let stdout = process.stdout.take().expect("its standard output is a pipe");
+        let mut line = String::new();
+        BufReader::new(stdout).read_line(&mut line).expect("it says where it listens");
+        let said: Value = serde_json::from_str(&line).expect("it says so in JSON");
+        let url = said["url"].as_str().expect("the address is a text").to_owned();
+        Self { process, url }
+    }
+
+    /// Runs a verb against this server.
+    pub(crate) fn nappe(&self, args: &[&str]) -> Done {
+        nappe(&[args, &["--server", &self.url, "--json"]].concat())
+    }
+
+    /// Sends a signal; returns how long the process took to end, and its code.
+    pub(crate) fn end_by(mut self, signal: &str) -> (Duration, Option<i32>) {
+        end_by(&mut self.process, signal)
+    }
+}
+
+impl Drop for Server {
+    fn drop(&mut self) {
+        // It may have ended already; then there is nothing to kill.
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}
+
+/// Sends a signal to a process and waits up to 10 s for its end.
+pub(crate) fn end_by(process: &mut Child, signal: &str) -> (Duration, Option<i32>) {
+    let sent = Instant::now();
+    let status = Command::new("kill")
+        .args([&format!("-{signal}"), &process.id().to_string()])
+        .status()
+        .expect("the signal is sent");
+    assert!(status.success());
+    while sent.elapsed() < Duration::from_secs(10) {
+        if let Some(status) = process.try_wait().expect("the process can be asked") {
+            return (sent.elapsed(), status.code());
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    panic!("the process did not end within 10 s of SIG{signal}");
+}
+
+/// A scene small enough for a test: a sheet of 12 x 12 particles held at two corners.
+pub(crate) const SMALL_SCENE: &str = r#"
+version = 1
+title = "small"
+dt = 0.005
+steps = 40
+frame_interval = 2
+
+[[body]]
+name = "sheet"
+mesh = { grid = [12, 12], spacing = 0.05 }
+mass = { particle = 0.01 }
+pins = ["top_left", "top_right"]
+[body.springs]
+stretch = { stiffness = 200.0, damping = 0.01 }
+shear = { stiffness = 100.0 }
+bend = { stiffness = 20.0 }
+"#;
+
+/// Writes a scene into a folder and gives its path.
+pub(crate) fn write_scene(folder: &Path, text: &str) -> String {
+    let path = folder.join("scene.toml");
+    std::fs::write(&path, text).expect("the scene is written");
+    path.to_str().expect("a temporary path is UTF-8").to_owned()
+}
