@@ -1,0 +1,79 @@
+//! docs/scenes.md is what the schema says, its example runs, and written defaults are the real ones.
+
+use std::{env, fs, path::PathBuf};
+
+use nappe_scene::{NoMeshes, Scene, SceneLimits, reference_page};
+
+const MARK: &str =
+    "(`cargo test -p nappe-scene` holds it against the schema; `UPDATE_DOCS=1` rewrites it).\n";
+
+fn page_file() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../docs/scenes.md")
+}
+
+#[test]
+fn the_reference_in_the_docs_is_written_from_the_schema() {
+    let text = fs::read_to_string(page_file()).unwrap();
+    let (head, reference) = text.split_once(MARK).expect("docs/scenes.md has its mark");
+    let wanted = reference_page();
+    if env::var_os("UPDATE_DOCS").is_some() {
+        fs::write(page_file(), format!("{head}{MARK}{wanted}")).unwrap();
+        return;
+    }
+    assert!(reference == wanted, "run UPDATE_DOCS=1 cargo test -p nappe-scene and look at the change");
+}
+
+#[test]
+fn the_example_in_the_docs_builds() {
+    let text = fs::read_to_string(page_file()).unwrap();
+    let example = text.split("```toml\n").nth(1).unwrap().split("```").next().unwrap();
+    let scene = Scene::parse(example, "docs/scenes.md").unwrap_or_else(|error| panic!("{error}"));
+    scene.build(&NoMeshes, &SceneLimits::default()).unwrap_or_else(|error| panic!("{error}"));
+}
+
+/// Sections with the text before and after a field of theirs, behind a scene of one body.
+const PLACES: [(&str, &str, &str); 4] = [
+    ("body", "", ""),
+    ("body.transform", "transform = { ", " }"),
+    ("body.solver", "solver = { ", " }"),
+    ("collider", "[[collider]]\nname = \"s\"\nsphere = { center = [0, 0, 0], radius = 1 }\n", ""),
+];
+
+#[test]
+fn a_default_written_out_changes_nothing() {
+    let page = reference_page();
+    let mut count = 0;
+    let head = "version = 1\ndt = 0.01\n";
+    let body = "[[body]]\nname = \"a\"\nmesh = { course_grid = 3 }\n";
+    let inner =
+        PLACES.map(|(section, before, after)| (section, format!("{head}{body}{before}"), after.to_owned()));
+    let root = ("scene", head.to_owned(), format!("\n{body}"));
+    for (section, before, after) in [root].into_iter().chain(inner) {
+        let plain =
+            Scene::parse(&format!("{before}{after}"), section).unwrap_or_else(|error| panic!("{error}"));
+        let rows = page.split("\n### ").find(|part| part.starts_with(&format!("{section}\n"))).unwrap();
+        for row in rows.lines().filter(|row| row.starts_with("| ") && row.contains("| `")) {
+            let cells: Vec<&str> = row.split(" | ").collect();
+            let (name, default) = (cells[0].trim_start_matches("| "), cells[2].trim_matches('`'));
+            if name == "collider" || name == "moving_pin" {
+                continue; // arrays of tables are absent by default
+            }
+            let text = format!("{before}{name} = {default}{after}");
+            let with = Scene::parse(&text, section).unwrap_or_else(|error| panic!("{error}"));
+            assert_eq!(with, plain, "{section}.{name} = {default}");
+            count += 1;
+        }
+    }
+    assert!(count >= 20, "only {count} defaults were found on the page");
+}
+
+#[test]
+fn the_solver_defaults_on_the_page_are_those_of_the_simulation() {
+    use nappe_sim::linalg::{SolverSettings, Stop};
+    let Stop::Residual { tolerance, max_iterations } = SolverSettings::default().stop else {
+        panic!("the default stops by its residual")
+    };
+    let page = reference_page();
+    assert!(page.contains(&format!("| tolerance |  | {tolerance:e}, unless")), "{tolerance:e}");
+    assert!(page.contains(&format!("| {max_iterations}, unless")));
+}
