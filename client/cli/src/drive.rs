@@ -46,21 +46,15 @@ pub(crate) enum DriveEnd {
 pub(crate) async fn drive(client: &Client, session: &v1::Session, sink: Option<&mut Sink>) -> Result<Driven> {
     let progress = Progress::start(session.step_limit);
     let id = session.session_id.as_str();
-    let end = match sink {
-        Some(sink) => {
-            let window = window_steps(client, session).await?;
-            let frames = client.watch(id, WatchOptions::every_from(0)).await?;
-            let mut saving =
-                Saving { client, id, frames, sink, progress: &progress, newest: None, broken: None };
-            tokio::select! {
-                end = saving.run(window) => { end?; DriveEnd::Session }
-                signal = remote::interrupted() => { signal?; DriveEnd::Interrupted }
-            }
+    let computed = async {
+        match sink {
+            Some(sink) => save(client, session, sink, &progress).await,
+            None => play(client, id, &progress).await,
         }
-        None => tokio::select! {
-            end = play(client, id, &progress) => { end?; DriveEnd::Session }
-            signal = remote::interrupted() => { signal?; DriveEnd::Interrupted }
-        },
+    };
+    let end = tokio::select! {
+        done = computed => { done?; DriveEnd::Session }
+        signal = remote::interrupted() => { signal?; DriveEnd::Interrupted }
     };
     progress.finish();
     let session = match end {
@@ -68,6 +62,15 @@ pub(crate) async fn drive(client: &Client, session: &v1::Session, sink: Option<&
         DriveEnd::Interrupted => client.pause(id).await?,
     };
     Ok(Driven { session, end })
+}
+
+/// Steps in windows and saves every frame.
+async fn save(client: &Client, session: &v1::Session, sink: &mut Sink, progress: &Progress) -> Result<()> {
+    let id = session.session_id.as_str();
+    let window = window_steps(client, session).await?;
+    let frames = client.watch(id, WatchOptions::every_from(0)).await?;
+    let mut saving = Saving { client, id, frames, sink, progress, newest: None, broken: None };
+    saving.run(window).await
 }
 
 /// Steps of a window: as many as [`WINDOW_FRAMES`] frames take, fewer if the server keeps fewer.

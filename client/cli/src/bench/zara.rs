@@ -161,9 +161,7 @@ fn csv(rows: &[ZaraRow]) -> String {
             "{name},{particles},{},{threads},{precision},{median_seconds},{min_seconds},{rate},{unit}",
             row.springs
         );
-        for stage in Stage::ALL {
-            line += &format!(",{}", row.stages[stage.name()]);
-        }
+        line.extend(Stage::ALL.iter().map(|stage| format!(",{}", row.stages[stage.name()])));
         for slot in 0..2 {
             line += &row.paper.get(slot).map_or_else(
                 || ",,".to_owned(),

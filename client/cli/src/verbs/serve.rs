@@ -43,7 +43,10 @@ pub(crate) fn run(args: &ServeArgs) -> Result<()> {
         match args.output.format() {
             Format::Json => output::json(&json!({ "url": url, "version": env!("CARGO_PKG_VERSION") }))?,
             Format::Text => {
-                output::line(&format!("nappe {} serves on {url}; Ctrl-C ends it", env!("CARGO_PKG_VERSION")))?
+                output::line(&format!(
+                    "nappe {} serves on {url}; Ctrl-C ends it",
+                    env!("CARGO_PKG_VERSION")
+                ))?;
             }
         }
         let followed = async {

@@ -148,9 +148,8 @@ fn law(text: &str) -> std::result::Result<Law, String> {
 fn pin(text: &str) -> std::result::Result<v1::PinUpdate, String> {
     let (particle, place) =
         text.split_once('=').ok_or("a pin is PARTICLE=X,Y,Z or PARTICLE=X,Y,Z:SECONDS")?;
-    let particle = match particle.trim().parse::<u32>() {
-        Ok(particle) => particle,
-        Err(_) => return Err(format!("'{particle}' is not a particle's number (0, 1, 2 ...)")),
+    let Ok(particle) = particle.trim().parse::<u32>() else {
+        return Err(format!("'{particle}' is not a particle's number (0, 1, 2 ...)"));
     };
     let (target, duration_seconds) = match place.split_once(':') {
         None => (vector(place)?, 0.0),

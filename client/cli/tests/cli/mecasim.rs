@@ -21,7 +21,8 @@ fn object_text(name: &str, has_textures: bool) -> String {
 /// Runs the course's command line from the course's folder, as the course does.
 fn mecasim(course: &Path, meshes: &[&str], more: &[&str]) -> Done {
     let folder = folder();
-    let kinds: String = (1..=meshes.len()).map(|i| format!("objet{i}=mss;\n")).collect();
+    let kinds: Vec<String> = (1..=meshes.len()).map(|i| format!("objet{i}=mss;\n")).collect();
+    let kinds = kinds.concat();
     let simu = folder.path().join("scene.simu");
     fs::write(&simu, format!("NbIter=20;\nGx=0.0;\nGy=-9.8;\nGz=0;\nviscosite=0.995;\n{kinds}"))
         .expect("written");

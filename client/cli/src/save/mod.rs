@@ -1,0 +1,97 @@
+//! Where frames are kept: a Rerun recording, or a folder with one PLY mesh a frame.
+//!
+//! Reads topology and frames as they arrive; writes files. Every frame that comes is kept.
+
+mod folder;
+mod recording;
+
+use std::path::{Path, PathBuf};
+
+use nappe_client::{Frame, Topology};
+
+use self::{folder::Folder, recording::Recording};
+use crate::error::{CliError, Result};
+
+/// Whether this build can write Rerun recordings.
+pub(crate) const RECORDS: bool = cfg!(feature = "rerun");
+
+/// An open recording or folder.
+pub(crate) struct Sink {
+    path: PathBuf,
+    form: Form,
+}
+
+enum Form {
+    Folder(Folder),
+    Recording(Recording),
+}
+
+/// Whether a path names a Rerun recording.
+pub(crate) fn is_recording(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("rrd"))
+}
+
+/// Says what is wrong with a path that names neither a recording nor a folder.
+fn check(path: &Path) -> Result<()> {
+    if is_recording(path) || path.extension().is_none() || path.is_dir() {
+        return Ok(());
+    }
+    Err(CliError::usage(format!(
+        "--save {}: frames are kept in a Rerun recording, FILE.rrd, or in a folder of PLY meshes",
+        path.display()
+    ))
+    .hint("a folder's name has no extension, unless the folder exists already"))
+}
+
+impl Sink {
+    /// Opens a recording for a path that ends in `.rrd`, a folder for another.
+    ///
+    /// # Errors
+    /// When the path names neither, or a recording in a build without Rerun; when the file or the folder cannot be made, or the folder holds frames already.
+    pub(crate) fn create(path: &Path) -> Result<Self> {
+        check(path)?;
+        let form = if is_recording(path) {
+            Form::Recording(Recording::create(path)?)
+        } else {
+            Form::Folder(Folder::create(path)?)
+        };
+        Ok(Self { path: path.to_owned(), form })
+    }
+
+    /// Keeps the topology; it comes before the frames.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    pub(crate) fn topology(&mut self, topology: Topology) -> Result<()> {
+        match &mut self.form {
+            Form::Folder(folder) => {
+                folder.topology(topology);
+                Ok(())
+            }
+            Form::Recording(recording) => recording.topology(&topology),
+        }
+    }
+
+    /// Keeps a frame.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    pub(crate) fn frame(&mut self, frame: &Frame) -> Result<()> {
+        match &mut self.form {
+            Form::Folder(folder) => folder.write(frame),
+            Form::Recording(recording) => recording.frame(frame),
+        }
+    }
+
+    /// Closes it and gives its path.
+    ///
+    /// # Errors
+    /// When its end cannot be written.
+    pub(crate) fn finish(self) -> Result<PathBuf> {
+        match self.form {
+            Form::Folder(_) => {}
+            Form::Recording(recording) => recording.finish()?,
+        }
+        Ok(self.path)
+    }
+}
