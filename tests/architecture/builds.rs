@@ -1,0 +1,49 @@
+//! One build serves the program and its tests: both must ask for the same features of every
+//! crate they share, or the viewer's SDK would be compiled twice.
+
+use std::collections::BTreeSet;
+
+use crate::{assert_none, tree};
+
+/// Crates with their features, a line each, as cargo resolves them for `selection`.
+fn features(selection: &[&str]) -> BTreeSet<String> {
+    let mut arguments = vec!["tree", "--offline", "--prefix", "none", "-f", "{p} [{f}]"];
+    arguments.extend(selection);
+    let listing = tree::run(env!("CARGO"), &arguments);
+    listing
+        .lines()
+        .map(|line| line.trim_end_matches(" (*)").to_owned())
+        .filter(|line| !line.is_empty())
+        .collect()
+}
+
+/// The crate of a line: name and version.
+fn package(line: &str) -> &str {
+    line.split(" [").next().unwrap_or(line)
+}
+
+/// Crates that the program and the tests share with different features.
+fn against_second_builds(program: &BTreeSet<String>, tests: &BTreeSet<String>) -> Vec<String> {
+    let shared: BTreeSet<_> = program.iter().map(|line| package(line)).collect();
+    let other = |line: &&String| shared.contains(package(line)) && !program.contains(*line);
+    tests.iter().filter(other).map(|line| format!("only the tests ask for: {line}")).collect()
+}
+
+#[test]
+fn the_program_and_its_tests_share_one_build() {
+    let program = features(&["-p", "nappe-cli", "-e", "normal,build"]);
+    let tests = features(&["--workspace", "-e", "normal,build,dev"]);
+    assert!(program.len() > 100, "the program has dependencies");
+    assert_none(&against_second_builds(&program, &tests));
+}
+
+#[test]
+fn the_rule_finds_what_it_is_for() {
+    let set = |lines: &[&str]| lines.iter().map(|line| (*line).to_owned()).collect();
+    let program = set(&["a v1 [std]", "b v1 []"]);
+    assert_none(&against_second_builds(&program, &set(&["a v1 [std]", "c v1 [x]"])));
+    assert_eq!(
+        against_second_builds(&program, &set(&["a v1 [fs,std]"])),
+        ["only the tests ask for: a v1 [fs,std]"]
+    );
+}

@@ -1,0 +1,133 @@
+//! Layers: which crate may use which.
+
+use serde_json::Value;
+
+use crate::{assert_none, tokens, tree};
+
+/// Crates of the workspace and those of them that each may name. Tests and tasks do not ship.
+const LAYERS: [(&str, &[&str]); 10] = [
+    ("nappe-proto", &[]),
+    ("nappe-sim", &[]),
+    ("nappe-scene", &["nappe-sim"]),
+    ("nappe-server", &["nappe-proto", "nappe-sim", "nappe-scene"]),
+    ("nappe-client", &["nappe-proto"]),
+    ("nappe-rerun", &["nappe-client"]),
+    ("nappe-viewer", &["nappe-client", "nappe-rerun"]),
+    (
+        "nappe-cli",
+        &["nappe-proto", "nappe-sim", "nappe-scene", "nappe-server", "nappe-client", "nappe-rerun"],
+    ),
+    ("nappe-tests", &["nappe-proto", "nappe-sim", "nappe-scene", "nappe-server", "nappe-client"]),
+    ("xtask", &[]),
+];
+
+/// All that the numerics may name outside the workspace.
+const SIM_DEPENDENCIES: [&str; 4] = ["nalgebra", "rayon", "thiserror", "xxhash-rust"];
+
+/// What must not be linked below the service, directly or not.
+const ABOVE_SCENE: [&str; 5] = ["tokio", "tonic", "tracing", "prost", "clap"];
+
+/// What must not be linked by the numerics, directly or not.
+const ABOVE_SIM: [&str; 6] = ["tokio", "tonic", "tracing", "prost", "clap", "serde"];
+
+/// A dependency that ships: from a crate, on a crate.
+type Arrow = (String, String);
+
+/// Every dependency of the workspace's crates, tests' own left out.
+fn arrows(metadata: &Value) -> Vec<Arrow> {
+    let list = |value: &Value| value.as_array().cloned().unwrap_or_default();
+    let name = |value: &Value| value["name"].as_str().unwrap_or_default().to_owned();
+    let mut found = Vec::new();
+    for package in list(&metadata["packages"]) {
+        for dependency in list(&package["dependencies"]) {
+            if dependency["kind"] != "dev" {
+                found.push((name(&package), name(&dependency)));
+            }
+        }
+    }
+    found
+}
+
+fn against_layers(arrows: &[Arrow]) -> Vec<String> {
+    let ours = |name: &str| LAYERS.iter().find(|(known, _)| *known == name);
+    let complain = |(from, to): &Arrow| match ours(from) {
+        None => Some(format!("{from}: add it to LAYERS, with the crates that it may use")),
+        Some((_, allowed)) if ours(to).is_some() && !allowed.contains(&to.as_str()) => {
+            Some(format!("{from} may not depend on {to}"))
+        }
+        Some(_) => None,
+    };
+    arrows.iter().filter_map(complain).collect()
+}
+
+fn against_sim_dependencies(arrows: &[Arrow]) -> Vec<String> {
+    let extra = |(from, to): &&Arrow| from == "nappe-sim" && !SIM_DEPENDENCIES.contains(&to.as_str());
+    arrows.iter().filter(extra).map(|(_, to)| format!("nappe-sim may not depend on {to}")).collect()
+}
+
+fn against_second_namers(arrows: &[Arrow]) -> Vec<String> {
+    let second = |(from, to): &&Arrow| to == "rerun" && from != "nappe-rerun";
+    arrows
+        .iter()
+        .filter(second)
+        .map(|(from, _)| format!("{from} names rerun; nappe-rerun alone may"))
+        .collect()
+}
+
+/// Complaints about a `cargo tree` listing that links what it must not.
+fn against_linking(top: &str, listing: &str, banned: &[&str]) -> Vec<String> {
+    let linked = |name: &&&str| listing.lines().any(|line| line.split(' ').next() == Some(**name));
+    banned.iter().filter(linked).map(|name| format!("{top} links {name}")).collect()
+}
+
+fn workspace_arrows() -> Vec<Arrow> {
+    let text = tree::run(env!("CARGO"), &["metadata", "--no-deps", "--offline", "--format-version", "1"]);
+    let metadata: Value = serde_json::from_str(&text).expect("cargo prints JSON");
+    let arrows = arrows(&metadata);
+    assert!(arrows.len() > 20, "the workspace has dependencies");
+    arrows
+}
+
+#[test]
+fn crates_depend_only_on_the_layers_below_them() {
+    assert_none(&against_layers(&workspace_arrows()));
+}
+
+#[test]
+fn the_numerics_depend_on_four_crates() {
+    assert_none(&against_sim_dependencies(&workspace_arrows()));
+}
+
+#[test]
+fn one_crate_alone_names_rerun() {
+    assert_none(&against_second_namers(&workspace_arrows()));
+    let outside = |source: &tree::Source| !source.path.starts_with("viewer/rerun/");
+    for source in tree::rust_sources().iter().filter(|source| outside(source)) {
+        let named = tokens::paths(tokens::parse(source)).iter().any(|path| path.starts_with("rerun::"));
+        assert!(!named, "{} names rerun", source.path);
+    }
+}
+
+#[test]
+fn nothing_below_the_service_links_what_belongs_to_it() {
+    for (top, banned) in [("nappe-sim", &ABOVE_SIM[..]), ("nappe-scene", &ABOVE_SCENE[..])] {
+        let arguments = ["tree", "--offline", "-p", top, "-e", "normal", "--prefix", "none"];
+        let listing = tree::run(env!("CARGO"), &arguments);
+        assert!(listing.starts_with(top), "{listing}");
+        assert_none(&against_linking(top, &listing, banned));
+    }
+}
+
+#[test]
+fn the_rules_find_what_they_are_for() {
+    let arrow = |from: &str, to: &str| (from.to_owned(), to.to_owned());
+    let bad = [arrow("nappe-sim", "nappe-scene"), arrow("nappe-sim", "serde"), arrow("nappe-cli", "rerun")];
+    assert_eq!(against_layers(&bad), ["nappe-sim may not depend on nappe-scene"]);
+    assert_eq!(against_layers(&[arrow("nappe-new", "rayon")]).len(), 1);
+    assert_eq!(against_sim_dependencies(&bad).len(), 2);
+    assert_eq!(against_second_namers(&bad).len(), 1);
+    assert_eq!(
+        against_linking("nappe-sim", "nappe-sim v0.1.0\nserde v1.0.0\n", &ABOVE_SIM),
+        ["nappe-sim links serde"]
+    );
+}

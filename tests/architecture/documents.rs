@@ -1,0 +1,141 @@
+//! Documents speak of what stands: the drawn tree, links, scenes, laws, decisions, versions.
+
+use std::collections::BTreeSet;
+
+use nappe_sim::cloth::Integrator;
+
+use crate::{
+    assert_none,
+    tree::{self, Source},
+};
+
+/// Where the tree is drawn.
+const DRAWING: &str = "docs/ARCHITECTURE.md";
+
+/// Paths of a tree drawn with `├──` and `└──`, four columns a level; folders end in `/`. Several
+/// names may share a line, one blank apart; two blanks end the names.
+fn drawn_paths(document: &str) -> Vec<String> {
+    let mut folders: Vec<String> = Vec::new();
+    let mut found = Vec::new();
+    let lines = document.lines().skip_while(|line| *line != "```text").skip(2);
+    for line in lines.take_while(|line| *line != "```").filter(|line| line.contains(['├', '└'])) {
+        let column = line.chars().take_while(|c| "│├└─ ".contains(*c)).count();
+        let names: String = line.chars().skip(column).collect();
+        let names = names.split("  ").next().unwrap_or_default().trim();
+        folders.truncate((column / 4).saturating_sub(1));
+        let parent = folders.concat();
+        found.extend(names.split(' ').map(|name| format!("{parent}{name}")));
+        folders.push(names.to_owned());
+    }
+    found
+}
+
+/// Paths drawn that do not exist.
+fn against_drawing(drawn: &[String]) -> Vec<String> {
+    let exists = |path: &&String| {
+        let full = tree::root().join(path);
+        if path.ends_with('/') { full.is_dir() } else { full.is_file() }
+    };
+    drawn
+        .iter()
+        .filter(|path| !exists(path))
+        .map(|path| format!("{DRAWING} draws {path}: not there"))
+        .collect()
+}
+
+/// Top-level names and crates' folders that are not drawn.
+fn against_omissions(drawn: &[String], paths: &[String]) -> Vec<String> {
+    let top = |path: &String| match path.split_once('/') {
+        Some((folder, _)) => format!("{folder}/"),
+        None => path.clone(),
+    };
+    let crates =
+        paths.iter().filter_map(|path| path.strip_suffix("Cargo.toml")).filter(|path| !path.is_empty());
+    let wanted: BTreeSet<String> = paths.iter().map(top).chain(crates.map(str::to_owned)).collect();
+    let missing = wanted.iter().filter(|path| !drawn.iter().any(|drawn| drawn.starts_with(path.as_str())));
+    missing.map(|path| format!("{DRAWING} does not draw {path}")).collect()
+}
+
+/// Relative links of a page that lead nowhere.
+fn against_links(page: &Source) -> Vec<String> {
+    let folder = page.path.rsplit_once('/').map_or("", |(folder, _)| folder);
+    let targets = page.text.split("](").skip(1).filter_map(|rest| rest.split(')').next());
+    let relative = targets.filter(|target| !target.starts_with(['#', '<']) && !target.contains("://"));
+    let missing = relative.filter(|target| {
+        let file = target.split('#').next().unwrap_or_default();
+        !tree::root().join(folder).join(file).exists()
+    });
+    missing.map(|target| format!("{}: the link to {target} leads nowhere", page.path)).collect()
+}
+
+/// Names that no page speaks of, each in backquotes or as the end of a path.
+fn against_silence(what: &str, names: &[String], pages: &str) -> Vec<String> {
+    let silent = names.iter().filter(|name| !pages.contains(&format!("{name}`")));
+    silent.map(|name| format!("{what} do not speak of `{name}`")).collect()
+}
+
+/// File names in `folder` that end in `.extension`, without it.
+fn stems(folder: &str, extension: &str) -> Vec<String> {
+    let ending = format!(".{extension}");
+    let stem = |path: String| Some(path.strip_prefix(folder)?.strip_suffix(&ending)?.to_owned());
+    tree::paths().into_iter().filter_map(stem).filter(|stem| !stem.contains('/')).collect()
+}
+
+fn laws() -> String {
+    tree::sources(|path| path.starts_with("docs/laws/")).into_iter().map(|page| page.text).collect()
+}
+
+#[test]
+fn the_drawn_tree_is_the_one_that_stands() {
+    let drawn = drawn_paths(&tree::text(DRAWING));
+    assert!(drawn.len() > 40, "{DRAWING} draws {} paths", drawn.len());
+    assert_none(&against_drawing(&drawn));
+    assert_none(&against_omissions(&drawn, &tree::paths()));
+}
+
+#[test]
+fn every_link_between_pages_leads_somewhere() {
+    let pages = tree::sources(|path| tree::has_extension(path, "md"));
+    assert_none(&pages.iter().flat_map(against_links).collect::<Vec<_>>());
+}
+
+#[test]
+fn every_shipped_scene_is_described() {
+    let scenes = stems("server/scenes/", "toml");
+    assert!(scenes.len() > 3, "there are scenes: {scenes:?}");
+    assert_none(&against_silence("docs/scenes.md", &scenes, &tree::text("docs/scenes.md")));
+}
+
+#[test]
+fn every_law_has_its_page() {
+    let integrators: Vec<_> = Integrator::ALL.iter().map(|integrator| integrator.name().to_owned()).collect();
+    assert_none(&against_silence("docs/laws", &integrators, &laws()));
+    let mut files = stems("server/sim/src/cloth/forces/", "rs");
+    files.extend(stems("server/sim/src/collide/", "rs"));
+    files.retain(|file| file != "mod");
+    assert!(files.len() > 1, "there are laws: {files:?}");
+    let files: Vec<_> = files.iter().map(|file| format!("{file}.rs")).collect();
+    assert_none(&against_silence("docs/laws", &files, &laws()));
+}
+
+#[test]
+fn the_changelog_and_the_decisions_are_in_order() {
+    let version = format!("## {}", env!("CARGO_PKG_VERSION"));
+    assert!(tree::text("docs/CHANGELOG.md").contains(&version), "docs/CHANGELOG.md has no {version}");
+    for (index, name) in stems("docs/decisions/", "md").iter().enumerate() {
+        assert!(name.starts_with(&format!("{:04}-", index + 1)), "decision {name} is number {}", index + 1);
+    }
+}
+
+#[test]
+fn the_rules_find_what_they_are_for() {
+    let document = "x\n```text\nnappe/\n├── Cargo.toml README.md   the workspace\n├── server/\n│   ├── nothing.rs   here\n│   │              more words\n│   └── sim/\n└── docs/\n```\n└── not/\n";
+    let drawn = drawn_paths(document);
+    assert_eq!(drawn, ["Cargo.toml", "README.md", "server/", "server/nothing.rs", "server/sim/", "docs/"]);
+    assert_eq!(against_drawing(&drawn), ["docs/ARCHITECTURE.md draws server/nothing.rs: not there"]);
+    let paths = ["Cargo.toml", "client/Cargo.toml", "server/scene/Cargo.toml"].map(str::to_owned);
+    assert_eq!(against_omissions(&drawn, &paths).len(), 2, "client/ (its crate too) and server/scene/");
+    let page = Source::example("docs/x.md", "[a](../Cargo.toml#b) [c](nowhere.md) [d](https://e.org)");
+    assert_eq!(against_links(&page), ["docs/x.md: the link to nowhere.md leads nowhere"]);
+    assert_eq!(against_silence("p", &["flag".to_owned(), "demo".to_owned()], "the `demo` scene").len(), 1);
+}

@@ -1,0 +1,19 @@
+//! Rules that the compiler cannot state: layers, module order, headers, lengths, what is absent,
+//! and that documents and deployment files speak of what stands.
+//!
+//! Each rule is a function from text to complaints. One test applies it to the tree, another to a
+//! small bad example, so that a rule that finds nothing is known to be able to find something.
+
+mod tree;
+mod tokens;
+mod builds;
+mod crates;
+mod documents;
+mod modules;
+mod purity;
+mod sources;
+
+/// Fails with every complaint, a line each.
+fn assert_none(complaints: &[String]) {
+    assert!(complaints.is_empty(), "\n{}\n", complaints.join("\n"));
+}

@@ -1,0 +1,101 @@
+//! What is deliberately absent from the numerics, and where `unsafe` may stand.
+
+use std::collections::BTreeSet;
+
+use crate::{
+    assert_none, tokens,
+    tree::{self, Source},
+};
+
+/// The numerics' sources.
+const SIM: &str = "server/sim/src/";
+
+/// Paths that the numerics may not name: results must not depend on the moment or the machine.
+const BANNED_PATHS: [&str; 7] =
+    ["std::time", "std::env", "std::fs", "std::io", "std::net", "std::process", "std::thread"];
+
+/// Words that the numerics may not use: waiting, locks, globals, printing.
+const BANNED_WORDS: [&str; 13] = [
+    "async",
+    "await",
+    "static",
+    "thread_local",
+    "Mutex",
+    "RwLock",
+    "OnceLock",
+    "LazyLock",
+    "println",
+    "eprintln",
+    "print",
+    "eprint",
+    "dbg",
+];
+
+/// Exceptions in the numerics: file, word, why.
+const PURITY_EXCEPTIONS: [(&str, &str, &str); 1] = [(
+    "server/sim/src/parallel/simd.rs",
+    "static",
+    "remembers which instructions the processor has; results have the same bits for any",
+)];
+
+/// Files that may hold `unsafe`, and why.
+const UNSAFE: [(&str, &str); 3] = [
+    ("server/sim/src/parallel/simd.rs", "calls kernels compiled for instructions found at run time"),
+    ("server/sim/src/linalg/dot.rs", "reads 3-vectors as the numbers that they are"),
+    ("tests/allocation/main.rs", "a counting allocator"),
+];
+
+fn against_purity(source: &Source) -> Vec<String> {
+    let excepted = |word: &str| {
+        PURITY_EXCEPTIONS.iter().any(|(file, excepted, _)| *file == source.path && *excepted == word)
+    };
+    let names = |path: &String, banned: &str| path == banned || path.starts_with(&format!("{banned}::"));
+    let mut found: BTreeSet<&str> = BTreeSet::new();
+    for path in tokens::paths(tokens::parse(source)) {
+        found.extend(BANNED_PATHS.iter().filter(|banned| names(&path, banned)));
+    }
+    for word in tokens::words(tokens::parse(source)) {
+        found.extend(BANNED_WORDS.iter().filter(|banned| **banned == word && !excepted(&word)));
+    }
+    found.iter().map(|banned| format!("{}: {banned} does not belong to the numerics", source.path)).collect()
+}
+
+fn holds_unsafe(source: &Source) -> bool {
+    tokens::words(tokens::parse(source)).iter().any(|word| word == "unsafe")
+}
+
+fn against_unsafe(source: &Source) -> Option<String> {
+    let allowed = UNSAFE.iter().any(|(file, _)| *file == source.path);
+    (holds_unsafe(source) && !allowed).then(|| format!("{}: holds unsafe code", source.path))
+}
+
+#[test]
+fn the_numerics_read_no_clock_no_environment_and_keep_no_global() {
+    let sources = tree::sources(|path| path.starts_with(SIM) && tree::has_extension(path, "rs"));
+    assert!(sources.len() > 10, "{SIM} has files");
+    assert_none(&sources.iter().flat_map(against_purity).collect::<Vec<_>>());
+}
+
+#[test]
+fn unsafe_code_stands_only_where_it_is_expected() {
+    let sources = tree::rust_sources();
+    assert_none(&sources.iter().filter_map(against_unsafe).collect::<Vec<_>>());
+    for (file, why) in UNSAFE {
+        let needed = sources.iter().any(|source| source.path == file && holds_unsafe(source));
+        assert!(needed, "{file} holds no unsafe code (any more): take it off the list ({why})");
+    }
+}
+
+#[test]
+fn the_rules_find_what_they_are_for() {
+    let clock = Source::example("server/sim/src/x.rs", "use std::{fmt, time::Instant}; static N: u8 = 0;");
+    assert_eq!(against_purity(&clock).len(), 2);
+    let fine =
+        Source::example("server/sim/src/x.rs", "/// println!\nfn f(x: &'static str) -> std::fmt::Result {}");
+    assert_none(&against_purity(&fine));
+    let excepted =
+        Source::example("server/sim/src/parallel/simd.rs", "static LEVEL: u8 = 0; async fn f() {}");
+    assert_eq!(against_purity(&excepted).len(), 1);
+    assert!(against_unsafe(&Source::example("client/src/x.rs", "fn f() { unsafe { g() } }")).is_some());
+    assert!(against_unsafe(&Source::example("client/src/x.rs", "// unsafe\nfn unsafely() {}")).is_none());
+}

@@ -1,0 +1,18 @@
+//! `cargo xtask bench`: the benchmarks of the `nappe` command.
+
+use crate::shell::{Failure, Shell};
+
+/// Every benchmark.
+const BENCHES: [&str; 3] = ["zara", "cloth", "stream"];
+
+/// Runs the benchmarks named in `names`, or all.
+pub(crate) fn run(shell: &mut Shell, names: &[String]) -> Result<(), Failure> {
+    if let Some(unknown) = names.iter().find(|name| !BENCHES.contains(&name.as_str())) {
+        return Err(Failure(format!("there is no benchmark '{unknown}'; there are: {}", BENCHES.join(", "))));
+    }
+    for name in BENCHES.into_iter().filter(|name| names.is_empty() || names.iter().any(|n| n == name)) {
+        let arguments = format!("run --release --package nappe-cli --bin nappe -- bench {name}");
+        shell.cargo(&format!("bench {name}"), &arguments)?;
+    }
+    Ok(())
+}
