@@ -1,2 +1,60 @@
-//! Placeholder.
-fn main() {}
+//! The program `nappe-server`: arguments to configuration, server until a signal, drain.
+
+use std::{process::ExitCode, time::Duration};
+
+use clap::Parser;
+use nappe_server::{App, Config, shutdown_signal};
+use tracing_subscriber::EnvFilter;
+
+/// Serves cloth simulations over gRPC.
+#[derive(Parser)]
+#[command(version)]
+struct Arguments {
+    #[command(flatten)]
+    config: Config,
+    /// What is logged, in the syntax of tracing: error, warn, info, debug, nappe_server=debug.
+    #[arg(long, env = "NAPPE_LOG", default_value = "info")]
+    log: String,
+}
+
+fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    tracing_subscriber::fmt()
+        .with_env_filter(EnvFilter::new(&arguments.log))
+        .with_writer(std::io::stderr)
+        .init();
+    let runtime = match tokio::runtime::Runtime::new() {
+        Ok(runtime) => runtime,
+        Err(error) => return failed(&format!("no runtime could be started: {error}")),
+    };
+    let code = runtime.block_on(run(arguments.config));
+    // Blocking work that hangs must not keep the program alive.
+    runtime.shutdown_timeout(Duration::from_millis(200));
+    code
+}
+
+async fn run(config: Config) -> ExitCode {
+    let app = match App::start(config) {
+        Ok(app) => app,
+        Err(error) => return failed(&error.to_string()),
+    };
+    announce(&app.url());
+    match shutdown_signal().await {
+        Ok(signal) => tracing::info!("{signal}: draining"),
+        Err(error) => tracing::error!("cannot listen for signals, ending: {error}"),
+    }
+    app.shutdown().await;
+    tracing::info!("ended");
+    ExitCode::SUCCESS
+}
+
+#[allow(clippy::print_stdout, reason = "a script reads the address from the first line of the output")]
+fn announce(url: &str) {
+    println!("nappe-server listens on {url}");
+}
+
+#[allow(clippy::print_stderr, reason = "a program tells its user why it did not start")]
+fn failed(message: &str) -> ExitCode {
+    eprintln!("nappe-server: {message}");
+    ExitCode::FAILURE
+}

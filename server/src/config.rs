@@ -1,0 +1,138 @@
+//! Every knob of the server: its default, its unit, its flag and its environment variable.
+//!
+//! Reads nothing by itself: a program parses it with clap (flags over environment over defaults),
+//! a test writes it down.
+
+use std::net::{IpAddr, Ipv4Addr, SocketAddr};
+
+/// The port that the server listens on unless told otherwise.
+pub const DEFAULT_PORT: u16 = 6277;
+
+/// Largest piece of a mesh upload, and largest message of a frame (bytes).
+pub const PIECE_BYTES: usize = 1 << 20;
+
+/// Where the server listens, whom it answers, how it ends.
+#[derive(Clone, Debug, PartialEq, clap::Args)]
+pub struct Config {
+    /// Address and port to listen on; port 0 takes a free one.
+    #[arg(long, env = "NAPPE_ADDRESS", default_value_t = Config::default().address)]
+    pub address: SocketAddr,
+    /// Allows an address that other machines can reach. There is no encryption and no
+    /// authentication yet: whoever reaches the port can run simulations.
+    #[arg(long, env = "NAPPE_ALLOW_REMOTE")]
+    pub allow_remote: bool,
+    /// Web origins whose pages may call the server (scheme://host:port, comma separated). Pages
+    /// served from loopback always may.
+    #[arg(long = "allow-origin", env = "NAPPE_ALLOW_ORIGIN", value_delimiter = ',')]
+    pub allowed_origins: Vec<String>,
+    /// Seconds that a drain may take before connections are cut.
+    #[arg(long, env = "NAPPE_DRAIN_SECONDS", default_value_t = Config::default().drain_seconds)]
+    pub drain_seconds: f64,
+    /// Seconds that a new connection may stay silent before it is closed.
+    #[arg(long, env = "NAPPE_HANDSHAKE_SECONDS", default_value_t = Config::default().handshake_seconds)]
+    pub handshake_seconds: f64,
+    /// Seconds that an upload may pause before it is dropped.
+    #[arg(long, env = "NAPPE_UPLOAD_IDLE_SECONDS", default_value_t = Config::default().upload_idle_seconds)]
+    pub upload_idle_seconds: f64,
+    /// Limits on what clients can ask for.
+    #[command(flatten)]
+    pub limits: Limits,
+}
+
+impl Default for Config {
+    fn default() -> Self {
+        Self {
+            address: SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), DEFAULT_PORT),
+            allow_remote: false,
+            allowed_origins: Vec::new(),
+            drain_seconds: 4.0,
+            handshake_seconds: 10.0,
+            upload_idle_seconds: 30.0,
+            limits: Limits::default(),
+        }
+    }
+}
+
+/// Limits on what clients can ask for; `GetServerInfo` reports them.
+#[derive(Clone, Debug, PartialEq, Eq, clap::Args)]
+pub struct Limits {
+    /// Sessions at a time.
+    #[arg(long, env = "NAPPE_MAX_SESSIONS", default_value_t = Limits::default().max_sessions)]
+    pub max_sessions: u32,
+    /// Watchers of one session at a time.
+    #[arg(long, env = "NAPPE_MAX_WATCHERS", default_value_t = Limits::default().max_watchers_per_session)]
+    pub max_watchers_per_session: u32,
+    /// Particles of one session.
+    #[arg(long, env = "NAPPE_MAX_PARTICLES", default_value_t = Limits::default().max_particles)]
+    pub max_particles: u64,
+    /// Springs of one session.
+    #[arg(long, env = "NAPPE_MAX_SPRINGS", default_value_t = Limits::default().max_springs)]
+    pub max_springs: u64,
+    /// Bytes of one mesh upload.
+    #[arg(long, env = "NAPPE_MAX_MESH_BYTES", default_value_t = Limits::default().max_mesh_bytes)]
+    pub max_mesh_bytes: u64,
+    /// Bytes of one scene text.
+    #[arg(long, env = "NAPPE_MAX_SCENE_BYTES", default_value_t = Limits::default().max_scene_bytes)]
+    pub max_scene_bytes: u64,
+    /// Uploaded meshes kept at a time; the one longest unused goes first.
+    #[arg(long, env = "NAPPE_MAX_MESHES", default_value_t = Limits::default().max_meshes)]
+    pub max_meshes: u32,
+    /// Uploads in progress at a time.
+    #[arg(long, env = "NAPPE_MAX_UPLOADS", default_value_t = Limits::default().max_uploads)]
+    pub max_uploads: u32,
+    /// Threads of one session; 0 means as many as there are logical cores.
+    #[arg(long, env = "NAPPE_MAX_THREADS", default_value_t = Limits::default().max_threads_per_session)]
+    pub max_threads_per_session: u32,
+    /// Steps in one `StepSession` call.
+    #[arg(long, env = "NAPPE_MAX_STEPS_PER_CALL", default_value_t = Limits::default().max_steps_per_call)]
+    pub max_steps_per_call: u64,
+    /// Bytes of frames that a session keeps for watchers that lag or resume.
+    #[arg(long, env = "NAPPE_HISTORY_BYTES", default_value_t = Limits::default().history_bytes_per_session)]
+    pub history_bytes_per_session: u64,
+    /// Bytes of one request message.
+    #[arg(long, env = "NAPPE_MAX_MESSAGE_BYTES", default_value_t = Limits::default().max_message_bytes)]
+    pub max_message_bytes: u64,
+    /// Connections at a time.
+    #[arg(long, env = "NAPPE_MAX_CONNECTIONS", default_value_t = Limits::default().max_connections)]
+    pub max_connections: u32,
+    /// Calls in progress on one connection.
+    #[arg(long, env = "NAPPE_MAX_STREAMS", default_value_t = Limits::default().max_streams_per_connection)]
+    pub max_streams_per_connection: u32,
+    /// Changes of parameters that wait for their step, in one session.
+    #[arg(long, env = "NAPPE_MAX_PENDING_CHANGES", default_value_t = Limits::default().max_pending_changes)]
+    pub max_pending_changes: u32,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        Self {
+            max_sessions: 32,
+            max_watchers_per_session: 64,
+            max_particles: 4_000_000,
+            max_springs: 40_000_000,
+            max_mesh_bytes: 256 << 20,
+            max_scene_bytes: 1 << 20,
+            max_meshes: 32,
+            max_uploads: 4,
+            max_threads_per_session: 0,
+            max_steps_per_call: 10_000_000,
+            history_bytes_per_session: 256 << 20,
+            max_message_bytes: 4 << 20,
+            max_connections: 256,
+            max_streams_per_connection: 128,
+            max_pending_changes: 100_000,
+        }
+    }
+}
+
+impl Limits {
+    /// Threads that a session may use: the limit, or every logical core.
+    pub fn thread_limit(&self) -> u32 {
+        if self.max_threads_per_session == 0 { core_count() } else { self.max_threads_per_session }
+    }
+}
+
+/// Logical cores that this process may use; 1 if the system does not say.
+pub fn core_count() -> u32 {
+    std::thread::available_parallelism().map_or(1, |count| count.get() as u32)
+}

@@ -1,0 +1,123 @@
+//! CreateSession: from the request to a running thread, once for each request id.
+
+use std::sync::Arc;
+
+use nappe_proto::v1::{self, create_session_request::Scene};
+use nappe_sim::math::Precision;
+use uuid::Uuid;
+
+use crate::{
+    config::Limits,
+    error::ServiceError,
+    library,
+    reason::Reason,
+    service::Core,
+    session::{Made, Order, Session, start},
+    validate, wire,
+};
+
+/// Makes the session of a request, or returns the one that the same request made before.
+///
+/// # Errors
+/// If a field, the scene or the number of sessions is not allowed.
+pub(crate) async fn create(
+    core: &Core,
+    request: v1::CreateSessionRequest,
+) -> Result<v1::CreateSessionResponse, ServiceError> {
+    if request.request_id.is_empty() {
+        let (session, remarks) = make(core, &request).await?;
+        return Ok(response(&session, remarks));
+    }
+    let id = Uuid::try_parse(&request.request_id).map_err(|error| {
+        let problem = format!("is '{}', not a UUID: {error}", request.request_id);
+        ServiceError::field("request_id", problem)
+    })?;
+    let mut entry = core.requests.entry(id).await;
+    if let Some(made) = entry.as_ref()
+        && let Some(session) = made.session.upgrade()
+    {
+        if made.request != request {
+            let message = format!("the request id {id} belongs to an earlier request with other contents");
+            return Err(ServiceError::new(Reason::RequestIdReused, message)
+                .with("request_id", id)
+                .with("session_id", session.id())
+                .at_field("request_id", "belongs to another request"));
+        }
+        return Ok(response(&session, made.remarks.clone()));
+    }
+    let (session, remarks) = make(core, &request).await?;
+    *entry = Some(Made { request, session: Arc::downgrade(&session), remarks: remarks.clone() });
+    Ok(response(&session, remarks))
+}
+
+fn response(session: &Session, remarks: Vec<String>) -> v1::CreateSessionResponse {
+    v1::CreateSessionResponse { session: Some(session.describe()), remarks }
+}
+
+async fn make(
+    core: &Core,
+    request: &v1::CreateSessionRequest,
+) -> Result<(Arc<Session>, Vec<String>), ServiceError> {
+    let limits = &core.config.limits;
+    if !request.session_id.is_empty() {
+        validate::session_id(&request.session_id)?;
+    }
+    let (text, file) = scene_text(request, limits)?;
+    let precision = precision(request.precision)?;
+    let thread_count = thread_count(request.thread_count, limits)?;
+    let place = core.registry.reserve(&request.session_id)?;
+    let slot = core.registry.slot()?;
+    let order = Order {
+        id: place.id().to_owned(),
+        text,
+        file,
+        precision,
+        thread_count,
+        step_limit: request.step_limit,
+        frame_interval: request.frame_interval_steps,
+    };
+    let (session, remarks) = start(order, Arc::clone(&core.meshes), limits.clone(), slot).await?;
+    let session = Arc::new(session);
+    tracing::info!(session = session.id(), "created");
+    place.fill(Arc::clone(&session));
+    Ok((session, remarks))
+}
+
+/// The scene's text and its name in messages.
+fn scene_text(request: &v1::CreateSessionRequest, limits: &Limits) -> Result<(String, String), ServiceError> {
+    match &request.scene {
+        None => Err(ServiceError::field("scene", "is missing: scene_name or scene_text is needed")),
+        Some(Scene::SceneName(name)) => Ok((library::shipped_scene(name)?.to_owned(), name.clone())),
+        Some(Scene::SceneText(text)) => {
+            let (bytes, allowed) = (text.len() as u64, limits.max_scene_bytes);
+            if bytes > allowed {
+                let message = format!("the scene has {bytes} bytes; allowed: at most {allowed}");
+                return Err(ServiceError::new(Reason::SceneTooLarge, message)
+                    .with("bytes", bytes)
+                    .with("allowed", allowed));
+            }
+            Ok((text.clone(), "scene".to_owned()))
+        }
+    }
+}
+
+fn precision(number: i32) -> Result<Option<Precision>, ServiceError> {
+    match v1::Precision::try_from(number) {
+        Ok(v1::Precision::Unspecified) => Ok(None),
+        Ok(v1::Precision::F32) => Ok(Some(Precision::F32)),
+        Ok(v1::Precision::F64) => Ok(Some(Precision::F64)),
+        Err(_unknown) => Err(wire::unknown_value("precision", number)),
+    }
+}
+
+fn thread_count(asked: u32, limits: &Limits) -> Result<u32, ServiceError> {
+    let allowed = limits.thread_limit();
+    match asked {
+        0 => Ok(crate::config::core_count().min(allowed)),
+        asked if asked <= allowed => Ok(asked),
+        asked => {
+            let problem = format!("is {asked}: allowed are at most {allowed}");
+            Err(ServiceError::field("thread_count", problem).with("value", asked).with("allowed", allowed))
+        }
+    }
+}

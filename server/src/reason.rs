@@ -1,0 +1,230 @@
+//! Why a call can fail: the one table of reasons, from which docs/errors.md is made.
+//!
+//! Every status that the server sends carries one of these in a `google.rpc.ErrorInfo`.
+
+use std::fmt::Write as _;
+
+use tonic::Code;
+
+/// The domain of every `ErrorInfo`.
+pub const DOMAIN: &str = "nappe.v1";
+
+macro_rules! reasons {
+    ($($variant:ident $name:literal $code:ident $meaning:literal $remedy:literal)*) => {
+        /// A reason why a call failed.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+        pub enum Reason {
+            $(#[doc = $meaning] $variant,)*
+        }
+
+        impl Reason {
+            /// Every reason, in the order of the table.
+            pub const ALL: &[Self] = &[$(Self::$variant,)*];
+
+            /// The word in `ErrorInfo.reason`; it never changes.
+            pub const fn name(self) -> &'static str {
+                match self { $(Self::$variant => $name,)* }
+            }
+
+            /// The status code that comes with it.
+            pub const fn code(self) -> Code {
+                match self { $(Self::$variant => Code::$code,)* }
+            }
+
+            /// What happened.
+            pub const fn meaning(self) -> &'static str {
+                match self { $(Self::$variant => $meaning,)* }
+            }
+
+            /// What the caller can do.
+            pub const fn remedy(self) -> &'static str {
+                match self { $(Self::$variant => $remedy,)* }
+            }
+        }
+    };
+}
+
+reasons! {
+    InvalidField "INVALID_FIELD" InvalidArgument
+        "A field of the request is missing or outside its range; `BadRequest` lists the fields."
+        "Correct the fields named and send the request again."
+    InvalidMessage "INVALID_MESSAGE" InvalidArgument
+        "The request is not a message of the method that was called, or is compressed in a way the server does not read."
+        "Compile the client from the .proto files of this version; send uncompressed messages."
+    InvalidScene "INVALID_SCENE" InvalidArgument
+        "The scene cannot be read, or what it describes cannot be simulated; `fault`, `line`, `column` and `field` say where."
+        "Correct the scene at the place named."
+    InvalidMesh "INVALID_MESH" InvalidArgument
+        "The uploaded mesh cannot be simulated: an index out of range, or a number that is not finite."
+        "Correct the mesh."
+    InvalidUpload "INVALID_UPLOAD" InvalidArgument
+        "The pieces of an upload do not follow its header: no header first, too many bytes, too few, or a piece above 1 MiB."
+        "Send the header once and first, then exactly the bytes that it announces."
+    InvalidChange "INVALID_CHANGE" InvalidArgument
+        "A change of parameters is not possible in this session; nothing was changed."
+        "Check names of bodies, kinds of springs, numbers of pinned particles and ranges."
+    InvalidPageToken "INVALID_PAGE_TOKEN" InvalidArgument
+        "The page token was not made by this server."
+        "Start again with an empty token."
+    RequestIdReused "REQUEST_ID_REUSED" InvalidArgument
+        "The request id belongs to an earlier request with other contents."
+        "Use a new UUID for every new request; repeat one only to retry the same request."
+    SessionNotFound "SESSION_NOT_FOUND" NotFound
+        "No session has this id."
+        "List the sessions; it may have been deleted, or the server restarted."
+    SceneNotFound "SCENE_NOT_FOUND" NotFound
+        "The server ships no scene of this name; `known` lists them."
+        "Choose one of the names, or send the scene's text."
+    MeshNotFound "MESH_NOT_FOUND" NotFound
+        "The scene names an uploaded mesh that the server does not have (any more)."
+        "Upload the mesh again and name the new id: only the newest `max_meshes` are kept."
+    UnknownMethod "UNKNOWN_METHOD" Unimplemented
+        "The server has no such service or method."
+        "Compare the versions of client and server (`GetServerInfo`)."
+    SessionExists "SESSION_EXISTS" AlreadyExists
+        "Another session has this id."
+        "Choose another id, or leave it empty and let the server choose."
+    SessionPlaying "SESSION_PLAYING" FailedPrecondition
+        "The session is playing without an end: a number of steps cannot be added."
+        "Pause it first."
+    SessionFinished "SESSION_FINISHED" FailedPrecondition
+        "The session came to its end or was stopped: it takes no more steps or changes."
+        "Create a new session to go on."
+    SessionFailed "SESSION_FAILED" FailedPrecondition
+        "The session failed earlier: it takes no more steps or changes; `failure` says why."
+        "Read the session's failure; correct the scene and create a new session."
+    StepsInterrupted "STEPS_INTERRUPTED" Aborted
+        "The steps that the call waited for were cut short by a pause, a stop or another command."
+        "Read the session to see how far it came; step again if wanted."
+    SessionDeleted "SESSION_DELETED" Aborted
+        "The session was deleted while the call was in progress."
+        "Nothing: the session is gone."
+    NotFinite "NOT_FINITE" Aborted
+        "The simulation diverged: a position or velocity is no longer a finite number. `step`, `particle` and `value` say where."
+        "Reduce dt or the stiffness, or choose an implicit integrator."
+    StretchLimit "STRETCH_LIMIT" Aborted
+        "A spring became longer than the scene allows."
+        "Reduce dt, raise the stiffness or the damping, or raise the scene's limit."
+    EnergyLimit "ENERGY_LIMIT" Aborted
+        "The energy came above what the scene allows: the simulation is about to diverge."
+        "Reduce dt or the stiffness, or raise the scene's limit."
+    SolverFailed "SOLVER_FAILED" Aborted
+        "The linear system of an implicit step has no solution."
+        "Look for free particles without mass or springs; change the treatment of the Hessian."
+    SessionPanicked "SESSION_PANICKED" Internal
+        "A fault of the program ended this session; others are not affected."
+        "Report it with the scene and the message."
+    FrameExpired "FRAME_EXPIRED" OutOfRange
+        "The frame asked for is no longer kept in the form asked for; `oldest_frame` is the oldest that is."
+        "Watch again from `oldest_frame`, or from the newest."
+    FrameNotMade "FRAME_NOT_MADE" OutOfRange
+        "The frame asked for lies more than one beyond the newest; `newest_frame` is the newest."
+        "Watch from a frame up to one after the newest."
+    WatcherTooSlow "WATCHER_TOO_SLOW" ResourceExhausted
+        "The watcher of every frame fell behind what the session keeps; `next_frame` was due, `oldest_frame` is kept."
+        "Read faster, ask for fewer arrays, watch LATEST, or raise the server's history."
+    TooManySessions "TOO_MANY_SESSIONS" ResourceExhausted
+        "The server holds as many sessions as it allows."
+        "Delete sessions that are no longer needed, or raise the limit."
+    TooManyWatchers "TOO_MANY_WATCHERS" ResourceExhausted
+        "The session has as many watchers as the server allows."
+        "End other watchers, or raise the limit."
+    TooManyUploads "TOO_MANY_UPLOADS" ResourceExhausted
+        "As many uploads are in progress as the server allows."
+        "Try again in a moment."
+    TooManyChanges "TOO_MANY_CHANGES" ResourceExhausted
+        "More changes of parameters would wait for their step than the server keeps."
+        "Send changes closer to the step at which they take effect."
+    SceneTooLarge "SCENE_TOO_LARGE" ResourceExhausted
+        "The scene's text, particles or springs are more than the server allows."
+        "Make the scene smaller, or raise the limit."
+    MeshTooLarge "MESH_TOO_LARGE" ResourceExhausted
+        "The upload announces more bytes or points than the server allows."
+        "Make the mesh smaller, or raise the limit."
+    MessageTooLarge "MESSAGE_TOO_LARGE" ResourceExhausted
+        "A request message is larger than the server reads."
+        "Send less in one message; meshes go through UploadMesh in pieces."
+    UploadTimedOut "UPLOAD_TIMED_OUT" DeadlineExceeded
+        "The upload paused for longer than the server waits; what came was forgotten."
+        "Upload again without pausing."
+    DeadlineExceeded "DEADLINE_EXCEEDED" DeadlineExceeded
+        "The call did not end within the deadline that the client set."
+        "Set a longer deadline; a call that changes something may still have taken effect."
+    RequestCancelled "REQUEST_CANCELLED" Cancelled
+        "The client ended the call before it was done."
+        "Nothing: it was the client's wish, or its connection broke."
+    OriginNotAllowed "ORIGIN_NOT_ALLOWED" PermissionDenied
+        "A web page of an origin that the server does not know called it."
+        "Start the server with --allow-origin for the page's origin."
+    ServerDraining "SERVER_DRAINING" Unavailable
+        "The server is shutting down and ends calls and streams."
+        "Connect again later; sessions do not survive a restart."
+    Internal "INTERNAL" Internal
+        "A fault of the program."
+        "Report it with what was done."
+}
+
+/// The page docs/errors.md.
+pub fn errors_page() -> String {
+    let mut page = String::from(
+        "# Errors\n\n\
+         Every error that the server sends is a gRPC status whose details hold a `google.rpc.ErrorInfo`\n\
+         with domain `nappe.v1`, one of the reasons below, and the numbers of the message as metadata.\n\
+         Reasons never change their meaning. Errors of fields also carry a `google.rpc.BadRequest`.\n\n\
+         What cannot carry a reason: a connection that the server does not accept (too many, silent for\n\
+         too long, cut at the end of a drain) ends without a status, and clients report `UNAVAILABLE`.\n\n\
+         This page is generated from `server/src/reason.rs`; a test compares the two.\n\n\
+         | reason | code | meaning | what to do |\n|---|---|---|---|\n",
+    );
+    for reason in Reason::ALL {
+        let (name, code) = (reason.name(), code_name(reason.code()));
+        writeln!(page, "| `{name}` | {code} | {} | {} |", reason.meaning(), reason.remedy())
+            .expect("writing to a String succeeds");
+    }
+    page
+}
+
+/// The name of a status code as the gRPC specification writes it.
+fn code_name(code: Code) -> String {
+    let mut name = String::new();
+    for c in format!("{code:?}").chars() {
+        if c.is_ascii_uppercase() && !name.is_empty() {
+            name.push('_');
+        }
+        name.push(c.to_ascii_uppercase());
+    }
+    name
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use nappe_sim::{linalg::Outcome, report::StepFailure};
+
+    use super::*;
+
+    #[test] // AIP-193: [A-Z][A-Z0-9_]+[A-Z0-9], at most 63 characters
+    fn every_reason_has_its_own_well_formed_name() {
+        let names: BTreeSet<&str> = Reason::ALL.iter().map(|reason| reason.name()).collect();
+        assert_eq!(names.len(), Reason::ALL.len());
+        for name in names {
+            assert!((3..=63).contains(&name.len()), "{name}");
+            assert!(name.chars().all(|c| c.is_ascii_uppercase() || c == '_'), "{name}");
+            assert!(!name.starts_with('_') && !name.ends_with('_'), "{name}");
+        }
+    }
+
+    #[test]
+    fn every_failure_of_a_step_has_a_reason() {
+        let failures = [
+            StepFailure::NotFinite { particle: 0, quantity: "x", value: f64::NAN },
+            StepFailure::Stretch { particle: 0, other: 1, value: 2.0, limit: 1.0 },
+            StepFailure::Energy { particle: 0, value: 2.0, limit: 1.0 },
+            StepFailure::Solver { outcome: Outcome::Singular { iteration: 1 } },
+        ];
+        for failure in failures {
+            assert_ne!(crate::error::reason_of(&failure), Reason::Internal, "{failure}");
+        }
+    }
+}

@@ -1,0 +1,261 @@
+//! The methods of the service: request to command, command's answer to response.
+//!
+//! Enters: messages, checked here. Leaves: messages, or a status with a reason.
+
+use std::sync::Arc;
+
+use nappe_proto::v1::{self, simulation_service_server::SimulationService};
+use tokio_stream::StreamExt as _;
+use tokio_util::sync::CancellationToken;
+use tonic::{Request, Response, Status, Streaming};
+
+use crate::{
+    config::{Config, core_count},
+    create,
+    error::ServiceError,
+    library,
+    library::MeshStore,
+    reason::Reason,
+    session::{Command, Registry, Requests, Session, When},
+    upload, validate,
+    watch::{Delivery, Figures, Frames, WatchStream, draining_error, watch},
+    wire,
+};
+
+/// Everything that calls share.
+#[derive(Debug)]
+pub(crate) struct Core {
+    /// Limits and times.
+    pub config: Config,
+    /// Sessions.
+    pub registry: Arc<Registry>,
+    /// Uploaded meshes.
+    pub meshes: Arc<MeshStore>,
+    /// Requests that were carried out.
+    pub requests: Requests,
+    /// Uploads in progress.
+    pub uploads: tokio::sync::Semaphore,
+    /// Cancelled when the server is to end.
+    pub draining: CancellationToken,
+}
+
+impl Core {
+    /// Nothing yet.
+    pub(crate) fn new(config: Config, draining: CancellationToken) -> Self {
+        let limits = &config.limits;
+        Self {
+            registry: Arc::new(Registry::new(limits.max_sessions)),
+            meshes: Arc::new(MeshStore::new(limits.max_meshes)),
+            requests: Requests::default(),
+            uploads: tokio::sync::Semaphore::new(limits.max_uploads as usize),
+            draining,
+            config,
+        }
+    }
+
+    fn session(&self, id: &str) -> Result<Arc<Session>, ServiceError> {
+        validate::session_id(id)?;
+        self.registry.get(id)
+    }
+
+    /// The answer of a session, or why there is none: a drain deletes sessions, too.
+    fn answered<T>(&self, answer: Result<T, ServiceError>) -> Result<T, Status> {
+        answer.map_err(|error| {
+            let drained = error.reason == Reason::SessionDeleted && self.draining.is_cancelled();
+            if drained { draining_error().into() } else { error.into() }
+        })
+    }
+
+    /// Starts a watcher once its arrays are asked for.
+    async fn frames(
+        &self,
+        request: v1::WatchFramesRequest,
+    ) -> Result<WatchStream<v1::WatchFramesResponse>, Status> {
+        let session = self.session(&request.session_id)?;
+        let arrays = validate::arrays(&request)?;
+        let delivery = validate::delivery(&request)?;
+        let slot = session.watcher_slot()?;
+        self.answered(session.provide(arrays).await)?;
+        let feed = session.feed();
+        let delivery = match delivery {
+            Delivery::Every { from_frame: Some(number) } => {
+                validate::start(feed, number, arrays)?;
+                delivery
+            }
+            _ => delivery,
+        };
+        let opening = v1::watch_frames_response::Event::Topology(session.topology().clone());
+        let opening = v1::WatchFramesResponse { event: Some(opening) };
+        let draining = self.draining.clone();
+        Ok(watch(Arc::clone(feed), Frames(arrays), delivery, Some(opening), slot, draining))
+    }
+}
+
+/// The service over what calls share.
+#[derive(Clone, Debug)]
+pub(crate) struct Methods(pub Arc<Core>);
+
+type Answer<T> = Result<Response<T>, Status>;
+
+#[tonic::async_trait]
+impl SimulationService for Methods {
+    async fn get_server_info(
+        &self,
+        _: Request<v1::GetServerInfoRequest>,
+    ) -> Answer<v1::GetServerInfoResponse> {
+        Ok(Response::new(v1::GetServerInfoResponse {
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            thread_count: core_count(),
+            limits: Some(wire::limits(&self.0.config.limits)),
+            scenes: library::scene_names(),
+        }))
+    }
+
+    async fn upload_mesh(
+        &self,
+        request: Request<Streaming<v1::UploadMeshRequest>>,
+    ) -> Answer<v1::UploadMeshResponse> {
+        let Ok(_slot) = self.0.uploads.try_acquire() else {
+            let allowed = self.0.config.limits.max_uploads;
+            let message = format!("{allowed} uploads are in progress; allowed: at most {allowed}");
+            return Err(ServiceError::new(Reason::TooManyUploads, message).with("allowed", allowed).into());
+        };
+        let mut pieces = request.into_inner().map(|piece| piece.map_err(upload::named));
+        let idle = self.0.config.upload_idle();
+        let receive = upload::receive(&mut pieces, &self.0.config.limits, idle);
+        let mesh = tokio::select! {
+            mesh = receive => mesh?,
+            () = self.0.draining.cancelled() => return Err(draining_error().into()),
+        };
+        let meshes = Arc::clone(&self.0.meshes);
+        // Checking sorts the triangles, which takes a while for a large mesh.
+        let stored = tokio::task::spawn_blocking(move || upload::store(mesh, &meshes)).await;
+        let (mesh_id, remarks) = stored.map_err(|_panic| {
+            ServiceError::new(Reason::Internal, "checking the mesh panicked: this is a fault of the program")
+        })??;
+        Ok(Response::new(v1::UploadMeshResponse { mesh_id, remarks }))
+    }
+
+    async fn create_session(
+        &self,
+        request: Request<v1::CreateSessionRequest>,
+    ) -> Answer<v1::CreateSessionResponse> {
+        let made = create::create(&self.0, request.into_inner()).await;
+        Ok(Response::new(self.0.answered(made)?))
+    }
+
+    async fn get_session(&self, request: Request<v1::GetSessionRequest>) -> Answer<v1::GetSessionResponse> {
+        let session = self.0.session(&request.into_inner().session_id)?;
+        Ok(Response::new(v1::GetSessionResponse { session: Some(session.describe()) }))
+    }
+
+    async fn list_sessions(
+        &self,
+        request: Request<v1::ListSessionsRequest>,
+    ) -> Answer<v1::ListSessionsResponse> {
+        let request = request.into_inner();
+        let count = validate::page_size(request.page_size)?;
+        validate::page_token(&request.page_token)?;
+        let (page, more) = self.0.registry.page(&request.page_token, count);
+        let last = page.last().filter(|_| more);
+        Ok(Response::new(v1::ListSessionsResponse {
+            next_page_token: last.map_or_else(String::new, |session| session.id().to_owned()),
+            sessions: page.iter().map(|session| session.describe()).collect(),
+        }))
+    }
+
+    async fn delete_session(
+        &self,
+        request: Request<v1::DeleteSessionRequest>,
+    ) -> Answer<v1::DeleteSessionResponse> {
+        let id = request.into_inner().session_id;
+        validate::session_id(&id)?;
+        let session = self.0.registry.remove(&id)?;
+        session.end();
+        session.ended().await;
+        Ok(Response::new(v1::DeleteSessionResponse {}))
+    }
+
+    async fn play_session(
+        &self,
+        request: Request<v1::PlaySessionRequest>,
+    ) -> Answer<v1::PlaySessionResponse> {
+        let request = request.into_inner();
+        let session = self.0.session(&request.session_id)?;
+        let real_time_factor = validate::real_time_factor(request.real_time_factor)?;
+        let played = session.command(|answer| Command::Play { real_time_factor, answer }).await;
+        Ok(Response::new(v1::PlaySessionResponse { session: Some(self.0.answered(played)?) }))
+    }
+
+    async fn pause_session(
+        &self,
+        request: Request<v1::PauseSessionRequest>,
+    ) -> Answer<v1::PauseSessionResponse> {
+        let session = self.0.session(&request.into_inner().session_id)?;
+        let paused = session.command(Command::Pause).await;
+        Ok(Response::new(v1::PauseSessionResponse { session: Some(self.0.answered(paused)?) }))
+    }
+
+    async fn step_session(
+        &self,
+        request: Request<v1::StepSessionRequest>,
+    ) -> Answer<v1::StepSessionResponse> {
+        let request = request.into_inner();
+        let session = self.0.session(&request.session_id)?;
+        let count = validate::step_count(request.step_count, &self.0.config.limits)?;
+        let when = if request.wait { When::Done } else { When::Accepted };
+        let stepped = session.command(|answer| Command::Step { count, when, answer });
+        let stepped = tokio::select! {
+            stepped = stepped => stepped,
+            () = self.0.draining.cancelled() => Err(draining_error()),
+        };
+        Ok(Response::new(v1::StepSessionResponse { session: Some(self.0.answered(stepped)?) }))
+    }
+
+    async fn stop_session(
+        &self,
+        request: Request<v1::StopSessionRequest>,
+    ) -> Answer<v1::StopSessionResponse> {
+        let session = self.0.session(&request.into_inner().session_id)?;
+        let stopped = session.command(Command::Stop).await;
+        Ok(Response::new(v1::StopSessionResponse { session: Some(self.0.answered(stopped)?) }))
+    }
+
+    async fn update_parameters(
+        &self,
+        request: Request<v1::UpdateParametersRequest>,
+    ) -> Answer<v1::UpdateParametersResponse> {
+        let request = request.into_inner();
+        let session = self.0.session(&request.session_id)?;
+        let (at_step, changes) = (request.at_step, wire::changes(&request)?);
+        let updated = session.ask(|answer| Command::Update { at_step, changes, answer }).await;
+        let effective_step = self.0.answered(updated.and_then(|updated| updated))?;
+        Ok(Response::new(v1::UpdateParametersResponse { effective_step }))
+    }
+
+    type WatchFramesStream = WatchStream<v1::WatchFramesResponse>;
+
+    async fn watch_frames(
+        &self,
+        request: Request<v1::WatchFramesRequest>,
+    ) -> Answer<Self::WatchFramesStream> {
+        Ok(Response::new(self.0.frames(request.into_inner()).await?))
+    }
+
+    type WatchDiagnosticsStream = WatchStream<v1::WatchDiagnosticsResponse>;
+
+    async fn watch_diagnostics(
+        &self,
+        request: Request<v1::WatchDiagnosticsRequest>,
+    ) -> Answer<Self::WatchDiagnosticsStream> {
+        let request = request.into_inner();
+        let session = self.0.session(&request.session_id)?;
+        let delivery = match validate::period(request.max_rate_hz)? {
+            None => Delivery::Every { from_frame: None },
+            period => Delivery::Latest { period },
+        };
+        let slot = session.watcher_slot()?;
+        let feed = Arc::clone(session.feed());
+        Ok(Response::new(watch(feed, Figures, delivery, None, slot, self.0.draining.clone())))
+    }
+}

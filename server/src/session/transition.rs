@@ -1,0 +1,192 @@
+//! What a session does with a command: a pure function from state and event to state and effect.
+//!
+//! Reads no clock and touches no simulation: the stepper carries out what it returns.
+
+use crate::reason::Reason;
+
+/// What a session is doing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum State {
+    /// Waiting for a command.
+    Paused,
+    /// Stepping until paused, stopped or at its end.
+    Playing,
+    /// Taking this many more steps (1 or more), then pausing.
+    Stepping {
+        /// Steps left.
+        remaining: u64,
+    },
+    /// Came to its end, or was stopped.
+    Finished,
+    /// Ended by an error.
+    Failed,
+}
+
+/// What happens to a session: a client's command, or the outcome of a step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Event {
+    /// Step on.
+    Play,
+    /// Stop stepping.
+    Pause,
+    /// Take so many steps (1 or more).
+    Step(u64),
+    /// End the simulation.
+    Stop,
+    /// Change parameters.
+    Update,
+    /// A step was taken, and more may follow.
+    Stepped,
+    /// A step was taken, and it was the last that the session allows.
+    SteppedLast,
+    /// A step failed.
+    Broke,
+}
+
+/// What the stepper does on the way to the new state.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Effect {
+    /// Nothing.
+    None,
+    /// Puts the changes into the queue.
+    Enqueue,
+    /// Answers those who wait for steps: they are taken.
+    StepsDone,
+    /// Answers those who wait for steps: they will not be taken.
+    StepsInterrupted,
+    /// Makes the last frame and ends the streams well; whoever waits for steps is told that they
+    /// were cut short.
+    Stopped,
+    /// Makes the last frame and ends the streams well; whoever waits for steps is answered.
+    Finish,
+    /// Ends the streams and the waits with the failure.
+    Fail,
+}
+
+/// The state and effect that follow, or the reason why the event is refused.
+///
+/// # Errors
+/// The reason to give to the client; the state stays as it is.
+#[allow(clippy::match_same_arms, reason = "a line a rule, grouped by event")]
+pub(crate) fn transition(state: State, event: Event) -> Result<(State, Effect), Reason> {
+    use State::{Failed, Finished, Paused, Playing, Stepping};
+    match (state, event) {
+        (Paused | Playing, Event::Play) => Ok((Playing, Effect::None)),
+        (Stepping { .. }, Event::Play) => Ok((Playing, Effect::StepsInterrupted)),
+
+        (Paused | Playing, Event::Pause) => Ok((Paused, Effect::None)),
+        (Stepping { .. }, Event::Pause) => Ok((Paused, Effect::StepsInterrupted)),
+
+        (Paused, Event::Step(count)) => Ok((Stepping { remaining: count.max(1) }, Effect::None)),
+        (Stepping { remaining }, Event::Step(count)) => {
+            Ok((Stepping { remaining: remaining.saturating_add(count.max(1)) }, Effect::None))
+        }
+        (Playing, Event::Step(_)) => Err(Reason::SessionPlaying),
+
+        (Paused | Playing | Stepping { .. }, Event::Stop) => Ok((Finished, Effect::Stopped)),
+        (Paused | Playing | Stepping { .. }, Event::Update) => Ok((state, Effect::Enqueue)),
+
+        (Playing, Event::Stepped) => Ok((Playing, Effect::None)),
+        (Stepping { remaining }, Event::Stepped) if remaining > 1 => {
+            Ok((Stepping { remaining: remaining - 1 }, Effect::None))
+        }
+        (Stepping { .. }, Event::Stepped) => Ok((Paused, Effect::StepsDone)),
+        (Playing | Stepping { .. }, Event::SteppedLast) => Ok((Finished, Effect::Finish)),
+        // A finished session can still break: its last frame may not be encodable.
+        (Paused | Playing | Stepping { .. } | Finished, Event::Broke) => Ok((Failed, Effect::Fail)),
+
+        // A pause or a stop that comes too late changes nothing; the answer shows the state.
+        (Finished | Failed, Event::Pause | Event::Stop) => Ok((state, Effect::None)),
+        (Finished, Event::Play | Event::Step(_) | Event::Update) => Err(Reason::SessionFinished),
+        (Failed, Event::Play | Event::Step(_) | Event::Update) => Err(Reason::SessionFailed),
+
+        (Paused, Event::Stepped | Event::SteppedLast)
+        | (Finished, Event::Stepped | Event::SteppedLast)
+        | (Failed, Event::Stepped | Event::SteppedLast | Event::Broke) => {
+            unreachable!("a session that is {state:?} takes no steps")
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The whole table: a row a state, a cell an event, in the order of `EVENTS`.
+    #[test]
+    fn every_command_in_every_state_does_what_the_table_says() {
+        use State::{Failed, Finished, Paused, Playing, Stepping};
+        let five = Stepping { remaining: 5 };
+        let commands = [Event::Play, Event::Pause, Event::Step(3), Event::Stop, Event::Update];
+        let (finished, failed) = (Err(Reason::SessionFinished), Err(Reason::SessionFailed));
+        let table = [
+            (
+                Paused,
+                [
+                    Ok((Playing, Effect::None)),
+                    Ok((Paused, Effect::None)),
+                    Ok((Stepping { remaining: 3 }, Effect::None)),
+                    Ok((Finished, Effect::Stopped)),
+                    Ok((Paused, Effect::Enqueue)),
+                ],
+            ),
+            (
+                Playing,
+                [
+                    Ok((Playing, Effect::None)),
+                    Ok((Paused, Effect::None)),
+                    Err(Reason::SessionPlaying),
+                    Ok((Finished, Effect::Stopped)),
+                    Ok((Playing, Effect::Enqueue)),
+                ],
+            ),
+            (
+                five,
+                [
+                    Ok((Playing, Effect::StepsInterrupted)),
+                    Ok((Paused, Effect::StepsInterrupted)),
+                    Ok((Stepping { remaining: 8 }, Effect::None)),
+                    Ok((Finished, Effect::Stopped)),
+                    Ok((five, Effect::Enqueue)),
+                ],
+            ),
+            (
+                Finished,
+                [finished, Ok((Finished, Effect::None)), finished, Ok((Finished, Effect::None)), finished],
+            ),
+            (Failed, [failed, Ok((Failed, Effect::None)), failed, Ok((Failed, Effect::None)), failed]),
+        ];
+        for (state, row) in table {
+            for (command, expected) in commands.into_iter().zip(row) {
+                assert_eq!(transition(state, command), expected, "{command:?} while {state:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn steps_run_down_to_a_pause_and_the_last_step_finishes() {
+        use State::{Failed, Finished, Paused, Playing, Stepping};
+        let one = Stepping { remaining: 1 };
+        assert_eq!(transition(Stepping { remaining: 2 }, Event::Stepped), Ok((one, Effect::None)));
+        assert_eq!(transition(one, Event::Stepped), Ok((Paused, Effect::StepsDone)));
+        assert_eq!(transition(Playing, Event::Stepped), Ok((Playing, Effect::None)));
+        for state in [Playing, one] {
+            assert_eq!(transition(state, Event::SteppedLast), Ok((Finished, Effect::Finish)));
+        }
+        for state in [Paused, Playing, one, Finished] {
+            assert_eq!(transition(state, Event::Broke), Ok((Failed, Effect::Fail)));
+        }
+    }
+
+    #[test]
+    fn a_step_of_zero_counts_as_one_and_sums_saturate() {
+        assert_eq!(
+            transition(State::Paused, Event::Step(0)),
+            Ok((State::Stepping { remaining: 1 }, Effect::None))
+        );
+        assert_eq!(
+            transition(State::Stepping { remaining: u64::MAX }, Event::Step(1)),
+            Ok((State::Stepping { remaining: u64::MAX }, Effect::None))
+        );
+    }
+}

@@ -1,0 +1,205 @@
+//! Checks of single fields: ids, counts, rates, pages, arrays.
+//!
+//! Enters: a field of a request. Leaves: its meaning, or the reason why it is refused.
+
+use std::time::Duration;
+
+use nappe_proto::v1;
+
+use crate::{
+    config::Limits,
+    error::ServiceError,
+    frame::{Array, ArraySet},
+    publish::{Feed, Lookup},
+    reason::Reason,
+    watch::Delivery,
+    wire,
+};
+
+/// Sessions in a page that asks for no size, and in the largest page.
+const PAGE_SIZE: usize = 50;
+const MAX_PAGE_SIZE: usize = 1000;
+
+/// Simulated seconds per second, at most: beyond it, "as fast as possible" is meant.
+const MAX_REAL_TIME_FACTOR: f64 = 1e6;
+
+/// An id of a session: 4 to 63 of a-z, 0-9 and '-', starting with a letter.
+///
+/// # Errors
+/// Anything else.
+pub(crate) fn session_id(id: &str) -> Result<(), ServiceError> {
+    let allowed = |c: u8| c.is_ascii_lowercase() || c.is_ascii_digit() || c == b'-';
+    let good = (4..=63).contains(&id.len())
+        && id.bytes().all(allowed)
+        && id.starts_with(|first: char| first.is_ascii_lowercase());
+    if good {
+        return Ok(());
+    }
+    let shown: String = id.chars().take(80).collect();
+    let problem =
+        format!("is '{shown}': an id has 4 to 63 characters of a-z, 0-9 and '-', and starts with a letter");
+    Err(ServiceError::field("session_id", problem).with("value", shown))
+}
+
+/// The number of sessions in a page.
+///
+/// # Errors
+/// A negative size.
+pub(crate) fn page_size(asked: i32) -> Result<usize, ServiceError> {
+    match usize::try_from(asked) {
+        Ok(0) => Ok(PAGE_SIZE),
+        Ok(size) => Ok(size.min(MAX_PAGE_SIZE)),
+        Err(_negative) => {
+            let problem =
+                format!("is {asked}: 0 ({PAGE_SIZE}) or more, and {MAX_PAGE_SIZE} count as the most");
+            Err(ServiceError::field("page_size", problem).with("value", asked))
+        }
+    }
+}
+
+/// A page token: empty, or the id of the last session of the page before.
+///
+/// # Errors
+/// Anything else.
+pub(crate) fn page_token(token: &str) -> Result<(), ServiceError> {
+    if token.is_empty() || session_id(token).is_ok() {
+        return Ok(());
+    }
+    Err(ServiceError::new(Reason::InvalidPageToken, "page_token was not made by this server")
+        .at_field("page_token", "was not made by this server"))
+}
+
+/// Simulated seconds per second of wall clock.
+///
+/// # Errors
+/// A number below 0, beyond the largest, or not finite.
+pub(crate) fn real_time_factor(factor: f64) -> Result<f64, ServiceError> {
+    if (0.0..=MAX_REAL_TIME_FACTOR).contains(&factor) {
+        return Ok(factor);
+    }
+    let problem = format!("is {factor}: allowed are 0 (as fast as possible) to {MAX_REAL_TIME_FACTOR}");
+    Err(ServiceError::field("real_time_factor", problem).with("value", factor))
+}
+
+/// The number of steps of a call; none asked for means one.
+///
+/// # Errors
+/// More than are allowed.
+pub(crate) fn step_count(count: u64, limits: &Limits) -> Result<u64, ServiceError> {
+    let allowed = limits.max_steps_per_call;
+    if count <= allowed {
+        return Ok(count.max(1));
+    }
+    let problem = format!("is {count}: allowed are at most {allowed} steps in one call");
+    Err(ServiceError::field("step_count", problem).with("value", count).with("allowed", allowed))
+}
+
+/// Least time between two frames; none for rate 0.
+///
+/// # Errors
+/// A rate below 0 or not finite.
+pub(crate) fn period(max_rate_hz: f64) -> Result<Option<Duration>, ServiceError> {
+    if max_rate_hz == 0.0 {
+        return Ok(None);
+    }
+    if !max_rate_hz.is_finite() || max_rate_hz < 0.0 {
+        let problem = format!("is {max_rate_hz}: allowed are 0 (no limit) and finite rates above it (Hz)");
+        return Err(ServiceError::field("max_rate_hz", problem).with("value", max_rate_hz));
+    }
+    let longest = Duration::from_secs(24 * 3600);
+    Ok(Some(Duration::try_from_secs_f64(1.0 / max_rate_hz).map_or(longest, |period| period.min(longest))))
+}
+
+/// The arrays that a watcher asks for.
+///
+/// # Errors
+/// A field or an encoding that does not exist.
+pub(crate) fn arrays(request: &v1::WatchFramesRequest) -> Result<ArraySet, ServiceError> {
+    let encoding = match v1::Encoding::try_from(request.encoding) {
+        Ok(v1::Encoding::Unspecified) => v1::Encoding::RawF32,
+        Ok(encoding) => encoding,
+        Err(_unknown) => return Err(wire::unknown_value("encoding", request.encoding)),
+    };
+    let mut arrays = ArraySet::NONE;
+    for (i, number) in request.fields.iter().enumerate() {
+        let field = v1::Field::try_from(*number).ok();
+        let array = field.and_then(|field| Array::of(field, encoding));
+        let array = array.ok_or_else(|| wire::unknown_value(&format!("fields[{i}]"), *number))?;
+        arrays = arrays.with(array);
+    }
+    if arrays == ArraySet::NONE {
+        arrays = Array::of(v1::Field::Positions, encoding).map_or(arrays, |array| arrays.with(array));
+    }
+    Ok(arrays)
+}
+
+/// Which frames a watcher asks for.
+///
+/// # Errors
+/// A delivery that does not exist, or a field that belongs to the other one.
+pub(crate) fn delivery(request: &v1::WatchFramesRequest) -> Result<Delivery, ServiceError> {
+    let period = period(request.max_rate_hz)?;
+    match v1::Delivery::try_from(request.delivery) {
+        Ok(v1::Delivery::Unspecified | v1::Delivery::Latest) => match request.from_frame {
+            None => Ok(Delivery::Latest { period }),
+            Some(_) => Err(ServiceError::field("from_frame", "goes with DELIVERY_EVERY only")),
+        },
+        Ok(v1::Delivery::Every) => match period {
+            None => Ok(Delivery::Every { from_frame: request.from_frame }),
+            Some(_) => Err(ServiceError::field("max_rate_hz", "goes with DELIVERY_LATEST only")),
+        },
+        Err(_unknown) => Err(wire::unknown_value("delivery", request.delivery)),
+    }
+}
+
+/// Whether a watcher can start at a frame: one that is kept, or the next one.
+///
+/// # Errors
+/// A frame that is dropped, or far from made.
+pub(crate) fn start(feed: &Feed, from_frame: u64, wanted: ArraySet) -> Result<(), ServiceError> {
+    let newest = feed.newest().frame.head.frame;
+    if from_frame > newest.saturating_add(1) {
+        let message = format!("frame {from_frame} is not made yet; the newest is {newest}");
+        return Err(ServiceError::new(Reason::FrameNotMade, message)
+            .with("from_frame", from_frame)
+            .with("newest_frame", newest));
+    }
+    if let Lookup::Expired { oldest } = feed.lookup(from_frame, wanted) {
+        let message = format!(
+            "frame {from_frame} is no longer kept with the arrays asked for; the oldest that is: {oldest}"
+        );
+        return Err(ServiceError::new(Reason::FrameExpired, message)
+            .with("from_frame", from_frame)
+            .with("oldest_frame", oldest)
+            .with("newest_frame", newest));
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ids_follow_the_rule() {
+        for good in ["abcd", "a-1-", "demo-2", &"z".repeat(63)] {
+            assert!(session_id(good).is_ok(), "{good}");
+        }
+        for bad in ["", "abc", "1abc", "-abc", "Abcd", "ab_d", "ab d", "abcé", &"z".repeat(64)] {
+            assert!(session_id(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn numbers_out_of_range_are_refused() {
+        assert!(page_size(-1).is_err());
+        assert_eq!(page_size(0).expect("default"), PAGE_SIZE);
+        assert_eq!(page_size(i32::MAX).expect("the most"), MAX_PAGE_SIZE);
+        for bad in [-1.0, f64::NAN, f64::INFINITY] {
+            assert!(real_time_factor(bad).is_err() && period(bad).is_err());
+        }
+        assert_eq!(period(0.0).expect("no limit"), None);
+        assert_eq!(period(50.0).expect("a rate"), Some(Duration::from_millis(20)));
+        assert!(period(f64::MIN_POSITIVE).expect("a tiny rate").is_some());
+    }
+}

@@ -1,0 +1,303 @@
+//! One watcher of a session: a task that carries frames to a stream at the reader's own pace.
+//!
+//! Enters: the session's feed. Leaves: messages, then the end or the reason why the stream broke.
+//! The task waits for the reader, never the stepper for the task.
+
+use std::{
+    pin::Pin,
+    sync::{Arc, OnceLock},
+    task::{Context, Poll},
+    time::Duration,
+};
+
+use nappe_proto::v1;
+use tokio::{
+    sync::{OwnedSemaphorePermit, mpsc, watch},
+    time::{Interval, MissedTickBehavior},
+};
+use tokio_stream::Stream;
+use tokio_util::sync::CancellationToken;
+use tonic::Status;
+
+use crate::{
+    error::ServiceError,
+    frame::{ArraySet, EncodedFrame},
+    publish::{Ending, Feed, Lookup, Newest},
+    reason::Reason,
+};
+
+/// Messages that wait for the reader, beside what HTTP/2 buffers. More would only be older.
+const WAITING_MESSAGES: usize = 1;
+
+/// What a kind of stream makes of frames.
+pub(crate) trait Shape: Send + Sync + 'static {
+    /// A message of the stream.
+    type Message: Send + 'static;
+    /// The arrays that it needs in a frame.
+    fn arrays(&self) -> ArraySet;
+    /// The messages of a frame.
+    fn messages(&self, frame: &EncodedFrame, dropped_count: u64) -> Vec<Self::Message>;
+    /// The message at the end of a finished session, if there is one.
+    fn end(&self, end: v1::SessionEnd) -> Option<Self::Message>;
+}
+
+/// Frames with these arrays.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Frames(pub ArraySet);
+
+impl Shape for Frames {
+    type Message = v1::WatchFramesResponse;
+
+    fn arrays(&self) -> ArraySet {
+        self.0
+    }
+
+    fn messages(&self, frame: &EncodedFrame, dropped_count: u64) -> Vec<Self::Message> {
+        use v1::watch_frames_response::Event;
+        let pieces = frame.pieces(self.0, dropped_count).into_iter();
+        pieces.map(|piece| v1::WatchFramesResponse { event: Some(Event::Frame(piece)) }).collect()
+    }
+
+    fn end(&self, end: v1::SessionEnd) -> Option<Self::Message> {
+        Some(v1::WatchFramesResponse { event: Some(v1::watch_frames_response::Event::End(end)) })
+    }
+}
+
+/// Figures alone.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Figures;
+
+impl Shape for Figures {
+    type Message = v1::WatchDiagnosticsResponse;
+
+    fn arrays(&self) -> ArraySet {
+        ArraySet::NONE
+    }
+
+    fn messages(&self, frame: &EncodedFrame, _: u64) -> Vec<Self::Message> {
+        vec![v1::WatchDiagnosticsResponse { diagnostics: Some(frame.head.diagnostics.clone()) }]
+    }
+
+    fn end(&self, _: v1::SessionEnd) -> Option<Self::Message> {
+        None
+    }
+}
+
+/// Which frames a watcher gets.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Delivery {
+    /// The newest whenever the reader is ready, with at least `period` between two.
+    Latest {
+        /// Least time between two frames.
+        period: Option<Duration>,
+    },
+    /// Every one from a number on.
+    Every {
+        /// Frame number; `None`: the newest.
+        from_frame: Option<u64>,
+    },
+}
+
+/// The reader's end of a watcher; the last item is the status that broke the stream, if one did.
+#[derive(Debug)]
+pub(crate) struct WatchStream<M> {
+    messages: mpsc::Receiver<M>,
+    broken: Arc<OnceLock<Status>>,
+    told: bool,
+    /// Counts the watcher until the stream is dropped.
+    _slot: OwnedSemaphorePermit,
+}
+
+impl<M> Stream for WatchStream<M> {
+    type Item = Result<M, Status>;
+
+    fn poll_next(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<Option<Self::Item>> {
+        self.messages.poll_recv(context).map(|message| match message {
+            Some(message) => Some(Ok(message)),
+            None if self.told => None,
+            None => {
+                self.told = true;
+                self.broken.get().cloned().map(Err)
+            }
+        })
+    }
+}
+
+/// Why a watcher's task ends.
+enum Leave {
+    /// The reader is gone or the session finished: nothing more to say.
+    Quietly,
+    /// The stream breaks.
+    With(ServiceError),
+}
+
+/// Starts a watcher: first the message `opening`, then frames as `delivery` says.
+pub(crate) fn watch<S: Shape>(
+    feed: Arc<Feed>,
+    shape: S,
+    delivery: Delivery,
+    opening: Option<S::Message>,
+    slot: OwnedSemaphorePermit,
+    draining: CancellationToken,
+) -> WatchStream<S::Message> {
+    let (sender, messages) = mpsc::channel(WAITING_MESSAGES);
+    let broken = Arc::new(OnceLock::new());
+    let stream = WatchStream { messages, broken: Arc::clone(&broken), told: false, _slot: slot };
+    let newest = feed.subscribe();
+    let mut watcher = Watcher { feed, newest, shape, sender: sender.clone() };
+    tokio::spawn(async move {
+        let leave = tokio::select! {
+            biased;
+            () = draining.cancelled() => Leave::With(draining_error()),
+            () = sender.closed() => Leave::Quietly,
+            Err(leave) = watcher.run(opening, delivery) => leave,
+        };
+        if let Leave::With(error) = leave {
+            // Before the sender is dropped, so that the stream finds it when it runs dry.
+            broken.set(error.into()).expect("one task sets it once");
+        }
+        drop(watcher);
+    });
+    stream
+}
+
+/// The error of calls and streams that a shutdown ends.
+pub(crate) fn draining_error() -> ServiceError {
+    ServiceError::new(Reason::ServerDraining, "the server is shutting down")
+}
+
+struct Watcher<S: Shape> {
+    feed: Arc<Feed>,
+    newest: watch::Receiver<Newest>,
+    shape: S,
+    sender: mpsc::Sender<S::Message>,
+}
+
+impl<S: Shape> Watcher<S> {
+    /// Carries frames until there is a reason to leave, which is the error.
+    async fn run(&mut self, opening: Option<S::Message>, delivery: Delivery) -> Result<(), Leave> {
+        if let Some(message) = opening {
+            self.send(message).await?;
+        }
+        match delivery {
+            Delivery::Latest { period } => self.latest(period.map(ticker)).await,
+            Delivery::Every { from_frame } => self.every(from_frame).await,
+        }
+    }
+
+    async fn latest(&mut self, mut ticker: Option<Interval>) -> Result<(), Leave> {
+        let mut sent = None;
+        loop {
+            let wanted = self.shape.arrays();
+            let news = |newest: &Newest| is_news(newest, sent, wanted);
+            gone(self.newest.wait_for(|newest| newest.ending.is_some() || news(newest)).await)?;
+            tokio::select! {
+                () = next_tick(&mut ticker) => {}
+                ended = self.newest.wait_for(|newest| newest.ending.is_some()) => { gone(ended)?; }
+            }
+            // The newest is taken only when the reader has room, so that it is fresh.
+            let room = self.sender.reserve().await.map_err(|_closed| Leave::Quietly)?;
+            let newest = self.newest.borrow_and_update().clone();
+            if is_news(&newest, sent, wanted) {
+                let number = newest.frame.head.frame;
+                let dropped = sent.map_or(0, |sent: u64| number.saturating_sub(sent + 1));
+                let mut messages = self.shape.messages(&newest.frame, dropped).into_iter();
+                if let Some(first) = messages.next() {
+                    room.send(first);
+                }
+                for message in messages {
+                    self.send(message).await?;
+                }
+                sent = Some(number);
+            } else if let Some(ending) = newest.ending {
+                drop(room);
+                return self.finish(&ending).await;
+            }
+        }
+    }
+
+    async fn every(&mut self, from_frame: Option<u64>) -> Result<(), Leave> {
+        let mut next = match from_frame {
+            Some(number) => number,
+            None => self.newest_complete(),
+        };
+        loop {
+            // Looked at before the history, so that an end seen here comes after all frames there.
+            let ending = self.newest.borrow_and_update().ending.clone();
+            match self.feed.lookup(next, self.shape.arrays()) {
+                Lookup::Found(frame) => {
+                    for message in self.shape.messages(&frame, 0) {
+                        self.send_or_fall_behind(message, next).await?;
+                    }
+                    next += 1;
+                }
+                Lookup::Expired { oldest } => return Err(Leave::With(too_slow(next, oldest))),
+                Lookup::NotYet => match ending {
+                    Some(ending) => return self.finish(&ending).await,
+                    None => gone(self.newest.changed().await)?,
+                },
+            }
+        }
+    }
+
+    /// Number of the newest frame if it has the arrays, else of the one after it.
+    fn newest_complete(&self) -> u64 {
+        let frame = &self.newest.borrow().frame;
+        frame.head.frame + u64::from(!frame.arrays().covers(self.shape.arrays()))
+    }
+
+    async fn finish(&mut self, ending: &Ending) -> Result<(), Leave> {
+        match ending {
+            Ending::Broken(error) => Err(Leave::With(error.clone())),
+            Ending::Finished(end) => {
+                if let Some(message) = self.shape.end(*end) {
+                    self.send(message).await?;
+                }
+                Err(Leave::Quietly)
+            }
+        }
+    }
+
+    async fn send(&self, message: S::Message) -> Result<(), Leave> {
+        self.sender.send(message).await.map_err(|_closed| Leave::Quietly)
+    }
+
+    /// Sends a message of frame `current`, or gives up when the frame after it is dropped from the
+    /// history meanwhile: a reader that stalls for ever must not hold memory.
+    async fn send_or_fall_behind(&mut self, message: S::Message, current: u64) -> Result<(), Leave> {
+        tokio::select! {
+            biased;
+            sent = self.sender.send(message) => sent.map_err(|_closed| Leave::Quietly),
+            newest = self.newest.wait_for(|newest| newest.oldest > current + 1) => {
+                let oldest = newest.map_or(current, |newest| newest.oldest);
+                Err(Leave::With(too_slow(current + 1, oldest)))
+            }
+        }
+    }
+}
+
+fn is_news(newest: &Newest, sent: Option<u64>, wanted: ArraySet) -> bool {
+    sent != Some(newest.frame.head.frame) && newest.frame.arrays().covers(wanted)
+}
+
+/// A feed lives as long as its watchers: its end would only mean that nothing more comes.
+fn gone<T, E>(outcome: Result<T, E>) -> Result<(), Leave> {
+    outcome.map(|_| ()).map_err(|_closed| Leave::Quietly)
+}
+
+fn ticker(period: Duration) -> Interval {
+    let mut ticker = tokio::time::interval(period.max(Duration::from_micros(1)));
+    ticker.set_missed_tick_behavior(MissedTickBehavior::Delay);
+    ticker
+}
+
+async fn next_tick(ticker: &mut Option<Interval>) {
+    if let Some(ticker) = ticker {
+        ticker.tick().await;
+    }
+}
+
+fn too_slow(next: u64, oldest: u64) -> ServiceError {
+    let message = format!("frame {next} was due, but the oldest that the session keeps is {oldest}");
+    ServiceError::new(Reason::WatcherTooSlow, message).with("next_frame", next).with("oldest_frame", oldest)
+}
