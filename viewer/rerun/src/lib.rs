@@ -1,1 +1,23 @@
-//! Placeholder.
+//! Frames to Rerun: meshes, pins, colliders, time series and a layout to see them in.
+//!
+//! Enters: topology and frames of the client library. Leaves: a recording file (.rrd) or a Rerun viewer that
+//! shows them. The only crate that names the Rerun SDK. Colour, camera, mesh normals: all that belongs to the
+//! eye is decided here, nothing of it on the server.
+//!
+//! [`show`] does everything for a session on a server; [`Recorder`] records what it is given, blocking while
+//! the SDK does; [`LiveRecorder`] never blocks its caller and drops frames instead.
+
+mod error;
+mod geometry;
+mod plots;
+mod body;
+mod collider;
+mod layout;
+mod recorder;
+mod live;
+mod show;
+
+pub use error::{INSTALL_HINT, RerunError};
+pub use live::{LiveRecorder, LiveSummary};
+pub use recorder::{Recorder, Sink};
+pub use show::{ShowError, ShowOptions, Shown, show};

@@ -1,0 +1,131 @@
+//! One body to Rerun: a shaded mesh, or its springs as lines, or bare points; and its pins.
+//!
+//! Enters: `Body` once, then positions (m) of all particles at each frame. Leaves: the topology once, then
+//! only what moved.
+
+use nappe_client::Body;
+use rerun::{Color, LineStrips3D, Mesh3D, Points3D, RecordingStream};
+
+use crate::{
+    error::{RerunError, refused},
+    geometry::vertex_normals,
+};
+
+/// Colours of bodies, in turn.
+const PALETTE: [[u8; 3]; 6] =
+    [[205, 92, 76], [74, 144, 190], [226, 176, 84], [110, 168, 120], [160, 112, 180], [200, 200, 205]];
+const PIN_COLOR: [u8; 3] = [250, 210, 70];
+/// Radius of a pin on the screen (points), the same at any distance.
+const PIN_RADIUS_POINTS: f32 = 4.0;
+const PARTICLE_RADIUS_POINTS: f32 = 2.5;
+const SPRING_RADIUS_POINTS: f32 = 1.2;
+
+/// How a body is drawn.
+pub(crate) struct BodyView {
+    path: String,
+    pins_path: String,
+    first: usize,
+    count: usize,
+    color: Color,
+    kind: Kind,
+    /// Pins, counted from the body's first particle.
+    pins: Vec<usize>,
+}
+
+enum Kind {
+    /// Triangles, counted from the body's first particle.
+    Mesh(Vec<[u32; 3]>),
+    /// Springs, counted from the body's first particle.
+    Springs(Vec<[u32; 2]>),
+    Points,
+}
+
+impl BodyView {
+    /// Body number `index` of a session.
+    pub(crate) fn new(body: &Body, index: usize) -> Self {
+        let base = body.first_particle as u32;
+        let kind = if !body.triangles.is_empty() {
+            Kind::Mesh(body.triangles.iter().map(|t| t.map(|particle| particle - base)).collect())
+        } else if !body.springs.is_empty() {
+            Kind::Springs(body.springs.iter().map(|s| s.map(|particle| particle - base)).collect())
+        } else {
+            Kind::Points
+        };
+        let path = format!("world/bodies/{}", entity_name(&body.name, index));
+        let [red, green, blue] = PALETTE[index % PALETTE.len()];
+        Self {
+            pins_path: format!("world/pins/{}", entity_name(&body.name, index)),
+            path,
+            first: body.first_particle,
+            count: body.particle_count,
+            color: Color::from_rgb(red, green, blue),
+            kind,
+            pins: body.pins.iter().map(|&pin| (pin - base) as usize).collect(),
+        }
+    }
+
+    /// Logs what never changes.
+    pub(crate) fn describe(&self, stream: &RecordingStream) -> Result<(), RerunError> {
+        let logged = match &self.kind {
+            Kind::Mesh(triangles) => {
+                let mesh = Mesh3D::update_fields()
+                    .with_triangle_indices(triangles.iter().copied())
+                    .with_albedo_factor(*self.color);
+                stream.log_static(&*self.path, &mesh)
+            }
+            Kind::Springs(_) => {
+                let radius = rerun::Radius::new_ui_points(SPRING_RADIUS_POINTS);
+                let lines = LineStrips3D::update_fields().with_radii([radius]).with_colors([self.color]);
+                stream.log_static(&*self.path, &lines)
+            }
+            Kind::Points => {
+                let radius = rerun::Radius::new_ui_points(PARTICLE_RADIUS_POINTS);
+                let points = Points3D::update_fields().with_radii([radius]).with_colors([self.color]);
+                stream.log_static(&*self.path, &points)
+            }
+        };
+        logged.map_err(refused(&self.path))?;
+        if self.pins.is_empty() {
+            return Ok(());
+        }
+        let [red, green, blue] = PIN_COLOR;
+        let pins = Points3D::update_fields()
+            .with_radii([rerun::Radius::new_ui_points(PIN_RADIUS_POINTS)])
+            .with_colors([Color::from_rgb(red, green, blue)]);
+        stream.log_static(&*self.pins_path, &pins).map_err(refused(&self.pins_path))
+    }
+
+    /// Logs the body at the stream's current time, from the positions of all particles.
+    pub(crate) fn log(&self, stream: &RecordingStream, all: &[[f32; 3]]) -> Result<(), RerunError> {
+        let points = &all[self.first..self.first + self.count];
+        let logged = match &self.kind {
+            Kind::Mesh(triangles) => {
+                let mesh = Mesh3D::update_fields()
+                    .with_vertex_positions(points.iter().copied())
+                    .with_vertex_normals(vertex_normals(points, triangles));
+                stream.log(&*self.path, &mesh)
+            }
+            Kind::Springs(springs) => {
+                let strips = springs.iter().map(|spring| spring.map(|particle| points[particle as usize]));
+                stream.log(&*self.path, &LineStrips3D::update_fields().with_strips(strips))
+            }
+            Kind::Points => {
+                let cloud = Points3D::update_fields().with_positions(points.iter().copied());
+                stream.log(&*self.path, &cloud)
+            }
+        };
+        logged.map_err(refused(&self.path))?;
+        if self.pins.is_empty() {
+            return Ok(());
+        }
+        let pins = Points3D::update_fields().with_positions(self.pins.iter().map(|&pin| points[pin]));
+        stream.log(&*self.pins_path, &pins).map_err(refused(&self.pins_path))
+    }
+}
+
+/// A name that makes one part of an entity path, and is not another body's.
+pub(crate) fn entity_name(name: &str, index: usize) -> String {
+    let plain: String =
+        name.chars().map(|c| if c.is_ascii_alphanumeric() || c == '_' { c } else { '_' }).collect();
+    if plain.is_empty() { format!("body_{index}") } else { format!("{index}_{plain}") }
+}

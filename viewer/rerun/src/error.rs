@@ -1,0 +1,78 @@
+//! Errors of the Rerun side.
+//!
+//! Enters: what the SDK met. Leaves: [`RerunError`], which says what a person can do about it.
+
+use std::path::PathBuf;
+
+/// How to install the viewer that fits this SDK.
+pub const INSTALL_HINT: &str = "install it with `pip install rerun-sdk==0.36.3`, or with \
+                                `cargo install rerun-cli --locked --version 0.36.3`; or save a recording instead";
+
+/// Why frames could not be recorded or shown.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum RerunError {
+    /// There is no `rerun` command.
+    #[error("the Rerun viewer was not found: no command `rerun` in PATH ({INSTALL_HINT})")]
+    ViewerNotFound,
+    /// The viewer did not start.
+    #[error("the Rerun viewer did not start: {cause} (it needs a display; {INSTALL_HINT})")]
+    ViewerFailed {
+        /// What went wrong.
+        cause: String,
+    },
+    /// Nothing answers at the address of a viewer.
+    #[error(
+        "no Rerun viewer answers at {url}: {cause} (expected, for example, {})",
+        rerun::DEFAULT_CONNECT_URL
+    )]
+    Connect {
+        /// The address.
+        url: String,
+        /// What went wrong.
+        cause: String,
+    },
+    /// The recording file cannot be written.
+    #[error("the recording {} is not complete: {cause}", path.display())]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// What went wrong.
+        cause: String,
+    },
+    /// The SDK refused data.
+    #[error("Rerun refused {what}: {source}")]
+    Log {
+        /// What was logged.
+        what: String,
+        /// The SDK's error.
+        source: Box<rerun::RecordingStreamError>,
+    },
+    /// A frame before any topology, or of another size.
+    #[error("frame {frame} has {found} particles; the topology has {expected}")]
+    Frame {
+        /// The frame.
+        frame: u64,
+        /// Its particles.
+        found: usize,
+        /// The topology's.
+        expected: usize,
+    },
+    /// The viewer does not take data.
+    #[error("the Rerun viewer has not taken the last frames within {seconds} s")]
+    Stalled {
+        /// How long was waited (s).
+        seconds: f64,
+    },
+    /// The recording thread could not be started, or died.
+    #[error("the recording thread failed: {cause}")]
+    Thread {
+        /// What went wrong.
+        cause: String,
+    },
+}
+
+/// Names what was logged when the SDK refuses it.
+pub(crate) fn refused(what: &str) -> impl FnOnce(rerun::RecordingStreamError) -> RerunError + '_ {
+    move |source| RerunError::Log { what: what.to_owned(), source: Box::new(source) }
+}

@@ -1,0 +1,92 @@
+//! Figures of a step to time series.
+//!
+//! Enters: `v1::Diagnostics`. Leaves: one row of scalars for each [`Plot`], named and coloured once.
+
+use nappe_client::v1;
+use rerun::{RecordingStream, Scalars, SeriesLines};
+
+use crate::error::{RerunError, refused};
+
+/// A plot: its place, its title with unit, its series and where their values come from.
+pub(crate) struct Plot {
+    pub(crate) path: &'static str,
+    pub(crate) title: &'static str,
+    series: &'static [(&'static str, [u8; 3])],
+    values: fn(&v1::Diagnostics) -> Option<Vec<f64>>,
+}
+
+const BLUE: [u8; 3] = [86, 156, 230];
+const RED: [u8; 3] = [232, 93, 79];
+const GREEN: [u8; 3] = [110, 190, 120];
+const LIGHT: [u8; 3] = [225, 225, 225];
+const AMBER: [u8; 3] = [240, 180, 70];
+
+/// The plots, from top to bottom.
+pub(crate) const PLOTS: [Plot; 6] = [
+    Plot {
+        path: "plots/energy",
+        title: "Energy (J)",
+        series: &[("kinetic", RED), ("elastic", BLUE), ("gravitational", GREEN), ("total", LIGHT)],
+        values: |d| {
+            let parts = [d.kinetic_energy, d.elastic_energy, d.gravitational_energy];
+            Some(vec![parts[0], parts[1], parts[2], parts.iter().sum()])
+        },
+    },
+    Plot {
+        path: "plots/stretch",
+        title: "Largest stretch (length over rest length)",
+        series: &[("max stretch", AMBER)],
+        values: |d| Some(vec![d.max_stretch]),
+    },
+    Plot {
+        path: "plots/contacts",
+        title: "Particles in contact",
+        series: &[("contacts", GREEN)],
+        values: |d| Some(vec![d.contact_count as f64]),
+    },
+    Plot {
+        path: "plots/iterations",
+        title: "Solver: conjugate gradient iterations",
+        series: &[("iterations", BLUE)],
+        values: |d| d.solve.as_ref().map(|solve| vec![f64::from(solve.iterations)]),
+    },
+    Plot {
+        path: "plots/residual",
+        title: "Solver: log10 of the relative residual",
+        series: &[("log10 residual", RED)],
+        // An exact solution has no logarithm, and no point.
+        values: |d| {
+            let residual = d.solve.as_ref()?.relative_residual;
+            (residual > 0.0 && residual.is_finite()).then(|| vec![residual.log10()])
+        },
+    },
+    Plot {
+        path: "plots/step_time",
+        title: "Time of a step (ms)",
+        series: &[("step", AMBER)],
+        values: |d| Some(vec![d.step_seconds * 1e3]),
+    },
+];
+
+/// Logs names and colours of all series, once.
+pub(crate) fn describe(stream: &RecordingStream) -> Result<(), RerunError> {
+    for plot in &PLOTS {
+        let names = plot.series.iter().map(|(name, _)| *name);
+        let colors =
+            plot.series.iter().map(|&(_, [red, green, blue])| rerun::Color::from_rgb(red, green, blue));
+        let lines = SeriesLines::new().with_names(names).with_colors(colors);
+        stream.log_static(plot.path, &lines).map_err(refused(plot.path))?;
+    }
+    Ok(())
+}
+
+/// Logs the figures of a step at the stream's current time. Values that are not finite leave a gap.
+pub(crate) fn log(stream: &RecordingStream, diagnostics: &v1::Diagnostics) -> Result<(), RerunError> {
+    for plot in &PLOTS {
+        let Some(values) = (plot.values)(diagnostics) else { continue };
+        if values.iter().all(|value| value.is_finite()) {
+            stream.log(plot.path, &Scalars::new(values)).map_err(refused(plot.path))?;
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,206 @@
+//! Records topology and frames, in the calling thread.
+//!
+//! Enters: `Topology`, then `Frame`s. Leaves: a recording file or data in a viewer. The SDK blocks its producer
+//! when the consumer is slow, so that a file holds every frame; for a live viewer see `live`.
+
+use std::{
+    fs::File,
+    io::{Read as _, Seek as _, SeekFrom},
+    path::{Path, PathBuf},
+    time::Duration,
+};
+
+use nappe_client::{Frame, Topology};
+use rerun::{
+    RecordingStream, RecordingStreamBuilder, SpawnError, SpawnOptions, ViewCoordinates,
+    external::re_log_encoding::{Decodable as _, StreamFooter},
+};
+
+use crate::{
+    body::BodyView,
+    collider::ColliderView,
+    error::{RerunError, refused},
+    geometry::Bounds,
+    layout, plots,
+};
+
+/// The name under which viewers keep layouts.
+pub(crate) const APPLICATION: &str = "nappe";
+/// The timeline of steps.
+const STEP: &str = "step";
+/// The timeline of simulated time.
+pub(crate) const TIME: &str = "time";
+/// How long a viewer may take to answer.
+const VIEWER_LIMIT: Duration = Duration::from_secs(10);
+
+/// Where a recording goes.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Sink {
+    /// A file, by custom with the extension `.rrd`.
+    Save(PathBuf),
+    /// A viewer that is running, for example at `rerun+http://127.0.0.1:9876/proxy`.
+    Connect(String),
+    /// A viewer on this machine, started unless one is running.
+    Spawn,
+}
+
+/// A recording in the making.
+pub struct Recorder {
+    stream: RecordingStream,
+    sink: Sink,
+    scene: Option<SceneView>,
+}
+
+struct SceneView {
+    particle_count: usize,
+    bodies: Vec<BodyView>,
+    colliders: Vec<ColliderView>,
+    /// The shapes of planes and the camera wait for the first frame, which tells how large the scene is.
+    is_placed: bool,
+}
+
+impl Recorder {
+    /// Opens a recording called `title`.
+    ///
+    /// # Errors
+    /// If the file cannot be created, no viewer answers, or none can be started.
+    pub fn open(title: &str, sink: Sink) -> Result<Self, RerunError> {
+        let builder = RecordingStreamBuilder::new(APPLICATION).recording_name(title);
+        let stream = match &sink {
+            Sink::Save(path) => builder.save(path).map_err(|error| file_error(path, &error))?,
+            Sink::Connect(url) => {
+                let refuse = |cause: String| RerunError::Connect { url: url.clone(), cause };
+                let stream =
+                    builder.connect_grpc_opts(url.as_str()).map_err(|error| refuse(error.to_string()))?;
+                reach(&stream).map_err(refuse)?;
+                stream
+            }
+            Sink::Spawn => spawn(builder)?,
+        };
+        stream.log_static("world", &ViewCoordinates::RIGHT_HAND_Y_UP()).map_err(refused("world"))?;
+        plots::describe(&stream)?;
+        Ok(Self { stream, sink, scene: None })
+    }
+
+    /// Records what does not change: meshes, pins, colliders.
+    ///
+    /// # Errors
+    /// If the SDK refuses the data.
+    pub fn topology(&mut self, topology: &Topology) -> Result<(), RerunError> {
+        let scene = SceneView {
+            particle_count: topology.particle_count,
+            bodies: topology.bodies.iter().enumerate().map(|(i, body)| BodyView::new(body, i)).collect(),
+            colliders: topology.colliders.iter().enumerate().map(|(i, c)| ColliderView::new(c, i)).collect(),
+            is_placed: false,
+        };
+        for body in &scene.bodies {
+            body.describe(&self.stream)?;
+        }
+        self.scene = Some(scene);
+        Ok(())
+    }
+
+    /// Records a frame, on the timelines `step` and `time`.
+    ///
+    /// # Errors
+    /// If the frame has not as many particles as the topology, or the SDK refuses the data.
+    pub fn frame(&mut self, frame: &Frame) -> Result<(), RerunError> {
+        let (found, expected) =
+            (frame.positions.len(), self.scene.as_ref().map_or(0, |scene| scene.particle_count));
+        let Some(scene) = self.scene.as_mut().filter(|_| found == expected) else {
+            return Err(RerunError::Frame { frame: frame.frame, found, expected });
+        };
+        let flat = frame.positions.to_f32();
+        let (points, _) = flat.as_chunks::<3>();
+        if !scene.is_placed {
+            scene.place(&self.stream, points)?;
+        }
+        self.stream.set_time_sequence(STEP, i64::try_from(frame.step).unwrap_or(i64::MAX));
+        self.stream.set_duration_secs(TIME, frame.time);
+        for body in &scene.bodies {
+            body.log(&self.stream, points)?;
+        }
+        for collider in &scene.colliders {
+            collider.log(&self.stream, frame.time)?;
+        }
+        match &frame.diagnostics {
+            Some(diagnostics) => plots::log(&self.stream, diagnostics),
+            None => Ok(()),
+        }
+    }
+
+    /// Sends what is left and closes the recording.
+    ///
+    /// # Errors
+    /// If the file is not complete, or the viewer does not take the rest within 10 s.
+    pub fn finish(self) -> Result<(), RerunError> {
+        match &self.sink {
+            Sink::Save(path) => {
+                self.stream.flush_blocking().map_err(|error| file_error(path, &error))?;
+                // Closes the file: its end is written only now.
+                self.stream.disconnect();
+                check_end(path).map_err(|cause| RerunError::File { path: path.clone(), cause })
+            }
+            Sink::Connect(_) | Sink::Spawn => self
+                .stream
+                .flush_with_timeout(VIEWER_LIMIT)
+                .map_err(|_late| RerunError::Stalled { seconds: VIEWER_LIMIT.as_secs_f64() }),
+        }
+    }
+}
+
+impl SceneView {
+    /// Logs what depends on the size of the scene: colliders and the layout with its camera.
+    fn place(&mut self, stream: &RecordingStream, points: &[[f32; 3]]) -> Result<(), RerunError> {
+        let mut bounds = Bounds::empty();
+        points.iter().for_each(|&point| bounds.add(point));
+        self.colliders.iter().for_each(|collider| collider.add_to(&mut bounds));
+        for collider in &self.colliders {
+            collider.describe(stream, &bounds)?;
+        }
+        self.is_placed = true;
+        layout::send(stream, &bounds)
+    }
+}
+
+/// Starts a viewer on the loopback interface alone, or finds the one that is running.
+fn spawn(builder: RecordingStreamBuilder) -> Result<RecordingStream, RerunError> {
+    let options = SpawnOptions {
+        wait_for_bind: true,
+        hide_welcome_screen: true,
+        // Its own default is every interface.
+        extra_args: vec!["--bind=127.0.0.1".to_owned()],
+        ..SpawnOptions::default()
+    };
+    let stream = builder.spawn_opts(&options).map_err(|error| match error {
+        rerun::RecordingStreamError::SpawnViewer(
+            SpawnError::ExecutableNotFoundInPath { .. } | SpawnError::ExecutableNotFound { .. },
+        ) => RerunError::ViewerNotFound,
+        other => RerunError::ViewerFailed { cause: other.to_string() },
+    })?;
+    reach(&stream).map_err(|cause| RerunError::ViewerFailed { cause })?;
+    Ok(stream)
+}
+
+/// The SDK connects in the background: a flush tells whether somebody is there.
+fn reach(stream: &RecordingStream) -> Result<(), String> {
+    stream.flush_with_timeout(VIEWER_LIMIT).map_err(|error| error.to_string())
+}
+
+fn file_error(path: &Path, error: &dyn std::error::Error) -> RerunError {
+    RerunError::File { path: path.to_owned(), cause: error.to_string() }
+}
+
+/// The SDK only logs an error that it meets while it ends a file: look at the end itself.
+fn check_end(path: &Path) -> Result<(), String> {
+    let read = || -> std::io::Result<Vec<u8>> {
+        let mut file = File::open(path)?;
+        file.seek(SeekFrom::End(-i64::try_from(StreamFooter::ENCODED_SIZE_BYTES).unwrap_or(i64::MAX)))?;
+        let mut end = Vec::new();
+        file.read_to_end(&mut end)?;
+        Ok(end)
+    };
+    let end = read().map_err(|error| error.to_string())?;
+    StreamFooter::from_rrd_bytes(&end).map_err(|error| error.to_string())?;
+    Ok(())
+}

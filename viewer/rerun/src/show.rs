@@ -1,0 +1,181 @@
+//! A session on a server to Rerun, until it ends: client in, Rerun out.
+//!
+//! Enters: a client, a session, a sink. Leaves: the session in a file (every frame) or a viewer (the newest).
+
+use std::{future::Future, pin::pin, sync::Arc};
+
+use nappe_client::{Client, ClientError, Delivery, Event, FrameStream, SessionEnd, WatchOptions};
+use tokio::{sync::mpsc, task};
+
+use crate::{
+    error::RerunError,
+    live::LiveRecorder,
+    recorder::{Recorder, Sink},
+};
+
+/// Events that wait for the file: few, because each may hold megabytes.
+const QUEUE: usize = 4;
+
+/// How a session is shown.
+#[derive(Debug, Clone, Default)]
+pub struct ShowOptions {
+    /// How its frames are watched. [`ShowOptions::for_sink`] chooses well.
+    pub watch: WatchOptions,
+}
+
+impl ShowOptions {
+    /// Every frame the server still keeps for a file, the newest at most 60 times a second for a viewer.
+    pub fn for_sink(sink: &Sink, oldest_frame: u64) -> Self {
+        let watch = match sink {
+            Sink::Save(_) => WatchOptions::every_from(oldest_frame),
+            Sink::Connect(_) | Sink::Spawn => WatchOptions::latest(60.0),
+        };
+        Self { watch }
+    }
+}
+
+/// What was shown.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Shown {
+    /// Frames received.
+    pub frame_count: u64,
+    /// Frames that the server or the live recorder left out.
+    pub dropped_count: u64,
+    /// How the session ended; `None` if `stop` came first.
+    pub end: Option<SessionEnd>,
+}
+
+/// Why showing stopped.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ShowError {
+    /// The server or the connection failed.
+    #[error(transparent)]
+    Client(#[from] ClientError),
+    /// Rerun failed.
+    #[error(transparent)]
+    Rerun(#[from] RerunError),
+}
+
+/// Shows a session until it ends or `stop` completes, then closes the recording. `progress` sees each event.
+///
+/// # Errors
+/// If the session cannot be watched, or the recording cannot be opened, written or closed. What was recorded
+/// before an error of the server is kept and closed properly.
+pub async fn show(
+    client: &Client,
+    session_id: &str,
+    sink: Sink,
+    options: ShowOptions,
+    stop: impl Future<Output = ()>,
+    progress: impl FnMut(&Event),
+) -> Result<Shown, ShowError> {
+    let session = client.get_session(session_id).await?;
+    let title = if session.title.is_empty() { session.session_id } else { session.title };
+    let is_complete = matches!(sink, Sink::Save(_)) && options.watch.delivery == Delivery::Every;
+    let frames = client.watch(session_id, options.watch).await?;
+    let mut show = Show { frames, shown: Shown::default(), progress };
+    if is_complete { show.every(title, sink, stop).await } else { show.latest(title, sink, stop).await }
+}
+
+struct Show<Progress> {
+    frames: FrameStream,
+    shown: Shown,
+    progress: Progress,
+}
+
+impl<Progress: FnMut(&Event)> Show<Progress> {
+    /// Every frame goes to a thread that writes; the stream waits while the queue is full.
+    async fn every(
+        &mut self,
+        title: String,
+        sink: Sink,
+        stop: impl Future<Output = ()>,
+    ) -> Result<Shown, ShowError> {
+        let (queue, events) = mpsc::channel(QUEUE);
+        let writer = task::spawn_blocking(move || write(&title, sink, events));
+        let mut stop = pin!(stop);
+        let received = loop {
+            match self.next(stop.as_mut()).await {
+                Ok(Some(event)) => {
+                    // The writer hangs up only when it failed; its error is read below.
+                    if queue.send(event).await.is_err() {
+                        break Ok(());
+                    }
+                }
+                Ok(None) => break Ok(()),
+                Err(error) => break Err(error),
+            }
+        };
+        drop(queue);
+        joined(writer.await)??;
+        received?;
+        Ok(self.shown)
+    }
+
+    /// The newest frame goes to a slot; nothing waits for the viewer.
+    async fn latest(
+        &mut self,
+        title: String,
+        sink: Sink,
+        stop: impl Future<Output = ()>,
+    ) -> Result<Shown, ShowError> {
+        let recorder = joined(task::spawn_blocking(move || LiveRecorder::start(&title, sink)).await)??;
+        let mut stop = pin!(stop);
+        let received = loop {
+            match self.next(stop.as_mut()).await {
+                Ok(Some(Event::Topology(topology))) => recorder.topology(Arc::new(topology)),
+                Ok(Some(Event::Frame(frame))) => recorder.frame(Arc::new(frame)),
+                Ok(Some(_)) => {}
+                Ok(None) => break Ok(()),
+                Err(error) => break Err(error),
+            }
+            if recorder.has_failed() {
+                break Ok(());
+            }
+        };
+        let summary = joined(task::spawn_blocking(move || recorder.finish()).await)??;
+        received?;
+        self.shown.dropped_count += summary.dropped_count;
+        Ok(self.shown)
+    }
+
+    /// The next event, counted; `None` at the end of the stream or when `stop` is done.
+    async fn next(
+        &mut self,
+        stop: std::pin::Pin<&mut impl Future<Output = ()>>,
+    ) -> Result<Option<Event>, ClientError> {
+        let event = tokio::select! {
+            event = self.frames.next() => event,
+            () = stop => None,
+        };
+        let Some(event) = event.transpose()? else { return Ok(None) };
+        match &event {
+            Event::Frame(frame) => {
+                self.shown.frame_count += 1;
+                self.shown.dropped_count += frame.dropped_count;
+            }
+            Event::End(end) => self.shown.end = Some(*end),
+            _ => {}
+        }
+        (self.progress)(&event);
+        Ok(Some(event))
+    }
+}
+
+/// The writing thread: opens, records until the queue closes, closes.
+fn write(title: &str, sink: Sink, mut events: mpsc::Receiver<Event>) -> Result<(), RerunError> {
+    let mut recorder = Recorder::open(title, sink)?;
+    while let Some(event) = events.blocking_recv() {
+        match event {
+            Event::Topology(topology) => recorder.topology(&topology)?,
+            Event::Frame(frame) => recorder.frame(&frame)?,
+            _ => {}
+        }
+    }
+    recorder.finish()
+}
+
+fn joined<T>(result: Result<T, task::JoinError>) -> Result<T, RerunError> {
+    result.map_err(|error| RerunError::Thread { cause: error.to_string() })
+}

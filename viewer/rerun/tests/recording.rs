@@ -1,0 +1,224 @@
+//! A recording holds what it was given: entities, timelines, every frame, a layout; and errors say what is wrong.
+
+use std::{
+    collections::BTreeMap,
+    fs::File,
+    io::BufReader,
+    path::{Path, PathBuf},
+    sync::Arc,
+};
+
+use nappe_client::{Body, Collider, Frame, Shape, Topology, Vectors, v1};
+use nappe_rerun::{LiveRecorder, Recorder, RerunError, Sink};
+use rerun::{
+    external::re_log_encoding::DecoderApp,
+    log::{Chunk, LogMsg},
+};
+
+const SIDE: usize = 12;
+const FRAMES: u64 = 5;
+
+/// A sheet of `SIDE` x `SIDE` particles pinned at two corners, a chain of three, a still plane, a moving ball.
+fn scene() -> Topology {
+    let at = |row: usize, column: usize| (row * SIDE + column) as u32;
+    let cells = (0..SIDE - 1).flat_map(|row| (0..SIDE - 1).map(move |column| (row, column)));
+    let triangles = cells
+        .flat_map(|(r, c)| {
+            [[at(r, c), at(r + 1, c), at(r, c + 1)], [at(r, c + 1), at(r + 1, c), at(r + 1, c + 1)]]
+        })
+        .collect();
+    let count = SIDE * SIDE;
+    let sheet = Body {
+        name: "sheet".to_owned(),
+        first_particle: 0,
+        particle_count: count,
+        triangles,
+        springs: Vec::new(),
+        pins: vec![0, SIDE as u32 - 1],
+        uv: Vec::new(),
+    };
+    let base = count as u32;
+    let chain = Body {
+        name: "a chain/of three".to_owned(),
+        first_particle: count,
+        particle_count: 3,
+        triangles: Vec::new(),
+        springs: vec![[base, base + 1], [base + 1, base + 2]],
+        pins: Vec::new(),
+        uv: Vec::new(),
+    };
+    let plane = Shape::Plane { point: [0.0; 3], normal: [0.0, 1.0, 0.0], velocity: [0.0; 3] };
+    let ball = Shape::Sphere { center: [0.5, 0.5, 0.5], radius: 0.25, velocity: [0.1, 0.0, 0.0] };
+    let colliders = vec![
+        Collider { name: "floor".to_owned(), shape: plane },
+        Collider { name: "ball".to_owned(), shape: ball },
+    ];
+    Topology { id: 1, particle_count: count + 3, bodies: vec![sheet, chain], colliders }
+}
+
+fn frame(number: u64) -> Frame {
+    let spacing = 1.0 / SIDE as f32;
+    let height = 1.0 - 0.1 * number as f32;
+    let sheet =
+        (0..SIDE * SIDE).flat_map(|p| [(p % SIDE) as f32 * spacing, height, (p / SIDE) as f32 * spacing]);
+    let chain = (0..3).flat_map(|link| [2.0, height - 0.1 * link as f32, 0.0]);
+    let solve = v1::SolveReport { iterations: 10, relative_residual: 1e-3, ..v1::SolveReport::default() };
+    Frame {
+        frame: number,
+        step: 2 * number,
+        time: 0.02 * number as f64,
+        state_hash: None,
+        positions: Vectors::F32(sheet.chain(chain).collect()),
+        velocities: None,
+        dropped_count: 0,
+        diagnostics: Some(v1::Diagnostics { solve: Some(solve), ..v1::Diagnostics::default() }),
+    }
+}
+
+/// What a file holds: rows by entity and timeline (empty for static rows), and blueprint messages.
+#[derive(Default)]
+struct Contents {
+    rows: BTreeMap<(String, String), usize>,
+    blueprint_entities: Vec<String>,
+    has_active_blueprint: bool,
+}
+
+impl Contents {
+    fn read(path: &Path) -> Self {
+        let file = BufReader::new(File::open(path).expect("the file was written"));
+        let mut contents = Self::default();
+        for message in DecoderApp::decode_lazy(file) {
+            match message.expect("the file decodes") {
+                LogMsg::ArrowMsg(store, message) => {
+                    let chunk = Chunk::from_arrow_msg(&message).expect("a chunk");
+                    contents.add(store.is_blueprint(), &chunk);
+                }
+                LogMsg::BlueprintActivationCommand(_) => contents.has_active_blueprint = true,
+                LogMsg::SetStoreInfo(_) => {}
+            }
+        }
+        contents
+    }
+
+    fn add(&mut self, is_blueprint: bool, chunk: &Chunk) {
+        let entity = chunk.entity_path().to_string();
+        if is_blueprint {
+            self.blueprint_entities.push(entity);
+            return;
+        }
+        if chunk.is_static() {
+            *self.rows.entry((entity, String::new())).or_default() += chunk.num_rows();
+            return;
+        }
+        for timeline in chunk.timelines().keys() {
+            *self.rows.entry((entity.clone(), timeline.to_string())).or_default() += chunk.num_rows();
+        }
+    }
+
+    fn count(&self, entity: &str, timeline: &str) -> usize {
+        self.rows.get(&(entity.to_owned(), timeline.to_owned())).copied().unwrap_or(0)
+    }
+}
+
+/// A file that belongs to one test.
+fn file(test: &str) -> PathBuf {
+    Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("recording_{test}.rrd"))
+}
+
+fn record(path: &Path) -> Result<(), RerunError> {
+    let mut recorder = Recorder::open("a test", Sink::Save(path.to_owned()))?;
+    recorder.topology(&scene())?;
+    for number in 0..FRAMES {
+        recorder.frame(&frame(number))?;
+    }
+    recorder.finish()
+}
+
+#[test]
+fn a_file_holds_topology_once_and_every_frame_on_both_timelines() {
+    let path = file("every");
+    record(&path).expect("records");
+    let contents = Contents::read(&path);
+    let moving = [
+        "/world/bodies/0_sheet",
+        "/world/pins/0_sheet",
+        "/world/bodies/1_a_chain_of_three",
+        "/world/colliders/1_ball",
+        "/plots/energy",
+        "/plots/iterations",
+        "/plots/residual",
+        "/plots/step_time",
+    ];
+    for entity in moving {
+        for timeline in ["step", "time"] {
+            assert_eq!(contents.count(entity, timeline), FRAMES as usize, "{entity} on {timeline}");
+        }
+        assert_eq!(contents.count(entity, ""), 1, "{entity} is described once");
+    }
+    assert_eq!(contents.count("/world/colliders/0_floor", "step"), 0, "a still plane is logged once");
+    assert!(contents.count("/world/colliders/0_floor", "") > 0);
+    assert_eq!(contents.count("/world", ""), 1, "the axes");
+}
+
+#[test]
+fn a_file_opens_with_a_layout_and_a_camera() {
+    let path = file("layout");
+    record(&path).expect("records");
+    let contents = Contents::read(&path);
+    assert!(contents.has_active_blueprint);
+    let has = |part: &str| contents.blueprint_entities.iter().any(|entity| entity.ends_with(part));
+    for part in ["/EyeControls3D", "/viewport", "/time_panel"] {
+        assert!(has(part), "{part} is not in {:?}", contents.blueprint_entities);
+    }
+}
+
+#[test]
+fn a_live_recorder_writes_the_newest_frame_and_counts_the_others() {
+    let path = file("live");
+    let recorder = LiveRecorder::start("a test", Sink::Save(path.clone())).expect("opens");
+    recorder.topology(Arc::new(scene()));
+    for number in 0..100 {
+        recorder.frame(Arc::new(frame(number)));
+    }
+    let summary = recorder.finish().expect("closes");
+    assert_eq!(summary.recorded_count + summary.dropped_count, 100);
+    assert!(summary.recorded_count >= 1);
+    let rows = Contents::read(&path).count("/world/bodies/0_sheet", "step");
+    assert_eq!(rows as u64, summary.recorded_count);
+}
+
+#[test]
+fn a_frame_of_another_size_is_refused_with_both_counts() {
+    let sink = Sink::Save(file("wrong"));
+    let mut recorder = Recorder::open("a test", sink).expect("opens");
+    recorder.topology(&scene()).expect("records");
+    let wrong = Frame { positions: Vectors::F32(vec![0.0; 9]), ..frame(7) };
+    let expected = SIDE * SIDE + 3;
+    match recorder.frame(&wrong) {
+        Err(RerunError::Frame { frame: 7, found: 3, expected: count }) => assert_eq!(count, expected),
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn a_file_in_no_folder_is_refused_by_name() {
+    let error = record(Path::new("/no/such/folder/x.rrd")).expect_err("there is no such folder");
+    let message = error.to_string();
+    assert!(message.contains("/no/such/folder/x.rrd"), "{message}");
+}
+
+/// Writes to it fail as on a full disk.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_is_reported() {
+    let error = record(Path::new("/dev/full")).expect_err("nothing fits");
+    assert!(matches!(error, RerunError::File { .. }), "{error}");
+}
+
+#[test]
+fn a_viewer_that_is_not_there_is_reported_with_its_address() {
+    // Port 1 of the loopback interface: nobody listens.
+    let url = "rerun+http://127.0.0.1:1/proxy";
+    let error = Recorder::open("a test", Sink::Connect(url.to_owned())).err().expect("nobody listens");
+    assert!(matches!(&error, RerunError::Connect { url: at, .. } if at == url), "{error}");
+}
