@@ -25,9 +25,8 @@ impl Embedded {
     pub(crate) async fn start() -> Result<Self> {
         let address = SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), 0);
         let app = App::start(Config { address, ..Config::default() })
-            .await
             .map_err(|error| CliError::failure(format!("cannot start a server in this command: {error}")))?;
-        let client = Client::connect(&format!("http://{}", app.local_addr())).await?;
+        let client = Client::connect(&app.url()).await?;
         Ok(Self { app, client })
     }
 

@@ -3,10 +3,12 @@
 use std::future::Future;
 
 use nappe_client::{Client, ClientError};
+use nappe_server::{Reason, shutdown_signal};
 
 use crate::{
     args::ServerArgs,
     error::{CliError, Exit, Result},
+    session,
 };
 
 /// Runs asynchronous work to its end on a runtime of its own.
@@ -48,19 +50,7 @@ pub(crate) async fn interrupted() -> Result<()> {
 
 async fn first_signal() -> Result<()> {
     let refused = |error| CliError::failure(format!("cannot listen to signals: {error}"));
-    #[cfg(unix)]
-    {
-        use tokio::signal::unix::{SignalKind, signal};
-        let mut terminate = signal(SignalKind::terminate()).map_err(refused)?;
-        let mut interrupt = signal(SignalKind::interrupt()).map_err(refused)?;
-        tokio::select! {
-            _ = terminate.recv() => {}
-            _ = interrupt.recv() => {}
-        }
-        Ok(())
-    }
-    #[cfg(not(unix))]
-    tokio::signal::ctrl_c().await.map_err(refused)
+    shutdown_signal().await.map(|_name| ()).map_err(refused)
 }
 
 impl From<ClientError> for CliError {
@@ -70,6 +60,7 @@ impl From<ClientError> for CliError {
             ClientError::Connect { .. } | ClientError::Transport { .. } | ClientError::Deadline { .. } => {
                 Exit::Unreachable
             }
+            ClientError::Server(_) if error.reason().is_some_and(session::is_divergence) => Exit::Diverged,
             ClientError::Server(_) => Exit::Refused,
             _ => Exit::Failure,
         };
@@ -77,16 +68,23 @@ impl From<ClientError> for CliError {
             ClientError::Connect { .. } => {
                 Some("start one with `nappe serve`, or name another with --server URL or NAPPE_SERVER")
             }
-            _ => match error.reason() {
-                Some("SESSION_NOT_FOUND") => Some("`nappe list` shows the sessions of the server"),
-                Some("SCENE_NOT_FOUND") => Some("`nappe scenes` lists the scenes that come with nappe"),
-                _ => None,
-            },
+            _ => error.reason().and_then(remedy),
         };
         let error = Self::new(exit, error);
         match hint {
             Some(hint) => error.hint(hint),
             None => error,
         }
+    }
+}
+
+/// What to do about a refusal, from the server's own table of reasons.
+fn remedy(reason: &str) -> Option<&'static str> {
+    match reason {
+        "SESSION_NOT_FOUND" => Some("`nappe list` shows the sessions of the server"),
+        "SCENE_NOT_FOUND" => Some("`nappe scenes` lists the scenes that come with nappe"),
+        // The message names the place, and what is allowed there.
+        "INVALID_SCENE" | "INVALID_FIELD" => None,
+        _ => Reason::ALL.iter().find(|known| known.name() == reason).map(|known| known.remedy()),
     }
 }

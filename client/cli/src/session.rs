@@ -143,10 +143,12 @@ pub(crate) fn failure(session: &v1::Session) -> Option<CliError> {
 
 /// Whether a failure comes from the numbers, and not from the program.
 pub(crate) fn diverged(failure: &v1::Failure) -> bool {
-    matches!(
-        failure.reason.as_str(),
-        "NOT_FINITE" | "STRETCH_LIMIT" | "ENERGY_LIMIT" | "SOLVER_FAILED" | "SIMULATION_DIVERGED"
-    )
+    is_divergence(&failure.reason)
+}
+
+/// Whether a reason says that the simulation diverged.
+pub(crate) fn is_divergence(reason: &str) -> bool {
+    matches!(reason, "NOT_FINITE" | "STRETCH_LIMIT" | "ENERGY_LIMIT" | "SOLVER_FAILED")
 }
 
 /// Prints one session.

@@ -3,6 +3,7 @@
 use clap::Args;
 use nappe_server::{App, Config};
 use serde_json::json;
+use tracing_subscriber::EnvFilter;
 
 use crate::{
     error::{CliError, Result},
@@ -27,6 +28,9 @@ pub(crate) struct ServeArgs {
     /// Show every session in Rerun: in the viewer at URL, or in one that is started here
     #[arg(long, value_name = "URL", num_args = 0..=1, default_missing_value = "")]
     rerun: Option<String>,
+    /// What is logged, in the syntax of tracing: error, warn, info, debug, nappe_server=debug
+    #[arg(long, env = "NAPPE_LOG", default_value = "info")]
+    log: String,
     #[command(flatten)]
     output: OutputArgs,
 }
@@ -37,9 +41,10 @@ pub(crate) struct ServeArgs {
 /// When the address cannot be had, or Rerun is asked for in a build without it.
 pub(crate) fn run(args: &ServeArgs) -> Result<()> {
     let viewer = args.rerun.as_deref().map(follow::Viewer::new).transpose()?;
+    tracing_subscriber::fmt().with_env_filter(EnvFilter::new(&args.log)).with_writer(std::io::stderr).init();
     remote::block_on(async {
-        let app = App::start(args.config.clone()).await.map_err(CliError::failure)?;
-        let url = format!("http://{}", app.local_addr());
+        let app = App::start(args.config.clone()).map_err(CliError::failure)?;
+        let url = app.url();
         match args.output.format() {
             Format::Json => output::json(&json!({ "url": url, "version": env!("CARGO_PKG_VERSION") }))?,
             Format::Text => {

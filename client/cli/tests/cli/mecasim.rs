@@ -7,7 +7,8 @@ use serde_json::Value;
 use crate::support::{Done, course, folder, nappe_in};
 
 /// An object file as the course writes them, for one of its meshes.
-fn object_text(name: &str, has_textures: bool) -> String {
+fn object_text(course: &Path, name: &str) -> String {
+    let has_textures = course.join("data").join(name).join("texcoord.eti").exists();
     let textures =
         if has_textures { format!("Textures=./data/{name}/texcoord.eti;  \n") } else { String::new() };
     format!(
@@ -29,8 +30,7 @@ fn mecasim(course: &Path, meshes: &[&str], more: &[&str]) -> Done {
     let mut args = vec!["mecasim".to_owned(), meshes.len().to_string(), simu.display().to_string()];
     for (i, mesh) in meshes.iter().enumerate() {
         let path = folder.path().join(format!("object{}", i + 1));
-        let textures = course.join("data").join(mesh).join("texcoord.eti").exists();
-        fs::write(&path, object_text(mesh, textures)).expect("written");
+        fs::write(&path, object_text(course, mesh)).expect("written");
         args.push(path.display().to_string());
     }
     args.extend(more.iter().map(|&arg| arg.to_owned()));
@@ -104,7 +104,7 @@ fn kinds_out_of_scope_and_wrong_counts_are_refused_by_name() {
     let simu = folder.path().join("scene.simu");
     fs::write(&simu, "NbIter=20;\nobjet1=sph;\n").expect("written");
     let object = folder.path().join("object1");
-    fs::write(&object, object_text("drap10", true)).expect("written");
+    fs::write(&object, object_text(&course, "drap10")).expect("written");
     let (simu, object) = (simu.display().to_string(), object.display().to_string());
     let refused = nappe_in(&course, &["mecasim", "1", &simu, &object]);
     assert_eq!(refused.code, Some(1), "{refused:?}");
