@@ -1,2 +1,82 @@
-//! Placeholder.
-fn main() {}
+//! The display program: watches a session on a server and shows it in Rerun, until the session ends.
+//!
+//! Enters: a server's address and a session's id. Leaves: a Rerun viewer that shows it, or a recording file.
+//! A thin shell over `nappe_rerun::show`, which `nappe view` calls too.
+
+use std::{path::PathBuf, process::ExitCode};
+
+use clap::Parser;
+use nappe_client::{Client, Event};
+use nappe_rerun::{ShowError, ShowOptions, Shown, Sink, show};
+
+/// Watches a session on a nappe server and shows it in Rerun.
+#[derive(Debug, Parser)]
+#[command(name = "nappe-viewer", version)]
+struct Arguments {
+    /// Address of the server.
+    #[arg(long, value_name = "URL", default_value = "http://127.0.0.1:50051", env = "NAPPE_SERVER")]
+    server: String,
+    /// Id of the session.
+    #[arg(long, value_name = "ID")]
+    session: String,
+    /// Writes every frame to this file (.rrd) instead of opening a viewer.
+    #[arg(long, value_name = "FILE", conflicts_with = "connect")]
+    save: Option<PathBuf>,
+    /// Shows the session in the viewer at this address, for example rerun+http://127.0.0.1:9876/proxy.
+    #[arg(long, value_name = "URL")]
+    connect: Option<String>,
+}
+
+#[tokio::main]
+async fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    match run(arguments).await {
+        Ok(shown) => {
+            say(&summary(&shown));
+            ExitCode::SUCCESS
+        }
+        Err(error) => {
+            say(&format!("nappe-viewer: {error}"));
+            ExitCode::FAILURE
+        }
+    }
+}
+
+async fn run(arguments: Arguments) -> Result<Shown, ShowError> {
+    let client = Client::connect(&arguments.server).await?;
+    let oldest_frame = client.get_session(&arguments.session).await?.oldest_frame;
+    let sink = match (arguments.save, arguments.connect) {
+        (Some(path), _) => Sink::Save(path),
+        (None, Some(url)) => Sink::Connect(url),
+        (None, None) => Sink::Spawn,
+    };
+    let options = ShowOptions::for_sink(&sink, oldest_frame);
+    let progress = |event: &Event| {
+        if let Event::Reconnected { attempts, cause } = event {
+            say(&format!("connected again after {attempts} attempts ({cause})"));
+        }
+    };
+    show(&client, &arguments.session, sink, options, interrupted(), progress).await
+}
+
+/// Completes on Ctrl-C: the recording is then closed properly.
+async fn interrupted() {
+    if tokio::signal::ctrl_c().await.is_err() {
+        // No signal can be had on this system: the session's end stops the program.
+        std::future::pending::<()>().await;
+    }
+}
+
+fn summary(shown: &Shown) -> String {
+    let Shown { frame_count, dropped_count, end } = shown;
+    let end = end.map_or_else(
+        || "stopped".to_owned(),
+        |end| format!("the session ended after step {}, state {:016x}", end.step, end.state_hash),
+    );
+    format!("{frame_count} frames shown, {dropped_count} left out; {end}")
+}
+
+#[allow(clippy::print_stderr, reason = "a program speaks to its user")]
+fn say(text: &str) {
+    eprintln!("{text}");
+}
