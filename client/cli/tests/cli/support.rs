@@ -1,9 +1,11 @@
 //! Runs the built command and reads what it says.
 
 use std::{
+    fs,
     io::{BufRead as _, BufReader},
     path::{Path, PathBuf},
     process::{Child, Command, Stdio},
+    sync::atomic::{AtomicU32, Ordering},
     time::{Duration, Instant},
 };
 
@@ -55,9 +57,31 @@ pub(crate) fn nappe(args: &[&str]) -> Done {
     nappe_in(&std::env::temp_dir(), args)
 }
 
-/// A folder that goes away.
-pub(crate) fn folder() -> tempfile::TempDir {
-    tempfile::tempdir().expect("a temporary folder")
+/// A folder that goes away. (The crate `tempfile` would do, but asks for features that the command
+/// does not: every crate below it, the viewer's SDK among them, would be built twice.)
+#[derive(Debug)]
+pub(crate) struct Folder(PathBuf);
+
+impl Folder {
+    pub(crate) fn path(&self) -> &Path {
+        &self.0
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        // What cannot be removed stays below the build's folder, in nobody's way.
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+/// A new, empty folder.
+pub(crate) fn folder() -> Folder {
+    static COUNT: AtomicU32 = AtomicU32::new(0);
+    let number = COUNT.fetch_add(1, Ordering::Relaxed);
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("cli-{}-{number}", std::process::id()));
+    fs::create_dir_all(&path).expect("a temporary folder");
+    Folder(path)
 }
 
 /// The course's data, or `None` with a message where they are not.
