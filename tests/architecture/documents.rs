@@ -129,9 +129,9 @@ fn the_changelog_and_the_decisions_are_in_order() {
 
 #[test]
 fn the_rules_find_what_they_are_for() {
-    let document = "x\n```text\nnappe/\n├── Cargo.toml README.md   the workspace\n├── server/\n│   ├── nothing.rs   here\n│   │              more words\n│   └── sim/\n└── docs/\n```\n└── not/\n";
+    let document = "x\n```text\nnappe/\n├── Cargo.toml Cargo.lock   the workspace\n├── server/\n│   ├── nothing.rs   here\n│   │              more words\n│   └── sim/\n└── docs/\n```\n└── not/\n";
     let drawn = drawn_paths(document);
-    assert_eq!(drawn, ["Cargo.toml", "README.md", "server/", "server/nothing.rs", "server/sim/", "docs/"]);
+    assert_eq!(drawn, ["Cargo.toml", "Cargo.lock", "server/", "server/nothing.rs", "server/sim/", "docs/"]);
     assert_eq!(against_drawing(&drawn), ["docs/ARCHITECTURE.md draws server/nothing.rs: not there"]);
     let paths = ["Cargo.toml", "client/Cargo.toml", "server/scene/Cargo.toml"].map(str::to_owned);
     assert_eq!(against_omissions(&drawn, &paths).len(), 2, "client/ (its crate too) and server/scene/");

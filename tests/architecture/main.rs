@@ -8,12 +8,14 @@ mod tree;
 mod tokens;
 mod builds;
 mod crates;
+mod deployment;
 mod documents;
 mod modules;
 mod purity;
 mod sources;
 
 /// Fails with every complaint, a line each.
+#[track_caller]
 fn assert_none(complaints: &[String]) {
     assert!(complaints.is_empty(), "\n{}\n", complaints.join("\n"));
 }
