@@ -53,9 +53,27 @@ pub(crate) fn shipped_text(name: &str) -> Result<&'static str> {
     })
 }
 
+/// Who must know the name of a shipped scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Names {
+    /// This command.
+    Ours,
+    /// The server that it talks to, which may ship other scenes.
+    Servers,
+}
+
+/// A scene to be computed.
+#[derive(Debug)]
+pub(crate) enum Input {
+    /// A shipped scene.
+    Named(String),
+    /// A scene with its meshes.
+    Written(Box<Written>),
+}
+
 /// A scene read and checked, with its meshes.
 #[derive(Debug)]
-pub(crate) struct Input {
+pub(crate) struct Written {
     /// As the command line names it.
     name: String,
     scene: Scene,
@@ -66,21 +84,50 @@ pub(crate) struct Input {
 }
 
 impl Input {
-    /// Reads a shipped scene by name, or a file by a path that ends in `.toml`.
+    /// A shipped scene by its name, or a file by a path that ends in `.toml`.
     ///
     /// # Errors
     /// When there is no such scene, or it or a mesh of it cannot be read.
-    pub(crate) fn read(name: &str) -> Result<Self> {
+    pub(crate) fn read(name: &str, names: Names) -> Result<Self> {
         let path = Path::new(name);
         if path.extension().is_some_and(|extension| extension == "toml") {
             let text = fs::read_to_string(path).map_err(|error| CliError::file("read", path, &error))?;
-            return Self::parse(name, text, path.parent().unwrap_or(Path::new("")));
+            return Written::parse(name, text, path.parent().unwrap_or(Path::new("")));
         }
-        let text = shipped_text(name)?.to_owned();
-        Self::parse(name, text, Path::new(""))
+        if names == Names::Ours {
+            shipped_text(name)?;
+        }
+        Ok(Self::Named(name.to_owned()))
     }
 
-    fn parse(name: &str, text: String, folder: &Path) -> Result<Self> {
+    /// A scene made by the program, with its meshes by the path that its bodies name.
+    pub(crate) fn made(name: String, scene: Scene, meshes: BTreeMap<String, TriangleMesh>) -> Self {
+        let text = scene.to_toml();
+        Self::Written(Box::new(Written { name, scene, text, meshes }))
+    }
+
+    /// The scene as the command line names it.
+    pub(crate) fn name(&self) -> &str {
+        match self {
+            Self::Named(name) => name,
+            Self::Written(written) => &written.name,
+        }
+    }
+
+    /// Sends the meshes; the scene that then names them by their ids.
+    ///
+    /// # Errors
+    /// When the server refuses a mesh.
+    pub(crate) async fn send(&self, client: &Client) -> Result<Sent> {
+        match self {
+            Self::Named(name) => Ok(Sent::Named(name.clone())),
+            Self::Written(written) => written.send(client).await,
+        }
+    }
+}
+
+impl Written {
+    fn parse(name: &str, text: String, folder: &Path) -> Result<Input> {
         let scene = Scene::parse(&text, name)?;
         let mut meshes = BTreeMap::new();
         for body in &scene.bodies {
@@ -91,30 +138,10 @@ impl Input {
                 meshes.insert(file.clone(), loaded.mesh);
             }
         }
-        Ok(Self { name: name.to_owned(), scene, text, meshes })
+        Ok(Input::Written(Box::new(Self { name: name.to_owned(), scene, text, meshes })))
     }
 
-    /// A scene made by the program, with its meshes by the path that its bodies name.
-    pub(crate) fn made(name: String, scene: Scene, meshes: BTreeMap<String, TriangleMesh>) -> Self {
-        let text = scene.to_toml();
-        Self { name, scene, text, meshes }
-    }
-
-    /// The scene as the command line names it.
-    pub(crate) fn name(&self) -> &str {
-        &self.name
-    }
-
-    /// Its title, for people.
-    pub(crate) fn title(&self) -> &str {
-        &self.scene.title
-    }
-
-    /// Sends the meshes; the scene that then names them by their ids.
-    ///
-    /// # Errors
-    /// When the server refuses a mesh.
-    pub(crate) async fn send(&self, client: &Client) -> Result<Sent> {
+    async fn send(&self, client: &Client) -> Result<Sent> {
         if self.meshes.is_empty() {
             return Ok(Sent::Text(self.text.clone()));
         }

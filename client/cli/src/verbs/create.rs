@@ -42,7 +42,7 @@ pub(crate) struct CreateArgs {
 /// # Errors
 /// When the scene cannot be read or is refused, or there is no server.
 pub(crate) fn run(args: &CreateArgs) -> Result<()> {
-    let scene = scene::Input::read(&args.scene)?;
+    let scene = scene::Input::read(&args.scene, scene::Names::Servers)?;
     remote::block_on(async {
         let client = remote::connect(&args.server).await?;
         let created = client

@@ -13,7 +13,8 @@ use crate::{
     compute::{self, Place},
     error::Result,
     output::{self, Format, OutputArgs},
-    remote, save, scene,
+    remote, save,
+    scene::{Input, Names},
 };
 
 /// The scene shown.
@@ -35,14 +36,14 @@ pub(crate) struct DemoArgs {
 /// # Errors
 /// When it cannot be computed or recorded, or the user ends it.
 pub(crate) fn run(args: &DemoArgs) -> Result<()> {
-    let scene = scene::Input::read(SCENE)?;
+    let scene = Input::read(SCENE, Names::Ours)?;
     let mut compute = args.compute.clone();
     if compute.save.is_none() && save::RECORDS {
         compute.save = Some(PathBuf::from(RECORDING));
     }
     let format = args.output.format();
     if format == Format::Text {
-        output::line(&format!("nappe {}: {}\n", env!("CARGO_PKG_VERSION"), scene.title()))?;
+        output::line(&format!("nappe {}: a cloth falls over a sphere\n", env!("CARGO_PKG_VERSION")))?;
     }
     remote::block_on(compute::compute(&scene, &compute, Place::Here, format))?;
     match format {

@@ -7,7 +7,8 @@ use crate::{
     compute::{self, Place},
     error::Result,
     output::OutputArgs,
-    remote, scene,
+    remote,
+    scene::{Input, Names},
 };
 
 /// Options of `nappe run`.
@@ -43,7 +44,11 @@ pub(crate) struct RunArgs {
 /// When the scene cannot be read or is refused, the simulation fails, a frame cannot be saved, or
 /// the user ends it.
 pub(crate) fn run(args: &RunArgs) -> Result<()> {
-    let scene = scene::Input::read(&args.scene)?;
     let place = Place::new(args.server.as_deref());
+    let names = match place {
+        Place::Here => Names::Ours,
+        Place::Server(_) => Names::Servers,
+    };
+    let scene = Input::read(&args.scene, names)?;
     remote::block_on(compute::compute(&scene, &args.compute, place, args.output.format()))
 }
