@@ -54,7 +54,7 @@ pub struct Body {
     #[serde(default, skip_serializing_if = "is_default")]
     pub limits: Limits,
     /// Particles of a block.
-    #[serde(default = "default_grain")]
+    #[serde(default = "default_grain", serialize_with = "names::whole")]
     pub grain: usize,
 }
 

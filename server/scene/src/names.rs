@@ -1,4 +1,4 @@
-//! Names in scene files for the simulation's closed sets: serde by name, without serde in `sim`.
+//! Names and numbers in scene files for the simulation's closed sets: serde by name, without serde in `sim`.
 
 /// A serde module for a closed set with `ALL` and `name()`.
 macro_rules! by_name {
@@ -40,3 +40,14 @@ by_name!(
 by_name!(
     /// Ways of applying the matrix.
     operator, nappe_sim::linalg::OperatorKind);
+
+/// TOML's integers have 63 bits and a sign: a number beyond them is written as their largest, which
+/// the schema refuses with the field's range.
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "the signature that serde asks for")]
+pub(crate) fn whole<T, S>(value: &T, serializer: S) -> Result<S::Ok, S::Error>
+where
+    T: Copy + TryInto<i64>,
+    S: serde::Serializer,
+{
+    serializer.serialize_i64((*value).try_into().unwrap_or(i64::MAX))
+}

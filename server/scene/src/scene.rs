@@ -28,6 +28,7 @@ pub struct Scene {
     /// Time step (s).
     pub dt: f64,
     /// Ends after so many steps; 0: never by itself.
+    #[serde(serialize_with = "names::whole")]
     pub steps: u64,
     /// Steps between two frames.
     pub frame_interval: u32,

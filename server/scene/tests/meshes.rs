@@ -112,6 +112,8 @@ fn a_missing_mass_gets_the_value_that_was_asked_for_and_a_remark() {
         assert_eq!(loaded.mesh.masses, [1.0, 1.0, 0.25]);
         assert!(loaded.remarks[0].ends_with("points 2 to 2 get the mass 0.25 kg"), "{:?}", loaded.remarks);
     }
+    assert_eq!(eti(P, "", "1\n1\n1 ", "", None).unwrap().mesh.masses, [1.0; 3], "a blank ends a number");
+    assert_eq!(eti(P, "", "1\n1\n1\n ", "", None).unwrap().mesh.masses, [1.0; 3]);
     assert!(eti(P, "", "1\n1\n1\n1\n", "", Some(1.0)).is_err(), "too many masses stay a fault");
 }
 

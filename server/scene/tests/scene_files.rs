@@ -1,6 +1,9 @@
 //! Scenes from text: every shipped one builds, every message says what, where and what is allowed.
 
-use nappe_scene::{Fault, Mesh, NoMeshes, Scene, SceneError, SceneLimits, shipped_scenes};
+use std::sync::Arc;
+
+use nappe_scene::{Fault, Mesh, MeshSource, NoMeshes, Scene, SceneError, SceneLimits, shipped_scenes};
+use nappe_sim::mesh::TriangleMesh;
 
 const SMALL: &str = r#"version = 1
 dt = 0.01
@@ -263,6 +266,13 @@ fn a_scene_changed_by_a_program_is_checked_like_a_text() {
     let error = scene.build(&NoMeshes, &SceneLimits::default()).unwrap_err();
     assert_eq!(error.to_string(), "scene.toml: dt: is nan; allowed: a number, 1e-9 to 1");
     scene.dt = 0.01;
+    scene.steps = u64::MAX;
+    let error = scene.build(&NoMeshes, &SceneLimits::default()).unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "scene.toml: steps: is 9223372036854775807; allowed: a whole number, 0 to 1000000000000"
+    );
+    scene.steps = 0;
     scene.bodies[0].mesh = Mesh::Chain { chain: 0, spacing: 0.1 };
     let error = scene.build(&NoMeshes, &SceneLimits::default()).unwrap_err();
     assert_eq!(error.field, "body[0].mesh.chain");
@@ -292,6 +302,8 @@ pin = "top_right"
 offset = [0, 0, 1]
 duration = 2
 "#;
+    let scene = parse(text).unwrap();
+    assert_eq!(parse(&scene.to_toml()).unwrap(), scene);
     let built = build(text).unwrap();
     let [a, b] = &built.setup.bodies[..] else { panic!("two bodies") };
     assert_eq!(a.network.masses, [1.0; 3]);
@@ -309,6 +321,56 @@ duration = 2
     let wanted = nappe_sim::world::Change::Pin { particle: 3 + 2, target: [2.0, 1.0, 1.0], duration: 2.0 };
     assert_eq!(built.initial_changes, [wanted]);
     assert!(built.remarks.is_empty(), "{:?}", built.remarks);
+}
+
+/// One uploaded mesh, `m`.
+struct Uploaded(Arc<TriangleMesh>);
+
+impl MeshSource for Uploaded {
+    fn upload(&self, id: &str) -> Option<Arc<TriangleMesh>> {
+        (id == "m").then(|| Arc::clone(&self.0))
+    }
+    fn file(&self, path: &str) -> Result<TriangleMesh, SceneError> {
+        NoMeshes.file(path)
+    }
+}
+
+#[test]
+fn an_uploaded_mesh_keeps_its_pins_and_its_faults_are_named() {
+    let text = SMALL.replace("grid = [3, 2], spacing = 0.1", "upload = \"m\"");
+    let mut mesh = TriangleMesh::grid(3, 2, 0.1);
+    mesh.masses = vec![0.0, 1.0, 2.0, 1.0, 1.0, 1.0];
+    mesh.points.push([5.0; 3]);
+    mesh.masses.push(1.0);
+    mesh.uv.clear();
+    let build = |mesh: &TriangleMesh, text: &str| {
+        parse(text)?.build(&Uploaded(Arc::new(mesh.clone())), &SceneLimits::default())
+    };
+    let built = build(&mesh, &text).unwrap();
+    let network = &built.setup.bodies[0].network;
+    assert_eq!((&network.pins[..], &network.masses[..]), (&[0u32][..], &[0.01; 7][..]));
+    // Without a lattice, the springs are the edges of the triangles: 2 rows, 3 columns, 2 diagonals.
+    assert_eq!(network.springs.len(), 4 + 3 + 2);
+    assert!(
+        built.remarks[0].starts_with("body 'cloth': 1 isolated points, the first is 6"),
+        "{:?}",
+        built.remarks
+    );
+    let own = text.replace("mass = { particle = 0.01 }\n", "");
+    assert_eq!(build(&mesh, &own).unwrap().setup.bodies[0].network.masses, mesh.masses);
+    let named = text.replace("mass =", "pins = [\"top\"]\nmass =");
+    let error = build(&mesh, &named).unwrap_err().to_string();
+    assert_eq!(
+        error,
+        "scene.toml:7:9: body[0].pins[0]: is 'top': names are for grids and chains; allowed here: an index"
+    );
+    mesh.triangles[0][1] = 7;
+    let error = build(&mesh, &text).unwrap_err();
+    assert_eq!(error.fault, Fault::BadMesh);
+    assert!(
+        error.to_string().starts_with("scene.toml:6:8: body[0].mesh: triangle 0 names point 7"),
+        "{error}"
+    );
 }
 
 #[test]

@@ -47,13 +47,7 @@ pub(super) fn build(
 ) -> Result<Made, SceneError> {
     let body = context.body;
     let (mut mesh, layout) = make_mesh(context, meshes, size)?;
-    let mut remarks: Vec<String> = mesh
-        .check()
-        .map_err(|error| context.source.error(Fault::BadMesh, &context.path.key("mesh"), error.to_string()))?
-        .iter()
-        .filter(|_| layout != Layout::Chain) // a chain has no triangles, and needs none
-        .map(ToString::to_string)
-        .collect();
+    let mut remarks = check(context, &mesh, layout)?;
     transform::apply(context, &mut mesh)?;
     let mut pinned = mass::apply(context, &mut mesh)?;
     let mut network = make_network(context, &mesh, layout, size)?;
@@ -75,6 +69,17 @@ pub(super) fn build(
     network.drag = body.drag;
     let setup = BodySetup { name: body.name.clone(), network, settings: settings(context)? };
     Ok(Made { setup, layout, remarks })
+}
+
+/// What is odd about a mesh that came from outside; formulas give sound ones.
+fn check(context: &Context<'_>, mesh: &TriangleMesh, layout: Layout) -> Result<Vec<String>, SceneError> {
+    if layout != Layout::Free {
+        return Ok(Vec::new());
+    }
+    let bad = |error: nappe_sim::mesh::MeshError| {
+        context.source.error(Fault::BadMesh, &context.path.key("mesh"), error.to_string())
+    };
+    Ok(mesh.check().map_err(bad)?.iter().map(ToString::to_string).collect())
 }
 
 fn make_mesh(

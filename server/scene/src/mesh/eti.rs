@@ -127,7 +127,7 @@ fn read_masses(
     }
     // The file does not say how many masses it holds: a last line without its end may be cut
     // anywhere (`1` of `1.25`), so it does not count as a mass.
-    let cut = last_line.filter(|line| !masses.text.ends_with('\n') && !line.text.is_empty());
+    let cut = last_line.filter(|_| masses.text.chars().last().is_some_and(|c| !c.is_whitespace()));
     if cut.is_some() {
         out.pop();
     }
