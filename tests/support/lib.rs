@@ -1,1 +1,23 @@
-//! Placeholder.
+//! Test support: golden data, fixtures, closed forms, and the axes that tables of tests run over.
+//!
+//! Suites take from here; nothing here asserts on the program except that it runs.
+
+pub mod course;
+pub mod golden;
+pub mod networks;
+pub mod scene;
+pub mod statics;
+pub mod threads;
+
+mod method;
+mod oscillator;
+mod scalar;
+
+pub use method::Method;
+pub use oscillator::Oscillator;
+pub use scalar::ScalarLaw;
+pub use scene::Scene;
+
+/// The Rust blocks of docs/STYLE.md, compiled and run as doctests.
+#[doc = include_str!("../../docs/STYLE.md")]
+pub mod style {}
