@@ -6,28 +6,25 @@ use rayon::prelude::*;
 
 use super::{
     ClothSettings,
-    forces::elastic,
+    forces::{Energy, fold_in},
     model::Model,
-    rows::{LANES, Rows},
-    state::{Frozen, State},
+    rows::{Rows, pad},
+    state::{Frozen, State, Workspace},
 };
 use crate::{
-    math::{Real, Vec3, array3},
-    parallel::{Kernel, dispatch, sum},
+    math::{Kernel, Pack, Padded, Real, Vec3, array3, dispatch},
+    parallel::sum,
     report::{Diagnostics, StepFailure},
 };
 
-/// Figures of a state. `partials` is scratch, one entry a block.
-pub(super) fn diagnose<R: Real>(
-    model: &Model<R>,
-    frozen: &Frozen<R>,
-    state: &State<R>,
-    partials: &mut [[f64; 8]],
-) -> Diagnostics {
+/// Figures of a state.
+pub(super) fn diagnose<R: Real>(model: &Model<R>, state: &State<R>, work: &mut Workspace<R>) -> Diagnostics {
     let grain = model.grain;
+    let Workspace { frozen, padded: [x, _], partials, .. } = work;
+    pad(&state.x, grain, x);
     partials.par_iter_mut().enumerate().for_each(|(block, partial)| {
         let rows = block * grain..((block + 1) * grain).min(model.count);
-        *partial = dispatch(BlockFigures { model, frozen, state, rows });
+        *partial = dispatch(BlockFigures { model, frozen, state, x, rows });
     });
     // A maximum has no order; NaN, which it would lose, shows in the sums.
     let max_stretch = partials.iter().map(|p| p[7]).fold(0.0, f64::max);
@@ -47,30 +44,28 @@ struct BlockFigures<'a, R: Real> {
     model: &'a Model<R>,
     frozen: &'a Frozen<R>,
     state: &'a State<R>,
+    x: &'a [Padded<R>],
     rows: std::ops::Range<usize>,
 }
 
-impl<R: Real> Kernel for BlockFigures<'_, R> {
+impl<R: Real> Kernel<R> for BlockFigures<'_, R> {
     type Output = [f64; 8];
 
     #[inline(always)]
-    fn run(self) -> [f64; 8] {
-        let (model, x) = (self.model, self.state.x.as_slice());
+    fn run<P: Pack<R>>(self) -> [f64; 8] {
+        let (model, x) = (self.model, self.x);
         let gravity = array3(&self.frozen.gravity);
         let mut figures = [0.0; 8];
         for group in Rows::<R>::groups(self.rows.clone()) {
-            let fold = |sum: &mut [f64; 2], edge| {
-                let [energy, stretch] = elastic(&edge);
-                sum[0] += energy;
-                sum[1] = if stretch > sum[1] { stretch } else { sum[1] };
-            };
-            let start = [[0.0; LANES]; 2];
-            let lanes = model.rows.fold_group(group.start, [x, x], &self.frozen.laws, start, fold);
+            let start = [<P::Wide as Pack<f64>>::splat(0.0); 2];
+            let fold = fold_in::<R, _>(Energy);
+            let sums = model.rows.fold_group::<P, _, 2>(group.start, [x, x], &self.frozen.laws, start, fold);
+            let lanes = sums.map(Pack::store);
             for (lane, i) in group.enumerate() {
                 // Both ends count a spring.
                 figures[1] += 0.5 * lanes[0][lane];
                 figures[7] = f64::max(figures[7], lanes[1][lane]);
-                let (position, v) = (array3(&x[i]), array3(&self.state.v[i]));
+                let (position, v) = (array3(&self.state.x[i]), array3(&self.state.v[i]));
                 let free = if model.inv_m[i] > R::zero() { model.m[i].to_f64() } else { 0.0 };
                 let product = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
                 figures[0] += 0.5 * free * product(v, v);

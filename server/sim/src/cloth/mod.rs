@@ -78,7 +78,7 @@ pub fn step<R: Real>(
         watch.lap(Stage::Collide);
         state.rest_pins();
     }
-    report.diagnostics = diagnose::diagnose(model, &work.frozen, state, &mut work.partials);
+    report.diagnostics = diagnose::diagnose(model, state, work);
     let failure = diagnose::judge(model, state, &report.diagnostics, settings);
     watch.lap(Stage::Diagnose);
     failure.map_or(Ok(report), Err)
@@ -94,5 +94,5 @@ pub fn diagnose<R: Real>(
     let mut work = Workspace::new();
     work.size_for(model, Integrator::ExplicitEuler);
     work.frozen.refresh(parameters, [around.gravity, around.wind], around.dt);
-    diagnose::diagnose(model, &work.frozen, state, &mut work.partials)
+    diagnose::diagnose(model, state, &mut work)
 }

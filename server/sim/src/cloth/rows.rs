@@ -1,17 +1,16 @@
 //! Springs gathered by row: every particle adds its own springs, in a fixed order, so that rows run
 //! in parallel, nothing is scattered, and no result depends on who computes it.
 //!
-//! Rows are taken sixteen at a time; spring s of each of them makes a slot, evaluated in sixteen
-//! lanes. Both ends of a spring compute it: the two forces are exact opposites.
+//! Rows are taken sixteen at a time; spring s of each of them makes a slot, evaluated in one pack
+//! of lanes. Both ends of a spring compute it: the two forces are exact opposites.
 #![allow(unsafe_code, reason = "lanes read neighbours whose range was checked when the rows were built")]
 
 use std::ops::Range;
 
-use super::model::Joint;
-use crate::math::{Real, Vec3};
+use rayon::prelude::*;
 
-/// Rows evaluated together, on any processor.
-pub(super) const LANES: usize = 16;
+use super::model::Joint;
+use crate::math::{LANES, Pack, Padded, Real, Vec3};
 
 /// The law of a slot whose lanes have different ones.
 const MIXED: u16 = u16::MAX;
@@ -34,17 +33,24 @@ pub struct Rows<R> {
     lane_index: Vec<u32>,
 }
 
-/// One spring seen from one of its ends.
+/// Sixteen springs seen from one of their ends.
 #[derive(Clone, Copy)]
-pub(super) struct Edge<R> {
+pub(super) struct Edges<P> {
     /// Own position less the other's (m).
-    pub(super) d: [R; 3],
+    pub(super) d: [P; 3],
     /// The same of the second field.
-    pub(super) w: [R; 3],
+    pub(super) w: [P; 3],
     /// Rest length (m).
-    pub(super) rest_length: R,
-    /// The pair of numbers of its law.
-    pub(super) law: [R; 2],
+    pub(super) rest_length: P,
+    /// The pair of numbers of their laws.
+    pub(super) law: [P; 2],
+}
+
+/// Adds a spring in each lane to the sums of its row. A lane without a spring has d = w = 0 and
+/// rest length 0.
+pub(super) trait Fold<P, T, const A: usize>: Copy {
+    /// Mark it `#[inline(always)]`.
+    fn add(self, sums: &mut [T; A], edges: &Edges<P>);
 }
 
 impl<R: Real> Rows<R> {
@@ -118,59 +124,49 @@ impl<R: Real> Rows<R> {
             })
     }
 
-    /// Folds the springs of sixteen rows from `first_row`, which starts a group: `fold` adds a
-    /// spring to the sums of its row. `x` and `y` are fields over all particles; `laws` is the table.
+    /// Folds the springs of sixteen rows from `first_row`, which starts a group. `x` and `y` are
+    /// fields over all particles; `laws` is the table.
     ///
     /// # Panics
     /// If a field is shorter than the number of rows, or the table than the laws named.
     #[inline(always)]
-    pub(super) fn fold_group<T: Copy, const A: usize>(
+    pub(super) fn fold_group<P: Pack<R>, T, const A: usize>(
         &self,
         first_row: usize,
-        [x, y]: [&[Vec3<R>]; 2],
+        [x, y]: [&[Padded<R>]; 2],
         laws: &[[R; 2]],
-        mut sums: [[T; LANES]; A],
-        fold: impl Fn(&mut [T; A], Edge<R>),
-    ) -> [[T; LANES]; A] {
+        mut sums: [T; A],
+        fold: impl Fold<P, T, A>,
+    ) -> [T; A] {
         assert!(x.len() >= self.count && y.len() >= self.count && first_row < self.count);
-        let last = self.count - 1;
-        let own = |field: &[Vec3<R>]| -> [[R; LANES]; 3] {
-            std::array::from_fn(|c| std::array::from_fn(|lane| field[(first_row + lane).min(last)][c]))
-        };
-        let (own_x, own_y) = (own(x), own(y));
         let group = first_row / LANES;
+        let own = std::array::from_fn(|lane| (first_row + lane).min(self.count - 1) as u32);
+        // SAFETY: both fields have at least `count` elements, and `own` is below `count`.
+        let (own_x, own_y) = unsafe { (P::gather(x, &own), P::gather(y, &own)) };
         for slot in self.starts[group] as usize..self.starts[group + 1] as usize {
-            let (neighbours, rest_lengths) = (&self.neighbours[slot], &self.rest_lengths[slot]);
-            let slot_laws = self.laws_of(slot, laws);
-            for lane in 0..LANES {
-                let j = neighbours[lane] as usize;
-                // SAFETY: `new` puts only particle numbers, below `count`, into `neighbours`; the
-                // fields were found to be at least that long above.
-                let (xj, yj) = unsafe { (x.get_unchecked(j), y.get_unchecked(j)) };
-                let edge = Edge {
-                    d: [own_x[0][lane] - xj.x, own_x[1][lane] - xj.y, own_x[2][lane] - xj.z],
-                    w: [own_y[0][lane] - yj.x, own_y[1][lane] - yj.y, own_y[2][lane] - yj.z],
-                    rest_length: rest_lengths[lane],
-                    law: [slot_laws[0][lane], slot_laws[1][lane]],
-                };
-                let mut row: [T; A] = std::array::from_fn(|a| sums[a][lane]);
-                fold(&mut row, edge);
-                for a in 0..A {
-                    sums[a][lane] = row[a];
-                }
-            }
+            let neighbours = &self.neighbours[slot];
+            // SAFETY: `new` puts only particle numbers, below `count`, into `neighbours`; the
+            // fields were found to be at least that long above.
+            let (other_x, other_y) = unsafe { (P::gather(x, neighbours), P::gather(y, neighbours)) };
+            let edges = Edges {
+                d: std::array::from_fn(|c| own_x[c].sub(other_x[c])),
+                w: std::array::from_fn(|c| own_y[c].sub(other_y[c])),
+                rest_length: P::load(&self.rest_lengths[slot]),
+                law: self.laws_of(slot, laws),
+            };
+            fold.add(&mut sums, &edges);
         }
         sums
     }
 
     #[inline(always)]
-    fn laws_of(&self, slot: usize, laws: &[[R; 2]]) -> [[R; LANES]; 2] {
+    fn laws_of<P: Pack<R>>(&self, slot: usize, laws: &[[R; 2]]) -> [P; 2] {
         match self.laws[slot] {
             MIXED => {
                 let lanes = &self.lane_laws[self.lane_index[slot] as usize];
-                std::array::from_fn(|c| std::array::from_fn(|lane| laws[lanes[lane] as usize][c]))
+                std::array::from_fn(|c| P::load(&lanes.map(|law| laws[law as usize][c])))
             }
-            law => laws[law as usize].map(|value| [value; LANES]),
+            law => laws[law as usize].map(P::splat),
         }
     }
 
@@ -180,4 +176,18 @@ impl<R: Real> Rows<R> {
         let end = rows.end;
         rows.step_by(LANES).map(move |first| first..(first + LANES).min(end))
     }
+}
+
+/// Three packs as sixteen vectors.
+#[inline(always)]
+pub(super) fn vectors<R: Real, P: Pack<R>>(packs: [P; 3]) -> [Vec3<R>; LANES] {
+    let [x, y, z] = packs.map(P::store);
+    std::array::from_fn(|lane| Vec3::new(x[lane], y[lane], z[lane]))
+}
+
+/// Copies vectors into a field that packs are gathered from.
+pub(super) fn pad<R: Real>(vectors: &[Vec3<R>], grain: usize, field: &mut [Padded<R>]) {
+    (field.par_chunks_mut(grain), vectors.par_chunks(grain)).into_par_iter().for_each(|(field, vectors)| {
+        field.iter_mut().zip(vectors).for_each(|(field, vector)| *field = Padded::new(vector));
+    });
 }

@@ -6,7 +6,7 @@ use super::{
 };
 use crate::{
     linalg::{BlockCsr, CgWorkspace, Symmetric3},
-    math::{Real, Vec3, vec3},
+    math::{Padded, Real, Vec3, vec3},
     parallel::block_count,
 };
 
@@ -99,6 +99,8 @@ pub struct Workspace<R: Real> {
     /// The state before the step, to return to.
     pub(crate) before: State<R>,
     pub(super) frozen: Frozen<R>,
+    /// Positions and velocities, padded for the kernels.
+    pub(super) padded: [Vec<Padded<R>>; 2],
     pub(super) f: Vec<Vec3<R>>,
     pub(super) a: Vec<Vec3<R>>,
     pub(super) w: Vec<Vec3<R>>,
@@ -122,6 +124,7 @@ impl<R: Real> Workspace<R> {
         let (count, zero) = (model.count, Vec3::zeros());
         self.partials.resize(block_count(count, model.grain), [0.0; 8]);
         self.f.resize(count, zero);
+        self.padded.iter_mut().for_each(|field| field.resize(count, Padded::default()));
         if integrator.is_implicit() {
             if self.b.len() != count {
                 self.cg = CgWorkspace::new(count, model.grain);

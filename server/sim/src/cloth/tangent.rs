@@ -7,15 +7,14 @@
 use rayon::prelude::*;
 
 use super::{
-    forces::{Transverse, tangent_block, tangent_on},
+    forces::{BlockOf, ElasticProduct, TangentBlock, TangentProduct, Transverse, WithTransverse, fold_in},
     model::Model,
-    rows::{Edge, LANES, Rows},
-    state::{Frozen, State},
+    rows::{Rows, vectors},
+    state::Frozen,
 };
 use crate::{
     linalg::{BlockCsr, LinearOperator, PreconditionerKind, Symmetric3},
-    math::{Mat3, Real, Vec3},
-    parallel::{Kernel, dispatch},
+    math::{Kernel, Mat3, Pack, Padded, Real, Vec3, dispatch},
 };
 
 /// The matrix of a step at positions `x`.
@@ -23,14 +22,14 @@ use crate::{
 pub(super) struct Tangent<'a, R: Real, T> {
     pub(super) model: &'a Model<R>,
     pub(super) frozen: &'a Frozen<R>,
-    pub(super) x: &'a [Vec3<R>],
+    pub(super) x: &'a [Padded<R>],
     /// Time step (s).
     pub(super) dt: R,
     pub(super) transverse: T,
 }
 
 impl<R: Real, T: Transverse> LinearOperator<R> for Tangent<'_, R, T> {
-    fn apply(&self, first_row: usize, p: &[Vec3<R>], out: &mut [Vec3<R>]) {
+    fn apply(&self, first_row: usize, p: &[Padded<R>], out: &mut [Vec3<R>]) {
         dispatch(Product { tangent: *self, first_row, p, out });
     }
 }
@@ -38,26 +37,23 @@ impl<R: Real, T: Transverse> LinearOperator<R> for Tangent<'_, R, T> {
 struct Product<'a, R: Real, T> {
     tangent: Tangent<'a, R, T>,
     first_row: usize,
-    p: &'a [Vec3<R>],
+    p: &'a [Padded<R>],
     out: &'a mut [Vec3<R>],
 }
 
-impl<R: Real, T: Transverse> Kernel for Product<'_, R, T> {
+impl<R: Real, T: Transverse> Kernel<R> for Product<'_, R, T> {
     type Output = ();
 
     #[inline(always)]
-    fn run(self) {
+    fn run<P: Pack<R>>(self) {
         let Tangent { model, frozen, x, dt, transverse } = self.tangent;
-        let drag = dt * frozen.drag;
+        let (drag, zero) = (dt * frozen.drag, [P::splat(R::zero()); 3]);
         for rows in Rows::<R>::groups(self.first_row..self.first_row + self.out.len()) {
-            let fold = |sum: &mut [R; 3], edge| tangent_on(sum, edge, transverse);
-            let fields = [x, self.p];
-            let sums =
-                model.rows.fold_group(rows.start, fields, &frozen.implicit_laws, Default::default(), fold);
-            for (lane, i) in rows.enumerate() {
-                let springs = Vec3::new(sums[0][lane], sums[1][lane], sums[2][lane]);
+            let fold = fold_in::<R, _>(TangentProduct(transverse));
+            let sums = model.rows.fold_group(rows.start, [x, self.p], &frozen.implicit_laws, zero, fold);
+            for (springs, i) in vectors(sums).into_iter().zip(rows) {
                 let free = if model.inv_m[i] > R::zero() { R::one() } else { R::zero() };
-                self.out[i - self.first_row] = (springs + self.p[i] * (model.m[i] + drag)) * free;
+                self.out[i - self.first_row] = (springs + self.p[i].vector() * (model.m[i] + drag)) * free;
             }
         }
     }
@@ -65,7 +61,7 @@ impl<R: Real, T: Transverse> Kernel for Product<'_, R, T> {
 
 impl<R: Real, T: Transverse> Tangent<'_, R, T> {
     /// b = h (f + m g + h df/dx v), 0 for pins; `f` holds the forces without gravity.
-    pub(super) fn right_hand_side(&self, v: &[Vec3<R>], f: &[Vec3<R>], b: &mut [Vec3<R>]) {
+    pub(super) fn right_hand_side(&self, v: &[Padded<R>], f: &[Vec3<R>], b: &mut [Vec3<R>]) {
         let grain = self.model.grain;
         b.par_chunks_mut(grain).enumerate().for_each(|(block, b)| {
             dispatch(RightHandSide { tangent: *self, first_row: block * grain, v, f, b });
@@ -100,10 +96,9 @@ impl<R: Real, T: Transverse> Tangent<'_, R, T> {
             let diagonal = place(i as u32);
             blocks[diagonal] += Mat3::identity() * (model.m[i] + dt * frozen.drag);
             for (j, rest_length, law) in model.rows.row(i) {
-                let d = x[i] - x[j as usize];
-                let law = frozen.implicit_laws[law as usize];
-                let edge = Edge { d: [d.x, d.y, d.z], w: [R::zero(); 3], rest_length, law };
-                let [a, b] = tangent_block(&edge, transverse);
+                let d = x[i].vector() - x[j as usize].vector();
+                let [a, b] =
+                    BlockOf::new(&d, rest_length, frozen.implicit_laws[law as usize]).run(transverse);
                 let block = Mat3::identity() * a + d * d.transpose() * b;
                 blocks[diagonal] += block;
                 blocks[place(j)] -= block;
@@ -120,28 +115,23 @@ pub(super) fn pattern<R: Real>(model: &Model<R>) -> BlockCsr<R> {
 struct RightHandSide<'a, R: Real, T> {
     tangent: Tangent<'a, R, T>,
     first_row: usize,
-    v: &'a [Vec3<R>],
+    v: &'a [Padded<R>],
     f: &'a [Vec3<R>],
     b: &'a mut [Vec3<R>],
 }
 
-impl<R: Real, T: Transverse> Kernel for RightHandSide<'_, R, T> {
+impl<R: Real, T: Transverse> Kernel<R> for RightHandSide<'_, R, T> {
     type Output = ();
 
     #[inline(always)]
-    fn run(self) {
+    fn run<P: Pack<R>>(self) {
         let Tangent { model, frozen, x, dt, transverse } = self.tangent;
+        let zero = [P::splat(R::zero()); 3];
         for rows in Rows::<R>::groups(self.first_row..self.first_row + self.b.len()) {
-            // h² df/dx v, which leaves the damping out.
-            let fold = |sum: &mut [R; 3], mut edge: Edge<R>| {
-                edge.law[1] = R::zero();
-                tangent_on(sum, edge, transverse);
-            };
-            let fields = [x, self.v];
-            let sums =
-                model.rows.fold_group(rows.start, fields, &frozen.implicit_laws, Default::default(), fold);
-            for (lane, i) in rows.enumerate() {
-                let stiff = Vec3::new(sums[0][lane], sums[1][lane], sums[2][lane]);
+            // -h² df/dx v, which leaves the damping out.
+            let fold = fold_in::<R, _>(ElasticProduct(transverse));
+            let sums = model.rows.fold_group(rows.start, [x, self.v], &frozen.implicit_laws, zero, fold);
+            for (stiff, i) in vectors(sums).into_iter().zip(rows) {
                 let free = if model.inv_m[i] > R::zero() { R::one() } else { R::zero() };
                 let force = self.f[i] + frozen.gravity * model.m[i];
                 self.b[i - self.first_row] = (force * dt - stiff) * free;
@@ -156,46 +146,24 @@ struct DiagonalBlocks<'a, R: Real, T> {
     out: &'a mut [Symmetric3<R>],
 }
 
-impl<R: Real, T: Transverse> Kernel for DiagonalBlocks<'_, R, T> {
+impl<R: Real, T: Transverse> Kernel<R> for DiagonalBlocks<'_, R, T> {
     type Output = ();
 
     #[inline(always)]
-    fn run(self) {
+    fn run<P: Pack<R>>(self) {
         let Tangent { model, frozen, x, dt, transverse } = self.tangent;
+        let zero = [P::splat(R::zero()); 6];
         for rows in Rows::<R>::groups(self.first_row..self.first_row + self.out.len()) {
-            let fold = |sum: &mut [R; 6], edge: Edge<R>| {
-                let [a, b] = tangent_block(&edge, transverse);
-                let [x, y, z] = edge.d;
-                // A lane without a spring has d = 0 but would still add its a: it counts for nothing.
-                let a = if x * x + y * y + z * z > R::zero() || edge.rest_length > R::zero() {
-                    a
-                } else {
-                    R::zero()
-                };
-                let entries = [a + b * x * x, a + b * y * y, a + b * z * z, b * x * y, b * x * z, b * y * z];
-                for c in 0..6 {
-                    sum[c] += entries[c];
-                }
-            };
-            let start = [[R::zero(); LANES]; 6];
-            let sums = model.rows.fold_group(rows.start, [x, x], &frozen.implicit_laws, start, fold);
+            let fold = fold_in::<R, _>(TangentBlock(transverse));
+            let sums = model.rows.fold_group(rows.start, [x, x], &frozen.implicit_laws, zero, fold);
+            let [xx, yy, zz, xy, xz, yz] = sums.map(P::store);
             for (lane, i) in rows.enumerate() {
                 let own = model.m[i] + dt * frozen.drag;
-                let [xx, yy, zz, xy, xz, yz] = sums.map(|sum| sum[lane]);
-                self.out[i - self.first_row] =
-                    Symmetric3 { xx: own + xx, yy: own + yy, zz: own + zz, xy, xz, yz };
+                let diagonal = [xx, yy, zz].map(|entry| own + entry[lane]);
+                let [xy, xz, yz] = [xy, xz, yz].map(|entry| entry[lane]);
+                let [xx, yy, zz] = diagonal;
+                self.out[i - self.first_row] = Symmetric3 { xx, yy, zz, xy, xz, yz };
             }
         }
     }
-}
-
-/// The matrix-free or the assembled operator of a step, and the state that it is of.
-pub(super) fn tangent_at<'a, R: Real, T: Transverse>(
-    model: &'a Model<R>,
-    frozen: &'a Frozen<R>,
-    state: &'a State<R>,
-    dt: R,
-    transverse: T,
-) -> Tangent<'a, R, T> {
-    Tangent { model, frozen, x: &state.x, dt, transverse }
 }

@@ -2,7 +2,7 @@
 //! (the `MatAdj` of Zara 2001, section 5.2).
 
 use super::LinearOperator;
-use crate::math::{Mat3, Real, Vec3};
+use crate::math::{Mat3, Padded, Real, Vec3};
 
 /// Compressed rows of 3 x 3 blocks. Columns ascend within a row; the diagonal is stored.
 #[derive(Clone, Debug, Default)]
@@ -95,12 +95,12 @@ fn fill_range<R: Real>(
 }
 
 impl<R: Real> LinearOperator<R> for BlockCsr<R> {
-    fn apply(&self, first_row: usize, p: &[Vec3<R>], out: &mut [Vec3<R>]) {
+    fn apply(&self, first_row: usize, p: &[Padded<R>], out: &mut [Vec3<R>]) {
         for (i, out) in out.iter_mut().enumerate() {
             let row = self.starts[first_row + i]..self.starts[first_row + i + 1];
             let mut sum = Vec3::zeros();
             for (block, &column) in self.blocks[row.clone()].iter().zip(&self.columns[row]) {
-                sum += block * p[column as usize];
+                sum += block * p[column as usize].vector();
             }
             *out = sum;
         }

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::{LinearOperator, Outcome, Preconditioner, SolveReport, SolverSettings, Stop, block_sums};
 use crate::{
-    math::{Real, Vec3},
+    math::{Padded, Real, Vec3},
     parallel::{block_count, sum},
 };
 
@@ -18,6 +18,8 @@ pub struct CgWorkspace<R: Real> {
     r: Vec<Vec3<R>>,
     z: Vec<Vec3<R>>,
     p: Vec<Vec3<R>>,
+    /// p again, padded for the operator.
+    padded: Vec<Padded<R>>,
     q: Vec<Vec3<R>>,
     best: Vec<Vec3<R>>,
     partials: Vec<[f64; 2]>,
@@ -31,6 +33,7 @@ impl<R: Real> CgWorkspace<R> {
             r: zeros.clone(),
             z: zeros.clone(),
             p: zeros.clone(),
+            padded: vec![Padded::default(); count],
             q: zeros.clone(),
             best: zeros,
             partials: vec![[0.0; 2]; block_count(count, grain)],
@@ -122,7 +125,11 @@ impl<R: Real, A: LinearOperator<R>, M: Preconditioner<R>> Solve<'_, R, A, M> {
     fn start(&mut self, b: &[Vec3<R>], x: &[Vec3<R>]) -> [f64; 2] {
         let (grain, a, m) = (self.grain, self.a, self.m);
         let from_zero = x.iter().all(|x| *x == Vec3::zeros());
-        let CgWorkspace { r, z, p, partials, .. } = &mut *self.work;
+        let CgWorkspace { r, z, p, padded, partials, .. } = &mut *self.work;
+        if !from_zero {
+            padded.iter_mut().zip(x).for_each(|(padded, x)| *padded = Padded::new(x));
+        }
+        let x = padded.as_slice();
         let blocks =
             (partials.par_iter_mut(), b.par_chunks(grain), r.par_chunks_mut(grain), z.par_chunks_mut(grain));
         blocks.into_par_iter().zip(p.par_chunks_mut(grain)).enumerate().for_each(
@@ -138,19 +145,27 @@ impl<R: Real, A: LinearOperator<R>, M: Preconditioner<R>> Solve<'_, R, A, M> {
                 *partial = [block_sums(r, z)[0], block_sums(r, r)[0]];
             },
         );
-        sum(partials)
+        let sums = sum(partials);
+        self.pad_p();
+        sums
+    }
+
+    fn pad_p(&mut self) {
+        let (grain, CgWorkspace { p, padded, .. }) = (self.grain, &mut *self.work);
+        (padded.par_chunks_mut(grain), p.par_chunks(grain)).into_par_iter().for_each(|(padded, p)| {
+            padded.iter_mut().zip(p).for_each(|(padded, p)| *padded = Padded::new(p));
+        });
     }
 
     /// q = A p; returns (p.q, sum of `|p_c q_c|`).
     fn apply_operator(&mut self) -> [f64; 2] {
         let (grain, a) = (self.grain, self.a);
-        let CgWorkspace { p, q, partials, .. } = &mut *self.work;
-        let p = p.as_slice();
+        let CgWorkspace { p, padded, q, partials, .. } = &mut *self.work;
         (partials.par_iter_mut(), q.par_chunks_mut(grain), p.par_chunks(grain))
             .into_par_iter()
             .enumerate()
             .for_each(|(block, (partial, q, mine))| {
-                a.apply(block * grain, p, q);
+                a.apply(block * grain, padded, q);
                 *partial = block_sums(mine, q);
             });
         sum(partials)
@@ -178,10 +193,15 @@ impl<R: Real, A: LinearOperator<R>, M: Preconditioner<R>> Solve<'_, R, A, M> {
     /// p = z + beta p.
     fn turn(&mut self, beta: f64) {
         let (grain, beta) = (self.grain, R::of(beta));
-        let CgWorkspace { z, p, .. } = &mut *self.work;
-        (p.par_chunks_mut(grain), z.par_chunks(grain))
+        let CgWorkspace { z, p, padded, .. } = &mut *self.work;
+        (p.par_chunks_mut(grain), padded.par_chunks_mut(grain), z.par_chunks(grain))
             .into_par_iter()
-            .for_each(|(p, z)| p.iter_mut().zip(z).for_each(|(p, z)| *p = z + *p * beta));
+            .for_each(|(p, padded, z)| {
+                for ((p, padded), z) in p.iter_mut().zip(padded).zip(z) {
+                    *p = z + *p * beta;
+                    *padded = Padded::new(p);
+                }
+            });
     }
 
     /// best = x - alpha p: the iterate before the one in `x`.
@@ -213,6 +233,7 @@ impl<R: Real, A: LinearOperator<R>, M: Preconditioner<R>> Solve<'_, R, A, M> {
         // A p = 0 is judged against the size of A, for which |A b| / |b| stands.
         let [p_norm, q_norm] = [self.norm_of(|work| &work.p), self.norm_of(|work| &work.q)];
         self.work.p.copy_from_slice(b);
+        self.pad_p();
         self.apply_operator();
         let size = self.norm_of(|work| &work.q) / self.norm_of(|work| &work.p);
         let vanishes = q_norm <= 64.0 * R::ROUNDING * size * p_norm;

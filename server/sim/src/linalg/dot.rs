@@ -1,12 +1,6 @@
 //! Sums over one block: products and their magnitudes, in binary64, in a fixed order of lanes.
 
-use crate::{
-    math::{Real, Vec3},
-    parallel::{Kernel, dispatch},
-};
-
-/// Lanes of a sum: component c of a block goes to lane c mod 8, whatever the processor.
-const LANES: usize = 8;
+use crate::math::{Kernel, LANES, Pack, Real, Vec3, dispatch};
 
 /// The components of vectors, x y z after one another.
 #[inline(always)]
@@ -35,26 +29,30 @@ struct BlockSums<'a, R> {
     b: &'a [R],
 }
 
-impl<R: Real> Kernel for BlockSums<'_, R> {
+impl<R: Real> Kernel<R> for BlockSums<'_, R> {
     type Output = [f64; 2];
 
     #[inline(always)]
-    fn run(self) -> [f64; 2] {
-        let (mut signed, mut magnitude) = ([0.0; LANES], [0.0; LANES]);
-        let (a, b) = (self.a.chunks_exact(LANES), self.b.chunks_exact(LANES));
-        let (rest_a, rest_b) = (a.remainder(), b.remainder());
-        for (a, b) in a.zip(b) {
-            for lane in 0..LANES {
-                let product = a[lane].to_f64() * b[lane].to_f64();
-                signed[lane] += product;
-                magnitude[lane] += product.abs();
-            }
+    fn run<P: Pack<R>>(self) -> [f64; 2] {
+        let zero = <P::Wide as Pack<f64>>::splat(0.0);
+        let (mut signed, mut magnitude) = (zero, zero);
+        let (a, b) = (self.a.as_chunks::<LANES>(), self.b.as_chunks::<LANES>());
+        let mut tails = [[R::zero(); LANES]; 2];
+        tails[0][..a.1.len()].copy_from_slice(a.1);
+        tails[1][..b.1.len()].copy_from_slice(b.1);
+        for (a, b) in a.0.iter().zip(b.0).chain([(&tails[0], &tails[1])]) {
+            let product = P::load(a).widen().mul(P::load(b).widen());
+            signed = signed.add(product);
+            magnitude = magnitude.add(product.abs());
         }
-        for (lane, (a, b)) in rest_a.iter().zip(rest_b).enumerate() {
-            let product = a.to_f64() * b.to_f64();
-            signed[lane] += product;
-            magnitude[lane] += product.abs();
-        }
-        [signed, magnitude].map(|s| ((s[0] + s[1]) + (s[2] + s[3])) + ((s[4] + s[5]) + (s[6] + s[7])))
+        [signed, magnitude].map(|sum| add_lanes(sum.store()))
     }
+}
+
+/// Adds lanes in pairs.
+#[inline(always)]
+fn add_lanes(lanes: [f64; LANES]) -> f64 {
+    let eight: [f64; 8] = std::array::from_fn(|i| lanes[i] + lanes[i + 8]);
+    let four: [f64; 4] = std::array::from_fn(|i| eight[i] + eight[i + 4]);
+    (four[0] + four[2]) + (four[1] + four[3])
 }

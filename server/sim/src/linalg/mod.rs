@@ -13,12 +13,12 @@ pub use settings::{OperatorKind, Outcome, PreconditionerKind, SolveReport, Solve
 
 pub(crate) use dot::block_sums;
 
-use crate::math::{Real, Vec3};
+use crate::math::{Padded, Real, Vec3};
 
 /// A square matrix of 3 x 3 blocks, applied block of rows by block of rows.
 pub trait LinearOperator<R: Real>: Sync {
     /// Writes rows `first_row..first_row + out.len()` of A p.
-    fn apply(&self, first_row: usize, p: &[Vec3<R>], out: &mut [Vec3<R>]);
+    fn apply(&self, first_row: usize, p: &[Padded<R>], out: &mut [Vec3<R>]);
 }
 
 /// An approximate inverse, applied row by row.

@@ -1,8 +1,12 @@
-//! Numbers and small vectors: the precision of a state, and 3-vectors over it.
+//! Numbers and small vectors: the precision of a state, 3-vectors over it, packs of lanes.
 
 mod real;
+mod simd;
 
 pub use real::{Precision, Real};
+pub use simd::{Padded, SimdLevel, force_simd_level, simd_level};
+
+pub(crate) use simd::{Kernel, LANES, Pack, Portable, dispatch};
 
 /// A vector of three components.
 pub type Vec3<R> = nalgebra::Vector3<R>;

@@ -2,6 +2,9 @@
 
 use std::fmt;
 
+#[cfg(target_arch = "x86_64")]
+use super::simd::{Pack, avx2, avx512};
+
 /// How positions and velocities are stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Precision {
@@ -35,14 +38,31 @@ impl fmt::Display for Precision {
     }
 }
 
-mod sealed {
-    pub trait Sealed {}
-    impl Sealed for f32 {}
-    impl Sealed for f64 {}
+/// Packs of a number at each level. Not visible outside, which also seals [`Real`].
+pub(crate) trait Packed: Copy {
+    #[cfg(target_arch = "x86_64")]
+    type Avx2: Pack<Self>;
+    #[cfg(target_arch = "x86_64")]
+    type Avx512: Pack<Self>;
+}
+
+impl Packed for f32 {
+    #[cfg(target_arch = "x86_64")]
+    type Avx2 = avx2::F32x16;
+    #[cfg(target_arch = "x86_64")]
+    type Avx512 = avx512::F32x16;
+}
+
+impl Packed for f64 {
+    #[cfg(target_arch = "x86_64")]
+    type Avx2 = avx2::F64x16;
+    #[cfg(target_arch = "x86_64")]
+    type Avx512 = avx512::F64x16;
 }
 
 /// A floating-point number that a state is made of: `f32` or `f64`, and no other.
-pub trait Real: sealed::Sealed + nalgebra::RealField + Copy + Default + PartialOrd + 'static {
+#[allow(private_bounds, reason = "packs are for the kernels of this crate")]
+pub trait Real: Packed + nalgebra::RealField + Copy + Default + PartialOrd + 'static {
     /// Which of the two it is.
     const PRECISION: Precision;
     /// Unit round-off: half the distance from 1 to the next number.
@@ -55,7 +75,7 @@ pub trait Real: sealed::Sealed + nalgebra::RealField + Copy + Default + PartialO
 
 impl Real for f32 {
     const PRECISION: Precision = Precision::F32;
-    const ROUNDING: f64 = f32::EPSILON as f64 / 2.0;
+    const ROUNDING: f64 = Self::EPSILON as f64 / 2.0;
     #[inline(always)]
     fn of(value: f64) -> Self {
         value as Self
@@ -68,7 +88,7 @@ impl Real for f32 {
 
 impl Real for f64 {
     const PRECISION: Precision = Precision::F64;
-    const ROUNDING: f64 = f64::EPSILON / 2.0;
+    const ROUNDING: f64 = Self::EPSILON / 2.0;
     #[inline(always)]
     fn of(value: f64) -> Self {
         value

@@ -4,10 +4,8 @@
 //! ranks changes a result.
 
 mod order;
-mod simd;
 
 pub use order::hilbert_order;
-pub use simd::{Kernel, SimdLevel, dispatch, force_simd_level, simd_level};
 
 /// Adds one partial result a block in a fixed binary tree over the blocks' numbers.
 ///

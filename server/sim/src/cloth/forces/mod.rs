@@ -4,24 +4,26 @@
 mod spring;
 
 pub(super) use spring::{
-    Transverse, WithTransverse, elastic, force_on, tangent_block, tangent_on, with_transverse,
+    BlockOf, ElasticProduct, Energy, TangentBlock, TangentProduct, Transverse, WithTransverse, fold_in,
+    with_transverse,
 };
 pub use spring::{spring_force, spring_jacobian_v, spring_jacobian_x};
 
 use rayon::prelude::*;
+use spring::Force;
 
-use super::{model::Model, rows::Rows, state::Frozen};
-use crate::{
-    math::{Real, Vec3},
-    parallel::{Kernel, dispatch},
+use super::{
+    model::Model,
+    rows::{Rows, vectors},
+    state::Frozen,
 };
+use crate::math::{Kernel, Pack, Padded, Real, Vec3, dispatch};
 
 /// f = springs' forces - drag (v - wind), N, at positions `x` (m) and velocities `v` (m/s).
 pub(super) fn add_forces<R: Real>(
     model: &Model<R>,
     frozen: &Frozen<R>,
-    x: &[Vec3<R>],
-    v: &[Vec3<R>],
+    [x, v]: [&[Padded<R>]; 2],
     f: &mut [Vec3<R>],
 ) {
     let grain = model.grain;
@@ -33,25 +35,25 @@ pub(super) fn add_forces<R: Real>(
 struct BlockForces<'a, R: Real> {
     rows: &'a Rows<R>,
     frozen: &'a Frozen<R>,
-    x: &'a [Vec3<R>],
-    v: &'a [Vec3<R>],
+    x: &'a [Padded<R>],
+    v: &'a [Padded<R>],
     first: usize,
     f: &'a mut [Vec3<R>],
 }
 
-impl<R: Real> Kernel for BlockForces<'_, R> {
+impl<R: Real> Kernel<R> for BlockForces<'_, R> {
     type Output = ();
 
     #[inline(always)]
-    fn run(self) {
+    fn run<P: Pack<R>>(self) {
         let (drag, wind) = (self.frozen.drag, self.frozen.wind);
+        let zero = [P::splat(R::zero()); 3];
         for rows in Rows::<R>::groups(self.first..self.first + self.f.len()) {
             let fields = [self.x, self.v];
             let sums =
-                self.rows.fold_group(rows.start, fields, &self.frozen.laws, Default::default(), force_on);
-            for (lane, i) in rows.enumerate() {
-                let springs = Vec3::new(sums[0][lane], sums[1][lane], sums[2][lane]);
-                self.f[i - self.first] = springs - (self.v[i] - wind) * drag;
+                self.rows.fold_group(rows.start, fields, &self.frozen.laws, zero, fold_in::<R, _>(Force));
+            for (springs, i) in vectors(sums).into_iter().zip(rows) {
+                self.f[i - self.first] = springs - (self.v[i].vector() - wind) * drag;
             }
         }
     }

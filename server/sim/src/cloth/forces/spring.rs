@@ -3,13 +3,16 @@
 //! Reads d and v_i - v_j; gives the force on i (N) and its derivatives. At l = 0 the direction is
 //! undefined: the force is 0 and the elastic derivative -k I, the limit for l0 = 0.
 
-use super::super::{Hessian, rows::Edge};
-use crate::math::{Mat3, Real, Vec3};
+use super::super::{
+    Hessian,
+    rows::{Edges, Fold, vectors},
+};
+use crate::math::{Mat3, Pack, Portable, Real, Vec3};
 
 /// What an implicit step uses for the transverse stiffness ratio 1 - l0/l.
 pub(crate) trait Transverse: Copy + Sync {
     /// The ratio used in place of `ratio`.
-    fn ratio<R: Real>(self, ratio: R) -> R;
+    fn ratio<R: Real, P: Pack<R>>(self, ratio: P) -> P;
 }
 
 #[derive(Clone, Copy)]
@@ -21,22 +24,22 @@ struct Absolute;
 
 impl Transverse for Full {
     #[inline(always)]
-    fn ratio<R: Real>(self, ratio: R) -> R {
+    fn ratio<R: Real, P: Pack<R>>(self, ratio: P) -> P {
         ratio
     }
 }
 
 impl Transverse for Clamped {
     #[inline(always)]
-    fn ratio<R: Real>(self, ratio: R) -> R {
-        if ratio > R::zero() { ratio } else { R::zero() }
+    fn ratio<R: Real, P: Pack<R>>(self, ratio: P) -> P {
+        ratio.max(P::splat(R::zero()))
     }
 }
 
 impl Transverse for Absolute {
     #[inline(always)]
-    fn ratio<R: Real>(self, ratio: R) -> R {
-        if ratio > R::zero() { ratio } else { -ratio }
+    fn ratio<R: Real, P: Pack<R>>(self, ratio: P) -> P {
+        ratio.abs()
     }
 }
 
@@ -56,90 +59,164 @@ pub(crate) fn with_transverse<W: WithTransverse>(hessian: Hessian, work: W) -> W
 }
 
 #[inline(always)]
-fn dot<R: Real>(a: [R; 3], b: [R; 3]) -> R {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+fn dot<R: Real, P: Pack<R>>(a: [P; 3], b: [P; 3]) -> P {
+    a[0].mul(b[0]).add(a[1].mul(b[1])).add(a[2].mul(b[2]))
 }
 
-/// Length and its inverse, 0 for no length.
-#[inline(always)]
-fn length_of<R: Real>(d: [R; 3]) -> (R, R) {
-    let length = dot(d, d).sqrt();
-    (length, if length > R::zero() { R::one() / length } else { R::zero() })
+/// Adds forces: law = (k, nu), w = v_i - v_j.
+#[derive(Clone, Copy)]
+pub(crate) struct Force;
+
+impl Force {
+    #[inline(always)]
+    fn on<R: Real, P: Pack<R>>(edges: &Edges<P>) -> [P; 3] {
+        let [stiffness, damping] = edges.law;
+        let length = dot::<R, P>(edges.d, edges.d).sqrt();
+        let inverse = length.inverse_or_zero();
+        let elastic = stiffness.mul(length.sub(edges.rest_length)).mul(inverse);
+        let viscous = damping.mul(dot::<R, P>(edges.w, edges.d)).mul(inverse).mul(inverse);
+        let pull = elastic.add(viscous);
+        edges.d.map(|d| pull.mul(d))
+    }
 }
 
-/// Adds the force of one spring to its row: law = (k, nu), w = v_i - v_j.
+/// [`Fold`]s of one precision.
+#[derive(Clone, Copy)]
+pub(crate) struct In<R, F>(pub(crate) F, pub(crate) std::marker::PhantomData<R>);
+
+/// Gives a fold its precision.
 #[inline(always)]
-pub(crate) fn force_on<R: Real>(sum: &mut [R; 3], edge: Edge<R>) {
-    let [stiffness, damping] = edge.law;
-    let (length, inverse) = length_of(edge.d);
-    let elastic = stiffness * (length - edge.rest_length) * inverse;
-    let pull = elastic + damping * dot(edge.w, edge.d) * inverse * inverse;
-    for c in 0..3 {
-        sum[c] -= pull * edge.d[c];
+pub(crate) fn fold_in<R, F>(fold: F) -> In<R, F> {
+    In(fold, std::marker::PhantomData)
+}
+
+impl<R: Real, P: Pack<R>> Fold<P, P, 3> for In<R, Force> {
+    #[inline(always)]
+    fn add(self, sums: &mut [P; 3], edges: &Edges<P>) {
+        let pull = Force::on::<R, P>(edges);
+        for c in 0..3 {
+            sums[c] = sums[c].sub(pull[c]);
+        }
     }
 }
 
 /// Coefficients of the block a I + b d dᵀ that a spring adds to M - h df/dv - h² df/dx:
 /// law = (h² k, h nu).
 #[inline(always)]
-pub(crate) fn tangent_block<R: Real>(edge: &Edge<R>, transverse: impl Transverse) -> [R; 2] {
-    let [stiffness, damping] = edge.law;
-    let (_, inverse) = length_of(edge.d);
-    let across = stiffness * transverse.ratio(R::one() - edge.rest_length * inverse);
-    [across, (stiffness - across + damping) * inverse * inverse]
+pub(crate) fn tangent_block<R: Real, P: Pack<R>>(edges: &Edges<P>, transverse: impl Transverse) -> [P; 2] {
+    let [stiffness, damping] = edges.law;
+    let inverse = dot::<R, P>(edges.d, edges.d).sqrt().inverse_or_zero();
+    let ratio = P::splat(R::one()).sub(edges.rest_length.mul(inverse));
+    let across = stiffness.mul(transverse.ratio(ratio));
+    let along = stiffness.sub(across).add(damping).mul(inverse).mul(inverse);
+    [across, along]
 }
 
 /// Adds the product of that block with w = p_i - p_j.
-#[inline(always)]
-pub(crate) fn tangent_on<R: Real>(sum: &mut [R; 3], edge: Edge<R>, transverse: impl Transverse) {
-    let [a, b] = tangent_block(&edge, transverse);
-    let along = b * dot(edge.w, edge.d);
-    for c in 0..3 {
-        sum[c] += a * edge.w[c] + along * edge.d[c];
+#[derive(Clone, Copy)]
+pub(crate) struct TangentProduct<T>(pub(crate) T);
+
+impl<R: Real, P: Pack<R>, T: Transverse> Fold<P, P, 3> for In<R, TangentProduct<T>> {
+    #[inline(always)]
+    fn add(self, sums: &mut [P; 3], edges: &Edges<P>) {
+        let [a, b] = tangent_block::<R, P>(edges, self.0.0);
+        let along = b.mul(dot::<R, P>(edges.w, edges.d));
+        for c in 0..3 {
+            sums[c] = sums[c].add(a.mul(edges.w[c]).add(along.mul(edges.d[c])));
+        }
     }
 }
 
-/// Energy of one spring (J) and its length over rest length (0 without one), in binary64:
-/// law = (k, nu).
-#[inline(always)]
-pub(crate) fn elastic<R: Real>(edge: &Edge<R>) -> [f64; 2] {
-    let d = edge.d.map(R::to_f64);
-    let (length, rest) = (dot(d, d).sqrt(), edge.rest_length.to_f64());
-    let extension = length - rest;
-    let stretch = if rest > 0.0 { length / rest } else { 0.0 };
-    [0.5 * edge.law[0].to_f64() * extension * extension, stretch]
+/// The same without damping: h² k alone.
+#[derive(Clone, Copy)]
+pub(crate) struct ElasticProduct<T>(pub(crate) T);
+
+impl<R: Real, P: Pack<R>, T: Transverse> Fold<P, P, 3> for In<R, ElasticProduct<T>> {
+    #[inline(always)]
+    fn add(self, sums: &mut [P; 3], edges: &Edges<P>) {
+        let undamped = Edges { law: [edges.law[0], P::splat(R::zero())], ..*edges };
+        fold_in::<R, _>(TangentProduct(self.0.0)).add(sums, &undamped);
+    }
 }
 
-fn edge_of<R: Real>(d: &Vec3<R>, w: &Vec3<R>, rest_length: R, law: [R; 2]) -> Edge<R> {
-    Edge { d: [d.x, d.y, d.z], w: [w.x, w.y, w.z], rest_length, law }
+/// Adds the block itself: xx, yy, zz, xy, xz, yz.
+#[derive(Clone, Copy)]
+pub(crate) struct TangentBlock<T>(pub(crate) T);
+
+impl<R: Real, P: Pack<R>, T: Transverse> Fold<P, P, 6> for In<R, TangentBlock<T>> {
+    #[inline(always)]
+    fn add(self, sums: &mut [P; 6], edges: &Edges<P>) {
+        let [a, b] = tangent_block::<R, P>(edges, self.0.0);
+        let [x, y, z] = edges.d;
+        // A lane without a spring has no length and no rest length: its a counts for nothing. Nor
+        // does that of a spring at rest length 0 whose ends coincide: a loss to the preconditioner alone.
+        let a = a.where_positive(dot::<R, P>(edges.d, edges.d).add(edges.rest_length));
+        let (bx, by, bz) = (b.mul(x), b.mul(y), b.mul(z));
+        let entries = [a.add(bx.mul(x)), a.add(by.mul(y)), a.add(bz.mul(z)), bx.mul(y), bx.mul(z), by.mul(z)];
+        for c in 0..6 {
+            sums[c] = sums[c].add(entries[c]);
+        }
+    }
+}
+
+/// Adds energies (J) in binary64 and keeps the greatest length over rest length: law = (k, nu).
+#[derive(Clone, Copy)]
+pub(crate) struct Energy;
+
+impl<R: Real, P: Pack<R>> Fold<P, P::Wide, 2> for In<R, Energy> {
+    #[inline(always)]
+    fn add(self, sums: &mut [P::Wide; 2], edges: &Edges<P>) {
+        let length = dot::<f64, P::Wide>(edges.d.map(P::widen), edges.d.map(P::widen)).sqrt();
+        let rest_length = edges.rest_length.widen();
+        let extension = length.sub(rest_length);
+        let half = <P::Wide as Pack<f64>>::splat(0.5);
+        sums[0] = sums[0].add(half.mul(edges.law[0].widen()).mul(extension).mul(extension));
+        sums[1] = length.mul(rest_length.inverse_or_zero()).max(sums[1]);
+    }
+}
+
+/// One spring, in every lane: evaluated by the same code as sixteen different ones.
+fn alone<R: Real>(d: &Vec3<R>, w: &Vec3<R>, rest_length: R, law: [R; 2]) -> Edges<Portable<R>> {
+    let splat = Portable::splat;
+    let [d, w] = [d, w].map(|v| [v.x, v.y, v.z].map(splat));
+    Edges { d, w, rest_length: splat(rest_length), law: law.map(splat) }
 }
 
 /// Force (N) on particle i of a spring: `d` = x_i - x_j (m), `dv` = v_i - v_j (m/s), rest length
 /// (m), stiffness (N/m), damping (N s/m).
 pub fn spring_force<R: Real>(d: &Vec3<R>, dv: &Vec3<R>, rest_length: R, stiffness: R, damping: R) -> Vec3<R> {
-    let mut sum = [R::zero(); 3];
-    force_on(&mut sum, edge_of(d, dv, rest_length, [stiffness, damping]));
-    Vec3::from(sum)
+    let pull = Force::on::<R, _>(&alone(d, dv, rest_length, [stiffness, damping]));
+    -vectors(pull)[0]
 }
 
 /// Derivative of the elastic force on i by x_i (N/m): -k (u uᵀ + g (I - u uᵀ)), g = 1 - l0/l as
 /// `hessian` treats it.
 pub fn spring_jacobian_x<R: Real>(d: &Vec3<R>, rest_length: R, stiffness: R, hessian: Hessian) -> Mat3<R> {
-    struct Block<R>(Edge<R>);
-    impl<R: Real> WithTransverse for Block<R> {
-        type Output = [R; 2];
-        fn run(self, transverse: impl Transverse) -> [R; 2] {
-            tangent_block(&self.0, transverse)
-        }
-    }
-    let edge = edge_of(d, &Vec3::zeros(), rest_length, [stiffness, R::zero()]);
-    let [a, b] = with_transverse(hessian, Block(edge));
+    let edges = alone(d, &Vec3::zeros(), rest_length, [stiffness, R::zero()]);
+    let [a, b] = with_transverse(hessian, BlockOf(edges));
     -(Mat3::identity() * a + d * d.transpose() * b)
+}
+
+/// Coefficients of the tangent block of one spring.
+pub(crate) struct BlockOf<R: Real>(Edges<Portable<R>>);
+
+impl<R: Real> BlockOf<R> {
+    pub(crate) fn new(d: &Vec3<R>, rest_length: R, law: [R; 2]) -> Self {
+        Self(alone(d, &Vec3::zeros(), rest_length, law))
+    }
+}
+
+impl<R: Real> WithTransverse for BlockOf<R> {
+    type Output = [R; 2];
+    fn run(self, transverse: impl Transverse) -> [R; 2] {
+        tangent_block::<R, _>(&self.0, transverse).map(|pack| pack.store()[0])
+    }
 }
 
 /// Derivative of the damping force on i by v_i (N s/m): -nu u uᵀ.
 pub fn spring_jacobian_v<R: Real>(d: &Vec3<R>, damping: R) -> Mat3<R> {
-    let (_, inverse) = length_of([d.x, d.y, d.z]);
+    let length = d.norm();
+    let inverse = if length > R::zero() { R::one() / length } else { R::zero() };
     -(d * d.transpose() * (damping * inverse * inverse))
 }
 

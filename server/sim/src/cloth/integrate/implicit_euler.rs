@@ -6,8 +6,8 @@
 use super::{
     super::{
         ClothSettings,
-        forces::{Transverse, WithTransverse, add_forces, with_transverse},
-        tangent::{pattern, tangent_at},
+        forces::{Transverse, WithTransverse, with_transverse},
+        tangent::{Tangent, pattern},
     },
     Step,
 };
@@ -24,8 +24,7 @@ pub(super) fn advance<R: Real>(
     step: &mut Step<'_, R, impl Stopwatch>,
     settings: &ClothSettings,
 ) -> Result<SolveReport, StepFailure> {
-    add_forces(step.model, &step.work.frozen, &step.state.x, &step.state.v, &mut step.work.f);
-    step.watch.lap(Stage::Force);
+    step.forces();
     let report = with_transverse(settings.hessian, Solve { step, settings });
     if matches!(report.outcome, Outcome::Singular { .. }) {
         return Err(StepFailure::Solver { outcome: report.outcome });
@@ -51,8 +50,9 @@ impl<R: Real, W: Stopwatch> WithTransverse for Solve<'_, '_, R, W> {
         if !solver.warm_start {
             dv.fill(Vec3::zeros());
         }
-        let tangent = tangent_at(model, &work.frozen, state, *dt, transverse);
-        tangent.right_hand_side(&state.v, &work.f, &mut work.b);
+        let [x, v] = &work.padded;
+        let tangent = Tangent { model, frozen: &work.frozen, x, dt: *dt, transverse };
+        tangent.right_hand_side(v, &work.f, &mut work.b);
         if solver.preconditioner != PreconditionerKind::Identity {
             tangent.invert_diagonal(solver.preconditioner, &mut work.inverse);
         }

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use super::super::{
     forces::add_forces,
     model::Model,
+    rows::pad,
     state::{State, Workspace},
 };
 use crate::{
@@ -25,14 +26,25 @@ pub(super) struct Step<'a, R: Real, W> {
 impl<R: Real, W: Stopwatch> Step<'_, R, W> {
     /// a = (springs + drag) / m + g at x and v, 0 for pins.
     pub(super) fn accelerate(&mut self) {
-        add_forces(self.model, &self.work.frozen, &self.state.x, &self.state.v, &mut self.work.f);
-        self.watch.lap(Stage::Force);
+        self.forces();
         self.divide_by_mass();
+    }
+
+    /// f = springs + drag at x and v; leaves both padded in the workspace.
+    pub(super) fn forces(&mut self) {
+        let (model, Workspace { frozen, padded: [x, v], f, .. }) = (self.model, &mut *self.work);
+        pad(&self.state.x, model.grain, x);
+        pad(&self.state.v, model.grain, v);
+        add_forces(model, frozen, [x, v], f);
+        self.watch.lap(Stage::Force);
     }
 
     /// The same at x and the velocity in the workspace's `w`.
     pub(super) fn accelerate_at_w(&mut self) {
-        add_forces(self.model, &self.work.frozen, &self.state.x, &self.work.w, &mut self.work.f);
+        let (model, Workspace { frozen, padded: [x, v], f, w, .. }) = (self.model, &mut *self.work);
+        pad(&self.state.x, model.grain, x);
+        pad(w, model.grain, v);
+        add_forces(model, frozen, [x, v], f);
         self.watch.lap(Stage::Force);
         self.divide_by_mass();
     }

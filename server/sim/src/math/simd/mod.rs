@@ -1,10 +1,22 @@
 //! The widest vector instructions of the processor, chosen at run time.
 //!
-//! A kernel is plain Rust over lanes of fixed number; it is compiled once for each level. Rust
-//! neither fuses nor reorders floating-point operations, so every level gives the same bits.
+//! A kernel works on packs of sixteen lanes and is compiled once for each level. A pack's
+//! operations are those of IEEE 754, lane by lane, never fused nor reordered, so that every level
+//! gives the same bits.
 #![allow(unsafe_code, reason = "calls functions compiled for instructions that were found at run time")]
 
+#[cfg(target_arch = "x86_64")]
+pub(super) mod avx2;
+#[cfg(target_arch = "x86_64")]
+pub(super) mod avx512;
+mod pack;
+
+pub use pack::Padded;
+pub(crate) use pack::{LANES, Pack, Portable};
+
 use std::sync::atomic::{AtomicU8, Ordering};
+
+use super::Real;
 
 /// Instructions that kernels are compiled for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -17,12 +29,17 @@ pub enum SimdLevel {
     Avx512 = 3,
 }
 
+impl SimdLevel {
+    /// Every level, the narrowest first.
+    pub const ALL: [Self; 3] = [Self::Portable, Self::Avx2, Self::Avx512];
+}
+
 /// Work to be compiled for each level. Mark `run` and all that it calls `#[inline(always)]`.
-pub trait Kernel {
+pub(crate) trait Kernel<R: Real> {
     /// What it returns.
     type Output;
-    /// Does the work.
-    fn run(self) -> Self::Output;
+    /// Does the work with packs of type `P`.
+    fn run<P: Pack<R>>(self) -> Self::Output;
 }
 
 /// 0: not known yet.
@@ -53,7 +70,6 @@ pub fn force_simd_level(level: SimdLevel) -> SimdLevel {
 #[cfg(target_arch = "x86_64")]
 fn detect() -> SimdLevel {
     let wide = std::arch::is_x86_feature_detected!("avx512f")
-        && std::arch::is_x86_feature_detected!("avx512bw")
         && std::arch::is_x86_feature_detected!("avx512dq")
         && std::arch::is_x86_feature_detected!("avx512vl");
     match (std::arch::is_x86_feature_detected!("avx2"), wide) {
@@ -70,7 +86,7 @@ fn detect() -> SimdLevel {
 
 /// Runs a kernel with the instructions of [`simd_level`].
 #[inline]
-pub fn dispatch<K: Kernel>(kernel: K) -> K::Output {
+pub(crate) fn dispatch<R: Real, K: Kernel<R>>(kernel: K) -> K::Output {
     #[cfg(target_arch = "x86_64")]
     match simd_level() {
         // SAFETY: a level is in use only if `detect` found its instructions on this processor.
@@ -79,17 +95,17 @@ pub fn dispatch<K: Kernel>(kernel: K) -> K::Output {
         SimdLevel::Avx2 => return unsafe { run_avx2(kernel) },
         SimdLevel::Portable => {}
     }
-    kernel.run()
+    kernel.run::<Portable<R>>()
 }
 
 #[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,avx512f,avx512bw,avx512dq,avx512vl")]
-fn run_avx512<K: Kernel>(kernel: K) -> K::Output {
-    kernel.run()
+#[target_feature(enable = "avx2,avx512f,avx512dq,avx512vl")]
+fn run_avx512<R: Real, K: Kernel<R>>(kernel: K) -> K::Output {
+    kernel.run::<R::Avx512>()
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2")]
-fn run_avx2<K: Kernel>(kernel: K) -> K::Output {
-    kernel.run()
+fn run_avx2<R: Real, K: Kernel<R>>(kernel: K) -> K::Output {
+    kernel.run::<R::Avx2>()
 }

@@ -1,0 +1,199 @@
+//! Packs in 256-bit registers: two for binary32, four for binary64.
+//!
+//! SAFETY of the whole file: only `dispatch` names these types, after `detect` has found AVX2;
+//! nothing else makes these intrinsics unsafe but pointers, which carry their own comment.
+#![allow(unsafe_code, reason = "intrinsics")]
+#![allow(clippy::undocumented_unsafe_blocks, reason = "stated once at the top of the file")]
+
+#[allow(clippy::wildcard_imports, reason = "the list would be as long as the file")]
+use std::arch::x86_64::*;
+
+use super::pack::{LANES, Pack, Padded};
+
+#[derive(Clone, Copy)]
+pub(crate) struct F32x16([__m256; 2]);
+
+#[derive(Clone, Copy)]
+pub(crate) struct F64x16([__m256d; 4]);
+
+/// The operations that are the same for both precisions but for their intrinsics. Registers are
+/// written out one by one: a closure may not be compiled for the instructions that it calls.
+macro_rules! lanewise {
+    ($number:ty, $wide:ty, $registers:literal [$($i:literal)+], $splat:ident, $load:ident, $store:ident,
+     $add:ident, $sub:ident, $mul:ident, $div:ident, $sqrt:ident, $max:ident, $and:ident, $andnot:ident,
+     $cmp:ident) => {
+        type Wide = $wide;
+
+        #[inline(always)]
+        fn splat(value: $number) -> Self {
+            Self([unsafe { $splat(value) }; $registers])
+        }
+        #[inline(always)]
+        fn load(values: &[$number; LANES]) -> Self {
+            // SAFETY: register i holds LANES / registers numbers of the array.
+            Self(unsafe { [$($load(values.as_ptr().add($i * LANES / $registers))),+] })
+        }
+        #[inline(always)]
+        fn store(self) -> [$number; LANES] {
+            let mut values = [0.0; LANES];
+            // SAFETY: register i holds LANES / registers numbers of the array.
+            unsafe { $($store(values.as_mut_ptr().add($i * LANES / $registers), self.0[$i]);)+ }
+            values
+        }
+        #[inline(always)]
+        fn add(self, other: Self) -> Self {
+            Self(unsafe { [$($add(self.0[$i], other.0[$i])),+] })
+        }
+        #[inline(always)]
+        fn sub(self, other: Self) -> Self {
+            Self(unsafe { [$($sub(self.0[$i], other.0[$i])),+] })
+        }
+        #[inline(always)]
+        fn mul(self, other: Self) -> Self {
+            Self(unsafe { [$($mul(self.0[$i], other.0[$i])),+] })
+        }
+        #[inline(always)]
+        fn sqrt(self) -> Self {
+            Self(unsafe { [$($sqrt(self.0[$i])),+] })
+        }
+        #[inline(always)]
+        fn abs(self) -> Self {
+            Self(unsafe { [$($andnot($splat(-0.0), self.0[$i])),+] })
+        }
+        #[inline(always)]
+        fn max(self, other: Self) -> Self {
+            Self(unsafe { [$($max(self.0[$i], other.0[$i])),+] })
+        }
+        #[inline(always)]
+        fn inverse_or_zero(self) -> Self {
+            let inverse = Self(unsafe { [$($div($splat(1.0), self.0[$i])),+] });
+            inverse.where_positive(self)
+        }
+        #[inline(always)]
+        fn where_positive(self, gate: Self) -> Self {
+            Self(unsafe { [$($and($cmp::<_CMP_GT_OQ>(gate.0[$i], $splat(0.0)), self.0[$i])),+] })
+        }
+    };
+}
+
+impl F32x16 {
+    /// Components of eight vectors.
+    #[inline(always)]
+    unsafe fn gather_half(field: &[Padded<f32>], indices: &[u32]) -> [__m256; 3] {
+        // SAFETY: the caller promises indices in range; a padded vector is four numbers.
+        unsafe {
+            let one = |i: usize| _mm_loadu_ps(field.as_ptr().add(indices[i] as usize).cast());
+            let a = _mm256_insertf128_ps::<1>(_mm256_castps128_ps256(one(0)), one(4));
+            let b = _mm256_insertf128_ps::<1>(_mm256_castps128_ps256(one(1)), one(5));
+            let c = _mm256_insertf128_ps::<1>(_mm256_castps128_ps256(one(2)), one(6));
+            let d = _mm256_insertf128_ps::<1>(_mm256_castps128_ps256(one(3)), one(7));
+            let xy_ab = _mm256_castps_pd(_mm256_unpacklo_ps(a, b));
+            let xy_cd = _mm256_castps_pd(_mm256_unpacklo_ps(c, d));
+            let z_ab = _mm256_castps_pd(_mm256_unpackhi_ps(a, b));
+            let z_cd = _mm256_castps_pd(_mm256_unpackhi_ps(c, d));
+            [
+                _mm256_castpd_ps(_mm256_unpacklo_pd(xy_ab, xy_cd)),
+                _mm256_castpd_ps(_mm256_unpackhi_pd(xy_ab, xy_cd)),
+                _mm256_castpd_ps(_mm256_unpacklo_pd(z_ab, z_cd)),
+            ]
+        }
+    }
+}
+
+impl F64x16 {
+    /// Components of four vectors.
+    #[inline(always)]
+    unsafe fn gather_quarter(field: &[Padded<f64>], indices: &[u32]) -> [__m256d; 3] {
+        // SAFETY: the caller promises indices in range; a padded vector is four numbers.
+        unsafe {
+            let one = |i: usize| field.as_ptr().add(indices[i] as usize).cast::<f64>();
+            let (a, b) = (_mm256_loadu_pd(one(0)), _mm256_loadu_pd(one(1)));
+            let (c, d) = (_mm256_loadu_pd(one(2)), _mm256_loadu_pd(one(3)));
+            let (xz_ab, xz_cd) = (_mm256_unpacklo_pd(a, b), _mm256_unpacklo_pd(c, d));
+            let (y_ab, y_cd) = (_mm256_unpackhi_pd(a, b), _mm256_unpackhi_pd(c, d));
+            [
+                _mm256_permute2f128_pd::<0x20>(xz_ab, xz_cd),
+                _mm256_permute2f128_pd::<0x20>(y_ab, y_cd),
+                _mm256_permute2f128_pd::<0x31>(xz_ab, xz_cd),
+            ]
+        }
+    }
+}
+
+impl Pack<f32> for F32x16 {
+    lanewise!(
+        f32,
+        F64x16,
+        2 [0 1],
+        _mm256_set1_ps,
+        _mm256_loadu_ps,
+        _mm256_storeu_ps,
+        _mm256_add_ps,
+        _mm256_sub_ps,
+        _mm256_mul_ps,
+        _mm256_div_ps,
+        _mm256_sqrt_ps,
+        _mm256_max_ps,
+        _mm256_and_ps,
+        _mm256_andnot_ps,
+        _mm256_cmp_ps
+    );
+
+    #[inline(always)]
+    fn widen(self) -> F64x16 {
+        unsafe {
+            F64x16([
+                _mm256_cvtps_pd(_mm256_castps256_ps128(self.0[0])),
+                _mm256_cvtps_pd(_mm256_extractf128_ps::<1>(self.0[0])),
+                _mm256_cvtps_pd(_mm256_castps256_ps128(self.0[1])),
+                _mm256_cvtps_pd(_mm256_extractf128_ps::<1>(self.0[1])),
+            ])
+        }
+    }
+
+    #[inline(always)]
+    unsafe fn gather(field: &[Padded<f32>], indices: &[u32; LANES]) -> [Self; 3] {
+        let (low, high) = indices.split_at(LANES / 2);
+        // SAFETY: the caller promises indices in range.
+        let (low, high) = unsafe { (Self::gather_half(field, low), Self::gather_half(field, high)) };
+        [Self([low[0], high[0]]), Self([low[1], high[1]]), Self([low[2], high[2]])]
+    }
+}
+
+impl Pack<f64> for F64x16 {
+    lanewise!(
+        f64,
+        Self,
+        4 [0 1 2 3],
+        _mm256_set1_pd,
+        _mm256_loadu_pd,
+        _mm256_storeu_pd,
+        _mm256_add_pd,
+        _mm256_sub_pd,
+        _mm256_mul_pd,
+        _mm256_div_pd,
+        _mm256_sqrt_pd,
+        _mm256_max_pd,
+        _mm256_and_pd,
+        _mm256_andnot_pd,
+        _mm256_cmp_pd
+    );
+
+    #[inline(always)]
+    fn widen(self) -> Self {
+        self
+    }
+
+    #[inline(always)]
+    unsafe fn gather(field: &[Padded<f64>], indices: &[u32; LANES]) -> [Self; 3] {
+        let (quarters, _) = indices.as_chunks::<{ LANES / 4 }>();
+        // SAFETY: the caller promises indices in range.
+        unsafe {
+            let a = Self::gather_quarter(field, &quarters[0]);
+            let b = Self::gather_quarter(field, &quarters[1]);
+            let c = Self::gather_quarter(field, &quarters[2]);
+            let d = Self::gather_quarter(field, &quarters[3]);
+            [Self([a[0], b[0], c[0], d[0]]), Self([a[1], b[1], c[1], d[1]]), Self([a[2], b[2], c[2], d[2]])]
+        }
+    }
+}
