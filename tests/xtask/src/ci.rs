@@ -1,15 +1,20 @@
 //! `cargo xtask ci`: everything that must hold before a change lands.
 
 use crate::{
-    check, python,
+    check, clients,
     shell::{Failure, Shell},
     test,
 };
 
-/// Runs the checks, the tests, a short benchmark and a client in another language.
+/// The `nappe` command, as `cargo nappe` runs it.
+const NAPPE: &str = "run --release --package nappe-cli --bin nappe --";
+
+/// Runs the checks, the tests, the demo, short benchmarks and the examples.
 pub(crate) fn run(shell: &mut Shell, arguments: &[String]) -> Result<(), Failure> {
     check::run(shell, arguments)?;
     test::run(shell, arguments)?;
-    shell.cargo("demo", "run --release --package nappe-cli --bin nappe -- bench stream --json")?;
-    python::smoke(shell)
+    shell.cargo("demo", &format!("{NAPPE} --save target/demo.rrd"))?;
+    shell.cargo("bench zara", &format!("{NAPPE} bench zara --sizes 2500,22500"))?;
+    shell.cargo("bench stream", &format!("{NAPPE} bench stream --sizes 10000,100000"))?;
+    clients::examples(shell)
 }

@@ -8,7 +8,7 @@ mod shell;
 mod check;
 mod test;
 mod bench;
-mod python;
+mod clients;
 mod ci;
 
 use std::process::ExitCode;

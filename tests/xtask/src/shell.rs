@@ -37,11 +37,6 @@ impl Shell {
         Self { root: root.to_path_buf(), ran: Vec::new() }
     }
 
-    /// The root of the repository.
-    pub(crate) fn root(&self) -> &Path {
-        &self.root
-    }
-
     /// Where built programs and installed tools are kept.
     pub(crate) fn target(&self) -> PathBuf {
         env::var_os("CARGO_TARGET_DIR").map_or_else(|| self.root.join("target"), |dir| self.root.join(dir))
