@@ -164,9 +164,17 @@ impl<R: Real> Rows<R> {
         match self.laws[slot] {
             MIXED => {
                 let lanes = &self.lane_laws[self.lane_index[slot] as usize];
-                std::array::from_fn(|c| P::load(&lanes.map(|law| laws[law as usize][c])))
+                let mut numbers = [[R::zero(); LANES]; 2];
+                for lane in 0..LANES {
+                    let law = laws[lanes[lane] as usize];
+                    (numbers[0][lane], numbers[1][lane]) = (law[0], law[1]);
+                }
+                [P::load(&numbers[0]), P::load(&numbers[1])]
             }
-            law => laws[law as usize].map(P::splat),
+            law => {
+                let law = laws[law as usize];
+                [P::splat(law[0]), P::splat(law[1])]
+            }
         }
     }
 
