@@ -10,25 +10,20 @@ use crate::shell::{Failure, Shell, cargo};
 /// Runs the checks, the quickest first.
 pub(crate) fn run(shell: &mut Shell, _: &[String]) -> Result<(), Failure> {
     shell.cargo("format", "fmt --all --check")?;
-    contract(shell)?;
+    match shell.find("buf") {
+        Some(buf) => shell.run("contract", Command::new(buf).args(["lint", "proto"]))?,
+        None => shell.skip("contract", "buf is not installed (npm package @bufbuild/buf)"),
+    }
+    match shell.find("typos") {
+        Some(typos) => shell.run("spelling", &mut Command::new(typos))?,
+        None => shell.skip("spelling", "typos is not installed (PyPI package typos)"),
+    }
     shell.cargo("lint", "clippy --release --workspace --all-targets -- -D warnings")?;
     let mut doc = Command::new(cargo());
     doc.args(["doc", "--release", "--workspace", "--no-deps"]).env("RUSTDOCFLAGS", "-D warnings");
     shell.run("documentation", &mut doc)?;
-    if shell.find("typos").is_some() {
-        shell.run("spelling", &mut Command::new("typos"))?;
-    }
     if shell.find("cargo-deny").is_some() {
         shell.cargo("licences", "deny check licenses bans sources")?;
     }
-    Ok(())
-}
-
-/// Lints the .proto files with buf, where it is installed.
-fn contract(shell: &mut Shell) -> Result<(), Failure> {
-    if let Some(buf) = shell.find("buf") {
-        return shell.run("contract", Command::new(buf).args(["lint", "proto"]));
-    }
-    shell.skip("contract", "buf is not installed (npm package @bufbuild/buf)");
     Ok(())
 }

@@ -19,13 +19,11 @@ pub(crate) fn examples(shell: &mut Shell) -> Result<(), Failure> {
     let server = Server::start(&built.join("nappe-server"))?;
     let mut rust = Command::new(built.join("examples/watch"));
     shell.run("example in Rust", rust.arg(format!("http://{}", server.address)).stdout(Stdio::null()))?;
-    match python_with_grpc(shell) {
-        Some(python) => python_example(shell, &python, &server),
-        None => {
-            shell.skip("example in Python", "grpcio-tools and numpy are not installed");
-            Ok(())
-        }
+    if let Some(python) = python_with_grpc(shell) {
+        return python_example(shell, &python, &server);
     }
+    shell.skip("example in Python", "grpcio-tools and numpy are not installed");
+    Ok(())
 }
 
 fn python_example(shell: &mut Shell, python: &Path, server: &Server) -> Result<(), Failure> {
