@@ -41,7 +41,8 @@ fn against_dockerfile(text: &str, programs: &[(String, String)]) -> Vec<String> 
             }
             ["RUN", "cargo", "build", arguments @ ..] => {
                 let package = arguments.iter().skip_while(|word| **word != "--package").nth(1);
-                let made = programs.iter().filter(|(owner, _)| package.is_some_and(|package| package == owner));
+                let made =
+                    programs.iter().filter(|(owner, _)| package.is_some_and(|package| package == owner));
                 built.extend(made.map(|(_, program)| program.as_str()));
             }
             ["ENTRYPOINT", program] if !installed.contains(program.trim_matches(['[', ']', '"'])) => {
@@ -61,7 +62,8 @@ fn against_unit(text: &str, programs: &[(String, String)]) -> Vec<String> {
     let Some(command) = text.lines().find_map(|line| line.strip_prefix("ExecStart=")) else {
         return vec!["the unit starts nothing".to_owned()];
     };
-    let program = command.split_whitespace().next().and_then(|path| path.rsplit('/').next()).unwrap_or_default();
+    let program =
+        command.split_whitespace().next().and_then(|path| path.rsplit('/').next()).unwrap_or_default();
     let known = programs.iter().any(|(_, name)| name == program);
     (!known).then(|| format!("the unit starts '{program}', which nothing builds")).into_iter().collect()
 }
@@ -78,7 +80,10 @@ fn against_settings(text: &str, config: &str) -> Vec<String> {
 fn the_image_copies_what_is_there_and_starts_what_it_builds() {
     assert_none(&against_dockerfile(&tree::text("deploy/Dockerfile"), &programs()));
     let compose = tree::text("deploy/compose.yaml");
-    assert!(compose.contains("dockerfile: deploy/Dockerfile") && compose.contains("context: .."), "{compose}");
+    assert!(
+        compose.contains("dockerfile: deploy/Dockerfile") && compose.contains("context: .."),
+        "{compose}"
+    );
 }
 
 #[test]
@@ -101,7 +106,8 @@ fn the_rules_find_what_they_are_for() {
         COPY --from=build /build/target/release/nappe-other /bin/x\nENTRYPOINT [\"/bin/y\"]\n";
     assert_eq!(against_dockerfile(image, &programs).len(), 3);
     assert_eq!(against_unit("ExecStart=/usr/local/bin/naperon --x\n", &programs).len(), 1);
-    assert_eq!(against_settings("ENV NAPPE_ADRESS=1 NAPPE_X=2", "env = \"NAPPE_X\""), [
-        "NAPPE_ADRESS is set, but the server does not read it"
-    ]);
+    assert_eq!(
+        against_settings("ENV NAPPE_ADRESS=1 NAPPE_X=2", "env = \"NAPPE_X\""),
+        ["NAPPE_ADRESS is set, but the server does not read it"]
+    );
 }
