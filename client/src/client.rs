@@ -16,8 +16,8 @@ use crate::{
     upload::{MeshUpload, UploadedMesh},
 };
 
-/// Largest message accepted from the server (bytes). Frames come in pieces of about 1 MiB; a topology comes whole.
-pub(crate) const MAX_MESSAGE_BYTES: usize = 8 << 20;
+/// Largest answer accepted from the server (bytes); streams of frames have their own limit.
+const MAX_MESSAGE_BYTES: usize = 8 << 20;
 /// How long a call may take.
 pub(crate) const CALL_LIMIT: Duration = Duration::from_secs(10);
 /// How long an upload, or the building of a large scene, may take.
@@ -42,7 +42,7 @@ pub struct CreatedSession {
 }
 
 impl Client {
-    /// Connects to a server, for example `http://127.0.0.1:50051`; without a scheme, `http://` is meant.
+    /// Connects to a server, for example `http://127.0.0.1:6277`; without a scheme, `http://` is meant.
     ///
     /// # Errors
     /// If the address is not one, or nothing answers there within 5 s.

@@ -9,6 +9,7 @@ use nappe_proto::v1;
 
 use crate::{
     frame::{Frame, Vectors},
+    join::Pieces,
     options::{DecodeLimits, Fields},
     topology::{Topology, TopologyError},
 };
@@ -143,25 +144,29 @@ pub struct Decoder {
     limits: DecodeLimits,
     /// Id and particle count of the topology announced.
     topology: Option<(u32, usize)>,
+    /// Pieces of the next topology.
+    pieces: Pieces,
     partial: Option<Partial>,
 }
 
 impl Decoder {
     /// A decoder of streams that carry `fields`.
     pub fn new(fields: Fields, limits: DecodeLimits) -> Self {
-        Self { fields, limits, topology: None, partial: None }
+        Self { fields, limits, topology: None, pieces: Pieces::default(), partial: None }
     }
 
-    /// Reads a topology. A frame in the making is forgotten: a stream begins here.
+    /// Reads a topology or a piece of one; returns it when its last piece has come. A frame in the making
+    /// is forgotten: a stream begins here.
     ///
     /// # Errors
     /// If a count, range or index does not fit, or the particles exceed the limits.
-    pub fn topology(&mut self, wire: v1::Topology) -> Result<Topology, DecodeError> {
+    pub fn topology(&mut self, wire: v1::Topology) -> Result<Option<Topology>, DecodeError> {
         self.partial = None;
         self.topology = None;
+        let Some(wire) = self.pieces.add(wire, self.limits.max_message_bytes)? else { return Ok(None) };
         let topology = Topology::from_wire(wire, self.limits.max_particles)?;
         self.topology = Some((topology.id, topology.particle_count));
-        Ok(topology)
+        Ok(Some(topology))
     }
 
     /// Reads a frame or a piece of one; returns the frame when its last piece has come.

@@ -15,7 +15,7 @@ use crate::{decode::DecodeError, upload::MeshError};
 pub enum ClientError {
     /// The address is not one.
     #[error(
-        "{address:?} is not the address of a server: {cause} (expected, for example, http://127.0.0.1:50051)"
+        "{address:?} is not the address of a server: {cause} (expected, for example, http://127.0.0.1:6277)"
     )]
     Address {
         /// What was given.

@@ -8,7 +8,7 @@
 //! use nappe_client::{Client, CreateSession, Event, WatchOptions};
 //!
 //! # async fn run() -> Result<(), nappe_client::ClientError> {
-//! let client = Client::connect("http://127.0.0.1:50051").await?;
+//! let client = Client::connect("http://127.0.0.1:6277").await?;
 //! let session = client.create_session(CreateSession::named("demo")).await?.session.session_id;
 //! let mut frames = client.watch(&session, WatchOptions::default()).await?;
 //! client.play(&session, 1.0).await?;
@@ -28,6 +28,7 @@ mod reconnect;
 mod options;
 mod frame;
 mod topology;
+mod join;
 mod decode;
 mod upload;
 mod error;

@@ -84,6 +84,24 @@ pub enum TopologyError {
         /// The client's limit.
         allowed: usize,
     },
+    /// A piece out of place.
+    #[error("piece {index} of {count} came where piece {expected} was next")]
+    Piece {
+        /// The piece, from 0.
+        index: u32,
+        /// Pieces that it announces.
+        count: u32,
+        /// The piece that was next.
+        expected: u32,
+    },
+    /// More bytes than the client agrees to hold.
+    #[error("{bytes} bytes came (this client holds at most {allowed})")]
+    TooLarge {
+        /// Bytes received.
+        bytes: usize,
+        /// The client's limit.
+        allowed: usize,
+    },
     /// The bodies do not hold every particle once, in order.
     #[error(
         "body {body:?} starts at particle {first} and has {count}, where {expected} is next of {particles}"

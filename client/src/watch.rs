@@ -75,7 +75,7 @@ impl Client {
     /// # Errors
     /// If there is no such session, its watchers are too many, or the first frame wanted is no longer kept.
     pub async fn watch(&self, session_id: &str, options: WatchOptions) -> Result<FrameStream, ClientError> {
-        let stream = self.open(options.request(session_id, options.from_frame)).await?;
+        let stream = self.open(session_id, &options, options.from_frame).await?;
         Ok(FrameStream {
             client: self.clone(),
             session_id: session_id.to_owned(),
@@ -106,9 +106,13 @@ impl Client {
     /// Opens a stream of frames. The limit holds until it is open, not for the stream itself.
     async fn open(
         &self,
-        message: v1::WatchFramesRequest,
+        session_id: &str,
+        options: &WatchOptions,
+        from_frame: Option<u64>,
     ) -> Result<Streaming<v1::WatchFramesResponse>, ClientError> {
-        let mut calls = self.calls.clone();
+        let message = options.request(session_id, from_frame);
+        let limit = options.limits.max_message_bytes;
+        let mut calls = self.calls.clone().max_decoding_message_size(limit);
         self.within("WatchFrames", CALL_LIMIT, calls.watch_frames(message)).await
     }
 }
@@ -148,7 +152,7 @@ impl FrameStream {
         self.failures = 0;
         match message.event {
             Some(Wire::Topology(wire)) => {
-                let topology = self.decoder.topology(wire)?;
+                let Some(topology) = self.decoder.topology(wire)? else { return Ok(None) };
                 if self.topology.as_ref() == Some(&topology) {
                     return Ok(None);
                 }
@@ -192,7 +196,7 @@ impl FrameStream {
             Delivery::Every => self.next_frame,
             Delivery::Latest => None,
         };
-        match self.client.open(self.options.request(&self.session_id, from_frame)).await {
+        match self.client.open(&self.session_id, &self.options, from_frame).await {
             Ok(stream) => {
                 let link = std::mem::replace(&mut self.link, Link::Open(Box::new(stream)));
                 let Link::Broken { cause } = link else { return Ok(None) };

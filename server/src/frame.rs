@@ -10,7 +10,7 @@ use nappe_sim::world::Simulation;
 use crate::config::PIECE_BYTES;
 
 /// Bytes of a message kept free for everything but arrays.
-const MARGIN_BYTES: usize = 4096;
+pub(crate) const MARGIN_BYTES: usize = 4096;
 
 /// An array over the particles, packed in one way.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

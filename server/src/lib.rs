@@ -9,6 +9,7 @@ mod error;
 mod frame;
 mod publish;
 mod wire;
+mod topology;
 mod library;
 mod upload;
 mod watch;

@@ -21,7 +21,7 @@ impl Origins {
     pub(crate) fn allow(&self, origin: &HeaderValue) -> bool {
         let Ok(origin) = origin.to_str() else { return false };
         let origin = origin.to_ascii_lowercase();
-        self.0.iter().any(|known| *known == origin) || is_loopback(&origin)
+        self.0.contains(&origin) || is_loopback(&origin)
     }
 }
 

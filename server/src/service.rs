@@ -84,10 +84,10 @@ impl Core {
             }
             _ => delivery,
         };
-        let opening = v1::watch_frames_response::Event::Topology(session.topology().clone());
-        let opening = v1::WatchFramesResponse { event: Some(opening) };
+        let pieces = session.topology().iter().cloned().map(v1::watch_frames_response::Event::Topology);
+        let opening = pieces.map(|piece| v1::WatchFramesResponse { event: Some(piece) }).collect();
         let draining = self.draining.clone();
-        Ok(watch(Arc::clone(feed), Frames(arrays), delivery, Some(opening), slot, draining))
+        Ok(watch(Arc::clone(feed), Frames(arrays), delivery, opening, slot, draining))
     }
 }
 
@@ -256,6 +256,6 @@ impl SimulationService for Methods {
         };
         let slot = session.watcher_slot()?;
         let feed = Arc::clone(session.feed());
-        Ok(Response::new(watch(feed, Figures, delivery, None, slot, self.0.draining.clone())))
+        Ok(Response::new(watch(feed, Figures, delivery, Vec::new(), slot, self.0.draining.clone())))
     }
 }

@@ -56,5 +56,5 @@ fn cors(origins: Origins) -> CorsLayer {
         .allow_headers(CALL_HEADERS.map(HeaderName::from_static))
         .expose_headers(STATUS_HEADERS.map(HeaderName::from_static))
         .vary([header::ORIGIN])
-        .max_age(Duration::from_secs(3600))
+        .max_age(Duration::from_hours(1))
 }

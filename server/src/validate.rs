@@ -106,7 +106,7 @@ pub(crate) fn period(max_rate_hz: f64) -> Result<Option<Duration>, ServiceError>
         let problem = format!("is {max_rate_hz}: allowed are 0 (no limit) and finite rates above it (Hz)");
         return Err(ServiceError::field("max_rate_hz", problem).with("value", max_rate_hz));
     }
-    let longest = Duration::from_secs(24 * 3600);
+    let longest = Duration::from_hours(24);
     Ok(Some(Duration::try_from_secs_f64(1.0 / max_rate_hz).map_or(longest, |period| period.min(longest))))
 }
 

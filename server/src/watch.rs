@@ -131,12 +131,12 @@ enum Leave {
     With(ServiceError),
 }
 
-/// Starts a watcher: first the message `opening`, then frames as `delivery` says.
+/// Starts a watcher: first the messages of `opening`, then frames as `delivery` says.
 pub(crate) fn watch<S: Shape>(
     feed: Arc<Feed>,
     shape: S,
     delivery: Delivery,
-    opening: Option<S::Message>,
+    opening: Vec<S::Message>,
     slot: OwnedSemaphorePermit,
     draining: CancellationToken,
 ) -> WatchStream<S::Message> {
@@ -175,8 +175,8 @@ struct Watcher<S: Shape> {
 
 impl<S: Shape> Watcher<S> {
     /// Carries frames until there is a reason to leave, which is the error.
-    async fn run(&mut self, opening: Option<S::Message>, delivery: Delivery) -> Result<(), Leave> {
-        if let Some(message) = opening {
+    async fn run(&mut self, opening: Vec<S::Message>, delivery: Delivery) -> Result<(), Leave> {
+        for message in opening {
             self.send(message).await?;
         }
         match delivery {
@@ -270,7 +270,7 @@ impl<S: Shape> Watcher<S> {
             sent = self.sender.send(message) => sent.map_err(|_closed| Leave::Quietly),
             newest = self.newest.wait_for(|newest| newest.oldest > current + 1) => {
                 let oldest = newest.map_or(current, |newest| newest.oldest);
-                Err(Leave::With(too_slow(current + 1, oldest)))
+                Err(Leave::With(too_slow(current, oldest)))
             }
         }
     }

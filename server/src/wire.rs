@@ -19,6 +19,7 @@ pub(crate) fn topology(bodies: &[BodyTopology], colliders: &[Collider]) -> v1::T
         particle_count: bodies.iter().map(|body| body.particle_count).sum(),
         bodies: bodies.iter().map(body).collect(),
         colliders: colliders.iter().map(collider).collect(),
+        chunk: None,
     }
 }
 

@@ -34,7 +34,7 @@ pub(crate) use transition::{Effect, Event, State, transition};
 #[derive(Debug)]
 pub(crate) struct Session {
     status: Arc<Status>,
-    topology: v1::Topology,
+    topology: Vec<v1::Topology>,
     commands: mpsc::Sender<Command>,
     watcher_slots: Arc<Semaphore>,
     watcher_limit: u32,
@@ -45,7 +45,7 @@ pub(crate) struct Session {
 impl Session {
     fn new(
         status: Arc<Status>,
-        topology: v1::Topology,
+        topology: Vec<v1::Topology>,
         commands: mpsc::Sender<Command>,
         ended: CancellationToken,
         limits: &Limits,
@@ -65,8 +65,8 @@ impl Session {
         self.with_watchers(self.status.describe())
     }
 
-    /// What its streams begin with.
-    pub(crate) fn topology(&self) -> &v1::Topology {
+    /// What its streams begin with, in pieces.
+    pub(crate) fn topology(&self) -> &[v1::Topology] {
         &self.topology
     }
 

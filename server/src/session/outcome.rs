@@ -32,7 +32,7 @@ impl Stepper {
 
     fn encode(&self, frame: u64) -> Result<EncodedFrame, NotFinite> {
         let mut head = head(&self.simulation, frame, self.status.progress().diagnostics);
-        let hashed = frame % u64::from(self.status.facts.hash_interval) == 0 || self.is_last();
+        let hashed = frame.is_multiple_of(self.status.facts.hash_interval.into()) || self.is_last();
         head.state_hash = hashed.then(|| self.hash());
         let (simulation, wanted) = (&self.simulation, self.status.feed.demand());
         self.pool.install(|| EncodedFrame::encode(simulation, wanted, head))

@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 pub(crate) const MAX_ARREARS: Duration = Duration::from_millis(100);
 
 /// Longest wait that is computed; a longer one is looked at again.
-const MAX_WAIT: Duration = Duration::from_secs(3600);
+const MAX_WAIT: Duration = Duration::from_hours(1);
 
 /// The pace of a run.
 #[derive(Clone, Copy, Debug)]

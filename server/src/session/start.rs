@@ -28,7 +28,7 @@ use crate::{
     library::{MeshStore, build_scene},
     publish::Feed,
     reason::Reason,
-    wire,
+    topology, wire,
 };
 
 /// A session to make.
@@ -109,7 +109,7 @@ fn build(
     simulation.apply(&built.initial_changes).map_err(|error| {
         ServiceError::new(Reason::InvalidScene, format!("{}: {error}", order.file)).with("fault", "SETUP")
     })?;
-    let topology = wire::topology(&simulation.topology(), simulation.colliders());
+    let topology = topology::pieces(wire::topology(&simulation.topology(), simulation.colliders()));
     let diagnostics = pool.install(|| initial_figures(&simulation));
     let (first, state_hash) = pool.install(|| first_frame(&simulation, &diagnostics))?;
     let feed = Arc::new(Feed::new(first, limits.history_bytes_per_session));

@@ -207,7 +207,7 @@ impl Stepper {
     fn stepped(&mut self, report: &StepReport, laps: &Laps, seconds: f64) {
         let facts = &self.status.facts;
         let last = facts.step_limit > 0 && report.step >= facts.step_limit;
-        let due = last || report.step % u64::from(facts.frame_interval) == 0;
+        let due = last || report.step.is_multiple_of(facts.frame_interval.into());
         let frame = self.status.feed.newest().frame.head.frame + u64::from(due);
         let diagnostics = figures(report, frame, &laps.seconds, seconds);
         self.status.update(|progress| {

@@ -100,8 +100,7 @@ pub(crate) fn transition(state: State, event: Event) -> Result<(State, Effect), 
         (Finished, Event::Play | Event::Step(_) | Event::Update) => Err(Reason::SessionFinished),
         (Failed, Event::Play | Event::Step(_) | Event::Update) => Err(Reason::SessionFailed),
 
-        (Paused, Event::Stepped | Event::SteppedLast)
-        | (Finished, Event::Stepped | Event::SteppedLast)
+        (Paused | Finished, Event::Stepped | Event::SteppedLast)
         | (Failed, Event::Stepped | Event::SteppedLast | Event::Broke) => {
             unreachable!("a session that is {state:?} takes no steps")
         }

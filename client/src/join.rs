@@ -1,0 +1,134 @@
+//! Pieces of a topology to the whole message.
+//!
+//! Enters: `v1::Topology` messages, each the whole or a piece. Leaves: one whole message. Memory grows
+//! with what has arrived, and stays below a limit.
+
+use nappe_proto::v1;
+
+use crate::topology::TopologyError;
+
+/// The pieces of one topology that have arrived.
+#[derive(Debug, Default)]
+pub(crate) struct Pieces {
+    pieces: Vec<v1::Topology>,
+    bytes: usize,
+}
+
+impl Pieces {
+    /// Takes the next piece; returns the whole when its last piece has come. Piece 0 begins anew.
+    pub(crate) fn add(
+        &mut self,
+        piece: v1::Topology,
+        max_bytes: usize,
+    ) -> Result<Option<v1::Topology>, TopologyError> {
+        let v1::Chunk { index, count } = piece.chunk.unwrap_or(v1::Chunk { index: 0, count: 1 });
+        if index == 0 {
+            *self = Self::default();
+        }
+        let expected = self.pieces.len() as u32;
+        let same = self.pieces.first().is_none_or(|first| {
+            first.topology_id == piece.topology_id
+                && first.particle_count == piece.particle_count
+                && first.chunk.map(|chunk| chunk.count) == Some(count)
+        });
+        if index != expected || index >= count || !same {
+            return Err(TopologyError::Piece { index, count, expected });
+        }
+        self.bytes = self.bytes.saturating_add(size(&piece));
+        if self.bytes > max_bytes {
+            return Err(TopologyError::TooLarge { bytes: self.bytes, allowed: max_bytes });
+        }
+        self.pieces.push(piece);
+        let complete = index + 1 == count;
+        Ok(complete.then(|| join(std::mem::take(self).pieces)).flatten())
+    }
+}
+
+fn size(piece: &v1::Topology) -> usize {
+    let arrays = |body: &v1::BodyTopology| {
+        [&body.triangles_u32, &body.springs_u32, &body.pins_u32, &body.uv_f32].map(bytes::Bytes::len)
+    };
+    // What a body or a collider takes in memory without its arrays counts as well.
+    let bodies = piece.bodies.iter().map(|body| 256 + body.name.len() + arrays(body).iter().sum::<usize>());
+    let colliders = piece.colliders.iter().map(|collider| 256 + collider.name.len());
+    bodies.chain(colliders).sum()
+}
+
+/// The whole: parts of a body stand under the same first particle, one after the other.
+fn join(pieces: Vec<v1::Topology>) -> Option<v1::Topology> {
+    let mut pieces = pieces.into_iter();
+    let mut whole = pieces.next()?;
+    let mut parts = std::mem::take(&mut whole.bodies);
+    for piece in pieces {
+        parts.extend(piece.bodies);
+        whole.colliders.extend(piece.colliders);
+    }
+    let same =
+        |a: &v1::BodyTopology, b: &v1::BodyTopology| a.first_particle == b.first_particle && a.name == b.name;
+    for parts in parts.chunk_by(same) {
+        whole.bodies.push(match parts {
+            [body] => body.clone(),
+            parts => v1::BodyTopology {
+                triangles_u32: concat(parts, |part| &part.triangles_u32),
+                springs_u32: concat(parts, |part| &part.springs_u32),
+                pins_u32: concat(parts, |part| &part.pins_u32),
+                uv_f32: concat(parts, |part| &part.uv_f32),
+                ..parts[0].clone()
+            },
+        });
+    }
+    whole.chunk = None;
+    Some(whole)
+}
+
+fn concat(parts: &[v1::BodyTopology], array: impl Fn(&v1::BodyTopology) -> &bytes::Bytes) -> bytes::Bytes {
+    parts.iter().flat_map(|part| array(part).iter().copied()).collect::<Vec<u8>>().into()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn piece(index: u32, count: u32, bodies: &[(&str, u32, &[u8])]) -> v1::Topology {
+        let body = |(name, first_particle, triangles): &(&str, u32, &[u8])| v1::BodyTopology {
+            name: (*name).to_owned(),
+            first_particle: *first_particle,
+            triangles_u32: triangles.to_vec().into(),
+            ..v1::BodyTopology::default()
+        };
+        let chunk = Some(v1::Chunk { index, count });
+        v1::Topology {
+            topology_id: 1,
+            chunk,
+            bodies: bodies.iter().map(body).collect(),
+            ..v1::Topology::default()
+        }
+    }
+
+    #[test]
+    fn a_body_continues_from_piece_to_piece() {
+        let mut pieces = Pieces::default();
+        let first = piece(0, 3, &[("a", 0, &[1, 2]), ("b", 5, &[3])]);
+        assert_eq!(pieces.add(first.clone(), 10_000), Ok(None));
+        // A stream that begins anew sends piece 0 again.
+        assert_eq!(pieces.add(first, 10_000), Ok(None));
+        assert_eq!(pieces.add(piece(1, 3, &[("b", 5, &[4, 5])]), 10_000), Ok(None));
+        let whole = pieces.add(piece(2, 3, &[("b", 5, &[6]), ("c", 7, &[])]), 10_000);
+        let whole = whole.expect("in order").expect("complete");
+        let expected = piece(0, 1, &[("a", 0, &[1, 2]), ("b", 5, &[3, 4, 5, 6]), ("c", 7, &[])]);
+        assert_eq!(whole, v1::Topology { chunk: None, ..expected });
+    }
+
+    #[test]
+    fn pieces_out_of_order_or_too_large_are_refused() {
+        let mut pieces = Pieces::default();
+        let refused = pieces.add(piece(1, 2, &[]), 10_000);
+        assert_eq!(refused, Err(TopologyError::Piece { index: 1, count: 2, expected: 0 }));
+        pieces.add(piece(0, 3, &[]), 10_000).expect("the first");
+        assert!(pieces.add(piece(2, 3, &[]), 10_000).is_err());
+        assert!(pieces.add(piece(1, 4, &[]), 10_000).is_err());
+        assert!(Pieces::default().add(piece(0, 0, &[]), 10_000).is_err());
+        let large = Pieces::default().add(piece(0, 2, &[("a", 0, &[0; 900])]), 1000);
+        assert!(matches!(large, Err(TopologyError::TooLarge { allowed: 1000, .. })));
+    }
+}

@@ -1,0 +1,214 @@
+//! What watchers receive: topology, every frame, the newest frames, figures.
+
+use std::time::{Duration, Instant};
+
+use nappe_proto::v1::{self, Encoding, Field};
+use nappe_scene::{NoMeshes, Scene, SceneLimits};
+use nappe_server::Reason;
+use nappe_sim::{math::Precision, report::NoStopwatch, world::Simulation};
+use tokio_stream::StreamExt as _;
+
+use crate::harness::{Next, PATIENCE, Server, assert_reason, dust, every, latest, sheet, sheet_with};
+
+/// The same simulation without a server.
+fn simulation(text: &str, precision: Precision) -> Simulation {
+    let scene = Scene::parse(text, "test").expect("a scene");
+    let built = scene.build(&NoMeshes, &SceneLimits::default()).expect("a world");
+    Simulation::new(&built.setup, precision).expect("a simulation").0
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn every_frame_arrives_with_the_bits_of_the_simulation() {
+    let mut server = Server::start().await;
+    for (name, precision) in [("f32", Precision::F32), ("f64", Precision::F64)] {
+        let root = format!("steps = 24\nframe_interval = 2\nhash_interval = 3\nprecision = \"{name}\"");
+        let text = sheet_with(7, &root);
+        let id = server.session(text.clone()).await;
+        let request = v1::WatchFramesRequest {
+            fields: vec![Field::Positions.into(), Field::Velocities.into()],
+            encoding: Encoding::RawF64.into(),
+            ..every(&id, 0)
+        };
+        let mut watch = server.watch(request).await;
+        server.play(&id).await;
+        let (frames, end) = watch.until_end().await;
+        let mut reference = simulation(&text, precision);
+        let (mut x, mut v) = (Vec::new(), Vec::new());
+        assert_eq!(frames.len(), 13);
+        for (number, frame) in frames.iter().enumerate() {
+            assert_eq!((frame.head.frame, frame.head.step), (number as u64, 2 * number as u64));
+            reference.positions_f64(&mut x);
+            reference.velocities_f64(&mut v);
+            assert_eq!(frame.numbers(Field::Positions, f64::from_le_bytes), x, "frame {number}");
+            assert_eq!(frame.numbers(Field::Velocities, f64::from_le_bytes), v, "frame {number}");
+            let hashed = number % 3 == 0 || number == 12;
+            assert_eq!(frame.head.state_hash, hashed.then(|| reference.state_hash()), "frame {number}");
+            let figures = frame.head.diagnostics.as_ref().expect("figures");
+            assert_eq!((figures.frame, figures.step), (frame.head.frame, frame.head.step));
+            for _ in 0..2 {
+                reference.step(&mut NoStopwatch).expect("a step");
+            }
+        }
+        assert_eq!((end.frame, end.step), (12, 24));
+        assert_eq!(Some(end.state_hash), frames[12].head.state_hash);
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn the_topology_comes_first_and_describes_the_arrays() {
+    let mut server = Server::start().await;
+    let id = server.session(sheet(5)).await;
+    let mut watch = server.watch(latest(&id)).await;
+    let topology = watch.topology.clone();
+    assert_eq!((topology.particle_count, topology.bodies.len()), (25, 1));
+    let body = &topology.bodies[0];
+    assert_eq!((body.name.as_str(), body.first_particle, body.particle_count), ("sheet", 0, 25));
+    let triangles = body.triangles_u32.as_chunks().0.iter().map(|i| u32::from_le_bytes(*i));
+    assert_eq!(triangles.clone().count(), 2 * 16 * 3);
+    assert!(triangles.max().is_some_and(|last| last == 24));
+    assert!(body.springs_u32.is_empty(), "a body with triangles needs no springs to be drawn");
+    assert_eq!(body.pins_u32.len(), 2 * 4);
+    let frame = watch.frame().await;
+    assert_eq!((frame.head.frame, frame.head.topology_id), (0, topology.topology_id));
+    assert_eq!(frame.numbers(Field::Positions, f32::from_le_bytes).len(), 75);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_frame_above_a_mebibyte_comes_in_pieces() {
+    let mut server = Server::start().await;
+    let id = server.session(dust(300, "steps = 2")).await;
+    let request = v1::WatchFramesRequest {
+        fields: vec![Field::Positions.into(), Field::Velocities.into()],
+        encoding: Encoding::RawF64.into(),
+        ..every(&id, 0)
+    };
+    let mut wide = server.watch(request).await;
+    let mut narrow = server.watch(every(&id, 0)).await;
+    // Two triangles a cell: 2.05 MiB; and texture coordinates: 0.69 MiB.
+    assert_eq!(narrow.topology_piece_count, 3);
+    let body = &narrow.topology.bodies[0];
+    assert_eq!((body.triangles_u32.len(), body.uv_f32.len()), (2 * 299 * 299 * 12, 90_000 * 8));
+    server.play(&id).await;
+    // 90 000 particles: 1.03 MiB in binary32, 4.12 MiB with velocities in binary64.
+    let (frames, _) = narrow.until_end().await;
+    assert!(frames.iter().all(|frame| frame.piece_count == 2));
+    let (frames, _) = wide.until_end().await;
+    assert!(frames.iter().all(|frame| frame.piece_count == 5), "{}", frames[0].piece_count);
+    let x = frames[2].numbers(Field::Positions, f64::from_le_bytes);
+    let v = frames[2].numbers(Field::Velocities, f64::from_le_bytes);
+    assert_eq!((x.len(), v.len()), (270_000, 270_000));
+    // Two steps of free fall, v = -g t, the same for the first and the last particle.
+    for velocity in [v[1], v[269_998]] {
+        assert!((velocity + 9.81 * 0.002).abs() < 1e-6, "{velocity}");
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn the_newest_frame_is_delivered_and_dropped_ones_are_counted() {
+    let mut server = Server::start().await;
+    let id = server.session(sheet(4)).await;
+    let mut watch = server.watch(v1::WatchFramesRequest { max_rate_hz: 20.0, ..latest(&id) }).await;
+    let start = Instant::now();
+    server.play(&id).await;
+    let first = watch.frame().await;
+    assert_eq!(first.head.dropped_count, 0, "nothing was before the first");
+    let (mut last, mut dropped) = (first.head.frame, 0);
+    for _ in 0..6 {
+        let frame = watch.frame().await;
+        assert_eq!(frame.head.frame, last + 1 + frame.head.dropped_count);
+        (last, dropped) = (frame.head.frame, dropped + frame.head.dropped_count);
+    }
+    // Six periods of 50 ms; timers may round down by a millisecond each.
+    assert!(start.elapsed() > Duration::from_millis(290), "{:?}", start.elapsed());
+    assert!(dropped > 0, "a session steps more than 20 times a second");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn the_last_frame_and_the_end_reach_a_watcher_of_the_newest() {
+    let mut server = Server::start().await;
+    let id = server.session(sheet_with(4, "steps = 200")).await;
+    // One frame a minute: the end is not held back by the rate.
+    let mut watch = server.watch(v1::WatchFramesRequest { max_rate_hz: 1.0 / 60.0, ..latest(&id) }).await;
+    server.play(&id).await;
+    let (frames, end) = watch.until_end().await;
+    let last = &frames.last().expect("a frame").head;
+    assert_eq!((last.frame, last.step, last.state_hash), (200, 200, Some(end.state_hash)));
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn velocities_asked_for_late_come_with_the_state_that_stands() {
+    let mut server = Server::start().await;
+    let id = server.session(sheet(4)).await;
+    server.step(&id, 5).await;
+    let request = v1::WatchFramesRequest { fields: vec![Field::Velocities.into()], ..latest(&id) };
+    // The newest frame had no velocities: nobody had asked. The session is paused, and they come.
+    let frame = server.watch(request.clone()).await.frame().await;
+    assert_eq!(frame.head.frame, 5);
+    assert!(frame.numbers(Field::Velocities, f32::from_le_bytes).iter().any(|v| *v != 0.0));
+    assert!(!frame.fields.contains_key(&Field::Positions.into()), "only what was asked for");
+    // Frames before were made without them, and frame 0 has everything.
+    let every_from = |from_frame| v1::WatchFramesRequest {
+        fields: vec![Field::Velocities.into()],
+        ..every(&id, from_frame)
+    };
+    let refused = server.client.watch_frames(every_from(3)).await.expect_err("no velocities there");
+    assert_eq!(assert_reason(&refused, Reason::FrameExpired)["oldest_frame"], "5");
+    assert_eq!(server.watch(every_from(0)).await.frame().await.head.frame, 0);
+    // From now on every frame has them.
+    server.step(&id, 3).await;
+    let mut watch = server.watch(every_from(6)).await;
+    for number in 6..=8 {
+        assert_eq!(watch.frame().await.head.frame, number);
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn figures_come_for_every_frame_or_at_a_rate() {
+    let mut server = Server::start().await;
+    let id = server.session(sheet_with(5, "steps = 30\nframe_interval = 3")).await;
+    let request = v1::WatchDiagnosticsRequest { session_id: id.clone(), max_rate_hz: 0.0 };
+    let all = server.client.watch_diagnostics(request.clone()).await.expect("a stream").into_inner();
+    let request = v1::WatchDiagnosticsRequest { max_rate_hz: 10.0, ..request };
+    let some = server.client.watch_diagnostics(request).await.expect("a stream").into_inner();
+    server.play(&id).await;
+    let collect = |stream: tonic::Streaming<v1::WatchDiagnosticsResponse>| async {
+        let messages = tokio::time::timeout(PATIENCE, stream.collect::<Vec<_>>()).await.expect("it ends");
+        messages
+            .into_iter()
+            .map(|message| message.expect("no error").diagnostics.expect("figures"))
+            .collect::<Vec<_>>()
+    };
+    let all = collect(all).await;
+    assert_eq!(all.iter().map(|d| d.step).collect::<Vec<_>>(), (0..=10).map(|i| 3 * i).collect::<Vec<_>>());
+    let last = all.last().expect("figures");
+    assert!(last.step_seconds > 0.0 && last.max_stretch > 0.9 && last.solve.is_some());
+    assert!(last.stages.iter().any(|stage| stage.seconds > 0.0), "stages have times");
+    let some = collect(some).await;
+    assert!(some.len() <= all.len() && some.last().is_some_and(|d| d.step == 30));
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_deleted_session_ends_its_streams_with_a_reason() {
+    let mut server = Server::start().await;
+    let id = server.session(sheet(4)).await;
+    let (mut a, mut b) = (server.watch(every(&id, 0)).await, server.watch(latest(&id)).await);
+    assert_eq!(server.until(&id, |_| true).await.watcher_count, 2);
+    server.client.delete_session(v1::DeleteSessionRequest { session_id: id }).await.expect("deleted");
+    for watch in [&mut a, &mut b] {
+        let (frames, status) = watch.until_break().await;
+        assert_reason(&status, Reason::SessionDeleted);
+        assert!(frames.len() <= 1);
+    }
+    assert!(matches!(a.next().await, Next::Closed));
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_watcher_that_leaves_is_no_longer_counted() {
+    let mut server = Server::start().await;
+    let id = server.session(sheet(4)).await;
+    for _ in 0..50 {
+        let mut watch = server.watch(latest(&id)).await;
+        watch.frame().await;
+    }
+    server.until(&id, |session| session.watcher_count == 0).await;
+}
