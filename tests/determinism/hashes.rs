@@ -1,0 +1,84 @@
+//! One hash per scene, method and precision, for 1, 2, 3 and 8 threads.
+
+use std::{collections::BTreeMap, env, fmt::Write, fs};
+
+use nappe_sim::math::Precision;
+use nappe_tests::{
+    Method, golden,
+    threads::{THREAD_COUNTS, with_threads},
+};
+
+use crate::scenes::{NAMES, STEPS, run};
+
+const FILE: &str = "hashes.txt";
+
+const HEADER: &str = "\
+# State hashes: scene, method, precision, steps, hash. The same for any number of threads, in debug
+# and in release, on any processor. Rewritten by NAPPE_BLESS=1 cargo test --test determinism.
+";
+
+/// `scene method precision steps` of every run.
+fn runs() -> Vec<(String, &'static str, Method, Precision)> {
+    let mut runs = Vec::new();
+    for name in NAMES {
+        for method in Method::all() {
+            for precision in Precision::ALL {
+                let key = format!("{name} {} {precision} {STEPS}", method.name());
+                runs.push((key, name, method, precision));
+            }
+        }
+    }
+    runs
+}
+
+fn hash(name: &str, method: Method, precision: Precision, threads: usize) -> u64 {
+    with_threads(threads, || run(name, method, precision).state_hash())
+}
+
+/// The committed hashes by key.
+fn committed() -> BTreeMap<String, u64> {
+    let text = fs::read_to_string(golden::path(FILE)).expect("tests/golden/hashes.txt is there");
+    let lines = text.lines().filter(|line| !line.starts_with('#'));
+    let entry = |line: &str| {
+        let (key, hash) = line.rsplit_once(' ').expect("a hash at the end of a line");
+        (key.to_owned(), u64::from_str_radix(hash, 16).expect("a hexadecimal hash"))
+    };
+    lines.map(entry).collect()
+}
+
+#[test]
+fn every_run_has_the_same_hash_for_any_number_of_threads() {
+    for (key, name, method, precision) in runs() {
+        let hashes = THREAD_COUNTS.map(|threads| hash(name, method, precision, threads));
+        assert!(hashes.iter().all(|h| *h == hashes[0]), "{key}: {hashes:016x?} on {THREAD_COUNTS:?} threads");
+    }
+}
+
+#[test]
+fn every_run_has_its_committed_hash() {
+    let found: Vec<_> = runs().into_iter().map(|(key, n, m, p)| (key, hash(n, m, p, 2))).collect();
+    if env::var_os("NAPPE_BLESS").is_some_and(|value| value == "1") {
+        let mut text = HEADER.to_owned();
+        for (key, hash) in &found {
+            writeln!(text, "{key} {hash:016x}").expect("a string takes text");
+        }
+        fs::write(golden::path(FILE), text).expect("tests/golden/hashes.txt can be written");
+    }
+    let committed = committed();
+    let different: Vec<_> = found
+        .iter()
+        .filter(|(key, hash)| committed.get(key) != Some(hash))
+        .map(|(key, hash)| format!("{key} {hash:016x}"))
+        .collect();
+    assert!(different.is_empty(), "not as committed:\n{}", different.join("\n"));
+    assert_eq!(committed.len(), found.len(), "hashes of runs that are no more");
+}
+
+#[test]
+fn runs_that_differ_have_different_hashes() {
+    let committed = committed();
+    let mut hashes: Vec<_> = committed.values().collect();
+    hashes.sort_unstable();
+    hashes.dedup();
+    assert_eq!(hashes.len(), committed.len());
+}

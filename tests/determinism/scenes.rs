@@ -1,0 +1,82 @@
+//! Scenes of several blocks, small enough for a debug build, that between them use every kernel.
+
+use nappe_sim::{
+    collide::{Collider, Shape},
+    linalg::SolverSettings,
+    math::Precision,
+    world::{Change, Simulation},
+};
+use nappe_tests::{
+    Method, Scene,
+    networks::{DrapSprings, chain, drap, scatter, sheet, sheet_rules},
+    scene::advance,
+};
+
+/// Steps of every scene.
+pub(crate) const STEPS: u64 = 15;
+
+/// Names of the scenes.
+pub(crate) const NAMES: [&str; 4] = ["hung_sheet", "course_cloth", "sheet_on_sphere", "carried_chain"];
+
+/// A scene by name.
+pub(crate) fn scene(name: &str, method: Method) -> Scene {
+    let gravity = [0.0, -9.81, 0.0];
+    let mut scene = match name {
+        "hung_sheet" => {
+            let mut network = sheet(20, 0.05, &sheet_rules(100.0, 0.02), 0.005);
+            network.drag = 0.003;
+            let mut scene = Scene::new(network, 1e-3).under(gravity);
+            scene.wind = [2.0, 0.3, -1.0];
+            scene
+        }
+        "course_cloth" => Scene::new(drap(14, DrapSprings::Full, 0.01), 2.5e-3).under(gravity),
+        "sheet_on_sphere" => sheet_on_sphere().under(gravity),
+        "carried_chain" => {
+            let x: Vec<_> =
+                (0..150).map(|i| [0.02 * f64::from(i), 0.01 * scatter(i as usize), 0.0]).collect();
+            let mut network = chain(&x, 0.02, 50.0, 0.01, 0.002);
+            network.pins = vec![0, 70, 149];
+            Scene::new(network, 2e-3).under(gravity)
+        }
+        other => panic!("no scene is named {other}"),
+    }
+    .by(method);
+    scene.settings.grain = 64;
+    scene.settings.solver = SolverSettings::default();
+    scene
+}
+
+fn sheet_on_sphere() -> Scene {
+    let mut network = sheet(18, 0.05, &sheet_rules(100.0, 0.02), 0.005);
+    network.pins.clear();
+    for (i, v) in network.v.iter_mut().enumerate() {
+        *v = [0.3 * scatter(i), -1.0, 0.3 * scatter(i + 1000)];
+    }
+    let collider = |name: &str, shape| Collider {
+        name: name.to_owned(),
+        shape,
+        velocity: [0.1, 0.0, 0.0],
+        friction: 0.4,
+        restitution: 0.2,
+        margin: 0.004,
+    };
+    let mut scene = Scene::new(network, 2e-3);
+    scene.settings.substeps = 2;
+    scene.colliders = vec![
+        collider("ball", Shape::Sphere { center: [0.45, -0.21, 0.4], radius: 0.2 }),
+        collider("floor", Shape::Plane { point: [0.0, -0.012, 0.0], normal: [0.0, 1.0, 0.0] }),
+    ];
+    scene
+}
+
+/// The simulation of a scene with what happens to it on the way, after all its steps.
+pub(crate) fn run(name: &str, method: Method, precision: Precision) -> Simulation {
+    let mut simulation = scene(name, method).simulate(precision);
+    if name == "carried_chain" {
+        let target = [0.1, 0.05, -0.02];
+        let change = Change::Pin { particle: 70, target, duration: 0.02 };
+        simulation.apply(&[change]).expect("a pin may move");
+    }
+    advance(&mut simulation, STEPS);
+    simulation
+}

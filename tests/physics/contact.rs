@@ -1,0 +1,182 @@
+//! Planes and spheres: no penetration, restitution, friction on an incline, moving colliders.
+
+use nappe_sim::{
+    collide::{Collider, Shape},
+    linalg::Stop,
+    math::{Precision, Real},
+};
+use nappe_tests::{
+    Method, Scene,
+    networks::{particles, sheet, sheet_rules},
+    scene::{advance, difference, norm, positions, velocities},
+};
+
+const GRAVITY: f64 = 9.81;
+const MARGIN: f64 = 0.005;
+
+fn collider(shape: Shape) -> Collider {
+    Collider {
+        name: "collider".to_owned(),
+        shape,
+        velocity: [0.0; 3],
+        friction: 0.0,
+        restitution: 0.0,
+        margin: MARGIN,
+    }
+}
+
+/// A plane through the origin that rises towards -x by `angle` (rad): things slide towards +x.
+fn incline(angle: f64, friction: f64) -> Collider {
+    let normal = [angle.sin(), angle.cos(), 0.0];
+    Collider { friction, ..collider(Shape::Plane { point: [0.0; 3], normal }) }
+}
+
+/// One particle at a height of `height` (m) along the normal of a collider through the origin.
+fn above(collider: Collider, height: f64, method: Method, dt: f64) -> Scene {
+    let Shape::Plane { normal, .. } = collider.shape else { panic!("a plane") };
+    let network = particles(&[normal.map(|n| n * (height + collider.margin))], 0.3);
+    let mut scene = Scene::new(network, dt).by(method).under([0.0, -GRAVITY, 0.0]);
+    scene.colliders = vec![collider];
+    scene
+}
+
+#[test]
+fn no_particle_of_a_cloth_enters_a_sphere_or_a_floor() {
+    let (center, radius, floor) = ([0.45, -0.25, 0.45], 0.2, -0.5);
+    for method in Method::all() {
+        for precision in Precision::ALL {
+            let mut network = sheet(10, 0.1, &sheet_rules(100.0, 0.02), 0.01);
+            network.pins.clear();
+            let mut scene = Scene::new(network, 2e-4).by(method).under([0.0, -GRAVITY, 0.0]);
+            scene.settings.solver.stop = Stop::Residual { tolerance: 1e-4, max_iterations: 50 };
+            let ground = Shape::Plane { point: [0.0, floor, 0.0], normal: [0.0, 1.0, 0.0] };
+            scene.colliders = vec![
+                Collider { friction: 0.3, ..collider(Shape::Sphere { center, radius }) },
+                Collider { friction: 0.3, ..collider(ground) },
+            ];
+            let mut simulation = scene.simulate(precision);
+            let rounding = match precision {
+                Precision::F32 => f32::ROUNDING,
+                Precision::F64 => f64::ROUNDING,
+            };
+            let mut contacts = 0;
+            for _ in 0..40 {
+                contacts = advance(&mut simulation, 50).contact_count.max(contacts);
+                for x in positions(&simulation) {
+                    let depth = (radius + MARGIN - norm(difference(x, center))).max(floor + MARGIN - x[1]);
+                    assert!(depth < 16.0 * rounding, "{} in {precision}: {depth:e} m inside", method.name());
+                }
+            }
+            assert!(contacts > 10, "{} in {precision}: at most {contacts} contacts", method.name());
+        }
+    }
+}
+
+#[test]
+fn a_particle_that_bounces_rises_to_the_square_of_its_restitution() {
+    let height = 0.5;
+    for method in Method::all() {
+        for restitution in [0.0, 0.5, 0.9, 1.0] {
+            let dt = 1e-4;
+            let floor = Collider { restitution, ..incline(0.0, 0.0) };
+            let mut simulation = above(floor, height, method, dt).simulate(Precision::F64);
+            let fall = (2.0 * height / GRAVITY).sqrt();
+            advance(&mut simulation, (fall / dt) as u64 + 2);
+            let mut top = 0.0_f64;
+            // The first bounce alone: it lasts e times twice the fall.
+            for _ in 0..(2.0 * restitution * fall / dt) as u64 {
+                advance(&mut simulation, 1);
+                top = top.max(positions(&simulation)[0][1] - MARGIN);
+            }
+            let expected = restitution * restitution * height;
+            // Contact is found at the end of a step: within v dt of its place.
+            let tolerance = 4.0 * (2.0 * GRAVITY * height).sqrt() * dt;
+            assert!((top - expected).abs() < tolerance, "{}, e = {restitution}: {top} m", method.name());
+        }
+    }
+}
+
+#[test]
+fn a_particle_comes_to_rest_on_the_floor() {
+    for method in Method::all() {
+        let mut simulation = above(incline(0.0, 0.5), 0.1, method, 1e-3).simulate(Precision::F64);
+        advance(&mut simulation, 1000);
+        let (x, v) = (positions(&simulation)[0], velocities(&simulation)[0]);
+        // A contact gives back the way of the velocity that it takes away; an integrator that moves
+        // with an older velocity went less far, and hovers that much: a few g dt².
+        assert!((x[1] - MARGIN).abs() < 3.0 * GRAVITY * 1e-6, "{}: at {x:?} m", method.name());
+        // A step may show the velocity of its own gravity before the contact takes it away.
+        assert!(norm(v) <= GRAVITY * 1e-3 * 1.001, "{}: {v:?} m/s", method.name());
+    }
+}
+
+#[test]
+fn a_particle_slips_on_an_incline_just_when_its_slope_exceeds_the_friction() {
+    for method in Method::all() {
+        for friction in [0.2, 0.577] {
+            for (slope, slips) in [(0.99 * friction, false), (1.01 * friction, true)] {
+                let scene = above(incline(f64::atan(slope), friction), 0.0, method, 1e-3);
+                let mut simulation = scene.simulate(Precision::F64);
+                let start = positions(&simulation)[0];
+                advance(&mut simulation, 1000);
+                let way = norm(difference(positions(&simulation)[0], start));
+                let label = format!("{}, friction {friction}, slope {slope}", method.name());
+                if slips {
+                    // 0.01 friction g cos a t² / 2 within a few steps' worth.
+                    assert!(way > 5e-3, "{label}: {way:e} m");
+                } else {
+                    assert!(way < 1e-5, "{label}: {way:e} m");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_particle_slides_with_the_acceleration_that_friction_leaves() {
+    let angle = 0.6_f64;
+    for method in Method::all() {
+        for friction in [0.0, 0.3] {
+            let dt = 1e-4;
+            let mut simulation = above(incline(angle, friction), 0.0, method, dt).simulate(Precision::F64);
+            advance(&mut simulation, 1000);
+            let before = velocities(&simulation)[0];
+            advance(&mut simulation, 5000);
+            let gained = norm(difference(velocities(&simulation)[0], before)) / 0.5;
+            let expected = GRAVITY * (angle.sin() - friction * angle.cos());
+            assert!(
+                (gained / expected - 1.0).abs() < 1e-3,
+                "{}, friction {friction}: {gained} m/s²",
+                method.name()
+            );
+        }
+    }
+}
+
+#[test]
+fn a_thrown_particle_stops_where_friction_has_taken_its_energy() {
+    let (speed, friction) = (1.5, 0.4);
+    for method in Method::all() {
+        let mut scene = above(incline(0.0, friction), 0.0, method, 1e-4);
+        scene.network.v[0] = [speed, 0.0, 0.0];
+        let mut simulation = scene.simulate(Precision::F64);
+        advance(&mut simulation, 10_000);
+        let way = positions(&simulation)[0][0];
+        let expected = speed * speed / (2.0 * friction * GRAVITY);
+        assert!((way / expected - 1.0).abs() < 2e-3, "{}: {way} m, not {expected}", method.name());
+        assert!(velocities(&simulation)[0][0].abs() < 1e-12, "{}: at rest", method.name());
+    }
+}
+
+#[test]
+fn a_moving_floor_lifts_and_carries() {
+    for method in Method::all() {
+        let velocity = [0.5, 0.3, 0.0];
+        let floor = Collider { velocity, ..incline(0.0, 0.8) };
+        let mut simulation = above(floor, 0.0, method, 1e-3).simulate(Precision::F64);
+        advance(&mut simulation, 1000);
+        let (x, v) = (positions(&simulation)[0], velocities(&simulation)[0]);
+        assert!((x[1] - 0.3 - MARGIN).abs() < 3.0 * GRAVITY * 1e-6, "{}: at {x:?} m", method.name());
+        assert!((v[0] - 0.5).abs() < 1e-9, "{}: {v:?} m/s", method.name());
+    }
+}

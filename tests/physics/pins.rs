@@ -1,0 +1,129 @@
+//! Pinned particles: still, or moving to where they are told.
+
+use nappe_sim::{
+    linalg::Stop,
+    math::Precision,
+    world::{Change, ChangeError},
+};
+use nappe_tests::{
+    Method, Scene,
+    networks::{chain, scatter, sheet, sheet_rules},
+    scene::{advance, difference, max_distance, norm, positions, velocities},
+};
+
+fn hung_sheet(method: Method) -> Scene {
+    let mut network = sheet(8, 0.1, &sheet_rules(200.0, 0.05), 0.01);
+    network.drag = 0.01;
+    // A pin by its mass, in the middle.
+    network.masses[27] = 0.0;
+    let mut scene = Scene::new(network, 1e-3).by(method).under([0.0, -9.81, 0.0]);
+    scene.wind = [4.0, 0.0, 1.0];
+    scene
+}
+
+#[test]
+fn pinned_particles_never_move() {
+    for method in Method::all() {
+        for precision in Precision::ALL {
+            let mut scene = hung_sheet(method);
+            scene.settings.solver.stop = Stop::Residual { tolerance: 1e-5, max_iterations: 100 };
+            let mut simulation = scene.simulate(precision);
+            let before = positions(&simulation);
+            advance(&mut simulation, 100);
+            let after = positions(&simulation);
+            for pin in [0, 7, 27] {
+                assert_eq!(after[pin], before[pin], "{} in {precision}, pin {pin}", method.name());
+                assert_eq!(velocities(&simulation)[pin], [0.0; 3], "{} in {precision}", method.name());
+            }
+            assert!(max_distance(&before, &after) > 1e-2, "{}: the others move", method.name());
+        }
+    }
+}
+
+#[test]
+fn a_moving_pin_arrives_at_its_target_at_constant_speed() {
+    let target = [0.3, 0.2, -0.1];
+    for method in Method::all() {
+        let mut simulation = hung_sheet(method).simulate(Precision::F64);
+        let [start, other] = [0, 7].map(|pin: usize| positions(&simulation)[pin]);
+        advance(&mut simulation, 10);
+        simulation.apply(&[Change::Pin { particle: 0, target, duration: 0.1 }]).expect("a pin may move");
+        for step in 1..=110_u32 {
+            advance(&mut simulation, 1);
+            let share = (f64::from(step) / 100.0).min(1.0);
+            let expected = [0, 1, 2].map(|c| start[c] + share * (target[c] - start[c]));
+            let error = norm(difference(positions(&simulation)[0], expected));
+            assert!(error < 1e-14, "{}, step {step}: {error:e} m", method.name());
+        }
+        assert_eq!(positions(&simulation)[0], target, "{}: exactly there", method.name());
+        assert_eq!(velocities(&simulation)[0], [0.0; 3], "{}: at rest", method.name());
+        assert_eq!(positions(&simulation)[7], other, "{}: the other pin", method.name());
+    }
+}
+
+#[test]
+fn a_pin_that_has_no_time_moves_within_one_step() {
+    for method in Method::all() {
+        let mut simulation = hung_sheet(method).simulate(Precision::F64);
+        let target = [0.001, 0.0, 0.0];
+        simulation.apply(&[Change::Pin { particle: 0, target, duration: 0.0 }]).expect("a pin may move");
+        advance(&mut simulation, 1);
+        assert_eq!(positions(&simulation)[0], target, "{}", method.name());
+    }
+}
+
+#[test]
+fn a_moving_pin_arrives_at_its_target_to_the_last_bit() {
+    // Numbers of binary32, so that both precisions can hold them.
+    let targets: Vec<_> = (0..30).map(|i| [0, 1, 2].map(|c| f64::from(scatter(3 * i + c) as f32))).collect();
+    for method in Method::all() {
+        for precision in Precision::ALL {
+            let mut scene = hung_sheet(method);
+            scene.settings.solver.stop = Stop::Iterations(5);
+            scene.settings.substeps = 3;
+            let mut simulation = scene.simulate(precision);
+            for &target in &targets {
+                simulation
+                    .apply(&[Change::Pin { particle: 0, target, duration: 7e-3 }])
+                    .expect("a pin may move");
+                advance(&mut simulation, 7);
+                assert_eq!(positions(&simulation)[0], target, "{} in {precision}", method.name());
+            }
+        }
+    }
+}
+
+#[test]
+fn a_chain_carried_by_its_pins_stays_at_rest_among_them() {
+    let speed = [0.4, -0.2, 0.1];
+    let x: Vec<_> = (0..6).map(|i| [0.1 * f64::from(i), 0.0, 0.0]).collect();
+    for method in Method::all() {
+        let mut network = chain(&x, 0.1, 300.0, 0.0, 0.05);
+        network.pins = vec![0, 5];
+        network.v[1..5].fill(speed);
+        let mut simulation = Scene::new(network, 1e-3).by(method).simulate(Precision::F64);
+        let carry = |pin: usize| Change::Pin {
+            particle: pin as u32,
+            target: [0, 1, 2].map(|c| x[pin][c] + speed[c]),
+            duration: 1.0,
+        };
+        simulation.apply(&[carry(0), carry(5)]).expect("pins may move");
+        advance(&mut simulation, 500);
+        let expected: Vec<_> = x.iter().map(|x| [0, 1, 2].map(|c| x[c] + 0.5 * speed[c])).collect();
+        let error = max_distance(&positions(&simulation), &expected);
+        assert!(error < 1e-12, "{}: {error:e} m", method.name());
+    }
+}
+
+#[test]
+fn only_pins_may_be_moved() {
+    let mut simulation = hung_sheet(Method::all()[0]).simulate(Precision::F64);
+    let hash = simulation.state_hash();
+    let to = |particle| Change::Pin { particle, target: [0.0; 3], duration: 1.0 };
+    assert_eq!(simulation.apply(&[to(0), to(3)]), Err(ChangeError::NotPinned { particle: 3 }));
+    assert_eq!(simulation.check(&[to(64)]), Err(ChangeError::NoSuchParticle { particle: 64, count: 64 }));
+    // All or none: pin 0 was not moved either.
+    advance(&mut simulation, 1);
+    assert_eq!(positions(&simulation)[0], [0.0; 3]);
+    assert_ne!(simulation.state_hash(), hash);
+}

@@ -1,0 +1,90 @@
+//! A compressed sheet under implicit steps: which treatment of the Hessian survives which step.
+//!
+//! A sheet compressed by a fifth between two held edges, a little noise, no damping, 60 steps.
+
+use nappe_sim::{
+    cloth::{Hessian, Integrator, Network, SpringLaw, SpringRules},
+    linalg::Stop,
+    math::Precision,
+};
+use nappe_tests::{
+    Method, Scene,
+    networks::{scatter, sheet},
+    scene::try_advance,
+};
+
+const SIDE: usize = 11;
+const SPACING: f64 = 0.1;
+const MASS: f64 = 0.01;
+const DT: f64 = 0.01;
+const STEPS: u64 = 60;
+
+/// The sheet whose dt times sqrt(k / m) is `stiffness_number`.
+fn squashed(stiffness_number: f64) -> Network {
+    let stiffness = MASS * (stiffness_number / DT).powi(2);
+    let law = |share: f64| SpringLaw { stiffness: stiffness * share, damping: 0.0 };
+    let rules = SpringRules { stretch: law(1.0), shear: Some(law(0.5)), bend: Some(law(0.1)) };
+    let mut network = sheet(SIDE, SPACING, &rules, MASS);
+    let held = |i: usize| [0, SIDE - 1].contains(&(i % SIDE));
+    network.pins = (0..SIDE * SIDE).filter(|&i| held(i)).map(|i| i as u32).collect();
+    for (i, x) in network.x.iter_mut().enumerate() {
+        x[0] *= 0.8;
+        if !held(i) {
+            *x = [0, 1, 2].map(|c| x[c] + 1e-3 * SPACING * scatter(3 * i + c));
+        }
+    }
+    network
+}
+
+/// Largest stretch and largest gain of energy over the start's; `None` if a step fails.
+fn run(stiffness_number: f64, hessian: Hessian, stop: Stop) -> Option<[f64; 2]> {
+    let method = Method { integrator: Integrator::ImplicitEuler, hessian };
+    let mut scene = Scene::new(squashed(stiffness_number), DT).by(method);
+    scene.settings.solver.stop = stop;
+    let mut simulation = scene.simulate(Precision::F64);
+    let figures = simulation.diagnose();
+    let start = figures.total_energy();
+    let mut worst = [figures.max_stretch, 0.0];
+    for _ in 0..STEPS {
+        let figures = try_advance(&mut simulation, 1).ok()?.diagnostics;
+        worst[0] = figures.max_stretch.max(worst[0]);
+        worst[1] = (figures.total_energy() / start - 1.0).max(worst[1]);
+    }
+    Some(worst)
+}
+
+const EXACT: Stop = Stop::Residual { tolerance: 1e-12, max_iterations: 1000 };
+
+#[test]
+fn the_absolute_hessian_is_stable_at_every_step_even_when_the_solver_is_cut_short() {
+    for number in [0.5, 2.0, 10.0, 50.0, 200.0] {
+        for stop in [EXACT, Stop::Iterations(10)] {
+            let worst = run(number, Hessian::Absolute, stop);
+            let [stretch, gain] =
+                worst.unwrap_or_else(|| panic!("dt sqrt(k/m) = {number}, {stop:?}: failed"));
+            assert!(stretch < 1.35, "dt sqrt(k/m) = {number}, {stop:?}: stretch {stretch}");
+            assert!(gain < 1e-6, "dt sqrt(k/m) = {number}, {stop:?}: energy gained {gain}");
+        }
+    }
+}
+
+#[test]
+fn the_full_hessian_gains_energy_under_compression() {
+    for (number, stop) in [(10.0, EXACT), (50.0, Stop::Iterations(10)), (200.0, Stop::Iterations(10))] {
+        let lost = run(number, Hessian::Full, stop).is_none_or(|[stretch, gain]| gain > 1.0 || stretch > 3.0);
+        assert!(lost, "dt sqrt(k/m) = {number}, {stop:?}: it held");
+    }
+}
+
+#[test]
+fn the_clamped_hessian_holds_at_small_steps_and_overshoots_at_large_ones() {
+    for number in [0.5, 2.0] {
+        let worst = run(number, Hessian::Clamped, EXACT);
+        assert!(worst.is_some_and(|[stretch, gain]| stretch < 1.35 && gain < 1e-6), "{number}: {worst:?}");
+    }
+    for number in [50.0, 200.0] {
+        let lost =
+            run(number, Hessian::Clamped, EXACT).is_none_or(|[stretch, gain]| gain > 1.0 || stretch > 3.0);
+        assert!(lost, "dt sqrt(k/m) = {number}: it held");
+    }
+}

@@ -1,0 +1,69 @@
+//! One degree of freedom advanced by the definition of each integrator, written out in scalars:
+//! the independent side of the comparisons with the simulation.
+
+use nappe_sim::cloth::Integrator;
+
+/// a(x, v) = -stiffness x - damping v + force, for unit mass.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ScalarLaw {
+    /// Stiffness (1/s²).
+    pub stiffness: f64,
+    /// Damping (1/s).
+    pub damping: f64,
+    /// Constant force (m/s²).
+    pub force: f64,
+}
+
+impl ScalarLaw {
+    fn acceleration(&self, x: f64, v: f64) -> f64 {
+        self.force - self.stiffness * x - self.damping * v
+    }
+
+    /// The state (x, v) one step of `dt` (s) later.
+    pub fn step(&self, integrator: Integrator, dt: f64, [x, v]: [f64; 2]) -> [f64; 2] {
+        let a = self.acceleration(x, v);
+        match integrator {
+            Integrator::ExplicitEuler => [x + dt * v, v + dt * a],
+            Integrator::SymplecticEuler => [x + dt * (v + dt * a), v + dt * a],
+            Integrator::VelocityVerlet => {
+                let w = v + dt / 2.0 * a;
+                let x = x + dt * w;
+                [x, w + dt / 2.0 * self.acceleration(x, w)]
+            }
+            Integrator::VelocityVerletPredicted => {
+                let w = v + dt / 2.0 * a;
+                let x = x + dt * w;
+                [x, w + dt / 2.0 * self.acceleration(x, w + dt / 2.0 * a)]
+            }
+            Integrator::ImplicitEuler => {
+                let matrix = 1.0 + dt * self.damping + dt * dt * self.stiffness;
+                let v = v + dt * (a - dt * self.stiffness * v) / matrix;
+                [x + dt * v, v]
+            }
+        }
+    }
+
+    /// Largest modulus of the eigenvalues of a step.
+    pub fn spectral_radius(&self, integrator: Integrator, dt: f64) -> f64 {
+        let free = Self { force: 0.0, ..*self };
+        let [a, c] = free.step(integrator, dt, [1.0, 0.0]);
+        let [b, d] = free.step(integrator, dt, [0.0, 1.0]);
+        let (half_trace, determinant) = (f64::midpoint(a, d), a * d - b * c);
+        let discriminant = half_trace * half_trace - determinant;
+        if discriminant < 0.0 { determinant.sqrt() } else { half_trace.abs() + discriminant.sqrt() }
+    }
+
+    /// The first step (s) at which a mode grows, up to `limit`; `None` if none does.
+    pub fn critical_step(&self, integrator: Integrator, limit: f64) -> Option<f64> {
+        let grows = |dt: f64| self.spectral_radius(integrator, dt) > 1.0 + 1e-12;
+        let count = 100_000_u32;
+        let at = |i: u32| limit * f64::from(i) / f64::from(count);
+        let first = (1..=count).find(|&i| grows(at(i)))?;
+        let (mut below, mut above) = (at(first - 1), at(first));
+        for _ in 0..60 {
+            let middle = f64::midpoint(below, above);
+            *(if grows(middle) { &mut above } else { &mut below }) = middle;
+        }
+        Some(below)
+    }
+}

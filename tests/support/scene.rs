@@ -1,0 +1,152 @@
+//! A world of one body, its runs, and plain access to what comes out.
+
+use nappe_sim::{
+    cloth::{ClothSettings, Network},
+    collide::Collider,
+    linalg::{OperatorKind, PreconditionerKind, SolverSettings, Stop},
+    math::Precision,
+    report::{NoStopwatch, StepError, StepReport},
+    world::{BodySetup, Simulation, WorldSetup},
+};
+
+use crate::Method;
+
+/// A linear solver that stops only at rounding: golden data were made with direct solvers.
+pub const EXACT: SolverSettings = SolverSettings {
+    stop: Stop::Residual { tolerance: 1e-15, max_iterations: 600 },
+    preconditioner: PreconditionerKind::BlockJacobi,
+    operator: OperatorKind::MatrixFree,
+    warm_start: false,
+};
+
+/// A world of one body.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// Particles and springs.
+    pub network: Network,
+    /// Time step (s).
+    pub dt: f64,
+    /// Gravity (m/s²).
+    pub gravity: [f64; 3],
+    /// Velocity of the medium (m/s).
+    pub wind: [f64; 3],
+    /// Colliders.
+    pub colliders: Vec<Collider>,
+    /// How it is stepped.
+    pub settings: ClothSettings,
+}
+
+impl Scene {
+    /// A scene without gravity, wind or colliders, solved to rounding.
+    pub fn new(network: Network, dt: f64) -> Self {
+        let settings = ClothSettings { solver: EXACT, ..ClothSettings::default() };
+        Self { network, dt, gravity: [0.0; 3], wind: [0.0; 3], colliders: Vec::new(), settings }
+    }
+
+    /// The same stepped by `method`.
+    #[must_use]
+    pub fn by(mut self, method: Method) -> Self {
+        self.settings.integrator = method.integrator;
+        self.settings.hessian = method.hessian;
+        self
+    }
+
+    /// The same under `gravity` (m/s²).
+    #[must_use]
+    pub fn under(mut self, gravity: [f64; 3]) -> Self {
+        self.gravity = gravity;
+        self
+    }
+
+    /// As the library takes it.
+    pub fn setup(&self) -> WorldSetup {
+        WorldSetup {
+            dt: self.dt,
+            gravity: self.gravity,
+            wind: self.wind,
+            colliders: self.colliders.clone(),
+            bodies: vec![BodySetup {
+                name: "body".to_owned(),
+                network: self.network.clone(),
+                settings: self.settings,
+            }],
+        }
+    }
+
+    /// Its simulation.
+    pub fn simulate(&self, precision: Precision) -> Simulation {
+        match Simulation::new(&self.setup(), precision) {
+            Ok((simulation, _)) => simulation,
+            Err(error) => panic!("the scene was refused: {error}"),
+        }
+    }
+}
+
+/// Takes `count` steps or stops at the first failure; gives the last report.
+///
+/// # Errors
+/// The failure of a step.
+pub fn try_advance(simulation: &mut Simulation, count: u64) -> Result<StepReport, StepError> {
+    // On a worker of the pool: a stage that starts outside it would wait for one each time.
+    rayon::scope(|_| {
+        let mut report = StepReport::default();
+        for _ in 0..count {
+            report = simulation.step(&mut NoStopwatch)?;
+        }
+        Ok(report)
+    })
+}
+
+/// Takes `count` steps, which must all succeed; gives the last report.
+pub fn advance(simulation: &mut Simulation, count: u64) -> StepReport {
+    try_advance(simulation, count).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// Positions (m), the user's numbering.
+pub fn positions(simulation: &Simulation) -> Vec<[f64; 3]> {
+    let mut flat = Vec::new();
+    simulation.positions_f64(&mut flat);
+    flat.as_chunks().0.to_vec()
+}
+
+/// Velocities (m/s), the user's numbering.
+pub fn velocities(simulation: &Simulation) -> Vec<[f64; 3]> {
+    let mut flat = Vec::new();
+    simulation.velocities_f64(&mut flat);
+    flat.as_chunks().0.to_vec()
+}
+
+/// a - b.
+pub fn difference(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+/// Length of a vector.
+pub fn norm(a: [f64; 3]) -> f64 {
+    a.iter().map(|c| c * c).sum::<f64>().sqrt()
+}
+
+/// a x b.
+pub fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+/// Largest distance between two lists of points; infinite if one is not finite.
+pub fn max_distance(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
+    assert_eq!(a.len(), b.len());
+    let distances = a.iter().zip(b).map(|(p, q)| norm(difference(*p, *q)));
+    distances.fold(0.0, |largest, d| if d.is_finite() { f64::max(largest, d) } else { f64::INFINITY })
+}
+
+/// Linear and angular momentum about the origin, of all particles.
+pub fn momenta(simulation: &Simulation, masses: &[f64]) -> ([f64; 3], [f64; 3]) {
+    let (mut linear, mut angular) = ([0.0; 3], [0.0; 3]);
+    for ((x, v), m) in positions(simulation).iter().zip(velocities(simulation)).zip(masses) {
+        let turning = cross(*x, v);
+        for i in 0..3 {
+            linear[i] += m * v[i];
+            angular[i] += m * turning[i];
+        }
+    }
+    (linear, angular)
+}
