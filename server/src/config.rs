@@ -77,6 +77,9 @@ pub struct Limits {
     /// Uploaded meshes kept at a time; the one longest unused goes first.
     #[arg(long, env = "NAPPE_MAX_MESHES", default_value_t = Limits::default().max_meshes)]
     pub max_meshes: u32,
+    /// Bytes of all uploaded meshes kept; the one longest unused goes first.
+    #[arg(long, env = "NAPPE_MAX_MESH_STORE_BYTES", default_value_t = Limits::default().max_mesh_store_bytes)]
+    pub max_mesh_store_bytes: u64,
     /// Uploads in progress at a time.
     #[arg(long, env = "NAPPE_MAX_UPLOADS", default_value_t = Limits::default().max_uploads)]
     pub max_uploads: u32,
@@ -106,13 +109,14 @@ pub struct Limits {
 impl Default for Limits {
     fn default() -> Self {
         Self {
-            max_sessions: 32,
+            max_sessions: 16,
             max_watchers_per_session: 64,
             max_particles: 4_000_000,
             max_springs: 40_000_000,
             max_mesh_bytes: 256 << 20,
             max_scene_bytes: 1 << 20,
             max_meshes: 32,
+            max_mesh_store_bytes: 1 << 30,
             max_uploads: 4,
             max_threads_per_session: 0,
             max_steps_per_call: 10_000_000,

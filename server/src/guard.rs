@@ -131,7 +131,7 @@ fn with_reason(response: Response<Body>, path: &str) -> Response<Body> {
             ServiceError::new(Reason::UnknownMethod, format!("there is no method {path}"))
                 .with("method", path)
         }
-        Code::NotFound => ServiceError::new(Reason::UnknownMethod, message).with("method", path),
+        Code::NotFound => ServiceError::new(Reason::UnknownService, message),
         Code::OutOfRange | Code::ResourceExhausted => ServiceError::new(Reason::MessageTooLarge, message),
         Code::DeadlineExceeded => ServiceError::new(Reason::DeadlineExceeded, message),
         Code::Cancelled => ServiceError::new(Reason::RequestCancelled, message),

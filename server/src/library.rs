@@ -11,31 +11,39 @@ use uuid::Uuid;
 
 use crate::{config::Limits, error::ServiceError, reason::Reason};
 
-/// Meshes that clients uploaded: a bounded number, the one longest unused goes first. Sessions
-/// copy what they need, so that none depends on it.
+/// Meshes that clients uploaded: a bounded number and a bounded size; the one longest unused goes
+/// first. Sessions copy what they need, so that none depends on it.
 #[derive(Debug)]
 pub(crate) struct MeshStore {
+    /// Meshes, at least one.
     capacity: usize,
+    /// Bytes of all meshes but the newest.
+    budget: u64,
     /// Least recently used first.
     meshes: Mutex<Vec<(String, Arc<TriangleMesh>)>>,
 }
 
 impl MeshStore {
-    /// A store of up to `capacity` meshes, and at least one.
-    pub(crate) fn new(capacity: u32) -> Self {
-        Self { capacity: capacity.max(1) as usize, meshes: Mutex::new(Vec::new()) }
+    /// A store within these limits; it always keeps the newest mesh.
+    pub(crate) fn new(limits: &Limits) -> Self {
+        let capacity = limits.max_meshes.max(1) as usize;
+        Self { capacity, budget: limits.max_mesh_store_bytes, meshes: Mutex::new(Vec::new()) }
     }
 
     /// Keeps a mesh and returns its id.
     pub(crate) fn insert(&self, mesh: TriangleMesh) -> String {
         let id = format!("mesh-{}", Uuid::new_v4().simple());
         let mut meshes = self.meshes.lock().unwrap_or_else(PoisonError::into_inner);
-        if meshes.len() >= self.capacity {
-            let (oldest, _) = meshes.remove(0);
-            tracing::info!(mesh = oldest, "forgotten: {} meshes are kept", self.capacity);
-        }
         meshes.push((id.clone(), Arc::new(mesh)));
+        while meshes.len() > self.capacity || (meshes.len() > 1 && self.exceeds_budget(&meshes)) {
+            let (oldest, _) = meshes.remove(0);
+            tracing::info!(mesh = oldest, "forgotten to make room for a newer one");
+        }
         id
+    }
+
+    fn exceeds_budget(&self, meshes: &[(String, Arc<TriangleMesh>)]) -> bool {
+        meshes.iter().map(|(_, mesh)| size(mesh)).sum::<u64>() > self.budget
     }
 
     /// The mesh of an id; it is now the most recently used.
@@ -47,6 +55,17 @@ impl MeshStore {
         meshes.push(entry);
         Some(mesh)
     }
+}
+
+/// Memory of a mesh's arrays (bytes).
+fn size(mesh: &TriangleMesh) -> u64 {
+    let arrays = [
+        size_of_val(mesh.points.as_slice()),
+        size_of_val(mesh.triangles.as_slice()),
+        size_of_val(mesh.masses.as_slice()),
+        size_of_val(mesh.uv.as_slice()),
+    ];
+    arrays.iter().sum::<usize>() as u64
 }
 
 impl MeshSource for MeshStore {
@@ -116,8 +135,20 @@ mod tests {
     use super::*;
 
     #[test]
+    fn a_store_keeps_within_its_bytes_and_always_the_newest() {
+        // A grid of 3 x 3: 9 points, 8 triangles, 9 texture coordinates.
+        let bytes = 9 * 24 + 8 * 12 + 9 * 16;
+        let store = MeshStore::new(&Limits { max_mesh_store_bytes: 2 * bytes, ..Limits::default() });
+        let ids = [(); 3].map(|()| store.insert(TriangleMesh::grid(3, 3, 1.0)));
+        assert_eq!(ids.each_ref().map(|id| store.get(id).is_some()), [false, true, true]);
+        let large = store.insert(TriangleMesh::grid(30, 30, 1.0));
+        assert_eq!(ids.each_ref().map(|id| store.get(id).is_some()), [false; 3]);
+        assert!(store.get(&large).is_some());
+    }
+
+    #[test]
     fn the_mesh_longest_unused_goes_first() {
-        let store = MeshStore::new(2);
+        let store = MeshStore::new(&Limits { max_meshes: 2, ..Limits::default() });
         let first = store.insert(TriangleMesh::grid(2, 2, 1.0));
         let second = store.insert(TriangleMesh::grid(3, 3, 1.0));
         assert!(store.get(&first).is_some());

@@ -3,7 +3,7 @@
 use std::{process::ExitCode, time::Duration};
 
 use clap::Parser;
-use nappe_server::{App, Config, shutdown_signal};
+use nappe_server::{App, Config, Signals};
 use tracing_subscriber::EnvFilter;
 
 /// Serves cloth simulations over gRPC.
@@ -34,14 +34,18 @@ fn main() -> ExitCode {
 }
 
 async fn run(config: Config) -> ExitCode {
+    let mut signals = match Signals::listen() {
+        Ok(signals) => signals,
+        Err(error) => return failed(&format!("cannot catch signals: {error}")),
+    };
     let app = match App::start(config) {
         Ok(app) => app,
         Err(error) => return failed(&error.to_string()),
     };
     announce(&app.url());
-    match shutdown_signal().await {
+    match signals.recv().await {
         Ok(signal) => tracing::info!("{signal}: draining"),
-        Err(error) => tracing::error!("cannot listen for signals, ending: {error}"),
+        Err(error) => tracing::error!("cannot catch signals, ending: {error}"),
     }
     app.shutdown().await;
     tracing::info!("ended");

@@ -77,10 +77,13 @@ reasons! {
         "Choose one of the names, or send the scene's text."
     MeshNotFound "MESH_NOT_FOUND" NotFound
         "The scene names an uploaded mesh that the server does not have (any more)."
-        "Upload the mesh again and name the new id: only the newest `max_meshes` are kept."
+        "Upload the mesh again and name the new id: only the newest are kept, within `max_meshes` and `max_mesh_store_bytes`."
     UnknownMethod "UNKNOWN_METHOD" Unimplemented
         "The server has no such service or method."
         "Compare the versions of client and server (`GetServerInfo`)."
+    UnknownService "UNKNOWN_SERVICE" NotFound
+        "The health service does not know the service that it was asked about."
+        "Ask about \"\" or `nappe.v1.SimulationService`."
     SessionExists "SESSION_EXISTS" AlreadyExists
         "Another session has this id."
         "Choose another id, or leave it empty and let the server choose."

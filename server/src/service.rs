@@ -45,7 +45,7 @@ impl Core {
         let limits = &config.limits;
         Self {
             registry: Arc::new(Registry::new(limits.max_sessions)),
-            meshes: Arc::new(MeshStore::new(limits.max_meshes)),
+            meshes: Arc::new(MeshStore::new(limits)),
             requests: Requests::default(),
             uploads: tokio::sync::Semaphore::new(limits.max_uploads as usize),
             draining,

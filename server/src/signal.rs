@@ -2,27 +2,63 @@
 
 use std::io;
 
-/// Waits for a signal and returns its name. A second signal is not caught: it ends the program
-/// once the caller drops its interest.
-///
-/// # Errors
-/// If the system does not let the program listen for signals.
-#[cfg(unix)]
-pub async fn shutdown_signal() -> io::Result<&'static str> {
-    use tokio::signal::unix::{SignalKind, signal};
-    let (mut interrupt, mut terminate) = (signal(SignalKind::interrupt())?, signal(SignalKind::terminate())?);
-    Ok(tokio::select! {
-        _ = interrupt.recv() => "SIGINT",
-        _ = terminate.recv() => "SIGTERM",
-    })
+/// Signals, caught from the moment that this is made: make it before telling anybody the address.
+#[derive(Debug)]
+pub struct Signals {
+    #[cfg(unix)]
+    interrupt: tokio::signal::unix::Signal,
+    #[cfg(unix)]
+    terminate: tokio::signal::unix::Signal,
 }
 
-/// Waits for Ctrl-C and returns its name.
+impl Signals {
+    /// Catches the signals from now on.
+    ///
+    /// # Errors
+    /// If the system does not let the program catch them.
+    #[cfg(unix)]
+    pub fn listen() -> io::Result<Self> {
+        use tokio::signal::unix::{SignalKind, signal};
+        Ok(Self { interrupt: signal(SignalKind::interrupt())?, terminate: signal(SignalKind::terminate())? })
+    }
+
+    /// Catches the signals from the first wait on.
+    ///
+    /// # Errors
+    /// None on this system.
+    #[cfg(not(unix))]
+    pub fn listen() -> io::Result<Self> {
+        Ok(Self {})
+    }
+
+    /// Waits for a signal and returns its name.
+    ///
+    /// # Errors
+    /// If the system does not let the program catch it.
+    #[cfg(unix)]
+    pub async fn recv(&mut self) -> io::Result<&'static str> {
+        Ok(tokio::select! {
+            _ = self.interrupt.recv() => "SIGINT",
+            _ = self.terminate.recv() => "SIGTERM",
+        })
+    }
+
+    /// Waits for Ctrl-C and returns its name.
+    ///
+    /// # Errors
+    /// If the system does not let the program catch it.
+    #[cfg(not(unix))]
+    pub async fn recv(&mut self) -> io::Result<&'static str> {
+        tokio::signal::ctrl_c().await?;
+        Ok("Ctrl-C")
+    }
+}
+
+/// Waits for a signal and returns its name. A program that announces itself first catches them
+/// with [`Signals::listen`] before it does.
 ///
 /// # Errors
-/// If the system does not let the program listen for it.
-#[cfg(not(unix))]
+/// If the system does not let the program catch signals.
 pub async fn shutdown_signal() -> io::Result<&'static str> {
-    tokio::signal::ctrl_c().await?;
-    Ok("Ctrl-C")
+    Signals::listen()?.recv().await
 }

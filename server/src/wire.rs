@@ -109,6 +109,7 @@ pub(crate) fn limits(limits: &Limits) -> v1::Limits {
         max_uploads: limits.max_uploads,
         max_streams_per_connection: limits.max_streams_per_connection,
         max_pending_changes: limits.max_pending_changes,
+        max_mesh_store_bytes: limits.max_mesh_store_bytes,
     }
 }
 

@@ -1,11 +1,12 @@
 //! Health and reflection, through their own clients.
 
+use nappe_server::Reason;
 use tokio_stream::StreamExt as _;
 use tonic_health::pb::{
     HealthCheckRequest, health_check_response::ServingStatus, health_client::HealthClient,
 };
 
-use crate::harness::{Server, channel};
+use crate::harness::{Server, assert_reason, channel};
 
 const SERVICE: &str = "nappe.v1.SimulationService";
 
@@ -18,6 +19,8 @@ async fn health_says_serving_for_the_server_and_the_service() {
         let answer = health.check(request).await.expect("known").into_inner();
         assert_eq!(answer.status(), ServingStatus::Serving, "'{service}'");
     }
+    let unknown = health.check(HealthCheckRequest { service: "some.Other".into() }).await;
+    assert_reason(&unknown.expect_err("not known"), Reason::UnknownService);
 }
 
 /// Asks for the services and for the file of one of them, in a version of the protocol.

@@ -1,0 +1,62 @@
+//! The program `nappe-server` as a process: address, refusal, signals.
+
+use std::{
+    io::{BufRead as _, BufReader},
+    net::TcpStream,
+    process::{Child, Command, Stdio},
+    time::{Duration, Instant},
+};
+
+fn program(arguments: &[&str]) -> Child {
+    Command::new(env!("CARGO_BIN_EXE_nappe-server"))
+        .args(arguments)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the program starts")
+}
+
+/// The first line says where the server listens.
+fn address(server: &mut Child) -> String {
+    let mut line = String::new();
+    let output = server.stdout.take().expect("its output");
+    BufReader::new(output).read_line(&mut line).expect("a line");
+    line.trim().strip_prefix("nappe-server listens on http://").expect("an address").to_owned()
+}
+
+#[cfg(unix)]
+#[test]
+fn a_signal_ends_the_program_within_five_seconds_with_code_0() {
+    for signal in ["-INT", "-TERM"] {
+        let mut server = program(&["--address", "127.0.0.1:0"]);
+        let address = address(&mut server);
+        let silent = TcpStream::connect(address).expect("it listens");
+        let begin = Instant::now();
+        let sent = Command::new("kill").args([signal, &server.id().to_string()]).status();
+        assert!(sent.expect("kill runs").success());
+        let status = server.wait().expect("it ends");
+        assert!(begin.elapsed() < Duration::from_secs(5), "{signal}: {:?}", begin.elapsed());
+        assert!(status.success(), "{signal}: {status}");
+        drop(silent);
+    }
+}
+
+#[test]
+fn an_address_that_others_reach_is_refused_with_a_reason() {
+    let refused = program(&["--address", "0.0.0.0:0"]).wait_with_output().expect("it ends");
+    let message = String::from_utf8_lossy(&refused.stderr).into_owned();
+    assert!(!refused.status.success() && message.contains("--allow-remote"), "{message}");
+}
+
+#[test]
+fn the_environment_sets_what_flags_do_not() {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_nappe-server"));
+    let refused = command.env("NAPPE_ADDRESS", "0.0.0.0:0").output().expect("it ends");
+    assert!(!refused.status.success());
+    let mut command = Command::new(env!("CARGO_BIN_EXE_nappe-server"));
+    let help = command.arg("--help").output().expect("it ends");
+    let help = String::from_utf8_lossy(&help.stdout).into_owned();
+    for knob in ["NAPPE_ADDRESS", "--max-sessions", "--allow-origin", "--drain-seconds"] {
+        assert!(help.contains(knob), "{knob} in {help}");
+    }
+}
