@@ -17,7 +17,7 @@ use tonic_health::{ServingStatus, server::HealthReporter};
 use crate::{
     accept::{self, Settings},
     config::Config,
-    service::Core,
+    shared::Shared,
     stack,
 };
 
@@ -62,7 +62,7 @@ pub enum StartError {
 #[derive(Debug)]
 pub struct App {
     address: SocketAddr,
-    core: Arc<Core>,
+    shared: Arc<Shared>,
     draining: CancellationToken,
     server: Option<JoinHandle<()>>,
     health: HealthReporter,
@@ -90,9 +90,9 @@ impl App {
             drain: Duration::from_secs_f64(config.drain_seconds),
             draining: draining.clone(),
         };
-        let core = Arc::new(Core::new(config, draining.clone()));
+        let shared = Arc::new(Shared::new(config, draining.clone()));
         let health = HealthReporter::new();
-        let handler = stack::handler(&core, &health);
+        let handler = stack::handler(&shared, &health);
         let server = runtime.spawn({
             let health = health.clone();
             async move {
@@ -100,7 +100,7 @@ impl App {
                 accept::serve(listener, handler, settings).await;
             }
         });
-        Ok(Self { address, core, draining, server: Some(server), health })
+        Ok(Self { address, shared, draining, server: Some(server), health })
     }
 
     /// The address that it listens on.
@@ -119,7 +119,7 @@ impl App {
         self.health.set_service_status(SERVICE, ServingStatus::NotServing).await;
         self.health.set_service_status("", ServingStatus::NotServing).await;
         self.draining.cancel();
-        let patience = Duration::from_secs_f64(self.core.config.drain_seconds);
+        let patience = Duration::from_secs_f64(self.shared.config.drain_seconds);
         let server = self.server.take();
         let connections = async {
             if let Some(server) = server
@@ -128,14 +128,14 @@ impl App {
                 tracing::error!("the accept loop panicked: {error}");
             }
         };
-        tokio::join!(connections, self.core.registry.end_all(patience));
+        tokio::join!(connections, self.shared.registry.end_all(patience));
     }
 
     /// Makes the next step of a session panic, as a fault of the program would; false if there is
     /// no such session. For tests of isolation.
     #[doc(hidden)]
     pub fn inject_panic(&self, session_id: &str) -> bool {
-        self.core.registry.get(session_id).map(|session| session.inject_panic()).is_ok()
+        self.shared.registry.get(session_id).map(|session| session.inject_panic()).is_ok()
     }
 }
 

@@ -11,8 +11,8 @@ use crate::{
     error::ServiceError,
     library,
     reason::Reason,
-    service::Core,
     session::{Made, Order, Session, start},
+    shared::Shared,
     validate, wire,
 };
 
@@ -21,18 +21,18 @@ use crate::{
 /// # Errors
 /// If a field, the scene or the number of sessions is not allowed.
 pub(crate) async fn create(
-    core: &Core,
+    shared: &Shared,
     request: v1::CreateSessionRequest,
 ) -> Result<v1::CreateSessionResponse, ServiceError> {
     if request.request_id.is_empty() {
-        let (session, remarks) = make(core, &request).await?;
+        let (session, remarks) = make(shared, &request).await?;
         return Ok(response(&session, remarks));
     }
     let id = Uuid::try_parse(&request.request_id).map_err(|error| {
         let problem = format!("is '{}', not a UUID: {error}", request.request_id);
         ServiceError::field("request_id", problem)
     })?;
-    let mut entry = core.requests.entry(id).await;
+    let mut entry = shared.requests.entry(id).await;
     if let Some(made) = entry.as_ref()
         && let Some(session) = made.session.upgrade()
     {
@@ -45,7 +45,7 @@ pub(crate) async fn create(
         }
         return Ok(response(&session, made.remarks.clone()));
     }
-    let (session, remarks) = make(core, &request).await?;
+    let (session, remarks) = make(shared, &request).await?;
     *entry = Some(Made { request, session: Arc::downgrade(&session), remarks: remarks.clone() });
     Ok(response(&session, remarks))
 }
@@ -55,18 +55,18 @@ fn response(session: &Session, remarks: Vec<String>) -> v1::CreateSessionRespons
 }
 
 async fn make(
-    core: &Core,
+    shared: &Shared,
     request: &v1::CreateSessionRequest,
 ) -> Result<(Arc<Session>, Vec<String>), ServiceError> {
-    let limits = &core.config.limits;
+    let limits = &shared.config.limits;
     if !request.session_id.is_empty() {
         validate::session_id(&request.session_id)?;
     }
     let (text, file) = scene_text(request, limits)?;
     let precision = precision(request.precision)?;
     let thread_count = thread_count(request.thread_count, limits)?;
-    let place = core.registry.reserve(&request.session_id)?;
-    let slot = core.registry.slot()?;
+    let place = shared.registry.reserve(&request.session_id)?;
+    let slot = shared.registry.slot()?;
     let order = Order {
         id: place.id().to_owned(),
         text,
@@ -76,7 +76,7 @@ async fn make(
         step_limit: request.step_limit,
         frame_interval: request.frame_interval_steps,
     };
-    let (session, remarks) = start(order, Arc::clone(&core.meshes), limits.clone(), slot).await?;
+    let (session, remarks) = start(order, Arc::clone(&shared.meshes), limits.clone(), slot).await?;
     let session = Arc::new(session);
     tracing::info!(session = session.id(), "created");
     place.fill(Arc::clone(&session));

@@ -15,6 +15,7 @@ mod upload;
 mod watch;
 mod validate;
 mod session;
+mod shared;
 mod create;
 mod service;
 mod origin;

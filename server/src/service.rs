@@ -6,94 +6,46 @@ use std::sync::Arc;
 
 use nappe_proto::v1::{self, simulation_service_server::SimulationService};
 use tokio_stream::StreamExt as _;
-use tokio_util::sync::CancellationToken;
 use tonic::{Request, Response, Status, Streaming};
 
 use crate::{
-    config::{Config, core_count},
+    config::core_count,
     create,
     error::ServiceError,
     library,
-    library::MeshStore,
     reason::Reason,
-    session::{Command, Registry, Requests, Session, When},
+    session::{Command, When},
+    shared::Shared,
     upload, validate,
     watch::{Delivery, Figures, Frames, WatchStream, draining_error, watch},
     wire,
 };
 
-/// Everything that calls share.
-#[derive(Debug)]
-pub(crate) struct Core {
-    /// Limits and times.
-    pub config: Config,
-    /// Sessions.
-    pub registry: Arc<Registry>,
-    /// Uploaded meshes.
-    pub meshes: Arc<MeshStore>,
-    /// Requests that were carried out.
-    pub requests: Requests,
-    /// Uploads in progress.
-    pub uploads: tokio::sync::Semaphore,
-    /// Cancelled when the server is to end.
-    pub draining: CancellationToken,
-}
+/// The service over what calls share.
+#[derive(Clone, Debug)]
+pub(crate) struct Methods(pub Arc<Shared>);
 
-impl Core {
-    /// Nothing yet.
-    pub(crate) fn new(config: Config, draining: CancellationToken) -> Self {
-        let limits = &config.limits;
-        Self {
-            registry: Arc::new(Registry::new(limits.max_sessions)),
-            meshes: Arc::new(MeshStore::new(limits)),
-            requests: Requests::default(),
-            uploads: tokio::sync::Semaphore::new(limits.max_uploads as usize),
-            draining,
-            config,
-        }
-    }
-
-    fn session(&self, id: &str) -> Result<Arc<Session>, ServiceError> {
-        validate::session_id(id)?;
-        self.registry.get(id)
-    }
-
-    /// The answer of a session, or why there is none: a drain deletes sessions, too.
-    fn answered<T>(&self, answer: Result<T, ServiceError>) -> Result<T, Status> {
-        answer.map_err(|error| {
-            let drained = error.reason == Reason::SessionDeleted && self.draining.is_cancelled();
-            if drained { draining_error().into() } else { error.into() }
-        })
-    }
-
+impl Methods {
     /// Starts a watcher once its arrays are asked for.
     async fn frames(
         &self,
         request: v1::WatchFramesRequest,
     ) -> Result<WatchStream<v1::WatchFramesResponse>, Status> {
-        let session = self.session(&request.session_id)?;
+        let session = self.0.session(&request.session_id)?;
         let arrays = validate::arrays(&request)?;
         let delivery = validate::delivery(&request)?;
         let slot = session.watcher_slot()?;
-        self.answered(session.provide(arrays).await)?;
+        self.0.answered(session.provide(arrays).await)?;
         let feed = session.feed();
-        let delivery = match delivery {
-            Delivery::Every { from_frame: Some(number) } => {
-                validate::start(feed, number, arrays)?;
-                delivery
-            }
-            _ => delivery,
-        };
+        if let Delivery::Every { from_frame: Some(number) } = delivery {
+            validate::start(feed, number, arrays)?;
+        }
         let pieces = session.topology().iter().cloned().map(v1::watch_frames_response::Event::Topology);
         let opening = pieces.map(|piece| v1::WatchFramesResponse { event: Some(piece) }).collect();
-        let draining = self.draining.clone();
+        let draining = self.0.draining.clone();
         Ok(watch(Arc::clone(feed), Frames(arrays), delivery, opening, slot, draining))
     }
 }
-
-/// The service over what calls share.
-#[derive(Clone, Debug)]
-pub(crate) struct Methods(pub Arc<Core>);
 
 type Answer<T> = Result<Response<T>, Status>;
 
@@ -239,7 +191,7 @@ impl SimulationService for Methods {
         &self,
         request: Request<v1::WatchFramesRequest>,
     ) -> Answer<Self::WatchFramesStream> {
-        Ok(Response::new(self.0.frames(request.into_inner()).await?))
+        Ok(Response::new(self.frames(request.into_inner()).await?))
     }
 
     type WatchDiagnosticsStream = WatchStream<v1::WatchDiagnosticsResponse>;

@@ -13,12 +13,7 @@ use tonic_web::GrpcWebLayer;
 use tower::{Layer as _, ServiceExt as _, util::BoxCloneSyncService};
 use tower_http::cors::{AllowOrigin, CorsLayer};
 
-use crate::{
-    accept::Handler,
-    guard::Guard,
-    origin::Origins,
-    service::{Core, Methods},
-};
+use crate::{accept::Handler, guard::Guard, origin::Origins, service::Methods, shared::Shared};
 
 /// Headers in which gRPC-Web clients find a call's status.
 const STATUS_HEADERS: [&str; 3] = ["grpc-status", "grpc-message", "grpc-status-details-bin"];
@@ -26,18 +21,18 @@ const STATUS_HEADERS: [&str; 3] = ["grpc-status", "grpc-message", "grpc-status-d
 const CALL_HEADERS: [&str; 4] = ["x-grpc-web", "x-user-agent", "grpc-timeout", "content-type"];
 
 /// Builds the handler of all requests.
-pub(crate) fn handler(core: &Arc<Core>, health: &HealthReporter) -> Handler {
-    let message_bytes = core.config.limits.max_message_bytes as usize;
+pub(crate) fn handler(shared: &Arc<Shared>, health: &HealthReporter) -> Handler {
+    let message_bytes = shared.config.limits.max_message_bytes as usize;
     let simulation =
-        SimulationServiceServer::new(Methods(Arc::clone(core))).max_decoding_message_size(message_bytes);
+        SimulationServiceServer::new(Methods(Arc::clone(shared))).max_decoding_message_size(message_bytes);
     let health = HealthServer::new(HealthService::from_health_reporter(health.clone()));
     let routes = Routes::new(simulation)
         .add_service(health)
         .add_service(reflection().build_v1().expect("the descriptors were made by the build"))
         .add_service(reflection().build_v1alpha().expect("the descriptors were made by the build"))
         .prepare();
-    let origins = Origins::new(&core.config.allowed_origins);
-    let guarded = Guard::new(routes, origins.clone(), core.draining.clone());
+    let origins = Origins::new(&shared.config.allowed_origins);
+    let guarded = Guard::new(routes, origins.clone(), shared.draining.clone());
     let service = cors(origins).layer(GrpcWebLayer::new().layer(guarded));
     BoxCloneSyncService::new(service.map_request(|request: http::Request<Incoming>| request))
 }
