@@ -5,6 +5,7 @@
 
 use std::path::PathBuf;
 
+use nappe_scene::mesh::six_digits;
 use serde::Serialize;
 
 use crate::{
@@ -124,7 +125,7 @@ impl Summary {
             ),
             ("pace", format!("{:.2} times real time", self.time / self.seconds.max(f64::MIN_POSITIVE))),
             ("with", format!("{} threads, {}", self.threads, self.precision)),
-            ("energy", format!("{:.6e} J", self.energy)),
+            ("energy", format!("{} J", six_digits(self.energy))),
             ("max stretch", format!("{:.4}", self.max_stretch)),
         ];
         if let Some(hash) = &self.state_hash {

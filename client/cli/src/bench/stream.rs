@@ -5,15 +5,12 @@
 //! times. So the figure is that of the stream alone: reading what is kept, gRPC, TCP, decoding.
 //! The particles are free of each other: streaming does not care.
 
-use std::{
-    collections::BTreeMap,
-    time::{Duration, Instant},
-};
+use std::time::{Duration, Instant};
 
 use clap::Args;
-use nappe_client::{Client, CreateSession, Event, Precision, Wait, WatchOptions, v1};
+use nappe_client::{Client, CreateSession, Event, MeshUpload, Precision, Wait, WatchOptions, v1};
 use nappe_scene::{Body, Mass, Mesh, Scene};
-use nappe_sim::{cloth::Integrator, mesh::TriangleMesh};
+use nappe_sim::cloth::Integrator;
 use serde::Serialize;
 
 use super::{Row, sample};
@@ -21,7 +18,7 @@ use crate::{
     embedded::Embedded,
     error::{CliError, Result},
     output::{self, Column, Format, OutputArgs},
-    remote, scene,
+    remote,
 };
 
 /// Bytes of a particle in a frame.
@@ -84,7 +81,7 @@ async fn measure(client: &Client, particles: usize, limits: &v1::Limits) -> Resu
     let frames = (limits.history_bytes_per_session / 2 / frame_bytes).clamp(2, MAX_FRAMES);
     let session = client
         .create_session(CreateSession {
-            scene: cloud(particles).send(client).await?,
+            scene: cloud(client, particles).await?,
             precision: Some(Precision::F32),
             ..CreateSession::default()
         })
@@ -138,18 +135,19 @@ async fn pass(client: &Client, session: &v1::Session) -> Result<f64> {
 }
 
 /// Free particles on a square, falling.
-fn cloud(particles: usize) -> scene::Input {
+async fn cloud(client: &Client, particles: usize) -> Result<nappe_client::Scene> {
     let side = (particles as f64).sqrt().ceil() as usize;
     let points = (0..particles).map(|i| [(i % side) as f64 * 0.01, 0.0, (i / side) as f64 * 0.01]).collect();
-    let mesh = TriangleMesh { points, ..TriangleMesh::default() };
-    let file = "cloud".to_owned();
+    let mesh = MeshUpload { name: "cloud".to_owned(), points, ..MeshUpload::default() };
+    // That no triangle names the points is the point of it, so the remarks are left unsaid.
+    let upload = client.upload_mesh(&mesh).await?.mesh_id;
     let body = Body {
         mass: Some(Mass::Particle(0.01)),
         integrator: Integrator::SymplecticEuler,
-        ..Body::new("cloud", Mesh::File { file: file.clone() })
+        ..Body::new("cloud", Mesh::Upload { upload })
     };
-    let world = Scene { title: "free particles".to_owned(), bodies: vec![body], ..Scene::default() };
-    scene::Input::made("cloud".to_owned(), world, BTreeMap::from([(file, mesh)]))
+    let scene = Scene { title: "free particles".to_owned(), bodies: vec![body], ..Scene::default() };
+    Ok(nappe_client::Scene::Text(scene.to_toml()))
 }
 
 fn text(rows: &[StreamRow]) -> String {

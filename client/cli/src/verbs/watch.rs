@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use nappe_client::{Client, ClientError, Event, WatchOptions, v1};
+use nappe_scene::mesh::six_digits;
 
 use crate::{
     args::ServerArgs,
@@ -93,10 +94,10 @@ fn print(figures: &v1::Diagnostics, format: Format) -> Result<()> {
     match format {
         Format::Json => output::json(&DiagnosticsJson::from(figures)),
         Format::Text => output::line(&format!(
-            "step {:>8}  t = {:>9.3} s  energy {:>13.6e} J  stretch {:>7.4}  {:>9} a step{}",
+            "step {:>8}  t = {:>9.3} s  energy {:>12} J  stretch {:>7.4}  {:>9} a step{}",
             figures.step,
             figures.time_seconds,
-            session::total_energy(figures),
+            six_digits(session::total_energy(figures)),
             figures.max_stretch,
             output::duration(figures.step_seconds),
             figures.solve.as_ref().map_or_else(String::new, |solve| {
