@@ -1,5 +1,6 @@
 //! Physics: forces, integrators and contacts against closed forms and golden data.
 
+mod bodies;
 mod conservation;
 mod contact;
 mod convergence;

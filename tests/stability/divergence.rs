@@ -127,3 +127,19 @@ fn limits_that_are_kept_change_nothing() {
         assert_eq!(run(limits), run(StateLimits::default()), "{}", method.name());
     }
 }
+
+#[test]
+fn forces_that_overflow_stop_every_method() {
+    // In binary32 the square of the spring's length is out of range though its length is not.
+    for method in Method::all() {
+        let mut network = chain(&[[0.0; 3], [0.1, 0.0, 0.0]], 0.1, 5.0, 0.01, 0.1);
+        network.pins = vec![0];
+        network.v[1] = [1e21, 0.0, 0.0];
+        let scene = Scene::new(network, 1.0).by(method);
+        let error = until_failure(&mut scene.simulate(Precision::F32), 20);
+        let StepFailure::NotFinite { particle, .. } = error.failure else {
+            panic!("{}: {error}", method.name())
+        };
+        assert_eq!(particle, 1, "{}: {error}", method.name());
+    }
+}

@@ -26,6 +26,13 @@ pub(super) fn advance<R: Real>(
 ) -> Result<SolveReport, StepFailure> {
     step.forces();
     let report = with_transverse(settings.hessian, Solve { step, settings });
+    if report.relative_residual.is_nan() {
+        // Forces left the range of the precision: free velocities show where, and are judged.
+        let free = step.model.inv_m.iter().map(|inv_m| *inv_m > R::zero());
+        for ((dv, b), free) in step.state.dv.iter_mut().zip(&step.work.b).zip(free) {
+            *dv = if free { *b } else { Vec3::zeros() };
+        }
+    }
     if matches!(report.outcome, Outcome::Singular { .. }) {
         return Err(StepFailure::Solver { outcome: report.outcome });
     }
