@@ -35,8 +35,8 @@ fn rope(method: Method) -> Scene {
 fn together(first: &Scene, second: &Scene) -> WorldSetup {
     let mut setup = first.setup();
     setup.bodies.extend(second.setup().bodies);
-    setup.bodies[0].name = "cloth".to_owned();
-    setup.bodies[1].name = "rope".to_owned();
+    setup.bodies[0].name = String::from("cloth");
+    setup.bodies[1].name = String::from("rope");
     setup
 }
 
