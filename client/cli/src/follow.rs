@@ -68,7 +68,7 @@ pub(crate) async fn follow(url: &str, Viewer(sink): Viewer) -> Result<()> {
     loop {
         let ids: BTreeSet<String> =
             client.list_sessions().await?.into_iter().map(|session| session.session_id).collect();
-        for id in ids.difference(&shown).cloned() {
+        for id in &ids - &shown {
             let (client, sink) = (client.clone(), sink.clone());
             tokio::spawn(async move {
                 let options = ShowOptions::for_sink(&sink, 0);
