@@ -16,7 +16,7 @@ use crate::{
     upload::{MeshUpload, UploadedMesh},
 };
 
-/// Largest answer accepted from the server (bytes); streams of frames have their own limit.
+/// Largest message accepted from the server (bytes). Frames and topologies come in pieces of about 1 MiB.
 const MAX_MESSAGE_BYTES: usize = 8 << 20;
 /// How long a call may take.
 pub(crate) const CALL_LIMIT: Duration = Duration::from_secs(10);

@@ -163,7 +163,7 @@ impl Decoder {
     pub fn topology(&mut self, wire: v1::Topology) -> Result<Option<Topology>, DecodeError> {
         self.partial = None;
         self.topology = None;
-        let Some(wire) = self.pieces.add(wire, self.limits.max_message_bytes)? else { return Ok(None) };
+        let Some(wire) = self.pieces.add(wire, self.limits.max_topology_bytes)? else { return Ok(None) };
         let topology = Topology::from_wire(wire, self.limits.max_particles)?;
         self.topology = Some((topology.id, topology.particle_count));
         Ok(Some(topology))
@@ -285,17 +285,23 @@ impl Place {
     fn append(&self, array: &mut Option<Vectors>, piece: &v1::FieldData) -> Result<(), DecodeError> {
         let unknown =
             || DecodeError::Encoding { frame: self.frame, field: self.field, encoding: piece.encoding };
-        let encoding = v1::Encoding::try_from(piece.encoding).map_err(|_unknown_number| unknown())?;
-        let target = array.get_or_insert_with(|| match encoding {
-            v1::Encoding::RawF64 => Vectors::F64(Vec::new()),
-            _ => Vectors::F32(Vec::new()),
-        });
-        self.check(target.len(), piece, if matches!(target, Vectors::F64(_)) { 24 } else { 12 })?;
-        match (target, encoding) {
-            (Vectors::F32(flat), v1::Encoding::RawF32 | v1::Encoding::Unspecified) => {
+        let wide = match v1::Encoding::try_from(piece.encoding) {
+            Ok(v1::Encoding::RawF64) => true,
+            Ok(v1::Encoding::RawF32 | v1::Encoding::Unspecified) => false,
+            Err(_number) => return Err(unknown()),
+        };
+        let target = array
+            .get_or_insert_with(|| if wide { Vectors::F64(Vec::new()) } else { Vectors::F32(Vec::new()) });
+        let expected = target.len();
+        match target {
+            Vectors::F32(flat) if !wide => {
+                self.check(expected, piece, 12)?;
                 self.extend(flat, &piece.data, f32::from_le_bytes)
             }
-            (Vectors::F64(flat), v1::Encoding::RawF64) => self.extend(flat, &piece.data, f64::from_le_bytes),
+            Vectors::F64(flat) if wide => {
+                self.check(expected, piece, 24)?;
+                self.extend(flat, &piece.data, f64::from_le_bytes)
+            }
             _ => Err(unknown()),
         }
     }

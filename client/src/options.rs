@@ -182,14 +182,14 @@ pub enum Encoding {
 pub struct DecodeLimits {
     /// Particles in a frame.
     pub max_particles: usize,
-    /// Bytes of one message, and of all pieces of a topology together. Messages have about 1 MiB.
-    pub max_message_bytes: usize,
+    /// Bytes of all pieces of a topology together.
+    pub max_topology_bytes: usize,
 }
 
 impl Default for DecodeLimits {
     /// 16 777 216 particles: 192 MiB of positions in binary32. 192 MiB of topology: the triangles and texture
     /// coordinates of a cloth of 6 million particles.
     fn default() -> Self {
-        Self { max_particles: 1 << 24, max_message_bytes: 192 << 20 }
+        Self { max_particles: 1 << 24, max_topology_bytes: 192 << 20 }
     }
 }

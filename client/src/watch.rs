@@ -111,8 +111,7 @@ impl Client {
         from_frame: Option<u64>,
     ) -> Result<Streaming<v1::WatchFramesResponse>, ClientError> {
         let message = options.request(session_id, from_frame);
-        let limit = options.limits.max_message_bytes;
-        let mut calls = self.calls.clone().max_decoding_message_size(limit);
+        let mut calls = self.calls.clone();
         self.within("WatchFrames", CALL_LIMIT, calls.watch_frames(message)).await
     }
 }
