@@ -67,6 +67,7 @@ pub(crate) fn solve(report: &SolveReport) -> v1::SolveReport {
         Outcome::NegativeCurvature { .. } => v1::SolveOutcome::NegativeCurvature,
         Outcome::ZeroCurvature { .. } => v1::SolveOutcome::ZeroCurvature,
         Outcome::Singular { .. } => v1::SolveOutcome::Singular,
+        Outcome::NotFinite { .. } => v1::SolveOutcome::NotFinite,
     };
     v1::SolveReport {
         outcome: outcome.into(),

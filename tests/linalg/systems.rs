@@ -126,7 +126,7 @@ fn every_system_ends_with_its_status_at_its_iteration() {
                 Outcome::NegativeCurvature { iteration } => ("negative", iteration),
                 Outcome::ZeroCurvature { iteration } => ("zero", iteration),
                 Outcome::Singular { iteration } => ("singular", iteration),
-                Outcome::Converged | Outcome::IterationCap => panic!("{label}"),
+                Outcome::Converged | Outcome::IterationCap | Outcome::NotFinite { .. } => panic!("{label}"),
             };
             let expected = match system.name.as_str() {
                 "breakdown_exact_zero" => "zero",

@@ -145,7 +145,7 @@ pub enum StepFailure {
         "kinetic and elastic energy came to {value:.6e} J, more than the limit of {limit} J (fastest particle: {particle})"
     )]
     Energy { particle: u64, value: f64, limit: f64 },
-    #[error("the linear solver found the matrix singular: {outcome:?}")]
+    #[error("the linear solver cannot go on: {outcome}")]
     Solver { outcome: Outcome },
 }
 

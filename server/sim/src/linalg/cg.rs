@@ -69,11 +69,18 @@ pub fn conjugate_gradient<R: Real>(
         x.fill(Vec3::zeros());
         return SolveReport { outcome: Outcome::Converged, iterations: 0, relative_residual: 0.0 };
     }
+    if !b_norm.is_finite() {
+        let outcome = Outcome::NotFinite { iteration: 0 };
+        return SolveReport { outcome, iterations: 0, relative_residual: f64::NAN };
+    }
     let [mut rho, mut rr] = solve.start(b, x);
     // The iterate with the smallest residual: `x` itself, until the residual grows.
     let (mut best, mut best_is_x) = (rr, true);
     let mut iterations = 0;
     let outcome = loop {
+        if !rr.is_finite() {
+            break Outcome::NotFinite { iteration: iterations };
+        }
         if rr.sqrt() <= tolerance * b_norm || rr == 0.0 {
             break Outcome::Converged;
         }
@@ -224,6 +231,9 @@ impl<R: Real, A: LinearOperator<R>, M: Preconditioner<R>> Solve<'_, R, A, M> {
     ) -> Option<Outcome> {
         // A row adds a few dozen products, each with a relative error of a few roundings.
         let bound = 8.0 * R::ROUNDING * magnitude;
+        if !curvature.is_finite() {
+            return Some(Outcome::NotFinite { iteration });
+        }
         if curvature > bound {
             return None;
         }
@@ -243,5 +253,30 @@ impl<R: Real, A: LinearOperator<R>, M: Preconditioner<R>> Solve<'_, R, A, M> {
     fn norm_of(&mut self, vector: impl Fn(&CgWorkspace<R>) -> &Vec<Vec3<R>>) -> f64 {
         let partials = vector(self.work).chunks(self.grain).map(|v| block_sums(v, v)[0]);
         partials.sum::<f64>().sqrt()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{CgWorkspace, conjugate_gradient};
+    use crate::{
+        linalg::{BlockCsr, Identity, Outcome, SolverSettings},
+        math::Vec3,
+    };
+
+    #[test]
+    fn numbers_that_leave_the_range_are_named_and_not_returned_as_a_solution() {
+        let huge: Vec<Vec<f64>> =
+            (0..3).map(|i| (0..3).map(|j| if i == j { 1e300 } else { 0.0 }).collect()).collect();
+        let a = BlockCsr::<f64>::from_dense(&huge);
+        for (b, iteration) in [(1e200, 0), (1e10, 1)] {
+            let mut x = [Vec3::zeros()];
+            let mut work = CgWorkspace::new(1, 32);
+            let b = [Vec3::new(b, 0.0, 0.0)];
+            let report =
+                conjugate_gradient(&a, &Identity, &b, &mut x, &SolverSettings::default(), 32, &mut work);
+            assert_eq!(report.outcome, Outcome::NotFinite { iteration });
+            assert_eq!(x, [Vec3::zeros()]);
+        }
     }
 }

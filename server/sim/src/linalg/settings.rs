@@ -1,5 +1,7 @@
 //! What a linear solve is asked for and how it ends.
 
+use std::fmt;
+
 /// When a solve stops.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Stop {
@@ -109,6 +111,24 @@ pub enum Outcome {
         /// Iteration, from 1.
         iteration: u32,
     },
+    /// A number left the range of its precision: in b (iteration 0), or in p^T A p or the residual.
+    NotFinite {
+        /// Iteration, from 1; 0 before the first.
+        iteration: u32,
+    },
+}
+
+impl fmt::Display for Outcome {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Converged => f.write_str("converged"),
+            Self::IterationCap => f.write_str("iteration cap reached"),
+            Self::NegativeCurvature { iteration } => write!(f, "negative curvature at iteration {iteration}"),
+            Self::ZeroCurvature { iteration } => write!(f, "zero curvature at iteration {iteration}"),
+            Self::Singular { iteration } => write!(f, "singular matrix at iteration {iteration}"),
+            Self::NotFinite { iteration } => write!(f, "a number out of range at iteration {iteration}"),
+        }
+    }
 }
 
 /// What a solve reports.

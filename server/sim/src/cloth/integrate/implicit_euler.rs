@@ -26,15 +26,16 @@ pub(super) fn advance<R: Real>(
 ) -> Result<SolveReport, StepFailure> {
     step.forces();
     let report = with_transverse(settings.hessian, Solve { step, settings });
-    if report.relative_residual.is_nan() {
-        // Forces left the range of the precision: free velocities show where, and are judged.
-        let free = step.model.inv_m.iter().map(|inv_m| *inv_m > R::zero());
-        for ((dv, b), free) in step.state.dv.iter_mut().zip(&step.work.b).zip(free) {
-            *dv = if free { *b } else { Vec3::zeros() };
+    match report.outcome {
+        // Forces left the range of the precision: the velocities that they make show where.
+        Outcome::NotFinite { iteration: 0 } => step.show_forces(),
+        Outcome::NotFinite { .. } | Outcome::Singular { .. } => {
+            return Err(StepFailure::Solver { outcome: report.outcome });
         }
-    }
-    if matches!(report.outcome, Outcome::Singular { .. }) {
-        return Err(StepFailure::Solver { outcome: report.outcome });
+        Outcome::Converged
+        | Outcome::IterationCap
+        | Outcome::NegativeCurvature { .. }
+        | Outcome::ZeroCurvature { .. } => {}
     }
     step.kick_by_dv();
     step.drift(step.dt);
@@ -101,6 +102,14 @@ impl<R: Real> System<'_, R> {
 }
 
 impl<R: Real, W: Stopwatch> Step<'_, R, W> {
+    /// dv = b for free particles: a force that is not finite reaches the velocity of its particle.
+    fn show_forces(&mut self) {
+        let free = self.model.inv_m.iter().map(|inv_m| *inv_m > R::zero());
+        for ((dv, b), free) in self.state.dv.iter_mut().zip(&self.work.b).zip(free) {
+            *dv = if free { *b } else { Vec3::zeros() };
+        }
+    }
+
     /// v += dv.
     fn kick_by_dv(&mut self) {
         super::stages::add_scaled(&mut self.state.v, &self.state.dv, R::one(), self.model.grain);
