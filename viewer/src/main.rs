@@ -14,7 +14,7 @@ use nappe_rerun::{ShowError, ShowOptions, Shown, Sink, show};
 #[command(name = "nappe-viewer", version)]
 struct Arguments {
     /// Address of the server.
-    #[arg(long, value_name = "URL", default_value = "http://127.0.0.1:50051", env = "NAPPE_SERVER")]
+    #[arg(long, value_name = "URL", default_value = "http://127.0.0.1:6277", env = "NAPPE_SERVER")]
     server: String,
     /// Id of the session.
     #[arg(long, value_name = "ID")]

@@ -4,7 +4,7 @@
 //! only what moved.
 
 use nappe_client::Body;
-use rerun::{Color, LineStrips3D, Mesh3D, Points3D, RecordingStream};
+use rerun::{Color, Image, LineStrips3D, Mesh3D, Points3D, RecordingStream};
 
 use crate::{
     error::{RerunError, refused},
@@ -14,6 +14,11 @@ use crate::{
 /// Colours of bodies, in turn.
 const PALETTE: [[u8; 3]; 6] =
     [[205, 92, 76], [74, 144, 190], [226, 176, 84], [110, 168, 120], [160, 112, 180], [200, 200, 205]];
+/// Checks along a side of a texture, and pixels along a side of a check.
+const CHECKS: u32 = 16;
+const CHECK_PIXELS: u32 = 8;
+/// The darker shade over the lighter.
+const DARK_PERCENT: u32 = 82;
 const PIN_COLOR: [u8; 3] = [250, 210, 70];
 /// Radius of a pin on the screen (points), the same at any distance.
 const PIN_RADIUS_POINTS: f32 = 4.0;
@@ -26,8 +31,9 @@ pub(crate) struct BodyView {
     pins_path: String,
     first: usize,
     count: usize,
-    color: Color,
+    color: [u8; 3],
     kind: Kind,
+    uv: Option<Vec<[f32; 2]>>,
     /// Pins, counted from the body's first particle.
     pins: Vec<usize>,
 }
@@ -52,14 +58,14 @@ impl BodyView {
             Kind::Points
         };
         let path = format!("world/bodies/{}", entity_name(&body.name, index));
-        let [red, green, blue] = PALETTE[index % PALETTE.len()];
         Self {
             pins_path: format!("world/pins/{}", entity_name(&body.name, index)),
             path,
             first: body.first_particle,
             count: body.particle_count,
-            color: Color::from_rgb(red, green, blue),
+            color: PALETTE[index % PALETTE.len()],
             kind,
+            uv: (!body.uv.is_empty()).then(|| body.uv.clone()),
             pins: body.pins.iter().map(|&pin| (pin - base) as usize).collect(),
         }
     }
@@ -68,19 +74,23 @@ impl BodyView {
     pub(crate) fn describe(&self, stream: &RecordingStream) -> Result<(), RerunError> {
         let logged = match &self.kind {
             Kind::Mesh(triangles) => {
-                let mesh = Mesh3D::update_fields()
-                    .with_triangle_indices(triangles.iter().copied())
-                    .with_albedo_factor(*self.color);
+                let mesh = Mesh3D::update_fields().with_triangle_indices(triangles.iter().copied());
+                let mesh = match &self.uv {
+                    Some(uv) => mesh
+                        .with_vertex_texcoords(uv.iter().copied())
+                        .with_albedo_texture_image(checks(self.color)),
+                    None => mesh.with_albedo_factor(*rgb(self.color)),
+                };
                 stream.log_static(&*self.path, &mesh)
             }
             Kind::Springs(_) => {
                 let radius = rerun::Radius::new_ui_points(SPRING_RADIUS_POINTS);
-                let lines = LineStrips3D::update_fields().with_radii([radius]).with_colors([self.color]);
+                let lines = LineStrips3D::update_fields().with_radii([radius]).with_colors([rgb(self.color)]);
                 stream.log_static(&*self.path, &lines)
             }
             Kind::Points => {
                 let radius = rerun::Radius::new_ui_points(PARTICLE_RADIUS_POINTS);
-                let points = Points3D::update_fields().with_radii([radius]).with_colors([self.color]);
+                let points = Points3D::update_fields().with_radii([radius]).with_colors([rgb(self.color)]);
                 stream.log_static(&*self.path, &points)
             }
         };
@@ -88,10 +98,9 @@ impl BodyView {
         if self.pins.is_empty() {
             return Ok(());
         }
-        let [red, green, blue] = PIN_COLOR;
         let pins = Points3D::update_fields()
             .with_radii([rerun::Radius::new_ui_points(PIN_RADIUS_POINTS)])
-            .with_colors([Color::from_rgb(red, green, blue)]);
+            .with_colors([rgb(PIN_COLOR)]);
         stream.log_static(&*self.pins_path, &pins).map_err(refused(&self.pins_path))
     }
 
@@ -121,6 +130,21 @@ impl BodyView {
         let pins = Points3D::update_fields().with_positions(self.pins.iter().map(|&pin| points[pin]));
         stream.log(&*self.pins_path, &pins).map_err(refused(&self.pins_path))
     }
+}
+
+/// A weave of checks in two shades of a colour, so that the eye sees how a cloth stretches and turns.
+fn checks(color: [u8; 3]) -> Image {
+    let shade = |value: u8| (u32::from(value) * DARK_PERCENT / 100) as u8;
+    let side = CHECKS * CHECK_PIXELS;
+    let pixels = (0..side * side).flat_map(|pixel| {
+        let (row, column) = (pixel / side / CHECK_PIXELS, pixel % side / CHECK_PIXELS);
+        if (row + column).is_multiple_of(2) { color } else { color.map(shade) }
+    });
+    Image::from_rgb24(pixels.collect::<Vec<u8>>(), [side, side])
+}
+
+fn rgb([red, green, blue]: [u8; 3]) -> Color {
+    Color::from_rgb(red, green, blue)
 }
 
 /// A name that makes one part of an entity path, and is not another body's.

@@ -1,4 +1,4 @@
-//! One collider to Rerun: a solid ball or a square of its plane, moving with its velocity.
+//! One collider to Rerun: a solid ball or a disc of its plane, moving with its velocity.
 //!
 //! Enters: `Collider` once, then the time (s) of each frame. Leaves: the shape once, then its place if it moves.
 
@@ -15,8 +15,9 @@ const SPHERE_COLOR: [u8; 3] = [150, 158, 170];
 const PLANE_COLOR: [u8; 3] = [70, 74, 82];
 /// The drawn ball over the ball: between particles that lie on a ball, a triangle passes below its surface.
 const SPHERE_SCALE: f32 = 0.985;
-/// Half the side of the drawn square over the radius of the scene.
-const PLANE_SCALE: f32 = 1.6;
+/// Radius of the drawn disc over the radius of the scene.
+const PLANE_SCALE: f32 = 1.4;
+const DISC_CORNERS: u32 = 96;
 /// The drawn plane lies this far below, over the radius of the scene, for the same reason.
 const PLANE_DEPTH: f32 = 0.004;
 
@@ -57,8 +58,8 @@ impl ColliderView {
                 stream.log_static(&*self.path, &ball)
             }
             Shape::Plane { point, normal, .. } => {
-                let square = square(narrow(point), narrow(normal), scene).with_albedo_factor(*color);
-                stream.log_static(&*self.path, &square)
+                let disc = disc(narrow(point), narrow(normal), scene).with_albedo_factor(*color);
+                stream.log_static(&*self.path, &disc)
             }
             _ => return Ok(()),
         };
@@ -95,17 +96,21 @@ impl ColliderView {
     }
 }
 
-/// The part of a plane below the scene, as two triangles, relative to `point`.
-fn square(point: [f32; 3], normal: [f32; 3], scene: &Bounds) -> Mesh3D {
+/// The part of a plane below the scene, as a disc, relative to `point`.
+fn disc(point: [f32; 3], normal: [f32; 3], scene: &Bounds) -> Mesh3D {
     let [first, second] = tangents(normal);
     let to_center = minus(scene.center(), point);
     let height = dot(to_center, normal);
     let foot = along(along(to_center, -height, normal), -PLANE_DEPTH * scene.radius(), normal);
-    let half = PLANE_SCALE * scene.radius();
-    let corner = |s: f32, t: f32| along(along(foot, s * half, first), t * half, second);
-    Mesh3D::new([corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)])
-        .with_vertex_normals([normal; 4])
-        .with_triangle_indices([[0, 1, 2], [0, 2, 3]])
+    let radius = PLANE_SCALE * scene.radius();
+    let rim = (0..DISC_CORNERS).map(|corner| {
+        let angle = std::f32::consts::TAU * corner as f32 / DISC_CORNERS as f32;
+        along(along(foot, radius * angle.cos(), first), radius * angle.sin(), second)
+    });
+    let triangles = (0..DISC_CORNERS).map(|corner| [0, 1 + corner, 1 + (corner + 1) % DISC_CORNERS]);
+    Mesh3D::new(std::iter::once(foot).chain(rim))
+        .with_vertex_normals(vec![normal; 1 + DISC_CORNERS as usize])
+        .with_triangle_indices(triangles)
 }
 
 fn narrow(v: [f64; 3]) -> [f32; 3] {

@@ -3,49 +3,91 @@
 //! Enters: the bounds of the scene (m). Leaves: a blueprint in the recording, with a camera that sees all of it.
 
 use rerun::{
-    EntityPath, RecordingStream, RecordingStreamBuilder,
+    AsComponents, Color, EntityPath, RecordingStream, RecordingStreamBuilder,
     blueprint::{
         Blueprint, BlueprintActivation, BlueprintPanel, ContainerLike, Horizontal, SelectionPanel,
         Spatial3DView, TimePanel, TimeSeriesView, Vertical,
-        components::{BackgroundKind, PanelState},
+        components::{BackgroundKind, Corner2D, PanelState},
     },
-    external::re_sdk_types::blueprint::archetypes::{Background, EyeControls3D, LineGrid3D},
+    external::re_sdk_types::blueprint::archetypes::{Background, EyeControls3D, LineGrid3D, PlotLegend},
     log::LogMsg,
 };
 
 use crate::{
     error::{RerunError, refused},
     geometry::{Bounds, along},
-    plots::PLOTS,
+    plots::{PLOTS, Plot},
     recorder::{APPLICATION, TIME},
 };
 
 /// From the centre of the scene to the camera, over the radius of the scene.
-const EYE: [f32; 3] = [1.05, 0.85, 1.95];
+const EYE: [f32; 3] = [0.64, 0.46, 1.2];
+const BACKGROUND: [u8; 3] = [22, 25, 30];
+
+/// A setting of a view: the view's path, the setting's name and value.
+type Property = (EntityPath, &'static str, Box<dyn AsComponents>);
 
 /// Sends the layout.
 pub(crate) fn send(stream: &RecordingStream, bounds: &Bounds) -> Result<(), RerunError> {
-    let scene: ContainerLike = Spatial3DView::new("Cloth").with_origin("world").into();
-    let ContainerLike::View(view) = &scene else { unreachable!("a 3D view is a view") };
-    let view_path = view.blueprint_path();
-    let plots = PLOTS.iter().map(|plot| TimeSeriesView::new(plot.title).with_origin(plot.path).into());
-    let plots = Vertical::new(plots).into();
+    let mut properties: Vec<Property> = Vec::new();
+    let scene: ContainerLike = Spatial3DView::new("Scene").with_origin("world").into();
+    properties.extend(scene_properties(&path_of(&scene), bounds));
+    let plots: Vec<ContainerLike> = PLOTS
+        .iter()
+        .map(|plot| {
+            let view = TimeSeriesView::new(plot.title).with_origin(plot.path).into();
+            properties.push((path_of(&view), "PlotLegend", Box::new(legend(plot))));
+            view
+        })
+        .collect();
+    // The first has the largest legend.
+    let shares: Vec<f32> = (0..plots.len()).map(|row| if row == 0 { 1.6 } else { 1.0 }).collect();
+    let plots = Vertical::new(plots).with_row_shares(shares).into();
     let blueprint = Blueprint::new(Horizontal::new([scene, plots]).with_column_shares([3.0, 1.0]))
         .with_auto_views(false)
         .with_auto_layout(false)
         .with_blueprint_panel(BlueprintPanel::from_state(PanelState::Collapsed))
         .with_selection_panel(SelectionPanel::from_state(PanelState::Collapsed))
         .with_time_panel(TimePanel::new().with_state(PanelState::Collapsed).with_timeline(TIME));
-    send_with_eye(stream, &blueprint, &view_path, bounds).map_err(refused("the layout"))
+    send_with(stream, &blueprint, &properties).map_err(refused("the layout"))
 }
 
-/// The SDK's layout types have no camera yet: its message is added to those of the layout, before the one that
-/// makes the layout active.
-fn send_with_eye(
+fn path_of(view: &ContainerLike) -> EntityPath {
+    match view {
+        ContainerLike::View(view) => view.blueprint_path(),
+        _ => unreachable!("a view is no container"),
+    }
+}
+
+fn scene_properties(view: &EntityPath, bounds: &Bounds) -> [Property; 3] {
+    let target = bounds.center();
+    let eye = EyeControls3D::new()
+        .with_position(along(target, bounds.radius(), EYE))
+        .with_look_target(target)
+        .with_eye_up([0.0, 1.0, 0.0]);
+    let [red, green, blue] = BACKGROUND;
+    let background =
+        Background::new(BackgroundKind::SolidColor).with_color(Color::from_rgb(red, green, blue));
+    // The floor of a scene is one of its colliders, at its own height.
+    let grid = LineGrid3D::new().with_visible(false);
+    [
+        (view.clone(), "EyeControls3D", Box::new(eye)),
+        (view.clone(), "Background", Box::new(background)),
+        (view.clone(), "LineGrid3D", Box::new(grid)),
+    ]
+}
+
+/// The title names a series that is alone.
+fn legend(plot: &Plot) -> PlotLegend {
+    PlotLegend::new().with_visible(plot.has_several_series()).with_corner(Corner2D::RightTop)
+}
+
+/// The SDK's layout types cannot set a camera yet: the settings of views are added to the messages of the
+/// layout, before the one that makes the layout active.
+fn send_with(
     stream: &RecordingStream,
     blueprint: &Blueprint,
-    view: &EntityPath,
-    bounds: &Bounds,
+    properties: &[Property],
 ) -> rerun::RecordingStreamResult<()> {
     let (scratch, storage) = RecordingStreamBuilder::new(APPLICATION).memory()?;
     blueprint.send(&scratch, BlueprintActivation::default())?;
@@ -58,16 +100,10 @@ fn send_with_eye(
     let id = activation.blueprint_id.recording_id().clone();
     let (extra, storage) = RecordingStreamBuilder::new(APPLICATION).recording_id(id).blueprint().memory()?;
     extra.set_time_sequence("blueprint", 0);
-    let target = bounds.center();
-    let eye = EyeControls3D::new()
-        .with_position(along(target, bounds.radius(), EYE))
-        .with_look_target(target)
-        .with_eye_up([0.0, 1.0, 0.0]);
-    extra.log(view.join(&"EyeControls3D".into()), &eye)?;
-    extra.log(view.join(&"Background".into()), &Background::new(BackgroundKind::GradientDark))?;
-    extra.log(view.join(&"LineGrid3D".into()), &LineGrid3D::new().with_visible(false))?;
-    let own = storage.take().into_iter().filter(|message| matches!(message, LogMsg::ArrowMsg(..)));
-    messages.extend(own);
+    for (view, name, value) in properties {
+        extra.log(view.join(&(*name).into()), value.as_ref())?;
+    }
+    messages.extend(storage.take().into_iter().filter(|message| matches!(message, LogMsg::ArrowMsg(..))));
     stream.send_blueprint(messages, activation);
     Ok(())
 }

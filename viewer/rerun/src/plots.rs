@@ -15,6 +15,13 @@ pub(crate) struct Plot {
     values: fn(&v1::Diagnostics) -> Option<Vec<f64>>,
 }
 
+impl Plot {
+    /// True if a legend is needed.
+    pub(crate) fn has_several_series(&self) -> bool {
+        self.series.len() > 1
+    }
+}
+
 const BLUE: [u8; 3] = [86, 156, 230];
 const RED: [u8; 3] = [232, 93, 79];
 const GREEN: [u8; 3] = [110, 190, 120];
@@ -34,7 +41,7 @@ pub(crate) const PLOTS: [Plot; 6] = [
     },
     Plot {
         path: "plots/stretch",
-        title: "Largest stretch (length over rest length)",
+        title: "Largest stretch (1)",
         series: &[("max stretch", AMBER)],
         values: |d| Some(vec![d.max_stretch]),
     },
@@ -46,13 +53,13 @@ pub(crate) const PLOTS: [Plot; 6] = [
     },
     Plot {
         path: "plots/iterations",
-        title: "Solver: conjugate gradient iterations",
+        title: "Solver iterations",
         series: &[("iterations", BLUE)],
         values: |d| d.solve.as_ref().map(|solve| vec![f64::from(solve.iterations)]),
     },
     Plot {
         path: "plots/residual",
-        title: "Solver: log10 of the relative residual",
+        title: "Solver residual (log10)",
         series: &[("log10 residual", RED)],
         // An exact solution has no logarithm, and no point.
         values: |d| {

@@ -77,6 +77,9 @@ impl Recorder {
             }
             Sink::Spawn => spawn(builder)?,
         };
+        // The two timelines that count are those of the simulation.
+        stream.set_log_tick_enabled(false);
+        stream.set_log_time_enabled(false);
         stream.log_static("world", &ViewCoordinates::RIGHT_HAND_Y_UP()).map_err(refused("world"))?;
         plots::describe(&stream)?;
         Ok(Self { stream, sink, scene: None })
@@ -153,8 +156,12 @@ impl SceneView {
     /// Logs what depends on the size of the scene: colliders and the layout with its camera.
     fn place(&mut self, stream: &RecordingStream, points: &[[f32; 3]]) -> Result<(), RerunError> {
         let mut bounds = Bounds::empty();
-        points.iter().for_each(|&point| bounds.add(point));
-        self.colliders.iter().for_each(|collider| collider.add_to(&mut bounds));
+        for &point in points {
+            bounds.add(point);
+        }
+        for collider in &self.colliders {
+            collider.add_to(&mut bounds);
+        }
         for collider in &self.colliders {
             collider.describe(stream, &bounds)?;
         }

@@ -17,6 +17,7 @@ use rerun::{
 
 const SIDE: usize = 12;
 const FRAMES: u64 = 5;
+const TIMELINES: [&str; 2] = ["step", "time"];
 
 /// A sheet of `SIDE` x `SIDE` particles pinned at two corners, a chain of three, a still plane, a moving ball.
 fn scene() -> Topology {
@@ -91,7 +92,11 @@ impl Contents {
             match message.expect("the file decodes") {
                 LogMsg::ArrowMsg(store, message) => {
                     let chunk = Chunk::from_arrow_msg(&message).expect("a chunk");
-                    contents.add(store.is_blueprint(), &chunk);
+                    if store.is_blueprint() {
+                        contents.blueprint_entities.push(chunk.entity_path().to_string());
+                    } else {
+                        contents.add(&chunk);
+                    }
                 }
                 LogMsg::BlueprintActivationCommand(_) => contents.has_active_blueprint = true,
                 LogMsg::SetStoreInfo(_) => {}
@@ -100,18 +105,17 @@ impl Contents {
         contents
     }
 
-    fn add(&mut self, is_blueprint: bool, chunk: &Chunk) {
+    fn add(&mut self, chunk: &Chunk) {
         let entity = chunk.entity_path().to_string();
-        if is_blueprint {
-            self.blueprint_entities.push(entity);
-            return;
-        }
         if chunk.is_static() {
             *self.rows.entry((entity, String::new())).or_default() += chunk.num_rows();
             return;
         }
-        for timeline in chunk.timelines().keys() {
-            *self.rows.entry((entity.clone(), timeline.to_string())).or_default() += chunk.num_rows();
+        for timeline in TIMELINES {
+            if chunk.timelines().contains_key(&timeline.into()) {
+                let key = (entity.clone(), timeline.to_owned());
+                *self.rows.entry(key).or_default() += chunk.num_rows();
+            }
         }
     }
 
@@ -150,7 +154,7 @@ fn a_file_holds_topology_once_and_every_frame_on_both_timelines() {
         "/plots/step_time",
     ];
     for entity in moving {
-        for timeline in ["step", "time"] {
+        for timeline in TIMELINES {
             assert_eq!(contents.count(entity, timeline), FRAMES as usize, "{entity} on {timeline}");
         }
         assert_eq!(contents.count(entity, ""), 1, "{entity} is described once");
@@ -167,7 +171,7 @@ fn a_file_opens_with_a_layout_and_a_camera() {
     let contents = Contents::read(&path);
     assert!(contents.has_active_blueprint);
     let has = |part: &str| contents.blueprint_entities.iter().any(|entity| entity.ends_with(part));
-    for part in ["/EyeControls3D", "/viewport", "/time_panel"] {
+    for part in ["/EyeControls3D", "/Background", "/PlotLegend", "/viewport", "/time_panel"] {
         assert!(has(part), "{part} is not in {:?}", contents.blueprint_entities);
     }
 }
