@@ -6,7 +6,9 @@
 
 use rayon::prelude::*;
 
-use super::{LinearOperator, Outcome, Preconditioner, SolveReport, SolverSettings, Stop, block_sums};
+use super::{
+    LinearOperator, Outcome, Preconditioner, SolveReport, SolverSettings, Stop, block_sums, combine,
+};
 use crate::{
     math::{Padded, Real, Vec3},
     parallel::{block_count, sum},
@@ -186,10 +188,8 @@ impl<R: Real, A: LinearOperator<R>, M: Preconditioner<R>> Solve<'_, R, A, M> {
         let inputs = (partials.par_iter_mut(), p.par_chunks(grain), q.par_chunks(grain));
         vectors.into_par_iter().zip(inputs.into_par_iter()).enumerate().for_each(
             |(block, ((x, r, z), (partial, p, q)))| {
-                for ((x, r), (p, q)) in x.iter_mut().zip(&mut *r).zip(p.iter().zip(q)) {
-                    *x += p * alpha;
-                    *r -= q * alpha;
-                }
+                combine(x, R::one(), p, alpha);
+                combine(r, R::one(), q, -alpha);
                 m.apply(block * grain, r, z);
                 *partial = [block_sums(r, z)[0], block_sums(r, r)[0]];
             },
@@ -204,10 +204,8 @@ impl<R: Real, A: LinearOperator<R>, M: Preconditioner<R>> Solve<'_, R, A, M> {
         (p.par_chunks_mut(grain), padded.par_chunks_mut(grain), z.par_chunks(grain))
             .into_par_iter()
             .for_each(|(p, padded, z)| {
-                for ((p, padded), z) in p.iter_mut().zip(padded).zip(z) {
-                    *p = z + *p * beta;
-                    *padded = Padded::new(p);
-                }
+                combine(p, beta, z, R::one());
+                padded.iter_mut().zip(&*p).for_each(|(padded, p)| *padded = Padded::new(p));
             });
     }
 

@@ -1,20 +1,54 @@
-//! Sums over one block: products and their magnitudes, in binary64, in a fixed order of lanes.
+//! Work on one block of vectors: sums of products and of their magnitudes, in binary64 and in a
+//! fixed order of lanes; linear combinations.
 
 use crate::math::{Kernel, LANES, Pack, Real, Vec3, dispatch};
 
 /// The components of vectors, x y z after one another.
 #[inline(always)]
+#[allow(unsafe_code, reason = "a 3-vector is laid out as an array of three numbers")]
 fn flat<R: Real>(v: &[Vec3<R>]) -> &[R] {
-    // Three components a vector, in order: nalgebra's storage of a 3-vector is an array.
-    nalgebra_flat(v)
+    const { assert!(size_of::<Vec3<R>>() == 3 * size_of::<R>() && align_of::<Vec3<R>>() == align_of::<R>()) };
+    // SAFETY: nalgebra stores a 3-vector as an array of three numbers and nothing else.
+    unsafe { std::slice::from_raw_parts(v.as_ptr().cast::<R>(), v.len() * 3) }
 }
 
+/// The same, to be written.
 #[inline(always)]
 #[allow(unsafe_code, reason = "a 3-vector is laid out as an array of three numbers")]
-fn nalgebra_flat<R: Real>(v: &[Vec3<R>]) -> &[R] {
-    const { assert!(size_of::<Vec3<f32>>() == 12 && size_of::<Vec3<f64>>() == 24) };
-    // SAFETY: `Vector3<R>` is a transparent wrapper of `[[R; 3]; 1]` with the alignment of `R`.
-    unsafe { std::slice::from_raw_parts(v.as_ptr().cast::<R>(), v.len() * 3) }
+fn flat_mut<R: Real>(v: &mut [Vec3<R>]) -> &mut [R] {
+    const { assert!(size_of::<Vec3<R>>() == 3 * size_of::<R>() && align_of::<Vec3<R>>() == align_of::<R>()) };
+    // SAFETY: nalgebra stores a 3-vector as an array of three numbers and nothing else.
+    unsafe { std::slice::from_raw_parts_mut(v.as_mut_ptr().cast::<R>(), v.len() * 3) }
+}
+
+/// y = s y + t x over one block.
+#[inline]
+pub(crate) fn combine<R: Real>(y: &mut [Vec3<R>], s: R, x: &[Vec3<R>], t: R) {
+    dispatch(Combine { y: flat_mut(y), s, x: flat(x), t });
+}
+
+struct Combine<'a, R> {
+    y: &'a mut [R],
+    s: R,
+    x: &'a [R],
+    t: R,
+}
+
+impl<R: Real> Kernel<R> for Combine<'_, R> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<P: Pack<R>>(self) {
+        let (s, t) = (P::splat(self.s), P::splat(self.t));
+        let (packs, rest) = self.y.as_chunks_mut::<LANES>();
+        let (others, rest_x) = self.x.as_chunks::<LANES>();
+        for (y, x) in packs.iter_mut().zip(others) {
+            *y = s.mul(P::load(y)).add(t.mul(P::load(x))).store();
+        }
+        for (y, x) in rest.iter_mut().zip(rest_x) {
+            *y = self.s * *y + self.t * *x;
+        }
+    }
 }
 
 /// Sums over one block of a and b: a.b, and the sum of `|a_c b_c|` over components, the scale of

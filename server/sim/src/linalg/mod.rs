@@ -11,7 +11,7 @@ pub use cg::{CgWorkspace, conjugate_gradient};
 pub use precondition::{BlockJacobi, Diagonal, Identity, Symmetric3};
 pub use settings::{OperatorKind, Outcome, PreconditionerKind, SolveReport, SolverSettings, Stop};
 
-pub(crate) use dot::block_sums;
+pub(crate) use dot::{block_sums, combine};
 
 use crate::math::{Padded, Real, Vec3};
 
