@@ -50,7 +50,7 @@ pub(crate) fn line(text: &str) -> Result<()> {
 /// Writes one JSON value on one line.
 ///
 /// # Errors
-/// As [`line`].
+/// As [`line()`].
 pub(crate) fn json(value: &impl Serialize) -> Result<()> {
     let text = serde_json::to_string(value)
         .map_err(|error| CliError::failure(format!("cannot write the answer as JSON: {error}")))?;
