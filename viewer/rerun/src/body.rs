@@ -8,7 +8,7 @@ use rerun::{Color, Image, LineStrips3D, Mesh3D, Points3D, RecordingStream};
 
 use crate::{
     error::{RerunError, refused},
-    geometry::vertex_normals,
+    geometry::{Bounds, along, vertex_normals},
 };
 
 /// Colours of bodies, in turn.
@@ -67,6 +67,19 @@ impl BodyView {
             kind,
             uv: (!body.uv.is_empty()).then(|| body.uv.clone()),
             pins: body.pins.iter().map(|&pin| (pin - base) as usize).collect(),
+        }
+    }
+
+    /// Grows the bounds of the scene by where the body is, and by where it can hang from its pins.
+    pub(crate) fn add_to(&self, bounds: &mut Bounds, all: &[[f32; 3]]) {
+        let points = &all[self.first..self.first + self.count];
+        let mut own = Bounds::empty();
+        for &point in points {
+            own.add(point);
+            bounds.add(point);
+        }
+        for &pin in &self.pins {
+            bounds.add(along(points[pin], -own.longest_side(), [0.0, 1.0, 0.0]));
         }
     }
 

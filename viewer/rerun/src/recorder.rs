@@ -156,8 +156,8 @@ impl SceneView {
     /// Logs what depends on the size of the scene: colliders and the layout with its camera.
     fn place(&mut self, stream: &RecordingStream, points: &[[f32; 3]]) -> Result<(), RerunError> {
         let mut bounds = Bounds::empty();
-        for &point in points {
-            bounds.add(point);
+        for body in &self.bodies {
+            body.add_to(&mut bounds, points);
         }
         for collider in &self.colliders {
             collider.add_to(&mut bounds);
