@@ -70,7 +70,7 @@ impl BodyView {
         }
     }
 
-    /// Grows the bounds of the scene by where the body is, and by where it can hang from its pins.
+    /// Grows the bounds of the scene by where the body is, and by where it can hang from its highest pin.
     pub(crate) fn add_to(&self, bounds: &mut Bounds, all: &[[f32; 3]]) {
         let points = &all[self.first..self.first + self.count];
         let mut own = Bounds::empty();
@@ -78,8 +78,9 @@ impl BodyView {
             own.add(point);
             bounds.add(point);
         }
-        for &pin in &self.pins {
-            bounds.add(along(points[pin], -own.longest_side(), [0.0, 1.0, 0.0]));
+        let highest = self.pins.iter().map(|&pin| points[pin]).max_by(|a, b| a[1].total_cmp(&b[1]));
+        if let Some(pin) = highest {
+            bounds.add(along(pin, -2.0 * own.radius(), [0.0, 1.0, 0.0]));
         }
     }
 

@@ -50,11 +50,6 @@ impl Bounds {
         std::array::from_fn(|axis| 0.5 * (self.low[axis] + self.high[axis]))
     }
 
-    /// Longest side (m); 0 if the box is empty.
-    pub(crate) fn longest_side(&self) -> f32 {
-        minus(self.high, self.low).into_iter().fold(0.0, f32::max)
-    }
-
     /// Radius of the ball around it (m); 1 if the box is empty or a point.
     pub(crate) fn radius(&self) -> f32 {
         let radius = 0.5 * length(minus(self.high, self.low));
@@ -135,12 +130,11 @@ mod tests {
     }
 
     #[test]
-    fn a_box_knows_its_middle_and_its_sides() {
+    fn a_box_knows_its_middle_and_its_radius() {
         let mut bounds = Bounds::empty();
-        assert_eq!(bounds.longest_side(), 0.0);
         bounds.add([1.0, 1.0, 1.0]);
         bounds.add([3.0, -3.0, 5.0]);
-        assert_eq!((bounds.center(), bounds.longest_side(), bounds.radius()), ([2.0, -1.0, 3.0], 4.0, 3.0));
+        assert_eq!((bounds.center(), bounds.radius()), ([2.0, -1.0, 3.0], 3.0));
     }
 
     #[test]

@@ -21,7 +21,7 @@ use crate::{
 };
 
 /// From the centre of the scene to the camera, over the radius of the scene.
-const EYE: [f32; 3] = [0.64, 0.46, 1.2];
+const EYE: [f32; 3] = [0.68, 0.48, 1.28];
 const BACKGROUND: [u8; 3] = [22, 25, 30];
 
 /// A setting of a view: the view's path, the setting's name and value.
