@@ -17,8 +17,12 @@ use crate::{
     error::{RerunError, refused},
     geometry::{Bounds, along},
     plots::{PLOTS, Plot},
-    recorder::{APPLICATION, TIME},
 };
+
+/// The name under which viewers keep layouts.
+pub(crate) const APPLICATION: &str = "nappe";
+/// The timeline of simulated time.
+pub(crate) const TIME: &str = "time";
 
 /// From the centre of the scene to the camera, over the radius of the scene.
 const EYE: [f32; 3] = [0.68, 0.48, 1.28];

@@ -21,15 +21,12 @@ use crate::{
     collider::ColliderView,
     error::{RerunError, refused},
     geometry::Bounds,
-    layout, plots,
+    layout::{self, APPLICATION, TIME},
+    plots,
 };
 
-/// The name under which viewers keep layouts.
-pub(crate) const APPLICATION: &str = "nappe";
 /// The timeline of steps.
 const STEP: &str = "step";
-/// The timeline of simulated time.
-pub(crate) const TIME: &str = "time";
 /// How long a viewer may take to answer.
 const VIEWER_LIMIT: Duration = Duration::from_secs(10);
 

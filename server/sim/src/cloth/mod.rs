@@ -2,8 +2,8 @@
 
 mod network;
 mod settings;
-mod model;
 mod rows;
+mod model;
 mod state;
 mod forces;
 mod tangent;

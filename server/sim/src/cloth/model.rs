@@ -3,7 +3,10 @@
 //! Reads a [`Network`]; writes arrays in Hilbert order, cut into blocks, with springs gathered by
 //! row. Users see their own numbering everywhere; only this folder knows the other.
 
-use super::{ClothSettings, Network, SpringKind, SpringLaw, rows::Rows};
+use super::{
+    ClothSettings, Network, SpringKind, SpringLaw,
+    rows::{Joint, Rows},
+};
 use crate::{
     math::{Real, Vec3, vec3},
     parallel::hilbert_order,
@@ -100,14 +103,6 @@ impl<R: Real> Model<R> {
     pub fn arrange(&self, values: &[[f64; 3]]) -> Vec<Vec3<R>> {
         self.user.iter().map(|&old| vec3(values[old as usize])).collect()
     }
-}
-
-/// A spring in the model's numbering.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Joint {
-    pub(super) ends: [u32; 2],
-    pub(super) rest_length: f64,
-    pub(super) law: u16,
 }
 
 fn check(network: &Network, settings: &ClothSettings) -> Result<(), String> {

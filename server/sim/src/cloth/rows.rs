@@ -9,11 +9,18 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::model::Joint;
 use crate::math::{LANES, Pack, Padded, Real, Vec3};
 
 /// The law of a slot whose lanes have different ones.
 const MIXED: u16 = u16::MAX;
+
+/// A spring in the model's numbering.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Joint {
+    pub(super) ends: [u32; 2],
+    pub(super) rest_length: f64,
+    pub(super) law: u16,
+}
 
 /// Springs by row.
 #[derive(Clone, Debug)]
