@@ -26,7 +26,7 @@ def main(server):
         events = service.WatchFrames(watch)
         service.PlaySession(simulation_pb2.PlaySessionRequest(session_id=session.session_id))
         for event in events:
-            if event.HasField("topology"):
+            if event.HasField("topology") and event.topology.chunk.index == 0:
                 count = event.topology.particle_count
                 x = numpy.zeros((count, 3), "<f4")
                 print(f"{count} particles")
@@ -35,7 +35,7 @@ def main(server):
                 x[first : first + len(piece)] = piece
                 if event.frame.chunk.index + 1 == event.frame.chunk.count:
                     print(f"{event.frame.time_seconds:8.4f} s  lowest particle at {x[:, 1].min():.4f} m")
-            else:
+            elif event.HasField("end"):
                 print(f"{event.end.step} steps, state {event.end.state_hash:016x}")
         service.DeleteSession(simulation_pb2.DeleteSessionRequest(session_id=session.session_id))
 

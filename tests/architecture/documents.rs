@@ -74,6 +74,23 @@ fn against_silence(what: &str, names: &[String], pages: &str) -> Vec<String> {
     silent.map(|name| format!("{what} do not speak of `{name}`")).collect()
 }
 
+/// The command-line settings that a file of clap's `Args` declares: `--name`, or as `long = "..."` says.
+fn settings(config: &str) -> Vec<String> {
+    let mut found = Vec::new();
+    let mut attribute = "";
+    for line in config.lines().map(str::trim) {
+        if line.starts_with("#[arg(long") {
+            attribute = line;
+        } else if let Some((field, _)) = line.strip_prefix("pub ").and_then(|rest| rest.split_once(": ")) {
+            let renamed = attribute.split("long = \"").nth(1).and_then(|rest| rest.split('"').next());
+            let name = renamed.map_or_else(|| field.replace('_', "-"), str::to_owned);
+            found.extend((!attribute.is_empty()).then(|| format!("--{name}")));
+            attribute = "";
+        }
+    }
+    found
+}
+
 /// File names in `folder` that end in `.extension`, without it.
 fn stems(folder: &str, extension: &str) -> Vec<String> {
     let ending = format!(".{extension}");
@@ -119,6 +136,13 @@ fn every_law_has_its_page() {
 }
 
 #[test]
+fn every_setting_of_the_server_is_described() {
+    let settings = settings(&tree::text("server/src/config.rs"));
+    assert!(settings.len() > 15, "the server has settings: {settings:?}");
+    assert_none(&against_silence("docs/service.md", &settings, &tree::text("docs/service.md")));
+}
+
+#[test]
 fn the_changelog_and_the_decisions_are_in_order() {
     let version = format!("## {}", env!("CARGO_PKG_VERSION"));
     assert!(tree::text("docs/CHANGELOG.md").contains(&version), "docs/CHANGELOG.md has no {version}");
@@ -137,5 +161,7 @@ fn the_rules_find_what_they_are_for() {
     assert_eq!(against_omissions(&drawn, &paths).len(), 2, "client/ (its crate too) and server/scene/");
     let page = Source::example("docs/x.md", "[a](../Cargo.toml#b) [c](nowhere.md) [d](https://e.org)");
     assert_eq!(against_links(&page), ["docs/x.md: the link to nowhere.md leads nowhere"]);
+    let config = "#[arg(long, env = \"A\")]\npub max_sessions: u32,\n#[arg(long = \"allow-origin\")]\npub origins: u8,\npub plain: u8,";
+    assert_eq!(settings(config), ["--max-sessions", "--allow-origin"]);
     assert_eq!(against_silence("p", &["flag".to_owned(), "demo".to_owned()], "the `demo` scene").len(), 1);
 }
