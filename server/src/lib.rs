@@ -28,4 +28,4 @@ mod signal;
 pub use app::{App, StartError};
 pub use config::{Config, DEFAULT_PORT, Limits};
 pub use reason::{DOMAIN, Reason, errors_page};
-pub use signal::{Signals, shutdown_signal};
+pub use signal::Signals;

@@ -53,12 +53,3 @@ impl Signals {
         Ok("Ctrl-C")
     }
 }
-
-/// Waits for a signal and returns its name. A program that announces itself first catches them
-/// with [`Signals::listen`] before it does.
-///
-/// # Errors
-/// If the system does not let the program catch signals.
-pub async fn shutdown_signal() -> io::Result<&'static str> {
-    Signals::listen()?.recv().await
-}

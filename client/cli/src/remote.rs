@@ -3,7 +3,7 @@
 use std::future::Future;
 
 use nappe_client::{Client, ClientError};
-use nappe_server::{Reason, shutdown_signal};
+use nappe_server::{Reason, Signals};
 
 use crate::{
     args::ServerArgs,
@@ -39,18 +39,27 @@ pub(crate) async fn connect(args: &ServerArgs) -> Result<Client> {
 /// # Errors
 /// When the system refuses the handlers.
 pub(crate) async fn interrupted() -> Result<()> {
-    first_signal().await?;
-    tokio::spawn(async {
-        if first_signal().await.is_ok() {
+    interrupted_by(catch_signals()?).await
+}
+
+/// Catches the signals from now on: before somebody is told that the program runs.
+pub(crate) fn catch_signals() -> Result<Signals> {
+    Signals::listen().map_err(|error| refused(&error))
+}
+
+/// As [`interrupted`], with signals that are caught already.
+pub(crate) async fn interrupted_by(mut signals: Signals) -> Result<()> {
+    signals.recv().await.map_err(|error| refused(&error))?;
+    tokio::spawn(async move {
+        if signals.recv().await.is_ok() {
             std::process::exit(Exit::Interrupted as i32);
         }
     });
     Ok(())
 }
 
-async fn first_signal() -> Result<()> {
-    let refused = |error| CliError::failure(format!("cannot listen to signals: {error}"));
-    shutdown_signal().await.map(|_name| ()).map_err(refused)
+fn refused(error: &std::io::Error) -> CliError {
+    CliError::failure(format!("cannot listen to signals: {error}"))
 }
 
 impl From<ClientError> for CliError {

@@ -43,6 +43,7 @@ pub(crate) fn run(args: &ServeArgs) -> Result<()> {
     let viewer = args.rerun.as_deref().map(follow::Viewer::new).transpose()?;
     tracing_subscriber::fmt().with_env_filter(EnvFilter::new(&args.log)).with_writer(std::io::stderr).init();
     remote::block_on(async {
+        let signals = remote::catch_signals()?;
         let app = App::start(args.config.clone()).map_err(CliError::failure)?;
         let url = app.url();
         match args.output.format() {
@@ -62,7 +63,7 @@ pub(crate) fn run(args: &ServeArgs) -> Result<()> {
         };
         let ended = tokio::select! {
             ended = followed => ended,
-            signal = remote::interrupted() => signal,
+            signal = remote::interrupted_by(signals) => signal,
         };
         app.shutdown().await;
         ended
