@@ -11,7 +11,7 @@ pub(crate) fn run(shell: &mut Shell, names: &[String]) -> Result<(), Failure> {
         return Err(Failure(format!("there is no benchmark '{unknown}'; there are: {}", BENCHES.join(", "))));
     }
     for name in BENCHES.into_iter().filter(|name| names.is_empty() || names.iter().any(|n| n == name)) {
-        let arguments = format!("run --release --package nappe-cli --bin nappe -- bench {name}");
+        let arguments = format!("run --release --bin nappe -- bench {name}");
         shell.cargo(&format!("bench {name}"), &arguments)?;
     }
     Ok(())

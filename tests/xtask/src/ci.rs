@@ -7,7 +7,7 @@ use crate::{
 };
 
 /// The `nappe` command, as `cargo nappe` runs it.
-const NAPPE: &str = "run --release --package nappe-cli --bin nappe --";
+const NAPPE: &str = "run --release --bin nappe --";
 
 /// Runs the checks, the tests, the demo, short benchmarks and the examples.
 pub(crate) fn run(shell: &mut Shell, arguments: &[String]) -> Result<(), Failure> {
