@@ -56,6 +56,16 @@ impl Shell {
     /// When it cannot be started or does not succeed.
     pub(crate) fn run(&mut self, title: &str, command: &mut Command) -> Result<(), Failure> {
         println!("\n=== {title}: {}", line_of(command));
+        // What cargo told us of this crate is not for the crates below: some build scripts watch these
+        // variables, and everything above them would be built again at the next cargo outside.
+        for (name, _) in env::vars_os() {
+            let told = name
+                .to_str()
+                .is_some_and(|n| n.starts_with("CARGO_PKG_") || n.starts_with("CARGO_MANIFEST_"));
+            if told {
+                command.env_remove(name);
+            }
+        }
         let start = Instant::now();
         let status = command.current_dir(&self.root).status();
         let outcome = match status {
