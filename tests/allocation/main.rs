@@ -7,7 +7,7 @@ use std::{
 };
 
 use nappe_sim::{
-    collide::{Collider, Shape},
+    collide::{Collider, Contact, Shape},
     linalg::{OperatorKind, PreconditionerKind, SolverSettings, Stop},
     math::Precision,
     report::NoStopwatch,
@@ -61,6 +61,7 @@ fn scene(method: Method, solver: SolverSettings) -> Scene {
         friction: 0.3,
         restitution: 0.0,
         margin: 0.005,
+        contact: Contact::default(),
     }];
     scene
 }

@@ -1,7 +1,7 @@
 //! Scenes of several blocks, small enough for a debug build, that between them use every kernel.
 
 use nappe_sim::{
-    collide::{Collider, Shape},
+    collide::{Collider, Contact, Shape},
     linalg::SolverSettings,
     math::Precision,
     world::{Change, Simulation},
@@ -59,6 +59,7 @@ fn sheet_on_sphere() -> Scene {
         friction: 0.4,
         restitution: 0.2,
         margin: 0.004,
+        contact: Contact::default(),
     };
     let mut scene = Scene::new(network, 2e-3);
     scene.settings.substeps = 2;

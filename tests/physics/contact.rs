@@ -1,7 +1,7 @@
 //! Planes and spheres: no penetration, restitution, friction on an incline, moving colliders.
 
 use nappe_sim::{
-    collide::{Collider, Shape},
+    collide::{Collider, Contact, Shape},
     linalg::Stop,
     math::{Precision, Real},
 };
@@ -22,6 +22,7 @@ fn collider(shape: Shape) -> Collider {
         friction: 0.0,
         restitution: 0.0,
         margin: MARGIN,
+        contact: Contact::default(),
     }
 }
 

@@ -70,6 +70,7 @@ impl Scene {
                 network: self.network.clone(),
                 settings: self.settings,
             }],
+            snow: None,
         }
     }
 

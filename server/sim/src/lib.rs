@@ -1,4 +1,4 @@
-//! Cloth numerics: particles joined by springs, advanced in time.
+//! Numerics of cloth and snow: particles joined by springs, particles over a grid, advanced in time.
 //!
 //! Units are SI; axes are right-handed, y up. No clock, no file, no thread of its own: work is
 //! divided over the rayon pool that the caller installs, and results have the same bits for any
@@ -11,4 +11,5 @@ pub mod report;
 pub mod mesh;
 pub mod collide;
 pub mod cloth;
+pub mod snow;
 pub mod world;

@@ -74,6 +74,7 @@ fn setup(network: Network, integrator: Integrator, dt: f64) -> WorldSetup {
         wind: [0.0; 3],
         colliders: Vec::new(),
         bodies: vec![BodySetup { name: "sheet".to_owned(), network, settings }],
+        snow: None,
     }
 }
 

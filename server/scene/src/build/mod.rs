@@ -11,7 +11,7 @@ mod transform;
 use std::{collections::BTreeSet, sync::Arc};
 
 use nappe_sim::{
-    collide::{Collider, Shape},
+    collide::{Collider, Contact, Shape},
     mesh::TriangleMesh,
     world::{Change, WorldSetup},
 };
@@ -97,7 +97,7 @@ impl Scene {
         }
         let colliders =
             self.colliders.iter().enumerate().map(|(i, c)| self.collider(i, c)).collect::<Result<_, _>>()?;
-        let setup = WorldSetup { dt: self.dt, gravity: self.gravity, wind: self.wind, colliders, bodies };
+        let setup = WorldSetup { dt: self.dt, gravity: self.gravity, wind: self.wind, colliders, bodies, snow: None };
         Ok(Built { setup, initial_changes, remarks })
     }
 
@@ -140,6 +140,7 @@ impl Scene {
             friction: text.friction,
             restitution: text.restitution,
             margin: text.margin,
+            contact: Contact::default(),
         })
     }
 }

@@ -17,6 +17,70 @@ pub enum Shape {
         /// Radius (m).
         radius: f64,
     },
+    /// All points within `radius` of a segment.
+    Capsule {
+        /// One end of the segment (m).
+        start: [f64; 3],
+        /// The other end (m).
+        end: [f64; 3],
+        /// Radius (m).
+        radius: f64,
+    },
+    /// A box.
+    Box {
+        /// Centre (m).
+        center: [f64; 3],
+        /// Half of its extent along its own axes (m).
+        half_extent: [f64; 3],
+        /// Its own axes in the world: orthonormal, right-handed, one a row.
+        axes: [[f64; 3]; 3],
+    },
+    /// A solid cylinder with flat ends.
+    Cylinder {
+        /// Centre of one end (m).
+        start: [f64; 3],
+        /// Centre of the other end (m).
+        end: [f64; 3],
+        /// Radius (m).
+        radius: f64,
+    },
+    /// The ground below a trough: outside of a tube, below its axis; endless along the axis.
+    HalfPipe {
+        /// A point of the axis (m).
+        point: [f64; 3],
+        /// Unit direction of the axis.
+        axis: [f64; 3],
+        /// Unit direction of the opening, at right angles to the axis.
+        up: [f64; 3],
+        /// Inner radius (m).
+        radius: f64,
+    },
+}
+
+/// What happens to the velocity of snow at a surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
+pub enum Contact {
+    /// It moves with the surface.
+    Sticky,
+    /// It neither leaves nor enters the surface; Coulomb friction along it.
+    Slip,
+    /// It may leave the surface; Coulomb friction along it while pressed on.
+    #[default]
+    Separating,
+}
+
+impl Contact {
+    /// Every contact.
+    pub const ALL: [Self; 3] = [Self::Sticky, Self::Slip, Self::Separating];
+
+    /// Its name in scene files.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Sticky => "sticky",
+            Self::Slip => "slip",
+            Self::Separating => "separating",
+        }
+    }
 }
 
 /// Something that particles collide with.
@@ -34,6 +98,8 @@ pub struct Collider {
     pub restitution: f64,
     /// Distance (m) from the surface at which a particle touches: half the cloth's thickness.
     pub margin: f64,
+    /// How snow meets it; cloth always separates.
+    pub contact: Contact,
 }
 
 impl Collider {
@@ -48,6 +114,9 @@ impl Collider {
                 let length = dot(way, way).sqrt();
                 let normal = if length > 0.0 { way.map(|c| c / length) } else { [0.0, 1.0, 0.0] };
                 (length - radius, normal)
+            }
+            Shape::Capsule { .. } | Shape::Box { .. } | Shape::Cylinder { .. } | Shape::HalfPipe { .. } => {
+                (f64::INFINITY, [0.0, 1.0, 0.0])
             }
         }
     }
@@ -81,6 +150,9 @@ impl Collider {
                         "centre {center:?}, radius {radius}: a finite centre and a radius above 0 are needed"
                     )
                 }),
+            Shape::Capsule { .. } | Shape::Box { .. } | Shape::Cylinder { .. } | Shape::HalfPipe { .. } => {
+                None
+            }
         }
     }
 }

@@ -3,5 +3,5 @@
 mod collider;
 mod contact;
 
-pub use collider::{Collider, Shape};
+pub use collider::{Collider, Contact, Shape};
 pub(crate) use contact::{Contacts, resolve};

@@ -18,6 +18,7 @@ use crate::{
     collide::Collider,
     math::Real,
     report::{Diagnostics, StepError, StepReport, Stopwatch},
+    snow::{self, Snow},
 };
 
 /// A body in a world.
@@ -46,6 +47,7 @@ pub struct World<R: Real> {
     wind: [f64; 3],
     colliders: Vec<Collider>,
     bodies: Vec<Body<R>>,
+    snow: Option<Snow<R>>,
 }
 
 impl<R: Real> World<R> {
@@ -78,6 +80,14 @@ impl<R: Real> World<R> {
             first_particle += count;
         }
         bodies.iter_mut().for_each(Body::still_pins);
+        let snow = match &setup.snow {
+            None => None,
+            Some(snow) => {
+                let (snow, notes) = Snow::new(snow)?;
+                remarks.extend(notes);
+                Some(snow)
+            }
+        };
         let WorldSetup { dt, gravity, wind, colliders, .. } = setup;
         let world = Self {
             dt: *dt,
@@ -86,6 +96,7 @@ impl<R: Real> World<R> {
             wind: *wind,
             colliders: colliders.clone(),
             bodies,
+            snow,
         };
         Ok((world, remarks))
     }
@@ -106,6 +117,7 @@ impl<R: Real> World<R> {
                 }
             }
         }
+        self.step_snow(&mut report, watch)?;
         self.step_count += 1;
         (report.step, report.time) = (self.step_count, self.time());
         Ok(report)
@@ -122,6 +134,27 @@ impl<R: Real> World<R> {
         let Body { model, parameters, settings, state, work, .. } = &mut bodies[index];
         work.before.copy_from(state);
         cloth::step(model, parameters, settings, &around, state, work, watch)
+    }
+
+    /// Snow goes last: a cloth that fails has then not moved it.
+    fn step_snow(&mut self, report: &mut StepReport, watch: &mut impl Stopwatch) -> Result<(), StepError> {
+        let (time, first) = (self.time(), self.cloth_count());
+        let Self { dt, gravity, colliders, snow: Some(snow), .. } = self else { return Ok(()) };
+        let around = snow::Surroundings { gravity: *gravity, colliders, time, dt: *dt };
+        match snow.step(&around, watch) {
+            Ok((figures, snow, contact_count)) => {
+                report.diagnostics = report.diagnostics.with(&figures);
+                report.contact_count += contact_count;
+                report.snow = Some(snow.shifted(first as u64));
+                Ok(())
+            }
+            Err(failure) => {
+                let body = failure.particle().map_or("snow", |particle| snow.object_of(particle)).to_owned();
+                self.bodies.iter_mut().for_each(Body::undo);
+                let failure = failure.shifted(first as u64);
+                Err(StepError { step: self.step_count, time, body, failure })
+            }
+        }
     }
 
     fn error_of(&self, index: usize, failure: crate::report::StepFailure) -> StepError {
@@ -143,9 +176,10 @@ impl<R: Real> World<R> {
             time: self.time(),
             dt: self.dt,
         };
-        self.bodies.iter().fold(Diagnostics::default(), |total, body| {
+        let cloths = self.bodies.iter().fold(Diagnostics::default(), |total, body| {
             total.with(&cloth::diagnose(&body.model, &body.parameters, &around, &body.state))
-        })
+        });
+        self.snow.iter().fold(cloths, |total, snow| total.with(&snow.diagnose(self.gravity)))
     }
 
     /// Simulated time (s).

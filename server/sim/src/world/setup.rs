@@ -5,6 +5,7 @@ use thiserror::Error;
 use crate::{
     cloth::{ClothSettings, Network},
     collide::Collider,
+    snow::{SnowError, SnowSetup},
 };
 
 /// A body of a world.
@@ -29,8 +30,10 @@ pub struct WorldSetup {
     pub wind: [f64; 3],
     /// Colliders.
     pub colliders: Vec<Collider>,
-    /// Bodies, at least one.
+    /// Cloths.
     pub bodies: Vec<BodySetup>,
+    /// Snow; a world has a cloth or snow at least. Cloth and snow do not touch each other yet.
+    pub snow: Option<SnowSetup>,
 }
 
 /// A world that cannot be built.
@@ -45,6 +48,8 @@ pub enum SetupError {
     NotFinite { what: String, value: [f64; 3] },
     #[error("body '{body}': {message}")]
     Body { body: String, message: String },
+    #[error(transparent)]
+    Snow(#[from] SnowError),
     #[error("collider '{collider}': {message}")]
     Collider { collider: String, message: String },
 }
@@ -52,7 +57,7 @@ pub enum SetupError {
 impl WorldSetup {
     /// Checks what does not belong to one body alone.
     pub(super) fn check(&self) -> Result<(), SetupError> {
-        if self.bodies.is_empty() {
+        if self.bodies.is_empty() && self.snow.is_none() {
             return Err(SetupError::NoBodies);
         }
         if !self.dt.is_finite() || self.dt <= 0.0 {
@@ -63,11 +68,11 @@ impl WorldSetup {
                 return Err(SetupError::NotFinite { what: what.into(), value });
             }
         }
-        for (i, body) in self.bodies.iter().enumerate() {
-            if self.bodies[..i].iter().any(|other| other.name == body.name) {
-                let message = "two bodies have this name: names are unique".into();
-                return Err(SetupError::Body { body: body.name.clone(), message });
-            }
+        let objects = self.snow.iter().flat_map(|snow| &snow.objects).map(|object| &object.name);
+        let names: Vec<&String> = self.bodies.iter().map(|body| &body.name).chain(objects).collect();
+        if let Some(twice) = (1..names.len()).find(|i| names[..*i].contains(&names[*i])) {
+            let message = "two bodies have this name: names are unique".into();
+            return Err(SetupError::Body { body: names[twice].clone(), message });
         }
         self.colliders.iter().try_for_each(|collider| match collider.fault() {
             Some(message) => Err(SetupError::Collider { collider: collider.name.clone(), message }),

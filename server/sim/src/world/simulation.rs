@@ -5,6 +5,7 @@ use crate::{
     collide::Collider,
     math::{Precision, Real},
     report::{Diagnostics, StepError, StepReport, Stopwatch},
+    snow::{GridNode, ParticleState, Snow},
 };
 
 /// A simulation in the precision chosen at run time.
@@ -144,5 +145,56 @@ impl Simulation {
     /// Largest explicit steps, one a body.
     pub fn step_bounds(&self) -> Vec<StepBound> {
         on_world!(self, world => world.step_bounds())
+    }
+
+    /// Plastic volume ratios J_P, one a particle; 1 for cloth. Clears `out` first.
+    pub fn plastic_ratios_f32(&self, out: &mut Vec<f32>) {
+        on_world!(self, world => world.plastic_ratios(out, |c| c.to_f64() as f32));
+    }
+
+    /// Plastic volume ratios, exact.
+    pub fn plastic_ratios_f64(&self, out: &mut Vec<f64>) {
+        on_world!(self, world => world.plastic_ratios(out, Real::to_f64));
+    }
+
+    /// Frobenius norms of the Cauchy stress (Pa), one a particle; 0 for cloth. Clears `out` first.
+    pub fn stress_norms_f32(&self, out: &mut Vec<f32>) {
+        on_world!(self, world => world.stress_norms(out, |c| c.to_f64() as f32));
+    }
+
+    /// Frobenius norms of the Cauchy stress, exact.
+    pub fn stress_norms_f64(&self, out: &mut Vec<f64>) {
+        on_world!(self, world => world.stress_norms(out, Real::to_f64));
+    }
+
+    /// Side of the snow's cells (m); none without snow.
+    pub fn snow_cell(&self) -> Option<f64> {
+        on_world!(self, world => world.snow().map(|snow| snow.settings().cell))
+    }
+
+    /// Nodes of the snow's grid with mass, as the last step left them; empty before the first and
+    /// without snow. Clears `out` first.
+    pub fn grid_nodes(&self, out: &mut Vec<GridNode>) {
+        out.clear();
+        on_world!(self, world => world.snow().into_iter().for_each(|snow| snow.grid_nodes(out)));
+    }
+
+    /// Particles of the snow, in the user's numbering of the snow; empty without snow.
+    pub fn snow_particles(&self) -> Vec<ParticleState> {
+        on_world!(self, world => world.snow().map_or_else(Vec::new, Snow::particles))
+    }
+
+    /// Puts particles in place of those of the snow.
+    ///
+    /// # Panics
+    /// When there are more or fewer than the snow has.
+    pub fn restore_snow(&mut self, particles: &[ParticleState]) {
+        on_world!(self, world => world.snow_mut().into_iter().for_each(|snow| snow.restore(particles)));
+    }
+
+    /// Adds `dv(particle, x, v)` (m/s) to the velocity of each particle of the snow: what a body
+    /// force does in one step. Particles are in the user's numbering of the snow.
+    pub fn kick_snow(&mut self, dv: impl Fn(u32, [f64; 3], [f64; 3]) -> [f64; 3] + Sync) {
+        on_world!(self, world => world.snow_mut().into_iter().for_each(|snow| snow.kick(&dv)));
     }
 }

@@ -6,10 +6,11 @@ use super::{Body, World};
 use crate::{
     collide::Collider,
     math::{Mat3, Real, Vec3},
+    snow::Snow,
 };
 
 /// What a frame's consumer needs to know once about a body.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct BodyTopology {
     /// Name.
     pub name: String,
@@ -52,7 +53,22 @@ impl<R: Real> World<R> {
 
     /// Particles of all bodies.
     pub fn particle_count(&self) -> usize {
+        self.cloth_count() + self.snow.as_ref().map_or(0, Snow::particle_count)
+    }
+
+    /// Particles of all cloths: the snow's come after them.
+    pub(super) fn cloth_count(&self) -> usize {
         self.bodies.iter().map(|body| body.model.count).sum()
+    }
+
+    /// The snow.
+    pub fn snow(&self) -> Option<&Snow<R>> {
+        self.snow.as_ref()
+    }
+
+    /// The snow, to be changed.
+    pub fn snow_mut(&mut self) -> Option<&mut Snow<R>> {
+        self.snow.as_mut()
     }
 
     /// Springs of all bodies.
@@ -67,12 +83,28 @@ impl<R: Real> World<R> {
 
     /// Positions (m), x y z a particle, in the user's numbering. Clears `out` first.
     pub fn positions<T>(&self, out: &mut Vec<T>, convert: impl Fn(R) -> T) {
-        self.gather(out, convert, |body| &body.state.x);
+        self.gather(out, &convert, |body| &body.state.x);
+        self.snow.iter().for_each(|snow| snow.positions(out, &convert));
     }
 
     /// Velocities (m/s), x y z a particle, in the user's numbering. Clears `out` first.
     pub fn velocities<T>(&self, out: &mut Vec<T>, convert: impl Fn(R) -> T) {
-        self.gather(out, convert, |body| &body.state.v);
+        self.gather(out, &convert, |body| &body.state.v);
+        self.snow.iter().for_each(|snow| snow.velocities(out, &convert));
+    }
+
+    /// Plastic volume ratios, one a particle; 1 for cloth. Clears `out` first.
+    pub fn plastic_ratios<T: Clone>(&self, out: &mut Vec<T>, convert: impl Fn(R) -> T) {
+        out.clear();
+        out.resize(self.cloth_count(), convert(R::one()));
+        self.snow.iter().for_each(|snow| snow.plastic_ratios(out, &convert));
+    }
+
+    /// Frobenius norms of the Cauchy stress (Pa), one a particle; 0 for cloth. Clears `out` first.
+    pub fn stress_norms<T: Clone>(&self, out: &mut Vec<T>, convert: impl Fn(R) -> T) {
+        out.clear();
+        out.resize(self.cloth_count(), convert(R::zero()));
+        self.snow.iter().for_each(|snow| snow.stress_norms(out, &convert));
     }
 
     fn gather<T>(
@@ -108,15 +140,28 @@ impl<R: Real> World<R> {
                 hasher.update(&bytes);
             }
         }
+        self.snow.iter().for_each(|snow| snow.hash_into(&mut hasher));
         hasher.digest()
     }
 
     /// What frames refer to.
     pub fn topology(&self) -> Vec<BodyTopology> {
-        self.bodies.iter().map(Body::topology).collect()
+        let mut topology: Vec<_> = self.bodies.iter().map(Body::topology).collect();
+        let mut first_particle = self.cloth_count() as u32;
+        for (name, count) in self.snow.iter().flat_map(Snow::objects) {
+            let particle_count = count as u32;
+            topology.push(BodyTopology {
+                name: name.to_owned(),
+                first_particle,
+                particle_count,
+                ..BodyTopology::default()
+            });
+            first_particle += particle_count;
+        }
+        topology
     }
 
-    /// Largest explicit steps, one a body.
+    /// Largest explicit steps, one a cloth; that of snow is in its report.
     pub fn step_bounds(&self) -> Vec<StepBound> {
         self.bodies.iter().map(Body::step_bound).collect()
     }

@@ -1,5 +1,9 @@
 //! What a step tells: figures, time per stage, or the reason why it failed.
 
+mod snow;
+
+pub use snow::{BoundKind, SnowReport, TimeBound};
+
 use thiserror::Error;
 
 use crate::linalg::{Outcome, SolveReport};
@@ -21,13 +25,21 @@ pub enum Stage {
     Solve,
     /// Contacts.
     Collide,
+    /// Snow: particles sorted by block and cell.
+    Sort,
+    /// Snow: weights, masses and momenta from particles to nodes, forces included.
+    ParticlesToGrid,
+    /// Snow: nodes' velocities, gravity and colliders.
+    GridUpdate,
+    /// Snow: velocities back to particles, elastic predictor, plastic return, positions.
+    GridToParticles,
     /// Energies, momentum, stretch and the checks on them.
     Diagnose,
 }
 
 impl Stage {
     /// Every stage, in the order of a table.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 12] = [
         Self::Force,
         Self::Acceleration,
         Self::Velocity,
@@ -35,6 +47,10 @@ impl Stage {
         Self::Matrix,
         Self::Solve,
         Self::Collide,
+        Self::Sort,
+        Self::ParticlesToGrid,
+        Self::GridUpdate,
+        Self::GridToParticles,
         Self::Diagnose,
     ];
 
@@ -48,6 +64,10 @@ impl Stage {
             Self::Matrix => "matrix",
             Self::Solve => "solve",
             Self::Collide => "collide",
+            Self::Sort => "sort",
+            Self::ParticlesToGrid => "particles_to_grid",
+            Self::GridUpdate => "grid_update",
+            Self::GridToParticles => "grid_to_particles",
             Self::Diagnose => "diagnose",
         }
     }
@@ -113,6 +133,8 @@ pub struct StepReport {
     pub contact_count: u64,
     /// The last linear solve with the largest residual among the bodies; none when all are explicit.
     pub solve: Option<SolveReport>,
+    /// Figures of the snow; none without snow.
+    pub snow: Option<SnowReport>,
 }
 
 /// A step that was not taken: the state is as before it.
@@ -147,29 +169,63 @@ pub enum StepFailure {
     Energy { particle: u64, value: f64, limit: f64 },
     #[error("the linear solver cannot go on: {outcome}")]
     Solver { outcome: Outcome },
+    #[error(
+        "the time step of {dt:.4e} s is above the bound '{bound}' of {limit:.4e} s at particle {particle}: let the step be certified, fix a smaller one, or mark it unchecked"
+    )]
+    TimeStep { particle: u64, dt: f64, limit: f64, bound: &'static str },
+    #[error(
+        "more than {limit} steps of the snow are needed within this step of the scene: the bound '{bound}' at particle {particle} allows {dt:.4e} s (shorten the scene's dt, or look at why the snow hardens)"
+    )]
+    Substeps { particle: u64, dt: f64, limit: u32, bound: &'static str },
+    #[error(
+        "node {node:?} of the grid moves by {value:.3} cells in one step, more than {limit}: the simulation diverged (fastest particle: {particle})"
+    )]
+    NodeSpeed { particle: u64, node: [i32; 3], value: f64, limit: f64 },
+    #[error(
+        "the deformation gradient of particle {particle} came to {value:.4e}, more than {limit:.0e}: the simulation diverged"
+    )]
+    Deformation { particle: u64, value: f64, limit: f64 },
+    #[error(
+        "particle {particle} left the range of the grid, {limit:.3e} m from the origin: it is at {position:?}"
+    )]
+    OutOfRange { particle: u64, position: [f64; 3], limit: f64 },
+    #[error("the grid holds {found:.9e} kg of the particles' {expected:.9e} kg")]
+    Mass { expected: f64, found: f64 },
 }
 
 impl StepFailure {
     /// The same with a body's particles numbered over all bodies, of which `first` is its first.
     pub(crate) fn shifted(mut self, first: u64) -> Self {
         match &mut self {
-            Self::NotFinite { particle, .. } | Self::Energy { particle, .. } => *particle += first,
+            Self::NotFinite { particle, .. }
+            | Self::Energy { particle, .. }
+            | Self::TimeStep { particle, .. }
+            | Self::Substeps { particle, .. }
+            | Self::NodeSpeed { particle, .. }
+            | Self::Deformation { particle, .. }
+            | Self::OutOfRange { particle, .. } => *particle += first,
             Self::Stretch { particle, other, .. } => {
                 *particle += first;
                 *other += first;
             }
-            Self::Solver { .. } => {}
+            Self::Solver { .. } | Self::Mass { .. } => {}
         }
         self
     }
 
-    /// A stable word for programs: `NOT_FINITE`, `STRETCH_LIMIT`, `ENERGY_LIMIT`, `SOLVER_FAILED`.
+    /// A stable word for programs, such as `NOT_FINITE`.
     pub const fn reason(&self) -> &'static str {
         match self {
             Self::NotFinite { .. } => "NOT_FINITE",
             Self::Stretch { .. } => "STRETCH_LIMIT",
             Self::Energy { .. } => "ENERGY_LIMIT",
             Self::Solver { .. } => "SOLVER_FAILED",
+            Self::TimeStep { .. } => "TIME_STEP_LIMIT",
+            Self::Substeps { .. } => "SUBSTEP_LIMIT",
+            Self::NodeSpeed { .. } => "NODE_SPEED",
+            Self::Deformation { .. } => "DEFORMATION_LIMIT",
+            Self::OutOfRange { .. } => "OUT_OF_RANGE",
+            Self::Mass { .. } => "MASS_LOST",
         }
     }
 
@@ -178,18 +234,27 @@ impl StepFailure {
         match self {
             Self::NotFinite { particle, .. }
             | Self::Stretch { particle, .. }
-            | Self::Energy { particle, .. } => Some(*particle),
-            Self::Solver { .. } => None,
+            | Self::Energy { particle, .. }
+            | Self::TimeStep { particle, .. }
+            | Self::Substeps { particle, .. }
+            | Self::NodeSpeed { particle, .. }
+            | Self::Deformation { particle, .. }
+            | Self::OutOfRange { particle, .. } => Some(*particle),
+            Self::Solver { .. } | Self::Mass { .. } => None,
         }
     }
 
     /// The value at fault.
     pub const fn value(&self) -> Option<f64> {
         match self {
-            Self::NotFinite { value, .. } | Self::Stretch { value, .. } | Self::Energy { value, .. } => {
-                Some(*value)
-            }
-            Self::Solver { .. } => None,
+            Self::NotFinite { value, .. }
+            | Self::Stretch { value, .. }
+            | Self::Energy { value, .. }
+            | Self::NodeSpeed { value, .. }
+            | Self::Deformation { value, .. }
+            | Self::Mass { found: value, .. } => Some(*value),
+            Self::TimeStep { dt, .. } | Self::Substeps { dt, .. } => Some(*dt),
+            Self::Solver { .. } | Self::OutOfRange { .. } => None,
         }
     }
 }

@@ -1,0 +1,172 @@
+//! How snow is stepped: kernel, transfer, time step, integration.
+
+use crate::linalg::Stop;
+
+/// B-spline that spreads a particle over nodes (snow.md 0; Steffen, Kirby, Berzins 2008).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
+pub enum Kernel {
+    /// Two nodes an axis, slope with jumps: forces jump when a particle crosses a cell, and the
+    /// error grows under refinement. Here to show that, with PIC/FLIP only.
+    Linear,
+    /// Three nodes an axis, continuous slope.
+    #[default]
+    Quadratic,
+    /// Four nodes an axis, continuous second derivative (Stomakhin et al. 2013).
+    Cubic,
+}
+
+impl Kernel {
+    /// Every kernel.
+    pub const ALL: [Self; 3] = [Self::Linear, Self::Quadratic, Self::Cubic];
+
+    /// Its name in scene files.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Linear => "linear",
+            Self::Quadratic => "quadratic",
+            Self::Cubic => "cubic",
+        }
+    }
+
+    /// Nodes an axis.
+    pub const fn width(self) -> usize {
+        match self {
+            Self::Linear => 2,
+            Self::Quadratic => 3,
+            Self::Cubic => 4,
+        }
+    }
+
+    /// h² / D, where D I is the second moment of the weights: 4 quadratic, 3 cubic. That of the
+    /// linear kernel depends on the place: it has none.
+    pub const fn inverse_moment(self) -> f64 {
+        match self {
+            Self::Linear => 0.0,
+            Self::Quadratic => 4.0,
+            Self::Cubic => 3.0,
+        }
+    }
+}
+
+/// How much of the FLIP velocity a particle keeps.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Blend {
+    /// The share of FLIP in every step, 0 to 1: 0.95 in Stomakhin et al. 2013. Halving dt doubles
+    /// the damping per second.
+    PerStep(f64),
+    /// Time (s) within which the PIC share takes over: the share of FLIP is exp(-dt / tau), so
+    /// that the damping per second does not depend on dt.
+    TimeConstant(f64),
+}
+
+/// How velocities go from particles to nodes and back.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+pub enum Transfer {
+    /// Velocities alone, blended from PIC and FLIP; forces by the slope of the kernel.
+    PicFlip(Blend),
+    /// Affine velocities (Jiang et al. 2015); forces by the slope of the kernel.
+    Apic,
+    /// Affine velocities, and forces through the same affine field (Hu et al. 2018).
+    #[default]
+    Mls,
+}
+
+impl Transfer {
+    /// Names in scene files, in the order of the variants.
+    pub const NAMES: [&str; 3] = ["pic_flip", "apic", "mls"];
+
+    /// Its name in scene files.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::PicFlip(_) => Self::NAMES[0],
+            Self::Apic => Self::NAMES[1],
+            Self::Mls => Self::NAMES[2],
+        }
+    }
+}
+
+/// How a step of the world is divided into steps of the snow.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum TimeStep {
+    /// Each as long as the certified bound allows.
+    Certified {
+        /// Share of the bound that is used, above 0 and at most 1.
+        safety: f64,
+    },
+    /// All of this length (s); refused, with the number, when it is above the bound.
+    Fixed(f64),
+    /// All of this length (s), whatever the bound says: runs may diverge, and say so.
+    Unchecked(f64),
+}
+
+impl Default for TimeStep {
+    fn default() -> Self {
+        Self::Certified { safety: Self::SAFETY }
+    }
+}
+
+impl TimeStep {
+    /// The safety of a scene that names none.
+    pub const SAFETY: f64 = 0.9;
+}
+
+/// How grid velocities answer to forces.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+pub enum Integration {
+    /// Symplectic Euler: forces at the start of the step.
+    #[default]
+    Explicit,
+    /// (M + beta dt² H) v = M v* (Stomakhin et al. 2013, eq. 9; Brasseur 2014, eq. 2.7), by
+    /// MINRES, matrix-free; the elastic bounds do not limit dt then.
+    SemiImplicit {
+        /// 0: explicit; 1/2: trapezoidal; 1: backward Euler.
+        beta: f64,
+        /// When the solve stops; one that stops above its tolerance fails the step.
+        stop: Stop,
+    },
+}
+
+/// How snow is stepped: one grid for all objects.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SnowSettings {
+    /// Side of a cell, distance of nodes h (m).
+    pub cell: f64,
+    /// Kernel.
+    pub kernel: Kernel,
+    /// Transfer.
+    pub transfer: Transfer,
+    /// Time step.
+    pub time_step: TimeStep,
+    /// Integration.
+    pub integration: Integration,
+    /// Steps of the snow in one step of the world, at most: a run that needs more stops.
+    pub max_substeps: u32,
+    /// Particles whose density on the grid is below this share of their own are ballistic: no
+    /// stress. They then do not limit dt by the bound of a lone particle. 0: none.
+    pub ballistic_below: f64,
+    /// Period of the grid along each axis, in blocks of four cells; 0: not periodic. Positions are
+    /// not wrapped.
+    pub periodic: [u32; 3],
+    /// Largest kinetic plus elastic energy (J).
+    pub max_energy: Option<f64>,
+}
+
+impl SnowSettings {
+    /// Defaults on cells of side `cell` (m).
+    pub fn new(cell: f64) -> Self {
+        Self {
+            cell,
+            kernel: Kernel::default(),
+            transfer: Transfer::default(),
+            time_step: TimeStep::default(),
+            integration: Integration::default(),
+            max_substeps: Self::MAX_SUBSTEPS,
+            ballistic_below: 0.0,
+            periodic: [0; 3],
+            max_energy: None,
+        }
+    }
+
+    /// The cap on sub-steps of a scene that names none.
+    pub const MAX_SUBSTEPS: u32 = 10_000;
+}
