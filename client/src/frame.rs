@@ -1,6 +1,6 @@
 //! A frame as the caller sees it: plain owned arrays.
 //!
-//! Enters: nothing. Leaves: [`Frame`] and [`Vectors`], filled by `decode`.
+//! Enters: nothing. Leaves: [`Frame`] with its arrays, filled by `decode`.
 
 use std::borrow::Cow;
 
@@ -21,6 +21,12 @@ pub struct Frame {
     pub positions: Vectors,
     /// Velocities (m/s), if asked for.
     pub velocities: Option<Vectors>,
+    /// Plastic volume ratios J_P of snow, 1 for particles of cloth, if asked for.
+    pub plastic_ratios: Option<Scalars>,
+    /// Frobenius norms of the Cauchy stress of snow (Pa), 0 for particles of cloth, if asked for.
+    pub stress_norms: Option<Scalars>,
+    /// Nodes of the snow's grid, if asked for and there is snow.
+    pub grid: Option<Grid>,
     /// Frames that this watcher did not receive since the one before.
     pub dropped_count: u64,
     /// Figures of the step that made the frame.
@@ -65,5 +71,80 @@ impl Vectors {
             Self::F32(flat) => Cow::Borrowed(flat),
             Self::F64(flat) => Cow::Owned(flat.iter().map(|&value| value as f32).collect()),
         }
+    }
+}
+
+/// An array of one number a particle, in the precision that was asked for.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Scalars {
+    /// binary32.
+    F32(Vec<f32>),
+    /// binary64.
+    F64(Vec<f64>),
+}
+
+impl Scalars {
+    /// Number of particles.
+    pub fn len(&self) -> usize {
+        match self {
+            Self::F32(numbers) => numbers.len(),
+            Self::F64(numbers) => numbers.len(),
+        }
+    }
+
+    /// True if there is none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Number of particle `index`, or `None` past the end.
+    pub fn get(&self, index: usize) -> Option<f64> {
+        match self {
+            Self::F32(numbers) => numbers.get(index).copied().map(f64::from),
+            Self::F64(numbers) => numbers.get(index).copied(),
+        }
+    }
+
+    /// The array in binary32, without a copy when it already is.
+    pub fn to_f32(&self) -> Cow<'_, [f32]> {
+        match self {
+            Self::F32(numbers) => Cow::Borrowed(numbers),
+            Self::F64(numbers) => Cow::Owned(numbers.iter().map(|&value| value as f32).collect()),
+        }
+    }
+}
+
+/// Nodes of the snow's grid that carry mass; the three arrays are of one length.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Grid {
+    /// Distance of nodes (m).
+    pub cell: f64,
+    /// Indices of the nodes: node `i` stands at `cell * indices[i]` (m).
+    pub indices: Vec<[i32; 3]>,
+    /// Masses (kg).
+    pub masses: Vec<f32>,
+    /// Velocities (m/s).
+    pub velocities: Vec<[f32; 3]>,
+    /// Only every so many nodes along an axis were sent; 1: all.
+    pub stride: u32,
+    /// Nodes of the selection on the grid, sent or not.
+    pub node_count: u64,
+}
+
+impl Grid {
+    /// Number of nodes that were sent.
+    pub fn len(&self) -> usize {
+        self.indices.len()
+    }
+
+    /// True if there is none.
+    pub fn is_empty(&self) -> bool {
+        self.indices.is_empty()
+    }
+
+    /// Places of the nodes (m).
+    pub fn positions(&self) -> impl ExactSizeIterator<Item = [f32; 3]> {
+        let cell = self.cell;
+        self.indices.iter().map(move |index| index.map(|i| (cell * f64::from(i)) as f32))
     }
 }

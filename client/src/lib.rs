@@ -25,8 +25,11 @@
 pub use nappe_proto::v1;
 
 mod reconnect;
+mod selection;
 mod options;
+mod figures;
 mod frame;
+mod collider;
 mod topology;
 mod join;
 mod decode;
@@ -36,13 +39,14 @@ mod client;
 mod watch;
 
 pub use client::{Client, CreatedSession};
+pub use collider::{Collider, Shape};
 pub use decode::{DecodeError, Decoder};
 pub use error::{ClientError, ServerError};
-pub use frame::{Frame, Vectors};
-pub use options::{
-    CreateSession, DecodeLimits, Delivery, Encoding, Fields, Precision, Scene, Wait, WatchOptions,
-};
+pub use figures::{TIME_BOUNDS, time_bound_name};
+pub use frame::{Frame, Grid, Scalars, Vectors};
+pub use options::{CreateSession, DecodeLimits, Delivery, Encoding, Precision, Scene, Wait, WatchOptions};
 pub use reconnect::ReconnectPolicy;
-pub use topology::{Body, Collider, Shape, Topology, TopologyError};
+pub use selection::{Axis, Field, Fields, GridOptions, GridSelection};
+pub use topology::{Body, Topology, TopologyError};
 pub use upload::{MeshError, MeshUpload, UploadedMesh};
 pub use watch::{DiagnosticsStream, Event, FrameStream, SessionEnd};

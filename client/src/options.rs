@@ -5,7 +5,10 @@
 use nappe_proto::v1;
 use uuid::Uuid;
 
-use crate::reconnect::ReconnectPolicy;
+use crate::{
+    reconnect::ReconnectPolicy,
+    selection::{Fields, GridOptions},
+};
 
 /// A session to create. Zero and `None` mean "as the scene says".
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -102,7 +105,9 @@ pub struct WatchOptions {
     pub max_rate_hz: f64,
     /// Arrays in each frame.
     pub fields: Fields,
-    /// How they travel.
+    /// Nodes of the snow's grid in each frame, if wanted.
+    pub grid: Option<GridOptions>,
+    /// How arrays over the particles travel.
     pub encoding: Encoding,
     /// What to do when the connection breaks.
     pub reconnect: ReconnectPolicy,
@@ -132,17 +137,13 @@ impl WatchOptions {
             .into(),
             from_frame,
             max_rate_hz: self.max_rate_hz,
-            fields: match self.fields {
-                Fields::Positions => vec![v1::Field::Positions.into()],
-                Fields::PositionsAndVelocities => {
-                    vec![v1::Field::Positions.into(), v1::Field::Velocities.into()]
-                }
-            },
+            fields: self.fields.request(),
             encoding: match self.encoding {
                 Encoding::F32 => v1::Encoding::RawF32,
                 Encoding::F64 => v1::Encoding::RawF64,
             }
             .into(),
+            grid: self.grid.map(GridOptions::request),
         }
     }
 }
@@ -155,16 +156,6 @@ pub enum Delivery {
     Latest,
     /// Every frame, in order.
     Every,
-}
-
-/// Arrays in each frame.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub enum Fields {
-    /// Positions (m).
-    #[default]
-    Positions,
-    /// Positions (m) and velocities (m/s).
-    PositionsAndVelocities,
 }
 
 /// How arrays travel.
@@ -184,12 +175,14 @@ pub struct DecodeLimits {
     pub max_particles: usize,
     /// Bytes of all pieces of a topology together.
     pub max_topology_bytes: usize,
+    /// Nodes of the snow's grid in a frame.
+    pub max_grid_nodes: usize,
 }
 
 impl Default for DecodeLimits {
     /// 16 777 216 particles: 192 MiB of positions in binary32. 192 MiB of topology: the triangles and texture
-    /// coordinates of a cloth of 6 million particles.
+    /// coordinates of a cloth of 6 million particles. 4 194 304 nodes of a grid: 112 MiB.
     fn default() -> Self {
-        Self { max_particles: 1 << 24, max_topology_bytes: 192 << 20 }
+        Self { max_particles: 1 << 24, max_topology_bytes: 192 << 20, max_grid_nodes: 1 << 22 }
     }
 }

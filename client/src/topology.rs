@@ -5,6 +5,8 @@
 
 use nappe_proto::v1;
 
+use crate::collider::Collider;
+
 /// What a session is made of.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Topology {
@@ -35,41 +37,6 @@ pub struct Body {
     pub pins: Vec<u32>,
     /// Texture coordinates, one pair a particle of the body, or none.
     pub uv: Vec<[f32; 2]>,
-}
-
-/// A shape that particles collide with.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Collider {
-    /// Its name in the scene.
-    pub name: String,
-    /// The shape.
-    pub shape: Shape,
-}
-
-/// The shape of a collider, at time 0.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[non_exhaustive]
-pub enum Shape {
-    /// The half-space below a plane.
-    Plane {
-        /// A point of the plane (m).
-        point: [f64; 3],
-        /// Unit normal, towards the free side.
-        normal: [f64; 3],
-        /// Velocity (m/s).
-        velocity: [f64; 3],
-    },
-    /// A ball.
-    Sphere {
-        /// Centre (m).
-        center: [f64; 3],
-        /// Radius (m).
-        radius: f64,
-        /// Velocity (m/s).
-        velocity: [f64; 3],
-    },
-    /// A shape that this client is too old to know.
-    Unknown,
 }
 
 /// Why a topology is refused.
@@ -193,7 +160,7 @@ impl Topology {
         if held != particle_count {
             return Err(TopologyError::Uncovered { held, particles: particle_count });
         }
-        let colliders = wire.colliders.into_iter().map(Collider::from_wire).collect::<Result<_, _>>()?;
+        let colliders = wire.colliders.into_iter().map(collider).collect::<Result<_, _>>()?;
         Ok(Self { id: wire.topology_id, particle_count, bodies, colliders })
     }
 }
@@ -255,40 +222,7 @@ fn unpack<T: Copy, const N: usize>(
     Ok(bytes.chunks_exact(element).map(|chunk| std::array::from_fn(|i| value(chunk, i))).collect())
 }
 
-impl Collider {
-    fn from_wire(wire: v1::ColliderShape) -> Result<Self, TopologyError> {
-        use v1::collider_shape::Shape as Wire;
-        let shape = match wire.shape {
-            None => Ok(Shape::Unknown),
-            Some(Wire::Plane(plane)) => plane_from(plane),
-            Some(Wire::Sphere(sphere)) => sphere_from(sphere),
-        };
-        match shape {
-            Ok(shape) => Ok(Self { name: wire.name, shape }),
-            Err(what) => Err(TopologyError::Collider { collider: wire.name, what }),
-        }
-    }
-}
-
-fn plane_from(wire: v1::PlaneShape) -> Result<Shape, &'static str> {
-    let normal = finite(wire.normal)?;
-    let length = normal.iter().map(|value| value * value).sum::<f64>().sqrt();
-    // A unit normal, up to the rounding of binary32.
-    if (length - 1.0).abs() > 1e-5 {
-        return Err("its normal is not of length 1");
-    }
-    Ok(Shape::Plane { point: finite(wire.point)?, normal, velocity: finite(wire.velocity)? })
-}
-
-fn sphere_from(wire: v1::SphereShape) -> Result<Shape, &'static str> {
-    if !(wire.radius.is_finite() && wire.radius > 0.0) {
-        return Err("its radius is not a positive number");
-    }
-    Ok(Shape::Sphere { center: finite(wire.center)?, radius: wire.radius, velocity: finite(wire.velocity)? })
-}
-
-/// Three finite numbers; an absent vector is zero, as everywhere in proto3.
-fn finite(wire: Option<v1::Vector3>) -> Result<[f64; 3], &'static str> {
-    let v = wire.map_or([0.0; 3], |v| [v.x, v.y, v.z]);
-    if v.iter().all(|value| value.is_finite()) { Ok(v) } else { Err("a coordinate is not finite") }
+/// A collider that can be drawn.
+fn collider(wire: v1::ColliderShape) -> Result<Collider, TopologyError> {
+    Collider::from_wire(wire).map_err(|(collider, what)| TopologyError::Collider { collider, what })
 }

@@ -18,6 +18,7 @@ use crate::{
 /// What a stream of frames brings.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
+#[allow(clippy::large_enum_variant, reason = "nearly every event is a frame")]
 pub enum Event {
     /// What the session is made of: first, and again only if it changed while the connection was broken.
     Topology(Topology),

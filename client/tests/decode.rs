@@ -2,7 +2,7 @@
 //! bytes make it panic.
 
 use nappe_client::{
-    DecodeError, DecodeLimits, Decoder, Fields, Frame, Shape, Topology, TopologyError, Vectors, v1,
+    DecodeError, DecodeLimits, Decoder, Field, Fields, Frame, Shape, Topology, TopologyError, Vectors, v1,
 };
 use proptest::prelude::*;
 use prost::Message as _;
@@ -11,6 +11,10 @@ const POSITIONS: i32 = v1::Field::Positions as i32;
 const VELOCITIES: i32 = v1::Field::Velocities as i32;
 const F32: i32 = v1::Encoding::RawF32 as i32;
 const F64: i32 = v1::Encoding::RawF64 as i32;
+
+fn with_velocities() -> Fields {
+    Fields::positions().with(Field::Velocities)
+}
 
 fn packed(values: &[u32]) -> bytes::Bytes {
     values.iter().flat_map(|value| value.to_le_bytes()).collect::<Vec<u8>>().into()
@@ -49,7 +53,7 @@ fn halves() -> [v1::Frame; 2] {
 
 #[test]
 fn a_frame_in_two_pieces_comes_with_the_last() {
-    let mut decoder = decoder(2, Fields::Positions);
+    let mut decoder = decoder(2, Fields::positions());
     let [first, last] = halves();
     assert_eq!(decoder.frame(first), Ok(None));
     let frame = decoder.frame(last).expect("in order").expect("complete");
@@ -60,36 +64,36 @@ fn a_frame_in_two_pieces_comes_with_the_last() {
 
 #[test]
 fn a_frame_needs_its_topology() {
-    let mut fresh = Decoder::new(Fields::Positions, DecodeLimits::default());
+    let mut fresh = Decoder::new(Fields::positions(), DecodeLimits::default());
     let refused = fresh.frame(piece(0, 1, Vec::new()));
     assert_eq!(refused, Err(DecodeError::UnknownTopology { frame: 3, found: 7, announced: None }));
     let other = v1::Frame { topology_id: 8, ..piece(0, 1, Vec::new()) };
-    let refused = decoder(2, Fields::Positions).frame(other);
+    let refused = decoder(2, Fields::positions()).frame(other);
     assert_eq!(refused, Err(DecodeError::UnknownTopology { frame: 3, found: 8, announced: Some(7) }));
 }
 
 #[test]
 fn pieces_out_of_order_are_refused() {
     let [first, last] = halves();
-    let refused = decoder(2, Fields::Positions).frame(last);
+    let refused = decoder(2, Fields::positions()).frame(last);
     let expected = DecodeError::Piece { frame: 3, index: 1, count: 2, expected: 0, expected_count: 2 };
     assert_eq!(refused, Err(expected));
 
-    let mut repeated = decoder(2, Fields::Positions);
+    let mut repeated = decoder(2, Fields::positions());
     assert_eq!(repeated.frame(first.clone()), Ok(None));
     assert!(matches!(repeated.frame(first), Err(DecodeError::Piece { index: 0, expected: 1, .. })));
 
-    let mut changed = decoder(2, Fields::Positions);
+    let mut changed = decoder(2, Fields::positions());
     assert_eq!(changed.frame(halves()[0].clone()), Ok(None));
     assert!(matches!(changed.frame(piece(1, 3, Vec::new())), Err(DecodeError::Piece { count: 3, .. })));
 
-    let none = decoder(2, Fields::Positions).frame(piece(0, 0, Vec::new()));
+    let none = decoder(2, Fields::positions()).frame(piece(0, 0, Vec::new()));
     assert!(matches!(none, Err(DecodeError::Piece { count: 0, .. })));
 }
 
 #[test]
 fn a_frame_that_breaks_off_is_named() {
-    let mut decoder = decoder(2, Fields::Positions);
+    let mut decoder = decoder(2, Fields::positions());
     let [first, _] = halves();
     assert_eq!(decoder.frame(first), Ok(None));
     let next = v1::Frame { frame: 4, ..piece(0, 1, Vec::new()) };
@@ -99,7 +103,7 @@ fn a_frame_that_breaks_off_is_named() {
 
 #[test]
 fn arrays_of_a_wrong_size_are_refused() {
-    let refuse = |fields| decoder(2, Fields::Positions).frame(piece(0, 1, fields)).expect_err("too bad");
+    let refuse = |fields| decoder(2, Fields::positions()).frame(piece(0, 1, fields)).expect_err("too bad");
     let point = f32_bytes(&[1.0, 2.0, 3.0]);
     let odd = refuse(vec![field(POSITIONS, F32, 0, vec![0; 13])]);
     assert!(matches!(odd, DecodeError::Bytes { bytes: 13, element: 12, .. }), "{odd}");
@@ -122,39 +126,39 @@ fn values_that_are_not_finite_are_refused_with_their_particle() {
     for value in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
         let data = f32_bytes(&[0.0, 0.0, 0.0, 0.0, value, 0.0]);
         let frame = piece(0, 1, vec![field(POSITIONS, F32, 0, data)]);
-        let refused = decoder(2, Fields::Positions).frame(frame).expect_err("not finite");
+        let refused = decoder(2, Fields::positions()).frame(frame).expect_err("not finite");
         assert!(matches!(refused, DecodeError::NotFinite { particle: 1, .. }), "{refused}");
     }
     let timeless = v1::Frame { time_seconds: f64::NAN, ..piece(0, 1, Vec::new()) };
-    let refused = decoder(0, Fields::Positions).frame(timeless);
+    let refused = decoder(0, Fields::positions()).frame(timeless);
     assert!(matches!(refused, Err(DecodeError::Time { frame: 3, .. })));
 }
 
 #[test]
 fn an_unknown_packing_is_refused_and_an_unknown_array_is_passed_over() {
     let frame = piece(0, 1, vec![field(POSITIONS, 99, 0, vec![0; 12])]);
-    let refused = decoder(1, Fields::Positions).frame(frame).expect_err("unknown");
+    let refused = decoder(1, Fields::positions()).frame(frame).expect_err("unknown");
     assert!(matches!(refused, DecodeError::Encoding { encoding: 99, .. }), "{refused}");
     let mixed = vec![field(POSITIONS, F32, 0, vec![0; 12]), field(POSITIONS, F64, 1, vec![0; 24])];
-    let refused = decoder(2, Fields::Positions).frame(piece(0, 1, mixed)).expect_err("mixed");
+    let refused = decoder(2, Fields::positions()).frame(piece(0, 1, mixed)).expect_err("mixed");
     assert!(matches!(refused, DecodeError::Encoding { encoding: F64, .. }), "{refused}");
 
     let fields = vec![field(77, F32, 0, vec![1, 2, 3]), field(POSITIONS, F32, 0, vec![0; 12])];
-    let frame = decoder(1, Fields::Positions).frame(piece(0, 1, fields)).expect("known enough");
+    let frame = decoder(1, Fields::positions()).frame(piece(0, 1, fields)).expect("known enough");
     assert_eq!(frame.expect("complete").positions, Vectors::F32(vec![0.0; 3]));
 }
 
 #[test]
 fn velocities_that_were_asked_for_must_come() {
     let frame = piece(0, 1, vec![field(POSITIONS, F32, 0, vec![0; 12])]);
-    let refused = decoder(1, Fields::PositionsAndVelocities).frame(frame).expect_err("half of it");
+    let refused = decoder(1, with_velocities()).frame(frame).expect_err("half of it");
     assert!(matches!(refused, DecodeError::Missing { field: "velocities", .. }), "{refused}");
 }
 
 fn refuse_topology(change: impl FnOnce(&mut v1::Topology)) -> TopologyError {
     let mut topology = topology_of(4);
     change(&mut topology);
-    match Decoder::new(Fields::Positions, DecodeLimits::default()).topology(topology) {
+    match Decoder::new(Fields::positions(), DecodeLimits::default()).topology(topology) {
         Err(DecodeError::Topology(error)) => error,
         other => panic!("{other:?}"),
     }
@@ -195,7 +199,7 @@ fn a_collider_is_drawable_or_refused_and_a_new_shape_is_unknown() {
 
     let colliders = [shape(None), shape(Some(ball(0.5)))].concat();
     let topology = v1::Topology { colliders, ..topology_of(1) };
-    let read = Decoder::new(Fields::Positions, DecodeLimits::default()).topology(topology);
+    let read = Decoder::new(Fields::positions(), DecodeLimits::default()).topology(topology);
     let shapes: Vec<_> = read.expect("good").expect("whole").colliders.iter().map(|c| c.shape).collect();
     let still = [0.0; 3];
     assert_eq!(shapes, [Shape::Unknown, Shape::Sphere { center: still, radius: 0.5, velocity: still }]);
@@ -225,7 +229,7 @@ fn cut(positions: &[f64], velocities: &[f64], cuts: &[usize], encoding: i32) -> 
 }
 
 fn read_all(pieces: Vec<v1::Frame>, particles: u32) -> Frame {
-    let mut decoder = decoder(particles, Fields::PositionsAndVelocities);
+    let mut decoder = decoder(particles, with_velocities());
     let mut frames: Vec<_> =
         pieces.into_iter().filter_map(|piece| decoder.frame(piece).expect("a good piece")).collect();
     assert_eq!(frames.len(), 1);
@@ -283,7 +287,7 @@ proptest! {
             });
             message.expect("the place is in one of them")[at] = value;
         }
-        let mut decoder = Decoder::new(Fields::PositionsAndVelocities, DecodeLimits::default());
+        let mut decoder = Decoder::new(with_velocities(), DecodeLimits::default());
         let Ok(topology) = v1::Topology::decode(messages.remove(0).as_slice()) else { return Ok(()) };
         let Ok(Some(topology)) = decoder.topology(topology) else { return Ok(()) };
         for message in messages {

@@ -1,0 +1,181 @@
+//! Pieces of the wire to whole frames.
+//!
+//! Enters: `v1::Topology` once, then `v1::Frame` messages, each a frame or a piece of one, from a server that
+//! is not trusted. Leaves: [`Frame`]s whose arrays cover every particle with finite numbers. Memory grows with
+//! what has arrived, never with what is announced, and stays below [`DecodeLimits`].
+
+mod error;
+mod arrays;
+mod grid;
+
+pub use error::DecodeError;
+use nappe_proto::v1;
+
+use self::arrays::{Joining, Place};
+use crate::{
+    frame::{Frame, Grid, Vectors},
+    join::Pieces,
+    options::DecodeLimits,
+    selection::{Field, Fields},
+    topology::Topology,
+};
+
+/// Puts the frames of one stream together.
+#[derive(Debug)]
+pub struct Decoder {
+    fields: Fields,
+    limits: DecodeLimits,
+    /// Id and particle count of the topology announced.
+    topology: Option<(u32, usize)>,
+    /// Pieces of the next topology.
+    pieces: Pieces,
+    partial: Option<Partial>,
+}
+
+impl Decoder {
+    /// A decoder of streams that carry `fields`.
+    pub fn new(fields: Fields, limits: DecodeLimits) -> Self {
+        Self { fields, limits, topology: None, pieces: Pieces::default(), partial: None }
+    }
+
+    /// Reads a topology or a piece of one; returns it when its last piece has come. A frame in the making
+    /// is forgotten: a stream begins here.
+    ///
+    /// # Errors
+    /// If a count, range or index does not fit, or the particles exceed the limits.
+    pub fn topology(&mut self, wire: v1::Topology) -> Result<Option<Topology>, DecodeError> {
+        self.partial = None;
+        self.topology = None;
+        let Some(wire) = self.pieces.add(wire, self.limits.max_topology_bytes)? else { return Ok(None) };
+        let topology = Topology::from_wire(wire, self.limits.max_particles)?;
+        self.topology = Some((topology.id, topology.particle_count));
+        Ok(Some(topology))
+    }
+
+    /// Reads a frame or a piece of one; returns the frame when its last piece has come.
+    ///
+    /// # Errors
+    /// If the piece is out of place, of the wrong size or holds a value that is not finite.
+    pub fn frame(&mut self, wire: v1::Frame) -> Result<Option<Frame>, DecodeError> {
+        let mut partial = self.accept(&wire)?;
+        let place = partial.place;
+        for piece in wire.fields {
+            if let Some(array) = partial.array(&piece) {
+                array.append(place, &piece)?;
+            }
+        }
+        if let Some(piece) = &wire.grid {
+            grid::append(&mut partial.grid, place.frame, piece, self.limits.max_grid_nodes)?;
+        }
+        partial.received += 1;
+        if partial.received < partial.count {
+            self.partial = Some(partial);
+            return Ok(None);
+        }
+        partial.finish().map(Some)
+    }
+
+    /// The frame in the making that this piece continues, or a new one.
+    fn accept(&mut self, wire: &v1::Frame) -> Result<Partial, DecodeError> {
+        let chunk = wire.chunk.unwrap_or(v1::Chunk { index: 0, count: 1 });
+        let begun = self.partial.take();
+        if let Some(begun) = &begun
+            && begun.frame.frame != wire.frame
+        {
+            let (frame, next) = (begun.frame.frame, wire.frame);
+            return Err(DecodeError::BrokenOff { frame, received: begun.received, count: begun.count, next });
+        }
+        let (expected, expected_count) =
+            begun.as_ref().map_or((0, chunk.count), |begun| (begun.received, begun.count));
+        if chunk.count == 0 || chunk.index != expected || chunk.count != expected_count {
+            let (index, count) = (chunk.index, chunk.count);
+            return Err(DecodeError::Piece { frame: wire.frame, index, count, expected, expected_count });
+        }
+        match (begun, self.topology) {
+            (Some(begun), _) => Ok(begun),
+            (None, Some((id, particles))) if id == wire.topology_id => {
+                Partial::begin(wire, chunk.count, particles, self.fields)
+            }
+            (None, announced) => Err(DecodeError::UnknownTopology {
+                frame: wire.frame,
+                found: wire.topology_id,
+                announced: announced.map(|(id, _)| id),
+            }),
+        }
+    }
+}
+
+/// A frame in the making.
+#[derive(Debug)]
+struct Partial {
+    frame: Frame,
+    place: Place,
+    /// Pieces announced and received.
+    count: u32,
+    received: u32,
+    positions: Joining,
+    /// The arrays asked for besides positions.
+    velocities: Option<Joining>,
+    plastic_ratios: Option<Joining>,
+    stress_norms: Option<Joining>,
+    grid: Option<Grid>,
+}
+
+impl Partial {
+    fn begin(wire: &v1::Frame, count: u32, particles: usize, fields: Fields) -> Result<Self, DecodeError> {
+        if !wire.time_seconds.is_finite() {
+            return Err(DecodeError::Time { frame: wire.frame, time: wire.time_seconds });
+        }
+        let frame = Frame {
+            frame: wire.frame,
+            step: wire.step,
+            time: wire.time_seconds,
+            state_hash: wire.state_hash,
+            positions: Vectors::F32(Vec::new()),
+            velocities: None,
+            plastic_ratios: None,
+            stress_norms: None,
+            grid: None,
+            dropped_count: wire.dropped_count,
+            diagnostics: wire.diagnostics.clone(),
+        };
+        let wanted = |field: Field, array: fn(&'static str) -> Joining| {
+            fields.contains(field).then(|| array(field.name()))
+        };
+        Ok(Self {
+            frame,
+            place: Place { frame: wire.frame, particles },
+            count,
+            received: 0,
+            positions: Joining::vectors("positions"),
+            velocities: wanted(Field::Velocities, Joining::vectors),
+            plastic_ratios: wanted(Field::PlasticRatios, Joining::scalars),
+            stress_norms: wanted(Field::StressNorms, Joining::scalars),
+            grid: None,
+        })
+    }
+
+    /// The array that a piece continues; none for one that was not asked for, or that a newer server sends.
+    fn array(&mut self, piece: &v1::FieldData) -> Option<&mut Joining> {
+        match v1::Field::try_from(piece.field).ok()? {
+            v1::Field::Unspecified => None,
+            v1::Field::Positions => Some(&mut self.positions),
+            v1::Field::Velocities => self.velocities.as_mut(),
+            v1::Field::PlasticRatio => self.plastic_ratios.as_mut(),
+            v1::Field::StressNorm => self.stress_norms.as_mut(),
+        }
+    }
+
+    fn finish(self) -> Result<Frame, DecodeError> {
+        let place = self.place;
+        let scalars = |array: Option<Joining>| array.map(|array| array.into_scalars(place)).transpose();
+        Ok(Frame {
+            positions: self.positions.into_vectors(place)?,
+            velocities: self.velocities.map(|array| array.into_vectors(place)).transpose()?,
+            plastic_ratios: scalars(self.plastic_ratios)?,
+            stress_norms: scalars(self.stress_norms)?,
+            grid: grid::finish(self.grid, place.frame)?,
+            ..self.frame
+        })
+    }
+}

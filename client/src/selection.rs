@@ -1,0 +1,152 @@
+//! What a frame can hold besides positions: arrays over the particles, nodes of the snow's grid.
+//!
+//! Enters: the caller's choices. Leaves: their part of a request.
+
+use nappe_proto::v1;
+
+/// An array over the particles that frames hold on demand.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Field {
+    /// Velocities (m/s).
+    Velocities,
+    /// Plastic volume ratios J_P of snow; 1 for particles of cloth.
+    PlasticRatios,
+    /// Frobenius norms of the Cauchy stress of snow (Pa); 0 for particles of cloth.
+    StressNorms,
+}
+
+impl Field {
+    /// Every field.
+    pub const ALL: [Self; 3] = [Self::Velocities, Self::PlasticRatios, Self::StressNorms];
+
+    /// Its name, for messages.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Velocities => "velocities",
+            Self::PlasticRatios => "plastic ratios",
+            Self::StressNorms => "stress norms",
+        }
+    }
+
+    const fn wire(self) -> v1::Field {
+        match self {
+            Self::Velocities => v1::Field::Velocities,
+            Self::PlasticRatios => v1::Field::PlasticRatio,
+            Self::StressNorms => v1::Field::StressNorm,
+        }
+    }
+}
+
+/// Arrays in each frame: positions always, and those that were added.
+///
+/// ```
+/// use nappe_client::{Field, Fields};
+///
+/// let fields: Fields = [Field::Velocities, Field::PlasticRatios].into_iter().collect();
+/// assert!(fields.contains(Field::Velocities) && !fields.contains(Field::StressNorms));
+/// ```
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Fields {
+    /// In the order of [`Field::ALL`].
+    added: [bool; Field::ALL.len()],
+}
+
+impl Fields {
+    /// Positions alone.
+    pub fn positions() -> Self {
+        Self::default()
+    }
+
+    /// Positions and every other array.
+    pub fn all() -> Self {
+        Field::ALL.into_iter().collect()
+    }
+
+    /// These arrays and one more.
+    #[must_use]
+    pub fn with(mut self, field: Field) -> Self {
+        self.added[field as usize] = true;
+        self
+    }
+
+    /// Whether frames hold this array.
+    pub fn contains(self, field: Field) -> bool {
+        self.added[field as usize]
+    }
+
+    /// Their numbers on the wire.
+    pub(crate) fn request(self) -> Vec<i32> {
+        let added = Field::ALL.into_iter().filter(|&field| self.contains(field)).map(Field::wire);
+        std::iter::once(v1::Field::Positions).chain(added).map(i32::from).collect()
+    }
+}
+
+impl FromIterator<Field> for Fields {
+    fn from_iter<I: IntoIterator<Item = Field>>(fields: I) -> Self {
+        fields.into_iter().fold(Self::positions(), Self::with)
+    }
+}
+
+/// Which nodes of the snow's grid a frame holds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GridOptions {
+    /// Nodes.
+    pub selection: GridSelection,
+    /// Nodes in a frame at most; 0: what the server allows. Above it the server leaves out all but every
+    /// second, third ... node along each axis.
+    pub max_nodes: u32,
+}
+
+/// Nodes of the snow's grid. Nodes without mass are never sent.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum GridSelection {
+    /// All: the mass field.
+    All,
+    /// The plane of nodes nearest to a plane across an axis.
+    Slice {
+        /// The axis.
+        axis: Axis,
+        /// Coordinate along it (m).
+        coordinate: f64,
+    },
+}
+
+/// An axis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Axis {
+    /// x.
+    X,
+    /// y, upwards.
+    Y,
+    /// z.
+    Z,
+}
+
+impl GridOptions {
+    /// All nodes, as many as the server allows.
+    pub const fn all() -> Self {
+        Self { selection: GridSelection::All, max_nodes: 0 }
+    }
+
+    /// The plane of nodes nearest to `coordinate` (m) along `axis`.
+    pub const fn slice(axis: Axis, coordinate: f64) -> Self {
+        Self { selection: GridSelection::Slice { axis, coordinate }, max_nodes: 0 }
+    }
+
+    /// The message.
+    pub(crate) fn request(self) -> v1::GridRequest {
+        use v1::grid_request::Selection;
+        let selection = match self.selection {
+            GridSelection::All => Selection::All(v1::AllNodes {}),
+            GridSelection::Slice { axis, coordinate } => {
+                let axis = match axis {
+                    Axis::X => v1::Axis::X,
+                    Axis::Y => v1::Axis::Y,
+                    Axis::Z => v1::Axis::Z,
+                };
+                Selection::Slice(v1::SliceNodes { axis: axis.into(), coordinate })
+            }
+        };
+        v1::GridRequest { selection: Some(selection), max_nodes: self.max_nodes }
+    }
+}
