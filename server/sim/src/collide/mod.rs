@@ -2,6 +2,8 @@
 
 mod collider;
 mod contact;
+mod velocity;
 
 pub use collider::{Collider, Contact, Shape};
 pub(crate) use contact::{Contacts, resolve};
+pub(crate) use velocity::velocity_after;

@@ -2,11 +2,15 @@
 
 mod real;
 mod simd;
+mod svd;
+mod exp;
 
 pub use real::{Precision, Real};
 pub use simd::{Padded, SimdLevel, force_simd_level, simd_level};
 
-pub(crate) use simd::{Kernel, LANES, Pack, Portable, dispatch};
+pub(crate) use exp::exp;
+pub(crate) use simd::{Kernel, LANES, Pack, Portable, Rounding, dispatch};
+pub(crate) use svd::{Columns, Svd, cross3, dot3, svd};
 
 /// A vector of three components.
 pub type Vec3<R> = nalgebra::Vector3<R>;

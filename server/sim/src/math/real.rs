@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use super::simd::Rounding;
 #[cfg(target_arch = "x86_64")]
 use super::simd::{Pack, avx2, avx512};
 
@@ -62,11 +63,15 @@ impl Packed for f64 {
 
 /// A floating-point number that a state is made of: `f32` or `f64`, and no other.
 #[allow(private_bounds, reason = "packs are for the kernels of this crate")]
-pub trait Real: Packed + nalgebra::RealField + Copy + Default + PartialOrd + 'static {
+pub trait Real: Packed + Rounding + nalgebra::RealField + Copy + Default + PartialOrd + 'static {
     /// Which of the two it is.
     const PRECISION: Precision;
     /// Unit round-off: half the distance from 1 to the next number.
     const ROUNDING: f64;
+    /// Below this a length is none: its square would leave the range of normal numbers.
+    const SMALLEST: f64;
+    /// The largest finite number.
+    const LARGEST: f64;
     /// Rounds a binary64 number.
     fn of(value: f64) -> Self;
     /// Widens exactly to binary64.
@@ -76,6 +81,8 @@ pub trait Real: Packed + nalgebra::RealField + Copy + Default + PartialOrd + 'st
 impl Real for f32 {
     const PRECISION: Precision = Precision::F32;
     const ROUNDING: f64 = Self::EPSILON as f64 / 2.0;
+    const SMALLEST: f64 = 1e-18;
+    const LARGEST: f64 = Self::MAX as f64;
     #[inline(always)]
     fn of(value: f64) -> Self {
         value as Self
@@ -89,6 +96,8 @@ impl Real for f32 {
 impl Real for f64 {
     const PRECISION: Precision = Precision::F64;
     const ROUNDING: f64 = Self::EPSILON / 2.0;
+    const SMALLEST: f64 = 1e-150;
+    const LARGEST: f64 = Self::MAX;
     #[inline(always)]
     fn of(value: f64) -> Self {
         value

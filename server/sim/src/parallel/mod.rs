@@ -3,21 +3,29 @@
 //! Blocks are cut from the scene alone, so neither the number of threads nor, later, of cluster
 //! ranks changes a result.
 
+mod disjoint;
 mod order;
 
 pub use order::hilbert_order;
+
+pub(crate) use disjoint::Disjoint;
 
 /// Adds one partial result a block in a fixed binary tree over the blocks' numbers.
 ///
 /// The left subtree holds the largest power of two of blocks, so that a cluster rank that owns
 /// whole subtrees can add them by itself.
 pub fn sum<const K: usize>(partials: &[[f64; K]]) -> [f64; K] {
-    match partials {
+    sum_by(partials, &|partial| *partial)
+}
+
+/// The same of what `of` says of each element.
+pub(crate) fn sum_by<T, const K: usize>(elements: &[T], of: &impl Fn(&T) -> [f64; K]) -> [f64; K] {
+    match elements {
         [] => [0.0; K],
-        [only] => *only,
+        [only] => of(only),
         _ => {
-            let half = partials.len().next_power_of_two() / 2;
-            let (left, right) = (sum(&partials[..half]), sum(&partials[half..]));
+            let half = elements.len().next_power_of_two() / 2;
+            let (left, right) = (sum_by(&elements[..half], of), sum_by(&elements[half..], of));
             std::array::from_fn(|k| left[k] + right[k])
         }
     }

@@ -1,13 +1,31 @@
 //! Snow: particles over a sparse grid, the material point method (Stomakhin et al. 2013).
+//!
+//! One file a stage, in the paper's order; [`Snow::step`] takes them.
 
 mod settings;
 mod material;
 mod setup;
-mod view;
+mod weight;
+mod scheme;
+mod constitutive;
+mod deform;
+mod particles;
+mod grid;
+mod sort;
+mod particles_to_grid;
+mod grid_update;
+mod grid_to_particles;
+mod update;
+mod bound;
+mod step;
+mod seed;
+mod diagnose;
 mod body;
+mod view;
 
 pub use body::{Snow, Surroundings};
 pub use material::{Law, Material, Plasticity, Preset};
-pub use settings::{Blend, Integration, Kernel, SnowSettings, TimeStep, Transfer};
+pub use settings::{Advection, Blend, Integration, Kernel, SnowSettings, TimeStep, Transfer};
 pub use setup::{SnowError, SnowObject, SnowSetup};
 pub use view::{GridNode, ParticleState};
+pub use weight::weights;

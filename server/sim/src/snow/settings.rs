@@ -85,6 +85,16 @@ impl Transfer {
     }
 }
 
+/// Which velocity moves a particle of PIC/FLIP; with affine transfers both are the same.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
+pub enum Advection {
+    /// Its own (Stomakhin et al. 2013, step 10).
+    #[default]
+    Particle,
+    /// That of the grid around it.
+    Grid,
+}
+
 /// How a step of the world is divided into steps of the snow.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum TimeStep {
@@ -135,6 +145,8 @@ pub struct SnowSettings {
     pub kernel: Kernel,
     /// Transfer.
     pub transfer: Transfer,
+    /// What moves particles.
+    pub advection: Advection,
     /// Time step.
     pub time_step: TimeStep,
     /// Integration.
@@ -158,6 +170,7 @@ impl SnowSettings {
             cell,
             kernel: Kernel::default(),
             transfer: Transfer::default(),
+            advection: Advection::default(),
             time_step: TimeStep::default(),
             integration: Integration::default(),
             max_substeps: Self::MAX_SUBSTEPS,

@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use super::{Material, SnowSettings};
+use super::{Blend, Integration, Material, SnowSettings, TimeStep, Transfer};
 
 /// An object of snow: particles of one material. Objects share the grid and so collide.
 #[derive(Clone, Debug, PartialEq)]
@@ -41,4 +41,87 @@ pub enum SnowError {
     Settings(String),
     #[error("snow '{object}': {message}")]
     Object { object: String, message: String },
+}
+
+/// Holds a setup against what can be simulated; the strings are remarks.
+pub(super) fn check(setup: &SnowSetup) -> Result<Vec<String>, SnowError> {
+    check_settings(&setup.settings).map_or(Ok(()), |fault| Err(SnowError::Settings(fault)))?;
+    if setup.objects.is_empty() || setup.objects.len() > usize::from(u16::MAX) {
+        return Err(SnowError::Settings(format!("{} objects: 1 to 65535 are needed", setup.objects.len())));
+    }
+    let count: usize = setup.objects.iter().map(|object| object.x.len()).sum();
+    if count == 0 || count > u32::MAX as usize / 2 {
+        return Err(SnowError::Settings(format!("{count} particles: 1 to {} are needed", u32::MAX / 2)));
+    }
+    for object in &setup.objects {
+        if let Some(message) = object_fault(object) {
+            return Err(SnowError::Object { object: object.name.clone(), message });
+        }
+    }
+    let mut remarks = Vec::new();
+    if setup.settings.kernel == super::Kernel::Linear {
+        remarks
+            .push("snow: the linear kernel is here to show how it fails: forces jump at cell borders".into());
+    }
+    Ok(remarks)
+}
+
+fn check_settings(settings: &SnowSettings) -> Option<String> {
+    let above = |what: &str, value: f64, least: f64, most: f64| {
+        let fits = value.is_finite() && value > least && value <= most;
+        (!fits).then(|| format!("{what} is {value}: above {least} and at most {most} is needed"))
+    };
+    let within = |what: &str, value: f64, least: f64, most: f64| {
+        (!(least..=most).contains(&value)).then(|| format!("{what} is {value}: {least} to {most} is needed"))
+    };
+    above("cell", settings.cell, 0.0, 1e6)
+        .or_else(|| match settings.transfer {
+            Transfer::PicFlip(Blend::PerStep(share)) => within("the share of FLIP", share, 0.0, 1.0),
+            Transfer::PicFlip(Blend::TimeConstant(tau)) => above("the time constant of FLIP", tau, 0.0, 1e9),
+            Transfer::Apic | Transfer::Mls => None,
+        })
+        .or_else(|| match settings.time_step {
+            TimeStep::Certified { safety } => above("safety", safety, 0.0, 1.0),
+            TimeStep::Fixed(dt) | TimeStep::Unchecked(dt) => above("the fixed step", dt, 0.0, 1.0),
+        })
+        .or_else(|| match settings.integration {
+            Integration::SemiImplicit { beta, .. } => within("beta", beta, 0.0, 1.0),
+            Integration::Explicit => None,
+        })
+        .or_else(|| within("ballistic_below", settings.ballistic_below, 0.0, 1.0))
+        .or_else(|| {
+            (settings.max_substeps == 0).then(|| "max_substeps is 0: at least 1 is needed".to_owned())
+        })
+        .or_else(|| super::body::combination_fault(settings))
+}
+
+fn object_fault(object: &SnowObject) -> Option<String> {
+    let count = object.x.len();
+    for (what, found, may_be_empty) in [
+        ("velocities", object.v.len(), false),
+        ("masses", object.mass.len(), false),
+        ("volumes", object.volume.len(), true),
+        ("stiffness factors", object.stiffness.len(), true),
+    ] {
+        if found != count && !(may_be_empty && found == 0) {
+            return Some(format!("{count} positions and {found} {what}: as many are needed"));
+        }
+    }
+    let vectors = [("position", &object.x), ("velocity", &object.v)];
+    for (what, values) in vectors {
+        if let Some(i) = values.iter().position(|v| v.iter().any(|c| !c.is_finite())) {
+            return Some(format!("the {what} of particle {i} is {:?}: finite numbers are needed", values[i]));
+        }
+    }
+    let numbers =
+        [("mass", &object.mass), ("volume", &object.volume), ("stiffness factor", &object.stiffness)];
+    for (what, values) in numbers {
+        if let Some(i) = values.iter().position(|n| !n.is_finite() || *n <= 0.0) {
+            return Some(format!(
+                "the {what} of particle {i} is {}: a finite number above 0 is needed",
+                values[i]
+            ));
+        }
+    }
+    object.material.fault()
 }

@@ -84,6 +84,7 @@ impl<R: Real> World<R> {
             None => None,
             Some(snow) => {
                 let (snow, notes) = Snow::new(snow)?;
+                snow.check_step(&setup.colliders)?;
                 remarks.extend(notes);
                 Some(snow)
             }

@@ -82,13 +82,13 @@ impl<R: Real> World<R> {
     }
 
     /// Positions (m), x y z a particle, in the user's numbering. Clears `out` first.
-    pub fn positions<T>(&self, out: &mut Vec<T>, convert: impl Fn(R) -> T) {
+    pub fn positions<T: Clone>(&self, out: &mut Vec<T>, convert: impl Fn(R) -> T) {
         self.gather(out, &convert, |body| &body.state.x);
         self.snow.iter().for_each(|snow| snow.positions(out, &convert));
     }
 
     /// Velocities (m/s), x y z a particle, in the user's numbering. Clears `out` first.
-    pub fn velocities<T>(&self, out: &mut Vec<T>, convert: impl Fn(R) -> T) {
+    pub fn velocities<T: Clone>(&self, out: &mut Vec<T>, convert: impl Fn(R) -> T) {
         self.gather(out, &convert, |body| &body.state.v);
         self.snow.iter().for_each(|snow| snow.velocities(out, &convert));
     }

@@ -8,7 +8,7 @@
 #[allow(clippy::wildcard_imports, reason = "the list would be as long as the file")]
 use std::arch::x86_64::*;
 
-use super::pack::{LANES, Pack, Padded};
+use super::pack::{LANES, Pack, Padded, Portable, quads_by_lanes};
 
 #[derive(Clone, Copy)]
 pub(crate) struct F32x16([__m256; 2]);
@@ -21,7 +21,8 @@ pub(crate) struct F64x16([__m256d; 4]);
 macro_rules! lanewise {
     ($number:ty, $wide:ty, $registers:literal [$($i:literal)+], $splat:ident, $load:ident, $store:ident,
      $add:ident, $sub:ident, $mul:ident, $div:ident, $sqrt:ident, $max:ident, $and:ident, $andnot:ident,
-     $cmp:ident) => {
+     $cmp:ident, $min:ident, $floor:ident, $or:ident, $blend:ident, $to_bits:ident, $from_bits:ident,
+     $shift:ident::<$significand:literal>, $add_bits:ident) => {
         type Wide = $wide;
 
         #[inline(always)]
@@ -72,6 +73,36 @@ macro_rules! lanewise {
         #[inline(always)]
         fn where_positive(self, gate: Self) -> Self {
             Self(unsafe { [$($and($cmp::<_CMP_GT_OQ>(gate.0[$i], $splat(0.0)), self.0[$i])),+] })
+        }
+        #[inline(always)]
+        fn div(self, other: Self) -> Self {
+            Self(unsafe { [$($div(self.0[$i], other.0[$i])),+] })
+        }
+        #[inline(always)]
+        fn min(self, other: Self) -> Self {
+            Self(unsafe { [$($min(self.0[$i], other.0[$i])),+] })
+        }
+        #[inline(always)]
+        fn floor(self) -> Self {
+            Self(unsafe { [$($floor(self.0[$i])),+] })
+        }
+        #[inline(always)]
+        fn if_less(self, other: Self, then: Self, otherwise: Self) -> Self {
+            Self(unsafe {
+                [$($blend(otherwise.0[$i], then.0[$i], $cmp::<_CMP_LT_OQ>(self.0[$i], other.0[$i]))),+]
+            })
+        }
+        #[inline(always)]
+        fn with_sign_of(self, other: Self) -> Self {
+            Self(unsafe {
+                [$($or($andnot($splat(-0.0), self.0[$i]), $and($splat(-0.0), other.0[$i]))),+]
+            })
+        }
+        #[inline(always)]
+        fn power_of_two(self) -> Self {
+            Self(unsafe {
+                [$($from_bits($add_bits($shift::<$significand>($to_bits(self.0[$i])), $to_bits($splat(1.0))))),+]
+            })
         }
     };
 }
@@ -136,7 +167,15 @@ impl Pack<f32> for F32x16 {
         _mm256_max_ps,
         _mm256_and_ps,
         _mm256_andnot_ps,
-        _mm256_cmp_ps
+        _mm256_cmp_ps,
+        _mm256_min_ps,
+        _mm256_floor_ps,
+        _mm256_or_ps,
+        _mm256_blendv_ps,
+        _mm256_castps_si256,
+        _mm256_castsi256_ps,
+        _mm256_slli_epi32::<23>,
+        _mm256_add_epi32
     );
 
     #[inline(always)]
@@ -158,6 +197,93 @@ impl Pack<f32> for F32x16 {
         let (low, high) = unsafe { (Self::gather_half(field, low), Self::gather_half(field, high)) };
         [Self([low[0], high[0]]), Self([low[1], high[1]]), Self([low[2], high[2]])]
     }
+
+    #[inline(always)]
+    fn repeat(quad: &[f32; 4]) -> Self {
+        unsafe {
+            let quad = _mm_loadu_ps(quad.as_ptr());
+            Self([_mm256_set_m128(quad, quad); 2])
+        }
+    }
+    #[inline(always)]
+    fn spread(quad: &[f32; 4]) -> Self {
+        unsafe {
+            let [a, b, c, d] =
+                [_mm_set1_ps(quad[0]), _mm_set1_ps(quad[1]), _mm_set1_ps(quad[2]), _mm_set1_ps(quad[3])];
+            Self([_mm256_set_m128(b, a), _mm256_set_m128(d, c)])
+        }
+    }
+    #[inline(always)]
+    fn fourth(self) -> Self {
+        Self(unsafe { [_mm256_permute_ps::<0xFF>(self.0[0]), _mm256_permute_ps::<0xFF>(self.0[1])] })
+    }
+    #[inline(always)]
+    fn fold(self) -> [f32; 4] {
+        unsafe {
+            let half = _mm256_add_ps(self.0[0], self.0[1]);
+            let quad = _mm_add_ps(_mm256_castps256_ps128(half), _mm256_extractf128_ps::<1>(half));
+            let mut sums = [0.0; 4];
+            _mm_storeu_ps(sums.as_mut_ptr(), quad);
+            sums
+        }
+    }
+    #[inline(always)]
+    fn columns(quads: &[[f32; 4]; LANES]) -> [Self; 4] {
+        let low = Self::transpose([
+            Self::two(quads, 0),
+            Self::two(quads, 1),
+            Self::two(quads, 2),
+            Self::two(quads, 3),
+        ]);
+        let high = Self::transpose([
+            Self::two(quads, 8),
+            Self::two(quads, 9),
+            Self::two(quads, 10),
+            Self::two(quads, 11),
+        ]);
+        [Self([low[0], high[0]]), Self([low[1], high[1]]), Self([low[2], high[2]]), Self([low[3], high[3]])]
+    }
+    #[inline(always)]
+    fn rows(columns: [Self; 4]) -> [[f32; 4]; LANES] {
+        unsafe {
+            let mut quads = [[0.0; 4]; LANES];
+            for half in 0..2 {
+                let columns =
+                    [columns[0].0[half], columns[1].0[half], columns[2].0[half], columns[3].0[half]];
+                let rows = Self::transpose(columns);
+                for i in 0..4 {
+                    _mm_storeu_ps(quads[8 * half + i].as_mut_ptr(), _mm256_castps256_ps128(rows[i]));
+                    _mm_storeu_ps(quads[8 * half + i + 4].as_mut_ptr(), _mm256_extractf128_ps::<1>(rows[i]));
+                }
+            }
+            quads
+        }
+    }
+}
+
+impl F32x16 {
+    /// Quads i and i + 4.
+    #[inline(always)]
+    fn two(quads: &[[f32; 4]; LANES], i: usize) -> __m256 {
+        unsafe { _mm256_set_m128(_mm_loadu_ps(quads[i + 4].as_ptr()), _mm_loadu_ps(quads[i].as_ptr())) }
+    }
+
+    /// Transposes 4 x 4 numbers in each 128-bit part.
+    #[inline(always)]
+    fn transpose([a, b, c, d]: [__m256; 4]) -> [__m256; 4] {
+        unsafe {
+            let ab_low = _mm256_castps_pd(_mm256_unpacklo_ps(a, b));
+            let cd_low = _mm256_castps_pd(_mm256_unpacklo_ps(c, d));
+            let ab_high = _mm256_castps_pd(_mm256_unpackhi_ps(a, b));
+            let cd_high = _mm256_castps_pd(_mm256_unpackhi_ps(c, d));
+            [
+                _mm256_castpd_ps(_mm256_unpacklo_pd(ab_low, cd_low)),
+                _mm256_castpd_ps(_mm256_unpackhi_pd(ab_low, cd_low)),
+                _mm256_castpd_ps(_mm256_unpacklo_pd(ab_high, cd_high)),
+                _mm256_castpd_ps(_mm256_unpackhi_pd(ab_high, cd_high)),
+            ]
+        }
+    }
 }
 
 impl Pack<f64> for F64x16 {
@@ -176,8 +302,18 @@ impl Pack<f64> for F64x16 {
         _mm256_max_pd,
         _mm256_and_pd,
         _mm256_andnot_pd,
-        _mm256_cmp_pd
+        _mm256_cmp_pd,
+        _mm256_min_pd,
+        _mm256_floor_pd,
+        _mm256_or_pd,
+        _mm256_blendv_pd,
+        _mm256_castpd_si256,
+        _mm256_castsi256_pd,
+        _mm256_slli_epi64::<52>,
+        _mm256_add_epi64
     );
+
+    quads_by_lanes!(f64);
 
     #[inline(always)]
     fn widen(self) -> Self {

@@ -9,7 +9,7 @@
 #[allow(clippy::wildcard_imports, reason = "the list would be as long as the file")]
 use std::arch::x86_64::*;
 
-use super::pack::{LANES, Pack, Padded};
+use super::pack::{LANES, Pack, Padded, Portable, quads_by_lanes};
 
 #[derive(Clone, Copy)]
 pub(crate) struct F32x16(__m512);
@@ -100,9 +100,118 @@ impl Pack<f32> for F32x16 {
             ]
         }
     }
+
+    #[inline(always)]
+    fn div(self, other: Self) -> Self {
+        Self(unsafe { _mm512_div_ps(self.0, other.0) })
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        Self(unsafe { _mm512_min_ps(self.0, other.0) })
+    }
+    #[inline(always)]
+    fn floor(self) -> Self {
+        Self(unsafe { _mm512_roundscale_ps::<{ _MM_FROUND_TO_NEG_INF | _MM_FROUND_NO_EXC }>(self.0) })
+    }
+    #[inline(always)]
+    fn if_less(self, other: Self, then: Self, otherwise: Self) -> Self {
+        unsafe {
+            let less = _mm512_cmp_ps_mask::<_CMP_LT_OQ>(self.0, other.0);
+            Self(_mm512_mask_blend_ps(less, otherwise.0, then.0))
+        }
+    }
+    #[inline(always)]
+    fn with_sign_of(self, other: Self) -> Self {
+        unsafe {
+            let sign = _mm512_set1_ps(-0.0);
+            Self(_mm512_or_ps(_mm512_andnot_ps(sign, self.0), _mm512_and_ps(sign, other.0)))
+        }
+    }
+    #[inline(always)]
+    fn power_of_two(self) -> Self {
+        unsafe {
+            let shifted = _mm512_slli_epi32::<23>(_mm512_castps_si512(self.0));
+            Self(_mm512_castsi512_ps(_mm512_add_epi32(shifted, _mm512_castps_si512(_mm512_set1_ps(1.0)))))
+        }
+    }
+    #[inline(always)]
+    fn repeat(quad: &[f32; 4]) -> Self {
+        Self(unsafe { _mm512_broadcast_f32x4(_mm_loadu_ps(quad.as_ptr())) })
+    }
+    #[inline(always)]
+    fn spread(quad: &[f32; 4]) -> Self {
+        unsafe {
+            let places = _mm512_setr_epi32(0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3);
+            Self(_mm512_permutexvar_ps(places, _mm512_castps128_ps512(_mm_loadu_ps(quad.as_ptr()))))
+        }
+    }
+    #[inline(always)]
+    fn fourth(self) -> Self {
+        Self(unsafe { _mm512_permute_ps::<0xFF>(self.0) })
+    }
+    #[inline(always)]
+    fn fold(self) -> [f32; 4] {
+        unsafe {
+            let half = _mm256_add_ps(_mm512_castps512_ps256(self.0), _mm512_extractf32x8_ps::<1>(self.0));
+            let quad = _mm_add_ps(_mm256_castps256_ps128(half), _mm256_extractf128_ps::<1>(half));
+            let mut sums = [0.0; 4];
+            _mm_storeu_ps(sums.as_mut_ptr(), quad);
+            sums
+        }
+    }
+    #[inline(always)]
+    fn columns(quads: &[[f32; 4]; LANES]) -> [Self; 4] {
+        let four = [Self::four(quads, 0), Self::four(quads, 1), Self::four(quads, 2), Self::four(quads, 3)];
+        let [a, b, c, d] = Self::transpose(four);
+        [Self(a), Self(b), Self(c), Self(d)]
+    }
+    #[inline(always)]
+    fn rows(columns: [Self; 4]) -> [[f32; 4]; LANES] {
+        unsafe {
+            let rows = Self::transpose([columns[0].0, columns[1].0, columns[2].0, columns[3].0]);
+            let mut quads = [[0.0; 4]; LANES];
+            for i in 0..4 {
+                _mm_storeu_ps(quads[i].as_mut_ptr(), _mm512_castps512_ps128(rows[i]));
+                _mm_storeu_ps(quads[i + 4].as_mut_ptr(), _mm512_extractf32x4_ps::<1>(rows[i]));
+                _mm_storeu_ps(quads[i + 8].as_mut_ptr(), _mm512_extractf32x4_ps::<2>(rows[i]));
+                _mm_storeu_ps(quads[i + 12].as_mut_ptr(), _mm512_extractf32x4_ps::<3>(rows[i]));
+            }
+            quads
+        }
+    }
 }
 
 impl F32x16 {
+    /// Quads i, i + 4, i + 8, i + 12.
+    #[inline(always)]
+    fn four(quads: &[[f32; 4]; LANES], i: usize) -> __m512 {
+        unsafe {
+            Self::join(
+                _mm_loadu_ps(quads[i].as_ptr()),
+                _mm_loadu_ps(quads[i + 4].as_ptr()),
+                _mm_loadu_ps(quads[i + 8].as_ptr()),
+                _mm_loadu_ps(quads[i + 12].as_ptr()),
+            )
+        }
+    }
+
+    /// Transposes 4 x 4 numbers in each 128-bit part.
+    #[inline(always)]
+    fn transpose([a, b, c, d]: [__m512; 4]) -> [__m512; 4] {
+        unsafe {
+            let ab_low = _mm512_castps_pd(_mm512_unpacklo_ps(a, b));
+            let cd_low = _mm512_castps_pd(_mm512_unpacklo_ps(c, d));
+            let ab_high = _mm512_castps_pd(_mm512_unpackhi_ps(a, b));
+            let cd_high = _mm512_castps_pd(_mm512_unpackhi_ps(c, d));
+            [
+                _mm512_castpd_ps(_mm512_unpacklo_pd(ab_low, cd_low)),
+                _mm512_castpd_ps(_mm512_unpackhi_pd(ab_low, cd_low)),
+                _mm512_castpd_ps(_mm512_unpacklo_pd(ab_high, cd_high)),
+                _mm512_castpd_ps(_mm512_unpackhi_pd(ab_high, cd_high)),
+            ]
+        }
+    }
+
     /// Four 128-bit parts.
     #[inline(always)]
     fn join(a: __m128, b: __m128, c: __m128, d: __m128) -> __m512 {
@@ -210,4 +319,50 @@ impl Pack<f64> for F64x16 {
         let (low, high) = unsafe { (Self::gather_half(field, low), Self::gather_half(field, high)) };
         [Self([low[0], high[0]]), Self([low[1], high[1]]), Self([low[2], high[2]])]
     }
+
+    #[inline(always)]
+    fn div(self, other: Self) -> Self {
+        Self(unsafe { [_mm512_div_pd(self.0[0], other.0[0]), _mm512_div_pd(self.0[1], other.0[1])] })
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        Self(unsafe { [_mm512_min_pd(self.0[0], other.0[0]), _mm512_min_pd(self.0[1], other.0[1])] })
+    }
+    #[inline(always)]
+    fn floor(self) -> Self {
+        const DOWN: i32 = _MM_FROUND_TO_NEG_INF | _MM_FROUND_NO_EXC;
+        Self(unsafe { [_mm512_roundscale_pd::<DOWN>(self.0[0]), _mm512_roundscale_pd::<DOWN>(self.0[1])] })
+    }
+    #[inline(always)]
+    fn if_less(self, other: Self, then: Self, otherwise: Self) -> Self {
+        unsafe {
+            let low = _mm512_cmp_pd_mask::<_CMP_LT_OQ>(self.0[0], other.0[0]);
+            let high = _mm512_cmp_pd_mask::<_CMP_LT_OQ>(self.0[1], other.0[1]);
+            Self([
+                _mm512_mask_blend_pd(low, otherwise.0[0], then.0[0]),
+                _mm512_mask_blend_pd(high, otherwise.0[1], then.0[1]),
+            ])
+        }
+    }
+    #[inline(always)]
+    fn with_sign_of(self, other: Self) -> Self {
+        unsafe {
+            let sign = _mm512_set1_pd(-0.0);
+            Self([
+                _mm512_or_pd(_mm512_andnot_pd(sign, self.0[0]), _mm512_and_pd(sign, other.0[0])),
+                _mm512_or_pd(_mm512_andnot_pd(sign, self.0[1]), _mm512_and_pd(sign, other.0[1])),
+            ])
+        }
+    }
+    #[inline(always)]
+    fn power_of_two(self) -> Self {
+        unsafe {
+            let one = _mm512_castpd_si512(_mm512_set1_pd(1.0));
+            let low = _mm512_add_epi64(_mm512_slli_epi64::<52>(_mm512_castpd_si512(self.0[0])), one);
+            let high = _mm512_add_epi64(_mm512_slli_epi64::<52>(_mm512_castpd_si512(self.0[1])), one);
+            Self([_mm512_castsi512_pd(low), _mm512_castsi512_pd(high)])
+        }
+    }
+
+    quads_by_lanes!(f64);
 }

@@ -12,7 +12,7 @@ pub(super) mod avx512;
 mod pack;
 
 pub use pack::Padded;
-pub(crate) use pack::{LANES, Pack, Portable};
+pub(crate) use pack::{LANES, Pack, Portable, Rounding};
 
 use std::sync::atomic::{AtomicU8, Ordering};
 

@@ -54,6 +54,56 @@ pub(crate) trait Pack<R: Copy>: Copy + Send + Sync {
     /// Every index is below `field.len()`.
     #[allow(unsafe_code, reason = "indices are checked once, when a model is built")]
     unsafe fn gather(field: &[Padded<R>], indices: &[u32; LANES]) -> [Self; 3];
+
+    fn div(self, other: Self) -> Self;
+    /// The lesser of two; the other where one is NaN or both are zero.
+    fn min(self, other: Self) -> Self;
+    /// The greatest whole number that is not greater.
+    fn floor(self) -> Self;
+    /// Lanes of `then` where self < `other`, else those of `otherwise`.
+    fn if_less(self, other: Self, then: Self, otherwise: Self) -> Self;
+    /// The magnitude of self with the sign of `other`.
+    fn with_sign_of(self, other: Self) -> Self;
+    /// 2^n where self is [`Rounding::MAGIC`] + n, for normal results.
+    fn power_of_two(self) -> Self;
+
+    /// Four numbers, four times: lane 4 g + c holds `quad[c]`.
+    fn repeat(quad: &[R; 4]) -> Self;
+    /// Each of four numbers four times: lane 4 g + c holds `quad[g]`.
+    fn spread(quad: &[R; 4]) -> Self;
+    /// The fourth lane of each quad, in all lanes of the quad.
+    fn fourth(self) -> Self;
+    /// Sums over the quads: (q0 + q2) + (q1 + q3).
+    fn fold(self) -> [R; 4];
+    /// Four packs from sixteen quads: lane l of pack c holds `quads[l][c]`.
+    fn columns(quads: &[[R; 4]; LANES]) -> [Self; 4];
+    /// Sixteen quads from four packs.
+    fn rows(columns: [Self; 4]) -> [[R; 4]; LANES];
+}
+
+/// What rounding to whole numbers by addition needs.
+pub(crate) trait Rounding: Copy {
+    /// 1.5 * 2^(bits of the significand): a number of moderate size added to it is rounded to a
+    /// whole one, which stands in the lowest bits.
+    const MAGIC: Self;
+    /// 2^n of MAGIC + n.
+    fn power_of_two(self) -> Self;
+}
+
+impl Rounding for f32 {
+    const MAGIC: Self = 12_582_912.0;
+    #[inline(always)]
+    fn power_of_two(self) -> Self {
+        Self::from_bits((self.to_bits() << 23).wrapping_add(1.0_f32.to_bits()))
+    }
+}
+
+impl Rounding for f64 {
+    const MAGIC: Self = 6_755_399_441_055_744.0;
+    #[inline(always)]
+    fn power_of_two(self) -> Self {
+        Self::from_bits((self.to_bits() << 52).wrapping_add(1.0_f64.to_bits()))
+    }
 }
 
 /// Packs in the target's baseline instructions.
@@ -145,4 +195,126 @@ impl<R: Real> Pack<R> for Portable<R> {
         }
         lanes.map(Self)
     }
+
+    #[inline(always)]
+    fn div(self, other: Self) -> Self {
+        self.zip(other, |a, b| a / b)
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        self.zip(other, |a, b| if a < b { a } else { b })
+    }
+    #[inline(always)]
+    fn floor(self) -> Self {
+        self.map(R::floor)
+    }
+    #[inline(always)]
+    fn if_less(self, other: Self, then: Self, otherwise: Self) -> Self {
+        let mut lanes = otherwise.0;
+        for lane in 0..LANES {
+            if self.0[lane] < other.0[lane] {
+                lanes[lane] = then.0[lane];
+            }
+        }
+        Self(lanes)
+    }
+    #[inline(always)]
+    fn with_sign_of(self, other: Self) -> Self {
+        self.zip(other, R::copysign)
+    }
+    #[inline(always)]
+    fn power_of_two(self) -> Self {
+        self.map(R::power_of_two)
+    }
+    #[inline(always)]
+    fn repeat(quad: &[R; 4]) -> Self {
+        let mut lanes = [quad[0]; LANES];
+        for lane in 0..LANES {
+            lanes[lane] = quad[lane % 4];
+        }
+        Self(lanes)
+    }
+    #[inline(always)]
+    fn spread(quad: &[R; 4]) -> Self {
+        let mut lanes = [quad[0]; LANES];
+        for lane in 0..LANES {
+            lanes[lane] = quad[lane / 4];
+        }
+        Self(lanes)
+    }
+    #[inline(always)]
+    fn fourth(self) -> Self {
+        let mut lanes = self.0;
+        for lane in 0..LANES {
+            lanes[lane] = self.0[lane / 4 * 4 + 3];
+        }
+        Self(lanes)
+    }
+    #[inline(always)]
+    fn fold(self) -> [R; 4] {
+        let mut sums = [R::zero(); 4];
+        for c in 0..4 {
+            sums[c] = (self.0[c] + self.0[c + 8]) + (self.0[c + 4] + self.0[c + 12]);
+        }
+        sums
+    }
+    #[inline(always)]
+    fn columns(quads: &[[R; 4]; LANES]) -> [Self; 4] {
+        let mut columns = [[R::zero(); LANES]; 4];
+        for lane in 0..LANES {
+            for c in 0..4 {
+                columns[c][lane] = quads[lane][c];
+            }
+        }
+        columns.map(Self)
+    }
+    #[inline(always)]
+    fn rows(columns: [Self; 4]) -> [[R; 4]; LANES] {
+        let mut quads = [[R::zero(); 4]; LANES];
+        for lane in 0..LANES {
+            for c in 0..4 {
+                quads[lane][c] = columns[c].0[lane];
+            }
+        }
+        quads
+    }
 }
+
+/// Quads of a pack by way of memory: binary64 is for accuracy.
+macro_rules! quads_by_lanes {
+    ($number:ty) => {
+        #[inline(always)]
+        fn repeat(quad: &[$number; 4]) -> Self {
+            Self::load(&Portable::repeat(quad).store())
+        }
+        #[inline(always)]
+        fn spread(quad: &[$number; 4]) -> Self {
+            Self::load(&Portable::spread(quad).store())
+        }
+        #[inline(always)]
+        fn fourth(self) -> Self {
+            Self::load(&Portable::load(&self.store()).fourth().store())
+        }
+        #[inline(always)]
+        fn fold(self) -> [$number; 4] {
+            Portable::load(&self.store()).fold()
+        }
+        #[inline(always)]
+        fn columns(quads: &[[$number; 4]; LANES]) -> [Self; 4] {
+            let [a, b, c, d] = Portable::columns(quads);
+            [Self::load(&a.store()), Self::load(&b.store()), Self::load(&c.store()), Self::load(&d.store())]
+        }
+        #[inline(always)]
+        fn rows(columns: [Self; 4]) -> [[$number; 4]; LANES] {
+            let [a, b, c, d] = columns;
+            Portable::rows([
+                Portable::load(&a.store()),
+                Portable::load(&b.store()),
+                Portable::load(&c.store()),
+                Portable::load(&d.store()),
+            ])
+        }
+    };
+}
+#[cfg(target_arch = "x86_64")]
+pub(super) use quads_by_lanes;

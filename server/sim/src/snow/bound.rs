@@ -1,0 +1,94 @@
+//! The certified time step: the smallest of named bounds, in closed form (snow.md 4).
+//!
+//! Reads extremes over particles, gathered block by block after each step; writes the largest dt,
+//! which bound binds, and the particle that sets it.
+
+use super::{Integration, Kernel, SnowSettings, Transfer};
+use crate::{collide::Collider, report::BoundKind};
+
+/// Cells that a particle may move in a step.
+const MOVE: f64 = 0.5;
+/// Largest norm of dt grad v: I + dt grad v keeps its orientation below 1.
+const TURN: f64 = 0.2;
+
+/// Greatest values over the particles of one block, each of which bounds dt.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Extremes {
+    /// (c_p)² of the elastic wave, and of a particle alone (m²/s²).
+    pub(super) wave2: f64,
+    pub(super) alone2: f64,
+    /// |v|² (m²/s²).
+    pub(super) speed2: f64,
+    /// |grad v|² (1/s²), Frobenius.
+    pub(super) gradient2: f64,
+    /// Square of an upper bound of the largest singular value of F_E.
+    pub(super) stretch2: f64,
+}
+
+impl Extremes {
+    /// Greater of both, one by one.
+    pub(super) fn max(self, other: Self) -> Self {
+        Self {
+            wave2: self.wave2.max(other.wave2),
+            alone2: self.alone2.max(other.alone2),
+            speed2: self.speed2.max(other.speed2),
+            gradient2: self.gradient2.max(other.gradient2),
+            stretch2: self.stretch2.max(other.stretch2),
+        }
+    }
+
+    /// What bounds dt by `kind`.
+    pub(super) fn value(&self, kind: BoundKind) -> f64 {
+        match kind {
+            BoundKind::ElasticWave => self.wave2,
+            BoundKind::IsolatedParticle => self.alone2,
+            BoundKind::ParticleSpeed => self.speed2,
+            BoundKind::VelocityGradient => self.gradient2,
+            BoundKind::ColliderSpeed | BoundKind::Fixed | BoundKind::Frame => 0.0,
+        }
+    }
+}
+
+/// Largest stable c dt / h of waves in full blocks, and of a particle alone in units of
+/// h sqrt(rho / (2 mu + 3 lambda)): snow.md 4.2, 4.3. The linear kernel has no bound for a particle
+/// alone: its slope does not fall off with its weight; the number is for full blocks.
+pub(super) fn courant(kernel: Kernel, transfer: Transfer) -> [f64; 2] {
+    match (kernel, transfer) {
+        (Kernel::Linear, _) => [0.5, 0.35],
+        (Kernel::Quadratic, Transfer::Mls) => [1.306, 1.0],
+        (Kernel::Quadratic, Transfer::Apic) => [1.306, std::f64::consts::FRAC_1_SQRT_2],
+        (Kernel::Quadratic, Transfer::PicFlip(_)) => [1.324, 0.577],
+        (Kernel::Cubic, Transfer::Mls) => [1.739, 1.154_700_538],
+        (Kernel::Cubic, Transfer::Apic) => [1.7, 1.10],
+        (Kernel::Cubic, Transfer::PicFlip(_)) => [1.543, 0.796],
+    }
+}
+
+/// The smallest bound, without safety, and the kind that binds.
+pub(super) fn smallest(
+    settings: &SnowSettings,
+    extremes: &Extremes,
+    colliders: &[Collider],
+) -> (BoundKind, f64) {
+    let h = settings.cell;
+    let [wave, alone] = courant(settings.kernel, settings.transfer);
+    let per = |length: f64, speed2: f64| if speed2 > 0.0 { length / speed2.sqrt() } else { f64::INFINITY };
+    let fastest = colliders.iter().map(|c| c.velocity.iter().map(|v| v * v).sum()).fold(0.0, f64::max);
+    let elastic = match settings.integration {
+        Integration::SemiImplicit { beta, .. } if beta >= 0.5 => [f64::INFINITY; 2],
+        _ => [
+            per(wave * h, extremes.wave2),
+            // Ballistic particles have no stress: full blocks alone bound the step.
+            if settings.ballistic_below > 0.0 { f64::INFINITY } else { per(alone * h, extremes.alone2) },
+        ],
+    };
+    [
+        (BoundKind::ElasticWave, elastic[0]),
+        (BoundKind::IsolatedParticle, elastic[1]),
+        (BoundKind::ParticleSpeed, per(MOVE * h, extremes.speed2)),
+        (BoundKind::VelocityGradient, per(TURN, extremes.gradient2)),
+        (BoundKind::ColliderSpeed, per(MOVE * h, fastest)),
+    ]
+    .into_iter()
+    .fold((BoundKind::Frame, f64::INFINITY), |least, bound| if bound.1 < least.1 { bound } else { least })
+}

@@ -1,0 +1,104 @@
+//! Deformation: elastic predictor, plastic return, stress (Stomakhin et al. 2013, step 7 and 8).
+//!
+//! Reads F_E, J_P and the velocity gradient of sixteen particles; writes F_E, J_P and V0 tau.
+
+use super::constitutive::{Moduli, Returned, hardened, plastic_return, principal_stress, stiffness};
+use crate::math::{Columns, Pack, Real, Svd, cross3, dot3, svd};
+
+/// F_E and J_P after a step.
+#[derive(Clone, Copy)]
+pub(super) struct Deformed<P> {
+    /// F_E by columns.
+    pub(super) elastic: Columns<P>,
+    pub(super) plastic_ratio: P,
+    /// V0 tau (J): xx yy zz xy xz yz.
+    pub(super) volume_stress: [P; 6],
+    pub(super) yielded: P,
+    pub(super) clamped: P,
+    pub(super) inverted: P,
+}
+
+/// (I + dt grad v) F, by columns; the gradient by columns too: `gradient[axis][component]`.
+#[inline(always)]
+pub(super) fn predict<R: Real, P: Pack<R>>(f: &Columns<P>, gradient: &Columns<P>, dt: P) -> Columns<P> {
+    let mut out = *f;
+    for column in 0..3 {
+        for row in 0..3 {
+            let change = gradient[0][row].mul(f[column][0]);
+            let change = change.add(gradient[1][row].mul(f[column][1]));
+            let change = change.add(gradient[2][row].mul(f[column][2]));
+            out[column][row] = f[column][row].add(dt.mul(change));
+        }
+    }
+    out
+}
+
+/// Plastic return of a trial F_E, and the stress after it. Where nothing yields, F_E stays as it
+/// is: no rounding of a decomposition enters an elastic run.
+#[inline(always)]
+pub(super) fn deform<R: Real, P: Pack<R>>(
+    trial: &Columns<P>,
+    jp: P,
+    volume: P,
+    m: &Moduli<P>,
+) -> Deformed<P> {
+    let zero = P::splat(R::zero());
+    let Svd { u, sigma, v } = svd(trial);
+    let Returned { sigma, plastic_ratio, yielded, clamped, inverted } = plastic_return(&sigma, jp, m);
+    let mut elastic = *trial;
+    for column in 0..3 {
+        for row in 0..3 {
+            let product = u[0][row].mul(sigma[0]).mul(v[0][column]);
+            let product = product.add(u[1][row].mul(sigma[1]).mul(v[1][column]));
+            let product = product.add(u[2][row].mul(sigma[2]).mul(v[2][column]));
+            elastic[column][row] = zero.if_less(yielded, product, trial[column][row]);
+        }
+    }
+    let t = principal_stress(&sigma, hardened(plastic_ratio, m), m);
+    let t = [t[0].mul(volume), t[1].mul(volume), t[2].mul(volume)];
+    Deformed { elastic, plastic_ratio, volume_stress: in_frame(&u, &t), yielded, clamped, inverted }
+}
+
+/// F_E and J_P as they are, with their stress.
+#[inline(always)]
+pub(super) fn undeformed<R: Real, P: Pack<R>>(
+    f: &Columns<P>,
+    jp: P,
+    volume: P,
+    m: &Moduli<P>,
+) -> Deformed<P> {
+    let zero = P::splat(R::zero());
+    let Svd { u, sigma, .. } = svd(f);
+    let t = principal_stress(&sigma, hardened(jp, m), m);
+    let t = [t[0].mul(volume), t[1].mul(volume), t[2].mul(volume)];
+    let volume_stress = in_frame(&u, &t);
+    Deformed { elastic: *f, plastic_ratio: jp, volume_stress, yielded: zero, clamped: zero, inverted: zero }
+}
+
+/// U diag(t) U^T: xx yy zz xy xz yz.
+#[inline(always)]
+fn in_frame<R: Real, P: Pack<R>>(u: &Columns<P>, t: &[P; 3]) -> [P; 6] {
+    let zero = P::splat(R::zero());
+    let mut out = [zero; 6];
+    for k in 0..3 {
+        let scaled = [u[k][0].mul(t[k]), u[k][1].mul(t[k]), u[k][2].mul(t[k])];
+        out[0] = out[0].add(scaled[0].mul(u[k][0]));
+        out[1] = out[1].add(scaled[1].mul(u[k][1]));
+        out[2] = out[2].add(scaled[2].mul(u[k][2]));
+        out[3] = out[3].add(scaled[0].mul(u[k][1]));
+        out[4] = out[4].add(scaled[0].mul(u[k][2]));
+        out[5] = out[5].add(scaled[1].mul(u[k][2]));
+    }
+    out
+}
+
+/// Upper bounds of the stiffnesses (Pa) of F_E as it is stored, in closed form: the square of the
+/// largest singular value is at most the largest absolute row sum of F^T F.
+#[inline(always)]
+pub(super) fn stiffness_of<R: Real, P: Pack<R>>(f: &Columns<P>, jp: P, m: &Moduli<P>) -> ([P; 2], P) {
+    let (xx, yy, zz) = (dot3(&f[0], &f[0]), dot3(&f[1], &f[1]), dot3(&f[2], &f[2]));
+    let (xy, xz, yz) = (dot3(&f[0], &f[1]).abs(), dot3(&f[0], &f[2]).abs(), dot3(&f[1], &f[2]).abs());
+    let largest2 = xx.add(xy).add(xz).max(yy.add(xy).add(yz)).max(zz.add(xz).add(yz));
+    let j = dot3(&f[0], &cross3(&f[1], &f[2]));
+    (stiffness(largest2, j, hardened(jp, m), m), largest2)
+}

@@ -1,0 +1,128 @@
+//! The sparse grid: blocks of 4 x 4 x 4 cells that hold particles, and the blocks of nodes around.
+//!
+//! A particle belongs to the cell of its first node, so its nodes lie in its own block and in those
+//! one further along each axis: eight blocks. Blocks are kept sorted by key; nothing else is stored
+//! or visited. Negative coordinates are ordinary.
+
+use crate::math::Real;
+
+/// Cells and nodes along the side of a block.
+pub(super) const SIDE: usize = 4;
+/// Cells and nodes of a block.
+pub(super) const CELLS: usize = SIDE * SIDE * SIDE;
+/// No block.
+pub(super) const NONE: u32 = u32::MAX;
+/// Blocks along an axis on either side of the origin.
+pub(super) const REACH: i32 = 1 << 20;
+/// Numbers in a row of a tile: eight nodes along z, four numbers each.
+pub(super) const TILE_ROW: usize = 2 * SIDE * 4;
+
+/// Numbers of the nodes that a block of particles reaches with a kernel of width `n`.
+pub(super) const fn tile_len(n: usize) -> usize {
+    (SIDE + n - 1) * (SIDE + n - 1) * TILE_ROW
+}
+
+/// Momentum or velocity, and mass, of the nodes of a block: z runs fastest.
+pub(super) type NodeBlock<R> = [[R; 4]; CELLS];
+
+/// Where a block is, in blocks.
+pub(super) type Coordinate = [i32; 3];
+
+/// Keys sort as coordinates do.
+pub(super) fn key_of(block: Coordinate) -> u64 {
+    block.iter().fold(0, |key, c| (key << 21) | u64::from((c + REACH) as u32 & 0x1F_FFFF))
+}
+
+pub(super) fn block_of(key: u64) -> Coordinate {
+    [42, 21, 0].map(|shift| ((key >> shift) & 0x1F_FFFF) as i32 - REACH)
+}
+
+/// A block shifted by whole blocks; wrapped along periodic axes.
+pub(super) fn shifted(block: Coordinate, by: [i32; 3], periodic: [u32; 3]) -> Coordinate {
+    std::array::from_fn(|a| wrap(block[a] + by[a], periodic[a]))
+}
+
+/// A block's coordinate within its period; as it is without one.
+pub(super) fn wrap(coordinate: i32, period: u32) -> i32 {
+    if period == 0 { coordinate } else { coordinate.rem_euclid(period as i32) }
+}
+
+/// The eight blocks in front of a block, itself first: bits of the number are steps along x, y, z.
+pub(super) const fn corner(i: usize) -> [i32; 3] {
+    [(i >> 2) as i32 & 1, (i >> 1) as i32 & 1, i as i32 & 1]
+}
+
+/// Blocks, sorted by key.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Grid<R> {
+    /// Blocks with particles.
+    pub(super) blocks: Vec<u64>,
+    /// Blocks with nodes that particles reach.
+    pub(super) node_blocks: Vec<u64>,
+    /// For each block with particles, the eight blocks of nodes in front of it.
+    pub(super) in_front: Vec<[u32; 8]>,
+    /// For each block of nodes, the eight blocks with particles behind it.
+    pub(super) behind: Vec<[u32; 8]>,
+    /// What the particles of each block give to nodes: momentum and mass.
+    pub(super) tiles: Vec<R>,
+    /// Impulses of forces alone, where velocities before forces are needed.
+    pub(super) impulses: Vec<R>,
+    /// Velocities after forces and colliders, and masses.
+    pub(super) nodes: Vec<NodeBlock<R>>,
+    /// Changes of velocity in this step, for FLIP.
+    pub(super) changes: Vec<NodeBlock<R>>,
+}
+
+impl<R: Real> Grid<R> {
+    /// Finds the blocks of nodes around `self.blocks` and links both.
+    pub(super) fn link(&mut self, periodic: [u32; 3]) {
+        let Self { blocks, node_blocks, in_front, behind, .. } = self;
+        node_blocks.clear();
+        for &key in blocks.iter() {
+            let block = block_of(key);
+            node_blocks.extend((0..8).map(|i| key_of(shifted(block, corner(i), periodic))));
+        }
+        node_blocks.sort_unstable();
+        node_blocks.dedup();
+        in_front.clear();
+        behind.clear();
+        behind.resize(node_blocks.len(), [NONE; 8]);
+        for (index, &key) in blocks.iter().enumerate() {
+            let block = block_of(key);
+            let mut front = [NONE; 8];
+            for i in 0..8 {
+                let key = key_of(shifted(block, corner(i), periodic));
+                let node = node_blocks.binary_search(&key).expect("every block in front was listed");
+                front[i] = node as u32;
+                behind[node][i] = index as u32;
+            }
+            in_front.push(front);
+        }
+    }
+
+    /// Room for the tiles of a kernel of width `n`; never shrinks.
+    pub(super) fn size_for(&mut self, n: usize, separate: super::step::Forces) {
+        let len = self.blocks.len() * tile_len(n);
+        grow(&mut self.tiles, len, R::zero());
+        grow(&mut self.nodes, self.node_blocks.len(), [[R::zero(); 4]; CELLS]);
+        if separate == super::step::Forces::Apart {
+            grow(&mut self.impulses, len, R::zero());
+            grow(&mut self.changes, self.node_blocks.len(), [[R::zero(); 4]; CELLS]);
+        }
+    }
+
+    /// Bytes in use.
+    pub(super) fn bytes(&self) -> usize {
+        (self.blocks.capacity() + self.node_blocks.capacity()) * 8
+            + (self.in_front.capacity() + self.behind.capacity()) * 32
+            + (self.tiles.capacity() + self.impulses.capacity()) * size_of::<R>()
+            + (self.nodes.capacity() + self.changes.capacity()) * size_of::<NodeBlock<R>>()
+    }
+}
+
+/// Makes a field at least so long, with some room so that a moving front seldom allocates.
+fn grow<T: Copy>(field: &mut Vec<T>, len: usize, value: T) {
+    if field.len() < len {
+        field.resize(len + len / 8, value);
+    }
+}

@@ -1,0 +1,220 @@
+//! Grid to particles: velocity, affine velocity and velocity gradient from the nodes around.
+//!
+//! Reads a block's neighbourhood of nodes, assembled into one tile; writes lanes of what sixteen
+//! particles gather (Stomakhin et al. 2013, step 9; Jiang et al. 2015, eq. 8).
+
+use super::{
+    grid::{CELLS, NONE, NodeBlock, SIDE, TILE_ROW, corner},
+    particles_to_grid::BlockParticles,
+    scheme::Scheme,
+    weight::AxisWeights,
+};
+use crate::math::{LANES, Pack, Real};
+
+/// The largest tile: seven rows each way.
+pub(super) const TILE: usize = 7 * 7 * TILE_ROW;
+
+/// Assembles the nodes that a block's particles reach with a kernel of width `N`.
+#[inline(always)]
+pub(super) fn assemble<R: Real, const N: usize>(
+    nodes: &[NodeBlock<R>],
+    in_front: &[u32; 8],
+    tile: &mut [R; TILE],
+) {
+    let width = SIDE + N - 1;
+    for (i, &index) in in_front.iter().enumerate() {
+        debug_assert!(index != NONE);
+        let [ox, oy, oz] = corner(i).map(|c| c as usize * SIDE);
+        let block = nodes[index as usize].as_flattened();
+        for x in 0..SIDE.min(width - ox) {
+            for y in 0..SIDE.min(width - oy) {
+                let from = (x * SIDE + y) * LANES;
+                let to = ((ox + x) * width + oy + y) * TILE_ROW + 4 * oz;
+                tile[to..to + LANES].copy_from_slice(&block[from..from + LANES]);
+            }
+        }
+    }
+}
+
+/// What sixteen particles gather; the fourth lane of a velocity is the mass density, times h³.
+#[derive(Clone, Copy)]
+pub(super) struct Gathered<P> {
+    /// sum w v, and sum w m.
+    pub(super) v: [P; 4],
+    /// sum w v (index of the node) along each axis.
+    pub(super) moments: [[P; 4]; 3],
+    /// sum v (slope times h) along each axis.
+    pub(super) slopes: [[P; 4]; 3],
+    /// sum w (change of v).
+    pub(super) change: [P; 4],
+}
+
+/// Weights of sixteen particles, to be read one at a time.
+struct Weights<R> {
+    /// w, index times w, and slope along x and along y.
+    x: [[[R; LANES]; 4]; 3],
+    y: [[[R; LANES]; 4]; 3],
+    /// The same along z, a quad a particle.
+    z: [[[R; 4]; LANES]; 3],
+}
+
+/// Index of each node along an axis times its weight.
+#[inline(always)]
+fn moments<R: Real, P: Pack<R>>(w: &[P; 4]) -> [P; 4] {
+    [P::splat(R::zero()), w[1], w[2].add(w[2]), P::splat(R::of(3.0)).mul(w[3])]
+}
+
+impl<R: Real> Weights<R> {
+    #[inline(always)]
+    fn of<P: Pack<R>>(axes: &[AxisWeights<P>; 3]) -> Self {
+        let mut out = Self {
+            x: [[[R::zero(); LANES]; 4]; 3],
+            y: [[[R::zero(); LANES]; 4]; 3],
+            z: [[[R::zero(); 4]; LANES]; 3],
+        };
+        for (kind, [x, y]) in
+            [[axes[0].w, axes[1].w], [moments(&axes[0].w), moments(&axes[1].w)], [axes[0].d, axes[1].d]]
+                .into_iter()
+                .enumerate()
+        {
+            for i in 0..4 {
+                out.x[kind][i] = x[i].store();
+                out.y[kind][i] = y[i].store();
+            }
+        }
+        out.z = [P::rows(axes[2].w), P::rows(moments(&axes[2].w)), P::rows(axes[2].d)];
+        out
+    }
+}
+
+/// Sums of one particle, a quad each.
+struct Sums<R> {
+    v: [[R; 4]; LANES],
+    moments: [[[R; 4]; LANES]; 3],
+    slopes: [[[R; 4]; LANES]; 3],
+    change: [[R; 4]; LANES],
+}
+
+/// Gathers for the particles `first..first + count` of a block.
+#[inline(always)]
+pub(super) fn gather<R: Real, P: Pack<R>, S: Scheme, const N: usize>(
+    tiles: [&[R; TILE]; 2],
+    block: BlockParticles<'_>,
+    [first, count]: [usize; 2],
+    cell: &mut usize,
+    axes: &[AxisWeights<P>; 3],
+) -> Gathered<P> {
+    let weights = Weights::of(axes);
+    let quads = [[R::zero(); 4]; LANES];
+    let mut sums = Sums { v: quads, moments: [quads; 3], slopes: [quads; 3], change: quads };
+    for lane in 0..count {
+        while block.cells[*cell + 1] as usize <= first + lane {
+            *cell += 1;
+        }
+        one::<R, P, S, N>(tiles[0], *cell, &weights, lane, &mut sums);
+        if S::APART {
+            sums.change[lane] = velocity::<R, P, N>(tiles[1], *cell, &weights, lane);
+        }
+    }
+    let zero = P::splat(R::zero());
+    let mut out = Gathered {
+        v: P::columns(&sums.v),
+        moments: [[zero; 4]; 3],
+        slopes: [[zero; 4]; 3],
+        change: [zero; 4],
+    };
+    for axis in 0..3 {
+        if S::AFFINE {
+            out.moments[axis] = P::columns(&sums.moments[axis]);
+        }
+        if S::SLOPES {
+            out.slopes[axis] = P::columns(&sums.slopes[axis]);
+        }
+    }
+    if S::APART {
+        out.change = P::columns(&sums.change);
+    }
+    out
+}
+
+/// Four nodes along z in row (i, j) of a cell's neighbourhood.
+#[inline(always)]
+fn row<R: Real, P: Pack<R>, const N: usize>(tile: &[R; TILE], cell: usize, i: usize, j: usize) -> P {
+    let [x, y, z] = [cell / (SIDE * SIDE), cell / SIDE % SIDE, cell % SIDE];
+    let start = ((x + i) * (SIDE + N - 1) + y + j) * TILE_ROW + 4 * z;
+    P::load((&tile[start..start + LANES]).try_into().expect("sixteen numbers"))
+}
+
+/// All sums of one particle.
+#[inline(always)]
+fn one<R: Real, P: Pack<R>, S: Scheme, const N: usize>(
+    tile: &[R; TILE],
+    cell: usize,
+    w: &Weights<R>,
+    lane: usize,
+    sums: &mut Sums<R>,
+) {
+    let zero = P::splat(R::zero());
+    // Along y with weights, moments, slopes; then along x.
+    let (mut v, mut by_x, mut by_y) = (zero, [zero; 2], [zero; 2]);
+    for i in 0..N {
+        let mut plain = zero;
+        let mut other = [zero; 2];
+        for j in 0..N {
+            let nodes = row::<R, P, N>(tile, cell, i, j);
+            plain = plain.add(P::splat(w.y[0][j][lane]).mul(nodes));
+            if S::AFFINE && j > 0 {
+                other[0] = other[0].add(P::splat(w.y[1][j][lane]).mul(nodes));
+            }
+            if S::SLOPES {
+                other[1] = other[1].add(P::splat(w.y[2][j][lane]).mul(nodes));
+            }
+        }
+        let weight = P::splat(w.x[0][i][lane]);
+        v = v.add(weight.mul(plain));
+        if S::AFFINE {
+            by_y[0] = by_y[0].add(weight.mul(other[0]));
+            if i > 0 {
+                by_x[0] = by_x[0].add(P::splat(w.x[1][i][lane]).mul(plain));
+            }
+        }
+        if S::SLOPES {
+            by_y[1] = by_y[1].add(weight.mul(other[1]));
+            by_x[1] = by_x[1].add(P::splat(w.x[2][i][lane]).mul(plain));
+        }
+    }
+    let along_z = P::spread(&w.z[0][lane]);
+    sums.v[lane] = along_z.mul(v).fold();
+    if S::AFFINE {
+        sums.moments[0][lane] = along_z.mul(by_x[0]).fold();
+        sums.moments[1][lane] = along_z.mul(by_y[0]).fold();
+        sums.moments[2][lane] = P::spread(&w.z[1][lane]).mul(v).fold();
+    }
+    if S::SLOPES {
+        sums.slopes[0][lane] = along_z.mul(by_x[1]).fold();
+        sums.slopes[1][lane] = along_z.mul(by_y[1]).fold();
+        sums.slopes[2][lane] = P::spread(&w.z[2][lane]).mul(v).fold();
+    }
+}
+
+/// sum w v of one particle.
+#[inline(always)]
+fn velocity<R: Real, P: Pack<R>, const N: usize>(
+    tile: &[R; TILE],
+    cell: usize,
+    w: &Weights<R>,
+    lane: usize,
+) -> [R; 4] {
+    let mut v = P::splat(R::zero());
+    for i in 0..N {
+        let mut plain = P::splat(R::zero());
+        for j in 0..N {
+            plain = plain.add(P::splat(w.y[0][j][lane]).mul(row::<R, P, N>(tile, cell, i, j)));
+        }
+        v = v.add(P::splat(w.x[0][i][lane]).mul(plain));
+    }
+    P::spread(&w.z[0][lane]).mul(v).fold()
+}
+
+/// Cells of a block, for tables of their starts.
+pub(super) type CellStarts = [u32; CELLS + 1];

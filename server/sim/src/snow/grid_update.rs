@@ -1,0 +1,212 @@
+//! Grid update: momenta to velocities, gravity, colliders (Stomakhin et al. 2013, steps 4 to 6).
+//!
+//! Reads tiles of the blocks of particles behind each block of nodes, in their order; writes
+//! velocities after forces and colliders, and, for FLIP, their change in the step.
+
+use rayon::prelude::*;
+
+use super::{
+    grid::{CELLS, Coordinate, Grid, NONE, NodeBlock, SIDE, TILE_ROW, block_of, corner, tile_len},
+    step::Forces,
+};
+use crate::{
+    collide::{Collider, velocity_after},
+    math::{Kernel, LANES, Pack, Real, dispatch},
+    parallel,
+};
+
+/// What does not change from node to node.
+pub(super) struct GridStep<'a> {
+    /// Nodes an axis of the kernel.
+    pub(super) width: usize,
+    pub(super) forces: Forces,
+    /// Time step (s), and time (s) at its end.
+    pub(super) dt: f64,
+    pub(super) time: f64,
+    /// h (m).
+    pub(super) cell: f64,
+    pub(super) gravity: [f64; 3],
+    pub(super) colliders: &'a [Collider],
+    /// Mass (kg) below which a node carries no velocity.
+    pub(super) least_mass: f64,
+}
+
+/// Sums and extremes over nodes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct GridFigures {
+    /// Mass on all nodes (kg).
+    pub(super) mass: f64,
+    /// Magnitudes of momenta (kg m/s) of nodes that carry no velocity.
+    pub(super) dropped: f64,
+    /// Square of the fastest node's speed (m²/s²), and the node; NaN when one is not finite.
+    pub(super) speed2: f64,
+    pub(super) fastest: [i32; 3],
+    /// Nodes within a collider.
+    pub(super) contacts: u64,
+}
+
+impl GridStep<'_> {
+    /// Updates all nodes.
+    pub(super) fn run<R: Real>(&self, grid: &mut Grid<R>, figures: &mut Vec<GridFigures>) -> GridFigures {
+        let Grid { node_blocks, behind, tiles, impulses, nodes, changes, .. } = grid;
+        let count = node_blocks.len();
+        figures.resize(count, GridFigures::default());
+        let (tiles, impulses) = (tiles.as_slice(), impulses.as_slice());
+        let work = (&mut nodes[..count], &mut figures[..count], &*node_blocks, &*behind);
+        match self.forces {
+            Forces::Fused => work.into_par_iter().for_each(|(nodes, figures, key, behind)| {
+                gather(tiles, behind, self.width, nodes);
+                *figures = self.velocities(block_of(*key), nodes, None);
+            }),
+            Forces::Apart => {
+                let changes = &mut changes[..count];
+                work.into_par_iter().zip(changes).for_each(|((nodes, figures, key, behind), changes)| {
+                    gather(tiles, behind, self.width, nodes);
+                    gather(impulses, behind, self.width, changes);
+                    *figures = self.velocities(block_of(*key), nodes, Some(changes));
+                });
+            }
+        }
+        collect(figures)
+    }
+
+    /// Momenta and impulses of a block to velocities and their changes.
+    fn velocities<R: Real>(
+        &self,
+        block: Coordinate,
+        nodes: &mut NodeBlock<R>,
+        mut changes: Option<&mut NodeBlock<R>>,
+    ) -> GridFigures {
+        let mut figures = GridFigures::default();
+        let near = self.near(block);
+        let kick = self.gravity.map(|g| R::of(g * self.dt));
+        let least = R::of(self.least_mass);
+        for i in 0..CELLS {
+            let [px, py, pz, m] = nodes[i];
+            figures.mass += m.to_f64();
+            if m > least {
+                let inverse = R::one() / m;
+                let mut v = [px * inverse, py * inverse, pz * inverse];
+                let before = v;
+                if let Some(impulses) = &changes {
+                    for c in 0..3 {
+                        v[c] += impulses[i][c] * inverse;
+                    }
+                }
+                for c in 0..3 {
+                    v[c] += kick[c];
+                }
+                if near != 0 {
+                    figures.contacts += u64::from(self.collide(near, block, i, &mut v));
+                }
+                nodes[i] = [v[0], v[1], v[2], m];
+                if let Some(changes) = &mut changes {
+                    changes[i] = [v[0] - before[0], v[1] - before[1], v[2] - before[2], R::zero()];
+                }
+                let speed2 = (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).to_f64();
+                // A NaN stays: it is not below or equal to anything.
+                if !(speed2 <= figures.speed2) {
+                    (figures.speed2, figures.fastest) = (speed2, node_of(block, i));
+                }
+            } else {
+                let momentum = [px, py, pz].map(Real::to_f64);
+                figures.dropped += momentum.iter().map(|p| p * p).sum::<f64>().sqrt();
+                if !(m >= R::zero()) {
+                    (figures.speed2, figures.fastest) = (f64::NAN, node_of(block, i));
+                }
+                nodes[i] = [R::zero(), R::zero(), R::zero(), m];
+                if let Some(changes) = &mut changes {
+                    changes[i] = [R::zero(); 4];
+                }
+            }
+        }
+        figures
+    }
+
+    /// Colliders that may reach a node of the block, one bit each; past 63 they share the last.
+    fn near(&self, block: Coordinate) -> u64 {
+        let half = 0.5 * (SIDE - 1) as f64;
+        let center = block.map(|c| (f64::from(c * SIDE as i32) + half) * self.cell);
+        let radius = half * 3.0_f64.sqrt() * self.cell;
+        let reach = |(i, c): (usize, &Collider)| {
+            if c.distance(center, self.time).0 <= radius + c.margin { 1 << i.min(63) } else { 0 }
+        };
+        self.colliders.iter().enumerate().map(reach).fold(0, |all, bit| all | bit)
+    }
+
+    /// Lets a node's velocity answer to colliders; says whether it was inside one.
+    fn collide<R: Real>(&self, near: u64, block: Coordinate, i: usize, v: &mut [R; 3]) -> bool {
+        let place = node_of(block, i).map(|c| f64::from(c) * self.cell);
+        let mut touched = false;
+        for (k, collider) in self.colliders.iter().enumerate().filter(|(k, _)| near >> (*k).min(63) & 1 == 1)
+        {
+            debug_assert!(k < self.colliders.len());
+            let (distance, normal) = collider.distance(place, self.time);
+            if distance <= collider.margin {
+                *v = velocity_after(collider, v.map(Real::to_f64), normal).map(R::of);
+                touched = true;
+            }
+        }
+        touched
+    }
+}
+
+/// Index of node `i` of a block.
+pub(super) fn node_of(block: Coordinate, i: usize) -> [i32; 3] {
+    let local = [i / (SIDE * SIDE), i / SIDE % SIDE, i % SIDE];
+    [0, 1, 2].map(|a| block[a] * SIDE as i32 + local[a] as i32)
+}
+
+/// Adds up figures of blocks, in their order.
+fn collect(figures: &[GridFigures]) -> GridFigures {
+    let mut total = GridFigures::default();
+    for block in figures {
+        total.contacts += block.contacts;
+        if !(block.speed2 <= total.speed2) && !total.speed2.is_nan() {
+            (total.speed2, total.fastest) = (block.speed2, block.fastest);
+        }
+    }
+    [total.mass, total.dropped] = parallel::sum_by(figures, &|block| [block.mass, block.dropped]);
+    total
+}
+
+/// Adds the parts of eight tiles that lie over a block of nodes.
+fn gather<R: Real>(tiles: &[R], behind: &[u32; 8], width: usize, nodes: &mut NodeBlock<R>) {
+    dispatch(Gather { tiles, behind, width, nodes });
+}
+
+struct Gather<'a, R> {
+    tiles: &'a [R],
+    behind: &'a [u32; 8],
+    width: usize,
+    nodes: &'a mut NodeBlock<R>,
+}
+
+impl<R: Real> Kernel<R> for Gather<'_, R> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<P: Pack<R>>(self) {
+        let side = SIDE + self.width - 1;
+        let mut rows = [P::splat(R::zero()); SIDE * SIDE];
+        for (i, &index) in self.behind.iter().enumerate() {
+            if index == NONE {
+                continue;
+            }
+            let start = index as usize * tile_len(self.width);
+            let tile = &self.tiles[start..start + tile_len(self.width)];
+            let [ox, oy, oz] = corner(i).map(|c| c as usize * SIDE);
+            for x in 0..SIDE.min(side - ox) {
+                for y in 0..SIDE.min(side - oy) {
+                    let at = ((ox + x) * side + oy + y) * TILE_ROW + 4 * oz;
+                    let row = P::load((&tile[at..at + LANES]).try_into().expect("sixteen numbers"));
+                    rows[x * SIDE + y] = rows[x * SIDE + y].add(row);
+                }
+            }
+        }
+        let (out, _) = self.nodes.as_flattened_mut().as_chunks_mut::<LANES>();
+        for (out, row) in out.iter_mut().zip(rows) {
+            *out = row.store();
+        }
+    }
+}

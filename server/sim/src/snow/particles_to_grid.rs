@@ -1,0 +1,235 @@
+//! Particles to grid: masses, momenta and impulses of internal forces on the nodes of one block.
+//!
+//! Reads particles in the order of the block; writes the block's tile. Stomakhin et al. 2013, steps
+//! 1 and 3: m_i = sum m w, m_i v_i = sum m w (v + C (x_i - x_p)), and f_i = -sum V0 tau grad w, or
+//! -sum V0 D^-1 tau w (x_i - x_p) with the affine field (Hu et al. 2018, eq. 16).
+//!
+//! Sixteen particles at a time make their coefficients; then one particle at a time adds to rows of
+//! four nodes along z, four numbers a node. A cell's rows stay in registers until its last particle.
+
+use super::{
+    grid::{CELLS, SIDE, TILE_ROW},
+    particles::{Group, Particles, read},
+    scheme::Scheme,
+    weight::{AxisWeights, axis_weights},
+};
+use crate::math::{LANES, Pack, Real};
+
+/// What does not change from block to block.
+#[derive(Clone, Copy)]
+pub(super) struct Scatter<R> {
+    /// 1 / h (1/m).
+    pub(super) inverse_cell: R,
+    /// h (m).
+    pub(super) cell: R,
+    /// Time step (s).
+    pub(super) dt: R,
+    /// h² / D of the kernel.
+    pub(super) inverse_moment: R,
+}
+
+/// The particles of a block, sorted by cell.
+#[derive(Clone, Copy)]
+pub(super) struct BlockParticles<'a> {
+    pub(super) order: &'a [u32],
+    /// Where each cell begins in `order`, and the end.
+    pub(super) cells: &'a [u32; CELLS + 1],
+}
+
+/// Coefficients of sixteen particles, one quad or one number each.
+struct Coefficients<R> {
+    /// Momentum at the first node, and mass.
+    base: [[R; 4]; LANES],
+    /// Change of momentum from node to node along each axis.
+    along: [[[R; 4]; LANES]; 3],
+    /// Columns of -dt V0 tau / h.
+    force: [[[R; 4]; LANES]; 3],
+    /// Weights along z.
+    wz: [[R; 4]; LANES],
+    /// Slopes along z.
+    dz: [[R; 4]; LANES],
+    /// w_x w_y of each row; and with the slope along x, along y.
+    rows: [[[R; LANES]; 16]; 3],
+}
+
+impl<R: Real> Coefficients<R> {
+    fn new() -> Self {
+        let quads = [[R::zero(); 4]; LANES];
+        let rows = [[R::zero(); LANES]; 16];
+        Self { base: quads, along: [quads; 3], force: [quads; 3], wz: quads, dz: quads, rows: [rows; 3] }
+    }
+}
+
+impl<R: Real> Scatter<R> {
+    /// Fills a block's tile, and the tile of impulses where they are kept apart.
+    #[inline(always)]
+    pub(super) fn block<P: Pack<R>, S: Scheme, const N: usize>(
+        &self,
+        particles: &Particles<R>,
+        block: BlockParticles<'_>,
+        tile: &mut [R],
+        impulses: &mut [R],
+    ) {
+        tile.fill(R::zero());
+        impulses.fill(R::zero());
+        let mut c = Coefficients::new();
+        let zero = P::splat(R::zero());
+        let (mut sums, mut forces) = ([[zero; N]; N], [[zero; N]; N]);
+        let (mut cell, mut cell_end) = (0, 0);
+        for first in (0..block.order.len()).step_by(LANES) {
+            let group = Group::of(&block.order[first..]);
+            self.prepare::<P, S, N>(particles, &group, &mut c);
+            for lane in 0..group.count {
+                if first + lane >= cell_end {
+                    flush::<R, P, N>(&mut sums, tile, cell);
+                    if S::APART {
+                        flush::<R, P, N>(&mut forces, impulses, cell);
+                    }
+                    while block.cells[cell + 1] as usize <= first + lane {
+                        cell += 1;
+                    }
+                    cell_end = block.cells[cell + 1] as usize;
+                }
+                add::<R, P, S, N>(&c, lane, &mut sums, &mut forces);
+            }
+        }
+        flush::<R, P, N>(&mut sums, tile, cell);
+        if S::APART {
+            flush::<R, P, N>(&mut forces, impulses, cell);
+        }
+    }
+
+    /// Coefficients of a group.
+    #[inline(always)]
+    fn prepare<P: Pack<R>, S: Scheme, const N: usize>(
+        &self,
+        particles: &Particles<R>,
+        group: &Group,
+        out: &mut Coefficients<R>,
+    ) {
+        let zero = P::splat(R::zero());
+        let [x, y, z, m] = read::<R, P, 0>(&particles.motion, group);
+        let [vx, vy, vz, _] = read::<R, P, 1>(&particles.motion, group);
+        let [zy, zz, sxx, syy] = read::<R, P, 0>(&particles.stress, group);
+        let [szz, sxy, sxz, syz] = read::<R, P, 1>(&particles.stress, group);
+        let scale = P::splat(self.inverse_cell);
+        let axes = [
+            axis_weights::<R, P, N>(x.mul(scale)),
+            axis_weights::<R, P, N>(y.mul(scale)),
+            axis_weights::<R, P, N>(z.mul(scale)),
+        ];
+        // Columns of tau, each along the nodes of one axis.
+        let tau = [[sxx, sxy, sxz], [sxy, syy, syz], [sxz, syz, szz]];
+        let mut base = [vx.mul(m), vy.mul(m), vz.mul(m)];
+        if S::AFFINE {
+            let [_, xx, xy, xz] = read::<R, P, 0>(&particles.affine, group);
+            let [yx, yy, yz, zx] = read::<R, P, 1>(&particles.affine, group);
+            let columns = [[xx, yx, zx], [xy, yy, zy], [xz, yz, zz]];
+            let inertia = m.mul(P::splat(self.cell));
+            let impulse = P::splat(R::zero() - self.dt * self.inverse_moment * self.inverse_cell);
+            for axis in 0..3 {
+                let mut step = [zero; 3];
+                for k in 0..3 {
+                    step[k] = columns[axis][k].mul(inertia);
+                    if !S::SLOPES {
+                        step[k] = step[k].add(tau[axis][k].mul(impulse));
+                    }
+                    base[k] = base[k].sub(step[k].mul(axes[axis].offset));
+                }
+                out.along[axis] = P::rows([step[0], step[1], step[2], zero]);
+            }
+        }
+        out.base = P::rows([base[0], base[1], base[2], m]);
+        out.wz = P::rows(axes[2].w);
+        if S::SLOPES {
+            out.dz = P::rows(axes[2].d);
+            let impulse = P::splat(R::zero() - self.dt * self.inverse_cell);
+            for axis in 0..3 {
+                let [a, b, c] = tau[axis];
+                out.force[axis] = P::rows([a.mul(impulse), b.mul(impulse), c.mul(impulse), zero]);
+            }
+        }
+        row_weights::<R, P, S, N>(&axes, &mut out.rows);
+    }
+}
+
+/// Products of weights along x and y.
+#[inline(always)]
+fn row_weights<R: Real, P: Pack<R>, S: Scheme, const N: usize>(
+    axes: &[AxisWeights<P>; 3],
+    rows: &mut [[[R; LANES]; 16]; 3],
+) {
+    for i in 0..N {
+        for j in 0..N {
+            rows[0][i * N + j] = axes[0].w[i].mul(axes[1].w[j]).store();
+            if S::SLOPES {
+                rows[1][i * N + j] = axes[0].d[i].mul(axes[1].w[j]).store();
+                rows[2][i * N + j] = axes[0].w[i].mul(axes[1].d[j]).store();
+            }
+        }
+    }
+}
+
+/// Adds what one particle gives to the rows of its cell.
+#[inline(always)]
+fn add<R: Real, P: Pack<R>, S: Scheme, const N: usize>(
+    c: &Coefficients<R>,
+    lane: usize,
+    sums: &mut [[P; N]; N],
+    forces: &mut [[P; N]; N],
+) {
+    let wz = P::spread(&c.wz[lane]);
+    let steps = P::spread(&[R::zero(), R::one(), R::of(2.0), R::of(3.0)]);
+    let mut row = wz.mul(P::repeat(&c.base[lane]));
+    let (mut along_x, mut along_y) = (row, row);
+    if S::AFFINE {
+        row = wz.mul(P::repeat(&c.base[lane]).add(steps.mul(P::repeat(&c.along[2][lane]))));
+        along_x = wz.mul(P::repeat(&c.along[0][lane]));
+        along_y = wz.mul(P::repeat(&c.along[1][lane]));
+    }
+    let (mut fx, mut fy, mut fz) = (row, row, row);
+    if S::SLOPES {
+        fx = wz.mul(P::repeat(&c.force[0][lane]));
+        fy = wz.mul(P::repeat(&c.force[1][lane]));
+        fz = P::spread(&c.dz[lane]).mul(P::repeat(&c.force[2][lane]));
+    }
+    if S::SLOPES && !S::APART {
+        row = row.add(fz);
+    }
+    for i in 0..N {
+        let mut value = row;
+        for j in 0..N {
+            let weight = P::splat(c.rows[0][i * N + j][lane]);
+            sums[i][j] = sums[i][j].add(weight.mul(value));
+            if S::SLOPES {
+                let (by_x, by_y) = (c.rows[1][i * N + j][lane], c.rows[2][i * N + j][lane]);
+                let slopes = P::splat(by_x).mul(fx).add(P::splat(by_y).mul(fy));
+                if S::APART {
+                    forces[i][j] = forces[i][j].add(slopes.add(weight.mul(fz)));
+                } else {
+                    sums[i][j] = sums[i][j].add(slopes);
+                }
+            }
+            if S::AFFINE {
+                value = value.add(along_y);
+            }
+        }
+        if S::AFFINE {
+            row = row.add(along_x);
+        }
+    }
+}
+
+/// Adds a cell's rows to the tile and clears them.
+#[inline(always)]
+fn flush<R: Real, P: Pack<R>, const N: usize>(sums: &mut [[P; N]; N], tile: &mut [R], cell: usize) {
+    let [x, y, z] = [cell / (SIDE * SIDE), cell / SIDE % SIDE, cell % SIDE];
+    for i in 0..N {
+        for j in 0..N {
+            let start = ((x + i) * (SIDE + N - 1) + y + j) * TILE_ROW + 4 * z;
+            let row: &mut [R; LANES] = (&mut tile[start..start + LANES]).try_into().expect("sixteen numbers");
+            *row = P::load(row).add(sums[i][j]).store();
+            sums[i][j] = P::splat(R::zero());
+        }
+    }
+}

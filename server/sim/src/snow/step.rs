@@ -1,0 +1,403 @@
+//! One step of the snow, in the paper's order (Stomakhin et al. 2013, section 4).
+//!
+//! Reads particles in sorted order; writes them after the step, with the bound on the next one. A
+//! step that would diverge is refused before it touches a particle: velocities on the grid decide,
+//! and a particle whose nodes are finite and move by less than a cell stays finite.
+
+use std::marker::PhantomData;
+
+use rayon::prelude::*;
+
+use super::{
+    Advection, Blend, Kernel as Spline, SnowSettings, Transfer,
+    bound::Extremes,
+    constitutive::Coefficients,
+    grid::{Grid, SIDE, block_of, tile_len},
+    grid_to_particles::{TILE, assemble, gather},
+    grid_update::{GridFigures, GridStep},
+    particles::{Group, Particles},
+    particles_to_grid::{BlockParticles, Scatter},
+    scheme::{ApicScheme, FlipScheme, MlsScheme, Scheme},
+    sort::Sorter,
+    update::{Arrival, BlockFigures, Deformation, Planes, Tally, Update, constants, motion},
+    weight::axis_weights,
+};
+use crate::{
+    collide::{Collider, velocity_after},
+    math::{Kernel, LANES, Pack, Real, dispatch},
+    report::{Stage, Stopwatch},
+};
+
+/// Whether forces are mixed with momenta on the nodes, or kept apart.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Forces {
+    /// One tile.
+    Fused,
+    /// Two tiles.
+    Apart,
+}
+
+/// Snow on its grid: what a step works on.
+#[derive(Debug)]
+pub(super) struct Engine<R: Real> {
+    pub(super) settings: SnowSettings,
+    pub(super) coefficients: Vec<Coefficients<R>>,
+    pub(super) particles: Particles<R>,
+    pub(super) sorter: Sorter,
+    pub(super) grid: Grid<R>,
+    /// Of each block of particles after the last step.
+    pub(super) figures: Vec<BlockFigures>,
+    pub(super) extremes: Extremes,
+    pub(super) grid_figures: GridFigures,
+    block_figures: Vec<GridFigures>,
+    /// Smallest mass of a particle (kg).
+    pub(super) least_mass: f64,
+    /// First nodes, for sorting from nothing.
+    pub(super) first_nodes: Vec<[i32; 3]>,
+    /// A quad of each particle while places are renewed.
+    pub(super) spare: Vec<[R; 4]>,
+    /// Whether a particle went further than a block in the last step.
+    pub(super) strayed: bool,
+}
+
+/// What surrounds one step of the snow.
+#[derive(Clone, Copy)]
+pub(super) struct StepContext<'a> {
+    pub(super) dt: f64,
+    /// Time at the end of the step (s).
+    pub(super) time: f64,
+    pub(super) gravity: [f64; 3],
+    pub(super) colliders: &'a [Collider],
+}
+
+/// The same expression for the transfer and kernel of the settings.
+macro_rules! with_scheme {
+    ($settings:expr, ($scheme:ident, $width:ident) => $body:expr) => {{
+        macro_rules! of {
+            ($s:ty, $n:literal) => {{
+                type $scheme = $s;
+                const $width: usize = $n;
+                $body
+            }};
+        }
+        match ($settings.transfer, $settings.kernel) {
+            (Transfer::PicFlip(_), Spline::Linear) => of!(FlipScheme, 2),
+            (Transfer::PicFlip(_), Spline::Quadratic) => of!(FlipScheme, 3),
+            (Transfer::PicFlip(_), Spline::Cubic) => of!(FlipScheme, 4),
+            (Transfer::Apic, Spline::Cubic) => of!(ApicScheme, 4),
+            (Transfer::Apic, _) => of!(ApicScheme, 3),
+            (Transfer::Mls, Spline::Cubic) => of!(MlsScheme, 4),
+            (Transfer::Mls, _) => of!(MlsScheme, 3),
+        }
+    }};
+}
+
+impl<R: Real> Engine<R> {
+    pub(super) fn new(
+        settings: SnowSettings,
+        coefficients: Vec<Coefficients<R>>,
+        particles: Particles<R>,
+    ) -> Self {
+        let masses = (0..particles.len()).map(|at| particles.mass(at).to_f64());
+        Self {
+            settings,
+            coefficients,
+            least_mass: masses.fold(f64::INFINITY, f64::min),
+            particles,
+            sorter: Sorter::default(),
+            grid: Grid::default(),
+            figures: Vec::new(),
+            extremes: Extremes::default(),
+            grid_figures: GridFigures::default(),
+            block_figures: Vec::new(),
+            first_nodes: Vec::new(),
+            spare: Vec::new(),
+            strayed: false,
+        }
+    }
+
+    /// Momenta, masses and impulses to the grid, and velocities from them.
+    pub(super) fn to_grid(&mut self, context: &StepContext<'_>, watch: &mut impl Stopwatch) -> GridFigures {
+        let width = self.settings.kernel.width();
+        let forces = self.forces();
+        self.grid.size_for(width, forces);
+        with_scheme!(self.settings, (S, N) => self.scatter::<S, N>(context.dt));
+        watch.lap(Stage::ParticlesToGrid);
+        let step = GridStep {
+            width,
+            forces,
+            dt: context.dt,
+            time: context.time,
+            cell: self.settings.cell,
+            gravity: context.gravity,
+            colliders: context.colliders,
+            least_mass: self.least_mass * R::ROUNDING * R::ROUNDING,
+        };
+        self.grid_figures = step.run(&mut self.grid, &mut self.block_figures);
+        watch.lap(Stage::GridUpdate);
+        self.grid_figures
+    }
+
+    /// Velocities back to particles, deformation, positions; then the new order.
+    pub(super) fn to_particles(&mut self, context: &StepContext<'_>, watch: &mut impl Stopwatch) {
+        with_scheme!(self.settings, (S, N) => self.gather::<S, N>(context));
+        watch.lap(Stage::GridToParticles);
+        self.extremes = self.figures.iter().fold(Extremes::default(), |all, block| all.max(block.extremes));
+        let periodic = self.settings.periodic;
+        self.strayed = !self.sorter.renew(&self.particles.id, &mut self.grid, periodic);
+        if self.strayed {
+            self.sort_anew();
+        }
+        if 4 * self.sorter.moved > self.particles.len() {
+            self.renew_places();
+        }
+        watch.lap(Stage::Sort);
+    }
+
+    fn forces(&self) -> Forces {
+        if matches!(self.settings.transfer, Transfer::PicFlip(_)) { Forces::Apart } else { Forces::Fused }
+    }
+
+    fn scatter<S: Scheme, const N: usize>(&mut self, dt: f64) {
+        let Self { settings, particles, sorter, grid, .. } = self;
+        let h = settings.cell;
+        let scatter = Scatter {
+            inverse_cell: R::of(1.0 / h),
+            cell: R::of(h),
+            dt: R::of(dt),
+            inverse_moment: R::of(settings.kernel.inverse_moment()),
+        };
+        let (count, len) = (grid.blocks.len(), tile_len(N));
+        let particles = &*particles;
+        let block = |b: usize| BlockParticles {
+            order: &sorter.order[sorter.starts[b] as usize..sorter.starts[b + 1] as usize],
+            cells: &sorter.cells[b],
+        };
+        let tiles = grid.tiles[..count * len].par_chunks_mut(len).enumerate();
+        if S::APART {
+            let impulses = grid.impulses[..count * len].par_chunks_mut(len);
+            tiles.zip(impulses).for_each(|((b, tile), impulses)| {
+                dispatch(ScatterBlock::<R, S, N> {
+                    scatter,
+                    particles,
+                    block: block(b),
+                    tile,
+                    impulses,
+                    scheme: PhantomData,
+                });
+            });
+        } else {
+            tiles.for_each(|(b, tile)| {
+                let impulses = &mut [];
+                dispatch(ScatterBlock::<R, S, N> {
+                    scatter,
+                    particles,
+                    block: block(b),
+                    tile,
+                    impulses,
+                    scheme: PhantomData,
+                });
+            });
+        }
+    }
+
+    fn gather<S: Scheme, const N: usize>(&mut self, context: &StepContext<'_>) {
+        let Self { settings, coefficients, particles, sorter, grid, figures, .. } = self;
+        let h = settings.cell;
+        let gather = Gather {
+            inverse_cell: R::of(1.0 / h),
+            inverse_moment: R::of(settings.kernel.inverse_moment() / h),
+            inverse_volume: R::of(1.0 / (h * h * h)),
+            flip: R::of(flip_share(settings.transfer, context.dt)),
+            advection: settings.advection,
+        };
+        let (planes, fixed, _, object) = particles.planes();
+        let (order, starts, cells, departures) = sorter.depart(settings.periodic);
+        figures.resize(grid.blocks.len(), BlockFigures::default());
+        let (nodes, changes) = (grid.nodes.as_slice(), grid.changes.as_slice());
+        let blocks = (&mut figures[..], &grid.blocks, &grid.in_front).into_par_iter().enumerate();
+        blocks.for_each(|(b, (figures, &key, in_front))| {
+            let mut tiles = [[R::zero(); TILE], [R::zero(); TILE]];
+            assemble::<R, N>(nodes, in_front, &mut tiles[0]);
+            if S::APART {
+                assemble::<R, N>(changes, in_front, &mut tiles[1]);
+            }
+            let list = &order[starts[b] as usize..starts[b + 1] as usize];
+            let block = BlockParticles { order: list, cells: &cells[b] };
+            let place = block_of(key);
+            let near = particles_near(context, place, h);
+            let (mut tally, mut arrival, mut cell) = (Tally::new(), Arrival::new(), 0);
+            let mut first = [[R::zero(); LANES]; 3];
+            for start in (0..list.len()).step_by(LANES) {
+                let group = Group::of(&list[start..]);
+                dispatch(GatherGroup::<R, S, N> {
+                    gather,
+                    planes: &planes,
+                    group: &group,
+                    tiles: [&tiles[0], &tiles[1]],
+                    block,
+                    start,
+                    cell: &mut cell,
+                    arrival: &mut arrival,
+                    scheme: PhantomData,
+                });
+                if near {
+                    collide(context, &planes, &group, &mut arrival);
+                }
+                let (fixed, object) = constants(fixed, object, &group);
+                dispatch(Update {
+                    group: &group,
+                    arrival: &arrival,
+                    planes: &planes,
+                    coefficients,
+                    fixed,
+                    object,
+                    dt: R::of(context.dt),
+                    inverse_cell: gather.inverse_cell,
+                    ballistic_below: R::of(settings.ballistic_below),
+                    deformation: Deformation::Step,
+                    width: N,
+                    tally: &mut tally,
+                    first: &mut first,
+                });
+                for lane in 0..group.count {
+                    let node = [first[0][lane], first[1][lane], first[2][lane]].map(Real::to_f64);
+                    departures.note(group.at[lane], place, node);
+                }
+            }
+            *figures = tally.finish();
+        });
+    }
+}
+
+/// Share of FLIP in a step.
+fn flip_share(transfer: Transfer, dt: f64) -> f64 {
+    match transfer {
+        Transfer::PicFlip(Blend::PerStep(share)) => share,
+        Transfer::PicFlip(Blend::TimeConstant(tau)) => libm::exp(-dt / tau),
+        Transfer::Apic | Transfer::Mls => 0.0,
+    }
+}
+
+struct ScatterBlock<'a, R: Real, S, const N: usize> {
+    scatter: Scatter<R>,
+    particles: &'a Particles<R>,
+    block: BlockParticles<'a>,
+    tile: &'a mut [R],
+    impulses: &'a mut [R],
+    scheme: PhantomData<S>,
+}
+
+impl<R: Real, S: Scheme, const N: usize> Kernel<R> for ScatterBlock<'_, R, S, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<P: Pack<R>>(self) {
+        self.scatter.block::<P, S, N>(self.particles, self.block, self.tile, self.impulses);
+    }
+}
+
+/// What does not change from group to group.
+#[derive(Clone, Copy)]
+struct Gather<R> {
+    inverse_cell: R,
+    /// h / D (1/m).
+    inverse_moment: R,
+    inverse_volume: R,
+    flip: R,
+    advection: Advection,
+}
+
+struct GatherGroup<'a, 'b, R: Real, S, const N: usize> {
+    gather: Gather<R>,
+    planes: &'a Planes<'b, R>,
+    group: &'a Group,
+    tiles: [&'a [R; TILE]; 2],
+    block: BlockParticles<'a>,
+    start: usize,
+    cell: &'a mut usize,
+    arrival: &'a mut Arrival<R>,
+    scheme: PhantomData<S>,
+}
+
+impl<R: Real, S: Scheme, const N: usize> Kernel<R> for GatherGroup<'_, '_, R, S, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<P: Pack<R>>(self) {
+        let Gather { inverse_cell, inverse_moment, inverse_volume, flip, advection } = self.gather;
+        let [[x, y, z, _], [vx, vy, vz, _]] = motion::<R, P>(self.planes, self.group);
+        let scale = P::splat(inverse_cell);
+        let axes = [
+            axis_weights::<R, P, N>(x.mul(scale)),
+            axis_weights::<R, P, N>(y.mul(scale)),
+            axis_weights::<R, P, N>(z.mul(scale)),
+        ];
+        let range = [self.start, self.group.count];
+        let sums = gather::<R, P, S, N>(self.tiles, self.block, range, self.cell, &axes);
+        self.arrival.density = sums.v[3].mul(P::splat(inverse_volume)).store();
+        let moment = P::splat(inverse_moment);
+        for axis in 0..3 {
+            for k in 0..3 {
+                let mut value = sums.slopes[axis][k].mul(scale);
+                if S::SLOPES {
+                    self.arrival.gradient[axis][k] = value.store();
+                }
+                if S::AFFINE {
+                    value = sums.moments[axis][k].sub(axes[axis].offset.mul(sums.v[k])).mul(moment);
+                }
+                self.arrival.affine[axis][k] = value.store();
+                if !S::SLOPES {
+                    self.arrival.gradient[axis][k] = value.store();
+                }
+            }
+        }
+        let old = [vx, vy, vz];
+        let (flip, pic) = (P::splat(flip), P::splat(R::one() - flip));
+        for k in 0..3 {
+            let mut v = sums.v[k];
+            if S::APART {
+                v = pic.mul(v).add(flip.mul(old[k].add(sums.change[k])));
+            }
+            self.arrival.v[k] = v.store();
+            let own = advection == Advection::Particle;
+            self.arrival.drift[k] = if own { v.store() } else { sums.v[k].store() };
+        }
+    }
+}
+
+/// Whether a particle of a block may meet a collider.
+fn particles_near(context: &StepContext<'_>, block: [i32; 3], h: f64) -> bool {
+    let center = block.map(|c| (f64::from(c * SIDE as i32) + 2.75) * h);
+    // Half a block, the offset of a first node, and a cell on the way.
+    let radius = 3.75 * 3.0_f64.sqrt() * h;
+    context.colliders.iter().any(|c| c.distance(center, context.time).0 <= radius + c.margin)
+}
+
+/// Lets velocities of particles answer to colliders where they would enter one (step 9).
+fn collide<R: Real>(
+    context: &StepContext<'_>,
+    planes: &Planes<'_, R>,
+    group: &Group,
+    arrival: &mut Arrival<R>,
+) {
+    let [[x, y, z, _], _] =
+        motion::<R, crate::math::Portable<R>>(planes, group).map(|quad| quad.map(Pack::store));
+    for lane in 0..group.count {
+        for collider in context.colliders {
+            let at: [f64; 3] =
+                [0, 1, 2].map(|k| [x, y, z][k][lane].to_f64() + context.dt * arrival.drift[k][lane].to_f64());
+            let (distance, normal) = collider.distance(at, context.time);
+            if distance >= collider.margin {
+                continue;
+            }
+            let before = [0, 1, 2].map(|k| arrival.v[k][lane].to_f64());
+            let after: [f64; 3] = velocity_after(collider, before, normal);
+            for k in 0..3 {
+                arrival.v[k][lane] = R::of(after[k]);
+                let drift = arrival.drift[k][lane].to_f64() + (after[k] - before[k]);
+                arrival.drift[k][lane] = R::of(drift);
+            }
+        }
+    }
+}

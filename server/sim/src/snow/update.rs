@@ -1,0 +1,315 @@
+//! Particles of one group after the grid: positions, deformation, stress; and where they go.
+//!
+//! Reads what a group gathered; writes the particles, their extremes and the node that each begins
+//! at (Stomakhin et al. 2013, steps 7, 8 and 10).
+
+use super::{
+    bound::Extremes,
+    constitutive::{Coefficients, Moduli},
+    deform::{Deformed, deform, predict, stiffness_of, undeformed},
+    particles::{Group, Pair, Particles, write},
+    step::Engine,
+    weight::first_node,
+};
+use crate::{
+    math::{Columns, Kernel, LANES, Pack, Portable, Real},
+    parallel::Disjoint,
+};
+
+/// A number a lane, in memory.
+pub(super) type Lane<R> = [R; LANES];
+
+/// What sixteen particles brought from the grid.
+#[derive(Clone, Copy)]
+pub(super) struct Arrival<R> {
+    /// New velocity (m/s).
+    pub(super) v: [Lane<R>; 3],
+    /// Velocity that moves the position (m/s).
+    pub(super) drift: [Lane<R>; 3],
+    /// C to be kept (1/s), by columns.
+    pub(super) affine: [[Lane<R>; 3]; 3],
+    /// Velocity gradient (1/s), by columns.
+    pub(super) gradient: [[Lane<R>; 3]; 3],
+    /// Mass on the grid around the particle over h³ (kg/m³).
+    pub(super) density: Lane<R>,
+}
+
+impl<R: Real> Arrival<R> {
+    pub(super) fn new() -> Self {
+        let zero = [R::zero(); LANES];
+        Self {
+            v: [zero; 3],
+            drift: [zero; 3],
+            affine: [[zero; 3]; 3],
+            gradient: [[zero; 3]; 3],
+            density: zero,
+        }
+    }
+}
+
+/// Planes that a step writes.
+pub(super) struct Planes<'a, R> {
+    pub(super) motion: Disjoint<'a, Pair<R>>,
+    pub(super) shape: Disjoint<'a, Pair<R>>,
+    pub(super) affine: Disjoint<'a, Pair<R>>,
+    pub(super) stress: Disjoint<'a, Pair<R>>,
+}
+
+/// Sums and extremes over the particles of a block, a number a lane.
+#[derive(Clone, Copy)]
+pub(super) struct Tally<R> {
+    /// As in [`Extremes`].
+    extremes: [Lane<R>; 5],
+    /// Smallest and largest J_P.
+    jp: [Lane<R>; 2],
+    /// Yielded, clamped, inverted, ballistic.
+    counts: [Lane<R>; 4],
+}
+
+/// The same after the last group.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct BlockFigures {
+    pub(super) extremes: Extremes,
+    pub(super) jp: [f64; 2],
+    /// Yielded, clamped, inverted, ballistic.
+    pub(super) counts: [u32; 4],
+}
+
+impl<R: Real> Tally<R> {
+    pub(super) fn new() -> Self {
+        let (zero, largest) = ([R::zero(); LANES], [R::of(R::LARGEST); LANES]);
+        let lowest = [R::of(-R::LARGEST); LANES];
+        Self { extremes: [zero; 5], jp: [largest, lowest], counts: [zero; 4] }
+    }
+
+    pub(super) fn finish(&self) -> BlockFigures {
+        let greatest = |lanes: &Lane<R>| lanes.iter().fold(f64::NEG_INFINITY, |most, x| most.max(x.to_f64()));
+        let least = |lanes: &Lane<R>| lanes.iter().fold(f64::INFINITY, |least, x| least.min(x.to_f64()));
+        let [wave2, alone2, speed2, gradient2, stretch2] = self.extremes.each_ref().map(greatest);
+        let count = |lanes: &Lane<R>| lanes.iter().map(|x| x.to_f64() as u32).sum();
+        BlockFigures {
+            extremes: Extremes { wave2, alone2, speed2, gradient2, stretch2 },
+            jp: [least(&self.jp[0]), greatest(&self.jp[1])],
+            counts: self.counts.each_ref().map(count),
+        }
+    }
+}
+
+/// What to do with the deformation.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Deformation {
+    /// Predict, return, renew the stress.
+    Step,
+    /// Leave F_E and J_P as they are; renew the stress.
+    Refresh,
+}
+
+/// One group's update.
+pub(super) struct Update<'a, 'b, R> {
+    pub(super) group: &'a Group,
+    pub(super) arrival: &'a Arrival<R>,
+    pub(super) planes: &'a Planes<'b, R>,
+    pub(super) coefficients: &'a [Coefficients<R>],
+    /// Volume and stiffness factor, and object, of each lane.
+    pub(super) fixed: [Lane<R>; 2],
+    pub(super) object: [u16; LANES],
+    /// Time step (s); 1 / h (1/m); density on the grid over own, below which a particle is ballistic.
+    pub(super) dt: R,
+    pub(super) inverse_cell: R,
+    pub(super) ballistic_below: R,
+    pub(super) deformation: Deformation,
+    /// Nodes an axis of the kernel.
+    pub(super) width: usize,
+    pub(super) tally: &'a mut Tally<R>,
+    /// First nodes of the particles where they now are.
+    pub(super) first: &'a mut [Lane<R>; 3],
+}
+
+/// Reads the pair of each particle of a group.
+#[inline(always)]
+#[allow(unsafe_code, reason = "the particles of a group belong to one block")]
+fn pair<R: Real, P: Pack<R>>(plane: &Disjoint<'_, Pair<R>>, group: &Group) -> [[P; 4]; 2] {
+    let mut quads = [[[R::zero(); 4]; LANES]; 2];
+    for lane in 0..LANES {
+        // SAFETY: the sorted order names each particle once, and a block is worked on by one thread.
+        let pair = unsafe { *plane.slot(group.at[lane] as usize) };
+        (quads[0][lane], quads[1][lane]) = (pair[0], pair[1]);
+    }
+    [P::columns(&quads[0]), P::columns(&quads[1])]
+}
+
+#[inline(always)]
+fn load3<R: Real, P: Pack<R>>(lanes: &[Lane<R>; 3]) -> [P; 3] {
+    [P::load(&lanes[0]), P::load(&lanes[1]), P::load(&lanes[2])]
+}
+
+#[inline(always)]
+fn load9<R: Real, P: Pack<R>>(lanes: &[[Lane<R>; 3]; 3]) -> [[P; 3]; 3] {
+    [load3(&lanes[0]), load3(&lanes[1]), load3(&lanes[2])]
+}
+
+impl<R: Real> Kernel<R> for Update<'_, '_, R> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<P: Pack<R>>(self) {
+        let zero = P::splat(R::zero());
+        let dt = P::splat(self.dt);
+        let [[x, y, z, m], [_, _, _, jp]] = pair::<R, P>(&self.planes.motion, self.group);
+        let [[xx, xy, xz, yx], [yy, yz, zx, zy]] = pair::<R, P>(&self.planes.shape, self.group);
+        let [[zz, ..], _] = pair::<R, P>(&self.planes.affine, self.group);
+        let f = [[xx, yx, zx], [xy, yy, zy], [xz, yz, zz]];
+        let (v, drift) = (load3::<R, P>(&self.arrival.v), load3::<R, P>(&self.arrival.drift));
+        let (c, gradient) = (load9::<R, P>(&self.arrival.affine), load9::<R, P>(&self.arrival.gradient));
+        let (volume, factor) = (P::load(&self.fixed[0]), P::load(&self.fixed[1]));
+        let moduli = Moduli::gather(self.coefficients, &self.object, factor);
+        let position = [x.add(dt.mul(drift[0])), y.add(dt.mul(drift[1])), z.add(dt.mul(drift[2]))];
+
+        let new = match self.deformation {
+            Deformation::Step => deform(&predict(&f, &gradient, dt), jp, volume, &moduli),
+            Deformation::Refresh => undeformed(&f, jp, volume, &moduli),
+        };
+        // Density on the grid below a share of m / V0: nearly alone, no stress.
+        let own = m.mul(P::splat(self.ballistic_below));
+        let ballistic = P::load(&self.arrival.density).mul(volume).if_less(own, P::splat(R::one()), zero);
+        let mut s = new.volume_stress;
+        for k in 0..6 {
+            s[k] = zero.if_less(ballistic, zero, s[k]);
+        }
+        let e = &new.elastic;
+        write(
+            &self.planes.motion,
+            self.group,
+            [[position[0], position[1], position[2], m], [v[0], v[1], v[2], new.plastic_ratio]],
+        );
+        write(
+            &self.planes.shape,
+            self.group,
+            [[e[0][0], e[1][0], e[2][0], e[0][1]], [e[1][1], e[2][1], e[0][2], e[1][2]]],
+        );
+        write(
+            &self.planes.affine,
+            self.group,
+            [[e[2][2], c[0][0], c[1][0], c[2][0]], [c[0][1], c[1][1], c[2][1], c[0][2]]],
+        );
+        write(&self.planes.stress, self.group, [[c[1][2], c[2][2], s[0], s[1]], [s[2], s[3], s[4], s[5]]]);
+        let counts = [new.yielded, new.clamped, new.inverted, ballistic];
+        tally(self.tally, self.group.count, &new, &v, &c, [volume, m], &moduli, counts);
+        let scale = P::splat(self.inverse_cell);
+        for axis in 0..3 {
+            let at = position[axis].mul(scale);
+            let node = match self.width {
+                2 => first_node::<R, P, 2>(at),
+                3 => first_node::<R, P, 3>(at),
+                _ => first_node::<R, P, 4>(at),
+            };
+            self.first[axis] = node.store();
+        }
+    }
+}
+
+/// What bounds the next step, from what is stored: F_E and C by columns, volume over mass.
+#[inline(always)]
+fn extremes<R: Real, P: Pack<R>>(
+    f: &Columns<P>,
+    jp: P,
+    v: &[P; 3],
+    c: &Columns<P>,
+    specific: P,
+    moduli: &Moduli<P>,
+) -> [P; 5] {
+    let ([wave, alone], stretch2) = stiffness_of(f, jp, moduli);
+    let speed2 = v[0].mul(v[0]).add(v[1].mul(v[1])).add(v[2].mul(v[2]));
+    let mut gradient2 = P::splat(R::zero());
+    for axis in 0..3 {
+        for k in 0..3 {
+            gradient2 = gradient2.add(c[axis][k].mul(c[axis][k]));
+        }
+    }
+    [wave.mul(specific), alone.mul(specific), speed2, gradient2, stretch2]
+}
+
+impl<R: Real> Engine<R> {
+    /// The extremes of one particle, as a step has them.
+    pub(super) fn extremes_of(&self, group: &Group) -> Extremes {
+        let particles = &self.particles;
+        let at = group.at[0] as usize;
+        let lane = |value: R| Portable::splat(value);
+        let columns = |rows: [[R; 3]; 3]| [0, 1, 2].map(|k| [0, 1, 2].map(|row| lane(rows[row][k])));
+        let (fixed, object) = constants(&particles.fixed, &particles.object, group);
+        let moduli = Moduli::gather(&self.coefficients, &object, Portable::load(&fixed[1]));
+        let values = extremes(
+            &columns(particles.elastic(at)),
+            lane(particles.plastic_ratio(at)),
+            &particles.v(at).map(lane),
+            &columns(particles.affine(at)),
+            lane(fixed[0][0]).div(lane(particles.mass(at))),
+            &moduli,
+        );
+        let [wave2, alone2, speed2, gradient2, stretch2] = values.map(|value| value.store()[0].to_f64());
+        Extremes { wave2, alone2, speed2, gradient2, stretch2 }
+    }
+}
+
+/// Adds a group to the tally: extremes from what is stored, so that a run restored from its
+/// particles takes the same steps.
+#[inline(always)]
+#[allow(clippy::too_many_arguments, reason = "lanes that are already in registers")]
+fn tally<R: Real, P: Pack<R>>(
+    tally: &mut Tally<R>,
+    count: usize,
+    new: &Deformed<P>,
+    v: &[P; 3],
+    c: &[[P; 3]; 3],
+    [volume, m]: [P; 2],
+    moduli: &Moduli<P>,
+    counts: [P; 4],
+) {
+    let values = extremes(&new.elastic, new.plastic_ratio, v, c, volume.div(m), moduli);
+    for k in 0..5 {
+        tally.extremes[k] = P::load(&tally.extremes[k]).max(values[k]).store();
+    }
+    tally.jp[0] = P::load(&tally.jp[0]).min(new.plastic_ratio).store();
+    tally.jp[1] = P::load(&tally.jp[1]).max(new.plastic_ratio).store();
+    let mut active = [R::zero(); LANES];
+    active[..count].fill(R::one());
+    let active = P::load(&active);
+    for k in 0..4 {
+        tally.counts[k] = P::load(&tally.counts[k]).add(counts[k].mul(active)).store();
+    }
+}
+
+impl<R: Real> Particles<R> {
+    /// Planes to be written by several threads, and what is only read.
+    pub(super) fn planes(&mut self) -> (Planes<'_, R>, &[[R; 2]], &[u32], &[u16]) {
+        let Self { motion, shape, affine, stress, fixed, id, object } = self;
+        let planes = Planes {
+            motion: Disjoint::new(motion),
+            shape: Disjoint::new(shape),
+            affine: Disjoint::new(affine),
+            stress: Disjoint::new(stress),
+        };
+        (planes, fixed, id, object)
+    }
+}
+
+/// Volumes, stiffness factors and objects of a group.
+pub(super) fn constants<R: Real>(
+    fixed: &[[R; 2]],
+    object: &[u16],
+    group: &Group,
+) -> ([Lane<R>; 2], [u16; LANES]) {
+    let (mut numbers, mut objects) = ([[R::zero(); LANES]; 2], [0; LANES]);
+    for lane in 0..LANES {
+        let at = group.at[lane] as usize;
+        [numbers[0][lane], numbers[1][lane]] = fixed[at];
+        objects[lane] = object[at];
+    }
+    (numbers, objects)
+}
+
+/// Positions, masses and velocities of a group.
+#[inline(always)]
+pub(super) fn motion<R: Real, P: Pack<R>>(planes: &Planes<'_, R>, group: &Group) -> [[P; 4]; 2] {
+    pair(&planes.motion, group)
+}
