@@ -2,10 +2,10 @@
 
 use super::{
     Integration, Kernel, SnowError, SnowSettings, SnowSetup, TimeStep, Transfer,
-    bound::{Extremes, smallest},
-    constitutive::Coefficients,
+    bound::{Worst, smallest},
     diagnose::SnowSums,
     particles::Particles,
+    response::Coefficients,
     setup::check,
     step::{Engine, StepContext},
 };
@@ -102,6 +102,7 @@ impl<R: Real> Snow<R> {
                 time: end - left + dt,
                 gravity: around.gravity,
                 colliders: around.colliders,
+                last: steps <= 1.0,
             };
             let grid = self.engine.to_grid(&context, watch);
             let moved = grid.speed2.sqrt() * dt / self.settings().cell;
@@ -168,7 +169,7 @@ impl<R: Real> Snow<R> {
         if value <= STRETCH {
             return Ok(());
         }
-        let particle = self.particle_of(|extremes| extremes.stretch2).unwrap_or_default();
+        let particle = self.worst().stretched();
         Err(StepFailure::Deformation { particle, value, limit: STRETCH })
     }
 
@@ -176,7 +177,7 @@ impl<R: Real> Snow<R> {
         let value = sums.diagnostics.kinetic_energy + sums.diagnostics.elastic_energy;
         match self.settings().max_energy {
             Some(limit) if !(value <= limit) => {
-                let particle = self.particle_of(|extremes| extremes.speed2).unwrap_or_default();
+                let particle = self.worst().fastest();
                 Err(StepFailure::Energy { particle, value, limit })
             }
             _ => Ok(()),
@@ -186,7 +187,7 @@ impl<R: Real> Snow<R> {
     /// What made a node too fast, or not finite.
     fn node_failure(&self, moved: f64, node: [i32; 3]) -> StepFailure {
         self.engine.not_finite().unwrap_or_else(|| StepFailure::NodeSpeed {
-            particle: self.particle_of(|extremes| extremes.speed2).unwrap_or_default(),
+            particle: self.worst().fastest(),
             node,
             value: moved,
             limit: MOVE,
@@ -229,16 +230,11 @@ impl<R: Real> Snow<R> {
 
     /// The particle that sets a bound.
     fn culprit(&self, kind: BoundKind) -> Option<u64> {
-        self.particle_of(|extremes| extremes.value(kind))
+        self.worst().of(kind)
     }
 
-    /// The first particle, in the user's numbering, of the greatest value.
-    fn particle_of(&self, value: impl Fn(&Extremes) -> f64) -> Option<u64> {
-        let greatest = value(&self.engine.extremes);
-        let blocks = self.engine.figures.iter().enumerate();
-        let blocks = blocks.filter(|(_, figures)| greatest > 0.0 && value(&figures.extremes) >= greatest);
-        let particles = blocks.flat_map(|(b, _)| self.engine.measured(b));
-        particles.filter(|(_, extremes)| value(extremes) >= greatest).map(|(id, _)| u64::from(id)).min()
+    fn worst(&self) -> Worst {
+        self.engine.worst.unwrap_or_else(|| self.engine.worst_of_all())
     }
 
     /// How it is stepped.

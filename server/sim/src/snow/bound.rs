@@ -3,8 +3,8 @@
 //! Reads extremes over particles, gathered block by block after each step; writes the largest dt,
 //! which bound binds, and the particle that sets it.
 
-use super::{Integration, Kernel, SnowSettings, Transfer};
-use crate::{collide::Collider, report::BoundKind};
+use super::{Integration, Kernel, SnowSettings, Transfer, step::Engine};
+use crate::{collide::Collider, math::Real, report::BoundKind};
 
 /// Cells that a particle may move in a step.
 const MOVE: f64 = 0.5;
@@ -37,15 +37,65 @@ impl Extremes {
         }
     }
 
-    /// What bounds dt by `kind`.
-    pub(super) fn value(&self, kind: BoundKind) -> f64 {
+    /// All of them, in a fixed order.
+    fn values(&self) -> [f64; 5] {
+        [self.wave2, self.alone2, self.speed2, self.gradient2, self.stretch2]
+    }
+}
+
+/// The particle of each extreme: the first, in the user's numbering, of the greatest value.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Worst([Option<u64>; 5]);
+
+impl Worst {
+    /// The particle that bounds dt by `kind`.
+    pub(super) fn of(&self, kind: BoundKind) -> Option<u64> {
         match kind {
-            BoundKind::ElasticWave => self.wave2,
-            BoundKind::IsolatedParticle => self.alone2,
-            BoundKind::ParticleSpeed => self.speed2,
-            BoundKind::VelocityGradient => self.gradient2,
-            BoundKind::ColliderSpeed | BoundKind::Fixed | BoundKind::Frame => 0.0,
+            BoundKind::ElasticWave => self.0[0],
+            BoundKind::IsolatedParticle => self.0[1],
+            BoundKind::ParticleSpeed => self.0[2],
+            BoundKind::VelocityGradient => self.0[3],
+            BoundKind::ColliderSpeed | BoundKind::Fixed | BoundKind::Frame => None,
         }
+    }
+
+    /// The fastest.
+    pub(super) fn fastest(&self) -> u64 {
+        self.0[2].unwrap_or_default()
+    }
+
+    /// The most stretched.
+    pub(super) fn stretched(&self) -> u64 {
+        self.0[4].unwrap_or_default()
+    }
+}
+
+impl<R: Real> Engine<R> {
+    /// Looks in the blocks whose figures have them, while these are the blocks' own.
+    pub(super) fn worst(&self) -> Worst {
+        let greatest = self.extremes.values();
+        let has = |own: [f64; 5]| (0..5).any(|k| greatest[k] > 0.0 && own[k] >= greatest[k]);
+        self.worst_in((0..self.figures.len()).filter(|b| has(self.figures[*b].extremes.values())))
+    }
+
+    /// Looks in all blocks.
+    pub(super) fn worst_of_all(&self) -> Worst {
+        self.worst_in(0..self.grid.blocks.len())
+    }
+
+    fn worst_in(&self, blocks: impl Iterator<Item = usize>) -> Worst {
+        let greatest = self.extremes.values();
+        let mut worst = Worst::default();
+        for b in blocks {
+            for (id, extremes) in self.measured(b) {
+                let values = extremes.values();
+                for k in (0..5).filter(|k| greatest[*k] > 0.0 && values[*k] >= greatest[*k]) {
+                    let id = u64::from(id);
+                    worst.0[k] = Some(worst.0[k].map_or(id, |other| other.min(id)));
+                }
+            }
+        }
+        worst
     }
 }
 

@@ -1,206 +1,125 @@
-//! The answer of a material: plastic return, hardening, stress, energy, stiffness.
+//! The laws one matrix at a time, in binary64: through the same kernels as a step.
 //!
-//! Reads singular values of the elastic deformation gradient and J_P; writes the returned singular
-//! values, J_P, V0-free Kirchhoff stress in the frame of U, and the energy density. Stomakhin et al.
-//! 2013, sections 4 and 5. Everything is in terms of singular values: no F^-T, no division by them,
-//! so singular and inverted F are ordinary.
+//! For tests, tools and the curious; a step works on sixteen particles at once.
 
-use super::{Law, Material, Plasticity};
-use crate::math::{LANES, Pack, Real, exp};
+use super::{
+    Material,
+    response::{
+        Coefficients, Moduli, Returned, energy_density as energy_of, hardened, plastic_return,
+        principal_stress,
+    },
+    tangent::piola_change,
+};
+use crate::math::{Columns, LANES, Mat3, Pack, Portable, Svd, svd};
 
-/// Materials of a pack's lanes.
-#[derive(Clone, Copy)]
-pub(super) struct Moduli<P> {
-    pub(super) mu: P,
-    pub(super) lambda: P,
-    /// xi.
-    hardening: P,
-    /// Singular values stay between these.
-    lowest: P,
-    highest: P,
-    /// J_P stays between these.
-    jp_low: P,
-    jp_high: P,
-    /// 1 where the law is Neo-Hookean, 0 elsewhere.
-    neo_hookean: P,
+type P = Portable<f64>;
+
+/// An elastic predictor after plastic return.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Return {
+    /// F_E.
+    pub elastic: Mat3<f64>,
+    /// J_P, within its range.
+    pub plastic_ratio: f64,
+    /// Rotation of F_E's polar decomposition.
+    pub rotation: Mat3<f64>,
+    /// Kirchhoff stress tau = P F_E^T (Pa).
+    pub kirchhoff: Mat3<f64>,
+    /// Elastic energy per volume at rest (J/m³).
+    pub energy: f64,
+    /// Singular values of the predictor; the sign of its determinant is on the last, the least.
+    pub singular_values: [f64; 3],
+    /// Whether a singular value was beyond the yield limits.
+    pub yielded: bool,
+    /// Whether det F < 0 or J_P <= 0 before it was held in its range.
+    pub inverted: bool,
+    /// Whether J_P was held at an end of its range.
+    pub clamped: bool,
 }
 
-/// Numbers of a material in the state's precision.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Coefficients<R>([R; 8]);
+fn columns(f: &Mat3<f64>) -> Columns<P> {
+    [0, 1, 2].map(|column| [0, 1, 2].map(|row| P::splat(f[(row, column)])))
+}
 
-impl<R: Real> Coefficients<R> {
-    pub(super) fn of(material: &Material) -> Self {
-        let yielding = material.plasticity.map_or(
-            // The largest number bounds nothing.
-            [0.0, -R::LARGEST, R::LARGEST, 0.0, R::LARGEST],
-            |Plasticity { critical_compression, critical_stretch, hardening, jp_range: [low, high] }| {
-                [hardening, 1.0 - critical_compression, 1.0 + critical_stretch, low, high]
-            },
-        );
-        let [hardening, lowest, highest, jp_low, jp_high] = yielding.map(R::of);
-        let neo_hookean = R::of(f64::from(u8::from(material.law == Law::NeoHookean)));
-        let (mu, lambda) = (R::of(material.mu()), R::of(material.lambda()));
-        Self([mu, lambda, hardening, lowest, highest, jp_low, jp_high, neo_hookean])
+fn lane(pack: P) -> f64 {
+    pack.store()[0]
+}
+
+fn matrix(m: &Columns<P>) -> Mat3<f64> {
+    Mat3::from_fn(|row, column| lane(m[column][row]))
+}
+
+fn moduli(material: &Material) -> Moduli<P> {
+    Moduli::gather(&[Coefficients::of(material)], &[0; LANES], P::splat(1.0))
+}
+
+/// U diag(sigma) V^T.
+fn compose(u: &Columns<P>, sigma: [f64; 3], v: &Columns<P>) -> Mat3<f64> {
+    matrix(u) * Mat3::from_diagonal(&sigma.into()) * matrix(v).transpose()
+}
+
+/// Plastic return of the predictor `trial`, and the answer of the material after it.
+pub fn return_map(material: &Material, trial: &Mat3<f64>, plastic_ratio: f64) -> Return {
+    let m = moduli(material);
+    let Svd { u, sigma, v } = svd::<f64, P>(&columns(trial));
+    let Returned { sigma: held, plastic_ratio, yielded, clamped, inverted } =
+        plastic_return(&sigma, P::splat(plastic_ratio), &m);
+    let hardening = hardened(plastic_ratio, &m);
+    let elastic = if lane(yielded) > 0.0 { compose(&u, held.map(lane), &v) } else { *trial };
+    Return {
+        elastic,
+        plastic_ratio: lane(plastic_ratio),
+        rotation: compose(&u, [1.0; 3], &v),
+        kirchhoff: compose(&u, principal_stress(&held, hardening, &m).map(lane), &u),
+        energy: lane(energy_of(&held, hardening, &m)),
+        singular_values: sigma.map(lane),
+        yielded: lane(yielded) > 0.0,
+        inverted: lane(inverted) > 0.0,
+        clamped: lane(clamped) > 0.0,
     }
 }
 
-impl<P: Copy> Moduli<P> {
-    /// Moduli of particles of the objects `of`, each stiffer by its factor.
-    #[inline(always)]
-    pub(super) fn gather<R: Real>(table: &[Coefficients<R>], of: &[u16; LANES], factor: P) -> Self
-    where
-        P: Pack<R>,
-    {
-        Self {
-            mu: coefficient::<R, P>(table, of, 0).mul(factor),
-            lambda: coefficient::<R, P>(table, of, 1).mul(factor),
-            hardening: coefficient::<R, P>(table, of, 2),
-            lowest: coefficient::<R, P>(table, of, 3),
-            highest: coefficient::<R, P>(table, of, 4),
-            jp_low: coefficient::<R, P>(table, of, 5),
-            jp_high: coefficient::<R, P>(table, of, 6),
-            neo_hookean: coefficient::<R, P>(table, of, 7),
-        }
-    }
-}
-
-/// Coefficient `k` of the material of each lane.
-#[inline(always)]
-fn coefficient<R: Real, P: Pack<R>>(table: &[Coefficients<R>], of: &[u16; LANES], k: usize) -> P {
-    if table.len() == 1 {
-        return P::splat(table[0].0[k]);
-    }
-    let mut lanes = [R::zero(); LANES];
-    for lane in 0..LANES {
-        lanes[lane] = table[usize::from(of[lane])].0[k];
-    }
-    P::load(&lanes)
-}
-
-/// Elastic part after plastic return.
-#[derive(Clone, Copy)]
-pub(super) struct Returned<P> {
-    /// Singular values within the yield limits.
-    pub(super) sigma: [P; 3],
-    pub(super) plastic_ratio: P,
-    /// 1 where a singular value was out of the limits, 0 elsewhere.
-    pub(super) yielded: P,
-    /// 1 where J_P was held at an end of its range, 0 elsewhere.
-    pub(super) clamped: P,
-    /// 1 where det F < 0 or J_P <= 0 before it was held, 0 elsewhere.
-    pub(super) inverted: P,
-}
-
-/// Elastic predictor to yield surface: what is beyond goes into J_P (eq. 11, 12).
-#[inline(always)]
-pub(super) fn plastic_return<R: Real, P: Pack<R>>(sigma: &[P; 3], jp: P, m: &Moduli<P>) -> Returned<P> {
-    let (zero, one) = (P::splat(R::zero()), P::splat(R::one()));
-    let held = [
-        sigma[0].max(m.lowest).min(m.highest),
-        sigma[1].max(m.lowest).min(m.highest),
-        sigma[2].max(m.lowest).min(m.highest),
-    ];
-    let beyond = sigma[0].sub(held[0]).abs();
-    let beyond = beyond.add(sigma[1].sub(held[1]).abs()).add(sigma[2].sub(held[2]).abs());
-    let yielded = zero.if_less(beyond, one, zero);
-    let ratio = sigma[0].mul(sigma[1]).mul(sigma[2]).div(held[0].mul(held[1]).mul(held[2]));
-    let moved = zero.if_less(beyond, jp.mul(ratio), jp);
-    let plastic_ratio = moved.max(m.jp_low).min(m.jp_high);
-    let clamped = zero.if_less(moved.sub(plastic_ratio).abs(), one, zero);
-    // The signed decomposition leaves the sign of det F on the last singular value.
-    let flat = zero.if_less(moved, zero, one);
-    let inverted = sigma[2].if_less(zero, one, flat);
-    Returned { sigma: held, plastic_ratio, yielded, clamped, inverted }
-}
-
-/// exp(xi (1 - J_P)).
-#[inline(always)]
-pub(super) fn hardened<R: Real, P: Pack<R>>(jp: P, m: &Moduli<P>) -> P {
-    exp(m.hardening.mul(P::splat(R::one()).sub(jp)))
-}
-
-/// Kirchhoff stress along the columns of U: tau = U diag(t) U^T, t_i = sigma_i dpsi/dsigma_i.
-#[inline(always)]
-pub(super) fn principal_stress<R: Real, P: Pack<R>>(sigma: &[P; 3], hardening: P, m: &Moduli<P>) -> [P; 3] {
-    let one = P::splat(R::one());
-    let (mu, lambda) = (m.mu.mul(hardening), m.lambda.mul(hardening));
-    let two_mu = mu.add(mu);
+/// First Piola stress P = dpsi/dF (Pa) of F_E as it is, hardened by J_P.
+pub fn piola(material: &Material, f: &Mat3<f64>, plastic_ratio: f64) -> Mat3<f64> {
+    let m = moduli(material);
+    let Svd { u, sigma, v } = svd::<f64, P>(&columns(f));
     let j = sigma[0].mul(sigma[1]).mul(sigma[2]);
-    let pressure = lambda.mul(j.sub(one)).mul(j);
-    let mut t = [pressure; 3];
-    for i in 0..3 {
-        t[i] = two_mu.mul(sigma[i].sub(one)).mul(sigma[i]).add(pressure);
-    }
-    if m.neo_hookean.fold() != [R::zero(); 4] {
-        let (log, slope) = logarithm::<R, P>(j);
-        let volumetric = lambda.mul(log).sub(mu).mul(slope);
-        for i in 0..3 {
-            let other = mu.mul(sigma[i]).mul(sigma[i]).add(volumetric);
-            t[i] = P::splat(R::zero()).if_less(m.neo_hookean, other, t[i]);
-        }
-    }
-    t
+    let law = super::response::volumetric(j, hardened(P::splat(plastic_ratio), &m), &m);
+    let [base, two_rest, g] = [law.base, law.two_rest, law.g].map(lane);
+    let s = sigma.map(lane);
+    let p = [0, 1, 2].map(|i| base * s[i] - 0.5 * two_rest + g * s[(i + 1) % 3] * s[(i + 2) % 3]);
+    compose(&u, p, &v)
 }
 
-/// Elastic energy per volume at rest (J/m³).
-#[inline(always)]
-pub(super) fn energy_density<R: Real, P: Pack<R>>(sigma: &[P; 3], hardening: P, m: &Moduli<P>) -> P {
-    let (one, half) = (P::splat(R::one()), P::splat(R::of(0.5)));
-    let (mu, lambda) = (m.mu.mul(hardening), m.lambda.mul(hardening));
-    let j = sigma[0].mul(sigma[1]).mul(sigma[2]);
-    let e = [sigma[0].sub(one), sigma[1].sub(one), sigma[2].sub(one)];
-    let squares = e[0].mul(e[0]).add(e[1].mul(e[1])).add(e[2].mul(e[2]));
-    let volume = j.sub(one);
-    let corotated = mu.mul(squares).add(half.mul(lambda).mul(volume).mul(volume));
-    if m.neo_hookean.fold() == [R::zero(); 4] {
-        return corotated;
-    }
-    let (log, _) = logarithm::<R, P>(j);
-    let norm2 = sigma[0].mul(sigma[0]).add(sigma[1].mul(sigma[1])).add(sigma[2].mul(sigma[2]));
-    let shear = half.mul(mu).mul(norm2.sub(P::splat(R::of(3.0)))).sub(mu.mul(log));
-    let neo_hookean = shear.add(half.mul(lambda).mul(log).mul(log));
-    P::splat(R::zero()).if_less(m.neo_hookean, neo_hookean, corotated)
+/// Kirchhoff stress tau = P F^T (Pa) of F_E as it is.
+pub fn kirchhoff(material: &Material, f: &Mat3<f64>, plastic_ratio: f64) -> Mat3<f64> {
+    let m = moduli(material);
+    let Svd { u, sigma, .. } = svd::<f64, P>(&columns(f));
+    let t = principal_stress(&sigma, hardened(P::splat(plastic_ratio), &m), &m);
+    compose(&u, t.map(lane), &u)
 }
 
-/// ln J and J d(ln J)/dJ; below [`Law::MIN_J`] the tangent there and its J-fold slope.
-#[inline(always)]
-fn logarithm<R: Real, P: Pack<R>>(j: P) -> (P, P) {
-    let (mut log, mut slope) = (j.store(), [R::one(); LANES]);
-    for lane in 0..LANES {
-        let j = log[lane].to_f64();
-        let least = Law::MIN_J;
-        if j < least {
-            log[lane] = R::of(libm::log(least) + (j - least) / least);
-            slope[lane] = R::of(j / least);
-        } else {
-            log[lane] = R::of(libm::log(j));
-        }
-    }
-    (P::load(&log), P::load(&slope))
+/// Elastic energy per volume at rest (J/m³) of F_E as it is.
+pub fn energy_density(material: &Material, f: &Mat3<f64>, plastic_ratio: f64) -> f64 {
+    let m = moduli(material);
+    let sigma = svd::<f64, P>(&columns(f)).sigma;
+    lane(energy_of(&sigma, hardened(P::splat(plastic_ratio), &m), &m))
 }
 
-/// Upper bounds of the stiffnesses (Pa) that bound the time step (snow.md 4.1, 4.3), from the
-/// square of the largest singular value and J: rho c_p² of the elastic wave, and that of a particle
-/// alone, in which all directions act at once.
-#[inline(always)]
-pub(super) fn stiffness<R: Real, P: Pack<R>>(largest2: P, j: P, hardening: P, m: &Moduli<P>) -> [P; 2] {
-    let (one, three) = (P::splat(R::one()), P::splat(R::of(3.0)));
-    let (mu, lambda) = (m.mu.mul(hardening), m.lambda.mul(hardening));
-    let shear = mu.add(mu).mul(largest2);
-    let volumetric = lambda.mul(j).mul(j);
-    let corotated = [shear.add(volumetric), shear.add(three.mul(volumetric))];
-    if m.neo_hookean.fold() == [R::zero(); 4] {
-        return corotated;
-    }
-    let (log, slope) = logarithm::<R, P>(j);
-    // s² psi'' = mu (s² + 1) + lambda (1 - ln J); where the logarithm is its tangent, no more.
-    let shear = mu.mul(largest2.add(slope.max(one)));
-    let volumetric = lambda.mul(one.sub(log).max(one).mul(slope.mul(slope)));
-    let neo_hookean = [shear.add(volumetric), shear.add(three.mul(volumetric))];
-    let zero = P::splat(R::zero());
-    [
-        zero.if_less(m.neo_hookean, neo_hookean[0], corotated[0]),
-        zero.if_less(m.neo_hookean, neo_hookean[1], corotated[1]),
-    ]
+/// Change dP of the first Piola stress with a change dF.
+pub fn piola_derivative(
+    material: &Material,
+    f: &Mat3<f64>,
+    plastic_ratio: f64,
+    change: &Mat3<f64>,
+) -> Mat3<f64> {
+    let m = moduli(material);
+    let f = svd::<f64, P>(&columns(f));
+    matrix(&piola_change(&f, &columns(change), hardened(P::splat(plastic_ratio), &m), &m))
+}
+
+/// Signed singular value decomposition F = U diag(sigma) V^T: U, sigma, V.
+pub fn signed_svd(f: &Mat3<f64>) -> (Mat3<f64>, [f64; 3], Mat3<f64>) {
+    let Svd { u, sigma, v } = svd::<f64, P>(&columns(f));
+    (matrix(&u), sigma.map(lane), matrix(&v))
 }

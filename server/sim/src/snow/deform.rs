@@ -2,7 +2,7 @@
 //!
 //! Reads F_E, J_P and the velocity gradient of sixteen particles; writes F_E, J_P and V0 tau.
 
-use super::constitutive::{Moduli, Returned, hardened, plastic_return, principal_stress, stiffness};
+use super::response::{Moduli, Returned, hardened, plastic_return, principal_stress, stiffness};
 use crate::math::{Columns, Pack, Real, Svd, cross3, dot3, svd};
 
 /// F_E and J_P after a step.

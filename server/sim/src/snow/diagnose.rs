@@ -5,8 +5,8 @@
 use rayon::prelude::*;
 
 use super::{
-    constitutive::{Coefficients, Moduli, energy_density, hardened},
     particles::{Group, Particles, read},
+    response::{Coefficients, Moduli, energy_density, hardened},
     step::Engine,
     update::{Lane, constants},
 };

@@ -32,6 +32,7 @@ impl<R: Real> Engine<R> {
                 .map(|node| if within_reach(f64::from(node)) { node } else { 0 })
         }));
         sorter.rebuild(first_nodes, &particles.id, grid, settings.periodic);
+        self.worst = None;
         self.figures.clear();
         self.figures.resize(self.grid.blocks.len(), BlockFigures::default());
     }
@@ -100,7 +101,7 @@ impl<R: Real> Engine<R> {
 
     /// Volumes from the density on the grid (step 2): V0 = m / sum w m_i / h³.
     pub(super) fn volumes_from_grid(&mut self, of: &[bool]) {
-        let still = StepContext { dt: 0.0, time: 0.0, gravity: [0.0; 3], colliders: &[] };
+        let still = StepContext { dt: 0.0, time: 0.0, gravity: [0.0; 3], colliders: &[], last: false };
         self.to_grid(&still, &mut NoStopwatch);
         let density = self.densities();
         let Self { particles, .. } = self;

@@ -10,13 +10,13 @@ use rayon::prelude::*;
 
 use super::{
     Advection, Blend, Kernel as Spline, SnowSettings, Transfer,
-    bound::Extremes,
-    constitutive::Coefficients,
+    bound::{Extremes, Worst},
     grid::{Grid, SIDE, block_of, tile_len},
     grid_to_particles::{TILE, assemble, gather},
     grid_update::{GridFigures, GridStep},
     particles::{Group, Particles},
     particles_to_grid::{BlockParticles, Scatter},
+    response::Coefficients,
     scheme::{ApicScheme, FlipScheme, MlsScheme, Scheme},
     sort::Sorter,
     update::{Arrival, BlockFigures, Deformation, Planes, Tally, Update, constants, motion},
@@ -58,6 +58,8 @@ pub(super) struct Engine<R: Real> {
     pub(super) spare: Vec<[R; 4]>,
     /// Whether a particle went further than a block in the last step.
     pub(super) strayed: bool,
+    /// The particles of the extremes, where they were looked for.
+    pub(super) worst: Option<Worst>,
 }
 
 /// What surrounds one step of the snow.
@@ -68,6 +70,8 @@ pub(super) struct StepContext<'a> {
     pub(super) time: f64,
     pub(super) gravity: [f64; 3],
     pub(super) colliders: &'a [Collider],
+    /// Whether it ends a step of the world, which is reported.
+    pub(super) last: bool,
 }
 
 /// The same expression for the transfer and kernel of the settings.
@@ -113,6 +117,7 @@ impl<R: Real> Engine<R> {
             first_nodes: Vec::new(),
             spare: Vec::new(),
             strayed: false,
+            worst: None,
         }
     }
 
@@ -143,6 +148,8 @@ impl<R: Real> Engine<R> {
         with_scheme!(self.settings, (S, N) => self.gather::<S, N>(context));
         watch.lap(Stage::GridToParticles);
         self.extremes = self.figures.iter().fold(Extremes::default(), |all, block| all.max(block.extremes));
+        // Figures are those of blocks as they were: looked up before particles change their blocks.
+        self.worst = context.last.then(|| self.worst());
         let periodic = self.settings.periodic;
         self.strayed = !self.sorter.renew(&self.particles.id, &mut self.grid, periodic);
         if self.strayed {

@@ -5,9 +5,9 @@
 
 use super::{
     bound::Extremes,
-    constitutive::{Coefficients, Moduli},
     deform::{Deformed, deform, predict, stiffness_of, undeformed},
     particles::{Group, Pair, Particles, write},
+    response::{Coefficients, Moduli},
     step::Engine,
     weight::first_node,
 };

@@ -3,7 +3,6 @@
 use super::{
     Snow,
     bound::Extremes,
-    constitutive::Coefficients,
     grid::{CELLS, block_of},
     grid_update::node_of,
     particles::Group,
@@ -177,6 +176,7 @@ impl<R: Real> Snow<R> {
             }
         }
         self.engine.extremes.speed2 = fastest;
+        self.engine.worst = None;
     }
 
     /// Nodes with mass as the last step left them; clears `out` first.
@@ -234,10 +234,5 @@ impl<R: Real> Engine<R> {
             let group = Group::of(std::slice::from_ref(place));
             (self.particles.id[*place as usize], self.extremes_of(&group))
         })
-    }
-
-    /// Materials of the objects.
-    pub(super) fn coefficients(&self) -> &[Coefficients<R>] {
-        &self.coefficients
     }
 }
