@@ -1,61 +1,6 @@
-//! Colliders: closed shapes given by their signed distance.
+//! Colliders: closed shapes that move, and how particles meet them.
 
-/// A shape at time 0; it moves with a constant velocity.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Shape {
-    /// The half-space on the other side of `normal` from a plane through `point`.
-    Plane {
-        /// A point of the plane (m).
-        point: [f64; 3],
-        /// Unit normal, towards the side where particles are.
-        normal: [f64; 3],
-    },
-    /// A ball.
-    Sphere {
-        /// Centre (m).
-        center: [f64; 3],
-        /// Radius (m).
-        radius: f64,
-    },
-    /// All points within `radius` of a segment.
-    Capsule {
-        /// One end of the segment (m).
-        start: [f64; 3],
-        /// The other end (m).
-        end: [f64; 3],
-        /// Radius (m).
-        radius: f64,
-    },
-    /// A box.
-    Box {
-        /// Centre (m).
-        center: [f64; 3],
-        /// Half of its extent along its own axes (m).
-        half_extent: [f64; 3],
-        /// Its own axes in the world: orthonormal, right-handed, one a row.
-        axes: [[f64; 3]; 3],
-    },
-    /// A solid cylinder with flat ends.
-    Cylinder {
-        /// Centre of one end (m).
-        start: [f64; 3],
-        /// Centre of the other end (m).
-        end: [f64; 3],
-        /// Radius (m).
-        radius: f64,
-    },
-    /// The ground below a trough: outside of a tube, below its axis; endless along the axis.
-    HalfPipe {
-        /// A point of the axis (m).
-        point: [f64; 3],
-        /// Unit direction of the axis.
-        axis: [f64; 3],
-        /// Unit direction of the opening, at right angles to the axis.
-        up: [f64; 3],
-        /// Inner radius (m).
-        radius: f64,
-    },
-}
+use super::Shape;
 
 /// What happens to the velocity of snow at a surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
@@ -83,6 +28,9 @@ impl Contact {
     }
 }
 
+/// Share of a ball's radius that rounding of a distance may take.
+const CLEARANCE_ROUNDING: f64 = 1e-9;
+
 /// Something that particles collide with.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Collider {
@@ -104,27 +52,21 @@ pub struct Collider {
 
 impl Collider {
     /// Signed distance (m) of a point from the surface at `time` (s), negative inside, and the
-    /// unit outward normal there. At a sphere's centre, where there is none, the normal is +y.
+    /// unit outward normal there: the direction in which the distance grows. Where there is none,
+    /// as at a sphere's centre, it is one of those beside.
     pub fn distance(&self, point: [f64; 3], time: f64) -> (f64, [f64; 3]) {
-        let moved = |start: [f64; 3]| [0, 1, 2].map(|c| point[c] - start[c] - self.velocity[c] * time);
-        match self.shape {
-            Shape::Plane { point: start, normal } => (dot(moved(start), normal), normal),
-            Shape::Sphere { center, radius } => {
-                let way = moved(center);
-                let length = dot(way, way).sqrt();
-                let normal = if length > 0.0 { way.map(|c| c / length) } else { [0.0, 1.0, 0.0] };
-                (length - radius, normal)
-            }
-            Shape::Capsule { .. } | Shape::Box { .. } | Shape::Cylinder { .. } | Shape::HalfPipe { .. } => {
-                (f64::INFINITY, [0.0, 1.0, 0.0])
-            }
-        }
+        self.shape.distance(point, self.velocity.map(|v| v * time))
+    }
+
+    /// Whether no point of a ball comes within the margin of the surface at `time` (s), nor inside.
+    pub fn clears(&self, center: [f64; 3], radius: f64, time: f64) -> bool {
+        // Distances are exact, so over the ball they change by its radius at most.
+        self.distance(center, time).0 > radius * (1.0 + CLEARANCE_ROUNDING) + self.margin
     }
 
     /// Says what is wrong with the collider's numbers, if anything.
     pub fn fault(&self) -> Option<String> {
-        let finite = |v: &[f64; 3]| v.iter().all(|c| c.is_finite());
-        if !finite(&self.velocity) {
+        if !self.velocity.iter().all(|v| v.is_finite()) {
             return Some(format!("its velocity is not finite: {:?}", self.velocity));
         }
         for (what, value, high) in [
@@ -137,26 +79,106 @@ impl Collider {
                 return Some(format!("its {what} is {value}: a finite number {allowed} is needed"));
             }
         }
-        match self.shape {
-            Shape::Plane { point, normal } => {
-                let unit = finite(&normal) && (dot(normal, normal) - 1.0).abs() < 1e-9;
-                (!finite(&point) || !unit).then(|| {
-                    format!("point {point:?}, normal {normal:?}: a finite point and a unit normal are needed")
-                })
-            }
-            Shape::Sphere { center, radius } => (!finite(&center) || !radius.is_finite() || radius <= 0.0)
-                .then(|| {
-                    format!(
-                        "centre {center:?}, radius {radius}: a finite centre and a radius above 0 are needed"
-                    )
-                }),
-            Shape::Capsule { .. } | Shape::Box { .. } | Shape::Cylinder { .. } | Shape::HalfPipe { .. } => {
-                None
-            }
-        }
+        self.shape.fault()
     }
 }
 
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+#[cfg(test)]
+mod tests {
+    use super::{Collider, Contact, Shape};
+
+    fn colliders() -> Vec<Collider> {
+        let axes = [[0.0, 0.6, 0.8], [1.0, 0.0, 0.0], [0.0, 0.8, -0.6]];
+        let (start, end) = ([-0.4, 0.1, 0.0], [0.5, 0.2, 0.7]);
+        let shapes = [
+            Shape::Plane { point: [0.1; 3], normal: [0.0, 0.6, 0.8] },
+            Shape::Sphere { center: [0.2, 0.1, 0.0], radius: 0.6 },
+            Shape::Capsule { start, end, radius: 0.3 },
+            Shape::Box { center: [0.1, 0.0, 0.2], half_extent: [0.3, 0.5, 0.4], axes },
+            Shape::Cylinder { start, end, radius: 0.4 },
+            Shape::HalfPipe {
+                point: [0.0, 0.3, 0.0],
+                axis: [1.0, 0.0, 0.0],
+                up: [0.0, 0.6, 0.8],
+                radius: 0.7,
+            },
+        ];
+        let collider = |shape| Collider {
+            name: "thing".into(),
+            shape,
+            velocity: [0.4, -1.5, 0.25],
+            friction: 0.0,
+            restitution: 0.0,
+            margin: 0.03,
+            contact: Contact::Separating,
+        };
+        shapes.map(collider).to_vec()
+    }
+
+    /// Points of a lattice over a cube of edge `2 half`.
+    fn lattice(half: f64, side: i32) -> impl Iterator<Item = [f64; 3]> {
+        let step = 2.0 * half / f64::from(side - 1);
+        (0..side.pow(3))
+            .map(move |i| [i % side, i / side % side, i / side / side].map(|c| f64::from(c) * step - half))
+    }
+
+    #[test]
+    fn a_shape_takes_its_distances_along() {
+        let time = 1.7;
+        for collider in colliders() {
+            assert_eq!(collider.fault(), None);
+            for point in lattice(1.017, 6) {
+                let moved = [0, 1, 2].map(|c| point[c] + collider.velocity[c] * time);
+                let [(before, way_before), (after, way_after)] =
+                    [collider.distance(point, 0.0), collider.distance(moved, time)];
+                assert!((before - after).abs() < 1e-14, "{:?} {point:?}: {before} {after}", collider.shape);
+                for c in 0..3 {
+                    assert!((way_before[c] - way_after[c]).abs() < 1e-13, "{:?} {point:?}", collider.shape);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_ball_that_is_clear_has_no_point_within_the_margin() {
+        let (time, radius) = (0.3, 0.4);
+        for collider in colliders() {
+            let (mut clear, mut near) = (0, 0);
+            for center in lattice(1.5, 7) {
+                let ball =
+                    lattice(radius, 9).filter(|p| p.iter().map(|c| c * c).sum::<f64>() <= radius * radius);
+                let nearest = ball
+                    .map(|p| collider.distance([0, 1, 2].map(|c| center[c] + p[c]), time).0)
+                    .fold(f64::INFINITY, f64::min);
+                if collider.clears(center, radius, time) {
+                    clear += 1;
+                    assert!(nearest > collider.margin, "{:?} {center:?}: {nearest}", collider.shape);
+                } else {
+                    near += 1;
+                    // The lattice's spacing is 0.1: a nearer point may be half a cell's diagonal away.
+                    assert!(nearest < collider.margin + 0.1, "{:?} {center:?}: {nearest}", collider.shape);
+                }
+            }
+            assert!(clear > 10 && near > 10, "{:?}: {clear} clear, {near} near", collider.shape);
+            assert!(!collider.clears([f64::NAN; 3], radius, time), "what is not a place is not clear");
+        }
+    }
+
+    #[test]
+    fn numbers_that_a_collider_cannot_have_are_named() {
+        type Spoil = fn(&mut Collider);
+        let faults: [(Spoil, &str); 5] = [
+            (|c| c.velocity[1] = f64::NAN, "velocity"),
+            (|c| c.friction = -0.1, "friction"),
+            (|c| c.restitution = 1.1, "restitution"),
+            (|c| c.margin = f64::INFINITY, "margin"),
+            (|c| c.shape = Shape::Sphere { center: [0.0; 3], radius: 0.0 }, "radius"),
+        ];
+        for (spoil, named) in faults {
+            let mut collider = colliders().remove(0);
+            spoil(&mut collider);
+            let fault = collider.fault().expect("a fault");
+            assert!(fault.contains(named), "{fault}");
+        }
+    }
 }

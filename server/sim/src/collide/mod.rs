@@ -1,9 +1,13 @@
 //! What particles hit: signed distances, and the answer of a particle that touches one.
 
+mod shape;
+mod distance;
 mod collider;
 mod contact;
 mod velocity;
 
-pub use collider::{Collider, Contact, Shape};
+pub use collider::{Collider, Contact};
+pub use shape::Shape;
+
 pub(crate) use contact::{Contacts, resolve};
 pub(crate) use velocity::velocity_after;
