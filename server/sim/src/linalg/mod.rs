@@ -1,13 +1,15 @@
-//! Linear systems of 3-vectors: operators, preconditioners, conjugate gradient.
+//! Linear systems of 3-vectors: operators, preconditioners, conjugate gradient, minimal residuals.
 
 mod settings;
 mod block_csr;
 mod precondition;
 mod dot;
 mod cg;
+mod minres;
 
 pub use block_csr::BlockCsr;
 pub use cg::{CgWorkspace, conjugate_gradient};
+pub use minres::{MinresWorkspace, WholeOperator, minres};
 pub use precondition::{BlockJacobi, Diagonal, Identity, Symmetric3};
 pub use settings::{OperatorKind, Outcome, PreconditionerKind, SolveReport, SolverSettings, Stop};
 
