@@ -1,7 +1,7 @@
-//! One body to Rerun: a shaded mesh, or its springs as lines, or bare points; and its pins.
+//! One body to Rerun: a shaded mesh, or its springs as lines, or bare points, as snow is; and its pins.
 //!
-//! Enters: `Body` once, then positions (m) of all particles at each frame. Leaves: the topology once, then
-//! only what moved.
+//! Enters: `Body` once, then positions (m) of all particles and perhaps their colours at each frame. Leaves:
+//! the topology once, then only what moved.
 
 use nappe_client::Body;
 use rerun::{Color, Image, LineStrips3D, Mesh3D, Points3D, RecordingStream};
@@ -9,6 +9,7 @@ use rerun::{Color, Image, LineStrips3D, Mesh3D, Points3D, RecordingStream};
 use crate::{
     error::{RerunError, refused},
     geometry::{Bounds, along, vertex_normals},
+    spacing::spacing,
 };
 
 /// Colours of bodies, in turn.
@@ -70,6 +71,11 @@ impl BodyView {
         }
     }
 
+    /// True if it is made of bare points, as snow is.
+    pub(crate) fn is_points(&self) -> bool {
+        matches!(self.kind, Kind::Points)
+    }
+
     /// Grows the bounds of the scene by where the body is, and by where it can hang from its highest pin.
     pub(crate) fn add_to(&self, bounds: &mut Bounds, all: &[[f32; 3]]) {
         let points = &all[self.first..self.first + self.count];
@@ -102,11 +108,8 @@ impl BodyView {
                 let lines = LineStrips3D::update_fields().with_radii([radius]).with_colors([rgb(self.color)]);
                 stream.log_static(&*self.path, &lines)
             }
-            Kind::Points => {
-                let radius = rerun::Radius::new_ui_points(PARTICLE_RADIUS_POINTS);
-                let points = Points3D::update_fields().with_radii([radius]).with_colors([rgb(self.color)]);
-                stream.log_static(&*self.path, &points)
-            }
+            // Their radius waits for the first frame.
+            Kind::Points => Ok(()),
         };
         logged.map_err(refused(&self.path))?;
         if self.pins.is_empty() {
@@ -118,8 +121,36 @@ impl BodyView {
         stream.log_static(&*self.pins_path, &pins).map_err(refused(&self.pins_path))
     }
 
-    /// Logs the body at the stream's current time, from the positions of all particles.
-    pub(crate) fn log(&self, stream: &RecordingStream, all: &[[f32; 3]]) -> Result<(), RerunError> {
+    /// Logs what the first frame tells of bare points: a radius of half their spacing, and the body's colour
+    /// unless `colors` says another for each. (What is logged once hides what is logged with a frame.)
+    pub(crate) fn place(
+        &self,
+        stream: &RecordingStream,
+        all: &[[f32; 3]],
+        colors: Option<&[Color]>,
+    ) -> Result<(), RerunError> {
+        if !self.is_points() {
+            return Ok(());
+        }
+        let radius = match spacing(&all[self.first..self.first + self.count]) {
+            Some(spacing) => rerun::Radius::new_scene_units(0.5 * spacing),
+            None => rerun::Radius::new_ui_points(PARTICLE_RADIUS_POINTS),
+        };
+        let mut points = Points3D::update_fields().with_radii([radius]);
+        if colors.is_none() {
+            points = points.with_colors([rgb(self.color)]);
+        }
+        stream.log_static(&*self.path, &points).map_err(refused(&self.path))
+    }
+
+    /// Logs the body at the stream's current time, from the positions of all particles and, for bare points,
+    /// their colours.
+    pub(crate) fn log(
+        &self,
+        stream: &RecordingStream,
+        all: &[[f32; 3]],
+        colors: Option<&[Color]>,
+    ) -> Result<(), RerunError> {
         let points = &all[self.first..self.first + self.count];
         let logged = match &self.kind {
             Kind::Mesh(triangles) => {
@@ -133,7 +164,10 @@ impl BodyView {
                 stream.log(&*self.path, &LineStrips3D::update_fields().with_strips(strips))
             }
             Kind::Points => {
-                let cloud = Points3D::update_fields().with_positions(points.iter().copied());
+                let mut cloud = Points3D::update_fields().with_positions(points.iter().copied());
+                if let Some(colors) = colors {
+                    cloud = cloud.with_colors(colors[self.first..self.first + self.count].iter().copied());
+                }
                 stream.log(&*self.path, &cloud)
             }
         };

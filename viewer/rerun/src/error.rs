@@ -58,6 +58,14 @@ pub enum RerunError {
         /// The topology's.
         expected: usize,
     },
+    /// A position that is infinite or not a number.
+    #[error("frame {frame}: the position of particle {particle} is not finite")]
+    NotFinite {
+        /// The frame.
+        frame: u64,
+        /// The particle.
+        particle: usize,
+    },
     /// The viewer does not take data.
     #[error("the Rerun viewer has not taken the last frames within {seconds} s")]
     Stalled {

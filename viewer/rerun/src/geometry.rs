@@ -42,6 +42,12 @@ impl Bounds {
         }
     }
 
+    /// The point of the box, grown to `reach` times its radius on every side, that is nearest to `point`.
+    pub(crate) fn nearest(&self, point: [f32; 3], reach: f32) -> [f32; 3] {
+        let (center, far) = (self.center(), reach * self.radius());
+        std::array::from_fn(|axis| point[axis].clamp(center[axis] - far, center[axis] + far))
+    }
+
     /// Centre (m); the origin if the box is empty.
     pub(crate) fn center(&self) -> [f32; 3] {
         if self.low[0] > self.high[0] {
@@ -78,15 +84,15 @@ pub(crate) fn minus(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
     along(a, -1.0, b)
 }
 
-fn cross(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
+pub(crate) fn cross(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
-fn length(a: [f32; 3]) -> f32 {
+pub(crate) fn length(a: [f32; 3]) -> f32 {
     dot(a, a).sqrt()
 }
 
-fn unit(a: [f32; 3]) -> Option<[f32; 3]> {
+pub(crate) fn unit(a: [f32; 3]) -> Option<[f32; 3]> {
     let length = length(a);
     (length > f32::MIN_POSITIVE).then(|| a.map(|value| value / length))
 }
@@ -135,6 +141,14 @@ mod tests {
         bounds.add([1.0, 1.0, 1.0]);
         bounds.add([3.0, -3.0, 5.0]);
         assert_eq!((bounds.center(), bounds.radius()), ([2.0, -1.0, 3.0], 3.0));
+    }
+
+    #[test]
+    fn a_point_far_away_is_drawn_near() {
+        let mut bounds = Bounds::empty();
+        bounds.add([0.0, 0.0, 1.0]);
+        bounds.add([0.0, 0.0, 3.0]);
+        assert_eq!(bounds.nearest([9.0, 0.5, -9.0], 2.0), [2.0, 0.5, 0.0]);
     }
 
     #[test]

@@ -1,12 +1,14 @@
-//! The layout that a viewer opens: the scene on the left, the figures on the right.
+//! The layout that a viewer opens: the scene on the left, the figures on the right, those of snow in a column of
+//! their own.
 //!
-//! Enters: the bounds of the scene (m). Leaves: a blueprint in the recording, with a camera that sees all of it.
+//! Enters: the bounds of the scene (m), what it is made of. Leaves: a blueprint in the recording, with a camera
+//! that sees all of it.
 
 use rerun::{
     AsComponents, Color, EntityPath, RecordingStream, RecordingStreamBuilder,
     blueprint::{
         Blueprint, BlueprintActivation, BlueprintPanel, ContainerLike, Horizontal, SelectionPanel,
-        Spatial3DView, TimePanel, TimeSeriesView, Vertical,
+        Spatial3DView, StateTimelineView, TextLogView, TimePanel, TimeSeriesView, Vertical,
         components::{BackgroundKind, Corner2D, PanelState},
     },
     external::re_sdk_types::blueprint::archetypes::{Background, EyeControls3D, LineGrid3D, PlotLegend},
@@ -16,7 +18,8 @@ use rerun::{
 use crate::{
     error::{RerunError, refused},
     geometry::{Bounds, along},
-    plots::{PLOTS, Plot},
+    plots::{CLOTH, GENERAL, Plot},
+    snow_plots::{BOUND_LOG, BOUND_STATE, SNOW},
 };
 
 /// The name under which viewers keep layouts.
@@ -31,29 +34,52 @@ const BACKGROUND: [u8; 3] = [22, 25, 30];
 /// A setting of a view: the view's path, the setting's name and value.
 type Property = (EntityPath, &'static str, Box<dyn AsComponents>);
 
+/// What a scene is made of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Contents {
+    pub(crate) has_cloth: bool,
+    pub(crate) has_snow: bool,
+}
+
 /// Sends the layout.
-pub(crate) fn send(stream: &RecordingStream, bounds: &Bounds) -> Result<(), RerunError> {
+pub(crate) fn send(stream: &RecordingStream, bounds: &Bounds, contents: Contents) -> Result<(), RerunError> {
     let mut properties: Vec<Property> = Vec::new();
     let scene: ContainerLike = Spatial3DView::new("Scene").with_origin("world").into();
     properties.extend(scene_properties(&path_of(&scene), bounds));
-    let plots: Vec<ContainerLike> = PLOTS
-        .iter()
-        .map(|plot| {
-            let view = TimeSeriesView::new(plot.title).with_origin(plot.path).into();
-            properties.push((path_of(&view), "PlotLegend", Box::new(legend(plot))));
-            view
-        })
-        .collect();
-    // The first has the largest legend.
-    let shares: Vec<f32> = (0..plots.len()).map(|row| if row == 0 { 1.6 } else { 1.0 }).collect();
-    let plots = Vertical::new(plots).with_row_shares(shares).into();
-    let blueprint = Blueprint::new(Horizontal::new([scene, plots]).with_column_shares([3.0, 1.0]))
+    let cloth = if contents.has_cloth { &CLOTH[..] } else { &[] };
+    let general = views(GENERAL.iter().chain(cloth), &mut properties);
+    let mut columns = vec![scene, column(general)];
+    if contents.has_snow {
+        let mut snow = views(SNOW.iter(), &mut properties);
+        snow.insert(1, StateTimelineView::new("What bounds the step").with_origin(BOUND_STATE).into());
+        snow.push(TextLogView::new("Changes of the bound").with_origin(BOUND_LOG).into());
+        columns.push(column(snow));
+    }
+    let shares: Vec<f32> = (0..columns.len()).map(|place| if place == 0 { 3.0 } else { 1.0 }).collect();
+    let blueprint = Blueprint::new(Horizontal::new(columns).with_column_shares(shares))
         .with_auto_views(false)
         .with_auto_layout(false)
         .with_blueprint_panel(BlueprintPanel::from_state(PanelState::Collapsed))
         .with_selection_panel(SelectionPanel::from_state(PanelState::Collapsed))
         .with_time_panel(TimePanel::new().with_state(PanelState::Collapsed).with_timeline(TIME));
     send_with(stream, &blueprint, &properties).map_err(refused("the layout"))
+}
+
+/// A view of each plot, with its legend.
+fn views<'a>(plots: impl Iterator<Item = &'a Plot>, properties: &mut Vec<Property>) -> Vec<ContainerLike> {
+    plots
+        .map(|plot| {
+            let view = TimeSeriesView::new(plot.title).with_origin(plot.path).into();
+            properties.push((path_of(&view), "PlotLegend", Box::new(legend(plot))));
+            view
+        })
+        .collect()
+}
+
+/// The first has the largest legend.
+fn column(views: Vec<ContainerLike>) -> ContainerLike {
+    let shares: Vec<f32> = (0..views.len()).map(|row| if row == 0 { 1.6 } else { 1.0 }).collect();
+    Vertical::new(views).with_row_shares(shares).into()
 }
 
 fn path_of(view: &ContainerLike) -> EntityPath {

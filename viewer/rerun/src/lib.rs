@@ -1,4 +1,4 @@
-//! Frames to Rerun: meshes, pins, colliders, time series and a layout to see them in.
+//! Frames to Rerun: meshes, snow, pins, colliders, the snow's grid, time series and a layout to see them in.
 //!
 //! Enters: topology and frames of the client library. Leaves: a recording file (.rrd) or a Rerun viewer that
 //! shows them. The only crate that names the Rerun SDK. Colour, camera, mesh normals: all that belongs to the
@@ -9,14 +9,20 @@
 
 mod error;
 mod geometry;
+mod spacing;
+mod coloring;
 mod plots;
+mod snow_plots;
 mod body;
+mod grid;
+mod ground;
 mod collider;
 mod layout;
 mod recorder;
 mod live;
 mod show;
 
+pub use coloring::ColorBy;
 pub use error::{INSTALL_HINT, RerunError};
 pub use live::{LiveRecorder, LiveSummary};
 pub use recorder::{Recorder, Sink};

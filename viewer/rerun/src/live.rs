@@ -13,6 +13,7 @@ use std::{
 use nappe_client::{Frame, Topology};
 
 use crate::{
+    coloring::ColorBy,
     error::RerunError,
     recorder::{Recorder, Sink},
 };
@@ -58,12 +59,12 @@ impl LiveRecorder {
     ///
     /// # Errors
     /// If the sink cannot be opened: see [`Recorder::open`].
-    pub fn start(title: &str, sink: Sink) -> Result<Self, RerunError> {
+    pub fn start(title: &str, sink: Sink, color_by: ColorBy) -> Result<Self, RerunError> {
         let slot = Arc::new(Slot::default());
         let (opened, is_open) = mpsc::channel();
         let (title, shared) = (title.to_owned(), Arc::clone(&slot));
         let work = move || {
-            let recorder = match Recorder::open(&title, sink) {
+            let recorder = match Recorder::open(&title, sink, color_by) {
                 Ok(recorder) => recorder,
                 Err(error) => {
                     // Nobody listens only if the caller is gone, who then needs no answer.

@@ -1,6 +1,7 @@
 //! Figures of a step to time series.
 //!
-//! Enters: `v1::Diagnostics`. Leaves: one row of scalars for each [`Plot`], named and coloured once.
+//! Enters: `v1::Diagnostics`. Leaves: one row of scalars for each [`Plot`], named and coloured once. What snow
+//! adds stands in `snow_plots`.
 
 use nappe_client::v1;
 use rerun::{RecordingStream, Scalars, SeriesLines};
@@ -11,8 +12,8 @@ use crate::error::{RerunError, refused};
 pub(crate) struct Plot {
     pub(crate) path: &'static str,
     pub(crate) title: &'static str,
-    series: &'static [(&'static str, [u8; 3])],
-    values: fn(&v1::Diagnostics) -> Option<Vec<f64>>,
+    pub(crate) series: &'static [Series],
+    pub(crate) values: fn(&v1::Diagnostics) -> Option<Vec<f64>>,
 }
 
 impl Plot {
@@ -22,14 +23,31 @@ impl Plot {
     }
 }
 
-const BLUE: [u8; 3] = [86, 156, 230];
-const RED: [u8; 3] = [232, 93, 79];
-const GREEN: [u8; 3] = [110, 190, 120];
-const LIGHT: [u8; 3] = [225, 225, 225];
-const AMBER: [u8; 3] = [240, 180, 70];
+pub(crate) const BLUE: [u8; 3] = [86, 156, 230];
+pub(crate) const RED: [u8; 3] = [232, 93, 79];
+pub(crate) const GREEN: [u8; 3] = [110, 190, 120];
+pub(crate) const LIGHT: [u8; 3] = [225, 225, 225];
+pub(crate) const AMBER: [u8; 3] = [240, 180, 70];
+pub(crate) const TEAL: [u8; 3] = [70, 190, 190];
+pub(crate) const VIOLET: [u8; 3] = [170, 120, 210];
+pub(crate) const BROWN: [u8; 3] = [170, 130, 100];
 
-/// The plots, from top to bottom.
-pub(crate) const PLOTS: [Plot; 6] = [
+/// A series: its name and colour.
+pub(crate) type Series = (&'static str, [u8; 3]);
+
+const STAGES: &[Series] = &[
+    ("force", RED),
+    ("acceleration", LIGHT),
+    ("velocity", GREEN),
+    ("position", TEAL),
+    ("matrix", VIOLET),
+    ("solve", BLUE),
+    ("collide", BROWN),
+    ("diagnose", AMBER),
+];
+
+/// Plots of any scene, from top to bottom.
+pub(crate) const GENERAL: [Plot; 4] = [
     Plot {
         path: "plots/energy",
         title: "Energy (J)",
@@ -40,16 +58,32 @@ pub(crate) const PLOTS: [Plot; 6] = [
         },
     },
     Plot {
-        path: "plots/stretch",
-        title: "Largest stretch (1)",
-        series: &[("max stretch", AMBER)],
-        values: |d| Some(vec![d.max_stretch]),
+        path: "plots/momentum",
+        title: "Momentum (kg m/s)",
+        series: &[("x", RED), ("y", GREEN), ("z", BLUE)],
+        values: |d| d.momentum.as_ref().map(|momentum| vec![momentum.x, momentum.y, momentum.z]),
     },
     Plot {
         path: "plots/contacts",
         title: "Particles in contact",
         series: &[("contacts", GREEN)],
         values: |d| Some(vec![d.contact_count as f64]),
+    },
+    Plot {
+        path: "plots/step_time",
+        title: "Time of a step (ms)",
+        series: &[("step", AMBER)],
+        values: |d| Some(vec![d.step_seconds * 1e3]),
+    },
+];
+
+/// Plots of scenes with cloth.
+pub(crate) const CLOTH: [Plot; 4] = [
+    Plot {
+        path: "plots/stretch",
+        title: "Largest stretch (1)",
+        series: &[("max stretch", AMBER)],
+        values: |d| Some(vec![d.max_stretch]),
     },
     Plot {
         path: "plots/iterations",
@@ -68,16 +102,28 @@ pub(crate) const PLOTS: [Plot; 6] = [
         },
     },
     Plot {
-        path: "plots/step_time",
-        title: "Time of a step (ms)",
-        series: &[("step", AMBER)],
-        values: |d| Some(vec![d.step_seconds * 1e3]),
+        path: "plots/stages",
+        title: "Time of stages (ms)",
+        series: STAGES,
+        values: |d| stage_times(d, STAGES),
     },
 ];
 
-/// Logs names and colours of all series, once.
-pub(crate) fn describe(stream: &RecordingStream) -> Result<(), RerunError> {
-    for plot in &PLOTS {
+/// Milliseconds of the stages that these series name; none if the step was not timed.
+pub(crate) fn stage_times(diagnostics: &v1::Diagnostics, series: &[Series]) -> Option<Vec<f64>> {
+    if diagnostics.stages.is_empty() {
+        return None;
+    }
+    let milliseconds = |name: &str| {
+        let times = diagnostics.stages.iter().filter(|time| time.stage == name);
+        1e3 * times.map(|time| time.seconds).sum::<f64>()
+    };
+    Some(series.iter().map(|(name, _)| milliseconds(name)).collect())
+}
+
+/// Logs names and colours of all series of these plots, once.
+pub(crate) fn describe(stream: &RecordingStream, plots: &[Plot]) -> Result<(), RerunError> {
+    for plot in plots {
         let names = plot.series.iter().map(|(name, _)| *name);
         let colors =
             plot.series.iter().map(|&(_, [red, green, blue])| rerun::Color::from_rgb(red, green, blue));
@@ -88,8 +134,12 @@ pub(crate) fn describe(stream: &RecordingStream) -> Result<(), RerunError> {
 }
 
 /// Logs the figures of a step at the stream's current time. Values that are not finite leave a gap.
-pub(crate) fn log(stream: &RecordingStream, diagnostics: &v1::Diagnostics) -> Result<(), RerunError> {
-    for plot in &PLOTS {
+pub(crate) fn log(
+    stream: &RecordingStream,
+    diagnostics: &v1::Diagnostics,
+    plots: &[Plot],
+) -> Result<(), RerunError> {
+    for plot in plots {
         let Some(values) = (plot.values)(diagnostics) else { continue };
         if values.iter().all(|value| value.is_finite()) {
             stream.log(plot.path, &Scalars::new(values)).map_err(refused(plot.path))?;

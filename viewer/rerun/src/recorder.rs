@@ -10,19 +10,22 @@ use std::{
     time::Duration,
 };
 
-use nappe_client::{Frame, Topology};
+use nappe_client::{Frame, Topology, v1};
 use rerun::{
-    RecordingStream, RecordingStreamBuilder, SpawnError, SpawnOptions, ViewCoordinates,
+    Color, RecordingStream, RecordingStreamBuilder, SpawnError, SpawnOptions, ViewCoordinates,
     external::re_log_encoding::{Decodable as _, StreamFooter},
 };
 
 use crate::{
     body::BodyView,
     collider::ColliderView,
+    coloring::{ColorBy, Coloring},
     error::{RerunError, refused},
     geometry::Bounds,
-    layout::{self, APPLICATION, TIME},
-    plots,
+    grid::GridView,
+    layout::{self, APPLICATION, Contents, TIME},
+    plots::{self, CLOTH, GENERAL},
+    snow_plots::{BoundLog, SNOW},
 };
 
 /// The timeline of steps.
@@ -45,6 +48,7 @@ pub enum Sink {
 pub struct Recorder {
     stream: RecordingStream,
     sink: Sink,
+    coloring: Coloring,
     scene: Option<SceneView>,
 }
 
@@ -52,16 +56,26 @@ struct SceneView {
     particle_count: usize,
     bodies: Vec<BodyView>,
     colliders: Vec<ColliderView>,
-    /// The shapes of planes and the camera wait for the first frame, which tells how large the scene is.
-    is_placed: bool,
+    grid: GridView,
+    bound: BoundLog,
+    /// The shapes of planes and the camera wait for the first frame, which tells how large the scene is; if
+    /// snow shows only later, the layout is sent again.
+    placed: Option<Placed>,
+}
+
+/// What the first frame told.
+#[derive(Clone, Copy)]
+struct Placed {
+    bounds: Bounds,
+    contents: Contents,
 }
 
 impl Recorder {
-    /// Opens a recording called `title`.
+    /// Opens a recording called `title`, in which the colour of snow shows `color_by`, where frames hold that.
     ///
     /// # Errors
     /// If the file cannot be created, no viewer answers, or none can be started.
-    pub fn open(title: &str, sink: Sink) -> Result<Self, RerunError> {
+    pub fn open(title: &str, sink: Sink, color_by: ColorBy) -> Result<Self, RerunError> {
         let builder = RecordingStreamBuilder::new(APPLICATION).recording_name(title);
         let stream = match &sink {
             Sink::Save(path) => builder.save(path).map_err(|error| file_error(path, &error))?,
@@ -78,8 +92,8 @@ impl Recorder {
         stream.set_log_tick_enabled(false);
         stream.set_log_time_enabled(false);
         stream.log_static("world", &ViewCoordinates::RIGHT_HAND_Y_UP()).map_err(refused("world"))?;
-        plots::describe(&stream)?;
-        Ok(Self { stream, sink, scene: None })
+        plots::describe(&stream, &GENERAL)?;
+        Ok(Self { stream, sink, coloring: Coloring::new(color_by), scene: None })
     }
 
     /// Records what does not change: meshes, pins, colliders.
@@ -91,7 +105,9 @@ impl Recorder {
             particle_count: topology.particle_count,
             bodies: topology.bodies.iter().enumerate().map(|(i, body)| BodyView::new(body, i)).collect(),
             colliders: topology.colliders.iter().enumerate().map(|(i, c)| ColliderView::new(c, i)).collect(),
-            is_placed: false,
+            grid: GridView::default(),
+            bound: BoundLog::default(),
+            placed: None,
         };
         for body in &scene.bodies {
             body.describe(&self.stream)?;
@@ -103,7 +119,8 @@ impl Recorder {
     /// Records a frame, on the timelines `step` and `time`.
     ///
     /// # Errors
-    /// If the frame has not as many particles as the topology, or the SDK refuses the data.
+    /// If the frame has not as many particles as the topology, a position is not finite, or the SDK refuses the
+    /// data.
     pub fn frame(&mut self, frame: &Frame) -> Result<(), RerunError> {
         let (found, expected) =
             (frame.positions.len(), self.scene.as_ref().map_or(0, |scene| scene.particle_count));
@@ -111,20 +128,26 @@ impl Recorder {
             return Err(RerunError::Frame { frame: frame.frame, found, expected });
         };
         let flat = frame.positions.to_f32();
-        let (points, _) = flat.as_chunks::<3>();
-        if !scene.is_placed {
-            scene.place(&self.stream, points)?;
+        if let Some(at) = flat.iter().position(|coordinate| !coordinate.is_finite()) {
+            return Err(RerunError::NotFinite { frame: frame.frame, particle: at / 3 });
         }
+        let (points, _) = flat.as_chunks::<3>();
+        let colors = if scene.has_points() { self.coloring.of(frame) } else { None };
+        let colors = colors.as_deref().filter(|colors| colors.len() == points.len());
+        scene.place(&self.stream, points, colors, frame.diagnostics.as_ref())?;
         self.stream.set_time_sequence(STEP, i64::try_from(frame.step).unwrap_or(i64::MAX));
         self.stream.set_duration_secs(TIME, frame.time);
         for body in &scene.bodies {
-            body.log(&self.stream, points)?;
+            body.log(&self.stream, points, colors)?;
         }
         for collider in &scene.colliders {
             collider.log(&self.stream, frame.time)?;
         }
+        if let Some(grid) = &frame.grid {
+            scene.grid.log(&self.stream, grid)?;
+        }
         match &frame.diagnostics {
-            Some(diagnostics) => plots::log(&self.stream, diagnostics),
+            Some(diagnostics) => scene.figures(&self.stream, diagnostics),
             None => Ok(()),
         }
     }
@@ -150,20 +173,74 @@ impl Recorder {
 }
 
 impl SceneView {
-    /// Logs what depends on the size of the scene: colliders and the layout with its camera.
-    fn place(&mut self, stream: &RecordingStream, points: &[[f32; 3]]) -> Result<(), RerunError> {
-        let mut bounds = Bounds::empty();
-        for body in &self.bodies {
-            body.add_to(&mut bounds, points);
+    /// True if a body is made of bare points, as snow is.
+    fn has_points(&self) -> bool {
+        self.bodies.iter().any(BodyView::is_points)
+    }
+
+    /// Logs, once, what depends on the size of the scene: points, colliders and the layout with its camera. The
+    /// layout comes again when snow shows for the first time.
+    fn place(
+        &mut self,
+        stream: &RecordingStream,
+        points: &[[f32; 3]],
+        colors: Option<&[Color]>,
+        diagnostics: Option<&v1::Diagnostics>,
+    ) -> Result<(), RerunError> {
+        let contents = Contents {
+            has_cloth: self.bodies.iter().any(|body| !body.is_points()),
+            has_snow: self.has_points() || diagnostics.is_some_and(|figures| figures.snow.is_some()),
+        };
+        if let Some(placed) = &mut self.placed {
+            if contents.has_snow == placed.contents.has_snow || !contents.has_snow {
+                return Ok(());
+            }
+            placed.contents = contents;
+            plots::describe(stream, &SNOW)?;
+            return layout::send(stream, &placed.bounds, contents);
         }
-        for collider in &self.colliders {
-            collider.add_to(&mut bounds);
+        let bounds = self.bounds(points);
+        for body in &self.bodies {
+            body.place(stream, points, colors)?;
         }
         for collider in &self.colliders {
             collider.describe(stream, &bounds)?;
         }
-        self.is_placed = true;
-        layout::send(stream, &bounds)
+        if contents.has_cloth {
+            plots::describe(stream, &CLOTH)?;
+        }
+        if contents.has_snow {
+            plots::describe(stream, &SNOW)?;
+        }
+        self.placed = Some(Placed { bounds, contents });
+        layout::send(stream, &bounds, contents)
+    }
+
+    /// Where bodies and colliders are, and where bodies that hang or fly freely can come to.
+    fn bounds(&self, points: &[[f32; 3]]) -> Bounds {
+        let mut bodies = Bounds::empty();
+        for body in &self.bodies {
+            body.add_to(&mut bodies, points);
+        }
+        let mut bounds = bodies;
+        for collider in &self.colliders {
+            collider.add_to(&mut bounds, &bodies);
+            if self.has_points() {
+                collider.add_foot_to(&mut bounds, &bodies);
+            }
+        }
+        bounds
+    }
+
+    /// Logs the figures of a step at the stream's current time.
+    fn figures(&mut self, stream: &RecordingStream, diagnostics: &v1::Diagnostics) -> Result<(), RerunError> {
+        let contents = self.placed.map(|placed| placed.contents);
+        plots::log(stream, diagnostics, &GENERAL)?;
+        if contents.is_some_and(|contents| contents.has_cloth) {
+            plots::log(stream, diagnostics, &CLOTH)?;
+        }
+        plots::log(stream, diagnostics, &SNOW)?;
+        self.bound.log(stream, diagnostics)
     }
 }
 

@@ -4,10 +4,13 @@
 
 use std::{future::Future, pin::pin, sync::Arc};
 
-use nappe_client::{Client, ClientError, Delivery, Event, FrameStream, SessionEnd, WatchOptions};
+use nappe_client::{
+    Client, ClientError, Delivery, Event, FrameStream, SessionEnd, WatchOptions, may_hold_snow, v1,
+};
 use tokio::{sync::mpsc, task};
 
 use crate::{
+    coloring::ColorBy,
     error::RerunError,
     live::LiveRecorder,
     recorder::{Recorder, Sink},
@@ -19,8 +22,11 @@ const QUEUE: usize = 4;
 /// How a session is shown.
 #[derive(Debug, Clone, Default)]
 pub struct ShowOptions {
-    /// How its frames are watched. [`ShowOptions::for_sink`] chooses well.
+    /// How its frames are watched. [`ShowOptions::for_sink`] chooses well. The array that the colour needs is
+    /// asked for as well.
     pub watch: WatchOptions,
+    /// What the colour of snow shows; `None`: how it is packed, if the session may hold snow.
+    pub color_by: Option<ColorBy>,
 }
 
 impl ShowOptions {
@@ -30,7 +36,7 @@ impl ShowOptions {
             Sink::Save(_) => WatchOptions::every_from(oldest_frame),
             Sink::Connect(_) | Sink::Spawn => WatchOptions::latest(60.0),
         };
-        Self { watch }
+        Self { watch, color_by: None }
     }
 }
 
@@ -71,15 +77,38 @@ pub async fn show(
     progress: impl FnMut(&Event),
 ) -> Result<Shown, ShowError> {
     let session = client.get_session(session_id).await?;
-    let title = if session.title.is_empty() { session.session_id } else { session.title };
     let is_complete = matches!(sink, Sink::Save(_)) && options.watch.delivery == Delivery::Every;
-    let frames = client.watch(session_id, options.watch).await?;
-    let mut show = Show { frames, shown: Shown::default(), progress };
+    let (frames, color_by) = watch(client, &session, options).await?;
+    let title = if session.title.is_empty() { session.session_id } else { session.title };
+    let mut show = Show { frames, color_by, shown: Shown::default(), progress };
     if is_complete { show.every(title, sink, stop).await } else { show.latest(title, sink, stop).await }
+}
+
+/// Watches with the array that the colour needs. Frames that were made before somebody asked for it lack it: when
+/// no colour was asked for, they are shown without.
+async fn watch(
+    client: &Client,
+    session: &v1::Session,
+    options: ShowOptions,
+) -> Result<(FrameStream, ColorBy), ClientError> {
+    let ShowOptions { watch, color_by } = options;
+    let color = color_by.unwrap_or_default();
+    let is_wanted = color_by.is_some() || may_hold_snow(session);
+    let Some(field) = color.field().filter(|_| is_wanted) else {
+        return Ok((client.watch(&session.session_id, watch).await?, color));
+    };
+    let with_color = WatchOptions { fields: watch.fields.with(field), ..watch.clone() };
+    match client.watch(&session.session_id, with_color).await {
+        Err(error) if color_by.is_none() && error.reason() == Some("FRAME_EXPIRED") => {
+            Ok((client.watch(&session.session_id, watch).await?, color))
+        }
+        opened => Ok((opened?, color)),
+    }
 }
 
 struct Show<Progress> {
     frames: FrameStream,
+    color_by: ColorBy,
     shown: Shown,
     progress: Progress,
 }
@@ -93,7 +122,8 @@ impl<Progress: FnMut(&Event)> Show<Progress> {
         stop: impl Future<Output = ()>,
     ) -> Result<Shown, ShowError> {
         let (queue, events) = mpsc::channel(QUEUE);
-        let writer = task::spawn_blocking(move || write(&title, sink, events));
+        let color_by = self.color_by;
+        let writer = task::spawn_blocking(move || write(&title, sink, color_by, events));
         let mut stop = pin!(stop);
         let received = loop {
             match self.next(stop.as_mut()).await {
@@ -120,7 +150,9 @@ impl<Progress: FnMut(&Event)> Show<Progress> {
         sink: Sink,
         stop: impl Future<Output = ()>,
     ) -> Result<Shown, ShowError> {
-        let recorder = joined(task::spawn_blocking(move || LiveRecorder::start(&title, sink)).await)??;
+        let color_by = self.color_by;
+        let start = move || LiveRecorder::start(&title, sink, color_by);
+        let recorder = joined(task::spawn_blocking(start).await)??;
         let mut stop = pin!(stop);
         let received = loop {
             match self.next(stop.as_mut()).await {
@@ -164,8 +196,13 @@ impl<Progress: FnMut(&Event)> Show<Progress> {
 }
 
 /// The writing thread: opens, records until the queue closes, closes.
-fn write(title: &str, sink: Sink, mut events: mpsc::Receiver<Event>) -> Result<(), RerunError> {
-    let mut recorder = Recorder::open(title, sink)?;
+fn write(
+    title: &str,
+    sink: Sink,
+    color_by: ColorBy,
+    mut events: mpsc::Receiver<Event>,
+) -> Result<(), RerunError> {
+    let mut recorder = Recorder::open(title, sink, color_by)?;
     while let Some(event) = events.blocking_recv() {
         match event {
             Event::Topology(topology) => recorder.topology(&topology)?,

@@ -1,23 +1,15 @@
-//! A recording holds what it was given: entities, timelines, every frame, a layout; and errors say what is wrong.
+//! A recording of cloth holds its meshes, colliders and figures, every frame and a layout; and errors of any
+//! recording say what is wrong.
 
-use std::{
-    collections::BTreeMap,
-    fs::File,
-    io::BufReader,
-    path::{Path, PathBuf},
-    sync::Arc,
-};
+use std::{path::Path, sync::Arc};
 
 use nappe_client::{Body, Collider, Frame, Shape, Topology, Vectors, v1};
-use nappe_rerun::{LiveRecorder, Recorder, RerunError, Sink};
-use rerun::{
-    external::re_log_encoding::DecoderApp,
-    log::{Chunk, LogMsg},
-};
+use nappe_rerun::{ColorBy, LiveRecorder, Recorder, RerunError, Sink};
+
+use crate::contents::{Contents, TIMELINES, file};
 
 const SIDE: usize = 12;
 const FRAMES: u64 = 5;
-const TIMELINES: [&str; 2] = ["step", "time"];
 
 /// A sheet of `SIDE` x `SIDE` particles pinned at two corners, a chain of three, a still plane, a moving ball.
 fn scene() -> Topology {
@@ -71,66 +63,16 @@ fn frame(number: u64) -> Frame {
         state_hash: None,
         positions: Vectors::F32(sheet.chain(chain).collect()),
         velocities: None,
+        plastic_ratios: None,
+        stress_norms: None,
+        grid: None,
         dropped_count: 0,
         diagnostics: Some(v1::Diagnostics { solve: Some(solve), ..v1::Diagnostics::default() }),
     }
 }
 
-/// What a file holds: rows by entity and timeline (empty for static rows), and blueprint messages.
-#[derive(Default)]
-struct Contents {
-    rows: BTreeMap<(String, String), usize>,
-    blueprint_entities: Vec<String>,
-    has_active_blueprint: bool,
-}
-
-impl Contents {
-    fn read(path: &Path) -> Self {
-        let file = BufReader::new(File::open(path).expect("the file was written"));
-        let mut contents = Self::default();
-        for message in DecoderApp::decode_lazy(file) {
-            match message.expect("the file decodes") {
-                LogMsg::ArrowMsg(store, message) => {
-                    let chunk = Chunk::from_arrow_msg(&message).expect("a chunk");
-                    if store.is_blueprint() {
-                        contents.blueprint_entities.push(chunk.entity_path().to_string());
-                    } else {
-                        contents.add(&chunk);
-                    }
-                }
-                LogMsg::BlueprintActivationCommand(_) => contents.has_active_blueprint = true,
-                LogMsg::SetStoreInfo(_) => {}
-            }
-        }
-        contents
-    }
-
-    fn add(&mut self, chunk: &Chunk) {
-        let entity = chunk.entity_path().to_string();
-        if chunk.is_static() {
-            *self.rows.entry((entity, String::new())).or_default() += chunk.num_rows();
-            return;
-        }
-        for timeline in TIMELINES {
-            if chunk.timelines().contains_key(&timeline.into()) {
-                let key = (entity.clone(), timeline.to_owned());
-                *self.rows.entry(key).or_default() += chunk.num_rows();
-            }
-        }
-    }
-
-    fn count(&self, entity: &str, timeline: &str) -> usize {
-        self.rows.get(&(entity.to_owned(), timeline.to_owned())).copied().unwrap_or(0)
-    }
-}
-
-/// A file that belongs to one test.
-fn file(test: &str) -> PathBuf {
-    Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("recording_{test}.rrd"))
-}
-
 fn record(path: &Path) -> Result<(), RerunError> {
-    let mut recorder = Recorder::open("a test", Sink::Save(path.to_owned()))?;
+    let mut recorder = Recorder::open("a test", Sink::Save(path.to_owned()), ColorBy::default())?;
     recorder.topology(&scene())?;
     for number in 0..FRAMES {
         recorder.frame(&frame(number))?;
@@ -162,6 +104,8 @@ fn a_file_holds_topology_once_and_every_frame_on_both_timelines() {
     assert_eq!(contents.count("/world/colliders/0_floor", "step"), 0, "a still plane is logged once");
     assert!(contents.count("/world/colliders/0_floor", "") > 0);
     assert_eq!(contents.count("/world", ""), 1, "the axes");
+    let snow = contents.rows.keys().find(|(entity, _)| entity.contains("snow") || entity.contains("grid"));
+    assert_eq!(snow, None, "there is no snow");
 }
 
 #[test]
@@ -179,7 +123,8 @@ fn a_file_opens_with_a_layout_and_a_camera() {
 #[test]
 fn a_live_recorder_writes_the_newest_frame_and_counts_the_others() {
     let path = file("live");
-    let recorder = LiveRecorder::start("a test", Sink::Save(path.clone())).expect("opens");
+    let recorder =
+        LiveRecorder::start("a test", Sink::Save(path.clone()), ColorBy::default()).expect("opens");
     recorder.topology(Arc::new(scene()));
     for number in 0..100 {
         recorder.frame(Arc::new(frame(number)));
@@ -194,7 +139,7 @@ fn a_live_recorder_writes_the_newest_frame_and_counts_the_others() {
 #[test]
 fn a_frame_of_another_size_is_refused_with_both_counts() {
     let sink = Sink::Save(file("wrong"));
-    let mut recorder = Recorder::open("a test", sink).expect("opens");
+    let mut recorder = Recorder::open("a test", sink, ColorBy::default()).expect("opens");
     recorder.topology(&scene()).expect("records");
     let wrong = Frame { positions: Vectors::F32(vec![0.0; 9]), ..frame(7) };
     let expected = SIDE * SIDE + 3;
@@ -223,6 +168,8 @@ fn a_full_disk_is_reported() {
 fn a_viewer_that_is_not_there_is_reported_with_its_address() {
     // Port 1 of the loopback interface: nobody listens.
     let url = "rerun+http://127.0.0.1:1/proxy";
-    let error = Recorder::open("a test", Sink::Connect(url.to_owned())).err().expect("nobody listens");
+    let error = Recorder::open("a test", Sink::Connect(url.to_owned()), ColorBy::default())
+        .err()
+        .expect("nobody listens");
     assert!(matches!(&error, RerunError::Connect { url: at, .. } if at == url), "{error}");
 }

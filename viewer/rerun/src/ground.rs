@@ -1,0 +1,103 @@
+//! Endless colliders as meshes, as much of them as the scene needs: a plane, a trough.
+//!
+//! Enters: the collider's numbers (m), the bounds of the scene. Leaves: a mesh with normals, relative to the
+//! collider's own point.
+
+use rerun::Mesh3D;
+
+use crate::geometry::{Bounds, along, cross, dot, minus, tangents};
+
+/// Radius of the drawn disc over the radius of the scene.
+const PLANE_SCALE: f32 = 1.4;
+const DISC_CORNERS: u32 = 96;
+/// The drawn surface lies this far below, over the radius of the scene: between particles that lie on a
+/// surface, a triangle passes below it.
+const DEPTH: f32 = 0.004;
+/// Facets of a trough.
+const TROUGH_FACETS: u32 = 48;
+
+/// The part of a plane below the scene, as a disc, relative to `point`.
+pub(crate) fn disc(point: [f32; 3], normal: [f32; 3], scene: &Bounds) -> Mesh3D {
+    let [first, second] = tangents(normal);
+    let to_center = minus(scene.center(), point);
+    let height = dot(to_center, normal);
+    let foot = along(along(to_center, -height, normal), -DEPTH * scene.radius(), normal);
+    let radius = PLANE_SCALE * scene.radius();
+    let rim = (0..DISC_CORNERS).map(|corner| {
+        let angle = std::f32::consts::TAU * corner as f32 / DISC_CORNERS as f32;
+        along(along(foot, radius * angle.cos(), first), radius * angle.sin(), second)
+    });
+    let triangles = (0..DISC_CORNERS).map(|corner| [0, 1 + corner, 1 + (corner + 1) % DISC_CORNERS]);
+    Mesh3D::new(std::iter::once(foot).chain(rim))
+        .with_vertex_normals(vec![normal; 1 + DISC_CORNERS as usize])
+        .with_triangle_indices(triangles)
+}
+
+/// A trough.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Trough {
+    /// A point of the tube's axis (m).
+    pub(crate) point: [f32; 3],
+    /// Unit direction of the axis.
+    pub(crate) axis: [f32; 3],
+    /// Unit direction of the opening.
+    pub(crate) up: [f32; 3],
+    /// Inner radius (m).
+    pub(crate) radius: f32,
+}
+
+impl Trough {
+    /// The inner surface along the scene, with a bank on either side, relative to the trough's point.
+    pub(crate) fn mesh(&self, scene: &Bounds) -> Mesh3D {
+        let side = cross(self.up, self.axis);
+        let middle = dot(minus(scene.center(), self.point), self.axis);
+        let half_length = PLANE_SCALE * scene.radius();
+        let profile = self.profile(half_length);
+        let (mut places, mut normals) = (Vec::new(), Vec::new());
+        for ([across, height], normal) in &profile {
+            for end in [middle - half_length, middle + half_length] {
+                let place = along(along([0.0; 3], *across, side), *height, self.up);
+                places.push(along(place, end, self.axis));
+                normals.push(along(along([0.0; 3], normal[0], side), normal[1], self.up));
+            }
+        }
+        let strips = 0..profile.len() as u32 - 1;
+        let triangles = strips.flat_map(|strip| {
+            let [a, b, c, d] = [0, 1, 2, 3].map(|corner| 2 * strip + corner);
+            [[a, b, c], [c, b, d]]
+        });
+        Mesh3D::new(places).with_vertex_normals(normals).with_triangle_indices(triangles)
+    }
+
+    /// Places (across, up) from bank to bank, and the normals there.
+    fn profile(&self, bank: f32) -> Vec<([f32; 2], [f32; 2])> {
+        let (radius, up) = (self.radius, [0.0, 1.0]);
+        let mut profile = vec![([-radius - bank, 0.0], up), ([-radius, 0.0], up)];
+        for facet in 0..=TROUGH_FACETS {
+            let angle = std::f32::consts::PI * (1.0 + facet as f32 / TROUGH_FACETS as f32);
+            let outward = [angle.cos(), angle.sin()];
+            profile.push((outward.map(|c| radius * c), outward.map(|c| -c)));
+        }
+        profile.extend([([radius, 0.0], up), ([radius + bank, 0.0], up)]);
+        profile
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_trough_lies_on_its_tube_and_looks_at_its_axis() {
+        let trough = Trough { point: [0.0; 3], axis: [0.0, 0.0, 1.0], up: [0.0, 1.0, 0.0], radius: 2.0 };
+        let profile = trough.profile(1.0);
+        assert_eq!((profile[0].0, profile[profile.len() - 1].0), ([-3.0, 0.0], [3.0, 0.0]));
+        for (place, normal) in &profile[2..profile.len() - 2] {
+            let distance = place[0].hypot(place[1]);
+            assert!((distance - 2.0).abs() < 1e-5 && place[1] < 1e-5, "{place:?}");
+            assert!((place[0] * normal[0] + place[1] * normal[1] + 2.0).abs() < 1e-5, "{normal:?}");
+        }
+        let lowest = profile.iter().map(|(place, _)| place[1]).fold(0.0, f32::min);
+        assert!((lowest + 2.0).abs() < 1e-5);
+    }
+}

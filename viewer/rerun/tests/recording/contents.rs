@@ -1,0 +1,75 @@
+//! What a recording file holds, read back.
+//!
+//! Enters: the path of a file. Leaves: rows by entity and timeline, and the layout's entities.
+
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    fs::File,
+    io::BufReader,
+    path::{Path, PathBuf},
+};
+
+use rerun::{
+    external::re_log_encoding::DecoderApp,
+    log::{Chunk, LogMsg},
+};
+
+pub(crate) const TIMELINES: [&str; 2] = ["step", "time"];
+
+/// What a file holds: rows by entity and timeline (empty for static rows), and blueprint messages.
+#[derive(Default)]
+pub(crate) struct Contents {
+    pub(crate) rows: BTreeMap<(String, String), usize>,
+    /// Entity, component, and whether the row is static.
+    pub(crate) components: BTreeSet<(String, String, bool)>,
+    pub(crate) blueprint_entities: Vec<String>,
+    pub(crate) has_active_blueprint: bool,
+}
+
+impl Contents {
+    pub(crate) fn read(path: &Path) -> Self {
+        let file = BufReader::new(File::open(path).expect("the file was written"));
+        let mut contents = Self::default();
+        for message in DecoderApp::decode_lazy(file) {
+            match message.expect("the file decodes") {
+                LogMsg::ArrowMsg(store, message) => {
+                    let chunk = Chunk::from_arrow_msg(&message).expect("a chunk");
+                    if store.is_blueprint() {
+                        contents.blueprint_entities.push(chunk.entity_path().to_string());
+                    } else {
+                        contents.add(&chunk);
+                    }
+                }
+                LogMsg::BlueprintActivationCommand(_) => contents.has_active_blueprint = true,
+                LogMsg::SetStoreInfo(_) => {}
+            }
+        }
+        contents
+    }
+
+    fn add(&mut self, chunk: &Chunk) {
+        let entity = chunk.entity_path().to_string();
+        for component in chunk.components_identifiers() {
+            self.components.insert((entity.clone(), component.to_string(), chunk.is_static()));
+        }
+        if chunk.is_static() {
+            *self.rows.entry((entity, String::new())).or_default() += chunk.num_rows();
+            return;
+        }
+        for timeline in TIMELINES {
+            if chunk.timelines().contains_key(&timeline.into()) {
+                let key = (entity.clone(), timeline.to_owned());
+                *self.rows.entry(key).or_default() += chunk.num_rows();
+            }
+        }
+    }
+
+    pub(crate) fn count(&self, entity: &str, timeline: &str) -> usize {
+        self.rows.get(&(entity.to_owned(), timeline.to_owned())).copied().unwrap_or(0)
+    }
+}
+
+/// A file that belongs to one test.
+pub(crate) fn file(test: &str) -> PathBuf {
+    Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("recording_{test}.rrd"))
+}
