@@ -104,6 +104,9 @@ pub struct Limits {
     /// Changes of parameters that wait for their step, in one session.
     #[arg(long, env = "NAPPE_MAX_PENDING_CHANGES", default_value_t = Limits::default().max_pending_changes)]
     pub max_pending_changes: u32,
+    /// Nodes of the snow's grid in one frame, for each watcher.
+    #[arg(long, env = "NAPPE_MAX_GRID_NODES", default_value_t = Limits::default().max_grid_nodes)]
+    pub max_grid_nodes: u32,
 }
 
 impl Default for Limits {
@@ -125,6 +128,7 @@ impl Default for Limits {
             max_connections: 256,
             max_streams_per_connection: 128,
             max_pending_changes: 100_000,
+            max_grid_nodes: 1 << 18,
         }
     }
 }

@@ -91,6 +91,12 @@ pub(crate) const fn reason_of(failure: &StepFailure) -> Reason {
         StepFailure::Stretch { .. } => Reason::StretchLimit,
         StepFailure::Energy { .. } => Reason::EnergyLimit,
         StepFailure::Solver { .. } => Reason::SolverFailed,
+        StepFailure::TimeStep { .. } => Reason::TimeStepLimit,
+        StepFailure::Substeps { .. } => Reason::SubstepLimit,
+        StepFailure::NodeSpeed { .. } => Reason::NodeSpeed,
+        StepFailure::Deformation { .. } => Reason::DeformationLimit,
+        StepFailure::OutOfRange { .. } => Reason::OutOfRange,
+        StepFailure::Mass { .. } => Reason::MassLost,
     }
 }
 

@@ -6,6 +6,9 @@
 pub mod config;
 pub mod reason;
 mod error;
+mod pack;
+mod grid;
+mod contents;
 mod frame;
 mod publish;
 mod wire;

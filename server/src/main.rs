@@ -6,7 +6,7 @@ use clap::Parser;
 use nappe_server::{App, Config, Signals};
 use tracing_subscriber::EnvFilter;
 
-/// Serves cloth simulations over gRPC.
+/// Serves simulations of cloth and snow over gRPC.
 #[derive(Parser)]
 #[command(version)]
 struct Arguments {

@@ -7,17 +7,14 @@ use std::{
     collections::VecDeque,
     sync::{
         Arc, Mutex, PoisonError,
-        atomic::{AtomicU8, Ordering},
+        atomic::{AtomicU16, Ordering},
     },
 };
 
 use nappe_proto::v1;
 use tokio::sync::watch;
 
-use crate::{
-    error::ServiceError,
-    frame::{ArraySet, EncodedFrame},
-};
+use crate::{contents::Contents, error::ServiceError, frame::EncodedFrame};
 
 /// How a session's streams end.
 #[derive(Clone, Debug)]
@@ -46,7 +43,7 @@ pub(crate) enum Lookup {
     Found(Arc<EncodedFrame>),
     /// It is not made yet.
     NotYet,
-    /// It is no longer kept, or not with the arrays asked for; this is the oldest that is.
+    /// It is no longer kept, or not with what is asked for; this is the oldest that is.
     Expired {
         /// Frame number.
         oldest: u64,
@@ -58,8 +55,8 @@ pub(crate) enum Lookup {
 pub(crate) struct Feed {
     history: Mutex<History>,
     newest: watch::Sender<Newest>,
-    /// Arrays that frames from now on must have: what watchers ever asked for.
-    demand: AtomicU8,
+    /// What frames from now on must hold: what watchers ever asked for.
+    demand: AtomicU16,
 }
 
 impl Feed {
@@ -72,11 +69,11 @@ impl Feed {
         Self {
             history: Mutex::new(history),
             newest: watch::Sender::new(newest),
-            demand: AtomicU8::new(ArraySet::ALWAYS.bits()),
+            demand: AtomicU16::new(Contents::ALWAYS.bits()),
         }
     }
 
-    /// Adds the next frame, or replaces the newest by itself with more arrays.
+    /// Adds the next frame, or replaces the newest by itself with more in it.
     pub(crate) fn publish(&self, frame: EncodedFrame) {
         let frame = Arc::new(frame);
         let (oldest, outdated) = {
@@ -109,20 +106,20 @@ impl Feed {
         self.newest.borrow().clone()
     }
 
-    /// Frame `number` with the arrays of `wanted`.
-    pub(crate) fn lookup(&self, number: u64, wanted: ArraySet) -> Lookup {
+    /// Frame `number` if it holds what is `wanted`.
+    pub(crate) fn lookup(&self, number: u64, wanted: Contents) -> Lookup {
         self.lock().lookup(number, wanted)
     }
 
-    /// Asks that frames from now on have these arrays; true if that is new.
-    pub(crate) fn ask_for(&self, arrays: ArraySet) -> bool {
-        let before = self.demand.fetch_or(arrays.bits(), Ordering::Relaxed);
-        !ArraySet::from_bits(before).covers(arrays)
+    /// Asks that frames from now on hold these; true if that is new.
+    pub(crate) fn ask_for(&self, contents: Contents) -> bool {
+        let before = self.demand.fetch_or(contents.bits(), Ordering::Relaxed);
+        !Contents::from_bits(before).covers(contents)
     }
 
-    /// The arrays that frames must have now.
-    pub(crate) fn demand(&self) -> ArraySet {
-        ArraySet::from_bits(self.demand.load(Ordering::Relaxed))
+    /// What frames must hold now.
+    pub(crate) fn demand(&self) -> Contents {
+        Contents::from_bits(self.demand.load(Ordering::Relaxed))
     }
 
     fn lock(&self) -> std::sync::MutexGuard<'_, History> {
@@ -161,20 +158,20 @@ impl History {
         outdated
     }
 
-    fn lookup(&self, number: u64, wanted: ArraySet) -> Lookup {
+    fn lookup(&self, number: u64, wanted: Contents) -> Lookup {
         if self.frames.back().is_none_or(|newest| newest.head.frame < number) {
             return Lookup::NotYet;
         }
         let found = number
             .checked_sub(self.oldest())
             .and_then(|index| self.frames.get(index as usize))
-            .filter(|frame| frame.arrays().covers(wanted));
+            .filter(|frame| frame.contents().covers(wanted));
         if let Some(frame) = found {
             return Lookup::Found(Arc::clone(frame));
         }
-        // Arrays are only ever added to the demand, so that frames which have them are the newest
+        // Contents are only ever added to the demand, so that frames which have them are the newest
         // ones; the initial frame, which has all, may stand apart at the front.
-        let complete = self.frames.iter().rev().take_while(|frame| frame.arrays().covers(wanted)).count();
+        let complete = self.frames.iter().rev().take_while(|frame| frame.contents().covers(wanted)).count();
         let next = self.frames.back().map_or(0, |newest| newest.head.frame + 1);
         Lookup::Expired { oldest: next - complete as u64 }
     }

@@ -103,8 +103,8 @@ reasons! {
         "The session was deleted while the call was in progress."
         "Nothing: the session is gone."
     NotFinite "NOT_FINITE" Aborted
-        "The simulation diverged: a position or velocity is no longer a finite number. `step`, `particle` and `value` say where."
-        "Reduce dt or the stiffness, or choose an implicit integrator."
+        "The simulation diverged: a position, a velocity or another number of the state is no longer finite. `step`, `particle` and `value` say where."
+        "Reduce dt or the stiffness; cloth: choose an implicit integrator; snow: let its step be certified."
     StretchLimit "STRETCH_LIMIT" Aborted
         "A spring became longer than the scene allows."
         "Reduce dt, raise the stiffness or the damping, or raise the scene's limit."
@@ -114,6 +114,24 @@ reasons! {
     SolverFailed "SOLVER_FAILED" Aborted
         "The linear system of an implicit step has no solution."
         "Look for free particles without mass or springs; change the treatment of the Hessian."
+    TimeStepLimit "TIME_STEP_LIMIT" Aborted
+        "The step of snow that the scene fixes came above the bound within which it is stable; the message has both numbers and the bound's name."
+        "Let the step be certified, fix a smaller one, or mark it unchecked and accept that it may diverge."
+    SubstepLimit "SUBSTEP_LIMIT" Aborted
+        "One step of the scene would need more steps of snow than the scene allows; the message names the bound that makes them short."
+        "Shorten the scene's dt or raise its limit of substeps; look at the particle named: snow that is pressed hard, or very fast, needs short steps."
+    NodeSpeed "NODE_SPEED" Aborted
+        "A node of the snow's grid would move more than a cell in one step: the simulation is about to diverge."
+        "Reduce the fixed step, or let the step be certified."
+    DeformationLimit "DEFORMATION_LIMIT" Aborted
+        "The deformation gradient of a particle of snow came beyond any snow: the simulation diverged."
+        "Reduce the fixed step, or let the step be certified; check the material's numbers."
+    OutOfRange "OUT_OF_RANGE" Aborted
+        "A particle of snow left the range of the grid, which is bounded only by its 32-bit indices."
+        "Put a collider where snow is to stop, end the scene earlier, or look at what threw the particle."
+    MassLost "MASS_LOST" Aborted
+        "The grid does not hold the mass of the particles: particles were lost between them. This is a fault of the program."
+        "Report it with the scene and the message."
     SessionPanicked "SESSION_PANICKED" Internal
         "A fault of the program ended this session; others are not affected."
         "Report it with the scene and the message."
@@ -225,9 +243,15 @@ mod tests {
             StepFailure::Stretch { particle: 0, other: 1, value: 2.0, limit: 1.0 },
             StepFailure::Energy { particle: 0, value: 2.0, limit: 1.0 },
             StepFailure::Solver { outcome: Outcome::Singular { iteration: 1 } },
+            StepFailure::TimeStep { particle: 0, dt: 2.0, limit: 1.0, bound: "elastic_wave" },
+            StepFailure::Substeps { particle: 0, dt: 2.0, limit: 1, bound: "elastic_wave" },
+            StepFailure::NodeSpeed { particle: 0, node: [0; 3], value: 2.0, limit: 1.0 },
+            StepFailure::Deformation { particle: 0, value: 2.0, limit: 1.0 },
+            StepFailure::OutOfRange { particle: 0, position: [2.0; 3], limit: 1.0 },
+            StepFailure::Mass { expected: 2.0, found: 1.0 },
         ];
         for failure in failures {
-            assert_ne!(crate::error::reason_of(&failure), Reason::Internal, "{failure}");
+            assert_eq!(crate::error::reason_of(&failure).name(), failure.reason(), "{failure}");
         }
     }
 }

@@ -26,24 +26,24 @@ use crate::{
 pub(crate) struct Methods(pub Arc<Shared>);
 
 impl Methods {
-    /// Starts a watcher once its arrays are asked for.
+    /// Starts a watcher once what it wants is asked for.
     async fn frames(
         &self,
         request: v1::WatchFramesRequest,
     ) -> Result<WatchStream<v1::WatchFramesResponse>, Status> {
         let session = self.0.session(&request.session_id)?;
-        let arrays = validate::arrays(&request)?;
+        let wanted = validate::wanted(&request, session.snow_cell(), &self.0.config.limits)?;
         let delivery = validate::delivery(&request)?;
         let slot = session.watcher_slot()?;
-        self.0.answered(session.provide(arrays).await)?;
+        self.0.answered(session.provide(wanted.contents()).await)?;
         let feed = session.feed();
         if let Delivery::Every { from_frame: Some(number) } = delivery {
-            validate::start(feed, number, arrays)?;
+            validate::start(feed, number, wanted.contents())?;
         }
         let pieces = session.topology().iter().cloned().map(v1::watch_frames_response::Event::Topology);
         let opening = pieces.map(|piece| v1::WatchFramesResponse { event: Some(piece) }).collect();
         let draining = self.0.draining.clone();
-        Ok(watch(Arc::clone(feed), Frames(arrays), delivery, opening, slot, draining))
+        Ok(watch(Arc::clone(feed), Frames(wanted), delivery, opening, slot, draining))
     }
 }
 

@@ -1,4 +1,4 @@
-//! Checks of single fields: ids, counts, rates, pages, arrays.
+//! Checks of single fields: ids, counts, rates, pages, arrays, nodes.
 //!
 //! Enters: a field of a request. Leaves: its meaning, or the reason why it is refused.
 
@@ -8,8 +8,9 @@ use nappe_proto::v1;
 
 use crate::{
     config::Limits,
+    contents::{Array, Contents, Wanted},
     error::ServiceError,
-    frame::{Array, ArraySet},
+    grid::{GridChoice, Selection},
     publish::{Feed, Lookup},
     reason::Reason,
     watch::Delivery,
@@ -110,24 +111,67 @@ pub(crate) fn period(max_rate_hz: f64) -> Result<Option<Duration>, ServiceError>
     Ok(Some(Duration::try_from_secs_f64(1.0 / max_rate_hz).map_or(longest, |period| period.min(longest))))
 }
 
-/// The arrays that a watcher asks for.
+/// What a watcher asks for of frames; `snow_cell` is the side of the cells of the session's snow.
 ///
 /// # Errors
-/// A field or an encoding that does not exist.
-pub(crate) fn arrays(request: &v1::WatchFramesRequest) -> Result<ArraySet, ServiceError> {
+/// A field or an encoding that does not exist, or nodes that cannot be chosen.
+pub(crate) fn wanted(
+    request: &v1::WatchFramesRequest,
+    snow_cell: Option<f64>,
+    limits: &Limits,
+) -> Result<Wanted, ServiceError> {
+    let grid = request.grid.as_ref().map(|grid| self::grid(grid, snow_cell, limits)).transpose()?;
+    Ok(Wanted { arrays: arrays(request)?, grid })
+}
+
+/// The nodes of a snow's grid that a watcher asks for.
+fn grid(
+    request: &v1::GridRequest,
+    snow_cell: Option<f64>,
+    limits: &Limits,
+) -> Result<GridChoice, ServiceError> {
+    use v1::grid_request::Selection as Wire;
+    let selection = match &request.selection {
+        None => return Err(ServiceError::field("grid.selection", "is missing: all or slice is needed")),
+        Some(Wire::All(v1::AllNodes {})) => Selection::All,
+        Some(Wire::Slice(slice)) => {
+            let coordinate = wire::finite("grid.slice.coordinate", slice.coordinate)?;
+            let axis = match v1::Axis::try_from(slice.axis) {
+                Ok(v1::Axis::X) => 0,
+                Ok(v1::Axis::Y) => 1,
+                Ok(v1::Axis::Z) => 2,
+                Ok(v1::Axis::Unspecified) => {
+                    let problem = "is missing: AXIS_X, AXIS_Y or AXIS_Z is needed";
+                    return Err(ServiceError::field("grid.slice.axis", problem));
+                }
+                Err(_unknown) => return Err(wire::unknown_value("grid.slice.axis", slice.axis)),
+            };
+            Selection::Slice { axis, coordinate }
+        }
+    };
+    if snow_cell.is_none() {
+        return Err(ServiceError::field("grid", "is set, but the session has no snow, and so no grid"));
+    }
+    let allowed = limits.max_grid_nodes.max(1);
+    let max_nodes = if request.max_nodes == 0 { allowed } else { request.max_nodes.min(allowed) };
+    Ok(GridChoice { selection, max_nodes })
+}
+
+/// The arrays that a watcher asks for.
+fn arrays(request: &v1::WatchFramesRequest) -> Result<Contents, ServiceError> {
     let encoding = match v1::Encoding::try_from(request.encoding) {
         Ok(v1::Encoding::Unspecified) => v1::Encoding::RawF32,
         Ok(encoding) => encoding,
         Err(_unknown) => return Err(wire::unknown_value("encoding", request.encoding)),
     };
-    let mut arrays = ArraySet::NONE;
+    let mut arrays = Contents::NONE;
     for (i, number) in request.fields.iter().enumerate() {
         let field = v1::Field::try_from(*number).ok();
         let array = field.and_then(|field| Array::of(field, encoding));
         let array = array.ok_or_else(|| wire::unknown_value(&format!("fields[{i}]"), *number))?;
         arrays = arrays.with(array);
     }
-    if arrays == ArraySet::NONE {
+    if arrays == Contents::NONE {
         arrays = Array::of(v1::Field::Positions, encoding).map_or(arrays, |array| arrays.with(array));
     }
     Ok(arrays)
@@ -156,7 +200,7 @@ pub(crate) fn delivery(request: &v1::WatchFramesRequest) -> Result<Delivery, Ser
 ///
 /// # Errors
 /// A frame that is dropped, or far from made.
-pub(crate) fn start(feed: &Feed, from_frame: u64, wanted: ArraySet) -> Result<(), ServiceError> {
+pub(crate) fn start(feed: &Feed, from_frame: u64, wanted: Contents) -> Result<(), ServiceError> {
     let newest = feed.newest().frame.head.frame;
     if from_frame > newest.saturating_add(1) {
         let message = format!("frame {from_frame} is not made yet; the newest is {newest}");
@@ -166,7 +210,7 @@ pub(crate) fn start(feed: &Feed, from_frame: u64, wanted: ArraySet) -> Result<()
     }
     if let Lookup::Expired { oldest } = feed.lookup(from_frame, wanted) {
         let message = format!(
-            "frame {from_frame} is no longer kept with the arrays asked for; the oldest that is: {oldest}"
+            "frame {from_frame} is no longer kept with what is asked for; the oldest that is: {oldest}"
         );
         return Err(ServiceError::new(Reason::FrameExpired, message)
             .with("from_frame", from_frame)
@@ -188,6 +232,29 @@ mod tests {
         for bad in ["", "abc", "1abc", "-abc", "Abcd", "ab_d", "ab d", "abcé", &"z".repeat(64)] {
             assert!(session_id(bad).is_err(), "{bad}");
         }
+    }
+
+    #[test]
+    fn a_grid_is_asked_for_with_a_selection_and_at_most_what_is_allowed() {
+        use v1::grid_request::Selection as Wire;
+        let limits = Limits { max_grid_nodes: 100, ..Limits::default() };
+        let asked =
+            |selection, max_nodes| grid(&v1::GridRequest { selection, max_nodes }, Some(0.1), &limits);
+        let all = Some(Wire::All(v1::AllNodes {}));
+        for (max_nodes, most) in [(0, 100), (7, 7), (100, 100), (u32::MAX, 100)] {
+            let choice = GridChoice { selection: Selection::All, max_nodes: most };
+            assert_eq!(asked(all, max_nodes).expect("all nodes"), choice);
+        }
+        let slice = |axis, coordinate| Some(Wire::Slice(v1::SliceNodes { axis, coordinate }));
+        let choice = GridChoice { selection: Selection::Slice { axis: 2, coordinate: -0.25 }, max_nodes: 5 };
+        assert_eq!(asked(slice(v1::Axis::Z.into(), -0.25), 5).expect("a slice"), choice);
+        let y = v1::Axis::Y.into();
+        for bad in [None, slice(0, 0.0), slice(9, 0.0), slice(y, f64::NAN), slice(y, f64::INFINITY)] {
+            assert_eq!(asked(bad, 0).expect_err("no choice").reason, Reason::InvalidField);
+        }
+        let request = v1::GridRequest { selection: all, max_nodes: 0 };
+        let refused = grid(&request, None, &limits).expect_err("cloth has no grid");
+        assert!(refused.message.contains("no snow"), "{refused}");
     }
 
     #[test]

@@ -20,8 +20,9 @@ use tokio_util::sync::CancellationToken;
 use tonic::Status;
 
 use crate::{
+    contents::{Contents, Wanted},
     error::ServiceError,
-    frame::{ArraySet, EncodedFrame},
+    frame::EncodedFrame,
     publish::{Ending, Feed, Lookup, Newest},
     reason::Reason,
 };
@@ -30,31 +31,31 @@ use crate::{
 const WAITING_MESSAGES: usize = 1;
 
 /// What a kind of stream makes of frames.
-pub(crate) trait Shape: Send + Sync + 'static {
+pub(crate) trait Shape: Copy + Send + Sync + 'static {
     /// A message of the stream.
     type Message: Send + 'static;
-    /// The arrays that it needs in a frame.
-    fn arrays(&self) -> ArraySet;
+    /// What it needs in a frame.
+    fn contents(&self) -> Contents;
     /// The messages of a frame.
     fn messages(&self, frame: &EncodedFrame, dropped_count: u64) -> Vec<Self::Message>;
     /// The message at the end of a finished session, if there is one.
     fn end(&self, end: v1::SessionEnd) -> Option<Self::Message>;
 }
 
-/// Frames with these arrays.
+/// Frames with these arrays and nodes.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Frames(pub ArraySet);
+pub(crate) struct Frames(pub Wanted);
 
 impl Shape for Frames {
     type Message = v1::WatchFramesResponse;
 
-    fn arrays(&self) -> ArraySet {
-        self.0
+    fn contents(&self) -> Contents {
+        self.0.contents()
     }
 
     fn messages(&self, frame: &EncodedFrame, dropped_count: u64) -> Vec<Self::Message> {
         use v1::watch_frames_response::Event;
-        let pieces = frame.pieces(self.0, dropped_count).into_iter();
+        let pieces = frame.pieces(&self.0, dropped_count).into_iter();
         pieces.map(|piece| v1::WatchFramesResponse { event: Some(Event::Frame(piece)) }).collect()
     }
 
@@ -70,8 +71,8 @@ pub(crate) struct Figures;
 impl Shape for Figures {
     type Message = v1::WatchDiagnosticsResponse;
 
-    fn arrays(&self) -> ArraySet {
-        ArraySet::NONE
+    fn contents(&self) -> Contents {
+        Contents::NONE
     }
 
     fn messages(&self, frame: &EncodedFrame, _: u64) -> Vec<Self::Message> {
@@ -188,7 +189,7 @@ impl<S: Shape> Watcher<S> {
     async fn latest(&mut self, mut ticker: Option<Interval>) -> Result<(), Leave> {
         let mut sent = None;
         loop {
-            let wanted = self.shape.arrays();
+            let wanted = self.shape.contents();
             let news = |newest: &Newest| is_news(newest, sent, wanted);
             gone(self.newest.wait_for(|newest| newest.ending.is_some() || news(newest)).await)?;
             tokio::select! {
@@ -201,7 +202,7 @@ impl<S: Shape> Watcher<S> {
             if is_news(&newest, sent, wanted) {
                 let number = newest.frame.head.frame;
                 let dropped = sent.map_or(0, |sent: u64| number.saturating_sub(sent + 1));
-                let mut messages = self.shape.messages(&newest.frame, dropped).into_iter();
+                let mut messages = messages(self.shape, &newest.frame, dropped).await?.into_iter();
                 if let Some(first) = messages.next() {
                     room.send(first);
                 }
@@ -224,9 +225,9 @@ impl<S: Shape> Watcher<S> {
         loop {
             // Looked at before the history, so that an end seen here comes after all frames there.
             let ending = self.newest.borrow_and_update().ending.clone();
-            match self.feed.lookup(next, self.shape.arrays()) {
+            match self.feed.lookup(next, self.shape.contents()) {
                 Lookup::Found(frame) => {
-                    for message in self.shape.messages(&frame, 0) {
+                    for message in messages(self.shape, &frame, 0).await? {
                         self.send_or_fall_behind(message, next).await?;
                     }
                     next += 1;
@@ -240,10 +241,10 @@ impl<S: Shape> Watcher<S> {
         }
     }
 
-    /// Number of the newest frame if it has the arrays, else of the one after it.
+    /// Number of the newest frame if it holds what is wanted, else of the one after it.
     fn newest_complete(&self) -> u64 {
         let frame = &self.newest.borrow().frame;
-        frame.head.frame + u64::from(!frame.arrays().covers(self.shape.arrays()))
+        frame.head.frame + u64::from(!frame.contents().covers(self.shape.contents()))
     }
 
     async fn finish(&mut self, ending: &Ending) -> Result<(), Leave> {
@@ -276,8 +277,26 @@ impl<S: Shape> Watcher<S> {
     }
 }
 
-fn is_news(newest: &Newest, sent: Option<u64>, wanted: ArraySet) -> bool {
-    sent != Some(newest.frame.head.frame) && newest.frame.arrays().covers(wanted)
+/// The messages of a frame. Nodes of a grid are chosen and packed off the threads that carry the
+/// streams: there may be millions.
+async fn messages<S: Shape>(
+    shape: S,
+    frame: &Arc<EncodedFrame>,
+    dropped_count: u64,
+) -> Result<Vec<S::Message>, Leave> {
+    if !shape.contents().covers(Contents::GRID) {
+        return Ok(shape.messages(frame, dropped_count));
+    }
+    let frame = Arc::clone(frame);
+    let packed = tokio::task::spawn_blocking(move || shape.messages(&frame, dropped_count)).await;
+    packed.map_err(|_panic| {
+        let message = "packing the grid's nodes panicked: this is a fault of the program";
+        Leave::With(ServiceError::new(Reason::Internal, message))
+    })
+}
+
+fn is_news(newest: &Newest, sent: Option<u64>, wanted: Contents) -> bool {
+    sent != Some(newest.frame.head.frame) && newest.frame.contents().covers(wanted)
 }
 
 /// A feed lives as long as its watchers: its end would only mean that nothing more comes.

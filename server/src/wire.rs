@@ -6,7 +6,7 @@ use nappe_sim::{
     collide::{Collider, Shape},
     linalg::{Outcome, SolveReport},
     math::Precision,
-    report::Stage,
+    report::{BoundKind, SnowReport, Stage},
     world::{BodyTopology, Change, ChangeError},
 };
 
@@ -50,6 +50,32 @@ fn collider(collider: &Collider) -> v1::ColliderShape {
         Shape::Sphere { center, radius } => {
             Wire::Sphere(v1::SphereShape { center: Some(vector(center)), radius, velocity })
         }
+        Shape::Capsule { start, end, radius } => Wire::Capsule(v1::CapsuleShape {
+            start: Some(vector(start)),
+            end: Some(vector(end)),
+            radius,
+            velocity,
+        }),
+        Shape::Box { center, half_extent, axes: [axis_x, axis_y, _] } => Wire::Box(v1::BoxShape {
+            center: Some(vector(center)),
+            half_extent: Some(vector(half_extent)),
+            axis_x: Some(vector(axis_x)),
+            axis_y: Some(vector(axis_y)),
+            velocity,
+        }),
+        Shape::Cylinder { start, end, radius } => Wire::Cylinder(v1::CylinderShape {
+            start: Some(vector(start)),
+            end: Some(vector(end)),
+            radius,
+            velocity,
+        }),
+        Shape::HalfPipe { point, axis, up, radius } => Wire::HalfPipe(v1::HalfPipeShape {
+            point: Some(vector(point)),
+            axis: Some(vector(axis)),
+            up: Some(vector(up)),
+            radius,
+            velocity,
+        }),
     };
     v1::ColliderShape { name: collider.name.clone(), shape: Some(shape) }
 }
@@ -73,6 +99,39 @@ pub(crate) fn solve(report: &SolveReport) -> v1::SolveReport {
         outcome: outcome.into(),
         iterations: report.iterations,
         relative_residual: report.relative_residual,
+    }
+}
+
+/// The message of the snow's figures. A bound that allows any step is told as the largest number.
+pub(crate) fn snow(report: &SnowReport) -> v1::SnowDiagnostics {
+    let bound = match report.bound.kind {
+        BoundKind::ElasticWave => v1::TimeBound::ElasticWave,
+        BoundKind::IsolatedParticle => v1::TimeBound::IsolatedParticle,
+        BoundKind::ParticleSpeed => v1::TimeBound::ParticleSpeed,
+        BoundKind::VelocityGradient => v1::TimeBound::VelocityGradient,
+        BoundKind::ColliderSpeed => v1::TimeBound::ColliderSpeed,
+        BoundKind::Fixed => v1::TimeBound::Fixed,
+        BoundKind::Frame => v1::TimeBound::Frame,
+    };
+    let [min_plastic_ratio, max_plastic_ratio] = report.jp_range;
+    v1::SnowDiagnostics {
+        substeps: report.substeps,
+        dt_seconds: report.dt,
+        bound: bound.into(),
+        bound_particle: report.bound.particle,
+        bound_seconds: report.bound.dt.min(f64::MAX),
+        mass: report.mass,
+        grid_mass_error: report.grid_mass_error,
+        plastic_count: report.plastic_count,
+        inverted_count: report.inverted_count,
+        clamped_count: report.clamped_count,
+        ballistic_count: report.ballistic_count,
+        min_plastic_ratio,
+        max_plastic_ratio,
+        max_speed: report.max_speed,
+        dropped_momentum: report.dropped_momentum,
+        angular_momentum: Some(vector(report.angular_momentum)),
+        block_count: report.block_count,
     }
 }
 
@@ -111,6 +170,7 @@ pub(crate) fn limits(limits: &Limits) -> v1::Limits {
         max_streams_per_connection: limits.max_streams_per_connection,
         max_pending_changes: limits.max_pending_changes,
         max_mesh_store_bytes: limits.max_mesh_store_bytes,
+        max_grid_nodes: limits.max_grid_nodes,
     }
 }
 
@@ -211,6 +271,10 @@ pub(crate) fn refused(error: &ChangeError) -> ServiceError {
         ChangeError::NoSuchSprings { body, kind } => {
             refused.with("body", body).with("kind", kind).at_field("springs.kind", error.to_string())
         }
+        ChangeError::SnowHasNoSprings { name } => {
+            refused.with("body", name).at_field("springs.body", error.to_string())
+        }
+        ChangeError::NoCloth => refused.at_field("springs", error.to_string()),
         ChangeError::NotPinned { particle } => {
             refused.with("particle", particle).at_field("pins.particle", error.to_string())
         }

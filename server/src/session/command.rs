@@ -50,7 +50,7 @@ pub(crate) enum Command {
         /// For the index of the step before which they take effect.
         answer: oneshot::Sender<Result<u64, ServiceError>>,
     },
-    /// Encodes the newest frame again with the arrays that watchers now want, if its state stands.
+    /// Encodes the newest frame again with all that watchers now want, if its state stands.
     Provide(oneshot::Sender<()>),
     /// Ends the thread.
     End,

@@ -31,6 +31,8 @@ pub(crate) struct Facts {
     pub particle_count: u64,
     /// Springs.
     pub spring_count: u64,
+    /// Side of the cells of the snow's grid (m); none without snow.
+    pub snow_cell: Option<f64>,
 }
 
 /// How far it is.

@@ -21,7 +21,7 @@ use nappe_proto::v1;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore, oneshot};
 use tokio_util::sync::CancellationToken;
 
-use crate::{config::Limits, error::ServiceError, frame::ArraySet, publish::Feed, reason::Reason};
+use crate::{config::Limits, contents::Contents, error::ServiceError, publish::Feed, reason::Reason};
 
 pub(crate) use command::{Answer, Command, When};
 pub(crate) use facts::{Facts, Progress, Status};
@@ -70,6 +70,11 @@ impl Session {
         &self.topology
     }
 
+    /// Side of the cells of its snow's grid (m); none without snow.
+    pub(crate) fn snow_cell(&self) -> Option<f64> {
+        self.status.facts.snow_cell
+    }
+
     /// Its frames.
     pub(crate) fn feed(&self) -> &Arc<Feed> {
         &self.status.feed
@@ -114,12 +119,12 @@ impl Session {
         answer.await.map_err(|_gone| deleted(self.id()))
     }
 
-    /// Asks that frames have these arrays from now on, the newest one too if its state still stands.
+    /// Asks that frames hold these from now on, the newest one too if its state still stands.
     ///
     /// # Errors
     /// If the session is deleted meanwhile.
-    pub(crate) async fn provide(&self, arrays: ArraySet) -> Result<(), ServiceError> {
-        if self.feed().ask_for(arrays) || !self.feed().newest().frame.arrays().covers(arrays) {
+    pub(crate) async fn provide(&self, contents: Contents) -> Result<(), ServiceError> {
+        if self.feed().ask_for(contents) || !self.feed().newest().frame.contents().covers(contents) {
             self.ask(Command::Provide).await?;
         }
         Ok(())

@@ -6,8 +6,10 @@ use nappe_proto::v1;
 
 use super::{Effect, Event, State, start::head, stepper::Stepper};
 use crate::{
+    contents::Contents,
     error::ServiceError,
-    frame::{EncodedFrame, NotFinite},
+    frame::{EncodedFrame, FrameHead, GridState},
+    pack::NotFinite,
     publish::Ending,
     reason::Reason,
 };
@@ -20,11 +22,10 @@ impl Stepper {
                 self.status.feed.publish(encoded);
                 true
             }
-            Err(NotFinite { particle, value }) => {
-                let message = format!("particle {particle} left what the frame's encoding can hold: {value}");
+            Err(fault) => {
                 let step = self.simulation.step_count();
-                let error = ServiceError::new(Reason::NotFinite, message);
-                self.fail(error, step.saturating_sub(1), Some(particle), Some(value));
+                let error = ServiceError::new(Reason::NotFinite, fault.to_string());
+                self.fail(error, step.saturating_sub(1), fault.particle(), Some(fault.value));
                 false
             }
         }
@@ -34,8 +35,15 @@ impl Stepper {
         let mut head = head(&self.simulation, frame, self.status.progress().diagnostics);
         let hashed = frame.is_multiple_of(self.status.facts.hash_interval.into()) || self.is_last();
         head.state_hash = hashed.then(|| self.hash());
-        let (simulation, wanted) = (&self.simulation, self.status.feed.demand());
-        self.pool.install(|| EncodedFrame::encode(simulation, wanted, head))
+        self.encode_contents(self.status.feed.demand(), head)
+    }
+
+    /// After a step that failed, the grid's nodes are not those of the state.
+    fn encode_contents(&self, wanted: Contents, head: FrameHead) -> Result<EncodedFrame, NotFinite> {
+        let failed = self.state == State::Failed;
+        let grid = if failed { GridState::OfFailedStep } else { GridState::OfState };
+        let simulation = &self.simulation;
+        self.pool.install(|| EncodedFrame::encode(simulation, wanted, grid, head))
     }
 
     fn is_last(&self) -> bool {
@@ -43,18 +51,23 @@ impl Stepper {
         self.state == State::Finished || self.state == State::Failed || (limit > 0 && step >= limit)
     }
 
-    /// Encodes the newest frame again with all arrays in demand, if its state still stands.
+    /// Encodes the newest frame again with all that is in demand, if its state still stands.
     pub(super) fn provide(&mut self) {
         let newest = self.status.feed.newest().frame;
-        let stands = newest.head.step == self.simulation.step_count();
-        if stands && !newest.arrays().covers(self.status.feed.demand()) {
-            let wanted = newest.arrays().union(self.status.feed.demand());
+        let stands = newest.head.step == self.simulation.step_count() && !self.has_panicked();
+        if stands && !newest.contents().covers(self.status.feed.demand()) {
+            let wanted = newest.contents().union(self.status.feed.demand());
             // What cannot be encoded fails at the next frame, if the session has one.
-            let (simulation, head) = (&self.simulation, newest.head.clone());
-            if let Ok(encoded) = self.pool.install(|| EncodedFrame::encode(simulation, wanted, head)) {
+            if let Ok(encoded) = self.encode_contents(wanted, newest.head.clone()) {
                 self.status.feed.publish(encoded);
             }
         }
+    }
+
+    /// After a panic the state may be half changed: it is not looked at again.
+    fn has_panicked(&self) -> bool {
+        let failure = self.status.progress().failure;
+        failure.is_some_and(|failure| failure.reason == Reason::SessionPanicked.name())
     }
 
     /// The last frame, the end of the streams, the answers.

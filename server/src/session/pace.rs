@@ -64,6 +64,20 @@ mod tests {
     }
 
     #[test]
+    fn steps_as_long_as_a_frame_of_a_film_keep_their_rate_while_each_takes_less_than_its_time() {
+        let start = Instant::now();
+        let (frame, work) = (1.0 / 24.0, [0.035, 0.060, 0.020]);
+        let (mut pace, mut now) = (Pace::start(1.0, start, 0.0), start);
+        for step in 1..=240_u32 {
+            now += pace.wait(now, f64::from(step) * frame);
+            let due = start + Duration::from_secs_f64(f64::from(step) * frame);
+            assert!(now + Duration::from_micros(1) >= due, "step {step} runs ahead of the clock");
+            assert!(now.saturating_duration_since(due) < Duration::from_millis(20), "step {step} is late");
+            now += Duration::from_secs_f64(work[step as usize % 3]);
+        }
+    }
+
+    #[test]
     fn a_late_session_catches_up_only_within_the_bound() {
         let start = Instant::now();
         let mut pace = Pace::start(1.0, start, 0.0);

@@ -23,8 +23,9 @@ use tokio_util::sync::CancellationToken;
 use super::{Facts, Progress, Session, State, Status, pace::Pace, pending::Pending, stepper::Stepper};
 use crate::{
     config::Limits,
+    contents::Contents,
     error::ServiceError,
-    frame::{ArraySet, EncodedFrame, FrameHead},
+    frame::{EncodedFrame, FrameHead, GridState},
     library::{MeshStore, build_scene},
     publish::Feed,
     reason::Reason,
@@ -160,20 +161,21 @@ fn facts(order: &Order, scene: &Scene, simulation: &Simulation) -> Facts {
         thread_count: order.thread_count,
         particle_count: simulation.particle_count() as u64,
         spring_count: simulation.spring_count() as u64,
+        snow_cell: simulation.snow_cell(),
     }
 }
 
-/// Frame 0 has every array, so that a watcher who comes before the first step misses none.
+/// Frame 0 has every array and the grid, so that a watcher who comes before the first step misses none.
 fn first_frame(
     simulation: &Simulation,
     diagnostics: &v1::Diagnostics,
 ) -> Result<(EncodedFrame, u64), ServiceError> {
     let state_hash = simulation.state_hash();
     let head = FrameHead { state_hash: Some(state_hash), ..head(simulation, 0, diagnostics.clone()) };
-    let first = EncodedFrame::encode(simulation, ArraySet::ALL, head).map_err(|fault| {
-        let message =
-            format!("particle {} starts where binary32 cannot hold it: {}", fault.particle, fault.value);
-        ServiceError::new(Reason::InvalidScene, message).with("particle", fault.particle)
+    let first = EncodedFrame::encode(simulation, Contents::ALL, GridState::OfState, head);
+    let first = first.map_err(|fault| {
+        let refused = ServiceError::new(Reason::InvalidScene, format!("at the start, {fault}"));
+        fault.particle().into_iter().fold(refused, |refused, particle| refused.with("particle", particle))
     })?;
     Ok((first, state_hash))
 }
@@ -215,5 +217,6 @@ pub(super) fn figures(
         solve: report.solve.as_ref().map(wire::solve),
         stages: wire::stages(stage_seconds),
         step_seconds,
+        snow: report.snow.as_ref().map(wire::snow),
     }
 }

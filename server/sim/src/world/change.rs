@@ -6,6 +6,7 @@ use super::World;
 use crate::{
     cloth::{PinMotion, SpringKind},
     math::Real,
+    snow::Snow,
 };
 
 /// A change between two steps. Particles are in the user's numbering, over all bodies.
@@ -49,6 +50,10 @@ pub enum ChangeError {
     UnknownBody { name: String, known: String },
     #[error("body '{body}' has no {kind} springs")]
     NoSuchSprings { body: String, kind: &'static str },
+    #[error("'{name}' is snow, which has no springs")]
+    SnowHasNoSprings { name: String },
+    #[error("there are no springs to change: there is no cloth")]
+    NoCloth,
     #[error("particle {particle} is not pinned")]
     NotPinned { particle: u32 },
     #[error("there is no particle {particle}: there are {count}, from 0")]
@@ -90,15 +95,27 @@ impl<R: Real> World<R> {
                 finite("target", target)?;
                 not_negative("duration", *duration)?;
                 let count = self.particle_count();
-                let (body, place) =
-                    self.find(*particle).ok_or(ChangeError::NoSuchParticle { particle: *particle, count })?;
-                let pinned = self.bodies[body].model.inv_m[place as usize] == R::zero();
+                if *particle as usize >= count {
+                    return Err(ChangeError::NoSuchParticle { particle: *particle, count });
+                }
+                // Particles of snow are found in no body: none of them is pinned.
+                let found = self.find(*particle);
+                let pinned = found
+                    .is_some_and(|(body, place)| self.bodies[body].model.inv_m[place as usize] == R::zero());
                 if pinned { Ok(()) } else { Err(ChangeError::NotPinned { particle: *particle }) }
             }
         }
     }
 
     fn check_springs(&self, name: Option<&str>, kind: Option<SpringKind>) -> Result<(), ChangeError> {
+        let is_snow =
+            |name: &&str| self.snow.iter().flat_map(Snow::objects).any(|(object, _)| object == *name);
+        if let Some(name) = name.filter(is_snow) {
+            return Err(ChangeError::SnowHasNoSprings { name: name.into() });
+        }
+        if self.bodies.is_empty() {
+            return Err(ChangeError::NoCloth);
+        }
         let named = |body: &&super::Body<R>| name.is_none_or(|name| body.name == name);
         let has_kind =
             |body: &super::Body<R>| body.parameters.laws.iter().any(|law| kind.is_none_or(|k| law.kind == k));

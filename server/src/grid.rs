@@ -1,0 +1,275 @@
+//! Nodes of the snow's grid in a frame: kept once for all watchers, chosen and packed for each.
+//!
+//! Enters: the nodes of a simulation, a watcher's choice. Leaves: the nodes chosen, packed, at
+//! most as many as the watcher may have.
+
+use bytes::Bytes;
+use nappe_proto::v1;
+use nappe_sim::{snow::GridNode, world::Simulation};
+
+use crate::pack::{NotFinite, Place};
+
+/// Bytes of a node in a message: three i32, one f32, three f32.
+pub(crate) const NODE_BYTES: usize = 28;
+
+/// Strides that are tried one by one; after them come powers of two. That bounds the passes over
+/// the nodes, whatever a watcher asks for.
+const SMALL_STRIDES: i32 = 8;
+
+/// A node that carries mass, as it is sent.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Node {
+    /// It stands at cell * index.
+    index: [i32; 3],
+    /// (kg)
+    mass: f32,
+    /// (m/s)
+    velocity: [f32; 3],
+}
+
+/// The nodes of a frame.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Grid {
+    /// Distance of nodes (m).
+    cell: f64,
+    nodes: Vec<Node>,
+}
+
+/// Which nodes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Selection {
+    /// All.
+    All,
+    /// Those of the plane nearest to a coordinate.
+    Slice {
+        /// Axis across the plane, 0 to 2.
+        axis: usize,
+        /// Coordinate along it (m), finite.
+        coordinate: f64,
+    },
+}
+
+/// What a watcher wants of the grid.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct GridChoice {
+    /// Which nodes.
+    pub selection: Selection,
+    /// How many at most, 1 or more.
+    pub max_nodes: u32,
+}
+
+impl Grid {
+    /// The grid as the last step left it; none without snow.
+    ///
+    /// # Errors
+    /// A node whose mass or velocity is not finite in binary32.
+    pub(crate) fn of(simulation: &Simulation) -> Result<Option<Self>, NotFinite> {
+        let Some(cell) = simulation.snow_cell() else { return Ok(None) };
+        let mut nodes = Vec::new();
+        simulation.grid_nodes(&mut nodes);
+        let nodes =
+            nodes.iter().map(narrow).filter(|node| node.as_ref().map_or(true, |node| node.mass > 0.0));
+        Ok(Some(Self { cell, nodes: nodes.collect::<Result<_, _>>()? }))
+    }
+
+    /// A grid without nodes; none without snow.
+    pub(crate) fn empty(simulation: &Simulation) -> Option<Self> {
+        simulation.snow_cell().map(|cell| Self { cell, nodes: Vec::new() })
+    }
+
+    /// Memory of the nodes (bytes).
+    pub(crate) fn size(&self) -> usize {
+        size_of_val(self.nodes.as_slice())
+    }
+
+    /// The nodes of a choice, packed; of every `stride`-th along each axis if they are too many.
+    pub(crate) fn choose(&self, choice: &GridChoice) -> v1::GridField {
+        let (plane, most) = (choice.plane(self.cell), choice.max_nodes as usize);
+        let selected = |stride: i32| self.nodes.iter().filter(move |node| is_chosen(node, plane, stride));
+        let count = selected(1).count();
+        let stride = if count <= most { 1 } else { least_stride(most, |stride| selected(stride).count()) };
+        let sent = selected(stride).count();
+        let (mut index, mut mass, mut velocity) =
+            (Vec::with_capacity(12 * sent), Vec::with_capacity(4 * sent), Vec::with_capacity(12 * sent));
+        for node in selected(stride) {
+            index.extend(node.index.iter().flat_map(|i| i.to_le_bytes()));
+            mass.extend(node.mass.to_le_bytes());
+            velocity.extend(node.velocity.iter().flat_map(|v| v.to_le_bytes()));
+        }
+        v1::GridField {
+            cell: self.cell,
+            index_i32: index.into(),
+            mass_f32: mass.into(),
+            velocity_f32: velocity.into(),
+            stride: stride.unsigned_abs(),
+            node_count: count as u64,
+        }
+    }
+}
+
+impl GridChoice {
+    /// Axis and index of the plane of nodes; none for all nodes. A plane beyond all indices is empty.
+    fn plane(&self, cell: f64) -> Option<(usize, i32)> {
+        match self.selection {
+            Selection::All => None,
+            Selection::Slice { axis, coordinate } => Some((axis, (coordinate / cell).round() as i32)),
+        }
+    }
+}
+
+/// Takes the first `count` nodes off a packed field.
+pub(crate) fn cut(field: &mut v1::GridField, count: usize) -> v1::GridField {
+    let part = |data: &mut Bytes, element: usize| data.split_to((element * count).min(data.len()));
+    v1::GridField {
+        index_i32: part(&mut field.index_i32, 12),
+        mass_f32: part(&mut field.mass_f32, 4),
+        velocity_f32: part(&mut field.velocity_f32, 12),
+        ..*field
+    }
+}
+
+/// Nodes of a packed field.
+pub(crate) fn packed_count(field: &v1::GridField) -> usize {
+    field.mass_f32.len() / 4
+}
+
+/// A node as it is sent. A mass below the range of binary32 becomes 0: such a node is left out.
+fn narrow(node: &GridNode) -> Result<Node, NotFinite> {
+    let GridNode { index, mass, velocity } = *node;
+    let finite = |quantity: &'static str, value: f64| {
+        let narrow = value as f32;
+        let fault = NotFinite { place: Place::Node(index), quantity, value };
+        if narrow.is_finite() { Ok(narrow) } else { Err(fault) }
+    };
+    let [x, y, z] = velocity;
+    let speed = |value: f64| finite("velocity", value);
+    Ok(Node { index, mass: finite("mass", mass)?, velocity: [speed(x)?, speed(y)?, speed(z)?] })
+}
+
+/// Whether a node is in the plane, if there is one, and its other indices are multiples of `stride`.
+fn is_chosen(node: &Node, plane: Option<(usize, i32)>, stride: i32) -> bool {
+    let across = plane.map(|(axis, _)| axis);
+    plane.is_none_or(|(axis, index)| node.index[axis] == index)
+        && (stride == 1 || (0..3).all(|axis| across == Some(axis) || node.index[axis] % stride == 0))
+}
+
+/// The first of 2, 3 ... 8, 16, 32 ... that leaves some nodes, and at most `most`: a thin layer may
+/// have none at the first that leaves few enough. That one, if all leave none.
+fn least_stride(most: usize, count: impl Fn(i32) -> usize) -> i32 {
+    let powers = std::iter::successors(Some(2 * SMALL_STRIDES), |stride| stride.checked_mul(2));
+    let mut without = None;
+    for stride in (2..=SMALL_STRIDES).chain(powers) {
+        match count(stride) {
+            // Multiples of a power of two are multiples of the one before: there will be none either.
+            0 if stride >= SMALL_STRIDES => return without.unwrap_or(stride),
+            0 => {
+                without.get_or_insert(stride);
+            }
+            count if count <= most => return stride,
+            _ => {}
+        }
+    }
+    without.unwrap_or(i32::MAX)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A block of nodes from `low` to `high` along each axis, each velocity telling its place.
+    fn block(low: i32, high: i32) -> Grid {
+        let mut nodes = Vec::new();
+        for (x, y, z) in
+            (low..high).flat_map(|x| (low..high).flat_map(move |y| (low..high).map(move |z| (x, y, z))))
+        {
+            nodes.push(Node { index: [x, y, z], mass: 1.0, velocity: [x as f32, y as f32, z as f32] });
+        }
+        Grid { cell: 0.5, nodes }
+    }
+
+    fn indices(field: &v1::GridField) -> Vec<[i32; 3]> {
+        let numbers: Vec<i32> =
+            field.index_i32.as_chunks().0.iter().map(|bytes| i32::from_le_bytes(*bytes)).collect();
+        numbers.as_chunks().0.to_vec()
+    }
+
+    #[test]
+    fn all_nodes_are_sent_in_their_order_when_they_are_few_enough() {
+        let grid = block(-2, 3);
+        let field = grid.choose(&GridChoice { selection: Selection::All, max_nodes: 125 });
+        assert_eq!((field.stride, field.node_count, field.cell), (1, 125, 0.5));
+        assert_eq!(indices(&field), grid.nodes.iter().map(|node| node.index).collect::<Vec<_>>());
+        assert_eq!((field.mass_f32.len(), field.velocity_f32.len()), (500, 1500));
+        assert_eq!(packed_count(&field), 125);
+    }
+
+    #[test]
+    fn a_stride_thins_the_nodes_to_what_is_allowed_and_to_the_least_that_is_enough() {
+        let grid = block(-6, 7);
+        for max_nodes in [1, 2, 26, 27, 124, 125, 342, 343, 2196, 2197, 5000] {
+            let field = grid.choose(&GridChoice { selection: Selection::All, max_nodes });
+            let sent = indices(&field);
+            let stride = field.stride as i32;
+            assert!(sent.len() <= max_nodes as usize && field.node_count == 2197);
+            let kept = |i: &[i32; 3], s: i32| i.iter().all(|c| c % s == 0);
+            assert!(sent.iter().all(|i| kept(i, stride)));
+            let with = |s: i32| grid.nodes.iter().filter(|node| kept(&node.index, s)).count();
+            assert_eq!(sent.len(), with(stride), "{max_nodes}");
+            assert!(stride == 1 || with(stride - 1) > max_nodes as usize, "{max_nodes}: {stride}");
+        }
+    }
+
+    #[test]
+    fn a_slice_is_the_plane_nearest_to_the_coordinate_and_only_thinned_within_it() {
+        let grid = block(-3, 4);
+        for (axis, coordinate, index) in [(0, 0.7, 1), (1, -1.1, -2), (2, 0.2, 0)] {
+            let selection = Selection::Slice { axis, coordinate };
+            let field = grid.choose(&GridChoice { selection, max_nodes: 49 });
+            assert_eq!((field.stride, field.node_count), (1, 49));
+            assert!(indices(&field).iter().all(|i| i[axis] == index));
+            // Every second node within the plane, though the plane's own index may be odd.
+            let field = grid.choose(&GridChoice { selection, max_nodes: 48 });
+            assert_eq!((field.stride, field.node_count, indices(&field).len()), (2, 49, 9));
+        }
+        for coordinate in [1e300, -1e300, 99.0] {
+            let selection = Selection::Slice { axis: 0, coordinate };
+            let field = grid.choose(&GridChoice { selection, max_nodes: 48 });
+            assert_eq!((field.stride, field.node_count, packed_count(&field)), (1, 0, 0));
+        }
+    }
+
+    #[test]
+    fn a_thin_row_keeps_some_of_its_nodes_if_any_stride_does() {
+        let nodes = (0..100_000).map(|x| Node { index: [x, 40, 40], mass: 1.0, velocity: [0.0; 3] });
+        let grid = Grid { cell: 1.0, nodes: nodes.collect() };
+        // 40 is a multiple of 2, 4, 5 and 8. None is few enough for 10 000 nodes.
+        for (max_nodes, stride, sent) in [(50_000, 2, 50_000), (30_000, 4, 25_000), (10_000, 3, 0)] {
+            let field = grid.choose(&GridChoice { selection: Selection::All, max_nodes });
+            assert_eq!((field.stride, packed_count(&field)), (stride, sent), "{max_nodes}");
+        }
+    }
+
+    #[test]
+    fn parts_put_together_are_the_whole() {
+        let whole = block(0, 4).choose(&GridChoice { selection: Selection::All, max_nodes: 64 });
+        let (mut rest, mut index, mut left) = (whole.clone(), Vec::new(), 64);
+        while packed_count(&rest) > 0 {
+            let part = cut(&mut rest, 10);
+            assert_eq!((packed_count(&part), part.node_count), (left.min(10), 64));
+            left -= packed_count(&part);
+            index.extend_from_slice(&part.index_i32);
+        }
+        assert_eq!(index, whole.index_i32);
+    }
+
+    #[test]
+    fn a_node_that_binary32_cannot_hold_does_not_leave() {
+        let node = GridNode { index: [1, -2, 3], mass: 1e-60, velocity: [0.0; 3] };
+        assert!(narrow(&node).is_ok_and(|node| node.mass == 0.0));
+        let fast = GridNode { velocity: [0.0, 1e39, 0.0], ..node };
+        let fault = narrow(&fast).expect_err("beyond binary32");
+        assert_eq!((fault.particle(), fault.quantity), (None, "velocity"));
+        assert!(fault.to_string().contains("node [1, -2, 3]"), "{fault}");
+        assert!(narrow(&GridNode { mass: f64::NAN, ..node }).is_err());
+    }
+}
