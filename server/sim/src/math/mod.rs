@@ -10,7 +10,7 @@ pub use simd::{Padded, SimdLevel, force_simd_level, simd_level};
 
 pub(crate) use exp::exp;
 pub(crate) use simd::{Kernel, LANES, Pack, Portable, Rounding, dispatch};
-pub(crate) use svd::{Columns, Svd, cross3, dot3, svd};
+pub(crate) use svd::{Columns, Svd, cross3, dot3, orthogonalize, svd};
 
 /// A vector of three components.
 pub type Vec3<R> = nalgebra::Vector3<R>;

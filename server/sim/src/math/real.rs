@@ -68,7 +68,7 @@ pub trait Real: Packed + Rounding + nalgebra::RealField + Copy + Default + Parti
     const PRECISION: Precision;
     /// Unit round-off: half the distance from 1 to the next number.
     const ROUNDING: f64;
-    /// Below this a length is none: its square would leave the range of normal numbers.
+    /// Below this a length is none: its fourth power would leave the range of normal numbers.
     const SMALLEST: f64;
     /// The largest finite number.
     const LARGEST: f64;
@@ -81,7 +81,7 @@ pub trait Real: Packed + Rounding + nalgebra::RealField + Copy + Default + Parti
 impl Real for f32 {
     const PRECISION: Precision = Precision::F32;
     const ROUNDING: f64 = Self::EPSILON as f64 / 2.0;
-    const SMALLEST: f64 = 1e-18;
+    const SMALLEST: f64 = 1e-9;
     const LARGEST: f64 = Self::MAX as f64;
     #[inline(always)]
     fn of(value: f64) -> Self {
@@ -96,7 +96,7 @@ impl Real for f32 {
 impl Real for f64 {
     const PRECISION: Precision = Precision::F64;
     const ROUNDING: f64 = Self::EPSILON / 2.0;
-    const SMALLEST: f64 = 1e-150;
+    const SMALLEST: f64 = 1e-75;
     const LARGEST: f64 = Self::MAX;
     #[inline(always)]
     fn of(value: f64) -> Self {

@@ -46,25 +46,58 @@ fn turn<R: Real, P: Pack<R>>(m: &mut Columns<P>, p: usize, q: usize, c: P, s: P)
     }
 }
 
-/// Makes columns p and q orthogonal; returns where they were not (1) or were (0), to rounding.
+/// Cosine and sine that make columns p and q orthogonal: (1, 0) where they are, to rounding.
 #[inline(always)]
-fn rotate<R: Real, P: Pack<R>>(b: &mut Columns<P>, v: &mut Columns<P>, p: usize, q: usize) -> P {
+fn rotation<R: Real, P: Pack<R>>(b: &Columns<P>, p: usize, q: usize) -> (P, P) {
     let (zero, one) = (P::splat(R::zero()), P::splat(R::one()));
     let (pp, qq, pq) = (dot3(&b[p], &b[p]), dot3(&b[q], &b[q]), dot3(&b[p], &b[q]));
-    // |cos of the angle| within rounding: nothing to turn.
-    let tolerance = P::splat(R::of(4.0 * R::ROUNDING * R::ROUNDING * 4.0));
-    let far = tolerance.mul(pp).mul(qq).if_less(pq.mul(pq), one, zero);
-    // t = tan of the smaller angle that makes them orthogonal.
+    let far = is_far(pp, qq, pq);
+    // tan of the smaller angle: 2 pq / (|qq - pp| + sqrt((qq - pp)² + 4 pq²)), with a sign.
     let difference = qq.sub(pp);
-    let twice = pq.add(pq);
-    let radius = difference.mul(difference).add(twice.mul(twice)).sqrt();
-    let reach = difference.abs().add(radius);
-    let t = twice.mul(one.div(one.with_sign_of(difference).mul(reach)));
-    let c = one.div(one.add(t.mul(t)).sqrt());
-    let (c, s) = (zero.if_less(far, c, one), zero.if_less(far, t.mul(c), zero));
-    turn(b, p, q, c, s);
-    turn(v, p, q, c, s);
-    far
+    let twice = pq.add(pq).mul(one.with_sign_of(difference));
+    let reach = difference.abs().add(difference.mul(difference).add(twice.mul(twice)).sqrt());
+    let inverse = one.div(reach.mul(reach).add(twice.mul(twice)).sqrt());
+    (zero.if_less(far, reach.mul(inverse), one), zero.if_less(far, twice.mul(inverse), zero))
+}
+
+/// 1 where |cos| of the angle between two columns is above rounding, else 0.
+#[inline(always)]
+fn is_far<R: Real, P: Pack<R>>(pp: P, qq: P, pq: P) -> P {
+    let tolerance = P::splat(R::of(16.0 * R::ROUNDING * R::ROUNDING));
+    tolerance.mul(pp).mul(qq).if_less(pq.mul(pq), P::splat(R::one()), P::splat(R::zero()))
+}
+
+/// Whether columns of any lane are not yet orthogonal.
+#[inline(always)]
+fn any_far<R: Real, P: Pack<R>>(b: &Columns<P>) -> bool {
+    let own = [dot3(&b[0], &b[0]), dot3(&b[1], &b[1]), dot3(&b[2], &b[2])];
+    let far = is_far(own[0], own[1], dot3(&b[0], &b[1]));
+    let far = far.add(is_far(own[0], own[2], dot3(&b[0], &b[2])));
+    far.add(is_far(own[1], own[2], dot3(&b[1], &b[2]))).fold() != [R::zero(); 4]
+}
+
+/// Turns the columns of `K` packs until they are orthogonal. Several at once, since a rotation
+/// waits for the one before.
+#[inline(always)]
+pub(crate) fn orthogonalize<R: Real, P: Pack<R>, const K: usize>(b: &mut [Columns<P>; K]) {
+    for _ in 0..SWEEPS {
+        let mut far = false;
+        for k in 0..K {
+            far |= any_far(&b[k]);
+        }
+        if !far {
+            break;
+        }
+        for (p, q) in [(0, 1), (0, 2), (1, 2)] {
+            let mut turns = [(P::splat(R::zero()), P::splat(R::zero())); K];
+            for k in 0..K {
+                turns[k] = rotation(&b[k], p, q);
+            }
+            for k in 0..K {
+                turn(&mut b[k], p, q, turns[k].0, turns[k].1);
+            }
+        }
+    }
 }
 
 /// Puts column q before column p where it is longer, as a rotation: (a, b) becomes (b, -a).
@@ -96,11 +129,13 @@ pub(crate) fn svd<R: Real, P: Pack<R>>(f: &Columns<P>) -> Svd<P> {
     let mut b = *f;
     let mut v = [[one, zero, zero], [zero, one, zero], [zero, zero, one]];
     for _ in 0..SWEEPS {
-        let far = rotate(&mut b, &mut v, 0, 1);
-        let far = far.add(rotate(&mut b, &mut v, 0, 2));
-        let far = far.add(rotate(&mut b, &mut v, 1, 2));
-        if far.fold() == [R::zero(); 4] {
+        if !any_far(&b) {
             break;
+        }
+        for (p, q) in [(0, 1), (0, 2), (1, 2)] {
+            let (c, s) = rotation(&b, p, q);
+            turn(&mut b, p, q, c, s);
+            turn(&mut v, p, q, c, s);
         }
     }
     let mut length2 = [dot3(&b[0], &b[0]), dot3(&b[1], &b[1]), dot3(&b[2], &b[2])];

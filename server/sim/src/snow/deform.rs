@@ -3,7 +3,7 @@
 //! Reads F_E, J_P and the velocity gradient of sixteen particles; writes F_E, J_P and V0 tau.
 
 use super::response::{Moduli, Returned, hardened, plastic_return, principal_stress, stiffness};
-use crate::math::{Columns, Pack, Real, Svd, cross3, dot3, svd};
+use crate::math::{Columns, Pack, Real, Svd, cross3, dot3, orthogonalize, svd};
 
 /// F_E and J_P after a step.
 #[derive(Clone, Copy)]
@@ -33,15 +33,86 @@ pub(super) fn predict<R: Real, P: Pack<R>>(f: &Columns<P>, gradient: &Columns<P>
     out
 }
 
-/// Plastic return of a trial F_E, and the stress after it. Where nothing yields, F_E stays as it
-/// is: no rounding of a decomposition enters an elastic run.
+/// Singular values from here on are far from 0: their directions are exact without V.
+const REGULAR: f64 = 0.1;
+
+/// Plastic return of trial F_E, and the stress after it, of several packs at once.
+///
+/// F_E = U diag(held) V^T = (I + U diag(held / sigma - 1) U^T) F: where nothing yields, F_E stays as
+/// it is, and V is not needed. Lanes with a singular value near 0 or det F < 0 take the full
+/// decomposition.
 #[inline(always)]
-pub(super) fn deform<R: Real, P: Pack<R>>(
+pub(super) fn deform<R: Real, P: Pack<R>, const K: usize>(
+    trial: &[Columns<P>; K],
+    jp: &[P; K],
+    volume: &[P; K],
+    m: &[Moduli<P>; K],
+) -> [Deformed<P>; K] {
+    let mut turned = *trial;
+    orthogonalize(&mut turned);
+    let mut out = [Deformed::of(&trial[0], jp[0]); K];
+    for k in 0..K {
+        out[k] = from_left(&trial[k], &turned[k], jp[k], volume[k], &m[k]);
+        let irregular = irregular(&trial[k], &turned[k]);
+        if irregular.fold() != [R::zero(); 4] {
+            let full = from_svd(&trial[k], jp[k], volume[k], &m[k]);
+            out[k] = Deformed::pick(irregular, &full, &out[k]);
+        }
+    }
+    out
+}
+
+/// 1 where a singular value is near 0 or det F < 0, else 0.
+#[inline(always)]
+fn irregular<R: Real, P: Pack<R>>(trial: &Columns<P>, turned: &Columns<P>) -> P {
+    let (zero, one) = (P::splat(R::zero()), P::splat(R::one()));
+    let least = dot3(&turned[0], &turned[0]).min(dot3(&turned[1], &turned[1]));
+    let least = least.min(dot3(&turned[2], &turned[2]));
+    let flat = least.if_less(P::splat(R::of(REGULAR * REGULAR)), one, zero);
+    dot3(&trial[0], &cross3(&trial[1], &trial[2])).if_less(zero, one, flat)
+}
+
+/// From the columns U diag(sigma), where all singular values are regular.
+#[inline(always)]
+fn from_left<R: Real, P: Pack<R>>(
     trial: &Columns<P>,
+    turned: &Columns<P>,
     jp: P,
     volume: P,
     m: &Moduli<P>,
 ) -> Deformed<P> {
+    let one = P::splat(R::one());
+    let mut u = *turned;
+    let (mut sigma, mut inverse) = ([one; 3], [one; 3]);
+    for k in 0..3 {
+        sigma[k] = dot3(&turned[k], &turned[k]).sqrt();
+        inverse[k] = one.div(sigma[k]);
+        for row in 0..3 {
+            u[k][row] = turned[k][row].mul(inverse[k]);
+        }
+    }
+    let Returned { sigma: held, plastic_ratio, yielded, clamped, inverted } = plastic_return(&sigma, jp, m);
+    let mut change = [one; 3];
+    let t = principal_stress(&held, hardened(plastic_ratio, m), m);
+    let mut force = t;
+    for k in 0..3 {
+        change[k] = held[k].sub(sigma[k]).mul(inverse[k]);
+        force[k] = t[k].mul(volume);
+    }
+    let [xx, yy, zz, xy, xz, yz] = in_frame(&u, &change);
+    let rows = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];
+    let mut elastic = *trial;
+    for column in 0..3 {
+        for row in 0..3 {
+            elastic[column][row] = trial[column][row].add(dot3(&rows[row], &trial[column]));
+        }
+    }
+    Deformed { elastic, plastic_ratio, volume_stress: in_frame(&u, &force), yielded, clamped, inverted }
+}
+
+/// From the full decomposition.
+#[inline(always)]
+fn from_svd<R: Real, P: Pack<R>>(trial: &Columns<P>, jp: P, volume: P, m: &Moduli<P>) -> Deformed<P> {
     let zero = P::splat(R::zero());
     let Svd { u, sigma, v } = svd(trial);
     let Returned { sigma, plastic_ratio, yielded, clamped, inverted } = plastic_return(&sigma, jp, m);
@@ -57,6 +128,47 @@ pub(super) fn deform<R: Real, P: Pack<R>>(
     let t = principal_stress(&sigma, hardened(plastic_ratio, m), m);
     let t = [t[0].mul(volume), t[1].mul(volume), t[2].mul(volume)];
     Deformed { elastic, plastic_ratio, volume_stress: in_frame(&u, &t), yielded, clamped, inverted }
+}
+
+impl<P: Copy> Deformed<P> {
+    #[inline(always)]
+    fn of<R: Real>(elastic: &Columns<P>, jp: P) -> Self
+    where
+        P: Pack<R>,
+    {
+        let zero = P::splat(R::zero());
+        Self {
+            elastic: *elastic,
+            plastic_ratio: jp,
+            volume_stress: [zero; 6],
+            yielded: zero,
+            clamped: zero,
+            inverted: zero,
+        }
+    }
+
+    /// Lanes of `a` where `gate` > 0, else of `b`.
+    #[inline(always)]
+    fn pick<R: Real>(gate: P, a: &Self, b: &Self) -> Self
+    where
+        P: Pack<R>,
+    {
+        let zero = P::splat(R::zero());
+        let mut out = *b;
+        for column in 0..3 {
+            for row in 0..3 {
+                out.elastic[column][row] = zero.if_less(gate, a.elastic[column][row], b.elastic[column][row]);
+            }
+        }
+        for k in 0..6 {
+            out.volume_stress[k] = zero.if_less(gate, a.volume_stress[k], b.volume_stress[k]);
+        }
+        out.plastic_ratio = zero.if_less(gate, a.plastic_ratio, b.plastic_ratio);
+        out.yielded = zero.if_less(gate, a.yielded, b.yielded);
+        out.clamped = zero.if_less(gate, a.clamped, b.clamped);
+        out.inverted = zero.if_less(gate, a.inverted, b.inverted);
+        out
+    }
 }
 
 /// F_E and J_P as they are, with their stress.

@@ -8,7 +8,7 @@ use super::{
     particles::{Group, Particles, read},
     response::{Coefficients, Moduli, energy_density, hardened},
     step::Engine,
-    update::{Lane, constants},
+    update::{Constants, Lane, constants},
 };
 use crate::{
     math::{Kernel, LANES, Pack, Real, dispatch, svd},
@@ -57,8 +57,8 @@ impl<R: Real> Engine<R> {
         let mut sums = [0.0; SUMS];
         for start in (0..list.len()).step_by(LANES) {
             let group = Group::of(&list[start..]);
-            let (fixed, object) = constants(&particles.fixed, &particles.object, &group);
-            let energy = dispatch(ElasticEnergy { particles, group: &group, coefficients, fixed, object });
+            let constants = constants(&particles.fixed, &particles.object, &group);
+            let energy = dispatch(ElasticEnergy { particles, group: &group, coefficients, constants });
             for lane in 0..group.count {
                 let at = group.at[lane] as usize;
                 let m = particles.mass(at).to_f64();
@@ -87,8 +87,7 @@ struct ElasticEnergy<'a, R> {
     particles: &'a Particles<R>,
     group: &'a Group,
     coefficients: &'a [Coefficients<R>],
-    fixed: [Lane<R>; 2],
-    object: [u16; LANES],
+    constants: Constants<R>,
 }
 
 impl<R: Real> Kernel<R> for ElasticEnergy<'_, R> {
@@ -100,8 +99,9 @@ impl<R: Real> Kernel<R> for ElasticEnergy<'_, R> {
         let [yy, yz, zx, zy] = read::<R, P, 1>(&self.particles.shape, self.group);
         let [zz, ..] = read::<R, P, 0>(&self.particles.affine, self.group);
         let [.., jp] = read::<R, P, 1>(&self.particles.motion, self.group);
-        let moduli = Moduli::gather(self.coefficients, &self.object, P::load(&self.fixed[1]));
+        let moduli =
+            Moduli::gather(self.coefficients, &self.constants.object, P::load(&self.constants.fixed[1]));
         let sigma = svd(&[[xx, yx, zx], [xy, yy, zy], [xz, yz, zz]]).sigma;
-        energy_density(&sigma, hardened(jp, &moduli), &moduli).mul(P::load(&self.fixed[0])).store()
+        energy_density(&sigma, hardened(jp, &moduli), &moduli).mul(P::load(&self.constants.fixed[0])).store()
     }
 }

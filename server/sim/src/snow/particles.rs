@@ -39,6 +39,16 @@ pub(super) struct Group {
 }
 
 impl Group {
+    /// Places `start..` of a list, sixteen at most; where there are none, its last, and a count of 0.
+    #[inline(always)]
+    pub(super) fn from(list: &[u32], start: usize) -> Self {
+        if start < list.len() {
+            Self::of(&list[start..])
+        } else {
+            Self { count: 0, ..Self::of(&list[list.len() - 1..]) }
+        }
+    }
+
     /// The first sixteen of a list that is not empty, or all of it.
     #[inline(always)]
     pub(super) fn of(list: &[u32]) -> Self {

@@ -10,7 +10,7 @@ use super::{
     particles::Group,
     sort::within_reach,
     step::{Engine, StepContext},
-    update::{Arrival, BlockFigures, Deformation, Tally, Update, constants},
+    update::{Arrival, BlockFigures, Deformation, TOGETHER, Tally, Update, constants},
     weight::weights,
 };
 use crate::{
@@ -62,28 +62,28 @@ impl<R: Real> Engine<R> {
         let (order, starts, ..) = sorter.depart(settings.periodic);
         figures.par_iter_mut().enumerate().for_each(|(b, figures)| {
             let list = &order[starts[b] as usize..starts[b + 1] as usize];
-            let (mut tally, mut arrival) = (Tally::new(), Arrival::new());
-            arrival.density = [R::of(R::LARGEST); LANES];
-            let mut first = [[R::zero(); LANES]; 3];
-            for start in (0..list.len()).step_by(LANES) {
-                let group = Group::of(&list[start..]);
-                for lane in 0..LANES {
-                    let at = group.at[lane] as usize;
-                    for k in 0..3 {
-                        arrival.v[k][lane] = velocity[at][k];
-                        for axis in 0..3 {
-                            arrival.affine[axis][k][lane] = affine[at][k][axis];
+            let (mut tally, mut arrivals) = (Tally::new(), [Arrival::new(); TOGETHER]);
+            let mut first = [[[R::zero(); LANES]; 3]; TOGETHER];
+            for start in (0..list.len()).step_by(LANES * TOGETHER) {
+                let groups: [Group; TOGETHER] = std::array::from_fn(|k| Group::from(list, start + k * LANES));
+                for (group, arrival) in groups.iter().zip(&mut arrivals) {
+                    arrival.density = [R::of(R::LARGEST); LANES];
+                    for lane in 0..LANES {
+                        let at = group.at[lane] as usize;
+                        for k in 0..3 {
+                            arrival.v[k][lane] = velocity[at][k];
+                            for axis in 0..3 {
+                                arrival.affine[axis][k][lane] = affine[at][k][axis];
+                            }
                         }
                     }
                 }
-                let (fixed, object) = constants(fixed, object, &group);
                 dispatch(Update {
-                    group: &group,
-                    arrival: &arrival,
+                    groups: &groups,
+                    arrivals: &arrivals,
+                    constants: &groups.map(|group| constants(fixed, object, &group)),
                     planes: &planes,
                     coefficients,
-                    fixed,
-                    object,
                     dt: R::zero(),
                     inverse_cell: R::one(),
                     ballistic_below: R::zero(),

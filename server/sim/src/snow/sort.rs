@@ -34,7 +34,7 @@ pub(super) struct Sorter {
     pub(super) starts: Vec<u32>,
     /// Where each cell begins within its block, and the end.
     pub(super) cells: Vec<CellStarts>,
-    /// By place of a particle: 64 times the direction it went, plus its cell there.
+    /// By position in `order`: 64 times the direction a particle went, plus its cell there.
     codes: Vec<u16>,
     /// Of each block, how many went in each direction.
     leaving: Vec<[u32; AROUND]>,
@@ -75,13 +75,13 @@ pub(super) struct Departures<'a> {
 }
 
 impl Departures<'_> {
-    /// The particle at `place`, of `block`, now begins at `node`.
+    /// The particle at a position of the order, of `block`, now begins at `node`.
     #[inline(always)]
-    #[allow(unsafe_code, reason = "a particle belongs to one block")]
-    pub(super) fn note(&self, place: u32, block: Coordinate, node: [f64; 3]) {
+    #[allow(unsafe_code, reason = "blocks have ranges of their own in the order")]
+    pub(super) fn note(&self, position: usize, block: Coordinate, node: [f64; 3]) {
         let code = code(block, node.map(|c| c as i32), self.periodic);
-        // SAFETY: the sorted order names each particle once, and a block is worked on by one thread.
-        unsafe { *self.codes.slot(place as usize) = code };
+        // SAFETY: a position belongs to one block, and a block is worked on by one thread.
+        unsafe { *self.codes.slot(position) = code };
     }
 }
 
@@ -169,12 +169,12 @@ impl Sorter {
     fn part(&mut self) {
         let Self { order, starts, codes, leaving, .. } = self;
         leaving.resize(starts.len() - 1, [0; AROUND]);
-        let order = Disjoint::new(order);
+        let (order, codes) = (Disjoint::new(order), Disjoint::new(codes));
         let lost = leaving.par_iter_mut().enumerate().map(|(block, leaving)| {
             *leaving = [0; AROUND];
             let (mut stayed, mut lost) = (starts[block] as usize, false);
             for at in starts[block] as usize..starts[block + 1] as usize {
-                let code = codes[*at_of(&order, at) as usize];
+                let code = *at_of(&codes, at);
                 if code == FAR {
                     lost = true;
                     continue;
@@ -182,17 +182,18 @@ impl Sorter {
                 let direction = usize::from(code) / CELLS;
                 leaving[direction] += 1;
                 if direction == STAY {
-                    let first = *at_of(&order, stayed);
-                    *at_of(&order, stayed) = *at_of(&order, at);
-                    *at_of(&order, at) = first;
+                    if stayed < at {
+                        std::mem::swap(at_of(&order, stayed), at_of(&order, at));
+                        std::mem::swap(at_of(&codes, stayed), at_of(&codes, at));
+                    }
                     stayed += 1;
                 }
             }
             lost
         });
         self.scattered = lost.filter(|lost| *lost).count() > 0;
-        self.moved +=
-            self.leaving.iter().map(|counts| counts.iter().sum::<u32>() - counts[STAY]).sum::<u32>() as usize;
+        let moved = self.leaving.iter().map(|counts| counts.iter().sum::<u32>() - counts[STAY]).sum::<u32>();
+        self.moved += moved as usize;
     }
 
     /// Blocks that have particles now, sorted.
@@ -241,36 +242,39 @@ impl Sorter {
         let Self { order, starts, codes, leaving, sources, next_starts, next_order, cells, .. } = self;
         cells.resize(sources.len(), [0; CELLS + 1]);
         let out = Disjoint::new(next_order);
-        let codes = codes.as_slice();
+        let (order, codes) = (order.as_slice(), codes.as_slice());
         cells.par_iter_mut().zip(&*sources).enumerate().for_each(|(block, (cells, sources))| {
-            let arrivals = || {
-                (0..AROUND).filter(|i| sources[*i] != NONE).flat_map(|i| {
-                    let from = sources[i] as usize;
+            // Where to look, and which direction they went: those that stay, then those that come.
+            let (mut ranges, mut count) = (std::array::from_fn::<_, AROUND, _>(|i| (0..0_usize, i)), 0);
+            for i in (0..AROUND).filter(|i| sources[*i] != NONE) {
+                let from = sources[i] as usize;
+                if leaving[from][i] > 0 {
                     let (start, end) = (starts[from] as usize, starts[from + 1] as usize);
                     let stayed = start + leaving[from][STAY] as usize;
-                    let range = match (i, leaving[from][i]) {
-                        (_, 0) => 0..0,
-                        (STAY, _) => start..stayed,
-                        _ => stayed..end,
-                    };
-                    order[range]
-                        .iter()
-                        .copied()
-                        .filter(move |place| usize::from(codes[*place as usize]) / CELLS == i)
-                })
-            };
+                    ranges[count] = (if i == STAY { start..stayed } else { stayed..end }, i);
+                    count += 1;
+                }
+            }
             *cells = [0; CELLS + 1];
-            for place in arrivals() {
-                cells[usize::from(codes[place as usize]) % CELLS + 1] += 1;
+            for (range, direction) in &ranges[..count] {
+                for code in &codes[range.clone()] {
+                    if usize::from(*code) / CELLS == *direction {
+                        cells[usize::from(*code) % CELLS + 1] += 1;
+                    }
+                }
             }
             accumulate(cells);
             let first = next_starts[block] as usize;
             let mut filled = [0; CELLS];
-            for place in arrivals() {
-                let cell = usize::from(codes[place as usize]) % CELLS;
-                let start = first + cells[cell] as usize;
-                insert(&out, start, start + filled[cell], place, id);
-                filled[cell] += 1;
+            for (range, direction) in &ranges[..count] {
+                for (code, place) in codes[range.clone()].iter().zip(&order[range.clone()]) {
+                    if usize::from(*code) / CELLS == *direction {
+                        let cell = usize::from(*code) % CELLS;
+                        let start = first + cells[cell] as usize;
+                        insert(&out, start, start + filled[cell], *place, id);
+                        filled[cell] += 1;
+                    }
+                }
             }
         });
     }
@@ -290,7 +294,7 @@ fn insert(out: &Disjoint<'_, u32>, start: usize, end: usize, place: u32, id: &[u
 /// An element of the order, within the range of the block at work.
 #[inline(always)]
 #[allow(unsafe_code, clippy::mut_from_ref, reason = "ranges of blocks do not meet")]
-fn at_of<'a>(order: &'a Disjoint<'_, u32>, at: usize) -> &'a mut u32 {
+fn at_of<'a, T>(order: &'a Disjoint<'_, T>, at: usize) -> &'a mut T {
     // SAFETY: blocks have ranges of their own in the order, and a block is worked on by one thread.
     unsafe { order.slot(at) }
 }

@@ -19,7 +19,7 @@ use super::{
     response::Coefficients,
     scheme::{ApicScheme, FlipScheme, MlsScheme, Scheme},
     sort::Sorter,
-    update::{Arrival, BlockFigures, Deformation, Planes, Tally, Update, constants, motion},
+    update::{Arrival, BlockFigures, Deformation, Planes, TOGETHER, Tally, Update, constants, motion},
     weight::axis_weights,
 };
 use crate::{
@@ -233,32 +233,32 @@ impl<R: Real> Engine<R> {
             let block = BlockParticles { order: list, cells: &cells[b] };
             let place = block_of(key);
             let near = particles_near(context, place, h);
-            let (mut tally, mut arrival, mut cell) = (Tally::new(), Arrival::new(), 0);
-            let mut first = [[R::zero(); LANES]; 3];
-            for start in (0..list.len()).step_by(LANES) {
-                let group = Group::of(&list[start..]);
-                dispatch(GatherGroup::<R, S, N> {
-                    gather,
-                    planes: &planes,
-                    group: &group,
-                    tiles: [&tiles[0], &tiles[1]],
-                    block,
-                    start,
-                    cell: &mut cell,
-                    arrival: &mut arrival,
-                    scheme: PhantomData,
-                });
-                if near {
-                    collide(context, &planes, &group, &mut arrival);
+            let (mut tally, mut arrivals, mut cell) = (Tally::new(), [Arrival::new(); TOGETHER], 0);
+            let mut first = [[[R::zero(); LANES]; 3]; TOGETHER];
+            for start in (0..list.len()).step_by(LANES * TOGETHER) {
+                let groups: [Group; TOGETHER] = std::array::from_fn(|k| Group::from(list, start + k * LANES));
+                for (k, group) in groups.iter().enumerate().filter(|(_, group)| group.count > 0) {
+                    dispatch(GatherGroup::<R, S, N> {
+                        gather,
+                        planes: &planes,
+                        group,
+                        tiles: [&tiles[0], &tiles[1]],
+                        block,
+                        start: start + k * LANES,
+                        cell: &mut cell,
+                        arrival: &mut arrivals[k],
+                        scheme: PhantomData,
+                    });
+                    if near {
+                        collide(context, &planes, group, &mut arrivals[k]);
+                    }
                 }
-                let (fixed, object) = constants(fixed, object, &group);
                 dispatch(Update {
-                    group: &group,
-                    arrival: &arrival,
+                    groups: &groups,
+                    arrivals: &arrivals,
+                    constants: &groups.map(|group| constants(fixed, object, &group)),
                     planes: &planes,
                     coefficients,
-                    fixed,
-                    object,
                     dt: R::of(context.dt),
                     inverse_cell: gather.inverse_cell,
                     ballistic_below: R::of(settings.ballistic_below),
@@ -267,9 +267,12 @@ impl<R: Real> Engine<R> {
                     tally: &mut tally,
                     first: &mut first,
                 });
-                for lane in 0..group.count {
-                    let node = [first[0][lane], first[1][lane], first[2][lane]].map(Real::to_f64);
-                    departures.note(group.at[lane], place, node);
+                for (k, group) in groups.iter().enumerate() {
+                    let position = starts[b] as usize + start + k * LANES;
+                    for lane in 0..group.count {
+                        let node = first[k].map(|axis| axis[lane].to_f64());
+                        departures.note(position + lane, place, node);
+                    }
                 }
             }
             *figures = tally.finish();

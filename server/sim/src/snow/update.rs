@@ -104,15 +104,24 @@ pub(super) enum Deformation {
     Refresh,
 }
 
-/// One group's update.
-pub(super) struct Update<'a, 'b, R> {
-    pub(super) group: &'a Group,
-    pub(super) arrival: &'a Arrival<R>,
-    pub(super) planes: &'a Planes<'b, R>,
-    pub(super) coefficients: &'a [Coefficients<R>],
-    /// Volume and stiffness factor, and object, of each lane.
+/// Groups that are worked on together: one waits for square roots while the other goes on.
+pub(super) const TOGETHER: usize = 2;
+
+/// Constants of a group's particles, a lane each.
+#[derive(Clone, Copy)]
+pub(super) struct Constants<R> {
+    /// Volume at rest (m³), and factor on the stiffness.
     pub(super) fixed: [Lane<R>; 2],
     pub(super) object: [u16; LANES],
+}
+
+/// The update of two groups; the second may be empty.
+pub(super) struct Update<'a, 'b, R> {
+    pub(super) groups: &'a [Group; TOGETHER],
+    pub(super) arrivals: &'a [Arrival<R>; TOGETHER],
+    pub(super) constants: &'a [Constants<R>; TOGETHER],
+    pub(super) planes: &'a Planes<'b, R>,
+    pub(super) coefficients: &'a [Coefficients<R>],
     /// Time step (s); 1 / h (1/m); density on the grid over own, below which a particle is ballistic.
     pub(super) dt: R,
     pub(super) inverse_cell: R,
@@ -122,7 +131,7 @@ pub(super) struct Update<'a, 'b, R> {
     pub(super) width: usize,
     pub(super) tally: &'a mut Tally<R>,
     /// First nodes of the particles where they now are.
-    pub(super) first: &'a mut [Lane<R>; 3],
+    pub(super) first: &'a mut [[Lane<R>; 3]; TOGETHER],
 }
 
 /// Reads the pair of each particle of a group.
@@ -152,49 +161,69 @@ impl<R: Real> Kernel<R> for Update<'_, '_, R> {
     type Output = ();
 
     #[inline(always)]
-    fn run<P: Pack<R>>(self) {
-        let zero = P::splat(R::zero());
-        let dt = P::splat(self.dt);
-        let [[x, y, z, m], [_, _, _, jp]] = pair::<R, P>(&self.planes.motion, self.group);
-        let [[xx, xy, xz, yx], [yy, yz, zx, zy]] = pair::<R, P>(&self.planes.shape, self.group);
-        let [[zz, ..], _] = pair::<R, P>(&self.planes.affine, self.group);
-        let f = [[xx, yx, zx], [xy, yy, zy], [xz, yz, zz]];
-        let (v, drift) = (load3::<R, P>(&self.arrival.v), load3::<R, P>(&self.arrival.drift));
-        let (c, gradient) = (load9::<R, P>(&self.arrival.affine), load9::<R, P>(&self.arrival.gradient));
-        let (volume, factor) = (P::load(&self.fixed[0]), P::load(&self.fixed[1]));
-        let moduli = Moduli::gather(self.coefficients, &self.object, factor);
-        let position = [x.add(dt.mul(drift[0])), y.add(dt.mul(drift[1])), z.add(dt.mul(drift[2]))];
-
+    fn run<P: Pack<R>>(mut self) {
+        let one = P::splat(R::one());
+        let (mut shapes, mut jps, mut volumes) =
+            ([[[one; 3]; 3]; TOGETHER], [one; TOGETHER], [one; TOGETHER]);
+        let mut moduli = [Moduli::gather(self.coefficients, &self.constants[0].object, one); TOGETHER];
+        for k in 0..TOGETHER {
+            let group = &self.groups[k];
+            let [_, [_, _, _, jp]] = pair::<R, P>(&self.planes.motion, group);
+            let [[xx, xy, xz, yx], [yy, yz, zx, zy]] = pair::<R, P>(&self.planes.shape, group);
+            let [[zz, ..], _] = pair::<R, P>(&self.planes.affine, group);
+            let f = [[xx, yx, zx], [xy, yy, zy], [xz, yz, zz]];
+            let Constants { fixed, object } = &self.constants[k];
+            (jps[k], volumes[k]) = (jp, P::load(&fixed[0]));
+            moduli[k] = Moduli::gather(self.coefficients, object, P::load(&fixed[1]));
+            shapes[k] = match self.deformation {
+                Deformation::Step => {
+                    let gradient = load9::<R, P>(&self.arrivals[k].gradient);
+                    predict(&f, &gradient, P::splat(self.dt))
+                }
+                Deformation::Refresh => f,
+            };
+        }
         let new = match self.deformation {
-            Deformation::Step => deform(&predict(&f, &gradient, dt), jp, volume, &moduli),
-            Deformation::Refresh => undeformed(&f, jp, volume, &moduli),
+            Deformation::Step => deform(&shapes, &jps, &volumes, &moduli),
+            Deformation::Refresh => [
+                undeformed(&shapes[0], jps[0], volumes[0], &moduli[0]),
+                undeformed(&shapes[1], jps[1], volumes[1], &moduli[1]),
+            ],
         };
+        for k in 0..TOGETHER {
+            self.finish(k, &new[k], volumes[k], &moduli[k]);
+        }
+    }
+}
+
+impl<R: Real> Update<'_, '_, R> {
+    /// Writes a group, and counts it.
+    #[inline(always)]
+    fn finish<P: Pack<R>>(&mut self, k: usize, new: &Deformed<P>, volume: P, moduli: &Moduli<P>) {
+        let (zero, dt) = (P::splat(R::zero()), P::splat(self.dt));
+        let (group, arrival) = (&self.groups[k], &self.arrivals[k]);
+        let [[x, y, z, m], _] = pair::<R, P>(&self.planes.motion, group);
+        let (v, drift) = (load3::<R, P>(&arrival.v), load3::<R, P>(&arrival.drift));
+        let c = load9::<R, P>(&arrival.affine);
+        let position = [x.add(dt.mul(drift[0])), y.add(dt.mul(drift[1])), z.add(dt.mul(drift[2]))];
         // Density on the grid below a share of m / V0: nearly alone, no stress.
         let own = m.mul(P::splat(self.ballistic_below));
-        let ballistic = P::load(&self.arrival.density).mul(volume).if_less(own, P::splat(R::one()), zero);
+        let ballistic = P::load(&arrival.density).mul(volume).if_less(own, P::splat(R::one()), zero);
         let mut s = new.volume_stress;
         for k in 0..6 {
             s[k] = zero.if_less(ballistic, zero, s[k]);
         }
         let e = &new.elastic;
-        write(
-            &self.planes.motion,
-            self.group,
-            [[position[0], position[1], position[2], m], [v[0], v[1], v[2], new.plastic_ratio]],
-        );
-        write(
-            &self.planes.shape,
-            self.group,
-            [[e[0][0], e[1][0], e[2][0], e[0][1]], [e[1][1], e[2][1], e[0][2], e[1][2]]],
-        );
-        write(
-            &self.planes.affine,
-            self.group,
-            [[e[2][2], c[0][0], c[1][0], c[2][0]], [c[0][1], c[1][1], c[2][1], c[0][2]]],
-        );
-        write(&self.planes.stress, self.group, [[c[1][2], c[2][2], s[0], s[1]], [s[2], s[3], s[4], s[5]]]);
+        let motion = [[position[0], position[1], position[2], m], [v[0], v[1], v[2], new.plastic_ratio]];
+        write(&self.planes.motion, group, motion);
+        let shape = [[e[0][0], e[1][0], e[2][0], e[0][1]], [e[1][1], e[2][1], e[0][2], e[1][2]]];
+        write(&self.planes.shape, group, shape);
+        let affine = [[e[2][2], c[0][0], c[1][0], c[2][0]], [c[0][1], c[1][1], c[2][1], c[0][2]]];
+        write(&self.planes.affine, group, affine);
+        write(&self.planes.stress, group, [[c[1][2], c[2][2], s[0], s[1]], [s[2], s[3], s[4], s[5]]]);
         let counts = [new.yielded, new.clamped, new.inverted, ballistic];
-        tally(self.tally, self.group.count, &new, &v, &c, [volume, m], &moduli, counts);
+        let extremes = extremes(&new.elastic, new.plastic_ratio, &v, &c, volume.div(m), moduli);
+        self.tally.include(group.count, extremes, new.plastic_ratio, counts);
         let scale = P::splat(self.inverse_cell);
         for axis in 0..3 {
             let at = position[axis].mul(scale);
@@ -203,7 +232,7 @@ impl<R: Real> Kernel<R> for Update<'_, '_, R> {
                 3 => first_node::<R, P, 3>(at),
                 _ => first_node::<R, P, 4>(at),
             };
-            self.first[axis] = node.store();
+            self.first[k][axis] = node.store();
         }
     }
 }
@@ -236,7 +265,7 @@ impl<R: Real> Engine<R> {
         let at = group.at[0] as usize;
         let lane = |value: R| Portable::splat(value);
         let columns = |rows: [[R; 3]; 3]| [0, 1, 2].map(|k| [0, 1, 2].map(|row| lane(rows[row][k])));
-        let (fixed, object) = constants(&particles.fixed, &particles.object, group);
+        let Constants { fixed, object } = constants(&particles.fixed, &particles.object, group);
         let moduli = Moduli::gather(&self.coefficients, &object, Portable::load(&fixed[1]));
         let values = extremes(
             &columns(particles.elastic(at)),
@@ -251,31 +280,22 @@ impl<R: Real> Engine<R> {
     }
 }
 
-/// Adds a group to the tally: extremes from what is stored, so that a run restored from its
-/// particles takes the same steps.
-#[inline(always)]
-#[allow(clippy::too_many_arguments, reason = "lanes that are already in registers")]
-fn tally<R: Real, P: Pack<R>>(
-    tally: &mut Tally<R>,
-    count: usize,
-    new: &Deformed<P>,
-    v: &[P; 3],
-    c: &[[P; 3]; 3],
-    [volume, m]: [P; 2],
-    moduli: &Moduli<P>,
-    counts: [P; 4],
-) {
-    let values = extremes(&new.elastic, new.plastic_ratio, v, c, volume.div(m), moduli);
-    for k in 0..5 {
-        tally.extremes[k] = P::load(&tally.extremes[k]).max(values[k]).store();
-    }
-    tally.jp[0] = P::load(&tally.jp[0]).min(new.plastic_ratio).store();
-    tally.jp[1] = P::load(&tally.jp[1]).max(new.plastic_ratio).store();
-    let mut active = [R::zero(); LANES];
-    active[..count].fill(R::one());
-    let active = P::load(&active);
-    for k in 0..4 {
-        tally.counts[k] = P::load(&tally.counts[k]).add(counts[k].mul(active)).store();
+impl<R: Real> Tally<R> {
+    /// Adds a group: extremes from what is stored, so that a run restored from its particles takes
+    /// the same steps.
+    #[inline(always)]
+    fn include<P: Pack<R>>(&mut self, count: usize, extremes: [P; 5], jp: P, counts: [P; 4]) {
+        for k in 0..5 {
+            self.extremes[k] = P::load(&self.extremes[k]).max(extremes[k]).store();
+        }
+        self.jp[0] = P::load(&self.jp[0]).min(jp).store();
+        self.jp[1] = P::load(&self.jp[1]).max(jp).store();
+        let mut active = [R::zero(); LANES];
+        active[..count].fill(R::one());
+        let active = P::load(&active);
+        for k in 0..4 {
+            self.counts[k] = P::load(&self.counts[k]).add(counts[k].mul(active)).store();
+        }
     }
 }
 
@@ -294,18 +314,14 @@ impl<R: Real> Particles<R> {
 }
 
 /// Volumes, stiffness factors and objects of a group.
-pub(super) fn constants<R: Real>(
-    fixed: &[[R; 2]],
-    object: &[u16],
-    group: &Group,
-) -> ([Lane<R>; 2], [u16; LANES]) {
-    let (mut numbers, mut objects) = ([[R::zero(); LANES]; 2], [0; LANES]);
+pub(super) fn constants<R: Real>(fixed: &[[R; 2]], object: &[u16], group: &Group) -> Constants<R> {
+    let mut out = Constants { fixed: [[R::zero(); LANES]; 2], object: [0; LANES] };
     for lane in 0..LANES {
         let at = group.at[lane] as usize;
-        [numbers[0][lane], numbers[1][lane]] = fixed[at];
-        objects[lane] = object[at];
+        [out.fixed[0][lane], out.fixed[1][lane]] = fixed[at];
+        out.object[lane] = object[at];
     }
-    (numbers, objects)
+    out
 }
 
 /// Positions, masses and velocities of a group.
