@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use nappe_sim::math::Precision;
 
-use crate::{bench::BenchArgs, output::OutputArgs, verbs};
+use crate::{bench::BenchArgs, contents::ContentsArgs, output::OutputArgs, verbs};
 
 /// Where a server listens unless told otherwise.
 pub(crate) const DEFAULT_SERVER: &str = "http://127.0.0.1:6277";
@@ -22,6 +22,7 @@ Examples:
   nappe create demo --id first            a session on that server
   nappe play first && nappe watch first   let it run, see its figures
   nappe bench zara                        the table of Zara 2001 on this machine
+  nappe bench snow                        particle-steps a second of snow
 
 `nappe VERB --help` says more about a verb.";
 
@@ -38,7 +39,7 @@ Exit codes:
 Environment:
   NAPPE_SERVER  address of the server for the verbs that talk to one";
 
-/// Cloth that is computed on a server and watched from elsewhere.
+/// Cloth and snow, computed on a server and watched from elsewhere.
 ///
 /// Without a verb, nappe runs a demonstration: a server inside this command, a client that talks to
 /// it through gRPC, and a recording to look at. It ends by itself and needs no screen.
@@ -127,9 +128,11 @@ pub(crate) struct ComputeArgs {
     /// A frame every so many steps [default: as the scene says]
     #[arg(long, value_name = "STEPS", value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) frame_every: Option<u32>,
-    /// Keep the frames: a Rerun recording FILE.rrd, or a folder of PLY meshes
+    /// Keep the frames: a Rerun recording FILE.rrd, or a folder of PLY files
     #[arg(long, value_name = "FILE.rrd|FOLDER")]
     pub(crate) save: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) contents: ContentsArgs,
 }
 
 /// A precision on the command line.

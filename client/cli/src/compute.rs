@@ -57,7 +57,8 @@ pub(crate) async fn compute(
 
 async fn compute_on(client: &Client, scene: &scene::Input, args: &ComputeArgs) -> Result<(Driven, Summary)> {
     // First, so that a path that cannot be written is known before hours are computed.
-    let mut sink = args.save.as_deref().map(Sink::create).transpose()?;
+    args.contents.check(args.save.as_deref())?;
+    let mut sink = args.save.as_deref().map(|path| Sink::create(path, &args.contents)).transpose()?;
     let created = client
         .create_session(CreateSession {
             session_id: String::new(),

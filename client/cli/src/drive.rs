@@ -8,6 +8,7 @@
 use nappe_client::{Client, ClientError, Event, FrameStream, Wait, WatchOptions, v1};
 
 use crate::{
+    contents::{NODE_BYTES, PARTICLE_BYTES},
     error::{CliError, Result},
     progress::Progress,
     remote,
@@ -18,8 +19,6 @@ use crate::{
 const WINDOW_FRAMES: u64 = 8;
 /// How often figures are asked for when no frame is saved (Hz).
 const FIGURES_HZ: f64 = 10.0;
-/// Bytes of a particle in a frame: three binary32.
-const PARTICLE_BYTES: u64 = 12;
 
 /// What came of it.
 #[derive(Debug)]
@@ -67,16 +66,18 @@ pub(crate) async fn drive(client: &Client, session: &v1::Session, sink: Option<&
 /// Steps in windows and saves every frame.
 async fn save(client: &Client, session: &v1::Session, sink: &mut Sink, progress: &Progress) -> Result<()> {
     let id = session.session_id.as_str();
-    let window = window_steps(client, session).await?;
-    let frames = client.watch(id, WatchOptions::every_from(0)).await?;
+    let options = sink.watch(WatchOptions::every_from(0), session);
+    let window = window_steps(client, session, &options).await?;
+    let frames = client.watch(id, options).await?;
     let mut saving = Saving { client, id, frames, sink, progress, newest: None, broken: None };
     saving.run(window).await
 }
 
 /// Steps of a window: as many as [`WINDOW_FRAMES`] frames take, fewer if the server keeps fewer.
-async fn window_steps(client: &Client, session: &v1::Session) -> Result<u64> {
+async fn window_steps(client: &Client, session: &v1::Session, options: &WatchOptions) -> Result<u64> {
     let limits = client.server_info().await?.limits.unwrap_or_default();
-    let frame_bytes = (session.particle_count * PARTICLE_BYTES).max(1);
+    let nodes = options.grid.map_or(0, |_| u64::from(limits.max_grid_nodes));
+    let frame_bytes = (session.particle_count * PARTICLE_BYTES + nodes * NODE_BYTES).max(1);
     // Half of what is kept, so that the window before may still be on its way.
     let kept = limits.history_bytes_per_session / 2 / frame_bytes;
     let frames = WINDOW_FRAMES.min(kept).max(1);

@@ -3,6 +3,8 @@
 use indicatif::{ProgressBar, ProgressStyle};
 use nappe_client::v1;
 
+use crate::snow;
+
 /// How far a simulation is.
 #[derive(Debug)]
 pub(crate) struct Progress {
@@ -28,9 +30,10 @@ impl Progress {
     pub(crate) fn show(&self, figures: &v1::Diagnostics) {
         self.bar.set_position(figures.step);
         self.bar.set_message(format!(
-            "t = {:.3} s, {:.2} ms a step",
+            "t = {:.3} s, {:.2} ms a step{}",
             figures.time_seconds,
-            figures.step_seconds * 1e3
+            figures.step_seconds * 1e3,
+            snow::phrase(figures)
         ));
     }
 

@@ -6,6 +6,7 @@ use serde::Serialize;
 use crate::{
     error::{CliError, Exit, Result},
     output::{self, Column, Format},
+    snow::SnowJson,
 };
 
 /// A session as programs read it; the names are those of the contract (simulation.proto).
@@ -56,6 +57,7 @@ pub(crate) struct DiagnosticsJson {
     step_seconds: f64,
     iterations: Option<u32>,
     relative_residual: Option<f64>,
+    snow: Option<SnowJson>,
 }
 
 impl From<&v1::Session> for SessionJson {
@@ -105,6 +107,7 @@ impl From<&v1::Diagnostics> for DiagnosticsJson {
             step_seconds: figures.step_seconds,
             iterations: figures.solve.as_ref().map(|solve| solve.iterations),
             relative_residual: figures.solve.as_ref().map(|solve| solve.relative_residual),
+            snow: figures.snow.as_ref().map(SnowJson::from),
         }
     }
 }
@@ -146,9 +149,23 @@ pub(crate) fn diverged(failure: &v1::Failure) -> bool {
     is_divergence(&failure.reason)
 }
 
+/// Reasons of steps that left what the scene allows.
+const DIVERGENCES: [&str; 10] = [
+    "NOT_FINITE",
+    "STRETCH_LIMIT",
+    "ENERGY_LIMIT",
+    "SOLVER_FAILED",
+    "TIME_STEP_LIMIT",
+    "SUBSTEP_LIMIT",
+    "NODE_SPEED",
+    "DEFORMATION_LIMIT",
+    "OUT_OF_RANGE",
+    "MASS_LOST",
+];
+
 /// Whether a reason says that the simulation diverged.
 pub(crate) fn is_divergence(reason: &str) -> bool {
-    matches!(reason, "NOT_FINITE" | "STRETCH_LIMIT" | "ENERGY_LIMIT" | "SOLVER_FAILED")
+    DIVERGENCES.contains(&reason)
 }
 
 /// Prints one session.

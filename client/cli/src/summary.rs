@@ -1,7 +1,7 @@
 //! What a whole simulation came to: one JSON object for scripts, a small table for people.
 //!
 //! The names in the object are stable: `scene`, `steps`, `time`, `seconds`, `state_hash`,
-//! `energy`, `max_stretch`, `diverged` and those beside them.
+//! `energy`, `max_stretch`, `snow`, `diverged` and those beside them.
 
 use std::path::PathBuf;
 
@@ -13,6 +13,7 @@ use crate::{
     error::{CliError, Exit, Result},
     output::{self, Column, Format},
     session,
+    snow::SnowJson,
 };
 
 /// The result of a run.
@@ -32,6 +33,8 @@ pub(crate) struct Summary {
     energy: f64,
     /// Largest length over rest length of a spring in the last state.
     max_stretch: f64,
+    /// Figures of the snow in the last step; none without snow.
+    snow: Option<SnowJson>,
     /// Where and why the simulation diverged.
     diverged: Option<Divergence>,
     /// Whether the user ended it before its end.
@@ -69,6 +72,7 @@ impl Summary {
             state_hash: session.state_hash.map(output::hash),
             energy: session::total_energy(&figures),
             max_stretch: figures.max_stretch,
+            snow: figures.snow.as_ref().map(SnowJson::from),
             diverged: diverged.map(|failure| Divergence {
                 step: failure.step,
                 particle: failure.particle,
@@ -126,8 +130,14 @@ impl Summary {
             ("pace", format!("{:.2} times real time", self.time / self.seconds.max(f64::MIN_POSITIVE))),
             ("with", format!("{} threads, {}", self.threads, self.precision)),
             ("energy", format!("{} J", six_digits(self.energy))),
-            ("max stretch", format!("{:.4}", self.max_stretch)),
         ];
+        if self.springs > 0 {
+            rows.push(("max stretch", format!("{:.4}", self.max_stretch)));
+        }
+        if let Some(snow) = &self.snow {
+            rows.push(("steps of snow", snow.steps()));
+            rows.push(("snow", format!("{}; {}", snow.counts(), snow.packing())));
+        }
         if let Some(hash) = &self.state_hash {
             rows.push(("state hash", hash.clone()));
         }

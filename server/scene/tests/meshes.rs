@@ -3,8 +3,8 @@
 use nappe_scene::{
     SceneError,
     mesh::{
-        EtiOptions, EtiTexts, Loaded, NamedText, PlyFrame, course_grid, read_eti, read_obj, read_off,
-        read_ply, six_digits, write_eti, write_obj, write_off, write_ply, write_ply_frame,
+        EtiOptions, EtiTexts, Loaded, NamedText, PlyFrame, PlyProperty, course_grid, read_eti, read_obj,
+        read_off, read_ply, six_digits, write_eti, write_obj, write_off, write_ply, write_ply_frame,
     },
 };
 use nappe_sim::mesh::TriangleMesh;
@@ -237,6 +237,10 @@ fn a_binary_ply_with_a_number_that_is_none_is_refused() {
 fn a_frame_reads_back_as_the_positions_it_shows() {
     let frame = PlyFrame {
         positions: &[0.5, 1.0, -2.0, 3.0, 4.0, 5.0],
+        properties: &[
+            PlyProperty { names: &["vx", "vy"], values: &[6.0, 7.0, 8.0, 9.0] },
+            PlyProperty { names: &["mass"], values: &[0.25, 0.75] },
+        ],
         triangles: &[[0, 1, 1]],
         step: 7,
         time: 0.25,
@@ -246,6 +250,11 @@ fn a_frame_reads_back_as_the_positions_it_shows() {
     let mesh = read_ply(&bytes, "frame.ply").unwrap().mesh;
     assert_eq!(mesh.points, [[0.5, 1.0, -2.0], [3.0, 4.0, 5.0]]);
     assert_eq!(mesh.triangles, [[0, 1, 1]]);
+    // A property of our own, read back by the name that a mesh knows, stands beside its particle's others.
+    assert_eq!(mesh.masses, [0.25, 0.75]);
+    let numbers: Vec<u8> =
+        [3.0_f32, 4.0, 5.0, 8.0, 9.0, 0.75].into_iter().flat_map(f32::to_le_bytes).collect();
+    assert!(bytes.windows(numbers.len()).any(|window| window == numbers));
 }
 
 /// Text made of the pieces of the formats, so that it goes deep into the readers.

@@ -1,4 +1,7 @@
-//! A folder with one PLY mesh a frame.
+//! A folder with PLY files: one of the particles a frame, and one of the snow's grid if it is kept.
+//!
+//! Particles: x, y, z (m) and, where they are kept, vx, vy, vz (m/s), plastic_ratio (1) and stress_norm (Pa).
+//! Nodes of the grid: x, y, z (m), mass (kg), vx, vy, vz (m/s).
 
 use std::{
     fs::{self, File},
@@ -6,12 +9,15 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use nappe_client::{Frame, Topology};
-use nappe_scene::mesh::{PlyFrame, write_ply_frame};
+use nappe_client::{Frame, Grid, Scalars, Topology, Vectors};
+use nappe_scene::mesh::{PlyFrame, PlyProperty, write_ply_frame};
 
 use crate::error::{CliError, Result};
 
-/// One PLY mesh a frame: frame-000000.ply, frame-000001.ply ...
+/// Names of a velocity's numbers.
+const VELOCITY: [&str; 3] = ["vx", "vy", "vz"];
+
+/// PLY files: frame-000000.ply, frame-000001.ply ... and grid-000000.ply ...
 pub(super) struct Folder {
     path: PathBuf,
     triangles: Vec<[u32; 3]>,
@@ -24,11 +30,11 @@ impl Folder {
         let entries = fs::read_dir(path).map_err(|error| CliError::file("read the folder", path, &error))?;
         for entry in entries {
             let entry = entry.map_err(|error| CliError::file("read the folder", path, &error))?;
-            if entry.file_name().to_string_lossy().starts_with("frame-") {
+            let name = entry.file_name().to_string_lossy().into_owned();
+            if name.starts_with("frame-") || name.starts_with("grid-") {
                 return Err(CliError::failure(format!(
-                    "the folder {} holds frames already ({}): two runs would be mixed up",
+                    "the folder {} holds frames already ({name}): two runs would be mixed up",
                     path.display(),
-                    entry.file_name().to_string_lossy()
                 ))
                 .hint("remove them, or give another folder"));
             }
@@ -41,21 +47,60 @@ impl Folder {
         self.triangles = topology.bodies.into_iter().flat_map(|body| body.triangles).collect();
     }
 
-    /// Writes the file of a frame.
+    /// Writes the files of a frame.
     pub(super) fn write(&self, frame: &Frame) -> Result<()> {
-        let path = self.path.join(format!("frame-{:06}.ply", frame.frame));
-        let mesh = PlyFrame {
+        let velocities = frame.velocities.as_ref().map(Vectors::to_f32);
+        let ratios = frame.plastic_ratios.as_ref().map(Scalars::to_f32);
+        let stresses = frame.stress_norms.as_ref().map(Scalars::to_f32);
+        let properties: Vec<PlyProperty<'_>> = [
+            property(&VELOCITY, velocities.as_deref()),
+            property(&["plastic_ratio"], ratios.as_deref()),
+            property(&["stress_norm"], stresses.as_deref()),
+        ]
+        .into_iter()
+        .flatten()
+        .collect();
+        let particles = PlyFrame {
             positions: &frame.positions.to_f32(),
+            properties: &properties,
             triangles: &self.triangles,
             step: frame.step,
             time: frame.time,
         };
-        File::create(&path)
-            .and_then(|file| {
-                let mut out = BufWriter::new(file);
-                write_ply_frame(&mesh, &mut out)?;
-                out.flush()
-            })
-            .map_err(|error| CliError::file("write", &path, &error))
+        write(&self.path.join(format!("frame-{:06}.ply", frame.frame)), &particles)?;
+        match &frame.grid {
+            Some(grid) => self.write_grid(frame, grid),
+            None => Ok(()),
+        }
     }
+
+    fn write_grid(&self, frame: &Frame, grid: &Grid) -> Result<()> {
+        let positions: Vec<f32> = grid.positions().flatten().collect();
+        let nodes = PlyFrame {
+            positions: &positions,
+            properties: &[
+                PlyProperty { names: &["mass"], values: &grid.masses },
+                PlyProperty { names: &VELOCITY, values: grid.velocities.as_flattened() },
+            ],
+            triangles: &[],
+            step: frame.step,
+            time: frame.time,
+        };
+        write(&self.path.join(format!("grid-{:06}.ply", frame.frame)), &nodes)
+    }
+}
+
+/// An array, if it is kept.
+fn property<'a>(names: &'a [&'a str], values: Option<&'a [f32]>) -> Option<PlyProperty<'a>> {
+    values.map(|values| PlyProperty { names, values })
+}
+
+fn write(path: &Path, points: &PlyFrame<'_>) -> Result<()> {
+    File::create(path)
+        .and_then(|file| {
+            let mut out = BufWriter::new(file);
+            write_ply_frame(points, &mut out)?;
+            out.flush()
+        })
+        .map_err(|error| CliError::file("write", path, &error))
 }

@@ -1,4 +1,4 @@
-//! Where frames are kept: a Rerun recording, or a folder with one PLY mesh a frame.
+//! Where frames are kept: a Rerun recording, or a folder with PLY files.
 //!
 //! Reads topology and frames as they arrive; writes files. Every frame that comes is kept.
 
@@ -7,10 +7,13 @@ mod recording;
 
 use std::path::{Path, PathBuf};
 
-use nappe_client::{Frame, Topology};
+use nappe_client::{Frame, Topology, WatchOptions, v1};
 
 use self::{folder::Folder, recording::Recording};
-use crate::error::{CliError, Result};
+use crate::{
+    contents::ContentsArgs,
+    error::{CliError, Result},
+};
 
 /// Whether this build can write Rerun recordings.
 pub(crate) const RECORDS: bool = cfg!(feature = "rerun");
@@ -18,6 +21,7 @@ pub(crate) const RECORDS: bool = cfg!(feature = "rerun");
 /// An open recording or folder.
 pub(crate) struct Sink {
     path: PathBuf,
+    contents: ContentsArgs,
     form: Form,
 }
 
@@ -48,14 +52,19 @@ impl Sink {
     ///
     /// # Errors
     /// When the path names neither, or a recording in a build without Rerun; when the file or the folder cannot be made, or the folder holds frames already.
-    pub(crate) fn create(path: &Path) -> Result<Self> {
+    pub(crate) fn create(path: &Path, contents: &ContentsArgs) -> Result<Self> {
         check(path)?;
         let form = if is_recording(path) {
-            Form::Recording(Recording::create(path)?)
+            Form::Recording(Recording::create(path, contents.recording_color())?)
         } else {
             Form::Folder(Folder::create(path)?)
         };
-        Ok(Self { path: path.to_owned(), form })
+        Ok(Self { path: path.to_owned(), contents: contents.clone(), form })
+    }
+
+    /// These watch options with what is kept of a session's frames.
+    pub(crate) fn watch(&self, options: WatchOptions, session: &v1::Session) -> WatchOptions {
+        self.contents.watch(options, session, &self.path)
     }
 
     /// Keeps the topology; it comes before the frames.

@@ -12,16 +12,21 @@ mod with_rerun {
     use nappe_client::{Frame, Topology};
     use nappe_rerun::{Recorder, Sink};
 
-    use crate::error::{CliError, Result};
+    use crate::{
+        contents::ColorName,
+        error::{CliError, Result},
+    };
 
     /// An open recording.
     pub(in crate::save) struct Recording(Recorder);
 
     impl Recording {
         /// Opens the file.
-        pub(in crate::save) fn create(path: &Path) -> Result<Self> {
+        pub(in crate::save) fn create(path: &Path, color: ColorName) -> Result<Self> {
             let title = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
-            Recorder::open(&title, Sink::Save(path.to_owned())).map(Self).map_err(CliError::failure)
+            Recorder::open(&title, Sink::Save(path.to_owned()), color.into())
+                .map(Self)
+                .map_err(CliError::failure)
         }
 
         /// Records the topology.
@@ -47,14 +52,17 @@ mod without_rerun {
 
     use nappe_client::{Frame, Topology};
 
-    use crate::error::{CliError, Result};
+    use crate::{
+        contents::ColorName,
+        error::{CliError, Result},
+    };
 
     /// There is none.
     pub(in crate::save) enum Recording {}
 
     impl Recording {
         /// A refusal.
-        pub(in crate::save) fn create(path: &Path) -> Result<Self> {
+        pub(in crate::save) fn create(path: &Path, _: ColorName) -> Result<Self> {
             Err(CliError::usage(format!("--save {}: this build cannot write Rerun recordings", path.display()))
                 .hint("give a folder for PLY meshes, or build nappe with its feature `rerun`, which is on by default"))
         }

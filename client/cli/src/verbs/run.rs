@@ -17,15 +17,17 @@ use crate::{
 Examples:
   nappe run flag                                 a shipped scene; `nappe scenes` lists them
   nappe run flag --save flag.rrd                 with a Rerun recording of every frame
-  nappe run my.toml --save frames --steps 200    a scene file, PLY meshes in the folder frames
+  nappe run my.toml --save frames --steps 200    a scene file, PLY files in the folder frames
   nappe run my.toml --threads 1 --precision f64 --json
+  nappe run snow.toml --save snow.rrd --color speed --grid smoke
+  nappe run snow.toml --save frames --fields velocity,plastic_ratio,stress
 
 Without --server the scene is computed by a server inside this command; --server does it on another
 one and removes the session afterwards. A scene without an end runs until Ctrl-C.
 
 With --json the last line is one object: scene, steps, time (s), seconds (wall clock, stepping),
-state_hash (16 hexadecimal digits), energy (J), max_stretch, diverged (null, or step, particle, cause),
-and interrupted, particles, springs, threads, precision, dt, frames, saved.")]
+state_hash (16 hexadecimal digits), energy (J), max_stretch, snow (null, or substeps, dt_seconds, bound,
+plastic_count and the other figures of its last step), diverged (null, or step, particle, cause), and interrupted, particles, springs, threads, precision, dt, frames, saved.")]
 pub(crate) struct RunArgs {
     /// A shipped scene's name, or a scene file (.toml); meshes beside the file are uploaded
     scene: String,

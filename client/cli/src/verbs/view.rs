@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use crate::{args::ServerArgs, error::Result, output::OutputArgs};
+use crate::{args::ServerArgs, contents::ShownArgs, error::Result, output::OutputArgs};
 
 /// Options of `nappe view`.
 #[derive(Args, Debug)]
@@ -13,7 +13,9 @@ Examples:
   nappe view first                    a viewer on this screen, started if none is running
   nappe view first --connect          the viewer that runs on this machine
   nappe view first --connect rerun+http://192.168.1.5:9876/proxy
-  nappe view first --save first.rrd   no viewer: every frame that the server keeps and those to come")]
+  nappe view first --save first.rrd   no viewer: every frame that the server keeps and those to come
+  nappe view first --color speed --grid smoke          snow coloured by its speed, its mass as smoke
+  nappe view first --grid slice:z=0                    arrows: velocities of the grid on a plane")]
 pub(crate) struct ViewArgs {
     /// Id of the session, as `nappe list` shows it
     pub(crate) session: String,
@@ -23,6 +25,8 @@ pub(crate) struct ViewArgs {
     /// Write a recording, until the session ends or Ctrl-C
     #[arg(long, value_name = "FILE.rrd", conflicts_with = "connect")]
     pub(crate) save: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) shown: ShownArgs,
     #[command(flatten)]
     pub(crate) server: ServerArgs,
     #[command(flatten)]
@@ -40,7 +44,7 @@ pub(crate) const DEFAULT_VIEWER: &str = "rerun+http://127.0.0.1:9876/proxy";
 pub(crate) fn run(args: &ViewArgs) -> Result<()> {
     use crate::error::CliError;
     // Read here, so that both builds have the same command line.
-    let _ = (&args.server, args.output, &args.connect, &args.save);
+    let _ = (&args.server, args.output, &args.connect, &args.save, args.shown.grid());
     Err(CliError::usage(format!("session {}: this build has no Rerun and cannot show it", args.session))
         .hint("`nappe watch ID --save FOLDER` keeps PLY meshes; the feature `rerun`, on by default, brings Rerun"))
 }
@@ -70,7 +74,9 @@ mod live {
         remote::block_on(async {
             let client = remote::connect(&args.server).await?;
             let session = client.get_session(&args.session).await?;
-            let options = ShowOptions::for_sink(&sink, session.oldest_frame);
+            let mut options = ShowOptions::for_sink(&sink, session.oldest_frame);
+            options.watch.grid = args.shown.grid();
+            options.color_by = args.shown.color().map(Into::into);
             let stop = async {
                 // Without signal handlers, the session's end still ends the view.
                 if remote::interrupted().await.is_err() {

@@ -8,11 +8,13 @@ use nappe_scene::mesh::six_digits;
 
 use crate::{
     args::ServerArgs,
+    contents::ContentsArgs,
     error::{CliError, Result},
     output::{self, Format, OutputArgs},
     remote,
     save::Sink,
     session::{self, DiagnosticsJson},
+    snow,
 };
 
 /// Options of `nappe watch`.
@@ -21,8 +23,10 @@ use crate::{
 Examples:
   nappe watch first                          figures, five times a second, until the session ends
   nappe watch first --rate 0 --json          every frame's figures, one JSON object a line
-  nappe watch first --save frames            every frame from now on, PLY meshes in a folder
-  nappe watch first --save all.rrd --from 0  from its start, if the server still keeps it")]
+  nappe watch first --save frames            every frame from now on, PLY files in a folder
+  nappe watch first --save all.rrd --from 0  from its start, if the server still keeps it
+  nappe watch first --save frames --fields velocity,plastic_ratio,stress
+  nappe watch first --save frames --grid slice:y=0.5   also grid-000000.ply ... with mass and velocity")]
 pub(crate) struct WatchArgs {
     /// Id of the session, as `nappe list` shows it
     session: String,
@@ -32,12 +36,14 @@ pub(crate) struct WatchArgs {
     /// End after so many messages
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     count: Option<u64>,
-    /// Keep every frame: a Rerun recording FILE.rrd, or a folder of PLY meshes
+    /// Keep every frame: a Rerun recording FILE.rrd, or a folder of PLY files
     #[arg(long, value_name = "FILE.rrd|FOLDER")]
     save: Option<PathBuf>,
     /// First frame to save [default: the newest]
     #[arg(long, value_name = "FRAME", requires = "save")]
     from: Option<u64>,
+    #[command(flatten)]
+    contents: ContentsArgs,
     #[command(flatten)]
     server: ServerArgs,
     #[command(flatten)]
@@ -52,12 +58,13 @@ pub(crate) fn run(args: &WatchArgs) -> Result<()> {
     if !(args.rate.is_finite() && args.rate >= 0.0) {
         return Err(CliError::usage(format!("--rate is {}: it is a number, 0 or more (Hz)", args.rate)));
     }
+    args.contents.check(args.save.as_deref())?;
     remote::block_on(async {
         let client = remote::connect(&args.server).await?;
         match &args.save {
             None => figures(&client, args).await,
             Some(path) => {
-                let mut sink = Sink::create(path)?;
+                let mut sink = Sink::create(path, &args.contents)?;
                 let saved = frames(&client, args, &mut sink).await;
                 let path = sink.finish()?;
                 let count = saved?;
@@ -94,7 +101,7 @@ fn print(figures: &v1::Diagnostics, format: Format) -> Result<()> {
     match format {
         Format::Json => output::json(&DiagnosticsJson::from(figures)),
         Format::Text => output::line(&format!(
-            "step {:>8}  t = {:>9.3} s  energy {:>12} J  stretch {:>7.4}  {:>9} a step{}",
+            "step {:>8}  t = {:>9.3} s  energy {:>12} J  stretch {:>7.4}  {:>9} a step{}{}",
             figures.step,
             figures.time_seconds,
             six_digits(session::total_energy(figures)),
@@ -103,6 +110,7 @@ fn print(figures: &v1::Diagnostics, format: Format) -> Result<()> {
             figures.solve.as_ref().map_or_else(String::new, |solve| {
                 format!("  {} iterations, residual {:.1e}", solve.iterations, solve.relative_residual)
             }),
+            snow::phrase(figures),
         )),
     }
 }
@@ -114,7 +122,8 @@ async fn frames(client: &Client, args: &WatchArgs, sink: &mut Sink) -> Result<u6
         delivery: nappe_client::Delivery::Every,
         ..WatchOptions::default()
     };
-    let mut stream = client.watch(&args.session, options).await?;
+    let session = client.get_session(&args.session).await?;
+    let mut stream = client.watch(&args.session, sink.watch(options, &session)).await?;
     let mut saved = 0;
     let mut end = std::pin::pin!(remote::interrupted());
     while args.count.is_none_or(|count| saved < count) {

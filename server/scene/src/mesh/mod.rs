@@ -15,7 +15,7 @@ pub use grid::course_grid;
 pub use numbers::{six_digits, to_six_digits};
 pub use obj::{read_obj, write_obj};
 pub use off::{read_off, write_off};
-pub use ply::{PlyFrame, read_ply, write_ply, write_ply_frame};
+pub use ply::{PlyFrame, PlyProperty, read_ply, write_ply, write_ply_frame};
 
 use nappe_sim::mesh::TriangleMesh;
 

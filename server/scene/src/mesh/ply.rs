@@ -162,6 +162,8 @@ pub fn write_ply(mesh: &TriangleMesh, out: &mut impl Write) -> io::Result<()> {
 pub struct PlyFrame<'a> {
     /// Positions (m), x y z a particle.
     pub positions: &'a [f32],
+    /// What else is known of the particles.
+    pub properties: &'a [PlyProperty<'a>],
     /// Triangles.
     pub triangles: &'a [[u32; 3]],
     /// Step.
@@ -170,21 +172,43 @@ pub struct PlyFrame<'a> {
     pub time: f64,
 }
 
+/// Numbers of every particle beside its position.
+#[derive(Clone, Copy, Debug)]
+pub struct PlyProperty<'a> {
+    /// Names of a particle's numbers, in their order.
+    pub names: &'a [&'a str],
+    /// The numbers, one a name and particle.
+    pub values: &'a [f32],
+}
+
 /// Writes a frame: floats, with step and time as comments.
 ///
 /// # Errors
 /// Those of `out`.
 ///
 /// # Panics
-/// Unless there are three positions a particle.
+/// Unless there are three coordinates a particle, and one number of a property a name and particle.
 pub fn write_ply_frame(frame: &PlyFrame<'_>, out: &mut impl Write) -> io::Result<()> {
     assert_eq!(frame.positions.len() % 3, 0, "three coordinates a particle");
+    let count = frame.positions.len() / 3;
+    for PlyProperty { names, values } in frame.properties {
+        assert_eq!(values.len(), names.len() * count, "one number a name and particle: {names:?}");
+    }
     write!(out, "ply\nformat binary_little_endian 1.0\ncomment step {}\n", frame.step)?;
-    write!(out, "comment time_seconds {}\nelement vertex {}\n", frame.time, frame.positions.len() / 3)?;
+    write!(out, "comment time_seconds {}\nelement vertex {}\n", frame.time, count)?;
     out.write_all(b"property float x\nproperty float y\nproperty float z\n")?;
+    for name in frame.properties.iter().flat_map(|property| property.names) {
+        writeln!(out, "property float {name}")?;
+    }
     write_face_header(frame.triangles.len(), out)?;
-    for c in frame.positions {
-        out.write_all(&c.to_le_bytes())?;
+    for (particle, place) in frame.positions.chunks_exact(3).enumerate() {
+        let numbers = frame.properties.iter().flat_map(|PlyProperty { names, values }| {
+            let width = names.len();
+            &values[width * particle..width * (particle + 1)]
+        });
+        for number in place.iter().chain(numbers) {
+            out.write_all(&number.to_le_bytes())?;
+        }
     }
     write_faces(frame.triangles, out)
 }
