@@ -88,7 +88,7 @@ fn color(by: ColorBy, number: f32, largest: f32) -> Color {
         ColorBy::Stress => ramp(1.0 + (number / largest).max(0.0).log10() / STRESS_DECADES),
         ColorBy::Speed | ColorBy::Body => ramp(number / largest),
     };
-    Color::from_rgb(red as u8, green as u8, blue as u8)
+    Color::from_rgb(red.round() as u8, green.round() as u8, blue.round() as u8)
 }
 
 /// White at 1, blue below, amber above.
