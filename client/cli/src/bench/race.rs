@@ -3,14 +3,12 @@
 
 use nappe_sim::{
     math::Precision,
+    snow::Snow,
     world::{Simulation, WorldSetup},
 };
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-use super::{
-    sample::{Sample, StageClock},
-    sheet,
-};
+use super::sample::{Sample, StageClock};
 use crate::error::{CliError, Exit, Result};
 
 /// How often each lane steps.
@@ -31,6 +29,8 @@ pub(crate) struct Lane {
     pub(crate) samples: Vec<Sample>,
     /// Hash of the state at the end; the same for every lane.
     pub(crate) state_hash: u64,
+    /// Memory of the snow at the end (bytes), its grid included; 0 without snow.
+    pub(crate) snow_bytes: usize,
 }
 
 struct Runner {
@@ -70,12 +70,22 @@ pub(crate) fn race(
     Ok(lanes)
 }
 
+/// Builds the simulation.
+///
+/// # Errors
+/// When the simulation refuses the world, which would be a fault of this program.
+pub(crate) fn build(setup: &WorldSetup, precision: Precision) -> Result<Simulation> {
+    let (simulation, _remarks) = Simulation::new(setup, precision)
+        .map_err(|error| CliError::failure(format!("cannot build the world to be timed: {error}")))?;
+    Ok(simulation)
+}
+
 fn runner(setup: &WorldSetup, precision: Precision, threads: usize) -> Result<Runner> {
     let pool = ThreadPoolBuilder::new()
         .num_threads(threads)
         .build()
         .map_err(|error| CliError::failure(format!("cannot start {threads} threads: {error}")))?;
-    Ok(Runner { pool, simulation: sheet::build(setup, precision)?, samples: Vec::new() })
+    Ok(Runner { pool, simulation: build(setup, precision)?, samples: Vec::new() })
 }
 
 impl Runner {
@@ -83,10 +93,10 @@ impl Runner {
         let Self { pool, simulation, .. } = self;
         pool.install(|| {
             let mut clock = StageClock::start();
-            simulation.step(&mut clock).map_err(|error| {
-                CliError::new(Exit::Diverged, format!("the timed sheet diverged: {error}"))
+            let report = simulation.step(&mut clock).map_err(|error| {
+                CliError::new(Exit::Diverged, format!("the timed simulation diverged: {error}"))
             })?;
-            Ok(clock.stop())
+            Ok(clock.stop(&report))
         })
     }
 
@@ -95,6 +105,10 @@ impl Runner {
             threads: self.pool.current_num_threads(),
             samples: self.samples,
             state_hash: self.simulation.state_hash(),
+            snow_bytes: match &self.simulation {
+                Simulation::F32(world) => world.snow().map_or(0, Snow::memory_bytes),
+                Simulation::F64(world) => world.snow().map_or(0, Snow::memory_bytes),
+            },
         }
     }
 }

@@ -4,7 +4,7 @@
 
 use std::time::Instant;
 
-use nappe_sim::report::{Stage, Stopwatch};
+use nappe_sim::report::{Stage, StepReport, Stopwatch};
 
 /// Seconds in each stage, in the order of [`Stage::ALL`].
 pub(crate) type Stages = [f64; Stage::ALL.len()];
@@ -16,6 +16,8 @@ pub(crate) struct Sample {
     pub(crate) seconds: f64,
     /// Its stages (s).
     pub(crate) stages: Stages,
+    /// Steps of the snow within it; 0 without snow.
+    pub(crate) substeps: u32,
 }
 
 /// Times one step.
@@ -33,9 +35,10 @@ impl StageClock {
         Self { start, last: start, stages: Stages::default() }
     }
 
-    /// Ends now.
-    pub(crate) fn stop(self) -> Sample {
-        Sample { seconds: self.start.elapsed().as_secs_f64(), stages: self.stages }
+    /// Ends now, with what the step reports.
+    pub(crate) fn stop(self, report: &StepReport) -> Sample {
+        let seconds = self.start.elapsed().as_secs_f64();
+        Sample { seconds, stages: self.stages, substeps: report.snow.map_or(0, |snow| snow.substeps) }
     }
 }
 
@@ -87,7 +90,7 @@ mod tests {
         clock.lap(Stage::Force);
         clock.lap(Stage::Solve);
         clock.lap(Stage::Force);
-        let sample = clock.stop();
+        let sample = clock.stop(&StepReport::default());
         assert!(sample.stages.iter().all(|seconds| *seconds >= 0.0));
         assert!(sample.stages.iter().sum::<f64>() <= sample.seconds);
     }

@@ -8,10 +8,11 @@ use nappe_sim::{
     linalg::{SolverSettings, Stop},
     math::Precision,
     mesh::TriangleMesh,
-    world::{BodySetup, Simulation, WorldSetup},
+    world::{BodySetup, WorldSetup},
 };
 
-use crate::error::{CliError, Result};
+use super::race;
+use crate::error::Result;
 
 /// Distance between neighbours (m).
 const SPACING: f64 = 0.01;
@@ -51,18 +52,8 @@ pub(crate) fn world(network: &Network, integrator: Integrator) -> Result<WorldSe
 /// above a few particles a side, so a small one is asked.
 fn stable_step() -> Result<f64> {
     let probe = setup(network(PROBE_SIDE), Integrator::SymplecticEuler, IMPLICIT_DT);
-    let simulation = build(&probe, Precision::F64)?;
+    let simulation = race::build(&probe, Precision::F64)?;
     Ok(simulation.step_bounds().iter().map(|bound| bound.dt).fold(f64::INFINITY, f64::min))
-}
-
-/// Builds the simulation.
-///
-/// # Errors
-/// As [`world`].
-pub(crate) fn build(setup: &WorldSetup, precision: Precision) -> Result<Simulation> {
-    let (simulation, _remarks) = Simulation::new(setup, precision)
-        .map_err(|error| CliError::failure(format!("cannot build the sheet to be timed: {error}")))?;
-    Ok(simulation)
 }
 
 fn setup(network: Network, integrator: Integrator, dt: f64) -> WorldSetup {

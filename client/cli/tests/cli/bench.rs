@@ -96,8 +96,50 @@ fn frames_a_second_are_counted_and_none_is_lost() {
 }
 
 #[test]
-fn snow_says_that_it_is_not_there_yet() {
-    let done = nappe(&["bench", "snow", "--json"]);
-    assert_eq!(done.code, Some(2));
-    assert!(done.stdout.is_empty() && done.stderr.contains("snow is not there yet"), "{done:?}");
+fn snow_counts_particle_steps_in_both_precisions_with_its_stages_and_memory() {
+    let args = ["bench", "snow", "--particles", "4000", "--repetitions", "3", "--threads", "2", "--json"];
+    let json = nappe(&args).ok().json();
+    let rows = json.as_array().expect("one array");
+    assert_eq!(rows.len(), 4);
+    for row in rows {
+        let number = |key: &str| row[key].as_f64().unwrap_or_else(|| panic!("{key} in {row}"));
+        assert_eq!((&row["name"], &row["unit"]), (&"snow/mls_quadratic".into(), &"particle-steps/s".into()));
+        assert!((number("rate") * number("median_seconds") / 4000.0 - 1.0).abs() < 1e-9, "{row}");
+        assert!(number("best_rate") >= number("rate") && number("substeps") >= 3.0, "{row}");
+        let stages =
+            ["sort", "particles_to_grid", "grid_update", "grid_to_particles", "diagnose"].map(|stage| {
+                row["stage_nanoseconds"][stage].as_f64().unwrap_or_else(|| panic!("{stage}: {row}"))
+            });
+        assert!(stages.iter().sum::<f64>() > 0.0, "{row}");
+        assert!(number("bytes_per_particle") > 0.0 && number("speedup") > 0.0, "{row}");
+    }
+    let hashes: Vec<&Value> = rows.iter().map(|row| &row["state_hash"]).collect();
+    assert!(hashes.chunks(2).all(|pair| pair[0] == pair[1]), "one hash whatever the threads: {hashes:?}");
+    let f32_only = nappe(&[
+        "bench",
+        "snow",
+        "--particles",
+        "1000",
+        "--repetitions",
+        "1",
+        "--threads",
+        "1",
+        "--precision",
+        "f32",
+        "--json",
+    ]);
+    assert_eq!(f32_only.ok().json().as_array().map(Vec::len), Some(1));
+}
+
+#[test]
+fn the_snowball_of_the_paper_is_timed_by_the_frame() {
+    let args = ["bench", "stomakhin", "--particles", "2000", "--frames", "2", "--json"];
+    let json = nappe(&args).ok().json();
+    let row = &json[0];
+    check_row(row);
+    assert_eq!((&row["name"], &row["unit"]), (&"snow/stomakhin".into(), &"frames/s".into()));
+    let substeps = row["frame_substeps"].as_array().expect("one a frame");
+    // A frame of 1/24 s at the bound of the elastic wave on cells of 5 mm: over a hundred steps.
+    assert!(substeps.len() == 2 && substeps.iter().all(|count| count.as_u64() > Some(50)), "{row}");
+    assert!(row["published_seconds"].is_null(), "2000 particles are not the paper's");
 }

@@ -68,6 +68,8 @@ fn verbs_that_print_take_json() {
         ["bench", "zara"],
         ["bench", "cloth"],
         ["bench", "stream"],
+        ["bench", "snow"],
+        ["bench", "stomakhin"],
     ] {
         assert!(nappe(&[verb[0], verb[1], "--help"]).ok().stdout.contains("--json"), "{verb:?}");
     }

@@ -1,0 +1,173 @@
+//! `nappe bench snow`: particle-steps a second of explicit snow (MLS, quadratic kernel, plasticity), time per
+//! stage and memory, in both precisions, on one thread and on all. Straight on the simulation library.
+//!
+//! A ball flies at 3 m/s to a floor and deforms. A step of the world is several steps of the snow, as the
+//! certified bound asks; those are counted, and sorting, bounds and figures are part of them.
+
+use std::collections::BTreeMap;
+
+use clap::Args;
+use nappe_sim::{math::Precision, report::Stage};
+use serde::Serialize;
+
+use super::{
+    Row,
+    ball::Throw,
+    race::{self, Lane, Laps},
+    sample::{self, Sample},
+    thread_counts,
+};
+use crate::{
+    args::PrecisionName,
+    error::Result,
+    output::{self, Column, Format, OutputArgs},
+};
+
+/// Particles timed in binary64 unless a precision is given.
+const MOST_F64: usize = 200_000;
+/// Side of a cell (m).
+const CELL: f64 = 1.0 / 128.0;
+/// Stages of a step of snow.
+const STAGES: [Stage; 5] =
+    [Stage::Sort, Stage::ParticlesToGrid, Stage::GridUpdate, Stage::GridToParticles, Stage::Diagnose];
+
+/// Options of `nappe bench snow`.
+#[derive(Args, Debug)]
+pub(crate) struct SnowArgs {
+    /// Particles of each ball
+    #[arg(long, value_name = "N,N,...", value_delimiter = ',', default_values_t = [200_000, 1_000_000],
+          value_parser = clap::value_parser!(u32).range(1_000..=20_000_000))]
+    particles: Vec<u32>,
+    /// Steps of the world timed, after two that are not; each is several steps of the snow
+    #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..))]
+    repetitions: u32,
+    /// Threads of the second measurement [default: all cores]
+    #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..))]
+    threads: Option<u16>,
+    /// Precision of the state [default: f32, and f64 up to 200 000 particles]
+    #[arg(long, value_enum)]
+    precision: Option<PrecisionName>,
+    #[command(flatten)]
+    output: OutputArgs,
+}
+
+#[derive(Serialize)]
+struct SnowRow {
+    /// Seconds of a step of the snow; the rate is particles over its median.
+    #[serde(flatten)]
+    row: Row,
+    /// Particles over the fastest step.
+    best_rate: f64,
+    /// Steps of the snow that were timed.
+    substeps: u64,
+    /// Nanoseconds of each stage for each particle and step of the snow, medians.
+    stage_nanoseconds: BTreeMap<&'static str, f64>,
+    /// Median of the time on one thread over the time on these threads.
+    speedup: f64,
+    /// Memory of the snow, grid included, over its particles.
+    bytes_per_particle: f64,
+    state_hash: String,
+}
+
+/// Runs `nappe bench snow`.
+///
+/// # Errors
+/// When a run fails.
+pub(crate) fn run(args: &SnowArgs) -> Result<()> {
+    let mut rows = Vec::new();
+    for &particles in &args.particles {
+        let throw = Throw {
+            particles: particles as usize,
+            cell: CELL,
+            velocity: [0.0, -3.0, 0.0],
+            dt: 1e-3,
+            normals: &[[0.0, 1.0, 0.0]],
+        };
+        let setup = throw.world()?;
+        for precision in precisions(args.precision, throw.particles) {
+            output::note(&format!("{} particles, {precision} ...", output::count(particles.into())));
+            let laps = Laps { warm_up: 2, counted: args.repetitions as usize };
+            let lanes = race::race(&setup, precision, &thread_counts(args.threads), laps)?;
+            rows.extend(lanes.iter().map(|lane| snow_row(lane, &lanes[0], precision, throw.particles)));
+        }
+    }
+    match args.output.format() {
+        Format::Json => output::json(&rows),
+        Format::Text => output::line(&text(&rows)),
+    }
+}
+
+fn precisions(wanted: Option<PrecisionName>, particles: usize) -> Vec<Precision> {
+    match wanted {
+        Some(precision) => vec![precision.into()],
+        None if particles <= MOST_F64 => vec![Precision::F32, Precision::F64],
+        None => vec![Precision::F32],
+    }
+}
+
+/// Seconds of a step of the snow in each step of the world.
+fn substep_seconds(samples: &[Sample]) -> impl Iterator<Item = f64> {
+    samples.iter().map(|sample| sample.seconds / f64::from(sample.substeps.max(1)))
+}
+
+fn snow_row(lane: &Lane, single: &Lane, precision: Precision, particles: usize) -> SnowRow {
+    let median_seconds = sample::median(substep_seconds(&lane.samples));
+    let min_seconds = sample::minimum(substep_seconds(&lane.samples));
+    let ratios = substep_seconds(&single.samples).zip(substep_seconds(&lane.samples));
+    let nanoseconds = |stage: Stage| {
+        let index = Stage::ALL.iter().position(|known| *known == stage).expect("ALL holds every stage");
+        let shares = lane.samples.iter().map(|s| s.stages[index] / f64::from(s.substeps.max(1)));
+        1e9 * sample::median(shares) / particles as f64
+    };
+    SnowRow {
+        row: Row {
+            name: "snow/mls_quadratic".to_owned(),
+            particles,
+            threads: lane.threads,
+            precision: precision.name(),
+            median_seconds,
+            min_seconds,
+            rate: particles as f64 / median_seconds,
+            unit: "particle-steps/s",
+        },
+        best_rate: particles as f64 / min_seconds,
+        substeps: lane.samples.iter().map(|s| u64::from(s.substeps)).sum(),
+        stage_nanoseconds: STAGES.iter().map(|stage| (stage.name(), nanoseconds(*stage))).collect(),
+        speedup: sample::median(ratios.map(|(one, many)| one / many)),
+        bytes_per_particle: lane.snow_bytes as f64 / particles as f64,
+        state_hash: output::hash(lane.state_hash),
+    }
+}
+
+fn text(rows: &[SnowRow]) -> String {
+    let mut columns = vec![
+        Column::Right("particles"),
+        Column::Left("precision"),
+        Column::Right("threads"),
+        Column::Right("M/s"),
+        Column::Right("fastest"),
+        Column::Right("speed-up"),
+    ];
+    columns.extend(STAGES.iter().map(|stage| Column::Right(stage.name())));
+    columns.push(Column::Right("bytes"));
+    let cells: Vec<Vec<String>> = rows
+        .iter()
+        .map(|row| {
+            let mut cells = vec![
+                output::count(row.row.particles as u64),
+                row.row.precision.to_owned(),
+                row.row.threads.to_string(),
+                format!("{:.1}", row.row.rate / 1e6),
+                format!("{:.1}", row.best_rate / 1e6),
+                format!("{:.2}", row.speedup),
+            ];
+            cells.extend(STAGES.iter().map(|stage| format!("{:.1}", row.stage_nanoseconds[stage.name()])));
+            cells.push(format!("{:.0}", row.bytes_per_particle));
+            cells
+        })
+        .collect();
+    format!(
+        "{}\n\nM/s: millions of particle-steps a second, sorting, bound and figures included; medians and the fastest step.\nStages: nanoseconds a particle and step of the snow. Bytes: memory of the snow, grid included, a particle.\nA ball of snow (Stomakhin et al. 2013), 8 particles a cell of 1/128 m, falls on a floor at 3 m/s; MLS, quadratic kernel, explicit.",
+        output::table(&columns, &cells)
+    )
+}
