@@ -63,7 +63,7 @@ pub fn step<R: Real>(
     around: &Surroundings<'_>,
     state: &mut State<R>,
     work: &mut Workspace<R>,
-    watch: &mut impl Stopwatch,
+    watch: &mut dyn Stopwatch,
 ) -> Result<ClothReport, StepFailure> {
     let dt = around.dt / f64::from(settings.substeps);
     work.size_for(model, settings.integrator);

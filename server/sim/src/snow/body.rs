@@ -11,6 +11,7 @@ use super::{
 };
 use crate::{
     collide::Collider,
+    linalg::SolveReport,
     math::{Real, vec3},
     report::{BoundKind, Diagnostics, SnowReport, Stage, StepFailure, Stopwatch, TimeBound},
 };
@@ -26,6 +27,19 @@ pub struct Surroundings<'a> {
     pub time: f64,
     /// The world's time step (s); snow divides it into its own.
     pub dt: f64,
+}
+
+/// What one step of the world tells of the snow.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SnowStep {
+    /// Energies and momentum of the new state.
+    pub diagnostics: Diagnostics,
+    /// Everything else.
+    pub report: SnowReport,
+    /// Nodes of the grid that touched a collider in the last step of the snow.
+    pub contact_count: u64,
+    /// The last linear solve of a semi-implicit run.
+    pub solve: Option<SolveReport>,
 }
 
 /// Cells that a node may move in one step: more, and particles leave what the sorted order can follow.
@@ -87,12 +101,12 @@ impl<R: Real> Snow<R> {
     pub fn step(
         &mut self,
         around: &Surroundings<'_>,
-        watch: &mut impl Stopwatch,
-    ) -> Result<(Diagnostics, SnowReport, u64), StepFailure> {
+        watch: &mut dyn Stopwatch,
+    ) -> Result<SnowStep, StepFailure> {
         let end = around.time + around.dt;
         let (mut left, mut substeps, mut shorter) = (around.dt, 0, 1.0);
         let mut dt = 0.0;
-        let mut contacts = 0;
+        let (mut contacts, mut solve) = (0, None);
         while left > 0.0 {
             self.check_state()?;
             let steps = self.steps_left(left, shorter, substeps, around.colliders)?;
@@ -119,6 +133,12 @@ impl<R: Real> Snow<R> {
             if error.abs() > MASS_ERROR {
                 return Err(StepFailure::Mass { expected: self.mass, found: grid.mass });
             }
+            let solved = self.engine.solve(&context, watch);
+            let solved = solved.map_err(|outcome| StepFailure::Solver { outcome })?;
+            solve = solved.or(solve);
+            if solved.is_some() {
+                self.check_nodes(dt)?;
+            }
             self.engine.to_particles(&context, watch);
             if let Some(failure) = self.engine.strayed.then(|| self.engine.lost()).flatten() {
                 return Err(failure);
@@ -132,7 +152,7 @@ impl<R: Real> Snow<R> {
         let report = self.report(substeps, dt, &sums, around.colliders);
         watch.lap(Stage::Diagnose);
         self.judge(&sums)?;
-        Ok((sums.diagnostics, report, contacts))
+        Ok(SnowStep { diagnostics: sums.diagnostics, report, contact_count: contacts, solve })
     }
 
     /// In how many equal steps the rest of the world's step is to be taken.
@@ -171,6 +191,13 @@ impl<R: Real> Snow<R> {
         }
         let particle = self.worst().stretched();
         Err(StepFailure::Deformation { particle, value, limit: STRETCH })
+    }
+
+    /// Holds velocities against the same limit after a solve.
+    fn check_nodes(&self, dt: f64) -> Result<(), StepFailure> {
+        let (speed2, fastest) = self.engine.fastest_node();
+        let moved = speed2.sqrt() * dt / self.settings().cell;
+        if moved <= MOVE { Ok(()) } else { Err(self.node_failure(moved, fastest)) }
     }
 
     fn judge(&self, sums: &SnowSums) -> Result<(), StepFailure> {

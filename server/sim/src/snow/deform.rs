@@ -21,13 +21,24 @@ pub(super) struct Deformed<P> {
 /// (I + dt grad v) F, by columns; the gradient by columns too: `gradient[axis][component]`.
 #[inline(always)]
 pub(super) fn predict<R: Real, P: Pack<R>>(f: &Columns<P>, gradient: &Columns<P>, dt: P) -> Columns<P> {
+    let change = product(gradient, f);
     let mut out = *f;
     for column in 0..3 {
         for row in 0..3 {
-            let change = gradient[0][row].mul(f[column][0]);
-            let change = change.add(gradient[1][row].mul(f[column][1]));
-            let change = change.add(gradient[2][row].mul(f[column][2]));
-            out[column][row] = f[column][row].add(dt.mul(change));
+            out[column][row] = f[column][row].add(dt.mul(change[column][row]));
+        }
+    }
+    out
+}
+
+/// Product of two matrices, by columns.
+#[inline(always)]
+pub(super) fn product<R: Real, P: Pack<R>>(a: &Columns<P>, b: &Columns<P>) -> Columns<P> {
+    let mut out = *b;
+    for column in 0..3 {
+        for row in 0..3 {
+            let sum = a[0][row].mul(b[column][0]).add(a[1][row].mul(b[column][1]));
+            out[column][row] = sum.add(a[2][row].mul(b[column][2]));
         }
     }
     out

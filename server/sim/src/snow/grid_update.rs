@@ -10,10 +10,35 @@ use super::{
     step::Forces,
 };
 use crate::{
-    collide::{Collider, velocity_after},
-    math::{Kernel, LANES, Pack, Real, dispatch},
+    collide::{Collider, Contact, velocity_after},
+    math::{Kernel, LANES, Pack, Real, Vec3, dispatch},
     parallel,
 };
+
+/// What a collider leaves free of a node's velocity.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Hold<R> {
+    /// All of it.
+    Free,
+    /// What lies along the surface with this normal.
+    Across([R; 3]),
+    /// Nothing.
+    All,
+}
+
+impl<R: Real> Hold<R> {
+    /// The free part of a vector.
+    pub(super) fn free(&self, v: &Vec3<R>) -> Vec3<R> {
+        match self {
+            Self::Free => *v,
+            Self::Across(normal) => {
+                let normal = Vec3::from(*normal);
+                v - normal * normal.dot(v)
+            }
+            Self::All => Vec3::zeros(),
+        }
+    }
+}
 
 /// What does not change from node to node.
 pub(super) struct GridStep<'a> {
@@ -124,7 +149,7 @@ impl GridStep<'_> {
     }
 
     /// Colliders that may reach a node of the block, one bit each; past 63 they share the last.
-    fn near(&self, block: Coordinate) -> u64 {
+    pub(super) fn near(&self, block: Coordinate) -> u64 {
         let half = 0.5 * (SIDE - 1) as f64;
         let center = block.map(|c| (f64::from(c * SIDE as i32) + half) * self.cell);
         let radius = half * 3.0_f64.sqrt() * self.cell;
@@ -151,6 +176,27 @@ impl GridStep<'_> {
     }
 }
 
+impl GridStep<'_> {
+    /// What colliders leave free of a node whose velocity has answered to them.
+    pub(super) fn hold<R: Real>(&self, near: u64, block: Coordinate, i: usize, v: &[R; 4]) -> Hold<R> {
+        let place = node_of(block, i).map(|c| f64::from(c) * self.cell);
+        let mut hold = Hold::Free;
+        for (_, collider) in self.colliders.iter().enumerate().filter(|(k, _)| near >> (*k).min(63) & 1 == 1)
+        {
+            let (distance, normal) = collider.distance(place, self.time);
+            let leaving: f64 = (0..3).map(|k| (v[k].to_f64() - collider.velocity[k]) * normal[k]).sum();
+            let scale: f64 = (0..3).map(|k| v[k].to_f64().abs()).fold(0.0, f64::max);
+            let free = collider.contact == Contact::Separating && leaving > 8.0 * R::ROUNDING * scale;
+            if distance > collider.margin || free {
+                continue;
+            }
+            let one = hold == Hold::Free && collider.contact != Contact::Sticky;
+            hold = if one { Hold::Across(normal.map(R::of)) } else { Hold::All };
+        }
+        hold
+    }
+}
+
 /// Index of node `i` of a block.
 pub(super) fn node_of(block: Coordinate, i: usize) -> [i32; 3] {
     let local = [i / (SIDE * SIDE), i / SIDE % SIDE, i % SIDE];
@@ -171,7 +217,7 @@ fn collect(figures: &[GridFigures]) -> GridFigures {
 }
 
 /// Adds the parts of eight tiles that lie over a block of nodes.
-fn gather<R: Real>(tiles: &[R], behind: &[u32; 8], width: usize, nodes: &mut NodeBlock<R>) {
+pub(super) fn gather<R: Real>(tiles: &[R], behind: &[u32; 8], width: usize, nodes: &mut NodeBlock<R>) {
     dispatch(Gather { tiles, behind, width, nodes });
 }
 

@@ -19,13 +19,14 @@ mod grid_update;
 mod grid_to_particles;
 mod update;
 mod bound;
+mod implicit;
 mod step;
 mod seed;
 mod diagnose;
 mod body;
 mod view;
 
-pub use body::{Snow, Surroundings};
+pub use body::{Snow, SnowStep, Surroundings};
 pub use material::{Law, Material, Plasticity, Preset};
 pub use settings::{Advection, Blend, Integration, Kernel, SnowSettings, TimeStep, Transfer};
 pub use setup::{SnowError, SnowObject, SnowSetup};

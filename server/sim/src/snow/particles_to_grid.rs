@@ -37,23 +37,23 @@ pub(super) struct BlockParticles<'a> {
 }
 
 /// Coefficients of sixteen particles, one quad or one number each.
-struct Coefficients<R> {
+pub(super) struct Coefficients<R> {
     /// Momentum at the first node, and mass.
-    base: [[R; 4]; LANES],
+    pub(super) base: [[R; 4]; LANES],
     /// Change of momentum from node to node along each axis.
-    along: [[[R; 4]; LANES]; 3],
+    pub(super) along: [[[R; 4]; LANES]; 3],
     /// Columns of -dt V0 tau / h.
-    force: [[[R; 4]; LANES]; 3],
+    pub(super) force: [[[R; 4]; LANES]; 3],
     /// Weights along z.
-    wz: [[R; 4]; LANES],
+    pub(super) wz: [[R; 4]; LANES],
     /// Slopes along z.
-    dz: [[R; 4]; LANES],
+    pub(super) dz: [[R; 4]; LANES],
     /// w_x w_y of each row; and with the slope along x, along y.
-    rows: [[[R; LANES]; 16]; 3],
+    pub(super) rows: [[[R; LANES]; 16]; 3],
 }
 
 impl<R: Real> Coefficients<R> {
-    fn new() -> Self {
+    pub(super) fn new() -> Self {
         let quads = [[R::zero(); 4]; LANES];
         let rows = [[R::zero(); LANES]; 16];
         Self { base: quads, along: [quads; 3], force: [quads; 3], wz: quads, dz: quads, rows: [rows; 3] }
@@ -155,7 +155,7 @@ impl<R: Real> Scatter<R> {
 
 /// Products of weights along x and y.
 #[inline(always)]
-fn row_weights<R: Real, P: Pack<R>, S: Scheme, const N: usize>(
+pub(super) fn row_weights<R: Real, P: Pack<R>, S: Scheme, const N: usize>(
     axes: &[AxisWeights<P>; 3],
     rows: &mut [[[R; LANES]; 16]; 3],
 ) {
@@ -172,7 +172,7 @@ fn row_weights<R: Real, P: Pack<R>, S: Scheme, const N: usize>(
 
 /// Adds what one particle gives to the rows of its cell.
 #[inline(always)]
-fn add<R: Real, P: Pack<R>, S: Scheme, const N: usize>(
+pub(super) fn add<R: Real, P: Pack<R>, S: Scheme, const N: usize>(
     c: &Coefficients<R>,
     lane: usize,
     sums: &mut [[P; N]; N],
@@ -222,7 +222,11 @@ fn add<R: Real, P: Pack<R>, S: Scheme, const N: usize>(
 
 /// Adds a cell's rows to the tile and clears them.
 #[inline(always)]
-fn flush<R: Real, P: Pack<R>, const N: usize>(sums: &mut [[P; N]; N], tile: &mut [R], cell: usize) {
+pub(super) fn flush<R: Real, P: Pack<R>, const N: usize>(
+    sums: &mut [[P; N]; N],
+    tile: &mut [R],
+    cell: usize,
+) {
     let [x, y, z] = [cell / (SIDE * SIDE), cell / SIDE % SIDE, cell % SIDE];
     for i in 0..N {
         for j in 0..N {

@@ -14,6 +14,7 @@ use super::{
     grid::{Grid, SIDE, block_of, tile_len},
     grid_to_particles::{TILE, assemble, gather},
     grid_update::{GridFigures, GridStep},
+    implicit::{self, ImplicitWorkspace, Material},
     particles::{Group, Particles},
     particles_to_grid::{BlockParticles, Scatter},
     response::Coefficients,
@@ -24,6 +25,7 @@ use super::{
 };
 use crate::{
     collide::{Collider, velocity_after},
+    linalg::{Outcome, SolveReport},
     math::{Kernel, LANES, Pack, Real, dispatch},
     report::{Stage, Stopwatch},
 };
@@ -60,6 +62,7 @@ pub(super) struct Engine<R: Real> {
     pub(super) strayed: bool,
     /// The particles of the extremes, where they were looked for.
     pub(super) worst: Option<Worst>,
+    pub(super) implicit: ImplicitWorkspace<R>,
 }
 
 /// What surrounds one step of the snow.
@@ -118,33 +121,56 @@ impl<R: Real> Engine<R> {
             spare: Vec::new(),
             strayed: false,
             worst: None,
+            implicit: ImplicitWorkspace::default(),
         }
     }
 
     /// Momenta, masses and impulses to the grid, and velocities from them.
-    pub(super) fn to_grid(&mut self, context: &StepContext<'_>, watch: &mut impl Stopwatch) -> GridFigures {
+    pub(super) fn to_grid(&mut self, context: &StepContext<'_>, watch: &mut dyn Stopwatch) -> GridFigures {
         let width = self.settings.kernel.width();
         let forces = self.forces();
         self.grid.size_for(width, forces);
         with_scheme!(self.settings, (S, N) => self.scatter::<S, N>(context.dt));
         watch.lap(Stage::ParticlesToGrid);
-        let step = GridStep {
-            width,
-            forces,
+        let step = self.grid_step(context);
+        self.grid_figures = step.run(&mut self.grid, &mut self.block_figures);
+        watch.lap(Stage::GridUpdate);
+        self.grid_figures
+    }
+
+    fn grid_step<'a>(&self, context: &StepContext<'a>) -> GridStep<'a> {
+        GridStep {
+            width: self.settings.kernel.width(),
+            forces: self.forces(),
             dt: context.dt,
             time: context.time,
             cell: self.settings.cell,
             gravity: context.gravity,
             colliders: context.colliders,
             least_mass: self.least_mass * R::ROUNDING * R::ROUNDING,
-        };
-        self.grid_figures = step.run(&mut self.grid, &mut self.block_figures);
-        watch.lap(Stage::GridUpdate);
-        self.grid_figures
+        }
+    }
+
+    /// Velocities at the end of a semi-implicit step, if it is one. Where the solve fails, nothing has
+    /// moved.
+    pub(super) fn solve(
+        &mut self,
+        context: &StepContext<'_>,
+        watch: &mut dyn Stopwatch,
+    ) -> Result<Option<SolveReport>, Outcome> {
+        let step = self.grid_step(context);
+        let Self { settings, coefficients, particles, sorter, grid, implicit: work, .. } = self;
+        let material = Material { settings, coefficients, particles, sorter };
+        let solved = implicit::solve(&material, &step, grid, work);
+        if matches!(solved, Ok(None)) {
+            return solved;
+        }
+        watch.lap(Stage::Solve);
+        solved
     }
 
     /// Velocities back to particles, deformation, positions; then the new order.
-    pub(super) fn to_particles(&mut self, context: &StepContext<'_>, watch: &mut impl Stopwatch) {
+    pub(super) fn to_particles(&mut self, context: &StepContext<'_>, watch: &mut dyn Stopwatch) {
         with_scheme!(self.settings, (S, N) => self.gather::<S, N>(context));
         watch.lap(Stage::GridToParticles);
         self.extremes = self.figures.iter().fold(Extremes::default(), |all, block| all.max(block.extremes));

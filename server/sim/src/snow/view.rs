@@ -207,6 +207,23 @@ impl<R: Real> Snow<R> {
 }
 
 impl<R: Real> Engine<R> {
+    /// Square of the fastest node's speed (m²/s²), and the node; NaN when one is not finite.
+    pub(super) fn fastest_node(&self) -> (f64, [i32; 3]) {
+        let mut fastest = (0.0, [0; 3]);
+        for (key, nodes) in self.grid.node_blocks.iter().zip(&self.grid.nodes) {
+            for (i, node) in nodes.iter().enumerate() {
+                let speed2 = node[..3].iter().map(|v| v.to_f64() * v.to_f64()).sum::<f64>();
+                if !(speed2 <= fastest.0) {
+                    fastest = (speed2, node_of(block_of(*key), i));
+                    if speed2.is_nan() {
+                        return fastest;
+                    }
+                }
+            }
+        }
+        fastest
+    }
+
     /// The first number of a particle that is not finite, in the user's numbering of particles.
     pub(super) fn not_finite(&self) -> Option<StepFailure> {
         let particles = &self.particles;

@@ -16,6 +16,7 @@ pub use view::{BodyTopology, StepBound};
 use crate::{
     cloth::{self, ClothSettings, Model, Parameters, State, Surroundings, Workspace},
     collide::Collider,
+    linalg::SolveReport,
     math::Real,
     report::{Diagnostics, StepError, StepReport, Stopwatch},
     snow::{self, Snow},
@@ -106,7 +107,7 @@ impl<R: Real> World<R> {
     ///
     /// # Errors
     /// When a body's step fails: the world is then as before the step.
-    pub fn step(&mut self, watch: &mut impl Stopwatch) -> Result<StepReport, StepError> {
+    pub fn step(&mut self, watch: &mut dyn Stopwatch) -> Result<StepReport, StepError> {
         let mut report = StepReport::default();
         for index in 0..self.bodies.len() {
             match self.step_body(index, watch) {
@@ -127,7 +128,7 @@ impl<R: Real> World<R> {
     fn step_body(
         &mut self,
         index: usize,
-        watch: &mut impl Stopwatch,
+        watch: &mut dyn Stopwatch,
     ) -> Result<cloth::ClothReport, crate::report::StepFailure> {
         let time = self.time();
         let Self { dt, gravity, wind, colliders, bodies, .. } = self;
@@ -138,15 +139,16 @@ impl<R: Real> World<R> {
     }
 
     /// Snow goes last: a cloth that fails has then not moved it.
-    fn step_snow(&mut self, report: &mut StepReport, watch: &mut impl Stopwatch) -> Result<(), StepError> {
+    fn step_snow(&mut self, report: &mut StepReport, watch: &mut dyn Stopwatch) -> Result<(), StepError> {
         let (time, first) = (self.time(), self.cloth_count());
         let Self { dt, gravity, colliders, snow: Some(snow), .. } = self else { return Ok(()) };
         let around = snow::Surroundings { gravity: *gravity, colliders, time, dt: *dt };
         match snow.step(&around, watch) {
-            Ok((figures, snow, contact_count)) => {
-                report.diagnostics = report.diagnostics.with(&figures);
-                report.contact_count += contact_count;
-                report.snow = Some(snow.shifted(first as u64));
+            Ok(step) => {
+                report.diagnostics = report.diagnostics.with(&step.diagnostics);
+                report.contact_count += step.contact_count;
+                report.snow = Some(step.report.shifted(first as u64));
+                keep_worse(report, step.solve);
                 Ok(())
             }
             Err(failure) => {
@@ -213,10 +215,14 @@ impl<R: Real> Body<R> {
 fn merge(report: &mut StepReport, body: &cloth::ClothReport) {
     report.diagnostics = report.diagnostics.with(&body.diagnostics);
     report.contact_count += body.contact_count;
-    let worse = |new: &crate::linalg::SolveReport| {
-        report.solve.is_none_or(|old| new.relative_residual >= old.relative_residual)
-    };
-    if let Some(solve) = body.solve.filter(worse) {
+    keep_worse(report, body.solve);
+}
+
+/// Keeps the solve with the larger residual.
+fn keep_worse(report: &mut StepReport, solve: Option<SolveReport>) {
+    let worse =
+        |new: &SolveReport| report.solve.is_none_or(|old| new.relative_residual >= old.relative_residual);
+    if let Some(solve) = solve.filter(worse) {
         report.solve = Some(solve);
     }
 }

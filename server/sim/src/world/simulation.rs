@@ -82,7 +82,7 @@ impl Simulation {
     ///
     /// # Errors
     /// When the step fails: the state is then as before it.
-    pub fn step(&mut self, watch: &mut impl Stopwatch) -> Result<StepReport, StepError> {
+    pub fn step(&mut self, watch: &mut dyn Stopwatch) -> Result<StepReport, StepError> {
         on_world!(self, world => world.step(watch))
     }
 
@@ -170,6 +170,11 @@ impl Simulation {
     /// Side of the snow's cells (m); none without snow.
     pub fn snow_cell(&self) -> Option<f64> {
         on_world!(self, world => world.snow().map(|snow| snow.settings().cell))
+    }
+
+    /// Bytes that the snow's particles, order and grid take; 0 without snow.
+    pub fn snow_memory_bytes(&self) -> usize {
+        on_world!(self, world => world.snow().map_or(0, Snow::memory_bytes))
     }
 
     /// Nodes of the snow's grid with mass, as the last step left them; empty before the first and

@@ -17,11 +17,11 @@ use crate::{
         PreconditionerKind, SolveReport, SolverSettings, Symmetric3, conjugate_gradient,
     },
     math::{Real, Vec3},
-    report::{Stage, StepFailure, Stopwatch},
+    report::{Stage, StepFailure},
 };
 
 pub(super) fn advance<R: Real>(
-    step: &mut Step<'_, R, impl Stopwatch>,
+    step: &mut Step<'_, R>,
     settings: &ClothSettings,
 ) -> Result<SolveReport, StepFailure> {
     step.forces();
@@ -42,12 +42,12 @@ pub(super) fn advance<R: Real>(
     Ok(report)
 }
 
-struct Solve<'s, 'a, R: Real, W> {
-    step: &'s mut Step<'a, R, W>,
+struct Solve<'s, 'a, R: Real> {
+    step: &'s mut Step<'a, R>,
     settings: &'s ClothSettings,
 }
 
-impl<R: Real, W: Stopwatch> WithTransverse for Solve<'_, '_, R, W> {
+impl<R: Real> WithTransverse for Solve<'_, '_, R> {
     type Output = SolveReport;
 
     /// Solves for the change of velocity, into the state's `dv`.
@@ -101,7 +101,7 @@ impl<R: Real> System<'_, R> {
     }
 }
 
-impl<R: Real, W: Stopwatch> Step<'_, R, W> {
+impl<R: Real> Step<'_, R> {
     /// dv = b for free particles: a force that is not finite reaches the velocity of its particle.
     fn show_forces(&mut self) {
         let free = self.model.inv_m.iter().map(|inv_m| *inv_m > R::zero());

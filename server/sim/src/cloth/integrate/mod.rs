@@ -76,7 +76,7 @@ pub(super) fn advance<R: Real>(
     state: &mut State<R>,
     work: &mut Workspace<R>,
     dt: f64,
-    watch: &mut impl Stopwatch,
+    watch: &mut dyn Stopwatch,
 ) -> Result<Option<SolveReport>, StepFailure> {
     let mut step = Step { model, state, work, dt: R::of(dt), watch };
     match settings.integrator {

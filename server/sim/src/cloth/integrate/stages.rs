@@ -14,16 +14,16 @@ use crate::{
 };
 
 /// A step in progress.
-pub(super) struct Step<'a, R: Real, W> {
+pub(super) struct Step<'a, R: Real> {
     pub(super) model: &'a Model<R>,
     pub(super) state: &'a mut State<R>,
     pub(super) work: &'a mut Workspace<R>,
     /// Time step (s).
     pub(super) dt: R,
-    pub(super) watch: &'a mut W,
+    pub(super) watch: &'a mut dyn Stopwatch,
 }
 
-impl<R: Real, W: Stopwatch> Step<'_, R, W> {
+impl<R: Real> Step<'_, R> {
     /// a = (springs + drag) / m + g at x and v, 0 for pins.
     pub(super) fn accelerate(&mut self) {
         self.forces();

@@ -4,9 +4,9 @@
 //! v' = w + h/2 a(x', w + h/2 a(x, v)), which keeps order 2 with damping.
 
 use super::Step;
-use crate::{math::Real, report::Stopwatch};
+use crate::math::Real;
 
-pub(super) fn advance<R: Real>(step: &mut Step<'_, R, impl Stopwatch>) {
+pub(super) fn advance<R: Real>(step: &mut Step<'_, R>) {
     let half = step.dt * R::of(0.5);
     step.accelerate();
     step.kick(half);
@@ -15,7 +15,7 @@ pub(super) fn advance<R: Real>(step: &mut Step<'_, R, impl Stopwatch>) {
     step.kick(half);
 }
 
-pub(super) fn advance_predicted<R: Real>(step: &mut Step<'_, R, impl Stopwatch>) {
+pub(super) fn advance_predicted<R: Real>(step: &mut Step<'_, R>) {
     let half = step.dt * R::of(0.5);
     step.accelerate();
     step.kick(half);

@@ -214,10 +214,6 @@ impl Pack<f32> for F32x16 {
         }
     }
     #[inline(always)]
-    fn fourth(self) -> Self {
-        Self(unsafe { [_mm256_permute_ps::<0xFF>(self.0[0]), _mm256_permute_ps::<0xFF>(self.0[1])] })
-    }
-    #[inline(always)]
     fn fold(self) -> [f32; 4] {
         unsafe {
             let half = _mm256_add_ps(self.0[0], self.0[1]);

@@ -146,10 +146,6 @@ impl Pack<f32> for F32x16 {
         }
     }
     #[inline(always)]
-    fn fourth(self) -> Self {
-        Self(unsafe { _mm512_permute_ps::<0xFF>(self.0) })
-    }
-    #[inline(always)]
     fn fold(self) -> [f32; 4] {
         unsafe {
             let half = _mm256_add_ps(_mm512_castps512_ps256(self.0), _mm512_extractf32x8_ps::<1>(self.0));

@@ -71,8 +71,6 @@ pub(crate) trait Pack<R: Copy>: Copy + Send + Sync {
     fn repeat(quad: &[R; 4]) -> Self;
     /// Each of four numbers four times: lane 4 g + c holds `quad[g]`.
     fn spread(quad: &[R; 4]) -> Self;
-    /// The fourth lane of each quad, in all lanes of the quad.
-    fn fourth(self) -> Self;
     /// Sums over the quads: (q0 + q2) + (q1 + q3).
     fn fold(self) -> [R; 4];
     /// Four packs from sixteen quads: lane l of pack c holds `quads[l][c]`.
@@ -243,14 +241,6 @@ impl<R: Real> Pack<R> for Portable<R> {
         Self(lanes)
     }
     #[inline(always)]
-    fn fourth(self) -> Self {
-        let mut lanes = self.0;
-        for lane in 0..LANES {
-            lanes[lane] = self.0[lane / 4 * 4 + 3];
-        }
-        Self(lanes)
-    }
-    #[inline(always)]
     fn fold(self) -> [R; 4] {
         let mut sums = [R::zero(); 4];
         for c in 0..4 {
@@ -290,10 +280,6 @@ macro_rules! quads_by_lanes {
         #[inline(always)]
         fn spread(quad: &[$number; 4]) -> Self {
             Self::load(&Portable::spread(quad).store())
-        }
-        #[inline(always)]
-        fn fourth(self) -> Self {
-            Self::load(&Portable::load(&self.store()).fourth().store())
         }
         #[inline(always)]
         fn fold(self) -> [$number; 4] {

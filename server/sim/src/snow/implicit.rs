@@ -1,0 +1,319 @@
+//! Semi-implicit velocities: (M + beta dt² H) v = M v* (Stomakhin et al. 2013, eq. 9; Brasseur 2014,
+//! eq. 2.7), H = d²Phi/dx², by MINRES in the mass inner product, matrix-free: H is indefinite.
+//!
+//! Reads velocities after forces and colliders; writes those of the end of the step. Components that
+//! colliders hold keep their velocity: the solve is for the change of the others. Plastic flow is
+//! frozen in the solve.
+
+use std::marker::PhantomData;
+
+use rayon::prelude::*;
+
+use super::{
+    Integration, SnowSettings,
+    grid::{CELLS, Grid, NodeBlock, block_of, tile_len},
+    grid_to_particles::{TILE, assemble, gather},
+    grid_update::{GridStep, Hold, gather as gather_tiles},
+    particles::{Group, Particles, read},
+    particles_to_grid::{BlockParticles, Coefficients as Rows, add, flush, row_weights},
+    response::{Coefficients, Moduli, hardened},
+    scheme::{FlipScheme, MlsScheme, Scheme},
+    sort::Sorter,
+    step::Forces,
+    tangent::piola_change,
+    update::{Constants, constants},
+    weight::axis_weights,
+};
+use crate::{
+    linalg::{MinresWorkspace, Outcome, SolveReport, Stop, WholeOperator, minres},
+    math::{Kernel, LANES, Pack, Real, Vec3, dispatch, svd},
+};
+
+/// Scratch memory of the solve.
+#[derive(Clone, Debug, Default)]
+pub(super) struct ImplicitWorkspace<R: Real> {
+    nodes: Vec<NodeBlock<R>>,
+    tiles: Vec<R>,
+    mass: Vec<R>,
+    holds: Vec<Hold<R>>,
+    b: Vec<Vec3<R>>,
+    change: Vec<Vec3<R>>,
+    minres: MinresWorkspace<R>,
+}
+
+/// What the operator reads.
+pub(super) struct Material<'a, R: Real> {
+    pub(super) settings: &'a SnowSettings,
+    pub(super) coefficients: &'a [Coefficients<R>],
+    pub(super) particles: &'a Particles<R>,
+    pub(super) sorter: &'a Sorter,
+}
+
+/// Replaces velocities after forces by those of the semi-implicit step, unless the solve fails.
+pub(super) fn solve<R: Real>(
+    material: &Material<'_, R>,
+    step: &GridStep<'_>,
+    grid: &mut Grid<R>,
+    work: &mut ImplicitWorkspace<R>,
+) -> Result<Option<SolveReport>, Outcome> {
+    let Integration::SemiImplicit { beta, stop } = material.settings.integration else { return Ok(None) };
+    if beta <= 0.0 {
+        return Ok(None);
+    }
+    let blocks = grid.node_blocks.len();
+    let count = blocks * CELLS;
+    work.prepare(step, grid, count);
+    let ImplicitWorkspace { nodes, tiles, mass, holds, b, change, minres: scratch } = work;
+    let scale = R::of(beta * step.dt * step.dt);
+    let mut operator =
+        Tangent { material, grid: &*grid, nodes, tiles, mass: &mass[..count], holds: &holds[..count], scale };
+    // From v = v* + change: (M + beta dt² H) change = -beta dt² H v*.
+    operator.load(None);
+    operator.product();
+    operator.right_hand_side(&mut b[..count]);
+    change[..count].fill(Vec3::zeros());
+    let report = minres(&mut operator, &mass[..count], &b[..count], &mut change[..count], stop, scratch);
+    let usable = match (report.outcome, stop) {
+        (Outcome::Converged, _) | (Outcome::IterationCap, Stop::Iterations(_)) => true,
+        _ => false,
+    };
+    if !usable {
+        return Err(report.outcome);
+    }
+    let forces = step.forces;
+    let Grid { nodes, changes, .. } = grid;
+    nodes[..blocks].par_iter_mut().zip(change[..count].par_chunks(CELLS)).for_each(|(nodes, change)| {
+        add_change(nodes, change);
+    });
+    if forces == Forces::Apart {
+        changes[..blocks].par_iter_mut().zip(change[..count].par_chunks(CELLS)).for_each(
+            |(nodes, change)| {
+                add_change(nodes, change);
+            },
+        );
+    }
+    Ok(Some(report))
+}
+
+fn add_change<R: Real>(nodes: &mut NodeBlock<R>, change: &[Vec3<R>]) {
+    for (node, change) in nodes.iter_mut().zip(change) {
+        for k in 0..3 {
+            node[k] += change[k];
+        }
+    }
+}
+
+impl<R: Real> ImplicitWorkspace<R> {
+    fn prepare(&mut self, step: &GridStep<'_>, grid: &Grid<R>, count: usize) {
+        if self.mass.len() < count {
+            let blocks = count / CELLS;
+            self.nodes.resize(blocks, [[R::zero(); 4]; CELLS]);
+            self.mass.resize(count, R::one());
+            self.holds.resize(count, Hold::Free);
+            self.b.resize(count, Vec3::zeros());
+            self.change.resize(count, Vec3::zeros());
+        }
+        if self.tiles.len() < grid.tiles.len() {
+            self.tiles.resize(grid.tiles.len(), R::zero());
+        }
+        let least = R::of(step.least_mass);
+        let work = (&mut self.mass[..count], &mut self.holds[..count]);
+        let work = (work.0.par_chunks_mut(CELLS), work.1.par_chunks_mut(CELLS));
+        (work.0, work.1, &grid.node_blocks, &grid.nodes[..count / CELLS]).into_par_iter().for_each(
+            |(mass, holds, key, nodes)| {
+                let block = block_of(*key);
+                let near = step.near(block);
+                for i in 0..CELLS {
+                    let m = nodes[i][3];
+                    // A node without mass stays still; any mass will do for it.
+                    (mass[i], holds[i]) = if m > least { (m, Hold::Free) } else { (R::one(), Hold::All) };
+                    if m > least && near != 0 {
+                        holds[i] = step.hold(near, block, i, &nodes[i]);
+                    }
+                }
+            },
+        );
+    }
+}
+
+/// M + beta dt² H, where colliders leave nodes free; M where they hold them.
+struct Tangent<'a, R: Real> {
+    material: &'a Material<'a, R>,
+    grid: &'a Grid<R>,
+    nodes: &'a mut Vec<NodeBlock<R>>,
+    tiles: &'a mut Vec<R>,
+    mass: &'a [R],
+    holds: &'a [Hold<R>],
+    scale: R,
+}
+
+impl<R: Real> Tangent<'_, R> {
+    /// Takes the free part of `u`, or the velocities of the grid, as the field to be multiplied.
+    fn load(&mut self, u: Option<&[Vec3<R>]>) {
+        let (grid, holds) = (self.grid, self.holds);
+        self.nodes.par_iter_mut().zip(&grid.node_blocks).enumerate().for_each(|(block, (nodes, _))| {
+            for i in 0..CELLS {
+                let at = block * CELLS + i;
+                let [x, y, z, _] = grid.nodes[block][i];
+                let v = u.map_or_else(|| Vec3::new(x, y, z), |u| holds[at].free(&u[at]));
+                nodes[i] = [v.x, v.y, v.z, R::zero()];
+            }
+        });
+    }
+
+    /// H times the loaded field, left in tiles.
+    fn product(&mut self) {
+        let cubic = self.material.settings.kernel == super::Kernel::Cubic;
+        match (self.material.settings.transfer, cubic) {
+            (super::Transfer::Mls, true) => self.product_by::<MlsScheme, 4>(),
+            (super::Transfer::Mls, false) => self.product_by::<MlsScheme, 3>(),
+            (_, true) => self.product_by::<FlipScheme, 4>(),
+            (_, false) => self.product_by::<FlipScheme, 3>(),
+        }
+    }
+
+    fn product_by<S: Scheme, const N: usize>(&mut self) {
+        let Self { material, grid, nodes, tiles, .. } = self;
+        let (sorter, nodes) = (material.sorter, nodes.as_slice());
+        let len = tile_len(N);
+        let blocks = (tiles[..grid.blocks.len() * len].par_chunks_mut(len), &grid.in_front).into_par_iter();
+        blocks.enumerate().for_each(|(b, (out, in_front))| {
+            let mut field = [R::zero(); TILE];
+            assemble::<R, N>(nodes, in_front, &mut field);
+            let order = &sorter.order[sorter.starts[b] as usize..sorter.starts[b + 1] as usize];
+            let block = BlockParticles { order, cells: &sorter.cells[b] };
+            dispatch(BlockProduct::<R, S, N> { material, block, field: &field, out, scheme: PhantomData });
+        });
+    }
+
+    /// -beta dt² H v* on the free components.
+    fn right_hand_side(&self, b: &mut [Vec3<R>]) {
+        let scale = R::zero() - self.scale;
+        self.collect(b, |at, product| self.holds[at].free(&(product * scale)));
+    }
+
+    /// `of(node, H u)` for every node.
+    fn collect(&self, out: &mut [Vec3<R>], of: impl Fn(usize, Vec3<R>) -> Vec3<R> + Sync) {
+        let width = self.material.settings.kernel.width();
+        let tiles = self.tiles.as_slice();
+        out.par_chunks_mut(CELLS).zip(&self.grid.behind).enumerate().for_each(|(block, (out, behind))| {
+            let mut nodes = [[R::zero(); 4]; CELLS];
+            gather_tiles(tiles, behind, width, &mut nodes);
+            for i in 0..CELLS {
+                let [x, y, z, _] = nodes[i];
+                out[i] = of(block * CELLS + i, Vec3::new(x, y, z));
+            }
+        });
+    }
+}
+
+impl<R: Real> WholeOperator<R> for Tangent<'_, R> {
+    fn apply(&mut self, x: &[Vec3<R>], out: &mut [Vec3<R>]) {
+        self.load(Some(x));
+        self.product();
+        self.collect(out, |at, product| x[at] * self.mass[at] + self.holds[at].free(&(product * self.scale)));
+    }
+}
+
+/// What the particles of one block contribute to H u.
+struct BlockProduct<'a, R: Real, S, const N: usize> {
+    material: &'a Material<'a, R>,
+    block: BlockParticles<'a>,
+    field: &'a [R; TILE],
+    out: &'a mut [R],
+    scheme: PhantomData<S>,
+}
+
+impl<R: Real, S: Scheme, const N: usize> Kernel<R> for BlockProduct<'_, R, S, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<P: Pack<R>>(self) {
+        let Self { material, block, field, out, .. } = self;
+        out.fill(R::zero());
+        let zero = P::splat(R::zero());
+        let mut rows = Rows::new();
+        let (mut sums, mut forces) = ([[zero; N]; N], [[zero; N]; N]);
+        let (mut cell, mut gather_cell) = (0, 0);
+        for first in (0..block.order.len()).step_by(LANES) {
+            let group = Group::of(&block.order[first..]);
+            let range = [first, group.count];
+            prepare::<R, P, S, N>(material, &group, field, block, range, &mut gather_cell, &mut rows);
+            for lane in 0..group.count {
+                while block.cells[cell + 1] as usize <= first + lane {
+                    flush::<R, P, N>(&mut sums, out, cell);
+                    flush::<R, P, N>(&mut forces, out, cell);
+                    cell += 1;
+                }
+                add::<R, P, S, N>(&rows, lane, &mut sums, &mut forces);
+            }
+        }
+        flush::<R, P, N>(&mut sums, out, cell);
+        flush::<R, P, N>(&mut forces, out, cell);
+    }
+}
+
+/// Rows of V0 dP F^T of a group, dP from dF = (grad u) F.
+#[inline(always)]
+fn prepare<R: Real, P: Pack<R>, S: Scheme, const N: usize>(
+    material: &Material<'_, R>,
+    group: &Group,
+    field: &[R; TILE],
+    block: BlockParticles<'_>,
+    range: [usize; 2],
+    cell: &mut usize,
+    out: &mut Rows<R>,
+) {
+    let Material { settings, coefficients, particles, .. } = material;
+    let zero = P::splat(R::zero());
+    let [x, y, z, _] = read::<R, P, 0>(&particles.motion, group);
+    let [.., jp] = read::<R, P, 1>(&particles.motion, group);
+    let [xx, xy, xz, yx] = read::<R, P, 0>(&particles.shape, group);
+    let [yy, yz, zx, zy] = read::<R, P, 1>(&particles.shape, group);
+    let [zz, ..] = read::<R, P, 0>(&particles.affine, group);
+    let f = [[xx, yx, zx], [xy, yy, zy], [xz, yz, zz]];
+    let scale = P::splat(R::of(1.0 / settings.cell));
+    let moment = P::splat(R::of(settings.kernel.inverse_moment() / settings.cell));
+    let axes = [
+        axis_weights::<R, P, N>(x.mul(scale)),
+        axis_weights::<R, P, N>(y.mul(scale)),
+        axis_weights::<R, P, N>(z.mul(scale)),
+    ];
+    let sums = gather::<R, P, S, N>([field, field], block, range, cell, &axes);
+    let mut gradient = f;
+    for axis in 0..3 {
+        for k in 0..3 {
+            gradient[axis][k] = if S::SLOPES {
+                sums.slopes[axis][k].mul(scale)
+            } else {
+                sums.moments[axis][k].sub(axes[axis].offset.mul(sums.v[k])).mul(moment)
+            };
+        }
+    }
+    let Constants { fixed, object } = constants(&particles.fixed, &particles.object, group);
+    let moduli = Moduli::gather(coefficients, &object, P::load(&fixed[1]));
+    let change = super::deform::product(&gradient, &f);
+    let stress = piola_change(&svd(&f), &change, hardened(jp, &moduli), &moduli);
+    // A = V0 dP F^T by columns: A[axis] = sum_c dP[c] F[c][axis].
+    let volume = P::load(&fixed[0]);
+    let mut base = [zero; 3];
+    for axis in 0..3 {
+        let mut column = [zero; 3];
+        for k in 0..3 {
+            let sum = stress[0][k].mul(f[0][axis]).add(stress[1][k].mul(f[1][axis]));
+            let sum = sum.add(stress[2][k].mul(f[2][axis])).mul(volume);
+            column[k] = sum.mul(if S::SLOPES { scale } else { moment });
+            base[k] = base[k].sub(column[k].mul(axes[axis].offset));
+        }
+        let quads = P::rows([column[0], column[1], column[2], zero]);
+        if S::SLOPES {
+            out.force[axis] = quads;
+        } else {
+            out.along[axis] = quads;
+        }
+    }
+    out.base = if S::SLOPES { [[R::zero(); 4]; LANES] } else { P::rows([base[0], base[1], base[2], zero]) };
+    out.wz = P::rows(axes[2].w);
+    out.dz = P::rows(axes[2].d);
+    row_weights::<R, P, S, N>(&axes, &mut out.rows);
+}
