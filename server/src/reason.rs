@@ -113,7 +113,7 @@ reasons! {
         "Reduce dt or the stiffness, or raise the scene's limit."
     SolverFailed "SOLVER_FAILED" Aborted
         "The linear system of an implicit step has no solution."
-        "Look for free particles without mass or springs; change the treatment of the Hessian."
+        "Look for free particles without mass or springs; change the treatment of the Hessian; snow: shorten its step or integrate it explicitly."
     TimeStepLimit "TIME_STEP_LIMIT" Aborted
         "The step of snow that the scene fixes came above the bound within which it is stable; the message has both numbers and the bound's name."
         "Let the step be certified, fix a smaller one, or mark it unchecked and accept that it may diverge."
