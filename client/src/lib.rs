@@ -46,7 +46,7 @@ pub use figures::{TIME_BOUNDS, may_hold_snow, time_bound_name};
 pub use frame::{Frame, Grid, Scalars, Vectors};
 pub use options::{CreateSession, DecodeLimits, Delivery, Encoding, Precision, Scene, Wait, WatchOptions};
 pub use reconnect::ReconnectPolicy;
-pub use selection::{Axis, Field, Fields, GridOptions, GridSelection};
+pub use selection::{Axis, Field, Fields, GridOptions, GridSelection, ParseGridError};
 pub use topology::{Body, Topology, TopologyError};
 pub use upload::{MeshError, MeshUpload, UploadedMesh};
 pub use watch::{DiagnosticsStream, Event, FrameStream, SessionEnd};

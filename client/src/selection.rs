@@ -1,6 +1,8 @@
 //! What a frame can hold besides positions: arrays over the particles, nodes of the snow's grid.
 //!
-//! Enters: the caller's choices. Leaves: their part of a request.
+//! Enters: the caller's choices, perhaps as text. Leaves: their part of a request.
+
+use std::str::FromStr;
 
 use nappe_proto::v1;
 
@@ -148,5 +150,49 @@ impl GridOptions {
             }
         };
         v1::GridRequest { selection: Some(selection), max_nodes: self.max_nodes }
+    }
+}
+
+/// A text that selects no nodes.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "'{0}' selects no nodes: give 'smoke' for all, or 'slice:' with x, y or z, '=' and a coordinate in metres, for example slice:y=0.5"
+)]
+pub struct ParseGridError(String);
+
+impl FromStr for GridOptions {
+    type Err = ParseGridError;
+
+    /// `smoke`: all nodes. `slice:y=0.5`: the plane of nodes nearest to y = 0.5 m.
+    fn from_str(text: &str) -> Result<Self, ParseGridError> {
+        let wrong = || ParseGridError(text.to_owned());
+        if text == "smoke" {
+            return Ok(Self::all());
+        }
+        let slice = text.strip_prefix("slice:").and_then(|rest| rest.split_once('='));
+        let (axis, coordinate) = slice.ok_or_else(wrong)?;
+        let axis = match axis {
+            "x" => Axis::X,
+            "y" => Axis::Y,
+            "z" => Axis::Z,
+            _ => return Err(wrong()),
+        };
+        let coordinate = coordinate.parse::<f64>().ok().filter(|metres| metres.is_finite());
+        Ok(Self::slice(axis, coordinate.ok_or_else(wrong)?))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_grid_is_smoke_or_a_slice() {
+        assert_eq!("smoke".parse(), Ok(GridOptions::all()));
+        assert_eq!("slice:y=-0.5".parse(), Ok(GridOptions::slice(Axis::Y, -0.5)));
+        for wrong in ["", "mass", "slice", "slice:w=1", "slice:x", "slice:x=", "slice:x=inf", "slice:x=1m"] {
+            let message = wrong.parse::<GridOptions>().expect_err("wrong").to_string();
+            assert!(message.contains(wrong) && message.contains("slice:y=0.5"), "{message}");
+        }
     }
 }

@@ -6,8 +6,8 @@
 use std::{path::PathBuf, process::ExitCode};
 
 use clap::Parser;
-use nappe_client::{Client, Event};
-use nappe_rerun::{ShowError, ShowOptions, Shown, Sink, show};
+use nappe_client::{Client, Event, GridOptions};
+use nappe_rerun::{ColorBy, ShowError, ShowOptions, Shown, Sink, show};
 
 /// Watches a session on a nappe server and shows it in Rerun.
 #[derive(Debug, Parser)]
@@ -25,6 +25,12 @@ struct Arguments {
     /// Shows the session in the viewer at this address, for example rerun+http://127.0.0.1:9876/proxy.
     #[arg(long, value_name = "URL")]
     connect: Option<String>,
+    /// What the colour of snow shows: plastic_ratio, speed, stress or body.
+    #[arg(long, value_name = "NUMBER")]
+    color: Option<ColorBy>,
+    /// Shows the snow's grid as well: its mass as smoke, or its velocities on a plane, slice:y=0.5 (m).
+    #[arg(long, value_name = "smoke|slice:AXIS=METRES")]
+    grid: Option<GridOptions>,
 }
 
 #[tokio::main]
@@ -50,7 +56,9 @@ async fn run(arguments: Arguments) -> Result<Shown, ShowError> {
         (None, Some(url)) => Sink::Connect(url),
         (None, None) => Sink::Spawn,
     };
-    let options = ShowOptions::for_sink(&sink, oldest_frame);
+    let mut options = ShowOptions::for_sink(&sink, oldest_frame);
+    options.color_by = arguments.color;
+    options.watch.grid = arguments.grid;
     let progress = |event: &Event| {
         if let Event::Reconnected { attempts, cause } = event {
             say(&format!("connected again after {attempts} attempts ({cause})"));

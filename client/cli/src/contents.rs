@@ -6,7 +6,7 @@
 use std::path::Path;
 
 use clap::{Args, ValueEnum};
-use nappe_client::{Axis, Field, GridOptions, WatchOptions, may_hold_snow, v1};
+use nappe_client::{Field, GridOptions, WatchOptions, may_hold_snow, v1};
 
 use crate::{
     error::{CliError, Result},
@@ -28,7 +28,7 @@ pub(crate) struct ContentsArgs {
 pub(crate) struct ShownArgs {
     /// Keep nodes of the snow's grid: its mass as smoke, or the velocities on the plane of nodes nearest to a
     /// coordinate (m)
-    #[arg(long, value_name = "smoke|slice:AXIS=METRES", value_parser = grid)]
+    #[arg(long, value_name = "smoke|slice:AXIS=METRES")]
     grid: Option<GridOptions>,
     /// Nodes of the grid in a frame at most; above it every second, third ... is kept [default: as many as the
     /// server allows]
@@ -182,39 +182,11 @@ pub(crate) const PARTICLE_BYTES: u64 = 12 + 12 + 4 + 4;
 /// Bytes of a node of the grid on a server, index, mass and velocity.
 pub(crate) const NODE_BYTES: u64 = 28;
 
-fn grid(text: &str) -> std::result::Result<GridOptions, String> {
-    let words = "'smoke', or 'slice:' with x, y or z, '=' and a coordinate in metres: slice:y=0.5";
-    let wrong = || format!("'{text}' selects no nodes: give {words}");
-    if text == "smoke" {
-        return Ok(GridOptions::all());
-    }
-    let (axis, coordinate) =
-        text.strip_prefix("slice:").and_then(|rest| rest.split_once('=')).ok_or_else(wrong)?;
-    let axis = match axis {
-        "x" => Axis::X,
-        "y" => Axis::Y,
-        "z" => Axis::Z,
-        _ => return Err(wrong()),
-    };
-    let coordinate = coordinate.parse::<f64>().ok().filter(|metres| metres.is_finite()).ok_or_else(wrong)?;
-    Ok(GridOptions::slice(axis, coordinate))
-}
-
 #[cfg(test)]
 mod tests {
     use nappe_client::Fields;
 
     use super::*;
-
-    #[test]
-    fn a_grid_is_smoke_or_a_slice() {
-        assert_eq!(grid("smoke"), Ok(GridOptions::all()));
-        assert_eq!(grid("slice:y=-0.5"), Ok(GridOptions::slice(Axis::Y, -0.5)));
-        for wrong in ["", "mass", "slice", "slice:w=1", "slice:x", "slice:x=", "slice:x=inf", "slice:x=1m"] {
-            let message = grid(wrong).expect_err("wrong");
-            assert!(message.contains(wrong) && message.contains("slice:y=0.5"), "{message}");
-        }
-    }
 
     #[test]
     fn a_recording_asks_for_what_its_colour_shows_and_a_folder_for_what_was_named() {

@@ -2,6 +2,8 @@
 //!
 //! Enters: the arrays of a frame. Leaves: one colour a particle. Every scale is described where its colours are.
 
+use std::str::FromStr;
+
 use nappe_client::{Field, Frame, Vectors};
 use rerun::Color;
 
@@ -23,6 +25,19 @@ pub enum ColorBy {
 }
 
 impl ColorBy {
+    /// Everything that a colour can show.
+    pub const ALL: [Self; 4] = [Self::PlasticRatio, Self::Speed, Self::Stress, Self::Body];
+
+    /// Its name on a command line.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::PlasticRatio => "plastic_ratio",
+            Self::Speed => "speed",
+            Self::Stress => "stress",
+            Self::Body => "body",
+        }
+    }
+
     /// The array that frames must hold for it.
     pub const fn field(self) -> Option<Field> {
         match self {
@@ -31,6 +46,20 @@ impl ColorBy {
             Self::Stress => Some(Field::StressNorms),
             Self::Body => None,
         }
+    }
+}
+
+/// A name that no colour has.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("a colour cannot show '{0}': it shows plastic_ratio, speed, stress or body")]
+pub struct ParseColorError(String);
+
+impl FromStr for ColorBy {
+    type Err = ParseColorError;
+
+    fn from_str(name: &str) -> Result<Self, ParseColorError> {
+        let named = Self::ALL.into_iter().find(|by| by.name() == name);
+        named.ok_or_else(|| ParseColorError(name.to_owned()))
     }
 }
 
@@ -132,6 +161,15 @@ mod tests {
         );
         assert_eq!(of(0.0), rgb(BLUE));
         assert_eq!(of(0.8_f32.sqrt()), rgb(mix(WHITE, BLUE, 0.5)));
+    }
+
+    #[test]
+    fn a_name_gives_its_colour_and_another_the_names_that_there_are() {
+        for by in ColorBy::ALL {
+            assert_eq!(by.name().parse(), Ok(by));
+        }
+        let message = "mass".parse::<ColorBy>().expect_err("none").to_string();
+        assert!(ColorBy::ALL.iter().all(|by| message.contains(by.name())), "{message}");
     }
 
     #[test]

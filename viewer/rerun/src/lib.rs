@@ -22,7 +22,7 @@ mod recorder;
 mod live;
 mod show;
 
-pub use coloring::ColorBy;
+pub use coloring::{ColorBy, ParseColorError};
 pub use error::{INSTALL_HINT, RerunError};
 pub use live::{LiveRecorder, LiveSummary};
 pub use recorder::{Recorder, Sink};

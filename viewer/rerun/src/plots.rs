@@ -65,7 +65,7 @@ pub(crate) const GENERAL: [Plot; 4] = [
     },
     Plot {
         path: "plots/contacts",
-        title: "Particles in contact",
+        title: "Contacts",
         series: &[("contacts", GREEN)],
         values: |d| Some(vec![d.contact_count as f64]),
     },
