@@ -54,6 +54,8 @@ pub(super) struct GridStep<'a> {
     pub(super) colliders: &'a [Collider],
     /// Mass (kg) below which a node carries no velocity.
     pub(super) least_mass: f64,
+    /// Smallest mass (kg) of a particle: it takes at most the share m_i / m_p of a node's velocity.
+    pub(super) lightest: f64,
 }
 
 /// Sums and extremes over nodes.
@@ -63,7 +65,9 @@ pub(super) struct GridFigures {
     pub(super) mass: f64,
     /// Magnitudes of momenta (kg m/s) of nodes that carry no velocity.
     pub(super) dropped: f64,
-    /// Square of the fastest node's speed (m²/s²), and the node; NaN when one is not finite.
+    /// Square of the fastest node's speed (m²/s²), and the node; NaN when one is not finite. Forces
+    /// by slopes make a node that a particle only just reaches arbitrarily fast, of which the
+    /// particle takes next to nothing: a light node counts by the share that a particle may take.
     pub(super) speed2: f64,
     pub(super) fastest: [i32; 3],
     /// Nodes within a collider.
@@ -128,7 +132,8 @@ impl GridStep<'_> {
                 if let Some(changes) = &mut changes {
                     changes[i] = [v[0] - before[0], v[1] - before[1], v[2] - before[2], R::zero()];
                 }
-                let speed2 = (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).to_f64();
+                let share = (m.to_f64() / self.lightest).min(1.0);
+                let speed2 = (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).to_f64() * share * share;
                 // A NaN stays: it is not below or equal to anything.
                 if !(speed2 <= figures.speed2) {
                     (figures.speed2, figures.fastest) = (speed2, node_of(block, i));
@@ -229,6 +234,7 @@ struct Gather<'a, R> {
 }
 
 impl<R: Real> Kernel<R> for Gather<'_, R> {
+    const WIDE_BINARY64: bool = false;
     type Output = ();
 
     #[inline(always)]

@@ -148,6 +148,7 @@ impl<R: Real> Engine<R> {
             gravity: context.gravity,
             colliders: context.colliders,
             least_mass: self.least_mass * R::ROUNDING * R::ROUNDING,
+            lightest: self.least_mass,
         }
     }
 
