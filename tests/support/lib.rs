@@ -6,6 +6,7 @@ pub mod course;
 pub mod golden;
 pub mod networks;
 pub mod scene;
+pub mod snow;
 pub mod statics;
 pub mod threads;
 
