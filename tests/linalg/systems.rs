@@ -16,13 +16,13 @@ struct Systems {
 }
 
 #[derive(Deserialize)]
-struct System {
-    name: String,
+pub(super) struct System {
+    pub(super) name: String,
     #[serde(rename = "A")]
-    a: Vec<Vec<f64>>,
-    b: Vec<f64>,
+    pub(super) a: Vec<Vec<f64>>,
+    pub(super) b: Vec<f64>,
     eigenvalues: Vec<f64>,
-    x_exact: Option<Vec<f64>>,
+    pub(super) x_exact: Option<Vec<f64>>,
     #[serde(rename = "cg_exact_arithmetic")]
     exact: Exact,
     block_jacobi_pcg_residual_norms: Option<Vec<f64>>,
@@ -38,11 +38,11 @@ struct Exact {
 }
 
 impl System {
-    fn all() -> Vec<Self> {
+    pub(super) fn all() -> Vec<Self> {
         document::<Systems>("linalg/cg_systems.json").systems
     }
 
-    fn named(name: &str) -> Self {
+    pub(super) fn named(name: &str) -> Self {
         Self::all()
             .into_iter()
             .find(|s| s.name == name)
@@ -88,23 +88,23 @@ impl System {
     }
 
     /// |b - A x| / |b|, recomputed.
-    fn residual(&self, x: &[f64]) -> f64 {
+    pub(super) fn residual(&self, x: &[f64]) -> f64 {
         let row = |(row, b): (&Vec<f64>, &f64)| b - row.iter().zip(x).map(|(a, x)| a * x).sum::<f64>();
         size(&self.a.iter().zip(&self.b).map(row).collect::<Vec<_>>()) / size(&self.b)
     }
 
-    fn condition(&self) -> f64 {
+    pub(super) fn condition(&self) -> f64 {
         let magnitude = |e: &f64| e.abs();
         let sizes = || self.eigenvalues.iter().map(magnitude);
         sizes().fold(0.0, f64::max) / sizes().fold(f64::INFINITY, f64::min)
     }
 }
 
-fn size(v: &[f64]) -> f64 {
+pub(super) fn size(v: &[f64]) -> f64 {
     v.iter().map(|c| c * c).sum::<f64>().sqrt()
 }
 
-fn distance(a: &[f64], b: &[f64]) -> f64 {
+pub(super) fn distance(a: &[f64], b: &[f64]) -> f64 {
     size(&a.iter().zip(b).map(|(a, b)| a - b).collect::<Vec<_>>())
 }
 
