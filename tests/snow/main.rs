@@ -1,10 +1,17 @@
 //! Snow against closed forms, golden data and itself: transfers, laws, motion, stability.
 
+mod own;
 mod affine;
 mod bars;
 mod beam;
 mod conservation;
 mod flight;
+mod gather;
+mod golden_step;
 mod impact;
+mod kernels;
+mod laws;
 mod manufactured;
+mod periodic_bar;
 mod statics;
+mod volumes;
