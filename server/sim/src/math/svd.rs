@@ -6,7 +6,7 @@
 //! exact as large ones, which an eigenvalue solver on F^T F cannot be. A lane's result does not
 //! depend on the other lanes.
 
-use super::{Pack, Real};
+use super::{Kernel, LANES, Pack, Real, dispatch};
 
 /// A matrix a lane, by columns: `m[column][row]`.
 pub(crate) type Columns<P> = [[P; 3]; 3];
@@ -122,9 +122,66 @@ fn order<R: Real, P: Pack<R>>(
     length2[q] = long_p.if_less(long_q, long_p, long_q);
 }
 
+/// A matrix a lane, by columns, in memory.
+type Stored<R> = [[[R; LANES]; 3]; 3];
+
+/// The decomposition as a kernel of its own: compiled once, called from others.
+struct Decompose<'a, R> {
+    f: &'a Stored<R>,
+    u: &'a mut Stored<R>,
+    sigma: &'a mut [[R; LANES]; 3],
+    v: &'a mut Stored<R>,
+}
+
+impl<R: Real> Kernel<R> for Decompose<'_, R> {
+    const WIDE_BINARY64: bool = false;
+    type Output = ();
+
+    #[inline(always)]
+    fn run<P: Pack<R>>(self) {
+        let Svd { u, sigma, v } = decompose(&load::<R, P>(self.f));
+        *self.u = store(&u);
+        *self.v = store(&v);
+        for k in 0..3 {
+            self.sigma[k] = sigma[k].store();
+        }
+    }
+}
+
+#[inline(always)]
+fn load<R: Real, P: Pack<R>>(stored: &Stored<R>) -> Columns<P> {
+    let mut m = [[P::splat(R::zero()); 3]; 3];
+    for column in 0..3 {
+        for row in 0..3 {
+            m[column][row] = P::load(&stored[column][row]);
+        }
+    }
+    m
+}
+
+#[inline(always)]
+fn store<R: Real, P: Pack<R>>(m: &Columns<P>) -> Stored<R> {
+    let mut stored = [[[R::zero(); LANES]; 3]; 3];
+    for column in 0..3 {
+        for row in 0..3 {
+            stored[column][row] = m[column][row].store();
+        }
+    }
+    stored
+}
+
 /// The decomposition of F, given by columns.
 #[inline(always)]
 pub(crate) fn svd<R: Real, P: Pack<R>>(f: &Columns<P>) -> Svd<P> {
+    let zero = [[[R::zero(); LANES]; 3]; 3];
+    let (mut u, mut sigma, mut v) = (zero, zero[0], zero);
+    dispatch(Decompose { f: &store(f), u: &mut u, sigma: &mut sigma, v: &mut v });
+    let sigma = [P::load(&sigma[0]), P::load(&sigma[1]), P::load(&sigma[2])];
+    Svd { u: load(&u), sigma, v: load(&v) }
+}
+
+#[inline(always)]
+fn decompose<R: Real, P: Pack<R>>(f: &Columns<P>) -> Svd<P> {
     let (zero, one) = (P::splat(R::zero()), P::splat(R::one()));
     let mut b = *f;
     let mut v = [[one, zero, zero], [zero, one, zero], [zero, zero, one]];

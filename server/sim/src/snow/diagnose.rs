@@ -91,6 +91,7 @@ struct ElasticEnergy<'a, R> {
 }
 
 impl<R: Real> Kernel<R> for ElasticEnergy<'_, R> {
+    const WIDE_BINARY64: bool = false;
     type Output = Lane<R>;
 
     #[inline(always)]

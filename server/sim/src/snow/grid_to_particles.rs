@@ -4,12 +4,16 @@
 //! particles gather (Stomakhin et al. 2013, step 9; Jiang et al. 2015, eq. 8).
 
 use super::{
+    Advection, SnowSettings,
     grid::{CELLS, NONE, NodeBlock, SIDE, TILE_ROW, corner},
     particles_to_grid::BlockParticles,
     scheme::Scheme,
-    weight::AxisWeights,
+    update::Arrival,
+    weight::{AxisWeights, axis_weights},
 };
-use crate::math::{LANES, Pack, Real};
+use std::marker::PhantomData;
+
+use crate::math::{Kernel, LANES, Pack, Real};
 
 /// The largest tile: seven rows each way.
 pub(super) const TILE: usize = 7 * 7 * TILE_ROW;
@@ -218,3 +222,90 @@ fn velocity<R: Real, P: Pack<R>, const N: usize>(
 
 /// Cells of a block, for tables of their starts.
 pub(super) type CellStarts = [u32; CELLS + 1];
+
+/// What does not change from group to group.
+#[derive(Clone, Copy)]
+pub(super) struct Gather<R> {
+    inverse_cell: R,
+    /// h / D (1/m).
+    inverse_moment: R,
+    inverse_volume: R,
+    flip: R,
+    advection: Advection,
+}
+
+impl<R: Real> Gather<R> {
+    pub(super) fn of(settings: &SnowSettings, flip: f64) -> Self {
+        let h = settings.cell;
+        Self {
+            inverse_cell: R::of(1.0 / h),
+            inverse_moment: R::of(settings.kernel.inverse_moment() / h),
+            inverse_volume: R::of(1.0 / (h * h * h)),
+            flip: R::of(flip),
+            advection: settings.advection,
+        }
+    }
+}
+
+/// What a group gathers, made into its new velocities.
+pub(super) struct GatherGroup<'a, R: Real, S, const N: usize> {
+    pub(super) gather: Gather<R>,
+    /// Positions and masses, velocities and J_P of the group.
+    pub(super) motion: &'a [[[R; 4]; LANES]; 2],
+    /// Particles of the group.
+    pub(super) count: usize,
+    pub(super) tiles: [&'a [R; TILE]; 2],
+    pub(super) block: BlockParticles<'a>,
+    pub(super) start: usize,
+    pub(super) cell: &'a mut usize,
+    pub(super) arrival: &'a mut Arrival<R>,
+    pub(super) scheme: PhantomData<S>,
+}
+
+impl<R: Real, S: Scheme, const N: usize> Kernel<R> for GatherGroup<'_, R, S, N> {
+    const WIDE_BINARY64: bool = false;
+    type Output = ();
+
+    #[inline(always)]
+    fn run<P: Pack<R>>(self) {
+        let Gather { inverse_cell, inverse_moment, inverse_volume, flip, advection } = self.gather;
+        let [x, y, z, _] = P::columns(&self.motion[0]);
+        let [vx, vy, vz, _] = P::columns(&self.motion[1]);
+        let scale = P::splat(inverse_cell);
+        let axes = [
+            axis_weights::<R, P, N>(x.mul(scale)),
+            axis_weights::<R, P, N>(y.mul(scale)),
+            axis_weights::<R, P, N>(z.mul(scale)),
+        ];
+        let range = [self.start, self.count];
+        let sums = gather::<R, P, S, N>(self.tiles, self.block, range, self.cell, &axes);
+        self.arrival.density = sums.v[3].mul(P::splat(inverse_volume)).store();
+        let moment = P::splat(inverse_moment);
+        for axis in 0..3 {
+            for k in 0..3 {
+                let mut value = sums.slopes[axis][k].mul(scale);
+                if S::SLOPES {
+                    self.arrival.gradient[axis][k] = value.store();
+                }
+                if S::AFFINE {
+                    value = sums.moments[axis][k].sub(axes[axis].offset.mul(sums.v[k])).mul(moment);
+                }
+                self.arrival.affine[axis][k] = value.store();
+                if !S::SLOPES {
+                    self.arrival.gradient[axis][k] = value.store();
+                }
+            }
+        }
+        let old = [vx, vy, vz];
+        let (flip, pic) = (P::splat(flip), P::splat(R::one() - flip));
+        for k in 0..3 {
+            let mut v = sums.v[k];
+            if S::APART {
+                v = pic.mul(v).add(flip.mul(old[k].add(sums.change[k])));
+            }
+            self.arrival.v[k] = v.store();
+            let own = advection == Advection::Particle;
+            self.arrival.drift[k] = if own { v.store() } else { sums.v[k].store() };
+        }
+    }
+}

@@ -234,6 +234,7 @@ struct Gather<'a, R> {
 }
 
 impl<R: Real> Kernel<R> for Gather<'_, R> {
+    const WIDE_BINARY64: bool = false;
     type Output = ();
 
     #[inline(always)]

@@ -12,16 +12,16 @@ use rayon::prelude::*;
 use super::{
     Integration, SnowSettings,
     grid::{CELLS, Grid, NodeBlock, block_of, tile_len},
-    grid_to_particles::{TILE, assemble, gather},
+    grid_to_particles::{Gather, GatherGroup, TILE, assemble},
     grid_update::{GridStep, Hold, gather as gather_tiles},
-    particles::{Group, Particles, read},
+    particles::{Group, Particles, quads, read},
     particles_to_grid::{BlockParticles, Coefficients as Rows, add, flush, row_weights},
     response::{Coefficients, Moduli, hardened},
     scheme::{FlipScheme, MlsScheme, Scheme},
     sort::Sorter,
     step::Forces,
     tangent::piola_change,
-    update::{Constants, constants},
+    update::{Arrival, Constants, Lane, constants},
     weight::axis_weights,
 };
 use crate::{
@@ -174,15 +174,52 @@ impl<R: Real> Tangent<'_, R> {
 
     fn product_by<S: Scheme, const N: usize>(&mut self) {
         let Self { material, grid, nodes, tiles, .. } = self;
-        let (sorter, nodes) = (material.sorter, nodes.as_slice());
+        let Material { settings, coefficients, particles, sorter } = *material;
+        let nodes = nodes.as_slice();
         let len = tile_len(N);
+        let gather = Gather::of(settings, 0.0);
         let blocks = (tiles[..grid.blocks.len() * len].par_chunks_mut(len), &grid.in_front).into_par_iter();
         blocks.enumerate().for_each(|(b, (out, in_front))| {
+            out.fill(R::zero());
             let mut field = [R::zero(); TILE];
             assemble::<R, N>(nodes, in_front, &mut field);
             let order = &sorter.order[sorter.starts[b] as usize..sorter.starts[b + 1] as usize];
             let block = BlockParticles { order, cells: &sorter.cells[b] };
-            dispatch(BlockProduct::<R, S, N> { material, block, field: &field, out, scheme: PhantomData });
+            let (mut arrival, mut cell, mut scatter_cell) = (Arrival::new(), 0, 0);
+            for start in (0..order.len()).step_by(LANES) {
+                let group = Group::of(&order[start..]);
+                dispatch(GatherGroup::<R, S, N> {
+                    gather,
+                    motion: &quads(&particles.motion, &group),
+                    count: group.count,
+                    tiles: [&field, &field],
+                    block,
+                    start,
+                    cell: &mut cell,
+                    arrival: &mut arrival,
+                    scheme: PhantomData,
+                });
+                let constants = constants(&particles.fixed, &particles.object, &group);
+                let mut stress = arrival.gradient;
+                dispatch(StressChange {
+                    particles,
+                    coefficients,
+                    group: &group,
+                    constants,
+                    stress: &mut stress,
+                });
+                dispatch(ScatterStress::<R, S, N> {
+                    settings,
+                    particles,
+                    group: &group,
+                    block,
+                    start,
+                    stress: &stress,
+                    cell: &mut scatter_cell,
+                    out: &mut *out,
+                    scheme: PhantomData,
+                });
+            }
         });
     }
 
@@ -215,105 +252,117 @@ impl<R: Real> WholeOperator<R> for Tangent<'_, R> {
     }
 }
 
-/// What the particles of one block contribute to H u.
-struct BlockProduct<'a, R: Real, S, const N: usize> {
-    material: &'a Material<'a, R>,
-    block: BlockParticles<'a>,
-    field: &'a [R; TILE],
-    out: &'a mut [R],
-    scheme: PhantomData<S>,
+/// V0 dP F^T of a group, dP from dF = (grad u) F.
+struct StressChange<'a, R: Real> {
+    particles: &'a Particles<R>,
+    coefficients: &'a [Coefficients<R>],
+    group: &'a Group,
+    constants: Constants<R>,
+    /// Enters: grad u, by columns; leaves: V0 dP F^T (J), by columns.
+    stress: &'a mut [[Lane<R>; 3]; 3],
 }
 
-impl<R: Real, S: Scheme, const N: usize> Kernel<R> for BlockProduct<'_, R, S, N> {
+impl<R: Real> Kernel<R> for StressChange<'_, R> {
+    const WIDE_BINARY64: bool = false;
     type Output = ();
 
     #[inline(always)]
     fn run<P: Pack<R>>(self) {
-        let Self { material, block, field, out, .. } = self;
-        out.fill(R::zero());
-        let zero = P::splat(R::zero());
-        let mut rows = Rows::new();
-        let (mut sums, mut forces) = ([[zero; N]; N], [[zero; N]; N]);
-        let (mut cell, mut gather_cell) = (0, 0);
-        for first in (0..block.order.len()).step_by(LANES) {
-            let group = Group::of(&block.order[first..]);
-            let range = [first, group.count];
-            prepare::<R, P, S, N>(material, &group, field, block, range, &mut gather_cell, &mut rows);
-            for lane in 0..group.count {
-                while block.cells[cell + 1] as usize <= first + lane {
-                    flush::<R, P, N>(&mut sums, out, cell);
-                    flush::<R, P, N>(&mut forces, out, cell);
-                    cell += 1;
-                }
-                add::<R, P, S, N>(&rows, lane, &mut sums, &mut forces);
+        let Self { particles, group, stress, .. } = self;
+        let [.., jp] = read::<R, P, 1>(&particles.motion, group);
+        let [xx, xy, xz, yx] = read::<R, P, 0>(&particles.shape, group);
+        let [yy, yz, zx, zy] = read::<R, P, 1>(&particles.shape, group);
+        let [zz, ..] = read::<R, P, 0>(&particles.affine, group);
+        let f = [[xx, yx, zx], [xy, yy, zy], [xz, yz, zz]];
+        let mut gradient = f;
+        for axis in 0..3 {
+            for k in 0..3 {
+                gradient[axis][k] = P::load(&stress[axis][k]);
             }
         }
-        flush::<R, P, N>(&mut sums, out, cell);
-        flush::<R, P, N>(&mut forces, out, cell);
+        let Constants { fixed, object } = &self.constants;
+        let moduli = Moduli::gather(self.coefficients, object, P::load(&fixed[1]));
+        let change = super::deform::product(&gradient, &f);
+        let piola = piola_change(&svd(&f), &change, hardened(jp, &moduli), &moduli);
+        let volume = P::load(&fixed[0]);
+        for axis in 0..3 {
+            for k in 0..3 {
+                let sum = piola[0][k].mul(f[0][axis]).add(piola[1][k].mul(f[1][axis]));
+                stress[axis][k] = sum.add(piola[2][k].mul(f[2][axis])).mul(volume).store();
+            }
+        }
     }
 }
 
-/// Rows of V0 dP F^T of a group, dP from dF = (grad u) F.
-#[inline(always)]
-fn prepare<R: Real, P: Pack<R>, S: Scheme, const N: usize>(
-    material: &Material<'_, R>,
-    group: &Group,
-    field: &[R; TILE],
-    block: BlockParticles<'_>,
-    range: [usize; 2],
-    cell: &mut usize,
-    out: &mut Rows<R>,
-) {
-    let Material { settings, coefficients, particles, .. } = material;
-    let zero = P::splat(R::zero());
-    let [x, y, z, _] = read::<R, P, 0>(&particles.motion, group);
-    let [.., jp] = read::<R, P, 1>(&particles.motion, group);
-    let [xx, xy, xz, yx] = read::<R, P, 0>(&particles.shape, group);
-    let [yy, yz, zx, zy] = read::<R, P, 1>(&particles.shape, group);
-    let [zz, ..] = read::<R, P, 0>(&particles.affine, group);
-    let f = [[xx, yx, zx], [xy, yy, zy], [xz, yz, zz]];
-    let scale = P::splat(R::of(1.0 / settings.cell));
-    let moment = P::splat(R::of(settings.kernel.inverse_moment() / settings.cell));
-    let axes = [
-        axis_weights::<R, P, N>(x.mul(scale)),
-        axis_weights::<R, P, N>(y.mul(scale)),
-        axis_weights::<R, P, N>(z.mul(scale)),
-    ];
-    let sums = gather::<R, P, S, N>([field, field], block, range, cell, &axes);
-    let mut gradient = f;
-    for axis in 0..3 {
-        for k in 0..3 {
-            gradient[axis][k] = if S::SLOPES {
-                sums.slopes[axis][k].mul(scale)
+/// Adds what the stresses of a group exert on nodes.
+struct ScatterStress<'a, R: Real, S, const N: usize> {
+    settings: &'a SnowSettings,
+    particles: &'a Particles<R>,
+    group: &'a Group,
+    block: BlockParticles<'a>,
+    start: usize,
+    stress: &'a [[Lane<R>; 3]; 3],
+    cell: &'a mut usize,
+    out: &'a mut [R],
+    scheme: PhantomData<S>,
+}
+
+impl<R: Real, S: Scheme, const N: usize> Kernel<R> for ScatterStress<'_, R, S, N> {
+    const WIDE_BINARY64: bool = false;
+    type Output = ();
+
+    #[inline(always)]
+    fn run<P: Pack<R>>(self) {
+        let zero = P::splat(R::zero());
+        let mut rows = Rows::new();
+        self.particles_rows::<P>(&mut rows);
+        let Self { group, block, cell, out, .. } = self;
+        let (mut sums, mut forces) = ([[zero; N]; N], [[zero; N]; N]);
+        for lane in 0..group.count {
+            while block.cells[*cell + 1] as usize <= self.start + lane {
+                flush::<R, P, N>(&mut sums, out, *cell);
+                flush::<R, P, N>(&mut forces, out, *cell);
+                *cell += 1;
+            }
+            add::<R, P, S, N>(&rows, lane, &mut sums, &mut forces);
+        }
+        flush::<R, P, N>(&mut sums, out, *cell);
+        flush::<R, P, N>(&mut forces, out, *cell);
+    }
+}
+
+impl<R: Real, S: Scheme, const N: usize> ScatterStress<'_, R, S, N> {
+    /// Rows of the group's particles.
+    #[inline(always)]
+    fn particles_rows<P: Pack<R>>(&self, out: &mut Rows<R>) {
+        let zero = P::splat(R::zero());
+        let [x, y, z, _] = read::<R, P, 0>(&self.particles.motion, self.group);
+        let scale = P::splat(R::of(1.0 / self.settings.cell));
+        let moment = P::splat(R::of(self.settings.kernel.inverse_moment() / self.settings.cell));
+        let axes = [
+            axis_weights::<R, P, N>(x.mul(scale)),
+            axis_weights::<R, P, N>(y.mul(scale)),
+            axis_weights::<R, P, N>(z.mul(scale)),
+        ];
+        let mut base = [zero; 3];
+        for axis in 0..3 {
+            let mut column = [zero; 3];
+            for k in 0..3 {
+                column[k] = P::load(&self.stress[axis][k]).mul(if S::SLOPES { scale } else { moment });
+                base[k] = base[k].sub(column[k].mul(axes[axis].offset));
+            }
+            let quads = P::rows([column[0], column[1], column[2], zero]);
+            if S::SLOPES {
+                out.force[axis] = quads;
             } else {
-                sums.moments[axis][k].sub(axes[axis].offset.mul(sums.v[k])).mul(moment)
-            };
+                out.along[axis] = quads;
+            }
         }
+        if !S::SLOPES {
+            out.base = P::rows([base[0], base[1], base[2], zero]);
+        }
+        out.wz = P::rows(axes[2].w);
+        out.dz = P::rows(axes[2].d);
+        row_weights::<R, P, S, N>(&axes, &mut out.rows);
     }
-    let Constants { fixed, object } = constants(&particles.fixed, &particles.object, group);
-    let moduli = Moduli::gather(coefficients, &object, P::load(&fixed[1]));
-    let change = super::deform::product(&gradient, &f);
-    let stress = piola_change(&svd(&f), &change, hardened(jp, &moduli), &moduli);
-    // A = V0 dP F^T by columns: A[axis] = sum_c dP[c] F[c][axis].
-    let volume = P::load(&fixed[0]);
-    let mut base = [zero; 3];
-    for axis in 0..3 {
-        let mut column = [zero; 3];
-        for k in 0..3 {
-            let sum = stress[0][k].mul(f[0][axis]).add(stress[1][k].mul(f[1][axis]));
-            let sum = sum.add(stress[2][k].mul(f[2][axis])).mul(volume);
-            column[k] = sum.mul(if S::SLOPES { scale } else { moment });
-            base[k] = base[k].sub(column[k].mul(axes[axis].offset));
-        }
-        let quads = P::rows([column[0], column[1], column[2], zero]);
-        if S::SLOPES {
-            out.force[axis] = quads;
-        } else {
-            out.along[axis] = quads;
-        }
-    }
-    out.base = if S::SLOPES { [[R::zero(); 4]; LANES] } else { P::rows([base[0], base[1], base[2], zero]) };
-    out.wz = P::rows(axes[2].w);
-    out.dz = P::rows(axes[2].d);
-    row_weights::<R, P, S, N>(&axes, &mut out.rows);
 }

@@ -20,6 +20,7 @@ mod grid_to_particles;
 mod update;
 mod bound;
 mod implicit;
+mod collide;
 mod step;
 mod seed;
 mod diagnose;

@@ -69,6 +69,16 @@ pub(super) fn read<R: Real, P: Pack<R>, const HALF: usize>(plane: &[Pair<R>], gr
     P::columns(&quads)
 }
 
+/// Both quads of each particle of a group.
+pub(super) fn quads<R: Real>(plane: &[Pair<R>], group: &Group) -> [[[R; 4]; LANES]; 2] {
+    let mut quads = [[[R::zero(); 4]; LANES]; 2];
+    for lane in 0..LANES {
+        let pair = plane[group.at[lane] as usize];
+        (quads[0][lane], quads[1][lane]) = (pair[0], pair[1]);
+    }
+    quads
+}
+
 /// Writes both quads of each particle of a group.
 #[inline(always)]
 #[allow(unsafe_code, reason = "the particles of a group belong to one block")]

@@ -13,7 +13,9 @@ use super::{
     scheme::Scheme,
     weight::{AxisWeights, axis_weights},
 };
-use crate::math::{LANES, Pack, Real};
+use std::marker::PhantomData;
+
+use crate::math::{Kernel, LANES, Pack, Real};
 
 /// What does not change from block to block.
 #[derive(Clone, Copy)]
@@ -235,5 +237,25 @@ pub(super) fn flush<R: Real, P: Pack<R>, const N: usize>(
             *row = P::load(row).add(sums[i][j]).store();
             sums[i][j] = P::splat(R::zero());
         }
+    }
+}
+
+/// The particles of one block to its tile.
+pub(super) struct ScatterBlock<'a, R: Real, S, const N: usize> {
+    pub(super) scatter: Scatter<R>,
+    pub(super) particles: &'a Particles<R>,
+    pub(super) block: BlockParticles<'a>,
+    pub(super) tile: &'a mut [R],
+    pub(super) impulses: &'a mut [R],
+    pub(super) scheme: PhantomData<S>,
+}
+
+impl<R: Real, S: Scheme, const N: usize> Kernel<R> for ScatterBlock<'_, R, S, N> {
+    const WIDE_BINARY64: bool = false;
+    type Output = ();
+
+    #[inline(always)]
+    fn run<P: Pack<R>>(self) {
+        self.scatter.block::<P, S, N>(self.particles, self.block, self.tile, self.impulses);
     }
 }

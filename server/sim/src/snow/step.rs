@@ -9,24 +9,24 @@ use std::marker::PhantomData;
 use rayon::prelude::*;
 
 use super::{
-    Advection, Blend, Kernel as Spline, SnowSettings, Transfer,
+    Blend, Kernel as Spline, SnowSettings, Transfer,
     bound::{Extremes, Worst},
-    grid::{Grid, SIDE, block_of, tile_len},
-    grid_to_particles::{TILE, assemble, gather},
+    collide::{collide, particles_near},
+    grid::{Grid, block_of, tile_len},
+    grid_to_particles::{Gather, GatherGroup, TILE, assemble},
     grid_update::{GridFigures, GridStep},
     implicit::{self, ImplicitWorkspace, Material},
     particles::{Group, Particles},
-    particles_to_grid::{BlockParticles, Scatter},
+    particles_to_grid::{BlockParticles, Scatter, ScatterBlock},
     response::Coefficients,
     scheme::{ApicScheme, FlipScheme, MlsScheme, Scheme},
     sort::Sorter,
-    update::{Arrival, BlockFigures, Deformation, Planes, TOGETHER, Tally, Update, constants, motion},
-    weight::axis_weights,
+    update::{Arrival, BlockFigures, Deformation, TOGETHER, Tally, Update, constants, motion},
 };
 use crate::{
-    collide::{Collider, velocity_after},
+    collide::Collider,
     linalg::{Outcome, SolveReport},
-    math::{Kernel, LANES, Pack, Real, dispatch},
+    math::{LANES, Real, dispatch},
     report::{Stage, Stopwatch},
 };
 
@@ -238,13 +238,7 @@ impl<R: Real> Engine<R> {
     fn gather<S: Scheme, const N: usize>(&mut self, context: &StepContext<'_>) {
         let Self { settings, coefficients, particles, sorter, grid, figures, .. } = self;
         let h = settings.cell;
-        let gather = Gather {
-            inverse_cell: R::of(1.0 / h),
-            inverse_moment: R::of(settings.kernel.inverse_moment() / h),
-            inverse_volume: R::of(1.0 / (h * h * h)),
-            flip: R::of(flip_share(settings.transfer, context.dt)),
-            advection: settings.advection,
-        };
+        let gather = Gather::of(settings, flip_share(settings.transfer, context.dt));
         let (planes, fixed, _, object) = particles.planes();
         let (order, starts, cells, departures) = sorter.depart(settings.periodic);
         figures.resize(grid.blocks.len(), BlockFigures::default());
@@ -267,8 +261,8 @@ impl<R: Real> Engine<R> {
                 for (k, group) in groups.iter().enumerate().filter(|(_, group)| group.count > 0) {
                     dispatch(GatherGroup::<R, S, N> {
                         gather,
-                        planes: &planes,
-                        group,
+                        motion: &motion(&planes, group),
+                        count: group.count,
                         tiles: [&tiles[0], &tiles[1]],
                         block,
                         start: start + k * LANES,
@@ -287,7 +281,7 @@ impl<R: Real> Engine<R> {
                     planes: &planes,
                     coefficients,
                     dt: R::of(context.dt),
-                    inverse_cell: gather.inverse_cell,
+                    inverse_cell: R::of(1.0 / h),
                     ballistic_below: R::of(settings.ballistic_below),
                     deformation: Deformation::Step,
                     width: N,
@@ -313,128 +307,5 @@ fn flip_share(transfer: Transfer, dt: f64) -> f64 {
         Transfer::PicFlip(Blend::PerStep(share)) => share,
         Transfer::PicFlip(Blend::TimeConstant(tau)) => libm::exp(-dt / tau),
         Transfer::Apic | Transfer::Mls => 0.0,
-    }
-}
-
-struct ScatterBlock<'a, R: Real, S, const N: usize> {
-    scatter: Scatter<R>,
-    particles: &'a Particles<R>,
-    block: BlockParticles<'a>,
-    tile: &'a mut [R],
-    impulses: &'a mut [R],
-    scheme: PhantomData<S>,
-}
-
-impl<R: Real, S: Scheme, const N: usize> Kernel<R> for ScatterBlock<'_, R, S, N> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<P: Pack<R>>(self) {
-        self.scatter.block::<P, S, N>(self.particles, self.block, self.tile, self.impulses);
-    }
-}
-
-/// What does not change from group to group.
-#[derive(Clone, Copy)]
-struct Gather<R> {
-    inverse_cell: R,
-    /// h / D (1/m).
-    inverse_moment: R,
-    inverse_volume: R,
-    flip: R,
-    advection: Advection,
-}
-
-struct GatherGroup<'a, 'b, R: Real, S, const N: usize> {
-    gather: Gather<R>,
-    planes: &'a Planes<'b, R>,
-    group: &'a Group,
-    tiles: [&'a [R; TILE]; 2],
-    block: BlockParticles<'a>,
-    start: usize,
-    cell: &'a mut usize,
-    arrival: &'a mut Arrival<R>,
-    scheme: PhantomData<S>,
-}
-
-impl<R: Real, S: Scheme, const N: usize> Kernel<R> for GatherGroup<'_, '_, R, S, N> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<P: Pack<R>>(self) {
-        let Gather { inverse_cell, inverse_moment, inverse_volume, flip, advection } = self.gather;
-        let [[x, y, z, _], [vx, vy, vz, _]] = motion::<R, P>(self.planes, self.group);
-        let scale = P::splat(inverse_cell);
-        let axes = [
-            axis_weights::<R, P, N>(x.mul(scale)),
-            axis_weights::<R, P, N>(y.mul(scale)),
-            axis_weights::<R, P, N>(z.mul(scale)),
-        ];
-        let range = [self.start, self.group.count];
-        let sums = gather::<R, P, S, N>(self.tiles, self.block, range, self.cell, &axes);
-        self.arrival.density = sums.v[3].mul(P::splat(inverse_volume)).store();
-        let moment = P::splat(inverse_moment);
-        for axis in 0..3 {
-            for k in 0..3 {
-                let mut value = sums.slopes[axis][k].mul(scale);
-                if S::SLOPES {
-                    self.arrival.gradient[axis][k] = value.store();
-                }
-                if S::AFFINE {
-                    value = sums.moments[axis][k].sub(axes[axis].offset.mul(sums.v[k])).mul(moment);
-                }
-                self.arrival.affine[axis][k] = value.store();
-                if !S::SLOPES {
-                    self.arrival.gradient[axis][k] = value.store();
-                }
-            }
-        }
-        let old = [vx, vy, vz];
-        let (flip, pic) = (P::splat(flip), P::splat(R::one() - flip));
-        for k in 0..3 {
-            let mut v = sums.v[k];
-            if S::APART {
-                v = pic.mul(v).add(flip.mul(old[k].add(sums.change[k])));
-            }
-            self.arrival.v[k] = v.store();
-            let own = advection == Advection::Particle;
-            self.arrival.drift[k] = if own { v.store() } else { sums.v[k].store() };
-        }
-    }
-}
-
-/// Whether a particle of a block may meet a collider.
-fn particles_near(context: &StepContext<'_>, block: [i32; 3], h: f64) -> bool {
-    let center = block.map(|c| (f64::from(c * SIDE as i32) + 2.75) * h);
-    // Half a block, the offset of a first node, and a cell on the way.
-    let radius = 3.75 * 3.0_f64.sqrt() * h;
-    context.colliders.iter().any(|c| c.distance(center, context.time).0 <= radius + c.margin)
-}
-
-/// Lets velocities of particles answer to colliders where they would enter one (step 9).
-fn collide<R: Real>(
-    context: &StepContext<'_>,
-    planes: &Planes<'_, R>,
-    group: &Group,
-    arrival: &mut Arrival<R>,
-) {
-    let [[x, y, z, _], _] =
-        motion::<R, crate::math::Portable<R>>(planes, group).map(|quad| quad.map(Pack::store));
-    for lane in 0..group.count {
-        for collider in context.colliders {
-            let at: [f64; 3] =
-                [0, 1, 2].map(|k| [x, y, z][k][lane].to_f64() + context.dt * arrival.drift[k][lane].to_f64());
-            let (distance, normal) = collider.distance(at, context.time);
-            if distance >= collider.margin {
-                continue;
-            }
-            let before = [0, 1, 2].map(|k| arrival.v[k][lane].to_f64());
-            let after: [f64; 3] = velocity_after(collider, before, normal);
-            for k in 0..3 {
-                arrival.v[k][lane] = R::of(after[k]);
-                let drift = arrival.drift[k][lane].to_f64() + (after[k] - before[k]);
-                arrival.drift[k][lane] = R::of(drift);
-            }
-        }
     }
 }

@@ -158,6 +158,7 @@ fn load9<R: Real, P: Pack<R>>(lanes: &[[Lane<R>; 3]; 3]) -> [[P; 3]; 3] {
 }
 
 impl<R: Real> Kernel<R> for Update<'_, '_, R> {
+    const WIDE_BINARY64: bool = false;
     type Output = ();
 
     #[inline(always)]
@@ -324,8 +325,15 @@ pub(super) fn constants<R: Real>(fixed: &[[R; 2]], object: &[u16], group: &Group
     out
 }
 
-/// Positions, masses and velocities of a group.
+/// Positions and masses, velocities and J_P of a group.
 #[inline(always)]
-pub(super) fn motion<R: Real, P: Pack<R>>(planes: &Planes<'_, R>, group: &Group) -> [[P; 4]; 2] {
-    pair(&planes.motion, group)
+#[allow(unsafe_code, reason = "the particles of a group belong to one block")]
+pub(super) fn motion<R: Real>(planes: &Planes<'_, R>, group: &Group) -> [[[R; 4]; LANES]; 2] {
+    let mut quads = [[[R::zero(); 4]; LANES]; 2];
+    for lane in 0..LANES {
+        // SAFETY: the sorted order names each particle once, and a block is worked on by one thread.
+        let pair = unsafe { *planes.motion.slot(group.at[lane] as usize) };
+        (quads[0][lane], quads[1][lane]) = (pair[0], pair[1]);
+    }
+    quads
 }

@@ -38,6 +38,8 @@ impl SimdLevel {
 pub(crate) trait Kernel<R: Real> {
     /// What it returns.
     type Output;
+    /// Whether binary64 is worth instructions of 512 bits: each level is compiled for itself.
+    const WIDE_BINARY64: bool = true;
     /// Does the work with packs of type `P`.
     fn run<P: Pack<R>>(self) -> Self::Output;
 }
@@ -89,8 +91,13 @@ fn detect() -> SimdLevel {
 pub(crate) fn dispatch<R: Real, K: Kernel<R>>(kernel: K) -> K::Output {
     #[cfg(target_arch = "x86_64")]
     match simd_level() {
-        // SAFETY: a level is in use only if `detect` found its instructions on this processor.
-        SimdLevel::Avx512 => return unsafe { run_avx512(kernel) },
+        // SAFETY: a level is in use only if `detect` found its instructions, and AVX2 with them.
+        SimdLevel::Avx512 => {
+            if R::PRECISION as u8 == super::Precision::F32 as u8 || K::WIDE_BINARY64 {
+                return unsafe { run_avx512(kernel) };
+            }
+            return unsafe { run_avx2(kernel) };
+        }
         // SAFETY: as above.
         SimdLevel::Avx2 => return unsafe { run_avx2(kernel) },
         SimdLevel::Portable => {}
