@@ -22,7 +22,7 @@ const LAYERS: [(&str, &[&str]); 10] = [
 ];
 
 /// All that the numerics may name outside the workspace.
-const SIM_DEPENDENCIES: [&str; 4] = ["nalgebra", "rayon", "thiserror", "xxhash-rust"];
+const SIM_DEPENDENCIES: [&str; 5] = ["libm", "nalgebra", "rayon", "thiserror", "xxhash-rust"];
 
 /// What must not be linked below the service, directly or not.
 const ABOVE_SCENE: [&str; 5] = ["tokio", "tonic", "tracing", "prost", "clap"];
