@@ -100,7 +100,7 @@ impl Input {
         Ok(Self::Named(name.to_owned()))
     }
 
-    /// A scene made by the program, with its meshes by the path that its bodies name.
+    /// A scene made by the program, with its meshes by the path that it names.
     pub(crate) fn made(name: String, scene: Scene, meshes: BTreeMap<String, TriangleMesh>) -> Self {
         let text = scene.to_toml();
         Self::Written(Box::new(Written { name, scene, text, meshes }))
@@ -130,8 +130,8 @@ impl Written {
     fn parse(name: &str, text: String, folder: &Path) -> Result<Input> {
         let scene = Scene::parse(&text, name)?;
         let mut meshes = BTreeMap::new();
-        for body in &scene.bodies {
-            if let Mesh::File { file } = &body.mesh
+        for mesh in scene.meshes() {
+            if let Mesh::File { file } = mesh
                 && !meshes.contains_key(file)
             {
                 let loaded = meshes::load(&folder.join(file), MissingMass::default())?;
@@ -153,9 +153,9 @@ impl Written {
             ids.insert(file.as_str(), uploaded.mesh_id);
         }
         let mut scene = self.scene.clone();
-        for body in &mut scene.bodies {
-            if let Mesh::File { file } = &body.mesh {
-                body.mesh = Mesh::Upload { upload: ids[file.as_str()].clone() };
+        for mesh in scene.meshes_mut() {
+            if let Mesh::File { file } = mesh {
+                *mesh = Mesh::Upload { upload: ids[file.as_str()].clone() };
             }
         }
         Ok(Sent::Text(scene.to_toml()))

@@ -9,6 +9,7 @@ mod error;
 mod source;
 mod names;
 mod body;
+mod snow;
 mod scene;
 mod schema;
 pub mod mesh;
@@ -25,4 +26,7 @@ pub use error::{Fault, SceneError};
 pub use scene::{ColliderText, Scene, ShapeText, VERSION};
 pub use schema::page as reference_page;
 pub use shipped::shipped_scenes;
+pub use snow::{
+    BoxText, MaterialText, Sampling, Snow, SnowBody, SnowSolver, SnowSource, TransferName, VolumeFrom,
+};
 pub use source::Source;

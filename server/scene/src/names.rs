@@ -41,6 +41,38 @@ by_name!(
     /// Ways of applying the matrix.
     operator, nappe_sim::linalg::OperatorKind);
 
+by_name!(
+    /// Kernels of snow.
+    kernel, nappe_sim::snow::Kernel);
+by_name!(
+    /// Laws of snow.
+    law, nappe_sim::snow::Law);
+by_name!(
+    /// How snow meets a collider.
+    contact, nappe_sim::collide::Contact);
+
+/// A law, or none.
+pub(crate) mod maybe_law {
+    use nappe_sim::snow::Law;
+    use serde::{Deserializer, Serializer};
+
+    #[allow(
+        clippy::ref_option,
+        clippy::trivially_copy_pass_by_ref,
+        reason = "the signature that serde asks for"
+    )]
+    pub(crate) fn serialize<S: Serializer>(value: &Option<Law>, serializer: S) -> Result<S::Ok, S::Error> {
+        match value {
+            Some(law) => super::law::serialize(law, serializer),
+            None => serializer.serialize_none(),
+        }
+    }
+
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Law>, D::Error> {
+        super::law::deserialize(deserializer).map(Some)
+    }
+}
+
 /// TOML's integers have 63 bits and a sign: a number beyond them is written as their largest, which
 /// the schema refuses with the field's range.
 #[allow(clippy::trivially_copy_pass_by_ref, reason = "the signature that serde asks for")]

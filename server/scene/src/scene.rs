@@ -2,15 +2,16 @@
 //!
 //! Ranges, units and defaults stand in the schema, which checks a text before serde sees it.
 
-use nappe_sim::math::Precision;
+use nappe_sim::{collide::Contact, math::Precision};
 use serde::{Deserialize, Serialize};
 use toml::de::DeTable;
 
 use crate::{
-    body::Body,
+    body::{Body, Mesh, Rotate},
     error::{Fault, SceneError},
     names,
     schema::{self, ROOT},
+    snow::{Snow, SnowBody},
     source::{Path, Source},
 };
 
@@ -42,8 +43,11 @@ pub struct Scene {
     /// A frame carries a state hash every so many frames.
     pub hash_interval: u32,
     /// Bodies.
-    #[serde(rename = "body")]
+    #[serde(rename = "body", skip_serializing_if = "Vec::is_empty")]
     pub bodies: Vec<Body>,
+    /// Snow.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub snow: Option<Snow>,
     /// Colliders.
     #[serde(rename = "collider", skip_serializing_if = "Vec::is_empty")]
     pub colliders: Vec<ColliderText>,
@@ -65,6 +69,7 @@ impl Default for Scene {
             wind: [0.0; 3],
             hash_interval: 10,
             bodies: Vec::new(),
+            snow: None,
             colliders: Vec::new(),
             source: Source::default(),
         }
@@ -91,6 +96,9 @@ pub struct ColliderText {
     /// Distance from the surface at which a particle touches (m).
     #[serde(default)]
     pub margin: f64,
+    /// How snow meets it; cloth always separates.
+    #[serde(default, with = "names::contact")]
+    pub contact: Contact,
 }
 
 /// Shape of a collider.
@@ -111,6 +119,45 @@ pub enum ShapeText {
         /// Radius (m).
         radius: f64,
     },
+    /// All points within a distance of a segment.
+    Capsule {
+        /// One end of the segment (m).
+        start: [f64; 3],
+        /// The other (m).
+        end: [f64; 3],
+        /// Distance (m).
+        radius: f64,
+    },
+    /// A box.
+    Box {
+        /// Centre (m).
+        center: [f64; 3],
+        /// Edges (m).
+        size: [f64; 3],
+        /// Rotation about its centre.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        rotate: Option<Rotate>,
+    },
+    /// A cylinder with flat ends.
+    Cylinder {
+        /// Centre of one end (m).
+        start: [f64; 3],
+        /// Centre of the other (m).
+        end: [f64; 3],
+        /// Radius (m).
+        radius: f64,
+    },
+    /// The ground below a trough, endless along its axis.
+    HalfPipe {
+        /// A point of the axis (m).
+        point: [f64; 3],
+        /// Direction of the axis, of any length but 0.
+        axis: [f64; 3],
+        /// Direction of the opening, across the axis.
+        up: [f64; 3],
+        /// Inner radius (m).
+        radius: f64,
+    },
 }
 
 impl Scene {
@@ -129,7 +176,20 @@ impl Scene {
         schema::check(&ROOT, table.get_ref(), &(0..0), &root, &source)?;
         let mut scene: Self = toml::from_str(text).map_err(|error| syntax(&error))?;
         scene.source = source;
+        scene.check_holds_something()?;
         Ok(scene)
+    }
+
+    /// The meshes of its bodies and of its snow.
+    pub fn meshes(&self) -> impl Iterator<Item = &Mesh> {
+        let snow = self.snow.iter().flat_map(|snow| &snow.objects);
+        self.bodies.iter().map(|body| &body.mesh).chain(snow.filter_map(SnowBody::mesh))
+    }
+
+    /// The same, to be changed.
+    pub fn meshes_mut(&mut self) -> impl Iterator<Item = &mut Mesh> {
+        let snow = self.snow.iter_mut().flat_map(|snow| &mut snow.objects);
+        self.bodies.iter_mut().map(|body| &mut body.mesh).chain(snow.filter_map(SnowBody::mesh_mut))
     }
 
     /// Writes the scene; [`Scene::parse`] gives it back.
@@ -144,6 +204,15 @@ impl Scene {
             SceneError::new(Fault::Syntax, "", format!("the scene cannot be written: {}", error.message()))
         })?;
         let named = self.source.without_text();
-        schema::check(&ROOT, table.get_ref(), &(0..0), &Path::default(), &named)
+        schema::check(&ROOT, table.get_ref(), &(0..0), &Path::default(), &named)?;
+        self.check_holds_something()
+    }
+
+    fn check_holds_something(&self) -> Result<(), SceneError> {
+        if self.bodies.is_empty() && self.snow.is_none() {
+            let message = "is missing, and so is snow: a scene has a body, `[[body]]`, or snow, `[snow]` with `[[snow.object]]`";
+            return Err(self.source.error(Fault::Missing, &Path::default().key("body"), message));
+        }
+        Ok(())
     }
 }

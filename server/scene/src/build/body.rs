@@ -1,5 +1,7 @@
 //! A body of a scene to particles, springs and settings.
 
+use std::sync::Arc;
+
 use nappe_sim::{
     cloth::{ClothSettings, Network, Spring, SpringKind, SpringLaw, SpringRules, StateLimits},
     linalg::{SolverSettings, Stop},
@@ -7,7 +9,11 @@ use nappe_sim::{
     world::BodySetup,
 };
 
-use super::{MeshSource, mass, pins, size, size::Size, transform};
+use super::{
+    MeshSource, mass, pins, size,
+    size::{Owner, Size},
+    transform,
+};
 use crate::{
     body::{Body, Law, Mesh, Pattern, Plane, Springs},
     error::{Fault, SceneError},
@@ -20,6 +26,13 @@ pub(super) struct Context<'a> {
     pub(super) body: &'a Body,
     pub(super) path: Path,
     pub(super) source: &'a Source,
+}
+
+impl Context<'_> {
+    /// The body, where its size is held against limits.
+    fn owner(&self) -> Owner<'_> {
+        Owner { path: &self.path, source: self.source, noun: "body" }
+    }
 }
 
 /// How particles are numbered.
@@ -89,36 +102,47 @@ fn make_mesh(
 ) -> Result<(TriangleMesh, Layout), SceneError> {
     let mesh = match &context.body.mesh {
         &Mesh::Grid { grid: [columns, rows], spacing, plane, ripple } => {
-            size.add_particles(context, u64::from(columns) * u64::from(rows))?;
+            size.add_particles(&context.owner(), "mesh", u64::from(columns) * u64::from(rows))?;
             let mesh = grid([columns, rows], spacing, plane, ripple);
             return Ok((mesh, Layout::Grid { columns, rows }));
         }
         &Mesh::CourseGrid { course_grid: side } => {
-            size.add_particles(context, u64::from(side).pow(2))?;
+            size.add_particles(&context.owner(), "mesh", u64::from(side).pow(2))?;
             let mesh = course_grid(side as usize, side as usize, 0.1);
             return Ok((mesh, Layout::Grid { columns: side, rows: side }));
         }
         &Mesh::Chain { chain, spacing } => {
-            size.add_particles(context, u64::from(chain))?;
+            size.add_particles(&context.owner(), "mesh", u64::from(chain))?;
             let points = (0..chain).map(|i| [f64::from(i) * spacing, 0.0, 0.0]).collect();
             return Ok((TriangleMesh { points, ..TriangleMesh::default() }, Layout::Chain));
         }
-        Mesh::Upload { upload } => {
-            let mesh = meshes.upload(upload).ok_or_else(|| {
-                let path = context.path.key("mesh").key("upload");
-                let message = format!("no mesh with the id '{upload}' was uploaded, or it is no longer kept");
-                context.source.error(Fault::MeshNotFound, &path, message)
-            })?;
-            size.add_particles(context, mesh.points.len() as u64)?;
-            TriangleMesh::clone(&mesh)
-        }
-        Mesh::File { file } => {
-            let mesh = meshes.file(file)?;
-            size.add_particles(context, mesh.points.len() as u64)?;
-            mesh
+        Mesh::Upload { .. } | Mesh::File { .. } => {
+            let mesh = load(&context.body.mesh, meshes, &context.path.key("mesh"), context.source)?;
+            size.add_particles(&context.owner(), "mesh", mesh.points.len() as u64)?;
+            Arc::unwrap_or_clone(mesh)
         }
     };
     Ok((mesh, Layout::Free))
+}
+
+/// A mesh that came from outside; none for one by formula.
+pub(super) fn load(
+    mesh: &Mesh,
+    meshes: &dyn MeshSource,
+    path: &Path,
+    source: &Source,
+) -> Result<Arc<TriangleMesh>, SceneError> {
+    match mesh {
+        Mesh::Upload { upload } => meshes.upload(upload).ok_or_else(|| {
+            let message = format!("no mesh with the id '{upload}' was uploaded, or it is no longer kept");
+            source.error(Fault::MeshNotFound, &path.key("upload"), message)
+        }),
+        Mesh::File { file } => meshes.file(file).map(Arc::new),
+        Mesh::Grid { .. } | Mesh::Chain { .. } | Mesh::CourseGrid { .. } => {
+            let message = "is a formula; allowed here: { file = \"...\" } or { upload = \"...\" }";
+            Err(source.error(Fault::Inconsistent, path, message))
+        }
+    }
 }
 
 fn grid([columns, rows]: [u32; 2], spacing: f64, plane: Plane, ripple: f64) -> TriangleMesh {
@@ -162,13 +186,13 @@ fn make_network(
         (Layout::Grid { columns, rows }, Pattern::Lattice) => {
             let [stretch, shear, bend] = size::lattice_springs(u64::from(columns), u64::from(rows));
             let wanted = stretch + rules.shear.map_or(0, |_| shear) + rules.bend.map_or(0, |_| bend);
-            size.add_springs(context, wanted)?;
+            size.add_springs(&context.owner(), wanted)?;
             // Masses are in the mesh by now: no particle takes the default.
             Ok(Network::from_lattice(mesh, [columns as usize, rows as usize], &rules, 0.0))
         }
         _ => {
             let network = Network::from_mesh(mesh, &rules, 0.0);
-            size.add_springs(context, network.springs.len() as u64)?;
+            size.add_springs(&context.owner(), network.springs.len() as u64)?;
             Ok(network)
         }
     }
@@ -203,7 +227,7 @@ fn chain(
     let kinds = [(SpringKind::Stretch, 1, Some(springs.stretch)), (SpringKind::Bend, 2, springs.bend)];
     for (kind, apart, made_of) in kinds {
         let Some(made_of) = made_of else { continue };
-        size.add_springs(context, u64::from(count.saturating_sub(apart)))?;
+        size.add_springs(&context.owner(), u64::from(count.saturating_sub(apart)))?;
         for a in 0..count.saturating_sub(apart) {
             let b = a + apart;
             let (p, q) = (mesh.points[a as usize], mesh.points[b as usize]);

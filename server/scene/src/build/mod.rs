@@ -1,31 +1,32 @@
-//! A scene to a world: checks, meshes, bodies, colliders, first changes.
+//! A scene to a world: checks, meshes, bodies, snow, colliders, first changes.
 //!
 //! Reads a [`Scene`] and what a [`MeshSource`] gives; writes a [`WorldSetup`] for the simulation.
 
+mod size;
+mod transform;
 mod body;
 mod mass;
 mod pins;
-mod size;
-mod transform;
+mod collider;
+mod snow;
 
-use std::{collections::BTreeSet, sync::Arc};
+use std::{collections::BTreeMap, sync::Arc};
 
 use nappe_sim::{
-    collide::{Collider, Contact, Shape},
     mesh::TriangleMesh,
     world::{Change, WorldSetup},
 };
 
 use crate::{
     error::{Fault, SceneError},
-    scene::{ColliderText, Scene, ShapeText},
+    scene::Scene,
     source::Path,
 };
 
 /// What a caller lets one scene hold, checked before memory is taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SceneLimits {
-    /// Particles of all bodies.
+    /// Particles of all bodies and of snow.
     pub max_particles: u64,
     /// Springs of all bodies.
     pub max_springs: u64,
@@ -95,52 +96,54 @@ impl Scene {
             remarks.extend(made.remarks.iter().map(|remark| format!("body '{}': {remark}", body.name)));
             bodies.push(made.setup);
         }
-        let colliders =
-            self.colliders.iter().enumerate().map(|(i, c)| self.collider(i, c)).collect::<Result<_, _>>()?;
-        let setup = WorldSetup { dt: self.dt, gravity: self.gravity, wind: self.wind, colliders, bodies, snow: None };
+        let snow = match &self.snow {
+            Some(text) => {
+                let (snow, odd) = snow::build(text, &self.source, meshes, &mut size)?;
+                remarks.extend(odd);
+                Some(snow)
+            }
+            None => None,
+        };
+        if snow.is_some() && !bodies.is_empty() {
+            remarks.push("cloth and snow pass through each other: they are not coupled yet".to_owned());
+        }
+        let collider = |(i, text)| collider::build(text, &root.key("collider").index(i), &self.source);
+        let colliders = self.colliders.iter().enumerate().map(collider).collect::<Result<_, _>>()?;
+        let setup =
+            WorldSetup { dt: self.dt, gravity: self.gravity, wind: self.wind, colliders, bodies, snow };
         Ok(Built { setup, initial_changes, remarks })
     }
 
+    /// Names are unique among bodies and objects of snow, and among colliders.
     fn check_names(&self) -> Result<(), SceneError> {
-        let bodies: Vec<&str> = self.bodies.iter().map(|b| b.name.as_str()).collect();
-        let colliders: Vec<&str> = self.colliders.iter().map(|c| c.name.as_str()).collect();
-        for (list, names) in [("body", bodies), ("collider", colliders)] {
-            let mut seen = BTreeSet::new();
-            for (i, name) in names.into_iter().enumerate() {
-                let path = Path::default().key(list).index(i).key("name");
-                if name.trim().is_empty() {
-                    return Err(self.source.error(Fault::OutOfRange, &path, "is empty: a name is needed"));
-                }
-                if !seen.insert(name) {
-                    let message = format!("'{name}' is the name of another {list}: names are unique");
-                    return Err(self.source.error(Fault::Inconsistent, &path, message));
-                }
+        let root = Path::default();
+        let name = |list: &Path, i: usize| list.index(i).key("name");
+        let bodies = self.bodies.iter().enumerate();
+        let bodies = bodies.map(|(i, b)| (name(&root.key("body"), i), "body", b.name.as_str()));
+        let objects = self.snow.iter().flat_map(|snow| &snow.objects).enumerate();
+        let list = root.key("snow").key("object");
+        let objects = objects.map(|(i, o)| (name(&list, i), "object of snow", o.name.as_str()));
+        let colliders = self.colliders.iter().enumerate();
+        let colliders = colliders.map(|(i, c)| (name(&root.key("collider"), i), "collider", c.name.as_str()));
+        self.check_unique(bodies.chain(objects))?;
+        self.check_unique(colliders)
+    }
+
+    fn check_unique<'a>(
+        &self,
+        names: impl Iterator<Item = (Path, &'static str, &'a str)>,
+    ) -> Result<(), SceneError> {
+        let mut seen = BTreeMap::new();
+        for (path, what, name) in names {
+            if name.trim().is_empty() {
+                return Err(self.source.error(Fault::OutOfRange, &path, "is empty: a name is needed"));
+            }
+            if let Some(owner) = seen.insert(name, what) {
+                let owner = if owner == what { format!("another {owner}") } else { format!("a {owner}") };
+                let message = format!("'{name}' is the name of {owner}: names are unique");
+                return Err(self.source.error(Fault::Inconsistent, &path, message));
             }
         }
         Ok(())
-    }
-
-    fn collider(&self, index: usize, text: &ColliderText) -> Result<Collider, SceneError> {
-        let shape = match text.shape {
-            ShapeText::Plane { point, normal } => {
-                let length = normal.iter().map(|c| c * c).sum::<f64>().sqrt();
-                if length == 0.0 {
-                    let path = Path::default().key("collider").index(index).key("plane").key("normal");
-                    let message = "is zero: a normal needs a direction";
-                    return Err(self.source.error(Fault::OutOfRange, &path, message));
-                }
-                Shape::Plane { point, normal: normal.map(|c| c / length) }
-            }
-            ShapeText::Sphere { center, radius } => Shape::Sphere { center, radius },
-        };
-        Ok(Collider {
-            name: text.name.clone(),
-            shape,
-            velocity: text.velocity,
-            friction: text.friction,
-            restitution: text.restitution,
-            margin: text.margin,
-            contact: Contact::default(),
-        })
     }
 }

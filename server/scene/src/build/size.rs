@@ -1,7 +1,18 @@
 //! Counts particles and springs against the caller's limits, before memory is taken for them.
 
-use super::{SceneLimits, body::Context};
-use crate::error::{Fault, SceneError};
+use super::SceneLimits;
+use crate::{
+    error::{Fault, SceneError},
+    source::{Path, Source},
+};
+
+/// Who takes memory.
+pub(super) struct Owner<'a> {
+    pub(super) path: &'a Path,
+    pub(super) source: &'a Source,
+    /// What it calls itself in messages.
+    pub(super) noun: &'static str,
+}
 
 /// What the bodies so far hold.
 pub(super) struct Size<'a> {
@@ -19,24 +30,40 @@ impl<'a> Size<'a> {
         self.particles
     }
 
-    pub(super) fn add_particles(&mut self, context: &Context<'_>, count: u64) -> Result<(), SceneError> {
-        self.particles = self.particles.saturating_add(count);
+    /// Particles that are there, or are about to be; `field` says where they come from.
+    pub(super) fn add_particles(
+        &mut self,
+        owner: &Owner<'_>,
+        field: &str,
+        count: u64,
+    ) -> Result<(), SceneError> {
+        self.check_particles(owner, field, count)?;
+        self.particles += count;
+        Ok(())
+    }
+
+    /// Holds particles against the limit without adding them: for an estimate.
+    pub(super) fn check_particles(
+        &self,
+        owner: &Owner<'_>,
+        field: &str,
+        count: u64,
+    ) -> Result<(), SceneError> {
         // A particle's index has 32 bits.
         let allowed = self.limits.max_particles.min(u64::from(u32::MAX / 4));
-        check(context, "mesh", "particles", count, self.particles, allowed)
+        check(owner, [field, "particles"], count, self.particles.saturating_add(count), allowed)
     }
 
     /// Springs that are sure to come, or have come: called with a bound first, and the rest later.
-    pub(super) fn add_springs(&mut self, context: &Context<'_>, count: u64) -> Result<(), SceneError> {
+    pub(super) fn add_springs(&mut self, owner: &Owner<'_>, count: u64) -> Result<(), SceneError> {
         self.springs = self.springs.saturating_add(count);
-        check(context, "springs", "springs", count, self.springs, self.limits.max_springs)
+        check(owner, ["springs", "springs"], count, self.springs, self.limits.max_springs)
     }
 }
 
 fn check(
-    context: &Context<'_>,
-    field: &str,
-    what: &str,
+    owner: &Owner<'_>,
+    [field, what]: [&str; 2],
     here: u64,
     total: u64,
     allowed: u64,
@@ -44,9 +71,18 @@ fn check(
     if total <= allowed {
         return Ok(());
     }
-    let with = if here == total { String::new() } else { format!(", {total} with the bodies before it") };
-    let message = format!("this body has {here} {what}{with}; allowed: at most {allowed}");
-    Err(context.source.error(Fault::TooLarge, &context.path.key(field), message))
+    let noun = owner.noun;
+    let with = if here == total {
+        String::new()
+    } else {
+        format!(", {total} with the {before} before it", before = plural(noun))
+    };
+    let message = format!("this {noun} has {here} {what}{with}; allowed: at most {allowed}");
+    Err(owner.source.error(Fault::TooLarge, &owner.path.key(field), message))
+}
+
+fn plural(noun: &str) -> &'static str {
+    if noun == "body" { "bodies" } else { "bodies and objects" }
 }
 
 /// Springs of a lattice of `columns` x `rows`: stretch, shear, bend.

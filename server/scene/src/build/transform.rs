@@ -6,6 +6,8 @@ use super::body::Context;
 use crate::{
     body::{Rotate, Transform},
     error::{Fault, SceneError},
+    snow::Placement,
+    source::{Path, Source},
 };
 
 pub(super) fn apply(context: &Context<'_>, mesh: &mut TriangleMesh) -> Result<(), SceneError> {
@@ -13,25 +15,38 @@ pub(super) fn apply(context: &Context<'_>, mesh: &mut TriangleMesh) -> Result<()
     if transform == Transform::default() {
         return Ok(());
     }
-    let matrix = match transform.rotate {
-        Some(rotate) => rotation(&rotate).ok_or_else(|| {
-            let path = context.path.key("transform").key("rotate").key("axis");
-            context.source.error(Fault::OutOfRange, &path, "is zero: an axis needs a direction")
-        })?,
-        None => [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
-    };
+    let (scale, placement) = placement(&transform, &context.path.key("transform"), context.source)?;
     for point in &mut mesh.points {
-        let x = point.map(|c| c * transform.scale);
-        for i in 0..3 {
-            let row = matrix[i];
-            point[i] = row[0] * x[0] + row[1] * x[1] + row[2] * x[2] + transform.translate[i];
-        }
+        *point = placement.apply(point.map(|c| c * scale));
     }
     Ok(())
 }
 
+/// The scale of a transform, and what it does after that.
+pub(super) fn placement(
+    transform: &Transform,
+    path: &Path,
+    source: &Source,
+) -> Result<(f64, Placement), SceneError> {
+    let rotation = rotation(transform.rotate.as_ref(), path, source)?;
+    Ok((transform.scale, Placement { rotation, shift: transform.translate }))
+}
+
+/// The matrix of a rotation; `path` is what holds it.
+pub(super) fn rotation(
+    rotate: Option<&Rotate>,
+    path: &Path,
+    source: &Source,
+) -> Result<[[f64; 3]; 3], SceneError> {
+    let Some(rotate) = rotate else { return Ok([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]) };
+    matrix(rotate).ok_or_else(|| {
+        let axis = path.key("rotate").key("axis");
+        source.error(Fault::OutOfRange, &axis, "is zero: an axis needs a direction")
+    })
+}
+
 /// Rodrigues' formula: R = cos I + sin [u] + (1 - cos) u u^T. None for an axis of length 0.
-fn rotation(rotate: &Rotate) -> Option<[[f64; 3]; 3]> {
+fn matrix(rotate: &Rotate) -> Option<[[f64; 3]; 3]> {
     let length = rotate.axis.iter().map(|c| c * c).sum::<f64>().sqrt();
     if length == 0.0 {
         return None;
@@ -54,6 +69,6 @@ fn sin_cos_degrees(degrees: f64) -> (f64, f64) {
         90.0 => (1.0, 0.0),
         180.0 => (0.0, -1.0),
         270.0 => (-1.0, 0.0),
-        _ => turn.to_radians().sin_cos(),
+        _ => libm::sincos(turn.to_radians()),
     }
 }

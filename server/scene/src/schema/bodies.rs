@@ -74,20 +74,20 @@ static MESH: Section = Section {
 };
 
 #[rustfmt::skip] // one line a field
-static TRANSFORM: Section = Section {
-    name: "body.transform",
-    about: "Moves a mesh: x' = rotate(scale x) + translate.",
+pub(super) static TRANSFORM: Section = Section {
+    name: "body.transform, snow.object.transform",
+    about: "Moves what a body or an object of snow is made from: x' = rotate(scale x) + translate.",
     fields: &[
         field("scale", Number(Range(1e-6, 1e6)), "", Default("1.0"), "factor on every coordinate"),
-        field("rotate", Table(&ROTATE), "", Absent("no rotation"), "rotation about the origin"),
+        field("rotate", Table(&ROTATE), "", Absent("no rotation"), "rotation about the origin, after scaling"),
         field("translate", Vector(LENGTH), "m", Default("[0.0, 0.0, 0.0]"), "shift"),
     ],
     alternatives: &[],
 };
 
 #[rustfmt::skip] // one line a field
-static ROTATE: Section = Section {
-    name: "body.transform.rotate",
+pub(super) static ROTATE: Section = Section {
+    name: "body.transform.rotate, collider.box.rotate",
     about: "A rotation, right-handed.",
     fields: &[
         field("axis", Vector(FORCE), "", Required, "axis, not zero; its length does not matter"),

@@ -96,6 +96,9 @@ fn check_value(field: &Field, value: &Value<'_>, path: &Path, source: &Source) -
             }
             Ok(())
         }
+        (Kind::Pair(range), DeValue::Array(items)) => {
+            check_items(field.kind, Kind::Number(range), Some(2), items, value, path, source)
+        }
         (Kind::Vector(range), DeValue::Array(items)) => {
             check_items(field.kind, Kind::Number(range), Some(3), items, value, path, source)
         }
@@ -201,6 +204,7 @@ impl Kind {
             Self::Whole(low, high) => format!("a whole number, {low} to {high}"),
             Self::WholePair(low, high) => format!("two whole numbers, each {low} to {high}"),
             Self::Number(range) => format!("a number, {range}"),
+            Self::Pair(range) => format!("two numbers, each {range}"),
             Self::Vector(Range(low, high)) if low.to_bits() == (-high).to_bits() => {
                 format!("three numbers, each at most {} in size", number(high))
             }

@@ -1,15 +1,17 @@
-//! The fields of a scene: the root, colliders.
+//! The fields of a scene: the root.
 
 use nappe_sim::math::Precision;
 
 use super::{
-    Alternative, Kind, Presence, Range, Section,
-    bodies::{BODY, FORCE, LENGTH, SPEED},
+    Kind, Presence, Range, Section,
+    bodies::{BODY, SPEED},
+    colliders::COLLIDER,
     field,
+    snow::SNOW,
 };
 
 use Kind::{Choice, Number, Table, Tables, Text, Vector, Whole};
-use Presence::{Chosen, Default, Required};
+use Presence::{Absent, Default, Required};
 
 /// Bodies or colliders of one scene.
 const MANY: usize = 1000;
@@ -52,72 +54,21 @@ pub(crate) static ROOT: Section = Section {
             Default("10"),
             "a frame carries the hash of the state every so many frames",
         ),
-        field("body", Tables(&BODY, MANY), "", Required, "bodies, at least one: `[[body]]`"),
+        field(
+            "body",
+            Tables(&BODY, MANY),
+            "",
+            Default("[]"),
+            "bodies: `[[body]]`; a scene has a body or snow at least",
+        ),
+        field(
+            "snow",
+            Table(&SNOW),
+            "",
+            Absent("no snow"),
+            "snow: `[snow]` with `[[snow.object]]`; cloth and snow pass through each other, as nothing couples them yet",
+        ),
         field("collider", Tables(&COLLIDER, MANY), "", Default("[]"), "colliders: `[[collider]]`"),
-    ],
-    alternatives: &[],
-};
-
-static COLLIDER: Section = Section {
-    name: "collider",
-    about: "Something that particles collide with: a plane or a sphere.",
-    fields: &[
-        field("name", Text(64), "", Required, "name, unique among colliders"),
-        field("plane", Table(&PLANE), "", Chosen, "the half-space behind a plane"),
-        field("sphere", Table(&SPHERE), "", Chosen, "a ball"),
-        field("velocity", Vector(SPEED), "m/s", Default("[0.0, 0.0, 0.0]"), "constant velocity"),
-        field("friction", Number(Range(0.0, 100.0)), "", Default("0.0"), "Coulomb's friction coefficient"),
-        field(
-            "restitution",
-            Number(Range(0.0, 1.0)),
-            "",
-            Default("0.0"),
-            "share of the normal approach speed that comes back",
-        ),
-        field(
-            "margin",
-            Number(Range(0.0, 1e3)),
-            "m",
-            Default("0.0"),
-            "distance from the surface at which a particle touches: half the cloth's thickness",
-        ),
-    ],
-    alternatives: &[
-        Alternative {
-            key: "plane",
-            needs: &["name"],
-            may: &["velocity", "friction", "restitution", "margin"],
-        },
-        Alternative {
-            key: "sphere",
-            needs: &["name"],
-            may: &["velocity", "friction", "restitution", "margin"],
-        },
-    ],
-};
-
-static PLANE: Section = Section {
-    name: "collider.plane",
-    about: "A plane.",
-    fields: &[
-        field("point", Vector(LENGTH), "m", Required, "a point of the plane at time 0"),
-        field(
-            "normal",
-            Vector(FORCE),
-            "",
-            Required,
-            "direction towards the particles, not zero; its length does not matter",
-        ),
-    ],
-    alternatives: &[],
-};
-
-static SPHERE: Section = Section {
-    name: "collider.sphere",
-    about: "A ball.",
-    fields: &[
-        field("center", Vector(LENGTH), "m", Required, "centre at time 0"),
-        field("radius", Number(Range(1e-6, 1e6)), "m", Required, "radius"),
     ],
     alternatives: &[],
 };

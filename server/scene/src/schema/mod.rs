@@ -5,6 +5,8 @@
 
 mod fields;
 mod bodies;
+mod snow;
+mod colliders;
 mod check;
 mod page;
 
@@ -46,6 +48,8 @@ pub(crate) enum Kind {
     WholePair(u64, u64),
     /// A number.
     Number(Range),
+    /// Two numbers.
+    Pair(Range),
     /// Three numbers.
     Vector(Range),
     /// A text of at most so many bytes.

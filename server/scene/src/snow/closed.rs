@@ -1,0 +1,152 @@
+//! Closed triangle meshes: whether a mesh encloses a solid, and the solid's volume and centre.
+//!
+//! Reads a mesh; writes its triangles over points that each stand for a place, or says which edge
+//! is open. A mesh is closed when each edge has two triangles that run along it in opposite
+//! directions. Points at the same place count as one, so that seams of texture are no gaps.
+
+use std::fmt;
+
+use nappe_sim::mesh::TriangleMesh;
+
+/// The surface of a solid.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Closed {
+    pub(super) points: Vec<[f64; 3]>,
+    pub(super) triangles: Vec<[u32; 3]>,
+    /// Volume (m³) by the divergence theorem, above 0.
+    pub(super) volume: f64,
+    /// Centre of mass (m).
+    pub(super) center: [f64; 3],
+}
+
+/// Why a mesh encloses no solid.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum NotClosed {
+    /// It has no triangles with an area.
+    Empty,
+    /// An edge with another number of triangles than two.
+    Edge { points: [u32; 2], places: [[f64; 3]; 2], triangles: usize, others: usize },
+    /// Two triangles run along an edge in the same direction.
+    Turned { triangles: [u32; 2], places: [[f64; 3]; 2] },
+    /// It encloses no volume.
+    Flat,
+}
+
+impl fmt::Display for NotClosed {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let near = |v: [f64; 3]| {
+            v.map(|c| format!("{c:.6}").trim_end_matches('0').trim_end_matches('.').to_owned()).join(", ")
+        };
+        match self {
+            Self::Empty => f.write_str("has no triangles: only the inside of a closed surface can be filled"),
+            Self::Edge { points: [a, b], places: [p, q], triangles, others } => {
+                let plural = if *triangles == 1 { "" } else { "s" };
+                write!(
+                    f,
+                    "is not closed: the edge from point {a} at ({}) to point {b} at ({}) has {triangles} triangle{plural}, and each edge of a closed surface has two",
+                    near(*p),
+                    near(*q)
+                )?;
+                match others {
+                    0 => Ok(()),
+                    1 => f.write_str("; so has 1 other edge not"),
+                    _ => write!(f, "; {others} other edges have not two either"),
+                }
+            }
+            Self::Turned { triangles: [a, b], places: [p, q] } => write!(
+                f,
+                "has triangles {a} and {b} that run along their edge from ({}) to ({}) in the same direction: one of them is inside out",
+                near(*p),
+                near(*q)
+            ),
+            Self::Flat => f.write_str("encloses no volume"),
+        }
+    }
+}
+
+/// One side of a triangle: its ends in ascending order, whether it runs that way, its triangle.
+type Side = ([u32; 2], bool, u32);
+
+impl Closed {
+    /// The solid that a mesh encloses.
+    pub(super) fn new(mesh: &TriangleMesh) -> Result<Self, NotClosed> {
+        let same = welded(&mesh.points);
+        let corners = |t: &[u32; 3]| t.map(|i| same[i as usize]);
+        let whole = |t: &[u32; 3]| t[0] != t[1] && t[1] != t[2] && t[2] != t[0];
+        let kept: Vec<(u32, [u32; 3])> =
+            (0u32..).zip(mesh.triangles.iter().map(corners)).filter(|(_, t)| whole(t)).collect();
+        if kept.is_empty() {
+            return Err(NotClosed::Empty);
+        }
+        check_edges(&kept, &mesh.points)?;
+        let triangles: Vec<[u32; 3]> = kept.into_iter().map(|(_, t)| t).collect();
+        let (volume, center) = moments(&mesh.points, &triangles).ok_or(NotClosed::Flat)?;
+        Ok(Self { points: mesh.points.clone(), triangles, volume, center })
+    }
+
+    /// Lower and upper corner of the box around the triangles (m).
+    pub(super) fn bounds(&self) -> [[f64; 3]; 2] {
+        let corners = self.triangles.iter().flatten().map(|i| self.points[*i as usize]);
+        corners.fold([[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]], |[low, high], p| {
+            [[0, 1, 2].map(|c| low[c].min(p[c])), [0, 1, 2].map(|c| high[c].max(p[c]))]
+        })
+    }
+}
+
+/// For each point the first point of the mesh at the same place.
+fn welded(points: &[[f64; 3]]) -> Vec<u32> {
+    // Adding 0 makes one zero of both.
+    let key = |i: &u32| points[*i as usize].map(|c| (c + 0.0).to_bits());
+    let mut order: Vec<u32> = (0u32..).take(points.len()).collect();
+    order.sort_unstable_by_key(|i| (key(i), *i));
+    let mut same = vec![0; points.len()];
+    for group in order.chunk_by(|a, b| key(a) == key(b)) {
+        for i in group {
+            same[*i as usize] = group[0];
+        }
+    }
+    same
+}
+
+fn check_edges(triangles: &[(u32, [u32; 3])], points: &[[f64; 3]]) -> Result<(), NotClosed> {
+    let side = |t: u32, from: u32, to: u32| -> Side { ([from.min(to), from.max(to)], from < to, t) };
+    let mut sides: Vec<Side> =
+        triangles.iter().flat_map(|&(t, [a, b, c])| [side(t, a, b), side(t, b, c), side(t, c, a)]).collect();
+    sides.sort_unstable();
+    let places = |edge: [u32; 2]| edge.map(|i| points[i as usize]);
+    let edges = || sides.chunk_by(|a, b| a.0 == b.0);
+    let mut open = edges().filter(|edge| edge.len() != 2);
+    if let Some(first) = open.next() {
+        let (points, others) = (first[0].0, open.count());
+        return Err(NotClosed::Edge { points, places: places(points), triangles: first.len(), others });
+    }
+    match edges().find(|edge| edge[0].1 == edge[1].1) {
+        Some(turned) => {
+            Err(NotClosed::Turned { triangles: [turned[0].2, turned[1].2], places: places(turned[0].0) })
+        }
+        None => Ok(()),
+    }
+}
+
+/// Volume and centre of mass by the divergence theorem: a tetrahedron for each triangle, with its
+/// apex at a point of the mesh, so that places far from the origin lose no digits.
+fn moments(points: &[[f64; 3]], triangles: &[[u32; 3]]) -> Option<(f64, [f64; 3])> {
+    let apex = points[triangles[0][0] as usize];
+    let (mut six_volumes, mut size, mut moment) = (0.0_f64, 0.0_f64, [0.0; 3]);
+    for corners in triangles {
+        let [a, b, c] = corners.map(|i| [0, 1, 2].map(|k| points[i as usize][k] - apex[k]));
+        let tetrahedron = a[0] * (b[1] * c[2] - b[2] * c[1])
+            + a[1] * (b[2] * c[0] - b[0] * c[2])
+            + a[2] * (b[0] * c[1] - b[1] * c[0]);
+        six_volumes += tetrahedron;
+        size += tetrahedron.abs();
+        for k in 0..3 {
+            moment[k] += tetrahedron * (a[k] + b[k] + c[k]) / 4.0;
+        }
+    }
+    // What rounding leaves of a flat surface is no volume.
+    if !six_volumes.is_finite() || six_volumes.abs() <= 1e-12 * size {
+        return None;
+    }
+    Some((six_volumes.abs() / 6.0, [0, 1, 2].map(|k| apex[k] + moment[k] / six_volumes)))
+}

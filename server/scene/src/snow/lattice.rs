@@ -1,0 +1,119 @@
+//! Particles on a lattice: one in each cell, in its middle or at a random place of it.
+//!
+//! A box is divided evenly, so that all cells have the same share of its volume. Other solids are
+//! covered by cubes about their middle, and keep the particles that are inside.
+
+use super::{
+    hash::{Sequence, Stream},
+    solid::Solid,
+};
+
+/// More places to look at than the caller lets a scene take.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct TooMuch;
+
+/// Random places on a lattice.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Jitter {
+    /// Part of a cell over which its particle may lie: 0 its middle, 1 anywhere.
+    pub(super) amount: f64,
+    pub(super) seed: u32,
+}
+
+/// Cells along the axes into which a box of these edges (m) is divided, near to cubes of edge
+/// `spacing` (m).
+pub(super) fn divided(size: [f64; 3], spacing: f64) -> [u64; 3] {
+    size.map(|edge| (edge / spacing).round().max(1.0) as u64)
+}
+
+/// Cells along the axes of which a box has `count` or a little more: the fewest too many, and the
+/// most like cubes.
+pub(super) fn divided_for(size: [f64; 3], count: u64) -> [u64; 3] {
+    let spacing = libm::cbrt(size[0] * size[1] * size[2] / count as f64);
+    let near = |edge: f64| {
+        let wanted = edge / spacing;
+        ((0.7 * wanted).floor().max(1.0) as u64)..=((1.4 * wanted).ceil().max(1.0) as u64)
+    };
+    let mut best = (f64::INFINITY, [1, 1, count]);
+    for x in near(size[0]) {
+        for y in near(size[1]) {
+            let cells = [x, y, count.div_ceil(x * y)];
+            let edges = [0, 1, 2].map(|c| size[c] / cells[c] as f64);
+            let (least, most) = edges.iter().fold((f64::MAX, 0.0_f64), |(l, m), e| (l.min(*e), m.max(*e)));
+            let excess = (x * y * cells[2] - count) as f64 / count as f64;
+            let cost = excess + 0.1 * (most / least - 1.0);
+            if cost < best.0 {
+                best = (cost, cells);
+            }
+        }
+    }
+    best.1
+}
+
+/// One particle in each of the cells of a box, before it is moved.
+pub(super) fn in_box(half: [f64; 3], cells: [u64; 3], jitter: Jitter) -> Vec<[f64; 3]> {
+    let edge = [0, 1, 2].map(|c| 2.0 * half[c] / cells[c] as f64);
+    let [nx, ny, nz] = cells.map(|n| n as i64);
+    let mut points = Vec::with_capacity((nx * ny * nz) as usize);
+    for (i, j, k) in triples([0..nx, 0..ny, 0..nz]) {
+        let shift = shift([i, j, k], jitter);
+        let index = [i, j, k];
+        // About the middle, so that a lattice without jitter is symmetric to the last bit.
+        points.push([0, 1, 2].map(|c| {
+            let from_middle = index[c] as f64 - 0.5 * (cells[c] as f64 - 1.0);
+            (from_middle + shift[c]) * edge[c]
+        }));
+    }
+    points
+}
+
+/// One particle in each cube of edge `spacing` (m), where that is inside. Looks at `budget` cubes
+/// and rows of cubes at most.
+pub(super) fn in_solid(
+    solid: &Solid,
+    spacing: f64,
+    jitter: Jitter,
+    budget: u64,
+) -> Result<Vec<[f64; 3]>, TooMuch> {
+    let [low, high] = solid.bounds();
+    let middle = [0, 1, 2].map(|c| 0.5 * (low[c] + high[c]));
+    let half = [0, 1, 2].map(|c| (0.5 * (high[c] - low[c]) / spacing).ceil());
+    if half[0] * half[1] * 4.0 > budget as f64 {
+        return Err(TooMuch);
+    }
+    let mut left = budget;
+    let mut points = Vec::new();
+    let [nx, ny, nz] = half.map(|h| h.min(1e9) as i64);
+    for (i, j) in (-nx..nx).flat_map(|i| (-ny..ny).map(move |j| (i, j))) {
+        left = left.checked_sub(1).ok_or(TooMuch)?;
+        let corner = |di: i64| [middle[0] + (i + di) as f64 * spacing, middle[1] + (j + di) as f64 * spacing];
+        let Some([bottom, top]) = solid.heights(corner(0), corner(1)) else { continue };
+        let row = |z: f64| ((z - middle[2]) / spacing).clamp(-2e9, 2e9);
+        let rows = (row(bottom).floor() as i64 - 1).max(-nz)..(row(top).ceil() as i64 + 1).min(nz);
+        for k in rows {
+            left = left.checked_sub(1).ok_or(TooMuch)?;
+            let shift = shift([i, j, k], jitter);
+            let index = [i, j, k];
+            let point = [0, 1, 2].map(|c| middle[c] + (index[c] as f64 + 0.5 + shift[c]) * spacing);
+            if solid.contains(point) {
+                points.push(point);
+            }
+        }
+    }
+    Ok(points)
+}
+
+/// How far from the middle of its cell a particle lies, in edges of the cell.
+fn shift(cell: [i64; 3], jitter: Jitter) -> [f64; 3] {
+    if jitter.amount == 0.0 {
+        return [0.0; 3];
+    }
+    Sequence::new(jitter.seed, Stream::Place, cell).point().map(|u| jitter.amount * (u - 0.5))
+}
+
+fn triples([x, y, z]: [std::ops::Range<i64>; 3]) -> impl Iterator<Item = (i64, i64, i64)> {
+    x.flat_map(move |i| {
+        let z = z.clone();
+        y.clone().flat_map(move |j| z.clone().map(move |k| (i, j, k)))
+    })
+}

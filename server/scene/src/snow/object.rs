@@ -1,0 +1,208 @@
+//! An object of snow from its text and its solid: particles, masses, volumes, stiffness.
+//!
+//! Volume and mass are the solid's: each particle has the same share of the volume, and the masses
+//! add up to density times volume whatever their noise.
+
+use nappe_sim::{mesh::TriangleMesh, snow::SnowObject};
+
+use super::{
+    closed::Closed,
+    hash::Stream,
+    lattice::{Jitter, TooMuch},
+    material::material,
+    noise::Noise,
+    place::Place,
+    sample::{self, Count, Places},
+    solid::{Placement, Solid},
+    types::{BoxText, Sampling, SnowBody, SnowSource, VolumeFrom},
+};
+use crate::error::{Fault, SceneError};
+
+/// Particles in a cell of the grid, of an object that names no number.
+const PARTICLES_PER_CELL: f64 = 8.0;
+/// Part of a lattice's cell over which its particle may lie, of an object that names none.
+const JITTER: f64 = 0.5;
+/// Share of the volume that particles of a lattice may fail to fill before it is remarked.
+const ODD_FILLING: f64 = 0.2;
+
+/// An object that is ready to be filled.
+pub(crate) struct Plan<'a> {
+    text: &'a SnowBody,
+    place: &'a Place<'a>,
+    solid: Solid,
+    places: Places,
+    count: Count,
+}
+
+impl<'a> Plan<'a> {
+    /// Holds an object's fields against each other. `placement` and `scale` are its transform;
+    /// `mesh` is its mesh, as it was loaded, where it has one.
+    pub(crate) fn new(
+        text: &'a SnowBody,
+        place: &'a Place<'a>,
+        cell: f64,
+        (scale, placement): (f64, Placement),
+        mesh: Option<&TriangleMesh>,
+    ) -> Result<Self, SceneError> {
+        let solid = match (&text.source, mesh) {
+            (SnowSource::Box(text), _) => boxed(*text, scale, &placement, place)?,
+            (&SnowSource::Sphere { center, radius }, _) => {
+                Solid::Ball { center: placement.apply(center.map(|c| scale * c)), radius: scale * radius }
+            }
+            (SnowSource::Mesh(_), Some(mesh)) => meshed(mesh, scale, &placement, place)?,
+            (SnowSource::Mesh(_), None) => {
+                return Err(place.error(Fault::MeshNotFound, "mesh", "was not loaded"));
+            }
+        };
+        let places = places(text, place)?;
+        let count = count(text, cell, place)?;
+        Ok(Self { text, place, solid, places, count })
+    }
+
+    /// Particles that it will have: exactly, or nearly where its lattice meets a curved surface.
+    pub(crate) fn estimate(&self) -> u64 {
+        sample::estimate(&self.solid, self.places, self.count)
+    }
+
+    /// Makes the object; the strings are remarks.
+    pub(crate) fn build(self) -> Result<(SnowObject, Vec<String>), SceneError> {
+        let (text, place) = (self.text, self.place);
+        let inner = Place { path: place.path.key("material"), source: place.source };
+        let (density, material) = material(&text.material, &inner)?;
+        let expected = self.estimate();
+        let filled = sample::fill(&self.solid, self.places, self.count, expected);
+        let x = filled.map_err(|TooMuch| {
+            let message = format!(
+                "takes too long to fill with {expected} particles: most of the box around it is empty, or its triangles overlap"
+            );
+            place.error(Fault::TooLarge, source_field(text), message)
+        })?;
+        if x.is_empty() {
+            let message = "holds no particle: it is smaller than the distance between particles; allowed: more of them, or a larger object";
+            return Err(place.error(Fault::OutOfRange, source_field(text), message));
+        }
+        let volume = self.solid.volume() / x.len() as f64;
+        let noise =
+            |stream, amplitude| Noise { seed: text.seed, stream, amplitude, length: text.noise_length };
+        let object = SnowObject {
+            name: text.name.clone(),
+            v: velocities(text, &x, self.solid.center()),
+            mass: masses(density * volume, &noise(Stream::Density, text.density_noise), &x),
+            volume: match text.volume {
+                VolumeFrom::Source => vec![volume; x.len()],
+                VolumeFrom::Grid => Vec::new(),
+            },
+            stiffness: match text.stiffness_noise {
+                0.0 => Vec::new(),
+                amplitude => noise(Stream::Stiffness, amplitude).factors(&x),
+            },
+            material,
+            x,
+        };
+        let remarks = self.odd_filling(expected, object.x.len()).into_iter().collect();
+        Ok((object, remarks))
+    }
+
+    /// Surfaces that cross each other enclose another volume than the divergence theorem gives.
+    fn odd_filling(&self, expected: u64, found: usize) -> Option<String> {
+        let share = found as f64 / expected as f64;
+        let odd = matches!(self.solid, Solid::Mesh { .. }) && (share - 1.0).abs() > ODD_FILLING;
+        (odd && expected > 1000).then(|| {
+            format!(
+                "its particles fill {:.0} % of the volume that its mesh encloses: does the mesh cross itself?",
+                100.0 * share
+            )
+        })
+    }
+}
+
+/// The field that names what is filled.
+fn source_field(text: &SnowBody) -> &'static str {
+    match text.source {
+        SnowSource::Box(_) => "box",
+        SnowSource::Sphere { .. } => "sphere",
+        SnowSource::Mesh(_) => "mesh",
+    }
+}
+
+fn boxed(text: BoxText, scale: f64, placement: &Placement, place: &Place<'_>) -> Result<Solid, SceneError> {
+    let (center, size) = match text {
+        BoxText::Corners { min, max } => {
+            if let Some(c) = (0..3).find(|c| max[*c] <= min[*c]) {
+                let message = format!(
+                    "is {} along {}, and min is {}: a box needs max above min along each axis",
+                    max[c],
+                    ["x", "y", "z"][c],
+                    min[c]
+                );
+                return place.clash("box.max", message);
+            }
+            ([0, 1, 2].map(|c| 0.5 * (min[c] + max[c])), [0, 1, 2].map(|c| max[c] - min[c]))
+        }
+        BoxText::Centered { center, size } => (center, size),
+    };
+    let shift = placement.apply(center.map(|c| scale * c));
+    Ok(Solid::Box { half: size.map(|s| 0.5 * scale * s), placement: Placement { shift, ..*placement } })
+}
+
+fn meshed(
+    mesh: &TriangleMesh,
+    scale: f64,
+    placement: &Placement,
+    place: &Place<'_>,
+) -> Result<Solid, SceneError> {
+    mesh.check().map_err(|error| place.error(Fault::BadMesh, "mesh", error.to_string()))?;
+    let mut moved = mesh.clone();
+    for point in &mut moved.points {
+        *point = placement.apply(point.map(|c| scale * c));
+    }
+    let closed =
+        Closed::new(&moved).map_err(|fault| place.error(Fault::BadMesh, "mesh", fault.to_string()))?;
+    Ok(Solid::from_mesh(closed))
+}
+
+fn places(text: &SnowBody, place: &Place<'_>) -> Result<Places, SceneError> {
+    match (text.sampling, text.jitter) {
+        (Sampling::Jittered, jitter) => {
+            Ok(Places::Lattice(Jitter { amount: jitter.unwrap_or(JITTER), seed: text.seed }))
+        }
+        (Sampling::Lattice | Sampling::Poisson, Some(_)) => {
+            place.clash("jitter", "goes with sampling = \"jittered\" alone")
+        }
+        (Sampling::Lattice, None) => Ok(Places::Lattice(Jitter { amount: 0.0, seed: text.seed })),
+        (Sampling::Poisson, None) => Ok(Places::Poisson { seed: text.seed }),
+    }
+}
+
+fn count(text: &SnowBody, cell: f64, place: &Place<'_>) -> Result<Count, SceneError> {
+    match (text.particles, text.particles_per_cell) {
+        (Some(_), Some(_)) => {
+            place.clash("particles", "does not go with particles_per_cell: one of them is needed")
+        }
+        (Some(count), None) => Ok(Count::Exactly(u64::from(count))),
+        (None, per_cell) => Ok(Count::Spacing(cell / libm::cbrt(per_cell.unwrap_or(PARTICLES_PER_CELL)))),
+    }
+}
+
+/// v + omega x (x - centre) for each particle (m/s).
+fn velocities(text: &SnowBody, x: &[[f64; 3]], center: [f64; 3]) -> Vec<[f64; 3]> {
+    let (v, w) = (text.velocity, text.angular_velocity);
+    let velocity = |x: &[f64; 3]| {
+        let r = [0, 1, 2].map(|c| x[c] - center[c]);
+        [v[0] + w[1] * r[2] - w[2] * r[1], v[1] + w[2] * r[0] - w[0] * r[2], v[2] + w[0] * r[1] - w[1] * r[0]]
+    };
+    x.iter().map(velocity).collect()
+}
+
+/// Masses (kg) with noise, whose mean is `mean`.
+fn masses(mean: f64, noise: &Noise, x: &[[f64; 3]]) -> Vec<f64> {
+    if noise.amplitude == 0.0 {
+        return vec![mean; x.len()];
+    }
+    let mut factors = noise.factors(x);
+    let scale = mean * x.len() as f64 / factors.iter().sum::<f64>();
+    for factor in &mut factors {
+        *factor *= scale;
+    }
+    factors
+}

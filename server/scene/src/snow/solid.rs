@@ -1,0 +1,102 @@
+//! Solids that can be filled with particles: boxes, balls, the insides of closed meshes.
+
+use super::{closed::Closed, inside::Inside};
+
+/// A rotation and a shift: x' = rotation x + shift.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Placement {
+    pub(crate) rotation: [[f64; 3]; 3],
+    pub(crate) shift: [f64; 3],
+}
+
+impl Placement {
+    /// Where a point goes.
+    pub(crate) fn apply(&self, point: [f64; 3]) -> [f64; 3] {
+        [0, 1, 2].map(|i| {
+            let row = self.rotation[i];
+            row[0] * point[0] + row[1] * point[1] + row[2] * point[2] + self.shift[i]
+        })
+    }
+}
+
+/// A solid.
+#[derive(Clone, Debug)]
+pub(super) enum Solid {
+    /// A box about the origin, then moved: its lattice turns with it.
+    Box { half: [f64; 3], placement: Placement },
+    /// A ball.
+    Ball { center: [f64; 3], radius: f64 },
+    /// The inside of a mesh.
+    Mesh { mesh: Closed, inside: Inside },
+}
+
+impl Solid {
+    pub(super) fn from_mesh(mesh: Closed) -> Self {
+        let inside = Inside::new(&mesh);
+        Self::Mesh { mesh, inside }
+    }
+
+    /// Volume (m³).
+    pub(super) fn volume(&self) -> f64 {
+        match self {
+            Self::Box { half, .. } => 8.0 * half[0] * half[1] * half[2],
+            Self::Ball { radius, .. } => 4.0 / 3.0 * std::f64::consts::PI * radius * radius * radius,
+            Self::Mesh { mesh, .. } => mesh.volume,
+        }
+    }
+
+    /// Centre of mass (m).
+    pub(super) fn center(&self) -> [f64; 3] {
+        match self {
+            Self::Box { placement, .. } => placement.shift,
+            Self::Ball { center, .. } => *center,
+            Self::Mesh { mesh, .. } => mesh.center,
+        }
+    }
+
+    /// Corners of the box around it (m), before a box is moved.
+    pub(super) fn bounds(&self) -> [[f64; 3]; 2] {
+        match self {
+            Self::Box { half, .. } => [half.map(|c| -c), *half],
+            Self::Ball { center, radius } => [center.map(|c| c - radius), center.map(|c| c + radius)],
+            Self::Mesh { mesh, .. } => mesh.bounds(),
+        }
+    }
+
+    /// Heights (m) between which it lies over a rectangle of the plane; none: nowhere.
+    pub(super) fn heights(&self, from: [f64; 2], to: [f64; 2]) -> Option<[f64; 2]> {
+        if let Self::Mesh { inside, .. } = self {
+            return inside.heights(from, to);
+        }
+        let [low, high] = self.bounds();
+        Some([low[2], high[2]])
+    }
+
+    /// Triangles that a test looks at on average; 1 for other solids.
+    pub(super) fn cost(&self) -> f64 {
+        match self {
+            Self::Mesh { inside, .. } => 1.0 + inside.cost(),
+            _ => 1.0,
+        }
+    }
+
+    /// Whether a point (m) is inside, before a box is moved.
+    pub(super) fn contains(&self, point: [f64; 3]) -> bool {
+        match self {
+            Self::Box { half, .. } => (0..3).all(|c| point[c].abs() <= half[c]),
+            Self::Ball { center, radius } => {
+                (0..3).map(|c| (point[c] - center[c]) * (point[c] - center[c])).sum::<f64>()
+                    <= radius * radius
+            }
+            Self::Mesh { inside, .. } => inside.contains(point),
+        }
+    }
+
+    /// Where a point of a filled solid stands in the world (m).
+    pub(super) fn place(&self, point: [f64; 3]) -> [f64; 3] {
+        match self {
+            Self::Box { placement, .. } => placement.apply(point),
+            _ => point,
+        }
+    }
+}

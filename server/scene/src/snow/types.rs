@@ -1,0 +1,332 @@
+//! Snow as it is written in a scene: how it is stepped, and its objects.
+//!
+//! Ranges, units and defaults stand in the schema, which checks a text before serde sees it.
+
+use nappe_sim::snow::{Kernel, Law, SnowSettings};
+use serde::{Deserialize, Serialize};
+
+use crate::{
+    body::{Mesh, Transform},
+    names,
+};
+
+/// Snow of a scene: all of it is on one grid.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Snow {
+    /// Side of a cell (m).
+    pub cell: f64,
+    /// B-spline.
+    #[serde(default, with = "names::kernel")]
+    pub kernel: Kernel,
+    /// How velocities go to the grid and back.
+    #[serde(default)]
+    pub transfer: TransferName,
+    /// Share of FLIP in each step.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub flip: Option<f64>,
+    /// Time constant of FLIP (s).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub flip_time: Option<f64>,
+    /// Share of the certified bound that a step takes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub safety: Option<f64>,
+    /// Fixed step of the snow (s).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub substep: Option<f64>,
+    /// Takes the fixed step whatever the bound says.
+    #[serde(default)]
+    pub unchecked: bool,
+    /// Share of the end of the step in the forces; 0: explicit.
+    #[serde(default)]
+    pub beta: f64,
+    /// Linear solver of a semi-implicit step.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub solver: Option<SnowSolver>,
+    /// Steps of the snow in one step of the scene, at most.
+    #[serde(default = "max_substeps")]
+    pub max_substeps: u32,
+    /// Share of the rest density below which a particle is ballistic.
+    #[serde(default)]
+    pub ballistic_below: f64,
+    /// Largest kinetic plus elastic energy (J).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub max_energy: Option<f64>,
+    /// Objects.
+    #[serde(rename = "object")]
+    pub objects: Vec<SnowBody>,
+}
+
+impl Snow {
+    /// Snow on cells of side `cell` (m), with the defaults of the format.
+    pub fn new(cell: f64, objects: Vec<SnowBody>) -> Self {
+        Self {
+            cell,
+            kernel: Kernel::default(),
+            transfer: TransferName::default(),
+            flip: None,
+            flip_time: None,
+            safety: None,
+            substep: None,
+            unchecked: false,
+            beta: 0.0,
+            solver: None,
+            max_substeps: max_substeps(),
+            ballistic_below: 0.0,
+            max_energy: None,
+            objects,
+        }
+    }
+}
+
+/// How velocities go to the grid and back.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum TransferName {
+    /// Velocities alone.
+    PicFlip,
+    /// Affine velocities.
+    Apic,
+    /// Affine velocities, and forces through the same affine field.
+    #[default]
+    Mls,
+}
+
+/// Linear solver of a semi-implicit step of snow.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct SnowSolver {
+    /// Relative residual.
+    pub tolerance: f64,
+    /// Iteration cap.
+    pub max_iterations: u32,
+}
+
+impl Default for SnowSolver {
+    fn default() -> Self {
+        Self { tolerance: 1e-4, max_iterations: 500 }
+    }
+}
+
+/// An object of snow.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SnowBody {
+    /// Name, unique among bodies and objects.
+    pub name: String,
+    /// What is filled with particles.
+    #[serde(flatten)]
+    pub source: SnowSource,
+    /// Moves the source before it is filled.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub transform: Transform,
+    /// Where particles go.
+    #[serde(default)]
+    pub sampling: Sampling,
+    /// Part of a lattice's cell over which its particle may lie.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub jitter: Option<f64>,
+    /// Particles in a cell of the grid.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub particles_per_cell: Option<f64>,
+    /// Particles of the object, exactly.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub particles: Option<u32>,
+    /// Of places and noise.
+    #[serde(default)]
+    pub seed: u32,
+    /// Velocity of the centre (m/s).
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub velocity: [f64; 3],
+    /// Angular velocity about the centre (rad/s).
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub angular_velocity: [f64; 3],
+    /// What it is made of.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub material: MaterialText,
+    /// Relative amplitude of the noise on density.
+    #[serde(default)]
+    pub density_noise: f64,
+    /// Relative amplitude of the noise on stiffness.
+    #[serde(default)]
+    pub stiffness_noise: f64,
+    /// Distance over which noise changes (m); none: each particle has its own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub noise_length: Option<f64>,
+    /// Where the particles' volumes come from.
+    #[serde(default)]
+    pub volume: VolumeFrom,
+}
+
+impl SnowBody {
+    /// An object with the defaults of the format.
+    pub fn new(name: impl Into<String>, source: SnowSource) -> Self {
+        Self {
+            name: name.into(),
+            source,
+            transform: Transform::default(),
+            sampling: Sampling::default(),
+            jitter: None,
+            particles_per_cell: None,
+            particles: None,
+            seed: 0,
+            velocity: [0.0; 3],
+            angular_velocity: [0.0; 3],
+            material: MaterialText::default(),
+            density_noise: 0.0,
+            stiffness_noise: 0.0,
+            noise_length: None,
+            volume: VolumeFrom::default(),
+        }
+    }
+
+    /// The mesh that it fills, if it fills one.
+    pub(crate) fn mesh(&self) -> Option<&Mesh> {
+        match &self.source {
+            SnowSource::Mesh(mesh) => Some(mesh),
+            SnowSource::Box(_) | SnowSource::Sphere { .. } => None,
+        }
+    }
+
+    /// The same, to be changed.
+    pub(crate) fn mesh_mut(&mut self) -> Option<&mut Mesh> {
+        match &mut self.source {
+            SnowSource::Mesh(mesh) => Some(mesh),
+            SnowSource::Box(_) | SnowSource::Sphere { .. } => None,
+        }
+    }
+}
+
+/// What is filled with particles.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum SnowSource {
+    /// A box.
+    Box(BoxText),
+    /// A ball.
+    Sphere {
+        /// Centre (m).
+        center: [f64; 3],
+        /// Radius (m).
+        radius: f64,
+    },
+    /// The inside of a closed mesh: a file or an upload.
+    Mesh(Mesh),
+}
+
+/// A box along the axes.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum BoxText {
+    /// By two corners.
+    Corners {
+        /// Lower corner (m).
+        min: [f64; 3],
+        /// Upper corner (m).
+        max: [f64; 3],
+    },
+    /// By its centre.
+    Centered {
+        /// Centre (m).
+        center: [f64; 3],
+        /// Edges (m).
+        size: [f64; 3],
+    },
+}
+
+/// Where particles of an object go.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Sampling {
+    /// One at a random place of each cell of a lattice.
+    #[default]
+    Jittered,
+    /// One in the middle of each cell of a lattice.
+    Lattice,
+    /// At random places, none too near to another.
+    Poisson,
+}
+
+impl Sampling {
+    /// Names in scene files.
+    pub const NAMES: [&str; 3] = ["jittered", "lattice", "poisson"];
+}
+
+/// Where volumes at rest come from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum VolumeFrom {
+    /// The volume of the source, the same share for each particle.
+    #[default]
+    Source,
+    /// The density on the grid before the first step (Stomakhin et al. 2013, step 2).
+    Grid,
+}
+
+impl VolumeFrom {
+    /// Names in scene files.
+    pub const NAMES: [&str; 2] = ["source", "grid"];
+}
+
+/// A material: a preset, and what differs from it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct MaterialText {
+    /// Name of the preset.
+    pub preset: String,
+    /// Elastic law.
+    #[serde(skip_serializing_if = "Option::is_none", with = "names::maybe_law")]
+    pub law: Option<Law>,
+    /// Young's modulus (Pa).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub young: Option<f64>,
+    /// Poisson's ratio.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub poisson: Option<f64>,
+    /// Density at rest (kg/m³).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub density: Option<f64>,
+    /// Critical compression.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub critical_compression: Option<f64>,
+    /// Critical stretch.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub critical_stretch: Option<f64>,
+    /// Hardening.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub hardening: Option<f64>,
+    /// Range of the plastic volume ratio.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub jp_range: Option<[f64; 2]>,
+    /// Whether it yields; false: elastic.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub plastic: Option<bool>,
+}
+
+impl MaterialText {
+    /// The preset of an object that names none.
+    pub const PRESET: &str = "stomakhin";
+}
+
+impl Default for MaterialText {
+    fn default() -> Self {
+        Self {
+            preset: Self::PRESET.to_owned(),
+            law: None,
+            young: None,
+            poisson: None,
+            density: None,
+            critical_compression: None,
+            critical_stretch: None,
+            hardening: None,
+            jp_range: None,
+            plastic: None,
+        }
+    }
+}
+
+fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
+}
+
+fn max_substeps() -> u32 {
+    SnowSettings::MAX_SUBSTEPS
+}
