@@ -55,10 +55,10 @@ pub(super) struct Gathered<P> {
 
 /// Weights of sixteen particles, to be read one at a time.
 struct Weights<R> {
-    /// w, index times w, and slope along x and along y.
-    x: [[[R; LANES]; 4]; 3],
-    y: [[[R; LANES]; 4]; 3],
-    /// The same along z, a quad a particle.
+    /// Weight and slope along x and along y.
+    x: [[[R; LANES]; 4]; 2],
+    y: [[[R; LANES]; 4]; 2],
+    /// Weight, index times weight, slope along z, a quad a particle.
     z: [[[R; 4]; LANES]; 3],
 }
 
@@ -70,23 +70,22 @@ fn moments<R: Real, P: Pack<R>>(w: &[P; 4]) -> [P; 4] {
 
 impl<R: Real> Weights<R> {
     #[inline(always)]
-    fn of<P: Pack<R>>(axes: &[AxisWeights<P>; 3]) -> Self {
-        let mut out = Self {
-            x: [[[R::zero(); LANES]; 4]; 3],
-            y: [[[R::zero(); LANES]; 4]; 3],
-            z: [[[R::zero(); 4]; LANES]; 3],
-        };
-        for (kind, [x, y]) in
-            [[axes[0].w, axes[1].w], [moments(&axes[0].w), moments(&axes[1].w)], [axes[0].d, axes[1].d]]
-                .into_iter()
-                .enumerate()
-        {
-            for i in 0..4 {
-                out.x[kind][i] = x[i].store();
-                out.y[kind][i] = y[i].store();
+    fn of<P: Pack<R>, S: Scheme, const N: usize>(axes: &[AxisWeights<P>; 3]) -> Self {
+        let (lane, quads) = ([[[R::zero(); LANES]; 4]; 2], [[R::zero(); 4]; LANES]);
+        let mut out = Self { x: lane, y: lane, z: [quads; 3] };
+        for i in 0..N {
+            (out.x[0][i], out.y[0][i]) = (axes[0].w[i].store(), axes[1].w[i].store());
+            if S::SLOPES {
+                (out.x[1][i], out.y[1][i]) = (axes[0].d[i].store(), axes[1].d[i].store());
             }
         }
-        out.z = [P::rows(axes[2].w), P::rows(moments(&axes[2].w)), P::rows(axes[2].d)];
+        out.z[0] = P::rows(axes[2].w);
+        if S::AFFINE {
+            out.z[1] = P::rows(moments(&axes[2].w));
+        }
+        if S::SLOPES {
+            out.z[2] = P::rows(axes[2].d);
+        }
         out
     }
 }
@@ -108,7 +107,7 @@ pub(super) fn gather<R: Real, P: Pack<R>, S: Scheme, const N: usize>(
     cell: &mut usize,
     axes: &[AxisWeights<P>; 3],
 ) -> Gathered<P> {
-    let weights = Weights::of(axes);
+    let weights = Weights::of::<P, S, N>(axes);
     let quads = [[R::zero(); 4]; LANES];
     let mut sums = Sums { v: quads, moments: [quads; 3], slopes: [quads; 3], change: quads };
     for lane in 0..count {
@@ -159,32 +158,31 @@ fn one<R: Real, P: Pack<R>, S: Scheme, const N: usize>(
     sums: &mut Sums<R>,
 ) {
     let zero = P::splat(R::zero());
-    // Along y with weights, moments, slopes; then along x.
+    // Along y, then along x: sums of weighted rows, of index times these, and with slopes.
     let (mut v, mut by_x, mut by_y) = (zero, [zero; 2], [zero; 2]);
     for i in 0..N {
-        let mut plain = zero;
-        let mut other = [zero; 2];
+        let (mut plain, mut moment, mut slope) = (zero, zero, zero);
         for j in 0..N {
             let nodes = row::<R, P, N>(tile, cell, i, j);
-            plain = plain.add(P::splat(w.y[0][j][lane]).mul(nodes));
-            if S::AFFINE && j > 0 {
-                other[0] = other[0].add(P::splat(w.y[1][j][lane]).mul(nodes));
+            let weighted = P::splat(w.y[0][j][lane]).mul(nodes);
+            plain = plain.add(weighted);
+            if S::AFFINE {
+                moment = add_times(moment, weighted, j);
             }
             if S::SLOPES {
-                other[1] = other[1].add(P::splat(w.y[2][j][lane]).mul(nodes));
+                slope = slope.add(P::splat(w.y[1][j][lane]).mul(nodes));
             }
         }
         let weight = P::splat(w.x[0][i][lane]);
-        v = v.add(weight.mul(plain));
+        let weighted = weight.mul(plain);
+        v = v.add(weighted);
         if S::AFFINE {
-            by_y[0] = by_y[0].add(weight.mul(other[0]));
-            if i > 0 {
-                by_x[0] = by_x[0].add(P::splat(w.x[1][i][lane]).mul(plain));
-            }
+            by_x[0] = add_times(by_x[0], weighted, i);
+            by_y[0] = by_y[0].add(weight.mul(moment));
         }
         if S::SLOPES {
-            by_y[1] = by_y[1].add(weight.mul(other[1]));
-            by_x[1] = by_x[1].add(P::splat(w.x[2][i][lane]).mul(plain));
+            by_x[1] = by_x[1].add(P::splat(w.x[1][i][lane]).mul(plain));
+            by_y[1] = by_y[1].add(weight.mul(slope));
         }
     }
     let along_z = P::spread(&w.z[0][lane]);
@@ -198,6 +196,17 @@ fn one<R: Real, P: Pack<R>, S: Scheme, const N: usize>(
         sums.slopes[0][lane] = along_z.mul(by_x[1]).fold();
         sums.slopes[1][lane] = along_z.mul(by_y[1]).fold();
         sums.slopes[2][lane] = P::spread(&w.z[2][lane]).mul(v).fold();
+    }
+}
+
+/// sum + n x, for a small number.
+#[inline(always)]
+fn add_times<R: Real, P: Pack<R>>(sum: P, x: P, n: usize) -> P {
+    match n {
+        0 => sum,
+        1 => sum.add(x),
+        2 => sum.add(x.add(x)),
+        _ => sum.add(x.add(x).add(x)),
     }
 }
 
