@@ -3,7 +3,7 @@
 use crate::shell::{Failure, Shell};
 
 /// Every benchmark.
-const BENCHES: [&str; 3] = ["zara", "cloth", "stream"];
+const BENCHES: [&str; 5] = ["zara", "cloth", "snow", "stomakhin", "stream"];
 
 /// Runs the benchmarks named in `names`, or all.
 pub(crate) fn run(shell: &mut Shell, names: &[String]) -> Result<(), Failure> {

@@ -1,4 +1,4 @@
-//! Project tasks: `cargo xtask check | test | bench | ci`.
+//! Project tasks: `cargo xtask check | test | bench | mutants | ci`.
 //!
 //! Reads the task's name; runs ordinary commands, each shown as it starts; ends with a table of
 //! what ran and how long it took. Uses the standard library alone, so that it builds in seconds.
@@ -9,6 +9,7 @@ mod check;
 mod test;
 mod bench;
 mod clients;
+mod mutants;
 mod ci;
 
 use std::process::ExitCode;
@@ -19,10 +20,15 @@ use shell::{Failure, Shell};
 type Task = (&'static str, &'static str, fn(&mut Shell, &[String]) -> Result<(), Failure>);
 
 /// Every task, in the order of the help.
-const TASKS: [Task; 4] = [
+const TASKS: [Task; 5] = [
     ("check", "formatting, lints, documentation and the contract's style; changes nothing", check::run),
     ("test", "every test that needs nothing but Rust and a C compiler", test::run),
-    ("bench", "the benchmarks named after it, or all: zara cloth stream", bench::run),
+    ("bench", "the benchmarks named after it, or all: zara cloth snow stomakhin stream", bench::run),
+    (
+        "mutants",
+        "mistakes made on purpose in a copy of the snow, and the tests that notice them",
+        mutants::run,
+    ),
     ("ci", "check, test, a short benchmark, and clients in other languages", ci::run),
 ];
 
@@ -56,6 +62,6 @@ fn main() -> ExitCode {
 }
 
 fn help() -> String {
-    let line = |(name, what, _): &Task| format!("  {name:<6} {what}");
+    let line = |(name, what, _): &Task| format!("  {name:<7} {what}");
     format!("usage: cargo xtask TASK\n\n{}", TASKS.iter().map(line).collect::<Vec<_>>().join("\n"))
 }

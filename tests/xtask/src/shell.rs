@@ -50,14 +50,8 @@ impl Shell {
         self.run(title, Command::new(cargo()).args(arguments.split_whitespace()))
     }
 
-    /// Runs `command` at the root, its output going where ours goes.
-    ///
-    /// # Errors
-    /// When it cannot be started or does not succeed.
-    pub(crate) fn run(&mut self, title: &str, command: &mut Command) -> Result<(), Failure> {
-        println!("\n=== {title}: {}", line_of(command));
-        // What cargo told us of this crate is not for the crates below: some build scripts watch these
-        // variables, and everything above them would be built again at the next cargo outside.
+    /// Takes out of a command's environment what cargo told us of this crate.
+    pub(crate) fn forget_this_crate(command: &mut Command) {
         for (name, _) in env::vars_os() {
             let told = name
                 .to_str()
@@ -66,6 +60,22 @@ impl Shell {
                 command.env_remove(name);
             }
         }
+    }
+
+    /// The root of the repository.
+    pub(crate) fn root(&self) -> &Path {
+        &self.root
+    }
+
+    /// Runs `command` at the root, its output going where ours goes.
+    ///
+    /// # Errors
+    /// When it cannot be started or does not succeed.
+    pub(crate) fn run(&mut self, title: &str, command: &mut Command) -> Result<(), Failure> {
+        println!("\n=== {title}: {}", line_of(command));
+        // What cargo told us of this crate is not for the crates below: some build scripts watch these
+        // variables, and everything above them would be built again at the next cargo outside.
+        Self::forget_this_crate(command);
         let start = Instant::now();
         let status = command.current_dir(&self.root).status();
         let outcome = match status {

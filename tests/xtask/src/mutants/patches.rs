@@ -1,0 +1,123 @@
+//! The mistakes: which text of which file of the numerics becomes which other text.
+//!
+//! Nineteen mistakes that programs of snow have made, and two time steps that are too long. Each text must stand in its file exactly once:
+//! a kernel that was rewritten makes the copy fail, and its mistake is stated anew.
+
+/// A text of a file, and what it becomes.
+pub(super) struct Patch {
+    /// Number of the mistake, from 1; the patches of a mistake share it.
+    pub(super) mutant: u32,
+    /// File, from `server/sim/src/snow/`.
+    pub(super) file: &'static str,
+    /// Text that is there once.
+    pub(super) from: &'static str,
+    /// What the mistake makes of it.
+    pub(super) to: &'static str,
+    /// Whether the text is an expression, of which the copy keeps both forms; else the new text
+    /// asks for the mistake by itself.
+    pub(super) form: Form,
+}
+
+/// How a patch is applied.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Form {
+    /// `if the mistake is on { to } else { from }`.
+    Expression,
+    /// `to` in place of `from`.
+    Text,
+}
+
+use Form::{Expression, Text};
+
+/// Names of the mistakes, in the order of their numbers.
+pub(super) const NAMES: [&str; 21] = [
+    "gradient of the weight without 1/h",
+    "stress without F^T",
+    "stress transposed: F^T (F - R)",
+    "F in place of R: (F - I) F^T",
+    "current volume with Kirchhoff stress",
+    "volume at rest with Cauchy stress",
+    "lambda (J - 1) without J",
+    "sign of lambda",
+    "volume of the cell in place of the particle's",
+    "volume never set (1)",
+    "sign of the force",
+    "fields not cleared between steps",
+    "F += grad v F without dt",
+    "force not divided by the mass of the node",
+    "grad v from velocities before forces",
+    "grad v transposed",
+    "F (I + dt grad v) in place of (I + dt grad v) F",
+    "sign of the hardening",
+    "sign lost in the slope of the kernel",
+    "dt = 1/240 s, whatever the bound",
+    "dt = 1/24 s, one step a frame",
+];
+
+const fn expression(mutant: u32, file: &'static str, from: &'static str, to: &'static str) -> Patch {
+    Patch { mutant, file, from, to, form: Expression }
+}
+
+const fn text(mutant: u32, file: &'static str, from: &'static str, to: &'static str) -> Patch {
+    Patch { mutant, file, from, to, form: Text }
+}
+
+/// Every patch.
+#[rustfmt::skip] // one line a patch where it fits
+pub(super) const PATCHES: [Patch; 25] = [
+    expression(1, "particles_to_grid.rs", "P::splat(R::zero() - self.dt * self.inverse_cell)", "P::splat(R::zero() - self.dt)"),
+    expression(1, "grid_to_particles.rs", "sums.slopes[axis][k].mul(scale)", "sums.slopes[axis][k]"),
+    expression(2, "response.rs", "two_mu.mul(sigma[i].sub(one)).mul(sigma[i]).add(pressure)", "two_mu.mul(sigma[i].sub(one)).add(pressure.div(sigma[i]))"),
+    expression(3, "deform.rs", "in_frame(&u, &force)", "in_frame(&mistaken_right(trial, &u, &sigma), &force)"),
+    expression(3, "deform.rs", "in_frame(&u, &t)", "in_frame(&mistaken_right(f, &u, &sigma), &t)"),
+    text(4, "deform.rs", "    Deformed { elastic, plastic_ratio, volume_stress: in_frame(&u, &force), yielded, clamped, inverted }", "    let volume_stress = if crate::mutant(4) { mistaken_unrotated(&elastic, volume, hardened(plastic_ratio, m), m) } else { in_frame(&u, &force) };\n    Deformed { elastic, plastic_ratio, volume_stress, yielded, clamped, inverted }"),
+    text(4, "deform.rs", "    let volume_stress = in_frame(&u, &t);", "    let volume_stress = if crate::mutant(4) { mistaken_unrotated(f, volume, hardened(jp, m), m) } else { in_frame(&u, &t) };"),
+    text(5, "response.rs", "    t\n}\n\n/// Elastic energy per volume at rest", "    let volume_ratio = sigma[0].mul(sigma[1]).mul(sigma[2]);\n    if crate::mutant(5) { return [t[0].mul(volume_ratio), t[1].mul(volume_ratio), t[2].mul(volume_ratio)]; }\n    if crate::mutant(6) { return [t[0].div(volume_ratio), t[1].div(volume_ratio), t[2].div(volume_ratio)]; }\n    t\n}\n\n/// Elastic energy per volume at rest"),
+    expression(7, "response.rs", "lambda.mul(j.sub(one)).mul(j)", "lambda.mul(j.sub(one))"),
+    text(8, "response.rs", "    let mut t = [pressure; 3];", "    let pressure = if crate::mutant(8) { P::splat(R::zero()).sub(pressure) } else { pressure };\n    let mut t = [pressure; 3];"),
+    text(9, "update.rs", "            (jps[k], volumes[k]) = (jp, P::load(&fixed[0]));", "            (jps[k], volumes[k]) = (jp, P::load(&fixed[0]));\n            if crate::mutant(9) { volumes[k] = P::splat(R::of(8.0)).mul(volumes[k]); }\n            if crate::mutant(10) { volumes[k] = one; }"),
+    expression(11, "particles_to_grid.rs", "P::splat(R::zero() - self.dt * self.inverse_moment * self.inverse_cell)", "P::splat(self.dt * self.inverse_moment * self.inverse_cell)"),
+    text(11, "particles_to_grid.rs", "                out.force[axis] = P::rows([a.mul(impulse), b.mul(impulse), c.mul(impulse), zero]);", "                let impulse = if crate::mutant(11) { zero.sub(impulse) } else { impulse };\n                out.force[axis] = P::rows([a.mul(impulse), b.mul(impulse), c.mul(impulse), zero]);"),
+    text(12, "particles_to_grid.rs", "        tile.fill(R::zero());", "        if !crate::mutant(12) { tile.fill(R::zero()); }"),
+    text(12, "particles_to_grid.rs", "        impulses.fill(R::zero());", "        if !crate::mutant(12) { impulses.fill(R::zero()); }"),
+    expression(13, "deform.rs", "dt.mul(change[column][row])", "change[column][row]"),
+    expression(14, "grid_update.rs", "impulses[i][c] * inverse", "impulses[i][c]"),
+    text(15, "grid_to_particles.rs", "        one::<R, P, S, N>(tiles[0], *cell, &weights, lane, &mut sums);", "        one::<R, P, S, N>(tiles[0], *cell, &weights, lane, &mut sums);\n        if crate::mutant(15) && S::APART {\n            let (mut before, kept) = (*tiles[0], sums.v[lane]);\n            for i in 0..TILE { before[i] = before[i] - tiles[1][i]; }\n            one::<R, P, S, N>(&before, *cell, &weights, lane, &mut sums);\n            sums.v[lane] = kept;\n        }"),
+    text(16, "deform.rs", "    let change = product(gradient, f);", "    let turned = [[gradient[0][0], gradient[1][0], gradient[2][0]], [gradient[0][1], gradient[1][1], gradient[2][1]], [gradient[0][2], gradient[1][2], gradient[2][2]]];\n    let change = if crate::mutant(16) { product(&turned, f) } else if crate::mutant(17) { product(f, gradient) } else { product(gradient, f) };"),
+    expression(18, "response.rs", "P::splat(R::one()).sub(jp)", "jp.sub(P::splat(R::one()))"),
+    text(19, "weight.rs", "            (w, [zero.sub(a), zero.sub(c.add(c)), b, zero])", "            (w, [if crate::mutant(19) { a } else { zero.sub(a) }, zero.sub(c.add(c)), b, zero])"),
+    expression(19, "weight.rs", "number(0.0).sub(half.mul(u2))", "half.mul(u2)"),
+    expression(20, "body.rs", "safety * bound * shorter", "1.0 / 240.0"),
+    text(21, "body.rs", "        // A whole number of steps stays one when the quotient is rounded.", "        let allowed = if crate::mutant(21) { 1.0 / 24.0 } else { allowed };\n        // A whole number of steps stays one when the quotient is rounded."),
+    text(0, "deform.rs", "/// U diag(t) U^T: xx yy zz xy xz yz.", RIGHT),
+];
+
+/// What some mistakes need: columns of V from F = U diag(sigma) V^T; 2 mu (F - I) F^T + lambda (J - 1) J,
+/// symmetrised, times the volume.
+const RIGHT: &str =
+    "fn mistaken_right<R: Real, P: Pack<R>>(f: &Columns<P>, u: &Columns<P>, sigma: &[P; 3]) -> Columns<P> {
+    let mut v = *u;
+    for k in 0..3 {
+        for column in 0..3 {
+            v[k][column] = dot3(&f[column], &u[k]).div(sigma[k]);
+        }
+    }
+    v
+}
+
+fn mistaken_unrotated<R: Real, P: Pack<R>>(f: &Columns<P>, volume: P, hardening: P, m: &Moduli<P>) -> [P; 6] {
+    let (one, half) = (P::splat(R::one()), P::splat(R::of(0.5)));
+    let mut strain = *f;
+    for k in 0..3 {
+        strain[k][k] = strain[k][k].sub(one);
+    }
+    let transposed = [[f[0][0], f[1][0], f[2][0]], [f[0][1], f[1][1], f[2][1]], [f[0][2], f[1][2], f[2][2]]];
+    let s = product(&strain, &transposed);
+    let (two_mu, j) = (m.mu.add(m.mu).mul(hardening), dot3(&f[0], &cross3(&f[1], &f[2])));
+    let pressure = m.lambda.mul(hardening).mul(j.sub(one)).mul(j);
+    let along = |k: usize| two_mu.mul(s[k][k]).add(pressure).mul(volume);
+    let across = |a: usize, b: usize| two_mu.mul(half).mul(s[a][b].add(s[b][a])).mul(volume);
+    [along(0), along(1), along(2), across(0, 1), across(0, 2), across(1, 2)]
+}
+
+/// U diag(t) U^T: xx yy zz xy xz yz.";
