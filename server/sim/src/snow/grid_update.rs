@@ -134,8 +134,8 @@ impl GridStep<'_> {
                 }
                 let share = (m.to_f64() / self.lightest).min(1.0);
                 let speed2 = (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).to_f64() * share * share;
-                // A NaN stays: it is not below or equal to anything.
-                if !(speed2 <= figures.speed2) {
+                // A NaN is not below or equal to anything, and stays.
+                if !(speed2 <= figures.speed2) && !figures.speed2.is_nan() {
                     (figures.speed2, figures.fastest) = (speed2, node_of(block, i));
                 }
             } else {
