@@ -112,6 +112,7 @@ fn half_pipe(p: [f64; 3], axis: [f64; 3], up: [f64; 3], radius: f64) -> Nearest 
 }
 
 #[cfg(test)]
+#[allow(clippy::disallowed_methods, reason = "points of the tests, not of a step")]
 mod tests {
     use std::f64::consts::TAU;
 

@@ -118,9 +118,9 @@ impl<R: Real> Snow<R> {
                 colliders: around.colliders,
                 last: steps <= 1.0,
             };
-            let grid = self.engine.to_grid(&context, watch);
+            let grid = self.engine.onto_grid(&context, watch);
             let moved = grid.speed2.sqrt() * dt / self.settings().cell;
-            if !(moved <= MOVE) {
+            if moved > MOVE || moved.is_nan() {
                 if moved.is_finite() && matches!(self.settings().time_step, TimeStep::Certified { .. }) {
                     // Nothing has moved yet: the same step again, shorter.
                     shorter *= 0.5 * MOVE / moved;
@@ -139,7 +139,7 @@ impl<R: Real> Snow<R> {
             if solved.is_some() {
                 self.check_nodes(dt)?;
             }
-            self.engine.to_particles(&context, watch);
+            self.engine.onto_particles(&context, watch);
             if let Some(failure) = self.engine.strayed.then(|| self.engine.lost()).flatten() {
                 return Err(failure);
             }
@@ -203,7 +203,7 @@ impl<R: Real> Snow<R> {
     fn judge(&self, sums: &SnowSums) -> Result<(), StepFailure> {
         let value = sums.diagnostics.kinetic_energy + sums.diagnostics.elastic_energy;
         match self.settings().max_energy {
-            Some(limit) if !(value <= limit) => {
+            Some(limit) if value > limit || value.is_nan() => {
                 let particle = self.worst().fastest();
                 Err(StepFailure::Energy { particle, value, limit })
             }

@@ -135,13 +135,13 @@ impl GridStep<'_> {
                 let share = (m.to_f64() / self.lightest).min(1.0);
                 let speed2 = (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).to_f64() * share * share;
                 // A NaN is not below or equal to anything, and stays.
-                if !(speed2 <= figures.speed2) && !figures.speed2.is_nan() {
+                if (speed2 > figures.speed2 || speed2.is_nan()) && !figures.speed2.is_nan() {
                     (figures.speed2, figures.fastest) = (speed2, node_of(block, i));
                 }
             } else {
                 let momentum = [px, py, pz].map(Real::to_f64);
                 figures.dropped += momentum.iter().map(|p| p * p).sum::<f64>().sqrt();
-                if !(m >= R::zero()) {
+                if m.to_f64() < 0.0 || m.to_f64().is_nan() {
                     (figures.speed2, figures.fastest) = (f64::NAN, node_of(block, i));
                 }
                 nodes[i] = [R::zero(), R::zero(), R::zero(), m];
@@ -213,7 +213,7 @@ fn collect(figures: &[GridFigures]) -> GridFigures {
     let mut total = GridFigures::default();
     for block in figures {
         total.contacts += block.contacts;
-        if !(block.speed2 <= total.speed2) && !total.speed2.is_nan() {
+        if (block.speed2 > total.speed2 || block.speed2.is_nan()) && !total.speed2.is_nan() {
             (total.speed2, total.fastest) = (block.speed2, block.fastest);
         }
     }

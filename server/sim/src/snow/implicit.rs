@@ -73,10 +73,10 @@ pub(super) fn solve<R: Real>(
     operator.right_hand_side(&mut b[..count]);
     change[..count].fill(Vec3::zeros());
     let report = minres(&mut operator, &mass[..count], &b[..count], &mut change[..count], stop, scratch);
-    let usable = match (report.outcome, stop) {
-        (Outcome::Converged, _) | (Outcome::IterationCap, Stop::Iterations(_)) => true,
-        _ => false,
-    };
+    let usable = matches!(
+        (report.outcome, stop),
+        (Outcome::Converged, _) | (Outcome::IterationCap, Stop::Iterations(_))
+    );
     if !usable {
         return Err(report.outcome);
     }

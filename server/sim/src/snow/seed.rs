@@ -58,7 +58,7 @@ impl<R: Real> Engine<R> {
         let Self { settings, coefficients, particles, sorter, grid, figures, .. } = self;
         let affine: Vec<_> = (0..particles.len()).map(|at| particles.affine(at)).collect();
         let velocity: Vec<_> = (0..particles.len()).map(|at| particles.v(at)).collect();
-        let (planes, fixed, _, object) = particles.planes();
+        let (planes, fixed, object) = particles.planes();
         let (order, starts, ..) = sorter.depart(settings.periodic);
         figures.par_iter_mut().enumerate().for_each(|(b, figures)| {
             let list = &order[starts[b] as usize..starts[b + 1] as usize];
@@ -102,7 +102,7 @@ impl<R: Real> Engine<R> {
     /// Volumes from the density on the grid (step 2): V0 = m / sum w m_i / h³.
     pub(super) fn volumes_from_grid(&mut self, of: &[bool]) {
         let still = StepContext { dt: 0.0, time: 0.0, gravity: [0.0; 3], colliders: &[], last: false };
-        self.to_grid(&still, &mut NoStopwatch);
+        self.onto_grid(&still, &mut NoStopwatch);
         let density = self.densities();
         let Self { particles, .. } = self;
         for (at, density) in density.into_iter().enumerate() {

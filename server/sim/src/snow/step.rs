@@ -126,7 +126,7 @@ impl<R: Real> Engine<R> {
     }
 
     /// Momenta, masses and impulses to the grid, and velocities from them.
-    pub(super) fn to_grid(&mut self, context: &StepContext<'_>, watch: &mut dyn Stopwatch) -> GridFigures {
+    pub(super) fn onto_grid(&mut self, context: &StepContext<'_>, watch: &mut dyn Stopwatch) -> GridFigures {
         let width = self.settings.kernel.width();
         let forces = self.forces();
         self.grid.size_for(width, forces);
@@ -171,7 +171,7 @@ impl<R: Real> Engine<R> {
     }
 
     /// Velocities back to particles, deformation, positions; then the new order.
-    pub(super) fn to_particles(&mut self, context: &StepContext<'_>, watch: &mut dyn Stopwatch) {
+    pub(super) fn onto_particles(&mut self, context: &StepContext<'_>, watch: &mut dyn Stopwatch) {
         with_scheme!(self.settings, (S, N) => self.gather::<S, N>(context));
         watch.lap(Stage::GridToParticles);
         self.extremes = self.figures.iter().fold(Extremes::default(), |all, block| all.max(block.extremes));
@@ -239,7 +239,7 @@ impl<R: Real> Engine<R> {
         let Self { settings, coefficients, particles, sorter, grid, figures, .. } = self;
         let h = settings.cell;
         let gather = Gather::of(settings, flip_share(settings.transfer, context.dt));
-        let (planes, fixed, _, object) = particles.planes();
+        let (planes, fixed, object) = particles.planes();
         let (order, starts, cells, departures) = sorter.depart(settings.periodic);
         figures.resize(grid.blocks.len(), BlockFigures::default());
         let (nodes, changes) = (grid.nodes.as_slice(), grid.changes.as_slice());

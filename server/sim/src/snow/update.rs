@@ -302,15 +302,15 @@ impl<R: Real> Tally<R> {
 
 impl<R: Real> Particles<R> {
     /// Planes to be written by several threads, and what is only read.
-    pub(super) fn planes(&mut self) -> (Planes<'_, R>, &[[R; 2]], &[u32], &[u16]) {
-        let Self { motion, shape, affine, stress, fixed, id, object } = self;
+    pub(super) fn planes(&mut self) -> (Planes<'_, R>, &[[R; 2]], &[u16]) {
+        let Self { motion, shape, affine, stress, fixed, object, .. } = self;
         let planes = Planes {
             motion: Disjoint::new(motion),
             shape: Disjoint::new(shape),
             affine: Disjoint::new(affine),
             stress: Disjoint::new(stress),
         };
-        (planes, fixed, id, object)
+        (planes, fixed, object)
     }
 }
 

@@ -213,7 +213,7 @@ impl<R: Real> Engine<R> {
         for (key, nodes) in self.grid.node_blocks.iter().zip(&self.grid.nodes) {
             for (i, node) in nodes.iter().enumerate() {
                 let speed2 = node[..3].iter().map(|v| v.to_f64() * v.to_f64()).sum::<f64>();
-                if !(speed2 <= fastest.0) {
+                if speed2 > fastest.0 || speed2.is_nan() {
                     fastest = (speed2, node_of(block_of(*key), i));
                     if speed2.is_nan() {
                         return fastest;

@@ -5,7 +5,7 @@
 
 /// A text of a file, and what it becomes.
 pub(super) struct Patch {
-    /// Number of the mistake, from 1; the patches of a mistake share it.
+    /// Number of the mistake, from 1, or of the first of those that it brings; 0 for what they need.
     pub(super) mutant: u32,
     /// File, from `server/sim/src/snow/`.
     pub(super) file: &'static str,
@@ -64,14 +64,12 @@ const fn text(mutant: u32, file: &'static str, from: &'static str, to: &'static 
 
 /// Every patch.
 #[rustfmt::skip] // one line a patch where it fits
-pub(super) const PATCHES: [Patch; 25] = [
+pub(super) const PATCHES: [Patch; 23] = [
     expression(1, "particles_to_grid.rs", "P::splat(R::zero() - self.dt * self.inverse_cell)", "P::splat(R::zero() - self.dt)"),
     expression(1, "grid_to_particles.rs", "sums.slopes[axis][k].mul(scale)", "sums.slopes[axis][k]"),
     expression(2, "response.rs", "two_mu.mul(sigma[i].sub(one)).mul(sigma[i]).add(pressure)", "two_mu.mul(sigma[i].sub(one)).add(pressure.div(sigma[i]))"),
-    expression(3, "deform.rs", "in_frame(&u, &force)", "in_frame(&mistaken_right(trial, &u, &sigma), &force)"),
-    expression(3, "deform.rs", "in_frame(&u, &t)", "in_frame(&mistaken_right(f, &u, &sigma), &t)"),
-    text(4, "deform.rs", "    Deformed { elastic, plastic_ratio, volume_stress: in_frame(&u, &force), yielded, clamped, inverted }", "    let volume_stress = if crate::mutant(4) { mistaken_unrotated(&elastic, volume, hardened(plastic_ratio, m), m) } else { in_frame(&u, &force) };\n    Deformed { elastic, plastic_ratio, volume_stress, yielded, clamped, inverted }"),
-    text(4, "deform.rs", "    let volume_stress = in_frame(&u, &t);", "    let volume_stress = if crate::mutant(4) { mistaken_unrotated(f, volume, hardened(jp, m), m) } else { in_frame(&u, &t) };"),
+    text(3, "deform.rs", "    Deformed { elastic, plastic_ratio, volume_stress: in_frame(&u, &force), yielded, clamped, inverted }", "    let volume_stress = if crate::mutant(3) { in_frame(&mistaken_right(trial, &u, &sigma), &force) } else if crate::mutant(4) { mistaken_unrotated(&elastic, volume, hardened(plastic_ratio, m), m) } else { in_frame(&u, &force) };\n    Deformed { elastic, plastic_ratio, volume_stress, yielded, clamped, inverted }"),
+    text(3, "deform.rs", "    let volume_stress = in_frame(&u, &t);", "    let volume_stress = if crate::mutant(3) { in_frame(&mistaken_right(f, &u, &sigma), &t) } else if crate::mutant(4) { mistaken_unrotated(f, volume, hardened(jp, m), m) } else { in_frame(&u, &t) };"),
     text(5, "response.rs", "    t\n}\n\n/// Elastic energy per volume at rest", "    let volume_ratio = sigma[0].mul(sigma[1]).mul(sigma[2]);\n    if crate::mutant(5) { return [t[0].mul(volume_ratio), t[1].mul(volume_ratio), t[2].mul(volume_ratio)]; }\n    if crate::mutant(6) { return [t[0].div(volume_ratio), t[1].div(volume_ratio), t[2].div(volume_ratio)]; }\n    t\n}\n\n/// Elastic energy per volume at rest"),
     expression(7, "response.rs", "lambda.mul(j.sub(one)).mul(j)", "lambda.mul(j.sub(one))"),
     text(8, "response.rs", "    let mut t = [pressure; 3];", "    let pressure = if crate::mutant(8) { P::splat(R::zero()).sub(pressure) } else { pressure };\n    let mut t = [pressure; 3];"),

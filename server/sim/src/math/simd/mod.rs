@@ -91,11 +91,13 @@ fn detect() -> SimdLevel {
 pub(crate) fn dispatch<R: Real, K: Kernel<R>>(kernel: K) -> K::Output {
     #[cfg(target_arch = "x86_64")]
     match simd_level() {
-        // SAFETY: a level is in use only if `detect` found its instructions, and AVX2 with them.
+        // A level is in use only if `detect` found its instructions, and AVX2 with them.
         SimdLevel::Avx512 => {
             if R::PRECISION as u8 == super::Precision::F32 as u8 || K::WIDE_BINARY64 {
+                // SAFETY: as said above.
                 return unsafe { run_avx512(kernel) };
             }
+            // SAFETY: as said above.
             return unsafe { run_avx2(kernel) };
         }
         // SAFETY: as above.
