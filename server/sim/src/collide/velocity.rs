@@ -29,6 +29,7 @@ pub(crate) fn velocity_after(collider: &Collider, v: [f64; 3], normal: [f64; 3])
 }
 
 #[cfg(test)]
+#[allow(clippy::disallowed_methods, reason = "angles of the tests, not of a step")]
 mod tests {
     use super::velocity_after;
     use crate::collide::{Collider, Contact, Shape};
