@@ -33,15 +33,6 @@ pub(crate) struct FrameHead {
     pub diagnostics: v1::Diagnostics,
 }
 
-/// Whose nodes the grid of a simulation holds.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum GridState {
-    /// Those of the step that made the state.
-    OfState,
-    /// Those of a step that failed: they do not leave.
-    OfFailedStep,
-}
-
 /// A frame as all its watchers share it.
 #[derive(Debug)]
 pub(crate) struct EncodedFrame {
@@ -59,18 +50,13 @@ impl EncodedFrame {
     pub(crate) fn encode(
         simulation: &Simulation,
         wanted: Contents,
-        grid: GridState,
         head: FrameHead,
     ) -> Result<Self, NotFinite> {
         let mut arrays = [const { None }; Array::ALL.len()];
         for array in wanted.arrays() {
             arrays[array as usize] = Some(array.encode(simulation)?);
         }
-        let grid = match grid {
-            _ if !wanted.covers(Contents::GRID) => None,
-            GridState::OfState => Grid::of(simulation)?,
-            GridState::OfFailedStep => Grid::empty(simulation),
-        };
+        let grid = if wanted.covers(Contents::GRID) { Grid::of(simulation)? } else { None };
         Ok(Self { head, arrays, grid })
     }
 

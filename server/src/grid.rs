@@ -72,11 +72,6 @@ impl Grid {
         Ok(Some(Self { cell, nodes: nodes.collect::<Result<_, _>>()? }))
     }
 
-    /// A grid without nodes; none without snow.
-    pub(crate) fn empty(simulation: &Simulation) -> Option<Self> {
-        simulation.snow_cell().map(|cell| Self { cell, nodes: Vec::new() })
-    }
-
     /// Memory of the nodes (bytes).
     pub(crate) fn size(&self) -> usize {
         size_of_val(self.nodes.as_slice())

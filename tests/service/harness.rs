@@ -174,14 +174,47 @@ pub(crate) struct Whole {
     pub(crate) piece_count: u32,
     /// Bytes by field.
     pub(crate) fields: BTreeMap<i32, Vec<u8>>,
+    /// The grid's nodes, and how many pieces they came in.
+    pub(crate) grid: Option<Nodes>,
+}
+
+/// Nodes of the snow's grid put together from their pieces.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Nodes {
+    pub(crate) cell: f64,
+    pub(crate) stride: u32,
+    pub(crate) node_count: u64,
+    pub(crate) index: Vec<[i32; 3]>,
+    pub(crate) mass: Vec<f32>,
+    pub(crate) velocity: Vec<[f32; 3]>,
+    pub(crate) piece_count: u32,
+}
+
+impl Nodes {
+    fn append(&mut self, piece: &v1::GridField) {
+        let head = (piece.cell, piece.stride, piece.node_count);
+        assert!(self.piece_count == 0 || head == (self.cell, self.stride, self.node_count));
+        (self.cell, self.stride, self.node_count) = head;
+        let index = numbers(&piece.index_i32, i32::from_le_bytes);
+        let velocity = numbers(&piece.velocity_f32, f32::from_le_bytes);
+        self.index.extend(index.as_chunks().0);
+        self.velocity.extend(velocity.as_chunks().0);
+        self.mass.extend(numbers(&piece.mass_f32, f32::from_le_bytes));
+        assert_eq!((self.index.len(), self.velocity.len()), (self.mass.len(), self.mass.len()));
+        self.piece_count += 1;
+    }
+}
+
+/// Packed numbers of `N` bytes each.
+fn numbers<T, const N: usize>(bytes: &[u8], read: impl Fn([u8; N]) -> T) -> Vec<T> {
+    assert_eq!(bytes.len() % N, 0);
+    bytes.as_chunks().0.iter().map(|chunk| read(*chunk)).collect()
 }
 
 impl Whole {
     /// A field's numbers.
     pub(crate) fn numbers<T, const N: usize>(&self, field: v1::Field, read: impl Fn([u8; N]) -> T) -> Vec<T> {
-        let bytes = &self.fields[&i32::from(field)];
-        assert_eq!(bytes.len() % N, 0);
-        bytes.as_chunks().0.iter().map(|chunk| read(*chunk)).collect()
+        numbers(&self.fields[&i32::from(field)], read)
     }
 }
 
@@ -233,10 +266,14 @@ impl Watch {
                         head: piece.clone(),
                         piece_count: 0,
                         fields: BTreeMap::new(),
+                        grid: None,
                     });
                     assert_eq!((piece.frame, chunk.index), (whole.head.frame, whole.piece_count));
                     assert_eq!(piece.diagnostics.is_some(), chunk.index == 0);
                     whole.piece_count += 1;
+                    if let Some(grid) = &piece.grid {
+                        whole.grid.get_or_insert_default().append(grid);
+                    }
                     for field in piece.fields {
                         whole.fields.entry(field.field).or_default().extend_from_slice(&field.data);
                     }

@@ -3,10 +3,13 @@
 #![allow(clippy::print_stdout, reason = "figures and messages are shown when a test fails")]
 
 mod harness;
+mod scenes;
 mod lifecycle;
 mod create;
 mod upload;
 mod watch;
+mod snow;
+mod grid;
 mod resume;
 mod errors;
 mod limits;

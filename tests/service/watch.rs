@@ -11,7 +11,7 @@ use tokio_stream::StreamExt as _;
 use crate::harness::{Next, PATIENCE, Server, assert_reason, dust, every, latest, sheet, sheet_with};
 
 /// The same simulation without a server.
-fn simulation(text: &str, precision: Precision) -> Simulation {
+pub(crate) fn simulation(text: &str, precision: Precision) -> Simulation {
     let scene = Scene::parse(text, "test").expect("a scene");
     let built = scene.build(&NoMeshes, &SceneLimits::default()).expect("a world");
     Simulation::new(&built.setup, precision).expect("a simulation").0

@@ -8,7 +8,7 @@ use super::{Effect, Event, State, start::head, stepper::Stepper};
 use crate::{
     contents::Contents,
     error::ServiceError,
-    frame::{EncodedFrame, FrameHead, GridState},
+    frame::{EncodedFrame, FrameHead},
     pack::NotFinite,
     publish::Ending,
     reason::Reason,
@@ -38,12 +38,9 @@ impl Stepper {
         self.encode_contents(self.status.feed.demand(), head)
     }
 
-    /// After a step that failed, the grid's nodes are not those of the state.
     fn encode_contents(&self, wanted: Contents, head: FrameHead) -> Result<EncodedFrame, NotFinite> {
-        let failed = self.state == State::Failed;
-        let grid = if failed { GridState::OfFailedStep } else { GridState::OfState };
         let simulation = &self.simulation;
-        self.pool.install(|| EncodedFrame::encode(simulation, wanted, grid, head))
+        self.pool.install(|| EncodedFrame::encode(simulation, wanted, head))
     }
 
     fn is_last(&self) -> bool {
@@ -54,7 +51,8 @@ impl Stepper {
     /// Encodes the newest frame again with all that is in demand, if its state still stands.
     pub(super) fn provide(&mut self) {
         let newest = self.status.feed.newest().frame;
-        let stands = newest.head.step == self.simulation.step_count() && !self.has_panicked();
+        let stands = newest.head.step == self.simulation.step_count()
+            && self.is_intact(self.status.progress().failure.as_ref());
         if stands && !newest.contents().covers(self.status.feed.demand()) {
             let wanted = newest.contents().union(self.status.feed.demand());
             // What cannot be encoded fails at the next frame, if the session has one.
@@ -64,10 +62,11 @@ impl Stepper {
         }
     }
 
-    /// After a panic the state may be half changed: it is not looked at again.
-    fn has_panicked(&self) -> bool {
-        let failure = self.status.progress().failure;
-        failure.is_some_and(|failure| failure.reason == Reason::SessionPanicked.name())
+    /// Whether the state is that of the steps taken. After a panic it may be half changed, and snow
+    /// whose step failed may stand in the middle of it: such a state is not looked at again.
+    fn is_intact(&self, failure: Option<&v1::Failure>) -> bool {
+        let has_snow = self.status.facts.snow_cell.is_some();
+        failure.is_none_or(|failure| failure.reason != Reason::SessionPanicked.name() && !has_snow)
     }
 
     /// The last frame, the end of the streams, the answers.
@@ -116,18 +115,22 @@ impl Stepper {
     }
 
     fn note_failure(&mut self, failure: v1::Failure, told: &ServiceError) {
-        // After a panic the state may be half changed: it is not looked at again.
-        let intact = told.reason != Reason::SessionPanicked;
-        let state_hash = intact.then(|| self.hash());
+        let newest = self.status.feed.newest().frame;
+        let is_newest = newest.head.step == self.simulation.step_count();
+        let is_intact = self.is_intact(Some(&failure));
+        let state_hash = match is_intact {
+            true => Some(self.hash()),
+            false if is_newest => newest.head.state_hash,
+            false => None,
+        };
         self.status.update(|progress| {
             progress.state = State::Failed;
             progress.state_hash = state_hash;
             progress.failure = Some(failure);
         });
         // The last good state leaves as a frame, if it can be encoded.
-        let newest = self.status.feed.newest().frame;
-        if intact
-            && newest.head.step != self.simulation.step_count()
+        if is_intact
+            && !is_newest
             && let Ok(encoded) = self.encode(newest.head.frame + 1)
         {
             self.status.feed.publish(encoded);

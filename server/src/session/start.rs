@@ -25,12 +25,16 @@ use crate::{
     config::Limits,
     contents::Contents,
     error::ServiceError,
-    frame::{EncodedFrame, FrameHead, GridState},
+    frame::{EncodedFrame, FrameHead},
     library::{MeshStore, build_scene},
     publish::Feed,
     reason::Reason,
     topology, wire,
 };
+
+/// Stack of a stepping thread (bytes), as a program's first thread has. Kernels keep many vectors on
+/// it, and stealing work nests them; an overflow would end the process, not the session.
+const STACK_BYTES: usize = 8 << 20;
 
 /// A session to make.
 #[derive(Clone, Debug)]
@@ -143,6 +147,7 @@ fn build(
 fn thread_pool(order: &Order) -> Result<ThreadPool, ServiceError> {
     ThreadPoolBuilder::new()
         .num_threads(order.thread_count as usize)
+        .stack_size(STACK_BYTES)
         .thread_name(|index| format!("step-{index}"))
         .build()
         .map_err(|error| ServiceError::new(Reason::Internal, format!("no threads could be started: {error}")))
@@ -172,7 +177,7 @@ fn first_frame(
 ) -> Result<(EncodedFrame, u64), ServiceError> {
     let state_hash = simulation.state_hash();
     let head = FrameHead { state_hash: Some(state_hash), ..head(simulation, 0, diagnostics.clone()) };
-    let first = EncodedFrame::encode(simulation, Contents::ALL, GridState::OfState, head);
+    let first = EncodedFrame::encode(simulation, Contents::ALL, head);
     let first = first.map_err(|fault| {
         let refused = ServiceError::new(Reason::InvalidScene, format!("at the start, {fault}"));
         fault.particle().into_iter().fold(refused, |refused, particle| refused.with("particle", particle))
