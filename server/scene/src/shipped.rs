@@ -9,5 +9,12 @@ pub fn shipped_scenes() -> &'static [(&'static str, &'static str)] {
         ("cloth_over_sphere", include_str!("../../scenes/cloth_over_sphere.toml")),
         ("drap10", include_str!("../../scenes/drap10.toml")),
         ("drap70", include_str!("../../scenes/drap70.toml")),
+        ("snowball_wall", include_str!("../../scenes/snowball_wall.toml")),
+        ("two_snowballs", include_str!("../../scenes/two_snowballs.toml")),
+        ("block_on_incline", include_str!("../../scenes/block_on_incline.toml")),
+        ("rolling_snowball", include_str!("../../scenes/rolling_snowball.toml")),
+        ("sphere_in_bed", include_str!("../../scenes/sphere_in_bed.toml")),
+        ("brasseur", include_str!("../../scenes/brasseur.toml")),
+        ("snow_and_cloth", include_str!("../../scenes/snow_and_cloth.toml")),
     ]
 }

@@ -2,7 +2,9 @@
 
 use std::fmt::Write;
 
-use super::{Kind, Presence, ROOT, Section};
+use nappe_sim::snow::Preset;
+
+use super::{Kind, Presence, ROOT, Section, number};
 
 /// The reference part of docs/scenes.md: every section, every field with unit, default and range.
 pub fn page() -> String {
@@ -12,7 +14,25 @@ pub fn page() -> String {
     for section in sections {
         write_section(&mut text, section);
     }
+    write_presets(&mut text);
     text
+}
+
+/// The table of snow's materials.
+fn write_presets(text: &mut String) {
+    text.push_str("\n### Presets of snow\n\n");
+    text.push_str("| preset | law | Young's modulus (Pa) | Poisson's ratio | density (kg/m^3) | yield: theta_c, theta_s, xi, Jp | source |\n");
+    text.push_str("|---|---|---|---|---|---|---|\n");
+    for preset in Preset::ALL {
+        let Preset { name, source, density, material } = preset;
+        let (law, young, poisson) = (material.law.name(), number(material.young), material.poisson);
+        let yields = material.plasticity.map_or("none".to_owned(), |p| {
+            let [low, high] = p.jp_range;
+            format!("{}, {}, {}, {low} to {high}", p.critical_compression, p.critical_stretch, p.hardening)
+        });
+        let _ =
+            writeln!(text, "| `{name}` | {law} | {young} | {poisson} | {density} | {yields} | {source} |");
+    }
 }
 
 /// Sections in the order in which they are first named.
