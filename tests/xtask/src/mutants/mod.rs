@@ -9,7 +9,7 @@ mod patches;
 use std::{
     collections::{BTreeMap, BTreeSet},
     fs,
-    path::{Path, PathBuf},
+    path::Path,
     process::Command,
 };
 
@@ -41,11 +41,6 @@ pub(crate) fn mutant(number: u32) -> bool {
 pub(crate) fn run(shell: &mut Shell, _: &[String]) -> Result<(), Failure> {
     let tree = shell.target().join("mutants");
     copy(shell, &tree)?;
-    let switch = tree.join("server/sim/src/lib.rs");
-    append(&switch, SWITCH)?;
-    for patch in &PATCHES {
-        apply(&tree, patch)?;
-    }
     let none = failures(shell, &tree, 0)?;
     if !none.is_empty() {
         return Err(Failure(format!("tests fail without a mistake: {}", joined(&none))));
@@ -65,37 +60,51 @@ pub(crate) fn run(shell: &mut Shell, _: &[String]) -> Result<(), Failure> {
     Err(Failure(format!("no test notices: {}", missed.join("; "))))
 }
 
-/// Copies every file that git knows into an empty folder.
+/// Copies every file that git does not ignore, with the mistakes built in; what is there already is
+/// left alone, so that it need not be built again.
 fn copy(shell: &mut Shell, tree: &Path) -> Result<(), Failure> {
     let root = shell.root().to_path_buf();
-    let listed = Command::new("git").args(["ls-files", "-z"]).current_dir(&root).output();
+    let listed = Command::new("git")
+        .args(["ls-files", "-z", "--cached", "--others", "--exclude-standard"])
+        .current_dir(&root)
+        .output();
     let listed = listed.map_err(|error| Failure(format!("cannot list files: {error}")))?.stdout;
-    for folder in ["server", "tests", "proto", "client", "viewer"] {
-        drop(fs::remove_dir_all(tree.join(folder)));
-    }
-    for name in String::from_utf8_lossy(&listed).split('\0').filter(|name| !name.is_empty()) {
-        let (from, to) = (root.join(name), tree.join(name));
-        let folder = to.parent().unwrap_or(tree).to_path_buf();
-        fs::create_dir_all(&folder).map_err(|error| fault(&folder, &error))?;
-        if from.is_file() {
-            fs::copy(&from, &to).map_err(|error| fault(&from, &error))?;
+    let mut patched = 0;
+    for name in String::from_utf8_lossy(&listed).split('\0').filter(|name| root.join(name).is_file()) {
+        let from = root.join(name);
+        let mut content = fs::read(&from).map_err(|error| fault(&from, &error))?;
+        let patches = PATCHES.iter().filter(|patch| name == format!("server/sim/src/snow/{}", patch.file));
+        for patch in patches {
+            let text = String::from_utf8_lossy(&content).into_owned();
+            content = apply(text, patch)?.into_bytes();
+            patched += 1;
         }
+        if name == "server/sim/src/lib.rs" {
+            content.extend_from_slice(SWITCH.as_bytes());
+        }
+        place(&tree.join(name), &content)?;
     }
-    Ok(())
+    if patched == PATCHES.len() {
+        return Ok(());
+    }
+    Err(Failure(format!("{patched} of {} texts were found: a file was renamed", PATCHES.len())))
 }
 
-fn append(file: &Path, text: &str) -> Result<(), Failure> {
-    let old = fs::read_to_string(file).map_err(|error| fault(file, &error))?;
-    fs::write(file, old + text).map_err(|error| fault(file, &error))
+/// Writes a file unless it is there.
+fn place(file: &Path, content: &[u8]) -> Result<(), Failure> {
+    if fs::read(file).is_ok_and(|there| there == content) {
+        return Ok(());
+    }
+    let folder = file.parent().expect("a file of the copy is in a folder");
+    fs::create_dir_all(folder).map_err(|error| fault(folder, &error))?;
+    fs::write(file, content).map_err(|error| fault(file, &error))
 }
 
-/// Puts a patch into the copy.
-fn apply(tree: &Path, patch: &patches::Patch) -> Result<(), Failure> {
-    let file: PathBuf = tree.join("server/sim/src/snow").join(patch.file);
-    let old = fs::read_to_string(&file).map_err(|error| fault(&file, &error))?;
+/// A file's text with a patch.
+fn apply(old: String, patch: &patches::Patch) -> Result<String, Failure> {
     let (from, to) = (patch.from, patch.to);
-    if old.matches(from).count() != 1 {
-        let count = old.matches(from).count();
+    let count = old.matches(from).count();
+    if count != 1 {
         return Err(Failure(format!(
             "mistake {}: the text stands {count} times in {}, once is needed: {from}",
             patch.mutant, patch.file
@@ -105,7 +114,7 @@ fn apply(tree: &Path, patch: &patches::Patch) -> Result<(), Failure> {
         Form::Text => to.to_owned(),
         Form::Expression => format!("(if crate::mutant({}) {{ {to} }} else {{ {from} }})", patch.mutant),
     };
-    fs::write(&file, old.replacen(from, &new, 1)).map_err(|error| fault(&file, &error))
+    Ok(old.replacen(from, &new, 1))
 }
 
 /// Tests that fail with a mistake on.
