@@ -76,7 +76,7 @@ fn copy(shell: &mut Shell, tree: &Path) -> Result<(), Failure> {
         let patches = PATCHES.iter().filter(|patch| name == format!("server/sim/src/snow/{}", patch.file));
         for patch in patches {
             let text = String::from_utf8_lossy(&content).into_owned();
-            content = apply(text, patch)?.into_bytes();
+            content = apply(&text, patch)?.into_bytes();
             patched += 1;
         }
         if name == "server/sim/src/lib.rs" {
@@ -101,7 +101,7 @@ fn place(file: &Path, content: &[u8]) -> Result<(), Failure> {
 }
 
 /// A file's text with a patch.
-fn apply(old: String, patch: &patches::Patch) -> Result<String, Failure> {
+fn apply(old: &str, patch: &patches::Patch) -> Result<String, Failure> {
     let (from, to) = (patch.from, patch.to);
     let count = old.matches(from).count();
     if count != 1 {
