@@ -15,5 +15,6 @@ mod kernels;
 mod laws;
 mod manufactured;
 mod periodic_bar;
+mod seed;
 mod statics;
 mod volumes;
