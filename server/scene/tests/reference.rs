@@ -1,8 +1,9 @@
 //! docs/scenes.md is what the schema says, its example runs, and written defaults are the real ones.
 
-use std::{env, fs, path::PathBuf};
+use std::{env, fs, path::PathBuf, sync::Arc};
 
-use nappe_scene::{NoMeshes, Scene, SceneLimits, reference_page};
+use nappe_scene::{MeshSource, Scene, SceneError, SceneLimits, reference_page};
+use nappe_sim::mesh::TriangleMesh;
 
 const MARK: &str =
     "(`cargo test -p nappe-scene` holds it against the schema; `UPDATE_DOCS=1` rewrites it).\n";
@@ -24,11 +25,33 @@ fn the_reference_in_the_docs_is_written_from_the_schema() {
 }
 
 #[test]
-fn the_example_in_the_docs_builds() {
+fn the_examples_in_the_docs_build() {
     let text = fs::read_to_string(page_file()).unwrap();
-    let example = text.split("```toml\n").nth(1).unwrap().split("```").next().unwrap();
-    let scene = Scene::parse(example, "docs/scenes.md").unwrap_or_else(|error| panic!("{error}"));
-    scene.build(&NoMeshes, &SceneLimits::default()).unwrap_or_else(|error| panic!("{error}"));
+    let examples: Vec<&str> =
+        text.split("```toml\n").skip(1).map(|rest| rest.split("```").next().unwrap()).collect();
+    assert_eq!(examples.len(), 2);
+    for example in examples {
+        let scene = Scene::parse(example, "docs/scenes.md").unwrap_or_else(|error| panic!("{error}"));
+        scene.build(&Figure, &SceneLimits::default()).unwrap_or_else(|error| panic!("{error}"));
+    }
+}
+
+/// The mesh that the example of snow names.
+struct Figure;
+
+impl MeshSource for Figure {
+    fn upload(&self, _: &str) -> Option<Arc<TriangleMesh>> {
+        None
+    }
+
+    fn file(&self, path: &str) -> Result<TriangleMesh, SceneError> {
+        assert_eq!(path, "figure.obj");
+        Ok(TriangleMesh {
+            points: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+            triangles: vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]],
+            ..TriangleMesh::default()
+        })
+    }
 }
 
 /// Sections with the text before and after a field of theirs, behind a scene of one body.

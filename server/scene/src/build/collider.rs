@@ -53,12 +53,10 @@ pub(super) fn build(text: &ColliderText, path: &Path, source: &Source) -> Result
 fn direction(v: [f64; 3], field: &str, path: &Path, source: &Source) -> Result<[f64; 3], SceneError> {
     let length = v.iter().map(|c| c * c).sum::<f64>().sqrt();
     if length == 0.0 {
-        let what = if field == "axis" { "an axis" } else { "a direction" };
-        let what = if field == "normal" { "a normal" } else { what };
-        let message = if field == "up" {
-            "is zero: up is the direction of the opening".to_owned()
-        } else {
-            format!("is zero: {what} needs a direction")
+        let message = match field {
+            "normal" => "is zero: a normal needs a direction",
+            "axis" => "is zero: an axis needs a direction",
+            _ => "is zero: a direction needs a length above 0",
         };
         return Err(source.error(Fault::OutOfRange, &path.key(field), message));
     }

@@ -43,7 +43,7 @@ fn build_object(
     let field = match (text.particles, text.particles_per_cell) {
         (Some(_), _) => "particles",
         (None, Some(_)) => "particles_per_cell",
-        (None, None) => "",
+        (None, None) => text.source_field(),
     };
     let transform = transform::placement(&text.transform, &place.path.key("transform"), place.source)?;
     let load = |mesh| body::load(mesh, meshes, &place.path.key("mesh"), place.source);

@@ -75,11 +75,11 @@ impl<'a> Plan<'a> {
             let message = format!(
                 "takes too long to fill with {expected} particles: most of the box around it is empty, or its triangles overlap"
             );
-            place.error(Fault::TooLarge, source_field(text), message)
+            place.error(Fault::TooLarge, text.source_field(), message)
         })?;
         if x.is_empty() {
-            let message = "holds no particle: it is smaller than the distance between particles; allowed: more of them, or a larger object";
-            return Err(place.error(Fault::OutOfRange, source_field(text), message));
+            let message = "holds no particle: it is smaller than the distance between particles; allowed: a larger object, a smaller cell, or more particles";
+            return Err(place.error(Fault::OutOfRange, text.source_field(), message));
         }
         let volume = self.solid.volume() / x.len() as f64;
         let noise =
@@ -113,15 +113,6 @@ impl<'a> Plan<'a> {
                 100.0 * share
             )
         })
-    }
-}
-
-/// The field that names what is filled.
-fn source_field(text: &SnowBody) -> &'static str {
-    match text.source {
-        SnowSource::Box(_) => "box",
-        SnowSource::Sphere { .. } => "sphere",
-        SnowSource::Mesh(_) => "mesh",
     }
 }
 

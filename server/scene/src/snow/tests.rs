@@ -297,7 +297,7 @@ fn an_open_mesh_is_refused_by_its_first_open_edge() {
 fn points_at_one_place_are_one_so_that_seams_are_no_gaps() {
     let cube = cube_mesh([0.0, -0.0, 0.0], [1.0; 3]);
     let soup = TriangleMesh {
-        points: cube.triangles.iter().flatten().map(|i| cube.points[*i as usize].map(|c| c * -1.0)).collect(),
+        points: cube.triangles.iter().flatten().map(|i| cube.points[*i as usize].map(|c| -c)).collect(),
         triangles: (0..12).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect(),
         ..TriangleMesh::default()
     };

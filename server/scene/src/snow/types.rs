@@ -178,6 +178,15 @@ impl SnowBody {
         }
     }
 
+    /// The field that names what is filled.
+    pub(crate) fn source_field(&self) -> &'static str {
+        match self.source {
+            SnowSource::Box(_) => "box",
+            SnowSource::Sphere { .. } => "sphere",
+            SnowSource::Mesh(_) => "mesh",
+        }
+    }
+
     /// The mesh that it fills, if it fills one.
     pub(crate) fn mesh(&self) -> Option<&Mesh> {
         match &self.source {
