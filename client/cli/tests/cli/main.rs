@@ -7,3 +7,4 @@ mod mesh;
 mod mecasim;
 mod service;
 mod bench;
+mod snow;
