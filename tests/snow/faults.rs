@@ -191,7 +191,7 @@ fn s31_nodes_of_hardly_any_mass_throw_nothing_and_what_they_lose_is_told() {
             let scene = SnowScene::new(vec![body], H, 1e-4).by(variant).moving(|_| [0.4, -0.3, 0.2]);
             let mut simulation = scene.simulate(Precision::F64);
             rework(&mut simulation, |_, p| {
-                p.elastic = [[1.02, 0.01, 0.0], [0.0, 0.98, 0.0], [0.0, 0.0, 1.01]]
+                p.elastic = [[1.02, 0.01, 0.0], [0.0, 0.98, 0.0], [0.0, 0.0, 1.01]];
             });
             let start = simulation.snow_particles();
             let report = step_once(&mut simulation).snow.expect("there is snow");
