@@ -137,7 +137,7 @@ pub struct StepReport {
     pub snow: Option<SnowReport>,
 }
 
-/// A step that was not taken: the state is as before it.
+/// A step that was not taken: cloths are as before it, snow as after its last good step within it.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[error("step {step} at t = {time:.6} s, body '{body}': {failure}")]
 pub struct StepError {

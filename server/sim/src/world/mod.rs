@@ -106,7 +106,8 @@ impl<R: Real> World<R> {
     /// Takes one step, on the rayon pool that the caller installed.
     ///
     /// # Errors
-    /// When a body's step fails: the world is then as before the step.
+    /// When a body's step fails: cloths are then as before the step, snow as after its last good
+    /// step within it; the world takes no further step.
     pub fn step(&mut self, watch: &mut dyn Stopwatch) -> Result<StepReport, StepError> {
         let mut report = StepReport::default();
         for index in 0..self.bodies.len() {

@@ -81,7 +81,7 @@ impl Simulation {
     /// Takes one step, on the rayon pool that the caller installed.
     ///
     /// # Errors
-    /// When the step fails: the state is then as before it.
+    /// When the step fails: cloths are then as before it, snow as after its last good step within it.
     pub fn step(&mut self, watch: &mut dyn Stopwatch) -> Result<StepReport, StepError> {
         on_world!(self, world => world.step(watch))
     }
