@@ -136,7 +136,8 @@ mod tests {
         assert!((reach - throw.radius()).abs() < 0.01, "{reach} for {}", throw.radius());
         let middle: Vec<f64> =
             (0..3).map(|axis| ball.x.iter().map(|x| x[axis]).sum::<f64>() / 20_000.0).collect();
-        assert!(middle.iter().all(|c| c.abs() < 1e-4), "{middle:?}");
+        // The last shell may be full on one side only: well below a tenth of the spacing of 5 mm.
+        assert!(middle.iter().all(|c| c.abs() < 5e-4), "{middle:?}");
         let mass: f64 = ball.mass.iter().sum();
         let expected = 400.0 * 4.0 / 3.0 * PI * throw.radius().powi(3);
         assert!((mass / expected - 1.0).abs() < 1e-12, "{mass} kg");

@@ -140,13 +140,20 @@ fn what_is_kept_needs_a_place_and_a_known_name() {
     }
 }
 
-/// A step above the bound is refused with the number, and the command says that the simulation stopped.
 #[test]
-fn a_step_above_the_bound_ends_with_3_and_names_the_bound() {
+fn a_fixed_step_above_the_bound_is_refused_with_the_bound() {
     let folder = folder();
     let scene = write_scene(folder.path(), &SNOW_SCENE.replace("cell = 0.1", "cell = 0.1\nsubstep = 0.01"));
     let done = nappe(&["run", &scene, "--json"]);
+    assert_eq!(done.code, Some(5), "{done:?}");
+    assert!(done.stderr.contains("'isolated_particle' of 4."), "{}", done.stderr);
+}
+
+#[test]
+fn snow_that_needs_too_many_steps_ends_with_3_and_says_so() {
+    let folder = folder();
+    let scene = write_scene(folder.path(), &SNOW_SCENE.replace("cell = 0.1", "cell = 0.1\nmax_substeps = 1"));
+    let done = nappe(&["run", &scene, "--json"]);
     assert_eq!(done.code, Some(3), "{done:?}");
-    assert_eq!(done.json()["diverged"]["cause"], "TIME_STEP_LIMIT");
-    assert!(done.stderr.contains("bound"), "{}", done.stderr);
+    assert_eq!(done.json()["diverged"]["cause"], "SUBSTEP_LIMIT");
 }
