@@ -140,7 +140,9 @@ fn failures(shell: &mut Shell, tree: &Path, mutant: u32) -> Result<BTreeSet<Stri
         .args(["test", "--release", "-p", "nappe-tests", "--no-default-features", "--test", "snow", "--"])
         .args(SLOW.iter().flat_map(|slow| ["--skip", slow]))
         .current_dir(tree)
-        .env("CARGO_TARGET_DIR", shell.target())
+        // Cargo tells crates of a workspace apart by their path in it: built in the folder of the program,
+        // those of the copy would be taken for those of the program.
+        .env("CARGO_TARGET_DIR", tree.join("target"))
         .env("NAPPE_MUTANT", mutant.to_string());
     Shell::forget_this_crate(&mut command);
     let output = command.output().map_err(|error| Failure(format!("cannot start the tests: {error}")))?;
