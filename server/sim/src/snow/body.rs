@@ -78,7 +78,7 @@ impl<R: Real> Snow<R> {
         engine.sort_anew();
         engine.refresh();
         let names = setup.objects.iter().map(|object| (object.name.clone(), object.x.len())).collect();
-        let mass = engine.sums([0.0; 3]).mass;
+        let mass = engine.sums([0.0; 3], &mut Vec::new()).mass;
         Ok((Self { names, engine, mass }, remarks))
     }
 
@@ -121,13 +121,8 @@ impl<R: Real> Snow<R> {
             let grid = self.engine.onto_grid(&context, watch);
             let moved = grid.speed2.sqrt() * dt / self.settings().cell;
             if moved > MOVE || moved.is_nan() {
-                if moved.is_finite() && matches!(self.settings().time_step, TimeStep::Certified { .. }) {
-                    // Nothing has moved yet: the same step again, shorter.
-                    shorter *= 0.5 * MOVE / moved;
-                    substeps += 1;
-                    continue;
-                }
-                return Err(self.node_failure(moved, grid.fastest));
+                (shorter, substeps) = (self.shortened(shorter, moved, grid.fastest)?, substeps + 1);
+                continue;
             }
             let error = grid.mass / self.mass - 1.0;
             if error.abs() > MASS_ERROR {
@@ -136,8 +131,11 @@ impl<R: Real> Snow<R> {
             let solved = self.engine.solve(&context, watch);
             let solved = solved.map_err(|outcome| StepFailure::Solver { outcome })?;
             solve = solved.or(solve);
-            if solved.is_some() {
-                self.check_nodes(dt)?;
+            let (speed2, fastest) = if solved.is_some() { self.engine.fastest_node() } else { (0.0, [0; 3]) };
+            let moved = speed2.sqrt() * dt / self.settings().cell;
+            if moved > MOVE || moved.is_nan() {
+                (shorter, substeps) = (self.shortened(shorter, moved, fastest)?, substeps + 1);
+                continue;
             }
             self.engine.onto_particles(&context, watch);
             if let Some(failure) = self.engine.strayed.then(|| self.engine.lost()).flatten() {
@@ -148,7 +146,9 @@ impl<R: Real> Snow<R> {
             substeps += 1;
             left = if steps <= 1.0 { 0.0 } else { left - dt };
         }
-        let sums = self.engine.sums(around.gravity);
+        let mut partials = std::mem::take(&mut self.engine.partials);
+        let sums = self.engine.sums(around.gravity, &mut partials);
+        self.engine.partials = partials;
         let report = self.report(substeps, dt, &sums, around.colliders);
         watch.lap(Stage::Diagnose);
         self.judge(&sums)?;
@@ -193,11 +193,13 @@ impl<R: Real> Snow<R> {
         Err(StepFailure::Deformation { particle, value, limit: STRETCH })
     }
 
-    /// Holds velocities against the same limit after a solve.
-    fn check_nodes(&self, dt: f64) -> Result<(), StepFailure> {
-        let (speed2, fastest) = self.engine.fastest_node();
-        let moved = speed2.sqrt() * dt / self.settings().cell;
-        if moved <= MOVE { Ok(()) } else { Err(self.node_failure(moved, fastest)) }
+    /// How much shorter the same step is to be taken again, since nothing has moved yet; a step that
+    /// is fixed, or whose numbers are out of range, fails.
+    fn shortened(&self, shorter: f64, moved: f64, node: [i32; 3]) -> Result<f64, StepFailure> {
+        if moved.is_finite() && matches!(self.settings().time_step, TimeStep::Certified { .. }) {
+            return Ok(shorter * 0.5 * MOVE / moved);
+        }
+        Err(self.node_failure(moved, node))
     }
 
     fn judge(&self, sums: &SnowSums) -> Result<(), StepFailure> {
@@ -281,7 +283,7 @@ impl<R: Real> Snow<R> {
 
     /// Figures of the state as it is.
     pub fn diagnose(&self, gravity: [f64; 3]) -> Diagnostics {
-        self.engine.sums(gravity).diagnostics
+        self.engine.sums(gravity, &mut Vec::new()).diagnostics
     }
 }
 

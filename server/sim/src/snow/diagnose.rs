@@ -17,7 +17,7 @@ use crate::{
 };
 
 /// Kinetic, elastic, gravitational energy, momentum, angular momentum, mass.
-const SUMS: usize = 10;
+pub(super) const SUMS: usize = 10;
 
 /// What the particles add up to.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -30,13 +30,12 @@ pub(super) struct SnowSums {
 }
 
 impl<R: Real> Engine<R> {
-    /// Adds up all particles.
-    pub(super) fn sums(&self, gravity: [f64; 3]) -> SnowSums {
-        let blocks = self.grid.blocks.len();
-        let partials: Vec<[f64; SUMS]> =
-            (0..blocks).into_par_iter().map(|b| self.block_sums(b, gravity)).collect();
+    /// Adds up all particles; `partials` is scratch.
+    pub(super) fn sums(&self, gravity: [f64; 3], partials: &mut Vec<[f64; SUMS]>) -> SnowSums {
+        partials.resize(self.grid.blocks.len(), [0.0; SUMS]);
+        partials.par_iter_mut().enumerate().for_each(|(b, sums)| *sums = self.block_sums(b, gravity));
         let [kinetic_energy, elastic_energy, gravitational_energy, px, py, pz, lx, ly, lz, mass] =
-            parallel::sum(&partials);
+            parallel::sum(partials);
         let diagnostics = Diagnostics {
             kinetic_energy,
             elastic_energy,

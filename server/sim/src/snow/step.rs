@@ -12,6 +12,7 @@ use super::{
     Blend, Kernel as Spline, SnowSettings, Transfer,
     bound::{Extremes, Worst},
     collide::{collide, particles_near},
+    diagnose::SUMS,
     grid::{Grid, block_of, tile_len},
     grid_to_particles::{Gather, GatherGroup, TILE, assemble},
     grid_update::{GridFigures, GridStep},
@@ -63,6 +64,8 @@ pub(super) struct Engine<R: Real> {
     /// The particles of the extremes, where they were looked for.
     pub(super) worst: Option<Worst>,
     pub(super) implicit: ImplicitWorkspace<R>,
+    /// Sums of blocks.
+    pub(super) partials: Vec<[f64; SUMS]>,
 }
 
 /// What surrounds one step of the snow.
@@ -122,6 +125,7 @@ impl<R: Real> Engine<R> {
             strayed: false,
             worst: None,
             implicit: ImplicitWorkspace::default(),
+            partials: Vec::new(),
         }
     }
 
