@@ -94,7 +94,7 @@ fn a3_affine_transfers_keep_angular_momentum_for_a_thousand_steps() {
 #[test]
 fn uniform_motion_stays_uniform_at_nine_tenths_of_a_cell_a_step() {
     // No whole number of steps brings a particle from node to node.
-    let v = [0.71, -0.32, 0.44].map(|cells| cells * H / 1e-3);
+    let v = [0.706_931, -0.318_773, 0.443_113].map(|cells| cells * H / 1e-3);
     for variant in Variant::all() {
         let mut x = lattice([0.0; 3], [6, 6, 6], [0.5 * H; 3]);
         x.extend((0..20).map(|i| [0, 1, 2].map(|a| 1.0 + scatter(3 * i + a))));
