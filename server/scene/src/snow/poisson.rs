@@ -1,6 +1,6 @@
 //! Particles at random places, no two nearer than a radius (Bridson 2007, in three dimensions).
 //!
-//! New particles are tried in a shell around those that are there, at one to two radii. Cells of
+//! New particles are tried in a thin shell around those that are there, just beyond a radius. Cells of
 //! the background hold one particle at most. Each empty cell then starts again, so that parts of a
 //! solid that nothing joins are filled too.
 
@@ -11,7 +11,9 @@ use super::{
 };
 
 /// Places tried around a particle before it is given up.
-const TRIES: usize = 30;
+const TRIES: usize = 15;
+/// Outer radius of the shell, in radii.
+const SHELL: f64 = 1.15;
 /// No particle.
 const EMPTY: u32 = u32::MAX;
 
@@ -41,12 +43,13 @@ pub(super) fn sample(solid: &Solid, radius: f64, seed: u32, budget: u64) -> Resu
     Ok(field.points)
 }
 
-/// A place at one to two radii from a point, evenly in volume.
+/// A place a little farther than a radius from a point, evenly in volume: particles then lie closer
+/// than when the shell is as wide as two radii.
 fn shell(around: [f64; 3], radius: f64, numbers: &mut Sequence) -> [f64; 3] {
     loop {
-        let offset = numbers.point().map(|u| 4.0 * u - 2.0);
+        let offset = numbers.point().map(|u| SHELL * (2.0 * u - 1.0));
         let distance2: f64 = offset.iter().map(|c| c * c).sum();
-        if (1.0..=4.0).contains(&distance2) {
+        if (1.0..=SHELL * SHELL).contains(&distance2) {
             return [0, 1, 2].map(|c| around[c] + radius * offset[c]);
         }
     }

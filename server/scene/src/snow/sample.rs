@@ -36,8 +36,9 @@ const FREE_LOOKS: u64 = 2_000_000;
 const TESTS: f64 = 1e10;
 /// Share of particles too many that is taken away rather than sought again.
 const EXCESS: f64 = 0.03;
-/// Particles of this radius in its cube, in the mean, when nothing more fits (measured).
-const PACKING: f64 = 0.7;
+/// Particles in a cube whose edge is their distance, in the mean, as they come (measured: 0.67 in
+/// large solids, 0.70 in small ones, where more lie at the surface).
+const PACKING: f64 = 0.655;
 
 /// Particles (estimated; exact for boxes on a lattice) before any is made.
 pub(super) fn estimate(solid: &Solid, places: Places, count: Count) -> u64 {
