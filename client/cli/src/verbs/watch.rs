@@ -98,14 +98,19 @@ async fn figures(client: &Client, args: &WatchArgs) -> Result<()> {
 }
 
 fn print(figures: &v1::Diagnostics, format: Format) -> Result<()> {
+    // Snow alone has no springs to stretch.
+    let stretch = match figures.max_stretch {
+        stretch if stretch > 0.0 => format!("  stretch {stretch:>7.4}"),
+        _ => String::new(),
+    };
     match format {
         Format::Json => output::json(&DiagnosticsJson::from(figures)),
         Format::Text => output::line(&format!(
-            "step {:>8}  t = {:>9.3} s  energy {:>12} J  stretch {:>7.4}  {:>9} a step{}{}",
+            "step {:>8}  t = {:>9.3} s  energy {:>12} J{}  {:>9} a step{}{}",
             figures.step,
             figures.time_seconds,
             six_digits(session::total_energy(figures)),
-            figures.max_stretch,
+            stretch,
             output::duration(figures.step_seconds),
             figures.solve.as_ref().map_or_else(String::new, |solve| {
                 format!("  {} iterations, residual {:.1e}", solve.iterations, solve.relative_residual)
