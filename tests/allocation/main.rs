@@ -1,6 +1,8 @@
 //! A step allocates nothing after the first ones: counted by the program's own allocator.
 #![allow(unsafe_code, reason = "an allocator that counts hands every request on to the system's")]
 
+mod snow;
+
 use std::{
     alloc::{GlobalAlloc, Layout, System},
     sync::atomic::{AtomicU64, Ordering},
@@ -80,10 +82,10 @@ fn warm_up(threads: usize) {
     }
 }
 
-/// Allocations of ten steps after three.
-fn count(simulation: &mut Simulation) -> u64 {
+/// Allocations of ten steps after the first `warm` ones.
+fn count(simulation: &mut Simulation, warm: u32) -> u64 {
     let mut step = || simulation.step(&mut NoStopwatch).map(|report| report.contact_count);
-    for _ in 0..3 {
+    for _ in 0..warm {
         step().expect("a stable step");
     }
     let before = ALLOCATIONS.load(Ordering::Relaxed);
@@ -121,9 +123,17 @@ fn a_step_allocates_nothing_after_the_first_ones() {
             for precision in Precision::ALL {
                 for (threads, pool) in &pools {
                     let mut simulation = scene(method, *solver).simulate(precision);
-                    let made = pool.install(|| count(&mut simulation));
+                    let made = pool.install(|| count(&mut simulation, 3));
                     assert_eq!(made, 0, "{}, {precision}, {threads} threads, {solver:?}", method.name());
                 }
+            }
+        }
+    }
+    for precision in Precision::ALL {
+        for (threads, pool) in &pools {
+            for (name, mut simulation) in snow::simulations(precision) {
+                let made = pool.install(|| count(&mut simulation, 10));
+                assert_eq!(made, 0, "snow, {name}, {precision}, {threads} threads");
             }
         }
     }

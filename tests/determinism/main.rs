@@ -7,3 +7,4 @@ mod hashes;
 mod numbering;
 mod scenes;
 mod simd;
+mod snow;

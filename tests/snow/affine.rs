@@ -12,8 +12,8 @@ use nappe_tests::{
     networks::scatter,
     scene::advance,
     snow::{
-        SnowScene, Variant, elastic, kinetic_energy, lattice, object, order, rework, second_moment, step_once,
-        wave_modulus,
+        SnowScene, Variant, elastic, kinetic_energy, lattice, object, order, rework, second_moment,
+        step_once, wave_modulus,
     },
 };
 

@@ -12,9 +12,7 @@ use nappe_sim::{
 use nappe_tests::{
     golden,
     scene::advance,
-    snow::{
-        SnowScene, Variant, crossings, elastic, lattice, object, rework, step_once, wave_modulus,
-    },
+    snow::{SnowScene, Variant, crossings, elastic, lattice, object, rework, step_once, wave_modulus},
 };
 
 /// A bar along x, one block of four cells thick, endless across.

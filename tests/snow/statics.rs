@@ -64,7 +64,8 @@ fn a10_a_wall_holds_a_column_within_half_a_cell_of_its_surface() {
                 scene.colliders = vec![plane([0.0; 3], [0.0, 1.0, 0.0], contact, 0.0)];
                 let mut simulation = scene.simulate(Precision::F64);
                 settle(&mut simulation, 20, 100_000, |_| {});
-                let top = scene.objects[0].x.iter().map(|x| x[1]).enumerate().max_by(|a, b| a.1.total_cmp(&b.1));
+                let top =
+                    scene.objects[0].x.iter().map(|x| x[1]).enumerate().max_by(|a, b| a.1.total_cmp(&b.1));
                 let (index, y) = top.expect("particles");
                 let fall = simulation.snow_particles()[index].x[1] - y;
                 // Over the strain at the foot: how far the wall seems to be from its place.
@@ -207,6 +208,10 @@ fn compare_middle(simulation: &Simulation, scene: &SnowScene, preset: &Preset, v
         "A19 {}: J = {volume_ratio:.4}, J_P = {plastic:.4}: {stress:.0} Pa, law {law:.0} Pa ({off:+.1e})",
         variant.name()
     );
-    assert!(norm([0.0, off, 0.0]) < 1e-2, "{}: {stress} Pa at J = {volume_ratio}, law {law} Pa", variant.name());
+    assert!(
+        norm([0.0, off, 0.0]) < 1e-2,
+        "{}: {stress} Pa at J = {volume_ratio}, law {law} Pa",
+        variant.name()
+    );
     plastic < 0.995
 }

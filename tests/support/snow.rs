@@ -85,7 +85,13 @@ pub fn lattice(low: [f64; 3], counts: [usize; 3], spacing: [f64; 3]) -> Vec<[f64
 
 /// Points of a lattice of `spacing` (m), symmetric about `center` (m), that lie within `radius`
 /// (m) of it; only the first `axes` coordinates count.
-pub fn round(center: [f64; 3], radius: f64, spacing: f64, half_extent: [f64; 3], axes: usize) -> Vec<[f64; 3]> {
+pub fn round(
+    center: [f64; 3],
+    radius: f64,
+    spacing: f64,
+    half_extent: [f64; 3],
+    axes: usize,
+) -> Vec<[f64; 3]> {
     let counts = half_extent.map(|half| 2 * (half / spacing).round() as usize);
     let low = [0, 1, 2].map(|a| center[a] - 0.5 * counts[a] as f64 * spacing);
     let mut x = lattice(low, counts, [spacing; 3]);

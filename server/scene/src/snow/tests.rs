@@ -183,7 +183,7 @@ fn balls_and_meshes_have_as_many_particles_as_their_volume_asks_for() {
 fn particles_of_a_poisson_disk_keep_their_distance() {
     let bar = cube_mesh([0.0; 3], [2.0, 0.1, 0.05]);
     for solid in [brick([1.0, 0.5, 0.8]), ball(0.4), solid(&bar), solid(&round_mesh(0.5, 3))] {
-        for count in [300, 5000, 20_000] {
+        for count in [300, 6000] {
             let points = fill(&solid, Places::Poisson { seed: 2 }, Count::Exactly(count));
             let edge = (solid.volume() / count as f64).cbrt();
             let share = nearest(&points, edge) / edge;

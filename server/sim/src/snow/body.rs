@@ -301,6 +301,10 @@ fn particles<R: Real>(setup: &SnowSetup) -> Particles<R> {
             particles.object.push(object as u16);
         }
     }
+    particles.motion.shrink_to_fit();
+    particles.fixed.shrink_to_fit();
+    particles.id.shrink_to_fit();
+    particles.object.shrink_to_fit();
     let count = particles.id.len();
     particles.shape = vec![[[R::zero(); 4]; 2]; count];
     particles.affine = particles.shape.clone();

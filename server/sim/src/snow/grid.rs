@@ -111,6 +111,14 @@ impl<R: Real> Grid<R> {
         }
     }
 
+    /// Room for more blocks than there are, so that a moving front seldom allocates.
+    pub(super) fn reserve(&mut self, blocks: usize) {
+        self.blocks.reserve(blocks);
+        self.in_front.reserve(blocks);
+        self.node_blocks.reserve(8 * blocks);
+        self.behind.reserve(8 * blocks);
+    }
+
     /// Bytes in use.
     pub(super) fn bytes(&self) -> usize {
         (self.blocks.capacity() + self.node_blocks.capacity()) * 8
@@ -120,9 +128,12 @@ impl<R: Real> Grid<R> {
     }
 }
 
+/// Elements that a small field gets on top: it may double.
+const SPARE: usize = 1 << 16;
+
 /// Makes a field at least so long, with some room so that a moving front seldom allocates.
 fn grow<T: Copy>(field: &mut Vec<T>, len: usize, value: T) {
     if field.len() < len {
-        field.resize(len + len / 8, value);
+        field.resize(len + len / 8 + len.min(SPARE), value);
     }
 }

@@ -19,6 +19,9 @@ use crate::{
 };
 use rayon::prelude::*;
 
+/// Blocks that there is room for at least.
+const ROOM: usize = 64;
+
 impl<R: Real> Engine<R> {
     /// Sorts from nothing; a particle out of reach is left to [`Self::lost`].
     pub(super) fn sort_anew(&mut self) {
@@ -32,6 +35,14 @@ impl<R: Real> Engine<R> {
                 .map(|node| if within_reach(f64::from(node)) { node } else { 0 })
         }));
         sorter.rebuild(first_nodes, &particles.id, grid, settings.periodic);
+        // Seldom needed again, and twelve bytes a particle.
+        *first_nodes = Vec::new();
+        let spare = grid.blocks.len() + ROOM;
+        sorter.reserve(spare);
+        grid.reserve(spare);
+        self.figures.reserve(spare);
+        self.partials.reserve(spare);
+        self.block_figures.reserve(8 * spare);
         self.worst = None;
         self.figures.clear();
         self.figures.resize(self.grid.blocks.len(), BlockFigures::default());

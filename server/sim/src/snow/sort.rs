@@ -92,6 +92,17 @@ impl Sorter {
         (order, starts, cells, Departures { codes: Disjoint::new(codes), periodic })
     }
 
+    /// Room for more blocks than there are.
+    pub(super) fn reserve(&mut self, blocks: usize) {
+        self.starts.reserve(blocks);
+        self.next_starts.reserve(blocks);
+        self.cells.reserve(blocks);
+        self.leaving.reserve(blocks);
+        self.sources.reserve(blocks);
+        // Every block may send to several before they are counted once.
+        self.next_blocks.reserve(8 * blocks);
+    }
+
     /// Bytes in use.
     pub(super) fn bytes(&self) -> usize {
         (self.order.capacity() + self.next_order.capacity() + self.starts.capacity()) * 4
@@ -132,6 +143,7 @@ impl Sorter {
             counts[cell as usize + 1] += 1;
             self.order.push(place);
         }
+        self.order.shrink_to_fit();
         self.starts.push(self.order.len() as u32);
         self.cells.iter_mut().for_each(accumulate);
         self.codes.resize(nodes.len(), 0);

@@ -52,7 +52,7 @@ pub(super) struct Engine<R: Real> {
     pub(super) figures: Vec<BlockFigures>,
     pub(super) extremes: Extremes,
     pub(super) grid_figures: GridFigures,
-    block_figures: Vec<GridFigures>,
+    pub(super) block_figures: Vec<GridFigures>,
     /// Smallest mass of a particle (kg).
     pub(super) least_mass: f64,
     /// First nodes, for sorting from nothing.

@@ -1,0 +1,170 @@
+//! Scenes of snow that between them use every kernel, transfer and integration; runs that were
+//! interrupted and put back.
+
+use nappe_sim::{
+    collide::{Collider, Contact, Shape},
+    linalg::Stop,
+    math::{Precision, SimdLevel, force_simd_level, simd_level},
+    snow::{Integration, Preset, SnowObject, TimeStep},
+    world::Simulation,
+};
+use nappe_tests::{
+    networks::scatter,
+    scene::advance,
+    snow::{SnowScene, Variant, ball, lattice, object, plane, rework},
+    threads::{THREAD_COUNTS, with_threads},
+};
+
+/// Steps of the world in every run.
+const STEPS: u64 = 4;
+
+/// How a run is stepped: a kernel with a transfer, and the integration.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SnowRun {
+    variant: Variant,
+    integration: Integration,
+    pub(crate) precision: Precision,
+}
+
+impl SnowRun {
+    /// Every run.
+    pub(crate) fn all() -> Vec<Self> {
+        let stop = Stop::Residual { tolerance: 1e-4, max_iterations: 200 };
+        let implicit = Integration::SemiImplicit { beta: 1.0, stop };
+        let mut runs = Vec::new();
+        for precision in Precision::ALL {
+            for variant in Variant::all() {
+                runs.push(Self { variant, integration: Integration::Explicit, precision });
+            }
+            for variant in Variant::affine() {
+                runs.push(Self { variant, integration: implicit, precision });
+            }
+        }
+        runs
+    }
+
+    /// `snow mls_quadratic_explicit f32 4`, ...
+    pub(crate) fn key(&self) -> String {
+        let integration = match self.integration {
+            Integration::Explicit => "explicit",
+            Integration::SemiImplicit { .. } => "semi_implicit",
+        };
+        format!("snow {}_{integration} {} {STEPS}", self.variant.name(), self.precision)
+    }
+
+    /// A ball of snow that hits a harder block on a slope beside a post that moves.
+    fn scene(&self) -> SnowScene {
+        let h = 0.05;
+        let soft = Preset::from_name("stomakhin").expect("a preset");
+        let mut thrown = object(
+            "thrown",
+            ball([-0.31, 0.33, 0.02], 0.16, 0.5 * h),
+            (0.5 * h).powi(3),
+            soft.density,
+            soft.material,
+        );
+        thrown.v.fill([6.0, -3.0, 0.5]);
+        thrown.stiffness = (0..thrown.x.len()).map(|i| 1.0 + 0.5 * scatter(i)).collect();
+        let hard = Preset::from_name("brasseur_neo_hookean").expect("a preset");
+        let x = lattice([-0.1, 0.02, -0.12], [5, 7, 9], [0.5 * h; 3]);
+        // Its volumes come from the grid.
+        let block = SnowObject {
+            volume: Vec::new(),
+            ..object("block", x, (0.5 * h).powi(3), hard.density, hard.material)
+        };
+        let mut scene =
+            SnowScene::new(vec![thrown, block], h, 4e-3).by(self.variant).under([0.0, -9.81, 0.0]);
+        scene.settings.time_step = TimeStep::default();
+        scene.settings.integration = self.integration;
+        scene.settings.ballistic_below = 0.1;
+        let post = Shape::Sphere { center: [0.3, 0.1, 0.0], radius: 0.12 };
+        scene.colliders = vec![
+            plane([0.0; 3], [0.6, 0.8, 0.0], Contact::Separating, 0.4),
+            Collider {
+                shape: post,
+                velocity: [-2.0, 0.0, 0.0],
+                contact: Contact::Slip,
+                ..plane([0.0; 3], [0.0, 1.0, 0.0], Contact::Slip, 0.2)
+            },
+        ];
+        "post".clone_into(&mut scene.colliders[1].name);
+        scene
+    }
+
+    /// The simulation after all steps.
+    pub(crate) fn run(&self) -> Simulation {
+        let mut simulation = self.scene().simulate(self.precision);
+        advance(&mut simulation, STEPS);
+        simulation
+    }
+
+    /// Its hash on so many threads.
+    pub(crate) fn hash(&self, threads: usize) -> u64 {
+        with_threads(threads, || self.run().state_hash())
+    }
+}
+
+#[test]
+fn snow_has_the_same_hash_for_any_number_of_threads() {
+    for run in SnowRun::all() {
+        let hashes = THREAD_COUNTS.map(|threads| run.hash(threads));
+        assert!(
+            hashes.iter().all(|h| *h == hashes[0]),
+            "{}: {hashes:016x?} on {THREAD_COUNTS:?} threads",
+            run.key()
+        );
+    }
+}
+
+#[test]
+fn every_width_of_vector_instructions_gives_snow_the_same_bits() {
+    let best = simd_level();
+    for run in SnowRun::all() {
+        let hashes = [SimdLevel::Portable, SimdLevel::Avx2, SimdLevel::Avx512].map(|level| {
+            let used = force_simd_level(level);
+            (used, run.run().state_hash())
+        });
+        assert!(hashes.iter().all(|(_, hash)| *hash == hashes[0].1), "{}: {hashes:016x?}", run.key());
+    }
+    force_simd_level(best);
+}
+
+/// What particles carry, as bits.
+fn bits(simulation: &Simulation) -> Vec<u64> {
+    let of = |p: nappe_sim::snow::ParticleState| {
+        let stress = p.stress.expect("a particle tells its stress");
+        let tensors = [p.elastic, p.affine];
+        let numbers = p.x.into_iter().chain(p.v).chain([p.plastic_ratio]).chain(stress);
+        numbers.chain(tensors.as_flattened().as_flattened().to_vec()).map(f64::to_bits).collect::<Vec<_>>()
+    };
+    simulation.snow_particles().into_iter().flat_map(of).collect()
+}
+
+#[test]
+fn a22_snow_that_is_put_back_goes_on_with_the_same_bits() {
+    for run in SnowRun::all() {
+        // Colliders that move are where the time says: the new run begins at time 0.
+        let mut scene = run.scene();
+        scene.colliders.truncate(1);
+        let mut whole = scene.simulate(run.precision);
+        advance(&mut whole, 2);
+        let middle = whole.snow_particles();
+        advance(&mut whole, 2);
+        let mut second = scene.simulate(run.precision);
+        second.restore_snow(&middle);
+        advance(&mut second, 2);
+        assert!(bits(&whole) == bits(&second), "{}: differs after it was put back", run.key());
+        // The stress follows from the rest, to rounding.
+        let mut third = scene.simulate(run.precision);
+        third.restore_snow(&middle);
+        rework(&mut third, |_, _| {});
+        let tolerance = if run.precision == Precision::F64 { 1e-10 } else { 1e-2 };
+        for (p, q) in middle.iter().zip(third.snow_particles()) {
+            let (a, b) = (p.stress.expect("stress"), q.stress.expect("stress"));
+            let size = 1.0 + a.iter().map(|s| s.abs()).fold(0.0, f64::max);
+            let off = a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / size;
+            let ballistic = a == [0.0; 6];
+            assert!(ballistic || off < tolerance, "{}: {a:?}, computed anew {b:?}", run.key());
+        }
+    }
+}
