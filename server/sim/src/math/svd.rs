@@ -88,15 +88,21 @@ pub(crate) fn orthogonalize<R: Real, P: Pack<R>, const K: usize>(b: &mut [Column
         if !far {
             break;
         }
-        for (p, q) in [(0, 1), (0, 2), (1, 2)] {
-            let mut turns = [(P::splat(R::zero()), P::splat(R::zero())); K];
-            for k in 0..K {
-                turns[k] = rotation(&b[k], p, q);
-            }
-            for k in 0..K {
-                turn(&mut b[k], p, q, turns[k].0, turns[k].1);
-            }
-        }
+        turn_all::<R, P, K, 0, 1>(b);
+        turn_all::<R, P, K, 0, 2>(b);
+        turn_all::<R, P, K, 1, 2>(b);
+    }
+}
+
+/// Turns columns `A` and `B` of each pack: constants, so that columns stay in registers.
+#[inline(always)]
+fn turn_all<R: Real, P: Pack<R>, const K: usize, const A: usize, const B: usize>(b: &mut [Columns<P>; K]) {
+    let mut turns = [(P::splat(R::zero()), P::splat(R::zero())); K];
+    for k in 0..K {
+        turns[k] = rotation(&b[k], A, B);
+    }
+    for k in 0..K {
+        turn(&mut b[k], A, B, turns[k].0, turns[k].1);
     }
 }
 

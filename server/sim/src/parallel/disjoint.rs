@@ -19,6 +19,44 @@ impl<'a, T> Disjoint<'a, T> {
         Self { start: field.as_mut_ptr(), len: field.len(), field: PhantomData }
     }
 
+    /// Asks for the element at a place to be brought near: it will be needed soon.
+    #[inline(always)]
+    pub(crate) fn prefetch(&self, place: usize) {
+        #[cfg(target_arch = "x86_64")]
+        if place < self.len {
+            use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+            // SAFETY: within the field; every x86-64 has the instruction, which changes no memory.
+            unsafe { _mm_prefetch::<_MM_HINT_T0>(self.start.add(place).cast()) };
+        }
+        #[cfg(not(target_arch = "x86_64"))]
+        let _ = place;
+    }
+
+    /// Stops the program where a place is outside of the field.
+    ///
+    /// # Panics
+    /// In that case.
+    #[inline(always)]
+    pub(crate) fn hold_all<const N: usize>(&self, places: &[u32; N]) {
+        let mut last = 0;
+        for place in places {
+            last = last.max(*place);
+        }
+        assert!((last as usize) < self.len);
+    }
+
+    /// The element at a place, which [`Self::hold_all`] has let pass.
+    ///
+    /// # Safety
+    /// The place is within the field, and nobody else reaches it while the reference lives.
+    #[inline(always)]
+    #[allow(clippy::mut_from_ref, reason = "the caller keeps places apart")]
+    pub(crate) unsafe fn held_slot(&self, place: usize) -> &mut T {
+        debug_assert!(place < self.len);
+        // SAFETY: the caller promises a place within the field, which is borrowed, with nobody else there.
+        unsafe { &mut *self.start.add(place) }
+    }
+
     /// The element at a place.
     ///
     /// # Safety

@@ -2,12 +2,7 @@
 //!
 //! Reads velocities that a group brought from the grid; writes them after contact.
 
-use super::{
-    grid::SIDE,
-    particles::Group,
-    step::StepContext,
-    update::{Arrival, Planes, motion},
-};
+use super::{grid::SIDE, step::StepContext, update::Arrival};
 use crate::{collide::velocity_after, math::Real};
 
 /// Whether a particle of a block may meet a collider.
@@ -18,15 +13,9 @@ pub(super) fn particles_near(context: &StepContext<'_>, block: [i32; 3], h: f64)
     context.colliders.iter().any(|c| c.distance(center, context.time).0 <= radius + c.margin)
 }
 
-/// Lets velocities of particles answer to colliders where they would enter one (step 9).
-pub(super) fn collide<R: Real>(
-    context: &StepContext<'_>,
-    planes: &Planes<'_, R>,
-    group: &Group,
-    arrival: &mut Arrival<R>,
-) {
-    let [positions, _] = motion(planes, group);
-    for lane in 0..group.count {
+/// Lets velocities of particles at `positions` answer to colliders where they would enter one (step 9).
+pub(super) fn collide<R: Real>(context: &StepContext<'_>, positions: &[[R; 4]], arrival: &mut Arrival<R>) {
+    for lane in 0..positions.len() {
         for collider in context.colliders {
             let at: [f64; 3] =
                 [0, 1, 2].map(|k| positions[lane][k].to_f64() + context.dt * arrival.drift[k][lane].to_f64());

@@ -11,6 +11,8 @@ pub(super) struct Deformed<P> {
     /// F_E by columns.
     pub(super) elastic: Columns<P>,
     pub(super) plastic_ratio: P,
+    /// exp(xi (1 - J_P)).
+    pub(super) hardening: P,
     /// V0 tau (J): xx yy zz xy xz yz.
     pub(super) volume_stress: [P; 6],
     pub(super) yielded: P,
@@ -104,7 +106,8 @@ fn from_left<R: Real, P: Pack<R>>(
     }
     let Returned { sigma: held, plastic_ratio, yielded, clamped, inverted } = plastic_return(&sigma, jp, m);
     let mut change = [one; 3];
-    let t = principal_stress(&held, hardened(plastic_ratio, m), m);
+    let hardening = hardened(plastic_ratio, m);
+    let t = principal_stress(&held, hardening, m);
     let mut force = t;
     for k in 0..3 {
         change[k] = held[k].sub(sigma[k]).mul(inverse[k]);
@@ -118,7 +121,8 @@ fn from_left<R: Real, P: Pack<R>>(
             elastic[column][row] = trial[column][row].add(dot3(&rows[row], &trial[column]));
         }
     }
-    Deformed { elastic, plastic_ratio, volume_stress: in_frame(&u, &force), yielded, clamped, inverted }
+    let volume_stress = in_frame(&u, &force);
+    Deformed { elastic, plastic_ratio, hardening, volume_stress, yielded, clamped, inverted }
 }
 
 /// From the full decomposition.
@@ -136,9 +140,10 @@ fn from_svd<R: Real, P: Pack<R>>(trial: &Columns<P>, jp: P, volume: P, m: &Modul
             elastic[column][row] = zero.if_less(yielded, product, trial[column][row]);
         }
     }
-    let t = principal_stress(&sigma, hardened(plastic_ratio, m), m);
-    let t = [t[0].mul(volume), t[1].mul(volume), t[2].mul(volume)];
-    Deformed { elastic, plastic_ratio, volume_stress: in_frame(&u, &t), yielded, clamped, inverted }
+    let hardening = hardened(plastic_ratio, m);
+    let t = principal_stress(&sigma, hardening, m);
+    let volume_stress = in_frame(&u, &[t[0].mul(volume), t[1].mul(volume), t[2].mul(volume)]);
+    Deformed { elastic, plastic_ratio, hardening, volume_stress, yielded, clamped, inverted }
 }
 
 impl<P: Copy> Deformed<P> {
@@ -151,6 +156,7 @@ impl<P: Copy> Deformed<P> {
         Self {
             elastic: *elastic,
             plastic_ratio: jp,
+            hardening: zero,
             volume_stress: [zero; 6],
             yielded: zero,
             clamped: zero,
@@ -175,6 +181,7 @@ impl<P: Copy> Deformed<P> {
             out.volume_stress[k] = zero.if_less(gate, a.volume_stress[k], b.volume_stress[k]);
         }
         out.plastic_ratio = zero.if_less(gate, a.plastic_ratio, b.plastic_ratio);
+        out.hardening = zero.if_less(gate, a.hardening, b.hardening);
         out.yielded = zero.if_less(gate, a.yielded, b.yielded);
         out.clamped = zero.if_less(gate, a.clamped, b.clamped);
         out.inverted = zero.if_less(gate, a.inverted, b.inverted);
@@ -184,18 +191,21 @@ impl<P: Copy> Deformed<P> {
 
 /// F_E and J_P as they are, with their stress.
 #[inline(always)]
-pub(super) fn undeformed<R: Real, P: Pack<R>>(
-    f: &Columns<P>,
-    jp: P,
-    volume: P,
-    m: &Moduli<P>,
-) -> Deformed<P> {
-    let zero = P::splat(R::zero());
-    let Svd { u, sigma, .. } = svd(f);
-    let t = principal_stress(&sigma, hardened(jp, m), m);
-    let t = [t[0].mul(volume), t[1].mul(volume), t[2].mul(volume)];
-    let volume_stress = in_frame(&u, &t);
-    Deformed { elastic: *f, plastic_ratio: jp, volume_stress, yielded: zero, clamped: zero, inverted: zero }
+pub(super) fn undeformed<R: Real, P: Pack<R>, const K: usize>(
+    f: &[Columns<P>; K],
+    jp: &[P; K],
+    volume: &[P; K],
+    m: &[Moduli<P>; K],
+) -> [Deformed<P>; K] {
+    let mut out = [Deformed::of(&f[0], jp[0]); K];
+    for k in 0..K {
+        out[k] = Deformed::of(&f[k], jp[k]);
+        let Svd { u, sigma, .. } = svd(&f[k]);
+        out[k].hardening = hardened(jp[k], &m[k]);
+        let t = principal_stress(&sigma, out[k].hardening, &m[k]);
+        out[k].volume_stress = in_frame(&u, &[t[0].mul(volume[k]), t[1].mul(volume[k]), t[2].mul(volume[k])]);
+    }
+    out
 }
 
 /// U diag(t) U^T: xx yy zz xy xz yz.
@@ -218,10 +228,10 @@ fn in_frame<R: Real, P: Pack<R>>(u: &Columns<P>, t: &[P; 3]) -> [P; 6] {
 /// Upper bounds of the stiffnesses (Pa) of F_E as it is stored, in closed form: the square of the
 /// largest singular value is at most the largest absolute row sum of F^T F.
 #[inline(always)]
-pub(super) fn stiffness_of<R: Real, P: Pack<R>>(f: &Columns<P>, jp: P, m: &Moduli<P>) -> ([P; 2], P) {
+pub(super) fn stiffness_of<R: Real, P: Pack<R>>(f: &Columns<P>, hardening: P, m: &Moduli<P>) -> ([P; 2], P) {
     let (xx, yy, zz) = (dot3(&f[0], &f[0]), dot3(&f[1], &f[1]), dot3(&f[2], &f[2]));
     let (xy, xz, yz) = (dot3(&f[0], &f[1]).abs(), dot3(&f[0], &f[2]).abs(), dot3(&f[1], &f[2]).abs());
     let largest2 = xx.add(xy).add(xz).max(yy.add(xy).add(yz)).max(zz.add(xz).add(yz));
     let j = dot3(&f[0], &cross3(&f[1], &f[2]));
-    (stiffness(largest2, j, hardened(jp, m), m), largest2)
+    (stiffness(largest2, j, hardening, m), largest2)
 }

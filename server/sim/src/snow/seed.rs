@@ -10,7 +10,7 @@ use super::{
     particles::Group,
     sort::within_reach,
     step::{Engine, StepContext},
-    update::{Arrival, BlockFigures, Deformation, TOGETHER, Tally, Update, constants},
+    update::{Arrival, BlockFigures, Deformation, TOGETHER, Tally, Update, motion},
     weight::weights,
 };
 use crate::{
@@ -70,14 +70,15 @@ impl<R: Real> Engine<R> {
         let affine: Vec<_> = (0..particles.len()).map(|at| particles.affine(at)).collect();
         let velocity: Vec<_> = (0..particles.len()).map(|at| particles.v(at)).collect();
         let (planes, fixed, object) = particles.planes();
-        let (order, starts, ..) = sorter.depart(settings.periodic);
+        let (order, starts, ..) = sorter.depart();
         figures.par_iter_mut().enumerate().for_each(|(b, figures)| {
             let list = &order[starts[b] as usize..starts[b + 1] as usize];
             let (mut tally, mut arrivals) = (Tally::new(), [Arrival::new(); TOGETHER]);
-            let mut first = [[[R::zero(); LANES]; 3]; TOGETHER];
+            let (mut moving, mut codes) = ([[[[R::zero(); 4]; LANES]; 2]; TOGETHER], [[0; LANES]; TOGETHER]);
             for start in (0..list.len()).step_by(LANES * TOGETHER) {
                 let groups: [Group; TOGETHER] = std::array::from_fn(|k| Group::from(list, start + k * LANES));
-                for (group, arrival) in groups.iter().zip(&mut arrivals) {
+                for ((group, arrival), moving) in groups.iter().zip(&mut arrivals).zip(&mut moving) {
+                    motion(&planes, group, moving);
                     arrival.density = [R::of(R::LARGEST); LANES];
                     for lane in 0..LANES {
                         let at = group.at[lane] as usize;
@@ -91,8 +92,10 @@ impl<R: Real> Engine<R> {
                 }
                 dispatch(Update {
                     groups: &groups,
+                    moving: &moving,
                     arrivals: &arrivals,
-                    constants: &groups.map(|group| constants(fixed, object, &group)),
+                    fixed,
+                    object,
                     planes: &planes,
                     coefficients,
                     dt: R::zero(),
@@ -101,7 +104,9 @@ impl<R: Real> Engine<R> {
                     deformation: Deformation::Refresh,
                     width: 3,
                     tally: &mut tally,
-                    first: &mut first,
+                    block: [0; 3],
+                    periodic: settings.periodic,
+                    codes: &mut codes,
                 });
             }
             *figures = tally.finish();

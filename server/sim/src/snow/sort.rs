@@ -5,13 +5,18 @@
 //! nor on the past. A particle moves by less than a block in a step, so a block takes those of its
 //! own that stay and those that come from the 26 around it.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use super::{
     grid::{CELLS, Coordinate, Grid, NONE, REACH, SIDE, block_of, key_of, shifted, wrap},
     grid_to_particles::CellStarts,
 };
-use crate::{math::Real, parallel::Disjoint};
+use crate::{
+    math::{LANES, Pack, Real},
+    parallel::Disjoint,
+};
 
 /// Directions to the blocks around a block, itself in the middle.
 const AROUND: usize = 27;
@@ -38,6 +43,8 @@ pub(super) struct Sorter {
     codes: Vec<u16>,
     /// Of each block, how many went in each direction.
     leaving: Vec<[u32; AROUND]>,
+    /// Of each block, where those of each cell begin that stayed in their cell; they come first.
+    settled: Vec<CellStarts>,
     next_order: Vec<u32>,
     next_starts: Vec<u32>,
     next_blocks: Vec<u64>,
@@ -49,47 +56,58 @@ pub(super) struct Sorter {
     scattered: bool,
 }
 
-/// Code of a particle of `block` whose first node is now `node`.
-fn code(block: Coordinate, node: [i32; 3], periodic: [u32; 3]) -> u16 {
-    let (mut direction, mut cell) = (0, 0);
+/// Codes of particles of `block` whose first nodes are now `node`, whole numbers.
+#[inline(always)]
+pub(super) fn codes<R: Real, P: Pack<R>>(
+    block: Coordinate,
+    node: &[P; 3],
+    periodic: [u32; 3],
+) -> [u16; LANES] {
+    let number = |value: f64| P::splat(R::of(value));
+    let (mut code, mut by) = (number(0.0), *node);
     for axis in 0..3 {
-        let period = periodic[axis] as i32;
-        let mut by = wrap(node[axis].div_euclid(SIDE as i32), periodic[axis]) - block[axis];
-        if period > 0 {
-            by = by.rem_euclid(period);
-            by = if 2 * by > period { by - period } else { by };
+        let start = node[axis].mul(number(1.0 / SIDE as f64)).floor();
+        let cell = node[axis].sub(start.mul(number(SIDE as f64)));
+        by[axis] = start.sub(number(f64::from(block[axis])));
+        if periodic[axis] > 0 {
+            let period = number(f64::from(periodic[axis]));
+            let least = by[axis].sub(period.mul(by[axis].div(period).floor()));
+            by[axis] = period.if_less(least.add(least), least.sub(period), least);
         }
-        if !(-1..=1).contains(&by) {
-            return FAR;
-        }
-        direction = 3 * direction + (by + 1) as u16;
-        cell = SIDE as u16 * cell + node[axis].rem_euclid(SIDE as i32) as u16;
+        // 64 times a step of -1, 0 or 1 in base 3, and the cell in base 4.
+        let [direction, inner] = [[576.0, 16.0], [192.0, 4.0], [64.0, 1.0]][axis];
+        code = code.add(by[axis].add(number(1.0)).mul(number(direction))).add(cell.mul(number(inner)));
     }
-    direction * CELLS as u16 + cell
+    // Also where a coordinate is not a number.
+    let far = number(f64::from(FAR));
+    for by in by {
+        code = by.abs().if_less(number(1.5), code, far);
+    }
+    code.whole()
 }
 
 /// Writes where the particles of a block went.
 pub(super) struct Departures<'a> {
     codes: Disjoint<'a, u16>,
-    periodic: [u32; 3],
 }
 
 impl Departures<'_> {
-    /// The particle at a position of the order, of `block`, now begins at `node`.
+    /// Codes of the particles from a position of the order on.
     #[inline(always)]
     #[allow(unsafe_code, reason = "blocks have ranges of their own in the order")]
-    pub(super) fn note(&self, position: usize, block: Coordinate, node: [f64; 3]) {
-        let code = code(block, node.map(|c| c as i32), self.periodic);
-        // SAFETY: a position belongs to one block, and a block is worked on by one thread.
-        unsafe { *self.codes.slot(position) = code };
+    pub(super) fn note(&self, position: usize, codes: &[u16]) {
+        for (i, code) in codes.iter().enumerate() {
+            // SAFETY: a position belongs to one block, and a block is worked on by one thread.
+            unsafe { *self.codes.slot(position + i) = *code };
+        }
     }
 }
 
 impl Sorter {
     /// Order, starts of blocks and of cells, to be read while departures are noted.
-    pub(super) fn depart(&mut self, periodic: [u32; 3]) -> (&[u32], &[u32], &[CellStarts], Departures<'_>) {
+    pub(super) fn depart(&mut self) -> (&[u32], &[u32], &[CellStarts], Departures<'_>) {
         let Self { order, starts, cells, codes, .. } = self;
-        (order, starts, cells, Departures { codes: Disjoint::new(codes), periodic })
+        (order, starts, cells, Departures { codes: Disjoint::new(codes) })
     }
 
     /// Room for more blocks than there are.
@@ -98,6 +116,7 @@ impl Sorter {
         self.next_starts.reserve(blocks);
         self.cells.reserve(blocks);
         self.leaving.reserve(blocks);
+        self.settled.reserve(blocks);
         self.sources.reserve(blocks);
         // Every block may send to several before they are counted once.
         self.next_blocks.reserve(8 * blocks);
@@ -108,6 +127,7 @@ impl Sorter {
         (self.order.capacity() + self.next_order.capacity() + self.starts.capacity()) * 4
             + self.cells.capacity() * size_of::<CellStarts>()
             + self.codes.capacity() * 2
+            + self.settled.capacity() * size_of::<CellStarts>()
             + (self.leaving.capacity() + self.sources.capacity()) * 4 * AROUND
             + self.next_blocks.capacity() * 8
     }
@@ -177,30 +197,37 @@ impl Sorter {
         true
     }
 
-    /// Puts those that stay first in each block, and counts who goes where.
+    /// Puts those that stay in their cell first in each block, in their order, and counts who goes
+    /// where.
     fn part(&mut self) {
-        let Self { order, starts, codes, leaving, .. } = self;
+        let Self { order, starts, cells, codes, leaving, settled, .. } = self;
         leaving.resize(starts.len() - 1, [0; AROUND]);
+        settled.resize(starts.len() - 1, [0; CELLS + 1]);
         let (order, codes) = (Disjoint::new(order), Disjoint::new(codes));
-        let lost = leaving.par_iter_mut().enumerate().map(|(block, leaving)| {
+        let blocks = (leaving, settled, cells).into_par_iter().enumerate();
+        let lost = blocks.map(|(block, (leaving, settled, cells))| {
             *leaving = [0; AROUND];
-            let (mut stayed, mut lost) = (starts[block] as usize, false);
-            for at in starts[block] as usize..starts[block + 1] as usize {
-                let code = *at_of(&codes, at);
-                if code == FAR {
-                    lost = true;
-                    continue;
-                }
-                let direction = usize::from(code) / CELLS;
-                leaving[direction] += 1;
-                if direction == STAY {
-                    if stayed < at {
-                        std::mem::swap(at_of(&order, stayed), at_of(&order, at));
-                        std::mem::swap(at_of(&codes, stayed), at_of(&codes, at));
+            let first = starts[block] as usize;
+            let (mut kept, mut lost) = (first, false);
+            for cell in 0..CELLS {
+                let own = (STAY * CELLS + cell) as u16;
+                for at in first + cells[cell] as usize..first + cells[cell + 1] as usize {
+                    let code = *at_of(&codes, at);
+                    if code == own {
+                        if kept < at {
+                            std::mem::swap(at_of(&order, kept), at_of(&order, at));
+                            *at_of(&codes, at) = *at_of(&codes, kept);
+                        }
+                        kept += 1;
+                    } else if code == FAR {
+                        lost = true;
+                    } else {
+                        leaving[usize::from(code) / CELLS] += 1;
                     }
-                    stayed += 1;
                 }
+                settled[cell + 1] = (kept - first) as u32;
             }
+            leaving[STAY] += settled[CELLS];
             lost
         });
         self.scattered = lost.filter(|lost| *lost).count() > 0;
@@ -251,34 +278,36 @@ impl Sorter {
 
     /// Takes the particles of each new block, by cell and number.
     fn fill(&mut self, id: &[u32]) {
-        let Self { order, starts, codes, leaving, sources, next_starts, next_order, cells, .. } = self;
+        let Self { order, starts, codes, leaving, settled, sources, next_starts, next_order, cells, .. } =
+            self;
         cells.resize(sources.len(), [0; CELLS + 1]);
         let out = Disjoint::new(next_order);
         let (order, codes) = (order.as_slice(), codes.as_slice());
         cells.par_iter_mut().zip(&*sources).enumerate().for_each(|(block, (cells, sources))| {
-            // Where to look, and which direction they went: those that stay, then those that come.
+            // Where to look for those that changed their cell, and which direction they went.
             let (mut ranges, mut count) = (std::array::from_fn::<_, AROUND, _>(|i| (0..0_usize, i)), 0);
             for i in (0..AROUND).filter(|i| sources[*i] != NONE) {
                 let from = sources[i] as usize;
-                if leaving[from][i] > 0 {
+                let kept = settled[from][CELLS];
+                if leaving[from][i] > if i == STAY { kept } else { 0 } {
                     let (start, end) = (starts[from] as usize, starts[from + 1] as usize);
-                    let stayed = start + leaving[from][STAY] as usize;
-                    ranges[count] = (if i == STAY { start..stayed } else { stayed..end }, i);
+                    ranges[count] = (start + kept as usize..end, i);
                     count += 1;
                 }
             }
-            *cells = [0; CELLS + 1];
-            for (range, direction) in &ranges[..count] {
-                for code in &codes[range.clone()] {
-                    if usize::from(*code) / CELLS == *direction {
-                        cells[usize::from(*code) % CELLS + 1] += 1;
-                    }
-                }
-            }
-            accumulate(cells);
+            let ranges = &ranges[..count];
             let first = next_starts[block] as usize;
+            let (kept, from) = match sources[STAY] {
+                NONE => (&NOBODY, 0),
+                own => (&settled[own as usize], starts[own as usize] as usize),
+            };
+            *cells = *kept;
+            if !ranges.is_empty() {
+                starts_after(cells, ranges, codes);
+            }
             let mut filled = [0; CELLS];
-            for (range, direction) in &ranges[..count] {
+            copy_cells(&out, first, cells, &order[from..], kept, &mut filled);
+            for (range, direction) in ranges {
                 for (code, place) in codes[range.clone()].iter().zip(&order[range.clone()]) {
                     if usize::from(*code) / CELLS == *direction {
                         let cell = usize::from(*code) % CELLS;
@@ -289,6 +318,43 @@ impl Sorter {
                 }
             }
         });
+    }
+}
+
+/// Where cells of a block begin in which nobody is.
+const NOBODY: CellStarts = [0; CELLS + 1];
+
+/// Adds those that come to the starts of those that stay.
+fn starts_after(cells: &mut CellStarts, ranges: &[(Range<usize>, usize)], codes: &[u16]) {
+    let mut coming = NOBODY;
+    for (range, direction) in ranges {
+        for code in &codes[range.clone()] {
+            if usize::from(*code) / CELLS == *direction {
+                coming[usize::from(*code) % CELLS + 1] += 1;
+            }
+        }
+    }
+    accumulate(&mut coming);
+    for (start, more) in cells.iter_mut().zip(coming) {
+        *start += more;
+    }
+}
+
+/// Copies those that stay in their cells to where these now begin, and counts them.
+fn copy_cells(
+    out: &Disjoint<'_, u32>,
+    first: usize,
+    cells: &CellStarts,
+    from: &[u32],
+    kept: &CellStarts,
+    filled: &mut [usize; CELLS],
+) {
+    for cell in 0..CELLS {
+        let own = &from[kept[cell] as usize..kept[cell + 1] as usize];
+        filled[cell] = own.len();
+        for (i, place) in own.iter().enumerate() {
+            *at_of(out, first + cells[cell] as usize + i) = *place;
+        }
     }
 }
 

@@ -22,7 +22,7 @@ use super::{
     response::Coefficients,
     scheme::{ApicScheme, FlipScheme, MlsScheme, Scheme},
     sort::Sorter,
-    update::{Arrival, BlockFigures, Deformation, TOGETHER, Tally, Update, constants, motion},
+    update::{Arrival, BlockFigures, Deformation, TOGETHER, Tally, Update, motion},
 };
 use crate::{
     collide::Collider,
@@ -244,12 +244,12 @@ impl<R: Real> Engine<R> {
         let h = settings.cell;
         let gather = Gather::of(settings, flip_share(settings.transfer, context.dt));
         let (planes, fixed, object) = particles.planes();
-        let (order, starts, cells, departures) = sorter.depart(settings.periodic);
+        let (order, starts, cells, departures) = sorter.depart();
         figures.resize(grid.blocks.len(), BlockFigures::default());
         let (nodes, changes) = (grid.nodes.as_slice(), grid.changes.as_slice());
         let blocks = (&mut figures[..], &grid.blocks, &grid.in_front).into_par_iter().enumerate();
-        blocks.for_each(|(b, (figures, &key, in_front))| {
-            let mut tiles = [[R::zero(); TILE], [R::zero(); TILE]];
+        let scratch = || [[R::zero(); TILE]; 2];
+        blocks.for_each_init(scratch, |tiles, (b, (figures, &key, in_front))| {
             assemble::<R, N>(nodes, in_front, &mut tiles[0]);
             if S::APART {
                 assemble::<R, N>(changes, in_front, &mut tiles[1]);
@@ -259,13 +259,15 @@ impl<R: Real> Engine<R> {
             let place = block_of(key);
             let near = particles_near(context, place, h);
             let (mut tally, mut arrivals, mut cell) = (Tally::new(), [Arrival::new(); TOGETHER], 0);
-            let mut first = [[[R::zero(); LANES]; 3]; TOGETHER];
+            let (mut moving, mut codes) = ([[[[R::zero(); 4]; LANES]; 2]; TOGETHER], [[0; LANES]; TOGETHER]);
             for start in (0..list.len()).step_by(LANES * TOGETHER) {
                 let groups: [Group; TOGETHER] = std::array::from_fn(|k| Group::from(list, start + k * LANES));
+                planes.prefetch(list, start);
                 for (k, group) in groups.iter().enumerate().filter(|(_, group)| group.count > 0) {
+                    motion(&planes, group, &mut moving[k]);
                     dispatch(GatherGroup::<R, S, N> {
                         gather,
-                        motion: &motion(&planes, group),
+                        motion: &moving[k],
                         count: group.count,
                         tiles: [&tiles[0], &tiles[1]],
                         block,
@@ -275,13 +277,15 @@ impl<R: Real> Engine<R> {
                         scheme: PhantomData,
                     });
                     if near {
-                        collide(context, &planes, group, &mut arrivals[k]);
+                        collide(context, &moving[k][0][..group.count], &mut arrivals[k]);
                     }
                 }
                 dispatch(Update {
                     groups: &groups,
+                    moving: &moving,
                     arrivals: &arrivals,
-                    constants: &groups.map(|group| constants(fixed, object, &group)),
+                    fixed,
+                    object,
                     planes: &planes,
                     coefficients,
                     dt: R::of(context.dt),
@@ -290,14 +294,12 @@ impl<R: Real> Engine<R> {
                     deformation: Deformation::Step,
                     width: N,
                     tally: &mut tally,
-                    first: &mut first,
+                    block: place,
+                    periodic: settings.periodic,
+                    codes: &mut codes,
                 });
                 for (k, group) in groups.iter().enumerate() {
-                    let position = starts[b] as usize + start + k * LANES;
-                    for lane in 0..group.count {
-                        let node = first[k].map(|axis| axis[lane].to_f64());
-                        departures.note(position + lane, place, node);
-                    }
+                    departures.note(starts[b] as usize + start + k * LANES, &codes[k][..group.count]);
                 }
             }
             *figures = tally.finish();

@@ -6,8 +6,10 @@
 use super::{
     bound::Extremes,
     deform::{Deformed, deform, predict, stiffness_of, undeformed},
+    grid::Coordinate,
     particles::{Group, Pair, Particles, write},
-    response::{Coefficients, Moduli},
+    response::{Coefficients, Moduli, hardened},
+    sort::codes,
     step::Engine,
     weight::first_node,
 };
@@ -18,6 +20,9 @@ use crate::{
 
 /// A number a lane, in memory.
 pub(super) type Lane<R> = [R; LANES];
+
+/// Positions and masses, velocities and J_P of a group, a quad a particle.
+pub(super) type Moving<R> = [[[R; 4]; LANES]; 2];
 
 /// What sixteen particles brought from the grid.
 #[derive(Clone, Copy)]
@@ -118,8 +123,12 @@ pub(super) struct Constants<R> {
 /// The update of two groups; the second may be empty.
 pub(super) struct Update<'a, 'b, R> {
     pub(super) groups: &'a [Group; TOGETHER],
+    /// Positions and masses, velocities and J_P before the step.
+    pub(super) moving: &'a [Moving<R>; TOGETHER],
     pub(super) arrivals: &'a [Arrival<R>; TOGETHER],
-    pub(super) constants: &'a [Constants<R>; TOGETHER],
+    /// Volume at rest (m³) and factor on the stiffness, and the object, by place.
+    pub(super) fixed: &'a [[R; 2]],
+    pub(super) object: &'a [u16],
     pub(super) planes: &'a Planes<'b, R>,
     pub(super) coefficients: &'a [Coefficients<R>],
     /// Time step (s); 1 / h (1/m); density on the grid over own, below which a particle is ballistic.
@@ -130,8 +139,11 @@ pub(super) struct Update<'a, 'b, R> {
     /// Nodes an axis of the kernel.
     pub(super) width: usize,
     pub(super) tally: &'a mut Tally<R>,
-    /// First nodes of the particles where they now are.
-    pub(super) first: &'a mut [[Lane<R>; 3]; TOGETHER],
+    /// The block of the groups, and blocks a period along each axis.
+    pub(super) block: Coordinate,
+    pub(super) periodic: [u32; 3],
+    /// Where the particles went, see [`codes`].
+    pub(super) codes: &'a mut [[u16; LANES]; TOGETHER],
 }
 
 /// Reads the pair of each particle of a group.
@@ -139,9 +151,11 @@ pub(super) struct Update<'a, 'b, R> {
 #[allow(unsafe_code, reason = "the particles of a group belong to one block")]
 fn pair<R: Real, P: Pack<R>>(plane: &Disjoint<'_, Pair<R>>, group: &Group) -> [[P; 4]; 2] {
     let mut quads = [[[R::zero(); 4]; LANES]; 2];
+    plane.hold_all(&group.at);
     for lane in 0..LANES {
-        // SAFETY: the sorted order names each particle once, and a block is worked on by one thread.
-        let pair = unsafe { *plane.slot(group.at[lane] as usize) };
+        // SAFETY: held above; the sorted order names each particle once, and a block is worked on by
+        // one thread.
+        let pair = unsafe { *plane.held_slot(group.at[lane] as usize) };
         (quads[0][lane], quads[1][lane]) = (pair[0], pair[1]);
     }
     [P::columns(&quads[0]), P::columns(&quads[1])]
@@ -166,16 +180,16 @@ impl<R: Real> Kernel<R> for Update<'_, '_, R> {
         let one = P::splat(R::one());
         let (mut shapes, mut jps, mut volumes) =
             ([[[one; 3]; 3]; TOGETHER], [one; TOGETHER], [one; TOGETHER]);
-        let mut moduli = [Moduli::gather(self.coefficients, &self.constants[0].object, one); TOGETHER];
+        let mut moduli = [Moduli::gather(self.coefficients, &[0; LANES], one); TOGETHER];
         for k in 0..TOGETHER {
             let group = &self.groups[k];
-            let [_, [_, _, _, jp]] = pair::<R, P>(&self.planes.motion, group);
+            let [.., jp] = P::columns(&self.moving[k][1]);
             let [[xx, xy, xz, yx], [yy, yz, zx, zy]] = pair::<R, P>(&self.planes.shape, group);
             let [[zz, ..], _] = pair::<R, P>(&self.planes.affine, group);
             let f = [[xx, yx, zx], [xy, yy, zy], [xz, yz, zz]];
-            let Constants { fixed, object } = &self.constants[k];
+            let Constants { fixed, object } = constants(self.fixed, self.object, group);
             (jps[k], volumes[k]) = (jp, P::load(&fixed[0]));
-            moduli[k] = Moduli::gather(self.coefficients, object, P::load(&fixed[1]));
+            moduli[k] = Moduli::gather(self.coefficients, &object, P::load(&fixed[1]));
             shapes[k] = match self.deformation {
                 Deformation::Step => {
                     let gradient = load9::<R, P>(&self.arrivals[k].gradient);
@@ -186,10 +200,7 @@ impl<R: Real> Kernel<R> for Update<'_, '_, R> {
         }
         let new = match self.deformation {
             Deformation::Step => deform(&shapes, &jps, &volumes, &moduli),
-            Deformation::Refresh => [
-                undeformed(&shapes[0], jps[0], volumes[0], &moduli[0]),
-                undeformed(&shapes[1], jps[1], volumes[1], &moduli[1]),
-            ],
+            Deformation::Refresh => undeformed(&shapes, &jps, &volumes, &moduli),
         };
         for k in 0..TOGETHER {
             self.finish(k, &new[k], volumes[k], &moduli[k]);
@@ -203,7 +214,7 @@ impl<R: Real> Update<'_, '_, R> {
     fn finish<P: Pack<R>>(&mut self, k: usize, new: &Deformed<P>, volume: P, moduli: &Moduli<P>) {
         let (zero, dt) = (P::splat(R::zero()), P::splat(self.dt));
         let (group, arrival) = (&self.groups[k], &self.arrivals[k]);
-        let [[x, y, z, m], _] = pair::<R, P>(&self.planes.motion, group);
+        let [x, y, z, m] = P::columns(&self.moving[k][0]);
         let (v, drift) = (load3::<R, P>(&arrival.v), load3::<R, P>(&arrival.drift));
         let c = load9::<R, P>(&arrival.affine);
         let position = [x.add(dt.mul(drift[0])), y.add(dt.mul(drift[1])), z.add(dt.mul(drift[2]))];
@@ -223,18 +234,19 @@ impl<R: Real> Update<'_, '_, R> {
         write(&self.planes.affine, group, affine);
         write(&self.planes.stress, group, [[c[1][2], c[2][2], s[0], s[1]], [s[2], s[3], s[4], s[5]]]);
         let counts = [new.yielded, new.clamped, new.inverted, ballistic];
-        let extremes = extremes(&new.elastic, new.plastic_ratio, &v, &c, volume.div(m), moduli);
+        let extremes = extremes(&new.elastic, new.hardening, &v, &c, volume.div(m), moduli);
         self.tally.include(group.count, extremes, new.plastic_ratio, counts);
         let scale = P::splat(self.inverse_cell);
+        let mut node = position;
         for axis in 0..3 {
             let at = position[axis].mul(scale);
-            let node = match self.width {
+            node[axis] = match self.width {
                 2 => first_node::<R, P, 2>(at),
                 3 => first_node::<R, P, 3>(at),
                 _ => first_node::<R, P, 4>(at),
             };
-            self.first[k][axis] = node.store();
         }
+        self.codes[k] = codes(self.block, &node, self.periodic);
     }
 }
 
@@ -242,13 +254,13 @@ impl<R: Real> Update<'_, '_, R> {
 #[inline(always)]
 fn extremes<R: Real, P: Pack<R>>(
     f: &Columns<P>,
-    jp: P,
+    hardening: P,
     v: &[P; 3],
     c: &Columns<P>,
     specific: P,
     moduli: &Moduli<P>,
 ) -> [P; 5] {
-    let ([wave, alone], stretch2) = stiffness_of(f, jp, moduli);
+    let ([wave, alone], stretch2) = stiffness_of(f, hardening, moduli);
     let speed2 = v[0].mul(v[0]).add(v[1].mul(v[1])).add(v[2].mul(v[2]));
     let mut gradient2 = P::splat(R::zero());
     for axis in 0..3 {
@@ -270,7 +282,7 @@ impl<R: Real> Engine<R> {
         let moduli = Moduli::gather(&self.coefficients, &object, Portable::load(&fixed[1]));
         let values = extremes(
             &columns(particles.elastic(at)),
-            lane(particles.plastic_ratio(at)),
+            hardened(lane(particles.plastic_ratio(at)), &moduli),
             &particles.v(at).map(lane),
             &columns(particles.affine(at)),
             lane(fixed[0][0]).div(lane(particles.mass(at))),
@@ -286,14 +298,17 @@ impl<R: Real> Tally<R> {
     /// the same steps.
     #[inline(always)]
     fn include<P: Pack<R>>(&mut self, count: usize, extremes: [P; 5], jp: P, counts: [P; 4]) {
-        for k in 0..5 {
-            self.extremes[k] = P::load(&self.extremes[k]).max(extremes[k]).store();
-        }
-        self.jp[0] = P::load(&self.jp[0]).min(jp).store();
-        self.jp[1] = P::load(&self.jp[1]).max(jp).store();
         let mut active = [R::zero(); LANES];
         active[..count].fill(R::one());
-        let active = P::load(&active);
+        // Lanes past the last particle hold what is nobody's.
+        let (active, zero) = (P::load(&active), P::splat(R::zero()));
+        for k in 0..5 {
+            let own = zero.if_less(active, extremes[k], zero);
+            self.extremes[k] = P::load(&self.extremes[k]).max(own).store();
+        }
+        let [least, most] = [P::load(&self.jp[0]), P::load(&self.jp[1])];
+        self.jp[0] = zero.if_less(active, least.min(jp), least).store();
+        self.jp[1] = zero.if_less(active, most.max(jp), most).store();
         for k in 0..4 {
             self.counts[k] = P::load(&self.counts[k]).add(counts[k].mul(active)).store();
         }
@@ -314,7 +329,24 @@ impl<R: Real> Particles<R> {
     }
 }
 
+impl<R: Real> Planes<'_, R> {
+    /// Asks for what the update of the groups at `start` will read, and the gather of the next.
+    #[inline(always)]
+    pub(super) fn prefetch(&self, list: &[u32], start: usize) {
+        let ahead = LANES * TOGETHER;
+        for at in &list[start..list.len().min(start + ahead)] {
+            self.shape.prefetch(*at as usize);
+            self.affine.prefetch(*at as usize);
+            self.stress.prefetch(*at as usize);
+        }
+        for at in &list[list.len().min(start + ahead)..list.len().min(start + 2 * ahead)] {
+            self.motion.prefetch(*at as usize);
+        }
+    }
+}
+
 /// Volumes, stiffness factors and objects of a group.
+#[inline(always)]
 pub(super) fn constants<R: Real>(fixed: &[[R; 2]], object: &[u16], group: &Group) -> Constants<R> {
     let mut out = Constants { fixed: [[R::zero(); LANES]; 2], object: [0; LANES] };
     for lane in 0..LANES {
@@ -328,12 +360,12 @@ pub(super) fn constants<R: Real>(fixed: &[[R; 2]], object: &[u16], group: &Group
 /// Positions and masses, velocities and J_P of a group.
 #[inline(always)]
 #[allow(unsafe_code, reason = "the particles of a group belong to one block")]
-pub(super) fn motion<R: Real>(planes: &Planes<'_, R>, group: &Group) -> [[[R; 4]; LANES]; 2] {
-    let mut quads = [[[R::zero(); 4]; LANES]; 2];
+pub(super) fn motion<R: Real>(planes: &Planes<'_, R>, group: &Group, quads: &mut Moving<R>) {
+    planes.motion.hold_all(&group.at);
     for lane in 0..LANES {
-        // SAFETY: the sorted order names each particle once, and a block is worked on by one thread.
-        let pair = unsafe { *planes.motion.slot(group.at[lane] as usize) };
+        // SAFETY: held above; the sorted order names each particle once, and a block is worked on by
+        // one thread.
+        let pair = unsafe { *planes.motion.held_slot(group.at[lane] as usize) };
         (quads[0][lane], quads[1][lane]) = (pair[0], pair[1]);
     }
-    quads
 }

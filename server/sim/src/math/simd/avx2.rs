@@ -179,6 +179,18 @@ impl Pack<f32> for F32x16 {
     );
 
     #[inline(always)]
+    fn whole(self) -> [u16; LANES] {
+        let mut whole = [0; LANES];
+        // SAFETY: sixteen numbers of sixteen bits.
+        unsafe {
+            let packed = _mm256_packus_epi32(_mm256_cvtps_epi32(self.0[0]), _mm256_cvtps_epi32(self.0[1]));
+            // Halves were packed side by side: 0 2 | 1 3.
+            _mm256_storeu_si256(whole.as_mut_ptr().cast(), _mm256_permute4x64_epi64::<0b11_01_10_00>(packed));
+        }
+        whole
+    }
+
+    #[inline(always)]
     fn widen(self) -> F64x16 {
         unsafe {
             F64x16([
@@ -308,6 +320,11 @@ impl Pack<f64> for F64x16 {
         _mm256_slli_epi64::<52>,
         _mm256_add_epi64
     );
+
+    #[inline(always)]
+    fn whole(self) -> [u16; LANES] {
+        Portable::load(&self.store()).whole()
+    }
 
     quads_by_lanes!(f64);
 

@@ -135,6 +135,16 @@ impl Pack<f32> for F32x16 {
         }
     }
     #[inline(always)]
+    fn whole(self) -> [u16; LANES] {
+        let mut whole = [0; LANES];
+        // SAFETY: sixteen numbers of sixteen bits.
+        unsafe {
+            let numbers = _mm512_cvtepi32_epi16(_mm512_cvtps_epi32(self.0));
+            _mm256_storeu_si256(whole.as_mut_ptr().cast(), numbers);
+        }
+        whole
+    }
+    #[inline(always)]
     fn repeat(quad: &[f32; 4]) -> Self {
         Self(unsafe { _mm512_broadcast_f32x4(_mm_loadu_ps(quad.as_ptr())) })
     }
@@ -358,6 +368,10 @@ impl Pack<f64> for F64x16 {
             let high = _mm512_add_epi64(_mm512_slli_epi64::<52>(_mm512_castpd_si512(self.0[1])), one);
             Self([_mm512_castsi512_pd(low), _mm512_castsi512_pd(high)])
         }
+    }
+    #[inline(always)]
+    fn whole(self) -> [u16; LANES] {
+        Portable::load(&self.store()).whole()
     }
 
     quads_by_lanes!(f64);

@@ -66,6 +66,8 @@ pub(crate) trait Pack<R: Copy>: Copy + Send + Sync {
     fn with_sign_of(self, other: Self) -> Self;
     /// 2^n where self is [`Rounding::MAGIC`] + n, for normal results.
     fn power_of_two(self) -> Self;
+    /// Whole numbers from 0 to 65535.
+    fn whole(self) -> [u16; LANES];
 
     /// Four numbers, four times: lane 4 g + c holds `quad[c]`.
     fn repeat(quad: &[R; 4]) -> Self;
@@ -223,6 +225,14 @@ impl<R: Real> Pack<R> for Portable<R> {
     #[inline(always)]
     fn power_of_two(self) -> Self {
         self.map(R::power_of_two)
+    }
+    #[inline(always)]
+    fn whole(self) -> [u16; LANES] {
+        let mut whole = [0; LANES];
+        for lane in 0..LANES {
+            whole[lane] = self.0[lane].to_f64() as u16;
+        }
+        whole
     }
     #[inline(always)]
     fn repeat(quad: &[R; 4]) -> Self {
