@@ -195,7 +195,7 @@ fn a_ballistic_particle_flies_straight_at_the_step_of_full_blocks() {
             if i == last {
                 (p.elastic, p.v) = (f, [0.01, 0.02, -0.03]);
                 // It left the others a while ago: ballistic ones have no stress.
-                p.stress = (ballistic_below > 0.0).then_some([0.0; 6]);
+                p.volume_stress = (ballistic_below > 0.0).then_some([0.0; 6]);
             }
         });
         let result = try_advance(&mut simulation, 1);

@@ -124,8 +124,9 @@ fn a12_pressure_over_compaction_is_the_bulk_modulus() {
             let inside = particles.iter().zip(start).filter(|(_, x)| x.iter().all(|c| c.abs() < inner));
             let (mut pressure, mut count) = (0.0, 0.0);
             for (p, _) in inside {
-                let tau = p.stress.expect("a particle tells its stress");
-                pressure -= (tau[0] + tau[1] + tau[2]) / 3.0 / determinant(&p.elastic);
+                let tau = p.volume_stress.expect("a particle tells its stress");
+                let volume = (0.5 * H).powi(3) * determinant(&p.elastic);
+                pressure -= (tau[0] + tau[1] + tau[2]) / 3.0 / volume;
                 count += 1.0;
             }
             sum = [sum[0] + pressure / count, sum[1] + compaction];
@@ -196,8 +197,8 @@ fn compare_middle(simulation: &Simulation, scene: &SnowScene, preset: &Preset, v
     let middle = particles.iter().zip(start).filter(|(_, x)| x[1].abs() < at);
     let (mut stress, mut plastic, mut count) = (0.0, 0.0, 0.0);
     for (p, _) in middle {
-        let j = determinant(&p.elastic) * p.plastic_ratio;
-        stress += p.stress.expect("a particle tells its stress")[1] / j;
+        let volume = 0.25 * H.powi(3) * determinant(&p.elastic) * p.plastic_ratio;
+        stress += p.volume_stress.expect("a particle tells its stress")[1] / volume;
         plastic += p.plastic_ratio;
         count += 1.0;
     }

@@ -221,7 +221,7 @@ impl SnowScene {
 pub fn rework(simulation: &mut Simulation, mut change: impl FnMut(usize, &mut ParticleState)) {
     let mut particles = simulation.snow_particles();
     for (index, particle) in particles.iter_mut().enumerate() {
-        particle.stress = None;
+        particle.volume_stress = None;
         change(index, particle);
     }
     simulation.restore_snow(&particles);

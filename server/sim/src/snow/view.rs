@@ -37,9 +37,10 @@ pub struct ParticleState {
     pub affine: [[f64; 3]; 3],
     /// Plastic volume ratio J_P.
     pub plastic_ratio: f64,
-    /// Kirchhoff stress tau = P F^T (Pa): xx, yy, zz, xy, xz, yz. It follows from F_E and J_P; kept
-    /// with them so that a run that goes on from here has the same bits. None: computed anew.
-    pub stress: Option<[f64; 6]>,
+    /// Kirchhoff stress tau = P F^T times the volume at rest V0 (J): xx, yy, zz, xy, xz, yz. It
+    /// follows from F_E and J_P; kept with them, as a step has it and not divided by V0, so that a
+    /// run that goes on from here has the same bits. None: computed anew.
+    pub volume_stress: Option<[f64; 6]>,
 }
 
 impl<R: Real> Snow<R> {
@@ -117,16 +118,13 @@ impl<R: Real> Snow<R> {
     pub fn particles(&self) -> Vec<ParticleState> {
         let particles = &self.engine.particles;
         let mut out = Vec::new();
-        let state = |place: usize| {
-            let volume = particles.fixed[place][0].to_f64();
-            ParticleState {
-                x: particles.x(place).map(Real::to_f64),
-                v: particles.v(place).map(Real::to_f64),
-                elastic: particles.elastic(place).map(|row| row.map(Real::to_f64)),
-                affine: particles.affine(place).map(|row| row.map(Real::to_f64)),
-                plastic_ratio: particles.plastic_ratio(place).to_f64(),
-                stress: Some(particles.volume_stress(place).map(|s| s.to_f64() / volume)),
-            }
+        let state = |place: usize| ParticleState {
+            x: particles.x(place).map(Real::to_f64),
+            v: particles.v(place).map(Real::to_f64),
+            elastic: particles.elastic(place).map(|row| row.map(Real::to_f64)),
+            affine: particles.affine(place).map(|row| row.map(Real::to_f64)),
+            plastic_ratio: particles.plastic_ratio(place).to_f64(),
+            volume_stress: Some(particles.volume_stress(place).map(Real::to_f64)),
         };
         if !particles.id.is_empty() {
             self.in_order(&mut out, state(0), state);
@@ -155,10 +153,9 @@ impl<R: Real> Snow<R> {
         self.engine.refresh();
         let particles = &mut self.engine.particles;
         for place in 0..particles.len() {
-            let Some(stress) = states[particles.id[place] as usize].stress else { continue };
-            let volume = particles.fixed[place][0].to_f64();
+            let Some(stress) = states[particles.id[place] as usize].volume_stress else { continue };
             let (f, c) = (particles.elastic(place), particles.affine(place));
-            particles.set_tensors(place, f, c, stress.map(|s| R::of(s * volume)));
+            particles.set_tensors(place, f, c, stress.map(R::of));
         }
     }
 
