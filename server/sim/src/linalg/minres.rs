@@ -45,6 +45,15 @@ pub struct MinresWorkspace<R: Real> {
 }
 
 impl<R: Real> MinresWorkspace<R> {
+    /// Room for systems of up to `count` rows, so that solving them allocates nothing.
+    pub(crate) fn reserve(&mut self, count: usize) {
+        let Self { v, q, before, r, z, w_before, w, best, partials } = self;
+        for vector in [v, q, before, r, z, w_before, w, best] {
+            vector.reserve(count.saturating_sub(vector.len()));
+        }
+        partials.reserve(block_count(count, GRAIN).saturating_sub(partials.len()));
+    }
+
     fn resize(&mut self, count: usize) {
         let Self { v, q, before, r, z, w_before, w, best, partials } = self;
         for vector in [v, q, before, r, z, w_before, w, best] {

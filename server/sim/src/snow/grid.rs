@@ -102,12 +102,12 @@ impl<R: Real> Grid<R> {
 
     /// Room for the tiles of a kernel of width `n`; never shrinks.
     pub(super) fn size_for(&mut self, n: usize, separate: super::step::Forces) {
-        let len = self.blocks.len() * tile_len(n);
-        grow(&mut self.tiles, len, R::zero());
-        grow(&mut self.nodes, self.node_blocks.len(), [[R::zero(); 4]; CELLS]);
+        let (blocks, node_blocks, tile) = (self.blocks.len(), self.node_blocks.len(), tile_len(n));
+        grow(&mut self.tiles, [blocks, tile], R::zero());
+        grow(&mut self.nodes, [node_blocks, 1], [[R::zero(); 4]; CELLS]);
         if separate == super::step::Forces::Apart {
-            grow(&mut self.impulses, len, R::zero());
-            grow(&mut self.changes, self.node_blocks.len(), [[R::zero(); 4]; CELLS]);
+            grow(&mut self.impulses, [blocks, tile], R::zero());
+            grow(&mut self.changes, [node_blocks, 1], [[R::zero(); 4]; CELLS]);
         }
     }
 
@@ -128,12 +128,13 @@ impl<R: Real> Grid<R> {
     }
 }
 
-/// Elements that a small field gets on top: it may double.
-const SPARE: usize = 1 << 16;
+/// Blocks that there is room for on top of those in use: even a few may soon be several times as many.
+pub(super) const ROOM: usize = 64;
 
-/// Makes a field at least so long, with some room so that a moving front seldom allocates.
-fn grow<T: Copy>(field: &mut Vec<T>, len: usize, value: T) {
-    if field.len() < len {
-        field.resize(len + len / 8 + len.min(SPARE), value);
+/// Makes a field of `blocks` of `each` elements long enough, with some room so that a moving front
+/// seldom allocates.
+fn grow<T: Copy>(field: &mut Vec<T>, [blocks, each]: [usize; 2], value: T) {
+    if field.len() < blocks * each {
+        field.resize((blocks + blocks / 8 + ROOM) * each, value);
     }
 }

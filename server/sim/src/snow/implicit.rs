@@ -106,7 +106,10 @@ fn add_change<R: Real>(nodes: &mut NodeBlock<R>, change: &[Vec3<R>]) {
 impl<R: Real> ImplicitWorkspace<R> {
     fn prepare(&mut self, step: &GridStep<'_>, grid: &Grid<R>, count: usize) {
         if self.mass.len() < count {
-            let blocks = count / CELLS;
+            // As much room as the grid has, so that a moving front seldom allocates.
+            let blocks = grid.nodes.len();
+            let count = blocks * CELLS;
+            self.minres.reserve(count);
             self.nodes.resize(blocks, [[R::zero(); 4]; CELLS]);
             self.mass.resize(count, R::one());
             self.holds.resize(count, Hold::Free);

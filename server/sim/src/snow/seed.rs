@@ -6,7 +6,7 @@
 use super::{
     Transfer,
     bound::Extremes,
-    grid::block_of,
+    grid::{ROOM, block_of},
     particles::Group,
     sort::within_reach,
     step::{Engine, StepContext},
@@ -18,9 +18,6 @@ use crate::{
     report::{NoStopwatch, StepFailure},
 };
 use rayon::prelude::*;
-
-/// Blocks that there is room for at least.
-const ROOM: usize = 64;
 
 impl<R: Real> Engine<R> {
     /// Sorts from nothing; a particle out of reach is left to [`Self::lost`].
