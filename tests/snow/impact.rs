@@ -1,84 +1,124 @@
-//! A13 and A16: elastic bodies that meet: discs that collide, a ball that bounces.
+//! A13: two elastic discs that collide (Sulsky, Chen, Schreyer 1994): momentum, symmetry, and the
+//! kinetic energy that comes back.
+//!
+//! The ratios are the paper's: nu = 0.3, each disc at 0.12 of the speed of sound along the diagonal
+//! of the grid. What is lost is lost on the grid: the transfers filter what varies from cell to
+//! cell, the more often the shorter the step, and the discs touch in a zone of a few cells. So
+//! the loss falls with the number of cells in a radius, and the recovery is asked for on a grid that
+//! resolves the contact. What the discs swing with after they part is kinetic and elastic by turns:
+//! the recovery is the peak of the kinetic energy. Steps are the certified ones.
 #![allow(clippy::print_stdout, reason = "figures beside the limits")]
 
 use nappe_sim::{
-    collide::Contact,
     math::Precision,
-    snow::{Kernel, ParticleState, SnowObject, Transfer},
+    snow::{Advection, Blend, Kernel, ParticleState, TimeStep, Transfer},
 };
 use nappe_tests::{
     scene::{advance, norm},
-    snow::{SnowScene, Variant, ball, elastic, momentum, object, plane, wave_modulus},
+    snow::{
+        SnowScene, Variant, elastic, kinetic_energy, lattice, momentum, object, order, second_moment,
+        wave_modulus,
+    },
 };
 
 const H: f64 = 0.05;
-const DENSITY: f64 = 400.0;
+const DENSITY: f64 = 1000.0;
+/// Speed of each disc over that of sound: 0.1 sqrt(2) m/s with E = 1000 Pa, 1000 kg/m³, nu = 0.3.
+const MACH: f64 = 0.122;
+/// Cells between the discs at the start.
+const GAP: f64 = 3.0;
 
-/// Two balls that approach each other along the diagonal of x and y, each at a share of the speed
-/// of sound.
-fn balls(variant: Variant, radius: f64, mach: f64) -> (SnowScene, usize) {
-    let material = elastic(1.4e5, 0.2);
+/// What a collision did.
+#[derive(Clone, Copy, Debug)]
+struct Collision {
+    /// Kinetic energy at its lowest, and at its peak after that, over that of the start.
+    lowest: f64,
+    back: f64,
+    /// Of the peak, what is in the motion of the discs as wholes.
+    whole: f64,
+    /// Kinetic, and kinetic and elastic energy, at the end.
+    end: f64,
+    left: f64,
+    /// Largest momentum over that of both discs without signs, and difference from the mirror image
+    /// (m, m/s).
+    momentum: f64,
+    asymmetry: f64,
+}
+
+impl Collision {
+    /// Prints it; momentum and symmetry are kept to rounding.
+    fn judge(&self, variant: Variant, cells: f64) {
+        let Self { lowest, back, whole, end, left, momentum, asymmetry } = self;
+        let name = variant.name();
+        println!(
+            "A13 {name}, radius {cells} cells: kinetic energy down to {lowest:.3}, back to {back:.4} \
+             ({whole:.4} as wholes), at the end {end:.4}, {left:.4} with elastic; momentum {momentum:.0e}, asymmetry {asymmetry:.0e}"
+        );
+        assert!(*lowest < 0.1, "{name}: they met");
+        assert!(*momentum < 1e-13, "{name}: momentum {momentum:e}");
+    }
+}
+
+/// Two discs of a radius of so many cells along the diagonal of x and y; along z the grid is periodic.
+fn discs(variant: Variant, cells: f64) -> (SnowScene, usize) {
+    let material = elastic(1.4e5, 0.3);
     let speed = (wave_modulus(&material) / DENSITY).sqrt();
-    // On the lattice of particles, a gap of about two cells.
-    let sp = env("SP", 0.5);
-    let middle = ((radius + 1.0) / 2.0_f64.sqrt() / sp).round() * sp * H;
-    let one = |name: &str, side: f64| -> SnowObject {
-        let x = ball([side * middle, side * middle, 0.0], radius * H, sp * H);
-        let mut body = object(name, x, (sp * H).powi(3), DENSITY, material);
-        let v = -side * mach * speed / 2.0_f64.sqrt();
+    // Discs stand alike over the cells: each middle is a node.
+    let middle = ((cells + 0.5 * GAP) / 2.0_f64.sqrt()).round();
+    let one = |name: &str, side: f64| {
+        let count = 4 * cells.ceil() as usize + 4;
+        let low = side * middle * H - 0.25 * count as f64 * H;
+        let mut x = lattice([low, low, -2.0 * H], [count, count, 4], [0.5 * H, 0.5 * H, H]);
+        x.retain(|x| (x[0] - side * middle * H).hypot(x[1] - side * middle * H) < cells * H);
+        let mut body = object(name, x, 0.25 * H.powi(3), DENSITY, material);
+        let v = -side * MACH * speed / 2.0_f64.sqrt();
         body.v.fill([v, v, 0.0]);
         body
     };
     let (left, right) = (one("left", -1.0), one("right", 1.0));
     let count = left.x.len();
-    (SnowScene::new(vec![left, right], H, env("COU", 0.7) * H / speed).by(variant), count)
+    let mut scene = SnowScene::new(vec![left, right], H, cells / 4.0 * H / speed).by(variant);
+    scene.settings.periodic = [0, 0, 1];
+    scene.settings.time_step = TimeStep::default();
+    (scene, count)
 }
 
-/// Kinetic energy (J).
-fn kinetic(particles: &[ParticleState], masses: &[f64]) -> f64 {
-    particles.iter().zip(masses).map(|(p, m)| 0.5 * m * p.v.iter().map(|v| v * v).sum::<f64>()).sum()
-}
-
-#[test]
-fn a13_two_balls_collide_symmetrically_and_give_back_their_energy() {
-    for kernel in [Kernel::Quadratic, Kernel::Cubic] {
-        for transfer in [Transfer::Apic, Transfer::Mls] {
-            let variant = Variant { kernel, transfer };
-            let mach = env("MACH", 0.06);
-            let (scene, count) = balls(variant, env("RAD", 8.0), mach);
-            let masses = scene.masses();
-            let mut simulation = scene.simulate(Precision::F64);
-            let start = kinetic(&simulation.snow_particles(), &masses);
-            let moving = scene.objects.iter().flat_map(|o| o.v.iter().zip(&o.mass));
-            let scale: f64 = moving.map(|(v, m)| m * norm(*v)).sum();
-            let (mut least, mut worst) = (1.0_f64, 0.0_f64);
-            for _ in 0..12 {
-                advance(&mut simulation, env("STEPS", 20.0) as u64);
-                let particles = simulation.snow_particles();
-                least = least.min(kinetic(&particles, &masses) / start);
-                let drift = norm(momentum(&particles, &masses)) / scale;
-                assert!(drift < 1e-13, "{}: momentum {drift:e}", variant.name());
-                worst = worst.max(asymmetry(&particles, count));
-                if std::env::var("DBG").is_ok() {
-                    println!("{:.3}", kinetic(&particles, &masses) / start);
-                }
-            }
-            let recovered = kinetic(&simulation.snow_particles(), &masses) / start;
-            let d = simulation.diagnose();
-            println!("el/ke0 {:.3}", d.elastic_energy / start);
-            println!(
-                "A13 {}: kinetic energy down to {least:.3}, back to {recovered:.3}, asymmetry {worst:.1e} m",
-                variant.name()
-            );
-            assert!(least < 0.5, "{}: they met", variant.name());
-            assert!(worst < 1e-12, "{}: asymmetry {worst:e}", variant.name());
-            //assert!(recovered >= 0.95, "{}: {recovered}", variant.name());
+fn collide(variant: Variant, advection: Advection, cells: f64) -> Collision {
+    let (mut scene, count) = discs(variant, cells);
+    scene.settings.advection = advection;
+    let masses = scene.masses();
+    let moment = match variant.transfer {
+        Transfer::PicFlip(_) => 0.0,
+        Transfer::Apic | Transfer::Mls => second_moment(variant.kernel, H),
+    };
+    let moving = scene.objects.iter().flat_map(|o| o.v.iter().zip(&o.mass));
+    let [scale, start] =
+        moving.fold([0.0; 2], |[p, e], (v, m)| [p + m * norm(*v), e + 0.5 * m * norm(*v).powi(2)]);
+    let mut simulation = scene.simulate(Precision::F64);
+    let mut of =
+        Collision { lowest: 1.0, back: 0.0, whole: 0.0, end: 0.0, left: 0.0, momentum: 0.0, asymmetry: 0.0 };
+    // Until they have met, and parted again: the energy stays as it is then.
+    for _ in 0..90 {
+        advance(&mut simulation, 1);
+        let particles = simulation.snow_particles();
+        of.momentum = of.momentum.max(norm(momentum(&particles, &masses)) / scale);
+        of.asymmetry = of.asymmetry.max(asymmetry(&particles, count));
+        let kinetic = kinetic_energy(&particles, &masses, moment) / start;
+        if kinetic < of.lowest {
+            (of.lowest, of.back) = (kinetic, 0.0);
         }
+        if kinetic > of.back {
+            let own = norm(momentum(&particles[..count], &masses[..count]));
+            (of.back, of.whole) = (kinetic, (own / (0.5 * scale)).powi(2));
+        }
+        of.end = kinetic;
     }
+    of.left = of.end + simulation.diagnose().elastic_energy / start;
+    of
 }
 
-/// Largest distance (m) of a particle from the image of its partner on the other ball, which half a
-/// turn about z and a mirror bring together: the lattice in reverse order.
+/// Largest distance (m) of a particle from the image of its partner on the other disc, through the
+/// origin: the lattice in reverse order; and the same of velocities (m/s).
 fn asymmetry(particles: &[ParticleState], count: usize) -> f64 {
     let (left, right) = particles.split_at(count);
     let pairs = left.iter().zip(right.iter().rev());
@@ -89,63 +129,47 @@ fn asymmetry(particles: &[ParticleState], count: usize) -> f64 {
 }
 
 #[test]
-fn a16_a_ball_that_bounces_is_pressed_as_hertz_says() {
-    let material = elastic(1.4e5, 0.2);
-    let speed = (wave_modulus(&material) / DENSITY).sqrt();
-    let radius = env("RAD", 10.0) * H;
+fn a13_two_discs_collide_symmetrically_and_give_back_their_energy() {
     for kernel in [Kernel::Quadratic, Kernel::Cubic] {
-        if std::env::var("QUAD").is_ok() && kernel == Kernel::Cubic {
-            continue;
-        }
         for transfer in [Transfer::Apic, Transfer::Mls] {
             let variant = Variant { kernel, transfer };
-            let x = ball([0.0, radius + H, 0.0], radius, 0.5 * H);
-            let body = object("ball", x, (0.5 * H).powi(3), DENSITY, material);
-            let fall = env("MACH", 0.04) * speed;
-            let scene =
-                SnowScene::new(vec![body], H, 0.4 * H / speed).by(variant).moving(|_| [0.0, -fall, 0.0]);
-            let mut scene = scene.grouped(4);
-            scene.colliders = vec![plane([0.0; 3], [0.0, 1.0, 0.0], Contact::Separating, 0.0)];
-            let mut simulation = scene.simulate(Precision::F64);
-            let mass: f64 = scene.masses().iter().sum();
-            // Middle against the lowest particles: what the ball itself is pressed.
-            let start = &scene.objects[0].x;
-            let lowest = start.iter().map(|x| x[1]).fold(f64::INFINITY, f64::min);
-            let height = |particles: &[ParticleState]| {
-                let mean = |chosen: &dyn Fn(&[f64; 3]) -> bool| {
-                    let some = particles.iter().zip(start).filter(|(_, x)| chosen(x)).map(|(p, _)| p.x[1]);
-                    let some: Vec<f64> = some.collect();
-                    some.iter().sum::<f64>() / some.len() as f64
-                };
-                let foot = |x: &[f64; 3]| x[1] == lowest && x[0].hypot(x[2]) < 0.5 * H;
-                let stretch =
-                    particles.iter().zip(start).find(|(_, x)| foot(x)).map(|(p, _)| p.elastic[1][1]);
-                // Half of what the lowest particle stands for lies below it.
-                mean(&|_| true) - mean(&foot) + 0.25 * H * stretch.expect("a lowest particle")
-            };
-            let before = height(&simulation.snow_particles());
-            let (mut pressed, mut speed_after) = (0.0_f64, 0.0_f64);
-            for _ in 0..120 {
-                let report = advance(&mut simulation, 1);
-                pressed = pressed.max(before - height(&simulation.snow_particles()));
-                speed_after = report.diagnostics.momentum[1] / mass;
+            // The cubic kernel is wider: it would need a third more cells for the same.
+            let sizes: &[f64] = if kernel == Kernel::Quadratic { &[6.0, 12.0, 26.0] } else { &[6.0, 12.0] };
+            let runs = sizes.iter().map(|cells| {
+                let found = collide(variant, Advection::Particle, *cells);
+                found.judge(variant, *cells);
+                let Collision { asymmetry, .. } = found;
+                assert!(asymmetry < 1e-12, "{}: asymmetry {asymmetry:e}", variant.name());
+                found
+            });
+            let runs: Vec<Collision> = runs.collect();
+            // First order: the zone of contact is a number of cells wide.
+            let order = order(1.0 - runs[0].left, 1.0 - runs[1].left, 2.0);
+            println!("A13 {}: energy is lost with order {order:.2} in h", variant.name());
+            assert!(order >= 1.0, "{}: order {order}", variant.name());
+            if let Some(finest) = runs.get(2) {
+                assert!(finest.back >= 0.95, "{}: {} comes back", variant.name(), finest.back);
             }
-            let energy = 0.5 * mass * fall * fall;
-            let hertz = (15.0 / 8.0 * energy * (1.0 - 0.2 * 0.2) / (1.4e5 * radius.sqrt())).powf(0.4);
-            let off = pressed / hertz - 1.0;
-            println!(
-                "A16 {}: pressed {:.3} cells, Hertz {:.3} ({off:+.3}); restitution {:.3}",
-                variant.name(),
-                pressed / H,
-                hertz / H,
-                speed_after / fall
-            );
-            assert!(off.abs() < 15.0, "{}: {off}", variant.name());
-            assert!(speed_after > 0.0, "{}: it comes back", variant.name());
         }
     }
 }
 
-fn env(name: &str, default: f64) -> f64 {
-    std::env::var(name).ok().and_then(|v| v.parse().ok()).unwrap_or(default)
+/// Reported: what PIC/FLIP gives back. Particles that move by their own velocity while F follows
+/// that of the grid get out of step with it: what they carry as strain is not how they lie, the
+/// discs stick to each other, and the energy stays in them.
+#[test]
+fn a13_with_pic_flip_what_comes_back_depends_on_what_moves_particles() {
+    for blend in [Blend::PerStep(1.0), Blend::PerStep(0.95), Blend::TimeConstant(0.02), Blend::PerStep(0.0)] {
+        let variant = Variant { kernel: Kernel::Quadratic, transfer: Transfer::PicFlip(blend) };
+        let [own, grid] = [Advection::Particle, Advection::Grid].map(|advection| {
+            let found = collide(variant, advection, 8.0);
+            println!("A13 {blend:?}, moved by {advection:?}:");
+            found.judge(variant, 8.0);
+            found
+        });
+        assert!(grid.back <= 1.0, "{blend:?}: {}", grid.back);
+        // Without PIC both are the same.
+        let pic = blend == Blend::PerStep(0.0);
+        assert!(pic || grid.end > own.end, "{blend:?}: {} and {}", grid.end, own.end);
+    }
 }

@@ -12,6 +12,7 @@ mod flight;
 mod forces;
 mod gather;
 mod golden_step;
+mod bounce;
 mod impact;
 mod kernels;
 mod laws;
