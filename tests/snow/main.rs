@@ -10,6 +10,7 @@ mod dissipation;
 mod faults;
 mod flight;
 mod forces;
+mod friction;
 mod gather;
 mod golden_step;
 mod bounce;

@@ -120,7 +120,9 @@ impl<R: Real> Snow<R> {
             };
             let grid = self.engine.onto_grid(&context, watch);
             let moved = grid.speed2.sqrt() * dt / self.settings().cell;
-            if moved > MOVE || moved.is_nan() {
+            // Velocities that a solve follows are only where it begins.
+            let limit = if self.engine.is_implicit() { f64::MAX } else { MOVE };
+            if moved > limit || moved.is_nan() {
                 (shorter, substeps) = (self.shortened(shorter, moved, grid.fastest)?, substeps + 1);
                 continue;
             }

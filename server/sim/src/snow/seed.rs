@@ -4,7 +4,7 @@
 //! come from the grid.
 
 use super::{
-    Transfer,
+    Integration, Transfer,
     bound::Extremes,
     grid::{ROOM, block_of},
     particles::Group,
@@ -175,6 +175,11 @@ impl<R: Real> Engine<R> {
         });
         particles.fixed.par_iter_mut().zip(&*spare).for_each(|(fixed, quad)| *fixed = [quad[0], quad[1]]);
         sorter.renumber(&mut particles.id, &mut particles.object);
+    }
+
+    /// Whether velocities are solved for.
+    pub(super) fn is_implicit(&self) -> bool {
+        matches!(self.settings.integration, Integration::SemiImplicit { beta, .. } if beta > 0.0)
     }
 
     /// Share of FLIP says whether C is an affine velocity or a gradient.

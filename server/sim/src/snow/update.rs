@@ -193,7 +193,7 @@ impl<R: Real> Kernel<R> for Update<'_, '_, R> {
             shapes[k] = match self.deformation {
                 Deformation::Step => {
                     let gradient = load9::<R, P>(&self.arrivals[k].gradient);
-                    predict(&f, &gradient, P::splat(self.dt))
+                    predict(&f, &still(&gradient, self.ballistic(k, volumes[k])), P::splat(self.dt))
                 }
                 Deformation::Refresh => f,
             };
@@ -208,7 +208,29 @@ impl<R: Real> Kernel<R> for Update<'_, '_, R> {
     }
 }
 
+/// 0 where a particle is ballistic: it moves as a point, and keeps its F_E.
+#[inline(always)]
+fn still<R: Real, P: Pack<R>>(gradient: &Columns<P>, ballistic: P) -> Columns<P> {
+    let zero = P::splat(R::zero());
+    let mut out = *gradient;
+    for axis in 0..3 {
+        for k in 0..3 {
+            out[axis][k] = zero.if_less(ballistic, zero, gradient[axis][k]);
+        }
+    }
+    out
+}
+
 impl<R: Real> Update<'_, '_, R> {
+    /// 1 where the density on the grid is below a share of m / V0, else 0: nearly alone.
+    #[inline(always)]
+    fn ballistic<P: Pack<R>>(&self, k: usize, volume: P) -> P {
+        let [.., m] = P::columns(&self.moving[k][0]);
+        let own = m.mul(P::splat(self.ballistic_below));
+        let density = P::load(&self.arrivals[k].density);
+        density.mul(volume).if_less(own, P::splat(R::one()), P::splat(R::zero()))
+    }
+
     /// Writes a group, and counts it.
     #[inline(always)]
     fn finish<P: Pack<R>>(&mut self, k: usize, new: &Deformed<P>, volume: P, moduli: &Moduli<P>) {
@@ -218,9 +240,8 @@ impl<R: Real> Update<'_, '_, R> {
         let (v, drift) = (load3::<R, P>(&arrival.v), load3::<R, P>(&arrival.drift));
         let c = load9::<R, P>(&arrival.affine);
         let position = [x.add(dt.mul(drift[0])), y.add(dt.mul(drift[1])), z.add(dt.mul(drift[2]))];
-        // Density on the grid below a share of m / V0: nearly alone, no stress.
-        let own = m.mul(P::splat(self.ballistic_below));
-        let ballistic = P::load(&arrival.density).mul(volume).if_less(own, P::splat(R::one()), zero);
+        let ballistic = self.ballistic(k, volume);
+        let c = still(&c, ballistic);
         let mut s = new.volume_stress;
         for k in 0..6 {
             s[k] = zero.if_less(ballistic, zero, s[k]);

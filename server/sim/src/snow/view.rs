@@ -209,7 +209,9 @@ impl<R: Real> Engine<R> {
         let mut fastest = (0.0, [0; 3]);
         for (key, nodes) in self.grid.node_blocks.iter().zip(&self.grid.nodes) {
             for (i, node) in nodes.iter().enumerate() {
-                let speed2 = node[..3].iter().map(|v| v.to_f64() * v.to_f64()).sum::<f64>();
+                // A light node weighs little in any particle, as on the grid.
+                let share = (node[3].to_f64() / self.least_mass).min(1.0);
+                let speed2 = node[..3].iter().map(|v| v.to_f64() * v.to_f64()).sum::<f64>() * share * share;
                 if speed2 > fastest.0 || speed2.is_nan() {
                     fastest = (speed2, node_of(block_of(*key), i));
                     if speed2.is_nan() {
