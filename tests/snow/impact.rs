@@ -46,7 +46,7 @@ struct Collision {
 }
 
 impl Collision {
-    /// Prints it; momentum and symmetry are kept to rounding.
+    /// Prints it; momentum is kept to rounding, whatever the transfer.
     fn judge(&self, variant: Variant, cells: f64) {
         let Self { lowest, back, whole, end, left, momentum, asymmetry } = self;
         let name = variant.name();

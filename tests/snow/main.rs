@@ -15,6 +15,7 @@ mod gather;
 mod golden_step;
 mod bounce;
 mod impact;
+mod refinement;
 mod kernels;
 mod laws;
 mod limits;
