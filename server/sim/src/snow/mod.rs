@@ -13,6 +13,7 @@ pub mod constitutive;
 mod deform;
 mod particles;
 mod grid;
+mod depart;
 mod sort;
 mod particles_to_grid;
 mod grid_update;

@@ -10,25 +10,11 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::{
-    grid::{CELLS, Coordinate, Grid, NONE, REACH, SIDE, block_of, key_of, shifted, wrap},
+    depart::{AROUND, Departures, FAR, STAY, direction},
+    grid::{CELLS, Grid, NONE, REACH, SIDE, block_of, key_of, shifted, wrap},
     grid_to_particles::CellStarts,
 };
-use crate::{
-    math::{LANES, Pack, Real},
-    parallel::Disjoint,
-};
-
-/// Directions to the blocks around a block, itself in the middle.
-const AROUND: usize = 27;
-/// The direction of those that stay.
-const STAY: usize = 13;
-/// Went further than to a block around.
-const FAR: u16 = u16::MAX;
-
-/// A step of -1, 0, 1 along each axis.
-fn direction(i: usize) -> [i32; 3] {
-    [(i / 9) as i32 - 1, (i / 3 % 3) as i32 - 1, (i % 3) as i32 - 1]
-}
+use crate::{math::Real, parallel::Disjoint};
 
 /// The sorted order and what renews it.
 #[derive(Clone, Debug, Default)]
@@ -54,53 +40,6 @@ pub(super) struct Sorter {
     pub(super) moved: usize,
     /// Whether a particle went too far, or is nowhere.
     scattered: bool,
-}
-
-/// Codes of particles of `block` whose first nodes are now `node`, whole numbers.
-#[inline(always)]
-pub(super) fn codes<R: Real, P: Pack<R>>(
-    block: Coordinate,
-    node: &[P; 3],
-    periodic: [u32; 3],
-) -> [u16; LANES] {
-    let number = |value: f64| P::splat(R::of(value));
-    let (mut code, mut by) = (number(0.0), *node);
-    for axis in 0..3 {
-        let start = node[axis].mul(number(1.0 / SIDE as f64)).floor();
-        let cell = node[axis].sub(start.mul(number(SIDE as f64)));
-        by[axis] = start.sub(number(f64::from(block[axis])));
-        if periodic[axis] > 0 {
-            let period = number(f64::from(periodic[axis]));
-            let least = by[axis].sub(period.mul(by[axis].div(period).floor()));
-            by[axis] = period.if_less(least.add(least), least.sub(period), least);
-        }
-        // 64 times a step of -1, 0 or 1 in base 3, and the cell in base 4.
-        let [direction, inner] = [[576.0, 16.0], [192.0, 4.0], [64.0, 1.0]][axis];
-        code = code.add(by[axis].add(number(1.0)).mul(number(direction))).add(cell.mul(number(inner)));
-    }
-    // Also where a coordinate is not a number.
-    let far = number(f64::from(FAR));
-    for by in by {
-        code = by.abs().if_less(number(1.5), code, far);
-    }
-    code.whole()
-}
-
-/// Writes where the particles of a block went.
-pub(super) struct Departures<'a> {
-    codes: Disjoint<'a, u16>,
-}
-
-impl Departures<'_> {
-    /// Codes of the particles from a position of the order on.
-    #[inline(always)]
-    #[allow(unsafe_code, reason = "blocks have ranges of their own in the order")]
-    pub(super) fn note(&self, position: usize, codes: &[u16]) {
-        for (i, code) in codes.iter().enumerate() {
-            // SAFETY: a position belongs to one block, and a block is worked on by one thread.
-            unsafe { *self.codes.slot(position + i) = *code };
-        }
-    }
 }
 
 impl Sorter {

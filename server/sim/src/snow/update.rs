@@ -6,10 +6,10 @@
 use super::{
     bound::Extremes,
     deform::{Deformed, deform, predict, stiffness_of, undeformed},
+    depart::codes,
     grid::Coordinate,
     particles::{Group, Pair, Particles, write},
     response::{Coefficients, Moduli, hardened},
-    sort::codes,
     step::Engine,
     weight::first_node,
 };
