@@ -203,7 +203,8 @@ pub(super) fn undeformed<R: Real, P: Pack<R>, const K: usize>(
         let Svd { u, sigma, .. } = svd(&f[k]);
         out[k].hardening = hardened(jp[k], &m[k]);
         let t = principal_stress(&sigma, out[k].hardening, &m[k]);
-        out[k].volume_stress = in_frame(&u, &[t[0].mul(volume[k]), t[1].mul(volume[k]), t[2].mul(volume[k])]);
+        let t = [t[0].mul(volume[k]), t[1].mul(volume[k]), t[2].mul(volume[k])];
+        out[k].volume_stress = in_frame(&u, &t);
     }
     out
 }
