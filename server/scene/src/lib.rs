@@ -27,6 +27,7 @@ pub use scene::{ColliderText, Scene, ShapeText, VERSION};
 pub use schema::page as reference_page;
 pub use shipped::shipped_scenes;
 pub use snow::{
-    BoxText, MaterialText, Sampling, Snow, SnowBody, SnowSolver, SnowSource, TransferName, VolumeFrom,
+    AdvectionName, BoxText, MaterialText, Sampling, Snow, SnowBody, SnowSolver, SnowSource, TransferName,
+    VolumeFrom,
 };
 pub use source::Source;

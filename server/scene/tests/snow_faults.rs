@@ -41,6 +41,11 @@ const FAULTS: &[(&str, &str, &str)] = &[
     ),
     (
         "cell = 0.1",
+        "cell = 0.1\nadvection = \"grid\"",
+        "scene.toml:6:13: snow.advection: goes with transfer = \"pic_flip\" alone; the transfer here is \"mls\"",
+    ),
+    (
+        "cell = 0.1",
         "cell = 0.1\ntransfer = \"pic_flip\"\nflip = 1\nflip_time = 0.1",
         "scene.toml:8:13: snow.flip_time: does not go with flip: one of them is needed",
     ),

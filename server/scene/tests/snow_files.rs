@@ -7,7 +7,7 @@ use nappe_sim::{
     collide::{Contact, Shape},
     linalg::Stop,
     mesh::TriangleMesh,
-    snow::{Blend, Integration, Kernel, Law, SnowObject, TimeStep, Transfer},
+    snow::{Advection, Blend, Integration, Kernel, Law, SnowObject, TimeStep, Transfer},
     world::WorldSetup,
 };
 
@@ -54,6 +54,8 @@ fn settings_come_out_as_written() {
     let flip = of("transfer = \"pic_flip\"\nkernel = \"cubic\"");
     assert_eq!(flip.transfer, Transfer::PicFlip(Blend::PerStep(0.95)));
     assert_eq!(flip.kernel, Kernel::Cubic);
+    let grid = of("transfer = \"pic_flip\"\nadvection = \"grid\"");
+    assert_eq!((flip.advection, grid.advection), (Advection::Particle, Advection::Grid));
     let timed = of("transfer = \"pic_flip\"\nflip_time = 0.02\nkernel = \"linear\"");
     assert_eq!(timed.transfer, Transfer::PicFlip(Blend::TimeConstant(0.02)));
     assert_eq!(of("transfer = \"apic\"").transfer, Transfer::Apic);
@@ -227,7 +229,7 @@ jp_range = [0.5, 3]
     );
     let text = text.replace(
         "cell = 0.1",
-        "cell = 0.1\ntransfer = \"pic_flip\"\nflip_time = 0.1\nsubstep = 1e-3\nunchecked = true\nbeta = 1\nsolver = { max_iterations = 9 }",
+        "cell = 0.1\ntransfer = \"pic_flip\"\nflip_time = 0.1\nadvection = \"grid\"\nsubstep = 1e-3\nunchecked = true\nbeta = 1\nsolver = { max_iterations = 9 }",
     );
     let scene = parse(&text).unwrap_or_else(|error| panic!("{error}"));
     let again = parse(&scene.to_toml()).unwrap_or_else(|error| panic!("{error}\n{}", scene.to_toml()));

@@ -29,6 +29,7 @@ pub(super) static SNOW: Section = Section {
         field("transfer", Choice(|| Transfer::NAMES.to_vec()), "", Default("\"mls\""), "how velocities go to the grid and back: pic_flip (Stomakhin et al. 2013), apic (Jiang et al. 2015), mls (Hu et al. 2018)"),
         field("flip", Number(SHARE), "", Absent("0.95 with pic_flip, unless flip_time is given"), "share of FLIP in each step of the snow, with pic_flip alone: the damping in a second then doubles when the step is halved"),
         field("flip_time", Number(Range(1e-9, 1e9)), "s", Absent("see flip"), "with pic_flip, in place of flip: the share of FLIP in a step dt is exp(-dt / flip_time), so that the damping in a second does not depend on dt"),
+        field("advection", Choice(|| vec!["particle", "grid"]), "", Absent("particle, with pic_flip"), "which velocity moves a particle, with pic_flip alone: its own (Stomakhin et al. 2013), or that of the grid around it, which keeps positions and deformation together"),
         field("safety", Number(Range(1e-3, 1.0)), "", Absent("0.9, unless substep is given"), "share of the certified bound that a step of the snow takes"),
         field("substep", Number(Range(1e-12, 1.0)), "s", Absent("as long as the bound allows"), "length of the steps of the snow; refused, with the number, where it is above the bound"),
         field("unchecked", Flag, "", Default("false"), "with substep: takes such steps whatever the bound says; runs may diverge, and say so"),

@@ -24,5 +24,6 @@ pub(crate) use place::Place;
 pub(crate) use settings::settings;
 pub(crate) use solid::Placement;
 pub use types::{
-    BoxText, MaterialText, Sampling, Snow, SnowBody, SnowSolver, SnowSource, TransferName, VolumeFrom,
+    AdvectionName, BoxText, MaterialText, Sampling, Snow, SnowBody, SnowSolver, SnowSource, TransferName,
+    VolumeFrom,
 };

@@ -2,12 +2,12 @@
 
 use nappe_sim::{
     linalg::Stop,
-    snow::{Blend, Integration, Kernel, SnowSettings, TimeStep, Transfer},
+    snow::{Advection, Blend, Integration, Kernel, SnowSettings, TimeStep, Transfer},
 };
 
 use super::{
     place::Place,
-    types::{Snow, TransferName},
+    types::{AdvectionName, Snow, TransferName},
 };
 use crate::error::SceneError;
 
@@ -28,6 +28,10 @@ pub(crate) fn settings(snow: &Snow, place: &Place<'_>) -> Result<SnowSettings, S
     Ok(SnowSettings {
         kernel: snow.kernel,
         transfer: transfer(snow, place)?,
+        advection: match snow.advection {
+            None | Some(AdvectionName::Particle) => Advection::Particle,
+            Some(AdvectionName::Grid) => Advection::Grid,
+        },
         time_step: time_step(snow, place)?,
         integration: integration(snow, place)?,
         max_substeps: snow.max_substeps,
@@ -51,8 +55,13 @@ fn transfer(snow: &Snow, place: &Place<'_>) -> Result<Transfer, SceneError> {
         TransferName::Apic => Transfer::Apic,
         TransferName::Mls => Transfer::Mls,
     };
-    for (field, given) in [("flip", snow.flip), ("flip_time", snow.flip_time)] {
-        if given.is_some() {
+    let given = [
+        ("flip", snow.flip.is_some()),
+        ("flip_time", snow.flip_time.is_some()),
+        ("advection", snow.advection.is_some()),
+    ];
+    for (field, given) in given {
+        if given {
             let message = format!(
                 "goes with transfer = \"pic_flip\" alone; the transfer here is \"{}\"",
                 affine.name()

@@ -27,6 +27,9 @@ pub struct Snow {
     /// Time constant of FLIP (s).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub flip_time: Option<f64>,
+    /// Which velocity moves a particle of PIC/FLIP.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub advection: Option<AdvectionName>,
     /// Share of the certified bound that a step takes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub safety: Option<f64>,
@@ -65,6 +68,7 @@ impl Snow {
             transfer: TransferName::default(),
             flip: None,
             flip_time: None,
+            advection: None,
             safety: None,
             substep: None,
             unchecked: false,
@@ -89,6 +93,16 @@ pub enum TransferName {
     /// Affine velocities, and forces through the same affine field.
     #[default]
     Mls,
+}
+
+/// Which velocity moves a particle of PIC/FLIP.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum AdvectionName {
+    /// Its own.
+    Particle,
+    /// That of the grid around it.
+    Grid,
 }
 
 /// Linear solver of a semi-implicit step of snow.

@@ -154,7 +154,8 @@ pub struct SnowSettings {
     /// Steps of the snow in one step of the world, at most: a run that needs more stops.
     pub max_substeps: u32,
     /// Particles whose density on the grid is below this share of their own are ballistic: no
-    /// stress. They then do not limit dt by the bound of a lone particle. 0: none.
+    /// stress, and a deformation that stays. They then do not limit dt by the bound of a lone
+    /// particle. 0: none.
     pub ballistic_below: f64,
     /// Period of the grid along each axis, in blocks of four cells; 0: not periodic. Positions are
     /// not wrapped.
