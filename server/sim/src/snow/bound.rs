@@ -71,11 +71,12 @@ impl Worst {
 }
 
 impl<R: Real> Engine<R> {
-    /// Looks in the blocks whose figures have them, while these are the blocks' own.
+    /// Looks in the runs of blocks whose figures have them, while these are the runs' own.
     pub(super) fn worst(&self) -> Worst {
         let greatest = self.extremes.values();
         let has = |own: [f64; 5]| (0..5).any(|k| greatest[k] > 0.0 && own[k] >= greatest[k]);
-        self.worst_in((0..self.figures.len()).filter(|b| has(self.figures[*b].extremes.values())))
+        let runs = (0..self.figures.len()).filter(|run| has(self.figures[*run].extremes.values()));
+        self.worst_in(runs.flat_map(|run| self.sorter.blocks_of(run)))
     }
 
     /// Looks in all blocks.

@@ -2,11 +2,42 @@
 //!
 //! Reads velocities that a group brought from the grid; writes them after contact.
 
-use super::{grid::SIDE, step::StepContext, update::Arrival};
+use super::{
+    grid::{SIDE, block_of},
+    step::StepContext,
+    update::Arrival,
+};
 use crate::{collide::velocity_after, math::Real};
 
+/// Says which groups of particles may meet a collider, block after block.
+pub(super) struct Nearness<'a> {
+    context: &'a StepContext<'a>,
+    cell: f64,
+    /// The first block that was not looked at, and whether the one before it is near.
+    next: usize,
+    last: bool,
+}
+
+impl<'a> Nearness<'a> {
+    /// From a block on, on cells of side `cell` (m).
+    pub(super) fn new(context: &'a StepContext<'a>, cell: f64, block: usize) -> Self {
+        Self { context, cell, next: block, last: false }
+    }
+
+    /// Whether a block after those of the last call is near, up to `block`, or the last of those.
+    pub(super) fn reaches(&mut self, blocks: &[u64], block: usize) -> bool {
+        let mut any = self.last;
+        for key in &blocks[self.next..=block] {
+            self.last = particles_near(self.context, block_of(*key), self.cell);
+            any |= self.last;
+        }
+        self.next = block + 1;
+        any
+    }
+}
+
 /// Whether a particle of a block may meet a collider.
-pub(super) fn particles_near(context: &StepContext<'_>, block: [i32; 3], h: f64) -> bool {
+fn particles_near(context: &StepContext<'_>, block: [i32; 3], h: f64) -> bool {
     let center = block.map(|c| (f64::from(c * SIDE as i32) + 2.75) * h);
     // Half a block, the offset of a first node, and a cell on the way.
     let radius = 3.75 * 3.0_f64.sqrt() * h;

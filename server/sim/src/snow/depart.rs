@@ -2,7 +2,7 @@
 //!
 //! Reads first nodes; writes codes by position in the sorted order, for the sorter.
 
-use super::grid::{Coordinate, SIDE};
+use super::grid::SIDE;
 use crate::{
     math::{LANES, Pack, Real},
     parallel::Disjoint,
@@ -20,19 +20,15 @@ pub(super) fn direction(i: usize) -> [i32; 3] {
     [(i / 9) as i32 - 1, (i / 3 % 3) as i32 - 1, (i % 3) as i32 - 1]
 }
 
-/// Codes of particles of `block` whose first nodes are now `node`, whole numbers.
+/// Codes of particles that come from `block` and whose first nodes are now `node`, whole numbers.
 #[inline(always)]
-pub(super) fn codes<R: Real, P: Pack<R>>(
-    block: Coordinate,
-    node: &[P; 3],
-    periodic: [u32; 3],
-) -> [u16; LANES] {
+pub(super) fn codes<R: Real, P: Pack<R>>(block: &[P; 3], node: &[P; 3], periodic: [u32; 3]) -> [u16; LANES] {
     let number = |value: f64| P::splat(R::of(value));
     let (mut code, mut by) = (number(0.0), *node);
     for axis in 0..3 {
         let start = node[axis].mul(number(1.0 / SIDE as f64)).floor();
         let cell = node[axis].sub(start.mul(number(SIDE as f64)));
-        by[axis] = start.sub(number(f64::from(block[axis])));
+        by[axis] = start.sub(block[axis]);
         if periodic[axis] > 0 {
             let period = number(f64::from(periodic[axis]));
             let least = by[axis].sub(period.mul(by[axis].div(period).floor()));
@@ -50,7 +46,7 @@ pub(super) fn codes<R: Real, P: Pack<R>>(
     code.whole()
 }
 
-/// Writes where the particles of a block went.
+/// Writes where particles went.
 pub(super) struct Departures<'a> {
     pub(super) codes: Disjoint<'a, u16>,
 }
@@ -58,10 +54,10 @@ pub(super) struct Departures<'a> {
 impl Departures<'_> {
     /// Codes of the particles from a position of the order on.
     #[inline(always)]
-    #[allow(unsafe_code, reason = "blocks have ranges of their own in the order")]
+    #[allow(unsafe_code, reason = "runs of blocks have ranges of their own in the order")]
     pub(super) fn note(&self, position: usize, codes: &[u16]) {
         for (i, code) in codes.iter().enumerate() {
-            // SAFETY: a position belongs to one block, and a block is worked on by one thread.
+            // SAFETY: a position belongs to one run of blocks, which is worked on by one thread.
             unsafe { *self.codes.slot(position + i) = *code };
         }
     }

@@ -4,6 +4,9 @@
 //! one further along each axis: eight blocks. Blocks are kept sorted by key; nothing else is stored
 //! or visited. Negative coordinates are ordinary.
 
+use rayon::prelude::*;
+
+use super::keys::{Finder, step_of, unite};
 use crate::math::Real;
 
 /// Cells and nodes along the side of a block.
@@ -67,6 +70,8 @@ pub(super) struct Grid<R> {
     pub(super) tiles: Vec<R>,
     /// Impulses of forces alone, where velocities before forces are needed.
     pub(super) impulses: Vec<R>,
+    /// Blocks of nodes, while they are being found.
+    spare_blocks: Vec<u64>,
     /// Velocities after forces and colliders, and masses.
     pub(super) nodes: Vec<NodeBlock<R>>,
     /// Changes of velocity in this step, for FLIP.
@@ -76,7 +81,28 @@ pub(super) struct Grid<R> {
 impl<R: Real> Grid<R> {
     /// Finds the blocks of nodes around `self.blocks` and links both.
     pub(super) fn link(&mut self, periodic: [u32; 3]) {
+        self.find_node_blocks(periodic);
         let Self { blocks, node_blocks, in_front, behind, .. } = self;
+        in_front.resize(blocks.len(), [NONE; 8]);
+        around(blocks, node_blocks, in_front, corner, periodic);
+        behind.resize(node_blocks.len(), [NONE; 8]);
+        around(node_blocks, blocks, behind, |i| corner(i).map(|c| -c), periodic);
+    }
+
+    /// The blocks in front of every block, sorted.
+    fn find_node_blocks(&mut self, periodic: [u32; 3]) {
+        let Self { blocks, node_blocks, spare_blocks, .. } = self;
+        if periodic == [0; 3] {
+            // With the next one along z, then along y, then along x: every sum of such steps.
+            let next = |blocks: &[u64], by, out: &mut Vec<u64>| {
+                let step = step_of(by);
+                unite(blocks.iter().copied(), blocks.iter().map(|key| key.wrapping_add(step)), out);
+            };
+            next(blocks, [0, 0, 1], node_blocks);
+            next(node_blocks, [0, 1, 0], spare_blocks);
+            next(spare_blocks, [1, 0, 0], node_blocks);
+            return;
+        }
         node_blocks.clear();
         for &key in blocks.iter() {
             let block = block_of(key);
@@ -84,20 +110,6 @@ impl<R: Real> Grid<R> {
         }
         node_blocks.sort_unstable();
         node_blocks.dedup();
-        in_front.clear();
-        behind.clear();
-        behind.resize(node_blocks.len(), [NONE; 8]);
-        for (index, &key) in blocks.iter().enumerate() {
-            let block = block_of(key);
-            let mut front = [NONE; 8];
-            for i in 0..8 {
-                let key = key_of(shifted(block, corner(i), periodic));
-                let node = node_blocks.binary_search(&key).expect("every block in front was listed");
-                front[i] = node as u32;
-                behind[node][i] = index as u32;
-            }
-            in_front.push(front);
-        }
     }
 
     /// Room for the tiles of a kernel of width `n`; never shrinks.
@@ -116,16 +128,43 @@ impl<R: Real> Grid<R> {
         self.blocks.reserve(blocks);
         self.in_front.reserve(blocks);
         self.node_blocks.reserve(8 * blocks);
+        self.spare_blocks.reserve(8 * blocks);
         self.behind.reserve(8 * blocks);
     }
 
     /// Bytes in use.
     pub(super) fn bytes(&self) -> usize {
-        (self.blocks.capacity() + self.node_blocks.capacity()) * 8
+        (self.blocks.capacity() + self.node_blocks.capacity() + self.spare_blocks.capacity()) * 8
             + (self.in_front.capacity() + self.behind.capacity()) * 32
             + (self.tiles.capacity() + self.impulses.capacity()) * size_of::<R>()
             + (self.nodes.capacity() + self.changes.capacity()) * size_of::<NodeBlock<R>>()
     }
+}
+
+/// Blocks that one thread looks up neighbours for at a time.
+const CHUNK: usize = 256;
+
+/// For each block of a list, where in another list the blocks stand that are `by(i)` away.
+pub(super) fn around<const K: usize>(
+    blocks: &[u64],
+    others: &[u64],
+    out: &mut [[u32; K]],
+    by: impl Fn(usize) -> [i32; 3] + Sync,
+    periodic: [u32; 3],
+) {
+    out.par_chunks_mut(CHUNK).zip(blocks.par_chunks(CHUNK)).for_each(|(out, blocks)| {
+        for i in 0..K {
+            let (mut finder, by) = (Finder::new(others), by(i));
+            let step = step_of(by);
+            for (found, &key) in out.iter_mut().zip(blocks) {
+                let wanted = match periodic {
+                    [0, 0, 0] => key.wrapping_add(step),
+                    _ => key_of(shifted(block_of(key), by, periodic)),
+                };
+                found[i] = finder.find(wanted);
+            }
+        }
+    });
 }
 
 /// Blocks that there is room for on top of those in use: even a few may soon be several times as many.

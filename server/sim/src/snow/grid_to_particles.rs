@@ -1,12 +1,13 @@
 //! Grid to particles: velocity, affine velocity and velocity gradient from the nodes around.
 //!
-//! Reads a block's neighbourhood of nodes, assembled into one tile; writes lanes of what sixteen
-//! particles gather (Stomakhin et al. 2013, step 9; Jiang et al. 2015, eq. 8).
+//! Reads each block's neighbourhood of nodes, assembled into one tile; writes lanes of what sixteen
+//! particles gather (Stomakhin et al. 2013, step 9; Jiang et al. 2015, eq. 8). Sixteen particles in
+//! the sorted order may belong to several blocks, so that lanes are full where snow is thin.
 
 use super::{
     Advection, SnowSettings,
-    grid::{CELLS, NONE, NodeBlock, SIDE, TILE_ROW, corner},
-    particles_to_grid::BlockParticles,
+    grid::{CELLS, Grid, NONE, NodeBlock, SIDE, TILE_ROW, block_of, corner},
+    runs::Sorted,
     scheme::Scheme,
     update::Arrival,
     weight::{AxisWeights, axis_weights},
@@ -20,11 +21,7 @@ pub(super) const TILE: usize = 7 * 7 * TILE_ROW;
 
 /// Assembles the nodes that a block's particles reach with a kernel of width `N`.
 #[inline(always)]
-pub(super) fn assemble<R: Real, const N: usize>(
-    nodes: &[NodeBlock<R>],
-    in_front: &[u32; 8],
-    tile: &mut [R; TILE],
-) {
+fn assemble<R: Real, const N: usize>(nodes: &[NodeBlock<R>], in_front: &[u32; 8], tile: &mut [R; TILE]) {
     let width = SIDE + N - 1;
     for (i, &index) in in_front.iter().enumerate() {
         debug_assert!(index != NONE);
@@ -37,6 +34,74 @@ pub(super) fn assemble<R: Real, const N: usize>(
                 tile[to..to + LANES].copy_from_slice(&block[from..from + LANES]);
             }
         }
+    }
+}
+
+/// A walk through particles in the sorted order, with the nodes around the block that it is in.
+pub(super) struct Walk<'a, R> {
+    sorted: Sorted<'a>,
+    grid: Around<'a, R>,
+    /// The block, where it ends in the order, and the cell in it.
+    pub(super) block: usize,
+    end: usize,
+    cell: usize,
+    /// Coordinates of the block.
+    place: [R; 3],
+}
+
+/// What a walk reads of the grid, and the tiles of the block that it is in.
+pub(super) struct Around<'a, R> {
+    pub(super) blocks: &'a [u64],
+    pub(super) in_front: &'a [[u32; 8]],
+    /// Velocities, and their changes where these are wanted.
+    pub(super) nodes: [&'a [NodeBlock<R>]; 2],
+    pub(super) tiles: &'a mut [[R; TILE]; 2],
+}
+
+impl<'a, R: Real> Walk<'a, R> {
+    /// A walk from the first particle of a block on.
+    pub(super) fn new(sorted: Sorted<'a>, grid: Around<'a, R>, block: usize) -> Self {
+        // Before the block, so that the first particle enters it.
+        Self { sorted, grid, block, end: 0, cell: 0, place: [R::zero(); 3] }
+    }
+
+    /// Cell of the particle at a position of the order, which is not before the last one asked for.
+    #[inline(always)]
+    fn cell_of<S: Scheme, const N: usize>(&mut self, position: usize) -> usize {
+        if position >= self.end {
+            self.enter::<S, N>(position);
+        }
+        let first = self.sorted.starts[self.block] as usize;
+        let cells = &self.sorted.cells[self.block];
+        while cells[self.cell + 1] as usize <= position - first {
+            self.cell += 1;
+        }
+        self.cell
+    }
+
+    /// Goes to the block of the particle at a position; every block holds a particle.
+    #[inline(never)]
+    fn enter<S: Scheme, const N: usize>(&mut self, position: usize) {
+        if self.end > 0 {
+            self.block += 1;
+        }
+        self.end = self.sorted.starts[self.block + 1] as usize;
+        debug_assert!(position < self.end);
+        self.cell = 0;
+        let grid = &mut self.grid;
+        self.place = block_of(grid.blocks[self.block]).map(|c| R::of(f64::from(c)));
+        let in_front = &grid.in_front[self.block];
+        assemble::<R, N>(grid.nodes[0], in_front, &mut grid.tiles[0]);
+        if S::APART {
+            assemble::<R, N>(grid.nodes[1], in_front, &mut grid.tiles[1]);
+        }
+    }
+}
+
+impl<R: Real> Grid<R> {
+    /// What a walk reads, with room for its tiles.
+    pub(super) fn around<'a>(&'a self, tiles: &'a mut [[R; TILE]; 2]) -> Around<'a, R> {
+        Around { blocks: &self.blocks, in_front: &self.in_front, nodes: [&self.nodes, &self.changes], tiles }
     }
 }
 
@@ -98,25 +163,26 @@ struct Sums<R> {
     change: [[R; 4]; LANES],
 }
 
-/// Gathers for the particles `first..first + count` of a block.
+/// Gathers for the particles at positions `first..first + count` of the order, and notes their blocks.
 #[inline(always)]
-pub(super) fn gather<R: Real, P: Pack<R>, S: Scheme, const N: usize>(
-    tiles: [&[R; TILE]; 2],
-    block: BlockParticles<'_>,
+fn gather<R: Real, P: Pack<R>, S: Scheme, const N: usize>(
+    walk: &mut Walk<'_, R>,
     [first, count]: [usize; 2],
-    cell: &mut usize,
+    blocks: &mut [[R; LANES]; 3],
     axes: &[AxisWeights<P>; 3],
 ) -> Gathered<P> {
     let weights = Weights::of::<P, S, N>(axes);
     let quads = [[R::zero(); 4]; LANES];
     let mut sums = Sums { v: quads, moments: [quads; 3], slopes: [quads; 3], change: quads };
     for lane in 0..count {
-        while block.cells[*cell + 1] as usize <= first + lane {
-            *cell += 1;
+        let cell = walk.cell_of::<S, N>(first + lane);
+        for axis in 0..3 {
+            blocks[axis][lane] = walk.place[axis];
         }
-        one::<R, P, S, N>(tiles[0], *cell, &weights, lane, &mut sums);
+        let tiles = &*walk.grid.tiles;
+        one::<R, P, S, N>(&tiles[0], cell, &weights, lane, &mut sums);
         if S::APART {
-            sums.change[lane] = velocity::<R, P, N>(tiles[1], *cell, &weights, lane);
+            sums.change[lane] = velocity::<R, P, N>(&tiles[1], cell, &weights, lane);
         }
     }
     let zero = P::splat(R::zero());
@@ -257,21 +323,19 @@ impl<R: Real> Gather<R> {
 }
 
 /// What a group gathers, made into its new velocities.
-pub(super) struct GatherGroup<'a, R: Real, S, const N: usize> {
+pub(super) struct GatherGroup<'a, 'b, R: Real, S, const N: usize> {
     pub(super) gather: Gather<R>,
     /// Positions and masses, velocities and J_P of the group.
     pub(super) motion: &'a [[[R; 4]; LANES]; 2],
-    /// Particles of the group.
-    pub(super) count: usize,
-    pub(super) tiles: [&'a [R; TILE]; 2],
-    pub(super) block: BlockParticles<'a>,
+    /// Where the group begins in the order, and its particles.
     pub(super) start: usize,
-    pub(super) cell: &'a mut usize,
+    pub(super) count: usize,
+    pub(super) walk: &'a mut Walk<'b, R>,
     pub(super) arrival: &'a mut Arrival<R>,
     pub(super) scheme: PhantomData<S>,
 }
 
-impl<R: Real, S: Scheme, const N: usize> Kernel<R> for GatherGroup<'_, R, S, N> {
+impl<R: Real, S: Scheme, const N: usize> Kernel<R> for GatherGroup<'_, '_, R, S, N> {
     const WIDE_BINARY64: bool = false;
     type Output = ();
 
@@ -287,7 +351,7 @@ impl<R: Real, S: Scheme, const N: usize> Kernel<R> for GatherGroup<'_, R, S, N> 
             axis_weights::<R, P, N>(z.mul(scale)),
         ];
         let range = [self.start, self.count];
-        let sums = gather::<R, P, S, N>(self.tiles, self.block, range, self.cell, &axes);
+        let sums = gather::<R, P, S, N>(self.walk, range, &mut self.arrival.block, &axes);
         self.arrival.density = sums.v[3].mul(P::splat(inverse_volume)).store();
         let moment = P::splat(inverse_moment);
         for axis in 0..3 {

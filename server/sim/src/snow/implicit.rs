@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use super::{
     Integration, SnowSettings,
     grid::{CELLS, Grid, NodeBlock, block_of, tile_len},
-    grid_to_particles::{Gather, GatherGroup, TILE, assemble},
+    grid_to_particles::{Around, Gather, GatherGroup, TILE, Walk},
     grid_update::{GridStep, Hold, gather as gather_tiles},
     particles::{Group, Particles, quads, read},
     particles_to_grid::{BlockParticles, Coefficients as Rows, add, flush, row_weights},
@@ -181,24 +181,24 @@ impl<R: Real> Tangent<'_, R> {
         let nodes = nodes.as_slice();
         let len = tile_len(N);
         let gather = Gather::of(settings, 0.0);
-        let blocks = (tiles[..grid.blocks.len() * len].par_chunks_mut(len), &grid.in_front).into_par_iter();
-        blocks.enumerate().for_each(|(b, (out, in_front))| {
+        let blocks = tiles[..grid.blocks.len() * len].par_chunks_mut(len);
+        blocks.enumerate().for_each(|(b, out)| {
             out.fill(R::zero());
-            let mut field = [R::zero(); TILE];
-            assemble::<R, N>(nodes, in_front, &mut field);
-            let order = &sorter.order[sorter.starts[b] as usize..sorter.starts[b + 1] as usize];
+            let mut field = [[R::zero(); TILE]; 2];
+            let around = Around { nodes: [nodes; 2], ..grid.around(&mut field) };
+            let mut walk = Walk::new(sorter.sorted(), around, b);
+            let first = sorter.starts[b] as usize;
+            let order = &sorter.order[first..sorter.starts[b + 1] as usize];
             let block = BlockParticles { order, cells: &sorter.cells[b] };
-            let (mut arrival, mut cell, mut scatter_cell) = (Arrival::new(), 0, 0);
+            let (mut arrival, mut cell) = (Arrival::new(), 0);
             for start in (0..order.len()).step_by(LANES) {
                 let group = Group::of(&order[start..]);
                 dispatch(GatherGroup::<R, S, N> {
                     gather,
                     motion: &quads(&particles.motion, &group),
+                    start: first + start,
                     count: group.count,
-                    tiles: [&field, &field],
-                    block,
-                    start,
-                    cell: &mut cell,
+                    walk: &mut walk,
                     arrival: &mut arrival,
                     scheme: PhantomData,
                 });
@@ -218,7 +218,7 @@ impl<R: Real> Tangent<'_, R> {
                     block,
                     start,
                     stress: &stress,
-                    cell: &mut scatter_cell,
+                    cell: &mut cell,
                     out: &mut *out,
                     scheme: PhantomData,
                 });

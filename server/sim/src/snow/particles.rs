@@ -81,13 +81,13 @@ pub(super) fn quads<R: Real>(plane: &[Pair<R>], group: &Group) -> [[[R; 4]; LANE
 
 /// Writes both quads of each particle of a group.
 #[inline(always)]
-#[allow(unsafe_code, reason = "the particles of a group belong to one block")]
+#[allow(unsafe_code, reason = "the particles of a group belong to one run of blocks")]
 pub(super) fn write<R: Real, P: Pack<R>>(plane: &Disjoint<'_, Pair<R>>, group: &Group, pair: [[P; 4]; 2]) {
     let (first, second) = (P::rows(pair[0]), P::rows(pair[1]));
     plane.hold_all(&group.at);
     for lane in 0..group.count {
-        // SAFETY: held above; the sorted order names each particle once, and a block is worked on by
-        // one thread.
+        // SAFETY: held above; the sorted order names each particle once, and a run of blocks is
+        // worked on by one thread.
         unsafe { *plane.held_slot(group.at[lane] as usize) = [first[lane], second[lane]] };
     }
 }

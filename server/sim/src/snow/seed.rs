@@ -10,7 +10,7 @@ use super::{
     particles::Group,
     sort::within_reach,
     step::{Engine, StepContext},
-    update::{Arrival, BlockFigures, Deformation, TOGETHER, Tally, Update, motion},
+    update::{Arrival, Deformation, RunFigures, TOGETHER, Tally, Update, motion},
     weight::weights,
 };
 use crate::{
@@ -29,7 +29,7 @@ impl<R: Real> Engine<R> {
             particles
                 .x(at)
                 .map(|x| weights(settings.kernel, x * inverse_cell).0)
-                .map(|node| if within_reach(f64::from(node)) { node } else { 0 })
+                .map(|node| if within_reach(node) { node } else { 0 })
         }));
         sorter.rebuild(first_nodes, &particles.id, grid, settings.periodic);
         // Seldom needed again, and twelve bytes a particle.
@@ -42,7 +42,7 @@ impl<R: Real> Engine<R> {
         self.block_figures.reserve(8 * spare);
         self.worst = None;
         self.figures.clear();
-        self.figures.resize(self.grid.blocks.len(), BlockFigures::default());
+        self.figures.resize(self.sorter.sorted().run_count(), RunFigures::default());
     }
 
     /// The first particle, in the user's numbering, that is nowhere or out of reach.
@@ -67,9 +67,9 @@ impl<R: Real> Engine<R> {
         let affine: Vec<_> = (0..particles.len()).map(|at| particles.affine(at)).collect();
         let velocity: Vec<_> = (0..particles.len()).map(|at| particles.v(at)).collect();
         let (planes, fixed, object) = particles.planes();
-        let (order, starts, ..) = sorter.depart();
-        figures.par_iter_mut().enumerate().for_each(|(b, figures)| {
-            let list = &order[starts[b] as usize..starts[b + 1] as usize];
+        let sorted = sorter.sorted();
+        figures.par_iter_mut().enumerate().for_each(|(run, figures)| {
+            let (.., list) = sorted.run(run);
             let (mut tally, mut arrivals) = (Tally::new(), [Arrival::new(); TOGETHER]);
             let (mut moving, mut codes) = ([[[[R::zero(); 4]; LANES]; 2]; TOGETHER], [[0; LANES]; TOGETHER]);
             for start in (0..list.len()).step_by(LANES * TOGETHER) {
@@ -101,7 +101,6 @@ impl<R: Real> Engine<R> {
                     deformation: Deformation::Refresh,
                     width: 3,
                     tally: &mut tally,
-                    block: [0; 3],
                     periodic: settings.periodic,
                     codes: &mut codes,
                 });

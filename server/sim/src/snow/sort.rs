@@ -10,9 +10,10 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::{
-    depart::{AROUND, Departures, FAR, STAY, direction},
-    grid::{CELLS, Grid, NONE, REACH, SIDE, block_of, key_of, shifted, wrap},
+    depart::{AROUND, FAR, STAY, direction},
+    grid::{CELLS, Grid, NONE, REACH, SIDE, around, block_of, key_of, shifted, wrap},
     grid_to_particles::CellStarts,
+    keys::unite,
 };
 use crate::{math::Real, parallel::Disjoint};
 
@@ -26,7 +27,7 @@ pub(super) struct Sorter {
     /// Where each cell begins within its block, and the end.
     pub(super) cells: Vec<CellStarts>,
     /// By position in `order`: 64 times the direction a particle went, plus its cell there.
-    codes: Vec<u16>,
+    pub(super) codes: Vec<u16>,
     /// Of each block, how many went in each direction.
     leaving: Vec<[u32; AROUND]>,
     /// Of each block, where those of each cell begin that stayed in their cell; they come first.
@@ -34,8 +35,12 @@ pub(super) struct Sorter {
     next_order: Vec<u32>,
     next_starts: Vec<u32>,
     next_blocks: Vec<u64>,
+    /// Blocks that particles went to from others.
+    entered: Vec<u64>,
     /// For each new block, the old blocks around it.
     sources: Vec<[u32; AROUND]>,
+    /// Runs of blocks, each worked on by one thread: the first block of each, and the end.
+    pub(super) runs: Vec<u32>,
     /// Particles that changed their block since the places were renewed.
     pub(super) moved: usize,
     /// Whether a particle went too far, or is nowhere.
@@ -43,32 +48,29 @@ pub(super) struct Sorter {
 }
 
 impl Sorter {
-    /// Order, starts of blocks and of cells, to be read while departures are noted.
-    pub(super) fn depart(&mut self) -> (&[u32], &[u32], &[CellStarts], Departures<'_>) {
-        let Self { order, starts, cells, codes, .. } = self;
-        (order, starts, cells, Departures { codes: Disjoint::new(codes) })
-    }
-
     /// Room for more blocks than there are.
     pub(super) fn reserve(&mut self, blocks: usize) {
         self.starts.reserve(blocks);
+        self.runs.reserve(blocks);
         self.next_starts.reserve(blocks);
         self.cells.reserve(blocks);
         self.leaving.reserve(blocks);
         self.settled.reserve(blocks);
         self.sources.reserve(blocks);
+        self.next_blocks.reserve(blocks);
         // Every block may send to several before they are counted once.
-        self.next_blocks.reserve(8 * blocks);
+        self.entered.reserve(8 * blocks);
     }
 
     /// Bytes in use.
     pub(super) fn bytes(&self) -> usize {
-        (self.order.capacity() + self.next_order.capacity() + self.starts.capacity()) * 4
+        (self.order.capacity() + self.next_order.capacity() + self.starts.capacity() + self.runs.capacity())
+            * 4
             + self.cells.capacity() * size_of::<CellStarts>()
             + self.codes.capacity() * 2
             + self.settled.capacity() * size_of::<CellStarts>()
             + (self.leaving.capacity() + self.sources.capacity()) * 4 * AROUND
-            + self.next_blocks.capacity() * 8
+            + (self.next_blocks.capacity() + self.entered.capacity()) * 8
     }
 
     /// Sorts from nothing: `nodes` holds the first node of the particle at each place.
@@ -109,6 +111,7 @@ impl Sorter {
         self.next_order.resize(nodes.len(), 0);
         self.sources.clear();
         self.scattered = false;
+        self.divide();
         grid.link(periodic);
     }
 
@@ -116,10 +119,10 @@ impl Sorter {
     /// far for that, and nothing was changed.
     pub(super) fn renew<R: Real>(&mut self, id: &[u32], grid: &mut Grid<R>, periodic: [u32; 3]) -> bool {
         self.part();
+        self.find_blocks(&grid.blocks, periodic);
         if self.scattered {
             return false;
         }
-        self.find_blocks(&grid.blocks, periodic);
         let same = self.next_blocks == grid.blocks;
         if !same || self.sources.len() != self.next_blocks.len() {
             self.find_sources(&grid.blocks, periodic);
@@ -128,6 +131,7 @@ impl Sorter {
         self.fill(id);
         std::mem::swap(&mut self.order, &mut self.next_order);
         std::mem::swap(&mut self.starts, &mut self.next_starts);
+        self.divide();
         if !same {
             std::mem::swap(&mut grid.blocks, &mut self.next_blocks);
             self.sources.clear();
@@ -170,49 +174,49 @@ impl Sorter {
             lost
         });
         self.scattered = lost.filter(|lost| *lost).count() > 0;
-        let moved = self.leaving.iter().map(|counts| counts.iter().sum::<u32>() - counts[STAY]).sum::<u32>();
-        self.moved += moved as usize;
+        let stayed = self.leaving.iter().map(|counts| counts[STAY]).sum::<u32>();
+        self.moved += self.order.len() - stayed as usize;
     }
 
-    /// Blocks that have particles now, sorted.
+    /// Blocks that have particles now, sorted; notes where one is out of reach.
     fn find_blocks(&mut self, blocks: &[u64], periodic: [u32; 3]) {
-        self.next_blocks.clear();
-        for (&key, leaving) in blocks.iter().zip(&self.leaving) {
-            let block = block_of(key);
-            for (i, _) in leaving.iter().enumerate().filter(|(_, count)| **count > 0) {
-                self.next_blocks.push(key_of(shifted(block, direction(i), periodic)));
-            }
+        let Self { leaving, entered, next_blocks, scattered, .. } = self;
+        entered.clear();
+        let old = || blocks.iter().zip(&*leaving);
+        for (&key, leaving) in old() {
+            let goes = |i: &usize| *i != STAY && leaving[*i] > 0;
+            let to = |i| key_of(shifted(block_of(key), direction(i), periodic));
+            entered.extend((0..AROUND).filter(goes).map(to));
         }
-        self.next_blocks.sort_unstable();
-        self.next_blocks.dedup();
+        *scattered |= entered.iter().any(|key| !block_of(*key).iter().all(|c| REACHED.contains(c)));
+        entered.sort_unstable();
+        entered.dedup();
+        let kept = old().filter(|(_, leaving)| leaving[STAY] > 0).map(|(key, _)| *key);
+        unite(kept, entered.iter().copied(), next_blocks);
     }
 
     /// The old blocks around each new one: source i went in direction i to come here.
     fn find_sources(&mut self, blocks: &[u64], periodic: [u32; 3]) {
         let Self { sources, next_blocks, .. } = self;
         sources.resize(next_blocks.len(), [NONE; AROUND]);
-        sources.par_iter_mut().zip(next_blocks).for_each(|(sources, key)| {
-            let block = block_of(*key);
-            for i in 0..AROUND {
-                let from = key_of(shifted(block, direction(AROUND - 1 - i), periodic));
-                sources[i] = blocks.binary_search(&from).map_or(NONE, |index| index as u32);
-            }
-        });
+        around(next_blocks, blocks, sources, |i| direction(AROUND - 1 - i), periodic);
     }
 
     /// Starts of the new blocks.
     fn count(&mut self) {
         let Self { sources, leaving, next_starts, .. } = self;
         next_starts.clear();
+        // The last stays 0 and becomes the end.
+        next_starts.resize(sources.len() + 1, 0);
+        next_starts.par_iter_mut().zip(&*sources).for_each(|(count, sources)| {
+            *count = (sources.iter().enumerate().filter(|(_, from)| **from != NONE))
+                .map(|(i, from)| leaving[*from as usize][i])
+                .sum();
+        });
         let mut total = 0;
-        for sources in sources.iter() {
-            next_starts.push(total);
-            total += (0..AROUND)
-                .filter(|i| sources[*i] != NONE)
-                .map(|i| leaving[sources[i] as usize][i])
-                .sum::<u32>();
+        for start in next_starts.iter_mut() {
+            (*start, total) = (total, total + *start);
         }
-        next_starts.push(total);
     }
 
     /// Takes the particles of each new block, by cell and number.
@@ -323,9 +327,13 @@ fn accumulate(cells: &mut CellStarts) {
     }
 }
 
-/// Whether a first node is within the range of keys.
-pub(super) fn within_reach(node: f64) -> bool {
-    node.abs() < f64::from((REACH - 2) * SIDE as i32)
+/// Blocks that may hold particles: the blocks around them have keys, and a particle within REACH - 2
+/// blocks of the origin has its first node in one of them.
+const REACHED: Range<i32> = 1 - REACH..REACH - 2;
+
+/// Whether a first node is in a block that may hold particles.
+pub(super) fn within_reach(node: i32) -> bool {
+    REACHED.contains(&node.div_euclid(SIDE as i32))
 }
 
 impl Sorter {

@@ -11,10 +11,10 @@ use rayon::prelude::*;
 use super::{
     Blend, Kernel as Spline, SnowSettings, Transfer,
     bound::{Extremes, Worst},
-    collide::{collide, particles_near},
+    collide::{Nearness, collide},
     diagnose::SUMS,
-    grid::{Grid, block_of, tile_len},
-    grid_to_particles::{Gather, GatherGroup, TILE, assemble},
+    grid::{Grid, tile_len},
+    grid_to_particles::{Gather, GatherGroup, TILE, Walk},
     grid_update::{GridFigures, GridStep},
     implicit::{self, ImplicitWorkspace, Material},
     particles::{Group, Particles},
@@ -22,7 +22,7 @@ use super::{
     response::Coefficients,
     scheme::{ApicScheme, FlipScheme, MlsScheme, Scheme},
     sort::Sorter,
-    update::{Arrival, BlockFigures, Deformation, TOGETHER, Tally, Update, motion},
+    update::{Arrival, Deformation, RunFigures, TOGETHER, Tally, Update, motion},
 };
 use crate::{
     collide::Collider,
@@ -49,7 +49,7 @@ pub(super) struct Engine<R: Real> {
     pub(super) sorter: Sorter,
     pub(super) grid: Grid<R>,
     /// Of each block of particles after the last step.
-    pub(super) figures: Vec<BlockFigures>,
+    pub(super) figures: Vec<RunFigures>,
     pub(super) extremes: Extremes,
     pub(super) grid_figures: GridFigures,
     pub(super) block_figures: Vec<GridFigures>,
@@ -244,21 +244,14 @@ impl<R: Real> Engine<R> {
         let h = settings.cell;
         let gather = Gather::of(settings, flip_share(settings.transfer, context.dt));
         let (planes, fixed, object) = particles.planes();
-        let (order, starts, cells, departures) = sorter.depart();
-        figures.resize(grid.blocks.len(), BlockFigures::default());
-        let (nodes, changes) = (grid.nodes.as_slice(), grid.changes.as_slice());
-        let blocks = (&mut figures[..], &grid.blocks, &grid.in_front).into_par_iter().enumerate();
+        let (sorted, departures) = sorter.depart();
+        figures.resize(sorted.run_count(), RunFigures::default());
         let scratch = || [[R::zero(); TILE]; 2];
-        blocks.for_each_init(scratch, |tiles, (b, (figures, &key, in_front))| {
-            assemble::<R, N>(nodes, in_front, &mut tiles[0]);
-            if S::APART {
-                assemble::<R, N>(changes, in_front, &mut tiles[1]);
-            }
-            let list = &order[starts[b] as usize..starts[b + 1] as usize];
-            let block = BlockParticles { order: list, cells: &cells[b] };
-            let place = block_of(key);
-            let near = particles_near(context, place, h);
-            let (mut tally, mut arrivals, mut cell) = (Tally::new(), [Arrival::new(); TOGETHER], 0);
+        figures.par_iter_mut().enumerate().for_each_init(scratch, |tiles, (run, figures)| {
+            let (block, first, list) = sorted.run(run);
+            let mut walk = Walk::new(sorted, grid.around(tiles), block);
+            let mut contact = Nearness::new(context, h, block);
+            let (mut tally, mut arrivals) = (Tally::new(), [Arrival::new(); TOGETHER]);
             let (mut moving, mut codes) = ([[[[R::zero(); 4]; LANES]; 2]; TOGETHER], [[0; LANES]; TOGETHER]);
             for start in (0..list.len()).step_by(LANES * TOGETHER) {
                 let groups: [Group; TOGETHER] = std::array::from_fn(|k| Group::from(list, start + k * LANES));
@@ -268,15 +261,13 @@ impl<R: Real> Engine<R> {
                     dispatch(GatherGroup::<R, S, N> {
                         gather,
                         motion: &moving[k],
+                        start: first + start + k * LANES,
                         count: group.count,
-                        tiles: [&tiles[0], &tiles[1]],
-                        block,
-                        start: start + k * LANES,
-                        cell: &mut cell,
+                        walk: &mut walk,
                         arrival: &mut arrivals[k],
                         scheme: PhantomData,
                     });
-                    if near {
+                    if contact.reaches(&grid.blocks, walk.block) {
                         collide(context, &moving[k][0][..group.count], &mut arrivals[k]);
                     }
                 }
@@ -294,12 +285,11 @@ impl<R: Real> Engine<R> {
                     deformation: Deformation::Step,
                     width: N,
                     tally: &mut tally,
-                    block: place,
                     periodic: settings.periodic,
                     codes: &mut codes,
                 });
                 for (k, group) in groups.iter().enumerate() {
-                    departures.note(starts[b] as usize + start + k * LANES, &codes[k][..group.count]);
+                    departures.note(first + start + k * LANES, &codes[k][..group.count]);
                 }
             }
             *figures = tally.finish();

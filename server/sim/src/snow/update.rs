@@ -7,7 +7,6 @@ use super::{
     bound::Extremes,
     deform::{Deformed, deform, predict, stiffness_of, undeformed},
     depart::codes,
-    grid::Coordinate,
     particles::{Group, Pair, Particles, write},
     response::{Coefficients, Moduli, hardened},
     step::Engine,
@@ -37,6 +36,8 @@ pub(super) struct Arrival<R> {
     pub(super) gradient: [[Lane<R>; 3]; 3],
     /// Mass on the grid around the particle over h³ (kg/m³).
     pub(super) density: Lane<R>,
+    /// Coordinates of the block that it comes from.
+    pub(super) block: [Lane<R>; 3],
 }
 
 impl<R: Real> Arrival<R> {
@@ -48,6 +49,7 @@ impl<R: Real> Arrival<R> {
             affine: [[zero; 3]; 3],
             gradient: [[zero; 3]; 3],
             density: zero,
+            block: [zero; 3],
         }
     }
 }
@@ -60,7 +62,7 @@ pub(super) struct Planes<'a, R> {
     pub(super) stress: Disjoint<'a, Pair<R>>,
 }
 
-/// Sums and extremes over the particles of a block, a number a lane.
+/// Sums and extremes over the particles of a run of blocks, a number a lane.
 #[derive(Clone, Copy)]
 pub(super) struct Tally<R> {
     /// As in [`Extremes`].
@@ -73,7 +75,7 @@ pub(super) struct Tally<R> {
 
 /// The same after the last group.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct BlockFigures {
+pub(super) struct RunFigures {
     pub(super) extremes: Extremes,
     pub(super) jp: [f64; 2],
     /// Yielded, clamped, inverted, ballistic.
@@ -87,12 +89,12 @@ impl<R: Real> Tally<R> {
         Self { extremes: [zero; 5], jp: [largest, lowest], counts: [zero; 4] }
     }
 
-    pub(super) fn finish(&self) -> BlockFigures {
+    pub(super) fn finish(&self) -> RunFigures {
         let greatest = |lanes: &Lane<R>| lanes.iter().fold(f64::NEG_INFINITY, |most, x| most.max(x.to_f64()));
         let least = |lanes: &Lane<R>| lanes.iter().fold(f64::INFINITY, |least, x| least.min(x.to_f64()));
         let [wave2, alone2, speed2, gradient2, stretch2] = self.extremes.each_ref().map(greatest);
         let count = |lanes: &Lane<R>| lanes.iter().map(|x| x.to_f64() as u32).sum();
-        BlockFigures {
+        RunFigures {
             extremes: Extremes { wave2, alone2, speed2, gradient2, stretch2 },
             jp: [least(&self.jp[0]), greatest(&self.jp[1])],
             counts: self.counts.each_ref().map(count),
@@ -139,8 +141,7 @@ pub(super) struct Update<'a, 'b, R> {
     /// Nodes an axis of the kernel.
     pub(super) width: usize,
     pub(super) tally: &'a mut Tally<R>,
-    /// The block of the groups, and blocks a period along each axis.
-    pub(super) block: Coordinate,
+    /// Blocks a period along each axis.
     pub(super) periodic: [u32; 3],
     /// Where the particles went, see [`codes`].
     pub(super) codes: &'a mut [[u16; LANES]; TOGETHER],
@@ -148,13 +149,13 @@ pub(super) struct Update<'a, 'b, R> {
 
 /// Reads the pair of each particle of a group.
 #[inline(always)]
-#[allow(unsafe_code, reason = "the particles of a group belong to one block")]
+#[allow(unsafe_code, reason = "the particles of a group belong to one run of blocks")]
 fn pair<R: Real, P: Pack<R>>(plane: &Disjoint<'_, Pair<R>>, group: &Group) -> [[P; 4]; 2] {
     let mut quads = [[[R::zero(); 4]; LANES]; 2];
     plane.hold_all(&group.at);
     for lane in 0..LANES {
-        // SAFETY: held above; the sorted order names each particle once, and a block is worked on by
-        // one thread.
+        // SAFETY: held above; the sorted order names each particle once, and a run of blocks is
+        // worked on by one thread.
         let pair = unsafe { *plane.held_slot(group.at[lane] as usize) };
         (quads[0][lane], quads[1][lane]) = (pair[0], pair[1]);
     }
@@ -267,7 +268,7 @@ impl<R: Real> Update<'_, '_, R> {
                 _ => first_node::<R, P, 4>(at),
             };
         }
-        self.codes[k] = codes(self.block, &node, self.periodic);
+        self.codes[k] = codes(&load3::<R, P>(&arrival.block), &node, self.periodic);
     }
 }
 
@@ -380,12 +381,12 @@ pub(super) fn constants<R: Real>(fixed: &[[R; 2]], object: &[u16], group: &Group
 
 /// Positions and masses, velocities and J_P of a group.
 #[inline(always)]
-#[allow(unsafe_code, reason = "the particles of a group belong to one block")]
+#[allow(unsafe_code, reason = "the particles of a group belong to one run of blocks")]
 pub(super) fn motion<R: Real>(planes: &Planes<'_, R>, group: &Group, quads: &mut Moving<R>) {
     planes.motion.hold_all(&group.at);
     for lane in 0..LANES {
-        // SAFETY: held above; the sorted order names each particle once, and a block is worked on by
-        // one thread.
+        // SAFETY: held above; the sorted order names each particle once, and a run of blocks is
+        // worked on by one thread.
         let pair = unsafe { *planes.motion.held_slot(group.at[lane] as usize) };
         (quads[0][lane], quads[1][lane]) = (pair[0], pair[1]);
     }
