@@ -1,6 +1,6 @@
 //! What a session's figures say about snow.
 //!
-//! Enters: `v1::Session`, `v1::TimeBound`. Leaves: whether there may be snow, the name of a bound.
+//! Enters: `v1::Session`, `v1::TimeBound`. Leaves: whether there is snow, the name of a bound.
 
 use nappe_proto::v1;
 
@@ -21,9 +21,7 @@ pub fn time_bound_name(bound: v1::TimeBound) -> &'static str {
     TIME_BOUNDS.iter().find(|(known, _)| *known == bound).map_or("unknown", |(_, name)| name)
 }
 
-/// Whether a session may hold snow, as far as it tells: its figures hold those of snow from its first step on,
-/// and a session without springs has no cloth.
-pub fn may_hold_snow(session: &v1::Session) -> bool {
-    let has_snow = session.diagnostics.as_ref().is_some_and(|figures| figures.snow.is_some());
-    has_snow || session.spring_count == 0
+/// Whether a session holds snow.
+pub fn holds_snow(session: &v1::Session) -> bool {
+    session.snow_particle_count > 0
 }

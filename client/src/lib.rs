@@ -42,7 +42,7 @@ pub use client::{Client, CreatedSession};
 pub use collider::{Collider, Shape};
 pub use decode::{DecodeError, Decoder};
 pub use error::{ClientError, ServerError};
-pub use figures::{TIME_BOUNDS, may_hold_snow, time_bound_name};
+pub use figures::{TIME_BOUNDS, holds_snow, time_bound_name};
 pub use frame::{Frame, Grid, Scalars, Vectors};
 pub use options::{CreateSession, DecodeLimits, Delivery, Encoding, Precision, Scene, Wait, WatchOptions};
 pub use reconnect::ReconnectPolicy;

@@ -14,7 +14,12 @@ async fn a_session_goes_through_its_states() {
     let made = server.get(&id).await;
     assert_eq!((made.state(), made.step, made.frame), (SessionState::Paused, 0, 0));
     assert_eq!((made.particle_count, made.frame_interval_steps, made.step_limit), (36, 4, 40));
-    assert!(made.state_hash.is_some() && made.spring_count > 60 && made.dt_seconds > 0.0);
+    assert!(
+        made.state_hash.is_some()
+            && made.spring_count > 60
+            && made.snow_particle_count == 0
+            && made.dt_seconds > 0.0
+    );
 
     let stepped = server.step(&id, 10).await;
     assert_eq!((stepped.state(), stepped.step, stepped.frame), (SessionState::Paused, 10, 2));

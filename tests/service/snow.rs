@@ -214,7 +214,9 @@ async fn particles_of_cloth_and_snow_count_together() {
     let text = sheet_with(5, "") + &ball("");
     let mut server = Server::start().await;
     let id = server.session(text.clone()).await;
-    let count = server.get(&id).await.particle_count;
+    let session = server.get(&id).await;
+    let count = session.particle_count;
+    assert_eq!(session.snow_particle_count, count - 25);
     for (max_particles, fits) in [(count, true), (count - 1, false), (25, false)] {
         let mut server = Server::with(Limits { max_particles, ..Limits::default() }).await;
         let create = v1::CreateSessionRequest { scene: Some(Scene::SceneText(text.clone())), ..request() };

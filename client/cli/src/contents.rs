@@ -6,7 +6,7 @@
 use std::path::Path;
 
 use clap::{Args, ValueEnum};
-use nappe_client::{Field, GridOptions, WatchOptions, may_hold_snow, v1};
+use nappe_client::{Field, GridOptions, WatchOptions, holds_snow, v1};
 
 use crate::{
     error::{CliError, Result},
@@ -165,7 +165,7 @@ impl ContentsArgs {
         save: &Path,
     ) -> WatchOptions {
         options.fields = self.fields.iter().copied().map(Field::from).collect();
-        let is_asked = self.shown.color.is_some() || may_hold_snow(session);
+        let is_asked = self.shown.color.is_some() || holds_snow(session);
         if let Some(field) = self.recording_color().field()
             && save::is_recording(save)
             && is_asked
@@ -190,8 +190,8 @@ mod tests {
 
     #[test]
     fn a_recording_asks_for_what_its_colour_shows_and_a_folder_for_what_was_named() {
-        let snow = v1::Session::default();
-        let cloth = v1::Session { spring_count: 9, ..v1::Session::default() };
+        let cloth = v1::Session { particle_count: 9, spring_count: 9, ..v1::Session::default() };
+        let snow = v1::Session { particle_count: 12, snow_particle_count: 3, ..cloth.clone() };
         let fields = |args: &ContentsArgs, session: &v1::Session, path: &str| {
             args.watch(WatchOptions::default(), session, Path::new(path)).fields
         };

@@ -29,6 +29,8 @@ pub(crate) struct Facts {
     pub thread_count: u32,
     /// Particles.
     pub particle_count: u64,
+    /// Particles of snow: the last ones.
+    pub snow_particle_count: u64,
     /// Springs.
     pub spring_count: u64,
     /// Side of the cells of the snow's grid (m); none without snow.
@@ -103,6 +105,7 @@ impl Status {
             state_hash: progress.state_hash,
             diagnostics: Some(progress.diagnostics),
             stepping_seconds: progress.stepping_seconds,
+            snow_particle_count: facts.snow_particle_count,
         }
     }
 }

@@ -165,6 +165,7 @@ fn facts(order: &Order, scene: &Scene, simulation: &Simulation) -> Facts {
         precision: simulation.precision(),
         thread_count: order.thread_count,
         particle_count: simulation.particle_count() as u64,
+        snow_particle_count: simulation.snow_particle_count() as u64,
         spring_count: simulation.spring_count() as u64,
         snow_cell: simulation.snow_cell(),
     }

@@ -26,6 +26,10 @@ const REACH: f32 = 3.0;
 /// The foot of the bodies on a plane belongs to the scene, if it is within so many of their radii: where they
 /// fall or fly to.
 const FALL: f32 = 12.0;
+/// How far down a slope bodies slide or roll within the picture, in halves of their smallest extent: a long
+/// layer stays. And the height of the unit normal below which a plane is a slope.
+const SLIDE: f32 = 10.0;
+const LEVEL: f32 = 0.99;
 
 /// How a collider is drawn.
 pub(crate) struct ColliderView {
@@ -38,6 +42,11 @@ impl ColliderView {
     pub(crate) fn new(collider: &Collider, index: usize) -> Self {
         let path = format!("world/colliders/{}", entity_name(&collider.name, index));
         Self { path, shape: collider.shape }
+    }
+
+    /// Its shape.
+    pub(crate) fn shape(&self) -> &Shape {
+        &self.shape
     }
 
     /// Grows the bounds of the scene; endless shapes have none.
@@ -63,18 +72,34 @@ impl ColliderView {
         }
     }
 
-    /// Grows the bounds of the scene by the foot of bodies that fly freely on a plane.
+    /// Grows the bounds of the scene by the foot of bodies that fly freely on a plane, and by where they slide to.
     pub(crate) fn add_foot_to(&self, scene: &mut Bounds, bodies: &Bounds) {
         if let Shape::Plane { point, normal, .. } = self.shape {
             let height = dot(minus(bodies.center(), narrow(point)), narrow(normal));
             if height > 0.0 && height < FALL * bodies.radius() {
-                scene.add(along(bodies.center(), -height, narrow(normal)));
+                let [x, y, z] = narrow(normal);
+                let foot = along(bodies.center(), -height, [x, y, z]);
+                scene.add(foot);
+                // What gravity leaves along the plane: (0, -1, 0) + y normal.
+                if let Some(down) = unit([x * y, y * y - 1.0, z * y]).filter(|_| y > 0.0 && y < LEVEL) {
+                    scene.add(along(foot, SLIDE * bodies.half_width(), down));
+                }
             }
         }
     }
 
-    /// Logs the shape, around its own origin.
-    pub(crate) fn describe(&self, stream: &RecordingStream, scene: &Bounds) -> Result<(), RerunError> {
+    /// Logs the shape, around its own origin; not a plane that would hide the scene from the eye.
+    pub(crate) fn describe(
+        &self,
+        stream: &RecordingStream,
+        scene: &Bounds,
+        eye: [f32; 3],
+    ) -> Result<(), RerunError> {
+        if let Shape::Plane { point, normal, .. } = self.shape
+            && dot(minus(eye, narrow(point)), narrow(normal)) <= 0.0
+        {
+            return Ok(());
+        }
         let Some(drawn) = self.drawn(scene) else { return Ok(()) };
         stream.log_static(&*self.path, drawn.as_ref()).map_err(refused(&self.path))?;
         if self.moves() {
@@ -168,7 +193,7 @@ impl ColliderView {
     }
 }
 
-fn narrow(v: [f64; 3]) -> [f32; 3] {
+pub(crate) fn narrow(v: [f64; 3]) -> [f32; 3] {
     v.map(|value| value as f32)
 }
 

@@ -48,12 +48,26 @@ impl Bounds {
         std::array::from_fn(|axis| point[axis].clamp(center[axis] - far, center[axis] + far))
     }
 
+    /// The eight corners (m), the lowest first; the origin eight times if the box is empty.
+    pub(crate) fn corners(&self) -> [[f32; 3]; 8] {
+        if self.low[0] > self.high[0] {
+            return [[0.0; 3]; 8];
+        }
+        let ends = [self.low, self.high];
+        std::array::from_fn(|i| [ends[i & 1][0], ends[i >> 1 & 1][1], ends[i >> 2][2]])
+    }
+
     /// Centre (m); the origin if the box is empty.
     pub(crate) fn center(&self) -> [f32; 3] {
         if self.low[0] > self.high[0] {
             return [0.0; 3];
         }
         std::array::from_fn(|axis| 0.5 * (self.low[axis] + self.high[axis]))
+    }
+
+    /// Half of its smallest extent (m); 0 if the box is empty.
+    pub(crate) fn half_width(&self) -> f32 {
+        minus(self.high, self.low).into_iter().fold(f32::INFINITY, f32::min).max(0.0) * 0.5
     }
 
     /// Radius of the ball around it (m); 1 if the box is empty or a point.

@@ -1,8 +1,7 @@
 //! The layout that a viewer opens: the scene on the left, the figures on the right, those of snow in a column of
 //! their own.
 //!
-//! Enters: the bounds of the scene (m), what it is made of. Leaves: a blueprint in the recording, with a camera
-//! that sees all of it.
+//! Enters: where the camera is, what the scene is made of. Leaves: a blueprint in the recording.
 
 use rerun::{
     AsComponents, Color, EntityPath, RecordingStream, RecordingStreamBuilder,
@@ -16,8 +15,8 @@ use rerun::{
 };
 
 use crate::{
+    camera::Camera,
     error::{RerunError, refused},
-    geometry::{Bounds, along},
     plots::{CLOTH, GENERAL, Plot},
     snow_plots::{BOUND_LOG, BOUND_STATE, SNOW},
 };
@@ -27,8 +26,6 @@ pub(crate) const APPLICATION: &str = "nappe";
 /// The timeline of simulated time.
 pub(crate) const TIME: &str = "time";
 
-/// From the centre of the scene to the camera, over the radius of the scene.
-const EYE: [f32; 3] = [0.68, 0.48, 1.28];
 const BACKGROUND: [u8; 3] = [22, 25, 30];
 
 /// A setting of a view: the view's path, the setting's name and value.
@@ -42,10 +39,10 @@ pub(crate) struct Contents {
 }
 
 /// Sends the layout.
-pub(crate) fn send(stream: &RecordingStream, bounds: &Bounds, contents: Contents) -> Result<(), RerunError> {
+pub(crate) fn send(stream: &RecordingStream, camera: Camera, contents: Contents) -> Result<(), RerunError> {
     let mut properties: Vec<Property> = Vec::new();
     let scene: ContainerLike = Spatial3DView::new("Scene").with_origin("world").into();
-    properties.extend(scene_properties(&path_of(&scene), bounds));
+    properties.extend(scene_properties(&path_of(&scene), camera));
     let cloth = if contents.has_cloth { &CLOTH[..] } else { &[] };
     let general = views(GENERAL.iter().chain(cloth), &mut properties);
     let mut columns = vec![scene, column(general)];
@@ -89,11 +86,10 @@ fn path_of(view: &ContainerLike) -> EntityPath {
     }
 }
 
-fn scene_properties(view: &EntityPath, bounds: &Bounds) -> [Property; 3] {
-    let target = bounds.center();
+fn scene_properties(view: &EntityPath, camera: Camera) -> [Property; 3] {
     let eye = EyeControls3D::new()
-        .with_position(along(target, bounds.radius(), EYE))
-        .with_look_target(target)
+        .with_position(camera.eye)
+        .with_look_target(camera.target)
         .with_eye_up([0.0, 1.0, 0.0]);
     let [red, green, blue] = BACKGROUND;
     let background =

@@ -17,6 +17,7 @@ mod body;
 mod grid;
 mod ground;
 mod collider;
+mod camera;
 mod layout;
 mod recorder;
 mod live;

@@ -18,6 +18,7 @@ use rerun::{
 
 use crate::{
     body::BodyView,
+    camera::Camera,
     collider::ColliderView,
     coloring::{ColorBy, Coloring},
     error::{RerunError, refused},
@@ -66,7 +67,7 @@ struct SceneView {
 /// What the first frame told.
 #[derive(Clone, Copy)]
 struct Placed {
-    bounds: Bounds,
+    camera: Camera,
     contents: Contents,
 }
 
@@ -197,14 +198,15 @@ impl SceneView {
             }
             placed.contents = contents;
             plots::describe(stream, &SNOW)?;
-            return layout::send(stream, &placed.bounds, contents);
+            return layout::send(stream, placed.camera, contents);
         }
-        let bounds = self.bounds(points);
+        let [bounds, bodies] = self.bounds(points);
+        let camera = Camera::of(&bounds, &bodies, &self.colliders);
         for body in &self.bodies {
             body.place(stream, points, colors)?;
         }
         for collider in &self.colliders {
-            collider.describe(stream, &bounds)?;
+            collider.describe(stream, &bounds, camera.eye)?;
         }
         if contents.has_cloth {
             plots::describe(stream, &CLOTH)?;
@@ -212,12 +214,12 @@ impl SceneView {
         if contents.has_snow {
             plots::describe(stream, &SNOW)?;
         }
-        self.placed = Some(Placed { bounds, contents });
-        layout::send(stream, &bounds, contents)
+        self.placed = Some(Placed { camera, contents });
+        layout::send(stream, camera, contents)
     }
 
-    /// Where bodies and colliders are, and where bodies that hang or fly freely can come to.
-    fn bounds(&self, points: &[[f32; 3]]) -> Bounds {
+    /// Where bodies and colliders are, and where bodies that hang or fly freely can come to; and where bodies are.
+    fn bounds(&self, points: &[[f32; 3]]) -> [Bounds; 2] {
         let mut bodies = Bounds::empty();
         for body in &self.bodies {
             body.add_to(&mut bodies, points);
@@ -229,7 +231,7 @@ impl SceneView {
                 collider.add_foot_to(&mut bounds, &bodies);
             }
         }
-        bounds
+        [bounds, bodies]
     }
 
     /// Logs the figures of a step at the stream's current time.

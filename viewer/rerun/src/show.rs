@@ -5,7 +5,7 @@
 use std::{future::Future, pin::pin, sync::Arc};
 
 use nappe_client::{
-    Client, ClientError, Delivery, Event, FrameStream, SessionEnd, WatchOptions, may_hold_snow, v1,
+    Client, ClientError, Delivery, Event, FrameStream, SessionEnd, WatchOptions, holds_snow, v1,
 };
 use tokio::{sync::mpsc, task};
 
@@ -93,7 +93,7 @@ async fn watch(
 ) -> Result<(FrameStream, ColorBy), ClientError> {
     let ShowOptions { watch, color_by } = options;
     let color = color_by.unwrap_or_default();
-    let is_wanted = color_by.is_some() || may_hold_snow(session);
+    let is_wanted = color_by.is_some() || holds_snow(session);
     let Some(field) = color.field().filter(|_| is_wanted) else {
         return Ok((client.watch(&session.session_id, watch).await?, color));
     };

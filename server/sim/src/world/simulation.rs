@@ -73,6 +73,11 @@ impl Simulation {
         on_world!(self, world => world.particle_count())
     }
 
+    /// Particles of snow: the last ones.
+    pub fn snow_particle_count(&self) -> usize {
+        on_world!(self, world => world.snow_particle_count())
+    }
+
     /// Springs of all bodies.
     pub fn spring_count(&self) -> usize {
         on_world!(self, world => world.spring_count())

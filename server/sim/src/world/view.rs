@@ -53,7 +53,12 @@ impl<R: Real> World<R> {
 
     /// Particles of all bodies.
     pub fn particle_count(&self) -> usize {
-        self.cloth_count() + self.snow.as_ref().map_or(0, Snow::particle_count)
+        self.cloth_count() + self.snow_particle_count()
+    }
+
+    /// Particles of snow: the last ones.
+    pub fn snow_particle_count(&self) -> usize {
+        self.snow.as_ref().map_or(0, Snow::particle_count)
     }
 
     /// Particles of all cloths: the snow's come after them.
