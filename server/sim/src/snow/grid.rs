@@ -28,6 +28,9 @@ pub(super) const fn tile_len(n: usize) -> usize {
 /// Momentum or velocity, and mass, of the nodes of a block: z runs fastest.
 pub(super) type NodeBlock<R> = [[R; 4]; CELLS];
 
+/// Where each cell of a block begins in a list, and the end.
+pub(super) type CellStarts = [u32; CELLS + 1];
+
 /// Where a block is, in blocks.
 pub(super) type Coordinate = [i32; 3];
 

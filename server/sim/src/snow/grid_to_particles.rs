@@ -1,109 +1,20 @@
 //! Grid to particles: velocity, affine velocity and velocity gradient from the nodes around.
 //!
-//! Reads each block's neighbourhood of nodes, assembled into one tile; writes lanes of what sixteen
+//! Reads the tiles of a walk through particles; writes lanes of what sixteen
 //! particles gather (Stomakhin et al. 2013, step 9; Jiang et al. 2015, eq. 8). Sixteen particles in
 //! the sorted order may belong to several blocks, so that lanes are full where snow is thin.
 
 use super::{
     Advection, SnowSettings,
-    grid::{CELLS, Grid, NONE, NodeBlock, SIDE, TILE_ROW, block_of, corner},
-    runs::Sorted,
+    grid::{SIDE, TILE_ROW},
     scheme::Scheme,
     update::Arrival,
+    walk::{TILE, Walk},
     weight::{AxisWeights, axis_weights},
 };
 use std::marker::PhantomData;
 
 use crate::math::{Kernel, LANES, Pack, Real};
-
-/// The largest tile: seven rows each way.
-pub(super) const TILE: usize = 7 * 7 * TILE_ROW;
-
-/// Assembles the nodes that a block's particles reach with a kernel of width `N`.
-#[inline(always)]
-fn assemble<R: Real, const N: usize>(nodes: &[NodeBlock<R>], in_front: &[u32; 8], tile: &mut [R; TILE]) {
-    let width = SIDE + N - 1;
-    for (i, &index) in in_front.iter().enumerate() {
-        debug_assert!(index != NONE);
-        let [ox, oy, oz] = corner(i).map(|c| c as usize * SIDE);
-        let block = nodes[index as usize].as_flattened();
-        for x in 0..SIDE.min(width - ox) {
-            for y in 0..SIDE.min(width - oy) {
-                let from = (x * SIDE + y) * LANES;
-                let to = ((ox + x) * width + oy + y) * TILE_ROW + 4 * oz;
-                tile[to..to + LANES].copy_from_slice(&block[from..from + LANES]);
-            }
-        }
-    }
-}
-
-/// A walk through particles in the sorted order, with the nodes around the block that it is in.
-pub(super) struct Walk<'a, R> {
-    sorted: Sorted<'a>,
-    grid: Around<'a, R>,
-    /// The block, where it ends in the order, and the cell in it.
-    pub(super) block: usize,
-    end: usize,
-    cell: usize,
-    /// Coordinates of the block.
-    place: [R; 3],
-}
-
-/// What a walk reads of the grid, and the tiles of the block that it is in.
-pub(super) struct Around<'a, R> {
-    pub(super) blocks: &'a [u64],
-    pub(super) in_front: &'a [[u32; 8]],
-    /// Velocities, and their changes where these are wanted.
-    pub(super) nodes: [&'a [NodeBlock<R>]; 2],
-    pub(super) tiles: &'a mut [[R; TILE]; 2],
-}
-
-impl<'a, R: Real> Walk<'a, R> {
-    /// A walk from the first particle of a block on.
-    pub(super) fn new(sorted: Sorted<'a>, grid: Around<'a, R>, block: usize) -> Self {
-        // Before the block, so that the first particle enters it.
-        Self { sorted, grid, block, end: 0, cell: 0, place: [R::zero(); 3] }
-    }
-
-    /// Cell of the particle at a position of the order, which is not before the last one asked for.
-    #[inline(always)]
-    fn cell_of<S: Scheme, const N: usize>(&mut self, position: usize) -> usize {
-        if position >= self.end {
-            self.enter::<S, N>(position);
-        }
-        let first = self.sorted.starts[self.block] as usize;
-        let cells = &self.sorted.cells[self.block];
-        while cells[self.cell + 1] as usize <= position - first {
-            self.cell += 1;
-        }
-        self.cell
-    }
-
-    /// Goes to the block of the particle at a position; every block holds a particle.
-    #[inline(never)]
-    fn enter<S: Scheme, const N: usize>(&mut self, position: usize) {
-        if self.end > 0 {
-            self.block += 1;
-        }
-        self.end = self.sorted.starts[self.block + 1] as usize;
-        debug_assert!(position < self.end);
-        self.cell = 0;
-        let grid = &mut self.grid;
-        self.place = block_of(grid.blocks[self.block]).map(|c| R::of(f64::from(c)));
-        let in_front = &grid.in_front[self.block];
-        assemble::<R, N>(grid.nodes[0], in_front, &mut grid.tiles[0]);
-        if S::APART {
-            assemble::<R, N>(grid.nodes[1], in_front, &mut grid.tiles[1]);
-        }
-    }
-}
-
-impl<R: Real> Grid<R> {
-    /// What a walk reads, with room for its tiles.
-    pub(super) fn around<'a>(&'a self, tiles: &'a mut [[R; TILE]; 2]) -> Around<'a, R> {
-        Around { blocks: &self.blocks, in_front: &self.in_front, nodes: [&self.nodes, &self.changes], tiles }
-    }
-}
 
 /// What sixteen particles gather; the fourth lane of a velocity is the mass density, times h³.
 #[derive(Clone, Copy)]
@@ -177,9 +88,9 @@ fn gather<R: Real, P: Pack<R>, S: Scheme, const N: usize>(
     for lane in 0..count {
         let cell = walk.cell_of::<S, N>(first + lane);
         for axis in 0..3 {
-            blocks[axis][lane] = walk.place[axis];
+            blocks[axis][lane] = walk.place()[axis];
         }
-        let tiles = &*walk.grid.tiles;
+        let tiles = walk.tiles();
         one::<R, P, S, N>(&tiles[0], cell, &weights, lane, &mut sums);
         if S::APART {
             sums.change[lane] = velocity::<R, P, N>(&tiles[1], cell, &weights, lane);
@@ -294,9 +205,6 @@ fn velocity<R: Real, P: Pack<R>, const N: usize>(
     }
     P::spread(&w.z[0][lane]).mul(v).fold()
 }
-
-/// Cells of a block, for tables of their starts.
-pub(super) type CellStarts = [u32; CELLS + 1];
 
 /// What does not change from group to group.
 #[derive(Clone, Copy)]

@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use super::{
     Integration, SnowSettings,
     grid::{CELLS, Grid, NodeBlock, block_of, tile_len},
-    grid_to_particles::{Around, Gather, GatherGroup, TILE, Walk},
+    grid_to_particles::{Gather, GatherGroup},
     grid_update::{GridStep, Hold, gather as gather_tiles},
     particles::{Group, Particles, quads, read},
     particles_to_grid::{BlockParticles, Coefficients as Rows, add, flush, row_weights},
@@ -22,6 +22,7 @@ use super::{
     step::Forces,
     tangent::piola_change,
     update::{Arrival, Constants, Lane, constants},
+    walk::{Around, TILE, Walk},
     weight::axis_weights,
 };
 use crate::{

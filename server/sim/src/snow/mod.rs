@@ -19,6 +19,7 @@ mod sort;
 mod runs;
 mod particles_to_grid;
 mod grid_update;
+mod walk;
 mod grid_to_particles;
 mod update;
 mod bound;

@@ -5,7 +5,7 @@
 
 use std::ops::Range;
 
-use super::{depart::Departures, grid_to_particles::CellStarts, sort::Sorter};
+use super::{depart::Departures, grid::CellStarts, sort::Sorter};
 use crate::parallel::Disjoint;
 
 /// The sorted order, to be read: places, where blocks begin, where cells begin within, runs.

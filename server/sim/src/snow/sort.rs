@@ -11,8 +11,7 @@ use rayon::prelude::*;
 
 use super::{
     depart::{AROUND, FAR, STAY, direction},
-    grid::{CELLS, Grid, NONE, REACH, SIDE, around, block_of, key_of, shifted, wrap},
-    grid_to_particles::CellStarts,
+    grid::{CELLS, CellStarts, Grid, NONE, REACH, SIDE, around, block_of, key_of, shifted, wrap},
     keys::unite,
 };
 use crate::{math::Real, parallel::Disjoint};

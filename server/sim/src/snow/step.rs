@@ -14,7 +14,7 @@ use super::{
     collide::{Nearness, collide},
     diagnose::SUMS,
     grid::{Grid, tile_len},
-    grid_to_particles::{Gather, GatherGroup, TILE, Walk},
+    grid_to_particles::{Gather, GatherGroup},
     grid_update::{GridFigures, GridStep},
     implicit::{self, ImplicitWorkspace, Material},
     particles::{Group, Particles},
@@ -23,6 +23,7 @@ use super::{
     scheme::{ApicScheme, FlipScheme, MlsScheme, Scheme},
     sort::Sorter,
     update::{Arrival, Deformation, RunFigures, TOGETHER, Tally, Update, motion},
+    walk::{TILE, Walk},
 };
 use crate::{
     collide::Collider,
