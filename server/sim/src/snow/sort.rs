@@ -115,7 +115,7 @@ impl Sorter {
     }
 
     /// Sorts after a step, from the departures that were noted; false where a particle went too
-    /// far for that, and nothing was changed.
+    /// far for that or out of reach, and blocks are as they were.
     pub(super) fn renew<R: Real>(&mut self, id: &[u32], grid: &mut Grid<R>, periodic: [u32; 3]) -> bool {
         self.part();
         self.find_blocks(&grid.blocks, periodic);
