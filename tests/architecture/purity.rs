@@ -45,9 +45,15 @@ const UNSAFE: [(&str, &str); 9] = [
     ("server/sim/src/linalg/dot.rs", "reads 3-vectors as the numbers that they are"),
     ("server/sim/src/parallel/disjoint.rs", "a field written by several threads, each place by one of them"),
     ("server/sim/src/snow/particles.rs", "writes particles through the sorted order, which names each once"),
-    ("server/sim/src/snow/update.rs", "reads and writes particles through the sorted order"),
-    ("server/sim/src/snow/depart.rs", "positions of a block in the sorted order do not meet those of others"),
-    ("server/sim/src/snow/sort.rs", "ranges of blocks in the sorted order do not meet"),
+    (
+        "server/sim/src/snow/transfer/particle_update.rs",
+        "reads and writes particles through the sorted order",
+    ),
+    (
+        "server/sim/src/snow/grid/migration.rs",
+        "positions of a block in the sorted order do not meet those of others",
+    ),
+    ("server/sim/src/snow/grid/sort.rs", "ranges of blocks in the sorted order do not meet"),
     ("tests/allocation/main.rs", "a counting allocator"),
 ];
 

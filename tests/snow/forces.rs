@@ -3,7 +3,7 @@
 
 use nappe_sim::{
     math::{Mat3, Precision},
-    snow::{GridNode, Material, Plasticity, Preset, constitutive::energy_density},
+    snow::{GridNode, Material, Plasticity, Preset, constitutive_scalar::energy_density},
 };
 use nappe_tests::{
     scene::{cross, norm},

@@ -5,7 +5,9 @@ use nappe_sim::{
     math::Mat3,
     snow::{
         Law, Material, Plasticity,
-        constitutive::{Return, energy_density, kirchhoff, piola, piola_derivative, return_map, signed_svd},
+        constitutive_scalar::{
+            Return, energy_density, kirchhoff, piola, piola_derivative, return_map, signed_svd,
+        },
     },
 };
 use nappe_tests::{

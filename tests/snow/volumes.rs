@@ -2,7 +2,7 @@
 
 use nappe_sim::{
     math::Precision,
-    snow::{Material, Preset, constitutive::energy_density},
+    snow::{Material, Preset, constitutive_scalar::energy_density},
     world::Simulation,
 };
 use nappe_tests::snow::{SnowScene, Variant, lattice, object, rework};

@@ -4,8 +4,8 @@ use super::{
     Integration, Kernel, SnowError, SnowSettings, SnowSetup, TimeStep, Transfer,
     bound::{Worst, smallest},
     diagnose::SnowSums,
+    law::constitutive::Coefficients,
     particles::Particles,
-    response::Coefficients,
     setup::check,
     step::{Engine, StepContext},
 };

@@ -5,10 +5,10 @@
 use rayon::prelude::*;
 
 use super::{
+    law::constitutive::{Coefficients, Moduli, energy_density, hardened},
     particles::{Group, Particles, read},
-    response::{Coefficients, Moduli, energy_density, hardened},
     step::Engine,
-    update::{Constants, Lane, constants},
+    transfer::particle_update::{Constants, Lane, constants},
 };
 use crate::{
     math::{Kernel, LANES, Pack, Real, dispatch, svd},

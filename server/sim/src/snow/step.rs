@@ -11,19 +11,23 @@ use rayon::prelude::*;
 use super::{
     Blend, Kernel as Spline, SnowSettings, Transfer,
     bound::{Extremes, Worst},
-    collide::{Nearness, collide},
     diagnose::SUMS,
-    grid::{Grid, tile_len},
-    grid_to_particles::{Gather, GatherGroup},
-    grid_update::{GridFigures, GridStep},
-    implicit::{self, ImplicitWorkspace, Material},
+    grid::{
+        blocks::{Grid, tile_len},
+        sort::Sorter,
+    },
+    law::constitutive::Coefficients,
     particles::{Group, Particles},
-    particles_to_grid::{BlockParticles, Scatter, ScatterBlock},
-    response::Coefficients,
-    scheme::{ApicScheme, FlipScheme, MlsScheme, Scheme},
-    sort::Sorter,
-    update::{Arrival, Deformation, RunFigures, TOGETHER, Tally, Update, motion},
-    walk::{TILE, Walk},
+    transfer::{
+        grid_to_particles::{Gather, GatherGroup},
+        grid_update::{GridFigures, GridStep},
+        implicit_solve::{self, ImplicitWorkspace, Material},
+        particle_collision::{Nearness, collide},
+        particle_update::{Arrival, Deformation, RunFigures, TOGETHER, Tally, Update, motion},
+        particles_to_grid::{BlockParticles, Scatter, ScatterBlock},
+        scheme::{ApicScheme, FlipScheme, MlsScheme, Scheme},
+        stencil::{TILE, Walk},
+    },
 };
 use crate::{
     collide::Collider,
@@ -167,7 +171,7 @@ impl<R: Real> Engine<R> {
         let step = self.grid_step(context);
         let Self { settings, coefficients, particles, sorter, grid, implicit: work, .. } = self;
         let material = Material { settings, coefficients, particles, sorter };
-        let solved = implicit::solve(&material, &step, grid, work);
+        let solved = implicit_solve::solve(&material, &step, grid, work);
         if matches!(solved, Ok(None)) {
             return solved;
         }

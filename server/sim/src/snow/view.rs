@@ -3,10 +3,10 @@
 use super::{
     Snow,
     bound::Extremes,
-    grid::{CELLS, block_of},
-    grid_update::node_of,
+    grid::blocks::{CELLS, block_of},
     particles::Group,
     step::Engine,
+    transfer::grid_update::node_of,
 };
 use crate::{
     math::{Real, vec3},

@@ -5,12 +5,14 @@
 //! the sorted order may belong to several blocks, so that lanes are full where snow is thin.
 
 use super::{
-    Advection, SnowSettings,
-    grid::{SIDE, TILE_ROW},
+    particle_update::Arrival,
     scheme::Scheme,
-    update::Arrival,
-    walk::{TILE, Walk},
-    weight::{AxisWeights, axis_weights},
+    stencil::{TILE, Walk},
+    weights::{AxisWeights, axis_weights},
+};
+use crate::snow::{
+    Advection, SnowSettings,
+    grid::blocks::{SIDE, TILE_ROW},
 };
 use std::marker::PhantomData;
 
@@ -18,15 +20,15 @@ use crate::math::{Kernel, LANES, Pack, Real};
 
 /// What sixteen particles gather; the fourth lane of a velocity is the mass density, times h³.
 #[derive(Clone, Copy)]
-pub(super) struct Gathered<P> {
+pub(crate) struct Gathered<P> {
     /// sum w v, and sum w m.
-    pub(super) v: [P; 4],
+    pub(crate) v: [P; 4],
     /// sum w v (index of the node) along each axis.
-    pub(super) moments: [[P; 4]; 3],
+    pub(crate) moments: [[P; 4]; 3],
     /// sum v (slope times h) along each axis.
-    pub(super) slopes: [[P; 4]; 3],
+    pub(crate) slopes: [[P; 4]; 3],
     /// sum w (change of v).
-    pub(super) change: [P; 4],
+    pub(crate) change: [P; 4],
 }
 
 /// Weights of sixteen particles, to be read one at a time.
@@ -208,7 +210,7 @@ fn velocity<R: Real, P: Pack<R>, const N: usize>(
 
 /// What does not change from group to group.
 #[derive(Clone, Copy)]
-pub(super) struct Gather<R> {
+pub(crate) struct Gather<R> {
     inverse_cell: R,
     /// h / D (1/m).
     inverse_moment: R,
@@ -218,7 +220,7 @@ pub(super) struct Gather<R> {
 }
 
 impl<R: Real> Gather<R> {
-    pub(super) fn of(settings: &SnowSettings, flip: f64) -> Self {
+    pub(crate) fn of(settings: &SnowSettings, flip: f64) -> Self {
         let h = settings.cell;
         Self {
             inverse_cell: R::of(1.0 / h),
@@ -231,16 +233,16 @@ impl<R: Real> Gather<R> {
 }
 
 /// What a group gathers, made into its new velocities.
-pub(super) struct GatherGroup<'a, 'b, R: Real, S, const N: usize> {
-    pub(super) gather: Gather<R>,
+pub(crate) struct GatherGroup<'a, 'b, R: Real, S, const N: usize> {
+    pub(crate) gather: Gather<R>,
     /// Positions and masses, velocities and J_P of the group.
-    pub(super) motion: &'a [[[R; 4]; LANES]; 2],
+    pub(crate) motion: &'a [[[R; 4]; LANES]; 2],
     /// Where the group begins in the order, and its particles.
-    pub(super) start: usize,
-    pub(super) count: usize,
-    pub(super) walk: &'a mut Walk<'b, R>,
-    pub(super) arrival: &'a mut Arrival<R>,
-    pub(super) scheme: PhantomData<S>,
+    pub(crate) start: usize,
+    pub(crate) count: usize,
+    pub(crate) walk: &'a mut Walk<'b, R>,
+    pub(crate) arrival: &'a mut Arrival<R>,
+    pub(crate) scheme: PhantomData<S>,
 }
 
 impl<R: Real, S: Scheme, const N: usize> Kernel<R> for GatherGroup<'_, '_, R, S, N> {

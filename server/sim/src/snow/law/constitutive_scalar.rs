@@ -3,14 +3,14 @@
 //! For tests, tools and the curious; a step works on sixteen particles at once.
 
 use super::{
-    Material,
-    response::{
+    constitutive::{
         Coefficients, Moduli, Returned, energy_density as energy_of, hardened, plastic_return,
         principal_stress,
     },
     tangent::piola_change,
 };
 use crate::math::{Columns, LANES, Mat3, Pack, Portable, Svd, svd};
+use crate::snow::Material;
 
 type P = Portable<f64>;
 
@@ -84,7 +84,7 @@ pub fn piola(material: &Material, f: &Mat3<f64>, plastic_ratio: f64) -> Mat3<f64
     let m = moduli(material);
     let Svd { u, sigma, v } = svd::<f64, P>(&columns(f));
     let j = sigma[0].mul(sigma[1]).mul(sigma[2]);
-    let law = super::response::volumetric(j, hardened(P::splat(plastic_ratio), &m), &m);
+    let law = super::constitutive::volumetric(j, hardened(P::splat(plastic_ratio), &m), &m);
     let [base, two_rest, g] = [law.base, law.two_rest, law.g].map(lane);
     let s = sigma.map(lane);
     let p = [0, 1, 2].map(|i| base * s[i] - 0.5 * two_rest + g * s[(i + 1) % 3] * s[(i + 2) % 3]);

@@ -6,12 +6,16 @@
 use super::{
     Integration, Transfer,
     bound::Extremes,
-    grid::{ROOM, block_of},
+    grid::{
+        blocks::{ROOM, block_of},
+        sort::within_reach,
+    },
     particles::Group,
-    sort::within_reach,
     step::{Engine, StepContext},
-    update::{Arrival, Deformation, RunFigures, TOGETHER, Tally, Update, motion},
-    weight::weights,
+    transfer::{
+        particle_update::{Arrival, Deformation, RunFigures, TOGETHER, Tally, Update, motion},
+        weights::weights,
+    },
 };
 use crate::{
     math::{LANES, Real, dispatch},
@@ -47,7 +51,7 @@ impl<R: Real> Engine<R> {
 
     /// The first particle, in the user's numbering, that is nowhere or out of reach.
     pub(super) fn lost(&self) -> Option<StepFailure> {
-        let limit = f64::from(super::grid::REACH - 2) * 4.0 * self.settings.cell;
+        let limit = f64::from(super::grid::blocks::REACH - 2) * 4.0 * self.settings.cell;
         let places = (0..self.particles.len()).filter(|at| {
             let x = self.particles.x(*at).map(Real::to_f64);
             !x.iter().all(|c| c.abs() < limit)
@@ -147,7 +151,7 @@ impl<R: Real> Engine<R> {
                 }
                 density[at] = sum / (h * h * h);
             }
-            debug_assert!(block.iter().all(|c| c.abs() < super::grid::REACH));
+            debug_assert!(block.iter().all(|c| c.abs() < super::grid::blocks::REACH));
         }
         density
     }

@@ -8,10 +8,12 @@
 //! four nodes along z, four numbers a node. A cell's rows stay in registers until its last particle.
 
 use super::{
-    grid::{CELLS, SIDE, TILE_ROW},
-    particles::{Group, Particles, read},
     scheme::Scheme,
-    weight::{AxisWeights, axis_weights},
+    weights::{AxisWeights, axis_weights},
+};
+use crate::snow::{
+    grid::blocks::{CELLS, SIDE, TILE_ROW},
+    particles::{Group, Particles, read},
 };
 use std::marker::PhantomData;
 
@@ -19,43 +21,43 @@ use crate::math::{Kernel, LANES, Pack, Real};
 
 /// What does not change from block to block.
 #[derive(Clone, Copy)]
-pub(super) struct Scatter<R> {
+pub(crate) struct Scatter<R> {
     /// 1 / h (1/m).
-    pub(super) inverse_cell: R,
+    pub(crate) inverse_cell: R,
     /// h (m).
-    pub(super) cell: R,
+    pub(crate) cell: R,
     /// Time step (s).
-    pub(super) dt: R,
+    pub(crate) dt: R,
     /// h² / D of the kernel.
-    pub(super) inverse_moment: R,
+    pub(crate) inverse_moment: R,
 }
 
 /// The particles of a block, sorted by cell.
 #[derive(Clone, Copy)]
-pub(super) struct BlockParticles<'a> {
-    pub(super) order: &'a [u32],
+pub(crate) struct BlockParticles<'a> {
+    pub(crate) order: &'a [u32],
     /// Where each cell begins in `order`, and the end.
-    pub(super) cells: &'a [u32; CELLS + 1],
+    pub(crate) cells: &'a [u32; CELLS + 1],
 }
 
 /// Coefficients of sixteen particles, one quad or one number each.
-pub(super) struct Coefficients<R> {
+pub(crate) struct Coefficients<R> {
     /// Momentum at the first node, and mass.
-    pub(super) base: [[R; 4]; LANES],
+    pub(crate) base: [[R; 4]; LANES],
     /// Change of momentum from node to node along each axis.
-    pub(super) along: [[[R; 4]; LANES]; 3],
+    pub(crate) along: [[[R; 4]; LANES]; 3],
     /// Columns of -dt V0 tau / h.
-    pub(super) force: [[[R; 4]; LANES]; 3],
+    pub(crate) force: [[[R; 4]; LANES]; 3],
     /// Weights along z.
-    pub(super) wz: [[R; 4]; LANES],
+    pub(crate) wz: [[R; 4]; LANES],
     /// Slopes along z.
-    pub(super) dz: [[R; 4]; LANES],
+    pub(crate) dz: [[R; 4]; LANES],
     /// w_x w_y of each row; and with the slope along x, along y.
-    pub(super) rows: [[[R; LANES]; 16]; 3],
+    pub(crate) rows: [[[R; LANES]; 16]; 3],
 }
 
 impl<R: Real> Coefficients<R> {
-    pub(super) fn new() -> Self {
+    pub(crate) fn new() -> Self {
         let quads = [[R::zero(); 4]; LANES];
         let rows = [[R::zero(); LANES]; 16];
         Self { base: quads, along: [quads; 3], force: [quads; 3], wz: quads, dz: quads, rows: [rows; 3] }
@@ -65,7 +67,7 @@ impl<R: Real> Coefficients<R> {
 impl<R: Real> Scatter<R> {
     /// Fills a block's tile, and the tile of impulses where they are kept apart.
     #[inline(always)]
-    pub(super) fn block<P: Pack<R>, S: Scheme, const N: usize>(
+    pub(crate) fn block<P: Pack<R>, S: Scheme, const N: usize>(
         &self,
         particles: &Particles<R>,
         block: BlockParticles<'_>,
@@ -157,7 +159,7 @@ impl<R: Real> Scatter<R> {
 
 /// Products of weights along x and y.
 #[inline(always)]
-pub(super) fn row_weights<R: Real, P: Pack<R>, S: Scheme, const N: usize>(
+pub(crate) fn row_weights<R: Real, P: Pack<R>, S: Scheme, const N: usize>(
     axes: &[AxisWeights<P>; 3],
     rows: &mut [[[R; LANES]; 16]; 3],
 ) {
@@ -174,7 +176,7 @@ pub(super) fn row_weights<R: Real, P: Pack<R>, S: Scheme, const N: usize>(
 
 /// Adds what one particle gives to the rows of its cell.
 #[inline(always)]
-pub(super) fn add<R: Real, P: Pack<R>, S: Scheme, const N: usize>(
+pub(crate) fn add<R: Real, P: Pack<R>, S: Scheme, const N: usize>(
     c: &Coefficients<R>,
     lane: usize,
     sums: &mut [[P; N]; N],
@@ -224,7 +226,7 @@ pub(super) fn add<R: Real, P: Pack<R>, S: Scheme, const N: usize>(
 
 /// Adds a cell's rows to the tile and clears them.
 #[inline(always)]
-pub(super) fn flush<R: Real, P: Pack<R>, const N: usize>(
+pub(crate) fn flush<R: Real, P: Pack<R>, const N: usize>(
     sums: &mut [[P; N]; N],
     tile: &mut [R],
     cell: usize,
@@ -241,13 +243,13 @@ pub(super) fn flush<R: Real, P: Pack<R>, const N: usize>(
 }
 
 /// The particles of one block to its tile.
-pub(super) struct ScatterBlock<'a, R: Real, S, const N: usize> {
-    pub(super) scatter: Scatter<R>,
-    pub(super) particles: &'a Particles<R>,
-    pub(super) block: BlockParticles<'a>,
-    pub(super) tile: &'a mut [R],
-    pub(super) impulses: &'a mut [R],
-    pub(super) scheme: PhantomData<S>,
+pub(crate) struct ScatterBlock<'a, R: Real, S, const N: usize> {
+    pub(crate) scatter: Scatter<R>,
+    pub(crate) particles: &'a Particles<R>,
+    pub(crate) block: BlockParticles<'a>,
+    pub(crate) tile: &'a mut [R],
+    pub(crate) impulses: &'a mut [R],
+    pub(crate) scheme: PhantomData<S>,
 }
 
 impl<R: Real, S: Scheme, const N: usize> Kernel<R> for ScatterBlock<'_, R, S, N> {

@@ -5,14 +5,14 @@
 //! 2013, sections 4 and 5. Everything is in terms of singular values: no F^-T, no division by them,
 //! so singular and inverted F are ordinary.
 
-use super::{Law, Material, Plasticity};
 use crate::math::{LANES, Pack, Real, exp};
+use crate::snow::{Law, Material, Plasticity};
 
 /// Materials of a pack's lanes.
 #[derive(Clone, Copy)]
-pub(super) struct Moduli<P> {
-    pub(super) mu: P,
-    pub(super) lambda: P,
+pub(crate) struct Moduli<P> {
+    pub(crate) mu: P,
+    pub(crate) lambda: P,
     /// xi.
     hardening: P,
     /// Singular values stay between these.
@@ -27,10 +27,10 @@ pub(super) struct Moduli<P> {
 
 /// Numbers of a material in the state's precision.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Coefficients<R>([R; 8]);
+pub(crate) struct Coefficients<R>([R; 8]);
 
 impl<R: Real> Coefficients<R> {
-    pub(super) fn of(material: &Material) -> Self {
+    pub(crate) fn of(material: &Material) -> Self {
         let yielding = material.plasticity.map_or(
             // The largest number bounds nothing.
             [0.0, -R::LARGEST, R::LARGEST, 0.0, R::LARGEST],
@@ -48,7 +48,7 @@ impl<R: Real> Coefficients<R> {
 impl<P: Copy> Moduli<P> {
     /// Moduli of particles of the objects `of`, each stiffer by its factor.
     #[inline(always)]
-    pub(super) fn gather<R: Real>(table: &[Coefficients<R>], of: &[u16; LANES], factor: P) -> Self
+    pub(crate) fn gather<R: Real>(table: &[Coefficients<R>], of: &[u16; LANES], factor: P) -> Self
     where
         P: Pack<R>,
     {
@@ -80,21 +80,21 @@ fn coefficient<R: Real, P: Pack<R>>(table: &[Coefficients<R>], of: &[u16; LANES]
 
 /// Elastic part after plastic return.
 #[derive(Clone, Copy)]
-pub(super) struct Returned<P> {
+pub(crate) struct Returned<P> {
     /// Singular values within the yield limits.
-    pub(super) sigma: [P; 3],
-    pub(super) plastic_ratio: P,
+    pub(crate) sigma: [P; 3],
+    pub(crate) plastic_ratio: P,
     /// 1 where a singular value was out of the limits, 0 elsewhere.
-    pub(super) yielded: P,
+    pub(crate) yielded: P,
     /// 1 where J_P was held at an end of its range, 0 elsewhere.
-    pub(super) clamped: P,
+    pub(crate) clamped: P,
     /// 1 where det F < 0 or J_P <= 0 before it was held, 0 elsewhere.
-    pub(super) inverted: P,
+    pub(crate) inverted: P,
 }
 
 /// Elastic predictor to yield surface: what is beyond goes into J_P (eq. 11, 12).
 #[inline(always)]
-pub(super) fn plastic_return<R: Real, P: Pack<R>>(sigma: &[P; 3], jp: P, m: &Moduli<P>) -> Returned<P> {
+pub(crate) fn plastic_return<R: Real, P: Pack<R>>(sigma: &[P; 3], jp: P, m: &Moduli<P>) -> Returned<P> {
     let (zero, one) = (P::splat(R::zero()), P::splat(R::one()));
     let held = [
         sigma[0].max(m.lowest).min(m.highest),
@@ -116,13 +116,13 @@ pub(super) fn plastic_return<R: Real, P: Pack<R>>(sigma: &[P; 3], jp: P, m: &Mod
 
 /// exp(xi (1 - J_P)).
 #[inline(always)]
-pub(super) fn hardened<R: Real, P: Pack<R>>(jp: P, m: &Moduli<P>) -> P {
+pub(crate) fn hardened<R: Real, P: Pack<R>>(jp: P, m: &Moduli<P>) -> P {
     exp(m.hardening.mul(P::splat(R::one()).sub(jp)))
 }
 
 /// Kirchhoff stress along the columns of U: tau = U diag(t) U^T, t_i = sigma_i dpsi/dsigma_i.
 #[inline(always)]
-pub(super) fn principal_stress<R: Real, P: Pack<R>>(sigma: &[P; 3], hardening: P, m: &Moduli<P>) -> [P; 3] {
+pub(crate) fn principal_stress<R: Real, P: Pack<R>>(sigma: &[P; 3], hardening: P, m: &Moduli<P>) -> [P; 3] {
     let one = P::splat(R::one());
     let (mu, lambda) = (m.mu.mul(hardening), m.lambda.mul(hardening));
     let two_mu = mu.add(mu);
@@ -145,7 +145,7 @@ pub(super) fn principal_stress<R: Real, P: Pack<R>>(sigma: &[P; 3], hardening: P
 
 /// Elastic energy per volume at rest (J/m³).
 #[inline(always)]
-pub(super) fn energy_density<R: Real, P: Pack<R>>(sigma: &[P; 3], hardening: P, m: &Moduli<P>) -> P {
+pub(crate) fn energy_density<R: Real, P: Pack<R>>(sigma: &[P; 3], hardening: P, m: &Moduli<P>) -> P {
     let (one, half) = (P::splat(R::one()), P::splat(R::of(0.5)));
     let (mu, lambda) = (m.mu.mul(hardening), m.lambda.mul(hardening));
     let j = sigma[0].mul(sigma[1]).mul(sigma[2]);
@@ -184,7 +184,7 @@ fn logarithm<R: Real, P: Pack<R>>(j: P) -> (P, P) {
 /// square of the largest singular value and J: rho c_p² of the elastic wave, and that of a particle
 /// alone, in which all directions act at once.
 #[inline(always)]
-pub(super) fn stiffness<R: Real, P: Pack<R>>(largest2: P, j: P, hardening: P, m: &Moduli<P>) -> [P; 2] {
+pub(crate) fn stiffness<R: Real, P: Pack<R>>(largest2: P, j: P, hardening: P, m: &Moduli<P>) -> [P; 2] {
     let (one, three) = (P::splat(R::one()), P::splat(R::of(3.0)));
     let (mu, lambda) = (m.mu.mul(hardening), m.lambda.mul(hardening));
     let shear = mu.add(mu).mul(largest2);
@@ -207,18 +207,18 @@ pub(super) fn stiffness<R: Real, P: Pack<R>>(largest2: P, j: P, hardening: P, m:
 
 /// The part of a law that depends on J, and what multiplies the singular values.
 #[derive(Clone, Copy)]
-pub(super) struct Volumetric<P> {
+pub(crate) struct Volumetric<P> {
     /// p_i = base sigma_i - two_rest / 2 + g sigma_j sigma_k.
-    pub(super) base: P,
-    pub(super) two_rest: P,
-    pub(super) g: P,
+    pub(crate) base: P,
+    pub(crate) two_rest: P,
+    pub(crate) g: P,
     /// dg/dJ.
-    pub(super) slope: P,
+    pub(crate) slope: P,
 }
 
 /// Coefficients of dpsi/dsigma_i at volume ratio J.
 #[inline(always)]
-pub(super) fn volumetric<R: Real, P: Pack<R>>(j: P, hardening: P, m: &Moduli<P>) -> Volumetric<P> {
+pub(crate) fn volumetric<R: Real, P: Pack<R>>(j: P, hardening: P, m: &Moduli<P>) -> Volumetric<P> {
     let (zero, one) = (P::splat(R::zero()), P::splat(R::one()));
     let (mu, lambda) = (m.mu.mul(hardening), m.lambda.mul(hardening));
     let two_mu = mu.add(mu);

@@ -3,23 +3,23 @@
 //!
 //! Reads x / h; writes the first node, the weights, and slopes times h: a gradient needs 1 / h.
 
-use super::Kernel;
 use crate::math::{Pack, Portable, Real};
+use crate::snow::Kernel;
 
 /// Weights of one axis in every lane: of nodes first, first + 1 ...; 0 past the kernel's width.
 #[derive(Clone, Copy)]
-pub(super) struct AxisWeights<P> {
+pub(crate) struct AxisWeights<P> {
     /// x / h minus the first node.
-    pub(super) offset: P,
+    pub(crate) offset: P,
     /// Weights.
-    pub(super) w: [P; 4],
+    pub(crate) w: [P; 4],
     /// Slopes, times h.
-    pub(super) d: [P; 4],
+    pub(crate) d: [P; 4],
 }
 
 /// The first node of a particle at `x_over_h`, as a whole number.
 #[inline(always)]
-pub(super) fn first_node<R: Real, P: Pack<R>, const N: usize>(x_over_h: P) -> P {
+pub(crate) fn first_node<R: Real, P: Pack<R>, const N: usize>(x_over_h: P) -> P {
     match N {
         2 => x_over_h.floor(),
         3 => x_over_h.sub(P::splat(R::of(0.5))).floor(),
@@ -29,7 +29,7 @@ pub(super) fn first_node<R: Real, P: Pack<R>, const N: usize>(x_over_h: P) -> P 
 
 /// Weights of a kernel of width `N`.
 #[inline(always)]
-pub(super) fn axis_weights<R: Real, P: Pack<R>, const N: usize>(x_over_h: P) -> AxisWeights<P> {
+pub(crate) fn axis_weights<R: Real, P: Pack<R>, const N: usize>(x_over_h: P) -> AxisWeights<P> {
     let number = |value: f64| P::splat(R::of(value));
     let zero = number(0.0);
     let offset = x_over_h.sub(first_node::<R, P, N>(x_over_h));

@@ -2,27 +2,27 @@
 //!
 //! Reads first nodes; writes codes by position in the sorted order, for the sorter.
 
-use super::grid::SIDE;
+use super::blocks::SIDE;
 use crate::{
     math::{LANES, Pack, Real},
     parallel::Disjoint,
 };
 
 /// Directions to the blocks around a block, itself in the middle.
-pub(super) const AROUND: usize = 27;
+pub(crate) const AROUND: usize = 27;
 /// The direction of those that stay.
-pub(super) const STAY: usize = 13;
+pub(crate) const STAY: usize = 13;
 /// Went further than to a block around.
-pub(super) const FAR: u16 = u16::MAX;
+pub(crate) const FAR: u16 = u16::MAX;
 
 /// A step of -1, 0, 1 along each axis.
-pub(super) fn direction(i: usize) -> [i32; 3] {
+pub(crate) fn direction(i: usize) -> [i32; 3] {
     [(i / 9) as i32 - 1, (i / 3 % 3) as i32 - 1, (i % 3) as i32 - 1]
 }
 
 /// Codes of particles that come from `block` and whose first nodes are now `node`, whole numbers.
 #[inline(always)]
-pub(super) fn codes<R: Real, P: Pack<R>>(block: &[P; 3], node: &[P; 3], periodic: [u32; 3]) -> [u16; LANES] {
+pub(crate) fn codes<R: Real, P: Pack<R>>(block: &[P; 3], node: &[P; 3], periodic: [u32; 3]) -> [u16; LANES] {
     let number = |value: f64| P::splat(R::of(value));
     let (mut code, mut by) = (number(0.0), *node);
     for axis in 0..3 {
@@ -47,15 +47,15 @@ pub(super) fn codes<R: Real, P: Pack<R>>(block: &[P; 3], node: &[P; 3], periodic
 }
 
 /// Writes where particles went.
-pub(super) struct Departures<'a> {
-    pub(super) codes: Disjoint<'a, u16>,
+pub(crate) struct Departures<'a> {
+    pub(crate) codes: Disjoint<'a, u16>,
 }
 
 impl Departures<'_> {
     /// Codes of the particles from a position of the order on.
     #[inline(always)]
     #[allow(unsafe_code, reason = "runs of blocks have ranges of their own in the order")]
-    pub(super) fn note(&self, position: usize, codes: &[u16]) {
+    pub(crate) fn note(&self, position: usize, codes: &[u16]) {
         for (i, code) in codes.iter().enumerate() {
             // SAFETY: a position belongs to one run of blocks, which is worked on by one thread.
             unsafe { *self.codes.slot(position + i) = *code };

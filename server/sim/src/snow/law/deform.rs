@@ -2,27 +2,27 @@
 //!
 //! Reads F_E, J_P and the velocity gradient of sixteen particles; writes F_E, J_P and V0 tau.
 
-use super::response::{Moduli, Returned, hardened, plastic_return, principal_stress, stiffness};
+use super::constitutive::{Moduli, Returned, hardened, plastic_return, principal_stress, stiffness};
 use crate::math::{Columns, Pack, Real, Svd, cross3, dot3, orthogonalize, svd};
 
 /// F_E and J_P after a step.
 #[derive(Clone, Copy)]
-pub(super) struct Deformed<P> {
+pub(crate) struct Deformed<P> {
     /// F_E by columns.
-    pub(super) elastic: Columns<P>,
-    pub(super) plastic_ratio: P,
+    pub(crate) elastic: Columns<P>,
+    pub(crate) plastic_ratio: P,
     /// exp(xi (1 - J_P)).
-    pub(super) hardening: P,
+    pub(crate) hardening: P,
     /// V0 tau (J): xx yy zz xy xz yz.
-    pub(super) volume_stress: [P; 6],
-    pub(super) yielded: P,
-    pub(super) clamped: P,
-    pub(super) inverted: P,
+    pub(crate) volume_stress: [P; 6],
+    pub(crate) yielded: P,
+    pub(crate) clamped: P,
+    pub(crate) inverted: P,
 }
 
 /// (I + dt grad v) F, by columns; the gradient by columns too: `gradient[axis][component]`.
 #[inline(always)]
-pub(super) fn predict<R: Real, P: Pack<R>>(f: &Columns<P>, gradient: &Columns<P>, dt: P) -> Columns<P> {
+pub(crate) fn predict<R: Real, P: Pack<R>>(f: &Columns<P>, gradient: &Columns<P>, dt: P) -> Columns<P> {
     let change = product(gradient, f);
     let mut out = *f;
     for column in 0..3 {
@@ -35,7 +35,7 @@ pub(super) fn predict<R: Real, P: Pack<R>>(f: &Columns<P>, gradient: &Columns<P>
 
 /// Product of two matrices, by columns.
 #[inline(always)]
-pub(super) fn product<R: Real, P: Pack<R>>(a: &Columns<P>, b: &Columns<P>) -> Columns<P> {
+pub(crate) fn product<R: Real, P: Pack<R>>(a: &Columns<P>, b: &Columns<P>) -> Columns<P> {
     let mut out = *b;
     for column in 0..3 {
         for row in 0..3 {
@@ -55,7 +55,7 @@ const REGULAR: f64 = 0.1;
 /// it is, and V is not needed. Lanes with a singular value near 0 or det F < 0 take the full
 /// decomposition.
 #[inline(always)]
-pub(super) fn deform<R: Real, P: Pack<R>, const K: usize>(
+pub(crate) fn deform<R: Real, P: Pack<R>, const K: usize>(
     trial: &[Columns<P>; K],
     jp: &[P; K],
     volume: &[P; K],
@@ -191,7 +191,7 @@ impl<P: Copy> Deformed<P> {
 
 /// F_E and J_P as they are, with their stress.
 #[inline(always)]
-pub(super) fn undeformed<R: Real, P: Pack<R>, const K: usize>(
+pub(crate) fn undeformed<R: Real, P: Pack<R>, const K: usize>(
     f: &[Columns<P>; K],
     jp: &[P; K],
     volume: &[P; K],
@@ -229,7 +229,7 @@ fn in_frame<R: Real, P: Pack<R>>(u: &Columns<P>, t: &[P; 3]) -> [P; 6] {
 /// Upper bounds of the stiffnesses (Pa) of F_E as it is stored, in closed form: the square of the
 /// largest singular value is at most the largest absolute row sum of F^T F.
 #[inline(always)]
-pub(super) fn stiffness_of<R: Real, P: Pack<R>>(f: &Columns<P>, hardening: P, m: &Moduli<P>) -> ([P; 2], P) {
+pub(crate) fn stiffness_of<R: Real, P: Pack<R>>(f: &Columns<P>, hardening: P, m: &Moduli<P>) -> ([P; 2], P) {
     let (xx, yy, zz) = (dot3(&f[0], &f[0]), dot3(&f[1], &f[1]), dot3(&f[2], &f[2]));
     let (xy, xz, yz) = (dot3(&f[0], &f[1]).abs(), dot3(&f[0], &f[2]).abs(), dot3(&f[1], &f[2]).abs());
     let largest2 = xx.add(xy).add(xz).max(yy.add(xy).add(yz)).max(zz.add(xz).add(yz));

@@ -5,8 +5,8 @@
 
 use rayon::prelude::*;
 
-use super::{
-    grid::{CELLS, Coordinate, Grid, NONE, NodeBlock, SIDE, TILE_ROW, block_of, corner, tile_len},
+use crate::snow::{
+    grid::blocks::{CELLS, Coordinate, Grid, NONE, NodeBlock, SIDE, TILE_ROW, block_of, corner, tile_len},
     step::Forces,
 };
 use crate::{
@@ -17,7 +17,7 @@ use crate::{
 
 /// What a collider leaves free of a node's velocity.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Hold<R> {
+pub(crate) enum Hold<R> {
     /// All of it.
     Free,
     /// What lies along the surface with this normal.
@@ -28,7 +28,7 @@ pub(super) enum Hold<R> {
 
 impl<R: Real> Hold<R> {
     /// The free part of a vector.
-    pub(super) fn free(&self, v: &Vec3<R>) -> Vec3<R> {
+    pub(crate) fn free(&self, v: &Vec3<R>) -> Vec3<R> {
         match self {
             Self::Free => *v,
             Self::Across(normal) => {
@@ -41,42 +41,42 @@ impl<R: Real> Hold<R> {
 }
 
 /// What does not change from node to node.
-pub(super) struct GridStep<'a> {
+pub(crate) struct GridStep<'a> {
     /// Nodes an axis of the kernel.
-    pub(super) width: usize,
-    pub(super) forces: Forces,
+    pub(crate) width: usize,
+    pub(crate) forces: Forces,
     /// Time step (s), and time (s) at its end.
-    pub(super) dt: f64,
-    pub(super) time: f64,
+    pub(crate) dt: f64,
+    pub(crate) time: f64,
     /// h (m).
-    pub(super) cell: f64,
-    pub(super) gravity: [f64; 3],
-    pub(super) colliders: &'a [Collider],
+    pub(crate) cell: f64,
+    pub(crate) gravity: [f64; 3],
+    pub(crate) colliders: &'a [Collider],
     /// Mass (kg) below which a node carries no velocity.
-    pub(super) least_mass: f64,
+    pub(crate) least_mass: f64,
     /// Smallest mass (kg) of a particle: it takes at most the share m_i / m_p of a node's velocity.
-    pub(super) lightest: f64,
+    pub(crate) lightest: f64,
 }
 
 /// Sums and extremes over nodes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct GridFigures {
+pub(crate) struct GridFigures {
     /// Mass on all nodes (kg).
-    pub(super) mass: f64,
+    pub(crate) mass: f64,
     /// Magnitudes of momenta (kg m/s) of nodes that carry no velocity.
-    pub(super) dropped: f64,
+    pub(crate) dropped: f64,
     /// Square of the fastest node's speed (m²/s²), and the node; NaN when one is not finite. Forces
     /// by slopes make a node that a particle only just reaches arbitrarily fast, of which the
     /// particle takes next to nothing: a light node counts by the share that a particle may take.
-    pub(super) speed2: f64,
-    pub(super) fastest: [i32; 3],
+    pub(crate) speed2: f64,
+    pub(crate) fastest: [i32; 3],
     /// Nodes within a collider.
-    pub(super) contacts: u64,
+    pub(crate) contacts: u64,
 }
 
 impl GridStep<'_> {
     /// Updates all nodes.
-    pub(super) fn run<R: Real>(&self, grid: &mut Grid<R>, figures: &mut Vec<GridFigures>) -> GridFigures {
+    pub(crate) fn run<R: Real>(&self, grid: &mut Grid<R>, figures: &mut Vec<GridFigures>) -> GridFigures {
         let Grid { node_blocks, behind, tiles, impulses, nodes, changes, .. } = grid;
         let count = node_blocks.len();
         figures.resize(count, GridFigures::default());
@@ -154,7 +154,7 @@ impl GridStep<'_> {
     }
 
     /// Colliders that may reach a node of the block, one bit each; past 63 they share the last.
-    pub(super) fn near(&self, block: Coordinate) -> u64 {
+    pub(crate) fn near(&self, block: Coordinate) -> u64 {
         let half = 0.5 * (SIDE - 1) as f64;
         let center = block.map(|c| (f64::from(c * SIDE as i32) + half) * self.cell);
         let radius = half * 3.0_f64.sqrt() * self.cell;
@@ -183,7 +183,7 @@ impl GridStep<'_> {
 
 impl GridStep<'_> {
     /// What colliders leave free of a node whose velocity has answered to them.
-    pub(super) fn hold<R: Real>(&self, near: u64, block: Coordinate, i: usize, v: &[R; 4]) -> Hold<R> {
+    pub(crate) fn hold<R: Real>(&self, near: u64, block: Coordinate, i: usize, v: &[R; 4]) -> Hold<R> {
         let place = node_of(block, i).map(|c| f64::from(c) * self.cell);
         let mut hold = Hold::Free;
         for (_, collider) in self.colliders.iter().enumerate().filter(|(k, _)| near >> (*k).min(63) & 1 == 1)
@@ -203,7 +203,7 @@ impl GridStep<'_> {
 }
 
 /// Index of node `i` of a block.
-pub(super) fn node_of(block: Coordinate, i: usize) -> [i32; 3] {
+pub(crate) fn node_of(block: Coordinate, i: usize) -> [i32; 3] {
     let local = [i / (SIDE * SIDE), i / SIDE % SIDE, i % SIDE];
     [0, 1, 2].map(|a| block[a] * SIDE as i32 + local[a] as i32)
 }
@@ -222,7 +222,7 @@ fn collect(figures: &[GridFigures]) -> GridFigures {
 }
 
 /// Adds the parts of eight tiles that lie over a block of nodes.
-pub(super) fn gather<R: Real>(tiles: &[R], behind: &[u32; 8], width: usize, nodes: &mut NodeBlock<R>) {
+pub(crate) fn gather<R: Real>(tiles: &[R], behind: &[u32; 8], width: usize, nodes: &mut NodeBlock<R>) {
     dispatch(Gather { tiles, behind, width, nodes });
 }
 

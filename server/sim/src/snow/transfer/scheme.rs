@@ -1,7 +1,7 @@
 //! Transfers as types: what each gathers and scatters is known when its kernel is compiled.
 
 /// A transfer.
-pub(super) trait Scheme: Copy + Send + Sync {
+pub(crate) trait Scheme: Copy + Send + Sync {
     /// Particles carry an affine velocity.
     const AFFINE: bool;
     /// Forces and velocity gradients by the slope of the kernel.
@@ -12,15 +12,15 @@ pub(super) trait Scheme: Copy + Send + Sync {
 
 /// Affine velocities; forces through the same affine field (Hu et al. 2018).
 #[derive(Clone, Copy)]
-pub(super) struct MlsScheme;
+pub(crate) struct MlsScheme;
 
 /// Affine velocities; forces by slopes (Jiang et al. 2015).
 #[derive(Clone, Copy)]
-pub(super) struct ApicScheme;
+pub(crate) struct ApicScheme;
 
 /// Velocities alone; forces by slopes (Stomakhin et al. 2013).
 #[derive(Clone, Copy)]
-pub(super) struct FlipScheme;
+pub(crate) struct FlipScheme;
 
 impl Scheme for MlsScheme {
     const AFFINE: bool = true;

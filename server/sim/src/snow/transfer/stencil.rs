@@ -3,15 +3,15 @@
 //! Reads the order and the grid; keeps the nodes around one block of particles at a time, assembled
 //! into a tile, since the particles of a block reach nodes of eight blocks.
 
-use super::{
-    grid::{Grid, NONE, NodeBlock, SIDE, TILE_ROW, block_of, corner},
-    runs::Sorted,
-    scheme::Scheme,
-};
+use super::scheme::Scheme;
 use crate::math::{LANES, Real};
+use crate::snow::grid::{
+    blocks::{Grid, NONE, NodeBlock, SIDE, TILE_ROW, block_of, corner},
+    chunks::Sorted,
+};
 
 /// The largest tile: seven rows each way.
-pub(super) const TILE: usize = 7 * 7 * TILE_ROW;
+pub(crate) const TILE: usize = 7 * 7 * TILE_ROW;
 
 /// Assembles the nodes that a block's particles reach with a kernel of width `N`.
 #[inline(always)]
@@ -32,11 +32,11 @@ fn assemble<R: Real, const N: usize>(nodes: &[NodeBlock<R>], in_front: &[u32; 8]
 }
 
 /// A walk through particles in the sorted order, with the nodes around the block that it is in.
-pub(super) struct Walk<'a, R> {
+pub(crate) struct Walk<'a, R> {
     sorted: Sorted<'a>,
     grid: Around<'a, R>,
     /// The block, where it ends in the order, and the cell in it.
-    pub(super) block: usize,
+    pub(crate) block: usize,
     end: usize,
     cell: usize,
     /// Coordinates of the block.
@@ -44,24 +44,24 @@ pub(super) struct Walk<'a, R> {
 }
 
 /// What a walk reads of the grid, and the tiles of the block that it is in.
-pub(super) struct Around<'a, R> {
-    pub(super) blocks: &'a [u64],
-    pub(super) in_front: &'a [[u32; 8]],
+pub(crate) struct Around<'a, R> {
+    pub(crate) blocks: &'a [u64],
+    pub(crate) in_front: &'a [[u32; 8]],
     /// Velocities, and their changes where these are wanted.
-    pub(super) nodes: [&'a [NodeBlock<R>]; 2],
-    pub(super) tiles: &'a mut [[R; TILE]; 2],
+    pub(crate) nodes: [&'a [NodeBlock<R>]; 2],
+    pub(crate) tiles: &'a mut [[R; TILE]; 2],
 }
 
 impl<'a, R: Real> Walk<'a, R> {
     /// A walk from the first particle of a block on.
-    pub(super) fn new(sorted: Sorted<'a>, grid: Around<'a, R>, block: usize) -> Self {
+    pub(crate) fn new(sorted: Sorted<'a>, grid: Around<'a, R>, block: usize) -> Self {
         // Before the block, so that the first particle enters it.
         Self { sorted, grid, block, end: 0, cell: 0, place: [R::zero(); 3] }
     }
 
     /// Cell of the particle at a position of the order, which is not before the last one asked for.
     #[inline(always)]
-    pub(super) fn cell_of<S: Scheme, const N: usize>(&mut self, position: usize) -> usize {
+    pub(crate) fn cell_of<S: Scheme, const N: usize>(&mut self, position: usize) -> usize {
         if position >= self.end {
             self.enter::<S, N>(position);
         }
@@ -75,13 +75,13 @@ impl<'a, R: Real> Walk<'a, R> {
 
     /// Coordinates of the block that it is in.
     #[inline(always)]
-    pub(super) fn place(&self) -> &[R; 3] {
+    pub(crate) fn place(&self) -> &[R; 3] {
         &self.place
     }
 
     /// The nodes around the block that it is in: velocities, and their changes.
     #[inline(always)]
-    pub(super) fn tiles(&self) -> &[[R; TILE]; 2] {
+    pub(crate) fn tiles(&self) -> &[[R; TILE]; 2] {
         self.grid.tiles
     }
 
@@ -106,7 +106,7 @@ impl<'a, R: Real> Walk<'a, R> {
 
 impl<R: Real> Grid<R> {
     /// What a walk reads, with room for its tiles.
-    pub(super) fn around<'a>(&'a self, tiles: &'a mut [[R; TILE]; 2]) -> Around<'a, R> {
+    pub(crate) fn around<'a>(&'a self, tiles: &'a mut [[R; TILE]; 2]) -> Around<'a, R> {
         Around { blocks: &self.blocks, in_front: &self.in_front, nodes: [&self.nodes, &self.changes], tiles }
     }
 }

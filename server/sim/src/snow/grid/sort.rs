@@ -10,23 +10,23 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::{
-    depart::{AROUND, FAR, STAY, direction},
-    grid::{CELLS, CellStarts, Grid, NONE, REACH, SIDE, around, block_of, key_of, shifted, wrap},
-    keys::unite,
+    block_keys::unite,
+    blocks::{CELLS, CellStarts, Grid, NONE, REACH, SIDE, around, block_of, key_of, shifted, wrap},
+    migration::{AROUND, FAR, STAY, direction},
 };
 use crate::{math::Real, parallel::Disjoint};
 
 /// The sorted order and what renews it.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Sorter {
+pub(crate) struct Sorter {
     /// Places of particles, block after block, cell after cell.
-    pub(super) order: Vec<u32>,
+    pub(crate) order: Vec<u32>,
     /// Where each block begins in `order`, and the end.
-    pub(super) starts: Vec<u32>,
+    pub(crate) starts: Vec<u32>,
     /// Where each cell begins within its block, and the end.
-    pub(super) cells: Vec<CellStarts>,
+    pub(crate) cells: Vec<CellStarts>,
     /// By position in `order`: 64 times the direction a particle went, plus its cell there.
-    pub(super) codes: Vec<u16>,
+    pub(crate) codes: Vec<u16>,
     /// Of each block, how many went in each direction.
     leaving: Vec<[u32; AROUND]>,
     /// Of each block, where those of each cell begin that stayed in their cell; they come first.
@@ -39,16 +39,16 @@ pub(super) struct Sorter {
     /// For each new block, the old blocks around it.
     sources: Vec<[u32; AROUND]>,
     /// Runs of blocks, each worked on by one thread: the first block of each, and the end.
-    pub(super) runs: Vec<u32>,
+    pub(crate) runs: Vec<u32>,
     /// Particles that changed their block since the places were renewed.
-    pub(super) moved: usize,
+    pub(crate) moved: usize,
     /// Whether a particle went too far, or is nowhere.
     scattered: bool,
 }
 
 impl Sorter {
     /// Room for more blocks than there are.
-    pub(super) fn reserve(&mut self, blocks: usize) {
+    pub(crate) fn reserve(&mut self, blocks: usize) {
         self.starts.reserve(blocks);
         self.runs.reserve(blocks);
         self.next_starts.reserve(blocks);
@@ -62,7 +62,7 @@ impl Sorter {
     }
 
     /// Bytes in use.
-    pub(super) fn bytes(&self) -> usize {
+    pub(crate) fn bytes(&self) -> usize {
         (self.order.capacity() + self.next_order.capacity() + self.starts.capacity() + self.runs.capacity())
             * 4
             + self.cells.capacity() * size_of::<CellStarts>()
@@ -73,7 +73,7 @@ impl Sorter {
     }
 
     /// Sorts from nothing: `nodes` holds the first node of the particle at each place.
-    pub(super) fn rebuild<R: Real>(
+    pub(crate) fn rebuild<R: Real>(
         &mut self,
         nodes: &[[i32; 3]],
         id: &[u32],
@@ -116,7 +116,7 @@ impl Sorter {
 
     /// Sorts after a step, from the departures that were noted; false where a particle went too
     /// far for that or out of reach, and blocks are as they were.
-    pub(super) fn renew<R: Real>(&mut self, id: &[u32], grid: &mut Grid<R>, periodic: [u32; 3]) -> bool {
+    pub(crate) fn renew<R: Real>(&mut self, id: &[u32], grid: &mut Grid<R>, periodic: [u32; 3]) -> bool {
         self.part();
         self.find_blocks(&grid.blocks, periodic);
         if self.scattered {
@@ -331,13 +331,13 @@ fn accumulate(cells: &mut CellStarts) {
 const REACHED: Range<i32> = 1 - REACH..REACH - 2;
 
 /// Whether a first node is in a block that may hold particles.
-pub(super) fn within_reach(node: i32) -> bool {
+pub(crate) fn within_reach(node: i32) -> bool {
     REACHED.contains(&node.div_euclid(SIDE as i32))
 }
 
 impl Sorter {
     /// The order after particles were put in it: every place is its own.
-    pub(super) fn renumber(&mut self, id: &mut [u32], object: &mut [u16]) {
+    pub(crate) fn renumber(&mut self, id: &mut [u32], object: &mut [u16]) {
         let Self { order, next_order, codes, moved, .. } = self;
         next_order.par_iter_mut().zip(&*order).for_each(|(number, place)| *number = id[*place as usize]);
         id.copy_from_slice(next_order);

@@ -10,20 +10,26 @@ use std::marker::PhantomData;
 use rayon::prelude::*;
 
 use super::{
-    Integration, SnowSettings,
-    grid::{CELLS, Grid, NodeBlock, block_of, tile_len},
     grid_to_particles::{Gather, GatherGroup},
     grid_update::{GridStep, Hold, gather as gather_tiles},
-    particles::{Group, Particles, quads, read},
+    particle_update::{Arrival, Constants, Lane, constants},
     particles_to_grid::{BlockParticles, Coefficients as Rows, add, flush, row_weights},
-    response::{Coefficients, Moduli, hardened},
     scheme::{FlipScheme, MlsScheme, Scheme},
-    sort::Sorter,
+    stencil::{Around, TILE, Walk},
+    weights::axis_weights,
+};
+use crate::snow::{
+    Integration, SnowSettings,
+    grid::{
+        blocks::{CELLS, Grid, NodeBlock, block_of, tile_len},
+        sort::Sorter,
+    },
+    law::{
+        constitutive::{Coefficients, Moduli, hardened},
+        tangent::piola_change,
+    },
+    particles::{Group, Particles, quads, read},
     step::Forces,
-    tangent::piola_change,
-    update::{Arrival, Constants, Lane, constants},
-    walk::{Around, TILE, Walk},
-    weight::axis_weights,
 };
 use crate::{
     linalg::{MinresWorkspace, Outcome, SolveReport, Stop, WholeOperator, minres},
@@ -32,7 +38,7 @@ use crate::{
 
 /// Scratch memory of the solve.
 #[derive(Clone, Debug, Default)]
-pub(super) struct ImplicitWorkspace<R: Real> {
+pub(crate) struct ImplicitWorkspace<R: Real> {
     nodes: Vec<NodeBlock<R>>,
     tiles: Vec<R>,
     mass: Vec<R>,
@@ -43,15 +49,15 @@ pub(super) struct ImplicitWorkspace<R: Real> {
 }
 
 /// What the operator reads.
-pub(super) struct Material<'a, R: Real> {
-    pub(super) settings: &'a SnowSettings,
-    pub(super) coefficients: &'a [Coefficients<R>],
-    pub(super) particles: &'a Particles<R>,
-    pub(super) sorter: &'a Sorter,
+pub(crate) struct Material<'a, R: Real> {
+    pub(crate) settings: &'a SnowSettings,
+    pub(crate) coefficients: &'a [Coefficients<R>],
+    pub(crate) particles: &'a Particles<R>,
+    pub(crate) sorter: &'a Sorter,
 }
 
 /// Replaces velocities after forces by those of the semi-implicit step, unless the solve fails.
-pub(super) fn solve<R: Real>(
+pub(crate) fn solve<R: Real>(
     material: &Material<'_, R>,
     step: &GridStep<'_>,
     grid: &mut Grid<R>,
@@ -167,10 +173,10 @@ impl<R: Real> Tangent<'_, R> {
 
     /// H times the loaded field, left in tiles.
     fn product(&mut self) {
-        let cubic = self.material.settings.kernel == super::Kernel::Cubic;
+        let cubic = self.material.settings.kernel == crate::snow::Kernel::Cubic;
         match (self.material.settings.transfer, cubic) {
-            (super::Transfer::Mls, true) => self.product_by::<MlsScheme, 4>(),
-            (super::Transfer::Mls, false) => self.product_by::<MlsScheme, 3>(),
+            (crate::snow::Transfer::Mls, true) => self.product_by::<MlsScheme, 4>(),
+            (crate::snow::Transfer::Mls, false) => self.product_by::<MlsScheme, 3>(),
             (_, true) => self.product_by::<FlipScheme, 4>(),
             (_, false) => self.product_by::<FlipScheme, 3>(),
         }
@@ -286,7 +292,7 @@ impl<R: Real> Kernel<R> for StressChange<'_, R> {
         }
         let Constants { fixed, object } = &self.constants;
         let moduli = Moduli::gather(self.coefficients, object, P::load(&fixed[1]));
-        let change = super::deform::product(&gradient, &f);
+        let change = crate::snow::law::deform::product(&gradient, &f);
         let piola = piola_change(&svd(&f), &change, hardened(jp, &moduli), &moduli);
         let volume = P::load(&fixed[0]);
         for axis in 0..3 {

@@ -5,25 +5,25 @@
 
 use std::ops::Range;
 
-use super::{depart::Departures, grid::CellStarts, sort::Sorter};
+use super::{blocks::CellStarts, migration::Departures, sort::Sorter};
 use crate::parallel::Disjoint;
 
 /// The sorted order, to be read: places, where blocks begin, where cells begin within, runs.
 #[derive(Clone, Copy)]
-pub(super) struct Sorted<'a> {
-    pub(super) order: &'a [u32],
-    pub(super) starts: &'a [u32],
-    pub(super) cells: &'a [CellStarts],
+pub(crate) struct Sorted<'a> {
+    pub(crate) order: &'a [u32],
+    pub(crate) starts: &'a [u32],
+    pub(crate) cells: &'a [CellStarts],
     runs: &'a [u32],
 }
 
 impl<'a> Sorted<'a> {
-    pub(super) fn run_count(&self) -> usize {
+    pub(crate) fn run_count(&self) -> usize {
         self.runs.len() - 1
     }
 
     /// First block of a run, where it begins in the order, and its places.
-    pub(super) fn run(&self, run: usize) -> (usize, usize, &'a [u32]) {
+    pub(crate) fn run(&self, run: usize) -> (usize, usize, &'a [u32]) {
         let [block, end] = [self.runs[run], self.runs[run + 1]].map(|block| block as usize);
         let first = self.starts[block] as usize;
         (block, first, &self.order[first..self.starts[end] as usize])
@@ -35,25 +35,25 @@ const RUN: usize = 1024;
 
 impl Sorter {
     /// The order, to be read while departures are noted.
-    pub(super) fn depart(&mut self) -> (Sorted<'_>, Departures<'_>) {
+    pub(crate) fn depart(&mut self) -> (Sorted<'_>, Departures<'_>) {
         let Self { order, starts, cells, runs, codes, .. } = self;
         (Sorted { order, starts, cells, runs }, Departures { codes: Disjoint::new(codes) })
     }
 
     /// Blocks of a run.
-    pub(super) fn blocks_of(&self, run: usize) -> Range<usize> {
+    pub(crate) fn blocks_of(&self, run: usize) -> Range<usize> {
         self.runs[run] as usize..self.runs[run + 1] as usize
     }
 
     /// The order, to be read.
-    pub(super) fn sorted(&self) -> Sorted<'_> {
+    pub(crate) fn sorted(&self) -> Sorted<'_> {
         let Self { order, starts, cells, runs, .. } = self;
         Sorted { order, starts, cells, runs }
     }
 
     /// Divides blocks into runs of about as many particles: enough to fill lanes, few enough to
     /// share among threads.
-    pub(super) fn divide(&mut self) {
+    pub(crate) fn divide(&mut self) {
         let Self { starts, runs, .. } = self;
         let grain = (starts[starts.len() - 1] as usize / 256).clamp(64, RUN) as u32;
         runs.clear();

@@ -3,14 +3,16 @@
 //! Reads what a group gathered; writes the particles, their extremes and the node that each begins
 //! at (Stomakhin et al. 2013, steps 7, 8 and 10).
 
-use super::{
+use super::weights::first_node;
+use crate::snow::{
     bound::Extremes,
-    deform::{Deformed, deform, predict, stiffness_of, undeformed},
-    depart::codes,
+    grid::migration::codes,
+    law::{
+        constitutive::{Coefficients, Moduli, hardened},
+        deform::{Deformed, deform, predict, stiffness_of, undeformed},
+    },
     particles::{Group, Pair, Particles, write},
-    response::{Coefficients, Moduli, hardened},
     step::Engine,
-    weight::first_node,
 };
 use crate::{
     math::{Columns, Kernel, LANES, Pack, Portable, Real},
@@ -18,30 +20,30 @@ use crate::{
 };
 
 /// A number a lane, in memory.
-pub(super) type Lane<R> = [R; LANES];
+pub(crate) type Lane<R> = [R; LANES];
 
 /// Positions and masses, velocities and J_P of a group, a quad a particle.
-pub(super) type Moving<R> = [[[R; 4]; LANES]; 2];
+pub(crate) type Moving<R> = [[[R; 4]; LANES]; 2];
 
 /// What sixteen particles brought from the grid.
 #[derive(Clone, Copy)]
-pub(super) struct Arrival<R> {
+pub(crate) struct Arrival<R> {
     /// New velocity (m/s).
-    pub(super) v: [Lane<R>; 3],
+    pub(crate) v: [Lane<R>; 3],
     /// Velocity that moves the position (m/s).
-    pub(super) drift: [Lane<R>; 3],
+    pub(crate) drift: [Lane<R>; 3],
     /// C to be kept (1/s), by columns.
-    pub(super) affine: [[Lane<R>; 3]; 3],
+    pub(crate) affine: [[Lane<R>; 3]; 3],
     /// Velocity gradient (1/s), by columns.
-    pub(super) gradient: [[Lane<R>; 3]; 3],
+    pub(crate) gradient: [[Lane<R>; 3]; 3],
     /// Mass on the grid around the particle over h³ (kg/m³).
-    pub(super) density: Lane<R>,
+    pub(crate) density: Lane<R>,
     /// Coordinates of the block that it comes from.
-    pub(super) block: [Lane<R>; 3],
+    pub(crate) block: [Lane<R>; 3],
 }
 
 impl<R: Real> Arrival<R> {
-    pub(super) fn new() -> Self {
+    pub(crate) fn new() -> Self {
         let zero = [R::zero(); LANES];
         Self {
             v: [zero; 3],
@@ -55,16 +57,16 @@ impl<R: Real> Arrival<R> {
 }
 
 /// Planes that a step writes.
-pub(super) struct Planes<'a, R> {
-    pub(super) motion: Disjoint<'a, Pair<R>>,
-    pub(super) shape: Disjoint<'a, Pair<R>>,
-    pub(super) affine: Disjoint<'a, Pair<R>>,
-    pub(super) stress: Disjoint<'a, Pair<R>>,
+pub(crate) struct Planes<'a, R> {
+    pub(crate) motion: Disjoint<'a, Pair<R>>,
+    pub(crate) shape: Disjoint<'a, Pair<R>>,
+    pub(crate) affine: Disjoint<'a, Pair<R>>,
+    pub(crate) stress: Disjoint<'a, Pair<R>>,
 }
 
 /// Sums and extremes over the particles of a run of blocks, a number a lane.
 #[derive(Clone, Copy)]
-pub(super) struct Tally<R> {
+pub(crate) struct Tally<R> {
     /// As in [`Extremes`].
     extremes: [Lane<R>; 5],
     /// Smallest and largest J_P.
@@ -75,21 +77,21 @@ pub(super) struct Tally<R> {
 
 /// The same after the last group.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct RunFigures {
-    pub(super) extremes: Extremes,
-    pub(super) jp: [f64; 2],
+pub(crate) struct RunFigures {
+    pub(crate) extremes: Extremes,
+    pub(crate) jp: [f64; 2],
     /// Yielded, clamped, inverted, ballistic.
-    pub(super) counts: [u32; 4],
+    pub(crate) counts: [u32; 4],
 }
 
 impl<R: Real> Tally<R> {
-    pub(super) fn new() -> Self {
+    pub(crate) fn new() -> Self {
         let (zero, largest) = ([R::zero(); LANES], [R::of(R::LARGEST); LANES]);
         let lowest = [R::of(-R::LARGEST); LANES];
         Self { extremes: [zero; 5], jp: [largest, lowest], counts: [zero; 4] }
     }
 
-    pub(super) fn finish(&self) -> RunFigures {
+    pub(crate) fn finish(&self) -> RunFigures {
         let greatest = |lanes: &Lane<R>| lanes.iter().fold(f64::NEG_INFINITY, |most, x| most.max(x.to_f64()));
         let least = |lanes: &Lane<R>| lanes.iter().fold(f64::INFINITY, |least, x| least.min(x.to_f64()));
         let [wave2, alone2, speed2, gradient2, stretch2] = self.extremes.each_ref().map(greatest);
@@ -104,7 +106,7 @@ impl<R: Real> Tally<R> {
 
 /// What to do with the deformation.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Deformation {
+pub(crate) enum Deformation {
     /// Predict, return, renew the stress.
     Step,
     /// Leave F_E and J_P as they are; renew the stress.
@@ -112,39 +114,39 @@ pub(super) enum Deformation {
 }
 
 /// Groups that are worked on together: one waits for square roots while the other goes on.
-pub(super) const TOGETHER: usize = 2;
+pub(crate) const TOGETHER: usize = 2;
 
 /// Constants of a group's particles, a lane each.
 #[derive(Clone, Copy)]
-pub(super) struct Constants<R> {
+pub(crate) struct Constants<R> {
     /// Volume at rest (m³), and factor on the stiffness.
-    pub(super) fixed: [Lane<R>; 2],
-    pub(super) object: [u16; LANES],
+    pub(crate) fixed: [Lane<R>; 2],
+    pub(crate) object: [u16; LANES],
 }
 
 /// The update of two groups; the second may be empty.
-pub(super) struct Update<'a, 'b, R> {
-    pub(super) groups: &'a [Group; TOGETHER],
+pub(crate) struct Update<'a, 'b, R> {
+    pub(crate) groups: &'a [Group; TOGETHER],
     /// Positions and masses, velocities and J_P before the step.
-    pub(super) moving: &'a [Moving<R>; TOGETHER],
-    pub(super) arrivals: &'a [Arrival<R>; TOGETHER],
+    pub(crate) moving: &'a [Moving<R>; TOGETHER],
+    pub(crate) arrivals: &'a [Arrival<R>; TOGETHER],
     /// Volume at rest (m³) and factor on the stiffness, and the object, by place.
-    pub(super) fixed: &'a [[R; 2]],
-    pub(super) object: &'a [u16],
-    pub(super) planes: &'a Planes<'b, R>,
-    pub(super) coefficients: &'a [Coefficients<R>],
+    pub(crate) fixed: &'a [[R; 2]],
+    pub(crate) object: &'a [u16],
+    pub(crate) planes: &'a Planes<'b, R>,
+    pub(crate) coefficients: &'a [Coefficients<R>],
     /// Time step (s); 1 / h (1/m); density on the grid over own, below which a particle is ballistic.
-    pub(super) dt: R,
-    pub(super) inverse_cell: R,
-    pub(super) ballistic_below: R,
-    pub(super) deformation: Deformation,
+    pub(crate) dt: R,
+    pub(crate) inverse_cell: R,
+    pub(crate) ballistic_below: R,
+    pub(crate) deformation: Deformation,
     /// Nodes an axis of the kernel.
-    pub(super) width: usize,
-    pub(super) tally: &'a mut Tally<R>,
+    pub(crate) width: usize,
+    pub(crate) tally: &'a mut Tally<R>,
     /// Blocks a period along each axis.
-    pub(super) periodic: [u32; 3],
+    pub(crate) periodic: [u32; 3],
     /// Where the particles went, see [`codes`].
-    pub(super) codes: &'a mut [[u16; LANES]; TOGETHER],
+    pub(crate) codes: &'a mut [[u16; LANES]; TOGETHER],
 }
 
 /// Reads the pair of each particle of a group.
@@ -295,7 +297,7 @@ fn extremes<R: Real, P: Pack<R>>(
 
 impl<R: Real> Engine<R> {
     /// The extremes of one particle, as a step has them.
-    pub(super) fn extremes_of(&self, group: &Group) -> Extremes {
+    pub(crate) fn extremes_of(&self, group: &Group) -> Extremes {
         let particles = &self.particles;
         let at = group.at[0] as usize;
         let lane = |value: R| Portable::splat(value);
@@ -339,7 +341,7 @@ impl<R: Real> Tally<R> {
 
 impl<R: Real> Particles<R> {
     /// Planes to be written by several threads, and what is only read.
-    pub(super) fn planes(&mut self) -> (Planes<'_, R>, &[[R; 2]], &[u16]) {
+    pub(crate) fn planes(&mut self) -> (Planes<'_, R>, &[[R; 2]], &[u16]) {
         let Self { motion, shape, affine, stress, fixed, object, .. } = self;
         let planes = Planes {
             motion: Disjoint::new(motion),
@@ -354,7 +356,7 @@ impl<R: Real> Particles<R> {
 impl<R: Real> Planes<'_, R> {
     /// Asks for what the update of the groups at `start` will read, and the gather of the next.
     #[inline(always)]
-    pub(super) fn prefetch(&self, list: &[u32], start: usize) {
+    pub(crate) fn prefetch(&self, list: &[u32], start: usize) {
         let ahead = LANES * TOGETHER;
         for at in &list[start..list.len().min(start + ahead)] {
             self.shape.prefetch(*at as usize);
@@ -369,7 +371,7 @@ impl<R: Real> Planes<'_, R> {
 
 /// Volumes, stiffness factors and objects of a group.
 #[inline(always)]
-pub(super) fn constants<R: Real>(fixed: &[[R; 2]], object: &[u16], group: &Group) -> Constants<R> {
+pub(crate) fn constants<R: Real>(fixed: &[[R; 2]], object: &[u16], group: &Group) -> Constants<R> {
     let mut out = Constants { fixed: [[R::zero(); LANES]; 2], object: [0; LANES] };
     for lane in 0..LANES {
         let at = group.at[lane] as usize;
@@ -382,7 +384,7 @@ pub(super) fn constants<R: Real>(fixed: &[[R; 2]], object: &[u16], group: &Group
 /// Positions and masses, velocities and J_P of a group.
 #[inline(always)]
 #[allow(unsafe_code, reason = "the particles of a group belong to one run of blocks")]
-pub(super) fn motion<R: Real>(planes: &Planes<'_, R>, group: &Group, quads: &mut Moving<R>) {
+pub(crate) fn motion<R: Real>(planes: &Planes<'_, R>, group: &Group, quads: &mut Moving<R>) {
     planes.motion.hold_all(&group.at);
     for lane in 0..LANES {
         // SAFETY: held above; the sorted order names each particle once, and a run of blocks is

@@ -2,15 +2,15 @@
 //!
 //! Reads velocities that a group brought from the grid; writes them after contact.
 
-use super::{
-    grid::{SIDE, block_of},
+use super::particle_update::Arrival;
+use crate::snow::{
+    grid::blocks::{SIDE, block_of},
     step::StepContext,
-    update::Arrival,
 };
 use crate::{collide::velocity_after, math::Real};
 
 /// Says which groups of particles may meet a collider, block after block.
-pub(super) struct Nearness<'a> {
+pub(crate) struct Nearness<'a> {
     context: &'a StepContext<'a>,
     cell: f64,
     /// The first block that was not looked at, and whether the one before it is near.
@@ -20,12 +20,12 @@ pub(super) struct Nearness<'a> {
 
 impl<'a> Nearness<'a> {
     /// From a block on, on cells of side `cell` (m).
-    pub(super) fn new(context: &'a StepContext<'a>, cell: f64, block: usize) -> Self {
+    pub(crate) fn new(context: &'a StepContext<'a>, cell: f64, block: usize) -> Self {
         Self { context, cell, next: block, last: false }
     }
 
     /// Whether a block after those of the last call is near, up to `block`, or the last of those.
-    pub(super) fn reaches(&mut self, blocks: &[u64], block: usize) -> bool {
+    pub(crate) fn reaches(&mut self, blocks: &[u64], block: usize) -> bool {
         let mut any = self.last;
         for key in &blocks[self.next..=block] {
             self.last = particles_near(self.context, block_of(*key), self.cell);
@@ -45,7 +45,7 @@ fn particles_near(context: &StepContext<'_>, block: [i32; 3], h: f64) -> bool {
 }
 
 /// Lets velocities of particles at `positions` answer to colliders where they would enter one (step 9).
-pub(super) fn collide<R: Real>(context: &StepContext<'_>, positions: &[[R; 4]], arrival: &mut Arrival<R>) {
+pub(crate) fn collide<R: Real>(context: &StepContext<'_>, positions: &[[R; 4]], arrival: &mut Arrival<R>) {
     for lane in 0..positions.len() {
         for collider in context.colliders {
             let at: [f64; 3] =

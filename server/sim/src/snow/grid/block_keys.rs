@@ -3,16 +3,16 @@
 //! Keys sort as coordinates do, so the blocks a fixed step away from the blocks of a list come in
 //! the order of the list: both are done by walking along, without sorting or searching.
 
-use super::grid::{Coordinate, NONE};
+use super::blocks::{Coordinate, NONE};
 
 /// What to add to the key of a block for the key of the block a step away, without periods.
-pub(super) fn step_of(by: Coordinate) -> u64 {
+pub(crate) fn step_of(by: Coordinate) -> u64 {
     by.iter().fold(0_u64, |key, c| (key << 21).wrapping_add_signed(i64::from(*c)))
 }
 
 /// Finds keys in a sorted list, fast where each is the same as the one before or a little further.
 #[derive(Clone, Copy)]
-pub(super) struct Finder<'a> {
+pub(crate) struct Finder<'a> {
     keys: &'a [u64],
     /// The first key that is not before the last one asked for.
     at: usize,
@@ -23,13 +23,13 @@ const NEAR: usize = 8;
 
 impl<'a> Finder<'a> {
     /// From the start of a list.
-    pub(super) fn new(keys: &'a [u64]) -> Self {
+    pub(crate) fn new(keys: &'a [u64]) -> Self {
         Self { keys, at: 0 }
     }
 
     /// Index of a key in the list, or [`NONE`].
     #[inline]
-    pub(super) fn find(&mut self, key: u64) -> u32 {
+    pub(crate) fn find(&mut self, key: u64) -> u32 {
         let keys = self.keys;
         if self.at > 0 && keys[self.at - 1] >= key {
             self.at = keys[..self.at].partition_point(|other| *other < key);
@@ -45,7 +45,7 @@ impl<'a> Finder<'a> {
 }
 
 /// All keys of two sorted sequences, sorted, each once.
-pub(super) fn unite(
+pub(crate) fn unite(
     first: impl IntoIterator<Item = u64>,
     second: impl IntoIterator<Item = u64>,
     out: &mut Vec<u64>,
@@ -68,7 +68,7 @@ pub(super) fn unite(
 #[cfg(test)]
 mod tests {
     use super::{Finder, step_of, unite};
-    use crate::snow::grid::{NONE, key_of, shifted};
+    use crate::snow::grid::blocks::{NONE, key_of, shifted};
 
     /// Every third number has a key, some many times as far as others.
     fn keys() -> Vec<u64> {

@@ -5,7 +5,7 @@
 //! (sigma_i - sigma_j) have no denominator left; the sums (p_i + p_j) / (sigma_i + sigma_j) keep
 //! one for the corotated law, which is indefinite under compression (Stomakhin et al. 2012).
 
-use super::response::{Moduli, Volumetric, volumetric};
+use super::constitutive::{Moduli, Volumetric, volumetric};
 use crate::math::{Columns, Pack, Real, Svd};
 
 /// Least |sigma_i + sigma_j|: the rotation is not defined where it vanishes.
@@ -13,7 +13,7 @@ const LEAST_SUM: f64 = 1e-6;
 
 /// dP of sixteen particles, by columns; Jp enters through the hardening.
 #[inline(always)]
-pub(super) fn piola_change<R: Real, P: Pack<R>>(
+pub(crate) fn piola_change<R: Real, P: Pack<R>>(
     f: &Svd<P>,
     change: &Columns<P>,
     hardening: P,

@@ -6,84 +6,84 @@
 
 use rayon::prelude::*;
 
-use super::keys::{Finder, step_of, unite};
-use crate::math::Real;
+use super::block_keys::{Finder, step_of, unite};
+use crate::{math::Real, snow::step::Forces};
 
 /// Cells and nodes along the side of a block.
-pub(super) const SIDE: usize = 4;
+pub(crate) const SIDE: usize = 4;
 /// Cells and nodes of a block.
-pub(super) const CELLS: usize = SIDE * SIDE * SIDE;
+pub(crate) const CELLS: usize = SIDE * SIDE * SIDE;
 /// No block.
-pub(super) const NONE: u32 = u32::MAX;
+pub(crate) const NONE: u32 = u32::MAX;
 /// Blocks along an axis on either side of the origin.
-pub(super) const REACH: i32 = 1 << 20;
+pub(crate) const REACH: i32 = 1 << 20;
 /// Numbers in a row of a tile: eight nodes along z, four numbers each.
-pub(super) const TILE_ROW: usize = 2 * SIDE * 4;
+pub(crate) const TILE_ROW: usize = 2 * SIDE * 4;
 
 /// Numbers of the nodes that a block of particles reaches with a kernel of width `n`.
-pub(super) const fn tile_len(n: usize) -> usize {
+pub(crate) const fn tile_len(n: usize) -> usize {
     (SIDE + n - 1) * (SIDE + n - 1) * TILE_ROW
 }
 
 /// Momentum or velocity, and mass, of the nodes of a block: z runs fastest.
-pub(super) type NodeBlock<R> = [[R; 4]; CELLS];
+pub(crate) type NodeBlock<R> = [[R; 4]; CELLS];
 
 /// Where each cell of a block begins in a list, and the end.
-pub(super) type CellStarts = [u32; CELLS + 1];
+pub(crate) type CellStarts = [u32; CELLS + 1];
 
 /// Where a block is, in blocks.
-pub(super) type Coordinate = [i32; 3];
+pub(crate) type Coordinate = [i32; 3];
 
 /// Keys sort as coordinates do.
-pub(super) fn key_of(block: Coordinate) -> u64 {
+pub(crate) fn key_of(block: Coordinate) -> u64 {
     block.iter().fold(0, |key, c| (key << 21) | u64::from((c + REACH) as u32 & 0x1F_FFFF))
 }
 
-pub(super) fn block_of(key: u64) -> Coordinate {
+pub(crate) fn block_of(key: u64) -> Coordinate {
     [42, 21, 0].map(|shift| ((key >> shift) & 0x1F_FFFF) as i32 - REACH)
 }
 
 /// A block shifted by whole blocks; wrapped along periodic axes.
-pub(super) fn shifted(block: Coordinate, by: [i32; 3], periodic: [u32; 3]) -> Coordinate {
+pub(crate) fn shifted(block: Coordinate, by: [i32; 3], periodic: [u32; 3]) -> Coordinate {
     std::array::from_fn(|a| wrap(block[a] + by[a], periodic[a]))
 }
 
 /// A block's coordinate within its period; as it is without one.
-pub(super) fn wrap(coordinate: i32, period: u32) -> i32 {
+pub(crate) fn wrap(coordinate: i32, period: u32) -> i32 {
     if period == 0 { coordinate } else { coordinate.rem_euclid(period as i32) }
 }
 
 /// The eight blocks in front of a block, itself first: bits of the number are steps along x, y, z.
-pub(super) const fn corner(i: usize) -> [i32; 3] {
+pub(crate) const fn corner(i: usize) -> [i32; 3] {
     [(i >> 2) as i32 & 1, (i >> 1) as i32 & 1, i as i32 & 1]
 }
 
 /// Blocks, sorted by key.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Grid<R> {
+pub(crate) struct Grid<R> {
     /// Blocks with particles.
-    pub(super) blocks: Vec<u64>,
+    pub(crate) blocks: Vec<u64>,
     /// Blocks with nodes that particles reach.
-    pub(super) node_blocks: Vec<u64>,
+    pub(crate) node_blocks: Vec<u64>,
     /// For each block with particles, the eight blocks of nodes in front of it.
-    pub(super) in_front: Vec<[u32; 8]>,
+    pub(crate) in_front: Vec<[u32; 8]>,
     /// For each block of nodes, the eight blocks with particles behind it.
-    pub(super) behind: Vec<[u32; 8]>,
+    pub(crate) behind: Vec<[u32; 8]>,
     /// What the particles of each block give to nodes: momentum and mass.
-    pub(super) tiles: Vec<R>,
+    pub(crate) tiles: Vec<R>,
     /// Impulses of forces alone, where velocities before forces are needed.
-    pub(super) impulses: Vec<R>,
+    pub(crate) impulses: Vec<R>,
     /// Blocks of nodes, while they are being found.
     spare_blocks: Vec<u64>,
     /// Velocities after forces and colliders, and masses.
-    pub(super) nodes: Vec<NodeBlock<R>>,
+    pub(crate) nodes: Vec<NodeBlock<R>>,
     /// Changes of velocity in this step, for FLIP.
-    pub(super) changes: Vec<NodeBlock<R>>,
+    pub(crate) changes: Vec<NodeBlock<R>>,
 }
 
 impl<R: Real> Grid<R> {
     /// Finds the blocks of nodes around `self.blocks` and links both.
-    pub(super) fn link(&mut self, periodic: [u32; 3]) {
+    pub(crate) fn link(&mut self, periodic: [u32; 3]) {
         self.find_node_blocks(periodic);
         let Self { blocks, node_blocks, in_front, behind, .. } = self;
         in_front.resize(blocks.len(), [NONE; 8]);
@@ -116,18 +116,18 @@ impl<R: Real> Grid<R> {
     }
 
     /// Room for the tiles of a kernel of width `n`; never shrinks.
-    pub(super) fn size_for(&mut self, n: usize, separate: super::step::Forces) {
+    pub(crate) fn size_for(&mut self, n: usize, separate: Forces) {
         let (blocks, node_blocks, tile) = (self.blocks.len(), self.node_blocks.len(), tile_len(n));
         grow(&mut self.tiles, [blocks, tile], R::zero());
         grow(&mut self.nodes, [node_blocks, 1], [[R::zero(); 4]; CELLS]);
-        if separate == super::step::Forces::Apart {
+        if separate == Forces::Apart {
             grow(&mut self.impulses, [blocks, tile], R::zero());
             grow(&mut self.changes, [node_blocks, 1], [[R::zero(); 4]; CELLS]);
         }
     }
 
     /// Room for more blocks than there are, so that a moving front seldom allocates.
-    pub(super) fn reserve(&mut self, blocks: usize) {
+    pub(crate) fn reserve(&mut self, blocks: usize) {
         self.blocks.reserve(blocks);
         self.in_front.reserve(blocks);
         self.node_blocks.reserve(8 * blocks);
@@ -136,7 +136,7 @@ impl<R: Real> Grid<R> {
     }
 
     /// Bytes in use.
-    pub(super) fn bytes(&self) -> usize {
+    pub(crate) fn bytes(&self) -> usize {
         (self.blocks.capacity() + self.node_blocks.capacity() + self.spare_blocks.capacity()) * 8
             + (self.in_front.capacity() + self.behind.capacity()) * 32
             + (self.tiles.capacity() + self.impulses.capacity()) * size_of::<R>()
@@ -148,7 +148,7 @@ impl<R: Real> Grid<R> {
 const CHUNK: usize = 256;
 
 /// For each block of a list, where in another list the blocks stand that are `by(i)` away.
-pub(super) fn around<const K: usize>(
+pub(crate) fn around<const K: usize>(
     blocks: &[u64],
     others: &[u64],
     out: &mut [[u32; K]],
@@ -171,7 +171,7 @@ pub(super) fn around<const K: usize>(
 }
 
 /// Blocks that there is room for on top of those in use: even a few may soon be several times as many.
-pub(super) const ROOM: usize = 64;
+pub(crate) const ROOM: usize = 64;
 
 /// Makes a field of `blocks` of `each` elements long enough, with some room so that a moving front
 /// seldom allocates.
