@@ -15,10 +15,9 @@ use tokio_util::sync::CancellationToken;
 use tonic_health::{ServingStatus, server::HealthReporter};
 
 use crate::{
-    accept::{self, Settings},
     config::Config,
-    shared::Shared,
-    stack,
+    rpc::Shared,
+    transport::{ListenerSettings, router, serve},
 };
 
 /// Name of the service, for health checks.
@@ -83,7 +82,7 @@ impl App {
         let address = listener.local_addr().map_err(failed)?;
         let listener = tokio::net::TcpListener::from_std(listener).map_err(failed)?;
         let draining = CancellationToken::new();
-        let settings = Settings {
+        let settings = ListenerSettings {
             max_connections: config.limits.max_connections,
             max_streams: config.limits.max_streams_per_connection,
             handshake: Duration::from_secs_f64(config.handshake_seconds),
@@ -92,12 +91,12 @@ impl App {
         };
         let shared = Arc::new(Shared::new(config, draining.clone()));
         let health = HealthReporter::new();
-        let handler = stack::handler(&shared, &health);
+        let handler = router(&shared, &health);
         let server = runtime.spawn({
             let health = health.clone();
             async move {
                 health.set_service_status(SERVICE, ServingStatus::Serving).await;
-                accept::serve(listener, handler, settings).await;
+                serve(listener, handler, settings).await;
             }
         });
         Ok(Self { address, shared, draining, server: Some(server), health })

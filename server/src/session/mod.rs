@@ -5,155 +5,17 @@
 
 mod transition;
 mod pace;
-mod laps;
+mod stopwatch;
 mod command;
-mod facts;
-mod pending;
+mod pending_changes;
+mod status;
 mod stepper;
-mod outcome;
+mod ending;
+mod handle;
 mod start;
-mod requests;
 mod registry;
 
-use std::sync::{Arc, mpsc};
-
-use nappe_proto::v1;
-use tokio::sync::{OwnedSemaphorePermit, Semaphore, oneshot};
-use tokio_util::sync::CancellationToken;
-
-use crate::{config::Limits, contents::Contents, error::ServiceError, publish::Feed, reason::Reason};
-
-pub(crate) use command::{Answer, Command, When};
-pub(crate) use facts::{Facts, Progress, Status};
+pub(crate) use command::{Command, When};
+pub(crate) use handle::Session;
 pub(crate) use registry::Registry;
-pub(crate) use requests::{Made, Requests};
 pub(crate) use start::{Order, start};
-pub(crate) use transition::{Effect, Event, State, transition};
-
-/// The handle of a session.
-#[derive(Debug)]
-pub(crate) struct Session {
-    status: Arc<Status>,
-    topology: Vec<v1::Topology>,
-    commands: mpsc::Sender<Command>,
-    watcher_slots: Arc<Semaphore>,
-    watcher_limit: u32,
-    /// Cancelled when the thread has ended.
-    ended: CancellationToken,
-}
-
-impl Session {
-    fn new(
-        status: Arc<Status>,
-        topology: Vec<v1::Topology>,
-        commands: mpsc::Sender<Command>,
-        ended: CancellationToken,
-        limits: &Limits,
-    ) -> Self {
-        let watcher_limit = limits.max_watchers_per_session;
-        let watcher_slots = Arc::new(Semaphore::new(watcher_limit as usize));
-        Self { status, topology, commands, watcher_slots, watcher_limit, ended }
-    }
-
-    /// Its id.
-    pub(crate) fn id(&self) -> &str {
-        &self.status.facts.id
-    }
-
-    /// Its description as of now.
-    pub(crate) fn describe(&self) -> v1::Session {
-        self.with_watchers(self.status.describe())
-    }
-
-    /// What its streams begin with, in pieces.
-    pub(crate) fn topology(&self) -> &[v1::Topology] {
-        &self.topology
-    }
-
-    /// Side of the cells of its snow's grid (m); none without snow.
-    pub(crate) fn snow_cell(&self) -> Option<f64> {
-        self.status.facts.snow_cell
-    }
-
-    /// Its frames.
-    pub(crate) fn feed(&self) -> &Arc<Feed> {
-        &self.status.feed
-    }
-
-    /// A place for one more watcher.
-    ///
-    /// # Errors
-    /// If it has as many as are allowed.
-    pub(crate) fn watcher_slot(&self) -> Result<OwnedSemaphorePermit, ServiceError> {
-        Arc::clone(&self.watcher_slots).try_acquire_owned().map_err(|_full| {
-            let (id, allowed) = (self.id(), self.watcher_limit);
-            let message = format!("session '{id}' has {allowed} watchers; allowed: at most {allowed}");
-            ServiceError::new(Reason::TooManyWatchers, message)
-                .with("session_id", id)
-                .with("allowed", allowed)
-        })
-    }
-
-    /// Sends a command and waits for the session's description after it.
-    ///
-    /// # Errors
-    /// If the command is refused or the session is deleted meanwhile.
-    pub(crate) async fn command(
-        &self,
-        make: impl FnOnce(Answer) -> Command,
-    ) -> Result<v1::Session, ServiceError> {
-        let answer = self.ask(make).await??;
-        Ok(self.with_watchers(answer))
-    }
-
-    /// Sends a command and waits for its answer.
-    ///
-    /// # Errors
-    /// If the session is deleted meanwhile.
-    pub(crate) async fn ask<T>(
-        &self,
-        make: impl FnOnce(oneshot::Sender<T>) -> Command,
-    ) -> Result<T, ServiceError> {
-        let (reply, answer) = oneshot::channel();
-        self.commands.send(make(reply)).map_err(|_gone| deleted(self.id()))?;
-        answer.await.map_err(|_gone| deleted(self.id()))
-    }
-
-    /// Asks that frames hold these from now on, the newest one too if its state still stands.
-    ///
-    /// # Errors
-    /// If the session is deleted meanwhile.
-    pub(crate) async fn provide(&self, contents: Contents) -> Result<(), ServiceError> {
-        if self.feed().ask_for(contents) || !self.feed().newest().frame.contents().covers(contents) {
-            self.ask(Command::Provide).await?;
-        }
-        Ok(())
-    }
-
-    /// Tells the thread to end, after the step in progress.
-    pub(crate) fn end(&self) {
-        // A thread that is gone already has ended.
-        let _ = self.commands.send(Command::End);
-    }
-
-    /// Waits until the thread has ended and its memory is free.
-    pub(crate) async fn ended(&self) {
-        self.ended.cancelled().await;
-    }
-
-    /// Makes the next step panic, as a fault of the program would: for tests of isolation.
-    #[doc(hidden)]
-    pub(crate) fn inject_panic(&self) {
-        let _ = self.commands.send(Command::InjectPanic);
-    }
-
-    fn with_watchers(&self, mut session: v1::Session) -> v1::Session {
-        session.watcher_count = self.watcher_limit - self.watcher_slots.available_permits() as u32;
-        session
-    }
-}
-
-/// The error of calls and streams whose session is deleted.
-pub(crate) fn deleted(id: &str) -> ServiceError {
-    ServiceError::new(Reason::SessionDeleted, format!("session '{id}' was deleted")).with("session_id", id)
-}

@@ -9,8 +9,8 @@ use std::{
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use uuid::Uuid;
 
-use super::Session;
-use crate::{error::ServiceError, reason::Reason};
+use super::handle::Session;
+use crate::error::{Reason, ServiceError};
 
 /// The sessions of a server. `None` stands for one that is being made.
 #[derive(Debug)]

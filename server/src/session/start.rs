@@ -20,16 +20,19 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use tokio::sync::{OwnedSemaphorePermit, oneshot};
 use tokio_util::sync::CancellationToken;
 
-use super::{Facts, Progress, Session, State, Status, pace::Pace, pending::Pending, stepper::Stepper};
+use super::{
+    handle::Session,
+    pace::Pace,
+    pending_changes::Pending,
+    status::{Facts, Progress, Status},
+    stepper::Stepper,
+    transition::State,
+};
 use crate::{
     config::Limits,
-    contents::Contents,
-    error::ServiceError,
-    frame::{EncodedFrame, FrameHead},
-    library::{MeshStore, build_scene},
-    publish::Feed,
-    reason::Reason,
-    topology, wire,
+    error::{Reason, ServiceError},
+    scenes::{MeshStore, build_scene},
+    stream::{Contents, EncodedFrame, Feed, FrameHead, topology, wire},
 };
 
 /// Stack of a stepping thread (bytes), as a program's first thread has. Kernels keep many vectors on

@@ -20,14 +20,17 @@ use nappe_sim::{
 use rayon::ThreadPool;
 
 use super::{
-    Answer, Command, Effect, Event, State, Status, When, laps::Laps, pace::Pace, pending::Pending,
-    start::figures, transition,
+    command::{Answer, Command, When},
+    pace::Pace,
+    pending_changes::Pending,
+    start::figures,
+    status::Status,
+    stopwatch::Laps,
+    transition::{Effect, Event, State, transition},
 };
 use crate::{
-    error::{ServiceError, reason_of},
-    publish::Ending,
-    reason::Reason,
-    wire,
+    error::{Reason, ServiceError, reason_of},
+    stream::{Ending, wire},
 };
 
 /// Whether the thread goes on.
@@ -59,7 +62,7 @@ impl Stepper {
                 Err(payload) => self.panicked(payload.as_ref()),
             }
         }
-        let error = super::deleted(&self.status.facts.id);
+        let error = super::handle::deleted(&self.status.facts.id);
         self.status.feed.end(Ending::Broken(error.clone()));
         self.answer_waiting(&Err(error));
     }

@@ -2,7 +2,7 @@
 //!
 //! Reads no clock and touches no simulation: the stepper carries out what it returns.
 
-use crate::reason::Reason;
+use crate::error::Reason;
 
 /// What a session is doing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -7,9 +7,9 @@ use bytes::Bytes;
 use nappe_proto::v1;
 use nappe_sim::world::Simulation;
 
-use crate::{
-    grid::GridChoice,
-    pack::{NotFinite, pack},
+use super::{
+    grid_frame::GridChoice,
+    packing::{NotFinite, pack},
 };
 
 /// An array over the particles, packed in one way.

@@ -7,7 +7,7 @@ use bytes::Bytes;
 use nappe_proto::v1;
 use nappe_sim::{snow::GridNode, world::Simulation};
 
-use crate::pack::{NotFinite, Place};
+use super::packing::{NotFinite, Place};
 
 /// Bytes of a node in a message: three i32, one f32, three f32.
 pub(crate) const NODE_BYTES: usize = 28;

@@ -5,14 +5,13 @@ use std::sync::Arc;
 use tokio_util::sync::CancellationToken;
 use tonic::Status;
 
+use super::{request_ids::Requests, validate};
 use crate::{
     config::Config,
-    error::ServiceError,
-    library::MeshStore,
-    reason::Reason,
-    session::{Registry, Requests, Session},
-    validate,
-    watch::draining_error,
+    error::{Reason, ServiceError},
+    scenes::MeshStore,
+    session::{Registry, Session},
+    stream::draining_error,
 };
 
 /// Everything that calls share.

@@ -6,7 +6,7 @@ use nappe_proto::v1;
 use nappe_sim::math::Precision;
 
 use super::transition::State;
-use crate::{publish::Feed, wire};
+use crate::stream::{Feed, wire};
 
 /// What never changes.
 #[derive(Clone, Debug, PartialEq)]

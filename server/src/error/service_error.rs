@@ -8,7 +8,7 @@ use nappe_sim::report::StepFailure;
 use tonic::Status;
 use tonic_types::{ErrorDetails, StatusExt as _};
 
-use crate::reason::{DOMAIN, Reason};
+use super::reason::{DOMAIN, Reason};
 
 /// Longest sentence and longest value in an error (bytes): a status travels in HTTP headers,
 /// which clients read up to 8 or 16 KiB.

@@ -4,14 +4,14 @@ use std::any::Any;
 
 use nappe_proto::v1;
 
-use super::{Effect, Event, State, start::head, stepper::Stepper};
+use super::{
+    start::head,
+    stepper::Stepper,
+    transition::{Effect, Event, State},
+};
 use crate::{
-    contents::Contents,
-    error::ServiceError,
-    frame::{EncodedFrame, FrameHead},
-    pack::NotFinite,
-    publish::Ending,
-    reason::Reason,
+    error::{Reason, ServiceError},
+    stream::{Contents, EncodedFrame, Ending, FrameHead, NotFinite},
 };
 
 impl Stepper {

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use nappe_sim::world::Change;
 
-use crate::{error::ServiceError, reason::Reason};
+use crate::error::{Reason, ServiceError};
 
 /// Groups of changes by the step before which they take effect, a bounded number in all.
 #[derive(Debug)]

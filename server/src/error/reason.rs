@@ -194,7 +194,7 @@ pub fn errors_page() -> String {
          Reasons never change their meaning. Errors of fields also carry a `google.rpc.BadRequest`.\n\n\
          What cannot carry a reason: a connection that the server does not accept (too many, silent for\n\
          too long, cut at the end of a drain) ends without a status, and clients report `UNAVAILABLE`.\n\n\
-         This page is generated from `server/src/reason.rs`; a test compares the two.\n\n\
+         This page is generated from `server/src/error/reason.rs`; a test compares the two.\n\n\
          | reason | code | meaning | what to do |\n|---|---|---|---|\n",
     );
     for reason in Reason::ALL {
@@ -251,7 +251,11 @@ mod tests {
             StepFailure::Mass { expected: 2.0, found: 1.0 },
         ];
         for failure in failures {
-            assert_eq!(crate::error::reason_of(&failure).name(), failure.reason(), "{failure}");
+            assert_eq!(
+                super::super::service_error::reason_of(&failure).name(),
+                failure.reason(),
+                "{failure}"
+            );
         }
     }
 }

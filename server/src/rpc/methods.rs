@@ -8,17 +8,13 @@ use nappe_proto::v1::{self, simulation_service_server::SimulationService};
 use tokio_stream::StreamExt as _;
 use tonic::{Request, Response, Status, Streaming};
 
+use super::{create, shared::Shared, upload, validate};
 use crate::{
     config::core_count,
-    create,
-    error::ServiceError,
-    library,
-    reason::Reason,
+    error::{Reason, ServiceError},
+    scenes,
     session::{Command, When},
-    shared::Shared,
-    upload, validate,
-    watch::{Delivery, Figures, Frames, WatchStream, draining_error, watch},
-    wire,
+    stream::{Delivery, Figures, Frames, WatchStream, draining_error, watch, wire},
 };
 
 /// The service over what calls share.
@@ -59,7 +55,7 @@ impl SimulationService for Methods {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             thread_count: core_count(),
             limits: Some(wire::limits(&self.0.config.limits)),
-            scenes: library::scene_names(),
+            scenes: scenes::scene_names(),
         }))
     }
 

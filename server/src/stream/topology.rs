@@ -6,7 +6,8 @@
 use bytes::Bytes;
 use nappe_proto::v1;
 
-use crate::{config::PIECE_BYTES, frame::MARGIN_BYTES};
+use super::frame::MARGIN_BYTES;
+use crate::config::PIECE_BYTES;
 
 /// Bytes that a body takes in a message besides its name and arrays, at most.
 const BODY_BYTES: usize = 64;

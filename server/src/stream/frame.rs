@@ -8,12 +8,12 @@ use bytes::Bytes;
 use nappe_proto::v1;
 use nappe_sim::world::Simulation;
 
-use crate::{
-    config::PIECE_BYTES,
-    contents::{Array, Contents, Wanted},
-    grid::{Grid, NODE_BYTES, cut, packed_count},
-    pack::NotFinite,
+use super::{
+    fields::{Array, Contents, Wanted},
+    grid_frame::{Grid, NODE_BYTES, cut, packed_count},
+    packing::NotFinite,
 };
+use crate::config::PIECE_BYTES;
 
 /// Bytes of a message kept free for everything but arrays.
 pub(crate) const MARGIN_BYTES: usize = 4096;

@@ -14,7 +14,8 @@ use std::{
 use nappe_proto::v1;
 use tokio::sync::watch;
 
-use crate::{contents::Contents, error::ServiceError, frame::EncodedFrame};
+use super::{fields::Contents, frame::EncodedFrame};
+use crate::error::ServiceError;
 
 /// How a session's streams end.
 #[derive(Clone, Debug)]

@@ -8,13 +8,8 @@ use nappe_proto::v1;
 
 use crate::{
     config::Limits,
-    contents::{Array, Contents, Wanted},
-    error::ServiceError,
-    grid::{GridChoice, Selection},
-    publish::{Feed, Lookup},
-    reason::Reason,
-    watch::Delivery,
-    wire,
+    error::{Reason, ServiceError},
+    stream::{Array, Contents, Delivery, Feed, GridChoice, Lookup, Selection, Wanted, wire},
 };
 
 /// Sessions in a page that asks for no size, and in the largest page.

@@ -35,7 +35,7 @@ const PREFACE_BYTES: usize = 24;
 
 /// What the accept loop needs to know.
 #[derive(Clone, Debug)]
-pub(crate) struct Settings {
+pub(crate) struct ListenerSettings {
     /// Connections at a time.
     pub max_connections: u32,
     /// Calls in progress on one connection.
@@ -52,7 +52,7 @@ pub(crate) struct Settings {
 pub(crate) type Handler = BoxCloneSyncService<Request<Incoming>, Response<Body>, Infallible>;
 
 /// Accepts connections until `draining`, then lets them end, then cuts them.
-pub(crate) async fn serve(listener: TcpListener, handler: Handler, settings: Settings) {
+pub(crate) async fn serve(listener: TcpListener, handler: Handler, settings: ListenerSettings) {
     let slots = Arc::new(Semaphore::new(settings.max_connections as usize));
     let builder = builder(&settings);
     let mut connections = JoinSet::new();
@@ -89,7 +89,7 @@ pub(crate) async fn serve(listener: TcpListener, handler: Handler, settings: Set
     }
 }
 
-fn builder(settings: &Settings) -> Builder<TokioExecutor> {
+fn builder(settings: &ListenerSettings) -> Builder<TokioExecutor> {
     let mut builder = Builder::new(TokioExecutor::new());
     builder.http1().timer(TokioTimer::new()).header_read_timeout(settings.handshake);
     builder
@@ -108,7 +108,7 @@ async fn connection(
     stream: TcpStream,
     builder: &Builder<TokioExecutor>,
     handler: Handler,
-    settings: &Settings,
+    settings: &ListenerSettings,
 ) {
     // A frame must not wait for the next one to fill a packet.
     if let Err(error) = stream.set_nodelay(true) {

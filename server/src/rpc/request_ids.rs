@@ -11,7 +11,7 @@ use nappe_proto::v1;
 use tokio::sync::{Mutex as AsyncMutex, OwnedMutexGuard};
 use uuid::Uuid;
 
-use super::Session;
+use crate::session::Session;
 
 /// What the first request of an id made.
 #[derive(Clone, Debug)]

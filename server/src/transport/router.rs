@@ -13,7 +13,8 @@ use tonic_web::GrpcWebLayer;
 use tower::{Layer as _, ServiceExt as _, util::BoxCloneSyncService};
 use tower_http::cors::{AllowOrigin, CorsLayer};
 
-use crate::{accept::Handler, guard::Guard, origin::Origins, service::Methods, shared::Shared};
+use super::{cors::Origins, interceptor::Guard, listener::Handler};
+use crate::rpc::{Methods, Shared};
 
 /// Headers in which gRPC-Web clients find a call's status.
 const STATUS_HEADERS: [&str; 3] = ["grpc-status", "grpc-message", "grpc-status-details-bin"];
@@ -21,7 +22,7 @@ const STATUS_HEADERS: [&str; 3] = ["grpc-status", "grpc-message", "grpc-status-d
 const CALL_HEADERS: [&str; 4] = ["x-grpc-web", "x-user-agent", "grpc-timeout", "content-type"];
 
 /// Builds the handler of all requests.
-pub(crate) fn handler(shared: &Arc<Shared>, health: &HealthReporter) -> Handler {
+pub(crate) fn router(shared: &Arc<Shared>, health: &HealthReporter) -> Handler {
     let message_bytes = shared.config.limits.max_message_bytes as usize;
     let simulation =
         SimulationServiceServer::new(Methods(Arc::clone(shared))).max_decoding_message_size(message_bytes);

@@ -19,13 +19,12 @@ use tokio_stream::Stream;
 use tokio_util::sync::CancellationToken;
 use tonic::Status;
 
-use crate::{
-    contents::{Contents, Wanted},
-    error::ServiceError,
+use super::{
+    feed::{Ending, Feed, Lookup, Newest},
+    fields::{Contents, Wanted},
     frame::EncodedFrame,
-    publish::{Ending, Feed, Lookup, Newest},
-    reason::Reason,
 };
+use crate::error::{Reason, ServiceError};
 
 /// Messages that wait for the reader, beside what HTTP/2 buffers. More would only be older.
 const WAITING_MESSAGES: usize = 1;

@@ -9,7 +9,10 @@ use nappe_scene::{Built, Fault, MeshSource, Scene, SceneError, SceneLimits, ship
 use nappe_sim::mesh::TriangleMesh;
 use uuid::Uuid;
 
-use crate::{config::Limits, error::ServiceError, reason::Reason};
+use crate::{
+    config::Limits,
+    error::{Reason, ServiceError},
+};
 
 /// Meshes that clients uploaded: a bounded number and a bounded size; the one longest unused goes
 /// first. Sessions copy what they need, so that none depends on it.

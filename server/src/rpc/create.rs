@@ -6,14 +6,13 @@ use nappe_proto::v1::{self, create_session_request::Scene};
 use nappe_sim::math::Precision;
 use uuid::Uuid;
 
+use super::{request_ids::Made, shared::Shared, validate};
 use crate::{
-    config::Limits,
-    error::ServiceError,
-    library,
-    reason::Reason,
-    session::{Made, Order, Session, start},
-    shared::Shared,
-    validate, wire,
+    config::{Limits, core_count},
+    error::{Reason, ServiceError},
+    scenes,
+    session::{Order, Session, start},
+    stream::wire,
 };
 
 /// Makes the session of a request, or returns the one that the same request made before.
@@ -87,7 +86,7 @@ async fn make(
 fn scene_text(request: &v1::CreateSessionRequest, limits: &Limits) -> Result<(String, String), ServiceError> {
     match &request.scene {
         None => Err(ServiceError::field("scene", "is missing: scene_name or scene_text is needed")),
-        Some(Scene::SceneName(name)) => Ok((library::shipped_scene(name)?.to_owned(), name.clone())),
+        Some(Scene::SceneName(name)) => Ok((scenes::shipped_scene(name)?.to_owned(), name.clone())),
         Some(Scene::SceneText(text)) => {
             let (bytes, allowed) = (text.len() as u64, limits.max_scene_bytes);
             if bytes > allowed {
@@ -113,7 +112,7 @@ fn precision(number: i32) -> Result<Option<Precision>, ServiceError> {
 fn thread_count(asked: u32, limits: &Limits) -> Result<u32, ServiceError> {
     let allowed = limits.thread_limit();
     match asked {
-        0 => Ok(crate::config::core_count().min(allowed)),
+        0 => Ok(core_count().min(allowed)),
         asked if asked <= allowed => Ok(asked),
         asked => {
             let problem = format!("is {asked}: allowed are at most {allowed}");

@@ -10,7 +10,11 @@ use nappe_sim::{
     world::{BodyTopology, Change, ChangeError},
 };
 
-use crate::{config::Limits, error::ServiceError, frame::TOPOLOGY_ID, reason::Reason};
+use super::frame::TOPOLOGY_ID;
+use crate::{
+    config::Limits,
+    error::{Reason, ServiceError},
+};
 
 /// The topology message of a session.
 pub(crate) fn topology(bodies: &[BodyTopology], colliders: &[Collider]) -> v1::Topology {

@@ -12,9 +12,8 @@ use tonic::{Code, Status};
 
 use crate::{
     config::{Limits, PIECE_BYTES},
-    error::ServiceError,
-    library::MeshStore,
-    reason::Reason,
+    error::{Reason, ServiceError},
+    scenes::MeshStore,
 };
 
 /// Longest name of a mesh (bytes).

@@ -19,7 +19,11 @@ use tokio_util::sync::CancellationToken;
 use tonic::{Code, Status, body::Body};
 use tower::Service;
 
-use crate::{error::ServiceError, origin::Origins, reason::Reason, watch::draining_error};
+use super::cors::Origins;
+use crate::{
+    error::{Reason, ServiceError},
+    stream::draining_error,
+};
 
 /// Prefix of the health service's paths, which answer until the end.
 const HEALTH: &str = "/grpc.health.v1.Health/";

@@ -1,0 +1,9 @@
+//! Connections and what every call passes on its way to a method.
+
+mod listener;
+mod cors;
+mod interceptor;
+mod router;
+
+pub(crate) use listener::{ListenerSettings, serve};
+pub(crate) use router::router;
