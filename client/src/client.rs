@@ -89,7 +89,7 @@ impl Client {
         let answer = self
             .call("UploadMesh", LONG_CALL_LIMIT, request, async |mut calls, r| calls.upload_mesh(r).await)
             .await?;
-        Ok(UploadedMesh { mesh_id: answer.mesh_id, remarks: answer.remarks })
+        Ok(UploadedMesh { mesh_id: answer.mesh_id, remarks: answer.warnings })
     }
 
     /// Makes a session, paused at step 0.
@@ -103,7 +103,7 @@ impl Client {
             .call(method, LONG_CALL_LIMIT, request, async |mut calls, r| calls.create_session(r).await)
             .await?;
         let session = answer.session.ok_or(ClientError::Incomplete { method, what: "session" })?;
-        Ok(CreatedSession { session, remarks: answer.remarks })
+        Ok(CreatedSession { session, remarks: answer.warnings })
     }
 
     /// One session.

@@ -16,3 +16,15 @@ pub mod v1 {
     /// The compiled .proto files, for server reflection.
     pub const FILE_DESCRIPTOR_SET: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/nappe_v1.bin"));
 }
+
+impl From<[f64; 3]> for v1::Vector3 {
+    fn from([x, y, z]: [f64; 3]) -> Self {
+        Self { x, y, z }
+    }
+}
+
+impl From<v1::Vector3> for [f64; 3] {
+    fn from(v1::Vector3 { x, y, z }: v1::Vector3) -> Self {
+        [x, y, z]
+    }
+}

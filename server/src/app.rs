@@ -20,10 +20,10 @@ use crate::{
     transport::{ListenerSettings, router, serve},
 };
 
-/// Name of the service, for health checks.
+/// Name of the service in health checks.
 const SERVICE: &str = "nappe.v1.SimulationService";
 
-/// Most seconds that a time in a configuration may have: a day.
+/// Longest time in a configuration: a day.
 const MAX_SECONDS: f64 = 86_400.0;
 
 /// A server that could not be started.
@@ -39,20 +39,20 @@ pub enum StartError {
     /// The system refused the address.
     #[error("cannot listen on {address}: {source}")]
     Bind {
-        /// The address.
+        /// The address that was asked for.
         address: SocketAddr,
-        /// Why.
+        /// What the system answered.
         source: io::Error,
     },
-    /// A time outside its range.
+    /// A time of the configuration outside its range.
     #[error("{name} is {value}: allowed are 0 to {MAX_SECONDS} seconds")]
     BadSeconds {
-        /// The knob.
+        /// The name of the setting.
         name: &'static str,
-        /// Its value.
+        /// The value that it has (s).
         value: f64,
     },
-    /// No tokio runtime to run in.
+    /// The caller runs in no tokio runtime.
     #[error("the server runs in a tokio runtime, and there is none")]
     NoRuntime,
 }
@@ -76,11 +76,13 @@ impl App {
         let runtime = Handle::try_current().map_err(|_none| StartError::NoRuntime)?;
         config.check()?;
         let requested = config.address;
+
         let failed = |source| StartError::Bind { address: requested, source };
         let listener = TcpListener::bind(requested).map_err(failed)?;
         listener.set_nonblocking(true).map_err(failed)?;
         let address = listener.local_addr().map_err(failed)?;
         let listener = tokio::net::TcpListener::from_std(listener).map_err(failed)?;
+
         let draining = CancellationToken::new();
         let settings = ListenerSettings {
             max_connections: config.limits.max_connections,
@@ -89,6 +91,7 @@ impl App {
             drain: Duration::from_secs_f64(config.drain_seconds),
             draining: draining.clone(),
         };
+
         let shared = Arc::new(Shared::new(config, draining.clone()));
         let health = HealthReporter::new();
         let handler = router(&shared, &health);
@@ -102,12 +105,12 @@ impl App {
         Ok(Self { address, shared, draining, server: Some(server), health })
     }
 
-    /// The address that it listens on.
+    /// The address that the server listens on, with the port that it got.
     pub fn local_addr(&self) -> SocketAddr {
         self.address
     }
 
-    /// Its URL, for clients.
+    /// The URL that clients connect to.
     pub fn url(&self) -> String {
         format!("http://{}", self.address)
     }
@@ -118,20 +121,21 @@ impl App {
         self.health.set_service_status(SERVICE, ServingStatus::NotServing).await;
         self.health.set_service_status("", ServingStatus::NotServing).await;
         self.draining.cancel();
+
         let patience = Duration::from_secs_f64(self.shared.config.drain_seconds);
         let server = self.server.take();
         let connections = async {
             if let Some(server) = server
                 && let Err(error) = server.await
             {
-                tracing::error!("the accept loop panicked: {error}");
+                tracing::error!("the listener panicked: {error}");
             }
         };
         tokio::join!(connections, self.shared.registry.end_all(patience));
     }
 
-    /// Makes the next step of a session panic, as a fault of the program would; false if there is
-    /// no such session. For tests of isolation.
+    /// Makes the next step of a session panic, as a bug would; false if there is no such session.
+    /// For tests of isolation.
     #[doc(hidden)]
     pub fn inject_panic(&self, session_id: &str) -> bool {
         self.shared.registry.get(session_id).map(|session| session.inject_panic()).is_ok()

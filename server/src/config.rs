@@ -1,7 +1,7 @@
-//! Every knob of the server: its default, its unit, its flag and its environment variable.
+//! Every setting of the server: its default, its unit, its flag and its environment variable.
 //!
-//! Reads nothing by itself: a program parses it with clap (flags over environment over defaults),
-//! a test writes it down.
+//! Reads nothing by itself: a program parses it with clap (flags win over the environment, which wins
+//! over defaults), and a test writes it down.
 
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 
@@ -21,7 +21,7 @@ pub struct Config {
     /// authentication yet: whoever reaches the port can run simulations.
     #[arg(long, env = "NAPPE_ALLOW_REMOTE")]
     pub allow_remote: bool,
-    /// Web origins whose pages may call the server (scheme://host:port, comma separated). Pages
+    /// Web origins whose pages may call the server (scheme://host:port, separated by commas). Pages
     /// served from loopback always may.
     #[arg(long = "allow-origin", env = "NAPPE_ALLOW_ORIGIN", value_delimiter = ',')]
     pub allowed_origins: Vec<String>,

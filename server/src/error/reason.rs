@@ -31,7 +31,7 @@ macro_rules! reasons {
                 match self { $(Self::$variant => Code::$code,)* }
             }
 
-            /// What happened.
+            /// What happened, in one sentence.
             pub const fn meaning(self) -> &'static str {
                 match self { $(Self::$variant => $meaning,)* }
             }
@@ -52,7 +52,7 @@ reasons! {
         "The request is not a message of the method that was called, or is compressed in a way the server does not read."
         "Compile the client from the .proto files of this version; send uncompressed messages."
     InvalidScene "INVALID_SCENE" InvalidArgument
-        "The scene cannot be read, or what it describes cannot be simulated; `fault`, `line`, `column` and `field` say where."
+        "The scene cannot be read, or what it describes cannot be simulated; the metadata `fault`, `line`, `column` and `field` say what and where."
         "Correct the scene at the place named."
     InvalidMesh "INVALID_MESH" InvalidArgument
         "The uploaded mesh cannot be simulated: an index out of range, or a number that is not finite."
@@ -67,7 +67,7 @@ reasons! {
         "The page token was not made by this server."
         "Start again with an empty token."
     RequestIdReused "REQUEST_ID_REUSED" InvalidArgument
-        "The request id belongs to an earlier request with other contents."
+        "The request id belongs to an earlier request with other fields."
         "Use a new UUID for every new request; repeat one only to retry the same request."
     SessionNotFound "SESSION_NOT_FOUND" NotFound
         "No session has this id."
@@ -76,7 +76,7 @@ reasons! {
         "The server ships no scene of this name; `known` lists them."
         "Choose one of the names, or send the scene's text."
     MeshNotFound "MESH_NOT_FOUND" NotFound
-        "The scene names an uploaded mesh that the server does not have (any more)."
+        "The scene names an uploaded mesh that the server does not have, or no longer has."
         "Upload the mesh again and name the new id: only the newest are kept, within `max_meshes` and `max_mesh_store_bytes`."
     UnknownMethod "UNKNOWN_METHOD" Unimplemented
         "The server has no such service or method."
@@ -88,7 +88,7 @@ reasons! {
         "Another session has this id."
         "Choose another id, or leave it empty and let the server choose."
     SessionPlaying "SESSION_PLAYING" FailedPrecondition
-        "The session is playing without an end: a number of steps cannot be added."
+        "The session is playing until it is paused: a number of steps cannot be added."
         "Pause it first."
     SessionFinished "SESSION_FINISHED" FailedPrecondition
         "The session came to its end or was stopped: it takes no more steps or changes."
@@ -109,31 +109,31 @@ reasons! {
         "A spring became longer than the scene allows."
         "Reduce dt, raise the stiffness or the damping, or raise the scene's limit."
     EnergyLimit "ENERGY_LIMIT" Aborted
-        "The energy came above what the scene allows: the simulation is about to diverge."
+        "The energy exceeded the limit of the scene: the simulation is about to diverge."
         "Reduce dt or the stiffness, or raise the scene's limit."
     SolverFailed "SOLVER_FAILED" Aborted
         "The linear system of an implicit step has no solution."
         "Look for free particles without mass or springs; change the treatment of the Hessian; snow: shorten its step or integrate it explicitly."
     TimeStepLimit "TIME_STEP_LIMIT" Aborted
-        "The step of snow that the scene fixes came above the bound within which it is stable; the message has both numbers and the bound's name."
+        "The step of snow that the scene fixes became longer than the bound within which it is stable; the message has both numbers and the bound's name."
         "Let the step be certified, fix a smaller one, or mark it unchecked and accept that it may diverge."
     SubstepLimit "SUBSTEP_LIMIT" Aborted
-        "One step of the scene would need more steps of snow than the scene allows; the message names the bound that makes them short."
+        "One step of the scene would need more substeps of the snow than the scene allows; the message names the bound that makes them short."
         "Shorten the scene's dt or raise its limit of substeps; look at the particle named: snow that is pressed hard, or very fast, needs short steps."
     NodeSpeed "NODE_SPEED" Aborted
         "A node of the snow's grid would move more than a cell in one step: the simulation is about to diverge."
         "Reduce the fixed step, or let the step be certified."
     DeformationLimit "DEFORMATION_LIMIT" Aborted
-        "The deformation gradient of a particle of snow came beyond any snow: the simulation diverged."
+        "The deformation gradient of a particle of snow became larger than any snow allows: the simulation diverged."
         "Reduce the fixed step, or let the step be certified; check the material's numbers."
     OutOfRange "OUT_OF_RANGE" Aborted
         "A particle of snow left the range of the grid, which is bounded only by its 32-bit indices."
         "Put a collider where snow is to stop, end the scene earlier, or look at what threw the particle."
     MassLost "MASS_LOST" Aborted
-        "The grid does not hold the mass of the particles: particles were lost between them. This is a fault of the program."
+        "The grid does not hold the mass of the particles: particles were lost between them. This is a bug in the server."
         "Report it with the scene and the message."
     SessionPanicked "SESSION_PANICKED" Internal
-        "A fault of the program ended this session; others are not affected."
+        "A bug in the server ended this session; others are not affected."
         "Report it with the scene and the message."
     FrameExpired "FRAME_EXPIRED" OutOfRange
         "The frame asked for is no longer kept in the form asked for; `oldest_frame` is the oldest that is."
@@ -143,7 +143,7 @@ reasons! {
         "Watch from a frame up to one after the newest."
     WatcherTooSlow "WATCHER_TOO_SLOW" ResourceExhausted
         "The watcher of every frame fell behind what the session keeps; `next_frame` was due, `oldest_frame` is kept."
-        "Read faster, ask for fewer arrays, watch LATEST, or raise the server's history."
+        "Read faster, ask for fewer fields, watch LATEST, or raise the server's history."
     TooManySessions "TOO_MANY_SESSIONS" ResourceExhausted
         "The server holds as many sessions as it allows."
         "Delete sessions that are no longer needed, or raise the limit."
@@ -166,22 +166,22 @@ reasons! {
         "A request message is larger than the server reads."
         "Send less in one message; meshes go through UploadMesh in pieces."
     UploadTimedOut "UPLOAD_TIMED_OUT" DeadlineExceeded
-        "The upload paused for longer than the server waits; what came was forgotten."
+        "The upload paused for longer than the server waits; what had come was dropped."
         "Upload again without pausing."
     DeadlineExceeded "DEADLINE_EXCEEDED" DeadlineExceeded
         "The call did not end within the deadline that the client set."
         "Set a longer deadline; a call that changes something may still have taken effect."
     RequestCancelled "REQUEST_CANCELLED" Cancelled
         "The client ended the call before it was done."
-        "Nothing: it was the client's wish, or its connection broke."
+        "Nothing, if the client meant it; otherwise check the connection."
     OriginNotAllowed "ORIGIN_NOT_ALLOWED" PermissionDenied
-        "A web page of an origin that the server does not know called it."
+        "A web page of an origin that is not allowed called the server."
         "Start the server with --allow-origin for the page's origin."
     ServerDraining "SERVER_DRAINING" Unavailable
         "The server is shutting down and ends calls and streams."
         "Connect again later; sessions do not survive a restart."
     Internal "INTERNAL" Internal
-        "A fault of the program."
+        "A bug in the server."
         "Report it with what was done."
 }
 
@@ -191,9 +191,9 @@ pub fn errors_page() -> String {
         "# Errors\n\n\
          Every error that the server sends is a gRPC status whose details hold a `google.rpc.ErrorInfo`\n\
          with domain `nappe.v1`, one of the reasons below, and the numbers of the message as metadata.\n\
-         Reasons never change their meaning. Errors of fields also carry a `google.rpc.BadRequest`.\n\n\
-         What cannot carry a reason: a connection that the server does not accept (too many, silent for\n\
-         too long, cut at the end of a drain) ends without a status, and clients report `UNAVAILABLE`.\n\n\
+         Reasons never change their meaning. Errors of single fields also carry a `google.rpc.BadRequest`.\n\n\
+         A connection that the server does not accept cannot carry a reason (too many, silent for\n\
+         too long, cut at the end of a drain): it ends without a status, and clients report `UNAVAILABLE`.\n\n\
          This page is generated from `server/src/error/reason.rs`; a test compares the two.\n\n\
          | reason | code | meaning | what to do |\n|---|---|---|---|\n",
     );
@@ -221,8 +221,6 @@ fn code_name(code: Code) -> String {
 mod tests {
     use std::collections::BTreeSet;
 
-    use nappe_sim::{linalg::Outcome, report::StepFailure};
-
     use super::*;
 
     #[test] // AIP-193: [A-Z][A-Z0-9_]+[A-Z0-9], at most 63 characters
@@ -233,29 +231,6 @@ mod tests {
             assert!((3..=63).contains(&name.len()), "{name}");
             assert!(name.chars().all(|c| c.is_ascii_uppercase() || c == '_'), "{name}");
             assert!(!name.starts_with('_') && !name.ends_with('_'), "{name}");
-        }
-    }
-
-    #[test]
-    fn every_failure_of_a_step_has_a_reason() {
-        let failures = [
-            StepFailure::NotFinite { particle: 0, quantity: "x", value: f64::NAN },
-            StepFailure::Stretch { particle: 0, other: 1, value: 2.0, limit: 1.0 },
-            StepFailure::Energy { particle: 0, value: 2.0, limit: 1.0 },
-            StepFailure::Solver { outcome: Outcome::Singular { iteration: 1 } },
-            StepFailure::TimeStep { particle: 0, dt: 2.0, limit: 1.0, bound: "elastic_wave" },
-            StepFailure::Substeps { particle: 0, dt: 2.0, limit: 1, bound: "elastic_wave" },
-            StepFailure::NodeSpeed { particle: 0, node: [0; 3], value: 2.0, limit: 1.0 },
-            StepFailure::Deformation { particle: 0, value: 2.0, limit: 1.0 },
-            StepFailure::OutOfRange { particle: 0, position: [2.0; 3], limit: 1.0 },
-            StepFailure::Mass { expected: 2.0, found: 1.0 },
-        ];
-        for failure in failures {
-            assert_eq!(
-                super::super::service_error::reason_of(&failure).name(),
-                failure.reason(),
-                "{failure}"
-            );
         }
     }
 }

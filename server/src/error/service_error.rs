@@ -1,10 +1,9 @@
-//! An error on its way to a client: a reason, a sentence, the numbers in it, the fields at fault.
+//! An error on its way to a client: a reason, a sentence, the numbers in it, the invalid fields.
 //!
 //! Enters: what went wrong anywhere in the server. Leaves: a `tonic::Status` with `ErrorInfo`.
 
 use std::{fmt, time::Duration};
 
-use nappe_sim::report::StepFailure;
 use tonic::Status;
 use tonic_types::{ErrorDetails, StatusExt as _};
 
@@ -16,41 +15,54 @@ const TEXT_BYTES: usize = 1024;
 
 /// A call that failed.
 #[derive(Clone, Debug, PartialEq)]
-pub struct ServiceError {
-    /// Why.
+pub(crate) struct ServiceError {
     pub reason: Reason,
-    /// The whole story in a sentence.
+    /// What happened, where, and what is allowed, in one sentence.
     pub message: String,
     /// The numbers and names in the sentence, for programs.
     pub metadata: Vec<(&'static str, String)>,
-    /// Fields of the request at fault, with what is allowed.
+    /// Invalid fields of the request, each with what is allowed.
     pub fields: Vec<(String, String)>,
 }
 
 impl ServiceError {
-    /// An error with a reason and a sentence.
-    pub fn new(reason: Reason, message: impl Into<String>) -> Self {
+    pub(crate) fn new(reason: Reason, message: impl Into<String>) -> Self {
         Self { reason, message: message.into(), metadata: Vec::new(), fields: Vec::new() }
     }
 
     /// A field of the request that is missing or out of range.
-    pub fn field(field: impl Into<String>, problem: impl Into<String>) -> Self {
+    pub(crate) fn field(field: impl Into<String>, problem: impl Into<String>) -> Self {
         let (field, problem) = (field.into(), problem.into());
         Self::new(Reason::InvalidField, format!("{field}: {problem}"))
             .with("field", &field)
             .at_field(field, problem)
     }
 
+    /// A call or stream that a shutdown ends.
+    pub(crate) fn draining() -> Self {
+        Self::new(Reason::ServerDraining, "the server is shutting down")
+    }
+
+    /// A call or stream whose session is deleted.
+    pub(crate) fn session_deleted(id: &str) -> Self {
+        Self::new(Reason::SessionDeleted, format!("session '{id}' was deleted")).with("session_id", id)
+    }
+
+    /// A bug in the server.
+    pub(crate) fn internal(message: impl Into<String>) -> Self {
+        Self::new(Reason::Internal, message)
+    }
+
     /// The same error with a value for programs.
     #[must_use]
-    pub fn with(mut self, key: &'static str, value: impl fmt::Display) -> Self {
+    pub(crate) fn with(mut self, key: &'static str, value: impl fmt::Display) -> Self {
         self.metadata.push((key, value.to_string()));
         self
     }
 
-    /// The same error, blaming a field of the request.
+    /// The same error, naming an invalid field of the request.
     #[must_use]
-    pub fn at_field(mut self, field: impl Into<String>, problem: impl Into<String>) -> Self {
+    pub(crate) fn at_field(mut self, field: impl Into<String>, problem: impl Into<String>) -> Self {
         self.fields.push((field.into(), problem.into()));
         self
     }
@@ -74,29 +86,15 @@ impl From<ServiceError> for Status {
             DOMAIN,
             metadata.into_iter().collect::<std::collections::HashMap<_, _>>(),
         );
+
         for (field, problem) in &error.fields {
             details.add_bad_request_violation(shortened(field), shortened(problem));
         }
         if matches!(error.reason, Reason::ServerDraining | Reason::TooManyUploads) {
             details.set_retry_info(Some(Duration::from_secs(1)));
         }
-        Self::with_error_details(error.reason.code(), shortened(&error.message), details)
-    }
-}
 
-/// The reason that stands for the failure of a step.
-pub(crate) const fn reason_of(failure: &StepFailure) -> Reason {
-    match failure {
-        StepFailure::NotFinite { .. } => Reason::NotFinite,
-        StepFailure::Stretch { .. } => Reason::StretchLimit,
-        StepFailure::Energy { .. } => Reason::EnergyLimit,
-        StepFailure::Solver { .. } => Reason::SolverFailed,
-        StepFailure::TimeStep { .. } => Reason::TimeStepLimit,
-        StepFailure::Substeps { .. } => Reason::SubstepLimit,
-        StepFailure::NodeSpeed { .. } => Reason::NodeSpeed,
-        StepFailure::Deformation { .. } => Reason::DeformationLimit,
-        StepFailure::OutOfRange { .. } => Reason::OutOfRange,
-        StepFailure::Mass { .. } => Reason::MassLost,
+        Self::with_error_details(error.reason.code(), shortened(&error.message), details)
     }
 }
 
@@ -120,7 +118,7 @@ mod tests {
         let info = status.get_details_error_info().expect("every status has an ErrorInfo");
         assert_eq!((info.reason.as_str(), info.domain.as_str()), ("INVALID_FIELD", DOMAIN));
         assert_eq!(info.metadata["value"], "-1");
-        let bad = status.get_details_bad_request().expect("a field is blamed");
+        let bad = status.get_details_bad_request().expect("a field is named");
         assert_eq!(bad.field_violations[0].field, "page_size");
     }
 

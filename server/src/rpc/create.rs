@@ -1,4 +1,4 @@
-//! CreateSession: from the request to a running thread, once for each request id.
+//! CreateSession: from the request to a running thread, once per request id.
 
 use std::sync::Arc;
 
@@ -6,51 +6,52 @@ use nappe_proto::v1::{self, create_session_request::Scene};
 use nappe_sim::math::Precision;
 use uuid::Uuid;
 
-use super::{request_ids::Made, shared::Shared, validate};
+use super::{request_ids::CreatedSession, shared::Shared, validate};
 use crate::{
     config::{Limits, core_count},
     error::{Reason, ServiceError},
     scenes,
-    session::{Order, Session, start},
-    stream::wire,
+    session::{Session, SessionOptions, start},
 };
 
 /// Makes the session of a request, or returns the one that the same request made before.
 ///
 /// # Errors
 /// If a field, the scene or the number of sessions is not allowed.
-pub(crate) async fn create(
+pub(super) async fn create(
     shared: &Shared,
     request: v1::CreateSessionRequest,
 ) -> Result<v1::CreateSessionResponse, ServiceError> {
     if request.request_id.is_empty() {
-        let (session, remarks) = make(shared, &request).await?;
-        return Ok(response(&session, remarks));
+        let (session, warnings) = make(shared, &request).await?;
+        return Ok(response(&session, warnings));
     }
     let id = Uuid::try_parse(&request.request_id).map_err(|error| {
         let problem = format!("is '{}', not a UUID: {error}", request.request_id);
         ServiceError::field("request_id", problem)
     })?;
-    let mut entry = shared.requests.entry(id).await;
+
+    let mut entry = shared.request_ids.entry(id).await;
     if let Some(made) = entry.as_ref()
         && let Some(session) = made.session.upgrade()
     {
         if made.request != request {
-            let message = format!("the request id {id} belongs to an earlier request with other contents");
+            let message = format!("the request id {id} belongs to an earlier request with other fields");
             return Err(ServiceError::new(Reason::RequestIdReused, message)
                 .with("request_id", id)
                 .with("session_id", session.id())
                 .at_field("request_id", "belongs to another request"));
         }
-        return Ok(response(&session, made.remarks.clone()));
+        return Ok(response(&session, made.warnings.clone()));
     }
-    let (session, remarks) = make(shared, &request).await?;
-    *entry = Some(Made { request, session: Arc::downgrade(&session), remarks: remarks.clone() });
-    Ok(response(&session, remarks))
+
+    let (session, warnings) = make(shared, &request).await?;
+    *entry = Some(CreatedSession { request, session: Arc::downgrade(&session), warnings: warnings.clone() });
+    Ok(response(&session, warnings))
 }
 
-fn response(session: &Session, remarks: Vec<String>) -> v1::CreateSessionResponse {
-    v1::CreateSessionResponse { session: Some(session.describe()), remarks }
+fn response(session: &Session, warnings: Vec<String>) -> v1::CreateSessionResponse {
+    v1::CreateSessionResponse { session: Some(session.describe()), warnings }
 }
 
 async fn make(
@@ -61,29 +62,31 @@ async fn make(
     if !request.session_id.is_empty() {
         validate::session_id(&request.session_id)?;
     }
-    let (text, file) = scene_text(request, limits)?;
+    let (scene_text, scene_name) = scene(request, limits)?;
     let precision = precision(request.precision)?;
     let thread_count = thread_count(request.thread_count, limits)?;
-    let place = shared.registry.reserve(&request.session_id)?;
+
+    let reservation = shared.registry.reserve(&request.session_id)?;
     let slot = shared.registry.slot()?;
-    let order = Order {
-        id: place.id().to_owned(),
-        text,
-        file,
+    let options = SessionOptions {
+        id: reservation.id().to_owned(),
+        scene_text,
+        scene_name,
         precision,
         thread_count,
         step_limit: request.step_limit,
-        frame_interval: request.frame_interval_steps,
+        frame_interval_steps: request.frame_interval_steps,
     };
-    let (session, remarks) = start(order, Arc::clone(&shared.meshes), limits.clone(), slot).await?;
+    let (session, warnings) = start(options, Arc::clone(&shared.meshes), limits.clone(), slot).await?;
+
     let session = Arc::new(session);
     tracing::info!(session = session.id(), "created");
-    place.fill(Arc::clone(&session));
-    Ok((session, remarks))
+    reservation.fill(Arc::clone(&session));
+    Ok((session, warnings))
 }
 
 /// The scene's text and its name in messages.
-fn scene_text(request: &v1::CreateSessionRequest, limits: &Limits) -> Result<(String, String), ServiceError> {
+fn scene(request: &v1::CreateSessionRequest, limits: &Limits) -> Result<(String, String), ServiceError> {
     match &request.scene {
         None => Err(ServiceError::field("scene", "is missing: scene_name or scene_text is needed")),
         Some(Scene::SceneName(name)) => Ok((scenes::shipped_scene(name)?.to_owned(), name.clone())),
@@ -105,7 +108,7 @@ fn precision(number: i32) -> Result<Option<Precision>, ServiceError> {
         Ok(v1::Precision::Unspecified) => Ok(None),
         Ok(v1::Precision::F32) => Ok(Some(Precision::F32)),
         Ok(v1::Precision::F64) => Ok(Some(Precision::F64)),
-        Err(_unknown) => Err(wire::unknown_value("precision", number)),
+        Err(_unknown) => Err(validate::unknown_value("precision", number)),
     }
 }
 

@@ -1,4 +1,4 @@
-//! The methods of the service: request to command, command's answer to response.
+//! The methods of the service: a request becomes a command, and its answer a response.
 //!
 //! Enters: messages, checked here. Leaves: messages, or a status with a reason.
 
@@ -8,13 +8,11 @@ use nappe_proto::v1::{self, simulation_service_server::SimulationService};
 use tokio_stream::StreamExt as _;
 use tonic::{Request, Response, Status, Streaming};
 
-use super::{create, shared::Shared, upload, validate};
+use super::{changes::changes, create, server_info::server_info, shared::Shared, upload, validate};
 use crate::{
-    config::core_count,
     error::{Reason, ServiceError},
-    scenes,
     session::{Command, When},
-    stream::{Delivery, Figures, Frames, WatchStream, draining_error, watch, wire},
+    stream::{Delivery, DiagnosticsOnly, Frames, WatchStream, watch},
 };
 
 /// The service over what calls share.
@@ -22,7 +20,7 @@ use crate::{
 pub(crate) struct Methods(pub Arc<Shared>);
 
 impl Methods {
-    /// Starts a watcher once what it wants is asked for.
+    /// Starts a watcher, after the session was asked for the fields that it wants.
     async fn frames(
         &self,
         request: v1::WatchFramesRequest,
@@ -31,11 +29,13 @@ impl Methods {
         let wanted = validate::wanted(&request, session.snow_cell(), &self.0.config.limits)?;
         let delivery = validate::delivery(&request)?;
         let slot = session.watcher_slot()?;
-        self.0.answered(session.provide(wanted.contents()).await)?;
+
+        self.0.answered(session.provide(wanted.needed()).await)?;
         let feed = session.feed();
         if let Delivery::Every { from_frame: Some(number) } = delivery {
-            validate::start(feed, number, wanted.contents())?;
+            validate::start(feed, number, wanted.needed())?;
         }
+
         let pieces = session.topology().iter().cloned().map(v1::watch_frames_response::Event::Topology);
         let opening = pieces.map(|piece| v1::WatchFramesResponse { event: Some(piece) }).collect();
         let draining = self.0.draining.clone();
@@ -51,12 +51,7 @@ impl SimulationService for Methods {
         &self,
         _: Request<v1::GetServerInfoRequest>,
     ) -> Answer<v1::GetServerInfoResponse> {
-        Ok(Response::new(v1::GetServerInfoResponse {
-            version: env!("CARGO_PKG_VERSION").to_owned(),
-            thread_count: core_count(),
-            limits: Some(wire::limits(&self.0.config.limits)),
-            scenes: scenes::scene_names(),
-        }))
+        Ok(Response::new(server_info(&self.0.config.limits)))
     }
 
     async fn upload_mesh(
@@ -68,20 +63,22 @@ impl SimulationService for Methods {
             let message = format!("{allowed} uploads are in progress; allowed: at most {allowed}");
             return Err(ServiceError::new(Reason::TooManyUploads, message).with("allowed", allowed).into());
         };
-        let mut pieces = request.into_inner().map(|piece| piece.map_err(upload::named));
+
+        let mut pieces = request.into_inner().map(|piece| piece.map_err(upload::with_reason));
         let idle = self.0.config.upload_idle();
         let receive = upload::receive(&mut pieces, &self.0.config.limits, idle);
         let mesh = tokio::select! {
             mesh = receive => mesh?,
-            () = self.0.draining.cancelled() => return Err(draining_error().into()),
+            () = self.0.draining.cancelled() => return Err(ServiceError::draining().into()),
         };
+
         let meshes = Arc::clone(&self.0.meshes);
         // Checking sorts the triangles, which takes a while for a large mesh.
         let stored = tokio::task::spawn_blocking(move || upload::store(mesh, &meshes)).await;
-        let (mesh_id, remarks) = stored.map_err(|_panic| {
-            ServiceError::new(Reason::Internal, "checking the mesh panicked: this is a fault of the program")
+        let (mesh_id, warnings) = stored.map_err(|_panic| {
+            ServiceError::internal("checking the mesh panicked: this is a bug in the server")
         })??;
-        Ok(Response::new(v1::UploadMeshResponse { mesh_id, remarks }))
+        Ok(Response::new(v1::UploadMeshResponse { mesh_id, warnings }))
     }
 
     async fn create_session(
@@ -155,7 +152,7 @@ impl SimulationService for Methods {
         let stepped = session.command(|answer| Command::Step { count, when, answer });
         let stepped = tokio::select! {
             stepped = stepped => stepped,
-            () = self.0.draining.cancelled() => Err(draining_error()),
+            () = self.0.draining.cancelled() => Err(ServiceError::draining()),
         };
         Ok(Response::new(v1::StepSessionResponse { session: Some(self.0.answered(stepped)?) }))
     }
@@ -175,7 +172,7 @@ impl SimulationService for Methods {
     ) -> Answer<v1::UpdateParametersResponse> {
         let request = request.into_inner();
         let session = self.0.session(&request.session_id)?;
-        let (at_step, changes) = (request.at_step, wire::changes(&request)?);
+        let (at_step, changes) = (request.at_step, changes(&request)?);
         let updated = session.ask(|answer| Command::Update { at_step, changes, answer }).await;
         let effective_step = self.0.answered(updated.and_then(|updated| updated))?;
         Ok(Response::new(v1::UpdateParametersResponse { effective_step }))
@@ -204,6 +201,6 @@ impl SimulationService for Methods {
         };
         let slot = session.watcher_slot()?;
         let feed = Arc::clone(session.feed());
-        Ok(Response::new(watch(feed, Figures, delivery, Vec::new(), slot, self.0.draining.clone())))
+        Ok(Response::new(watch(feed, DiagnosticsOnly, delivery, Vec::new(), slot, self.0.draining.clone())))
     }
 }

@@ -1,8 +1,12 @@
-//! The methods of the service: requests are checked, turned into commands, and answered.
+//! The methods of the service.
+//!
+//! Enters: requests, checked here. Leaves: messages, or a status with a reason.
 
 mod validate;
-mod request_ids;
+mod changes;
+mod server_info;
 mod upload;
+mod request_ids;
 mod shared;
 mod create;
 mod methods;

@@ -1,6 +1,6 @@
-//! Requests to create a session that were carried out: the same request id gives the same session.
+//! Ids of requests to create a session: the same request id gives the same session.
 //!
-//! An id is remembered as long as its session is there.
+//! An id is remembered as long as its session exists.
 
 use std::{
     collections::HashMap,
@@ -13,28 +13,27 @@ use uuid::Uuid;
 
 use crate::session::Session;
 
-/// What the first request of an id made.
+/// What the first request with an id made.
 #[derive(Clone, Debug)]
-pub(crate) struct Made {
-    /// The request.
+pub(crate) struct CreatedSession {
     pub request: v1::CreateSessionRequest,
     /// The session; the registry owns it.
     pub session: Weak<Session>,
-    /// Remarks on its scene.
-    pub remarks: Vec<String>,
+    /// Warnings about its scene.
+    pub warnings: Vec<String>,
 }
 
-type Entry = Arc<AsyncMutex<Option<Made>>>;
+type Entry = Arc<AsyncMutex<Option<CreatedSession>>>;
 
 /// Request ids and what they made.
 #[derive(Debug, Default)]
-pub(crate) struct Requests {
+pub(crate) struct RequestIds {
     entries: Mutex<HashMap<Uuid, Entry>>,
 }
 
-impl Requests {
-    /// The entry of an id, locked: a second request of the same id waits here for the first.
-    pub(crate) async fn entry(&self, id: Uuid) -> OwnedMutexGuard<Option<Made>> {
+impl RequestIds {
+    /// The entry of an id, locked: a second request with the same id waits here for the first.
+    pub(crate) async fn entry(&self, id: Uuid) -> OwnedMutexGuard<Option<CreatedSession>> {
         let entry = {
             let mut entries = self.entries.lock().unwrap_or_else(PoisonError::into_inner);
             entries.retain(|_, entry| is_needed(entry));
@@ -44,7 +43,7 @@ impl Requests {
     }
 }
 
-/// Whether a request is in progress, or its session is still there.
+/// Whether a request is in progress, or its session still exists.
 fn is_needed(entry: &Entry) -> bool {
     if Arc::strong_count(entry) > 1 {
         return true;

@@ -23,7 +23,7 @@ const NAME_BYTES: usize = 256;
 ///
 /// # Errors
 /// A status that says what is wrong with the pieces, or that of a broken stream.
-pub(crate) async fn receive(
+pub(super) async fn receive(
     pieces: &mut (impl Stream<Item = Result<UploadMeshRequest, Status>> + Unpin),
     limits: &Limits,
     idle: Duration,
@@ -32,7 +32,8 @@ pub(crate) async fn receive(
         return Err(broken("the first message has no header").into());
     };
     let layout = Layout::of(&header, limits)?;
-    // Grows as data comes: a header alone costs no memory.
+
+    // Grows as data comes: a header alone takes no memory.
     let mut data = Vec::new();
     while let Some(part) = next(pieces, idle).await? {
         let Part::Data(piece) = part else {
@@ -41,6 +42,7 @@ pub(crate) async fn receive(
         check_piece(&piece, data.len(), &layout)?;
         data.extend_from_slice(&piece);
     }
+
     if data.len() != layout.total() {
         let (came, total) = (data.len(), layout.total());
         let error = broken(format!("the upload ended after {came} of {total} bytes"));
@@ -49,17 +51,17 @@ pub(crate) async fn receive(
     Ok(layout.decode(&data))
 }
 
-/// Checks a mesh and keeps it: its id and remarks.
+/// Checks a mesh and keeps it. Returns its id and warnings about it.
 ///
 /// # Errors
 /// If it cannot be simulated.
-pub(crate) fn store(mesh: TriangleMesh, meshes: &MeshStore) -> Result<(String, Vec<String>), ServiceError> {
-    let remarks = mesh.check().map_err(|error| ServiceError::new(Reason::InvalidMesh, error.to_string()))?;
-    Ok((meshes.insert(mesh), remarks.iter().map(ToString::to_string).collect()))
+pub(super) fn store(mesh: TriangleMesh, meshes: &MeshStore) -> Result<(String, Vec<String>), ServiceError> {
+    let warnings = mesh.check().map_err(|error| ServiceError::new(Reason::InvalidMesh, error.to_string()))?;
+    Ok((meshes.insert(mesh), warnings.iter().map(ToString::to_string).collect()))
 }
 
-/// A status that the framework made while reading a stream, with a reason.
-pub(crate) fn named(status: Status) -> Status {
+/// Gives a reason to a status that the framework made while reading a stream.
+pub(super) fn with_reason(status: Status) -> Status {
     let reason = match status.code() {
         _ if !status.details().is_empty() => return status,
         Code::OutOfRange | Code::ResourceExhausted => Reason::MessageTooLarge,
@@ -78,6 +80,7 @@ async fn next(
         let message = format!("no piece came within {seconds} s: the upload is forgotten");
         ServiceError::new(Reason::UploadTimedOut, message).with("seconds", seconds)
     })?;
+
     match piece.transpose()? {
         None => Ok(None),
         Some(UploadMeshRequest { part: Some(part) }) => Ok(Some(part)),
@@ -117,6 +120,7 @@ impl Layout {
             let problem = format!("has {} bytes; allowed: at most {NAME_BYTES}", header.name.len());
             return Err(ServiceError::field("header.name", problem));
         }
+
         let points = header.point_count;
         if points == 0 {
             return Err(ServiceError::field("header.point_count", "is 0: a mesh has points"));
@@ -128,6 +132,7 @@ impl Layout {
                 return Err(ServiceError::field(field, problem));
             }
         }
+
         if points > limits.max_particles {
             let allowed = limits.max_particles;
             let message = format!("the mesh has {points} points; allowed: at most {allowed}");
@@ -135,6 +140,7 @@ impl Layout {
                 .with("points", points)
                 .with("allowed", allowed));
         }
+
         let sizes = [(points, 24), (header.triangle_count, 12), (header.mass_count, 8), (header.uv_count, 8)]
             .map(|(count, bytes)| count.saturating_mul(bytes));
         let total = sizes.iter().fold(0_u64, |sum, size| sum.saturating_add(*size));
@@ -145,9 +151,10 @@ impl Layout {
                 .with("bytes", total)
                 .with("allowed", allowed));
         }
-        // The limit is far below the address space, which the limits of a program may not be.
-        let [points, triangles, masses, uv] =
-            sizes.map(|size| usize::try_from(size).expect("the total is within the limit"));
+
+        let [points, triangles, masses, uv] = sizes.map(|size| {
+            usize::try_from(size).expect("the total, which is within the limit, fits into memory")
+        });
         Ok(Self { points, triangles, masses, uv })
     }
 

@@ -1,4 +1,4 @@
-//! Checks of single fields: ids, counts, rates, pages, arrays, nodes.
+//! Checks of single fields of requests: ids, counts, rates, pages, fields of frames, nodes.
 //!
 //! Enters: a field of a request. Leaves: its meaning, or the reason why it is refused.
 
@@ -9,21 +9,22 @@ use nappe_proto::v1;
 use crate::{
     config::Limits,
     error::{Reason, ServiceError},
-    stream::{Array, Contents, Delivery, Feed, GridChoice, Lookup, Selection, Wanted, wire},
+    stream::{Delivery, EncodedField, Feed, FieldSet, GridChoice, Lookup, Selection, Wanted},
 };
 
-/// Sessions in a page that asks for no size, and in the largest page.
+/// Sessions in a page if the request names no size.
 const PAGE_SIZE: usize = 50;
+/// Sessions in the largest page.
 const MAX_PAGE_SIZE: usize = 1000;
 
-/// Simulated seconds per second, at most: beyond it, "as fast as possible" is meant.
+/// Simulated seconds per second at most; whoever wants more wants "as fast as possible".
 const MAX_REAL_TIME_FACTOR: f64 = 1e6;
 
-/// An id of a session: 4 to 63 of a-z, 0-9 and '-', starting with a letter.
+/// The id of a session: 4 to 63 of a-z, 0-9 and '-', starting with a letter.
 ///
 /// # Errors
 /// Anything else.
-pub(crate) fn session_id(id: &str) -> Result<(), ServiceError> {
+pub(super) fn session_id(id: &str) -> Result<(), ServiceError> {
     let allowed = |c: u8| c.is_ascii_lowercase() || c.is_ascii_digit() || c == b'-';
     let good = (4..=63).contains(&id.len())
         && id.bytes().all(allowed)
@@ -41,7 +42,7 @@ pub(crate) fn session_id(id: &str) -> Result<(), ServiceError> {
 ///
 /// # Errors
 /// A negative size.
-pub(crate) fn page_size(asked: i32) -> Result<usize, ServiceError> {
+pub(super) fn page_size(asked: i32) -> Result<usize, ServiceError> {
     match usize::try_from(asked) {
         Ok(0) => Ok(PAGE_SIZE),
         Ok(size) => Ok(size.min(MAX_PAGE_SIZE)),
@@ -57,7 +58,7 @@ pub(crate) fn page_size(asked: i32) -> Result<usize, ServiceError> {
 ///
 /// # Errors
 /// Anything else.
-pub(crate) fn page_token(token: &str) -> Result<(), ServiceError> {
+pub(super) fn page_token(token: &str) -> Result<(), ServiceError> {
     if token.is_empty() || session_id(token).is_ok() {
         return Ok(());
     }
@@ -69,7 +70,7 @@ pub(crate) fn page_token(token: &str) -> Result<(), ServiceError> {
 ///
 /// # Errors
 /// A number below 0, beyond the largest, or not finite.
-pub(crate) fn real_time_factor(factor: f64) -> Result<f64, ServiceError> {
+pub(super) fn real_time_factor(factor: f64) -> Result<f64, ServiceError> {
     if (0.0..=MAX_REAL_TIME_FACTOR).contains(&factor) {
         return Ok(factor);
     }
@@ -77,11 +78,11 @@ pub(crate) fn real_time_factor(factor: f64) -> Result<f64, ServiceError> {
     Err(ServiceError::field("real_time_factor", problem).with("value", factor))
 }
 
-/// The number of steps of a call; none asked for means one.
+/// The number of steps of a call; 0 asks for one.
 ///
 /// # Errors
 /// More than are allowed.
-pub(crate) fn step_count(count: u64, limits: &Limits) -> Result<u64, ServiceError> {
+pub(super) fn step_count(count: u64, limits: &Limits) -> Result<u64, ServiceError> {
     let allowed = limits.max_steps_per_call;
     if count <= allowed {
         return Ok(count.max(1));
@@ -90,11 +91,11 @@ pub(crate) fn step_count(count: u64, limits: &Limits) -> Result<u64, ServiceErro
     Err(ServiceError::field("step_count", problem).with("value", count).with("allowed", allowed))
 }
 
-/// Least time between two frames; none for rate 0.
+/// Least time between two frames; `None` for rate 0, which is no limit.
 ///
 /// # Errors
 /// A rate below 0 or not finite.
-pub(crate) fn period(max_rate_hz: f64) -> Result<Option<Duration>, ServiceError> {
+pub(super) fn period(max_rate_hz: f64) -> Result<Option<Duration>, ServiceError> {
     if max_rate_hz == 0.0 {
         return Ok(None);
     }
@@ -106,31 +107,31 @@ pub(crate) fn period(max_rate_hz: f64) -> Result<Option<Duration>, ServiceError>
     Ok(Some(Duration::try_from_secs_f64(1.0 / max_rate_hz).map_or(longest, |period| period.min(longest))))
 }
 
-/// What a watcher asks for of frames; `snow_cell` is the side of the cells of the session's snow.
+/// What a watcher wants of frames; `snow_cell` (m) is the side of the grid's cells, none without snow.
 ///
 /// # Errors
 /// A field or an encoding that does not exist, or nodes that cannot be chosen.
-pub(crate) fn wanted(
+pub(super) fn wanted(
     request: &v1::WatchFramesRequest,
     snow_cell: Option<f64>,
     limits: &Limits,
 ) -> Result<Wanted, ServiceError> {
     let grid = request.grid.as_ref().map(|grid| self::grid(grid, snow_cell, limits)).transpose()?;
-    Ok(Wanted { arrays: arrays(request)?, grid })
+    Ok(Wanted { fields: fields(request)?, grid })
 }
 
-/// The nodes of a snow's grid that a watcher asks for.
+/// The nodes of the snow's grid that a watcher wants.
 fn grid(
     request: &v1::GridRequest,
     snow_cell: Option<f64>,
     limits: &Limits,
 ) -> Result<GridChoice, ServiceError> {
-    use v1::grid_request::Selection as Wire;
+    use v1::grid_request::Selection as Message;
     let selection = match &request.selection {
         None => return Err(ServiceError::field("grid.selection", "is missing: all or slice is needed")),
-        Some(Wire::All(v1::AllNodes {})) => Selection::All,
-        Some(Wire::Slice(slice)) => {
-            let coordinate = wire::finite("grid.slice.coordinate", slice.coordinate)?;
+        Some(Message::All(v1::AllNodes {})) => Selection::All,
+        Some(Message::Slice(slice)) => {
+            let coordinate = finite("grid.slice.coordinate", slice.coordinate)?;
             let axis = match v1::Axis::try_from(slice.axis) {
                 Ok(v1::Axis::X) => 0,
                 Ok(v1::Axis::Y) => 1,
@@ -139,7 +140,7 @@ fn grid(
                     let problem = "is missing: AXIS_X, AXIS_Y or AXIS_Z is needed";
                     return Err(ServiceError::field("grid.slice.axis", problem));
                 }
-                Err(_unknown) => return Err(wire::unknown_value("grid.slice.axis", slice.axis)),
+                Err(_unknown) => return Err(unknown_value("grid.slice.axis", slice.axis)),
             };
             Selection::Slice { axis, coordinate }
         }
@@ -152,31 +153,32 @@ fn grid(
     Ok(GridChoice { selection, max_nodes })
 }
 
-/// The arrays that a watcher asks for.
-fn arrays(request: &v1::WatchFramesRequest) -> Result<Contents, ServiceError> {
+/// The fields that a watcher wants; positions if it names none.
+fn fields(request: &v1::WatchFramesRequest) -> Result<FieldSet, ServiceError> {
     let encoding = match v1::Encoding::try_from(request.encoding) {
         Ok(v1::Encoding::Unspecified) => v1::Encoding::RawF32,
         Ok(encoding) => encoding,
-        Err(_unknown) => return Err(wire::unknown_value("encoding", request.encoding)),
+        Err(_unknown) => return Err(unknown_value("encoding", request.encoding)),
     };
-    let mut arrays = Contents::NONE;
+
+    let mut fields = FieldSet::NONE;
     for (i, number) in request.fields.iter().enumerate() {
         let field = v1::Field::try_from(*number).ok();
-        let array = field.and_then(|field| Array::of(field, encoding));
-        let array = array.ok_or_else(|| wire::unknown_value(&format!("fields[{i}]"), *number))?;
-        arrays = arrays.with(array);
+        let encoded = field.and_then(|field| EncodedField::of(field, encoding));
+        let encoded = encoded.ok_or_else(|| unknown_value(&format!("fields[{i}]"), *number))?;
+        fields = fields.with(encoded);
     }
-    if arrays == Contents::NONE {
-        arrays = Array::of(v1::Field::Positions, encoding).map_or(arrays, |array| arrays.with(array));
+    if fields == FieldSet::NONE {
+        fields = EncodedField::of(v1::Field::Positions, encoding).map_or(fields, |field| fields.with(field));
     }
-    Ok(arrays)
+    Ok(fields)
 }
 
-/// Which frames a watcher asks for.
+/// Which frames a watcher wants.
 ///
 /// # Errors
-/// A delivery that does not exist, or a field that belongs to the other one.
-pub(crate) fn delivery(request: &v1::WatchFramesRequest) -> Result<Delivery, ServiceError> {
+/// A delivery that does not exist, or a field that belongs to the other delivery.
+pub(super) fn delivery(request: &v1::WatchFramesRequest) -> Result<Delivery, ServiceError> {
     let period = period(request.max_rate_hz)?;
     match v1::Delivery::try_from(request.delivery) {
         Ok(v1::Delivery::Unspecified | v1::Delivery::Latest) => match request.from_frame {
@@ -187,15 +189,15 @@ pub(crate) fn delivery(request: &v1::WatchFramesRequest) -> Result<Delivery, Ser
             None => Ok(Delivery::Every { from_frame: request.from_frame }),
             Some(_) => Err(ServiceError::field("max_rate_hz", "goes with DELIVERY_LATEST only")),
         },
-        Err(_unknown) => Err(wire::unknown_value("delivery", request.delivery)),
+        Err(_unknown) => Err(unknown_value("delivery", request.delivery)),
     }
 }
 
-/// Whether a watcher can start at a frame: one that is kept, or the next one.
+/// Whether a watcher can start at a frame: one that is kept, or the next that will be made.
 ///
 /// # Errors
-/// A frame that is dropped, or far from made.
-pub(crate) fn start(feed: &Feed, from_frame: u64, wanted: Contents) -> Result<(), ServiceError> {
+/// A frame that is no longer kept, or beyond the next.
+pub(super) fn start(feed: &Feed, from_frame: u64, wanted: FieldSet) -> Result<(), ServiceError> {
     let newest = feed.newest().frame.head.frame;
     if from_frame > newest.saturating_add(1) {
         let message = format!("frame {from_frame} is not made yet; the newest is {newest}");
@@ -215,6 +217,22 @@ pub(crate) fn start(feed: &Feed, from_frame: u64, wanted: Contents) -> Result<()
     Ok(())
 }
 
+/// A number that must be finite.
+///
+/// # Errors
+/// Infinities and NaN.
+pub(super) fn finite(field: &str, value: f64) -> Result<f64, ServiceError> {
+    if value.is_finite() {
+        return Ok(value);
+    }
+    Err(ServiceError::field(field, format!("is {value}: a finite number is needed")).with("value", value))
+}
+
+/// The error of an enum's number that this version does not know.
+pub(super) fn unknown_value(field: &str, value: i32) -> ServiceError {
+    ServiceError::field(field, format!("is {value}, which this version does not know")).with("value", value)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -231,16 +249,16 @@ mod tests {
 
     #[test]
     fn a_grid_is_asked_for_with_a_selection_and_at_most_what_is_allowed() {
-        use v1::grid_request::Selection as Wire;
+        use v1::grid_request::Selection as Message;
         let limits = Limits { max_grid_nodes: 100, ..Limits::default() };
         let asked =
             |selection, max_nodes| grid(&v1::GridRequest { selection, max_nodes }, Some(0.1), &limits);
-        let all = Some(Wire::All(v1::AllNodes {}));
+        let all = Some(Message::All(v1::AllNodes {}));
         for (max_nodes, most) in [(0, 100), (7, 7), (100, 100), (u32::MAX, 100)] {
             let choice = GridChoice { selection: Selection::All, max_nodes: most };
             assert_eq!(asked(all, max_nodes).expect("all nodes"), choice);
         }
-        let slice = |axis, coordinate| Some(Wire::Slice(v1::SliceNodes { axis, coordinate }));
+        let slice = |axis, coordinate| Some(Message::Slice(v1::SliceNodes { axis, coordinate }));
         let choice = GridChoice { selection: Selection::Slice { axis: 2, coordinate: -0.25 }, max_nodes: 5 };
         assert_eq!(asked(slice(v1::Axis::Z.into(), -0.25), 5).expect("a slice"), choice);
         let y = v1::Axis::Y.into();

@@ -1,5 +1,9 @@
 //! What sessions are made from: shipped scenes, scenes that clients send, meshes that they upload.
 
 mod mesh_store;
+mod shipped;
+mod assemble;
 
-pub(crate) use mesh_store::{MeshStore, build_scene, scene_names, shipped_scene};
+pub(crate) use assemble::assemble_scene;
+pub(crate) use mesh_store::MeshStore;
+pub(crate) use shipped::{scene_names, shipped_scene};

@@ -1,4 +1,4 @@
-//! What a session's thread can be told. Commands are read between two steps, never during one.
+//! What a session's thread can be told. Commands are read between steps, never during one.
 
 use nappe_proto::v1;
 use nappe_sim::world::Change;
@@ -6,53 +6,47 @@ use tokio::sync::oneshot;
 
 use crate::error::ServiceError;
 
-/// Where the session's description goes when a command is carried out.
+/// Where the session's description goes once a command is carried out.
 pub(crate) type Answer = oneshot::Sender<Result<v1::Session, ServiceError>>;
 
 /// When a command to step is answered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum When {
-    /// When it is accepted.
+    /// Once the command is accepted.
     Accepted,
-    /// When the steps are taken.
+    /// Once the steps are taken.
     Done,
 }
 
-/// A command.
 #[derive(Debug)]
 pub(crate) enum Command {
-    /// Steps on.
+    /// Steps until paused, stopped or at the end.
     Play {
         /// Simulated seconds per second of wall clock; 0: as fast as possible.
         real_time_factor: f64,
-        /// For the description.
         answer: Answer,
     },
-    /// Stops stepping.
     Pause(Answer),
-    /// Takes steps.
     Step {
-        /// How many.
+        /// Steps to take, 1 or more.
         count: u64,
-        /// When to answer.
         when: When,
-        /// For the description.
         answer: Answer,
     },
-    /// Ends the simulation.
+    /// Ends the simulation; the session stays readable.
     Stop(Answer),
-    /// Changes parameters.
+    /// Changes parameters of the simulation.
     Update {
-        /// Before the step of this index.
+        /// Index of the step before which they take effect; past or 0: the next step.
         at_step: u64,
-        /// All or none of these.
+        /// Applied all or none.
         changes: Vec<Change>,
-        /// For the index of the step before which they take effect.
+        /// Where the index of that step goes.
         answer: oneshot::Sender<Result<u64, ServiceError>>,
     },
-    /// Encodes the newest frame again with all that watchers now want, if its state stands.
-    Provide(oneshot::Sender<()>),
-    /// Ends the thread.
+    /// Encodes the newest frame again with everything that watchers want now, if its state stands.
+    CompleteNewest(oneshot::Sender<()>),
+    /// Ends the thread: the session is deleted.
     End,
     /// Makes the next step panic (tests).
     InjectPanic,

@@ -15,13 +15,14 @@ use super::{
 use crate::{
     config::Limits,
     error::{Reason, ServiceError},
-    stream::{Contents, Feed},
+    stream::{Feed, FieldSet},
 };
 
 /// The handle of a session.
 #[derive(Debug)]
 pub(crate) struct Session {
     status: Arc<Status>,
+    /// What its streams begin with, in pieces.
     topology: Vec<v1::Topology>,
     commands: mpsc::Sender<Command>,
     watcher_slots: Arc<Semaphore>,
@@ -43,9 +44,8 @@ impl Session {
         Self { status, topology, commands, watcher_slots, watcher_limit, ended }
     }
 
-    /// Its id.
     pub(crate) fn id(&self) -> &str {
-        &self.status.facts.id
+        &self.status.properties.id
     }
 
     /// Its description as of now.
@@ -60,15 +60,14 @@ impl Session {
 
     /// Side of the cells of its snow's grid (m); none without snow.
     pub(crate) fn snow_cell(&self) -> Option<f64> {
-        self.status.facts.snow_cell
+        self.status.properties.snow_cell
     }
 
-    /// Its frames.
     pub(crate) fn feed(&self) -> &Arc<Feed> {
         &self.status.feed
     }
 
-    /// A place for one more watcher.
+    /// Room for one more watcher, as long as the permit is held.
     ///
     /// # Errors
     /// If it has as many as are allowed.
@@ -103,24 +102,24 @@ impl Session {
         make: impl FnOnce(oneshot::Sender<T>) -> Command,
     ) -> Result<T, ServiceError> {
         let (reply, answer) = oneshot::channel();
-        self.commands.send(make(reply)).map_err(|_gone| deleted(self.id()))?;
-        answer.await.map_err(|_gone| deleted(self.id()))
+        self.commands.send(make(reply)).map_err(|_gone| ServiceError::session_deleted(self.id()))?;
+        answer.await.map_err(|_gone| ServiceError::session_deleted(self.id()))
     }
 
-    /// Asks that frames hold these from now on, the newest one too if its state still stands.
+    /// Asks that frames hold these fields from now on, the newest one too if its state still stands.
     ///
     /// # Errors
     /// If the session is deleted meanwhile.
-    pub(crate) async fn provide(&self, contents: Contents) -> Result<(), ServiceError> {
-        if self.feed().ask_for(contents) || !self.feed().newest().frame.contents().covers(contents) {
-            self.ask(Command::Provide).await?;
+    pub(crate) async fn provide(&self, fields: FieldSet) -> Result<(), ServiceError> {
+        if self.feed().ask_for(fields) || !self.feed().newest().frame.fields().covers(fields) {
+            self.ask(Command::CompleteNewest).await?;
         }
         Ok(())
     }
 
     /// Tells the thread to end, after the step in progress.
     pub(crate) fn end(&self) {
-        // A thread that is gone already has ended.
+        // If the thread is gone, it has ended already.
         let _ = self.commands.send(Command::End);
     }
 
@@ -129,7 +128,7 @@ impl Session {
         self.ended.cancelled().await;
     }
 
-    /// Makes the next step panic, as a fault of the program would: for tests of isolation.
+    /// Makes the next step panic, as a bug would: for tests of isolation.
     #[doc(hidden)]
     pub(crate) fn inject_panic(&self) {
         let _ = self.commands.send(Command::InjectPanic);
@@ -139,9 +138,4 @@ impl Session {
         session.watcher_count = self.watcher_limit - self.watcher_slots.available_permits() as u32;
         session
     }
-}
-
-/// The error of calls and streams whose session is deleted.
-pub(crate) fn deleted(id: &str) -> ServiceError {
-    ServiceError::new(Reason::SessionDeleted, format!("session '{id}' was deleted")).with("session_id", id)
 }

@@ -1,15 +1,15 @@
 //! When the next step is due: as fast as possible, or tied to the wall clock.
 //!
-//! Reads monotonic instants that the caller passes; writes nothing. A step's due time is counted from
-//! the start of the run, so that rounding does not accumulate; a session that cannot keep up drops
-//! its arrears beyond [`MAX_ARREARS`] instead of racing to catch up.
+//! Reads monotonic instants that the caller passes. A step's due time is counted from the start of
+//! the run, so that rounding does not accumulate. A session that is late by more than [`MAX_ARREARS`]
+//! forgets the delay instead of racing to catch up.
 
 use std::time::{Duration, Instant};
 
 /// How far behind its clock a session may be and still catch up.
 pub(crate) const MAX_ARREARS: Duration = Duration::from_millis(100);
 
-/// Longest wait that is computed; a longer one is looked at again.
+/// Longest wait; after it, a longer one is computed again.
 const MAX_WAIT: Duration = Duration::from_hours(1);
 
 /// The pace of a run.
@@ -29,8 +29,8 @@ impl Pace {
         Self { factor, origin: now, origin_time: time }
     }
 
-    /// How long to wait before the step that ends at simulated time `end` (s); forgets arrears
-    /// that are too large.
+    /// How long to wait before the step that ends at simulated time `end` (s). Forgets a delay that
+    /// is too long.
     pub(crate) fn wait(&mut self, now: Instant, end: f64) -> Duration {
         if self.factor <= 0.0 {
             return Duration::ZERO;
@@ -38,11 +38,13 @@ impl Pace {
         let due_seconds = (end - self.origin_time) / self.factor;
         let elapsed = now.saturating_duration_since(self.origin).as_secs_f64();
         let wait = due_seconds - elapsed;
+
         if wait < -MAX_ARREARS.as_secs_f64() {
             self.origin = now;
             self.origin_time = end;
             return Duration::ZERO;
         }
+
         Duration::try_from_secs_f64(wait.max(0.0)).map_or(MAX_WAIT, |wait| wait.min(MAX_WAIT))
     }
 }
@@ -56,7 +58,7 @@ mod tests {
         let start = Instant::now();
         let mut pace = Pace::start(2.0, start, 1.0);
         for step in 1..=1000_u32 {
-            // 10 ms simulated a step at twice real time: one step every 5 ms of wall clock.
+            // Steps of 10 ms at twice real time: one step every 5 ms of wall clock.
             let now = start + Duration::from_millis(u64::from(5 * step - 3));
             let wait = pace.wait(now, 1.0 + 0.01 * f64::from(step));
             assert!(wait.abs_diff(Duration::from_millis(3)) < Duration::from_micros(1), "{step}: {wait:?}");

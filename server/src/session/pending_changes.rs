@@ -6,22 +6,23 @@ use nappe_sim::world::Change;
 
 use crate::error::{Reason, ServiceError};
 
-/// Groups of changes by the step before which they take effect, a bounded number in all.
+/// Groups of changes by the step before which they take effect, bounded in number.
 #[derive(Debug)]
-pub(crate) struct Pending {
+pub(super) struct PendingChanges {
     groups: BTreeMap<u64, Vec<Vec<Change>>>,
+    /// Changes in all groups.
     count: usize,
     limit: usize,
 }
 
-impl Pending {
-    /// None yet, and at most `limit` changes.
-    pub(crate) fn new(limit: u32) -> Self {
+impl PendingChanges {
+    /// An empty queue of at most `limit` changes.
+    pub(super) fn new(limit: u32) -> Self {
         Self { groups: BTreeMap::new(), count: 0, limit: limit as usize }
     }
 
     /// Queues a group before step `step`; groups of one step take effect in the order they came.
-    pub(crate) fn push(&mut self, step: u64, changes: Vec<Change>) -> Result<(), ServiceError> {
+    pub(super) fn push(&mut self, step: u64, changes: Vec<Change>) -> Result<(), ServiceError> {
         let (count, limit) = (self.count + changes.len(), self.limit);
         if count > limit {
             let message = format!("{count} changes would wait for their step; allowed: at most {limit}");
@@ -29,13 +30,14 @@ impl Pending {
                 .with("changes", count)
                 .with("allowed", limit));
         }
+
         self.count = count;
         self.groups.entry(step).or_default().push(changes);
         Ok(())
     }
 
     /// Takes the groups due before step `step`, in order.
-    pub(crate) fn take_due(&mut self, step: u64) -> Vec<Vec<Change>> {
+    pub(super) fn take_due(&mut self, step: u64) -> Vec<Vec<Change>> {
         let mut due = Vec::new();
         while let Some(entry) = self.groups.first_entry()
             && *entry.key() <= step
@@ -53,7 +55,7 @@ mod tests {
 
     #[test]
     fn groups_come_in_the_order_of_steps_and_are_bounded() {
-        let mut pending = Pending::new(3);
+        let mut pending = PendingChanges::new(3);
         let drag = |value| vec![Change::Drag(value)];
         pending.push(5, drag(1.0)).expect("room");
         pending.push(2, drag(2.0)).expect("room");

@@ -1,4 +1,4 @@
-//! Which sessions there are: ids to handles, and places for them.
+//! Which sessions there are: ids to handles, and how many there may be.
 
 use std::{
     collections::BTreeMap,
@@ -12,15 +12,17 @@ use uuid::Uuid;
 use super::handle::Session;
 use crate::error::{Reason, ServiceError};
 
-/// The sessions of a server. `None` stands for one that is being made.
+/// The sessions of a server.
 #[derive(Debug)]
 pub(crate) struct Registry {
+    /// By id; `None` stands for a session that is being made.
     sessions: Mutex<BTreeMap<String, Option<Arc<Session>>>>,
+    /// One permit per thread that may still be started.
     slots: Arc<Semaphore>,
     limit: u32,
 }
 
-/// An id that nobody else can take; given back unless a session is put in its place.
+/// An id that no other session can take; free again if the reservation is dropped without a session.
 #[derive(Debug)]
 pub(crate) struct Reservation {
     registry: Arc<Registry>,
@@ -28,13 +30,13 @@ pub(crate) struct Reservation {
 }
 
 impl Registry {
-    /// No sessions, and at most `limit`.
+    /// An empty registry of at most `limit` sessions.
     pub(crate) fn new(limit: u32) -> Self {
         let slots = Arc::new(Semaphore::new(limit as usize));
         Self { sessions: Mutex::new(BTreeMap::new()), slots, limit }
     }
 
-    /// A place for one more session; its thread holds it until it ends.
+    /// Room for one more session, whose thread holds the permit until it ends.
     ///
     /// # Errors
     /// If there are as many as are allowed.
@@ -70,7 +72,7 @@ impl Registry {
         self.lock().get(id).cloned().flatten().ok_or_else(|| not_found(id))
     }
 
-    /// Takes a session out.
+    /// Takes a session out of the registry.
     ///
     /// # Errors
     /// If there is none of this id.
@@ -79,7 +81,7 @@ impl Registry {
         match sessions.remove(id) {
             Some(Some(session)) => Ok(session),
             Some(None) => {
-                // It is being made: it stays reserved, and nobody knows it yet.
+                // It is being made: its id stays reserved, and no client knows it yet.
                 sessions.insert(id.to_owned(), None);
                 Err(not_found(id))
             }
@@ -105,7 +107,7 @@ impl Registry {
             session.end();
         }
         if tokio::time::timeout(patience, self.slots.acquire_many(self.limit)).await.is_err() {
-            tracing::warn!("sessions are still in a step; they are left behind");
+            tracing::warn!("some sessions are still in a step and are not waited for");
         }
     }
 
@@ -116,15 +118,14 @@ impl Registry {
 }
 
 impl Reservation {
-    /// The reserved id.
     pub(crate) fn id(&self) -> &str {
         &self.id
     }
 
-    /// Puts the session in its place, unless the server took all places away meanwhile.
+    /// Gives the id to the session, unless the server ended all sessions meanwhile.
     pub(crate) fn fill(self, session: Arc<Session>) {
-        if let Some(place) = self.registry.lock().get_mut(&self.id) {
-            *place = Some(session);
+        if let Some(entry) = self.registry.lock().get_mut(&self.id) {
+            *entry = Some(session);
         }
     }
 }

@@ -1,36 +1,30 @@
 //! The thread that owns a simulation: it reads commands between steps, steps at its pace, and
-//! publishes frames. It waits for nobody but its own clock and, when idle, the next command.
+//! publishes frames. It waits only for its own clock and, when idle, for the next command.
 //!
 //! A panic or a divergence ends this session alone, with its reason.
 
 use std::{
+    any::Any,
     panic::{AssertUnwindSafe, catch_unwind},
-    sync::{
-        Arc,
-        mpsc::{Receiver, RecvTimeoutError, TryRecvError},
-    },
+    sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError},
     time::Instant,
 };
 
 use nappe_proto::v1;
-use nappe_sim::{
-    report::StepReport,
-    world::{Change, Simulation},
-};
-use rayon::ThreadPool;
+use nappe_sim::world::Change;
 
 use super::{
     command::{Answer, Command, When},
+    failure::{FailurePoint, SessionFailure, interrupted, refused},
     pace::Pace,
-    pending_changes::Pending,
-    start::figures,
+    pending_changes::PendingChanges,
+    simulator::{FramePosition, Simulator, TimedStep},
     status::Status,
-    stopwatch::Laps,
     transition::{Effect, Event, State, transition},
 };
 use crate::{
-    error::{Reason, ServiceError, reason_of},
-    stream::{Ending, wire},
+    error::{Reason, ServiceError, step_reason},
+    stream::{Ending, diagnostics},
 };
 
 /// Whether the thread goes on.
@@ -40,21 +34,21 @@ enum Flow {
 }
 
 /// A simulation and everything that its thread needs.
-pub(crate) struct Stepper {
-    pub(crate) simulation: Simulation,
-    pub(crate) pool: ThreadPool,
-    pub(crate) status: Arc<Status>,
-    pub(crate) commands: Receiver<Command>,
-    pub(crate) pending: Pending,
-    pub(crate) state: State,
-    pub(crate) pace: Pace,
-    pub(crate) waiting: Vec<Answer>,
-    pub(crate) panic_next: bool,
+pub(super) struct Stepper {
+    pub simulator: Simulator,
+    pub commands: Receiver<Command>,
+    pub pending: PendingChanges,
+    pub state: State,
+    pub pace: Pace,
+    /// Calls that wait for steps to be taken.
+    pub waiting: Vec<Answer>,
+    /// Whether the next step panics (tests).
+    pub panic_next: bool,
 }
 
 impl Stepper {
     /// Runs until the session is deleted.
-    pub(crate) fn run(mut self) {
+    pub(super) fn run(mut self) {
         loop {
             match catch_unwind(AssertUnwindSafe(|| self.turn())) {
                 Ok(Flow::Continue) => {}
@@ -62,8 +56,9 @@ impl Stepper {
                 Err(payload) => self.panicked(payload.as_ref()),
             }
         }
-        let error = super::handle::deleted(&self.status.facts.id);
-        self.status.feed.end(Ending::Broken(error.clone()));
+
+        let error = ServiceError::session_deleted(self.id());
+        self.status().feed.end(Ending::Broken(error.clone()));
         self.answer_waiting(&Err(error));
     }
 
@@ -72,12 +67,15 @@ impl Stepper {
         if !matches!(self.state, State::Playing | State::Stepping { .. }) {
             return self.commands.recv().map_or(Flow::End, |command| self.obey(command));
         }
-        let wait = self.pace.wait(Instant::now(), self.simulation.time() + self.simulation.dt());
+
+        let simulation = &self.simulator.simulation;
+        let wait = self.pace.wait(Instant::now(), simulation.time() + simulation.dt());
         let command = if wait.is_zero() {
             self.commands.try_recv().map_err(|error| error == TryRecvError::Disconnected)
         } else {
             self.commands.recv_timeout(wait).map_err(|error| error == RecvTimeoutError::Disconnected)
         };
+
         match command {
             Ok(command) => return self.obey(command),
             Err(true) => return Flow::End,
@@ -92,7 +90,7 @@ impl Stepper {
             Command::Play { real_time_factor, answer } => {
                 let changed = self.change(Event::Play);
                 if changed.is_ok() {
-                    self.pace = Pace::start(real_time_factor, Instant::now(), self.simulation.time());
+                    self.set_pace(real_time_factor);
                 }
                 self.reply(answer, changed);
             }
@@ -109,8 +107,8 @@ impl Stepper {
                 // Whoever asked may be gone.
                 let _ = answer.send(self.enqueue(at_step, changes));
             }
-            Command::Provide(answer) => {
-                self.provide();
+            Command::CompleteNewest(answer) => {
+                self.simulator.complete_newest();
                 let _ = answer.send(());
             }
             Command::InjectPanic => self.panic_next = true,
@@ -123,8 +121,9 @@ impl Stepper {
         let idle = self.state == State::Paused;
         let changed = self.change(Event::Step(count));
         if changed.is_ok() && idle {
-            self.pace = Pace::start(0.0, Instant::now(), self.simulation.time());
+            self.set_pace(0.0);
         }
+
         if changed.is_ok() && when == When::Done {
             self.waiting.push(answer);
         } else {
@@ -132,129 +131,207 @@ impl Stepper {
         }
     }
 
+    /// Queues changes for their step, and returns the step before which they take effect.
     fn enqueue(&mut self, at_step: u64, changes: Vec<Change>) -> Result<u64, ServiceError> {
         self.change(Event::Update)?;
-        self.simulation.check(&changes).map_err(|error| wire::refused(&error))?;
-        let effective = at_step.max(self.simulation.step_count());
+        self.simulator.simulation.check(&changes).map_err(|error| ServiceError::from(&error))?;
+        let effective = at_step.max(self.step_count());
         self.pending.push(effective, changes)?;
         Ok(effective)
     }
 
     /// Moves to the state that follows an event and carries out the effect.
-    pub(super) fn change(&mut self, event: Event) -> Result<(), ServiceError> {
-        let (state, effect) = transition(self.state, event).map_err(|reason| self.refused(reason))?;
+    fn change(&mut self, event: Event) -> Result<(), ServiceError> {
+        let (state, effect) = transition(self.state, event)
+            .map_err(|reason| refused(self.id(), reason, self.status().progress().failure))?;
         self.state = state;
+
         match effect {
             Effect::None | Effect::Enqueue => self.note_state(),
             Effect::StepsDone => {
                 self.note_state();
-                self.answer_waiting(&Ok(self.status.describe()));
+                self.answer_waiting(&Ok(self.status().describe()));
             }
             Effect::StepsInterrupted => {
                 self.note_state();
-                self.answer_waiting(&Err(self.interrupted()));
+                self.answer_waiting(&Err(interrupted(self.id(), self.step_count())));
             }
             Effect::Stopped | Effect::Finish => self.finish(effect),
-            // The failure itself is told by `fail`, which knows it.
+            // `fail` tells of the failure, because it knows the reason.
             Effect::Fail => {}
         }
         Ok(())
     }
 
-    fn refused(&self, reason: Reason) -> ServiceError {
-        let id = &self.status.facts.id;
-        let message = match reason {
-            Reason::SessionPlaying => format!("session '{id}' is playing: pause it to take single steps"),
-            Reason::SessionFinished => format!("session '{id}' is finished"),
-            _ => format!("session '{id}' failed earlier"),
-        };
-        let error = ServiceError::new(reason, message).with("session_id", id);
-        match self.status.progress().failure {
-            Some(failure) => error.with("failure", &failure.reason).with("failure_message", failure.message),
-            None => error,
-        }
-    }
-
-    pub(super) fn interrupted(&self) -> ServiceError {
-        let (id, step) = (&self.status.facts.id, self.simulation.step_count());
-        let message = format!("session '{id}' was interrupted at step {step}, before the steps were taken");
-        ServiceError::new(Reason::StepsInterrupted, message).with("session_id", id).with("step", step)
-    }
-
     fn step(&mut self) {
-        let index = self.simulation.step_count();
+        let index = self.step_count();
         for changes in self.pending.take_due(index) {
-            if let Err(error) = self.simulation.apply(&changes) {
+            if let Err(error) = self.simulator.simulation.apply(&changes) {
                 // They were checked when they came, and bodies do not change.
                 let message = format!("a change before step {index} was refused: {error}");
-                return self.fail(ServiceError::new(Reason::Internal, message), index, None, None);
+                return self.fail(ServiceError::internal(message), index, None, None);
             }
         }
-        let (mut laps, begin) = (Laps::start(), Instant::now());
-        let (simulation, panic_now) = (&mut self.simulation, self.panic_next);
-        let outcome = self.pool.install(|| {
-            assert!(!panic_now, "a panic was injected for a test");
-            simulation.step(&mut laps)
-        });
-        let seconds = begin.elapsed().as_secs_f64();
+
+        let panic_now = self.panic_next;
+        let outcome = self.simulator.step(|| assert!(!panic_now, "a panic was injected for a test"));
         match outcome {
-            Ok(report) => self.stepped(&report, &laps, seconds),
+            Ok(step) => self.stepped(&step),
             Err(error) => {
                 let failure = &error.failure;
-                let told = ServiceError::new(reason_of(failure), error.to_string()).with("body", &error.body);
+                let told =
+                    ServiceError::new(step_reason(failure), error.to_string()).with("body", &error.body);
                 self.fail(told, error.step, failure.particle(), failure.value());
             }
         }
     }
 
-    fn stepped(&mut self, report: &StepReport, laps: &Laps, seconds: f64) {
-        let facts = &self.status.facts;
-        let last = facts.step_limit > 0 && report.step >= facts.step_limit;
-        let due = last || report.step.is_multiple_of(facts.frame_interval.into());
-        let frame = self.status.feed.newest().frame.head.frame + u64::from(due);
-        let diagnostics = figures(report, frame, &laps.seconds, seconds);
-        self.status.update(|progress| {
+    fn stepped(&mut self, step: &TimedStep) {
+        let properties = &self.status().properties;
+        let TimedStep { report, seconds, stage_seconds } = step;
+        let last = properties.step_limit > 0 && report.step >= properties.step_limit;
+        let due = last || report.step.is_multiple_of(properties.frame_interval_steps.into());
+        let frame = self.newest_frame() + u64::from(due);
+
+        let diagnostics = diagnostics(report, frame, stage_seconds, *seconds);
+        self.status().update(|progress| {
             progress.step = report.step;
-            progress.time = report.time;
+            progress.time_seconds = report.time;
             progress.stepping_seconds += seconds;
             progress.diagnostics = diagnostics;
         });
-        if due && !self.publish(frame) {
+
+        let position = if last { FramePosition::Last } else { FramePosition::Middle };
+        if due && !self.publish(frame, position) {
             return;
         }
         let event = if last { Event::SteppedLast } else { Event::Stepped };
         self.change(event).expect("a session that stepped may step");
     }
 
+    /// Publishes the state as frame `frame`; false if that failed the session.
+    fn publish(&mut self, frame: u64, position: FramePosition) -> bool {
+        match self.simulator.publish(frame, position) {
+            Ok(()) => true,
+            Err(error) => {
+                let last_step = self.step_count().saturating_sub(1);
+                let told = ServiceError::new(Reason::NotFinite, error.to_string());
+                self.fail(told, last_step, error.particle(), Some(error.value));
+                false
+            }
+        }
+    }
+
+    /// Publishes the last frame, ends the streams, and answers the calls that wait.
+    fn finish(&mut self, effect: Effect) {
+        let is_published = self.status().feed.newest().frame.head.step == self.step_count();
+        if !is_published && !self.publish(self.newest_frame() + 1, FramePosition::Last) {
+            return;
+        }
+
+        self.note_state();
+        let head = &self.status().feed.newest().frame.head;
+        self.status().feed.end(Ending::Finished(v1::SessionEnd {
+            frame: head.frame,
+            step: head.step,
+            state_hash: self.simulator.hash(),
+        }));
+
+        let answer = match effect {
+            Effect::Finish => Ok(self.status().describe()),
+            _ => Err(interrupted(self.id(), self.step_count())),
+        };
+        self.answer_waiting(&answer);
+    }
+
+    /// Ends the session with an error that arose in step `step`.
+    fn fail(&mut self, error: ServiceError, step: u64, particle: Option<u64>, value: Option<f64>) {
+        self.change(Event::Broke).expect("a session that stepped may fail");
+        tracing::warn!(session = self.id(), step, "{error}");
+        let time_seconds = self.simulator.simulation.time();
+        let point = FailurePoint { step, time_seconds, particle, value };
+        self.note_failure(SessionFailure::new(self.id(), error, point));
+    }
+
+    /// Ends the session with a panic in a step.
+    fn panicked(&mut self, payload: &(dyn Any + Send)) {
+        self.panic_next = false;
+        self.state = State::Failed;
+        let progress = self.status().progress();
+        let failed = SessionFailure::panicked(self.id(), payload, &progress);
+        tracing::error!(session = self.id(), step = progress.step, "{}", failed.error.message);
+        self.note_failure(failed);
+    }
+
+    fn note_failure(&mut self, SessionFailure { failure, error }: SessionFailure) {
+        let newest = self.status().feed.newest().frame;
+        let is_newest = newest.head.step == self.step_count();
+        let is_intact = self.simulator.is_intact(Some(&failure));
+        let state_hash = match is_intact {
+            true => Some(self.simulator.hash()),
+            false if is_newest => newest.head.state_hash,
+            false => None,
+        };
+        self.status().update(|progress| {
+            progress.state = State::Failed;
+            progress.state_hash = state_hash;
+            progress.failure = Some(failure);
+        });
+
+        // The last good state becomes a frame, unless it cannot be encoded.
+        if is_intact && !is_newest {
+            let _ = self.simulator.publish(newest.head.frame + 1, FramePosition::Last);
+        }
+        self.status().feed.end(Ending::Broken(error.clone()));
+        self.answer_waiting(&Err(error));
+    }
+
     /// Writes the state where it can be read, with the hash if the session is not stepping.
-    pub(super) fn note_state(&mut self) {
+    fn note_state(&mut self) {
         let state = self.state;
         if state == State::Failed {
             // Written when it failed; after a panic the simulation is not looked at again.
             return;
         }
+
         let idle = !matches!(state, State::Playing | State::Stepping { .. });
-        let hash = idle.then(|| self.hash());
-        self.status.update(|progress| {
+        let hash = idle.then(|| self.simulator.hash());
+        self.status().update(|progress| {
             progress.state = state;
             progress.state_hash = hash;
         });
     }
 
-    /// Hash of the state, computed on the session's own threads.
-    pub(super) fn hash(&self) -> u64 {
-        let simulation = &self.simulation;
-        self.pool.install(|| simulation.state_hash())
+    /// Starts a new run at the current time, with `factor` simulated seconds per second.
+    fn set_pace(&mut self, factor: f64) {
+        self.pace = Pace::start(factor, Instant::now(), self.simulator.simulation.time());
     }
 
     fn reply(&self, answer: Answer, changed: Result<(), ServiceError>) {
         // Whoever asked may be gone.
-        let _ = answer.send(changed.map(|()| self.status.describe()));
+        let _ = answer.send(changed.map(|()| self.status().describe()));
     }
 
-    pub(super) fn answer_waiting(&mut self, outcome: &Result<v1::Session, ServiceError>) {
+    fn answer_waiting(&mut self, outcome: &Result<v1::Session, ServiceError>) {
         for answer in self.waiting.drain(..) {
             let _ = answer.send(outcome.clone());
         }
+    }
+
+    fn status(&self) -> &Status {
+        &self.simulator.status
+    }
+
+    fn id(&self) -> &str {
+        &self.simulator.status.properties.id
+    }
+
+    fn step_count(&self) -> u64 {
+        self.simulator.simulation.step_count()
+    }
+
+    /// Number of the newest frame.
+    fn newest_frame(&self) -> u64 {
+        self.status().feed.newest().frame.head.frame
     }
 }

@@ -1,24 +1,25 @@
-//! The stopwatch of a session's steps: seconds per stage. The simulation library reads no clock.
+//! The stopwatch of a session's steps. The simulation library reads no clock.
 
 use std::time::Instant;
 
 use nappe_sim::report::{Stage, Stopwatch};
 
-/// Seconds per stage of one step.
+use crate::stream::StageSeconds;
+
+/// Measures how long each stage of one step takes.
 #[derive(Debug)]
-pub(crate) struct Laps {
+pub(super) struct StageStopwatch {
     last: Instant,
-    /// Seconds, in the order of `Stage::ALL`.
-    pub(crate) seconds: [f64; Stage::ALL.len()],
+    pub(super) seconds: StageSeconds,
 }
 
-impl Laps {
-    pub(crate) fn start() -> Self {
+impl StageStopwatch {
+    pub(super) fn start() -> Self {
         Self { last: Instant::now(), seconds: [0.0; Stage::ALL.len()] }
     }
 }
 
-impl Stopwatch for Laps {
+impl Stopwatch for StageStopwatch {
     fn lap(&mut self, stage: Stage) {
         let now = Instant::now();
         if let Some(index) = Stage::ALL.iter().position(|known| *known == stage) {

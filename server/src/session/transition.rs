@@ -13,7 +13,7 @@ pub(crate) enum State {
     Playing,
     /// Taking this many more steps (1 or more), then pausing.
     Stepping {
-        /// Steps left.
+        /// Steps left to take.
         remaining: u64,
     },
     /// Came to its end, or was stopped.
@@ -25,15 +25,11 @@ pub(crate) enum State {
 /// What happens to a session: a client's command, or the outcome of a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Event {
-    /// Step on.
     Play,
-    /// Stop stepping.
     Pause,
-    /// Take so many steps (1 or more).
+    /// Take this many steps; 0 counts as 1.
     Step(u64),
-    /// End the simulation.
     Stop,
-    /// Change parameters.
     Update,
     /// A step was taken, and more may follow.
     Stepped,
@@ -46,20 +42,20 @@ pub(crate) enum Event {
 /// What the stepper does on the way to the new state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Effect {
-    /// Nothing.
     None,
     /// Puts the changes into the queue.
     Enqueue,
-    /// Answers those who wait for steps: they are taken.
+    /// Tells the calls that wait for steps that they are taken.
     StepsDone,
-    /// Answers those who wait for steps: they will not be taken.
+    /// Tells the calls that wait for steps that they will not be taken.
     StepsInterrupted,
-    /// Makes the last frame and ends the streams well; whoever waits for steps is told that they
-    /// were cut short.
+    /// Makes the last frame, ends the streams without an error, and tells the calls that wait for
+    /// steps that they were cut short.
     Stopped,
-    /// Makes the last frame and ends the streams well; whoever waits for steps is answered.
+    /// Makes the last frame, ends the streams without an error, and answers the calls that wait for
+    /// steps.
     Finish,
-    /// Ends the streams and the waits with the failure.
+    /// Ends the streams, and the calls that wait, with the failure.
     Fail,
 }
 
@@ -67,7 +63,7 @@ pub(crate) enum Effect {
 ///
 /// # Errors
 /// The reason to give to the client; the state stays as it is.
-#[allow(clippy::match_same_arms, reason = "a line a rule, grouped by event")]
+#[allow(clippy::match_same_arms, reason = "one line per rule, grouped by event")]
 pub(crate) fn transition(state: State, event: Event) -> Result<(State, Effect), Reason> {
     use State::{Failed, Finished, Paused, Playing, Stepping};
     match (state, event) {
@@ -111,7 +107,7 @@ pub(crate) fn transition(state: State, event: Event) -> Result<(State, Effect), 
 mod tests {
     use super::*;
 
-    /// The whole table: a row a state, a cell an event, in the order of `EVENTS`.
+    /// The whole table: one row per state, one cell per command.
     #[test]
     fn every_command_in_every_state_does_what_the_table_says() {
         use State::{Failed, Finished, Paused, Playing, Stepping};

@@ -1,7 +1,7 @@
-//! What a frame can hold, and what a watcher wants of it: arrays over the particles, the grid's nodes.
+//! What a frame can hold, and what a watcher wants of it: fields of the particles, the grid's nodes.
 //!
-//! Enters: a field and an encoding of a request. Leaves: an array that knows how to read itself
-//! off a simulation, and sets of them.
+//! Enters: a field and an encoding of a request. Leaves: an encoded field that knows how to read
+//! itself off a simulation, and sets of them.
 
 use bytes::Bytes;
 use nappe_proto::v1;
@@ -12,29 +12,28 @@ use super::{
     packing::{NotFinite, pack},
 };
 
-/// An array over the particles, packed in one way.
+/// A field of the particles in one encoding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Array {
-    /// Positions (m), binary32.
+pub(crate) enum EncodedField {
+    /// (m)
     PositionsF32,
-    /// Positions (m), binary64.
+    /// (m)
     PositionsF64,
-    /// Velocities (m/s), binary32.
+    /// (m/s)
     VelocitiesF32,
-    /// Velocities (m/s), binary64.
+    /// (m/s)
     VelocitiesF64,
-    /// Plastic volume ratios, binary32.
+    /// Plastic volume ratios J_P.
     PlasticRatiosF32,
-    /// Plastic volume ratios, binary64.
+    /// Plastic volume ratios J_P.
     PlasticRatiosF64,
-    /// Norms of the Cauchy stress (Pa), binary32.
+    /// Frobenius norms of the Cauchy stress (Pa).
     StressNormsF32,
-    /// Norms of the Cauchy stress (Pa), binary64.
+    /// Frobenius norms of the Cauchy stress (Pa).
     StressNormsF64,
 }
 
-impl Array {
-    /// Every array.
+impl EncodedField {
     pub(crate) const ALL: [Self; 8] = [
         Self::PositionsF32,
         Self::PositionsF64,
@@ -46,12 +45,11 @@ impl Array {
         Self::StressNormsF64,
     ];
 
-    /// The array of a field in an encoding.
+    /// A field in an encoding; none if a request names one that does not exist.
     pub(crate) fn of(field: v1::Field, encoding: v1::Encoding) -> Option<Self> {
-        Self::ALL.into_iter().find(|array| array.field() == field && array.encoding() == encoding)
+        Self::ALL.into_iter().find(|encoded| encoded.field() == field && encoded.encoding() == encoding)
     }
 
-    /// Its field.
     pub(crate) const fn field(self) -> v1::Field {
         match self {
             Self::PositionsF32 | Self::PositionsF64 => v1::Field::Positions,
@@ -61,7 +59,6 @@ impl Array {
         }
     }
 
-    /// Its encoding.
     pub(crate) const fn encoding(self) -> v1::Encoding {
         match self {
             Self::PositionsF32 | Self::VelocitiesF32 | Self::PlasticRatiosF32 | Self::StressNormsF32 => {
@@ -73,7 +70,7 @@ impl Array {
         }
     }
 
-    /// Numbers of a particle.
+    /// Numbers per particle.
     const fn width(self) -> usize {
         match self.field() {
             v1::Field::PlasticRatio | v1::Field::StressNorm => 1,
@@ -81,7 +78,7 @@ impl Array {
         }
     }
 
-    /// Bytes of a particle.
+    /// Bytes per particle.
     pub(crate) const fn stride(self) -> usize {
         match self.encoding() {
             v1::Encoding::RawF64 => 8 * self.width(),
@@ -89,7 +86,7 @@ impl Array {
         }
     }
 
-    /// What its numbers are, for messages.
+    /// What one of its numbers is called in messages.
     const fn quantity(self) -> &'static str {
         match self.field() {
             v1::Field::Velocities => "velocity",
@@ -99,7 +96,7 @@ impl Array {
         }
     }
 
-    /// Encodes the array from the state as it is.
+    /// Encodes the field from the state as it is.
     ///
     /// # Errors
     /// The first number that is not finite.
@@ -115,6 +112,7 @@ impl Array {
             Self::PlasticRatiosF64 => simulation.plastic_ratios_f64(&mut wide),
             Self::StressNormsF64 => simulation.stress_norms_f64(&mut wide),
         }
+
         match self.encoding() {
             v1::Encoding::RawF64 => pack(&wide, self.width(), self.quantity()),
             _ => pack(&narrow, self.width(), self.quantity()),
@@ -122,27 +120,25 @@ impl Array {
     }
 }
 
-/// What a frame holds: a set of arrays, and maybe the grid's nodes.
+/// What a frame holds: a set of encoded fields, and perhaps the grid's nodes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Contents(u16);
+pub(crate) struct FieldSet(u16);
 
-impl Contents {
-    /// No array.
+impl FieldSet {
     pub(crate) const NONE: Self = Self(0);
     /// What every frame has.
-    pub(crate) const ALWAYS: Self = Self::NONE.with(Array::PositionsF32);
+    pub(crate) const ALWAYS: Self = Self::NONE.with(EncodedField::PositionsF32);
     /// The grid's nodes.
-    pub(crate) const GRID: Self = Self(1 << Array::ALL.len());
-    /// Every array, and the grid's nodes.
-    pub(crate) const ALL: Self = Self((1 << (Array::ALL.len() + 1)) - 1);
+    pub(crate) const GRID: Self = Self(1 << EncodedField::ALL.len());
+    /// Every field in every encoding, and the grid's nodes.
+    pub(crate) const ALL: Self = Self((1 << (EncodedField::ALL.len() + 1)) - 1);
 
-    /// This set and one more array.
+    /// This set and one more field.
     #[must_use]
-    pub(crate) const fn with(self, array: Array) -> Self {
-        Self(self.0 | 1 << array as u16)
+    pub(crate) const fn with(self, field: EncodedField) -> Self {
+        Self(self.0 | 1 << field as u16)
     }
 
-    /// Both sets together.
     #[must_use]
     pub(crate) const fn union(self, other: Self) -> Self {
         Self(self.0 | other.0)
@@ -153,9 +149,9 @@ impl Contents {
         self.0 & other.0 == other.0
     }
 
-    /// Its arrays, in the order of their definition.
-    pub(crate) fn arrays(self) -> impl Iterator<Item = Array> {
-        Array::ALL.into_iter().filter(move |array| self.covers(Self::NONE.with(*array)))
+    /// Its fields, in the order of their definition; the grid is none of them.
+    pub(crate) fn fields(self) -> impl Iterator<Item = EncodedField> {
+        EncodedField::ALL.into_iter().filter(move |field| self.covers(Self::NONE.with(*field)))
     }
 
     pub(crate) const fn bits(self) -> u16 {
@@ -170,16 +166,15 @@ impl Contents {
 /// What one watcher gets of a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Wanted {
-    /// Arrays.
-    pub arrays: Contents,
+    pub fields: FieldSet,
     /// Nodes of the snow's grid, if any.
     pub grid: Option<GridChoice>,
 }
 
 impl Wanted {
-    /// What a frame must hold for it.
-    pub(crate) fn contents(&self) -> Contents {
-        if self.grid.is_some() { self.arrays.union(Contents::GRID) } else { self.arrays }
+    /// What a frame must hold for this watcher.
+    pub(crate) fn needed(&self) -> FieldSet {
+        if self.grid.is_some() { self.fields.union(FieldSet::GRID) } else { self.fields }
     }
 }
 
@@ -188,22 +183,24 @@ mod tests {
     use super::*;
 
     #[test]
-    fn sets_of_contents_know_their_members() {
-        let set = Contents::ALWAYS.with(Array::VelocitiesF64);
-        assert!(Contents::ALL.covers(set) && !set.covers(Contents::ALL));
-        assert_eq!(set.arrays().collect::<Vec<_>>(), [Array::PositionsF32, Array::VelocitiesF64]);
-        assert_eq!(Contents::from_bits(set.bits()), set);
-        assert!(Contents::ALL.covers(Contents::GRID) && !set.covers(Contents::GRID));
-        assert_eq!(set.union(Contents::GRID).arrays().count(), 2, "the grid is no array");
-        assert_eq!(Contents::ALL.arrays().count(), Array::ALL.len());
+    fn a_set_of_fields_knows_its_members() {
+        let set = FieldSet::ALWAYS.with(EncodedField::VelocitiesF64);
+        assert!(FieldSet::ALL.covers(set) && !set.covers(FieldSet::ALL));
+        let members = [EncodedField::PositionsF32, EncodedField::VelocitiesF64];
+        assert_eq!(set.fields().collect::<Vec<_>>(), members);
+        assert_eq!(FieldSet::from_bits(set.bits()), set);
+        assert!(FieldSet::ALL.covers(FieldSet::GRID) && !set.covers(FieldSet::GRID));
+        assert_eq!(set.union(FieldSet::GRID).fields().count(), 2, "the grid is no field");
+        assert_eq!(FieldSet::ALL.fields().count(), EncodedField::ALL.len());
     }
 
     #[test]
-    fn every_array_has_its_own_field_and_encoding() {
-        for array in Array::ALL {
-            assert_eq!(Array::of(array.field(), array.encoding()), Some(array));
+    fn every_encoded_field_has_its_own_field_and_encoding() {
+        for encoded in EncodedField::ALL {
+            assert_eq!(EncodedField::of(encoded.field(), encoded.encoding()), Some(encoded));
         }
-        assert_eq!(Array::of(v1::Field::StressNorm, v1::Encoding::RawF32), Some(Array::StressNormsF32));
-        assert_eq!(Array::of(v1::Field::Unspecified, v1::Encoding::RawF32), None);
+        let stress = EncodedField::of(v1::Field::StressNorm, v1::Encoding::RawF32);
+        assert_eq!(stress, Some(EncodedField::StressNormsF32));
+        assert_eq!(EncodedField::of(v1::Field::Unspecified, v1::Encoding::RawF32), None);
     }
 }

@@ -1,45 +1,50 @@
 //! A frame encoded once for all its watchers, and cut into messages of at most 1 MiB.
 //!
-//! Enters: a simulation between two steps. Leaves: little-endian arrays in shared memory; a
+//! Enters: a simulation between two steps. Leaves: little-endian fields in shared memory; a
 //! watcher's messages refer to them without a copy. Nodes of the snow's grid are shared too, and
-//! packed for each watcher that wants them. What is not finite does not leave.
+//! packed for each watcher that wants them. A number that is not finite is never sent.
 
 use bytes::Bytes;
 use nappe_proto::v1;
 use nappe_sim::world::Simulation;
 
 use super::{
-    fields::{Array, Contents, Wanted},
-    grid_frame::{Grid, NODE_BYTES, cut, packed_count},
+    fields::{EncodedField, FieldSet, Wanted},
+    grid_frame::{GridFrame, NODE_BYTES, packed_count, take_nodes},
     packing::NotFinite,
+    pieces::{BUDGET_BYTES, numbered},
+    topology::TOPOLOGY_ID,
 };
-use crate::config::PIECE_BYTES;
 
-/// Bytes of a message kept free for everything but arrays.
-pub(crate) const MARGIN_BYTES: usize = 4096;
-
-/// What a frame says besides its arrays.
+/// What a frame says besides its fields.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct FrameHead {
-    /// Frame number.
+    /// Frame number, from 0.
     pub frame: u64,
-    /// Steps taken.
+    /// Steps taken before this frame.
     pub step: u64,
-    /// Simulated time (s).
-    pub time: f64,
+    /// Simulated time.
+    pub time_seconds: f64,
     /// Hash of the exact state, on some frames.
     pub state_hash: Option<u64>,
-    /// Figures of its step.
+    /// Diagnostics of the step that made the frame.
     pub diagnostics: v1::Diagnostics,
+}
+
+impl FrameHead {
+    /// The head of a frame of the state as it is, without a hash.
+    pub(crate) fn of(simulation: &Simulation, frame: u64, diagnostics: v1::Diagnostics) -> Self {
+        let (step, time_seconds) = (simulation.step_count(), simulation.time());
+        Self { frame, step, time_seconds, state_hash: None, diagnostics }
+    }
 }
 
 /// A frame as all its watchers share it.
 #[derive(Debug)]
 pub(crate) struct EncodedFrame {
-    /// Number, step, time, figures.
     pub head: FrameHead,
-    arrays: [Option<Bytes>; Array::ALL.len()],
-    grid: Option<Grid>,
+    fields: [Option<Bytes>; EncodedField::ALL.len()],
+    grid: Option<GridFrame>,
 }
 
 impl EncodedFrame {
@@ -49,56 +54,56 @@ impl EncodedFrame {
     /// The first number that is not finite.
     pub(crate) fn encode(
         simulation: &Simulation,
-        wanted: Contents,
+        wanted: FieldSet,
         head: FrameHead,
     ) -> Result<Self, NotFinite> {
-        let mut arrays = [const { None }; Array::ALL.len()];
-        for array in wanted.arrays() {
-            arrays[array as usize] = Some(array.encode(simulation)?);
+        let mut fields = [const { None }; EncodedField::ALL.len()];
+        for field in wanted.fields() {
+            fields[field as usize] = Some(field.encode(simulation)?);
         }
-        let grid = if wanted.covers(Contents::GRID) { Grid::of(simulation)? } else { None };
-        Ok(Self { head, arrays, grid })
+        let grid = if wanted.covers(FieldSet::GRID) { GridFrame::of(simulation)? } else { None };
+
+        Ok(Self { head, fields, grid })
     }
 
     /// What it holds.
-    pub(crate) fn contents(&self) -> Contents {
-        let grid = if self.grid.is_some() { Contents::GRID } else { Contents::NONE };
-        Array::ALL
+    pub(crate) fn fields(&self) -> FieldSet {
+        let grid = if self.grid.is_some() { FieldSet::GRID } else { FieldSet::NONE };
+        EncodedField::ALL
             .into_iter()
-            .filter(|array| self.arrays[*array as usize].is_some())
-            .fold(grid, Contents::with)
+            .filter(|field| self.fields[*field as usize].is_some())
+            .fold(grid, FieldSet::with)
     }
 
-    /// Memory of the arrays and the grid (bytes).
+    /// Memory of the fields and the grid (bytes).
     pub(crate) fn size(&self) -> usize {
-        let arrays: usize = self.arrays.iter().flatten().map(Bytes::len).sum();
-        arrays + self.grid.as_ref().map_or(0, Grid::size)
+        let fields: usize = self.fields.iter().flatten().map(Bytes::len).sum();
+        fields + self.grid.as_ref().map_or(0, GridFrame::size)
     }
 
     /// The messages of the frame with what is `wanted`, each of at most 1 MiB.
     pub(crate) fn pieces(&self, wanted: &Wanted, dropped_count: u64) -> Vec<v1::Frame> {
-        let mut cutter = Cutter::new(PIECE_BYTES - MARGIN_BYTES);
-        for array in wanted.arrays.arrays() {
-            if let Some(data) = &self.arrays[array as usize] {
-                cutter.add_array(array, data.clone());
+        let mut cutter = Cutter::new(BUDGET_BYTES);
+        for field in wanted.fields.fields() {
+            if let Some(data) = &self.fields[field as usize] {
+                cutter.add_field(field, data.clone());
             }
         }
         if let (Some(grid), Some(choice)) = (&self.grid, &wanted.grid) {
             cutter.add_grid(grid.choose(choice));
         }
-        let count = cutter.pieces.len() as u32;
+
         let mut diagnostics = Some(self.head.diagnostics.clone());
-        let pieces = cutter.pieces.into_iter().enumerate();
-        pieces
-            .map(|(index, Piece { fields, grid })| v1::Frame {
+        numbered(cutter.pieces)
+            .map(|(chunk, Piece { fields, grid })| v1::Frame {
                 frame: self.head.frame,
                 step: self.head.step,
-                time_seconds: self.head.time,
+                time_seconds: self.head.time_seconds,
                 state_hash: self.head.state_hash,
                 topology_id: TOPOLOGY_ID,
                 fields,
-                chunk: Some(v1::Chunk { index: index as u32, count }),
-                dropped_count: if index == 0 { dropped_count } else { 0 },
+                chunk: Some(chunk),
+                dropped_count: if chunk.index == 0 { dropped_count } else { 0 },
                 diagnostics: diagnostics.take(),
                 grid,
             })
@@ -106,17 +111,14 @@ impl EncodedFrame {
     }
 }
 
-/// A session has one topology, for all its life.
-pub(crate) const TOPOLOGY_ID: u32 = 1;
-
-/// What one message carries of arrays and grid.
+/// What one message carries of fields and grid.
 #[derive(Debug, Default)]
 struct Piece {
     fields: Vec<v1::FieldData>,
     grid: Option<v1::GridField>,
 }
 
-/// Cuts arrays at particles and grids at nodes into pieces of at most `budget` bytes; at least one.
+/// Cuts fields at particles and grids at nodes into pieces of at most `budget` bytes; at least one.
 struct Cutter {
     pieces: Vec<Piece>,
     /// Bytes left in the last piece.
@@ -129,7 +131,8 @@ impl Cutter {
         Self { pieces: vec![Piece::default()], room: budget, budget }
     }
 
-    /// How many of `left` elements go into the piece at hand, which is a new one if there is no room.
+    /// How many of `left` elements of `element` bytes go into the last piece, which is a new one if
+    /// the old one has no room.
     fn take(&mut self, element: usize, left: usize) -> (&mut Piece, usize) {
         if self.room < element && left > 0 {
             self.pieces.push(Piece::default());
@@ -140,13 +143,13 @@ impl Cutter {
         (self.pieces.last_mut().expect("there is a piece"), count)
     }
 
-    fn add_array(&mut self, array: Array, mut data: Bytes) {
-        let (stride, mut first_particle) = (array.stride(), 0);
+    fn add_field(&mut self, field: EncodedField, mut data: Bytes) {
+        let (stride, mut first_particle) = (field.stride(), 0);
         while !data.is_empty() {
             let (piece, count) = self.take(stride, data.len() / stride);
             piece.fields.push(v1::FieldData {
-                field: array.field().into(),
-                encoding: array.encoding().into(),
+                field: field.field().into(),
+                encoding: field.encoding().into(),
                 first_particle,
                 data: data.split_to(count * stride),
             });
@@ -154,11 +157,11 @@ impl Cutter {
         }
     }
 
-    /// A grid without nodes is said, too.
+    /// An empty grid is sent too: it says that there are no nodes.
     fn add_grid(&mut self, mut grid: v1::GridField) {
         loop {
             let (piece, count) = self.take(NODE_BYTES, packed_count(&grid));
-            piece.grid = Some(cut(&mut grid, count));
+            piece.grid = Some(take_nodes(&mut grid, count));
             if packed_count(&grid) == 0 {
                 return;
             }
@@ -172,19 +175,19 @@ mod tests {
 
     #[test]
     fn pieces_cover_every_particle_once_and_stay_within_the_budget() {
-        let arrays = [Array::PositionsF32, Array::VelocitiesF64, Array::StressNormsF32];
+        let fields = [EncodedField::PositionsF32, EncodedField::VelocitiesF64, EncodedField::StressNormsF32];
         let strides = [12, 24, 4];
-        assert_eq!(arrays.map(Array::stride), strides);
+        assert_eq!(fields.map(EncodedField::stride), strides);
         for particles in [0, 1, 7, 100, 1000] {
             let mut cutter = Cutter::new(1000);
-            for array in arrays {
-                cutter.add_array(array, Bytes::from(vec![1_u8; particles * array.stride()]));
+            for field in fields {
+                cutter.add_field(field, Bytes::from(vec![1_u8; particles * field.stride()]));
             }
             let mut covered = [0; 3];
             for piece in &cutter.pieces {
                 assert!(piece.fields.iter().map(|f| f.data.len()).sum::<usize>() <= 1000);
                 for field in &piece.fields {
-                    let i = arrays.iter().position(|a| a.field() == field.field()).expect("one of them");
+                    let i = fields.iter().position(|f| f.field() == field.field()).expect("one of them");
                     assert_eq!(field.first_particle as usize, covered[i], "pieces follow each other");
                     covered[i] += field.data.len() / strides[i];
                 }
@@ -194,10 +197,10 @@ mod tests {
     }
 
     #[test]
-    fn a_grid_follows_the_arrays_and_goes_on_in_further_pieces() {
+    fn a_grid_follows_the_fields_and_continues_in_further_pieces() {
         for nodes in [0, 1, 20, 100] {
             let mut cutter = Cutter::new(1000);
-            cutter.add_array(Array::PositionsF32, Bytes::from(vec![0; 996]));
+            cutter.add_field(EncodedField::PositionsF32, Bytes::from(vec![0; 996]));
             cutter.add_grid(v1::GridField {
                 index_i32: Bytes::from(vec![1; 12 * nodes]),
                 mass_f32: Bytes::from(vec![2; 4 * nodes]),
@@ -205,7 +208,7 @@ mod tests {
                 node_count: nodes as u64,
                 ..v1::GridField::default()
             });
-            // 35 nodes in 1000 bytes; a grid without nodes needs no piece of its own.
+            // 35 nodes in 1000 bytes; an empty grid needs no piece of its own.
             assert_eq!(cutter.pieces.len(), 1 + usize::div_ceil(nodes, 35));
             let grids: Vec<_> = cutter.pieces.iter().filter_map(|piece| piece.grid.as_ref()).collect();
             assert_eq!(grids.iter().map(|grid| packed_count(grid)).sum::<usize>(), nodes);

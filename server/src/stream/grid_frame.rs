@@ -7,19 +7,19 @@ use bytes::Bytes;
 use nappe_proto::v1;
 use nappe_sim::{snow::GridNode, world::Simulation};
 
-use super::packing::{NotFinite, Place};
+use super::packing::{NotFinite, Owner};
 
 /// Bytes of a node in a message: three i32, one f32, three f32.
-pub(crate) const NODE_BYTES: usize = 28;
+pub(super) const NODE_BYTES: usize = 28;
 
-/// Strides that are tried one by one; after them come powers of two. That bounds the passes over
+/// Strides up to this one are tried one by one, then powers of two. That bounds the passes over
 /// the nodes, whatever a watcher asks for.
 const SMALL_STRIDES: i32 = 8;
 
 /// A node that carries mass, as it is sent.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Node {
-    /// It stands at cell * index.
+    /// The node stands at cell * index.
     index: [i32; 3],
     /// (kg)
     mass: f32,
@@ -29,22 +29,21 @@ struct Node {
 
 /// The nodes of a frame.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Grid {
-    /// Distance of nodes (m).
+pub(crate) struct GridFrame {
+    /// Distance between neighbouring nodes (m).
     cell: f64,
     nodes: Vec<Node>,
 }
 
-/// Which nodes.
+/// Which nodes of the grid a watcher wants.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Selection {
-    /// All.
     All,
     /// Those of the plane nearest to a coordinate.
     Slice {
         /// Axis across the plane, 0 to 2.
         axis: usize,
-        /// Coordinate along it (m), finite.
+        /// Coordinate along the axis (m), finite.
         coordinate: f64,
     },
 }
@@ -52,13 +51,12 @@ pub(crate) enum Selection {
 /// What a watcher wants of the grid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct GridChoice {
-    /// Which nodes.
     pub selection: Selection,
-    /// How many at most, 1 or more.
+    /// Nodes in a frame at most, 1 or more.
     pub max_nodes: u32,
 }
 
-impl Grid {
+impl GridFrame {
     /// The grid as the last step left it; none without snow.
     ///
     /// # Errors
@@ -67,6 +65,7 @@ impl Grid {
         let Some(cell) = simulation.snow_cell() else { return Ok(None) };
         let mut nodes = Vec::new();
         simulation.grid_nodes(&mut nodes);
+
         let nodes =
             nodes.iter().map(narrow).filter(|node| node.as_ref().map_or(true, |node| node.mass > 0.0));
         Ok(Some(Self { cell, nodes: nodes.collect::<Result<_, _>>()? }))
@@ -77,12 +76,14 @@ impl Grid {
         size_of_val(self.nodes.as_slice())
     }
 
-    /// The nodes of a choice, packed; of every `stride`-th along each axis if they are too many.
+    /// The nodes of a choice, packed. If there are too many, only those whose indices are multiples
+    /// of a stride.
     pub(crate) fn choose(&self, choice: &GridChoice) -> v1::GridField {
         let (plane, most) = (choice.plane(self.cell), choice.max_nodes as usize);
         let selected = |stride: i32| self.nodes.iter().filter(move |node| is_chosen(node, plane, stride));
         let count = selected(1).count();
         let stride = if count <= most { 1 } else { least_stride(most, |stride| selected(stride).count()) };
+
         let sent = selected(stride).count();
         let (mut index, mut mass, mut velocity) =
             (Vec::with_capacity(12 * sent), Vec::with_capacity(4 * sent), Vec::with_capacity(12 * sent));
@@ -91,6 +92,7 @@ impl Grid {
             mass.extend(node.mass.to_le_bytes());
             velocity.extend(node.velocity.iter().flat_map(|v| v.to_le_bytes()));
         }
+
         v1::GridField {
             cell: self.cell,
             index_i32: index.into(),
@@ -112,20 +114,20 @@ impl GridChoice {
     }
 }
 
-/// Takes the first `count` nodes off a packed field.
-pub(crate) fn cut(field: &mut v1::GridField, count: usize) -> v1::GridField {
+/// Takes the first `count` nodes off packed nodes.
+pub(super) fn take_nodes(grid: &mut v1::GridField, count: usize) -> v1::GridField {
     let part = |data: &mut Bytes, element: usize| data.split_to((element * count).min(data.len()));
     v1::GridField {
-        index_i32: part(&mut field.index_i32, 12),
-        mass_f32: part(&mut field.mass_f32, 4),
-        velocity_f32: part(&mut field.velocity_f32, 12),
-        ..*field
+        index_i32: part(&mut grid.index_i32, 12),
+        mass_f32: part(&mut grid.mass_f32, 4),
+        velocity_f32: part(&mut grid.velocity_f32, 12),
+        ..*grid
     }
 }
 
-/// Nodes of a packed field.
-pub(crate) fn packed_count(field: &v1::GridField) -> usize {
-    field.mass_f32.len() / 4
+/// How many nodes are packed.
+pub(super) fn packed_count(grid: &v1::GridField) -> usize {
+    grid.mass_f32.len() / 4
 }
 
 /// A node as it is sent. A mass below the range of binary32 becomes 0: such a node is left out.
@@ -133,9 +135,10 @@ fn narrow(node: &GridNode) -> Result<Node, NotFinite> {
     let GridNode { index, mass, velocity } = *node;
     let finite = |quantity: &'static str, value: f64| {
         let narrow = value as f32;
-        let fault = NotFinite { place: Place::Node(index), quantity, value };
-        if narrow.is_finite() { Ok(narrow) } else { Err(fault) }
+        let error = NotFinite { owner: Owner::Node(index), quantity, value };
+        if narrow.is_finite() { Ok(narrow) } else { Err(error) }
     };
+
     let [x, y, z] = velocity;
     let speed = |value: f64| finite("velocity", value);
     Ok(Node { index, mass: finite("mass", mass)?, velocity: [speed(x)?, speed(y)?, speed(z)?] })
@@ -148,38 +151,39 @@ fn is_chosen(node: &Node, plane: Option<(usize, i32)>, stride: i32) -> bool {
         && (stride == 1 || (0..3).all(|axis| across == Some(axis) || node.index[axis] % stride == 0))
 }
 
-/// The first of 2, 3 ... 8, 16, 32 ... that leaves some nodes, and at most `most`: a thin layer may
-/// have none at the first that leaves few enough. That one, if all leave none.
+/// The first of 2, 3 ... 8, 16, 32 ... that leaves some nodes, and at most `most`. A thin layer may
+/// have no node at the first stride that leaves few enough; if all such strides leave none, the
+/// first of them is taken.
 fn least_stride(most: usize, count: impl Fn(i32) -> usize) -> i32 {
     let powers = std::iter::successors(Some(2 * SMALL_STRIDES), |stride| stride.checked_mul(2));
-    let mut without = None;
+    let mut first_empty = None;
     for stride in (2..=SMALL_STRIDES).chain(powers) {
         match count(stride) {
             // Multiples of a power of two are multiples of the one before: there will be none either.
-            0 if stride >= SMALL_STRIDES => return without.unwrap_or(stride),
+            0 if stride >= SMALL_STRIDES => return first_empty.unwrap_or(stride),
             0 => {
-                without.get_or_insert(stride);
+                first_empty.get_or_insert(stride);
             }
             count if count <= most => return stride,
             _ => {}
         }
     }
-    without.unwrap_or(i32::MAX)
+    first_empty.unwrap_or(i32::MAX)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// A block of nodes from `low` to `high` along each axis, each velocity telling its place.
-    fn block(low: i32, high: i32) -> Grid {
+    /// A block of nodes from `low` to `high` along each axis, each with its index as its velocity.
+    fn block(low: i32, high: i32) -> GridFrame {
         let mut nodes = Vec::new();
         for (x, y, z) in
             (low..high).flat_map(|x| (low..high).flat_map(move |y| (low..high).map(move |z| (x, y, z))))
         {
             nodes.push(Node { index: [x, y, z], mass: 1.0, velocity: [x as f32, y as f32, z as f32] });
         }
-        Grid { cell: 0.5, nodes }
+        GridFrame { cell: 0.5, nodes }
     }
 
     fn indices(field: &v1::GridField) -> Vec<[i32; 3]> {
@@ -236,7 +240,7 @@ mod tests {
     #[test]
     fn a_thin_row_keeps_some_of_its_nodes_if_any_stride_does() {
         let nodes = (0..100_000).map(|x| Node { index: [x, 40, 40], mass: 1.0, velocity: [0.0; 3] });
-        let grid = Grid { cell: 1.0, nodes: nodes.collect() };
+        let grid = GridFrame { cell: 1.0, nodes: nodes.collect() };
         // 40 is a multiple of 2, 4, 5 and 8. None is few enough for 10 000 nodes.
         for (max_nodes, stride, sent) in [(50_000, 2, 50_000), (30_000, 4, 25_000), (10_000, 3, 0)] {
             let field = grid.choose(&GridChoice { selection: Selection::All, max_nodes });
@@ -249,7 +253,7 @@ mod tests {
         let whole = block(0, 4).choose(&GridChoice { selection: Selection::All, max_nodes: 64 });
         let (mut rest, mut index, mut left) = (whole.clone(), Vec::new(), 64);
         while packed_count(&rest) > 0 {
-            let part = cut(&mut rest, 10);
+            let part = take_nodes(&mut rest, 10);
             assert_eq!((packed_count(&part), part.node_count), (left.min(10), 64));
             left -= packed_count(&part);
             index.extend_from_slice(&part.index_i32);
@@ -258,13 +262,13 @@ mod tests {
     }
 
     #[test]
-    fn a_node_that_binary32_cannot_hold_does_not_leave() {
+    fn a_node_that_binary32_cannot_hold_is_an_error() {
         let node = GridNode { index: [1, -2, 3], mass: 1e-60, velocity: [0.0; 3] };
         assert!(narrow(&node).is_ok_and(|node| node.mass == 0.0));
         let fast = GridNode { velocity: [0.0, 1e39, 0.0], ..node };
-        let fault = narrow(&fast).expect_err("beyond binary32");
-        assert_eq!((fault.particle(), fault.quantity), (None, "velocity"));
-        assert!(fault.to_string().contains("node [1, -2, 3]"), "{fault}");
+        let error = narrow(&fast).expect_err("beyond binary32");
+        assert_eq!((error.particle(), error.quantity), (None, "velocity"));
+        assert!(error.to_string().contains("node [1, -2, 3]"), "{error}");
         assert!(narrow(&GridNode { mass: f64::NAN, ..node }).is_err());
     }
 }

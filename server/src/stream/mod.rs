@@ -1,18 +1,28 @@
-//! What watchers receive: fields of particles, nodes of the grid, frames, topology and diagnostics,
-//! and their way from the stepper to each watcher.
+//! What watchers receive: topology, fields of particles, nodes of the grid, diagnostics, and how
+//! frames travel from the stepper to each watcher.
+//!
+//! Enters: a simulation between two steps. Leaves: messages of at most 1 MiB.
 
 mod packing;
 mod grid_frame;
 mod fields;
+mod diagnostics;
+mod collider;
+mod pieces;
+mod topology;
 mod frame;
-pub(crate) mod wire;
-pub(crate) mod topology;
+mod history;
 mod feed;
+mod stream_kind;
 mod watcher;
 
-pub(crate) use feed::{Ending, Feed, Lookup};
-pub(crate) use fields::{Array, Contents, Wanted};
+pub(crate) use diagnostics::{StageSeconds, diagnostics, initial_diagnostics};
+pub(crate) use feed::{Ending, Feed};
+pub(crate) use fields::{EncodedField, FieldSet, Wanted};
 pub(crate) use frame::{EncodedFrame, FrameHead};
 pub(crate) use grid_frame::{GridChoice, Selection};
+pub(crate) use history::Lookup;
 pub(crate) use packing::NotFinite;
-pub(crate) use watcher::{Delivery, Figures, Frames, WatchStream, draining_error, watch};
+pub(crate) use stream_kind::{DiagnosticsOnly, Frames};
+pub(crate) use topology::topology;
+pub(crate) use watcher::{Delivery, WatchStream, watch};

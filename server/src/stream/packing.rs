@@ -1,7 +1,7 @@
-//! Numbers to little-endian bytes. A number that is not finite does not leave.
+//! Numbers to little-endian bytes. A number that is not finite is never sent.
 //!
 //! Enters: components of the state, or of what is derived from it. Leaves: bytes, or the first
-//! number that the encoding cannot hold, and whose it is.
+//! number that the encoding cannot hold, with the particle or node that it belongs to.
 
 use std::fmt;
 
@@ -9,59 +9,57 @@ use bytes::Bytes;
 
 /// What a number belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Place {
+pub(crate) enum Owner {
     /// A particle, over all particles of the session.
     Particle(u64),
     /// A node of the snow's grid.
     Node([i32; 3]),
 }
 
-/// A number that cannot leave: it is not finite in the encoding asked for.
+/// A number that cannot be sent: it is not finite in the encoding asked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct NotFinite {
-    /// Whose number it is.
-    pub place: Place,
-    /// What the number is.
+    pub owner: Owner,
+    /// What the number is: position, velocity, ...
     pub quantity: &'static str,
-    /// The number.
     pub value: f64,
 }
 
 impl NotFinite {
-    /// The particle at fault, if it is one.
+    /// The particle whose number it is; none for a node.
     pub(crate) fn particle(&self) -> Option<u64> {
-        match self.place {
-            Place::Particle(particle) => Some(particle),
-            Place::Node(_) => None,
+        match self.owner {
+            Owner::Particle(particle) => Some(particle),
+            Owner::Node(_) => None,
         }
     }
 }
 
 impl fmt::Display for NotFinite {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { place, quantity, value } = self;
-        match place {
-            Place::Particle(particle) => write!(f, "the {quantity} of particle {particle}")?,
-            Place::Node(index) => write!(f, "the {quantity} of the grid's node {index:?}")?,
+        let Self { owner, quantity, value } = self;
+        match owner {
+            Owner::Particle(particle) => write!(f, "the {quantity} of particle {particle}")?,
+            Owner::Node(index) => write!(f, "the {quantity} of the grid's node {index:?}")?,
         }
-        write!(f, " left what the frame's encoding can hold: {value}")
+        write!(f, " is not finite in the frame's encoding: {value}")
     }
 }
 
-/// A number of the state and its bytes.
+/// A number of the state, and its little-endian bytes.
 pub(crate) trait Component: Copy {
-    /// Bytes of a number.
     const BYTES: usize;
-    /// As binary64.
-    fn wide(self) -> f64;
-    /// Writes its bytes over `out`, which has as many.
+
+    fn to_f64(self) -> f64;
+
+    /// Writes its bytes over `out`, which has [`Self::BYTES`].
     fn write(self, out: &mut [u8]);
 }
 
 impl Component for f32 {
     const BYTES: usize = 4;
 
-    fn wide(self) -> f64 {
+    fn to_f64(self) -> f64 {
         f64::from(self)
     }
 
@@ -73,7 +71,7 @@ impl Component for f32 {
 impl Component for f64 {
     const BYTES: usize = 8;
 
-    fn wide(self) -> f64 {
+    fn to_f64(self) -> f64 {
         self
     }
 
@@ -91,9 +89,9 @@ pub(crate) fn pack<T: Component>(
     width: usize,
     quantity: &'static str,
 ) -> Result<Bytes, NotFinite> {
-    if let Some(i) = components.iter().position(|c| !c.wide().is_finite()) {
-        let (place, value) = (Place::Particle((i / width) as u64), components[i].wide());
-        return Err(NotFinite { place, quantity, value });
+    if let Some(i) = components.iter().position(|c| !c.to_f64().is_finite()) {
+        let (owner, value) = (Owner::Particle((i / width) as u64), components[i].to_f64());
+        return Err(NotFinite { owner, quantity, value });
     }
     let mut packed = vec![0; components.len() * T::BYTES];
     for (bytes, component) in packed.chunks_exact_mut(T::BYTES).zip(components) {
@@ -116,12 +114,12 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_finite_is_named_with_its_particle() {
+    fn a_number_that_is_not_finite_is_named_with_its_particle() {
         let numbers = [0.0, 0.0, 0.0, 0.0, f64::NAN, 0.0];
         for (width, particle) in [(3, 1), (1, 4)] {
-            let fault = pack(&numbers, width, "position").expect_err("not finite");
-            assert_eq!(fault.particle(), Some(particle));
-            assert!(fault.to_string().contains(&format!("position of particle {particle} ")), "{fault}");
+            let error = pack(&numbers, width, "position").expect_err("not finite");
+            assert_eq!(error.particle(), Some(particle));
+            assert!(error.to_string().contains(&format!("position of particle {particle} ")), "{error}");
         }
     }
 }

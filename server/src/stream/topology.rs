@@ -1,20 +1,54 @@
-//! A topology cut into messages of at most 1 MiB: the triangles of a large cloth alone are several.
+//! What does not change during a session, as the messages that every stream begins with.
 //!
-//! Enters: the whole topology. Leaves: pieces that share its memory; a body continues from piece
-//! to piece until its arrays are through.
+//! Enters: a simulation. Leaves: its topology in messages of at most 1 MiB, because the triangles
+//! of a large cloth need several. The messages share the memory of the arrays; a body continues from piece to
+//! piece until its arrays are sent.
 
 use bytes::Bytes;
 use nappe_proto::v1;
+use nappe_sim::world::{BodyTopology, Simulation};
 
-use super::frame::MARGIN_BYTES;
-use crate::config::PIECE_BYTES;
+use super::{
+    collider::collider,
+    pieces::{BUDGET_BYTES, numbered},
+};
+
+/// A session has one topology for all its life; frames name it by this number.
+pub(super) const TOPOLOGY_ID: u32 = 1;
 
 /// Bytes that a body takes in a message besides its name and arrays, at most.
 const BODY_BYTES: usize = 64;
 
-/// The messages of a topology; at least one.
-pub(crate) fn pieces(whole: v1::Topology) -> Vec<v1::Topology> {
-    split(whole, PIECE_BYTES - MARGIN_BYTES)
+/// The messages of a session's topology; at least one.
+pub(crate) fn topology(simulation: &Simulation) -> Vec<v1::Topology> {
+    let bodies = simulation.topology();
+    let whole = v1::Topology {
+        topology_id: TOPOLOGY_ID,
+        particle_count: bodies.iter().map(|body| body.particle_count).sum(),
+        bodies: bodies.iter().map(body).collect(),
+        colliders: simulation.colliders().iter().map(collider).collect(),
+        chunk: None,
+    };
+    split(whole, BUDGET_BYTES)
+}
+
+fn body(body: &BodyTopology) -> v1::BodyTopology {
+    // Triangles are enough to draw a body that has them.
+    let springs = if body.triangles.is_empty() { body.springs.as_slice() } else { &[] };
+
+    v1::BodyTopology {
+        name: body.name.clone(),
+        first_particle: body.first_particle,
+        particle_count: body.particle_count,
+        triangles_u32: packed(body.triangles.as_flattened().iter().map(|i| i.to_le_bytes())),
+        springs_u32: packed(springs.as_flattened().iter().map(|i| i.to_le_bytes())),
+        pins_u32: packed(body.pins.iter().map(|i| i.to_le_bytes())),
+        uv_f32: packed(body.uv.as_flattened().iter().map(|c| (*c as f32).to_le_bytes())),
+    }
+}
+
+fn packed(numbers: impl Iterator<Item = [u8; 4]>) -> Bytes {
+    numbers.flatten().collect::<Vec<u8>>().into()
 }
 
 fn split(whole: v1::Topology, budget: usize) -> Vec<v1::Topology> {
@@ -22,20 +56,20 @@ fn split(whole: v1::Topology, budget: usize) -> Vec<v1::Topology> {
     for body in whole.bodies {
         cutter.add(body);
     }
-    let count = cutter.pieces.len() as u32;
+
     let mut colliders = Some(whole.colliders);
-    let pieces = cutter.pieces.into_iter().enumerate();
-    pieces
-        .map(|(index, bodies)| v1::Topology {
+    numbered(cutter.pieces)
+        .map(|(chunk, bodies)| v1::Topology {
             topology_id: whole.topology_id,
             particle_count: whole.particle_count,
             bodies,
             colliders: colliders.take().unwrap_or_default(),
-            chunk: Some(v1::Chunk { index: index as u32, count }),
+            chunk: Some(chunk),
         })
         .collect()
 }
 
+/// Cuts the arrays of bodies into pieces of at most `budget` bytes; at least one.
 struct Cutter {
     pieces: Vec<Vec<v1::BodyTopology>>,
     /// Bytes left in the last piece.
@@ -51,8 +85,9 @@ impl Cutter {
                 self.pieces.push(Vec::new());
                 self.room = self.budget;
             }
+
             self.room = self.room.saturating_sub(head);
-            // At least one element, so that a piece always makes headway.
+            // At least one element, so that every piece carries something.
             let mut room = self.room.max(12);
             let mut part = |data: &mut Bytes, element: usize| {
                 let bytes = (room / element * element).min(data.len());
@@ -70,7 +105,8 @@ impl Cutter {
             };
             self.room = room;
             self.pieces.last_mut().expect("there is a piece").push(part);
-            if is_through(&body) {
+
+            if is_sent(&body) {
                 return;
             }
             self.room = 0;
@@ -78,7 +114,8 @@ impl Cutter {
     }
 }
 
-fn is_through(body: &v1::BodyTopology) -> bool {
+/// Whether nothing of the arrays is left.
+fn is_sent(body: &v1::BodyTopology) -> bool {
     [&body.triangles_u32, &body.springs_u32, &body.pins_u32, &body.uv_f32].iter().all(|data| data.is_empty())
 }
 

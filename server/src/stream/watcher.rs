@@ -1,7 +1,7 @@
 //! One watcher of a session: a task that carries frames to a stream at the reader's own pace.
 //!
 //! Enters: the session's feed. Leaves: messages, then the end or the reason why the stream broke.
-//! The task waits for the reader, never the stepper for the task.
+//! The task waits for the reader; the stepper never waits for the task.
 
 use std::{
     pin::Pin,
@@ -10,7 +10,6 @@ use std::{
     time::Duration,
 };
 
-use nappe_proto::v1;
 use tokio::{
     sync::{OwnedSemaphorePermit, mpsc, watch},
     time::{Interval, MissedTickBehavior},
@@ -20,80 +19,28 @@ use tokio_util::sync::CancellationToken;
 use tonic::Status;
 
 use super::{
-    feed::{Ending, Feed, Lookup, Newest},
-    fields::{Contents, Wanted},
+    feed::{Ending, Feed, Newest},
+    fields::FieldSet,
     frame::EncodedFrame,
+    history::Lookup,
+    stream_kind::StreamKind,
 };
 use crate::error::{Reason, ServiceError};
 
-/// Messages that wait for the reader, beside what HTTP/2 buffers. More would only be older.
+/// Messages that wait for the reader, besides those in HTTP/2's buffers. More would only be older.
 const WAITING_MESSAGES: usize = 1;
-
-/// What a kind of stream makes of frames.
-pub(crate) trait Shape: Copy + Send + Sync + 'static {
-    /// A message of the stream.
-    type Message: Send + 'static;
-    /// What it needs in a frame.
-    fn contents(&self) -> Contents;
-    /// The messages of a frame.
-    fn messages(&self, frame: &EncodedFrame, dropped_count: u64) -> Vec<Self::Message>;
-    /// The message at the end of a finished session, if there is one.
-    fn end(&self, end: v1::SessionEnd) -> Option<Self::Message>;
-}
-
-/// Frames with these arrays and nodes.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Frames(pub Wanted);
-
-impl Shape for Frames {
-    type Message = v1::WatchFramesResponse;
-
-    fn contents(&self) -> Contents {
-        self.0.contents()
-    }
-
-    fn messages(&self, frame: &EncodedFrame, dropped_count: u64) -> Vec<Self::Message> {
-        use v1::watch_frames_response::Event;
-        let pieces = frame.pieces(&self.0, dropped_count).into_iter();
-        pieces.map(|piece| v1::WatchFramesResponse { event: Some(Event::Frame(piece)) }).collect()
-    }
-
-    fn end(&self, end: v1::SessionEnd) -> Option<Self::Message> {
-        Some(v1::WatchFramesResponse { event: Some(v1::watch_frames_response::Event::End(end)) })
-    }
-}
-
-/// Figures alone.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Figures;
-
-impl Shape for Figures {
-    type Message = v1::WatchDiagnosticsResponse;
-
-    fn contents(&self) -> Contents {
-        Contents::NONE
-    }
-
-    fn messages(&self, frame: &EncodedFrame, _: u64) -> Vec<Self::Message> {
-        vec![v1::WatchDiagnosticsResponse { diagnostics: Some(frame.head.diagnostics.clone()) }]
-    }
-
-    fn end(&self, _: v1::SessionEnd) -> Option<Self::Message> {
-        None
-    }
-}
 
 /// Which frames a watcher gets.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Delivery {
-    /// The newest whenever the reader is ready, with at least `period` between two.
+    /// The newest frame whenever the reader is ready.
     Latest {
-        /// Least time between two frames.
+        /// Least time between two frames; `None`: no limit.
         period: Option<Duration>,
     },
-    /// Every one from a number on.
+    /// Every frame from a number on.
     Every {
-        /// Frame number; `None`: the newest.
+        /// The first frame; `None`: the newest.
         from_frame: Option<u64>,
     },
 }
@@ -103,8 +50,9 @@ pub(crate) enum Delivery {
 pub(crate) struct WatchStream<M> {
     messages: mpsc::Receiver<M>,
     broken: Arc<OnceLock<Status>>,
-    told: bool,
-    /// Counts the watcher until the stream is dropped.
+    /// Whether `broken` was handed out.
+    ended: bool,
+    /// Counts the watcher among those of the session until the stream is dropped.
     _slot: OwnedSemaphorePermit,
 }
 
@@ -114,9 +62,9 @@ impl<M> Stream for WatchStream<M> {
     fn poll_next(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<Option<Self::Item>> {
         self.messages.poll_recv(context).map(|message| match message {
             Some(message) => Some(Ok(message)),
-            None if self.told => None,
+            None if self.ended => None,
             None => {
-                self.told = true;
+                self.ended = true;
                 self.broken.get().cloned().map(Err)
             }
         })
@@ -125,16 +73,16 @@ impl<M> Stream for WatchStream<M> {
 
 /// Why a watcher's task ends.
 enum Leave {
-    /// The reader is gone or the session finished: nothing more to say.
+    /// The reader is gone, or the session finished.
     Quietly,
     /// The stream breaks.
     With(ServiceError),
 }
 
 /// Starts a watcher: first the messages of `opening`, then frames as `delivery` says.
-pub(crate) fn watch<S: Shape>(
+pub(crate) fn watch<S: StreamKind>(
     feed: Arc<Feed>,
-    shape: S,
+    kind: S,
     delivery: Delivery,
     opening: Vec<S::Message>,
     slot: OwnedSemaphorePermit,
@@ -142,13 +90,14 @@ pub(crate) fn watch<S: Shape>(
 ) -> WatchStream<S::Message> {
     let (sender, messages) = mpsc::channel(WAITING_MESSAGES);
     let broken = Arc::new(OnceLock::new());
-    let stream = WatchStream { messages, broken: Arc::clone(&broken), told: false, _slot: slot };
+    let stream = WatchStream { messages, broken: Arc::clone(&broken), ended: false, _slot: slot };
     let newest = feed.subscribe();
-    let mut watcher = Watcher { feed, newest, shape, sender: sender.clone() };
+
+    let mut watcher = Watcher { feed, newest, kind, sender: sender.clone() };
     tokio::spawn(async move {
         let leave = tokio::select! {
             biased;
-            () = draining.cancelled() => Leave::With(draining_error()),
+            () = draining.cancelled() => Leave::With(ServiceError::draining()),
             () = sender.closed() => Leave::Quietly,
             Err(leave) = watcher.run(opening, delivery) => leave,
         };
@@ -161,19 +110,14 @@ pub(crate) fn watch<S: Shape>(
     stream
 }
 
-/// The error of calls and streams that a shutdown ends.
-pub(crate) fn draining_error() -> ServiceError {
-    ServiceError::new(Reason::ServerDraining, "the server is shutting down")
-}
-
-struct Watcher<S: Shape> {
+struct Watcher<S: StreamKind> {
     feed: Arc<Feed>,
     newest: watch::Receiver<Newest>,
-    shape: S,
+    kind: S,
     sender: mpsc::Sender<S::Message>,
 }
 
-impl<S: Shape> Watcher<S> {
+impl<S: StreamKind> Watcher<S> {
     /// Carries frames until there is a reason to leave, which is the error.
     async fn run(&mut self, opening: Vec<S::Message>, delivery: Delivery) -> Result<(), Leave> {
         for message in opening {
@@ -188,20 +132,23 @@ impl<S: Shape> Watcher<S> {
     async fn latest(&mut self, mut ticker: Option<Interval>) -> Result<(), Leave> {
         let mut sent = None;
         loop {
-            let wanted = self.shape.contents();
+            let wanted = self.kind.needed();
             let news = |newest: &Newest| is_news(newest, sent, wanted);
             gone(self.newest.wait_for(|newest| newest.ending.is_some() || news(newest)).await)?;
+
             tokio::select! {
                 () = next_tick(&mut ticker) => {}
                 ended = self.newest.wait_for(|newest| newest.ending.is_some()) => { gone(ended)?; }
             }
+
             // The newest is taken only when the reader has room, so that it is fresh.
             let room = self.sender.reserve().await.map_err(|_closed| Leave::Quietly)?;
             let newest = self.newest.borrow_and_update().clone();
+
             if is_news(&newest, sent, wanted) {
                 let number = newest.frame.head.frame;
                 let dropped = sent.map_or(0, |sent: u64| number.saturating_sub(sent + 1));
-                let mut messages = messages(self.shape, &newest.frame, dropped).await?.into_iter();
+                let mut messages = messages(self.kind, &newest.frame, dropped).await?.into_iter();
                 if let Some(first) = messages.next() {
                     room.send(first);
                 }
@@ -221,12 +168,13 @@ impl<S: Shape> Watcher<S> {
             Some(number) => number,
             None => self.newest_complete(),
         };
+
         loop {
-            // Looked at before the history, so that an end seen here comes after all frames there.
+            // Read before the history, so that an end seen here comes after all frames there.
             let ending = self.newest.borrow_and_update().ending.clone();
-            match self.feed.lookup(next, self.shape.contents()) {
+            match self.feed.lookup(next, self.kind.needed()) {
                 Lookup::Found(frame) => {
-                    for message in messages(self.shape, &frame, 0).await? {
+                    for message in messages(self.kind, &frame, 0).await? {
                         self.send_or_fall_behind(message, next).await?;
                     }
                     next += 1;
@@ -240,17 +188,17 @@ impl<S: Shape> Watcher<S> {
         }
     }
 
-    /// Number of the newest frame if it holds what is wanted, else of the one after it.
+    /// Number of the newest frame if it holds what is needed, else of the frame after it.
     fn newest_complete(&self) -> u64 {
         let frame = &self.newest.borrow().frame;
-        frame.head.frame + u64::from(!frame.contents().covers(self.shape.contents()))
+        frame.head.frame + u64::from(!frame.fields().covers(self.kind.needed()))
     }
 
     async fn finish(&mut self, ending: &Ending) -> Result<(), Leave> {
         match ending {
             Ending::Broken(error) => Err(Leave::With(error.clone())),
             Ending::Finished(end) => {
-                if let Some(message) = self.shape.end(*end) {
+                if let Some(message) = self.kind.end(*end) {
                     self.send(message).await?;
                 }
                 Err(Leave::Quietly)
@@ -262,8 +210,8 @@ impl<S: Shape> Watcher<S> {
         self.sender.send(message).await.map_err(|_closed| Leave::Quietly)
     }
 
-    /// Sends a message of frame `current`, or gives up when the frame after it is dropped from the
-    /// history meanwhile: a reader that stalls for ever must not hold memory.
+    /// Sends a message of frame `current`. Gives up when the frame after it is dropped from the
+    /// history: a reader that stalls for ever must not hold memory.
     async fn send_or_fall_behind(&mut self, message: S::Message, current: u64) -> Result<(), Leave> {
         tokio::select! {
             biased;
@@ -276,26 +224,25 @@ impl<S: Shape> Watcher<S> {
     }
 }
 
-/// The messages of a frame. Nodes of a grid are chosen and packed off the threads that carry the
-/// streams: there may be millions.
-async fn messages<S: Shape>(
-    shape: S,
+/// The messages of a frame. Nodes of a grid are chosen and packed on other threads than those that
+/// carry the streams, because there may be millions.
+async fn messages<S: StreamKind>(
+    kind: S,
     frame: &Arc<EncodedFrame>,
     dropped_count: u64,
 ) -> Result<Vec<S::Message>, Leave> {
-    if !shape.contents().covers(Contents::GRID) {
-        return Ok(shape.messages(frame, dropped_count));
+    if !kind.needed().covers(FieldSet::GRID) {
+        return Ok(kind.messages(frame, dropped_count));
     }
     let frame = Arc::clone(frame);
-    let packed = tokio::task::spawn_blocking(move || shape.messages(&frame, dropped_count)).await;
+    let packed = tokio::task::spawn_blocking(move || kind.messages(&frame, dropped_count)).await;
     packed.map_err(|_panic| {
-        let message = "packing the grid's nodes panicked: this is a fault of the program";
-        Leave::With(ServiceError::new(Reason::Internal, message))
+        Leave::With(ServiceError::internal("packing the grid's nodes panicked: this is a bug in the server"))
     })
 }
 
-fn is_news(newest: &Newest, sent: Option<u64>, wanted: Contents) -> bool {
-    sent != Some(newest.frame.head.frame) && newest.frame.contents().covers(wanted)
+fn is_news(newest: &Newest, sent: Option<u64>, wanted: FieldSet) -> bool {
+    sent != Some(newest.frame.head.frame) && newest.frame.fields().covers(wanted)
 }
 
 /// A feed lives as long as its watchers: its end would only mean that nothing more comes.

@@ -1,4 +1,4 @@
-//! The outermost layer of every call: whatever happens inside, a status with a reason leaves.
+//! The interceptor of every call: whatever happens inside, an error leaves with a reason.
 //!
 //! Refuses calls while draining and from unknown web origins, honours the client's deadline, turns
 //! a panic of a handler into INTERNAL, and gives a reason to statuses that the framework made
@@ -19,26 +19,22 @@ use tokio_util::sync::CancellationToken;
 use tonic::{Code, Status, body::Body};
 use tower::Service;
 
-use super::cors::Origins;
-use crate::{
-    error::{Reason, ServiceError},
-    stream::draining_error,
-};
+use super::cors::AllowedOrigins;
+use crate::error::{Reason, ServiceError, panic_message};
 
 /// Prefix of the health service's paths, which answer until the end.
 const HEALTH: &str = "/grpc.health.v1.Health/";
 
 /// A service whose every answer carries a reason if it is an error.
 #[derive(Clone, Debug)]
-pub(crate) struct Guard<S> {
+pub(super) struct Interceptor<S> {
     inner: S,
-    origins: Origins,
+    origins: AllowedOrigins,
     draining: CancellationToken,
 }
 
-impl<S> Guard<S> {
-    /// Guards `inner`.
-    pub(crate) fn new(inner: S, origins: Origins, draining: CancellationToken) -> Self {
+impl<S> Interceptor<S> {
+    pub(super) fn new(inner: S, origins: AllowedOrigins, draining: CancellationToken) -> Self {
         Self { inner, origins, draining }
     }
 
@@ -51,11 +47,11 @@ impl<S> Guard<S> {
             return Some(ServiceError::new(Reason::OriginNotAllowed, message).with("origin", origin));
         }
         let draining = self.draining.is_cancelled() && !request.uri().path().starts_with(HEALTH);
-        draining.then(draining_error)
+        draining.then(ServiceError::draining)
     }
 }
 
-impl<S, B> Service<Request<B>> for Guard<S>
+impl<S, B> Service<Request<B>> for Interceptor<S>
 where
     S: Service<Request<B>, Response = Response<Body>, Error = Infallible> + Clone + Send + 'static,
     S::Future: Send,
@@ -76,6 +72,7 @@ where
         // The service that was polled ready is the one to call.
         let ready = self.inner.clone();
         let mut inner = std::mem::replace(&mut self.inner, ready);
+
         let deadline = deadline(request.headers());
         let path = request.uri().path().to_owned();
         Box::pin(async move {
@@ -87,6 +84,7 @@ where
                     Err(_elapsed) => return Ok(Status::from(too_late(deadline)).into_http()),
                 },
             };
+
             Ok(match answer {
                 Ok(Ok(response)) => with_reason(response, &path),
                 Ok(Err(never)) => match never {},
@@ -108,10 +106,8 @@ async fn without_panic<F: Future>(future: F) -> Result<F::Output, Box<dyn Any + 
 }
 
 fn panicked(panic: &(dyn Any + Send), path: &str) -> ServiceError {
-    let text = panic.downcast_ref::<&str>().copied();
-    let text = text.or_else(|| panic.downcast_ref::<String>().map(String::as_str)).unwrap_or("no message");
-    tracing::error!(path, "a call panicked: {text}");
-    ServiceError::new(Reason::Internal, format!("the call {path} panicked: this is a fault of the program"))
+    tracing::error!(path, "a call panicked: {}", panic_message(panic));
+    ServiceError::internal(format!("the call {path} panicked: this is a bug in the server"))
 }
 
 fn too_late(deadline: Duration) -> ServiceError {
@@ -129,6 +125,7 @@ fn with_reason(response: Response<Body>, path: &str) -> Response<Body> {
     if status.code() == Code::Ok || !status.details().is_empty() {
         return response;
     }
+
     let message = status.message();
     let error = match status.code() {
         Code::Unimplemented if message.is_empty() => {

@@ -1,4 +1,4 @@
-//! The accept loop: a bounded number of connections, none of them silent, all of them closed in the end.
+//! The listener: a bounded number of connections, none of them silent, all of them closed in the end.
 //!
 //! The framework's own server never closes a silent connection, and its graceful shutdown waits
 //! for streams without end. Here a connection must say something in time, and a drain that takes
@@ -23,17 +23,20 @@ use tokio_util::sync::CancellationToken;
 use tonic::body::Body;
 use tower::util::BoxCloneSyncService;
 
-/// HTTP/2 flow control (bytes): a stream, a connection, a frame.
+/// HTTP/2 flow control: bytes in flight per stream.
 const STREAM_WINDOW: u32 = 4 << 20;
+/// Bytes in flight per connection.
 const CONNECTION_WINDOW: u32 = 16 << 20;
+/// Bytes per frame of HTTP/2.
 const FRAME_SIZE: u32 = 1 << 20;
-/// A peer that does not answer a ping is gone.
+/// Time between pings on an open connection.
 const PING_INTERVAL: Duration = Duration::from_secs(10);
+/// A peer that does not answer a ping in this time is gone.
 const PING_TIMEOUT: Duration = Duration::from_secs(20);
-/// Length of HTTP/2's opening words; shorter than any HTTP/1.1 request with a host.
+/// Length of the preface that opens HTTP/2; shorter than any HTTP/1.1 request with a host.
 const PREFACE_BYTES: usize = 24;
 
-/// What the accept loop needs to know.
+/// Bounds of the listener.
 #[derive(Clone, Debug)]
 pub(crate) struct ListenerSettings {
     /// Connections at a time.
@@ -44,7 +47,7 @@ pub(crate) struct ListenerSettings {
     pub handshake: Duration,
     /// How long connections may take to end after `draining`.
     pub drain: Duration,
-    /// Cancelled when the server is to end.
+    /// Cancelled when the server begins to end.
     pub draining: CancellationToken,
 }
 
@@ -62,6 +65,7 @@ pub(crate) async fn serve(listener: TcpListener, handler: Handler, settings: Lis
             Some(_ended) = connections.join_next() => continue,
             () = settings.draining.cancelled() => break,
         };
+
         match accepted {
             Ok((stream, peer)) => {
                 let Ok(slot) = Arc::clone(&slots).try_acquire_owned() else {
@@ -81,6 +85,7 @@ pub(crate) async fn serve(listener: TcpListener, handler: Handler, settings: Lis
             }
         }
     }
+
     drop(listener);
     let all = async { while connections.join_next().await.is_some() {} };
     if timeout(settings.drain, all).await.is_err() {
@@ -114,6 +119,7 @@ async fn connection(
     if let Err(error) = stream.set_nodelay(true) {
         tracing::debug!("TCP_NODELAY cannot be set: {error}");
     }
+
     let speaks = tokio::select! {
         spoke = timeout(settings.handshake, first_bytes(&stream)) => spoke.unwrap_or(false),
         () = settings.draining.cancelled() => false,
@@ -121,6 +127,7 @@ async fn connection(
     if !speaks {
         return;
     }
+
     let connection = builder.serve_connection(TokioIo::new(stream), TowerToHyperService::new(handler));
     tokio::pin!(connection);
     let ended = tokio::select! {
@@ -135,7 +142,7 @@ async fn connection(
     }
 }
 
-/// Waits until enough has come to tell HTTP/2 from HTTP/1.1; false if the peer hung up before.
+/// Waits for enough bytes to tell HTTP/2 from HTTP/1.1; false if the peer closed the connection.
 async fn first_bytes(stream: &TcpStream) -> bool {
     let mut bytes = [0; PREFACE_BYTES];
     loop {

@@ -1,4 +1,4 @@
-//! Connections and what every call passes on its way to a method.
+//! Connections, and the layers that every call passes on its way to a method.
 
 mod listener;
 mod cors;

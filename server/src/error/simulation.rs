@@ -1,0 +1,79 @@
+//! Errors of the simulation as errors of the service.
+//!
+//! Enters: why a step failed, or why a change was refused. Leaves: a reason, or the whole error.
+
+use nappe_sim::{report::StepFailure, world::ChangeError};
+
+use super::{reason::Reason, service_error::ServiceError};
+
+/// The reason that stands for the failure of a step.
+pub(crate) const fn step_reason(failure: &StepFailure) -> Reason {
+    match failure {
+        StepFailure::NotFinite { .. } => Reason::NotFinite,
+        StepFailure::Stretch { .. } => Reason::StretchLimit,
+        StepFailure::Energy { .. } => Reason::EnergyLimit,
+        StepFailure::Solver { .. } => Reason::SolverFailed,
+        StepFailure::TimeStep { .. } => Reason::TimeStepLimit,
+        StepFailure::Substeps { .. } => Reason::SubstepLimit,
+        StepFailure::NodeSpeed { .. } => Reason::NodeSpeed,
+        StepFailure::Deformation { .. } => Reason::DeformationLimit,
+        StepFailure::OutOfRange { .. } => Reason::OutOfRange,
+        StepFailure::Mass { .. } => Reason::MassLost,
+    }
+}
+
+impl From<&ChangeError> for ServiceError {
+    fn from(error: &ChangeError) -> Self {
+        let message = error.to_string();
+        let refused = Self::new(Reason::InvalidChange, &message);
+        match error {
+            ChangeError::OutOfRange { field, value, allowed } => refused
+                .with("field", field)
+                .with("value", value)
+                .at_field(*field, format!("is {value}: {allowed}")),
+            ChangeError::UnknownBody { name, known } => {
+                refused.with("body", name).with("known", known).at_field("springs.body", message)
+            }
+            ChangeError::NoSuchSprings { body, kind } => {
+                refused.with("body", body).with("kind", kind).at_field("springs.kind", message)
+            }
+            ChangeError::SnowHasNoSprings { name } => {
+                refused.with("body", name).at_field("springs.body", message)
+            }
+            ChangeError::NoCloth => refused.at_field("springs", message),
+            ChangeError::NotPinned { particle } => {
+                refused.with("particle", particle).at_field("pins.particle", message)
+            }
+            ChangeError::NoSuchParticle { particle, count } => refused
+                .with("particle", particle)
+                .with("particle_count", count)
+                .at_field("pins.particle", message),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nappe_sim::linalg::Outcome;
+
+    use super::*;
+
+    #[test]
+    fn every_failure_of_a_step_has_a_reason() {
+        let failures = [
+            StepFailure::NotFinite { particle: 0, quantity: "x", value: f64::NAN },
+            StepFailure::Stretch { particle: 0, other: 1, value: 2.0, limit: 1.0 },
+            StepFailure::Energy { particle: 0, value: 2.0, limit: 1.0 },
+            StepFailure::Solver { outcome: Outcome::Singular { iteration: 1 } },
+            StepFailure::TimeStep { particle: 0, dt: 2.0, limit: 1.0, bound: "elastic_wave" },
+            StepFailure::Substeps { particle: 0, dt: 2.0, limit: 1, bound: "elastic_wave" },
+            StepFailure::NodeSpeed { particle: 0, node: [0; 3], value: 2.0, limit: 1.0 },
+            StepFailure::Deformation { particle: 0, value: 2.0, limit: 1.0 },
+            StepFailure::OutOfRange { particle: 0, position: [2.0; 3], limit: 1.0 },
+            StepFailure::Mass { expected: 2.0, found: 1.0 },
+        ];
+        for failure in failures {
+            assert_eq!(step_reason(&failure).name(), failure.reason(), "{failure}");
+        }
+    }
+}

@@ -1,0 +1,108 @@
+//! A simulation with the threads that step it, and the frames that are made of its states.
+//!
+//! Enters: the number of a frame. Leaves: frames in the session's feed, hashes, reports of steps.
+
+use std::{sync::Arc, time::Instant};
+
+use nappe_proto::v1;
+use nappe_sim::{
+    report::{StepError, StepReport},
+    world::Simulation,
+};
+use rayon::ThreadPool;
+
+use super::{status::Status, stopwatch::StageStopwatch};
+use crate::{
+    error::Reason,
+    stream::{EncodedFrame, FieldSet, FrameHead, NotFinite, StageSeconds},
+};
+
+/// Where a frame stands among those of its session.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum FramePosition {
+    /// Carries a hash every `hash_interval` frames.
+    Middle,
+    /// Always carries a hash.
+    Last,
+}
+
+/// A step that was taken, and the wall-clock time that it took.
+#[derive(Clone, Debug)]
+pub(super) struct TimedStep {
+    pub report: StepReport,
+    pub seconds: f64,
+    pub stage_seconds: StageSeconds,
+}
+
+/// A simulation, its threads, and where its frames go.
+pub(super) struct Simulator {
+    pub simulation: Simulation,
+    pub pool: ThreadPool,
+    pub status: Arc<Status>,
+}
+
+impl Simulator {
+    /// Takes a step on the session's own threads, after `before` has run there.
+    ///
+    /// # Errors
+    /// If the step is not taken; the state of cloth is as before it.
+    pub(super) fn step(&mut self, before: impl FnOnce() + Send) -> Result<TimedStep, StepError> {
+        let (mut stopwatch, begin) = (StageStopwatch::start(), Instant::now());
+        let simulation = &mut self.simulation;
+        let outcome = self.pool.install(|| {
+            before();
+            simulation.step(&mut stopwatch)
+        });
+
+        let seconds = begin.elapsed().as_secs_f64();
+        outcome.map(|report| TimedStep { report, seconds, stage_seconds: stopwatch.seconds })
+    }
+
+    /// Hash of the state.
+    pub(super) fn hash(&self) -> u64 {
+        let simulation = &self.simulation;
+        self.pool.install(|| simulation.state_hash())
+    }
+
+    /// Publishes the state as frame `frame`.
+    ///
+    /// # Errors
+    /// The first number that is not finite; nothing is published then.
+    pub(super) fn publish(&self, frame: u64, position: FramePosition) -> Result<(), NotFinite> {
+        let diagnostics = self.status.progress().diagnostics;
+        let mut head = FrameHead::of(&self.simulation, frame, diagnostics);
+        let is_hashed = frame.is_multiple_of(self.status.properties.hash_interval.into());
+        head.state_hash = (is_hashed || position == FramePosition::Last).then(|| self.hash());
+
+        let encoded = self.encode(self.status.feed.demand(), head)?;
+        self.status.feed.publish(encoded);
+        Ok(())
+    }
+
+    /// Encodes the newest frame again with everything in demand, if its state still stands.
+    pub(super) fn complete_newest(&self) {
+        let newest = self.status.feed.newest().frame;
+        let stands = newest.head.step == self.simulation.step_count()
+            && self.is_intact(self.status.progress().failure.as_ref());
+
+        if stands && !newest.fields().covers(self.status.feed.demand()) {
+            let wanted = newest.fields().union(self.status.feed.demand());
+            // A number that cannot be encoded fails the session at its next frame, if there is one.
+            if let Ok(encoded) = self.encode(wanted, newest.head.clone()) {
+                self.status.feed.publish(encoded);
+            }
+        }
+    }
+
+    /// Whether the state is that of the steps taken. After a panic it may be half changed, and snow
+    /// whose step failed may be between two of its substeps: such a state is not looked at again.
+    pub(super) fn is_intact(&self, failure: Option<&v1::Failure>) -> bool {
+        let has_snow = self.status.properties.snow_cell.is_some();
+        failure.is_none_or(|failure| failure.reason != Reason::SessionPanicked.name() && !has_snow)
+    }
+
+    fn encode(&self, wanted: FieldSet, head: FrameHead) -> Result<EncodedFrame, NotFinite> {
+        let simulation = &self.simulation;
+        self.pool.install(|| EncodedFrame::encode(simulation, wanted, head))
+    }
+}

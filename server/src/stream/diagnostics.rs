@@ -1,0 +1,110 @@
+//! What a step reported, as the message that watchers and descriptions of sessions carry.
+//!
+//! Enters: the report of a step and the time that it took. Leaves: `v1::Diagnostics`.
+
+use nappe_proto::v1;
+use nappe_sim::{
+    linalg::{Outcome, SolveReport},
+    report::{BoundKind, Diagnostics, SnowReport, Stage, StepReport},
+    world::Simulation,
+};
+
+/// Wall-clock time (s) of each stage, in the order of `Stage::ALL`.
+pub(crate) type StageSeconds = [f64; Stage::ALL.len()];
+
+/// The diagnostics of a step whose newest frame is `frame`.
+pub(crate) fn diagnostics(
+    report: &StepReport,
+    frame: u64,
+    stage_seconds: &StageSeconds,
+    step_seconds: f64,
+) -> v1::Diagnostics {
+    let Diagnostics { kinetic_energy, elastic_energy, gravitational_energy, momentum, max_stretch } =
+        report.diagnostics;
+
+    v1::Diagnostics {
+        step: report.step,
+        time_seconds: report.time,
+        frame,
+        kinetic_energy,
+        elastic_energy,
+        gravitational_energy,
+        momentum: Some(momentum.into()),
+        max_stretch,
+        contact_count: report.contact_count,
+        solve: report.solve.as_ref().map(solve),
+        stages: stages(stage_seconds),
+        step_seconds,
+        snow: report.snow.as_ref().map(snow),
+    }
+}
+
+/// The diagnostics of frame 0, before the first step.
+pub(crate) fn initial_diagnostics(simulation: &Simulation) -> v1::Diagnostics {
+    let report = StepReport {
+        step: simulation.step_count(),
+        time: simulation.time(),
+        diagnostics: simulation.diagnose(),
+        ..StepReport::default()
+    };
+    diagnostics(&report, 0, &[0.0; Stage::ALL.len()], 0.0)
+}
+
+fn solve(report: &SolveReport) -> v1::SolveReport {
+    let outcome = match report.outcome {
+        Outcome::Converged => v1::SolveOutcome::Converged,
+        Outcome::IterationCap => v1::SolveOutcome::IterationCap,
+        Outcome::NegativeCurvature { .. } => v1::SolveOutcome::NegativeCurvature,
+        Outcome::ZeroCurvature { .. } => v1::SolveOutcome::ZeroCurvature,
+        Outcome::Singular { .. } => v1::SolveOutcome::Singular,
+        Outcome::NotFinite { .. } => v1::SolveOutcome::NotFinite,
+    };
+
+    v1::SolveReport {
+        outcome: outcome.into(),
+        iterations: report.iterations,
+        relative_residual: report.relative_residual,
+    }
+}
+
+/// A bound that allows any step becomes the largest finite number.
+fn snow(report: &SnowReport) -> v1::SnowDiagnostics {
+    let bound = match report.bound.kind {
+        BoundKind::ElasticWave => v1::TimeBound::ElasticWave,
+        BoundKind::IsolatedParticle => v1::TimeBound::IsolatedParticle,
+        BoundKind::ParticleSpeed => v1::TimeBound::ParticleSpeed,
+        BoundKind::VelocityGradient => v1::TimeBound::VelocityGradient,
+        BoundKind::ColliderSpeed => v1::TimeBound::ColliderSpeed,
+        BoundKind::Fixed => v1::TimeBound::Fixed,
+        BoundKind::Frame => v1::TimeBound::Frame,
+    };
+    let [min_plastic_ratio, max_plastic_ratio] = report.jp_range;
+
+    v1::SnowDiagnostics {
+        substeps: report.substeps,
+        dt_seconds: report.dt,
+        bound: bound.into(),
+        bound_particle: report.bound.particle,
+        bound_seconds: report.bound.dt.min(f64::MAX),
+        mass: report.mass,
+        grid_mass_error: report.grid_mass_error,
+        plastic_count: report.plastic_count,
+        inverted_count: report.inverted_count,
+        clamped_count: report.clamped_count,
+        ballistic_count: report.ballistic_count,
+        min_plastic_ratio,
+        max_plastic_ratio,
+        max_speed: report.max_speed,
+        dropped_momentum: report.dropped_momentum,
+        angular_momentum: Some(report.angular_momentum.into()),
+        block_count: report.block_count,
+    }
+}
+
+/// Stages that took no time are left out.
+fn stages(seconds: &StageSeconds) -> Vec<v1::StageTime> {
+    let timed = Stage::ALL.iter().zip(seconds).filter(|(_, seconds)| **seconds > 0.0);
+    timed
+        .map(|(stage, seconds)| v1::StageTime { stage: stage.name().to_owned(), seconds: *seconds })
+        .collect()
+}
