@@ -1,10 +1,26 @@
-//! Compiles the .proto files without protoc, and keeps the descriptors for server reflection.
+//! Compiles the .proto files without protoc, says how messages look as JSON, and keeps the descriptors for server
+//! reflection.
 
 use std::{env, error::Error, fs, path::PathBuf};
 
 use prost::Message as _;
 
 const FILES: [&str; 2] = ["nappe/v1/simulation.proto", "nappe/v1/frame.proto"];
+
+/// Messages that are also written as JSON, under the names of their fields.
+const JSON_MESSAGES: [&str; 6] =
+    ["Session", "Failure", "Diagnostics", "SnowDiagnostics", "SolveReport", "StageTime"];
+
+/// Fields whose shape in JSON is not that of the Rust type: the function of `src/json.rs` that writes each.
+const JSON_FIELDS: [(&str, &str); 7] = [
+    ("Session.state", "session_state"),
+    ("Session.precision", "precision"),
+    ("Session.state_hash", "state_hash"),
+    ("Diagnostics.momentum", "vector"),
+    ("SnowDiagnostics.bound", "time_bound"),
+    ("SnowDiagnostics.angular_momentum", "vector"),
+    ("SolveReport.outcome", "solve_outcome"),
+];
 
 fn main() -> Result<(), Box<dyn Error>> {
     for file in FILES {
@@ -13,9 +29,18 @@ fn main() -> Result<(), Box<dyn Error>> {
     let descriptors = protox::compile(FILES, ["."])?;
     let out = PathBuf::from(env::var("OUT_DIR")?);
     fs::write(out.join("nappe_v1.bin"), descriptors.encode_to_vec())?;
-    tonic_prost_build::configure()
-        // Byte fields decode without a copy.
-        .bytes(".")
-        .compile_fds(descriptors)?;
+
+    // Byte fields decode without a copy.
+    let mut builder = tonic_prost_build::configure().bytes(".");
+    for message in JSON_MESSAGES {
+        builder = builder.type_attribute(format!(".nappe.v1.{message}"), "#[derive(serde::Serialize)]");
+    }
+    for (field, writer) in JSON_FIELDS {
+        let attribute = format!("#[serde(serialize_with = \"crate::json::{writer}\")]");
+        builder = builder.field_attribute(format!(".nappe.v1.{field}"), attribute);
+    }
+    // A report of the solver is part of the diagnostics: its fields stand beside theirs.
+    let flat = "#[serde(flatten, serialize_with = \"crate::json::solve\")]";
+    builder.field_attribute(".nappe.v1.Diagnostics.solve", flat).compile_fds(descriptors)?;
     Ok(())
 }

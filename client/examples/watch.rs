@@ -9,6 +9,7 @@ async fn main() -> Result<(), ClientError> {
     let server = std::env::args().nth(1).unwrap_or_else(|| "http://127.0.0.1:6277".to_owned());
     let client = Client::connect(&server).await?;
     let session = client.create_session(CreateSession::named("demo")).await?.session;
+
     let mut frames = client.watch(&session.session_id, WatchOptions::every_from(0)).await?;
     client.play(&session.session_id, 0.0).await?;
     while let Some(event) = frames.next().await {

@@ -18,11 +18,11 @@ use crate::{
 
 /// Largest message accepted from the server (bytes). Frames and topologies come in pieces of about 1 MiB.
 const MAX_MESSAGE_BYTES: usize = 8 << 20;
-/// How long a call may take.
+/// Longest time that a call may take.
 pub(crate) const CALL_LIMIT: Duration = Duration::from_secs(10);
-/// How long an upload, or the building of a large scene, may take.
+/// Longest time that an upload, or the building of a large scene, may take.
 const LONG_CALL_LIMIT: Duration = Duration::from_mins(2);
-/// Sessions asked for in a page.
+/// Sessions per page of a list.
 const PAGE_SIZE: i32 = 200;
 
 /// A connection to a server. Cloning it is cheap and shares the connection.
@@ -35,10 +35,10 @@ pub struct Client {
 /// A session just created.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CreatedSession {
-    /// It.
+    /// The session, paused at step 0.
     pub session: v1::Session,
-    /// Remarks on the scene that do not stop a simulation.
-    pub remarks: Vec<String>,
+    /// What is odd about the scene and does not stop a simulation.
+    pub warnings: Vec<String>,
 }
 
 impl Client {
@@ -55,6 +55,7 @@ impl Client {
         if target.uri().scheme_str() != Some("http") {
             return Err(refuse("only http:// is spoken; put TLS in a proxy".to_owned()));
         }
+
         let channel = tuned(target).connect().await.map_err(|error| ClientError::Connect {
             endpoint: address.clone(),
             cause: innermost(&error).to_string(),
@@ -89,7 +90,7 @@ impl Client {
         let answer = self
             .call("UploadMesh", LONG_CALL_LIMIT, request, async |mut calls, r| calls.upload_mesh(r).await)
             .await?;
-        Ok(UploadedMesh { mesh_id: answer.mesh_id, remarks: answer.warnings })
+        Ok(UploadedMesh { mesh_id: answer.mesh_id, warnings: answer.warnings })
     }
 
     /// Makes a session, paused at step 0.
@@ -103,7 +104,7 @@ impl Client {
             .call(method, LONG_CALL_LIMIT, request, async |mut calls, r| calls.create_session(r).await)
             .await?;
         let session = answer.session.ok_or(ClientError::Incomplete { method, what: "session" })?;
-        Ok(CreatedSession { session, remarks: answer.warnings })
+        Ok(CreatedSession { session, warnings: answer.warnings })
     }
 
     /// One session.
@@ -253,7 +254,7 @@ impl Client {
     }
 }
 
-/// Windows and frames for megabytes a frame; pings that notice a server that is gone.
+/// Windows and frames for megabytes per frame; pings that notice a server that is gone.
 fn tuned(endpoint: Endpoint) -> Endpoint {
     endpoint
         .connect_timeout(Duration::from_secs(5))

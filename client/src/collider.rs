@@ -186,9 +186,9 @@ fn finite(wire: Option<v1::Vector3>) -> Result<[f64; 3], &'static str> {
 }
 
 /// A direction of length 1, up to rounding.
-fn unit(wire: Option<v1::Vector3>, fault: &'static str) -> Result<[f64; 3], &'static str> {
+fn unit(wire: Option<v1::Vector3>, message: &'static str) -> Result<[f64; 3], &'static str> {
     let v = finite(wire)?;
-    if (dot(v, v).sqrt() - 1.0).abs() > UNIT_TOLERANCE { Err(fault) } else { Ok(v) }
+    if (dot(v, v).sqrt() - 1.0).abs() > UNIT_TOLERANCE { Err(message) } else { Ok(v) }
 }
 
 fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {

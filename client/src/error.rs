@@ -12,13 +12,13 @@ use crate::{decode::DecodeError, upload::MeshError};
 /// Why a call or a stream failed.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "the message of each variant says what its fields are")]
 pub enum ClientError {
     /// The address is not one.
     #[error(
         "{address:?} is not the address of a server: {cause} (expected, for example, http://127.0.0.1:6277)"
     )]
     Address {
-        /// What was given.
         address: String,
         /// What is wrong with it.
         cause: String,
@@ -26,7 +26,6 @@ pub enum ClientError {
     /// Nothing answers at the address.
     #[error("no server answers at {endpoint}: {cause}")]
     Connect {
-        /// The address.
         endpoint: String,
         /// What the connection attempt met.
         cause: String,
@@ -36,18 +35,11 @@ pub enum ClientError {
     Server(Box<ServerError>),
     /// The connection broke.
     #[error("the connection to {endpoint} broke: {cause}")]
-    Transport {
-        /// The address.
-        endpoint: String,
-        /// What the transport met.
-        cause: String,
-    },
+    Transport { endpoint: String, cause: String },
     /// No answer in time.
     #[error("{endpoint} did not answer {method} within {} s", limit.as_secs_f64())]
     Deadline {
-        /// The address.
         endpoint: String,
-        /// The call.
         method: &'static str,
         /// How long it was given.
         limit: Duration,
@@ -57,22 +49,13 @@ pub enum ClientError {
     Decode(#[from] DecodeError),
     /// The answer lacks a part that the contract promises.
     #[error("the server's answer to {method} lacks its {what}")]
-    Incomplete {
-        /// The call.
-        method: &'static str,
-        /// The part.
-        what: &'static str,
-    },
+    Incomplete { method: &'static str, what: &'static str },
     /// The stream stopped without saying that the session ended.
     #[error("the stream of session {session_id:?} stopped without its end")]
-    Truncated {
-        /// The session.
-        session_id: String,
-    },
+    Truncated { session_id: String },
     /// The mesh cannot be sent.
     #[error("mesh {name:?}: {source}")]
     Mesh {
-        /// Its name.
         name: String,
         /// What is wrong with it.
         source: MeshError,
@@ -122,7 +105,7 @@ impl ClientError {
 /// A refusal, as the server words it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ServerError {
-    /// gRPC code.
+    /// Status code of gRPC.
     pub code: Code,
     /// Reason (`ErrorInfo.reason`); every error of a nappe server has one.
     pub reason: Option<String>,

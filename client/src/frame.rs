@@ -11,7 +11,7 @@ use nappe_proto::v1;
 pub struct Frame {
     /// Frame number: 0 is the initial state.
     pub frame: u64,
-    /// Steps taken.
+    /// Steps taken since the start.
     pub step: u64,
     /// Simulated time (s).
     pub time: f64,
@@ -21,24 +21,23 @@ pub struct Frame {
     pub positions: Vectors,
     /// Velocities (m/s), if asked for.
     pub velocities: Option<Vectors>,
-    /// Plastic volume ratios J_P of snow, 1 for particles of cloth, if asked for.
+    /// Plastic ratios J_P of snow, 1 for particles of cloth, if asked for.
     pub plastic_ratios: Option<Scalars>,
     /// Frobenius norms of the Cauchy stress of snow (Pa), 0 for particles of cloth, if asked for.
     pub stress_norms: Option<Scalars>,
     /// Nodes of the snow's grid, if asked for and there is snow.
-    pub grid: Option<Grid>,
+    pub grid: Option<GridFrame>,
     /// Frames that this watcher did not receive since the one before.
     pub dropped_count: u64,
-    /// Figures of the step that made the frame.
+    /// Diagnostics of the step that made the frame.
     pub diagnostics: Option<v1::Diagnostics>,
 }
 
-/// An array of 3-vectors: x y z a particle, flat, in the precision that was asked for.
+/// An array of 3-vectors: x y z per particle, flat, in the precision that was asked for.
 #[derive(Debug, Clone, PartialEq)]
+#[allow(missing_docs, reason = "the names say everything")]
 pub enum Vectors {
-    /// binary32.
     F32(Vec<f32>),
-    /// binary64.
     F64(Vec<f64>),
 }
 
@@ -74,12 +73,11 @@ impl Vectors {
     }
 }
 
-/// An array of one number a particle, in the precision that was asked for.
+/// An array of one number per particle, in the precision that was asked for.
 #[derive(Debug, Clone, PartialEq)]
+#[allow(missing_docs, reason = "the names say everything")]
 pub enum Scalars {
-    /// binary32.
     F32(Vec<f32>),
-    /// binary64.
     F64(Vec<f64>),
 }
 
@@ -114,9 +112,9 @@ impl Scalars {
     }
 }
 
-/// Nodes of the snow's grid that carry mass; the three arrays are of one length.
+/// Nodes of the snow's grid that carry mass, at the time of a frame; the three arrays are of one length.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Grid {
+pub struct GridFrame {
     /// Distance of nodes (m).
     pub cell: f64,
     /// Indices of the nodes: node `i` stands at `cell * indices[i]` (m).
@@ -125,13 +123,13 @@ pub struct Grid {
     pub masses: Vec<f32>,
     /// Velocities (m/s).
     pub velocities: Vec<[f32; 3]>,
-    /// Only every so many nodes along an axis were sent; 1: all.
+    /// Only nodes whose indices are multiples of this were sent; 1: all.
     pub stride: u32,
     /// Nodes of the selection on the grid, sent or not.
     pub node_count: u64,
 }
 
-impl Grid {
+impl GridFrame {
     /// Number of nodes that were sent.
     pub fn len(&self) -> usize {
         self.indices.len()
@@ -142,7 +140,7 @@ impl Grid {
         self.indices.is_empty()
     }
 
-    /// Places of the nodes (m).
+    /// Positions of the nodes (m).
     pub fn positions(&self) -> impl ExactSizeIterator<Item = [f32; 3]> {
         let cell = self.cell;
         self.indices.iter().map(move |index| index.map(|i| (cell * f64::from(i)) as f32))

@@ -34,10 +34,12 @@ impl Pieces {
         if index != expected || index >= count || !same {
             return Err(TopologyError::Piece { index, count, expected });
         }
+
         self.bytes = self.bytes.saturating_add(size(&piece));
         if self.bytes > max_bytes {
             return Err(TopologyError::TooLarge { bytes: self.bytes, allowed: max_bytes });
         }
+
         self.pieces.push(piece);
         let complete = index + 1 == count;
         Ok(complete.then(|| join(std::mem::take(self).pieces)).flatten())
@@ -65,6 +67,7 @@ fn join(pieces: Vec<v1::Topology>) -> Option<v1::Topology> {
     }
     let same =
         |a: &v1::BodyTopology, b: &v1::BodyTopology| a.first_particle == b.first_particle && a.name == b.name;
+
     for parts in parts.chunk_by(same) {
         whole.bodies.push(match parts {
             [body] => body.clone(),

@@ -10,20 +10,20 @@ use crate::{
     selection::{Fields, GridOptions},
 };
 
-/// A session to create. Zero and `None` mean "as the scene says".
+/// A session to create. 0 and `None` mean "as the scene says".
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct CreateSession {
     /// Its id: 4 to 63 of a-z, 0-9 and '-', starting with a letter. Empty: the server chooses.
     pub session_id: String,
-    /// The scene.
+    /// What to simulate.
     pub scene: Scene,
     /// Precision of positions and velocities.
     pub precision: Option<Precision>,
     /// Threads; 0: as many as the server has cores.
     pub thread_count: u32,
-    /// Ends by itself after this many steps.
+    /// Steps after which the session ends by itself.
     pub step_limit: u64,
-    /// A frame every so many steps.
+    /// Steps between frames.
     pub frame_interval_steps: u32,
 }
 
@@ -78,32 +78,31 @@ impl Default for Scene {
 
 /// Precision of positions and velocities on the server. Sums are always binary64.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[allow(missing_docs, reason = "the names say everything")]
 pub enum Precision {
-    /// binary32.
     F32,
-    /// binary64.
     F64,
 }
 
 /// When [`crate::Client::step`] answers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Wait {
-    /// When the steps are taken.
+    /// When the steps are taken, however long that is.
     Yes,
-    /// At once.
+    /// At once, before the steps are taken.
     No,
 }
 
 /// How a stream of frames is wanted.
 #[derive(Debug, Clone, Default)]
 pub struct WatchOptions {
-    /// Which frames.
+    /// Every frame, or the newest.
     pub delivery: Delivery,
     /// The first frame wanted, for [`Delivery::Every`]. `None`: the newest.
     pub from_frame: Option<u64>,
-    /// Frames a second at most, for [`Delivery::Latest`] (Hz); 0: no limit.
+    /// Most frames per second, for [`Delivery::Latest`] (Hz); 0: no limit.
     pub max_rate_hz: f64,
-    /// Arrays in each frame.
+    /// Arrays in each frame besides positions.
     pub fields: Fields,
     /// Nodes of the snow's grid in each frame, if wanted.
     pub grid: Option<GridOptions>,
@@ -121,12 +120,12 @@ impl WatchOptions {
         Self { delivery: Delivery::Every, from_frame: Some(from_frame), ..Self::default() }
     }
 
-    /// The newest frame, at most `max_rate_hz` (Hz) times a second; 0: no limit.
+    /// The newest frame, at most `max_rate_hz` times per second (Hz); 0: no limit.
     pub fn latest(max_rate_hz: f64) -> Self {
         Self { max_rate_hz, ..Self::default() }
     }
 
-    /// The message.
+    /// The request for frames of a session.
     pub(crate) fn request(&self, session_id: &str, from_frame: Option<u64>) -> v1::WatchFramesRequest {
         v1::WatchFramesRequest {
             session_id: session_id.to_owned(),
@@ -161,21 +160,21 @@ pub enum Delivery {
 /// How arrays travel.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Encoding {
-    /// binary32: 12 bytes a particle.
+    /// binary32: 12 bytes per particle.
     #[default]
     F32,
-    /// binary64: 24 bytes a particle, the exact state of a session in f64.
+    /// binary64: 24 bytes per particle, the exact state of a session in f64.
     F64,
 }
 
 /// What the client agrees to hold in memory, whatever the server announces.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct DecodeLimits {
-    /// Particles in a frame.
+    /// Most particles per frame.
     pub max_particles: usize,
-    /// Bytes of all pieces of a topology together.
+    /// Most bytes of all pieces of a topology together.
     pub max_topology_bytes: usize,
-    /// Nodes of the snow's grid in a frame.
+    /// Most nodes of the snow's grid per frame.
     pub max_grid_nodes: usize,
 }
 

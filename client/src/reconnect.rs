@@ -14,7 +14,7 @@ pub struct ReconnectPolicy {
     pub max_attempts: u32,
     /// Wait before the first attempt.
     pub first_delay: Duration,
-    /// Longest wait.
+    /// Longest wait before an attempt.
     pub max_delay: Duration,
 }
 

@@ -1,24 +1,30 @@
 //! What a frame can hold besides positions: arrays over the particles, nodes of the snow's grid.
 //!
-//! Enters: the caller's choices, perhaps as text. Leaves: their part of a request.
+//! Enters: the caller's choices, perhaps as text. Leaves: their part of a request. Whether a session has snow says
+//! which of them hold anything.
 
 use std::str::FromStr;
 
 use nappe_proto::v1;
+
+/// Whether a session holds snow.
+pub fn holds_snow(session: &v1::Session) -> bool {
+    session.snow_particle_count > 0
+}
 
 /// An array over the particles that frames hold on demand.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Field {
     /// Velocities (m/s).
     Velocities,
-    /// Plastic volume ratios J_P of snow; 1 for particles of cloth.
+    /// Plastic ratios J_P of snow; 1 for particles of cloth.
     PlasticRatios,
     /// Frobenius norms of the Cauchy stress of snow (Pa); 0 for particles of cloth.
     StressNorms,
 }
 
 impl Field {
-    /// Every field.
+    /// Every field, in the order of [`Fields`].
     pub const ALL: [Self; 3] = [Self::Velocities, Self::PlasticRatios, Self::StressNorms];
 
     /// Its name, for messages.
@@ -54,7 +60,7 @@ pub struct Fields {
 }
 
 impl Fields {
-    /// Positions alone.
+    /// No array besides positions.
     pub fn positions() -> Self {
         Self::default()
     }
@@ -92,10 +98,10 @@ impl FromIterator<Field> for Fields {
 /// Which nodes of the snow's grid a frame holds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GridOptions {
-    /// Nodes.
+    /// Which nodes.
     pub selection: GridSelection,
-    /// Nodes in a frame at most; 0: what the server allows. Above it the server leaves out all but every
-    /// second, third ... node along each axis.
+    /// Most nodes per frame; 0: as many as the server allows. Of more, the server sends every second, third ... node
+    /// along each axis.
     pub max_nodes: u32,
 }
 
@@ -106,21 +112,19 @@ pub enum GridSelection {
     All,
     /// The plane of nodes nearest to a plane across an axis.
     Slice {
-        /// The axis.
+        /// Axis that the plane crosses.
         axis: Axis,
         /// Coordinate along it (m).
         coordinate: f64,
     },
 }
 
-/// An axis.
+/// An axis of the world: right-handed, y up.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[allow(missing_docs, reason = "the names say everything")]
 pub enum Axis {
-    /// x.
     X,
-    /// y, upwards.
     Y,
-    /// z.
     Z,
 }
 
@@ -135,7 +139,7 @@ impl GridOptions {
         Self { selection: GridSelection::Slice { axis, coordinate }, max_nodes: 0 }
     }
 
-    /// The message.
+    /// Their part of a request for frames.
     pub(crate) fn request(self) -> v1::GridRequest {
         use v1::grid_request::Selection;
         let selection = match self.selection {
@@ -169,6 +173,7 @@ impl FromStr for GridOptions {
         if text == "smoke" {
             return Ok(Self::all());
         }
+
         let slice = text.strip_prefix("slice:").and_then(|rest| rest.split_once('='));
         let (axis, coordinate) = slice.ok_or_else(wrong)?;
         let axis = match axis {
@@ -177,6 +182,7 @@ impl FromStr for GridOptions {
             "z" => Axis::Z,
             _ => return Err(wrong()),
         };
+
         let coordinate = coordinate.parse::<f64>().ok().filter(|metres| metres.is_finite());
         Ok(Self::slice(axis, coordinate.ok_or_else(wrong)?))
     }

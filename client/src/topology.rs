@@ -16,11 +16,11 @@ pub struct Topology {
     pub particle_count: usize,
     /// The bodies, in order; together they hold every particle once.
     pub bodies: Vec<Body>,
-    /// The colliders.
+    /// The colliders, in the order of the scene.
     pub colliders: Vec<Collider>,
 }
 
-/// One body.
+/// One body: its particles and what joins them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Body {
     /// Its name in the scene.
@@ -35,108 +35,62 @@ pub struct Body {
     pub springs: Vec<[u32; 2]>,
     /// Pinned particles: indices over all particles of the session.
     pub pins: Vec<u32>,
-    /// Texture coordinates, one pair a particle of the body, or none.
+    /// Texture coordinates, one pair per particle of the body, or none.
     pub uv: Vec<[f32; 2]>,
 }
 
 /// Why a topology is refused.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "the message of each variant says what its fields are")]
 pub enum TopologyError {
     /// More particles than the client agrees to hold.
     #[error("{announced} particles announced (this client holds at most {allowed})")]
-    TooMany {
-        /// What the server announces.
-        announced: u64,
-        /// The client's limit.
-        allowed: usize,
-    },
-    /// A piece out of place.
+    TooMany { announced: u64, allowed: usize },
+    /// A piece that does not follow the one before.
     #[error("piece {index} of {count} came where piece {expected} was next")]
     Piece {
-        /// The piece, from 0.
         index: u32,
-        /// Pieces that it announces.
         count: u32,
         /// The piece that was next.
         expected: u32,
     },
     /// More bytes than the client agrees to hold.
     #[error("{bytes} bytes came (this client holds at most {allowed})")]
-    TooLarge {
-        /// Bytes received.
-        bytes: usize,
-        /// The client's limit.
-        allowed: usize,
-    },
+    TooLarge { bytes: usize, allowed: usize },
     /// The bodies do not hold every particle once, in order.
     #[error(
         "body {body:?} starts at particle {first} and has {count}, where {expected} is next of {particles}"
     )]
     Range {
-        /// The body.
         body: String,
-        /// Its first particle.
         first: u32,
-        /// Its particle count.
         count: u32,
         /// The first particle that no body before holds.
         expected: usize,
-        /// Particles of the session.
         particles: usize,
     },
     /// Particles without a body.
     #[error("the bodies hold {held} of {particles} particles")]
-    Uncovered {
-        /// Particles in bodies.
-        held: usize,
-        /// Particles of the session.
-        particles: usize,
-    },
+    Uncovered { held: usize, particles: usize },
     /// An index outside its body.
     #[error("{what} of body {body:?} name particle {index} (allowed: {first} to {last})")]
-    Index {
-        /// Triangles, springs or pins.
-        what: &'static str,
-        /// The body.
-        body: String,
-        /// The index.
-        index: u32,
-        /// The body's first particle.
-        first: usize,
-        /// The body's last particle.
-        last: usize,
-    },
+    Index { what: &'static str, body: String, index: u32, first: usize, last: usize },
     /// Bytes that are no whole number of elements.
     #[error("{what} of body {body:?} take {bytes} bytes, no multiple of {element}")]
     Bytes {
         /// Triangles, springs, pins or texture coordinates.
         what: &'static str,
-        /// The body.
         body: String,
-        /// Bytes received.
         bytes: usize,
-        /// Bytes of an element.
         element: usize,
     },
-    /// Texture coordinates that are not one pair a particle.
+    /// Texture coordinates that are not one pair per particle.
     #[error("body {body:?} has {count} texture coordinates for {particles} particles")]
-    TextureCount {
-        /// The body.
-        body: String,
-        /// Pairs received.
-        count: usize,
-        /// Particles of the body.
-        particles: u32,
-    },
+    TextureCount { body: String, count: usize, particles: u32 },
     /// A collider that cannot be drawn.
     #[error("collider {collider:?}: {what}")]
-    Collider {
-        /// Its name.
-        collider: String,
-        /// What is wrong.
-        what: &'static str,
-    },
+    Collider { collider: String, what: &'static str },
 }
 
 impl Topology {
@@ -150,6 +104,7 @@ impl Topology {
             let announced = u64::from(wire.particle_count);
             return Err(TopologyError::TooMany { announced, allowed: max_particles });
         }
+
         let mut held = 0;
         let mut bodies = Vec::with_capacity(wire.bodies.len());
         for body in wire.bodies {
@@ -177,6 +132,7 @@ impl Body {
                 particles,
             });
         }
+
         let body = wire.name;
         let triangles: Vec<[u32; 3]> = unpack(&wire.triangles_u32, "triangles", &body, u32::from_le_bytes)?;
         let springs: Vec<[u32; 2]> = unpack(&wire.springs_u32, "springs", &body, u32::from_le_bytes)?;
@@ -189,6 +145,7 @@ impl Body {
                 particles: wire.particle_count,
             });
         }
+
         let lists = [
             ("triangles", triangles.as_flattened()),
             ("springs", springs.as_flattened()),
@@ -201,6 +158,7 @@ impl Body {
                 return Err(TopologyError::Index { what, body, index, first, last });
             }
         }
+
         let pins = pins.as_flattened().to_vec();
         Ok(Self { name: body, first_particle: first, particle_count: count, triangles, springs, pins, uv })
     }

@@ -13,13 +13,13 @@ const PIECE_BYTES: usize = 1 << 20;
 pub struct MeshUpload {
     /// A name for messages.
     pub name: String,
-    /// Points (m).
+    /// Positions of the points (m).
     pub points: Vec<[f64; 3]>,
     /// Triangles: indices of points.
     pub triangles: Vec<[u32; 3]>,
-    /// One mass a point (kg; 0 pins the particle), or none.
+    /// One mass per point (kg; 0 pins the particle), or none.
     pub masses: Vec<f64>,
-    /// One pair of texture coordinates a point, or none.
+    /// One pair of texture coordinates per point, or none.
     pub uv: Vec<[f32; 2]>,
 }
 
@@ -28,31 +28,25 @@ pub struct MeshUpload {
 pub struct UploadedMesh {
     /// Its id: a scene names it as `mesh = { upload = "ID" }`.
     pub mesh_id: String,
-    /// Remarks that do not stop a simulation.
-    pub remarks: Vec<String>,
+    /// What is odd about the mesh and does not stop a simulation.
+    pub warnings: Vec<String>,
 }
 
 /// Why a mesh cannot be sent.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "the message of each variant says what its fields are")]
 pub enum MeshError {
-    /// An optional array has neither no value nor one a point.
-    #[error("{count} {what} for {points} points (allowed: one a point, or none)")]
-    Count {
-        /// Which array.
-        what: &'static str,
-        /// Its length.
-        count: usize,
-        /// Number of points.
-        points: usize,
-    },
+    /// An optional array has neither no value nor one per point.
+    #[error("{count} {what} for {points} points (allowed: one per point, or none)")]
+    Count { what: &'static str, count: usize, points: usize },
 }
 
 impl MeshUpload {
     /// The messages of the upload.
     ///
     /// # Errors
-    /// If masses or texture coordinates are neither absent nor one a point.
+    /// If masses or texture coordinates are neither absent nor one per point.
     pub(crate) fn messages(&self) -> Result<Vec<v1::UploadMeshRequest>, MeshError> {
         use v1::upload_mesh_request::Part;
         let points = self.points.len();
@@ -61,6 +55,7 @@ impl MeshUpload {
                 return Err(MeshError::Count { what, count, points });
             }
         }
+
         let header = v1::MeshHeader {
             name: self.name.clone(),
             point_count: points as u64,
@@ -68,6 +63,7 @@ impl MeshUpload {
             mass_count: self.masses.len() as u64,
             uv_count: self.uv.len() as u64,
         };
+
         let mut data = self.packed();
         let mut messages = vec![v1::UploadMeshRequest { part: Some(Part::Header(header)) }];
         while !data.is_empty() {
@@ -124,6 +120,7 @@ mod tests {
             uv: vec![[0.5, 0.25]],
             ..MeshUpload::default()
         };
+
         let mut expected = Vec::new();
         for value in [1.0_f64, 2.0, 3.0] {
             expected.extend(value.to_le_bytes());
@@ -132,6 +129,7 @@ mod tests {
         expected.extend(4.0_f64.to_le_bytes());
         expected.extend(0.5_f32.to_le_bytes());
         expected.extend(0.25_f32.to_le_bytes());
+
         assert_eq!(mesh.packed(), expected);
     }
 

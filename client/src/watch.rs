@@ -1,4 +1,4 @@
-//! Streams: frames with reconnect and resume, and figures without particles.
+//! Streams: frames with reconnect and resume, and diagnostics without particles.
 //!
 //! Enters: `WatchFramesResponse` messages. Leaves: [`Event`]s. When the connection breaks, the stream asks
 //! again, from the next frame (every frame) or from the newest (latest), and says so in an event.
@@ -22,7 +22,7 @@ use crate::{
 pub enum Event {
     /// What the session is made of: first, and again only if it changed while the connection was broken.
     Topology(Topology),
-    /// A frame.
+    /// The particles at the next instant.
     Frame(Frame),
     /// The session finished; nothing follows.
     End(SessionEnd),
@@ -38,9 +38,9 @@ pub enum Event {
 /// How a session finished.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SessionEnd {
-    /// Newest frame.
+    /// Number of the newest frame.
     pub frame: u64,
-    /// Steps taken.
+    /// Steps taken since the start.
     pub step: u64,
     /// Hash of the final state.
     pub state_hash: u64,
@@ -89,7 +89,7 @@ impl Client {
         })
     }
 
-    /// Watches the figures of a session, at most `max_rate_hz` (Hz) a second; 0: one message a frame.
+    /// Watches the diagnostics of a session, at most `max_rate_hz` messages per second (Hz); 0: one per frame.
     ///
     /// # Errors
     /// If there is no such session, or its watchers are too many.
@@ -207,7 +207,7 @@ impl FrameStream {
     }
 }
 
-/// The figures of a session.
+/// The diagnostics of a session, newest last.
 #[derive(Debug)]
 pub struct DiagnosticsStream {
     client: Client,
@@ -215,7 +215,7 @@ pub struct DiagnosticsStream {
 }
 
 impl DiagnosticsStream {
-    /// The next figures; `None` after the session's end or after an error.
+    /// The next diagnostics; `None` after the session's end or after an error.
     pub async fn next(&mut self) -> Option<Result<v1::Diagnostics, ClientError>> {
         loop {
             match self.stream.as_mut()?.message().await {

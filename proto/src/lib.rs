@@ -1,5 +1,9 @@
 //! The contract between server and clients: package `nappe.v1` of the .proto files beside this
 //! crate. Other languages compile the same files.
+//!
+//! Sessions and diagnostics are also written as JSON, by serde: the names of the fields are those of the contract,
+//! values of enums are words (`paused`), a vector is `[x, y, z]`, a state hash has 16 hexadecimal digits, and a
+//! number that is infinite or not a number becomes `null`, since JSON has none.
 
 /// Messages and services of `nappe.v1`, generated.
 #[allow(
@@ -16,6 +20,9 @@ pub mod v1 {
     /// The compiled .proto files, for server reflection.
     pub const FILE_DESCRIPTOR_SET: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/nappe_v1.bin"));
 }
+
+mod words;
+mod json;
 
 impl From<[f64; 3]> for v1::Vector3 {
     fn from([x, y, z]: [f64; 3]) -> Self {

@@ -56,9 +56,11 @@ async fn run(arguments: Arguments) -> Result<Shown, ShowError> {
         (None, Some(url)) => Sink::Connect(url),
         (None, None) => Sink::Spawn,
     };
+
     let mut options = ShowOptions::for_sink(&sink, oldest_frame);
     options.color_by = arguments.color;
     options.watch.grid = arguments.grid;
+
     let progress = |event: &Event| {
         if let Event::Reconnected { attempts, cause } = event {
             say(&format!("connected again after {attempts} attempts ({cause})"));

@@ -26,7 +26,7 @@ pub(crate) enum Exit {
 /// A failure: the code, what happened and where, and what to do.
 #[derive(Debug, Error)]
 pub(crate) struct CliError {
-    /// Exit code.
+    /// Exit code of the command.
     pub(crate) exit: Exit,
     /// What happened, where, and what is allowed.
     pub(crate) message: String,

@@ -1,4 +1,6 @@
-//! Mesh files of the command line: reading with the choice about missing masses, remarks, hints.
+//! Mesh files of the command line: reading with the choice about missing masses, warnings, hints.
+//!
+//! Enters: a path. Leaves: a mesh; warnings on standard error.
 
 use std::path::Path;
 
@@ -23,7 +25,7 @@ pub(crate) struct MissingMass {
 }
 
 impl MissingMass {
-    /// As the readers want it.
+    /// The choice, as the readers of meshes take it.
     pub(crate) fn options(self) -> ReadOptions {
         ReadOptions { eti: EtiOptions { missing_mass: self.value }, ..ReadOptions::default() }
     }
@@ -39,10 +41,10 @@ pub(crate) fn load(path: &Path, missing: MissingMass) -> Result<Loaded> {
     Ok(loaded)
 }
 
-/// Prints remarks that stop nothing.
-pub(crate) fn note(remarks: &[String]) {
-    for remark in remarks {
-        output::note(&format!("remark: {remark}"));
+/// Prints warnings on standard error.
+pub(crate) fn note(warnings: &[String]) {
+    for warning in warnings {
+        output::note(&format!("warning: {warning}"));
     }
 }
 
@@ -68,6 +70,6 @@ impl From<SceneError> for CliError {
 fn mass(text: &str) -> std::result::Result<f64, String> {
     match text.parse::<f64>() {
         Ok(mass) if mass.is_finite() && mass >= 0.0 => Ok(mass),
-        _ => Err(format!("'{text}' is no mass: a number of kilograms, 0 (pinned) or more")),
+        _ => Err(format!("'{text}' is not a mass: a number of kilograms, 0 (pinned) or more")),
     }
 }

@@ -21,9 +21,9 @@ pub(crate) struct OutputArgs {
 /// Who reads the output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Format {
-    /// A person.
+    /// A person, who gets tables and sentences.
     Text,
-    /// A program.
+    /// A program, which gets JSON.
     Json,
 }
 
@@ -64,12 +64,10 @@ pub(crate) fn note(text: &str) {
     let _ = writeln!(io::stderr().lock(), "{text}");
 }
 
-/// How a column stands.
+/// The name of a column, and to which side its cells go.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Column {
-    /// Words.
     Left(&'static str),
-    /// Numbers.
     Right(&'static str),
 }
 
@@ -83,6 +81,7 @@ pub(crate) fn table(columns: &[Column], rows: &[Vec<String>]) -> String {
     for row in rows {
         table.add_row(row);
     }
+
     for (index, column) in columns.iter().enumerate() {
         if let Some(cells) = table.column_mut(index) {
             let (alignment, padding) = match column {
@@ -93,6 +92,7 @@ pub(crate) fn table(columns: &[Column], rows: &[Vec<String>]) -> String {
             cells.set_padding(padding);
         }
     }
+
     table.lines().map(|line| line.trim_end().to_owned()).collect::<Vec<_>>().join("\n")
 }
 

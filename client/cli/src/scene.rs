@@ -13,23 +13,24 @@ use serde::Serialize;
 use crate::{
     error::{CliError, Result},
     meshes::{self, MissingMass},
+    paths,
 };
 
 /// A scene that comes with nappe.
 #[derive(Debug, Serialize)]
 pub(crate) struct Shipped {
-    /// Name.
+    /// Name for the command line.
     pub(crate) name: &'static str,
-    /// Title.
+    /// Title, as the scene has it.
     pub(crate) title: String,
-    /// Steps to its end; 0: none.
+    /// Steps to its end; 0: it has none.
     pub(crate) steps: u64,
 }
 
 /// The scenes that come with nappe.
 ///
 /// # Errors
-/// When one does not read, which would be a fault of this program.
+/// When one does not read, which would be an error in this program.
 pub(crate) fn shipped() -> Result<Vec<Shipped>> {
     nappe_scene::shipped_scenes()
         .iter()
@@ -56,7 +57,7 @@ pub(crate) fn shipped_text(name: &str) -> Result<&'static str> {
 /// Who must know the name of a shipped scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Names {
-    /// This command.
+    /// This command, so that a name is checked before anything starts.
     Ours,
     /// The server that it talks to, which may ship other scenes.
     Servers,
@@ -90,7 +91,7 @@ impl Input {
     /// When there is no such scene, or it or a mesh of it cannot be read.
     pub(crate) fn read(name: &str, names: Names) -> Result<Self> {
         let path = Path::new(name);
-        if path.extension().is_some_and(|extension| extension == "toml") {
+        if paths::is_scene(path) {
             let text = fs::read_to_string(path).map_err(|error| CliError::file("read", path, &error))?;
             return Written::parse(name, text, path.parent().unwrap_or(Path::new("")));
         }
@@ -148,10 +149,12 @@ impl Written {
         let mut ids = BTreeMap::new();
         for (file, mesh) in &self.meshes {
             let uploaded = client.upload_mesh(&upload(file, mesh)).await?;
-            let remarks: Vec<_> = uploaded.remarks.iter().map(|remark| format!("{file}: {remark}")).collect();
-            meshes::note(&remarks);
+            let warnings: Vec<_> =
+                uploaded.warnings.iter().map(|warning| format!("{file}: {warning}")).collect();
+            meshes::note(&warnings);
             ids.insert(file.as_str(), uploaded.mesh_id);
         }
+
         let mut scene = self.scene.clone();
         for mesh in scene.meshes_mut() {
             if let Mesh::File { file } = mesh {

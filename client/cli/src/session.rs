@@ -1,143 +1,14 @@
-//! A session in words: as JSON for programs, as lines and table rows for people.
+//! A session in words: as JSON for programs, as table rows for people; and what its failure means.
+//!
+//! Enters: `v1::Session`. Leaves: output, or an error of the command. The JSON is the contract's own: see
+//! `nappe_proto`.
 
 use nappe_client::v1;
-use serde::Serialize;
 
 use crate::{
     error::{CliError, Exit, Result},
     output::{self, Column, Format},
-    snow::SnowJson,
 };
-
-/// A session as programs read it; the names are those of the contract (simulation.proto).
-#[derive(Debug, Serialize)]
-pub(crate) struct SessionJson {
-    session_id: String,
-    title: String,
-    state: &'static str,
-    failure: Option<FailureJson>,
-    step: u64,
-    time_seconds: f64,
-    frame: u64,
-    oldest_frame: u64,
-    dt_seconds: f64,
-    step_limit: u64,
-    frame_interval_steps: u32,
-    precision: &'static str,
-    thread_count: u32,
-    particle_count: u64,
-    spring_count: u64,
-    snow_particle_count: u64,
-    watcher_count: u32,
-    state_hash: Option<String>,
-    diagnostics: Option<DiagnosticsJson>,
-    stepping_seconds: f64,
-}
-
-#[derive(Debug, Serialize)]
-struct FailureJson {
-    reason: String,
-    message: String,
-    step: u64,
-    time_seconds: f64,
-    particle: Option<u64>,
-    value: Option<f64>,
-}
-
-/// Figures of a step as programs read them.
-#[derive(Debug, Serialize)]
-pub(crate) struct DiagnosticsJson {
-    step: u64,
-    time_seconds: f64,
-    frame: u64,
-    kinetic_energy: f64,
-    elastic_energy: f64,
-    gravitational_energy: f64,
-    max_stretch: f64,
-    contact_count: u64,
-    step_seconds: f64,
-    iterations: Option<u32>,
-    relative_residual: Option<f64>,
-    snow: Option<SnowJson>,
-}
-
-impl From<&v1::Session> for SessionJson {
-    fn from(session: &v1::Session) -> Self {
-        Self {
-            session_id: session.session_id.clone(),
-            title: session.title.clone(),
-            state: state(session),
-            failure: session.failure.as_ref().map(|failure| FailureJson {
-                reason: failure.reason.clone(),
-                message: failure.message.clone(),
-                step: failure.step,
-                time_seconds: failure.time_seconds,
-                particle: failure.particle,
-                value: failure.value,
-            }),
-            step: session.step,
-            time_seconds: session.time_seconds,
-            frame: session.frame,
-            oldest_frame: session.oldest_frame,
-            dt_seconds: session.dt_seconds,
-            step_limit: session.step_limit,
-            frame_interval_steps: session.frame_interval_steps,
-            precision: precision(session),
-            thread_count: session.thread_count,
-            particle_count: session.particle_count,
-            spring_count: session.spring_count,
-            snow_particle_count: session.snow_particle_count,
-            watcher_count: session.watcher_count,
-            state_hash: session.state_hash.map(output::hash),
-            diagnostics: session.diagnostics.as_ref().map(DiagnosticsJson::from),
-            stepping_seconds: session.stepping_seconds,
-        }
-    }
-}
-
-impl From<&v1::Diagnostics> for DiagnosticsJson {
-    fn from(figures: &v1::Diagnostics) -> Self {
-        Self {
-            step: figures.step,
-            time_seconds: figures.time_seconds,
-            frame: figures.frame,
-            kinetic_energy: figures.kinetic_energy,
-            elastic_energy: figures.elastic_energy,
-            gravitational_energy: figures.gravitational_energy,
-            max_stretch: figures.max_stretch,
-            contact_count: figures.contact_count,
-            step_seconds: figures.step_seconds,
-            iterations: figures.solve.as_ref().map(|solve| solve.iterations),
-            relative_residual: figures.solve.as_ref().map(|solve| solve.relative_residual),
-            snow: figures.snow.as_ref().map(SnowJson::from),
-        }
-    }
-}
-
-/// What a session is doing, in a word.
-pub(crate) fn state(session: &v1::Session) -> &'static str {
-    match session.state() {
-        v1::SessionState::Unspecified => "unknown",
-        v1::SessionState::Paused => "paused",
-        v1::SessionState::Playing => "playing",
-        v1::SessionState::Finished => "finished",
-        v1::SessionState::Failed => "failed",
-    }
-}
-
-/// Precision of a session, in a word.
-pub(crate) fn precision(session: &v1::Session) -> &'static str {
-    match session.precision() {
-        v1::Precision::Unspecified => "unknown",
-        v1::Precision::F32 => "f32",
-        v1::Precision::F64 => "f64",
-    }
-}
-
-/// Kinetic, elastic and gravitational energy together (J).
-pub(crate) fn total_energy(figures: &v1::Diagnostics) -> f64 {
-    figures.kinetic_energy + figures.elastic_energy + figures.gravitational_energy
-}
 
 /// The failure of a session as an error of this command; `None` while it has not failed.
 pub(crate) fn failure(session: &v1::Session) -> Option<CliError> {
@@ -176,7 +47,7 @@ pub(crate) fn is_divergence(reason: &str) -> bool {
 /// As [`output::line`].
 pub(crate) fn print(session: &v1::Session, format: Format) -> Result<()> {
     match format {
-        Format::Json => output::json(&SessionJson::from(session)),
+        Format::Json => output::json(session),
         Format::Text => output::line(&text(std::slice::from_ref(session))),
     }
 }
@@ -203,12 +74,12 @@ pub(crate) fn text(sessions: &[v1::Session]) -> String {
             };
             vec![
                 session.session_id.clone(),
-                state(session).to_owned(),
+                session.state().word(),
                 step,
                 format!("{:.3} s", session.time_seconds),
                 output::count(session.particle_count),
                 session.thread_count.to_string(),
-                precision(session).to_owned(),
+                session.precision().word(),
                 session.watcher_count.to_string(),
                 session.title.clone(),
             ]
@@ -222,4 +93,107 @@ pub(crate) fn text(sessions: &[v1::Session]) -> String {
         })
         .collect();
     output::table(&columns, &rows) + &failures.concat()
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::{Value, json};
+
+    use super::*;
+
+    /// Diagnostics of a step with every part.
+    fn diagnostics() -> v1::Diagnostics {
+        let vector = |x, y, z| Some(v1::Vector3 { x, y, z });
+        let mut snow = v1::SnowDiagnostics {
+            substeps: 12,
+            dt_seconds: 0.25,
+            bound_seconds: f64::INFINITY,
+            angular_momentum: vector(1.0, 2.0, 3.0),
+            ..v1::SnowDiagnostics::default()
+        };
+        snow.set_bound(v1::TimeBound::ElasticWave);
+        let mut solve =
+            v1::SolveReport { iterations: 10, relative_residual: 0.5, ..v1::SolveReport::default() };
+        solve.set_outcome(v1::SolveOutcome::Converged);
+        v1::Diagnostics {
+            step: 7,
+            max_stretch: f64::NAN,
+            momentum: vector(0.0, -1.0, 0.0),
+            solve: Some(solve),
+            stages: vec![v1::StageTime { stage: "force".to_owned(), seconds: 0.125 }],
+            snow: Some(snow),
+            ..v1::Diagnostics::default()
+        }
+    }
+
+    fn json_of(value: &impl serde::Serialize) -> Value {
+        serde_json::to_value(value).expect("it has a form in JSON")
+    }
+
+    #[test]
+    fn a_session_in_json_has_the_contracts_fields_words_and_a_hash_of_16_digits() {
+        let failure = v1::Failure { reason: "NOT_FINITE".to_owned(), step: 3, ..v1::Failure::default() };
+        let mut session = v1::Session {
+            session_id: "first".to_owned(),
+            failure: Some(failure),
+            state_hash: Some(255),
+            ..v1::Session::default()
+        };
+        session.set_state(v1::SessionState::Failed);
+        session.set_precision(v1::Precision::F32);
+        let expected = json!({
+            "session_id": "first", "title": "", "state": "failed",
+            "failure": {
+                "reason": "NOT_FINITE", "message": "", "step": 3, "time_seconds": 0.0,
+                "particle": null, "value": null,
+            },
+            "step": 0, "time_seconds": 0.0, "frame": 0, "oldest_frame": 0, "dt_seconds": 0.0, "step_limit": 0,
+            "frame_interval_steps": 0, "precision": "f32", "thread_count": 0, "particle_count": 0,
+            "spring_count": 0, "snow_particle_count": 0, "watcher_count": 0, "state_hash": "00000000000000ff",
+            "diagnostics": null, "stepping_seconds": 0.0,
+        });
+        assert_eq!(json_of(&session), expected);
+        assert_eq!(json_of(&v1::Session::default())["state"], "unknown");
+        assert_eq!(json_of(&v1::Session::default())["state_hash"], Value::Null);
+    }
+
+    #[test]
+    fn diagnostics_in_json_hold_the_solver_beside_them_and_null_for_what_is_no_number() {
+        let json = json_of(&diagnostics());
+        assert_eq!((&json["step"], &json["iterations"]), (&7.into(), &10.into()));
+        assert_eq!((&json["relative_residual"], &json["outcome"]), (&0.5.into(), &"converged".into()));
+        assert_eq!(json["max_stretch"], Value::Null, "JSON has no NaN");
+        assert_eq!(json["momentum"], json!([0.0, -1.0, 0.0]));
+        assert_eq!(json["stages"], json!([{ "stage": "force", "seconds": 0.125 }]));
+        assert_eq!((&json["snow"]["bound"], &json["snow"]["substeps"]), (&"elastic_wave".into(), &12.into()));
+        assert_eq!(json["snow"]["bound_seconds"], Value::Null, "JSON has no infinity");
+        assert_eq!(json["snow"]["angular_momentum"], json!([1.0, 2.0, 3.0]));
+    }
+
+    #[test]
+    fn every_object_of_diagnostics_has_the_same_keys() {
+        let keys = |diagnostics: &v1::Diagnostics| {
+            let json = json_of(diagnostics);
+            json.as_object().expect("an object").keys().cloned().collect::<Vec<_>>()
+        };
+        let explicit = v1::Diagnostics::default();
+        assert_eq!(keys(&explicit), keys(&diagnostics()));
+        assert_eq!(json_of(&explicit)["iterations"], Value::Null);
+        for key in [
+            "step",
+            "time_seconds",
+            "frame",
+            "kinetic_energy",
+            "elastic_energy",
+            "gravitational_energy",
+            "max_stretch",
+            "contact_count",
+            "step_seconds",
+            "iterations",
+            "relative_residual",
+            "snow",
+        ] {
+            assert!(keys(&explicit).iter().any(|known| known == key), "{key}");
+        }
+    }
 }

@@ -5,10 +5,10 @@
 use bytes::Bytes;
 use nappe_proto::v1;
 
-use super::DecodeError;
+use super::error::DecodeError;
 use crate::frame::{Scalars, Vectors};
 
-/// An array in the making: `width` numbers a particle.
+/// An array in the making: `width` numbers per particle.
 #[derive(Debug)]
 pub(super) struct Joining {
     field: &'static str,
@@ -22,10 +22,12 @@ enum Numbers {
     F64(Vec<f64>),
 }
 
-/// Where a piece belongs: for bounds and messages.
+/// The frame that is put together: for bounds and messages.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Place {
+pub(super) struct FrameExtent {
+    /// Number of the frame.
     pub(super) frame: u64,
+    /// Particles that each array must cover.
     pub(super) particles: usize,
 }
 
@@ -39,12 +41,12 @@ impl Numbers {
 }
 
 impl Joining {
-    /// Nothing yet, of three numbers a particle.
+    /// Nothing yet, of three numbers per particle.
     pub(super) fn vectors(field: &'static str) -> Self {
         Self { field, width: 3, numbers: None }
     }
 
-    /// Nothing yet, of one number a particle.
+    /// Nothing yet, of one number per particle.
     pub(super) fn scalars(field: &'static str) -> Self {
         Self { field, width: 1, numbers: None }
     }
@@ -55,47 +57,48 @@ impl Joining {
     }
 
     /// Appends a piece.
-    pub(super) fn append(&mut self, place: Place, piece: &v1::FieldData) -> Result<(), DecodeError> {
-        let (frame, field, expected) = (place.frame, self.field, self.received());
+    pub(super) fn append(&mut self, extent: FrameExtent, piece: &v1::FieldData) -> Result<(), DecodeError> {
+        let (frame, field, expected) = (extent.frame, self.field, self.received());
         let unknown = || DecodeError::Encoding { frame, field, encoding: piece.encoding };
         let wide = match v1::Encoding::try_from(piece.encoding) {
             Ok(v1::Encoding::RawF64) => true,
             Ok(v1::Encoding::RawF32 | v1::Encoding::Unspecified) => false,
             Err(_number) => return Err(unknown()),
         };
+
         let empty = || if wide { Numbers::F64(Vec::new()) } else { Numbers::F32(Vec::new()) };
-        let name = Name { field, width: self.width };
+        let array = ArrayName { field, width: self.width };
         match self.numbers.get_or_insert_with(empty) {
             Numbers::F32(flat) if !wide => {
-                name.check(place, expected, piece, 4)?;
-                name.extend(frame, flat, &piece.data, f32::from_le_bytes)
+                array.check(extent, expected, piece, 4)?;
+                array.extend(frame, flat, &piece.data, f32::from_le_bytes)
             }
             Numbers::F64(flat) if wide => {
-                name.check(place, expected, piece, 8)?;
-                name.extend(frame, flat, &piece.data, f64::from_le_bytes)
+                array.check(extent, expected, piece, 8)?;
+                array.extend(frame, flat, &piece.data, f64::from_le_bytes)
             }
             _ => Err(unknown()),
         }
     }
 
-    /// The whole array of three numbers a particle, if every particle has come.
-    pub(super) fn into_vectors(self, place: Place) -> Result<Vectors, DecodeError> {
-        Ok(match self.full(place)? {
+    /// The whole array of three numbers per particle, if every particle has come.
+    pub(super) fn into_vectors(self, extent: FrameExtent) -> Result<Vectors, DecodeError> {
+        Ok(match self.full(extent)? {
             Numbers::F32(flat) => Vectors::F32(flat),
             Numbers::F64(flat) => Vectors::F64(flat),
         })
     }
 
-    /// The whole array of one number a particle, if every particle has come.
-    pub(super) fn into_scalars(self, place: Place) -> Result<Scalars, DecodeError> {
-        Ok(match self.full(place)? {
+    /// The whole array of one number per particle, if every particle has come.
+    pub(super) fn into_scalars(self, extent: FrameExtent) -> Result<Scalars, DecodeError> {
+        Ok(match self.full(extent)? {
             Numbers::F32(flat) => Scalars::F32(flat),
             Numbers::F64(flat) => Scalars::F64(flat),
         })
     }
 
-    fn full(self, place: Place) -> Result<Numbers, DecodeError> {
-        let (frame, field, particles) = (place.frame, self.field, place.particles);
+    fn full(self, extent: FrameExtent) -> Result<Numbers, DecodeError> {
+        let (frame, field, particles) = (extent.frame, self.field, extent.particles);
         let received = self.received();
         if received != particles {
             return Err(DecodeError::Missing { frame, field, received, particles });
@@ -104,23 +107,23 @@ impl Joining {
     }
 }
 
-/// An array's name and the numbers that a particle has in it.
+/// An array's name, and how many numbers each particle has in it.
 #[derive(Clone, Copy)]
-struct Name {
+struct ArrayName {
     field: &'static str,
     width: usize,
 }
 
-impl Name {
+impl ArrayName {
     /// The piece is whole, follows what came before and stays within the particles.
     fn check(
         self,
-        place: Place,
+        extent: FrameExtent,
         expected: usize,
         piece: &v1::FieldData,
         number_bytes: usize,
     ) -> Result<(), DecodeError> {
-        let Place { frame, particles } = place;
+        let FrameExtent { frame, particles } = extent;
         let (field, element, bytes) = (self.field, self.width * number_bytes, piece.data.len());
         if !bytes.is_multiple_of(element) {
             return Err(DecodeError::Bytes { frame, field, bytes, element });

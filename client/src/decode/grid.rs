@@ -1,28 +1,30 @@
 //! Pieces of the snow's grid, joined.
 //!
-//! Enters: `v1::GridField` in order, from a server that is not trusted. Leaves: a [`Grid`] whose arrays are of
+//! Enters: `v1::GridField` in order, from a server that is not trusted. Leaves: a [`GridFrame`] whose arrays are of
 //! one length and hold finite numbers. Memory grows with what has arrived, and stays below a limit.
 
 use nappe_proto::v1;
 
-use super::DecodeError;
-use crate::frame::Grid;
+use super::error::DecodeError;
+use crate::frame::GridFrame;
 
 /// Appends the nodes of a piece, at most `max_nodes` in all.
 pub(super) fn append(
-    grid: &mut Option<Grid>,
+    grid: &mut Option<GridFrame>,
     frame: u64,
     piece: &v1::GridField,
     max_nodes: usize,
 ) -> Result<(), DecodeError> {
     let v1::GridField { cell, stride, node_count, .. } = *piece;
-    let is_same = |grid: &Grid| {
+    let is_same = |grid: &GridFrame| {
         grid.cell.to_bits() == cell.to_bits() && grid.stride == stride && grid.node_count == node_count
     };
     if !(cell.is_finite() && cell > 0.0) || stride == 0 || !grid.as_ref().is_none_or(is_same) {
         return Err(DecodeError::GridHead { frame, cell, stride, node_count });
     }
-    let grid = grid.get_or_insert_with(|| Grid { cell, stride, node_count, ..Grid::default() });
+
+    let grid = grid.get_or_insert_with(|| GridFrame { cell, stride, node_count, ..GridFrame::default() });
+
     let (indices, index_rest) = piece.index_i32.as_chunks::<12>();
     let (masses, mass_rest) = piece.mass_f32.as_chunks::<4>();
     let (velocities, velocity_rest) = piece.velocity_f32.as_chunks::<12>();
@@ -35,11 +37,13 @@ pub(super) fn append(
             velocity_bytes: piece.velocity_f32.len(),
         });
     }
+
     let received = grid.indices.len().saturating_add(indices.len());
     let allowed = max_nodes.min(usize::try_from(node_count).unwrap_or(usize::MAX));
     if received > allowed {
         return Err(DecodeError::GridTooLarge { frame, received, allowed });
     }
+
     let first = grid.indices.len();
     grid.indices.extend(indices.iter().map(|bytes| three(bytes, i32::from_le_bytes)));
     grid.masses.extend(masses.iter().map(|&bytes| f32::from_le_bytes(bytes)));
@@ -48,8 +52,8 @@ pub(super) fn append(
 }
 
 /// The grid, if all that was announced has come.
-pub(super) fn finish(grid: Option<Grid>, frame: u64) -> Result<Option<Grid>, DecodeError> {
-    if let Some(Grid { indices, stride: 1, node_count, .. }) = &grid
+pub(super) fn finish(grid: Option<GridFrame>, frame: u64) -> Result<Option<GridFrame>, DecodeError> {
+    if let Some(GridFrame { indices, stride: 1, node_count, .. }) = &grid
         && indices.len() as u64 != *node_count
     {
         return Err(DecodeError::GridMissing { frame, received: indices.len(), announced: *node_count });
@@ -58,7 +62,7 @@ pub(super) fn finish(grid: Option<Grid>, frame: u64) -> Result<Option<Grid>, Dec
 }
 
 /// Masses are finite and not negative, velocities finite, from node `first` on.
-fn check_values(grid: &Grid, first: usize, frame: u64) -> Result<(), DecodeError> {
+fn check_values(grid: &GridFrame, first: usize, frame: u64) -> Result<(), DecodeError> {
     for (node, (&mass, velocity)) in grid.masses.iter().zip(&grid.velocities).enumerate().skip(first) {
         if !(mass.is_finite() && mass >= 0.0) {
             return Err(DecodeError::GridValue { frame, field: "mass", node, value: mass.into() });

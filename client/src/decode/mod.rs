@@ -11,9 +11,9 @@ mod grid;
 pub use error::DecodeError;
 use nappe_proto::v1;
 
-use self::arrays::{Joining, Place};
+use self::arrays::{FrameExtent, Joining};
 use crate::{
-    frame::{Frame, Grid, Vectors},
+    frame::{Frame, GridFrame, Vectors},
     join::Pieces,
     options::DecodeLimits,
     selection::{Field, Fields},
@@ -55,18 +55,19 @@ impl Decoder {
     /// Reads a frame or a piece of one; returns the frame when its last piece has come.
     ///
     /// # Errors
-    /// If the piece is out of place, of the wrong size or holds a value that is not finite.
+    /// If the piece does not follow the one before, is of the wrong size or holds a value that is not finite.
     pub fn frame(&mut self, wire: v1::Frame) -> Result<Option<Frame>, DecodeError> {
         let mut partial = self.accept(&wire)?;
-        let place = partial.place;
+        let extent = partial.extent;
         for piece in wire.fields {
             if let Some(array) = partial.array(&piece) {
-                array.append(place, &piece)?;
+                array.append(extent, &piece)?;
             }
         }
         if let Some(piece) = &wire.grid {
-            grid::append(&mut partial.grid, place.frame, piece, self.limits.max_grid_nodes)?;
+            grid::append(&mut partial.grid, extent.frame, piece, self.limits.max_grid_nodes)?;
         }
+
         partial.received += 1;
         if partial.received < partial.count {
             self.partial = Some(partial);
@@ -85,12 +86,14 @@ impl Decoder {
             let (frame, next) = (begun.frame.frame, wire.frame);
             return Err(DecodeError::BrokenOff { frame, received: begun.received, count: begun.count, next });
         }
+
         let (expected, expected_count) =
             begun.as_ref().map_or((0, chunk.count), |begun| (begun.received, begun.count));
         if chunk.count == 0 || chunk.index != expected || chunk.count != expected_count {
             let (index, count) = (chunk.index, chunk.count);
             return Err(DecodeError::Piece { frame: wire.frame, index, count, expected, expected_count });
         }
+
         match (begun, self.topology) {
             (Some(begun), _) => Ok(begun),
             (None, Some((id, particles))) if id == wire.topology_id => {
@@ -109,7 +112,7 @@ impl Decoder {
 #[derive(Debug)]
 struct Partial {
     frame: Frame,
-    place: Place,
+    extent: FrameExtent,
     /// Pieces announced and received.
     count: u32,
     received: u32,
@@ -118,7 +121,7 @@ struct Partial {
     velocities: Option<Joining>,
     plastic_ratios: Option<Joining>,
     stress_norms: Option<Joining>,
-    grid: Option<Grid>,
+    grid: Option<GridFrame>,
 }
 
 impl Partial {
@@ -144,7 +147,7 @@ impl Partial {
         };
         Ok(Self {
             frame,
-            place: Place { frame: wire.frame, particles },
+            extent: FrameExtent { frame: wire.frame, particles },
             count,
             received: 0,
             positions: Joining::vectors("positions"),
@@ -167,14 +170,14 @@ impl Partial {
     }
 
     fn finish(self) -> Result<Frame, DecodeError> {
-        let place = self.place;
-        let scalars = |array: Option<Joining>| array.map(|array| array.into_scalars(place)).transpose();
+        let extent = self.extent;
+        let scalars = |array: Option<Joining>| array.map(|array| array.into_scalars(extent)).transpose();
         Ok(Frame {
-            positions: self.positions.into_vectors(place)?,
-            velocities: self.velocities.map(|array| array.into_vectors(place)).transpose()?,
+            positions: self.positions.into_vectors(extent)?,
+            velocities: self.velocities.map(|array| array.into_vectors(extent)).transpose()?,
             plastic_ratios: scalars(self.plastic_ratios)?,
             stress_norms: scalars(self.stress_norms)?,
-            grid: grid::finish(self.grid, place.frame)?,
+            grid: grid::finish(self.grid, extent.frame)?,
             ..self.frame
         })
     }

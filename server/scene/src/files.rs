@@ -78,12 +78,15 @@ pub fn load_mesh(path: &Path, options: &ReadOptions) -> Result<Loaded, SceneErro
     }
 }
 
-/// Writes a mesh by its extension; a name without one becomes the folder of an `.eti` set.
-/// Returns the files written.
+/// Writes a mesh by its extension; an existing folder, or a name without an extension, becomes the folder of an
+/// `.eti` set. Returns the files written.
 ///
 /// # Errors
 /// A file that cannot be written, an unknown extension.
 pub fn save_mesh(path: &Path, mesh: &TriangleMesh) -> Result<Vec<PathBuf>, SceneError> {
+    if path.is_dir() {
+        return save_eti(path, mesh);
+    }
     let mut bytes = Vec::new();
     let written = match extension(path).as_str() {
         "obj" => write_obj(mesh, &mut bytes),

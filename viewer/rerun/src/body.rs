@@ -123,7 +123,7 @@ impl BodyView {
 
     /// Logs what the first frame tells of bare points: a radius of half their spacing, and the body's colour
     /// unless `colors` says another for each. (What is logged once hides what is logged with a frame.)
-    pub(crate) fn place(
+    pub(crate) fn log_static(
         &self,
         stream: &RecordingStream,
         all: &[[f32; 3]],

@@ -1,6 +1,6 @@
 //! Where the camera stands: on the side of the scene from which solids hide the bodies least.
 //!
-//! Enters: the bounds of the scene and of its bodies (m), colliders. Leaves: the camera's place and target (m).
+//! Enters: the bounds of the scene and of its bodies (m), colliders. Leaves: the camera's position and target (m).
 
 use nappe_client::Shape;
 
@@ -31,11 +31,13 @@ impl Camera {
         // Where bodies are, and where they come to when they fall.
         let seen: Vec<[f32; 3]> =
             bodies.corners().into_iter().flat_map(|at| [at, [at[0], floor, at[2]]]).collect();
+
         let hidden = |eye: [f32; 3]| {
             seen.iter()
                 .filter(|at| colliders.iter().any(|collider| hides(collider.shape(), eye, **at)))
                 .count()
         };
+
         let eyes = SIDES.map(|[x, z]| along(target, scene.radius(), [x * EYE[0], EYE[1], z * EYE[2]]));
         let eye = eyes.into_iter().min_by_key(|eye| hidden(*eye)).unwrap_or(eyes[0]);
         Self { eye, target }
@@ -133,7 +135,7 @@ mod tests {
         let ball = |center: [f64; 3], radius: f64| Shape::Sphere { center, radius, velocity: [0.0; 3] };
         assert_eq!(side(ball([0.0, -3.0, 0.0], 1.0)), [true, true]);
         assert_eq!(side(ball([0.0, 0.5, 0.0], 0.4)), [true, true]);
-        // In front, towards the camera's first place.
+        // In front, towards the first side.
         assert_ne!(side(ball([0.8, 0.8, 1.3], 0.7)), [true, true]);
     }
 }

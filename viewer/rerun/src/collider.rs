@@ -1,7 +1,7 @@
 //! One collider to Rerun: a solid of its shape, or the part of an endless one that the scene needs, moving with
 //! its velocity.
 //!
-//! Enters: `Collider` once, then the time (s) of each frame. Leaves: the shape once, then its place if it moves.
+//! Enters: `Collider` once, then the time (s) of each frame. Leaves: the shape once, then its position if it moves.
 
 use nappe_client::{Collider, Shape};
 use rerun::{
@@ -44,7 +44,7 @@ impl ColliderView {
         Self { path, shape: collider.shape }
     }
 
-    /// Its shape.
+    /// The shape, as the server describes it.
     pub(crate) fn shape(&self) -> &Shape {
         &self.shape
     }
@@ -105,7 +105,7 @@ impl ColliderView {
         if self.moves() {
             return Ok(());
         }
-        stream.log_static(&*self.path, &self.place(0.0)).map_err(refused(&self.path))
+        stream.log_static(&*self.path, &self.transform(0.0)).map_err(refused(&self.path))
     }
 
     /// The shape around its own origin, axes as they are for Rerun: a capsule starts there and goes along z, a
@@ -151,19 +151,19 @@ impl ColliderView {
         })
     }
 
-    /// Logs the place at `time` (s), if the collider moves.
+    /// Logs the position at `time` (s), if the collider moves.
     pub(crate) fn log(&self, stream: &RecordingStream, time: f64) -> Result<(), RerunError> {
         if !self.moves() {
             return Ok(());
         }
-        stream.log(&*self.path, &self.place(time)).map_err(refused(&self.path))
+        stream.log(&*self.path, &self.transform(time)).map_err(refused(&self.path))
     }
 
     fn moves(&self) -> bool {
         self.shape.velocity() != [0.0; 3]
     }
 
-    fn place(&self, time: f64) -> Transform3D {
+    fn transform(&self, time: f64) -> Transform3D {
         let origin = match self.shape {
             Shape::Plane { point, .. } | Shape::HalfPipe { point, .. } => point,
             Shape::Sphere { center, .. } | Shape::Box { center, .. } => center,

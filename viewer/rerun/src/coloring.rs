@@ -1,16 +1,18 @@
 //! Numbers of particles to colours.
 //!
-//! Enters: the arrays of a frame. Leaves: one colour a particle. Every scale is described where its colours are.
+//! Enters: the arrays of a frame. Leaves: one colour per particle. Every scale is described where its colours are.
 
 use std::str::FromStr;
 
 use nappe_client::{Field, Frame, Vectors};
 use rerun::Color;
 
+use crate::geometry::length;
+
 /// What the colour of snow shows.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash)]
 pub enum ColorBy {
-    /// The plastic volume ratio J_P: white snow as it fell (1), blue where it is packed (fully so at 0.8 and
+    /// The plastic ratio J_P: white snow as it fell (1), blue where it is packed (fully so at 0.8 and
     /// below, where it is about seven times as stiff), amber where it came apart (fully so at 1.5 and above).
     /// Linear in ln J_P on either side.
     #[default]
@@ -74,7 +76,7 @@ const STRESS_DECADES: f32 = 3.0;
 /// From small to large: dark violet to light yellow, in steps of equal lightness (viridis).
 const RAMP: [[f32; 3]; 5] =
     [[68.0, 1.0, 84.0], [59.0, 82.0, 139.0], [33.0, 145.0, 140.0], [94.0, 201.0, 98.0], [253.0, 231.0, 37.0]];
-/// Numbers that are not finite have no place on a scale.
+/// The colour of numbers that are not finite.
 const NO_NUMBER: [f32; 3] = [255.0, 0.0, 255.0];
 
 /// The colours of a recording.
@@ -107,7 +109,7 @@ impl Coloring {
 fn speeds(velocities: &Vectors) -> Vec<f32> {
     let flat = velocities.to_f32();
     let (vectors, _) = flat.as_chunks::<3>();
-    vectors.iter().map(|[x, y, z]| (x * x + y * y + z * z).sqrt()).collect()
+    vectors.iter().map(|velocity| length(*velocity)).collect()
 }
 
 fn color(by: ColorBy, number: f32, largest: f32) -> Color {
@@ -134,9 +136,9 @@ fn packing(ratio: f32) -> [f32; 3] {
 fn ramp(share: f32) -> [f32; 3] {
     let last = RAMP.len() - 1;
     let share = if share.is_nan() { 0.0 } else { share.clamp(0.0, 1.0) };
-    let place = share * last as f32;
-    let step = (place as usize).min(last - 1);
-    mix(RAMP[step], RAMP[step + 1], place - step as f32)
+    let at = share * last as f32;
+    let step = (at as usize).min(last - 1);
+    mix(RAMP[step], RAMP[step + 1], at - step as f32)
 }
 
 fn mix(from: [f32; 3], to: [f32; 3], share: f32) -> [f32; 3] {

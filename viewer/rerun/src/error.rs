@@ -11,61 +11,32 @@ pub const INSTALL_HINT: &str = "install it with `pip install rerun-sdk==0.36.3`,
 /// Why frames could not be recorded or shown.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "the message of each variant says what its fields are")]
 pub enum RerunError {
     /// There is no `rerun` command.
     #[error("the Rerun viewer was not found: no command `rerun` in PATH ({INSTALL_HINT})")]
     ViewerNotFound,
     /// The viewer did not start.
     #[error("the Rerun viewer did not start: {cause} (it needs a display; {INSTALL_HINT})")]
-    ViewerFailed {
-        /// What went wrong.
-        cause: String,
-    },
+    ViewerFailed { cause: String },
     /// Nothing answers at the address of a viewer.
     #[error(
         "no Rerun viewer answers at {url}: {cause} (expected, for example, {})",
         rerun::DEFAULT_CONNECT_URL
     )]
-    Connect {
-        /// The address.
-        url: String,
-        /// What went wrong.
-        cause: String,
-    },
+    Connect { url: String, cause: String },
     /// The recording file cannot be written.
     #[error("the recording {} is not complete: {cause}", path.display())]
-    File {
-        /// The file.
-        path: PathBuf,
-        /// What went wrong.
-        cause: String,
-    },
+    File { path: PathBuf, cause: String },
     /// The SDK refused data.
     #[error("Rerun refused {what}: {source}")]
-    Log {
-        /// What was logged.
-        what: String,
-        /// The SDK's error.
-        source: Box<rerun::RecordingStreamError>,
-    },
+    Log { what: String, source: Box<rerun::RecordingStreamError> },
     /// A frame before any topology, or of another size.
     #[error("frame {frame} has {found} particles; the topology has {expected}")]
-    Frame {
-        /// The frame.
-        frame: u64,
-        /// Its particles.
-        found: usize,
-        /// The topology's.
-        expected: usize,
-    },
+    Frame { frame: u64, found: usize, expected: usize },
     /// A position that is infinite or not a number.
     #[error("frame {frame}: the position of particle {particle} is not finite")]
-    NotFinite {
-        /// The frame.
-        frame: u64,
-        /// The particle.
-        particle: usize,
-    },
+    NotFinite { frame: u64, particle: usize },
     /// The viewer does not take data.
     #[error("the Rerun viewer has not taken the last frames within {seconds} s")]
     Stalled {
@@ -74,10 +45,7 @@ pub enum RerunError {
     },
     /// The recording thread could not be started, or died.
     #[error("the recording thread failed: {cause}")]
-    Thread {
-        /// What went wrong.
-        cause: String,
-    },
+    Thread { cause: String },
 }
 
 /// Names what was logged when the SDK refuses it.

@@ -1,13 +1,16 @@
 //! The snow's grid to Rerun: its mass as smoke, its velocities on a slice as arrows.
 //!
-//! Enters: the `Grid` of a frame. Leaves: a point at each node, the larger and lighter the more mass it carries,
+//! Enters: the `GridFrame` of a frame. Leaves: a point at each node, the larger and lighter the more mass it carries,
 //! and, when all nodes lie in one plane, an arrow at each. Scales grow with what was seen so far in the recording,
 //! so that frames can be compared.
 
-use nappe_client::Grid;
+use nappe_client::GridFrame;
 use rerun::{Arrows3D, Color, Points3D, Radius, RecordingStream};
 
-use crate::error::{RerunError, refused};
+use crate::{
+    error::{RerunError, refused},
+    geometry::length,
+};
 
 const SMOKE_PATH: &str = "world/grid/mass";
 const ARROWS_PATH: &str = "world/grid/velocity";
@@ -35,24 +38,27 @@ pub(crate) struct GridView {
 
 impl GridView {
     /// Logs the grid at the stream's current time. Nodes with a number that is not finite are left out.
-    pub(crate) fn log(&mut self, stream: &RecordingStream, grid: &Grid) -> Result<(), RerunError> {
+    pub(crate) fn log(&mut self, stream: &RecordingStream, grid: &GridFrame) -> Result<(), RerunError> {
         let nodes: Vec<Node> = nodes(grid);
         self.largest_mass = nodes.iter().map(|node| node.mass).fold(self.largest_mass, f32::max);
         let spacing = (grid.cell * f64::from(grid.stride)) as f32;
-        let smoke = Points3D::new(nodes.iter().map(|node| node.place))
+        let smoke = Points3D::new(nodes.iter().map(|node| node.position))
             .with_radii(nodes.iter().map(|node| spacing * self.smoke_radius(node.mass)))
             .with_colors(nodes.iter().map(|node| self.smoke_color(node.mass)));
         stream.log(SMOKE_PATH, &smoke).map_err(refused(SMOKE_PATH))?;
+
         let arrows: &[Node] = if is_plane(&grid.indices) { &nodes } else { &[] };
         if arrows.is_empty() && !self.has_arrows {
             return Ok(());
         }
         self.has_arrows = true;
         self.largest_speed = arrows.iter().map(Node::speed).fold(self.largest_speed, f32::max);
+
         let scale = if self.largest_speed > 0.0 { ARROW_LENGTH * spacing / self.largest_speed } else { 0.0 };
+
         let [red, green, blue] = ARROW_COLOR;
         let arrows = Arrows3D::from_vectors(arrows.iter().map(|node| node.velocity.map(|c| scale * c)))
-            .with_origins(arrows.iter().map(|node| node.place))
+            .with_origins(arrows.iter().map(|node| node.position))
             .with_radii([Radius::new_scene_units(ARROW_RADIUS * spacing)])
             .with_colors([Color::from_rgb(red, green, blue)]);
         stream.log(ARROWS_PATH, &arrows).map_err(refused(ARROWS_PATH))
@@ -78,24 +84,24 @@ impl GridView {
 /// A node that can be drawn.
 #[derive(Debug)]
 struct Node {
-    place: [f32; 3],
+    position: [f32; 3],
     mass: f32,
     velocity: [f32; 3],
 }
 
 impl Node {
     fn speed(&self) -> f32 {
-        self.velocity.iter().map(|c| c * c).sum::<f32>().sqrt()
+        length(self.velocity)
     }
 }
 
-fn nodes(grid: &Grid) -> Vec<Node> {
+fn nodes(grid: &GridFrame) -> Vec<Node> {
     let numbers = grid.masses.iter().zip(&grid.velocities);
     grid.positions()
         .zip(numbers)
-        .map(|(place, (&mass, &velocity))| Node { place, mass, velocity })
+        .map(|(position, (&mass, &velocity))| Node { position, mass, velocity })
         .filter(|node| {
-            let finite = node.place.iter().chain(&node.velocity).all(|c| c.is_finite());
+            let finite = node.position.iter().chain(&node.velocity).all(|c| c.is_finite());
             finite && node.speed().is_finite() && node.mass.is_finite() && node.mass > 0.0
         })
         .collect()
@@ -130,7 +136,7 @@ mod tests {
 
     #[test]
     fn a_node_without_a_number_is_left_out() {
-        let grid = Grid {
+        let grid = GridFrame {
             cell: 1.0,
             stride: 1,
             indices: vec![[0, 0, 0], [1, 0, 0], [2, 0, 0], [3, 0, 0]],
@@ -138,7 +144,7 @@ mod tests {
             velocities: vec![[0.0; 3], [0.0; 3], [f32::INFINITY, 0.0, 0.0], [0.0; 3]],
             node_count: 4,
         };
-        let places: Vec<[f32; 3]> = nodes(&grid).iter().map(|node| node.place).collect();
-        assert_eq!(places, [[0.0; 3]]);
+        let positions: Vec<[f32; 3]> = nodes(&grid).iter().map(|node| node.position).collect();
+        assert_eq!(positions, [[0.0; 3]]);
     }
 }

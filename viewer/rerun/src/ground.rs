@@ -23,6 +23,7 @@ pub(crate) fn disc(point: [f32; 3], normal: [f32; 3], scene: &Bounds) -> Mesh3D 
     let height = dot(to_center, normal);
     let foot = along(along(to_center, -height, normal), -DEPTH * scene.radius(), normal);
     let radius = PLANE_SCALE * scene.radius();
+
     let rim = (0..DISC_CORNERS).map(|corner| {
         let angle = std::f32::consts::TAU * corner as f32 / DISC_CORNERS as f32;
         along(along(foot, radius * angle.cos(), first), radius * angle.sin(), second)
@@ -33,7 +34,7 @@ pub(crate) fn disc(point: [f32; 3], normal: [f32; 3], scene: &Bounds) -> Mesh3D 
         .with_triangle_indices(triangles)
 }
 
-/// A trough.
+/// The inside of a tube below its axis, as half-pipes have it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Trough {
     /// A point of the tube's axis (m).
@@ -52,24 +53,26 @@ impl Trough {
         let side = cross(self.up, self.axis);
         let middle = dot(minus(scene.center(), self.point), self.axis);
         let half_length = PLANE_SCALE * scene.radius();
+
         let profile = self.profile(half_length);
-        let (mut places, mut normals) = (Vec::new(), Vec::new());
+        let (mut positions, mut normals) = (Vec::new(), Vec::new());
         for ([across, height], normal) in &profile {
             for end in [middle - half_length, middle + half_length] {
-                let place = along(along([0.0; 3], *across, side), *height, self.up);
-                places.push(along(place, end, self.axis));
+                let position = along(along([0.0; 3], *across, side), *height, self.up);
+                positions.push(along(position, end, self.axis));
                 normals.push(along(along([0.0; 3], normal[0], side), normal[1], self.up));
             }
         }
+
         let strips = 0..profile.len() as u32 - 1;
         let triangles = strips.flat_map(|strip| {
             let [a, b, c, d] = [0, 1, 2, 3].map(|corner| 2 * strip + corner);
             [[a, b, c], [c, b, d]]
         });
-        Mesh3D::new(places).with_vertex_normals(normals).with_triangle_indices(triangles)
+        Mesh3D::new(positions).with_vertex_normals(normals).with_triangle_indices(triangles)
     }
 
-    /// Places (across, up) from bank to bank, and the normals there.
+    /// Positions (across, up) from bank to bank (m), and the normals there.
     fn profile(&self, bank: f32) -> Vec<([f32; 2], [f32; 2])> {
         let (radius, up) = (self.radius, [0.0, 1.0]);
         let mut profile = vec![([-radius - bank, 0.0], up), ([-radius, 0.0], up)];
@@ -92,12 +95,12 @@ mod tests {
         let trough = Trough { point: [0.0; 3], axis: [0.0, 0.0, 1.0], up: [0.0, 1.0, 0.0], radius: 2.0 };
         let profile = trough.profile(1.0);
         assert_eq!((profile[0].0, profile[profile.len() - 1].0), ([-3.0, 0.0], [3.0, 0.0]));
-        for (place, normal) in &profile[2..profile.len() - 2] {
-            let distance = place[0].hypot(place[1]);
-            assert!((distance - 2.0).abs() < 1e-5 && place[1] < 1e-5, "{place:?}");
-            assert!((place[0] * normal[0] + place[1] * normal[1] + 2.0).abs() < 1e-5, "{normal:?}");
+        for (position, normal) in &profile[2..profile.len() - 2] {
+            let distance = position[0].hypot(position[1]);
+            assert!((distance - 2.0).abs() < 1e-5 && position[1] < 1e-5, "{position:?}");
+            assert!((position[0] * normal[0] + position[1] * normal[1] + 2.0).abs() < 1e-5, "{normal:?}");
         }
-        let lowest = profile.iter().map(|(place, _)| place[1]).fold(0.0, f32::min);
+        let lowest = profile.iter().map(|(position, _)| position[1]).fold(0.0, f32::min);
         assert!((lowest + 2.0).abs() < 1e-5);
     }
 }

@@ -1,4 +1,4 @@
-//! The layout that a viewer opens: the scene on the left, the figures on the right, those of snow in a column of
+//! The layout that a viewer opens: the scene on the left, the plots on the right, those of snow in a column of
 //! their own.
 //!
 //! Enters: where the camera is, what the scene is made of. Leaves: a blueprint in the recording.
@@ -33,26 +33,29 @@ type Property = (EntityPath, &'static str, Box<dyn AsComponents>);
 
 /// What a scene is made of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Contents {
+pub(crate) struct BodyKinds {
     pub(crate) has_cloth: bool,
     pub(crate) has_snow: bool,
 }
 
 /// Sends the layout.
-pub(crate) fn send(stream: &RecordingStream, camera: Camera, contents: Contents) -> Result<(), RerunError> {
+pub(crate) fn send(stream: &RecordingStream, camera: Camera, kinds: BodyKinds) -> Result<(), RerunError> {
     let mut properties: Vec<Property> = Vec::new();
     let scene: ContainerLike = Spatial3DView::new("Scene").with_origin("world").into();
     properties.extend(scene_properties(&path_of(&scene), camera));
-    let cloth = if contents.has_cloth { &CLOTH[..] } else { &[] };
+
+    let cloth = if kinds.has_cloth { &CLOTH[..] } else { &[] };
     let general = views(GENERAL.iter().chain(cloth), &mut properties);
+
     let mut columns = vec![scene, column(general)];
-    if contents.has_snow {
+    if kinds.has_snow {
         let mut snow = views(SNOW.iter(), &mut properties);
         snow.insert(1, StateTimelineView::new("What bounds the step").with_origin(BOUND_STATE).into());
         snow.push(TextLogView::new("Changes of the bound").with_origin(BOUND_LOG).into());
         columns.push(column(snow));
     }
-    let shares: Vec<f32> = (0..columns.len()).map(|place| if place == 0 { 3.0 } else { 1.0 }).collect();
+
+    let shares: Vec<f32> = (0..columns.len()).map(|column| if column == 0 { 3.0 } else { 1.0 }).collect();
     let blueprint = Blueprint::new(Horizontal::new(columns).with_column_shares(shares))
         .with_auto_views(false)
         .with_auto_layout(false)
@@ -92,8 +95,10 @@ fn scene_properties(view: &EntityPath, camera: Camera) -> [Property; 3] {
         .with_look_target(camera.target)
         .with_eye_up([0.0, 1.0, 0.0]);
     let [red, green, blue] = BACKGROUND;
+
     let background =
         Background::new(BackgroundKind::SolidColor).with_color(Color::from_rgb(red, green, blue));
+
     // The floor of a scene is one of its colliders, at its own height.
     let grid = LineGrid3D::new().with_visible(false);
     [

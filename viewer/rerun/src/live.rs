@@ -18,7 +18,7 @@ use crate::{
     recorder::{Recorder, Sink},
 };
 
-/// How long [`LiveRecorder::finish`] waits for the viewer.
+/// Longest time that [`LiveRecorder::finish`] waits for the viewer.
 const FINISH_LIMIT: Duration = Duration::from_secs(10);
 
 /// A recording that is always up to date rather than complete.
@@ -63,6 +63,7 @@ impl LiveRecorder {
         let slot = Arc::new(Slot::default());
         let (opened, is_open) = mpsc::channel();
         let (title, shared) = (title.to_owned(), Arc::clone(&slot));
+
         let work = move || {
             let recorder = match Recorder::open(&title, sink, color_by) {
                 Ok(recorder) => recorder,
@@ -77,6 +78,7 @@ impl LiveRecorder {
             shared.lock().outcome = Some(outcome);
             shared.changed.notify_all();
         };
+
         let thread_error = |cause: String| RerunError::Thread { cause };
         thread::Builder::new()
             .name("nappe-rerun".to_owned())

@@ -1,4 +1,4 @@
-//! Figures of a step to time series.
+//! Diagnostics of a step to time series.
 //!
 //! Enters: `v1::Diagnostics`. Leaves: one row of scalars for each [`Plot`], named and coloured once. What snow
 //! adds stands in `snow_plots`.
@@ -8,7 +8,7 @@ use rerun::{RecordingStream, Scalars, SeriesLines};
 
 use crate::error::{RerunError, refused};
 
-/// A plot: its place, its title with unit, its series and where their values come from.
+/// A plot: its entity path, its title with unit, its series and where their values come from.
 pub(crate) struct Plot {
     pub(crate) path: &'static str,
     pub(crate) title: &'static str,
@@ -133,7 +133,7 @@ pub(crate) fn describe(stream: &RecordingStream, plots: &[Plot]) -> Result<(), R
     Ok(())
 }
 
-/// Logs the figures of a step at the stream's current time. Values that are not finite leave a gap.
+/// Logs the diagnostics of a step at the stream's current time. Values that are not finite leave a gap.
 pub(crate) fn log(
     stream: &RecordingStream,
     diagnostics: &v1::Diagnostics,

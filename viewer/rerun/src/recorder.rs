@@ -24,14 +24,14 @@ use crate::{
     error::{RerunError, refused},
     geometry::Bounds,
     grid::GridView,
-    layout::{self, APPLICATION, Contents, TIME},
+    layout::{self, APPLICATION, BodyKinds, TIME},
     plots::{self, CLOTH, GENERAL},
     snow_plots::{BoundLog, SNOW},
 };
 
 /// The timeline of steps.
 const STEP: &str = "step";
-/// How long a viewer may take to answer.
+/// Longest time that a viewer may take to answer.
 const VIEWER_LIMIT: Duration = Duration::from_secs(10);
 
 /// Where a recording goes.
@@ -59,16 +59,16 @@ struct SceneView {
     colliders: Vec<ColliderView>,
     grid: GridView,
     bound: BoundLog,
-    /// The shapes of planes and the camera wait for the first frame, which tells how large the scene is; if
-    /// snow shows only later, the layout is sent again.
-    placed: Option<Placed>,
+    /// The camera, the shapes of planes and the layout wait for the first frame, which tells how large the scene is;
+    /// if snow shows only later, the layout is sent again.
+    layout: Option<SentLayout>,
 }
 
-/// What the first frame told.
+/// The layout that was sent with the first frame.
 #[derive(Clone, Copy)]
-struct Placed {
+struct SentLayout {
     camera: Camera,
-    contents: Contents,
+    kinds: BodyKinds,
 }
 
 impl Recorder {
@@ -89,6 +89,7 @@ impl Recorder {
             }
             Sink::Spawn => spawn(builder)?,
         };
+
         // The two timelines that count are those of the simulation.
         stream.set_log_tick_enabled(false);
         stream.set_log_time_enabled(false);
@@ -108,7 +109,7 @@ impl Recorder {
             colliders: topology.colliders.iter().enumerate().map(|(i, c)| ColliderView::new(c, i)).collect(),
             grid: GridView::default(),
             bound: BoundLog::default(),
-            placed: None,
+            layout: None,
         };
         for body in &scene.bodies {
             body.describe(&self.stream)?;
@@ -135,7 +136,8 @@ impl Recorder {
         let (points, _) = flat.as_chunks::<3>();
         let colors = if scene.has_points() { self.coloring.of(frame) } else { None };
         let colors = colors.as_deref().filter(|colors| colors.len() == points.len());
-        scene.place(&self.stream, points, colors, frame.diagnostics.as_ref())?;
+
+        scene.log_static(&self.stream, points, colors, frame.diagnostics.as_ref())?;
         self.stream.set_time_sequence(STEP, i64::try_from(frame.step).unwrap_or(i64::MAX));
         self.stream.set_duration_secs(TIME, frame.time);
         for body in &scene.bodies {
@@ -148,7 +150,7 @@ impl Recorder {
             scene.grid.log(&self.stream, grid)?;
         }
         match &frame.diagnostics {
-            Some(diagnostics) => scene.figures(&self.stream, diagnostics),
+            Some(diagnostics) => scene.log_diagnostics(&self.stream, diagnostics),
             None => Ok(()),
         }
     }
@@ -181,41 +183,43 @@ impl SceneView {
 
     /// Logs, once, what depends on the size of the scene: points, colliders and the layout with its camera. The
     /// layout comes again when snow shows for the first time.
-    fn place(
+    fn log_static(
         &mut self,
         stream: &RecordingStream,
         points: &[[f32; 3]],
         colors: Option<&[Color]>,
         diagnostics: Option<&v1::Diagnostics>,
     ) -> Result<(), RerunError> {
-        let contents = Contents {
+        let kinds = BodyKinds {
             has_cloth: self.bodies.iter().any(|body| !body.is_points()),
-            has_snow: self.has_points() || diagnostics.is_some_and(|figures| figures.snow.is_some()),
+            has_snow: self.has_points() || diagnostics.is_some_and(|step| step.snow.is_some()),
         };
-        if let Some(placed) = &mut self.placed {
-            if contents.has_snow == placed.contents.has_snow || !contents.has_snow {
+        if let Some(sent) = &mut self.layout {
+            if kinds.has_snow == sent.kinds.has_snow || !kinds.has_snow {
                 return Ok(());
             }
-            placed.contents = contents;
+            sent.kinds = kinds;
             plots::describe(stream, &SNOW)?;
-            return layout::send(stream, placed.camera, contents);
+            return layout::send(stream, sent.camera, kinds);
         }
+
         let [bounds, bodies] = self.bounds(points);
         let camera = Camera::of(&bounds, &bodies, &self.colliders);
         for body in &self.bodies {
-            body.place(stream, points, colors)?;
+            body.log_static(stream, points, colors)?;
         }
         for collider in &self.colliders {
             collider.describe(stream, &bounds, camera.eye)?;
         }
-        if contents.has_cloth {
+        if kinds.has_cloth {
             plots::describe(stream, &CLOTH)?;
         }
-        if contents.has_snow {
+        if kinds.has_snow {
             plots::describe(stream, &SNOW)?;
         }
-        self.placed = Some(Placed { camera, contents });
-        layout::send(stream, camera, contents)
+
+        self.layout = Some(SentLayout { camera, kinds });
+        layout::send(stream, camera, kinds)
     }
 
     /// Where bodies and colliders are, and where bodies that hang or fly freely can come to; and where bodies are.
@@ -234,11 +238,14 @@ impl SceneView {
         [bounds, bodies]
     }
 
-    /// Logs the figures of a step at the stream's current time.
-    fn figures(&mut self, stream: &RecordingStream, diagnostics: &v1::Diagnostics) -> Result<(), RerunError> {
-        let contents = self.placed.map(|placed| placed.contents);
+    /// Logs the diagnostics of a step at the stream's current time.
+    fn log_diagnostics(
+        &mut self,
+        stream: &RecordingStream,
+        diagnostics: &v1::Diagnostics,
+    ) -> Result<(), RerunError> {
         plots::log(stream, diagnostics, &GENERAL)?;
-        if contents.is_some_and(|contents| contents.has_cloth) {
+        if self.layout.is_some_and(|sent| sent.kinds.has_cloth) {
             plots::log(stream, diagnostics, &CLOTH)?;
         }
         plots::log(stream, diagnostics, &SNOW)?;

@@ -43,7 +43,7 @@ impl ShowOptions {
 /// What was shown.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Shown {
-    /// Frames received.
+    /// Frames that arrived, whether they were drawn or not.
     pub frame_count: u64,
     /// Frames that the server or the live recorder left out.
     pub dropped_count: u64,
@@ -58,7 +58,7 @@ pub enum ShowError {
     /// The server or the connection failed.
     #[error(transparent)]
     Client(#[from] ClientError),
-    /// Rerun failed.
+    /// The recording or the viewer failed.
     #[error(transparent)]
     Rerun(#[from] RerunError),
 }
@@ -97,6 +97,7 @@ async fn watch(
     let Some(field) = color.field().filter(|_| is_wanted) else {
         return Ok((client.watch(&session.session_id, watch).await?, color));
     };
+
     let with_color = WatchOptions { fields: watch.fields.with(field), ..watch.clone() };
     match client.watch(&session.session_id, with_color).await {
         Err(error) if color_by.is_none() && error.reason() == Some("FRAME_EXPIRED") => {
@@ -124,6 +125,7 @@ impl<Progress: FnMut(&Event)> Show<Progress> {
         let (queue, events) = mpsc::channel(QUEUE);
         let color_by = self.color_by;
         let writer = task::spawn_blocking(move || write(&title, sink, color_by, events));
+
         let mut stop = pin!(stop);
         let received = loop {
             match self.next(stop.as_mut()).await {
@@ -137,6 +139,7 @@ impl<Progress: FnMut(&Event)> Show<Progress> {
                 Err(error) => break Err(error),
             }
         };
+
         drop(queue);
         joined(writer.await)??;
         received?;
@@ -166,6 +169,7 @@ impl<Progress: FnMut(&Event)> Show<Progress> {
                 break Ok(());
             }
         };
+
         let summary = joined(task::spawn_blocking(move || recorder.finish()).await)??;
         received?;
         self.shown.dropped_count += summary.dropped_count;
@@ -181,6 +185,7 @@ impl<Progress: FnMut(&Event)> Show<Progress> {
             event = self.frames.next() => event,
             () = stop => None,
         };
+
         let Some(event) = event.transpose()? else { return Ok(None) };
         match &event {
             Event::Frame(frame) => {
@@ -190,6 +195,7 @@ impl<Progress: FnMut(&Event)> Show<Progress> {
             Event::End(end) => self.shown.end = Some(*end),
             _ => {}
         }
+
         (self.progress)(&event);
         Ok(Some(event))
     }

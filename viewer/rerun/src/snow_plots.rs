@@ -1,9 +1,9 @@
-//! Figures of snow to time series, and the bound on its step to states and a log.
+//! Diagnostics of snow to time series, and the bound on its step to states and a log.
 //!
-//! Enters: `v1::Diagnostics` with figures of snow. Leaves: rows of scalars as for `plots`; a state and a line of
+//! Enters: `v1::Diagnostics` with a part of snow. Leaves: rows of scalars as for `plots`; a state and a line of
 //! text whenever another bound binds.
 
-use nappe_client::{time_bound_name, v1};
+use nappe_client::v1;
 use rerun::{RecordingStream, StateChange, TextLog, TextLogLevel};
 
 use crate::{
@@ -53,7 +53,7 @@ pub(crate) const SNOW: [Plot; 8] = [
     },
     Plot {
         path: "plots/snow_plastic_ratio",
-        title: "Plastic volume ratio (1)",
+        title: "Plastic ratio J_P (1)",
         series: &[("smallest", BLUE), ("largest", AMBER)],
         values: |d| snow(d, |snow| vec![snow.min_plastic_ratio, snow.max_plastic_ratio]),
     },
@@ -108,7 +108,7 @@ impl BoundLog {
             return Ok(());
         }
         self.last = Some(snow.bound());
-        let state = StateChange::single(time_bound_name(snow.bound()));
+        let state = StateChange::single(snow.bound().word());
         stream.log(BOUND_STATE, &state).map_err(refused(BOUND_STATE))?;
         let line = TextLog::new(sentence(snow)).with_level(TextLogLevel::INFO);
         stream.log(BOUND_LOG, &line).map_err(refused(BOUND_LOG))
@@ -117,14 +117,14 @@ impl BoundLog {
 
 /// What binds, where, and how long a step may be.
 fn sentence(snow: &v1::SnowDiagnostics) -> String {
-    let name = time_bound_name(snow.bound());
-    let place = snow.bound_particle.map_or_else(String::new, |particle| format!(" at particle {particle}"));
+    let name = snow.bound().word();
+    let at = snow.bound_particle.map_or_else(String::new, |particle| format!(" at particle {particle}"));
     let length = if snow.bound_seconds.is_finite() {
         format!("{:.3e} s at most", snow.bound_seconds)
     } else {
         "no limit".to_owned()
     };
-    format!("{name}{place}: {length}")
+    format!("{name}{at}: {length}")
 }
 
 #[cfg(test)]
@@ -149,7 +149,7 @@ mod tests {
         let snow = Some(v1::SnowDiagnostics::default());
         let diagnostics = v1::Diagnostics { stages, snow, ..v1::Diagnostics::default() };
         for plot in &SNOW {
-            let values = (plot.values)(&diagnostics).expect("figures of snow");
+            let values = (plot.values)(&diagnostics).expect("diagnostics of snow");
             assert_eq!(values.len(), plot.series.len(), "{}", plot.path);
             assert_eq!((plot.values)(&v1::Diagnostics::default()), None, "{}", plot.path);
         }

@@ -1,4 +1,4 @@
-//! The distance of particles that fill a volume, from their places alone.
+//! The distance of particles that fill a volume, from their positions alone.
 //!
 //! Enters: positions (m). Leaves: the side of the cube that each has to itself (m).
 
@@ -14,6 +14,7 @@ pub(crate) fn spacing(points: &[[f32; 3]]) -> Option<f32> {
         return None;
     }
     let step = points.len().div_ceil(SAMPLES);
+
     let mut squares = vec![0.0_f32; points.len()];
     let mut sides: Vec<f32> = points
         .iter()
@@ -28,6 +29,7 @@ pub(crate) fn spacing(points: &[[f32; 3]]) -> Option<f32> {
             volume.cbrt()
         })
         .collect();
+
     let middle = sides.len() / 2;
     let (_, &mut side, _) = sides.select_nth_unstable_by(middle, f32::total_cmp);
     (side.is_finite() && side > 0.0).then_some(side)

@@ -1,5 +1,5 @@
-//! The snow that is timed: a ball of the snow of Stomakhin et al. 2013, eight particles a cell, in flight towards
-//! a surface.
+//! The snow that is timed: a ball of the snow of Stomakhin et al. 2013, eight particles per cell, in flight
+//! towards a surface.
 //!
 //! Reads a number of particles and the side of a cell (m); writes a world ready to be built.
 
@@ -13,19 +13,19 @@ use nappe_sim::{
 
 use crate::error::{CliError, Result};
 
-/// Particles a cell.
+/// Particles per cell.
 const PER_CELL: f64 = 8.0;
-/// Between the ball and the surface that it flies to, in cells.
+/// Distance between the ball and the surface that it flies to (cells).
 const GAP_CELLS: f64 = 1.0;
 
 /// A ball of snow in flight.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Throw {
-    /// Particles.
+    /// Number of particles, above 0.
     pub(crate) particles: usize,
     /// Side of a cell (m).
     pub(crate) cell: f64,
-    /// Velocity (m/s).
+    /// Velocity of every particle (m/s).
     pub(crate) velocity: [f64; 3],
     /// Time step of the world (s).
     pub(crate) dt: f64,
@@ -43,12 +43,13 @@ impl Throw {
     /// The world, with the ball around the origin.
     ///
     /// # Errors
-    /// When the program has no snow of Stomakhin et al., which would be a fault of it.
+    /// When the program has no snow of Stomakhin et al., which would be an error in it.
     pub(crate) fn world(&self) -> Result<WorldSetup> {
         let preset = Preset::from_name("stomakhin")
             .ok_or_else(|| CliError::failure("the preset 'stomakhin' of snow is missing"))?;
         let volume = self.cell.powi(3) / PER_CELL;
         let count = self.particles;
+
         let ball = SnowObject {
             name: "ball".to_owned(),
             x: self.points(),
@@ -91,11 +92,13 @@ impl Throw {
             .clone()
             .flat_map(|x| line.clone().flat_map(move |y| (-half..half).map(move |z| [x, y, z])))
             .collect();
+
         // Twice the distance from the middle, which is between points: whole numbers, so no two ways to sort.
         let far = |point: &[i32; 3]| (point.map(|i| (2 * i + 1).pow(2)).iter().sum::<i32>(), *point);
         lattice.select_nth_unstable_by_key(self.particles - 1, far);
         lattice.truncate(self.particles);
         lattice.sort_unstable();
+
         let mut random = Random(self.particles as u64);
         lattice.into_iter().map(|point| point.map(|i| spacing * (f64::from(i) + random.next()))).collect()
     }
@@ -130,14 +133,17 @@ mod tests {
         let world = throw.world().expect("the preset is there");
         let ball = &world.snow.expect("snow").objects[0];
         assert_eq!((ball.x.len(), ball.v.len(), ball.mass.len()), (20_000, 20_000, 20_000));
+
         let far = |point: &[f64; 3]| point.iter().map(|c| c * c).sum::<f64>().sqrt();
         let reach = ball.x.iter().map(far).fold(0.0, f64::max);
         // A point may stand half a spacing beyond the ball, and be moved by a diagonal half of its cube.
         assert!((reach - throw.radius()).abs() < 0.01, "{reach} for {}", throw.radius());
+
         let middle: Vec<f64> =
             (0..3).map(|axis| ball.x.iter().map(|x| x[axis]).sum::<f64>() / 20_000.0).collect();
         // The last shell may be full on one side only: well below a tenth of the spacing of 5 mm.
         assert!(middle.iter().all(|c| c.abs() < 5e-4), "{middle:?}");
+
         let mass: f64 = ball.mass.iter().sum();
         let expected = 400.0 * 4.0 / 3.0 * PI * throw.radius().powi(3);
         assert!((mass / expected - 1.0).abs() < 1e-12, "{mass} kg");

@@ -29,7 +29,7 @@ pub(crate) struct StageClock {
 }
 
 impl StageClock {
-    /// Starts now.
+    /// A clock that starts now.
     pub(crate) fn start() -> Self {
         let start = Instant::now();
         Self { start, last: start, stages: Stages::default() }

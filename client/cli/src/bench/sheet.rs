@@ -1,7 +1,7 @@
 //! The cloth that is timed: a square sheet with stretch, shear and bend springs, held at two
 //! corners, that falls under its own weight.
 //!
-//! Reads a number of particles a side; writes a world ready to be built.
+//! Reads a number of particles per side; writes a world ready to be built.
 
 use nappe_sim::{
     cloth::{ClothSettings, Integrator, Network, SpringLaw, SpringRules},
@@ -11,7 +11,7 @@ use nappe_sim::{
     world::{BodySetup, WorldSetup},
 };
 
-use super::race;
+use super::timings;
 use crate::error::Result;
 
 /// Distance between neighbours (m).
@@ -42,17 +42,17 @@ pub(crate) fn network(side: usize) -> Network {
 /// The world of such a sheet. Explicit integrators take half of their largest stable step.
 ///
 /// # Errors
-/// When the simulation refuses the sheet, which would be a fault of this program.
+/// When the simulation refuses the sheet, which would be an error in this program.
 pub(crate) fn world(network: &Network, integrator: Integrator) -> Result<WorldSetup> {
     let dt = if integrator.is_implicit() { IMPLICIT_DT } else { 0.5 * stable_step()? };
     Ok(setup(network.clone(), integrator, dt))
 }
 
 /// The largest stable explicit step of a sheet of these springs (s). It is the same for every size
-/// above a few particles a side, so a small one is asked.
+/// above a few particles per side, so a small one is asked.
 fn stable_step() -> Result<f64> {
     let probe = setup(network(PROBE_SIDE), Integrator::SymplecticEuler, IMPLICIT_DT);
-    let simulation = race::build(&probe, Precision::F64)?;
+    let simulation = timings::build(&probe, Precision::F64)?;
     Ok(simulation.step_bounds().iter().map(|bound| bound.dt).fold(f64::INFINITY, f64::min))
 }
 

@@ -1,8 +1,8 @@
-//! `nappe bench snow`: particle-steps a second of explicit snow (MLS, quadratic kernel, plasticity), time per
+//! `nappe bench snow`: particle-steps per second of explicit snow (MLS, quadratic kernel, plasticity), time per
 //! stage and memory, in both precisions, on one thread and on all. Straight on the simulation library.
 //!
 //! A ball flies at 3 m/s to a floor and deforms. A step of the world is several steps of the snow, as the
-//! certified bound asks; those are counted, and sorting, bounds and figures are part of them.
+//! certified bound asks; those are counted, and sorting, bounds and diagnostics are part of them.
 
 use std::collections::BTreeMap;
 
@@ -11,11 +11,10 @@ use nappe_sim::{math::Precision, report::Stage};
 use serde::Serialize;
 
 use super::{
-    Row,
     ball::Throw,
-    race::{self, Lane, Laps},
+    row::{Row, thread_counts},
     sample::{self, Sample},
-    thread_counts,
+    timings::{self, StepCounts, Timing},
 };
 use crate::{
     args::PrecisionName,
@@ -31,7 +30,7 @@ const CELL: f64 = 1.0 / 128.0;
 const STAGES: [Stage; 5] =
     [Stage::Sort, Stage::ParticlesToGrid, Stage::GridUpdate, Stage::GridToParticles, Stage::Diagnose];
 
-/// Options of `nappe bench snow`.
+/// Snow of 200 000 and 1 000 000 particles: particle-steps per second, time per stage, memory
 #[derive(Args, Debug)]
 pub(crate) struct SnowArgs {
     /// Particles of each ball
@@ -60,11 +59,11 @@ struct SnowRow {
     best_rate: f64,
     /// Steps of the snow that were timed.
     substeps: u64,
-    /// Nanoseconds of each stage for each particle and step of the snow, medians.
+    /// Nanoseconds of each stage per particle and step of the snow, medians.
     stage_nanoseconds: BTreeMap<&'static str, f64>,
     /// Median of the time on one thread over the time on these threads.
     speedup: f64,
-    /// Memory of the snow, grid included, over its particles.
+    /// Memory of the snow per particle (bytes), grid included.
     bytes_per_particle: f64,
     state_hash: String,
 }
@@ -86,9 +85,11 @@ pub(crate) fn run(args: &SnowArgs) -> Result<()> {
         let setup = throw.world()?;
         for precision in precisions(args.precision, throw.particles) {
             output::note(&format!("{} particles, {precision} ...", output::count(particles.into())));
-            let laps = Laps { warm_up: 2, counted: args.repetitions as usize };
-            let lanes = race::race(&setup, precision, &thread_counts(args.threads), laps)?;
-            rows.extend(lanes.iter().map(|lane| snow_row(lane, &lanes[0], precision, throw.particles)));
+            let steps = StepCounts { warm_up: 2, timed: args.repetitions as usize };
+            let timings = timings::measure(&setup, precision, &thread_counts(args.threads), steps)?;
+            rows.extend(
+                timings.iter().map(|timing| snow_row(timing, &timings[0], precision, throw.particles)),
+            );
         }
     }
     match args.output.format() {
@@ -110,20 +111,22 @@ fn substep_seconds(samples: &[Sample]) -> impl Iterator<Item = f64> {
     samples.iter().map(|sample| sample.seconds / f64::from(sample.substeps.max(1)))
 }
 
-fn snow_row(lane: &Lane, single: &Lane, precision: Precision, particles: usize) -> SnowRow {
-    let median_seconds = sample::median(substep_seconds(&lane.samples));
-    let min_seconds = sample::minimum(substep_seconds(&lane.samples));
-    let ratios = substep_seconds(&single.samples).zip(substep_seconds(&lane.samples));
+fn snow_row(timing: &Timing, single: &Timing, precision: Precision, particles: usize) -> SnowRow {
+    let median_seconds = sample::median(substep_seconds(&timing.samples));
+    let min_seconds = sample::minimum(substep_seconds(&timing.samples));
+    let ratios = substep_seconds(&single.samples).zip(substep_seconds(&timing.samples));
+
     let nanoseconds = |stage: Stage| {
         let index = Stage::ALL.iter().position(|known| *known == stage).expect("ALL holds every stage");
-        let shares = lane.samples.iter().map(|s| s.stages[index] / f64::from(s.substeps.max(1)));
+        let shares = timing.samples.iter().map(|s| s.stages[index] / f64::from(s.substeps.max(1)));
         1e9 * sample::median(shares) / particles as f64
     };
+
     SnowRow {
         row: Row {
             name: "snow/mls_quadratic".to_owned(),
             particles,
-            threads: lane.threads,
+            threads: timing.threads,
             precision: precision.name(),
             median_seconds,
             min_seconds,
@@ -131,11 +134,11 @@ fn snow_row(lane: &Lane, single: &Lane, precision: Precision, particles: usize) 
             unit: "particle-steps/s",
         },
         best_rate: particles as f64 / min_seconds,
-        substeps: lane.samples.iter().map(|s| u64::from(s.substeps)).sum(),
+        substeps: timing.samples.iter().map(|s| u64::from(s.substeps)).sum(),
         stage_nanoseconds: STAGES.iter().map(|stage| (stage.name(), nanoseconds(*stage))).collect(),
         speedup: sample::median(ratios.map(|(one, many)| one / many)),
-        bytes_per_particle: lane.snow_bytes as f64 / particles as f64,
-        state_hash: output::hash(lane.state_hash),
+        bytes_per_particle: timing.snow_bytes as f64 / particles as f64,
+        state_hash: output::hash(timing.state_hash),
     }
 }
 
@@ -150,6 +153,7 @@ fn text(rows: &[SnowRow]) -> String {
     ];
     columns.extend(STAGES.iter().map(|stage| Column::Right(stage.name())));
     columns.push(Column::Right("bytes"));
+
     let cells: Vec<Vec<String>> = rows
         .iter()
         .map(|row| {
@@ -167,7 +171,7 @@ fn text(rows: &[SnowRow]) -> String {
         })
         .collect();
     format!(
-        "{}\n\nM/s: millions of particle-steps a second, sorting, bound and figures included; medians and the fastest step.\nStages: nanoseconds a particle and step of the snow. Bytes: memory of the snow, grid included, a particle.\nA ball of snow (Stomakhin et al. 2013), 8 particles a cell of 1/128 m, falls on a floor at 3 m/s; MLS, quadratic kernel, explicit.",
+        "{}\n\nM/s: millions of particle-steps per second, sorting, bound and diagnostics included; medians and the fastest step.\nStages: nanoseconds per particle and step of the snow. Bytes: memory of the snow per particle, grid included.\nA ball of snow (Stomakhin et al. 2013), 8 particles per cell of 1/128 m, falls on a floor at 3 m/s; MLS, quadratic kernel, explicit.",
         output::table(&columns, &cells)
     )
 }

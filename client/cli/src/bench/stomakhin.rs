@@ -1,4 +1,4 @@
-//! `nappe bench stomakhin`: seconds a frame of a snowball of the size that Stomakhin et al. 2013 print a time for,
+//! `nappe bench stomakhin`: seconds per frame of a snowball of the size that Stomakhin et al. 2013 print a time for,
 //! beside that time.
 //!
 //! 300 000 particles on cells of 5 mm hit a wall above a floor. A frame is one step of the world, 1/24 s, divided
@@ -9,10 +9,10 @@ use nappe_sim::math::Precision;
 use serde::Serialize;
 
 use super::{
-    Row,
     ball::Throw,
-    race::{self, Laps},
+    row::Row,
     sample,
+    timings::{self, StepCounts},
 };
 use crate::{
     args::PrecisionName,
@@ -20,10 +20,10 @@ use crate::{
     output::{self, Column, Format, OutputArgs},
 };
 
-/// Seconds a frame of 300 000 particles in Stomakhin et al. 2013: 5.2 minutes.
+/// Seconds per frame of 300 000 particles in Stomakhin et al. 2013: 5.2 minutes.
 const PUBLISHED_SECONDS: f64 = 312.0;
 
-/// Options of `nappe bench stomakhin`.
+/// A snowball of 300 000 particles: seconds per frame, beside the 5.2 minutes of Stomakhin et al. 2013
 #[derive(Args, Debug)]
 pub(crate) struct StomakhinArgs {
     /// Particles of the ball
@@ -44,19 +44,20 @@ pub(crate) struct StomakhinArgs {
 
 #[derive(Serialize)]
 struct StomakhinRow {
-    /// Seconds of a frame.
+    /// Its times are those of a frame.
     #[serde(flatten)]
     row: Row,
-    /// Of the slowest frame.
+    /// Time of the slowest frame (s).
     max_seconds: f64,
-    /// Seconds and steps of the snow of each frame, in order.
+    /// Time of each frame (s), in order.
     frame_seconds: Vec<f64>,
+    /// Steps of the snow of each frame, in order.
     frame_substeps: Vec<u32>,
     /// Particles times steps of the snow, over the seconds of all frames.
     particle_steps_per_second: f64,
-    /// Seconds of a frame in the paper, and how often our median goes into it; none for another number of
-    /// particles.
+    /// Time of a frame in the paper (s); none for another number of particles.
     published_seconds: Option<f64>,
+    /// The paper's time over our median.
     published_ratio: Option<f64>,
     state_hash: String,
 }
@@ -88,18 +89,21 @@ fn measure(args: &StomakhinArgs, throw: &Throw) -> Result<StomakhinRow> {
         args.frames,
         output::count(args.particles.into())
     ));
-    let laps = Laps { warm_up: 0, counted: args.frames as usize };
-    let lane = race::race(&throw.world()?, precision, &[threads], laps)?.remove(0);
-    let frame_seconds: Vec<f64> = lane.samples.iter().map(|sample| sample.seconds).collect();
-    let frame_substeps: Vec<u32> = lane.samples.iter().map(|sample| sample.substeps).collect();
+
+    let steps = StepCounts { warm_up: 0, timed: args.frames as usize };
+    let timing = timings::measure(&throw.world()?, precision, &[threads], steps)?.remove(0);
+
+    let frame_seconds: Vec<f64> = timing.samples.iter().map(|sample| sample.seconds).collect();
+    let frame_substeps: Vec<u32> = timing.samples.iter().map(|sample| sample.substeps).collect();
     let median_seconds = sample::median(frame_seconds.iter().copied());
     let substeps: f64 = frame_substeps.iter().copied().map(f64::from).sum();
+
     let published = (args.particles == 300_000).then_some(PUBLISHED_SECONDS);
     Ok(StomakhinRow {
         row: Row {
             name: "snow/stomakhin".to_owned(),
             particles: throw.particles,
-            threads: lane.threads,
+            threads: timing.threads,
             precision: precision.name(),
             median_seconds,
             min_seconds: sample::minimum(frame_seconds.iter().copied()),
@@ -112,7 +116,7 @@ fn measure(args: &StomakhinArgs, throw: &Throw) -> Result<StomakhinRow> {
         frame_substeps,
         published_seconds: published,
         published_ratio: published.map(|seconds| seconds / median_seconds),
-        state_hash: output::hash(lane.state_hash),
+        state_hash: output::hash(timing.state_hash),
     })
 }
 
@@ -125,11 +129,12 @@ fn text(row: &StomakhinRow, radius: f64) -> String {
             vec![frame.to_string(), format!("{seconds:.2}"), output::count((*substeps).into())]
         })
         .collect();
+
     let beside = row.published_ratio.map_or_else(String::new, |ratio| {
-        format!(" Stomakhin et al. 2013: 5.2 minutes a frame for 300 000 particles, {ratio:.0} times the median here.")
+        format!(" Stomakhin et al. 2013: 5.2 minutes per frame for 300 000 particles, {ratio:.0} times the median here.")
     });
     format!(
-        "{}\n\n{:.2} s a frame of 1/24 s (median), {:.1} million particle-steps a second, {} threads, {}.{beside}\n{} particles, 8 a cell of 5 mm, a ball of radius {:.3} m that hits a wall at 5 m/s.",
+        "{}\n\n{:.2} s per frame of 1/24 s (median), {:.1} million particle-steps per second, {} threads, {}.{beside}\n{} particles, 8 per cell of 5 mm, a ball of radius {:.3} m that hits a wall at 5 m/s.",
         output::table(&columns, &cells),
         row.row.median_seconds,
         row.particle_steps_per_second / 1e6,

@@ -1,9 +1,9 @@
-//! `nappe bench stream`: frames a second from a server inside this command to one client, over
+//! `nappe bench stream`: frames per second from a server inside this command to one client, over
 //! loopback.
 //!
 //! The frames are computed first and kept by the server; then the client watches them all, several
-//! times. So the figure is that of the stream alone: reading what is kept, gRPC, TCP, decoding.
-//! The particles are free of each other: streaming does not care.
+//! times. So the time is that of the stream alone: reading what is kept, gRPC, TCP, decoding.
+//! The particles are not joined by springs, which makes no difference to a stream.
 
 use std::time::{Duration, Instant};
 
@@ -13,22 +13,22 @@ use nappe_scene::{Body, Mass, Mesh, Scene};
 use nappe_sim::cloth::Integrator;
 use serde::Serialize;
 
-use super::{Row, sample};
+use super::{row::Row, sample};
 use crate::{
-    embedded::Embedded,
+    compute::Embedded,
     error::{CliError, Result},
     output::{self, Column, Format, OutputArgs},
     remote,
 };
 
-/// Bytes of a particle in a frame.
+/// Bytes per particle of a frame: a position in binary32.
 const PARTICLE_BYTES: u64 = 12;
 /// Frames computed at most; small ones would otherwise take thousands.
 const MAX_FRAMES: u64 = 200;
-/// Seconds that the passes over the frames of one size take together, about.
+/// Least time that the passes over the frames of one size take together (s).
 const PASSES_SECONDS: f64 = 3.0;
 
-/// Options of `nappe bench stream`.
+/// Frames per second from an embedded server to one client over loopback
 #[derive(Args, Debug)]
 pub(crate) struct StreamArgs {
     /// Particles of a frame
@@ -89,8 +89,10 @@ async fn measure(client: &Client, particles: usize, limits: &v1::Limits) -> Resu
         .session;
     let id = session.session_id.as_str();
     let session = client.step(id, frames, Wait::Yes).await?;
+
     let seconds = passes(client, &session).await?;
     client.delete_session(id).await?;
+
     let median_seconds = sample::median(seconds.iter().copied());
     let row = Row {
         name: "stream/every".to_owned(),
@@ -106,7 +108,7 @@ async fn measure(client: &Client, particles: usize, limits: &v1::Limits) -> Resu
     Ok(StreamRow { row, frame_bytes, megabytes_per_second, passes: seconds.len() })
 }
 
-/// Watches all that is kept, over and over; seconds a frame of each pass.
+/// Watches all that is kept, over and over; seconds per frame of each pass.
 async fn passes(client: &Client, session: &v1::Session) -> Result<Vec<f64>> {
     let start = Instant::now();
     let mut seconds = Vec::new();
@@ -116,7 +118,7 @@ async fn passes(client: &Client, session: &v1::Session) -> Result<Vec<f64>> {
     Ok(seconds)
 }
 
-/// Seconds a frame, from the first to the last that the server keeps.
+/// Seconds per frame, from the first to the last that the server keeps.
 async fn pass(client: &Client, session: &v1::Session) -> Result<f64> {
     let options = WatchOptions::every_from(session.oldest_frame);
     let mut stream = client.watch(&session.session_id, options).await?;
@@ -139,7 +141,7 @@ async fn cloud(client: &Client, particles: usize) -> Result<nappe_client::Scene>
     let side = (particles as f64).sqrt().ceil() as usize;
     let points = (0..particles).map(|i| [(i % side) as f64 * 0.01, 0.0, (i / side) as f64 * 0.01]).collect();
     let mesh = MeshUpload { name: "cloud".to_owned(), points, ..MeshUpload::default() };
-    // That no triangle names the points is the point of it, so the remarks are left unsaid.
+    // The mesh has no triangles on purpose, so the warnings about that are left out.
     let upload = client.upload_mesh(&mesh).await?.mesh_id;
     let body = Body {
         mass: Some(Mass::Particle(0.01)),
@@ -153,7 +155,7 @@ async fn cloud(client: &Client, particles: usize) -> Result<nappe_client::Scene>
 fn text(rows: &[StreamRow]) -> String {
     let columns = [
         Column::Right("particles"),
-        Column::Right("a frame"),
+        Column::Right("frame size"),
         Column::Right("median"),
         Column::Right("fastest"),
         Column::Right("frames/s"),

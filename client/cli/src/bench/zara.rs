@@ -1,21 +1,21 @@
 //! `nappe bench zara`: the table of Zara 2001, section 6, on this machine.
 //!
 //! Time of each stage and of a frame, which is one step, for the paper's sheet sizes, explicit and
-//! implicit, on one thread and on all, beside the paper's figures. Straight on the simulation
+//! implicit, on one thread and on all, beside the paper's own times. Straight on the simulation
 //! library, without gRPC.
 
 use std::collections::BTreeMap;
 
 use clap::Args;
-use nappe_sim::{cloth::Integrator, math::Precision, report::Stage};
+use nappe_sim::{cloth::Network, math::Precision, report::Stage};
 use serde::Serialize;
 
 use super::{
-    Row,
-    paper::{self, Figure},
-    race::{self, Laps},
+    paper::{self, PublishedTime, Scheme},
+    row::{Row, thread_counts},
     sample::{self, Stages},
-    sheet, thread_counts,
+    sheet,
+    timings::{self, StepCounts, Timing},
 };
 use crate::{
     args::PrecisionName,
@@ -23,7 +23,7 @@ use crate::{
     output::{self, Column, Format, OutputArgs},
 };
 
-/// Options of `nappe bench zara`.
+/// The table of Zara 2001: seconds of each stage and of a frame, beside the paper's own times
 #[derive(Args, Debug)]
 pub(crate) struct ZaraArgs {
     /// Particles of each sheet, square numbers
@@ -46,33 +46,6 @@ pub(crate) struct ZaraArgs {
     output: OutputArgs,
 }
 
-/// How a step is taken.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Scheme {
-    /// Explicit Euler (section 3.2 of the paper).
-    Explicit,
-    /// Implicit Euler, ten iterations of the conjugate gradient from zero (algorithm 1).
-    Implicit,
-}
-
-impl Scheme {
-    const ALL: [Self; 2] = [Self::Explicit, Self::Implicit];
-
-    const fn name(self) -> &'static str {
-        match self {
-            Self::Explicit => "explicit",
-            Self::Implicit => "implicit",
-        }
-    }
-
-    const fn integrator(self) -> Integrator {
-        match self {
-            Self::Explicit => Integrator::ExplicitEuler,
-            Self::Implicit => Integrator::ImplicitEuler,
-        }
-    }
-}
-
 #[derive(Serialize)]
 struct ZaraRow {
     #[serde(flatten)]
@@ -80,7 +53,7 @@ struct ZaraRow {
     springs: usize,
     stages: BTreeMap<&'static str, f64>,
     state_hash: String,
-    paper: Vec<Figure>,
+    paper: Vec<PublishedTime>,
 }
 
 /// Runs `nappe bench zara`.
@@ -100,12 +73,13 @@ pub(crate) fn run(args: &ZaraArgs) -> Result<()> {
                 scheme.name()
             ));
             let setup = sheet::world(&network, scheme.integrator())?;
-            let laps = Laps { warm_up: 1, counted: args.steps as usize };
+            let steps = StepCounts { warm_up: 1, timed: args.steps as usize };
             let precision = Precision::from(args.precision);
-            let lanes = race::race(&setup, precision, &thread_counts(args.threads), laps)?;
-            rows.extend(lanes.iter().map(|lane| zara_row(lane, scheme, precision, &network)));
+            let timings = timings::measure(&setup, precision, &thread_counts(args.threads), steps)?;
+            rows.extend(timings.iter().map(|timing| zara_row(timing, scheme, precision, &network)));
         }
     }
+
     match (args.output.format(), args.csv) {
         (Format::Json, _) => output::json(&rows),
         (Format::Text, true) => output::line(&csv(&rows)),
@@ -122,30 +96,25 @@ fn side(particles: usize) -> Result<usize> {
         .hint("give squares of 8 or more: 64, 2500, 10000, 160000 ..."))
 }
 
-fn zara_row(
-    lane: &race::Lane,
-    scheme: Scheme,
-    precision: Precision,
-    network: &nappe_sim::cloth::Network,
-) -> ZaraRow {
-    let median_seconds = sample::median(lane.samples.iter().map(|s| s.seconds));
-    let stages: Stages = sample::median_stages(&lane.samples);
+fn zara_row(timing: &Timing, scheme: Scheme, precision: Precision, network: &Network) -> ZaraRow {
+    let median_seconds = sample::median(timing.samples.iter().map(|s| s.seconds));
+    let stages: Stages = sample::median_stages(&timing.samples);
     let particles = network.x.len();
     ZaraRow {
         row: Row {
             name: format!("zara/{}", scheme.name()),
             particles,
-            threads: lane.threads,
+            threads: timing.threads,
             precision: precision.name(),
             median_seconds,
-            min_seconds: sample::minimum(lane.samples.iter().map(|s| s.seconds)),
+            min_seconds: sample::minimum(timing.samples.iter().map(|s| s.seconds)),
             rate: 1.0 / median_seconds,
             unit: "frames/s",
         },
         springs: network.springs.len(),
         stages: Stage::ALL.iter().zip(stages).map(|(stage, seconds)| (stage.name(), seconds)).collect(),
-        state_hash: output::hash(lane.state_hash),
-        paper: paper::figures(scheme, particles),
+        state_hash: output::hash(timing.state_hash),
+        paper: paper::published_times(scheme, particles),
     }
 }
 
@@ -165,7 +134,7 @@ fn csv(rows: &[ZaraRow]) -> String {
         for slot in 0..2 {
             line += &row.paper.get(slot).map_or_else(
                 || ",,".to_owned(),
-                |figure| format!(",\"{}\",{}", figure.machine.label(), figure.seconds),
+                |time| format!(",\"{}\",{}", time.machine.label(), time.seconds),
             );
         }
         lines.push(line);
@@ -176,7 +145,8 @@ fn csv(rows: &[ZaraRow]) -> String {
 fn text(rows: &[ZaraRow]) -> String {
     let mut columns = vec![Column::Left("scheme"), Column::Right("particles"), Column::Right("threads")];
     columns.extend(Stage::ALL.iter().map(|stage| Column::Right(stage.name())));
-    columns.extend([Column::Right("frame"), Column::Left("Zara 2001, a frame")]);
+    columns.extend([Column::Right("frame"), Column::Left("Zara 2001, per frame")]);
+
     let cells: Vec<Vec<String>> = rows
         .iter()
         .map(|row| {
@@ -203,11 +173,11 @@ fn stage_cell(seconds: f64) -> String {
     if seconds > 0.0 { output::duration(seconds) } else { "-".to_owned() }
 }
 
-fn paper_cell(figures: &[Figure]) -> String {
-    if figures.is_empty() {
+fn paper_cell(times: &[PublishedTime]) -> String {
+    if times.is_empty() {
         return "-".to_owned();
     }
     let parts: Vec<_> =
-        figures.iter().map(|figure| format!("{} s ({})", figure.seconds, figure.machine.label())).collect();
+        times.iter().map(|time| format!("{} s ({})", time.seconds, time.machine.label())).collect();
     parts.join(", ")
 }

@@ -1,4 +1,4 @@
-//! A folder with PLY files: one of the particles a frame, and one of the snow's grid if it is kept.
+//! A folder with PLY files: per frame one of the particles, and one of the snow's grid if it is kept.
 //!
 //! Particles: x, y, z (m) and, where they are kept, vx, vy, vz (m/s), plastic_ratio (1) and stress_norm (Pa).
 //! Nodes of the grid: x, y, z (m), mass (kg), vx, vy, vz (m/s).
@@ -9,12 +9,12 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use nappe_client::{Frame, Grid, Scalars, Topology, Vectors};
+use nappe_client::{Frame, GridFrame, Scalars, Topology, Vectors};
 use nappe_scene::mesh::{PlyFrame, PlyProperty, write_ply_frame};
 
 use crate::error::{CliError, Result};
 
-/// Names of a velocity's numbers.
+/// Properties of a PLY file that hold a velocity (m/s).
 const VELOCITY: [&str; 3] = ["vx", "vy", "vz"];
 
 /// PLY files: frame-000000.ply, frame-000001.ply ... and grid-000000.ply ...
@@ -52,6 +52,7 @@ impl Folder {
         let velocities = frame.velocities.as_ref().map(Vectors::to_f32);
         let ratios = frame.plastic_ratios.as_ref().map(Scalars::to_f32);
         let stresses = frame.stress_norms.as_ref().map(Scalars::to_f32);
+
         let properties: Vec<PlyProperty<'_>> = [
             property(&VELOCITY, velocities.as_deref()),
             property(&["plastic_ratio"], ratios.as_deref()),
@@ -60,6 +61,7 @@ impl Folder {
         .into_iter()
         .flatten()
         .collect();
+
         let particles = PlyFrame {
             positions: &frame.positions.to_f32(),
             properties: &properties,
@@ -68,13 +70,14 @@ impl Folder {
             time: frame.time,
         };
         write(&self.path.join(format!("frame-{:06}.ply", frame.frame)), &particles)?;
+
         match &frame.grid {
             Some(grid) => self.write_grid(frame, grid),
             None => Ok(()),
         }
     }
 
-    fn write_grid(&self, frame: &Frame, grid: &Grid) -> Result<()> {
+    fn write_grid(&self, frame: &Frame, grid: &GridFrame) -> Result<()> {
         let positions: Vec<f32> = grid.positions().flatten().collect();
         let nodes = PlyFrame {
             positions: &positions,
@@ -90,7 +93,7 @@ impl Folder {
     }
 }
 
-/// An array, if it is kept.
+/// The properties of an array, if it is kept.
 fn property<'a>(names: &'a [&'a str], values: Option<&'a [f32]>) -> Option<PlyProperty<'a>> {
     values.map(|values| PlyProperty { names, values })
 }

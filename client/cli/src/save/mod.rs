@@ -10,10 +10,7 @@ use std::path::{Path, PathBuf};
 use nappe_client::{Frame, Topology, WatchOptions, v1};
 
 use self::{folder::Folder, recording::Recording};
-use crate::{
-    contents::ContentsArgs,
-    error::{CliError, Result},
-};
+use crate::{error::Result, fields::FieldsArgs, paths};
 
 /// Whether this build can write Rerun recordings.
 pub(crate) const RECORDS: bool = cfg!(feature = "rerun");
@@ -21,7 +18,7 @@ pub(crate) const RECORDS: bool = cfg!(feature = "rerun");
 /// An open recording or folder.
 pub(crate) struct Sink {
     path: PathBuf,
-    contents: ContentsArgs,
+    fields: FieldsArgs,
     form: Form,
 }
 
@@ -30,41 +27,24 @@ enum Form {
     Recording(Recording),
 }
 
-/// Whether a path names a Rerun recording.
-pub(crate) fn is_recording(path: &Path) -> bool {
-    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("rrd"))
-}
-
-/// Says what is wrong with a path that names neither a recording nor a folder.
-fn check(path: &Path) -> Result<()> {
-    if is_recording(path) || path.extension().is_none() || path.is_dir() {
-        return Ok(());
-    }
-    Err(CliError::usage(format!(
-        "--save {}: frames are kept in a Rerun recording, FILE.rrd, or in a folder of PLY meshes",
-        path.display()
-    ))
-    .hint("a folder's name has no extension, unless the folder exists already"))
-}
-
 impl Sink {
     /// Opens a recording for a path that ends in `.rrd`, a folder for another.
     ///
     /// # Errors
     /// When the path names neither, or a recording in a build without Rerun; when the file or the folder cannot be made, or the folder holds frames already.
-    pub(crate) fn create(path: &Path, contents: &ContentsArgs) -> Result<Self> {
-        check(path)?;
-        let form = if is_recording(path) {
-            Form::Recording(Recording::create(path, contents.recording_color())?)
+    pub(crate) fn create(path: &Path, fields: &FieldsArgs) -> Result<Self> {
+        paths::check_save(path)?;
+        let form = if paths::is_recording(path) {
+            Form::Recording(Recording::create(path, fields.recording_color())?)
         } else {
             Form::Folder(Folder::create(path)?)
         };
-        Ok(Self { path: path.to_owned(), contents: contents.clone(), form })
+        Ok(Self { path: path.to_owned(), fields: fields.clone(), form })
     }
 
     /// These watch options with what is kept of a session's frames.
     pub(crate) fn watch(&self, options: WatchOptions, session: &v1::Session) -> WatchOptions {
-        self.contents.watch(options, session, &self.path)
+        self.fields.watch(options, session, &self.path)
     }
 
     /// Keeps the topology; it comes before the frames.

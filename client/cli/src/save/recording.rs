@@ -13,16 +13,16 @@ mod with_rerun {
     use nappe_rerun::{Recorder, Sink};
 
     use crate::{
-        contents::ColorName,
         error::{CliError, Result},
+        fields::ColorName,
     };
 
     /// An open recording.
-    pub(in crate::save) struct Recording(Recorder);
+    pub(crate) struct Recording(Recorder);
 
     impl Recording {
         /// Opens the file.
-        pub(in crate::save) fn create(path: &Path, color: ColorName) -> Result<Self> {
+        pub(crate) fn create(path: &Path, color: ColorName) -> Result<Self> {
             let title = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
             Recorder::open(&title, Sink::Save(path.to_owned()), color.into())
                 .map(Self)
@@ -30,17 +30,17 @@ mod with_rerun {
         }
 
         /// Records the topology.
-        pub(in crate::save) fn topology(&mut self, topology: &Topology) -> Result<()> {
+        pub(crate) fn topology(&mut self, topology: &Topology) -> Result<()> {
             self.0.topology(topology).map_err(CliError::failure)
         }
 
         /// Records a frame.
-        pub(in crate::save) fn frame(&mut self, frame: &Frame) -> Result<()> {
+        pub(crate) fn frame(&mut self, frame: &Frame) -> Result<()> {
             self.0.frame(frame).map_err(CliError::failure)
         }
 
         /// Closes the file.
-        pub(in crate::save) fn finish(self) -> Result<()> {
+        pub(crate) fn finish(self) -> Result<()> {
             self.0.finish().map_err(CliError::failure)
         }
     }
@@ -53,32 +53,29 @@ mod without_rerun {
     use nappe_client::{Frame, Topology};
 
     use crate::{
-        contents::ColorName,
         error::{CliError, Result},
+        fields::ColorName,
     };
 
-    /// There is none.
-    pub(in crate::save) enum Recording {}
+    /// A recording, which this build cannot make: the type has no values.
+    pub(crate) enum Recording {}
 
     impl Recording {
-        /// A refusal.
-        pub(in crate::save) fn create(path: &Path, _: ColorName) -> Result<Self> {
+        /// Refuses: this build cannot record.
+        pub(crate) fn create(path: &Path, _: ColorName) -> Result<Self> {
             Err(CliError::usage(format!("--save {}: this build cannot write Rerun recordings", path.display()))
                 .hint("give a folder for PLY meshes, or build nappe with its feature `rerun`, which is on by default"))
         }
 
-        /// Never called.
-        pub(in crate::save) fn topology(&mut self, _: &Topology) -> Result<()> {
+        pub(crate) fn topology(&mut self, _: &Topology) -> Result<()> {
             match *self {}
         }
 
-        /// Never called.
-        pub(in crate::save) fn frame(&mut self, _: &Frame) -> Result<()> {
+        pub(crate) fn frame(&mut self, _: &Frame) -> Result<()> {
             match *self {}
         }
 
-        /// Never called.
-        pub(in crate::save) fn finish(self) -> Result<()> {
+        pub(crate) fn finish(self) -> Result<()> {
             match self {}
         }
     }

@@ -2,24 +2,24 @@
 
 use std::io;
 
-use clap::{Args, CommandFactory as _};
+use clap::{Args, Command};
 use clap_complete::Shell;
 
-use crate::{args::Cli, error::Result, output};
+use crate::{error::Result, output};
 
-/// Options of `nappe completions`.
+/// Print the completion script of a shell
 #[derive(Args, Debug)]
 pub(crate) struct CompletionsArgs {
-    /// The shell
+    /// Shell that reads the script
     shell: Shell,
 }
 
-/// Runs `nappe completions`.
+/// Runs `nappe completions`, for the command line that `command` describes.
 ///
 /// # Errors
 /// When standard output cannot be written.
-pub(crate) fn run(args: &CompletionsArgs) -> Result<()> {
+pub(crate) fn run(args: &CompletionsArgs, mut command: Command) -> Result<()> {
     let mut script = io::Cursor::new(Vec::new());
-    clap_complete::generate(args.shell, &mut Cli::command(), "nappe", &mut script);
+    clap_complete::generate(args.shell, &mut command, "nappe", &mut script);
     output::line(String::from_utf8_lossy(script.get_ref()).trim_end())
 }

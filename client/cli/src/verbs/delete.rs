@@ -1,5 +1,6 @@
 //! `nappe delete`: ends a session and forgets it.
 
+use clap::Args;
 use serde_json::json;
 
 use crate::{
@@ -9,17 +10,24 @@ use crate::{
     remote,
 };
 
+/// End a session and forget it
+#[derive(Args, Debug)]
+pub(crate) struct DeleteArgs {
+    #[command(flatten)]
+    session: SessionArgs,
+}
+
 /// Runs `nappe delete`.
 ///
 /// # Errors
 /// When there is no such session or no server.
-pub(crate) fn run(args: &SessionArgs) -> Result<()> {
+pub(crate) fn run(args: &DeleteArgs) -> Result<()> {
+    let SessionArgs { id, server, output } = &args.session;
     remote::block_on(async {
-        let client = remote::connect(&args.server).await?;
-        client.delete_session(&args.session).await?;
-        match args.output.format() {
-            Format::Json => output::json(&json!({ "deleted": args.session })),
-            Format::Text => output::line(&format!("deleted {}", args.session)),
+        remote::connect(server).await?.delete_session(id).await?;
+        match output.format() {
+            Format::Json => output::json(&json!({ "deleted": id })),
+            Format::Text => output::line(&format!("deleted {id}")),
         }
     })
 }

@@ -10,10 +10,10 @@ use clap::Args;
 
 use crate::{
     args::ComputeArgs,
-    compute::{self, Place},
+    compute::{self, Server},
     error::Result,
     output::{self, Format, OutputArgs},
-    remote, save,
+    paths, remote, save,
     scene::{Input, Names},
 };
 
@@ -22,7 +22,7 @@ const SCENE: &str = "demo";
 /// The recording, in the current folder.
 const RECORDING: &str = "nappe-demo.rrd";
 
-/// Options of the demo.
+/// Show what nappe does: the same as `nappe` alone
 #[derive(Args, Clone, Debug, Default)]
 pub(crate) struct DemoArgs {
     #[command(flatten)]
@@ -41,11 +41,13 @@ pub(crate) fn run(args: &DemoArgs) -> Result<()> {
     if compute.save.is_none() && save::RECORDS {
         compute.save = Some(PathBuf::from(RECORDING));
     }
+
     let format = args.output.format();
     if format == Format::Text {
         output::line(&format!("nappe {}: a cloth falls over a sphere\n", env!("CARGO_PKG_VERSION")))?;
     }
-    remote::block_on(compute::compute(&scene, &compute, Place::Here, format))?;
+
+    remote::block_on(compute::compute(&scene, &compute, Server::Embedded, format))?;
     match format {
         Format::Json => Ok(()),
         Format::Text => output::line(&what_next(compute.save.as_deref())),
@@ -54,11 +56,11 @@ pub(crate) fn run(args: &DemoArgs) -> Result<()> {
 
 fn what_next(saved: Option<&Path>) -> String {
     match saved {
-        Some(path) if save::is_recording(path) => format!(
+        Some(path) if paths::is_recording(path) => format!(
             "\nTo look at it: rerun {}\n(the viewer: `cargo install rerun-cli --locked --version 0.36.3` or `pip install rerun-sdk==0.36.3`)",
             path.display()
         ),
-        Some(path) => format!("\nOne PLY mesh a frame stands in {}.", path.display()),
+        Some(path) => format!("\n{} holds one PLY mesh per frame.", path.display()),
         None => "\nThis build has no Rerun (feature `rerun`), so nothing was recorded; --save FOLDER keeps PLY meshes."
             .to_owned(),
     }

@@ -6,11 +6,10 @@ use crate::{
     args::ServerArgs,
     error::Result,
     output::{self, Format, OutputArgs},
-    remote,
-    session::{self, SessionJson},
+    remote, session,
 };
 
-/// Options of `nappe list`.
+/// List the sessions of a server
 #[derive(Args, Debug)]
 pub(crate) struct ListArgs {
     #[command(flatten)]
@@ -28,7 +27,7 @@ pub(crate) fn run(args: &ListArgs) -> Result<()> {
         let client = remote::connect(&args.server).await?;
         let sessions = client.list_sessions().await?;
         match args.output.format() {
-            Format::Json => output::json(&sessions.iter().map(SessionJson::from).collect::<Vec<_>>()),
+            Format::Json => output::json(&sessions),
             Format::Text if sessions.is_empty() => output::line(&format!(
                 "{} has no sessions; `nappe create SCENE` makes one",
                 client.endpoint()

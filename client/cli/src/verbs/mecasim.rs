@@ -17,14 +17,14 @@ use nappe_scene::{
 
 use crate::{
     args::ComputeArgs,
-    compute::{self, Place},
+    compute::{self, Server},
     error::{CliError, Result},
     meshes::{self, MissingMass},
     output::OutputArgs,
     remote, scene,
 };
 
-/// Options of `nappe mecasim`.
+/// Compute the objects of the MecaSim course from its own files
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Examples, from the folder that holds the course's data and exec:
@@ -35,12 +35,12 @@ The files of points, triangles, masses and textures are relative to the current 
 course. The steps are NbIter of the simulation file unless --steps says otherwise. --json ends with the
 object of `nappe run --json`.")]
 pub(crate) struct MecasimArgs {
-    /// Number of objects
+    /// Number of objects, as the course's program has it
     count: usize,
-    /// Simulation file
+    /// Simulation file of the course
     #[arg(value_name = "SCENE.simu")]
     simu: PathBuf,
-    /// Object files
+    /// Object files of the course, as many as announced
     #[arg(value_name = "OBJECT", required = true)]
     objects: Vec<PathBuf>,
     /// Use viscosite as the drag of the medium (N s/m); the course reads it and leaves it unused
@@ -70,14 +70,16 @@ pub(crate) fn run(args: &MecasimArgs) -> Result<()> {
         ))
         .hint("nappe mecasim COUNT SCENE.simu OBJECT1 [OBJECT2 ...]"));
     }
+
     let scene = input(args)?;
-    let place = Place::new(args.server.as_deref());
-    remote::block_on(compute::compute(&scene, &args.compute, place, args.output.format()))
+    let server = Server::new(args.server.as_deref());
+    remote::block_on(compute::compute(&scene, &args.compute, server, args.output.format()))
 }
 
 /// Reads everything that the command line names.
 fn input(args: &MecasimArgs) -> Result<scene::Input> {
     let simu = files::load_simu(&args.simu)?;
+
     let mut objects = Vec::new();
     let mut loaded = BTreeMap::new();
     for (number, path) in (1..).zip(&args.objects) {
@@ -90,11 +92,13 @@ fn input(args: &MecasimArgs) -> Result<scene::Input> {
         objects.push((parameters, Mesh::File { file: file.clone() }));
         loaded.insert(file, object.mesh);
     }
+
     let objects: Vec<_> =
         objects.iter().map(|(parameters, mesh)| CourseObject { parameters, mesh }).collect();
     let viscosity = if args.viscosity { Viscosity::Drag } else { Viscosity::Unused };
     let options = MecasimOptions { viscosity, ..MecasimOptions::default() };
-    let (scene, remarks) = mecasim_scene(&simu, &objects, &options)?;
-    meshes::note(&remarks);
+
+    let (scene, warnings) = mecasim_scene(&simu, &objects, &options)?;
+    meshes::note(&warnings);
     Ok(scene::Input::made(args.simu.display().to_string(), scene, loaded))
 }

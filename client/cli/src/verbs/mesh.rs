@@ -16,7 +16,7 @@ use crate::{
     output::{self, Column, Format, OutputArgs},
 };
 
-/// Options of `nappe mesh`.
+/// Make, convert and describe meshes
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Examples:
@@ -25,8 +25,9 @@ Examples:
   nappe mesh convert cow.off cow.ply                          by extension
   nappe mesh convert data/vache vache.obj                     a folder of .eti files
   nappe mesh info data/pull                                   counts, size, what is odd or missing
+  nappe mesh info *.obj --json                                one JSON object per file, each on a line
 
-Formats, by extension: .obj, .off, .ply; a path without one is a folder of .eti files.")]
+Formats, by extension: .obj, .off, .ply. A folder, or a path without an extension, is a set of .eti files.")]
 pub(crate) struct MeshArgs {
     #[command(subcommand)]
     action: Action,
@@ -34,17 +35,17 @@ pub(crate) struct MeshArgs {
 
 #[derive(Subcommand, Debug)]
 enum Action {
-    /// Make a grid of particles, two triangles a cell
+    /// Make a grid of particles, with two triangles per cell
     Grid(GridArgs),
     /// Convert a mesh from one format to another
     Convert(ConvertArgs),
-    /// Describe a mesh: counts, bounding box, what is odd, masses that are missing
+    /// Describe meshes: counts, bounding box, what is odd, masses that are missing
     Info(InfoArgs),
 }
 
 #[derive(Args, Debug)]
 struct GridArgs {
-    /// Particles across and down, 70x70
+    /// Particles across and down, 2x2 to 4000x4000
     #[arg(value_name = "COLUMNSxROWS", value_parser = size)]
     size: [usize; 2],
     /// Distance between neighbours (m)
@@ -53,7 +54,7 @@ struct GridArgs {
     /// The course's grid: upright, with its ripple, and mass 0 at the two upper corners
     #[arg(long)]
     course: bool,
-    /// Where to write it
+    /// Mesh file, or folder for .eti files, to write
     #[arg(long, value_name = "FILE|FOLDER")]
     out: PathBuf,
     #[command(flatten)]
@@ -74,8 +75,9 @@ struct ConvertArgs {
 
 #[derive(Args, Debug)]
 struct InfoArgs {
-    /// Mesh to read
-    input: PathBuf,
+    /// Meshes to read
+    #[arg(value_name = "MESH", required = true)]
+    inputs: Vec<PathBuf>,
     #[command(flatten)]
     output: OutputArgs,
 }
@@ -97,7 +99,10 @@ pub(crate) fn run(args: &MeshArgs) -> Result<()> {
 
 fn grid(args: &GridArgs) -> Result<()> {
     if !(args.spacing.is_finite() && args.spacing > 0.0) {
-        return Err(CliError::usage(format!("--spacing is {}: it is a distance above 0 (m)", args.spacing)));
+        return Err(CliError::usage(format!(
+            "--spacing is {}: it must be a distance above 0 (m)",
+            args.spacing
+        )));
     }
     let [columns, rows] = args.size;
     let mesh = if args.course {
@@ -111,7 +116,7 @@ fn grid(args: &GridArgs) -> Result<()> {
 fn write(mesh: &TriangleMesh, path: &Path, format: Format) -> Result<()> {
     let files = files::save_mesh(path, mesh)?;
     if let Some(lost) = lost(mesh, path) {
-        output::note(&format!("remark: {}: {lost}", path.display()));
+        meshes::note(&[format!("{}: {lost}", path.display())]);
     }
     let (points, triangles) = (mesh.points.len(), mesh.triangles.len());
     match format {
@@ -127,11 +132,15 @@ fn write(mesh: &TriangleMesh, path: &Path, format: Format) -> Result<()> {
     }
 }
 
-/// What the format cannot hold.
+/// What the format cannot hold. A folder of .eti files holds everything, whatever its name.
 fn lost(mesh: &TriangleMesh, path: &Path) -> Option<String> {
+    if path.is_dir() {
+        return None;
+    }
     let extension = path.extension()?.to_str()?.to_lowercase();
     let masses = !mesh.masses.is_empty() && matches!(extension.as_str(), "obj" | "off");
     let textures = !mesh.uv.is_empty() && extension == "off";
+
     let what = match (masses, textures) {
         (true, true) => "masses and texture coordinates",
         (true, false) => "masses",
@@ -154,26 +163,38 @@ struct Info {
     texture_coordinates: usize,
     min: [f64; 3],
     max: [f64; 3],
-    remarks: Vec<String>,
+    warnings: Vec<String>,
 }
 
 fn info(args: &InfoArgs) -> Result<()> {
-    let (loaded, missing_masses) = load_with_faults(&args.input)?;
-    let mesh = &loaded.mesh;
-    let mut remarks = loaded.remarks;
-    let odd =
-        mesh.check().map_err(|error| CliError::failure(format!("{}: {error}", args.input.display())))?;
-    remarks.extend(odd.iter().map(ToString::to_string));
-    if mesh.masses.is_empty() {
-        remarks.push("no masses: a scene must give them".to_owned());
+    for (number, path) in args.inputs.iter().enumerate() {
+        let info = describe(path)?;
+        match args.output.format() {
+            Format::Json => output::json(&info)?,
+            Format::Text if number == 0 => output::line(&text(&info))?,
+            Format::Text => output::line(&format!("\n{}", text(&info)))?,
+        }
     }
+    Ok(())
+}
+
+fn describe(path: &Path) -> Result<Info> {
+    let (loaded, missing_masses) = load_incomplete(path)?;
+    let mesh = &loaded.mesh;
+    let mut warnings = loaded.remarks;
+    let odd = mesh.check().map_err(|error| CliError::failure(format!("{}: {error}", path.display())))?;
+    warnings.extend(odd.iter().map(ToString::to_string));
+    if mesh.masses.is_empty() {
+        warnings.push("no masses: a scene must give them".to_owned());
+    }
+
     let corner = |pick: fn(f64, f64) -> f64, start: f64| {
         [0, 1, 2].map(|axis| mesh.points.iter().map(|point| point[axis]).fold(start, pick))
     };
     // The missing ones stand at the end.
     let masses = &mesh.masses[..mesh.masses.len() - missing_masses];
-    let info = Info {
-        mesh: args.input.clone(),
+    Ok(Info {
+        mesh: path.to_owned(),
         points: mesh.points.len(),
         triangles: mesh.triangles.len(),
         edges: mesh.edges().len(),
@@ -184,26 +205,24 @@ fn info(args: &InfoArgs) -> Result<()> {
         texture_coordinates: mesh.uv.len(),
         min: corner(f64::min, f64::INFINITY),
         max: corner(f64::max, f64::NEG_INFINITY),
-        remarks,
-    };
-    match args.output.format() {
-        Format::Json => output::json(&info),
-        Format::Text => output::line(&text(&info)),
-    }
+        warnings,
+    })
 }
 
-/// A mesh, and how many masses it lacks: a description of a faulty mesh is still one.
-fn load_with_faults(path: &Path) -> Result<(Loaded, usize)> {
+/// A mesh, and how many masses it lacks: a mesh without some of its masses is described all the same.
+fn load_incomplete(path: &Path) -> Result<(Loaded, usize)> {
     let error = match files::load_mesh(path, &ReadOptions::default()) {
         Ok(loaded) => return Ok((loaded, 0)),
         Err(error) if meshes::lacks_masses(&error) => error,
         Err(error) => return Err(error.into()),
     };
+
     // Where two fillings differ, there was nothing.
     let filled = |mass: f64| {
         let eti = EtiOptions { missing_mass: Some(mass) };
         files::load_mesh(path, &ReadOptions { eti, ..ReadOptions::default() })
     };
+
     let (mut loaded, other) = (filled(0.0)?, filled(1.0)?);
     let missing = loaded.mesh.masses.iter().zip(&other.mesh.masses).filter(|(a, b)| a != b).count();
     loaded.remarks = vec![error.to_string()];
@@ -213,6 +232,7 @@ fn load_with_faults(path: &Path) -> Result<(Loaded, usize)> {
 fn text(info: &Info) -> String {
     let point = |[x, y, z]: [f64; 3]| format!("({x}, {y}, {z}) m");
     let mut rows = vec![
+        ("file", info.mesh.display().to_string()),
         ("points", output::count(info.points as u64)),
         ("triangles", output::count(info.triangles as u64)),
         ("edges", output::count(info.edges as u64)),
@@ -230,13 +250,15 @@ fn text(info: &Info) -> String {
         ("from", point(info.min)),
         ("to", point(info.max)),
     ];
-    rows.extend(info.remarks.iter().map(|remark| ("remark", remark.clone())));
+
+    rows.extend(info.warnings.iter().map(|warning| ("warning", warning.clone())));
     let rows: Vec<Vec<String>> = rows.into_iter().map(|(name, value)| vec![name.to_owned(), value]).collect();
     output::table(&[Column::Left("mesh"), Column::Left(" ")], &rows)
 }
 
 fn size(text: &str) -> std::result::Result<[usize; 2], String> {
-    let wrong = || format!("'{text}' is no size of a grid: COLUMNSxROWS, 2x2 to 4000x4000, such as 70x70");
+    let wrong =
+        || format!("'{text}' is not the size of a grid: COLUMNSxROWS, 2x2 to 4000x4000, such as 70x70");
     let (columns, rows) = text.split_once(['x', 'X']).ok_or_else(wrong)?;
     let count = |text: &str| text.parse::<usize>().ok().filter(|n| (2..=4000).contains(n)).ok_or_else(wrong);
     Ok([count(columns)?, count(rows)?])

@@ -1,19 +1,102 @@
 //! The verbs of the command, one file each: options in, `run` out.
+//!
+//! To add a verb, write its file, with the help text on its options, and add three lines here: its `mod`, its
+//! variant of [`Verb`], its arm in [`run`].
 
-pub(crate) mod completions;
-pub(crate) mod create;
-pub(crate) mod delete;
-pub(crate) mod demo;
-pub(crate) mod list;
-pub(crate) mod mecasim;
-pub(crate) mod mesh;
-pub(crate) mod pause;
-pub(crate) mod play;
-pub(crate) mod run;
-pub(crate) mod scenes;
-pub(crate) mod serve;
-pub(crate) mod step;
-pub(crate) mod stop;
-pub(crate) mod update;
-pub(crate) mod view;
-pub(crate) mod watch;
+mod help;
+mod demo;
+mod run;
+mod mecasim;
+mod scenes;
+mod mesh;
+mod serve;
+mod create;
+mod list;
+mod play;
+mod pause;
+mod step;
+mod update;
+mod watch;
+mod view;
+mod stop;
+mod delete;
+mod completions;
+
+use clap::{CommandFactory as _, Parser, Subcommand};
+
+use crate::{bench, error::Result};
+
+/// Cloth and snow, computed on a server and watched from elsewhere.
+///
+/// Without a verb, nappe runs a demonstration: a server inside this command, a client that talks to
+/// it through gRPC, and a recording to look at. It ends by itself and needs no screen.
+#[derive(Parser, Debug)]
+#[command(name = "nappe", version, after_help = help::EXAMPLES, after_long_help = help::long(),
+          args_conflicts_with_subcommands = true, max_term_width = 110)]
+pub(crate) struct Cli {
+    #[command(subcommand)]
+    verb: Option<Verb>,
+    #[command(flatten)]
+    demo: demo::DemoArgs,
+}
+
+/// What nappe can do, in the order of the help.
+#[derive(Subcommand, Debug)]
+enum Verb {
+    Demo(demo::DemoArgs),
+    Run(run::RunArgs),
+    Mecasim(mecasim::MecasimArgs),
+    Scenes(scenes::ScenesArgs),
+    Mesh(mesh::MeshArgs),
+    Serve(serve::ServeArgs),
+    Create(create::CreateArgs),
+    List(list::ListArgs),
+    Play(play::PlayArgs),
+    Pause(pause::PauseArgs),
+    Step(step::StepArgs),
+    Update(update::UpdateArgs),
+    Watch(watch::WatchArgs),
+    View(view::ViewArgs),
+    Stop(stop::StopArgs),
+    Delete(delete::DeleteArgs),
+    Bench(bench::BenchArgs),
+    Completions(completions::CompletionsArgs),
+}
+
+/// Runs what the command line asks for.
+///
+/// # Errors
+/// The verb's.
+pub(crate) fn run(cli: &Cli) -> Result<()> {
+    match &cli.verb {
+        None => demo::run(&cli.demo),
+        Some(Verb::Demo(args)) => demo::run(args),
+        Some(Verb::Run(args)) => run::run(args),
+        Some(Verb::Mecasim(args)) => mecasim::run(args),
+        Some(Verb::Scenes(args)) => scenes::run(args),
+        Some(Verb::Mesh(args)) => mesh::run(args),
+        Some(Verb::Serve(args)) => serve::run(args),
+        Some(Verb::Create(args)) => create::run(args),
+        Some(Verb::List(args)) => list::run(args),
+        Some(Verb::Play(args)) => play::run(args),
+        Some(Verb::Pause(args)) => pause::run(args),
+        Some(Verb::Step(args)) => step::run(args),
+        Some(Verb::Update(args)) => update::run(args),
+        Some(Verb::Watch(args)) => watch::run(args),
+        Some(Verb::View(args)) => view::run(args),
+        Some(Verb::Stop(args)) => stop::run(args),
+        Some(Verb::Delete(args)) => delete::run(args),
+        Some(Verb::Bench(args)) => bench::run(args),
+        Some(Verb::Completions(args)) => completions::run(args, Cli::command()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_command_line_holds_together() {
+        Cli::command().debug_assert();
+    }
+}

@@ -3,24 +3,19 @@
 use clap::Args;
 
 use crate::{
-    args::ServerArgs,
+    args::SessionArgs,
     error::{CliError, Result},
-    output::OutputArgs,
     remote, session as words,
 };
 
-/// Options of `nappe play`.
+/// Let a session step on
 #[derive(Args, Debug)]
 pub(crate) struct PlayArgs {
-    /// Id of the session, as `nappe list` shows it
-    session: String,
+    #[command(flatten)]
+    session: SessionArgs,
     /// Simulated seconds per second of wall clock: 1 is real time; without it, as fast as possible
     #[arg(long, value_name = "FACTOR")]
     pace: Option<f64>,
-    #[command(flatten)]
-    server: ServerArgs,
-    #[command(flatten)]
-    output: OutputArgs,
 }
 
 /// Runs `nappe play`.
@@ -32,9 +27,9 @@ pub(crate) fn run(args: &PlayArgs) -> Result<()> {
         return Err(CliError::usage(format!("--pace is {pace}: it is a number above 0"))
             .hint("1 is real time; leave --pace out to go as fast as possible"));
     }
+    let SessionArgs { id, server, output } = &args.session;
     remote::block_on(async {
-        let client = remote::connect(&args.server).await?;
-        let session = client.play(&args.session, args.pace.unwrap_or(0.0)).await?;
-        words::print(&session, args.output.format())
+        let session = remote::connect(server).await?.play(id, args.pace.unwrap_or(0.0)).await?;
+        words::print(&session, output.format())
     })
 }

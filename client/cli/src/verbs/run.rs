@@ -4,14 +4,14 @@ use clap::Args;
 
 use crate::{
     args::ComputeArgs,
-    compute::{self, Place},
+    compute::{self, Server},
     error::Result,
     output::OutputArgs,
     remote,
-    scene::{Input, Names},
+    scene::Input,
 };
 
-/// Options of `nappe run`.
+/// Compute a scene from its start to its end
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Examples:
@@ -25,9 +25,10 @@ Examples:
 Without --server the scene is computed by a server inside this command; --server does it on another
 one and removes the session afterwards. A scene without an end runs until Ctrl-C.
 
-With --json the last line is one object: scene, steps, time (s), seconds (wall clock, stepping),
+With --json the last line is one object: scene, steps, time (s), seconds (wall clock spent stepping),
 state_hash (16 hexadecimal digits), energy (J), max_stretch, snow (null, or substeps, dt_seconds, bound,
-plastic_count and the other figures of its last step), diverged (null, or step, particle, cause), and interrupted, particles, springs, threads, precision, dt, frames, saved.")]
+plastic_count and the other diagnostics of the snow's last step), diverged (null, or step, particle, cause),
+and interrupted, particles, springs, threads, precision, dt, frames, saved.")]
 pub(crate) struct RunArgs {
     /// A shipped scene's name, or a scene file (.toml); meshes beside the file are uploaded
     scene: String,
@@ -46,11 +47,7 @@ pub(crate) struct RunArgs {
 /// When the scene cannot be read or is refused, the simulation fails, a frame cannot be saved, or
 /// the user ends it.
 pub(crate) fn run(args: &RunArgs) -> Result<()> {
-    let place = Place::new(args.server.as_deref());
-    let names = match place {
-        Place::Here => Names::Ours,
-        Place::Server(_) => Names::Servers,
-    };
-    let scene = Input::read(&args.scene, names)?;
-    remote::block_on(compute::compute(&scene, &args.compute, place, args.output.format()))
+    let server = Server::new(args.server.as_deref());
+    let scene = Input::read(&args.scene, server.names())?;
+    remote::block_on(compute::compute(&scene, &args.compute, server, args.output.format()))
 }

@@ -8,7 +8,7 @@ use crate::{
     scene,
 };
 
-/// Options of `nappe scenes`.
+/// List the scenes that come with nappe
 #[derive(Args, Debug)]
 pub(crate) struct ScenesArgs {
     /// Print the text of this scene, as a start for one's own

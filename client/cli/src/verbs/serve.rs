@@ -12,7 +12,7 @@ use crate::{
     remote,
 };
 
-/// Options of `nappe serve`.
+/// Run a server until Ctrl-C
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Examples:

@@ -3,23 +3,19 @@
 use clap::Args;
 use nappe_client::Wait;
 
-use crate::{args::ServerArgs, error::Result, output::OutputArgs, remote, session as words};
+use crate::{args::SessionArgs, error::Result, remote, session as words};
 
-/// Options of `nappe step`.
+/// Take a number of steps
 #[derive(Args, Debug)]
 pub(crate) struct StepArgs {
-    /// Id of the session, as `nappe list` shows it
-    session: String,
-    /// How many steps
+    #[command(flatten)]
+    session: SessionArgs,
+    /// Number of steps
     #[arg(value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
     count: u64,
     /// Answer at once instead of waiting until the steps are taken
     #[arg(long)]
     no_wait: bool,
-    #[command(flatten)]
-    server: ServerArgs,
-    #[command(flatten)]
-    output: OutputArgs,
 }
 
 /// Runs `nappe step`.
@@ -27,10 +23,10 @@ pub(crate) struct StepArgs {
 /// # Errors
 /// When a step fails, or there is no such session or no server.
 pub(crate) fn run(args: &StepArgs) -> Result<()> {
+    let SessionArgs { id, server, output } = &args.session;
+    let wait = if args.no_wait { Wait::No } else { Wait::Yes };
     remote::block_on(async {
-        let client = remote::connect(&args.server).await?;
-        let wait = if args.no_wait { Wait::No } else { Wait::Yes };
-        let session = client.step(&args.session, args.count, wait).await?;
-        words::print(&session, args.output.format())
+        let session = remote::connect(server).await?.step(id, args.count, wait).await?;
+        words::print(&session, output.format())
     })
 }

@@ -1,15 +1,24 @@
 //! `nappe stop`: ends a session's simulation; the session stays readable until it is deleted.
 
+use clap::Args;
+
 use crate::{args::SessionArgs, error::Result, remote, session as words};
+
+/// End a session's simulation; the session stays readable
+#[derive(Args, Debug)]
+pub(crate) struct StopArgs {
+    #[command(flatten)]
+    session: SessionArgs,
+}
 
 /// Runs `nappe stop`.
 ///
 /// # Errors
 /// When there is no such session or no server.
-pub(crate) fn run(args: &SessionArgs) -> Result<()> {
+pub(crate) fn run(args: &StopArgs) -> Result<()> {
+    let SessionArgs { id, server, output } = &args.session;
     remote::block_on(async {
-        let client = remote::connect(&args.server).await?;
-        let session = client.stop(&args.session).await?;
-        words::print(&session, args.output.format())
+        let session = remote::connect(server).await?.stop(id).await?;
+        words::print(&session, output.format())
     })
 }

@@ -5,13 +5,13 @@ use nappe_client::v1;
 use serde_json::json;
 
 use crate::{
-    args::ServerArgs,
+    args::SessionArgs,
     error::{CliError, Result},
-    output::{self, Format, OutputArgs},
+    output::{self, Format},
     remote,
 };
 
-/// Options of `nappe update`.
+/// Change gravity, wind, springs or pins of a session
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Examples:
@@ -20,12 +20,12 @@ Examples:
   nappe update first --stiffness bend=5           springs against folding only
   nappe update first --pin 0=0,1,0.5:2            pinned particle 0 goes there within 2 s")]
 pub(crate) struct UpdateArgs {
-    /// Id of the session, as `nappe list` shows it
-    session: String,
-    /// Change before the step with this index instead of the next one
+    #[command(flatten)]
+    session: SessionArgs,
+    /// Change before the step with this index, counted from 0 [default: the next step]
     #[arg(long, value_name = "STEP", default_value_t = 0, hide_default_value = true)]
     at_step: u64,
-    /// Gravity (m/s^2)
+    /// Gravity, (0, -9.81, 0) on the Earth (m/s^2)
     #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true)]
     gravity: Option<v1::Vector3>,
     /// Velocity of the medium (m/s)
@@ -35,26 +35,22 @@ pub(crate) struct UpdateArgs {
     #[arg(long, value_name = "VALUE")]
     drag: Option<f64>,
     /// Stiffness of springs (N/m), of all kinds or of stretch, shear or bend
-    #[arg(long, value_name = "[KIND=]VALUE", value_parser = law)]
-    stiffness: Vec<Law>,
+    #[arg(long, value_name = "[KIND=]VALUE", value_parser = spring_value)]
+    stiffness: Vec<SpringValue>,
     /// Damping of springs (N s/m), of all kinds or of stretch, shear or bend
-    #[arg(long, value_name = "[KIND=]VALUE", value_parser = law)]
-    damping: Vec<Law>,
+    #[arg(long, value_name = "[KIND=]VALUE", value_parser = spring_value)]
+    damping: Vec<SpringValue>,
     /// Body whose springs change [default: all]
     #[arg(long, value_name = "NAME")]
     body: Option<String>,
-    /// Move a pinned particle to a place (m), within so many seconds of simulated time [default: one step]
+    /// Move a pinned particle to a position (m) within SECONDS of simulated time [default: one step]
     #[arg(long, value_name = "PARTICLE=X,Y,Z[:SECONDS]", value_parser = pin)]
     pin: Vec<v1::PinUpdate>,
-    #[command(flatten)]
-    server: ServerArgs,
-    #[command(flatten)]
-    output: OutputArgs,
 }
 
-/// A value for the springs of a kind.
+/// A stiffness (N/m) or a damping (N s/m) for the springs of a kind.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Law {
+struct SpringValue {
     kind: v1::SpringKind,
     value: f64,
 }
@@ -65,17 +61,14 @@ struct Law {
 /// When nothing is to be changed, a change is refused, or there is no such session or no server.
 pub(crate) fn run(args: &UpdateArgs) -> Result<()> {
     let request = request(args)?;
+    let SessionArgs { id, server, output } = &args.session;
     remote::block_on(async {
-        let client = remote::connect(&args.server).await?;
-        let effective_step = client.update(request).await?;
-        match args.output.format() {
-            Format::Json => {
-                output::json(&json!({ "session_id": args.session, "effective_step": effective_step }))
+        let effective_step = remote::connect(server).await?.update(request).await?;
+        match output.format() {
+            Format::Json => output::json(&json!({ "session_id": id, "effective_step": effective_step })),
+            Format::Text => {
+                output::line(&format!("{id}: the change takes effect before step {effective_step}"))
             }
-            Format::Text => output::line(&format!(
-                "{}: the change takes effect before step {effective_step}",
-                args.session
-            )),
         }
     })
 }
@@ -84,12 +77,14 @@ fn request(args: &UpdateArgs) -> Result<v1::UpdateParametersRequest> {
     let springs: Vec<_> = args
         .stiffness
         .iter()
-        .map(|law| spring(args, law.kind, Some(law.value), None))
-        .chain(args.damping.iter().map(|law| spring(args, law.kind, None, Some(law.value))))
+        .map(|&SpringValue { kind, value }| spring(args, kind, Some(value), None))
+        .chain(args.damping.iter().map(|&SpringValue { kind, value }| spring(args, kind, None, Some(value))))
         .collect();
+
     if args.body.is_some() && springs.is_empty() {
         return Err(CliError::usage("--body says whose springs change: it needs --stiffness or --damping"));
     }
+
     let nothing = args.gravity.is_none()
         && args.wind.is_none()
         && args.drag.is_none()
@@ -99,8 +94,9 @@ fn request(args: &UpdateArgs) -> Result<v1::UpdateParametersRequest> {
         return Err(CliError::usage("nothing to change")
             .hint("give one or more of --gravity, --wind, --drag, --stiffness, --damping, --pin"));
     }
+
     Ok(v1::UpdateParametersRequest {
-        session_id: args.session.clone(),
+        session_id: args.session.id.clone(),
         at_step: args.at_step,
         gravity: args.gravity,
         wind: args.wind,
@@ -134,25 +130,25 @@ fn number(text: &str) -> std::result::Result<f64, String> {
     }
 }
 
-fn law(text: &str) -> std::result::Result<Law, String> {
+fn spring_value(text: &str) -> std::result::Result<SpringValue, String> {
     let (kind, value) = match text.split_once('=') {
         None => (v1::SpringKind::Unspecified, text),
         Some(("stretch", value)) => (v1::SpringKind::Stretch, value),
         Some(("shear", value)) => (v1::SpringKind::Shear, value),
         Some(("bend", value)) => (v1::SpringKind::Bend, value),
-        Some((kind, _)) => return Err(format!("'{kind}' is no kind of spring: stretch, shear, bend")),
+        Some((kind, _)) => return Err(format!("'{kind}' is not a kind of spring: stretch, shear, bend")),
     };
-    Ok(Law { kind, value: number(value)? })
+    Ok(SpringValue { kind, value: number(value)? })
 }
 
 fn pin(text: &str) -> std::result::Result<v1::PinUpdate, String> {
-    let (particle, place) =
+    let (particle, position) =
         text.split_once('=').ok_or("a pin is PARTICLE=X,Y,Z or PARTICLE=X,Y,Z:SECONDS")?;
     let Ok(particle) = particle.trim().parse::<u32>() else {
         return Err(format!("'{particle}' is not a particle's number (0, 1, 2 ...)"));
     };
-    let (target, duration_seconds) = match place.split_once(':') {
-        None => (vector(place)?, 0.0),
+    let (target, duration_seconds) = match position.split_once(':') {
+        None => (vector(position)?, 0.0),
         Some((target, seconds)) => (vector(target)?, number(seconds)?),
     };
     Ok(v1::PinUpdate { particle, target: Some(target), duration_seconds })
@@ -163,7 +159,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_pin_has_a_particle_a_place_and_perhaps_a_duration() {
+    fn a_pin_has_a_particle_a_position_and_perhaps_a_duration() {
         let target = Some(v1::Vector3 { x: 0.5, y: -1.0, z: 2.0 });
         assert_eq!(pin("7=0.5,-1,2"), Ok(v1::PinUpdate { particle: 7, target, duration_seconds: 0.0 }));
         assert_eq!(pin("7=0.5,-1,2:1.5"), Ok(v1::PinUpdate { particle: 7, target, duration_seconds: 1.5 }));
@@ -173,9 +169,9 @@ mod tests {
     }
 
     #[test]
-    fn a_law_names_a_kind_or_means_all() {
-        assert_eq!(law("12.5"), Ok(Law { kind: v1::SpringKind::Unspecified, value: 12.5 }));
-        assert_eq!(law("bend=3"), Ok(Law { kind: v1::SpringKind::Bend, value: 3.0 }));
-        assert!(law("twist=3").is_err_and(|message| message.contains("stretch, shear, bend")));
+    fn a_value_of_springs_names_a_kind_or_means_all() {
+        assert_eq!(spring_value("12.5"), Ok(SpringValue { kind: v1::SpringKind::Unspecified, value: 12.5 }));
+        assert_eq!(spring_value("bend=3"), Ok(SpringValue { kind: v1::SpringKind::Bend, value: 3.0 }));
+        assert!(spring_value("twist=3").is_err_and(|message| message.contains("stretch, shear, bend")));
     }
 }

@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use crate::{args::ServerArgs, contents::ShownArgs, error::Result, output::OutputArgs};
+use crate::{args::SessionArgs, error::Result, fields::ShownArgs};
 
-/// Options of `nappe view`.
+/// Show a session in Rerun
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Examples:
@@ -17,8 +17,8 @@ Examples:
   nappe view first --color speed --grid smoke          snow coloured by its speed, its mass as smoke
   nappe view first --grid slice:z=0                    arrows: velocities of the grid on a plane")]
 pub(crate) struct ViewArgs {
-    /// Id of the session, as `nappe list` shows it
-    pub(crate) session: String,
+    #[command(flatten)]
+    pub(crate) session: SessionArgs,
     /// Connect to a running viewer instead of starting one
     #[arg(long, value_name = "URL", num_args = 0..=1, default_missing_value = DEFAULT_VIEWER)]
     pub(crate) connect: Option<String>,
@@ -27,10 +27,6 @@ pub(crate) struct ViewArgs {
     pub(crate) save: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) shown: ShownArgs,
-    #[command(flatten)]
-    pub(crate) server: ServerArgs,
-    #[command(flatten)]
-    pub(crate) output: OutputArgs,
 }
 
 /// Where a Rerun viewer listens unless told otherwise.
@@ -44,9 +40,11 @@ pub(crate) const DEFAULT_VIEWER: &str = "rerun+http://127.0.0.1:9876/proxy";
 pub(crate) fn run(args: &ViewArgs) -> Result<()> {
     use crate::error::CliError;
     // Read here, so that both builds have the same command line.
-    let _ = (&args.server, args.output, &args.connect, &args.save, args.shown.grid());
-    Err(CliError::usage(format!("session {}: this build has no Rerun and cannot show it", args.session))
-        .hint("`nappe watch ID --save FOLDER` keeps PLY meshes; the feature `rerun`, on by default, brings Rerun"))
+    let SessionArgs { id, server, output } = &args.session;
+    let _ = (server, output, &args.connect, &args.save, args.shown.grid());
+    Err(CliError::usage(format!("session {id}: this build has no Rerun and cannot show it")).hint(
+        "`nappe watch ID --save FOLDER` keeps PLY meshes; the feature `rerun`, on by default, brings Rerun",
+    ))
 }
 
 /// Runs `nappe view`.
@@ -66,14 +64,14 @@ mod live {
     use crate::{
         error::{CliError, Exit, Result},
         output::{self, Format},
-        remote, save,
+        paths, remote,
     };
 
     pub(super) fn run(args: &ViewArgs) -> Result<()> {
         let sink = sink(args)?;
         remote::block_on(async {
-            let client = remote::connect(&args.server).await?;
-            let session = client.get_session(&args.session).await?;
+            let client = remote::connect(&args.session.server).await?;
+            let session = client.get_session(&args.session.id).await?;
             let mut options = ShowOptions::for_sink(&sink, session.oldest_frame);
             options.watch.grid = args.shown.grid();
             options.color_by = args.shown.color().map(Into::into);
@@ -83,14 +81,14 @@ mod live {
                     std::future::pending::<()>().await;
                 }
             };
-            let shown = show(&client, &args.session, sink, options, stop, |_| {}).await;
+            let shown = show(&client, &args.session.id, sink, options, stop, |_| {}).await;
             print(args, &shown.map_err(in_words)?)
         })
     }
 
     fn sink(args: &ViewArgs) -> Result<Sink> {
         match (&args.save, &args.connect) {
-            (Some(path), _) if save::is_recording(path) => Ok(Sink::Save(path.clone())),
+            (Some(path), _) if paths::is_recording(path) => Ok(Sink::Save(path.clone())),
             (Some(path), _) => Err(CliError::usage(format!(
                 "--save {}: a Rerun recording is a file FILE.rrd",
                 path.display()
@@ -109,9 +107,9 @@ mod live {
     }
 
     fn print(args: &ViewArgs, shown: &Shown) -> Result<()> {
-        match args.output.format() {
+        match args.session.output.format() {
             Format::Json => output::json(&serde_json::json!({
-                "session_id": args.session,
+                "session_id": args.session.id,
                 "frames": shown.frame_count,
                 "dropped": shown.dropped_count,
                 "finished": shown.end.is_some(),

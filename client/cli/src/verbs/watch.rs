@@ -1,4 +1,4 @@
-//! `nappe watch`: follows a session's figures, or saves its frames.
+//! `nappe watch`: follows a session's diagnostics, or saves its frames.
 
 use std::path::PathBuf;
 
@@ -7,30 +7,30 @@ use nappe_client::{Client, ClientError, Event, WatchOptions, v1};
 use nappe_scene::mesh::six_digits;
 
 use crate::{
-    args::ServerArgs,
-    contents::ContentsArgs,
+    args::SessionArgs,
+    diagnostics,
     error::{CliError, Result},
-    output::{self, Format, OutputArgs},
+    fields::FieldsArgs,
+    output::{self, Format},
     remote,
     save::Sink,
-    session::{self, DiagnosticsJson},
-    snow,
+    session,
 };
 
-/// Options of `nappe watch`.
+/// Follow a session's diagnostics, or save its frames
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Examples:
-  nappe watch first                          figures, five times a second, until the session ends
-  nappe watch first --rate 0 --json          every frame's figures, one JSON object a line
+  nappe watch first                          diagnostics, five times per second, until the session ends
+  nappe watch first --rate 0 --json          diagnostics of every frame, one JSON object per line
   nappe watch first --save frames            every frame from now on, PLY files in a folder
   nappe watch first --save all.rrd --from 0  from its start, if the server still keeps it
   nappe watch first --save frames --fields velocity,plastic_ratio,stress
   nappe watch first --save frames --grid slice:y=0.5   also grid-000000.ply ... with mass and velocity")]
 pub(crate) struct WatchArgs {
-    /// Id of the session, as `nappe list` shows it
-    session: String,
-    /// Figures a second at most; 0: those of every frame
+    #[command(flatten)]
+    session: SessionArgs,
+    /// Most diagnostics per second (Hz); 0: those of every frame
     #[arg(long, value_name = "HZ", default_value_t = 5.0, conflicts_with = "save")]
     rate: f64,
     /// End after so many messages
@@ -43,11 +43,7 @@ pub(crate) struct WatchArgs {
     #[arg(long, value_name = "FRAME", requires = "save")]
     from: Option<u64>,
     #[command(flatten)]
-    contents: ContentsArgs,
-    #[command(flatten)]
-    server: ServerArgs,
-    #[command(flatten)]
-    output: OutputArgs,
+    fields: FieldsArgs,
 }
 
 /// Runs `nappe watch`.
@@ -58,17 +54,17 @@ pub(crate) fn run(args: &WatchArgs) -> Result<()> {
     if !(args.rate.is_finite() && args.rate >= 0.0) {
         return Err(CliError::usage(format!("--rate is {}: it is a number, 0 or more (Hz)", args.rate)));
     }
-    args.contents.check(args.save.as_deref())?;
+    args.fields.check(args.save.as_deref())?;
     remote::block_on(async {
-        let client = remote::connect(&args.server).await?;
+        let client = remote::connect(&args.session.server).await?;
         match &args.save {
-            None => figures(&client, args).await,
+            None => follow(&client, args).await,
             Some(path) => {
-                let mut sink = Sink::create(path, &args.contents)?;
-                let saved = frames(&client, args, &mut sink).await;
+                let mut sink = Sink::create(path, &args.fields)?;
+                let saved = save(&client, args, &mut sink).await;
                 let path = sink.finish()?;
                 let count = saved?;
-                match args.output.format() {
+                match args.session.output.format() {
                     Format::Json => output::json(&serde_json::json!({ "frames": count, "saved": path })),
                     Format::Text => output::line(&format!("{count} frames in {}", path.display())),
                 }
@@ -77,9 +73,9 @@ pub(crate) fn run(args: &WatchArgs) -> Result<()> {
     })
 }
 
-/// Prints figures until the session ends, the count is reached, or the user ends it.
-async fn figures(client: &Client, args: &WatchArgs) -> Result<()> {
-    let mut stream = client.watch_diagnostics(&args.session, args.rate).await?;
+/// Prints diagnostics until the session ends, the count is reached, or the user ends it.
+async fn follow(client: &Client, args: &WatchArgs) -> Result<()> {
+    let mut stream = client.watch_diagnostics(&args.session.id, args.rate).await?;
     let mut left = args.count.unwrap_or(u64::MAX);
     let mut end = std::pin::pin!(remote::interrupted());
     while left > 0 {
@@ -88,8 +84,8 @@ async fn figures(client: &Client, args: &WatchArgs) -> Result<()> {
             signal = &mut end => return signal,
         };
         match next {
-            Some(Ok(figures)) => print(&figures, args.output.format())?,
-            Some(Err(error)) => return Err(reason_of(client, &args.session, error).await),
+            Some(Ok(diagnostics)) => print(&diagnostics, args.session.output.format())?,
+            Some(Err(error)) => return Err(reason_of(client, &args.session.id, error).await),
             None => break,
         }
         left -= 1;
@@ -97,38 +93,39 @@ async fn figures(client: &Client, args: &WatchArgs) -> Result<()> {
     Ok(())
 }
 
-fn print(figures: &v1::Diagnostics, format: Format) -> Result<()> {
+fn print(step: &v1::Diagnostics, format: Format) -> Result<()> {
     // Snow alone has no springs to stretch.
-    let stretch = match figures.max_stretch {
+    let stretch = match step.max_stretch {
         stretch if stretch > 0.0 => format!("  stretch {stretch:>7.4}"),
         _ => String::new(),
     };
     match format {
-        Format::Json => output::json(&DiagnosticsJson::from(figures)),
+        Format::Json => output::json(step),
         Format::Text => output::line(&format!(
-            "step {:>8}  t = {:>9.3} s  energy {:>12} J{}  {:>9} a step{}{}",
-            figures.step,
-            figures.time_seconds,
-            six_digits(session::total_energy(figures)),
+            "step {:>8}  t = {:>9.3} s  energy {:>12} J{}  {:>9} per step{}{}",
+            step.step,
+            step.time_seconds,
+            six_digits(diagnostics::total_energy(step)),
             stretch,
-            output::duration(figures.step_seconds),
-            figures.solve.as_ref().map_or_else(String::new, |solve| {
+            output::duration(step.step_seconds),
+            step.solve.as_ref().map_or_else(String::new, |solve| {
                 format!("  {} iterations, residual {:.1e}", solve.iterations, solve.relative_residual)
             }),
-            snow::phrase(figures),
+            diagnostics::snow_phrase(step),
         )),
     }
 }
 
 /// Saves frames until the session ends, the count is reached, or the user ends it; counts them.
-async fn frames(client: &Client, args: &WatchArgs, sink: &mut Sink) -> Result<u64> {
+async fn save(client: &Client, args: &WatchArgs, sink: &mut Sink) -> Result<u64> {
     let options = WatchOptions {
         from_frame: args.from,
         delivery: nappe_client::Delivery::Every,
         ..WatchOptions::default()
     };
-    let session = client.get_session(&args.session).await?;
-    let mut stream = client.watch(&args.session, sink.watch(options, &session)).await?;
+    let session = client.get_session(&args.session.id).await?;
+    let mut stream = client.watch(&args.session.id, sink.watch(options, &session)).await?;
+
     let mut saved = 0;
     let mut end = std::pin::pin!(remote::interrupted());
     while args.count.is_none_or(|count| saved < count) {
@@ -149,7 +146,7 @@ async fn frames(client: &Client, args: &WatchArgs, sink: &mut Sink) -> Result<u6
             }
             Some(Ok(Event::End(_))) | None => break,
             Some(Ok(_)) => {}
-            Some(Err(error)) => return Err(reason_of(client, &args.session, error).await),
+            Some(Err(error)) => return Err(reason_of(client, &args.session.id, error).await),
         }
     }
     Ok(saved)

@@ -38,7 +38,7 @@ fn mecasim(course: &Path, meshes: &[&str], more: &[&str]) -> Done {
     nappe_in(course, &args.iter().map(String::as_str).collect::<Vec<_>>())
 }
 
-fn check_figures(name: &str, result: &Value, particles: u64) {
+fn check_summary(name: &str, result: &Value, particles: u64) {
     assert_eq!((&result["steps"], &result["particles"]), (&20.into(), &particles.into()), "{name}: {result}");
     assert!(result["diverged"].is_null(), "{name}: {result}");
     for key in ["energy", "max_stretch", "time"] {
@@ -58,7 +58,7 @@ fn the_courses_objects_run_and_stay_finite() {
         ("pantalon", 943),
     ] {
         let result = mecasim(&course, &[name], &[]).ok().json();
-        check_figures(name, &result, particles);
+        check_summary(name, &result, particles);
     }
 }
 
@@ -66,7 +66,7 @@ fn the_courses_objects_run_and_stay_finite() {
 fn two_objects_share_a_scene() {
     let Some(course) = course() else { return };
     let result = mecasim(&course, &["drap10", "sphere"], &[]).ok().json();
-    check_figures("drap10 and sphere", &result, 262);
+    check_summary("drap10 and sphere", &result, 262);
 }
 
 #[test]
@@ -94,7 +94,7 @@ fn the_sweater_lacks_a_mass_and_runs_once_it_is_given() {
         assert!(refused.stderr.contains(part), "'{part}' is missing in: {}", refused.stderr);
     }
     let result = mecasim(&course, &["pull"], &["--missing-mass", "1"]).ok().json();
-    check_figures("pull", &result, 1468);
+    check_summary("pull", &result, 1468);
 }
 
 #[test]

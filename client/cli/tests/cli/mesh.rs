@@ -2,6 +2,8 @@
 
 use std::{fs, path::Path};
 
+use serde_json::Value;
+
 use crate::support::{course, folder, nappe, nappe_in};
 
 fn same_files(made: &Path, original: &Path) {
@@ -58,7 +60,41 @@ fn a_set_that_lacks_a_mass_is_refused_unless_the_mass_is_given() {
 
     let described = nappe(&["mesh", "info", pull, "--json"]).ok().json();
     assert_eq!((&described["masses"], &described["missing_masses"]), (&1467.into(), &1.into()));
-    assert!(described["remarks"][0].as_str().is_some_and(|remark| remark.contains("1468")), "{described}");
+    assert!(described["warnings"][0].as_str().is_some_and(|warning| warning.contains("1468")), "{described}");
+}
+
+#[test]
+fn several_meshes_are_described_one_per_line() {
+    let folder = folder();
+    for (size, out) in [("3x4", "a.obj"), ("5x2", "b.ply")] {
+        nappe_in(folder.path(), &["mesh", "grid", size, "--out", out]).ok();
+    }
+    let lines = nappe_in(folder.path(), &["mesh", "info", "a.obj", "b.ply", "--json"]).ok().stdout;
+    let described: Vec<Value> =
+        lines.lines().map(|line| serde_json::from_str(line).expect("a JSON object per line")).collect();
+    assert_eq!(described.iter().map(|mesh| &mesh["points"]).collect::<Vec<_>>(), [12, 10]);
+    assert_eq!((&described[0]["mesh"], &described[1]["mesh"]), (&"a.obj".into(), &"b.ply".into()));
+    let text = nappe_in(folder.path(), &["mesh", "info", "a.obj", "b.ply"]).ok().stdout;
+    assert!(text.contains("a.obj") && text.contains("b.ply"), "{text}");
+    // The file that cannot be read is named, also after one that can.
+    let missing = nappe_in(folder.path(), &["mesh", "info", "a.obj", "none.obj"]);
+    assert_eq!(missing.code, Some(1));
+    assert!(missing.stderr.contains("none.obj"), "{}", missing.stderr);
+}
+
+#[test]
+fn a_folder_whose_name_has_a_dot_is_a_folder() {
+    let folder = folder();
+    fs::create_dir(folder.path().join("sheets.v2")).expect("made");
+    let grid = ["mesh", "grid", "4x4", "--course", "--out", "sheets.v2", "--json"];
+    let made = nappe_in(folder.path(), &grid).ok();
+    assert!(folder.path().join("sheets.v2/points.eti").is_file());
+    assert!(!made.stderr.contains("warning"), "nothing is lost in .eti files: {}", made.stderr);
+    // Read and written as any folder; a new name with a dot is a format that is not known.
+    nappe_in(folder.path(), &["mesh", "convert", "sheets.v2", "sheet.ply"]).ok();
+    let unknown = nappe_in(folder.path(), &["mesh", "grid", "4x4", "--out", "sheets.v3"]);
+    assert_eq!(unknown.code, Some(1), "{unknown:?}");
+    assert!(unknown.stderr.contains("folder"), "{}", unknown.stderr);
 }
 
 #[test]

@@ -196,7 +196,7 @@ fn ctrl_c_ends_a_run_within_5_seconds_with_130() {
 fn the_demo_ends_by_itself_and_says_what_ran() {
     let folder = folder();
     let done = nappe_in(folder.path(), &["--steps", "10", "--save", "frames"]).ok();
-    for part in ["particles", "a step", "state hash", "frames"] {
+    for part in ["particles", "per step", "state hash", "frames"] {
         assert!(done.stdout.contains(part), "'{part}' is missing in:\n{}", done.stdout);
     }
     assert!(folder.path().join("frames").is_dir());

@@ -106,7 +106,7 @@ fn play_pause_stop_and_update_do_what_they_say() {
 }
 
 #[test]
-fn watching_prints_figures_and_saves_frames() {
+fn watching_prints_diagnostics_and_saves_frames() {
     let server = Server::start();
     create(&server, "watched", 0);
     server.nappe(&["play", "watched", "--pace", "1"]).ok();

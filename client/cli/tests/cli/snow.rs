@@ -1,4 +1,4 @@
-//! Snow through the command: figures in words and JSON, arrays and nodes of the grid in PLY files, what is asked
+//! Snow through the command: diagnostics in words and JSON, arrays and nodes of the grid in PLY files, what is asked
 //! for in the wrong place.
 
 use std::{fs, path::Path};
@@ -107,7 +107,7 @@ fn a_slice_is_a_plane_of_nodes_and_changes_no_bit() {
 }
 
 #[test]
-fn a_watcher_saves_arrays_and_follows_figures_of_snow() {
+fn a_watcher_saves_arrays_and_follows_diagnostics_of_snow() {
     let folder = folder();
     let scene = write_scene(folder.path(), SNOW_SCENE);
     let server = Server::start();
@@ -119,8 +119,8 @@ fn a_watcher_saves_arrays_and_follows_figures_of_snow() {
     assert_eq!(names, ["x", "y", "z", "stress_norm"]);
     let session = server.nappe(&["step", "snow", "8"]).ok().json();
     assert!(session["diagnostics"]["snow"]["substeps"].as_u64() > Some(0), "{session}");
-    let figures: Value = server.nappe(&["watch", "snow", "--count", "1"]).ok().json();
-    assert!(figures["snow"]["bound"].is_string(), "{figures}");
+    let diagnostics: Value = server.nappe(&["watch", "snow", "--count", "1"]).ok().json();
+    assert!(diagnostics["snow"]["bound"].is_string(), "{diagnostics}");
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! A recording of cloth holds its meshes, colliders and figures, every frame and a layout; and errors of any
+//! A recording of cloth holds its meshes, colliders and diagnostics, every frame and a layout; and errors of any
 //! recording say what is wrong.
 
 use std::{path::Path, sync::Arc};
@@ -6,7 +6,7 @@ use std::{path::Path, sync::Arc};
 use nappe_client::{Body, Collider, Frame, Shape, Topology, Vectors, v1};
 use nappe_rerun::{ColorBy, LiveRecorder, Recorder, RerunError, Sink};
 
-use crate::contents::{Contents, TIMELINES, file};
+use crate::recorded::{Recorded, TIMELINES, file};
 
 const SIDE: usize = 12;
 const FRAMES: u64 = 5;
@@ -84,7 +84,7 @@ fn record(path: &Path) -> Result<(), RerunError> {
 fn a_file_holds_topology_once_and_every_frame_on_both_timelines() {
     let path = file("every");
     record(&path).expect("records");
-    let contents = Contents::read(&path);
+    let recorded = Recorded::read(&path);
     let moving = [
         "/world/bodies/0_sheet",
         "/world/pins/0_sheet",
@@ -97,14 +97,14 @@ fn a_file_holds_topology_once_and_every_frame_on_both_timelines() {
     ];
     for entity in moving {
         for timeline in TIMELINES {
-            assert_eq!(contents.count(entity, timeline), FRAMES as usize, "{entity} on {timeline}");
+            assert_eq!(recorded.count(entity, timeline), FRAMES as usize, "{entity} on {timeline}");
         }
-        assert_eq!(contents.count(entity, ""), 1, "{entity} is described once");
+        assert_eq!(recorded.count(entity, ""), 1, "{entity} is described once");
     }
-    assert_eq!(contents.count("/world/colliders/0_floor", "step"), 0, "a still plane is logged once");
-    assert!(contents.count("/world/colliders/0_floor", "") > 0);
-    assert_eq!(contents.count("/world", ""), 1, "the axes");
-    let snow = contents.rows.keys().find(|(entity, _)| entity.contains("snow") || entity.contains("grid"));
+    assert_eq!(recorded.count("/world/colliders/0_floor", "step"), 0, "a still plane is logged once");
+    assert!(recorded.count("/world/colliders/0_floor", "") > 0);
+    assert_eq!(recorded.count("/world", ""), 1, "the axes");
+    let snow = recorded.rows.keys().find(|(entity, _)| entity.contains("snow") || entity.contains("grid"));
     assert_eq!(snow, None, "there is no snow");
 }
 
@@ -112,11 +112,11 @@ fn a_file_holds_topology_once_and_every_frame_on_both_timelines() {
 fn a_file_opens_with_a_layout_and_a_camera() {
     let path = file("layout");
     record(&path).expect("records");
-    let contents = Contents::read(&path);
-    assert!(contents.has_active_blueprint);
-    let has = |part: &str| contents.blueprint_entities.iter().any(|entity| entity.ends_with(part));
+    let recorded = Recorded::read(&path);
+    assert!(recorded.has_active_blueprint);
+    let has = |part: &str| recorded.blueprint_entities.iter().any(|entity| entity.ends_with(part));
     for part in ["/EyeControls3D", "/Background", "/PlotLegend", "/viewport", "/time_panel"] {
-        assert!(has(part), "{part} is not in {:?}", contents.blueprint_entities);
+        assert!(has(part), "{part} is not in {:?}", recorded.blueprint_entities);
     }
 }
 
@@ -132,7 +132,7 @@ fn a_live_recorder_writes_the_newest_frame_and_counts_the_others() {
     let summary = recorder.finish().expect("closes");
     assert_eq!(summary.recorded_count + summary.dropped_count, 100);
     assert!(summary.recorded_count >= 1);
-    let rows = Contents::read(&path).count("/world/bodies/0_sheet", "step");
+    let rows = Recorded::read(&path).count("/world/bodies/0_sheet", "step");
     assert_eq!(rows as u64, summary.recorded_count);
 }
 

@@ -1,10 +1,10 @@
-//! A recording of snow holds its points and colours, its grid, its figures and the bound on its step; and a number
+//! A recording of snow holds its points and colours, its grid, its diagnostics and the bound on its step; and a number
 //! that is none is in no row.
 
-use nappe_client::{Body, Collider, Frame, Grid, Scalars, Shape, Topology, Vectors, v1};
+use nappe_client::{Body, Collider, Frame, GridFrame, Scalars, Shape, Topology, Vectors, v1};
 use nappe_rerun::{ColorBy, Recorder, RerunError, Sink};
 
-use crate::contents::{Contents, TIMELINES, file};
+use crate::recorded::{Recorded, TIMELINES, file};
 
 const SIDE: usize = 6;
 const COUNT: usize = SIDE * SIDE * SIDE;
@@ -35,16 +35,23 @@ fn scene() -> Topology {
 }
 
 /// Two rows of nodes, one above the other in every second frame, side by side, as in a slice, in the others.
-fn grid(number: u64) -> Grid {
+fn grid(number: u64) -> GridFrame {
     let is_slice = number.is_multiple_of(2);
     let index = |i| if is_slice { [i % 4, 0, i / 4] } else { [i % 4, i / 4, i / 4] };
     let masses = (0..8).map(|i| i as f32 * 1e-3).collect();
     let velocities = vec![[0.0, -1.0, 0.5]; 8];
-    Grid { cell: 0.1, indices: (0..8).map(index).collect(), masses, velocities, stride: 1, node_count: 8 }
+    GridFrame {
+        cell: 0.1,
+        indices: (0..8).map(index).collect(),
+        masses,
+        velocities,
+        stride: 1,
+        node_count: 8,
+    }
 }
 
 /// The elastic wave binds in the first half, a particle's speed in the second.
-fn figures(number: u64) -> v1::Diagnostics {
+fn diagnostics(number: u64) -> v1::Diagnostics {
     let mut snow = v1::SnowDiagnostics { substeps: 4, dt_seconds: 1e-4, ..v1::SnowDiagnostics::default() };
     let bound = if number < FRAMES / 2 { v1::TimeBound::ElasticWave } else { v1::TimeBound::ParticleSpeed };
     snow.set_bound(bound);
@@ -68,11 +75,11 @@ fn frame(number: u64) -> Frame {
         stress_norms: Some(Scalars::F64(vec![100.0; COUNT])),
         grid: Some(grid(number)),
         dropped_count: 0,
-        diagnostics: Some(figures(number)),
+        diagnostics: Some(diagnostics(number)),
     }
 }
 
-fn record(test: &str, by: ColorBy, frames: impl IntoIterator<Item = Frame>) -> Result<Contents, RerunError> {
+fn record(test: &str, by: ColorBy, frames: impl IntoIterator<Item = Frame>) -> Result<Recorded, RerunError> {
     let path = file(test);
     let mut recorder = Recorder::open("snow", Sink::Save(path.clone()), by)?;
     recorder.topology(&scene())?;
@@ -80,12 +87,12 @@ fn record(test: &str, by: ColorBy, frames: impl IntoIterator<Item = Frame>) -> R
         recorder.frame(&frame)?;
     }
     recorder.finish()?;
-    Ok(Contents::read(&path))
+    Ok(Recorded::read(&path))
 }
 
 #[test]
-fn a_file_holds_snow_its_grid_and_its_figures_on_both_timelines() {
-    let contents = record("snow", ColorBy::PlasticRatio, (0..FRAMES).map(frame)).expect("records");
+fn a_file_holds_snow_its_grid_and_its_diagnostics_on_both_timelines() {
+    let recorded = record("snow", ColorBy::PlasticRatio, (0..FRAMES).map(frame)).expect("records");
     let every = [
         "/world/bodies/0_block",
         "/world/grid/mass",
@@ -99,43 +106,43 @@ fn a_file_holds_snow_its_grid_and_its_figures_on_both_timelines() {
     ];
     for entity in every {
         for timeline in TIMELINES {
-            assert_eq!(contents.count(entity, timeline), FRAMES as usize, "{entity} on {timeline}");
+            assert_eq!(recorded.count(entity, timeline), FRAMES as usize, "{entity} on {timeline}");
         }
     }
     for timeline in TIMELINES {
-        let rows = contents.count("/plots/snow_dt", timeline);
+        let rows = recorded.count("/plots/snow_dt", timeline);
         assert_eq!(rows, FRAMES as usize - 1, "a bound that is no number has no row");
         for entity in ["/states/time_bound", "/logs/time_bound"] {
-            assert_eq!(contents.count(entity, timeline), 2, "{entity}: two bounds bind");
+            assert_eq!(recorded.count(entity, timeline), 2, "{entity}: two bounds bind");
         }
     }
     for still in ["1_box", "2_cylinder", "3_pipe", "4_floor"] {
         let entity = format!("/world/colliders/{still}");
-        assert_eq!((contents.count(&entity, ""), contents.count(&entity, "step")), (2, 0), "{entity}");
+        assert_eq!((recorded.count(&entity, ""), recorded.count(&entity, "step")), (2, 0), "{entity}");
     }
-    let cloth = contents.rows.keys().find(|(entity, _)| entity == "/plots/stretch");
+    let cloth = recorded.rows.keys().find(|(entity, _)| entity == "/plots/stretch");
     assert_eq!(cloth, None, "there is no cloth");
 }
 
 #[test]
 fn colours_come_with_each_frame_or_once() {
     for by in [ColorBy::PlasticRatio, ColorBy::Speed, ColorBy::Stress, ColorBy::Body] {
-        let contents = record(&format!("color_{by:?}"), by, (0..2).map(frame)).expect("records");
+        let recorded = record(&format!("color_{by:?}"), by, (0..2).map(frame)).expect("records");
         let block = "/world/bodies/0_block";
-        let moving = contents.components.contains(&(block.to_owned(), "Points3D:colors".to_owned(), false));
-        let still = contents.components.contains(&(block.to_owned(), "Points3D:colors".to_owned(), true));
+        let moving = recorded.components.contains(&(block.to_owned(), "Points3D:colors".to_owned(), false));
+        let still = recorded.components.contains(&(block.to_owned(), "Points3D:colors".to_owned(), true));
         assert_eq!((moving, still), (by != ColorBy::Body, by == ColorBy::Body), "{by:?}");
-        assert!(contents.components.contains(&(block.to_owned(), "Points3D:radii".to_owned(), true)));
+        assert!(recorded.components.contains(&(block.to_owned(), "Points3D:radii".to_owned(), true)));
     }
 }
 
 #[test]
 fn snow_has_its_own_plots_in_the_layout() {
-    let contents = record("layout_snow", ColorBy::default(), [frame(0)]).expect("records");
-    let legends = contents.blueprint_entities.iter().filter(|entity| entity.ends_with("/PlotLegend")).count();
+    let recorded = record("layout_snow", ColorBy::default(), [frame(0)]).expect("records");
+    let legends = recorded.blueprint_entities.iter().filter(|entity| entity.ends_with("/PlotLegend")).count();
     // Four of any scene, eight of snow; a camera is there once, so the layout was sent once.
-    assert_eq!(legends, 12, "{:?}", contents.blueprint_entities);
-    let cameras = contents.blueprint_entities.iter().filter(|entity| entity.ends_with("/EyeControls3D"));
+    assert_eq!(legends, 12, "{:?}", recorded.blueprint_entities);
+    let cameras = recorded.blueprint_entities.iter().filter(|entity| entity.ends_with("/EyeControls3D"));
     assert_eq!(cameras.count(), 1);
 }
 
@@ -151,7 +158,7 @@ fn a_position_that_is_not_finite_is_refused_with_its_particle() {
 #[test]
 fn frames_without_the_array_of_the_colour_are_drawn_all_the_same() {
     let plain = |number| Frame { plastic_ratios: None, grid: None, ..frame(number) };
-    let contents = record("plain", ColorBy::PlasticRatio, (0..3).map(plain)).expect("records");
-    assert_eq!(contents.count("/world/bodies/0_block", "step"), 3);
-    assert_eq!(contents.count("/world/grid/mass", "step"), 0);
+    let recorded = record("plain", ColorBy::PlasticRatio, (0..3).map(plain)).expect("records");
+    assert_eq!(recorded.count("/world/bodies/0_block", "step"), 3);
+    assert_eq!(recorded.count("/world/grid/mass", "step"), 0);
 }

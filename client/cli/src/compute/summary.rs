@@ -5,15 +5,16 @@
 
 use std::path::PathBuf;
 
+use nappe_client::v1;
 use nappe_scene::mesh::six_digits;
 use serde::Serialize;
 
+use super::drive::{DriveEnd, Driven};
 use crate::{
-    drive::{DriveEnd, Driven},
+    diagnostics,
     error::{CliError, Exit, Result},
     output::{self, Column, Format},
     session,
-    snow::SnowJson,
 };
 
 /// The result of a run.
@@ -21,7 +22,7 @@ use crate::{
 pub(crate) struct Summary {
     /// The scene, as it was named.
     scene: String,
-    /// Steps taken.
+    /// Steps taken, fewer than asked for if the run ended early.
     steps: u64,
     /// Simulated time (s).
     time: f64,
@@ -33,8 +34,8 @@ pub(crate) struct Summary {
     energy: f64,
     /// Largest length over rest length of a spring in the last state.
     max_stretch: f64,
-    /// Figures of the snow in the last step; none without snow.
-    snow: Option<SnowJson>,
+    /// Diagnostics of the snow in the last step; none without snow.
+    snow: Option<v1::SnowDiagnostics>,
     /// Where and why the simulation diverged.
     diverged: Option<Divergence>,
     /// Whether the user ended it before its end.
@@ -42,7 +43,7 @@ pub(crate) struct Summary {
     particles: u64,
     springs: u64,
     threads: u32,
-    precision: &'static str,
+    precision: String,
     dt: f64,
     frames: u64,
     /// Where the frames were saved.
@@ -62,7 +63,7 @@ impl Summary {
     /// Reads the session as it ended.
     pub(crate) fn new(scene: String, driven: &Driven, saved: Option<PathBuf>) -> Self {
         let session = &driven.session;
-        let figures = session.diagnostics.clone().unwrap_or_default();
+        let last = session.diagnostics.clone().unwrap_or_default();
         let diverged = session.failure.as_ref().filter(|failure| session::diverged(failure));
         Self {
             scene,
@@ -70,9 +71,9 @@ impl Summary {
             time: session.time_seconds,
             seconds: session.stepping_seconds,
             state_hash: session.state_hash.map(output::hash),
-            energy: session::total_energy(&figures),
-            max_stretch: figures.max_stretch,
-            snow: figures.snow.as_ref().map(SnowJson::from),
+            energy: diagnostics::total_energy(&last),
+            max_stretch: last.max_stretch,
+            snow: last.snow,
             diverged: diverged.map(|failure| Divergence {
                 step: failure.step,
                 particle: failure.particle,
@@ -84,7 +85,7 @@ impl Summary {
             particles: session.particle_count,
             springs: session.spring_count,
             threads: session.thread_count,
-            precision: session::precision(session),
+            precision: session.precision().word(),
             dt: session.dt_seconds,
             frames: session.frame + 1,
             saved,
@@ -125,18 +126,19 @@ impl Summary {
             ("simulated", format!("{:.3} s", self.time)),
             (
                 "computed in",
-                format!("{}, {} a step", output::duration(self.seconds), output::duration(step_seconds)),
+                format!("{}, {} per step", output::duration(self.seconds), output::duration(step_seconds)),
             ),
-            ("pace", format!("{:.2} times real time", self.time / self.seconds.max(f64::MIN_POSITIVE))),
+            ("real-time factor", format!("{:.2}", self.time / self.seconds.max(f64::MIN_POSITIVE))),
             ("with", format!("{} threads, {}", self.threads, self.precision)),
             ("energy", format!("{} J", six_digits(self.energy))),
         ];
+
         if self.springs > 0 {
             rows.push(("max stretch", format!("{:.4}", self.max_stretch)));
         }
         if let Some(snow) = &self.snow {
-            rows.push(("steps of snow", snow.steps()));
-            rows.push(("snow", format!("{}; {}", snow.counts(), snow.packing())));
+            rows.push(("steps of snow", diagnostics::substeps(snow)));
+            rows.push(("snow", format!("{}; {}", diagnostics::counts(snow), diagnostics::packing(snow))));
         }
         if let Some(hash) = &self.state_hash {
             rows.push(("state hash", hash.clone()));
@@ -144,6 +146,7 @@ impl Summary {
         if let Some(saved) = &self.saved {
             rows.push(("saved", format!("{} frames in {}", output::count(self.frames), saved.display())));
         }
+
         let rows: Vec<Vec<String>> =
             rows.into_iter().map(|(name, value)| vec![name.to_owned(), value]).collect();
         output::table(&[Column::Left(""), Column::Left("")], &rows).trim_start_matches('\n').to_owned()

@@ -13,7 +13,7 @@ use crate::error::{CliError, Result};
 #[derive(Debug)]
 pub(crate) struct Embedded {
     app: App,
-    /// The connection.
+    /// A client of that server.
     pub(crate) client: Client,
 }
 
@@ -30,7 +30,7 @@ impl Embedded {
         Ok(Self { app, client })
     }
 
-    /// Ends it.
+    /// Ends the server and every session on it.
     pub(crate) async fn shutdown(self) {
         drop(self.client);
         self.app.shutdown().await;

@@ -1,5 +1,7 @@
-//! The same simulation on several thread counts, one step each in turn, so that whatever else the
+//! The same simulation timed on several thread counts, one step each in turn, so that whatever else the
 //! machine does disturbs all of them alike and their ratios mean something.
+//!
+//! Reads a world and thread counts; writes a [`Timing`] of each, all of which end in the same state.
 
 use nappe_sim::{
     math::Precision,
@@ -11,71 +13,74 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use super::sample::{Sample, StageClock};
 use crate::error::{CliError, Exit, Result};
 
-/// How often each lane steps.
+/// How many steps each thread count takes.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Laps {
-    /// Steps that are not counted: the first allocates and fills the caches.
+pub(crate) struct StepCounts {
+    /// Steps that are not timed: the first allocates and fills the caches.
     pub(crate) warm_up: usize,
-    /// Steps that are.
-    pub(crate) counted: usize,
+    /// Steps that are timed.
+    pub(crate) timed: usize,
 }
 
-/// What a thread count came to.
+/// What was measured on one thread count.
 #[derive(Debug)]
-pub(crate) struct Lane {
-    /// Threads.
+pub(crate) struct Timing {
+    /// Number of threads.
     pub(crate) threads: usize,
-    /// Counted steps.
+    /// The timed steps, in order.
     pub(crate) samples: Vec<Sample>,
-    /// Hash of the state at the end; the same for every lane.
+    /// Hash of the state at the end; the same for every thread count.
     pub(crate) state_hash: u64,
     /// Memory of the snow at the end (bytes), its grid included; 0 without snow.
     pub(crate) snow_bytes: usize,
 }
 
+/// A simulation and the threads that step it.
 struct Runner {
     pool: ThreadPool,
     simulation: Simulation,
     samples: Vec<Sample>,
 }
 
-/// Runs the world on each of the thread counts and checks that all end in the same state.
+/// Times the world on each of the thread counts and checks that all end in the same state.
 ///
 /// # Errors
 /// When threads cannot be started, when the simulation diverges, or when two thread counts end in
 /// different states: results must not depend on the number of threads.
-pub(crate) fn race(
+pub(crate) fn measure(
     setup: &WorldSetup,
     precision: Precision,
     threads: &[usize],
-    laps: Laps,
-) -> Result<Vec<Lane>> {
+    steps: StepCounts,
+) -> Result<Vec<Timing>> {
     let mut runners = threads.iter().map(|&n| runner(setup, precision, n)).collect::<Result<Vec<_>>>()?;
-    for lap in 0..laps.warm_up + laps.counted {
+    for step in 0..steps.warm_up + steps.timed {
         for runner in &mut runners {
             let sample = runner.step()?;
-            if lap >= laps.warm_up {
+            if step >= steps.warm_up {
                 runner.samples.push(sample);
             }
         }
     }
-    let lanes: Vec<Lane> = runners.into_iter().map(Runner::finish).collect();
-    if let Some(odd) = lanes.iter().find(|lane| lane.state_hash != lanes[0].state_hash) {
+
+    let timings: Vec<Timing> = runners.into_iter().map(Runner::finish).collect();
+    let first = &timings[0];
+    if let Some(other) = timings.iter().find(|timing| timing.state_hash != first.state_hash) {
         return Err(CliError::failure(format!(
             "{} and {} threads ended in different states ({:016x} and {:016x}): the results depend on the number of threads",
-            lanes[0].threads, odd.threads, lanes[0].state_hash, odd.state_hash,
+            first.threads, other.threads, first.state_hash, other.state_hash,
         ))
-        .hint("this is a fault of nappe; please report it with this line"));
+        .hint("this is an error in nappe; please report it with this line"));
     }
-    Ok(lanes)
+    Ok(timings)
 }
 
 /// Builds the simulation.
 ///
 /// # Errors
-/// When the simulation refuses the world, which would be a fault of this program.
+/// When the simulation refuses the world, which would be an error in this program.
 pub(crate) fn build(setup: &WorldSetup, precision: Precision) -> Result<Simulation> {
-    let (simulation, _remarks) = Simulation::new(setup, precision)
+    let (simulation, _warnings) = Simulation::new(setup, precision)
         .map_err(|error| CliError::failure(format!("cannot build the world to be timed: {error}")))?;
     Ok(simulation)
 }
@@ -100,8 +105,8 @@ impl Runner {
         })
     }
 
-    fn finish(self) -> Lane {
-        Lane {
+    fn finish(self) -> Timing {
+        Timing {
             threads: self.pool.current_num_threads(),
             samples: self.samples,
             state_hash: self.simulation.state_hash(),

@@ -18,7 +18,7 @@ pub(crate) const TIMELINES: [&str; 2] = ["step", "time"];
 
 /// What a file holds: rows by entity and timeline (empty for static rows), and blueprint messages.
 #[derive(Default)]
-pub(crate) struct Contents {
+pub(crate) struct Recorded {
     pub(crate) rows: BTreeMap<(String, String), usize>,
     /// Entity, component, and whether the row is static.
     pub(crate) components: BTreeSet<(String, String, bool)>,
@@ -26,25 +26,25 @@ pub(crate) struct Contents {
     pub(crate) has_active_blueprint: bool,
 }
 
-impl Contents {
+impl Recorded {
     pub(crate) fn read(path: &Path) -> Self {
         let file = BufReader::new(File::open(path).expect("the file was written"));
-        let mut contents = Self::default();
+        let mut recorded = Self::default();
         for message in DecoderApp::decode_lazy(file) {
             match message.expect("the file decodes") {
                 LogMsg::ArrowMsg(store, message) => {
                     let chunk = Chunk::from_arrow_msg(&message).expect("a chunk");
                     if store.is_blueprint() {
-                        contents.blueprint_entities.push(chunk.entity_path().to_string());
+                        recorded.blueprint_entities.push(chunk.entity_path().to_string());
                     } else {
-                        contents.add(&chunk);
+                        recorded.add(&chunk);
                     }
                 }
-                LogMsg::BlueprintActivationCommand(_) => contents.has_active_blueprint = true,
+                LogMsg::BlueprintActivationCommand(_) => recorded.has_active_blueprint = true,
                 LogMsg::SetStoreInfo(_) => {}
             }
         }
-        contents
+        recorded
     }
 
     fn add(&mut self, chunk: &Chunk) {

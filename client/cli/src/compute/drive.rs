@@ -3,29 +3,29 @@
 //! With frames to save, the server is asked for a few frames' worth of steps at a time and the
 //! next window starts when those frames are written: no frame is lost, however slow the disk, and
 //! the server never keeps more than a window. Without, the session plays as fast as it can and
-//! only its figures travel.
+//! only its diagnostics travel.
 
 use nappe_client::{Client, ClientError, Event, FrameStream, Wait, WatchOptions, v1};
 
+use super::progress::Progress;
 use crate::{
-    contents::{NODE_BYTES, PARTICLE_BYTES},
     error::{CliError, Result},
-    progress::Progress,
+    fields::{NODE_BYTES, PARTICLE_BYTES},
     remote,
     save::Sink,
 };
 
 /// Frames in a window.
 const WINDOW_FRAMES: u64 = 8;
-/// How often figures are asked for when no frame is saved (Hz).
-const FIGURES_HZ: f64 = 10.0;
+/// Rate of diagnostics when no frame is saved (Hz).
+const DIAGNOSTICS_HZ: f64 = 10.0;
 
-/// What came of it.
+/// A session that was driven, and why that ended.
 #[derive(Debug)]
 pub(crate) struct Driven {
     /// The session as it stands: finished, failed, or paused when the user ended it.
     pub(crate) session: v1::Session,
-    /// Why it ended.
+    /// Why the drive ended.
     pub(crate) end: DriveEnd,
 }
 
@@ -45,6 +45,7 @@ pub(crate) enum DriveEnd {
 pub(crate) async fn drive(client: &Client, session: &v1::Session, sink: Option<&mut Sink>) -> Result<Driven> {
     let progress = Progress::start(session.step_limit);
     let id = session.session_id.as_str();
+
     let computed = async {
         match sink {
             Some(sink) => save(client, session, sink, &progress).await,
@@ -55,6 +56,7 @@ pub(crate) async fn drive(client: &Client, session: &v1::Session, sink: Option<&
         done = computed => { done?; DriveEnd::Session }
         signal = remote::interrupted() => { signal?; DriveEnd::Interrupted }
     };
+
     progress.finish();
     let session = match end {
         DriveEnd::Session => client.get_session(id).await?,
@@ -85,13 +87,13 @@ async fn window_steps(client: &Client, session: &v1::Session, options: &WatchOpt
     Ok(steps.min(limits.max_steps_per_call.max(1)))
 }
 
-/// Plays without frames; the figures only move the progress bar.
+/// Plays without frames; diagnostics only move the progress bar.
 async fn play(client: &Client, id: &str, progress: &Progress) -> Result<()> {
-    let mut figures = client.watch_diagnostics(id, FIGURES_HZ).await?;
+    let mut stream = client.watch_diagnostics(id, DIAGNOSTICS_HZ).await?;
     client.play(id, 0.0).await?;
-    while let Some(next) = figures.next().await {
+    while let Some(next) = stream.next().await {
         match next {
-            Ok(figures) => progress.show(&figures),
+            Ok(diagnostics) => progress.show(&diagnostics),
             Err(error) => return unless_ended(client, id, error).await,
         }
     }
@@ -121,12 +123,12 @@ struct Saving<'a> {
     broken: Option<ClientError>,
 }
 
-/// What the stream brought.
+/// Whether the stream goes on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Arrival {
-    /// Something was saved.
+    /// An event, which was saved if it is a frame.
     Saved,
-    /// Nothing follows.
+    /// The stream is over, by its end or by an error.
     Over,
 }
 
@@ -190,8 +192,8 @@ impl Saving<'_> {
         match self.frames.next().await {
             Some(Ok(Event::Topology(topology))) => self.sink.topology(topology)?,
             Some(Ok(Event::Frame(frame))) => {
-                if let Some(figures) = &frame.diagnostics {
-                    self.progress.show(figures);
+                if let Some(diagnostics) = &frame.diagnostics {
+                    self.progress.show(diagnostics);
                 }
                 self.newest = Some(frame.frame);
                 self.sink.frame(&frame)?;

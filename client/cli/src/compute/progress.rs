@@ -3,7 +3,7 @@
 use indicatif::{ProgressBar, ProgressStyle};
 use nappe_client::v1;
 
-use crate::snow;
+use crate::diagnostics;
 
 /// How far a simulation is.
 #[derive(Debug)]
@@ -12,7 +12,7 @@ pub(crate) struct Progress {
 }
 
 impl Progress {
-    /// Starts a bar of so many steps; 0 when the simulation does not end by itself.
+    /// Starts a bar of `step_limit` steps; 0 when the simulation does not end by itself.
     pub(crate) fn start(step_limit: u64) -> Self {
         let (bar, template) = match step_limit {
             0 => (ProgressBar::no_length(), "{spinner} step {human_pos}  {elapsed}  {msg}"),
@@ -26,14 +26,14 @@ impl Progress {
         Self { bar: bar.with_style(style) }
     }
 
-    /// Shows the figures of a step.
-    pub(crate) fn show(&self, figures: &v1::Diagnostics) {
-        self.bar.set_position(figures.step);
+    /// Shows the diagnostics of a step.
+    pub(crate) fn show(&self, step: &v1::Diagnostics) {
+        self.bar.set_position(step.step);
         self.bar.set_message(format!(
-            "t = {:.3} s, {:.2} ms a step{}",
-            figures.time_seconds,
-            figures.step_seconds * 1e3,
-            snow::phrase(figures)
+            "t = {:.3} s, {:.2} ms per step{}",
+            step.time_seconds,
+            step.step_seconds * 1e3,
+            diagnostics::snow_phrase(step)
         ));
     }
 

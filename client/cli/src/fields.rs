@@ -10,12 +10,12 @@ use nappe_client::{Field, GridOptions, WatchOptions, holds_snow, v1};
 
 use crate::{
     error::{CliError, Result},
-    save,
+    paths,
 };
 
 /// What is kept of each frame besides positions.
 #[derive(Args, Clone, Debug, Default)]
-pub(crate) struct ContentsArgs {
+pub(crate) struct FieldsArgs {
     /// Keep these arrays as well; a recording shows the first as colour
     #[arg(long, value_enum, value_name = "ARRAY,...", value_delimiter = ',')]
     fields: Vec<FieldName>,
@@ -30,8 +30,8 @@ pub(crate) struct ShownArgs {
     /// coordinate (m)
     #[arg(long, value_name = "smoke|slice:AXIS=METRES")]
     grid: Option<GridOptions>,
-    /// Nodes of the grid in a frame at most; above it every second, third ... is kept [default: as many as the
-    /// server allows]
+    /// Most nodes of the grid per frame; of more, every second, third ... along each axis is kept [default: as
+    /// many as the server allows]
     #[arg(long, value_name = "N", requires = "grid", value_parser = clap::value_parser!(u32).range(1..))]
     grid_nodes: Option<u32>,
     /// What the colour of snow shows in Rerun [default: plastic_ratio]
@@ -45,7 +45,7 @@ pub(crate) struct ShownArgs {
 pub(crate) enum FieldName {
     /// Velocities (m/s)
     Velocity,
-    /// Plastic volume ratio J_P of snow, below 1 where it is packed; 1 for cloth
+    /// Plastic ratio J_P of snow, below 1 where it is packed; 1 for cloth
     PlasticRatio,
     /// Frobenius norm of the Cauchy stress of snow (Pa); 0 for cloth
     Stress,
@@ -65,14 +65,14 @@ impl From<FieldName> for Field {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 #[value(rename_all = "snake_case")]
 pub(crate) enum ColorName {
-    /// J_P: white as it fell, blue where packed, amber where it came apart
+    /// Plastic ratio J_P: white as it fell, blue where packed, amber where it came apart
     #[default]
     PlasticRatio,
     /// Speed, up to the largest so far
     Speed,
     /// Norm of the stress, by its logarithm
     Stress,
-    /// One colour a body
+    /// One colour per body
     Body,
 }
 
@@ -111,7 +111,7 @@ impl From<ColorName> for nappe_rerun::ColorBy {
 }
 
 impl ShownArgs {
-    /// Nodes of the grid.
+    /// Nodes of the grid that were asked for.
     pub(crate) fn grid(&self) -> Option<GridOptions> {
         self.grid.map(|grid| GridOptions { max_nodes: self.grid_nodes.unwrap_or(grid.max_nodes), ..grid })
     }
@@ -123,7 +123,7 @@ impl ShownArgs {
     }
 }
 
-impl ContentsArgs {
+impl FieldsArgs {
     /// Checks the choices against where the frames go.
     ///
     /// # Errors
@@ -137,10 +137,10 @@ impl ContentsArgs {
         let first = asked.iter().find(|(_, is_asked)| *is_asked);
         match (first, save) {
             (Some((option, _)), None) => {
-                Err(CliError::usage(format!("{option} says what to keep: --save is missing"))
+                Err(CliError::usage(format!("{option} says what to keep: --save says where, and is missing"))
                     .hint("--save FILE.rrd keeps a Rerun recording, --save FOLDER PLY files"))
             }
-            (Some(_), Some(path)) if self.shown.color.is_some() && !save::is_recording(path) => {
+            (Some(_), Some(path)) if self.shown.color.is_some() && !paths::is_recording(path) => {
                 Err(CliError::usage(format!(
                     "--color belongs to a Rerun recording, and {} is none",
                     path.display()
@@ -167,7 +167,7 @@ impl ContentsArgs {
         options.fields = self.fields.iter().copied().map(Field::from).collect();
         let is_asked = self.shown.color.is_some() || holds_snow(session);
         if let Some(field) = self.recording_color().field()
-            && save::is_recording(save)
+            && paths::is_recording(save)
             && is_asked
         {
             options.fields = options.fields.with(field);
@@ -177,9 +177,9 @@ impl ContentsArgs {
     }
 }
 
-/// Bytes that a frame takes on a server at most, beside its grid's: positions and all other arrays in binary32.
+/// Most bytes per particle that a frame takes on a server: positions and all other arrays, in binary32.
 pub(crate) const PARTICLE_BYTES: u64 = 12 + 12 + 4 + 4;
-/// Bytes of a node of the grid on a server, index, mass and velocity.
+/// Bytes per node of the grid that a frame takes on a server: index, mass and velocity.
 pub(crate) const NODE_BYTES: u64 = 28;
 
 #[cfg(test)]
@@ -192,14 +192,14 @@ mod tests {
     fn a_recording_asks_for_what_its_colour_shows_and_a_folder_for_what_was_named() {
         let cloth = v1::Session { particle_count: 9, spring_count: 9, ..v1::Session::default() };
         let snow = v1::Session { particle_count: 12, snow_particle_count: 3, ..cloth.clone() };
-        let fields = |args: &ContentsArgs, session: &v1::Session, path: &str| {
+        let fields = |args: &FieldsArgs, session: &v1::Session, path: &str| {
             args.watch(WatchOptions::default(), session, Path::new(path)).fields
         };
-        let plain = ContentsArgs::default();
+        let plain = FieldsArgs::default();
         assert_eq!(fields(&plain, &snow, "a.rrd"), Fields::positions().with(Field::PlasticRatios));
         assert_eq!(fields(&plain, &cloth, "a.rrd"), Fields::positions());
         assert_eq!(fields(&plain, &snow, "folder"), Fields::positions());
-        let stress = ContentsArgs { fields: vec![FieldName::Stress], ..plain };
+        let stress = FieldsArgs { fields: vec![FieldName::Stress], ..plain };
         assert_eq!(fields(&stress, &cloth, "folder"), Fields::positions().with(Field::StressNorms));
         assert_eq!(stress.recording_color(), ColorName::Stress);
     }
@@ -207,13 +207,13 @@ mod tests {
     #[test]
     fn what_is_kept_needs_a_place_and_a_colour_a_recording() {
         let smoke = ShownArgs { grid: Some(GridOptions::all()), ..ShownArgs::default() };
-        let args = ContentsArgs { fields: Vec::new(), shown: smoke };
+        let args = FieldsArgs { fields: Vec::new(), shown: smoke };
         assert!(args.check(None).is_err() && args.check(Some(Path::new("folder"))).is_ok());
         let color = ShownArgs { color: Some(ColorName::Speed), ..ShownArgs::default() };
-        let args = ContentsArgs { fields: Vec::new(), shown: color };
+        let args = FieldsArgs { fields: Vec::new(), shown: color };
         assert!(
             args.check(Some(Path::new("folder"))).is_err() && args.check(Some(Path::new("a.rrd"))).is_ok()
         );
-        assert!(ContentsArgs::default().check(None).is_ok());
+        assert!(FieldsArgs::default().check(None).is_ok());
     }
 }

@@ -1,0 +1,87 @@
+//! Computes a whole scene on a server, embedded or remote: the common part of `run`, `mecasim` and the demo.
+//!
+//! Enters: a scene and the options of the command line. Leaves: saved frames, and a summary on standard output.
+
+mod embedded;
+mod progress;
+mod drive;
+mod summary;
+
+use nappe_client::Client;
+
+pub(crate) use self::embedded::Embedded;
+use self::{drive::Driven, summary::Summary};
+use crate::{
+    args::ComputeArgs,
+    error::Result,
+    meshes,
+    output::Format,
+    save::Sink,
+    scene::{self, Input},
+};
+
+/// Which server computes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Server<'a> {
+    /// One inside this command.
+    Embedded,
+    /// The one at this address.
+    At(&'a str),
+}
+
+impl<'a> Server<'a> {
+    /// The server at an address, or an embedded one without an address.
+    pub(crate) fn new(address: Option<&'a str>) -> Self {
+        address.map_or(Self::Embedded, Self::At)
+    }
+
+    /// Who must know the name of a shipped scene.
+    pub(crate) fn names(self) -> scene::Names {
+        match self {
+            Self::Embedded => scene::Names::Ours,
+            Self::At(_) => scene::Names::Servers,
+        }
+    }
+}
+
+/// Computes a scene, saves its frames if asked to, prints the summary.
+///
+/// # Errors
+/// When the scene is refused, the simulation fails, a frame cannot be saved, or the user ends it.
+pub(crate) async fn compute(
+    scene: &Input,
+    args: &ComputeArgs,
+    server: Server<'_>,
+    format: Format,
+) -> Result<()> {
+    let (driven, summary) = match server {
+        Server::At(address) => compute_on(&Client::connect(address).await?, scene, args).await?,
+        Server::Embedded => {
+            let embedded = Embedded::start().await?;
+            let done = compute_on(&embedded.client, scene, args).await;
+            embedded.shutdown().await;
+            done?
+        }
+    };
+    summary.print(&driven, format)
+}
+
+async fn compute_on(client: &Client, scene: &Input, args: &ComputeArgs) -> Result<(Driven, Summary)> {
+    // First, so that a path that cannot be written is known before hours are computed.
+    args.fields.check(args.save.as_deref())?;
+    let mut sink = args.save.as_deref().map(|path| Sink::create(path, &args.fields)).transpose()?;
+
+    let wanted = args.overrides.session(String::new(), scene.send(client).await?);
+    let created = client.create_session(wanted).await?;
+    meshes::note(&created.warnings);
+
+    let driven = drive::drive(client, &created.session, sink.as_mut()).await;
+    let saved = sink.map(Sink::finish).transpose()?;
+
+    // A remote server is left as it was found, also after a failure. An error of the drive is reported first.
+    let deleted = client.delete_session(&created.session.session_id).await;
+    let driven = driven?;
+    deleted?;
+    let summary = Summary::new(scene.name().to_owned(), &driven, saved);
+    Ok((driven, summary))
+}

@@ -1,0 +1,80 @@
+//! Diagnostics of a step in words: parts of a table, a phrase for a progress bar.
+//!
+//! Enters: `v1::Diagnostics` and `v1::SnowDiagnostics`. Leaves: text. As JSON, the contract's own types are written.
+
+use nappe_client::v1;
+
+use crate::output;
+
+/// Kinetic, elastic and gravitational energy together (J).
+pub(crate) fn total_energy(diagnostics: &v1::Diagnostics) -> f64 {
+    diagnostics.kinetic_energy + diagnostics.elastic_energy + diagnostics.gravitational_energy
+}
+
+/// How the last step of the scene was divided into steps of snow, and what limits the next one.
+pub(crate) fn substeps(snow: &v1::SnowDiagnostics) -> String {
+    let at = snow.bound_particle.map_or_else(String::new, |particle| format!(" at particle {particle}"));
+    format!(
+        "{} per step, dt {}; bound: {}{at}",
+        output::count(snow.substeps.into()),
+        output::duration(snow.dt_seconds),
+        snow.bound().word()
+    )
+}
+
+/// How many particles yielded, were inverted and so on: each count that is not 0.
+pub(crate) fn counts(snow: &v1::SnowDiagnostics) -> String {
+    let counts = [
+        ("plastic", snow.plastic_count),
+        ("inverted", snow.inverted_count),
+        ("clamped", snow.clamped_count),
+        ("ballistic", snow.ballistic_count),
+    ];
+    let told = counts.iter().filter(|(_, count)| *count > 0);
+    let told: Vec<String> = told.map(|(name, count)| format!("{} {name}", output::count(*count))).collect();
+    if told.is_empty() { "all elastic".to_owned() } else { told.join(", ") }
+}
+
+/// Range of the plastic ratio J_P.
+pub(crate) fn packing(snow: &v1::SnowDiagnostics) -> String {
+    format!("J_P {:.3} to {:.3}", snow.min_plastic_ratio, snow.max_plastic_ratio)
+}
+
+/// A phrase for a progress bar or a line of diagnostics; empty without snow.
+pub(crate) fn snow_phrase(diagnostics: &v1::Diagnostics) -> String {
+    diagnostics.snow.as_ref().map_or_else(String::new, |snow| {
+        let dt = output::duration(snow.dt_seconds);
+        let bound = snow.bound().word();
+        format!("  {} x {dt} ({bound}), {}, {}", snow.substeps, counts(snow), packing(snow))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use nappe_sim::report::BoundKind;
+
+    use super::*;
+
+    #[test]
+    fn bounds_have_the_names_of_the_simulation() {
+        let bounds = (1..).map_while(|number| v1::TimeBound::try_from(number).ok());
+        let words: Vec<String> = bounds.map(v1::TimeBound::word).collect();
+        assert_eq!(words, BoundKind::ALL.map(BoundKind::name));
+    }
+
+    #[test]
+    fn only_counts_above_0_are_told() {
+        let mut snow =
+            v1::SnowDiagnostics { substeps: 12, dt_seconds: 2e-4, ..v1::SnowDiagnostics::default() };
+        snow.set_bound(v1::TimeBound::ElasticWave);
+        snow.bound_particle = Some(3);
+        assert_eq!(counts(&snow), "all elastic");
+        assert_eq!(substeps(&snow), "12 per step, dt 200.0 us; bound: elastic_wave at particle 3");
+        snow.plastic_count = 1200;
+        snow.inverted_count = 1;
+        assert_eq!(counts(&snow), "1 200 plastic, 1 inverted");
+        let diagnostics = v1::Diagnostics { snow: Some(snow), ..v1::Diagnostics::default() };
+        assert!(snow_phrase(&diagnostics).contains("12 x 200.0 us (elastic_wave)"));
+        assert_eq!(snow_phrase(&v1::Diagnostics::default()), "");
+    }
+}

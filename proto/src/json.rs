@@ -1,0 +1,55 @@
+//! Fields whose shape in JSON is not that of their Rust type. `build.rs` says which function writes which field.
+#![allow(
+    clippy::ref_option,
+    clippy::trivially_copy_pass_by_ref,
+    reason = "serde gives a reference to the field, whatever its type"
+)]
+
+use serde::{Serialize as _, Serializer};
+
+use crate::v1::{Precision, SessionState, SolveOutcome, SolveReport, TimeBound, Vector3};
+
+/// What a session is doing, as a word.
+pub(crate) fn session_state<S: Serializer>(value: &i32, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(&SessionState::try_from(*value).unwrap_or_default().word())
+}
+
+/// A precision, as a word.
+pub(crate) fn precision<S: Serializer>(value: &i32, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(&Precision::try_from(*value).unwrap_or_default().word())
+}
+
+/// A bound on the time step of snow, as a word.
+pub(crate) fn time_bound<S: Serializer>(value: &i32, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(&TimeBound::try_from(*value).unwrap_or_default().word())
+}
+
+/// How the linear solver ended, as a word.
+pub(crate) fn solve_outcome<S: Serializer>(value: &i32, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(&SolveOutcome::try_from(*value).unwrap_or_default().word())
+}
+
+/// A hash of 64 bits as 16 hexadecimal digits: programs that read numbers as binary64 would lose its last bits.
+pub(crate) fn state_hash<S: Serializer>(value: &Option<u64>, serializer: S) -> Result<S::Ok, S::Error> {
+    value.map(|hash| format!("{hash:016x}")).serialize(serializer)
+}
+
+/// `[x, y, z]`; an absent vector is zero, as everywhere in proto3.
+pub(crate) fn vector<S: Serializer>(value: &Option<Vector3>, serializer: S) -> Result<S::Ok, S::Error> {
+    let Vector3 { x, y, z } = value.unwrap_or_default();
+    [x, y, z].serialize(serializer)
+}
+
+/// The fields of a solver's report; all `null` without one, so that every object has the same keys.
+pub(crate) fn solve<S: Serializer>(value: &Option<SolveReport>, serializer: S) -> Result<S::Ok, S::Error> {
+    #[derive(serde::Serialize)]
+    struct Absent {
+        outcome: (),
+        iterations: (),
+        relative_residual: (),
+    }
+    match value {
+        Some(report) => report.serialize(serializer),
+        None => Absent { outcome: (), iterations: (), relative_residual: () }.serialize(serializer),
+    }
+}
