@@ -12,7 +12,7 @@ use std::{
 use nappe_sim::mesh::TriangleMesh;
 
 use crate::{
-    build::MeshSource,
+    assemble::MeshSource,
     course::{ObjectParameters, SimuParameters},
     error::{Fault, SceneError},
     mesh::{

@@ -7,13 +7,16 @@
 
 mod error;
 mod source;
+mod location;
 mod names;
-mod body;
-mod snow;
-mod scene;
 mod schema;
 pub mod mesh;
-mod build;
+mod body;
+mod snow;
+mod keys;
+mod scene;
+mod fill;
+mod assemble;
 mod shipped;
 pub mod course;
 pub mod files;
@@ -21,10 +24,10 @@ pub mod files;
 pub use body::{
     Body, Law, Limits, Mass, Mesh, MovingPin, Pattern, Pin, Plane, Rotate, Solver, Springs, Transform,
 };
-pub use build::{Built, MeshSource, NoMeshes, SceneLimits};
+pub use assemble::{Built, MeshSource, NoMeshes, SceneLimits};
 pub use error::{Fault, SceneError};
+pub use keys::page as reference_page;
 pub use scene::{ColliderText, Scene, ShapeText, VERSION};
-pub use schema::page as reference_page;
 pub use shipped::shipped_scenes;
 pub use snow::{
     AdvectionName, BoxText, MaterialText, Sampling, Snow, SnowBody, SnowSolver, SnowSource, TransferName,

@@ -9,8 +9,8 @@ use toml::de::DeTable;
 use crate::{
     body::{Body, Mesh, Rotate},
     error::{Fault, SceneError},
-    names,
-    schema::{self, ROOT},
+    keys::ROOT,
+    names, schema,
     snow::{Snow, SnowBody},
     source::{Path, Source},
 };

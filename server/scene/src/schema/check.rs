@@ -7,7 +7,7 @@ use toml::{
     de::{DeTable, DeValue},
 };
 
-use super::{Field, Kind, Presence, Range, Section, number};
+use super::key::{Field, Kind, Presence, Range, Section, number};
 use crate::{
     error::{Fault, SceneError, excerpt, suggestion},
     source::{Path, Source},
@@ -198,7 +198,7 @@ fn numeric(value: &Value<'_>) -> Option<f64> {
 
 impl Kind {
     /// What a field of this kind allows.
-    pub(super) fn allowed(self) -> String {
+    pub(crate) fn allowed(self) -> String {
         match self {
             Self::Whole(low, high) if low == high => format!("{low}"),
             Self::Whole(low, high) => format!("a whole number, {low} to {high}"),

@@ -10,14 +10,14 @@ use super::{
 
 /// More places to look at than the caller lets a scene take.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct TooMuch;
+pub(crate) struct TooMuch;
 
 /// Random places on a lattice.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Jitter {
+pub(crate) struct Jitter {
     /// Part of a cell over which its particle may lie: 0 its middle, 1 anywhere.
-    pub(super) amount: f64,
-    pub(super) seed: u32,
+    pub(crate) amount: f64,
+    pub(crate) seed: u32,
 }
 
 /// Cells along the axes into which a box of these edges (m) is divided, near to cubes of edge

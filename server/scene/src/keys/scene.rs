@@ -3,12 +3,11 @@
 use nappe_sim::math::Precision;
 
 use super::{
-    Kind, Presence, Range, Section,
-    bodies::{BODY, SPEED},
-    colliders::COLLIDER,
-    field,
+    body::{BODY, SPEED},
+    collider::COLLIDER,
     snow::SNOW,
 };
+use crate::schema::{Kind, Presence, Range, Section, field};
 
 use Kind::{Choice, Number, Table, Tables, Text, Vector, Whole};
 use Presence::{Absent, Default, Required};

@@ -2,8 +2,11 @@
 
 use nappe_sim::snow::{Material, Plasticity, Preset};
 
-use super::{place::Place, types::MaterialText};
-use crate::error::{Fault, SceneError};
+use crate::{
+    error::{Fault, SceneError},
+    location::Place,
+    snow::MaterialText,
+};
 
 /// Density at rest (kg/m³) and material.
 pub(super) fn material(text: &MaterialText, place: &Place<'_>) -> Result<(f64, Material), SceneError> {

@@ -7,18 +7,18 @@ use super::hash::{Stream, hash, signed};
 
 /// How one quantity varies.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Noise {
-    pub(super) seed: u32,
-    pub(super) stream: Stream,
+pub(crate) struct Noise {
+    pub(crate) seed: u32,
+    pub(crate) stream: Stream,
     /// Largest relative difference from the mean.
-    pub(super) amplitude: f64,
+    pub(crate) amplitude: f64,
     /// Distance over which it changes (m); none: each particle alone.
-    pub(super) length: Option<f64>,
+    pub(crate) length: Option<f64>,
 }
 
 impl Noise {
     /// A factor for each position.
-    pub(super) fn factors(&self, points: &[[f64; 3]]) -> Vec<f64> {
+    pub(crate) fn factors(&self, points: &[[f64; 3]]) -> Vec<f64> {
         let value = |(i, point): (usize, &[f64; 3])| match self.length {
             Some(length) => self.smooth(point.map(|c| c / length)),
             None => self.at([i as i64, 0, 0]),

@@ -2,11 +2,8 @@
 
 use nappe_sim::collide::Contact;
 
-use super::{
-    Alternative, Kind, Presence, Range, Section,
-    bodies::{FORCE, LENGTH, ROTATE, SPEED},
-    field,
-};
+use super::body::{FORCE, LENGTH, ROTATE, SPEED};
+use crate::schema::{Alternative, Kind, Presence, Range, Section, field};
 
 use Kind::{Choice, Number, Table, Text, Vector};
 use Presence::{Absent, Chosen, Default, Required};

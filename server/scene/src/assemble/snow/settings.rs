@@ -5,11 +5,11 @@ use nappe_sim::{
     snow::{Advection, Blend, Integration, Kernel, SnowSettings, TimeStep, Transfer},
 };
 
-use super::{
-    place::Place,
-    types::{AdvectionName, Snow, TransferName},
+use crate::{
+    error::SceneError,
+    location::Place,
+    snow::{AdvectionName, Snow, TransferName},
 };
-use crate::error::SceneError;
 
 /// The share of FLIP of a scene that names none (Stomakhin et al. 2013).
 const FLIP: f64 = 0.95;

@@ -6,7 +6,7 @@
 /// What a number is drawn for: streams of one seed do not meet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u64)]
-pub(super) enum Stream {
+pub(crate) enum Stream {
     Place = 1,
     Dart = 2,
     Thin = 3,

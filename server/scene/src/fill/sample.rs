@@ -9,7 +9,7 @@ use super::{
 
 /// Where particles go.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Places {
+pub(crate) enum Places {
     /// On a lattice.
     Lattice(Jitter),
     /// At random places, none too near to another.
@@ -21,7 +21,7 @@ pub(super) enum Places {
 
 /// How many there are.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Count {
+pub(crate) enum Count {
     /// One for each cube of this edge (m).
     Spacing(f64),
     /// So many.
@@ -41,7 +41,7 @@ const EXCESS: f64 = 0.03;
 const PACKING: f64 = 0.655;
 
 /// Particles (estimated; exact for boxes on a lattice) before any is made.
-pub(super) fn estimate(solid: &Solid, places: Places, count: Count) -> u64 {
+pub(crate) fn estimate(solid: &Solid, places: Places, count: Count) -> u64 {
     match (solid, places, count) {
         (_, _, Count::Exactly(count)) => count,
         (Solid::Box { half, .. }, Places::Lattice(_), Count::Spacing(spacing)) => {
@@ -57,7 +57,7 @@ pub(super) fn estimate(solid: &Solid, places: Places, count: Count) -> u64 {
 /// Fills a solid; particles as they stand in the world (m).
 ///
 /// `expected` is the estimate, which the caller has held against its limits.
-pub(super) fn fill(
+pub(crate) fn fill(
     solid: &Solid,
     places: Places,
     count: Count,

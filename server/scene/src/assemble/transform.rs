@@ -6,7 +6,7 @@ use super::body::Context;
 use crate::{
     body::{Rotate, Transform},
     error::{Fault, SceneError},
-    snow::Placement,
+    fill::Placement,
     source::{Path, Source},
 };
 

@@ -5,18 +5,13 @@
 
 use nappe_sim::{mesh::TriangleMesh, snow::SnowObject};
 
-use super::{
-    closed::Closed,
-    hash::Stream,
-    lattice::{Jitter, TooMuch},
-    material::material,
-    noise::Noise,
-    place::Place,
-    sample::{self, Count, Places},
-    solid::{Placement, Solid},
-    types::{BoxText, Sampling, SnowBody, SnowSource, VolumeFrom},
+use super::material::material;
+use crate::{
+    error::{Fault, SceneError},
+    fill::{self, Closed, Count, Jitter, Noise, Placement, Places, Solid, Stream, TooMuch},
+    location::Place,
+    snow::{BoxText, Sampling, SnowBody, SnowSource, VolumeFrom},
 };
-use crate::error::{Fault, SceneError};
 
 /// Particles in a cell of the grid, of an object that names no number.
 const PARTICLES_PER_CELL: f64 = 8.0;
@@ -61,7 +56,7 @@ impl<'a> Plan<'a> {
 
     /// Particles that it will have: exactly, or nearly where its lattice meets a curved surface.
     pub(crate) fn estimate(&self) -> u64 {
-        sample::estimate(&self.solid, self.places, self.count)
+        fill::estimate(&self.solid, self.places, self.count)
     }
 
     /// Makes the object; the strings are remarks.
@@ -70,7 +65,7 @@ impl<'a> Plan<'a> {
         let inner = Place { path: place.path.key("material"), source: place.source };
         let (density, material) = material(&text.material, &inner)?;
         let expected = self.estimate();
-        let filled = sample::fill(&self.solid, self.places, self.count, expected);
+        let filled = fill::fill(&self.solid, self.places, self.count, expected);
         let x = filled.map_err(|TooMuch| {
             let message = format!(
                 "takes too long to fill with {expected} particles: most of the box around it is empty, or its triangles overlap"

@@ -21,7 +21,7 @@ impl Placement {
 
 /// A solid.
 #[derive(Clone, Debug)]
-pub(super) enum Solid {
+pub(crate) enum Solid {
     /// A box about the origin, then moved: its lattice turns with it.
     Box { half: [f64; 3], placement: Placement },
     /// A ball.
@@ -31,13 +31,13 @@ pub(super) enum Solid {
 }
 
 impl Solid {
-    pub(super) fn from_mesh(mesh: Closed) -> Self {
+    pub(crate) fn from_mesh(mesh: Closed) -> Self {
         let inside = Inside::new(&mesh);
         Self::Mesh { mesh, inside }
     }
 
     /// Volume (m³).
-    pub(super) fn volume(&self) -> f64 {
+    pub(crate) fn volume(&self) -> f64 {
         match self {
             Self::Box { half, .. } => 8.0 * half[0] * half[1] * half[2],
             Self::Ball { radius, .. } => 4.0 / 3.0 * std::f64::consts::PI * radius * radius * radius,
@@ -46,7 +46,7 @@ impl Solid {
     }
 
     /// Centre of mass (m).
-    pub(super) fn center(&self) -> [f64; 3] {
+    pub(crate) fn center(&self) -> [f64; 3] {
         match self {
             Self::Box { placement, .. } => placement.shift,
             Self::Ball { center, .. } => *center,

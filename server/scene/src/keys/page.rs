@@ -4,7 +4,8 @@ use std::fmt::Write;
 
 use nappe_sim::snow::Preset;
 
-use super::{Kind, Presence, ROOT, Section, number};
+use super::scene::ROOT;
+use crate::schema::{Kind, Presence, Section, number};
 
 /// The reference part of docs/scenes.md: every section, every field with unit, default and range.
 pub fn page() -> String {

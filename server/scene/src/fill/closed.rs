@@ -10,7 +10,7 @@ use nappe_sim::mesh::TriangleMesh;
 
 /// The surface of a solid.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Closed {
+pub(crate) struct Closed {
     pub(super) points: Vec<[f64; 3]>,
     pub(super) triangles: Vec<[u32; 3]>,
     /// Volume (m³) by the divergence theorem, above 0.
@@ -21,7 +21,7 @@ pub(super) struct Closed {
 
 /// Why a mesh encloses no solid.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum NotClosed {
+pub(crate) enum NotClosed {
     /// It has no triangles with an area.
     Empty,
     /// An edge with another number of triangles than two.
@@ -69,7 +69,7 @@ type Side = ([u32; 2], bool, u32);
 
 impl Closed {
     /// The solid that a mesh encloses.
-    pub(super) fn new(mesh: &TriangleMesh) -> Result<Self, NotClosed> {
+    pub(crate) fn new(mesh: &TriangleMesh) -> Result<Self, NotClosed> {
         let same = welded(&mesh.points);
         let corners = |t: &[u32; 3]| t.map(|i| same[i as usize]);
         let whole = |t: &[u32; 3]| t[0] != t[1] && t[1] != t[2] && t[2] != t[0];

@@ -2,6 +2,12 @@
 
 use nappe_sim::snow::{SnowObject, SnowSetup};
 
+mod material;
+mod settings;
+mod object;
+
+use object::Plan;
+
 use super::{
     MeshSource, body,
     size::{Owner, Size},
@@ -9,7 +15,8 @@ use super::{
 };
 use crate::{
     error::SceneError,
-    snow::{self, Place, Plan, Snow, SnowBody},
+    location::Place,
+    snow::{Snow, SnowBody},
     source::{Path, Source},
 };
 
@@ -21,7 +28,7 @@ pub(super) fn build(
     size: &mut Size<'_>,
 ) -> Result<(SnowSetup, Vec<String>), SceneError> {
     let path = Path::default().key("snow");
-    let settings = snow::settings(text, &Place { path: path.clone(), source })?;
+    let settings = settings::settings(text, &Place { path: path.clone(), source })?;
     let (mut objects, mut remarks) = (Vec::new(), Vec::new());
     for (i, body) in text.objects.iter().enumerate() {
         let place = Place { path: path.key("object").index(i), source };

@@ -2,12 +2,11 @@
 
 use nappe_sim::snow::{Kernel, Law, Preset, Transfer};
 
-use super::{
-    Alternative, Kind, Presence, Range, Section,
-    bodies::{LENGTH, SPEED, TRANSFORM},
-    field,
+use super::body::{LENGTH, SPEED, TRANSFORM};
+use crate::{
+    schema::{Alternative, Kind, Presence, Range, Section, field},
+    snow::{Sampling, VolumeFrom},
 };
-use crate::snow::{Sampling, VolumeFrom};
 
 use Kind::{Choice, Flag, Number, Pair, Table, Tables, Text, Vector, Whole};
 use Presence::{Absent, Chosen, Default, Required};

@@ -5,8 +5,10 @@ use nappe_sim::{
     linalg::{OperatorKind, PreconditionerKind},
 };
 
-use super::{Alternative, Kind, Presence, Range, Section, field};
-use crate::body::{Pattern, Plane};
+use crate::{
+    body::{Pattern, Plane},
+    schema::{Alternative, Kind, Presence, Range, Section, field},
+};
 
 use Kind::{Choice, Flag, Number, Pin, Pins, Table, Tables, Text, Vector, Whole, WholePair};
 use Presence::{Absent, Chosen, Default, Required};

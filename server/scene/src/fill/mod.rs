@@ -1,0 +1,22 @@
+//! Solids filled with particles: boxes, balls and the insides of closed meshes.
+//!
+//! Reads a solid, a rule for positions and a number of particles; writes positions. Everything random
+//! is seeded, and has the same bits on every platform. Modules in reading order:
+
+mod hash;
+mod noise;
+mod closed;
+mod inside;
+mod solid;
+mod lattice;
+mod poisson;
+mod sample;
+#[cfg(test)]
+mod tests;
+
+pub(crate) use closed::Closed;
+pub(crate) use hash::Stream;
+pub(crate) use lattice::{Jitter, TooMuch};
+pub(crate) use noise::Noise;
+pub(crate) use sample::{Count, Places, estimate, fill};
+pub(crate) use solid::{Placement, Solid};
