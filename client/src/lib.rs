@@ -38,7 +38,7 @@ mod client;
 mod watch;
 
 pub use client::{Client, CreatedSession};
-pub use collider::{Collider, Shape};
+pub use collider::{Collider, Shape, components};
 pub use decode::{DecodeError, Decoder};
 pub use error::{ClientError, ServerError};
 pub use frame::{Frame, GridFrame, Scalars, Vectors};

@@ -2,7 +2,7 @@
 //! bytes make it panic.
 
 use nappe_client::{
-    DecodeError, DecodeLimits, Decoder, Field, Fields, Frame, Shape, Topology, TopologyError, Vectors, v1,
+    DecodeError, DecodeLimits, Decoder, Field, Fields, Frame, Topology, TopologyError, Vectors, v1,
 };
 use proptest::prelude::*;
 use prost::Message as _;
@@ -201,8 +201,7 @@ fn a_collider_is_drawable_or_refused_and_a_new_shape_is_unknown() {
     let topology = v1::Topology { colliders, ..topology_of(1) };
     let read = Decoder::new(Fields::positions(), DecodeLimits::default()).topology(topology);
     let shapes: Vec<_> = read.expect("good").expect("whole").colliders.iter().map(|c| c.shape).collect();
-    let still = [0.0; 3];
-    assert_eq!(shapes, [Shape::Unknown, Shape::Sphere { center: still, radius: 0.5, velocity: still }]);
+    assert_eq!(shapes, [None, Some(ball(0.5))]);
 }
 
 /// Cuts both arrays of `count` particles at the same places, one piece for each part.

@@ -9,7 +9,7 @@ use std::{
 };
 
 use nappe_sim::{
-    collide::{Collider, Contact, Shape},
+    collide::{Collider, Contact, Shape, shape::Sphere},
     linalg::{OperatorKind, PreconditionerKind, SolverSettings, Stop},
     math::Precision,
     report::NoStopwatch,
@@ -58,7 +58,7 @@ fn scene(method: Method, solver: SolverSettings) -> Scene {
     scene.settings.solver = solver;
     scene.colliders = vec![Collider {
         name: "ball".to_owned(),
-        shape: Shape::Sphere { center: [0.5, -0.205, 0.5], radius: 0.2 },
+        shape: Shape::Sphere(Sphere { center: [0.5, -0.205, 0.5], radius: 0.2 }),
         velocity: [0.0; 3],
         friction: 0.3,
         restitution: 0.0,

@@ -1,7 +1,10 @@
 //! Scenes of several blocks, small enough for a debug build, that between them use every kernel.
 
 use nappe_sim::{
-    collide::{Collider, Contact, Shape},
+    collide::{
+        Collider, Contact, Shape,
+        shape::{Plane, Sphere},
+    },
     linalg::SolverSettings,
     math::Precision,
     world::{Change, Simulation},
@@ -64,8 +67,8 @@ fn sheet_on_sphere() -> Scene {
     let mut scene = Scene::new(network, 2e-3);
     scene.settings.substeps = 2;
     scene.colliders = vec![
-        collider("ball", Shape::Sphere { center: [0.45, -0.21, 0.4], radius: 0.2 }),
-        collider("floor", Shape::Plane { point: [0.0, -0.012, 0.0], normal: [0.0, 1.0, 0.0] }),
+        collider("ball", Shape::Sphere(Sphere { center: [0.45, -0.21, 0.4], radius: 0.2 })),
+        collider("floor", Shape::Plane(Plane { point: [0.0, -0.012, 0.0], normal: [0.0, 1.0, 0.0] })),
     ];
     scene
 }

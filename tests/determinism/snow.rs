@@ -2,7 +2,7 @@
 //! interrupted and put back.
 
 use nappe_sim::{
-    collide::{Collider, Contact, Shape},
+    collide::{Collider, Contact, Shape, shape::Sphere},
     linalg::Stop,
     math::{Precision, SimdLevel, force_simd_level, simd_level},
     snow::{Integration, ParticleState, Preset, SnowObject, TimeStep},
@@ -79,7 +79,7 @@ impl SnowRun {
         scene.settings.time_step = TimeStep::default();
         scene.settings.integration = self.integration;
         scene.settings.ballistic_below = 0.1;
-        let post = Shape::Sphere { center: [0.3, 0.1, 0.0], radius: 0.12 };
+        let post = Shape::Sphere(Sphere { center: [0.3, 0.1, 0.0], radius: 0.12 });
         scene.colliders = vec![
             plane([0.0; 3], [0.6, 0.8, 0.0], Contact::Separating, 0.4),
             Collider {

@@ -1,7 +1,10 @@
 //! Planes and spheres: no penetration, restitution, friction on an incline, moving colliders.
 
 use nappe_sim::{
-    collide::{Collider, Contact, Shape},
+    collide::{
+        Collider, Contact, Shape,
+        shape::{Plane, Sphere},
+    },
     linalg::Stop,
     math::{Precision, Real},
 };
@@ -29,12 +32,12 @@ fn collider(shape: Shape) -> Collider {
 /// A plane through the origin that rises towards -x by `angle` (rad): things slide towards +x.
 fn incline(angle: f64, friction: f64) -> Collider {
     let normal = [angle.sin(), angle.cos(), 0.0];
-    Collider { friction, ..collider(Shape::Plane { point: [0.0; 3], normal }) }
+    Collider { friction, ..collider(Shape::Plane(Plane { point: [0.0; 3], normal })) }
 }
 
 /// One particle at a height of `height` (m) along the normal of a collider through the origin.
 fn above(collider: Collider, height: f64, method: Method, dt: f64) -> Scene {
-    let Shape::Plane { normal, .. } = collider.shape else { panic!("a plane") };
+    let Shape::Plane(Plane { normal, .. }) = collider.shape else { panic!("a plane") };
     let network = particles(&[normal.map(|n| n * (height + collider.margin))], 0.3);
     let mut scene = Scene::new(network, dt).by(method).under([0.0, -GRAVITY, 0.0]);
     scene.colliders = vec![collider];
@@ -50,9 +53,9 @@ fn no_particle_of_a_cloth_enters_a_sphere_or_a_floor() {
             network.pins.clear();
             let mut scene = Scene::new(network, 2e-4).by(method).under([0.0, -GRAVITY, 0.0]);
             scene.settings.solver.stop = Stop::Residual { tolerance: 1e-4, max_iterations: 50 };
-            let ground = Shape::Plane { point: [0.0, floor, 0.0], normal: [0.0, 1.0, 0.0] };
+            let ground = Shape::Plane(Plane { point: [0.0, floor, 0.0], normal: [0.0, 1.0, 0.0] });
             scene.colliders = vec![
-                Collider { friction: 0.3, ..collider(Shape::Sphere { center, radius }) },
+                Collider { friction: 0.3, ..collider(Shape::Sphere(Sphere { center, radius })) },
                 Collider { friction: 0.3, ..collider(ground) },
             ];
             let mut simulation = scene.simulate(precision);

@@ -2,7 +2,7 @@
 #![allow(clippy::print_stdout, reason = "figures beside the limits")]
 
 use nappe_sim::{
-    collide::{Collider, Contact, Shape},
+    collide::{Collider, Contact, Shape, shape::HalfPipe},
     math::Precision,
     snow::{Kernel, Material, ParticleState, Preset, TimeStep, Transfer},
 };
@@ -91,7 +91,12 @@ fn a15_a_particle_in_a_half_pipe_is_as_fast_as_it_fell() {
         scene.settings.ballistic_below = 0.0;
         scene.colliders = vec![Collider {
             name: "pipe".to_owned(),
-            shape: Shape::HalfPipe { point: [0.0; 3], axis: [0.0, 0.0, 1.0], up: [0.0, 1.0, 0.0], radius },
+            shape: Shape::HalfPipe(HalfPipe {
+                point: [0.0; 3],
+                axis: [0.0, 0.0, 1.0],
+                up: [0.0, 1.0, 0.0],
+                radius,
+            }),
             velocity: [0.0; 3],
             friction: 0.0,
             restitution: 0.0,

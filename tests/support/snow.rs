@@ -6,7 +6,7 @@
 use std::f64::consts::PI;
 
 use nappe_sim::{
-    collide::{Collider, Contact, Shape},
+    collide::{Collider, Contact, Shape, shape::Plane},
     math::Precision,
     report::{NoStopwatch, StepReport},
     snow::{
@@ -122,7 +122,7 @@ pub fn object(name: &str, x: Vec<[f64; 3]>, volume: f64, density: f64, material:
 pub fn plane(point: [f64; 3], normal: [f64; 3], contact: Contact, friction: f64) -> Collider {
     Collider {
         name: format!("plane {point:?} {normal:?}"),
-        shape: Shape::Plane { point, normal },
+        shape: Shape::Plane(Plane { point, normal }),
         velocity: [0.0; 3],
         friction,
         restitution: 0.0,

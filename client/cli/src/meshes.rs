@@ -6,7 +6,7 @@ use std::path::Path;
 
 use clap::Args;
 use nappe_scene::{
-    Fault, SceneError,
+    ErrorKind, SceneError, SceneErrors,
     files::{self, ReadOptions},
     mesh::{EtiOptions, Loaded},
 };
@@ -37,7 +37,7 @@ impl MissingMass {
 /// When it cannot be read.
 pub(crate) fn load(path: &Path, missing: MissingMass) -> Result<Loaded> {
     let loaded = files::load_mesh(path, &missing.options()).map_err(in_words)?;
-    note(&loaded.remarks);
+    note(&loaded.warnings);
     Ok(loaded)
 }
 
@@ -58,12 +58,18 @@ pub(crate) fn in_words(error: SceneError) -> CliError {
 
 /// Whether it is only masses that a mesh lacks.
 pub(crate) fn lacks_masses(error: &SceneError) -> bool {
-    error.fault == Fault::Inconsistent && error.message.contains("missing mass")
+    error.kind == ErrorKind::Inconsistent && error.message.contains("missing mass")
 }
 
 impl From<SceneError> for CliError {
     fn from(error: SceneError) -> Self {
         Self::failure(error)
+    }
+}
+
+impl From<SceneErrors> for CliError {
+    fn from(errors: SceneErrors) -> Self {
+        Self::failure(errors)
     }
 }
 

@@ -1,6 +1,6 @@
 //! A body as it is written in a scene: mesh, transform, masses, springs, pins, solver, limits.
 //!
-//! Ranges, units and defaults stand in the schema, which checks a text before serde sees it.
+//! Ranges, units and defaults stand in `keys`, against which a text is checked before serde sees it.
 
 use nappe_sim::{
     cloth::{ClothSettings, Hessian, Integrator},
@@ -8,7 +8,7 @@ use nappe_sim::{
 };
 use serde::{Deserialize, Serialize};
 
-use crate::names;
+use crate::{names, transform::Transform};
 
 /// Particles joined by springs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -35,25 +35,25 @@ pub struct Body {
     /// Pins that move from the start.
     #[serde(default, rename = "moving_pin", skip_serializing_if = "is_default")]
     pub moving_pins: Vec<MovingPin>,
-    /// Linear drag of the medium on each particle (N s/m).
+    /// Linear drag of the medium on each particle (N s/m); 0: none.
     #[serde(default)]
     pub drag: f64,
-    /// Integrator.
+    /// How positions and velocities advance; default: implicit Euler.
     #[serde(default = "default_integrator", with = "names::integrator")]
     pub integrator: Integrator,
-    /// Treatment of compressed springs.
+    /// What an implicit step does with the negative transverse stiffness of compressed springs.
     #[serde(default, with = "names::hessian")]
     pub hessian: Hessian,
-    /// Sub-steps within a step of the scene.
+    /// Steps of this body within one step of the scene, 1 or more.
     #[serde(default = "one")]
     pub substeps: u32,
-    /// Linear solver.
+    /// Linear solver of an implicit step; explicit integrators have none.
     #[serde(default)]
     pub solver: Solver,
-    /// Limits.
+    /// When the state counts as diverged; default: no limits.
     #[serde(default, skip_serializing_if = "is_default")]
     pub limits: Limits,
-    /// Particles of a block.
+    /// Particles per block, the unit of parallel work and of sums: a power of two, 32 to 4096.
     #[serde(default = "default_grain", serialize_with = "names::whole")]
     pub grain: usize,
 }
@@ -93,31 +93,31 @@ pub enum Mesh {
         spacing: f64,
         /// How it lies.
         #[serde(default)]
-        plane: Plane,
-        /// Height of the ripple across its columns (m).
+        plane: GridPlane,
+        /// Height of the ripple across its columns (m); 0: flat.
         #[serde(default)]
         ripple: f64,
     },
     /// Particles in a row along x.
     Chain {
-        /// Particles.
+        /// How many particles there are.
         chain: u32,
         /// Distance between neighbours (m).
         spacing: f64,
     },
     /// The course's square grid.
     CourseGrid {
-        /// Particles a side.
+        /// Particles per side.
         course_grid: u32,
     },
     /// An uploaded mesh.
     Upload {
-        /// Its id.
+        /// The id that the server gave to it.
         upload: String,
     },
     /// A mesh file beside the scene.
     File {
-        /// Its path.
+        /// Its path, relative to the scene's folder.
         file: String,
     },
 }
@@ -125,7 +125,7 @@ pub enum Mesh {
 /// How a grid lies.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Plane {
+pub enum GridPlane {
     /// In the plane y = 0; row r at z = r spacing.
     #[default]
     Horizontal,
@@ -133,37 +133,9 @@ pub enum Plane {
     Upright,
 }
 
-impl Plane {
+impl GridPlane {
     /// Names in scene files.
     pub const NAMES: [&str; 2] = ["horizontal", "upright"];
-}
-
-/// Moves a mesh: x' = rotate(scale x) + translate.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default)]
-pub struct Transform {
-    /// Factor on every coordinate.
-    pub scale: f64,
-    /// Rotation about the origin.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub rotate: Option<Rotate>,
-    /// Shift (m).
-    pub translate: [f64; 3],
-}
-
-impl Default for Transform {
-    fn default() -> Self {
-        Self { scale: 1.0, rotate: None, translate: [0.0; 3] }
-    }
-}
-
-/// A right-handed rotation.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Rotate {
-    /// Axis, of any length but 0.
-    pub axis: [f64; 3],
-    /// Angle (degrees).
-    pub degrees: f64,
 }
 
 /// Masses of a body's particles.
@@ -184,14 +156,14 @@ pub struct Springs {
     /// Between which particles; none: lattice for a grid, edges for other meshes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pattern: Option<Pattern>,
-    /// Against change of length.
-    pub stretch: Law,
-    /// Against change of angle.
+    /// Springs that resist change of length.
+    pub stretch: SpringLaw,
+    /// Springs that resist change of angle; none: there are no such springs.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub shear: Option<Law>,
-    /// Against folding.
+    pub shear: Option<SpringLaw>,
+    /// Springs that resist folding; none: there are no such springs.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub bend: Option<Law>,
+    pub bend: Option<SpringLaw>,
 }
 
 /// Between which particles springs are.
@@ -211,7 +183,7 @@ impl Pattern {
 
 /// Stiffness and damping of springs.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Law {
+pub struct SpringLaw {
     /// Stiffness (N/m).
     pub stiffness: f64,
     /// Damping along the spring (N s/m).
@@ -232,15 +204,15 @@ pub enum Pin {
 /// A pin that moves from the start.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MovingPin {
-    /// Which.
+    /// The pin or row of pins that moves.
     pub pin: Pin,
-    /// Where it goes (m).
+    /// Where a single pin goes (m); in place of `offset`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub target: Option<[f64; 3]>,
-    /// How far it goes (m).
+    /// How far each pin goes (m); in place of `target`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub offset: Option<[f64; 3]>,
-    /// How long it takes (s).
+    /// How long it takes (s), rounded up to one step.
     pub duration: f64,
 }
 
@@ -248,19 +220,19 @@ pub struct MovingPin {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Solver {
-    /// Relative residual.
+    /// The relative residual at which it stops; none: 1e-4, unless `fixed_iterations` is given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tolerance: Option<f64>,
-    /// Iteration cap.
+    /// The most iterations that it makes; none: 200, unless `fixed_iterations` is given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_iterations: Option<u32>,
-    /// Exactly so many iterations.
+    /// Makes exactly so many iterations; none: stops by its residual.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fixed_iterations: Option<u32>,
-    /// Preconditioner.
+    /// Approximate inverse; default: the inverse of the 3 x 3 diagonal blocks.
     #[serde(with = "names::preconditioner")]
     pub preconditioner: PreconditionerKind,
-    /// How the matrix is applied.
+    /// How the matrix is applied; default: from positions and springs, without storing it.
     #[serde(with = "names::operator")]
     pub operator: OperatorKind,
     /// Start from the solution of the step before.

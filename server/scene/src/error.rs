@@ -1,23 +1,23 @@
 //! What is wrong with a text and where: one error type for scenes, meshes and parameter files.
 //!
-//! A message says what was found and what is allowed; the place is a file, a line and a column.
+//! A message says what was found and what is allowed, and names file, line and column.
 
 use std::fmt;
 
-/// What kind of fault it is, for programs.
+/// What kind of error it is, for programs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Fault {
+pub enum ErrorKind {
     /// The text cannot be read as what it should be.
     Syntax,
-    /// A field that does not exist.
+    /// A key that does not exist.
     UnknownField,
-    /// A field that is needed and absent.
+    /// A key that is needed and absent.
     Missing,
-    /// A value of another type than the field's.
+    /// A value of another type than the key's.
     WrongType,
-    /// A value outside the field's range.
+    /// A value outside the key's range.
     OutOfRange,
-    /// Fields that contradict each other.
+    /// Keys that contradict each other.
     Inconsistent,
     /// Something that this program knows and does not do.
     Unsupported,
@@ -31,7 +31,7 @@ pub enum Fault {
     Io,
 }
 
-impl Fault {
+impl ErrorKind {
     /// A stable word for programs.
     pub const fn reason(self) -> &'static str {
         match self {
@@ -50,48 +50,48 @@ impl Fault {
     }
 }
 
-/// A fault in a text, with its place.
+/// An error in a text, and where it stands.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SceneError {
-    /// Kind.
-    pub fault: Fault,
+    /// What kind of error it is.
+    pub kind: ErrorKind,
     /// File, as the caller named it; empty when there is none.
     pub file: String,
-    /// Line, from 1; 0 when the fault has no line.
+    /// Line, from 1; 0 when the error has no line.
     pub line: usize,
-    /// Column in characters, from 1; 0 when the fault has none.
+    /// Column in characters, from 1; 0 when the error has none.
     pub column: usize,
-    /// Field, `body[0].mesh.grid`; empty when the fault is in no field.
-    pub field: String,
+    /// The key, with the way to it: `body[0].mesh.grid`; empty when the error concerns no key.
+    pub key: String,
     /// What was found and what is allowed.
     pub message: String,
 }
 
 impl SceneError {
-    /// A fault somewhere in a file.
-    pub fn new(fault: Fault, file: &str, message: impl Into<String>) -> Self {
-        let (file, field, message) = (file.to_owned(), String::new(), message.into());
-        Self { fault, file, line: 0, column: 0, field, message }
+    /// An error somewhere in a file.
+    pub fn new(kind: ErrorKind, file: &str, message: impl Into<String>) -> Self {
+        let (file, key, message) = (file.to_owned(), String::new(), message.into());
+        Self { kind, file, line: 0, column: 0, key, message }
     }
 
-    /// The same fault in a line, from 1.
+    /// The same error in a line, from 1.
     #[must_use]
     pub fn at_line(mut self, line: usize) -> Self {
         self.line = line;
         self
     }
 
-    /// The same fault at a column, from 1.
+    /// The same error at a column, from 1.
     #[must_use]
     pub fn at_column(mut self, column: usize) -> Self {
         self.column = column;
         self
     }
 
-    /// The same fault in a field.
+    /// The same error in a key.
     #[must_use]
-    pub fn in_field(mut self, field: impl Into<String>) -> Self {
-        self.field = field.into();
+    pub fn for_key(mut self, key: impl Into<String>) -> Self {
+        self.key = key.into();
         self
     }
 }
@@ -108,8 +108,9 @@ impl fmt::Display for SceneError {
             }
             f.write_str(": ")?;
         }
-        if !self.field.is_empty() {
-            write!(f, "{}: ", self.field)?;
+
+        if !self.key.is_empty() {
+            write!(f, "{}: ", self.key)?;
         }
         f.write_str(&self.message)
     }
@@ -117,17 +118,120 @@ impl fmt::Display for SceneError {
 
 impl std::error::Error for SceneError {}
 
-/// `; did you mean 'x'?` when a known name is near to what was written, else the known names.
+/// Everything that is wrong with a scene, in the order of its text: at least one error, and at most
+/// [`SceneErrors::LIMIT`] of them, with the number of the others.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SceneErrors {
+    errors: Vec<SceneError>,
+    omitted: usize,
+}
+
+impl SceneErrors {
+    /// How many errors of one scene are kept.
+    pub const LIMIT: usize = 20;
+
+    /// The first error.
+    pub fn first(&self) -> &SceneError {
+        &self.errors[0]
+    }
+
+    /// The errors that are kept.
+    pub fn iter(&self) -> std::slice::Iter<'_, SceneError> {
+        self.errors.iter()
+    }
+
+    /// How many errors are left out because there are more than [`SceneErrors::LIMIT`]; 0: none.
+    pub fn omitted(&self) -> usize {
+        self.omitted
+    }
+}
+
+impl<'a> IntoIterator for &'a SceneErrors {
+    type Item = &'a SceneError;
+    type IntoIter = std::slice::Iter<'a, SceneError>;
+
+    fn into_iter(self) -> Self::IntoIter {
+        self.iter()
+    }
+}
+
+impl From<SceneError> for SceneErrors {
+    fn from(error: SceneError) -> Self {
+        Self { errors: vec![error], omitted: 0 }
+    }
+}
+
+impl fmt::Display for SceneErrors {
+    /// One error per line.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.errors[0])?;
+        for error in &self.errors[1..] {
+            write!(f, "\n{error}")?;
+        }
+        match self.omitted {
+            0 => Ok(()),
+            count => write!(f, "\n{count} more"),
+        }
+    }
+}
+
+impl std::error::Error for SceneErrors {}
+
+/// Errors as they are found, so that a scene with several names all of them.
+#[derive(Debug, Default)]
+pub(crate) struct Found {
+    errors: Vec<SceneError>,
+    beyond: usize,
+}
+
+impl Found {
+    /// Errors kept until they are put in order: a bound on memory.
+    const MOST: usize = 1000;
+
+    /// Keeps an error.
+    pub(crate) fn add(&mut self, error: SceneError) {
+        if self.errors.len() < Self::MOST {
+            self.errors.push(error);
+        } else {
+            self.beyond += 1;
+        }
+    }
+
+    /// The value of a result; an error is kept.
+    pub(crate) fn take<T>(&mut self, result: Result<T, SceneError>) -> Option<T> {
+        result.map_err(|error| self.add(error)).ok()
+    }
+
+    /// The value, or everything found if there is an error.
+    pub(crate) fn or<T>(mut self, value: T) -> Result<T, SceneErrors> {
+        if self.errors.is_empty() {
+            return Ok(value);
+        }
+
+        // Into the order of the text: tables are read in the order of their keys' names.
+        self.errors.sort_by_key(|error| (error.line, error.column));
+        let omitted = self.errors.len().saturating_sub(SceneErrors::LIMIT) + self.beyond;
+        self.errors.truncate(SceneErrors::LIMIT);
+        Err(SceneErrors { errors: self.errors, omitted })
+    }
+}
+
+/// The known name that is nearest to what was written, if it is near.
+pub(crate) fn nearest<'a>(found: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let lower = found.to_lowercase();
+    known
+        .into_iter()
+        .map(|name| (strsim::damerau_levenshtein(&lower, &name.to_lowercase()), name))
+        .min()
+        .filter(|(distance, name)| *distance <= 1 + name.len().max(found.len()) / 4)
+        .map(|(_, name)| name)
+}
+
+/// `did you mean 'x'?` when a known name is near to what was written, else the known names.
 pub(crate) fn suggestion<'a>(found: &str, known: impl IntoIterator<Item = &'a str>) -> String {
     let known: Vec<&str> = known.into_iter().collect();
-    let lower = found.to_lowercase();
-    let near = known
-        .iter()
-        .map(|name| (strsim::damerau_levenshtein(&lower, &name.to_lowercase()), *name))
-        .min()
-        .filter(|(distance, name)| *distance <= 1 + name.len().max(found.len()) / 4);
-    match near {
-        Some((_, name)) => format!("did you mean '{name}'?"),
+    match nearest(found, known.iter().copied()) {
+        Some(name) => format!("did you mean '{name}'?"),
         None => format!("allowed: {}", known.join(", ")),
     }
 }

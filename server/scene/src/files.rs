@@ -14,7 +14,7 @@ use nappe_sim::mesh::TriangleMesh;
 use crate::{
     assemble::MeshSource,
     course::{ObjectParameters, SimuParameters},
-    error::{Fault, SceneError},
+    error::{ErrorKind, SceneError, SceneErrors},
     mesh::{
         EtiOptions, EtiTexts, Loaded, NamedText, read_eti, read_obj, read_off, read_ply, write_eti,
         write_obj, write_off, write_ply,
@@ -25,14 +25,14 @@ use crate::{
 /// How files are read.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ReadOptions {
-    /// What to do about faults of `.eti` sets.
+    /// What to do about errors of `.eti` sets.
     pub eti: EtiOptions,
     /// Bytes of one file.
     pub max_bytes: u64,
 }
 
 impl Default for ReadOptions {
-    /// Faults are refused; a file has at most 1 GiB.
+    /// Errors are refused; a file has at most 1 GiB.
     fn default() -> Self {
         Self { eti: EtiOptions::default(), max_bytes: 1 << 30 }
     }
@@ -45,13 +45,13 @@ const FORMATS: &str = ".obj, .off, .ply, points.eti or the folder that holds it"
 ///
 /// # Errors
 /// A file that cannot be read, or a scene that cannot.
-pub fn load_scene(path: &Path) -> Result<Scene, SceneError> {
+pub fn load_scene(path: &Path) -> Result<Scene, SceneErrors> {
     let bytes = read(path, &ReadOptions { max_bytes: 16 << 20, ..ReadOptions::default() })?;
     let file = path.display().to_string();
     let text = String::from_utf8(bytes).map_err(|error| {
         let valid = &error.as_bytes()[..error.utf8_error().valid_up_to()];
         let line = valid.split(|byte| *byte == b'\n').count();
-        SceneError::new(Fault::Syntax, &file, "is not UTF-8").at_line(line)
+        SceneError::new(ErrorKind::Syntax, &file, "is not UTF-8").at_line(line)
     })?;
     Scene::parse(&text, &file)
 }
@@ -71,7 +71,7 @@ pub fn load_mesh(path: &Path, options: &ReadOptions) -> Result<Loaded, SceneErro
         "ply" => read_ply(&read(path, options)?, &file),
         "eti" => load_eti_folder(path.parent().unwrap_or(Path::new(".")), options),
         other => Err(SceneError::new(
-            Fault::Unsupported,
+            ErrorKind::Unsupported,
             &file,
             format!("has the extension '{other}'; allowed: {FORMATS}"),
         )),
@@ -96,7 +96,7 @@ pub fn save_mesh(path: &Path, mesh: &TriangleMesh) -> Result<Vec<PathBuf>, Scene
         "eti" => return save_eti(path.parent().unwrap_or(Path::new(".")), mesh),
         other => {
             let message = format!("has the extension '{other}'; allowed: {FORMATS}");
-            return Err(SceneError::new(Fault::Unsupported, &path.display().to_string(), message));
+            return Err(SceneError::new(ErrorKind::Unsupported, &path.display().to_string(), message));
         }
     };
     written.and_then(|()| fs::write(path, &bytes)).map_err(|error| io_error(path, &error))?;
@@ -106,7 +106,7 @@ pub fn save_mesh(path: &Path, mesh: &TriangleMesh) -> Result<Vec<PathBuf>, Scene
 /// Reads the `.eti` set that an object file names; its paths are relative to `folder`.
 ///
 /// # Errors
-/// A file that cannot be read, or a fault in one.
+/// A file that cannot be read, or an error in one.
 pub fn load_object(
     object: &ObjectParameters,
     folder: &Path,
@@ -125,7 +125,7 @@ pub fn load_object(
 /// Reads a simulation file of the course.
 ///
 /// # Errors
-/// A file that cannot be read, or a fault in it.
+/// A file that cannot be read, or an error in it.
 pub fn load_simu(path: &Path) -> Result<SimuParameters, SceneError> {
     SimuParameters::parse(&text(path, &ReadOptions::default())?, &path.display().to_string())
 }
@@ -133,7 +133,7 @@ pub fn load_simu(path: &Path) -> Result<SimuParameters, SceneError> {
 /// Reads an object file of the course.
 ///
 /// # Errors
-/// A file that cannot be read, or a fault in it.
+/// A file that cannot be read, or an error in it.
 pub fn load_object_parameters(path: &Path) -> Result<ObjectParameters, SceneError> {
     ObjectParameters::parse(&text(path, &ReadOptions::default())?, &path.display().to_string())
 }
@@ -221,11 +221,11 @@ fn read(path: &Path, options: &ReadOptions) -> Result<Vec<u8>, SceneError> {
     let size = fs::metadata(path).map_err(|error| io_error(path, &error))?.len();
     if size > options.max_bytes {
         let message = format!("has {size} bytes; allowed: at most {}", options.max_bytes);
-        return Err(SceneError::new(Fault::TooLarge, &path.display().to_string(), message));
+        return Err(SceneError::new(ErrorKind::TooLarge, &path.display().to_string(), message));
     }
     fs::read(path).map_err(|error| io_error(path, &error))
 }
 
 fn io_error(path: &Path, error: &io::Error) -> SceneError {
-    SceneError::new(Fault::Io, &path.display().to_string(), error.to_string())
+    SceneError::new(ErrorKind::Io, &path.display().to_string(), error.to_string())
 }

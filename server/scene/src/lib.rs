@@ -2,7 +2,7 @@
 //!
 //! A [`Scene`] is read from TOML and built into a [`nappe_sim::world::WorldSetup`]; meshes come
 //! from formulas, uploads and files ([`mesh`]); [`course`] reads the MecaSim course's parameter
-//! files. Every fault is a [`SceneError`]: file, line, column, field, what was found, what is
+//! files. What is wrong is a [`SceneError`]: file, line, column, key, what was found, what is
 //! allowed. Only [`files`] opens files. Modules in reading order:
 
 mod error;
@@ -11,8 +11,10 @@ mod location;
 mod names;
 mod schema;
 pub mod mesh;
+mod transform;
 mod body;
 mod snow;
+mod collider;
 mod keys;
 mod scene;
 mod fill;
@@ -21,16 +23,16 @@ mod shipped;
 pub mod course;
 pub mod files;
 
-pub use body::{
-    Body, Law, Limits, Mass, Mesh, MovingPin, Pattern, Pin, Plane, Rotate, Solver, Springs, Transform,
-};
 pub use assemble::{Built, MeshSource, NoMeshes, SceneLimits};
-pub use error::{Fault, SceneError};
+pub use body::{Body, GridPlane, Limits, Mass, Mesh, MovingPin, Pattern, Pin, Solver, SpringLaw, Springs};
+pub use collider::{ColliderText, ShapeText};
+pub use error::{ErrorKind, SceneError, SceneErrors};
 pub use keys::page as reference_page;
-pub use scene::{ColliderText, Scene, ShapeText, VERSION};
+pub use scene::{Scene, VERSION};
 pub use shipped::shipped_scenes;
 pub use snow::{
     AdvectionName, BoxText, MaterialText, Sampling, Snow, SnowBody, SnowSolver, SnowSource, TransferName,
     VolumeFrom,
 };
 pub use source::Source;
+pub use transform::{Rotate, Transform};

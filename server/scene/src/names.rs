@@ -26,16 +26,16 @@ macro_rules! by_name {
 }
 
 by_name!(
-    /// f32, f64.
+    /// Precisions of the state.
     precision, nappe_sim::math::Precision);
 by_name!(
-    /// Integrators.
+    /// Integrators of cloth.
     integrator, nappe_sim::cloth::Integrator);
 by_name!(
     /// Treatments of compressed springs.
     hessian, nappe_sim::cloth::Hessian);
 by_name!(
-    /// Preconditioners.
+    /// Preconditioners of the linear solver of cloth.
     preconditioner, nappe_sim::linalg::PreconditionerKind);
 by_name!(
     /// Ways of applying the matrix.
@@ -45,7 +45,7 @@ by_name!(
     /// Kernels of snow.
     kernel, nappe_sim::snow::Kernel);
 by_name!(
-    /// Laws of snow.
+    /// Elastic laws of snow.
     law, nappe_sim::snow::Law);
 by_name!(
     /// How snow meets a collider.

@@ -1,15 +1,20 @@
 //! A scene as it is written: the serde types, from text and back to text.
 //!
-//! Ranges, units and defaults stand in the schema, which checks a text before serde sees it.
+//! Ranges, units and defaults stand in `keys`, against which a text is checked before serde sees it.
 
-use nappe_sim::{collide::Contact, math::Precision};
+use nappe_sim::math::Precision;
 use serde::{Deserialize, Serialize};
-use toml::de::DeTable;
+use toml::{
+    Spanned,
+    de::{DeTable, DeValue},
+};
 
 use crate::{
-    body::{Body, Mesh, Rotate},
-    error::{Fault, SceneError},
+    body::{Body, Mesh},
+    collider::ColliderText,
+    error::{ErrorKind, Found, SceneError, SceneErrors},
     keys::ROOT,
+    location::Location,
     names, schema,
     snow::{Snow, SnowBody},
     source::{Path, Source},
@@ -22,33 +27,33 @@ pub const VERSION: u32 = 1;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Scene {
-    /// Version of the format.
+    /// Version of the format: [`VERSION`].
     pub version: u32,
-    /// Title, for people.
+    /// A title for people; may be empty.
     pub title: String,
-    /// Time step (s).
+    /// Time step of the scene's clock (s), 1e-9 to 1.
     pub dt: f64,
-    /// Ends after so many steps; 0: never by itself.
+    /// Steps after which the simulation ends; 0: it never ends by itself.
     #[serde(serialize_with = "names::whole")]
     pub steps: u64,
-    /// Steps between two frames.
+    /// Steps between frames, 1 or more.
     pub frame_interval: u32,
-    /// Precision of the state.
+    /// Precision of positions and velocities; default: f32.
     #[serde(with = "names::precision")]
     pub precision: Precision,
-    /// Gravity (m/s²).
+    /// Acceleration of gravity (m/s²).
     pub gravity: [f64; 3],
-    /// Velocity of the medium (m/s).
+    /// Velocity of the medium (m/s), which bodies feel through their drag.
     pub wind: [f64; 3],
-    /// A frame carries a state hash every so many frames.
+    /// Frames between frames that carry the hash of the state, 1 or more.
     pub hash_interval: u32,
-    /// Bodies.
+    /// Bodies, in the order of their particles.
     #[serde(rename = "body", skip_serializing_if = "Vec::is_empty")]
     pub bodies: Vec<Body>,
-    /// Snow.
+    /// Snow; none: there is none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub snow: Option<Snow>,
-    /// Colliders.
+    /// Colliders, in the order in which cloth meets them.
     #[serde(rename = "collider", skip_serializing_if = "Vec::is_empty")]
     pub colliders: Vec<ColliderText>,
     /// The text that it was read from, for messages.
@@ -76,107 +81,23 @@ impl Default for Scene {
     }
 }
 
-/// Something that particles collide with.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ColliderText {
-    /// Name, unique among colliders.
-    pub name: String,
-    /// Its shape at time 0.
-    #[serde(flatten)]
-    pub shape: ShapeText,
-    /// Velocity (m/s).
-    #[serde(default)]
-    pub velocity: [f64; 3],
-    /// Coulomb's friction coefficient.
-    #[serde(default)]
-    pub friction: f64,
-    /// Share of the normal approach speed that comes back.
-    #[serde(default)]
-    pub restitution: f64,
-    /// Distance from the surface at which a particle touches (m).
-    #[serde(default)]
-    pub margin: f64,
-    /// How snow meets it; cloth always separates.
-    #[serde(default, with = "names::contact")]
-    pub contact: Contact,
-}
-
-/// Shape of a collider.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum ShapeText {
-    /// The half-space behind a plane.
-    Plane {
-        /// A point of it (m).
-        point: [f64; 3],
-        /// Direction towards the particles, of any length but 0.
-        normal: [f64; 3],
-    },
-    /// A ball.
-    Sphere {
-        /// Centre (m).
-        center: [f64; 3],
-        /// Radius (m).
-        radius: f64,
-    },
-    /// All points within a distance of a segment.
-    Capsule {
-        /// One end of the segment (m).
-        start: [f64; 3],
-        /// The other (m).
-        end: [f64; 3],
-        /// Distance (m).
-        radius: f64,
-    },
-    /// A box.
-    Box {
-        /// Centre (m).
-        center: [f64; 3],
-        /// Edges (m).
-        size: [f64; 3],
-        /// Rotation about its centre.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        rotate: Option<Rotate>,
-    },
-    /// A cylinder with flat ends.
-    Cylinder {
-        /// Centre of one end (m).
-        start: [f64; 3],
-        /// Centre of the other (m).
-        end: [f64; 3],
-        /// Radius (m).
-        radius: f64,
-    },
-    /// The ground below a trough, endless along its axis.
-    HalfPipe {
-        /// A point of the axis (m).
-        point: [f64; 3],
-        /// Direction of the axis, of any length but 0.
-        axis: [f64; 3],
-        /// Direction of the opening, across the axis.
-        up: [f64; 3],
-        /// Inner radius (m).
-        radius: f64,
-    },
-}
-
 impl Scene {
     /// Reads a scene. `file` is its name in messages.
     ///
     /// # Errors
-    /// The first fault, with line, column and field.
-    pub fn parse(text: &str, file: &str) -> Result<Self, SceneError> {
+    /// Everything that is wrong with the text, each with line, column and key.
+    pub fn parse(text: &str, file: &str) -> Result<Self, SceneErrors> {
         let source = Source::new(file, text);
-        let root = Path::default();
         let syntax = |error: &toml::de::Error| {
             let span = error.span().unwrap_or_default();
-            source.error_at(Fault::Syntax, &root, &span, format!("is not TOML: {}", error.message()))
+            let message = format!("is not TOML: {}", error.message());
+            source.error_at(ErrorKind::Syntax, &Path::default(), &span, message)
         };
+
         let table = DeTable::parse(text).map_err(|error| syntax(&error))?;
-        schema::check(&ROOT, table.get_ref(), &(0..0), &root, &source)?;
+        check(&table, &source)?;
         let mut scene: Self = toml::from_str(text).map_err(|error| syntax(&error))?;
         scene.source = source;
-        scene.check_holds_something()?;
         Ok(scene)
     }
 
@@ -197,22 +118,28 @@ impl Scene {
         toml::to_string(self).expect("a scene holds only numbers, texts, arrays and tables")
     }
 
-    /// Holds the fields as they are now against the schema: a program may have changed them.
-    pub(crate) fn check(&self) -> Result<(), SceneError> {
+    /// Checks the values as they are now against the schema: a program may have changed them.
+    pub(crate) fn check(&self) -> Result<(), SceneErrors> {
         let text = self.to_toml();
         let table = DeTable::parse(&text).map_err(|error| {
-            SceneError::new(Fault::Syntax, "", format!("the scene cannot be written: {}", error.message()))
+            let message = format!("the scene cannot be written: {}", error.message());
+            SceneError::new(ErrorKind::Syntax, "", message)
         })?;
-        let named = self.source.without_text();
-        schema::check(&ROOT, table.get_ref(), &(0..0), &Path::default(), &named)?;
-        self.check_holds_something()
+        check(&table, &self.source.without_text())
     }
+}
 
-    fn check_holds_something(&self) -> Result<(), SceneError> {
-        if self.bodies.is_empty() && self.snow.is_none() {
-            let message = "is missing, and so is snow: a scene has a body, `[[body]]`, or snow, `[snow]` with `[[snow.object]]`";
-            return Err(self.source.error(Fault::Missing, &Path::default().key("body"), message));
-        }
-        Ok(())
+/// Everything that is wrong with a scene's tables; without bodies and snow it is no scene.
+fn check(table: &Spanned<DeTable<'_>>, source: &Source) -> Result<(), SceneErrors> {
+    let mut found = Found::default();
+    schema::check(&ROOT, table.get_ref(), source, &mut found);
+    let has_bodies = match table.get_ref().get("body").map(Spanned::get_ref) {
+        Some(DeValue::Array(bodies)) => !bodies.is_empty(),
+        other => other.is_some(),
+    };
+    if !has_bodies && !table.get_ref().contains_key("snow") {
+        let message = "is missing, and so is snow: a scene has a body, `[[body]]`, or snow, `[snow]` with `[[snow.object]]`";
+        found.add(Location::root(source).key("body").error(ErrorKind::Missing, message));
     }
+    found.or(())
 }

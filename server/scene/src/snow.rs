@@ -1,60 +1,57 @@
 //! Snow as it is written in a scene: how it is stepped, and its objects.
 //!
-//! Ranges, units and defaults stand in the schema, which checks a text before serde sees it.
+//! Ranges, units and defaults stand in `keys`, against which a text is checked before serde sees it.
 
 use nappe_sim::snow::{Kernel, Law, SnowSettings};
 use serde::{Deserialize, Serialize};
 
-use crate::{
-    body::{Mesh, Transform},
-    names,
-};
+use crate::{body::Mesh, names, transform::Transform};
 
 /// Snow of a scene: all of it is on one grid.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Snow {
-    /// Side of a cell (m).
+    /// Side of a cell of the grid (m).
     pub cell: f64,
-    /// B-spline.
+    /// B-spline that spreads a particle over nodes; default: quadratic.
     #[serde(default, with = "names::kernel")]
     pub kernel: Kernel,
     /// How velocities go to the grid and back.
     #[serde(default)]
     pub transfer: TransferName,
-    /// Share of FLIP in each step.
+    /// Share of FLIP in each step of the snow, 0 to 1; none: 0.95 with PIC/FLIP.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub flip: Option<f64>,
-    /// Time constant of FLIP (s).
+    /// Time constant of FLIP (s), in place of `flip`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub flip_time: Option<f64>,
     /// Which velocity moves a particle of PIC/FLIP.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub advection: Option<AdvectionName>,
-    /// Share of the certified bound that a step takes.
+    /// Share of the certified bound that a step takes, above 0 and at most 1; none: 0.9.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub safety: Option<f64>,
-    /// Fixed step of the snow (s).
+    /// Length of the steps of the snow (s); none: as long as the bound allows.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub substep: Option<f64>,
     /// Takes the fixed step whatever the bound says.
     #[serde(default)]
     pub unchecked: bool,
-    /// Share of the end of the step in the forces; 0: explicit.
+    /// Share of the forces that is taken at the end of the step, 0 to 1; 0: an explicit step.
     #[serde(default)]
     pub beta: f64,
     /// Linear solver of a semi-implicit step.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub solver: Option<SnowSolver>,
-    /// Steps of the snow in one step of the scene, at most.
+    /// The most steps of the snow within one step of the scene.
     #[serde(default = "max_substeps")]
     pub max_substeps: u32,
-    /// Share of the rest density below which a particle is ballistic.
+    /// Share of its density at rest below which a particle flies without stress; 0: none does.
     #[serde(default)]
     pub ballistic_below: f64,
-    /// Largest kinetic plus elastic energy (J).
+    /// Largest kinetic plus elastic energy of all snow (J); none: no limit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max_energy: Option<f64>,
-    /// Objects.
+    /// What the snow is made of, at least one object.
     #[serde(rename = "object")]
     pub objects: Vec<SnowBody>,
 }
@@ -86,11 +83,11 @@ impl Snow {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum TransferName {
-    /// Velocities alone.
+    /// Velocities alone (Stomakhin et al. 2013).
     PicFlip,
-    /// Affine velocities.
+    /// Affine velocities (Jiang et al. 2015).
     Apic,
-    /// Affine velocities, and forces through the same affine field.
+    /// Affine velocities, and forces through the same affine field (Hu et al. 2018).
     #[default]
     Mls,
 }
@@ -99,9 +96,9 @@ pub enum TransferName {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum AdvectionName {
-    /// Its own.
+    /// The particle's own velocity.
     Particle,
-    /// That of the grid around it.
+    /// The velocity of the grid around it.
     Grid,
 }
 
@@ -109,9 +106,9 @@ pub enum AdvectionName {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct SnowSolver {
-    /// Relative residual.
+    /// The relative residual at which it stops; default: 1e-4.
     pub tolerance: f64,
-    /// Iteration cap.
+    /// The most iterations that it makes; default: 500.
     pub max_iterations: u32,
 }
 
@@ -135,16 +132,16 @@ pub struct SnowBody {
     /// Where particles go.
     #[serde(default)]
     pub sampling: Sampling,
-    /// Part of a lattice's cell over which its particle may lie.
+    /// Part of a lattice's cell over which its particle may lie, 0 to 1; none: 0.5, with jittered sampling.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub jitter: Option<f64>,
-    /// Particles in a cell of the grid.
+    /// Particles per cell of the grid; none: 8, unless `particles` is given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub particles_per_cell: Option<f64>,
-    /// Particles of the object, exactly.
+    /// Exact number of particles of the object, in place of `particles_per_cell`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub particles: Option<u32>,
-    /// Of places and noise.
+    /// Seed of the positions and of the noise.
     #[serde(default)]
     pub seed: u32,
     /// Velocity of the centre (m/s).
@@ -156,10 +153,10 @@ pub struct SnowBody {
     /// What it is made of.
     #[serde(default, skip_serializing_if = "is_default")]
     pub material: MaterialText,
-    /// Relative amplitude of the noise on density.
+    /// Relative amplitude of the noise on density, 0 to 0.95; 0: no noise.
     #[serde(default)]
     pub density_noise: f64,
-    /// Relative amplitude of the noise on stiffness.
+    /// Relative amplitude of the noise on stiffness, 0 to 0.95; 0: no noise.
     #[serde(default)]
     pub stiffness_noise: f64,
     /// Distance over which noise changes (m); none: each particle has its own.
@@ -192,8 +189,8 @@ impl SnowBody {
         }
     }
 
-    /// The field that names what is filled.
-    pub(crate) fn source_field(&self) -> &'static str {
+    /// The key that names what is filled.
+    pub(crate) fn source_key(&self) -> &'static str {
         match self.source {
             SnowSource::Box(_) => "box",
             SnowSource::Sphere { .. } => "sphere",
@@ -222,9 +219,9 @@ impl SnowBody {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SnowSource {
-    /// A box.
+    /// A box along the axes, which the object's transform turns.
     Box(BoxText),
-    /// A ball.
+    /// A ball about a centre.
     Sphere {
         /// Centre (m).
         center: [f64; 3],
@@ -239,14 +236,14 @@ pub enum SnowSource {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum BoxText {
-    /// By two corners.
+    /// Given by two opposite corners.
     Corners {
         /// Lower corner (m).
         min: [f64; 3],
         /// Upper corner (m).
         max: [f64; 3],
     },
-    /// By its centre.
+    /// Given by its centre and its edges.
     Centered {
         /// Centre (m).
         center: [f64; 3],
@@ -295,30 +292,30 @@ impl VolumeFrom {
 pub struct MaterialText {
     /// Name of the preset.
     pub preset: String,
-    /// Elastic law.
+    /// Elastic law; here and below, none: as the preset has it.
     #[serde(skip_serializing_if = "Option::is_none", with = "names::maybe_law")]
     pub law: Option<Law>,
     /// Young's modulus (Pa).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub young: Option<f64>,
-    /// Poisson's ratio.
+    /// Poisson's ratio, 0 to 0.49.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub poisson: Option<f64>,
     /// Density at rest (kg/m³).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub density: Option<f64>,
-    /// Critical compression.
+    /// theta_c: compression at which it begins to yield.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub critical_compression: Option<f64>,
-    /// Critical stretch.
+    /// theta_s: stretch at which it begins to yield.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub critical_stretch: Option<f64>,
-    /// Hardening.
+    /// xi: stiffness grows as exp(xi (1 - J_P)) while the snow is packed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hardening: Option<f64>,
-    /// Range of the plastic volume ratio.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub jp_range: Option<[f64; 2]>,
+    /// Range in which the plastic volume ratio J_P is kept.
+    #[serde(skip_serializing_if = "Option::is_none", rename = "jp_range")]
+    pub plastic_ratio_range: Option<[f64; 2]>,
     /// Whether it yields; false: elastic.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub plastic: Option<bool>,
@@ -340,7 +337,7 @@ impl Default for MaterialText {
             critical_compression: None,
             critical_stretch: None,
             hardening: None,
-            jp_range: None,
+            plastic_ratio_range: None,
             plastic: None,
         }
     }

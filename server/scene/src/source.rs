@@ -1,4 +1,4 @@
-//! Where a field of a scene stands: paths such as `body[0].mesh.grid`, and their lines.
+//! Where a key of a scene stands: paths such as `body[0].mesh.grid`, and their lines.
 
 use std::{fmt, ops::Range, sync::Arc};
 
@@ -7,7 +7,7 @@ use toml::{
     de::{DeTable, DeValue},
 };
 
-use crate::error::{Fault, SceneError};
+use crate::error::{ErrorKind, SceneError};
 
 /// One step into a scene.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -16,12 +16,12 @@ enum Part {
     Index(usize),
 }
 
-/// The way from a scene's root to a field.
+/// The way from a scene's root to a key.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Path(Vec<Part>);
 
 impl Path {
-    /// The field `name` of what this path names.
+    /// The key `name` of what this path names.
     pub(crate) fn key(&self, name: &str) -> Self {
         let mut parts = self.0.clone();
         parts.push(Part::Key(name.to_owned()));
@@ -68,32 +68,32 @@ impl Source {
         Self { file: file.to_owned(), text: text.into() }
     }
 
-    /// The same file without its text: faults name the field alone.
+    /// The same file without its text: errors name the key alone.
     pub(crate) fn without_text(&self) -> Self {
         Self { file: self.file.clone(), text: "".into() }
     }
 
-    /// A fault in the field that `path` names.
-    pub(crate) fn error(&self, fault: Fault, path: &Path, message: impl Into<String>) -> SceneError {
-        let error = SceneError::new(fault, &self.file, message).in_field(path.to_string());
+    /// An error in the key that `path` names.
+    pub(crate) fn error(&self, kind: ErrorKind, path: &Path, message: impl Into<String>) -> SceneError {
+        let error = SceneError::new(kind, &self.file, message).for_key(path.to_string());
         match self.find(path) {
-            Some(span) => self.place(error, &span),
+            Some(span) => self.locate(error, &span),
             None => error,
         }
     }
 
-    /// A fault at a known place of the text.
+    /// An error at a known position in the text.
     pub(crate) fn error_at(
         &self,
-        fault: Fault,
+        kind: ErrorKind,
         path: &Path,
         span: &Range<usize>,
         message: impl Into<String>,
     ) -> SceneError {
-        self.place(SceneError::new(fault, &self.file, message).in_field(path.to_string()), span)
+        self.locate(SceneError::new(kind, &self.file, message).for_key(path.to_string()), span)
     }
 
-    fn place(&self, error: SceneError, span: &Range<usize>) -> SceneError {
+    fn locate(&self, error: SceneError, span: &Range<usize>) -> SceneError {
         if self.text.is_empty() {
             return error;
         }
@@ -108,7 +108,7 @@ impl Source {
         (before.matches('\n').count() + 1, before[line_start..].chars().count() + 1)
     }
 
-    /// The deepest part of `path` that the text has. Only faults need it, so the text is read again.
+    /// The deepest part of `path` that the text has. Only errors need it, so the text is read again.
     fn find(&self, path: &Path) -> Option<Range<usize>> {
         if self.text.is_empty() {
             return None;

@@ -40,7 +40,7 @@ fn scene(
 
 #[test]
 fn the_files_become_a_scene() {
-    let (scene, remarks) = scene(SIMU, &[OBJECT], MecasimOptions::default()).unwrap();
+    let (scene, warnings) = scene(SIMU, &[OBJECT], MecasimOptions::default()).unwrap();
     let body = &scene.bodies[0];
     let springs = body.springs.unwrap();
     assert_eq!((scene.dt, scene.steps, scene.gravity), (0.0025, 100, [0.0, -9.8, 0.0]));
@@ -54,7 +54,7 @@ fn the_files_become_a_scene() {
         "a.simu: viscosite=0.995 is read and left unused",
         "a.objet: rho0, h: for sph and rigid objects, unused here",
     ] {
-        assert!(remarks.iter().any(|remark| remark.starts_with(wanted)), "{wanted}\n{remarks:#?}");
+        assert!(warnings.iter().any(|warning| warning.starts_with(wanted)), "{wanted}\n{warnings:#?}");
     }
     let built = scene.build(&NoMeshes, &SceneLimits::default()).unwrap();
     // Rows 12, columns 12, diagonals 9.
@@ -83,11 +83,11 @@ fn options_and_kinds_change_what_they_say() {
 #[test]
 fn two_objects_share_one_clock() {
     let slow = OBJECT.replace("dt=0.0025", "dt=0.005");
-    let (made, remarks) = scene(SIMU, &[OBJECT, &slow], MecasimOptions::default()).unwrap();
+    let (made, warnings) = scene(SIMU, &[OBJECT, &slow], MecasimOptions::default()).unwrap();
     assert_eq!(made.dt, 0.005);
     assert_eq!(made.bodies.iter().map(|b| b.substeps).collect::<Vec<_>>(), [2, 1]);
     assert_eq!(made.bodies[1].name, "drap4-2");
-    assert!(remarks.contains(&"a.simu: objet2 is not set: mss is taken".to_owned()));
+    assert!(warnings.contains(&"a.simu: objet2 is not set: mss is taken".to_owned()));
     let odd = OBJECT.replace("dt=0.0025", "dt=0.004");
     let error = scene(SIMU, &[OBJECT, &odd], MecasimOptions::default()).unwrap_err().to_string();
     assert!(
@@ -97,7 +97,7 @@ fn two_objects_share_one_clock() {
 }
 
 #[test]
-fn every_fault_of_parameter_files_is_named() {
+fn every_error_of_parameter_files_is_named() {
     for (old, new, wanted) in [
         ("k=15000.0;", "k;", "a.objet:6: is 'k;'; allowed: Key=value; or a line that starts with #"),
         ("k=15000.0;", "k=stiff;", "a.objet:6: k: the value is 'stiff'; allowed: a finite number"),
@@ -142,7 +142,7 @@ fn every_fault_of_parameter_files_is_named() {
 }
 
 #[test]
-fn odd_lines_are_remarked() {
+fn odd_lines_give_warnings() {
     let read = simu("NbItr=3;\nGx=1\nGy=2; and more\n").unwrap();
     for wanted in [
         "a.simu:2: the line has no ';'",
@@ -151,7 +151,7 @@ fn odd_lines_are_remarked() {
         "a.simu: NbIter is missing: the simulation does not end by itself",
         "a.simu:1: unknown key 'NbItr' is passed over; did you mean 'NbIter'?",
     ] {
-        assert!(read.remarks.contains(&wanted.to_owned()), "{wanted}\n{:#?}", read.remarks);
+        assert!(read.warnings.contains(&wanted.to_owned()), "{wanted}\n{:#?}", read.warnings);
     }
 }
 
@@ -214,7 +214,7 @@ fn the_courses_objects_are_read_and_pull_is_refused_until_its_mass_is_given() {
     let options = ReadOptions { eti: EtiOptions { missing_mass: Some(1.0) }, ..ReadOptions::default() };
     let loaded = files::load_mesh(&pull, &options).unwrap();
     assert_eq!(loaded.mesh.masses, vec![1.0; 1468]);
-    assert_eq!(loaded.remarks.len(), 1);
+    assert_eq!(loaded.warnings.len(), 1);
 }
 
 #[test]

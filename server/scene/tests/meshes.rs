@@ -59,7 +59,7 @@ fn a_set_survives_blanks_tabs_carriage_returns_and_negative_zeros() {
     assert_eq!(loaded.mesh.triangles, [[0, 1, 2]]);
     assert_eq!(loaded.mesh.masses, [0.0, 1.0, 2.5]);
     assert_eq!(loaded.mesh.uv[2], [0.0, -1.0]);
-    assert!(loaded.remarks.is_empty());
+    assert!(loaded.warnings.is_empty());
     let written = write_eti(&loaded.mesh);
     assert_eq!(written.points, "3\n0 0 -0\n1 0 0\n0 1 0\n");
     assert_eq!(written.texcoord.unwrap(), "0 -0\n1 -0\n0 -1\n");
@@ -69,7 +69,7 @@ const P: &str = "3\n0 0 0\n1 0 0\n0 1 0\n";
 const M: &str = "1\n1\n1\n";
 
 #[test]
-fn every_fault_of_a_set_names_its_file_and_line() {
+fn every_error_of_a_set_names_its_file_and_line() {
     for (points, faces, masses, uv, wanted) in [
         ("", "", M, "", "points.eti: is empty; allowed: a number of points first"),
         ("x\n", "", M, "", "points.eti:1: the number of points is 'x'; allowed: a whole number"),
@@ -106,11 +106,11 @@ fn every_fault_of_a_set_names_its_file_and_line() {
 }
 
 #[test]
-fn a_missing_mass_gets_the_value_that_was_asked_for_and_a_remark() {
+fn a_missing_mass_gets_the_value_that_was_asked_for_and_a_warning() {
     for masses in ["1\n1\n", "1\n1\n1"] {
         let loaded = eti(P, "0 1 2\n", masses, "", Some(0.25)).unwrap();
         assert_eq!(loaded.mesh.masses, [1.0, 1.0, 0.25]);
-        assert!(loaded.remarks[0].ends_with("points 2 to 2 get the mass 0.25 kg"), "{:?}", loaded.remarks);
+        assert!(loaded.warnings[0].ends_with("points 2 to 2 get the mass 0.25 kg"), "{:?}", loaded.warnings);
     }
     assert_eq!(eti(P, "", "1\n1\n1 ", "", None).unwrap().mesh.masses, [1.0; 3], "a blank ends a number");
     assert_eq!(eti(P, "", "1\n1\n1\n ", "", None).unwrap().mesh.masses, [1.0; 3]);
@@ -133,7 +133,7 @@ fn obj_keeps_points_in_order_and_fans_polygons() {
     assert_eq!(loaded.mesh.points[0], [9.0; 3], "an isolated point stays");
     assert_eq!(loaded.mesh.triangles, [[1, 2, 3], [1, 3, 4], [4, 3, 2]]);
     assert!(loaded.mesh.uv.is_empty());
-    assert!(loaded.remarks[0].contains("some points have no texture coordinate"));
+    assert!(loaded.warnings[0].contains("some points have no texture coordinate"));
 }
 
 #[test]
@@ -153,7 +153,7 @@ fn obj_off_and_ply_give_back_what_was_written() {
 }
 
 #[test]
-fn faults_of_obj_off_and_ply_are_named() {
+fn errors_of_obj_off_and_ply_are_named() {
     for (text, wanted) in [
         ("", "a.obj: holds no vertices"),
         ("v 0 0\n", "a.obj:1: a vertex has 2 numbers; allowed: 3"),

@@ -5,8 +5,7 @@ use std::{env, fs, path::PathBuf, sync::Arc};
 use nappe_scene::{MeshSource, Scene, SceneError, SceneLimits, reference_page};
 use nappe_sim::mesh::TriangleMesh;
 
-const MARK: &str =
-    "(`cargo test -p nappe-scene` holds it against the schema; `UPDATE_DOCS=1` rewrites it).\n";
+const MARK: &str = "(`cargo test -p nappe-scene` checks it against the code; `UPDATE_DOCS=1` rewrites it).\n";
 
 fn page_file() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../docs/scenes.md")

@@ -2,7 +2,9 @@
 
 use std::sync::Arc;
 
-use nappe_scene::{Fault, Mesh, MeshSource, NoMeshes, Scene, SceneError, SceneLimits, shipped_scenes};
+use nappe_scene::{
+    ErrorKind, Mesh, MeshSource, NoMeshes, Scene, SceneError, SceneErrors, SceneLimits, shipped_scenes,
+};
 use nappe_sim::mesh::TriangleMesh;
 
 const SMALL: &str = r#"version = 1
@@ -15,16 +17,16 @@ mass = { particle = 0.01 }
 springs = { stretch = { stiffness = 10 } }
 "#;
 
-fn parse(text: &str) -> Result<Scene, SceneError> {
+fn parse(text: &str) -> Result<Scene, SceneErrors> {
     Scene::parse(text, "scene.toml")
 }
 
-fn build(text: &str) -> Result<nappe_scene::Built, SceneError> {
+fn build(text: &str) -> Result<nappe_scene::Built, SceneErrors> {
     parse(text)?.build(&NoMeshes, &SceneLimits::default())
 }
 
 fn message(text: &str) -> String {
-    build(text).expect_err("the scene has a fault").to_string()
+    build(text).expect_err("the scene has an error").to_string()
 }
 
 #[test]
@@ -55,7 +57,7 @@ fn every_file_in_the_scenes_folder_is_shipped() {
 }
 
 /// What is replaced in the small scene, by what, and how the message then begins.
-const FAULTS: &[(&str, &str, &str)] = &[
+const ERRORS: &[(&str, &str, &str)] = &[
     ("dt = 0.01", "dt = 2", "scene.toml:2:6: dt: is 2; allowed: a number, 1e-9 to 1"),
     ("dt = 0.01", "dt = nan", "scene.toml:2:6: dt: is nan; allowed: a number, 1e-9 to 1"),
     ("dt = 0.01", "dt = \"x\"", "scene.toml:2:6: dt: is 'x'; allowed: a number, 1e-9 to 1"),
@@ -64,7 +66,7 @@ const FAULTS: &[(&str, &str, &str)] = &[
     (
         "dt = 0.01",
         "dt = 0.01\ngravty = [0, 0, 0]",
-        "scene.toml:3:1: gravty: scene has no field 'gravty'; did you mean 'gravity'?",
+        "scene.toml:3:1: gravty: scene has no key 'gravty'; did you mean 'gravity'?",
     ),
     (
         "dt = 0.01",
@@ -130,7 +132,7 @@ const FAULTS: &[(&str, &str, &str)] = &[
     (
         "stiffness = 10",
         "stifness = 10",
-        "scene.toml:8:25: body[0].springs.stretch.stifness: body.springs.stretch, .shear, .bend has no field 'stifness'; did you mean 'stiffness'?",
+        "scene.toml:8:25: body[0].springs.stretch.stifness: body.springs.stretch, .shear, .bend has no key 'stifness'; did you mean 'stiffness'?",
     ),
     (
         "mass = { particle = 0.01 }",
@@ -178,7 +180,7 @@ const FAULTS: &[(&str, &str, &str)] = &[
 
 #[test]
 fn a_message_names_file_line_column_field_finding_and_range() {
-    for (old, new, wanted) in FAULTS {
+    for (old, new, wanted) in ERRORS {
         let text = SMALL.replace(old, new);
         assert_ne!(&text, SMALL, "the case changes the scene: {old}");
         let found = message(&text);
@@ -187,7 +189,61 @@ fn a_message_names_file_line_column_field_finding_and_range() {
 }
 
 #[test]
-fn faults_between_bodies_and_colliders_are_named() {
+fn every_error_of_a_scene_is_named_in_the_order_of_the_text() {
+    let text = SMALL
+        .replace("dt = 0.01", "dt = 2\ngravty = [0, 0, 0]")
+        .replace("particle = 0.01", "particle = true")
+        .replace("stiffness = 10", "stiffness = -1, dampng = 1");
+    let errors = parse(&text).expect_err("the scene has five errors");
+    let found: Vec<_> = errors.iter().map(|error| (error.line, error.key.as_str(), error.kind)).collect();
+    assert_eq!(
+        found,
+        [
+            (2, "dt", ErrorKind::OutOfRange),
+            (3, "gravty", ErrorKind::UnknownField),
+            (8, "body[0].mass.particle", ErrorKind::WrongType),
+            (9, "body[0].springs.stretch.stiffness", ErrorKind::OutOfRange),
+            (9, "body[0].springs.stretch.dampng", ErrorKind::UnknownField),
+        ]
+    );
+    let message = errors.to_string();
+    assert_eq!(message.lines().count(), 5, "one line per error:\n{message}");
+    assert!(message.starts_with("scene.toml:2:6: dt: is 2; allowed: a number, 1e-9 to 1\n"), "{message}");
+    assert!(message.ends_with("has no key 'dampng'; did you mean 'damping'?"), "{message}");
+}
+
+#[test]
+fn errors_of_several_bodies_and_colliders_are_named_together() {
+    let second = SMALL[SMALL.find("[[body]]").unwrap()..].replace("\"cloth\"", "\"other\"");
+    let text = format!(
+        "{SMALL}pins = [6]\n{second}transform = {{ rotate = {{ axis = [0, 0, 0], degrees = 1 }} }}\n[[collider]]\nname = \"\"\nplane = {{ point = [0, 0, 0], normal = [0, 0, 0] }}\n"
+    );
+    let keys: Vec<_> = build(&text).expect_err("four errors").iter().map(|e| e.key.clone()).collect();
+    assert_eq!(
+        keys,
+        ["body[0].pins[0]", "body[1].transform.rotate.axis", "collider[0].name", "collider[0].plane.normal"]
+    );
+}
+
+#[test]
+fn a_misspelt_key_is_not_also_missing() {
+    let errors = parse(&SMALL.replace("stretch =", "strech =")).expect_err("one error");
+    assert_eq!(errors.iter().count(), 1, "{errors}");
+    let errors = parse(&SMALL.replace("grid =", "gird =")).expect_err("one error");
+    assert_eq!(errors.iter().count(), 1, "{errors}");
+}
+
+#[test]
+fn of_many_errors_the_first_are_named_and_the_others_counted() {
+    let many = (0..50).map(|i| format!("unknown_{i:02} = 1\n")).collect::<Vec<_>>().concat();
+    let errors = parse(&SMALL.replace("dt = 0.01\n", &format!("dt = 0.01\n{many}"))).expect_err("50 errors");
+    assert_eq!((errors.iter().count(), errors.omitted()), (SceneErrors::LIMIT, 50 - SceneErrors::LIMIT));
+    assert!(errors.iter().zip(3..).all(|(error, line)| error.line == line), "{errors}");
+    assert!(errors.to_string().ends_with("\n30 more"), "{errors}");
+}
+
+#[test]
+fn errors_between_bodies_and_colliders_are_named() {
     let other = &SMALL[SMALL.find("[[body]]").unwrap()..];
     let twice = format!("{SMALL}\n{other}");
     assert_eq!(
@@ -244,8 +300,8 @@ fn limits_hold_over_all_bodies_before_memory_is_taken() {
     let scene = parse(SMALL).unwrap();
     let limits = SceneLimits { max_particles: 5, max_springs: 100 };
     let error = scene.build(&NoMeshes, &limits).unwrap_err();
-    assert_eq!(error.fault, Fault::TooLarge);
-    assert_eq!(error.line, 6);
+    assert_eq!(error.first().kind, ErrorKind::TooLarge);
+    assert_eq!(error.first().line, 6);
     let limits = SceneLimits { max_particles: 6, max_springs: 6 };
     let error = scene.build(&NoMeshes, &limits).unwrap_err();
     assert_eq!(
@@ -256,7 +312,7 @@ fn limits_hold_over_all_bodies_before_memory_is_taken() {
     let mut two = scene.clone();
     two.bodies.push(nappe_scene::Body { name: "second".to_owned(), ..scene.bodies[0].clone() });
     let error = two.build(&NoMeshes, &SceneLimits { max_particles: 11, max_springs: 100 }).unwrap_err();
-    assert!(error.message.contains("6 particles, 12 with the bodies before it"), "{error}");
+    assert!(error.first().message.contains("6 particles, 12 with the bodies before it"), "{error}");
 }
 
 #[test]
@@ -275,7 +331,7 @@ fn a_scene_changed_by_a_program_is_checked_like_a_text() {
     scene.steps = 0;
     scene.bodies[0].mesh = Mesh::Chain { chain: 0, spacing: 0.1 };
     let error = scene.build(&NoMeshes, &SceneLimits::default()).unwrap_err();
-    assert_eq!(error.field, "body[0].mesh.chain");
+    assert_eq!(error.first().key, "body[0].mesh.chain");
 }
 
 #[test]
@@ -320,7 +376,7 @@ duration = 2
     assert_eq!(b.network.springs.len(), 26);
     let wanted = nappe_sim::world::Change::Pin { particle: 3 + 2, target: [2.0, 1.0, 1.0], duration: 2.0 };
     assert_eq!(built.initial_changes, [wanted]);
-    assert!(built.remarks.is_empty(), "{:?}", built.remarks);
+    assert!(built.warnings.is_empty(), "{:?}", built.warnings);
 }
 
 /// One uploaded mesh, `m`.
@@ -336,7 +392,7 @@ impl MeshSource for Uploaded {
 }
 
 #[test]
-fn an_uploaded_mesh_keeps_its_pins_and_its_faults_are_named() {
+fn an_uploaded_mesh_keeps_its_pins_and_its_errors_are_named() {
     let text = SMALL.replace("grid = [3, 2], spacing = 0.1", "upload = \"m\"");
     let mut mesh = TriangleMesh::grid(3, 2, 0.1);
     mesh.masses = vec![0.0, 1.0, 2.0, 1.0, 1.0, 1.0];
@@ -352,9 +408,9 @@ fn an_uploaded_mesh_keeps_its_pins_and_its_faults_are_named() {
     // Without a lattice, the springs are the edges of the triangles: 2 rows, 3 columns, 2 diagonals.
     assert_eq!(network.springs.len(), 4 + 3 + 2);
     assert!(
-        built.remarks[0].starts_with("body 'cloth': 1 isolated points, the first is 6"),
+        built.warnings[0].starts_with("body 'cloth': 1 isolated points, the first is 6"),
         "{:?}",
-        built.remarks
+        built.warnings
     );
     let own = text.replace("mass = { particle = 0.01 }\n", "");
     assert_eq!(build(&mesh, &own).unwrap().setup.bodies[0].network.masses, mesh.masses);
@@ -366,7 +422,7 @@ fn an_uploaded_mesh_keeps_its_pins_and_its_faults_are_named() {
     );
     mesh.triangles[0][1] = 7;
     let error = build(&mesh, &text).unwrap_err();
-    assert_eq!(error.fault, Fault::BadMesh);
+    assert_eq!(error.first().kind, ErrorKind::BadMesh);
     assert!(
         error.to_string().starts_with("scene.toml:6:8: body[0].mesh: triangle 0 names point 7"),
         "{error}"
@@ -374,7 +430,7 @@ fn an_uploaded_mesh_keeps_its_pins_and_its_faults_are_named() {
 }
 
 #[test]
-fn what_is_odd_is_remarked() {
+fn what_is_odd_gives_a_warning() {
     let text = r#"
 version = 1
 dt = 0.01
@@ -383,9 +439,9 @@ name = "dust"
 mesh = { course_grid = 2 }
 "#;
     let built = build(text).unwrap();
-    assert_eq!(built.remarks, ["body 'dust': there are no springs: the particles are free of each other"]);
+    assert_eq!(built.warnings, ["body 'dust': there are no springs: the particles are free of each other"]);
     let pinned = text.replace("mesh = { course_grid = 2 }", "mesh = { course_grid = 2 }\npins = [2, 3]");
     assert!(
-        build(&pinned).unwrap().remarks[1].ends_with("every particle is pinned: nothing moves by itself")
+        build(&pinned).unwrap().warnings[1].ends_with("every particle is pinned: nothing moves by itself")
     );
 }

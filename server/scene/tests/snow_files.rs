@@ -2,9 +2,12 @@
 
 use std::sync::Arc;
 
-use nappe_scene::{Built, Fault, MeshSource, NoMeshes, Scene, SceneError, SceneLimits};
+use nappe_scene::{Built, ErrorKind, MeshSource, NoMeshes, Scene, SceneError, SceneErrors, SceneLimits};
 use nappe_sim::{
-    collide::{Contact, Shape},
+    collide::{
+        Contact, Shape,
+        shape::{Cuboid, HalfPipe},
+    },
     linalg::Stop,
     mesh::TriangleMesh,
     snow::{Advection, Blend, Integration, Kernel, Law, SnowObject, TimeStep, Transfer},
@@ -22,11 +25,11 @@ name = "ball"
 sphere = { center = [0, 1, 0], radius = 0.3 }
 "#;
 
-fn parse(text: &str) -> Result<Scene, SceneError> {
+fn parse(text: &str) -> Result<Scene, SceneErrors> {
     Scene::parse(text, "scene.toml")
 }
 
-fn build(text: &str) -> Result<Built, SceneError> {
+fn build(text: &str) -> Result<Built, SceneErrors> {
     parse(text)?.build(&NoMeshes, &SceneLimits::default())
 }
 
@@ -137,9 +140,9 @@ fn a_transform_moves_the_box_and_its_lattice() {
     }
 }
 
-#[test]
-fn shapes_and_contact_of_colliders_come_out_as_written() {
-    let text = format!(
+/// The small scene with four colliders.
+fn with_colliders() -> String {
+    format!(
         r#"{SMALL}
 [[collider]]
 name = "rod"
@@ -156,7 +159,12 @@ cylinder = {{ start = [0, 0, 0], end = [0, 1, 0], radius = 0.1 }}
 name = "pipe"
 half_pipe = {{ point = [0, 1, 0], axis = [2, 0, 0], up = [7, 3, 0], radius = 2 }}
 "#
-    );
+    )
+}
+
+#[test]
+fn shapes_and_contact_of_colliders_come_out_as_written() {
+    let text = with_colliders();
     let scene = parse(&text).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(parse(&scene.to_toml()).unwrap_or_else(|error| panic!("{error}")), scene);
     let colliders = world(&text).colliders;
@@ -166,9 +174,20 @@ half_pipe = {{ point = [0, 1, 0], axis = [2, 0, 0], up = [7, 3, 0], radius = 2 }
         [Contact::Sticky, Contact::Slip, Contact::Separating, Contact::Separating]
     );
     let axes = [[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]];
-    assert_eq!(colliders[1].shape, Shape::Box { center: [0.0; 3], half_extent: [1.0, 2.0, 3.0], axes });
+    assert_eq!(
+        colliders[1].shape,
+        Shape::Box(Cuboid { center: [0.0; 3], half_extent: [1.0, 2.0, 3.0], axes })
+    );
     let (axis, up) = ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
-    assert_eq!(colliders[3].shape, Shape::HalfPipe { point: [0.0, 1.0, 0.0], axis, up, radius: 2.0 });
+    assert_eq!(
+        colliders[3].shape,
+        Shape::HalfPipe(HalfPipe { point: [0.0, 1.0, 0.0], axis, up, radius: 2.0 })
+    );
+}
+
+#[test]
+fn a_collider_that_makes_no_shape_is_named() {
+    let text = with_colliders();
     for (old, new, wanted) in [
         (
             "end = [1, 0, 0]",
@@ -201,7 +220,7 @@ half_pipe = {{ point = [0, 1, 0], axis = [2, 0, 0], up = [7, 3, 0], radius = 2 }
             "scene.toml:17:40: collider[1].box.size[1]: is 0; allowed: a number, 1e-6 to 1e6",
         ),
     ] {
-        let error = build(&text.replace(old, new)).expect_err("a fault").to_string();
+        let error = build(&text.replace(old, new)).expect_err("an error").to_string();
         assert_eq!(error, wanted);
     }
 }
@@ -245,13 +264,13 @@ fn particles_are_held_against_the_limit_together_with_those_before() {
     let limits = |max_particles| SceneLimits { max_particles, ..SceneLimits::default() };
     let built = scene.build(&NoMeshes, &limits(109)).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(
-        built.remarks.last().map(String::as_str),
+        built.warnings.last().map(String::as_str),
         Some("cloth and snow pass through each other: they are not coupled yet")
     );
     let error = scene.build(&NoMeshes, &limits(108)).expect_err("one too many");
-    assert_eq!(error.fault, Fault::TooLarge);
+    assert_eq!(error.first().kind, ErrorKind::TooLarge);
     assert_eq!(
-        error.message,
+        error.first().message,
         "this object has 100 particles, 109 with the bodies and objects before it; allowed: at most 108"
     );
 }
@@ -279,7 +298,7 @@ fn a_closed_mesh_is_filled_and_an_open_one_named() {
     let build =
         |mesh: &TriangleMesh| parse(&text)?.build(&Uploaded(Arc::new(mesh.clone())), &SceneLimits::default());
     let built = build(&tetrahedron).unwrap_or_else(|error| panic!("{error}"));
-    assert!(built.remarks.is_empty(), "{:?}", built.remarks);
+    assert!(built.warnings.is_empty(), "{:?}", built.warnings);
     let object = &built.setup.snow.as_ref().expect("snow").objects[0];
     assert!((total(&object.mass) / (400.0 / 6.0) - 1.0).abs() < 1e-12);
     assert!(object.x.iter().all(|x| x.iter().all(|c| *c >= 0.0) && total(x) <= 1.0 + 1e-12));
@@ -288,7 +307,7 @@ fn a_closed_mesh_is_filled_and_an_open_one_named() {
     let mut open = tetrahedron;
     open.triangles.pop();
     let error = build(&open).expect_err("a face is missing");
-    assert_eq!(error.fault, Fault::BadMesh);
+    assert_eq!(error.first().kind, ErrorKind::BadMesh);
     assert_eq!(
         error.to_string(),
         "scene.toml:9:8: snow.object[0].mesh: is not closed: the edge from point 1 at (1, 0, 0) to point 2 at (0, 1, 0) has 1 triangle, and each edge of a closed surface has two; 2 other edges have not two either"

@@ -1,9 +1,9 @@
 //! A scene's text to all that a simulation is made from.
 //!
 //! Enters: a text, uploaded meshes, limits. Leaves: the scene as read and as built, or the place
-//! and kind of its first error.
+//! and kind of each of its errors.
 
-use nappe_scene::{Built, Fault, Scene, SceneError, SceneLimits};
+use nappe_scene::{Built, ErrorKind, Scene, SceneErrors, SceneLimits};
 
 use super::mesh_store::MeshStore;
 use crate::{
@@ -14,7 +14,7 @@ use crate::{
 /// Reads a scene's text and builds what it describes; `file` names it in messages.
 ///
 /// # Errors
-/// The place and kind of the first error in the scene.
+/// What is wrong with the scene, the first error first.
 pub(crate) fn assemble_scene(
     text: &str,
     file: &str,
@@ -27,19 +27,21 @@ pub(crate) fn assemble_scene(
     Ok((scene, built))
 }
 
-/// The metadata key is `fault` for clients that read it; it names the kind of the error.
-fn service_error(error: &SceneError) -> ServiceError {
-    let reason = match error.fault {
-        Fault::TooLarge => Reason::SceneTooLarge,
-        Fault::MeshNotFound => Reason::MeshNotFound,
+/// The first error decides the reason and stands in the metadata, where its kind is called `fault`; each
+/// error is a violation of its key.
+fn service_error(errors: &SceneErrors) -> ServiceError {
+    let first = errors.first();
+    let reason = match first.kind {
+        ErrorKind::TooLarge => Reason::SceneTooLarge,
+        ErrorKind::MeshNotFound => Reason::MeshNotFound,
         _ => Reason::InvalidScene,
     };
-    let refused = ServiceError::new(reason, error.to_string()).with("fault", error.fault.reason());
-    let refused = if error.line > 0 { refused.with("line", error.line) } else { refused };
-    let refused = if error.column > 0 { refused.with("column", error.column) } else { refused };
-    if error.field.is_empty() {
-        refused
-    } else {
-        refused.with("field", &error.field).at_field(format!("scene_text: {}", error.field), &error.message)
-    }
+    let refused = ServiceError::new(reason, errors.to_string()).with("fault", first.kind.reason());
+    let refused = if first.line > 0 { refused.with("line", first.line) } else { refused };
+    let refused = if first.column > 0 { refused.with("column", first.column) } else { refused };
+    let refused = if first.key.is_empty() { refused } else { refused.with("field", &first.key) };
+
+    errors.iter().filter(|error| !error.key.is_empty()).fold(refused, |refused, error| {
+        refused.at_field(format!("scene_text: {}", error.key), &error.message)
+    })
 }

@@ -5,7 +5,7 @@
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use nappe_scene::{Fault, MeshSource, SceneError};
+use nappe_scene::{ErrorKind, MeshSource, SceneError};
 use nappe_sim::mesh::TriangleMesh;
 use uuid::Uuid;
 
@@ -81,7 +81,7 @@ impl MeshSource for MeshStore {
     fn file(&self, path: &str) -> Result<TriangleMesh, SceneError> {
         let message =
             format!("the server opens no files: upload '{path}' and name it as {{ upload = \"ID\" }}");
-        Err(SceneError::new(Fault::MeshNotFound, "", message))
+        Err(SceneError::new(ErrorKind::MeshNotFound, "", message))
     }
 }
 

@@ -113,7 +113,7 @@ fn build(
     let (mut simulation, mut warnings) = pool
         .install(|| Simulation::new(&built.setup, precision))
         .map_err(|error| invalid_setup(options, &error))?;
-    warnings.splice(0..0, built.remarks);
+    warnings.splice(0..0, built.warnings);
     simulation.apply(&built.initial_changes).map_err(|error| invalid_setup(options, &error))?;
 
     let topology = topology(&simulation);

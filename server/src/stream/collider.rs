@@ -4,7 +4,10 @@
 //! arm here and one message in frame.proto.
 
 use nappe_proto::v1::{self, collider_shape::Shape as Message};
-use nappe_sim::collide::{Collider, Shape};
+use nappe_sim::collide::{
+    Collider, Shape,
+    shape::{Capsule, Cuboid, Cylinder, HalfPipe, Plane, Sphere},
+};
 
 /// The message of a collider.
 pub(super) fn collider(collider: &Collider) -> v1::ColliderShape {
@@ -13,40 +16,27 @@ pub(super) fn collider(collider: &Collider) -> v1::ColliderShape {
 
 fn shape(collider: &Collider) -> Message {
     let velocity = Some(collider.velocity.into());
+    let v = |v: [f64; 3]| Some(v.into());
     match collider.shape {
-        Shape::Plane { point, normal } => Message::Plane(v1::PlaneShape {
-            point: Some(point.into()),
-            normal: Some(normal.into()),
-            velocity,
-        }),
-        Shape::Sphere { center, radius } => {
-            Message::Sphere(v1::SphereShape { center: Some(center.into()), radius, velocity })
+        Shape::Plane(Plane { point, normal }) => {
+            Message::Plane(v1::PlaneShape { point: v(point), normal: v(normal), velocity })
         }
-        Shape::Capsule { start, end, radius } => Message::Capsule(v1::CapsuleShape {
-            start: Some(start.into()),
-            end: Some(end.into()),
-            radius,
-            velocity,
-        }),
-        Shape::Box { center, half_extent, axes: [axis_x, axis_y, _] } => Message::Box(v1::BoxShape {
-            center: Some(center.into()),
-            half_extent: Some(half_extent.into()),
-            axis_x: Some(axis_x.into()),
-            axis_y: Some(axis_y.into()),
-            velocity,
-        }),
-        Shape::Cylinder { start, end, radius } => Message::Cylinder(v1::CylinderShape {
-            start: Some(start.into()),
-            end: Some(end.into()),
-            radius,
-            velocity,
-        }),
-        Shape::HalfPipe { point, axis, up, radius } => Message::HalfPipe(v1::HalfPipeShape {
-            point: Some(point.into()),
-            axis: Some(axis.into()),
-            up: Some(up.into()),
-            radius,
-            velocity,
-        }),
+        Shape::Sphere(Sphere { center, radius }) => {
+            Message::Sphere(v1::SphereShape { center: v(center), radius, velocity })
+        }
+        Shape::Capsule(Capsule { start, end, radius }) => {
+            Message::Capsule(v1::CapsuleShape { start: v(start), end: v(end), radius, velocity })
+        }
+        Shape::Box(Cuboid { center, half_extent, axes: [x, y, _] }) => {
+            let (center, half_extent, axis_x, axis_y) = (v(center), v(half_extent), v(x), v(y));
+            Message::Box(v1::BoxShape { center, half_extent, axis_x, axis_y, velocity })
+        }
+        Shape::Cylinder(Cylinder { start, end, radius }) => {
+            Message::Cylinder(v1::CylinderShape { start: v(start), end: v(end), radius, velocity })
+        }
+        Shape::HalfPipe(HalfPipe { point, axis, up, radius }) => {
+            let (point, axis, up) = (v(point), v(axis), v(up));
+            Message::HalfPipe(v1::HalfPipeShape { point, axis, up, radius, velocity })
+        }
     }
 }

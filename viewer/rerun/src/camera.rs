@@ -2,11 +2,9 @@
 //!
 //! Enters: the bounds of the scene and of its bodies (m), colliders. Leaves: the camera's position and target (m).
 
-use nappe_client::Shape;
-
 use crate::{
-    collider::{ColliderView, narrow},
-    geometry::{Bounds, along, dot, length, minus},
+    collider::ColliderView,
+    geometry::{Bounds, along},
 };
 
 /// From the centre of the scene to the camera, over the radius of the scene.
@@ -34,7 +32,7 @@ impl Camera {
 
         let hidden = |eye: [f32; 3]| {
             seen.iter()
-                .filter(|at| colliders.iter().any(|collider| hides(collider.shape(), eye, **at)))
+                .filter(|at| colliders.iter().any(|collider| collider.extent().hides(eye, **at)))
                 .count()
         };
 
@@ -44,58 +42,9 @@ impl Camera {
     }
 }
 
-/// Balls along the axis of a round solid, to see whether it hides something.
-const BALLS: usize = 9;
-
-/// Whether a solid stands between the eye and a point that is not in it. Planes and half-pipes hide nothing:
-/// they are drawn only where the eye is on their free side.
-fn hides(shape: &Shape, eye: [f32; 3], at: [f32; 3]) -> bool {
-    match *shape {
-        Shape::Box { center, half_extent, axes, .. } => {
-            let axes = axes.map(narrow);
-            let local = |point: [f32; 3]| axes.map(|axis| dot(minus(point, narrow(center)), axis));
-            crosses(local(eye), local(at), narrow(half_extent))
-        }
-        Shape::Sphere { center, radius, .. } => meets_ball(eye, at, narrow(center), radius as f32),
-        Shape::Capsule { start, end, radius, .. } | Shape::Cylinder { start, end, radius, .. } => {
-            let (start, step) = (narrow(start), minus(narrow(end), narrow(start)));
-            (0..BALLS).any(|ball| {
-                let center = along(start, ball as f32 / (BALLS - 1) as f32, step);
-                meets_ball(eye, at, center, radius as f32)
-            })
-        }
-        _ => false,
-    }
-}
-
-/// Whether a segment goes through the box of a half extent around the origin, and does not end in it.
-fn crosses(from: [f32; 3], to: [f32; 3], half: [f32; 3]) -> bool {
-    let (mut enter, mut leave) = (0.0_f32, 1.0_f32);
-    for axis in 0..3 {
-        let step = to[axis] - from[axis];
-        let ends = [-half[axis], half[axis]].map(|side| (side - from[axis]) / step);
-        // Along the box's side, a segment is within it or not.
-        if step == 0.0 {
-            leave = if from[axis].abs() < half[axis] { leave } else { -1.0 };
-        } else {
-            enter = enter.max(ends[0].min(ends[1]));
-            leave = leave.min(ends[0].max(ends[1]));
-        }
-    }
-    enter < leave && leave < 1.0
-}
-
-/// Whether a segment goes through a ball, and does not end in it.
-fn meets_ball(from: [f32; 3], to: [f32; 3], center: [f32; 3], radius: f32) -> bool {
-    let (step, toward) = (minus(to, from), minus(center, from));
-    let share = (dot(step, toward) / dot(step, step)).clamp(0.0, 1.0);
-    let nearest = along(from, share, step);
-    length(minus(center, nearest)) < radius && length(minus(center, to)) > radius
-}
-
 #[cfg(test)]
 mod tests {
-    use nappe_client::{Collider, Shape};
+    use nappe_client::{Collider, Shape, v1};
 
     use super::*;
 
@@ -109,21 +58,28 @@ mod tests {
         })
     }
 
+    #[allow(clippy::unnecessary_wraps, reason = "as the messages hold it")]
+    fn vector([x, y, z]: [f64; 3]) -> Option<v1::Vector3> {
+        Some(v1::Vector3 { x, y, z })
+    }
+
     fn side(shape: Shape) -> [bool; 2] {
         let [scene, bodies] = bounds();
-        let collider = Collider { name: "it".to_owned(), shape };
-        let camera = Camera::of(&scene, &bodies, &[ColliderView::new(&collider, 0)]);
+        let collider = Collider { name: "it".to_owned(), shape: Some(shape) };
+        let camera = Camera::of(&scene, &bodies, &[ColliderView::new(&collider, 0).expect("a known shape")]);
         [camera.eye[0] > 0.0, camera.eye[2] > 0.0]
     }
 
     #[test]
     fn a_wall_stands_behind_the_bodies() {
-        let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-        let wall = |center: [f64; 3], half_extent: [f64; 3]| Shape::Box {
-            center,
-            half_extent,
-            axes,
-            velocity: [0.0; 3],
+        let wall = |center: [f64; 3], half_extent: [f64; 3]| {
+            Shape::Box(v1::BoxShape {
+                center: vector(center),
+                half_extent: vector(half_extent),
+                axis_x: vector([1.0, 0.0, 0.0]),
+                axis_y: vector([0.0, 1.0, 0.0]),
+                velocity: None,
+            })
         };
         assert_eq!(side(wall([0.7, 1.0, 0.0], [0.1, 1.0, 2.0])), [false, true]);
         assert_eq!(side(wall([-0.7, 1.0, 0.0], [0.1, 1.0, 2.0])), [true, true]);
@@ -132,7 +88,9 @@ mod tests {
 
     #[test]
     fn what_hides_nothing_or_all_sides_alike_changes_nothing() {
-        let ball = |center: [f64; 3], radius: f64| Shape::Sphere { center, radius, velocity: [0.0; 3] };
+        let ball = |center: [f64; 3], radius: f64| {
+            Shape::Sphere(v1::SphereShape { center: vector(center), radius, velocity: None })
+        };
         assert_eq!(side(ball([0.0, -3.0, 0.0], 1.0)), [true, true]);
         assert_eq!(side(ball([0.0, 0.5, 0.0], 0.4)), [true, true]);
         // In front, towards the first side.

@@ -102,6 +102,11 @@ pub(crate) fn cross(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
+/// A vector of the contract in the precision of a picture.
+pub(crate) fn narrow(v: [f64; 3]) -> [f32; 3] {
+    v.map(|value| value as f32)
+}
+
 pub(crate) fn length(a: [f32; 3]) -> f32 {
     dot(a, a).sqrt()
 }

@@ -3,9 +3,18 @@
 //! Enters: the collider's numbers (m), the bounds of the scene. Leaves: a mesh with normals, relative to the
 //! collider's own point.
 
-use rerun::Mesh3D;
+use rerun::{Color, Mesh3D};
 
-use crate::geometry::{Bounds, along, cross, dot, minus, tangents};
+use crate::geometry::{Bounds, along, cross, dot, minus, tangents, unit};
+
+const GROUND_COLOR: [u8; 3] = [70, 74, 82];
+/// The foot of the bodies on a plane belongs to the scene, if it is within so many of their radii: where they
+/// fall or fly to.
+const FALL: f32 = 12.0;
+/// How far down a slope bodies slide or roll within the picture, in halves of their smallest extent: a long
+/// layer stays. And the height of the unit normal below which a plane is a slope.
+const SLIDE: f32 = 10.0;
+const LEVEL: f32 = 0.99;
 
 /// Radius of the drawn disc over the radius of the scene.
 const PLANE_SCALE: f32 = 1.4;
@@ -16,8 +25,51 @@ const DEPTH: f32 = 0.004;
 /// Facets of a trough.
 const TROUGH_FACETS: u32 = 48;
 
+/// A surface without end, through a point of its own.
+pub(crate) enum Ground {
+    /// A plane: its unit normal.
+    Plane([f32; 3]),
+    /// A trough.
+    Trough(Trough),
+}
+
+impl Ground {
+    /// As much of it as the scene needs, relative to its own point.
+    pub(crate) fn mesh(&self, point: [f32; 3], scene: &Bounds) -> Mesh3D {
+        let [red, green, blue] = GROUND_COLOR;
+        let mesh = match self {
+            Self::Plane(normal) => disc(point, *normal, scene),
+            Self::Trough(trough) => trough.mesh(scene),
+        };
+        mesh.with_albedo_factor(*Color::from_rgb(red, green, blue))
+    }
+
+    /// Whether the eye is on the other side of a plane, from where it would hide the scene.
+    pub(crate) fn hides_all_from(&self, eye: [f32; 3], point: [f32; 3]) -> bool {
+        match self {
+            Self::Plane(normal) => dot(minus(eye, point), *normal) <= 0.0,
+            Self::Trough(_) => false,
+        }
+    }
+
+    /// Grows the bounds of the scene by the foot of bodies that fly freely on a plane, and by where they slide to.
+    pub(crate) fn add_foot_to(&self, scene: &mut Bounds, bodies: &Bounds, point: [f32; 3]) {
+        let Self::Plane(normal) = *self else { return };
+        let height = dot(minus(bodies.center(), point), normal);
+        if height > 0.0 && height < FALL * bodies.radius() {
+            let [x, y, z] = normal;
+            let foot = along(bodies.center(), -height, normal);
+            scene.add(foot);
+            // What gravity leaves along the plane: (0, -1, 0) + y normal.
+            if let Some(down) = unit([x * y, y * y - 1.0, z * y]).filter(|_| y > 0.0 && y < LEVEL) {
+                scene.add(along(foot, SLIDE * bodies.half_width(), down));
+            }
+        }
+    }
+}
+
 /// The part of a plane below the scene, as a disc, relative to `point`.
-pub(crate) fn disc(point: [f32; 3], normal: [f32; 3], scene: &Bounds) -> Mesh3D {
+fn disc(point: [f32; 3], normal: [f32; 3], scene: &Bounds) -> Mesh3D {
     let [first, second] = tangents(normal);
     let to_center = minus(scene.center(), point);
     let height = dot(to_center, normal);

@@ -16,6 +16,8 @@ mod snow_plots;
 mod body;
 mod grid;
 mod ground;
+mod extent;
+mod outline;
 mod collider;
 mod camera;
 mod layout;

@@ -106,7 +106,12 @@ impl Recorder {
         let scene = SceneView {
             particle_count: topology.particle_count,
             bodies: topology.bodies.iter().enumerate().map(|(i, body)| BodyView::new(body, i)).collect(),
-            colliders: topology.colliders.iter().enumerate().map(|(i, c)| ColliderView::new(c, i)).collect(),
+            colliders: topology
+                .colliders
+                .iter()
+                .enumerate()
+                .filter_map(|(i, c)| ColliderView::new(c, i))
+                .collect(),
             grid: GridView::default(),
             bound: BoundLog::default(),
             layout: None,
@@ -230,7 +235,7 @@ impl SceneView {
         }
         let mut bounds = bodies;
         for collider in &self.colliders {
-            collider.add_to(&mut bounds, &bodies);
+            collider.extent().add_to(&mut bounds, &bodies);
             if self.has_points() {
                 collider.add_foot_to(&mut bounds, &bodies);
             }

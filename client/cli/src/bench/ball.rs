@@ -6,7 +6,7 @@
 use std::f64::consts::PI;
 
 use nappe_sim::{
-    collide::{Collider, Contact, Shape},
+    collide::{Collider, Contact, Shape, shape::Plane},
     snow::{Preset, SnowObject, SnowSettings, SnowSetup},
     world::WorldSetup,
 };
@@ -73,7 +73,7 @@ impl Throw {
         let distance = self.radius() + GAP_CELLS * self.cell;
         Collider {
             name: format!("surface {normal:?}"),
-            shape: Shape::Plane { point: normal.map(|c| -c * distance), normal },
+            shape: Shape::Plane(Plane { point: normal.map(|c| -c * distance), normal }),
             velocity: [0.0; 3],
             friction: 0.4,
             restitution: 0.0,

@@ -86,7 +86,7 @@ fn input(args: &MecasimArgs) -> Result<scene::Input> {
         let parameters = files::load_object_parameters(path)?;
         let object = files::load_object(&parameters, Path::new(""), &args.masses.options())
             .map_err(meshes::in_words)?;
-        meshes::note(&object.remarks);
+        meshes::note(&object.warnings);
         // The object's number keeps two objects with the same file apart.
         let file = format!("{}#{number}", path.display());
         objects.push((parameters, Mesh::File { file: file.clone() }));

@@ -181,7 +181,7 @@ fn info(args: &InfoArgs) -> Result<()> {
 fn describe(path: &Path) -> Result<Info> {
     let (loaded, missing_masses) = load_incomplete(path)?;
     let mesh = &loaded.mesh;
-    let mut warnings = loaded.remarks;
+    let mut warnings = loaded.warnings;
     let odd = mesh.check().map_err(|error| CliError::failure(format!("{}: {error}", path.display())))?;
     warnings.extend(odd.iter().map(ToString::to_string));
     if mesh.masses.is_empty() {
@@ -225,7 +225,7 @@ fn load_incomplete(path: &Path) -> Result<(Loaded, usize)> {
 
     let (mut loaded, other) = (filled(0.0)?, filled(1.0)?);
     let missing = loaded.mesh.masses.iter().zip(&other.mesh.masses).filter(|(a, b)| a != b).count();
-    loaded.remarks = vec![error.to_string()];
+    loaded.warnings = vec![error.to_string()];
     Ok((loaded, missing))
 }
 

@@ -1,24 +1,33 @@
 //! Masses of a body's particles, from what the scene says or the mesh carries.
 
-use nappe_sim::mesh::TriangleMesh;
+use nappe_sim::{
+    math::array::{cross, length, minus},
+    mesh::TriangleMesh,
+};
 
-use super::body::Context;
 use crate::{
     body::Mass,
-    error::{Fault, SceneError},
+    error::{ErrorKind, SceneError},
+    location::Location,
 };
 
 /// Writes the masses (kg) into the mesh. Returns the particles that the mesh pins with the mass 0
 /// where the scene gives them another.
-pub(super) fn apply(context: &Context<'_>, mesh: &mut TriangleMesh) -> Result<Vec<u32>, SceneError> {
-    let path = context.path.key("mass");
-    let Some(mass) = context.body.mass else {
+///
+/// `at` is where the masses stand.
+pub(super) fn apply(
+    mass: Option<Mass>,
+    mesh: &mut TriangleMesh,
+    at: &Location<'_>,
+) -> Result<Vec<u32>, SceneError> {
+    let Some(mass) = mass else {
         if mesh.masses.is_empty() {
             let message = "is missing: this mesh carries no masses; allowed: { particle = kg }, { total = kg } or { density = kg/m^2 }";
-            return Err(context.source.error(Fault::Missing, &path, message));
+            return Err(at.error(ErrorKind::Missing, message));
         }
         return Ok(Vec::new());
     };
+
     let pinned: Vec<u32> = (0u32..).zip(&mesh.masses).filter(|(_, m)| **m == 0.0).map(|(i, _)| i).collect();
     let count = mesh.points.len();
     mesh.masses = match mass {
@@ -31,7 +40,7 @@ pub(super) fn apply(context: &Context<'_>, mesh: &mut TriangleMesh) -> Result<Ve
             "gives particle {i} the mass {}: its triangles have no area; allowed here: {{ particle = kg }} or {{ total = kg }}",
             mesh.masses[i]
         );
-        return Err(context.source.error(Fault::Inconsistent, &path, message));
+        return at.inconsistent(message);
     }
     Ok(pinned)
 }
@@ -41,9 +50,8 @@ fn areas(mesh: &TriangleMesh) -> Vec<f64> {
     let mut areas = vec![0.0; mesh.points.len()];
     for corners in &mesh.triangles {
         let [a, b, c] = corners.map(|i| mesh.points[i as usize]);
-        let (u, v) = ([0, 1, 2].map(|i| b[i] - a[i]), [0, 1, 2].map(|i| c[i] - a[i]));
-        let n = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
-        let third = (n[0] * n[0] + n[1] * n[1] + n[2] * n[2]).sqrt() / 6.0;
+        let (u, v) = (minus(b, a), minus(c, a));
+        let third = length(cross(u, v)) / 6.0;
         for &i in corners {
             areas[i as usize] += third;
         }

@@ -1,51 +1,68 @@
 //! Pins by index or name, and pins that move from the start.
 
-use nappe_sim::world::Change;
+use nappe_sim::{cloth::Network, world::Change};
 
-use super::body::{Context, Layout, Made};
 use crate::{
-    body::Pin,
-    error::{Fault, SceneError, excerpt, suggestion},
-    source::Path,
+    body::{MovingPin, Pin},
+    error::{ErrorKind, SceneError, excerpt, suggestion},
+    location::Location,
 };
 
 const ON_GRIDS: [&str; 8] =
     ["top_left", "top_right", "bottom_left", "bottom_right", "top", "bottom", "left", "right"];
 const ON_CHAINS: [&str; 2] = ["first", "last"];
 
-/// The particles of the body that its pins name, in ascending order, each once.
-pub(super) fn particles(context: &Context<'_>, layout: Layout, count: usize) -> Result<Vec<u32>, SceneError> {
+/// How a body's particles are numbered, which says what names its pins may have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Layout {
+    /// Row by row.
+    Grid { columns: u32, rows: u32 },
+    /// One after the other.
+    Chain,
+    /// As a file has them: there are no names.
+    Free,
+}
+
+/// The particles of `count` that pins name, in ascending order, each once; `at` is where the pins stand.
+pub(super) fn particles(
+    pins: &[Pin],
+    layout: Layout,
+    count: usize,
+    at: &Location<'_>,
+) -> Result<Vec<u32>, SceneError> {
     let mut all = Vec::new();
-    for (i, pin) in context.body.pins.iter().enumerate() {
-        all.extend(resolve(context, pin, layout, count, &context.path.key("pins").index(i))?);
+    for (i, pin) in pins.iter().enumerate() {
+        all.extend(resolve(pin, layout, count, &at.index(i))?);
     }
     all.sort_unstable();
     all.dedup();
     Ok(all)
 }
 
-/// The first changes: one for each particle of each moving pin, indices over all bodies.
+/// The first changes: one for each particle of each moving pin. Their indices count over all bodies, of
+/// which this one begins with `first_particle`; `at` is where the moving pins stand.
 pub(super) fn moves(
-    context: &Context<'_>,
-    made: &Made,
+    moving_pins: &[MovingPin],
+    layout: Layout,
+    network: &Network,
     first_particle: u64,
+    at: &Location<'_>,
 ) -> Result<Vec<Change>, SceneError> {
-    let network = &made.setup.network;
     let mut changes = Vec::new();
-    for (i, moving) in context.body.moving_pins.iter().enumerate() {
-        let path = context.path.key("moving_pin").index(i);
-        let pin = path.key("pin");
-        let particles = resolve(context, &moving.pin, made.layout, network.x.len(), &pin)?;
+    for (i, moving) in moving_pins.iter().enumerate() {
+        let at = at.index(i);
+        let pin = at.key("pin");
+        let particles = resolve(&moving.pin, layout, network.x.len(), &pin)?;
         if moving.target.is_some() && particles.len() > 1 {
-            let message =
-                format!("sends {} particles to one point; allowed for several: offset", particles.len());
-            return Err(context.source.error(Fault::Inconsistent, &path.key("target"), message));
+            let count = particles.len();
+            let message = format!("sends {count} particles to one point; allowed for several: offset");
+            return at.key("target").inconsistent(message);
         }
+
         for particle in particles {
             let p = particle as usize;
             if network.masses[p] != 0.0 && network.pins.binary_search(&particle).is_err() {
-                let message = format!("particle {particle} is not pinned: list it in pins");
-                return Err(context.source.error(Fault::Inconsistent, &pin, message));
+                return pin.inconsistent(format!("particle {particle} is not pinned: list it in pins"));
             }
             let offset = moving.offset.unwrap_or_default();
             let target = moving.target.unwrap_or([0, 1, 2].map(|i| network.x[p][i] + offset[i]));
@@ -56,31 +73,28 @@ pub(super) fn moves(
     Ok(changes)
 }
 
-fn resolve(
-    context: &Context<'_>,
-    pin: &Pin,
-    layout: Layout,
-    count: usize,
-    path: &Path,
-) -> Result<Vec<u32>, SceneError> {
-    let error = |fault, message: String| Err(context.source.error(fault, path, message));
+fn resolve(pin: &Pin, layout: Layout, count: usize, at: &Location<'_>) -> Result<Vec<u32>, SceneError> {
+    let error = |kind, message: String| Err(at.error(kind, message));
     match (pin, layout) {
         (Pin::Index(index), _) if (*index as usize) < count => Ok(vec![*index]),
         (Pin::Index(index), _) => {
             let last = count.saturating_sub(1);
-            error(Fault::OutOfRange, format!("is {index}; allowed: 0 to {last}, the particles of this body"))
+            error(
+                ErrorKind::OutOfRange,
+                format!("is {index}; allowed: 0 to {last}, the particles of this body"),
+            )
         }
         (Pin::Name(name), Layout::Grid { columns, rows }) => match on_grid(name, columns, rows) {
             Some(particles) => Ok(particles),
-            None => error(Fault::OutOfRange, unknown(name, &ON_GRIDS)),
+            None => error(ErrorKind::OutOfRange, unknown(name, &ON_GRIDS)),
         },
         (Pin::Name(name), Layout::Chain) => match name.as_str() {
             "first" => Ok(vec![0]),
             "last" => Ok(vec![count as u32 - 1]),
-            _ => error(Fault::OutOfRange, unknown(name, &ON_CHAINS)),
+            _ => error(ErrorKind::OutOfRange, unknown(name, &ON_CHAINS)),
         },
         (Pin::Name(name), Layout::Free) => error(
-            Fault::Inconsistent,
+            ErrorKind::Inconsistent,
             format!("is '{}': names are for grids and chains; allowed here: an index", excerpt(name)),
         ),
     }

@@ -1,15 +1,29 @@
 //! Counts particles and springs against the caller's limits, before memory is taken for them.
 
-use super::SceneLimits;
 use crate::{
-    error::{Fault, SceneError},
-    source::{Path, Source},
+    error::{ErrorKind, SceneError},
+    location::Location,
 };
+
+/// What a caller lets one scene hold, checked before memory is taken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SceneLimits {
+    /// Particles of all bodies and of snow.
+    pub max_particles: u64,
+    /// Springs of all bodies.
+    pub max_springs: u64,
+}
+
+impl Default for SceneLimits {
+    /// 4 million particles and 32 million springs: about 3 GiB in f64.
+    fn default() -> Self {
+        Self { max_particles: 4_000_000, max_springs: 32_000_000 }
+    }
+}
 
 /// Who takes memory.
 pub(super) struct Owner<'a> {
-    pub(super) path: &'a Path,
-    pub(super) source: &'a Source,
+    pub(super) at: &'a Location<'a>,
     /// What it calls itself in messages.
     pub(super) noun: &'static str,
 }
@@ -30,28 +44,23 @@ impl<'a> Size<'a> {
         self.particles
     }
 
-    /// Particles that are there, or are about to be; `field` says where they come from.
+    /// Particles that are there, or are about to be; `key` says where they come from.
     pub(super) fn add_particles(
         &mut self,
         owner: &Owner<'_>,
-        field: &str,
+        key: &str,
         count: u64,
     ) -> Result<(), SceneError> {
-        self.check_particles(owner, field, count)?;
+        self.check_particles(owner, key, count)?;
         self.particles += count;
         Ok(())
     }
 
-    /// Holds particles against the limit without adding them: for an estimate.
-    pub(super) fn check_particles(
-        &self,
-        owner: &Owner<'_>,
-        field: &str,
-        count: u64,
-    ) -> Result<(), SceneError> {
+    /// Checks particles against the limit without adding them: for an estimate.
+    pub(super) fn check_particles(&self, owner: &Owner<'_>, key: &str, count: u64) -> Result<(), SceneError> {
         // A particle's index has 32 bits.
         let allowed = self.limits.max_particles.min(u64::from(u32::MAX / 4));
-        check(owner, [field, "particles"], count, self.particles.saturating_add(count), allowed)
+        check(owner, [key, "particles"], count, self.particles.saturating_add(count), allowed)
     }
 
     /// Springs that are sure to come, or have come: called with a bound first, and the rest later.
@@ -63,7 +72,7 @@ impl<'a> Size<'a> {
 
 fn check(
     owner: &Owner<'_>,
-    [field, what]: [&str; 2],
+    [key, what]: [&str; 2],
     here: u64,
     total: u64,
     allowed: u64,
@@ -78,7 +87,7 @@ fn check(
         format!(", {total} with the {before} before it", before = plural(noun))
     };
     let message = format!("this {noun} has {here} {what}{with}; allowed: at most {allowed}");
-    Err(owner.source.error(Fault::TooLarge, &owner.path.key(field), message))
+    Err(owner.at.key(key).error(ErrorKind::TooLarge, message))
 }
 
 fn plural(noun: &str) -> &'static str {

@@ -1,9 +1,9 @@
 //! The MecaSim course's parameter files, and the scene that they describe.
 //!
 //! Reads texts: a simulation file and an object file for each object. Writes a [`crate::Scene`]
-//! with one body an object; what the course leaves unused is remarked, never dropped in silence.
+//! with one body an object; what the course leaves unused gives a warning, never dropped in silence.
 
-mod keys;
+mod parameter_file;
 mod object;
 mod scene;
 mod simu;

@@ -1,7 +1,7 @@
 //! An object file: mesh files, springs, time step, integration.
 
-use super::keys::Keys;
-use crate::error::{Fault, SceneError, excerpt};
+use super::parameter_file::ParameterFile;
+use crate::error::{ErrorKind, SceneError, excerpt};
 
 /// How an object is advanced.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,10 +39,10 @@ pub struct ObjectParameters {
     /// `Interaction`: whether the user may move pinned particles.
     pub interaction: bool,
     /// What is odd about the file.
-    pub remarks: Vec<String>,
+    pub warnings: Vec<String>,
 }
 
-/// Keys of fluids and solids.
+/// ParameterFile of fluids and solids.
 const UNUSED: [&str; 16] = [
     "rho0",
     "bulk",
@@ -83,7 +83,7 @@ impl ObjectParameters {
     /// A line that is not `Key=value;`, a value that is not what its key needs, no `Points`, no
     /// `Masses`, no `dt`.
     pub fn parse(text: &str, file: &str) -> Result<Self, SceneError> {
-        let mut keys = Keys::read(text, file)?;
+        let mut keys = ParameterFile::read(text, file)?;
         let points = keys.path("Points").ok_or_else(|| keys.missing("Points", "the file of the points"))?;
         let masses = keys.path("Masses").ok_or_else(|| keys.missing("Masses", "the file of the masses"))?;
         let faceset = keys.path("FaceSet");
@@ -94,7 +94,7 @@ impl ObjectParameters {
                 let dt = entry.number()?;
                 if dt <= 0.0 {
                     let message = format!("is {dt}; allowed: a number of seconds above 0");
-                    return Err(entry.error(Fault::OutOfRange, message));
+                    return Err(entry.error(ErrorKind::OutOfRange, message));
                 }
                 dt
             }
@@ -103,7 +103,7 @@ impl ObjectParameters {
         let integration = integration(&mut keys)?;
         let interaction = yes_or_no(&mut keys, "Interaction", "no")?;
         let use_texture = yes_or_no(&mut keys, "UseTexture", "1")?;
-        let remarks = keys.finish(&UNUSED, &KNOWN);
+        let warnings = keys.finish(&UNUSED, &KNOWN);
         Ok(Self {
             file: file.to_owned(),
             points,
@@ -115,18 +115,18 @@ impl ObjectParameters {
             dt,
             integration,
             interaction,
-            remarks,
+            warnings,
         })
     }
 }
 
-fn integration(keys: &mut Keys<'_>) -> Result<ObjectIntegration, SceneError> {
+fn integration(keys: &mut ParameterFile<'_>) -> Result<ObjectIntegration, SceneError> {
     let iterations = match keys.take("NbIterVitImpl") {
         Some(entry) => {
             let count = u32::try_from(entry.whole()?).ok().filter(|count| (1..=1_000_000).contains(count));
             let allowed = "allowed: a whole number, 1 to 1000000";
             let out_of_range =
-                || entry.error(Fault::OutOfRange, format!("is {}; {allowed}", excerpt(entry.value())));
+                || entry.error(ErrorKind::OutOfRange, format!("is {}; {allowed}", excerpt(entry.value())));
             Some(count.ok_or_else(out_of_range)?)
         }
         None => None,
@@ -139,12 +139,12 @@ fn integration(keys: &mut Keys<'_>) -> Result<ObjectIntegration, SceneError> {
         "implicite" => Ok(ObjectIntegration::ImplicitEuler { iterations }),
         other => {
             let message = format!("is '{}'; allowed: explicite, implicite", excerpt(other));
-            Err(entry.error(Fault::OutOfRange, message))
+            Err(entry.error(ErrorKind::OutOfRange, message))
         }
     }
 }
 
-fn yes_or_no(keys: &mut Keys<'_>, key: &str, default: &str) -> Result<bool, SceneError> {
+fn yes_or_no(keys: &mut ParameterFile<'_>, key: &str, default: &str) -> Result<bool, SceneError> {
     let entry = keys.take(key);
     let value = entry.as_ref().map_or(default, |entry| entry.value()).to_lowercase();
     match (value.as_str(), entry) {
@@ -152,7 +152,7 @@ fn yes_or_no(keys: &mut Keys<'_>, key: &str, default: &str) -> Result<bool, Scen
         ("no" | "non" | "0", _) | (_, None) => Ok(false),
         (other, Some(entry)) => {
             let message = format!("is '{}'; allowed: yes, no, 1, 0", excerpt(other));
-            Err(entry.error(Fault::OutOfRange, message))
+            Err(entry.error(ErrorKind::OutOfRange, message))
         }
     }
 }

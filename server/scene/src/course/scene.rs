@@ -10,8 +10,8 @@ use super::{
     simu::{ObjectKind, SimuParameters},
 };
 use crate::{
-    body::{Body, Law, Mesh, Solver, Springs},
-    error::{Fault, SceneError},
+    body::{Body, Mesh, Solver, SpringLaw, Springs},
+    error::{ErrorKind, SceneError},
     scene::Scene,
 };
 
@@ -30,7 +30,7 @@ pub enum Viscosity {
 pub struct MecasimOptions {
     /// What `viscosite` does.
     pub viscosity: Viscosity,
-    /// Precision of the state.
+    /// Precision of positions and velocities; default: f32.
     pub precision: Precision,
 }
 
@@ -43,13 +43,13 @@ impl Default for MecasimOptions {
 /// An object of the course: its file and where its mesh is now.
 #[derive(Clone, Copy, Debug)]
 pub struct CourseObject<'a> {
-    /// Its file.
+    /// What its file says.
     pub parameters: &'a ObjectParameters,
     /// Its mesh: usually an upload.
     pub mesh: &'a Mesh,
 }
 
-/// The scene of a simulation file and its objects, in their order, with remarks.
+/// The scene of a simulation file and its objects, in their order, with warnings.
 ///
 /// # Errors
 /// No objects; a kind that is not done here; `k` or `nu` missing for springs; time steps whose
@@ -59,25 +59,25 @@ pub fn mecasim_scene(
     objects: &[CourseObject<'_>],
     options: &MecasimOptions,
 ) -> Result<(Scene, Vec<String>), SceneError> {
-    let mut remarks = simu.remarks.clone();
+    let mut warnings = simu.warnings.clone();
     let Some(slowest) = objects.iter().max_by(|a, b| a.parameters.dt.total_cmp(&b.parameters.dt)) else {
         return Err(SceneError::new(
-            Fault::Missing,
+            ErrorKind::Missing,
             &simu.file,
             "has no objects: one object file or more is needed",
         ));
     };
     let dt = slowest.parameters.dt;
-    let drag = viscosity(simu, options.viscosity, &mut remarks);
+    let drag = viscosity(simu, options.viscosity, &mut warnings);
     let mut bodies: Vec<Body> = Vec::new();
     for (number, object) in (1..).zip(objects) {
         let parameters = object.parameters;
-        remarks.extend(parameters.remarks.iter().cloned());
+        warnings.extend(parameters.warnings.iter().cloned());
         let mut body = Body::new(name(parameters, number, &bodies), object.mesh.clone());
         body.drag = drag;
         body.substeps = substeps(dt, slowest.parameters, parameters)?;
-        body.springs = springs(simu, number, parameters, &mut remarks)?;
-        (body.integrator, body.solver) = solver(parameters, &mut remarks);
+        body.springs = springs(simu, number, parameters, &mut warnings)?;
+        (body.integrator, body.solver) = solver(parameters, &mut warnings);
         bodies.push(body);
     }
     let names: Vec<&str> = bodies.iter().map(|body| body.name.as_str()).collect();
@@ -92,14 +92,14 @@ pub fn mecasim_scene(
         bodies,
         ..Scene::default()
     };
-    Ok((scene, remarks))
+    Ok((scene, warnings))
 }
 
-fn viscosity(simu: &SimuParameters, viscosity: Viscosity, remarks: &mut Vec<String>) -> f64 {
+fn viscosity(simu: &SimuParameters, viscosity: Viscosity, warnings: &mut Vec<String>) -> f64 {
     match (simu.viscosity, viscosity) {
         (Some(value), Viscosity::Drag) => value,
         (Some(value), Viscosity::Unused) => {
-            remarks.push(format!(
+            warnings.push(format!(
                 "{}: viscosite={value} is read and left unused, as the course does; an option makes it the drag of the medium",
                 simu.file
             ));
@@ -130,7 +130,7 @@ fn substeps(
             "is {}, and the largest, of {}, is {largest}: {ratio} times as long; allowed: a whole number of times, up to 10000",
             parameters.dt, slowest.file
         );
-        return Err(SceneError::new(Fault::Inconsistent, &parameters.file, message).in_field("dt"));
+        return Err(SceneError::new(ErrorKind::Inconsistent, &parameters.file, message).for_key("dt"));
     }
     Ok(whole as u32)
 }
@@ -139,17 +139,17 @@ fn springs(
     simu: &SimuParameters,
     number: usize,
     parameters: &ObjectParameters,
-    remarks: &mut Vec<String>,
+    warnings: &mut Vec<String>,
 ) -> Result<Option<Springs>, SceneError> {
     let kind = match simu.kinds.get(&number) {
         Some((kind @ (ObjectKind::Fluid | ObjectKind::Rigid), line)) => {
             let message = format!("is {}, which is not done here; allowed: mss, particule", kind.name());
-            let error = SceneError::new(Fault::Unsupported, &simu.file, message);
-            return Err(error.at_line(*line).in_field(format!("objet{number}")));
+            let error = SceneError::new(ErrorKind::Unsupported, &simu.file, message);
+            return Err(error.at_line(*line).for_key(format!("objet{number}")));
         }
         Some((kind, _)) => *kind,
         None => {
-            remarks.push(format!("{}: objet{number} is not set: mss is taken", simu.file));
+            warnings.push(format!("{}: objet{number} is not set: mss is taken", simu.file));
             ObjectKind::MassSpring
         }
     };
@@ -158,23 +158,23 @@ fn springs(
     }
     let needed = |value: Option<f64>, key: &str, what: &str| {
         let message = format!("is missing: {what} of the springs of an mss object");
-        value.ok_or_else(|| SceneError::new(Fault::Missing, &parameters.file, message).in_field(key))
+        value.ok_or_else(|| SceneError::new(ErrorKind::Missing, &parameters.file, message).for_key(key))
     };
     if parameters.faceset.is_none() {
         let message = "is missing: the springs of an mss object are the edges of its triangles";
-        return Err(SceneError::new(Fault::Missing, &parameters.file, message).in_field("FaceSet"));
+        return Err(SceneError::new(ErrorKind::Missing, &parameters.file, message).for_key("FaceSet"));
     }
     let stiffness = needed(parameters.stiffness, "k", "the stiffness (N/m)")?;
     let damping = needed(parameters.damping, "nu", "the damping (N s/m)")?;
-    Ok(Some(Springs { pattern: None, stretch: Law { stiffness, damping }, shear: None, bend: None }))
+    Ok(Some(Springs { pattern: None, stretch: SpringLaw { stiffness, damping }, shear: None, bend: None }))
 }
 
-fn solver(parameters: &ObjectParameters, remarks: &mut Vec<String>) -> (Integrator, Solver) {
+fn solver(parameters: &ObjectParameters, warnings: &mut Vec<String>) -> (Integrator, Solver) {
     match parameters.integration {
         ObjectIntegration::SymplecticEuler => (Integrator::SymplecticEuler, Solver::default()),
         ObjectIntegration::ImplicitEuler { iterations } => {
             if iterations.is_none() {
-                remarks.push(format!(
+                warnings.push(format!(
                     "{}: NbIterVitImpl is not set: the solver stops by its tolerance",
                     parameters.file
                 ));

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use super::keys::{Entry, Keys};
-use crate::error::{Fault, SceneError, excerpt};
+use super::parameter_file::{Entry, ParameterFile};
+use crate::error::{ErrorKind, SceneError, excerpt};
 
 /// What an object of the course is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -19,7 +19,7 @@ pub enum ObjectKind {
 }
 
 impl ObjectKind {
-    /// Every kind.
+    /// Every kind that the course has, done here or not.
     pub const ALL: [Self; 4] = [Self::MassSpring, Self::Particles, Self::Fluid, Self::Rigid];
 
     /// Its name in simulation files.
@@ -36,7 +36,7 @@ impl ObjectKind {
         let name = entry.value().to_lowercase();
         Self::ALL.into_iter().find(|kind| kind.name() == name).ok_or_else(|| {
             let message = format!("is '{}'; allowed: mss, particule", excerpt(entry.value()));
-            entry.error(Fault::OutOfRange, message)
+            entry.error(ErrorKind::OutOfRange, message)
         })
     }
 }
@@ -55,7 +55,7 @@ pub struct SimuParameters {
     /// `objet1`, `objet2` ...: kind and line of each object, by its number from 1.
     pub kinds: BTreeMap<usize, (ObjectKind, usize)>,
     /// What is odd about the file.
-    pub remarks: Vec<String>,
+    pub warnings: Vec<String>,
 }
 
 impl SimuParameters {
@@ -64,13 +64,13 @@ impl SimuParameters {
     /// # Errors
     /// A line that is not `Key=value;`, a value that is not what its key needs.
     pub fn parse(text: &str, file: &str) -> Result<Self, SceneError> {
-        let mut keys = Keys::read(text, file)?;
+        let mut keys = ParameterFile::read(text, file)?;
         let steps = keys.whole("NbIter")?;
         let mut gravity = [0.0; 3];
         for (component, key) in gravity.iter_mut().zip(["Gx", "Gy", "Gz"]) {
             match keys.number(key)? {
                 Some(value) => *component = value,
-                None => keys.remarks.push(format!("{file}: {key} is missing: 0 is taken")),
+                None => keys.warnings.push(format!("{file}: {key} is missing: 0 is taken")),
             }
         }
         let viscosity = keys.number("viscosite")?;
@@ -80,9 +80,9 @@ impl SimuParameters {
             .map(|(number, entry)| Ok((number, (ObjectKind::of(&entry)?, entry.line_number()))))
             .collect::<Result<_, SceneError>>()?;
         if steps.is_none() {
-            keys.remarks.push(format!("{file}: NbIter is missing: the simulation does not end by itself"));
+            keys.warnings.push(format!("{file}: NbIter is missing: the simulation does not end by itself"));
         }
-        let remarks = keys.finish(&[], &["NbIter", "Gx", "Gy", "Gz", "viscosite", "objet1"]);
-        Ok(Self { file: file.to_owned(), steps: steps.unwrap_or(0), gravity, viscosity, kinds, remarks })
+        let warnings = keys.finish(&[], &["NbIter", "Gx", "Gy", "Gz", "viscosite", "objet1"]);
+        Ok(Self { file: file.to_owned(), steps: steps.unwrap_or(0), gravity, viscosity, kinds, warnings })
     }
 }

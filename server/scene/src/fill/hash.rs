@@ -7,7 +7,7 @@
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u64)]
 pub(crate) enum Stream {
-    Place = 1,
+    Position = 1,
     Dart = 2,
     Thin = 3,
     Density = 4,
@@ -51,7 +51,7 @@ impl Sequence {
         unit(mix(self.0))
     }
 
-    /// Three numbers.
+    /// Three numbers, each from 0 and below 1.
     pub(super) fn point(&mut self) -> [f64; 3] {
         [self.next(), self.next(), self.next()]
     }
@@ -90,10 +90,10 @@ mod tests {
 
     #[test]
     fn seeds_streams_and_indices_give_other_numbers() {
-        let one = hash(0, Stream::Place, [1, 2, 3]);
-        assert_ne!(one, hash(1, Stream::Place, [1, 2, 3]));
+        let one = hash(0, Stream::Position, [1, 2, 3]);
+        assert_ne!(one, hash(1, Stream::Position, [1, 2, 3]));
         assert_ne!(one, hash(0, Stream::Density, [1, 2, 3]));
-        assert_ne!(one, hash(0, Stream::Place, [2, 1, 3]));
-        assert_ne!(one, hash(0, Stream::Place, [1, 2, -3]));
+        assert_ne!(one, hash(0, Stream::Position, [2, 1, 3]));
+        assert_ne!(one, hash(0, Stream::Position, [1, 2, -3]));
     }
 }

@@ -14,7 +14,7 @@ const ENTRIES: u64 = 16;
 
 /// The triangles of a mesh in bins over x and y.
 #[derive(Clone, Debug)]
-pub(super) struct Inside {
+pub(crate) struct Inside {
     low: [f64; 3],
     /// Whole steps in a metre.
     scale: f64,

@@ -108,7 +108,7 @@ fn shift(cell: [i64; 3], jitter: Jitter) -> [f64; 3] {
     if jitter.amount == 0.0 {
         return [0.0; 3];
     }
-    Sequence::new(jitter.seed, Stream::Place, cell).point().map(|u| jitter.amount * (u - 0.5))
+    Sequence::new(jitter.seed, Stream::Position, cell).point().map(|u| jitter.amount * (u - 0.5))
 }
 
 fn triples([x, y, z]: [std::ops::Range<i64>; 3]) -> impl Iterator<Item = (i64, i64, i64)> {

@@ -18,5 +18,5 @@ pub(crate) use closed::Closed;
 pub(crate) use hash::Stream;
 pub(crate) use lattice::{Jitter, TooMuch};
 pub(crate) use noise::Noise;
-pub(crate) use sample::{Count, Places, estimate, fill};
-pub(crate) use solid::{Placement, Solid};
+pub(crate) use sample::{Arrangement, Count, estimate, fill};
+pub(crate) use solid::Solid;

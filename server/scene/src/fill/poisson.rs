@@ -1,6 +1,6 @@
 //! Particles at random places, no two nearer than a radius (Bridson 2007, in three dimensions).
 //!
-//! New particles are tried in a thin shell around those that are there, just beyond a radius. Cells of
+//! New particles are tried in a thin shell around those that are there, just beyond a radius. Background of
 //! the background hold one particle at most. Each empty cell then starts again, so that parts of a
 //! solid that nothing joins are filled too.
 
@@ -10,29 +10,29 @@ use super::{
     solid::Solid,
 };
 
-/// Places tried around a particle before it is given up.
+/// Arrangement tried around a particle before it is given up.
 const TRIES: usize = 15;
 /// Outer radius of the shell, in radii.
 const SHELL: f64 = 1.15;
-/// No particle.
+/// A cell that holds no particle.
 const EMPTY: u32 = u32::MAX;
 
 /// Particles (m) at least `radius` (m) apart; their background has `budget` cells at most.
 pub(super) fn sample(solid: &Solid, radius: f64, seed: u32, budget: u64) -> Result<Vec<[f64; 3]>, TooMuch> {
-    let mut field = Field::new(solid, radius, budget)?;
+    let mut found = Background::new(solid, radius, budget)?;
     let mut numbers = Sequence::new(seed, Stream::Dart, [0; 3]);
     let mut active: Vec<u32> = Vec::new();
-    for cell in 0..field.cells.len() {
-        if field.cells[cell] == EMPTY {
-            let place = field.within(cell, numbers.point());
-            active.extend(field.add(solid, place));
+    for cell in 0..found.cells.len() {
+        if found.cells[cell] == EMPTY {
+            let position = found.within(cell, numbers.point());
+            active.extend(found.add(solid, position));
         }
         while !active.is_empty() {
             let chosen = numbers.below(active.len());
-            let around = field.points[active[chosen] as usize];
+            let around = found.points[active[chosen] as usize];
             let found = (0..TRIES).find_map(|_| {
-                let place = shell(around, radius, &mut numbers);
-                field.add(solid, place)
+                let position = shell(around, radius, &mut numbers);
+                found.add(solid, position)
             });
             match found {
                 Some(new) => active.push(new),
@@ -40,10 +40,10 @@ pub(super) fn sample(solid: &Solid, radius: f64, seed: u32, budget: u64) -> Resu
             }
         }
     }
-    Ok(field.points)
+    Ok(found.points)
 }
 
-/// A place a little farther than a radius from a point, evenly in volume: particles then lie closer
+/// A position a little farther than a radius from a point, evenly in volume: particles then lie closer
 /// than when the shell is as wide as two radii.
 fn shell(around: [f64; 3], radius: f64, numbers: &mut Sequence) -> [f64; 3] {
     loop {
@@ -56,7 +56,7 @@ fn shell(around: [f64; 3], radius: f64, numbers: &mut Sequence) -> [f64; 3] {
 }
 
 /// Particles so far, in cells whose diagonal is a radius.
-struct Field {
+struct Background {
     low: [f64; 3],
     edge: f64,
     radius2: f64,
@@ -65,7 +65,7 @@ struct Field {
     points: Vec<[f64; 3]>,
 }
 
-impl Field {
+impl Background {
     fn new(solid: &Solid, radius: f64, budget: u64) -> Result<Self, TooMuch> {
         let [low, high] = solid.bounds();
         let edge = radius / 3.0_f64.sqrt();
@@ -79,7 +79,7 @@ impl Field {
         Ok(Self { low, edge, radius2: radius * radius, counts, cells, points: Vec::new() })
     }
 
-    /// A place within a cell.
+    /// A position within a cell.
     fn within(&self, cell: usize, share: [f64; 3]) -> [f64; 3] {
         let (cell, [_, ny, nz]) = (cell as i64, self.counts);
         let index = [cell / (ny * nz), cell / nz % ny, cell % nz];
@@ -87,18 +87,18 @@ impl Field {
     }
 
     /// Adds a particle if it is inside and far enough from all others; its index.
-    fn add(&mut self, solid: &Solid, place: [f64; 3]) -> Option<u32> {
-        let index = [0, 1, 2].map(|c| ((place[c] - self.low[c]) / self.edge).floor() as i64);
+    fn add(&mut self, solid: &Solid, position: [f64; 3]) -> Option<u32> {
+        let index = [0, 1, 2].map(|c| ((position[c] - self.low[c]) / self.edge).floor() as i64);
         if (0..3).any(|c| !(0..self.counts[c]).contains(&index[c])) {
             return None;
         }
-        if self.is_near(place, index) || !solid.contains(place) {
+        if self.is_near(position, index) || !solid.contains(position) {
             return None;
         }
         let new = self.points.len() as u32;
         let cell = self.cell(index);
         self.cells[cell] = new;
-        self.points.push(place);
+        self.points.push(position);
         Some(new)
     }
 
@@ -106,7 +106,7 @@ impl Field {
         ((i * self.counts[1] + j) * self.counts[2] + k) as usize
     }
 
-    fn is_near(&self, place: [f64; 3], index: [i64; 3]) -> bool {
+    fn is_near(&self, position: [f64; 3], index: [i64; 3]) -> bool {
         // Its own cell first: most places fail there. A radius is less than two cells' edges.
         if self.cells[self.cell(index)] != EMPTY {
             return true;
@@ -117,7 +117,7 @@ impl Field {
                 let row = self.cell([i, j, 0]);
                 for k in z.clone() {
                     let other = self.cells[row + k as usize];
-                    if other != EMPTY && self.distance2(other, place) < self.radius2 {
+                    if other != EMPTY && self.distance2(other, position) < self.radius2 {
                         return true;
                     }
                 }
@@ -126,8 +126,8 @@ impl Field {
         false
     }
 
-    fn distance2(&self, other: u32, place: [f64; 3]) -> f64 {
+    fn distance2(&self, other: u32, position: [f64; 3]) -> f64 {
         let other = self.points[other as usize];
-        (0..3).map(|c| (other[c] - place[c]) * (other[c] - place[c])).sum()
+        (0..3).map(|c| (other[c] - position[c]) * (other[c] - position[c])).sum()
     }
 }

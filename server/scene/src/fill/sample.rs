@@ -1,4 +1,4 @@
-//! How many particles fill a solid and where: a rule for places, and a number of them.
+//! How many particles fill a solid and where: a rule for arrangement, and a number of them.
 
 use super::{
     hash::{Stream, hash},
@@ -9,10 +9,10 @@ use super::{
 
 /// Where particles go.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Places {
+pub(crate) enum Arrangement {
     /// On a lattice.
     Lattice(Jitter),
-    /// At random places, none too near to another.
+    /// At random arrangement, none too near to another.
     Poisson {
         /// Of the places.
         seed: u32,
@@ -24,13 +24,13 @@ pub(crate) enum Places {
 pub(crate) enum Count {
     /// One for each cube of this edge (m).
     Spacing(f64),
-    /// So many.
+    /// Exactly so many.
     Exactly(u64),
 }
 
-/// Places looked at for each particle, at most: more, and most of the space around the solid is empty.
+/// Arrangement looked at for each particle, at most: more, and most of the space around the solid is empty.
 const LOOKS: u64 = 64;
-/// Places that may always be looked at.
+/// Arrangement that may always be looked at.
 const FREE_LOOKS: u64 = 2_000_000;
 /// Triangles tested for a solid, at most: a minute or so.
 const TESTS: f64 = 1e10;
@@ -41,10 +41,10 @@ const EXCESS: f64 = 0.03;
 const PACKING: f64 = 0.655;
 
 /// Particles (estimated; exact for boxes on a lattice) before any is made.
-pub(crate) fn estimate(solid: &Solid, places: Places, count: Count) -> u64 {
-    match (solid, places, count) {
+pub(crate) fn estimate(solid: &Solid, arrangement: Arrangement, count: Count) -> u64 {
+    match (solid, arrangement, count) {
         (_, _, Count::Exactly(count)) => count,
-        (Solid::Box { half, .. }, Places::Lattice(_), Count::Spacing(spacing)) => {
+        (Solid::Box { half, .. }, Arrangement::Lattice(_), Count::Spacing(spacing)) => {
             let cells = lattice::divided(half.map(|h| 2.0 * h), spacing);
             cells.iter().fold(1, |product: u64, n| product.saturating_mul(*n))
         }
@@ -56,10 +56,10 @@ pub(crate) fn estimate(solid: &Solid, places: Places, count: Count) -> u64 {
 
 /// Fills a solid; particles as they stand in the world (m).
 ///
-/// `expected` is the estimate, which the caller has held against its limits.
+/// `expected` is the estimate, which the caller has checked against its limits.
 pub(crate) fn fill(
     solid: &Solid,
-    places: Places,
+    arrangement: Arrangement,
     count: Count,
     expected: u64,
 ) -> Result<Vec<[f64; 3]>, TooMuch> {
@@ -67,29 +67,29 @@ pub(crate) fn fill(
     if solid.cost() * expected as f64 > TESTS {
         return Err(TooMuch);
     }
-    let points = match (places, count, solid) {
-        (Places::Lattice(jitter), Count::Spacing(spacing), Solid::Box { half, .. }) => {
+    let points = match (arrangement, count, solid) {
+        (Arrangement::Lattice(jitter), Count::Spacing(spacing), Solid::Box { half, .. }) => {
             lattice::in_box(*half, lattice::divided(half.map(|h| 2.0 * h), spacing), jitter)
         }
-        (Places::Lattice(jitter), Count::Exactly(count), Solid::Box { half, .. }) => {
+        (Arrangement::Lattice(jitter), Count::Exactly(count), Solid::Box { half, .. }) => {
             let cells = lattice::divided_for(half.map(|h| 2.0 * h), count);
             thin(lattice::in_box(*half, cells, jitter), count, jitter.seed)
         }
-        (Places::Lattice(jitter), Count::Spacing(spacing), _) => {
+        (Arrangement::Lattice(jitter), Count::Spacing(spacing), _) => {
             lattice::in_solid(solid, spacing, jitter, budget)?
         }
-        (Places::Lattice(jitter), Count::Exactly(count), _) => {
+        (Arrangement::Lattice(jitter), Count::Exactly(count), _) => {
             let first = libm::cbrt(solid.volume() / count as f64);
             let points = search(first, count, |spacing| lattice::in_solid(solid, spacing, jitter, budget))?;
             thin(points, count, jitter.seed)
         }
-        (Places::Poisson { seed }, _, _) => {
+        (Arrangement::Poisson { seed }, _, _) => {
             let first = libm::cbrt(PACKING * solid.volume() / expected as f64);
             let points = search(first, expected, |radius| poisson::sample(solid, radius, seed, budget))?;
             thin(points, expected, seed)
         }
     };
-    Ok(points.into_iter().map(|point| solid.place(point)).collect())
+    Ok(points.into_iter().map(|point| solid.to_world(point)).collect())
 }
 
 /// Makes particles at a distance such that there are `count` or a few more.

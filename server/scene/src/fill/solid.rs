@@ -1,30 +1,14 @@
 //! Solids that can be filled with particles: boxes, balls, the insides of closed meshes.
 
 use super::{closed::Closed, inside::Inside};
+use crate::transform::RigidMotion;
 
-/// A rotation and a shift: x' = rotation x + shift.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Placement {
-    pub(crate) rotation: [[f64; 3]; 3],
-    pub(crate) shift: [f64; 3],
-}
-
-impl Placement {
-    /// Where a point goes.
-    pub(crate) fn apply(&self, point: [f64; 3]) -> [f64; 3] {
-        [0, 1, 2].map(|i| {
-            let row = self.rotation[i];
-            row[0] * point[0] + row[1] * point[1] + row[2] * point[2] + self.shift[i]
-        })
-    }
-}
-
-/// A solid.
+/// A solid that is filled with particles.
 #[derive(Clone, Debug)]
 pub(crate) enum Solid {
     /// A box about the origin, then moved: its lattice turns with it.
-    Box { half: [f64; 3], placement: Placement },
-    /// A ball.
+    Box { half: [f64; 3], motion: RigidMotion },
+    /// A ball about a centre (m).
     Ball { center: [f64; 3], radius: f64 },
     /// The inside of a mesh.
     Mesh { mesh: Closed, inside: Inside },
@@ -48,7 +32,7 @@ impl Solid {
     /// Centre of mass (m).
     pub(crate) fn center(&self) -> [f64; 3] {
         match self {
-            Self::Box { placement, .. } => placement.shift,
+            Self::Box { motion, .. } => motion.shift,
             Self::Ball { center, .. } => *center,
             Self::Mesh { mesh, .. } => mesh.center,
         }
@@ -93,9 +77,9 @@ impl Solid {
     }
 
     /// Where a point of a filled solid stands in the world (m).
-    pub(super) fn place(&self, point: [f64; 3]) -> [f64; 3] {
+    pub(super) fn to_world(&self, point: [f64; 3]) -> [f64; 3] {
         match self {
-            Self::Box { placement, .. } => placement.apply(point),
+            Self::Box { motion, .. } => motion.apply(point),
             _ => point,
         }
     }

@@ -2,18 +2,20 @@
 
 use nappe_sim::mesh::TriangleMesh;
 
+use crate::transform::RigidMotion;
+
 use super::{
     closed::{Closed, NotClosed},
     lattice::Jitter,
-    sample::{self, Count, Places},
-    solid::{Placement, Solid},
+    sample::{self, Arrangement, Count},
+    solid::Solid,
 };
 
-const STILL: Placement =
-    Placement { rotation: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], shift: [0.0; 3] };
+const STILL: RigidMotion =
+    RigidMotion { rotation: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], shift: [0.0; 3] };
 
 fn brick(size: [f64; 3]) -> Solid {
-    Solid::Box { half: size.map(|s| 0.5 * s), placement: STILL }
+    Solid::Box { half: size.map(|s| 0.5 * s), motion: STILL }
 }
 
 fn ball(radius: f64) -> Solid {
@@ -72,13 +74,13 @@ fn solid(mesh: &TriangleMesh) -> Solid {
     Solid::from_mesh(Closed::new(mesh).unwrap_or_else(|error| panic!("{error}")))
 }
 
-fn fill(solid: &Solid, places: Places, count: Count) -> Vec<[f64; 3]> {
+fn fill(solid: &Solid, places: Arrangement, count: Count) -> Vec<[f64; 3]> {
     let expected = sample::estimate(solid, places, count);
     sample::fill(solid, places, count, expected).expect("a solid that fills much of its box")
 }
 
-fn jittered(seed: u32) -> Places {
-    Places::Lattice(Jitter { amount: 0.5, seed })
+fn jittered(seed: u32) -> Arrangement {
+    Arrangement::Lattice(Jitter { amount: 0.5, seed })
 }
 
 /// The smallest distance between two points, found over a coarse grid.
@@ -145,7 +147,7 @@ fn a_box_has_the_particles_that_are_asked_for_in_cells_like_cubes() {
 
 #[test]
 fn a_lattice_without_jitter_is_symmetric_in_boxes_and_balls() {
-    let still = Places::Lattice(Jitter { amount: 0.0, seed: 9 });
+    let still = Arrangement::Lattice(Jitter { amount: 0.0, seed: 9 });
     for solid in [brick([1.0, 0.6, 0.4]), ball(0.5)] {
         let points = fill(&solid, still, Count::Spacing(0.03));
         let key = |p: &[f64; 3]| p.map(|c| (c + 0.0).to_bits());
@@ -162,7 +164,7 @@ fn balls_and_meshes_have_as_many_particles_as_their_volume_asks_for() {
     let cube = cube_mesh([-0.3, 0.1, 0.2], [0.4, 0.5, 1.1]);
     for solid in [ball(0.5), solid(&cube), solid(&round_mesh(0.5, 4))] {
         let wanted = solid.volume() / 0.02_f64.powi(3);
-        for places in [jittered(4), Places::Lattice(Jitter { amount: 0.0, seed: 4 })] {
+        for places in [jittered(4), Arrangement::Lattice(Jitter { amount: 0.0, seed: 4 })] {
             let points = fill(&solid, places, Count::Spacing(0.02));
             let share = points.len() as f64 / wanted;
             // 30 to 60 cubes across: the surface's part is about 1 over that, half in, half out.
@@ -170,7 +172,7 @@ fn balls_and_meshes_have_as_many_particles_as_their_volume_asks_for() {
             assert!(points.iter().all(|p| solid.contains(*p)));
         }
         for count in [1, 10, 4000, 12_345] {
-            for places in [jittered(4), Places::Poisson { seed: 4 }] {
+            for places in [jittered(4), Arrangement::Poisson { seed: 4 }] {
                 let points = fill(&solid, places, Count::Exactly(count));
                 assert_eq!(points.len() as u64, count, "{places:?}");
                 assert!(points.iter().all(|p| solid.contains(*p)));
@@ -184,7 +186,7 @@ fn particles_of_a_poisson_disk_keep_their_distance() {
     let bar = cube_mesh([0.0; 3], [2.0, 0.1, 0.05]);
     for solid in [brick([1.0, 0.5, 0.8]), ball(0.4), solid(&bar), solid(&round_mesh(0.5, 3))] {
         for count in [300, 6000] {
-            let points = fill(&solid, Places::Poisson { seed: 2 }, Count::Exactly(count));
+            let points = fill(&solid, Arrangement::Poisson { seed: 2 }, Count::Exactly(count));
             let edge = (solid.volume() / count as f64).cbrt();
             let share = nearest(&points, edge) / edge;
             assert!(share >= 0.85, "{count}: {share}");
@@ -307,7 +309,7 @@ fn points_at_one_place_are_one_so_that_seams_are_no_gaps() {
 #[test]
 fn a_seed_gives_the_same_particles_and_another_others() {
     for solid in [brick([0.3; 3]), ball(0.2), solid(&round_mesh(0.2, 2))] {
-        for places in [jittered, |seed| Places::Poisson { seed }] {
+        for places in [jittered, |seed| Arrangement::Poisson { seed }] {
             let of = |seed| fill(&solid, places(seed), Count::Exactly(500));
             assert_eq!(of(5), of(5));
             assert_ne!(of(5), of(6));
@@ -322,7 +324,7 @@ fn a_solid_in_a_box_that_is_nearly_empty_is_refused_before_it_takes_long() {
     far.points.extend(&second.points);
     far.triangles.extend(second.triangles.iter().map(|t| t.map(|i| i + 8)));
     let far = solid(&far);
-    for places in [jittered(0), Places::Poisson { seed: 0 }] {
+    for places in [jittered(0), Arrangement::Poisson { seed: 0 }] {
         assert!(sample::fill(&far, places, Count::Spacing(0.1), 2000).is_err());
     }
 }

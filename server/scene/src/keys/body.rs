@@ -1,4 +1,4 @@
-//! The fields of a body: mesh, transform, mass, springs, pins, solver, limits.
+//! The keys of a body: mesh, transform, mass, springs, pins, solver, limits.
 
 use nappe_sim::{
     cloth::{Hessian, Integrator},
@@ -6,19 +6,14 @@ use nappe_sim::{
 };
 
 use crate::{
-    body::{Pattern, Plane},
-    schema::{Alternative, Kind, Presence, Range, Section, field},
+    body::{GridPlane, Pattern},
+    schema::{Alternative, Alternatives, LENGTH, Presence, Range, SPEED, Section, ValueKind, key},
+    transform::TRANSFORM,
 };
 
-use Kind::{Choice, Flag, Number, Pin, Pins, Table, Tables, Text, Vector, Whole, WholePair};
 use Presence::{Absent, Chosen, Default, Required};
+use ValueKind::{Choice, Flag, Number, Pin, Pins, Table, Tables, Text, Vector, Whole, WholePair};
 
-/// Coordinates (m).
-pub(super) const LENGTH: Range = Range(-1e6, 1e6);
-/// Components of a velocity (m/s).
-pub(super) const SPEED: Range = Range(-1e4, 1e4);
-/// Components of a direction.
-pub(super) const FORCE: Range = Range(-1e6, 1e6);
 /// A distance between particles (m).
 const SPACING: Range = Range(1e-6, 1e3);
 /// A mass (kg).
@@ -28,154 +23,124 @@ const STIFFNESS: Range = Range(0.0, 1e12);
 /// A damping (N s/m).
 const DAMPING: Range = Range(0.0, 1e9);
 
-#[rustfmt::skip] // one line a field
+#[rustfmt::skip] // one line per key
 pub(super) static BODY: Section = Section {
     name: "body",
     about: "Particles joined by springs.",
-    fields: &[
-        field("name", Text(64), "", Required, "name, unique among bodies"),
-        field("mesh", Table(&MESH), "", Required, "where the particles are"),
-        field("transform", Table(&TRANSFORM), "", Absent("the mesh as it lies"), "moves the mesh before springs are made: scale, then rotate, then translate"),
-        field("velocity", Vector(SPEED), "m/s", Default("[0.0, 0.0, 0.0]"), "velocity of every free particle at the start"),
-        field("mass", Table(&MASSES), "", Absent("the masses of the mesh; needed where it carries none"), "masses of the particles; those that the mesh gives the mass 0 stay pinned"),
-        field("springs", Table(&SPRINGS), "", Absent("no springs: the particles are free of each other"), "springs"),
-        field("pins", Pins, "", Default("[]"), "particles that do not move, by index (from 0) or name: on a grid top_left, top_right, bottom_left, bottom_right, top, bottom, left, right (row 0 is the top); on a chain first, last. A mass of 0 pins too"),
-        field("moving_pin", Tables(&MOVING_PIN, 10_000), "", Default("[]"), "pins that move from the start: `[[body.moving_pin]]`"),
-        field("drag", Number(Range(0.0, 1e9)), "N s/m", Default("0.0"), "linear drag of the medium on each particle: f = -drag (v - wind)"),
-        field("integrator", Choice(|| Integrator::ALL.map(Integrator::name).to_vec()), "", Default("\"implicit_euler\""), "how positions and velocities advance"),
-        field("hessian", Choice(|| Hessian::ALL.map(Hessian::name).to_vec()), "", Default("\"absolute\""), "what an implicit step does with the negative transverse stiffness of compressed springs"),
-        field("substeps", Whole(1, 10_000), "", Default("1"), "steps of this body within one step of the scene"),
-        field("solver", Table(&SOLVER), "", Absent("its defaults"), "linear solver of an implicit step"),
-        field("limits", Table(&LIMITS), "", Absent("no limits"), "when the state counts as diverged"),
-        field("grain", Whole(32, 4096), "particles", Default("256"), "particles of a block, the unit of parallel work and of sums: a power of two. Results depend on it, never on the number of threads"),
+    keys: &[
+        key("name", Text(64), "", Required, "name, unique among bodies"),
+        key("mesh", Table(&MESH), "", Required, "where the particles are"),
+        key("transform", Table(&TRANSFORM), "", Absent("the mesh as it lies"), "moves the mesh before springs are made: scale, then rotate, then translate"),
+        key("velocity", Vector(SPEED), "m/s", Default("[0.0, 0.0, 0.0]"), "velocity of every free particle at the start"),
+        key("mass", Table(&MASSES), "", Absent("the masses of the mesh; needed where it carries none"), "masses of the particles; those that the mesh gives the mass 0 stay pinned"),
+        key("springs", Table(&SPRINGS), "", Absent("no springs: the particles are free of each other"), "springs"),
+        key("pins", Pins, "", Default("[]"), "particles that do not move, by index (from 0) or name: on a grid top_left, top_right, bottom_left, bottom_right, top, bottom, left, right (row 0 is the top); on a chain first, last. A mass of 0 pins too"),
+        key("moving_pin", Tables(&MOVING_PIN, 10_000), "", Default("[]"), "pins that move from the start: `[[body.moving_pin]]`"),
+        key("drag", Number(Range(0.0, 1e9)), "N s/m", Default("0.0"), "linear drag of the medium on each particle: f = -drag (v - wind)"),
+        key("integrator", Choice(|| Integrator::ALL.map(Integrator::name).to_vec()), "", Default("\"implicit_euler\""), "how positions and velocities advance"),
+        key("hessian", Choice(|| Hessian::ALL.map(Hessian::name).to_vec()), "", Default("\"absolute\""), "what an implicit step does with the negative transverse stiffness of compressed springs"),
+        key("substeps", Whole(1, 10_000), "", Default("1"), "steps of this body within one step of the scene"),
+        key("solver", Table(&SOLVER), "", Absent("its defaults"), "linear solver of an implicit step"),
+        key("limits", Table(&LIMITS), "", Absent("no limits"), "when the state counts as diverged"),
+        key("grain", Whole(32, 4096), "particles", Default("256"), "particles per block, the unit of parallel work and of sums: a power of two. Results depend on it, never on the number of threads"),
     ],
-    alternatives: &[],
+    alternatives: Alternatives::None,
 };
 
-#[rustfmt::skip] // one line a field
+#[rustfmt::skip] // one line per key
 static MESH: Section = Section {
     name: "body.mesh",
     about: "Where the particles are: a grid, a chain, the course's grid, an upload or a file.",
-    fields: &[
-        field("grid", WholePair(1, 100_000), "particles", Chosen, "`[columns, rows]`: particle r * columns + c at (c, 0, r) spacing"),
-        field("chain", Whole(1, 10_000_000), "particles", Chosen, "particles in a row along x, joined one to the next"),
-        field("course_grid", Whole(2, 10_000), "particles", Chosen, "the course's square grid with so many particles a side, 0.1 m apart: x = 0.1 c, y = -0.1 r, z = 0.1 sin(-2.5 c), all with 6 significant digits; mass 0 at the two upper corners, 1 kg elsewhere"),
-        field("upload", Text(200), "", Chosen, "id of an uploaded mesh"),
-        field("file", Text(1000), "", Chosen, "a mesh file beside the scene: .obj, .off, .ply, or a folder of .eti files"),
-        field("spacing", Number(SPACING), "m", Chosen, "distance between neighbours"),
-        field("plane", Choice(|| Plane::NAMES.to_vec()), "", Default("\"horizontal\""), "how a grid lies: horizontal (y = 0) or upright (z = 0, row 0 on top, at y = 0)"),
-        field("ripple", Number(Range(-1e3, 1e3)), "m", Default("0.0"), "height of a ripple across a grid's columns: ripple * sin(-2.5 c), off the plane"),
+    keys: &[
+        key("grid", WholePair(1, 100_000), "particles", Chosen, "`[columns, rows]`: particle r * columns + c at (c, 0, r) spacing"),
+        key("chain", Whole(1, 10_000_000), "particles", Chosen, "particles in a row along x, joined one to the next"),
+        key("course_grid", Whole(2, 10_000), "particles", Chosen, "the course's square grid with so many particles per side, 0.1 m apart: x = 0.1 c, y = -0.1 r, z = 0.1 sin(-2.5 c), all with 6 significant digits; mass 0 at the two upper corners, 1 kg elsewhere"),
+        key("upload", Text(200), "", Chosen, "id of an uploaded mesh"),
+        key("file", Text(1000), "", Chosen, "a mesh file beside the scene: .obj, .off, .ply, or a folder of .eti files"),
+        key("spacing", Number(SPACING), "m", Chosen, "distance between neighbours"),
+        key("plane", Choice(|| GridPlane::NAMES.to_vec()), "", Default("\"horizontal\""), "how a grid lies: horizontal (y = 0) or upright (z = 0, row 0 on top, at y = 0)"),
+        key("ripple", Number(Range(-1e3, 1e3)), "m", Default("0.0"), "height of a ripple across a grid's columns: ripple * sin(-2.5 c), off the plane"),
     ],
-    alternatives: &[
+    alternatives: Alternatives::OneOf(&[
         Alternative { key: "grid", needs: &["spacing"], may: &["plane", "ripple"] },
         Alternative { key: "chain", needs: &["spacing"], may: &[] },
         Alternative { key: "course_grid", needs: &[], may: &[] },
         Alternative { key: "upload", needs: &[], may: &[] },
         Alternative { key: "file", needs: &[], may: &[] },
-    ],
+    ]),
 };
 
-#[rustfmt::skip] // one line a field
-pub(super) static TRANSFORM: Section = Section {
-    name: "body.transform, snow.object.transform",
-    about: "Moves what a body or an object of snow is made from: x' = rotate(scale x) + translate.",
-    fields: &[
-        field("scale", Number(Range(1e-6, 1e6)), "", Default("1.0"), "factor on every coordinate"),
-        field("rotate", Table(&ROTATE), "", Absent("no rotation"), "rotation about the origin, after scaling"),
-        field("translate", Vector(LENGTH), "m", Default("[0.0, 0.0, 0.0]"), "shift"),
-    ],
-    alternatives: &[],
-};
-
-#[rustfmt::skip] // one line a field
-pub(super) static ROTATE: Section = Section {
-    name: "body.transform.rotate, collider.box.rotate",
-    about: "A rotation, right-handed.",
-    fields: &[
-        field("axis", Vector(FORCE), "", Required, "axis, not zero; its length does not matter"),
-        field("degrees", Number(Range(-360.0, 360.0)), "degrees", Required, "angle; quarter turns are exact about the coordinate axes"),
-    ],
-    alternatives: &[],
-};
-
-#[rustfmt::skip] // one line a field
+#[rustfmt::skip] // one line per key
 static MASSES: Section = Section {
     name: "body.mass",
     about: "Masses, in one of three ways.",
-    fields: &[
-        field("particle", Number(MASS), "kg", Chosen, "mass of each particle"),
-        field("total", Number(MASS), "kg", Chosen, "mass of the body, the same share for each particle"),
-        field("density", Number(MASS), "kg/m^2", Chosen, "mass per area: each particle gets a third of its triangles' area"),
+    keys: &[
+        key("particle", Number(MASS), "kg", Chosen, "mass of each particle"),
+        key("total", Number(MASS), "kg", Chosen, "mass of the body, the same share for each particle"),
+        key("density", Number(MASS), "kg/m^2", Chosen, "mass per area: each particle gets a third of its triangles' area"),
     ],
-    alternatives: &[
-        Alternative { key: "particle", needs: &[], may: &[] },
-        Alternative { key: "total", needs: &[], may: &[] },
-        Alternative { key: "density", needs: &[], may: &[] },
-    ],
+    alternatives: Alternatives::OneChosen,
 };
 
-#[rustfmt::skip] // one line a field
+#[rustfmt::skip] // one line per key
 static SPRINGS: Section = Section {
     name: "body.springs",
     about: "Springs, at rest as the transformed mesh lies: f = -stiffness (l - l0) u - damping ((v_i - v_j).u) u. No two join the same particles: stretch comes first, then shear, then bend.",
-    fields: &[
-        field("pattern", Choice(|| Pattern::NAMES.to_vec()), "", Absent("lattice for `grid`, edges for other meshes"), "edges: stretch on the edges of triangles, shear across each pair of triangles, bend along straight continuations of edges; lattice (grids only): stretch along rows and columns, shear on both diagonals of a cell, bend between particles two apart along rows and columns"),
-        field("stretch", Table(&LAW), "", Required, "springs that resist change of length"),
-        field("shear", Table(&LAW), "", Absent("none"), "springs that resist change of angle"),
-        field("bend", Table(&LAW), "", Absent("none"), "springs that resist folding"),
+    keys: &[
+        key("pattern", Choice(|| Pattern::NAMES.to_vec()), "", Absent("lattice for `grid`, edges for other meshes"), "edges: stretch on the edges of triangles, shear across each pair of triangles, bend along straight continuations of edges; lattice (grids only): stretch along rows and columns, shear on both diagonals of a cell, bend between particles two apart along rows and columns"),
+        key("stretch", Table(&LAW), "", Required, "springs that resist change of length"),
+        key("shear", Table(&LAW), "", Absent("none"), "springs that resist change of angle"),
+        key("bend", Table(&LAW), "", Absent("none"), "springs that resist folding"),
     ],
-    alternatives: &[],
+    alternatives: Alternatives::None,
 };
 
-#[rustfmt::skip] // one line a field
+#[rustfmt::skip] // one line per key
 static LAW: Section = Section {
     name: "body.springs.stretch, .shear, .bend",
     about: "Stiffness and damping of springs.",
-    fields: &[
-        field("stiffness", Number(STIFFNESS), "N/m", Required, "stiffness"),
-        field("damping", Number(DAMPING), "N s/m", Default("0.0"), "damping along the spring"),
+    keys: &[
+        key("stiffness", Number(STIFFNESS), "N/m", Required, "stiffness"),
+        key("damping", Number(DAMPING), "N s/m", Default("0.0"), "damping along the spring"),
     ],
-    alternatives: &[],
+    alternatives: Alternatives::None,
 };
 
-#[rustfmt::skip] // one line a field
+#[rustfmt::skip] // one line per key
 static MOVING_PIN: Section = Section {
     name: "body.moving_pin",
     about: "A pin that moves from the start, at constant speed. It must be pinned: list it in `pins`, or give it the mass 0.",
-    fields: &[
-        field("pin", Pin, "", Required, "which, by index or name as in `pins`"),
-        field("target", Vector(LENGTH), "m", Chosen, "where it goes; for a single particle"),
-        field("offset", Vector(LENGTH), "m", Chosen, "how far it goes, each particle alike"),
-        field("duration", Number(Range(0.0, 1e9)), "s", Required, "time that it takes, rounded up to one step"),
+    keys: &[
+        key("pin", Pin, "", Required, "which, by index or name as in `pins`"),
+        key("target", Vector(LENGTH), "m", Chosen, "where it goes; for a single particle"),
+        key("offset", Vector(LENGTH), "m", Chosen, "how far it goes, each particle alike"),
+        key("duration", Number(Range(0.0, 1e9)), "s", Required, "time that it takes, rounded up to one step"),
     ],
-    alternatives: &[
-        Alternative { key: "target", needs: &["pin", "duration"], may: &[] },
-        Alternative { key: "offset", needs: &["pin", "duration"], may: &[] },
-    ],
+    alternatives: Alternatives::OneChosen,
 };
 
-#[rustfmt::skip] // one line a field
+#[rustfmt::skip] // one line per key
 static SOLVER: Section = Section {
     name: "body.solver",
     about: "Conjugate gradient, for implicit integrators.",
-    fields: &[
-        field("tolerance", Number(Range(1e-15, 0.5)), "", Absent("1e-4, unless fixed_iterations is given"), "stops at |r| <= tolerance |b|"),
-        field("max_iterations", Whole(1, 1_000_000), "iterations", Absent("200, unless fixed_iterations is given"), "cap on iterations"),
-        field("fixed_iterations", Whole(1, 1_000_000), "iterations", Absent("stops by tolerance"), "makes exactly so many iterations; excludes tolerance and max_iterations"),
-        field("preconditioner", Choice(|| PreconditionerKind::ALL.map(PreconditionerKind::name).to_vec()), "", Default("\"block_jacobi\""), "approximate inverse"),
-        field("operator", Choice(|| OperatorKind::ALL.map(OperatorKind::name).to_vec()), "", Default("\"matrix_free\""), "how the matrix is applied"),
-        field("warm_start", Flag, "", Default("false"), "start from the solution of the step before"),
+    keys: &[
+        key("tolerance", Number(Range(1e-15, 0.5)), "", Absent("1e-4, unless fixed_iterations is given"), "stops at |r| <= tolerance |b|"),
+        key("max_iterations", Whole(1, 1_000_000), "iterations", Absent("200, unless fixed_iterations is given"), "cap on iterations"),
+        key("fixed_iterations", Whole(1, 1_000_000), "iterations", Absent("stops by tolerance"), "makes exactly so many iterations; excludes tolerance and max_iterations"),
+        key("preconditioner", Choice(|| PreconditionerKind::ALL.map(PreconditionerKind::name).to_vec()), "", Default("\"block_jacobi\""), "approximate inverse"),
+        key("operator", Choice(|| OperatorKind::ALL.map(OperatorKind::name).to_vec()), "", Default("\"matrix_free\""), "how the matrix is applied"),
+        key("warm_start", Flag, "", Default("false"), "start from the solution of the step before"),
     ],
-    alternatives: &[],
+    alternatives: Alternatives::None,
 };
 
-#[rustfmt::skip] // one line a field
+#[rustfmt::skip] // one line per key
 static LIMITS: Section = Section {
     name: "body.limits",
     about: "A step whose result leaves these is not taken: the simulation stops and names the particle.",
-    fields: &[
-        field("max_stretch", Number(Range(1.0, 1e9)), "", Absent("no limit"), "largest length over rest length of any spring"),
-        field("max_energy", Number(Range(0.0, 1e300)), "J", Absent("no limit"), "largest kinetic plus elastic energy of the body"),
+    keys: &[
+        key("max_stretch", Number(Range(1.0, 1e9)), "", Absent("no limit"), "largest length over rest length of any spring"),
+        key("max_energy", Number(Range(0.0, 1e300)), "J", Absent("no limit"), "largest kinetic plus elastic energy of the body"),
     ],
-    alternatives: &[],
+    alternatives: Alternatives::None,
 };

@@ -4,7 +4,6 @@
 
 mod body;
 mod snow;
-mod collider;
 mod scene;
 mod page;
 

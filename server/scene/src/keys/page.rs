@@ -5,9 +5,9 @@ use std::fmt::Write;
 use nappe_sim::snow::Preset;
 
 use super::scene::ROOT;
-use crate::schema::{Kind, Presence, Section, number};
+use crate::schema::{Alternatives, Presence, Section, ValueKind, number};
 
-/// The reference part of docs/scenes.md: every section, every field with unit, default and range.
+/// The reference part of docs/scenes.md: every section, every key with unit, default and range.
 pub fn page() -> String {
     let mut sections = Vec::new();
     collect(&ROOT, &mut sections);
@@ -19,10 +19,10 @@ pub fn page() -> String {
     text
 }
 
-/// The table of snow's materials.
+/// The table of snow's presets.
 fn write_presets(text: &mut String) {
     text.push_str("\n### Presets of snow\n\n");
-    text.push_str("| preset | law | Young's modulus (Pa) | Poisson's ratio | density (kg/m^3) | yield: theta_c, theta_s, xi, Jp | source |\n");
+    text.push_str("| preset | law | Young's modulus (Pa) | Poisson's ratio | density (kg/m^3) | yield: theta_c, theta_s, xi, J_P | source |\n");
     text.push_str("|---|---|---|---|---|---|---|\n");
     for preset in Preset::ALL {
         let Preset { name, source, density, material } = preset;
@@ -42,8 +42,8 @@ fn collect(section: &'static Section, sections: &mut Vec<&'static Section>) {
         return;
     }
     sections.push(section);
-    for field in section.fields {
-        if let Kind::Table(inner) | Kind::Tables(inner, _) = field.kind {
+    for key in section.keys {
+        if let ValueKind::Table(inner) | ValueKind::Tables(inner, _) = key.kind {
             collect(inner, sections);
         }
     }
@@ -52,31 +52,41 @@ fn collect(section: &'static Section, sections: &mut Vec<&'static Section>) {
 fn write_section(text: &mut String, section: &Section) {
     // Writing to a String cannot fail.
     let _ = write!(text, "\n### {}\n\n{}\n\n", section.name, section.about);
-    text.push_str("| field | unit | default | allowed | meaning |\n|---|---|---|---|---|\n");
-    for field in section.fields {
-        let default = match field.presence {
+    text.push_str("| key | unit | default | allowed | meaning |\n|---|---|---|---|---|\n");
+    for key in section.keys {
+        let default = match key.presence {
             Presence::Required => "**required**".to_owned(),
             Presence::Default(value) => format!("`{value}`"),
             Presence::Absent(meaning) => meaning.to_owned(),
             Presence::Chosen => "see below".to_owned(),
         };
-        let allowed = field.kind.allowed();
-        let _ =
-            writeln!(text, "| {} | {} | {default} | {allowed} | {} |", field.name, field.unit, field.about);
+        let cells = [key.name, key.unit, &default, &key.kind.allowed(), key.about].map(cell);
+        let _ = writeln!(text, "| {} |", cells.join(" | "));
     }
-    if section.alternatives.is_empty() {
-        return;
-    }
-    text.push_str("\nExactly one of:\n\n");
-    for alternative in section.alternatives {
-        let _ = write!(text, "- `{}`", alternative.key);
-        let needs: Vec<&str> = alternative.needs.to_vec();
-        if !needs.is_empty() {
-            let _ = write!(text, ", with {}", needs.join(", "));
+
+    match section.alternatives {
+        Alternatives::None => {}
+        Alternatives::OneChosen => {
+            let names: Vec<String> = section.choices().iter().map(|name| format!("`{name}`")).collect();
+            let _ = writeln!(text, "\nExactly one of {} is needed.", names.join(", "));
         }
-        if !alternative.may.is_empty() {
-            let _ = write!(text, ", optionally {}", alternative.may.join(", "));
+        Alternatives::OneOf(list) => {
+            text.push_str("\nExactly one of these is needed:\n\n");
+            for alternative in list {
+                let _ = write!(text, "- `{}`", alternative.key);
+                if !alternative.needs.is_empty() {
+                    let _ = write!(text, ", with {}", alternative.needs.join(", "));
+                }
+                if !alternative.may.is_empty() {
+                    let _ = write!(text, ", optionally {}", alternative.may.join(", "));
+                }
+                text.push('\n');
+            }
         }
-        text.push('\n');
     }
+}
+
+/// A text in a cell of a table, where a bar would end the cell.
+fn cell(text: &str) -> String {
+    text.replace('|', "\\|")
 }

@@ -1,161 +1,135 @@
-//! The fields of snow: how it is stepped, its objects, what they are made of.
+//! The keys of snow: how it is stepped, its objects, what they are made of.
 
 use nappe_sim::snow::{Kernel, Law, Preset, Transfer};
 
-use super::body::{LENGTH, SPEED, TRANSFORM};
 use crate::{
-    schema::{Alternative, Kind, Presence, Range, Section, field},
+    schema::{Alternative, Alternatives, LENGTH, Presence, Range, SIZE, SPEED, Section, ValueKind, key},
     snow::{Sampling, VolumeFrom},
+    transform::TRANSFORM,
 };
 
-use Kind::{Choice, Flag, Number, Pair, Table, Tables, Text, Vector, Whole};
 use Presence::{Absent, Chosen, Default, Required};
+use ValueKind::{Choice, Flag, Number, Pair, Table, Tables, Text, Vector, Whole};
 
-/// A cell, a radius, an edge (m).
-const SIZE: Range = Range(1e-6, 1e6);
-/// A share.
+/// A share of a whole.
 const SHARE: Range = Range(0.0, 1.0);
 /// An amplitude of noise: below 1, so that factors stay above 0.
 const NOISE: Range = Range(0.0, 0.95);
 
-#[rustfmt::skip] // one line a field
+#[rustfmt::skip] // one line per key
 pub(super) static SNOW: Section = Section {
     name: "snow",
     about: "Snow, by the material point method (Stomakhin et al. 2013). All objects are on one grid, and so they collide. A step of the scene is divided into steps of the snow, each as long as a certified bound allows; give `substep` for steps of one length.",
-    fields: &[
-        field("cell", Number(SIZE), "m", Required, "side of a cell of the grid, which follows the snow wherever it goes"),
-        field("kernel", Choice(|| Kernel::ALL.map(Kernel::name).to_vec()), "", Default("\"quadratic\""), "B-spline that spreads a particle over nodes; linear, with pic_flip alone, is here to show how it fails"),
-        field("transfer", Choice(|| Transfer::NAMES.to_vec()), "", Default("\"mls\""), "how velocities go to the grid and back: pic_flip (Stomakhin et al. 2013), apic (Jiang et al. 2015), mls (Hu et al. 2018)"),
-        field("flip", Number(SHARE), "", Absent("0.95 with pic_flip, unless flip_time is given"), "share of FLIP in each step of the snow, with pic_flip alone: the damping in a second then doubles when the step is halved"),
-        field("flip_time", Number(Range(1e-9, 1e9)), "s", Absent("see flip"), "with pic_flip, in place of flip: the share of FLIP in a step dt is exp(-dt / flip_time), so that the damping in a second does not depend on dt"),
-        field("advection", Choice(|| vec!["particle", "grid"]), "", Absent("particle, with pic_flip"), "which velocity moves a particle, with pic_flip alone: its own (Stomakhin et al. 2013), or that of the grid around it, which keeps positions and deformation together"),
-        field("safety", Number(Range(1e-3, 1.0)), "", Absent("0.9, unless substep is given"), "share of the certified bound that a step of the snow takes"),
-        field("substep", Number(Range(1e-12, 1.0)), "s", Absent("as long as the bound allows"), "length of the steps of the snow; refused, with the number, where it is above the bound"),
-        field("unchecked", Flag, "", Default("false"), "with substep: takes such steps whatever the bound says; runs may diverge, and say so"),
-        field("beta", Number(SHARE), "", Default("0.0"), "0: explicit steps; above 0, up to 1: semi-implicit ones, with this share of the forces at the end of the step (1/2 trapezoidal, 1 backward Euler); elastic waves do not bound the step then"),
-        field("solver", Table(&SOLVER), "", Absent("its defaults"), "linear solver, with beta above 0 alone"),
-        field("max_substeps", Whole(1, 1_000_000), "", Default("10000"), "steps of the snow within one step of the scene: a run that needs more stops"),
-        field("ballistic_below", Number(SHARE), "", Default("0.0"), "a particle whose density on the grid is below this share of its own flies without stress, and does not bound the step; 0: none does"),
-        field("max_energy", Number(Range(0.0, 1e300)), "J", Absent("no limit"), "largest kinetic plus elastic energy of all snow: a step whose result has more is not taken"),
-        field("object", Tables(&OBJECT, 1000), "", Required, "objects, at least one: `[[snow.object]]`"),
+    keys: &[
+        key("cell", Number(SIZE), "m", Required, "side of a cell of the grid, which follows the snow wherever it goes"),
+        key("kernel", Choice(|| Kernel::ALL.map(Kernel::name).to_vec()), "", Default("\"quadratic\""), "B-spline that spreads a particle over nodes; linear, with pic_flip alone, is here to show how it fails"),
+        key("transfer", Choice(|| Transfer::NAMES.to_vec()), "", Default("\"mls\""), "how velocities go to the grid and back: pic_flip (Stomakhin et al. 2013), apic (Jiang et al. 2015), mls (Hu et al. 2018)"),
+        key("flip", Number(SHARE), "", Absent("0.95 with pic_flip, unless flip_time is given"), "share of FLIP in each step of the snow, with pic_flip alone: the damping in a second then doubles when the step is halved"),
+        key("flip_time", Number(Range(1e-9, 1e9)), "s", Absent("see flip"), "with pic_flip, in place of flip: the share of FLIP in a step dt is exp(-dt / flip_time), so that the damping in a second does not depend on dt"),
+        key("advection", Choice(|| vec!["particle", "grid"]), "", Absent("particle, with pic_flip"), "which velocity moves a particle, with pic_flip alone: its own (Stomakhin et al. 2013), or that of the grid around it, which keeps positions and deformation together"),
+        key("safety", Number(Range(1e-3, 1.0)), "", Absent("0.9, unless substep is given"), "share of the certified bound that a step of the snow takes"),
+        key("substep", Number(Range(1e-12, 1.0)), "s", Absent("as long as the bound allows"), "length of the steps of the snow; refused, with the number, where it is above the bound"),
+        key("unchecked", Flag, "", Default("false"), "with substep: takes such steps whatever the bound says; runs may diverge, and say so"),
+        key("beta", Number(SHARE), "", Default("0.0"), "0: explicit steps; above 0, up to 1: semi-implicit ones, with this share of the forces at the end of the step (1/2 trapezoidal, 1 backward Euler); elastic waves do not bound the step then"),
+        key("solver", Table(&SOLVER), "", Absent("its defaults"), "linear solver, with beta above 0 alone"),
+        key("max_substeps", Whole(1, 1_000_000), "", Default("10000"), "steps of the snow within one step of the scene: a run that needs more stops"),
+        key("ballistic_below", Number(SHARE), "", Default("0.0"), "a particle whose density on the grid is below this share of its own flies without stress, and does not bound the step; 0: none does"),
+        key("max_energy", Number(Range(0.0, 1e300)), "J", Absent("no limit"), "largest kinetic plus elastic energy of all snow: a step whose result has more is not taken"),
+        key("object", Tables(&OBJECT, 1000), "", Required, "objects, at least one: `[[snow.object]]`"),
     ],
-    alternatives: &[],
+    alternatives: Alternatives::None,
 };
 
-#[rustfmt::skip] // one line a field
+#[rustfmt::skip] // one line per key
 static SOLVER: Section = Section {
     name: "snow.solver",
     about: "Minimal residuals (MINRES), matrix-free: the tangent of compressed snow is not positive. A solve that stops above its tolerance fails the step.",
-    fields: &[
-        field("tolerance", Number(Range(1e-15, 0.5)), "", Default("1e-4"), "stops at |r| <= tolerance |b|"),
-        field("max_iterations", Whole(1, 1_000_000), "iterations", Default("500"), "cap on iterations"),
+    keys: &[
+        key("tolerance", Number(Range(1e-15, 0.5)), "", Default("1e-4"), "stops at |r| <= tolerance |b|"),
+        key("max_iterations", Whole(1, 1_000_000), "iterations", Default("500"), "cap on iterations"),
     ],
-    alternatives: &[],
+    alternatives: Alternatives::None,
 };
 
-/// What goes with each source.
-const COMMON: &[&str] = &[
-    "transform",
-    "sampling",
-    "jitter",
-    "particles_per_cell",
-    "particles",
-    "seed",
-    "velocity",
-    "angular_velocity",
-    "material",
-    "density_noise",
-    "stiffness_noise",
-    "noise_length",
-    "volume",
-];
-
-const fn source(key: &'static str) -> Alternative {
-    Alternative { key, needs: &["name"], may: COMMON }
-}
-
-#[rustfmt::skip] // one line a field
+#[rustfmt::skip] // one line per key
 static OBJECT: Section = Section {
     name: "snow.object",
     about: "A solid filled with particles. Each particle has the same share of the solid's volume, and the masses add up to density times volume: exactly so for boxes, balls and closed meshes, whatever the sampling and the noise. What is random comes from `seed` alone, with the same bits on every platform.",
-    fields: &[
-        field("name", Text(64), "", Required, "name, unique among bodies and objects"),
-        field("box", Table(&BOX), "", Chosen, "a box"),
-        field("sphere", Table(&SPHERE), "", Chosen, "a ball"),
-        field("mesh", Table(&MESH), "", Chosen, "the inside of a closed mesh: each edge has two triangles, which run along it in opposite directions; points at the same place count as one"),
-        field("transform", Table(&TRANSFORM), "", Absent("the source as it lies"), "moves the source before it is filled: scale, then rotate, then translate"),
-        field("sampling", Choice(|| Sampling::NAMES.to_vec()), "", Default("\"jittered\""), "where particles go: jittered (one at a random place of each cell of a lattice), lattice (in the middle of each), poisson (at random, no two nearer than 0.85 times the edge of a cube with a particle's share of the volume). The lattice divides a box evenly; in other solids it consists of cubes about their middle, of which those with their particle inside count"),
-        field("jitter", Number(SHARE), "", Absent("0.5, with jittered alone"), "part of a lattice's cell over which its particle may lie, along each axis: 0 its middle, 1 anywhere"),
-        field("particles_per_cell", Number(Range(1e-3, 1000.0)), "", Absent("8, unless particles is given"), "particles in a cell of the grid, nearly: a lattice has whole rows"),
-        field("particles", Whole(1, 1_000_000_000), "particles", Absent("by particles_per_cell"), "particles of the object, exactly: a lattice with a few too many loses some at random"),
-        field("seed", Whole(0, 4_294_967_295), "", Default("0"), "of places and noise"),
-        field("velocity", Vector(SPEED), "m/s", Default("[0.0, 0.0, 0.0]"), "velocity of the centre of mass at the start"),
-        field("angular_velocity", Vector(SPEED), "rad/s", Default("[0.0, 0.0, 0.0]"), "angular velocity about the solid's centre of mass at the start"),
-        field("material", Table(&MATERIAL), "", Absent("the preset stomakhin"), "what it is made of"),
-        field("density_noise", Number(NOISE), "", Default("0.0"), "relative amplitude of noise on the particles' masses, even from 1 - noise to 1 + noise and then scaled so that the object's mass stays"),
-        field("stiffness_noise", Number(NOISE), "", Default("0.0"), "relative amplitude of noise on Young's modulus, from 1 - noise to 1 + noise"),
-        field("noise_length", Number(SIZE), "m", Absent("each particle has its own value"), "distance over which noise changes: values on a lattice of that spacing, blended between"),
-        field("volume", Choice(|| VolumeFrom::NAMES.to_vec()), "", Default("\"source\""), "volumes at rest: source (the solid's volume, evenly) or grid (mass over the density on the grid before the first step, as Stomakhin et al. 2013; larger at the surface)"),
+    keys: &[
+        key("name", Text(64), "", Required, "name, unique among bodies and objects"),
+        key("box", Table(&BOX), "", Chosen, "a box"),
+        key("sphere", Table(&SPHERE), "", Chosen, "a ball"),
+        key("mesh", Table(&MESH), "", Chosen, "the inside of a closed mesh: each edge has two triangles, which run along it in opposite directions; points at the same place count as one"),
+        key("transform", Table(&TRANSFORM), "", Absent("the source as it lies"), "moves the source before it is filled: scale, then rotate, then translate"),
+        key("sampling", Choice(|| Sampling::NAMES.to_vec()), "", Default("\"jittered\""), "where particles go: jittered (one at a random place of each cell of a lattice), lattice (in the middle of each), poisson (at random, no two nearer than 0.85 times the edge of a cube with a particle's share of the volume). The lattice divides a box evenly; in other solids it consists of cubes about their middle, of which those with their particle inside count"),
+        key("jitter", Number(SHARE), "", Absent("0.5, with jittered alone"), "part of a lattice's cell over which its particle may lie, along each axis: 0 its middle, 1 anywhere"),
+        key("particles_per_cell", Number(Range(1e-3, 1000.0)), "", Absent("8, unless particles is given"), "particles per cell of the grid, nearly: a lattice has whole rows"),
+        key("particles", Whole(1, 1_000_000_000), "particles", Absent("by particles_per_cell"), "particles of the object, exactly: a lattice with a few too many loses some at random"),
+        key("seed", Whole(0, 4_294_967_295), "", Default("0"), "seed of the positions and of the noise"),
+        key("velocity", Vector(SPEED), "m/s", Default("[0.0, 0.0, 0.0]"), "velocity of the centre of mass at the start"),
+        key("angular_velocity", Vector(SPEED), "rad/s", Default("[0.0, 0.0, 0.0]"), "angular velocity about the solid's centre of mass at the start"),
+        key("material", Table(&MATERIAL), "", Absent("the preset stomakhin"), "what it is made of"),
+        key("density_noise", Number(NOISE), "", Default("0.0"), "relative amplitude of noise on the particles' masses, even from 1 - noise to 1 + noise and then scaled so that the object's mass stays"),
+        key("stiffness_noise", Number(NOISE), "", Default("0.0"), "relative amplitude of noise on Young's modulus, from 1 - noise to 1 + noise"),
+        key("noise_length", Number(SIZE), "m", Absent("each particle has its own value"), "distance over which noise changes: values on a lattice of that spacing, blended between"),
+        key("volume", Choice(|| VolumeFrom::NAMES.to_vec()), "", Default("\"source\""), "volumes at rest: source (the solid's volume, evenly) or grid (mass over the density on the grid before the first step, as Stomakhin et al. 2013; larger at the surface)"),
     ],
-    alternatives: &[source("box"), source("sphere"), source("mesh")],
+    alternatives: Alternatives::OneChosen,
 };
 
-#[rustfmt::skip] // one line a field
+#[rustfmt::skip] // one line per key
 static BOX: Section = Section {
     name: "snow.object.box",
     about: "A box along the axes; `transform` turns it.",
-    fields: &[
-        field("min", Vector(LENGTH), "m", Chosen, "lower corner"),
-        field("max", Vector(LENGTH), "m", Chosen, "upper corner, above the lower one along each axis"),
-        field("center", Vector(LENGTH), "m", Chosen, "centre"),
-        field("size", Vector(SIZE), "m", Chosen, "edges"),
+    keys: &[
+        key("min", Vector(LENGTH), "m", Chosen, "lower corner"),
+        key("max", Vector(LENGTH), "m", Chosen, "upper corner, above the lower one along each axis"),
+        key("center", Vector(LENGTH), "m", Chosen, "centre"),
+        key("size", Vector(SIZE), "m", Chosen, "edges"),
     ],
-    alternatives: &[
+    alternatives: Alternatives::OneOf(&[
         Alternative { key: "min", needs: &["max"], may: &[] },
         Alternative { key: "center", needs: &["size"], may: &[] },
-    ],
+    ]),
 };
 
-#[rustfmt::skip] // one line a field
+#[rustfmt::skip] // one line per key
 static SPHERE: Section = Section {
     name: "snow.object.sphere",
     about: "A ball.",
-    fields: &[
-        field("center", Vector(LENGTH), "m", Required, "centre"),
-        field("radius", Number(SIZE), "m", Required, "radius"),
+    keys: &[
+        key("center", Vector(LENGTH), "m", Required, "centre"),
+        key("radius", Number(SIZE), "m", Required, "radius"),
     ],
-    alternatives: &[],
+    alternatives: Alternatives::None,
 };
 
-#[rustfmt::skip] // one line a field
+#[rustfmt::skip] // one line per key
 static MESH: Section = Section {
     name: "snow.object.mesh",
-    about: "A closed triangle mesh. A part inside another is a hole when it is turned inside out. Parts that overlap are filled once, while the volume counts them twice, which is remarked: join them first.",
-    fields: &[
-        field("upload", Text(200), "", Chosen, "id of an uploaded mesh"),
-        field("file", Text(1000), "", Chosen, "a mesh file beside the scene: .obj, .off, .ply, or a folder of .eti files"),
+    about: "A closed triangle mesh. A part inside another is a hole when it is turned inside out. Parts that overlap are filled once, while the volume counts them twice, which gives a warning: join them first.",
+    keys: &[
+        key("upload", Text(200), "", Chosen, "id of an uploaded mesh"),
+        key("file", Text(1000), "", Chosen, "a mesh file beside the scene: .obj, .off, .ply, or a folder of .eti files"),
     ],
-    alternatives: &[
-        Alternative { key: "upload", needs: &[], may: &[] },
-        Alternative { key: "file", needs: &[], may: &[] },
-    ],
+    alternatives: Alternatives::OneChosen,
 };
 
-#[rustfmt::skip] // one line a field
+#[rustfmt::skip] // one line per key
 static MATERIAL: Section = Section {
     name: "snow.object.material",
     about: "A preset, and what differs from it. The presets and where their numbers come from are in the table under \"Presets of snow\".",
-    fields: &[
-        field("preset", Choice(|| Preset::ALL.map(|preset| preset.name).to_vec()), "", Default("\"stomakhin\""), "a material by name"),
-        field("law", Choice(|| Law::ALL.map(Law::name).to_vec()), "", Absent("of the preset"), "elastic law: fixed_corotated (Stomakhin et al. 2012, 2013) or neo_hookean"),
-        field("young", Number(Range(1e-3, 1e13)), "Pa", Absent("of the preset"), "Young's modulus of snow that is not packed"),
-        field("poisson", Number(Range(0.0, 0.49)), "", Absent("of the preset"), "Poisson's ratio"),
-        field("density", Number(Range(1e-3, 1e6)), "kg/m^3", Absent("of the preset"), "density at rest"),
-        field("critical_compression", Number(Range(0.0, 0.999)), "", Absent("of the preset"), "theta_c: compression at which it begins to yield"),
-        field("critical_stretch", Number(Range(0.0, 1000.0)), "", Absent("of the preset"), "theta_s: stretch at which it begins to yield"),
-        field("hardening", Number(Range(0.0, 40.0)), "", Absent("of the preset"), "xi: stiffness grows as exp(xi (1 - Jp)) while it is packed"),
-        field("jp_range", Pair(Range(1e-6, 1000.0)), "", Absent("of the preset"), "range in which the plastic volume ratio Jp is kept: its lower end, at most 1, bounds the stiffness; its upper one is at least 1"),
-        field("plastic", Flag, "", Absent("of the preset"), "false: elastic, whatever the preset says"),
+    keys: &[
+        key("preset", Choice(|| Preset::ALL.map(|preset| preset.name).to_vec()), "", Default("\"stomakhin\""), "a material by name"),
+        key("law", Choice(|| Law::ALL.map(Law::name).to_vec()), "", Absent("of the preset"), "elastic law: fixed_corotated (Stomakhin et al. 2012, 2013) or neo_hookean"),
+        key("young", Number(Range(1e-3, 1e13)), "Pa", Absent("of the preset"), "Young's modulus of snow that is not packed"),
+        key("poisson", Number(Range(0.0, 0.49)), "", Absent("of the preset"), "Poisson's ratio"),
+        key("density", Number(Range(1e-3, 1e6)), "kg/m^3", Absent("of the preset"), "density at rest"),
+        key("critical_compression", Number(Range(0.0, 0.999)), "", Absent("of the preset"), "theta_c: compression at which it begins to yield"),
+        key("critical_stretch", Number(Range(0.0, 1000.0)), "", Absent("of the preset"), "theta_s: stretch at which it begins to yield"),
+        key("hardening", Number(Range(0.0, 40.0)), "", Absent("of the preset"), "xi: stiffness grows as exp(xi (1 - J_P)) while it is packed"),
+        key("jp_range", Pair(Range(1e-6, 1000.0)), "", Absent("of the preset"), "range in which the plastic volume ratio J_P is kept: its lower end, at most 1, bounds the stiffness; its upper one is at least 1"),
+        key("plastic", Flag, "", Absent("of the preset"), "false: elastic, whatever the preset says"),
     ],
-    alternatives: &[],
+    alternatives: Alternatives::None,
 };

@@ -8,34 +8,34 @@ use std::fmt::Write;
 use nappe_sim::mesh::TriangleMesh;
 
 use super::{
-    Loaded,
+    loaded::Loaded,
     numbers::{Line, lines, six_digits},
 };
-use crate::error::{Fault, SceneError};
+use crate::error::{ErrorKind, SceneError};
 
 /// A text and its name in messages.
 #[derive(Clone, Copy, Debug)]
 pub struct NamedText<'a> {
-    /// Name.
+    /// Its name in messages.
     pub file: &'a str,
-    /// Text.
+    /// What the file holds.
     pub text: &'a str,
 }
 
 /// The texts of a set.
 #[derive(Clone, Copy, Debug)]
 pub struct EtiTexts<'a> {
-    /// points.eti: the number of points, then `x y z` (m) a line.
+    /// points.eti: the number of points, then `x y z` (m) on each line.
     pub points: NamedText<'a>,
-    /// faceset.eti: three point indices a line, from 0; none for free particles.
+    /// faceset.eti: three point indices on each line, from 0; none for free particles.
     pub faceset: Option<NamedText<'a>>,
-    /// masses.eti: a mass (kg) a line, 0 pins; none for a mesh without masses.
+    /// masses.eti: a mass (kg) on each line, 0 pins; none for a mesh without masses.
     pub masses: Option<NamedText<'a>>,
-    /// texcoord.eti: `u v` a line; none for a mesh without.
+    /// texcoord.eti: `u v` on each line; none for a mesh without.
     pub texcoord: Option<NamedText<'a>>,
 }
 
-/// What to do about faults.
+/// What to do about errors in a set.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct EtiOptions {
     /// The mass (kg) of points that masses.eti leaves out; none: refuse.
@@ -58,7 +58,7 @@ pub struct EtiWritten {
 /// Reads a set.
 ///
 /// # Errors
-/// The first fault, with file and line. Masses that are missing are a fault unless
+/// The first error, with file and line. Masses that are missing are an error unless
 /// `options` gives them a value.
 pub fn read_eti(texts: &EtiTexts<'_>, options: &EtiOptions) -> Result<Loaded, SceneError> {
     let mut loaded = Loaded::default();
@@ -68,12 +68,12 @@ pub fn read_eti(texts: &EtiTexts<'_>, options: &EtiOptions) -> Result<Loaded, Sc
         let words = line.words();
         let [a, b, c] = words[..] else {
             let message = format!("has {} indices; allowed: three, a triangle", words.len());
-            return Err(line.error(Fault::Syntax, message));
+            return Err(line.error(ErrorKind::Syntax, message));
         };
         loaded.mesh.triangles.push([line.index(a, count)?, line.index(b, count)?, line.index(c, count)?]);
     }
     if let Some(masses) = &texts.masses {
-        loaded.mesh.masses = read_masses(masses, count, options, &mut loaded.remarks)?;
+        loaded.mesh.masses = read_masses(masses, count, options, &mut loaded.warnings)?;
     }
     if let Some(texcoord) = &texts.texcoord {
         loaded.mesh.uv = read_texcoord(texcoord, count)?;
@@ -85,7 +85,7 @@ fn read_points(points: &NamedText<'_>) -> Result<Vec<[f64; 3]>, SceneError> {
     let mut rest = lines(points.file, points.text, None);
     let Some(first) = rest.next() else {
         return Err(SceneError::new(
-            Fault::Syntax,
+            ErrorKind::Syntax,
             points.file,
             "is empty; allowed: a number of points first",
         ));
@@ -98,7 +98,7 @@ fn read_points(points: &NamedText<'_>) -> Result<Vec<[f64; 3]>, SceneError> {
     }
     if out.len() != count {
         let message = format!("announces {count} points, but {} follow", out.len());
-        return Err(first.error(Fault::Inconsistent, message));
+        return Err(first.error(ErrorKind::Inconsistent, message));
     }
     Ok(out)
 }
@@ -107,7 +107,7 @@ fn read_masses(
     masses: &NamedText<'_>,
     count: usize,
     options: &EtiOptions,
-    remarks: &mut Vec<String>,
+    warnings: &mut Vec<String>,
 ) -> Result<Vec<f64>, SceneError> {
     let mut out = Vec::new();
     let mut last_line = None;
@@ -116,11 +116,11 @@ fn read_masses(
         let mass = line.number(line.text, "a mass")?;
         if mass < 0.0 {
             let message = format!("the mass of point {} is {mass}; allowed: 0 (pinned) or more", out.len());
-            return Err(line.error(Fault::OutOfRange, message));
+            return Err(line.error(ErrorKind::OutOfRange, message));
         }
         if out.len() == count {
             let message = format!("has a mass more than the {count} points; allowed: one a point");
-            return Err(line.error(Fault::Inconsistent, message));
+            return Err(line.error(ErrorKind::Inconsistent, message));
         }
         out.push(mass);
         last_line = Some(line);
@@ -147,10 +147,10 @@ fn read_masses(
             "{found}; point {} is the first without: end the file, or say which mass the missing ones have (missing mass, kg)",
             out.len()
         );
-        let error = SceneError::new(Fault::Inconsistent, masses.file, message);
+        let error = SceneError::new(ErrorKind::Inconsistent, masses.file, message);
         return Err(error.at_line(last_line.map_or(1, |line| line.number)));
     };
-    remarks.push(format!(
+    warnings.push(format!(
         "{} {found}: points {} to {} get the mass {value} kg",
         masses.file,
         out.len(),
@@ -169,7 +169,7 @@ fn read_texcoord(texcoord: &NamedText<'_>, count: usize) -> Result<Vec<[f64; 2]>
     if out.len() != count {
         let message =
             format!("holds {} texture coordinates for {count} points; allowed: one a point", out.len());
-        return Err(SceneError::new(Fault::Inconsistent, texcoord.file, message));
+        return Err(SceneError::new(ErrorKind::Inconsistent, texcoord.file, message));
     }
     Ok(out)
 }
@@ -179,7 +179,7 @@ fn exactly(line: &Line<'_>, count: usize, what: &str) -> Result<(), SceneError> 
     if found == count {
         return Ok(());
     }
-    Err(line.error(Fault::Syntax, format!("{what} has {found} numbers; allowed: {count}")))
+    Err(line.error(ErrorKind::Syntax, format!("{what} has {found} numbers; allowed: {count}")))
 }
 
 /// Writes a set: numbers with 6 significant digits, one blank between them, one end of line after.

@@ -2,7 +2,7 @@
 
 use std::str::FromStr;
 
-use crate::error::{Fault, SceneError, excerpt};
+use crate::error::{ErrorKind, SceneError, excerpt};
 
 /// Writes a number as a C++ stream does by default: 6 significant digits, no trailing zeros,
 /// an exponent below 1e-4 and from 1e6 on, `-0` for a negative zero.
@@ -54,8 +54,8 @@ pub(crate) fn lines<'a>(
 }
 
 impl<'a> Line<'a> {
-    pub(crate) fn error(&self, fault: Fault, message: impl Into<String>) -> SceneError {
-        SceneError::new(fault, self.file, message).at_line(self.number)
+    pub(crate) fn error(&self, kind: ErrorKind, message: impl Into<String>) -> SceneError {
+        SceneError::new(kind, self.file, message).at_line(self.number)
     }
 
     pub(crate) fn words(&self) -> Vec<&'a str> {
@@ -65,7 +65,7 @@ impl<'a> Line<'a> {
     /// A finite number. `what` names it in the message.
     pub(crate) fn number(&self, word: &str, what: &str) -> Result<f64, SceneError> {
         f64::from_str(word).ok().filter(|x| x.is_finite()).ok_or_else(|| {
-            self.error(Fault::Syntax, format!("{what} is '{}'; allowed: a finite number", excerpt(word)))
+            self.error(ErrorKind::Syntax, format!("{what} is '{}'; allowed: a finite number", excerpt(word)))
         })
     }
 
@@ -74,7 +74,7 @@ impl<'a> Line<'a> {
         let mut out = [0.0; N];
         if words.len() < N {
             let message = format!("{what} has {} numbers; allowed: {N}", words.len());
-            return Err(self.error(Fault::Syntax, message));
+            return Err(self.error(ErrorKind::Syntax, message));
         }
         for (value, word) in out.iter_mut().zip(words) {
             *value = self.number(word, what)?;
@@ -90,7 +90,7 @@ impl<'a> Line<'a> {
                 0 => "none, there are no points".to_owned(),
                 _ => format!("0 to {}, the points of this mesh", count - 1),
             };
-            self.error(Fault::OutOfRange, format!("names point '{}'; allowed: {allowed}", excerpt(word)))
+            self.error(ErrorKind::OutOfRange, format!("names point '{}'; allowed: {allowed}", excerpt(word)))
         })
     }
 
@@ -98,7 +98,7 @@ impl<'a> Line<'a> {
     pub(crate) fn count(&self, word: &str, what: &str) -> Result<usize, SceneError> {
         usize::from_str(word).ok().ok_or_else(|| {
             let message = format!("the number of {what} is '{}'; allowed: a whole number", excerpt(word));
-            self.error(Fault::Syntax, message)
+            self.error(ErrorKind::Syntax, message)
         })
     }
 }

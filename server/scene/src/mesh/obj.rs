@@ -10,15 +10,15 @@ use std::io::{self, Write};
 use nappe_sim::mesh::TriangleMesh;
 
 use super::{
-    Loaded, fan,
+    loaded::{Loaded, fan},
     numbers::{Line, lines},
 };
-use crate::error::{Fault, SceneError, excerpt};
+use crate::error::{ErrorKind, SceneError, excerpt};
 
 /// Reads an OBJ. Texture coordinates are kept where every point has one and only one.
 ///
 /// # Errors
-/// The first fault, with its line.
+/// The first error, with its line.
 pub fn read_obj(text: &str, file: &str) -> Result<Loaded, SceneError> {
     let mut mesh = TriangleMesh::default();
     let mut uv: Vec<[f64; 2]> = Vec::new();
@@ -44,11 +44,11 @@ pub fn read_obj(text: &str, file: &str) -> Result<Loaded, SceneError> {
         }
     }
     if mesh.points.is_empty() {
-        return Err(SceneError::new(Fault::BadMesh, file, "holds no vertices ('v x y z')"));
+        return Err(SceneError::new(ErrorKind::BadMesh, file, "holds no vertices ('v x y z')"));
     }
-    let mut remarks = Vec::new();
+    let mut warnings = Vec::new();
     if seams > 0 {
-        remarks.push(format!(
+        warnings.push(format!(
             "{file}: {seams} corners give a point another texture coordinate: the first one is kept"
         ));
     }
@@ -57,11 +57,11 @@ pub fn read_obj(text: &str, file: &str) -> Result<Loaded, SceneError> {
     match all {
         Some(all) => mesh.uv = all,
         None if !uv.is_empty() => {
-            remarks.push(format!("{file}: some points have no texture coordinate: none are kept"));
+            warnings.push(format!("{file}: some points have no texture coordinate: none are kept"));
         }
         None => {}
     }
-    Ok(Loaded { mesh, remarks })
+    Ok(Loaded { mesh, warnings })
 }
 
 fn texture(line: &Line<'_>, words: &[&str]) -> Result<[f64; 2], SceneError> {
@@ -80,7 +80,7 @@ fn face(
 ) -> Result<Vec<(u32, Option<usize>)>, SceneError> {
     if words.len() < 3 {
         let message = format!("a face has {} corners; allowed: 3 or more", words.len());
-        return Err(line.error(Fault::Syntax, message));
+        return Err(line.error(ErrorKind::Syntax, message));
     }
     words
         .iter()
@@ -106,7 +106,7 @@ fn index(line: &Line<'_>, word: &str, count: usize, what: &str) -> Result<usize,
     index.filter(|i| *i < count).ok_or_else(|| {
         let allowed = format!("1 to {count} (those above this line), or -1 to -{count} from the last");
         let message = format!("a face names {what} '{}'; allowed: {allowed}", excerpt(word));
-        line.error(Fault::OutOfRange, message)
+        line.error(ErrorKind::OutOfRange, message)
     })
 }
 

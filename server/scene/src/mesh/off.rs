@@ -7,18 +7,21 @@ use std::io::{self, Write};
 
 use nappe_sim::mesh::TriangleMesh;
 
-use super::{Loaded, fan, numbers::lines};
-use crate::error::{Fault, SceneError, excerpt};
+use super::{
+    loaded::{Loaded, fan},
+    numbers::lines,
+};
+use crate::error::{ErrorKind, SceneError, excerpt};
 
 /// Reads an OFF.
 ///
 /// # Errors
-/// The first fault, with its line.
+/// The first error, with its line.
 pub fn read_off(text: &str, file: &str) -> Result<Loaded, SceneError> {
     let mut rest = lines(file, text, Some('#'));
     let empty = || {
         SceneError::new(
-            Fault::Syntax,
+            ErrorKind::Syntax,
             file,
             "ends before its counts; allowed: OFF, then `points faces edges`",
         )
@@ -27,10 +30,10 @@ pub fn read_off(text: &str, file: &str) -> Result<Loaded, SceneError> {
     let mut words = header.words();
     if words[0] != "OFF" {
         let message = format!("begins with '{}'; allowed: OFF", excerpt(words[0]));
-        return Err(header.error(Fault::Unsupported, message));
+        return Err(header.error(ErrorKind::Unsupported, message));
     }
     if words.len() > 1 && words[1] == "BINARY" {
-        return Err(header.error(Fault::Unsupported, "is a binary OFF; allowed: text"));
+        return Err(header.error(ErrorKind::Unsupported, "is a binary OFF; allowed: text"));
     }
     words.remove(0);
     if words.is_empty() {
@@ -38,36 +41,37 @@ pub fn read_off(text: &str, file: &str) -> Result<Loaded, SceneError> {
         words = header.words();
     }
     if words.len() < 2 {
-        return Err(header.error(Fault::Syntax, "has one count; allowed: `points faces edges`"));
+        return Err(header.error(ErrorKind::Syntax, "has one count; allowed: `points faces edges`"));
     }
     let point_count = header.count(words[0], "points")?;
     let face_count = header.count(words[1], "faces")?;
     let mut mesh = TriangleMesh::default();
     for read in 0..point_count {
         let line = rest.next().ok_or_else(|| {
-            header.error(Fault::Inconsistent, format!("announces {point_count} points, but {read} follow"))
+            header
+                .error(ErrorKind::Inconsistent, format!("announces {point_count} points, but {read} follow"))
         })?;
         mesh.points.push(line.numbers(&line.words(), "a point")?);
     }
     for read in 0..face_count {
         let line = rest.next().ok_or_else(|| {
-            header.error(Fault::Inconsistent, format!("announces {face_count} faces, but {read} follow"))
+            header.error(ErrorKind::Inconsistent, format!("announces {face_count} faces, but {read} follow"))
         })?;
         let words = line.words();
         let corner_count = line.count(words[0], "corners")?;
         let Some(corners) = corner_count.checked_add(1).and_then(|end| words.get(1..end)) else {
             let message = format!("announces {corner_count} corners, but {} follow", words.len() - 1);
-            return Err(line.error(Fault::Inconsistent, message));
+            return Err(line.error(ErrorKind::Inconsistent, message));
         };
         let corners: Vec<u32> =
             corners.iter().map(|word| line.index(word, point_count)).collect::<Result<_, _>>()?;
         mesh.triangles.extend(fan(&corners));
     }
-    let mut remarks = Vec::new();
+    let mut warnings = Vec::new();
     if let Some(line) = rest.next() {
-        remarks.push(format!("{file}:{}: lines after the last face are passed over", line.number));
+        warnings.push(format!("{file}:{}: lines after the last face are passed over", line.number));
     }
-    Ok(Loaded { mesh, remarks })
+    Ok(Loaded { mesh, warnings })
 }
 
 /// Writes an OFF. Masses and texture coordinates are not part of the format.

@@ -13,8 +13,8 @@ use ply_rs_bw::{
     ply::{Property, PropertyAccess, PropertyAccessResult},
 };
 
-use super::{Loaded, fan};
-use crate::error::{Fault, SceneError};
+use super::loaded::{Loaded, fan};
+use crate::error::{ErrorKind, SceneError};
 
 /// A vertex or a face, with the properties that a mesh knows.
 #[derive(Debug, Default)]
@@ -82,20 +82,20 @@ fn whole_numbers(property: Property) -> Option<Vec<i64>> {
 /// Reads a PLY.
 ///
 /// # Errors
-/// The first fault; with its line where it is in the header or in a text payload.
+/// The first error; with its line where it is in the header or in a text payload.
 pub fn read_ply(bytes: &[u8], file: &str) -> Result<Loaded, SceneError> {
     let mut reader = BufReader::new(bytes);
     let mut ply = Parser::<Element>::new().read_ply(&mut reader).map_err(|error| {
         // The parser's messages run over several lines and repeat the line number.
         let words = error.to_string().split_whitespace().collect::<Vec<_>>().join(" ");
         let message = format!("is not a PLY that can be read: {words}");
-        let place = SceneError::new(Fault::Syntax, file, message);
+        let place = SceneError::new(ErrorKind::Syntax, file, message);
         match error.line() {
             Some(line) => place.at_line(line),
             None => place,
         }
     })?;
-    let bad = |message: String| SceneError::new(Fault::BadMesh, file, message);
+    let bad = |message: String| SceneError::new(ErrorKind::BadMesh, file, message);
     let vertices =
         ply.payload.shift_remove("vertex").ok_or_else(|| bad("has no element 'vertex'".to_owned()))?;
     let faces = ply.payload.shift_remove("face").unwrap_or_default();
@@ -126,7 +126,7 @@ pub fn read_ply(bytes: &[u8], file: &str) -> Result<Loaded, SceneError> {
         };
         mesh.triangles.extend(fan(&corners));
     }
-    Ok(Loaded { mesh, remarks: Vec::new() })
+    Ok(Loaded { mesh, warnings: Vec::new() })
 }
 
 /// Writes a mesh, exactly: doubles, with masses and texture coordinates where it has them.
@@ -160,13 +160,13 @@ pub fn write_ply(mesh: &TriangleMesh, out: &mut impl Write) -> io::Result<()> {
 /// One frame of a simulation.
 #[derive(Clone, Copy, Debug)]
 pub struct PlyFrame<'a> {
-    /// Positions (m), x y z a particle.
+    /// Positions (m), x y z of each particle.
     pub positions: &'a [f32],
     /// What else is known of the particles.
     pub properties: &'a [PlyProperty<'a>],
-    /// Triangles.
+    /// Triangles: three indices of particles each.
     pub triangles: &'a [[u32; 3]],
-    /// Step.
+    /// Number of the step, from 0.
     pub step: u64,
     /// Simulated time (s).
     pub time: f64,

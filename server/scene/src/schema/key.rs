@@ -1,104 +1,133 @@
-//! A scene's keys as data: each with its kind, unit, default, range and meaning.
+//! A scene's keys as data: each with what it holds, its unit, default, range and meaning.
 
-/// The numbers that a field allows: from the first to the second, both included.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Range(pub f64, pub f64);
+use super::range::{Range, number};
 
-impl Range {
-    pub(super) fn holds(self, value: f64) -> bool {
-        (self.0..=self.1).contains(&value)
-    }
-}
-
-impl std::fmt::Display for Range {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{} to {}", number(self.0), number(self.1))
-    }
-}
-
-/// Short and exact: 1e-6, 200, 0.5.
-pub(crate) fn number(value: f64) -> String {
-    if value != 0.0 && !(1e-3..1e5).contains(&value.abs()) {
-        format!("{value:e}")
-    } else {
-        format!("{value}")
-    }
-}
-
-/// What a field holds.
+/// What a key holds.
 #[derive(Clone, Copy)]
-pub(crate) enum Kind {
-    /// A whole number.
+pub(crate) enum ValueKind {
+    /// A whole number, from the first to the second.
     Whole(u64, u64),
-    /// Two whole numbers.
+    /// Two whole numbers, each from the first to the second.
     WholePair(u64, u64),
-    /// A number.
+    /// A finite number.
     Number(Range),
-    /// Two numbers.
+    /// Two numbers, each in the range.
     Pair(Range),
-    /// Three numbers.
+    /// Three numbers, each in the range.
     Vector(Range),
     /// A text of at most so many bytes.
     Text(usize),
     /// One of a few names.
     Choice(fn() -> Vec<&'static str>),
-    /// true or false.
+    /// True or false.
     Flag,
-    /// The index or name of a particle or row of particles.
+    /// The index or name of a particle or of a row of particles.
     Pin,
-    /// Several of them.
+    /// Any number of pins.
     Pins,
-    /// A table.
+    /// A table with the keys of a section.
     Table(&'static Section),
     /// An array of tables, of at most so many.
     Tables(&'static Section, usize),
 }
 
-/// Whether a field must be there.
+impl ValueKind {
+    /// What a key of this kind allows, in words.
+    pub(crate) fn allowed(self) -> String {
+        match self {
+            Self::Whole(low, high) if low == high => format!("{low}"),
+            Self::Whole(low, high) => format!("a whole number, {low} to {high}"),
+            Self::WholePair(low, high) => format!("two whole numbers, each {low} to {high}"),
+            Self::Number(range) => format!("a number, {range}"),
+            Self::Pair(range) => format!("two numbers, each {range}"),
+            Self::Vector(Range(low, high)) if low.to_bits() == (-high).to_bits() => {
+                format!("three numbers, each at most {} in size", number(high))
+            }
+            Self::Vector(range) => format!("three numbers, each {range}"),
+            Self::Text(most) => format!("a text of at most {most} bytes"),
+            Self::Choice(names) => names().join(", "),
+            Self::Flag => "true or false".to_owned(),
+            Self::Pin => "the index of a particle or a name".to_owned(),
+            Self::Pins => "an array of indices and names".to_owned(),
+            Self::Table(_) => "a table".to_owned(),
+            Self::Tables(_, most) => format!("an array of tables, at most {most}"),
+        }
+    }
+}
+
+/// Whether a key must be there.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Presence {
+    /// It must be there.
     Required,
-    /// Its default, as one writes it in a scene.
+    /// It may be absent; its default, as one writes it in a scene.
     Default(&'static str),
-    /// Absent means something of its own.
+    /// It may be absent, which means what is said here.
     Absent(&'static str),
-    /// Decided by the rules of its section.
+    /// The alternatives of its section decide.
     Chosen,
 }
 
-/// A field.
-pub(crate) struct Field {
+/// A key of a scene file.
+pub(crate) struct SceneKey {
     pub name: &'static str,
-    pub kind: Kind,
+    pub kind: ValueKind,
+    /// SI, `m/s`; empty for a number without a unit, and for what is no number.
     pub unit: &'static str,
     pub presence: Presence,
+    /// What it means, in one sentence.
     pub about: &'static str,
 }
 
-/// Fields that exclude each other: exactly one key of a section's choices must be there.
+/// Which of a section's keys exclude each other.
+pub(crate) enum Alternatives {
+    /// No keys exclude each other.
+    None,
+    /// Exactly one of the keys that are [`Presence::Chosen`] must be there; the others go with each of them.
+    OneChosen,
+    /// Exactly one of these must be there, with what it needs and may have.
+    OneOf(&'static [Alternative]),
+}
+
+/// A key that excludes others.
 pub(crate) struct Alternative {
     pub key: &'static str,
-    /// Fields that must come with it.
+    /// Keys that must come with it.
     pub needs: &'static [&'static str],
-    /// Fields that may come with it.
+    /// Keys that may come with it.
     pub may: &'static [&'static str],
 }
 
 /// A table of a scene.
 pub(crate) struct Section {
+    /// How it is called in messages and in the reference: `body.mesh`.
     pub name: &'static str,
     pub about: &'static str,
-    pub fields: &'static [Field],
-    pub alternatives: &'static [Alternative],
+    pub keys: &'static [SceneKey],
+    pub alternatives: Alternatives,
 }
 
-/// A field in one line of a table.
-pub(crate) const fn field(
+impl Section {
+    /// The names of the keys of which exactly one must be there; empty: no keys exclude each other.
+    pub(crate) fn choices(&self) -> Vec<&'static str> {
+        match self.alternatives {
+            Alternatives::None => Vec::new(),
+            Alternatives::OneChosen => {
+                let chosen = self.keys.iter().filter(|key| key.presence == Presence::Chosen);
+                chosen.map(|key| key.name).collect()
+            }
+            Alternatives::OneOf(list) => list.iter().map(|alternative| alternative.key).collect(),
+        }
+    }
+}
+
+/// A key in one line of a table.
+pub(crate) const fn key(
     name: &'static str,
-    kind: Kind,
+    kind: ValueKind,
     unit: &'static str,
     presence: Presence,
     about: &'static str,
-) -> Field {
-    Field { name, kind, unit, presence, about }
+) -> SceneKey {
+    SceneKey { name, kind, unit, presence, about }
 }

@@ -3,8 +3,10 @@
 //! One table of keys serves three purposes: [`check`] refuses what does not fit, messages say what is
 //! allowed, and the reference in docs/scenes.md is written from it.
 
+mod range;
 mod key;
 mod check;
 
 pub(crate) use check::check;
-pub(crate) use key::{Alternative, Field, Kind, Presence, Range, Section, field, number};
+pub(crate) use key::{Alternative, Alternatives, Presence, Section, ValueKind, key};
+pub(crate) use range::{DIRECTION, LENGTH, Range, SIZE, SPEED, number};

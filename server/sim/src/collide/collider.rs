@@ -79,30 +79,16 @@ impl Collider {
                 return Some(format!("its {what} is {value}: a finite number {allowed} is needed"));
             }
         }
-        self.shape.fault()
+        self.shape.invalid()
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::{Collider, Contact, Shape};
+    use crate::collide::shape::Sphere;
 
     fn colliders() -> Vec<Collider> {
-        let axes = [[0.0, 0.6, 0.8], [1.0, 0.0, 0.0], [0.0, 0.8, -0.6]];
-        let (start, end) = ([-0.4, 0.1, 0.0], [0.5, 0.2, 0.7]);
-        let shapes = [
-            Shape::Plane { point: [0.1; 3], normal: [0.0, 0.6, 0.8] },
-            Shape::Sphere { center: [0.2, 0.1, 0.0], radius: 0.6 },
-            Shape::Capsule { start, end, radius: 0.3 },
-            Shape::Box { center: [0.1, 0.0, 0.2], half_extent: [0.3, 0.5, 0.4], axes },
-            Shape::Cylinder { start, end, radius: 0.4 },
-            Shape::HalfPipe {
-                point: [0.0, 0.3, 0.0],
-                axis: [1.0, 0.0, 0.0],
-                up: [0.0, 0.6, 0.8],
-                radius: 0.7,
-            },
-        ];
         let collider = |shape| Collider {
             name: "thing".into(),
             shape,
@@ -112,7 +98,7 @@ mod tests {
             margin: 0.03,
             contact: Contact::Separating,
         };
-        shapes.map(collider).to_vec()
+        Shape::examples().into_iter().map(collider).collect()
     }
 
     /// Points of a lattice over a cube of edge `2 half`.
@@ -172,7 +158,7 @@ mod tests {
             (|c| c.friction = -0.1, "friction"),
             (|c| c.restitution = 1.1, "restitution"),
             (|c| c.margin = f64::INFINITY, "margin"),
-            (|c| c.shape = Shape::Sphere { center: [0.0; 3], radius: 0.0 }, "radius"),
+            (|c| c.shape = Sphere { center: [0.0; 3], radius: 0.0 }.into(), "radius"),
         ];
         for (spoil, named) in faults {
             let mut collider = colliders().remove(0);

@@ -1,7 +1,6 @@
 //! What particles hit: signed distances, and the answer of a particle that touches one.
 
-mod shape;
-mod distance;
+pub mod shape;
 mod collider;
 mod contact;
 mod velocity;

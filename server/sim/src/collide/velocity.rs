@@ -3,7 +3,8 @@
 //! Reads a velocity (m/s) and the outward normal of the collider that it is inside of; writes the
 //! velocity after contact (Stomakhin et al. 2013, section 8).
 
-use super::{Collider, Contact, shape::dot};
+use super::{Collider, Contact};
+use crate::math::array::dot;
 
 /// The velocity (m/s) of snow inside a collider after contact with it. With `v_n` the part of the
 /// relative velocity along the normal and `v_t` that along the surface,
@@ -32,7 +33,7 @@ pub(crate) fn velocity_after(collider: &Collider, v: [f64; 3], normal: [f64; 3])
 #[allow(clippy::disallowed_methods, reason = "angles of the tests, not of a step")]
 mod tests {
     use super::velocity_after;
-    use crate::collide::{Collider, Contact, Shape};
+    use crate::collide::{Collider, Contact, Shape, shape::Plane};
 
     const NORMAL: [f64; 3] = [0.6, 0.0, 0.8];
     /// Directions along the surface.
@@ -42,7 +43,7 @@ mod tests {
     fn collider(contact: Contact, friction: f64, velocity: [f64; 3]) -> Collider {
         Collider {
             name: "ground".into(),
-            shape: Shape::Plane { point: [0.0; 3], normal: NORMAL },
+            shape: Shape::Plane(Plane { point: [0.0; 3], normal: NORMAL }),
             velocity,
             friction,
             restitution: 0.7,

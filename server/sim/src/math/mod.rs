@@ -1,6 +1,7 @@
 //! Numbers and small vectors: the precision of a state, 3-vectors over it, packs of lanes.
 
 mod real;
+pub mod array;
 mod simd;
 mod svd;
 mod exp;

@@ -40,11 +40,13 @@ fn scene() -> Topology {
         pins: Vec::new(),
         uv: Vec::new(),
     };
-    let plane = Shape::Plane { point: [0.0; 3], normal: [0.0, 1.0, 0.0], velocity: [0.0; 3] };
-    let ball = Shape::Sphere { center: [0.5, 0.5, 0.5], radius: 0.25, velocity: [0.1, 0.0, 0.0] };
+    let vector = |[x, y, z]: [f64; 3]| Some(v1::Vector3 { x, y, z });
+    let plane = v1::PlaneShape { point: None, normal: vector([0.0, 1.0, 0.0]), velocity: None };
+    let (center, velocity) = (vector([0.5, 0.5, 0.5]), vector([0.1, 0.0, 0.0]));
+    let ball = v1::SphereShape { center, radius: 0.25, velocity };
     let colliders = vec![
-        Collider { name: "floor".to_owned(), shape: plane },
-        Collider { name: "ball".to_owned(), shape: ball },
+        Collider { name: "floor".to_owned(), shape: Some(Shape::Plane(plane)) },
+        Collider { name: "ball".to_owned(), shape: Some(Shape::Sphere(ball)) },
     ];
     Topology { id: 1, particle_count: count + 3, bodies: vec![sheet, chain], colliders }
 }

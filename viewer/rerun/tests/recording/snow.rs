@@ -21,16 +21,28 @@ fn scene() -> Topology {
         pins: Vec::new(),
         uv: Vec::new(),
     };
-    let (start, end, radius, still) = ([1.0, 0.0, 0.0], [1.0, 1.0, 0.0], 0.2, [0.0; 3]);
-    let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let vector = |[x, y, z]: [f64; 3]| Some(v1::Vector3 { x, y, z });
+    let (start, end, radius) = (vector([1.0, 0.0, 0.0]), vector([1.0, 1.0, 0.0]), 0.2);
+    let [x, y, z] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(vector);
+    let half_extent = vector([9.0, 0.1, 9.0]);
     let shapes = [
-        ("capsule", Shape::Capsule { start, end, radius, velocity: [0.0, 0.0, 1.0] }),
-        ("box", Shape::Box { center: start, half_extent: [9.0, 0.1, 9.0], axes, velocity: still }),
-        ("cylinder", Shape::Cylinder { start, end, radius, velocity: still }),
-        ("pipe", Shape::HalfPipe { point: still, axis: axes[2], up: axes[1], radius: 3.0, velocity: still }),
-        ("floor", Shape::Plane { point: [0.0, -1.0, 0.0], normal: axes[1], velocity: still }),
+        ("capsule", Shape::Capsule(v1::CapsuleShape { start, end, radius, velocity: z })),
+        (
+            "box",
+            Shape::Box(v1::BoxShape { center: start, half_extent, axis_x: x, axis_y: y, velocity: None }),
+        ),
+        ("cylinder", Shape::Cylinder(v1::CylinderShape { start, end, radius, velocity: None })),
+        (
+            "pipe",
+            Shape::HalfPipe(v1::HalfPipeShape { point: None, axis: z, up: y, radius: 3.0, velocity: None }),
+        ),
+        (
+            "floor",
+            Shape::Plane(v1::PlaneShape { point: vector([0.0, -1.0, 0.0]), normal: y, velocity: None }),
+        ),
     ];
-    let colliders = shapes.map(|(name, shape)| Collider { name: name.to_owned(), shape }).to_vec();
+    let colliders =
+        shapes.map(|(name, shape)| Collider { name: name.to_owned(), shape: Some(shape) }).to_vec();
     Topology { id: 1, particle_count: COUNT, bodies: vec![block], colliders }
 }
 

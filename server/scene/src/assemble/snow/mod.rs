@@ -1,65 +1,63 @@
 //! The snow of a scene to objects of particles and settings.
 
-use nappe_sim::snow::{SnowObject, SnowSetup};
-
-mod material;
 mod settings;
+mod material;
 mod object;
+
+use nappe_sim::snow::{SnowObject, SnowSetup};
 
 use object::Plan;
 
 use super::{
-    MeshSource, body,
+    meshes::{MeshSource, load},
     size::{Owner, Size},
-    transform,
 };
 use crate::{
-    error::SceneError,
-    location::Place,
+    error::{Found, SceneError},
+    location::Location,
     snow::{Snow, SnowBody},
-    source::{Path, Source},
 };
 
-/// Builds all objects; the strings are remarks.
+/// Builds all objects, and keeps the errors of each; the strings are warnings. `at` is where the snow stands.
 pub(super) fn build(
     text: &Snow,
-    source: &Source,
+    at: &Location<'_>,
     meshes: &dyn MeshSource,
     size: &mut Size<'_>,
-) -> Result<(SnowSetup, Vec<String>), SceneError> {
-    let path = Path::default().key("snow");
-    let settings = settings::settings(text, &Place { path: path.clone(), source })?;
-    let (mut objects, mut remarks) = (Vec::new(), Vec::new());
+    found: &mut Found,
+) -> Option<(SnowSetup, Vec<String>)> {
+    let settings = found.take(settings::settings(text, at));
+    let list = at.key("object");
+    let (mut objects, mut warnings) = (Vec::new(), Vec::new());
     for (i, body) in text.objects.iter().enumerate() {
-        let place = Place { path: path.key("object").index(i), source };
-        let (object, odd) = build_object(body, text.cell, &place, meshes, size)?;
-        remarks.extend(odd.iter().map(|remark| format!("snow '{}': {remark}", body.name)));
+        let built = build_object(body, text.cell, &list.index(i), meshes, size);
+        let Some((object, odd)) = found.take(built) else { continue };
+        warnings.extend(odd.iter().map(|warning| format!("snow '{}': {warning}", body.name)));
         objects.push(object);
     }
-    Ok((SnowSetup { objects, settings }, remarks))
+    Some((SnowSetup { objects, settings: settings? }, warnings))
 }
 
 fn build_object(
     text: &SnowBody,
     cell: f64,
-    place: &Place<'_>,
+    at: &Location<'_>,
     meshes: &dyn MeshSource,
     size: &mut Size<'_>,
 ) -> Result<(SnowObject, Vec<String>), SceneError> {
-    let owner = Owner { path: &place.path, source: place.source, noun: "object" };
-    let field = match (text.particles, text.particles_per_cell) {
+    let owner = Owner { at, noun: "object" };
+    let key = match (text.particles, text.particles_per_cell) {
         (Some(_), _) => "particles",
         (None, Some(_)) => "particles_per_cell",
-        (None, None) => text.source_field(),
+        (None, None) => text.source_key(),
     };
-    let transform = transform::placement(&text.transform, &place.path.key("transform"), place.source)?;
-    let load = |mesh| body::load(mesh, meshes, &place.path.key("mesh"), place.source);
-    let mesh = text.mesh().map(load).transpose()?;
-    let plan = Plan::new(text, place, cell, transform, mesh.as_deref())?;
+
+    let mesh = text.mesh().map(|mesh| load(mesh, meshes, &at.key("mesh"))).transpose()?;
+    let plan = Plan::new(text, at, cell, mesh.as_deref())?;
     // Before memory is taken for them; the number is exact but where a lattice meets a curved
     // surface.
-    size.check_particles(&owner, field, plan.estimate())?;
-    let (object, remarks) = plan.build()?;
-    size.add_particles(&owner, field, object.x.len() as u64)?;
-    Ok((object, remarks))
+    size.check_particles(&owner, key, plan.estimate())?;
+    let (object, warnings) = plan.build()?;
+    size.add_particles(&owner, key, object.x.len() as u64)?;
+    Ok((object, warnings))
 }

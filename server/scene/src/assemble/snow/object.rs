@@ -7,75 +7,78 @@ use nappe_sim::{mesh::TriangleMesh, snow::SnowObject};
 
 use super::material::material;
 use crate::{
-    error::{Fault, SceneError},
-    fill::{self, Closed, Count, Jitter, Noise, Placement, Places, Solid, Stream, TooMuch},
-    location::Place,
+    error::{ErrorKind, SceneError},
+    fill::{self, Arrangement, Closed, Count, Jitter, Noise, Solid, Stream, TooMuch},
+    location::Location,
     snow::{BoxText, Sampling, SnowBody, SnowSource, VolumeFrom},
+    transform::RigidMotion,
 };
 
 /// Particles in a cell of the grid, of an object that names no number.
 const PARTICLES_PER_CELL: f64 = 8.0;
 /// Part of a lattice's cell over which its particle may lie, of an object that names none.
 const JITTER: f64 = 0.5;
-/// Share of the volume that particles of a lattice may fail to fill before it is remarked.
+/// Share of the volume that particles of a lattice may fail to fill before it gives a warning.
 const ODD_FILLING: f64 = 0.2;
 
 /// An object that is ready to be filled.
 pub(crate) struct Plan<'a> {
     text: &'a SnowBody,
-    place: &'a Place<'a>,
+    at: &'a Location<'a>,
     solid: Solid,
-    places: Places,
+    arrangement: Arrangement,
     count: Count,
 }
 
 impl<'a> Plan<'a> {
-    /// Holds an object's fields against each other. `placement` and `scale` are its transform;
-    /// `mesh` is its mesh, as it was loaded, where it has one.
+    /// Checks an object's keys against each other. `mesh` is its mesh, as it was loaded, where it
+    /// has one; `at` is where the object stands.
     pub(crate) fn new(
         text: &'a SnowBody,
-        place: &'a Place<'a>,
+        at: &'a Location<'a>,
         cell: f64,
-        (scale, placement): (f64, Placement),
         mesh: Option<&TriangleMesh>,
     ) -> Result<Self, SceneError> {
+        let scale = text.transform.scale;
+        let motion = text.transform.motion(&at.key("transform"))?;
         let solid = match (&text.source, mesh) {
-            (SnowSource::Box(text), _) => boxed(*text, scale, &placement, place)?,
+            (SnowSource::Box(text), _) => boxed(*text, scale, &motion, at)?,
             (&SnowSource::Sphere { center, radius }, _) => {
-                Solid::Ball { center: placement.apply(center.map(|c| scale * c)), radius: scale * radius }
+                Solid::Ball { center: motion.apply(center.map(|c| scale * c)), radius: scale * radius }
             }
-            (SnowSource::Mesh(_), Some(mesh)) => meshed(mesh, scale, &placement, place)?,
+            (SnowSource::Mesh(_), Some(mesh)) => meshed(mesh, scale, &motion, at)?,
             (SnowSource::Mesh(_), None) => {
-                return Err(place.error(Fault::MeshNotFound, "mesh", "was not loaded"));
+                return Err(at.key("mesh").error(ErrorKind::MeshNotFound, "was not loaded"));
             }
         };
-        let places = places(text, place)?;
-        let count = count(text, cell, place)?;
-        Ok(Self { text, place, solid, places, count })
+        let arrangement = arrangement(text, at)?;
+        let count = count(text, cell, at)?;
+        Ok(Self { text, at, solid, arrangement, count })
     }
 
     /// Particles that it will have: exactly, or nearly where its lattice meets a curved surface.
     pub(crate) fn estimate(&self) -> u64 {
-        fill::estimate(&self.solid, self.places, self.count)
+        fill::estimate(&self.solid, self.arrangement, self.count)
     }
 
-    /// Makes the object; the strings are remarks.
+    /// Makes the object; the strings are warnings.
     pub(crate) fn build(self) -> Result<(SnowObject, Vec<String>), SceneError> {
-        let (text, place) = (self.text, self.place);
-        let inner = Place { path: place.path.key("material"), source: place.source };
-        let (density, material) = material(&text.material, &inner)?;
+        let (text, source) = (self.text, self.at.key(self.text.source_key()));
+        let (density, material) = material(&text.material, &self.at.key("material"))?;
+
         let expected = self.estimate();
-        let filled = fill::fill(&self.solid, self.places, self.count, expected);
+        let filled = fill::fill(&self.solid, self.arrangement, self.count, expected);
         let x = filled.map_err(|TooMuch| {
             let message = format!(
                 "takes too long to fill with {expected} particles: most of the box around it is empty, or its triangles overlap"
             );
-            place.error(Fault::TooLarge, text.source_field(), message)
+            source.error(ErrorKind::TooLarge, message)
         })?;
         if x.is_empty() {
             let message = "holds no particle: it is smaller than the distance between particles; allowed: a larger object, a smaller cell, or more particles";
-            return Err(place.error(Fault::OutOfRange, text.source_field(), message));
+            return Err(source.error(ErrorKind::OutOfRange, message));
         }
+
         let volume = self.solid.volume() / x.len() as f64;
         let noise =
             |stream, amplitude| Noise { seed: text.seed, stream, amplitude, length: text.noise_length };
@@ -94,8 +97,9 @@ impl<'a> Plan<'a> {
             material,
             x,
         };
-        let remarks = self.odd_filling(expected, object.x.len()).into_iter().collect();
-        Ok((object, remarks))
+
+        let warnings = self.odd_filling(expected, object.x.len()).into_iter().collect();
+        Ok((object, warnings))
     }
 
     /// Surfaces that cross each other enclose another volume than the divergence theorem gives.
@@ -111,7 +115,7 @@ impl<'a> Plan<'a> {
     }
 }
 
-fn boxed(text: BoxText, scale: f64, placement: &Placement, place: &Place<'_>) -> Result<Solid, SceneError> {
+fn boxed(text: BoxText, scale: f64, motion: &RigidMotion, at: &Location<'_>) -> Result<Solid, SceneError> {
     let (center, size) = match text {
         BoxText::Corners { min, max } => {
             if let Some(c) = (0..3).find(|c| max[*c] <= min[*c]) {
@@ -121,49 +125,49 @@ fn boxed(text: BoxText, scale: f64, placement: &Placement, place: &Place<'_>) ->
                     ["x", "y", "z"][c],
                     min[c]
                 );
-                return place.clash("box.max", message);
+                return at.key("box").key("max").inconsistent(message);
             }
             ([0, 1, 2].map(|c| 0.5 * (min[c] + max[c])), [0, 1, 2].map(|c| max[c] - min[c]))
         }
         BoxText::Centered { center, size } => (center, size),
     };
-    let shift = placement.apply(center.map(|c| scale * c));
-    Ok(Solid::Box { half: size.map(|s| 0.5 * scale * s), placement: Placement { shift, ..*placement } })
+    let shift = motion.apply(center.map(|c| scale * c));
+    Ok(Solid::Box { half: size.map(|s| 0.5 * scale * s), motion: RigidMotion { shift, ..*motion } })
 }
 
 fn meshed(
     mesh: &TriangleMesh,
     scale: f64,
-    placement: &Placement,
-    place: &Place<'_>,
+    motion: &RigidMotion,
+    at: &Location<'_>,
 ) -> Result<Solid, SceneError> {
-    mesh.check().map_err(|error| place.error(Fault::BadMesh, "mesh", error.to_string()))?;
+    mesh.check().map_err(|error| at.key("mesh").error(ErrorKind::BadMesh, error.to_string()))?;
     let mut moved = mesh.clone();
     for point in &mut moved.points {
-        *point = placement.apply(point.map(|c| scale * c));
+        *point = motion.apply(point.map(|c| scale * c));
     }
     let closed =
-        Closed::new(&moved).map_err(|fault| place.error(Fault::BadMesh, "mesh", fault.to_string()))?;
+        Closed::new(&moved).map_err(|error| at.key("mesh").error(ErrorKind::BadMesh, error.to_string()))?;
     Ok(Solid::from_mesh(closed))
 }
 
-fn places(text: &SnowBody, place: &Place<'_>) -> Result<Places, SceneError> {
+fn arrangement(text: &SnowBody, at: &Location<'_>) -> Result<Arrangement, SceneError> {
     match (text.sampling, text.jitter) {
         (Sampling::Jittered, jitter) => {
-            Ok(Places::Lattice(Jitter { amount: jitter.unwrap_or(JITTER), seed: text.seed }))
+            Ok(Arrangement::Lattice(Jitter { amount: jitter.unwrap_or(JITTER), seed: text.seed }))
         }
         (Sampling::Lattice | Sampling::Poisson, Some(_)) => {
-            place.clash("jitter", "goes with sampling = \"jittered\" alone")
+            at.key("jitter").inconsistent("goes with sampling = \"jittered\" alone")
         }
-        (Sampling::Lattice, None) => Ok(Places::Lattice(Jitter { amount: 0.0, seed: text.seed })),
-        (Sampling::Poisson, None) => Ok(Places::Poisson { seed: text.seed }),
+        (Sampling::Lattice, None) => Ok(Arrangement::Lattice(Jitter { amount: 0.0, seed: text.seed })),
+        (Sampling::Poisson, None) => Ok(Arrangement::Poisson { seed: text.seed }),
     }
 }
 
-fn count(text: &SnowBody, cell: f64, place: &Place<'_>) -> Result<Count, SceneError> {
+fn count(text: &SnowBody, cell: f64, at: &Location<'_>) -> Result<Count, SceneError> {
     match (text.particles, text.particles_per_cell) {
         (Some(_), Some(_)) => {
-            place.clash("particles", "does not go with particles_per_cell: one of them is needed")
+            at.key("particles").inconsistent("does not go with particles_per_cell: one of them is needed")
         }
         (Some(count), None) => Ok(Count::Exactly(u64::from(count))),
         (None, per_cell) => Ok(Count::Spacing(cell / libm::cbrt(per_cell.unwrap_or(PARTICLES_PER_CELL)))),

@@ -1,4 +1,4 @@
-//! How the snow of a scene is stepped: its fields held against each other.
+//! How the snow of a scene is stepped: its keys checked against each other.
 
 use nappe_sim::{
     linalg::Stop,
@@ -7,7 +7,7 @@ use nappe_sim::{
 
 use crate::{
     error::SceneError,
-    location::Place,
+    location::Location,
     snow::{AdvectionName, Snow, TransferName},
 };
 
@@ -15,25 +15,23 @@ use crate::{
 const FLIP: f64 = 0.95;
 
 /// Settings for the simulation.
-pub(crate) fn settings(snow: &Snow, place: &Place<'_>) -> Result<SnowSettings, SceneError> {
+pub(crate) fn settings(snow: &Snow, at: &Location<'_>) -> Result<SnowSettings, SceneError> {
     if snow.kernel == Kernel::Linear && snow.transfer != TransferName::PicFlip {
-        return place.clash(
-            "kernel",
-            "is 'linear', which goes with transfer = \"pic_flip\" alone: it is here to show how it fails; allowed here: quadratic, cubic",
+        return at.key("kernel").inconsistent("is 'linear', which goes with transfer = \"pic_flip\" alone: it is here to show how it fails; allowed here: quadratic, cubic",
         );
     }
     if snow.kernel == Kernel::Linear && snow.beta > 0.0 {
-        return place.clash("beta", "does not go with kernel = \"linear\"; allowed here: 0");
+        return at.key("beta").inconsistent("does not go with kernel = \"linear\"; allowed here: 0");
     }
     Ok(SnowSettings {
         kernel: snow.kernel,
-        transfer: transfer(snow, place)?,
+        transfer: transfer(snow, at)?,
         advection: match snow.advection {
             None | Some(AdvectionName::Particle) => Advection::Particle,
             Some(AdvectionName::Grid) => Advection::Grid,
         },
-        time_step: time_step(snow, place)?,
-        integration: integration(snow, place)?,
+        time_step: time_step(snow, at)?,
+        integration: integration(snow, at)?,
         max_substeps: snow.max_substeps,
         ballistic_below: snow.ballistic_below,
         max_energy: snow.max_energy,
@@ -41,12 +39,12 @@ pub(crate) fn settings(snow: &Snow, place: &Place<'_>) -> Result<SnowSettings, S
     })
 }
 
-fn transfer(snow: &Snow, place: &Place<'_>) -> Result<Transfer, SceneError> {
+fn transfer(snow: &Snow, at: &Location<'_>) -> Result<Transfer, SceneError> {
     let affine = match snow.transfer {
         TransferName::PicFlip => {
             return match (snow.flip, snow.flip_time) {
                 (Some(_), Some(_)) => {
-                    place.clash("flip_time", "does not go with flip: one of them is needed")
+                    at.key("flip_time").inconsistent("does not go with flip: one of them is needed")
                 }
                 (share, None) => Ok(Transfer::PicFlip(Blend::PerStep(share.unwrap_or(FLIP)))),
                 (None, Some(time)) => Ok(Transfer::PicFlip(Blend::TimeConstant(time))),
@@ -60,25 +58,25 @@ fn transfer(snow: &Snow, place: &Place<'_>) -> Result<Transfer, SceneError> {
         ("flip_time", snow.flip_time.is_some()),
         ("advection", snow.advection.is_some()),
     ];
-    for (field, given) in given {
+    for (key, given) in given {
         if given {
             let message = format!(
                 "goes with transfer = \"pic_flip\" alone; the transfer here is \"{}\"",
                 affine.name()
             );
-            return place.clash(field, message);
+            return at.key(key).inconsistent(message);
         }
     }
     Ok(affine)
 }
 
-fn time_step(snow: &Snow, place: &Place<'_>) -> Result<TimeStep, SceneError> {
+fn time_step(snow: &Snow, at: &Location<'_>) -> Result<TimeStep, SceneError> {
     match (snow.safety, snow.substep, snow.unchecked) {
-        (Some(_), Some(_), _) => {
-            place.clash("safety", "does not go with substep: a fixed step takes no share of the bound")
-        }
+        (Some(_), Some(_), _) => at
+            .key("safety")
+            .inconsistent("does not go with substep: a fixed step takes no share of the bound"),
         (_, None, true) => {
-            place.clash("unchecked", "is for a fixed step: give its length, substep = seconds")
+            at.key("unchecked").inconsistent("is for a fixed step: give its length, substep = seconds")
         }
         (None, Some(dt), true) => Ok(TimeStep::Unchecked(dt)),
         (None, Some(dt), false) => Ok(TimeStep::Fixed(dt)),
@@ -86,10 +84,12 @@ fn time_step(snow: &Snow, place: &Place<'_>) -> Result<TimeStep, SceneError> {
     }
 }
 
-fn integration(snow: &Snow, place: &Place<'_>) -> Result<Integration, SceneError> {
+fn integration(snow: &Snow, at: &Location<'_>) -> Result<Integration, SceneError> {
     if snow.beta == 0.0 {
         return match snow.solver {
-            Some(_) => place.clash("solver", "is for a semi-implicit step: give beta above 0, at most 1"),
+            Some(_) => {
+                at.key("solver").inconsistent("is for a semi-implicit step: give beta above 0, at most 1")
+            }
             None => Ok(Integration::Explicit),
         };
     }

@@ -1,6 +1,6 @@
-//! What is wrong with snow in a scene file, and what each fault is called.
+//! What is wrong with snow in a scene file, and what each error is called.
 
-use nappe_scene::{Built, NoMeshes, Scene, SceneError, SceneLimits};
+use nappe_scene::{Built, NoMeshes, Scene, SceneErrors, SceneLimits};
 
 const SMALL: &str = r#"version = 1
 dt = 0.01
@@ -13,12 +13,12 @@ name = "ball"
 sphere = { center = [0, 1, 0], radius = 0.3 }
 "#;
 
-fn build(text: &str) -> Result<Built, SceneError> {
+fn build(text: &str) -> Result<Built, SceneErrors> {
     Scene::parse(text, "scene.toml")?.build(&NoMeshes, &SceneLimits::default())
 }
 
 /// What is replaced in the small scene, by what, and the whole message.
-const FAULTS: &[(&str, &str, &str)] = &[
+const ERRORS: &[(&str, &str, &str)] = &[
     (
         "cell = 0.1",
         "cell = 0.1\nkernel = \"linear\"",
@@ -137,7 +137,7 @@ const FAULTS: &[(&str, &str, &str)] = &[
     (
         "sphere = { center = [0, 1, 0], radius = 0.3 }",
         "mesh = { grid = [3, 3], spacing = 1 }",
-        "scene.toml:9:10: snow.object[0].mesh.grid: snow.object.mesh has no field 'grid'; allowed: upload, file",
+        "scene.toml:9:10: snow.object[0].mesh.grid: snow.object.mesh has no key 'grid'; allowed: upload, file",
     ),
     (
         "radius = 0.3",
@@ -159,10 +159,10 @@ const FAULTS: &[(&str, &str, &str)] = &[
 
 #[test]
 fn a_message_names_file_line_column_field_finding_and_what_is_allowed() {
-    for (old, new, wanted) in FAULTS {
+    for (old, new, wanted) in ERRORS {
         let text = SMALL.replace(old, new);
         assert_ne!(&text, SMALL, "the case changes the scene: {old}");
-        let found = build(&text).expect_err("the scene has a fault").to_string();
+        let found = build(&text).expect_err("the scene has an error").to_string();
         assert_eq!(&found, wanted);
     }
 }

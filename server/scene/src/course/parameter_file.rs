@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::{
-    error::{Fault, SceneError, excerpt, suggestion},
+    error::{ErrorKind, SceneError, excerpt, suggestion},
     mesh::numbers::{Line, lines},
 };
 
@@ -17,15 +17,15 @@ pub(super) struct Entry<'a> {
 }
 
 /// The entries of a parameter file, by key in lower case.
-pub(super) struct Keys<'a> {
+pub(super) struct ParameterFile<'a> {
     file: &'a str,
     entries: BTreeMap<String, Entry<'a>>,
-    pub(super) remarks: Vec<String>,
+    pub(super) warnings: Vec<String>,
 }
 
-impl<'a> Keys<'a> {
+impl<'a> ParameterFile<'a> {
     pub(super) fn read(text: &'a str, file: &'a str) -> Result<Self, SceneError> {
-        let (mut entries, mut remarks) = (BTreeMap::new(), Vec::new());
+        let (mut entries, mut warnings) = (BTreeMap::new(), Vec::new());
         for line in lines(file, text, None) {
             if line.text.starts_with('#') {
                 continue;
@@ -33,14 +33,14 @@ impl<'a> Keys<'a> {
             let Some((key, rest)) = line.text.split_once('=') else {
                 let message =
                     format!("is '{}'; allowed: Key=value; or a line that starts with #", excerpt(line.text));
-                return Err(line.error(Fault::Syntax, message));
+                return Err(line.error(ErrorKind::Syntax, message));
             };
             let (value, after) = rest.split_once(';').unwrap_or_else(|| {
-                remarks.push(format!("{file}:{}: the line has no ';'", line.number));
+                warnings.push(format!("{file}:{}: the line has no ';'", line.number));
                 (rest, "")
             });
             if !after.trim().is_empty() {
-                remarks.push(format!(
+                warnings.push(format!(
                     "{file}:{}: '{}' after the ';' is passed over",
                     line.number,
                     excerpt(after.trim())
@@ -48,7 +48,7 @@ impl<'a> Keys<'a> {
             }
             let entry = Entry { key: key.trim(), value: value.trim(), line };
             if let Some(before) = entries.insert(entry.key.to_lowercase(), entry) {
-                remarks.push(format!(
+                warnings.push(format!(
                     "{file}:{}: {} was '{}' in line {}: the last value wins",
                     line.number,
                     entry.key,
@@ -57,7 +57,7 @@ impl<'a> Keys<'a> {
                 ));
             }
         }
-        Ok(Self { file, entries, remarks })
+        Ok(Self { file, entries, warnings })
     }
 
     /// Takes the entry of a key.
@@ -86,22 +86,22 @@ impl<'a> Keys<'a> {
     }
 
     pub(super) fn missing(&self, key: &str, what: &str) -> SceneError {
-        SceneError::new(Fault::Missing, self.file, format!("is missing: {what}")).in_field(key)
+        SceneError::new(ErrorKind::Missing, self.file, format!("is missing: {what}")).for_key(key)
     }
 
-    /// Remarks on the keys of `unused` that are here, and on those that nobody knows.
+    /// Warnings on the keys of `unused` that are here, and on those that nobody knows.
     pub(super) fn finish(mut self, unused: &[&str], known: &[&str]) -> Vec<String> {
         let here: Vec<&str> = unused.iter().copied().filter(|key| self.take(key).is_some()).collect();
         if !here.is_empty() {
             let list = here.join(", ");
-            self.remarks.push(format!("{}: {list}: for sph and rigid objects, unused here", self.file));
+            self.warnings.push(format!("{}: {list}: for sph and rigid objects, unused here", self.file));
         }
         for entry in self.entries.values() {
             let near = suggestion(entry.key, known.iter().chain(unused).copied());
             let (number, key) = (entry.line.number, excerpt(entry.key));
-            self.remarks.push(format!("{}:{number}: unknown key '{key}' is passed over; {near}", self.file));
+            self.warnings.push(format!("{}:{number}: unknown key '{key}' is passed over; {near}", self.file));
         }
-        self.remarks
+        self.warnings
     }
 }
 
@@ -115,16 +115,16 @@ impl<'a> Entry<'a> {
     }
 
     pub(super) fn number(&self) -> Result<f64, SceneError> {
-        self.line.number(self.value, "the value").map_err(|error| error.in_field(self.key))
+        self.line.number(self.value, "the value").map_err(|error| error.for_key(self.key))
     }
 
     pub(super) fn whole(&self) -> Result<u64, SceneError> {
         self.value.parse().ok().ok_or_else(|| {
-            self.error(Fault::Syntax, format!("is '{}'; allowed: a whole number", excerpt(self.value)))
+            self.error(ErrorKind::Syntax, format!("is '{}'; allowed: a whole number", excerpt(self.value)))
         })
     }
 
-    pub(super) fn error(&self, fault: Fault, message: impl Into<String>) -> SceneError {
-        self.line.error(fault, message).in_field(self.key)
+    pub(super) fn error(&self, fault: ErrorKind, message: impl Into<String>) -> SceneError {
+        self.line.error(fault, message).for_key(self.key)
     }
 }

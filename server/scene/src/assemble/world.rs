@@ -1,0 +1,69 @@
+//! The world of a scene: its bodies, its snow and its colliders, with every error that they have.
+
+use nappe_sim::world::{Change, WorldSetup};
+
+use super::{
+    body::{self, BodyText},
+    meshes::MeshSource,
+    names,
+    size::{SceneLimits, Size},
+    snow,
+};
+use crate::{
+    error::{Found, SceneErrors},
+    location::Location,
+    scene::Scene,
+};
+
+/// A scene ready to be simulated.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Built {
+    /// What the simulation is built from.
+    pub setup: WorldSetup,
+    /// Changes before the first step: moving pins.
+    pub initial_changes: Vec<Change>,
+    /// What is odd and does not stop a simulation.
+    pub warnings: Vec<String>,
+}
+
+impl Scene {
+    /// Builds the world of the scene.
+    ///
+    /// # Errors
+    /// Every key that does not fit, with its position where the scene was read from a text.
+    pub fn build(&self, meshes: &dyn MeshSource, limits: &SceneLimits) -> Result<Built, SceneErrors> {
+        self.check()?;
+        let root = Location::root(&self.source);
+        let (mut found, mut warnings) = (Found::default(), Vec::new());
+        names::check(self, &root, &mut found);
+
+        let mut size = Size::new(limits);
+        let (mut bodies, mut initial_changes) = (Vec::new(), Vec::new());
+        for (i, body) in self.bodies.iter().enumerate() {
+            let text = BodyText { body, at: root.key("body").index(i) };
+            let Some(made) = found.take(body::build(&text, meshes, &mut size)) else { continue };
+            initial_changes.extend(made.changes);
+            warnings.extend(made.warnings.iter().map(|warning| format!("body '{}': {warning}", body.name)));
+            bodies.push(made.setup);
+        }
+
+        let at = root.key("snow");
+        let snow = self.snow.as_ref().and_then(|text| {
+            snow::build(text, &at, meshes, &mut size, &mut found).map(|(snow, odd)| {
+                warnings.extend(odd);
+                snow
+            })
+        });
+        if snow.is_some() && !bodies.is_empty() {
+            warnings.push("cloth and snow pass through each other: they are not coupled yet".to_owned());
+        }
+
+        let list = root.key("collider");
+        let colliders = self.colliders.iter().enumerate();
+        let colliders = colliders.filter_map(|(i, text)| found.take(text.assemble(&list.index(i)))).collect();
+
+        let Self { dt, gravity, wind, .. } = *self;
+        let setup = WorldSetup { dt, gravity, wind, colliders, bodies, snow };
+        found.or(Built { setup, initial_changes, warnings })
+    }
+}

@@ -1,0 +1,37 @@
+//! Ranges of numbers, and those that several sections share.
+
+use std::fmt;
+
+/// The numbers that a key allows: from the first to the second, both included.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Range(pub f64, pub f64);
+
+/// Coordinates (m).
+pub(crate) const LENGTH: Range = Range(-1e6, 1e6);
+/// Radii and edges (m).
+pub(crate) const SIZE: Range = Range(1e-6, 1e6);
+/// Components of a velocity (m/s).
+pub(crate) const SPEED: Range = Range(-1e4, 1e4);
+/// Components of a direction, whose length does not matter.
+pub(crate) const DIRECTION: Range = Range(-1e6, 1e6);
+
+impl Range {
+    pub(super) fn holds(self, value: f64) -> bool {
+        (self.0..=self.1).contains(&value)
+    }
+}
+
+impl fmt::Display for Range {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} to {}", number(self.0), number(self.1))
+    }
+}
+
+/// A number as people write it, short and exact: 1e-6, 200, 0.5.
+pub(crate) fn number(value: f64) -> String {
+    if value != 0.0 && !(1e-3..1e5).contains(&value.abs()) {
+        format!("{value:e}")
+    } else {
+        format!("{value}")
+    }
+}
