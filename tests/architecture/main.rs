@@ -6,13 +6,16 @@
 
 mod tree;
 mod tokens;
+mod additions;
 mod builds;
 mod crates;
 mod deployment;
 mod documents;
+mod licences;
 mod modules;
 mod purity;
 mod sources;
+mod tables;
 
 /// Fails with every complaint, a line each.
 #[track_caller]

@@ -25,7 +25,7 @@ pub(crate) fn words(stream: TokenStream) -> Vec<String> {
     found
 }
 
-/// Every path, `a::b::c`, of one name or more; `a::{b, c}` gives `a`, `a::b` and `a::c`.
+/// Every path, `a::b::c`, of one name or more; `a::{b, c}` gives `a::b` and `a::c`.
 pub(crate) fn paths(stream: TokenStream) -> Vec<String> {
     let mut found = Vec::new();
     collect(stream, "", &mut found);
@@ -38,17 +38,21 @@ fn collect(stream: TokenStream, prefix: &str, found: &mut Vec<String>) {
     while i < tokens.len() {
         if let TokenTree::Ident(ident) = &tokens[i] {
             let mut path = format!("{prefix}{ident}");
+            let mut unfolded = false;
             while is_colon(tokens.get(i + 1)) && is_colon(tokens.get(i + 2)) {
                 match tokens.get(i + 3) {
                     Some(TokenTree::Ident(next)) => path = format!("{path}::{next}"),
                     Some(TokenTree::Group(group)) if group.delimiter() == Delimiter::Brace => {
                         collect(group.stream(), &format!("{path}::"), found);
+                        unfolded = true;
                     }
                     _ => break,
                 }
                 i += 3;
             }
-            found.push(path);
+            if !unfolded {
+                found.push(path);
+            }
         } else if let TokenTree::Group(group) = &tokens[i] {
             collect(group.stream(), "", found);
         }

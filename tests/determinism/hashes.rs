@@ -17,7 +17,7 @@ const FILE: &str = "hashes.txt";
 
 const HEADER: &str = "\
 # State hashes: scene, method, precision, steps, hash. The same for any number of threads, in debug
-# and in release, on any processor. Rewritten by NAPPE_BLESS=1 cargo test --test determinism.
+# and in release, on any processor. Rewritten by `cargo xtask bless hashes`.
 ";
 
 /// `scene method precision steps` of every run.

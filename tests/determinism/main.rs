@@ -1,7 +1,7 @@
 //! The same bits: for any number of threads, in debug and release, on any processor, in any
 //! numbering of the particles; and the same as the hashes in `tests/golden/hashes.txt`.
 //!
-//! `NAPPE_BLESS=1` rewrites that file; a change of it needs a reason in the commit's message.
+//! `cargo xtask bless hashes` rewrites that file; a change of it needs a reason in the commit's message.
 
 mod hashes;
 mod numbering;

@@ -5,7 +5,8 @@ use std::{env, fs, path::PathBuf, sync::Arc};
 use nappe_scene::{MeshSource, Scene, SceneError, SceneLimits, reference_page};
 use nappe_sim::mesh::TriangleMesh;
 
-const MARK: &str = "(`cargo test -p nappe-scene` checks it against the code; `UPDATE_DOCS=1` rewrites it).\n";
+const MARK: &str =
+    "(`cargo test -p nappe-scene` checks it against the code; `cargo xtask bless pages` rewrites it).\n";
 
 fn page_file() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../docs/scenes.md")
@@ -16,11 +17,11 @@ fn the_reference_in_the_docs_is_written_from_the_schema() {
     let text = fs::read_to_string(page_file()).unwrap();
     let (head, reference) = text.split_once(MARK).expect("docs/scenes.md has its mark");
     let wanted = reference_page();
-    if env::var_os("UPDATE_DOCS").is_some() {
+    if env::var_os("NAPPE_BLESS").is_some() {
         fs::write(page_file(), format!("{head}{MARK}{wanted}")).unwrap();
         return;
     }
-    assert!(reference == wanted, "run UPDATE_DOCS=1 cargo test -p nappe-scene and look at the change");
+    assert!(reference == wanted, "run `cargo xtask bless pages` and look at the change");
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! `cargo xtask ci`: everything that must hold before a change lands.
 
 use crate::{
-    check, clients, mutants,
+    additions, check, clients, mutants,
     shell::{Failure, Shell},
     test,
 };
@@ -12,7 +12,9 @@ const NAPPE: &str = "run --release --bin nappe --";
 /// Runs the checks, the tests, the mistakes made on purpose, the demo, short benchmarks and the examples.
 pub(crate) fn run(shell: &mut Shell, arguments: &[String]) -> Result<(), Failure> {
     check::run(shell, arguments)?;
+    additions::run(shell, arguments)?;
     test::run(shell, arguments)?;
+    test::debug(shell)?;
     mutants::run(shell, arguments)?;
     shell.cargo("demo", &format!("{NAPPE} --save target/demo.rrd"))?;
     shell.cargo("bench zara", &format!("{NAPPE} bench zara --sizes 2500,22500"))?;

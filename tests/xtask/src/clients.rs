@@ -15,6 +15,10 @@ const PROTOS: [&str; 2] = ["nappe/v1/frame.proto", "nappe/v1/simulation.proto"];
 
 /// Runs the examples against the server that was built.
 pub(crate) fn examples(shell: &mut Shell) -> Result<(), Failure> {
+    shell.step("examples", run)
+}
+
+fn run(shell: &mut Shell) -> Result<(), Failure> {
     let built = shell.target().join("release");
     let server = Server::start(&built.join("nappe-server"))?;
     let mut rust = Command::new(built.join("examples/watch"));

@@ -1,35 +1,56 @@
-//! Project tasks: `cargo xtask check | test | bench | mutants | ci`.
+//! Project tasks: `cargo xtask check | test | bench | mutants | additions | bless | ci`.
 //!
-//! Reads the task's name; runs ordinary commands, each shown as it starts; ends with a table of
-//! what ran and how long it took. Uses the standard library alone, so that it builds in seconds.
+//! Reads the task's name; says what it will run and how long that took the last time; runs ordinary commands,
+//! each shown as it starts; ends with a table of what ran and a list of what was not checked. Where the
+//! environment says `CI=true`, the task fails if anything was not. Uses the standard library alone, so
+//! that it builds in seconds.
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a program for a terminal")]
 
+mod times;
 mod shell;
+mod copy;
 mod check;
 mod test;
 mod bench;
 mod clients;
 mod mutants;
+mod additions;
+mod bless;
 mod ci;
 
 use std::process::ExitCode;
 
 use shell::{Failure, Shell};
+use times::Times;
 
 /// A task: its name, what it does, and the function that does it.
 type Task = (&'static str, &'static str, fn(&mut Shell, &[String]) -> Result<(), Failure>);
 
 /// Every task, in the order of the help.
-const TASKS: [Task; 5] = [
+const TASKS: [Task; 7] = [
     ("check", "formatting, lints, documentation and the contract's style; changes nothing", check::run),
-    ("test", "every test that needs nothing but Rust and a C compiler", test::run),
+    ("test", "every test of the program, in the release profile", test::run),
     ("bench", "the benchmarks named after it, or all: zara cloth snow stomakhin stream", bench::run),
     (
         "mutants",
         "mistakes made on purpose in a copy of the snow, and the tests that notice them",
         mutants::run,
     ),
-    ("ci", "check, test, a short benchmark, and clients in other languages", ci::run),
+    (
+        "additions",
+        "patches that each add one thing to a copy of the program, which must build",
+        additions::run,
+    ),
+    (
+        "bless",
+        "writes every file that is made from the code; names after it choose: pages hashes mutants",
+        bless::run,
+    ),
+    (
+        "ci",
+        "all that must hold before a change lands: check, test, the libraries in debug, and the rest",
+        ci::run,
+    ),
 ];
 
 fn main() -> ExitCode {
@@ -46,10 +67,7 @@ fn main() -> ExitCode {
         eprintln!("there is no task '{name}'\n\n{}", help());
         return ExitCode::from(2);
     };
-    let mut shell = Shell::at_repository_root();
-    let result = task(&mut shell, rest);
-    println!("{}", shell.table());
-    match result {
+    match execute(name, *task, rest) {
         Ok(()) => {
             println!("xtask {name}: ok");
             ExitCode::SUCCESS
@@ -61,7 +79,36 @@ fn main() -> ExitCode {
     }
 }
 
+/// Plans the task, runs it, and tells what ran and what did not.
+fn execute(
+    name: &str,
+    task: fn(&mut Shell, &[String]) -> Result<(), Failure>,
+    arguments: &[String],
+) -> Result<(), Failure> {
+    let mut plan = Shell::for_planning();
+    task(&mut plan, arguments)?;
+    let mut times = Times::read(&plan.target());
+    println!("xtask {name} will run{}", plan.plan(&times));
+
+    let mut shell = Shell::at_repository_root();
+    let result = task(&mut shell, arguments);
+    times.keep(&shell.target(), shell.took());
+    println!("\nxtask {name} ran{}", shell.table());
+
+    let skipped = shell.skipped();
+    if !skipped.is_empty() {
+        println!("\nnot checked:\n  {}", skipped.join("\n  "));
+    }
+    result?;
+    if !skipped.is_empty() && std::env::var_os("CI").is_some_and(|value| value == "true") {
+        return Err(Failure(
+            "with CI=true nothing may be left unchecked: install what is missing".to_owned(),
+        ));
+    }
+    Ok(())
+}
+
 fn help() -> String {
-    let line = |(name, what, _): &Task| format!("  {name:<7} {what}");
+    let line = |(name, what, _): &Task| format!("  {name:<9} {what}");
     format!("usage: cargo xtask TASK\n\n{}", TASKS.iter().map(line).collect::<Vec<_>>().join("\n"))
 }

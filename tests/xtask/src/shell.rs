@@ -1,4 +1,4 @@
-//! Runs commands at the repository's root and remembers how long each took.
+//! Runs commands at the repository's root, says beforehand which, and remembers how long each took.
 
 use std::{
     env,
@@ -9,6 +9,8 @@ use std::{
     process::Command,
     time::{Duration, Instant},
 };
+
+use crate::times::Times;
 
 /// A command that could not be started or did not succeed, or a task asked for the wrong way.
 #[derive(Debug)]
@@ -22,11 +24,31 @@ impl fmt::Display for Failure {
 
 impl Error for Failure {}
 
-/// Runs commands one after the other.
+/// What became of a step.
+#[derive(Debug)]
+enum Outcome {
+    /// It will run, or runs.
+    Planned,
+    Took(Duration),
+    Failed,
+    Skipped(String),
+}
+
+/// A step: how deep it lies in others, its title, and what became of it.
+#[derive(Debug)]
+struct Row {
+    depth: usize,
+    title: String,
+    outcome: Outcome,
+}
+
+/// Runs the steps of a task, or only lists them.
 #[derive(Debug)]
 pub(crate) struct Shell {
     root: PathBuf,
-    ran: Vec<(String, Result<Duration, String>)>,
+    rows: Vec<Row>,
+    depth: usize,
+    planning: bool,
 }
 
 impl Shell {
@@ -34,12 +56,46 @@ impl Shell {
     pub(crate) fn at_repository_root() -> Self {
         let here = Path::new(env!("CARGO_MANIFEST_DIR"));
         let root = here.ancestors().nth(2).expect("this crate stands two folders below the root");
-        Self { root: root.to_path_buf(), ran: Vec::new() }
+        Self { root: root.to_path_buf(), rows: Vec::new(), depth: 0, planning: false }
+    }
+
+    /// The same, but steps are listed and not taken.
+    pub(crate) fn for_planning() -> Self {
+        Self { planning: true, ..Self::at_repository_root() }
+    }
+
+    /// The root of the repository.
+    pub(crate) fn root(&self) -> &Path {
+        &self.root
     }
 
     /// Where built programs and installed tools are kept.
     pub(crate) fn target(&self) -> PathBuf {
         env::var_os("CARGO_TARGET_DIR").map_or_else(|| self.root.join("target"), |dir| self.root.join(dir))
+    }
+
+    /// Takes a step that is more than one command. All that a task does stands in a step or a command:
+    /// a plan is made by calling the task with a shell that takes none.
+    ///
+    /// # Errors
+    /// What `work` fails with.
+    pub(crate) fn step(
+        &mut self,
+        title: &str,
+        work: impl FnOnce(&mut Self) -> Result<(), Failure>,
+    ) -> Result<(), Failure> {
+        let row = self.rows.len();
+        self.rows.push(Row { depth: self.depth, title: title.to_owned(), outcome: Outcome::Planned });
+        if self.planning {
+            return Ok(());
+        }
+        let start = Instant::now();
+        self.depth += 1;
+        let result = work(self);
+        self.depth -= 1;
+        self.rows[row].outcome =
+            if result.is_ok() { Outcome::Took(start.elapsed()) } else { Outcome::Failed };
+        result
     }
 
     /// Runs cargo with `arguments`, separated by blanks.
@@ -48,6 +104,29 @@ impl Shell {
     /// When it does not succeed.
     pub(crate) fn cargo(&mut self, title: &str, arguments: &str) -> Result<(), Failure> {
         self.run(title, Command::new(cargo()).args(arguments.split_whitespace()))
+    }
+
+    /// Runs `command`, at the root unless it names a folder, its output going where ours goes.
+    ///
+    /// # Errors
+    /// When it cannot be started or does not succeed.
+    pub(crate) fn run(&mut self, title: &str, command: &mut Command) -> Result<(), Failure> {
+        self.step(title, |shell| {
+            println!("\n=== {title}: {}", line_of(command));
+            // What cargo told us of this crate is not for the crates below: some build scripts watch these
+            // variables, and everything above them would be built again at the next cargo outside.
+            Self::forget_this_crate(command);
+            if command.get_current_dir().is_none() {
+                command.current_dir(&shell.root);
+            }
+            match command.status() {
+                Ok(status) if status.success() => Ok(()),
+                Ok(status) => Err(Failure(format!("{title} failed ({status}): {}", line_of(command)))),
+                Err(error) => {
+                    Err(Failure(format!("{title}: {} cannot be started: {error}", line_of(command))))
+                }
+            }
+        })
     }
 
     /// Takes out of a command's environment what cargo told us of this crate.
@@ -62,39 +141,13 @@ impl Shell {
         }
     }
 
-    /// The root of the repository.
-    pub(crate) fn root(&self) -> &Path {
-        &self.root
-    }
-
-    /// Runs `command` at the root, its output going where ours goes.
-    ///
-    /// # Errors
-    /// When it cannot be started or does not succeed.
-    pub(crate) fn run(&mut self, title: &str, command: &mut Command) -> Result<(), Failure> {
-        println!("\n=== {title}: {}", line_of(command));
-        // What cargo told us of this crate is not for the crates below: some build scripts watch these
-        // variables, and everything above them would be built again at the next cargo outside.
-        Self::forget_this_crate(command);
-        let start = Instant::now();
-        let status = command.current_dir(&self.root).status();
-        let outcome = match status {
-            Ok(status) if status.success() => Ok(start.elapsed()),
-            Ok(status) => Err(format!("{title} failed ({status}): {}", line_of(command))),
-            Err(error) => Err(format!("{title}: cannot start {}: {error}", line_of(command))),
-        };
-        let (row, result) = match outcome {
-            Ok(time) => (Ok(time), Ok(())),
-            Err(reason) => (Err("failed".to_owned()), Err(Failure(reason))),
-        };
-        self.ran.push((title.to_owned(), row));
-        result
-    }
-
-    /// Notes that a step was left out, and why.
+    /// Notes that a step is left out, and why. The last lines of the task list it.
     pub(crate) fn skip(&mut self, title: &str, reason: &str) {
-        println!("\n=== {title}: skipped: {reason}");
-        self.ran.push((title.to_owned(), Err(format!("skipped: {reason}"))));
+        if !self.planning {
+            println!("\n=== {title}: skipped: {reason}");
+        }
+        let outcome = Outcome::Skipped(reason.to_owned());
+        self.rows.push(Row { depth: self.depth, title: title.to_owned(), outcome });
     }
 
     /// The path of `program`, if it is installed: among the project's own tools first, then on PATH.
@@ -108,15 +161,49 @@ impl Shell {
             .find(|file| file.is_file())
     }
 
+    /// What will run and how long each step took the last time, a line each.
+    pub(crate) fn plan(&self, times: &Times) -> String {
+        let told = |row: &Row| match (&row.outcome, times.of(&row.title)) {
+            (Outcome::Skipped(reason), _) => format!("skipped: {reason}"),
+            (_, Some(seconds)) => format!("{seconds:>7.1} s the last time"),
+            (_, None) => "      not run here yet".to_owned(),
+        };
+        self.lines(self.rows.iter(), told)
+    }
+
     /// What ran, a line each.
     pub(crate) fn table(&self) -> String {
-        let width = self.ran.iter().map(|(title, _)| title.chars().count()).max().unwrap_or(0);
-        let outcome = |outcome: &Result<Duration, String>| match outcome {
-            Ok(time) => format!("{:>7.1} s", time.as_secs_f64()),
-            Err(reason) => format!("  {reason}"),
+        let told = |row: &Row| match &row.outcome {
+            Outcome::Took(time) => format!("{:>7.1} s", time.as_secs_f64()),
+            Outcome::Failed => "failed".to_owned(),
+            Outcome::Skipped(reason) => format!("skipped: {reason}"),
+            Outcome::Planned => "not run".to_owned(),
         };
-        let line = |(title, result): &(String, _)| format!("\n{title:<width$} {}", outcome(result));
-        self.ran.iter().map(line).collect::<Vec<_>>().concat()
+        self.lines(self.rows.iter(), told)
+    }
+
+    /// What was not checked, and why, a line each.
+    pub(crate) fn skipped(&self) -> Vec<String> {
+        let line = |row: &Row| match &row.outcome {
+            Outcome::Skipped(reason) => Some(format!("{}: {reason}", row.title)),
+            _ => None,
+        };
+        self.rows.iter().filter_map(line).collect()
+    }
+
+    /// Title and seconds of every step that succeeded.
+    pub(crate) fn took(&self) -> impl Iterator<Item = (&str, f64)> {
+        self.rows.iter().filter_map(|row| match row.outcome {
+            Outcome::Took(time) => Some((row.title.as_str(), time.as_secs_f64())),
+            _ => None,
+        })
+    }
+
+    fn lines<'a>(&self, rows: impl Iterator<Item = &'a Row>, told: impl Fn(&Row) -> String) -> String {
+        let title = |row: &Row| format!("{}{}", "  ".repeat(row.depth), row.title);
+        let width = self.rows.iter().map(|row| title(row).chars().count()).max().unwrap_or(0);
+        let line = |row| format!("\n  {:<width$}  {}", title(row), told(row));
+        rows.map(line).collect::<Vec<_>>().concat()
     }
 }
 
@@ -129,4 +216,19 @@ fn line_of(command: &Command) -> String {
     let program = Path::new(command.get_program()).file_name().unwrap_or(command.get_program());
     let words = std::iter::once(program).chain(command.get_args());
     words.map(|word| word.to_string_lossy()).collect::<Vec<_>>().join(" ")
+}
+
+#[test]
+fn a_plan_lists_every_step_and_takes_none() {
+    let task = |shell: &mut Shell| {
+        shell.cargo("no such command", "no-such-command")?;
+        shell.skip("contract", "buf is not installed");
+        shell.step("inner", |_| Err(Failure("taken".to_owned())))
+    };
+    let mut shell = Shell::for_planning();
+    assert!(task(&mut shell).is_ok());
+    let plan = shell.plan(&Times::default());
+    assert_eq!(plan.lines().filter(|line| !line.is_empty()).count(), 3, "{plan}");
+    assert_eq!(shell.skipped(), ["contract: buf is not installed"]);
+    assert_eq!(shell.took().count(), 0);
 }

@@ -1,6 +1,6 @@
 //! `cargo xtask mutants`: mistakes made on purpose, and the tests that notice them.
 //!
-//! Copies the sources into `target/mutants`, builds every mistake into the copy behind a switch, runs
+//! Copies the sources, builds every mistake into the copy behind a switch, runs
 //! the quick tests of snow once for each, and writes which of them fail into
 //! `docs/laws/snow-mutants.md`, or compares with what is there. The program itself has no switch.
 
@@ -10,17 +10,17 @@ use std::{
     collections::{BTreeMap, BTreeSet},
     fs,
     path::Path,
-    process::Command,
 };
 
 use patches::{Form, NAMES, PATCHES};
 
-use crate::shell::{Failure, Shell, cargo};
+use crate::{
+    copy::{Copy, cargo_in, replace_once},
+    shell::{Failure, Shell},
+};
 
 /// The page that the table is written into.
 const PAGE: &str = "docs/laws/snow-mutants.md";
-/// Set, the page is written; else it is compared.
-const UPDATE: &str = "UPDATE_DOCS";
 /// Tests that are left out: long runs, which say little that the quick ones do not.
 const SLOW: [&str; 17] = [
     "manufactured",
@@ -56,96 +56,74 @@ pub(crate) fn mutant(number: u32) -> bool {
 
 /// Makes the copy, runs the tests for each mistake, and writes or compares the table.
 pub(crate) fn run(shell: &mut Shell, _: &[String]) -> Result<(), Failure> {
-    let tree = shell.target().join("mutants");
-    copy(shell, &tree)?;
-    let none = failures(&tree, 0)?;
+    shell.step("mutants", |shell| find(shell, compare))
+}
+
+/// The same, but the table is written.
+pub(crate) fn bless(shell: &mut Shell) -> Result<(), Failure> {
+    shell.step("mutants", |shell| find(shell, write))
+}
+
+/// Runs the tests for each mistake and hands the page to `finish`.
+fn find(shell: &mut Shell, finish: fn(&Path, &str) -> Result<(), Failure>) -> Result<(), Failure> {
+    let mut copy = Copy::of(shell, "mutants")?;
+    patch(&mut copy)?;
+    let tree = copy.write(shell)?;
+    let failures = |mutant| failures(shell, &tree, mutant);
+    let none = failures(0)?;
     if !none.is_empty() {
         return Err(Failure(format!("tests fail without a mistake: {}", joined(&none))));
     }
     let mut table = BTreeMap::new();
     for mutant in 1..=NAMES.len() as u32 {
-        let caught = failures(&tree, mutant)?;
+        let caught = failures(mutant)?;
         println!("{mutant:>2} {}: {} tests fail", NAMES[mutant as usize - 1], caught.len());
         table.insert(mutant, caught);
     }
     let missed: Vec<_> =
         table.iter().filter(|(_, caught)| caught.is_empty()).map(|(m, _)| NAMES[*m as usize - 1]).collect();
-    write_or_compare(&shell.root().join(PAGE), &page(&table))?;
+    finish(&shell.root().join(PAGE), &page(&table))?;
     if missed.is_empty() {
         return Ok(());
     }
     Err(Failure(format!("no test notices: {}", missed.join("; "))))
 }
 
-/// Copies every file that git does not ignore, with the mistakes built in; what is there already is
-/// left alone, so that it need not be built again.
-fn copy(shell: &mut Shell, tree: &Path) -> Result<(), Failure> {
-    let root = shell.root().to_path_buf();
-    let listed = Command::new("git")
-        .args(["ls-files", "-z", "--cached", "--others", "--exclude-standard"])
-        .current_dir(&root)
-        .output();
-    let listed = listed.map_err(|error| Failure(format!("cannot list files: {error}")))?.stdout;
-    let mut patched = 0;
-    for name in String::from_utf8_lossy(&listed).split('\0').filter(|name| root.join(name).is_file()) {
-        let from = root.join(name);
-        let mut content = fs::read(&from).map_err(|error| fault(&from, &error))?;
-        let patches = PATCHES.iter().filter(|patch| name == format!("server/sim/src/snow/{}", patch.file));
-        for patch in patches {
-            let text = String::from_utf8_lossy(&content).into_owned();
-            content = apply(&text, patch)?.into_bytes();
-            patched += 1;
-        }
-        if name == "server/sim/src/lib.rs" {
-            content.extend_from_slice(SWITCH.as_bytes());
-        }
-        place(&tree.join(name), &content)?;
+/// Builds the mistakes into the copy.
+fn patch(copy: &mut Copy) -> Result<(), Failure> {
+    for patch in &PATCHES {
+        copy.edit(&format!("server/sim/src/snow/{}", patch.file), |text| apply(text, patch))?;
     }
-    if patched == PATCHES.len() {
-        return Ok(());
-    }
-    Err(Failure(format!("{patched} of {} texts were found: a file was renamed", PATCHES.len())))
-}
-
-/// Writes a file unless it is there.
-fn place(file: &Path, content: &[u8]) -> Result<(), Failure> {
-    if fs::read(file).is_ok_and(|there| there == content) {
-        return Ok(());
-    }
-    let folder = file.parent().expect("a file of the copy is in a folder");
-    fs::create_dir_all(folder).map_err(|error| fault(folder, &error))?;
-    fs::write(file, content).map_err(|error| fault(file, &error))
+    copy.edit("server/sim/src/lib.rs", |text| Ok(format!("{text}{SWITCH}")))
 }
 
 /// A file's text with a patch.
-fn apply(old: &str, patch: &patches::Patch) -> Result<String, Failure> {
+fn apply(text: &str, patch: &patches::Patch) -> Result<String, String> {
     let (from, to) = (patch.from, patch.to);
-    let count = old.matches(from).count();
-    if count != 1 {
-        return Err(Failure(format!(
-            "mistake {}: the text stands {count} times in {}, once is needed: {from}",
-            patch.mutant, patch.file
-        )));
-    }
     let new = match patch.form {
         Form::Text => to.to_owned(),
         Form::Expression => format!("(if crate::mutant({}) {{ {to} }} else {{ {from} }})", patch.mutant),
     };
-    Ok(old.replacen(from, &new, 1))
+    replace_once(text, from, &new).map_err(|reason| format!("mistake {}: {reason}", patch.mutant))
 }
 
 /// Tests that fail with a mistake on.
-fn failures(tree: &Path, mutant: u32) -> Result<BTreeSet<String>, Failure> {
-    let mut command = Command::new(cargo());
+fn failures(shell: &Shell, tree: &Path, mutant: u32) -> Result<BTreeSet<String>, Failure> {
+    let mut command = cargo_in(shell, tree);
     command
-        .args(["test", "--release", "-p", "nappe-tests", "--no-default-features", "--test", "snow", "--"])
+        .args([
+            "test",
+            "--release",
+            "--locked",
+            "-p",
+            "nappe-tests",
+            "--no-default-features",
+            "--test",
+            "snow",
+        ])
+        .arg("--")
         .args(SLOW.iter().flat_map(|slow| ["--skip", slow]))
-        .current_dir(tree)
-        // Cargo tells crates of a workspace apart by their path in it: built in the folder of the program,
-        // those of the copy would be taken for those of the program.
-        .env("CARGO_TARGET_DIR", tree.join("target"))
         .env("NAPPE_MUTANT", mutant.to_string());
-    Shell::forget_this_crate(&mut command);
     let output = command.output().map_err(|error| Failure(format!("cannot start the tests: {error}")))?;
     let text = String::from_utf8_lossy(&output.stdout);
     if !text.contains("test result:") {
@@ -158,7 +136,7 @@ fn failures(tree: &Path, mutant: u32) -> Result<BTreeSet<String>, Failure> {
 
 fn page(table: &BTreeMap<u32, BTreeSet<String>>) -> String {
     let mut page = String::from(
-        "# Which test catches which mistake\n\nMade by `UPDATE_DOCS=1 cargo xtask mutants`: each mistake is built into a copy of the program, and the quick tests of \
+        "# Which test catches which mistake\n\nMade by `cargo xtask bless mutants`: each mistake is built into a copy of the program, and the quick tests of \
          `tests/snow` are run\non it. Without a mistake, all pass. Long runs (bars, beams, columns, impacts, sliding blocks, manufactured solutions) are left out here.\n\n| mistake | tests that fail |\n|---|---|\n",
     );
     let rows =
@@ -171,15 +149,16 @@ fn joined(names: &BTreeSet<String>) -> String {
     names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
 }
 
-fn write_or_compare(file: &Path, page: &str) -> Result<(), Failure> {
-    if std::env::var_os(UPDATE).is_some() {
-        return fs::write(file, page).map_err(|error| fault(file, &error));
-    }
+fn write(file: &Path, page: &str) -> Result<(), Failure> {
+    fs::write(file, page).map_err(|error| fault(file, &error))
+}
+
+fn compare(file: &Path, page: &str) -> Result<(), Failure> {
     let there = fs::read_to_string(file).map_err(|error| fault(file, &error))?;
     if there == page {
         return Ok(());
     }
-    Err(Failure(format!("{PAGE} is not what was found: run `{UPDATE}=1 cargo xtask mutants`\n{page}")))
+    Err(Failure(format!("{PAGE} is not what was found: run `cargo xtask bless mutants`\n{page}")))
 }
 
 fn fault(file: &Path, error: &std::io::Error) -> Failure {

@@ -1,0 +1,46 @@
+//! `cargo xtask bless`: writes every file of the repository that is made from the code.
+//!
+//! Pages of docs/ that list what the code has, the committed hashes, the table of mutants. Each is written by
+//! the test that compares it, which [`VARIABLE`] turns from a judge into a writer. Look at the change
+//! before it is committed: a hash that changed needs a reason in the commit's message.
+
+use std::process::Command;
+
+use crate::{
+    mutants,
+    shell::{Failure, Shell, cargo},
+};
+
+/// The environment variable that makes a test write what it compares.
+pub(crate) const VARIABLE: &str = "NAPPE_BLESS";
+
+/// Files that tests write: name of the group, title, and the test in cargo's words.
+const WRITERS: [(&str, &str, &str); 3] = [
+    ("pages", "docs/scenes.md", "-p nappe-scene --test reference -- the_reference_in_the_docs"),
+    ("pages", "docs/errors.md", "-p nappe-tests --test service -- the_page_of_errors"),
+    (
+        "hashes",
+        "tests/golden/hashes.txt",
+        "-p nappe-tests --no-default-features --test determinism -- every_run_has_its_committed_hash",
+    ),
+];
+
+/// Every group.
+const GROUPS: [&str; 3] = ["pages", "hashes", "mutants"];
+
+/// Writes the groups named in `names`, or all.
+pub(crate) fn run(shell: &mut Shell, names: &[String]) -> Result<(), Failure> {
+    if let Some(unknown) = names.iter().find(|name| !GROUPS.contains(&name.as_str())) {
+        return Err(Failure(format!("nothing is called '{unknown}'; there are: {}", GROUPS.join(", "))));
+    }
+    let asked = |group: &str| names.is_empty() || names.iter().any(|name| name == group);
+    for (_, title, test) in WRITERS.into_iter().filter(|(group, ..)| asked(group)) {
+        let mut writer = Command::new(cargo());
+        writer.args(["test", "--release"]).args(test.split_whitespace()).env(VARIABLE, "1");
+        shell.run(title, &mut writer)?;
+    }
+    if asked("mutants") {
+        mutants::bless(shell)?;
+    }
+    shell.run("what changed", Command::new("git").args(["status", "--short"]))
+}
