@@ -3,8 +3,8 @@
 //!
 //! `cargo xtask bless hashes` rewrites that file; a change of it needs a reason in the commit's message.
 
+mod scenes;
+mod snow;
 mod hashes;
 mod numbering;
-mod scenes;
 mod simd;
-mod snow;

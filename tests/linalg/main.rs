@@ -1,8 +1,8 @@
 //! Linear systems: conjugate gradient and minimal residuals on systems solved in 60 digits, and the
 //! operators of a step.
 
+mod systems;
 mod dense;
 mod minres;
 mod operators;
-mod systems;
 mod tangents;

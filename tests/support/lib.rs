@@ -2,6 +2,10 @@
 //!
 //! Suites take from here; nothing here asserts on the program except that it runs.
 
+mod method;
+mod oscillator;
+mod scalar;
+
 pub mod course;
 pub mod golden;
 pub mod networks;
@@ -9,10 +13,6 @@ pub mod scene;
 pub mod snow;
 pub mod statics;
 pub mod threads;
-
-mod method;
-mod oscillator;
-mod scalar;
 
 pub use method::Method;
 pub use oscillator::Oscillator;
