@@ -49,7 +49,8 @@ fn told([program, tests, pages]: &[Lines<'_>; 3]) -> String {
     let plural = if files == 1 { "" } else { "s" };
     let mut text = format!("{} lines in {files} file{plural}", program.count);
     for (name, lines) in [("tests", tests), ("pages", pages)].into_iter().filter(|(_, l)| l.count > 0) {
-        text.push_str(&format!("; {name}: {} in {}", lines.count, lines.files.len()));
+        let part = format!("; {name}: {} in {}", lines.count, lines.files.len());
+        text.push_str(&part);
     }
     text
 }

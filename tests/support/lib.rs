@@ -3,7 +3,6 @@
 //! Suites take from here; nothing here asserts on the program except that it runs.
 
 mod method;
-mod oscillator;
 mod scalar;
 
 pub mod course;
@@ -13,6 +12,8 @@ pub mod scene;
 pub mod snow;
 pub mod statics;
 pub mod threads;
+
+mod oscillator;
 
 pub use method::Method;
 pub use oscillator::Oscillator;

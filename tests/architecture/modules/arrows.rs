@@ -76,7 +76,9 @@ pub(super) fn between_files(krate: &Crate) -> BTreeSet<(&str, &str)> {
 /// Groups of files each of which leads to every other of its group.
 pub(super) fn circles<'a>(arrows: &BTreeSet<(&'a str, &'a str)>) -> Vec<BTreeSet<&'a str>> {
     let mut next: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
-    arrows.iter().for_each(|(from, to)| next.entry(from).or_default().push(to));
+    for (from, to) in arrows {
+        next.entry(from).or_default().push(to);
+    }
     let reached = |start: &'a str| {
         let mut found = BTreeSet::new();
         let mut open = vec![start];

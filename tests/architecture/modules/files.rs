@@ -123,7 +123,15 @@ fn add(found: &mut Crate, sources: &[Source], module: Module, stream: TokenStrea
                 let end = |token: &TokenTree| matches!(token, TokenTree::Punct(p) if p.as_char() == ';');
                 let length = tokens[i..].iter().take_while(|token| !end(token)).count();
                 let passed_on = is_public(&tokens[..i]);
-                import(&mut found.modules[number], &tokens[i + 1..i + length], "", passed_on);
+                let mut names = Vec::new();
+                unfold(&tokens[i + 1..i + length], "", &mut names);
+                let module = &mut found.modules[number];
+                for (name, path) in names {
+                    match name.as_str() {
+                        "*" => module.globs.push(path),
+                        _ => module.imports.push(Import { name, path, passed_on }),
+                    }
+                }
                 i += length;
             }
             [TokenTree::Ident(word), TokenTree::Ident(name), ..] if ITEMS.iter().any(|item| word == item) => {
@@ -159,38 +167,34 @@ fn is_public(before: &[TokenTree]) -> bool {
     }
 }
 
-/// Reads what stands between `use` and `;`.
-fn import(module: &mut Module, tokens: &[TokenTree], prefix: &str, passed_on: bool) {
+/// What stands between `use` and `;`: each name with the path that it stands for, `*` for all of a path.
+fn unfold(tokens: &[TokenTree], prefix: &str, found: &mut Vec<(String, String)>) {
     let mut path = prefix.to_owned();
     let mut name = None;
-    let mut i = 0;
-    while i < tokens.len() {
-        match &tokens[i] {
+    for (i, token) in tokens.iter().enumerate() {
+        match token {
             TokenTree::Ident(word) if word == "as" => {
                 name = tokens.get(i + 1).map(ToString::to_string);
                 break;
             }
             TokenTree::Ident(word) if word == "self" && !path.is_empty() => {}
-            TokenTree::Ident(word) => {
-                path = if path.is_empty() { word.to_string() } else { format!("{path}::{word}") };
-            }
+            TokenTree::Ident(word) if path.is_empty() => path = word.to_string(),
+            TokenTree::Ident(word) => path = format!("{path}::{word}"),
             TokenTree::Group(group) => {
                 let parts: Vec<_> = group.stream().into_iter().collect();
                 let comma = |token: &TokenTree| matches!(token, TokenTree::Punct(p) if p.as_char() == ',');
-                parts.split(comma).for_each(|part| import(module, part, &path, passed_on));
+                for part in parts.split(comma) {
+                    unfold(part, &path, found);
+                }
                 return;
             }
-            TokenTree::Punct(star) if star.as_char() == '*' => {
-                module.globs.push(path);
-                return;
-            }
+            TokenTree::Punct(star) if star.as_char() == '*' => name = Some("*".to_owned()),
             _ => {}
         }
-        i += 1;
     }
     if !tokens.is_empty() {
         let last = path.rsplit("::").next().unwrap_or_default().to_owned();
-        module.imports.push(Import { name: name.unwrap_or(last), path, passed_on });
+        found.push((name.unwrap_or(last), path));
     }
 }
 
