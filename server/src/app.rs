@@ -153,6 +153,7 @@ impl Config {
         if !self.address.ip().is_loopback() && !self.allow_remote {
             return Err(StartError::Remote(self.address));
         }
+
         for (name, value) in [
             ("drain_seconds", self.drain_seconds),
             ("handshake_seconds", self.handshake_seconds),

@@ -28,6 +28,7 @@ fn main() -> ExitCode {
         Err(error) => return failed(&format!("no runtime could be started: {error}")),
     };
     let code = runtime.block_on(run(arguments.config));
+
     // Blocking work that hangs must not keep the program alive.
     runtime.shutdown_timeout(Duration::from_millis(200));
     code
@@ -47,6 +48,7 @@ async fn run(config: Config) -> ExitCode {
         Ok(signal) => tracing::info!("{signal}: draining"),
         Err(error) => tracing::error!("cannot catch signals, ending: {error}"),
     }
+
     app.shutdown().await;
     tracing::info!("ended");
     ExitCode::SUCCESS

@@ -1,21 +1,18 @@
-//! A server in this process, a client of it, and the few things that every test does.
+//! A server in this process, a client of it, and what every test does with them.
 
 use std::{collections::BTreeMap, time::Duration};
 
 use nappe_proto::v1::{
     self, create_session_request::Scene, simulation_service_client::SimulationServiceClient,
-    watch_frames_response::Event,
 };
 use nappe_server::{App, Config, DOMAIN, Limits, Reason};
-use tokio_stream::StreamExt as _;
-use tonic::{Code, Status, Streaming, transport::Channel};
+use tonic::{Code, Status, transport::Channel};
 use tonic_types::StatusExt as _;
+
+use crate::frames::{PATIENCE, Watch};
 
 /// A client of the generated stubs.
 pub(crate) type Client = SimulationServiceClient<Channel>;
-
-/// Nothing in this suite takes this long unless it hangs.
-pub(crate) const PATIENCE: Duration = Duration::from_mins(1);
 
 /// A server and a client of it.
 pub(crate) struct Server {
@@ -122,223 +119,6 @@ pub(crate) fn every(id: &str, from_frame: u64) -> v1::WatchFramesRequest {
 /// A request to watch the newest frames.
 pub(crate) fn latest(id: &str) -> v1::WatchFramesRequest {
     v1::WatchFramesRequest { session_id: id.into(), ..v1::WatchFramesRequest::default() }
-}
-
-/// A sheet of `side` x `side` particles that hangs by two corners, with more lines at the root.
-pub(crate) fn sheet_with(side: u32, root: &str) -> String {
-    format!(
-        r#"
-        version = 1
-        title = "a sheet of {side}"
-        dt = 0.002
-        {root}
-        [[body]]
-        name = "sheet"
-        mesh = {{ grid = [{side}, {side}], spacing = 0.1, ripple = 0.01 }}
-        mass = {{ density = 0.2 }}
-        pins = ["top_left", "top_right"]
-        drag = 1e-4
-        [body.springs]
-        stretch = {{ stiffness = 50, damping = 0.02 }}
-        shear = {{ stiffness = 20, damping = 0.01 }}
-        "#
-    )
-}
-
-/// A sheet of `side` x `side` particles that hangs by two corners.
-pub(crate) fn sheet(side: u32) -> String {
-    sheet_with(side, "")
-}
-
-/// `side` x `side` particles without springs: frames of 12 bytes each, and hardly any work.
-pub(crate) fn dust(side: u32, root: &str) -> String {
-    format!(
-        r#"
-        version = 1
-        title = "dust"
-        dt = 0.001
-        {root}
-        [[body]]
-        name = "dust"
-        mesh = {{ grid = [{side}, {side}], spacing = 0.1 }}
-        mass = {{ density = 0.2 }}
-        integrator = "symplectic_euler"
-        "#
-    )
-}
-
-/// A frame put together from its pieces.
-#[derive(Clone, Debug)]
-pub(crate) struct Whole {
-    pub(crate) head: v1::Frame,
-    pub(crate) piece_count: u32,
-    /// Bytes by field.
-    pub(crate) fields: BTreeMap<i32, Vec<u8>>,
-    /// The grid's nodes, and how many pieces they came in.
-    pub(crate) grid: Option<Nodes>,
-}
-
-/// Nodes of the snow's grid put together from their pieces.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Nodes {
-    pub(crate) cell: f64,
-    pub(crate) stride: u32,
-    pub(crate) node_count: u64,
-    pub(crate) index: Vec<[i32; 3]>,
-    pub(crate) mass: Vec<f32>,
-    pub(crate) velocity: Vec<[f32; 3]>,
-    pub(crate) piece_count: u32,
-}
-
-impl Nodes {
-    fn append(&mut self, piece: &v1::GridField) {
-        let head = (piece.cell, piece.stride, piece.node_count);
-        assert!(self.piece_count == 0 || head == (self.cell, self.stride, self.node_count));
-        (self.cell, self.stride, self.node_count) = head;
-        let index = numbers(&piece.index_i32, i32::from_le_bytes);
-        let velocity = numbers(&piece.velocity_f32, f32::from_le_bytes);
-        self.index.extend(index.as_chunks().0);
-        self.velocity.extend(velocity.as_chunks().0);
-        self.mass.extend(numbers(&piece.mass_f32, f32::from_le_bytes));
-        assert_eq!((self.index.len(), self.velocity.len()), (self.mass.len(), self.mass.len()));
-        self.piece_count += 1;
-    }
-}
-
-/// Packed numbers of `N` bytes each.
-fn numbers<T, const N: usize>(bytes: &[u8], read: impl Fn([u8; N]) -> T) -> Vec<T> {
-    assert_eq!(bytes.len() % N, 0);
-    bytes.as_chunks().0.iter().map(|chunk| read(*chunk)).collect()
-}
-
-impl Whole {
-    /// A field's numbers.
-    pub(crate) fn numbers<T, const N: usize>(&self, field: v1::Field, read: impl Fn([u8; N]) -> T) -> Vec<T> {
-        numbers(&self.fields[&i32::from(field)], read)
-    }
-}
-
-/// What a stream of frames gives.
-#[derive(Debug)]
-pub(crate) enum Next {
-    Frame(Box<Whole>),
-    End(v1::SessionEnd),
-    Broken(Status),
-    Closed,
-}
-
-/// A watcher that puts frames together and checks that pieces are in order.
-pub(crate) struct Watch {
-    pub(crate) topology: v1::Topology,
-    pub(crate) topology_piece_count: u32,
-    stream: Streaming<v1::WatchFramesResponse>,
-}
-
-impl Watch {
-    async fn new(mut stream: Streaming<v1::WatchFramesResponse>) -> Self {
-        let mut topology = first_piece(&mut stream).await;
-        let count = topology.chunk.map_or(1, |chunk| chunk.count);
-        for index in 1..count {
-            let piece = first_piece(&mut stream).await;
-            assert_eq!(piece.chunk, Some(v1::Chunk { index, count }));
-            piece.bodies.into_iter().for_each(|body| append(&mut topology.bodies, body));
-        }
-        Self { topology, topology_piece_count: count, stream }
-    }
-
-    async fn message(&mut self) -> Option<Result<Event, Status>> {
-        let next = tokio::time::timeout(PATIENCE, self.stream.next()).await.expect("a message in time");
-        next.map(|message| message.map(|message| message.event.expect("a message holds an event")))
-    }
-
-    /// The next whole frame, or the end.
-    pub(crate) async fn next(&mut self) -> Next {
-        let mut whole: Option<Whole> = None;
-        loop {
-            match self.message().await {
-                None => return Next::Closed,
-                Some(Err(status)) => return Next::Broken(status),
-                Some(Ok(Event::End(end))) => return Next::End(end),
-                Some(Ok(Event::Topology(_))) => panic!("the topology comes once"),
-                Some(Ok(Event::Frame(piece))) => {
-                    let chunk = piece.chunk.expect("a piece says where it stands");
-                    let whole = whole.get_or_insert_with(|| Whole {
-                        head: piece.clone(),
-                        piece_count: 0,
-                        fields: BTreeMap::new(),
-                        grid: None,
-                    });
-                    assert_eq!((piece.frame, chunk.index), (whole.head.frame, whole.piece_count));
-                    assert_eq!(piece.diagnostics.is_some(), chunk.index == 0);
-                    whole.piece_count += 1;
-                    if let Some(grid) = &piece.grid {
-                        whole.grid.get_or_insert_default().append(grid);
-                    }
-                    for field in piece.fields {
-                        whole.fields.entry(field.field).or_default().extend_from_slice(&field.data);
-                    }
-                    if whole.piece_count == chunk.count {
-                        return Next::Frame(Box::new(whole.clone()));
-                    }
-                }
-            }
-        }
-    }
-
-    /// The next frame, which must come.
-    pub(crate) async fn frame(&mut self) -> Whole {
-        match self.next().await {
-            Next::Frame(frame) => *frame,
-            other => panic!("a frame was due: {other:?}"),
-        }
-    }
-
-    /// The frames until the end of the session, and the end.
-    pub(crate) async fn until_end(&mut self) -> (Vec<Whole>, v1::SessionEnd) {
-        let mut frames = Vec::new();
-        loop {
-            match self.next().await {
-                Next::Frame(frame) => frames.push(*frame),
-                Next::End(end) => {
-                    assert!(matches!(self.next().await, Next::Closed), "nothing follows the end");
-                    return (frames, end);
-                }
-                other => panic!("the end was due: {other:?}"),
-            }
-        }
-    }
-
-    /// The frames until the stream breaks, and its status.
-    pub(crate) async fn until_break(&mut self) -> (Vec<Whole>, Status) {
-        let mut frames = Vec::new();
-        loop {
-            match self.next().await {
-                Next::Frame(frame) => frames.push(*frame),
-                Next::Broken(status) => return (frames, status),
-                other => panic!("a status was due: {other:?}"),
-            }
-        }
-    }
-}
-
-async fn first_piece(stream: &mut Streaming<v1::WatchFramesResponse>) -> v1::Topology {
-    match stream.next().await.expect("a message").expect("no error").event {
-        Some(Event::Topology(topology)) => topology,
-        other => panic!("the topology comes first: {other:?}"),
-    }
-}
-
-/// Adds a body, or the next bytes of the last one.
-fn append(bodies: &mut Vec<v1::BodyTopology>, part: v1::BodyTopology) {
-    match bodies.last_mut().filter(|body| body.first_particle == part.first_particle) {
-        None => bodies.push(part),
-        Some(body) => {
-            body.triangles_u32 = [&body.triangles_u32[..], &part.triangles_u32].concat().into();
-            body.springs_u32 = [&body.springs_u32[..], &part.springs_u32].concat().into();
-            body.pins_u32 = [&body.pins_u32[..], &part.pins_u32].concat().into();
-            body.uv_f32 = [&body.uv_f32[..], &part.uv_f32].concat().into();
-        }
-    }
 }
 
 /// Checks that a status has a reason of the table with its code, and returns the metadata.

@@ -1,4 +1,4 @@
-//! Every limit once: what it refuses, and with which reason.
+//! Every limit of the configuration once: what it refuses, and with which reason.
 
 use std::time::{Duration, Instant};
 
@@ -10,7 +10,11 @@ use nappe_server::{App, Config, Limits, Reason, StartError};
 use tokio::{io::AsyncReadExt as _, net::TcpStream};
 use tonic::{Response, Status};
 
-use crate::harness::{PATIENCE, Server, assert_reason, dust, latest, request, sheet};
+use crate::{
+    cloth_scenes::{dust, sheet},
+    frames::PATIENCE,
+    harness::{Server, assert_reason, latest, request},
+};
 
 fn text(text: String) -> v1::CreateSessionRequest {
     v1::CreateSessionRequest { scene: Some(Scene::SceneText(text)), ..request() }
@@ -34,7 +38,7 @@ async fn limits_are_reported_as_they_are_configured() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn sessions_and_watchers() {
+async fn sessions_and_watchers_are_limited() {
     let limits = Limits { max_sessions: 2, max_watchers_per_session: 1, ..Limits::default() };
     let mut server = Server::with(limits).await;
     let id = server.session(sheet(3)).await;
@@ -42,11 +46,12 @@ async fn sessions_and_watchers() {
     assert_refused(server.client.create_session(text(sheet(3))).await, Reason::TooManySessions);
     let watch = server.watch(latest(&id)).await;
     assert_refused(server.client.watch_frames(latest(&id)).await, Reason::TooManyWatchers);
-    let figures = v1::WatchDiagnosticsRequest { session_id: id.clone(), max_rate_hz: 0.0 };
-    assert_refused(server.client.watch_diagnostics(figures).await, Reason::TooManyWatchers);
+    let diagnostics = v1::WatchDiagnosticsRequest { session_id: id.clone(), max_rate_hz: 0.0 };
+    assert_refused(server.client.watch_diagnostics(diagnostics).await, Reason::TooManyWatchers);
     drop(watch);
     server.until(&id, |session| session.watcher_count == 0).await;
     server.watch(latest(&id)).await;
+
     // A deleted session gives its place back before the call returns.
     for _ in 0..20 {
         let [id, _] = listed(&mut server).await;
@@ -62,7 +67,7 @@ async fn listed(server: &mut Server) -> [String; 2] {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn particles_springs_scene_bytes_threads_and_steps() {
+async fn particles_springs_scene_bytes_threads_and_steps_are_limited() {
     let limits = Limits {
         max_particles: 100,
         max_springs: 200,
@@ -86,7 +91,7 @@ async fn particles_springs_scene_bytes_threads_and_steps() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn bytes_and_number_of_meshes() {
+async fn bytes_and_number_of_meshes_are_limited() {
     let limits = Limits { max_mesh_bytes: 100, max_meshes: 2, max_particles: 1000, ..Limits::default() };
     let mut server = Server::with(limits).await;
     let header = |point_count| UploadMeshRequest {
@@ -96,12 +101,14 @@ async fn bytes_and_number_of_meshes() {
         let pieces = tokio_stream::iter([header(point_count)]);
         assert_refused(server.client.upload_mesh(pieces).await, Reason::MeshTooLarge);
     }
+
     let mut ids = Vec::new();
     for _ in 0..3 {
         let data = UploadMeshRequest { part: Some(Part::Data(Bytes::from(vec![0; 96]))) };
         let upload = server.client.upload_mesh(tokio_stream::iter([header(4), data])).await.expect("it fits");
         ids.push(upload.into_inner().mesh_id);
     }
+
     let scene = |id: &str| {
         let body = "[[body]]\nname = \"b\"\nmass = { particle = 1.0 }";
         text(format!("version = 1\ndt = 0.01\n{body}\nmesh = {{ upload = \"{id}\" }}\n"))
@@ -113,7 +120,7 @@ async fn bytes_and_number_of_meshes() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn bytes_of_a_message_and_changes_that_wait() {
+async fn bytes_of_a_message_and_waiting_changes_are_limited() {
     let limits = Limits { max_message_bytes: 10_000, max_pending_changes: 3, ..Limits::default() };
     let mut server = Server::with(limits).await;
     let long = format!("# {}\n{}", "x".repeat(20_000), sheet(3));
@@ -133,24 +140,28 @@ async fn bytes_of_a_message_and_changes_that_wait() {
     for at_step in [10, 20, 30] {
         server.client.update_parameters(update(at_step)).await.expect("room");
     }
+
     assert_refused(server.client.update_parameters(update(40)).await, Reason::TooManyChanges);
     server.step(&id, 11).await;
     server.client.update_parameters(update(40)).await.expect("room again");
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn connections_and_silence() {
+async fn connections_and_their_silence_are_limited() {
     let limits = Limits { max_connections: 2, ..Limits::default() };
     let config = Config { handshake_seconds: 0.5, limits, ..Config::default() };
     let mut server = Server::configured(config).await;
     let address = server.app.local_addr();
     let start = Instant::now();
     let mut silent = TcpStream::connect(address).await.expect("accepted");
+
     // The third is closed at once.
     let mut third = TcpStream::connect(address).await.expect("the system accepts it");
     assert!(closed(&mut third).await && start.elapsed() < Duration::from_millis(450));
+
     // The second never says anything, and is closed for it.
     assert!(closed(&mut silent).await && start.elapsed() > Duration::from_millis(450));
+
     // The first is served on.
     server.client.get_server_info(v1::GetServerInfoRequest {}).await.expect("served");
 }
@@ -162,11 +173,12 @@ async fn closed(stream: &mut TcpStream) -> bool {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn calls_on_one_connection() {
+async fn calls_on_one_connection_are_limited() {
     let limits = Limits { max_streams_per_connection: 1, ..Limits::default() };
     let mut server = Server::with(limits).await;
     let id = server.session(sheet(3)).await;
     let watch = server.watch(latest(&id)).await;
+
     // The client holds the second call back until the stream ends.
     let mut other = server.client.clone();
     let second = tokio::spawn(async move { other.get_server_info(v1::GetServerInfoRequest {}).await });
@@ -178,7 +190,7 @@ async fn calls_on_one_connection() {
 }
 
 #[tokio::test]
-async fn an_address_that_others_reach_needs_a_flag() {
+async fn an_address_that_other_machines_reach_needs_a_flag() {
     let address = "0.0.0.0:0".parse().expect("an address");
     let refused = App::start(Config { address, ..Config::default() }).expect_err("no flag");
     assert!(matches!(refused, StartError::Remote(_)));

@@ -1,23 +1,26 @@
 //! The service as a client meets it: the real server on a free loopback port, real gRPC.
 
-#![allow(clippy::print_stdout, reason = "figures and messages are shown when a test fails")]
+#![allow(clippy::print_stdout, reason = "measurements and messages are shown when a test fails")]
 
+mod frames;
 mod harness;
-mod scenes;
-mod lifecycle;
-mod create;
-mod upload;
-mod watch;
-mod snow;
-mod grid;
-mod resume;
-mod errors;
+mod simulation;
+mod cloth_scenes;
+mod snow_scenes;
+mod session_lifecycle;
+mod create_session;
+mod upload_mesh;
+mod watch_frames;
+mod snow_sessions;
+mod grid_nodes;
+mod resuming_watchers;
+mod bad_input;
 mod limits;
-mod updates;
-mod isolation;
-mod stalled;
-mod drain;
-mod web;
-mod discovery;
-mod library;
-mod pages;
+mod update_parameters;
+mod failed_sessions;
+mod stalled_watchers;
+mod shutdown;
+mod grpc_web;
+mod health_and_reflection;
+mod client_library;
+mod errors_page;

@@ -90,6 +90,7 @@ impl From<ServiceError> for Status {
         for (field, problem) in &error.fields {
             details.add_bad_request_violation(shortened(field), shortened(problem));
         }
+
         if matches!(error.reason, Reason::ServerDraining | Reason::TooManyUploads) {
             details.set_retry_info(Some(Duration::from_secs(1)));
         }

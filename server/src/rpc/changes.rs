@@ -17,15 +17,19 @@ pub(super) fn changes(request: &v1::UpdateParametersRequest) -> Result<Vec<Chang
     if let Some(gravity) = request.gravity {
         changes.push(Change::Gravity(finite_vector("gravity", gravity)?));
     }
+
     if let Some(wind) = request.wind {
         changes.push(Change::Wind(finite_vector("wind", wind)?));
     }
+
     if let Some(drag) = request.drag {
         changes.push(Change::Drag(finite("drag", drag)?));
     }
+
     for (i, update) in request.springs.iter().enumerate() {
         changes.push(springs(&format!("springs[{i}]"), update)?);
     }
+
     for (i, update) in request.pins.iter().enumerate() {
         changes.push(pin(&format!("pins[{i}]"), update)?);
     }

@@ -26,6 +26,7 @@ pub(super) async fn create(
         let (session, warnings) = make(shared, &request).await?;
         return Ok(response(&session, warnings));
     }
+
     let id = Uuid::try_parse(&request.request_id).map_err(|error| {
         let problem = format!("is '{}', not a UUID: {error}", request.request_id);
         ServiceError::field("request_id", problem)
@@ -62,6 +63,7 @@ async fn make(
     if !request.session_id.is_empty() {
         validate::session_id(&request.session_id)?;
     }
+
     let (scene_text, scene_name) = scene(request, limits)?;
     let precision = precision(request.precision)?;
     let thread_count = thread_count(request.thread_count, limits)?;

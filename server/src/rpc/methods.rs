@@ -73,6 +73,7 @@ impl SimulationService for Methods {
         };
 
         let meshes = Arc::clone(&self.0.meshes);
+
         // Checking sorts the triangles, which takes a while for a large mesh.
         let stored = tokio::task::spawn_blocking(move || upload::store(mesh, &meshes)).await;
         let (mesh_id, warnings) = stored.map_err(|_panic| {

@@ -93,6 +93,7 @@ fn check_piece(piece: &Bytes, received: usize, layout: &Layout) -> Result<(), Se
         let message = format!("a piece has {} bytes; allowed: at most {PIECE_BYTES}", piece.len());
         return Err(broken(message).with("bytes", piece.len()).with("allowed", PIECE_BYTES));
     }
+
     if piece.len() > layout.total() - received {
         let total = layout.total();
         let message = format!("more bytes came than the {total} that the header announces");
@@ -125,6 +126,7 @@ impl Layout {
         if points == 0 {
             return Err(ServiceError::field("header.point_count", "is 0: a mesh has points"));
         }
+
         for (field, count) in [("header.mass_count", header.mass_count), ("header.uv_count", header.uv_count)]
         {
             if count != 0 && count != points {

@@ -32,6 +32,7 @@ pub(super) fn session_id(id: &str) -> Result<(), ServiceError> {
     if good {
         return Ok(());
     }
+
     let shown: String = id.chars().take(80).collect();
     let problem =
         format!("is '{shown}': an id has 4 to 63 characters of a-z, 0-9 and '-', and starts with a letter");
@@ -99,10 +100,12 @@ pub(super) fn period(max_rate_hz: f64) -> Result<Option<Duration>, ServiceError>
     if max_rate_hz == 0.0 {
         return Ok(None);
     }
+
     if !max_rate_hz.is_finite() || max_rate_hz < 0.0 {
         let problem = format!("is {max_rate_hz}: allowed are 0 (no limit) and finite rates above it (Hz)");
         return Err(ServiceError::field("max_rate_hz", problem).with("value", max_rate_hz));
     }
+
     let longest = Duration::from_hours(24);
     Ok(Some(Duration::try_from_secs_f64(1.0 / max_rate_hz).map_or(longest, |period| period.min(longest))))
 }
@@ -148,6 +151,7 @@ fn grid(
     if snow_cell.is_none() {
         return Err(ServiceError::field("grid", "is set, but the session has no snow, and so no grid"));
     }
+
     let allowed = limits.max_grid_nodes.max(1);
     let max_nodes = if request.max_nodes == 0 { allowed } else { request.max_nodes.min(allowed) };
     Ok(GridChoice { selection, max_nodes })
@@ -168,6 +172,7 @@ fn fields(request: &v1::WatchFramesRequest) -> Result<FieldSet, ServiceError> {
         let encoded = encoded.ok_or_else(|| unknown_value(&format!("fields[{i}]"), *number))?;
         fields = fields.with(encoded);
     }
+
     if fields == FieldSet::NONE {
         fields = EncodedField::of(v1::Field::Positions, encoding).map_or(fields, |field| fields.with(field));
     }
@@ -205,6 +210,7 @@ pub(super) fn start(feed: &Feed, from_frame: u64, wanted: FieldSet) -> Result<()
             .with("from_frame", from_frame)
             .with("newest_frame", newest));
     }
+
     if let Lookup::Expired { oldest } = feed.lookup(from_frame, wanted) {
         let message = format!(
             "frame {from_frame} is no longer kept with what is asked for; the oldest that is: {oldest}"
@@ -258,6 +264,7 @@ mod tests {
             let choice = GridChoice { selection: Selection::All, max_nodes: most };
             assert_eq!(asked(all, max_nodes).expect("all nodes"), choice);
         }
+
         let slice = |axis, coordinate| Some(Message::Slice(v1::SliceNodes { axis, coordinate }));
         let choice = GridChoice { selection: Selection::Slice { axis: 2, coordinate: -0.25 }, max_nodes: 5 };
         assert_eq!(asked(slice(v1::Axis::Z.into(), -0.25), 5).expect("a slice"), choice);
@@ -265,6 +272,7 @@ mod tests {
         for bad in [None, slice(0, 0.0), slice(9, 0.0), slice(y, f64::NAN), slice(y, f64::INFINITY)] {
             assert_eq!(asked(bad, 0).expect_err("no choice").reason, Reason::InvalidField);
         }
+
         let request = v1::GridRequest { selection: all, max_nodes: 0 };
         let refused = grid(&request, None, &limits).expect_err("cloth has no grid");
         assert!(refused.message.contains("no snow"), "{refused}");
@@ -278,6 +286,7 @@ mod tests {
         for bad in [-1.0, f64::NAN, f64::INFINITY] {
             assert!(real_time_factor(bad).is_err() && period(bad).is_err());
         }
+
         assert_eq!(period(0.0).expect("no limit"), None);
         assert_eq!(period(50.0).expect("a rate"), Some(Duration::from_millis(20)));
         assert!(period(f64::MIN_POSITIVE).expect("a tiny rate").is_some());

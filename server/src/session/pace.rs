@@ -35,6 +35,7 @@ impl Pace {
         if self.factor <= 0.0 {
             return Duration::ZERO;
         }
+
         let due_seconds = (end - self.origin_time) / self.factor;
         let elapsed = now.saturating_duration_since(self.origin).as_secs_f64();
         let wait = due_seconds - elapsed;
@@ -83,9 +84,11 @@ mod tests {
     fn a_late_session_catches_up_only_within_the_bound() {
         let start = Instant::now();
         let mut pace = Pace::start(1.0, start, 0.0);
+
         // 50 ms late: goes on at once, and keeps its clock.
         assert_eq!(pace.wait(start + Duration::from_millis(60), 0.010), Duration::ZERO);
         assert_eq!(pace.wait(start + Duration::from_millis(60), 0.070).as_millis(), 10);
+
         // 10 s late: goes on at once, once, and then every 10 ms again.
         let late = start + Duration::from_secs(10);
         assert_eq!(pace.wait(late, 0.080), Duration::ZERO);

@@ -44,6 +44,7 @@ impl PendingChanges {
         {
             due.extend(entry.remove());
         }
+
         self.count -= due.iter().map(Vec::len).sum::<usize>();
         due
     }

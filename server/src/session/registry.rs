@@ -59,6 +59,7 @@ impl Registry {
             let message = format!("another session has the id '{id}'");
             return Err(ServiceError::new(Reason::SessionExists, message).with("session_id", id));
         }
+
         sessions.insert(id.clone(), None);
         drop(sessions);
         Ok(Reservation { registry: Arc::clone(self), id })

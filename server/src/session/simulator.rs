@@ -87,6 +87,7 @@ impl Simulator {
 
         if stands && !newest.fields().covers(self.status.feed.demand()) {
             let wanted = newest.fields().union(self.status.feed.demand());
+
             // A number that cannot be encoded fails the session at its next frame, if there is one.
             if let Ok(encoded) = self.encode(wanted, newest.head.clone()) {
                 self.status.feed.publish(encoded);

@@ -205,6 +205,7 @@ impl Stepper {
         if due && !self.publish(frame, position) {
             return;
         }
+
         let event = if last { Event::SteppedLast } else { Event::Stepped };
         self.change(event).expect("a session that stepped may step");
     }
@@ -282,6 +283,7 @@ impl Stepper {
         if is_intact && !is_newest {
             let _ = self.simulator.publish(newest.head.frame + 1, FramePosition::Last);
         }
+
         self.status().feed.end(Ending::Broken(error.clone()));
         self.answer_waiting(&Err(error));
     }

@@ -168,6 +168,7 @@ mod tests {
         for state in [Playing, one] {
             assert_eq!(transition(state, Event::SteppedLast), Ok((Finished, Effect::Finish)));
         }
+
         for state in [Paused, Playing, one, Finished] {
             assert_eq!(transition(state, Event::Broke), Ok((Failed, Effect::Fail)));
         }

@@ -74,6 +74,7 @@ impl Feed {
             newest.frame = frame;
             newest.oldest = oldest;
         });
+
         // Frames are freed here, outside the lock that watchers take.
         drop(outdated);
     }

@@ -61,6 +61,7 @@ impl EncodedFrame {
         for field in wanted.fields() {
             fields[field as usize] = Some(field.encode(simulation)?);
         }
+
         let grid = if wanted.covers(FieldSet::GRID) { GridFrame::of(simulation)? } else { None };
 
         Ok(Self { head, fields, grid })
@@ -89,6 +90,7 @@ impl EncodedFrame {
                 cutter.add_field(field, data.clone());
             }
         }
+
         if let (Some(grid), Some(choice)) = (&self.grid, &wanted.grid) {
             cutter.add_grid(grid.choose(choice));
         }
@@ -208,6 +210,7 @@ mod tests {
                 node_count: nodes as u64,
                 ..v1::GridField::default()
             });
+
             // 35 nodes in 1000 bytes; an empty grid needs no piece of its own.
             assert_eq!(cutter.pieces.len(), 1 + usize::div_ceil(nodes, 35));
             let grids: Vec<_> = cutter.pieces.iter().filter_map(|piece| piece.grid.as_ref()).collect();

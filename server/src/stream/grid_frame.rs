@@ -226,10 +226,12 @@ mod tests {
             let field = grid.choose(&GridChoice { selection, max_nodes: 49 });
             assert_eq!((field.stride, field.node_count), (1, 49));
             assert!(indices(&field).iter().all(|i| i[axis] == index));
+
             // Every second node within the plane, though the plane's own index may be odd.
             let field = grid.choose(&GridChoice { selection, max_nodes: 48 });
             assert_eq!((field.stride, field.node_count, indices(&field).len()), (2, 49, 9));
         }
+
         for coordinate in [1e300, -1e300, 99.0] {
             let selection = Selection::Slice { axis: 0, coordinate };
             let field = grid.choose(&GridChoice { selection, max_nodes: 48 });
@@ -241,6 +243,7 @@ mod tests {
     fn a_thin_row_keeps_some_of_its_nodes_if_any_stride_does() {
         let nodes = (0..100_000).map(|x| Node { index: [x, 40, 40], mass: 1.0, velocity: [0.0; 3] });
         let grid = GridFrame { cell: 1.0, nodes: nodes.collect() };
+
         // 40 is a multiple of 2, 4, 5 and 8. None is few enough for 10 000 nodes.
         for (max_nodes, stride, sent) in [(50_000, 2, 50_000), (30_000, 4, 25_000), (10_000, 3, 0)] {
             let field = grid.choose(&GridChoice { selection: Selection::All, max_nodes });

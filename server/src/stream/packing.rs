@@ -93,6 +93,7 @@ pub(crate) fn pack<T: Component>(
         let (owner, value) = (Owner::Particle((i / width) as u64), components[i].to_f64());
         return Err(NotFinite { owner, quantity, value });
     }
+
     let mut packed = vec![0; components.len() * T::BYTES];
     for (bytes, component) in packed.chunks_exact_mut(T::BYTES).zip(components) {
         component.write(bytes);

@@ -87,6 +87,7 @@ impl Cutter {
             }
 
             self.room = self.room.saturating_sub(head);
+
             // At least one element, so that every piece carries something.
             let mut room = self.room.max(12);
             let mut part = |data: &mut Bytes, element: usize| {

@@ -234,6 +234,7 @@ async fn messages<S: StreamKind>(
     if !kind.needed().covers(FieldSet::GRID) {
         return Ok(kind.messages(frame, dropped_count));
     }
+
     let frame = Arc::clone(frame);
     let packed = tokio::task::spawn_blocking(move || kind.messages(&frame, dropped_count)).await;
     packed.map_err(|_panic| {

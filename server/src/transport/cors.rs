@@ -67,6 +67,7 @@ mod tests {
         ] {
             assert!(allow(good), "{good}");
         }
+
         for bad in [
             "null",
             "",

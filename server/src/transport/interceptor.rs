@@ -46,6 +46,7 @@ impl<S> Interceptor<S> {
             let message = format!("web pages of the origin '{origin}' may not call this server");
             return Some(ServiceError::new(Reason::OriginNotAllowed, message).with("origin", origin));
         }
+
         let draining = self.draining.is_cancelled() && !request.uri().path().starts_with(HEALTH);
         draining.then(ServiceError::draining)
     }
@@ -69,6 +70,7 @@ where
         if let Some(refusal) = self.refusal(&request) {
             return Box::pin(async move { Ok(Status::from(refusal).into_http()) });
         }
+
         // The service that was polled ready is the one to call.
         let ready = self.inner.clone();
         let mut inner = std::mem::replace(&mut self.inner, ready);
@@ -149,6 +151,7 @@ fn deadline(headers: &HeaderMap) -> Option<Duration> {
     if digits.is_empty() || digits.len() > 8 || !digits.bytes().all(|digit| digit.is_ascii_digit()) {
         return None;
     }
+
     let value: u64 = digits.parse().ok()?;
     Some(match unit {
         "H" => Duration::from_secs(value * 3600),

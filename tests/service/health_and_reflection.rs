@@ -1,4 +1,4 @@
-//! Health and reflection, through their own clients.
+//! Health and reflection answer the standard clients.
 
 use nappe_server::Reason;
 use tokio_stream::StreamExt as _;
@@ -19,6 +19,7 @@ async fn health_says_serving_for_the_server_and_the_service() {
         let answer = health.check(request).await.expect("known").into_inner();
         assert_eq!(answer.status(), ServingStatus::Serving, "'{service}'");
     }
+
     let unknown = health.check(HealthCheckRequest { service: "some.Other".into() }).await;
     assert_reason(&unknown.expect_err("not known"), Reason::UnknownService);
 }

@@ -1,4 +1,4 @@
-//! Uploading meshes: what is accepted, what is refused, and when.
+//! UploadMesh: what is accepted, what is refused, and when.
 
 use std::time::Duration;
 
@@ -39,6 +39,7 @@ async fn send(server: &mut Server, pieces: Vec<UploadMeshRequest>) -> Result<v1:
 async fn an_uploaded_mesh_can_be_simulated() {
     let mut server = Server::start().await;
     let (sizes, data) = triangle();
+
     // In pieces that do not respect the arrays.
     let mut pieces = vec![header(sizes)];
     pieces.extend(data.chunks(7).map(|chunk| piece(chunk.to_vec())));
@@ -97,6 +98,7 @@ async fn a_mesh_that_cannot_be_simulated_is_refused() {
     ] {
         assert_reason(&send(&mut server, pieces).await.expect_err("refused"), Reason::InvalidMesh);
     }
+
     for sizes in [
         MeshHeader { point_count: 0, mass_count: 0, ..sizes.clone() },
         MeshHeader { mass_count: 2, ..sizes.clone() },

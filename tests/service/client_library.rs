@@ -1,4 +1,4 @@
-//! The client library against the real server: large topologies, a connection that breaks.
+//! The client library against the real server: large topologies, and a connection that breaks.
 
 use std::{net::SocketAddr, sync::Arc};
 
@@ -9,7 +9,10 @@ use tokio::{
     sync::Notify,
 };
 
-use crate::harness::{Server, dust, sheet_with};
+use crate::{
+    cloth_scenes::{dust, sheet_with},
+    harness::Server,
+};
 
 /// A proxy whose connections can be cut.
 struct Proxy {

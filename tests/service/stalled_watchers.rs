@@ -1,4 +1,4 @@
-//! Watchers that do not read: the session steps on, and a watcher that reads gets every frame.
+//! Watchers that do not read neither hold the session up nor cost other watchers a frame.
 
 use std::time::Instant;
 
@@ -7,7 +7,10 @@ use nappe_server::{Limits, Reason};
 use tokio_stream::StreamExt as _;
 use tonic::Streaming;
 
-use crate::harness::{Server, assert_reason, connect, dust, every, latest};
+use crate::{
+    cloth_scenes::dust,
+    harness::{Server, assert_reason, connect, every, latest},
+};
 
 const WATCHERS: usize = 20;
 const STEPS: u64 = 80;
@@ -34,6 +37,7 @@ async fn twenty_stalled_watchers_do_not_hold_a_session_up() {
         let request = if i % 2 == 0 { every(&id, 0) } else { latest(&id) };
         streams.push(stalled(&server, request).await);
     }
+
     server.until(&id, |session| session.watcher_count == WATCHERS as u32).await;
     let begin = Instant::now();
     let watched = server.step(&id, STEPS).await;
@@ -79,6 +83,7 @@ async fn a_watcher_that_reads_gets_every_frame_beside_stalled_ones() {
     for _ in 0..WATCHERS {
         streams.push(stalled(&server, every(&id, 0)).await);
     }
+
     let mut reader = server.watch(every(&id, 0)).await;
     server.play(&id).await;
     let (frames, end) = reader.until_end().await;

@@ -1,9 +1,13 @@
-//! A session that panics or diverges fails alone, with its reason.
+//! A session that panics or diverges fails with its reason, and other sessions go on.
 
 use nappe_proto::v1::{self, SessionState};
 use nappe_server::Reason;
 
-use crate::harness::{Server, Watch, assert_reason, every, latest, sheet};
+use crate::{
+    cloth_scenes::sheet,
+    frames::Watch,
+    harness::{Server, assert_reason, every, latest},
+};
 
 /// Explicit Euler far beyond its largest step: it diverges within a few hundred steps.
 fn diverging() -> String {
@@ -48,9 +52,11 @@ async fn a_panic_in_one_session_leaves_the_others_alone() {
         let last = frames.last().expect("frames before the panic").head.step;
         assert_eq!(metadata["step"], last.to_string(), "the frames before it all arrived");
     }
+
     let failure = assert_failed(&mut server, &bad, Reason::SessionPanicked).await;
     assert!(failure.step > 10);
     without_a_gap(&mut other, &mut next, 50).await;
+
     // A late watcher is told the same, and the session can be deleted.
     let (_, status) = server.watch(latest(&bad)).await.until_break().await;
     assert_reason(&status, Reason::SessionPanicked);
@@ -81,6 +87,7 @@ async fn a_divergence_names_step_particle_and_value_and_keeps_the_last_good_fram
         let x = frame.numbers(v1::Field::Positions, f32::from_le_bytes);
         assert!(x.iter().all(|c| c.is_finite()), "frame {}", frame.head.frame);
     }
+
     // The state before the step that failed is the last frame.
     assert_eq!(frames.last().expect("frames").head.step, failure.step);
     without_a_gap(&mut other, &mut next, 100).await;

@@ -1,4 +1,4 @@
-//! What browsers do: gRPC-Web over HTTP/1.1, byte by byte, and the rules of origins.
+//! What browsers do: gRPC-Web over HTTP/1.1, byte by byte, and which web pages may call.
 
 use std::time::Duration;
 
@@ -12,7 +12,11 @@ use tokio::{
 };
 use tonic_types::StatusExt as _;
 
-use crate::harness::{PATIENCE, Server, sheet};
+use crate::{
+    cloth_scenes::sheet,
+    frames::PATIENCE,
+    harness::{Server, every},
+};
 
 const PAGE: &str = "http://localhost:5173";
 const SERVICE: &str = "/nappe.v1.SimulationService";
@@ -116,7 +120,7 @@ async fn a_browser_calls_over_http_1() {
     let id = server.session(sheet(3)).await;
     server.step(&id, 2).await;
     server.client.stop_session(v1::StopSessionRequest { session_id: id.clone() }).await.expect("stopped");
-    let request = crate::harness::every(&id, 0).encode_to_vec();
+    let request = every(&id, 0).encode_to_vec();
     let answer = call(&server, &format!("{SERVICE}/WatchFrames"), &origin, &request).await;
     let frames = unframed(&answer.body);
     assert_eq!(frames.iter().map(|(flag, _)| *flag).collect::<Vec<_>>(), [0, 0, 0, 0, 0, 0x80]);

@@ -1,4 +1,4 @@
-//! Sessions of snow: their arrays, figures and topology, refused steps, failures, changes.
+//! Sessions of snow: their fields, diagnostics and topology, refused steps, failures, changes.
 
 use nappe_proto::v1::{
     self, Encoding, Field, SessionState, TimeBound, collider_shape::Shape, create_session_request::Scene,
@@ -8,12 +8,13 @@ use nappe_sim::{math::Precision, report::NoStopwatch};
 use tonic_types::StatusExt as _;
 
 use crate::{
-    harness::{Server, assert_reason, every, latest, request, sheet_with},
-    scenes::{ball, diverging, snow, snow_with, too_long},
-    watch::simulation,
+    cloth_scenes::sheet_with,
+    harness::{Server, assert_reason, every, latest, request},
+    simulation::simulation,
+    snow_scenes::{ball, diverging, snow, snow_with, too_long},
 };
 
-/// Every array of snow, in binary64.
+/// Every field of snow, in binary64.
 fn all_fields(id: &str) -> v1::WatchFramesRequest {
     let fields = [Field::Positions, Field::Velocities, Field::PlasticRatio, Field::StressNorm];
     v1::WatchFramesRequest {
@@ -24,7 +25,7 @@ fn all_fields(id: &str) -> v1::WatchFramesRequest {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn every_array_of_snow_arrives_with_the_bits_of_the_simulation() {
+async fn every_field_of_snow_arrives_with_the_bits_of_the_simulation() {
     let mut server = Server::start().await;
     for (name, precision) in [("f32", Precision::F32), ("f64", Precision::F64)] {
         let text = snow(&format!("steps = 6\nhash_interval = 1\nprecision = \"{name}\""));
@@ -38,15 +39,15 @@ async fn every_array_of_snow_arrives_with_the_bits_of_the_simulation() {
         let mut expected = Vec::new();
         assert_eq!(frames.len(), 7);
         for (number, frame) in frames.iter().enumerate() {
-            type Array = fn(&nappe_sim::world::Simulation, &mut Vec<f64>);
-            let arrays: [(Field, Array); 4] = [
+            type Read = fn(&nappe_sim::world::Simulation, &mut Vec<f64>);
+            let fields: [(Field, Read); 4] = [
                 (Field::Positions, nappe_sim::world::Simulation::positions_f64),
                 (Field::Velocities, nappe_sim::world::Simulation::velocities_f64),
                 (Field::PlasticRatio, nappe_sim::world::Simulation::plastic_ratios_f64),
                 (Field::StressNorm, nappe_sim::world::Simulation::stress_norms_f64),
             ];
-            for (field, array) in arrays {
-                array(&reference, &mut expected);
+            for (field, read) in fields {
+                read(&reference, &mut expected);
                 assert_eq!(frame.numbers(field, f64::from_le_bytes), expected, "{field:?} of frame {number}");
                 let rounded: Vec<f32> = expected.iter().map(|number| *number as f32).collect();
                 assert_eq!(narrow[number].numbers(field, f32::from_le_bytes), rounded, "{field:?}, binary32");
@@ -55,28 +56,29 @@ async fn every_array_of_snow_arrives_with_the_bits_of_the_simulation() {
             assert!(frame.grid.is_none(), "nobody asked for the grid");
             reference.step(&mut NoStopwatch).expect("a step");
         }
+
         // It hit the floor: it is under stress, and packed somewhere.
         let stress = frames[6].numbers(Field::StressNorm, f64::from_le_bytes);
         let packing = frames[6].numbers(Field::PlasticRatio, f64::from_le_bytes);
-        assert!(stress.iter().any(|s| *s > 100.0) && packing.iter().any(|jp| *jp < 1.0));
+        assert!(stress.iter().any(|s| *s > 100.0) && packing.iter().any(|ratio| *ratio < 1.0));
     }
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn figures_of_snow_are_those_of_the_step_and_all_finite() {
+async fn diagnostics_of_snow_are_those_of_the_step_and_all_finite() {
     let mut server = Server::start().await;
     let text = snow("steps = 4");
     let id = server.session(text.clone()).await;
     let mut watch = server.watch(every(&id, 0)).await;
     server.play(&id).await;
     let (frames, _) = watch.until_end().await;
-    assert_eq!(frames[0].head.diagnostics.as_ref().expect("figures").snow, None, "there was no step");
+    assert_eq!(frames[0].head.diagnostics.as_ref().expect("diagnostics").snow, None, "there was no step");
     let mut reference = simulation(&text, Precision::F32);
     for frame in &frames[1..] {
         let report = reference.step(&mut NoStopwatch).expect("a step");
-        let expected = report.snow.expect("figures of snow");
-        let figures = frame.head.diagnostics.as_ref().expect("figures");
-        let told = figures.snow.expect("figures of snow");
+        let expected = report.snow.expect("diagnostics of snow");
+        let diagnostics = frame.head.diagnostics.as_ref().expect("diagnostics");
+        let told = diagnostics.snow.expect("diagnostics of snow");
         assert_eq!((told.substeps, told.dt_seconds), (expected.substeps, expected.dt));
         assert!(told.substeps > 1, "a frame of a film is many steps of snow");
         assert_eq!((told.bound_particle, told.bound_seconds), (expected.bound.particle, expected.bound.dt));
@@ -89,10 +91,10 @@ async fn figures_of_snow_are_those_of_the_step_and_all_finite() {
         let those = [expected.plastic_count, expected.inverted_count, expected.clamped_count];
         assert_eq!((&counts[..3], counts[3]), (&those[..], expected.ballistic_count));
         assert_eq!(told.block_count, expected.block_count);
-        let turning = told.angular_momentum.expect("angular momentum");
-        assert_eq!([turning.x, turning.y, turning.z], expected.angular_momentum);
-        assert_eq!(figures.elastic_energy, report.diagnostics.elastic_energy);
-        let stages: Vec<&str> = figures.stages.iter().map(|stage| stage.stage.as_str()).collect();
+        let angular_momentum: [f64; 3] = told.angular_momentum.expect("angular momentum").into();
+        assert_eq!(angular_momentum, expected.angular_momentum);
+        assert_eq!(diagnostics.elastic_energy, report.diagnostics.elastic_energy);
+        let stages: Vec<&str> = diagnostics.stages.iter().map(|stage| stage.stage.as_str()).collect();
         for stage in ["sort", "particles_to_grid", "grid_update", "grid_to_particles", "diagnose"] {
             assert!(stages.contains(&stage), "{stage} among {stages:?}");
         }
@@ -117,6 +119,7 @@ async fn the_topology_has_a_body_for_each_cloth_and_object_and_every_shape_of_co
     assert!(shapes.iter().any(|s| matches!(s, Shape::HalfPipe(p) if p.radius == 2.0 && p.up.is_some())));
     let half_extent = Some(v1::Vector3 { x: 0.1, y: 0.2, z: 0.3 });
     assert!(shapes.iter().any(|s| matches!(s, Shape::Box(b) if b.half_extent == half_extent)));
+
     // Cloth has no packing and no stress.
     let request = v1::WatchFramesRequest {
         fields: [Field::PlasticRatio, Field::StressNorm].map(i32::from).to_vec(),
@@ -141,12 +144,13 @@ async fn a_fixed_step_above_the_bound_is_refused_with_the_number_unless_unchecke
     for part in ["2.0000e-2 s", "isolated_particle", "unchecked"] {
         assert!(refused.message().contains(part), "{part}: {}", refused.message());
     }
+
     let unchecked = snow_with("", "substep = 0.02\nunchecked = true");
     server.client.create_session(create(unchecked)).await.expect("unchecked steps are the scene's own risk");
     let short = snow_with("", "substep = 1e-4");
     let id = server.session(short).await;
-    let figures = server.step(&id, 1).await.diagnostics.and_then(|d| d.snow).expect("figures of snow");
-    assert_eq!((figures.bound(), figures.substeps), (TimeBound::Fixed, 417));
+    let snow = server.step(&id, 1).await.diagnostics.and_then(|d| d.snow).expect("diagnostics of snow");
+    assert_eq!((snow.bound(), snow.substeps), (TimeBound::Fixed, 417));
 }
 
 #[tokio::test(flavor = "multi_thread")]
@@ -175,6 +179,7 @@ async fn a_divergence_of_snow_names_reason_particle_and_step_and_keeps_the_last_
         let numbers = field.as_chunks().0.iter().map(|bytes| f64::from_le_bytes(*bytes));
         assert!(numbers.into_iter().all(f64::is_finite), "frame {}", frame.head.frame);
     }
+
     let last = &frames.last().expect("frames").head;
     assert_eq!((last.step, last.state_hash), (failure.step, failed.state_hash));
     let again = server.watch(all_fields(&bad)).await.frame().await;
@@ -246,6 +251,7 @@ async fn gravity_acts_on_snow_from_its_step_on() {
         let along_x: Vec<f64> = v.iter().step_by(3).copied().collect();
         mean.push(along_x.iter().sum::<f64>() / along_x.len() as f64);
     }
+
     // Nothing else pushes along x, and all particles weigh the same: dv = g dt, on the mean.
     let dt = server.get(&id).await.dt_seconds;
     assert!(mean[1].abs() < 1e-6 && (mean[2] - mean[1] - dt).abs() < 1e-5, "{mean:?}, dt {dt}");
@@ -280,6 +286,7 @@ async fn changes_that_snow_does_not_have_are_refused_and_say_so() {
         assert!(status.message().contains(said), "{said}: {}", status.message());
         assert!(status.get_details_bad_request().is_some_and(|bad| !bad.field_violations.is_empty()));
     }
+
     // Springs of all bodies are those of the cloth, and pins of the cloth still move.
     for request in [springs(&both, ""), pin(&both, 0)] {
         server.client.update_parameters(request).await.expect("accepted");
@@ -287,7 +294,7 @@ async fn changes_that_snow_does_not_have_are_refused_and_say_so() {
     assert_eq!(server.step(&both, 2).await.step, 2);
 }
 
-/// One of each shape that snow brought, far from the snow.
+/// Colliders of each shape besides plane and sphere, far from the snow.
 const COLLIDERS: &str = r#"
 [[collider]]
 name = "capsule"

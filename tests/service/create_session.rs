@@ -1,9 +1,12 @@
-//! Creating sessions: options, request ids, ids taken.
+//! CreateSession: options win over the scene, ids are unique, a repeated request makes one session.
 
 use nappe_proto::v1::{self, Precision, create_session_request::Scene};
 use nappe_server::Reason;
 
-use crate::harness::{Server, assert_reason, request, sheet, sheet_with};
+use crate::{
+    cloth_scenes::{sheet, sheet_with},
+    harness::{Server, assert_reason, request},
+};
 
 fn named(id: &str, text: String) -> v1::CreateSessionRequest {
     v1::CreateSessionRequest { session_id: id.into(), scene: Some(Scene::SceneText(text)), ..request() }
@@ -26,6 +29,7 @@ async fn options_of_the_request_win_over_the_scene() {
         .await;
     let other = server.get(&other).await;
     assert_eq!((other.step_limit, other.frame_interval_steps, other.precision()), (7, 2, Precision::F64));
+
     // Steps past the limit end at it, and the last step makes a frame though 7 is odd.
     let finished = server.step("other", 50).await;
     assert_eq!((finished.step, finished.frame, finished.state()), (7, 4, v1::SessionState::Finished));
@@ -50,11 +54,12 @@ async fn the_same_request_id_makes_one_session() {
         let made = call.await.expect("no panic").expect("made once").into_inner();
         ids.push(made.session.expect("a session").session_id);
     }
+
     ids.dedup();
     assert_eq!(ids.len(), 1, "one session: {ids:?}");
 
     let other = v1::CreateSessionRequest { scene: Some(Scene::SceneText(sheet(5))), ..wanted.clone() };
-    let refused = server.client.create_session(other).await.expect_err("other contents");
+    let refused = server.client.create_session(other).await.expect_err("other fields");
     assert_eq!(assert_reason(&refused, Reason::RequestIdReused)["session_id"], ids[0]);
 
     // Once the session is deleted, the id is free.
@@ -72,6 +77,7 @@ async fn an_id_belongs_to_one_session() {
     server.create(named("mine", sheet(3))).await;
     let refused = server.client.create_session(named("mine", sheet(3))).await.expect_err("taken");
     assert_reason(&refused, Reason::SessionExists);
+
     // A creation that failed gives the id back.
     let broken = named("yours", "version = 1".into());
     assert_reason(&server.client.create_session(broken).await.expect_err("no body"), Reason::InvalidScene);
@@ -79,7 +85,7 @@ async fn an_id_belongs_to_one_session() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_fault_in_a_scene_is_told_with_its_place() {
+async fn an_error_in_a_scene_is_told_with_its_line_and_field() {
     let mut server = Server::start().await;
     let text = sheet(4).replace("dt = 0.002", "dt = -1");
     let refused = server.client.create_session(named("", text)).await.expect_err("dt is negative");

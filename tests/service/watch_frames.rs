@@ -1,21 +1,17 @@
-//! What watchers receive: topology, every frame, the newest frames, figures.
+//! What watchers receive: topology, every frame, the newest frames, diagnostics.
 
 use std::time::{Duration, Instant};
 
 use nappe_proto::v1::{self, Encoding, Field};
-use nappe_scene::{NoMeshes, Scene, SceneLimits};
 use nappe_server::Reason;
-use nappe_sim::{math::Precision, report::NoStopwatch, world::Simulation};
+use nappe_sim::{math::Precision, report::NoStopwatch};
 use tokio_stream::StreamExt as _;
 
-use crate::harness::{Next, PATIENCE, Server, assert_reason, dust, every, latest, sheet, sheet_with};
-
-/// The same simulation without a server.
-pub(crate) fn simulation(text: &str, precision: Precision) -> Simulation {
-    let scene = Scene::parse(text, "test").expect("a scene");
-    let built = scene.build(&NoMeshes, &SceneLimits::default()).expect("a world");
-    Simulation::new(&built.setup, precision).expect("a simulation").0
-}
+use crate::{
+    cloth_scenes::{dust, sheet, sheet_with},
+    frames::{Next, PATIENCE},
+    harness::{Server, assert_reason, every, latest},
+};
 
 #[tokio::test(flavor = "multi_thread")]
 async fn every_frame_arrives_with_the_bits_of_the_simulation() {
@@ -43,8 +39,8 @@ async fn every_frame_arrives_with_the_bits_of_the_simulation() {
             assert_eq!(frame.numbers(Field::Velocities, f64::from_le_bytes), v, "frame {number}");
             let hashed = number % 3 == 0 || number == 12;
             assert_eq!(frame.head.state_hash, hashed.then(|| reference.state_hash()), "frame {number}");
-            let figures = frame.head.diagnostics.as_ref().expect("figures");
-            assert_eq!((figures.frame, figures.step), (frame.head.frame, frame.head.step));
+            let diagnostics = frame.head.diagnostics.as_ref().expect("diagnostics");
+            assert_eq!((diagnostics.frame, diagnostics.step), (frame.head.frame, frame.head.step));
             for _ in 0..2 {
                 reference.step(&mut NoStopwatch).expect("a step");
             }
@@ -55,7 +51,7 @@ async fn every_frame_arrives_with_the_bits_of_the_simulation() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn the_topology_comes_first_and_describes_the_arrays() {
+async fn the_topology_comes_first_and_describes_the_fields() {
     let mut server = Server::start().await;
     let id = server.session(sheet(5)).await;
     let mut watch = server.watch(latest(&id)).await;
@@ -84,11 +80,13 @@ async fn a_frame_above_a_mebibyte_comes_in_pieces() {
     };
     let mut wide = server.watch(request).await;
     let mut narrow = server.watch(every(&id, 0)).await;
+
     // Two triangles a cell: 2.05 MiB; and texture coordinates: 0.69 MiB.
     assert_eq!(narrow.topology_piece_count, 3);
     let body = &narrow.topology.bodies[0];
     assert_eq!((body.triangles_u32.len(), body.uv_f32.len()), (2 * 299 * 299 * 12, 90_000 * 8));
     server.play(&id).await;
+
     // 90 000 particles: 1.03 MiB in binary32, 4.12 MiB with velocities in binary64.
     let (frames, _) = narrow.until_end().await;
     assert!(frames.iter().all(|frame| frame.piece_count == 2));
@@ -97,6 +95,7 @@ async fn a_frame_above_a_mebibyte_comes_in_pieces() {
     let x = frames[2].numbers(Field::Positions, f64::from_le_bytes);
     let v = frames[2].numbers(Field::Velocities, f64::from_le_bytes);
     assert_eq!((x.len(), v.len()), (270_000, 270_000));
+
     // Two steps of free fall, v = -g t, the same for the first and the last particle.
     for velocity in [v[1], v[269_998]] {
         assert!((velocity + 9.81 * 0.002).abs() < 1e-6, "{velocity}");
@@ -118,6 +117,7 @@ async fn the_newest_frame_is_delivered_and_dropped_ones_are_counted() {
         assert_eq!(frame.head.frame, last + 1 + frame.head.dropped_count);
         (last, dropped) = (frame.head.frame, dropped + frame.head.dropped_count);
     }
+
     // Six periods of 50 ms; timers may round down by a millisecond each.
     assert!(start.elapsed() > Duration::from_millis(290), "{:?}", start.elapsed());
     assert!(dropped > 0, "a session steps more than 20 times a second");
@@ -127,6 +127,7 @@ async fn the_newest_frame_is_delivered_and_dropped_ones_are_counted() {
 async fn the_last_frame_and_the_end_reach_a_watcher_of_the_newest() {
     let mut server = Server::start().await;
     let id = server.session(sheet_with(4, "steps = 200")).await;
+
     // One frame a minute: the end is not held back by the rate.
     let mut watch = server.watch(v1::WatchFramesRequest { max_rate_hz: 1.0 / 60.0, ..latest(&id) }).await;
     server.play(&id).await;
@@ -141,11 +142,13 @@ async fn velocities_asked_for_late_come_with_the_state_that_stands() {
     let id = server.session(sheet(4)).await;
     server.step(&id, 5).await;
     let request = v1::WatchFramesRequest { fields: vec![Field::Velocities.into()], ..latest(&id) };
+
     // The newest frame had no velocities: nobody had asked. The session is paused, and they come.
     let frame = server.watch(request.clone()).await.frame().await;
     assert_eq!(frame.head.frame, 5);
     assert!(frame.numbers(Field::Velocities, f32::from_le_bytes).iter().any(|v| *v != 0.0));
     assert!(!frame.fields.contains_key(&Field::Positions.into()), "only what was asked for");
+
     // Frames before were made without them, and frame 0 has everything.
     let every_from = |from_frame| v1::WatchFramesRequest {
         fields: vec![Field::Velocities.into()],
@@ -154,6 +157,7 @@ async fn velocities_asked_for_late_come_with_the_state_that_stands() {
     let refused = server.client.watch_frames(every_from(3)).await.expect_err("no velocities there");
     assert_eq!(assert_reason(&refused, Reason::FrameExpired)["oldest_frame"], "5");
     assert_eq!(server.watch(every_from(0)).await.frame().await.head.frame, 0);
+
     // From now on every frame has them.
     server.step(&id, 3).await;
     let mut watch = server.watch(every_from(6)).await;
@@ -163,7 +167,7 @@ async fn velocities_asked_for_late_come_with_the_state_that_stands() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn figures_come_for_every_frame_or_at_a_rate() {
+async fn diagnostics_come_for_every_frame_or_at_a_rate() {
     let mut server = Server::start().await;
     let id = server.session(sheet_with(5, "steps = 30\nframe_interval = 3")).await;
     let request = v1::WatchDiagnosticsRequest { session_id: id.clone(), max_rate_hz: 0.0 };
@@ -175,12 +179,12 @@ async fn figures_come_for_every_frame_or_at_a_rate() {
         let messages = tokio::time::timeout(PATIENCE, stream.collect::<Vec<_>>()).await.expect("it ends");
         messages
             .into_iter()
-            .map(|message| message.expect("no error").diagnostics.expect("figures"))
+            .map(|message| message.expect("no error").diagnostics.expect("diagnostics"))
             .collect::<Vec<_>>()
     };
     let all = collect(all).await;
     assert_eq!(all.iter().map(|d| d.step).collect::<Vec<_>>(), (0..=10).map(|i| 3 * i).collect::<Vec<_>>());
-    let last = all.last().expect("figures");
+    let last = all.last().expect("diagnostics");
     assert!(last.step_seconds > 0.0 && last.max_stretch > 0.9 && last.solve.is_some());
     assert!(last.stages.iter().any(|stage| stage.seconds > 0.0), "stages have times");
     let some = collect(some).await;

@@ -1,17 +1,20 @@
-//! Parameters that change at a stated step: all or none, and the same bits as a run that had them.
+//! Parameters change at the step named, all or none, with the same bits as a run that had them.
 
 use nappe_proto::v1::{self, SpringKind};
 use nappe_server::Reason;
 use tonic_types::StatusExt as _;
 
-use crate::harness::{Server, assert_reason, every, sheet};
+use crate::{
+    cloth_scenes::sheet,
+    harness::{Server, assert_reason, every},
+};
 
 fn update(id: &str, at_step: u64) -> v1::UpdateParametersRequest {
     v1::UpdateParametersRequest { session_id: id.into(), at_step, ..v1::UpdateParametersRequest::default() }
 }
 
 fn wind(id: &str, at_step: u64) -> v1::UpdateParametersRequest {
-    let wind = Some(v1::Vector3 { x: 3.0, y: 0.0, z: 1.0 });
+    let wind = Some([3.0, 0.0, 1.0].into());
     v1::UpdateParametersRequest { wind, drag: Some(0.05), ..update(id, at_step) }
 }
 
@@ -22,25 +25,30 @@ async fn send(server: &mut Server, request: v1::UpdateParametersRequest) -> u64 
 #[tokio::test(flavor = "multi_thread")]
 async fn a_change_takes_effect_at_its_step_to_the_bit() {
     let mut server = Server::start().await;
+
     // Asked for before the start, for step 10.
     let early = server.session(sheet(6)).await;
     assert_eq!(send(&mut server, wind(&early, 10)).await, 10);
     let early = server.step(&early, 25).await.state_hash;
+
     // Asked for on the way, for step 10.
     let on_the_way = server.session(sheet(6)).await;
     server.step(&on_the_way, 4).await;
     assert_eq!(send(&mut server, wind(&on_the_way, 10)).await, 10);
     server.step(&on_the_way, 3).await;
     let on_the_way = server.step(&on_the_way, 18).await.state_hash;
+
     // Asked for at step 10, for now.
     let just_in_time = server.session(sheet(6)).await;
     server.step(&just_in_time, 10).await;
     assert_eq!(send(&mut server, wind(&just_in_time, 0)).await, 10);
     let just_in_time = server.step(&just_in_time, 15).await.state_hash;
+
     // Asked for one step later.
     let late = server.session(sheet(6)).await;
     assert_eq!(send(&mut server, wind(&late, 11)).await, 11);
     let late = server.step(&late, 25).await.state_hash;
+
     // Never asked for.
     let never = server.session(sheet(6)).await;
     let never = server.step(&never, 25).await.state_hash;
@@ -54,7 +62,7 @@ async fn a_change_takes_effect_at_its_step_to_the_bit() {
 async fn a_change_at_step_0_is_as_good_as_the_scene() {
     let mut server = Server::start().await;
     let changed = server.session(sheet(6)).await;
-    let gravity = Some(v1::Vector3 { x: 0.0, y: -1.62, z: 0.0 });
+    let gravity = Some([0.0, -1.62, 0.0].into());
     let stiffer = v1::SpringUpdate {
         body: "sheet".into(),
         kind: SpringKind::Stretch.into(),
@@ -80,8 +88,9 @@ async fn a_pin_moves_to_its_target_at_constant_speed() {
     let pin = u32::from_le_bytes(pins[..4].try_into().expect("four bytes")) as usize;
     let x = watch.frame().await.numbers(v1::Field::Positions, f32::from_le_bytes);
     let start = f64::from(x[3 * pin + 1]);
-    let target = v1::Vector3 { x: f64::from(x[3 * pin]), y: start + 0.1, z: f64::from(x[3 * pin + 2]) };
+    let target = [f64::from(x[3 * pin]), start + 0.1, f64::from(x[3 * pin + 2])].into();
     let mover = v1::PinUpdate { particle: pin as u32, target: Some(target), duration_seconds: 0.02 };
+
     // Ten steps of 2 ms, from step 5 on.
     let request = v1::UpdateParametersRequest { pins: vec![mover], ..update(&id, 5) };
     assert_eq!(send(&mut server, request).await, 5);
@@ -97,7 +106,7 @@ async fn a_pin_moves_to_its_target_at_constant_speed() {
 async fn a_refused_change_changes_nothing() {
     let mut server = Server::start().await;
     let id = server.session(sheet(6)).await;
-    let gravity = Some(v1::Vector3 { x: 0.0, y: 99.0, z: 0.0 });
+    let gravity = Some([0.0, 99.0, 0.0].into());
     let spring = v1::SpringUpdate { stiffness: Some(1.0), ..v1::SpringUpdate::default() };
     let pin = v1::PinUpdate { particle: 0, target: gravity, duration_seconds: 1.0 };
     let with_springs =
@@ -128,6 +137,7 @@ async fn a_refused_change_changes_nothing() {
         assert_reason(&status, reason);
         assert!(status.get_details_bad_request().is_some_and(|bad| !bad.field_violations.is_empty()));
     }
+
     let untouched = server.session(sheet(6)).await;
     let (a, b) = (server.step(&id, 10).await, server.step(&untouched, 10).await);
     assert_eq!(a.state_hash, b.state_hash);

@@ -1,7 +1,7 @@
 //! Scenes of snow for the suite: a ball that hits the floor, a block at rest.
 
-/// A ball of 0.4 m of snow just above the floor, 8 particles a cell, falling at 4 m/s: what a scene
-/// needs besides its root. `settings` are further fields of the snow.
+/// A ball of snow, 0.4 m across and just above the floor, with 8 particles per cell, falling at 4 m/s:
+/// what a scene needs besides its root. `settings` are further fields of the snow.
 pub(crate) fn ball(settings: &str) -> String {
     format!(
         r#"
@@ -29,7 +29,7 @@ pub(crate) fn snow(root: &str) -> String {
     snow_with(root, "")
 }
 
-/// A block of `side` cells a side with one particle in each.
+/// A block of `side` x `side` x `side` cells with one particle in each.
 pub(crate) fn block(side: u32, root: &str) -> String {
     let size = 0.1 * f64::from(side);
     format!(
@@ -49,8 +49,8 @@ pub(crate) fn block(side: u32, root: &str) -> String {
     )
 }
 
-/// The ball, higher up, with steps of the snow that it bears in flight, and not when it is packed by the floor:
-/// with `unchecked` it diverges within some steps of the scene, each of which is three of the snow.
+/// The ball, higher up, with steps of the snow that are stable in flight, but too long once the floor packs
+/// it. With `unchecked` it diverges within a few scene steps, each of which is three steps of the snow.
 pub(crate) fn too_long(substep: f64, settings: &str) -> String {
     let dt = format!("dt = {}", 3.0 * substep);
     let root = "frame_interval = 1\nhash_interval = 1";
@@ -58,7 +58,7 @@ pub(crate) fn too_long(substep: f64, settings: &str) -> String {
     snow_with(root, &settings).replace("dt = 0.041666666666666664", &dt).replace("0.23", "0.33")
 }
 
-/// The same, whatever the bound says.
+/// The same ball with steps that are not checked against the bound.
 pub(crate) fn diverging() -> String {
     too_long(0.006, "unchecked = true")
 }

@@ -6,9 +6,11 @@ use nappe_sim::{math::Precision, report::NoStopwatch, snow::GridNode};
 use tonic_types::StatusExt as _;
 
 use crate::{
-    harness::{Nodes, Server, assert_reason, every, latest, sheet},
-    scenes::{block, diverging, snow},
-    watch::simulation,
+    cloth_scenes::sheet,
+    frames::Nodes,
+    harness::{Server, assert_reason, every, latest},
+    simulation::simulation,
+    snow_scenes::{block, diverging, snow},
 };
 
 fn all(max_nodes: u32) -> v1::GridRequest {
@@ -62,17 +64,18 @@ async fn all_nodes_arrive_as_each_step_left_them() {
     server.play(&id).await;
     let (frames, _) = watch.until_end().await;
     let (cell, nodes) = reference(&text, 3);
-    let first = frames[0].grid.as_ref().expect("a grid without nodes is said");
+    let first = frames[0].grid.as_ref().expect("an empty grid is sent too");
     assert_eq!((first.node_count, first.index.len(), first.cell), (0, 0, cell));
     for (frame, nodes) in frames[1..].iter().zip(&nodes) {
         let grid = frame.grid.as_ref().expect("the grid");
         assert_eq!((grid.cell, grid.stride, grid.node_count), (cell, 1, nodes.len() as u64));
         assert!(nodes.len() > 100);
         assert_same(grid, &expected(nodes), "all nodes");
+
         // Mass on the grid is that of the particles.
-        let figures = frame.head.diagnostics.as_ref().and_then(|d| d.snow).expect("figures of snow");
+        let snow = frame.head.diagnostics.as_ref().and_then(|d| d.snow).expect("diagnostics of snow");
         let mass: f64 = grid.mass.iter().map(|m| f64::from(*m)).sum();
-        assert!((mass / figures.mass - 1.0).abs() < 1e-5, "{mass} of {}", figures.mass);
+        assert!((mass / snow.mass - 1.0).abs() < 1e-5, "{mass} of {}", snow.mass);
         assert!(grid.velocity.iter().flatten().all(|v| v.is_finite()));
     }
 }
@@ -96,6 +99,7 @@ async fn a_slice_is_the_nearest_plane_and_a_stride_keeps_within_what_is_allowed(
             }
         }
     }
+
     let (every_node, plane) = (nodes.len(), nodes.iter().filter(|node| node.index[1] == 1).count());
     for (request, whole, in_plane) in [
         (all(20), every_node, None),
@@ -130,7 +134,7 @@ async fn the_server_bounds_nodes_for_every_watcher() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_grid_above_a_mebibyte_goes_on_in_further_pieces() {
+async fn a_grid_above_a_mebibyte_continues_in_further_pieces() {
     // 27 000 particles, one a cell: 1.65 MiB of arrays, and more than 32 000 nodes of 28 bytes.
     let mut server = Server::start().await;
     let text = block(30, "steps = 1");
@@ -169,6 +173,7 @@ async fn only_watchers_that_ask_for_nodes_receive_them() {
         let grid = with_grid.grid.as_ref().expect("asked for");
         assert!(grid.index.iter().all(|i| i[2] == 0) && (frame.head.frame == 0 || !grid.index.is_empty()));
     }
+
     let last = whole.last().and_then(|frame| frame.grid.as_ref()).expect("asked for");
     assert!(last.index.iter().any(|i| i[2] != 0) && last.index.len() as u64 == last.node_count);
 }
@@ -189,6 +194,7 @@ async fn nodes_asked_for_late_come_with_the_state_that_stands_and_count_in_the_h
     assert_same(&grid, &expected(&nodes[13]), "of step 14");
     let refused = server.client.watch_frames(with(all(0), every(&id, 13))).await.expect_err("none there");
     assert_eq!(assert_reason(&refused, Reason::FrameExpired)["oldest_frame"], "14");
+
     // From now on every frame has a grid, and takes room for it.
     server.step(&id, 12).await;
     let with_grid = server.get(&id).await;
@@ -199,25 +205,27 @@ async fn nodes_asked_for_late_come_with_the_state_that_stands_and_count_in_the_h
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn nodes_of_a_step_that_failed_do_not_leave() {
+async fn nodes_of_a_step_that_failed_are_not_sent() {
     let mut server = Server::start().await;
     let id = server.session(diverging()).await;
     let step = v1::StepSessionRequest { session_id: id.clone(), step_count: 10_000, wait: true };
     server.client.step_session(step).await.expect_err("it diverges");
     let failed = server.until(&id, |session| session.state() == SessionState::Failed).await;
     assert!(failed.frame > 0, "it fails on the way");
+
     // Nobody asked for nodes while they were there: the newest frame has none, and will not get any.
     let (frames, status) = server.watch(with(all(0), latest(&id))).await.until_break().await;
     assert!(frames.is_empty());
     let told = status.get_details_error_info().expect("a reason").reason;
     assert_eq!(Some(told), failed.failure.map(|failure| failure.reason));
+
     // Frame 0 has everything.
     let first = server.watch(with(all(0), every(&id, 0))).await.frame().await;
     assert_eq!(first.grid.map(|grid| grid.node_count), Some(0));
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn requests_of_a_grid_that_make_no_sense_are_refused_and_say_where() {
+async fn invalid_requests_for_a_grid_are_refused_with_the_field() {
     let mut server = Server::start().await;
     let (snowy, cloth) = (server.session(snow("")).await, server.session(sheet(4)).await);
     let other_axis = |axis| {
@@ -235,7 +243,7 @@ async fn requests_of_a_grid_that_make_no_sense_are_refused_and_say_where() {
     ] {
         let status = server.client.watch_frames(with(request, latest(id))).await.expect_err("refused");
         assert_reason(&status, Reason::InvalidField);
-        let bad = status.get_details_bad_request().expect("the field at fault is named");
+        let bad = status.get_details_bad_request().expect("the invalid field is named");
         assert_eq!(bad.field_violations[0].field, field, "{}", status.message());
     }
     assert_eq!(server.get(&snowy).await.watcher_count, 0, "a refused request is no watcher");

@@ -9,6 +9,7 @@ fn the_page_of_errors_is_what_the_code_says() {
     if std::env::var_os("NAPPE_BLESS").is_some() {
         fs::write(&path, &page).expect("the page can be written");
     }
+
     let written = fs::read_to_string(&path).unwrap_or_default();
     assert!(
         written == page,

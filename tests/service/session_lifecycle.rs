@@ -1,11 +1,14 @@
-//! Every method once, as it is meant: information, create, get, list, play, pause, step, stop, delete.
+//! Every method once, as it is meant to be used: create, get, list, play, pause, step, stop, delete.
 
 use std::time::Instant;
 
 use nappe_proto::v1::{self, SessionState, create_session_request::Scene};
 use nappe_server::Reason;
 
-use crate::harness::{Server, assert_reason, every, request, sheet, sheet_with};
+use crate::{
+    cloth_scenes::{sheet, sheet_with},
+    harness::{Server, assert_reason, every, request},
+};
 
 #[tokio::test(flavor = "multi_thread")]
 async fn a_session_goes_through_its_states() {
@@ -34,6 +37,7 @@ async fn a_session_goes_through_its_states() {
     let late =
         server.client.play_session(v1::PlaySessionRequest { session_id: id.clone(), ..Default::default() });
     assert_reason(&late.await.expect_err("it is finished"), Reason::SessionFinished);
+
     // A pause that comes too late changes nothing.
     let paused = server.client.pause_session(v1::PauseSessionRequest { session_id: id.clone() }).await;
     assert_eq!(paused.expect("no error").into_inner().session, Some(server.get(&id).await));
@@ -44,7 +48,7 @@ async fn a_session_goes_through_its_states() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn play_pause_play_stop() {
+async fn a_session_plays_pauses_plays_on_and_stops() {
     let mut server = Server::start().await;
     let id = server.session(sheet(6)).await;
     server.play(&id).await;
@@ -53,6 +57,7 @@ async fn play_pause_play_stop() {
     let paused = paused.expect("paused").into_inner().session.expect("a session");
     assert_eq!(paused.state(), SessionState::Paused);
     assert_eq!(server.get(&id).await, paused, "a paused session stands still");
+
     // The hash is that of the very step at which it paused: the same steps give it again.
     let again = server.session(sheet(6)).await;
     assert_eq!(server.step(&again, paused.step).await.state_hash, paused.state_hash);
@@ -78,6 +83,7 @@ async fn steps_without_waiting_add_up() {
         let request = v1::StepSessionRequest { session_id: id.clone(), step_count: 3, wait: false };
         server.client.step_session(request).await.expect("accepted");
     }
+
     let done = server.until(&id, |session| session.state() == SessionState::Paused).await;
     assert_eq!(done.step, 15);
 }
@@ -102,6 +108,7 @@ async fn real_time_never_runs_ahead_of_the_clock() {
     let start = Instant::now();
     let play = v1::PlaySessionRequest { session_id: id.clone(), real_time_factor: 0.5 };
     server.client.play_session(play).await.expect("it plays");
+
     // 0.2 s of simulated time at half speed are 0.4 s of wall clock.
     let reached = server.until(&id, |session| session.time_seconds >= 0.2).await;
     let elapsed = start.elapsed().as_secs_f64();
@@ -129,6 +136,7 @@ async fn sessions_are_listed_in_pages_in_the_order_of_their_ids() {
         let scene = Some(Scene::SceneText(sheet(3)));
         server.create(v1::CreateSessionRequest { session_id: id.into(), scene, ..request() }).await;
     }
+
     let (mut seen, mut pages, mut token) = (Vec::new(), 0, String::new());
     loop {
         let request = v1::ListSessionsRequest { page_size: 2, page_token: token };
@@ -140,6 +148,7 @@ async fn sessions_are_listed_in_pages_in_the_order_of_their_ids() {
             break;
         }
     }
+
     assert_eq!((seen, pages), (["alpha", "bravo", "charlie", "delta", "echo"].map(String::from).to_vec(), 3));
     let all = v1::ListSessionsRequest { page_size: 5000, page_token: String::new() };
     assert_eq!(server.client.list_sessions(all).await.expect("a page").into_inner().sessions.len(), 5);

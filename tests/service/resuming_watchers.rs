@@ -1,9 +1,12 @@
-//! Resuming: a watcher that comes back gets what it missed, or is told what is gone.
+//! A watcher that comes back gets the frames that it missed, or is told which are gone.
 
 use nappe_proto::v1::{self, Field};
 use nappe_server::{Limits, Reason};
 
-use crate::harness::{Server, assert_reason, dust, every, sheet, sheet_with};
+use crate::{
+    cloth_scenes::{dust, sheet, sheet_with},
+    harness::{Server, assert_reason, every},
+};
 
 #[tokio::test(flavor = "multi_thread")]
 async fn a_watcher_resumes_without_a_gap_or_a_repeat() {
@@ -16,6 +19,7 @@ async fn a_watcher_resumes_without_a_gap_or_a_repeat() {
     for _ in 0..20 {
         pieced.push(first.frame().await);
     }
+
     // The connection breaks; the watcher comes back with the number after the last it saw.
     drop(first);
     let resume_at = pieced.last().expect("a frame").head.frame + 1;
@@ -63,6 +67,7 @@ async fn the_next_frame_can_be_waited_for_and_one_beyond_it_not() {
     let mut watch = server.watch(every(&id, 1)).await;
     server.step(&id, 1).await;
     assert_eq!(watch.frame().await.head.frame, 1);
+
     // Without a number, every frame from the newest on.
     let newest = v1::WatchFramesRequest { from_frame: None, ..every(&id, 0) };
     assert_eq!(server.watch(newest).await.frame().await.head.frame, 1);

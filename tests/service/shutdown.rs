@@ -1,4 +1,4 @@
-//! Shutting down: within five seconds, whatever clients do, and every stream is told.
+//! A shutdown takes less than five seconds whatever clients do, and every stream is told.
 
 use std::time::{Duration, Instant};
 
@@ -14,7 +14,11 @@ use tonic_health::pb::{
 };
 use tonic_types::StatusExt as _;
 
-use crate::harness::{PATIENCE, Server, assert_reason, channel, connect, dust, every, latest, sheet};
+use crate::{
+    cloth_scenes::{dust, sheet},
+    frames::PATIENCE,
+    harness::{Server, assert_reason, channel, connect, every, latest},
+};
 
 #[tokio::test(flavor = "multi_thread")]
 async fn a_drain_ends_idle_streams_silent_connections_and_stalled_watchers() {

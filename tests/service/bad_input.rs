@@ -1,4 +1,4 @@
-//! Every method answers bad input with a status that carries a reason of the table.
+//! Every method refuses bad input with a status that carries a reason of docs/errors.md.
 
 use std::collections::BTreeSet;
 
@@ -8,9 +8,12 @@ use prost::Message as _;
 use tonic::{Response, Status};
 use tonic_types::StatusExt as _;
 
-use crate::harness::{Client, Server, assert_reason, every, latest, request, sheet};
+use crate::{
+    cloth_scenes::sheet,
+    harness::{Client, Server, assert_reason, every, latest, request},
+};
 
-/// The reason that a call is refused with, and the fields that it blames.
+/// A method, what it answered, and the reason that it should give.
 type Refusal = (&'static str, Status, Reason);
 
 fn refused<T: std::fmt::Debug>(
@@ -43,8 +46,8 @@ async fn with_bad_ids(c: &mut Client) -> Vec<Refusal> {
         let update = v1::UpdateParametersRequest { session_id: session_id(), ..Default::default() };
         all.push(refused("UpdateParameters", c.update_parameters(update).await, reason));
         all.push(refused("WatchFrames", c.watch_frames(latest(id)).await, reason));
-        let figures = v1::WatchDiagnosticsRequest { session_id: session_id(), ..Default::default() };
-        all.push(refused("WatchDiagnostics", c.watch_diagnostics(figures).await, reason));
+        let diagnostics = v1::WatchDiagnosticsRequest { session_id: session_id(), ..Default::default() };
+        all.push(refused("WatchDiagnostics", c.watch_diagnostics(diagnostics).await, reason));
     }
     all
 }
@@ -56,6 +59,7 @@ async fn with_bad_fields(c: &mut Client, id: &str) -> Vec<Refusal> {
         let play = v1::PlaySessionRequest { session_id: id.into(), real_time_factor };
         all.push(refused("PlaySession", c.play_session(play).await, Reason::InvalidField));
     }
+
     let step = v1::StepSessionRequest { session_id: id.into(), step_count: u64::MAX, wait: false };
     all.push(refused("StepSession", c.step_session(step).await, Reason::InvalidField));
     for watch in [
@@ -70,8 +74,9 @@ async fn with_bad_fields(c: &mut Client, id: &str) -> Vec<Refusal> {
     ] {
         all.push(refused("WatchFrames", c.watch_frames(watch).await, Reason::InvalidField));
     }
-    let figures = v1::WatchDiagnosticsRequest { session_id: id.into(), max_rate_hz: -1.0 };
-    all.push(refused("WatchDiagnostics", c.watch_diagnostics(figures).await, Reason::InvalidField));
+
+    let diagnostics = v1::WatchDiagnosticsRequest { session_id: id.into(), max_rate_hz: -1.0 };
+    all.push(refused("WatchDiagnostics", c.watch_diagnostics(diagnostics).await, Reason::InvalidField));
     let list = v1::ListSessionsRequest { page_size: -1, ..Default::default() };
     all.push(refused("ListSessions", c.list_sessions(list).await, Reason::InvalidField));
     let list = v1::ListSessionsRequest { page_token: "?".into(), ..Default::default() };
@@ -108,6 +113,7 @@ async fn with_bad_scenes(c: &mut Client) -> Vec<Refusal> {
     for (create, reason) in cases {
         all.push(refused("CreateSession", c.create_session(create).await, reason));
     }
+
     let upload = c.upload_mesh(tokio_stream::iter([v1::UploadMeshRequest { part: None }])).await;
     all.push(refused("UploadMesh", upload, Reason::InvalidUpload));
     all
@@ -124,10 +130,11 @@ async fn every_method_refuses_bad_input_with_a_reason() {
         println!("{method}: {}", status.message());
         assert_reason(status, *reason);
         if *reason == Reason::InvalidField {
-            let bad = status.get_details_bad_request().expect("the fields at fault are named");
+            let bad = status.get_details_bad_request().expect("the invalid fields are named");
             assert!(!bad.field_violations.is_empty(), "{method}");
         }
     }
+
     // No method is left out; GetServerInfo takes no input.
     let tested: BTreeSet<&str> = refusals.iter().map(|(method, ..)| *method).collect();
     let files = prost_types::FileDescriptorSet::decode(v1::FILE_DESCRIPTOR_SET).expect("descriptors");
@@ -137,6 +144,7 @@ async fn every_method_refuses_bad_input_with_a_reason() {
     {
         assert!(tested.contains(method), "{method} is not tested with bad input");
     }
+
     // And nothing happened to the session.
     assert_eq!(server.get(&id).await.step, 0);
 }
