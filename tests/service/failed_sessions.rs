@@ -74,15 +74,15 @@ async fn a_divergence_names_step_particle_and_value_and_keeps_the_last_good_fram
     server.play(&good).await;
     let step = v1::StepSessionRequest { session_id: bad.clone(), step_count: 100_000, wait: true };
     let status = server.client.step_session(step).await.expect_err("it diverges");
-    let told = assert_reason(&status, Reason::NotFinite);
+    let metadata = assert_reason(&status, Reason::NotFinite);
     let failure = assert_failed(&mut server, &bad, Reason::NotFinite).await;
-    assert_eq!(told["step"], failure.step.to_string());
-    assert_eq!(told["particle"], failure.particle.expect("the particle").to_string());
+    assert_eq!(metadata["step"], failure.step.to_string());
+    assert_eq!(metadata["particle"], failure.particle.expect("the particle").to_string());
     assert!(failure.particle.is_some_and(|particle| particle < 25));
-    assert!(told.contains_key("value") && failure.value.is_some_and(|value| !value.is_finite()));
+    assert!(metadata.contains_key("value") && failure.value.is_some_and(|value| !value.is_finite()));
 
     let (frames, status) = watch.until_break().await;
-    assert_eq!(assert_reason(&status, Reason::NotFinite), told);
+    assert_eq!(assert_reason(&status, Reason::NotFinite), metadata);
     for frame in &frames {
         let x = frame.numbers(v1::Field::Positions, f32::from_le_bytes);
         assert!(x.iter().all(|c| c.is_finite()), "frame {}", frame.head.frame);

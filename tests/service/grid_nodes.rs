@@ -135,7 +135,7 @@ async fn the_server_bounds_nodes_for_every_watcher() {
 
 #[tokio::test(flavor = "multi_thread")]
 async fn a_grid_above_a_mebibyte_continues_in_further_pieces() {
-    // 27 000 particles, one a cell: 1.65 MiB of arrays, and more than 32 000 nodes of 28 bytes.
+    // 27 000 particles, one per cell: 1.65 MiB of fields, and more than 32 000 nodes of 28 bytes.
     let mut server = Server::start().await;
     let text = block(30, "steps = 1");
     let id = server.session(text.clone()).await;
@@ -216,8 +216,8 @@ async fn nodes_of_a_step_that_failed_are_not_sent() {
     // Nobody asked for nodes while they were there: the newest frame has none, and will not get any.
     let (frames, status) = server.watch(with(all(0), latest(&id))).await.until_break().await;
     assert!(frames.is_empty());
-    let told = status.get_details_error_info().expect("a reason").reason;
-    assert_eq!(Some(told), failed.failure.map(|failure| failure.reason));
+    let reason = status.get_details_error_info().expect("a reason").reason;
+    assert_eq!(Some(reason), failed.failure.map(|failure| failure.reason));
 
     // Frame 0 has everything.
     let first = server.watch(with(all(0), every(&id, 0))).await.frame().await;

@@ -30,10 +30,13 @@ async fn limits_are_reported_as_they_are_configured() {
         Limits { max_sessions: 3, max_threads_per_session: 2, max_mesh_bytes: 77, ..Limits::default() };
     let mut server = Server::with(limits.clone()).await;
     let info = server.client.get_server_info(v1::GetServerInfoRequest {}).await.expect("info").into_inner();
-    let told = info.limits.expect("limits");
-    assert_eq!((told.max_sessions, told.max_threads_per_session, told.max_mesh_bytes), (3, 2, 77));
-    assert_eq!(told.max_pending_changes, limits.max_pending_changes);
-    assert_eq!(told.history_bytes_per_session, limits.history_bytes_per_session);
+    let reported = info.limits.expect("limits");
+    assert_eq!(
+        (reported.max_sessions, reported.max_threads_per_session, reported.max_mesh_bytes),
+        (3, 2, 77)
+    );
+    assert_eq!(reported.max_pending_changes, limits.max_pending_changes);
+    assert_eq!(reported.history_bytes_per_session, limits.history_bytes_per_session);
     assert!(info.thread_count >= 1 && !info.version.is_empty());
 }
 

@@ -34,7 +34,7 @@ async fn a_watcher_resumes_without_a_gap_or_a_repeat() {
 
 #[tokio::test(flavor = "multi_thread")]
 async fn a_frame_that_is_no_longer_kept_is_refused_with_the_oldest_that_is() {
-    // 16 particles: 192 bytes a frame; the initial frame has all arrays, 1536 bytes.
+    // 16 particles: 192 bytes per frame; the initial frame has all fields, 1536 bytes.
     let mut server = Server::with(Limits { history_bytes_per_session: 2000, ..Limits::default() }).await;
     let id = server.session(sheet(4)).await;
     server.step(&id, 30).await;

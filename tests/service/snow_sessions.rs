@@ -78,20 +78,20 @@ async fn diagnostics_of_snow_are_those_of_the_step_and_all_finite() {
         let report = reference.step(&mut NoStopwatch).expect("a step");
         let expected = report.snow.expect("diagnostics of snow");
         let diagnostics = frame.head.diagnostics.as_ref().expect("diagnostics");
-        let told = diagnostics.snow.expect("diagnostics of snow");
-        assert_eq!((told.substeps, told.dt_seconds), (expected.substeps, expected.dt));
-        assert!(told.substeps > 1, "a frame of a film is many steps of snow");
-        assert_eq!((told.bound_particle, told.bound_seconds), (expected.bound.particle, expected.bound.dt));
-        assert_eq!(format!("{:?}", told.bound()), format!("{:?}", expected.bound.kind));
-        assert_ne!(told.bound(), TimeBound::Unspecified);
-        assert_eq!([told.min_plastic_ratio, told.max_plastic_ratio], expected.jp_range);
-        assert_eq!((told.mass, told.grid_mass_error), (expected.mass, expected.grid_mass_error));
-        assert_eq!((told.max_speed, told.dropped_momentum), (expected.max_speed, expected.dropped_momentum));
-        let counts = [told.plastic_count, told.inverted_count, told.clamped_count, told.ballistic_count];
+        let sent = diagnostics.snow.expect("diagnostics of snow");
+        assert_eq!((sent.substeps, sent.dt_seconds), (expected.substeps, expected.dt));
+        assert!(sent.substeps > 1, "a frame of a film is many steps of snow");
+        assert_eq!((sent.bound_particle, sent.bound_seconds), (expected.bound.particle, expected.bound.dt));
+        assert_eq!(format!("{:?}", sent.bound()), format!("{:?}", expected.bound.kind));
+        assert_ne!(sent.bound(), TimeBound::Unspecified);
+        assert_eq!([sent.min_plastic_ratio, sent.max_plastic_ratio], expected.jp_range);
+        assert_eq!((sent.mass, sent.grid_mass_error), (expected.mass, expected.grid_mass_error));
+        assert_eq!((sent.max_speed, sent.dropped_momentum), (expected.max_speed, expected.dropped_momentum));
+        let counts = [sent.plastic_count, sent.inverted_count, sent.clamped_count, sent.ballistic_count];
         let those = [expected.plastic_count, expected.inverted_count, expected.clamped_count];
         assert_eq!((&counts[..3], counts[3]), (&those[..], expected.ballistic_count));
-        assert_eq!(told.block_count, expected.block_count);
-        let angular_momentum: [f64; 3] = told.angular_momentum.expect("angular momentum").into();
+        assert_eq!(sent.block_count, expected.block_count);
+        let angular_momentum: [f64; 3] = sent.angular_momentum.expect("angular momentum").into();
         assert_eq!(angular_momentum, expected.angular_momentum);
         assert_eq!(diagnostics.elastic_energy, report.diagnostics.elastic_energy);
         let stages: Vec<&str> = diagnostics.stages.iter().map(|stage| stage.stage.as_str()).collect();
@@ -166,15 +166,15 @@ async fn a_divergence_of_snow_names_reason_particle_and_step_and_keeps_the_last_
     let of_snow = [Reason::NodeSpeed, Reason::DeformationLimit, Reason::NotFinite, Reason::OutOfRange];
     let reason =
         of_snow.into_iter().find(|reason| reason.name() == failure.reason).expect("a reason of snow");
-    let told = assert_reason(&status, reason);
-    assert_eq!(told["step"], failure.step.to_string());
-    assert_eq!(told["particle"], failure.particle.expect("the particle").to_string());
+    let metadata = assert_reason(&status, reason);
+    assert_eq!(metadata["step"], failure.step.to_string());
+    assert_eq!(metadata["particle"], failure.particle.expect("the particle").to_string());
     assert!(failure.particle.is_some_and(|particle| particle < failed.particle_count));
     assert_eq!(failed.step, failure.step, "the step that failed was not taken");
 
     // No number that is not finite left, and what stands is the state before the step that failed.
     let (frames, broken) = watch.until_break().await;
-    assert_eq!(assert_reason(&broken, reason), told);
+    assert_eq!(assert_reason(&broken, reason), metadata);
     for (frame, field) in frames.iter().flat_map(|frame| frame.fields.values().map(move |f| (frame, f))) {
         let numbers = field.as_chunks().0.iter().map(|bytes| f64::from_le_bytes(*bytes));
         assert!(numbers.into_iter().all(f64::is_finite), "frame {}", frame.head.frame);
@@ -193,8 +193,8 @@ async fn a_fixed_step_that_packing_makes_too_long_ends_the_session_with_both_num
     let id = server.session(too_long(0.0036, "")).await;
     let step = v1::StepSessionRequest { session_id: id.clone(), step_count: 1000, wait: true };
     let status = server.client.step_session(step).await.expect_err("it hardens");
-    let told = assert_reason(&status, Reason::TimeStepLimit);
-    assert_eq!((told["value"].as_str(), told["body"].as_str()), ("0.0036", "ball"));
+    let metadata = assert_reason(&status, Reason::TimeStepLimit);
+    assert_eq!((metadata["value"].as_str(), metadata["body"].as_str()), ("0.0036", "ball"));
     assert!(status.message().contains("3.6000e-3 s is above the bound"), "{}", status.message());
     let session = server.get(&id).await;
     let failure = session.failure.expect("a failed session says why");

@@ -120,7 +120,7 @@ async fn the_newest_frame_is_delivered_and_dropped_ones_are_counted() {
 
     // Six periods of 50 ms; timers may round down by a millisecond each.
     assert!(start.elapsed() > Duration::from_millis(290), "{:?}", start.elapsed());
-    assert!(dropped > 0, "a session steps more than 20 times a second");
+    assert!(dropped > 0, "a session steps more than 20 times per second");
 }
 
 #[tokio::test(flavor = "multi_thread")]

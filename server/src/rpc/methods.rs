@@ -17,20 +17,26 @@ use crate::{
 
 /// The service over what calls share.
 #[derive(Clone, Debug)]
-pub(crate) struct Methods(pub Arc<Shared>);
+pub(crate) struct Methods {
+    shared: Arc<Shared>,
+}
 
 impl Methods {
+    pub(crate) fn new(shared: Arc<Shared>) -> Self {
+        Self { shared }
+    }
+
     /// Starts a watcher, after the session was asked for the fields that it wants.
-    async fn frames(
+    async fn start_watcher(
         &self,
         request: v1::WatchFramesRequest,
     ) -> Result<WatchStream<v1::WatchFramesResponse>, Status> {
-        let session = self.0.session(&request.session_id)?;
-        let wanted = validate::wanted(&request, session.snow_cell(), &self.0.config.limits)?;
+        let session = self.shared.session(&request.session_id)?;
+        let wanted = validate::wanted(&request, session.snow_cell(), &self.shared.config.limits)?;
         let delivery = validate::delivery(&request)?;
         let slot = session.watcher_slot()?;
 
-        self.0.answered(session.provide(wanted.needed()).await)?;
+        self.shared.answered(session.provide(wanted.needed()).await)?;
         let feed = session.feed();
         if let Delivery::Every { from_frame: Some(number) } = delivery {
             validate::start(feed, number, wanted.needed())?;
@@ -38,7 +44,7 @@ impl Methods {
 
         let pieces = session.topology().iter().cloned().map(v1::watch_frames_response::Event::Topology);
         let opening = pieces.map(|piece| v1::WatchFramesResponse { event: Some(piece) }).collect();
-        let draining = self.0.draining.clone();
+        let draining = self.shared.draining.clone();
         Ok(watch(Arc::clone(feed), Frames(wanted), delivery, opening, slot, draining))
     }
 }
@@ -51,28 +57,28 @@ impl SimulationService for Methods {
         &self,
         _: Request<v1::GetServerInfoRequest>,
     ) -> Answer<v1::GetServerInfoResponse> {
-        Ok(Response::new(server_info(&self.0.config.limits)))
+        Ok(Response::new(server_info(&self.shared.config.limits)))
     }
 
     async fn upload_mesh(
         &self,
         request: Request<Streaming<v1::UploadMeshRequest>>,
     ) -> Answer<v1::UploadMeshResponse> {
-        let Ok(_slot) = self.0.uploads.try_acquire() else {
-            let allowed = self.0.config.limits.max_uploads;
+        let Ok(_slot) = self.shared.uploads.try_acquire() else {
+            let allowed = self.shared.config.limits.max_uploads;
             let message = format!("{allowed} uploads are in progress; allowed: at most {allowed}");
             return Err(ServiceError::new(Reason::TooManyUploads, message).with("allowed", allowed).into());
         };
 
         let mut pieces = request.into_inner().map(|piece| piece.map_err(upload::with_reason));
-        let idle = self.0.config.upload_idle();
-        let receive = upload::receive(&mut pieces, &self.0.config.limits, idle);
+        let idle = self.shared.config.upload_idle();
+        let receive = upload::receive(&mut pieces, &self.shared.config.limits, idle);
         let mesh = tokio::select! {
             mesh = receive => mesh?,
-            () = self.0.draining.cancelled() => return Err(ServiceError::draining().into()),
+            () = self.shared.draining.cancelled() => return Err(ServiceError::draining().into()),
         };
 
-        let meshes = Arc::clone(&self.0.meshes);
+        let meshes = Arc::clone(&self.shared.meshes);
 
         // Checking sorts the triangles, which takes a while for a large mesh.
         let stored = tokio::task::spawn_blocking(move || upload::store(mesh, &meshes)).await;
@@ -86,12 +92,12 @@ impl SimulationService for Methods {
         &self,
         request: Request<v1::CreateSessionRequest>,
     ) -> Answer<v1::CreateSessionResponse> {
-        let made = create::create(&self.0, request.into_inner()).await;
-        Ok(Response::new(self.0.answered(made)?))
+        let made = create::create(&self.shared, request.into_inner()).await;
+        Ok(Response::new(self.shared.answered(made)?))
     }
 
     async fn get_session(&self, request: Request<v1::GetSessionRequest>) -> Answer<v1::GetSessionResponse> {
-        let session = self.0.session(&request.into_inner().session_id)?;
+        let session = self.shared.session(&request.into_inner().session_id)?;
         Ok(Response::new(v1::GetSessionResponse { session: Some(session.describe()) }))
     }
 
@@ -102,7 +108,7 @@ impl SimulationService for Methods {
         let request = request.into_inner();
         let count = validate::page_size(request.page_size)?;
         validate::page_token(&request.page_token)?;
-        let (page, more) = self.0.registry.page(&request.page_token, count);
+        let (page, more) = self.shared.registry.page(&request.page_token, count);
         let last = page.last().filter(|_| more);
         Ok(Response::new(v1::ListSessionsResponse {
             next_page_token: last.map_or_else(String::new, |session| session.id().to_owned()),
@@ -116,7 +122,7 @@ impl SimulationService for Methods {
     ) -> Answer<v1::DeleteSessionResponse> {
         let id = request.into_inner().session_id;
         validate::session_id(&id)?;
-        let session = self.0.registry.remove(&id)?;
+        let session = self.shared.registry.remove(&id)?;
         session.end();
         session.ended().await;
         Ok(Response::new(v1::DeleteSessionResponse {}))
@@ -127,19 +133,19 @@ impl SimulationService for Methods {
         request: Request<v1::PlaySessionRequest>,
     ) -> Answer<v1::PlaySessionResponse> {
         let request = request.into_inner();
-        let session = self.0.session(&request.session_id)?;
+        let session = self.shared.session(&request.session_id)?;
         let real_time_factor = validate::real_time_factor(request.real_time_factor)?;
         let played = session.command(|answer| Command::Play { real_time_factor, answer }).await;
-        Ok(Response::new(v1::PlaySessionResponse { session: Some(self.0.answered(played)?) }))
+        Ok(Response::new(v1::PlaySessionResponse { session: Some(self.shared.answered(played)?) }))
     }
 
     async fn pause_session(
         &self,
         request: Request<v1::PauseSessionRequest>,
     ) -> Answer<v1::PauseSessionResponse> {
-        let session = self.0.session(&request.into_inner().session_id)?;
+        let session = self.shared.session(&request.into_inner().session_id)?;
         let paused = session.command(Command::Pause).await;
-        Ok(Response::new(v1::PauseSessionResponse { session: Some(self.0.answered(paused)?) }))
+        Ok(Response::new(v1::PauseSessionResponse { session: Some(self.shared.answered(paused)?) }))
     }
 
     async fn step_session(
@@ -147,24 +153,24 @@ impl SimulationService for Methods {
         request: Request<v1::StepSessionRequest>,
     ) -> Answer<v1::StepSessionResponse> {
         let request = request.into_inner();
-        let session = self.0.session(&request.session_id)?;
-        let count = validate::step_count(request.step_count, &self.0.config.limits)?;
+        let session = self.shared.session(&request.session_id)?;
+        let count = validate::step_count(request.step_count, &self.shared.config.limits)?;
         let when = if request.wait { When::Done } else { When::Accepted };
         let stepped = session.command(|answer| Command::Step { count, when, answer });
         let stepped = tokio::select! {
             stepped = stepped => stepped,
-            () = self.0.draining.cancelled() => Err(ServiceError::draining()),
+            () = self.shared.draining.cancelled() => Err(ServiceError::draining()),
         };
-        Ok(Response::new(v1::StepSessionResponse { session: Some(self.0.answered(stepped)?) }))
+        Ok(Response::new(v1::StepSessionResponse { session: Some(self.shared.answered(stepped)?) }))
     }
 
     async fn stop_session(
         &self,
         request: Request<v1::StopSessionRequest>,
     ) -> Answer<v1::StopSessionResponse> {
-        let session = self.0.session(&request.into_inner().session_id)?;
+        let session = self.shared.session(&request.into_inner().session_id)?;
         let stopped = session.command(Command::Stop).await;
-        Ok(Response::new(v1::StopSessionResponse { session: Some(self.0.answered(stopped)?) }))
+        Ok(Response::new(v1::StopSessionResponse { session: Some(self.shared.answered(stopped)?) }))
     }
 
     async fn update_parameters(
@@ -172,10 +178,10 @@ impl SimulationService for Methods {
         request: Request<v1::UpdateParametersRequest>,
     ) -> Answer<v1::UpdateParametersResponse> {
         let request = request.into_inner();
-        let session = self.0.session(&request.session_id)?;
+        let session = self.shared.session(&request.session_id)?;
         let (at_step, changes) = (request.at_step, changes(&request)?);
         let updated = session.ask(|answer| Command::Update { at_step, changes, answer }).await;
-        let effective_step = self.0.answered(updated.and_then(|updated| updated))?;
+        let effective_step = self.shared.answered(updated.and_then(|updated| updated))?;
         Ok(Response::new(v1::UpdateParametersResponse { effective_step }))
     }
 
@@ -185,7 +191,7 @@ impl SimulationService for Methods {
         &self,
         request: Request<v1::WatchFramesRequest>,
     ) -> Answer<Self::WatchFramesStream> {
-        Ok(Response::new(self.frames(request.into_inner()).await?))
+        Ok(Response::new(self.start_watcher(request.into_inner()).await?))
     }
 
     type WatchDiagnosticsStream = WatchStream<v1::WatchDiagnosticsResponse>;
@@ -195,13 +201,20 @@ impl SimulationService for Methods {
         request: Request<v1::WatchDiagnosticsRequest>,
     ) -> Answer<Self::WatchDiagnosticsStream> {
         let request = request.into_inner();
-        let session = self.0.session(&request.session_id)?;
+        let session = self.shared.session(&request.session_id)?;
         let delivery = match validate::period(request.max_rate_hz)? {
             None => Delivery::Every { from_frame: None },
             period => Delivery::Latest { period },
         };
         let slot = session.watcher_slot()?;
         let feed = Arc::clone(session.feed());
-        Ok(Response::new(watch(feed, DiagnosticsOnly, delivery, Vec::new(), slot, self.0.draining.clone())))
+        Ok(Response::new(watch(
+            feed,
+            DiagnosticsOnly,
+            delivery,
+            Vec::new(),
+            slot,
+            self.shared.draining.clone(),
+        )))
     }
 }

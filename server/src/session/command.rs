@@ -1,4 +1,4 @@
-//! What a session's thread can be told. Commands are read between steps, never during one.
+//! What a session's thread can be asked to do. Commands are read between steps, never during one.
 
 use nappe_proto::v1;
 use nappe_sim::world::Change;

@@ -179,9 +179,9 @@ impl Stepper {
             Ok(step) => self.stepped(&step),
             Err(error) => {
                 let failure = &error.failure;
-                let told =
-                    ServiceError::new(step_reason(failure), error.to_string()).with("body", &error.body);
-                self.fail(told, error.step, failure.particle(), failure.value());
+                let refused = ServiceError::new(step_reason(failure), error.to_string());
+                let refused = refused.with("body", &error.body);
+                self.fail(refused, error.step, failure.particle(), failure.value());
             }
         }
     }
@@ -216,8 +216,8 @@ impl Stepper {
             Ok(()) => true,
             Err(error) => {
                 let last_step = self.step_count().saturating_sub(1);
-                let told = ServiceError::new(Reason::NotFinite, error.to_string());
-                self.fail(told, last_step, error.particle(), Some(error.value));
+                let refused = ServiceError::new(Reason::NotFinite, error.to_string());
+                self.fail(refused, last_step, error.particle(), Some(error.value));
                 false
             }
         }

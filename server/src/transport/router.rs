@@ -21,8 +21,8 @@ use crate::rpc::{Methods, Shared};
 /// Builds the handler of all requests.
 pub(crate) fn router(shared: &Arc<Shared>, health: &HealthReporter) -> Handler {
     let message_bytes = shared.config.limits.max_message_bytes as usize;
-    let simulation =
-        SimulationServiceServer::new(Methods(Arc::clone(shared))).max_decoding_message_size(message_bytes);
+    let simulation = SimulationServiceServer::new(Methods::new(Arc::clone(shared)))
+        .max_decoding_message_size(message_bytes);
     let health = HealthServer::new(HealthService::from_health_reporter(health.clone()));
     let routes = Routes::new(simulation)
         .add_service(health)
