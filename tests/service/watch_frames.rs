@@ -11,6 +11,7 @@ use crate::{
     cloth_scenes::{dust, sheet, sheet_with},
     frames::{Next, PATIENCE},
     harness::{Server, assert_reason, every, latest},
+    simulation::simulation,
 };
 
 #[tokio::test(flavor = "multi_thread")]
