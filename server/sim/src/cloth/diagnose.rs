@@ -6,13 +6,13 @@ use rayon::prelude::*;
 
 use super::{
     ClothSettings,
-    forces::{Energy, fold_in},
+    forces::Energy,
     model::Model,
     rows::{Rows, pad},
     state::{Frozen, State, Workspace},
 };
 use crate::{
-    math::{Kernel, Pack, Padded, Real, Vec3, array3, dispatch},
+    math::{Pack, Padded, Real, Vec3, WithSimd, array3, dispatch},
     parallel::sum,
     report::{Diagnostics, StepFailure},
 };
@@ -48,17 +48,17 @@ struct BlockFigures<'a, R: Real> {
     rows: std::ops::Range<usize>,
 }
 
-impl<R: Real> Kernel<R> for BlockFigures<'_, R> {
+impl<R: Real> WithSimd<R> for BlockFigures<'_, R> {
     type Output = [f64; 8];
 
     #[inline(always)]
-    fn run<P: Pack<R>>(self) -> [f64; 8] {
+    fn run<P: Pack<Number = R>>(self) -> [f64; 8] {
         let (model, x) = (self.model, self.x);
         let gravity = array3(&self.frozen.gravity);
         let mut figures = [0.0; 8];
         for group in Rows::<R>::groups(self.rows.clone()) {
-            let start = [<P::Wide as Pack<f64>>::splat(0.0); 2];
-            let fold = fold_in::<R, _>(Energy);
+            let start = [P::Wide::zero(); 2];
+            let fold = Energy;
             let sums = model.rows.fold_group::<P, _, 2>(group.start, [x, x], &self.frozen.laws, start, fold);
             let lanes = sums.map(Pack::store);
             for (lane, i) in group.enumerate() {

@@ -57,7 +57,7 @@ pub(super) struct Edges<P> {
 /// rest length 0.
 pub(super) trait Fold<P, T, const A: usize>: Copy {
     /// Mark it `#[inline(always)]`.
-    fn add(self, sums: &mut [T; A], edges: &Edges<P>);
+    fn fold(self, sums: &mut [T; A], edges: &Edges<P>);
 }
 
 impl<R: Real> Rows<R> {
@@ -137,7 +137,7 @@ impl<R: Real> Rows<R> {
     /// # Panics
     /// If a field is shorter than the number of rows, or the table than the laws named.
     #[inline(always)]
-    pub(super) fn fold_group<P: Pack<R>, T, const A: usize>(
+    pub(super) fn fold_group<P: Pack<Number = R>, T, const A: usize>(
         &self,
         first_row: usize,
         [x, y]: [&[Padded<R>]; 2],
@@ -156,18 +156,18 @@ impl<R: Real> Rows<R> {
             // fields were found to be at least that long above.
             let (other_x, other_y) = unsafe { (P::gather(x, neighbours), P::gather(y, neighbours)) };
             let edges = Edges {
-                d: std::array::from_fn(|c| own_x[c].sub(other_x[c])),
-                w: std::array::from_fn(|c| own_y[c].sub(other_y[c])),
+                d: std::array::from_fn(|c| own_x[c] - other_x[c]),
+                w: std::array::from_fn(|c| own_y[c] - other_y[c]),
                 rest_length: P::load(&self.rest_lengths[slot]),
                 law: self.laws_of(slot, laws),
             };
-            fold.add(&mut sums, &edges);
+            fold.fold(&mut sums, &edges);
         }
         sums
     }
 
     #[inline(always)]
-    fn laws_of<P: Pack<R>>(&self, slot: usize, laws: &[[R; 2]]) -> [P; 2] {
+    fn laws_of<P: Pack<Number = R>>(&self, slot: usize, laws: &[[R; 2]]) -> [P; 2] {
         match self.laws[slot] {
             MIXED => {
                 let lanes = &self.lane_laws[self.lane_index[slot] as usize];
@@ -195,7 +195,7 @@ impl<R: Real> Rows<R> {
 
 /// Three packs as sixteen vectors.
 #[inline(always)]
-pub(super) fn vectors<R: Real, P: Pack<R>>(packs: [P; 3]) -> [Vec3<R>; LANES] {
+pub(super) fn vectors<P: Pack>(packs: [P; 3]) -> [Vec3<P::Number>; LANES] {
     let [x, y, z] = packs.map(P::store);
     std::array::from_fn(|lane| Vec3::new(x[lane], y[lane], z[lane]))
 }

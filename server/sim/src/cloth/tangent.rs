@@ -7,14 +7,14 @@
 use rayon::prelude::*;
 
 use super::{
-    forces::{BlockOf, ElasticProduct, TangentBlock, TangentProduct, Transverse, WithTransverse, fold_in},
+    forces::{BlockOf, ElasticProduct, TangentBlock, TangentProduct, Transverse, WithTransverse},
     model::Model,
     rows::{Rows, vectors},
     state::Frozen,
 };
 use crate::{
     linalg::{BlockCsr, LinearOperator, PreconditionerKind, Symmetric3},
-    math::{Kernel, Mat3, Pack, Padded, Real, Vec3, dispatch},
+    math::{Mat3, Pack, Padded, Real, Vec3, WithSimd, dispatch},
 };
 
 /// The matrix of a step at positions `x`.
@@ -41,15 +41,15 @@ struct Product<'a, R: Real, T> {
     out: &'a mut [Vec3<R>],
 }
 
-impl<R: Real, T: Transverse> Kernel<R> for Product<'_, R, T> {
+impl<R: Real, T: Transverse> WithSimd<R> for Product<'_, R, T> {
     type Output = ();
 
     #[inline(always)]
-    fn run<P: Pack<R>>(self) {
+    fn run<P: Pack<Number = R>>(self) {
         let Tangent { model, frozen, x, dt, transverse } = self.tangent;
-        let (drag, zero) = (dt * frozen.drag, [P::splat(R::zero()); 3]);
+        let (drag, zero) = (dt * frozen.drag, [P::zero(); 3]);
         for rows in Rows::<R>::groups(self.first_row..self.first_row + self.out.len()) {
-            let fold = fold_in::<R, _>(TangentProduct(transverse));
+            let fold = TangentProduct(transverse);
             let sums = model.rows.fold_group(rows.start, [x, self.p], &frozen.implicit_laws, zero, fold);
             for (springs, i) in vectors(sums).into_iter().zip(rows) {
                 let free = if model.inv_m[i] > R::zero() { R::one() } else { R::zero() };
@@ -120,16 +120,16 @@ struct RightHandSide<'a, R: Real, T> {
     b: &'a mut [Vec3<R>],
 }
 
-impl<R: Real, T: Transverse> Kernel<R> for RightHandSide<'_, R, T> {
+impl<R: Real, T: Transverse> WithSimd<R> for RightHandSide<'_, R, T> {
     type Output = ();
 
     #[inline(always)]
-    fn run<P: Pack<R>>(self) {
+    fn run<P: Pack<Number = R>>(self) {
         let Tangent { model, frozen, x, dt, transverse } = self.tangent;
-        let zero = [P::splat(R::zero()); 3];
+        let zero = [P::zero(); 3];
         for rows in Rows::<R>::groups(self.first_row..self.first_row + self.b.len()) {
             // -h² df/dx v, which leaves the damping out.
-            let fold = fold_in::<R, _>(ElasticProduct(transverse));
+            let fold = ElasticProduct(transverse);
             let sums = model.rows.fold_group(rows.start, [x, self.v], &frozen.implicit_laws, zero, fold);
             for (stiff, i) in vectors(sums).into_iter().zip(rows) {
                 let free = if model.inv_m[i] > R::zero() { R::one() } else { R::zero() };
@@ -146,15 +146,15 @@ struct DiagonalBlocks<'a, R: Real, T> {
     out: &'a mut [Symmetric3<R>],
 }
 
-impl<R: Real, T: Transverse> Kernel<R> for DiagonalBlocks<'_, R, T> {
+impl<R: Real, T: Transverse> WithSimd<R> for DiagonalBlocks<'_, R, T> {
     type Output = ();
 
     #[inline(always)]
-    fn run<P: Pack<R>>(self) {
+    fn run<P: Pack<Number = R>>(self) {
         let Tangent { model, frozen, x, dt, transverse } = self.tangent;
-        let zero = [P::splat(R::zero()); 6];
+        let zero = [P::zero(); 6];
         for rows in Rows::<R>::groups(self.first_row..self.first_row + self.out.len()) {
-            let fold = fold_in::<R, _>(TangentBlock(transverse));
+            let fold = TangentBlock(transverse);
             let sums = model.rows.fold_group(rows.start, [x, x], &frozen.implicit_laws, zero, fold);
             let [xx, yy, zz, xy, xz, yz] = sums.map(P::store);
             for (lane, i) in rows.enumerate() {

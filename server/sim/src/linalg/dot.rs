@@ -1,7 +1,7 @@
 //! Work on one block of vectors: sums of products and of their magnitudes, in binary64 and in a
 //! fixed order of lanes; linear combinations.
 
-use crate::math::{Kernel, LANES, Pack, Real, Vec3, dispatch};
+use crate::math::{LANES, Pack, Real, Vec3, WithSimd, dispatch};
 
 /// The components of vectors, x y z after one another.
 #[inline(always)]
@@ -34,16 +34,16 @@ struct Combine<'a, R> {
     t: R,
 }
 
-impl<R: Real> Kernel<R> for Combine<'_, R> {
+impl<R: Real> WithSimd<R> for Combine<'_, R> {
     type Output = ();
 
     #[inline(always)]
-    fn run<P: Pack<R>>(self) {
+    fn run<P: Pack<Number = R>>(self) {
         let (s, t) = (P::splat(self.s), P::splat(self.t));
         let (packs, rest) = self.y.as_chunks_mut::<LANES>();
         let (others, rest_x) = self.x.as_chunks::<LANES>();
         for (y, x) in packs.iter_mut().zip(others) {
-            *y = s.mul(P::load(y)).add(t.mul(P::load(x))).store();
+            *y = (s * P::load(y) + t * P::load(x)).store();
         }
         for (y, x) in rest.iter_mut().zip(rest_x) {
             *y = self.s * *y + self.t * *x;
@@ -63,21 +63,21 @@ struct BlockSums<'a, R> {
     b: &'a [R],
 }
 
-impl<R: Real> Kernel<R> for BlockSums<'_, R> {
+impl<R: Real> WithSimd<R> for BlockSums<'_, R> {
     type Output = [f64; 2];
 
     #[inline(always)]
-    fn run<P: Pack<R>>(self) -> [f64; 2] {
-        let zero = <P::Wide as Pack<f64>>::splat(0.0);
+    fn run<P: Pack<Number = R>>(self) -> [f64; 2] {
+        let zero = P::Wide::zero();
         let (mut signed, mut magnitude) = (zero, zero);
         let (a, b) = (self.a.as_chunks::<LANES>(), self.b.as_chunks::<LANES>());
         let mut tails = [[R::zero(); LANES]; 2];
         tails[0][..a.1.len()].copy_from_slice(a.1);
         tails[1][..b.1.len()].copy_from_slice(b.1);
         for (a, b) in a.0.iter().zip(b.0).chain([(&tails[0], &tails[1])]) {
-            let product = P::load(a).widen().mul(P::load(b).widen());
-            signed = signed.add(product);
-            magnitude = magnitude.add(product.abs());
+            let product = P::load(a).widen() * P::load(b).widen();
+            signed += product;
+            magnitude += product.abs();
         }
         [signed, magnitude].map(|sum| add_lanes(sum.store()))
     }

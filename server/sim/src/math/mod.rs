@@ -6,11 +6,12 @@ mod simd;
 mod svd;
 mod exp;
 
-pub use real::{Precision, Real};
-pub use simd::{Padded, SimdLevel, force_simd_level, simd_level};
+pub use real::{Padded, Precision, Real};
+pub use simd::{SimdLevel, force_simd_level, simd_level};
 
 pub(crate) use exp::exp;
-pub(crate) use simd::{Kernel, LANES, Pack, Portable, Rounding, dispatch};
+pub(crate) use real::{LANES, Pack};
+pub(crate) use simd::{Portable, WithSimd, dispatch};
 pub(crate) use svd::{Columns, Svd, cross3, dot3, orthogonalize, svd};
 
 /// A vector of three components.

@@ -1,22 +1,26 @@
-//! Precision of a state, chosen per session at run time; sums are binary64 whatever it is.
+//! Numbers that a state is made of, one at a time and sixteen at a time.
+//!
+//! The precision is chosen per session at run time; sums are binary64 whatever it is. The two kinds
+//! of number stand in one file since each names the other.
 
-use std::fmt;
+use std::{
+    fmt,
+    ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign},
+};
 
-use super::simd::Rounding;
-#[cfg(target_arch = "x86_64")]
-use super::simd::{Pack, avx2, avx512};
+use super::Vec3;
 
 /// How positions and velocities are stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Precision {
-    /// IEEE binary32.
+    /// IEEE 754 binary32, 24 bits of significand.
     F32,
-    /// IEEE binary64.
+    /// IEEE 754 binary64, 53 bits of significand.
     F64,
 }
 
 impl Precision {
-    /// Both.
+    /// Both precisions, the narrower first.
     pub const ALL: [Self; 2] = [Self::F32, Self::F64];
 
     /// `f32` or `f64`.
@@ -42,23 +46,34 @@ impl fmt::Display for Precision {
 /// Packs of a number at each level. Not visible outside, which also seals [`Real`].
 pub(crate) trait Packed: Copy {
     #[cfg(target_arch = "x86_64")]
-    type Avx2: Pack<Self>;
+    type Avx2: Pack<Number = Self>;
     #[cfg(target_arch = "x86_64")]
-    type Avx512: Pack<Self>;
+    type Avx512: Pack<Number = Self>;
 }
 
-impl Packed for f32 {
-    #[cfg(target_arch = "x86_64")]
-    type Avx2 = avx2::F32x16;
-    #[cfg(target_arch = "x86_64")]
-    type Avx512 = avx512::F32x16;
+/// What rounding to whole numbers by addition needs.
+pub(crate) trait Rounding: Copy {
+    /// 1.5 * 2^(bits of the significand): a number of moderate size added to it is rounded to a
+    /// whole one, which stands in the lowest bits.
+    const MAGIC: Self;
+    /// 2^n of MAGIC + n.
+    fn power_of_two(self) -> Self;
 }
 
-impl Packed for f64 {
-    #[cfg(target_arch = "x86_64")]
-    type Avx2 = avx2::F64x16;
-    #[cfg(target_arch = "x86_64")]
-    type Avx512 = avx512::F64x16;
+impl Rounding for f32 {
+    const MAGIC: Self = 12_582_912.0;
+    #[inline(always)]
+    fn power_of_two(self) -> Self {
+        Self::from_bits((self.to_bits() << 23).wrapping_add(1.0_f32.to_bits()))
+    }
+}
+
+impl Rounding for f64 {
+    const MAGIC: Self = 6_755_399_441_055_744.0;
+    #[inline(always)]
+    fn power_of_two(self) -> Self {
+        Self::from_bits((self.to_bits() << 52).wrapping_add(1.0_f64.to_bits()))
+    }
 }
 
 /// A floating-point number that a state is made of: `f32` or `f64`, and no other.
@@ -106,4 +121,124 @@ impl Real for f64 {
     fn to_f64(self) -> f64 {
         self
     }
+}
+
+/// Lanes of a pack, on any processor.
+pub(crate) const LANES: usize = 16;
+
+/// A vector with a fourth component that means nothing, so that it is loaded at once.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C, align(16))]
+pub struct Padded<R>(pub(crate) [R; 4]);
+
+impl<R: Real> Padded<R> {
+    #[inline(always)]
+    /// A vector with 0 as its fourth component.
+    pub fn new(v: &Vec3<R>) -> Self {
+        Self([v.x, v.y, v.z, R::zero()])
+    }
+
+    #[inline(always)]
+    /// The three components that mean something.
+    pub fn vector(&self) -> Vec3<R> {
+        Vec3::new(self.0[0], self.0[1], self.0[2])
+    }
+}
+
+/// The four operations, on a pack's right another pack or one number for every lane.
+pub(crate) trait Arithmetic<T>:
+    Sized + Add<T, Output = Self> + Sub<T, Output = Self> + Mul<T, Output = Self> + Div<T, Output = Self>
+{
+}
+
+impl<P, T> Arithmetic<T> for P where
+    P: Add<T, Output = P> + Sub<T, Output = P> + Mul<T, Output = P> + Div<T, Output = P>
+{
+}
+
+/// Sixteen numbers; every operation is that of IEEE 754 in each lane, never fused. `-x` is 0 - x:
+/// zeros become +0.
+///
+/// Only `dispatch` chooses an implementation, after it has found its instructions on the
+/// processor: that is what makes calling the methods sound.
+pub(crate) trait Pack:
+    Arithmetic<Self>
+    + Arithmetic<<Self as Pack>::Number>
+    + Neg<Output = Self>
+    + AddAssign
+    + SubAssign
+    + Copy
+    + Send
+    + Sync
+{
+    /// What a lane holds.
+    type Number: Real;
+    /// The same lanes in binary64.
+    type Wide: Pack<Number = f64>;
+
+    fn splat(value: Self::Number) -> Self;
+    fn load(values: &[Self::Number; LANES]) -> Self;
+    fn store(self) -> [Self::Number; LANES];
+
+    /// 0 in every lane.
+    #[inline(always)]
+    fn zero() -> Self {
+        Self::splat(Self::Number::default())
+    }
+    /// 1 in every lane.
+    #[inline(always)]
+    fn one() -> Self {
+        Self::splat(Self::Number::of(1.0))
+    }
+    /// A constant in every lane, rounded to the lane's precision.
+    #[inline(always)]
+    fn of(value: f64) -> Self {
+        Self::splat(Self::Number::of(value))
+    }
+
+    fn sqrt(self) -> Self;
+    /// |x| in each lane.
+    fn abs(self) -> Self;
+    /// The greater of two; the other where one is NaN or both are zero.
+    fn max(self, other: Self) -> Self;
+    /// 1 / x where x > 0, else 0.
+    fn inverse_or_zero(self) -> Self;
+    /// The lane where `gate` > 0, else 0.
+    fn where_positive(self, gate: Self) -> Self;
+    fn widen(self) -> Self::Wide;
+    /// The three components of sixteen vectors of a field.
+    ///
+    /// # Safety
+    /// Every index is below `field.len()`.
+    #[allow(unsafe_code, reason = "indices are checked once, when a model is built")]
+    unsafe fn gather(field: &[Padded<Self::Number>], indices: &[u32; LANES]) -> [Self; 3];
+
+    /// The lesser of two; the other where one is NaN or both are zero.
+    fn min(self, other: Self) -> Self;
+    /// The greatest whole number that is not greater.
+    fn floor(self) -> Self;
+    /// Lanes of `then` where self < `other`, else those of `otherwise`.
+    fn if_less(self, other: Self, then: Self, otherwise: Self) -> Self;
+    /// The magnitude of self with the sign of `other`.
+    fn with_sign_of(self, other: Self) -> Self;
+    /// 2^n where self is [`Rounding::MAGIC`] + n, for normal results.
+    fn power_of_two(self) -> Self;
+    /// Whole numbers from 0 to 65535.
+    fn whole(self) -> [u16; LANES];
+
+    /// Four numbers, four times: lane 4 g + c holds `quad[c]`.
+    fn repeat(quad: &[Self::Number; 4]) -> Self;
+    /// Each of four numbers four times: lane 4 g + c holds `quad[g]`.
+    fn spread(quad: &[Self::Number; 4]) -> Self;
+    /// Sums over the quads: (q0 + q2) + (q1 + q3).
+    fn fold(self) -> [Self::Number; 4];
+    /// Whether any lane of a gate is on: gates are 1 or 0.
+    #[inline(always)]
+    fn any(self) -> bool {
+        self.fold() != [Self::Number::default(); 4]
+    }
+    /// Four packs from sixteen quads: lane l of pack c holds `quads[l][c]`.
+    fn columns(quads: &[[Self::Number; 4]; LANES]) -> [Self; 4];
+    /// Sixteen quads from four packs.
+    fn rows(columns: [Self; 4]) -> [[Self::Number; 4]; LANES];
 }

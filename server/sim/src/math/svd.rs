@@ -6,7 +6,7 @@
 //! exact as large ones, which an eigenvalue solver on F^T F cannot be. A lane's result does not
 //! depend on the other lanes.
 
-use super::{Kernel, LANES, Pack, Real, dispatch};
+use super::{LANES, Pack, Real, WithSimd, dispatch};
 
 /// A matrix a lane, by columns: `m[column][row]`.
 pub(crate) type Columns<P> = [[P; 3]; 3];
@@ -23,63 +23,59 @@ pub(crate) struct Svd<P> {
 const SWEEPS: usize = 8;
 
 #[inline(always)]
-pub(crate) fn dot3<R: Real, P: Pack<R>>(a: &[P; 3], b: &[P; 3]) -> P {
-    a[0].mul(b[0]).add(a[1].mul(b[1])).add(a[2].mul(b[2]))
+pub(crate) fn dot3<P: Pack>(a: &[P; 3], b: &[P; 3]) -> P {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 #[inline(always)]
-pub(crate) fn cross3<R: Real, P: Pack<R>>(a: &[P; 3], b: &[P; 3]) -> [P; 3] {
-    [
-        a[1].mul(b[2]).sub(a[2].mul(b[1])),
-        a[2].mul(b[0]).sub(a[0].mul(b[2])),
-        a[0].mul(b[1]).sub(a[1].mul(b[0])),
-    ]
+pub(crate) fn cross3<P: Pack>(a: &[P; 3], b: &[P; 3]) -> [P; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 /// Columns p and q turned by (c, s).
 #[inline(always)]
-fn turn<R: Real, P: Pack<R>>(m: &mut Columns<P>, p: usize, q: usize, c: P, s: P) {
+fn turn<P: Pack>(m: &mut Columns<P>, p: usize, q: usize, c: P, s: P) {
     for k in 0..3 {
         let (a, b) = (m[p][k], m[q][k]);
-        m[p][k] = c.mul(a).sub(s.mul(b));
-        m[q][k] = s.mul(a).add(c.mul(b));
+        m[p][k] = c * a - s * b;
+        m[q][k] = s * a + c * b;
     }
 }
 
 /// Cosine and sine that make columns p and q orthogonal: (1, 0) where they are, to rounding.
 #[inline(always)]
-fn rotation<R: Real, P: Pack<R>>(b: &Columns<P>, p: usize, q: usize) -> (P, P) {
-    let (zero, one) = (P::splat(R::zero()), P::splat(R::one()));
+fn rotation<P: Pack>(b: &Columns<P>, p: usize, q: usize) -> (P, P) {
+    let (zero, one) = (P::zero(), P::one());
     let (pp, qq, pq) = (dot3(&b[p], &b[p]), dot3(&b[q], &b[q]), dot3(&b[p], &b[q]));
     let far = is_far(pp, qq, pq);
     // tan of the smaller angle: 2 pq / (|qq - pp| + sqrt((qq - pp)² + 4 pq²)), with a sign.
-    let difference = qq.sub(pp);
-    let twice = pq.add(pq).mul(one.with_sign_of(difference));
-    let reach = difference.abs().add(difference.mul(difference).add(twice.mul(twice)).sqrt());
-    let inverse = one.div(reach.mul(reach).add(twice.mul(twice)).sqrt());
-    (zero.if_less(far, reach.mul(inverse), one), zero.if_less(far, twice.mul(inverse), zero))
+    let difference = qq - pp;
+    let twice = (pq + pq) * one.with_sign_of(difference);
+    let reach = difference.abs() + (difference * difference + twice * twice).sqrt();
+    let inverse = one / (reach * reach + twice * twice).sqrt();
+    (zero.if_less(far, reach * inverse, one), zero.if_less(far, twice * inverse, zero))
 }
 
 /// 1 where |cos| of the angle between two columns is above rounding, else 0.
 #[inline(always)]
-fn is_far<R: Real, P: Pack<R>>(pp: P, qq: P, pq: P) -> P {
-    let tolerance = P::splat(R::of(16.0 * R::ROUNDING * R::ROUNDING));
-    tolerance.mul(pp).mul(qq).if_less(pq.mul(pq), P::splat(R::one()), P::splat(R::zero()))
+fn is_far<P: Pack>(pp: P, qq: P, pq: P) -> P {
+    let tolerance = P::of(16.0 * P::Number::ROUNDING * P::Number::ROUNDING);
+    (tolerance * pp * qq).if_less(pq * pq, P::one(), P::zero())
 }
 
 /// Whether columns of any lane are not yet orthogonal.
 #[inline(always)]
-fn any_far<R: Real, P: Pack<R>>(b: &Columns<P>) -> bool {
+fn any_far<P: Pack>(b: &Columns<P>) -> bool {
     let own = [dot3(&b[0], &b[0]), dot3(&b[1], &b[1]), dot3(&b[2], &b[2])];
     let far = is_far(own[0], own[1], dot3(&b[0], &b[1]));
-    let far = far.add(is_far(own[0], own[2], dot3(&b[0], &b[2])));
-    far.add(is_far(own[1], own[2], dot3(&b[1], &b[2]))).fold() != [R::zero(); 4]
+    let far = far + is_far(own[0], own[2], dot3(&b[0], &b[2]));
+    (far + is_far(own[1], own[2], dot3(&b[1], &b[2]))).any()
 }
 
 /// Turns the columns of `K` packs until they are orthogonal. Several at once, since a rotation
 /// waits for the one before.
 #[inline(always)]
-pub(crate) fn orthogonalize<R: Real, P: Pack<R>, const K: usize>(b: &mut [Columns<P>; K]) {
+pub(crate) fn orthogonalize<P: Pack, const K: usize>(b: &mut [Columns<P>; K]) {
     for _ in 0..SWEEPS {
         let mut far = false;
         for k in 0..K {
@@ -88,16 +84,16 @@ pub(crate) fn orthogonalize<R: Real, P: Pack<R>, const K: usize>(b: &mut [Column
         if !far {
             break;
         }
-        turn_all::<R, P, K, 0, 1>(b);
-        turn_all::<R, P, K, 0, 2>(b);
-        turn_all::<R, P, K, 1, 2>(b);
+        turn_all::<P, K, 0, 1>(b);
+        turn_all::<P, K, 0, 2>(b);
+        turn_all::<P, K, 1, 2>(b);
     }
 }
 
 /// Turns columns `A` and `B` of each pack: constants, so that columns stay in registers.
 #[inline(always)]
-fn turn_all<R: Real, P: Pack<R>, const K: usize, const A: usize, const B: usize>(b: &mut [Columns<P>; K]) {
-    let mut turns = [(P::splat(R::zero()), P::splat(R::zero())); K];
+fn turn_all<P: Pack, const K: usize, const A: usize, const B: usize>(b: &mut [Columns<P>; K]) {
+    let mut turns = [(P::zero(), P::zero()); K];
     for k in 0..K {
         turns[k] = rotation(&b[k], A, B);
     }
@@ -108,20 +104,13 @@ fn turn_all<R: Real, P: Pack<R>, const K: usize, const A: usize, const B: usize>
 
 /// Puts column q before column p where it is longer, as a rotation: (a, b) becomes (b, -a).
 #[inline(always)]
-fn order<R: Real, P: Pack<R>>(
-    b: &mut Columns<P>,
-    v: &mut Columns<P>,
-    length2: &mut [P; 3],
-    p: usize,
-    q: usize,
-) {
-    let zero = P::splat(R::zero());
+fn order<P: Pack>(b: &mut Columns<P>, v: &mut Columns<P>, length2: &mut [P; 3], p: usize, q: usize) {
     let (long_p, long_q) = (length2[p], length2[q]);
     for m in [b, v] {
         for k in 0..3 {
             let (x, y) = (m[p][k], m[q][k]);
             m[p][k] = long_p.if_less(long_q, y, x);
-            m[q][k] = long_p.if_less(long_q, zero.sub(x), y);
+            m[q][k] = long_p.if_less(long_q, -x, y);
         }
     }
     length2[p] = long_p.if_less(long_q, long_q, long_p);
@@ -139,13 +128,13 @@ struct Decompose<'a, R> {
     v: &'a mut Stored<R>,
 }
 
-impl<R: Real> Kernel<R> for Decompose<'_, R> {
+impl<R: Real> WithSimd<R> for Decompose<'_, R> {
     const WIDE_BINARY64: bool = false;
     type Output = ();
 
     #[inline(always)]
-    fn run<P: Pack<R>>(self) {
-        let Svd { u, sigma, v } = decompose(&load::<R, P>(self.f));
+    fn run<P: Pack<Number = R>>(self) {
+        let Svd { u, sigma, v } = decompose(&load::<P>(self.f));
         *self.u = store(&u);
         *self.v = store(&v);
         for k in 0..3 {
@@ -155,8 +144,8 @@ impl<R: Real> Kernel<R> for Decompose<'_, R> {
 }
 
 #[inline(always)]
-fn load<R: Real, P: Pack<R>>(stored: &Stored<R>) -> Columns<P> {
-    let mut m = [[P::splat(R::zero()); 3]; 3];
+fn load<P: Pack>(stored: &Stored<P::Number>) -> Columns<P> {
+    let mut m = [[P::zero(); 3]; 3];
     for column in 0..3 {
         for row in 0..3 {
             m[column][row] = P::load(&stored[column][row]);
@@ -166,8 +155,8 @@ fn load<R: Real, P: Pack<R>>(stored: &Stored<R>) -> Columns<P> {
 }
 
 #[inline(always)]
-fn store<R: Real, P: Pack<R>>(m: &Columns<P>) -> Stored<R> {
-    let mut stored = [[[R::zero(); LANES]; 3]; 3];
+fn store<P: Pack>(m: &Columns<P>) -> Stored<P::Number> {
+    let mut stored = [[[P::Number::default(); LANES]; 3]; 3];
     for column in 0..3 {
         for row in 0..3 {
             stored[column][row] = m[column][row].store();
@@ -178,8 +167,8 @@ fn store<R: Real, P: Pack<R>>(m: &Columns<P>) -> Stored<R> {
 
 /// The decomposition of F, given by columns.
 #[inline(always)]
-pub(crate) fn svd<R: Real, P: Pack<R>>(f: &Columns<P>) -> Svd<P> {
-    let zero = [[[R::zero(); LANES]; 3]; 3];
+pub(crate) fn svd<P: Pack>(f: &Columns<P>) -> Svd<P> {
+    let zero = [[[P::Number::default(); LANES]; 3]; 3];
     let (mut u, mut sigma, mut v) = (zero, zero[0], zero);
     dispatch(Decompose { f: &store(f), u: &mut u, sigma: &mut sigma, v: &mut v });
     let sigma = [P::load(&sigma[0]), P::load(&sigma[1]), P::load(&sigma[2])];
@@ -187,8 +176,8 @@ pub(crate) fn svd<R: Real, P: Pack<R>>(f: &Columns<P>) -> Svd<P> {
 }
 
 #[inline(always)]
-fn decompose<R: Real, P: Pack<R>>(f: &Columns<P>) -> Svd<P> {
-    let (zero, one) = (P::splat(R::zero()), P::splat(R::one()));
+fn decompose<P: Pack>(f: &Columns<P>) -> Svd<P> {
+    let (zero, one) = (P::zero(), P::one());
     let mut b = *f;
     let mut v = [[one, zero, zero], [zero, one, zero], [zero, zero, one]];
     for _ in 0..SWEEPS {
@@ -216,24 +205,24 @@ fn decompose<R: Real, P: Pack<R>>(f: &Columns<P>) -> Svd<P> {
 
 /// b / length, or `otherwise` where the length vanishes.
 #[inline(always)]
-fn unit<R: Real, P: Pack<R>>(b: &[P; 3], length: P, otherwise: &[P; 3]) -> [P; 3] {
-    let least = P::splat(R::of(R::SMALLEST));
-    let inverse = P::splat(R::one()).div(length);
+fn unit<P: Pack>(b: &[P; 3], length: P, otherwise: &[P; 3]) -> [P; 3] {
+    let least = P::of(P::Number::SMALLEST);
+    let inverse = P::one() / length;
     [
-        length.if_less(least, otherwise[0], b[0].mul(inverse)),
-        length.if_less(least, otherwise[1], b[1].mul(inverse)),
-        length.if_less(least, otherwise[2], b[2].mul(inverse)),
+        length.if_less(least, otherwise[0], b[0] * inverse),
+        length.if_less(least, otherwise[1], b[1] * inverse),
+        length.if_less(least, otherwise[2], b[2] * inverse),
     ]
 }
 
 /// A unit vector at right angles to a unit vector.
 #[inline(always)]
-fn across<R: Real, P: Pack<R>>(u: &[P; 3]) -> [P; 3] {
-    let (zero, one, half) = (P::splat(R::zero()), P::splat(R::one()), P::splat(R::of(0.5)));
+fn across<P: Pack>(u: &[P; 3]) -> [P; 3] {
+    let (zero, one, half) = (P::zero(), P::one(), P::of(0.5));
     // u x e_x unless u lies along x, then u x e_y.
-    let along = u[0].mul(u[0]);
+    let along = u[0] * u[0];
     let (by_x, by_y) = (half.if_less(along, zero, one), half.if_less(along, one, zero));
     let w = cross3(u, &[by_x, by_y, zero]);
-    let inverse = one.div(dot3(&w, &w).sqrt());
-    [w[0].mul(inverse), w[1].mul(inverse), w[2].mul(inverse)]
+    let inverse = one / dot3(&w, &w).sqrt();
+    [w[0] * inverse, w[1] * inverse, w[2] * inverse]
 }

@@ -11,7 +11,7 @@ use super::{
     transfer::particle_update::{Constants, Lane, constants},
 };
 use crate::{
-    math::{Kernel, LANES, Pack, Real, dispatch, svd},
+    math::{LANES, Pack, Real, WithSimd, dispatch, svd},
     parallel,
     report::Diagnostics,
 };
@@ -89,19 +89,19 @@ struct ElasticEnergy<'a, R> {
     constants: Constants<R>,
 }
 
-impl<R: Real> Kernel<R> for ElasticEnergy<'_, R> {
+impl<R: Real> WithSimd<R> for ElasticEnergy<'_, R> {
     const WIDE_BINARY64: bool = false;
     type Output = Lane<R>;
 
     #[inline(always)]
-    fn run<P: Pack<R>>(self) -> Lane<R> {
-        let [xx, xy, xz, yx] = read::<R, P, 0>(&self.particles.shape, self.group);
-        let [yy, yz, zx, zy] = read::<R, P, 1>(&self.particles.shape, self.group);
-        let [zz, ..] = read::<R, P, 0>(&self.particles.affine, self.group);
-        let [.., jp] = read::<R, P, 1>(&self.particles.motion, self.group);
+    fn run<P: Pack<Number = R>>(self) -> Lane<R> {
+        let [xx, xy, xz, yx] = read::<P, 0>(&self.particles.shape, self.group);
+        let [yy, yz, zx, zy] = read::<P, 1>(&self.particles.shape, self.group);
+        let [zz, ..] = read::<P, 0>(&self.particles.affine, self.group);
+        let [.., jp] = read::<P, 1>(&self.particles.motion, self.group);
         let moduli =
             Moduli::gather(self.coefficients, &self.constants.object, P::load(&self.constants.fixed[1]));
         let sigma = svd(&[[xx, yx, zx], [xy, yy, zy], [xz, yz, zz]]).sigma;
-        energy_density(&sigma, hardened(jp, &moduli), &moduli).mul(P::load(&self.constants.fixed[0])).store()
+        (energy_density(&sigma, hardened(jp, &moduli), &moduli) * P::load(&self.constants.fixed[0])).store()
     }
 }

@@ -61,8 +61,8 @@ impl Group {
 
 /// One quad of each particle of a group, in lanes.
 #[inline(always)]
-pub(super) fn read<R: Real, P: Pack<R>, const HALF: usize>(plane: &[Pair<R>], group: &Group) -> [P; 4] {
-    let mut quads = [[R::zero(); 4]; LANES];
+pub(super) fn read<P: Pack, const HALF: usize>(plane: &[Pair<P::Number>], group: &Group) -> [P; 4] {
+    let mut quads = [[P::Number::default(); 4]; LANES];
     for lane in 0..LANES {
         quads[lane] = plane[group.at[lane] as usize][HALF];
     }
@@ -82,7 +82,7 @@ pub(super) fn quads<R: Real>(plane: &[Pair<R>], group: &Group) -> [[[R; 4]; LANE
 /// Writes both quads of each particle of a group.
 #[inline(always)]
 #[allow(unsafe_code, reason = "the particles of a group belong to one run of blocks")]
-pub(super) fn write<R: Real, P: Pack<R>>(plane: &Disjoint<'_, Pair<R>>, group: &Group, pair: [[P; 4]; 2]) {
+pub(super) fn write<P: Pack>(plane: &Disjoint<'_, Pair<P::Number>>, group: &Group, pair: [[P; 4]; 2]) {
     let (first, second) = (P::rows(pair[0]), P::rows(pair[1]));
     plane.hold_all(&group.at);
     for lane in 0..group.count {

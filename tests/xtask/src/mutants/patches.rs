@@ -65,26 +65,26 @@ const fn text(mutant: u32, file: &'static str, from: &'static str, to: &'static 
 /// Every patch.
 #[rustfmt::skip] // one line a patch where it fits
 pub(super) const PATCHES: [Patch; 23] = [
-    expression(1, "transfer/particles_to_grid.rs", "P::splat(R::zero() - self.dt * self.inverse_cell)", "P::splat(R::zero() - self.dt)"),
-    expression(1, "transfer/grid_to_particles.rs", "sums.slopes[axis][k].mul(scale)", "sums.slopes[axis][k]"),
-    expression(2, "law/constitutive.rs", "two_mu.mul(sigma[i].sub(one)).mul(sigma[i]).add(pressure)", "two_mu.mul(sigma[i].sub(one)).add(pressure.div(sigma[i]))"),
+    expression(1, "transfer/particles_to_grid.rs", "-self.dt * self.inverse_cell", "-self.dt"),
+    expression(1, "transfer/grid_to_particles.rs", "sums.slopes[axis][k] * inverse_cell", "sums.slopes[axis][k]"),
+    expression(2, "law/constitutive.rs", "two_mu * (sigma[i] - one) * sigma[i] + pressure", "two_mu * (sigma[i] - one) + pressure / sigma[i]"),
     text(3, "law/deform.rs", "    let volume_stress = in_frame(&u, &force);", "    let volume_stress = if crate::mutant(3) { in_frame(&mistaken_right(trial, &u, &sigma), &force) } else if crate::mutant(4) { mistaken_unrotated(&elastic, volume, hardening, m) } else { in_frame(&u, &force) };"),
     text(3, "law/deform.rs", "        out[k].volume_stress = in_frame(&u, &t);", "        out[k].volume_stress = if crate::mutant(3) { in_frame(&mistaken_right(&f[k], &u, &sigma), &t) } else if crate::mutant(4) { mistaken_unrotated(&f[k], volume[k], out[k].hardening, &m[k]) } else { in_frame(&u, &t) };"),
-    text(5, "law/constitutive.rs", "    t\n}\n\n/// Elastic energy per volume at rest", "    let volume_ratio = sigma[0].mul(sigma[1]).mul(sigma[2]);\n    if crate::mutant(5) { return [t[0].mul(volume_ratio), t[1].mul(volume_ratio), t[2].mul(volume_ratio)]; }\n    if crate::mutant(6) { return [t[0].div(volume_ratio), t[1].div(volume_ratio), t[2].div(volume_ratio)]; }\n    t\n}\n\n/// Elastic energy per volume at rest"),
-    expression(7, "law/constitutive.rs", "lambda.mul(j.sub(one)).mul(j)", "lambda.mul(j.sub(one))"),
-    text(8, "law/constitutive.rs", "    let mut t = [pressure; 3];", "    let pressure = if crate::mutant(8) { P::splat(R::zero()).sub(pressure) } else { pressure };\n    let mut t = [pressure; 3];"),
-    text(9, "transfer/particle_update.rs", "            (jps[k], volumes[k]) = (jp, P::load(&fixed[0]));", "            (jps[k], volumes[k]) = (jp, P::load(&fixed[0]));\n            if crate::mutant(9) { volumes[k] = P::splat(R::of(8.0)).mul(volumes[k]); }\n            if crate::mutant(10) { volumes[k] = one; }"),
-    expression(11, "transfer/particles_to_grid.rs", "P::splat(R::zero() - self.dt * self.inverse_moment * self.inverse_cell)", "P::splat(self.dt * self.inverse_moment * self.inverse_cell)"),
-    text(11, "transfer/particles_to_grid.rs", "                out.force[axis] = P::rows([a.mul(impulse), b.mul(impulse), c.mul(impulse), zero]);", "                let impulse = if crate::mutant(11) { zero.sub(impulse) } else { impulse };\n                out.force[axis] = P::rows([a.mul(impulse), b.mul(impulse), c.mul(impulse), zero]);"),
+    text(5, "law/constitutive.rs", "    t\n}\n\n/// Elastic energy per volume at rest", "    let volume_ratio = sigma[0] * sigma[1] * sigma[2];\n    if crate::mutant(5) { return [t[0] * volume_ratio, t[1] * volume_ratio, t[2] * volume_ratio]; }\n    if crate::mutant(6) { return [t[0] / volume_ratio, t[1] / volume_ratio, t[2] / volume_ratio]; }\n    t\n}\n\n/// Elastic energy per volume at rest"),
+    expression(7, "law/constitutive.rs", "lambda * (j - one) * j", "lambda * (j - one)"),
+    text(8, "law/constitutive.rs", "    let mut t = [pressure; 3];", "    let pressure = if crate::mutant(8) { -pressure } else { pressure };\n    let mut t = [pressure; 3];"),
+    text(9, "transfer/particle_update.rs", "            (jps[k], volumes[k]) = (jp, P::load(&fixed[0]));", "            (jps[k], volumes[k]) = (jp, P::load(&fixed[0]));\n            if crate::mutant(9) { volumes[k] = P::of(8.0) * volumes[k]; }\n            if crate::mutant(10) { volumes[k] = one; }"),
+    expression(11, "transfer/particles_to_grid.rs", "-self.dt * self.inverse_moment * self.inverse_cell", "self.dt * self.inverse_moment * self.inverse_cell"),
+    text(11, "transfer/particles_to_grid.rs", "                out.force[axis] = P::rows([a * impulse, b * impulse, c * impulse, zero]);", "                let impulse = if crate::mutant(11) { -impulse } else { impulse };\n                out.force[axis] = P::rows([a * impulse, b * impulse, c * impulse, zero]);"),
     text(12, "transfer/particles_to_grid.rs", "        tile.fill(R::zero());", "        if !crate::mutant(12) { tile.fill(R::zero()); }"),
     text(12, "transfer/particles_to_grid.rs", "        impulses.fill(R::zero());", "        if !crate::mutant(12) { impulses.fill(R::zero()); }"),
-    expression(13, "law/deform.rs", "dt.mul(change[column][row])", "change[column][row]"),
+    expression(13, "law/deform.rs", "dt * change[column][row]", "change[column][row]"),
     expression(14, "transfer/grid_update.rs", "impulses[i][c] * inverse", "impulses[i][c]"),
-    text(15, "transfer/grid_to_particles.rs", "        one::<R, P, S, N>(&tiles[0], cell, &weights, lane, &mut sums);", "        one::<R, P, S, N>(&tiles[0], cell, &weights, lane, &mut sums);\n        if crate::mutant(15) && S::APART {\n            let (mut before, kept) = (tiles[0], sums.v[lane]);\n            for i in 0..TILE { before[i] = before[i] - tiles[1][i]; }\n            one::<R, P, S, N>(&before, cell, &weights, lane, &mut sums);\n            sums.v[lane] = kept;\n        }"),
+    text(15, "transfer/grid_to_particles.rs", "        one::<P, S, N>(&tiles[0], cell, &weights, lane, &mut sums);", "        one::<P, S, N>(&tiles[0], cell, &weights, lane, &mut sums);\n        if crate::mutant(15) && S::APART {\n            let (mut before, kept) = (tiles[0], sums.v[lane]);\n            for i in 0..TILE { before[i] = before[i] - tiles[1][i]; }\n            one::<P, S, N>(&before, cell, &weights, lane, &mut sums);\n            sums.v[lane] = kept;\n        }"),
     text(16, "law/deform.rs", "    let change = product(gradient, f);", "    let turned = [[gradient[0][0], gradient[1][0], gradient[2][0]], [gradient[0][1], gradient[1][1], gradient[2][1]], [gradient[0][2], gradient[1][2], gradient[2][2]]];\n    let change = if crate::mutant(16) { product(&turned, f) } else if crate::mutant(17) { product(f, gradient) } else { product(gradient, f) };"),
-    expression(18, "law/constitutive.rs", "P::splat(R::one()).sub(jp)", "jp.sub(P::splat(R::one()))"),
-    text(19, "transfer/weights.rs", "            (w, [zero.sub(a), zero.sub(c.add(c)), b, zero])", "            (w, [if crate::mutant(19) { a } else { zero.sub(a) }, zero.sub(c.add(c)), b, zero])"),
-    expression(19, "transfer/weights.rs", "number(0.0).sub(half.mul(u2))", "half.mul(u2)"),
+    expression(18, "law/constitutive.rs", "P::one() - jp", "jp - P::one()"),
+    text(19, "transfer/weights.rs", "            (w, [-a, -(c + c), b, zero])", "            (w, [if crate::mutant(19) { a } else { -a }, -(c + c), b, zero])"),
+    expression(19, "transfer/weights.rs", "-(half * u2)", "half * u2"),
     expression(20, "body.rs", "safety * bound * shorter", "1.0 / 240.0"),
     text(21, "body.rs", "        // A whole number of steps stays one when the quotient is rounded.", "        let allowed = if crate::mutant(21) { 1.0 / 24.0 } else { allowed };\n        // A whole number of steps stays one when the quotient is rounded."),
     text(0, "law/deform.rs", "/// U diag(t) U^T: xx yy zz xy xz yz.", RIGHT),
@@ -93,28 +93,28 @@ pub(super) const PATCHES: [Patch; 23] = [
 /// What some mistakes need: columns of V from F = U diag(sigma) V^T; 2 mu (F - I) F^T + lambda (J - 1) J,
 /// symmetrised, times the volume.
 const RIGHT: &str =
-    "fn mistaken_right<R: Real, P: Pack<R>>(f: &Columns<P>, u: &Columns<P>, sigma: &[P; 3]) -> Columns<P> {
+    "fn mistaken_right<P: Pack>(f: &Columns<P>, u: &Columns<P>, sigma: &[P; 3]) -> Columns<P> {
     let mut v = *u;
     for k in 0..3 {
         for column in 0..3 {
-            v[k][column] = dot3(&f[column], &u[k]).div(sigma[k]);
+            v[k][column] = dot3(&f[column], &u[k]) / sigma[k];
         }
     }
     v
 }
 
-fn mistaken_unrotated<R: Real, P: Pack<R>>(f: &Columns<P>, volume: P, hardening: P, m: &Moduli<P>) -> [P; 6] {
-    let (one, half) = (P::splat(R::one()), P::splat(R::of(0.5)));
+fn mistaken_unrotated<P: Pack>(f: &Columns<P>, volume: P, hardening: P, m: &Moduli<P>) -> [P; 6] {
+    let (one, half) = (P::one(), P::of(0.5));
     let mut strain = *f;
     for k in 0..3 {
-        strain[k][k] = strain[k][k].sub(one);
+        strain[k][k] -= one;
     }
     let transposed = [[f[0][0], f[1][0], f[2][0]], [f[0][1], f[1][1], f[2][1]], [f[0][2], f[1][2], f[2][2]]];
     let s = product(&strain, &transposed);
-    let (two_mu, j) = (m.mu.add(m.mu).mul(hardening), dot3(&f[0], &cross3(&f[1], &f[2])));
-    let pressure = m.lambda.mul(hardening).mul(j.sub(one)).mul(j);
-    let along = |k: usize| two_mu.mul(s[k][k]).add(pressure).mul(volume);
-    let across = |a: usize, b: usize| two_mu.mul(half).mul(s[a][b].add(s[b][a])).mul(volume);
+    let (two_mu, j) = ((m.mu + m.mu) * hardening, dot3(&f[0], &cross3(&f[1], &f[2])));
+    let pressure = m.lambda * hardening * (j - one) * j;
+    let along = |k: usize| (two_mu * s[k][k] + pressure) * volume;
+    let across = |a: usize, b: usize| two_mu * half * (s[a][b] + s[b][a]) * volume;
     [along(0), along(1), along(2), across(0, 1), across(0, 2), across(1, 2)]
 }
 

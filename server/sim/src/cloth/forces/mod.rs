@@ -4,7 +4,7 @@
 mod spring;
 
 pub(super) use spring::{
-    BlockOf, ElasticProduct, Energy, TangentBlock, TangentProduct, Transverse, WithTransverse, fold_in,
+    BlockOf, ElasticProduct, Energy, TangentBlock, TangentProduct, Transverse, WithTransverse,
     with_transverse,
 };
 pub use spring::{spring_force, spring_jacobian_v, spring_jacobian_x};
@@ -17,7 +17,7 @@ use super::{
     rows::{Rows, vectors},
     state::Frozen,
 };
-use crate::math::{Kernel, Pack, Padded, Real, Vec3, dispatch};
+use crate::math::{Pack, Padded, Real, Vec3, WithSimd, dispatch};
 
 /// f = springs' forces - drag (v - wind), N, at positions `x` (m) and velocities `v` (m/s).
 pub(super) fn add_forces<R: Real>(
@@ -41,17 +41,16 @@ struct BlockForces<'a, R: Real> {
     f: &'a mut [Vec3<R>],
 }
 
-impl<R: Real> Kernel<R> for BlockForces<'_, R> {
+impl<R: Real> WithSimd<R> for BlockForces<'_, R> {
     type Output = ();
 
     #[inline(always)]
-    fn run<P: Pack<R>>(self) {
+    fn run<P: Pack<Number = R>>(self) {
         let (drag, wind) = (self.frozen.drag, self.frozen.wind);
-        let zero = [P::splat(R::zero()); 3];
+        let zero = [P::zero(); 3];
         for rows in Rows::<R>::groups(self.first..self.first + self.f.len()) {
             let fields = [self.x, self.v];
-            let sums =
-                self.rows.fold_group(rows.start, fields, &self.frozen.laws, zero, fold_in::<R, _>(Force));
+            let sums = self.rows.fold_group(rows.start, fields, &self.frozen.laws, zero, Force);
             for (springs, i) in vectors(sums).into_iter().zip(rows) {
                 self.f[i - self.first] = springs - (self.v[i].vector() - wind) * drag;
             }

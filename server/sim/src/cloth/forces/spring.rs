@@ -12,7 +12,7 @@ use crate::math::{Mat3, Pack, Portable, Real, Vec3};
 /// What an implicit step uses for the transverse stiffness ratio 1 - l0/l.
 pub(crate) trait Transverse: Copy + Sync {
     /// The ratio used in place of `ratio`.
-    fn ratio<R: Real, P: Pack<R>>(self, ratio: P) -> P;
+    fn ratio<P: Pack>(self, ratio: P) -> P;
 }
 
 #[derive(Clone, Copy)]
@@ -24,21 +24,21 @@ struct Absolute;
 
 impl Transverse for Full {
     #[inline(always)]
-    fn ratio<R: Real, P: Pack<R>>(self, ratio: P) -> P {
+    fn ratio<P: Pack>(self, ratio: P) -> P {
         ratio
     }
 }
 
 impl Transverse for Clamped {
     #[inline(always)]
-    fn ratio<R: Real, P: Pack<R>>(self, ratio: P) -> P {
-        ratio.max(P::splat(R::zero()))
+    fn ratio<P: Pack>(self, ratio: P) -> P {
+        ratio.max(P::zero())
     }
 }
 
 impl Transverse for Absolute {
     #[inline(always)]
-    fn ratio<R: Real, P: Pack<R>>(self, ratio: P) -> P {
+    fn ratio<P: Pack>(self, ratio: P) -> P {
         ratio.abs()
     }
 }
@@ -59,8 +59,8 @@ pub(crate) fn with_transverse<W: WithTransverse>(hessian: Hessian, work: W) -> W
 }
 
 #[inline(always)]
-fn dot<R: Real, P: Pack<R>>(a: [P; 3], b: [P; 3]) -> P {
-    a[0].mul(b[0]).add(a[1].mul(b[1])).add(a[2].mul(b[2]))
+fn dot<P: Pack>(a: [P; 3], b: [P; 3]) -> P {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 /// Adds forces: law = (k, nu), w = v_i - v_j.
@@ -69,33 +69,23 @@ pub(crate) struct Force;
 
 impl Force {
     #[inline(always)]
-    fn on<R: Real, P: Pack<R>>(edges: &Edges<P>) -> [P; 3] {
+    fn on<P: Pack>(edges: &Edges<P>) -> [P; 3] {
         let [stiffness, damping] = edges.law;
-        let length = dot::<R, P>(edges.d, edges.d).sqrt();
+        let length = dot(edges.d, edges.d).sqrt();
         let inverse = length.inverse_or_zero();
-        let elastic = stiffness.mul(length.sub(edges.rest_length)).mul(inverse);
-        let viscous = damping.mul(dot::<R, P>(edges.w, edges.d)).mul(inverse).mul(inverse);
-        let pull = elastic.add(viscous);
-        edges.d.map(|d| pull.mul(d))
+        let elastic = stiffness * (length - edges.rest_length) * inverse;
+        let viscous = damping * dot(edges.w, edges.d) * inverse * inverse;
+        let pull = elastic + viscous;
+        edges.d.map(|d| pull * d)
     }
 }
 
-/// [`Fold`]s of one precision.
-#[derive(Clone, Copy)]
-pub(crate) struct In<R, F>(pub(crate) F, pub(crate) std::marker::PhantomData<R>);
-
-/// Gives a fold its precision.
-#[inline(always)]
-pub(crate) fn fold_in<R, F>(fold: F) -> In<R, F> {
-    In(fold, std::marker::PhantomData)
-}
-
-impl<R: Real, P: Pack<R>> Fold<P, P, 3> for In<R, Force> {
+impl<P: Pack> Fold<P, P, 3> for Force {
     #[inline(always)]
-    fn add(self, sums: &mut [P; 3], edges: &Edges<P>) {
-        let pull = Force::on::<R, P>(edges);
+    fn fold(self, sums: &mut [P; 3], edges: &Edges<P>) {
+        let pull = Force::on(edges);
         for c in 0..3 {
-            sums[c] = sums[c].sub(pull[c]);
+            sums[c] -= pull[c];
         }
     }
 }
@@ -103,12 +93,12 @@ impl<R: Real, P: Pack<R>> Fold<P, P, 3> for In<R, Force> {
 /// Coefficients of the block a I + b d dᵀ that a spring adds to M - h df/dv - h² df/dx:
 /// law = (h² k, h nu).
 #[inline(always)]
-pub(crate) fn tangent_block<R: Real, P: Pack<R>>(edges: &Edges<P>, transverse: impl Transverse) -> [P; 2] {
+pub(crate) fn tangent_block<P: Pack>(edges: &Edges<P>, transverse: impl Transverse) -> [P; 2] {
     let [stiffness, damping] = edges.law;
-    let inverse = dot::<R, P>(edges.d, edges.d).sqrt().inverse_or_zero();
-    let ratio = P::splat(R::one()).sub(edges.rest_length.mul(inverse));
-    let across = stiffness.mul(transverse.ratio(ratio));
-    let along = stiffness.sub(across).add(damping).mul(inverse).mul(inverse);
+    let inverse = dot(edges.d, edges.d).sqrt().inverse_or_zero();
+    let ratio = P::one() - edges.rest_length * inverse;
+    let across = stiffness * transverse.ratio(ratio);
+    let along = (stiffness - across + damping) * inverse * inverse;
     [across, along]
 }
 
@@ -116,13 +106,13 @@ pub(crate) fn tangent_block<R: Real, P: Pack<R>>(edges: &Edges<P>, transverse: i
 #[derive(Clone, Copy)]
 pub(crate) struct TangentProduct<T>(pub(crate) T);
 
-impl<R: Real, P: Pack<R>, T: Transverse> Fold<P, P, 3> for In<R, TangentProduct<T>> {
+impl<P: Pack, T: Transverse> Fold<P, P, 3> for TangentProduct<T> {
     #[inline(always)]
-    fn add(self, sums: &mut [P; 3], edges: &Edges<P>) {
-        let [a, b] = tangent_block::<R, P>(edges, self.0.0);
-        let along = b.mul(dot::<R, P>(edges.w, edges.d));
+    fn fold(self, sums: &mut [P; 3], edges: &Edges<P>) {
+        let [a, b] = tangent_block(edges, self.0);
+        let along = b * dot(edges.w, edges.d);
         for c in 0..3 {
-            sums[c] = sums[c].add(a.mul(edges.w[c]).add(along.mul(edges.d[c])));
+            sums[c] += a * edges.w[c] + along * edges.d[c];
         }
     }
 }
@@ -131,11 +121,11 @@ impl<R: Real, P: Pack<R>, T: Transverse> Fold<P, P, 3> for In<R, TangentProduct<
 #[derive(Clone, Copy)]
 pub(crate) struct ElasticProduct<T>(pub(crate) T);
 
-impl<R: Real, P: Pack<R>, T: Transverse> Fold<P, P, 3> for In<R, ElasticProduct<T>> {
+impl<P: Pack, T: Transverse> Fold<P, P, 3> for ElasticProduct<T> {
     #[inline(always)]
-    fn add(self, sums: &mut [P; 3], edges: &Edges<P>) {
-        let undamped = Edges { law: [edges.law[0], P::splat(R::zero())], ..*edges };
-        fold_in::<R, _>(TangentProduct(self.0.0)).add(sums, &undamped);
+    fn fold(self, sums: &mut [P; 3], edges: &Edges<P>) {
+        let undamped = Edges { law: [edges.law[0], P::zero()], ..*edges };
+        TangentProduct(self.0).fold(sums, &undamped);
     }
 }
 
@@ -143,18 +133,18 @@ impl<R: Real, P: Pack<R>, T: Transverse> Fold<P, P, 3> for In<R, ElasticProduct<
 #[derive(Clone, Copy)]
 pub(crate) struct TangentBlock<T>(pub(crate) T);
 
-impl<R: Real, P: Pack<R>, T: Transverse> Fold<P, P, 6> for In<R, TangentBlock<T>> {
+impl<P: Pack, T: Transverse> Fold<P, P, 6> for TangentBlock<T> {
     #[inline(always)]
-    fn add(self, sums: &mut [P; 6], edges: &Edges<P>) {
-        let [a, b] = tangent_block::<R, P>(edges, self.0.0);
+    fn fold(self, sums: &mut [P; 6], edges: &Edges<P>) {
+        let [a, b] = tangent_block(edges, self.0);
         let [x, y, z] = edges.d;
         // A lane without a spring has no length and no rest length: its a counts for nothing. Nor
         // does that of a spring at rest length 0 whose ends coincide: a loss to the preconditioner alone.
-        let a = a.where_positive(dot::<R, P>(edges.d, edges.d).add(edges.rest_length));
-        let (bx, by, bz) = (b.mul(x), b.mul(y), b.mul(z));
-        let entries = [a.add(bx.mul(x)), a.add(by.mul(y)), a.add(bz.mul(z)), bx.mul(y), bx.mul(z), by.mul(z)];
+        let a = a.where_positive(dot(edges.d, edges.d) + edges.rest_length);
+        let (bx, by, bz) = (b * x, b * y, b * z);
+        let entries = [a + bx * x, a + by * y, a + bz * z, bx * y, bx * z, by * z];
         for c in 0..6 {
-            sums[c] = sums[c].add(entries[c]);
+            sums[c] += entries[c];
         }
     }
 }
@@ -163,15 +153,15 @@ impl<R: Real, P: Pack<R>, T: Transverse> Fold<P, P, 6> for In<R, TangentBlock<T>
 #[derive(Clone, Copy)]
 pub(crate) struct Energy;
 
-impl<R: Real, P: Pack<R>> Fold<P, P::Wide, 2> for In<R, Energy> {
+impl<P: Pack> Fold<P, P::Wide, 2> for Energy {
     #[inline(always)]
-    fn add(self, sums: &mut [P::Wide; 2], edges: &Edges<P>) {
-        let length = dot::<f64, P::Wide>(edges.d.map(P::widen), edges.d.map(P::widen)).sqrt();
+    fn fold(self, sums: &mut [P::Wide; 2], edges: &Edges<P>) {
+        let length = dot(edges.d.map(P::widen), edges.d.map(P::widen)).sqrt();
         let rest_length = edges.rest_length.widen();
-        let extension = length.sub(rest_length);
-        let half = <P::Wide as Pack<f64>>::splat(0.5);
-        sums[0] = sums[0].add(half.mul(edges.law[0].widen()).mul(extension).mul(extension));
-        sums[1] = length.mul(rest_length.inverse_or_zero()).max(sums[1]);
+        let extension = length - rest_length;
+        let half = P::Wide::of(0.5);
+        sums[0] += half * edges.law[0].widen() * extension * extension;
+        sums[1] = (length * rest_length.inverse_or_zero()).max(sums[1]);
     }
 }
 
@@ -185,7 +175,7 @@ fn alone<R: Real>(d: &Vec3<R>, w: &Vec3<R>, rest_length: R, law: [R; 2]) -> Edge
 /// Force (N) on particle i of a spring: `d` = x_i - x_j (m), `dv` = v_i - v_j (m/s), rest length
 /// (m), stiffness (N/m), damping (N s/m).
 pub fn spring_force<R: Real>(d: &Vec3<R>, dv: &Vec3<R>, rest_length: R, stiffness: R, damping: R) -> Vec3<R> {
-    let pull = Force::on::<R, _>(&alone(d, dv, rest_length, [stiffness, damping]));
+    let pull = Force::on(&alone(d, dv, rest_length, [stiffness, damping]));
     -vectors(pull)[0]
 }
 
@@ -209,7 +199,7 @@ impl<R: Real> BlockOf<R> {
 impl<R: Real> WithTransverse for BlockOf<R> {
     type Output = [R; 2];
     fn run(self, transverse: impl Transverse) -> [R; 2] {
-        tangent_block::<R, _>(&self.0, transverse).map(|pack| pack.store()[0])
+        tangent_block(&self.0, transverse).map(|pack| pack.store()[0])
     }
 }
 

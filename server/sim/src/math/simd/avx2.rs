@@ -7,8 +7,13 @@
 
 #[allow(clippy::wildcard_imports, reason = "the list would be as long as the file")]
 use std::arch::x86_64::*;
+use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
-use super::pack::{LANES, Pack, Padded, Portable, quads_by_lanes};
+use super::{
+    super::real::{LANES, Pack, Padded},
+    operators::operators,
+    portable::{Portable, quads_by_lanes},
+};
 
 #[derive(Clone, Copy)]
 pub(crate) struct F32x16([__m256; 2]);
@@ -16,13 +21,39 @@ pub(crate) struct F32x16([__m256; 2]);
 #[derive(Clone, Copy)]
 pub(crate) struct F64x16([__m256d; 4]);
 
+/// Applies an instruction register by register.
+macro_rules! each {
+    ($pack:ident, $instruction:ident($a:ident, $b:ident), [$($i:literal)+]) => {
+        $pack(unsafe { [$($instruction($a.0[$i], $b.0[$i])),+] })
+    };
+}
+
+operators! {
+    [] F32x16, f32;
+    |a, b|
+    + each!(F32x16, _mm256_add_ps(a, b), [0 1]),
+    - each!(F32x16, _mm256_sub_ps(a, b), [0 1]),
+    * each!(F32x16, _mm256_mul_ps(a, b), [0 1]),
+    / each!(F32x16, _mm256_div_ps(a, b), [0 1])
+}
+
+operators! {
+    [] F64x16, f64;
+    |a, b|
+    + each!(F64x16, _mm256_add_pd(a, b), [0 1 2 3]),
+    - each!(F64x16, _mm256_sub_pd(a, b), [0 1 2 3]),
+    * each!(F64x16, _mm256_mul_pd(a, b), [0 1 2 3]),
+    / each!(F64x16, _mm256_div_pd(a, b), [0 1 2 3])
+}
+
 /// The operations that are the same for both precisions but for their intrinsics. Registers are
 /// written out one by one: a closure may not be compiled for the instructions that it calls.
 macro_rules! lanewise {
     ($number:ty, $wide:ty, $registers:literal [$($i:literal)+], $splat:ident, $load:ident, $store:ident,
-     $add:ident, $sub:ident, $mul:ident, $div:ident, $sqrt:ident, $max:ident, $and:ident, $andnot:ident,
+     $div:ident, $sqrt:ident, $max:ident, $and:ident, $andnot:ident,
      $cmp:ident, $min:ident, $floor:ident, $or:ident, $blend:ident, $to_bits:ident, $from_bits:ident,
      $shift:ident::<$significand:literal>, $add_bits:ident) => {
+        type Number = $number;
         type Wide = $wide;
 
         #[inline(always)]
@@ -40,18 +71,6 @@ macro_rules! lanewise {
             // SAFETY: register i holds LANES / registers numbers of the array.
             unsafe { $($store(values.as_mut_ptr().add($i * LANES / $registers), self.0[$i]);)+ }
             values
-        }
-        #[inline(always)]
-        fn add(self, other: Self) -> Self {
-            Self(unsafe { [$($add(self.0[$i], other.0[$i])),+] })
-        }
-        #[inline(always)]
-        fn sub(self, other: Self) -> Self {
-            Self(unsafe { [$($sub(self.0[$i], other.0[$i])),+] })
-        }
-        #[inline(always)]
-        fn mul(self, other: Self) -> Self {
-            Self(unsafe { [$($mul(self.0[$i], other.0[$i])),+] })
         }
         #[inline(always)]
         fn sqrt(self) -> Self {
@@ -73,10 +92,6 @@ macro_rules! lanewise {
         #[inline(always)]
         fn where_positive(self, gate: Self) -> Self {
             Self(unsafe { [$($and($cmp::<_CMP_GT_OQ>(gate.0[$i], $splat(0.0)), self.0[$i])),+] })
-        }
-        #[inline(always)]
-        fn div(self, other: Self) -> Self {
-            Self(unsafe { [$($div(self.0[$i], other.0[$i])),+] })
         }
         #[inline(always)]
         fn min(self, other: Self) -> Self {
@@ -151,7 +166,7 @@ impl F64x16 {
     }
 }
 
-impl Pack<f32> for F32x16 {
+impl Pack for F32x16 {
     lanewise!(
         f32,
         F64x16,
@@ -159,9 +174,6 @@ impl Pack<f32> for F32x16 {
         _mm256_set1_ps,
         _mm256_loadu_ps,
         _mm256_storeu_ps,
-        _mm256_add_ps,
-        _mm256_sub_ps,
-        _mm256_mul_ps,
         _mm256_div_ps,
         _mm256_sqrt_ps,
         _mm256_max_ps,
@@ -294,7 +306,7 @@ impl F32x16 {
     }
 }
 
-impl Pack<f64> for F64x16 {
+impl Pack for F64x16 {
     lanewise!(
         f64,
         Self,
@@ -302,9 +314,6 @@ impl Pack<f64> for F64x16 {
         _mm256_set1_pd,
         _mm256_loadu_pd,
         _mm256_storeu_pd,
-        _mm256_add_pd,
-        _mm256_sub_pd,
-        _mm256_mul_pd,
         _mm256_div_pd,
         _mm256_sqrt_pd,
         _mm256_max_pd,

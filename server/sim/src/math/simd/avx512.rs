@@ -8,8 +8,13 @@
 
 #[allow(clippy::wildcard_imports, reason = "the list would be as long as the file")]
 use std::arch::x86_64::*;
+use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
-use super::pack::{LANES, Pack, Padded, Portable, quads_by_lanes};
+use super::{
+    super::real::{LANES, Pack, Padded},
+    operators::operators,
+    portable::{Portable, quads_by_lanes},
+};
 
 #[derive(Clone, Copy)]
 pub(crate) struct F32x16(__m512);
@@ -17,7 +22,26 @@ pub(crate) struct F32x16(__m512);
 #[derive(Clone, Copy)]
 pub(crate) struct F64x16([__m512d; 2]);
 
-impl Pack<f32> for F32x16 {
+operators! {
+    [] F32x16, f32;
+    |a, b|
+    + F32x16(unsafe { _mm512_add_ps(a.0, b.0) }),
+    - F32x16(unsafe { _mm512_sub_ps(a.0, b.0) }),
+    * F32x16(unsafe { _mm512_mul_ps(a.0, b.0) }),
+    / F32x16(unsafe { _mm512_div_ps(a.0, b.0) })
+}
+
+operators! {
+    [] F64x16, f64;
+    |a, b|
+    + F64x16(unsafe { [_mm512_add_pd(a.0[0], b.0[0]), _mm512_add_pd(a.0[1], b.0[1])] }),
+    - F64x16(unsafe { [_mm512_sub_pd(a.0[0], b.0[0]), _mm512_sub_pd(a.0[1], b.0[1])] }),
+    * F64x16(unsafe { [_mm512_mul_pd(a.0[0], b.0[0]), _mm512_mul_pd(a.0[1], b.0[1])] }),
+    / F64x16(unsafe { [_mm512_div_pd(a.0[0], b.0[0]), _mm512_div_pd(a.0[1], b.0[1])] })
+}
+
+impl Pack for F32x16 {
+    type Number = f32;
     type Wide = F64x16;
 
     #[inline(always)]
@@ -33,18 +57,6 @@ impl Pack<f32> for F32x16 {
         let mut values = [0.0; LANES];
         unsafe { _mm512_storeu_ps(values.as_mut_ptr(), self.0) };
         values
-    }
-    #[inline(always)]
-    fn add(self, other: Self) -> Self {
-        Self(unsafe { _mm512_add_ps(self.0, other.0) })
-    }
-    #[inline(always)]
-    fn sub(self, other: Self) -> Self {
-        Self(unsafe { _mm512_sub_ps(self.0, other.0) })
-    }
-    #[inline(always)]
-    fn mul(self, other: Self) -> Self {
-        Self(unsafe { _mm512_mul_ps(self.0, other.0) })
     }
     #[inline(always)]
     fn sqrt(self) -> Self {
@@ -101,10 +113,6 @@ impl Pack<f32> for F32x16 {
         }
     }
 
-    #[inline(always)]
-    fn div(self, other: Self) -> Self {
-        Self(unsafe { _mm512_div_ps(self.0, other.0) })
-    }
     #[inline(always)]
     fn min(self, other: Self) -> Self {
         Self(unsafe { _mm512_min_ps(self.0, other.0) })
@@ -252,7 +260,8 @@ impl F64x16 {
     }
 }
 
-impl Pack<f64> for F64x16 {
+impl Pack for F64x16 {
+    type Number = f64;
     type Wide = Self;
 
     #[inline(always)]
@@ -273,18 +282,6 @@ impl Pack<f64> for F64x16 {
             _mm512_storeu_pd(high.as_mut_ptr(), self.0[1]);
         }
         values
-    }
-    #[inline(always)]
-    fn add(self, other: Self) -> Self {
-        Self(unsafe { [_mm512_add_pd(self.0[0], other.0[0]), _mm512_add_pd(self.0[1], other.0[1])] })
-    }
-    #[inline(always)]
-    fn sub(self, other: Self) -> Self {
-        Self(unsafe { [_mm512_sub_pd(self.0[0], other.0[0]), _mm512_sub_pd(self.0[1], other.0[1])] })
-    }
-    #[inline(always)]
-    fn mul(self, other: Self) -> Self {
-        Self(unsafe { [_mm512_mul_pd(self.0[0], other.0[0]), _mm512_mul_pd(self.0[1], other.0[1])] })
     }
     #[inline(always)]
     fn sqrt(self) -> Self {
@@ -326,10 +323,6 @@ impl Pack<f64> for F64x16 {
         [Self([low[0], high[0]]), Self([low[1], high[1]]), Self([low[2], high[2]])]
     }
 
-    #[inline(always)]
-    fn div(self, other: Self) -> Self {
-        Self(unsafe { [_mm512_div_pd(self.0[0], other.0[0]), _mm512_div_pd(self.0[1], other.0[1])] })
-    }
     #[inline(always)]
     fn min(self, other: Self) -> Self {
         Self(unsafe { [_mm512_min_pd(self.0[0], other.0[0]), _mm512_min_pd(self.0[1], other.0[1])] })

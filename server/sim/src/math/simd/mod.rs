@@ -5,18 +5,18 @@
 //! gives the same bits.
 #![allow(unsafe_code, reason = "calls functions compiled for instructions that were found at run time")]
 
+mod operators;
+mod portable;
 #[cfg(target_arch = "x86_64")]
-pub(super) mod avx2;
+mod avx2;
 #[cfg(target_arch = "x86_64")]
-pub(super) mod avx512;
-mod pack;
+mod avx512;
 
-pub use pack::Padded;
-pub(crate) use pack::{LANES, Pack, Portable, Rounding};
+pub(crate) use portable::Portable;
 
 use std::sync::atomic::{AtomicU8, Ordering};
 
-use super::Real;
+use super::real::{Pack, Packed, Real};
 
 /// Instructions that kernels are compiled for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -34,14 +34,28 @@ impl SimdLevel {
     pub const ALL: [Self; 3] = [Self::Portable, Self::Avx2, Self::Avx512];
 }
 
+impl Packed for f32 {
+    #[cfg(target_arch = "x86_64")]
+    type Avx2 = avx2::F32x16;
+    #[cfg(target_arch = "x86_64")]
+    type Avx512 = avx512::F32x16;
+}
+
+impl Packed for f64 {
+    #[cfg(target_arch = "x86_64")]
+    type Avx2 = avx2::F64x16;
+    #[cfg(target_arch = "x86_64")]
+    type Avx512 = avx512::F64x16;
+}
+
 /// Work to be compiled for each level. Mark `run` and all that it calls `#[inline(always)]`.
-pub(crate) trait Kernel<R: Real> {
+pub(crate) trait WithSimd<R: Real> {
     /// What it returns.
     type Output;
     /// Whether binary64 is worth instructions of 512 bits: each level is compiled for itself.
     const WIDE_BINARY64: bool = true;
     /// Does the work with packs of type `P`.
-    fn run<P: Pack<R>>(self) -> Self::Output;
+    fn run<P: Pack<Number = R>>(self) -> Self::Output;
 }
 
 /// 0: not known yet.
@@ -88,12 +102,12 @@ fn detect() -> SimdLevel {
 
 /// Runs a kernel with the instructions of [`simd_level`].
 #[inline]
-pub(crate) fn dispatch<R: Real, K: Kernel<R>>(kernel: K) -> K::Output {
+pub(crate) fn dispatch<R: Real, K: WithSimd<R>>(kernel: K) -> K::Output {
     #[cfg(target_arch = "x86_64")]
     match simd_level() {
         // A level is in use only if `detect` found its instructions, and AVX2 with them.
         SimdLevel::Avx512 => {
-            if R::PRECISION as u8 == super::Precision::F32 as u8 || K::WIDE_BINARY64 {
+            if R::PRECISION as u8 == super::real::Precision::F32 as u8 || K::WIDE_BINARY64 {
                 // SAFETY: as said above.
                 return unsafe { run_avx512(kernel) };
             }
@@ -109,12 +123,12 @@ pub(crate) fn dispatch<R: Real, K: Kernel<R>>(kernel: K) -> K::Output {
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,avx512f,avx512dq,avx512vl")]
-fn run_avx512<R: Real, K: Kernel<R>>(kernel: K) -> K::Output {
+fn run_avx512<R: Real, K: WithSimd<R>>(kernel: K) -> K::Output {
     kernel.run::<R::Avx512>()
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2")]
-fn run_avx2<R: Real, K: Kernel<R>>(kernel: K) -> K::Output {
+fn run_avx2<R: Real, K: WithSimd<R>>(kernel: K) -> K::Output {
     kernel.run::<R::Avx2>()
 }

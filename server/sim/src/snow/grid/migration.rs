@@ -4,7 +4,7 @@
 
 use super::blocks::SIDE;
 use crate::{
-    math::{LANES, Pack, Real},
+    math::{LANES, Pack},
     parallel::Disjoint,
 };
 
@@ -22,26 +22,25 @@ pub(crate) fn direction(i: usize) -> [i32; 3] {
 
 /// Codes of particles that come from `block` and whose first nodes are now `node`, whole numbers.
 #[inline(always)]
-pub(crate) fn codes<R: Real, P: Pack<R>>(block: &[P; 3], node: &[P; 3], periodic: [u32; 3]) -> [u16; LANES] {
-    let number = |value: f64| P::splat(R::of(value));
-    let (mut code, mut by) = (number(0.0), *node);
+pub(crate) fn codes<P: Pack>(block: &[P; 3], node: &[P; 3], periodic: [u32; 3]) -> [u16; LANES] {
+    let (mut code, mut by) = (P::zero(), *node);
     for axis in 0..3 {
-        let start = node[axis].mul(number(1.0 / SIDE as f64)).floor();
-        let cell = node[axis].sub(start.mul(number(SIDE as f64)));
-        by[axis] = start.sub(block[axis]);
+        let start = (node[axis] * P::of(1.0 / SIDE as f64)).floor();
+        let cell = node[axis] - start * P::of(SIDE as f64);
+        by[axis] = start - block[axis];
         if periodic[axis] > 0 {
-            let period = number(f64::from(periodic[axis]));
-            let least = by[axis].sub(period.mul(by[axis].div(period).floor()));
-            by[axis] = period.if_less(least.add(least), least.sub(period), least);
+            let period = P::of(f64::from(periodic[axis]));
+            let least = by[axis] - period * (by[axis] / period).floor();
+            by[axis] = period.if_less(least + least, least - period, least);
         }
         // 64 times a step of -1, 0 or 1 in base 3, and the cell in base 4.
         let [direction, inner] = [[576.0, 16.0], [192.0, 4.0], [64.0, 1.0]][axis];
-        code = code.add(by[axis].add(number(1.0)).mul(number(direction))).add(cell.mul(number(inner)));
+        code = code + (by[axis] + P::one()) * P::of(direction) + cell * P::of(inner);
     }
     // Also where a coordinate is not a number.
-    let far = number(f64::from(FAR));
+    let far = P::of(f64::from(FAR));
     for by in by {
-        code = by.abs().if_less(number(1.5), code, far);
+        code = by.abs().if_less(P::of(1.5), code, far);
     }
     code.whole()
 }

@@ -45,33 +45,30 @@ impl<R: Real> Coefficients<R> {
     }
 }
 
-impl<P: Copy> Moduli<P> {
+impl<P: Pack> Moduli<P> {
     /// Moduli of particles of the objects `of`, each stiffer by its factor.
     #[inline(always)]
-    pub(crate) fn gather<R: Real>(table: &[Coefficients<R>], of: &[u16; LANES], factor: P) -> Self
-    where
-        P: Pack<R>,
-    {
+    pub(crate) fn gather(table: &[Coefficients<P::Number>], of: &[u16; LANES], factor: P) -> Self {
         Self {
-            mu: coefficient::<R, P>(table, of, 0).mul(factor),
-            lambda: coefficient::<R, P>(table, of, 1).mul(factor),
-            hardening: coefficient::<R, P>(table, of, 2),
-            lowest: coefficient::<R, P>(table, of, 3),
-            highest: coefficient::<R, P>(table, of, 4),
-            jp_low: coefficient::<R, P>(table, of, 5),
-            jp_high: coefficient::<R, P>(table, of, 6),
-            neo_hookean: coefficient::<R, P>(table, of, 7),
+            mu: coefficient::<P>(table, of, 0) * factor,
+            lambda: coefficient::<P>(table, of, 1) * factor,
+            hardening: coefficient(table, of, 2),
+            lowest: coefficient(table, of, 3),
+            highest: coefficient(table, of, 4),
+            jp_low: coefficient(table, of, 5),
+            jp_high: coefficient(table, of, 6),
+            neo_hookean: coefficient(table, of, 7),
         }
     }
 }
 
 /// Coefficient `k` of the material of each lane.
 #[inline(always)]
-fn coefficient<R: Real, P: Pack<R>>(table: &[Coefficients<R>], of: &[u16; LANES], k: usize) -> P {
+fn coefficient<P: Pack>(table: &[Coefficients<P::Number>], of: &[u16; LANES], k: usize) -> P {
     if table.len() == 1 {
         return P::splat(table[0].0[k]);
     }
-    let mut lanes = [R::zero(); LANES];
+    let mut lanes = [P::Number::default(); LANES];
     for lane in 0..LANES {
         lanes[lane] = table[usize::from(of[lane])].0[k];
     }
@@ -94,20 +91,20 @@ pub(crate) struct Returned<P> {
 
 /// Elastic predictor to yield surface: what is beyond goes into J_P (eq. 11, 12).
 #[inline(always)]
-pub(crate) fn plastic_return<R: Real, P: Pack<R>>(sigma: &[P; 3], jp: P, m: &Moduli<P>) -> Returned<P> {
-    let (zero, one) = (P::splat(R::zero()), P::splat(R::one()));
+pub(crate) fn plastic_return<P: Pack>(sigma: &[P; 3], jp: P, m: &Moduli<P>) -> Returned<P> {
+    let (zero, one) = (P::zero(), P::one());
     let held = [
         sigma[0].max(m.lowest).min(m.highest),
         sigma[1].max(m.lowest).min(m.highest),
         sigma[2].max(m.lowest).min(m.highest),
     ];
-    let beyond = sigma[0].sub(held[0]).abs();
-    let beyond = beyond.add(sigma[1].sub(held[1]).abs()).add(sigma[2].sub(held[2]).abs());
+    let beyond = (sigma[0] - held[0]).abs();
+    let beyond = beyond + (sigma[1] - held[1]).abs() + (sigma[2] - held[2]).abs();
     let yielded = zero.if_less(beyond, one, zero);
-    let ratio = sigma[0].mul(sigma[1]).mul(sigma[2]).div(held[0].mul(held[1]).mul(held[2]));
-    let moved = zero.if_less(beyond, jp.mul(ratio), jp);
+    let ratio = sigma[0] * sigma[1] * sigma[2] / (held[0] * held[1] * held[2]);
+    let moved = zero.if_less(beyond, jp * ratio, jp);
     let plastic_ratio = moved.max(m.jp_low).min(m.jp_high);
-    let clamped = zero.if_less(moved.sub(plastic_ratio).abs(), one, zero);
+    let clamped = zero.if_less((moved - plastic_ratio).abs(), one, zero);
     // The signed decomposition leaves the sign of det F on the last singular value.
     let flat = zero.if_less(moved, zero, one);
     let inverted = sigma[2].if_less(zero, one, flat);
@@ -116,28 +113,28 @@ pub(crate) fn plastic_return<R: Real, P: Pack<R>>(sigma: &[P; 3], jp: P, m: &Mod
 
 /// exp(xi (1 - J_P)).
 #[inline(always)]
-pub(crate) fn hardened<R: Real, P: Pack<R>>(jp: P, m: &Moduli<P>) -> P {
-    exp(m.hardening.mul(P::splat(R::one()).sub(jp)))
+pub(crate) fn hardened<P: Pack>(jp: P, m: &Moduli<P>) -> P {
+    exp(m.hardening * (P::one() - jp))
 }
 
 /// Kirchhoff stress along the columns of U: tau = U diag(t) U^T, t_i = sigma_i dpsi/dsigma_i.
 #[inline(always)]
-pub(crate) fn principal_stress<R: Real, P: Pack<R>>(sigma: &[P; 3], hardening: P, m: &Moduli<P>) -> [P; 3] {
-    let one = P::splat(R::one());
-    let (mu, lambda) = (m.mu.mul(hardening), m.lambda.mul(hardening));
-    let two_mu = mu.add(mu);
-    let j = sigma[0].mul(sigma[1]).mul(sigma[2]);
-    let pressure = lambda.mul(j.sub(one)).mul(j);
+pub(crate) fn principal_stress<P: Pack>(sigma: &[P; 3], hardening: P, m: &Moduli<P>) -> [P; 3] {
+    let one = P::one();
+    let (mu, lambda) = (m.mu * hardening, m.lambda * hardening);
+    let two_mu = mu + mu;
+    let j = sigma[0] * sigma[1] * sigma[2];
+    let pressure = lambda * (j - one) * j;
     let mut t = [pressure; 3];
     for i in 0..3 {
-        t[i] = two_mu.mul(sigma[i].sub(one)).mul(sigma[i]).add(pressure);
+        t[i] = two_mu * (sigma[i] - one) * sigma[i] + pressure;
     }
-    if m.neo_hookean.fold() != [R::zero(); 4] {
-        let (log, slope) = logarithm::<R, P>(j);
-        let volumetric = lambda.mul(log).sub(mu).mul(slope);
+    if m.neo_hookean.any() {
+        let (log, slope) = logarithm(j);
+        let volumetric = (lambda * log - mu) * slope;
         for i in 0..3 {
-            let other = mu.mul(sigma[i]).mul(sigma[i]).add(volumetric);
-            t[i] = P::splat(R::zero()).if_less(m.neo_hookean, other, t[i]);
+            let other = mu * sigma[i] * sigma[i] + volumetric;
+            t[i] = P::zero().if_less(m.neo_hookean, other, t[i]);
         }
     }
     t
@@ -145,36 +142,36 @@ pub(crate) fn principal_stress<R: Real, P: Pack<R>>(sigma: &[P; 3], hardening: P
 
 /// Elastic energy per volume at rest (J/m³).
 #[inline(always)]
-pub(crate) fn energy_density<R: Real, P: Pack<R>>(sigma: &[P; 3], hardening: P, m: &Moduli<P>) -> P {
-    let (one, half) = (P::splat(R::one()), P::splat(R::of(0.5)));
-    let (mu, lambda) = (m.mu.mul(hardening), m.lambda.mul(hardening));
-    let j = sigma[0].mul(sigma[1]).mul(sigma[2]);
-    let e = [sigma[0].sub(one), sigma[1].sub(one), sigma[2].sub(one)];
-    let squares = e[0].mul(e[0]).add(e[1].mul(e[1])).add(e[2].mul(e[2]));
-    let volume = j.sub(one);
-    let corotated = mu.mul(squares).add(half.mul(lambda).mul(volume).mul(volume));
-    if m.neo_hookean.fold() == [R::zero(); 4] {
+pub(crate) fn energy_density<P: Pack>(sigma: &[P; 3], hardening: P, m: &Moduli<P>) -> P {
+    let (one, half) = (P::one(), P::of(0.5));
+    let (mu, lambda) = (m.mu * hardening, m.lambda * hardening);
+    let j = sigma[0] * sigma[1] * sigma[2];
+    let e = [sigma[0] - one, sigma[1] - one, sigma[2] - one];
+    let squares = e[0] * e[0] + e[1] * e[1] + e[2] * e[2];
+    let volume = j - one;
+    let corotated = mu * squares + half * lambda * volume * volume;
+    if !m.neo_hookean.any() {
         return corotated;
     }
-    let (log, _) = logarithm::<R, P>(j);
-    let norm2 = sigma[0].mul(sigma[0]).add(sigma[1].mul(sigma[1])).add(sigma[2].mul(sigma[2]));
-    let shear = half.mul(mu).mul(norm2.sub(P::splat(R::of(3.0)))).sub(mu.mul(log));
-    let neo_hookean = shear.add(half.mul(lambda).mul(log).mul(log));
-    P::splat(R::zero()).if_less(m.neo_hookean, neo_hookean, corotated)
+    let (log, _) = logarithm(j);
+    let norm2 = sigma[0] * sigma[0] + sigma[1] * sigma[1] + sigma[2] * sigma[2];
+    let shear = half * mu * (norm2 - P::of(3.0)) - mu * log;
+    let neo_hookean = shear + half * lambda * log * log;
+    P::zero().if_less(m.neo_hookean, neo_hookean, corotated)
 }
 
 /// ln J and J d(ln J)/dJ; below [`Law::MIN_J`] the tangent there and its J-fold slope.
 #[inline(always)]
-fn logarithm<R: Real, P: Pack<R>>(j: P) -> (P, P) {
-    let (mut log, mut slope) = (j.store(), [R::one(); LANES]);
+fn logarithm<P: Pack>(j: P) -> (P, P) {
+    let (mut log, mut slope) = (j.store(), [P::Number::of(1.0); LANES]);
     for lane in 0..LANES {
         let j = log[lane].to_f64();
         let least = Law::MIN_J;
         if j < least {
-            log[lane] = R::of(libm::log(least) + (j - least) / least);
-            slope[lane] = R::of(j / least);
+            log[lane] = P::Number::of(libm::log(least) + (j - least) / least);
+            slope[lane] = P::Number::of(j / least);
         } else {
-            log[lane] = R::of(libm::log(j));
+            log[lane] = P::Number::of(libm::log(j));
         }
     }
     (P::load(&log), P::load(&slope))
@@ -184,21 +181,21 @@ fn logarithm<R: Real, P: Pack<R>>(j: P) -> (P, P) {
 /// square of the largest singular value and J: rho c_p² of the elastic wave, and that of a particle
 /// alone, in which all directions act at once.
 #[inline(always)]
-pub(crate) fn stiffness<R: Real, P: Pack<R>>(largest2: P, j: P, hardening: P, m: &Moduli<P>) -> [P; 2] {
-    let (one, three) = (P::splat(R::one()), P::splat(R::of(3.0)));
-    let (mu, lambda) = (m.mu.mul(hardening), m.lambda.mul(hardening));
-    let shear = mu.add(mu).mul(largest2);
-    let volumetric = lambda.mul(j).mul(j);
-    let corotated = [shear.add(volumetric), shear.add(three.mul(volumetric))];
-    if m.neo_hookean.fold() == [R::zero(); 4] {
+pub(crate) fn stiffness<P: Pack>(largest2: P, j: P, hardening: P, m: &Moduli<P>) -> [P; 2] {
+    let (one, three) = (P::one(), P::of(3.0));
+    let (mu, lambda) = (m.mu * hardening, m.lambda * hardening);
+    let shear = (mu + mu) * largest2;
+    let volumetric = lambda * j * j;
+    let corotated = [shear + volumetric, shear + three * volumetric];
+    if !m.neo_hookean.any() {
         return corotated;
     }
-    let (log, slope) = logarithm::<R, P>(j);
+    let (log, slope) = logarithm(j);
     // s² psi'' = mu (s² + 1) + lambda (1 - ln J); where the logarithm is its tangent, no more.
-    let shear = mu.mul(largest2.add(slope.max(one)));
-    let volumetric = lambda.mul(one.sub(log).max(one).mul(slope.mul(slope)));
-    let neo_hookean = [shear.add(volumetric), shear.add(three.mul(volumetric))];
-    let zero = P::splat(R::zero());
+    let shear = mu * (largest2 + slope.max(one));
+    let volumetric = lambda * ((one - log).max(one) * (slope * slope));
+    let neo_hookean = [shear + volumetric, shear + three * volumetric];
+    let zero = P::zero();
     [
         zero.if_less(m.neo_hookean, neo_hookean[0], corotated[0]),
         zero.if_less(m.neo_hookean, neo_hookean[1], corotated[1]),
@@ -218,22 +215,22 @@ pub(crate) struct Volumetric<P> {
 
 /// Coefficients of dpsi/dsigma_i at volume ratio J.
 #[inline(always)]
-pub(crate) fn volumetric<R: Real, P: Pack<R>>(j: P, hardening: P, m: &Moduli<P>) -> Volumetric<P> {
-    let (zero, one) = (P::splat(R::zero()), P::splat(R::one()));
-    let (mu, lambda) = (m.mu.mul(hardening), m.lambda.mul(hardening));
-    let two_mu = mu.add(mu);
+pub(crate) fn volumetric<P: Pack>(j: P, hardening: P, m: &Moduli<P>) -> Volumetric<P> {
+    let (zero, one) = (P::zero(), P::one());
+    let (mu, lambda) = (m.mu * hardening, m.lambda * hardening);
+    let two_mu = mu + mu;
     let corotated =
-        Volumetric { base: two_mu, two_rest: two_mu.add(two_mu), g: lambda.mul(j.sub(one)), slope: lambda };
-    if m.neo_hookean.fold() == [R::zero(); 4] {
+        Volumetric { base: two_mu, two_rest: two_mu + two_mu, g: lambda * (j - one), slope: lambda };
+    if !m.neo_hookean.any() {
         return corotated;
     }
     // ln J' = 1 / max(J, least): the tangent goes on below.
-    let (log, _) = logarithm::<R, P>(j);
-    let least = P::splat(R::of(Law::MIN_J));
-    let inverse = one.div(j.max(least));
-    let g = lambda.mul(log).sub(mu).mul(inverse);
-    let bend = j.if_less(least, zero, g.mul(inverse));
-    let slope = lambda.mul(inverse).mul(inverse).sub(bend);
+    let (log, _) = logarithm(j);
+    let least = P::of(Law::MIN_J);
+    let inverse = one / j.max(least);
+    let g = (lambda * log - mu) * inverse;
+    let bend = j.if_less(least, zero, g * inverse);
+    let slope = lambda * inverse * inverse - bend;
     let pick = m.neo_hookean;
     Volumetric {
         base: zero.if_less(pick, mu, corotated.base),

@@ -61,7 +61,7 @@ fn compose(u: &Columns<P>, sigma: [f64; 3], v: &Columns<P>) -> Mat3<f64> {
 /// Plastic return of the predictor `trial`, and the answer of the material after it.
 pub fn return_map(material: &Material, trial: &Mat3<f64>, plastic_ratio: f64) -> Return {
     let m = moduli(material);
-    let Svd { u, sigma, v } = svd::<f64, P>(&columns(trial));
+    let Svd { u, sigma, v } = svd(&columns(trial));
     let Returned { sigma: held, plastic_ratio, yielded, clamped, inverted } =
         plastic_return(&sigma, P::splat(plastic_ratio), &m);
     let hardening = hardened(plastic_ratio, &m);
@@ -82,8 +82,8 @@ pub fn return_map(material: &Material, trial: &Mat3<f64>, plastic_ratio: f64) ->
 /// First Piola stress P = dpsi/dF (Pa) of F_E as it is, hardened by J_P.
 pub fn piola(material: &Material, f: &Mat3<f64>, plastic_ratio: f64) -> Mat3<f64> {
     let m = moduli(material);
-    let Svd { u, sigma, v } = svd::<f64, P>(&columns(f));
-    let j = sigma[0].mul(sigma[1]).mul(sigma[2]);
+    let Svd { u, sigma, v } = svd(&columns(f));
+    let j = sigma[0] * sigma[1] * sigma[2];
     let law = super::constitutive::volumetric(j, hardened(P::splat(plastic_ratio), &m), &m);
     let [base, two_rest, g] = [law.base, law.two_rest, law.g].map(lane);
     let s = sigma.map(lane);
@@ -94,7 +94,7 @@ pub fn piola(material: &Material, f: &Mat3<f64>, plastic_ratio: f64) -> Mat3<f64
 /// Kirchhoff stress tau = P F^T (Pa) of F_E as it is.
 pub fn kirchhoff(material: &Material, f: &Mat3<f64>, plastic_ratio: f64) -> Mat3<f64> {
     let m = moduli(material);
-    let Svd { u, sigma, .. } = svd::<f64, P>(&columns(f));
+    let Svd { u, sigma, .. } = svd(&columns(f));
     let t = principal_stress(&sigma, hardened(P::splat(plastic_ratio), &m), &m);
     compose(&u, t.map(lane), &u)
 }
@@ -102,7 +102,7 @@ pub fn kirchhoff(material: &Material, f: &Mat3<f64>, plastic_ratio: f64) -> Mat3
 /// Elastic energy per volume at rest (J/m³) of F_E as it is.
 pub fn energy_density(material: &Material, f: &Mat3<f64>, plastic_ratio: f64) -> f64 {
     let m = moduli(material);
-    let sigma = svd::<f64, P>(&columns(f)).sigma;
+    let sigma = svd(&columns(f)).sigma;
     lane(energy_of(&sigma, hardened(P::splat(plastic_ratio), &m), &m))
 }
 
@@ -114,12 +114,12 @@ pub fn piola_derivative(
     change: &Mat3<f64>,
 ) -> Mat3<f64> {
     let m = moduli(material);
-    let f = svd::<f64, P>(&columns(f));
+    let f = svd(&columns(f));
     matrix(&piola_change(&f, &columns(change), hardened(P::splat(plastic_ratio), &m), &m))
 }
 
 /// Signed singular value decomposition F = U diag(sigma) V^T: U, sigma, V.
 pub fn signed_svd(f: &Mat3<f64>) -> (Mat3<f64>, [f64; 3], Mat3<f64>) {
-    let Svd { u, sigma, v } = svd::<f64, P>(&columns(f));
+    let Svd { u, sigma, v } = svd(&columns(f));
     (matrix(&u), sigma.map(lane), matrix(&v))
 }

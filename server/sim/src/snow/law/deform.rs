@@ -3,7 +3,7 @@
 //! Reads F_E, J_P and the velocity gradient of sixteen particles; writes F_E, J_P and V0 tau.
 
 use super::constitutive::{Moduli, Returned, hardened, plastic_return, principal_stress, stiffness};
-use crate::math::{Columns, Pack, Real, Svd, cross3, dot3, orthogonalize, svd};
+use crate::math::{Columns, Pack, Svd, cross3, dot3, orthogonalize, svd};
 
 /// F_E and J_P after a step.
 #[derive(Clone, Copy)]
@@ -22,12 +22,12 @@ pub(crate) struct Deformed<P> {
 
 /// (I + dt grad v) F, by columns; the gradient by columns too: `gradient[axis][component]`.
 #[inline(always)]
-pub(crate) fn predict<R: Real, P: Pack<R>>(f: &Columns<P>, gradient: &Columns<P>, dt: P) -> Columns<P> {
+pub(crate) fn predict<P: Pack>(f: &Columns<P>, gradient: &Columns<P>, dt: P) -> Columns<P> {
     let change = product(gradient, f);
     let mut out = *f;
     for column in 0..3 {
         for row in 0..3 {
-            out[column][row] = f[column][row].add(dt.mul(change[column][row]));
+            out[column][row] = f[column][row] + dt * change[column][row];
         }
     }
     out
@@ -35,12 +35,12 @@ pub(crate) fn predict<R: Real, P: Pack<R>>(f: &Columns<P>, gradient: &Columns<P>
 
 /// Product of two matrices, by columns.
 #[inline(always)]
-pub(crate) fn product<R: Real, P: Pack<R>>(a: &Columns<P>, b: &Columns<P>) -> Columns<P> {
+pub(crate) fn product<P: Pack>(a: &Columns<P>, b: &Columns<P>) -> Columns<P> {
     let mut out = *b;
     for column in 0..3 {
         for row in 0..3 {
-            let sum = a[0][row].mul(b[column][0]).add(a[1][row].mul(b[column][1]));
-            out[column][row] = sum.add(a[2][row].mul(b[column][2]));
+            let sum = a[0][row] * b[column][0] + a[1][row] * b[column][1];
+            out[column][row] = sum + a[2][row] * b[column][2];
         }
     }
     out
@@ -55,7 +55,7 @@ const REGULAR: f64 = 0.1;
 /// it is, and V is not needed. Lanes with a singular value near 0 or det F < 0 take the full
 /// decomposition.
 #[inline(always)]
-pub(crate) fn deform<R: Real, P: Pack<R>, const K: usize>(
+pub(crate) fn deform<P: Pack, const K: usize>(
     trial: &[Columns<P>; K],
     jp: &[P; K],
     volume: &[P; K],
@@ -67,7 +67,7 @@ pub(crate) fn deform<R: Real, P: Pack<R>, const K: usize>(
     for k in 0..K {
         out[k] = from_left(&trial[k], &turned[k], jp[k], volume[k], &m[k]);
         let irregular = irregular(&trial[k], &turned[k]);
-        if irregular.fold() != [R::zero(); 4] {
+        if irregular.any() {
             let full = from_svd(&trial[k], jp[k], volume[k], &m[k]);
             out[k] = Deformed::pick(irregular, &full, &out[k]);
         }
@@ -77,31 +77,31 @@ pub(crate) fn deform<R: Real, P: Pack<R>, const K: usize>(
 
 /// 1 where a singular value is near 0 or det F < 0, else 0.
 #[inline(always)]
-fn irregular<R: Real, P: Pack<R>>(trial: &Columns<P>, turned: &Columns<P>) -> P {
-    let (zero, one) = (P::splat(R::zero()), P::splat(R::one()));
+fn irregular<P: Pack>(trial: &Columns<P>, turned: &Columns<P>) -> P {
+    let (zero, one) = (P::zero(), P::one());
     let least = dot3(&turned[0], &turned[0]).min(dot3(&turned[1], &turned[1]));
     let least = least.min(dot3(&turned[2], &turned[2]));
-    let flat = least.if_less(P::splat(R::of(REGULAR * REGULAR)), one, zero);
+    let flat = least.if_less(P::of(REGULAR * REGULAR), one, zero);
     dot3(&trial[0], &cross3(&trial[1], &trial[2])).if_less(zero, one, flat)
 }
 
 /// From the columns U diag(sigma), where all singular values are regular.
 #[inline(always)]
-fn from_left<R: Real, P: Pack<R>>(
+fn from_left<P: Pack>(
     trial: &Columns<P>,
     turned: &Columns<P>,
     jp: P,
     volume: P,
     m: &Moduli<P>,
 ) -> Deformed<P> {
-    let one = P::splat(R::one());
+    let one = P::one();
     let mut u = *turned;
     let (mut sigma, mut inverse) = ([one; 3], [one; 3]);
     for k in 0..3 {
         sigma[k] = dot3(&turned[k], &turned[k]).sqrt();
-        inverse[k] = one.div(sigma[k]);
+        inverse[k] = one / sigma[k];
         for row in 0..3 {
-            u[k][row] = turned[k][row].mul(inverse[k]);
+            u[k][row] = turned[k][row] * inverse[k];
         }
     }
     let Returned { sigma: held, plastic_ratio, yielded, clamped, inverted } = plastic_return(&sigma, jp, m);
@@ -110,15 +110,15 @@ fn from_left<R: Real, P: Pack<R>>(
     let t = principal_stress(&held, hardening, m);
     let mut force = t;
     for k in 0..3 {
-        change[k] = held[k].sub(sigma[k]).mul(inverse[k]);
-        force[k] = t[k].mul(volume);
+        change[k] = (held[k] - sigma[k]) * inverse[k];
+        force[k] = t[k] * volume;
     }
     let [xx, yy, zz, xy, xz, yz] = in_frame(&u, &change);
     let rows = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];
     let mut elastic = *trial;
     for column in 0..3 {
         for row in 0..3 {
-            elastic[column][row] = trial[column][row].add(dot3(&rows[row], &trial[column]));
+            elastic[column][row] = trial[column][row] + dot3(&rows[row], &trial[column]);
         }
     }
     let volume_stress = in_frame(&u, &force);
@@ -127,32 +127,29 @@ fn from_left<R: Real, P: Pack<R>>(
 
 /// From the full decomposition.
 #[inline(always)]
-fn from_svd<R: Real, P: Pack<R>>(trial: &Columns<P>, jp: P, volume: P, m: &Moduli<P>) -> Deformed<P> {
-    let zero = P::splat(R::zero());
+fn from_svd<P: Pack>(trial: &Columns<P>, jp: P, volume: P, m: &Moduli<P>) -> Deformed<P> {
+    let zero = P::zero();
     let Svd { u, sigma, v } = svd(trial);
     let Returned { sigma, plastic_ratio, yielded, clamped, inverted } = plastic_return(&sigma, jp, m);
     let mut elastic = *trial;
     for column in 0..3 {
         for row in 0..3 {
-            let product = u[0][row].mul(sigma[0]).mul(v[0][column]);
-            let product = product.add(u[1][row].mul(sigma[1]).mul(v[1][column]));
-            let product = product.add(u[2][row].mul(sigma[2]).mul(v[2][column]));
+            let product = u[0][row] * sigma[0] * v[0][column];
+            let product = product + u[1][row] * sigma[1] * v[1][column];
+            let product = product + u[2][row] * sigma[2] * v[2][column];
             elastic[column][row] = zero.if_less(yielded, product, trial[column][row]);
         }
     }
     let hardening = hardened(plastic_ratio, m);
     let t = principal_stress(&sigma, hardening, m);
-    let volume_stress = in_frame(&u, &[t[0].mul(volume), t[1].mul(volume), t[2].mul(volume)]);
+    let volume_stress = in_frame(&u, &[t[0] * volume, t[1] * volume, t[2] * volume]);
     Deformed { elastic, plastic_ratio, hardening, volume_stress, yielded, clamped, inverted }
 }
 
-impl<P: Copy> Deformed<P> {
+impl<P: Pack> Deformed<P> {
     #[inline(always)]
-    fn of<R: Real>(elastic: &Columns<P>, jp: P) -> Self
-    where
-        P: Pack<R>,
-    {
-        let zero = P::splat(R::zero());
+    fn of(elastic: &Columns<P>, jp: P) -> Self {
+        let zero = P::zero();
         Self {
             elastic: *elastic,
             plastic_ratio: jp,
@@ -166,11 +163,8 @@ impl<P: Copy> Deformed<P> {
 
     /// Lanes of `a` where `gate` > 0, else of `b`.
     #[inline(always)]
-    fn pick<R: Real>(gate: P, a: &Self, b: &Self) -> Self
-    where
-        P: Pack<R>,
-    {
-        let zero = P::splat(R::zero());
+    fn pick(gate: P, a: &Self, b: &Self) -> Self {
+        let zero = P::zero();
         let mut out = *b;
         for column in 0..3 {
             for row in 0..3 {
@@ -191,7 +185,7 @@ impl<P: Copy> Deformed<P> {
 
 /// F_E and J_P as they are, with their stress.
 #[inline(always)]
-pub(crate) fn undeformed<R: Real, P: Pack<R>, const K: usize>(
+pub(crate) fn undeformed<P: Pack, const K: usize>(
     f: &[Columns<P>; K],
     jp: &[P; K],
     volume: &[P; K],
@@ -203,7 +197,7 @@ pub(crate) fn undeformed<R: Real, P: Pack<R>, const K: usize>(
         let Svd { u, sigma, .. } = svd(&f[k]);
         out[k].hardening = hardened(jp[k], &m[k]);
         let t = principal_stress(&sigma, out[k].hardening, &m[k]);
-        let t = [t[0].mul(volume[k]), t[1].mul(volume[k]), t[2].mul(volume[k])];
+        let t = [t[0] * volume[k], t[1] * volume[k], t[2] * volume[k]];
         out[k].volume_stress = in_frame(&u, &t);
     }
     out
@@ -211,17 +205,17 @@ pub(crate) fn undeformed<R: Real, P: Pack<R>, const K: usize>(
 
 /// U diag(t) U^T: xx yy zz xy xz yz.
 #[inline(always)]
-fn in_frame<R: Real, P: Pack<R>>(u: &Columns<P>, t: &[P; 3]) -> [P; 6] {
-    let zero = P::splat(R::zero());
+fn in_frame<P: Pack>(u: &Columns<P>, t: &[P; 3]) -> [P; 6] {
+    let zero = P::zero();
     let mut out = [zero; 6];
     for k in 0..3 {
-        let scaled = [u[k][0].mul(t[k]), u[k][1].mul(t[k]), u[k][2].mul(t[k])];
-        out[0] = out[0].add(scaled[0].mul(u[k][0]));
-        out[1] = out[1].add(scaled[1].mul(u[k][1]));
-        out[2] = out[2].add(scaled[2].mul(u[k][2]));
-        out[3] = out[3].add(scaled[0].mul(u[k][1]));
-        out[4] = out[4].add(scaled[0].mul(u[k][2]));
-        out[5] = out[5].add(scaled[1].mul(u[k][2]));
+        let scaled = [u[k][0] * t[k], u[k][1] * t[k], u[k][2] * t[k]];
+        out[0] += scaled[0] * u[k][0];
+        out[1] += scaled[1] * u[k][1];
+        out[2] += scaled[2] * u[k][2];
+        out[3] += scaled[0] * u[k][1];
+        out[4] += scaled[0] * u[k][2];
+        out[5] += scaled[1] * u[k][2];
     }
     out
 }
@@ -229,10 +223,10 @@ fn in_frame<R: Real, P: Pack<R>>(u: &Columns<P>, t: &[P; 3]) -> [P; 6] {
 /// Upper bounds of the stiffnesses (Pa) of F_E as it is stored, in closed form: the square of the
 /// largest singular value is at most the largest absolute row sum of F^T F.
 #[inline(always)]
-pub(crate) fn stiffness_of<R: Real, P: Pack<R>>(f: &Columns<P>, hardening: P, m: &Moduli<P>) -> ([P; 2], P) {
+pub(crate) fn stiffness_of<P: Pack>(f: &Columns<P>, hardening: P, m: &Moduli<P>) -> ([P; 2], P) {
     let (xx, yy, zz) = (dot3(&f[0], &f[0]), dot3(&f[1], &f[1]), dot3(&f[2], &f[2]));
     let (xy, xz, yz) = (dot3(&f[0], &f[1]).abs(), dot3(&f[0], &f[2]).abs(), dot3(&f[1], &f[2]).abs());
-    let largest2 = xx.add(xy).add(xz).max(yy.add(xy).add(yz)).max(zz.add(xz).add(yz));
+    let largest2 = (xx + xy + xz).max(yy + xy + yz).max(zz + xz + yz);
     let j = dot3(&f[0], &cross3(&f[1], &f[2]));
     (stiffness(largest2, j, hardening, m), largest2)
 }

@@ -16,7 +16,7 @@ use crate::snow::{
 };
 use std::marker::PhantomData;
 
-use crate::math::{Kernel, LANES, Pack, Real};
+use crate::math::{LANES, Pack, Real, WithSimd};
 
 /// What sixteen particles gather; the fourth lane of a velocity is the mass density, times h³.
 #[derive(Clone, Copy)]
@@ -42,13 +42,13 @@ struct Weights<R> {
 
 /// Index of each node along an axis times its weight.
 #[inline(always)]
-fn moments<R: Real, P: Pack<R>>(w: &[P; 4]) -> [P; 4] {
-    [P::splat(R::zero()), w[1], w[2].add(w[2]), P::splat(R::of(3.0)).mul(w[3])]
+fn moments<P: Pack>(w: &[P; 4]) -> [P; 4] {
+    [P::zero(), w[1], w[2] + w[2], P::of(3.0) * w[3]]
 }
 
 impl<R: Real> Weights<R> {
     #[inline(always)]
-    fn of<P: Pack<R>, S: Scheme, const N: usize>(axes: &[AxisWeights<P>; 3]) -> Self {
+    fn of<P: Pack<Number = R>, S: Scheme, const N: usize>(axes: &[AxisWeights<P>; 3]) -> Self {
         let (lane, quads) = ([[[R::zero(); LANES]; 4]; 2], [[R::zero(); 4]; LANES]);
         let mut out = Self { x: lane, y: lane, z: [quads; 3] };
         for i in 0..N {
@@ -78,14 +78,14 @@ struct Sums<R> {
 
 /// Gathers for the particles at positions `first..first + count` of the order, and notes their blocks.
 #[inline(always)]
-fn gather<R: Real, P: Pack<R>, S: Scheme, const N: usize>(
-    walk: &mut Walk<'_, R>,
+fn gather<P: Pack, S: Scheme, const N: usize>(
+    walk: &mut Walk<'_, P::Number>,
     [first, count]: [usize; 2],
-    blocks: &mut [[R; LANES]; 3],
+    blocks: &mut [[P::Number; LANES]; 3],
     axes: &[AxisWeights<P>; 3],
 ) -> Gathered<P> {
     let weights = Weights::of::<P, S, N>(axes);
-    let quads = [[R::zero(); 4]; LANES];
+    let quads = [[P::Number::default(); 4]; LANES];
     let mut sums = Sums { v: quads, moments: [quads; 3], slopes: [quads; 3], change: quads };
     for lane in 0..count {
         let cell = walk.cell_of::<S, N>(first + lane);
@@ -93,12 +93,12 @@ fn gather<R: Real, P: Pack<R>, S: Scheme, const N: usize>(
             blocks[axis][lane] = walk.place()[axis];
         }
         let tiles = walk.tiles();
-        one::<R, P, S, N>(&tiles[0], cell, &weights, lane, &mut sums);
+        one::<P, S, N>(&tiles[0], cell, &weights, lane, &mut sums);
         if S::APART {
-            sums.change[lane] = velocity::<R, P, N>(&tiles[1], cell, &weights, lane);
+            sums.change[lane] = velocity::<P, N>(&tiles[1], cell, &weights, lane);
         }
     }
-    let zero = P::splat(R::zero());
+    let zero = P::zero();
     let mut out = Gathered {
         v: P::columns(&sums.v),
         moments: [[zero; 4]; 3],
@@ -121,7 +121,7 @@ fn gather<R: Real, P: Pack<R>, S: Scheme, const N: usize>(
 
 /// Four nodes along z in row (i, j) of a cell's neighbourhood.
 #[inline(always)]
-fn row<R: Real, P: Pack<R>, const N: usize>(tile: &[R; TILE], cell: usize, i: usize, j: usize) -> P {
+fn row<P: Pack, const N: usize>(tile: &[P::Number; TILE], cell: usize, i: usize, j: usize) -> P {
     let [x, y, z] = [cell / (SIDE * SIDE), cell / SIDE % SIDE, cell % SIDE];
     let start = ((x + i) * (SIDE + N - 1) + y + j) * TILE_ROW + 4 * z;
     P::load((&tile[start..start + LANES]).try_into().expect("sixteen numbers"))
@@ -129,83 +129,83 @@ fn row<R: Real, P: Pack<R>, const N: usize>(tile: &[R; TILE], cell: usize, i: us
 
 /// All sums of one particle.
 #[inline(always)]
-fn one<R: Real, P: Pack<R>, S: Scheme, const N: usize>(
-    tile: &[R; TILE],
+fn one<P: Pack, S: Scheme, const N: usize>(
+    tile: &[P::Number; TILE],
     cell: usize,
-    w: &Weights<R>,
+    w: &Weights<P::Number>,
     lane: usize,
-    sums: &mut Sums<R>,
+    sums: &mut Sums<P::Number>,
 ) {
-    let zero = P::splat(R::zero());
+    let zero = P::zero();
     // Along y, then along x: sums of weighted rows, of index times these, and with slopes.
     let (mut v, mut by_x, mut by_y) = (zero, [zero; 2], [zero; 2]);
     for i in 0..N {
         let (mut plain, mut moment, mut slope) = (zero, zero, zero);
         for j in 0..N {
-            let nodes = row::<R, P, N>(tile, cell, i, j);
-            let weighted = P::splat(w.y[0][j][lane]).mul(nodes);
-            plain = plain.add(weighted);
+            let nodes = row::<P, N>(tile, cell, i, j);
+            let weighted = P::splat(w.y[0][j][lane]) * nodes;
+            plain += weighted;
             if S::AFFINE {
                 moment = add_times(moment, weighted, j);
             }
             if S::SLOPES {
-                slope = slope.add(P::splat(w.y[1][j][lane]).mul(nodes));
+                slope += P::splat(w.y[1][j][lane]) * nodes;
             }
         }
         let weight = P::splat(w.x[0][i][lane]);
-        let weighted = weight.mul(plain);
-        v = v.add(weighted);
+        let weighted = weight * plain;
+        v += weighted;
         if S::AFFINE {
             by_x[0] = add_times(by_x[0], weighted, i);
-            by_y[0] = by_y[0].add(weight.mul(moment));
+            by_y[0] += weight * moment;
         }
         if S::SLOPES {
-            by_x[1] = by_x[1].add(P::splat(w.x[1][i][lane]).mul(plain));
-            by_y[1] = by_y[1].add(weight.mul(slope));
+            by_x[1] += P::splat(w.x[1][i][lane]) * plain;
+            by_y[1] += weight * slope;
         }
     }
     let along_z = P::spread(&w.z[0][lane]);
-    sums.v[lane] = along_z.mul(v).fold();
+    sums.v[lane] = (along_z * v).fold();
     if S::AFFINE {
-        sums.moments[0][lane] = along_z.mul(by_x[0]).fold();
-        sums.moments[1][lane] = along_z.mul(by_y[0]).fold();
-        sums.moments[2][lane] = P::spread(&w.z[1][lane]).mul(v).fold();
+        sums.moments[0][lane] = (along_z * by_x[0]).fold();
+        sums.moments[1][lane] = (along_z * by_y[0]).fold();
+        sums.moments[2][lane] = (P::spread(&w.z[1][lane]) * v).fold();
     }
     if S::SLOPES {
-        sums.slopes[0][lane] = along_z.mul(by_x[1]).fold();
-        sums.slopes[1][lane] = along_z.mul(by_y[1]).fold();
-        sums.slopes[2][lane] = P::spread(&w.z[2][lane]).mul(v).fold();
+        sums.slopes[0][lane] = (along_z * by_x[1]).fold();
+        sums.slopes[1][lane] = (along_z * by_y[1]).fold();
+        sums.slopes[2][lane] = (P::spread(&w.z[2][lane]) * v).fold();
     }
 }
 
 /// sum + n x, for a small number.
 #[inline(always)]
-fn add_times<R: Real, P: Pack<R>>(sum: P, x: P, n: usize) -> P {
+fn add_times<P: Pack>(sum: P, x: P, n: usize) -> P {
     match n {
         0 => sum,
-        1 => sum.add(x),
-        2 => sum.add(x.add(x)),
-        _ => sum.add(x.add(x).add(x)),
+        1 => sum + x,
+        2 => sum + (x + x),
+        _ => sum + (x + x + x),
     }
 }
 
 /// sum w v of one particle.
 #[inline(always)]
-fn velocity<R: Real, P: Pack<R>, const N: usize>(
-    tile: &[R; TILE],
+fn velocity<P: Pack, const N: usize>(
+    tile: &[P::Number; TILE],
     cell: usize,
-    w: &Weights<R>,
+    w: &Weights<P::Number>,
     lane: usize,
-) -> [R; 4] {
-    let mut v = P::splat(R::zero());
+) -> [P::Number; 4] {
+    let mut v = P::zero();
     for i in 0..N {
-        let mut plain = P::splat(R::zero());
+        let mut plain = P::zero();
         for j in 0..N {
-            plain = plain.add(P::splat(w.y[0][j][lane]).mul(row::<R, P, N>(tile, cell, i, j)));
+            plain += P::splat(w.y[0][j][lane]) * row::<P, N>(tile, cell, i, j);
         }
-        v = v.add(P::splat(w.x[0][i][lane]).mul(plain));
+        v += P::splat(w.x[0][i][lane]) * plain;
     }
-    P::spread(&w.z[0][lane]).mul(v).fold()
+    (P::spread(&w.z[0][lane]) * v).fold()
 }
 
 /// What does not change from group to group.
@@ -245,33 +245,31 @@ pub(crate) struct GatherGroup<'a, 'b, R: Real, S, const N: usize> {
     pub(crate) scheme: PhantomData<S>,
 }
 
-impl<R: Real, S: Scheme, const N: usize> Kernel<R> for GatherGroup<'_, '_, R, S, N> {
+impl<R: Real, S: Scheme, const N: usize> WithSimd<R> for GatherGroup<'_, '_, R, S, N> {
     const WIDE_BINARY64: bool = false;
     type Output = ();
 
     #[inline(always)]
-    fn run<P: Pack<R>>(self) {
+    fn run<P: Pack<Number = R>>(self) {
         let Gather { inverse_cell, inverse_moment, inverse_volume, flip, advection } = self.gather;
         let [x, y, z, _] = P::columns(&self.motion[0]);
         let [vx, vy, vz, _] = P::columns(&self.motion[1]);
-        let scale = P::splat(inverse_cell);
         let axes = [
-            axis_weights::<R, P, N>(x.mul(scale)),
-            axis_weights::<R, P, N>(y.mul(scale)),
-            axis_weights::<R, P, N>(z.mul(scale)),
+            axis_weights::<P, N>(x * inverse_cell),
+            axis_weights::<P, N>(y * inverse_cell),
+            axis_weights::<P, N>(z * inverse_cell),
         ];
         let range = [self.start, self.count];
-        let sums = gather::<R, P, S, N>(self.walk, range, &mut self.arrival.block, &axes);
-        self.arrival.density = sums.v[3].mul(P::splat(inverse_volume)).store();
-        let moment = P::splat(inverse_moment);
+        let sums = gather::<P, S, N>(self.walk, range, &mut self.arrival.block, &axes);
+        self.arrival.density = (sums.v[3] * inverse_volume).store();
         for axis in 0..3 {
             for k in 0..3 {
-                let mut value = sums.slopes[axis][k].mul(scale);
+                let mut value = sums.slopes[axis][k] * inverse_cell;
                 if S::SLOPES {
                     self.arrival.gradient[axis][k] = value.store();
                 }
                 if S::AFFINE {
-                    value = sums.moments[axis][k].sub(axes[axis].offset.mul(sums.v[k])).mul(moment);
+                    value = (sums.moments[axis][k] - axes[axis].offset * sums.v[k]) * inverse_moment;
                 }
                 self.arrival.affine[axis][k] = value.store();
                 if !S::SLOPES {
@@ -284,7 +282,7 @@ impl<R: Real, S: Scheme, const N: usize> Kernel<R> for GatherGroup<'_, '_, R, S,
         for k in 0..3 {
             let mut v = sums.v[k];
             if S::APART {
-                v = pic.mul(v).add(flip.mul(old[k].add(sums.change[k])));
+                v = pic * v + flip * (old[k] + sums.change[k]);
             }
             self.arrival.v[k] = v.store();
             let own = advection == Advection::Particle;

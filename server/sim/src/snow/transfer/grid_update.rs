@@ -11,7 +11,7 @@ use crate::snow::{
 };
 use crate::{
     collide::{Collider, Contact, velocity_after},
-    math::{Kernel, LANES, Pack, Real, Vec3, dispatch},
+    math::{LANES, Pack, Real, Vec3, WithSimd, dispatch},
     parallel,
 };
 
@@ -233,14 +233,14 @@ struct Gather<'a, R> {
     nodes: &'a mut NodeBlock<R>,
 }
 
-impl<R: Real> Kernel<R> for Gather<'_, R> {
+impl<R: Real> WithSimd<R> for Gather<'_, R> {
     const WIDE_BINARY64: bool = false;
     type Output = ();
 
     #[inline(always)]
-    fn run<P: Pack<R>>(self) {
+    fn run<P: Pack<Number = R>>(self) {
         let side = SIDE + self.width - 1;
-        let mut rows = [P::splat(R::zero()); SIDE * SIDE];
+        let mut rows = [P::zero(); SIDE * SIDE];
         for (i, &index) in self.behind.iter().enumerate() {
             if index == NONE {
                 continue;
@@ -252,7 +252,7 @@ impl<R: Real> Kernel<R> for Gather<'_, R> {
                 for y in 0..SIDE.min(side - oy) {
                     let at = ((ox + x) * side + oy + y) * TILE_ROW + 4 * oz;
                     let row = P::load((&tile[at..at + LANES]).try_into().expect("sixteen numbers"));
-                    rows[x * SIDE + y] = rows[x * SIDE + y].add(row);
+                    rows[x * SIDE + y] += row;
                 }
             }
         }

@@ -33,7 +33,7 @@ use crate::snow::{
 };
 use crate::{
     linalg::{MinresWorkspace, Outcome, SolveReport, Stop, WholeOperator, minres},
-    math::{Kernel, LANES, Pack, Real, Vec3, dispatch, svd},
+    math::{LANES, Pack, Real, Vec3, WithSimd, dispatch, svd},
 };
 
 /// Scratch memory of the solve.
@@ -272,17 +272,17 @@ struct StressChange<'a, R: Real> {
     stress: &'a mut [[Lane<R>; 3]; 3],
 }
 
-impl<R: Real> Kernel<R> for StressChange<'_, R> {
+impl<R: Real> WithSimd<R> for StressChange<'_, R> {
     const WIDE_BINARY64: bool = false;
     type Output = ();
 
     #[inline(always)]
-    fn run<P: Pack<R>>(self) {
+    fn run<P: Pack<Number = R>>(self) {
         let Self { particles, group, stress, .. } = self;
-        let [.., jp] = read::<R, P, 1>(&particles.motion, group);
-        let [xx, xy, xz, yx] = read::<R, P, 0>(&particles.shape, group);
-        let [yy, yz, zx, zy] = read::<R, P, 1>(&particles.shape, group);
-        let [zz, ..] = read::<R, P, 0>(&particles.affine, group);
+        let [.., jp] = read::<P, 1>(&particles.motion, group);
+        let [xx, xy, xz, yx] = read::<P, 0>(&particles.shape, group);
+        let [yy, yz, zx, zy] = read::<P, 1>(&particles.shape, group);
+        let [zz, ..] = read::<P, 0>(&particles.affine, group);
         let f = [[xx, yx, zx], [xy, yy, zy], [xz, yz, zz]];
         let mut gradient = f;
         for axis in 0..3 {
@@ -297,8 +297,8 @@ impl<R: Real> Kernel<R> for StressChange<'_, R> {
         let volume = P::load(&fixed[0]);
         for axis in 0..3 {
             for k in 0..3 {
-                let sum = piola[0][k].mul(f[0][axis]).add(piola[1][k].mul(f[1][axis]));
-                stress[axis][k] = sum.add(piola[2][k].mul(f[2][axis])).mul(volume).store();
+                let sum = piola[0][k] * f[0][axis] + piola[1][k] * f[1][axis];
+                stress[axis][k] = ((sum + piola[2][k] * f[2][axis]) * volume).store();
             }
         }
     }
@@ -317,49 +317,49 @@ struct ScatterStress<'a, R: Real, S, const N: usize> {
     scheme: PhantomData<S>,
 }
 
-impl<R: Real, S: Scheme, const N: usize> Kernel<R> for ScatterStress<'_, R, S, N> {
+impl<R: Real, S: Scheme, const N: usize> WithSimd<R> for ScatterStress<'_, R, S, N> {
     const WIDE_BINARY64: bool = false;
     type Output = ();
 
     #[inline(always)]
-    fn run<P: Pack<R>>(self) {
-        let zero = P::splat(R::zero());
+    fn run<P: Pack<Number = R>>(self) {
+        let zero = P::zero();
         let mut rows = Rows::new();
         self.particles_rows::<P>(&mut rows);
         let Self { group, block, cell, out, .. } = self;
         let (mut sums, mut forces) = ([[zero; N]; N], [[zero; N]; N]);
         for lane in 0..group.count {
             while block.cells[*cell + 1] as usize <= self.start + lane {
-                flush::<R, P, N>(&mut sums, out, *cell);
-                flush::<R, P, N>(&mut forces, out, *cell);
+                flush::<P, N>(&mut sums, out, *cell);
+                flush::<P, N>(&mut forces, out, *cell);
                 *cell += 1;
             }
-            add::<R, P, S, N>(&rows, lane, &mut sums, &mut forces);
+            add::<P, S, N>(&rows, lane, &mut sums, &mut forces);
         }
-        flush::<R, P, N>(&mut sums, out, *cell);
-        flush::<R, P, N>(&mut forces, out, *cell);
+        flush::<P, N>(&mut sums, out, *cell);
+        flush::<P, N>(&mut forces, out, *cell);
     }
 }
 
 impl<R: Real, S: Scheme, const N: usize> ScatterStress<'_, R, S, N> {
     /// Rows of the group's particles.
     #[inline(always)]
-    fn particles_rows<P: Pack<R>>(&self, out: &mut Rows<R>) {
-        let zero = P::splat(R::zero());
-        let [x, y, z, _] = read::<R, P, 0>(&self.particles.motion, self.group);
-        let scale = P::splat(R::of(1.0 / self.settings.cell));
-        let moment = P::splat(R::of(self.settings.kernel.inverse_moment() / self.settings.cell));
+    fn particles_rows<P: Pack<Number = R>>(&self, out: &mut Rows<R>) {
+        let zero = P::zero();
+        let [x, y, z, _] = read::<P, 0>(&self.particles.motion, self.group);
+        let scale = R::of(1.0 / self.settings.cell);
+        let moment = R::of(self.settings.kernel.inverse_moment() / self.settings.cell);
         let axes = [
-            axis_weights::<R, P, N>(x.mul(scale)),
-            axis_weights::<R, P, N>(y.mul(scale)),
-            axis_weights::<R, P, N>(z.mul(scale)),
+            axis_weights::<P, N>(x * scale),
+            axis_weights::<P, N>(y * scale),
+            axis_weights::<P, N>(z * scale),
         ];
         let mut base = [zero; 3];
         for axis in 0..3 {
             let mut column = [zero; 3];
             for k in 0..3 {
-                column[k] = P::load(&self.stress[axis][k]).mul(if S::SLOPES { scale } else { moment });
-                base[k] = base[k].sub(column[k].mul(axes[axis].offset));
+                column[k] = P::load(&self.stress[axis][k]) * if S::SLOPES { scale } else { moment };
+                base[k] -= column[k] * axes[axis].offset;
             }
             let quads = P::rows([column[0], column[1], column[2], zero]);
             if S::SLOPES {
@@ -373,6 +373,6 @@ impl<R: Real, S: Scheme, const N: usize> ScatterStress<'_, R, S, N> {
         }
         out.wz = P::rows(axes[2].w);
         out.dz = P::rows(axes[2].d);
-        row_weights::<R, P, S, N>(&axes, &mut out.rows);
+        row_weights::<P, S, N>(&axes, &mut out.rows);
     }
 }

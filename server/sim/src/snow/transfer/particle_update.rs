@@ -15,7 +15,7 @@ use crate::snow::{
     step::Engine,
 };
 use crate::{
-    math::{Columns, Kernel, LANES, Pack, Portable, Real},
+    math::{Columns, LANES, Pack, Portable, Real, WithSimd},
     parallel::Disjoint,
 };
 
@@ -152,8 +152,8 @@ pub(crate) struct Update<'a, 'b, R> {
 /// Reads the pair of each particle of a group.
 #[inline(always)]
 #[allow(unsafe_code, reason = "the particles of a group belong to one run of blocks")]
-fn pair<R: Real, P: Pack<R>>(plane: &Disjoint<'_, Pair<R>>, group: &Group) -> [[P; 4]; 2] {
-    let mut quads = [[[R::zero(); 4]; LANES]; 2];
+fn pair<P: Pack>(plane: &Disjoint<'_, Pair<P::Number>>, group: &Group) -> [[P; 4]; 2] {
+    let mut quads = [[[P::Number::default(); 4]; LANES]; 2];
     plane.hold_all(&group.at);
     for lane in 0..LANES {
         // SAFETY: held above; the sorted order names each particle once, and a run of blocks is
@@ -165,37 +165,37 @@ fn pair<R: Real, P: Pack<R>>(plane: &Disjoint<'_, Pair<R>>, group: &Group) -> [[
 }
 
 #[inline(always)]
-fn load3<R: Real, P: Pack<R>>(lanes: &[Lane<R>; 3]) -> [P; 3] {
+fn load3<P: Pack>(lanes: &[Lane<P::Number>; 3]) -> [P; 3] {
     [P::load(&lanes[0]), P::load(&lanes[1]), P::load(&lanes[2])]
 }
 
 #[inline(always)]
-fn load9<R: Real, P: Pack<R>>(lanes: &[[Lane<R>; 3]; 3]) -> [[P; 3]; 3] {
+fn load9<P: Pack>(lanes: &[[Lane<P::Number>; 3]; 3]) -> [[P; 3]; 3] {
     [load3(&lanes[0]), load3(&lanes[1]), load3(&lanes[2])]
 }
 
-impl<R: Real> Kernel<R> for Update<'_, '_, R> {
+impl<R: Real> WithSimd<R> for Update<'_, '_, R> {
     const WIDE_BINARY64: bool = false;
     type Output = ();
 
     #[inline(always)]
-    fn run<P: Pack<R>>(mut self) {
-        let one = P::splat(R::one());
+    fn run<P: Pack<Number = R>>(mut self) {
+        let one = P::one();
         let (mut shapes, mut jps, mut volumes) =
             ([[[one; 3]; 3]; TOGETHER], [one; TOGETHER], [one; TOGETHER]);
         let mut moduli = [Moduli::gather(self.coefficients, &[0; LANES], one); TOGETHER];
         for k in 0..TOGETHER {
             let group = &self.groups[k];
             let [.., jp] = P::columns(&self.moving[k][1]);
-            let [[xx, xy, xz, yx], [yy, yz, zx, zy]] = pair::<R, P>(&self.planes.shape, group);
-            let [[zz, ..], _] = pair::<R, P>(&self.planes.affine, group);
+            let [[xx, xy, xz, yx], [yy, yz, zx, zy]] = pair(&self.planes.shape, group);
+            let [[zz, ..], _] = pair(&self.planes.affine, group);
             let f = [[xx, yx, zx], [xy, yy, zy], [xz, yz, zz]];
             let Constants { fixed, object } = constants(self.fixed, self.object, group);
             (jps[k], volumes[k]) = (jp, P::load(&fixed[0]));
             moduli[k] = Moduli::gather(self.coefficients, &object, P::load(&fixed[1]));
             shapes[k] = match self.deformation {
                 Deformation::Step => {
-                    let gradient = load9::<R, P>(&self.arrivals[k].gradient);
+                    let gradient = load9(&self.arrivals[k].gradient);
                     predict(&f, &still(&gradient, self.ballistic(k, volumes[k])), P::splat(self.dt))
                 }
                 Deformation::Refresh => f,
@@ -213,8 +213,8 @@ impl<R: Real> Kernel<R> for Update<'_, '_, R> {
 
 /// 0 where a particle is ballistic: it moves as a point, and keeps its F_E.
 #[inline(always)]
-fn still<R: Real, P: Pack<R>>(gradient: &Columns<P>, ballistic: P) -> Columns<P> {
-    let zero = P::splat(R::zero());
+fn still<P: Pack>(gradient: &Columns<P>, ballistic: P) -> Columns<P> {
+    let zero = P::zero();
     let mut out = *gradient;
     for axis in 0..3 {
         for k in 0..3 {
@@ -227,22 +227,22 @@ fn still<R: Real, P: Pack<R>>(gradient: &Columns<P>, ballistic: P) -> Columns<P>
 impl<R: Real> Update<'_, '_, R> {
     /// 1 where the density on the grid is below a share of m / V0, else 0: nearly alone.
     #[inline(always)]
-    fn ballistic<P: Pack<R>>(&self, k: usize, volume: P) -> P {
+    fn ballistic<P: Pack<Number = R>>(&self, k: usize, volume: P) -> P {
         let [.., m] = P::columns(&self.moving[k][0]);
-        let own = m.mul(P::splat(self.ballistic_below));
+        let own = m * self.ballistic_below;
         let density = P::load(&self.arrivals[k].density);
-        density.mul(volume).if_less(own, P::splat(R::one()), P::splat(R::zero()))
+        (density * volume).if_less(own, P::one(), P::zero())
     }
 
     /// Writes a group, and counts it.
     #[inline(always)]
-    fn finish<P: Pack<R>>(&mut self, k: usize, new: &Deformed<P>, volume: P, moduli: &Moduli<P>) {
-        let (zero, dt) = (P::splat(R::zero()), P::splat(self.dt));
+    fn finish<P: Pack<Number = R>>(&mut self, k: usize, new: &Deformed<P>, volume: P, moduli: &Moduli<P>) {
+        let (zero, dt) = (P::zero(), P::splat(self.dt));
         let (group, arrival) = (&self.groups[k], &self.arrivals[k]);
         let [x, y, z, m] = P::columns(&self.moving[k][0]);
-        let (v, drift) = (load3::<R, P>(&arrival.v), load3::<R, P>(&arrival.drift));
-        let c = load9::<R, P>(&arrival.affine);
-        let position = [x.add(dt.mul(drift[0])), y.add(dt.mul(drift[1])), z.add(dt.mul(drift[2]))];
+        let (v, drift) = (load3(&arrival.v), load3::<P>(&arrival.drift));
+        let c = load9(&arrival.affine);
+        let position = [x + dt * drift[0], y + dt * drift[1], z + dt * drift[2]];
         let ballistic = self.ballistic(k, volume);
         let c = still(&c, ballistic);
         let mut s = new.volume_stress;
@@ -258,25 +258,24 @@ impl<R: Real> Update<'_, '_, R> {
         write(&self.planes.affine, group, affine);
         write(&self.planes.stress, group, [[c[1][2], c[2][2], s[0], s[1]], [s[2], s[3], s[4], s[5]]]);
         let counts = [new.yielded, new.clamped, new.inverted, ballistic];
-        let extremes = extremes(&new.elastic, new.hardening, &v, &c, volume.div(m), moduli);
+        let extremes = extremes(&new.elastic, new.hardening, &v, &c, volume / m, moduli);
         self.tally.include(group.count, extremes, new.plastic_ratio, counts);
-        let scale = P::splat(self.inverse_cell);
         let mut node = position;
         for axis in 0..3 {
-            let at = position[axis].mul(scale);
+            let at = position[axis] * self.inverse_cell;
             node[axis] = match self.width {
-                2 => first_node::<R, P, 2>(at),
-                3 => first_node::<R, P, 3>(at),
-                _ => first_node::<R, P, 4>(at),
+                2 => first_node::<P, 2>(at),
+                3 => first_node::<P, 3>(at),
+                _ => first_node::<P, 4>(at),
             };
         }
-        self.codes[k] = codes(&load3::<R, P>(&arrival.block), &node, self.periodic);
+        self.codes[k] = codes(&load3(&arrival.block), &node, self.periodic);
     }
 }
 
 /// What bounds the next step, from what is stored: F_E and C by columns, volume over mass.
 #[inline(always)]
-fn extremes<R: Real, P: Pack<R>>(
+fn extremes<P: Pack>(
     f: &Columns<P>,
     hardening: P,
     v: &[P; 3],
@@ -285,14 +284,14 @@ fn extremes<R: Real, P: Pack<R>>(
     moduli: &Moduli<P>,
 ) -> [P; 5] {
     let ([wave, alone], stretch2) = stiffness_of(f, hardening, moduli);
-    let speed2 = v[0].mul(v[0]).add(v[1].mul(v[1])).add(v[2].mul(v[2]));
-    let mut gradient2 = P::splat(R::zero());
+    let speed2 = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
+    let mut gradient2 = P::zero();
     for axis in 0..3 {
         for k in 0..3 {
-            gradient2 = gradient2.add(c[axis][k].mul(c[axis][k]));
+            gradient2 += c[axis][k] * c[axis][k];
         }
     }
-    [wave.mul(specific), alone.mul(specific), speed2, gradient2, stretch2]
+    [wave * specific, alone * specific, speed2, gradient2, stretch2]
 }
 
 impl<R: Real> Engine<R> {
@@ -309,7 +308,7 @@ impl<R: Real> Engine<R> {
             hardened(lane(particles.plastic_ratio(at)), &moduli),
             &particles.v(at).map(lane),
             &columns(particles.affine(at)),
-            lane(fixed[0][0]).div(lane(particles.mass(at))),
+            lane(fixed[0][0]) / lane(particles.mass(at)),
             &moduli,
         );
         let [wave2, alone2, speed2, gradient2, stretch2] = values.map(|value| value.store()[0].to_f64());
@@ -321,11 +320,11 @@ impl<R: Real> Tally<R> {
     /// Adds a group: extremes from what is stored, so that a run restored from its particles takes
     /// the same steps.
     #[inline(always)]
-    fn include<P: Pack<R>>(&mut self, count: usize, extremes: [P; 5], jp: P, counts: [P; 4]) {
+    fn include<P: Pack<Number = R>>(&mut self, count: usize, extremes: [P; 5], jp: P, counts: [P; 4]) {
         let mut active = [R::zero(); LANES];
         active[..count].fill(R::one());
         // Lanes past the last particle hold what is nobody's.
-        let (active, zero) = (P::load(&active), P::splat(R::zero()));
+        let (active, zero) = (P::load(&active), P::zero());
         for k in 0..5 {
             let own = zero.if_less(active, extremes[k], zero);
             self.extremes[k] = P::load(&self.extremes[k]).max(own).store();
@@ -334,7 +333,7 @@ impl<R: Real> Tally<R> {
         self.jp[0] = zero.if_less(active, least.min(jp), least).store();
         self.jp[1] = zero.if_less(active, most.max(jp), most).store();
         for k in 0..4 {
-            self.counts[k] = P::load(&self.counts[k]).add(counts[k].mul(active)).store();
+            self.counts[k] = (P::load(&self.counts[k]) + counts[k] * active).store();
         }
     }
 }

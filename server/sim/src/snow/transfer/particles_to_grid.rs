@@ -17,7 +17,7 @@ use crate::snow::{
 };
 use std::marker::PhantomData;
 
-use crate::math::{Kernel, LANES, Pack, Real};
+use crate::math::{LANES, Pack, Real, WithSimd};
 
 /// What does not change from block to block.
 #[derive(Clone, Copy)]
@@ -67,7 +67,7 @@ impl<R: Real> Coefficients<R> {
 impl<R: Real> Scatter<R> {
     /// Fills a block's tile, and the tile of impulses where they are kept apart.
     #[inline(always)]
-    pub(crate) fn block<P: Pack<R>, S: Scheme, const N: usize>(
+    pub(crate) fn block<P: Pack<Number = R>, S: Scheme, const N: usize>(
         &self,
         particles: &Particles<R>,
         block: BlockParticles<'_>,
@@ -77,7 +77,7 @@ impl<R: Real> Scatter<R> {
         tile.fill(R::zero());
         impulses.fill(R::zero());
         let mut c = Coefficients::new();
-        let zero = P::splat(R::zero());
+        let zero = P::zero();
         let (mut sums, mut forces) = ([[zero; N]; N], [[zero; N]; N]);
         let (mut cell, mut cell_end) = (0, 0);
         for first in (0..block.order.len()).step_by(LANES) {
@@ -85,60 +85,59 @@ impl<R: Real> Scatter<R> {
             self.prepare::<P, S, N>(particles, &group, &mut c);
             for lane in 0..group.count {
                 if first + lane >= cell_end {
-                    flush::<R, P, N>(&mut sums, tile, cell);
+                    flush::<P, N>(&mut sums, tile, cell);
                     if S::APART {
-                        flush::<R, P, N>(&mut forces, impulses, cell);
+                        flush::<P, N>(&mut forces, impulses, cell);
                     }
                     while block.cells[cell + 1] as usize <= first + lane {
                         cell += 1;
                     }
                     cell_end = block.cells[cell + 1] as usize;
                 }
-                add::<R, P, S, N>(&c, lane, &mut sums, &mut forces);
+                add::<P, S, N>(&c, lane, &mut sums, &mut forces);
             }
         }
-        flush::<R, P, N>(&mut sums, tile, cell);
+        flush::<P, N>(&mut sums, tile, cell);
         if S::APART {
-            flush::<R, P, N>(&mut forces, impulses, cell);
+            flush::<P, N>(&mut forces, impulses, cell);
         }
     }
 
     /// Coefficients of a group.
     #[inline(always)]
-    fn prepare<P: Pack<R>, S: Scheme, const N: usize>(
+    fn prepare<P: Pack<Number = R>, S: Scheme, const N: usize>(
         &self,
         particles: &Particles<R>,
         group: &Group,
         out: &mut Coefficients<R>,
     ) {
-        let zero = P::splat(R::zero());
-        let [x, y, z, m] = read::<R, P, 0>(&particles.motion, group);
-        let [vx, vy, vz, _] = read::<R, P, 1>(&particles.motion, group);
-        let [zy, zz, sxx, syy] = read::<R, P, 0>(&particles.stress, group);
-        let [szz, sxy, sxz, syz] = read::<R, P, 1>(&particles.stress, group);
-        let scale = P::splat(self.inverse_cell);
+        let zero = P::zero();
+        let [x, y, z, m] = read::<P, 0>(&particles.motion, group);
+        let [vx, vy, vz, _] = read::<P, 1>(&particles.motion, group);
+        let [zy, zz, sxx, syy] = read::<P, 0>(&particles.stress, group);
+        let [szz, sxy, sxz, syz] = read::<P, 1>(&particles.stress, group);
         let axes = [
-            axis_weights::<R, P, N>(x.mul(scale)),
-            axis_weights::<R, P, N>(y.mul(scale)),
-            axis_weights::<R, P, N>(z.mul(scale)),
+            axis_weights::<P, N>(x * self.inverse_cell),
+            axis_weights::<P, N>(y * self.inverse_cell),
+            axis_weights::<P, N>(z * self.inverse_cell),
         ];
         // Columns of tau, each along the nodes of one axis.
         let tau = [[sxx, sxy, sxz], [sxy, syy, syz], [sxz, syz, szz]];
-        let mut base = [vx.mul(m), vy.mul(m), vz.mul(m)];
+        let mut base = [vx * m, vy * m, vz * m];
         if S::AFFINE {
-            let [_, xx, xy, xz] = read::<R, P, 0>(&particles.affine, group);
-            let [yx, yy, yz, zx] = read::<R, P, 1>(&particles.affine, group);
+            let [_, xx, xy, xz] = read::<P, 0>(&particles.affine, group);
+            let [yx, yy, yz, zx] = read::<P, 1>(&particles.affine, group);
             let columns = [[xx, yx, zx], [xy, yy, zy], [xz, yz, zz]];
-            let inertia = m.mul(P::splat(self.cell));
-            let impulse = P::splat(R::zero() - self.dt * self.inverse_moment * self.inverse_cell);
+            let inertia = m * self.cell;
+            let impulse = -self.dt * self.inverse_moment * self.inverse_cell;
             for axis in 0..3 {
                 let mut step = [zero; 3];
                 for k in 0..3 {
-                    step[k] = columns[axis][k].mul(inertia);
+                    step[k] = columns[axis][k] * inertia;
                     if !S::SLOPES {
-                        step[k] = step[k].add(tau[axis][k].mul(impulse));
+                        step[k] += tau[axis][k] * impulse;
                     }
-                    base[k] = base[k].sub(step[k].mul(axes[axis].offset));
+                    base[k] -= step[k] * axes[axis].offset;
                 }
                 out.along[axis] = P::rows([step[0], step[1], step[2], zero]);
             }
@@ -147,28 +146,28 @@ impl<R: Real> Scatter<R> {
         out.wz = P::rows(axes[2].w);
         if S::SLOPES {
             out.dz = P::rows(axes[2].d);
-            let impulse = P::splat(R::zero() - self.dt * self.inverse_cell);
+            let impulse = -self.dt * self.inverse_cell;
             for axis in 0..3 {
                 let [a, b, c] = tau[axis];
-                out.force[axis] = P::rows([a.mul(impulse), b.mul(impulse), c.mul(impulse), zero]);
+                out.force[axis] = P::rows([a * impulse, b * impulse, c * impulse, zero]);
             }
         }
-        row_weights::<R, P, S, N>(&axes, &mut out.rows);
+        row_weights::<P, S, N>(&axes, &mut out.rows);
     }
 }
 
 /// Products of weights along x and y.
 #[inline(always)]
-pub(crate) fn row_weights<R: Real, P: Pack<R>, S: Scheme, const N: usize>(
+pub(crate) fn row_weights<P: Pack, S: Scheme, const N: usize>(
     axes: &[AxisWeights<P>; 3],
-    rows: &mut [[[R; LANES]; 16]; 3],
+    rows: &mut [[[P::Number; LANES]; 16]; 3],
 ) {
     for i in 0..N {
         for j in 0..N {
-            rows[0][i * N + j] = axes[0].w[i].mul(axes[1].w[j]).store();
+            rows[0][i * N + j] = (axes[0].w[i] * axes[1].w[j]).store();
             if S::SLOPES {
-                rows[1][i * N + j] = axes[0].d[i].mul(axes[1].w[j]).store();
-                rows[2][i * N + j] = axes[0].w[i].mul(axes[1].d[j]).store();
+                rows[1][i * N + j] = (axes[0].d[i] * axes[1].w[j]).store();
+                rows[2][i * N + j] = (axes[0].w[i] * axes[1].d[j]).store();
             }
         }
     }
@@ -176,68 +175,66 @@ pub(crate) fn row_weights<R: Real, P: Pack<R>, S: Scheme, const N: usize>(
 
 /// Adds what one particle gives to the rows of its cell.
 #[inline(always)]
-pub(crate) fn add<R: Real, P: Pack<R>, S: Scheme, const N: usize>(
-    c: &Coefficients<R>,
+pub(crate) fn add<P: Pack, S: Scheme, const N: usize>(
+    c: &Coefficients<P::Number>,
     lane: usize,
     sums: &mut [[P; N]; N],
     forces: &mut [[P; N]; N],
 ) {
     let wz = P::spread(&c.wz[lane]);
-    let steps = P::spread(&[R::zero(), R::one(), R::of(2.0), R::of(3.0)]);
-    let mut row = wz.mul(P::repeat(&c.base[lane]));
+    let steps =
+        P::spread(&[P::Number::default(), P::Number::of(1.0), P::Number::of(2.0), P::Number::of(3.0)]);
+    let mut row = wz * P::repeat(&c.base[lane]);
     let (mut along_x, mut along_y) = (row, row);
     if S::AFFINE {
-        row = wz.mul(P::repeat(&c.base[lane]).add(steps.mul(P::repeat(&c.along[2][lane]))));
-        along_x = wz.mul(P::repeat(&c.along[0][lane]));
-        along_y = wz.mul(P::repeat(&c.along[1][lane]));
+        row = wz * (P::repeat(&c.base[lane]) + steps * P::repeat(&c.along[2][lane]));
+        along_x = wz * P::repeat(&c.along[0][lane]);
+        along_y = wz * P::repeat(&c.along[1][lane]);
     }
     let (mut fx, mut fy, mut fz) = (row, row, row);
     if S::SLOPES {
-        fx = wz.mul(P::repeat(&c.force[0][lane]));
-        fy = wz.mul(P::repeat(&c.force[1][lane]));
-        fz = P::spread(&c.dz[lane]).mul(P::repeat(&c.force[2][lane]));
+        fx = wz * P::repeat(&c.force[0][lane]);
+        fy = wz * P::repeat(&c.force[1][lane]);
+        fz = P::spread(&c.dz[lane]) * P::repeat(&c.force[2][lane]);
     }
     if S::SLOPES && !S::APART {
-        row = row.add(fz);
+        row += fz;
     }
     for i in 0..N {
         let mut value = row;
         for j in 0..N {
             let weight = P::splat(c.rows[0][i * N + j][lane]);
-            sums[i][j] = sums[i][j].add(weight.mul(value));
+            sums[i][j] += weight * value;
             if S::SLOPES {
                 let (by_x, by_y) = (c.rows[1][i * N + j][lane], c.rows[2][i * N + j][lane]);
-                let slopes = P::splat(by_x).mul(fx).add(P::splat(by_y).mul(fy));
+                let slopes = P::splat(by_x) * fx + P::splat(by_y) * fy;
                 if S::APART {
-                    forces[i][j] = forces[i][j].add(slopes.add(weight.mul(fz)));
+                    forces[i][j] += slopes + weight * fz;
                 } else {
-                    sums[i][j] = sums[i][j].add(slopes);
+                    sums[i][j] += slopes;
                 }
             }
             if S::AFFINE {
-                value = value.add(along_y);
+                value += along_y;
             }
         }
         if S::AFFINE {
-            row = row.add(along_x);
+            row += along_x;
         }
     }
 }
 
 /// Adds a cell's rows to the tile and clears them.
 #[inline(always)]
-pub(crate) fn flush<R: Real, P: Pack<R>, const N: usize>(
-    sums: &mut [[P; N]; N],
-    tile: &mut [R],
-    cell: usize,
-) {
+pub(crate) fn flush<P: Pack, const N: usize>(sums: &mut [[P; N]; N], tile: &mut [P::Number], cell: usize) {
     let [x, y, z] = [cell / (SIDE * SIDE), cell / SIDE % SIDE, cell % SIDE];
     for i in 0..N {
         for j in 0..N {
             let start = ((x + i) * (SIDE + N - 1) + y + j) * TILE_ROW + 4 * z;
-            let row: &mut [R; LANES] = (&mut tile[start..start + LANES]).try_into().expect("sixteen numbers");
-            *row = P::load(row).add(sums[i][j]).store();
-            sums[i][j] = P::splat(R::zero());
+            let row: &mut [P::Number; LANES] =
+                (&mut tile[start..start + LANES]).try_into().expect("sixteen numbers");
+            *row = (P::load(row) + sums[i][j]).store();
+            sums[i][j] = P::zero();
         }
     }
 }
@@ -252,12 +249,12 @@ pub(crate) struct ScatterBlock<'a, R: Real, S, const N: usize> {
     pub(crate) scheme: PhantomData<S>,
 }
 
-impl<R: Real, S: Scheme, const N: usize> Kernel<R> for ScatterBlock<'_, R, S, N> {
+impl<R: Real, S: Scheme, const N: usize> WithSimd<R> for ScatterBlock<'_, R, S, N> {
     const WIDE_BINARY64: bool = false;
     type Output = ();
 
     #[inline(always)]
-    fn run<P: Pack<R>>(self) {
+    fn run<P: Pack<Number = R>>(self) {
         self.scatter.block::<P, S, N>(self.particles, self.block, self.tile, self.impulses);
     }
 }

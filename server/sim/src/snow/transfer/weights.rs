@@ -19,57 +19,46 @@ pub(crate) struct AxisWeights<P> {
 
 /// The first node of a particle at `x_over_h`, as a whole number.
 #[inline(always)]
-pub(crate) fn first_node<R: Real, P: Pack<R>, const N: usize>(x_over_h: P) -> P {
+pub(crate) fn first_node<P: Pack, const N: usize>(x_over_h: P) -> P {
     match N {
         2 => x_over_h.floor(),
-        3 => x_over_h.sub(P::splat(R::of(0.5))).floor(),
-        _ => x_over_h.floor().sub(P::splat(R::one())),
+        3 => (x_over_h - P::of(0.5)).floor(),
+        _ => x_over_h.floor() - P::one(),
     }
 }
 
 /// Weights of a kernel of width `N`.
 #[inline(always)]
-pub(crate) fn axis_weights<R: Real, P: Pack<R>, const N: usize>(x_over_h: P) -> AxisWeights<P> {
-    let number = |value: f64| P::splat(R::of(value));
-    let zero = number(0.0);
-    let offset = x_over_h.sub(first_node::<R, P, N>(x_over_h));
+pub(crate) fn axis_weights<P: Pack, const N: usize>(x_over_h: P) -> AxisWeights<P> {
+    let zero = P::zero();
+    let offset = x_over_h - first_node::<P, N>(x_over_h);
     let (w, d) = match N {
         2 => {
-            let one = number(1.0);
-            ([one.sub(offset), offset, zero, zero], [number(-1.0), one, zero, zero])
+            let one = P::one();
+            ([one - offset, offset, zero, zero], [P::of(-1.0), one, zero, zero])
         }
         3 => {
-            let (a, b) = (number(1.5).sub(offset), offset.sub(number(0.5)));
-            let c = offset.sub(number(1.0));
-            let half = number(0.5);
-            let w = [half.mul(a).mul(a), number(0.75).sub(c.mul(c)), half.mul(b).mul(b), zero];
-            (w, [zero.sub(a), zero.sub(c.add(c)), b, zero])
+            let (a, b) = (P::of(1.5) - offset, offset - P::of(0.5));
+            let c = offset - P::one();
+            let half = P::of(0.5);
+            let w = [half * a * a, P::of(0.75) - c * c, half * b * b, zero];
+            (w, [-a, -(c + c), b, zero])
         }
-        _ => cubic::<R, P>(offset.sub(number(1.0))),
+        _ => cubic(offset - P::one()),
     };
     AxisWeights { offset, w, d }
 }
 
 /// The cubic B-spline of a particle that is t cells past its second node.
 #[inline(always)]
-fn cubic<R: Real, P: Pack<R>>(t: P) -> ([P; 4], [P; 4]) {
-    let number = |value: f64| P::splat(R::of(value));
-    let (half, sixth) = (number(0.5), number(1.0 / 6.0));
-    let u = number(1.0).sub(t);
-    let (t2, u2) = (t.mul(t), u.mul(u));
-    let (two_thirds, two) = (number(2.0 / 3.0), number(2.0));
-    let w = [
-        sixth.mul(u2).mul(u),
-        two_thirds.sub(t2).add(half.mul(t2).mul(t)),
-        two_thirds.sub(u2).add(half.mul(u2).mul(u)),
-        sixth.mul(t2).mul(t),
-    ];
-    let d = [
-        number(0.0).sub(half.mul(u2)),
-        number(1.5).mul(t2).sub(two.mul(t)),
-        two.mul(u).sub(number(1.5).mul(u2)),
-        half.mul(t2),
-    ];
+fn cubic<P: Pack>(t: P) -> ([P; 4], [P; 4]) {
+    let (half, sixth) = (P::of(0.5), P::of(1.0 / 6.0));
+    let u = P::one() - t;
+    let (t2, u2) = (t * t, u * u);
+    let (two_thirds, two) = (P::of(2.0 / 3.0), P::of(2.0));
+    let w =
+        [sixth * u2 * u, two_thirds - t2 + half * t2 * t, two_thirds - u2 + half * u2 * u, sixth * t2 * t];
+    let d = [-(half * u2), P::of(1.5) * t2 - two * t, two * u - P::of(1.5) * u2, half * t2];
     (w, d)
 }
 
@@ -78,9 +67,9 @@ fn cubic<R: Real, P: Pack<R>>(t: P) -> ([P; 4], [P; 4]) {
 pub fn weights<R: Real>(kernel: Kernel, x_over_h: R) -> (i32, [R; 4], [R; 4]) {
     let x = Portable::splat(x_over_h);
     let (first, axis) = match kernel {
-        Kernel::Linear => (first_node::<R, _, 2>(x), axis_weights::<R, _, 2>(x)),
-        Kernel::Quadratic => (first_node::<R, _, 3>(x), axis_weights::<R, _, 3>(x)),
-        Kernel::Cubic => (first_node::<R, _, 4>(x), axis_weights::<R, _, 4>(x)),
+        Kernel::Linear => (first_node::<_, 2>(x), axis_weights::<_, 2>(x)),
+        Kernel::Quadratic => (first_node::<_, 3>(x), axis_weights::<_, 3>(x)),
+        Kernel::Cubic => (first_node::<_, 4>(x), axis_weights::<_, 4>(x)),
     };
     let lane = |pack: Portable<R>| pack.store()[0];
     (lane(first).to_f64() as i32, axis.w.map(lane), axis.d.map(lane))

@@ -1,110 +1,11 @@
-//! Packs: sixteen numbers that are worked on together, whatever the width of the registers.
+//! Packs as arrays, in the target's baseline instructions: every other pack gives their bits.
 
-use super::super::{Real, Vec3};
+use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
-/// Lanes of a pack, on any processor.
-pub(crate) const LANES: usize = 16;
-
-/// A vector with a fourth component that means nothing, so that it is loaded at once.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[repr(C, align(16))]
-pub struct Padded<R>(pub(crate) [R; 4]);
-
-impl<R: Real> Padded<R> {
-    #[inline(always)]
-    /// The vector, padded.
-    pub fn new(v: &Vec3<R>) -> Self {
-        Self([v.x, v.y, v.z, R::zero()])
-    }
-
-    #[inline(always)]
-    /// The vector.
-    pub fn vector(&self) -> Vec3<R> {
-        Vec3::new(self.0[0], self.0[1], self.0[2])
-    }
-}
-
-/// Sixteen numbers; every operation is that of IEEE 754 in each lane.
-///
-/// Only [`super::dispatch`] chooses an implementation, after it has found its instructions on the
-/// processor: that is what makes calling the methods sound.
-pub(crate) trait Pack<R: Copy>: Copy + Send + Sync {
-    /// The same lanes in binary64.
-    type Wide: Pack<f64>;
-
-    fn splat(value: R) -> Self;
-    fn load(values: &[R; LANES]) -> Self;
-    fn store(self) -> [R; LANES];
-    fn add(self, other: Self) -> Self;
-    fn sub(self, other: Self) -> Self;
-    fn mul(self, other: Self) -> Self;
-    fn sqrt(self) -> Self;
-    /// Magnitude.
-    fn abs(self) -> Self;
-    /// The greater of two; the other where one is NaN or both are zero.
-    fn max(self, other: Self) -> Self;
-    /// 1 / x where x > 0, else 0.
-    fn inverse_or_zero(self) -> Self;
-    /// The lane where `gate` > 0, else 0.
-    fn where_positive(self, gate: Self) -> Self;
-    fn widen(self) -> Self::Wide;
-    /// The three components of sixteen vectors of a field.
-    ///
-    /// # Safety
-    /// Every index is below `field.len()`.
-    #[allow(unsafe_code, reason = "indices are checked once, when a model is built")]
-    unsafe fn gather(field: &[Padded<R>], indices: &[u32; LANES]) -> [Self; 3];
-
-    fn div(self, other: Self) -> Self;
-    /// The lesser of two; the other where one is NaN or both are zero.
-    fn min(self, other: Self) -> Self;
-    /// The greatest whole number that is not greater.
-    fn floor(self) -> Self;
-    /// Lanes of `then` where self < `other`, else those of `otherwise`.
-    fn if_less(self, other: Self, then: Self, otherwise: Self) -> Self;
-    /// The magnitude of self with the sign of `other`.
-    fn with_sign_of(self, other: Self) -> Self;
-    /// 2^n where self is [`Rounding::MAGIC`] + n, for normal results.
-    fn power_of_two(self) -> Self;
-    /// Whole numbers from 0 to 65535.
-    fn whole(self) -> [u16; LANES];
-
-    /// Four numbers, four times: lane 4 g + c holds `quad[c]`.
-    fn repeat(quad: &[R; 4]) -> Self;
-    /// Each of four numbers four times: lane 4 g + c holds `quad[g]`.
-    fn spread(quad: &[R; 4]) -> Self;
-    /// Sums over the quads: (q0 + q2) + (q1 + q3).
-    fn fold(self) -> [R; 4];
-    /// Four packs from sixteen quads: lane l of pack c holds `quads[l][c]`.
-    fn columns(quads: &[[R; 4]; LANES]) -> [Self; 4];
-    /// Sixteen quads from four packs.
-    fn rows(columns: [Self; 4]) -> [[R; 4]; LANES];
-}
-
-/// What rounding to whole numbers by addition needs.
-pub(crate) trait Rounding: Copy {
-    /// 1.5 * 2^(bits of the significand): a number of moderate size added to it is rounded to a
-    /// whole one, which stands in the lowest bits.
-    const MAGIC: Self;
-    /// 2^n of MAGIC + n.
-    fn power_of_two(self) -> Self;
-}
-
-impl Rounding for f32 {
-    const MAGIC: Self = 12_582_912.0;
-    #[inline(always)]
-    fn power_of_two(self) -> Self {
-        Self::from_bits((self.to_bits() << 23).wrapping_add(1.0_f32.to_bits()))
-    }
-}
-
-impl Rounding for f64 {
-    const MAGIC: Self = 6_755_399_441_055_744.0;
-    #[inline(always)]
-    fn power_of_two(self) -> Self {
-        Self::from_bits((self.to_bits() << 52).wrapping_add(1.0_f64.to_bits()))
-    }
-}
+use super::{
+    super::real::{LANES, Pack, Padded, Real},
+    operators::operators,
+};
 
 /// Packs in the target's baseline instructions.
 #[derive(Clone, Copy)]
@@ -130,7 +31,13 @@ impl<R: Real> Portable<R> {
     }
 }
 
-impl<R: Real> Pack<R> for Portable<R> {
+operators! {
+    [R: Real] Portable<R>, R;
+    |a, b| + a.zip(b, |a, b| a + b), - a.zip(b, |a, b| a - b), * a.zip(b, |a, b| a * b), / a.zip(b, |a, b| a / b)
+}
+
+impl<R: Real> Pack for Portable<R> {
+    type Number = R;
     type Wide = Portable<f64>;
 
     #[inline(always)]
@@ -144,18 +51,6 @@ impl<R: Real> Pack<R> for Portable<R> {
     #[inline(always)]
     fn store(self) -> [R; LANES] {
         self.0
-    }
-    #[inline(always)]
-    fn add(self, other: Self) -> Self {
-        self.zip(other, |a, b| a + b)
-    }
-    #[inline(always)]
-    fn sub(self, other: Self) -> Self {
-        self.zip(other, |a, b| a - b)
-    }
-    #[inline(always)]
-    fn mul(self, other: Self) -> Self {
-        self.zip(other, |a, b| a * b)
     }
     #[inline(always)]
     fn sqrt(self) -> Self {
@@ -196,10 +91,6 @@ impl<R: Real> Pack<R> for Portable<R> {
         lanes.map(Self)
     }
 
-    #[inline(always)]
-    fn div(self, other: Self) -> Self {
-        self.zip(other, |a, b| a / b)
-    }
     #[inline(always)]
     fn min(self, other: Self) -> Self {
         self.zip(other, |a, b| if a < b { a } else { b })

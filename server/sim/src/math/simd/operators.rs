@@ -1,0 +1,50 @@
+//! The operators of packs: `a + b`, `a * 0.5`, `-a`, `a += b`.
+
+/// Operators of a pack from its four operations, each with a pack and with a number on the right.
+macro_rules! operators {
+    ([$($generics:tt)*] $pack:ty, $number:ty;
+     |$a:ident, $b:ident| + $sum:expr, - $difference:expr, * $product:expr, / $quotient:expr) => {
+        operators!([$($generics)*] $pack, $number; Add, add: |$a, $b| $sum);
+        operators!([$($generics)*] $pack, $number; Sub, sub: |$a, $b| $difference);
+        operators!([$($generics)*] $pack, $number; Mul, mul: |$a, $b| $product);
+        operators!([$($generics)*] $pack, $number; Div, div: |$a, $b| $quotient);
+
+        impl<$($generics)*> Neg for $pack {
+            type Output = Self;
+            #[inline(always)]
+            fn neg(self) -> Self {
+                Self::zero() - self
+            }
+        }
+        impl<$($generics)*> AddAssign for $pack {
+            #[inline(always)]
+            fn add_assign(&mut self, other: Self) {
+                *self = *self + other;
+            }
+        }
+        impl<$($generics)*> SubAssign for $pack {
+            #[inline(always)]
+            fn sub_assign(&mut self, other: Self) {
+                *self = *self - other;
+            }
+        }
+    };
+    ([$($generics:tt)*] $pack:ty, $number:ty; $operator:ident, $apply:ident: |$a:ident, $b:ident| $value:expr) => {
+        impl<$($generics)*> $operator for $pack {
+            type Output = Self;
+            #[inline(always)]
+            fn $apply(self, other: Self) -> Self {
+                let ($a, $b) = (self, other);
+                $value
+            }
+        }
+        impl<$($generics)*> $operator<$number> for $pack {
+            type Output = Self;
+            #[inline(always)]
+            fn $apply(self, number: $number) -> Self {
+                self.$apply(Self::splat(number))
+            }
+        }
+    };
+}
+pub(super) use operators;
