@@ -29,7 +29,7 @@ pub(crate) struct SnowRun {
 }
 
 impl SnowRun {
-    /// Every run.
+    /// Every combination that a hash is committed for.
     pub(crate) fn all() -> Vec<Self> {
         let stop = Stop::Residual { tolerance: 1e-4, max_iterations: 200 };
         let implicit = Integration::SemiImplicit { beta: 1.0, stop };
@@ -143,7 +143,7 @@ fn bits(simulation: &Simulation) -> Vec<u64> {
 }
 
 #[test]
-fn a22_snow_that_is_put_back_goes_on_with_the_same_bits() {
+fn snow_that_is_put_back_goes_on_with_the_same_bits() {
     for run in SnowRun::all() {
         // Colliders that move are where the time says: the new run begins at time 0.
         let mut scene = run.scene();

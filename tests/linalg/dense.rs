@@ -5,6 +5,7 @@ use nappe_sim::{
     linalg::{MinresWorkspace, SolveReport, Stop, WholeOperator, minres},
     math::{Real, Vec3, array3, vec3},
 };
+use nappe_tests::Random;
 
 use super::systems::{System, size};
 
@@ -75,12 +76,9 @@ pub(super) fn negative_eigenvalues(a: &Matrix) -> usize {
     rows.iter().enumerate().filter(|(k, row)| row[*k] < 0.0).count()
 }
 
-/// A number in -1..1 for each index, without pattern (splitmix64).
+/// A number in -1..1 for each index, without pattern.
 pub(super) fn noise(index: usize) -> f64 {
-    let mut bits = (index as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-    bits = (bits ^ (bits >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    bits = (bits ^ (bits >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    ((bits ^ (bits >> 31)) >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+    Random::seeded(index as u64).number()
 }
 
 /// A symmetric system with one mass a node.

@@ -1,4 +1,4 @@
-//! A4 and A5: affine velocities survive a round trip; a rigid body that turns loses no energy.
+//! Affine velocities survive a round trip; a rigid body that turns loses no energy.
 #![allow(clippy::print_stdout, reason = "what is reported and not asserted")]
 
 use std::f64::consts::TAU;
@@ -26,12 +26,13 @@ fn apply(a: &Matrix, x: [f64; 3]) -> [f64; 3] {
 }
 
 #[test]
-fn a4_an_affine_field_comes_back_as_it_went() {
+fn an_affine_field_comes_back_as_it_went() {
     let gradient = [[0.3, -1.2, 0.7], [2.1, 0.4, -0.9], [-0.5, 1.6, -0.8]];
     let field = |x| {
         let v = apply(&gradient, x);
         [v[0] + 3.0, v[1] - 1.0, v[2] + 0.5]
     };
+
     for variant in Variant::affine() {
         // A block, and particles that share no node with any other.
         let mut x = lattice([-0.31, -0.27, 0.13], [8, 8, 8], [0.5 * H; 3]);
@@ -46,6 +47,7 @@ fn a4_an_affine_field_comes_back_as_it_went() {
         rework(&mut simulation, |_, p| p.affine = gradient);
         let before = simulation.snow_particles();
         step_once(&mut simulation);
+
         for (i, (old, new)) in before.iter().zip(simulation.snow_particles()).enumerate() {
             let where_it_is = if i < alone { "in the block" } else { "alone" };
             for a in 0..3 {
@@ -84,7 +86,7 @@ fn turning(variant: Variant, courant: f64) -> (SnowScene, Simulation, f64) {
 }
 
 #[test]
-fn a5_a_rigid_body_that_turns_keeps_its_energy() {
+fn a_rigid_body_that_turns_keeps_its_energy() {
     let flip = Transfer::PicFlip(Blend::PerStep(0.95));
     let reported = Variant { kernel: Kernel::Quadratic, transfer: flip };
     for variant in Variant::affine().into_iter().chain([reported]) {
@@ -96,11 +98,12 @@ fn a5_a_rigid_body_that_turns_keeps_its_energy() {
         let start = energy(&simulation);
         advance(&mut simulation, (TAU / omega / dt).round() as u64);
         let loss = 1.0 - energy(&simulation) / start;
-        println!("A5 {}: a turn costs {loss:.2e} of the kinetic energy", variant.name());
+        println!("rigid turn, {}: a turn costs {loss:.2e} of the kinetic energy", variant.name());
         if !is_affine {
             continue;
         }
         assert!((-1e-6..=1e-4).contains(&loss), "{}: {loss:e}", variant.name());
+
         for p in simulation.snow_particles() {
             // A rotation, up to the strain of the centrifugal force: (0.01)².
             let f = &p.elastic;
@@ -140,13 +143,17 @@ fn made_to_turn(variant: Variant, steps: u32) -> f64 {
 }
 
 #[test]
-fn a5_a_body_without_stress_that_turns_keeps_f_a_rotation_to_first_order() {
+fn a_body_without_stress_that_turns_keeps_f_a_rotation_to_first_order() {
     for variant in Variant::affine() {
         let counts = [400, 800];
         let errors = counts.map(|steps| made_to_turn(variant, steps));
         let found = order(errors[0], errors[1], 2.0);
-        println!("A5 {}: F off its rotation by {errors:.4?}, order {found:.2}", variant.name());
+        println!(
+            "turn without stress, {}: F off its rotation by {errors:.4?}, order {found:.2}",
+            variant.name()
+        );
         assert!((found - 1.0).abs() < 0.05, "{}: {found}", variant.name());
+
         for (steps, error) in counts.into_iter().zip(errors) {
             // (I + dt W)^N is a turn by N atan(2 pi / N) and a growth of (1 + (2 pi / N)²)^(N / 2).
             let a = TAU / f64::from(steps);

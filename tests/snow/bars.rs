@@ -1,5 +1,5 @@
-//! A9 and the bars of `vibrating_bar.csv`: standing waves in uniaxial strain, exact at finite
-//! amplitude. A fixed end is a point of odd symmetry: walls are met in `statics`.
+//! Standing waves in uniaxial strain, exact at finite amplitude: a fixed-free bar, and the bars of
+//! `vibrating_bar.csv`. A fixed end is a point of odd symmetry: walls are met in `statics`.
 #![allow(clippy::print_stdout, reason = "figures beside the limits")]
 
 use std::f64::consts::PI;
@@ -74,6 +74,7 @@ fn figures(bar: &Bar, scene: &SnowScene, periods: u32, steps: u32) -> [f64; 3] {
     let mut simulation = bar.simulate(scene);
     let half = |p: &&ParticleState| p.x[0] > 0.0;
     let (mut cm, mut energies) = (Vec::new(), Vec::new());
+
     for step in 1..=periods * steps {
         let report = step_once(&mut simulation);
         energies.push(report.diagnostics.total_energy());
@@ -82,10 +83,12 @@ fn figures(bar: &Bar, scene: &SnowScene, periods: u32, steps: u32) -> [f64; 3] {
         }
         let particles = simulation.snow_particles();
         let moving: Vec<f64> = particles.iter().filter(half).map(|p| p.v[0]).collect();
+
         // Velocities of symplectic Euler belong to the middle of the step.
         let t = (f64::from(step) - 0.5) * scene.dt;
         cm.push([t, moving.iter().sum::<f64>() / moving.len() as f64]);
     }
+
     let omega = bar.wave_speed() * bar.wave_number;
     let zeros = crossings(&cm, 0.0);
     let count = zeros.len() - 1;
@@ -101,12 +104,12 @@ fn figures(bar: &Bar, scene: &SnowScene, periods: u32, steps: u32) -> [f64; 3] {
 }
 
 #[test]
-fn a9_a_fixed_free_bar_keeps_its_period_its_motion_and_its_energy() {
+fn a_fixed_free_bar_keeps_its_period_its_motion_and_its_energy() {
     let (bar, steps) = (fixed_free(0.5), 400);
     for variant in Variant::affine() {
         let [period, motion, drift] = figures(&bar, &bar.scene(variant, steps), 3, steps);
         println!(
-            "A9 {}: period {period:+.2e}, centre of mass {motion:.2e}, energy {drift:+.2e} a period",
+            "fixed-free bar, {}: period {period:+.2e}, centre of mass {motion:.2e}, energy {drift:+.2e} per period",
             variant.name()
         );
         assert!(period.abs() < 5e-3, "{}: the period is off by {period:e}", variant.name());
@@ -147,11 +150,13 @@ fn every_bar_of_the_table_moves_as_it_says() {
     let rows = golden::table("mpm/vibrating_bar.csv");
     let quadratic = Variant { kernel: Kernel::Quadratic, transfer: Transfer::Mls };
     let cubic = Variant { kernel: Kernel::Cubic, transfer: Transfer::Apic };
+
     for case in ["fixed_fixed_nu0", "fixed_free_nu0", "snow_confined"] {
         for variant in [quadratic, cubic] {
             let (bar, steps) = of_table(case, 64);
             let scene = bar.scene(variant, steps);
             let mut simulation = bar.simulate(&scene);
+
             // One row of particles along x: every sixteenth.
             let start: Vec<f64> = scene.objects[0].x.iter().step_by(16).map(|x| x[0]).collect();
             let row = |s: &Simulation| s.snow_particles().into_iter().step_by(16).collect::<Vec<_>>();
@@ -161,6 +166,7 @@ fn every_bar_of_the_table_moves_as_it_says() {
             let omega = bar.wave_speed() * bar.wave_number;
             let (mut step, mut compared, mut worst) = (0_u32, 0, [0.0_f64; 2]);
             let (mut now, mut next) = (row(&simulation), Vec::new());
+
             for line in rows.iter().filter(|line| line.text("case") == case && line.number("t_s") > 0.0) {
                 let t = line.number("t_over_period");
                 let target = (t * f64::from(steps)).round() as u32;
@@ -172,6 +178,7 @@ fn every_bar_of_the_table_moves_as_it_says() {
                     next = row(&simulation);
                     step = target + 1;
                 }
+
                 let x = line.number("X_m");
                 let displacement: Vec<_> = start.iter().zip(&now).map(|(x, p)| (*x, p.x[0] - x)).collect();
                 let (old, new) = (of(&now, &|p| p.v[0]), of(&next, &|p| p.v[0]));
@@ -181,8 +188,10 @@ fn every_bar_of_the_table_moves_as_it_says() {
                     (f64::midpoint(at(&old, x), at(&new, x)) - line.number("v_m_s")) / bar.speed,
                     (at(&stretch, x) - line.number("F11")) * bar.wave_speed() / bar.speed,
                 ];
+
                 // The amplitude, and a period that is right to 5e-4.
                 let limit = 5e-3 + 2.0 * PI * t * 5e-4;
+
                 for (what, off) in ["displacement", "velocity", "F"].iter().zip(off) {
                     let place = format!("{case} {} at {t:.1} periods, X = {x}", variant.name());
                     assert!(off.abs() < limit, "{place}: {what} is off by {off:e}");
@@ -190,6 +199,7 @@ fn every_bar_of_the_table_moves_as_it_says() {
                 worst[usize::from(t > 1.0)] = worst[usize::from(t > 1.0)].max(off[0].abs());
                 compared += 1;
             }
+
             println!("{case} {}: off by {:.1e}, after 10 periods {:.1e}", variant.name(), worst[0], worst[1]);
             assert!(compared > 60, "the table has rows of {case}");
         }

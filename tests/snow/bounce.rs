@@ -1,4 +1,4 @@
-//! A16: an elastic ball that falls on a plane: how far it is pressed (Hertz), and how fast it leaves.
+//! An elastic ball that falls on a plane: how far it is pressed (Hertz), and how fast it leaves.
 //!
 //! Hertz: the force over the approach d of the ball's middle is 4/3 E/(1 - nu²) sqrt(R) d^(3/2), so
 //! that a ball of the energy m g h is pressed by (15/8 m g h (1 - nu²) / (E sqrt R))^(2/5). On a grid
@@ -47,19 +47,23 @@ fn bounce(variant: Variant, cells: f64, safety: f64) -> Bounce {
     let energy = 0.5 * DENSITY * 4.0 / 3.0 * PI * radius.powi(3) * speed * speed;
     let modulus = YOUNG / (1.0 - POISSON * POISSON);
     let depth = (15.0 / 8.0 * energy / (modulus * radius.sqrt())).powf(0.4);
+
     // Hertz: in touch for 2.94 depth / speed; the rest is the way there and back.
     let samples = 48;
     let dt = (2.4 * H + 3.4 * depth) / speed / f64::from(samples);
     let mut scene = SnowScene::new(vec![body], H, dt).by(variant).moving(|_| [0.0, -speed, 0.0]);
     scene.settings.time_step = TimeStep::Certified { safety };
+
     // The velocity that moves particles is the one that deforms them.
     scene.settings.advection = Advection::Grid;
     scene.colliders = vec![plane([0.0; 3], [0.0, 1.0, 0.0], Contact::Separating, 0.0)];
     let masses = scene.masses();
     let mass: f64 = masses.iter().sum();
     let mut simulation = scene.simulate(Precision::F64);
+
     // Way of the middle down from where the ball's surface would meet the plane, and force.
     let (mut curve, mut deepest, mut v) = (Vec::new(), -H, -speed);
+
     for _ in 0..samples {
         let before = radius - center(&simulation.snow_particles(), &masses, |_| true)[1];
         advance(&mut simulation, 1);
@@ -69,6 +73,7 @@ fn bounce(variant: Variant, cells: f64, safety: f64) -> Bounce {
         curve.push([0.5 * (before + after), mass * (new - v) / dt]);
         (deepest, v) = (f64::max(deepest, after), new);
     }
+
     let strongest = curve.iter().map(|p| p[1]).fold(0.0, f64::max);
     let upper = curve.iter().filter(|p| p[1] > 0.3 * strongest);
     let [begin, scatter] =
@@ -93,7 +98,7 @@ fn line(points: &[[f64; 2]]) -> [f64; 2] {
 }
 
 #[test]
-fn a16_a_ball_that_bounces_is_pressed_as_hertz_says() {
+fn a_ball_that_bounces_is_pressed_as_hertz_says() {
     for kernel in [Kernel::Quadratic, Kernel::Cubic] {
         for transfer in [Transfer::Apic, Transfer::Mls, Transfer::PicFlip(Blend::TimeConstant(0.02))] {
             let variant = Variant { kernel, transfer };
@@ -101,7 +106,7 @@ fn a16_a_ball_that_bounces_is_pressed_as_hertz_says() {
             let Bounce { pressed, force, felt, scatter, restitution } = found;
             let name = variant.name();
             println!(
-                "A16 {name}: pressed {pressed:.3}, force {force:.3} of Hertz's; felt from {felt:.2} cells, \
+                "bounce, {name}: pressed {pressed:.3}, force {force:.3} of Hertz's; felt from {felt:.2} cells, \
                  {scatter:.4} off the line; restitution {restitution:.4}"
             );
             assert!((pressed - 1.0).abs() < 0.15, "{name}: pressed {pressed}");
@@ -113,14 +118,14 @@ fn a16_a_ball_that_bounces_is_pressed_as_hertz_says() {
 }
 
 #[test]
-fn a16_restitution_by_step_and_transfer() {
+fn restitution_by_step_and_transfer() {
     let blends = [Blend::PerStep(1.0), Blend::PerStep(0.95), Blend::TimeConstant(0.02)];
     let transfers = [Transfer::Apic, Transfer::Mls].into_iter().chain(blends.map(Transfer::PicFlip));
     for transfer in transfers {
         let variant = Variant { kernel: Kernel::Quadratic, transfer };
         let found = [0.9, 0.45, 0.225].map(|safety| bounce(variant, 6.0, safety).restitution);
         let [a, b, c] = found;
-        println!("A16 {transfer:?}: restitution {a:.4}, {b:.4}, {c:.4} at 0.9, 0.45, 0.225 of the bound");
+        println!("bounce, {transfer:?}: restitution {a:.4}, {b:.4}, {c:.4} at 0.9, 0.45, 0.225 of the bound");
         for restitution in found {
             assert!((0.85..=1.0).contains(&restitution), "{transfer:?}: {found:?}");
         }

@@ -1,4 +1,4 @@
-//! 34b and 35: what transfers dissipate, against the step; what FLIP never does.
+//! How much energy transfers dissipate at a long and at a short step, and what FLIP never damps.
 #![allow(clippy::print_stdout, reason = "figures beside the limits")]
 
 use std::f64::consts::PI;
@@ -55,6 +55,7 @@ fn blending_by_a_time_constant_damps_the_same_at_any_step_and_a_share_a_step_doe
             "{}: decay at dt, dt/2, dt/4: time constant {constant:.4?}, a share {share:.4?}, FLIP alone {flip:.4?}",
             kernel.name()
         );
+
         for i in 0..2 {
             let ratio = constant[i + 1] / constant[i];
             assert!((ratio - 1.0).abs() < 0.05, "{}: a time constant: {ratio}", kernel.name());
@@ -81,11 +82,13 @@ fn flip_keeps_what_the_grid_does_not_see_and_affine_transfers_drop_it() {
     let material = elastic(1.4e5, 0.2);
     let speed = (wave_modulus(&material) / DENSITY).sqrt();
     let flip = |share| Transfer::PicFlip(Blend::PerStep(share));
+
     for transfer in [flip(1.0), flip(0.95), flip(0.0), Transfer::Apic, Transfer::Mls] {
         let variant = Variant { kernel: Kernel::Quadratic, transfer };
         let x = lattice([0.0; 3], [8; 3], [0.5 * H; 3]);
         let body = object("full", x, (0.5 * H).powi(3), DENSITY, material);
         let mut scene = SnowScene::new(vec![body], H, 0.3 * H / speed).by(variant).periodic([1; 3]);
+
         // Else particles wander, each with the velocity that the grid does not see.
         scene.settings.advection = Advection::Grid;
         let mut simulation = scene.simulate(Precision::F64);
@@ -93,11 +96,13 @@ fn flip_keeps_what_the_grid_does_not_see_and_affine_transfers_drop_it() {
         let masses = scene.masses();
         let start = energies(&simulation, &masses)[0];
         let mut shares = Vec::new();
+
         for steps in [1, 9, 90, 900] {
             advance(&mut simulation, steps);
             let [all, seen] = energies(&simulation, &masses);
             shares.push((all - seen) / start);
         }
+
         println!("{transfer:?}: unseen energy after 1, 10, 100, 1000 steps: {shares:.4?}");
         if transfer == flip(1.0) {
             assert!(shares[3] > 0.3, "FLIP keeps what it cannot see: {shares:?}");

@@ -1,4 +1,4 @@
-//! A14, A15 and A18: a block on an incline, a particle in a half-pipe, a heap.
+//! A block on an incline, a particle in a half-pipe, a heap.
 #![allow(clippy::print_stdout, reason = "figures beside the limits")]
 
 use nappe_sim::{
@@ -29,7 +29,7 @@ fn block(young: f64, friction: f64, angle: f64, dt: f64) -> SnowScene {
 }
 
 #[test]
-fn a14_a_block_slides_down_an_incline_by_coulombs_law() {
+fn a_block_slides_down_an_incline_by_coulombs_law() {
     let (angle, friction) = (24.0_f64.to_radians(), 15.0_f64.to_radians().tan());
     // It slides from the start: a block at rest is first held while its shear builds up.
     let speed = 1.0;
@@ -43,13 +43,13 @@ fn a14_a_block_slides_down_an_incline_by_coulombs_law() {
         let (moved, t) = (middle(&simulation.snow_particles()) - start - 5.0 * speed, 5.0);
         let exact = 0.5 * GRAVITY * t * t * (angle.sin() - friction * angle.cos());
         let off = moved / exact - 1.0;
-        println!("A14, {young:e} Pa: slid {moved:.4} m further in 5 s, exact {exact:.4} m ({off:+.1e})");
+        println!("incline, {young:e} Pa: slid {moved:.4} m further in 5 s, exact {exact:.4} m ({off:+.1e})");
         assert!(off.abs() < 1e-3, "{young:e} Pa: {off:e}");
     }
 }
 
 #[test]
-fn a14_a_block_that_friction_holds_does_not_move() {
+fn a_block_that_friction_holds_does_not_move() {
     // A hundred thousand steps of sixty-four particles: no work to share.
     with_threads(1, hold_a_block);
 }
@@ -73,12 +73,12 @@ fn hold_a_block() {
     let moved =
         before.iter().zip(simulation.snow_particles()).map(|(a, b)| norm([0, 1, 2].map(|i| a.x[i] - b.x[i])));
     let moved = moved.fold(0.0, f64::max);
-    println!("A14: held for 1 s, moved {moved:.1e} m (settled in {steps} steps)");
+    println!("incline: held for 1 s, moved {moved:.1e} m (settled in {steps} steps)");
     assert!(moved < 1e-9, "{moved:e} m");
 }
 
 #[test]
-fn a15_a_particle_in_a_half_pipe_is_as_fast_as_it_fell() {
+fn a_particle_in_a_half_pipe_is_as_fast_as_it_fell() {
     let (radius, h): (f64, f64) = (1.0, 0.01);
     for transfer in [Transfer::Mls, Transfer::Apic, Transfer::PicFlip(nappe_sim::snow::Blend::PerStep(1.0))] {
         // Released at the wall, below the rim.
@@ -87,6 +87,7 @@ fn a15_a_particle_in_a_half_pipe_is_as_fast_as_it_fell() {
         let body = object("bead", vec![start], (0.5 * h).powi(3), DENSITY, elastic(1.4e5, 0.2));
         let variant = Variant { kernel: Kernel::Quadratic, transfer };
         let mut scene = SnowScene::new(vec![body], h, 1e-4).by(variant).under([0.0, -GRAVITY, 0.0]);
+
         // It keeps its affine field, as all do that are not ballistic: those are points.
         scene.settings.ballistic_below = 0.0;
         scene.colliders = vec![Collider {
@@ -107,14 +108,19 @@ fn a15_a_particle_in_a_half_pipe_is_as_fast_as_it_fell() {
         let mut last = simulation.snow_particles()[0];
         let exact = (2.0 * GRAVITY * (radius + start[1])).sqrt();
         let mut fastest = 0.0_f64;
+
         while last.x[0] < 0.0 {
             advance(&mut simulation, 1);
             last = simulation.snow_particles()[0];
             fastest = fastest.max(norm(last.v));
             assert!(simulation.time() < 3.0, "{transfer:?}: it stays at {:?}", last.x);
         }
+
         let off = norm(last.v) / exact - 1.0;
-        println!("A15 {transfer:?}: {:.5} m/s at the bottom, exact {exact:.5} ({off:+.1e})", norm(last.v));
+        println!(
+            "half-pipe, {transfer:?}: {:.5} m/s at the bottom, exact {exact:.5} ({off:+.1e})",
+            norm(last.v)
+        );
         if !matches!(transfer, Transfer::PicFlip(_)) {
             assert!(off.abs() < 1e-3, "{transfer:?}: {off:e}");
         }
@@ -141,11 +147,13 @@ fn column(h: f64, material: Material) -> (Vec<f64>, f64) {
     advance(&mut simulation, 150);
     let report = advance(&mut simulation, 1).snow.expect("a report of the snow");
     let mut surface = vec![0.0_f64; 40];
+
     for p in &simulation.snow_particles() {
         let ring = (p.x[0].hypot(p.x[2]) / h) as usize;
         assert!(ring < surface.len(), "a particle went {:.2} m away", p.x[0].hypot(p.x[2]));
         surface[ring] = surface[ring].max(p.x[1]);
     }
+
     (surface, report.max_speed)
 }
 
@@ -159,7 +167,7 @@ fn slope(surface: &[f64], h: f64) -> f64 {
 /// Brasseur's and Stomakhin's snow is one piece: a column of it settles and stands. Half as stiff, and
 /// broken by two thirds of the stretch, it is loose, and comes to rest at a slope of coarse snow.
 #[test]
-fn a18_loose_snow_comes_to_rest_as_a_heap() {
+fn loose_snow_comes_to_rest_as_a_heap() {
     let h = 0.05;
     let firm = Preset::from_name("stomakhin").expect("a preset").material;
     let mut loose = firm;
@@ -171,10 +179,12 @@ fn a18_loose_snow_comes_to_rest_as_a_heap() {
         assert!(fastest < 0.3, "it has come to rest: {fastest} m/s");
         (surface.iter().copied().fold(0.0, f64::max), slope(&surface, h), surface)
     });
+
     let [(height, angle, _), (heap, repose, surface)] = &found;
-    println!("A18: firm {height:.2} m at {angle:.0} degrees, loose {heap:.2} m at {repose:.0} degrees");
+    println!("heap: firm {height:.2} m at {angle:.0} degrees, loose {heap:.2} m at {repose:.0} degrees");
     assert!(*height > 1.2 && *angle > 80.0, "firm snow stands: {height} m, {angle} degrees");
     assert!(REPOSE.contains(repose), "{repose} degrees, asked {REPOSE:?}");
+
     // A heap: no ring stands out above those within it by more than a cell.
     assert!(surface.windows(2).all(|pair| pair[1] < pair[0] + h), "{surface:.2?}");
 }

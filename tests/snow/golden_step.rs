@@ -12,7 +12,7 @@ use nappe_tests::{
 };
 use serde::Deserialize;
 
-use crate::own::{free_snow, matrix, relative};
+use crate::reference::{free_snow, matrix, relative};
 
 #[derive(Deserialize)]
 #[allow(non_snake_case, reason = "the names of the document")]
@@ -58,6 +58,7 @@ fn scene(golden: &Golden, volume: Vec<f64>) -> SnowScene {
             ..free_snow()
         },
     };
+
     let transfer = Transfer::PicFlip(Blend::PerStep(golden.alpha));
     SnowScene::new(vec![object], golden.dx, golden.dt)
         .by(Variant { kernel: Kernel::Cubic, transfer })
@@ -73,6 +74,7 @@ fn compare(simulation: &Simulation, state: &State) {
     let off = max_distance(&v, &state.v);
     assert!(off < 1e-11, "step {step}: velocities are off by {off:e} m/s");
     let mut plastic = 0;
+
     for (i, p) in particles.iter().enumerate() {
         let off = relative(&matrix(&p.elastic), &matrix(&state.FE[i]), 0.0);
         assert!(off < 1e-11, "step {step}, particle {i}: F_E is off by {off:e}");
@@ -81,12 +83,14 @@ fn compare(simulation: &Simulation, state: &State) {
         assert!(off < 1e-11, "step {step}, particle {i}: J_P = {}, not {jp}", p.plastic_ratio);
         plastic += usize::from(p.plastic_ratio != 1.0);
     }
+
     assert_eq!(plastic, state.n_particles_plastic, "particles that have yielded by step {step}");
 
     let mut nodes = Vec::new();
     simulation.grid_nodes(&mut nodes);
     let mass: f64 = nodes.iter().map(|node| node.mass).sum();
     assert!((mass / state.grid_mass - 1.0).abs() < 1e-11, "step {step}: {mass} kg on the grid");
+
     for a in 0..3 {
         let momentum: f64 = nodes.iter().map(|node| node.mass * node.velocity[a]).sum();
         let off = (momentum - state.grid_momentum_after_forces[a]).abs();

@@ -1,4 +1,4 @@
-//! A13: two elastic discs that collide (Sulsky, Chen, Schreyer 1994): momentum, symmetry, and the
+//! Two elastic discs that collide (Sulsky, Chen, Schreyer 1994): momentum, symmetry, and the
 //! kinetic energy that comes back.
 //!
 //! The ratios are the paper's: nu = 0.3, each disc at 0.12 of the speed of sound along the diagonal
@@ -51,7 +51,7 @@ impl Collision {
         let Self { lowest, back, whole, end, left, momentum, asymmetry } = self;
         let name = variant.name();
         println!(
-            "A13 {name}, radius {cells} cells: kinetic energy down to {lowest:.3}, back to {back:.4} \
+            "discs, {name}, radius {cells} cells: kinetic energy down to {lowest:.3}, back to {back:.4} \
              ({whole:.4} as wholes), at the end {end:.4}, {left:.4} with elastic; momentum {momentum:.0e}, asymmetry {asymmetry:.0e}"
         );
         assert!(*lowest < 0.1, "{name}: they met");
@@ -75,6 +75,7 @@ fn discs(variant: Variant, cells: f64) -> (SnowScene, usize) {
         body.v.fill([v, v, 0.0]);
         body
     };
+
     let (left, right) = (one("left", -1.0), one("right", 1.0));
     let count = left.x.len();
     let mut scene = SnowScene::new(vec![left, right], H, cells / 4.0 * H / speed).by(variant);
@@ -113,6 +114,7 @@ fn collide(variant: Variant, advection: Advection, cells: f64) -> Collision {
         }
         of.end = kinetic;
     }
+
     of.left = of.end + simulation.diagnose().elastic_energy / start;
     of
 }
@@ -129,7 +131,7 @@ fn asymmetry(particles: &[ParticleState], count: usize) -> f64 {
 }
 
 #[test]
-fn a13_two_discs_collide_symmetrically_and_give_back_their_energy() {
+fn two_discs_collide_symmetrically_and_give_back_their_energy() {
     for kernel in [Kernel::Quadratic, Kernel::Cubic] {
         for transfer in [Transfer::Apic, Transfer::Mls] {
             let variant = Variant { kernel, transfer };
@@ -142,10 +144,12 @@ fn a13_two_discs_collide_symmetrically_and_give_back_their_energy() {
                 assert!(asymmetry < 1e-12, "{}: asymmetry {asymmetry:e}", variant.name());
                 found
             });
+
             let runs: Vec<Collision> = runs.collect();
+
             // First order: the zone of contact is a number of cells wide.
             let order = order(1.0 - runs[0].left, 1.0 - runs[1].left, 2.0);
-            println!("A13 {}: energy is lost with order {order:.2} in h", variant.name());
+            println!("discs, {}: energy is lost with order {order:.2} in h", variant.name());
             assert!(order >= 1.0, "{}: order {order}", variant.name());
             if let Some(finest) = runs.get(2) {
                 assert!(finest.back >= 0.95, "{}: {} comes back", variant.name(), finest.back);
@@ -158,12 +162,12 @@ fn a13_two_discs_collide_symmetrically_and_give_back_their_energy() {
 /// that of the grid get out of step with it: what they carry as strain is not how they lie, the
 /// discs stick to each other, and the energy stays in them.
 #[test]
-fn a13_with_pic_flip_what_comes_back_depends_on_what_moves_particles() {
+fn with_pic_flip_what_comes_back_depends_on_what_moves_particles() {
     for blend in [Blend::PerStep(1.0), Blend::PerStep(0.95), Blend::TimeConstant(0.02), Blend::PerStep(0.0)] {
         let variant = Variant { kernel: Kernel::Quadratic, transfer: Transfer::PicFlip(blend) };
         let [own, grid] = [Advection::Particle, Advection::Grid].map(|advection| {
             let found = collide(variant, advection, 8.0);
-            println!("A13 {blend:?}, moved by {advection:?}:");
+            println!("discs, {blend:?}, moved by {advection:?}:");
             found.judge(variant, 8.0);
             found
         });

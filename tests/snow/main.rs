@@ -1,27 +1,27 @@
 //! Snow against closed forms, golden data and itself: transfers, laws, motion, stability.
 
-mod own;
+mod reference;
 mod affine;
 mod bars;
 mod beam;
-mod certified;
+mod bounce;
+mod brasseur;
 mod conservation;
 mod dissipation;
-mod faults;
-mod flight;
+mod errors;
 mod forces;
+mod free_fall;
 mod friction;
-mod gather;
 mod volumes;
 mod golden_step;
-mod bounce;
+mod grid_to_particles;
 mod impact;
-mod refinement;
 mod kernels;
 mod laws;
-mod limits;
 mod manufactured;
+mod measured_limits;
 mod periodic_bar;
-mod seed;
+mod refinement;
 mod semi_implicit;
 mod statics;
+mod step_bounds;

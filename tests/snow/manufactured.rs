@@ -115,6 +115,7 @@ fn the_tables_hold_these_motions_and_forces() {
     let near = |what: &str, found: f64, table: f64, scale: f64| {
         assert!((found - table).abs() < 1e-12 * scale, "{what}: {found}, not {table}");
     };
+
     for row in golden::table("mpm/mms_1d.csv") {
         let (x, t) = ([row.number("X_m"), 0.0, 0.0], row.number("t_s"));
         let [corotated, neo_hookean] = [Law::FixedCorotated, Law::NeoHookean].map(|law| Line { law });
@@ -124,7 +125,9 @@ fn the_tables_hold_these_motions_and_forces() {
         near("b", corotated.force(0, x, t), row.number("FCR_nu0_b_m_s2"), 1e5);
         near("b", neo_hookean.force(0, x, t), row.number("NH_b_m_s2"), 1e5);
     }
+
     let material = elastic(YOUNG, 0.3);
+
     for row in golden::table("mpm/mms_axis_aligned.csv") {
         let (x, t) = (["X", "Y", "Z"].map(|name| row.number(name)), row.number("t"));
         let laws = [("FCR", Law::FixedCorotated), ("NH", Law::NeoHookean)];
@@ -154,18 +157,22 @@ fn error(motion: &dyn Motion, mut scene: SnowScene, steps: u32) -> f64 {
             p.affine[a][a] = motion.rate(a, start[i], -0.5 * dt) / motion.stretch(a, start[i], -0.5 * dt);
         }
     });
+
     for step in 0..steps {
         let t = f64::from(step) * dt;
         simulation.kick_snow(|i, _, _| [0, 1, 2].map(|a| dt * motion.force(a, start[i as usize], t)));
         step_once(&mut simulation);
     }
+
     let (mut sum, mut axes) = (0.0, 0.0);
+
     for (p, x) in simulation.snow_particles().iter().zip(&start) {
         for a in 0..3 {
             sum += (p.x[a] - x[a] - motion.u(a, *x, end)).powi(2);
         }
         axes += 1.0;
     }
+
     (sum / axes).sqrt() / AMPLITUDE
 }
 

@@ -1,4 +1,4 @@
-//! A21: the block of Brasseur 2014 against itself on finer grids and at finer steps.
+//! The block of Brasseur 2014 against itself on finer grids and at finer steps.
 //!
 //! A slice of its block (1 m wide, 0.5 m high, plane strain) begins 0.1 m above the floor, as fast as
 //! it is there. The height of its middle and the place of its front are compared from run to run,
@@ -75,7 +75,9 @@ impl Run {
             image.x.iter_mut().chain(&mut image.v).for_each(|vector| vector[1] = -vector[1]);
             objects.push(image);
         }
+
         let mut scene = SnowScene::new(objects, h, dt).by(self.variant).periodic([0, 0, 1]);
+
         // Particles that move by their own velocity get out of step with their strain: the middle
         // converges all the same, the front does not.
         scene.settings.advection = Advection::Grid;
@@ -117,15 +119,17 @@ fn orders(what: &str, runs: &[Run]) -> Vec<[f64; 2]> {
         runs.windows(2).map(|pair| [0, 1].map(|k| difference(pair, k))).collect();
     let of = |pair: &[[f64; 2]]| [0, 1].map(|k| order(pair[0][k], pair[1][k], 2.0));
     let orders: Vec<[f64; 2]> = differences.windows(2).map(of).collect();
+
     for (k, quantity) in ["middle", "front"].into_iter().enumerate() {
         let differences: Vec<_> = differences.iter().map(|d| format!("{:.1e}", d[k])).collect();
         let orders: Vec<_> = orders.iter().map(|o| format!("{:.2}", o[k])).collect();
         println!(
-            "A21 {what}, {quantity}: differences {} m, order {}",
+            "block, {what}, {quantity}: differences {} m, order {}",
             differences.join(", "),
             orders.join(", ")
         );
     }
+
     orders
 }
 
@@ -135,7 +139,7 @@ fn cubic(transfer: Transfer) -> Variant {
 }
 
 #[test]
-fn a21_the_fall_of_brasseurs_block_converges_with_the_grid() {
+fn the_fall_of_brasseurs_block_converges_with_the_grid() {
     for (transfer, end) in [(Transfer::PicFlip(Blend::PerStep(0.95)), 0.15), (Transfer::Mls, 0.09)] {
         let run = |cells| Run { variant: cubic(transfer), ground: Ground::Floor, cells, courant: 0.2, end };
         let [found] = orders(&format!("h, {transfer:?}"), &[10, 20, 40].map(run))[..] else { unreachable!() };
@@ -144,22 +148,26 @@ fn a21_the_fall_of_brasseurs_block_converges_with_the_grid() {
 }
 
 #[test]
-fn a21_the_fall_of_brasseurs_block_converges_with_the_step() {
+fn the_fall_of_brasseurs_block_converges_with_the_step() {
     let smooth = cubic(Transfer::PicFlip(Blend::TimeConstant(0.005)));
     let series = |variant, ground, count: usize| -> Vec<Run> {
         let run =
             |k: usize| Run { variant, ground, cells: 10, courant: 0.1 / f64::from(1 << k as u32), end: 0.06 };
         (0..count).map(run).collect()
     };
+
     let found = orders("dt, time constant, image", &series(smooth, Ground::Image, 4));
+
     for (k, what) in ["middle", "front"].into_iter().enumerate() {
         // The observed order is off by a share of dt: Richardson's step takes it away.
         let limit = 2.0 * found[1][k] - found[0][k];
-        println!("A21 dt, {what}: order {limit:.2} in the limit");
+        println!("block, dt, {what}: order {limit:.2} in the limit");
         assert!(limit >= 1.0, "{what}: {found:?}");
     }
+
     // What has no limit, and why: see above.
     orders("dt, time constant, floor", &series(smooth, Ground::Floor, 3));
+
     for transfer in [Transfer::Mls, Transfer::PicFlip(Blend::PerStep(0.95))] {
         orders(&format!("dt, {transfer:?}, image"), &series(cubic(transfer), Ground::Image, 3));
     }

@@ -57,8 +57,10 @@ fn a_semi_implicit_step_is_the_explicit_one_but_for_the_square_of_dt() {
                         step_once(&mut simulation);
                         simulation.snow_particles()
                     });
+
                     apart(&a, &b)
                 });
+
                 let orders = [0, 1].map(|i| order(gaps[i], gaps[i + 1], 2.0));
                 println!(
                     "{} beta {beta}: {:.2?} of 1e-6 m/s apart, orders {orders:.2?}",
@@ -97,6 +99,7 @@ fn backward_euler_is_stable_and_loses_energy_at_ten_times_the_explicit_limit() {
             let (_, mut simulation) = block(variant, integration, courant, 1e-3);
             let start = simulation.diagnose().total_energy();
             let mut last = start;
+
             for step in 0..100 {
                 let report = step_once(&mut simulation);
                 let energy = report.diagnostics.total_energy();
@@ -109,7 +112,9 @@ fn backward_euler_is_stable_and_loses_energy_at_ten_times_the_explicit_limit() {
                 assert!(solve.relative_residual <= 1e-8, "{solve:?}");
                 last = energy;
             }
+
             println!("{}: energy from {start:.3e} to {last:.3e} J in 100 steps", variant.name());
+
             // The explicit step blows up within these.
             let (_, mut explicit) = block(variant, Integration::Explicit, courant, 1e-3);
             let failed = (0..100).any(|_| explicit.step(&mut NoStopwatch).is_err());

@@ -1,5 +1,5 @@
-//! A10, A12 and A19: a column under its own weight, the bulk modulus, the oedometer.
-#![allow(clippy::print_stdout, reason = "figures beside the limits")]
+//! Statics: a column under its own weight, the bulk modulus, the oedometer.
+#![allow(clippy::print_stdout, reason = "measured values beside the limits")]
 
 use nappe_sim::{
     collide::{Collider, Contact},
@@ -32,7 +32,7 @@ fn sag(scene: &SnowScene, length: f64, y: f64) -> f64 {
 }
 
 #[test]
-fn a10_a_column_sags_under_its_own_weight_by_the_closed_form() {
+fn a_column_sags_under_its_own_weight_by_the_closed_form() {
     let length = 20.0 * H;
     for variant in Variant::affine() {
         // Two columns, foot to foot: the foot stays where it is by symmetry.
@@ -43,11 +43,12 @@ fn a10_a_column_sags_under_its_own_weight_by_the_closed_form() {
             s.kick_snow(|i, _, _| [0.0, -GRAVITY * dt * start[i as usize][1].signum(), 0.0]);
         });
         let mut worst = 0.0_f64;
+
         for (p, x) in simulation.snow_particles().iter().zip(start).filter(|(_, x)| x[1] > 0.0) {
             worst = worst.max((p.x[1] - x[1] - sag(&scene, length, x[1])).abs());
         }
         let off = worst / sag(&scene, length, length).abs();
-        println!("A10 {}: off by {off:.2e} of the top's, {steps} steps", variant.name());
+        println!("column, {}: off by {off:.2e} of the top's, {steps} steps", variant.name());
         assert!(off < 5e-3, "{}: {off:e}", variant.name());
     }
 }
@@ -55,7 +56,7 @@ fn a10_a_column_sags_under_its_own_weight_by_the_closed_form() {
 /// A wall stops the nodes within it, which is not where a column ends: the column stands as if it
 /// went on for a part of a cell, and less so on finer grids.
 #[test]
-fn a10_a_wall_holds_a_column_within_half_a_cell_of_its_surface() {
+fn a_wall_holds_a_column_within_half_a_cell_of_its_surface() {
     for contact in [Contact::Sticky, Contact::Slip, Contact::Separating] {
         for variant in Variant::affine() {
             let offsets = [20, 40].map(|cells| {
@@ -68,11 +69,14 @@ fn a10_a_wall_holds_a_column_within_half_a_cell_of_its_surface() {
                     scene.objects[0].x.iter().map(|x| x[1]).enumerate().max_by(|a, b| a.1.total_cmp(&b.1));
                 let (index, y) = top.expect("particles");
                 let fall = simulation.snow_particles()[index].x[1] - y;
+
                 // Over the strain at the foot: how far the wall seems to be from its place.
                 let strain = DENSITY * GRAVITY * length / wave_modulus(&scene.objects[0].material);
                 (sag(&scene, length, y) - fall) / strain / h
             });
-            println!("A10 {} {}: the wall is off by {offsets:.3?} cells", contact.name(), variant.name());
+
+            println!("column, {} {}: the wall is off by {offsets:.3?} cells", contact.name(), variant.name());
+
             for offset in offsets {
                 assert!(offset.abs() < 0.5, "{} {}: {offset}", contact.name(), variant.name());
             }
@@ -93,7 +97,7 @@ fn layer(particles: &[ParticleState], start: &[[f64; 3]], axis: usize, layer: f6
 }
 
 #[test]
-fn a12_pressure_over_compaction_is_the_bulk_modulus() {
+fn pressure_over_compaction_is_the_bulk_modulus() {
     for variant in Variant::affine() {
         let material = elastic(1.4e5, 0.2);
         let bulk = material.lambda() + 2.0 / 3.0 * material.mu();
@@ -102,6 +106,7 @@ fn a12_pressure_over_compaction_is_the_bulk_modulus() {
         let x = lattice([-half; 3], [16; 3], [0.5 * H; 3]);
         let body = object("cube", x, (0.5 * H).powi(3), DENSITY, material);
         let mut scene = SnowScene::new(vec![body], H, 0.4 * H / speed).by(variant);
+
         // Six walls close in at a five thousandth of the speed of sound.
         for axis in 0..3 {
             for side in [-1.0, 1.0] {
@@ -110,9 +115,11 @@ fn a12_pressure_over_compaction_is_the_bulk_modulus() {
                 scene.colliders.push(Collider { velocity: along(-side * 2e-4 * speed), ..wall });
             }
         }
+
         let mut simulation = scene.simulate(Precision::F64);
         let (mut ratio, mut compaction) = (0.0, 0.0);
         let (mut sum, inner, at) = ([0.0; 2], 2.0 * H, 1.75 * H);
+
         for _ in 0..10 {
             advance(&mut simulation, 30);
             let (particles, start) = (simulation.snow_particles(), &scene.objects[0].x);
@@ -123,16 +130,19 @@ fn a12_pressure_over_compaction_is_the_bulk_modulus() {
             compaction = -(stretch(0) * stretch(1) * stretch(2)).ln();
             let inside = particles.iter().zip(start).filter(|(_, x)| x.iter().all(|c| c.abs() < inner));
             let (mut pressure, mut count) = (0.0, 0.0);
+
             for (p, _) in inside {
                 let tau = p.volume_stress.expect("a particle tells its stress");
                 let volume = (0.5 * H).powi(3) * determinant(&p.elastic);
                 pressure -= (tau[0] + tau[1] + tau[2]) / 3.0 / volume;
                 count += 1.0;
             }
+
             sum = [sum[0] + pressure / count, sum[1] + compaction];
             ratio = sum[0] / sum[1] / bulk;
         }
-        println!("A12 {}: p / (-ln J) is {ratio:.5} K at -ln J = {compaction:.4}", variant.name());
+
+        println!("bulk modulus, {}: p / (-ln J) is {ratio:.5} K at -ln J = {compaction:.4}", variant.name());
         assert!((0.002..0.05).contains(&compaction), "{}: -ln J = {compaction}", variant.name());
         assert!((ratio - 1.0).abs() < 1e-2, "{}: {ratio}", variant.name());
     }
@@ -162,7 +172,7 @@ fn oedometer(preset: &Preset, volume_ratio: f64) -> f64 {
 
 /// Axial stress against compaction of a layer in the middle of a column pressed from both ends.
 #[test]
-fn a19_snow_in_an_oedometer_hardens_as_its_law_says() {
+fn snow_in_an_oedometer_hardens_as_its_law_says() {
     let preset = Preset::from_name("stomakhin").expect("a preset");
     for kernel in [Kernel::Quadratic, Kernel::Cubic] {
         let variant = Variant { kernel, transfer: Transfer::Mls };
@@ -172,6 +182,7 @@ fn a19_snow_in_an_oedometer_hardens_as_its_law_says() {
         let body = object("column", x, 0.25 * H.powi(3), preset.density, preset.material);
         let mut scene = SnowScene::new(vec![body], H, 0.08 * H / speed).by(variant).periodic([1, 0, 1]);
         let approach = 0.004 * speed;
+
         for side in [-1.0, 1.0] {
             let wall = plane([0.0, side * 8.0 * H, 0.0], [0.0, -side, 0.0], Contact::Sticky, 0.0);
             scene.colliders.push(Collider { velocity: [0.0, -side * approach, 0.0], ..wall });
@@ -180,6 +191,7 @@ fn a19_snow_in_an_oedometer_hardens_as_its_law_says() {
         let scene = scene.moving(|x| [0.0, -approach * x[1] / (8.0 * H), 0.0]);
         let mut simulation = scene.simulate(Precision::F64);
         let mut compared = 0;
+
         for _ in 0..12 {
             advance(&mut simulation, 420);
             compared += usize::from(compare_middle(&simulation, &scene, &preset, variant));
@@ -196,17 +208,19 @@ fn compare_middle(simulation: &Simulation, scene: &SnowScene, preset: &Preset, v
     let volume_ratio = (high - low) / (2.0 * at);
     let middle = particles.iter().zip(start).filter(|(_, x)| x[1].abs() < at);
     let (mut stress, mut plastic, mut count) = (0.0, 0.0, 0.0);
+
     for (p, _) in middle {
         let volume = 0.25 * H.powi(3) * determinant(&p.elastic) * p.plastic_ratio;
         stress += p.volume_stress.expect("a particle tells its stress")[1] / volume;
         plastic += p.plastic_ratio;
         count += 1.0;
     }
+
     let (stress, plastic) = (stress / count, plastic / count);
     let law = oedometer(preset, volume_ratio);
     let off = stress / law - 1.0;
     println!(
-        "A19 {}: J = {volume_ratio:.4}, J_P = {plastic:.4}: {stress:.0} Pa, law {law:.0} Pa ({off:+.1e})",
+        "oedometer, {}: J = {volume_ratio:.4}, J_P = {plastic:.4}: {stress:.0} Pa, law {law:.0} Pa ({off:+.1e})",
         variant.name()
     );
     assert!(

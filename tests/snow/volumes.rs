@@ -1,13 +1,16 @@
-//! T6: volumes at rest from the density on the grid before the first step.
+//! Volumes at rest from the density on the grid before the first step.
 
 use nappe_sim::{
     math::Precision,
     snow::{Material, Preset, constitutive_scalar::energy_density},
     world::Simulation,
 };
-use nappe_tests::snow::{SnowScene, Variant, lattice, object, rework};
+use nappe_tests::{
+    Random,
+    snow::{SnowScene, Variant, lattice, object, rework},
+};
 
-use crate::own::{Random, free_snow, matrix};
+use crate::reference::{free_snow, matrix};
 
 /// Volumes at rest (m³) of chosen particles: what one alone stretched holds, over its energy density.
 pub(crate) fn volumes(mut simulation: Simulation, material: &Material, chosen: &[usize]) -> Vec<f64> {
@@ -25,7 +28,7 @@ const H: f64 = 0.1;
 const DENSITY: f64 = 400.0;
 
 #[test]
-fn t6_volumes_of_a_block_are_its_own_and_its_density_that_of_snow() {
+fn volumes_of_a_block_are_its_own_and_its_density_that_of_snow() {
     for variant in Variant::all() {
         let low = [-0.3, 0.1, 2.0];
         let x = lattice(low, [12; 3], [0.5 * H; 3]);
@@ -44,6 +47,7 @@ fn t6_volumes_of_a_block_are_its_own_and_its_density_that_of_snow() {
         let sum: f64 = found.iter().sum();
         let off = (sum / (8.0 * own) - 1.0).abs();
         assert!(off < 0.02, "{}: the volume within is off by {off:e}", variant.name());
+
         for (i, volume) in within.iter().zip(&found) {
             let off = (own / volume - 1.0).abs();
             assert!(off < 0.02, "{}: the density at particle {i} is off by {off:e}", variant.name());
@@ -55,8 +59,8 @@ fn t6_volumes_of_a_block_are_its_own_and_its_density_that_of_snow() {
 }
 
 #[test]
-fn t6_a_particle_alone_has_a_volume() {
-    let mut random = Random(5);
+fn a_particle_alone_has_a_volume() {
+    let mut random = Random::seeded(5);
     for variant in Variant::all() {
         for _ in 0..4 {
             let mut body = object("alone", vec![random.vector()], 1.0, 1.0, snow());
@@ -65,6 +69,7 @@ fn t6_a_particle_alone_has_a_volume() {
             let [volume] = volumes(scene.simulate(Precision::F64), &free_snow(), &[0])[..] else {
                 panic!("one particle")
             };
+
             // Sum of w² over h³: between that of a particle on a node and of one between nodes.
             assert!(
                 volume >= H.powi(3) * 0.999_999 && volume < 64.0 * H.powi(3),

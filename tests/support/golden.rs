@@ -73,7 +73,7 @@ pub fn table_with(name: &str, clean: impl Fn(&str) -> String) -> Vec<Row> {
 pub struct GoldenNetwork {
     mass_kg: Vec<f64>,
     pinned: Vec<u32>,
-    /// Gravity (m/s²).
+    /// Acceleration of gravity (m/s²).
     pub gravity_m_s2: [f64; 3],
     springs: Vec<[u32; 2]>,
     #[serde(rename = "k_N_per_m")]
@@ -109,11 +109,11 @@ impl GoldenNetwork {
 /// A reference state at a time.
 #[derive(Clone, Debug, Deserialize)]
 pub struct GoldenState {
-    /// Time (s).
+    /// Time since the start (s).
     pub t: f64,
-    /// Positions (m).
+    /// Positions of all particles (m).
     pub x: Vec<[f64; 3]>,
-    /// Velocities (m/s).
+    /// Velocities of all particles (m/s).
     pub v: Vec<[f64; 3]>,
     /// Kinetic energy (J).
     #[serde(rename = "kinetic_J")]

@@ -14,9 +14,11 @@ pub mod statics;
 pub mod threads;
 
 mod oscillator;
+mod random;
 
 pub use method::Method;
 pub use oscillator::Oscillator;
+pub use random::Random;
 pub use scalar::ScalarLaw;
 pub use scene::Scene;
 

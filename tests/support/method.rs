@@ -5,7 +5,7 @@ use nappe_sim::cloth::{Hessian, Integrator};
 /// An integrator with its treatment of compressed springs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Method {
-    /// Integrator.
+    /// How a step advances positions and velocities.
     pub integrator: Integrator,
     /// Treatment of compressed springs; of no effect on explicit integrators.
     pub hessian: Hessian,

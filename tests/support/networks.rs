@@ -58,6 +58,7 @@ pub fn drap(side: usize, springs: DrapSprings, damping: f64) -> Network {
         triangles: grid_triangles(side, side),
         ..TriangleMesh::default()
     };
+
     let law = SpringLaw { stiffness: 15_000.0, damping };
     let mut network = match springs {
         DrapSprings::Faces => {
@@ -68,6 +69,7 @@ pub fn drap(side: usize, springs: DrapSprings, damping: f64) -> Network {
             Network::from_lattice(&mesh, [side, side], &rules, 1.0)
         }
     };
+
     network.pins = vec![0, side as u32 - 1];
     network
 }

@@ -6,9 +6,9 @@ use nappe_sim::cloth::Integrator;
 /// a(x, v) = -stiffness x - damping v + force, for unit mass.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ScalarLaw {
-    /// Stiffness (1/s²).
+    /// Stiffness per mass (1/s²).
     pub stiffness: f64,
-    /// Damping (1/s).
+    /// Damping per mass (1/s).
     pub damping: f64,
     /// Constant force (m/s²).
     pub force: f64,
@@ -30,11 +30,13 @@ impl ScalarLaw {
                 let x = x + dt * w;
                 [x, w + dt / 2.0 * self.acceleration(x, w)]
             }
+
             Integrator::VelocityVerletPredicted => {
                 let w = v + dt / 2.0 * a;
                 let x = x + dt * w;
                 [x, w + dt / 2.0 * self.acceleration(x, w + dt / 2.0 * a)]
             }
+
             Integrator::ImplicitEuler => {
                 let matrix = 1.0 + dt * self.damping + dt * dt * self.stiffness;
                 let v = v + dt * (a - dt * self.stiffness * v) / matrix;

@@ -26,11 +26,11 @@ pub struct Scene {
     pub network: Network,
     /// Time step (s).
     pub dt: f64,
-    /// Gravity (m/s²).
+    /// Acceleration of gravity (m/s²).
     pub gravity: [f64; 3],
     /// Velocity of the medium (m/s).
     pub wind: [f64; 3],
-    /// Colliders.
+    /// Solids that the cloth meets.
     pub colliders: Vec<Collider>,
     /// How it is stepped.
     pub settings: ClothSettings,
@@ -74,7 +74,7 @@ impl Scene {
         }
     }
 
-    /// Its simulation.
+    /// Builds its simulation, which must be accepted.
     pub fn simulate(&self, precision: Precision) -> Simulation {
         match Simulation::new(&self.setup(), precision) {
             Ok((simulation, _)) => simulation,

@@ -36,9 +36,9 @@ pub fn wave_modulus(material: &Material) -> f64 {
 /// A kernel with a transfer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Variant {
-    /// Kernel.
+    /// B-spline that spreads a particle over nodes.
     pub kernel: Kernel,
-    /// Transfer.
+    /// How velocities go to the grid and back.
     pub transfer: Transfer,
 }
 
@@ -136,11 +136,11 @@ pub fn plane(point: [f64; 3], normal: [f64; 3], contact: Contact, friction: f64)
 pub struct SnowScene {
     /// Time step of the world (s).
     pub dt: f64,
-    /// Gravity (m/s²).
+    /// Acceleration of gravity (m/s²).
     pub gravity: [f64; 3],
-    /// Colliders.
+    /// Solids that the snow meets.
     pub colliders: Vec<Collider>,
-    /// Objects.
+    /// Bodies of snow, all on one grid.
     pub objects: Vec<SnowObject>,
     /// How they are stepped.
     pub settings: SnowSettings,
@@ -203,7 +203,7 @@ impl SnowScene {
         }
     }
 
-    /// Its simulation.
+    /// Builds its simulation, which must be accepted.
     pub fn simulate(&self, precision: Precision) -> Simulation {
         match Simulation::new(&self.setup(), precision) {
             Ok((simulation, _)) => simulation,
@@ -260,6 +260,7 @@ pub fn settle(
             return step;
         }
     }
+
     panic!("only {stops} of {peaks} peaks of kinetic energy within {max_steps} steps");
 }
 
@@ -325,12 +326,14 @@ pub fn fit_wave(samples: &[[f64; 2]], omega: f64) -> [f64; 3] {
             normal[i][3] += basis[i] * value;
         }
     }
+
     for pivot in 0..3 {
         for row in (0..3).filter(|row| *row != pivot) {
             let factor = normal[row][pivot] / normal[pivot][pivot];
             (pivot..4).for_each(|column| normal[row][column] -= factor * normal[pivot][column]);
         }
     }
+
     let [mean, b, c] = [0, 1, 2].map(|i| normal[i][3] / normal[i][i]);
     let left = |[t, value]: &[f64; 2]| (value - mean - b * (omega * t).cos() - c * (omega * t).sin()).powi(2);
     let rms = (samples.iter().map(left).sum::<f64>() / samples.len() as f64).sqrt();

@@ -33,5 +33,6 @@ pub fn equilibrium(scene: &Scene, settling_dt: f64, settling_count: u64) -> Vec<
             break;
         }
     }
+
     last
 }

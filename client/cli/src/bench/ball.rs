@@ -99,21 +99,8 @@ impl Throw {
         lattice.truncate(self.particles);
         lattice.sort_unstable();
 
-        let mut random = Random(self.particles as u64);
-        lattice.into_iter().map(|point| point.map(|i| spacing * (f64::from(i) + random.next()))).collect()
-    }
-}
-
-/// Numbers that look random, the same ones everywhere (`SplitMix64`; Steele, Lea, Flood 2014).
-struct Random(u64);
-
-impl Random {
-    /// From 0 to 1.
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mixed = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        let mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        ((mixed ^ (mixed >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+        let mut random = fastrand::Rng::with_seed(self.particles as u64);
+        lattice.into_iter().map(|point| point.map(|i| spacing * (f64::from(i) + random.f64()))).collect()
     }
 }
 

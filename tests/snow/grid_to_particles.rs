@@ -1,14 +1,17 @@
-//! K2 and K3 through whole steps: what particles gather from nodes, in metres and seconds, for
+//! What particles gather from nodes, through whole steps, in metres and seconds, for
 //! every kernel, transfer and size of cell.
 
 use nappe_sim::{
     math::{Mat3, Precision},
     snow::{Blend, GridNode, Transfer},
 };
-use nappe_tests::snow::{SnowScene, Variant, elastic, lattice, object, rework, step_once};
+use nappe_tests::{
+    Random,
+    snow::{SnowScene, Variant, elastic, lattice, object, rework, step_once},
+};
 use std::collections::BTreeMap;
 
-use crate::own::{Random, matrix, nodes_near, relative, rows};
+use crate::reference::{matrix, nodes_near, relative, rows};
 
 /// Cells in metres, centimetres, and in a wrong unit: a slope without 1 / h fits one of them.
 const CELLS: [f64; 4] = [1.0, 0.1, 0.025, 40.0];
@@ -24,7 +27,7 @@ fn sheared() -> Mat3<f64> {
 }
 
 #[test]
-fn k2_an_affine_field_gives_its_own_velocity_and_gradient() {
+fn an_affine_field_gives_its_own_velocity_and_gradient() {
     let (a, b) = field();
     for h in CELLS {
         for variant in Variant::all() {
@@ -42,12 +45,14 @@ fn k2_an_affine_field_gives_its_own_velocity_and_gradient() {
                 scene.settings.transfer = Transfer::PicFlip(Blend::PerStep(0.0));
             }
             let mut simulation = scene.simulate(Precision::F64);
+
             // No stress: velocities on the nodes are those of the particles.
             let whole = Mat3::identity();
             rework(&mut simulation, |_, p| p.affine = rows(&gradient));
             let before = simulation.snow_particles();
             step_once(&mut simulation);
             let mut seen = 0;
+
             for (old, new) in before.iter().zip(simulation.snow_particles()).filter(|(p, _)| within(p.x)) {
                 let what = format!("{}, h = {h} m", variant.name());
                 for k in 0..3 {
@@ -60,14 +65,15 @@ fn k2_an_affine_field_gives_its_own_velocity_and_gradient() {
                 assert!(off < 1e-13, "{what}: F off by {off:e}");
                 seen += 1;
             }
+
             assert!(seen >= 64, "{seen} particles within");
         }
     }
 }
 
 #[test]
-fn k2_deformation_grows_from_the_left() {
-    let mut random = Random(11);
+fn deformation_grows_from_the_left() {
+    let mut random = Random::seeded(11);
     for variant in Variant::affine() {
         for h in CELLS {
             // Each alone: the field on its nodes is its own, and its own stress makes none where
@@ -87,7 +93,9 @@ fn k2_deformation_grows_from_the_left() {
                 p.affine = rows(fields.last().expect("it was pushed"));
                 p.elastic = rows(shapes.last().expect("it was pushed"));
             });
+
             step_once(&mut simulation);
+
             for (i, p) in simulation.snow_particles().iter().enumerate() {
                 let golden = (Mat3::identity() + fields[i] * dt) * shapes[i];
                 let off = relative(&matrix(&p.elastic), &golden, 0.0);
@@ -98,10 +106,10 @@ fn k2_deformation_grows_from_the_left() {
 }
 
 #[test]
-fn k3_particles_gather_by_the_slopes_of_the_splines() {
+fn particles_gather_by_the_slopes_of_the_splines() {
     for h in CELLS {
         for variant in Variant::all() {
-            let mut random = Random(23);
+            let mut random = Random::seeded(23);
             let x: Vec<_> = (0..300).map(|_| random.vector().map(|c| 2.0 * h * c)).collect();
             let v: Vec<_> = x.iter().map(|_| random.vector()).collect();
             let mut body = object("cloud", x.clone(), h.powi(3), 100.0, elastic(1e-3, 0.2));
@@ -113,6 +121,7 @@ fn k3_particles_gather_by_the_slopes_of_the_splines() {
             let mut nodes: Vec<GridNode> = Vec::new();
             simulation.grid_nodes(&mut nodes);
             let nodes: BTreeMap<_, _> = nodes.iter().map(|n| (n.index, n.velocity)).collect();
+
             for (p, x) in simulation.snow_particles().iter().zip(&x) {
                 let (mut velocity, mut gradient) = ([0.0; 3], Mat3::zeros());
                 for near in nodes_near(variant, *x, h) {
@@ -122,6 +131,7 @@ fn k3_particles_gather_by_the_slopes_of_the_splines() {
                         (0..3).for_each(|a| gradient[(k, a)] += node[k] * near.gradient[a]);
                     }
                 }
+
                 let what = format!("{}, h = {h} m", variant.name());
                 if !matches!(variant.transfer, Transfer::PicFlip(_)) {
                     for k in 0..3 {
@@ -129,8 +139,10 @@ fn k3_particles_gather_by_the_slopes_of_the_splines() {
                         assert!(off < 1e-12, "{what}: velocity off by {off:e}");
                     }
                 }
+
                 let golden = (Mat3::identity() + gradient * dt) * sheared();
                 let off = relative(&matrix(&p.elastic), &golden, 0.0);
+
                 // dt grad v is near 1e-3: to 1e-12 of F is 1e-9 of the gradient.
                 assert!(off < 1e-14 * 20.0, "{what}: F off by {off:e}");
             }

@@ -1,4 +1,4 @@
-//! A6: free fall, exactly as symplectic Euler has it, for every kernel, transfer and step.
+//! Free fall, exactly as symplectic Euler has it, for every kernel, transfer and step.
 
 use nappe_sim::math::Precision;
 use nappe_tests::{
@@ -10,7 +10,7 @@ use nappe_tests::{
 const H: f64 = 0.1;
 
 #[test]
-fn a6_free_fall_is_exact() {
+fn free_fall_is_exact() {
     let (v, gravity) = ([0.7, 2.0, -0.4], [0.3, -9.81, 0.1]);
     for variant in Variant::all() {
         for dt in [1e-4, 1.3e-3, 2.7e-3] {
@@ -21,6 +21,7 @@ fn a6_free_fall_is_exact() {
             let mut simulation = scene.simulate(Precision::F64);
             advance(&mut simulation, 100);
             let t = 100.0 * dt;
+
             for (p, start) in simulation.snow_particles().iter().zip(&scene.objects[0].x) {
                 for a in 0..3 {
                     let exact = start[a] + v[a] * t + 0.5 * gravity[a] * t * (t + dt);

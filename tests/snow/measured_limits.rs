@@ -55,7 +55,7 @@ fn alone(variant: Variant, offset: [f64; 3], dt: f64) -> SnowScene {
 }
 
 #[test]
-fn t3_a_particle_alone_is_stable_below_its_closed_form_and_not_above() {
+fn a_particle_alone_is_stable_below_its_closed_form_and_not_above() {
     for (kernel, factor) in [(Kernel::Quadratic, 1.0), (Kernel::Cubic, 2.0 / 3.0_f64.sqrt())] {
         let variant = Variant { kernel, transfer: Transfer::Mls };
         for offset in [[0.0; 3], [0.31, 0.05, 0.44], [0.5, 0.25, 0.77]] {
@@ -89,6 +89,7 @@ fn forces_by_slopes_are_stable_up_to_the_certified_share_wherever_a_particle_is(
         }
         let certified = certified_share(variant);
         let mut least = f64::INFINITY;
+
         for (i, x) in OFFSETS.into_iter().enumerate() {
             for (j, y) in OFFSETS[..=i].iter().enumerate() {
                 for z in &OFFSETS[..=j] {
@@ -103,6 +104,7 @@ fn forces_by_slopes_are_stable_up_to_the_certified_share_wherever_a_particle_is(
                 }
             }
         }
+
         println!(
             "{}: a particle alone is stable up to {least:.3} of its unit, certified {certified:.3}",
             variant.name()

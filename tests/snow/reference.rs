@@ -1,4 +1,4 @@
-//! What the tests compute for themselves: B-splines by their recursion, random matrices, norms.
+//! What the tests compute for themselves: B-splines by their recursion, matrices, norms.
 //!
 //! Nothing here calls the kernels that it is held against.
 
@@ -7,59 +7,6 @@ use nappe_sim::{
     snow::{Kernel, Plasticity, Preset, Transfer},
 };
 use nappe_tests::snow::Variant;
-
-/// Random numbers (Steele, Lea, Flood 2014), the same in every run.
-pub(crate) struct Random(pub(crate) u64);
-
-impl Random {
-    /// A number in -1..1.
-    pub(crate) fn number(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
-    }
-
-    /// A number between two others.
-    pub(crate) fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * 0.5 * (self.number() + 1.0)
-    }
-
-    /// Three numbers in -1..1.
-    pub(crate) fn vector(&mut self) -> [f64; 3] {
-        [self.number(), self.number(), self.number()]
-    }
-
-    /// Nine numbers in -1..1.
-    pub(crate) fn matrix(&mut self) -> Mat3<f64> {
-        Mat3::from_fn(|_, _| self.number())
-    }
-
-    /// A rotation: of a random quaternion.
-    pub(crate) fn rotation(&mut self) -> Mat3<f64> {
-        let [[a, b, c], [d, ..]] = [self.vector(), self.vector()];
-        let length = (a * a + b * b + c * c + d * d).sqrt();
-        let [w, x, y, z] = [a, b, c, d].map(|n| n / length);
-        Mat3::new(
-            1.0 - 2.0 * (y * y + z * z),
-            2.0 * (x * y - w * z),
-            2.0 * (x * z + w * y),
-            2.0 * (x * y + w * z),
-            1.0 - 2.0 * (x * x + z * z),
-            2.0 * (y * z - w * x),
-            2.0 * (x * z - w * y),
-            2.0 * (y * z + w * x),
-            1.0 - 2.0 * (x * x + y * y),
-        )
-    }
-
-    /// A rotated and sheared deformation whose singular values lie between two numbers.
-    pub(crate) fn deformation(&mut self, low: f64, high: f64) -> Mat3<f64> {
-        let stretches = [0; 3].map(|_| self.between(low, high));
-        self.rotation() * Mat3::from_diagonal(&stretches.into()) * self.rotation()
-    }
-}
 
 /// Rows as the library has them.
 pub(crate) fn rows(m: &Mat3<f64>) -> [[f64; 3]; 3] {
@@ -112,9 +59,9 @@ pub(crate) fn slope(kernel: Kernel, d: f64) -> f64 {
 /// A node near a particle.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Near {
-    /// Index.
+    /// Index of the node: it stands at index times h.
     pub(crate) node: [i32; 3],
-    /// Weight.
+    /// Share of the particle that the node gets.
     pub(crate) weight: f64,
     /// What a velocity there is multiplied with, for the gradient at the particle (1/m).
     pub(crate) gradient: [f64; 3],
@@ -126,6 +73,7 @@ pub(crate) fn nodes_near(variant: Variant, x: [f64; 3], h: f64) -> Vec<Near> {
     let inverse_moment = if kernel == Kernel::Cubic { 3.0 } else { 4.0 };
     let low = x.map(|c| (c / h).floor() as i32 - 1);
     let mut found = Vec::new();
+
     for i in 0..64 {
         let node = [low[0] + i / 16, low[1] + i / 4 % 4, low[2] + i % 4];
         let d = [0, 1, 2].map(|a| x[a] / h - f64::from(node[a]));
@@ -136,7 +84,9 @@ pub(crate) fn nodes_near(variant: Variant, x: [f64; 3], h: f64) -> Vec<Near> {
             Transfer::Mls => -inverse_moment * weight * d[a] / h,
             _ => slope(kernel, d[a]) * w[(a + 1) % 3] * w[(a + 2) % 3] / h,
         });
+
         found.push(Near { node, weight, gradient });
     }
+
     found
 }

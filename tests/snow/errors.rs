@@ -1,5 +1,6 @@
-//! What goes wrong is told by type, particle and cause, and recovered from where that is possible:
-//! accuracy of snow 28 to 32 and 36, and T5.
+//! An error is told by type, particle and cause, and recovered from where that is possible: numbers
+//! that are not finite, particles out of range, singular and inverted deformations, nodes of hardly
+//! any mass, hardly any particles, and snow that is torn apart on the grid.
 
 use nappe_sim::{
     math::Precision,
@@ -40,13 +41,14 @@ fn finite(particles: &[ParticleState]) -> bool {
 type Poison = fn(&mut ParticleState, f64);
 
 #[test]
-fn t5_a_number_that_is_not_finite_is_named_within_one_step() {
+fn a_number_that_is_not_finite_is_named_within_one_step() {
     let poisons: [(&str, Poison); 4] = [
         ("position", |p, bad| p.x[1] = bad),
         ("velocity", |p, bad| p.v[2] = bad),
         ("deformation gradient", |p, bad| p.elastic[0][1] = bad),
         ("affine velocity", |p, bad| p.affine[2][0] = bad),
     ];
+
     for variant in Variant::all() {
         for (name, poison) in poisons {
             for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
@@ -56,6 +58,7 @@ fn t5_a_number_that_is_not_finite_is_named_within_one_step() {
                         poison(p, bad);
                     }
                 });
+
                 // A velocity gradient that PIC/FLIP only shows is not read by its next step.
                 let read = name != "affine velocity" || !matches!(variant.transfer, Transfer::PicFlip(_));
                 let error = match try_advance(&mut simulation, 1) {
@@ -63,6 +66,7 @@ fn t5_a_number_that_is_not_finite_is_named_within_one_step() {
                     Ok(_) if !read && finite(&simulation.snow_particles()) => continue,
                     Ok(_) => panic!("{}: a {name} of {bad} went unseen", variant.name()),
                 };
+
                 let what = format!("{}, {name} {bad}: {error}", variant.name());
                 let StepFailure::NotFinite { particle, quantity, value } = error.failure else {
                     panic!("{what}")
@@ -76,7 +80,7 @@ fn t5_a_number_that_is_not_finite_is_named_within_one_step() {
 }
 
 #[test]
-fn t5_a_kick_that_is_not_finite_is_named_and_a_later_restore_goes_on() {
+fn a_kick_that_is_not_finite_is_named_and_a_later_restore_goes_on() {
     let mut simulation = cube().simulate(Precision::F64);
     let good = simulation.snow_particles();
     simulation.kick_snow(|particle, _, _| if particle == 5 { [0.0, f64::NAN, 0.0] } else { [0.0; 3] });
@@ -92,7 +96,7 @@ fn t5_a_kick_that_is_not_finite_is_named_and_a_later_restore_goes_on() {
 }
 
 #[test]
-fn s28_a_particle_that_leaves_the_range_of_the_grid_is_named_with_its_place() {
+fn a_particle_that_leaves_the_range_of_the_grid_is_named_with_its_place() {
     // The linear kernel alone turns the rounding of places as far as this into strain.
     for variant in Variant::all().into_iter().filter(|v| v.kernel != Kernel::Linear) {
         // Two particles: one stays, one is a step away from the end of the range.
@@ -101,6 +105,7 @@ fn s28_a_particle_that_leaves_the_range_of_the_grid_is_named_with_its_place() {
             let x = vec![[0.0; 3], [0.3, sign * (end - 0.05), 0.2]];
             let body = object("far", x, H.powi(3), 400.0, elastic(1.4e5, 0.2));
             let mut simulation = SnowScene::new(vec![body], H, 1e-3).by(variant).simulate(Precision::F64);
+
             // Nine tenths of a cell a step: the last two blocks are a margin.
             simulation.kick_snow(|i, _, _| [0.0, if i == 1 { sign * 90.0 } else { 0.0 }, 0.0]);
             let error = try_advance(&mut simulation, 20).expect_err("it is out of range by then");
@@ -114,7 +119,7 @@ fn s28_a_particle_that_leaves_the_range_of_the_grid_is_named_with_its_place() {
 }
 
 #[test]
-fn s28_a_scene_beyond_the_range_of_the_grid_is_refused() {
+fn a_scene_beyond_the_range_of_the_grid_is_refused() {
     for (bad, word) in [(1e7, "range"), (f64::NAN, "finite"), (f64::INFINITY, "finite")] {
         let body = object("far", vec![[0.0; 3], [0.0, bad, 0.0]], H.powi(3), 400.0, elastic(1.4e5, 0.2));
         let setup = SnowScene::new(vec![body], H, 1e-3).setup();
@@ -142,7 +147,7 @@ fn with_deformation(
 }
 
 #[test]
-fn s29_singular_deformations_are_returned_counted_and_finite() {
+fn singular_deformations_are_returned_counted_and_finite() {
     let flat = [[1.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 1.0]];
     let line = [[0.5, 0.5, 0.5], [0.5, 0.5, 0.5], [0.5, 0.5, 0.5]];
     for variant in Variant::all() {
@@ -155,19 +160,19 @@ fn s29_singular_deformations_are_returned_counted_and_finite() {
                 variant.name()
             );
             assert_eq!(particle.plastic_ratio, 0.6, "{}", variant.name());
-            let f = crate::own::matrix(&particle.elastic);
+            let f = crate::reference::matrix(&particle.elastic);
             assert!(f.determinant() > 0.9, "{}: det F_E = {}", variant.name(), f.determinant());
         }
     }
 }
 
 #[test]
-fn s30_an_inverted_particle_is_counted_held_and_turned_right_side_out() {
+fn an_inverted_particle_is_counted_held_and_turned_right_side_out() {
     let inverted = [[1.0, 0.1, 0.0], [0.0, -0.9, 0.2], [0.0, 0.0, 1.0]];
     for variant in Variant::all() {
         let (report, particle) = with_deformation(variant, inverted);
         assert_eq!((report.inverted_count, report.clamped_count), (1, 1), "{}: {report:?}", variant.name());
-        assert!(crate::own::matrix(&particle.elastic).determinant() > 0.9, "{}", variant.name());
+        assert!(crate::reference::matrix(&particle.elastic).determinant() > 0.9, "{}", variant.name());
         assert_eq!((particle.plastic_ratio, report.jp_range[0]), (0.6, 0.6), "{}", variant.name());
         // The cube goes on.
         let mut simulation = cube().by(variant).simulate(Precision::F64);
@@ -182,7 +187,7 @@ fn s30_an_inverted_particle_is_counted_held_and_turned_right_side_out() {
 }
 
 #[test]
-fn s31_nodes_of_hardly_any_mass_throw_nothing_and_what_they_lose_is_told() {
+fn nodes_of_hardly_any_mass_throw_nothing_and_what_they_lose_is_told() {
     for variant in Variant::all().into_iter().filter(|v| v.kernel != Kernel::Linear) {
         let edge = if variant.kernel == Kernel::Cubic { 0.0 } else { 0.5 };
         for delta in [1e-3, 1e-5, 1e-8, 1e-12, 0.0] {
@@ -197,6 +202,7 @@ fn s31_nodes_of_hardly_any_mass_throw_nothing_and_what_they_lose_is_told() {
             let report = step_once(&mut simulation).snow.expect("there is snow");
             let (end, masses) = (simulation.snow_particles(), scene.masses());
             let what = format!("{} at {delta:e} of a cell", variant.name());
+
             // Stress moves a particle by c² dt / h strain at most: some metres a second here.
             assert!(finite(&end) && report.max_speed < 2.0, "{what}: {} m/s", report.max_speed);
             let [before, after] = [&start, &end].map(|p| momentum(p, &masses));
@@ -211,7 +217,7 @@ fn s31_nodes_of_hardly_any_mass_throw_nothing_and_what_they_lose_is_told() {
 }
 
 #[test]
-fn s32_no_particles_are_refused_and_one_is_enough() {
+fn no_particles_are_refused_and_one_is_enough() {
     let error = |setup: &WorldSetup| {
         Simulation::new(setup, Precision::F64).map(|_| ()).expect_err("refused").to_string()
     };
@@ -235,12 +241,13 @@ fn s32_no_particles_are_refused_and_one_is_enough() {
             let what = format!("{}: {:e}, {energy:e} J", variant.name(), snow.grid_mass_error);
             assert!(snow.grid_mass_error.abs() < 1e-13 && energy.abs() < 1e-15, "{what}");
         }
+
         assert!(finite(&simulation.snow_particles()), "{}", variant.name());
     }
 }
 
 #[test]
-fn s36_snow_torn_further_than_the_kernel_reaches_is_apart_and_depends_on_the_cell() {
+fn snow_torn_further_than_the_kernel_reaches_is_apart_and_depends_on_the_cell() {
     for variant in Variant::all() {
         // Nodes in common: up to `width` cells between two particles.
         let reach = variant.kernel.width() as f64;
@@ -254,6 +261,7 @@ fn s36_snow_torn_further_than_the_kernel_reaches_is_apart_and_depends_on_the_cel
             let felt = norm(simulation.snow_particles()[0].v) > 1e-9;
             assert_eq!(felt, together, "{}: {gap} cells apart", variant.name());
         }
+
         // What is alone on its nodes is counted, so that a scene sees that it came apart.
         let mut x = lattice([0.0; 3], [8; 3], [0.5 * H; 3]);
         x.push([3.0, 3.0, 3.0]);

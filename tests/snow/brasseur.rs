@@ -1,5 +1,5 @@
-//! T4: the scene on which Brasseur 2014 ended, where particles burst over a very long distance; and
-//! a small block dropped in the same frames, which the quick mistakes of a step length do not survive.
+//! The scene on which Brasseur 2014 ended, where particles burst over a very long distance; and a
+//! small block dropped in the same frames, which a step of the wrong length breaks at once.
 #![allow(clippy::print_stdout, reason = "figures beside the limits")]
 
 use nappe_scene::{NoMeshes, Scene, SceneLimits, shipped_scenes};
@@ -21,6 +21,7 @@ fn hold(simulation: &mut Simulation, frames: u64, slack: f64) -> (StepReport, f6
     let start = positions(simulation);
     let (mut energy, mut furthest) = (simulation.diagnose().total_energy(), 0.0_f64);
     let mut last = StepReport::default();
+
     for frame in 1..=frames {
         last = step_once(simulation);
         let now = last.diagnostics.total_energy();
@@ -40,11 +41,12 @@ fn hold(simulation: &mut Simulation, frames: u64, slack: f64) -> (StepReport, f6
             .fold(0.0, f64::max);
         furthest = furthest.max(moved);
     }
+
     (last, furthest)
 }
 
 #[test]
-fn t4_the_scene_of_brasseur_2014_falls_and_comes_to_rest() {
+fn the_scene_of_brasseur_2014_falls_and_comes_to_rest() {
     let (_, text) = shipped_scenes().iter().find(|(name, _)| *name == "brasseur").expect("it is shipped");
     let scene = Scene::parse(text, "brasseur").unwrap_or_else(|error| panic!("{error}"));
     let built = scene.build(&NoMeshes, &SceneLimits::default()).unwrap_or_else(|error| panic!("{error}"));
@@ -56,9 +58,7 @@ fn t4_the_scene_of_brasseur_2014_falls_and_comes_to_rest() {
     let start = simulation.diagnose().total_energy();
     let (last, furthest) = hold(&mut simulation, 120, 1e-7 * start);
     let kinetic = last.diagnostics.kinetic_energy;
-    println!(
-        "T4: at most {furthest:.2} m from its start, {kinetic:.2e} J of {start:.2e} J in motion after 5 s"
-    );
+    println!("at most {furthest:.2} m from its start, {kinetic:.2e} J of {start:.2e} J in motion after 5 s");
     assert!(furthest < 2.0, "a particle went {furthest} m");
     assert!(kinetic < 1e-3 * start, "{kinetic} J of {start} J are in motion after 5 s");
 }
