@@ -54,7 +54,7 @@ fn scene(method: Method, solver: SolverSettings) -> Scene {
     let mut network = sheet(24, 0.05, &sheet_rules(100.0, 0.02), 0.005);
     network.drag = 0.001;
     let mut scene = Scene::new(network, 1e-3).by(method).under([0.0, -9.81, 0.0]);
-    scene.settings.grain = 64;
+    scene.settings.block_size = 64;
     scene.settings.solver = solver;
     scene.colliders = vec![Collider {
         name: "ball".to_owned(),

@@ -44,7 +44,7 @@ pub(crate) fn scene(name: &str, method: Method) -> Scene {
         other => panic!("no scene is named {other}"),
     }
     .by(method);
-    scene.settings.grain = 64;
+    scene.settings.block_size = 64;
     scene.settings.solver = SolverSettings::default();
     scene
 }

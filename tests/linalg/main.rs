@@ -3,6 +3,6 @@
 
 mod systems;
 mod dense;
-mod minres;
 mod operators;
-mod tangents;
+mod minres;
+mod first_indefinite;

@@ -18,7 +18,7 @@ fn shaken(method: Method) -> Scene {
         *x = [0, 1, 2].map(|c| x[c] + 0.004 * scatter(3 * i + c));
     }
     let mut scene = Scene::new(network, 2e-3).by(method).under([0.0, -9.81, 0.0]);
-    scene.settings.grain = 64;
+    scene.settings.block_size = 64;
     scene.settings.solver.stop = Stop::Residual { tolerance: 1e-12, max_iterations: 400 };
     scene
 }

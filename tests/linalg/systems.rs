@@ -60,7 +60,7 @@ impl System {
         let b: Vec<Vec3<R>> = self.b.as_chunks::<3>().0.iter().map(|b| vec3(*b)).collect();
         let mut x = vec![Vec3::zeros(); b.len()];
         let settings = SolverSettings { stop, preconditioner: kind, ..SolverSettings::default() };
-        let (grain, mut work) = (32, CgWorkspace::new(b.len(), 32));
+        let (block_size, mut work) = (32, CgWorkspace::new(b.len(), 32));
         let inverse = |invert: fn(&Symmetric3<R>) -> Option<Symmetric3<R>>| -> Vec<Symmetric3<R>> {
             let block = |i| {
                 let d: Symmetric3<f64> = self.diagonal_block(i);
@@ -73,15 +73,15 @@ impl System {
         let (x_mut, work) = (&mut x[..], &mut work);
         let report = match kind {
             PreconditionerKind::Identity => {
-                conjugate_gradient(&a, &Identity, &b, x_mut, &settings, grain, work)
+                conjugate_gradient(&a, &Identity, &b, x_mut, &settings, block_size, work)
             }
             PreconditionerKind::Diagonal => {
                 let inverse = inverse(Symmetric3::inverse_diagonal);
-                conjugate_gradient(&a, &Diagonal(&inverse), &b, x_mut, &settings, grain, work)
+                conjugate_gradient(&a, &Diagonal(&inverse), &b, x_mut, &settings, block_size, work)
             }
             PreconditionerKind::BlockJacobi => {
                 let inverse = inverse(Symmetric3::inverse_if_positive);
-                conjugate_gradient(&a, &BlockJacobi(&inverse), &b, x_mut, &settings, grain, work)
+                conjugate_gradient(&a, &BlockJacobi(&inverse), &b, x_mut, &settings, block_size, work)
             }
         };
         (report, x.iter().flat_map(|x| x.iter().map(|c| c.to_f64()).collect::<Vec<_>>()).collect())

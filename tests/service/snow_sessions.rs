@@ -84,7 +84,7 @@ async fn diagnostics_of_snow_are_those_of_the_step_and_all_finite() {
         assert_eq!((sent.bound_particle, sent.bound_seconds), (expected.bound.particle, expected.bound.dt));
         assert_eq!(format!("{:?}", sent.bound()), format!("{:?}", expected.bound.kind));
         assert_ne!(sent.bound(), TimeBound::Unspecified);
-        assert_eq!([sent.min_plastic_ratio, sent.max_plastic_ratio], expected.jp_range);
+        assert_eq!([sent.min_plastic_ratio, sent.max_plastic_ratio], expected.plastic_ratio_range);
         assert_eq!((sent.mass, sent.grid_mass_error), (expected.mass, expected.grid_mass_error));
         assert_eq!((sent.max_speed, sent.dropped_momentum), (expected.max_speed, expected.dropped_momentum));
         let counts = [sent.plastic_count, sent.inverted_count, sent.clamped_count, sent.ballistic_count];

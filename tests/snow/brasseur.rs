@@ -28,7 +28,7 @@ fn hold(simulation: &mut Simulation, frames: u64, slack: f64) -> (StepReport, f6
         assert!(now <= energy + slack, "frame {frame}: {energy} J become {now} J");
         energy = now;
         let snow = last.snow.expect("there is snow");
-        let [low, high] = snow.jp_range;
+        let [low, high] = snow.plastic_ratio_range;
         assert!(
             (0.6..=20.0).contains(&low) && (0.6..=20.0).contains(&high),
             "frame {frame}: J_P {low} to {high}"

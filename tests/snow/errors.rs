@@ -173,7 +173,7 @@ fn an_inverted_particle_is_counted_held_and_turned_right_side_out() {
         let (report, particle) = with_deformation(variant, inverted);
         assert_eq!((report.inverted_count, report.clamped_count), (1, 1), "{}: {report:?}", variant.name());
         assert!(crate::reference::matrix(&particle.elastic).determinant() > 0.9, "{}", variant.name());
-        assert_eq!((particle.plastic_ratio, report.jp_range[0]), (0.6, 0.6), "{}", variant.name());
+        assert_eq!((particle.plastic_ratio, report.plastic_ratio_range[0]), (0.6, 0.6), "{}", variant.name());
         // The cube goes on.
         let mut simulation = cube().by(variant).simulate(Precision::F64);
         rework(&mut simulation, |i, p| {

@@ -42,13 +42,13 @@ fn run(stiffness_number: f64, hessian: Hessian, stop: Stop) -> Option<[f64; 2]> 
     let mut scene = Scene::new(squashed(stiffness_number), DT).by(method);
     scene.settings.solver.stop = stop;
     let mut simulation = scene.simulate(Precision::F64);
-    let figures = simulation.diagnose();
-    let start = figures.total_energy();
-    let mut worst = [figures.max_stretch, 0.0];
+    let diagnostics = simulation.diagnose();
+    let start = diagnostics.total_energy();
+    let mut worst = [diagnostics.max_stretch, 0.0];
     for _ in 0..STEPS {
-        let figures = try_advance(&mut simulation, 1).ok()?.diagnostics;
-        worst[0] = figures.max_stretch.max(worst[0]);
-        worst[1] = (figures.total_energy() / start - 1.0).max(worst[1]);
+        let diagnostics = try_advance(&mut simulation, 1).ok()?.diagnostics;
+        worst[0] = diagnostics.max_stretch.max(worst[0]);
+        worst[1] = (diagnostics.total_energy() / start - 1.0).max(worst[1]);
     }
     Some(worst)
 }

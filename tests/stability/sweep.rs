@@ -35,8 +35,8 @@ fn energy_ratios(scene: &Scene) -> [f64; 2] {
     let mechanical =
         |report: &StepReport| report.diagnostics.kinetic_energy + report.diagnostics.elastic_energy;
     let start = {
-        let figures = simulation.diagnose();
-        figures.kinetic_energy + figures.elastic_energy
+        let diagnostics = simulation.diagnose();
+        diagnostics.kinetic_energy + diagnostics.elastic_energy
     };
     let (mut last, mut largest) = (start, start);
     for _ in 0..STEPS {
@@ -107,10 +107,10 @@ fn fall(scene: &Scene) -> Option<Fall> {
     let mut fall = Fall { gain: 0.0, stretch: simulation.diagnose().max_stretch, indefinite: false };
     for _ in 0..STEPS {
         let report = try_advance(&mut simulation, 1).ok()?;
-        let figures = report.diagnostics;
+        let diagnostics = report.diagnostics;
         fall.indefinite |= report.solve.is_some_and(|solve| solve.outcome != Outcome::Converged);
-        fall.gain = fall.gain.max((figures.total_energy() - start) / (weight * height));
-        fall.stretch = figures.max_stretch;
+        fall.gain = fall.gain.max((diagnostics.total_energy() - start) / (weight * height));
+        fall.stretch = diagnostics.max_stretch;
     }
     Some(fall)
 }

@@ -260,7 +260,7 @@ fn default_integrator() -> Integrator {
 }
 
 fn default_grain() -> usize {
-    ClothSettings::DEFAULT_GRAIN
+    ClothSettings::DEFAULT_BLOCK_SIZE
 }
 
 fn one() -> u32 {

@@ -10,6 +10,7 @@ pub mod linalg;
 pub mod report;
 pub mod mesh;
 pub mod collide;
+pub mod surroundings;
 pub mod cloth;
 pub mod snow;
 pub mod world;

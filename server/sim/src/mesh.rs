@@ -1,4 +1,4 @@
-//! Triangle meshes: edges, pairs of triangles, faults. Topology only; no physics.
+//! Triangle meshes: edges, pairs of triangles, what is wrong with them. Topology only; no physics.
 
 use std::collections::BTreeMap;
 
@@ -7,13 +7,13 @@ use thiserror::Error;
 /// A triangle mesh as it came from a file, an upload or a formula.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TriangleMesh {
-    /// Positions (m).
+    /// Positions of the points (m).
     pub points: Vec<[f64; 3]>,
-    /// Point indices, three a triangle.
+    /// Point indices, three per triangle.
     pub triangles: Vec<[u32; 3]>,
-    /// Masses (kg), one a point, 0 pins it; empty when the mesh carries none.
+    /// Masses (kg), one per point, 0 pins it; empty when the mesh carries none.
     pub masses: Vec<f64>,
-    /// Texture coordinates, one pair a point; empty when the mesh carries none.
+    /// Texture coordinates, one pair per point; empty when the mesh carries none.
     pub uv: Vec<[f64; 2]>,
 }
 
@@ -40,7 +40,7 @@ pub enum MeshError {
 /// Something odd in a mesh that does not stop a simulation.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[allow(missing_docs, reason = "the messages say what the fields are")]
-pub enum MeshRemark {
+pub enum MeshWarning {
     /// Points that no triangle names: they fall freely.
     Isolated { count: usize, first: usize },
     /// Triangles that name a point twice: they give the edges that remain.
@@ -51,7 +51,7 @@ pub enum MeshRemark {
     NonManifold { count: usize, first: [u32; 2] },
 }
 
-impl std::fmt::Display for MeshRemark {
+impl std::fmt::Display for MeshWarning {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Isolated { count, first } => {
@@ -91,7 +91,7 @@ impl TriangleMesh {
     pub const MAX_POINTS: usize = (u32::MAX / 4) as usize;
 
     /// A flat sheet of `columns` x `rows` points, `spacing` (m) apart, in the plane y = 0:
-    /// point `r * columns + c` at (c, 0, r) spacing. Two triangles a cell, seen from above.
+    /// point `r * columns + c` at (c, 0, r) spacing. Two triangles per cell, seen from above.
     pub fn grid(columns: usize, rows: usize, spacing: f64) -> Self {
         let mut mesh = Self::default();
         for r in 0..rows {
@@ -107,11 +107,11 @@ impl TriangleMesh {
         mesh
     }
 
-    /// Checks ranges and numbers; what does not stop a simulation is remarked.
+    /// Checks ranges and numbers; what does not stop a simulation is a warning.
     ///
     /// # Errors
-    /// The first fault that makes the mesh unusable.
-    pub fn check(&self) -> Result<Vec<MeshRemark>, MeshError> {
+    /// The first error that makes the mesh unusable.
+    pub fn check(&self) -> Result<Vec<MeshWarning>, MeshError> {
         let count = self.points.len();
         if count == 0 {
             return Err(MeshError::Empty);
@@ -119,24 +119,28 @@ impl TriangleMesh {
         if count > Self::MAX_POINTS {
             return Err(MeshError::TooLarge { count, allowed: Self::MAX_POINTS });
         }
+
         if let Some(point) = self.points.iter().position(|p| p.iter().any(|c| !c.is_finite())) {
             return Err(MeshError::PointNotFinite { point, value: self.points[point] });
         }
+
         for (triangle, corners) in self.triangles.iter().enumerate() {
             if let Some(&point) = corners.iter().find(|&&p| p as usize >= count) {
                 return Err(MeshError::PointOutOfRange { triangle, point, count });
             }
         }
+
         if !self.masses.is_empty() && self.masses.len() != count {
             return Err(MeshError::MassCount { masses: self.masses.len(), points: count });
         }
         if let Some(point) = self.masses.iter().position(|m| !m.is_finite() || *m < 0.0) {
             return Err(MeshError::BadMass { point, value: self.masses[point] });
         }
+
         if !self.uv.is_empty() && self.uv.len() != count {
             return Err(MeshError::UvCount { uv: self.uv.len(), points: count });
         }
-        Ok(self.remarks())
+        Ok(self.warnings())
     }
 
     /// Edges of the triangles, each once, the smaller index first, in ascending order.
@@ -159,7 +163,7 @@ impl TriangleMesh {
         pairs
     }
 
-    /// Edge -> the points opposite to it, one a triangle.
+    /// Edge -> the points opposite to it, one per triangle.
     fn fans(&self) -> BTreeMap<[u32; 2], Vec<u32>> {
         let mut fans: BTreeMap<[u32; 2], Vec<u32>> = BTreeMap::new();
         for &[a, b, c] in self.triangles.iter().filter(|t| !is_degenerate(t)) {
@@ -170,27 +174,32 @@ impl TriangleMesh {
         fans
     }
 
-    fn remarks(&self) -> Vec<MeshRemark> {
-        let mut remarks = Vec::new();
+    fn warnings(&self) -> Vec<MeshWarning> {
+        let mut warnings = Vec::new();
         let mut used = vec![false; self.points.len()];
         self.triangles.iter().flatten().for_each(|&p| used[p as usize] = true);
+
         let isolated = used.iter().filter(|u| !**u).count();
         if let Some(first) = used.iter().position(|u| !u) {
-            remarks.push(MeshRemark::Isolated { count: isolated, first });
+            warnings.push(MeshWarning::Isolated { count: isolated, first });
         }
+
         let degenerate = self.triangles.iter().filter(|t| is_degenerate(t)).count();
         if let Some(first) = self.triangles.iter().position(is_degenerate) {
-            remarks.push(MeshRemark::Degenerate { count: degenerate, first });
+            warnings.push(MeshWarning::Degenerate { count: degenerate, first });
         }
-        remarks.extend(self.repeated());
+
+        warnings.extend(self.repeated());
+
         let crowded: Vec<_> = self.fans().into_iter().filter(|(_, fan)| fan.len() > 2).collect();
         if let Some((first, _)) = crowded.first() {
-            remarks.push(MeshRemark::NonManifold { count: crowded.len(), first: *first });
+            warnings.push(MeshWarning::NonManifold { count: crowded.len(), first: *first });
         }
-        remarks
+
+        warnings
     }
 
-    fn repeated(&self) -> Option<MeshRemark> {
+    fn repeated(&self) -> Option<MeshWarning> {
         let mut sorted: Vec<([u32; 3], usize)> = self
             .triangles
             .iter()
@@ -201,14 +210,15 @@ impl TriangleMesh {
                 (corners, i)
             })
             .collect();
+
         sorted.sort_unstable();
         let again: Vec<usize> = sorted.windows(2).filter(|w| w[0].0 == w[1].0).map(|w| w[1].1).collect();
         let first = again.iter().min().copied()?;
-        Some(MeshRemark::Repeated { count: again.len(), first })
+        Some(MeshWarning::Repeated { count: again.len(), first })
     }
 }
 
-/// The triangles of a grid of points numbered row by row: two a cell, (a, a+1, a+n) and
+/// The triangles of a grid of points numbered row by row: two per cell, (a, a+1, a+n) and
 /// (a+1, a+n+1, a+n).
 pub fn grid_triangles(columns: usize, rows: usize) -> Vec<[u32; 3]> {
     let mut triangles = Vec::new();

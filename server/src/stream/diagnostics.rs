@@ -78,7 +78,7 @@ fn snow(report: &SnowReport) -> v1::SnowDiagnostics {
         BoundKind::Fixed => v1::TimeBound::Fixed,
         BoundKind::Frame => v1::TimeBound::Frame,
     };
-    let [min_plastic_ratio, max_plastic_ratio] = report.jp_range;
+    let [min_plastic_ratio, max_plastic_ratio] = report.plastic_ratio_range;
 
     v1::SnowDiagnostics {
         substeps: report.substeps,

@@ -264,6 +264,6 @@ fn settings(text: &BodyText<'_>) -> Result<ClothSettings, SceneError> {
         },
         substeps: body.substeps,
         limits: StateLimits { max_stretch: body.limits.max_stretch, max_energy: body.limits.max_energy },
-        grain: body.grain,
+        block_size: body.grain,
     })
 }

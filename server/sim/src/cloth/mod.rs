@@ -1,49 +1,36 @@
 //! Cloth: particles joined by springs. [`step`] takes the stages in order.
 
 mod network;
+mod integrator;
 mod settings;
-mod rows;
+mod sell;
 mod model;
 mod state;
 mod forces;
-mod tangent;
+mod step_operator;
 mod integrate;
 mod diagnose;
 
 pub use forces::{spring_force, spring_jacobian_v, spring_jacobian_x};
-pub use integrate::Integrator;
+pub use integrator::Integrator;
 pub use model::{LawEntry, Model, Parameters};
 pub use network::{Network, Spring, SpringKind, SpringLaw, SpringRules};
-pub use rows::Rows;
+pub use sell::Sell;
 pub use settings::{ClothSettings, Hessian, StateLimits};
 pub use state::{PinMotion, State, Workspace};
 
 use crate::{
-    collide::{Collider, Contacts, resolve},
+    collide::{Contacts, resolve},
     linalg::SolveReport,
     math::Real,
     report::{Diagnostics, Stage, StepFailure, Stopwatch},
+    surroundings::Surroundings,
 };
-
-/// What surrounds a cloth during one step of the world.
-#[derive(Clone, Copy, Debug)]
-pub struct Surroundings<'a> {
-    /// Gravity (m/s²).
-    pub gravity: [f64; 3],
-    /// Velocity of the medium (m/s).
-    pub wind: [f64; 3],
-    /// What particles hit.
-    pub colliders: &'a [Collider],
-    /// Time at the start of the step (s).
-    pub time: f64,
-    /// The world's time step (s); the cloth divides it into its sub-steps.
-    pub dt: f64,
-}
 
 /// What one step of a cloth reports.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ClothReport {
-    /// Figures of the new state.
+    /// Diagnostics of the new state.
     pub diagnostics: Diagnostics,
     /// Particles that touched a collider in the last sub-step.
     pub contact_count: u64,
@@ -65,26 +52,28 @@ pub fn step<R: Real>(
     work: &mut Workspace<R>,
     watch: &mut dyn Stopwatch,
 ) -> Result<ClothReport, StepFailure> {
-    let dt = around.dt / f64::from(settings.substeps);
     work.size_for(model, settings.integrator);
-    work.frozen.refresh(parameters, [around.gravity, around.wind], dt);
+    work.frozen.refresh(parameters, around, settings.substeps);
+    let dt = work.frozen.dt;
+
     let mut report = ClothReport::default();
     for substep in 1..=settings.substeps {
         state.aim_pins(dt);
-        report.solve = integrate::advance(model, settings, state, work, dt, watch)?;
+        report.solve = integrate::advance(model, settings, state, work, watch)?;
         let time = around.time + dt * f64::from(substep);
-        let contacts = Contacts { colliders: around.colliders, time, dt, grain: model.grain };
+        let contacts = Contacts { colliders: around.colliders, time, dt, block_size: model.block_size };
         report.contact_count = resolve(contacts, &model.inv_m, &mut state.x, &mut state.v);
         watch.lap(Stage::Collide);
         state.rest_pins();
     }
+
     report.diagnostics = diagnose::diagnose(model, state, work);
     let failure = diagnose::judge(model, state, &report.diagnostics, settings);
     watch.lap(Stage::Diagnose);
     failure.map_or(Ok(report), Err)
 }
 
-/// Figures of a state as it is.
+/// Diagnostics of a state as it is.
 pub fn diagnose<R: Real>(
     model: &Model<R>,
     parameters: &Parameters,
@@ -93,6 +82,6 @@ pub fn diagnose<R: Real>(
 ) -> Diagnostics {
     let mut work = Workspace::new();
     work.size_for(model, Integrator::ExplicitEuler);
-    work.frozen.refresh(parameters, [around.gravity, around.wind], around.dt);
+    work.frozen.refresh(parameters, around, 1);
     diagnose::diagnose(model, state, &mut work)
 }

@@ -4,8 +4,9 @@
 //! row. Users see their own numbering everywhere; only this folder knows the other.
 
 use super::{
-    ClothSettings, Network, SpringKind, SpringLaw,
-    rows::{Joint, Rows},
+    network::{Network, SpringKind, SpringLaw},
+    sell::{Joint, Sell},
+    settings::ClothSettings,
 };
 use crate::{
     math::{Real, Vec3, vec3},
@@ -15,10 +16,10 @@ use crate::{
 /// What never changes during a run.
 #[derive(Clone, Debug)]
 pub struct Model<R: Real> {
-    /// Particles.
+    /// Number of particles.
     pub count: usize,
-    /// Particles of a block.
-    pub grain: usize,
+    /// Particles per block: the unit of parallel work and of sums.
+    pub block_size: usize,
     /// Mass (kg); of a pinned particle: what it would weigh, or 0.
     pub m: Vec<R>,
     /// 1 / mass (1/kg), 0 pins.
@@ -27,8 +28,8 @@ pub struct Model<R: Real> {
     pub user: Vec<u32>,
     /// `place[user's number]`: the particle.
     pub place: Vec<u32>,
-    /// Springs gathered by row.
-    pub rows: Rows<R>,
+    /// Springs, as rows of a matrix in sliced ELLPACK.
+    pub springs: Sell<R>,
     /// Number of springs.
     pub spring_count: usize,
 }
@@ -38,7 +39,7 @@ pub struct Model<R: Real> {
 pub struct LawEntry {
     /// Kind of the springs.
     pub kind: SpringKind,
-    /// Their law.
+    /// Their stiffness and damping.
     pub law: SpringLaw,
 }
 
@@ -55,7 +56,7 @@ pub struct Parameters {
 const MAX_LAWS: usize = u16::MAX as usize - 1;
 
 impl<R: Real> Model<R> {
-    /// Lays out a network. The strings are remarks that do not stop a simulation.
+    /// Lays out a network. The strings are warnings that do not stop a simulation.
     ///
     /// # Errors
     /// What is wrong with the network, as a sentence.
@@ -64,10 +65,12 @@ impl<R: Real> Model<R> {
         settings: &ClothSettings,
     ) -> Result<(Self, Parameters, Vec<String>), String> {
         check(network, settings)?;
+
         let count = network.x.len();
         let user = hilbert_order(&network.x);
         let mut place = vec![0; count];
         user.iter().enumerate().for_each(|(new, &old)| place[old as usize] = new as u32);
+
         let (laws, law_of) = table_of_laws(network)?;
         let joints: Vec<_> = network
             .springs
@@ -80,23 +83,25 @@ impl<R: Real> Model<R> {
             })
             .filter(|joint| joint.ends[0] != joint.ends[1])
             .collect();
+
         let mut inv_m: Vec<R> = user
             .iter()
             .map(|&old| network.masses[old as usize])
             .map(|m| if m > 0.0 { R::of(1.0 / m) } else { R::zero() })
             .collect();
         network.pins.iter().for_each(|&pin| inv_m[place[pin as usize] as usize] = R::zero());
+
         let model = Self {
             count,
-            grain: settings.grain,
+            block_size: settings.block_size,
             m: user.iter().map(|&old| R::of(network.masses[old as usize])).collect(),
             inv_m,
-            rows: Rows::new(count, settings.grain, &joints),
+            springs: Sell::new(count, settings.block_size, &joints),
             spring_count: joints.len(),
             user,
             place,
         };
-        Ok((model, Parameters { laws, drag: network.drag }, remarks(network)))
+        Ok((model, Parameters { laws, drag: network.drag }, warnings(network)))
     }
 
     /// Positions or velocities of the user in the model's order.
@@ -110,41 +115,51 @@ fn check(network: &Network, settings: &ClothSettings) -> Result<(), String> {
     if count == 0 {
         return Err("it has no particles".into());
     }
-    if !settings.grain.is_power_of_two() || !(32..=4096).contains(&settings.grain) {
-        return Err(format!("the grain is {}: a power of two from 32 to 4096 is needed", settings.grain));
+    if !settings.block_size.is_power_of_two() || !(32..=4096).contains(&settings.block_size) {
+        return Err(format!(
+            "the block size is {}: a power of two from 32 to 4096 is needed",
+            settings.block_size
+        ));
     }
     if settings.substeps == 0 {
         return Err("0 sub-steps: at least 1 is needed".into());
     }
+
     if network.v.len() != count || network.masses.len() != count {
         return Err(format!(
-            "{count} positions, {} velocities and {} masses: one each a particle is needed",
+            "{count} positions, {} velocities and {} masses: one of each per particle is needed",
             network.v.len(),
             network.masses.len()
         ));
     }
+
     for (what, values) in [("position", &network.x), ("velocity", &network.v)] {
         if let Some(i) = values.iter().position(|v| v.iter().any(|c| !c.is_finite())) {
             return Err(format!("the {what} of particle {i} is not finite: {:?}", values[i]));
         }
     }
+
     if let Some(i) = network.masses.iter().position(|m| !m.is_finite() || *m < 0.0) {
         return Err(format!(
             "the mass of particle {i} is {}: a finite number from 0 is needed",
             network.masses[i]
         ));
     }
+
     if let Some(pin) = network.pins.iter().find(|pin| **pin as usize >= count) {
         return Err(format!("pin {pin} is no particle: there are {count}, from 0"));
     }
+
     if !network.drag.is_finite() || network.drag < 0.0 {
         return Err(format!("the drag is {} N s/m: a finite number from 0 is needed", network.drag));
     }
+
     network.springs.iter().enumerate().try_for_each(|(i, spring)| {
         let SpringLaw { stiffness, damping } = spring.law;
         if let Some(end) = spring.particles.iter().find(|end| **end as usize >= count) {
             return Err(format!("spring {i} names particle {end}: there are {count}, from 0"));
         }
+
         for (what, value) in
             [("stiffness", stiffness), ("damping", damping), ("rest length", spring.rest_length)]
         {
@@ -162,12 +177,14 @@ fn table_of_laws(network: &Network) -> Result<(Vec<LawEntry>, Vec<u16>), String>
     let mut keys: Vec<_> = network.springs.iter().map(|s| key(s.kind, s.law)).collect();
     keys.sort_unstable();
     keys.dedup();
+
     if keys.len() > MAX_LAWS {
         return Err(format!(
             "{} different pairs of stiffness and damping: at most {MAX_LAWS} are allowed",
             keys.len()
         ));
     }
+
     let laws = keys
         .iter()
         .map(|&(kind, stiffness, damping)| LawEntry {
@@ -175,6 +192,7 @@ fn table_of_laws(network: &Network) -> Result<(Vec<LawEntry>, Vec<u16>), String>
             law: SpringLaw { stiffness: f64::from_bits(stiffness), damping: f64::from_bits(damping) },
         })
         .collect();
+
     let law_of = network
         .springs
         .iter()
@@ -184,13 +202,14 @@ fn table_of_laws(network: &Network) -> Result<(Vec<LawEntry>, Vec<u16>), String>
 }
 
 /// What is odd but defined.
-fn remarks(network: &Network) -> Vec<String> {
-    let mut remarks = Vec::new();
+fn warnings(network: &Network) -> Vec<String> {
+    let mut warnings = Vec::new();
     let mut note = |count: usize, what: &str, meaning: &str| {
         if count > 0 {
-            remarks.push(format!("{count} {what}: {meaning}"));
+            warnings.push(format!("{count} {what}: {meaning}"));
         }
     };
+
     let springs = &network.springs;
     let mut joined = vec![false; network.x.len()];
     springs.iter().flat_map(|s| s.particles).for_each(|p| joined[p as usize] = true);
@@ -198,14 +217,17 @@ fn remarks(network: &Network) -> Vec<String> {
     if !springs.is_empty() {
         note(isolated, "particles without springs", "they move by gravity and drag alone");
     }
+
     let selfish = springs.iter().filter(|s| s.particles[0] == s.particles[1]).count();
     note(selfish, "springs join a particle to itself", "they are left out");
+
     let zero = springs.iter().filter(|s| s.rest_length == 0.0 && s.particles[0] != s.particles[1]).count();
     note(
         zero,
         "springs have rest length 0",
         "they pull with f = -k d, and have no direction while their ends coincide",
     );
+
     let mut pairs: Vec<_> = springs
         .iter()
         .map(|s| [s.particles[0].min(s.particles[1]), s.particles[0].max(s.particles[1])])
@@ -213,5 +235,5 @@ fn remarks(network: &Network) -> Vec<String> {
     pairs.sort_unstable();
     let repeated = pairs.windows(2).filter(|w| w[0] == w[1]).count();
     note(repeated, "springs join a pair that another spring joins", "each acts");
-    remarks
+    warnings
 }

@@ -19,7 +19,7 @@ pub enum SpringKind {
 }
 
 impl SpringKind {
-    /// Every kind.
+    /// Every kind, in the order of the tables of documentation and tests.
     pub const ALL: [Self; 3] = [Self::Stretch, Self::Shear, Self::Bend];
 
     /// Its name in scene files.
@@ -69,7 +69,7 @@ pub struct SpringRules {
 /// Particles joined by springs.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Network {
-    /// Positions (m).
+    /// Positions of the particles (m).
     pub x: Vec<[f64; 3]>,
     /// Velocities (m/s), as many as positions.
     pub v: Vec<[f64; 3]>,
@@ -77,7 +77,7 @@ pub struct Network {
     pub masses: Vec<f64>,
     /// Particles pinned whatever their mass.
     pub pins: Vec<u32>,
-    /// Springs.
+    /// Springs between particles, each once.
     pub springs: Vec<Spring>,
     /// Linear drag of the medium on each particle (N s/m): f = -drag (v - wind).
     pub drag: f64,
@@ -88,19 +88,22 @@ pub struct Network {
 }
 
 impl Network {
-    /// Springs on a triangle mesh, at rest as it lies. `default_mass` (kg) serves a mesh without
-    /// masses.
+    /// Springs on a triangle mesh, at rest as it lies. `default_mass` (kg) is the mass of each particle
+    /// of a mesh that carries none.
     ///
     /// # Panics
     /// On a mesh that [`TriangleMesh::check`] refuses.
     pub fn from_mesh(mesh: &TriangleMesh, rules: &SpringRules, default_mass: f64) -> Self {
         let mut network = Self::particles_of(mesh, default_mass);
         let mut joined = BTreeSet::new();
+
         network.join(&mesh.edges(), SpringKind::Stretch, rules.stretch, &mut joined);
+
         if let Some(law) = rules.shear {
             let across: Vec<_> = mesh.pairs().iter().map(|pair| pair.opposite).collect();
             network.join(&across, SpringKind::Shear, law, &mut joined);
         }
+
         if let Some(law) = rules.bend {
             network.join(&straight_continuations(mesh), SpringKind::Bend, law, &mut joined);
         }
@@ -120,6 +123,7 @@ impl Network {
         assert_eq!(mesh.points.len(), columns * rows, "a lattice of {columns} x {rows}");
         let mut network = Self::particles_of(mesh, default_mass);
         let mut joined = BTreeSet::new();
+
         let kinds = [
             (SpringKind::Stretch, Some(rules.stretch), [[1, 0], [0, 1]]),
             (SpringKind::Shear, rules.shear, [[1, 1], [-1, 1]]),
@@ -186,11 +190,13 @@ fn straight_continuations(mesh: &TriangleMesh) -> Vec<[u32; 2]> {
         neighbours[a as usize].push(b);
         neighbours[b as usize].push(a);
     }
+
     let direction = |a: u32, b: u32| {
         let (p, q) = (mesh.points[a as usize], mesh.points[b as usize]);
         let length = distance(p, q).max(f64::MIN_POSITIVE);
         [0, 1, 2].map(|i| (q[i] - p[i]) / length)
     };
+
     let mut pairs = Vec::new();
     for [a, b] in edges.iter().flat_map(|&[a, b]| [[a, b], [b, a]]) {
         let along = direction(a, b);
@@ -204,6 +210,7 @@ fn straight_continuations(mesh: &TriangleMesh) -> Vec<[u32; 2]> {
         }
         pairs.extend(best.1.map(|c| [a.min(c), a.max(c)]));
     }
+
     pairs.sort_unstable();
     pairs.dedup();
     pairs

@@ -1,8 +1,9 @@
 //! How a cloth is stepped: integrator, linear solver, limits.
 
+use super::integrator::Integrator;
 use crate::linalg::SolverSettings;
 
-/// What the tangent of an implicit step does with compressed springs, whose transverse
+/// What the matrix of an implicit step does with compressed springs, whose transverse
 /// stiffness k (1 - l0/l) is negative (the matrix can then be indefinite).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 pub enum Hessian {
@@ -10,13 +11,13 @@ pub enum Hessian {
     Full,
     /// max(0, 1 - l0/l): positive semi-definite, overshoots under compression.
     Clamped,
-    /// |1 - l0/l|: positive semi-definite, the safe choice for one solve a step.
+    /// |1 - l0/l|: positive semi-definite, the safe choice for one solve per step.
     #[default]
     Absolute,
 }
 
 impl Hessian {
-    /// Every treatment.
+    /// Every treatment, from the exact one to the safest.
     pub const ALL: [Self; 3] = [Self::Full, Self::Clamped, Self::Absolute];
 
     /// Its name in scene files.
@@ -41,35 +42,35 @@ pub struct StateLimits {
 /// How a cloth is stepped.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ClothSettings {
-    /// Integrator.
-    pub integrator: super::Integrator,
+    /// How positions and velocities are advanced.
+    pub integrator: Integrator,
     /// Treatment of compressed springs, for implicit integrators.
     pub hessian: Hessian,
     /// Linear solver, for implicit integrators.
     pub solver: SolverSettings,
     /// Sub-steps of this body within one step of the world, at least 1.
     pub substeps: u32,
-    /// Limits.
+    /// When the state counts as diverged; none by default.
     pub limits: StateLimits,
-    /// Particles of a block: the unit of parallel work and of sums. A power of two, 32 to 4096.
+    /// Particles per block: the unit of parallel work and of sums. A power of two, 32 to 4096.
     /// Part of the scene: results depend on it, never on the number of threads.
-    pub grain: usize,
+    pub block_size: usize,
 }
 
 impl Default for ClothSettings {
     fn default() -> Self {
         Self {
-            integrator: super::Integrator::ImplicitEuler,
+            integrator: Integrator::ImplicitEuler,
             hessian: Hessian::default(),
             solver: SolverSettings::default(),
             substeps: 1,
             limits: StateLimits::default(),
-            grain: Self::DEFAULT_GRAIN,
+            block_size: Self::DEFAULT_BLOCK_SIZE,
         }
     }
 }
 
 impl ClothSettings {
-    /// The grain of a scene that names none.
-    pub const DEFAULT_GRAIN: usize = 256;
+    /// The block size of a scene that names none.
+    pub const DEFAULT_BLOCK_SIZE: usize = 256;
 }

@@ -1,13 +1,14 @@
 //! The state of a cloth, what a checkpoint saves; and the scratch memory of a step.
 
 use super::{
-    Integrator,
+    integrator::Integrator,
     model::{Model, Parameters},
 };
 use crate::{
     linalg::{BlockCsr, CgWorkspace, Symmetric3},
     math::{Padded, Real, Vec3, vec3},
     parallel::block_count,
+    surroundings::Surroundings,
 };
 
 /// A pinned particle on its way.
@@ -17,7 +18,7 @@ pub struct PinMotion {
     pub particle: u32,
     /// Where it goes (m).
     pub target: [f64; 3],
-    /// Sub-steps left.
+    /// Sub-steps until it arrives.
     pub steps_left: u64,
 }
 
@@ -26,7 +27,7 @@ pub struct PinMotion {
 pub struct State<R: Real> {
     /// Positions (m), in the model's numbering.
     pub x: Vec<Vec3<R>>,
-    /// Velocities (m/s).
+    /// Velocities (m/s), in the model's numbering.
     pub v: Vec<Vec3<R>>,
     /// Change of velocity of the step before (m/s): where a warm start begins.
     pub dv: Vec<Vec3<R>>,
@@ -69,27 +70,37 @@ impl<R: Real> State<R> {
     }
 }
 
-/// Parameters as the kernels of one step read them.
+/// Parameters and time step as the kernels of one step read them.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Frozen<R: Real> {
+    /// Time step of the cloth (s): that of the world over the number of sub-steps.
+    pub(super) dt: f64,
     /// (k, nu) of each law.
     pub(super) laws: Vec<[R; 2]>,
     /// (h² k, h nu) of each law.
     pub(super) implicit_laws: Vec<[R; 2]>,
+    /// Linear drag of the medium (N s/m).
     pub(super) drag: R,
+    /// Velocity of the medium (m/s).
     pub(super) wind: Vec3<R>,
+    /// Gravity (m/s²).
     pub(super) gravity: Vec3<R>,
 }
 
 impl<R: Real> Frozen<R> {
-    pub(super) fn refresh(&mut self, parameters: &Parameters, [gravity, wind]: [[f64; 3]; 2], dt: f64) {
+    /// Takes over the parameters and the surroundings of a step that is divided into `substeps`.
+    pub(super) fn refresh(&mut self, parameters: &Parameters, around: &Surroundings<'_>, substeps: u32) {
+        let dt = around.dt / f64::from(substeps);
+        self.dt = dt;
         let laws = || parameters.laws.iter().map(|entry| (entry.law.stiffness, entry.law.damping));
+
         self.laws.clear();
         self.laws.extend(laws().map(|(k, nu)| [R::of(k), R::of(nu)]));
         self.implicit_laws.clear();
         self.implicit_laws.extend(laws().map(|(k, nu)| [R::of(dt * dt * k), R::of(dt * nu)]));
+
         self.drag = R::of(parameters.drag);
-        (self.gravity, self.wind) = (vec3(gravity), vec3(wind));
+        (self.gravity, self.wind) = (vec3(around.gravity), vec3(around.wind));
     }
 }
 
@@ -101,16 +112,20 @@ pub struct Workspace<R: Real> {
     pub(super) frozen: Frozen<R>,
     /// Positions and velocities, padded for the kernels.
     pub(super) padded: [Vec<Padded<R>>; 2],
+    /// Forces of springs and medium (N).
     pub(super) f: Vec<Vec3<R>>,
+    /// Accelerations (m/s²); of explicit steps alone.
     pub(super) a: Vec<Vec3<R>>,
+    /// Predicted velocities (m/s); of explicit steps alone.
     pub(super) w: Vec<Vec3<R>>,
-    /// Right-hand side of an implicit step.
+    /// Right-hand side of an implicit step (N s).
     pub(super) b: Vec<Vec3<R>>,
-    /// Inverse diagonal blocks.
+    /// Inverses of the diagonal blocks of its matrix (1/kg).
     pub(super) inverse: Vec<Symmetric3<R>>,
+    /// Its matrix, where the solver asks for an assembled one.
     pub(super) assembled: Option<BlockCsr<R>>,
     pub(super) cg: CgWorkspace<R>,
-    /// Partial sums, one a block.
+    /// Partial sums, one per block.
     pub(super) partials: Vec<[f64; 8]>,
 }
 
@@ -122,12 +137,13 @@ impl<R: Real> Workspace<R> {
 
     pub(super) fn size_for(&mut self, model: &Model<R>, integrator: Integrator) {
         let (count, zero) = (model.count, Vec3::zeros());
-        self.partials.resize(block_count(count, model.grain), [0.0; 8]);
+        self.partials.resize(block_count(count, model.block_size), [0.0; 8]);
         self.f.resize(count, zero);
         self.padded.iter_mut().for_each(|field| field.resize(count, Padded::default()));
+
         if integrator.is_implicit() {
             if self.b.len() != count {
-                self.cg = CgWorkspace::new(count, model.grain);
+                self.cg = CgWorkspace::new(count, model.block_size);
             }
             self.b.resize(count, zero);
             self.inverse.resize(count, Symmetric3::default());

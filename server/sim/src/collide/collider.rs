@@ -15,7 +15,7 @@ pub enum Contact {
 }
 
 impl Contact {
-    /// Every contact.
+    /// Every contact, the strongest hold first.
     pub const ALL: [Self; 3] = [Self::Sticky, Self::Slip, Self::Separating];
 
     /// Its name in scene files.
@@ -38,7 +38,7 @@ pub struct Collider {
     pub name: String,
     /// Shape at time 0.
     pub shape: Shape,
-    /// Velocity (m/s).
+    /// Constant velocity of the shape (m/s).
     pub velocity: [f64; 3],
     /// Coulomb friction coefficient, 0 or more.
     pub friction: f64,

@@ -17,8 +17,8 @@ pub(crate) struct Contacts<'a> {
     pub(crate) time: f64,
     /// Length (s) of the step.
     pub(crate) dt: f64,
-    /// Particles of a block.
-    pub(crate) grain: usize,
+    /// Particles per block.
+    pub(crate) block_size: usize,
 }
 
 /// Resolves the contacts of all free particles (`inv_m` > 0); returns how many touched a collider.
@@ -32,8 +32,9 @@ pub(crate) fn resolve<R: Real>(
     if contacts.colliders.is_empty() {
         return 0;
     }
-    let grain = contacts.grain;
-    (inv_m.par_chunks(grain), x.par_chunks_mut(grain), v.par_chunks_mut(grain))
+
+    let block_size = contacts.block_size;
+    (inv_m.par_chunks(block_size), x.par_chunks_mut(block_size), v.par_chunks_mut(block_size))
         .into_par_iter()
         .map(|(inv_m, x, v)| {
             let free = inv_m.iter().zip(x.iter_mut().zip(v)).filter(|(inv_m, _)| **inv_m > R::zero());
@@ -51,6 +52,7 @@ fn touch<R: Real>(contacts: Contacts<'_>, x: &mut Vec3<R>, v: &mut Vec3<R>) -> b
             continue;
         }
         touched = true;
+
         let change = velocity_change(collider, &v.map(R::to_f64), &vec3(normal));
         // The step moved the particle with the velocity that it no longer has.
         let mut position = x.map(R::to_f64) + change * contacts.dt;
@@ -58,6 +60,7 @@ fn touch<R: Real>(contacts: Contacts<'_>, x: &mut Vec3<R>, v: &mut Vec3<R>) -> b
         if distance < collider.margin {
             position += vec3::<f64>(normal) * (collider.margin - distance);
         }
+
         *x = position.map(R::of);
         *v = (v.map(R::to_f64) + change).map(R::of);
     }
@@ -71,6 +74,7 @@ fn velocity_change(collider: &Collider, v: &Vec3<f64>, normal: &Vec3<f64>) -> Ve
     if approach >= 0.0 {
         return Vec3::zeros();
     }
+
     let push = -(1.0 + collider.restitution) * approach;
     let sliding = relative - normal * approach;
     let speed = sliding.norm();

@@ -1,7 +1,7 @@
 //! A sparse matrix of 3 x 3 blocks, rows in parallel: the reference for matrix-free products
 //! (the `MatAdj` of Zara 2001, section 5.2).
 
-use super::LinearOperator;
+use super::operator::LinearOperator;
 use crate::math::{Mat3, Padded, Real, Vec3};
 
 /// Compressed rows of 3 x 3 blocks. Columns ascend within a row; the diagonal is stored.
@@ -23,6 +23,7 @@ impl<R: Real> BlockCsr<R> {
             columns.extend(row);
             starts.push(columns.len());
         }
+
         let blocks = vec![Mat3::zeros(); columns.len()];
         Self { starts, columns, blocks }
     }
@@ -39,6 +40,7 @@ impl<R: Real> BlockCsr<R> {
             (0..count)
                 .map(|i| (0..count as u32).filter(|&j| block(i, j as usize) != Mat3::zeros()).collect()),
         );
+
         for i in 0..count {
             for k in matrix.starts[i]..matrix.starts[i + 1] {
                 matrix.blocks[k] = block(i, matrix.columns[k] as usize);
@@ -68,8 +70,8 @@ impl<R: Real> BlockCsr<R> {
     }
 }
 
-/// Rows below which a range is not split further.
-const GRAIN: usize = 256;
+/// Number of rows up to which a range is not split further.
+const BLOCK_SIZE: usize = 256;
 
 /// `starts` are those of the range's rows and one more; `blocks` are the range's.
 fn fill_range<R: Real>(
@@ -80,7 +82,7 @@ fn fill_range<R: Real>(
     fill: &(impl Fn(usize, &[u32], &mut [Mat3<R>]) + Sync),
 ) {
     let (rows, base) = (starts.len() - 1, starts[0]);
-    if rows > GRAIN {
+    if rows > BLOCK_SIZE {
         let half = rows / 2;
         let (left, right) = blocks.split_at_mut(starts[half] - base);
         rayon::join(
@@ -89,6 +91,7 @@ fn fill_range<R: Real>(
         );
         return;
     }
+
     for (i, w) in starts.windows(2).enumerate() {
         fill(first_row + i, &columns[w[0]..w[1]], &mut blocks[w[0] - base..w[1] - base]);
     }

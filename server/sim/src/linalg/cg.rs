@@ -7,7 +7,9 @@
 use rayon::prelude::*;
 
 use super::{
-    LinearOperator, Outcome, Preconditioner, SolveReport, SolverSettings, Stop, block_sums, combine,
+    dot::{block_sums, combine},
+    operator::{LinearOperator, Preconditioner},
+    settings::{Outcome, SolveReport, SolverSettings, Stop},
 };
 use crate::{
     math::{Padded, Real, Vec3},
@@ -28,8 +30,8 @@ pub struct CgWorkspace<R: Real> {
 }
 
 impl<R: Real> CgWorkspace<R> {
-    /// Room for `count` rows in blocks of `grain`.
-    pub fn new(count: usize, grain: usize) -> Self {
+    /// Room for `count` rows in blocks of `block_size`.
+    pub fn new(count: usize, block_size: usize) -> Self {
         let zeros = vec![Vec3::zeros(); count];
         Self {
             r: zeros.clone(),
@@ -38,12 +40,12 @@ impl<R: Real> CgWorkspace<R> {
             padded: vec![Padded::default(); count],
             q: zeros.clone(),
             best: zeros,
-            partials: vec![[0.0; 2]; block_count(count, grain)],
+            partials: vec![[0.0; 2]; block_count(count, block_size)],
         }
     }
 }
 
-/// Solves A x = b by conjugate gradient from the `x` given; `grain` rows make a block.
+/// Solves A x = b by conjugate gradient from the `x` given; `block_size` rows make a block.
 ///
 /// `x` becomes the solution, or the iterate with the smallest residual when the solve stops at the
 /// cap or at a curvature that is not positive. With [`Stop::Iterations`] it becomes the last
@@ -57,7 +59,7 @@ pub fn conjugate_gradient<R: Real>(
     b: &[Vec3<R>],
     x: &mut [Vec3<R>],
     settings: &SolverSettings,
-    grain: usize,
+    block_size: usize,
     work: &mut CgWorkspace<R>,
 ) -> SolveReport {
     assert!(x.len() == b.len() && work.r.len() == b.len(), "one length for x, b and the workspace");
@@ -65,7 +67,9 @@ pub fn conjugate_gradient<R: Real>(
         Stop::Residual { tolerance, max_iterations } => (tolerance, max_iterations),
         Stop::Iterations(count) => (0.0, count),
     };
-    let mut solve = Solve { a, m, grain, work };
+
+    let mut solve = Solve { a, m, block_size, work };
+
     let b_norm = solve.dot_with(b, b)[0].sqrt();
     if b_norm == 0.0 {
         x.fill(Vec3::zeros());
@@ -75,6 +79,7 @@ pub fn conjugate_gradient<R: Real>(
         let outcome = Outcome::NotFinite { iteration: 0 };
         return SolveReport { outcome, iterations: 0, relative_residual: f64::NAN };
     }
+
     let [mut rho, mut rr] = solve.start(b, x);
     // The iterate with the smallest residual: `x` itself, until the residual grows.
     let (mut best, mut best_is_x) = (rr, true);
@@ -89,22 +94,27 @@ pub fn conjugate_gradient<R: Real>(
         if iterations == cap {
             break Outcome::IterationCap;
         }
+
         let [curvature, magnitude] = solve.apply_operator();
         if let Some(bad) = solve.bad_curvature([curvature, magnitude], b, iterations + 1) {
             break bad;
         }
+
         iterations += 1;
         let alpha = rho / curvature;
         let [rho_next, rr_next] = solve.advance(alpha, x);
+
         if rr_next < best {
             (best, best_is_x) = (rr_next, true);
         } else if best_is_x {
             solve.keep_previous(alpha, x);
             best_is_x = false;
         }
+
         solve.turn(rho_next / rho);
         (rho, rr) = (rho_next, rr_next);
     };
+
     let fixed = matches!((settings.stop, outcome), (Stop::Iterations(_), Outcome::IterationCap));
     if !best_is_x && !fixed && outcome != Outcome::Converged {
         x.copy_from_slice(&solve.work.best);
@@ -116,15 +126,15 @@ pub fn conjugate_gradient<R: Real>(
 struct Solve<'a, R: Real, A, M> {
     a: &'a A,
     m: &'a M,
-    grain: usize,
+    block_size: usize,
     work: &'a mut CgWorkspace<R>,
 }
 
 impl<R: Real, A: LinearOperator<R>, M: Preconditioner<R>> Solve<'_, R, A, M> {
     /// a.b and the sum of magnitudes.
     fn dot_with(&mut self, a: &[Vec3<R>], b: &[Vec3<R>]) -> [f64; 2] {
-        let grain = self.grain;
-        (self.work.partials.par_iter_mut(), a.par_chunks(grain), b.par_chunks(grain))
+        let block_size = self.block_size;
+        (self.work.partials.par_iter_mut(), a.par_chunks(block_size), b.par_chunks(block_size))
             .into_par_iter()
             .for_each(|(partial, a, b)| *partial = block_sums(a, b));
         sum(&self.work.partials)
@@ -132,49 +142,57 @@ impl<R: Real, A: LinearOperator<R>, M: Preconditioner<R>> Solve<'_, R, A, M> {
 
     /// r = b - A x, z = M⁻¹ r, p = z; returns (r.z, r.r).
     fn start(&mut self, b: &[Vec3<R>], x: &[Vec3<R>]) -> [f64; 2] {
-        let (grain, a, m) = (self.grain, self.a, self.m);
+        let (block_size, a, m) = (self.block_size, self.a, self.m);
         let from_zero = x.iter().all(|x| *x == Vec3::zeros());
         let CgWorkspace { r, z, p, padded, partials, .. } = &mut *self.work;
         if !from_zero {
             padded.iter_mut().zip(x).for_each(|(padded, x)| *padded = Padded::new(x));
         }
+
         let x = padded.as_slice();
-        let blocks =
-            (partials.par_iter_mut(), b.par_chunks(grain), r.par_chunks_mut(grain), z.par_chunks_mut(grain));
-        blocks.into_par_iter().zip(p.par_chunks_mut(grain)).enumerate().for_each(
+        let blocks = (
+            partials.par_iter_mut(),
+            b.par_chunks(block_size),
+            r.par_chunks_mut(block_size),
+            z.par_chunks_mut(block_size),
+        );
+        blocks.into_par_iter().zip(p.par_chunks_mut(block_size)).enumerate().for_each(
             |(block, ((partial, b, r, z), p))| {
                 if from_zero {
                     r.copy_from_slice(b);
                 } else {
-                    a.apply(block * grain, x, r);
+                    a.apply(block * block_size, x, r);
                     r.iter_mut().zip(b).for_each(|(r, b)| *r = b - *r);
                 }
-                m.apply(block * grain, r, z);
+                m.apply(block * block_size, r, z);
                 p.copy_from_slice(z);
                 *partial = [block_sums(r, z)[0], block_sums(r, r)[0]];
             },
         );
+
         let sums = sum(partials);
         self.pad_p();
         sums
     }
 
     fn pad_p(&mut self) {
-        let (grain, CgWorkspace { p, padded, .. }) = (self.grain, &mut *self.work);
-        (padded.par_chunks_mut(grain), p.par_chunks(grain)).into_par_iter().for_each(|(padded, p)| {
-            padded.iter_mut().zip(p).for_each(|(padded, p)| *padded = Padded::new(p));
-        });
+        let (block_size, CgWorkspace { p, padded, .. }) = (self.block_size, &mut *self.work);
+        (padded.par_chunks_mut(block_size), p.par_chunks(block_size)).into_par_iter().for_each(
+            |(padded, p)| {
+                padded.iter_mut().zip(p).for_each(|(padded, p)| *padded = Padded::new(p));
+            },
+        );
     }
 
     /// q = A p; returns (p.q, sum of `|p_c q_c|`).
     fn apply_operator(&mut self) -> [f64; 2] {
-        let (grain, a) = (self.grain, self.a);
+        let (block_size, a) = (self.block_size, self.a);
         let CgWorkspace { p, padded, q, partials, .. } = &mut *self.work;
-        (partials.par_iter_mut(), q.par_chunks_mut(grain), p.par_chunks(grain))
+        (partials.par_iter_mut(), q.par_chunks_mut(block_size), p.par_chunks(block_size))
             .into_par_iter()
             .enumerate()
             .for_each(|(block, (partial, q, mine))| {
-                a.apply(block * grain, padded, q);
+                a.apply(block * block_size, padded, q);
                 *partial = block_sums(mine, q);
             });
         sum(partials)
@@ -182,15 +200,16 @@ impl<R: Real, A: LinearOperator<R>, M: Preconditioner<R>> Solve<'_, R, A, M> {
 
     /// x += alpha p, r -= alpha q, z = M⁻¹ r; returns (r.z, r.r).
     fn advance(&mut self, alpha: f64, x: &mut [Vec3<R>]) -> [f64; 2] {
-        let (grain, m, alpha) = (self.grain, self.m, R::of(alpha));
+        let (block_size, m, alpha) = (self.block_size, self.m, R::of(alpha));
         let CgWorkspace { r, z, p, q, partials, .. } = &mut *self.work;
-        let vectors = (x.par_chunks_mut(grain), r.par_chunks_mut(grain), z.par_chunks_mut(grain));
-        let inputs = (partials.par_iter_mut(), p.par_chunks(grain), q.par_chunks(grain));
+        let vectors =
+            (x.par_chunks_mut(block_size), r.par_chunks_mut(block_size), z.par_chunks_mut(block_size));
+        let inputs = (partials.par_iter_mut(), p.par_chunks(block_size), q.par_chunks(block_size));
         vectors.into_par_iter().zip(inputs.into_par_iter()).enumerate().for_each(
             |(block, ((x, r, z), (partial, p, q)))| {
                 combine(x, R::one(), p, alpha);
                 combine(r, R::one(), q, -alpha);
-                m.apply(block * grain, r, z);
+                m.apply(block * block_size, r, z);
                 *partial = [block_sums(r, z)[0], block_sums(r, r)[0]];
             },
         );
@@ -199,9 +218,9 @@ impl<R: Real, A: LinearOperator<R>, M: Preconditioner<R>> Solve<'_, R, A, M> {
 
     /// p = z + beta p.
     fn turn(&mut self, beta: f64) {
-        let (grain, beta) = (self.grain, R::of(beta));
+        let (block_size, beta) = (self.block_size, R::of(beta));
         let CgWorkspace { z, p, padded, .. } = &mut *self.work;
-        (p.par_chunks_mut(grain), padded.par_chunks_mut(grain), z.par_chunks(grain))
+        (p.par_chunks_mut(block_size), padded.par_chunks_mut(block_size), z.par_chunks(block_size))
             .into_par_iter()
             .for_each(|(p, padded, z)| {
                 combine(p, beta, z, R::one());
@@ -211,13 +230,13 @@ impl<R: Real, A: LinearOperator<R>, M: Preconditioner<R>> Solve<'_, R, A, M> {
 
     /// best = x - alpha p: the iterate before the one in `x`.
     fn keep_previous(&mut self, alpha: f64, x: &[Vec3<R>]) {
-        let (grain, alpha) = (self.grain, R::of(alpha));
+        let (block_size, alpha) = (self.block_size, R::of(alpha));
         let CgWorkspace { p, best, .. } = &mut *self.work;
-        (best.par_chunks_mut(grain), x.par_chunks(grain), p.par_chunks(grain)).into_par_iter().for_each(
-            |(best, x, p)| {
+        (best.par_chunks_mut(block_size), x.par_chunks(block_size), p.par_chunks(block_size))
+            .into_par_iter()
+            .for_each(|(best, x, p)| {
                 best.iter_mut().zip(x.iter().zip(p)).for_each(|(best, (x, p))| *best = x - p * alpha);
-            },
-        );
+            });
     }
 
     /// Names a curvature that is not above its rounding bound.
@@ -238,18 +257,21 @@ impl<R: Real, A: LinearOperator<R>, M: Preconditioner<R>> Solve<'_, R, A, M> {
         if curvature < -bound {
             return Some(Outcome::NegativeCurvature { iteration });
         }
+
         // A p = 0 is judged against the size of A, for which |A b| / |b| stands.
         let [p_norm, q_norm] = [self.norm_of(|work| &work.p), self.norm_of(|work| &work.q)];
+
         self.work.p.copy_from_slice(b);
         self.pad_p();
         self.apply_operator();
         let size = self.norm_of(|work| &work.q) / self.norm_of(|work| &work.p);
+
         let vanishes = q_norm <= 64.0 * R::ROUNDING * size * p_norm;
         Some(if vanishes { Outcome::Singular { iteration } } else { Outcome::ZeroCurvature { iteration } })
     }
 
     fn norm_of(&mut self, vector: impl Fn(&CgWorkspace<R>) -> &Vec<Vec3<R>>) -> f64 {
-        let partials = vector(self.work).chunks(self.grain).map(|v| block_sums(v, v)[0]);
+        let partials = vector(self.work).chunks(self.block_size).map(|v| block_sums(v, v)[0]);
         partials.sum::<f64>().sqrt()
     }
 }

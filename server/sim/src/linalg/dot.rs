@@ -45,6 +45,7 @@ impl<R: Real> WithSimd<R> for Combine<'_, R> {
         for (y, x) in packs.iter_mut().zip(others) {
             *y = (s * P::load(y) + t * P::load(x)).store();
         }
+
         for (y, x) in rest.iter_mut().zip(rest_x) {
             *y = self.s * *y + self.t * *x;
         }
@@ -71,14 +72,17 @@ impl<R: Real> WithSimd<R> for BlockSums<'_, R> {
         let zero = P::Wide::zero();
         let (mut signed, mut magnitude) = (zero, zero);
         let (a, b) = (self.a.as_chunks::<LANES>(), self.b.as_chunks::<LANES>());
+
         let mut tails = [[R::zero(); LANES]; 2];
         tails[0][..a.1.len()].copy_from_slice(a.1);
         tails[1][..b.1.len()].copy_from_slice(b.1);
+
         for (a, b) in a.0.iter().zip(b.0).chain([(&tails[0], &tails[1])]) {
             let product = P::load(a).widen() * P::load(b).widen();
             signed += product;
             magnitude += product.abs();
         }
+
         [signed, magnitude].map(|sum| add_lanes(sum.store()))
     }
 }

@@ -10,20 +10,18 @@
 
 use rayon::prelude::*;
 
-use super::{Outcome, SolveReport, Stop, block_sums, combine};
+use super::{
+    dot::{block_sums, combine},
+    operator::WholeOperator,
+    settings::{Outcome, SolveReport, Stop},
+};
 use crate::{
     math::{Real, Vec3},
     parallel::{block_count, sum},
 };
 
-/// Rows of a block: work of a few microseconds, which rayon divides well.
-const GRAIN: usize = 1024;
-
-/// A square matrix of 3 x 3 blocks, applied to a whole vector at once.
-pub trait WholeOperator<R: Real> {
-    /// Writes all of A x into `out`; what `out` held plays no part.
-    fn apply(&mut self, x: &[Vec3<R>], out: &mut [Vec3<R>]);
-}
+/// Rows per block: work of a few microseconds, which rayon divides well.
+const BLOCK_SIZE: usize = 1024;
 
 /// Scratch vectors of a solve: they grow to the largest system solved, and are then reused.
 #[derive(Clone, Debug, Default)]
@@ -34,7 +32,7 @@ pub struct MinresWorkspace<R: Real> {
     /// Residual-like vectors: M v times a length, of the iteration before and of this one.
     before: Vec<Vec3<R>>,
     r: Vec<Vec3<R>>,
-    /// M⁻¹ r.
+    /// M⁻¹ r, with 0 in rows without mass.
     z: Vec<Vec3<R>>,
     /// Directions of x, of the iteration before and of this one.
     w_before: Vec<Vec3<R>>,
@@ -51,7 +49,7 @@ impl<R: Real> MinresWorkspace<R> {
         for vector in [v, q, before, r, z, w_before, w, best] {
             vector.reserve(count.saturating_sub(vector.len()));
         }
-        partials.reserve(block_count(count, GRAIN).saturating_sub(partials.len()));
+        partials.reserve(block_count(count, BLOCK_SIZE).saturating_sub(partials.len()));
     }
 
     fn resize(&mut self, count: usize) {
@@ -59,18 +57,19 @@ impl<R: Real> MinresWorkspace<R> {
         for vector in [v, q, before, r, z, w_before, w, best] {
             vector.resize(count, Vec3::zeros());
         }
-        partials.resize(block_count(count, GRAIN), [0.0]);
+        partials.resize(block_count(count, BLOCK_SIZE), [0.0]);
     }
 }
 
 /// Solves A x = b for a symmetric A by minimal residuals from the `x` given, in the norm
 /// `|r|² = Σ r·r / m`.
 ///
-/// `mass` has one entry a row, 0 or more. A row without mass is left out of the system, and x
+/// `mass` has one entry per row, 0 or more. A row without mass is left out of the system, and x
 /// becomes 0 there.
 ///
-/// A solve costs a product an iteration, and one or two for residuals. `x` becomes the last iterate, which has the smallest residual; the report's residual is that of
-/// this x, recomputed. It ends with
+/// A solve costs one product with A per iteration, and one or two more for residuals. `x` becomes the
+/// last iterate, which has the smallest residual; the report's residual is that of this x, recomputed.
+/// It ends with
 ///
 /// - [`Outcome::Converged`] when it met the tolerance,
 /// - [`Outcome::IterationCap`] when it did not, after the iterations of [`Stop::Iterations`], or
@@ -96,6 +95,7 @@ pub fn minres<R: Real, A: WholeOperator<R>>(
         Stop::Residual { tolerance, max_iterations } => (tolerance, max_iterations),
         Stop::Iterations(count) => (0.0, count),
     };
+
     let mut solve = Solve { a, mass, work };
     let scale = solve.norm_of(b);
     if scale == 0.0 {
@@ -108,6 +108,7 @@ pub fn minres<R: Real, A: WholeOperator<R>>(
         return SolveReport { outcome, iterations: 0, relative_residual: f64::NAN };
     }
     solve.leave_out(x);
+
     let goal = tolerance * scale;
     let mut iterations = 0;
     let outcome = loop {
@@ -120,6 +121,7 @@ pub fn minres<R: Real, A: WholeOperator<R>>(
         solve.work.best.copy_from_slice(x);
         let run = solve.run(x, residual, goal, cap - iterations);
         iterations += run.iterations;
+
         let recomputed = solve.start(b, x);
         // A residual that is not a number has not fallen.
         let fell = recomputed < residual;
@@ -128,6 +130,7 @@ pub fn minres<R: Real, A: WholeOperator<R>>(
         } else {
             x.copy_from_slice(&solve.work.best);
         }
+
         match run.end {
             End::NotFinite => break Outcome::NotFinite { iteration: iterations + 1 },
             _ if !recomputed.is_finite() => break Outcome::NotFinite { iteration: iterations },
@@ -188,7 +191,7 @@ impl<R: Real, A: WholeOperator<R>> Solve<'_, R, A> {
             r.copy_from_slice(b);
         } else {
             self.a.apply(v, r);
-            (r.par_chunks_mut(GRAIN), b.par_chunks(GRAIN))
+            (r.par_chunks_mut(BLOCK_SIZE), b.par_chunks(BLOCK_SIZE))
                 .into_par_iter()
                 .for_each(|(r, b)| combine(r, -R::one(), b, R::one()));
         }
@@ -198,7 +201,8 @@ impl<R: Real, A: WholeOperator<R>> Solve<'_, R, A> {
     /// z = M⁻¹ r, and r = 0 in rows without mass; returns |r|.
     fn divide_by_mass(&mut self) -> f64 {
         let (mass, MinresWorkspace { r, z, partials, .. }) = (self.mass, &mut *self.work);
-        let vectors = (r.par_chunks_mut(GRAIN), z.par_chunks_mut(GRAIN), mass.par_chunks(GRAIN));
+        let vectors =
+            (r.par_chunks_mut(BLOCK_SIZE), z.par_chunks_mut(BLOCK_SIZE), mass.par_chunks(BLOCK_SIZE));
         (partials.par_iter_mut(), vectors).into_par_iter().for_each(|(partial, (r, z, mass))| {
             for ((r, z), m) in r.iter_mut().zip(z.iter_mut()).zip(mass) {
                 if *m > R::zero() {
@@ -217,64 +221,69 @@ impl<R: Real, A: WholeOperator<R>> Solve<'_, R, A> {
         for vector in [&mut self.work.before, &mut self.work.w_before, &mut self.work.w] {
             vector.fill(Vec3::zeros());
         }
+
         // No component of x can be larger than this.
         let mut largest = self.length(x);
-        let mut rows = Rows::new(residual);
+        let mut qr = LanczosQr::new(residual);
         let mut iterations = 0;
         let end = loop {
-            if rows.residual <= goal || iterations == cap {
+            if qr.residual <= goal || iterations == cap {
                 break End::Goal;
             }
-            let [alpha, beta] = self.lanczos(&rows);
-            rows.turn(alpha, beta);
-            if !rows.is_finite() {
+            let [alpha, beta] = self.lanczos(&qr);
+            qr.turn(alpha, beta);
+            if !qr.is_finite() {
                 break End::NotFinite;
             }
-            if rows.is_singular(64.0 * R::ROUNDING) {
+            if qr.is_singular(64.0 * R::ROUNDING) {
                 break End::Singular;
             }
-            let step = rows.step.abs();
-            largest += step * self.direct(&rows);
+            let step = qr.step.abs();
+            largest += step * self.direct(&qr);
             if largest.is_nan() || largest.max(step) > R::LARGEST {
                 break End::NotFinite;
             }
-            self.advance(rows.step, x);
+            self.advance(qr.step, x);
             iterations += 1;
         };
         Run { end, iterations }
     }
 
     /// The next Lanczos vector, in r and z, from those of this iteration; returns v.A v and |r|.
-    fn lanczos(&mut self, rows: &Rows) -> [f64; 2] {
-        let beta = rows.beta;
+    fn lanczos(&mut self, qr: &LanczosQr) -> [f64; 2] {
+        let beta = qr.beta;
         let MinresWorkspace { v, q, before, r, z, partials, .. } = &mut *self.work;
         let inverse = R::of(1.0 / beta);
-        (v.par_chunks_mut(GRAIN), z.par_chunks(GRAIN))
+        (v.par_chunks_mut(BLOCK_SIZE), z.par_chunks(BLOCK_SIZE))
             .into_par_iter()
             .for_each(|(v, z)| v.iter_mut().zip(z).for_each(|(v, z)| *v = z * inverse));
+
         self.a.apply(v, q);
-        let share = R::of(-rows.beta_ratio);
-        let vectors = (q.par_chunks_mut(GRAIN), before.par_chunks(GRAIN), v.par_chunks(GRAIN));
+        let share = R::of(-qr.beta_ratio);
+        let vectors = (q.par_chunks_mut(BLOCK_SIZE), before.par_chunks(BLOCK_SIZE), v.par_chunks(BLOCK_SIZE));
         (partials.par_iter_mut(), vectors).into_par_iter().for_each(|(partial, (q, before, v))| {
             combine(q, R::one(), before, share);
             *partial = [block_sums(v, q)[0]];
         });
+
         let alpha = sum(partials)[0];
         let share = R::of(-alpha / beta);
-        (q.par_chunks_mut(GRAIN), r.par_chunks(GRAIN))
+        (q.par_chunks_mut(BLOCK_SIZE), r.par_chunks(BLOCK_SIZE))
             .into_par_iter()
             .for_each(|(q, r)| combine(q, R::one(), r, share));
+
         std::mem::swap(before, r);
         std::mem::swap(r, q);
         [alpha, self.divide_by_mass()]
     }
 
     /// w becomes the next direction of x; returns its length.
-    fn direct(&mut self, rows: &Rows) -> f64 {
+    fn direct(&mut self, qr: &LanczosQr) -> f64 {
         let MinresWorkspace { v, w_before, w, partials, .. } = &mut *self.work;
         std::mem::swap(w_before, w);
-        let [older, old, new] = rows.direction.map(R::of);
-        let vectors = (w.par_chunks_mut(GRAIN), w_before.par_chunks(GRAIN), v.par_chunks(GRAIN));
+        let [older, old, new] = qr.direction.map(R::of);
+        let vectors =
+            (w.par_chunks_mut(BLOCK_SIZE), w_before.par_chunks(BLOCK_SIZE), v.par_chunks(BLOCK_SIZE));
         (partials.par_iter_mut(), vectors).into_par_iter().for_each(|(partial, (w, w_before, v))| {
             combine(w, older, v, new);
             combine(w, R::one(), w_before, old);
@@ -286,7 +295,7 @@ impl<R: Real, A: WholeOperator<R>> Solve<'_, R, A> {
     /// x += step w.
     fn advance(&self, step: f64, x: &mut [Vec3<R>]) {
         let step = R::of(step);
-        (x.par_chunks_mut(GRAIN), self.work.w.par_chunks(GRAIN))
+        (x.par_chunks_mut(BLOCK_SIZE), self.work.w.par_chunks(BLOCK_SIZE))
             .into_par_iter()
             .for_each(|(x, w)| combine(x, R::one(), w, step));
     }
@@ -294,21 +303,24 @@ impl<R: Real, A: WholeOperator<R>> Solve<'_, R, A> {
     /// Length of a vector, without the mass.
     fn length(&mut self, x: &[Vec3<R>]) -> f64 {
         let partials = &mut self.work.partials;
-        (partials.par_iter_mut(), x.par_chunks(GRAIN))
+        (partials.par_iter_mut(), x.par_chunks(BLOCK_SIZE))
             .into_par_iter()
             .for_each(|(partial, x)| *partial = [block_sums(x, x)[0]]);
         sum(partials)[0].sqrt()
     }
 }
 
-/// Rows of the tridiagonal matrix of the Lanczos vectors, made triangular by plane rotations, one a
-/// row, as they come (the names of Paige and Saunders).
-struct Rows {
+/// QR factorisation of the tridiagonal matrix of the Lanczos vectors, row by row as they come, with one
+/// plane rotation per row (the names are those of Paige and Saunders).
+struct LanczosQr {
+    /// |r| of the recursion: the entry beside the diagonal.
     beta: f64,
     /// beta over that of the iteration before.
     beta_ratio: f64,
+    /// Cosine and sine of the last rotation.
     cosine: f64,
     sine: f64,
+    /// Entries of the next row that are not final yet.
     delta_bar: f64,
     epsilon: f64,
     /// |r|, as far as the recursion knows.
@@ -323,7 +335,7 @@ struct Rows {
     step: f64,
 }
 
-impl Rows {
+impl LanczosQr {
     fn new(residual: f64) -> Self {
         Self {
             beta: residual,
@@ -344,14 +356,17 @@ impl Rows {
     fn turn(&mut self, alpha: f64, beta: f64) {
         let beside = if self.beta_ratio > 0.0 { self.beta } else { 0.0 };
         self.size2 += alpha * alpha + beside * beside + beta * beta;
+
         let epsilon = self.epsilon;
         let delta = self.cosine * self.delta_bar + self.sine * alpha;
         let gamma_bar = self.sine * self.delta_bar - self.cosine * alpha;
         self.epsilon = self.sine * beta;
         self.delta_bar = -self.cosine * beta;
         self.slope = (gamma_bar * gamma_bar + self.delta_bar * self.delta_bar).sqrt();
+
         let gamma = (gamma_bar * gamma_bar + beta * beta).sqrt();
         (self.cosine, self.sine) = (gamma_bar / gamma, beta / gamma);
+
         self.step = self.cosine * self.residual;
         self.residual *= self.sine;
         self.direction = [-epsilon / gamma, -delta / gamma, 1.0 / gamma];

@@ -1,6 +1,6 @@
 //! Preconditioners: none, the inverse diagonal, the inverse 3 x 3 diagonal blocks.
 
-use super::Preconditioner;
+use super::operator::Preconditioner;
 use crate::math::{Real, Vec3};
 
 /// No preconditioning: z = r.
@@ -16,7 +16,7 @@ impl<R: Real> Preconditioner<R> for Identity {
 /// Inverse of the diagonal, one component each.
 #[derive(Clone, Copy, Debug)]
 pub struct Diagonal<'a, R: Real>(
-    /// Inverse diagonal, one entry a row.
+    /// Inverse diagonal, one entry per row.
     pub &'a [Symmetric3<R>],
 );
 
@@ -32,7 +32,7 @@ impl<R: Real> Preconditioner<R> for Diagonal<'_, R> {
 /// Inverse of the 3 x 3 diagonal blocks.
 #[derive(Clone, Copy, Debug)]
 pub struct BlockJacobi<'a, R: Real>(
-    /// Inverse blocks, one a row.
+    /// Inverse blocks, one per row.
     pub &'a [Symmetric3<R>],
 );
 
@@ -58,7 +58,7 @@ pub struct Symmetric3<R> {
 }
 
 impl<R: Real> Symmetric3<R> {
-    /// s I.
+    /// The identity times `s`.
     #[inline(always)]
     pub fn scalar(s: R) -> Self {
         let zero = R::zero();
@@ -98,10 +98,12 @@ impl<R: Real> Symmetric3<R> {
         let cofactor_y = self.xz * self.yz - self.xy * self.zz;
         let cofactor_z = self.xy * self.yz - self.xz * self.yy;
         let determinant = self.xx * cofactor_x + self.xy * cofactor_y + self.xz * cofactor_z;
+
         let zero = R::zero();
         if !(self.xx > zero && minor > zero && determinant > zero) {
             return None;
         }
+
         let s = R::one() / determinant;
         Some(Self {
             xx: cofactor_x * s,

@@ -19,7 +19,7 @@ pub enum Stop {
 /// Approximate inverse of the matrix.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 pub enum PreconditionerKind {
-    /// None.
+    /// No preconditioner: residuals are taken as they are.
     Identity,
     /// Inverse of the diagonal.
     Diagonal,
@@ -29,7 +29,7 @@ pub enum PreconditionerKind {
 }
 
 impl PreconditionerKind {
-    /// Every kind.
+    /// Every kind, the simplest first.
     pub const ALL: [Self; 3] = [Self::Identity, Self::Diagonal, Self::BlockJacobi];
 
     /// Its name in scene files.
@@ -53,7 +53,7 @@ pub enum OperatorKind {
 }
 
 impl OperatorKind {
-    /// Every kind.
+    /// Every kind, the simplest first.
     pub const ALL: [Self; 2] = [Self::MatrixFree, Self::Assembled];
 
     /// Its name in scene files.
@@ -70,7 +70,7 @@ impl OperatorKind {
 pub struct SolverSettings {
     /// When it stops.
     pub stop: Stop,
-    /// Preconditioner.
+    /// Approximate inverse that residuals are multiplied by.
     pub preconditioner: PreconditionerKind,
     /// How the matrix is applied.
     pub operator: OperatorKind,
@@ -136,7 +136,7 @@ impl fmt::Display for Outcome {
 pub struct SolveReport {
     /// How it ended.
     pub outcome: Outcome,
-    /// Iterations made.
+    /// Iterations made; 0 when b is 0.
     pub iterations: u32,
     /// |r| / |b| of the solution returned (0 when b = 0).
     pub relative_residual: f64,

@@ -10,7 +10,7 @@ pub use order::hilbert_order;
 
 pub(crate) use disjoint::Disjoint;
 
-/// Adds one partial result a block in a fixed binary tree over the blocks' numbers.
+/// Adds one partial result per block in a fixed binary tree over the blocks' numbers.
 ///
 /// The left subtree holds the largest power of two of blocks, so that a cluster rank that owns
 /// whole subtrees can add them by itself.
@@ -18,7 +18,7 @@ pub fn sum<const K: usize>(partials: &[[f64; K]]) -> [f64; K] {
     sum_by(partials, &|partial| *partial)
 }
 
-/// The same of what `of` says of each element.
+/// Adds `of` of each element in the same tree.
 pub(crate) fn sum_by<T, const K: usize>(elements: &[T], of: &impl Fn(&T) -> [f64; K]) -> [f64; K] {
     match elements {
         [] => [0.0; K],
@@ -31,9 +31,9 @@ pub(crate) fn sum_by<T, const K: usize>(elements: &[T], of: &impl Fn(&T) -> [f64
     }
 }
 
-/// Number of blocks of `grain` particles that `count` particles fill.
-pub const fn block_count(count: usize, grain: usize) -> usize {
-    count.div_ceil(grain)
+/// Number of blocks of `block_size` particles that `count` particles fill.
+pub const fn block_count(count: usize, block_size: usize) -> usize {
+    count.div_ceil(block_size)
 }
 
 #[cfg(test)]

@@ -3,11 +3,11 @@
 //! Reads positions (m); writes, for each new number, the old one. J. Skilling, "Programming the
 //! Hilbert curve", AIP Conference Proceedings 707 (2004).
 
-/// Bits an axis: cells of extent / 65536.
+/// Bits per axis: cells are the largest extent / 65536 wide.
 const BITS: u32 = 16;
 
-/// The order of points along a Hilbert curve: `order[new] = old`. Points of one cell keep their
-/// order.
+/// The order of points along a Hilbert curve: `order[new] = old`. Points of one cell stay in the
+/// order in which they were given.
 pub fn hilbert_order(points: &[[f64; 3]]) -> Vec<u32> {
     let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
     for point in points {
@@ -16,8 +16,10 @@ pub fn hilbert_order(points: &[[f64; 3]]) -> Vec<u32> {
             high[axis] = high[axis].max(point[axis]);
         }
     }
+
     let extent = (0..3).map(|axis| high[axis] - low[axis]).fold(0.0, f64::max);
     let scale = if extent > 0.0 { f64::from((1_u32 << BITS) - 1) / extent } else { 0.0 };
+
     let mut keyed: Vec<(u64, u32)> = points
         .iter()
         .enumerate()
@@ -45,6 +47,7 @@ fn hilbert_index(cell: [u32; 3]) -> u64 {
         }
         bit >>= 1;
     }
+
     axes[1] ^= axes[0];
     axes[2] ^= axes[1];
     let mut flip = 0;
@@ -55,6 +58,7 @@ fn hilbert_index(cell: [u32; 3]) -> u64 {
         }
         bit >>= 1;
     }
+
     let axes = axes.map(|axis| axis ^ flip);
     (0..BITS)
         .rev()

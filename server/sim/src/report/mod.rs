@@ -1,4 +1,4 @@
-//! What a step tells: figures, time per stage, or the reason why it failed.
+//! What a step tells: diagnostics, time per stage, or the reason why it failed.
 
 mod snow;
 
@@ -8,22 +8,22 @@ use thiserror::Error;
 
 use crate::linalg::{Outcome, SolveReport};
 
-/// A stage of a step (Zara 2001, section 6, and our own).
+/// A stage of a step (Zara 2001, section 6, and those of snow).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Stage {
     /// Forces of springs, gravity and the medium.
     Force,
     /// Forces to accelerations.
     Acceleration,
-    /// New velocities.
+    /// Accelerations to new velocities.
     Velocity,
-    /// New positions.
+    /// Velocities to new positions.
     Position,
     /// Preparing the matrix: diagonal blocks, right-hand side, assembly.
     Matrix,
     /// Solving for the change of velocity.
     Solve,
-    /// Contacts.
+    /// Particles of cloth that touch colliders.
     Collide,
     /// Snow: particles sorted by block and cell.
     Sort,
@@ -54,7 +54,7 @@ impl Stage {
         Self::Diagnose,
     ];
 
-    /// Its name.
+    /// Its name in tables and on the wire.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Force => "force",
@@ -79,7 +79,7 @@ pub trait Stopwatch {
     fn lap(&mut self, stage: Stage);
 }
 
-/// No clock.
+/// The stopwatch of those who measure nothing.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct NoStopwatch;
 
@@ -87,7 +87,7 @@ impl Stopwatch for NoStopwatch {
     fn lap(&mut self, _: Stage) {}
 }
 
-/// Figures of a state.
+/// Diagnostics of a state.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct Diagnostics {
     /// Kinetic energy of the free particles (J).
@@ -103,7 +103,7 @@ pub struct Diagnostics {
 }
 
 impl Diagnostics {
-    /// These figures and those of another body together.
+    /// These diagnostics and those of another body together.
     pub(crate) fn with(&self, other: &Self) -> Self {
         Self {
             kinetic_energy: self.kinetic_energy + other.kinetic_energy,
@@ -127,13 +127,13 @@ pub struct StepReport {
     pub step: u64,
     /// Simulated time (s).
     pub time: f64,
-    /// Figures of the new state, all bodies together.
+    /// Diagnostics of the new state, all bodies together.
     pub diagnostics: Diagnostics,
     /// Particles that touched a collider.
     pub contact_count: u64,
     /// The last linear solve with the largest residual among the bodies; none when all are explicit.
     pub solve: Option<SolveReport>,
-    /// Figures of the snow; none without snow.
+    /// Diagnostics of the snow; none without snow.
     pub snow: Option<SnowReport>,
 }
 
@@ -145,9 +145,9 @@ pub struct StepError {
     pub step: u64,
     /// Simulated time before it (s).
     pub time: f64,
-    /// Body.
+    /// Name of the cloth, or of the object of snow.
     pub body: String,
-    /// Why.
+    /// Why it was not taken.
     pub failure: StepFailure,
 }
 

@@ -1,9 +1,9 @@
 //! What a step of snow tells.
 
-/// A bound on the time step (snow.md 4), by name.
+/// A bound on the time step of snow, by name: docs/laws/snow.md derives each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum BoundKind {
-    /// The elastic wave, hardening included, crosses a share of a cell.
+    /// The elastic wave, hardening included, crosses a share of a cell per step.
     ElasticWave,
     /// A particle alone on its nodes is an oscillator: dt < 2 / omega.
     IsolatedParticle,
@@ -20,7 +20,7 @@ pub enum BoundKind {
 }
 
 impl BoundKind {
-    /// Every kind.
+    /// Every kind, those of the state first.
     pub const ALL: [Self; 7] = [
         Self::ElasticWave,
         Self::IsolatedParticle,
@@ -31,7 +31,7 @@ impl BoundKind {
         Self::Frame,
     ];
 
-    /// Its name.
+    /// Its name in reports and on the wire.
     pub const fn name(self) -> &'static str {
         match self {
             Self::ElasticWave => "elastic_wave",
@@ -48,7 +48,7 @@ impl BoundKind {
 /// The bound that binds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TimeBound {
-    /// Which.
+    /// Which bound it is.
     pub kind: BoundKind,
     /// Largest dt (s) that it allows, safety included.
     pub dt: f64,
@@ -56,10 +56,10 @@ pub struct TimeBound {
     pub particle: Option<u64>,
 }
 
-/// Figures of snow after a step of the world.
+/// Diagnostics of snow after a step of the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SnowReport {
-    /// Steps of the snow within this step of the world.
+    /// Number of steps of the snow within this step of the world.
     pub substeps: u32,
     /// Length of the last of them (s).
     pub dt: f64,
@@ -69,23 +69,23 @@ pub struct SnowReport {
     pub mass: f64,
     /// Mass on the grid over mass of the particles, minus 1, in the last of the steps.
     pub grid_mass_error: f64,
-    /// Particles that yielded in the last of the steps.
+    /// Number of particles that yielded in the last of the steps.
     pub plastic_count: u64,
-    /// Particles with det F < 0 before plastic return, or J_P <= 0 after it.
+    /// Number of particles with det F < 0 before plastic return, or J_P <= 0 after it.
     pub inverted_count: u64,
-    /// Particles whose J_P was held at an end of its range.
+    /// Number of particles whose J_P was held at an end of its range.
     pub clamped_count: u64,
-    /// Particles that are ballistic: nearly alone on the grid.
+    /// Number of particles that are ballistic: nearly alone on the grid.
     pub ballistic_count: u64,
-    /// Smallest and largest J_P.
-    pub jp_range: [f64; 2],
-    /// Fastest particle (m/s).
+    /// Smallest and largest plastic ratio J_P of all particles.
+    pub plastic_ratio_range: [f64; 2],
+    /// Speed of the fastest particle (m/s).
     pub max_speed: f64,
     /// Momentum (kg m/s) of nodes too light to carry a velocity, left out in the last of the steps.
     pub dropped_momentum: f64,
     /// Angular momentum about the origin (kg m²/s), affine part included.
     pub angular_momentum: [f64; 3],
-    /// Blocks of 4 x 4 x 4 nodes in use.
+    /// Number of blocks of 4 x 4 x 4 nodes in use.
     pub block_count: u64,
 }
 

@@ -14,20 +14,8 @@ use crate::{
     linalg::SolveReport,
     math::{Real, vec3},
     report::{BoundKind, Diagnostics, SnowReport, Stage, StepFailure, Stopwatch, TimeBound},
+    surroundings::Surroundings,
 };
-
-/// What surrounds snow during one step of the world.
-#[derive(Clone, Copy, Debug)]
-pub struct Surroundings<'a> {
-    /// Gravity (m/s²).
-    pub gravity: [f64; 3],
-    /// What particles hit.
-    pub colliders: &'a [Collider],
-    /// Time at the start of the step (s).
-    pub time: f64,
-    /// The world's time step (s); snow divides it into its own.
-    pub dt: f64,
-}
 
 /// What one step of the world tells of the snow.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -245,9 +233,11 @@ impl<R: Real> Snow<R> {
             clamped_count: count(1),
             inverted_count: count(2),
             ballistic_count: count(3),
-            jp_range: figures.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], block| {
-                [low.min(block.jp[0]), high.max(block.jp[1])]
-            }),
+            plastic_ratio_range: figures
+                .iter()
+                .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], block| {
+                    [low.min(block.jp[0]), high.max(block.jp[1])]
+                }),
             max_speed: self.engine.extremes.speed2.sqrt(),
             dropped_momentum: self.engine.grid_figures.dropped,
             angular_momentum: sums.angular_momentum,

@@ -15,7 +15,7 @@ mod diagnose;
 mod body;
 mod view;
 
-pub use body::{Snow, SnowStep, Surroundings};
+pub use body::{Snow, SnowStep};
 pub use law::constitutive_scalar;
 pub use law::material::{Law, Material, Plasticity, Preset};
 pub use settings::{Advection, Blend, Integration, Kernel, SnowSettings, TimeStep, Transfer};

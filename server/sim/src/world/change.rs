@@ -2,40 +2,36 @@
 
 use thiserror::Error;
 
-use super::World;
-use crate::{
-    cloth::{PinMotion, SpringKind},
-    math::Real,
-    snow::Snow,
-};
+use super::{body::Body, clock::World, cloth::Cloth};
+use crate::{cloth::SpringKind, math::Real};
 
 /// A change between two steps. Particles are in the user's numbering, over all bodies.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Change {
-    /// Gravity (m/s²).
+    /// New gravity of the world (m/s²).
     Gravity([f64; 3]),
-    /// Velocity of the medium (m/s).
+    /// New velocity of the medium (m/s).
     Wind([f64; 3]),
-    /// Linear drag of the medium on every particle (N s/m).
+    /// New linear drag of the medium on every particle of cloth (N s/m), 0 or more.
     Drag(f64),
     /// Stiffness (N/m) and damping (N s/m) of springs; `None` leaves one as it is.
     Springs {
-        /// Body; `None`: all.
+        /// Name of the cloth; `None`: all cloths.
         body: Option<String>,
-        /// Kind; `None`: all.
+        /// Kind of spring; `None`: all kinds.
         kind: Option<SpringKind>,
-        /// New stiffness (N/m).
+        /// New stiffness (N/m), 0 or more.
         stiffness: Option<f64>,
-        /// New damping (N s/m).
+        /// New damping (N s/m), 0 or more.
         damping: Option<f64>,
     },
     /// Moves a pinned particle to `target` (m) within `duration` (s), at constant speed.
     Pin {
-        /// Particle.
+        /// Number of the particle over all bodies, from 0.
         particle: u32,
-        /// Target (m).
+        /// Position at which it arrives (m).
         target: [f64; 3],
-        /// Duration (s), rounded up to one step.
+        /// Time that it takes (s), one step at least.
         duration: f64,
     },
 }
@@ -98,35 +94,36 @@ impl<R: Real> World<R> {
                 if *particle as usize >= count {
                     return Err(ChangeError::NoSuchParticle { particle: *particle, count });
                 }
-                // Particles of snow are found in no body: none of them is pinned.
-                let found = self.find(*particle);
-                let pinned = found
-                    .is_some_and(|(body, place)| self.bodies[body].model.inv_m[place as usize] == R::zero());
-                if pinned { Ok(()) } else { Err(ChangeError::NotPinned { particle: *particle }) }
+                let (body, own) = self.find(*particle);
+                if self.bodies[body].is_pinned(own) {
+                    Ok(())
+                } else {
+                    Err(ChangeError::NotPinned { particle: *particle })
+                }
             }
         }
     }
 
     fn check_springs(&self, name: Option<&str>, kind: Option<SpringKind>) -> Result<(), ChangeError> {
         let is_snow =
-            |name: &&str| self.snow.iter().flat_map(Snow::objects).any(|(object, _)| object == *name);
+            |name: &&str| self.snow().is_some_and(|snow| snow.objects().any(|(object, _)| object == *name));
         if let Some(name) = name.filter(is_snow) {
             return Err(ChangeError::SnowHasNoSprings { name: name.into() });
         }
-        if self.bodies.is_empty() {
+        if self.cloths().next().is_none() {
             return Err(ChangeError::NoCloth);
         }
-        let named = |body: &&super::Body<R>| name.is_none_or(|name| body.name == name);
-        let has_kind =
-            |body: &super::Body<R>| body.parameters.laws.iter().any(|law| kind.is_none_or(|k| law.kind == k));
-        let mut bodies = self.bodies.iter().filter(named).peekable();
-        if bodies.peek().is_none() {
-            let known = self.bodies.iter().map(|body| body.name.as_str()).collect::<Vec<_>>().join(", ");
+
+        let named = |cloth: &&Cloth<R>| name.is_none_or(|name| cloth.name == name);
+        let mut found = self.cloths().filter(named).peekable();
+        if found.peek().is_none() {
+            let known = self.cloths().map(|cloth| cloth.name.as_str()).collect::<Vec<_>>().join(", ");
             return Err(ChangeError::UnknownBody { name: name.unwrap_or_default().into(), known });
         }
-        if bodies.any(has_kind) {
+        if found.any(|cloth| cloth.has_springs(kind)) {
             return Ok(());
         }
+
         let kind = kind.map_or("any", SpringKind::name);
         Err(ChangeError::NoSuchSprings { body: name.unwrap_or("any").into(), kind })
     }
@@ -135,28 +132,33 @@ impl<R: Real> World<R> {
         match change {
             Change::Gravity(value) => self.gravity = *value,
             Change::Wind(value) => self.wind = *value,
-            Change::Drag(value) => self.bodies.iter_mut().for_each(|body| body.parameters.drag = *value),
+            Change::Drag(value) => self.cloths_mut().for_each(|cloth| cloth.set_drag(*value)),
             Change::Springs { body: name, kind, stiffness, damping } => {
-                let bodies =
-                    self.bodies.iter_mut().filter(|body| name.as_ref().is_none_or(|name| body.name == *name));
-                let laws = bodies.flat_map(|body| &mut body.parameters.laws);
-                for entry in laws.filter(|entry| kind.is_none_or(|kind| entry.kind == kind)) {
-                    entry.law.stiffness = stiffness.unwrap_or(entry.law.stiffness);
-                    entry.law.damping = damping.unwrap_or(entry.law.damping);
+                let named = |cloth: &&mut Cloth<R>| name.as_ref().is_none_or(|name| cloth.name == *name);
+                let cloths = self.cloths_mut().filter(named);
+                cloths.for_each(|cloth| cloth.set_springs(*kind, *stiffness, *damping));
+            }
+            Change::Pin { particle, target, duration } => {
+                let (body, own) = self.find(*particle);
+                if let Some(cloth) = self.bodies[body].as_cloth_mut() {
+                    cloth.send_pin(own, *target, *duration, self.dt);
                 }
             }
-            Change::Pin { particle, target, duration } => self.send_pin(*particle, *target, *duration),
         }
     }
 
-    fn send_pin(&mut self, particle: u32, target: [f64; 3], duration: f64) {
-        let Some((body, place)) = self.find(particle) else { return };
-        let body = &mut self.bodies[body];
-        let dt = self.dt / f64::from(body.settings.substeps);
-        // A duration of a whole number of steps stays one when the quotient is rounded.
-        let steps_left = ((duration / dt - 1e-9).ceil() as u64).max(u64::from(body.settings.substeps));
-        body.state.motions.retain(|motion| motion.particle != place);
-        body.state.motions.push(PinMotion { particle: place, target, steps_left });
+    fn cloths(&self) -> impl Iterator<Item = &Cloth<R>> {
+        self.bodies.iter().filter_map(Body::as_cloth)
+    }
+
+    fn cloths_mut(&mut self) -> impl Iterator<Item = &mut Cloth<R>> {
+        self.bodies.iter_mut().filter_map(Body::as_cloth_mut)
+    }
+
+    /// The body of a user's particle, and its number there.
+    fn find(&self, particle: u32) -> (usize, u32) {
+        let body = self.bodies.partition_point(|body| body.first_particle() <= particle) - 1;
+        (body, particle - self.bodies[body].first_particle())
     }
 }
 

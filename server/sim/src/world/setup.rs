@@ -8,7 +8,7 @@ use crate::{
     snow::{SnowError, SnowSetup},
 };
 
-/// A body of a world.
+/// A cloth of a world.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BodySetup {
     /// Name, unique in the world.
@@ -22,15 +22,15 @@ pub struct BodySetup {
 /// Everything that a simulation starts from.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WorldSetup {
-    /// Time step (s).
+    /// Time step of the world (s), above 0.
     pub dt: f64,
-    /// Gravity (m/s²).
+    /// Gravity of all bodies (m/s²).
     pub gravity: [f64; 3],
     /// Velocity of the medium (m/s).
     pub wind: [f64; 3],
-    /// Colliders.
+    /// What particles hit, in the order in which they are met.
     pub colliders: Vec<Collider>,
-    /// Cloths.
+    /// Cloths: their particles come first, in this order.
     pub bodies: Vec<BodySetup>,
     /// Snow; a world has a cloth or snow at least. Cloth and snow do not touch each other yet.
     pub snow: Option<SnowSetup>,

@@ -1,6 +1,11 @@
 //! A world in a precision chosen at run time.
 
-use super::{BodyTopology, Change, ChangeError, SetupError, StepBound, World, WorldSetup};
+use super::{
+    change::{Change, ChangeError},
+    clock::World,
+    setup::{SetupError, WorldSetup},
+    topology::{BodyTopology, StepBound},
+};
 use crate::{
     collide::Collider,
     math::{Precision, Real},
@@ -28,19 +33,19 @@ macro_rules! on_world {
 }
 
 impl Simulation {
-    /// Builds a simulation; the strings are remarks that do not stop it.
+    /// Builds a simulation; the strings are warnings that do not stop it.
     ///
     /// # Errors
     /// What is wrong with the setup, and where.
     pub fn new(setup: &WorldSetup, precision: Precision) -> Result<(Self, Vec<String>), SetupError> {
         Ok(match precision {
             Precision::F32 => {
-                let (world, remarks) = World::new(setup)?;
-                (Self::F32(world), remarks)
+                let (world, warnings) = World::new(setup)?;
+                (Self::F32(world), warnings)
             }
             Precision::F64 => {
-                let (world, remarks) = World::new(setup)?;
-                (Self::F64(world), remarks)
+                let (world, warnings) = World::new(setup)?;
+                (Self::F64(world), warnings)
             }
         })
     }
@@ -58,7 +63,7 @@ impl Simulation {
         on_world!(self, world => world.dt())
     }
 
-    /// Steps taken.
+    /// Number of steps taken since the start.
     pub fn step_count(&self) -> u64 {
         on_world!(self, world => world.step_count())
     }
@@ -68,17 +73,17 @@ impl Simulation {
         on_world!(self, world => world.time())
     }
 
-    /// Particles of all bodies.
+    /// Number of particles of all bodies.
     pub fn particle_count(&self) -> usize {
         on_world!(self, world => world.particle_count())
     }
 
-    /// Particles of snow: the last ones.
+    /// Number of particles of snow: the last ones.
     pub fn snow_particle_count(&self) -> usize {
         on_world!(self, world => world.snow_particle_count())
     }
 
-    /// Springs of all bodies.
+    /// Number of springs of all bodies.
     pub fn spring_count(&self) -> usize {
         on_world!(self, world => world.spring_count())
     }
@@ -91,7 +96,7 @@ impl Simulation {
         on_world!(self, world => world.step(watch))
     }
 
-    /// Figures of the state as it is.
+    /// Diagnostics of the state as it is.
     pub fn diagnose(&self) -> Diagnostics {
         on_world!(self, world => world.diagnose())
     }
@@ -112,7 +117,7 @@ impl Simulation {
         on_world!(self, world => world.check(changes))
     }
 
-    /// Positions (m), x y z a particle, in the user's numbering. Clears `out` first.
+    /// Positions (m), x y z per particle, in the user's numbering. Clears `out` first.
     pub fn positions_f32(&self, out: &mut Vec<f32>) {
         on_world!(self, world => world.positions(out, |c| c.to_f64() as f32));
     }
@@ -122,7 +127,7 @@ impl Simulation {
         on_world!(self, world => world.positions(out, Real::to_f64));
     }
 
-    /// Velocities (m/s), x y z a particle, in the user's numbering. Clears `out` first.
+    /// Velocities (m/s), x y z per particle, in the user's numbering. Clears `out` first.
     pub fn velocities_f32(&self, out: &mut Vec<f32>) {
         on_world!(self, world => world.velocities(out, |c| c.to_f64() as f32));
     }
@@ -142,17 +147,17 @@ impl Simulation {
         on_world!(self, world => world.topology())
     }
 
-    /// Colliders.
+    /// What particles hit.
     pub fn colliders(&self) -> &[Collider] {
         on_world!(self, world => world.colliders())
     }
 
-    /// Largest explicit steps, one a body.
+    /// Largest explicit steps, one per cloth.
     pub fn step_bounds(&self) -> Vec<StepBound> {
         on_world!(self, world => world.step_bounds())
     }
 
-    /// Plastic volume ratios J_P, one a particle; 1 for cloth. Clears `out` first.
+    /// Plastic volume ratios J_P, one per particle; 1 for cloth. Clears `out` first.
     pub fn plastic_ratios_f32(&self, out: &mut Vec<f32>) {
         on_world!(self, world => world.plastic_ratios(out, |c| c.to_f64() as f32));
     }
@@ -162,7 +167,7 @@ impl Simulation {
         on_world!(self, world => world.plastic_ratios(out, Real::to_f64));
     }
 
-    /// Frobenius norms of the Cauchy stress (Pa), one a particle; 0 for cloth. Clears `out` first.
+    /// Frobenius norms of the Cauchy stress (Pa), one per particle; 0 for cloth. Clears `out` first.
     pub fn stress_norms_f32(&self, out: &mut Vec<f32>) {
         on_world!(self, world => world.stress_norms(out, |c| c.to_f64() as f32));
     }

@@ -4,7 +4,7 @@
 mod spring;
 
 pub(super) use spring::{
-    BlockOf, ElasticProduct, Energy, TangentBlock, TangentProduct, Transverse, WithTransverse,
+    BlockProduct, DiagonalBlock, ElasticBlockProduct, Energy, SpringBlock, Transverse, WithTransverse,
     with_transverse,
 };
 pub use spring::{spring_force, spring_jacobian_v, spring_jacobian_x};
@@ -14,7 +14,7 @@ use spring::Force;
 
 use super::{
     model::Model,
-    rows::{Rows, vectors},
+    sell::{Sell, vectors},
     state::Frozen,
 };
 use crate::math::{Pack, Padded, Real, Vec3, WithSimd, dispatch};
@@ -26,14 +26,14 @@ pub(super) fn add_forces<R: Real>(
     [x, v]: [&[Padded<R>]; 2],
     f: &mut [Vec3<R>],
 ) {
-    let grain = model.grain;
-    f.par_chunks_mut(grain).enumerate().for_each(|(block, f)| {
-        dispatch(BlockForces { rows: &model.rows, frozen, x, v, first: block * grain, f });
+    let block_size = model.block_size;
+    f.par_chunks_mut(block_size).enumerate().for_each(|(block, f)| {
+        dispatch(BlockForces { springs: &model.springs, frozen, x, v, first: block * block_size, f });
     });
 }
 
 struct BlockForces<'a, R: Real> {
-    rows: &'a Rows<R>,
+    springs: &'a Sell<R>,
     frozen: &'a Frozen<R>,
     x: &'a [Padded<R>],
     v: &'a [Padded<R>],
@@ -48,9 +48,9 @@ impl<R: Real> WithSimd<R> for BlockForces<'_, R> {
     fn run<P: Pack<Number = R>>(self) {
         let (drag, wind) = (self.frozen.drag, self.frozen.wind);
         let zero = [P::zero(); 3];
-        for rows in Rows::<R>::groups(self.first..self.first + self.f.len()) {
+        for rows in Sell::<R>::groups(self.first..self.first + self.f.len()) {
             let fields = [self.x, self.v];
-            let sums = self.rows.fold_group(rows.start, fields, &self.frozen.laws, zero, Force);
+            let sums = self.springs.fold_group(rows.start, fields, &self.frozen.laws, zero, Force);
             for (springs, i) in vectors(sums).into_iter().zip(rows) {
                 self.f[i - self.first] = springs - (self.v[i].vector() - wind) * drag;
             }

@@ -3,11 +3,13 @@
 //! Reads d and v_i - v_j; gives the force on i (N) and its derivatives. At l = 0 the direction is
 //! undefined: the force is 0 and the elastic derivative -k I, the limit for l0 = 0.
 
-use super::super::{
-    Hessian,
-    rows::{Edges, Fold, vectors},
+use crate::{
+    cloth::{
+        sell::{Edges, Fold, vectors},
+        settings::Hessian,
+    },
+    math::{Mat3, Pack, Portable, Real, Vec3},
 };
-use crate::math::{Mat3, Pack, Portable, Real, Vec3};
 
 /// What an implicit step uses for the transverse stiffness ratio 1 - l0/l.
 pub(crate) trait Transverse: Copy + Sync {
@@ -93,7 +95,7 @@ impl<P: Pack> Fold<P, P, 3> for Force {
 /// Coefficients of the block a I + b d dᵀ that a spring adds to M - h df/dv - h² df/dx:
 /// law = (h² k, h nu).
 #[inline(always)]
-pub(crate) fn tangent_block<P: Pack>(edges: &Edges<P>, transverse: impl Transverse) -> [P; 2] {
+pub(crate) fn spring_block<P: Pack>(edges: &Edges<P>, transverse: impl Transverse) -> [P; 2] {
     let [stiffness, damping] = edges.law;
     let inverse = dot(edges.d, edges.d).sqrt().inverse_or_zero();
     let ratio = P::one() - edges.rest_length * inverse;
@@ -104,12 +106,12 @@ pub(crate) fn tangent_block<P: Pack>(edges: &Edges<P>, transverse: impl Transver
 
 /// Adds the product of that block with w = p_i - p_j.
 #[derive(Clone, Copy)]
-pub(crate) struct TangentProduct<T>(pub(crate) T);
+pub(crate) struct BlockProduct<T>(pub(crate) T);
 
-impl<P: Pack, T: Transverse> Fold<P, P, 3> for TangentProduct<T> {
+impl<P: Pack, T: Transverse> Fold<P, P, 3> for BlockProduct<T> {
     #[inline(always)]
     fn fold(self, sums: &mut [P; 3], edges: &Edges<P>) {
-        let [a, b] = tangent_block(edges, self.0);
+        let [a, b] = spring_block(edges, self.0);
         let along = b * dot(edges.w, edges.d);
         for c in 0..3 {
             sums[c] += a * edges.w[c] + along * edges.d[c];
@@ -119,24 +121,24 @@ impl<P: Pack, T: Transverse> Fold<P, P, 3> for TangentProduct<T> {
 
 /// The same without damping: h² k alone.
 #[derive(Clone, Copy)]
-pub(crate) struct ElasticProduct<T>(pub(crate) T);
+pub(crate) struct ElasticBlockProduct<T>(pub(crate) T);
 
-impl<P: Pack, T: Transverse> Fold<P, P, 3> for ElasticProduct<T> {
+impl<P: Pack, T: Transverse> Fold<P, P, 3> for ElasticBlockProduct<T> {
     #[inline(always)]
     fn fold(self, sums: &mut [P; 3], edges: &Edges<P>) {
         let undamped = Edges { law: [edges.law[0], P::zero()], ..*edges };
-        TangentProduct(self.0).fold(sums, &undamped);
+        BlockProduct(self.0).fold(sums, &undamped);
     }
 }
 
 /// Adds the block itself: xx, yy, zz, xy, xz, yz.
 #[derive(Clone, Copy)]
-pub(crate) struct TangentBlock<T>(pub(crate) T);
+pub(crate) struct DiagonalBlock<T>(pub(crate) T);
 
-impl<P: Pack, T: Transverse> Fold<P, P, 6> for TangentBlock<T> {
+impl<P: Pack, T: Transverse> Fold<P, P, 6> for DiagonalBlock<T> {
     #[inline(always)]
     fn fold(self, sums: &mut [P; 6], edges: &Edges<P>) {
-        let [a, b] = tangent_block(edges, self.0);
+        let [a, b] = spring_block(edges, self.0);
         let [x, y, z] = edges.d;
         // A lane without a spring has no length and no rest length: its a counts for nothing. Nor
         // does that of a spring at rest length 0 whose ends coincide: a loss to the preconditioner alone.
@@ -183,23 +185,23 @@ pub fn spring_force<R: Real>(d: &Vec3<R>, dv: &Vec3<R>, rest_length: R, stiffnes
 /// `hessian` treats it.
 pub fn spring_jacobian_x<R: Real>(d: &Vec3<R>, rest_length: R, stiffness: R, hessian: Hessian) -> Mat3<R> {
     let edges = alone(d, &Vec3::zeros(), rest_length, [stiffness, R::zero()]);
-    let [a, b] = with_transverse(hessian, BlockOf(edges));
+    let [a, b] = with_transverse(hessian, SpringBlock(edges));
     -(Mat3::identity() * a + d * d.transpose() * b)
 }
 
-/// Coefficients of the tangent block of one spring.
-pub(crate) struct BlockOf<R: Real>(Edges<Portable<R>>);
+/// The block of one spring.
+pub(crate) struct SpringBlock<R: Real>(Edges<Portable<R>>);
 
-impl<R: Real> BlockOf<R> {
+impl<R: Real> SpringBlock<R> {
     pub(crate) fn new(d: &Vec3<R>, rest_length: R, law: [R; 2]) -> Self {
         Self(alone(d, &Vec3::zeros(), rest_length, law))
     }
 }
 
-impl<R: Real> WithTransverse for BlockOf<R> {
+impl<R: Real> WithTransverse for SpringBlock<R> {
     type Output = [R; 2];
     fn run(self, transverse: impl Transverse) -> [R; 2] {
-        tangent_block(&self.0, transverse).map(|pack| pack.store()[0])
+        spring_block(&self.0, transverse).map(|pack| pack.store()[0])
     }
 }
 

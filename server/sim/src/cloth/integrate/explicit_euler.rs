@@ -2,11 +2,11 @@
 //!
 //! Without damping it always gains energy, by a factor 1 + (h omega)² a step.
 
-use super::Step;
+use super::stages::Step;
 use crate::math::Real;
 
 pub(super) fn advance<R: Real>(step: &mut Step<'_, R>) {
     step.accelerate();
-    step.drift(step.dt);
-    step.kick(step.dt);
+    step.drift(step.dt());
+    step.kick(step.dt());
 }

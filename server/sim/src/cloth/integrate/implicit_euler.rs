@@ -3,15 +3,13 @@
 //!
 //! df/dx is the elastic part alone; compressed springs as the settings' `hessian` says.
 
-use super::{
-    super::{
-        ClothSettings,
-        forces::{Transverse, WithTransverse, with_transverse},
-        tangent::{Tangent, pattern},
-    },
-    Step,
-};
+use super::stages::{Step, add_scaled};
 use crate::{
+    cloth::{
+        forces::{Transverse, WithTransverse, with_transverse},
+        settings::ClothSettings,
+        step_operator::{StepOperator, pattern},
+    },
     linalg::{
         BlockJacobi, CgWorkspace, Diagonal, Identity, LinearOperator, OperatorKind, Outcome,
         PreconditionerKind, SolveReport, SolverSettings, Symmetric3, conjugate_gradient,
@@ -37,8 +35,9 @@ pub(super) fn advance<R: Real>(
         | Outcome::NegativeCurvature { .. }
         | Outcome::ZeroCurvature { .. } => {}
     }
+
     step.kick_by_dv();
-    step.drift(step.dt);
+    step.drift(step.dt());
     Ok(report)
 }
 
@@ -52,27 +51,31 @@ impl<R: Real> WithTransverse for Solve<'_, '_, R> {
 
     /// Solves for the change of velocity, into the state's `dv`.
     fn run(self, transverse: impl Transverse) -> SolveReport {
-        let (Step { model, state, work, dt, watch }, solver) = (self.step, &self.settings.solver);
+        let (Step { model, state, work, watch }, solver) = (self.step, &self.settings.solver);
         let mut dv = std::mem::take(&mut state.dv);
         dv.resize(model.count, Vec3::zeros());
         if !solver.warm_start {
             dv.fill(Vec3::zeros());
         }
+
         let [x, v] = &work.padded;
-        let tangent = Tangent { model, frozen: &work.frozen, x, dt: *dt, transverse };
-        tangent.right_hand_side(v, &work.f, &mut work.b);
+        let operator = StepOperator { model, frozen: &work.frozen, x, transverse };
+        operator.right_hand_side(v, &work.f, &mut work.b);
+
         if solver.preconditioner != PreconditionerKind::Identity {
-            tangent.invert_diagonal(solver.preconditioner, &mut work.inverse);
+            operator.invert_diagonal(solver.preconditioner, &mut work.inverse);
         }
         if solver.operator == OperatorKind::Assembled {
-            tangent.assemble(work.assembled.get_or_insert_with(|| pattern(model)));
+            operator.assemble(work.assembled.get_or_insert_with(|| pattern(model)));
         }
+
         watch.lap(Stage::Matrix);
-        let system = System { b: &work.b, inverse: &work.inverse, solver, grain: model.grain };
+        let system = System { b: &work.b, inverse: &work.inverse, solver, block_size: model.block_size };
         let report = match (&work.assembled, solver.operator) {
             (Some(matrix), OperatorKind::Assembled) => system.solve(matrix, &mut dv, &mut work.cg),
-            _ => system.solve(&tangent, &mut dv, &mut work.cg),
+            _ => system.solve(&operator, &mut dv, &mut work.cg),
         };
+
         watch.lap(Stage::Solve);
         state.dv = dv;
         report
@@ -83,19 +86,19 @@ struct System<'a, R: Real> {
     b: &'a [Vec3<R>],
     inverse: &'a [Symmetric3<R>],
     solver: &'a SolverSettings,
-    grain: usize,
+    block_size: usize,
 }
 
 impl<R: Real> System<'_, R> {
     fn solve(&self, a: &impl LinearOperator<R>, x: &mut [Vec3<R>], work: &mut CgWorkspace<R>) -> SolveReport {
-        let Self { b, inverse, solver, grain } = *self;
+        let Self { b, inverse, solver, block_size } = *self;
         match solver.preconditioner {
-            PreconditionerKind::Identity => conjugate_gradient(a, &Identity, b, x, solver, grain, work),
+            PreconditionerKind::Identity => conjugate_gradient(a, &Identity, b, x, solver, block_size, work),
             PreconditionerKind::Diagonal => {
-                conjugate_gradient(a, &Diagonal(inverse), b, x, solver, grain, work)
+                conjugate_gradient(a, &Diagonal(inverse), b, x, solver, block_size, work)
             }
             PreconditionerKind::BlockJacobi => {
-                conjugate_gradient(a, &BlockJacobi(inverse), b, x, solver, grain, work)
+                conjugate_gradient(a, &BlockJacobi(inverse), b, x, solver, block_size, work)
             }
         }
     }
@@ -112,7 +115,7 @@ impl<R: Real> Step<'_, R> {
 
     /// v += dv.
     fn kick_by_dv(&mut self) {
-        super::stages::add_scaled(&mut self.state.v, &self.state.dv, R::one(), self.model.grain);
+        add_scaled(&mut self.state.v, &self.state.dv, R::one(), self.model.block_size);
         self.watch.lap(Stage::Velocity);
     }
 }

@@ -72,8 +72,8 @@ fn figures_are_those_of_the_particles() {
     for precision in Precision::ALL {
         let scene = cloth(Method::all()[1]);
         let mut simulation = scene.simulate(precision);
-        let figures = advance(&mut simulation, 60).diagnostics;
-        assert_eq!(figures, simulation.diagnose(), "{precision}: a report is a diagnosis of the state");
+        let diagnostics = advance(&mut simulation, 60).diagnostics;
+        assert_eq!(diagnostics, simulation.diagnose(), "{precision}: a report is a diagnosis of the state");
         let network = &scene.network;
         let mut masses = network.masses.clone();
         network.pins.iter().for_each(|&pin| masses[pin as usize] = 0.0);
@@ -92,11 +92,11 @@ fn figures_are_those_of_the_particles() {
         // In binary32 masses, stiffnesses and rest lengths are rounded.
         let tolerance = if precision == Precision::F64 { 1e-12 } else { 1e-5 };
         for (found, expected) in [
-            (figures.kinetic_energy, kinetic),
-            (figures.elastic_energy, elastic),
-            (figures.gravitational_energy, weight),
-            (figures.max_stretch, stretch),
-            (figures.momentum[1], momentum[1]),
+            (diagnostics.kinetic_energy, kinetic),
+            (diagnostics.elastic_energy, elastic),
+            (diagnostics.gravitational_energy, weight),
+            (diagnostics.max_stretch, stretch),
+            (diagnostics.momentum[1], momentum[1]),
         ] {
             assert!(
                 (found - expected).abs() < tolerance * expected.abs(),

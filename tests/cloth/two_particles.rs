@@ -65,8 +65,8 @@ fn two_joined_particles_fly_as_the_reference_does() {
             let sample = |state: &State| {
                 let missing = (state.t / dt).round() as u64 - simulation.step_count();
                 advance(&mut simulation, missing);
-                let figures = simulation.diagnose();
-                (positions(&simulation), velocities(&simulation), figures)
+                let diagnostics = simulation.diagnose();
+                (positions(&simulation), velocities(&simulation), diagnostics)
             };
             flight.states.iter().map(sample).collect::<Vec<_>>()
         });

@@ -7,9 +7,9 @@
 use rayon::prelude::*;
 
 use super::{
-    forces::{BlockOf, ElasticProduct, TangentBlock, TangentProduct, Transverse, WithTransverse},
+    forces::{BlockProduct, DiagonalBlock, ElasticBlockProduct, SpringBlock, Transverse, WithTransverse},
     model::Model,
-    rows::{Rows, vectors},
+    sell::{Sell, vectors},
     state::Frozen,
 };
 use crate::{
@@ -19,23 +19,21 @@ use crate::{
 
 /// The matrix of a step at positions `x`.
 #[derive(Clone, Copy)]
-pub(super) struct Tangent<'a, R: Real, T> {
+pub(super) struct StepOperator<'a, R: Real, T> {
     pub(super) model: &'a Model<R>,
     pub(super) frozen: &'a Frozen<R>,
     pub(super) x: &'a [Padded<R>],
-    /// Time step (s).
-    pub(super) dt: R,
     pub(super) transverse: T,
 }
 
-impl<R: Real, T: Transverse> LinearOperator<R> for Tangent<'_, R, T> {
+impl<R: Real, T: Transverse> LinearOperator<R> for StepOperator<'_, R, T> {
     fn apply(&self, first_row: usize, p: &[Padded<R>], out: &mut [Vec3<R>]) {
-        dispatch(Product { tangent: *self, first_row, p, out });
+        dispatch(Product { operator: *self, first_row, p, out });
     }
 }
 
 struct Product<'a, R: Real, T> {
-    tangent: Tangent<'a, R, T>,
+    operator: StepOperator<'a, R, T>,
     first_row: usize,
     p: &'a [Padded<R>],
     out: &'a mut [Vec3<R>],
@@ -46,11 +44,12 @@ impl<R: Real, T: Transverse> WithSimd<R> for Product<'_, R, T> {
 
     #[inline(always)]
     fn run<P: Pack<Number = R>>(self) {
-        let Tangent { model, frozen, x, dt, transverse } = self.tangent;
+        let StepOperator { model, frozen, x, transverse } = self.operator;
+        let dt = R::of(frozen.dt);
         let (drag, zero) = (dt * frozen.drag, [P::zero(); 3]);
-        for rows in Rows::<R>::groups(self.first_row..self.first_row + self.out.len()) {
-            let fold = TangentProduct(transverse);
-            let sums = model.rows.fold_group(rows.start, [x, self.p], &frozen.implicit_laws, zero, fold);
+        for rows in Sell::<R>::groups(self.first_row..self.first_row + self.out.len()) {
+            let fold = BlockProduct(transverse);
+            let sums = model.springs.fold_group(rows.start, [x, self.p], &frozen.implicit_laws, zero, fold);
             for (springs, i) in vectors(sums).into_iter().zip(rows) {
                 let free = if model.inv_m[i] > R::zero() { R::one() } else { R::zero() };
                 self.out[i - self.first_row] = (springs + self.p[i].vector() * (model.m[i] + drag)) * free;
@@ -59,22 +58,22 @@ impl<R: Real, T: Transverse> WithSimd<R> for Product<'_, R, T> {
     }
 }
 
-impl<R: Real, T: Transverse> Tangent<'_, R, T> {
+impl<R: Real, T: Transverse> StepOperator<'_, R, T> {
     /// b = h (f + m g + h df/dx v), 0 for pins; `f` holds the forces without gravity.
     pub(super) fn right_hand_side(&self, v: &[Padded<R>], f: &[Vec3<R>], b: &mut [Vec3<R>]) {
-        let grain = self.model.grain;
-        b.par_chunks_mut(grain).enumerate().for_each(|(block, b)| {
-            dispatch(RightHandSide { tangent: *self, first_row: block * grain, v, f, b });
+        let block_size = self.model.block_size;
+        b.par_chunks_mut(block_size).enumerate().for_each(|(block, b)| {
+            dispatch(RightHandSide { operator: *self, first_row: block * block_size, v, f, b });
         });
     }
 
     /// Inverse diagonal blocks for a preconditioner; where a block is not positive definite, the
     /// inverse of its mass alone.
     pub(super) fn invert_diagonal(&self, kind: PreconditionerKind, inverse: &mut [Symmetric3<R>]) {
-        let grain = self.model.grain;
-        inverse.par_chunks_mut(grain).enumerate().for_each(|(block, inverse)| {
-            dispatch(DiagonalBlocks { tangent: *self, first_row: block * grain, out: inverse });
-            for (i, block) in (block * grain..).zip(inverse.iter_mut()) {
+        let block_size = self.model.block_size;
+        inverse.par_chunks_mut(block_size).enumerate().for_each(|(block, inverse)| {
+            dispatch(DiagonalOfBlock { operator: *self, first_row: block * block_size, out: inverse });
+            for (i, block) in (block * block_size..).zip(inverse.iter_mut()) {
                 let inverted = match kind {
                     PreconditionerKind::BlockJacobi => block.inverse_if_positive(),
                     PreconditionerKind::Diagonal | PreconditionerKind::Identity => block.inverse_diagonal(),
@@ -86,19 +85,22 @@ impl<R: Real, T: Transverse> Tangent<'_, R, T> {
 
     /// Writes the matrix into `matrix`, made by [`pattern`].
     pub(super) fn assemble(&self, matrix: &mut BlockCsr<R>) {
-        let Self { model, frozen, x, dt, transverse } = *self;
+        let Self { model, frozen, x, transverse } = *self;
+        let dt = R::of(frozen.dt);
         matrix.fill_rows(&|i, columns, blocks| {
             blocks.fill(Mat3::zeros());
             if model.inv_m[i] == R::zero() {
                 return;
             }
+
             let place = |j: u32| columns.binary_search(&j).expect("the pattern holds every spring");
             let diagonal = place(i as u32);
             blocks[diagonal] += Mat3::identity() * (model.m[i] + dt * frozen.drag);
-            for (j, rest_length, law) in model.rows.row(i) {
+
+            for (j, rest_length, law) in model.springs.row(i) {
                 let d = x[i].vector() - x[j as usize].vector();
                 let [a, b] =
-                    BlockOf::new(&d, rest_length, frozen.implicit_laws[law as usize]).run(transverse);
+                    SpringBlock::new(&d, rest_length, frozen.implicit_laws[law as usize]).run(transverse);
                 let block = Mat3::identity() * a + d * d.transpose() * b;
                 blocks[diagonal] += block;
                 blocks[place(j)] -= block;
@@ -109,11 +111,11 @@ impl<R: Real, T: Transverse> Tangent<'_, R, T> {
 
 /// Room for the matrix of a model.
 pub(super) fn pattern<R: Real>(model: &Model<R>) -> BlockCsr<R> {
-    BlockCsr::with_pattern((0..model.count).map(|i| model.rows.row(i).map(|(j, _, _)| j).collect()))
+    BlockCsr::with_pattern((0..model.count).map(|i| model.springs.row(i).map(|(j, _, _)| j).collect()))
 }
 
 struct RightHandSide<'a, R: Real, T> {
-    tangent: Tangent<'a, R, T>,
+    operator: StepOperator<'a, R, T>,
     first_row: usize,
     v: &'a [Padded<R>],
     f: &'a [Vec3<R>],
@@ -125,12 +127,13 @@ impl<R: Real, T: Transverse> WithSimd<R> for RightHandSide<'_, R, T> {
 
     #[inline(always)]
     fn run<P: Pack<Number = R>>(self) {
-        let Tangent { model, frozen, x, dt, transverse } = self.tangent;
+        let StepOperator { model, frozen, x, transverse } = self.operator;
+        let dt = R::of(frozen.dt);
         let zero = [P::zero(); 3];
-        for rows in Rows::<R>::groups(self.first_row..self.first_row + self.b.len()) {
+        for rows in Sell::<R>::groups(self.first_row..self.first_row + self.b.len()) {
             // -h² df/dx v, which leaves the damping out.
-            let fold = ElasticProduct(transverse);
-            let sums = model.rows.fold_group(rows.start, [x, self.v], &frozen.implicit_laws, zero, fold);
+            let fold = ElasticBlockProduct(transverse);
+            let sums = model.springs.fold_group(rows.start, [x, self.v], &frozen.implicit_laws, zero, fold);
             for (stiff, i) in vectors(sums).into_iter().zip(rows) {
                 let free = if model.inv_m[i] > R::zero() { R::one() } else { R::zero() };
                 let force = self.f[i] + frozen.gravity * model.m[i];
@@ -140,22 +143,23 @@ impl<R: Real, T: Transverse> WithSimd<R> for RightHandSide<'_, R, T> {
     }
 }
 
-struct DiagonalBlocks<'a, R: Real, T> {
-    tangent: Tangent<'a, R, T>,
+struct DiagonalOfBlock<'a, R: Real, T> {
+    operator: StepOperator<'a, R, T>,
     first_row: usize,
     out: &'a mut [Symmetric3<R>],
 }
 
-impl<R: Real, T: Transverse> WithSimd<R> for DiagonalBlocks<'_, R, T> {
+impl<R: Real, T: Transverse> WithSimd<R> for DiagonalOfBlock<'_, R, T> {
     type Output = ();
 
     #[inline(always)]
     fn run<P: Pack<Number = R>>(self) {
-        let Tangent { model, frozen, x, dt, transverse } = self.tangent;
+        let StepOperator { model, frozen, x, transverse } = self.operator;
+        let dt = R::of(frozen.dt);
         let zero = [P::zero(); 6];
-        for rows in Rows::<R>::groups(self.first_row..self.first_row + self.out.len()) {
-            let fold = TangentBlock(transverse);
-            let sums = model.rows.fold_group(rows.start, [x, x], &frozen.implicit_laws, zero, fold);
+        for rows in Sell::<R>::groups(self.first_row..self.first_row + self.out.len()) {
+            let fold = DiagonalBlock(transverse);
+            let sums = model.springs.fold_group(rows.start, [x, x], &frozen.implicit_laws, zero, fold);
             let [xx, yy, zz, xy, xz, yz] = sums.map(P::store);
             for (lane, i) in rows.enumerate() {
                 let own = model.m[i] + dt * frozen.drag;

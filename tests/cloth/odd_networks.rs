@@ -1,4 +1,4 @@
-//! Odd networks: defined, finite, remarked.
+//! Odd networks: what they do is defined and finite, and a warning says that they are odd.
 
 use nappe_sim::{
     cloth::Network,
@@ -31,7 +31,7 @@ fn run_all(network: &Network) -> Vec<(Method, Simulation)> {
     ends
 }
 
-fn remarks(network: &Network) -> Vec<String> {
+fn warnings(network: &Network) -> Vec<String> {
     Simulation::new(&Scene::new(network.clone(), 1e-3).setup(), Precision::F64).expect("it is defined").1
 }
 
@@ -42,7 +42,7 @@ const FALLEN: f64 = -9.81 * 0.05;
 fn a_spring_of_no_length_between_particles_in_one_place_pulls_nowhere() {
     let mut network = particles(&[[0.1, 0.2, 0.3], [0.1, 0.2, 0.3]], 1.0);
     network.springs = vec![spring([0, 1], 0.0, 100.0, 1.0)];
-    assert!(!remarks(&network).is_empty());
+    assert!(!warnings(&network).is_empty());
     for (method, simulation) in run_all(&network) {
         for v in velocities(&simulation) {
             assert!(norm(difference(v, [0.0, FALLEN, 0.0])) < 1e-12, "{}: {v:?}", method.name());
@@ -79,7 +79,7 @@ fn particles_without_springs_fall_freely_beside_a_cloth() {
     network.x.push([5.0, 5.0, 5.0]);
     network.v.push([0.0; 3]);
     network.masses.push(0.02);
-    assert!(!remarks(&network).is_empty());
+    assert!(!warnings(&network).is_empty());
     for (method, simulation) in run_all(&network) {
         let v = velocities(&simulation)[16];
         assert!(norm(difference(v, [0.0, FALLEN, 0.0])) < 1e-12, "{}: {v:?}", method.name());
@@ -92,7 +92,7 @@ fn two_springs_on_one_pair_act_as_one_of_both_their_stiffnesses() {
     let mut twice = chain(&x, 0.25, 40.0, 0.1, 0.5);
     let repeated = twice.springs.clone();
     twice.springs.extend(repeated.iter().map(|s| spring([s.particles[1], s.particles[0]], 0.25, 40.0, 0.1)));
-    assert!(!remarks(&twice).is_empty());
+    assert!(!warnings(&twice).is_empty());
     let once = chain(&x, 0.25, 80.0, 0.2, 0.5);
     for ((method, a), (_, b)) in run_all(&twice).iter().zip(run_all(&once)) {
         let distance = max_distance(&positions(a), &positions(&b));
@@ -101,11 +101,11 @@ fn two_springs_on_one_pair_act_as_one_of_both_their_stiffnesses() {
 }
 
 #[test]
-fn a_spring_from_a_particle_to_itself_is_left_out_and_remarked() {
+fn a_spring_from_a_particle_to_itself_is_left_out_with_a_warning() {
     let mut network = chain(&[[0.0; 3], [0.3, 0.0, 0.0]], 0.3, 40.0, 0.1, 0.5);
     let plain = run_all(&network);
     network.springs.push(spring([1, 1], 0.2, 40.0, 0.1));
-    assert!(!remarks(&network).is_empty());
+    assert!(!warnings(&network).is_empty());
     for ((method, a), (_, b)) in run_all(&network).iter().zip(plain) {
         assert_eq!(positions(a), positions(&b), "{}", method.name());
     }

@@ -14,7 +14,7 @@ use nappe_tests::{
 struct Sample {
     x: Vec<[f64; 3]>,
     v: Vec<[f64; 3]>,
-    figures: Diagnostics,
+    diagnostics: Diagnostics,
 }
 
 /// The states on record as the simulation gives them, by `steps` of every 10 ms.
@@ -27,8 +27,8 @@ fn run(motion: &Transient, steps: u32, precision: Precision) -> Vec<Sample> {
         let until = (state.t / dt).round() as u64;
         let missing = until - simulation.step_count();
         advance(&mut simulation, missing);
-        let figures = simulation.diagnose();
-        Sample { x: positions(&simulation), v: velocities(&simulation), figures }
+        let diagnostics = simulation.diagnose();
+        Sample { x: positions(&simulation), v: velocities(&simulation), diagnostics }
     };
     motion.states.iter().map(sample).collect()
 }
@@ -63,12 +63,12 @@ fn energies_follow_the_references() {
         let motion = Transient::named(name);
         let samples = run(&motion, 80, Precision::F64);
         let scale = motion.states.iter().map(|s| s.kinetic + s.elastic).fold(0.0, f64::max);
-        for (state, Sample { figures, .. }) in motion.states.iter().zip(&samples) {
+        for (state, Sample { diagnostics, .. }) in motion.states.iter().zip(&samples) {
             for (what, found, expected) in [
-                ("kinetic", figures.kinetic_energy, state.kinetic),
-                ("elastic", figures.elastic_energy, state.elastic),
-                ("gravitational", figures.gravitational_energy, state.gravitational),
-                ("total", figures.total_energy(), state.total),
+                ("kinetic", diagnostics.kinetic_energy, state.kinetic),
+                ("elastic", diagnostics.elastic_energy, state.elastic),
+                ("gravitational", diagnostics.gravitational_energy, state.gravitational),
+                ("total", diagnostics.total_energy(), state.total),
             ] {
                 let error = (found - expected).abs() / scale;
                 // Order 2 at ω dt <= 0.1.

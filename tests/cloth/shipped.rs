@@ -28,7 +28,7 @@ fn every_shipped_scene_runs_keeps_its_pins_and_gains_no_energy() {
             let before = positions(&simulation);
             let start = simulation.diagnose().total_energy();
             let count = step_count(simulation.particle_count(), scene.steps);
-            let figures = advance(&mut simulation, count).diagnostics;
+            let diagnostics = advance(&mut simulation, count).diagnostics;
             let after = positions(&simulation);
             assert!(after.iter().flatten().all(|c| c.is_finite()), "{name} in {precision}");
             assert_ne!(before, after, "{name} in {precision}");
@@ -39,8 +39,8 @@ fn every_shipped_scene_runs_keeps_its_pins_and_gains_no_energy() {
             }
             if built.setup.wind == [0.0; 3] && built.initial_changes.is_empty() {
                 // Half of y² / 4 of leapfrog's kind at the scenes' steps, of what has been set in motion.
-                let moved = figures.kinetic_energy + figures.elastic_energy;
-                let gained = figures.total_energy() - start;
+                let moved = diagnostics.kinetic_energy + diagnostics.elastic_energy;
+                let gained = diagnostics.total_energy() - start;
                 assert!(
                     gained < 0.1 * moved,
                     "{name} in {precision}: {gained} J gained of {moved} in motion"
@@ -82,8 +82,8 @@ fn the_objects_of_the_course_fall_by_every_method() {
             let mut scene = scene;
             scene.settings.solver = nappe_sim::linalg::SolverSettings::default();
             let mut simulation = scene.simulate(Precision::F32);
-            let figures = advance(&mut simulation, 20).diagnostics;
-            assert!(figures.total_energy().is_finite(), "{name} by {}", method.name());
+            let diagnostics = advance(&mut simulation, 20).diagnostics;
+            assert!(diagnostics.total_energy().is_finite(), "{name} by {}", method.name());
             assert!(
                 positions(&simulation).iter().flatten().all(|c| c.is_finite()),
                 "{name} by {}",

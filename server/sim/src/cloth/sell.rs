@@ -1,8 +1,10 @@
-//! Springs gathered by row: every particle adds its own springs, in a fixed order, so that rows run
-//! in parallel, nothing is scattered, and no result depends on who computes it.
+//! Springs as a sparse matrix in sliced ELLPACK with slices of sixteen rows (SELL-16; Monakov et al.
+//! 2010), rows not sorted by length: row i holds the springs of particle i.
 //!
-//! Rows are taken sixteen at a time; spring s of each of them makes a slot, evaluated in one pack
-//! of lanes. Both ends of a spring compute it: the two forces are exact opposites.
+//! Every particle adds its own springs, in a fixed order, so that rows run in parallel, nothing is
+//! scattered, and no result depends on who computes it. Spring s of each of the sixteen rows of a
+//! slice makes a slot, evaluated in one pack of lanes. Both ends of a spring compute it: the two forces
+//! are exact opposites.
 #![allow(unsafe_code, reason = "lanes read neighbours whose range was checked when the rows were built")]
 
 use std::ops::Range;
@@ -22,9 +24,10 @@ pub(super) struct Joint {
     pub(super) law: u16,
 }
 
-/// Springs by row.
+/// Springs by row, in sliced ELLPACK.
 #[derive(Clone, Debug)]
-pub struct Rows<R> {
+pub struct Sell<R> {
+    /// Number of rows: of particles.
     count: usize,
     /// First slot of each group of rows, and one more.
     starts: Vec<u32>,
@@ -60,18 +63,20 @@ pub(super) trait Fold<P, T, const A: usize>: Copy {
     fn fold(self, sums: &mut [T; A], edges: &Edges<P>);
 }
 
-impl<R: Real> Rows<R> {
+impl<R: Real> Sell<R> {
     /// Gathers springs by row. A block's rows are in groups of their own.
-    pub(super) fn new(count: usize, grain: usize, joints: &[Joint]) -> Self {
-        assert!(grain.is_multiple_of(LANES), "groups of rows lie within a block");
+    pub(super) fn new(count: usize, block_size: usize, joints: &[Joint]) -> Self {
+        assert!(block_size.is_multiple_of(LANES), "groups of rows lie within a block");
         let mut rows: Vec<Vec<(u16, u32, R)>> = vec![Vec::new(); count];
         for &Joint { ends: [a, b], rest_length, law } in joints {
             rows[a as usize].push((law, b, R::of(rest_length)));
             rows[b as usize].push((law, a, R::of(rest_length)));
         }
+
         for row in &mut rows {
             row.sort_by(|a, b| (a.0, a.1).cmp(&(b.0, b.1)).then(a.2.to_f64().total_cmp(&b.2.to_f64())));
         }
+
         let mut gathered = Self {
             count,
             starts: vec![0],
@@ -84,6 +89,7 @@ impl<R: Real> Rows<R> {
         for first in (0..count).step_by(LANES) {
             gathered.push_group(first, &rows[first..(first + LANES).min(count)]);
         }
+
         if gathered.lane_laws.is_empty() {
             gathered.lane_index = Vec::new();
         }
@@ -97,14 +103,17 @@ impl<R: Real> Rows<R> {
             let mut neighbours = std::array::from_fn(|lane| (first + lane.min(rows.len() - 1)) as u32);
             let mut rest_lengths = [R::zero(); LANES];
             let mut laws = [None; LANES];
+
             for (lane, row) in rows.iter().enumerate() {
                 if let Some(&(law, neighbour, rest_length)) = row.get(slot) {
                     (neighbours[lane], rest_lengths[lane], laws[lane]) = (neighbour, rest_length, Some(law));
                 }
             }
+
             self.neighbours.push(neighbours);
             self.rest_lengths.push(rest_lengths);
             self.lane_index.push(self.lane_laws.len() as u32);
+
             let mut present = laws.iter().flatten();
             let one = *present.next().expect("a slot holds a spring");
             if present.all(|law| *law == one) {
@@ -150,6 +159,7 @@ impl<R: Real> Rows<R> {
         let own = std::array::from_fn(|lane| (first_row + lane).min(self.count - 1) as u32);
         // SAFETY: both fields have at least `count` elements, and `own` is below `count`.
         let (own_x, own_y) = unsafe { (P::gather(x, &own), P::gather(y, &own)) };
+
         for slot in self.starts[group] as usize..self.starts[group + 1] as usize {
             let neighbours = &self.neighbours[slot];
             // SAFETY: `new` puts only particle numbers, below `count`, into `neighbours`; the
@@ -201,8 +211,10 @@ pub(super) fn vectors<P: Pack>(packs: [P; 3]) -> [Vec3<P::Number>; LANES] {
 }
 
 /// Copies vectors into a field that packs are gathered from.
-pub(super) fn pad<R: Real>(vectors: &[Vec3<R>], grain: usize, field: &mut [Padded<R>]) {
-    (field.par_chunks_mut(grain), vectors.par_chunks(grain)).into_par_iter().for_each(|(field, vectors)| {
-        field.iter_mut().zip(vectors).for_each(|(field, vector)| *field = Padded::new(vector));
-    });
+pub(super) fn pad<R: Real>(vectors: &[Vec3<R>], block_size: usize, field: &mut [Padded<R>]) {
+    (field.par_chunks_mut(block_size), vectors.par_chunks(block_size)).into_par_iter().for_each(
+        |(field, vectors)| {
+            field.iter_mut().zip(vectors).for_each(|(field, vector)| *field = Padded::new(vector));
+        },
+    );
 }

@@ -1,0 +1,18 @@
+//! What surrounds a body during one step of the world, the same for every kind of body.
+
+use crate::collide::Collider;
+
+/// Gravity, medium, colliders and clock of one step of the world.
+#[derive(Clone, Copy, Debug)]
+pub struct Surroundings<'a> {
+    /// Gravity of all bodies (m/s²).
+    pub gravity: [f64; 3],
+    /// Velocity of the medium (m/s). Snow does not feel it.
+    pub wind: [f64; 3],
+    /// What particles hit.
+    pub colliders: &'a [Collider],
+    /// Time at the start of the step (s).
+    pub time: f64,
+    /// The world's time step (s); each body divides it into steps of its own.
+    pub dt: f64,
+}

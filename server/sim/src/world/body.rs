@@ -1,0 +1,159 @@
+//! A body of a world: cloth, or snow. What the world asks of a body is written once, here, and
+//! answered by each kind in a file of its own.
+
+use super::{
+    cloth::Cloth,
+    report::BodyReport,
+    snow::SnowBody,
+    topology::{BodyTopology, StepBound},
+};
+use crate::{
+    math::Real,
+    report::{Diagnostics, StepFailure, Stopwatch},
+    surroundings::Surroundings,
+};
+
+/// A body of a world.
+#[derive(Debug)]
+pub(super) enum Body<R: Real> {
+    /// Particles joined by springs.
+    Cloth(Box<Cloth<R>>),
+    /// Particles over a grid: all objects of snow together.
+    Snow(Box<SnowBody<R>>),
+}
+
+/// The same expression on a body of either kind.
+macro_rules! on_body {
+    ($self:expr, $body:ident => $expression:expr) => {
+        match $self {
+            Body::Cloth($body) => $expression,
+            Body::Snow($body) => $expression,
+        }
+    };
+}
+
+impl<R: Real> Body<R> {
+    /// Index of its first particle among all.
+    pub(super) fn first_particle(&self) -> u32 {
+        on_body!(self, body => body.first_particle)
+    }
+
+    /// Number of particles.
+    pub(super) fn particle_count(&self) -> usize {
+        on_body!(self, body => body.particle_count())
+    }
+
+    /// Number of springs; 0 for snow.
+    pub(super) fn spring_count(&self) -> usize {
+        match self {
+            Self::Cloth(cloth) => cloth.spring_count(),
+            Self::Snow(_) => 0,
+        }
+    }
+
+    /// The name that a failure of a step is told under.
+    pub(super) fn name_for(&self, failure: &StepFailure) -> &str {
+        on_body!(self, body => body.name_for(failure))
+    }
+
+    /// Takes one step of the world.
+    pub(super) fn step(
+        &mut self,
+        around: &Surroundings<'_>,
+        watch: &mut dyn Stopwatch,
+    ) -> Result<BodyReport, StepFailure> {
+        on_body!(self, body => body.step(around, watch))
+    }
+
+    /// Returns to the state before the step that was taken last, or failed. Snow keeps its last good
+    /// step.
+    pub(super) fn undo(&mut self) {
+        match self {
+            Self::Cloth(cloth) => cloth.undo(),
+            Self::Snow(_) => {}
+        }
+    }
+
+    /// Diagnostics of the state as it is.
+    pub(super) fn diagnose(&self, around: &Surroundings<'_>) -> Diagnostics {
+        on_body!(self, body => body.diagnose(around))
+    }
+
+    /// Whether the particle of that number in the body is pinned; a number too large is not.
+    pub(super) fn is_pinned(&self, particle: u32) -> bool {
+        match self {
+            Self::Cloth(cloth) => cloth.is_pinned(particle),
+            Self::Snow(_) => false,
+        }
+    }
+
+    /// Adds positions (m), x y z per particle, to `out`, in the user's numbering.
+    pub(super) fn positions<T: Clone>(&self, out: &mut Vec<T>, convert: &impl Fn(R) -> T) {
+        on_body!(self, body => body.positions(out, convert));
+    }
+
+    /// Adds velocities (m/s), x y z per particle.
+    pub(super) fn velocities<T: Clone>(&self, out: &mut Vec<T>, convert: &impl Fn(R) -> T) {
+        on_body!(self, body => body.velocities(out, convert));
+    }
+
+    /// Adds plastic volume ratios, one per particle; 1 for cloth.
+    pub(super) fn plastic_ratios<T: Clone>(&self, out: &mut Vec<T>, convert: &impl Fn(R) -> T) {
+        on_body!(self, body => body.plastic_ratios(out, convert));
+    }
+
+    /// Adds Frobenius norms of the Cauchy stress (Pa), one per particle; 0 for cloth.
+    pub(super) fn stress_norms<T: Clone>(&self, out: &mut Vec<T>, convert: &impl Fn(R) -> T) {
+        on_body!(self, body => body.stress_norms(out, convert));
+    }
+
+    /// Adds the exact state to a hash, in the user's numbering.
+    pub(super) fn hash_into(&self, hasher: &mut xxhash_rust::xxh3::Xxh3) {
+        on_body!(self, body => body.hash_into(hasher));
+    }
+
+    /// Adds what frames refer to: one entry per cloth or object of snow.
+    pub(super) fn topology(&self, out: &mut Vec<BodyTopology>) {
+        on_body!(self, body => body.topology(out));
+    }
+
+    /// Largest explicit step; that of snow is in its report.
+    pub(super) fn step_bound(&self) -> Option<StepBound> {
+        match self {
+            Self::Cloth(cloth) => Some(cloth.step_bound()),
+            Self::Snow(_) => None,
+        }
+    }
+
+    /// The cloth, if it is one.
+    pub(super) fn as_cloth(&self) -> Option<&Cloth<R>> {
+        match self {
+            Self::Cloth(cloth) => Some(cloth),
+            Self::Snow(_) => None,
+        }
+    }
+
+    /// The cloth, to be changed, if it is one.
+    pub(super) fn as_cloth_mut(&mut self) -> Option<&mut Cloth<R>> {
+        match self {
+            Self::Cloth(cloth) => Some(cloth),
+            Self::Snow(_) => None,
+        }
+    }
+
+    /// The snow, if it is that.
+    pub(super) fn as_snow(&self) -> Option<&SnowBody<R>> {
+        match self {
+            Self::Snow(snow) => Some(snow),
+            Self::Cloth(_) => None,
+        }
+    }
+
+    /// The snow, to be changed, if it is that.
+    pub(super) fn as_snow_mut(&mut self) -> Option<&mut SnowBody<R>> {
+        match self {
+            Self::Snow(snow) => Some(snow),
+            Self::Cloth(_) => None,
+        }
+    }
+}

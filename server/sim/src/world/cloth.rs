@@ -1,0 +1,213 @@
+//! A cloth as a body of a world: built, stepped, undone, changed, looked at.
+
+use nalgebra::SymmetricEigen;
+
+use super::{
+    report::BodyReport,
+    setup::{BodySetup, SetupError},
+    topology::{BodyTopology, StepBound},
+};
+use crate::{
+    cloth::{self, ClothSettings, Model, Parameters, PinMotion, SpringKind, State, Workspace},
+    math::{Mat3, Real, Vec3},
+    report::{Diagnostics, StepFailure, Stopwatch},
+    surroundings::Surroundings,
+};
+
+/// A cloth in a world.
+#[derive(Debug)]
+pub(super) struct Cloth<R: Real> {
+    pub(super) name: String,
+    /// Index of its first particle among all.
+    pub(super) first_particle: u32,
+    model: Model<R>,
+    parameters: Parameters,
+    settings: ClothSettings,
+    state: State<R>,
+    work: Workspace<R>,
+    /// For drawing, in the user's numbering of the body.
+    triangles: Vec<[u32; 3]>,
+    springs: Vec<[u32; 2]>,
+    uv: Vec<[f64; 2]>,
+}
+
+impl<R: Real> Cloth<R> {
+    /// Builds a cloth; the strings are warnings that do not stop it.
+    pub(super) fn new(setup: &BodySetup, first_particle: u32) -> Result<(Self, Vec<String>), SetupError> {
+        let BodySetup { name, network, settings } = setup;
+        let (model, parameters, warnings) = Model::new(network, settings)
+            .map_err(|message| SetupError::Body { body: name.clone(), message })?;
+        let state = State { x: model.arrange(&network.x), v: model.arrange(&network.v), ..State::default() };
+
+        let mut cloth = Self {
+            name: name.clone(),
+            first_particle,
+            model,
+            parameters,
+            settings: *settings,
+            state,
+            work: Workspace::new(),
+            triangles: network.triangles.clone(),
+            springs: network.springs.iter().map(|spring| spring.particles).collect(),
+            uv: network.uv.clone(),
+        };
+        cloth.still_pins();
+        Ok((cloth, warnings.into_iter().map(|warning| format!("body '{name}': {warning}")).collect()))
+    }
+
+    /// A pin's velocity is prescribed: 0 until it is sent somewhere.
+    fn still_pins(&mut self) {
+        let pinned = self.model.inv_m.iter().zip(&mut self.state.v).filter(|(inv_m, _)| **inv_m == R::zero());
+        pinned.for_each(|(_, v)| v.fill(R::zero()));
+    }
+
+    pub(super) fn step(
+        &mut self,
+        around: &Surroundings<'_>,
+        watch: &mut dyn Stopwatch,
+    ) -> Result<BodyReport, StepFailure> {
+        let Self { model, parameters, settings, state, work, .. } = self;
+        work.before.copy_from(state);
+        let report = cloth::step(model, parameters, settings, around, state, work, watch)?;
+        let cloth::ClothReport { diagnostics, contact_count, solve } = report;
+        Ok(BodyReport { diagnostics, contact_count, solve, snow: None })
+    }
+
+    pub(super) fn undo(&mut self) {
+        self.state.copy_from(&self.work.before);
+    }
+
+    pub(super) fn diagnose(&self, around: &Surroundings<'_>) -> Diagnostics {
+        cloth::diagnose(&self.model, &self.parameters, around, &self.state)
+    }
+
+    pub(super) fn particle_count(&self) -> usize {
+        self.model.count
+    }
+
+    pub(super) fn spring_count(&self) -> usize {
+        self.model.spring_count
+    }
+
+    pub(super) fn name_for(&self, _: &StepFailure) -> &str {
+        &self.name
+    }
+
+    /// Whether any of its springs is of a kind; `None`: of any kind.
+    pub(super) fn has_springs(&self, kind: Option<SpringKind>) -> bool {
+        self.parameters.laws.iter().any(|law| kind.is_none_or(|kind| law.kind == kind))
+    }
+
+    pub(super) fn set_drag(&mut self, drag: f64) {
+        self.parameters.drag = drag;
+    }
+
+    /// Sets stiffness (N/m) and damping (N s/m) of the springs of a kind; `None` leaves one as it is.
+    pub(super) fn set_springs(
+        &mut self,
+        kind: Option<SpringKind>,
+        stiffness: Option<f64>,
+        damping: Option<f64>,
+    ) {
+        for entry in self.parameters.laws.iter_mut().filter(|entry| kind.is_none_or(|k| entry.kind == k)) {
+            entry.law.stiffness = stiffness.unwrap_or(entry.law.stiffness);
+            entry.law.damping = damping.unwrap_or(entry.law.damping);
+        }
+    }
+
+    pub(super) fn is_pinned(&self, particle: u32) -> bool {
+        let place = self.model.place.get(particle as usize);
+        place.is_some_and(|place| self.model.inv_m[*place as usize] == R::zero())
+    }
+
+    /// Sends a pinned particle to `target` (m), to arrive after `duration` (s); `dt` is the world's (s).
+    pub(super) fn send_pin(&mut self, particle: u32, target: [f64; 3], duration: f64, dt: f64) {
+        let particle = self.model.place[particle as usize];
+        let dt = dt / f64::from(self.settings.substeps);
+
+        // A duration of a whole number of steps stays one when the quotient is rounded.
+        let steps_left = ((duration / dt - 1e-9).ceil() as u64).max(u64::from(self.settings.substeps));
+        self.state.motions.retain(|motion| motion.particle != particle);
+        self.state.motions.push(PinMotion { particle, target, steps_left });
+    }
+
+    pub(super) fn positions<T: Clone>(&self, out: &mut Vec<T>, convert: &impl Fn(R) -> T) {
+        self.vectors(out, &self.state.x, convert);
+    }
+
+    pub(super) fn velocities<T: Clone>(&self, out: &mut Vec<T>, convert: &impl Fn(R) -> T) {
+        self.vectors(out, &self.state.v, convert);
+    }
+
+    fn vectors<T>(&self, out: &mut Vec<T>, values: &[Vec3<R>], convert: &impl Fn(R) -> T) {
+        for &place in &self.model.place {
+            let v = &values[place as usize];
+            out.extend([convert(v.x), convert(v.y), convert(v.z)]);
+        }
+    }
+
+    pub(super) fn plastic_ratios<T: Clone>(&self, out: &mut Vec<T>, convert: &impl Fn(R) -> T) {
+        out.resize(out.len() + self.model.count, convert(R::one()));
+    }
+
+    pub(super) fn stress_norms<T: Clone>(&self, out: &mut Vec<T>, convert: &impl Fn(R) -> T) {
+        out.resize(out.len() + self.model.count, convert(R::zero()));
+    }
+
+    /// Positions and velocities as little-endian binary64.
+    pub(super) fn hash_into(&self, hasher: &mut xxhash_rust::xxh3::Xxh3) {
+        for &place in &self.model.place {
+            let place = place as usize;
+            let mut bytes = [0; 48];
+            let numbers = self.state.x[place].iter().chain(&self.state.v[place]);
+            for (bytes, number) in bytes.chunks_exact_mut(8).zip(numbers) {
+                bytes.copy_from_slice(&number.to_f64().to_le_bytes());
+            }
+            hasher.update(&bytes);
+        }
+    }
+
+    pub(super) fn topology(&self, out: &mut Vec<BodyTopology>) {
+        let (first, count) = (self.first_particle, self.model.count as u32);
+        out.push(BodyTopology {
+            name: self.name.clone(),
+            first_particle: first,
+            particle_count: count,
+            triangles: self.triangles.iter().map(|t| t.map(|p| p + first)).collect(),
+            springs: self.springs.iter().map(|s| s.map(|p| p + first)).collect(),
+            pins: (0..count).filter(|user| self.is_pinned(*user)).map(|user| user + first).collect(),
+            uv: self.uv.clone(),
+        });
+    }
+
+    /// omega² <= 2 max lambda_max(D_i) / m_i, since (n.(a - b))² <= 2 (n.a)² + 2 (n.b)²; the
+    /// bound on dt is 2 / omega, with the transverse stiffness of stretched springs included.
+    pub(super) fn step_bound(&self) -> StepBound {
+        let (mut worst, mut particle) = (0.0, 0);
+        for (user, &place) in self.model.place.iter().enumerate() {
+            let i = place as usize;
+            let omega2 = 2.0 * self.stiffness_at(i) * self.model.inv_m[i].to_f64();
+            if omega2 > worst {
+                (worst, particle) = (omega2, user as u64 + u64::from(self.first_particle));
+            }
+        }
+        StepBound { body: self.name.clone(), dt: 2.0 / f64::sqrt(worst), particle }
+    }
+
+    /// Largest eigenvalue (N/m) of the diagonal block of the stiffness at particle `i`.
+    fn stiffness_at(&self, i: usize) -> f64 {
+        let mut block = Mat3::<f64>::zeros();
+        for (j, rest_length, law) in self.model.springs.row(i) {
+            let d = (self.state.x[i] - self.state.x[j as usize]).map(R::to_f64);
+            let (length, stiffness) = (d.norm(), self.parameters.laws[law as usize].law.stiffness);
+            if length > 0.0 {
+                let across = (1.0 - rest_length.to_f64() / length).max(0.0);
+                let along = d * d.transpose() / (length * length);
+                block += (along * (1.0 - across) + Mat3::identity() * across) * stiffness;
+            } else {
+                block += Mat3::identity() * stiffness;
+            }
+        }
+        SymmetricEigen::new(block).eigenvalues.max()
+    }
+}

@@ -1,0 +1,87 @@
+//! Snow as a body of a world: all of its objects on one grid, after the cloths.
+
+use super::{report::BodyReport, setup::SetupError, topology::BodyTopology};
+use crate::{
+    collide::Collider,
+    math::Real,
+    report::{Diagnostics, StepFailure, Stopwatch},
+    snow::{Snow, SnowSetup},
+    surroundings::Surroundings,
+};
+
+/// The snow of a world.
+#[derive(Debug)]
+pub(super) struct SnowBody<R: Real> {
+    /// Index of its first particle among all.
+    pub(super) first_particle: u32,
+    pub(super) snow: Snow<R>,
+}
+
+impl<R: Real> SnowBody<R> {
+    /// Builds the snow; the strings are warnings that do not stop it.
+    pub(super) fn new(
+        setup: &SnowSetup,
+        colliders: &[Collider],
+        first_particle: u32,
+    ) -> Result<(Self, Vec<String>), SetupError> {
+        let (snow, warnings) = Snow::new(setup)?;
+        snow.check_step(colliders)?;
+        Ok((Self { first_particle, snow }, warnings))
+    }
+
+    pub(super) fn step(
+        &mut self,
+        around: &Surroundings<'_>,
+        watch: &mut dyn Stopwatch,
+    ) -> Result<BodyReport, StepFailure> {
+        let step = self.snow.step(around, watch)?;
+        Ok(BodyReport {
+            diagnostics: step.diagnostics,
+            contact_count: step.contact_count,
+            solve: step.solve,
+            snow: Some(step.report.shifted(u64::from(self.first_particle))),
+        })
+    }
+
+    pub(super) fn diagnose(&self, around: &Surroundings<'_>) -> Diagnostics {
+        self.snow.diagnose(around.gravity)
+    }
+
+    pub(super) fn particle_count(&self) -> usize {
+        self.snow.particle_count()
+    }
+
+    /// The object that the particle of a failure belongs to.
+    pub(super) fn name_for(&self, failure: &StepFailure) -> &str {
+        failure.particle().map_or("snow", |particle| self.snow.object_of(particle))
+    }
+
+    pub(super) fn positions<T: Clone>(&self, out: &mut Vec<T>, convert: &impl Fn(R) -> T) {
+        self.snow.positions(out, convert);
+    }
+
+    pub(super) fn velocities<T: Clone>(&self, out: &mut Vec<T>, convert: &impl Fn(R) -> T) {
+        self.snow.velocities(out, convert);
+    }
+
+    pub(super) fn plastic_ratios<T: Clone>(&self, out: &mut Vec<T>, convert: &impl Fn(R) -> T) {
+        self.snow.plastic_ratios(out, convert);
+    }
+
+    pub(super) fn stress_norms<T: Clone>(&self, out: &mut Vec<T>, convert: &impl Fn(R) -> T) {
+        self.snow.stress_norms(out, convert);
+    }
+
+    pub(super) fn hash_into(&self, hasher: &mut xxhash_rust::xxh3::Xxh3) {
+        self.snow.hash_into(hasher);
+    }
+
+    pub(super) fn topology(&self, out: &mut Vec<BodyTopology>) {
+        let mut first_particle = self.first_particle;
+        for (name, count) in self.snow.objects() {
+            let (name, particle_count) = (name.to_owned(), count as u32);
+            out.push(BodyTopology { name, first_particle, particle_count, ..BodyTopology::default() });
+            first_particle += particle_count;
+        }
+    }
+}

@@ -1,0 +1,32 @@
+//! What is told once of a body: its topology for those who draw frames, its bound on the time step.
+
+/// What a frame's consumer needs to know once about a body.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct BodyTopology {
+    /// Name, unique in the world.
+    pub name: String,
+    /// Index of its first particle among all.
+    pub first_particle: u32,
+    /// Number of its particles.
+    pub particle_count: u32,
+    /// Triangles, indices over all particles.
+    pub triangles: Vec<[u32; 3]>,
+    /// Springs, indices over all particles.
+    pub springs: Vec<[u32; 2]>,
+    /// Pinned particles, indices over all particles.
+    pub pins: Vec<u32>,
+    /// Texture coordinates, or empty.
+    pub uv: Vec<[f64; 2]>,
+}
+
+/// Largest explicit time step of a body, from a bound that holds for any mesh.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StepBound {
+    /// Name of the body.
+    pub body: String,
+    /// Largest stable dt (s) of the symplectic integrators for small motions about rest, a lower
+    /// bound: sqrt(2 min m_i / lambda_max(D_i)), D_i = sum_j k_ij u u^T. Infinite without springs.
+    pub dt: f64,
+    /// The particle that sets it, over all bodies.
+    pub particle: u64,
+}

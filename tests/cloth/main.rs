@@ -1,0 +1,17 @@
+//! Cloth: forces, integrators and contacts against closed forms and golden data.
+
+mod springs;
+mod two_particles;
+mod oscillators;
+mod discrete;
+mod convergence;
+mod conservation;
+mod statics;
+mod modes;
+mod transients;
+mod pins;
+mod contact;
+mod external;
+mod bodies;
+mod shipped;
+mod odd_networks;
