@@ -30,6 +30,7 @@ static ALLOCATIONS: AtomicU64 = AtomicU64::new(0);
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         ALLOCATIONS.fetch_add(1, Ordering::Relaxed);
+
         // SAFETY: the caller keeps `alloc`'s contract.
         unsafe { System.alloc(layout) }
     }
@@ -41,6 +42,7 @@ unsafe impl GlobalAlloc for Counting {
 
     unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
         ALLOCATIONS.fetch_add(1, Ordering::Relaxed);
+
         // SAFETY: the caller keeps `realloc`'s contract.
         unsafe { System.realloc(pointer, layout, size) }
     }
@@ -88,11 +90,13 @@ fn count(simulation: &mut Simulation, warm: u32) -> u64 {
     for _ in 0..warm {
         step().expect("a stable step");
     }
+
     let before = ALLOCATIONS.load(Ordering::Relaxed);
     let mut contacts = 0;
     for _ in 0..10 {
         contacts += step().expect("a stable step");
     }
+
     let made = ALLOCATIONS.load(Ordering::Relaxed) - before;
     assert!(contacts > 0, "contacts are part of what is counted");
     made
@@ -112,11 +116,13 @@ fn a_step_allocates_nothing_after_the_first_ones() {
             solvers.push(SolverSettings { preconditioner, operator, ..fixed });
         }
     }
+
     // Kept to the end: a pool's threads allocate when they leave.
     let pools = [1, 3].map(|threads| (threads, pool(threads)));
     for (threads, pool) in &pools {
         pool.install(|| warm_up(*threads));
     }
+
     for method in Method::all() {
         let count_of_solvers = if method.integrator.is_implicit() { solvers.len() } else { 1 };
         for solver in &solvers[..count_of_solvers] {
@@ -129,6 +135,7 @@ fn a_step_allocates_nothing_after_the_first_ones() {
             }
         }
     }
+
     for precision in Precision::ALL {
         for (threads, pool) in &pools {
             for (name, mut simulation) in snow::simulations(precision) {

@@ -20,9 +20,11 @@ pub(crate) fn simulations(precision: Precision) -> Vec<(String, Simulation)> {
             simulation(variant, Integration::Explicit, precision),
         ));
     }
+
     for variant in Variant::affine() {
         all.push((format!("{} semi-implicit", variant.name()), simulation(variant, implicit, precision)));
     }
+
     all
 }
 

@@ -159,6 +159,7 @@ fn changed_springs_act_as_springs_that_were_always_so() {
                 SpringKind::Bend => SpringLaw { stiffness: 300.0, damping: 0.07 },
             };
         }
+
         let mut always = scene.simulate(Precision::F64);
         assert_eq!(changed.step_bounds()[0].dt, always.step_bounds()[0].dt);
         advance(&mut changed, 30);
@@ -178,6 +179,7 @@ fn a_change_that_is_refused_names_what_is_wrong_and_changes_nothing() {
         stiffness,
         damping: None,
     };
+
     let refused = [
         springs(Some("flag"), None, Some(1.0)),
         springs(Some("rope"), Some(SpringKind::Bend), Some(1.0)),
@@ -201,9 +203,11 @@ fn a_change_that_is_refused_names_what_is_wrong_and_changes_nothing() {
         );
         assert!(known, "{change:?}: {error:?}");
     }
+
     advance(&mut both, 5);
     advance(&mut untouched, 5);
     assert_eq!(both.state_hash(), untouched.state_hash());
+
     // The rope's pin is the 50th particle of the world.
     both.apply(&[Change::Pin { particle: 49, target: [2.5, 0.5, 0.0], duration: 0.01 }]).expect("a pin");
     advance(&mut both, 10);

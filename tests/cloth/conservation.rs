@@ -40,10 +40,12 @@ fn springs_never_change_the_momentum() {
                 if precision == Precision::F32 {
                     scene.settings.solver.stop = Stop::Residual { tolerance: 1e-6, max_iterations: 200 };
                 }
+
                 let mut simulation = scene.simulate(precision);
                 let before = simulation.diagnose().momentum;
                 let count = 200;
                 let after = advance(&mut simulation, count).diagnostics.momentum;
+
                 // Each step rounds each velocity; the errors of a hundred particles add up at worst.
                 let tolerance = 4.0 * rounding * count as f64 * momentum_scale(&network);
                 let error = norm(difference(after, before));
@@ -97,6 +99,7 @@ fn euler_loses_angular_momentum_in_proportion_to_dt() {
         if !matches!(method.integrator, Integrator::ExplicitEuler | Integrator::ImplicitEuler) {
             continue;
         }
+
         let ratio = turning_lost(method, 0.05, 2e-5) / turning_lost(method, 0.05, 1e-5);
         assert!((ratio - 2.0).abs() < 0.1, "{}: halving dt divides the loss by {ratio}", method.name());
     }
@@ -113,6 +116,7 @@ fn leapfrog_keeps_the_energy_of_an_undamped_chain_within_its_bound() {
     for (i, v) in network.v.iter_mut().enumerate().take(11).skip(1) {
         *v = [0.1 * scatter(i), 0.1 * scatter(i + 20), 0.1 * scatter(i + 40)];
     }
+
     let omega = 2.0 * (k / m).sqrt();
     for (integrator, bound) in
         [(Integrator::VelocityVerlet, 0.25), (Integrator::VelocityVerletPredicted, 0.25)]

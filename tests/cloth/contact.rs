@@ -87,12 +87,15 @@ fn a_particle_that_bounces_rises_to_the_square_of_its_restitution() {
             let fall = (2.0 * height / GRAVITY).sqrt();
             advance(&mut simulation, (fall / dt) as u64 + 2);
             let mut top = 0.0_f64;
+
             // The first bounce alone: it lasts e times twice the fall.
             for _ in 0..(2.0 * restitution * fall / dt) as u64 {
                 advance(&mut simulation, 1);
                 top = top.max(positions(&simulation)[0][1] - MARGIN);
             }
+
             let expected = restitution * restitution * height;
+
             // Contact is found at the end of a step: within v dt of its place.
             let tolerance = 4.0 * (2.0 * GRAVITY * height).sqrt() * dt;
             assert!((top - expected).abs() < tolerance, "{}, e = {restitution}: {top} m", method.name());
@@ -106,9 +109,11 @@ fn a_particle_comes_to_rest_on_the_floor() {
         let mut simulation = above(incline(0.0, 0.5), 0.1, method, 1e-3).simulate(Precision::F64);
         advance(&mut simulation, 1000);
         let (x, v) = (positions(&simulation)[0], velocities(&simulation)[0]);
+
         // A contact gives back the way of the velocity that it takes away; an integrator that moves
         // with an older velocity went less far, and hovers that much: a few g dt².
         assert!((x[1] - MARGIN).abs() < 3.0 * GRAVITY * 1e-6, "{}: at {x:?} m", method.name());
+
         // A step may show the velocity of its own gravity before the contact takes it away.
         assert!(norm(v) <= GRAVITY * 1e-3 * 1.001, "{}: {v:?} m/s", method.name());
     }

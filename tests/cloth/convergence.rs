@@ -23,6 +23,7 @@ fn errors(row: &Row, motion: &Transient, method: Method) -> [f64; 3] {
     if try_advance(&mut simulation, row.count("n_steps")).is_err() {
         return [f64::INFINITY; 3];
     }
+
     let reference = motion.at(row.number("T_s"));
     let [rms, largest] = distances(&positions(&simulation), &reference.x, &free);
     [rms, largest, distances(&velocities(&simulation), &reference.v, &free)[0]]
@@ -55,6 +56,7 @@ fn check_scene(name: &str) {
             assert!(found[0] > 1e-2 * 0.99, "{label}: {:e} where {:e} was expected", found[0], expected[0]);
         }
     }
+
     assert!(compared >= 20, "{name}: only {compared} rows compared");
 }
 

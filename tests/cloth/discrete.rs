@@ -58,6 +58,7 @@ fn every_integrator_reaches_the_state_of_its_definition() {
         let v_error = max_distance(&velocities(&simulation), &golden.v);
         assert!(v_error < 1e-10, "{}: {v_error:e} m/s", golden.name());
         let energy_error = (report.diagnostics.total_energy() - golden.total).abs();
+
         // The energy varies with x and v as force and momentum: some 1e4 N and 1e2 kg m/s at most.
         assert!(energy_error < 1e-10 * golden.total.abs().max(1.0), "{}: {energy_error:e} J", golden.name());
     }
@@ -70,6 +71,7 @@ fn every_integrator_reaches_it_in_binary32_up_to_rounding() {
         scene.settings.solver.stop = Stop::Residual { tolerance: 1e-6, max_iterations: 300 };
         let mut simulation = scene.simulate(Precision::F32);
         advance(&mut simulation, golden.n_steps);
+
         // A step rounds coordinates of at most 1.3 m, and its force acts as if they were rounded
         // once more; a perturbation grows at most twofold within these runs.
         let tolerance = 2.0 * 2.0 * 1.3 * f32::ROUNDING * golden.n_steps as f64;

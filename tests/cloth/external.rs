@@ -29,6 +29,7 @@ fn a_fall_through_a_medium_follows_the_definition_of_each_integrator() {
         for _ in 0..100 {
             expected = law.step(method.integrator, dt, expected);
         }
+
         for (i, height) in [0.0, 0.0, 5.0].into_iter().enumerate() {
             let found = [positions(&simulation)[i][1] - height, velocities(&simulation)[i][1]];
             let error = (found[0] - expected[0]).hypot(found[1] - expected[1]);
@@ -46,6 +47,7 @@ fn a_fall_through_a_medium_has_the_speed_of_the_closed_form() {
         let mut simulation = falling(method, dt).simulate(Precision::F64);
         advance(&mut simulation, 3000);
         let error = (velocities(&simulation)[0][1] - expected).abs();
+
         // An integrator of order 1 errs by half of dt times the change of acceleration.
         let first = 0.5 * dt * rate * GRAVITY * rate * time;
         let tolerance = if method.order(DRAG) > 1.0 { 1e-6 } else { first };

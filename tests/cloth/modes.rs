@@ -80,6 +80,7 @@ fn frequency(network: &Network, mode: &[[f64; 3]], amplitude: f64, guess: f64) -
     for (x, shape) in displaced.x.iter_mut().zip(mode) {
         *x = [0, 1, 2].map(|c| x[c] + amplitude * shape[c]);
     }
+
     let dt = 1.0 / guess;
     let mut scene = Scene::new(displaced, dt);
     scene.settings.integrator = Integrator::VelocityVerlet;
@@ -89,13 +90,16 @@ fn frequency(network: &Network, mode: &[[f64; 3]], amplitude: f64, guess: f64) -
             let d = difference(x[i], network.x[i]);
             d[0] * mode[i][0] + d[1] * mode[i][1] + d[2] * mode[i][2]
         });
+
         dots.sum()
     };
+
     let mut amplitudes = [project(&positions(&simulation)), 0.0, 0.0];
     for later in &mut amplitudes[1..] {
         advance(&mut simulation, 1);
         *later = project(&positions(&simulation));
     }
+
     let [first, second, third] = amplitudes;
     ((2.0 * second - first - third) / (dt * dt * second)).sqrt()
 }
@@ -113,6 +117,7 @@ fn a_chain_has_its_longitudinal_frequencies() {
             } else {
                 (2 * j + 1) as f64 * PI / (2 * case.n_free + 1) as f64
             };
+
             let mode: Vec<_> = (0..count).map(|i| [(wave * i as f64).sin(), 0.0, 0.0]).collect();
             let found = frequency(&network, &pinned_still(mode, &network.pins), 1e-4, *expected);
             let error = (found / expected - 1.0).abs();
@@ -125,6 +130,7 @@ fn pinned_still(mut mode: Vec<[f64; 3]>, pins: &[u32]) -> Vec<[f64; 3]> {
     for &pin in pins {
         mode[pin as usize] = [0.0; 3];
     }
+
     mode
 }
 
@@ -139,6 +145,7 @@ fn a_stretched_chain_has_its_transverse_frequencies() {
         for across in [[0.0, 1.0, 0.0], [0.0, 0.6, -0.8]] {
             let shape = |i: usize| across.map(|c| c * (wave * i as f64).sin());
             let mode = pinned_still((0..count).map(shape).collect(), &network.pins);
+
             // The law is linear up to the square of amplitude over spacing.
             let found = frequency(&network, &mode, 1e-5 * case.spacing, *expected);
             let error = (found / expected - 1.0).abs();
@@ -166,6 +173,7 @@ fn a_stretched_net_has_its_transverse_frequencies() {
             let height = |i: usize| {
                 (2.0 * half_p * (i % side) as f64).sin() * (2.0 * half_q * (i / side) as f64).sin()
             };
+
             let mode = pinned_still((0..side * side).map(|i| [0.0, height(i), 0.0]).collect(), &network.pins);
             let found = frequency(&network, &mode, 1e-5 * a, expected);
             let error = (found / expected - 1.0).abs();
@@ -193,16 +201,20 @@ fn a_chain_moves_along_an_oblique_line_as_its_modes_do() {
                 advance(&mut simulation, missing);
                 [positions(&simulation), velocities(&simulation)]
             };
+
             case.states.iter().map(sample).collect::<Vec<_>>()
         };
+
         let (coarse, fine) = (run(2e-5), run(1e-5));
         for (n, state) in case.states.iter().enumerate() {
             for i in 0..count {
                 let extrapolated = |field: usize| {
                     [0, 1, 2].map(|c| (4.0 * fine[n][field][i][c] - coarse[n][field][i][c]) / 3.0)
                 };
+
                 let x = at(motion.l0 * i as f64 + state.displacement_along_line[i]);
                 let v = at(state.velocity_along_line[i]);
+
                 // The stiffest mode, 3 mm at ω dt = 4e-3, is out of phase by φ = ω t (ω dt)² / 24 < 2e-4:
                 // after extrapolation φ² is left, and the rounding of the steps.
                 let errors = [norm(difference(extrapolated(0), x)), norm(difference(extrapolated(1), v))];
@@ -242,6 +254,7 @@ fn a_spinning_ring_keeps_its_length_and_angular_momentum() {
             let error = (norm(difference(after[(i + 1) % n], after[i])) / length - 1.0).abs();
             assert!(error < 1e-8, "{integrator:?}, spring {i}: {error:e}");
         }
+
         let (_, turning) = momenta(&simulation, &ring.masses);
         let error = norm(difference(turning, before)) / norm(before);
         assert!(error < 1e-12, "{integrator:?}: angular momentum {error:e}");

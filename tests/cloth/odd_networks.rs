@@ -28,6 +28,7 @@ fn run_all(network: &Network) -> Vec<(Method, Simulation)> {
             }
         }
     }
+
     ends
 }
 
@@ -153,6 +154,7 @@ fn a_network_that_means_nothing_is_refused() {
         let refused = Simulation::new(&Scene::new(network, 1e-3).setup(), Precision::F64);
         assert!(matches!(refused, Err(SetupError::Body { .. })), "{what}: {refused:?}");
     }
+
     for dt in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         let refused = Simulation::new(&Scene::new(good.clone(), dt).setup(), Precision::F64);
         assert!(matches!(refused, Err(SetupError::BadTimeStep(_))), "dt {dt}: {refused:?}");

@@ -97,8 +97,10 @@ fn every_integrator_gives_the_exact_states_of_its_definition() {
         let Ok(golden) = Method::of_golden(row.text("integrator")).ok_or("not an integrator of ours") else {
             continue;
         };
+
         let case = Case::of(row);
         let expected = [row.number("y_m"), row.number("vy_m_s")];
+
         // Along a line all treatments of the Hessian agree.
         for method in Method::all().into_iter().filter(|m| m.integrator == golden.integrator) {
             let found = case.run(method, row.number("h_s"), row.count("n_steps"));
@@ -107,6 +109,7 @@ fn every_integrator_gives_the_exact_states_of_its_definition() {
             compared += 1;
         }
     }
+
     assert!(compared > 150, "only {compared} states compared");
 }
 
@@ -119,6 +122,7 @@ fn every_integrator_follows_its_scalar_definition() {
             for _ in 0..50 {
                 expected = case.law().step(method.integrator, dt, expected);
             }
+
             let error = relative(case.run(method, dt, 50), expected, case.omega());
             assert!(error < 1e-12, "{} by {}: {error:e}", case.name, method.name());
         }
@@ -136,7 +140,9 @@ fn every_integrator_follows_its_definition_in_binary32_up_to_rounding() {
             for _ in 0..count {
                 expected = case.law().step(method.integrator, dt, expected);
             }
+
             let error = relative(state(&simulation), expected, case.omega());
+
             // A few roundings a step, none of which grows in a stable run.
             let tolerance = 4.0 * f32::ROUNDING * count as f64;
             assert!(error < tolerance, "{} by {}: {error:e}", case.name, method.name());
@@ -158,9 +164,11 @@ fn the_motion_is_that_of_the_closed_form() {
                 advance(&mut runs[0], steps);
                 advance(&mut runs[1], 2 * steps);
             }
+
             let (coarse, fine) = (state(&runs[0]), state(&runs[1]));
             let found = [0, 1].map(|c| (4.0 * fine[c] - coarse[c]) / 3.0);
             let error = relative(found, [row.number("y_m"), row.number("vy_m_s")], case.omega());
+
             // What is left after extrapolation: (ω dt)^4 ω t / 100, rounding of the steps.
             assert!(error < 1e-9, "{} at {} s: {error:e}", case.name, row.text("t_s"));
         }
@@ -208,6 +216,7 @@ fn implicit_euler_damps_and_slows_as_its_formula_says() {
             *x = state(&simulation)[0] - rest;
             advance(&mut simulation, 1);
         }
+
         let pivot = x[1] * x[1] - x[0] * x[2];
         let trace = (x[1] * x[2] - x[0] * x[3]) / pivot;
         let determinant = (x[2] * x[2] - x[1] * x[3]) / pivot;

@@ -55,6 +55,7 @@ fn a_moving_pin_arrives_at_its_target_at_constant_speed() {
             let error = norm(difference(positions(&simulation)[0], expected));
             assert!(error < 1e-14, "{}, step {step}: {error:e} m", method.name());
         }
+
         assert_eq!(positions(&simulation)[0], target, "{}: exactly there", method.name());
         assert_eq!(velocities(&simulation)[0], [0.0; 3], "{}: at rest", method.name());
         assert_eq!(positions(&simulation)[7], other, "{}: the other pin", method.name());
@@ -107,6 +108,7 @@ fn a_chain_carried_by_its_pins_stays_at_rest_among_them() {
             target: [0, 1, 2].map(|c| x[pin][c] + speed[c]),
             duration: 1.0,
         };
+
         simulation.apply(&[carry(0), carry(5)]).expect("pins may move");
         advance(&mut simulation, 500);
         let expected: Vec<_> = x.iter().map(|x| [0, 1, 2].map(|c| x[c] + 0.5 * speed[c])).collect();
@@ -122,6 +124,7 @@ fn only_pins_may_be_moved() {
     let to = |particle| Change::Pin { particle, target: [0.0; 3], duration: 1.0 };
     assert_eq!(simulation.apply(&[to(0), to(3)]), Err(ChangeError::NotPinned { particle: 3 }));
     assert_eq!(simulation.check(&[to(64)]), Err(ChangeError::NoSuchParticle { particle: 64, count: 64 }));
+
     // All or none: pin 0 was not moved either.
     advance(&mut simulation, 1);
     assert_eq!(positions(&simulation)[0], [0.0; 3]);

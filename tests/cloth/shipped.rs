@@ -63,6 +63,7 @@ fn the_shipped_course_cloths_are_those_of_the_formula() {
         for (a, b) in network.springs.iter().zip(&ours.springs) {
             assert_eq!((a.particles, a.rest_length, a.law), (b.particles, b.rest_length, b.law), "{name}");
         }
+
         let (simulation, _) = Simulation::new(&built.setup, Precision::F64).expect("a scene that is shipped");
         assert_eq!(simulation.topology()[0].pins, ours.pins, "{name}");
     }

@@ -62,6 +62,7 @@ fn a_spring_pulls_with_the_force_of_the_samples() {
         let reference: Vec3<f64> = vec3(sample.f_i);
         let error = (sample.force::<f64>() - reference).norm() / reference.norm();
         assert!(error < 1e-12, "sample {i}: {error:e}");
+
         // Rounding of the inputs moves the force by k l and nu |dv| times a few roundings.
         let scale = sample.k * sample.d::<f64>().norm()
             + sample.nu * norm(difference(sample.vi, sample.vj))
@@ -118,6 +119,7 @@ fn the_stiffness_of_a_spring_is_the_derivative_of_its_force() {
             shift[c] = step;
             numeric.set_column(c, &((force(d + shift) - force(d - shift)) / (2.0 * step)));
         }
+
         let error = relative(&numeric, &spring_jacobian_x(&d, sample.l0, sample.k, Hessian::Full));
         assert!(error < 1e-7, "sample {i}: {error:e}");
     }
@@ -154,6 +156,7 @@ fn the_force_of_a_network_is_minus_the_gradient_of_its_energy() {
             moved.x[particle][c] += shift;
             Scene::new(moved, 1.0).simulate(Precision::F64).diagnose().elastic_energy
         };
+
         // Central differences err by a sixth of h² d³E/dx³, and d³E/dx³ is some k / l;
         // the shortest spring is 4 cm long.
         let (h, stiffness, length) = (1e-5, 300.0, 0.04);
@@ -200,8 +203,10 @@ fn a_moved_and_turned_scene_moves_as_the_scene_does() {
             advance(&mut simulation, 20);
             positions(&simulation)
         };
+
         let expected: Vec<_> = run(network, gravity).into_iter().map(moved).collect();
         let distance = max_distance(&run(other, turned(gravity)), &expected);
+
         // Coordinates of a few metres, a step's rounding grown over 20 steps.
         assert!(distance < 1e-12, "{}: {distance:e}", method.name());
     }

@@ -98,6 +98,7 @@ fn each_spring_of_a_chain_that_hangs_carries_what_hangs_below() {
         let expected = (count - j + 1) as f64 * mass * GRAVITY / stiffness;
         assert!((elongation - expected).abs() < 1e-10, "spring {j}: {elongation} m, not {expected}");
     }
+
     let sum = mass * GRAVITY * (count * (count + 1)) as f64 / (2.0 * stiffness);
     let total = -x[count][1] - rest_length * count as f64;
     assert!((total - sum).abs() < 1e-10, "in all {total} m, not {sum}");
@@ -121,11 +122,13 @@ fn a_hung_cloth_rests_where_its_forces_balance() {
     let expected = rest.x_equilibrium.expect("its positions are on record");
     let motion = Transient::named("cloth10 nu=0.1");
     let mut network = motion.network.network();
+
     // Folded cloth has several equilibria: this one is left by 10 µm and must be found again.
     for i in 0..network.x.len() {
         let moves = if network.pins.contains(&(i as u32)) { 0.0 } else { 1e-5 };
         network.x[i] = [0, 1, 2].map(|c| expected[i][c] + moves * scatter(3 * i + c));
     }
+
     let scene = Scene::new(network, 0.1).under(motion.network.gravity_m_s2);
     let error = max_distance(&equilibrium(&scene, 0.3, 0), &expected);
     assert!(error < 1e-10, "{error:e} m");

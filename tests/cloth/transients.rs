@@ -30,6 +30,7 @@ fn run(motion: &Transient, steps: u32, precision: Precision) -> Vec<Sample> {
         let diagnostics = simulation.diagnose();
         Sample { x: positions(&simulation), v: velocities(&simulation), diagnostics }
     };
+
     motion.states.iter().map(sample).collect()
 }
 
@@ -71,6 +72,7 @@ fn energies_follow_the_references() {
                 ("total", diagnostics.total_energy(), state.total),
             ] {
                 let error = (found - expected).abs() / scale;
+
                 // Order 2 at ω dt <= 0.1.
                 assert!(error < 1e-3, "{name} at {} s: {what} {found} J, not {expected}", state.t);
             }
@@ -86,6 +88,7 @@ fn binary32_stays_near_the_references() {
         let (single, double) = (run(&motion, steps, Precision::F32), run(&motion, steps, Precision::F64));
         for ((state, single), double) in motion.states.iter().zip(&single).zip(&double) {
             let count = state.t * 100.0 * f64::from(steps);
+
             // Each step rounds coordinates of at most 2 m; the errors add up as a random walk and
             // grow as perturbations of this motion do, the largest factor so far.
             let growth =

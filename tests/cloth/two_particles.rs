@@ -68,14 +68,18 @@ fn two_joined_particles_fly_as_the_reference_does() {
                 let diagnostics = simulation.diagnose();
                 (positions(&simulation), velocities(&simulation), diagnostics)
             };
+
             flight.states.iter().map(sample).collect::<Vec<_>>()
         });
+
         for (i, state) in flight.states.iter().enumerate() {
             let (coarse, fine) = (&runs[0][i], &runs[1][i]);
             let extrapolate = |c: &[[f64; 3]], f: &[[f64; 3]]| -> Vec<[f64; 3]> {
                 c.iter().zip(f).map(|(c, f)| [0, 1, 2].map(|i| (4.0 * f[i] - c[i]) / 3.0)).collect()
             };
+
             let label = format!("{} at {} s", flight.case, state.t);
+
             // (ω dt)^4 is 1e-11, the run some tens of radians.
             let x_error = max_distance(&extrapolate(&coarse.0, &fine.0), &state.x);
             assert!(x_error < 1e-9, "{label}: {x_error:e} m");

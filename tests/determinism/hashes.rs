@@ -31,6 +31,7 @@ fn runs() -> Vec<(String, &'static str, Method, Precision)> {
             }
         }
     }
+
     runs
 }
 
@@ -46,6 +47,7 @@ fn committed() -> BTreeMap<String, u64> {
         let (key, hash) = line.rsplit_once(' ').expect("a hash at the end of a line");
         (key.to_owned(), u64::from_str_radix(hash, 16).expect("a hexadecimal hash"))
     };
+
     lines.map(entry).collect()
 }
 
@@ -66,8 +68,10 @@ fn every_run_has_its_committed_hash() {
         for (key, hash) in &found {
             writeln!(text, "{key} {hash:016x}").expect("a string takes text");
         }
+
         fs::write(golden::path(FILE), text).expect("tests/golden/hashes.txt can be written");
     }
+
     let committed = committed();
     let different: Vec<_> = found
         .iter()

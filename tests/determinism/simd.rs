@@ -20,5 +20,6 @@ fn every_width_of_vector_instructions_gives_the_same_bits() {
             }
         }
     }
+
     force_simd_level(best);
 }

@@ -42,6 +42,7 @@ impl SnowRun {
                 runs.push(Self { variant, integration: implicit, precision });
             }
         }
+
         runs
     }
 
@@ -126,8 +127,10 @@ fn every_width_of_vector_instructions_gives_snow_the_same_bits() {
             let used = force_simd_level(level);
             (used, run.run().state_hash())
         });
+
         assert!(hashes.iter().all(|(_, hash)| *hash == hashes[0].1), "{}: {hashes:016x?}", run.key());
     }
+
     force_simd_level(best);
 }
 
@@ -139,6 +142,7 @@ fn bits(simulation: &Simulation) -> Vec<u64> {
         let numbers = p.x.into_iter().chain(p.v).chain([p.plastic_ratio]).chain(stress);
         numbers.chain(tensors.as_flattened().as_flattened().to_vec()).map(f64::to_bits).collect::<Vec<_>>()
     };
+
     simulation.snow_particles().into_iter().flat_map(of).collect()
 }
 
@@ -156,6 +160,7 @@ fn snow_that_is_put_back_goes_on_with_the_same_bits() {
         second.restore_snow(&middle);
         advance(&mut second, 2);
         assert!(bits(&whole) == bits(&second), "{}: differs after it was put back", run.key());
+
         // The stress follows from the rest, to rounding.
         let mut third = scene.simulate(run.precision);
         third.restore_snow(&middle);
@@ -178,9 +183,11 @@ fn stiffness(scene: &SnowScene, particle: usize, p: &ParticleState) -> f64 {
         None => (&scene.objects[0], particle),
         Some(i) => (&scene.objects[1], i),
     };
+
     let hardening = object.material.plasticity.map_or(0.0, |p| p.hardening);
     let factor = object.stiffness.get(i).unwrap_or(&1.0) * (hardening * (1.0 - p.plastic_ratio)).exp();
     let modulus = 2.0 * object.material.mu() + 3.0 * object.material.lambda();
+
     // From the grid, a particle at a corner has up to eight times the volume of one inside.
     let volume = object.volume.get(i).copied().unwrap_or(8.0 * (0.5 * H).powi(3));
     modulus * factor * volume * p.elastic.as_flattened().iter().map(|f| f * f).sum::<f64>()

@@ -56,10 +56,12 @@ pub(super) fn eliminate(a: &Matrix, b: &[f64]) -> Vec<f64> {
             row.iter_mut().zip(&done[k]).for_each(|(entry, pivot)| *entry -= share * pivot);
         }
     }
+
     let mut x = vec![0.0; side];
     for k in (0..side).rev() {
         x[k] = (rows[k][side] - dot(&rows[k][k + 1..side], &x[k + 1..])) / rows[k][k];
     }
+
     x
 }
 
@@ -73,6 +75,7 @@ pub(super) fn negative_eigenvalues(a: &Matrix) -> usize {
             row.iter_mut().zip(&done[k]).for_each(|(entry, pivot)| *entry -= share * pivot);
         }
     }
+
     rows.iter().enumerate().filter(|(k, row)| row[*k] < 0.0).count()
 }
 
@@ -141,10 +144,12 @@ impl Case {
     /// The smallest relative residual of any combination of b, A b, ... after 1, 2, ... products.
     pub(super) fn least_residuals(&self, products: usize) -> Vec<f64> {
         let (a, b) = self.scaled();
+
         // Twice: once leaves rounding of what it took away.
         let orthogonal = |v: Vec<f64>, basis: &[Vec<f64>]| {
             basis.iter().chain(basis).fold(v, |v, e| plus(&v, -dot(e, &v), e))
         };
+
         let unit = |v: &[f64]| v.iter().map(|c| c / size(v)).collect::<Vec<_>>();
         let (mut space, mut images): (Matrix, Matrix) = (vec![unit(&b)], Vec::new());
         (0..products)
@@ -155,12 +160,14 @@ impl Case {
                     if size(&new_image) > 1e-10 {
                         images.push(unit(&new_image));
                     }
+
                     // Where the space ends its last vector's image is one of it, and adds nothing.
                     let further = orthogonal(image, &space);
                     if size(&further) > 1e-10 {
                         space.push(unit(&further));
                     }
                 }
+
                 size(&orthogonal(b.clone(), &images)) / size(&b)
             })
             .collect()

@@ -46,6 +46,7 @@ fn the_first_indefinite_matrix_of_a_run_is_found_at_its_step() {
             let outcome = advance(&mut simulation, 1).solve.expect("an implicit step solves").outcome;
             assert!(!is_indefinite(outcome), "{}, dt {}: {outcome:?} at step {step}", run.network, run.h);
         }
+
         let Some(step) = run.first_indefinite_step else { continue };
         let expected = [run.x.as_ref(), run.v.as_ref()].map(|state| state.expect("the state is on record"));
         let distances = [
@@ -65,6 +66,7 @@ fn the_safe_hessians_never_meet_a_curvature_that_is_not_positive() {
             if method.hessian == nappe_sim::cloth::Hessian::Full {
                 continue;
             }
+
             let mut simulation = run.scene("implicit_euler").by(method).simulate(Precision::F64);
             for step in 0..60 {
                 let outcome = advance(&mut simulation, 1).solve.expect("an implicit step solves").outcome;

@@ -22,6 +22,7 @@ fn every_regular_system_gets_its_exact_solution_whatever_the_signs_of_its_eigenv
     let mut solved = 0;
     for system in System::all() {
         let Some(expected) = &system.x_exact else { continue };
+
         // Rounding of b - A x alone is up to this.
         let tolerance = 1e-12_f64.max(1e-16 * system.condition());
         let stop = Stop::Residual { tolerance, max_iterations: 200 };
@@ -31,11 +32,13 @@ fn every_regular_system_gets_its_exact_solution_whatever_the_signs_of_its_eigenv
         let error = distance(&x, expected);
         let tolerance = 4.0 * tolerance * system.condition() * size(expected);
         assert!(error <= tolerance, "{label}: off by {error:e} of {tolerance:e}");
+
         // In exact arithmetic, as many as there are unknowns.
         let exact = system.b.len() as u32;
         assert!(report.iterations <= exact + 1 || system.condition() > 1e4, "{label}");
         solved += 1;
     }
+
     assert_eq!(solved, 11);
 }
 
@@ -64,6 +67,7 @@ fn a_singular_system_is_solved_where_it_can_be_and_named_where_it_cannot() {
     let case = Case::of(&system);
     let (report, x) = case.solve::<f64>(TIGHT);
     assert!(matches!(report.outcome, Outcome::Singular { .. }), "{report:?}");
+
     // Least squares: A r = 0.
     let rest = plus(&case.b, -1.0, &times(&case.a, &x));
     let share = size(&rest) / size(&case.b);
@@ -88,6 +92,7 @@ fn after_every_iteration_the_residual_is_the_smallest_that_there_is() {
             let count = i as u32 + 1;
             let (report, x) = case.solve::<f64>(Stop::Iterations(count));
             let found = report.relative_residual;
+
             // What rounding leaves where the residual has run out.
             assert!((found - least).abs() < 1e-8, "case {number}, {count}: {report:?}, least {least:e}");
             assert!((found - case.residual(&x)).abs() < 1e-13, "case {number}, {count}: {report:?}");
@@ -113,6 +118,7 @@ fn a_dense_system_of_fifty_nodes_is_solved_as_by_elimination() {
         let stop = Stop::Residual { tolerance: 1e-5, max_iterations: 1000 };
         let (report, x) = case.solve::<f32>(stop);
         assert_eq!(report.outcome, Outcome::Converged, "{report:?}");
+
         // Entries of A are rounded, 150 to a row.
         let found = case.residual(&x);
         assert!(found < 2e-5, "{negative} negative eigenvalues: residual {found:e}, {report:?}");
@@ -138,6 +144,7 @@ fn rows_without_mass_are_left_out() {
     for i in gone {
         case.mass[i] = 0.0;
     }
+
     let (report, x) = case.solve_from::<f64>(&vec![0.5; 150], TIGHT);
     assert_eq!(report.outcome, Outcome::Converged, "{report:?}");
     let kept: Vec<usize> = (0..150).filter(|i| !gone.contains(&(i / 3))).collect();
@@ -212,6 +219,7 @@ fn what_a_workspace_held_before_plays_no_part() {
     let fresh = small.solve::<f64>(&mut MinresWorkspace::default());
     large.solve(&mut work);
     assert!(small.solve(&mut work) == fresh);
+
     // Nor what a failed solve left.
     let bad = Chain { mass: vec![f64::NAN; 3000], stiffness: vec![0.0; 3000] };
     bad.solve(&mut work);
@@ -233,6 +241,7 @@ impl<R: Real> WholeOperator<R> for Spoiled<R> {
         if self.products == 0 {
             out[3].y = self.bad;
         }
+
         self.products = self.products.saturating_sub(1);
     }
 }
@@ -266,11 +275,13 @@ fn numbers_that_leave_the_range_are_named_and_not_returned() {
         let case = Case { a: identity(size), mass: vec![1.0], b: vec![b, 0.0, 0.0] };
         case.solve_from::<f32>(&[start; 3], TIGHT)
     };
+
     for (size, b, start) in [(1.0, f64::NAN, 2.0), (1.0, f64::INFINITY, 2.0), (1.0, 1.0, f64::INFINITY)] {
         let (report, x) = solve(size, b, start);
         assert_eq!(report.outcome, Outcome::NotFinite { iteration: 0 }, "{report:?}");
         assert_eq!(x, [start; 3]);
     }
+
     // The solution itself is out of binary32's range.
     let (report, x) = solve(1e-30, 1e30, 0.0);
     assert_eq!(report.outcome, Outcome::NotFinite { iteration: 1 }, "{report:?}");
@@ -289,6 +300,7 @@ fn a_solve_stops_at_its_cap_and_never_returns_worse_than_its_start() {
         assert!((report.relative_residual - found).abs() < 1e-12 && found <= before, "{report:?}");
         before = found;
     }
+
     // A tolerance that binary32 cannot meet.
     let stop = Stop::Residual { tolerance: 1e-12, max_iterations: 500 };
     let (report, x) = case.solve::<f32>(stop);

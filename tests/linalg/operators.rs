@@ -34,6 +34,7 @@ fn the_assembled_matrix_is_the_one_that_is_never_stored() {
             let run = |operator| {
                 let mut scene = shaken(method);
                 scene.settings.solver.operator = operator;
+
                 // A fixed number of iterations compares the products themselves.
                 scene.settings.solver.stop = Stop::Iterations(5);
                 let mut simulation = scene.simulate(precision);
@@ -62,8 +63,10 @@ fn preconditioners_and_warm_starts_lead_to_the_same_states() {
                 let report = advance(&mut simulation, 1).solve.expect("an implicit step solves");
                 assert_eq!(report.outcome, Outcome::Converged, "{}", method.name());
             }
+
             positions(&simulation)
         };
+
         let reference = run(PreconditionerKind::BlockJacobi, false);
         for preconditioner in PreconditionerKind::ALL {
             for warm_start in [false, true] {
@@ -79,12 +82,14 @@ fn preconditioners_and_warm_starts_lead_to_the_same_states() {
 fn block_jacobi_needs_no_more_iterations_than_the_diagonal_nor_that_than_nothing() {
     let count = |preconditioner| {
         let mut scene = shaken(Method::of_golden("implicit_euler_clamped").expect("an integrator"));
+
         // Masses that differ by four orders give a preconditioner something to do.
         scene.network.masses.iter_mut().enumerate().for_each(|(i, m)| *m *= 100_f64.powf(scatter(i)));
         scene.settings.solver.preconditioner = preconditioner;
         let mut simulation = scene.simulate(Precision::F64);
         advance(&mut simulation, 1).solve.expect("an implicit step solves").iterations
     };
+
     let [none, diagonal, blocks] = PreconditionerKind::ALL.map(count);
     assert!(blocks <= diagonal && diagonal < none, "{none}, {diagonal}, {blocks} iterations");
 }
@@ -98,6 +103,7 @@ fn a_warm_start_saves_iterations_in_a_smooth_motion() {
         let mut simulation = scene.simulate(Precision::F64);
         (0..40).map(|_| advance(&mut simulation, 1).solve.expect("solves").iterations).sum::<u32>()
     };
+
     let [cold, warm] = [false, true].map(count);
     assert!(warm < cold, "{warm} iterations from the last solution, {cold} from 0");
 }

@@ -68,8 +68,10 @@ impl System {
                 let d = Symmetric3 { xx: d[0], yy: d[1], zz: d[2], xy: d[3], xz: d[4], yz: d[5] };
                 invert(&d).unwrap_or(Symmetric3::scalar(R::one()))
             };
+
             (0..b.len()).map(block).collect()
         };
+
         let (x_mut, work) = (&mut x[..], &mut work);
         let report = match kind {
             PreconditionerKind::Identity => {
@@ -84,6 +86,7 @@ impl System {
                 conjugate_gradient(&a, &BlockJacobi(&inverse), &b, x_mut, &settings, block_size, work)
             }
         };
+
         (report, x.iter().flat_map(|x| x.iter().map(|c| c.to_f64()).collect::<Vec<_>>()).collect())
     }
 
@@ -128,17 +131,21 @@ fn every_system_ends_with_its_status_at_its_iteration() {
                 Outcome::Singular { iteration } => ("singular", iteration),
                 Outcome::Converged | Outcome::IterationCap | Outcome::NotFinite { .. } => panic!("{label}"),
             };
+
             let expected = match system.name.as_str() {
                 "breakdown_exact_zero" => "zero",
                 "singular_inconsistent" => "singular",
                 _ => "negative",
             };
+
             assert_eq!(found.0, expected, "{label}");
+
             // The table counts iterations from 0, the program from 1.
             assert!(found.1.abs_diff(first_bad + 1) <= 1, "{label}: exact arithmetic says {}", first_bad + 1);
         } else {
             assert_eq!(system.exact.status, "converged", "{label}");
             assert_eq!(report.outcome, Outcome::Converged, "{label}");
+
             // Rounding costs iterations only where the condition number does.
             if system.condition() < 1e4 || !system.condition().is_finite() {
                 assert!(report.iterations.abs_diff(system.exact.iterations) <= 1, "{label}");
@@ -193,6 +200,7 @@ fn residuals_fall_as_in_exact_arithmetic() {
                 let (report, x) = system.solve::<f64>(kind, Stop::Iterations(count as u32));
                 let expected = norm / norms[0];
                 let label = format!("{} with {}, {count} iterations", system.name, kind.name());
+
                 // What rounding leaves after a dozen iterations at condition numbers below 10.
                 let allowed = 1e-6 * expected + 1e-12;
                 let error = (report.relative_residual - expected).abs();

@@ -45,6 +45,7 @@ fn the_course_cloth_by_formula_is_the_one_on_record() {
         pairs.sort_unstable();
         pairs
     };
+
     let (ours, golden) = (pairs(&ours), pairs(&golden));
     assert_eq!(ours.len(), golden.len());
     for (ours, golden) in ours.iter().zip(&golden) {
@@ -104,6 +105,7 @@ fn the_step_bound_names_the_particle_that_sets_it() {
     assert_eq!(bound.particle, 23);
     let expected = (2.0 * 0.25 / (2.0 * 50.0_f64)).sqrt();
     assert!((bound.dt - expected).abs() < 1e-15, "{} s, not {expected}", bound.dt);
+
     // Pinned, it sets nothing.
     network.pins = vec![23];
     let bound = &Scene::new(network, 1e-3).simulate(Precision::F64).step_bounds()[0];

@@ -41,6 +41,7 @@ fn closed_forms_agree_with_the_eigenvalues_of_a_step() {
             );
         }
     }
+
     // Kick, drift, kick: (1 + b) h² w² <= 4 (1 + b²), b = 1 - h c / 2, and |b| <= 1.
     for row in table("stability/critical_dt.csv") {
         let omega = row.number("omega_max_rad_s");
@@ -58,6 +59,7 @@ fn closed_forms_agree_with_the_eigenvalues_of_a_step() {
             } else {
                 law.critical_step(integrator, 10.0 / omega).expect("a limit")
             };
+
             // The table takes the least over all modes: for explicit Euler nu / k while the top
             // mode is underdamped, 2 ratio / omega here.
             assert!(
@@ -75,17 +77,21 @@ fn growth(method: Method, ratio: f64, dt: f64, count: u64) -> f64 {
         chain(&[[0.0; 3], [1.0 + amplitude, 0.0, 0.0]], 1.0, OMEGA * OMEGA, 2.0 * ratio * OMEGA, 1.0);
     network.pins = vec![0];
     let mut simulation = Scene::new(network, dt).by(method).simulate(Precision::F64);
+
     // The largest of the last steps: a mode may pass through 0.
     let mut largest: f64 = 0.0;
     if try_advance(&mut simulation, count).is_err() {
         return f64::INFINITY;
     }
+
     for _ in 0..20 {
         if try_advance(&mut simulation, 1).is_err() {
             return f64::INFINITY;
         }
+
         largest = largest.max((positions(&simulation)[1][0] - 1.0).abs());
     }
+
     largest / amplitude
 }
 
@@ -99,12 +105,15 @@ fn a_spring_is_stable_just_below_its_critical_step_and_not_just_above() {
                 assert!(growth(method, ratio, 2000.0 / OMEGA, 100) < 1e-3, "{label}");
                 continue;
             };
+
             if critical == 0.0 {
                 assert!(growth(method, ratio, 0.02 / OMEGA, 100_000) > 1000.0, "{label}: grows at any step");
                 continue;
             }
+
             let count = 200_000;
             assert!(growth(method, ratio, 0.999 * critical, count) < 50.0, "{label}: below");
+
             // By the power of its eigenvalue, however slowly.
             let rate = law(ratio).spectral_radius(method.integrator, 1.001 * critical);
             let expected = rate.powf(count as f64);

@@ -22,6 +22,7 @@ fn until_failure(simulation: &mut Simulation, limit: u64) -> StepError {
             assert_eq!(simulation.state_hash(), hash, "{error}");
             assert_eq!((positions(simulation), velocities(simulation)), (x, v), "{error}");
             assert_eq!((simulation.step_count(), simulation.time()), (step, time), "{error}");
+
             // As text: NaN does not equal itself.
             let again = simulation.step(&mut NoStopwatch).expect_err("the same step fails again");
             assert_eq!(again.to_string(), error.to_string());
@@ -108,6 +109,7 @@ fn energy_beyond_the_limit_stops_the_run() {
         let StepFailure::Energy { particle, value, limit } = error.failure else {
             panic!("{}: {error}", method.name())
         };
+
         assert!(particle < 2 && value > limit && value < 1.01 && limit == 1.0, "{}: {error}", method.name());
         assert_eq!(error.step, 455, "{}: {error}", method.name());
     }
@@ -123,6 +125,7 @@ fn limits_that_are_kept_change_nothing() {
             nappe_tests::scene::advance(&mut simulation, 20);
             simulation.state_hash()
         };
+
         let limits = StateLimits { max_stretch: Some(3.0), max_energy: Some(1e3) };
         assert_eq!(run(limits), run(StateLimits::default()), "{}", method.name());
     }
@@ -140,6 +143,7 @@ fn forces_that_overflow_stop_every_method() {
         let StepFailure::NotFinite { particle, .. } = error.failure else {
             panic!("{}: {error}", method.name())
         };
+
         assert_eq!(particle, 1, "{}: {error}", method.name());
     }
 }

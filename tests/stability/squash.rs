@@ -50,6 +50,7 @@ fn run(stiffness_number: f64, hessian: Hessian, stop: Stop) -> Option<[f64; 2]> 
         worst[0] = diagnostics.max_stretch.max(worst[0]);
         worst[1] = (diagnostics.total_energy() / start - 1.0).max(worst[1]);
     }
+
     Some(worst)
 }
 
@@ -82,6 +83,7 @@ fn the_clamped_hessian_holds_at_small_steps_and_overshoots_at_large_ones() {
         let worst = run(number, Hessian::Clamped, EXACT);
         assert!(worst.is_some_and(|[stretch, gain]| stretch < 1.35 && gain < 1e-6), "{number}: {worst:?}");
     }
+
     for number in [50.0, 200.0] {
         let lost =
             run(number, Hessian::Clamped, EXACT).is_none_or(|[stretch, gain]| gain > 1.0 || stretch > 3.0);

@@ -38,6 +38,7 @@ fn energy_ratios(scene: &Scene) -> [f64; 2] {
         let diagnostics = simulation.diagnose();
         diagnostics.kinetic_energy + diagnostics.elastic_energy
     };
+
     let (mut last, mut largest) = (start, start);
     for _ in 0..STEPS {
         match try_advance(&mut simulation, 1) {
@@ -46,6 +47,7 @@ fn energy_ratios(scene: &Scene) -> [f64; 2] {
         }
         largest = largest.max(last);
     }
+
     [last / start, largest / start]
 }
 
@@ -60,6 +62,7 @@ fn check_linear(prefix: &str) {
         match row.text("verdict") {
             "damped" | "bounded" => {
                 compared += 1;
+
                 // Six digits in the table; near the edge a run amplifies rounding a little.
                 let error = (last / expected_last - 1.0).abs().max((largest / expected_largest - 1.0).abs());
                 assert!(error < 1e-3, "{row:?}: E/E0 {last}, at most {largest}");
@@ -69,6 +72,7 @@ fn check_linear(prefix: &str) {
             other => panic!("no verdict is named {other}"),
         }
     }
+
     assert!(compared > 20, "{prefix}: only {compared} stable runs compared");
 }
 
@@ -112,6 +116,7 @@ fn fall(scene: &Scene) -> Option<Fall> {
         fall.gain = fall.gain.max((diagnostics.total_energy() - start) / (weight * height));
         fall.stretch = diagnostics.max_stretch;
     }
+
     Some(fall)
 }
 
@@ -126,6 +131,7 @@ fn check_scene(prefix: &str) {
             compared += 1;
             let found = found.unwrap_or_else(|| panic!("{row:?}: the run failed"));
             assert!(found.gain < 0.1, "{row:?}: gain {}", found.gain);
+
             // A run that flings springs about amplifies its rounding: no two programs agree on it.
             if stretch < 1.5 {
                 assert!((found.gain - gain).abs() < 1e-5 + 1e-3 * gain, "{row:?}: gain {}", found.gain);
@@ -137,6 +143,7 @@ fn check_scene(prefix: &str) {
             assert!(lost, "{row:?}: the run stayed");
         }
     }
+
     assert!(compared >= 15, "{prefix}: only {compared} stable runs compared");
 }
 
@@ -158,6 +165,7 @@ fn the_course_default_step_is_stable_and_four_times_it_is_not() {
             .under([0.0, -9.8, 0.0]);
         fall(&scene)
     };
+
     assert!(run(2.5e-3).is_some_and(|fall| fall.gain < 0.1));
     assert!(run(0.01).is_none_or(|fall| fall.gain > 1e3));
 }

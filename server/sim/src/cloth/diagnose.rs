@@ -88,9 +88,11 @@ impl<R: Real> WithSimd<R> for BlockSums<'_, R> {
                 for c in 0..3 {
                     sums[MOMENTUM + c] += free * v[c];
                 }
+
                 sums[CHECKSUM] += 0.0 * (position[0] + position[1] + position[2] + v[0] + v[1] + v[2]);
             }
         }
+
         sums
     }
 }
@@ -136,6 +138,7 @@ fn fastest<R: Real>(model: &Model<R>, state: &State<R>) -> u64 {
     let speed = |user: usize| {
         state.v[model.place[user] as usize].iter().map(|c| c.to_f64() * c.to_f64()).sum::<f64>()
     };
+
     (0..model.count)
         .fold((0, -1.0), |best, user| if speed(user) > best.1 { (user, speed(user)) } else { best })
         .0 as u64
@@ -153,5 +156,6 @@ fn longest<R: Real>(model: &Model<R>, state: &State<R>, stretch: f64, limit: f64
             }
         }
     }
+
     ends.map(|(particle, other)| StepFailure::Stretch { particle, other, value: stretch, limit })
 }

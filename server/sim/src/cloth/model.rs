@@ -101,6 +101,7 @@ impl<R: Real> Model<R> {
             user,
             place,
         };
+
         Ok((model, Parameters { laws, drag: network.drag }, warnings(network)))
     }
 
@@ -167,6 +168,7 @@ fn check(network: &Network, settings: &ClothSettings) -> Result<(), String> {
                 return Err(format!("the {what} of spring {i} is {value}: a finite number from 0 is needed"));
             }
         }
+
         Ok(())
     })
 }

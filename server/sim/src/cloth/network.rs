@@ -178,6 +178,7 @@ fn lattice_pairs([columns, rows]: [i64; 2], offsets: [[i64; 2]; 2]) -> Vec<[u32;
             }
         }
     }
+
     pairs
 }
 
@@ -208,6 +209,7 @@ fn straight_continuations(mesh: &TriangleMesh) -> Vec<[u32; 2]> {
                 best = (cosine, Some(c));
             }
         }
+
         pairs.extend(best.1.map(|c| [a.min(c), a.max(c)]));
     }
 

@@ -123,6 +123,7 @@ impl<R: Real> Sell<R> {
                 self.lane_laws.push(laws.map(|law| law.unwrap_or(one)));
             }
         }
+
         self.starts.push(self.neighbours.len() as u32);
     }
 
@@ -136,6 +137,7 @@ impl<R: Real> Sell<R> {
                     MIXED => self.lane_laws[self.lane_index[slot] as usize][lane],
                     law => law,
                 };
+
                 (self.neighbours[slot][lane], self.rest_lengths[slot][lane], law)
             })
     }
@@ -157,11 +159,13 @@ impl<R: Real> Sell<R> {
         assert!(x.len() >= self.count && y.len() >= self.count && first_row < self.count);
         let group = first_row / LANES;
         let own = std::array::from_fn(|lane| (first_row + lane).min(self.count - 1) as u32);
+
         // SAFETY: both fields have at least `count` elements, and `own` is below `count`.
         let (own_x, own_y) = unsafe { (P::gather(x, &own), P::gather(y, &own)) };
 
         for slot in self.starts[group] as usize..self.starts[group + 1] as usize {
             let neighbours = &self.neighbours[slot];
+
             // SAFETY: `new` puts only particle numbers, below `count`, into `neighbours`; the
             // fields were found to be at least that long above.
             let (other_x, other_y) = unsafe { (P::gather(x, neighbours), P::gather(y, neighbours)) };
@@ -171,8 +175,10 @@ impl<R: Real> Sell<R> {
                 rest_length: P::load(&self.rest_lengths[slot]),
                 law: self.laws_of(slot, laws),
             };
+
             fold.fold(&mut sums, &edges);
         }
+
         sums
     }
 
@@ -186,6 +192,7 @@ impl<R: Real> Sell<R> {
                     let law = laws[lanes[lane] as usize];
                     (numbers[0][lane], numbers[1][lane]) = (law[0], law[1]);
                 }
+
                 [P::load(&numbers[0]), P::load(&numbers[1])]
             }
             law => {

@@ -54,6 +54,7 @@ impl<R: Real> State<R> {
                 let way = vec3::<f64>(motion.target) - self.x[i].map(R::to_f64);
                 (way / (motion.steps_left as f64 * dt)).map(R::of)
             };
+
             motion.steps_left = motion.steps_left.saturating_sub(1);
         }
     }
@@ -65,6 +66,7 @@ impl<R: Real> State<R> {
             if motion.steps_left == 0 {
                 v[motion.particle as usize] = Vec3::zeros();
             }
+
             motion.steps_left > 0
         });
     }
@@ -145,6 +147,7 @@ impl<R: Real> Workspace<R> {
             if self.b.len() != count {
                 self.cg = CgWorkspace::new(count, model.block_size);
             }
+
             self.b.resize(count, zero);
             self.inverse.resize(count, Symmetric3::default());
         } else {

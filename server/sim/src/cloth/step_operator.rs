@@ -78,6 +78,7 @@ impl<R: Real, T: Transverse> StepOperator<'_, R, T> {
                     PreconditionerKind::BlockJacobi => block.inverse_if_positive(),
                     PreconditionerKind::Diagonal | PreconditionerKind::Identity => block.inverse_diagonal(),
                 };
+
                 *block = inverted.unwrap_or_else(|| Symmetric3::scalar(self.model.inv_m[i]));
             }
         });

@@ -65,10 +65,11 @@ impl Collider {
     }
 
     /// Says what is wrong with the collider's numbers, if anything.
-    pub fn fault(&self) -> Option<String> {
+    pub fn invalid(&self) -> Option<String> {
         if !self.velocity.iter().all(|v| v.is_finite()) {
             return Some(format!("its velocity is not finite: {:?}", self.velocity));
         }
+
         for (what, value, high) in [
             ("friction", self.friction, f64::MAX),
             ("restitution", self.restitution, 1.0),
@@ -79,6 +80,7 @@ impl Collider {
                 return Some(format!("its {what} is {value}: a finite number {allowed} is needed"));
             }
         }
+
         self.shape.invalid()
     }
 }
@@ -98,6 +100,7 @@ mod tests {
             margin: 0.03,
             contact: Contact::Separating,
         };
+
         Shape::examples().into_iter().map(collider).collect()
     }
 
@@ -141,10 +144,12 @@ mod tests {
                     assert!(nearest > collider.margin, "{:?} {center:?}: {nearest}", collider.shape);
                 } else {
                     near += 1;
+
                     // The lattice's spacing is 0.1: a nearer point may be half a cell's diagonal away.
                     assert!(nearest < collider.margin + 0.1, "{:?} {center:?}: {nearest}", collider.shape);
                 }
             }
+
             assert!(clear > 10 && near > 10, "{:?}: {clear} clear, {near} near", collider.shape);
             assert!(!collider.clears([f64::NAN; 3], radius, time), "what is not a place is not clear");
         }

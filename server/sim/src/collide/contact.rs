@@ -51,9 +51,11 @@ fn touch<R: Real>(contacts: Contacts<'_>, x: &mut Vec3<R>, v: &mut Vec3<R>) -> b
         if distance >= collider.margin {
             continue;
         }
+
         touched = true;
 
         let change = velocity_change(collider, &v.map(R::to_f64), &vec3(normal));
+
         // The step moved the particle with the velocity that it no longer has.
         let mut position = x.map(R::to_f64) + change * contacts.dt;
         let (distance, normal) = collider.distance(array3(&position), contacts.time);
@@ -64,6 +66,7 @@ fn touch<R: Real>(contacts: Contacts<'_>, x: &mut Vec3<R>, v: &mut Vec3<R>) -> b
         *x = position.map(R::of);
         *v = (v.map(R::to_f64) + change).map(R::of);
     }
+
     touched
 }
 

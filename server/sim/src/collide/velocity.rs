@@ -23,6 +23,7 @@ pub(crate) fn velocity_after(collider: &Collider, v: [f64; 3], normal: [f64; 3])
         Contact::Separating if approach >= 0.0 => return v,
         Contact::Slip | Contact::Separating => collider.friction * (-approach).max(0.0),
     };
+
     let sliding = [0, 1, 2].map(|c| relative[c] - approach * normal[c]);
     let speed = dot(sliding, sliding).sqrt();
     let left = if speed > slowed { 1.0 - slowed / speed } else { 0.0 };
@@ -83,6 +84,7 @@ mod tests {
         expect(Contact::Slip, 0.0, [-1.0, 3.0, 4.0], [0.0, 3.0, 4.0]);
         expect(Contact::Slip, 0.0, [1.0, 3.0, 4.0], [0.0, 3.0, 4.0]);
         expect(Contact::Slip, 0.5, [1.0, 3.0, 4.0], [0.0, 3.0, 4.0]);
+
         // mu |v_n| = 1 of a sliding speed of 5.
         expect(Contact::Slip, 0.5, [-2.0, 3.0, 4.0], [0.0, 2.4, 3.2]);
     }
@@ -92,6 +94,7 @@ mod tests {
         for before in [[1.0, 3.0, 4.0], [0.0, 3.0, 4.0], [1e-300, 0.0, 1.0]] {
             expect(Contact::Separating, 0.9, before, before);
         }
+
         // Exactly: not a bit of it is touched.
         let v = [0.1, 0.2, 0.3];
         assert_eq!(velocity_after(&collider(Contact::Separating, 0.5, [0.0; 3]), v, NORMAL), v);
@@ -110,6 +113,7 @@ mod tests {
             expect(contact, 2.5, [-2.0, 3.0, 4.0], [0.0; 3]);
             expect(contact, 2.5001, [-2.0, 3.0, 4.0], [0.0; 3]);
             expect(contact, f64::MAX, [-2.0, 3.0, 4.0], [0.0; 3]);
+
             // Just not enough: 1e-3 of a speed of 5 is left.
             expect(contact, 2.4995, [-2.0, 3.0, 4.0], [0.0, 3.0 * 2e-4, 4.0 * 2e-4]);
             expect(contact, 0.3, [-2.0, 0.0, 0.0], [0.0; 3]);

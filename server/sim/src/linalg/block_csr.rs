@@ -105,6 +105,7 @@ impl<R: Real> LinearOperator<R> for BlockCsr<R> {
             for (block, &column) in self.blocks[row.clone()].iter().zip(&self.columns[row]) {
                 sum += block * p[column as usize].vector();
             }
+
             *out = sum;
         }
     }

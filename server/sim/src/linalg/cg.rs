@@ -164,6 +164,7 @@ impl<R: Real, A: LinearOperator<R>, M: Preconditioner<R>> Solve<'_, R, A, M> {
                     a.apply(block * block_size, x, r);
                     r.iter_mut().zip(b).for_each(|(r, b)| *r = b - *r);
                 }
+
                 m.apply(block * block_size, r, z);
                 p.copy_from_slice(z);
                 *partial = [block_sums(r, z)[0], block_sums(r, r)[0]];

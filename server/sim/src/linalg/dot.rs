@@ -8,6 +8,7 @@ use crate::math::{LANES, Pack, Real, Vec3, WithSimd, dispatch};
 #[allow(unsafe_code, reason = "a 3-vector is laid out as an array of three numbers")]
 fn flat<R: Real>(v: &[Vec3<R>]) -> &[R] {
     const { assert!(size_of::<Vec3<R>>() == 3 * size_of::<R>() && align_of::<Vec3<R>>() == align_of::<R>()) };
+
     // SAFETY: nalgebra stores a 3-vector as an array of three numbers and nothing else.
     unsafe { std::slice::from_raw_parts(v.as_ptr().cast::<R>(), v.len() * 3) }
 }
@@ -17,6 +18,7 @@ fn flat<R: Real>(v: &[Vec3<R>]) -> &[R] {
 #[allow(unsafe_code, reason = "a 3-vector is laid out as an array of three numbers")]
 fn flat_mut<R: Real>(v: &mut [Vec3<R>]) -> &mut [R] {
     const { assert!(size_of::<Vec3<R>>() == 3 * size_of::<R>() && align_of::<Vec3<R>>() == align_of::<R>()) };
+
     // SAFETY: nalgebra stores a 3-vector as an array of three numbers and nothing else.
     unsafe { std::slice::from_raw_parts_mut(v.as_mut_ptr().cast::<R>(), v.len() * 3) }
 }

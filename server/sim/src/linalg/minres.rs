@@ -49,6 +49,7 @@ impl<R: Real> MinresWorkspace<R> {
         for vector in [v, q, before, r, z, w_before, w, best] {
             vector.reserve(count.saturating_sub(vector.len()));
         }
+
         partials.reserve(block_count(count, BLOCK_SIZE).saturating_sub(partials.len()));
     }
 
@@ -57,6 +58,7 @@ impl<R: Real> MinresWorkspace<R> {
         for vector in [v, q, before, r, z, w_before, w, best] {
             vector.resize(count, Vec3::zeros());
         }
+
         partials.resize(block_count(count, BLOCK_SIZE), [0.0]);
     }
 }
@@ -118,11 +120,13 @@ pub fn minres<R: Real, A: WholeOperator<R>>(
         if iterations == cap {
             break Outcome::IterationCap;
         }
+
         solve.work.best.copy_from_slice(x);
         let run = solve.run(x, residual, goal, cap - iterations);
         iterations += run.iterations;
 
         let recomputed = solve.start(b, x);
+
         // A residual that is not a number has not fallen.
         let fell = recomputed < residual;
         if fell {
@@ -187,6 +191,7 @@ impl<R: Real, A: WholeOperator<R>> Solve<'_, R, A> {
         for (v, _) in v.iter_mut().zip(mass).filter(|(_, m)| **m <= R::zero()) {
             *v = Vec3::zeros();
         }
+
         if v.iter().all(|v| *v == Vec3::zeros()) {
             r.copy_from_slice(b);
         } else {
@@ -195,6 +200,7 @@ impl<R: Real, A: WholeOperator<R>> Solve<'_, R, A> {
                 .into_par_iter()
                 .for_each(|(r, b)| combine(r, -R::one(), b, R::one()));
         }
+
         self.divide_by_mass()
     }
 
@@ -211,8 +217,10 @@ impl<R: Real, A: WholeOperator<R>> Solve<'_, R, A> {
                     (*r, *z) = (Vec3::zeros(), Vec3::zeros());
                 }
             }
+
             *partial = [block_sums(r, z)[0]];
         });
+
         sum(partials)[0].sqrt()
     }
 
@@ -230,6 +238,7 @@ impl<R: Real, A: WholeOperator<R>> Solve<'_, R, A> {
             if qr.residual <= goal || iterations == cap {
                 break End::Goal;
             }
+
             let [alpha, beta] = self.lanczos(&qr);
             qr.turn(alpha, beta);
             if !qr.is_finite() {
@@ -238,11 +247,13 @@ impl<R: Real, A: WholeOperator<R>> Solve<'_, R, A> {
             if qr.is_singular(64.0 * R::ROUNDING) {
                 break End::Singular;
             }
+
             let step = qr.step.abs();
             largest += step * self.direct(&qr);
             if largest.is_nan() || largest.max(step) > R::LARGEST {
                 break End::NotFinite;
             }
+
             self.advance(qr.step, x);
             iterations += 1;
         };
@@ -289,6 +300,7 @@ impl<R: Real, A: WholeOperator<R>> Solve<'_, R, A> {
             combine(w, R::one(), w_before, old);
             *partial = [block_sums(w, w)[0]];
         });
+
         sum(partials)[0].sqrt()
     }
 

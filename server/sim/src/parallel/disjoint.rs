@@ -25,9 +25,11 @@ impl<'a, T> Disjoint<'a, T> {
         #[cfg(target_arch = "x86_64")]
         if place < self.len {
             use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+
             // SAFETY: within the field; every x86-64 has the instruction, which changes no memory.
             unsafe { _mm_prefetch::<_MM_HINT_T0>(self.start.add(place).cast()) };
         }
+
         #[cfg(not(target_arch = "x86_64"))]
         let _ = place;
     }
@@ -42,6 +44,7 @@ impl<'a, T> Disjoint<'a, T> {
         for place in places {
             last = last.max(*place);
         }
+
         assert!((last as usize) < self.len);
     }
 

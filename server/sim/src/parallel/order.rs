@@ -45,6 +45,7 @@ fn hilbert_index(cell: [u32; 3]) -> u64 {
                 axes[0] ^= below;
             }
         }
+
         bit >>= 1;
     }
 
@@ -56,6 +57,7 @@ fn hilbert_index(cell: [u32; 3]) -> u64 {
         if axes[2] & bit != 0 {
             flip ^= bit - 1;
         }
+
         bit >>= 1;
     }
 

@@ -74,6 +74,7 @@ impl<R: Real> World<R> {
         for change in changes {
             self.apply_one(change);
         }
+
         Ok(())
     }
 
@@ -94,6 +95,7 @@ impl<R: Real> World<R> {
                 if *particle as usize >= count {
                     return Err(ChangeError::NoSuchParticle { particle: *particle, count });
                 }
+
                 let (body, own) = self.find(*particle);
                 if self.bodies[body].is_pinned(own) {
                     Ok(())
@@ -120,6 +122,7 @@ impl<R: Real> World<R> {
             let known = self.cloths().map(|cloth| cloth.name.as_str()).collect::<Vec<_>>().join(", ");
             return Err(ChangeError::UnknownBody { name: name.unwrap_or_default().into(), known });
         }
+
         if found.any(|cloth| cloth.has_springs(kind)) {
             return Ok(());
         }

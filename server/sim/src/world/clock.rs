@@ -43,6 +43,7 @@ impl<R: Real> World<R> {
             bodies.push(Body::Cloth(Box::new(cloth)));
             warnings.extend(notes);
         }
+
         if let Some(snow) = snow {
             let (snow, notes) = SnowBody::new(snow, colliders, first_particle)?;
             bodies.push(Body::Snow(Box::new(snow)));

@@ -51,6 +51,7 @@ impl<R: Real> Cloth<R> {
             springs: network.springs.iter().map(|spring| spring.particles).collect(),
             uv: network.uv.clone(),
         };
+
         cloth.still_pins();
         Ok((cloth, warnings.into_iter().map(|warning| format!("body '{name}': {warning}")).collect()))
     }
@@ -163,6 +164,7 @@ impl<R: Real> Cloth<R> {
             for (bytes, number) in bytes.chunks_exact_mut(8).zip(numbers) {
                 bytes.copy_from_slice(&number.to_f64().to_le_bytes());
             }
+
             hasher.update(&bytes);
         }
     }
@@ -208,6 +210,7 @@ impl<R: Real> Cloth<R> {
                 block += Mat3::identity() * stiffness;
             }
         }
+
         SymmetricEigen::new(block).eigenvalues.max()
     }
 }

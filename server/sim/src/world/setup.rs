@@ -63,17 +63,20 @@ impl WorldSetup {
         if !self.dt.is_finite() || self.dt <= 0.0 {
             return Err(SetupError::BadTimeStep(self.dt));
         }
+
         for (what, value) in [("gravity", self.gravity), ("wind", self.wind)] {
             if value.iter().any(|c| !c.is_finite()) {
                 return Err(SetupError::NotFinite { what: what.into(), value });
             }
         }
+
         let objects = self.snow.iter().flat_map(|snow| &snow.objects).map(|object| &object.name);
         let names: Vec<&String> = self.bodies.iter().map(|body| &body.name).chain(objects).collect();
         if let Some(twice) = (1..names.len()).find(|i| names[..*i].contains(&names[*i])) {
             let message = "two bodies have this name: names are unique".into();
             return Err(SetupError::Body { body: names[twice].clone(), message });
         }
+
         self.colliders.iter().try_for_each(|collider| match collider.fault() {
             Some(message) => Err(SetupError::Collider { collider: collider.name.clone(), message }),
             None => Ok(()),

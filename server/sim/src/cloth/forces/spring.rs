@@ -140,6 +140,7 @@ impl<P: Pack, T: Transverse> Fold<P, P, 6> for DiagonalBlock<T> {
     fn fold(self, sums: &mut [P; 6], edges: &Edges<P>) {
         let [a, b] = spring_block(edges, self.0);
         let [x, y, z] = edges.d;
+
         // A lane without a spring has no length and no rest length: its a counts for nothing. Nor
         // does that of a spring at rest length 0 whose ends coincide: a loss to the preconditioner alone.
         let a = a.where_positive(dot(edges.d, edges.d) + edges.rest_length);

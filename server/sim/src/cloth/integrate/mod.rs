@@ -39,5 +39,6 @@ pub(super) fn advance<R: Real>(
         Integrator::VelocityVerletPredicted => velocity_verlet::advance_predicted(&mut step),
         Integrator::ImplicitEuler => return implicit_euler::advance(&mut step, settings).map(Some),
     }
+
     Ok(None)
 }

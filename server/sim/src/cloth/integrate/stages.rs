@@ -60,6 +60,7 @@ impl<R: Real> Step<'_, R> {
                 *a = if inv_m > R::zero() { f * inv_m + gravity } else { Vec3::zeros() };
             }
         });
+
         self.watch.lap(Stage::Acceleration);
     }
 
@@ -82,6 +83,7 @@ impl<R: Real> Step<'_, R> {
         self.work.w.par_chunks_mut(block_size).zip(inputs.into_par_iter()).for_each(|(w, (v, a))| {
             w.iter_mut().zip(v.iter().zip(a)).for_each(|(w, (v, a))| *w = v + a * h);
         });
+
         self.watch.lap(Stage::Velocity);
     }
 }
