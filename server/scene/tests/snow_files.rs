@@ -168,7 +168,7 @@ fn shapes_and_contact_of_colliders_come_out_as_written() {
     let scene = parse(&text).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(parse(&scene.to_toml()).unwrap_or_else(|error| panic!("{error}")), scene);
     let colliders = world(&text).colliders;
-    assert!(colliders.iter().all(|collider| collider.fault().is_none()));
+    assert!(colliders.iter().all(|collider| collider.invalid().is_none()));
     assert_eq!(
         colliders.iter().map(|collider| collider.contact).collect::<Vec<_>>(),
         [Contact::Sticky, Contact::Slip, Contact::Separating, Contact::Separating]

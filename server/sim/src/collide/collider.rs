@@ -115,7 +115,7 @@ mod tests {
     fn a_shape_takes_its_distances_along() {
         let time = 1.7;
         for collider in colliders() {
-            assert_eq!(collider.fault(), None);
+            assert_eq!(collider.invalid(), None);
             for point in lattice(1.017, 6) {
                 let moved = [0, 1, 2].map(|c| point[c] + collider.velocity[c] * time);
                 let [(before, way_before), (after, way_after)] =
@@ -158,18 +158,18 @@ mod tests {
     #[test]
     fn numbers_that_a_collider_cannot_have_are_named() {
         type Spoil = fn(&mut Collider);
-        let faults: [(Spoil, &str); 5] = [
+        let invalid: [(Spoil, &str); 5] = [
             (|c| c.velocity[1] = f64::NAN, "velocity"),
             (|c| c.friction = -0.1, "friction"),
             (|c| c.restitution = 1.1, "restitution"),
             (|c| c.margin = f64::INFINITY, "margin"),
             (|c| c.shape = Sphere { center: [0.0; 3], radius: 0.0 }.into(), "radius"),
         ];
-        for (spoil, named) in faults {
+        for (spoil, named) in invalid {
             let mut collider = colliders().remove(0);
             spoil(&mut collider);
-            let fault = collider.fault().expect("a fault");
-            assert!(fault.contains(named), "{fault}");
+            let message = collider.invalid().expect("it is invalid");
+            assert!(message.contains(named), "{message}");
         }
     }
 }

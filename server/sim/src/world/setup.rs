@@ -77,7 +77,7 @@ impl WorldSetup {
             return Err(SetupError::Body { body: names[twice].clone(), message });
         }
 
-        self.colliders.iter().try_for_each(|collider| match collider.fault() {
+        self.colliders.iter().try_for_each(|collider| match collider.invalid() {
             Some(message) => Err(SetupError::Collider { collider: collider.name.clone(), message }),
             None => Ok(()),
         })
