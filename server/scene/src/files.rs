@@ -1,4 +1,4 @@
-//! Scenes and meshes on disk: the one place of this crate that opens files.
+//! Scenes and meshes on disk: the only module of this crate that opens files.
 //!
 //! The server's programs and the command line both need "load the mesh in this file", so it stands
 //! here. None of it may serve a path that came over the network: scenes from clients name uploads.
@@ -99,6 +99,7 @@ pub fn save_mesh(path: &Path, mesh: &TriangleMesh) -> Result<Vec<PathBuf>, Scene
             return Err(SceneError::new(ErrorKind::Unsupported, &path.display().to_string(), message));
         }
     };
+
     written.and_then(|()| fs::write(path, &bytes)).map_err(|error| io_error(path, &error))?;
     Ok(vec![path.to_owned()])
 }
@@ -186,6 +187,7 @@ fn load_eti(
         masses: masses.as_ref().map(|(file, text)| NamedText { file, text }),
         texcoord: texcoord.as_ref().map(|(file, text)| NamedText { file, text }),
     };
+
     read_eti(&texts, &options.eti)
 }
 
@@ -205,6 +207,7 @@ fn save_eti(folder: &Path, mesh: &TriangleMesh) -> Result<Vec<PathBuf>, SceneErr
         fs::write(&path, text).map_err(|error| io_error(&path, &error))?;
         written.push(path);
     }
+
     Ok(written)
 }
 

@@ -256,12 +256,12 @@ pub enum BoxText {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Sampling {
-    /// One at a random place of each cell of a lattice.
+    /// One at a random position in each cell of a lattice.
     #[default]
     Jittered,
     /// One in the middle of each cell of a lattice.
     Lattice,
-    /// At random places, none too near to another.
+    /// At random positions, none too near to another.
     Poisson,
 }
 

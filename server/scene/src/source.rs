@@ -125,6 +125,7 @@ impl Source {
             let Some(next) = next else { break };
             value = next;
         }
+
         Some(value.span())
     }
 }

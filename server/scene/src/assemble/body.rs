@@ -128,6 +128,7 @@ fn make_mesh(
             Arc::unwrap_or_clone(mesh)
         }
     };
+
     Ok((mesh, Layout::Free))
 }
 
@@ -161,11 +162,13 @@ fn make_network(
         (None, _, Mesh::Grid { .. }) => Pattern::Lattice,
         (None, ..) => Pattern::Edges,
     };
+
     let rules = SpringRules {
         stretch: law(springs.stretch),
         shear: springs.shear.map(law),
         bend: springs.bend.map(law),
     };
+
     match (layout, pattern) {
         (Layout::Chain, _) => chain(text, mesh, springs, size),
         (Layout::Grid { columns, rows }, Pattern::Lattice) => {
@@ -206,6 +209,7 @@ fn chain(
         let message = "does not go with a chain: it has no cells; allowed: stretch and bend";
         return text.at.key("springs").key("shear").inconsistent(message);
     }
+
     let mut network = particles(mesh);
     let count = mesh.points.len() as u32;
     let kinds = [(SpringKind::Stretch, 1, Some(springs.stretch)), (SpringKind::Bend, 2, springs.bend)];
@@ -219,6 +223,7 @@ fn chain(
             network.springs.push(Spring { particles: [a, b], kind, rest_length, law: law(made_of) });
         }
     }
+
     Ok(network)
 }
 
@@ -249,10 +254,12 @@ fn settings(text: &BodyText<'_>) -> Result<ClothSettings, SceneError> {
             }
         }
     };
+
     if !body.grain.is_power_of_two() {
         let message = format!("is {}; allowed: a power of two, 32 to 4096", body.grain);
         return Err(text.at.key("grain").error(ErrorKind::OutOfRange, message));
     }
+
     Ok(ClothSettings {
         integrator: body.integrator,
         hessian: body.hessian,

@@ -35,6 +35,7 @@ pub(super) fn apply(
         Mass::Total(mass) => vec![mass / count as f64; count],
         Mass::Density(density) => areas(mesh).into_iter().map(|area| density * area).collect(),
     };
+
     if let Some(i) = mesh.masses.iter().position(|m| *m <= 0.0 || !m.is_finite()) {
         let message = format!(
             "gives particle {i} the mass {}: its triangles have no area; allowed here: {{ particle = kg }} or {{ total = kg }}",
@@ -42,6 +43,7 @@ pub(super) fn apply(
         );
         return at.inconsistent(message);
     }
+
     Ok(pinned)
 }
 

@@ -70,6 +70,7 @@ pub(super) fn moves(
             changes.push(Change::Pin { particle, target, duration: moving.duration });
         }
     }
+
     Ok(changes)
 }
 

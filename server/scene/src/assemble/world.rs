@@ -54,6 +54,7 @@ impl Scene {
                 snow
             })
         });
+
         if snow.is_some() && !bodies.is_empty() {
             warnings.push("cloth and snow pass through each other: they are not coupled yet".to_owned());
         }

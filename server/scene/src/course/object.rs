@@ -100,6 +100,7 @@ impl ObjectParameters {
             }
             None => return Err(keys.missing("dt", "the time step (s)")),
         };
+
         let integration = integration(&mut keys)?;
         let interaction = yes_or_no(&mut keys, "Interaction", "no")?;
         let use_texture = yes_or_no(&mut keys, "UseTexture", "1")?;
@@ -131,6 +132,7 @@ fn integration(keys: &mut ParameterFile<'_>) -> Result<ObjectIntegration, SceneE
         }
         None => None,
     };
+
     let Some(entry) = keys.take("Integration") else {
         return Err(keys.missing("Integration", "explicite or implicite"));
     };

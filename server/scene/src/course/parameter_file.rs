@@ -57,6 +57,7 @@ impl<'a> ParameterFile<'a> {
                 ));
             }
         }
+
         Ok(Self { file, entries, warnings })
     }
 

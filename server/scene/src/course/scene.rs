@@ -67,6 +67,7 @@ pub fn mecasim_scene(
             "has no objects: one object file or more is needed",
         ));
     };
+
     let dt = slowest.parameters.dt;
     let drag = viscosity(simu, options.viscosity, &mut warnings);
     let mut bodies: Vec<Body> = Vec::new();
@@ -80,6 +81,7 @@ pub fn mecasim_scene(
         (body.integrator, body.solver) = solver(parameters, &mut warnings);
         bodies.push(body);
     }
+
     let names: Vec<&str> = bodies.iter().map(|body| body.name.as_str()).collect();
     let scene = Scene {
         title: format!("MecaSim: {}", names.join(", ")).chars().take(100).collect(),
@@ -92,6 +94,7 @@ pub fn mecasim_scene(
         bodies,
         ..Scene::default()
     };
+
     Ok((scene, warnings))
 }
 
@@ -153,6 +156,7 @@ fn springs(
             ObjectKind::MassSpring
         }
     };
+
     if kind == ObjectKind::Particles {
         return Ok(None);
     }
@@ -160,10 +164,12 @@ fn springs(
         let message = format!("is missing: {what} of the springs of an mss object");
         value.ok_or_else(|| SceneError::new(ErrorKind::Missing, &parameters.file, message).for_key(key))
     };
+
     if parameters.faceset.is_none() {
         let message = "is missing: the springs of an mss object are the edges of its triangles";
         return Err(SceneError::new(ErrorKind::Missing, &parameters.file, message).for_key("FaceSet"));
     }
+
     let stiffness = needed(parameters.stiffness, "k", "the stiffness (N/m)")?;
     let damping = needed(parameters.damping, "nu", "the damping (N s/m)")?;
     Ok(Some(Springs { pattern: None, stretch: SpringLaw { stiffness, damping }, shear: None, bend: None }))

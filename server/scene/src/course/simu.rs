@@ -73,6 +73,7 @@ impl SimuParameters {
                 None => keys.warnings.push(format!("{file}: {key} is missing: 0 is taken")),
             }
         }
+
         let viscosity = keys.number("viscosite")?;
         let kinds = keys
             .take_numbered("objet")

@@ -1,8 +1,8 @@
 //! Closed triangle meshes: whether a mesh encloses a solid, and the solid's volume and centre.
 //!
-//! Reads a mesh; writes its triangles over points that each stand for a place, or says which edge
+//! Reads a mesh; writes its triangles without points twice at one position, or says which edge
 //! is open. A mesh is closed when each edge has two triangles that run along it in opposite
-//! directions. Points at the same place count as one, so that seams of texture are no gaps.
+//! directions. Points with the same coordinates count as one, so that seams of texture are no gaps.
 
 use std::fmt;
 
@@ -25,9 +25,9 @@ pub(crate) enum NotClosed {
     /// It has no triangles with an area.
     Empty,
     /// An edge with another number of triangles than two.
-    Edge { points: [u32; 2], places: [[f64; 3]; 2], triangles: usize, others: usize },
+    Edge { points: [u32; 2], positions: [[f64; 3]; 2], triangles: usize, others: usize },
     /// Two triangles run along an edge in the same direction.
-    Turned { triangles: [u32; 2], places: [[f64; 3]; 2] },
+    Turned { triangles: [u32; 2], positions: [[f64; 3]; 2] },
     /// It encloses no volume.
     Flat,
 }
@@ -39,7 +39,7 @@ impl fmt::Display for NotClosed {
         };
         match self {
             Self::Empty => f.write_str("has no triangles: only the inside of a closed surface can be filled"),
-            Self::Edge { points: [a, b], places: [p, q], triangles, others } => {
+            Self::Edge { points: [a, b], positions: [p, q], triangles, others } => {
                 let plural = if *triangles == 1 { "" } else { "s" };
                 write!(
                     f,
@@ -53,7 +53,7 @@ impl fmt::Display for NotClosed {
                     _ => write!(f, "; {others} other edges have not two either"),
                 }
             }
-            Self::Turned { triangles: [a, b], places: [p, q] } => write!(
+            Self::Turned { triangles: [a, b], positions: [p, q] } => write!(
                 f,
                 "has triangles {a} and {b} that run along their edge from ({}) to ({}) in the same direction: one of them is inside out",
                 near(*p),
@@ -93,7 +93,7 @@ impl Closed {
     }
 }
 
-/// For each point the first point of the mesh at the same place.
+/// For each point the first point of the mesh with the same coordinates.
 fn welded(points: &[[f64; 3]]) -> Vec<u32> {
     // Adding 0 makes one zero of both.
     let key = |i: &u32| points[*i as usize].map(|c| (c + 0.0).to_bits());
@@ -113,23 +113,25 @@ fn check_edges(triangles: &[(u32, [u32; 3])], points: &[[f64; 3]]) -> Result<(),
     let mut sides: Vec<Side> =
         triangles.iter().flat_map(|&(t, [a, b, c])| [side(t, a, b), side(t, b, c), side(t, c, a)]).collect();
     sides.sort_unstable();
-    let places = |edge: [u32; 2]| edge.map(|i| points[i as usize]);
+    let positions = |edge: [u32; 2]| edge.map(|i| points[i as usize]);
     let edges = || sides.chunk_by(|a, b| a.0 == b.0);
     let mut open = edges().filter(|edge| edge.len() != 2);
     if let Some(first) = open.next() {
         let (points, others) = (first[0].0, open.count());
-        return Err(NotClosed::Edge { points, places: places(points), triangles: first.len(), others });
+        return Err(NotClosed::Edge { points, positions: positions(points), triangles: first.len(), others });
     }
+
     match edges().find(|edge| edge[0].1 == edge[1].1) {
-        Some(turned) => {
-            Err(NotClosed::Turned { triangles: [turned[0].2, turned[1].2], places: places(turned[0].0) })
-        }
+        Some(turned) => Err(NotClosed::Turned {
+            triangles: [turned[0].2, turned[1].2],
+            positions: positions(turned[0].0),
+        }),
         None => Ok(()),
     }
 }
 
 /// Volume and centre of mass by the divergence theorem: a tetrahedron for each triangle, with its
-/// apex at a point of the mesh, so that places far from the origin lose no digits.
+/// apex at a point of the mesh, so that meshes far from the origin lose no digits.
 fn moments(points: &[[f64; 3]], triangles: &[[u32; 3]]) -> Option<(f64, [f64; 3])> {
     let apex = points[triangles[0][0] as usize];
     let (mut six_volumes, mut size, mut moment) = (0.0_f64, 0.0_f64, [0.0; 3]);
@@ -144,6 +146,7 @@ fn moments(points: &[[f64; 3]], triangles: &[[u32; 3]]) -> Option<(f64, [f64; 3]
             moment[k] += tetrahedron * (a[k] + b[k] + c[k]) / 4.0;
         }
     }
+
     // What rounding leaves of a flat surface is no volume.
     if !six_volumes.is_finite() || six_volumes.abs() <= 1e-12 * size {
         return None;

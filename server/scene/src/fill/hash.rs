@@ -1,7 +1,8 @@
 //! Seeded random numbers: hashes of a seed and indices, the same bits on every platform.
 //!
 //! The finalizer of splitmix64 (Steele, Lea, Flood 2014) over integers; uniform numbers keep the
-//! upper 53 bits, so that each is exact.
+//! upper 53 bits, so that each is exact. Committed hashes depend on these bits: tests and benchmarks that
+//! need other random numbers use `fastrand`.
 
 /// What a number is drawn for: streams of one seed do not meet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -43,6 +43,7 @@ impl Inside {
             first: Vec::new(),
             entries: Vec::new(),
         };
+
         for triangle in &mesh.triangles {
             let points = triangle.map(|i| mesh.points[i as usize]);
             let flat = points.map(|p| this.steps(p));
@@ -51,6 +52,7 @@ impl Inside {
                 this.corners.push((flat, points.map(|p| p[2])));
             }
         }
+
         this.fill_bins();
         this
     }
@@ -77,15 +79,15 @@ impl Inside {
 
     /// Whether a point (m) is inside.
     pub(super) fn contains(&self, point: [f64; 3]) -> bool {
-        let place = self.steps(point);
-        let [x, y] = place.map(|c| c.div_euclid(self.width));
+        let projected = self.steps(point);
+        let [x, y] = projected.map(|c| c.div_euclid(self.width));
         if !(0..self.side).contains(&x) || !(0..self.side).contains(&y) {
             return false;
         }
         let mut winding = 0;
         for &triangle in self.bin(x, y) {
             let (flat, heights) = &self.corners[triangle as usize];
-            winding += crossing(flat, heights, place, point[2]);
+            winding += crossing(flat, heights, projected, point[2]);
         }
         winding != 0
     }
@@ -111,6 +113,7 @@ impl Inside {
             }
             self.side = (self.side / 2).max(1);
         }
+
         let mut first = vec![0_u32; (self.side * self.side) as usize + 1];
         let bins = |t: usize| self.bins_of(t).list();
         for bin in (0..self.corners.len()).flat_map(bins) {
@@ -127,6 +130,7 @@ impl Inside {
                 next[bin] += 1;
             }
         }
+
         (self.first, self.entries) = (first, entries);
     }
 
@@ -164,11 +168,11 @@ fn side_of(a: [i64; 2], b: [i64; 2], c: [i64; 2]) -> i128 {
     wide(b[0] - a[0]) * wide(c[1] - a[1]) - wide(b[1] - a[1]) * wide(c[0] - a[0])
 }
 
-/// On which side of an edge a point lies, never on it: the edge's ends are not at one place.
-fn strict_side(a: [i64; 2], b: [i64; 2], place: [i64; 2]) -> i32 {
+/// On which side of an edge a point lies, never on it: the edge's ends are apart.
+fn strict_side(a: [i64; 2], b: [i64; 2], projected: [i64; 2]) -> i32 {
     let sign = |value: i128| value.signum() as i32;
     // The derivatives of the side by the point's x and y break ties.
-    match (sign(side_of(a, b, place)), (a[1] - b[1]).signum(), (b[0] - a[0]).signum()) {
+    match (sign(side_of(a, b, projected)), (a[1] - b[1]).signum(), (b[0] - a[0]).signum()) {
         (0, 0, y) => y as i32,
         (0, x, _) => x as i32,
         (side, ..) => side,
@@ -176,13 +180,14 @@ fn strict_side(a: [i64; 2], b: [i64; 2], place: [i64; 2]) -> i32 {
 }
 
 /// 1 or -1 when the ray from a point upwards crosses a triangle, by the triangle's sense; else 0.
-fn crossing(flat: &[[i64; 2]; 3], heights: &[f64; 3], place: [i64; 2], z: f64) -> i32 {
+fn crossing(flat: &[[i64; 2]; 3], heights: &[f64; 3], projected: [i64; 2], z: f64) -> i32 {
     let [a, b, c] = *flat;
-    let turn = strict_side(a, b, place);
-    if strict_side(b, c, place) != turn || strict_side(c, a, place) != turn {
+    let turn = strict_side(a, b, projected);
+    if strict_side(b, c, projected) != turn || strict_side(c, a, projected) != turn {
         return 0;
     }
-    let weights = [side_of(b, c, place), side_of(c, a, place), side_of(a, b, place)].map(|w| w as f64);
+    let weights =
+        [side_of(b, c, projected), side_of(c, a, projected), side_of(a, b, projected)].map(|w| w as f64);
     let sum: f64 = weights.iter().sum();
     let height: f64 = weights.iter().zip(heights).map(|(w, h)| w * h).sum::<f64>() / sum;
     if height > z { turn } else { 0 }

@@ -1,4 +1,4 @@
-//! Particles on a lattice: one in each cell, in its middle or at a random place of it.
+//! Particles on a lattice: one in each cell, in its middle or at a random position in it.
 //!
 //! A box is divided evenly, so that all cells have the same share of its volume. Other solids are
 //! covered by cubes about their middle, and keep the particles that are inside.
@@ -8,11 +8,11 @@ use super::{
     solid::Solid,
 };
 
-/// More places to look at than the caller lets a scene take.
+/// More positions to try than the caller allows a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct TooMuch;
 
-/// Random places on a lattice.
+/// Random positions on a lattice.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Jitter {
     /// Part of a cell over which its particle may lie: 0 its middle, 1 anywhere.
@@ -34,6 +34,7 @@ pub(super) fn divided_for(size: [f64; 3], count: u64) -> [u64; 3] {
         let wanted = edge / spacing;
         ((0.7 * wanted).floor().max(1.0) as u64)..=((1.4 * wanted).ceil().max(1.0) as u64)
     };
+
     let mut best = (f64::INFINITY, [1, 1, count]);
     for x in near(size[0]) {
         for y in near(size[1]) {
@@ -47,6 +48,7 @@ pub(super) fn divided_for(size: [f64; 3], count: u64) -> [u64; 3] {
             }
         }
     }
+
     best.1
 }
 
@@ -64,6 +66,7 @@ pub(super) fn in_box(half: [f64; 3], cells: [u64; 3], jitter: Jitter) -> Vec<[f6
             (from_middle + shift[c]) * edge[c]
         }));
     }
+
     points
 }
 
@@ -100,6 +103,7 @@ pub(super) fn in_solid(
             }
         }
     }
+
     Ok(points)
 }
 

@@ -32,18 +32,20 @@ impl Noise {
     }
 
     /// Between eight values, with the weights t² (3 - 2 t): continuous slope.
-    fn smooth(&self, place: [f64; 3]) -> f64 {
-        let low = place.map(f64::floor);
+    fn smooth(&self, scaled: [f64; 3]) -> f64 {
+        let low = scaled.map(f64::floor);
         let weight = [0, 1, 2].map(|c| {
-            let t = place[c] - low[c];
+            let t = scaled[c] - low[c];
             t * t * (3.0 - 2.0 * t)
         });
+
         let mut sum = 0.0;
         for corner in 0..8_i64 {
             let bits = [corner & 1, corner >> 1 & 1, corner >> 2];
             let share: f64 = (0..3).map(|c| if bits[c] == 1 { weight[c] } else { 1.0 - weight[c] }).product();
             sum += share * self.at([0, 1, 2].map(|c| low[c] as i64 + bits[c]));
         }
+
         sum
     }
 }

@@ -1,4 +1,4 @@
-//! Particles at random places, no two nearer than a radius (Bridson 2007, in three dimensions).
+//! Particles at random positions, no two nearer than a radius (Bridson 2007, in three dimensions).
 //!
 //! New particles are tried in a thin shell around those that are there, just beyond a radius. Background of
 //! the background hold one particle at most. Each empty cell then starts again, so that parts of a
@@ -40,6 +40,7 @@ pub(super) fn sample(solid: &Solid, radius: f64, seed: u32, budget: u64) -> Resu
             }
         }
     }
+
     Ok(found.points)
 }
 
@@ -107,7 +108,7 @@ impl Background {
     }
 
     fn is_near(&self, position: [f64; 3], index: [i64; 3]) -> bool {
-        // Its own cell first: most places fail there. A radius is less than two cells' edges.
+        // Its own cell first: most positions fail there. A radius is less than two cells' edges.
         if self.cells[self.cell(index)] != EMPTY {
             return true;
         }
@@ -123,6 +124,7 @@ impl Background {
                 }
             }
         }
+
         false
     }
 

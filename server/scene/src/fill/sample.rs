@@ -14,7 +14,7 @@ pub(crate) enum Arrangement {
     Lattice(Jitter),
     /// At random arrangement, none too near to another.
     Poisson {
-        /// Of the places.
+        /// Seed of the positions.
         seed: u32,
     },
 }
@@ -89,6 +89,7 @@ pub(crate) fn fill(
             thin(points, expected, seed)
         }
     };
+
     Ok(points.into_iter().map(|point| solid.to_world(point)).collect())
 }
 
@@ -117,6 +118,7 @@ fn search(
         let ratio = libm::cbrt(found.max(1.0) / (wanted * (1.0 + EXCESS / 3.0) + 0.5));
         distance *= if turn < 8 { ratio.clamp(0.5, 2.0) } else { 0.9 };
     }
+
     best.ok_or(TooMuch)
 }
 

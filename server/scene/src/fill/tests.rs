@@ -51,7 +51,7 @@ fn round_mesh(radius: f64, times: usize) -> TriangleMesh {
         let mut middle = |a: u32, b: u32| {
             let m = [0, 1, 2].map(|c| points[a as usize][c] + points[b as usize][c]);
             let length = m.iter().map(|c| c * c).sum::<f64>().sqrt();
-            // Each edge twice: points at one place count as one.
+            // Each edge twice: points with the same coordinates count as one.
             points.push(m.map(|c| c / length));
             points.len() as u32 - 1
         };
@@ -64,6 +64,7 @@ fn round_mesh(radius: f64, times: usize) -> TriangleMesh {
             })
             .collect();
     }
+
     for point in &mut points {
         *point = point.map(|c| c * radius);
     }
@@ -74,9 +75,9 @@ fn solid(mesh: &TriangleMesh) -> Solid {
     Solid::from_mesh(Closed::new(mesh).unwrap_or_else(|error| panic!("{error}")))
 }
 
-fn fill(solid: &Solid, places: Arrangement, count: Count) -> Vec<[f64; 3]> {
-    let expected = sample::estimate(solid, places, count);
-    sample::fill(solid, places, count, expected).expect("a solid that fills much of its box")
+fn fill(solid: &Solid, arrangement: Arrangement, count: Count) -> Vec<[f64; 3]> {
+    let expected = sample::estimate(solid, arrangement, count);
+    sample::fill(solid, arrangement, count, expected).expect("a solid that fills much of its box")
 }
 
 fn jittered(seed: u32) -> Arrangement {
@@ -102,6 +103,7 @@ fn nearest(points: &[[f64; 3]], edge: f64) -> f64 {
             }
         }
     }
+
     least
 }
 
@@ -136,6 +138,7 @@ fn a_box_has_the_particles_that_are_asked_for_in_cells_like_cubes() {
         assert_eq!(super::lattice::divided_for(size, count), divided);
         assert_eq!(fill(&brick(size), jittered(0), Count::Exactly(count)).len() as u64, count);
     }
+
     for count in [2, 7, 97, 1009, 12_347] {
         let size = [1.0, 0.7, 0.3];
         let cells = super::lattice::divided_for(size, count);
@@ -164,17 +167,17 @@ fn balls_and_meshes_have_as_many_particles_as_their_volume_asks_for() {
     let cube = cube_mesh([-0.3, 0.1, 0.2], [0.4, 0.5, 1.1]);
     for solid in [ball(0.5), solid(&cube), solid(&round_mesh(0.5, 4))] {
         let wanted = solid.volume() / 0.02_f64.powi(3);
-        for places in [jittered(4), Arrangement::Lattice(Jitter { amount: 0.0, seed: 4 })] {
-            let points = fill(&solid, places, Count::Spacing(0.02));
+        for arrangement in [jittered(4), Arrangement::Lattice(Jitter { amount: 0.0, seed: 4 })] {
+            let points = fill(&solid, arrangement, Count::Spacing(0.02));
             let share = points.len() as f64 / wanted;
             // 30 to 60 cubes across: the surface's part is about 1 over that, half in, half out.
             assert!((share - 1.0).abs() < 0.03, "{share}");
             assert!(points.iter().all(|p| solid.contains(*p)));
         }
         for count in [1, 10, 4000, 12_345] {
-            for places in [jittered(4), Arrangement::Poisson { seed: 4 }] {
-                let points = fill(&solid, places, Count::Exactly(count));
-                assert_eq!(points.len() as u64, count, "{places:?}");
+            for arrangement in [jittered(4), Arrangement::Poisson { seed: 4 }] {
+                let points = fill(&solid, arrangement, Count::Exactly(count));
+                assert_eq!(points.len() as u64, count, "{arrangement:?}");
                 assert!(points.iter().all(|p| solid.contains(*p)));
             }
         }
@@ -215,6 +218,7 @@ fn the_inside_of_a_mesh_is_that_of_the_formula() {
             }
         }
     }
+
     assert!(inside > 25_000 && near < 8000, "{inside} {near}");
     let cube = solid(&cube_mesh([0.0; 3], [1.0; 3]));
     for (i, j) in (0..=8).flat_map(|i| (0..=8).map(move |j| (i, j))) {
@@ -255,6 +259,7 @@ fn a_part_turned_inside_out_is_a_hole_and_overlapping_parts_are_one() {
         both.triangles.extend(b.triangles.iter().map(|t| t.map(|i| i + shift)));
         both
     };
+
     let outer = cube_mesh([0.0; 3], [3.0; 3]);
     let mut hole = cube_mesh([1.0; 3], [2.0; 3]);
     for triangle in &mut hole.triangles {
@@ -276,6 +281,7 @@ fn an_open_mesh_is_refused_by_its_first_open_edge() {
         error.to_string(),
         "is not closed: the edge from point 1 at (1, 0, 0) to point 5 at (1, 0, 1) has 1 triangle, and each edge of a closed surface has two; 2 other edges have not two either"
     );
+
     let mut thick = cube_mesh([0.0; 3], [1.0; 3]);
     thick.points.push([2.0, 0.5, 0.5]);
     thick.triangles.push([0, 1, 8]);
@@ -292,6 +298,7 @@ fn an_open_mesh_is_refused_by_its_first_open_edge() {
         triangles: vec![[0, 1, 2], [0, 2, 1]],
         ..TriangleMesh::default()
     };
+
     assert_eq!(Closed::new(&flat), Err(NotClosed::Flat));
 }
 
@@ -309,8 +316,8 @@ fn points_at_one_place_are_one_so_that_seams_are_no_gaps() {
 #[test]
 fn a_seed_gives_the_same_particles_and_another_others() {
     for solid in [brick([0.3; 3]), ball(0.2), solid(&round_mesh(0.2, 2))] {
-        for places in [jittered, |seed| Arrangement::Poisson { seed }] {
-            let of = |seed| fill(&solid, places(seed), Count::Exactly(500));
+        for arrangement in [jittered, |seed| Arrangement::Poisson { seed }] {
+            let of = |seed| fill(&solid, arrangement(seed), Count::Exactly(500));
             assert_eq!(of(5), of(5));
             assert_ne!(of(5), of(6));
         }
@@ -324,7 +331,7 @@ fn a_solid_in_a_box_that_is_nearly_empty_is_refused_before_it_takes_long() {
     far.points.extend(&second.points);
     far.triangles.extend(second.triangles.iter().map(|t| t.map(|i| i + 8)));
     let far = solid(&far);
-    for places in [jittered(0), Arrangement::Poisson { seed: 0 }] {
-        assert!(sample::fill(&far, places, Count::Spacing(0.1), 2000).is_err());
+    for arrangement in [jittered(0), Arrangement::Poisson { seed: 0 }] {
+        assert!(sample::fill(&far, arrangement, Count::Spacing(0.1), 2000).is_err());
     }
 }

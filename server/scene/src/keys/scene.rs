@@ -15,6 +15,7 @@ use ValueKind::{Choice, Number, Table, Tables, Text, Vector, Whole};
 const MANY: usize = 1000;
 
 /// The root of a scene.
+#[rustfmt::skip] // one line per key
 pub(crate) static ROOT: Section = Section {
     name: "scene",
     about: "The whole file.",
@@ -22,50 +23,14 @@ pub(crate) static ROOT: Section = Section {
         key("version", Whole(1, 1), "", Required, "version of this format"),
         key("title", Text(200), "", Default("\"\""), "title, for people"),
         key("dt", Number(Range(1e-9, 1.0)), "s", Required, "time step of the scene's clock"),
-        key(
-            "steps",
-            Whole(0, 1_000_000_000_000),
-            "steps",
-            Default("0"),
-            "the simulation ends after so many steps; 0: never by itself",
-        ),
+        key("steps", Whole(0, 1_000_000_000_000), "steps", Default("0"), "the simulation ends after so many steps; 0: never by itself"),
         key("frame_interval", Whole(1, 1_000_000), "steps", Default("1"), "steps between frames"),
-        key(
-            "precision",
-            Choice(|| Precision::ALL.map(Precision::name).to_vec()),
-            "",
-            Default("\"f32\""),
-            "precision of positions and velocities; sums are f64 whatever it is",
-        ),
+        key("precision", Choice(|| Precision::ALL.map(Precision::name).to_vec()), "", Default("\"f32\""), "precision of positions and velocities; sums are f64 whatever it is"),
         key("gravity", Vector(Range(-1e4, 1e4)), "m/s^2", Default("[0.0, -9.81, 0.0]"), "gravity"),
-        key(
-            "wind",
-            Vector(SPEED),
-            "m/s",
-            Default("[0.0, 0.0, 0.0]"),
-            "velocity of the medium; bodies feel it through their drag",
-        ),
-        key(
-            "hash_interval",
-            Whole(1, 1_000_000),
-            "frames",
-            Default("10"),
-            "frames between frames that carry the hash of the state",
-        ),
-        key(
-            "body",
-            Tables(&BODY, MANY),
-            "",
-            Default("[]"),
-            "bodies: `[[body]]`; a scene has at least one body or snow",
-        ),
-        key(
-            "snow",
-            Table(&SNOW),
-            "",
-            Absent("no snow"),
-            "snow: `[snow]` with `[[snow.object]]`; cloth and snow pass through each other, because nothing couples them yet",
-        ),
+        key("wind", Vector(SPEED), "m/s", Default("[0.0, 0.0, 0.0]"), "velocity of the medium; bodies feel it through their drag"),
+        key("hash_interval", Whole(1, 1_000_000), "frames", Default("10"), "frames between frames that carry the hash of the state"),
+        key("body", Tables(&BODY, MANY), "", Default("[]"), "bodies: `[[body]]`; a scene has at least one body or snow"),
+        key("snow", Table(&SNOW), "", Absent("no snow"), "snow: `[snow]` with `[[snow.object]]`; cloth and snow pass through each other, because nothing couples them yet"),
         key("collider", Tables(&COLLIDER, MANY), "", Default("[]"), "colliders: `[[collider]]`"),
     ],
     alternatives: Alternatives::None,

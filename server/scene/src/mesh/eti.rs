@@ -72,6 +72,7 @@ pub fn read_eti(texts: &EtiTexts<'_>, options: &EtiOptions) -> Result<Loaded, Sc
         };
         loaded.mesh.triangles.push([line.index(a, count)?, line.index(b, count)?, line.index(c, count)?]);
     }
+
     if let Some(masses) = &texts.masses {
         loaded.mesh.masses = read_masses(masses, count, options, &mut loaded.warnings)?;
     }
@@ -90,16 +91,19 @@ fn read_points(points: &NamedText<'_>) -> Result<Vec<[f64; 3]>, SceneError> {
             "is empty; allowed: a number of points first",
         ));
     };
+
     let count = first.count(first.text, "points")?;
     let mut out = Vec::new();
     for line in rest {
         exactly(&line, 3, "a point")?;
         out.push(line.numbers(&line.words(), "a point")?);
     }
+
     if out.len() != count {
         let message = format!("announces {count} points, but {} follow", out.len());
         return Err(first.error(ErrorKind::Inconsistent, message));
     }
+
     Ok(out)
 }
 
@@ -125,6 +129,7 @@ fn read_masses(
         out.push(mass);
         last_line = Some(line);
     }
+
     // The file does not say how many masses it holds: a last line without its end may be cut
     // anywhere (`1` of `1.25`), so it does not count as a mass.
     let cut = last_line.filter(|_| masses.text.chars().last().is_some_and(|c| !c.is_whitespace()));
@@ -142,6 +147,7 @@ fn read_masses(
             line.number, line.text
         ))
     );
+
     let Some(value) = options.missing_mass else {
         let message = format!(
             "{found}; point {} is the first without: end the file, or say which mass the missing ones have (missing mass, kg)",
@@ -150,12 +156,14 @@ fn read_masses(
         let error = SceneError::new(ErrorKind::Inconsistent, masses.file, message);
         return Err(error.at_line(last_line.map_or(1, |line| line.number)));
     };
+
     warnings.push(format!(
         "{} {found}: points {} to {} get the mass {value} kg",
         masses.file,
         out.len(),
         count - 1
     ));
+
     out.resize(count, value);
     Ok(out)
 }

@@ -24,6 +24,7 @@ pub fn course_grid(columns: usize, rows: usize, spacing: f64) -> TriangleMesh {
             mesh.masses[i] = 0.0;
         }
     }
+
     for uv in &mut mesh.uv {
         *uv = uv.map(to_six_digits);
     }

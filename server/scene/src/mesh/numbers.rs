@@ -1,4 +1,4 @@
-//! Numbers in text: the six significant digits of a C++ stream, and tokens with their place.
+//! Numbers in text: the six significant digits of a C++ stream, and tokens with their line.
 
 use std::str::FromStr;
 
@@ -17,6 +17,7 @@ pub fn six_digits(value: f64) -> String {
         let fixed = format!("{value:.*}", usize::try_from(5 - exponent).expect("exponent is below 6"));
         return trim_zeros(&fixed).to_owned();
     }
+
     let sign = if exponent < 0 { '-' } else { '+' };
     format!("{}e{sign}{:02}", trim_zeros(digits), exponent.abs())
 }

@@ -43,6 +43,7 @@ pub fn read_obj(text: &str, file: &str) -> Result<Loaded, SceneError> {
             _ => {}
         }
     }
+
     if mesh.points.is_empty() {
         return Err(SceneError::new(ErrorKind::BadMesh, file, "holds no vertices ('v x y z')"));
     }
@@ -52,6 +53,7 @@ pub fn read_obj(text: &str, file: &str) -> Result<Loaded, SceneError> {
             "{file}: {seams} corners give a point another texture coordinate: the first one is kept"
         ));
     }
+
     uv_of_point.resize(mesh.points.len(), None);
     let all: Option<Vec<[f64; 2]>> = uv_of_point.iter().map(|t| t.map(|t| uv[t])).collect();
     match all {
@@ -61,6 +63,7 @@ pub fn read_obj(text: &str, file: &str) -> Result<Loaded, SceneError> {
         }
         None => {}
     }
+
     Ok(Loaded { mesh, warnings })
 }
 
@@ -82,6 +85,7 @@ fn face(
         let message = format!("a face has {} corners; allowed: 3 or more", words.len());
         return Err(line.error(ErrorKind::Syntax, message));
     }
+
     words
         .iter()
         .map(|word| {
@@ -129,5 +133,6 @@ pub fn write_obj(mesh: &TriangleMesh, out: &mut impl Write) -> io::Result<()> {
             writeln!(out, "f {a}/{a} {b}/{b} {c}/{c}")?;
         }
     }
+
     Ok(())
 }

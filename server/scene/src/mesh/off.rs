@@ -26,12 +26,14 @@ pub fn read_off(text: &str, file: &str) -> Result<Loaded, SceneError> {
             "ends before its counts; allowed: OFF, then `points faces edges`",
         )
     };
+
     let mut header = rest.next().ok_or_else(empty)?;
     let mut words = header.words();
     if words[0] != "OFF" {
         let message = format!("begins with '{}'; allowed: OFF", excerpt(words[0]));
         return Err(header.error(ErrorKind::Unsupported, message));
     }
+
     if words.len() > 1 && words[1] == "BINARY" {
         return Err(header.error(ErrorKind::Unsupported, "is a binary OFF; allowed: text"));
     }
@@ -40,6 +42,7 @@ pub fn read_off(text: &str, file: &str) -> Result<Loaded, SceneError> {
         header = rest.next().ok_or_else(empty)?;
         words = header.words();
     }
+
     if words.len() < 2 {
         return Err(header.error(ErrorKind::Syntax, "has one count; allowed: `points faces edges`"));
     }
@@ -53,6 +56,7 @@ pub fn read_off(text: &str, file: &str) -> Result<Loaded, SceneError> {
         })?;
         mesh.points.push(line.numbers(&line.words(), "a point")?);
     }
+
     for read in 0..face_count {
         let line = rest.next().ok_or_else(|| {
             header.error(ErrorKind::Inconsistent, format!("announces {face_count} faces, but {read} follow"))
@@ -67,6 +71,7 @@ pub fn read_off(text: &str, file: &str) -> Result<Loaded, SceneError> {
             corners.iter().map(|word| line.index(word, point_count)).collect::<Result<_, _>>()?;
         mesh.triangles.extend(fan(&corners));
     }
+
     let mut warnings = Vec::new();
     if let Some(line) = rest.next() {
         warnings.push(format!("{file}:{}: lines after the last face are passed over", line.number));

@@ -48,6 +48,7 @@ impl PropertyAccess for Element {
             }
             _ => return PropertyAccessResult::Ignored,
         };
+
         *slot = number(&property);
         if slot.is_some() { PropertyAccessResult::Set } else { PropertyAccessResult::UnsupportedType }
     }
@@ -89,12 +90,13 @@ pub fn read_ply(bytes: &[u8], file: &str) -> Result<Loaded, SceneError> {
         // The parser's messages run over several lines and repeat the line number.
         let words = error.to_string().split_whitespace().collect::<Vec<_>>().join(" ");
         let message = format!("is not a PLY that can be read: {words}");
-        let place = SceneError::new(ErrorKind::Syntax, file, message);
+        let located = SceneError::new(ErrorKind::Syntax, file, message);
         match error.line() {
-            Some(line) => place.at_line(line),
-            None => place,
+            Some(line) => located.at_line(line),
+            None => located,
         }
     })?;
+
     let bad = |message: String| SceneError::new(ErrorKind::BadMesh, file, message);
     let vertices =
         ply.payload.shift_remove("vertex").ok_or_else(|| bad("has no element 'vertex'".to_owned()))?;
@@ -109,6 +111,7 @@ pub fn read_ply(bytes: &[u8], file: &str) -> Result<Loaded, SceneError> {
         }
         mesh.points.push([x, y, z]);
     }
+
     mesh.masses = vertices.iter().map_while(|vertex| vertex.mass).collect();
     mesh.uv = vertices.iter().map_while(|vertex| Some([vertex.uv[0]?, vertex.uv[1]?])).collect();
     for (i, face) in faces.iter().enumerate() {
@@ -126,6 +129,7 @@ pub fn read_ply(bytes: &[u8], file: &str) -> Result<Loaded, SceneError> {
         };
         mesh.triangles.extend(fan(&corners));
     }
+
     Ok(Loaded { mesh, warnings: Vec::new() })
 }
 
@@ -154,6 +158,7 @@ pub fn write_ply(mesh: &TriangleMesh, out: &mut impl Write) -> io::Result<()> {
             out.write_all(&c.to_le_bytes())?;
         }
     }
+
     write_faces(&mesh.triangles, out)
 }
 
@@ -201,15 +206,16 @@ pub fn write_ply_frame(frame: &PlyFrame<'_>, out: &mut impl Write) -> io::Result
         writeln!(out, "property float {name}")?;
     }
     write_face_header(frame.triangles.len(), out)?;
-    for (particle, place) in frame.positions.chunks_exact(3).enumerate() {
+    for (particle, position) in frame.positions.chunks_exact(3).enumerate() {
         let numbers = frame.properties.iter().flat_map(|PlyProperty { names, values }| {
             let width = names.len();
             &values[width * particle..width * (particle + 1)]
         });
-        for number in place.iter().chain(numbers) {
+        for number in position.iter().chain(numbers) {
             out.write_all(&number.to_le_bytes())?;
         }
     }
+
     write_faces(frame.triangles, out)
 }
 

@@ -96,10 +96,12 @@ impl Checker<'_> {
             let required = |key: &SceneKey| key.name == name && key.presence == Presence::Required;
             table.contains_key(name) || meant.contains(&name) || section.keys.iter().any(required)
         };
+
         for missing in chosen.needs.iter().filter(|name| !is_there(name)) {
             let message = format!("is missing: it is needed with '{}'", chosen.key);
             self.error(ErrorKind::Missing, &at.key(missing, at.span.clone()), message);
         }
+
         for (name, value) in table {
             let name = name.get_ref().as_ref();
             let fits = name == chosen.key || chosen.needs.contains(&name) || chosen.may.contains(&name);
@@ -181,6 +183,7 @@ impl Checker<'_> {
             (ValueKind::Pin, DeValue::String(text)) => text.len() <= 64,
             _ => return self.not_allowed(ErrorKind::WrongType, kind, &in_words(value), at),
         };
+
         if !fits {
             self.not_allowed(ErrorKind::OutOfRange, kind, &in_words(value), at);
         }

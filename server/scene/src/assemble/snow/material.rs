@@ -14,6 +14,7 @@ pub(super) fn material(text: &MaterialText, at: &Location<'_>) -> Result<(f64, M
         let message = format!("is '{}', which is no preset", text.preset);
         return Err(at.key("preset").error(ErrorKind::OutOfRange, message));
     };
+
     let base = preset.material;
     let material = Material {
         law: text.law.unwrap_or(base.law),
@@ -21,6 +22,7 @@ pub(super) fn material(text: &MaterialText, at: &Location<'_>) -> Result<(f64, M
         poisson: text.poisson.unwrap_or(base.poisson),
         plasticity: plasticity(text, base.plasticity, at)?,
     };
+
     // What the ranges of single fields do not say.
     match material.fault() {
         Some(message) => Err(at.key("jp_range").error(ErrorKind::OutOfRange, message)),

@@ -51,6 +51,7 @@ impl<'a> Plan<'a> {
                 return Err(at.key("mesh").error(ErrorKind::MeshNotFound, "was not loaded"));
             }
         };
+
         let arrangement = arrangement(text, at)?;
         let count = count(text, cell, at)?;
         Ok(Self { text, at, solid, arrangement, count })
@@ -74,6 +75,7 @@ impl<'a> Plan<'a> {
             );
             source.error(ErrorKind::TooLarge, message)
         })?;
+
         if x.is_empty() {
             let message = "holds no particle: it is smaller than the distance between particles; allowed: a larger object, a smaller cell, or more particles";
             return Err(source.error(ErrorKind::OutOfRange, message));
@@ -131,6 +133,7 @@ fn boxed(text: BoxText, scale: f64, motion: &RigidMotion, at: &Location<'_>) -> 
         }
         BoxText::Centered { center, size } => (center, size),
     };
+
     let shift = motion.apply(center.map(|c| scale * c));
     Ok(Solid::Box { half: size.map(|s| 0.5 * scale * s), motion: RigidMotion { shift, ..*motion } })
 }

@@ -20,6 +20,7 @@ pub(crate) fn settings(snow: &Snow, at: &Location<'_>) -> Result<SnowSettings, S
         return at.key("kernel").inconsistent("is 'linear', which goes with transfer = \"pic_flip\" alone: it is here to show how it fails; allowed here: quadratic, cubic",
         );
     }
+
     if snow.kernel == Kernel::Linear && snow.beta > 0.0 {
         return at.key("beta").inconsistent("does not go with kernel = \"linear\"; allowed here: 0");
     }
@@ -53,6 +54,7 @@ fn transfer(snow: &Snow, at: &Location<'_>) -> Result<Transfer, SceneError> {
         TransferName::Apic => Transfer::Apic,
         TransferName::Mls => Transfer::Mls,
     };
+
     let given = [
         ("flip", snow.flip.is_some()),
         ("flip_time", snow.flip_time.is_some()),
@@ -67,6 +69,7 @@ fn transfer(snow: &Snow, at: &Location<'_>) -> Result<Transfer, SceneError> {
             return at.key(key).inconsistent(message);
         }
     }
+
     Ok(affine)
 }
 
