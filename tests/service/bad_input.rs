@@ -109,6 +109,7 @@ async fn with_bad_scenes(c: &mut Client) -> Vec<Refusal> {
             Reason::InvalidField,
         ),
     ];
+
     let mut all = Vec::new();
     for (create, reason) in cases {
         all.push(refused("CreateSession", c.create_session(create).await, reason));

@@ -24,6 +24,7 @@ impl Proxy {
     async fn to(server: SocketAddr) -> Self {
         let listener = TcpListener::bind("127.0.0.1:0").await.expect("a free port");
         let address = listener.local_addr().expect("an address");
+
         let cut = Arc::new(Notify::new());
         let shared = Arc::clone(&cut);
         tokio::spawn(async move {
@@ -38,6 +39,7 @@ impl Proxy {
                 });
             }
         });
+
         Self { address, cut }
     }
 }
@@ -47,6 +49,7 @@ async fn a_watcher_comes_back_after_its_connection_breaks_and_misses_nothing() {
     let mut server = Server::start().await;
     let proxy = Proxy::to(server.app.local_addr()).await;
     let client = Client::connect(&format!("http://{}", proxy.address)).await.expect("connected");
+
     let text = sheet_with(6, "steps = 400");
     let created = client.create_session(CreateSession::from_text(text)).await.expect("made");
     let id = created.session.session_id;
@@ -56,8 +59,10 @@ async fn a_watcher_comes_back_after_its_connection_breaks_and_misses_nothing() {
         reconnect: ReconnectPolicy::default(),
         ..WatchOptions::default()
     };
+
     let mut frames = client.watch(&id, options).await.expect("a stream");
     client.step(&id, 100, Wait::Yes).await.expect("steps");
+
     let (mut next, mut reconnected) = (0, 0);
     while let Some(event) = frames.next().await {
         match event.expect("the library comes back by itself") {
@@ -78,6 +83,7 @@ async fn a_watcher_comes_back_after_its_connection_breaks_and_misses_nothing() {
             other => panic!("not expected: {other:?}"),
         }
     }
+
     assert_eq!((next, reconnected), (401, 1));
 }
 

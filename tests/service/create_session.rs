@@ -49,6 +49,7 @@ async fn the_same_request_id_makes_one_session() {
             tokio::spawn(async move { client.create_session(wanted).await })
         })
         .collect();
+
     let mut ids = Vec::new();
     for call in calls {
         let made = call.await.expect("no panic").expect("made once").into_inner();

@@ -39,12 +39,15 @@ async fn a_panic_in_one_session_leaves_the_others_alone() {
     let (bad, good) = (server.session(sheet(5)).await, server.session(sheet(5)).await);
     let mut watchers = [server.watch(every(&bad, 0)).await, server.watch(latest(&bad)).await];
     let mut other = server.watch(every(&good, 0)).await;
+
     let mut next = 0;
     server.play(&good).await;
     without_a_gap(&mut other, &mut next, 50).await;
+
     server.play(&bad).await;
     server.until(&bad, |session| session.step > 10).await;
     assert!(server.app.inject_panic(&bad));
+
     for watch in &mut watchers {
         let (frames, status) = watch.until_break().await;
         let metadata = assert_reason(&status, Reason::SessionPanicked);

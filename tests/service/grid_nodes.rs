@@ -61,6 +61,7 @@ async fn all_nodes_arrive_as_each_step_left_them() {
     let text = snow("steps = 3");
     let id = server.session(text.clone()).await;
     let mut watch = server.watch(with(all(0), every(&id, 0))).await;
+
     server.play(&id).await;
     let (frames, _) = watch.until_end().await;
     let (cell, nodes) = reference(&text, 3);
@@ -88,6 +89,7 @@ async fn a_slice_is_the_nearest_plane_and_a_stride_keeps_within_what_is_allowed(
     let (cell, frames) = reference(&text, 2);
     let nodes = &frames[1];
     server.step(&id, 2).await;
+
     for (axis, number) in [(Axis::X, 0), (Axis::Y, 1), (Axis::Z, 2)] {
         for index in [-1, 0, 2] {
             let in_plane: Vec<_> = nodes.iter().filter(|node| node.index[number] == index).collect();
@@ -122,6 +124,7 @@ async fn a_slice_is_the_nearest_plane_and_a_stride_keeps_within_what_is_allowed(
 #[tokio::test(flavor = "multi_thread")]
 async fn the_server_bounds_nodes_for_every_watcher() {
     let mut server = Server::with(Limits { max_grid_nodes: 50, ..Limits::default() }).await;
+
     let info = server.client.get_server_info(v1::GetServerInfoRequest {}).await.expect("info").into_inner();
     assert_eq!(info.limits.expect("limits").max_grid_nodes, 50);
     let id = server.session(snow("")).await;
@@ -228,6 +231,7 @@ async fn nodes_of_a_step_that_failed_are_not_sent() {
 async fn invalid_requests_for_a_grid_are_refused_with_the_field() {
     let mut server = Server::start().await;
     let (snowy, cloth) = (server.session(snow("")).await, server.session(sheet(4)).await);
+
     let other_axis = |axis| {
         let slice = v1::SliceNodes { axis, coordinate: 0.0 };
         v1::GridRequest { selection: Some(Selection::Slice(slice)), max_nodes: 0 }

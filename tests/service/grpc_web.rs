@@ -159,6 +159,7 @@ async fn the_deadline_of_a_client_is_kept() {
 async fn pages_of_other_origins_are_refused() {
     let config = Config { allowed_origins: vec!["https://viewer.example".into()], ..Config::default() };
     let server = Server::configured(config).await;
+
     let path = format!("{SERVICE}/GetServerInfo");
     for (origin, allowed) in
         [(PAGE, true), ("https://viewer.example", true), ("https://evil.example", false), ("null", false)]
@@ -170,6 +171,7 @@ async fn pages_of_other_origins_are_refused() {
         let answer = exchange(&server, "OPTIONS", &path, &preflight, &[]).await;
         assert_eq!(answer.header("access-control-allow-origin").is_some(), allowed, "{origin}");
         assert_eq!(answer.header("access-control-allow-credentials"), None, "no cookies, ever");
+
         let answer = call(&server, &path, &format!("Origin: {origin}\r\n"), &[]).await;
         if allowed {
             assert_eq!(unframed(&answer.body).len(), 2, "{origin}");

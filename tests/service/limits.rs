@@ -44,6 +44,7 @@ async fn limits_are_reported_as_they_are_configured() {
 async fn sessions_and_watchers_are_limited() {
     let limits = Limits { max_sessions: 2, max_watchers_per_session: 1, ..Limits::default() };
     let mut server = Server::with(limits).await;
+
     let id = server.session(sheet(3)).await;
     server.session(sheet(3)).await;
     assert_refused(server.client.create_session(text(sheet(3))).await, Reason::TooManySessions);
@@ -97,6 +98,7 @@ async fn particles_springs_scene_bytes_threads_and_steps_are_limited() {
 async fn bytes_and_number_of_meshes_are_limited() {
     let limits = Limits { max_mesh_bytes: 100, max_meshes: 2, max_particles: 1000, ..Limits::default() };
     let mut server = Server::with(limits).await;
+
     let header = |point_count| UploadMeshRequest {
         part: Some(Part::Header(MeshHeader { point_count, ..MeshHeader::default() })),
     };
@@ -155,6 +157,7 @@ async fn connections_and_their_silence_are_limited() {
     let config = Config { handshake_seconds: 0.5, limits, ..Config::default() };
     let mut server = Server::configured(config).await;
     let address = server.app.local_addr();
+
     let start = Instant::now();
     let mut silent = TcpStream::connect(address).await.expect("accepted");
 

@@ -33,6 +33,7 @@ async fn every_field_of_snow_arrives_with_the_bits_of_the_simulation() {
         let mut watch = server.watch(all_fields(&id)).await;
         let mut narrow = server.watch(v1::WatchFramesRequest { encoding: 0, ..all_fields(&id) }).await;
         server.play(&id).await;
+
         let (frames, _) = watch.until_end().await;
         let (narrow, _) = narrow.until_end().await;
         let mut reference = simulation(&text, precision);
@@ -72,12 +73,14 @@ async fn diagnostics_of_snow_are_those_of_the_step_and_all_finite() {
     let mut watch = server.watch(every(&id, 0)).await;
     server.play(&id).await;
     let (frames, _) = watch.until_end().await;
+
     assert_eq!(frames[0].head.diagnostics.as_ref().expect("diagnostics").snow, None, "there was no step");
     let mut reference = simulation(&text, Precision::F32);
     for frame in &frames[1..] {
         let report = reference.step(&mut NoStopwatch).expect("a step");
         let expected = report.snow.expect("diagnostics of snow");
         let diagnostics = frame.head.diagnostics.as_ref().expect("diagnostics");
+
         let sent = diagnostics.snow.expect("diagnostics of snow");
         assert_eq!((sent.substeps, sent.dt_seconds), (expected.substeps, expected.dt));
         assert!(sent.substeps > 1, "a frame of a film is many steps of snow");
@@ -87,12 +90,14 @@ async fn diagnostics_of_snow_are_those_of_the_step_and_all_finite() {
         assert_eq!([sent.min_plastic_ratio, sent.max_plastic_ratio], expected.plastic_ratio_range);
         assert_eq!((sent.mass, sent.grid_mass_error), (expected.mass, expected.grid_mass_error));
         assert_eq!((sent.max_speed, sent.dropped_momentum), (expected.max_speed, expected.dropped_momentum));
+
         let counts = [sent.plastic_count, sent.inverted_count, sent.clamped_count, sent.ballistic_count];
         let those = [expected.plastic_count, expected.inverted_count, expected.clamped_count];
         assert_eq!((&counts[..3], counts[3]), (&those[..], expected.ballistic_count));
         assert_eq!(sent.block_count, expected.block_count);
         let angular_momentum: [f64; 3] = sent.angular_momentum.expect("angular momentum").into();
         assert_eq!(angular_momentum, expected.angular_momentum);
+
         assert_eq!(diagnostics.elastic_energy, report.diagnostics.elastic_energy);
         let stages: Vec<&str> = diagnostics.stages.iter().map(|stage| stage.stage.as_str()).collect();
         for stage in ["sort", "particles_to_grid", "grid_update", "grid_to_particles", "diagnose"] {
@@ -112,6 +117,7 @@ async fn the_topology_has_a_body_for_each_cloth_and_object_and_every_shape_of_co
     let snow = &watch.topology.bodies[1];
     assert!(snow.triangles_u32.is_empty() && snow.springs_u32.is_empty() && snow.pins_u32.is_empty());
     assert_eq!(session.particle_count, 25 + u64::from(snow.particle_count));
+
     let shapes: Vec<_> = watch.topology.colliders.iter().filter_map(|collider| collider.shape).collect();
     let moving = Some(v1::Vector3 { x: 0.0, y: 0.0, z: 0.25 });
     assert!(shapes.iter().any(|s| matches!(s, Shape::Capsule(c) if c.radius == 0.1 && c.velocity == moving)));
@@ -262,16 +268,19 @@ async fn changes_that_snow_does_not_have_are_refused_and_say_so() {
     let mut server = Server::start().await;
     let alone = server.session(snow("")).await;
     let both = server.session(sheet_with(5, "") + &ball("")).await;
+
     let springs = |id: &str, body: &str| v1::UpdateParametersRequest {
         session_id: id.into(),
         springs: vec![v1::SpringUpdate { body: body.into(), stiffness: Some(1.0), ..Default::default() }],
         ..Default::default()
     };
+
     let pin = |id: &str, particle| v1::UpdateParametersRequest {
         session_id: id.into(),
         pins: vec![v1::PinUpdate { particle, target: Some(v1::Vector3::default()), duration_seconds: 1.0 }],
         ..Default::default()
     };
+
     for (request, said) in [
         (springs(&alone, "ball"), "'ball' is snow, which has no springs"),
         (springs(&both, "ball"), "'ball' is snow, which has no springs"),

@@ -27,6 +27,7 @@ async fn twenty_stalled_watchers_do_not_hold_a_session_up() {
     let limits = Limits { history_bytes_per_session: 8 << 20, ..Limits::default() };
     let mut server = Server::with(limits).await;
     let alone = server.session(dust(200, "")).await;
+
     let begin = Instant::now();
     let alone = server.step(&alone, STEPS).await;
     let time_alone = begin.elapsed();
@@ -65,6 +66,7 @@ async fn twenty_stalled_watchers_do_not_hold_a_session_up() {
                 Err(status) => break Some(status),
             }
         };
+
         match broken {
             Some(status) if i % 2 == 0 => {
                 assert_reason(&status, Reason::WatcherTooSlow);

@@ -69,8 +69,10 @@ async fn a_change_at_step_0_is_as_good_as_the_scene() {
         stiffness: Some(80.0),
         damping: None,
     };
+
     let request = v1::UpdateParametersRequest { gravity, springs: vec![stiffer], ..update(&changed, 0) };
     assert_eq!(send(&mut server, request).await, 0);
+
     let written = sheet(6)
         .replace("dt = 0.002", "dt = 0.002\ngravity = [0, -1.62, 0]")
         .replace("stiffness = 50", "stiffness = 80");
@@ -109,9 +111,11 @@ async fn a_refused_change_changes_nothing() {
     let gravity = Some([0.0, 99.0, 0.0].into());
     let spring = v1::SpringUpdate { stiffness: Some(1.0), ..v1::SpringUpdate::default() };
     let pin = v1::PinUpdate { particle: 0, target: gravity, duration_seconds: 1.0 };
+
     let with_springs =
         |spring| v1::UpdateParametersRequest { gravity, springs: vec![spring], ..update(&id, 0) };
     let with_pin = |pin| v1::UpdateParametersRequest { gravity, pins: vec![pin], ..update(&id, 0) };
+
     let cases = [
         (with_springs(v1::SpringUpdate { body: "nobody".into(), ..spring.clone() }), Reason::InvalidChange),
         (
@@ -131,6 +135,7 @@ async fn a_refused_change_changes_nothing() {
         (with_pin(v1::PinUpdate { target: None, ..pin }), Reason::InvalidField),
         (update(&id, 0), Reason::InvalidField),
     ];
+
     for (request, reason) in cases {
         let status = server.client.update_parameters(request).await.expect_err("refused");
         println!("{}", status.message());

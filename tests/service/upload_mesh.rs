@@ -75,6 +75,7 @@ async fn pieces_that_do_not_follow_the_header_are_refused() {
             piece(vec![0; (1 << 20) + 1]),
         ],
     ];
+
     for (i, pieces) in cases.into_iter().enumerate() {
         let status = send(&mut server, pieces).await.expect_err("refused");
         assert_reason(&status, Reason::InvalidUpload);

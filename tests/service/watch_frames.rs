@@ -21,6 +21,7 @@ async fn every_frame_arrives_with_the_bits_of_the_simulation() {
         let root = format!("steps = 24\nframe_interval = 2\nhash_interval = 3\nprecision = \"{name}\"");
         let text = sheet_with(7, &root);
         let id = server.session(text.clone()).await;
+
         let request = v1::WatchFramesRequest {
             fields: vec![Field::Positions.into(), Field::Velocities.into()],
             encoding: Encoding::RawF64.into(),
@@ -29,17 +30,21 @@ async fn every_frame_arrives_with_the_bits_of_the_simulation() {
         let mut watch = server.watch(request).await;
         server.play(&id).await;
         let (frames, end) = watch.until_end().await;
+
         let mut reference = simulation(&text, precision);
         let (mut x, mut v) = (Vec::new(), Vec::new());
         assert_eq!(frames.len(), 13);
         for (number, frame) in frames.iter().enumerate() {
             assert_eq!((frame.head.frame, frame.head.step), (number as u64, 2 * number as u64));
+
             reference.positions_f64(&mut x);
             reference.velocities_f64(&mut v);
             assert_eq!(frame.numbers(Field::Positions, f64::from_le_bytes), x, "frame {number}");
             assert_eq!(frame.numbers(Field::Velocities, f64::from_le_bytes), v, "frame {number}");
+
             let hashed = number % 3 == 0 || number == 12;
             assert_eq!(frame.head.state_hash, hashed.then(|| reference.state_hash()), "frame {number}");
+
             let diagnostics = frame.head.diagnostics.as_ref().expect("diagnostics");
             assert_eq!((diagnostics.frame, diagnostics.step), (frame.head.frame, frame.head.step));
             for _ in 0..2 {
@@ -60,11 +65,13 @@ async fn the_topology_comes_first_and_describes_the_fields() {
     assert_eq!((topology.particle_count, topology.bodies.len()), (25, 1));
     let body = &topology.bodies[0];
     assert_eq!((body.name.as_str(), body.first_particle, body.particle_count), ("sheet", 0, 25));
+
     let triangles = body.triangles_u32.as_chunks().0.iter().map(|i| u32::from_le_bytes(*i));
     assert_eq!(triangles.clone().count(), 2 * 16 * 3);
     assert!(triangles.max().is_some_and(|last| last == 24));
     assert!(body.springs_u32.is_empty(), "a body with triangles needs no springs to be drawn");
     assert_eq!(body.pins_u32.len(), 2 * 4);
+
     let frame = watch.frame().await;
     assert_eq!((frame.head.frame, frame.head.topology_id), (0, topology.topology_id));
     assert_eq!(frame.numbers(Field::Positions, f32::from_le_bytes).len(), 75);
@@ -176,6 +183,7 @@ async fn diagnostics_come_for_every_frame_or_at_a_rate() {
     let request = v1::WatchDiagnosticsRequest { max_rate_hz: 10.0, ..request };
     let some = server.client.watch_diagnostics(request).await.expect("a stream").into_inner();
     server.play(&id).await;
+
     let collect = |stream: tonic::Streaming<v1::WatchDiagnosticsResponse>| async {
         let messages = tokio::time::timeout(PATIENCE, stream.collect::<Vec<_>>()).await.expect("it ends");
         messages
@@ -183,8 +191,10 @@ async fn diagnostics_come_for_every_frame_or_at_a_rate() {
             .map(|message| message.expect("no error").diagnostics.expect("diagnostics"))
             .collect::<Vec<_>>()
     };
+
     let all = collect(all).await;
     assert_eq!(all.iter().map(|d| d.step).collect::<Vec<_>>(), (0..=10).map(|i| 3 * i).collect::<Vec<_>>());
+
     let last = all.last().expect("diagnostics");
     assert!(last.step_seconds > 0.0 && last.max_stretch > 0.9 && last.solve.is_some());
     assert!(last.stages.iter().any(|stage| stage.seconds > 0.0), "stages have times");

@@ -48,138 +48,183 @@ reasons! {
     InvalidField "INVALID_FIELD" InvalidArgument
         "A field of the request is missing or outside its range; `BadRequest` lists the fields."
         "Correct the fields named and send the request again."
+
     InvalidMessage "INVALID_MESSAGE" InvalidArgument
         "The request is not a message of the method that was called, or is compressed in a way the server does not read."
         "Compile the client from the .proto files of this version; send uncompressed messages."
+
     InvalidScene "INVALID_SCENE" InvalidArgument
-        "The scene cannot be read, or what it describes cannot be simulated; the metadata `fault`, `line`, `column` and `field` say what and where."
+        "The scene cannot be read, or what it describes cannot be simulated; the metadata `fault`, `line`, `column` and `field` name the first error, and `BadRequest` lists those with a field."
         "Correct the scene at the place named."
+
     InvalidMesh "INVALID_MESH" InvalidArgument
         "The uploaded mesh cannot be simulated: an index out of range, or a number that is not finite."
         "Correct the mesh."
+
     InvalidUpload "INVALID_UPLOAD" InvalidArgument
         "The pieces of an upload do not follow its header: no header first, too many bytes, too few, or a piece above 1 MiB."
         "Send the header once and first, then exactly the bytes that it announces."
+
     InvalidChange "INVALID_CHANGE" InvalidArgument
         "A change of parameters is not possible in this session; nothing was changed."
         "Check names of bodies, kinds of springs, numbers of pinned particles and ranges."
+
     InvalidPageToken "INVALID_PAGE_TOKEN" InvalidArgument
         "The page token was not made by this server."
         "Start again with an empty token."
+
     RequestIdReused "REQUEST_ID_REUSED" InvalidArgument
         "The request id belongs to an earlier request with other fields."
         "Use a new UUID for every new request; repeat one only to retry the same request."
+
     SessionNotFound "SESSION_NOT_FOUND" NotFound
         "No session has this id."
         "List the sessions; it may have been deleted, or the server restarted."
+
     SceneNotFound "SCENE_NOT_FOUND" NotFound
         "The server ships no scene of this name; `known` lists them."
         "Choose one of the names, or send the scene's text."
+
     MeshNotFound "MESH_NOT_FOUND" NotFound
         "The scene names an uploaded mesh that the server does not have, or no longer has."
         "Upload the mesh again and name the new id: only the newest are kept, within `max_meshes` and `max_mesh_store_bytes`."
+
     UnknownMethod "UNKNOWN_METHOD" Unimplemented
         "The server has no such service or method."
         "Compare the versions of client and server (`GetServerInfo`)."
+
     UnknownService "UNKNOWN_SERVICE" NotFound
         "The health service does not know the service that it was asked about."
         "Ask about \"\" or `nappe.v1.SimulationService`."
+
     SessionExists "SESSION_EXISTS" AlreadyExists
         "Another session has this id."
         "Choose another id, or leave it empty and let the server choose."
+
     SessionPlaying "SESSION_PLAYING" FailedPrecondition
         "The session is playing until it is paused: a number of steps cannot be added."
         "Pause it first."
+
     SessionFinished "SESSION_FINISHED" FailedPrecondition
         "The session came to its end or was stopped: it takes no more steps or changes."
         "Create a new session to go on."
+
     SessionFailed "SESSION_FAILED" FailedPrecondition
         "The session failed earlier: it takes no more steps or changes; `failure` says why."
         "Read the session's failure; correct the scene and create a new session."
+
     StepsInterrupted "STEPS_INTERRUPTED" Aborted
         "The steps that the call waited for were cut short by a pause, a stop or another command."
         "Read the session to see how far it came; step again if wanted."
+
     SessionDeleted "SESSION_DELETED" Aborted
         "The session was deleted while the call was in progress."
         "Nothing: the session is gone."
+
     NotFinite "NOT_FINITE" Aborted
         "The simulation diverged: a position, a velocity or another number of the state is no longer finite. `step`, `particle` and `value` say where."
         "Reduce dt or the stiffness; cloth: choose an implicit integrator; snow: let its step be certified."
+
     StretchLimit "STRETCH_LIMIT" Aborted
         "A spring became longer than the scene allows."
         "Reduce dt, raise the stiffness or the damping, or raise the scene's limit."
+
     EnergyLimit "ENERGY_LIMIT" Aborted
         "The energy exceeded the limit of the scene: the simulation is about to diverge."
         "Reduce dt or the stiffness, or raise the scene's limit."
+
     SolverFailed "SOLVER_FAILED" Aborted
         "The linear system of an implicit step has no solution."
         "Look for free particles without mass or springs; change the treatment of the Hessian; snow: shorten its step or integrate it explicitly."
+
     TimeStepLimit "TIME_STEP_LIMIT" Aborted
         "The step of snow that the scene fixes became longer than the bound within which it is stable; the message has both numbers and the bound's name."
         "Let the step be certified, fix a smaller one, or mark it unchecked and accept that it may diverge."
+
     SubstepLimit "SUBSTEP_LIMIT" Aborted
         "One step of the scene would need more substeps of the snow than the scene allows; the message names the bound that makes them short."
         "Shorten the scene's dt or raise its limit of substeps; look at the particle named: snow that is pressed hard, or very fast, needs short steps."
+
     NodeSpeed "NODE_SPEED" Aborted
         "A node of the snow's grid would move more than a cell in one step: the simulation is about to diverge."
         "Reduce the fixed step, or let the step be certified."
+
     DeformationLimit "DEFORMATION_LIMIT" Aborted
         "The deformation gradient of a particle of snow became larger than any snow allows: the simulation diverged."
         "Reduce the fixed step, or let the step be certified; check the material's numbers."
+
     OutOfRange "OUT_OF_RANGE" Aborted
         "A particle of snow left the range of the grid, which is bounded only by its 32-bit indices."
         "Put a collider where snow is to stop, end the scene earlier, or look at what threw the particle."
+
     MassLost "MASS_LOST" Aborted
         "The grid does not hold the mass of the particles: particles were lost between them. This is a bug in the server."
         "Report it with the scene and the message."
+
     SessionPanicked "SESSION_PANICKED" Internal
         "A bug in the server ended this session; others are not affected."
         "Report it with the scene and the message."
+
     FrameExpired "FRAME_EXPIRED" OutOfRange
         "The frame asked for is no longer kept in the form asked for; `oldest_frame` is the oldest that is."
         "Watch again from `oldest_frame`, or from the newest."
+
     FrameNotMade "FRAME_NOT_MADE" OutOfRange
         "The frame asked for lies more than one beyond the newest; `newest_frame` is the newest."
         "Watch from a frame up to one after the newest."
+
     WatcherTooSlow "WATCHER_TOO_SLOW" ResourceExhausted
         "The watcher of every frame fell behind what the session keeps; `next_frame` was due, `oldest_frame` is kept."
         "Read faster, ask for fewer fields, watch LATEST, or raise the server's history."
+
     TooManySessions "TOO_MANY_SESSIONS" ResourceExhausted
         "The server holds as many sessions as it allows."
         "Delete sessions that are no longer needed, or raise the limit."
+
     TooManyWatchers "TOO_MANY_WATCHERS" ResourceExhausted
         "The session has as many watchers as the server allows."
         "End other watchers, or raise the limit."
+
     TooManyUploads "TOO_MANY_UPLOADS" ResourceExhausted
         "As many uploads are in progress as the server allows."
         "Try again in a moment."
+
     TooManyChanges "TOO_MANY_CHANGES" ResourceExhausted
         "More changes of parameters would wait for their step than the server keeps."
         "Send changes closer to the step at which they take effect."
+
     SceneTooLarge "SCENE_TOO_LARGE" ResourceExhausted
         "The scene's text, particles or springs are more than the server allows."
         "Make the scene smaller, or raise the limit."
+
     MeshTooLarge "MESH_TOO_LARGE" ResourceExhausted
         "The upload announces more bytes or points than the server allows."
         "Make the mesh smaller, or raise the limit."
+
     MessageTooLarge "MESSAGE_TOO_LARGE" ResourceExhausted
         "A request message is larger than the server reads."
         "Send less in one message; meshes go through UploadMesh in pieces."
+
     UploadTimedOut "UPLOAD_TIMED_OUT" DeadlineExceeded
         "The upload paused for longer than the server waits; what had come was dropped."
         "Upload again without pausing."
+
     DeadlineExceeded "DEADLINE_EXCEEDED" DeadlineExceeded
         "The call did not end within the deadline that the client set."
         "Set a longer deadline; a call that changes something may still have taken effect."
+
     RequestCancelled "REQUEST_CANCELLED" Cancelled
         "The client ended the call before it was done."
         "Nothing, if the client meant it; otherwise check the connection."
+
     OriginNotAllowed "ORIGIN_NOT_ALLOWED" PermissionDenied
         "A web page of an origin that is not allowed called the server."
         "Start the server with --allow-origin for the page's origin."
+
     ServerDraining "SERVER_DRAINING" Unavailable
         "The server is shutting down and ends calls and streams."
         "Connect again later; sessions do not survive a restart."
+
     Internal "INTERNAL" Internal
         "A bug in the server."
         "Report it with what was done."

@@ -202,6 +202,7 @@ impl SimulationService for Methods {
     ) -> Answer<Self::WatchDiagnosticsStream> {
         let request = request.into_inner();
         let session = self.shared.session(&request.session_id)?;
+
         let delivery = match validate::period(request.max_rate_hz)? {
             None => Delivery::Every { from_frame: None },
             period => Delivery::Latest { period },

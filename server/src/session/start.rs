@@ -131,8 +131,10 @@ fn build(
         failure: None,
     };
     let status = Arc::new(Status::new(properties(options, &scene, &simulation), feed, progress));
+
     let (sender, commands) = mpsc::channel();
     let session = Session::new(Arc::clone(&status), topology, sender, ended, limits);
+
     let stepper = Stepper {
         pace: Pace::start(0.0, Instant::now(), simulation.time()),
         pending: PendingChanges::new(limits.max_pending_changes),

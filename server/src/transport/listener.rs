@@ -72,6 +72,7 @@ pub(crate) async fn serve(listener: TcpListener, handler: Handler, settings: Lis
                     tracing::warn!(%peer, "refused: {} connections are open", settings.max_connections);
                     continue;
                 };
+
                 let (builder, handler, settings) = (builder.clone(), handler.clone(), settings.clone());
                 connections.spawn(async move {
                     let _slot = slot;
