@@ -9,6 +9,8 @@ use nappe_sim::{
     world::{BodySetup, Simulation, WorldSetup},
 };
 
+pub use nappe_sim::math::array::{cross, length as norm, minus as difference};
+
 use crate::Method;
 
 /// A linear solver that stops only at rounding: golden data were made with direct solvers.
@@ -115,21 +117,6 @@ pub fn velocities(simulation: &Simulation) -> Vec<[f64; 3]> {
     let mut flat = Vec::new();
     simulation.velocities_f64(&mut flat);
     flat.as_chunks().0.to_vec()
-}
-
-/// a - b.
-pub fn difference(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-/// Length of a vector.
-pub fn norm(a: [f64; 3]) -> f64 {
-    a.iter().map(|c| c * c).sum::<f64>().sqrt()
-}
-
-/// a x b.
-pub fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 /// Largest distance between two lists of points; infinite if one is not finite.

@@ -12,7 +12,7 @@ use super::{
     state::{Frozen, State, Workspace},
 };
 use crate::{
-    math::{Pack, Padded, Real, Vec3, WithSimd, array3, dispatch},
+    math::{Pack, Padded, Real, Vec3, WithSimd, array::dot, array3, dispatch},
     parallel::sum,
     report::{Diagnostics, StepFailure},
 };
@@ -81,9 +81,8 @@ impl<R: Real> WithSimd<R> for BlockSums<'_, R> {
 
                 let (position, v) = (array3(&self.state.x[i]), array3(&self.state.v[i]));
                 let free = if model.inv_m[i] > R::zero() { model.m[i].to_f64() } else { 0.0 };
-                let product = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-                sums[KINETIC] += 0.5 * free * product(v, v);
-                sums[GRAVITATIONAL] -= free * product(gravity, position);
+                sums[KINETIC] += 0.5 * free * dot(v, v);
+                sums[GRAVITATIONAL] -= free * dot(gravity, position);
 
                 for c in 0..3 {
                     sums[MOMENTUM + c] += free * v[c];

@@ -5,7 +5,10 @@
 
 use std::collections::BTreeSet;
 
-use crate::mesh::TriangleMesh;
+use crate::{
+    math::array::{dot, length, minus},
+    mesh::TriangleMesh,
+};
 
 /// What a spring resists.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -195,7 +198,7 @@ fn straight_continuations(mesh: &TriangleMesh) -> Vec<[u32; 2]> {
     let direction = |a: u32, b: u32| {
         let (p, q) = (mesh.points[a as usize], mesh.points[b as usize]);
         let length = distance(p, q).max(f64::MIN_POSITIVE);
-        [0, 1, 2].map(|i| (q[i] - p[i]) / length)
+        minus(q, p).map(|c| c / length)
     };
 
     let mut pairs = Vec::new();
@@ -204,7 +207,7 @@ fn straight_continuations(mesh: &TriangleMesh) -> Vec<[u32; 2]> {
         let mut best = (std::f64::consts::FRAC_1_SQRT_2, None);
         for &c in neighbours[b as usize].iter().filter(|c| **c != a) {
             let next = direction(b, c);
-            let cosine = along[0] * next[0] + along[1] * next[1] + along[2] * next[2];
+            let cosine = dot(along, next);
             if cosine > best.0 {
                 best = (cosine, Some(c));
             }
@@ -219,6 +222,5 @@ fn straight_continuations(mesh: &TriangleMesh) -> Vec<[u32; 2]> {
 }
 
 fn distance(p: [f64; 3], q: [f64; 3]) -> f64 {
-    let d = [q[0] - p[0], q[1] - p[1], q[2] - p[2]];
-    (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt()
+    length(minus(q, p))
 }

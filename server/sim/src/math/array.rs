@@ -1,13 +1,17 @@
-//! Vectors of three binary64 numbers as plain arrays: geometry that is set up once, or is binary64
-//! whatever the precision of the state.
+//! Vectors of three numbers as plain arrays: binary64 for geometry that is set up once, packs of lanes in
+//! the kernels.
+
+use std::ops::{Add, Mul, Sub};
 
 /// a . b, added from the first product to the last.
-pub fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+#[inline(always)]
+pub fn dot<T: Copy + Add<Output = T> + Mul<Output = T>>(a: [T; 3], b: [T; 3]) -> T {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 /// a x b.
-pub fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+#[inline(always)]
+pub fn cross<T: Copy + Sub<Output = T> + Mul<Output = T>>(a: [T; 3], b: [T; 3]) -> [T; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 

@@ -6,7 +6,11 @@
 //! exact as large ones, which an eigenvalue solver on F^T F cannot be. A lane's result does not
 //! depend on the other lanes.
 
-use super::{LANES, Pack, Real, WithSimd, dispatch};
+use super::{
+    LANES, Pack, Real, WithSimd,
+    array::{cross, dot},
+    dispatch,
+};
 
 /// A matrix a lane, by columns: `m[column][row]`.
 pub(crate) type Columns<P> = [[P; 3]; 3];
@@ -24,12 +28,12 @@ const SWEEPS: usize = 8;
 
 #[inline(always)]
 pub(crate) fn dot3<P: Pack>(a: &[P; 3], b: &[P; 3]) -> P {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+    dot(*a, *b)
 }
 
 #[inline(always)]
 pub(crate) fn cross3<P: Pack>(a: &[P; 3], b: &[P; 3]) -> [P; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+    cross(*a, *b)
 }
 
 /// Columns p and q turned by (c, s).

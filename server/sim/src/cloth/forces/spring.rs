@@ -8,7 +8,7 @@ use crate::{
         sell::{Edges, Fold, vectors},
         settings::Hessian,
     },
-    math::{Mat3, Pack, Portable, Real, Vec3},
+    math::{Mat3, Pack, Portable, Real, Vec3, array::dot},
 };
 
 /// What an implicit step uses for the transverse stiffness ratio 1 - l0/l.
@@ -58,11 +58,6 @@ pub(crate) fn with_transverse<W: WithTransverse>(hessian: Hessian, work: W) -> W
         Hessian::Clamped => work.run(Clamped),
         Hessian::Absolute => work.run(Absolute),
     }
-}
-
-#[inline(always)]
-fn dot<P: Pack>(a: [P; 3], b: [P; 3]) -> P {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 /// Adds forces: law = (k, nu), w = v_i - v_j.
