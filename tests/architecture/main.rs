@@ -13,6 +13,7 @@ mod deployment;
 mod documents;
 mod licences;
 mod modules;
+mod places;
 mod purity;
 mod sources;
 mod tables;

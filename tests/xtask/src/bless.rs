@@ -1,13 +1,13 @@
 //! `cargo xtask bless`: writes every file of the repository that is made from the code.
 //!
-//! Pages of docs/ that list what the code has, the committed hashes, the table of mutants. Each is written by
-//! the test that compares it, which [`VARIABLE`] turns from a judge into a writer. Look at the change
+//! Pages of docs/ that list what the code has, the drawing of the data's way, the committed hashes, the table
+//! of mutants. Each but the drawing is written by the test that compares it, which [`VARIABLE`] turns from a judge into a writer. Look at the change
 //! before it is committed: a hash that changed needs a reason in the commit's message.
 
 use std::process::Command;
 
 use crate::{
-    mutants,
+    mutants, picture,
     shell::{Failure, Shell, cargo},
 };
 
@@ -38,6 +38,9 @@ pub(crate) fn run(shell: &mut Shell, names: &[String]) -> Result<(), Failure> {
         let mut writer = Command::new(cargo());
         writer.args(["test", "--release"]).args(test.split_whitespace()).env(VARIABLE, "1");
         shell.run(title, &mut writer)?;
+    }
+    if asked("pages") {
+        picture::run(shell, &[])?;
     }
     if asked("mutants") {
         mutants::bless(shell)?;

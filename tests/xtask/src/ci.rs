@@ -3,13 +3,14 @@
 use crate::{
     additions, check, clients, mutants,
     shell::{Failure, Shell},
-    test,
+    test, tutorials,
 };
 
 /// The `nappe` command, as `cargo nappe` runs it.
 const NAPPE: &str = "run --release --bin nappe --";
 
-/// Runs the checks, the tests, the mistakes made on purpose, the demo, short benchmarks and the examples.
+/// Runs the checks, the tests, the mistakes made on purpose, the demo, short benchmarks, the
+/// examples and the tutorials.
 pub(crate) fn run(shell: &mut Shell, arguments: &[String]) -> Result<(), Failure> {
     check::run(shell, arguments)?;
     additions::run(shell, arguments)?;
@@ -20,5 +21,6 @@ pub(crate) fn run(shell: &mut Shell, arguments: &[String]) -> Result<(), Failure
     shell.cargo("bench zara", &format!("{NAPPE} bench zara --sizes 2500,22500"))?;
     shell.cargo("bench snow", &format!("{NAPPE} bench snow --particles 50000 --repetitions 3"))?;
     shell.cargo("bench stream", &format!("{NAPPE} bench stream --sizes 10000,100000"))?;
-    clients::examples(shell)
+    clients::examples(shell)?;
+    tutorials::run(shell, &[])
 }

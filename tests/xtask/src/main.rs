@@ -1,4 +1,4 @@
-//! Project tasks: `cargo xtask check | test | bench | mutants | additions | bless | ci`.
+//! Project tasks: `cargo xtask check | test | bench | mutants | additions | tutorials | picture | bless | ci`.
 //!
 //! Reads the task's name; says what it will run and how long that took the last time; runs ordinary commands,
 //! each shown as it starts; ends with a table of what ran and a list of what was not checked. Where the
@@ -15,6 +15,8 @@ mod bench;
 mod clients;
 mod mutants;
 mod additions;
+mod tutorials;
+mod picture;
 mod bless;
 mod ci;
 
@@ -27,7 +29,7 @@ use times::Times;
 type Task = (&'static str, &'static str, fn(&mut Shell, &[String]) -> Result<(), Failure>);
 
 /// Every task, in the order of the help.
-const TASKS: [Task; 7] = [
+const TASKS: [Task; 9] = [
     ("check", "formatting, lints, documentation and the contract's style; changes nothing", check::run),
     ("test", "every test of the program, in the release profile", test::run),
     ("bench", "the benchmarks named after it, or all: zara cloth snow stomakhin stream", bench::run),
@@ -41,6 +43,8 @@ const TASKS: [Task; 7] = [
         "patches that each add one thing to a copy of the program, which must build",
         additions::run,
     ),
+    ("tutorials", "what docs/tutorials tell a reader to do; names after it choose pages", tutorials::run),
+    ("picture", "draws the way of the data into docs/images/data-flow.svg", picture::run),
     (
         "bless",
         "writes every file that is made from the code; names after it choose: pages hashes mutants",
