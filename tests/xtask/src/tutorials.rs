@@ -284,7 +284,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_printed_is_held_against_the_page_line_by_line() {
+    fn what_was_printed_is_compared_with_the_page_line_by_line() {
         let printed = "a scene of 12 particles\n600 steps in 2.4 s\n";
         assert_eq!(missing("a scene of ... particles\n... steps in ... s\n", printed), None);
         assert_eq!(missing("... steps\na scene\n", printed), Some("a scene"), "the order counts");
