@@ -39,16 +39,12 @@ const PURITY_EXCEPTIONS: [(&str, &str, &str); 1] = [(
 )];
 
 /// Files, and folders of files, that may hold `unsafe`, and why.
-const UNSAFE: [(&str, &str); 9] = [
+const UNSAFE: [(&str, &str); 8] = [
     ("server/sim/src/math/simd/", "the SIMD kernels: instructions found at run time"),
     ("server/sim/src/cloth/sell.rs", "gathers whose indices were checked when the rows were built"),
     ("server/sim/src/linalg/dot.rs", "reads 3-vectors as the numbers that they are"),
     ("server/sim/src/parallel/disjoint.rs", "a field written by several threads, each place by one of them"),
-    ("server/sim/src/snow/particles.rs", "writes particles through the sorted order, which names each once"),
-    (
-        "server/sim/src/snow/transfer/particle_update.rs",
-        "reads and writes particles through the sorted order",
-    ),
+    ("server/sim/src/snow/particles.rs", "reads and writes particles through the sorted order, which names each once"),
     (
         "server/sim/src/snow/grid/migration.rs",
         "positions of a block in the sorted order do not meet those of others",

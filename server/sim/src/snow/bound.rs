@@ -3,15 +3,22 @@
 //! Reads extremes over particles, gathered block by block after each step; writes the largest dt,
 //! which bound binds, and the particle that sets it.
 
-use super::{Integration, Kernel, SnowSettings, Transfer, step::Engine};
-use crate::{collide::Collider, math::Real, report::BoundKind};
+use super::{
+    law::{Moduli, stiffness_of},
+    settings::{Integration, Kernel, SnowSettings, Transfer},
+};
+use crate::{
+    collide::Collider,
+    math::{Columns, Pack},
+    report::BoundKind,
+};
 
 /// Cells that a particle may move in a step.
 const MOVE: f64 = 0.5;
 /// Largest norm of dt grad v: I + dt grad v keeps its orientation below 1.
 const TURN: f64 = 0.2;
 
-/// Greatest values over the particles of one block, each of which bounds dt.
+/// Greatest values over particles, each of which bounds dt.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Extremes {
     /// (c_p)² of the elastic wave, and of a particle alone (m²/s²).
@@ -37,67 +44,36 @@ impl Extremes {
         }
     }
 
-    /// All of them, in a fixed order.
-    fn values(&self) -> [f64; 5] {
+    /// From the same numbers in the order of the fields, as [`extremes`] has them.
+    pub(super) fn of([wave2, alone2, speed2, gradient2, stretch2]: [f64; 5]) -> Self {
+        Self { wave2, alone2, speed2, gradient2, stretch2 }
+    }
+
+    /// All of them, in the order of the fields.
+    pub(super) fn values(&self) -> [f64; 5] {
         [self.wave2, self.alone2, self.speed2, self.gradient2, self.stretch2]
     }
 }
 
-/// The particle of each extreme: the first, in the user's numbering, of the greatest value.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Worst([Option<u64>; 5]);
-
-impl Worst {
-    /// The particle that bounds dt by `kind`.
-    pub(super) fn of(&self, kind: BoundKind) -> Option<u64> {
-        match kind {
-            BoundKind::ElasticWave => self.0[0],
-            BoundKind::IsolatedParticle => self.0[1],
-            BoundKind::ParticleSpeed => self.0[2],
-            BoundKind::VelocityGradient => self.0[3],
-            BoundKind::ColliderSpeed | BoundKind::Fixed | BoundKind::Frame => None,
+/// What bounds the next step, from what is stored: F_E and C by columns, volume over mass.
+#[inline(always)]
+pub(super) fn extremes<P: Pack>(
+    f: &Columns<P>,
+    hardening: P,
+    v: &[P; 3],
+    c: &Columns<P>,
+    specific: P,
+    moduli: &Moduli<P>,
+) -> [P; 5] {
+    let ([wave, alone], stretch2) = stiffness_of(f, hardening, moduli);
+    let speed2 = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
+    let mut gradient2 = P::zero();
+    for axis in 0..3 {
+        for k in 0..3 {
+            gradient2 += c[axis][k] * c[axis][k];
         }
     }
-
-    /// The fastest.
-    pub(super) fn fastest(&self) -> u64 {
-        self.0[2].unwrap_or_default()
-    }
-
-    /// The most stretched.
-    pub(super) fn stretched(&self) -> u64 {
-        self.0[4].unwrap_or_default()
-    }
-}
-
-impl<R: Real> Engine<R> {
-    /// Looks in the runs of blocks whose figures have them, while these are the runs' own.
-    pub(super) fn worst(&self) -> Worst {
-        let greatest = self.extremes.values();
-        let has = |own: [f64; 5]| (0..5).any(|k| greatest[k] > 0.0 && own[k] >= greatest[k]);
-        let runs = (0..self.figures.len()).filter(|run| has(self.figures[*run].extremes.values()));
-        self.worst_in(runs.flat_map(|run| self.sorter.blocks_of(run)))
-    }
-
-    /// Looks in all blocks.
-    pub(super) fn worst_of_all(&self) -> Worst {
-        self.worst_in(0..self.grid.blocks.len())
-    }
-
-    fn worst_in(&self, blocks: impl Iterator<Item = usize>) -> Worst {
-        let greatest = self.extremes.values();
-        let mut worst = Worst::default();
-        for b in blocks {
-            for (id, extremes) in self.measured(b) {
-                let values = extremes.values();
-                for k in (0..5).filter(|k| greatest[*k] > 0.0 && values[*k] >= greatest[*k]) {
-                    let id = u64::from(id);
-                    worst.0[k] = Some(worst.0[k].map_or(id, |other| other.min(id)));
-                }
-            }
-        }
-        worst
-    }
+    [wave * specific, alone * specific, speed2, gradient2, stretch2]
 }
 
 /// Largest stable c dt / h of waves in full blocks, and of a particle alone in units of

@@ -1,23 +1,40 @@
-//! Figures of snow: energies, momenta.
+//! What a step tells of the snow: energies, momenta, counts.
 //!
 //! Reads particles in sorted order; writes sums in binary64, added block by block in a fixed tree.
 
 use rayon::prelude::*;
 
 use super::{
-    law::constitutive::{Coefficients, Moduli, energy_density, hardened},
-    particles::{Group, Particles, read},
-    step::Engine,
-    transfer::particle_update::{Constants, Lane, constants},
+    bound::smallest,
+    failure::culprits,
+    grid::Sorted,
+    group::{Constants, Group, Lanes},
+    law::{MaterialConstants, Moduli, energy_density, hardened},
+    model::SnowModel,
+    particles::Particles,
+    settings::TimeStep,
+    state::{SUMS, SnowState, SnowWorkspace},
 };
 use crate::{
+    collide::Collider,
+    linalg::SolveReport,
     math::{LANES, Pack, Real, WithSimd, dispatch, svd},
     parallel,
-    report::Diagnostics,
+    report::{BoundKind, Diagnostics, SnowReport, TimeBound},
 };
 
-/// Kinetic, elastic, gravitational energy, momentum, angular momentum, mass.
-pub(super) const SUMS: usize = 10;
+/// What one step of the world tells of the snow.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SnowStep {
+    /// Energies and momentum of the new state.
+    pub diagnostics: Diagnostics,
+    /// Everything else.
+    pub report: SnowReport,
+    /// Nodes of the grid that touched a collider in the last step of the snow.
+    pub contact_count: u64,
+    /// The last linear solve of a semi-implicit run.
+    pub solve: Option<SolveReport>,
+}
 
 /// What the particles add up to.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -29,55 +46,64 @@ pub(super) struct SnowSums {
     pub(super) mass: f64,
 }
 
-impl<R: Real> Engine<R> {
-    /// Adds up all particles; `partials` is scratch.
-    pub(super) fn sums(&self, gravity: [f64; 3], partials: &mut Vec<[f64; SUMS]>) -> SnowSums {
-        partials.resize(self.grid.blocks.len(), [0.0; SUMS]);
-        partials.par_iter_mut().enumerate().for_each(|(b, sums)| *sums = self.block_sums(b, gravity));
-        let [kinetic_energy, elastic_energy, gravitational_energy, px, py, pz, lx, ly, lz, mass] =
-            parallel::sum(partials);
-        let diagnostics = Diagnostics {
-            kinetic_energy,
-            elastic_energy,
-            gravitational_energy,
-            momentum: [px, py, pz],
-            max_stretch: 0.0,
-        };
-        SnowSums { diagnostics, angular_momentum: [lx, ly, lz], mass }
-    }
-
-    fn block_sums(&self, b: usize, gravity: [f64; 3]) -> [f64; SUMS] {
-        let Self { particles, sorter, coefficients, settings, .. } = self;
-        let list = &sorter.order[sorter.starts[b] as usize..sorter.starts[b + 1] as usize];
-        let second_moment = match settings.kernel.inverse_moment() {
-            inverse if inverse > 0.0 && self.is_affine() => settings.cell * settings.cell / inverse,
-            _ => 0.0,
-        };
-        let mut sums = [0.0; SUMS];
-        for start in (0..list.len()).step_by(LANES) {
-            let group = Group::of(&list[start..]);
-            let constants = constants(&particles.fixed, &particles.object, &group);
-            let energy = dispatch(ElasticEnergy { particles, group: &group, coefficients, constants });
-            for lane in 0..group.count {
-                let at = group.at[lane] as usize;
-                let m = particles.mass(at).to_f64();
-                let (x, v) = (particles.x(at).map(Real::to_f64), particles.v(at).map(Real::to_f64));
-                let c = particles.affine(at).map(|row| row.map(Real::to_f64));
-                sums[0] += 0.5 * m * dot(v, v);
-                sums[1] += energy[lane].to_f64();
-                sums[2] -= m * dot(gravity, x);
-                sums[9] += m;
-                for a in 0..3 {
-                    let (j, k) = ((a + 1) % 3, (a + 2) % 3);
-                    sums[3 + a] += m * v[a];
-                    sums[6 + a] += m * (x[j] * v[k] - x[k] * v[j] + second_moment * (c[k][j] - c[j][k]));
-                }
-            }
-        }
-        sums
-    }
+/// Adds up all particles; `partials` is scratch.
+pub(super) fn sums<R: Real>(
+    model: &SnowModel<R>,
+    particles: &Particles<R>,
+    sorted: Sorted<'_>,
+    gravity: [f64; 3],
+    partials: &mut Vec<[f64; SUMS]>,
+) -> SnowSums {
+    partials.resize(sorted.cells.len(), [0.0; SUMS]);
+    let of_block = |block| block_sums(model, particles, sorted.places(block), gravity);
+    partials.par_iter_mut().enumerate().for_each(|(block, sums)| *sums = of_block(block));
+    let [kinetic_energy, elastic_energy, gravitational_energy, px, py, pz, lx, ly, lz, mass] =
+        parallel::sum(partials);
+    let diagnostics = Diagnostics {
+        kinetic_energy,
+        elastic_energy,
+        gravitational_energy,
+        momentum: [px, py, pz],
+        max_stretch: 0.0,
+    };
+    SnowSums { diagnostics, angular_momentum: [lx, ly, lz], mass }
 }
 
+/// The sums over one block, whose particles are at the places of a list.
+fn block_sums<R: Real>(
+    model: &SnowModel<R>,
+    particles: &Particles<R>,
+    list: &[u32],
+    gravity: [f64; 3],
+) -> [f64; SUMS] {
+    let SnowModel { settings, materials, .. } = model;
+    let second_moment = match settings.kernel.inverse_moment() {
+        inverse if inverse > 0.0 && settings.transfer.is_affine() => settings.cell * settings.cell / inverse,
+        _ => 0.0,
+    };
+    let mut sums = [0.0; SUMS];
+    for start in (0..list.len()).step_by(LANES) {
+        let group = Group::of(&list[start..]);
+        let constants = particles.constants(&group);
+        let energy = dispatch(ElasticEnergy { particles, group: &group, materials, constants });
+        for lane in 0..group.count {
+            let at = group.at[lane] as usize;
+            let m = particles.mass(at).to_f64();
+            let (x, v) = (particles.x(at).map(Real::to_f64), particles.v(at).map(Real::to_f64));
+            let c = particles.c(at).map(|row| row.map(Real::to_f64));
+            sums[0] += 0.5 * m * dot(v, v);
+            sums[1] += energy[lane].to_f64();
+            sums[2] -= m * dot(gravity, x);
+            sums[9] += m;
+            for a in 0..3 {
+                let (j, k) = ((a + 1) % 3, (a + 2) % 3);
+                sums[3 + a] += m * v[a];
+                sums[6 + a] += m * (x[j] * v[k] - x[k] * v[j] + second_moment * (c[k][j] - c[j][k]));
+            }
+        }
+    }
+    sums
+}
 fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
@@ -85,23 +111,62 @@ fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
 struct ElasticEnergy<'a, R> {
     particles: &'a Particles<R>,
     group: &'a Group,
-    coefficients: &'a [Coefficients<R>],
+    materials: &'a [MaterialConstants<R>],
     constants: Constants<R>,
 }
 
 impl<R: Real> WithSimd<R> for ElasticEnergy<'_, R> {
     const WIDE_BINARY64: bool = false;
-    type Output = Lane<R>;
+    type Output = Lanes<R>;
 
     #[inline(always)]
-    fn run<P: Pack<Number = R>>(self) -> Lane<R> {
-        let [xx, xy, xz, yx] = read::<P, 0>(&self.particles.shape, self.group);
-        let [yy, yz, zx, zy] = read::<P, 1>(&self.particles.shape, self.group);
-        let [zz, ..] = read::<P, 0>(&self.particles.affine, self.group);
-        let [.., jp] = read::<P, 1>(&self.particles.motion, self.group);
-        let moduli =
-            Moduli::gather(self.coefficients, &self.constants.object, P::load(&self.constants.fixed[1]));
-        let sigma = svd(&[[xx, yx, zx], [xy, yy, zy], [xz, yz, zz]]).sigma;
-        (energy_density(&sigma, hardened(jp, &moduli), &moduli) * P::load(&self.constants.fixed[0])).store()
+    fn run<P: Pack<Number = R>>(self) -> Lanes<R> {
+        let Constants { volume, stiffness, object } = &self.constants;
+        let f = self.particles.f_e_columns::<P>(self.group);
+        let (_, plastic_ratio) = self.particles.v_and_plastic_ratio::<P>(self.group);
+        let moduli = Moduli::gather(self.materials, object, P::load(stiffness));
+        let sigma = svd(&f).sigma;
+        (energy_density(&sigma, hardened(plastic_ratio, &moduli), &moduli) * P::load(volume)).store()
+    }
+}
+
+/// Everything that a step of the world tells but for energies and momentum: `substeps` steps of the
+/// snow were taken, the last of them of `dt` (s).
+pub(super) fn report<R: Real>(
+    model: &SnowModel<R>,
+    state: &SnowState<R>,
+    work: &SnowWorkspace<R>,
+    (substeps, dt): (u32, f64),
+    sums: &SnowSums,
+    colliders: &[Collider],
+) -> SnowReport {
+    let chunks = &work.chunk_diagnostics;
+    let count = |k: usize| chunks.iter().map(|chunk| u64::from(chunk.counts[k])).sum();
+    let (kind, bound) = smallest(&model.settings, &work.extremes, colliders);
+    let bound = match model.settings.time_step {
+        TimeStep::Certified { safety } => {
+            TimeBound { kind, dt: safety * bound, particle: culprits(model, state, work).of(kind) }
+        }
+        TimeStep::Fixed(dt) | TimeStep::Unchecked(dt) => {
+            TimeBound { kind: BoundKind::Fixed, dt, particle: None }
+        }
+    };
+    SnowReport {
+        substeps,
+        dt,
+        bound,
+        mass: sums.mass,
+        grid_mass_error: work.grid_diagnostics.mass / model.mass - 1.0,
+        plastic_count: count(0),
+        clamped_count: count(1),
+        inverted_count: count(2),
+        ballistic_count: count(3),
+        plastic_ratio_range: chunks.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], chunk| {
+            [low.min(chunk.jp[0]), high.max(chunk.jp[1])]
+        }),
+        max_speed: work.extremes.speed2.sqrt(),
+        dropped_momentum: work.grid_diagnostics.dropped,
+        angular_momentum: sums.angular_momentum,
+        block_count: work.grid.node_blocks.len() as u64,
     }
 }

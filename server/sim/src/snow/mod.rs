@@ -1,24 +1,35 @@
 //! Snow: particles over a sparse grid, the material point method (Stomakhin et al. 2013).
 //!
-//! One file a stage, in the paper's order; [`Snow::step`] takes them.
+//! [`step`] takes the stages in the paper's order; each is a file of `transfer`, whose formulas of the
+//! material are in `law`.
 
 mod settings;
 mod law;
 mod setup;
+mod group;
 mod particles;
+mod bound;
+mod model;
 mod grid;
 mod transfer;
-mod bound;
-mod step;
-mod init;
+mod culprit;
+mod state;
+mod failure;
+mod time_step;
+mod order;
 mod diagnose;
+mod init;
+mod step;
 mod body;
 mod view;
 
-pub use body::{Snow, SnowStep};
-pub use law::constitutive_scalar;
-pub use law::material::{Law, Material, Plasticity, Preset};
+pub use body::Snow;
+pub use diagnose::SnowStep;
+pub use law::{Law, Material, Plasticity, Preset, constitutive_scalar};
+pub use model::SnowModel;
 pub use settings::{Advection, Blend, Integration, Kernel, SnowSettings, TimeStep, Transfer};
 pub use setup::{SnowError, SnowObject, SnowSetup};
-pub use transfer::weights::weights;
+pub use state::{SnowState, SnowWorkspace};
+pub use step::step;
+pub use transfer::weights;
 pub use view::{GridNode, ParticleState};

@@ -85,6 +85,36 @@ impl Transfer {
     }
 }
 
+/// Whether forces are mixed with momenta on the nodes, or kept apart.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Forces {
+    /// One tile per block, of momenta and impulses together.
+    Fused,
+    /// A tile of momenta and one of impulses: FLIP asks for velocities before forces.
+    Apart,
+}
+
+impl Transfer {
+    /// Whether C is an affine velocity; for PIC/FLIP it is the velocity gradient of the last step.
+    pub(super) const fn is_affine(self) -> bool {
+        !matches!(self, Self::PicFlip(_))
+    }
+
+    /// Where forces go on the grid.
+    pub(super) const fn forces(self) -> Forces {
+        if self.is_affine() { Forces::Fused } else { Forces::Apart }
+    }
+
+    /// Share of FLIP in a step of `dt` (s); 0 for affine transfers.
+    pub(super) fn flip_share(self, dt: f64) -> f64 {
+        match self {
+            Self::PicFlip(Blend::PerStep(share)) => share,
+            Self::PicFlip(Blend::TimeConstant(tau)) => libm::exp(-dt / tau),
+            Self::Apic | Self::Mls => 0.0,
+        }
+    }
+}
+
 /// Which velocity moves a particle of PIC/FLIP; with affine transfers both are the same.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 pub enum Advection {
@@ -136,6 +166,13 @@ pub enum Integration {
     },
 }
 
+impl Integration {
+    /// Whether velocities are solved for.
+    pub(super) fn is_implicit(&self) -> bool {
+        matches!(self, Self::SemiImplicit { beta, .. } if *beta > 0.0)
+    }
+}
+
 /// How snow is stepped: one grid for all objects.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SnowSettings {
@@ -179,6 +216,20 @@ impl SnowSettings {
             periodic: [0; 3],
             max_energy: None,
         }
+    }
+
+    /// Says why a kernel and a transfer do not go together.
+    pub(super) fn invalid_combination(&self) -> Option<String> {
+        let linear = self.kernel == Kernel::Linear;
+        if linear && !matches!(self.transfer, Transfer::PicFlip(_)) {
+            return Some(
+                "the linear kernel goes with pic_flip alone: its second moment is not constant".into(),
+            );
+        }
+        if linear && matches!(self.integration, Integration::SemiImplicit { .. }) {
+            return Some("the linear kernel goes with explicit integration alone".into());
+        }
+        None
     }
 
     /// The cap on sub-steps of a scene that names none.

@@ -2,7 +2,10 @@
 
 use thiserror::Error;
 
-use super::{Blend, Integration, Material, SnowSettings, TimeStep, Transfer};
+use super::{
+    law::Material,
+    settings::{Blend, Integration, Kernel, SnowSettings, TimeStep, Transfer},
+};
 
 /// An object of snow: particles of one material. Objects share the grid and so collide.
 #[derive(Clone, Debug, PartialEq)]
@@ -59,7 +62,7 @@ pub(super) fn check(setup: &SnowSetup) -> Result<Vec<String>, SnowError> {
         }
     }
     let mut remarks = Vec::new();
-    if setup.settings.kernel == super::Kernel::Linear {
+    if setup.settings.kernel == Kernel::Linear {
         remarks
             .push("snow: the linear kernel is here to show how it fails: forces jump at cell borders".into());
     }
@@ -92,7 +95,7 @@ fn check_settings(settings: &SnowSettings) -> Option<String> {
         .or_else(|| {
             (settings.max_substeps == 0).then(|| "max_substeps is 0: at least 1 is needed".to_owned())
         })
-        .or_else(|| super::body::combination_fault(settings))
+        .or_else(|| settings.invalid_combination())
 }
 
 fn object_fault(object: &SnowObject) -> Option<String> {

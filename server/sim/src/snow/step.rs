@@ -1,312 +1,146 @@
-//! One step of the snow, in the paper's order (Stomakhin et al. 2013, section 4).
+//! A step of the world, in steps of the snow; and one of those, in the paper's order.
 //!
-//! Reads particles in sorted order; writes them after the step, with the bound on the next one. A
-//! step that would diverge is refused before it touches a particle: velocities on the grid decide,
-//! and a particle whose nodes are finite and move by less than a cell stays finite.
-
-use std::marker::PhantomData;
-
-use rayon::prelude::*;
+//! Reads and writes the state. A step that would diverge is refused before it touches a particle:
+//! velocities on the grid decide, and a particle whose nodes are finite and move by less than a cell
+//! stays finite.
 
 use super::{
-    Blend, Kernel as Spline, SnowSettings, Transfer,
-    bound::{Extremes, Worst},
-    diagnose::SUMS,
-    grid::{
-        blocks::{Grid, tile_len},
-        sort::Sorter,
-    },
-    law::constitutive::Coefficients,
-    particles::{Group, Particles},
+    bound::Extremes,
+    culprit::culprits_in_chunks,
+    diagnose::{SnowStep, report, sums},
+    failure::{MOVE, check_energy, check_mass, check_stretch, lost},
+    model::SnowModel,
+    order::renew_order,
+    state::{SnowState, SnowWorkspace},
+    time_step::Division,
     transfer::{
-        grid_to_particles::{Gather, GatherGroup},
-        grid_update::{GridFigures, GridStep},
-        implicit_solve::{self, ImplicitWorkspace, Material},
-        particle_collision::{Nearness, collide},
-        particle_update::{Arrival, Deformation, RunFigures, TOGETHER, Tally, Update, motion},
-        particles_to_grid::{BlockParticles, Scatter, ScatterBlock},
-        scheme::{ApicScheme, FlipScheme, MlsScheme, Scheme},
-        stencil::{TILE, Walk},
+        StepContext, fastest_node, particles_to_grid, solve_velocities, update_grid, update_particles,
     },
 };
 use crate::{
-    collide::Collider,
-    linalg::{Outcome, SolveReport},
-    math::{LANES, Real, dispatch},
-    report::{Stage, Stopwatch},
+    linalg::SolveReport,
+    math::Real,
+    report::{Stage, StepFailure, Stopwatch},
+    surroundings::Surroundings,
 };
 
-/// Whether forces are mixed with momenta on the nodes, or kept apart.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Forces {
-    /// One tile.
-    Fused,
-    /// Two tiles.
-    Apart,
-}
+/// Advances snow by one step of the world, in as many steps of the snow as the bound asks for.
+///
+/// # Errors
+/// When a step of the snow cannot be taken: particles are then as before that step.
+pub fn step<R: Real>(
+    model: &SnowModel<R>,
+    state: &mut SnowState<R>,
+    work: &mut SnowWorkspace<R>,
+    around: &Surroundings<'_>,
+    watch: &mut dyn Stopwatch,
+) -> Result<SnowStep, StepFailure> {
+    let mut division = Division::of(around);
+    let mut solve = None;
+    while !division.is_done() {
+        check_stretch(model, state, work)?;
+        let context = division.next(model, state, work)?;
 
-/// Snow on its grid: what a step works on.
-#[derive(Debug)]
-pub(super) struct Engine<R: Real> {
-    pub(super) settings: SnowSettings,
-    pub(super) coefficients: Vec<Coefficients<R>>,
-    pub(super) particles: Particles<R>,
-    pub(super) sorter: Sorter,
-    pub(super) grid: Grid<R>,
-    /// Of each block of particles after the last step.
-    pub(super) figures: Vec<RunFigures>,
-    pub(super) extremes: Extremes,
-    pub(super) grid_figures: GridFigures,
-    pub(super) block_figures: Vec<GridFigures>,
-    /// Smallest mass of a particle (kg).
-    pub(super) least_mass: f64,
-    /// First nodes, for sorting from nothing.
-    pub(super) first_nodes: Vec<[i32; 3]>,
-    /// A quad of each particle while places are renewed.
-    pub(super) spare: Vec<[R; 4]>,
-    /// Whether a particle went further than a block in the last step.
-    pub(super) strayed: bool,
-    /// The particles of the extremes, where they were looked for.
-    pub(super) worst: Option<Worst>,
-    pub(super) implicit: ImplicitWorkspace<R>,
-    /// Sums of blocks.
-    pub(super) partials: Vec<[f64; SUMS]>,
-}
-
-/// What surrounds one step of the snow.
-#[derive(Clone, Copy)]
-pub(super) struct StepContext<'a> {
-    pub(super) dt: f64,
-    /// Time at the end of the step (s).
-    pub(super) time: f64,
-    pub(super) gravity: [f64; 3],
-    pub(super) colliders: &'a [Collider],
-    /// Whether it ends a step of the world, which is reported.
-    pub(super) last: bool,
-}
-
-/// The same expression for the transfer and kernel of the settings.
-macro_rules! with_scheme {
-    ($settings:expr, ($scheme:ident, $width:ident) => $body:expr) => {{
-        macro_rules! of {
-            ($s:ty, $n:literal) => {{
-                type $scheme = $s;
-                const $width: usize = $n;
-                $body
-            }};
-        }
-        match ($settings.transfer, $settings.kernel) {
-            (Transfer::PicFlip(_), Spline::Linear) => of!(FlipScheme, 2),
-            (Transfer::PicFlip(_), Spline::Quadratic) => of!(FlipScheme, 3),
-            (Transfer::PicFlip(_), Spline::Cubic) => of!(FlipScheme, 4),
-            (Transfer::Apic, Spline::Cubic) => of!(ApicScheme, 4),
-            (Transfer::Apic, _) => of!(ApicScheme, 3),
-            (Transfer::Mls, Spline::Cubic) => of!(MlsScheme, 4),
-            (Transfer::Mls, _) => of!(MlsScheme, 3),
-        }
-    }};
-}
-
-impl<R: Real> Engine<R> {
-    pub(super) fn new(
-        settings: SnowSettings,
-        coefficients: Vec<Coefficients<R>>,
-        particles: Particles<R>,
-    ) -> Self {
-        let masses = (0..particles.len()).map(|at| particles.mass(at).to_f64());
-        Self {
-            settings,
-            coefficients,
-            least_mass: masses.fold(f64::INFINITY, f64::min),
-            particles,
-            sorter: Sorter::default(),
-            grid: Grid::default(),
-            figures: Vec::new(),
-            extremes: Extremes::default(),
-            grid_figures: GridFigures::default(),
-            block_figures: Vec::new(),
-            first_nodes: Vec::new(),
-            spare: Vec::new(),
-            strayed: false,
-            worst: None,
-            implicit: ImplicitWorkspace::default(),
-            partials: Vec::new(),
-        }
-    }
-
-    /// Momenta, masses and impulses to the grid, and velocities from them.
-    pub(super) fn onto_grid(&mut self, context: &StepContext<'_>, watch: &mut dyn Stopwatch) -> GridFigures {
-        let width = self.settings.kernel.width();
-        let forces = self.forces();
-        self.grid.size_for(width, forces);
-        with_scheme!(self.settings, (S, N) => self.scatter::<S, N>(context.dt));
-        watch.lap(Stage::ParticlesToGrid);
-        let step = self.grid_step(context);
-        self.grid_figures = step.run(&mut self.grid, &mut self.block_figures);
-        watch.lap(Stage::GridUpdate);
-        self.grid_figures
-    }
-
-    fn grid_step<'a>(&self, context: &StepContext<'a>) -> GridStep<'a> {
-        GridStep {
-            width: self.settings.kernel.width(),
-            forces: self.forces(),
-            dt: context.dt,
-            time: context.time,
-            cell: self.settings.cell,
-            gravity: context.gravity,
-            colliders: context.colliders,
-            least_mass: self.least_mass * R::ROUNDING * R::ROUNDING,
-            lightest: self.least_mass,
-        }
-    }
-
-    /// Velocities at the end of a semi-implicit step, if it is one. Where the solve fails, nothing has
-    /// moved.
-    pub(super) fn solve(
-        &mut self,
-        context: &StepContext<'_>,
-        watch: &mut dyn Stopwatch,
-    ) -> Result<Option<SolveReport>, Outcome> {
-        let step = self.grid_step(context);
-        let Self { settings, coefficients, particles, sorter, grid, implicit: work, .. } = self;
-        let material = Material { settings, coefficients, particles, sorter };
-        let solved = implicit_solve::solve(&material, &step, grid, work);
-        if matches!(solved, Ok(None)) {
-            return solved;
-        }
-        watch.lap(Stage::Solve);
-        solved
-    }
-
-    /// Velocities back to particles, deformation, positions; then the new order.
-    pub(super) fn onto_particles(&mut self, context: &StepContext<'_>, watch: &mut dyn Stopwatch) {
-        with_scheme!(self.settings, (S, N) => self.gather::<S, N>(context));
-        watch.lap(Stage::GridToParticles);
-        self.extremes = self.figures.iter().fold(Extremes::default(), |all, block| all.max(block.extremes));
-        // Figures are those of blocks as they were: looked up before particles change their blocks.
-        self.worst = context.last.then(|| self.worst());
-        let periodic = self.settings.periodic;
-        self.strayed = !self.sorter.renew(&self.particles.id, &mut self.grid, periodic);
-        if self.strayed {
-            self.sort_anew();
-        }
-        if 4 * self.sorter.moved > self.particles.len() {
-            self.renew_places();
-        }
-        watch.lap(Stage::Sort);
-    }
-
-    fn forces(&self) -> Forces {
-        if matches!(self.settings.transfer, Transfer::PicFlip(_)) { Forces::Apart } else { Forces::Fused }
-    }
-
-    fn scatter<S: Scheme, const N: usize>(&mut self, dt: f64) {
-        let Self { settings, particles, sorter, grid, .. } = self;
-        let h = settings.cell;
-        let scatter = Scatter {
-            inverse_cell: R::of(1.0 / h),
-            cell: R::of(h),
-            dt: R::of(dt),
-            inverse_moment: R::of(settings.kernel.inverse_moment()),
-        };
-        let (count, len) = (grid.blocks.len(), tile_len(N));
-        let particles = &*particles;
-        let block = |b: usize| BlockParticles {
-            order: &sorter.order[sorter.starts[b] as usize..sorter.starts[b + 1] as usize],
-            cells: &sorter.cells[b],
-        };
-        let tiles = grid.tiles[..count * len].par_chunks_mut(len).enumerate();
-        if S::APART {
-            let impulses = grid.impulses[..count * len].par_chunks_mut(len);
-            tiles.zip(impulses).for_each(|((b, tile), impulses)| {
-                dispatch(ScatterBlock::<R, S, N> {
-                    scatter,
-                    particles,
-                    block: block(b),
-                    tile,
-                    impulses,
-                    scheme: PhantomData,
-                });
-            });
-        } else {
-            tiles.for_each(|(b, tile)| {
-                let impulses = &mut [];
-                dispatch(ScatterBlock::<R, S, N> {
-                    scatter,
-                    particles,
-                    block: block(b),
-                    tile,
-                    impulses,
-                    scheme: PhantomData,
-                });
-            });
-        }
-    }
-
-    fn gather<S: Scheme, const N: usize>(&mut self, context: &StepContext<'_>) {
-        let Self { settings, coefficients, particles, sorter, grid, figures, .. } = self;
-        let h = settings.cell;
-        let gather = Gather::of(settings, flip_share(settings.transfer, context.dt));
-        let (planes, fixed, object) = particles.planes();
-        let (sorted, departures) = sorter.depart();
-        figures.resize(sorted.run_count(), RunFigures::default());
-        let scratch = || [[R::zero(); TILE]; 2];
-        figures.par_iter_mut().enumerate().for_each_init(scratch, |tiles, (run, figures)| {
-            let (block, first, list) = sorted.run(run);
-            let mut walk = Walk::new(sorted, grid.around(tiles), block);
-            let mut contact = Nearness::new(context, h, block);
-            let (mut tally, mut arrivals) = (Tally::new(), [Arrival::new(); TOGETHER]);
-            let (mut moving, mut codes) = ([[[[R::zero(); 4]; LANES]; 2]; TOGETHER], [[0; LANES]; TOGETHER]);
-            for start in (0..list.len()).step_by(LANES * TOGETHER) {
-                let groups: [Group; TOGETHER] = std::array::from_fn(|k| Group::from(list, start + k * LANES));
-                planes.prefetch(list, start);
-                for (k, group) in groups.iter().enumerate().filter(|(_, group)| group.count > 0) {
-                    motion(&planes, group, &mut moving[k]);
-                    dispatch(GatherGroup::<R, S, N> {
-                        gather,
-                        motion: &moving[k],
-                        start: first + start + k * LANES,
-                        count: group.count,
-                        walk: &mut walk,
-                        arrival: &mut arrivals[k],
-                        scheme: PhantomData,
-                    });
-                    if contact.reaches(&grid.blocks, walk.block) {
-                        collide(context, &moving[k][0][..group.count], &mut arrivals[k]);
-                    }
-                }
-                dispatch(Update {
-                    groups: &groups,
-                    moving: &moving,
-                    arrivals: &arrivals,
-                    fixed,
-                    object,
-                    planes: &planes,
-                    coefficients,
-                    dt: R::of(context.dt),
-                    inverse_cell: R::of(1.0 / h),
-                    ballistic_below: R::of(settings.ballistic_below),
-                    deformation: Deformation::Step,
-                    width: N,
-                    tally: &mut tally,
-                    periodic: settings.periodic,
-                    codes: &mut codes,
-                });
-                for (k, group) in groups.iter().enumerate() {
-                    departures.note(first + start + k * LANES, &codes[k][..group.count]);
-                }
+        let solved = match velocities_on_grid(model, state, work, &context, watch)? {
+            Nodes::Ready { solve } => solve,
+            Nodes::TooFast { moved, node } => {
+                division.retry(model, state, work, moved, node)?;
+                continue;
             }
-            *figures = tally.finish();
-        });
+        };
+        solve = solved.or(solve);
+
+        advance_particles(model, state, work, &context, &division, watch)?;
+        division.go_on();
     }
+
+    let sums = sums(model, &state.particles, work.sorter.sorted(), around.gravity, &mut work.partials);
+    let taken = (division.substeps, division.dt);
+    let report = report(model, state, work, taken, &sums, around.colliders);
+    watch.lap(Stage::Diagnose);
+    check_energy(model, state, work, sums.diagnostics.kinetic_energy + sums.diagnostics.elastic_energy)?;
+    let contact_count = work.grid_diagnostics.contacts;
+    Ok(SnowStep { diagnostics: sums.diagnostics, report, contact_count, solve })
 }
 
-/// Share of FLIP in a step.
-fn flip_share(transfer: Transfer, dt: f64) -> f64 {
-    match transfer {
-        Transfer::PicFlip(Blend::PerStep(share)) => share,
-        Transfer::PicFlip(Blend::TimeConstant(tau)) => libm::exp(-dt / tau),
-        Transfer::Apic | Transfer::Mls => 0.0,
+/// What a step finds on the grid.
+enum Nodes {
+    /// Velocities at the end of the step; the report of their solve, if there was one.
+    Ready { solve: Option<SolveReport> },
+    /// A node would move by too many cells: no particle has moved.
+    TooFast { moved: f64, node: [i32; 3] },
+}
+
+/// The first half of a step, Stomakhin et al. 2013, section 4: new velocities on the grid. Particles
+/// stay as they are. Stage 2, volumes, comes before the first step.
+fn velocities_on_grid<R: Real>(
+    model: &SnowModel<R>,
+    state: &SnowState<R>,
+    work: &mut SnowWorkspace<R>,
+    context: &StepContext<'_>,
+    watch: &mut dyn Stopwatch,
+) -> Result<Nodes, StepFailure> {
+    let (particles, sorted, grid) = (&state.particles, work.sorter.sorted(), &mut work.grid);
+    let cells_moved = |speed2: f64| speed2.sqrt() * context.dt / model.settings.cell;
+
+    // 1 and 3. Masses and momenta of particles to nodes, with what forces add to momenta.
+    particles_to_grid(model, particles, sorted, grid, context.dt);
+    watch.lap(Stage::ParticlesToGrid);
+
+    // 4 and 5. Velocities of nodes, and their collisions.
+    let total = update_grid(model, context, grid, &mut work.block_diagnostics);
+    work.grid_diagnostics = total;
+    watch.lap(Stage::GridUpdate);
+
+    // Velocities that a solve follows are only where it begins.
+    let limit = if model.settings.integration.is_implicit() { f64::MAX } else { MOVE };
+    let moved = cells_moved(total.speed2);
+    if moved > limit || moved.is_nan() {
+        return Ok(Nodes::TooFast { moved, node: total.fastest });
     }
+    check_mass(model.mass, total.mass)?;
+
+    // 6. Velocities at the end of a semi-implicit step.
+    let solved = solve_velocities(model, context, particles, sorted, grid, &mut work.implicit);
+    if !matches!(solved, Ok(None)) {
+        watch.lap(Stage::Solve);
+    }
+    let solve = solved.map_err(|outcome| StepFailure::Solver { outcome })?;
+
+    let (speed2, node) = if solve.is_some() { fastest_node(grid, model.least_mass) } else { (0.0, [0; 3]) };
+    let moved = cells_moved(speed2);
+    if moved > MOVE || moved.is_nan() {
+        return Ok(Nodes::TooFast { moved, node });
+    }
+    Ok(Nodes::Ready { solve })
+}
+
+/// The second half: the grid's velocities move and deform particles, which then find their new order.
+fn advance_particles<R: Real>(
+    model: &SnowModel<R>,
+    state: &mut SnowState<R>,
+    work: &mut SnowWorkspace<R>,
+    context: &StepContext<'_>,
+    division: &Division<'_>,
+    watch: &mut dyn Stopwatch,
+) -> Result<(), StepFailure> {
+    let particles = &mut state.particles;
+
+    // 7 to 10. Deformation gradients; velocities and collisions of particles; positions.
+    let SnowWorkspace { sorter, grid, chunk_diagnostics, .. } = work;
+    update_particles(model, context, particles, sorter, grid, chunk_diagnostics);
+    watch.lap(Stage::GridToParticles);
+
+    // What bounds the next step. Chunks are those of the old order: looked up before it changes.
+    work.extremes = chunk_diagnostics.iter().fold(Extremes::default(), |all, chunk| all.max(chunk.extremes));
+    let sorted = work.sorter.sorted();
+    let culprits = || culprits_in_chunks(model, particles, sorted, &work.extremes, &work.chunk_diagnostics);
+    work.culprits = division.is_last().then(culprits);
+
+    let followed = renew_order(model, particles, work);
+    watch.lap(Stage::Sort);
+    if followed {
+        return Ok(());
+    }
+    lost(&model.settings, particles).map_or(Ok(()), Err)
 }

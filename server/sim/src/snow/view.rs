@@ -1,17 +1,12 @@
 //! What is looked at from outside, and put back: particles in the user's numbering, nodes of the grid.
 
 use super::{
-    Snow,
-    bound::Extremes,
-    grid::blocks::{CELLS, block_of},
-    particles::Group,
-    step::Engine,
-    transfer::grid_update::node_of,
+    body::Snow,
+    grid::{CELLS, block_of, node_of},
+    init::settle,
+    order::sort_anew,
 };
-use crate::{
-    math::{Real, vec3},
-    report::StepFailure,
-};
+use crate::math::{Real, vec3};
 
 /// A node of the grid, to be looked at.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
@@ -46,29 +41,24 @@ pub struct ParticleState {
 impl<R: Real> Snow<R> {
     /// Particles.
     pub fn particle_count(&self) -> usize {
-        self.engine.particles.len()
+        self.state.particles.len()
     }
 
     /// Names and particle counts of the objects, in order.
     pub fn objects(&self) -> impl Iterator<Item = (&str, usize)> {
-        self.names.iter().map(|(name, count)| (name.as_str(), *count))
+        self.model.objects()
     }
 
     /// Name of the object that a particle belongs to.
     pub fn object_of(&self, particle: u64) -> &str {
-        let mut end = 0;
-        let found = self.names.iter().find(|(_, count)| {
-            end += *count as u64;
-            particle < end
-        });
-        found.map_or("snow", |(name, _)| name)
+        self.model.object_of(particle)
     }
 
     /// Adds what `of` says of each particle to `out`, in the user's numbering.
     fn in_order<T: Clone>(&self, out: &mut Vec<T>, empty: T, mut of: impl FnMut(usize) -> T) {
         let start = out.len();
         out.resize(start + self.particle_count(), empty);
-        for (place, id) in self.engine.particles.id.iter().enumerate() {
+        for (place, id) in self.state.particles.id.iter().enumerate() {
             out[start + *id as usize] = of(place);
         }
     }
@@ -77,7 +67,7 @@ impl<R: Real> Snow<R> {
     fn vectors<T: Clone>(&self, out: &mut Vec<T>, of: impl Fn(usize) -> [R; 3], convert: impl Fn(R) -> T) {
         let start = out.len();
         out.resize(start + 3 * self.particle_count(), convert(R::zero()));
-        for (place, id) in self.engine.particles.id.iter().enumerate() {
+        for (place, id) in self.state.particles.id.iter().enumerate() {
             let at = start + 3 * *id as usize;
             for (out, value) in out[at..at + 3].iter_mut().zip(of(place)) {
                 *out = convert(value);
@@ -87,27 +77,27 @@ impl<R: Real> Snow<R> {
 
     /// Positions (m), x y z a particle, in the user's numbering, added to `out`.
     pub fn positions<T: Clone>(&self, out: &mut Vec<T>, convert: impl Fn(R) -> T) {
-        self.vectors(out, |place| self.engine.particles.x(place), convert);
+        self.vectors(out, |place| self.state.particles.x(place), convert);
     }
 
     /// Velocities (m/s), likewise.
     pub fn velocities<T: Clone>(&self, out: &mut Vec<T>, convert: impl Fn(R) -> T) {
-        self.vectors(out, |place| self.engine.particles.v(place), convert);
+        self.vectors(out, |place| self.state.particles.v(place), convert);
     }
 
     /// Plastic volume ratios, likewise.
     pub fn plastic_ratios<T: Clone>(&self, out: &mut Vec<T>, convert: impl Fn(R) -> T) {
-        self.in_order(out, convert(R::zero()), |place| convert(self.engine.particles.plastic_ratio(place)));
+        self.in_order(out, convert(R::zero()), |place| convert(self.state.particles.plastic_ratio(place)));
     }
 
     /// Frobenius norms of the Cauchy stress (Pa), likewise: |V0 tau| / (V0 J), J = det F_E J_P.
     pub fn stress_norms<T: Clone>(&self, out: &mut Vec<T>, convert: impl Fn(R) -> T) {
-        let particles = &self.engine.particles;
+        let particles = &self.state.particles;
         self.in_order(out, convert(R::zero()), |place| {
-            let [xx, yy, zz, xy, xz, yz] = particles.volume_stress(place).map(Real::to_f64);
+            let [xx, yy, zz, xy, xz, yz] = particles.v0_tau(place).map(Real::to_f64);
             let norm2 = xx * xx + yy * yy + zz * zz + 2.0 * (xy * xy + xz * xz + yz * yz);
-            let [a, b, c] = particles.elastic(place).map(|row| vec3::<f64>(row.map(Real::to_f64)));
-            let volume = particles.fixed[place][0].to_f64() * a.cross(&b).dot(&c).abs();
+            let [a, b, c] = particles.f_e(place).map(|row| vec3::<f64>(row.map(Real::to_f64)));
+            let volume = particles.volume(place).to_f64() * a.cross(&b).dot(&c).abs();
             let volume = volume * particles.plastic_ratio(place).to_f64();
             let stress = if volume > 0.0 { norm2.sqrt() / volume } else { 0.0 };
             convert(R::of(stress.min(R::LARGEST)))
@@ -116,15 +106,15 @@ impl<R: Real> Snow<R> {
 
     /// Particles in the user's numbering.
     pub fn particles(&self) -> Vec<ParticleState> {
-        let particles = &self.engine.particles;
+        let particles = &self.state.particles;
         let mut out = Vec::new();
         let state = |place: usize| ParticleState {
             x: particles.x(place).map(Real::to_f64),
             v: particles.v(place).map(Real::to_f64),
-            elastic: particles.elastic(place).map(|row| row.map(Real::to_f64)),
-            affine: particles.affine(place).map(|row| row.map(Real::to_f64)),
+            elastic: particles.f_e(place).map(|row| row.map(Real::to_f64)),
+            affine: particles.c(place).map(|row| row.map(Real::to_f64)),
             plastic_ratio: particles.plastic_ratio(place).to_f64(),
-            volume_stress: Some(particles.volume_stress(place).map(Real::to_f64)),
+            volume_stress: Some(particles.v0_tau(place).map(Real::to_f64)),
         };
         if !particles.id.is_empty() {
             self.in_order(&mut out, state(0), state);
@@ -138,48 +128,43 @@ impl<R: Real> Snow<R> {
     /// When there are more or fewer than the snow has.
     pub fn restore(&mut self, states: &[ParticleState]) {
         assert_eq!(states.len(), self.particle_count(), "as many particles as there are");
-        let particles = &mut self.engine.particles;
+        let particles = &mut self.state.particles;
         for place in 0..particles.len() {
             let state = &states[particles.id[place] as usize];
-            let [x, v] = [state.x, state.v].map(vec3::<R>);
-            let mass = particles.mass(place);
-            particles.motion[place] = [[x.x, x.y, x.z, mass], [v.x, v.y, v.z, R::of(state.plastic_ratio)]];
+            let motion = [state.x, state.v].map(|vector| vector.map(R::of));
+            particles.set_motion(place, motion, R::of(state.plastic_ratio));
             let rows = |m: [[f64; 3]; 3]| m.map(|row| row.map(R::of));
             particles.set_tensors(place, rows(state.elastic), rows(state.affine), [R::zero(); 6]);
         }
-        self.engine.sort_anew();
-        self.engine.renew_places();
-        self.engine.sort_anew();
-        self.engine.refresh();
-        let particles = &mut self.engine.particles;
+        sort_anew(&self.model, &self.state.particles, &mut self.work);
+        settle(&self.model, &mut self.state, &mut self.work);
+        let particles = &mut self.state.particles;
         for place in 0..particles.len() {
             let Some(stress) = states[particles.id[place] as usize].volume_stress else { continue };
-            let (f, c) = (particles.elastic(place), particles.affine(place));
+            let (f, c) = (particles.f_e(place), particles.c(place));
             particles.set_tensors(place, f, c, stress.map(R::of));
         }
     }
 
     /// Adds `dv(particle, x, v)` (m/s) to the velocity of each particle, in the user's numbering.
     pub fn kick(&mut self, dv: impl Fn(u32, [f64; 3], [f64; 3]) -> [f64; 3] + Sync) {
-        let particles = &mut self.engine.particles;
-        let mut fastest = self.engine.extremes.speed2;
+        let particles = &mut self.state.particles;
+        let mut fastest = self.work.extremes.speed2;
         for place in 0..particles.len() {
             let (x, v) = (particles.x(place).map(Real::to_f64), particles.v(place).map(Real::to_f64));
             let change = dv(particles.id[place], x, v);
             let v = [0, 1, 2].map(|k| v[k] + change[k]);
             fastest = fastest.max(v.iter().map(|c| c * c).sum());
-            for (out, v) in particles.motion[place][1].iter_mut().zip(v) {
-                *out = R::of(v);
-            }
+            particles.set_v(place, v.map(R::of));
         }
-        self.engine.extremes.speed2 = fastest;
-        self.engine.worst = None;
+        self.work.extremes.speed2 = fastest;
+        self.work.culprits = None;
     }
 
     /// Nodes with mass as the last step left them; clears `out` first.
     pub fn grid_nodes(&self, out: &mut Vec<GridNode>) {
         out.clear();
-        let grid = &self.engine.grid;
+        let grid = &self.work.grid;
         for (key, nodes) in grid.node_blocks.iter().zip(&grid.nodes) {
             let block = block_of(*key);
             for i in (0..CELLS).filter(|i| nodes[*i][3] > R::zero()) {
@@ -200,55 +185,5 @@ impl<R: Real> Snow<R> {
             }
             hasher.update(&bytes);
         }
-    }
-}
-
-impl<R: Real> Engine<R> {
-    /// Square of the fastest node's speed (m²/s²), and the node; NaN when one is not finite.
-    pub(super) fn fastest_node(&self) -> (f64, [i32; 3]) {
-        let mut fastest = (0.0, [0; 3]);
-        for (key, nodes) in self.grid.node_blocks.iter().zip(&self.grid.nodes) {
-            for (i, node) in nodes.iter().enumerate() {
-                // A light node weighs little in any particle, as on the grid.
-                let share = (node[3].to_f64() / self.least_mass).min(1.0);
-                let speed2 = node[..3].iter().map(|v| v.to_f64() * v.to_f64()).sum::<f64>() * share * share;
-                if speed2 > fastest.0 || speed2.is_nan() {
-                    fastest = (speed2, node_of(block_of(*key), i));
-                    if speed2.is_nan() {
-                        return fastest;
-                    }
-                }
-            }
-        }
-        fastest
-    }
-
-    /// The first number of a particle that is not finite, in the user's numbering of particles.
-    pub(super) fn not_finite(&self) -> Option<StepFailure> {
-        let particles = &self.particles;
-        let fault = |place: usize| {
-            let first = |quantity: &'static str, numbers: &[R]| {
-                numbers.iter().map(|n| n.to_f64()).find(|n| !n.is_finite()).map(|value| (quantity, value))
-            };
-            first("position", &particles.x(place))
-                .or_else(|| first("velocity", &particles.v(place)))
-                .or_else(|| first("deformation gradient", particles.elastic(place).as_flattened()))
-                .or_else(|| first("affine velocity", particles.affine(place).as_flattened()))
-                .or_else(|| first("plastic volume ratio", &[particles.plastic_ratio(place)]))
-                .or_else(|| first("stress", &particles.volume_stress(place)))
-        };
-        let found =
-            (0..particles.len()).filter_map(|place| fault(place).map(|fault| (particles.id[place], fault)));
-        let (id, (quantity, value)) = found.min_by_key(|(id, _)| *id)?;
-        Some(StepFailure::NotFinite { particle: u64::from(id), quantity, value })
-    }
-
-    /// What each particle of a block bounds, by its number: as the tally of a step has it.
-    pub(super) fn measured(&self, b: usize) -> impl Iterator<Item = (u32, Extremes)> {
-        let list = &self.sorter.order[self.sorter.starts[b] as usize..self.sorter.starts[b + 1] as usize];
-        list.iter().map(|place| {
-            let group = Group::of(std::slice::from_ref(place));
-            (self.particles.id[*place as usize], self.extremes_of(&group))
-        })
     }
 }

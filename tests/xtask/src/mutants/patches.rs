@@ -73,7 +73,7 @@ pub(super) const PATCHES: [Patch; 23] = [
     text(5, "law/constitutive.rs", "    t\n}\n\n/// Elastic energy per volume at rest", "    let volume_ratio = sigma[0] * sigma[1] * sigma[2];\n    if crate::mutant(5) { return [t[0] * volume_ratio, t[1] * volume_ratio, t[2] * volume_ratio]; }\n    if crate::mutant(6) { return [t[0] / volume_ratio, t[1] / volume_ratio, t[2] / volume_ratio]; }\n    t\n}\n\n/// Elastic energy per volume at rest"),
     expression(7, "law/constitutive.rs", "lambda * (j - one) * j", "lambda * (j - one)"),
     text(8, "law/constitutive.rs", "    let mut t = [pressure; 3];", "    let pressure = if crate::mutant(8) { -pressure } else { pressure };\n    let mut t = [pressure; 3];"),
-    text(9, "transfer/particle_update.rs", "            (jps[k], volumes[k]) = (jp, P::load(&fixed[0]));", "            (jps[k], volumes[k]) = (jp, P::load(&fixed[0]));\n            if crate::mutant(9) { volumes[k] = P::of(8.0) * volumes[k]; }\n            if crate::mutant(10) { volumes[k] = one; }"),
+    text(9, "transfer/particle_update.rs", "            (jps[k], volumes[k]) = (jp, P::load(&volume));", "            (jps[k], volumes[k]) = (jp, P::load(&volume));\n            if crate::mutant(9) { volumes[k] = P::of(8.0) * volumes[k]; }\n            if crate::mutant(10) { volumes[k] = one; }"),
     expression(11, "transfer/particles_to_grid.rs", "-self.dt * self.inverse_moment * self.inverse_cell", "self.dt * self.inverse_moment * self.inverse_cell"),
     text(11, "transfer/particles_to_grid.rs", "                out.force[axis] = P::rows([a * impulse, b * impulse, c * impulse, zero]);", "                let impulse = if crate::mutant(11) { -impulse } else { impulse };\n                out.force[axis] = P::rows([a * impulse, b * impulse, c * impulse, zero]);"),
     text(12, "transfer/particles_to_grid.rs", "        tile.fill(R::zero());", "        if !crate::mutant(12) { tile.fill(R::zero()); }"),
@@ -85,8 +85,8 @@ pub(super) const PATCHES: [Patch; 23] = [
     expression(18, "law/constitutive.rs", "P::one() - jp", "jp - P::one()"),
     text(19, "transfer/weights.rs", "            (w, [-a, -(c + c), b, zero])", "            (w, [if crate::mutant(19) { a } else { -a }, -(c + c), b, zero])"),
     expression(19, "transfer/weights.rs", "-(half * u2)", "half * u2"),
-    expression(20, "body.rs", "safety * bound * shorter", "1.0 / 240.0"),
-    text(21, "body.rs", "        // A whole number of steps stays one when the quotient is rounded.", "        let allowed = if crate::mutant(21) { 1.0 / 24.0 } else { allowed };\n        // A whole number of steps stays one when the quotient is rounded."),
+    expression(20, "time_step.rs", "safety * bound * self.shorter", "1.0 / 240.0"),
+    text(21, "time_step.rs", "        // A whole number of steps stays one when the quotient is rounded.", "        let allowed = if crate::mutant(21) { 1.0 / 24.0 } else { allowed };\n        // A whole number of steps stays one when the quotient is rounded."),
     text(0, "law/deform.rs", "/// U diag(t) U^T: xx yy zz xy xz yz.", RIGHT),
 ];
 

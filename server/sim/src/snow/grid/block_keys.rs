@@ -3,7 +3,9 @@
 //! Keys sort as coordinates do, so the blocks a fixed step away from the blocks of a list come in
 //! the order of the list: both are done by walking along, without sorting or searching.
 
-use super::blocks::{Coordinate, NONE};
+use rayon::prelude::*;
+
+use super::blocks::{Coordinate, NONE, block_of, key_of, shifted};
 
 /// What to add to the key of a block for the key of the block a step away, without periods.
 pub(crate) fn step_of(by: Coordinate) -> u64 {
@@ -63,6 +65,32 @@ pub(crate) fn unite(
     }
     out.extend(first);
     out.extend(second);
+}
+
+/// Blocks that one thread looks up neighbours for at a time.
+const TOGETHER: usize = 256;
+
+/// For each block of a list, where in another list the blocks stand that are `by(i)` away.
+pub(crate) fn find_neighbors<const K: usize>(
+    blocks: &[u64],
+    others: &[u64],
+    out: &mut [[u32; K]],
+    by: impl Fn(usize) -> [i32; 3] + Sync,
+    periodic: [u32; 3],
+) {
+    out.par_chunks_mut(TOGETHER).zip(blocks.par_chunks(TOGETHER)).for_each(|(out, blocks)| {
+        for i in 0..K {
+            let (mut finder, by) = (Finder::new(others), by(i));
+            let step = step_of(by);
+            for (found, &key) in out.iter_mut().zip(blocks) {
+                let wanted = match periodic {
+                    [0, 0, 0] => key.wrapping_add(step),
+                    _ => key_of(shifted(block_of(key), by, periodic)),
+                };
+                found[i] = finder.find(wanted);
+            }
+        }
+    });
 }
 
 #[cfg(test)]

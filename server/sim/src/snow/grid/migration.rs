@@ -45,18 +45,18 @@ pub(crate) fn codes<P: Pack>(block: &[P; 3], node: &[P; 3], periodic: [u32; 3]) 
     code.whole()
 }
 
-/// Writes where particles went.
-pub(crate) struct Departures<'a> {
+/// Where particles go, written by several threads.
+pub(crate) struct Migration<'a> {
     pub(crate) codes: Disjoint<'a, u16>,
 }
 
-impl Departures<'_> {
+impl Migration<'_> {
     /// Codes of the particles from a position of the order on.
     #[inline(always)]
-    #[allow(unsafe_code, reason = "runs of blocks have ranges of their own in the order")]
+    #[allow(unsafe_code, reason = "chunks of blocks have ranges of their own in the order")]
     pub(crate) fn note(&self, position: usize, codes: &[u16]) {
         for (i, code) in codes.iter().enumerate() {
-            // SAFETY: a position belongs to one run of blocks, which is worked on by one thread.
+            // SAFETY: a position belongs to one chunk of blocks, which is worked on by one thread.
             unsafe { *self.codes.slot(position + i) = *code };
         }
     }

@@ -2,8 +2,18 @@
 //!
 //! Reads where particles are; writes blocks of cells and of nodes, and particles sorted by block and cell.
 
-pub(super) mod blocks;
-pub(super) mod block_keys;
-pub(super) mod migration;
-pub(super) mod sort;
-pub(super) mod chunks;
+mod blocks;
+mod block_keys;
+mod sparse_grid;
+mod migration;
+mod chunks;
+mod sort;
+
+pub(super) use blocks::{
+    CELLS, Coordinate, NONE, NodeBlock, REACH, SIDE, TILE_ROW, block_of, corner, node_of, tile_len,
+    within_reach,
+};
+pub(super) use chunks::Sorted;
+pub(super) use migration::codes;
+pub(super) use sort::Sorter;
+pub(super) use sparse_grid::{Grid, ROOM};

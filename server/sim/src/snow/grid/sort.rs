@@ -10,9 +10,11 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::{
-    block_keys::unite,
-    blocks::{CELLS, CellStarts, Grid, NONE, REACH, SIDE, around, block_of, key_of, shifted, wrap},
-    migration::{AROUND, FAR, STAY, direction},
+    block_keys::{find_neighbors, unite},
+    blocks::{CELLS, CellStarts, NONE, REACHED, SIDE, block_of, key_of, shifted, wrap},
+    chunks::{Chunks, Sorted},
+    migration::{AROUND, FAR, Migration, STAY, direction},
+    sparse_grid::Grid,
 };
 use crate::{math::Real, parallel::Disjoint};
 
@@ -26,7 +28,7 @@ pub(crate) struct Sorter {
     /// Where each cell begins within its block, and the end.
     pub(crate) cells: Vec<CellStarts>,
     /// By position in `order`: 64 times the direction a particle went, plus its cell there.
-    pub(crate) codes: Vec<u16>,
+    codes: Vec<u16>,
     /// Of each block, how many went in each direction.
     leaving: Vec<[u32; AROUND]>,
     /// Of each block, where those of each cell begin that stayed in their cell; they come first.
@@ -38,8 +40,8 @@ pub(crate) struct Sorter {
     entered: Vec<u64>,
     /// For each new block, the old blocks around it.
     sources: Vec<[u32; AROUND]>,
-    /// Runs of blocks, each worked on by one thread: the first block of each, and the end.
-    pub(crate) runs: Vec<u32>,
+    /// What one thread works on at a time.
+    pub(crate) chunks: Chunks,
     /// Particles that changed their block since the places were renewed.
     pub(crate) moved: usize,
     /// Whether a particle went too far, or is nowhere.
@@ -47,10 +49,22 @@ pub(crate) struct Sorter {
 }
 
 impl Sorter {
+    /// The order, to be read.
+    pub(crate) fn sorted(&self) -> Sorted<'_> {
+        let Self { order, starts, cells, chunks, .. } = self;
+        Sorted { order, starts, cells, chunks }
+    }
+
+    /// The order, to be read while it is noted where particles go.
+    pub(crate) fn migrate(&mut self) -> (Sorted<'_>, Migration<'_>) {
+        let Self { order, starts, cells, chunks, codes, .. } = self;
+        (Sorted { order, starts, cells, chunks }, Migration { codes: Disjoint::new(codes) })
+    }
+
     /// Room for more blocks than there are.
     pub(crate) fn reserve(&mut self, blocks: usize) {
         self.starts.reserve(blocks);
-        self.runs.reserve(blocks);
+        self.chunks.reserve(blocks);
         self.next_starts.reserve(blocks);
         self.cells.reserve(blocks);
         self.leaving.reserve(blocks);
@@ -63,8 +77,8 @@ impl Sorter {
 
     /// Bytes in use.
     pub(crate) fn bytes(&self) -> usize {
-        (self.order.capacity() + self.next_order.capacity() + self.starts.capacity() + self.runs.capacity())
-            * 4
+        (self.order.capacity() + self.next_order.capacity() + self.starts.capacity()) * 4
+            + self.chunks.bytes()
             + self.cells.capacity() * size_of::<CellStarts>()
             + self.codes.capacity() * 2
             + self.settled.capacity() * size_of::<CellStarts>()
@@ -110,11 +124,11 @@ impl Sorter {
         self.next_order.resize(nodes.len(), 0);
         self.sources.clear();
         self.scattered = false;
-        self.divide();
+        self.chunks.divide(&self.starts);
         grid.link(periodic);
     }
 
-    /// Sorts after a step, from the departures that were noted; false where a particle went too
+    /// Sorts after a step, from the migration that was noted; false where a particle went too
     /// far for that or out of reach, and blocks are as they were.
     pub(crate) fn renew<R: Real>(&mut self, id: &[u32], grid: &mut Grid<R>, periodic: [u32; 3]) -> bool {
         self.part();
@@ -130,7 +144,7 @@ impl Sorter {
         self.fill(id);
         std::mem::swap(&mut self.order, &mut self.next_order);
         std::mem::swap(&mut self.starts, &mut self.next_starts);
-        self.divide();
+        self.chunks.divide(&self.starts);
         if !same {
             std::mem::swap(&mut grid.blocks, &mut self.next_blocks);
             self.sources.clear();
@@ -198,7 +212,7 @@ impl Sorter {
     fn find_sources(&mut self, blocks: &[u64], periodic: [u32; 3]) {
         let Self { sources, next_blocks, .. } = self;
         sources.resize(next_blocks.len(), [NONE; AROUND]);
-        around(next_blocks, blocks, sources, |i| direction(AROUND - 1 - i), periodic);
+        find_neighbors(next_blocks, blocks, sources, |i| direction(AROUND - 1 - i), periodic);
     }
 
     /// Starts of the new blocks.
@@ -324,15 +338,6 @@ fn accumulate(cells: &mut CellStarts) {
     for cell in 0..CELLS {
         cells[cell + 1] += cells[cell];
     }
-}
-
-/// Blocks that may hold particles: the blocks around them have keys, and a particle within REACH - 2
-/// blocks of the origin has its first node in one of them.
-const REACHED: Range<i32> = 1 - REACH..REACH - 2;
-
-/// Whether a first node is in a block that may hold particles.
-pub(crate) fn within_reach(node: i32) -> bool {
-    REACHED.contains(&node.div_euclid(SIDE as i32))
 }
 
 impl Sorter {

@@ -5,8 +5,8 @@
 //! 2013, sections 4 and 5. Everything is in terms of singular values: no F^-T, no division by them,
 //! so singular and inverted F are ordinary.
 
+use super::material::{Law, Material, Plasticity};
 use crate::math::{LANES, Pack, Real, exp};
-use crate::snow::{Law, Material, Plasticity};
 
 /// Materials of a pack's lanes.
 #[derive(Clone, Copy)]
@@ -27,9 +27,9 @@ pub(crate) struct Moduli<P> {
 
 /// Numbers of a material in the state's precision.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Coefficients<R>([R; 8]);
+pub(crate) struct MaterialConstants<R>([R; 8]);
 
-impl<R: Real> Coefficients<R> {
+impl<R: Real> MaterialConstants<R> {
     pub(crate) fn of(material: &Material) -> Self {
         let yielding = material.plasticity.map_or(
             // The largest number bounds nothing.
@@ -48,7 +48,7 @@ impl<R: Real> Coefficients<R> {
 impl<P: Pack> Moduli<P> {
     /// Moduli of particles of the objects `of`, each stiffer by its factor.
     #[inline(always)]
-    pub(crate) fn gather(table: &[Coefficients<P::Number>], of: &[u16; LANES], factor: P) -> Self {
+    pub(crate) fn gather(table: &[MaterialConstants<P::Number>], of: &[u16; LANES], factor: P) -> Self {
         Self {
             mu: coefficient::<P>(table, of, 0) * factor,
             lambda: coefficient::<P>(table, of, 1) * factor,
@@ -64,7 +64,7 @@ impl<P: Pack> Moduli<P> {
 
 /// Coefficient `k` of the material of each lane.
 #[inline(always)]
-fn coefficient<P: Pack>(table: &[Coefficients<P::Number>], of: &[u16; LANES], k: usize) -> P {
+fn coefficient<P: Pack>(table: &[MaterialConstants<P::Number>], of: &[u16; LANES], k: usize) -> P {
     if table.len() == 1 {
         return P::splat(table[0].0[k]);
     }

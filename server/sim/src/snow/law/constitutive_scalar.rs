@@ -4,13 +4,13 @@
 
 use super::{
     constitutive::{
-        Coefficients, Moduli, Returned, energy_density as energy_of, hardened, plastic_return,
-        principal_stress,
+        MaterialConstants, Moduli, Returned, energy_density as energy_of, hardened, plastic_return,
+        principal_stress, volumetric,
     },
+    material::Material,
     tangent::piola_change,
 };
 use crate::math::{Columns, LANES, Mat3, Pack, Portable, Svd, svd};
-use crate::snow::Material;
 
 type P = Portable<f64>;
 
@@ -50,7 +50,7 @@ fn matrix(m: &Columns<P>) -> Mat3<f64> {
 }
 
 fn moduli(material: &Material) -> Moduli<P> {
-    Moduli::gather(&[Coefficients::of(material)], &[0; LANES], P::splat(1.0))
+    Moduli::gather(&[MaterialConstants::of(material)], &[0; LANES], P::splat(1.0))
 }
 
 /// U diag(sigma) V^T.
@@ -84,7 +84,7 @@ pub fn piola(material: &Material, f: &Mat3<f64>, plastic_ratio: f64) -> Mat3<f64
     let m = moduli(material);
     let Svd { u, sigma, v } = svd(&columns(f));
     let j = sigma[0] * sigma[1] * sigma[2];
-    let law = super::constitutive::volumetric(j, hardened(P::splat(plastic_ratio), &m), &m);
+    let law = volumetric(j, hardened(P::splat(plastic_ratio), &m), &m);
     let [base, two_rest, g] = [law.base, law.two_rest, law.g].map(lane);
     let s = sigma.map(lane);
     let p = [0, 1, 2].map(|i| base * s[i] - 0.5 * two_rest + g * s[(i + 1) % 3] * s[(i + 2) % 3]);

@@ -1,26 +1,60 @@
 //! Grid to particles: velocity, affine velocity and velocity gradient from the nodes around.
 //!
-//! Reads the tiles of a walk through particles; writes lanes of what sixteen
+//! Reads the tiles of a stencil; writes lanes of what sixteen
 //! particles gather (Stomakhin et al. 2013, step 9; Jiang et al. 2015, eq. 8). Sixteen particles in
 //! the sorted order may belong to several blocks, so that lanes are full where snow is thin.
 
-use super::{
-    particle_update::Arrival,
-    scheme::Scheme,
-    stencil::{TILE, Walk},
-    weights::{AxisWeights, axis_weights},
-};
-use crate::snow::{
-    Advection, SnowSettings,
-    grid::blocks::{SIDE, TILE_ROW},
-};
 use std::marker::PhantomData;
 
-use crate::math::{LANES, Pack, Real, WithSimd};
+use super::{
+    scheme::Scheme,
+    stencil::{Stencil, TILE},
+    weights::{AxisWeights, axis_weights},
+};
+use crate::{
+    math::{LANES, Pack, Real, WithSimd},
+    snow::{
+        grid::{SIDE, TILE_ROW},
+        group::Lanes,
+        particles::Motion,
+        settings::{Advection, SnowSettings},
+    },
+};
+
+/// What sixteen particles brought from the grid.
+#[derive(Clone, Copy)]
+pub(crate) struct Arrival<R> {
+    /// New velocity (m/s).
+    pub(crate) v: [Lanes<R>; 3],
+    /// Velocity that moves the position (m/s).
+    pub(crate) drift: [Lanes<R>; 3],
+    /// C to be kept (1/s), by columns.
+    pub(crate) c: [[Lanes<R>; 3]; 3],
+    /// Velocity gradient (1/s), by columns.
+    pub(crate) gradient: [[Lanes<R>; 3]; 3],
+    /// Mass on the grid around the particle over h³ (kg/m³).
+    pub(crate) density: Lanes<R>,
+    /// Coordinates of the block that it comes from.
+    pub(crate) block: [Lanes<R>; 3],
+}
+
+impl<R: Real> Arrival<R> {
+    pub(crate) fn new() -> Self {
+        let zero = [R::zero(); LANES];
+        Self {
+            v: [zero; 3],
+            drift: [zero; 3],
+            c: [[zero; 3]; 3],
+            gradient: [[zero; 3]; 3],
+            density: zero,
+            block: [zero; 3],
+        }
+    }
+}
 
 /// What sixteen particles gather; the fourth lane of a velocity is the mass density, times h³.
 #[derive(Clone, Copy)]
-pub(crate) struct Gathered<P> {
+pub(crate) struct Interpolated<P> {
     /// sum w v, and sum w m.
     pub(crate) v: [P; 4],
     /// sum w v (index of the node) along each axis.
@@ -79,27 +113,27 @@ struct Sums<R> {
 /// Gathers for the particles at positions `first..first + count` of the order, and notes their blocks.
 #[inline(always)]
 fn gather<P: Pack, S: Scheme, const N: usize>(
-    walk: &mut Walk<'_, P::Number>,
+    stencil: &mut Stencil<'_, P::Number>,
     [first, count]: [usize; 2],
     blocks: &mut [[P::Number; LANES]; 3],
     axes: &[AxisWeights<P>; 3],
-) -> Gathered<P> {
+) -> Interpolated<P> {
     let weights = Weights::of::<P, S, N>(axes);
     let quads = [[P::Number::default(); 4]; LANES];
     let mut sums = Sums { v: quads, moments: [quads; 3], slopes: [quads; 3], change: quads };
     for lane in 0..count {
-        let cell = walk.cell_of::<S, N>(first + lane);
+        let cell = stencil.cell_of::<S, N>(first + lane);
         for axis in 0..3 {
-            blocks[axis][lane] = walk.place()[axis];
+            blocks[axis][lane] = stencil.place()[axis];
         }
-        let tiles = walk.tiles();
+        let tiles = stencil.tiles();
         one::<P, S, N>(&tiles[0], cell, &weights, lane, &mut sums);
         if S::APART {
             sums.change[lane] = velocity::<P, N>(&tiles[1], cell, &weights, lane);
         }
     }
     let zero = P::zero();
-    let mut out = Gathered {
+    let mut out = Interpolated {
         v: P::columns(&sums.v),
         moments: [[zero; 4]; 3],
         slopes: [[zero; 4]; 3],
@@ -210,7 +244,7 @@ fn velocity<P: Pack, const N: usize>(
 
 /// What does not change from group to group.
 #[derive(Clone, Copy)]
-pub(crate) struct Gather<R> {
+pub(crate) struct InterpolationScale<R> {
     inverse_cell: R,
     /// h / D (1/m).
     inverse_moment: R,
@@ -219,7 +253,7 @@ pub(crate) struct Gather<R> {
     advection: Advection,
 }
 
-impl<R: Real> Gather<R> {
+impl<R: Real> InterpolationScale<R> {
     pub(crate) fn of(settings: &SnowSettings, flip: f64) -> Self {
         let h = settings.cell;
         Self {
@@ -233,34 +267,34 @@ impl<R: Real> Gather<R> {
 }
 
 /// What a group gathers, made into its new velocities.
-pub(crate) struct GatherGroup<'a, 'b, R: Real, S, const N: usize> {
-    pub(crate) gather: Gather<R>,
-    /// Positions and masses, velocities and J_P of the group.
-    pub(crate) motion: &'a [[[R; 4]; LANES]; 2],
+pub(crate) struct GridToGroup<'a, 'b, R: Real, S, const N: usize> {
+    pub(crate) scale: InterpolationScale<R>,
+    /// The group before the step.
+    pub(crate) motion: &'a Motion<R>,
     /// Where the group begins in the order, and its particles.
     pub(crate) start: usize,
     pub(crate) count: usize,
-    pub(crate) walk: &'a mut Walk<'b, R>,
+    pub(crate) stencil: &'a mut Stencil<'b, R>,
     pub(crate) arrival: &'a mut Arrival<R>,
     pub(crate) scheme: PhantomData<S>,
 }
 
-impl<R: Real, S: Scheme, const N: usize> WithSimd<R> for GatherGroup<'_, '_, R, S, N> {
+impl<R: Real, S: Scheme, const N: usize> WithSimd<R> for GridToGroup<'_, '_, R, S, N> {
     const WIDE_BINARY64: bool = false;
     type Output = ();
 
     #[inline(always)]
     fn run<P: Pack<Number = R>>(self) {
-        let Gather { inverse_cell, inverse_moment, inverse_volume, flip, advection } = self.gather;
-        let [x, y, z, _] = P::columns(&self.motion[0]);
-        let [vx, vy, vz, _] = P::columns(&self.motion[1]);
+        let InterpolationScale { inverse_cell, inverse_moment, inverse_volume, flip, advection } = self.scale;
+        let ([x, y, z], _) = self.motion.x_and_mass::<P>();
+        let (old, _) = self.motion.v_and_plastic_ratio::<P>();
         let axes = [
             axis_weights::<P, N>(x * inverse_cell),
             axis_weights::<P, N>(y * inverse_cell),
             axis_weights::<P, N>(z * inverse_cell),
         ];
         let range = [self.start, self.count];
-        let sums = gather::<P, S, N>(self.walk, range, &mut self.arrival.block, &axes);
+        let sums = gather::<P, S, N>(self.stencil, range, &mut self.arrival.block, &axes);
         self.arrival.density = (sums.v[3] * inverse_volume).store();
         for axis in 0..3 {
             for k in 0..3 {
@@ -271,13 +305,12 @@ impl<R: Real, S: Scheme, const N: usize> WithSimd<R> for GatherGroup<'_, '_, R, 
                 if S::AFFINE {
                     value = (sums.moments[axis][k] - axes[axis].offset * sums.v[k]) * inverse_moment;
                 }
-                self.arrival.affine[axis][k] = value.store();
+                self.arrival.c[axis][k] = value.store();
                 if !S::SLOPES {
                     self.arrival.gradient[axis][k] = value.store();
                 }
             }
         }
-        let old = [vx, vy, vz];
         let (flip, pic) = (P::splat(flip), P::splat(R::one() - flip));
         for k in 0..3 {
             let mut v = sums.v[k];

@@ -5,14 +5,18 @@
 
 use rayon::prelude::*;
 
-use crate::snow::{
-    grid::blocks::{CELLS, Coordinate, Grid, NONE, NodeBlock, SIDE, TILE_ROW, block_of, corner, tile_len},
-    step::Forces,
-};
+use super::context::StepContext;
 use crate::{
     collide::{Collider, Contact, velocity_after},
     math::{LANES, Pack, Real, Vec3, WithSimd, dispatch},
     parallel,
+    snow::{
+        grid::{
+            CELLS, Coordinate, Grid, NONE, NodeBlock, SIDE, TILE_ROW, block_of, corner, node_of, tile_len,
+        },
+        model::SnowModel,
+        settings::Forces,
+    },
 };
 
 /// What a collider leaves free of a node's velocity.
@@ -42,25 +46,21 @@ impl<R: Real> Hold<R> {
 
 /// What does not change from node to node.
 pub(crate) struct GridStep<'a> {
-    /// Nodes an axis of the kernel.
-    pub(crate) width: usize,
-    pub(crate) forces: Forces,
-    /// Time step (s), and time (s) at its end.
-    pub(crate) dt: f64,
-    pub(crate) time: f64,
-    /// h (m).
-    pub(crate) cell: f64,
-    pub(crate) gravity: [f64; 3],
-    pub(crate) colliders: &'a [Collider],
+    /// Nodes per axis of the kernel.
+    width: usize,
+    forces: Forces,
+    /// Cell size h (m).
+    cell: f64,
+    context: &'a StepContext<'a>,
     /// Mass (kg) below which a node carries no velocity.
     pub(crate) least_mass: f64,
-    /// Smallest mass (kg) of a particle: it takes at most the share m_i / m_p of a node's velocity.
-    pub(crate) lightest: f64,
+    /// Mass (kg) of the lightest particle: it takes at most the share m_i / m_p of a node's velocity.
+    lightest: f64,
 }
 
 /// Sums and extremes over nodes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct GridFigures {
+pub(crate) struct GridDiagnostics {
     /// Mass on all nodes (kg).
     pub(crate) mass: f64,
     /// Magnitudes of momenta (kg m/s) of nodes that carry no velocity.
@@ -74,29 +74,53 @@ pub(crate) struct GridFigures {
     pub(crate) contacts: u64,
 }
 
+/// Momenta and impulses of all nodes to velocities at the end of a step; `diagnostics` is scratch.
+pub(crate) fn update_grid<R: Real>(
+    model: &SnowModel<R>,
+    context: &StepContext<'_>,
+    grid: &mut Grid<R>,
+    diagnostics: &mut Vec<GridDiagnostics>,
+) -> GridDiagnostics {
+    GridStep::of(model, context).run(grid, diagnostics)
+}
+
+impl<'a> GridStep<'a> {
+    /// A step on the grid of a model.
+    pub(crate) fn of<R: Real>(model: &SnowModel<R>, context: &'a StepContext<'a>) -> Self {
+        let SnowModel { settings, least_mass, .. } = model;
+        Self {
+            width: settings.kernel.width(),
+            forces: settings.transfer.forces(),
+            cell: settings.cell,
+            context,
+            least_mass: least_mass * R::ROUNDING * R::ROUNDING,
+            lightest: *least_mass,
+        }
+    }
+}
+
 impl GridStep<'_> {
-    /// Updates all nodes.
-    pub(crate) fn run<R: Real>(&self, grid: &mut Grid<R>, figures: &mut Vec<GridFigures>) -> GridFigures {
+    fn run<R: Real>(&self, grid: &mut Grid<R>, diagnostics: &mut Vec<GridDiagnostics>) -> GridDiagnostics {
         let Grid { node_blocks, behind, tiles, impulses, nodes, changes, .. } = grid;
         let count = node_blocks.len();
-        figures.resize(count, GridFigures::default());
+        diagnostics.resize(count, GridDiagnostics::default());
         let (tiles, impulses) = (tiles.as_slice(), impulses.as_slice());
-        let work = (&mut nodes[..count], &mut figures[..count], &*node_blocks, &*behind);
+        let work = (&mut nodes[..count], &mut diagnostics[..count], &*node_blocks, &*behind);
         match self.forces {
-            Forces::Fused => work.into_par_iter().for_each(|(nodes, figures, key, behind)| {
-                gather(tiles, behind, self.width, nodes);
-                *figures = self.velocities(block_of(*key), nodes, None);
+            Forces::Fused => work.into_par_iter().for_each(|(nodes, diagnostics, key, behind)| {
+                sum_tiles(tiles, behind, self.width, nodes);
+                *diagnostics = self.velocities(block_of(*key), nodes, None);
             }),
             Forces::Apart => {
                 let changes = &mut changes[..count];
-                work.into_par_iter().zip(changes).for_each(|((nodes, figures, key, behind), changes)| {
-                    gather(tiles, behind, self.width, nodes);
-                    gather(impulses, behind, self.width, changes);
-                    *figures = self.velocities(block_of(*key), nodes, Some(changes));
+                work.into_par_iter().zip(changes).for_each(|((nodes, diagnostics, key, behind), changes)| {
+                    sum_tiles(tiles, behind, self.width, nodes);
+                    sum_tiles(impulses, behind, self.width, changes);
+                    *diagnostics = self.velocities(block_of(*key), nodes, Some(changes));
                 });
             }
         }
-        collect(figures)
+        collect(diagnostics)
     }
 
     /// Momenta and impulses of a block to velocities and their changes.
@@ -105,14 +129,14 @@ impl GridStep<'_> {
         block: Coordinate,
         nodes: &mut NodeBlock<R>,
         mut changes: Option<&mut NodeBlock<R>>,
-    ) -> GridFigures {
-        let mut figures = GridFigures::default();
+    ) -> GridDiagnostics {
+        let mut diagnostics = GridDiagnostics::default();
         let near = self.near(block);
-        let kick = self.gravity.map(|g| R::of(g * self.dt));
+        let kick = self.context.gravity.map(|g| R::of(g * self.context.dt));
         let least = R::of(self.least_mass);
         for i in 0..CELLS {
             let [px, py, pz, m] = nodes[i];
-            figures.mass += m.to_f64();
+            diagnostics.mass += m.to_f64();
             if m > least {
                 let inverse = R::one() / m;
                 let mut v = [px * inverse, py * inverse, pz * inverse];
@@ -126,7 +150,7 @@ impl GridStep<'_> {
                     v[c] += kick[c];
                 }
                 if near != 0 {
-                    figures.contacts += u64::from(self.collide(near, block, i, &mut v));
+                    diagnostics.contacts += u64::from(self.collide(near, block, i, &mut v));
                 }
                 nodes[i] = [v[0], v[1], v[2], m];
                 if let Some(changes) = &mut changes {
@@ -135,14 +159,14 @@ impl GridStep<'_> {
                 let share = (m.to_f64() / self.lightest).min(1.0);
                 let speed2 = (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).to_f64() * share * share;
                 // A NaN is not below or equal to anything, and stays.
-                if (speed2 > figures.speed2 || speed2.is_nan()) && !figures.speed2.is_nan() {
-                    (figures.speed2, figures.fastest) = (speed2, node_of(block, i));
+                if (speed2 > diagnostics.speed2 || speed2.is_nan()) && !diagnostics.speed2.is_nan() {
+                    (diagnostics.speed2, diagnostics.fastest) = (speed2, node_of(block, i));
                 }
             } else {
                 let momentum = [px, py, pz].map(Real::to_f64);
-                figures.dropped += momentum.iter().map(|p| p * p).sum::<f64>().sqrt();
+                diagnostics.dropped += momentum.iter().map(|p| p * p).sum::<f64>().sqrt();
                 if m.to_f64() < 0.0 || m.to_f64().is_nan() {
-                    (figures.speed2, figures.fastest) = (f64::NAN, node_of(block, i));
+                    (diagnostics.speed2, diagnostics.fastest) = (f64::NAN, node_of(block, i));
                 }
                 nodes[i] = [R::zero(), R::zero(), R::zero(), m];
                 if let Some(changes) = &mut changes {
@@ -150,7 +174,7 @@ impl GridStep<'_> {
                 }
             }
         }
-        figures
+        diagnostics
     }
 
     /// Colliders that may reach a node of the block, one bit each; past 63 they share the last.
@@ -159,19 +183,20 @@ impl GridStep<'_> {
         let center = block.map(|c| (f64::from(c * SIDE as i32) + half) * self.cell);
         let radius = half * 3.0_f64.sqrt() * self.cell;
         let reach = |(i, c): (usize, &Collider)| {
-            if c.distance(center, self.time).0 <= radius + c.margin { 1 << i.min(63) } else { 0 }
+            if c.distance(center, self.context.time).0 <= radius + c.margin { 1 << i.min(63) } else { 0 }
         };
-        self.colliders.iter().enumerate().map(reach).fold(0, |all, bit| all | bit)
+        self.context.colliders.iter().enumerate().map(reach).fold(0, |all, bit| all | bit)
     }
 
     /// Lets a node's velocity answer to colliders; says whether it was inside one.
     fn collide<R: Real>(&self, near: u64, block: Coordinate, i: usize, v: &mut [R; 3]) -> bool {
         let place = node_of(block, i).map(|c| f64::from(c) * self.cell);
         let mut touched = false;
-        for (k, collider) in self.colliders.iter().enumerate().filter(|(k, _)| near >> (*k).min(63) & 1 == 1)
+        for (k, collider) in
+            self.context.colliders.iter().enumerate().filter(|(k, _)| near >> (*k).min(63) & 1 == 1)
         {
-            debug_assert!(k < self.colliders.len());
-            let (distance, normal) = collider.distance(place, self.time);
+            debug_assert!(k < self.context.colliders.len());
+            let (distance, normal) = collider.distance(place, self.context.time);
             if distance <= collider.margin {
                 *v = velocity_after(collider, v.map(Real::to_f64), normal).map(R::of);
                 touched = true;
@@ -186,9 +211,10 @@ impl GridStep<'_> {
     pub(crate) fn hold<R: Real>(&self, near: u64, block: Coordinate, i: usize, v: &[R; 4]) -> Hold<R> {
         let place = node_of(block, i).map(|c| f64::from(c) * self.cell);
         let mut hold = Hold::Free;
-        for (_, collider) in self.colliders.iter().enumerate().filter(|(k, _)| near >> (*k).min(63) & 1 == 1)
+        for (_, collider) in
+            self.context.colliders.iter().enumerate().filter(|(k, _)| near >> (*k).min(63) & 1 == 1)
         {
-            let (distance, normal) = collider.distance(place, self.time);
+            let (distance, normal) = collider.distance(place, self.context.time);
             let leaving: f64 = (0..3).map(|k| (v[k].to_f64() - collider.velocity[k]) * normal[k]).sum();
             let scale: f64 = (0..3).map(|k| v[k].to_f64().abs()).fold(0.0, f64::max);
             let free = collider.contact == Contact::Separating && leaving > 8.0 * R::ROUNDING * scale;
@@ -202,38 +228,32 @@ impl GridStep<'_> {
     }
 }
 
-/// Index of node `i` of a block.
-pub(crate) fn node_of(block: Coordinate, i: usize) -> [i32; 3] {
-    let local = [i / (SIDE * SIDE), i / SIDE % SIDE, i % SIDE];
-    [0, 1, 2].map(|a| block[a] * SIDE as i32 + local[a] as i32)
-}
-
-/// Adds up figures of blocks, in their order.
-fn collect(figures: &[GridFigures]) -> GridFigures {
-    let mut total = GridFigures::default();
-    for block in figures {
+/// Adds up diagnostics of blocks, in their order.
+fn collect(diagnostics: &[GridDiagnostics]) -> GridDiagnostics {
+    let mut total = GridDiagnostics::default();
+    for block in diagnostics {
         total.contacts += block.contacts;
         if (block.speed2 > total.speed2 || block.speed2.is_nan()) && !total.speed2.is_nan() {
             (total.speed2, total.fastest) = (block.speed2, block.fastest);
         }
     }
-    [total.mass, total.dropped] = parallel::sum_by(figures, &|block| [block.mass, block.dropped]);
+    [total.mass, total.dropped] = parallel::sum_by(diagnostics, &|block| [block.mass, block.dropped]);
     total
 }
 
 /// Adds the parts of eight tiles that lie over a block of nodes.
-pub(crate) fn gather<R: Real>(tiles: &[R], behind: &[u32; 8], width: usize, nodes: &mut NodeBlock<R>) {
-    dispatch(Gather { tiles, behind, width, nodes });
+pub(crate) fn sum_tiles<R: Real>(tiles: &[R], behind: &[u32; 8], width: usize, nodes: &mut NodeBlock<R>) {
+    dispatch(SumTiles { tiles, behind, width, nodes });
 }
 
-struct Gather<'a, R> {
+struct SumTiles<'a, R> {
     tiles: &'a [R],
     behind: &'a [u32; 8],
     width: usize,
     nodes: &'a mut NodeBlock<R>,
 }
 
-impl<R: Real> WithSimd<R> for Gather<'_, R> {
+impl<R: Real> WithSimd<R> for SumTiles<'_, R> {
     const WIDE_BINARY64: bool = false;
     type Output = ();
 
@@ -261,4 +281,23 @@ impl<R: Real> WithSimd<R> for Gather<'_, R> {
             *out = row.store();
         }
     }
+}
+
+/// Square of the fastest node's speed (m²/s²), and the node; NaN when one is not finite. A light node
+/// counts by the share that the lightest particle may take, as in [`GridDiagnostics`].
+pub(crate) fn fastest_node<R: Real>(grid: &Grid<R>, lightest: f64) -> (f64, [i32; 3]) {
+    let mut fastest = (0.0, [0; 3]);
+    for (key, nodes) in grid.node_blocks.iter().zip(&grid.nodes) {
+        for (i, node) in nodes.iter().enumerate() {
+            let share = (node[3].to_f64() / lightest).min(1.0);
+            let speed2 = node[..3].iter().map(|v| v.to_f64() * v.to_f64()).sum::<f64>() * share * share;
+            if speed2 > fastest.0 || speed2.is_nan() {
+                fastest = (speed2, node_of(block_of(*key), i));
+                if speed2.is_nan() {
+                    return fastest;
+                }
+            }
+        }
+    }
+    fastest
 }

@@ -10,30 +10,25 @@ use std::marker::PhantomData;
 use rayon::prelude::*;
 
 use super::{
-    grid_to_particles::{Gather, GatherGroup},
-    grid_update::{GridStep, Hold, gather as gather_tiles},
-    particle_update::{Arrival, Constants, Lane, constants},
-    particles_to_grid::{BlockParticles, Coefficients as Rows, add, flush, row_weights},
+    context::StepContext,
+    grid_to_particles::{Arrival, GridToGroup, InterpolationScale},
+    grid_update::{GridStep, Hold, sum_tiles},
+    particles_to_grid::{BlockParticles, Contributions, add, flush, row_weights},
     scheme::{FlipScheme, MlsScheme, Scheme},
-    stencil::{Around, TILE, Walk},
+    stencil::{Stencil, StencilNodes, TILE},
     weights::axis_weights,
-};
-use crate::snow::{
-    Integration, SnowSettings,
-    grid::{
-        blocks::{CELLS, Grid, NodeBlock, block_of, tile_len},
-        sort::Sorter,
-    },
-    law::{
-        constitutive::{Coefficients, Moduli, hardened},
-        tangent::piola_change,
-    },
-    particles::{Group, Particles, quads, read},
-    step::Forces,
 };
 use crate::{
     linalg::{MinresWorkspace, Outcome, SolveReport, Stop, WholeOperator, minres},
     math::{LANES, Pack, Real, Vec3, WithSimd, dispatch, svd},
+    snow::{
+        grid::{CELLS, Grid, NodeBlock, Sorted, block_of, tile_len},
+        group::{Constants, Group, Lanes},
+        law::{MaterialConstants, Moduli, hardened, piola_change, product},
+        model::SnowModel,
+        particles::Particles,
+        settings::{Forces, Integration, Kernel as Spline, SnowSettings, Transfer},
+    },
 };
 
 /// Scratch memory of the solve.
@@ -49,31 +44,42 @@ pub(crate) struct ImplicitWorkspace<R: Real> {
 }
 
 /// What the operator reads.
-pub(crate) struct Material<'a, R: Real> {
-    pub(crate) settings: &'a SnowSettings,
-    pub(crate) coefficients: &'a [Coefficients<R>],
-    pub(crate) particles: &'a Particles<R>,
-    pub(crate) sorter: &'a Sorter,
+struct ImplicitSystem<'a, R: Real> {
+    model: &'a SnowModel<R>,
+    particles: &'a Particles<R>,
+    sorted: Sorted<'a>,
 }
 
-/// Replaces velocities after forces by those of the semi-implicit step, unless the solve fails.
-pub(crate) fn solve<R: Real>(
-    material: &Material<'_, R>,
-    step: &GridStep<'_>,
+/// Replaces velocities after forces by those of a semi-implicit step, if it is one. Where the solve
+/// fails, nothing has moved.
+pub(crate) fn solve_velocities<R: Real>(
+    model: &SnowModel<R>,
+    context: &StepContext<'_>,
+    particles: &Particles<R>,
+    sorted: Sorted<'_>,
     grid: &mut Grid<R>,
     work: &mut ImplicitWorkspace<R>,
 ) -> Result<Option<SolveReport>, Outcome> {
-    let Integration::SemiImplicit { beta, stop } = material.settings.integration else { return Ok(None) };
+    let Integration::SemiImplicit { beta, stop } = model.settings.integration else { return Ok(None) };
     if beta <= 0.0 {
         return Ok(None);
     }
+    let system = ImplicitSystem { model, particles, sorted };
     let blocks = grid.node_blocks.len();
     let count = blocks * CELLS;
-    work.prepare(step, grid, count);
+    work.prepare(&GridStep::of(model, context), grid, count);
     let ImplicitWorkspace { nodes, tiles, mass, holds, b, change, minres: scratch } = work;
-    let scale = R::of(beta * step.dt * step.dt);
-    let mut operator =
-        Tangent { material, grid: &*grid, nodes, tiles, mass: &mass[..count], holds: &holds[..count], scale };
+    let scale = R::of(beta * context.dt * context.dt);
+    let mut operator = StepOperator {
+        system,
+        grid: &*grid,
+        nodes,
+        tiles,
+        mass: &mass[..count],
+        holds: &holds[..count],
+        scale,
+    };
+
     // From v = v* + change: (M + beta dt² H) change = -beta dt² H v*.
     operator.load(None);
     operator.product();
@@ -87,12 +93,11 @@ pub(crate) fn solve<R: Real>(
     if !usable {
         return Err(report.outcome);
     }
-    let forces = step.forces;
     let Grid { nodes, changes, .. } = grid;
     nodes[..blocks].par_iter_mut().zip(change[..count].par_chunks(CELLS)).for_each(|(nodes, change)| {
         add_change(nodes, change);
     });
-    if forces == Forces::Apart {
+    if model.settings.transfer.forces() == Forces::Apart {
         changes[..blocks].par_iter_mut().zip(change[..count].par_chunks(CELLS)).for_each(
             |(nodes, change)| {
                 add_change(nodes, change);
@@ -147,8 +152,8 @@ impl<R: Real> ImplicitWorkspace<R> {
 }
 
 /// M + beta dt² H, where colliders leave nodes free; M where they hold them.
-struct Tangent<'a, R: Real> {
-    material: &'a Material<'a, R>,
+struct StepOperator<'a, R: Real> {
+    system: ImplicitSystem<'a, R>,
     grid: &'a Grid<R>,
     nodes: &'a mut Vec<NodeBlock<R>>,
     tiles: &'a mut Vec<R>,
@@ -157,7 +162,7 @@ struct Tangent<'a, R: Real> {
     scale: R,
 }
 
-impl<R: Real> Tangent<'_, R> {
+impl<R: Real> StepOperator<'_, R> {
     /// Takes the free part of `u`, or the velocities of the grid, as the field to be multiplied.
     fn load(&mut self, u: Option<&[Vec3<R>]>) {
         let (grid, holds) = (self.grid, self.holds);
@@ -173,47 +178,48 @@ impl<R: Real> Tangent<'_, R> {
 
     /// H times the loaded field, left in tiles.
     fn product(&mut self) {
-        let cubic = self.material.settings.kernel == crate::snow::Kernel::Cubic;
-        match (self.material.settings.transfer, cubic) {
-            (crate::snow::Transfer::Mls, true) => self.product_by::<MlsScheme, 4>(),
-            (crate::snow::Transfer::Mls, false) => self.product_by::<MlsScheme, 3>(),
+        let settings = &self.system.model.settings;
+        let cubic = settings.kernel == Spline::Cubic;
+        match (settings.transfer, cubic) {
+            (Transfer::Mls, true) => self.product_by::<MlsScheme, 4>(),
+            (Transfer::Mls, false) => self.product_by::<MlsScheme, 3>(),
             (_, true) => self.product_by::<FlipScheme, 4>(),
             (_, false) => self.product_by::<FlipScheme, 3>(),
         }
     }
 
     fn product_by<S: Scheme, const N: usize>(&mut self) {
-        let Self { material, grid, nodes, tiles, .. } = self;
-        let Material { settings, coefficients, particles, sorter } = *material;
+        let Self { system, grid, nodes, tiles, .. } = self;
+        let ImplicitSystem { model, particles, sorted } = *system;
+        let SnowModel { settings, materials, .. } = model;
         let nodes = nodes.as_slice();
         let len = tile_len(N);
-        let gather = Gather::of(settings, 0.0);
+        let scale = InterpolationScale::of(settings, 0.0);
         let blocks = tiles[..grid.blocks.len() * len].par_chunks_mut(len);
         blocks.enumerate().for_each(|(b, out)| {
             out.fill(R::zero());
             let mut field = [[R::zero(); TILE]; 2];
-            let around = Around { nodes: [nodes; 2], ..grid.around(&mut field) };
-            let mut walk = Walk::new(sorter.sorted(), around, b);
-            let first = sorter.starts[b] as usize;
-            let order = &sorter.order[first..sorter.starts[b + 1] as usize];
-            let block = BlockParticles { order, cells: &sorter.cells[b] };
+            let around = StencilNodes { nodes: [nodes; 2], ..StencilNodes::of(grid, &mut field) };
+            let mut stencil = Stencil::new(sorted, around, b);
+            let (first, order) = (sorted.starts[b] as usize, sorted.places(b));
+            let block = BlockParticles { order, cells: &sorted.cells[b] };
             let (mut arrival, mut cell) = (Arrival::new(), 0);
             for start in (0..order.len()).step_by(LANES) {
                 let group = Group::of(&order[start..]);
-                dispatch(GatherGroup::<R, S, N> {
-                    gather,
-                    motion: &quads(&particles.motion, &group),
+                dispatch(GridToGroup::<R, S, N> {
+                    scale,
+                    motion: &particles.motion(&group),
                     start: first + start,
                     count: group.count,
-                    walk: &mut walk,
+                    stencil: &mut stencil,
                     arrival: &mut arrival,
                     scheme: PhantomData,
                 });
-                let constants = constants(&particles.fixed, &particles.object, &group);
+                let constants = particles.constants(&group);
                 let mut stress = arrival.gradient;
                 dispatch(StressChange {
                     particles,
-                    coefficients,
+                    materials,
                     group: &group,
                     constants,
                     stress: &mut stress,
@@ -241,11 +247,11 @@ impl<R: Real> Tangent<'_, R> {
 
     /// `of(node, H u)` for every node.
     fn collect(&self, out: &mut [Vec3<R>], of: impl Fn(usize, Vec3<R>) -> Vec3<R> + Sync) {
-        let width = self.material.settings.kernel.width();
+        let width = self.system.model.settings.kernel.width();
         let tiles = self.tiles.as_slice();
         out.par_chunks_mut(CELLS).zip(&self.grid.behind).enumerate().for_each(|(block, (out, behind))| {
             let mut nodes = [[R::zero(); 4]; CELLS];
-            gather_tiles(tiles, behind, width, &mut nodes);
+            sum_tiles(tiles, behind, width, &mut nodes);
             for i in 0..CELLS {
                 let [x, y, z, _] = nodes[i];
                 out[i] = of(block * CELLS + i, Vec3::new(x, y, z));
@@ -254,7 +260,7 @@ impl<R: Real> Tangent<'_, R> {
     }
 }
 
-impl<R: Real> WholeOperator<R> for Tangent<'_, R> {
+impl<R: Real> WholeOperator<R> for StepOperator<'_, R> {
     fn apply(&mut self, x: &[Vec3<R>], out: &mut [Vec3<R>]) {
         self.load(Some(x));
         self.product();
@@ -265,11 +271,11 @@ impl<R: Real> WholeOperator<R> for Tangent<'_, R> {
 /// V0 dP F^T of a group, dP from dF = (grad u) F.
 struct StressChange<'a, R: Real> {
     particles: &'a Particles<R>,
-    coefficients: &'a [Coefficients<R>],
+    materials: &'a [MaterialConstants<R>],
     group: &'a Group,
     constants: Constants<R>,
     /// Enters: grad u, by columns; leaves: V0 dP F^T (J), by columns.
-    stress: &'a mut [[Lane<R>; 3]; 3],
+    stress: &'a mut [[Lanes<R>; 3]; 3],
 }
 
 impl<R: Real> WithSimd<R> for StressChange<'_, R> {
@@ -279,22 +285,19 @@ impl<R: Real> WithSimd<R> for StressChange<'_, R> {
     #[inline(always)]
     fn run<P: Pack<Number = R>>(self) {
         let Self { particles, group, stress, .. } = self;
-        let [.., jp] = read::<P, 1>(&particles.motion, group);
-        let [xx, xy, xz, yx] = read::<P, 0>(&particles.shape, group);
-        let [yy, yz, zx, zy] = read::<P, 1>(&particles.shape, group);
-        let [zz, ..] = read::<P, 0>(&particles.affine, group);
-        let f = [[xx, yx, zx], [xy, yy, zy], [xz, yz, zz]];
+        let (_, jp) = particles.v_and_plastic_ratio::<P>(group);
+        let f = particles.f_e_columns::<P>(group);
         let mut gradient = f;
         for axis in 0..3 {
             for k in 0..3 {
                 gradient[axis][k] = P::load(&stress[axis][k]);
             }
         }
-        let Constants { fixed, object } = &self.constants;
-        let moduli = Moduli::gather(self.coefficients, object, P::load(&fixed[1]));
-        let change = crate::snow::law::deform::product(&gradient, &f);
+        let Constants { volume, stiffness, object } = &self.constants;
+        let moduli = Moduli::gather(self.materials, object, P::load(stiffness));
+        let change = product(&gradient, &f);
         let piola = piola_change(&svd(&f), &change, hardened(jp, &moduli), &moduli);
-        let volume = P::load(&fixed[0]);
+        let volume = P::load(volume);
         for axis in 0..3 {
             for k in 0..3 {
                 let sum = piola[0][k] * f[0][axis] + piola[1][k] * f[1][axis];
@@ -311,7 +314,7 @@ struct ScatterStress<'a, R: Real, S, const N: usize> {
     group: &'a Group,
     block: BlockParticles<'a>,
     start: usize,
-    stress: &'a [[Lane<R>; 3]; 3],
+    stress: &'a [[Lanes<R>; 3]; 3],
     cell: &'a mut usize,
     out: &'a mut [R],
     scheme: PhantomData<S>,
@@ -324,8 +327,8 @@ impl<R: Real, S: Scheme, const N: usize> WithSimd<R> for ScatterStress<'_, R, S,
     #[inline(always)]
     fn run<P: Pack<Number = R>>(self) {
         let zero = P::zero();
-        let mut rows = Rows::new();
-        self.particles_rows::<P>(&mut rows);
+        let mut rows = Contributions::new();
+        self.contributions::<P>(&mut rows);
         let Self { group, block, cell, out, .. } = self;
         let (mut sums, mut forces) = ([[zero; N]; N], [[zero; N]; N]);
         for lane in 0..group.count {
@@ -344,9 +347,9 @@ impl<R: Real, S: Scheme, const N: usize> WithSimd<R> for ScatterStress<'_, R, S,
 impl<R: Real, S: Scheme, const N: usize> ScatterStress<'_, R, S, N> {
     /// Rows of the group's particles.
     #[inline(always)]
-    fn particles_rows<P: Pack<Number = R>>(&self, out: &mut Rows<R>) {
+    fn contributions<P: Pack<Number = R>>(&self, out: &mut Contributions<R>) {
         let zero = P::zero();
-        let [x, y, z, _] = read::<P, 0>(&self.particles.motion, self.group);
+        let ([x, y, z], _) = self.particles.x_and_mass::<P>(self.group);
         let scale = R::of(1.0 / self.settings.cell);
         let moment = R::of(self.settings.kernel.inverse_moment() / self.settings.cell);
         let axes = [

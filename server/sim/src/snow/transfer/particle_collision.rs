@@ -2,12 +2,15 @@
 //!
 //! Reads velocities that a group brought from the grid; writes them after contact.
 
-use super::particle_update::Arrival;
-use crate::snow::{
-    grid::blocks::{SIDE, block_of},
-    step::StepContext,
+use super::{context::StepContext, grid_to_particles::Arrival};
+use crate::{
+    collide::velocity_after,
+    math::Real,
+    snow::{
+        grid::{SIDE, block_of},
+        particles::Motion,
+    },
 };
-use crate::{collide::velocity_after, math::Real};
 
 /// Says which groups of particles may meet a collider, block after block.
 pub(crate) struct Nearness<'a> {
@@ -44,12 +47,20 @@ fn particles_near(context: &StepContext<'_>, block: [i32; 3], h: f64) -> bool {
     context.colliders.iter().any(|c| c.distance(center, context.time).0 <= radius + c.margin)
 }
 
-/// Lets velocities of particles at `positions` answer to colliders where they would enter one (step 9).
-pub(crate) fn collide<R: Real>(context: &StepContext<'_>, positions: &[[R; 4]], arrival: &mut Arrival<R>) {
-    for lane in 0..positions.len() {
+/// Lets velocities of the first `count` particles of a group answer to colliders where they would
+/// enter one (step 9).
+pub(crate) fn collide<R: Real>(
+    context: &StepContext<'_>,
+    motion: &Motion<R>,
+    count: usize,
+    arrival: &mut Arrival<R>,
+) {
+    for lane in 0..count {
+        let x = motion.x(lane);
+
         for collider in context.colliders {
             let at: [f64; 3] =
-                [0, 1, 2].map(|k| positions[lane][k].to_f64() + context.dt * arrival.drift[k][lane].to_f64());
+                [0, 1, 2].map(|k| x[k].to_f64() + context.dt * arrival.drift[k][lane].to_f64());
             let (distance, normal) = collider.distance(at, context.time);
             if distance >= collider.margin {
                 continue;

@@ -7,21 +7,83 @@
 //! Sixteen particles at a time make their coefficients; then one particle at a time adds to rows of
 //! four nodes along z, four numbers a node. A cell's rows stay in registers until its last particle.
 
-use super::{
-    scheme::Scheme,
-    weights::{AxisWeights, axis_weights},
-};
-use crate::snow::{
-    grid::blocks::{CELLS, SIDE, TILE_ROW},
-    particles::{Group, Particles, read},
-};
 use std::marker::PhantomData;
 
-use crate::math::{LANES, Pack, Real, WithSimd};
+use rayon::prelude::*;
+
+use super::{
+    scheme::{Scheme, with_scheme},
+    weights::{AxisWeights, axis_weights},
+};
+use crate::{
+    math::{LANES, Pack, Real, WithSimd, dispatch},
+    snow::{
+        grid::{CELLS, Grid, SIDE, Sorted, TILE_ROW, tile_len},
+        group::Group,
+        model::SnowModel,
+        particles::Particles,
+    },
+};
+
+/// Fills the tiles of all blocks: momenta and masses, and impulses of forces in `dt` (s).
+pub(crate) fn particles_to_grid<R: Real>(
+    model: &SnowModel<R>,
+    particles: &Particles<R>,
+    sorted: Sorted<'_>,
+    grid: &mut Grid<R>,
+    dt: f64,
+) {
+    let settings = &model.settings;
+    grid.size_for(settings.kernel.width(), settings.transfer.forces());
+    let scale = TransferScale {
+        inverse_cell: R::of(1.0 / settings.cell),
+        cell: R::of(settings.cell),
+        dt: R::of(dt),
+        inverse_moment: R::of(settings.kernel.inverse_moment()),
+    };
+    with_scheme!(settings, (S, N) => fill_tiles::<R, S, N>(scale, particles, sorted, grid));
+}
+
+/// The particles of every block to its tile.
+fn fill_tiles<R: Real, S: Scheme, const N: usize>(
+    scale: TransferScale<R>,
+    particles: &Particles<R>,
+    sorted: Sorted<'_>,
+    grid: &mut Grid<R>,
+) {
+    let (count, len) = (grid.blocks.len(), tile_len(N));
+    let block = |b: usize| BlockParticles { order: sorted.places(b), cells: &sorted.cells[b] };
+    let tiles = grid.tiles[..count * len].par_chunks_mut(len).enumerate();
+    if S::APART {
+        let impulses = grid.impulses[..count * len].par_chunks_mut(len);
+        tiles.zip(impulses).for_each(|((b, tile), impulses)| {
+            dispatch(BlockToGrid::<R, S, N> {
+                scale,
+                particles,
+                block: block(b),
+                tile,
+                impulses,
+                scheme: PhantomData,
+            });
+        });
+    } else {
+        tiles.for_each(|(b, tile)| {
+            let impulses = &mut [];
+            dispatch(BlockToGrid::<R, S, N> {
+                scale,
+                particles,
+                block: block(b),
+                tile,
+                impulses,
+                scheme: PhantomData,
+            });
+        });
+    }
+}
 
 /// What does not change from block to block.
 #[derive(Clone, Copy)]
-pub(crate) struct Scatter<R> {
+pub(crate) struct TransferScale<R> {
     /// 1 / h (1/m).
     pub(crate) inverse_cell: R,
     /// h (m).
@@ -40,8 +102,8 @@ pub(crate) struct BlockParticles<'a> {
     pub(crate) cells: &'a [u32; CELLS + 1],
 }
 
-/// Coefficients of sixteen particles, one quad or one number each.
-pub(crate) struct Coefficients<R> {
+/// What sixteen particles give to the nodes, one quad or one number each.
+pub(crate) struct Contributions<R> {
     /// Momentum at the first node, and mass.
     pub(crate) base: [[R; 4]; LANES],
     /// Change of momentum from node to node along each axis.
@@ -56,7 +118,7 @@ pub(crate) struct Coefficients<R> {
     pub(crate) rows: [[[R; LANES]; 16]; 3],
 }
 
-impl<R: Real> Coefficients<R> {
+impl<R: Real> Contributions<R> {
     pub(crate) fn new() -> Self {
         let quads = [[R::zero(); 4]; LANES];
         let rows = [[R::zero(); LANES]; 16];
@@ -64,7 +126,7 @@ impl<R: Real> Coefficients<R> {
     }
 }
 
-impl<R: Real> Scatter<R> {
+impl<R: Real> TransferScale<R> {
     /// Fills a block's tile, and the tile of impulses where they are kept apart.
     #[inline(always)]
     pub(crate) fn block<P: Pack<Number = R>, S: Scheme, const N: usize>(
@@ -76,7 +138,7 @@ impl<R: Real> Scatter<R> {
     ) {
         tile.fill(R::zero());
         impulses.fill(R::zero());
-        let mut c = Coefficients::new();
+        let mut c = Contributions::new();
         let zero = P::zero();
         let (mut sums, mut forces) = ([[zero; N]; N], [[zero; N]; N]);
         let (mut cell, mut cell_end) = (0, 0);
@@ -103,37 +165,37 @@ impl<R: Real> Scatter<R> {
         }
     }
 
-    /// Coefficients of a group.
+    /// What a group gives.
     #[inline(always)]
     fn prepare<P: Pack<Number = R>, S: Scheme, const N: usize>(
         &self,
         particles: &Particles<R>,
         group: &Group,
-        out: &mut Coefficients<R>,
+        out: &mut Contributions<R>,
     ) {
         let zero = P::zero();
-        let [x, y, z, m] = read::<P, 0>(&particles.motion, group);
-        let [vx, vy, vz, _] = read::<P, 1>(&particles.motion, group);
-        let [zy, zz, sxx, syy] = read::<P, 0>(&particles.stress, group);
-        let [szz, sxy, sxz, syz] = read::<P, 1>(&particles.stress, group);
+        let ([x, y, z], m) = particles.x_and_mass::<P>(group);
+        let ([vx, vy, vz], _) = particles.v_and_plastic_ratio::<P>(group);
         let axes = [
             axis_weights::<P, N>(x * self.inverse_cell),
             axis_weights::<P, N>(y * self.inverse_cell),
             axis_weights::<P, N>(z * self.inverse_cell),
         ];
-        // Columns of tau, each along the nodes of one axis.
+        // Columns of C and of V0 tau, each along the nodes of one axis.
+        let (c, [sxx, syy, szz, sxy, sxz, syz]) = if S::AFFINE {
+            particles.c_columns_and_v0_tau::<P>(group)
+        } else {
+            ([[zero; 3]; 3], particles.v0_tau_lanes::<P>(group))
+        };
         let tau = [[sxx, sxy, sxz], [sxy, syy, syz], [sxz, syz, szz]];
         let mut base = [vx * m, vy * m, vz * m];
         if S::AFFINE {
-            let [_, xx, xy, xz] = read::<P, 0>(&particles.affine, group);
-            let [yx, yy, yz, zx] = read::<P, 1>(&particles.affine, group);
-            let columns = [[xx, yx, zx], [xy, yy, zy], [xz, yz, zz]];
             let inertia = m * self.cell;
             let impulse = -self.dt * self.inverse_moment * self.inverse_cell;
             for axis in 0..3 {
                 let mut step = [zero; 3];
                 for k in 0..3 {
-                    step[k] = columns[axis][k] * inertia;
+                    step[k] = c[axis][k] * inertia;
                     if !S::SLOPES {
                         step[k] += tau[axis][k] * impulse;
                     }
@@ -176,7 +238,7 @@ pub(crate) fn row_weights<P: Pack, S: Scheme, const N: usize>(
 /// Adds what one particle gives to the rows of its cell.
 #[inline(always)]
 pub(crate) fn add<P: Pack, S: Scheme, const N: usize>(
-    c: &Coefficients<P::Number>,
+    c: &Contributions<P::Number>,
     lane: usize,
     sums: &mut [[P; N]; N],
     forces: &mut [[P; N]; N],
@@ -240,8 +302,8 @@ pub(crate) fn flush<P: Pack, const N: usize>(sums: &mut [[P; N]; N], tile: &mut 
 }
 
 /// The particles of one block to its tile.
-pub(crate) struct ScatterBlock<'a, R: Real, S, const N: usize> {
-    pub(crate) scatter: Scatter<R>,
+pub(crate) struct BlockToGrid<'a, R: Real, S, const N: usize> {
+    pub(crate) scale: TransferScale<R>,
     pub(crate) particles: &'a Particles<R>,
     pub(crate) block: BlockParticles<'a>,
     pub(crate) tile: &'a mut [R],
@@ -249,12 +311,12 @@ pub(crate) struct ScatterBlock<'a, R: Real, S, const N: usize> {
     pub(crate) scheme: PhantomData<S>,
 }
 
-impl<R: Real, S: Scheme, const N: usize> WithSimd<R> for ScatterBlock<'_, R, S, N> {
+impl<R: Real, S: Scheme, const N: usize> WithSimd<R> for BlockToGrid<'_, R, S, N> {
     const WIDE_BINARY64: bool = false;
     type Output = ();
 
     #[inline(always)]
     fn run<P: Pack<Number = R>>(self) {
-        self.scatter.block::<P, S, N>(self.particles, self.block, self.tile, self.impulses);
+        self.scale.block::<P, S, N>(self.particles, self.block, self.tile, self.impulses);
     }
 }

@@ -39,3 +39,30 @@ impl Scheme for FlipScheme {
     const SLOPES: bool = true;
     const APART: bool = true;
 }
+
+/// The same expression for the transfer and kernel of the settings.
+macro_rules! with_scheme {
+    ($settings:expr, ($scheme:ident, $width:ident) => $body:expr) => {{
+        use $crate::snow::{
+            settings::{Kernel, Transfer},
+            transfer::scheme::{ApicScheme, FlipScheme, MlsScheme},
+        };
+        macro_rules! of {
+            ($s:ty, $n:literal) => {{
+                type $scheme = $s;
+                const $width: usize = $n;
+                $body
+            }};
+        }
+        match ($settings.transfer, $settings.kernel) {
+            (Transfer::PicFlip(_), Kernel::Linear) => of!(FlipScheme, 2),
+            (Transfer::PicFlip(_), Kernel::Quadratic) => of!(FlipScheme, 3),
+            (Transfer::PicFlip(_), Kernel::Cubic) => of!(FlipScheme, 4),
+            (Transfer::Apic, Kernel::Cubic) => of!(ApicScheme, 4),
+            (Transfer::Apic, _) => of!(ApicScheme, 3),
+            (Transfer::Mls, Kernel::Cubic) => of!(MlsScheme, 4),
+            (Transfer::Mls, _) => of!(MlsScheme, 3),
+        }
+    }};
+}
+pub(crate) use with_scheme;

@@ -1,13 +1,12 @@
-//! A walk through particles in the sorted order, with the nodes that each of them reaches.
+//! The nodes that each particle reaches, in the sorted order.
 //!
 //! Reads the order and the grid; keeps the nodes around one block of particles at a time, assembled
 //! into a tile, since the particles of a block reach nodes of eight blocks.
 
 use super::scheme::Scheme;
-use crate::math::{LANES, Real};
-use crate::snow::grid::{
-    blocks::{Grid, NONE, NodeBlock, SIDE, TILE_ROW, block_of, corner},
-    chunks::Sorted,
+use crate::{
+    math::{LANES, Real},
+    snow::grid::{Grid, NONE, NodeBlock, SIDE, Sorted, TILE_ROW, block_of, corner},
 };
 
 /// The largest tile: seven rows each way.
@@ -31,10 +30,10 @@ fn assemble<R: Real, const N: usize>(nodes: &[NodeBlock<R>], in_front: &[u32; 8]
     }
 }
 
-/// A walk through particles in the sorted order, with the nodes around the block that it is in.
-pub(crate) struct Walk<'a, R> {
+/// The nodes around the block of the last particle asked for; particles are asked for in the sorted order.
+pub(crate) struct Stencil<'a, R> {
     sorted: Sorted<'a>,
-    grid: Around<'a, R>,
+    grid: StencilNodes<'a, R>,
     /// The block, where it ends in the order, and the cell in it.
     pub(crate) block: usize,
     end: usize,
@@ -43,8 +42,8 @@ pub(crate) struct Walk<'a, R> {
     place: [R; 3],
 }
 
-/// What a walk reads of the grid, and the tiles of the block that it is in.
-pub(crate) struct Around<'a, R> {
+/// What a stencil reads of the grid, and the tiles of its block.
+pub(crate) struct StencilNodes<'a, R> {
     pub(crate) blocks: &'a [u64],
     pub(crate) in_front: &'a [[u32; 8]],
     /// Velocities, and their changes where these are wanted.
@@ -52,9 +51,9 @@ pub(crate) struct Around<'a, R> {
     pub(crate) tiles: &'a mut [[R; TILE]; 2],
 }
 
-impl<'a, R: Real> Walk<'a, R> {
-    /// A walk from the first particle of a block on.
-    pub(crate) fn new(sorted: Sorted<'a>, grid: Around<'a, R>, block: usize) -> Self {
+impl<'a, R: Real> Stencil<'a, R> {
+    /// A stencil for the particles from the first of a block on.
+    pub(crate) fn new(sorted: Sorted<'a>, grid: StencilNodes<'a, R>, block: usize) -> Self {
         // Before the block, so that the first particle enters it.
         Self { sorted, grid, block, end: 0, cell: 0, place: [R::zero(); 3] }
     }
@@ -73,13 +72,13 @@ impl<'a, R: Real> Walk<'a, R> {
         self.cell
     }
 
-    /// Coordinates of the block that it is in.
+    /// Coordinates of the block that it is at.
     #[inline(always)]
     pub(crate) fn place(&self) -> &[R; 3] {
         &self.place
     }
 
-    /// The nodes around the block that it is in: velocities, and their changes.
+    /// The nodes around the block that it is at: velocities, and their changes.
     #[inline(always)]
     pub(crate) fn tiles(&self) -> &[[R; TILE]; 2] {
         self.grid.tiles
@@ -104,9 +103,9 @@ impl<'a, R: Real> Walk<'a, R> {
     }
 }
 
-impl<R: Real> Grid<R> {
-    /// What a walk reads, with room for its tiles.
-    pub(crate) fn around<'a>(&'a self, tiles: &'a mut [[R; TILE]; 2]) -> Around<'a, R> {
-        Around { blocks: &self.blocks, in_front: &self.in_front, nodes: [&self.nodes, &self.changes], tiles }
+impl<'a, R: Real> StencilNodes<'a, R> {
+    /// The velocities of a grid and their changes, with room for tiles.
+    pub(crate) fn of(grid: &'a Grid<R>, tiles: &'a mut [[R; TILE]; 2]) -> Self {
+        Self { blocks: &grid.blocks, in_front: &grid.in_front, nodes: [&grid.nodes, &grid.changes], tiles }
     }
 }

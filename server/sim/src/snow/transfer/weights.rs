@@ -3,8 +3,10 @@
 //!
 //! Reads x / h; writes the first node, the weights, and slopes times h: a gradient needs 1 / h.
 
-use crate::math::{Pack, Portable, Real};
-use crate::snow::Kernel;
+use crate::{
+    math::{Pack, Portable, Real},
+    snow::settings::Kernel,
+};
 
 /// Weights of one axis in every lane: of nodes first, first + 1 ...; 0 past the kernel's width.
 #[derive(Clone, Copy)]

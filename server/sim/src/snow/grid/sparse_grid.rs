@@ -1,0 +1,106 @@
+//! The sparse grid: blocks that hold particles, the blocks of nodes around, and what lies on them.
+//!
+//! Blocks are kept sorted by key; nothing else is stored or visited.
+
+use super::{
+    block_keys::{find_neighbors, step_of, unite},
+    blocks::{CELLS, NONE, NodeBlock, block_of, corner, key_of, shifted, tile_len},
+};
+use crate::{math::Real, snow::settings::Forces};
+
+/// Blocks, sorted by key.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Grid<R> {
+    /// Blocks with particles.
+    pub(crate) blocks: Vec<u64>,
+    /// Blocks with nodes that particles reach.
+    pub(crate) node_blocks: Vec<u64>,
+    /// For each block with particles, the eight blocks of nodes in front of it.
+    pub(crate) in_front: Vec<[u32; 8]>,
+    /// For each block of nodes, the eight blocks with particles behind it.
+    pub(crate) behind: Vec<[u32; 8]>,
+    /// What the particles of each block give to nodes: momentum and mass.
+    pub(crate) tiles: Vec<R>,
+    /// Impulses of forces alone, where velocities before forces are needed.
+    pub(crate) impulses: Vec<R>,
+    /// Blocks of nodes, while they are being found.
+    spare_blocks: Vec<u64>,
+    /// Velocities after forces and colliders, and masses.
+    pub(crate) nodes: Vec<NodeBlock<R>>,
+    /// Changes of velocity in this step, for FLIP.
+    pub(crate) changes: Vec<NodeBlock<R>>,
+}
+
+impl<R: Real> Grid<R> {
+    /// Finds the blocks of nodes around `self.blocks` and links both.
+    pub(crate) fn link(&mut self, periodic: [u32; 3]) {
+        self.find_node_blocks(periodic);
+        let Self { blocks, node_blocks, in_front, behind, .. } = self;
+        in_front.resize(blocks.len(), [NONE; 8]);
+        find_neighbors(blocks, node_blocks, in_front, corner, periodic);
+        behind.resize(node_blocks.len(), [NONE; 8]);
+        find_neighbors(node_blocks, blocks, behind, |i| corner(i).map(|c| -c), periodic);
+    }
+
+    /// The blocks in front of every block, sorted.
+    fn find_node_blocks(&mut self, periodic: [u32; 3]) {
+        let Self { blocks, node_blocks, spare_blocks, .. } = self;
+        if periodic == [0; 3] {
+            // With the next one along z, then along y, then along x: every sum of such steps.
+            let next = |blocks: &[u64], by, out: &mut Vec<u64>| {
+                let step = step_of(by);
+                unite(blocks.iter().copied(), blocks.iter().map(|key| key.wrapping_add(step)), out);
+            };
+            next(blocks, [0, 0, 1], node_blocks);
+            next(node_blocks, [0, 1, 0], spare_blocks);
+            next(spare_blocks, [1, 0, 0], node_blocks);
+            return;
+        }
+        node_blocks.clear();
+        for &key in blocks.iter() {
+            let block = block_of(key);
+            node_blocks.extend((0..8).map(|i| key_of(shifted(block, corner(i), periodic))));
+        }
+        node_blocks.sort_unstable();
+        node_blocks.dedup();
+    }
+
+    /// Room for the tiles of a kernel of width `n`; never shrinks.
+    pub(crate) fn size_for(&mut self, n: usize, separate: Forces) {
+        let (blocks, node_blocks, tile) = (self.blocks.len(), self.node_blocks.len(), tile_len(n));
+        grow(&mut self.tiles, [blocks, tile], R::zero());
+        grow(&mut self.nodes, [node_blocks, 1], [[R::zero(); 4]; CELLS]);
+        if separate == Forces::Apart {
+            grow(&mut self.impulses, [blocks, tile], R::zero());
+            grow(&mut self.changes, [node_blocks, 1], [[R::zero(); 4]; CELLS]);
+        }
+    }
+
+    /// Room for more blocks than there are, so that a moving front seldom allocates.
+    pub(crate) fn reserve(&mut self, blocks: usize) {
+        self.blocks.reserve(blocks);
+        self.in_front.reserve(blocks);
+        self.node_blocks.reserve(8 * blocks);
+        self.spare_blocks.reserve(8 * blocks);
+        self.behind.reserve(8 * blocks);
+    }
+
+    /// Bytes in use.
+    pub(crate) fn bytes(&self) -> usize {
+        (self.blocks.capacity() + self.node_blocks.capacity() + self.spare_blocks.capacity()) * 8
+            + (self.in_front.capacity() + self.behind.capacity()) * 32
+            + (self.tiles.capacity() + self.impulses.capacity()) * size_of::<R>()
+            + (self.nodes.capacity() + self.changes.capacity()) * size_of::<NodeBlock<R>>()
+    }
+}
+
+/// Blocks that there is room for on top of those in use: even a few may soon be several times as many.
+pub(crate) const ROOM: usize = 64;
+
+/// Makes a field of `blocks` of `each` elements long enough, with some room so that a moving front
+/// seldom allocates.
+fn grow<T: Copy>(field: &mut Vec<T>, [blocks, each]: [usize; 2], value: T) {
+    if field.len() < blocks * each {
+        field.resize((blocks + blocks / 8 + ROOM) * each, value);
+    }
+}

@@ -1,0 +1,55 @@
+//! The state of snow, what a checkpoint saves; and what a step works with.
+
+use super::{
+    bound::Extremes,
+    culprit::Culprits,
+    grid::{Grid, Sorter},
+    particles::Particles,
+    transfer::{ChunkDiagnostics, GridDiagnostics, ImplicitWorkspace},
+};
+use crate::math::Real;
+
+/// Kinetic, elastic, gravitational energy; momentum; angular momentum; mass.
+pub(super) const SUMS: usize = 10;
+
+/// What changes from step to step, and what a checkpoint saves: particles. All else follows from
+/// them and from the model.
+#[derive(Clone, Debug)]
+pub struct SnowState<R: Real> {
+    pub(super) particles: Particles<R>,
+}
+
+/// What follows from the state, and scratch memory: a step allocates nothing once it has its size.
+#[derive(Clone, Debug, Default)]
+pub struct SnowWorkspace<R: Real> {
+    /// The order of the particles.
+    pub(super) sorter: Sorter,
+    /// The grid as the last step left it.
+    pub(super) grid: Grid<R>,
+    /// What bounds the next step.
+    pub(super) extremes: Extremes,
+    /// The particles of the extremes, where they were looked for.
+    pub(super) culprits: Option<Culprits>,
+    /// What each chunk of particles told in the last step.
+    pub(super) chunk_diagnostics: Vec<ChunkDiagnostics>,
+    /// What the grid told in the last step, and each of its blocks.
+    pub(super) grid_diagnostics: GridDiagnostics,
+    pub(super) block_diagnostics: Vec<GridDiagnostics>,
+    /// First nodes, for sorting from nothing.
+    pub(super) first_nodes: Vec<[i32; 3]>,
+    /// A quad per particle while places are renewed.
+    pub(super) spare: Vec<[R; 4]>,
+    pub(super) implicit: ImplicitWorkspace<R>,
+    /// Sums over the particles of each block.
+    pub(super) partials: Vec<[f64; SUMS]>,
+}
+
+impl<R: Real> SnowWorkspace<R> {
+    /// Bytes in use by the order and the grid.
+    pub(super) fn bytes(&self) -> usize {
+        self.sorter.bytes()
+            + self.grid.bytes()
+            + self.spare.capacity() * size_of::<[R; 4]>()
+            + self.first_nodes.capacity() * 12
+    }
+}

@@ -1,0 +1,94 @@
+//! A step of the world in steps of the snow: as few equal ones as the certified bound allows.
+//!
+//! Reads the bound after each step; writes how long the next one is.
+
+use super::{
+    failure::{MOVE, check_time_step, culprits, node_failure},
+    model::SnowModel,
+    settings::TimeStep,
+    state::{SnowState, SnowWorkspace},
+    transfer::StepContext,
+};
+use crate::{math::Real, report::StepFailure, surroundings::Surroundings};
+
+/// How far a step of the world has come.
+pub(super) struct Division<'a> {
+    around: &'a Surroundings<'a>,
+    /// What is left of the world's step (s).
+    left: f64,
+    /// Steps of the snow, those that were taken again among them.
+    pub(super) substeps: u32,
+    /// Length of the last of them (s).
+    pub(super) dt: f64,
+    /// Equal steps that are left, this one among them.
+    steps: f64,
+    /// By how much the next step is shorter than allowed, since nodes would have moved too far.
+    shorter: f64,
+}
+
+impl<'a> Division<'a> {
+    /// Nothing done yet.
+    pub(super) fn of(around: &'a Surroundings<'a>) -> Self {
+        Self { around, left: around.dt, substeps: 0, dt: 0.0, steps: 0.0, shorter: 1.0 }
+    }
+
+    /// Whether the world's step is done.
+    pub(super) fn is_done(&self) -> bool {
+        self.left <= 0.0
+    }
+
+    /// Whether the step at hand is the last one.
+    pub(super) fn is_last(&self) -> bool {
+        self.steps <= 1.0
+    }
+
+    /// The next step of the snow.
+    pub(super) fn next<R: Real>(
+        &mut self,
+        model: &SnowModel<R>,
+        state: &SnowState<R>,
+        work: &SnowWorkspace<R>,
+    ) -> Result<StepContext<'a>, StepFailure> {
+        let Surroundings { gravity, colliders, time, dt, .. } = *self.around;
+        let (kind, bound) = check_time_step(model, state, work, colliders)?;
+        let allowed = match model.settings.time_step {
+            TimeStep::Certified { safety } => safety * bound * self.shorter,
+            TimeStep::Fixed(dt) | TimeStep::Unchecked(dt) => dt,
+        };
+        // A whole number of steps stays one when the quotient is rounded.
+        self.steps = (self.left / allowed - 1e-9).ceil().max(1.0);
+        let limit = model.settings.max_substeps;
+        if f64::from(self.substeps) + self.steps > f64::from(limit) {
+            let particle = culprits(model, state, work).of(kind).unwrap_or_default();
+            return Err(StepFailure::Substeps { particle, dt: allowed, limit, bound: kind.name() });
+        }
+        self.dt = self.left / self.steps;
+        let end = time + dt;
+        Ok(StepContext { dt: self.dt, time: end - self.left + self.dt, gravity, colliders })
+    }
+
+    /// The step was taken.
+    pub(super) fn go_on(&mut self) {
+        self.shorter = 1.0;
+        self.substeps += 1;
+        self.left = if self.is_last() { 0.0 } else { self.left - self.dt };
+    }
+
+    /// The step is to be taken again, shorter: a node would have `moved` by too many cells, but nothing
+    /// has moved yet. A step that is fixed, or whose numbers are out of range, fails.
+    pub(super) fn retry<R: Real>(
+        &mut self,
+        model: &SnowModel<R>,
+        state: &SnowState<R>,
+        work: &SnowWorkspace<R>,
+        moved: f64,
+        node: [i32; 3],
+    ) -> Result<(), StepFailure> {
+        if !moved.is_finite() || !matches!(model.settings.time_step, TimeStep::Certified { .. }) {
+            return Err(node_failure(model, state, work, moved, node));
+        }
+        self.shorter = self.shorter * 0.5 * MOVE / moved;
+        self.substeps += 1;
+        Ok(())
+    }
+}
