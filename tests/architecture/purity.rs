@@ -44,7 +44,10 @@ const UNSAFE: [(&str, &str); 8] = [
     ("server/sim/src/cloth/sell.rs", "gathers whose indices were checked when the rows were built"),
     ("server/sim/src/linalg/dot.rs", "reads 3-vectors as the numbers that they are"),
     ("server/sim/src/parallel/disjoint.rs", "a field written by several threads, each place by one of them"),
-    ("server/sim/src/snow/particles.rs", "reads and writes particles through the sorted order, which names each once"),
+    (
+        "server/sim/src/snow/particles.rs",
+        "reads and writes particles through the sorted order, which names each once",
+    ),
     (
         "server/sim/src/snow/grid/migration.rs",
         "positions of a block in the sorted order do not meet those of others",

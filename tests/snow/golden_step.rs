@@ -54,7 +54,7 @@ fn scene(golden: &Golden, volume: Vec<f64>) -> SnowScene {
             // Within what a world allows; J_P stays far from its ends.
             plasticity: free_snow()
                 .plasticity
-                .map(|p| nappe_sim::snow::Plasticity { jp_range: [0.1, 20.0], ..p }),
+                .map(|p| nappe_sim::snow::Plasticity { plastic_ratio_range: [0.1, 20.0], ..p }),
             ..free_snow()
         },
     };

@@ -358,7 +358,7 @@ fn what_the_elastic_part_loses_the_plastic_part_gains() {
 fn plastic_ratios_are_held_in_their_range() {
     let mut snow = free_snow();
     let plasticity = snow.plasticity.expect("snow yields");
-    snow.plasticity = Some(Plasticity { jp_range: [0.6, 20.0], ..plasticity });
+    snow.plasticity = Some(Plasticity { plastic_ratio_range: [0.6, 20.0], ..plasticity });
     let squeezed = return_map(&snow, &(Mat3::identity() * 0.5), 1.0);
     assert!(squeezed.clamped && squeezed.plastic_ratio == 0.6, "{squeezed:?}");
     let torn = return_map(&snow, &(Mat3::identity() * 4.0), 1.0);

@@ -28,7 +28,7 @@ pub(crate) fn relative(a: &Mat3<f64>, b: &Mat3<f64>, floor: f64) -> f64 {
 pub(crate) fn free_snow() -> nappe_sim::snow::Material {
     let mut material = Preset::from_name("stomakhin").expect("a preset").material;
     let plasticity = material.plasticity.expect("snow yields");
-    material.plasticity = Some(Plasticity { jp_range: [-1e9, 1e9], ..plasticity });
+    material.plasticity = Some(Plasticity { plastic_ratio_range: [-1e9, 1e9], ..plasticity });
     material
 }
 

@@ -38,7 +38,7 @@ fn near(what: &str, found: f64, exact: f64) {
 #[test]
 fn the_elastic_wave_bounds_the_step_as_the_table_of_wave_speeds_says() {
     let snow = Preset::from_name("stomakhin").expect("a preset").material;
-    let plasticity = snow.plasticity.map(|p| Plasticity { jp_range: [0.1, 20.0], ..p });
+    let plasticity = snow.plasticity.map(|p| Plasticity { plastic_ratio_range: [0.1, 20.0], ..p });
     for row in golden::table("mpm/wave_speed_cfl.csv") {
         for cell in ["0.005", "0.01", "0.02", "0.05"] {
             let dx: f64 = cell.parse().expect("a number");

@@ -82,7 +82,10 @@ fn materials_are_presets_with_what_the_scene_says() {
     );
     let yields = own.plasticity.expect("a yield");
     assert_eq!((own.law, own.young, own.poisson), (Law::NeoHookean, 2e5, 0.3));
-    assert_eq!((yields.critical_stretch, yields.hardening, yields.jp_range), (4.5e-3, 4.0, [0.7, 3.0]));
+    assert_eq!(
+        (yields.critical_stretch, yields.hardening, yields.plastic_ratio_range),
+        (4.5e-3, 4.0, [0.7, 3.0])
+    );
     assert_eq!(of("plastic = false").plasticity, None);
     assert_eq!(of("preset = \"brasseur_neo_hookean\"").plasticity, None);
 }

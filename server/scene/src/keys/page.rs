@@ -28,7 +28,7 @@ fn write_presets(text: &mut String) {
         let Preset { name, source, density, material } = preset;
         let (law, young, poisson) = (material.law.name(), number(material.young), material.poisson);
         let yields = material.plasticity.map_or("none".to_owned(), |p| {
-            let [low, high] = p.jp_range;
+            let [low, high] = p.plastic_ratio_range;
             format!("{}, {}, {}, {low} to {high}", p.critical_compression, p.critical_stretch, p.hardening)
         });
         let _ =

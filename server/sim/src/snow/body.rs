@@ -25,14 +25,14 @@ pub struct Snow<R: Real> {
 }
 
 impl<R: Real> Snow<R> {
-    /// Builds snow; the strings are remarks that do not stop it.
+    /// Builds snow; the strings are warnings that do not stop it.
     ///
     /// # Errors
     /// What is wrong with the setup.
     pub fn new(setup: &SnowSetup) -> Result<(Self, Vec<String>), SnowError> {
-        let remarks = check(setup)?;
+        let warnings = check(setup)?;
         let (model, state, work) = build(setup)?;
-        Ok((Self { model, state, work }, remarks))
+        Ok((Self { model, state, work }, warnings))
     }
 
     /// Refuses a fixed step above the bound at the start.

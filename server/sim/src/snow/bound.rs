@@ -1,4 +1,4 @@
-//! The certified time step: the smallest of named bounds, in closed form (snow.md 4).
+//! The certified time step: the smallest of named bounds, in closed form (docs/laws/snow.md).
 //!
 //! Reads extremes over particles, gathered block by block after each step; writes the largest dt,
 //! which bound binds, and the particle that sets it.
@@ -77,7 +77,7 @@ pub(super) fn extremes<P: Pack>(
 }
 
 /// Largest stable c dt / h of waves in full blocks, and of a particle alone in units of
-/// h sqrt(rho / (2 mu + 3 lambda)): snow.md 4.2, 4.3. The linear kernel has no bound for a particle
+/// h sqrt(rho / (2 mu + 3 lambda)) (docs/laws/snow.md). The linear kernel has no bound for a particle
 /// alone: its slope does not fall off with its weight; the number is for full blocks.
 pub(super) fn courant(kernel: Kernel, transfer: Transfer) -> [f64; 2] {
     match (kernel, transfer) {

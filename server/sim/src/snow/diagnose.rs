@@ -28,7 +28,7 @@ use crate::{
 pub struct SnowStep {
     /// Energies and momentum of the new state.
     pub diagnostics: Diagnostics,
-    /// Everything else.
+    /// Counts, the bound on the next step, mass and angular momentum.
     pub report: SnowReport,
     /// Nodes of the grid that touched a collider in the last step of the snow.
     pub contact_count: u64,
@@ -42,7 +42,7 @@ pub(super) struct SnowSums {
     pub(super) diagnostics: Diagnostics,
     /// About the origin, affine part included (kg m²/s).
     pub(super) angular_momentum: [f64; 3],
-    /// (kg)
+    /// Mass of all particles (kg).
     pub(super) mass: f64,
 }
 
@@ -162,7 +162,7 @@ pub(super) fn report<R: Real>(
         inverted_count: count(2),
         ballistic_count: count(3),
         plastic_ratio_range: chunks.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], chunk| {
-            [low.min(chunk.jp[0]), high.max(chunk.jp[1])]
+            [low.min(chunk.plastic_ratio_range[0]), high.max(chunk.plastic_ratio_range[1])]
         }),
         max_speed: work.extremes.speed2.sqrt(),
         dropped_momentum: work.grid_diagnostics.dropped,

@@ -53,7 +53,7 @@ pub(super) struct NewLanes<P> {
     pub(super) mass: P,
     /// Velocity (m/s).
     pub(super) v: [P; 3],
-    /// J_P.
+    /// Plastic volume ratio J_P.
     pub(super) plastic_ratio: P,
     /// F_E by columns.
     pub(super) f_e: Columns<P>,

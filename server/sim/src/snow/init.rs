@@ -54,6 +54,7 @@ pub(super) fn build<R: Real>(setup: &SnowSetup) -> Result<Parts<R>, SnowError> {
         volumes_from_grid(&model, &mut state.particles, &mut work, &from_grid);
     }
     settle(&model, &mut state, &mut work);
+
     model.mass = sums(&model, &state.particles, work.sorter.sorted(), [0.0; 3], &mut Vec::new()).mass;
     Ok((model, state, work))
 }
@@ -81,6 +82,7 @@ fn refresh<R: Real>(model: &SnowModel<R>, particles: &mut Particles<R>, work: &m
     let SnowModel { settings, materials, .. } = model;
     let c: Vec<_> = (0..particles.len()).map(|at| particles.c(at)).collect();
     let velocity: Vec<_> = (0..particles.len()).map(|at| particles.v(at)).collect();
+
     let (particles, sorted) = (particles.share(), work.sorter.sorted());
     work.chunk_diagnostics.par_iter_mut().enumerate().for_each(|(chunk, diagnostics)| {
         let (.., list) = sorted.chunk(chunk);
@@ -119,6 +121,7 @@ fn refresh<R: Real>(model: &SnowModel<R>, particles: &mut Particles<R>, work: &m
         }
         *diagnostics = tally.finish();
     });
+
     let chunks = work.chunk_diagnostics.iter();
     work.extremes = chunks.fold(Extremes::default(), |all, chunk| all.max(chunk.extremes));
 }

@@ -63,7 +63,7 @@ impl<R: Real> Particles<R> {
         particles
     }
 
-    /// Particles.
+    /// How many there are.
     pub(super) fn len(&self) -> usize {
         self.id.len()
     }
@@ -85,7 +85,7 @@ impl<R: Real> Particles<R> {
         self.motion[at][0][3]
     }
 
-    /// J_P.
+    /// Plastic volume ratio J_P.
     pub(super) fn plastic_ratio(&self, at: usize) -> R {
         self.motion[at][1][3]
     }
@@ -247,7 +247,7 @@ pub(super) struct Motion<R> {
 }
 
 impl<R: Real> Motion<R> {
-    /// All 0.
+    /// To be filled: all numbers are 0.
     pub(super) fn new() -> Self {
         Self { quads: [[[R::zero(); 4]; LANES]; 2] }
     }

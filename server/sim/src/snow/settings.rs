@@ -2,21 +2,21 @@
 
 use crate::linalg::Stop;
 
-/// B-spline that spreads a particle over nodes (snow.md 0; Steffen, Kirby, Berzins 2008).
+/// B-spline that spreads a particle over nodes (Steffen, Kirby, Berzins 2008; docs/laws/snow.md).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 pub enum Kernel {
-    /// Two nodes an axis, slope with jumps: forces jump when a particle crosses a cell, and the
+    /// Two nodes per axis, slope with jumps: forces jump when a particle crosses a cell, and the
     /// error grows under refinement. Here to show that, with PIC/FLIP only.
     Linear,
-    /// Three nodes an axis, continuous slope.
+    /// Three nodes per axis, continuous slope.
     #[default]
     Quadratic,
-    /// Four nodes an axis, continuous second derivative (Stomakhin et al. 2013).
+    /// Four nodes per axis, continuous second derivative (Stomakhin et al. 2013).
     Cubic,
 }
 
 impl Kernel {
-    /// Every kernel.
+    /// Every kernel, the narrowest first.
     pub const ALL: [Self; 3] = [Self::Linear, Self::Quadratic, Self::Cubic];
 
     /// Its name in scene files.
@@ -28,7 +28,7 @@ impl Kernel {
         }
     }
 
-    /// Nodes an axis.
+    /// Nodes that a particle reaches along each axis.
     pub const fn width(self) -> usize {
         match self {
             Self::Linear => 2,
@@ -146,7 +146,7 @@ impl Default for TimeStep {
 }
 
 impl TimeStep {
-    /// The safety of a scene that names none.
+    /// Share of the bound that is used by a scene that names none.
     pub const SAFETY: f64 = 0.9;
 }
 
@@ -178,15 +178,15 @@ impl Integration {
 pub struct SnowSettings {
     /// Side of a cell, distance of nodes h (m).
     pub cell: f64,
-    /// Kernel.
+    /// How wide a particle is spread over nodes.
     pub kernel: Kernel,
-    /// Transfer.
+    /// How velocities and forces go between particles and nodes.
     pub transfer: Transfer,
-    /// What moves particles.
+    /// Which velocity moves particles of PIC/FLIP.
     pub advection: Advection,
-    /// Time step.
+    /// How long a step of the snow is.
     pub time_step: TimeStep,
-    /// Integration.
+    /// Whether velocities are solved for.
     pub integration: Integration,
     /// Steps of the snow in one step of the world, at most: a run that needs more stops.
     pub max_substeps: u32,
@@ -197,7 +197,7 @@ pub struct SnowSettings {
     /// Period of the grid along each axis, in blocks of four cells; 0: not periodic. Positions are
     /// not wrapped.
     pub periodic: [u32; 3],
-    /// Largest kinetic plus elastic energy (J).
+    /// Largest kinetic plus elastic energy (J): a step that ends with more fails. None: no limit.
     pub max_energy: Option<f64>,
 }
 

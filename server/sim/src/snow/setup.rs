@@ -23,7 +23,7 @@ pub struct SnowObject {
     pub volume: Vec<f64>,
     /// Factors on Young's modulus, as many, above 0; empty: 1.
     pub stiffness: Vec<f64>,
-    /// Material.
+    /// What all of its particles are made of.
     pub material: Material,
 }
 
@@ -46,9 +46,10 @@ pub enum SnowError {
     Object { object: String, message: String },
 }
 
-/// Holds a setup against what can be simulated; the strings are remarks.
+/// Checks whether a setup can be simulated; the strings are warnings.
 pub(super) fn check(setup: &SnowSetup) -> Result<Vec<String>, SnowError> {
-    check_settings(&setup.settings).map_or(Ok(()), |fault| Err(SnowError::Settings(fault)))?;
+    settings_error(&setup.settings).map_or(Ok(()), |error| Err(SnowError::Settings(error)))?;
+
     if setup.objects.is_empty() || setup.objects.len() > usize::from(u16::MAX) {
         return Err(SnowError::Settings(format!("{} objects: 1 to 65535 are needed", setup.objects.len())));
     }
@@ -56,20 +57,22 @@ pub(super) fn check(setup: &SnowSetup) -> Result<Vec<String>, SnowError> {
     if count == 0 || count > u32::MAX as usize / 2 {
         return Err(SnowError::Settings(format!("{count} particles: 1 to {} are needed", u32::MAX / 2)));
     }
+
     for object in &setup.objects {
-        if let Some(message) = object_fault(object) {
+        if let Some(message) = object_error(object) {
             return Err(SnowError::Object { object: object.name.clone(), message });
         }
     }
-    let mut remarks = Vec::new();
+
+    let mut warnings = Vec::new();
     if setup.settings.kernel == Kernel::Linear {
-        remarks
+        warnings
             .push("snow: the linear kernel is here to show how it fails: forces jump at cell borders".into());
     }
-    Ok(remarks)
+    Ok(warnings)
 }
 
-fn check_settings(settings: &SnowSettings) -> Option<String> {
+fn settings_error(settings: &SnowSettings) -> Option<String> {
     let above = |what: &str, value: f64, least: f64, most: f64| {
         let fits = value.is_finite() && value > least && value <= most;
         (!fits).then(|| format!("{what} is {value}: above {least} and at most {most} is needed"))
@@ -98,7 +101,7 @@ fn check_settings(settings: &SnowSettings) -> Option<String> {
         .or_else(|| settings.invalid_combination())
 }
 
-fn object_fault(object: &SnowObject) -> Option<String> {
+fn object_error(object: &SnowObject) -> Option<String> {
     let count = object.x.len();
     for (what, found, may_be_empty) in [
         ("velocities", object.v.len(), false),
@@ -110,12 +113,14 @@ fn object_fault(object: &SnowObject) -> Option<String> {
             return Some(format!("{count} positions and {found} {what}: as many are needed"));
         }
     }
+
     let vectors = [("position", &object.x), ("velocity", &object.v)];
     for (what, values) in vectors {
         if let Some(i) = values.iter().position(|v| v.iter().any(|c| !c.is_finite())) {
             return Some(format!("the {what} of particle {i} is {:?}: finite numbers are needed", values[i]));
         }
     }
+
     let numbers =
         [("mass", &object.mass), ("volume", &object.volume), ("stiffness factor", &object.stiffness)];
     for (what, values) in numbers {
@@ -126,5 +131,5 @@ fn object_fault(object: &SnowObject) -> Option<String> {
             ));
         }
     }
-    object.material.fault()
+    object.material.error()
 }

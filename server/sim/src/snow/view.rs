@@ -39,7 +39,7 @@ pub struct ParticleState {
 }
 
 impl<R: Real> Snow<R> {
-    /// Particles.
+    /// Particles of all objects.
     pub fn particle_count(&self) -> usize {
         self.state.particles.len()
     }
@@ -63,7 +63,7 @@ impl<R: Real> Snow<R> {
         }
     }
 
-    /// The same for three numbers.
+    /// The same for three numbers per particle.
     fn vectors<T: Clone>(&self, out: &mut Vec<T>, of: impl Fn(usize) -> [R; 3], convert: impl Fn(R) -> T) {
         let start = out.len();
         out.resize(start + 3 * self.particle_count(), convert(R::zero()));
@@ -75,28 +75,29 @@ impl<R: Real> Snow<R> {
         }
     }
 
-    /// Positions (m), x y z a particle, in the user's numbering, added to `out`.
+    /// Positions (m), x y z per particle, in the user's numbering, added to `out`.
     pub fn positions<T: Clone>(&self, out: &mut Vec<T>, convert: impl Fn(R) -> T) {
         self.vectors(out, |place| self.state.particles.x(place), convert);
     }
 
-    /// Velocities (m/s), likewise.
+    /// Velocities (m/s), as for positions.
     pub fn velocities<T: Clone>(&self, out: &mut Vec<T>, convert: impl Fn(R) -> T) {
         self.vectors(out, |place| self.state.particles.v(place), convert);
     }
 
-    /// Plastic volume ratios, likewise.
+    /// Plastic volume ratios J_P, one per particle in the user's numbering, added to `out`.
     pub fn plastic_ratios<T: Clone>(&self, out: &mut Vec<T>, convert: impl Fn(R) -> T) {
         self.in_order(out, convert(R::zero()), |place| convert(self.state.particles.plastic_ratio(place)));
     }
 
-    /// Frobenius norms of the Cauchy stress (Pa), likewise: |V0 tau| / (V0 J), J = det F_E J_P.
+    /// Frobenius norms of the Cauchy stress (Pa), as for plastic ratios: |V0 tau| / (V0 J), J = det F_E J_P.
     pub fn stress_norms<T: Clone>(&self, out: &mut Vec<T>, convert: impl Fn(R) -> T) {
         let particles = &self.state.particles;
         self.in_order(out, convert(R::zero()), |place| {
             let [xx, yy, zz, xy, xz, yz] = particles.v0_tau(place).map(Real::to_f64);
             let norm2 = xx * xx + yy * yy + zz * zz + 2.0 * (xy * xy + xz * xz + yz * yz);
             let [a, b, c] = particles.f_e(place).map(|row| vec3::<f64>(row.map(Real::to_f64)));
+
             let volume = particles.volume(place).to_f64() * a.cross(&b).dot(&c).abs();
             let volume = volume * particles.plastic_ratio(place).to_f64();
             let stress = if volume > 0.0 { norm2.sqrt() / volume } else { 0.0 };
@@ -104,7 +105,7 @@ impl<R: Real> Snow<R> {
         });
     }
 
-    /// Particles in the user's numbering.
+    /// The state of every particle, in the user's numbering.
     pub fn particles(&self) -> Vec<ParticleState> {
         let particles = &self.state.particles;
         let mut out = Vec::new();
@@ -116,6 +117,7 @@ impl<R: Real> Snow<R> {
             plastic_ratio: particles.plastic_ratio(place).to_f64(),
             volume_stress: Some(particles.v0_tau(place).map(Real::to_f64)),
         };
+
         if !particles.id.is_empty() {
             self.in_order(&mut out, state(0), state);
         }
@@ -138,6 +140,7 @@ impl<R: Real> Snow<R> {
         }
         sort_anew(&self.model, &self.state.particles, &mut self.work);
         settle(&self.model, &mut self.state, &mut self.work);
+
         let particles = &mut self.state.particles;
         for place in 0..particles.len() {
             let Some(stress) = states[particles.id[place] as usize].volume_stress else { continue };
@@ -157,6 +160,7 @@ impl<R: Real> Snow<R> {
             fastest = fastest.max(v.iter().map(|c| c * c).sum());
             particles.set_v(place, v.map(R::of));
         }
+
         self.work.extremes.speed2 = fastest;
         self.work.culprits = None;
     }

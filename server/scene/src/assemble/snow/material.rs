@@ -24,7 +24,7 @@ pub(super) fn material(text: &MaterialText, at: &Location<'_>) -> Result<(f64, M
     };
 
     // What the ranges of single fields do not say.
-    match material.fault() {
+    match material.error() {
         Some(message) => Err(at.key("jp_range").error(ErrorKind::OutOfRange, message)),
         None => Ok((text.density.unwrap_or(preset.density), material)),
     }
@@ -58,7 +58,7 @@ fn plasticity(
             critical_compression: text.critical_compression.unwrap_or(base.critical_compression),
             critical_stretch: text.critical_stretch.unwrap_or(base.critical_stretch),
             hardening: text.hardening.unwrap_or(base.hardening),
-            jp_range: text.plastic_ratio_range.unwrap_or(base.jp_range),
+            plastic_ratio_range: text.plastic_ratio_range.unwrap_or(base.plastic_ratio_range),
         })),
     }
 }

@@ -63,6 +63,7 @@ pub(crate) fn unite(
             second.next();
         }
     }
+
     out.extend(first);
     out.extend(second);
 }

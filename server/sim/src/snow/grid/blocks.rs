@@ -9,7 +9,7 @@ use std::ops::Range;
 pub(crate) const SIDE: usize = 4;
 /// Cells and nodes of a block.
 pub(crate) const CELLS: usize = SIDE * SIDE * SIDE;
-/// No block.
+/// The index of a block that is not there.
 pub(crate) const NONE: u32 = u32::MAX;
 /// Blocks along an axis on either side of the origin.
 pub(crate) const REACH: i32 = 1 << 20;
@@ -35,6 +35,7 @@ pub(crate) fn key_of(block: Coordinate) -> u64 {
     block.iter().fold(0, |key, c| (key << 21) | u64::from((c + REACH) as u32 & 0x1F_FFFF))
 }
 
+/// The block that a key belongs to.
 pub(crate) fn block_of(key: u64) -> Coordinate {
     [42, 21, 0].map(|shift| ((key >> shift) & 0x1F_FFFF) as i32 - REACH)
 }

@@ -37,6 +37,7 @@ pub(crate) fn codes<P: Pack>(block: &[P; 3], node: &[P; 3], periodic: [u32; 3]) 
         let [direction, inner] = [[576.0, 16.0], [192.0, 4.0], [64.0, 1.0]][axis];
         code = code + (by[axis] + P::one()) * P::of(direction) + cell * P::of(inner);
     }
+
     // Also where a coordinate is not a number.
     let far = P::of(f64::from(FAR));
     for by in by {

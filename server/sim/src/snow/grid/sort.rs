@@ -102,11 +102,13 @@ impl Sorter {
                 (key_of(block), cell, *id, place as u32)
             })
             .collect();
+
         keyed.sort_unstable();
         grid.blocks.clear();
         self.cells.clear();
         self.starts.clear();
         self.order.clear();
+
         for (i, (key, cell, _, place)) in keyed.into_iter().enumerate() {
             if grid.blocks.last() != Some(&key) {
                 grid.blocks.push(key);
@@ -117,9 +119,11 @@ impl Sorter {
             counts[cell as usize + 1] += 1;
             self.order.push(place);
         }
+
         self.order.shrink_to_fit();
         self.starts.push(self.order.len() as u32);
         self.cells.iter_mut().for_each(accumulate);
+
         self.codes.resize(nodes.len(), 0);
         self.next_order.resize(nodes.len(), 0);
         self.sources.clear();
@@ -136,12 +140,14 @@ impl Sorter {
         if self.scattered {
             return false;
         }
+
         let same = self.next_blocks == grid.blocks;
         if !same || self.sources.len() != self.next_blocks.len() {
             self.find_sources(&grid.blocks, periodic);
         }
         self.count();
         self.fill(id);
+
         std::mem::swap(&mut self.order, &mut self.next_order);
         std::mem::swap(&mut self.starts, &mut self.next_starts);
         self.chunks.divide(&self.starts);
@@ -159,6 +165,7 @@ impl Sorter {
         let Self { order, starts, cells, codes, leaving, settled, .. } = self;
         leaving.resize(starts.len() - 1, [0; AROUND]);
         settled.resize(starts.len() - 1, [0; CELLS + 1]);
+
         let (order, codes) = (Disjoint::new(order), Disjoint::new(codes));
         let blocks = (leaving, settled, cells).into_par_iter().enumerate();
         let lost = blocks.map(|(block, (leaving, settled, cells))| {
@@ -186,6 +193,7 @@ impl Sorter {
             leaving[STAY] += settled[CELLS];
             lost
         });
+
         self.scattered = lost.filter(|lost| *lost).count() > 0;
         let stayed = self.leaving.iter().map(|counts| counts[STAY]).sum::<u32>();
         self.moved += self.order.len() - stayed as usize;
@@ -202,6 +210,7 @@ impl Sorter {
             entered.extend((0..AROUND).filter(goes).map(to));
         }
         *scattered |= entered.iter().any(|key| !block_of(*key).iter().all(|c| REACHED.contains(c)));
+
         entered.sort_unstable();
         entered.dedup();
         let kept = old().filter(|(_, leaving)| leaving[STAY] > 0).map(|(key, _)| *key);
@@ -226,6 +235,7 @@ impl Sorter {
                 .map(|(i, from)| leaving[*from as usize][i])
                 .sum();
         });
+
         let mut total = 0;
         for start in next_starts.iter_mut() {
             (*start, total) = (total, total + *start);
@@ -237,6 +247,7 @@ impl Sorter {
         let Self { order, starts, codes, leaving, settled, sources, next_starts, next_order, cells, .. } =
             self;
         cells.resize(sources.len(), [0; CELLS + 1]);
+
         let out = Disjoint::new(next_order);
         let (order, codes) = (order.as_slice(), codes.as_slice());
         cells.par_iter_mut().zip(&*sources).enumerate().for_each(|(block, (cells, sources))| {
@@ -251,16 +262,19 @@ impl Sorter {
                     count += 1;
                 }
             }
+
             let ranges = &ranges[..count];
             let first = next_starts[block] as usize;
             let (kept, from) = match sources[STAY] {
                 NONE => (&NOBODY, 0),
                 own => (&settled[own as usize], starts[own as usize] as usize),
             };
+
             *cells = *kept;
             if !ranges.is_empty() {
                 starts_after(cells, ranges, codes);
             }
+
             let mut filled = [0; CELLS];
             copy_cells(&out, first, cells, &order[from..], kept, &mut filled);
             for (range, direction) in ranges {

@@ -36,6 +36,7 @@ impl<R: Real> Grid<R> {
     pub(crate) fn link(&mut self, periodic: [u32; 3]) {
         self.find_node_blocks(periodic);
         let Self { blocks, node_blocks, in_front, behind, .. } = self;
+
         in_front.resize(blocks.len(), [NONE; 8]);
         find_neighbors(blocks, node_blocks, in_front, corner, periodic);
         behind.resize(node_blocks.len(), [NONE; 8]);
@@ -56,6 +57,7 @@ impl<R: Real> Grid<R> {
             next(spare_blocks, [1, 0, 0], node_blocks);
             return;
         }
+
         node_blocks.clear();
         for &key in blocks.iter() {
             let block = block_of(key);

@@ -19,8 +19,8 @@ pub(crate) struct Moduli<P> {
     lowest: P,
     highest: P,
     /// J_P stays between these.
-    jp_low: P,
-    jp_high: P,
+    least_plastic_ratio: P,
+    greatest_plastic_ratio: P,
     /// 1 where the law is Neo-Hookean, 0 elsewhere.
     neo_hookean: P,
 }
@@ -34,14 +34,16 @@ impl<R: Real> MaterialConstants<R> {
         let yielding = material.plasticity.map_or(
             // The largest number bounds nothing.
             [0.0, -R::LARGEST, R::LARGEST, 0.0, R::LARGEST],
-            |Plasticity { critical_compression, critical_stretch, hardening, jp_range: [low, high] }| {
+            |plasticity| {
+                let [low, high] = plasticity.plastic_ratio_range;
+                let Plasticity { critical_compression, critical_stretch, hardening, .. } = plasticity;
                 [hardening, 1.0 - critical_compression, 1.0 + critical_stretch, low, high]
             },
         );
-        let [hardening, lowest, highest, jp_low, jp_high] = yielding.map(R::of);
+        let [hardening, lowest, highest, least_ratio, greatest_ratio] = yielding.map(R::of);
         let neo_hookean = R::of(f64::from(u8::from(material.law == Law::NeoHookean)));
         let (mu, lambda) = (R::of(material.mu()), R::of(material.lambda()));
-        Self([mu, lambda, hardening, lowest, highest, jp_low, jp_high, neo_hookean])
+        Self([mu, lambda, hardening, lowest, highest, least_ratio, greatest_ratio, neo_hookean])
     }
 }
 
@@ -55,8 +57,8 @@ impl<P: Pack> Moduli<P> {
             hardening: coefficient(table, of, 2),
             lowest: coefficient(table, of, 3),
             highest: coefficient(table, of, 4),
-            jp_low: coefficient(table, of, 5),
-            jp_high: coefficient(table, of, 6),
+            least_plastic_ratio: coefficient(table, of, 5),
+            greatest_plastic_ratio: coefficient(table, of, 6),
             neo_hookean: coefficient(table, of, 7),
         }
     }
@@ -91,7 +93,7 @@ pub(crate) struct Returned<P> {
 
 /// Elastic predictor to yield surface: what is beyond goes into J_P (eq. 11, 12).
 #[inline(always)]
-pub(crate) fn plastic_return<P: Pack>(sigma: &[P; 3], jp: P, m: &Moduli<P>) -> Returned<P> {
+pub(crate) fn plastic_return<P: Pack>(sigma: &[P; 3], plastic_ratio: P, m: &Moduli<P>) -> Returned<P> {
     let (zero, one) = (P::zero(), P::one());
     let held = [
         sigma[0].max(m.lowest).min(m.highest),
@@ -102,8 +104,8 @@ pub(crate) fn plastic_return<P: Pack>(sigma: &[P; 3], jp: P, m: &Moduli<P>) -> R
     let beyond = beyond + (sigma[1] - held[1]).abs() + (sigma[2] - held[2]).abs();
     let yielded = zero.if_less(beyond, one, zero);
     let ratio = sigma[0] * sigma[1] * sigma[2] / (held[0] * held[1] * held[2]);
-    let moved = zero.if_less(beyond, jp * ratio, jp);
-    let plastic_ratio = moved.max(m.jp_low).min(m.jp_high);
+    let moved = zero.if_less(beyond, plastic_ratio * ratio, plastic_ratio);
+    let plastic_ratio = moved.max(m.least_plastic_ratio).min(m.greatest_plastic_ratio);
     let clamped = zero.if_less((moved - plastic_ratio).abs(), one, zero);
     // The signed decomposition leaves the sign of det F on the last singular value.
     let flat = zero.if_less(moved, zero, one);
@@ -113,8 +115,8 @@ pub(crate) fn plastic_return<P: Pack>(sigma: &[P; 3], jp: P, m: &Moduli<P>) -> R
 
 /// exp(xi (1 - J_P)).
 #[inline(always)]
-pub(crate) fn hardened<P: Pack>(jp: P, m: &Moduli<P>) -> P {
-    exp(m.hardening * (P::one() - jp))
+pub(crate) fn hardened<P: Pack>(plastic_ratio: P, m: &Moduli<P>) -> P {
+    exp(m.hardening * (P::one() - plastic_ratio))
 }
 
 /// Kirchhoff stress along the columns of U: tau = U diag(t) U^T, t_i = sigma_i dpsi/dsigma_i.
@@ -177,7 +179,7 @@ fn logarithm<P: Pack>(j: P) -> (P, P) {
     (P::load(&log), P::load(&slope))
 }
 
-/// Upper bounds of the stiffnesses (Pa) that bound the time step (snow.md 4.1, 4.3), from the
+/// Upper bounds of the stiffnesses (Pa) that bound the time step (docs/laws/snow.md), from the
 /// square of the largest singular value and J: rho c_p² of the elastic wave, and that of a particle
 /// alone, in which all directions act at once.
 #[inline(always)]

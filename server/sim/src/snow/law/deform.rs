@@ -57,18 +57,18 @@ const REGULAR: f64 = 0.1;
 #[inline(always)]
 pub(crate) fn deform<P: Pack, const K: usize>(
     trial: &[Columns<P>; K],
-    jp: &[P; K],
+    plastic_ratio: &[P; K],
     volume: &[P; K],
     m: &[Moduli<P>; K],
 ) -> [Deformed<P>; K] {
     let mut turned = *trial;
     orthogonalize(&mut turned);
-    let mut out = [Deformed::of(&trial[0], jp[0]); K];
+    let mut out = [Deformed::of(&trial[0], plastic_ratio[0]); K];
     for k in 0..K {
-        out[k] = from_left(&trial[k], &turned[k], jp[k], volume[k], &m[k]);
+        out[k] = from_left(&trial[k], &turned[k], plastic_ratio[k], volume[k], &m[k]);
         let irregular = irregular(&trial[k], &turned[k]);
         if irregular.any() {
-            let full = from_svd(&trial[k], jp[k], volume[k], &m[k]);
+            let full = from_svd(&trial[k], plastic_ratio[k], volume[k], &m[k]);
             out[k] = Deformed::pick(irregular, &full, &out[k]);
         }
     }
@@ -90,7 +90,7 @@ fn irregular<P: Pack>(trial: &Columns<P>, turned: &Columns<P>) -> P {
 fn from_left<P: Pack>(
     trial: &Columns<P>,
     turned: &Columns<P>,
-    jp: P,
+    plastic_ratio: P,
     volume: P,
     m: &Moduli<P>,
 ) -> Deformed<P> {
@@ -104,7 +104,8 @@ fn from_left<P: Pack>(
             u[k][row] = turned[k][row] * inverse[k];
         }
     }
-    let Returned { sigma: held, plastic_ratio, yielded, clamped, inverted } = plastic_return(&sigma, jp, m);
+    let Returned { sigma: held, plastic_ratio, yielded, clamped, inverted } =
+        plastic_return(&sigma, plastic_ratio, m);
     let mut change = [one; 3];
     let hardening = hardened(plastic_ratio, m);
     let t = principal_stress(&held, hardening, m);
@@ -127,10 +128,11 @@ fn from_left<P: Pack>(
 
 /// From the full decomposition.
 #[inline(always)]
-fn from_svd<P: Pack>(trial: &Columns<P>, jp: P, volume: P, m: &Moduli<P>) -> Deformed<P> {
+fn from_svd<P: Pack>(trial: &Columns<P>, plastic_ratio: P, volume: P, m: &Moduli<P>) -> Deformed<P> {
     let zero = P::zero();
     let Svd { u, sigma, v } = svd(trial);
-    let Returned { sigma, plastic_ratio, yielded, clamped, inverted } = plastic_return(&sigma, jp, m);
+    let Returned { sigma, plastic_ratio, yielded, clamped, inverted } =
+        plastic_return(&sigma, plastic_ratio, m);
     let mut elastic = *trial;
     for column in 0..3 {
         for row in 0..3 {
@@ -148,11 +150,11 @@ fn from_svd<P: Pack>(trial: &Columns<P>, jp: P, volume: P, m: &Moduli<P>) -> Def
 
 impl<P: Pack> Deformed<P> {
     #[inline(always)]
-    fn of(elastic: &Columns<P>, jp: P) -> Self {
+    fn of(elastic: &Columns<P>, plastic_ratio: P) -> Self {
         let zero = P::zero();
         Self {
             elastic: *elastic,
-            plastic_ratio: jp,
+            plastic_ratio,
             hardening: zero,
             volume_stress: [zero; 6],
             yielded: zero,
@@ -187,15 +189,15 @@ impl<P: Pack> Deformed<P> {
 #[inline(always)]
 pub(crate) fn undeformed<P: Pack, const K: usize>(
     f: &[Columns<P>; K],
-    jp: &[P; K],
+    plastic_ratio: &[P; K],
     volume: &[P; K],
     m: &[Moduli<P>; K],
 ) -> [Deformed<P>; K] {
-    let mut out = [Deformed::of(&f[0], jp[0]); K];
+    let mut out = [Deformed::of(&f[0], plastic_ratio[0]); K];
     for k in 0..K {
-        out[k] = Deformed::of(&f[k], jp[k]);
+        out[k] = Deformed::of(&f[k], plastic_ratio[k]);
         let Svd { u, sigma, .. } = svd(&f[k]);
-        out[k].hardening = hardened(jp[k], &m[k]);
+        out[k].hardening = hardened(plastic_ratio[k], &m[k]);
         let t = principal_stress(&sigma, out[k].hardening, &m[k]);
         let t = [t[0] * volume[k], t[1] * volume[k], t[2] * volume[k]];
         out[k].volume_stress = in_frame(&u, &t);

@@ -1,6 +1,6 @@
 //! What snow is made of: elastic law, hardening, yield limits; presets with their sources.
 
-/// Elastic law.
+/// How elastic energy depends on the deformation gradient.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 pub enum Law {
     /// psi = mu |F - R|² + lambda/2 (J - 1)² (Stomakhin et al. 2012, 2013).
@@ -12,7 +12,7 @@ pub enum Law {
 }
 
 impl Law {
-    /// Every law.
+    /// Every law, in the order of the variants.
     pub const ALL: [Self; 2] = [Self::FixedCorotated, Self::NeoHookean];
 
     /// Volume ratio below which the logarithm of the Neo-Hookean law is replaced by its tangent.
@@ -37,13 +37,13 @@ pub struct Plasticity {
     /// Hardening xi: stiffness grows as exp(xi (1 - J_P)).
     pub hardening: f64,
     /// Range that J_P is kept in: without it compaction raises the stiffness without bound.
-    pub jp_range: [f64; 2],
+    pub plastic_ratio_range: [f64; 2],
 }
 
-/// A material.
+/// What snow is made of: its elastic law, and where it yields.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Material {
-    /// Elastic law.
+    /// How energy depends on deformation.
     pub law: Law,
     /// Young's modulus at J_P = 1 (Pa).
     pub young: f64,
@@ -62,7 +62,7 @@ pub struct Preset {
     pub source: &'static str,
     /// Density at rest (kg/m³).
     pub density: f64,
-    /// The material.
+    /// Law, stiffness, yield limits and hardening.
     pub material: Material,
 }
 
@@ -77,8 +77,8 @@ impl Material {
         self.young / (2.0 * (1.0 + self.poisson))
     }
 
-    /// Says what is wrong with the numbers, if anything.
-    pub fn fault(&self) -> Option<String> {
+    /// What is wrong with the numbers, as a sentence.
+    pub fn error(&self) -> Option<String> {
         let above = |value: f64| value.is_finite() && value > 0.0;
         if !above(self.young) {
             return Some(format!("Young's modulus is {} Pa: a finite number above 0 is needed", self.young));
@@ -87,8 +87,8 @@ impl Material {
             return Some(format!("Poisson's ratio is {}: 0 to 0.49 is needed", self.poisson));
         }
         let plasticity = self.plasticity?;
-        let Plasticity { critical_compression, critical_stretch, hardening, jp_range: [low, high] } =
-            plasticity;
+        let Plasticity { critical_compression, critical_stretch, hardening, .. } = plasticity;
+        let [low, high] = plasticity.plastic_ratio_range;
         if !(0.0..1.0).contains(&critical_compression) || !(0.0..=1e3).contains(&critical_stretch) {
             return Some(format!(
                 "critical compression is {critical_compression} and stretch {critical_stretch}: from 0 and below 1, and 0 to 1000 are needed"
@@ -112,14 +112,14 @@ impl Material {
                 critical_compression: 2.5e-2,
                 critical_stretch,
                 hardening: 10.0,
-                jp_range: [0.6, 20.0],
+                plastic_ratio_range: [0.6, 20.0],
             }),
         }
     }
 }
 
 impl Preset {
-    /// Every preset.
+    /// Every preset, in the order of the documents.
     pub const ALL: [Self; 6] = [
         Self {
             name: "stomakhin",

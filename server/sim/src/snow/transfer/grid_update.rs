@@ -22,11 +22,11 @@ use crate::{
 /// What a collider leaves free of a node's velocity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Hold<R> {
-    /// All of it.
+    /// The node is free: all of its velocity.
     Free,
     /// What lies along the surface with this normal.
     Across([R; 3]),
-    /// Nothing.
+    /// The node sticks: nothing of its velocity.
     All,
 }
 
@@ -132,6 +132,7 @@ impl GridStep<'_> {
     ) -> GridDiagnostics {
         let mut diagnostics = GridDiagnostics::default();
         let near = self.near(block);
+
         let kick = self.context.gravity.map(|g| R::of(g * self.context.dt));
         let least = R::of(self.least_mass);
         for i in 0..CELLS {
@@ -149,13 +150,16 @@ impl GridStep<'_> {
                 for c in 0..3 {
                     v[c] += kick[c];
                 }
+
                 if near != 0 {
                     diagnostics.contacts += u64::from(self.collide(near, block, i, &mut v));
                 }
+
                 nodes[i] = [v[0], v[1], v[2], m];
                 if let Some(changes) = &mut changes {
                     changes[i] = [v[0] - before[0], v[1] - before[1], v[2] - before[2], R::zero()];
                 }
+
                 let share = (m.to_f64() / self.lightest).min(1.0);
                 let speed2 = (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).to_f64() * share * share;
                 // A NaN is not below or equal to anything, and stays.
@@ -237,6 +241,7 @@ fn collect(diagnostics: &[GridDiagnostics]) -> GridDiagnostics {
             (total.speed2, total.fastest) = (block.speed2, block.fastest);
         }
     }
+
     [total.mass, total.dropped] = parallel::sum_by(diagnostics, &|block| [block.mass, block.dropped]);
     total
 }

@@ -285,7 +285,7 @@ impl<R: Real> WithSimd<R> for StressChange<'_, R> {
     #[inline(always)]
     fn run<P: Pack<Number = R>>(self) {
         let Self { particles, group, stress, .. } = self;
-        let (_, jp) = particles.v_and_plastic_ratio::<P>(group);
+        let (_, plastic_ratio) = particles.v_and_plastic_ratio::<P>(group);
         let f = particles.f_e_columns::<P>(group);
         let mut gradient = f;
         for axis in 0..3 {
@@ -296,7 +296,7 @@ impl<R: Real> WithSimd<R> for StressChange<'_, R> {
         let Constants { volume, stiffness, object } = &self.constants;
         let moduli = Moduli::gather(self.materials, object, P::load(stiffness));
         let change = product(&gradient, &f);
-        let piola = piola_change(&svd(&f), &change, hardened(jp, &moduli), &moduli);
+        let piola = piola_change(&svd(&f), &change, hardened(plastic_ratio, &moduli), &moduli);
         let volume = P::load(volume);
         for axis in 0..3 {
             for k in 0..3 {

@@ -163,15 +163,15 @@ impl<R: Real> WithSimd<R> for Update<'_, '_, R> {
     #[inline(always)]
     fn run<P: Pack<Number = R>>(mut self) {
         let one = P::one();
-        let (mut shapes, mut jps, mut volumes) =
+        let (mut shapes, mut plastic_ratios, mut volumes) =
             ([[[one; 3]; 3]; TOGETHER], [one; TOGETHER], [one; TOGETHER]);
         let mut moduli = [Moduli::gather(self.materials, &[0; LANES], one); TOGETHER];
         for k in 0..TOGETHER {
             let group = &self.groups[k];
-            let (_, jp) = self.motions[k].v_and_plastic_ratio::<P>();
+            let (_, plastic_ratio) = self.motions[k].v_and_plastic_ratio::<P>();
             let f = self.particles.f_e_columns::<P>(group);
             let Constants { volume, stiffness, object } = self.particles.constants(group);
-            (jps[k], volumes[k]) = (jp, P::load(&volume));
+            (plastic_ratios[k], volumes[k]) = (plastic_ratio, P::load(&volume));
             moduli[k] = Moduli::gather(self.materials, &object, P::load(&stiffness));
             shapes[k] = match self.deformation {
                 Deformation::Step => {
@@ -182,8 +182,8 @@ impl<R: Real> WithSimd<R> for Update<'_, '_, R> {
             };
         }
         let new = match self.deformation {
-            Deformation::Step => deform(&shapes, &jps, &volumes, &moduli),
-            Deformation::Refresh => undeformed(&shapes, &jps, &volumes, &moduli),
+            Deformation::Step => deform(&shapes, &plastic_ratios, &volumes, &moduli),
+            Deformation::Refresh => undeformed(&shapes, &plastic_ratios, &volumes, &moduli),
         };
         for k in 0..TOGETHER {
             self.finish(k, &new[k], volumes[k], &moduli[k]);

@@ -1,6 +1,6 @@
 //! Transfers as types: what each gathers and scatters is known when its kernel is compiled.
 
-/// A transfer.
+/// What a transfer carries, known when its kernels are compiled.
 pub(crate) trait Scheme: Copy + Send + Sync {
     /// Particles carry an affine velocity.
     const AFFINE: bool;

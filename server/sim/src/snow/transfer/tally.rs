@@ -7,13 +7,13 @@ use crate::{
     snow::{bound::Extremes, group::Lanes},
 };
 
-/// Sums and extremes over the particles of a chunk of blocks, a number a lane.
+/// Sums and extremes over the particles of a chunk of blocks, a number per lane.
 #[derive(Clone, Copy)]
 pub(crate) struct Tally<R> {
     /// As in [`Extremes`].
     extremes: [Lanes<R>; 5],
     /// Smallest and largest J_P.
-    jp: [Lanes<R>; 2],
+    plastic_ratio_range: [Lanes<R>; 2],
     /// Yielded, clamped, inverted, ballistic.
     counts: [Lanes<R>; 4],
 }
@@ -22,7 +22,8 @@ pub(crate) struct Tally<R> {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct ChunkDiagnostics {
     pub(crate) extremes: Extremes,
-    pub(crate) jp: [f64; 2],
+    /// Smallest and largest J_P.
+    pub(crate) plastic_ratio_range: [f64; 2],
     /// Yielded, clamped, inverted, ballistic.
     pub(crate) counts: [u32; 4],
 }
@@ -31,7 +32,7 @@ impl<R: Real> Tally<R> {
     pub(crate) fn new() -> Self {
         let (zero, largest) = ([R::zero(); LANES], [R::of(R::LARGEST); LANES]);
         let lowest = [R::of(-R::LARGEST); LANES];
-        Self { extremes: [zero; 5], jp: [largest, lowest], counts: [zero; 4] }
+        Self { extremes: [zero; 5], plastic_ratio_range: [largest, lowest], counts: [zero; 4] }
     }
 
     pub(crate) fn finish(&self) -> ChunkDiagnostics {
@@ -41,7 +42,10 @@ impl<R: Real> Tally<R> {
         let count = |lanes: &Lanes<R>| lanes.iter().map(|x| x.to_f64() as u32).sum();
         ChunkDiagnostics {
             extremes: Extremes::of(self.extremes.each_ref().map(greatest)),
-            jp: [least(&self.jp[0]), greatest(&self.jp[1])],
+            plastic_ratio_range: [
+                least(&self.plastic_ratio_range[0]),
+                greatest(&self.plastic_ratio_range[1]),
+            ],
             counts: self.counts.each_ref().map(count),
         }
     }
@@ -49,7 +53,13 @@ impl<R: Real> Tally<R> {
     /// Adds a group: extremes from what is stored, so that a run restored from its particles takes
     /// the same steps.
     #[inline(always)]
-    pub(crate) fn include<P: Pack<Number = R>>(&mut self, count: usize, extremes: [P; 5], jp: P, counts: [P; 4]) {
+    pub(crate) fn include<P: Pack<Number = R>>(
+        &mut self,
+        count: usize,
+        extremes: [P; 5],
+        plastic_ratio: P,
+        counts: [P; 4],
+    ) {
         let mut active = [R::zero(); LANES];
         active[..count].fill(R::one());
         // Lanes past the last particle hold what is nobody's.
@@ -58,9 +68,9 @@ impl<R: Real> Tally<R> {
             let own = zero.if_less(active, extremes[k], zero);
             self.extremes[k] = P::load(&self.extremes[k]).max(own).store();
         }
-        let [least, most] = [P::load(&self.jp[0]), P::load(&self.jp[1])];
-        self.jp[0] = zero.if_less(active, least.min(jp), least).store();
-        self.jp[1] = zero.if_less(active, most.max(jp), most).store();
+        let [least, most] = [P::load(&self.plastic_ratio_range[0]), P::load(&self.plastic_ratio_range[1])];
+        self.plastic_ratio_range[0] = zero.if_less(active, least.min(plastic_ratio), least).store();
+        self.plastic_ratio_range[1] = zero.if_less(active, most.max(plastic_ratio), most).store();
         for k in 0..4 {
             self.counts[k] = (P::load(&self.counts[k]) + counts[k] * active).store();
         }

@@ -1,5 +1,5 @@
-//! Weights of a particle on its nodes along one axis, and their slopes (snow.md 0; Steffen, Kirby,
-//! Berzins 2008). Nodes stand at i h.
+//! Weights of a particle on its nodes along one axis, and their slopes (Steffen, Kirby, Berzins 2008;
+//! docs/laws/snow.md). Nodes stand at i h.
 //!
 //! Reads x / h; writes the first node, the weights, and slopes times h: a gradient needs 1 / h.
 
@@ -13,7 +13,7 @@ use crate::{
 pub(crate) struct AxisWeights<P> {
     /// x / h minus the first node.
     pub(crate) offset: P,
-    /// Weights.
+    /// Weights, which add up to 1.
     pub(crate) w: [P; 4],
     /// Slopes, times h.
     pub(crate) d: [P; 4],
