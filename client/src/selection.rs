@@ -98,7 +98,7 @@ impl FromIterator<Field> for Fields {
 /// Which nodes of the snow's grid a frame holds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GridOptions {
-    /// Which nodes.
+    /// Nodes that are sent.
     pub selection: GridSelection,
     /// Most nodes per frame; 0: as many as the server allows. Of more, the server sends every second, third ... node
     /// along each axis.

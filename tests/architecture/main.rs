@@ -8,6 +8,7 @@ mod tree;
 mod tokens;
 mod additions;
 mod builds;
+mod comments;
 mod crates;
 mod deployment;
 mod documents;

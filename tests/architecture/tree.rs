@@ -11,7 +11,7 @@ use std::{
 pub(crate) struct Source {
     /// Path from the root, with `/`.
     pub(crate) path: String,
-    /// Its text.
+    /// All of its text.
     pub(crate) text: String,
 }
 

@@ -83,7 +83,7 @@ impl Server {
         tokio::time::timeout(PATIENCE, waiting).await.expect("it comes true in time")
     }
 
-    /// Watches frames.
+    /// Starts to watch frames.
     pub(crate) async fn watch(&mut self, request: v1::WatchFramesRequest) -> Watch {
         let stream = self.client.watch_frames(request).await.expect("the stream opens").into_inner();
         Watch::new(stream).await

@@ -36,9 +36,9 @@ pub(crate) struct Properties {
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Progress {
     pub state: State,
-    /// Steps taken.
+    /// Steps since the start.
     pub step: u64,
-    /// Simulated time.
+    /// Simulated time (s).
     pub time_seconds: f64,
     /// Hash of the state, while the session is not stepping.
     pub state_hash: Option<u64>,

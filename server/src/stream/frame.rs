@@ -23,7 +23,7 @@ pub(crate) struct FrameHead {
     pub frame: u64,
     /// Steps taken before this frame.
     pub step: u64,
-    /// Simulated time.
+    /// Simulated time (s).
     pub time_seconds: f64,
     /// Hash of the exact state, on some frames.
     pub state_hash: Option<u64>,

@@ -38,7 +38,7 @@ pub(super) struct Module {
 /// A name that `use` brings into a module.
 #[derive(Debug)]
 pub(super) struct Import {
-    /// The name.
+    /// What it is called there.
     pub(super) name: String,
     /// The path that it stands for.
     pub(super) path: String,

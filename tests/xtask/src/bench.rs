@@ -2,7 +2,7 @@
 
 use crate::shell::{Failure, Shell};
 
-/// Every benchmark.
+/// Names of all benchmarks.
 const BENCHES: [&str; 5] = ["zara", "cloth", "snow", "stomakhin", "stream"];
 
 /// Runs the benchmarks named in `names`, or all.

@@ -25,7 +25,7 @@ const WRITERS: [(&str, &str, &str); 3] = [
     ),
 ];
 
-/// Every group.
+/// Names of all groups.
 const GROUPS: [&str; 3] = ["pages", "hashes", "mutants"];
 
 /// Writes the groups named in `names`, or all.

@@ -54,7 +54,7 @@ fn python_with_grpc(shell: &Shell) -> Option<PathBuf> {
 /// A server on a free loopback port, ended when dropped.
 struct Server {
     process: Child,
-    /// host:port.
+    /// Host and port, `host:port`.
     address: String,
 }
 

@@ -11,7 +11,7 @@ const BALLS: usize = 9;
 /// The space that a shape fills at time 0 (m).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Extent {
-    /// A ball.
+    /// All points within a radius (m).
     Ball { center: [f32; 3], radius: f32 },
     /// All points within a radius of a segment, or a part of them.
     Rod { start: [f32; 3], end: [f32; 3], radius: f32 },

@@ -29,7 +29,7 @@ const TROUGH_FACETS: u32 = 48;
 pub(crate) enum Ground {
     /// A plane: its unit normal.
     Plane([f32; 3]),
-    /// A trough.
+    /// The inside of a half-pipe.
     Trough(Trough),
 }
 

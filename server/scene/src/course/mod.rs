@@ -5,8 +5,8 @@
 
 mod parameter_file;
 mod object;
-mod scene;
 mod simu;
+mod scene;
 
 pub use object::{ObjectIntegration, ObjectParameters};
 pub use scene::{CourseObject, MecasimOptions, Viscosity, mecasim_scene};

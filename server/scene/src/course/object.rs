@@ -34,7 +34,7 @@ pub struct ObjectParameters {
     pub damping: Option<f64>,
     /// `dt`: time step (s).
     pub dt: f64,
-    /// `Integration`.
+    /// The file's `Integration`.
     pub integration: ObjectIntegration,
     /// `Interaction`: whether the user may move pinned particles.
     pub interaction: bool,

@@ -45,9 +45,9 @@ pub struct EtiOptions {
 /// The four texts of a set, as the course's tool writes them.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct EtiWritten {
-    /// points.eti.
+    /// Text of `points.eti`.
     pub points: String,
-    /// faceset.eti.
+    /// Text of `faceset.eti`.
     pub faceset: String,
     /// masses.eti; none for a mesh without masses.
     pub masses: Option<String>,

@@ -1,5 +1,6 @@
 //! Numbers and small vectors: the precision of a state, 3-vectors over it, packs of lanes.
 
+mod vector;
 mod real;
 pub mod array;
 mod simd;
@@ -8,17 +9,12 @@ mod exp;
 
 pub use real::{Padded, Precision, Real};
 pub use simd::{SimdLevel, force_simd_level, simd_level};
+pub use vector::{Mat3, Vec3};
 
 pub(crate) use exp::exp;
 pub(crate) use real::{LANES, Pack};
 pub(crate) use simd::{Portable, WithSimd, dispatch};
 pub(crate) use svd::{Columns, Svd, cross3, dot3, orthogonalize, svd};
-
-/// A vector of three components.
-pub type Vec3<R> = nalgebra::Vector3<R>;
-
-/// A 3 x 3 matrix.
-pub type Mat3<R> = nalgebra::Matrix3<R>;
 
 /// Converts a vector of a scene (binary64) to the state's precision.
 pub fn vec3<R: Real>(v: [f64; 3]) -> Vec3<R> {

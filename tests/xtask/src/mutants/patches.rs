@@ -62,7 +62,6 @@ const fn text(mutant: u32, file: &'static str, from: &'static str, to: &'static 
     Patch { mutant, file, from, to, form: Text }
 }
 
-/// Every patch.
 #[rustfmt::skip] // one line a patch where it fits
 pub(super) const PATCHES: [Patch; 23] = [
     expression(1, "transfer/particles_to_grid.rs", "-self.dt * self.inverse_cell", "-self.dt"),

@@ -5,7 +5,7 @@ use super::geometry::{
 };
 use crate::math::array::{cross, dot};
 
-/// A box.
+/// A box that may be turned.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cuboid {
     /// Centre (m).

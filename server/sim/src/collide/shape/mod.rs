@@ -83,13 +83,13 @@ macro_rules! shapes {
 }
 
 shapes! {
-    /// A half-space.
+    /// The half-space behind a plane.
     Plane(plane::Plane),
-    /// A ball.
+    /// A ball with a centre and a radius.
     Sphere(sphere::Sphere),
     /// All points within a distance of a segment.
     Capsule(capsule::Capsule),
-    /// A box.
+    /// A box that may be turned.
     Box(cuboid::Cuboid),
     /// A solid cylinder with flat ends.
     Cylinder(cylinder::Cylinder),

@@ -1,8 +1,8 @@
-//! A ball.
+//! A ball: its centre and radius, and how far a point is from its surface.
 
 use super::geometry::{Nearest, Probe, SignedDistance, is_finite, is_length, length_and_direction};
 
-/// A ball.
+/// All points within a radius.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sphere {
     /// Centre (m).
