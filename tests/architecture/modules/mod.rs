@@ -11,18 +11,10 @@ use crate::{assert_none, tree::Source};
 
 use files::Crate;
 
-/// Crates that are not in order yet: root, arrows upward and files in circles at most. The list only
-/// shrinks: a crate that is in order must not be on it.
-const PENDING: [(&str, usize, usize); 1] = [("server/sim/src/lib.rs", 11, 19)];
-
 /// Arrows upward and files in circles.
 fn disorder(krate: &Crate) -> (usize, usize) {
     let circles = arrows::circles(&arrows::between_files(krate));
     (arrows::against_order(krate).len(), circles.iter().map(BTreeSet::len).sum())
-}
-
-fn is_pending(krate: &Crate) -> bool {
-    PENDING.iter().any(|(root, ..)| *root == krate.root)
 }
 
 /// The folder of a file, from its crate's root: `snow/grid`.
@@ -33,12 +25,13 @@ fn room<'a>(krate: &Crate, file: &'a str) -> &'a str {
 }
 
 /// A line for each room with more than one file: files, arrows within it (its own rooms included), circles.
-fn figures(krate: &Crate) -> String {
+fn counts(krate: &Crate) -> String {
     let all = arrows::between_files(krate);
     let mut rooms: BTreeMap<&str, usize> = BTreeMap::new();
     let mut files: Vec<_> = krate.modules.iter().map(|module| module.file.as_str()).collect();
     files.sort_unstable();
     files.dedup();
+
     for file in files {
         let mut at = room(krate, file);
         *rooms.entry(at).or_default() += 1;
@@ -50,6 +43,7 @@ fn figures(krate: &Crate) -> String {
             *rooms.entry("").or_default() += 1;
         }
     }
+
     let (upward, in_circles) = disorder(krate);
     let mut text = format!("{}: {upward} upward, {in_circles} files in circles\n", krate.root);
     for (name, count) in rooms.into_iter().filter(|(_, count)| *count > 1) {
@@ -57,45 +51,33 @@ fn figures(krate: &Crate) -> String {
             let at = room(krate, file);
             name.is_empty() || at == name || at.strip_prefix(name).is_some_and(|rest| rest.starts_with('/'))
         };
+
         let own = all.iter().filter(|(from, to)| within(from) && within(to)).copied().collect();
         let sizes: Vec<_> = arrows::circles(&own).iter().map(|circle| circle.len().to_string()).collect();
+
         let name = if name.is_empty() { "all" } else { name };
         let circles = if sizes.is_empty() { "none".to_owned() } else { sizes.join(", ") };
         let line = format!("  {name:<20} {count:>3} files {:>4} arrows, circles: {circles}\n", own.len());
         text.push_str(&line);
     }
+
     text
 }
 
 #[test]
 fn a_module_uses_only_modules_declared_above_it() {
     let crates = files::of_repository();
-    assert_none(
-        &crates.iter().filter(|k| !is_pending(k)).flat_map(arrows::against_order).collect::<Vec<_>>(),
-    );
+    assert_none(&crates.iter().flat_map(arrows::against_order).collect::<Vec<_>>());
 }
 
 #[test]
-#[allow(clippy::print_stdout, reason = "figures that `--nocapture` shows")]
+#[allow(clippy::print_stdout, reason = "counts that `--nocapture` shows")]
 fn no_files_use_each_other_in_a_circle() {
     let crates = files::of_repository();
     for krate in &crates {
-        print!("{}", figures(krate));
+        print!("{}", counts(krate));
     }
-    assert_none(
-        &crates.iter().filter(|k| !is_pending(k)).flat_map(arrows::against_circles).collect::<Vec<_>>(),
-    );
-}
-
-#[test]
-fn crates_that_are_not_in_order_yet_get_no_worse() {
-    let crates = files::of_repository();
-    for (root, upward, in_circles) in PENDING {
-        let krate = crates.iter().find(|krate| krate.root == root).expect("a crate on the list stands");
-        let found = disorder(krate);
-        assert!(found != (0, 0), "{root} is in order: take it off the list");
-        assert!(found.0 <= upward && found.1 <= in_circles, "{root}: {found:?}\n{}", figures(krate));
-    }
+    assert_none(&crates.iter().flat_map(arrows::against_circles).collect::<Vec<_>>());
 }
 
 /// A crate of three rooms, with other text in `file`.

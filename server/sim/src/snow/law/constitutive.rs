@@ -13,7 +13,7 @@ use crate::math::{LANES, Pack, Real, exp};
 pub(crate) struct Moduli<P> {
     pub(crate) mu: P,
     pub(crate) lambda: P,
-    /// xi.
+    /// Hardening, the law's xi.
     hardening: P,
     /// Singular values stay between these.
     lowest: P,
