@@ -32,7 +32,7 @@ impl Collider {
 
 /// The three numbers of a vector; an absent one is zero, as everywhere in proto3.
 pub fn components(vector: Option<v1::Vector3>) -> [f64; 3] {
-    vector.map_or([0.0; 3], |v| [v.x, v.y, v.z])
+    vector.unwrap_or_default().into()
 }
 
 type Checked = Result<(), &'static str>;

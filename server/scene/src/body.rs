@@ -54,8 +54,8 @@ pub struct Body {
     #[serde(default, skip_serializing_if = "is_default")]
     pub limits: Limits,
     /// Particles per block, the unit of parallel work and of sums: a power of two, 32 to 4096.
-    #[serde(default = "default_grain", serialize_with = "names::whole")]
-    pub grain: usize,
+    #[serde(rename = "grain", default = "default_block_size", serialize_with = "names::whole")]
+    pub block_size: usize,
 }
 
 impl Body {
@@ -76,7 +76,7 @@ impl Body {
             substeps: one(),
             solver: Solver::default(),
             limits: Limits::default(),
-            grain: default_grain(),
+            block_size: default_block_size(),
         }
     }
 }
@@ -259,7 +259,7 @@ fn default_integrator() -> Integrator {
     ClothSettings::default().integrator
 }
 
-fn default_grain() -> usize {
+fn default_block_size() -> usize {
     ClothSettings::DEFAULT_BLOCK_SIZE
 }
 

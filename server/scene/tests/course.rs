@@ -146,10 +146,10 @@ fn odd_lines_give_warnings() {
     let read = simu("NbItr=3;\nGx=1\nGy=2; and more\n").unwrap();
     for wanted in [
         "a.simu:2: the line has no ';'",
-        "a.simu:3: 'and more' after the ';' is passed over",
+        "a.simu:3: 'and more' after the ';' is ignored",
         "a.simu: Gz is missing: 0 is taken",
         "a.simu: NbIter is missing: the simulation does not end by itself",
-        "a.simu:1: unknown key 'NbItr' is passed over; did you mean 'NbIter'?",
+        "a.simu:1: unknown key 'NbItr' is ignored; did you mean 'NbIter'?",
     ] {
         assert!(read.warnings.contains(&wanted.to_owned()), "{wanted}\n{:#?}", read.warnings);
     }

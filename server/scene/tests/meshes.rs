@@ -1,4 +1,4 @@
-//! Mesh readers and writers: round trips, faults by line, and text that is not a mesh.
+//! Mesh readers and writers: round trips, errors by line, and text that is not a mesh.
 
 use nappe_scene::{
     SceneError,
@@ -88,7 +88,7 @@ fn every_error_of_a_set_names_its_file_and_line() {
         (P, "0 1\n", M, "", "faceset.eti:1: has 2 indices; allowed: three, a triangle"),
         (P, "", "1\n-1\n1\n", "", "masses.eti:2: the mass of point 1 is -1; allowed: 0 (pinned) or more"),
         (P, "", "1\n1 1\n1\n", "", "masses.eti:2: a mass has 2 numbers; allowed: 1"),
-        (P, "", "1\n1\n1\n1\n", "", "masses.eti:4: has a mass more than the 3 points; allowed: one a point"),
+        (P, "", "1\n1\n1\n1\n", "", "masses.eti:4: has more masses than the 3 points; allowed: one per point"),
         (P, "", "1\n1\n", "", "masses.eti:2: holds 2 masses for 3 points; point 2 is the first without"),
         (
             P,
@@ -97,7 +97,7 @@ fn every_error_of_a_set_names_its_file_and_line() {
             "",
             "masses.eti:3: holds 2 masses and an unfinished line 3 ('1' without an end of line: the file may be cut) for 3 points",
         ),
-        (P, "", M, "0 0\n", "texcoord.eti: holds 1 texture coordinates for 3 points; allowed: one a point"),
+        (P, "", M, "0 0\n", "texcoord.eti: holds 1 texture coordinates for 3 points; allowed: one per point"),
         (P, "", M, "0\n", "texcoord.eti:1: a texture coordinate has 1 numbers; allowed: 2"),
     ] {
         let found = eti(points, faces, masses, uv, None).unwrap_err().to_string();
@@ -114,7 +114,7 @@ fn a_missing_mass_gets_the_value_that_was_asked_for_and_a_warning() {
     }
     assert_eq!(eti(P, "", "1\n1\n1 ", "", None).unwrap().mesh.masses, [1.0; 3], "a blank ends a number");
     assert_eq!(eti(P, "", "1\n1\n1\n ", "", None).unwrap().mesh.masses, [1.0; 3]);
-    assert!(eti(P, "", "1\n1\n1\n1\n", "", Some(1.0)).is_err(), "too many masses stay a fault");
+    assert!(eti(P, "", "1\n1\n1\n1\n", "", Some(1.0)).is_err(), "too many masses stay an error");
 }
 
 #[test]

@@ -22,7 +22,7 @@ const ERRORS: &[(&str, &str, &str)] = &[
     (
         "cell = 0.1",
         "cell = 0.1\nkernel = \"linear\"",
-        "scene.toml:6:10: snow.kernel: is 'linear', which goes with transfer = \"pic_flip\" alone: it is here to show how it fails; allowed here: quadratic, cubic",
+        "scene.toml:6:10: snow.kernel: is 'linear', which works only with transfer = \"pic_flip\" and is there to show how it fails; allowed here: quadratic, cubic",
     ),
     (
         "cell = 0.1",
@@ -32,17 +32,17 @@ const ERRORS: &[(&str, &str, &str)] = &[
     (
         "cell = 0.1",
         "cell = 0.1\nflip = 0.9",
-        "scene.toml:6:8: snow.flip: goes with transfer = \"pic_flip\" alone; the transfer here is \"mls\"",
+        "scene.toml:6:8: snow.flip: works only with transfer = \"pic_flip\"; the transfer here is \"mls\"",
     ),
     (
         "cell = 0.1",
         "cell = 0.1\ntransfer = \"apic\"\nflip_time = 0.9",
-        "scene.toml:7:13: snow.flip_time: goes with transfer = \"pic_flip\" alone; the transfer here is \"apic\"",
+        "scene.toml:7:13: snow.flip_time: works only with transfer = \"pic_flip\"; the transfer here is \"apic\"",
     ),
     (
         "cell = 0.1",
         "cell = 0.1\nadvection = \"grid\"",
-        "scene.toml:6:13: snow.advection: goes with transfer = \"pic_flip\" alone; the transfer here is \"mls\"",
+        "scene.toml:6:13: snow.advection: works only with transfer = \"pic_flip\"; the transfer here is \"mls\"",
     ),
     (
         "cell = 0.1",
@@ -112,7 +112,7 @@ const ERRORS: &[(&str, &str, &str)] = &[
     (
         "name = \"ball\"",
         "name = \"ball\"\nsampling = \"poisson\"\njitter = 0.1",
-        "scene.toml:10:10: snow.object[0].jitter: goes with sampling = \"jittered\" alone",
+        "scene.toml:10:10: snow.object[0].jitter: works only with sampling = \"jittered\"",
     ),
     (
         "name = \"ball\"",
@@ -127,7 +127,7 @@ const ERRORS: &[(&str, &str, &str)] = &[
     (
         "sphere = { center = [0, 1, 0], radius = 0.3 }",
         "box = { min = [0, 0, 0], size = [1, 1, 1] }",
-        "scene.toml:9:7: snow.object[0].box.max: is missing: it is needed with 'min'",
+        "scene.toml:9:7: snow.object[0].box.max: is missing: it is needed with 'min'\nscene.toml:9:33: snow.object[0].box.size: does not go with 'min'",
     ),
     (
         "sphere = { center = [0, 1, 0], radius = 0.3 }",
@@ -137,7 +137,7 @@ const ERRORS: &[(&str, &str, &str)] = &[
     (
         "sphere = { center = [0, 1, 0], radius = 0.3 }",
         "mesh = { grid = [3, 3], spacing = 1 }",
-        "scene.toml:9:10: snow.object[0].mesh.grid: snow.object.mesh has no key 'grid'; allowed: upload, file",
+        "scene.toml:9:10: snow.object[0].mesh.grid: snow.object.mesh has no key 'grid'; allowed: upload, file\nscene.toml:9:25: snow.object[0].mesh.spacing: snow.object.mesh has no key 'spacing'; allowed: upload, file",
     ),
     (
         "radius = 0.3",
@@ -185,13 +185,13 @@ fn a_scene_holds_a_body_or_snow() {
 fn names_are_unique_among_bodies_and_objects() {
     let body = "[[body]]\nname = \"ball\"\nmesh = { course_grid = 3 }\n";
     let error = build(&format!("{SMALL}{body}")).expect_err("one name for two").to_string();
-    assert_eq!(error, "scene.toml:8:8: snow.object[0].name: 'ball' is the name of a body: names are unique");
+    assert_eq!(error, "scene.toml:8:8: snow.object[0].name: 'ball' is the name of a body: a name may be used once");
     let twice = format!(
         "{SMALL}\n[[snow.object]]\nname = \"ball\"\nsphere = {{ center = [0, 3, 0], radius = 0.3 }}\n"
     );
     let error = build(&twice).expect_err("one name for two").to_string();
     assert_eq!(
         error,
-        "scene.toml:12:8: snow.object[1].name: 'ball' is the name of another object of snow: names are unique"
+        "scene.toml:12:8: snow.object[1].name: 'ball' is the name of another object of snow: a name may be used once"
     );
 }

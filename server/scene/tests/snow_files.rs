@@ -195,7 +195,7 @@ fn a_collider_that_makes_no_shape_is_named() {
         (
             "end = [1, 0, 0]",
             "end = [0, 0, 0]",
-            "scene.toml:13:38: collider[0].capsule.end: is where it starts; allowed: another point, or a sphere",
+            "scene.toml:13:38: collider[0].capsule.end: is the same point as start; allowed: another point, or a sphere instead",
         ),
         (
             "up = [7, 3, 0]",
@@ -313,6 +313,6 @@ fn a_closed_mesh_is_filled_and_an_open_one_named() {
     assert_eq!(error.first().kind, ErrorKind::BadMesh);
     assert_eq!(
         error.to_string(),
-        "scene.toml:9:8: snow.object[0].mesh: is not closed: the edge from point 1 at (1, 0, 0) to point 2 at (0, 1, 0) has 1 triangle, and each edge of a closed surface has two; 2 other edges have not two either"
+        "scene.toml:9:8: snow.object[0].mesh: is not closed: the edge from point 1 at (1, 0, 0) to point 2 at (0, 1, 0) has 1 triangle, and each edge of a closed surface has two; 2 other edges are open too"
     );
 }

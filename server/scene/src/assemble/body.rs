@@ -255,8 +255,8 @@ fn settings(text: &BodyText<'_>) -> Result<ClothSettings, SceneError> {
         }
     };
 
-    if !body.grain.is_power_of_two() {
-        let message = format!("is {}; allowed: a power of two, 32 to 4096", body.grain);
+    if !body.block_size.is_power_of_two() {
+        let message = format!("is {}; allowed: a power of two, 32 to 4096", body.block_size);
         return Err(text.at.key("grain").error(ErrorKind::OutOfRange, message));
     }
 
@@ -271,6 +271,6 @@ fn settings(text: &BodyText<'_>) -> Result<ClothSettings, SceneError> {
         },
         substeps: body.substeps,
         limits: StateLimits { max_stretch: body.limits.max_stretch, max_energy: body.limits.max_energy },
-        block_size: body.grain,
+        block_size: body.block_size,
     })
 }

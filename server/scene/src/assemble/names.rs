@@ -33,7 +33,7 @@ fn check_unique<'a>(all: impl Iterator<Item = Named<'a>>, found: &mut Found) {
             found.add(at.error(ErrorKind::OutOfRange, "is empty: a name is needed"));
         } else if let Some(owner) = seen.insert(name, what) {
             let owner = if owner == what { format!("another {owner}") } else { format!("a {owner}") };
-            let message = format!("'{name}' is the name of {owner}: names are unique");
+            let message = format!("'{name}' is the name of {owner}: a name may be used once");
             found.add(at.error(ErrorKind::Inconsistent, message));
         }
     }

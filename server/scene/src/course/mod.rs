@@ -1,7 +1,7 @@
 //! The MecaSim course's parameter files, and the scene that they describe.
 //!
 //! Reads texts: a simulation file and an object file for each object. Writes a [`crate::Scene`]
-//! with one body an object; what the course leaves unused gives a warning, never dropped in silence.
+//! with one body per object. What the course leaves unused gives a warning.
 
 mod parameter_file;
 mod object;

@@ -41,7 +41,7 @@ impl<'a> ParameterFile<'a> {
             });
             if !after.trim().is_empty() {
                 warnings.push(format!(
-                    "{file}:{}: '{}' after the ';' is passed over",
+                    "{file}:{}: '{}' after the ';' is ignored",
                     line.number,
                     excerpt(after.trim())
                 ));
@@ -100,7 +100,7 @@ impl<'a> ParameterFile<'a> {
         for entry in self.entries.values() {
             let near = suggestion(entry.key, known.iter().chain(unused).copied());
             let (number, key) = (entry.line.number, excerpt(entry.key));
-            self.warnings.push(format!("{}:{number}: unknown key '{key}' is passed over; {near}", self.file));
+            self.warnings.push(format!("{}:{number}: unknown key '{key}' is ignored; {near}", self.file));
         }
         self.warnings
     }
@@ -125,7 +125,7 @@ impl<'a> Entry<'a> {
         })
     }
 
-    pub(super) fn error(&self, fault: ErrorKind, message: impl Into<String>) -> SceneError {
-        self.line.error(fault, message).for_key(self.key)
+    pub(super) fn error(&self, kind: ErrorKind, message: impl Into<String>) -> SceneError {
+        self.line.error(kind, message).for_key(self.key)
     }
 }

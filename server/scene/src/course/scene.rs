@@ -87,7 +87,7 @@ pub fn mecasim_scene(
         title: format!("MecaSim: {}", names.join(", ")).chars().take(100).collect(),
         dt,
         steps: simu.steps,
-        // About 60 frames a second of simulated time.
+        // About 60 frames per second of simulated time.
         frame_interval: (1.0 / 60.0 / dt).round().clamp(1.0, 1e6) as u32,
         precision: options.precision,
         gravity: simu.gravity,

@@ -49,8 +49,8 @@ impl fmt::Display for NotClosed {
                 )?;
                 match others {
                     0 => Ok(()),
-                    1 => f.write_str("; so has 1 other edge not"),
-                    _ => write!(f, "; {others} other edges have not two either"),
+                    1 => f.write_str("; 1 other edge is open too"),
+                    _ => write!(f, "; {others} other edges are open too"),
                 }
             }
             Self::Turned { triangles: [a, b], positions: [p, q] } => write!(

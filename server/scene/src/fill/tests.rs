@@ -279,7 +279,7 @@ fn an_open_mesh_is_refused_by_its_first_open_edge() {
     let error = Closed::new(&open).expect_err("a triangle is missing");
     assert_eq!(
         error.to_string(),
-        "is not closed: the edge from point 1 at (1, 0, 0) to point 5 at (1, 0, 1) has 1 triangle, and each edge of a closed surface has two; 2 other edges have not two either"
+        "is not closed: the edge from point 1 at (1, 0, 0) to point 5 at (1, 0, 1) has 1 triangle, and each edge of a closed surface has two; 2 other edges are open too"
     );
 
     let mut thick = cube_mesh([0.0; 3], [1.0; 3]);

@@ -54,7 +54,7 @@ static MESH: Section = Section {
     keys: &[
         key("grid", WholePair(1, 100_000), "particles", Chosen, "`[columns, rows]`: particle r * columns + c at (c, 0, r) spacing"),
         key("chain", Whole(1, 10_000_000), "particles", Chosen, "particles in a row along x, joined one to the next"),
-        key("course_grid", Whole(2, 10_000), "particles", Chosen, "the course's square grid with so many particles per side, 0.1 m apart: x = 0.1 c, y = -0.1 r, z = 0.1 sin(-2.5 c), all with 6 significant digits; mass 0 at the two upper corners, 1 kg elsewhere"),
+        key("course_grid", Whole(2, 10_000), "particles", Chosen, "the course's square grid with this many particles per side, 0.1 m apart: x = 0.1 c, y = -0.1 r, z = 0.1 sin(-2.5 c), all with 6 significant digits; mass 0 at the two upper corners, 1 kg elsewhere"),
         key("upload", Text(200), "", Chosen, "id of an uploaded mesh"),
         key("file", Text(1000), "", Chosen, "a mesh file beside the scene: .obj, .off, .ply, or a folder of .eti files"),
         key("spacing", Number(SPACING), "m", Chosen, "distance between neighbours"),
@@ -88,15 +88,15 @@ static SPRINGS: Section = Section {
     about: "Springs, at rest as the transformed mesh lies: f = -stiffness (l - l0) u - damping ((v_i - v_j).u) u. No two join the same particles: stretch comes first, then shear, then bend.",
     keys: &[
         key("pattern", Choice(|| Pattern::NAMES.to_vec()), "", Absent("lattice for `grid`, edges for other meshes"), "edges: stretch on the edges of triangles, shear across each pair of triangles, bend along straight continuations of edges; lattice (grids only): stretch along rows and columns, shear on both diagonals of a cell, bend between particles two apart along rows and columns"),
-        key("stretch", Table(&LAW), "", Required, "springs that resist change of length"),
-        key("shear", Table(&LAW), "", Absent("none"), "springs that resist change of angle"),
-        key("bend", Table(&LAW), "", Absent("none"), "springs that resist folding"),
+        key("stretch", Table(&SPRING_LAW), "", Required, "springs that resist change of length"),
+        key("shear", Table(&SPRING_LAW), "", Absent("none"), "springs that resist change of angle"),
+        key("bend", Table(&SPRING_LAW), "", Absent("none"), "springs that resist folding"),
     ],
     alternatives: Alternatives::None,
 };
 
 #[rustfmt::skip] // one line per key
-static LAW: Section = Section {
+static SPRING_LAW: Section = Section {
     name: "body.springs.stretch, .shear, .bend",
     about: "Stiffness and damping of springs.",
     keys: &[
@@ -126,7 +126,7 @@ static SOLVER: Section = Section {
     keys: &[
         key("tolerance", Number(Range(1e-15, 0.5)), "", Absent("1e-4, unless fixed_iterations is given"), "stops at |r| <= tolerance |b|"),
         key("max_iterations", Whole(1, 1_000_000), "iterations", Absent("200, unless fixed_iterations is given"), "cap on iterations"),
-        key("fixed_iterations", Whole(1, 1_000_000), "iterations", Absent("stops by tolerance"), "makes exactly so many iterations; excludes tolerance and max_iterations"),
+        key("fixed_iterations", Whole(1, 1_000_000), "iterations", Absent("stops by tolerance"), "makes exactly this many iterations; excludes tolerance and max_iterations"),
         key("preconditioner", Choice(|| PreconditionerKind::ALL.map(PreconditionerKind::name).to_vec()), "", Default("\"block_jacobi\""), "approximate inverse"),
         key("operator", Choice(|| OperatorKind::ALL.map(OperatorKind::name).to_vec()), "", Default("\"matrix_free\""), "how the matrix is applied"),
         key("warm_start", Flag, "", Default("false"), "start from the solution of the step before"),

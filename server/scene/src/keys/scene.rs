@@ -23,7 +23,7 @@ pub(crate) static ROOT: Section = Section {
         key("version", Whole(1, 1), "", Required, "version of this format"),
         key("title", Text(200), "", Default("\"\""), "title, for people"),
         key("dt", Number(Range(1e-9, 1.0)), "s", Required, "time step of the scene's clock"),
-        key("steps", Whole(0, 1_000_000_000_000), "steps", Default("0"), "the simulation ends after so many steps; 0: never by itself"),
+        key("steps", Whole(0, 1_000_000_000_000), "steps", Default("0"), "steps after which the simulation ends; 0: it never ends by itself"),
         key("frame_interval", Whole(1, 1_000_000), "steps", Default("1"), "steps between frames"),
         key("precision", Choice(|| Precision::ALL.map(Precision::name).to_vec()), "", Default("\"f32\""), "precision of positions and velocities; sums are f64 whatever it is"),
         key("gravity", Vector(Range(-1e4, 1e4)), "m/s^2", Default("[0.0, -9.81, 0.0]"), "gravity"),

@@ -123,7 +123,7 @@ fn read_masses(
             return Err(line.error(ErrorKind::OutOfRange, message));
         }
         if out.len() == count {
-            let message = format!("has a mass more than the {count} points; allowed: one a point");
+            let message = format!("has more masses than the {count} points; allowed: one per point");
             return Err(line.error(ErrorKind::Inconsistent, message));
         }
         out.push(mass);
@@ -176,7 +176,7 @@ fn read_texcoord(texcoord: &NamedText<'_>, count: usize) -> Result<Vec<[f64; 2]>
     }
     if out.len() != count {
         let message =
-            format!("holds {} texture coordinates for {count} points; allowed: one a point", out.len());
+            format!("holds {} texture coordinates for {count} points; allowed: one per point", out.len());
         return Err(SceneError::new(ErrorKind::Inconsistent, texcoord.file, message));
     }
     Ok(out)

@@ -7,7 +7,7 @@ use nappe_sim::mesh::TriangleMesh;
 pub struct Loaded {
     /// The mesh as the file has it.
     pub mesh: TriangleMesh,
-    /// What is odd and was passed over.
+    /// What is odd and was ignored.
     pub warnings: Vec<String>,
 }
 

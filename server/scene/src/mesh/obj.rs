@@ -1,5 +1,5 @@
 //! Wavefront OBJ: positions, texture coordinates and faces; groups, normals and materials are
-//! passed over.
+//! ignored.
 //!
 //! Positions keep their order and their number, because masses and pins name them by index: this
 //! is why the reader is ours (those on offer drop or renumber points, and their errors name no

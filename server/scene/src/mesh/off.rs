@@ -1,7 +1,7 @@
 //! Object File Format: `OFF`, counts, points, polygons.
 //!
 //! The reader is ours: the one on offer keeps positions in binary32. Colours after a face are
-//! passed over; other kinds of OFF (COFF, 4OFF, binary) are refused by name.
+//! ignored; other kinds of OFF (COFF, 4OFF, binary) are refused by name.
 
 use std::io::{self, Write};
 
@@ -74,7 +74,7 @@ pub fn read_off(text: &str, file: &str) -> Result<Loaded, SceneError> {
 
     let mut warnings = Vec::new();
     if let Some(line) = rest.next() {
-        warnings.push(format!("{file}:{}: lines after the last face are passed over", line.number));
+        warnings.push(format!("{file}:{}: lines after the last face are ignored", line.number));
     }
     Ok(Loaded { mesh, warnings })
 }

@@ -1,5 +1,5 @@
 //! PLY, binary or text: positions, texture coordinates, masses and faces; other properties are
-//! passed over.
+//! ignored.
 //!
 //! Reads any of the three encodings; writes binary little-endian: doubles for a mesh, floats for a
 //! frame of a simulation. The parser is `ply-rs-bw`, which takes memory as it reads, never by a

@@ -37,6 +37,14 @@ impl At {
     }
 }
 
+/// Keys of a table that its section does not have.
+#[derive(Default)]
+struct Unknown {
+    count: usize,
+    /// Keys that they seem to mean.
+    meant: Vec<&'static str>,
+}
+
 struct Checker<'a> {
     source: &'a Source,
     found: &'a mut Found,
@@ -48,8 +56,8 @@ impl Checker<'_> {
     }
 
     fn section(&mut self, section: &Section, table: &DeTable<'_>, at: &At) {
-        // Keys that a misspelt one seems to mean: they are not also said to be missing.
-        let mut meant = Vec::new();
+        // What a misspelt key seems to mean is not also said to be missing.
+        let mut unknown = Unknown::default();
         for (name, value) in table {
             let found = name.get_ref().as_ref();
             if let Some(key) = section.keys.iter().find(|key| key.name == found) {
@@ -59,28 +67,29 @@ impl Checker<'_> {
                 let (name_of, near) = (section.name, suggestion(found, known()));
                 let message = format!("{name_of} has no key '{}'; {near}", excerpt(found));
                 self.error(ErrorKind::UnknownField, &at.key(found, name.span()), message);
-                meant.extend(nearest(found, known()));
+                unknown.count += 1;
+                unknown.meant.extend(nearest(found, known()));
             }
         }
 
         for key in section.keys.iter().filter(|key| key.presence == Presence::Required) {
-            if !table.contains_key(key.name) && !meant.contains(&key.name) {
+            if !table.contains_key(key.name) && !unknown.meant.contains(&key.name) {
                 let message = format!("is missing: {} ({})", key.about, key.kind.allowed());
                 self.error(ErrorKind::Missing, &at.key(key.name, at.span.clone()), message);
             }
         }
 
-        self.alternatives(section, table, &meant, at);
+        self.alternatives(section, table, &unknown, at);
     }
 
-    fn alternatives(&mut self, section: &Section, table: &DeTable<'_>, meant: &[&str], at: &At) {
+    fn alternatives(&mut self, section: &Section, table: &DeTable<'_>, unknown: &Unknown, at: &At) {
         let choices = section.choices();
         if choices.is_empty() {
             return;
         }
 
         let given: Vec<&str> = choices.iter().copied().filter(|name| table.contains_key(*name)).collect();
-        if given.is_empty() && choices.iter().any(|name| meant.contains(name)) {
+        if given.is_empty() && unknown.count > 0 {
             return;
         }
         let [chosen] = given[..] else {
@@ -94,7 +103,7 @@ impl Checker<'_> {
         let Some(chosen) = list.iter().find(|alternative| alternative.key == chosen) else { return };
         let is_there = |name: &str| {
             let required = |key: &SceneKey| key.name == name && key.presence == Presence::Required;
-            table.contains_key(name) || meant.contains(&name) || section.keys.iter().any(required)
+            table.contains_key(name) || unknown.meant.contains(&name) || section.keys.iter().any(required)
         };
 
         for missing in chosen.needs.iter().filter(|name| !is_there(name)) {

@@ -64,7 +64,7 @@ fn errors_between_bodies_and_colliders_are_named() {
     let twice = format!("{SMALL}\n{other}");
     assert_eq!(
         message(&twice),
-        "scene.toml:11:8: body[1].name: 'cloth' is the name of another body: names are unique"
+        "scene.toml:11:8: body[1].name: 'cloth' is the name of another body: a name may be used once"
     );
     let flat =
         format!("{SMALL}\n[[collider]]\nname = \"f\"\nplane = {{ point = [0, 0, 0], normal = [0, 0, 0] }}");

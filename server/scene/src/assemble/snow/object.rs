@@ -160,7 +160,7 @@ fn arrangement(text: &SnowBody, at: &Location<'_>) -> Result<Arrangement, SceneE
             Ok(Arrangement::Lattice(Jitter { amount: jitter.unwrap_or(JITTER), seed: text.seed }))
         }
         (Sampling::Lattice | Sampling::Poisson, Some(_)) => {
-            at.key("jitter").inconsistent("goes with sampling = \"jittered\" alone")
+            at.key("jitter").inconsistent("works only with sampling = \"jittered\"")
         }
         (Sampling::Lattice, None) => Ok(Arrangement::Lattice(Jitter { amount: 0.0, seed: text.seed })),
         (Sampling::Poisson, None) => Ok(Arrangement::Poisson { seed: text.seed }),

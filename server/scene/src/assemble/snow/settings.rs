@@ -17,7 +17,7 @@ const FLIP: f64 = 0.95;
 /// Settings for the simulation.
 pub(crate) fn settings(snow: &Snow, at: &Location<'_>) -> Result<SnowSettings, SceneError> {
     if snow.kernel == Kernel::Linear && snow.transfer != TransferName::PicFlip {
-        return at.key("kernel").inconsistent("is 'linear', which goes with transfer = \"pic_flip\" alone: it is here to show how it fails; allowed here: quadratic, cubic",
+        return at.key("kernel").inconsistent("is 'linear', which works only with transfer = \"pic_flip\" and is there to show how it fails; allowed here: quadratic, cubic",
         );
     }
 
@@ -63,7 +63,7 @@ fn transfer(snow: &Snow, at: &Location<'_>) -> Result<Transfer, SceneError> {
     for (key, given) in given {
         if given {
             let message = format!(
-                "goes with transfer = \"pic_flip\" alone; the transfer here is \"{}\"",
+                "works only with transfer = \"pic_flip\"; the transfer here is \"{}\"",
                 affine.name()
             );
             return at.key(key).inconsistent(message);
