@@ -273,7 +273,9 @@ fn square(axis: [f64; 3], up: [f64; 3], at: &Location<'_>) -> Result<[f64; 3], S
 
 fn apart(start: [f64; 3], end: [f64; 3], at: &Location<'_>) -> Result<(), SceneError> {
     if start == end {
-        return at.key("end").inconsistent("is the same point as start; allowed: another point, or a sphere instead");
+        return at
+            .key("end")
+            .inconsistent("is the same point as start; allowed: another point, or a sphere instead");
     }
     Ok(())
 }

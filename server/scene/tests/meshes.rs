@@ -88,7 +88,13 @@ fn every_error_of_a_set_names_its_file_and_line() {
         (P, "0 1\n", M, "", "faceset.eti:1: has 2 indices; allowed: three, a triangle"),
         (P, "", "1\n-1\n1\n", "", "masses.eti:2: the mass of point 1 is -1; allowed: 0 (pinned) or more"),
         (P, "", "1\n1 1\n1\n", "", "masses.eti:2: a mass has 2 numbers; allowed: 1"),
-        (P, "", "1\n1\n1\n1\n", "", "masses.eti:4: has more masses than the 3 points; allowed: one per point"),
+        (
+            P,
+            "",
+            "1\n1\n1\n1\n",
+            "",
+            "masses.eti:4: has more masses than the 3 points; allowed: one per point",
+        ),
         (P, "", "1\n1\n", "", "masses.eti:2: holds 2 masses for 3 points; point 2 is the first without"),
         (
             P,

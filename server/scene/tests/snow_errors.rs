@@ -185,7 +185,10 @@ fn a_scene_holds_a_body_or_snow() {
 fn names_are_unique_among_bodies_and_objects() {
     let body = "[[body]]\nname = \"ball\"\nmesh = { course_grid = 3 }\n";
     let error = build(&format!("{SMALL}{body}")).expect_err("one name for two").to_string();
-    assert_eq!(error, "scene.toml:8:8: snow.object[0].name: 'ball' is the name of a body: a name may be used once");
+    assert_eq!(
+        error,
+        "scene.toml:8:8: snow.object[0].name: 'ball' is the name of a body: a name may be used once"
+    );
     let twice = format!(
         "{SMALL}\n[[snow.object]]\nname = \"ball\"\nsphere = {{ center = [0, 3, 0], radius = 0.3 }}\n"
     );
