@@ -5,7 +5,7 @@ use serde_json::Value;
 use crate::{assert_none, tokens, tree};
 
 /// Crates of the workspace and those of them that each may name. Tests and tasks do not ship.
-const LAYERS: [(&str, &[&str]); 10] = [
+const LAYERS: [(&str, &[&str]); 11] = [
     ("nappe-proto", &[]),
     ("nappe-sim", &[]),
     ("nappe-scene", &["nappe-sim"]),
@@ -18,6 +18,7 @@ const LAYERS: [(&str, &[&str]); 10] = [
         &["nappe-proto", "nappe-sim", "nappe-scene", "nappe-server", "nappe-client", "nappe-rerun"],
     ),
     ("nappe-tests", &["nappe-proto", "nappe-sim", "nappe-scene", "nappe-server", "nappe-client"]),
+    ("nappe-architecture", &[]),
     ("xtask", &[]),
 ];
 

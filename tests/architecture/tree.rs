@@ -25,7 +25,7 @@ impl Source {
 /// The root of the repository.
 pub(crate) fn root() -> PathBuf {
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));
-    here.parent().expect("the tests stand one folder below the root").to_path_buf()
+    here.ancestors().nth(2).expect("this crate stands two folders below the root").to_path_buf()
 }
 
 /// Paths of all files, sorted.
