@@ -98,7 +98,9 @@ fn stems(folder: &str, extension: &str) -> Vec<String> {
 
 /// The names that a closed set of the numerics gives its variants: `Self::X => "name"`.
 fn named_variants(code: &str) -> Vec<String> {
-    let name = |line: &str| Some(line.trim().strip_prefix("Self::")?.split_once(" => \"")?.1.split_once('"')?.0.to_owned());
+    let name = |line: &str| {
+        Some(line.trim().strip_prefix("Self::")?.split_once(" => \"")?.1.split_once('"')?.0.to_owned())
+    };
     code.lines().filter_map(name).collect()
 }
 
