@@ -102,6 +102,7 @@ fn block_sums<R: Real>(
             }
         }
     }
+
     sums
 }
 fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {

@@ -108,6 +108,7 @@ pub(super) fn lost<R: Real>(settings: &SnowSettings, particles: &Particles<R>) -
         let x = particles.x(*at).map(Real::to_f64);
         !x.iter().all(|c| c.abs() < limit)
     });
+
     let place = places.min_by_key(|at| particles.id[*at])?;
     let (particle, position) = (u64::from(particles.id[place]), particles.x(place).map(Real::to_f64));
     Some(match position.iter().find(|c| !c.is_finite()) {

@@ -49,10 +49,12 @@ pub(super) fn build<R: Real>(setup: &SnowSetup) -> Result<Parts<R>, SnowError> {
     if let Some(failure) = lost(&model.settings, &state.particles) {
         return Err(SnowError::Settings(failure.to_string()));
     }
+
     let from_grid: Vec<bool> = setup.objects.iter().map(|object| object.volume.is_empty()).collect();
     if from_grid.contains(&true) {
         volumes_from_grid(&model, &mut state.particles, &mut work, &from_grid);
     }
+
     settle(&model, &mut state, &mut work);
 
     model.mass = sums(&model, &state.particles, work.sorter.sorted(), [0.0; 3], &mut Vec::new()).mass;
@@ -88,6 +90,7 @@ fn refresh<R: Real>(model: &SnowModel<R>, particles: &mut Particles<R>, work: &m
         let (.., list) = sorted.chunk(chunk);
         let (mut tally, mut arrivals) = (Tally::new(), [Arrival::new(); TOGETHER]);
         let (mut motions, mut codes) = ([Motion::new(); TOGETHER], [[0; LANES]; TOGETHER]);
+
         for start in (0..list.len()).step_by(LANES * TOGETHER) {
             let groups: [Group; TOGETHER] = std::array::from_fn(|k| Group::from(list, start + k * LANES));
             for ((group, arrival), motion) in groups.iter().zip(&mut arrivals).zip(&mut motions) {
@@ -174,5 +177,6 @@ fn densities<R: Real>(
         }
         debug_assert!(block.iter().all(|c| c.abs() < REACH));
     }
+
     density
 }

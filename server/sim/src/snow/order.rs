@@ -29,6 +29,7 @@ pub(super) fn sort_anew<R: Real>(
             .map(|node| if within_reach(node) { node } else { 0 })
     }));
     sorter.rebuild(first_nodes, &particles.id, grid, settings.periodic);
+
     // Seldom needed again, and twelve bytes per particle.
     *first_nodes = Vec::new();
 

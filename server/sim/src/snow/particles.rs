@@ -55,11 +55,13 @@ impl<R: Real> Particles<R> {
                 particles.object.push(index as u16);
             }
         }
+
         let (zero, one) = (R::zero(), R::one());
         let identity = [[one, zero, zero], [zero, one, zero], [zero, zero, one]];
         for at in 0..count {
             particles.set_tensors(at, identity, [[zero; 3]; 3], [zero; 6]);
         }
+
         particles
     }
 
@@ -153,10 +155,12 @@ impl<R: Real> Particles<R> {
                 plane.par_iter_mut().zip(&*spare).for_each(|(pair, quad)| pair[half] = *quad);
             }
         }
+
         spare.par_iter_mut().zip(order).for_each(|(quad, place)| {
             let [volume, factor] = fixed[*place as usize];
             *quad = [volume, factor, R::zero(), R::zero()];
         });
+
         fixed.par_iter_mut().zip(&*spare).for_each(|(fixed, quad)| *fixed = [quad[0], quad[1]]);
     }
 

@@ -53,6 +53,7 @@ pub(super) fn check(setup: &SnowSetup) -> Result<Vec<String>, SnowError> {
     if setup.objects.is_empty() || setup.objects.len() > usize::from(u16::MAX) {
         return Err(SnowError::Settings(format!("{} objects: 1 to 65535 are needed", setup.objects.len())));
     }
+
     let count: usize = setup.objects.iter().map(|object| object.x.len()).sum();
     if count == 0 || count > u32::MAX as usize / 2 {
         return Err(SnowError::Settings(format!("{count} particles: 1 to {} are needed", u32::MAX / 2)));
@@ -69,6 +70,7 @@ pub(super) fn check(setup: &SnowSetup) -> Result<Vec<String>, SnowError> {
         warnings
             .push("snow: the linear kernel is here to show how it fails: forces jump at cell borders".into());
     }
+
     Ok(warnings)
 }
 
@@ -131,5 +133,6 @@ fn object_error(object: &SnowObject) -> Option<String> {
             ));
         }
     }
+
     object.material.error()
 }

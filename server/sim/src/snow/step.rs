@@ -98,6 +98,7 @@ fn velocities_on_grid<R: Real>(
     if moved > limit || moved.is_nan() {
         return Ok(Nodes::TooFast { moved, node: total.fastest });
     }
+
     check_mass(model.mass, total.mass)?;
 
     // 6. Velocities at the end of a semi-implicit step.
@@ -105,6 +106,7 @@ fn velocities_on_grid<R: Real>(
     if !matches!(solved, Ok(None)) {
         watch.lap(Stage::Solve);
     }
+
     let solve = solved.map_err(|outcome| StepFailure::Solver { outcome })?;
 
     let (speed2, node) = if solve.is_some() { fastest_node(grid, model.least_mass) } else { (0.0, [0; 3]) };
@@ -112,6 +114,7 @@ fn velocities_on_grid<R: Real>(
     if moved > MOVE || moved.is_nan() {
         return Ok(Nodes::TooFast { moved, node });
     }
+
     Ok(Nodes::Ready { solve })
 }
 
@@ -142,5 +145,6 @@ fn advance_particles<R: Real>(
     if followed {
         return Ok(());
     }
+
     lost(&model.settings, particles).map_or(Ok(()), Err)
 }

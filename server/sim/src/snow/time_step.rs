@@ -55,6 +55,7 @@ impl<'a> Division<'a> {
             TimeStep::Certified { safety } => safety * bound * self.shorter,
             TimeStep::Fixed(dt) | TimeStep::Unchecked(dt) => dt,
         };
+
         // A whole number of steps stays one when the quotient is rounded.
         self.steps = (self.left / allowed - 1e-9).ceil().max(1.0);
         let limit = model.settings.max_substeps;
@@ -62,6 +63,7 @@ impl<'a> Division<'a> {
             let particle = culprits(model, state, work).of(kind).unwrap_or_default();
             return Err(StepFailure::Substeps { particle, dt: allowed, limit, bound: kind.name() });
         }
+
         self.dt = self.left / self.steps;
         let end = time + dt;
         Ok(StepContext { dt: self.dt, time: end - self.left + self.dt, gravity, colliders })

@@ -121,6 +121,7 @@ impl<R: Real> Snow<R> {
         if !particles.id.is_empty() {
             self.in_order(&mut out, state(0), state);
         }
+
         out
     }
 
@@ -138,6 +139,7 @@ impl<R: Real> Snow<R> {
             let rows = |m: [[f64; 3]; 3]| m.map(|row| row.map(R::of));
             particles.set_tensors(place, rows(state.elastic), rows(state.affine), [R::zero(); 6]);
         }
+
         sort_anew(&self.model, &self.state.particles, &mut self.work);
         settle(&self.model, &mut self.state, &mut self.work);
 

@@ -42,6 +42,7 @@ impl<'a> Finder<'a> {
                 self.at += keys[self.at..].partition_point(|other| *other < key);
             }
         }
+
         if keys.get(self.at) == Some(&key) { self.at as u32 } else { NONE }
     }
 }

@@ -41,6 +41,7 @@ impl Chunks {
                 next = start + least;
             }
         }
+
         let blocks = starts.len() as u32 - 1;
         if first_blocks.last() != Some(&blocks) {
             first_blocks.push(blocks);

@@ -12,7 +12,7 @@ use crate::{
 pub(crate) const AROUND: usize = 27;
 /// The direction of those that stay.
 pub(crate) const STAY: usize = 13;
-/// Went further than to a block around.
+/// The code of a particle that went further than to a block around its own.
 pub(crate) const FAR: u16 = u16::MAX;
 
 /// A step of -1, 0, 1 along each axis.
@@ -43,6 +43,7 @@ pub(crate) fn codes<P: Pack>(block: &[P; 3], node: &[P; 3], periodic: [u32; 3]) 
     for by in by {
         code = by.abs().if_less(P::of(1.5), code, far);
     }
+
     code.whole()
 }
 

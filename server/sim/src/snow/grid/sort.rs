@@ -145,6 +145,7 @@ impl Sorter {
         if !same || self.sources.len() != self.next_blocks.len() {
             self.find_sources(&grid.blocks, periodic);
         }
+
         self.count();
         self.fill(id);
 
@@ -156,6 +157,7 @@ impl Sorter {
             self.sources.clear();
             grid.link(periodic);
         }
+
         true
     }
 
@@ -209,6 +211,7 @@ impl Sorter {
             let to = |i| key_of(shifted(block_of(key), direction(i), periodic));
             entered.extend((0..AROUND).filter(goes).map(to));
         }
+
         *scattered |= entered.iter().any(|key| !block_of(*key).iter().all(|c| REACHED.contains(c)));
 
         entered.sort_unstable();
@@ -228,6 +231,7 @@ impl Sorter {
     fn count(&mut self) {
         let Self { sources, leaving, next_starts, .. } = self;
         next_starts.clear();
+
         // The last stays 0 and becomes the end.
         next_starts.resize(sources.len() + 1, 0);
         next_starts.par_iter_mut().zip(&*sources).for_each(|(count, sources)| {
@@ -304,6 +308,7 @@ fn starts_after(cells: &mut CellStarts, ranges: &[(Range<usize>, usize)], codes:
             }
         }
     }
+
     accumulate(&mut coming);
     for (start, more) in cells.iter_mut().zip(coming) {
         *start += more;

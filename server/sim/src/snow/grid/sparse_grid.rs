@@ -63,6 +63,7 @@ impl<R: Real> Grid<R> {
             let block = block_of(key);
             node_blocks.extend((0..8).map(|i| key_of(shifted(block, corner(i), periodic))));
         }
+
         node_blocks.sort_unstable();
         node_blocks.dedup();
     }

@@ -103,10 +103,13 @@ pub(crate) fn plastic_return<P: Pack>(sigma: &[P; 3], plastic_ratio: P, m: &Modu
     let beyond = (sigma[0] - held[0]).abs();
     let beyond = beyond + (sigma[1] - held[1]).abs() + (sigma[2] - held[2]).abs();
     let yielded = zero.if_less(beyond, one, zero);
+
+    // What is beyond the limits goes from F_E into J_P.
     let ratio = sigma[0] * sigma[1] * sigma[2] / (held[0] * held[1] * held[2]);
     let moved = zero.if_less(beyond, plastic_ratio * ratio, plastic_ratio);
     let plastic_ratio = moved.max(m.least_plastic_ratio).min(m.greatest_plastic_ratio);
     let clamped = zero.if_less((moved - plastic_ratio).abs(), one, zero);
+
     // The signed decomposition leaves the sign of det F on the last singular value.
     let flat = zero.if_less(moved, zero, one);
     let inverted = sigma[2].if_less(zero, one, flat);
@@ -131,6 +134,7 @@ pub(crate) fn principal_stress<P: Pack>(sigma: &[P; 3], hardening: P, m: &Moduli
     for i in 0..3 {
         t[i] = two_mu * (sigma[i] - one) * sigma[i] + pressure;
     }
+
     if m.neo_hookean.any() {
         let (log, slope) = logarithm(j);
         let volumetric = (lambda * log - mu) * slope;
@@ -139,6 +143,7 @@ pub(crate) fn principal_stress<P: Pack>(sigma: &[P; 3], hardening: P, m: &Moduli
             t[i] = P::zero().if_less(m.neo_hookean, other, t[i]);
         }
     }
+
     t
 }
 
@@ -155,6 +160,7 @@ pub(crate) fn energy_density<P: Pack>(sigma: &[P; 3], hardening: P, m: &Moduli<P
     if !m.neo_hookean.any() {
         return corotated;
     }
+
     let (log, _) = logarithm(j);
     let norm2 = sigma[0] * sigma[0] + sigma[1] * sigma[1] + sigma[2] * sigma[2];
     let shear = half * mu * (norm2 - P::of(3.0)) - mu * log;
@@ -176,6 +182,7 @@ fn logarithm<P: Pack>(j: P) -> (P, P) {
             log[lane] = P::Number::of(libm::log(j));
         }
     }
+
     (P::load(&log), P::load(&slope))
 }
 
@@ -192,7 +199,9 @@ pub(crate) fn stiffness<P: Pack>(largest2: P, j: P, hardening: P, m: &Moduli<P>)
     if !m.neo_hookean.any() {
         return corotated;
     }
+
     let (log, slope) = logarithm(j);
+
     // s² psi'' = mu (s² + 1) + lambda (1 - ln J); where the logarithm is its tangent, no more.
     let shear = mu * (largest2 + slope.max(one));
     let volumetric = lambda * ((one - log).max(one) * (slope * slope));
@@ -226,6 +235,7 @@ pub(crate) fn volumetric<P: Pack>(j: P, hardening: P, m: &Moduli<P>) -> Volumetr
     if !m.neo_hookean.any() {
         return corotated;
     }
+
     // ln J' = 1 / max(J, least): the tangent goes on below.
     let (log, _) = logarithm(j);
     let least = P::of(Law::MIN_J);

@@ -17,7 +17,7 @@ type P = Portable<f64>;
 /// An elastic predictor after plastic return.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Return {
-    /// F_E.
+    /// Elastic deformation gradient F_E.
     pub elastic: Mat3<f64>,
     /// J_P, within its range.
     pub plastic_ratio: f64,

@@ -72,6 +72,7 @@ pub(crate) fn deform<P: Pack, const K: usize>(
             out[k] = Deformed::pick(irregular, &full, &out[k]);
         }
     }
+
     out
 }
 
@@ -104,8 +105,10 @@ fn from_left<P: Pack>(
             u[k][row] = turned[k][row] * inverse[k];
         }
     }
+
     let Returned { sigma: held, plastic_ratio, yielded, clamped, inverted } =
         plastic_return(&sigma, plastic_ratio, m);
+
     let mut change = [one; 3];
     let hardening = hardened(plastic_ratio, m);
     let t = principal_stress(&held, hardening, m);
@@ -114,6 +117,8 @@ fn from_left<P: Pack>(
         change[k] = (held[k] - sigma[k]) * inverse[k];
         force[k] = t[k] * volume;
     }
+
+    // F_E = (I + U diag(change) U^T) F.
     let [xx, yy, zz, xy, xz, yz] = in_frame(&u, &change);
     let rows = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];
     let mut elastic = *trial;
@@ -122,6 +127,7 @@ fn from_left<P: Pack>(
             elastic[column][row] = trial[column][row] + dot3(&rows[row], &trial[column]);
         }
     }
+
     let volume_stress = in_frame(&u, &force);
     Deformed { elastic, plastic_ratio, hardening, volume_stress, yielded, clamped, inverted }
 }
@@ -133,6 +139,7 @@ fn from_svd<P: Pack>(trial: &Columns<P>, plastic_ratio: P, volume: P, m: &Moduli
     let Svd { u, sigma, v } = svd(trial);
     let Returned { sigma, plastic_ratio, yielded, clamped, inverted } =
         plastic_return(&sigma, plastic_ratio, m);
+
     let mut elastic = *trial;
     for column in 0..3 {
         for row in 0..3 {
@@ -142,6 +149,7 @@ fn from_svd<P: Pack>(trial: &Columns<P>, plastic_ratio: P, volume: P, m: &Moduli
             elastic[column][row] = zero.if_less(yielded, product, trial[column][row]);
         }
     }
+
     let hardening = hardened(plastic_ratio, m);
     let t = principal_stress(&sigma, hardening, m);
     let volume_stress = in_frame(&u, &[t[0] * volume, t[1] * volume, t[2] * volume]);
@@ -173,9 +181,11 @@ impl<P: Pack> Deformed<P> {
                 out.elastic[column][row] = zero.if_less(gate, a.elastic[column][row], b.elastic[column][row]);
             }
         }
+
         for k in 0..6 {
             out.volume_stress[k] = zero.if_less(gate, a.volume_stress[k], b.volume_stress[k]);
         }
+
         out.plastic_ratio = zero.if_less(gate, a.plastic_ratio, b.plastic_ratio);
         out.hardening = zero.if_less(gate, a.hardening, b.hardening);
         out.yielded = zero.if_less(gate, a.yielded, b.yielded);
@@ -219,6 +229,7 @@ fn in_frame<P: Pack>(u: &Columns<P>, t: &[P; 3]) -> [P; 6] {
         out[4] += scaled[0] * u[k][2];
         out[5] += scaled[1] * u[k][2];
     }
+
     out
 }
 

@@ -83,9 +83,11 @@ impl Material {
         if !above(self.young) {
             return Some(format!("Young's modulus is {} Pa: a finite number above 0 is needed", self.young));
         }
+
         if !(0.0..=0.49).contains(&self.poisson) {
             return Some(format!("Poisson's ratio is {}: 0 to 0.49 is needed", self.poisson));
         }
+
         let plasticity = self.plasticity?;
         let Plasticity { critical_compression, critical_stretch, hardening, .. } = plasticity;
         let [low, high] = plasticity.plastic_ratio_range;
@@ -94,9 +96,11 @@ impl Material {
                 "critical compression is {critical_compression} and stretch {critical_stretch}: from 0 and below 1, and 0 to 1000 are needed"
             ));
         }
+
         if !(0.0..=40.0).contains(&hardening) {
             return Some(format!("hardening is {hardening}: 0 to 40 is needed"));
         }
+
         let ordered = above(low) && low <= 1.0 && (1.0..=1e3).contains(&high);
         (!ordered).then(|| {
             format!("the range of J_P is {low} to {high}: a lower end above 0 and at most 1, and an upper from 1 to 1000 are needed")

@@ -11,7 +11,7 @@ use crate::math::{Columns, Pack, Svd};
 /// Least |sigma_i + sigma_j|: the rotation is not defined where it vanishes.
 const LEAST_SUM: f64 = 1e-6;
 
-/// dP of sixteen particles, by columns; Jp enters through the hardening.
+/// dP of sixteen particles, by columns; J_P enters through the hardening.
 #[inline(always)]
 pub(crate) fn piola_change<P: Pack>(
     f: &Svd<P>,
@@ -28,11 +28,13 @@ pub(crate) fn piola_change<P: Pack>(
     for i in 0..3 {
         let (j1, k1) = ((i + 1) % 3, (i + 2) % 3);
         let (sj, sk) = (sigma[j1], sigma[k1]);
+
         // Along the principal directions.
         let own = base + slope * (sj * sk) * (sj * sk);
         let coupled = slope * j + g;
         let others = sk * a[j1][j1] + sj * a[k1][k1];
         p[i][i] = own * a[i][i] + coupled * others;
+
         // Between directions j1 and k1, across i.
         let difference = base - g * sigma[i];
         let sum = sj + sk;
@@ -44,6 +46,7 @@ pub(crate) fn piola_change<P: Pack>(
         p[k1][j1] = mean * jk + rest * kj;
         p[j1][k1] = mean * kj + rest * jk;
     }
+
     out_of_frame(u, v, &p)
 }
 
@@ -62,6 +65,7 @@ fn into_frame<P: Pack>(u: &Columns<P>, v: &Columns<P>, m: &Columns<P>) -> Column
             out[column][row] = crate::math::dot3(&u[row], &image);
         }
     }
+
     out
 }
 
@@ -81,5 +85,6 @@ fn out_of_frame<P: Pack>(u: &Columns<P>, v: &Columns<P>, m: &Columns<P>) -> Colu
             out[column][row] = out[column][row] + u[1][row] * image[1] + u[2][row] * image[2];
         }
     }
+
     out
 }

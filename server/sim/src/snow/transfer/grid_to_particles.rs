@@ -1,7 +1,7 @@
 //! Grid to particles: velocity, affine velocity and velocity gradient from the nodes around.
 //!
 //! Reads the tiles of a stencil; writes lanes of what sixteen
-//! particles gather (Stomakhin et al. 2013, step 9; Jiang et al. 2015, eq. 8). Sixteen particles in
+//! particles gather (Stomakhin et al. 2013, step 8; Jiang et al. 2015, eq. 8). Sixteen particles in
 //! the sorted order may belong to several blocks, so that lanes are full where snow is thin.
 
 use std::marker::PhantomData;
@@ -70,7 +70,7 @@ struct Weights<R> {
     /// Weight and slope along x and along y.
     x: [[[R; LANES]; 4]; 2],
     y: [[[R; LANES]; 4]; 2],
-    /// Weight, index times weight, slope along z, a quad a particle.
+    /// Weight, index times weight, slope along z: a quad per particle.
     z: [[[R; 4]; LANES]; 3],
 }
 
@@ -91,13 +91,16 @@ impl<R: Real> Weights<R> {
                 (out.x[1][i], out.y[1][i]) = (axes[0].d[i].store(), axes[1].d[i].store());
             }
         }
+
         out.z[0] = P::rows(axes[2].w);
         if S::AFFINE {
             out.z[1] = P::rows(moments(&axes[2].w));
         }
+
         if S::SLOPES {
             out.z[2] = P::rows(axes[2].d);
         }
+
         out
     }
 }
@@ -121,6 +124,7 @@ fn gather<P: Pack, S: Scheme, const N: usize>(
     let weights = Weights::of::<P, S, N>(axes);
     let quads = [[P::Number::default(); 4]; LANES];
     let mut sums = Sums { v: quads, moments: [quads; 3], slopes: [quads; 3], change: quads };
+
     for lane in 0..count {
         let cell = stencil.cell_of::<S, N>(first + lane);
         for axis in 0..3 {
@@ -132,6 +136,8 @@ fn gather<P: Pack, S: Scheme, const N: usize>(
             sums.change[lane] = velocity::<P, N>(&tiles[1], cell, &weights, lane);
         }
     }
+
+    // From quads to lanes.
     let zero = P::zero();
     let mut out = Interpolated {
         v: P::columns(&sums.v),
@@ -147,9 +153,11 @@ fn gather<P: Pack, S: Scheme, const N: usize>(
             out.slopes[axis] = P::columns(&sums.slopes[axis]);
         }
     }
+
     if S::APART {
         out.change = P::columns(&sums.change);
     }
+
     out
 }
 
@@ -171,6 +179,7 @@ fn one<P: Pack, S: Scheme, const N: usize>(
     sums: &mut Sums<P::Number>,
 ) {
     let zero = P::zero();
+
     // Along y, then along x: sums of weighted rows, of index times these, and with slopes.
     let (mut v, mut by_x, mut by_y) = (zero, [zero; 2], [zero; 2]);
     for i in 0..N {
@@ -198,6 +207,7 @@ fn one<P: Pack, S: Scheme, const N: usize>(
             by_y[1] += weight * slope;
         }
     }
+
     let along_z = P::spread(&w.z[0][lane]);
     sums.v[lane] = (along_z * v).fold();
     if S::AFFINE {
@@ -205,6 +215,7 @@ fn one<P: Pack, S: Scheme, const N: usize>(
         sums.moments[1][lane] = (along_z * by_y[0]).fold();
         sums.moments[2][lane] = (P::spread(&w.z[1][lane]) * v).fold();
     }
+
     if S::SLOPES {
         sums.slopes[0][lane] = (along_z * by_x[1]).fold();
         sums.slopes[1][lane] = (along_z * by_y[1]).fold();
@@ -242,13 +253,16 @@ fn velocity<P: Pack, const N: usize>(
     (P::spread(&w.z[0][lane]) * v).fold()
 }
 
-/// What does not change from group to group.
+/// What does not change from group to group: powers of the cell size h, and the share of FLIP.
 #[derive(Clone, Copy)]
 pub(crate) struct InterpolationScale<R> {
+    /// 1 / h (1/m).
     inverse_cell: R,
-    /// h / D (1/m).
+    /// h / D (1/m), D the second moment of the kernel.
     inverse_moment: R,
+    /// 1 / h³ (1/m³).
     inverse_volume: R,
+    /// Share of FLIP, 0 to 1.
     flip: R,
     advection: Advection,
 }
@@ -271,7 +285,7 @@ pub(crate) struct GridToGroup<'a, 'b, R: Real, S, const N: usize> {
     pub(crate) scale: InterpolationScale<R>,
     /// The group before the step.
     pub(crate) motion: &'a Motion<R>,
-    /// Where the group begins in the order, and its particles.
+    /// Where the group begins in the order, and how many particles it has.
     pub(crate) start: usize,
     pub(crate) count: usize,
     pub(crate) stencil: &'a mut Stencil<'b, R>,
@@ -293,9 +307,12 @@ impl<R: Real, S: Scheme, const N: usize> WithSimd<R> for GridToGroup<'_, '_, R, 
             axis_weights::<P, N>(y * inverse_cell),
             axis_weights::<P, N>(z * inverse_cell),
         ];
+
         let range = [self.start, self.count];
         let sums = gather::<P, S, N>(self.stencil, range, &mut self.arrival.block, &axes);
         self.arrival.density = (sums.v[3] * inverse_volume).store();
+
+        // C and the velocity gradient: the same for MLS.
         for axis in 0..3 {
             for k in 0..3 {
                 let mut value = sums.slopes[axis][k] * inverse_cell;
@@ -311,6 +328,8 @@ impl<R: Real, S: Scheme, const N: usize> WithSimd<R> for GridToGroup<'_, '_, R, 
                 }
             }
         }
+
+        // PIC/FLIP blends the grid's velocity with its change.
         let (flip, pic) = (P::splat(flip), P::splat(R::one() - flip));
         for k in 0..3 {
             let mut v = sums.v[k];

@@ -120,6 +120,7 @@ impl GridStep<'_> {
                 });
             }
         }
+
         collect(diagnostics)
     }
 
@@ -178,6 +179,7 @@ impl GridStep<'_> {
                 }
             }
         }
+
         diagnostics
     }
 
@@ -206,6 +208,7 @@ impl GridStep<'_> {
                 touched = true;
             }
         }
+
         touched
     }
 }
@@ -228,6 +231,7 @@ impl GridStep<'_> {
             let one = hold == Hold::Free && collider.contact != Contact::Sticky;
             hold = if one { Hold::Across(normal.map(R::of)) } else { Hold::All };
         }
+
         hold
     }
 }
@@ -281,6 +285,7 @@ impl<R: Real> WithSimd<R> for SumTiles<'_, R> {
                 }
             }
         }
+
         let (out, _) = self.nodes.as_flattened_mut().as_chunks_mut::<LANES>();
         for (out, row) in out.iter_mut().zip(rows) {
             *out = row.store();
@@ -304,5 +309,6 @@ pub(crate) fn fastest_node<R: Real>(grid: &Grid<R>, lightest: f64) -> (f64, [i32
             }
         }
     }
+
     fastest
 }

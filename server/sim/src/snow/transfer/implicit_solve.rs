@@ -64,7 +64,9 @@ pub(crate) fn solve_velocities<R: Real>(
     if beta <= 0.0 {
         return Ok(None);
     }
+
     let system = ImplicitSystem { model, particles, sorted };
+
     let blocks = grid.node_blocks.len();
     let count = blocks * CELLS;
     work.prepare(&GridStep::of(model, context), grid, count);
@@ -84,6 +86,7 @@ pub(crate) fn solve_velocities<R: Real>(
     operator.load(None);
     operator.product();
     operator.right_hand_side(&mut b[..count]);
+
     change[..count].fill(Vec3::zeros());
     let report = minres(&mut operator, &mass[..count], &b[..count], &mut change[..count], stop, scratch);
     let usable = matches!(
@@ -93,10 +96,12 @@ pub(crate) fn solve_velocities<R: Real>(
     if !usable {
         return Err(report.outcome);
     }
+
     let Grid { nodes, changes, .. } = grid;
     nodes[..blocks].par_iter_mut().zip(change[..count].par_chunks(CELLS)).for_each(|(nodes, change)| {
         add_change(nodes, change);
     });
+
     if model.settings.transfer.forces() == Forces::Apart {
         changes[..blocks].par_iter_mut().zip(change[..count].par_chunks(CELLS)).for_each(
             |(nodes, change)| {
@@ -104,6 +109,7 @@ pub(crate) fn solve_velocities<R: Real>(
             },
         );
     }
+
     Ok(Some(report))
 }
 
@@ -128,9 +134,11 @@ impl<R: Real> ImplicitWorkspace<R> {
             self.b.resize(count, Vec3::zeros());
             self.change.resize(count, Vec3::zeros());
         }
+
         if self.tiles.len() < grid.tiles.len() {
             self.tiles.resize(grid.tiles.len(), R::zero());
         }
+
         let least = R::of(step.least_mass);
         let work = (&mut self.mass[..count], &mut self.holds[..count]);
         let work = (work.0.par_chunks_mut(CELLS), work.1.par_chunks_mut(CELLS));
@@ -159,6 +167,7 @@ struct StepOperator<'a, R: Real> {
     tiles: &'a mut Vec<R>,
     mass: &'a [R],
     holds: &'a [Hold<R>],
+    /// beta dt² (s²).
     scale: R,
 }
 
@@ -176,7 +185,7 @@ impl<R: Real> StepOperator<'_, R> {
         });
     }
 
-    /// H times the loaded field, left in tiles.
+    /// H times the loaded field, left in tiles. Only forces matter, and those of APIC are those of FLIP.
     fn product(&mut self) {
         let settings = &self.system.model.settings;
         let cubic = settings.kernel == Spline::Cubic;
@@ -204,6 +213,7 @@ impl<R: Real> StepOperator<'_, R> {
             let (first, order) = (sorted.starts[b] as usize, sorted.places(b));
             let block = BlockParticles { order, cells: &sorted.cells[b] };
             let (mut arrival, mut cell) = (Arrival::new(), 0);
+
             for start in (0..order.len()).step_by(LANES) {
                 let group = Group::of(&order[start..]);
                 dispatch(GridToGroup::<R, S, N> {
@@ -215,6 +225,7 @@ impl<R: Real> StepOperator<'_, R> {
                     arrival: &mut arrival,
                     scheme: PhantomData,
                 });
+
                 let constants = particles.constants(&group);
                 let mut stress = arrival.gradient;
                 dispatch(StressChange {
@@ -224,6 +235,7 @@ impl<R: Real> StepOperator<'_, R> {
                     constants,
                     stress: &mut stress,
                 });
+
                 dispatch(ScatterStress::<R, S, N> {
                     settings,
                     particles,
@@ -293,6 +305,7 @@ impl<R: Real> WithSimd<R> for StressChange<'_, R> {
                 gradient[axis][k] = P::load(&stress[axis][k]);
             }
         }
+
         let Constants { volume, stiffness, object } = &self.constants;
         let moduli = Moduli::gather(self.materials, object, P::load(stiffness));
         let change = product(&gradient, &f);
@@ -329,6 +342,7 @@ impl<R: Real, S: Scheme, const N: usize> WithSimd<R> for ScatterStress<'_, R, S,
         let zero = P::zero();
         let mut rows = Contributions::new();
         self.contributions::<P>(&mut rows);
+
         let Self { group, block, cell, out, .. } = self;
         let (mut sums, mut forces) = ([[zero; N]; N], [[zero; N]; N]);
         for lane in 0..group.count {
@@ -339,13 +353,14 @@ impl<R: Real, S: Scheme, const N: usize> WithSimd<R> for ScatterStress<'_, R, S,
             }
             add::<P, S, N>(&rows, lane, &mut sums, &mut forces);
         }
+
         flush::<P, N>(&mut sums, out, *cell);
         flush::<P, N>(&mut forces, out, *cell);
     }
 }
 
 impl<R: Real, S: Scheme, const N: usize> ScatterStress<'_, R, S, N> {
-    /// Rows of the group's particles.
+    /// What the group's stresses give to the nodes.
     #[inline(always)]
     fn contributions<P: Pack<Number = R>>(&self, out: &mut Contributions<R>) {
         let zero = P::zero();
@@ -371,9 +386,11 @@ impl<R: Real, S: Scheme, const N: usize> ScatterStress<'_, R, S, N> {
                 out.along[axis] = quads;
             }
         }
+
         if !S::SLOPES {
             out.base = P::rows([base[0], base[1], base[2], zero]);
         }
+
         out.wz = P::rows(axes[2].w);
         out.dz = P::rows(axes[2].d);
         row_weights::<P, S, N>(&axes, &mut out.rows);

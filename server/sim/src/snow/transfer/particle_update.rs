@@ -137,10 +137,10 @@ pub(crate) struct Update<'a, 'b, R> {
     pub(crate) inverse_cell: R,
     pub(crate) ballistic_below: R,
     pub(crate) deformation: Deformation,
-    /// Nodes an axis of the kernel.
+    /// Nodes per axis of the kernel.
     pub(crate) width: usize,
     pub(crate) tally: &'a mut Tally<R>,
-    /// Blocks a period along each axis.
+    /// Blocks per period along each axis; 0: not periodic.
     pub(crate) periodic: [u32; 3],
     /// Where the particles went, see [`codes`].
     pub(crate) codes: &'a mut [[u16; LANES]; TOGETHER],
@@ -181,6 +181,7 @@ impl<R: Real> WithSimd<R> for Update<'_, '_, R> {
                 Deformation::Refresh => f,
             };
         }
+
         let new = match self.deformation {
             Deformation::Step => deform(&shapes, &plastic_ratios, &volumes, &moduli),
             Deformation::Refresh => undeformed(&shapes, &plastic_ratios, &volumes, &moduli),
@@ -229,6 +230,7 @@ impl<R: Real> Update<'_, '_, R> {
         for k in 0..6 {
             v0_tau[k] = zero.if_less(ballistic, zero, v0_tau[k]);
         }
+
         let plastic_ratio = new.plastic_ratio;
         let lanes = NewLanes { x: position, mass, v, plastic_ratio, f_e: new.elastic, c, v0_tau };
         self.particles.write(group, &lanes);
@@ -246,6 +248,7 @@ impl<R: Real> Update<'_, '_, R> {
                 _ => first_node::<P, 4>(at),
             };
         }
+
         self.codes[k] = codes(&load3(&arrival.block), &node, self.periodic);
     }
 }

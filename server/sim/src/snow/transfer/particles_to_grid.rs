@@ -5,7 +5,7 @@
 //! -sum V0 D^-1 tau w (x_i - x_p) with the affine field (Hu et al. 2018, eq. 16).
 //!
 //! Sixteen particles at a time make their coefficients; then one particle at a time adds to rows of
-//! four nodes along z, four numbers a node. A cell's rows stay in registers until its last particle.
+//! four nodes along z, four numbers per node. A cell's rows stay in registers until its last particle.
 
 use std::marker::PhantomData;
 
@@ -114,7 +114,7 @@ pub(crate) struct Contributions<R> {
     pub(crate) wz: [[R; 4]; LANES],
     /// Slopes along z.
     pub(crate) dz: [[R; 4]; LANES],
-    /// w_x w_y of each row; and with the slope along x, along y.
+    /// Products w_x w_y of each row; and with the slope along x, along y.
     pub(crate) rows: [[[R; LANES]; 16]; 3],
 }
 
@@ -142,6 +142,7 @@ impl<R: Real> TransferScale<R> {
         let zero = P::zero();
         let (mut sums, mut forces) = ([[zero; N]; N], [[zero; N]; N]);
         let (mut cell, mut cell_end) = (0, 0);
+
         for first in (0..block.order.len()).step_by(LANES) {
             let group = Group::of(&block.order[first..]);
             self.prepare::<P, S, N>(particles, &group, &mut c);
@@ -159,6 +160,7 @@ impl<R: Real> TransferScale<R> {
                 add::<P, S, N>(&c, lane, &mut sums, &mut forces);
             }
         }
+
         flush::<P, N>(&mut sums, tile, cell);
         if S::APART {
             flush::<P, N>(&mut forces, impulses, cell);
@@ -176,11 +178,13 @@ impl<R: Real> TransferScale<R> {
         let zero = P::zero();
         let ([x, y, z], m) = particles.x_and_mass::<P>(group);
         let ([vx, vy, vz], _) = particles.v_and_plastic_ratio::<P>(group);
+
         let axes = [
             axis_weights::<P, N>(x * self.inverse_cell),
             axis_weights::<P, N>(y * self.inverse_cell),
             axis_weights::<P, N>(z * self.inverse_cell),
         ];
+
         // Columns of C and of V0 tau, each along the nodes of one axis.
         let (c, [sxx, syy, szz, sxy, sxz, syz]) = if S::AFFINE {
             particles.c_columns_and_v0_tau::<P>(group)
@@ -188,6 +192,8 @@ impl<R: Real> TransferScale<R> {
             ([[zero; 3]; 3], particles.v0_tau_lanes::<P>(group))
         };
         let tau = [[sxx, sxy, sxz], [sxy, syy, syz], [sxz, syz, szz]];
+
+        // Momentum at the first node, and how it grows from node to node.
         let mut base = [vx * m, vy * m, vz * m];
         if S::AFFINE {
             let inertia = m * self.cell;
@@ -204,6 +210,7 @@ impl<R: Real> TransferScale<R> {
                 out.along[axis] = P::rows([step[0], step[1], step[2], zero]);
             }
         }
+
         out.base = P::rows([base[0], base[1], base[2], m]);
         out.wz = P::rows(axes[2].w);
         if S::SLOPES {
@@ -214,6 +221,7 @@ impl<R: Real> TransferScale<R> {
                 out.force[axis] = P::rows([a * impulse, b * impulse, c * impulse, zero]);
             }
         }
+
         row_weights::<P, S, N>(&axes, &mut out.rows);
     }
 }
@@ -246,6 +254,8 @@ pub(crate) fn add<P: Pack, S: Scheme, const N: usize>(
     let wz = P::spread(&c.wz[lane]);
     let steps =
         P::spread(&[P::Number::default(), P::Number::of(1.0), P::Number::of(2.0), P::Number::of(3.0)]);
+
+    // Along z at the first row, and what each step along x and y adds.
     let mut row = wz * P::repeat(&c.base[lane]);
     let (mut along_x, mut along_y) = (row, row);
     if S::AFFINE {
@@ -253,15 +263,18 @@ pub(crate) fn add<P: Pack, S: Scheme, const N: usize>(
         along_x = wz * P::repeat(&c.along[0][lane]);
         along_y = wz * P::repeat(&c.along[1][lane]);
     }
+
     let (mut fx, mut fy, mut fz) = (row, row, row);
     if S::SLOPES {
         fx = wz * P::repeat(&c.force[0][lane]);
         fy = wz * P::repeat(&c.force[1][lane]);
         fz = P::spread(&c.dz[lane]) * P::repeat(&c.force[2][lane]);
     }
+
     if S::SLOPES && !S::APART {
         row += fz;
     }
+
     for i in 0..N {
         let mut value = row;
         for j in 0..N {

@@ -90,9 +90,11 @@ impl<'a, R: Real> Stencil<'a, R> {
         if self.end > 0 {
             self.block += 1;
         }
+
         self.end = self.sorted.starts[self.block + 1] as usize;
         debug_assert!(position < self.end);
         self.cell = 0;
+
         let grid = &mut self.grid;
         self.place = block_of(grid.blocks[self.block]).map(|c| R::of(f64::from(c)));
         let in_front = &grid.in_front[self.block];

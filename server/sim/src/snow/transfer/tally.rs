@@ -62,12 +62,14 @@ impl<R: Real> Tally<R> {
     ) {
         let mut active = [R::zero(); LANES];
         active[..count].fill(R::one());
+
         // Lanes past the last particle hold what is nobody's.
         let (active, zero) = (P::load(&active), P::zero());
         for k in 0..5 {
             let own = zero.if_less(active, extremes[k], zero);
             self.extremes[k] = P::load(&self.extremes[k]).max(own).store();
         }
+
         let [least, most] = [P::load(&self.plastic_ratio_range[0]), P::load(&self.plastic_ratio_range[1])];
         self.plastic_ratio_range[0] = zero.if_less(active, least.min(plastic_ratio), least).store();
         self.plastic_ratio_range[1] = zero.if_less(active, most.max(plastic_ratio), most).store();
