@@ -46,7 +46,7 @@ const UNSAFE: [(&str, &str); 9] = [
     ("server/sim/src/linalg/dot.rs", "reads 3-vectors as the numbers that they are"),
     ("server/sim/src/parallel/disjoint.rs", "a field written by several threads, each place by one of them"),
     (
-        "server/sim/src/snow/particles.rs",
+        "server/sim/src/snow/particles/layout.rs",
         "reads and writes particles through the sorted order, which names each once",
     ),
     (

@@ -1,13 +1,12 @@
 //! Snow as a body of a world: a model, its state and what a step works with, in one hand.
 
 use super::{
-    diagnose::{SnowStep, sums},
     init::{build, check_first_step},
     model::SnowModel,
     settings::SnowSettings,
     setup::{SnowError, SnowSetup, check},
     state::{SnowState, SnowWorkspace},
-    step::step,
+    step::{SnowStep, step, sums},
 };
 use crate::{
     collide::Collider,
@@ -40,7 +39,7 @@ impl<R: Real> Snow<R> {
         check_first_step(&self.model, &self.state, &self.work, colliders)
     }
 
-    /// Advances by one step of the world: see [`step`].
+    /// Advances by one step of the world: see [`step()`].
     ///
     /// # Errors
     /// When a step of the snow cannot be taken: particles are then as before that step.

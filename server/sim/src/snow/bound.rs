@@ -55,6 +55,33 @@ impl Extremes {
     }
 }
 
+/// The particle of each extreme: the first, in the user's numbering, of the greatest value.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Culprits(pub(super) [Option<u64>; 5]);
+
+impl Culprits {
+    /// The particle that bounds dt by `kind`.
+    pub(super) fn of(&self, kind: BoundKind) -> Option<u64> {
+        match kind {
+            BoundKind::ElasticWave => self.0[0],
+            BoundKind::IsolatedParticle => self.0[1],
+            BoundKind::ParticleSpeed => self.0[2],
+            BoundKind::VelocityGradient => self.0[3],
+            BoundKind::ColliderSpeed | BoundKind::Fixed | BoundKind::Frame => None,
+        }
+    }
+
+    /// The fastest particle.
+    pub(super) fn fastest(&self) -> u64 {
+        self.0[2].unwrap_or_default()
+    }
+
+    /// The most stretched particle.
+    pub(super) fn stretched(&self) -> u64 {
+        self.0[4].unwrap_or_default()
+    }
+}
+
 /// What bounds the next step, from what is stored: F_E and C by columns, volume over mass.
 #[inline(always)]
 pub(super) fn extremes<P: Pack>(

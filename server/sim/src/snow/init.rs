@@ -7,16 +7,13 @@ use rayon::prelude::*;
 
 use super::{
     bound::Extremes,
-    diagnose::sums,
-    failure::{check_time_step, lost},
     grid::{Grid, REACH, Sorted, block_of},
-    group::Group,
     law::MaterialConstants,
     model::SnowModel,
-    order::{renew_places, sort_anew},
-    particles::{Motion, Particles},
+    particles::{Group, Motion, Particles},
     setup::{SnowError, SnowSetup},
     state::{SnowState, SnowWorkspace},
+    step::{check_time_step, lost, renew_places, sort_anew, sums},
     transfer::{
         Arrival, Deformation, StepContext, TOGETHER, Tally, Update, particles_to_grid, update_grid, weights,
     },

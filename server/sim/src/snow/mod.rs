@@ -1,35 +1,28 @@
 //! Snow: particles over a sparse grid, the material point method (Stomakhin et al. 2013).
 //!
-//! [`step`] takes the stages in the paper's order; each is a file of `transfer`, whose formulas of the
+//! [`step()`] takes the stages in the paper's order; each is a file of `transfer`, whose formulas of the
 //! material are in `law`.
 
 mod settings;
 mod law;
 mod setup;
-mod group;
 mod particles;
 mod bound;
 mod model;
 mod grid;
 mod transfer;
-mod culprit;
 mod state;
-mod failure;
-mod time_step;
-mod order;
-mod diagnose;
-mod init;
 mod step;
+mod init;
 mod body;
 mod view;
 
 pub use body::Snow;
-pub use diagnose::SnowStep;
 pub use law::{Law, Material, Plasticity, Preset, constitutive_scalar};
 pub use model::SnowModel;
 pub use settings::{Advection, Blend, Integration, Kernel, SnowSettings, TimeStep, Transfer};
 pub use setup::{SnowError, SnowObject, SnowSetup};
 pub use state::{SnowState, SnowWorkspace};
-pub use step::step;
+pub use step::{SnowStep, step};
 pub use transfer::weights;
 pub use view::{GridNode, ParticleState};

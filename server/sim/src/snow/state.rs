@@ -1,8 +1,7 @@
 //! The state of snow, what a checkpoint saves; and what a step works with.
 
 use super::{
-    bound::Extremes,
-    culprit::Culprits,
+    bound::{Culprits, Extremes},
     grid::{Grid, Sorter},
     particles::Particles,
     transfer::{ChunkDiagnostics, GridDiagnostics, ImplicitWorkspace},

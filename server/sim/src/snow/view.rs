@@ -4,7 +4,7 @@ use super::{
     body::Snow,
     grid::{CELLS, block_of, node_of},
     init::settle,
-    order::sort_anew,
+    step::sort_anew,
 };
 use crate::math::{Real, vec3};
 

@@ -15,8 +15,7 @@ use crate::{
     math::{LANES, Pack, Real, WithSimd},
     snow::{
         grid::{SIDE, TILE_ROW},
-        group::Lanes,
-        particles::Motion,
+        particles::{Lanes, Motion},
         settings::{Advection, SnowSettings},
     },
 };

@@ -23,10 +23,9 @@ use crate::{
     math::{LANES, Pack, Real, Vec3, WithSimd, dispatch, svd},
     snow::{
         grid::{CELLS, Grid, NodeBlock, Sorted, block_of, tile_len},
-        group::{Constants, Group, Lanes},
         law::{MaterialConstants, Moduli, hardened, piola_change, product},
         model::SnowModel,
-        particles::Particles,
+        particles::{Constants, Group, Lanes, Particles},
         settings::{Forces, Integration, Kernel as Spline, SnowSettings, Transfer},
     },
 };

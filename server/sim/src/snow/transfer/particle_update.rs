@@ -22,10 +22,9 @@ use crate::{
     snow::{
         bound::extremes,
         grid::{Grid, Sorter, codes},
-        group::{Constants, Group, Lanes, NewLanes},
         law::{Deformed, MaterialConstants, Moduli, deform, predict, undeformed},
         model::SnowModel,
-        particles::{Motion, Particles, SharedParticles},
+        particles::{Constants, Group, Lanes, Motion, NewLanes, Particles, SharedParticles},
     },
 };
 

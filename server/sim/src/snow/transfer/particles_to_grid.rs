@@ -19,9 +19,8 @@ use crate::{
     math::{LANES, Pack, Real, WithSimd, dispatch},
     snow::{
         grid::{CELLS, Grid, SIDE, Sorted, TILE_ROW, tile_len},
-        group::Group,
         model::SnowModel,
-        particles::Particles,
+        particles::{Group, Particles},
     },
 };
 

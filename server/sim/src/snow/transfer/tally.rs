@@ -4,7 +4,7 @@
 
 use crate::{
     math::{LANES, Pack, Real},
-    snow::{bound::Extremes, group::Lanes},
+    snow::{bound::Extremes, particles::Lanes},
 };
 
 /// Sums and extremes over the particles of a chunk of blocks, a number per lane.

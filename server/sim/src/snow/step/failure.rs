@@ -1,29 +1,29 @@
 //! Why a step is not taken: what is checked, and the particle or the node at fault.
 
-use super::{
-    bound::smallest,
-    culprit::{Culprits, culprits_in},
-    grid::REACH,
-    model::SnowModel,
-    particles::Particles,
-    settings::{SnowSettings, TimeStep},
-    state::{SnowState, SnowWorkspace},
-};
+use super::culprit::culprits_in;
 use crate::{
     collide::Collider,
     math::Real,
     report::{BoundKind, StepFailure},
+    snow::{
+        bound::{Culprits, smallest},
+        grid::REACH,
+        model::SnowModel,
+        particles::Particles,
+        settings::{SnowSettings, TimeStep},
+        state::{SnowState, SnowWorkspace},
+    },
 };
 
 /// Cells that a node may move in one step: more, and particles leave what the sorted order can follow.
-pub(super) const MOVE: f64 = 1.0;
+pub(crate) const MOVE: f64 = 1.0;
 /// Largest singular value of F_E: beyond it, binary32 could overflow in the next step.
 const STRETCH: f64 = 1e3;
 /// Largest relative difference between the mass on the grid and that of the particles.
 const MASS_ERROR: f64 = 1e-3;
 
 /// The particles that set the bounds on the next step.
-pub(super) fn culprits<R: Real>(
+pub(crate) fn culprits<R: Real>(
     model: &SnowModel<R>,
     state: &SnowState<R>,
     work: &SnowWorkspace<R>,
@@ -33,7 +33,7 @@ pub(super) fn culprits<R: Real>(
 }
 
 /// Refuses a fixed step (s) above the bound; gives the smallest bound and its kind.
-pub(super) fn check_time_step<R: Real>(
+pub(crate) fn check_time_step<R: Real>(
     model: &SnowModel<R>,
     state: &SnowState<R>,
     work: &SnowWorkspace<R>,
@@ -50,7 +50,7 @@ pub(super) fn check_time_step<R: Real>(
 }
 
 /// Refuses to go on from a state that a step might make infinite.
-pub(super) fn check_stretch<R: Real>(
+pub(crate) fn check_stretch<R: Real>(
     model: &SnowModel<R>,
     state: &SnowState<R>,
     work: &SnowWorkspace<R>,
@@ -64,13 +64,13 @@ pub(super) fn check_stretch<R: Real>(
 }
 
 /// Refuses a grid that holds another mass than the particles.
-pub(super) fn check_mass(expected: f64, found: f64) -> Result<(), StepFailure> {
+pub(crate) fn check_mass(expected: f64, found: f64) -> Result<(), StepFailure> {
     let error = found / expected - 1.0;
     if error.abs() > MASS_ERROR { Err(StepFailure::Mass { expected, found }) } else { Ok(()) }
 }
 
 /// Refuses a state whose kinetic and elastic energy (J) together are more than the settings allow.
-pub(super) fn check_energy<R: Real>(
+pub(crate) fn check_energy<R: Real>(
     model: &SnowModel<R>,
     state: &SnowState<R>,
     work: &SnowWorkspace<R>,
@@ -86,7 +86,7 @@ pub(super) fn check_energy<R: Real>(
 }
 
 /// What made a node move by too many cells, or not to a finite place.
-pub(super) fn node_failure<R: Real>(
+pub(crate) fn node_failure<R: Real>(
     model: &SnowModel<R>,
     state: &SnowState<R>,
     work: &SnowWorkspace<R>,
@@ -102,7 +102,7 @@ pub(super) fn node_failure<R: Real>(
 }
 
 /// The first particle, in the user's numbering, that is nowhere or out of reach.
-pub(super) fn lost<R: Real>(settings: &SnowSettings, particles: &Particles<R>) -> Option<StepFailure> {
+pub(crate) fn lost<R: Real>(settings: &SnowSettings, particles: &Particles<R>) -> Option<StepFailure> {
     let limit = f64::from(REACH - 2) * 4.0 * settings.cell;
     let places = (0..particles.len()).filter(|at| {
         let x = particles.x(*at).map(Real::to_f64);

@@ -3,19 +3,19 @@
 use crate::math::{Columns, LANES};
 
 /// A number of each particle of a group, in memory.
-pub(super) type Lanes<R> = [R; LANES];
+pub(crate) type Lanes<R> = [R; LANES];
 
 /// Places of sixteen particles; past `count` the last is repeated.
 #[derive(Clone, Copy)]
-pub(super) struct Group {
-    pub(super) at: [u32; LANES],
-    pub(super) count: usize,
+pub(crate) struct Group {
+    pub(crate) at: [u32; LANES],
+    pub(crate) count: usize,
 }
 
 impl Group {
     /// Places `start..` of a list, sixteen at most; where there are none, its last, and a count of 0.
     #[inline(always)]
-    pub(super) fn from(list: &[u32], start: usize) -> Self {
+    pub(crate) fn from(list: &[u32], start: usize) -> Self {
         if start < list.len() {
             Self::of(&list[start..])
         } else {
@@ -25,7 +25,7 @@ impl Group {
 
     /// The first sixteen of a list that is not empty, or all of it.
     #[inline(always)]
-    pub(super) fn of(list: &[u32]) -> Self {
+    pub(crate) fn of(list: &[u32]) -> Self {
         let count = list.len().min(LANES);
         let mut at = [list[count - 1]; LANES];
         at[..count].copy_from_slice(&list[..count]);
@@ -35,30 +35,30 @@ impl Group {
 
 /// What never changes of the particles of a group.
 #[derive(Clone, Copy)]
-pub(super) struct Constants<R> {
+pub(crate) struct Constants<R> {
     /// Volume at rest V0 (m³).
-    pub(super) volume: Lanes<R>,
+    pub(crate) volume: Lanes<R>,
     /// Factor on the stiffness.
-    pub(super) stiffness: Lanes<R>,
+    pub(crate) stiffness: Lanes<R>,
     /// Index of the object.
-    pub(super) object: [u16; LANES],
+    pub(crate) object: [u16; LANES],
 }
 
 /// What a step gives to a group.
 #[derive(Clone, Copy)]
-pub(super) struct NewLanes<P> {
+pub(crate) struct NewLanes<P> {
     /// Position (m).
-    pub(super) x: [P; 3],
+    pub(crate) x: [P; 3],
     /// Mass (kg), which stays.
-    pub(super) mass: P,
+    pub(crate) mass: P,
     /// Velocity (m/s).
-    pub(super) v: [P; 3],
+    pub(crate) v: [P; 3],
     /// Plastic volume ratio J_P.
-    pub(super) plastic_ratio: P,
+    pub(crate) plastic_ratio: P,
     /// F_E by columns.
-    pub(super) f_e: Columns<P>,
+    pub(crate) f_e: Columns<P>,
     /// C (1/s) by columns.
-    pub(super) c: Columns<P>,
+    pub(crate) c: Columns<P>,
     /// V0 tau (J): xx yy zz xy xz yz.
-    pub(super) v0_tau: [P; 6],
+    pub(crate) v0_tau: [P; 6],
 }

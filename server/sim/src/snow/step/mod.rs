@@ -4,15 +4,29 @@
 //! velocities on the grid decide, and a particle whose nodes are finite and move by less than a cell
 //! stays finite.
 
+mod culprit;
+mod failure;
+mod time_step;
+mod order;
+mod diagnose;
+
+pub use diagnose::SnowStep;
+
+pub(super) use diagnose::sums;
+pub(super) use failure::{check_time_step, lost};
+pub(super) use order::{renew_places, sort_anew};
+
+use self::{
+    culprit::culprits_in_chunks,
+    diagnose::report,
+    failure::{MOVE, check_energy, check_mass, check_stretch},
+    order::renew_order,
+    time_step::Division,
+};
 use super::{
     bound::Extremes,
-    culprit::culprits_in_chunks,
-    diagnose::{SnowStep, report, sums},
-    failure::{MOVE, check_energy, check_mass, check_stretch, lost},
     model::SnowModel,
-    order::renew_order,
     state::{SnowState, SnowWorkspace},
-    time_step::Division,
     transfer::{
         StepContext, fastest_node, particles_to_grid, solve_velocities, update_grid, update_particles,
     },

@@ -4,23 +4,22 @@
 
 use rayon::prelude::*;
 
-use super::{
-    bound::smallest,
-    failure::culprits,
-    grid::Sorted,
-    group::{Constants, Group, Lanes},
-    law::{MaterialConstants, Moduli, energy_density, hardened},
-    model::SnowModel,
-    particles::Particles,
-    settings::TimeStep,
-    state::{SUMS, SnowState, SnowWorkspace},
-};
+use super::failure::culprits;
 use crate::{
     collide::Collider,
     linalg::SolveReport,
     math::{LANES, Pack, Real, WithSimd, dispatch, svd},
     parallel,
     report::{BoundKind, Diagnostics, SnowReport, TimeBound},
+    snow::{
+        bound::smallest,
+        grid::Sorted,
+        law::{MaterialConstants, Moduli, energy_density, hardened},
+        model::SnowModel,
+        particles::{Constants, Group, Lanes, Particles},
+        settings::TimeStep,
+        state::{SUMS, SnowState, SnowWorkspace},
+    },
 };
 
 /// What one step of the world tells of the snow.
@@ -38,16 +37,16 @@ pub struct SnowStep {
 
 /// What the particles add up to.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct SnowSums {
-    pub(super) diagnostics: Diagnostics,
+pub(crate) struct SnowSums {
+    pub(crate) diagnostics: Diagnostics,
     /// About the origin, affine part included (kg m²/s).
-    pub(super) angular_momentum: [f64; 3],
+    pub(crate) angular_momentum: [f64; 3],
     /// Mass of all particles (kg).
-    pub(super) mass: f64,
+    pub(crate) mass: f64,
 }
 
 /// Adds up all particles; `partials` is scratch.
-pub(super) fn sums<R: Real>(
+pub(crate) fn sums<R: Real>(
     model: &SnowModel<R>,
     particles: &Particles<R>,
     sorted: Sorted<'_>,
@@ -133,7 +132,7 @@ impl<R: Real> WithSimd<R> for ElasticEnergy<'_, R> {
 
 /// Everything that a step of the world tells but for energies and momentum: `substeps` steps of the
 /// snow were taken, the last of them of `dt` (s).
-pub(super) fn report<R: Real>(
+pub(crate) fn report<R: Real>(
     model: &SnowModel<R>,
     state: &SnowState<R>,
     work: &SnowWorkspace<R>,

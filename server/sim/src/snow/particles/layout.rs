@@ -6,13 +6,11 @@
 
 use rayon::prelude::*;
 
-use super::{
-    group::{Constants, Group, NewLanes},
-    setup::SnowObject,
-};
+use super::group::{Constants, Group, NewLanes};
 use crate::{
     math::{Columns, LANES, Pack, Real},
     parallel::Disjoint,
+    snow::setup::SnowObject,
 };
 
 /// The numbers of a particle in one plane.
@@ -20,7 +18,7 @@ type Pair<R> = [[R; 4]; 2];
 
 /// All particles, by place. Places are renewed now and then, so that those of a block lie together.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Particles<R> {
+pub(crate) struct Particles<R> {
     /// Position (m) and mass (kg); velocity (m/s) and J_P.
     motion: Vec<Pair<R>>,
     /// 24 numbers, eight per plane: F_E by rows; C (1/s) by rows; V0 tau (J) as xx yy zz xy xz yz.
@@ -28,14 +26,14 @@ pub(super) struct Particles<R> {
     /// Volume at rest V0 (m³), and factor on the stiffness.
     fixed: Vec<[R; 2]>,
     /// The user's number of each particle.
-    pub(super) id: Vec<u32>,
+    pub(crate) id: Vec<u32>,
     /// The object of each particle, which has a material.
-    pub(super) object: Vec<u16>,
+    pub(crate) object: Vec<u16>,
 }
 
 impl<R: Real> Particles<R> {
     /// The particles of all objects at rest, in the user's order: F_E = I, C = 0, J_P = 1, no stress.
-    pub(super) fn of(objects: &[SnowObject]) -> Self {
+    pub(crate) fn of(objects: &[SnowObject]) -> Self {
         let count = objects.iter().map(|object| object.x.len()).sum();
         let mut particles = Self {
             motion: Vec::with_capacity(count),
@@ -66,34 +64,34 @@ impl<R: Real> Particles<R> {
     }
 
     /// How many there are.
-    pub(super) fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.id.len()
     }
 
     /// Position (m) of the particle at a place.
-    pub(super) fn x(&self, at: usize) -> [R; 3] {
+    pub(crate) fn x(&self, at: usize) -> [R; 3] {
         let [x, y, z, _] = self.motion[at][0];
         [x, y, z]
     }
 
     /// Velocity (m/s).
-    pub(super) fn v(&self, at: usize) -> [R; 3] {
+    pub(crate) fn v(&self, at: usize) -> [R; 3] {
         let [x, y, z, _] = self.motion[at][1];
         [x, y, z]
     }
 
     /// Mass (kg).
-    pub(super) fn mass(&self, at: usize) -> R {
+    pub(crate) fn mass(&self, at: usize) -> R {
         self.motion[at][0][3]
     }
 
     /// Plastic volume ratio J_P.
-    pub(super) fn plastic_ratio(&self, at: usize) -> R {
+    pub(crate) fn plastic_ratio(&self, at: usize) -> R {
         self.motion[at][1][3]
     }
 
     /// Volume at rest V0 (m³).
-    pub(super) fn volume(&self, at: usize) -> R {
+    pub(crate) fn volume(&self, at: usize) -> R {
         self.fixed[at][0]
     }
 
@@ -104,38 +102,38 @@ impl<R: Real> Particles<R> {
     }
 
     /// F_E by rows.
-    pub(super) fn f_e(&self, at: usize) -> [[R; 3]; 3] {
+    pub(crate) fn f_e(&self, at: usize) -> [[R; 3]; 3] {
         [0, 3, 6].map(|row| [0, 1, 2].map(|column| self.number(at, row + column)))
     }
 
     /// C (1/s) by rows.
-    pub(super) fn c(&self, at: usize) -> [[R; 3]; 3] {
+    pub(crate) fn c(&self, at: usize) -> [[R; 3]; 3] {
         [9, 12, 15].map(|row| [0, 1, 2].map(|column| self.number(at, row + column)))
     }
 
     /// V0 tau (J): xx yy zz xy xz yz.
-    pub(super) fn v0_tau(&self, at: usize) -> [R; 6] {
+    pub(crate) fn v0_tau(&self, at: usize) -> [R; 6] {
         [18, 19, 20, 21, 22, 23].map(|n| self.number(at, n))
     }
 
     /// Gives a particle another position (m), velocity (m/s) and J_P.
-    pub(super) fn set_motion(&mut self, at: usize, [x, v]: [[R; 3]; 2], plastic_ratio: R) {
+    pub(crate) fn set_motion(&mut self, at: usize, [x, v]: [[R; 3]; 2], plastic_ratio: R) {
         let mass = self.mass(at);
         self.motion[at] = [[x[0], x[1], x[2], mass], [v[0], v[1], v[2], plastic_ratio]];
     }
 
     /// Gives a particle a velocity (m/s).
-    pub(super) fn set_v(&mut self, at: usize, v: [R; 3]) {
+    pub(crate) fn set_v(&mut self, at: usize, v: [R; 3]) {
         self.motion[at][1][..3].copy_from_slice(&v);
     }
 
     /// Gives a particle its volume at rest V0 (m³).
-    pub(super) fn set_volume(&mut self, at: usize, volume: R) {
+    pub(crate) fn set_volume(&mut self, at: usize, volume: R) {
         self.fixed[at][0] = volume;
     }
 
     /// Puts F_E, C and V0 tau in their places.
-    pub(super) fn set_tensors(&mut self, at: usize, f_e: [[R; 3]; 3], c: [[R; 3]; 3], v0_tau: [R; 6]) {
+    pub(crate) fn set_tensors(&mut self, at: usize, f_e: [[R; 3]; 3], c: [[R; 3]; 3], v0_tau: [R; 6]) {
         let numbers = f_e.as_flattened().iter().chain(c.as_flattened()).chain(&v0_tau);
         for (n, number) in numbers.enumerate() {
             self.tensors[n / 8][at][n % 8 / 4][n % 4] = *number;
@@ -143,7 +141,7 @@ impl<R: Real> Particles<R> {
     }
 
     /// Puts the numbers of particles in a new order, but for `id` and `object`; `spare` is scratch.
-    pub(super) fn permute(&mut self, order: &[u32], spare: &mut Vec<[R; 4]>) {
+    pub(crate) fn permute(&mut self, order: &[u32], spare: &mut Vec<[R; 4]>) {
         spare.resize(order.len(), [R::zero(); 4]);
         let Self { motion, tensors: [first, second, third], fixed, .. } = self;
         for plane in [motion, first, second, third] {
@@ -165,7 +163,7 @@ impl<R: Real> Particles<R> {
     }
 
     /// Bytes in use.
-    pub(super) fn bytes(&self) -> usize {
+    pub(crate) fn bytes(&self) -> usize {
         let pairs = self.motion.capacity() + self.tensors.iter().map(Vec::capacity).sum::<usize>();
         pairs * size_of::<Pair<R>>()
             + self.fixed.capacity() * size_of::<[R; 2]>()
@@ -178,21 +176,21 @@ impl<R: Real> Particles<R> {
 impl<R: Real> Particles<R> {
     /// Positions (m) and masses (kg).
     #[inline(always)]
-    pub(super) fn x_and_mass<P: Pack<Number = R>>(&self, group: &Group) -> ([P; 3], P) {
+    pub(crate) fn x_and_mass<P: Pack<Number = R>>(&self, group: &Group) -> ([P; 3], P) {
         let [x, y, z, mass] = read::<P, 0>(&self.motion, group);
         ([x, y, z], mass)
     }
 
     /// Velocities (m/s) and J_P.
     #[inline(always)]
-    pub(super) fn v_and_plastic_ratio<P: Pack<Number = R>>(&self, group: &Group) -> ([P; 3], P) {
+    pub(crate) fn v_and_plastic_ratio<P: Pack<Number = R>>(&self, group: &Group) -> ([P; 3], P) {
         let [x, y, z, plastic_ratio] = read::<P, 1>(&self.motion, group);
         ([x, y, z], plastic_ratio)
     }
 
     /// F_E by columns.
     #[inline(always)]
-    pub(super) fn f_e_columns<P: Pack<Number = R>>(&self, group: &Group) -> Columns<P> {
+    pub(crate) fn f_e_columns<P: Pack<Number = R>>(&self, group: &Group) -> Columns<P> {
         let [xx, xy, xz, yx] = read::<P, 0>(&self.tensors[0], group);
         let [yy, yz, zx, zy] = read::<P, 1>(&self.tensors[0], group);
         let [zz, ..] = read::<P, 0>(&self.tensors[1], group);
@@ -201,7 +199,7 @@ impl<R: Real> Particles<R> {
 
     /// V0 tau (J): xx yy zz xy xz yz.
     #[inline(always)]
-    pub(super) fn v0_tau_lanes<P: Pack<Number = R>>(&self, group: &Group) -> [P; 6] {
+    pub(crate) fn v0_tau_lanes<P: Pack<Number = R>>(&self, group: &Group) -> [P; 6] {
         let [.., xx, yy] = read::<P, 0>(&self.tensors[2], group);
         let [zz, xy, xz, yz] = read::<P, 1>(&self.tensors[2], group);
         [xx, yy, zz, xy, xz, yz]
@@ -209,7 +207,7 @@ impl<R: Real> Particles<R> {
 
     /// C (1/s) by columns; and V0 tau (J), which shares a quad with it: xx yy zz xy xz yz.
     #[inline(always)]
-    pub(super) fn c_columns_and_v0_tau<P: Pack<Number = R>>(&self, group: &Group) -> (Columns<P>, [P; 6]) {
+    pub(crate) fn c_columns_and_v0_tau<P: Pack<Number = R>>(&self, group: &Group) -> (Columns<P>, [P; 6]) {
         let [zy, zz, sxx, syy] = read::<P, 0>(&self.tensors[2], group);
         let [szz, sxy, sxz, syz] = read::<P, 1>(&self.tensors[2], group);
         let [_, xx, xy, xz] = read::<P, 0>(&self.tensors[1], group);
@@ -218,7 +216,7 @@ impl<R: Real> Particles<R> {
     }
 
     /// Positions, masses, velocities and J_P of a group.
-    pub(super) fn motion(&self, group: &Group) -> Motion<R> {
+    pub(crate) fn motion(&self, group: &Group) -> Motion<R> {
         let mut out = Motion::new();
         for lane in 0..LANES {
             out.set(lane, self.motion[group.at[lane] as usize]);
@@ -228,7 +226,7 @@ impl<R: Real> Particles<R> {
 
     /// What never changes of the particles of a group.
     #[inline(always)]
-    pub(super) fn constants(&self, group: &Group) -> Constants<R> {
+    pub(crate) fn constants(&self, group: &Group) -> Constants<R> {
         constants(&self.fixed, &self.object, group)
     }
 }
@@ -245,14 +243,14 @@ fn read<P: Pack, const HALF: usize>(plane: &[Pair<P::Number>], group: &Group) ->
 
 /// Positions, masses, velocities and J_P of a group, as they are stored.
 #[derive(Clone, Copy)]
-pub(super) struct Motion<R> {
+pub(crate) struct Motion<R> {
     /// Position and mass; velocity and J_P: a quad per particle.
     quads: [[[R; 4]; LANES]; 2],
 }
 
 impl<R: Real> Motion<R> {
     /// To be filled: all numbers are 0.
-    pub(super) fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self { quads: [[[R::zero(); 4]; LANES]; 2] }
     }
 
@@ -262,21 +260,21 @@ impl<R: Real> Motion<R> {
     }
 
     /// Position (m) of one particle of the group.
-    pub(super) fn x(&self, lane: usize) -> [R; 3] {
+    pub(crate) fn x(&self, lane: usize) -> [R; 3] {
         let [x, y, z, _] = self.quads[0][lane];
         [x, y, z]
     }
 
     /// Positions (m) and masses (kg).
     #[inline(always)]
-    pub(super) fn x_and_mass<P: Pack<Number = R>>(&self) -> ([P; 3], P) {
+    pub(crate) fn x_and_mass<P: Pack<Number = R>>(&self) -> ([P; 3], P) {
         let [x, y, z, mass] = P::columns(&self.quads[0]);
         ([x, y, z], mass)
     }
 
     /// Velocities (m/s) and J_P.
     #[inline(always)]
-    pub(super) fn v_and_plastic_ratio<P: Pack<Number = R>>(&self) -> ([P; 3], P) {
+    pub(crate) fn v_and_plastic_ratio<P: Pack<Number = R>>(&self) -> ([P; 3], P) {
         let [x, y, z, plastic_ratio] = P::columns(&self.quads[1]);
         ([x, y, z], plastic_ratio)
     }
@@ -294,7 +292,7 @@ fn constants<R: Real>(fixed: &[[R; 2]], object: &[u16], group: &Group) -> Consta
 }
 
 /// Particles that several threads read and write, each place by one of them.
-pub(super) struct SharedParticles<'a, R> {
+pub(crate) struct SharedParticles<'a, R> {
     motion: Disjoint<'a, Pair<R>>,
     tensors: [Disjoint<'a, Pair<R>>; 3],
     fixed: &'a [[R; 2]],
@@ -303,7 +301,7 @@ pub(super) struct SharedParticles<'a, R> {
 
 impl<R: Real> Particles<R> {
     /// Shares particles among threads; the sorted order keeps these apart.
-    pub(super) fn share(&mut self) -> SharedParticles<'_, R> {
+    pub(crate) fn share(&mut self) -> SharedParticles<'_, R> {
         let Self { motion, tensors, fixed, object, .. } = self;
         SharedParticles {
             motion: Disjoint::new(motion),
@@ -318,7 +316,7 @@ impl<R: Real> SharedParticles<'_, R> {
     /// Asks for the tensors of the places `list[start..]`, and for the motion of the places after
     /// these: `ahead` of each.
     #[inline(always)]
-    pub(super) fn prefetch(&self, list: &[u32], start: usize, ahead: usize) {
+    pub(crate) fn prefetch(&self, list: &[u32], start: usize, ahead: usize) {
         for at in &list[start..list.len().min(start + ahead)] {
             self.tensors[0].prefetch(*at as usize);
             self.tensors[1].prefetch(*at as usize);
@@ -332,7 +330,7 @@ impl<R: Real> SharedParticles<'_, R> {
     /// Reads positions, masses, velocities and J_P of a group.
     #[inline(always)]
     #[allow(unsafe_code, reason = "the particles of a group belong to one chunk of blocks")]
-    pub(super) fn read_motion(&self, group: &Group, out: &mut Motion<R>) {
+    pub(crate) fn read_motion(&self, group: &Group, out: &mut Motion<R>) {
         self.motion.hold_all(&group.at);
         for lane in 0..LANES {
             // SAFETY: held above; the sorted order names each particle once, and a chunk of blocks is
@@ -344,13 +342,13 @@ impl<R: Real> SharedParticles<'_, R> {
 
     /// What never changes of the particles of a group.
     #[inline(always)]
-    pub(super) fn constants(&self, group: &Group) -> Constants<R> {
+    pub(crate) fn constants(&self, group: &Group) -> Constants<R> {
         constants(self.fixed, self.object, group)
     }
 
     /// F_E by columns.
     #[inline(always)]
-    pub(super) fn f_e_columns<P: Pack<Number = R>>(&self, group: &Group) -> Columns<P> {
+    pub(crate) fn f_e_columns<P: Pack<Number = R>>(&self, group: &Group) -> Columns<P> {
         let [[xx, xy, xz, yx], [yy, yz, zx, zy]] = read_shared::<P>(&self.tensors[0], group);
         let [[zz, ..], _] = read_shared::<P>(&self.tensors[1], group);
         [[xx, yx, zx], [xy, yy, zy], [xz, yz, zz]]
@@ -358,7 +356,7 @@ impl<R: Real> SharedParticles<'_, R> {
 
     /// Writes a group.
     #[inline(always)]
-    pub(super) fn write<P: Pack<Number = R>>(&self, group: &Group, new: &NewLanes<P>) {
+    pub(crate) fn write<P: Pack<Number = R>>(&self, group: &Group, new: &NewLanes<P>) {
         let NewLanes { x, mass, v, plastic_ratio, f_e: f, c, v0_tau: s } = new;
         write(&self.motion, group, [[x[0], x[1], x[2], *mass], [v[0], v[1], v[2], *plastic_ratio]]);
         let first = [[f[0][0], f[1][0], f[2][0], f[0][1]], [f[1][1], f[2][1], f[0][2], f[1][2]]];

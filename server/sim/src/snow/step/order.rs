@@ -3,17 +3,19 @@
 //! Reads where particles are, or where they went; writes the sorted order, the blocks of the grid,
 //! and now and then the places of the particles.
 
-use super::{
-    grid::{ROOM, within_reach},
-    model::SnowModel,
-    particles::Particles,
-    state::SnowWorkspace,
-    transfer::{ChunkDiagnostics, weights},
+use crate::{
+    math::Real,
+    snow::{
+        grid::{ROOM, within_reach},
+        model::SnowModel,
+        particles::Particles,
+        state::SnowWorkspace,
+        transfer::{ChunkDiagnostics, weights},
+    },
 };
-use crate::math::Real;
 
-/// Sorts from nothing; a particle out of reach is left to [`super::failure::lost`].
-pub(super) fn sort_anew<R: Real>(
+/// Sorts from nothing; a particle out of reach is left to [`lost`](super::failure::lost).
+pub(crate) fn sort_anew<R: Real>(
     model: &SnowModel<R>,
     particles: &Particles<R>,
     work: &mut SnowWorkspace<R>,
@@ -46,14 +48,14 @@ pub(super) fn sort_anew<R: Real>(
 }
 
 /// Puts particles in the sorted order, so that those of a block lie together again.
-pub(super) fn renew_places<R: Real>(particles: &mut Particles<R>, work: &mut SnowWorkspace<R>) {
+pub(crate) fn renew_places<R: Real>(particles: &mut Particles<R>, work: &mut SnowWorkspace<R>) {
     particles.permute(&work.sorter.order, &mut work.spare);
     work.sorter.renumber(&mut particles.id, &mut particles.object);
 }
 
 /// The order after a step; false where a particle went further than a block, and all were sorted
 /// anew.
-pub(super) fn renew_order<R: Real>(
+pub(crate) fn renew_order<R: Real>(
     model: &SnowModel<R>,
     particles: &mut Particles<R>,
     work: &mut SnowWorkspace<R>,

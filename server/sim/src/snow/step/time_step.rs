@@ -2,24 +2,28 @@
 //!
 //! Reads the bound after each step; writes how long the next one is.
 
-use super::{
-    failure::{MOVE, check_time_step, culprits, node_failure},
-    model::SnowModel,
-    settings::TimeStep,
-    state::{SnowState, SnowWorkspace},
-    transfer::StepContext,
+use super::failure::{MOVE, check_time_step, culprits, node_failure};
+use crate::{
+    math::Real,
+    report::StepFailure,
+    snow::{
+        model::SnowModel,
+        settings::TimeStep,
+        state::{SnowState, SnowWorkspace},
+        transfer::StepContext,
+    },
+    surroundings::Surroundings,
 };
-use crate::{math::Real, report::StepFailure, surroundings::Surroundings};
 
 /// How far a step of the world has come.
-pub(super) struct Division<'a> {
+pub(crate) struct Division<'a> {
     around: &'a Surroundings<'a>,
     /// What is left of the world's step (s).
     left: f64,
     /// Steps of the snow, those that were taken again among them.
-    pub(super) substeps: u32,
+    pub(crate) substeps: u32,
     /// Length of the last of them (s).
-    pub(super) dt: f64,
+    pub(crate) dt: f64,
     /// Equal steps that are left, this one among them.
     steps: f64,
     /// By how much the next step is shorter than allowed, since nodes would have moved too far.
@@ -28,22 +32,22 @@ pub(super) struct Division<'a> {
 
 impl<'a> Division<'a> {
     /// Nothing done yet.
-    pub(super) fn of(around: &'a Surroundings<'a>) -> Self {
+    pub(crate) fn of(around: &'a Surroundings<'a>) -> Self {
         Self { around, left: around.dt, substeps: 0, dt: 0.0, steps: 0.0, shorter: 1.0 }
     }
 
     /// Whether the world's step is done.
-    pub(super) fn is_done(&self) -> bool {
+    pub(crate) fn is_done(&self) -> bool {
         self.left <= 0.0
     }
 
     /// Whether the step at hand is the last one.
-    pub(super) fn is_last(&self) -> bool {
+    pub(crate) fn is_last(&self) -> bool {
         self.steps <= 1.0
     }
 
     /// The next step of the snow.
-    pub(super) fn next<R: Real>(
+    pub(crate) fn next<R: Real>(
         &mut self,
         model: &SnowModel<R>,
         state: &SnowState<R>,
@@ -70,7 +74,7 @@ impl<'a> Division<'a> {
     }
 
     /// The step was taken.
-    pub(super) fn go_on(&mut self) {
+    pub(crate) fn go_on(&mut self) {
         self.shorter = 1.0;
         self.substeps += 1;
         self.left = if self.is_last() { 0.0 } else { self.left - self.dt };
@@ -78,7 +82,7 @@ impl<'a> Division<'a> {
 
     /// The step is to be taken again, shorter: a node would have `moved` by too many cells, but nothing
     /// has moved yet. A step that is fixed, or whose numbers are out of range, fails.
-    pub(super) fn retry<R: Real>(
+    pub(crate) fn retry<R: Real>(
         &mut self,
         model: &SnowModel<R>,
         state: &SnowState<R>,

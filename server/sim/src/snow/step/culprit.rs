@@ -2,49 +2,20 @@
 //!
 //! Reads extremes and the particles that have them; writes their numbers, for reports and failures.
 
-use super::{
-    bound::{Extremes, extremes},
-    grid::Sorted,
-    group::{Constants, Group},
-    law::{Moduli, hardened},
-    model::SnowModel,
-    particles::Particles,
-    transfer::ChunkDiagnostics,
-};
 use crate::{
     math::{Pack, Portable, Real},
-    report::BoundKind,
+    snow::{
+        bound::{Culprits, Extremes, extremes},
+        grid::Sorted,
+        law::{Moduli, hardened},
+        model::SnowModel,
+        particles::{Constants, Group, Particles},
+        transfer::ChunkDiagnostics,
+    },
 };
 
-/// The particle of each extreme: the first, in the user's numbering, of the greatest value.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Culprits([Option<u64>; 5]);
-
-impl Culprits {
-    /// The particle that bounds dt by `kind`.
-    pub(super) fn of(&self, kind: BoundKind) -> Option<u64> {
-        match kind {
-            BoundKind::ElasticWave => self.0[0],
-            BoundKind::IsolatedParticle => self.0[1],
-            BoundKind::ParticleSpeed => self.0[2],
-            BoundKind::VelocityGradient => self.0[3],
-            BoundKind::ColliderSpeed | BoundKind::Fixed | BoundKind::Frame => None,
-        }
-    }
-
-    /// The fastest particle.
-    pub(super) fn fastest(&self) -> u64 {
-        self.0[2].unwrap_or_default()
-    }
-
-    /// The most stretched particle.
-    pub(super) fn stretched(&self) -> u64 {
-        self.0[4].unwrap_or_default()
-    }
-}
-
 /// Looks in the chunks that have the extremes, while particles are still in their order.
-pub(super) fn culprits_in_chunks<R: Real>(
+pub(crate) fn culprits_in_chunks<R: Real>(
     model: &SnowModel<R>,
     particles: &Particles<R>,
     sorted: Sorted<'_>,
@@ -59,7 +30,7 @@ pub(super) fn culprits_in_chunks<R: Real>(
 }
 
 /// Looks at the particles of a list of places.
-pub(super) fn culprits_in<'a, R: Real>(
+pub(crate) fn culprits_in<'a, R: Real>(
     model: &SnowModel<R>,
     particles: &Particles<R>,
     places: impl Iterator<Item = &'a u32>,
