@@ -1,4 +1,4 @@
-//! What snow adds to frames: numbers a particle, nodes of the grid, new colliders. What comes is as it was
+//! What snow adds to frames: numbers per particle, nodes of the grid, new colliders. What comes is as it was
 //! sent, whatever the pieces; what is refused is named; no bytes make the decoder panic or take more than its
 //! limits.
 
@@ -121,8 +121,8 @@ fn nodes_come_with_their_places() {
     let frame = grids(vec![row(-1..1, 3), row(1..2, 3)]).expect("in order").expect("complete");
     let grid = frame.grid.expect("it was sent");
     assert_eq!((grid.len(), grid.stride, grid.node_count), (3, 1, 3));
-    let places: Vec<[f32; 3]> = grid.positions().collect();
-    assert_eq!(places, [[-0.25, -0.25, 0.5], [0.0, -0.25, 0.5], [0.25, -0.25, 0.5]]);
+    let positions: Vec<[f32; 3]> = grid.positions().collect();
+    assert_eq!(positions, [[-0.25, -0.25, 0.5], [0.0, -0.25, 0.5], [0.25, -0.25, 0.5]]);
     assert_eq!(grid.masses, [-0.5, 0.5, 1.5].map(f32::abs));
 }
 

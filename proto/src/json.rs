@@ -36,8 +36,7 @@ pub(crate) fn state_hash<S: Serializer>(value: &Option<u64>, serializer: S) -> R
 
 /// `[x, y, z]`; an absent vector is zero, as everywhere in proto3.
 pub(crate) fn vector<S: Serializer>(value: &Option<Vector3>, serializer: S) -> Result<S::Ok, S::Error> {
-    let Vector3 { x, y, z } = value.unwrap_or_default();
-    [x, y, z].serialize(serializer)
+    <[f64; 3]>::from(value.unwrap_or_default()).serialize(serializer)
 }
 
 /// The fields of a solver's report; all `null` without one, so that every object has the same keys.

@@ -92,7 +92,7 @@ fn remedy(reason: &str) -> Option<&'static str> {
     match reason {
         "SESSION_NOT_FOUND" => Some("`nappe list` shows the sessions of the server"),
         "SCENE_NOT_FOUND" => Some("`nappe scenes` lists the scenes that come with nappe"),
-        // The message names the place, and what is allowed there.
+        // The message says where in the scene, and what is allowed there.
         "INVALID_SCENE" | "INVALID_FIELD" => None,
         _ => Reason::ALL.iter().find(|known| known.name() == reason).map(|known| known.remedy()),
     }

@@ -30,7 +30,7 @@ pub struct ShowOptions {
 }
 
 impl ShowOptions {
-    /// Every frame the server still keeps for a file, the newest at most 60 times a second for a viewer.
+    /// Every frame the server still keeps for a file, the newest at most 60 times per second for a viewer.
     pub fn for_sink(sink: &Sink, oldest_frame: u64) -> Self {
         let watch = match sink {
             Sink::Save(_) => WatchOptions::every_from(oldest_frame),

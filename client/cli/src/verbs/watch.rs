@@ -33,7 +33,7 @@ pub(crate) struct WatchArgs {
     /// Most diagnostics per second (Hz); 0: those of every frame
     #[arg(long, value_name = "HZ", default_value_t = 5.0, conflicts_with = "save")]
     rate: f64,
-    /// End after so many messages
+    /// End after N diagnostics, or N frames saved
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     count: Option<u64>,
     /// Keep every frame: a Rerun recording FILE.rrd, or a folder of PLY files

@@ -138,7 +138,7 @@ fn the_snowball_of_the_paper_is_timed_by_the_frame() {
     let row = &json[0];
     check_row(row);
     assert_eq!((&row["name"], &row["unit"]), (&"snow/stomakhin".into(), &"frames/s".into()));
-    let substeps = row["frame_substeps"].as_array().expect("one a frame");
+    let substeps = row["frame_substeps"].as_array().expect("one per frame");
     // A frame of 1/24 s at the bound of the elastic wave on cells of 5 mm: over a hundred steps.
     assert!(substeps.len() == 2 && substeps.iter().all(|count| count.as_u64() > Some(50)), "{row}");
     assert!(row["published_seconds"].is_null(), "2000 particles are not the paper's");

@@ -9,7 +9,7 @@ use serde_json::Value;
 
 use crate::support::{SMALL_SCENE, Server, command, end_by, folder, write_scene};
 
-/// Creates a session of the small scene, which ends after so many steps (0: never).
+/// Creates a session of the small scene, which ends after `steps` steps (0: never).
 fn create(server: &Server, id: &str, steps: u64) -> Value {
     let folder = folder();
     let scene = write_scene(folder.path(), &SMALL_SCENE.replace("steps = 40", &format!("steps = {steps}")));
@@ -114,7 +114,7 @@ fn watching_prints_diagnostics_and_saves_frames() {
     let steps: Vec<u64> = lines
         .lines()
         .map(|line| {
-            serde_json::from_str::<Value>(line).expect("a JSON object a line")["step"]
+            serde_json::from_str::<Value>(line).expect("a JSON object per line")["step"]
                 .as_u64()
                 .expect("a step")
         })

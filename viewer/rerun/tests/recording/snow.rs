@@ -75,13 +75,13 @@ fn diagnostics(number: u64) -> v1::Diagnostics {
 
 fn frame(number: u64) -> Frame {
     let drop = 0.01 * number as f32;
-    let place = |p: usize| [p % SIDE, p / SIDE % SIDE, p / SIDE / SIDE].map(|i| 0.05 * i as f32 - drop);
+    let position = |p: usize| [p % SIDE, p / SIDE % SIDE, p / SIDE / SIDE].map(|i| 0.05 * i as f32 - drop);
     Frame {
         frame: number,
         step: number,
         time: 0.02 * number as f64,
         state_hash: None,
-        positions: Vectors::F32((0..COUNT).flat_map(place).collect()),
+        positions: Vectors::F32((0..COUNT).flat_map(position).collect()),
         velocities: Some(Vectors::F32(vec![1.0; 3 * COUNT])),
         plastic_ratios: Some(Scalars::F32((0..COUNT).map(|p| 0.7 + p as f32 * 1e-3).collect())),
         stress_norms: Some(Scalars::F64(vec![100.0; COUNT])),
