@@ -79,9 +79,10 @@ pub(super) fn negative_eigenvalues(a: &Matrix) -> usize {
     rows.iter().enumerate().filter(|(k, row)| row[*k] < 0.0).count()
 }
 
-/// A number in -1..1 for each index, without pattern.
-pub(super) fn noise(index: usize) -> f64 {
-    Random::seeded(index as u64).number()
+/// Random numbers in -1..1.
+pub(super) fn noise(seed: u64, count: usize) -> Vec<f64> {
+    let mut random = Random::seeded(seed);
+    (0..count).map(|_| random.number()).collect()
 }
 
 /// A symmetric system with one mass a node.
@@ -100,13 +101,16 @@ impl Case {
     /// eigenvalues from about -14 to 14.
     pub(super) fn dense(size: f64) -> Self {
         let (nodes, side) = (50, 150);
-        let mass: Vec<f64> = (0..nodes).map(|i| 10.0_f64.powf(3.0 * noise(i))).collect();
+        let numbers = noise(2, nodes + side * side + side);
+        let (decades, numbers) = numbers.split_at(nodes);
+        let (parts, loads) = numbers.split_at(side * side);
+        let mass: Vec<f64> = decades.iter().map(|decade| 10.0_f64.powf(3.0 * decade)).collect();
         let a = matrix(side, |i, j| {
             let unit = if i == j { 1.0 } else { 0.0 };
-            let part = size * noise(1000 + side * i.min(j) + i.max(j));
+            let part = size * parts[side * i.min(j) + i.max(j)];
             (mass[i / 3] * mass[j / 3]).sqrt() * (unit + part)
         });
-        let b = (0..side).map(|i| mass[i / 3] * noise(40_000 + i)).collect();
+        let b = loads.iter().enumerate().map(|(i, load)| mass[i / 3] * load).collect();
         Self { a, mass, b }
     }
 

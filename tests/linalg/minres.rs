@@ -164,16 +164,16 @@ struct Chain {
 
 impl Chain {
     fn new(count: usize) -> Self {
-        let mass = (0..count).map(|i| 1.5 + noise(i)).collect();
-        let stiffness =
-            (0..count).map(|i| if i % 5 == 0 { -6.0 } else { 1.0 + 0.5 * noise(9 * i) }).collect();
+        let mass = noise(3, count).iter().map(|part| 1.5 + part).collect();
+        let pushing = |(i, part): (usize, &f64)| if i % 5 == 0 { -6.0 } else { 1.0 + 0.5 * part };
+        let stiffness = noise(5, count).iter().enumerate().map(pushing).collect();
         Self { mass, stiffness }
     }
 
     fn solve<R: Real>(&self, work: &mut MinresWorkspace<R>) -> (SolveReport, Vec<Vec3<R>>) {
         let count = self.mass.len();
         let mass: Vec<R> = self.mass.iter().map(|m| R::of(*m)).collect();
-        let b: Vec<Vec3<R>> = (0..count).map(|i| vec3([0, 1, 2].map(|c| noise(3 * i + c + 11)))).collect();
+        let b: Vec<Vec3<R>> = noise(7, 3 * count).as_chunks().0.iter().map(|b| vec3(*b)).collect();
         let mut x = vec![Vec3::zeros(); count];
         let stop = Stop::Residual { tolerance: 1e-5, max_iterations: 300 };
         let mut operator = self;
