@@ -25,9 +25,9 @@ Examples:
   nappe mesh convert cow.off cow.ply                          by extension
   nappe mesh convert data/vache vache.obj                     a folder of .eti files
   nappe mesh info data/pull                                   counts, size, what is odd or missing
-  nappe mesh info *.obj --json                                one JSON object per file, each on a line
+  nappe mesh info *.obj --json                                one JSON object per line
 
-Formats, by extension: .obj, .off, .ply. A folder, or a path without an extension, is a set of .eti files.")]
+Formats, by extension: .obj, .off, .ply. A folder, or a name without an extension, holds .eti files.")]
 pub(crate) struct MeshArgs {
     #[command(subcommand)]
     action: Action,

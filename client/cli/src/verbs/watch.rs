@@ -21,16 +21,16 @@ use crate::{
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Examples:
-  nappe watch first                          diagnostics, five times per second, until the session ends
+  nappe watch first                          diagnostics until the session ends, 5 per second
   nappe watch first --rate 0 --json          diagnostics of every frame, one JSON object per line
   nappe watch first --save frames            every frame from now on, PLY files in a folder
   nappe watch first --save all.rrd --from 0  from its start, if the server still keeps it
   nappe watch first --save frames --fields velocity,plastic_ratio,stress
-  nappe watch first --save frames --grid slice:y=0.5   also grid-000000.ply ... with mass and velocity")]
+  nappe watch first --save frames --grid slice:y=0.5   also mass and velocity on a plane")]
 pub(crate) struct WatchArgs {
     #[command(flatten)]
     session: SessionArgs,
-    /// Most diagnostics per second (Hz); 0: those of every frame
+    /// Largest rate of the diagnostics (Hz); 0: those of every frame
     #[arg(long, value_name = "HZ", default_value_t = 5.0, conflicts_with = "save")]
     rate: f64,
     /// End after N diagnostics, or N frames saved
