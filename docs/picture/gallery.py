@@ -93,7 +93,7 @@ def written(names):
     return f"""# Gallery
 
 These scenes come with nappe. `nappe scenes NAME` prints the text of one, as a start for your own;
-[the format](scenes.md) has every field, and [a tutorial](tutorials/scene.md) writes one. Snow is white as it fell, blue where
+[the format](scenes.md) has every key, and [a tutorial](tutorials/scene.md) writes one. Snow is white as it fell, blue where
 it is packed and amber where it has come apart. `python3 docs/picture/gallery.py` computes the scenes, draws the pictures and
 writes this page.
 
