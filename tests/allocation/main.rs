@@ -71,7 +71,7 @@ fn scene(method: Method, solver: SolverSettings) -> Scene {
 }
 
 /// Lets every worker of the pool take work from another: the first time, rayon's deques register
-/// the thread, which allocates once a thread, whatever the work.
+/// the thread, which allocates once per thread, whatever the work.
 fn warm_up(threads: usize) {
     let seen = AtomicU64::new(0);
     let wanted = (1_u64 << threads) - 1;

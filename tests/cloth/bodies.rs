@@ -68,7 +68,7 @@ fn bodies_in_one_world_move_as_each_does_alone() {
 }
 
 #[test]
-fn figures_are_those_of_the_particles() {
+fn diagnostics_are_those_of_the_particles() {
     for precision in Precision::ALL {
         let scene = cloth(Method::all()[1]);
         let mut simulation = scene.simulate(precision);

@@ -143,7 +143,7 @@ fn every_integrator_follows_its_definition_in_binary32_up_to_rounding() {
 
             let error = relative(state(&simulation), expected, case.omega());
 
-            // A few roundings a step, none of which grows in a stable run.
+            // A few roundings per step, none of which grows in a stable run.
             let tolerance = 4.0 * f32::ROUNDING * count as f64;
             assert!(error < tolerance, "{} by {}: {error:e}", case.name, method.name());
         }

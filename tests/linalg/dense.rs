@@ -1,4 +1,4 @@
-//! Dense symmetric systems with a mass a node: their solution by elimination, and the smallest
+//! Dense symmetric systems with one mass per node: their solution by elimination, and the smallest
 //! residual that a method of so many products can have.
 
 use nappe_sim::{
@@ -85,7 +85,7 @@ pub(super) fn noise(seed: u64, count: usize) -> Vec<f64> {
     (0..count).map(|_| random.number()).collect()
 }
 
-/// A symmetric system with one mass a node.
+/// A symmetric system with one mass per node.
 pub(super) struct Case {
     pub(super) a: Matrix,
     pub(super) mass: Vec<f64>,

@@ -119,7 +119,7 @@ fn a_dense_system_of_fifty_nodes_is_solved_as_by_elimination() {
         let (report, x) = case.solve::<f32>(stop);
         assert_eq!(report.outcome, Outcome::Converged, "{report:?}");
 
-        // Entries of A are rounded, 150 to a row.
+        // Entries of A are rounded, 150 in each row.
         let found = case.residual(&x);
         assert!(found < 2e-5, "{negative} negative eigenvalues: residual {found:e}, {report:?}");
         assert!(error(&x) < 1e-3, "{negative} negative eigenvalues: off by {:e}, {report:?}", error(&x));

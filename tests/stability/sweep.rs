@@ -101,7 +101,7 @@ struct Fall {
     indefinite: bool,
 }
 
-/// The course's scene, 1 kg a particle; `None` if a step fails.
+/// The course's scene, 1 kg per particle; `None` if a step fails.
 fn fall(scene: &Scene) -> Option<Fall> {
     let network = &scene.network;
     let weight = 9.8 * (network.masses.iter().sum::<f64>() - network.pins.len() as f64);

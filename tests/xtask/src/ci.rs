@@ -9,7 +9,7 @@ use crate::{
 /// The `nappe` command, as `cargo nappe` runs it.
 const NAPPE: &str = "run --release --bin nappe --";
 
-/// Runs the checks, the tests, the mistakes made on purpose, the demo, short benchmarks, the
+/// Runs the checks, the tests, the mutants, the demo, short benchmarks, the
 /// examples and the tutorials.
 pub(crate) fn run(shell: &mut Shell, arguments: &[String]) -> Result<(), Failure> {
     check::run(shell, arguments)?;

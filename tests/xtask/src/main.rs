@@ -35,7 +35,7 @@ const TASKS: [Task; 9] = [
     ("bench", "the benchmarks named after it, or all: zara cloth snow stomakhin stream", bench::run),
     (
         "mutants",
-        "mistakes made on purpose in a copy of the snow, and the tests that notice them",
+        "errors made on purpose in a copy of the numerics, and the tests that catch them",
         mutants::run,
     ),
     (

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::Collider;
 use crate::math::{Real, Vec3, array3, vec3};
 
-/// The end of a step.
+/// Where, when and for how long particles may have met colliders: the end of a step.
 #[derive(Clone, Copy)]
 pub(crate) struct Contacts<'a> {
     pub(crate) colliders: &'a [Collider],

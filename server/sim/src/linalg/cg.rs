@@ -45,7 +45,7 @@ impl<R: Real> CgWorkspace<R> {
     }
 }
 
-/// Solves A x = b by conjugate gradient from the `x` given; `block_size` rows make a block.
+/// Solves A x = b by conjugate gradient from the `x` given; in blocks of `block_size` rows.
 ///
 /// `x` becomes the solution, or the iterate with the smallest residual when the solve stops at the
 /// cap or at a curvature that is not positive. With [`Stop::Iterations`] it becomes the last

@@ -29,7 +29,7 @@ pub fn hilbert_order(points: &[[f64; 3]]) -> Vec<u32> {
     keyed.into_iter().map(|(_, old)| old).collect()
 }
 
-/// Distance along the curve of a cell.
+/// Number of a cell along the curve.
 fn hilbert_index(cell: [u32; 3]) -> u64 {
     let mut axes = cell;
     let top = 1_u32 << (BITS - 1);

@@ -1,167 +1,158 @@
-//! `cargo xtask mutants`: mistakes made on purpose, and the tests that notice them.
+//! `cargo xtask mutants`: errors made on purpose, and the tests that notice them.
 //!
-//! Copies the sources, builds every mistake into the copy behind a switch, runs
-//! the quick tests of snow once for each, and writes which of them fail into
-//! `docs/laws/snow-mutants.md`, or compares with what is there. The program itself has no switch.
+//! Copies the sources into `target/copies/mutants`, builds every mutant into the copy behind a switch, and
+//! runs the tests that the list names first for each; each must fail. `cargo xtask mutants all` runs all
+//! quick tests for each mutant and compares the whole list, `cargo xtask bless mutants` writes the list and
+//! the pages made from it. The program itself has no switch.
 
-mod patches;
+mod patch;
+mod cloth;
+mod snow;
+mod suite;
+mod list;
+mod harness;
 
-use std::{
-    collections::{BTreeMap, BTreeSet},
-    fs,
-    path::Path,
-};
+use std::fs;
 
-use patches::{Form, NAMES, PATCHES};
+use harness::{Harness, Tests};
+use list::Caught;
+use suite::{SUITES, Suite};
 
-use crate::{
-    copy::{Copy, cargo_in, replace_once},
-    shell::{Failure, Shell},
-};
+use crate::shell::{Failure, Shell};
 
-/// The page that the table is written into.
-const PAGE: &str = "docs/laws/snow-mutants.md";
-/// Tests that are left out: long runs, which say little that the quick ones do not.
-const SLOW: [&str; 18] = [
-    "manufactured",
-    "beam",
-    "statics",
-    "impact",
-    "bounce",
-    "bars::",
-    "dissipation",
-    "semi_implicit",
-    "measured_limits",
-    "step_bounds",
-    "friction",
-    "refinement",
-    "volumes",
-    "a_rigid_body_that_turns",
-    "a_body_without_stress_that_turns",
-    "affine_transfers_keep_angular_momentum",
-    "expected_errors_of_every",
-    "the_scene_of_brasseur",
-];
-
-/// What the copy's numerics are asked.
-const SWITCH: &str = r#"
-/// The mistake that is on: 0 for none.
-static MISTAKE: std::sync::OnceLock<u32> = std::sync::OnceLock::new();
-
-/// Whether a mistake is on.
-pub(crate) fn mutant(number: u32) -> bool {
-    let read = || std::env::var("NAPPE_MUTANT").ok().and_then(|n| n.parse().ok()).unwrap_or(0);
-    *MISTAKE.get_or_init(read) == number
-}
-"#;
-
-/// Makes the copy, runs the tests for each mistake, and writes or compares the table.
-pub(crate) fn run(shell: &mut Shell, _: &[String]) -> Result<(), Failure> {
-    shell.step("mutants", |shell| find(shell, compare))
+/// Checks that every mutant is caught by the test that its page names, or with `all` by all in the list.
+///
+/// # Errors
+/// When a mutant is not caught, or the list or a page is not what was found.
+pub(crate) fn run(shell: &mut Shell, arguments: &[String]) -> Result<(), Failure> {
+    match arguments {
+        [] => shell.step("mutants", check),
+        [all] if all == "all" => shell.step("all mutants", |shell| {
+            let caught = search(shell)?;
+            files(&caught).into_iter().try_for_each(|(file, text)| compare(shell, file, &text))
+        }),
+        _ => Err(Failure("usage: cargo xtask mutants [all]".to_owned())),
+    }
 }
 
-/// The same, but the table is written.
+/// Writes the list and the pages.
+///
+/// # Errors
+/// When a mutant is not caught.
 pub(crate) fn bless(shell: &mut Shell) -> Result<(), Failure> {
-    shell.step("mutants", |shell| find(shell, write))
+    shell.step("all mutants", |shell| {
+        let caught = search(shell)?;
+        for (file, text) in files(&caught) {
+            fs::write(shell.root().join(file), text).map_err(|error| Failure(format!("{file}: {error}")))?;
+        }
+        Ok(())
+    })
 }
 
-/// Runs the tests for each mistake and hands the page to `finish`.
-fn find(shell: &mut Shell, finish: fn(&Path, &str) -> Result<(), Failure>) -> Result<(), Failure> {
-    let mut copy = Copy::of(shell, "mutants")?;
-    patch(&mut copy)?;
-    let tree = copy.write(shell)?;
-    let failures = |mutant| failures(shell, &tree, mutant);
-    let none = failures(0)?;
-    if !none.is_empty() {
-        return Err(Failure(format!("tests fail without a mistake: {}", joined(&none))));
-    }
-    let mut table = BTreeMap::new();
-    for mutant in 1..=NAMES.len() as u32 {
-        let caught = failures(mutant)?;
-        println!("{mutant:>2} {}: {} tests fail", NAMES[mutant as usize - 1], caught.len());
-        table.insert(mutant, caught);
-    }
-    let missed: Vec<_> =
-        table.iter().filter(|(_, caught)| caught.is_empty()).map(|(m, _)| NAMES[*m as usize - 1]).collect();
-    finish(&shell.root().join(PAGE), &page(&table))?;
+/// Runs the first test of each mutant; pages are compared with the list.
+fn check(shell: &mut Shell) -> Result<(), Failure> {
+    let list = shell.root().join(list::FILE);
+    let text = fs::read_to_string(list).map_err(|error| Failure(format!("{}: {error}", list::FILE)))?;
+    let caught = list::parse(&text);
+    files(&caught).into_iter().try_for_each(|(file, text)| compare(shell, file, &text))?;
+
+    let harness = Harness::build(shell)?;
+    all_pass(&harness)?;
+    for_each_mutant(|suite, number, name| {
+        let title = list::title(suite, name);
+        let tests = caught.get(&title).ok_or_else(|| Failure(format!("{title}: not in {}", list::FILE)))?;
+        let first = tests.first().ok_or_else(|| Failure(format!("{title}: no test catches it")))?;
+        let failed = harness.failures(suite, number, Tests::One(first))?;
+        if failed.is_empty() {
+            return Err(Failure(format!("{title}: {first} does not catch it")));
+        }
+        Ok(())
+    })
+}
+
+/// Runs all quick tests for each mutant.
+fn search(shell: &Shell) -> Result<Caught, Failure> {
+    let harness = Harness::build(shell)?;
+    all_pass(&harness)?;
+    let (mut caught, mut missed) = (Caught::new(), Vec::new());
+    for_each_mutant(|suite, number, name| {
+        let tests = harness.failures(suite, number, Tests::Quick)?;
+        let title = list::title(suite, name);
+        println!("{:>4} tests fail: {title}", tests.len());
+        if tests.is_empty() {
+            missed.push(title.clone());
+        }
+        caught.insert(title, tests);
+        Ok(())
+    })?;
     if missed.is_empty() {
+        Ok(caught)
+    } else {
+        Err(Failure(format!("no test catches {}", missed.join("; "))))
+    }
+}
+
+fn all_pass(harness: &Harness) -> Result<(), Failure> {
+    for suite in &SUITES {
+        let failed = harness.failures(suite, 0, Tests::Quick)?;
+        if !failed.is_empty() {
+            return Err(Failure(format!("tests fail without a mutant: {}", failed.join(", "))));
+        }
+    }
+    Ok(())
+}
+
+fn for_each_mutant(
+    mut work: impl FnMut(&Suite, u32, &'static str) -> Result<(), Failure>,
+) -> Result<(), Failure> {
+    for suite in &SUITES {
+        for (number, name) in suite.mutants() {
+            work(suite, number, name)?;
+        }
+    }
+    Ok(())
+}
+
+/// The list and the pages, by their paths from the root.
+fn files(caught: &Caught) -> Vec<(&'static str, String)> {
+    let mut files = vec![(list::FILE, list::render(caught))];
+    files.extend(SUITES.iter().map(|suite| (suite.page, list::page(suite, caught))));
+    files
+}
+
+fn compare(shell: &Shell, file: &str, text: &str) -> Result<(), Failure> {
+    let there = fs::read_to_string(shell.root().join(file)).unwrap_or_default();
+    if there == text {
         return Ok(());
     }
-    Err(Failure(format!("no test notices: {}", missed.join("; "))))
+    Err(Failure(format!(
+        "{file} is not what was found: run `cargo xtask bless mutants`, and look at the change"
+    )))
 }
 
-/// Builds the mistakes into the copy.
-fn patch(copy: &mut Copy) -> Result<(), Failure> {
-    for patch in &PATCHES {
-        copy.edit(&format!("server/sim/src/snow/{}", patch.file), |text| apply(text, patch))?;
+#[test]
+fn the_pages_are_those_of_the_list_and_every_mutant_is_in_it() {
+    let shell = Shell::at_repository_root();
+    let text = fs::read_to_string(shell.root().join(list::FILE)).expect("the list is committed");
+    let caught = list::parse(&text);
+    for (file, text) in files(&caught) {
+        assert!(compare(&shell, file, &text).is_ok(), "{file} is not what the list says");
     }
-    copy.edit("server/sim/src/lib.rs", |text| Ok(format!("{text}{SWITCH}")))
+    let every = |suite: &'static Suite| suite.mutants().map(|(_, name)| list::title(suite, name));
+    let titles: std::collections::BTreeSet<_> = SUITES.iter().flat_map(every).collect();
+    assert!(titles.iter().eq(caught.keys()), "the list has the mutants of the suites");
+    assert!(caught.values().all(|tests| !tests.is_empty()), "each is caught");
 }
 
-/// A file's text with a patch.
-fn apply(text: &str, patch: &patches::Patch) -> Result<String, String> {
-    let (from, to) = (patch.from, patch.to);
-    let new = match patch.form {
-        Form::Text => to.to_owned(),
-        Form::Expression => format!("(if crate::mutant({}) {{ {to} }} else {{ {from} }})", patch.mutant),
-    };
-    replace_once(text, from, &new).map_err(|reason| format!("mistake {}: {reason}", patch.mutant))
-}
-
-/// Tests that fail with a mistake on.
-fn failures(shell: &Shell, tree: &Path, mutant: u32) -> Result<BTreeSet<String>, Failure> {
-    let mut command = cargo_in(shell, tree);
-    command
-        .args([
-            "test",
-            "--release",
-            "--locked",
-            "-p",
-            "nappe-tests",
-            "--no-default-features",
-            "--test",
-            "snow",
-        ])
-        .arg("--")
-        .args(SLOW.iter().flat_map(|slow| ["--skip", slow]))
-        .env("NAPPE_MUTANT", mutant.to_string());
-    let output = command.output().map_err(|error| Failure(format!("cannot start the tests: {error}")))?;
-    let text = String::from_utf8_lossy(&output.stdout);
-    if !text.contains("test result:") {
-        let errors = String::from_utf8_lossy(&output.stderr);
-        return Err(Failure(format!("the copy does not build or run:\n{errors}")));
+#[test]
+fn every_patch_fits_its_file() {
+    let shell = Shell::at_repository_root();
+    for suite in &SUITES {
+        for patch in suite.patches {
+            let file = shell.root().join(suite.folder).join(patch.file);
+            let text =
+                fs::read_to_string(&file).unwrap_or_else(|error| panic!("{}: {error}", file.display()));
+            assert!(patch.apply(&text).is_ok(), "{}: {:?}", file.display(), patch.apply(&text));
+        }
     }
-    let failed = text.lines().filter_map(|line| line.strip_prefix("test ")?.strip_suffix(" ... FAILED"));
-    Ok(failed.map(str::to_owned).collect())
-}
-
-fn page(table: &BTreeMap<u32, BTreeSet<String>>) -> String {
-    let mut page = String::from(
-        "# Which test catches which mistake\n\nMade by `cargo xtask bless mutants`: each mistake is built into a copy of the program, and the quick tests of \
-         `tests/snow` are run\non it. Without a mistake, all pass. Long runs (bars, beams, columns, impacts, sliding blocks, manufactured solutions) are left out here.\n\n| mistake | tests that fail |\n|---|---|\n",
-    );
-    let rows =
-        table.iter().map(|(m, caught)| format!("| {} | {} |\n", NAMES[*m as usize - 1], joined(caught)));
-    page.extend(rows);
-    page
-}
-
-fn joined(names: &BTreeSet<String>) -> String {
-    names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
-}
-
-fn write(file: &Path, page: &str) -> Result<(), Failure> {
-    fs::write(file, page).map_err(|error| fault(file, &error))
-}
-
-fn compare(file: &Path, page: &str) -> Result<(), Failure> {
-    let there = fs::read_to_string(file).map_err(|error| fault(file, &error))?;
-    if there == page {
-        return Ok(());
-    }
-    Err(Failure(format!("{PAGE} is not what was found: run `cargo xtask bless mutants`\n{page}")))
-}
-
-fn fault(file: &Path, error: &std::io::Error) -> Failure {
-    Failure(format!("{}: {error}", file.display()))
 }
