@@ -58,7 +58,7 @@ pub(super) const NAMES: [&str; 34] = [
     "an empty lane that pulls to particle 0",
 ];
 
-/// Every patch.
+/// The patches that make the mutants, in the order of their numbers.
 #[rustfmt::skip] // one line per patch where it fits
 pub(super) const PATCHES: [Patch; 34] = [
     text(101, "cloth/forces/spring.rs", "            sums[c] -= pull[c];", "            if crate::mutant(101) { sums[c] += pull[c]; } else { sums[c] -= pull[c]; }"),

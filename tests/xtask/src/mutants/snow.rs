@@ -52,7 +52,7 @@ pub(super) const NAMES: [&str; 21] = [
     "dt = 1/24 s, one step per frame",
 ];
 
-/// Every patch.
+/// The patches that make the mutants, in the order of their numbers.
 #[rustfmt::skip] // one line per patch where it fits
 pub(super) const PATCHES: [Patch; 23] = [
     expression(1, "transfer/particles_to_grid.rs", "-self.dt * self.inverse_cell", "-self.dt"),

@@ -22,7 +22,7 @@ pub(super) struct Suite {
     pub(super) slow: &'static [&'static str],
 }
 
-/// Every suite.
+/// The suites in the order in which they are run.
 pub(super) const SUITES: [Suite; 2] = [
     Suite {
         name: "cloth",
