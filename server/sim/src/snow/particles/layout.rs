@@ -95,25 +95,27 @@ impl<R: Real> Particles<R> {
         self.fixed[at][0]
     }
 
-    /// Number `n` of the tensors of a particle.
-    #[inline(always)]
-    fn number(&self, at: usize, n: usize) -> R {
-        self.tensors[n / 8][at][n % 8 / 4][n % 4]
-    }
-
     /// F_E by rows.
+    #[inline(always)]
     pub(crate) fn f_e(&self, at: usize) -> [[R; 3]; 3] {
-        [0, 3, 6].map(|row| [0, 1, 2].map(|column| self.number(at, row + column)))
+        let [[xx, xy, xz, yx], [yy, yz, zx, zy]] = self.tensors[0][at];
+        let [[zz, ..], _] = self.tensors[1][at];
+        [[xx, xy, xz], [yx, yy, yz], [zx, zy, zz]]
     }
 
     /// C (1/s) by rows.
+    #[inline(always)]
     pub(crate) fn c(&self, at: usize) -> [[R; 3]; 3] {
-        [9, 12, 15].map(|row| [0, 1, 2].map(|column| self.number(at, row + column)))
+        let [[_, xx, xy, xz], [yx, yy, yz, zx]] = self.tensors[1][at];
+        let [[zy, zz, ..], _] = self.tensors[2][at];
+        [[xx, xy, xz], [yx, yy, yz], [zx, zy, zz]]
     }
 
     /// V0 tau (J): xx yy zz xy xz yz.
+    #[inline(always)]
     pub(crate) fn v0_tau(&self, at: usize) -> [R; 6] {
-        [18, 19, 20, 21, 22, 23].map(|n| self.number(at, n))
+        let [[.., xx, yy], [zz, xy, xz, yz]] = self.tensors[2][at];
+        [xx, yy, zz, xy, xz, yz]
     }
 
     /// Gives a particle another position (m), velocity (m/s) and J_P.

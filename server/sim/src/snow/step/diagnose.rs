@@ -8,7 +8,7 @@ use super::failure::culprits;
 use crate::{
     collide::Collider,
     linalg::SolveReport,
-    math::{LANES, Pack, Real, WithSimd, dispatch, svd},
+    math::{LANES, Pack, Real, WithSimd, array::dot, dispatch, svd},
     parallel,
     report::{BoundKind, Diagnostics, SnowReport, TimeBound},
     snow::{
@@ -103,9 +103,6 @@ fn block_sums<R: Real>(
     }
 
     sums
-}
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 struct ElasticEnergy<'a, R> {
