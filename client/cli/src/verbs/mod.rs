@@ -1,7 +1,7 @@
 //! The verbs of the command, one file each: options in, `run` out.
 //!
 //! To add a verb, write its file, with the help text on its options, and add three lines here: its `mod`, its
-//! variant of [`Verb`], its arm in [`run`].
+//! variant of `Verb`, its arm in `run`.
 
 mod help;
 mod demo;
