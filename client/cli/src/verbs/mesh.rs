@@ -201,7 +201,7 @@ fn describe(path: &Path) -> Result<Info> {
         masses: masses.len(),
         missing_masses,
         pinned: masses.iter().filter(|mass| **mass == 0.0).count(),
-        total_mass: masses.iter().sum(),
+        total_mass: masses.iter().fold(0.0, |sum, mass| sum + mass),
         texture_coordinates: mesh.uv.len(),
         min: corner(f64::min, f64::INFINITY),
         max: corner(f64::max, f64::NEG_INFINITY),
