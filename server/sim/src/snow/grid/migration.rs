@@ -33,7 +33,7 @@ pub(crate) fn codes<P: Pack>(block: &[P; 3], node: &[P; 3], periodic: [u32; 3]) 
             let least = by[axis] - period * (by[axis] / period).floor();
             by[axis] = period.if_less(least + least, least - period, least);
         }
-        // 64 times a step of -1, 0 or 1 in base 3, and the cell in base 4.
+        // A displacement by -1, 0 or 1 block in base 3, times 64, and the cell in base 4.
         let [direction, inner] = [[576.0, 16.0], [192.0, 4.0], [64.0, 1.0]][axis];
         code = code + (by[axis] + P::one()) * P::of(direction) + cell * P::of(inner);
     }
