@@ -9,6 +9,7 @@ use nappe_sim::{
 use nappe_tests::{
     Method, course, networks,
     scene::{advance, positions},
+    threads::with_threads,
 };
 
 /// Steps for a scene of so many particles: a second of computing or so.
@@ -18,6 +19,11 @@ fn step_count(particles: usize, wanted: u64) -> u64 {
 
 #[test]
 fn every_shipped_scene_runs_keeps_its_pins_and_gains_no_energy() {
+    // On all cores: nothing else runs as long.
+    with_threads(0, run_every_scene);
+}
+
+fn run_every_scene() {
     for (name, text) in shipped_scenes() {
         let scene = Scene::parse(text, name).unwrap_or_else(|error| panic!("{error}"));
         let built = scene.build(&NoMeshes, &SceneLimits::default()).unwrap_or_else(|error| panic!("{error}"));

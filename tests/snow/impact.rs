@@ -135,8 +135,10 @@ fn two_discs_collide_symmetrically_and_give_back_their_energy() {
     for kernel in [Kernel::Quadratic, Kernel::Cubic] {
         for transfer in [Transfer::Apic, Transfer::Mls] {
             let variant = Variant { kernel, transfer };
-            // The cubic kernel is wider: it would need a third more cells for the same.
-            let sizes: &[f64] = if kernel == Kernel::Quadratic { &[6.0, 12.0, 26.0] } else { &[6.0, 12.0] };
+            // APIC loses more than MLS, so that its finest grid says what both give back at least. The cubic
+            // kernel is wider: it would need a third more cells for the same.
+            let is_finest = kernel == Kernel::Quadratic && transfer == Transfer::Apic;
+            let sizes: &[f64] = if is_finest { &[6.0, 12.0, 26.0] } else { &[6.0, 12.0] };
             let runs = sizes.iter().map(|cells| {
                 let found = collide(variant, Advection::Particle, *cells);
                 found.judge(variant, *cells);

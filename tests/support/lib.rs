@@ -5,13 +5,13 @@
 mod method;
 mod scalar;
 
+pub mod threads;
 pub mod course;
 pub mod golden;
 pub mod networks;
 pub mod scene;
 pub mod snow;
 pub mod statics;
-pub mod threads;
 
 mod oscillator;
 mod random;

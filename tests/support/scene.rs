@@ -11,7 +11,7 @@ use nappe_sim::{
 
 pub use nappe_sim::math::array::{cross, length as norm, minus as difference};
 
-use crate::Method;
+use crate::{Method, threads::on_one_thread};
 
 /// A linear solver that stops only at rounding: golden data were made with direct solvers.
 pub const EXACT: SolverSettings = SolverSettings {
@@ -90,8 +90,7 @@ impl Scene {
 /// # Errors
 /// The failure of a step.
 pub fn try_advance(simulation: &mut Simulation, count: u64) -> Result<StepReport, StepError> {
-    // On a worker of the pool: a stage that starts outside it would wait for one each time.
-    rayon::scope(|_| {
+    on_one_thread(|| {
         let mut report = StepReport::default();
         for _ in 0..count {
             report = simulation.step(&mut NoStopwatch)?;

@@ -15,7 +15,7 @@ use nappe_sim::{
     world::{Simulation, WorldSetup},
 };
 
-use crate::scene::cross;
+use crate::{scene::cross, threads::on_one_thread};
 
 /// An elastic material of the fixed-corotated law.
 pub const fn elastic(young: f64, poisson: f64) -> Material {
@@ -266,7 +266,7 @@ pub fn settle(
 
 /// One step, which must succeed.
 pub fn step_once(simulation: &mut Simulation) -> StepReport {
-    simulation.step(&mut NoStopwatch).unwrap_or_else(|error| panic!("{error}"))
+    on_one_thread(|| simulation.step(&mut NoStopwatch)).unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// Centre of mass (m) of chosen particles.

@@ -132,7 +132,9 @@ struct Reader {
 
 impl Reader {
     fn new(shell: &Shell) -> Result<Self, Failure> {
-        let tree = Copy::of(shell, "tutorials")?.write(shell)?;
+        let mut copy = Copy::of(shell, "tutorials")?;
+        copy.with_one_instruction_set()?;
+        let tree = copy.write(shell)?;
         let own = [shell.target().join("release"), shell.target().join("tools/python/bin")];
         let path = std::env::var("PATH").unwrap_or_default();
         let free = TcpListener::bind("127.0.0.1:0").and_then(|listener| listener.local_addr());

@@ -4,11 +4,11 @@
 //! the topology once, then only what moved.
 
 use nappe_client::Body;
-use rerun::{Color, Image, LineStrips3D, Mesh3D, Points3D, RecordingStream};
 
 use crate::{
     error::{RerunError, refused},
     geometry::{Bounds, along, vertex_normals},
+    sdk::{Color, Image, LineStrips3D, Mesh3D, Points3D, Radius, RecordingStream},
     spacing::spacing,
 };
 
@@ -104,7 +104,7 @@ impl BodyView {
                 stream.log_static(&*self.path, &mesh)
             }
             Kind::Springs(_) => {
-                let radius = rerun::Radius::new_ui_points(SPRING_RADIUS_POINTS);
+                let radius = Radius::new_ui_points(SPRING_RADIUS_POINTS);
                 let lines = LineStrips3D::update_fields().with_radii([radius]).with_colors([rgb(self.color)]);
                 stream.log_static(&*self.path, &lines)
             }
@@ -116,7 +116,7 @@ impl BodyView {
             return Ok(());
         }
         let pins = Points3D::update_fields()
-            .with_radii([rerun::Radius::new_ui_points(PIN_RADIUS_POINTS)])
+            .with_radii([Radius::new_ui_points(PIN_RADIUS_POINTS)])
             .with_colors([rgb(PIN_COLOR)]);
         stream.log_static(&*self.pins_path, &pins).map_err(refused(&self.pins_path))
     }
@@ -133,8 +133,8 @@ impl BodyView {
             return Ok(());
         }
         let radius = match spacing(&all[self.first..self.first + self.count]) {
-            Some(spacing) => rerun::Radius::new_scene_units(0.5 * spacing),
-            None => rerun::Radius::new_ui_points(PARTICLE_RADIUS_POINTS),
+            Some(spacing) => Radius::new_scene_units(0.5 * spacing),
+            None => Radius::new_ui_points(PARTICLE_RADIUS_POINTS),
         };
         let mut points = Points3D::update_fields().with_radii([radius]);
         if colors.is_none() {

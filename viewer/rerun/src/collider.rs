@@ -4,7 +4,6 @@
 //! Enters: `Collider` once, then the time (s) of each frame. Leaves: the shape once, then its position if it moves.
 
 use nappe_client::Collider;
-use rerun::{RecordingStream, Transform3D};
 
 use crate::{
     body::entity_name,
@@ -12,6 +11,7 @@ use crate::{
     extent::Extent,
     geometry::Bounds,
     outline::{Drawing, Outline},
+    sdk::{RecordingStream, Transform3D},
 };
 
 /// How a collider is drawn.

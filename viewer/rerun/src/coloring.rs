@@ -5,9 +5,8 @@
 use std::str::FromStr;
 
 use nappe_client::{Field, Frame, Vectors};
-use rerun::Color;
 
-use crate::geometry::length;
+use crate::{geometry::length, sdk::Color};
 
 /// What the colour of snow shows.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash)]

@@ -4,6 +4,8 @@
 
 use std::path::PathBuf;
 
+use crate::sdk::{DEFAULT_CONNECT_URL, RecordingStreamError};
+
 /// How to install the viewer that fits this SDK.
 pub const INSTALL_HINT: &str = "install it with `pip install rerun-sdk==0.36.3`, or with \
                                 `cargo install rerun-cli --locked --version 0.36.3`; or save a recording instead";
@@ -20,17 +22,14 @@ pub enum RerunError {
     #[error("the Rerun viewer did not start: {cause} (it needs a display; {INSTALL_HINT})")]
     ViewerFailed { cause: String },
     /// Nothing answers at the address of a viewer.
-    #[error(
-        "no Rerun viewer answers at {url}: {cause} (expected, for example, {})",
-        rerun::DEFAULT_CONNECT_URL
-    )]
+    #[error("no Rerun viewer answers at {url}: {cause} (expected, for example, {})", DEFAULT_CONNECT_URL)]
     Connect { url: String, cause: String },
     /// The recording file cannot be written.
     #[error("the recording {} is not complete: {cause}", path.display())]
     File { path: PathBuf, cause: String },
     /// The SDK refused data.
     #[error("Rerun refused {what}: {source}")]
-    Log { what: String, source: Box<rerun::RecordingStreamError> },
+    Log { what: String, source: Box<RecordingStreamError> },
     /// A frame before any topology, or of another size.
     #[error("frame {frame} has {found} particles; the topology has {expected}")]
     Frame { frame: u64, found: usize, expected: usize },
@@ -49,6 +48,6 @@ pub enum RerunError {
 }
 
 /// Names what was logged when the SDK refuses it.
-pub(crate) fn refused(what: &str) -> impl FnOnce(rerun::RecordingStreamError) -> RerunError + '_ {
+pub(crate) fn refused(what: &str) -> impl FnOnce(RecordingStreamError) -> RerunError + '_ {
     move |source| RerunError::Log { what: what.to_owned(), source: Box::new(source) }
 }

@@ -5,11 +5,11 @@
 //! so that frames can be compared.
 
 use nappe_client::GridFrame;
-use rerun::{Arrows3D, Color, Points3D, Radius, RecordingStream};
 
 use crate::{
     error::{RerunError, refused},
     geometry::length,
+    sdk::{Arrows3D, Color, Points3D, Radius, RecordingStream},
 };
 
 const SMOKE_PATH: &str = "world/grid/mass";

@@ -3,9 +3,10 @@
 //! Enters: the collider's numbers (m), the bounds of the scene. Leaves: a mesh with normals, relative to the
 //! collider's own point.
 
-use rerun::{Color, Mesh3D};
-
-use crate::geometry::{Bounds, along, cross, dot, minus, tangents, unit};
+use crate::{
+    geometry::{Bounds, along, cross, dot, minus, tangents, unit},
+    sdk::{Color, Mesh3D},
+};
 
 const GROUND_COLOR: [u8; 3] = [70, 74, 82];
 /// The foot of the bodies on a plane belongs to the scene, if it is within so many of their radii: where they

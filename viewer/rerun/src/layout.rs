@@ -3,21 +3,20 @@
 //!
 //! Enters: where the camera is, what the scene is made of. Leaves: a blueprint in the recording.
 
-use rerun::{
-    AsComponents, Color, EntityPath, RecordingStream, RecordingStreamBuilder,
-    blueprint::{
-        Blueprint, BlueprintActivation, BlueprintPanel, ContainerLike, Horizontal, SelectionPanel,
-        Spatial3DView, StateTimelineView, TextLogView, TimePanel, TimeSeriesView, Vertical,
-        components::{BackgroundKind, Corner2D, PanelState},
-    },
-    external::re_sdk_types::blueprint::archetypes::{Background, EyeControls3D, LineGrid3D, PlotLegend},
-    log::LogMsg,
-};
-
 use crate::{
     camera::Camera,
     error::{RerunError, refused},
     plots::{CLOTH, GENERAL, Plot},
+    sdk::{
+        AsComponents, Color, EntityPath, LogMsg, RecordingStream, RecordingStreamBuilder,
+        RecordingStreamResult,
+        blueprint::{
+            Background, Blueprint, BlueprintActivation, BlueprintPanel, ContainerLike, EyeControls3D,
+            Horizontal, LineGrid3D, PlotLegend, SelectionPanel, Spatial3DView, StateTimelineView,
+            TextLogView, TimePanel, TimeSeriesView, Vertical,
+            components::{BackgroundKind, Corner2D, PanelState},
+        },
+    },
     snow_plots::{BOUND_LOG, BOUND_STATE, SNOW},
 };
 
@@ -119,7 +118,7 @@ fn send_with(
     stream: &RecordingStream,
     blueprint: &Blueprint,
     properties: &[Property],
-) -> rerun::RecordingStreamResult<()> {
+) -> RecordingStreamResult<()> {
     let (scratch, storage) = RecordingStreamBuilder::new(APPLICATION).memory()?;
     blueprint.send(&scratch, BlueprintActivation::default())?;
     let mut messages: Vec<_> =

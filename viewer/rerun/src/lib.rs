@@ -7,6 +7,7 @@
 //! [`show`] does everything for a session on a server; [`Recorder`] records what it is given, blocking while
 //! the SDK does; [`LiveRecorder`] never blocks its caller and drops frames instead.
 
+mod sdk;
 mod error;
 mod geometry;
 mod spacing;

@@ -4,12 +4,12 @@
 //! from another but by these parts. To add a shape: its arm in [`Outline::of`].
 
 use nappe_client::{Shape, components, v1::Vector3};
-use rerun::{AsComponents, Boxes3D, Capsules3D, Color, Cylinders3D, Ellipsoids3D, FillMode};
 
 use crate::{
     extent::Extent,
     geometry::{cross, length, minus, narrow, tangents, unit},
     ground::{Ground, Trough},
+    sdk::{AsComponents, Boxes3D, Capsules3D, Color, Cylinders3D, Ellipsoids3D, FillMode},
 };
 
 const SOLID_COLOR: [u8; 3] = [150, 158, 170];

@@ -4,9 +4,11 @@
 //! adds stands in `snow_plots`.
 
 use nappe_client::v1;
-use rerun::{RecordingStream, Scalars, SeriesLines};
 
-use crate::error::{RerunError, refused};
+use crate::{
+    error::{RerunError, refused},
+    sdk::{Color, RecordingStream, Scalars, SeriesLines},
+};
 
 /// A plot: its entity path, its title with unit, its series and where their values come from.
 pub(crate) struct Plot {
@@ -125,8 +127,7 @@ pub(crate) fn stage_times(diagnostics: &v1::Diagnostics, series: &[Series]) -> O
 pub(crate) fn describe(stream: &RecordingStream, plots: &[Plot]) -> Result<(), RerunError> {
     for plot in plots {
         let names = plot.series.iter().map(|(name, _)| *name);
-        let colors =
-            plot.series.iter().map(|&(_, [red, green, blue])| rerun::Color::from_rgb(red, green, blue));
+        let colors = plot.series.iter().map(|&(_, [red, green, blue])| Color::from_rgb(red, green, blue));
         let lines = SeriesLines::new().with_names(names).with_colors(colors);
         stream.log_static(plot.path, &lines).map_err(refused(plot.path))?;
     }

@@ -11,10 +11,6 @@ use std::{
 };
 
 use nappe_client::{Frame, Topology, v1};
-use rerun::{
-    Color, RecordingStream, RecordingStreamBuilder, SpawnError, SpawnOptions, ViewCoordinates,
-    external::re_log_encoding::{Decodable as _, StreamFooter},
-};
 
 use crate::{
     body::BodyView,
@@ -26,6 +22,10 @@ use crate::{
     grid::GridView,
     layout::{self, APPLICATION, BodyKinds, TIME},
     plots::{self, CLOTH, GENERAL},
+    sdk::{
+        Color, Decodable as _, RecordingStream, RecordingStreamBuilder, RecordingStreamError, SpawnError,
+        SpawnOptions, StreamFooter, ViewCoordinates,
+    },
     snow_plots::{BoundLog, SNOW},
 };
 
@@ -268,7 +268,7 @@ fn spawn(builder: RecordingStreamBuilder) -> Result<RecordingStream, RerunError>
         ..SpawnOptions::default()
     };
     let stream = builder.spawn_opts(&options).map_err(|error| match error {
-        rerun::RecordingStreamError::SpawnViewer(
+        RecordingStreamError::SpawnViewer(
             SpawnError::ExecutableNotFoundInPath { .. } | SpawnError::ExecutableNotFound { .. },
         ) => RerunError::ViewerNotFound,
         other => RerunError::ViewerFailed { cause: other.to_string() },

@@ -4,11 +4,11 @@
 //! text whenever another bound binds.
 
 use nappe_client::v1;
-use rerun::{RecordingStream, StateChange, TextLog, TextLogLevel};
 
 use crate::{
     error::{RerunError, refused},
     plots::{AMBER, BLUE, BROWN, GREEN, LIGHT, Plot, RED, Series, TEAL, VIOLET, stage_times},
+    sdk::{RecordingStream, StateChange, TextLog, TextLogLevel},
 };
 
 /// The state: the name of the bound that binds.

@@ -12,7 +12,7 @@ use std::{
 
 use super::suite::{SUITES, Suite};
 use crate::{
-    copy::{Copy, cargo_in, replace_once},
+    copy::{Copy, cargo_in},
     shell::{Failure, Shell},
 };
 
@@ -27,14 +27,6 @@ pub(crate) fn mutant(number: u32) -> bool {
     *MUTANT.get_or_init(read) == number
 }
 "#;
-
-/// The copy has the kernels for one set of instructions only, so that it builds sooner: results
-/// have the same bits with every set. File, text, and what it becomes.
-const ONE_LEVEL: (&str, &str, &str) = (
-    "server/sim/src/math/simd/mod.rs",
-    "    #[cfg(target_arch = \"x86_64\")]\n    match simd_level() {",
-    "    #[cfg(any())]\n    match simd_level() {",
-);
 
 /// Longest run of the tests of one binary; they take some seconds.
 const LIMIT: Duration = Duration::from_mins(5);
@@ -69,8 +61,7 @@ impl Harness {
                 copy.edit(&format!("{}/{}", suite.folder, patch.file), |text| patch.apply(text))?;
             }
         }
-        let (file, from, to) = ONE_LEVEL;
-        copy.edit(file, |text| replace_once(text, from, to))?;
+        copy.with_one_instruction_set()?;
         copy.edit("server/sim/src/lib.rs", |text| Ok(format!("{text}{SWITCH}")))?;
         let tree = copy.write(shell)?;
 

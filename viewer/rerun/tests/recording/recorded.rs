@@ -9,10 +9,8 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use rerun::{
-    external::re_log_encoding::DecoderApp,
-    log::{Chunk, LogMsg},
-};
+use re_log_encoding::DecoderApp;
+use re_sdk::log::{Chunk, LogMsg};
 
 pub(crate) const TIMELINES: [&str; 2] = ["step", "time"];
 
