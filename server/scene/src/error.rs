@@ -4,6 +4,8 @@
 
 use std::fmt;
 
+use crate::printable::printable;
+
 /// What kind of error it is, for programs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ErrorKind {
@@ -68,9 +70,10 @@ pub struct SceneError {
 }
 
 impl SceneError {
-    /// An error somewhere in a file.
+    /// An error somewhere in a file. What its text quotes is made printable.
     pub fn new(kind: ErrorKind, file: &str, message: impl Into<String>) -> Self {
-        let (file, key, message) = (file.to_owned(), String::new(), message.into());
+        let (file, key) = (printable(file).into_owned(), String::new());
+        let message = message.into().lines().map(printable).collect::<Vec<_>>().join("\n");
         Self { kind, file, line: 0, column: 0, key, message }
     }
 
@@ -91,7 +94,7 @@ impl SceneError {
     /// The same error in a key.
     #[must_use]
     pub fn for_key(mut self, key: impl Into<String>) -> Self {
-        self.key = key.into();
+        self.key = printable(&key.into()).into_owned();
         self
     }
 }

@@ -5,6 +5,7 @@
 //! files. What is wrong is a [`SceneError`]: file, line, column, key, what was found, what is
 //! allowed. Only [`files`] opens files. Modules in reading order:
 
+mod printable;
 mod error;
 mod source;
 mod location;
@@ -28,6 +29,7 @@ pub use body::{Body, GridPlane, Limits, Mass, Mesh, MovingPin, Pattern, Pin, Sol
 pub use collider::{ColliderText, ShapeText};
 pub use error::{ErrorKind, SceneError, SceneErrors};
 pub use keys::page as reference_page;
+pub use printable::{is_printable, printable};
 pub use scene::{Scene, VERSION};
 pub use shipped::shipped_scenes;
 pub use snow::{

@@ -3,6 +3,8 @@
 //! A box is divided evenly, so that all cells have the same share of its volume. Other solids are
 //! covered by cubes about their middle, and keep the particles that are inside.
 
+use std::ops::RangeInclusive;
+
 use super::{
     hash::{Sequence, Stream},
     solid::Solid,
@@ -11,6 +13,39 @@ use super::{
 /// More positions to try than the caller allows a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct TooMuch;
+
+/// Positions that may still be tried: bounds the work of a filling, and the memory of one turn of it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Looks {
+    /// In all turns together.
+    left: u64,
+    /// In one turn.
+    at_once: u64,
+}
+
+impl Looks {
+    /// So many in one turn, and as many again in three more.
+    pub(super) fn new(at_once: u64) -> Self {
+        Self { left: at_once.saturating_mul(4), at_once }
+    }
+
+    /// Positions that one turn may try.
+    pub(super) fn at_once(self) -> u64 {
+        self.at_once.min(self.left)
+    }
+
+    /// Notes that `count` positions are tried in one turn.
+    ///
+    /// # Errors
+    /// If that is more than are left.
+    pub(super) fn take(&mut self, count: u64) -> Result<(), TooMuch> {
+        if count > self.at_once() {
+            return Err(TooMuch);
+        }
+        self.left -= count;
+        Ok(())
+    }
+}
 
 /// Random positions on a lattice.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,29 +62,59 @@ pub(super) fn divided(size: [f64; 3], spacing: f64) -> [u64; 3] {
 }
 
 /// Cells along the axes of which a box has `count` or a little more: the fewest too many, and the
-/// most like cubes.
+/// most like cubes. At most twice `count`, whatever the shape, and found in as many turns.
 pub(super) fn divided_for(size: [f64; 3], count: u64) -> [u64; 3] {
-    let spacing = libm::cbrt(size[0] * size[1] * size[2] / count as f64);
-    let near = |edge: f64| {
-        let wanted = edge / spacing;
-        ((0.7 * wanted).floor().max(1.0) as u64)..=((1.4 * wanted).ceil().max(1.0) as u64)
-    };
-
+    let near = near_cubes(size, count);
     let mut best = (f64::INFINITY, [1, 1, count]);
-    for x in near(size[0]) {
-        for y in near(size[1]) {
+    for x in near[0].clone() {
+        for y in near[1].clone() {
             let cells = [x, y, count.div_ceil(x * y)];
             let edges = [0, 1, 2].map(|c| size[c] / cells[c] as f64);
             let (least, most) = edges.iter().fold((f64::MAX, 0.0_f64), |(l, m), e| (l.min(*e), m.max(*e)));
             let excess = (x * y * cells[2] - count) as f64 / count as f64;
             let cost = excess + 0.1 * (most / least - 1.0);
-            if cost < best.0 {
+            if cost < best.0 && excess <= 1.0 {
                 best = (cost, cells);
             }
         }
     }
 
     best.1
+}
+
+/// Numbers of cells to try along each axis, about those of cubes. A box much thinner than a cube along an axis
+/// has one cell there, and is divided along the others alone.
+fn near_cubes(size: [f64; 3], count: u64) -> [RangeInclusive<u64>; 3] {
+    let mut divided = vec![0, 1, 2];
+    let mut edge = cube_edge(&divided, size, count);
+    while divided.len() > 1
+        && let Some(thin) = divided.iter().position(|axis| size[*axis] < 0.5 * edge)
+    {
+        divided.remove(thin);
+        edge = cube_edge(&divided, size, count);
+    }
+
+    let near = |axis: usize| {
+        let wanted = size[axis] / edge;
+        let whole = |cells: f64| (cells.max(1.0) as u64).min(count);
+        whole((0.7 * wanted).floor())..=whole((1.4 * wanted).ceil())
+    };
+    [0, 1, 2].map(|axis| match divided[..] {
+        [only] if only == axis => count..=count,
+        _ if divided.contains(&axis) => near(axis),
+        _ => 1..=1,
+    })
+}
+
+/// Edge (m) of the cubes of which `count` fill the box along the axes of `divided`.
+fn cube_edge(divided: &[usize], size: [f64; 3], count: u64) -> f64 {
+    let product: f64 = divided.iter().map(|axis| size[*axis]).product::<f64>() / count as f64;
+    if divided.len() == 3 && product.is_normal() {
+        return libm::cbrt(product);
+    }
+    // The product of edges may leave the range of numbers, the sum of their logarithms does not.
+    let log = divided.iter().map(|axis| libm::log(size[*axis])).sum::<f64>() - libm::log(count as f64);
+    libm::exp(log / divided.len() as f64)
 }
 
 /// One particle in each of the cells of a box, before it is moved.
@@ -70,21 +135,22 @@ pub(super) fn in_box(half: [f64; 3], cells: [u64; 3], jitter: Jitter) -> Vec<[f6
     points
 }
 
-/// One particle in each cube of edge `spacing` (m), where that is inside. Looks at `budget` cubes
-/// and rows of cubes at most.
+/// One particle in each cube of edge `spacing` (m), where that is inside. Cubes and rows of cubes count as
+/// positions that are tried.
 pub(super) fn in_solid(
     solid: &Solid,
     spacing: f64,
     jitter: Jitter,
-    budget: u64,
+    looks: &mut Looks,
 ) -> Result<Vec<[f64; 3]>, TooMuch> {
     let [low, high] = solid.bounds();
     let middle = [0, 1, 2].map(|c| 0.5 * (low[c] + high[c]));
     let half = [0, 1, 2].map(|c| (0.5 * (high[c] - low[c]) / spacing).ceil());
-    if half[0] * half[1] * 4.0 > budget as f64 {
+    let most = looks.at_once();
+    if half[0] * half[1] * 4.0 > most as f64 {
         return Err(TooMuch);
     }
-    let mut left = budget;
+    let mut left = most;
     let mut points = Vec::new();
     let [nx, ny, nz] = half.map(|h| h.min(1e9) as i64);
     for (i, j) in (-nx..nx).flat_map(|i| (-ny..ny).map(move |j| (i, j))) {
@@ -104,6 +170,7 @@ pub(super) fn in_solid(
         }
     }
 
+    looks.take(most - left)?;
     Ok(points)
 }
 

@@ -1,25 +1,30 @@
 //! Particles at random positions, no two nearer than a radius (Bridson 2007, in three dimensions).
 //!
-//! New particles are tried in a thin shell around those that are there, just beyond a radius. Background of
+//! New particles are tried in a thin shell around those that are there, just beyond a radius. Cells of
 //! the background hold one particle at most. Each empty cell then starts again, so that parts of a
 //! solid that nothing joins are filled too.
 
 use super::{
     hash::{Sequence, Stream},
-    lattice::TooMuch,
+    lattice::{Looks, TooMuch},
     solid::Solid,
 };
 
-/// Arrangement tried around a particle before it is given up.
+/// Positions tried around a particle before it is given up.
 const TRIES: usize = 15;
 /// Outer radius of the shell, in radii.
 const SHELL: f64 = 1.15;
 /// A cell that holds no particle.
 const EMPTY: u32 = u32::MAX;
 
-/// Particles (m) at least `radius` (m) apart; their background has `budget` cells at most.
-pub(super) fn sample(solid: &Solid, radius: f64, seed: u32, budget: u64) -> Result<Vec<[f64; 3]>, TooMuch> {
-    let mut found = Background::new(solid, radius, budget)?;
+/// Particles (m) at least `radius` (m) apart; each cell of their background counts as a position that is tried.
+pub(super) fn sample(
+    solid: &Solid,
+    radius: f64,
+    seed: u32,
+    looks: &mut Looks,
+) -> Result<Vec<[f64; 3]>, TooMuch> {
+    let mut found = Background::new(solid, radius, looks)?;
     let mut numbers = Sequence::new(seed, Stream::Dart, [0; 3]);
     let mut active: Vec<u32> = Vec::new();
     for cell in 0..found.cells.len() {
@@ -67,14 +72,13 @@ struct Background {
 }
 
 impl Background {
-    fn new(solid: &Solid, radius: f64, budget: u64) -> Result<Self, TooMuch> {
+    fn new(solid: &Solid, radius: f64, looks: &mut Looks) -> Result<Self, TooMuch> {
         let [low, high] = solid.bounds();
         let edge = radius / 3.0_f64.sqrt();
         let counts = [0, 1, 2].map(|c| ((high[c] - low[c]) / edge).ceil().max(1.0));
         let count = counts.iter().product::<f64>();
-        if count > budget as f64 {
-            return Err(TooMuch);
-        }
+        // A number beyond the range of u64 becomes the largest there is.
+        looks.take(count as u64)?;
         let cells = vec![EMPTY; count as usize];
         let counts = counts.map(|n| n as i64);
         Ok(Self { low, edge, radius2: radius * radius, counts, cells, points: Vec::new() })

@@ -2,7 +2,7 @@
 
 use super::{
     hash::{Stream, hash},
-    lattice::{self, Jitter, TooMuch},
+    lattice::{self, Jitter, Looks, TooMuch},
     poisson,
     solid::Solid,
 };
@@ -12,7 +12,7 @@ use super::{
 pub(crate) enum Arrangement {
     /// On a lattice.
     Lattice(Jitter),
-    /// At random arrangement, none too near to another.
+    /// At random positions, none too near to another.
     Poisson {
         /// Seed of the positions.
         seed: u32,
@@ -28,12 +28,14 @@ pub(crate) enum Count {
     Exactly(u64),
 }
 
-/// Arrangement looked at for each particle, at most: more, and most of the space around the solid is empty.
+/// Positions tried for each particle in one turn, at most: more, and most of the space around the solid is empty.
 const LOOKS: u64 = 64;
-/// Arrangement that may always be looked at.
-const FREE_LOOKS: u64 = 2_000_000;
-/// Triangles tested for a solid, at most: a minute or so.
-const TESTS: f64 = 1e10;
+/// Positions that may always be tried.
+const FREE_LOOKS: u64 = 200_000;
+/// Triangles tested for each particle, at most.
+const TESTS: f64 = 1e4;
+/// Triangles that may always be tested.
+const FREE_TESTS: f64 = 1e8;
 /// Share of particles too many that is taken away rather than sought again.
 const EXCESS: f64 = 0.03;
 /// Particles in a cube whose edge is their distance, in the mean, as they come (measured: 0.67 in
@@ -63,8 +65,8 @@ pub(crate) fn fill(
     count: Count,
     expected: u64,
 ) -> Result<Vec<[f64; 3]>, TooMuch> {
-    let budget = LOOKS.saturating_mul(expected).saturating_add(FREE_LOOKS);
-    if solid.cost() * expected as f64 > TESTS {
+    let mut looks = Looks::new(LOOKS.saturating_mul(expected).saturating_add(FREE_LOOKS));
+    if solid.cost() * expected as f64 > TESTS * expected as f64 + FREE_TESTS {
         return Err(TooMuch);
     }
     let points = match (arrangement, count, solid) {
@@ -76,16 +78,17 @@ pub(crate) fn fill(
             thin(lattice::in_box(*half, cells, jitter), count, jitter.seed)
         }
         (Arrangement::Lattice(jitter), Count::Spacing(spacing), _) => {
-            lattice::in_solid(solid, spacing, jitter, budget)?
+            lattice::in_solid(solid, spacing, jitter, &mut looks)?
         }
         (Arrangement::Lattice(jitter), Count::Exactly(count), _) => {
             let first = libm::cbrt(solid.volume() / count as f64);
-            let points = search(first, count, |spacing| lattice::in_solid(solid, spacing, jitter, budget))?;
+            let points =
+                search(first, count, |spacing| lattice::in_solid(solid, spacing, jitter, &mut looks))?;
             thin(points, count, jitter.seed)
         }
         (Arrangement::Poisson { seed }, _, _) => {
             let first = libm::cbrt(PACKING * solid.volume() / expected as f64);
-            let points = search(first, expected, |radius| poisson::sample(solid, radius, seed, budget))?;
+            let points = search(first, expected, |radius| poisson::sample(solid, radius, seed, &mut looks))?;
             thin(points, expected, seed)
         }
     };

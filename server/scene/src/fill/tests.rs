@@ -134,6 +134,11 @@ fn a_box_has_the_particles_that_are_asked_for_in_cells_like_cubes() {
         ([1.0, 0.5, 1.0], 4000, [20, 10, 20]),
         ([1.0, 1.0, 1.0], 4000, [16, 16, 16]),
         ([2.0, 1.0, 1.0], 1, [1, 1, 1]),
+        // A needle and a leaf, whose cells cannot be cubes.
+        ([1e6, 1e-6, 1e-6], 4000, [4000, 1, 1]),
+        ([1e-6, 1e6, 1e-6], 1, [1, 1, 1]),
+        ([1.0, 1e-9, 2.0], 200, [10, 1, 20]),
+        ([1e-150, 1e-150, 1e-150], 8, [2, 2, 2]),
     ] {
         assert_eq!(super::lattice::divided_for(size, count), divided);
         assert_eq!(fill(&brick(size), jittered(0), Count::Exactly(count)).len() as u64, count);

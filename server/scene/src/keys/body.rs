@@ -3,6 +3,7 @@
 use nappe_sim::{
     cloth::{Hessian, Integrator},
     linalg::{OperatorKind, PreconditionerKind},
+    world::allowed,
 };
 
 use crate::{
@@ -19,9 +20,9 @@ const SPACING: Range = Range(1e-6, 1e3);
 /// A mass (kg).
 const MASS: Range = Range(1e-12, 1e9);
 /// A stiffness (N/m).
-const STIFFNESS: Range = Range(0.0, 1e12);
+const STIFFNESS: Range = Range::of(allowed::STIFFNESS);
 /// A damping (N s/m).
-const DAMPING: Range = Range(0.0, 1e9);
+const DAMPING: Range = Range::of(allowed::DAMPING);
 
 #[rustfmt::skip] // one line per key
 pub(super) static BODY: Section = Section {
@@ -36,7 +37,7 @@ pub(super) static BODY: Section = Section {
         key("springs", Table(&SPRINGS), "", Absent("no springs: the particles are free of each other"), "springs"),
         key("pins", Pins, "", Default("[]"), "particles that do not move, by index (from 0) or name: on a grid top_left, top_right, bottom_left, bottom_right, top, bottom, left, right (row 0 is the top); on a chain first, last. A mass of 0 pins too"),
         key("moving_pin", Tables(&MOVING_PIN, 10_000), "", Default("[]"), "pins that move from the start: `[[body.moving_pin]]`"),
-        key("drag", Number(Range(0.0, 1e9)), "N s/m", Default("0.0"), "linear drag of the medium on each particle: f = -drag (v - wind)"),
+        key("drag", Number(Range::of(allowed::DRAG)), "N s/m", Default("0.0"), "linear drag of the medium on each particle: f = -drag (v - wind)"),
         key("integrator", Choice(|| Integrator::ALL.map(Integrator::name).to_vec()), "", Default("\"implicit_euler\""), "how positions and velocities advance"),
         key("hessian", Choice(|| Hessian::ALL.map(Hessian::name).to_vec()), "", Default("\"absolute\""), "what an implicit step does with the negative transverse stiffness of compressed springs"),
         key("substeps", Whole(1, 10_000), "", Default("1"), "steps of this body within one step of the scene"),
@@ -114,7 +115,7 @@ static MOVING_PIN: Section = Section {
         key("pin", Pin, "", Required, "which, by index or name as in `pins`"),
         key("target", Vector(LENGTH), "m", Chosen, "where it goes; for a single particle"),
         key("offset", Vector(LENGTH), "m", Chosen, "how far it goes, each particle alike"),
-        key("duration", Number(Range(0.0, 1e9)), "s", Required, "time that it takes, rounded up to one step"),
+        key("duration", Number(Range::of(allowed::DURATION)), "s", Required, "time that it takes, rounded up to one step"),
     ],
     alternatives: Alternatives::OneChosen,
 };

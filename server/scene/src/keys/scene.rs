@@ -1,6 +1,6 @@
 //! The keys of a scene: the root.
 
-use nappe_sim::math::Precision;
+use nappe_sim::{math::Precision, world::allowed};
 
 use super::{body::BODY, snow::SNOW};
 use crate::{
@@ -26,7 +26,7 @@ pub(crate) static ROOT: Section = Section {
         key("steps", Whole(0, 1_000_000_000_000), "steps", Default("0"), "steps after which the simulation ends; 0: it never ends by itself"),
         key("frame_interval", Whole(1, 1_000_000), "steps", Default("1"), "steps between frames"),
         key("precision", Choice(|| Precision::ALL.map(Precision::name).to_vec()), "", Default("\"f32\""), "precision of positions and velocities; sums are f64 whatever it is"),
-        key("gravity", Vector(Range(-1e4, 1e4)), "m/s^2", Default("[0.0, -9.81, 0.0]"), "gravity"),
+        key("gravity", Vector(Range::of(allowed::GRAVITY)), "m/s^2", Default("[0.0, -9.81, 0.0]"), "gravity"),
         key("wind", Vector(SPEED), "m/s", Default("[0.0, 0.0, 0.0]"), "velocity of the medium; bodies feel it through their drag"),
         key("hash_interval", Whole(1, 1_000_000), "frames", Default("10"), "frames between frames that carry the hash of the state"),
         key("body", Tables(&BODY, MANY), "", Default("[]"), "bodies: `[[body]]`; a scene has at least one body or snow"),

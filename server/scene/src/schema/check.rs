@@ -10,6 +10,7 @@ use toml::{
 use super::key::{Alternatives, Presence, SceneKey, Section, ValueKind};
 use crate::{
     error::{ErrorKind, Found, excerpt, nearest, suggestion},
+    printable::is_printable,
     source::{Path, Source},
 };
 
@@ -179,7 +180,7 @@ impl Checker<'_> {
             (ValueKind::Number(range), DeValue::Integer(_) | DeValue::Float(_)) => {
                 numeric(value).is_some_and(|x| range.holds(x))
             }
-            (ValueKind::Text(most), DeValue::String(text)) => text.len() <= most,
+            (ValueKind::Text(most), DeValue::String(text)) => text.len() <= most && is_printable(text),
             (ValueKind::Choice(names), DeValue::String(text)) => {
                 if !names().contains(&text.as_ref()) {
                     let message = format!("is '{}'; {}", excerpt(text), suggestion(text, names()));

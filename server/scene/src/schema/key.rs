@@ -44,7 +44,7 @@ impl ValueKind {
                 format!("three numbers, each at most {} in size", number(high))
             }
             Self::Vector(range) => format!("three numbers, each {range}"),
-            Self::Text(most) => format!("a text of at most {most} bytes"),
+            Self::Text(most) => format!("a text of at most {most} bytes, without control characters"),
             Self::Choice(names) => names().join(", "),
             Self::Flag => "true or false".to_owned(),
             Self::Pin => "the index of a particle or a name".to_owned(),

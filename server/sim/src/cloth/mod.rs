@@ -1,5 +1,6 @@
 //! Cloth: particles joined by springs. [`step`] takes the stages in order.
 
+mod continuations;
 mod network;
 mod integrator;
 mod settings;

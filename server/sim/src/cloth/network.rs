@@ -5,8 +5,9 @@
 
 use std::collections::BTreeSet;
 
+use super::continuations::straight_continuations;
 use crate::{
-    math::array::{dot, length, minus},
+    math::array::{length, minus},
     mesh::TriangleMesh,
 };
 
@@ -182,42 +183,6 @@ fn lattice_pairs([columns, rows]: [i64; 2], offsets: [[i64; 2]; 2]) -> Vec<[u32;
         }
     }
 
-    pairs
-}
-
-/// For each edge a -> b, the neighbour c of b that continues it most nearly straight, if it turns
-/// by less than 45 degrees: the pair (a, c).
-fn straight_continuations(mesh: &TriangleMesh) -> Vec<[u32; 2]> {
-    let mut neighbours = vec![Vec::new(); mesh.points.len()];
-    let edges = mesh.edges();
-    for &[a, b] in &edges {
-        neighbours[a as usize].push(b);
-        neighbours[b as usize].push(a);
-    }
-
-    let direction = |a: u32, b: u32| {
-        let (p, q) = (mesh.points[a as usize], mesh.points[b as usize]);
-        let length = distance(p, q).max(f64::MIN_POSITIVE);
-        minus(q, p).map(|c| c / length)
-    };
-
-    let mut pairs = Vec::new();
-    for [a, b] in edges.iter().flat_map(|&[a, b]| [[a, b], [b, a]]) {
-        let along = direction(a, b);
-        let mut best = (std::f64::consts::FRAC_1_SQRT_2, None);
-        for &c in neighbours[b as usize].iter().filter(|c| **c != a) {
-            let next = direction(b, c);
-            let cosine = dot(along, next);
-            if cosine > best.0 {
-                best = (cosine, Some(c));
-            }
-        }
-
-        pairs.extend(best.1.map(|c| [a.min(c), a.max(c)]));
-    }
-
-    pairs.sort_unstable();
-    pairs.dedup();
     pairs
 }
 

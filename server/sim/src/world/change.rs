@@ -5,14 +5,15 @@ use thiserror::Error;
 use super::{body::Body, clock::World, cloth::Cloth};
 use crate::{cloth::SpringKind, math::Real};
 
-/// A change between two steps. Particles are in the user's numbering, over all bodies.
+/// A change between two steps, its numbers within [`allowed`]. Particles are in the user's numbering, over all
+/// bodies.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Change {
     /// New gravity of the world (m/s²).
     Gravity([f64; 3]),
     /// New velocity of the medium (m/s).
     Wind([f64; 3]),
-    /// New linear drag of the medium on every particle of cloth (N s/m), 0 or more.
+    /// New linear drag of the medium on every particle of cloth (N s/m).
     Drag(f64),
     /// Stiffness (N/m) and damping (N s/m) of springs; `None` leaves one as it is.
     Springs {
@@ -20,9 +21,9 @@ pub enum Change {
         body: Option<String>,
         /// Kind of spring; `None`: all kinds.
         kind: Option<SpringKind>,
-        /// New stiffness (N/m), 0 or more.
+        /// New stiffness (N/m).
         stiffness: Option<f64>,
-        /// New damping (N s/m), 0 or more.
+        /// New damping (N s/m).
         damping: Option<f64>,
     },
     /// Moves a pinned particle to `target` (m) within `duration` (s), at constant speed.
@@ -36,12 +37,30 @@ pub enum Change {
     },
 }
 
+/// Numbers that changes and scenes allow, both ends included.
+pub mod allowed {
+    /// Components of gravity (m/s²).
+    pub const GRAVITY: [f64; 2] = [-1e4, 1e4];
+    /// Components of a velocity (m/s).
+    pub const SPEED: [f64; 2] = [-1e4, 1e4];
+    /// Drag of a particle (N s/m).
+    pub const DRAG: [f64; 2] = [0.0, 1e9];
+    /// Stiffness of a spring (N/m).
+    pub const STIFFNESS: [f64; 2] = [0.0, 1e12];
+    /// Damping of a spring (N s/m).
+    pub const DAMPING: [f64; 2] = [0.0, 1e9];
+    /// Coordinates (m).
+    pub const LENGTH: [f64; 2] = [-1e6, 1e6];
+    /// Time that a pin takes (s).
+    pub const DURATION: [f64; 2] = [0.0, 1e9];
+}
+
 /// A change that was refused; nothing was changed.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[allow(missing_docs, reason = "the messages say what the fields are")]
 pub enum ChangeError {
-    #[error("{field} is {value}: {allowed}")]
-    OutOfRange { field: &'static str, value: f64, allowed: &'static str },
+    #[error("{field} is {value:e}: allowed are {low:e} to {high:e}", low = allowed[0], high = allowed[1])]
+    OutOfRange { field: &'static str, value: f64, allowed: [f64; 2] },
     #[error("no body is named '{name}'; there are: {known}")]
     UnknownBody { name: String, known: String },
     #[error("body '{body}' has no {kind} springs")]
@@ -80,17 +99,17 @@ impl<R: Real> World<R> {
 
     fn check_one(&self, change: &Change) -> Result<(), ChangeError> {
         match change {
-            Change::Gravity(value) => finite("gravity", value),
-            Change::Wind(value) => finite("wind", value),
-            Change::Drag(value) => not_negative("drag", *value),
+            Change::Gravity(value) => within("gravity", value, allowed::GRAVITY),
+            Change::Wind(value) => within("wind", value, allowed::SPEED),
+            Change::Drag(value) => within("drag", &[*value], allowed::DRAG),
             Change::Springs { body, kind, stiffness, damping } => {
-                stiffness.map_or(Ok(()), |value| not_negative("stiffness", value))?;
-                damping.map_or(Ok(()), |value| not_negative("damping", value))?;
+                within("stiffness", stiffness.as_slice(), allowed::STIFFNESS)?;
+                within("damping", damping.as_slice(), allowed::DAMPING)?;
                 self.check_springs(body.as_deref(), *kind)
             }
             Change::Pin { particle, target, duration } => {
-                finite("target", target)?;
-                not_negative("duration", *duration)?;
+                within("target", target, allowed::LENGTH)?;
+                within("duration", &[*duration], allowed::DURATION)?;
                 let count = self.particle_count();
                 if *particle as usize >= count {
                     return Err(ChangeError::NoSuchParticle { particle: *particle, count });
@@ -165,19 +184,8 @@ impl<R: Real> World<R> {
     }
 }
 
-fn finite(field: &'static str, value: &[f64; 3]) -> Result<(), ChangeError> {
-    let allowed = "finite components are needed";
-    value
-        .iter()
-        .find(|c| !c.is_finite())
-        .map_or(Ok(()), |&value| Err(ChangeError::OutOfRange { field, value, allowed }))
-}
-
-fn not_negative(field: &'static str, value: f64) -> Result<(), ChangeError> {
-    let allowed = "a finite number from 0 is needed";
-    if value.is_finite() && value >= 0.0 {
-        Ok(())
-    } else {
-        Err(ChangeError::OutOfRange { field, value, allowed })
-    }
+fn within(field: &'static str, values: &[f64], allowed: [f64; 2]) -> Result<(), ChangeError> {
+    let [low, high] = allowed;
+    let wrong = values.iter().find(|value| !(low..=high).contains(*value));
+    wrong.map_or(Ok(()), |&value| Err(ChangeError::OutOfRange { field, value, allowed }))
 }

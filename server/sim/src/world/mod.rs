@@ -14,7 +14,7 @@ mod change;
 mod view;
 mod simulation;
 
-pub use change::{Change, ChangeError};
+pub use change::{Change, ChangeError, allowed};
 pub use clock::World;
 pub use setup::{BodySetup, SetupError, WorldSetup};
 pub use simulation::Simulation;
