@@ -86,6 +86,7 @@ impl App {
         let draining = CancellationToken::new();
         let settings = ListenerSettings {
             max_connections: config.limits.max_connections,
+            max_connections_per_address: config.limits.max_connections_per_address,
             max_streams: config.limits.max_streams_per_connection,
             handshake: Duration::from_secs_f64(config.handshake_seconds),
             drain: Duration::from_secs_f64(config.drain_seconds),
@@ -157,6 +158,7 @@ impl Config {
         for (name, value) in [
             ("drain_seconds", self.drain_seconds),
             ("handshake_seconds", self.handshake_seconds),
+            ("request_seconds", self.request_seconds),
             ("upload_idle_seconds", self.upload_idle_seconds),
         ] {
             if !(0.0..=MAX_SECONDS).contains(&value) {
@@ -164,6 +166,11 @@ impl Config {
             }
         }
         Ok(())
+    }
+
+    /// How long a request may take to arrive whole.
+    pub(crate) fn request_time(&self) -> Duration {
+        Duration::from_secs_f64(self.request_seconds)
     }
 
     /// How long an upload may pause.

@@ -25,12 +25,19 @@ pub struct Config {
     /// served from loopback always may.
     #[arg(long = "allow-origin", env = "NAPPE_ALLOW_ORIGIN", value_delimiter = ',')]
     pub allowed_origins: Vec<String>,
+    /// Names under which the server may be called, separated by commas, besides addresses, `localhost` and
+    /// the name of the machine: any other is refused, since a web page can make its own name mean this machine.
+    #[arg(long = "allow-host", env = "NAPPE_ALLOW_HOST", value_delimiter = ',')]
+    pub allowed_hosts: Vec<String>,
     /// Seconds that a drain may take before connections are cut.
     #[arg(long, env = "NAPPE_DRAIN_SECONDS", default_value_t = Config::default().drain_seconds)]
     pub drain_seconds: f64,
     /// Seconds that a new connection may stay silent before it is closed.
     #[arg(long, env = "NAPPE_HANDSHAKE_SECONDS", default_value_t = Config::default().handshake_seconds)]
     pub handshake_seconds: f64,
+    /// Seconds that a request may take to arrive whole; uploads have limits of their own.
+    #[arg(long, env = "NAPPE_REQUEST_SECONDS", default_value_t = Config::default().request_seconds)]
+    pub request_seconds: f64,
     /// Seconds that an upload may pause before it is dropped.
     #[arg(long, env = "NAPPE_UPLOAD_IDLE_SECONDS", default_value_t = Config::default().upload_idle_seconds)]
     pub upload_idle_seconds: f64,
@@ -45,8 +52,10 @@ impl Default for Config {
             address: SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), DEFAULT_PORT),
             allow_remote: false,
             allowed_origins: Vec::new(),
+            allowed_hosts: Vec::new(),
             drain_seconds: 4.0,
             handshake_seconds: 10.0,
+            request_seconds: 10.0,
             upload_idle_seconds: 30.0,
             limits: Limits::default(),
         }
@@ -98,12 +107,18 @@ pub struct Limits {
     /// Connections at a time.
     #[arg(long, env = "NAPPE_MAX_CONNECTIONS", default_value_t = Limits::default().max_connections)]
     pub max_connections: u32,
+    /// Connections at a time from one address.
+    #[arg(long, env = "NAPPE_MAX_CONNECTIONS_PER_ADDRESS", default_value_t = Limits::default().max_connections_per_address)]
+    pub max_connections_per_address: u32,
     /// Calls in progress on one connection.
     #[arg(long, env = "NAPPE_MAX_STREAMS", default_value_t = Limits::default().max_streams_per_connection)]
     pub max_streams_per_connection: u32,
     /// Changes of parameters that wait for their step, in one session.
     #[arg(long, env = "NAPPE_MAX_PENDING_CHANGES", default_value_t = Limits::default().max_pending_changes)]
     pub max_pending_changes: u32,
+    /// Changes of parameters in one `UpdateParameters` call.
+    #[arg(long, env = "NAPPE_MAX_CHANGES_PER_CALL", default_value_t = Limits::default().max_changes_per_call)]
+    pub max_changes_per_call: u32,
     /// Nodes of the snow's grid in one frame, for each watcher.
     #[arg(long, env = "NAPPE_MAX_GRID_NODES", default_value_t = Limits::default().max_grid_nodes)]
     pub max_grid_nodes: u32,
@@ -126,8 +141,10 @@ impl Default for Limits {
             history_bytes_per_session: 256 << 20,
             max_message_bytes: 4 << 20,
             max_connections: 256,
+            max_connections_per_address: 64,
             max_streams_per_connection: 128,
             max_pending_changes: 100_000,
+            max_changes_per_call: 10_000,
             max_grid_nodes: 1 << 18,
         }
     }

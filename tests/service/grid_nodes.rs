@@ -191,7 +191,9 @@ async fn nodes_asked_for_late_come_with_the_state_that_stands_and_count_in_the_h
     server.step(&id, 14).await;
     let without = server.get(&id).await;
     let kept = without.frame - without.oldest_frame + 1;
-    assert_eq!(kept, 40_000 / (12 * particles), "{particles} particles");
+    // Positions, and some 1 000 bytes of diagnostics and bookkeeping.
+    let fits = 40_000 / (12 * particles + 2000)..=40_000 / (12 * particles + 500);
+    assert!(fits.contains(&kept), "{kept} frames of {particles} particles");
     let grid = server.watch(with(all(0), latest(&id))).await.frame().await.grid.expect("a grid");
     let (_, nodes) = reference(&text, 14);
     assert_same(&grid, &expected(&nodes[13]), "of step 14");

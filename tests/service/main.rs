@@ -19,6 +19,7 @@ mod limits;
 mod update_parameters;
 mod failed_sessions;
 mod stalled_watchers;
+mod crowded;
 mod shutdown;
 mod grpc_web;
 mod health_and_reflection;

@@ -4,6 +4,7 @@
 //! `nappe_proto`.
 
 use nappe_client::v1;
+use nappe_server::Reason;
 
 use crate::{
     error::{CliError, Exit, Result},
@@ -22,23 +23,9 @@ pub(crate) fn diverged(failure: &v1::Failure) -> bool {
     is_divergence(&failure.reason)
 }
 
-/// Reasons of steps that left what the scene allows.
-const DIVERGENCES: [&str; 10] = [
-    "NOT_FINITE",
-    "STRETCH_LIMIT",
-    "ENERGY_LIMIT",
-    "SOLVER_FAILED",
-    "TIME_STEP_LIMIT",
-    "SUBSTEP_LIMIT",
-    "NODE_SPEED",
-    "DEFORMATION_LIMIT",
-    "OUT_OF_RANGE",
-    "MASS_LOST",
-];
-
 /// Whether a reason says that the simulation diverged.
 pub(crate) fn is_divergence(reason: &str) -> bool {
-    DIVERGENCES.contains(&reason)
+    Reason::ALL.iter().any(|known| known.name() == reason && known.is_divergence())
 }
 
 /// Prints one session.

@@ -10,7 +10,7 @@ use tonic::Code;
 pub const DOMAIN: &str = "nappe.v1";
 
 macro_rules! reasons {
-    ($($variant:ident $name:literal $code:ident $meaning:literal $remedy:literal)*) => {
+    ($($variant:ident $name:literal $code:ident $($diverged:ident)? $meaning:literal $remedy:literal)*) => {
         /// A reason why a call failed.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
         pub enum Reason {
@@ -29,6 +29,14 @@ macro_rules! reasons {
             /// The status code that comes with it.
             pub const fn code(self) -> Code {
                 match self { $(Self::$variant => Code::$code,)* }
+            }
+
+            /// Whether it says that a simulation diverged: its numbers left what the scene allows.
+            pub const fn is_divergence(self) -> bool {
+                const fn is_set(flags: &[&str]) -> bool {
+                    !flags.is_empty()
+                }
+                match self { $(Self::$variant => is_set(&[$(stringify!($diverged))?]),)* }
             }
 
             /// What happened, in one sentence.
@@ -117,47 +125,47 @@ reasons! {
         "The steps that the call waited for were cut short by a pause, a stop or another command."
         "Read the session to see how far it came; step again if wanted."
 
-    SessionDeleted "SESSION_DELETED" Aborted
+    SessionDeleted "SESSION_DELETED" NotFound
         "The session was deleted while the call was in progress."
         "Nothing: the session is gone."
 
-    NotFinite "NOT_FINITE" Aborted
+    NotFinite "NOT_FINITE" FailedPrecondition diverged
         "The simulation diverged: a position, a velocity or another number of the state is no longer finite. `step`, `particle` and `value` say where."
         "Reduce dt or the stiffness; cloth: choose an implicit integrator; snow: let its step be certified."
 
-    StretchLimit "STRETCH_LIMIT" Aborted
+    StretchLimit "STRETCH_LIMIT" FailedPrecondition diverged
         "A spring became longer than the scene allows."
         "Reduce dt, raise the stiffness or the damping, or raise the scene's limit."
 
-    EnergyLimit "ENERGY_LIMIT" Aborted
+    EnergyLimit "ENERGY_LIMIT" FailedPrecondition diverged
         "The energy exceeded the limit of the scene: the simulation is about to diverge."
         "Reduce dt or the stiffness, or raise the scene's limit."
 
-    SolverFailed "SOLVER_FAILED" Aborted
+    SolverFailed "SOLVER_FAILED" FailedPrecondition diverged
         "The linear system of an implicit step has no solution."
         "Look for free particles without mass or springs; change the treatment of the Hessian; snow: shorten its step or integrate it explicitly."
 
-    TimeStepLimit "TIME_STEP_LIMIT" Aborted
+    TimeStepLimit "TIME_STEP_LIMIT" FailedPrecondition diverged
         "The step of snow that the scene fixes became longer than the bound within which it is stable; the message has both numbers and the bound's name."
         "Let the step be certified, fix a smaller one, or mark it unchecked and accept that it may diverge."
 
-    SubstepLimit "SUBSTEP_LIMIT" Aborted
+    SubstepLimit "SUBSTEP_LIMIT" FailedPrecondition diverged
         "One step of the scene would need more substeps of the snow than the scene allows; the message names the bound that makes them short."
         "Shorten the scene's dt or raise its limit of substeps; look at the particle named: snow that is pressed hard, or very fast, needs short steps."
 
-    NodeSpeed "NODE_SPEED" Aborted
+    NodeSpeed "NODE_SPEED" FailedPrecondition diverged
         "A node of the snow's grid would move more than a cell in one step: the simulation is about to diverge."
         "Reduce the fixed step, or let the step be certified."
 
-    DeformationLimit "DEFORMATION_LIMIT" Aborted
+    DeformationLimit "DEFORMATION_LIMIT" FailedPrecondition diverged
         "The deformation gradient of a particle of snow became larger than any snow allows: the simulation diverged."
         "Reduce the fixed step, or let the step be certified; check the material's numbers."
 
-    OutOfRange "OUT_OF_RANGE" Aborted
+    OutOfRange "OUT_OF_RANGE" FailedPrecondition diverged
         "A particle of snow left the range of the grid, which is bounded only by its 32-bit indices."
         "Put a collider where snow is to stop, end the scene earlier, or look at what threw the particle."
 
-    MassLost "MASS_LOST" Aborted
+    MassLost "MASS_LOST" FailedPrecondition diverged
         "The grid does not hold the mass of the particles: particles were lost between them. This is a bug in the server."
         "Report it with the scene and the message."
 
@@ -190,8 +198,12 @@ reasons! {
         "Try again in a moment."
 
     TooManyChanges "TOO_MANY_CHANGES" ResourceExhausted
-        "More changes of parameters would wait for their step than the server keeps."
-        "Send changes closer to the step at which they take effect."
+        "One call has more changes of parameters than the server reads, or more would wait for their step than it keeps."
+        "Divide the changes over several calls, and send them closer to the step at which they take effect."
+
+    TooManyCommands "TOO_MANY_COMMANDS" ResourceExhausted
+        "As many commands wait for the session's next step as it keeps."
+        "Wait for answers before sending more; try again in a moment."
 
     SceneTooLarge "SCENE_TOO_LARGE" ResourceExhausted
         "The scene's text, particles or springs are more than the server allows."
@@ -221,6 +233,14 @@ reasons! {
         "A web page of an origin that is not allowed called the server."
         "Start the server with --allow-origin for the page's origin."
 
+    HostNotAllowed "HOST_NOT_ALLOWED" PermissionDenied
+        "The request is addressed to a host name that is not the server's own, as when a web page has its name mean this machine."
+        "Call the server by an address, as localhost or by the machine's name, or start it with --allow-host for the name."
+
+    RequestTooSlow "REQUEST_TOO_SLOW" DeadlineExceeded
+        "The request did not arrive whole in the time that the server waits."
+        "Send the request at once; check the connection."
+
     ServerDraining "SERVER_DRAINING" Unavailable
         "The server is shutting down and ends calls and streams."
         "Connect again later; sessions do not survive a restart."
@@ -232,15 +252,23 @@ reasons! {
 
 /// The page docs/errors.md.
 pub fn errors_page() -> String {
-    let mut page = String::from(
+    let diverged: Vec<_> = Reason::ALL
+        .iter()
+        .filter(|reason| reason.is_divergence())
+        .map(|r| format!("`{}`", r.name()))
+        .collect();
+    let mut page = format!(
         "# Errors\n\n\
          Every error that the server sends is a gRPC status whose details hold a `google.rpc.ErrorInfo`\n\
          with domain `nappe.v1`, one of the reasons below, and the numbers of the message as metadata.\n\
          Reasons never change their meaning. Errors of single fields also carry a `google.rpc.BadRequest`.\n\n\
          A connection that the server does not accept cannot carry a reason (too many, silent for\n\
          too long, cut at the end of a drain): it ends without a status, and clients report `UNAVAILABLE`.\n\n\
+         Divergence is FAILED_PRECONDITION, since no retry helps: the state of the session is what has to change.\n\
+         Of a run that diverged, the command exits with 3: {diverged}.\n\n\
          This page is generated from `server/src/error/reason.rs`; a test compares the two.\n\n\
          | reason | code | meaning | what to do |\n|---|---|---|---|\n",
+        diverged = diverged.join(", "),
     );
     for reason in Reason::ALL {
         let (name, code) = (reason.name(), code_name(reason.code()));

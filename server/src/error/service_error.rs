@@ -4,6 +4,7 @@
 
 use std::{fmt, time::Duration};
 
+use nappe_scene::printable;
 use tonic::Status;
 use tonic_types::{ErrorDetails, StatusExt as _};
 
@@ -99,10 +100,11 @@ impl From<ServiceError> for Status {
     }
 }
 
-/// `text` up to [`TEXT_BYTES`], cut between characters.
+/// `text` up to [`TEXT_BYTES`], cut between characters; what it quotes of a request is made printable.
 fn shortened(text: &str) -> String {
+    let text = text.lines().map(printable).collect::<Vec<_>>().join("\n");
     if text.len() <= TEXT_BYTES {
-        return text.to_owned();
+        return text;
     }
     let end = (0..=TEXT_BYTES - 3).rev().find(|end| text.is_char_boundary(*end)).unwrap_or(0);
     format!("{}...", &text[..end])
@@ -127,5 +129,15 @@ mod tests {
     fn a_long_text_is_cut_between_characters() {
         let status = Status::from(ServiceError::new(Reason::InvalidScene, "é".repeat(5000)));
         assert!(status.message().len() <= TEXT_BYTES && status.message().ends_with("é..."));
+    }
+
+    #[test]
+    fn what_a_request_says_reaches_no_terminal_as_it_is() {
+        let error =
+            ServiceError::new(Reason::InvalidChange, "no body is named '\u{1b}[2J'").with("name", "\u{202e}");
+        let status = Status::from(error);
+        assert_eq!(status.message(), "no body is named '\\u{1b}[2J'");
+        let info = status.get_details_error_info().expect("every status has an ErrorInfo");
+        assert_eq!(info.metadata["name"], "\\u{202e}");
     }
 }

@@ -30,7 +30,8 @@ impl From<&ChangeError> for ServiceError {
             ChangeError::OutOfRange { field, value, allowed } => refused
                 .with("field", field)
                 .with("value", value)
-                .at_field(*field, format!("is {value}: {allowed}")),
+                .with("allowed", format!("{:e} to {:e}", allowed[0], allowed[1]))
+                .at_field(*field, format!("is {value:e}: allowed are {:e} to {:e}", allowed[0], allowed[1])),
             ChangeError::UnknownBody { name, known } => {
                 refused.with("body", name).with("known", known).at_field("springs.body", message)
             }

@@ -6,13 +6,27 @@ use nappe_proto::v1;
 use nappe_sim::{cloth::SpringKind, world::Change};
 
 use super::validate::{finite, unknown_value};
-use crate::error::ServiceError;
+use crate::{
+    config::Limits,
+    error::{Reason, ServiceError},
+};
 
 /// The changes of an update, in the order of its fields.
 ///
 /// # Errors
-/// A number that is not finite, a kind that does not exist, or no change at all.
-pub(super) fn changes(request: &v1::UpdateParametersRequest) -> Result<Vec<Change>, ServiceError> {
+/// More changes than are allowed, a number that is not finite, a kind that does not exist, or no change at all.
+pub(super) fn changes(
+    request: &v1::UpdateParametersRequest,
+    limits: &Limits,
+) -> Result<Vec<Change>, ServiceError> {
+    let (count, allowed) = (request.springs.len() + request.pins.len(), limits.max_changes_per_call);
+    if count > allowed as usize {
+        let message = format!("the call has {count} changes of springs and pins; allowed: at most {allowed}");
+        return Err(ServiceError::new(Reason::TooManyChanges, message)
+            .with("changes", count)
+            .with("allowed", allowed));
+    }
+
     let mut changes = Vec::new();
     if let Some(gravity) = request.gravity {
         changes.push(Change::Gravity(finite_vector("gravity", gravity)?));

@@ -12,7 +12,7 @@ use super::{changes::changes, create, server_info::server_info, shared::Shared, 
 use crate::{
     error::{Reason, ServiceError},
     session::{Command, When},
-    stream::{Delivery, DiagnosticsOnly, Frames, WatchStream, watch},
+    stream::{Delivery, DiagnosticsOnly, Frames, Seat, WatchStream, watch},
 };
 
 /// The service over what calls share.
@@ -36,7 +36,7 @@ impl Methods {
         let delivery = validate::delivery(&request)?;
         let slot = session.watcher_slot()?;
 
-        self.shared.answered(session.provide(wanted.needed()).await)?;
+        let wish = self.shared.answered(session.provide(wanted.needed()).await)?;
         let feed = session.feed();
         if let Delivery::Every { from_frame: Some(number) } = delivery {
             validate::start(feed, number, wanted.needed())?;
@@ -45,7 +45,8 @@ impl Methods {
         let pieces = session.topology().iter().cloned().map(v1::watch_frames_response::Event::Topology);
         let opening = pieces.map(|piece| v1::WatchFramesResponse { event: Some(piece) }).collect();
         let draining = self.shared.draining.clone();
-        Ok(watch(Arc::clone(feed), Frames(wanted), delivery, opening, slot, draining))
+        let seat = Seat::new(slot, Some(wish));
+        Ok(watch(Arc::clone(feed), Frames(wanted), delivery, opening, seat, draining))
     }
 }
 
@@ -179,7 +180,7 @@ impl SimulationService for Methods {
     ) -> Answer<v1::UpdateParametersResponse> {
         let request = request.into_inner();
         let session = self.shared.session(&request.session_id)?;
-        let (at_step, changes) = (request.at_step, changes(&request)?);
+        let (at_step, changes) = (request.at_step, changes(&request, &self.shared.config.limits)?);
         let updated = session.ask(|answer| Command::Update { at_step, changes, answer }).await;
         let effective_step = self.shared.answered(updated.and_then(|updated| updated))?;
         Ok(Response::new(v1::UpdateParametersResponse { effective_step }))
@@ -214,7 +215,7 @@ impl SimulationService for Methods {
             DiagnosticsOnly,
             delivery,
             Vec::new(),
-            slot,
+            Seat::new(slot, None),
             self.shared.draining.clone(),
         )))
     }

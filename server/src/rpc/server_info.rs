@@ -36,5 +36,7 @@ fn limits_message(limits: &Limits) -> v1::Limits {
         max_pending_changes: limits.max_pending_changes,
         max_mesh_store_bytes: limits.max_mesh_store_bytes,
         max_grid_nodes: limits.max_grid_nodes,
+        max_changes_per_call: limits.max_changes_per_call,
+        max_connections_per_address: limits.max_connections_per_address,
     }
 }

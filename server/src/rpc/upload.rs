@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use bytes::Bytes;
 use nappe_proto::v1::{MeshHeader, UploadMeshRequest, upload_mesh_request::Part};
+use nappe_scene::{is_printable, printable};
 use nappe_sim::mesh::TriangleMesh;
 use tokio_stream::{Stream, StreamExt as _};
 use tonic::{Code, Status};
@@ -119,6 +120,12 @@ impl Layout {
     fn of(header: &MeshHeader, limits: &Limits) -> Result<Self, ServiceError> {
         if header.name.len() > NAME_BYTES {
             let problem = format!("has {} bytes; allowed: at most {NAME_BYTES}", header.name.len());
+            return Err(ServiceError::field("header.name", problem));
+        }
+
+        if !is_printable(&header.name) {
+            let problem =
+                format!("is '{}'; allowed: a name without control characters", printable(&header.name));
             return Err(ServiceError::field("header.name", problem));
         }
 

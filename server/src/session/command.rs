@@ -6,6 +6,9 @@ use tokio::sync::oneshot;
 
 use crate::error::ServiceError;
 
+/// Commands that wait for the session's thread at a time, and that it reads between two steps.
+pub(super) const MAX_COMMANDS: usize = 64;
+
 /// Where the session's description goes once a command is carried out.
 pub(crate) type Answer = oneshot::Sender<Result<v1::Session, ServiceError>>;
 
@@ -50,4 +53,19 @@ pub(crate) enum Command {
     End,
     /// Makes the next step panic (tests).
     InjectPanic,
+}
+
+impl Command {
+    /// Whether whoever asked is gone: what he asked for is not carried out then.
+    pub(super) fn is_abandoned(&self) -> bool {
+        match self {
+            Self::Play { answer, .. }
+            | Self::Step { answer, .. }
+            | Self::Pause(answer)
+            | Self::Stop(answer) => answer.is_closed(),
+            Self::Update { answer, .. } => answer.is_closed(),
+            Self::CompleteNewest(answer) => answer.is_closed(),
+            Self::End | Self::InjectPanic => false,
+        }
+    }
 }

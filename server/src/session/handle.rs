@@ -2,20 +2,24 @@
 //!
 //! Enters: calls. Leaves: commands to the session's thread, and what can be read while it steps.
 
-use std::sync::{Arc, mpsc};
+use std::sync::{
+    Arc,
+    atomic::{AtomicBool, Ordering},
+    mpsc::{self, TrySendError},
+};
 
 use nappe_proto::v1;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore, oneshot};
 use tokio_util::sync::CancellationToken;
 
 use super::{
-    command::{Answer, Command},
+    command::{Answer, Command, MAX_COMMANDS},
     status::Status,
 };
 use crate::{
     config::Limits,
     error::{Reason, ServiceError},
-    stream::{Feed, FieldSet},
+    stream::{Feed, FieldSet, Wish},
 };
 
 /// The handle of a session.
@@ -24,7 +28,9 @@ pub(crate) struct Session {
     status: Arc<Status>,
     /// What its streams begin with, in pieces.
     topology: Vec<v1::Topology>,
-    commands: mpsc::Sender<Command>,
+    commands: mpsc::SyncSender<Command>,
+    /// Set when the session is deleted, whatever waits in the queue of commands.
+    is_deleted: Arc<AtomicBool>,
     watcher_slots: Arc<Semaphore>,
     watcher_limit: u32,
     /// Cancelled when the thread has ended.
@@ -35,13 +41,13 @@ impl Session {
     pub(super) fn new(
         status: Arc<Status>,
         topology: Vec<v1::Topology>,
-        commands: mpsc::Sender<Command>,
+        (commands, is_deleted): (mpsc::SyncSender<Command>, Arc<AtomicBool>),
         ended: CancellationToken,
         limits: &Limits,
     ) -> Self {
         let watcher_limit = limits.max_watchers_per_session;
         let watcher_slots = Arc::new(Semaphore::new(watcher_limit as usize));
-        Self { status, topology, commands, watcher_slots, watcher_limit, ended }
+        Self { status, topology, commands, is_deleted, watcher_slots, watcher_limit, ended }
     }
 
     pub(crate) fn id(&self) -> &str {
@@ -96,31 +102,37 @@ impl Session {
     /// Sends a command and waits for its answer.
     ///
     /// # Errors
-    /// If the session is deleted meanwhile.
+    /// If as many commands wait as are allowed, or the session is deleted meanwhile.
     pub(crate) async fn ask<T>(
         &self,
         make: impl FnOnce(oneshot::Sender<T>) -> Command,
     ) -> Result<T, ServiceError> {
         let (reply, answer) = oneshot::channel();
-        self.commands.send(make(reply)).map_err(|_gone| ServiceError::session_deleted(self.id()))?;
+        self.commands.try_send(make(reply)).map_err(|error| match error {
+            TrySendError::Full(_) => self.too_many_commands(),
+            TrySendError::Disconnected(_) => ServiceError::session_deleted(self.id()),
+        })?;
         answer.await.map_err(|_gone| ServiceError::session_deleted(self.id()))
     }
 
-    /// Asks that frames hold these fields from now on, the newest one too if its state still stands.
+    /// Asks that frames hold these fields while the wish lasts, the newest one too if its state still stands.
     ///
     /// # Errors
-    /// If the session is deleted meanwhile.
-    pub(crate) async fn provide(&self, fields: FieldSet) -> Result<(), ServiceError> {
-        if self.feed().ask_for(fields) || !self.feed().newest().frame.fields().covers(fields) {
+    /// If as many commands wait as are allowed, or the session is deleted meanwhile.
+    pub(crate) async fn provide(&self, fields: FieldSet) -> Result<Wish, ServiceError> {
+        let (wish, is_new) = self.feed().wish(fields);
+        if is_new || !self.feed().newest().frame.fields().covers(fields) {
             self.ask(Command::CompleteNewest).await?;
         }
-        Ok(())
+        Ok(wish)
     }
 
     /// Tells the thread to end, after the step in progress.
     pub(crate) fn end(&self) {
-        // If the thread is gone, it has ended already.
-        let _ = self.commands.send(Command::End);
+        self.is_deleted.store(true, Ordering::Relaxed);
+        // Wakes the thread if it waits for a command. If it is gone, it has ended already; if the queue is full,
+        // it is awake.
+        let _ = self.commands.try_send(Command::End);
     }
 
     /// Waits until the thread has ended and its memory is free.
@@ -131,7 +143,15 @@ impl Session {
     /// Makes the next step panic, as a bug would: for tests of isolation.
     #[doc(hidden)]
     pub(crate) fn inject_panic(&self) {
-        let _ = self.commands.send(Command::InjectPanic);
+        let _ = self.commands.try_send(Command::InjectPanic);
+    }
+
+    fn too_many_commands(&self) -> ServiceError {
+        let (id, allowed) = (self.id(), MAX_COMMANDS);
+        let message = format!(
+            "{allowed} commands wait for the next step of session '{id}'; allowed: at most {allowed}"
+        );
+        ServiceError::new(Reason::TooManyCommands, message).with("session_id", id).with("allowed", allowed)
     }
 
     fn with_watchers(&self, mut session: v1::Session) -> v1::Session {

@@ -5,7 +5,7 @@
 
 use std::{
     panic::{AssertUnwindSafe, catch_unwind},
-    sync::{Arc, mpsc},
+    sync::{Arc, atomic::AtomicBool, mpsc},
     thread,
     time::Instant,
 };
@@ -18,6 +18,7 @@ use tokio::sync::{OwnedSemaphorePermit, oneshot};
 use tokio_util::sync::CancellationToken;
 
 use super::{
+    command::MAX_COMMANDS,
     handle::Session,
     pace::Pace,
     pending_changes::PendingChanges,
@@ -132,8 +133,10 @@ fn build(
     };
     let status = Arc::new(Status::new(properties(options, &scene, &simulation), feed, progress));
 
-    let (sender, commands) = mpsc::channel();
-    let session = Session::new(Arc::clone(&status), topology, sender, ended, limits);
+    let (sender, commands) = mpsc::sync_channel(MAX_COMMANDS);
+    let is_deleted = Arc::new(AtomicBool::new(false));
+    let control = (sender, Arc::clone(&is_deleted));
+    let session = Session::new(Arc::clone(&status), topology, control, ended, limits);
 
     let stepper = Stepper {
         pace: Pace::start(0.0, Instant::now(), simulation.time()),
@@ -143,6 +146,8 @@ fn build(
         panic_next: false,
         simulator: Simulator { simulation, pool, status },
         commands,
+        commands_since_step: 0,
+        is_deleted,
     };
     Ok((stepper, session, warnings))
 }

@@ -6,7 +6,11 @@
 use std::{
     any::Any,
     panic::{AssertUnwindSafe, catch_unwind},
-    sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError},
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+        mpsc::{Receiver, RecvTimeoutError, TryRecvError},
+    },
     time::Instant,
 };
 
@@ -14,7 +18,7 @@ use nappe_proto::v1;
 use nappe_sim::world::Change;
 
 use super::{
-    command::{Answer, Command, When},
+    command::{Answer, Command, MAX_COMMANDS, When},
     failure::{FailurePoint, SessionFailure, interrupted, refused},
     pace::Pace,
     pending_changes::PendingChanges,
@@ -27,6 +31,9 @@ use crate::{
     stream::{Ending, diagnostics},
 };
 
+/// Steps that a change may lie ahead.
+const MAX_STEPS_AHEAD: u64 = 10_000_000;
+
 /// Whether the thread goes on.
 enum Flow {
     Continue,
@@ -37,6 +44,10 @@ enum Flow {
 pub(super) struct Stepper {
     pub simulator: Simulator,
     pub commands: Receiver<Command>,
+    /// Commands read since the last step: a step comes before there are too many.
+    pub commands_since_step: usize,
+    /// Set when the session is deleted.
+    pub is_deleted: Arc<AtomicBool>,
     pub pending: PendingChanges,
     pub state: State,
     pub pace: Pace,
@@ -64,13 +75,18 @@ impl Stepper {
 
     /// One command, one step or one wait.
     fn turn(&mut self) -> Flow {
+        if self.is_deleted.load(Ordering::Relaxed) {
+            return Flow::End;
+        }
         if !matches!(self.state, State::Playing | State::Stepping { .. }) {
             return self.commands.recv().map_or(Flow::End, |command| self.obey(command));
         }
 
         let simulation = &self.simulator.simulation;
         let wait = self.pace.wait(Instant::now(), simulation.time() + simulation.dt());
-        let command = if wait.is_zero() {
+        let command = if wait.is_zero() && self.commands_since_step >= MAX_COMMANDS {
+            Err(false)
+        } else if wait.is_zero() {
             self.commands.try_recv().map_err(|error| error == TryRecvError::Disconnected)
         } else {
             self.commands.recv_timeout(wait).map_err(|error| error == RecvTimeoutError::Disconnected)
@@ -86,6 +102,10 @@ impl Stepper {
     }
 
     fn obey(&mut self, command: Command) -> Flow {
+        self.commands_since_step += 1;
+        if command.is_abandoned() {
+            return Flow::Continue;
+        }
         match command {
             Command::Play { real_time_factor, answer } => {
                 let changed = self.change(Event::Play);
@@ -134,6 +154,13 @@ impl Stepper {
     /// Queues changes for their step, and returns the step before which they take effect.
     fn enqueue(&mut self, at_step: u64, changes: Vec<Change>) -> Result<u64, ServiceError> {
         self.change(Event::Update)?;
+        let latest = self.step_count().saturating_add(MAX_STEPS_AHEAD);
+        if at_step > latest {
+            let problem = format!("is {at_step}: allowed is at most {latest}, {MAX_STEPS_AHEAD} steps ahead");
+            return Err(ServiceError::field("at_step", problem)
+                .with("value", at_step)
+                .with("allowed", latest));
+        }
         self.simulator.simulation.check(&changes).map_err(|error| ServiceError::from(&error))?;
         let effective = at_step.max(self.step_count());
         self.pending.push(effective, changes)?;
@@ -164,6 +191,7 @@ impl Stepper {
     }
 
     fn step(&mut self) {
+        self.commands_since_step = 0;
         let index = self.step_count();
         for changes in self.pending.take_due(index) {
             if let Err(error) = self.simulator.simulation.apply(&changes) {

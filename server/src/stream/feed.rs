@@ -3,15 +3,16 @@
 //! Enters: frames from the stepper, which never waits for a watcher. Leaves: shared frames, to
 //! each watcher at its own pace. A watcher of every frame keeps a number and looks it up here.
 
-use std::sync::{
-    Arc, Mutex, MutexGuard, PoisonError,
-    atomic::{AtomicU16, Ordering},
+use std::{
+    sync::{Arc, Mutex, MutexGuard, PoisonError},
+    time::Instant,
 };
 
 use nappe_proto::v1;
 use tokio::sync::watch;
 
 use super::{
+    demand::{Demand, Wish},
     fields::FieldSet,
     frame::EncodedFrame,
     history::{History, Lookup},
@@ -42,8 +43,7 @@ pub(crate) struct Newest {
 pub(crate) struct Feed {
     history: Mutex<History>,
     newest: watch::Sender<Newest>,
-    /// What frames from now on must hold: everything that watchers ever asked for.
-    demand: AtomicU16,
+    demand: Arc<Demand>,
 }
 
 impl Feed {
@@ -54,11 +54,7 @@ impl Feed {
         let mut history = History::new(budget);
         history.push(first);
 
-        Self {
-            history: Mutex::new(history),
-            newest: watch::Sender::new(newest),
-            demand: AtomicU16::new(FieldSet::ALWAYS.bits()),
-        }
+        Self { history: Mutex::new(history), newest: watch::Sender::new(newest), demand: Arc::default() }
     }
 
     /// Adds the next frame, or replaces the newest by itself with more fields.
@@ -100,15 +96,14 @@ impl Feed {
         self.lock().lookup(number, wanted)
     }
 
-    /// Asks that frames from now on hold these fields; true if that is new.
-    pub(crate) fn ask_for(&self, fields: FieldSet) -> bool {
-        let before = self.demand.fetch_or(fields.bits(), Ordering::Relaxed);
-        !FieldSet::from_bits(before).covers(fields)
+    /// Asks that frames hold these fields for as long as the wish lasts; true if they did not.
+    pub(crate) fn wish(&self, fields: FieldSet) -> (Wish, bool) {
+        self.demand.wish(fields)
     }
 
-    /// What frames must hold now.
+    /// What a frame that is made now must hold.
     pub(crate) fn demand(&self) -> FieldSet {
-        FieldSet::from_bits(self.demand.load(Ordering::Relaxed))
+        self.demand.at(Instant::now())
     }
 
     fn lock(&self) -> MutexGuard<'_, History> {

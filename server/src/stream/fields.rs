@@ -133,6 +133,19 @@ impl FieldSet {
     /// Every field in every encoding, and the grid's nodes.
     pub(crate) const ALL: Self = Self((1 << (EncodedField::ALL.len() + 1)) - 1);
 
+    /// Parts that a frame may have: the encoded fields, and the grid's nodes.
+    pub(crate) const PARTS: usize = EncodedField::ALL.len() + 1;
+
+    /// Part `part` alone.
+    pub(crate) const fn of_part(part: usize) -> Self {
+        Self(1 << part & Self::ALL.0)
+    }
+
+    /// Whether it has part `part`, in the order of the fields' definition, the grid last.
+    pub(crate) const fn has_part(self, part: usize) -> bool {
+        self.0 >> part & 1 == 1
+    }
+
     /// This set and one more field.
     #[must_use]
     pub(crate) const fn with(self, field: EncodedField) -> Self {
@@ -152,14 +165,6 @@ impl FieldSet {
     /// Its fields, in the order of their definition; the grid is none of them.
     pub(crate) fn fields(self) -> impl Iterator<Item = EncodedField> {
         EncodedField::ALL.into_iter().filter(move |field| self.covers(Self::NONE.with(*field)))
-    }
-
-    pub(crate) const fn bits(self) -> u16 {
-        self.0
-    }
-
-    pub(crate) const fn from_bits(bits: u16) -> Self {
-        Self(bits & Self::ALL.0)
     }
 }
 
@@ -188,7 +193,8 @@ mod tests {
         assert!(FieldSet::ALL.covers(set) && !set.covers(FieldSet::ALL));
         let members = [EncodedField::PositionsF32, EncodedField::VelocitiesF64];
         assert_eq!(set.fields().collect::<Vec<_>>(), members);
-        assert_eq!(FieldSet::from_bits(set.bits()), set);
+        let parts = (0..FieldSet::PARTS).filter(|part| set.has_part(*part));
+        assert_eq!(parts.fold(FieldSet::NONE, |all, part| all.union(FieldSet::of_part(part))), set);
         assert!(FieldSet::ALL.covers(FieldSet::GRID) && !set.covers(FieldSet::GRID));
         assert_eq!(set.union(FieldSet::GRID).fields().count(), 2, "the grid is no field");
         assert_eq!(FieldSet::ALL.fields().count(), EncodedField::ALL.len());

@@ -16,6 +16,12 @@ use super::{
     topology::TOPOLOGY_ID,
 };
 
+/// What a piece of memory takes besides its bytes: the allocator's header and rounding, and the counter of
+/// whoever shares it.
+const ALLOCATION_BYTES: usize = 64;
+/// Arrays of a grid.
+const GRID_ALLOCATIONS: usize = 3;
+
 /// What a frame says besides its fields.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct FrameHead {
@@ -76,10 +82,12 @@ impl EncodedFrame {
             .fold(grid, FieldSet::with)
     }
 
-    /// Memory of the fields and the grid (bytes).
+    /// Memory that it takes (bytes): arrays, diagnostics, and what keeps them.
     pub(crate) fn size(&self) -> usize {
-        let fields: usize = self.fields.iter().flatten().map(Bytes::len).sum();
-        fields + self.grid.as_ref().map_or(0, GridFrame::size)
+        let arrays = self.fields.iter().flatten().map(|data| data.len() + ALLOCATION_BYTES);
+        let grid = self.grid.as_ref().map_or(0, |grid| grid.size() + GRID_ALLOCATIONS * ALLOCATION_BYTES);
+        let stages = self.head.diagnostics.stages.capacity() * size_of::<v1::StageTime>() + ALLOCATION_BYTES;
+        size_of::<Self>() + ALLOCATION_BYTES + arrays.sum::<usize>() + grid + stages
     }
 
     /// The messages of the frame with what is `wanted`, each of at most 1 MiB.

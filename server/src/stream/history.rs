@@ -23,6 +23,8 @@ pub(crate) enum Lookup {
 #[derive(Debug)]
 pub(super) struct History {
     frames: VecDeque<Arc<EncodedFrame>>,
+    /// For each part of a frame, the number from which on all frames have it; past the newest if that has it not.
+    complete_from: [u64; FieldSet::PARTS],
     /// Memory of the frames (bytes).
     bytes: u64,
     budget: u64,
@@ -31,7 +33,7 @@ pub(super) struct History {
 impl History {
     /// An empty history that keeps up to `budget` bytes of frames, and always the newest.
     pub(super) fn new(budget: u64) -> Self {
-        Self { frames: VecDeque::new(), bytes: 0, budget }
+        Self { frames: VecDeque::new(), complete_from: [0; FieldSet::PARTS], bytes: 0, budget }
     }
 
     /// Number of the oldest frame kept; 0 if there is none yet.
@@ -45,6 +47,11 @@ impl History {
         let mut outdated = Vec::new();
         if self.frames.back().is_some_and(|newest| newest.head.frame == frame.head.frame) {
             outdated.extend(self.frames.pop_back());
+        }
+
+        let (number, held) = (frame.head.frame, frame.fields());
+        for (part, from) in self.complete_from.iter_mut().enumerate() {
+            *from = if held.has_part(part) { (*from).min(number) } else { number + 1 };
         }
 
         self.bytes += frame.size() as u64;
@@ -73,10 +80,11 @@ impl History {
             return Lookup::Found(Arc::clone(frame));
         }
 
-        // Fields are only ever added to the demand, so the frames that have them are the newest
-        // ones. The initial frame, which has all fields, may stand apart at the front.
-        let complete = self.frames.iter().rev().take_while(|frame| frame.fields().covers(wanted)).count();
-        let next = self.frames.back().map_or(0, |newest| newest.head.frame + 1);
-        Lookup::Expired { oldest: next - complete as u64 }
+        let complete_from = self.complete_from.iter().enumerate();
+        let oldest = complete_from
+            .filter(|(part, _)| wanted.has_part(*part))
+            .map(|(_, from)| *from)
+            .fold(self.oldest(), u64::max);
+        Lookup::Expired { oldest }
     }
 }

@@ -6,6 +6,7 @@
 mod packing;
 mod grid_frame;
 mod fields;
+mod demand;
 mod diagnostics;
 mod collider;
 mod pieces;
@@ -16,6 +17,7 @@ mod feed;
 mod stream_kind;
 mod watcher;
 
+pub(crate) use demand::Wish;
 pub(crate) use diagnostics::{StageSeconds, diagnostics, initial_diagnostics};
 pub(crate) use feed::{Ending, Feed};
 pub(crate) use fields::{EncodedField, FieldSet, Wanted};
@@ -25,4 +27,4 @@ pub(crate) use history::Lookup;
 pub(crate) use packing::NotFinite;
 pub(crate) use stream_kind::{DiagnosticsOnly, Frames};
 pub(crate) use topology::topology;
-pub(crate) use watcher::{Delivery, WatchStream, watch};
+pub(crate) use watcher::{Delivery, Seat, WatchStream, watch};

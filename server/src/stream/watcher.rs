@@ -19,6 +19,7 @@ use tokio_util::sync::CancellationToken;
 use tonic::Status;
 
 use super::{
+    demand::Wish,
     feed::{Ending, Feed, Newest},
     fields::FieldSet,
     frame::EncodedFrame,
@@ -52,8 +53,21 @@ pub(crate) struct WatchStream<M> {
     broken: Arc<OnceLock<Status>>,
     /// Whether `broken` was handed out.
     ended: bool,
-    /// Counts the watcher among those of the session until the stream is dropped.
+    /// What the watcher holds of the session until the stream is dropped.
+    _seat: Seat,
+}
+
+/// A place among a session's watchers, and what the watcher wants of frames: none for one that wants no fields.
+#[derive(Debug)]
+pub(crate) struct Seat {
     _slot: OwnedSemaphorePermit,
+    _wish: Option<Wish>,
+}
+
+impl Seat {
+    pub(crate) fn new(slot: OwnedSemaphorePermit, wish: Option<Wish>) -> Self {
+        Self { _slot: slot, _wish: wish }
+    }
 }
 
 impl<M> Stream for WatchStream<M> {
@@ -85,12 +99,12 @@ pub(crate) fn watch<S: StreamKind>(
     kind: S,
     delivery: Delivery,
     opening: Vec<S::Message>,
-    slot: OwnedSemaphorePermit,
+    seat: Seat,
     draining: CancellationToken,
 ) -> WatchStream<S::Message> {
     let (sender, messages) = mpsc::channel(WAITING_MESSAGES);
     let broken = Arc::new(OnceLock::new());
-    let stream = WatchStream { messages, broken: Arc::clone(&broken), ended: false, _slot: slot };
+    let stream = WatchStream { messages, broken: Arc::clone(&broken), ended: false, _seat: seat };
     let newest = feed.subscribe();
 
     let mut watcher = Watcher { feed, newest, kind, sender: sender.clone() };

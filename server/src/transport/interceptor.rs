@@ -1,6 +1,6 @@
 //! The interceptor of every call: whatever happens inside, an error leaves with a reason.
 //!
-//! Refuses calls while draining and from unknown web origins, honours the client's deadline, turns
+//! Refuses calls while draining, from unknown web origins and to other hosts, honours the client's deadline, turns
 //! a panic of a handler into INTERNAL, and gives a reason to statuses that the framework made
 //! (unknown method, message too large, message that cannot be decoded).
 
@@ -19,7 +19,7 @@ use tokio_util::sync::CancellationToken;
 use tonic::{Code, Status, body::Body};
 use tower::Service;
 
-use super::cors::AllowedOrigins;
+use super::{cors::AllowedOrigins, host::AllowedHosts};
 use crate::error::{Reason, ServiceError, panic_message};
 
 /// Prefix of the health service's paths, which answer until the end.
@@ -30,15 +30,26 @@ const HEALTH: &str = "/grpc.health.v1.Health/";
 pub(super) struct Interceptor<S> {
     inner: S,
     origins: AllowedOrigins,
+    hosts: AllowedHosts,
     draining: CancellationToken,
 }
 
 impl<S> Interceptor<S> {
-    pub(super) fn new(inner: S, origins: AllowedOrigins, draining: CancellationToken) -> Self {
-        Self { inner, origins, draining }
+    pub(super) fn new(
+        inner: S,
+        origins: AllowedOrigins,
+        hosts: AllowedHosts,
+        draining: CancellationToken,
+    ) -> Self {
+        Self { inner, origins, hosts, draining }
     }
 
     fn refusal<B>(&self, request: &Request<B>) -> Option<ServiceError> {
+        if let Err(host) = self.hosts.check(request) {
+            let message = format!("requests to the host '{host}' are not for this server");
+            return Some(ServiceError::new(Reason::HostNotAllowed, message).with("host", host));
+        }
+
         if let Some(origin) = request.headers().get(http::header::ORIGIN)
             && !self.origins.allow(origin)
         {

@@ -4,7 +4,7 @@
 //! for streams without end. Here a connection must say something in time, and a drain that takes
 //! too long cuts what is left.
 
-use std::{convert::Infallible, sync::Arc, time::Duration};
+use std::{convert::Infallible, io, time::Duration};
 
 use http::{Request, Response};
 use hyper::body::Incoming;
@@ -13,15 +13,17 @@ use hyper_util::{
     server::conn::auto::Builder,
     service::TowerToHyperService,
 };
+use socket2::{SockRef, TcpKeepalive};
 use tokio::{
     net::{TcpListener, TcpStream},
-    sync::Semaphore,
     task::JoinSet,
     time::timeout,
 };
 use tokio_util::sync::CancellationToken;
 use tonic::body::Body;
 use tower::util::BoxCloneSyncService;
+
+use super::connections::{Connections, Full};
 
 /// HTTP/2 flow control: bytes in flight per stream.
 const STREAM_WINDOW: u32 = 4 << 20;
@@ -33,6 +35,13 @@ const FRAME_SIZE: u32 = 1 << 20;
 const PING_INTERVAL: Duration = Duration::from_secs(10);
 /// A peer that does not answer a ping in this time is gone.
 const PING_TIMEOUT: Duration = Duration::from_secs(20);
+/// Silence after which TCP asks whether a peer is alive, and time between its questions; on Linux all of them
+/// together last no longer than the time below.
+const ALIVE_TIME: Duration = Duration::from_secs(20);
+const ALIVE_INTERVAL: Duration = Duration::from_secs(10);
+/// A peer that acknowledges nothing in this time is gone.
+#[cfg(target_os = "linux")]
+const ACKNOWLEDGE_TIME: Duration = Duration::from_secs(40);
 /// Length of the preface that opens HTTP/2; shorter than any HTTP/1.1 request with a host.
 const PREFACE_BYTES: usize = 24;
 
@@ -41,6 +50,8 @@ const PREFACE_BYTES: usize = 24;
 pub(crate) struct ListenerSettings {
     /// Connections at a time.
     pub max_connections: u32,
+    /// Connections at a time from one address.
+    pub max_connections_per_address: u32,
     /// Calls in progress on one connection.
     pub max_streams: u32,
     /// How long a new connection may take to say what it speaks.
@@ -56,7 +67,7 @@ pub(crate) type Handler = BoxCloneSyncService<Request<Incoming>, Response<Body>,
 
 /// Accepts connections until `draining`, then lets them end, then cuts them.
 pub(crate) async fn serve(listener: TcpListener, handler: Handler, settings: ListenerSettings) {
-    let slots = Arc::new(Semaphore::new(settings.max_connections as usize));
+    let places = Connections::new(settings.max_connections, settings.max_connections_per_address);
     let builder = builder(&settings);
     let mut connections = JoinSet::new();
     loop {
@@ -68,14 +79,22 @@ pub(crate) async fn serve(listener: TcpListener, handler: Handler, settings: Lis
 
         match accepted {
             Ok((stream, peer)) => {
-                let Ok(slot) = Arc::clone(&slots).try_acquire_owned() else {
-                    tracing::warn!(%peer, "refused: {} connections are open", settings.max_connections);
-                    continue;
+                let place = match places.place(peer.ip()) {
+                    Ok(place) => place,
+                    Err(Full::Everywhere) => {
+                        tracing::warn!(%peer, "refused: {} connections are open", settings.max_connections);
+                        continue;
+                    }
+                    Err(Full::FromThere) => {
+                        let count = settings.max_connections_per_address;
+                        tracing::warn!(%peer, "refused: {count} connections are open from this address");
+                        continue;
+                    }
                 };
 
                 let (builder, handler, settings) = (builder.clone(), handler.clone(), settings.clone());
                 connections.spawn(async move {
-                    let _slot = slot;
+                    let _place = place;
                     connection(stream, &builder, handler, &settings).await;
                 });
             }
@@ -116,9 +135,8 @@ async fn connection(
     handler: Handler,
     settings: &ListenerSettings,
 ) {
-    // A frame must not wait for the next one to fill a packet.
-    if let Err(error) = stream.set_nodelay(true) {
-        tracing::debug!("TCP_NODELAY cannot be set: {error}");
+    if let Err(error) = set_options(&stream) {
+        tracing::debug!("the options of a connection cannot be set: {error}");
     }
 
     let speaks = tokio::select! {
@@ -141,6 +159,18 @@ async fn connection(
     if let Err(error) = ended {
         tracing::debug!("a connection broke: {error}");
     }
+}
+
+/// A frame must not wait for the next one to fill a packet, and a peer whose machine is gone must be noticed:
+/// also by HTTP/1.1, which has no pings, and while bytes wait to be acknowledged.
+fn set_options(stream: &TcpStream) -> io::Result<()> {
+    stream.set_nodelay(true)?;
+    let socket = SockRef::from(stream);
+    let alive = TcpKeepalive::new().with_time(ALIVE_TIME).with_interval(ALIVE_INTERVAL);
+    socket.set_tcp_keepalive(&alive)?;
+    #[cfg(target_os = "linux")]
+    socket.set_tcp_user_timeout(Some(ACKNOWLEDGE_TIME))?;
+    Ok(())
 }
 
 /// Waits for enough bytes to tell HTTP/2 from HTTP/1.1; false if the peer closed the connection.

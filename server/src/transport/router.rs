@@ -13,10 +13,15 @@ use tower::{Layer as _, ServiceExt as _, util::BoxCloneSyncService};
 
 use super::{
     cors::{AllowedOrigins, cors_layer},
+    host::AllowedHosts,
     interceptor::Interceptor,
     listener::Handler,
+    request_deadline::RequestBody,
 };
 use crate::rpc::{Methods, Shared};
+
+/// Methods whose requests are streams: they end when the client likes.
+const STREAMS: [&str; 2] = ["/nappe.v1.SimulationService/UploadMesh", "/grpc.reflection."];
 
 /// Builds the handler of all requests.
 pub(crate) fn router(shared: &Arc<Shared>, health: &HealthReporter) -> Handler {
@@ -31,9 +36,15 @@ pub(crate) fn router(shared: &Arc<Shared>, health: &HealthReporter) -> Handler {
         .prepare();
 
     let origins = AllowedOrigins::new(&shared.config.allowed_origins);
-    let intercepted = Interceptor::new(routes, origins.clone(), shared.draining.clone());
+    let hosts = AllowedHosts::new(&shared.config.allowed_hosts);
+    let intercepted = Interceptor::new(routes, origins.clone(), hosts, shared.draining.clone());
     let service = cors_layer(origins).layer(GrpcWebLayer::new().layer(intercepted));
-    BoxCloneSyncService::new(service.map_request(|request: http::Request<Incoming>| request))
+    let time = shared.config.request_time();
+    BoxCloneSyncService::new(service.map_request(move |request: http::Request<Incoming>| {
+        let is_stream = STREAMS.iter().any(|prefix| request.uri().path().starts_with(prefix));
+        let time = (!is_stream).then_some(time);
+        request.map(|body| RequestBody::new(body, time))
+    }))
 }
 
 fn reflection() -> tonic_reflection::server::Builder<'static> {
