@@ -1,4 +1,4 @@
-//! The frames that a session keeps take the memory that it is allowed, however few particles a frame holds.
+//! The frames that a session keeps take the memory that it is allowed, however few the particles of a frame are.
 
 use nappe_proto::v1::{
     self, create_session_request::Scene, simulation_service_client::SimulationServiceClient,

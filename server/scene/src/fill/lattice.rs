@@ -24,7 +24,7 @@ pub(super) struct Looks {
 }
 
 impl Looks {
-    /// So many in one turn, and as many again in three more.
+    /// So many in one turn, and four times as many in all turns together.
     pub(super) fn new(at_once: u64) -> Self {
         Self { left: at_once.saturating_mul(4), at_once }
     }

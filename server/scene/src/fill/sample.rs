@@ -32,9 +32,10 @@ pub(crate) enum Count {
 const LOOKS: u64 = 64;
 /// Positions that may always be tried.
 const FREE_LOOKS: u64 = 200_000;
-/// Triangles tested for each particle, at most.
-const TESTS: f64 = 1e4;
-/// Triangles that may always be tested.
+/// Triangles tested for a solid, at most: a minute or so.
+const TESTS: f64 = 1e10;
+/// Triangles tested for each particle, at most, and those that may be tested besides.
+const TESTS_PER_PARTICLE: f64 = 1e4;
 const FREE_TESTS: f64 = 1e8;
 /// Share of particles too many that is taken away rather than sought again.
 const EXCESS: f64 = 0.03;
@@ -66,7 +67,8 @@ pub(crate) fn fill(
     expected: u64,
 ) -> Result<Vec<[f64; 3]>, TooMuch> {
     let mut looks = Looks::new(LOOKS.saturating_mul(expected).saturating_add(FREE_LOOKS));
-    if solid.cost() * expected as f64 > TESTS * expected as f64 + FREE_TESTS {
+    let particles = expected as f64;
+    if solid.cost() * particles > TESTS.min(TESTS_PER_PARTICLE * particles + FREE_TESTS) {
         return Err(TooMuch);
     }
     let points = match (arrangement, count, solid) {
