@@ -18,14 +18,17 @@ pub struct Collider {
     pub name: String,
     /// Its shape at time 0, as the contract describes it; none: one that this client is too old to know.
     pub shape: Option<Shape>,
+    /// Its velocity (m/s), the same at all times.
+    pub velocity: [f64; 3],
 }
 
 impl Collider {
     /// Takes the message and checks its numbers; an error is the collider's name and what is wrong.
     pub(crate) fn from_wire(wire: v1::ColliderShape) -> Result<Self, (String, &'static str)> {
-        match wire.shape.as_ref().map_or(Ok(()), check) {
-            Ok(()) => Ok(Self { name: wire.name, shape: wire.shape }),
-            Err(what) => Err((wire.name, what)),
+        let v1::ColliderShape { name, velocity, shape } = wire;
+        match finite(&[velocity]).and(shape.as_ref().map_or(Ok(()), check)) {
+            Ok(()) => Ok(Self { name, shape, velocity: components(velocity) }),
+            Err(what) => Err((name, what)),
         }
     }
 }
@@ -40,19 +43,12 @@ type Checked = Result<(), &'static str>;
 /// What can be wrong with the numbers of each shape.
 fn check(shape: &Shape) -> Checked {
     match shape {
-        Shape::Plane(s) => finite(&[s.point, s.velocity]).and(unit(s.normal)),
-        Shape::Sphere(s) => finite(&[s.center, s.velocity]).and(radius(s.radius)),
-        Shape::Capsule(s) => finite(&[s.start, s.end, s.velocity]).and(radius(s.radius)),
-        Shape::Box(s) => {
-            let sizes = finite(&[s.center, s.velocity]).and(extent(s.half_extent));
-            sizes.and(right_angles(s.axis_x, s.axis_y))
-        }
-        Shape::Cylinder(s) => {
-            finite(&[s.start, s.end, s.velocity]).and(radius(s.radius)).and(apart(s.start, s.end))
-        }
-        Shape::HalfPipe(s) => {
-            finite(&[s.point, s.velocity]).and(radius(s.radius)).and(right_angles(s.axis, s.up))
-        }
+        Shape::Plane(s) => finite(&[s.point]).and(unit(s.normal)),
+        Shape::Sphere(s) => finite(&[s.center]).and(radius(s.radius)),
+        Shape::Capsule(s) => finite(&[s.start, s.end]).and(radius(s.radius)),
+        Shape::Box(s) => finite(&[s.center]).and(extent(s.half_extent)).and(right_angles(s.axis_x, s.axis_y)),
+        Shape::Cylinder(s) => finite(&[s.start, s.end]).and(radius(s.radius)).and(apart(s.start, s.end)),
+        Shape::HalfPipe(s) => finite(&[s.point]).and(radius(s.radius)).and(right_angles(s.axis, s.up)),
     }
 }
 

@@ -33,7 +33,7 @@ fn decoder(particle_count: u32, fields: Fields) -> Decoder {
 }
 
 fn field(field: i32, encoding: i32, first_particle: u32, data: Vec<u8>) -> v1::FieldData {
-    v1::FieldData { field, encoding, first_particle, data: data.into() }
+    v1::FieldData { field, encoding, first_particle, data: data.into(), ..v1::FieldData::default() }
 }
 
 fn f32_bytes(values: &[f32]) -> Vec<u8> {

@@ -3,8 +3,8 @@
 //! limits.
 
 use nappe_client::{
-    DecodeError, DecodeLimits, Decoder, Field, Fields, Frame, GridFrame, Scalars, Shape, TopologyError,
-    components, v1,
+    Collider, DecodeError, DecodeLimits, Decoder, Field, Fields, Frame, GridFrame, Scalars, Shape,
+    TopologyError, components, v1,
 };
 use proptest::prelude::*;
 use prost::Message as _;
@@ -32,7 +32,8 @@ fn field(field: v1::Field, encoding: v1::Encoding, first_particle: u32, values: 
         v1::Encoding::RawF64 => bytes_of(values.iter().map(|value| value.to_le_bytes())),
         _ => bytes_of(values.iter().map(|&value| (value as f32).to_le_bytes())),
     };
-    v1::FieldData { field: field.into(), encoding: encoding.into(), first_particle, data }
+    let (field, encoding) = (field.into(), encoding.into());
+    v1::FieldData { field, encoding, first_particle, data, ..v1::FieldData::default() }
 }
 
 fn piece(index: u32, count: u32, fields: Vec<v1::FieldData>, grid: Option<v1::GridField>) -> v1::Frame {
@@ -198,10 +199,17 @@ fn vector([x, y, z]: [f64; 3]) -> Option<v1::Vector3> {
 }
 
 fn read(shape: v1::collider_shape::Shape) -> Result<Shape, TopologyError> {
-    let collider = v1::ColliderShape { name: "c".to_owned(), shape: Some(shape) };
+    read_moving(shape, None).map(|collider| collider.shape.expect("a shape"))
+}
+
+fn read_moving(
+    shape: v1::collider_shape::Shape,
+    velocity: Option<v1::Vector3>,
+) -> Result<Collider, TopologyError> {
+    let collider = v1::ColliderShape { name: "c".to_owned(), velocity, shape: Some(shape) };
     let topology = v1::Topology { colliders: vec![collider], ..topology_of(0) };
     match Decoder::new(Fields::positions(), DecodeLimits::default()).topology(topology) {
-        Ok(topology) => Ok(topology.expect("whole").colliders[0].shape.expect("a shape")),
+        Ok(topology) => Ok(topology.expect("whole").colliders.remove(0)),
         Err(DecodeError::Topology(error)) => Err(error),
         Err(other) => panic!("{other}"),
     }
@@ -216,18 +224,19 @@ fn every_shape_is_handed_on_as_it_was_sent() {
         half_extent: vector([1.0, 2.0, 3.0]),
         axis_x: vector([0.0, 1.0, 0.0]),
         axis_y: vector([-1.0, 0.0, 0.0]),
-        velocity: vector([0.0, 0.0, 4.0]),
     };
     let (axis, up) = (vector([0.0, 0.0, 1.0]), vector([0.0, 1.0, 0.0]));
     for sent in [
-        Wire::Plane(v1::PlaneShape { point: start, normal: up, velocity: None }),
-        Wire::Sphere(v1::SphereShape { center: start, radius, velocity: None }),
-        Wire::Capsule(v1::CapsuleShape { start, end, radius, velocity: None }),
-        Wire::Cylinder(v1::CylinderShape { start, end, radius, velocity: None }),
+        Wire::Plane(v1::PlaneShape { point: start, normal: up }),
+        Wire::Sphere(v1::SphereShape { center: start, radius }),
+        Wire::Capsule(v1::CapsuleShape { start, end, radius }),
+        Wire::Cylinder(v1::CylinderShape { start, end, radius }),
         Wire::Box(turned),
-        Wire::HalfPipe(v1::HalfPipeShape { point: start, axis, up, radius, velocity: None }),
+        Wire::HalfPipe(v1::HalfPipeShape { point: start, axis, up, radius }),
     ] {
         assert_eq!(read(sent), Ok(sent));
+        let moving = read_moving(sent, vector([0.0, 0.0, 4.0])).expect("it can be drawn");
+        assert_eq!((moving.shape, moving.velocity), (Some(sent), [0.0, 0.0, 4.0]));
     }
     assert_eq!((components(start), components(None)), ([0.0, 1.0, 0.0], [0.0; 3]));
 }
@@ -257,6 +266,8 @@ fn a_shape_that_cannot_be_drawn_is_refused() {
         let refused = read(bad).expect_err("cannot be drawn").to_string();
         assert!(refused.contains(part), "'{part}' is missing in: {refused}");
     }
+    let refused = read_moving(Wire::Box(solid), nowhere).expect_err("it moves to nowhere").to_string();
+    assert!(refused.contains("not finite"), "{refused}");
 }
 
 /// A grid cut at any places, one piece for each part.

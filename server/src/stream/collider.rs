@@ -11,32 +11,32 @@ use nappe_sim::collide::{
 
 /// The message of a collider.
 pub(super) fn collider(collider: &Collider) -> v1::ColliderShape {
-    v1::ColliderShape { name: collider.name.clone(), shape: Some(shape(collider)) }
+    let velocity = Some(collider.velocity.into());
+    v1::ColliderShape { name: collider.name.clone(), velocity, shape: Some(shape(collider)) }
 }
 
 fn shape(collider: &Collider) -> Message {
-    let velocity = Some(collider.velocity.into());
     let v = |v: [f64; 3]| Some(v.into());
     match collider.shape {
         Shape::Plane(Plane { point, normal }) => {
-            Message::Plane(v1::PlaneShape { point: v(point), normal: v(normal), velocity })
+            Message::Plane(v1::PlaneShape { point: v(point), normal: v(normal) })
         }
         Shape::Sphere(Sphere { center, radius }) => {
-            Message::Sphere(v1::SphereShape { center: v(center), radius, velocity })
+            Message::Sphere(v1::SphereShape { center: v(center), radius })
         }
         Shape::Capsule(Capsule { start, end, radius }) => {
-            Message::Capsule(v1::CapsuleShape { start: v(start), end: v(end), radius, velocity })
+            Message::Capsule(v1::CapsuleShape { start: v(start), end: v(end), radius })
         }
         Shape::Box(Cuboid { center, half_extent, axes: [x, y, _] }) => {
             let (center, half_extent, axis_x, axis_y) = (v(center), v(half_extent), v(x), v(y));
-            Message::Box(v1::BoxShape { center, half_extent, axis_x, axis_y, velocity })
+            Message::Box(v1::BoxShape { center, half_extent, axis_x, axis_y })
         }
         Shape::Cylinder(Cylinder { start, end, radius }) => {
-            Message::Cylinder(v1::CylinderShape { start: v(start), end: v(end), radius, velocity })
+            Message::Cylinder(v1::CylinderShape { start: v(start), end: v(end), radius })
         }
         Shape::HalfPipe(HalfPipe { point, axis, up, radius }) => {
             let (point, axis, up) = (v(point), v(axis), v(up));
-            Message::HalfPipe(v1::HalfPipeShape { point, axis, up, radius, velocity })
+            Message::HalfPipe(v1::HalfPipeShape { point, axis, up, radius })
         }
     }
 }

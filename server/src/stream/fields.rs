@@ -1,7 +1,7 @@
 //! What a frame can hold, and what a watcher wants of it: fields of the particles, the grid's nodes.
 //!
-//! Enters: a field and an encoding of a request. Leaves: an encoded field that knows how to read
-//! itself off a simulation, and sets of them.
+//! Enters: a field and an encoding of a request. Leaves: their pair, which knows how to read itself off a
+//! simulation, and sets of such pairs.
 
 use bytes::Bytes;
 use nappe_proto::v1;
@@ -12,67 +12,55 @@ use super::{
     packing::{NotFinite, pack},
 };
 
-/// A field of the particles in one encoding.
+/// A field of the particles in one encoding: a pair of which every combination exists.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum EncodedField {
-    /// (m)
-    PositionsF32,
-    /// (m)
-    PositionsF64,
-    /// (m/s)
-    VelocitiesF32,
-    /// (m/s)
-    VelocitiesF64,
-    /// Plastic volume ratios J_P.
-    PlasticRatiosF32,
-    /// Plastic volume ratios J_P.
-    PlasticRatiosF64,
-    /// Frobenius norms of the Cauchy stress (Pa).
-    StressNormsF32,
-    /// Frobenius norms of the Cauchy stress (Pa).
-    StressNormsF64,
+pub(crate) struct EncodedField {
+    field: v1::Field,
+    encoding: v1::Encoding,
 }
 
+/// Every field that a frame can have.
+const FIELDS: [v1::Field; 4] =
+    [v1::Field::Positions, v1::Field::Velocities, v1::Field::PlasticRatio, v1::Field::StressNorm];
+
+/// Every encoding that a field can have.
+const ENCODINGS: [v1::Encoding; 2] = [v1::Encoding::RawF32, v1::Encoding::RawF64];
+
 impl EncodedField {
-    pub(crate) const ALL: [Self; 8] = [
-        Self::PositionsF32,
-        Self::PositionsF64,
-        Self::VelocitiesF32,
-        Self::VelocitiesF64,
-        Self::PlasticRatiosF32,
-        Self::PlasticRatiosF64,
-        Self::StressNormsF32,
-        Self::StressNormsF64,
-    ];
+    /// How many there are.
+    pub(crate) const COUNT: usize = FIELDS.len() * ENCODINGS.len();
+
+    /// Positions in binary32 (m), which every frame has.
+    pub(crate) const POSITIONS_F32: Self =
+        Self { field: v1::Field::Positions, encoding: v1::Encoding::RawF32 };
+
+    /// All pairs, field by field; each stands at its index.
+    pub(crate) fn all() -> impl Iterator<Item = Self> {
+        FIELDS.into_iter().flat_map(|field| ENCODINGS.map(|encoding| Self { field, encoding }))
+    }
 
     /// A field in an encoding; none if a request names one that does not exist.
     pub(crate) fn of(field: v1::Field, encoding: v1::Encoding) -> Option<Self> {
-        Self::ALL.into_iter().find(|encoded| encoded.field() == field && encoded.encoding() == encoding)
+        Self::all().find(|encoded| encoded.field == field && encoded.encoding == encoding)
+    }
+
+    /// Its place among all pairs.
+    pub(crate) const fn index(self) -> usize {
+        // The numbers of the contract start at 1 and have no gap, which a test checks.
+        (self.field as usize - 1) * ENCODINGS.len() + self.encoding as usize - 1
     }
 
     pub(crate) const fn field(self) -> v1::Field {
-        match self {
-            Self::PositionsF32 | Self::PositionsF64 => v1::Field::Positions,
-            Self::VelocitiesF32 | Self::VelocitiesF64 => v1::Field::Velocities,
-            Self::PlasticRatiosF32 | Self::PlasticRatiosF64 => v1::Field::PlasticRatio,
-            Self::StressNormsF32 | Self::StressNormsF64 => v1::Field::StressNorm,
-        }
+        self.field
     }
 
     pub(crate) const fn encoding(self) -> v1::Encoding {
-        match self {
-            Self::PositionsF32 | Self::VelocitiesF32 | Self::PlasticRatiosF32 | Self::StressNormsF32 => {
-                v1::Encoding::RawF32
-            }
-            Self::PositionsF64 | Self::VelocitiesF64 | Self::PlasticRatiosF64 | Self::StressNormsF64 => {
-                v1::Encoding::RawF64
-            }
-        }
+        self.encoding
     }
 
     /// Numbers per particle.
     const fn width(self) -> usize {
-        match self.field() {
+        match self.field {
             v1::Field::PlasticRatio | v1::Field::StressNorm => 1,
             _ => 3,
         }
@@ -80,7 +68,7 @@ impl EncodedField {
 
     /// Bytes per particle.
     pub(crate) const fn stride(self) -> usize {
-        match self.encoding() {
+        match self.encoding {
             v1::Encoding::RawF64 => 8 * self.width(),
             _ => 4 * self.width(),
         }
@@ -88,7 +76,7 @@ impl EncodedField {
 
     /// What one of its numbers is called in messages.
     const fn quantity(self) -> &'static str {
-        match self.field() {
+        match self.field {
             v1::Field::Velocities => "velocity",
             v1::Field::PlasticRatio => "plastic ratio",
             v1::Field::StressNorm => "stress norm",
@@ -101,70 +89,75 @@ impl EncodedField {
     /// # Errors
     /// The first number that is not finite.
     pub(crate) fn encode(self, simulation: &Simulation) -> Result<Bytes, NotFinite> {
-        let (mut narrow, mut wide) = (Vec::new(), Vec::new());
-        match self {
-            Self::PositionsF32 => simulation.positions_f32(&mut narrow),
-            Self::VelocitiesF32 => simulation.velocities_f32(&mut narrow),
-            Self::PlasticRatiosF32 => simulation.plastic_ratios_f32(&mut narrow),
-            Self::StressNormsF32 => simulation.stress_norms_f32(&mut narrow),
-            Self::PositionsF64 => simulation.positions_f64(&mut wide),
-            Self::VelocitiesF64 => simulation.velocities_f64(&mut wide),
-            Self::PlasticRatiosF64 => simulation.plastic_ratios_f64(&mut wide),
-            Self::StressNormsF64 => simulation.stress_norms_f64(&mut wide),
+        if self.encoding == v1::Encoding::RawF64 {
+            let mut wide = Vec::new();
+            match self.field {
+                v1::Field::Velocities => simulation.velocities_f64(&mut wide),
+                v1::Field::PlasticRatio => simulation.plastic_ratios_f64(&mut wide),
+                v1::Field::StressNorm => simulation.stress_norms_f64(&mut wide),
+                _ => simulation.positions_f64(&mut wide),
+            }
+            return pack(&wide, self.width(), self.quantity());
         }
 
-        match self.encoding() {
-            v1::Encoding::RawF64 => pack(&wide, self.width(), self.quantity()),
-            _ => pack(&narrow, self.width(), self.quantity()),
+        let mut narrow = Vec::new();
+        match self.field {
+            v1::Field::Velocities => simulation.velocities_f32(&mut narrow),
+            v1::Field::PlasticRatio => simulation.plastic_ratios_f32(&mut narrow),
+            v1::Field::StressNorm => simulation.stress_norms_f32(&mut narrow),
+            _ => simulation.positions_f32(&mut narrow),
         }
+        pack(&narrow, self.width(), self.quantity())
     }
 }
 
-/// What a frame holds: a set of encoded fields, and perhaps the grid's nodes.
+/// What a frame holds: a set of encoded fields, and perhaps the grid's nodes, one flag for each part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct FieldSet(u16);
+pub(crate) struct FieldSet([bool; Self::PARTS]);
 
 impl FieldSet {
-    pub(crate) const NONE: Self = Self(0);
-    /// What every frame has.
-    pub(crate) const ALWAYS: Self = Self::NONE.with(EncodedField::PositionsF32);
-    /// The grid's nodes.
-    pub(crate) const GRID: Self = Self(1 << EncodedField::ALL.len());
-    /// Every field in every encoding, and the grid's nodes.
-    pub(crate) const ALL: Self = Self((1 << (EncodedField::ALL.len() + 1)) - 1);
+    /// Parts that a frame may have: the encoded fields in their order, and the grid's nodes, last.
+    pub(crate) const PARTS: usize = EncodedField::COUNT + 1;
 
-    /// Parts that a frame may have: the encoded fields, and the grid's nodes.
-    pub(crate) const PARTS: usize = EncodedField::ALL.len() + 1;
+    pub(crate) const NONE: Self = Self([false; Self::PARTS]);
+    /// What every frame has.
+    pub(crate) const ALWAYS: Self = Self::of_part(EncodedField::POSITIONS_F32.index());
+    /// The grid's nodes.
+    pub(crate) const GRID: Self = Self::of_part(EncodedField::COUNT);
+    /// Every field in every encoding, and the grid's nodes.
+    pub(crate) const ALL: Self = Self([true; Self::PARTS]);
 
     /// Part `part` alone.
     pub(crate) const fn of_part(part: usize) -> Self {
-        Self(1 << part & Self::ALL.0)
+        let mut set = Self::NONE;
+        set.0[part] = true;
+        set
     }
 
-    /// Whether it has part `part`, in the order of the fields' definition, the grid last.
+    /// Whether it has part `part`.
     pub(crate) const fn has_part(self, part: usize) -> bool {
-        self.0 >> part & 1 == 1
+        self.0[part]
     }
 
     /// This set and one more field.
     #[must_use]
-    pub(crate) const fn with(self, field: EncodedField) -> Self {
-        Self(self.0 | 1 << field as u16)
+    pub(crate) fn with(self, field: EncodedField) -> Self {
+        self.union(Self::of_part(field.index()))
     }
 
     #[must_use]
-    pub(crate) const fn union(self, other: Self) -> Self {
-        Self(self.0 | other.0)
+    pub(crate) fn union(self, other: Self) -> Self {
+        Self(std::array::from_fn(|part| self.0[part] || other.0[part]))
     }
 
     /// Whether it has all of `other`.
-    pub(crate) const fn covers(self, other: Self) -> bool {
-        self.0 & other.0 == other.0
+    pub(crate) fn covers(self, other: Self) -> bool {
+        self.union(other) == self
     }
 
-    /// Its fields, in the order of their definition; the grid is none of them.
+    /// Its fields, in their order; the grid is none of them.
     pub(crate) fn fields(self) -> impl Iterator<Item = EncodedField> {
-        EncodedField::ALL.into_iter().filter(move |field| self.covers(Self::NONE.with(*field)))
+        EncodedField::all().filter(move |field| self.has_part(field.index()))
     }
 }
 
@@ -187,26 +180,35 @@ impl Wanted {
 mod tests {
     use super::*;
 
+    const VELOCITIES_F64: EncodedField =
+        EncodedField { field: v1::Field::Velocities, encoding: v1::Encoding::RawF64 };
+
     #[test]
     fn a_set_of_fields_knows_its_members() {
-        let set = FieldSet::ALWAYS.with(EncodedField::VelocitiesF64);
+        let set = FieldSet::ALWAYS.with(VELOCITIES_F64);
         assert!(FieldSet::ALL.covers(set) && !set.covers(FieldSet::ALL));
-        let members = [EncodedField::PositionsF32, EncodedField::VelocitiesF64];
-        assert_eq!(set.fields().collect::<Vec<_>>(), members);
+        assert_eq!(set.fields().collect::<Vec<_>>(), [EncodedField::POSITIONS_F32, VELOCITIES_F64]);
         let parts = (0..FieldSet::PARTS).filter(|part| set.has_part(*part));
         assert_eq!(parts.fold(FieldSet::NONE, |all, part| all.union(FieldSet::of_part(part))), set);
         assert!(FieldSet::ALL.covers(FieldSet::GRID) && !set.covers(FieldSet::GRID));
         assert_eq!(set.union(FieldSet::GRID).fields().count(), 2, "the grid is no field");
-        assert_eq!(FieldSet::ALL.fields().count(), EncodedField::ALL.len());
+        assert_eq!(FieldSet::ALL.fields().count(), EncodedField::COUNT);
     }
 
     #[test]
-    fn every_encoded_field_has_its_own_field_and_encoding() {
-        for encoded in EncodedField::ALL {
+    fn every_pair_of_the_contract_is_at_its_index() {
+        for (index, encoded) in EncodedField::all().enumerate() {
+            assert_eq!(encoded.index(), index);
             assert_eq!(EncodedField::of(encoded.field(), encoded.encoding()), Some(encoded));
         }
-        let stress = EncodedField::of(v1::Field::StressNorm, v1::Encoding::RawF32);
-        assert_eq!(stress, Some(EncodedField::StressNormsF32));
+        assert_eq!(EncodedField::all().count(), EncodedField::COUNT);
         assert_eq!(EncodedField::of(v1::Field::Unspecified, v1::Encoding::RawF32), None);
+        assert_eq!(EncodedField::of(v1::Field::Positions, v1::Encoding::Unspecified), None);
+
+        // A field or an encoding that is added to the contract is added here.
+        let is_field = |number: &i32| v1::Field::try_from(*number).is_ok();
+        assert_eq!((1..64).filter(is_field).collect::<Vec<_>>(), FIELDS.map(i32::from));
+        let is_encoding = |number: &i32| v1::Encoding::try_from(*number).is_ok();
+        assert_eq!((1..64).filter(is_encoding).collect::<Vec<_>>(), ENCODINGS.map(i32::from));
     }
 }

@@ -49,7 +49,7 @@ impl FrameHead {
 #[derive(Debug)]
 pub(crate) struct EncodedFrame {
     pub head: FrameHead,
-    fields: [Option<Bytes>; EncodedField::ALL.len()],
+    fields: [Option<Bytes>; EncodedField::COUNT],
     grid: Option<GridFrame>,
 }
 
@@ -63,9 +63,9 @@ impl EncodedFrame {
         wanted: FieldSet,
         head: FrameHead,
     ) -> Result<Self, NotFinite> {
-        let mut fields = [const { None }; EncodedField::ALL.len()];
+        let mut fields = [const { None }; EncodedField::COUNT];
         for field in wanted.fields() {
-            fields[field as usize] = Some(field.encode(simulation)?);
+            fields[field.index()] = Some(field.encode(simulation)?);
         }
 
         let grid = if wanted.covers(FieldSet::GRID) { GridFrame::of(simulation)? } else { None };
@@ -76,10 +76,7 @@ impl EncodedFrame {
     /// What it holds.
     pub(crate) fn fields(&self) -> FieldSet {
         let grid = if self.grid.is_some() { FieldSet::GRID } else { FieldSet::NONE };
-        EncodedField::ALL
-            .into_iter()
-            .filter(|field| self.fields[*field as usize].is_some())
-            .fold(grid, FieldSet::with)
+        EncodedField::all().filter(|field| self.fields[field.index()].is_some()).fold(grid, FieldSet::with)
     }
 
     /// Memory that it takes (bytes): arrays, diagnostics, and what keeps them.
@@ -94,7 +91,7 @@ impl EncodedFrame {
     pub(crate) fn pieces(&self, wanted: &Wanted, dropped_count: u64) -> Vec<v1::Frame> {
         let mut cutter = Cutter::new(BUDGET_BYTES);
         for field in wanted.fields.fields() {
-            if let Some(data) = &self.fields[field as usize] {
+            if let Some(data) = &self.fields[field.index()] {
                 cutter.add_field(field, data.clone());
             }
         }
@@ -162,6 +159,9 @@ impl Cutter {
                 encoding: field.encoding().into(),
                 first_particle,
                 data: data.split_to(count * stride),
+                // Raw encodings pack the numbers themselves.
+                scale: None,
+                error_bound: None,
             });
             first_particle += count as u32;
         }
@@ -185,7 +185,12 @@ mod tests {
 
     #[test]
     fn pieces_cover_every_particle_once_and_stay_within_the_budget() {
-        let fields = [EncodedField::PositionsF32, EncodedField::VelocitiesF64, EncodedField::StressNormsF32];
+        let pair = |field, encoding| EncodedField::of(field, encoding).expect("there is one");
+        let fields = [
+            EncodedField::POSITIONS_F32,
+            pair(v1::Field::Velocities, v1::Encoding::RawF64),
+            pair(v1::Field::StressNorm, v1::Encoding::RawF32),
+        ];
         let strides = [12, 24, 4];
         assert_eq!(fields.map(EncodedField::stride), strides);
         for particles in [0, 1, 7, 100, 1000] {
@@ -210,7 +215,7 @@ mod tests {
     fn a_grid_follows_the_fields_and_continues_in_further_pieces() {
         for nodes in [0, 1, 20, 100] {
             let mut cutter = Cutter::new(1000);
-            cutter.add_field(EncodedField::PositionsF32, Bytes::from(vec![0; 996]));
+            cutter.add_field(EncodedField::POSITIONS_F32, Bytes::from(vec![0; 996]));
             cutter.add_grid(v1::GridField {
                 index_i32: Bytes::from(vec![1; 12 * nodes]),
                 mass_f32: Bytes::from(vec![2; 4 * nodes]),

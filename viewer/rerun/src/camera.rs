@@ -78,7 +78,6 @@ mod tests {
                 half_extent: vector(half_extent),
                 axis_x: vector([1.0, 0.0, 0.0]),
                 axis_y: vector([0.0, 1.0, 0.0]),
-                velocity: None,
             })
         };
         assert_eq!(side(wall([0.7, 1.0, 0.0], [0.1, 1.0, 2.0])), [false, true]);
@@ -88,9 +87,8 @@ mod tests {
 
     #[test]
     fn what_hides_nothing_or_all_sides_alike_changes_nothing() {
-        let ball = |center: [f64; 3], radius: f64| {
-            Shape::Sphere(v1::SphereShape { center: vector(center), radius, velocity: None })
-        };
+        let ball =
+            |center: [f64; 3], radius: f64| Shape::Sphere(v1::SphereShape { center: vector(center), radius });
         assert_eq!(side(ball([0.0, -3.0, 0.0], 1.0)), [true, true]);
         assert_eq!(side(ball([0.0, 0.5, 0.0], 0.4)), [true, true]);
         // In front, towards the first side.

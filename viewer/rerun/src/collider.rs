@@ -18,13 +18,15 @@ use crate::{
 pub(crate) struct ColliderView {
     path: String,
     outline: Outline,
+    /// Its velocity (m/s).
+    velocity: [f64; 3],
 }
 
 impl ColliderView {
     /// Collider number `index` of a session; none if its shape is newer than this viewer.
     pub(crate) fn new(collider: &Collider, index: usize) -> Option<Self> {
         let path = format!("world/colliders/{}", entity_name(&collider.name, index));
-        Some(Self { path, outline: Outline::of(collider.shape.as_ref()?) })
+        Some(Self { path, outline: Outline::of(collider.shape.as_ref()?), velocity: collider.velocity })
     }
 
     /// What it fills.
@@ -68,7 +70,7 @@ impl ColliderView {
     }
 
     fn moves(&self) -> bool {
-        self.outline.velocity != [0.0; 3]
+        self.velocity != [0.0; 3]
     }
 
     fn origin(&self) -> [f32; 3] {
@@ -76,7 +78,7 @@ impl ColliderView {
     }
 
     fn transform(&self, time: f64) -> Transform3D {
-        let Outline { origin, velocity, axes, .. } = &self.outline;
+        let (Outline { origin, axes, .. }, velocity) = (&self.outline, self.velocity);
         let at: [f32; 3] = std::array::from_fn(|axis| (origin[axis] + time * velocity[axis]) as f32);
         match axes {
             Some(axes) => Transform3D::from_translation_mat3x3(at, *axes),

@@ -20,8 +20,6 @@ const SOLID_SCALE: f32 = 0.985;
 pub(crate) struct Outline {
     /// Its own origin at time 0 (m).
     pub(crate) origin: [f64; 3],
-    /// Its velocity (m/s).
-    pub(crate) velocity: [f64; 3],
     /// Where its own axes point, one per column; none: along the world's.
     pub(crate) axes: Option<[[f32; 3]; 3]>,
     /// What it fills at time 0.
@@ -42,17 +40,17 @@ impl Outline {
     /// The outline of a shape.
     pub(crate) fn of(shape: &Shape) -> Self {
         match shape {
-            Shape::Plane(s) => Self::ground(s.point, s.velocity, Ground::Plane(direction(s.normal))),
+            Shape::Plane(s) => Self::ground(s.point, Ground::Plane(direction(s.normal))),
             Shape::Sphere(s) => {
                 let drawn = Ellipsoids3D::from_radii([drawn(s.radius)]);
-                Self::ball(s.center, s.velocity, s.radius, drawn.with_colors([solid()]).with_fill_mode(FULL))
+                Self::ball(s.center, s.radius, drawn.with_colors([solid()]).with_fill_mode(FULL))
             }
             Shape::Capsule(s) => {
                 // Rerun's capsule starts at its origin and goes along z.
                 let length = length(between(s.start, s.end));
                 let drawn = Capsules3D::from_lengths_and_radii([length], [drawn(s.radius)]);
                 let drawn = drawn.with_colors([solid()]).with_fill_mode(FULL);
-                Self::rod([s.start, s.end], s.velocity, s.radius, 0.0, drawn)
+                Self::rod([s.start, s.end], s.radius, 0.0, drawn)
             }
             Shape::Box(s) => {
                 let (half, axes) = (direction(s.half_extent), [direction(s.axis_x), direction(s.axis_y)]);
@@ -60,7 +58,6 @@ impl Outline {
                 let drawn = Boxes3D::from_half_sizes([half.map(|half| half * SOLID_SCALE)]);
                 Self {
                     origin: components(s.center),
-                    velocity: components(s.velocity),
                     axes: Some(axes),
                     extent: Extent::Box { center: direction(s.center), half, axes },
                     drawing: Drawing::Solid(Box::new(drawn.with_colors([solid()]).with_fill_mode(FULL))),
@@ -71,26 +68,20 @@ impl Outline {
                 let length = length(between(s.start, s.end)) * SOLID_SCALE;
                 let drawn = Cylinders3D::from_lengths_and_radii([length], [drawn(s.radius)]);
                 let drawn = drawn.with_colors([solid()]).with_fill_mode(FULL);
-                Self::rod([s.start, s.end], s.velocity, s.radius, 0.5, drawn)
+                Self::rod([s.start, s.end], s.radius, 0.5, drawn)
             }
             Shape::HalfPipe(s) => {
                 let [point, axis, up] = [s.point, s.axis, s.up].map(direction);
                 let trough = Trough { point, axis, up, radius: s.radius as f32 };
-                Self::ground(s.point, s.velocity, Ground::Trough(trough))
+                Self::ground(s.point, Ground::Trough(trough))
             }
         }
     }
 
     /// A solid that a ball holds, drawn along the world's axes.
-    fn ball(
-        center: Option<Vector3>,
-        velocity: Option<Vector3>,
-        radius: f64,
-        drawn: impl AsComponents + Send + 'static,
-    ) -> Self {
+    fn ball(center: Option<Vector3>, radius: f64, drawn: impl AsComponents + Send + 'static) -> Self {
         Self {
             origin: components(center),
-            velocity: components(velocity),
             axes: None,
             extent: Extent::Ball { center: direction(center), radius: radius as f32 },
             drawing: Drawing::Solid(Box::new(drawn)),
@@ -100,7 +91,6 @@ impl Outline {
     /// A round solid along a segment. Its own z goes from start to end; its origin is `share` of the way.
     fn rod(
         [start, end]: [Option<Vector3>; 2],
-        velocity: Option<Vector3>,
         radius: f64,
         share: f64,
         drawn: impl AsComponents + Send + 'static,
@@ -109,7 +99,6 @@ impl Outline {
         let along_z = unit(between(start, end));
         Self {
             origin: [0, 1, 2].map(|axis| (1.0 - share) * from[axis] + share * to[axis]),
-            velocity: components(velocity),
             axes: along_z.map(|z| {
                 let [x, y] = tangents(z);
                 [x, y, z]
@@ -120,10 +109,9 @@ impl Outline {
     }
 
     /// A surface without end.
-    fn ground(point: Option<Vector3>, velocity: Option<Vector3>, ground: Ground) -> Self {
+    fn ground(point: Option<Vector3>, ground: Ground) -> Self {
         Self {
             origin: components(point),
-            velocity: components(velocity),
             axes: None,
             extent: Extent::Endless,
             drawing: Drawing::Ground(ground),

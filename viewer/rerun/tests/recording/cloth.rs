@@ -41,12 +41,11 @@ fn scene() -> Topology {
         uv: Vec::new(),
     };
     let vector = |[x, y, z]: [f64; 3]| Some(v1::Vector3 { x, y, z });
-    let plane = v1::PlaneShape { point: None, normal: vector([0.0, 1.0, 0.0]), velocity: None };
-    let (center, velocity) = (vector([0.5, 0.5, 0.5]), vector([0.1, 0.0, 0.0]));
-    let ball = v1::SphereShape { center, radius: 0.25, velocity };
+    let plane = v1::PlaneShape { point: None, normal: vector([0.0, 1.0, 0.0]) };
+    let ball = v1::SphereShape { center: vector([0.5, 0.5, 0.5]), radius: 0.25 };
     let colliders = vec![
-        Collider { name: "floor".to_owned(), shape: Some(Shape::Plane(plane)) },
-        Collider { name: "ball".to_owned(), shape: Some(Shape::Sphere(ball)) },
+        Collider { name: "floor".to_owned(), shape: Some(Shape::Plane(plane)), velocity: [0.0; 3] },
+        Collider { name: "ball".to_owned(), shape: Some(Shape::Sphere(ball)), velocity: [0.1, 0.0, 0.0] },
     ];
     Topology { id: 1, particle_count: count + 3, bodies: vec![sheet, chain], colliders }
 }

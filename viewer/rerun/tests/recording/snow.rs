@@ -26,23 +26,17 @@ fn scene() -> Topology {
     let [x, y, z] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(vector);
     let half_extent = vector([9.0, 0.1, 9.0]);
     let shapes = [
-        ("capsule", Shape::Capsule(v1::CapsuleShape { start, end, radius, velocity: z })),
-        (
-            "box",
-            Shape::Box(v1::BoxShape { center: start, half_extent, axis_x: x, axis_y: y, velocity: None }),
-        ),
-        ("cylinder", Shape::Cylinder(v1::CylinderShape { start, end, radius, velocity: None })),
-        (
-            "pipe",
-            Shape::HalfPipe(v1::HalfPipeShape { point: None, axis: z, up: y, radius: 3.0, velocity: None }),
-        ),
-        (
-            "floor",
-            Shape::Plane(v1::PlaneShape { point: vector([0.0, -1.0, 0.0]), normal: y, velocity: None }),
-        ),
+        ("capsule", Shape::Capsule(v1::CapsuleShape { start, end, radius })),
+        ("box", Shape::Box(v1::BoxShape { center: start, half_extent, axis_x: x, axis_y: y })),
+        ("cylinder", Shape::Cylinder(v1::CylinderShape { start, end, radius })),
+        ("pipe", Shape::HalfPipe(v1::HalfPipeShape { point: None, axis: z, up: y, radius: 3.0 })),
+        ("floor", Shape::Plane(v1::PlaneShape { point: vector([0.0, -1.0, 0.0]), normal: y })),
     ];
-    let colliders =
-        shapes.map(|(name, shape)| Collider { name: name.to_owned(), shape: Some(shape) }).to_vec();
+    let collider = |(name, shape): (&str, Shape)| {
+        let velocity = if name == "capsule" { [0.0, 0.0, 1.0] } else { [0.0; 3] };
+        Collider { name: name.to_owned(), shape: Some(shape), velocity }
+    };
+    let colliders = shapes.map(collider).to_vec();
     Topology { id: 1, particle_count: COUNT, bodies: vec![block], colliders }
 }
 
