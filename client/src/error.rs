@@ -4,6 +4,7 @@
 
 use std::{collections::BTreeMap, fmt, time::Duration};
 
+use nappe_proto::Reason;
 use tonic::Code;
 use tonic_types::StatusExt as _;
 
@@ -76,6 +77,12 @@ impl ClientError {
     /// The server's reason (`ErrorInfo.reason`, listed in docs/errors.md), for example `SESSION_NOT_FOUND`.
     pub fn reason(&self) -> Option<&str> {
         self.server().and_then(|error| error.reason.as_deref())
+    }
+
+    /// The server's reason as a constant to branch on; none if it gave none, or one that this client is too old to
+    /// know.
+    pub fn known_reason(&self) -> Option<Reason> {
+        self.reason().and_then(Reason::of)
     }
 
     /// What the server said, when it is the server that refused.

@@ -21,8 +21,8 @@
 //! # }
 //! ```
 
-/// Messages of the service as they are on the wire.
-pub use nappe_proto::v1;
+/// Why a call can fail, and messages of the service as they are on the wire.
+pub use nappe_proto::{Reason, v1};
 
 mod reconnect;
 mod selection;

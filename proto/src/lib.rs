@@ -4,6 +4,8 @@
 //! Sessions and diagnostics are also written as JSON, by serde: the names of the fields are those of the contract,
 //! values of enums are words (`paused`), a vector is `[x, y, z]`, a state hash has 16 hexadecimal digits, and a
 //! number that is infinite or not a number becomes `null`, since JSON has none.
+//!
+//! [`Reason`] is the table of the reasons for which a call can fail, which server and clients share.
 
 /// Messages and services of `nappe.v1`, generated.
 #[allow(
@@ -23,6 +25,11 @@ pub mod v1 {
 
 mod words;
 mod json;
+mod reason;
+mod reason_pages;
+
+pub use reason::{DOMAIN, Reason};
+pub use reason_pages::{errors_page, reasons_json};
 
 impl From<[f64; 3]> for v1::Vector3 {
     fn from([x, y, z]: [f64; 3]) -> Self {

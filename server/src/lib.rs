@@ -16,5 +16,5 @@ mod signals;
 
 pub use app::{App, StartError};
 pub use config::{Config, DEFAULT_PORT, Limits};
-pub use error::{DOMAIN, Reason, errors_page};
+pub use error::{DOMAIN, Reason};
 pub use signals::Signals;

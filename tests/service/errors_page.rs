@@ -1,18 +1,39 @@
-//! Pages of the documentation that are made from the code.
+//! Files that are made from the table of reasons.
 
 use std::{fs, path::Path};
 
-#[test]
-fn the_page_of_errors_is_what_the_code_says() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/errors.md");
-    let page = nappe_server::errors_page();
+use nappe_proto::{Reason, errors_page, reasons_json};
+use serde_json::Value;
+
+/// Compares a committed file with what the code says, or writes it.
+fn compare(file: &str, made: &str) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(file);
     if std::env::var_os("NAPPE_BLESS").is_some() {
-        fs::write(&path, &page).expect("the page can be written");
+        fs::write(&path, made).expect("the file can be written");
     }
 
     let written = fs::read_to_string(&path).unwrap_or_default();
-    assert!(
-        written == page,
-        "docs/errors.md is out of date: run `cargo xtask bless pages` and look at the change"
-    );
+    assert!(written == made, "{file} is out of date: run `cargo xtask bless pages` and look at the change");
+}
+
+#[test]
+fn the_page_of_errors_and_the_constants_of_other_languages_are_what_the_code_says() {
+    compare("docs/errors.md", &errors_page());
+    compare("proto/nappe/v1/reasons.json", &reasons_json());
+}
+
+#[test]
+fn the_constants_of_other_languages_can_be_read() {
+    let read: Vec<Value> = serde_json::from_str(&reasons_json()).expect("it is JSON");
+    assert_eq!(read.len(), Reason::ALL.len());
+    for (value, reason) in read.iter().zip(Reason::ALL) {
+        assert_eq!(value["reason"], reason.name());
+        assert_eq!(value["is_divergence"], reason.is_divergence());
+        assert_eq!(
+            (&value["meaning"], &value["remedy"]),
+            (&reason.meaning().into(), &reason.remedy().into())
+        );
+        let code = value["code"].as_str().expect("a word").replace('_', "").to_lowercase();
+        assert_eq!(code, format!("{:?}", reason.code()).to_lowercase());
+    }
 }

@@ -2,13 +2,12 @@
 
 use std::future::Future;
 
-use nappe_client::{Client, ClientError};
-use nappe_server::{Reason, Signals};
+use nappe_client::{Client, ClientError, Reason};
+use nappe_server::Signals;
 
 use crate::{
     args::ServerArgs,
     error::{CliError, Exit, Result},
-    session,
 };
 
 /// Runs asynchronous work to its end on a runtime of its own.
@@ -69,7 +68,9 @@ impl From<ClientError> for CliError {
             ClientError::Connect { .. } | ClientError::Transport { .. } | ClientError::Deadline { .. } => {
                 Exit::Unreachable
             }
-            ClientError::Server(_) if error.reason().is_some_and(session::is_divergence) => Exit::Diverged,
+            ClientError::Server(_) if error.known_reason().is_some_and(Reason::is_divergence) => {
+                Exit::Diverged
+            }
             ClientError::Server(_) => Exit::Refused,
             _ => Exit::Failure,
         };
@@ -77,7 +78,7 @@ impl From<ClientError> for CliError {
             ClientError::Connect { .. } => {
                 Some("start one with `nappe serve`, or name another with --server URL or NAPPE_SERVER")
             }
-            _ => error.reason().and_then(remedy),
+            _ => error.known_reason().and_then(remedy),
         };
         let error = Self::new(exit, error);
         match hint {
@@ -87,13 +88,13 @@ impl From<ClientError> for CliError {
     }
 }
 
-/// What to do about a refusal, from the server's own table of reasons.
-fn remedy(reason: &str) -> Option<&'static str> {
+/// What to do about a refusal, from the contract's table of reasons.
+fn remedy(reason: Reason) -> Option<&'static str> {
     match reason {
-        "SESSION_NOT_FOUND" => Some("`nappe list` shows the sessions of the server"),
-        "SCENE_NOT_FOUND" => Some("`nappe scenes` lists the scenes that come with nappe"),
+        Reason::SessionNotFound => Some("`nappe list` shows the sessions of the server"),
+        Reason::SceneNotFound => Some("`nappe scenes` lists the scenes that come with nappe"),
         // The message says where in the scene, and what is allowed there.
-        "INVALID_SCENE" | "INVALID_FIELD" => None,
-        _ => Reason::ALL.iter().find(|known| known.name() == reason).map(|known| known.remedy()),
+        Reason::InvalidScene | Reason::InvalidField => None,
+        reason => Some(reason.remedy()),
     }
 }

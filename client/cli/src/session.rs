@@ -3,8 +3,7 @@
 //! Enters: `v1::Session`. Leaves: output, or an error of the command. The JSON is the contract's own: see
 //! `nappe_proto`.
 
-use nappe_client::v1;
-use nappe_server::Reason;
+use nappe_client::{Reason, v1};
 
 use crate::{
     error::{CliError, Exit, Result},
@@ -20,12 +19,7 @@ pub(crate) fn failure(session: &v1::Session) -> Option<CliError> {
 
 /// Whether a failure comes from the numbers, and not from the program.
 pub(crate) fn diverged(failure: &v1::Failure) -> bool {
-    is_divergence(&failure.reason)
-}
-
-/// Whether a reason says that the simulation diverged.
-pub(crate) fn is_divergence(reason: &str) -> bool {
-    Reason::ALL.iter().any(|known| known.name() == reason && known.is_divergence())
+    Reason::of(&failure.reason).is_some_and(Reason::is_divergence)
 }
 
 /// Prints one session.

@@ -4,11 +4,10 @@
 
 use std::{fmt, time::Duration};
 
+use nappe_proto::{DOMAIN, Reason};
 use nappe_scene::printable;
 use tonic::Status;
 use tonic_types::{ErrorDetails, StatusExt as _};
-
-use super::reason::{DOMAIN, Reason};
 
 /// Longest sentence and longest value in an error (bytes): a status travels in HTTP headers,
 /// which clients read up to 8 or 16 KiB.

@@ -2,9 +2,10 @@
 //!
 //! Enters: why a step failed, or why a change was refused. Leaves: a reason, or the whole error.
 
+use nappe_proto::Reason;
 use nappe_sim::{report::StepFailure, world::ChangeError};
 
-use super::{reason::Reason, service_error::ServiceError};
+use super::service_error::ServiceError;
 
 /// The reason that stands for the failure of a step.
 pub(crate) const fn step_reason(failure: &StepFailure) -> Reason {

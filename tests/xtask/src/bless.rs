@@ -17,7 +17,11 @@ pub(crate) const VARIABLE: &str = "NAPPE_BLESS";
 /// Files that tests write: name of the group, title, and the test in cargo's words.
 const WRITERS: [(&str, &str, &str); 3] = [
     ("pages", "docs/scenes.md", "-p nappe-scene --test reference -- the_reference_in_the_docs"),
-    ("pages", "docs/errors.md", "-p nappe-tests --test service -- the_page_of_errors"),
+    (
+        "pages",
+        "docs/errors.md, proto/nappe/v1/reasons.json",
+        "-p nappe-tests --test service -- the_page_of_errors",
+    ),
     (
         "hashes",
         "tests/golden/hashes.txt",

@@ -5,7 +5,7 @@
 use std::{future::Future, pin::pin, sync::Arc};
 
 use nappe_client::{
-    Client, ClientError, Delivery, Event, FrameStream, SessionEnd, WatchOptions, holds_snow, v1,
+    Client, ClientError, Delivery, Event, FrameStream, Reason, SessionEnd, WatchOptions, holds_snow, v1,
 };
 use tokio::{sync::mpsc, task};
 
@@ -100,7 +100,7 @@ async fn watch(
 
     let with_color = WatchOptions { fields: watch.fields.with(field), ..watch.clone() };
     match client.watch(&session.session_id, with_color).await {
-        Err(error) if color_by.is_none() && error.reason() == Some("FRAME_EXPIRED") => {
+        Err(error) if color_by.is_none() && error.known_reason() == Some(Reason::FrameExpired) => {
             Ok((client.watch(&session.session_id, watch).await?, color))
         }
         opened => Ok((opened?, color)),

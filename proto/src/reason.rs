@@ -1,8 +1,7 @@
-//! Why a call can fail: the one table of reasons, from which docs/errors.md is made.
+//! Why a call can fail: the one table of reasons. The server's codes, the constants of the clients,
+//! docs/errors.md and `nappe/v1/reasons.json` are made from it.
 //!
 //! Every status that the server sends carries one of these in a `google.rpc.ErrorInfo`.
-
-use std::fmt::Write as _;
 
 use tonic::Code;
 
@@ -47,6 +46,14 @@ macro_rules! reasons {
             /// What the caller can do.
             pub const fn remedy(self) -> &'static str {
                 match self { $(Self::$variant => $remedy,)* }
+            }
+
+            /// The reason of a word in `ErrorInfo.reason`; none for one of a newer server.
+            pub fn of(name: &str) -> Option<Self> {
+                match name {
+                    $($name => Some(Self::$variant),)*
+                    _ => None,
+                }
             }
         }
     };
@@ -250,46 +257,6 @@ reasons! {
         "Report it with what was done."
 }
 
-/// The page docs/errors.md.
-pub fn errors_page() -> String {
-    let diverged: Vec<_> = Reason::ALL
-        .iter()
-        .filter(|reason| reason.is_divergence())
-        .map(|r| format!("`{}`", r.name()))
-        .collect();
-    let mut page = format!(
-        "# Errors\n\n\
-         Every error that the server sends is a gRPC status whose details hold a `google.rpc.ErrorInfo`\n\
-         with domain `nappe.v1`, one of the reasons below, and the numbers of the message as metadata.\n\
-         Reasons never change their meaning. Errors of single fields also carry a `google.rpc.BadRequest`.\n\n\
-         A connection that the server does not accept cannot carry a reason (too many, silent for\n\
-         too long, cut at the end of a drain): it ends without a status, and clients report `UNAVAILABLE`.\n\n\
-         Divergence is FAILED_PRECONDITION, since no retry helps: the state of the session is what has to change.\n\
-         Of a run that diverged, the command exits with 3: {diverged}.\n\n\
-         This page is generated from `server/src/error/reason.rs`; a test compares the two.\n\n\
-         | reason | code | meaning | what to do |\n|---|---|---|---|\n",
-        diverged = diverged.join(", "),
-    );
-    for reason in Reason::ALL {
-        let (name, code) = (reason.name(), code_name(reason.code()));
-        writeln!(page, "| `{name}` | {code} | {} | {} |", reason.meaning(), reason.remedy())
-            .expect("writing to a String succeeds");
-    }
-    page
-}
-
-/// The name of a status code as the gRPC specification writes it.
-fn code_name(code: Code) -> String {
-    let mut name = String::new();
-    for c in format!("{code:?}").chars() {
-        if c.is_ascii_uppercase() && !name.is_empty() {
-            name.push('_');
-        }
-        name.push(c.to_ascii_uppercase());
-    }
-    name
-}
-
 #[cfg(test)]
 mod tests {
     use std::collections::BTreeSet;
@@ -305,5 +272,13 @@ mod tests {
             assert!(name.chars().all(|c| c.is_ascii_uppercase() || c == '_'), "{name}");
             assert!(!name.starts_with('_') && !name.ends_with('_'), "{name}");
         }
+    }
+
+    #[test]
+    fn a_word_has_its_reason_and_an_unknown_one_none() {
+        for reason in Reason::ALL {
+            assert_eq!(Reason::of(reason.name()), Some(*reason));
+        }
+        assert_eq!(Reason::of("OF_A_NEWER_SERVER"), None);
     }
 }
