@@ -8,14 +8,27 @@ use prost::Message as _;
 const FILES: [&str; 2] = ["nappe/v1/simulation.proto", "nappe/v1/frame.proto"];
 
 /// Messages that are also written as JSON, under the names of their fields.
-const JSON_MESSAGES: [&str; 6] =
-    ["Session", "Failure", "Diagnostics", "SnowDiagnostics", "SolveReport", "StageTime"];
+const JSON_MESSAGES: [&str; 9] = [
+    "Session",
+    "Failure",
+    "Parameters",
+    "ClothParameters",
+    "SpringParameters",
+    "Diagnostics",
+    "SnowDiagnostics",
+    "SolveReport",
+    "StageTime",
+];
 
 /// Fields whose shape in JSON is not that of the Rust type: the function of `src/json.rs` that writes each.
-const JSON_FIELDS: [(&str, &str); 7] = [
+const JSON_FIELDS: [(&str, &str); 11] = [
     ("Session.state", "session_state"),
     ("Session.precision", "precision"),
     ("Session.state_hash", "state_hash"),
+    ("Session.create_time", "time"),
+    ("Parameters.gravity", "vector"),
+    ("Parameters.wind", "vector"),
+    ("SpringParameters.kind", "spring_kind"),
     ("Diagnostics.momentum", "vector"),
     ("SnowDiagnostics.bound", "time_bound"),
     ("SnowDiagnostics.angular_momentum", "vector"),

@@ -113,7 +113,7 @@ impl Client {
     /// If there is no such session.
     pub async fn get_session(&self, session_id: &str) -> Result<v1::Session, ClientError> {
         let method = "GetSession";
-        let request = Request::new(v1::GetSessionRequest { session_id: session_id.to_owned() });
+        let request = Request::new(v1::GetSessionRequest::of(session_id));
         let answer =
             self.call(method, CALL_LIMIT, request, async |mut calls, r| calls.get_session(r).await).await?;
         answer.session.ok_or(ClientError::Incomplete { method, what: "session" })
@@ -146,7 +146,7 @@ impl Client {
     /// # Errors
     /// If there is no such session.
     pub async fn delete_session(&self, session_id: &str) -> Result<(), ClientError> {
-        let request = Request::new(v1::DeleteSessionRequest { session_id: session_id.to_owned() });
+        let request = Request::new(v1::DeleteSessionRequest::of(session_id));
         self.call("DeleteSession", CALL_LIMIT, request, async |mut calls, r| calls.delete_session(r).await)
             .await?;
         Ok(())
@@ -160,7 +160,10 @@ impl Client {
     pub async fn play(&self, session_id: &str, real_time_factor: f64) -> Result<v1::Session, ClientError> {
         let method = "PlaySession";
         let session_id = session_id.to_owned();
-        let request = Request::new(v1::PlaySessionRequest { session_id, real_time_factor });
+        let request = Request::new(v1::PlaySessionRequest {
+            real_time_factor,
+            ..v1::PlaySessionRequest::of(session_id)
+        });
         let answer =
             self.call(method, CALL_LIMIT, request, async |mut calls, r| calls.play_session(r).await).await?;
         answer.session.ok_or(ClientError::Incomplete { method, what: "session" })
@@ -172,7 +175,7 @@ impl Client {
     /// If there is no such session.
     pub async fn pause(&self, session_id: &str) -> Result<v1::Session, ClientError> {
         let method = "PauseSession";
-        let request = Request::new(v1::PauseSessionRequest { session_id: session_id.to_owned() });
+        let request = Request::new(v1::PauseSessionRequest::of(session_id));
         let answer =
             self.call(method, CALL_LIMIT, request, async |mut calls, r| calls.pause_session(r).await).await?;
         answer.session.ok_or(ClientError::Incomplete { method, what: "session" })
@@ -184,9 +187,32 @@ impl Client {
     /// # Errors
     /// If there is no such session, it has ended, or a step fails.
     pub async fn step(&self, session_id: &str, count: u64, wait: Wait) -> Result<v1::Session, ClientError> {
+        let message = v1::StepSessionRequest { step_count: count, ..v1::StepSessionRequest::of(session_id) };
+        self.steps(message, wait).await
+    }
+
+    /// Takes steps until the session has taken `to_step` since its initial state, then pauses. A session that has
+    /// taken as many or more takes none, so that the call can be repeated after it was cut off.
+    ///
+    /// # Errors
+    /// If there is no such session, it ends before, or a step fails.
+    pub async fn step_to(
+        &self,
+        session_id: &str,
+        to_step: u64,
+        wait: Wait,
+    ) -> Result<v1::Session, ClientError> {
+        let to_step = Some(to_step);
+        self.steps(v1::StepSessionRequest { to_step, ..v1::StepSessionRequest::of(session_id) }, wait).await
+    }
+
+    async fn steps(
+        &self,
+        mut message: v1::StepSessionRequest,
+        wait: Wait,
+    ) -> Result<v1::Session, ClientError> {
         let method = "StepSession";
-        let session_id = session_id.to_owned();
-        let message = v1::StepSessionRequest { session_id, step_count: count, wait: wait == Wait::Yes };
+        message.wait = wait == Wait::Yes;
         let limit = match wait {
             Wait::Yes => Duration::MAX,
             Wait::No => CALL_LIMIT,
@@ -203,7 +229,7 @@ impl Client {
     /// If there is no such session.
     pub async fn stop(&self, session_id: &str) -> Result<v1::Session, ClientError> {
         let method = "StopSession";
-        let request = Request::new(v1::StopSessionRequest { session_id: session_id.to_owned() });
+        let request = Request::new(v1::StopSessionRequest::of(session_id));
         let answer =
             self.call(method, CALL_LIMIT, request, async |mut calls, r| calls.stop_session(r).await).await?;
         answer.session.ok_or(ClientError::Incomplete { method, what: "session" })

@@ -35,7 +35,9 @@ mod decode;
 mod upload;
 mod error;
 mod client;
+mod resume;
 mod watch;
+mod watch_diagnostics;
 
 pub use client::{Client, CreatedSession};
 pub use collider::{Collider, Shape, components};
@@ -47,4 +49,5 @@ pub use reconnect::ReconnectPolicy;
 pub use selection::{Axis, Field, Fields, GridOptions, GridSelection, ParseGridError, holds_snow};
 pub use topology::{Body, Topology, TopologyError};
 pub use upload::{MeshError, MeshUpload, UploadedMesh};
-pub use watch::{DiagnosticsStream, Event, FrameStream, SessionEnd};
+pub use watch::{Event, FrameStream, SessionEnd};
+pub use watch_diagnostics::{DiagnosticsEvent, DiagnosticsOptions, DiagnosticsStream};

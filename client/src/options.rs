@@ -21,8 +21,8 @@ pub struct CreateSession {
     pub precision: Option<Precision>,
     /// Threads; 0: as many as the server has cores.
     pub thread_count: u32,
-    /// Steps after which the session ends by itself.
-    pub step_limit: u64,
+    /// Steps after which the session ends by itself; 0: never.
+    pub step_limit: Option<u64>,
     /// Steps between frames.
     pub frame_interval_steps: u32,
 }
@@ -100,6 +100,8 @@ pub struct WatchOptions {
     pub delivery: Delivery,
     /// The first frame wanted, for [`Delivery::Every`]. `None`: the newest.
     pub from_frame: Option<u64>,
+    /// Uid that the session must have; empty: any. A stream that comes back asks for the one that it began with.
+    pub session_uid: String,
     /// Most frames per second, for [`Delivery::Latest`] (Hz); 0: no limit.
     pub max_rate_hz: f64,
     /// Arrays in each frame besides positions.
@@ -129,11 +131,7 @@ impl WatchOptions {
     pub(crate) fn request(&self, session_id: &str, from_frame: Option<u64>) -> v1::WatchFramesRequest {
         v1::WatchFramesRequest {
             session_id: session_id.to_owned(),
-            delivery: match self.delivery {
-                Delivery::Latest => v1::Delivery::Latest,
-                Delivery::Every => v1::Delivery::Every,
-            }
-            .into(),
+            delivery: self.delivery.wire().into(),
             from_frame,
             max_rate_hz: self.max_rate_hz,
             fields: self.fields.request(),
@@ -143,6 +141,7 @@ impl WatchOptions {
             }
             .into(),
             grid: self.grid.map(GridOptions::request),
+            session_uid: self.session_uid.clone(),
         }
     }
 }
@@ -155,6 +154,15 @@ pub enum Delivery {
     Latest,
     /// Every frame, in order.
     Every,
+}
+
+impl Delivery {
+    pub(crate) const fn wire(self) -> v1::Delivery {
+        match self {
+            Self::Latest => v1::Delivery::Latest,
+            Self::Every => v1::Delivery::Every,
+        }
+    }
 }
 
 /// How arrays travel.

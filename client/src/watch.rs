@@ -1,7 +1,8 @@
-//! Streams: frames with reconnect and resume, and diagnostics without particles.
+//! The frames of a session, with reconnect and resume.
 //!
 //! Enters: `WatchFramesResponse` messages. Leaves: [`Event`]s. When the connection breaks, the stream asks
-//! again, from the next frame (every frame) or from the newest (latest), and says so in an event.
+//! again, from the next frame (every frame) or from the newest (latest), and says so in an event. It asks for the
+//! session that it began with: one that was given the same id later is refused with `SESSION_REPLACED`.
 
 use nappe_proto::v1;
 use tonic::Streaming;
@@ -12,6 +13,7 @@ use crate::{
     error::ClientError,
     frame::Frame,
     options::{Delivery, WatchOptions},
+    resume::{Arrival, Resuming, Source},
     topology::Topology,
 };
 
@@ -24,6 +26,10 @@ pub enum Event {
     Topology(Topology),
     /// The particles at the next instant.
     Frame(Frame),
+    /// How the session stands, or what happened to it: playing, paused, failed, parameters changed ...
+    Change(v1::StateChange),
+    /// No frame came for 5 s; the server is there.
+    Progress(v1::Progress),
     /// The session finished; nothing follows.
     End(SessionEnd),
     /// The connection broke and is back.
@@ -46,28 +52,43 @@ pub struct SessionEnd {
     pub state_hash: u64,
 }
 
+impl From<v1::SessionEnd> for SessionEnd {
+    fn from(v1::SessionEnd { frame, step, state_hash }: v1::SessionEnd) -> Self {
+        Self { frame, step, state_hash }
+    }
+}
+
 /// The frames of a session.
 #[derive(Debug)]
 pub struct FrameStream {
-    client: Client,
-    session_id: String,
-    options: WatchOptions,
+    stream: Resuming<Frames>,
     decoder: Decoder,
-    link: Link,
     /// Newest topology given to the caller.
     topology: Option<Topology>,
-    /// The frame after the newest one given to the caller.
-    next_frame: Option<u64>,
-    /// Failures since a message last arrived.
-    failures: u32,
 }
 
-/// The state of the connection.
+/// Which frames to ask for.
 #[derive(Debug)]
-enum Link {
-    Open(Box<Streaming<v1::WatchFramesResponse>>),
-    Broken { cause: ClientError },
-    Closed,
+struct Frames {
+    session_id: String,
+    options: WatchOptions,
+    /// The frame after the newest one given to the caller, or the first one wanted.
+    next_frame: Option<u64>,
+}
+
+impl Source for Frames {
+    type Message = v1::WatchFramesResponse;
+
+    async fn open(&self, client: &Client) -> Result<Streaming<Self::Message>, ClientError> {
+        let from_frame = match self.options.delivery {
+            Delivery::Every => self.next_frame,
+            // The newest; the server says what is wrong with a first frame of the caller's.
+            Delivery::Latest => self.options.from_frame,
+        };
+        let message = self.options.request(&self.session_id, from_frame);
+        let mut calls = client.calls.clone();
+        client.within("WatchFrames", CALL_LIMIT, calls.watch_frames(message)).await
+    }
 }
 
 impl Client {
@@ -76,160 +97,70 @@ impl Client {
     /// # Errors
     /// If there is no such session, its watchers are too many, or the first frame wanted is no longer kept.
     pub async fn watch(&self, session_id: &str, options: WatchOptions) -> Result<FrameStream, ClientError> {
-        let stream = self.open(session_id, &options, options.from_frame).await?;
-        Ok(FrameStream {
-            client: self.clone(),
-            session_id: session_id.to_owned(),
-            decoder: Decoder::new(options.fields, options.limits),
-            link: Link::Open(Box::new(stream)),
-            topology: None,
-            next_frame: options.from_frame,
-            failures: 0,
-            options,
-        })
-    }
-
-    /// Watches the diagnostics of a session, at most `max_rate_hz` messages per second (Hz); 0: one per frame.
-    ///
-    /// # Errors
-    /// If there is no such session, or its watchers are too many.
-    pub async fn watch_diagnostics(
-        &self,
-        session_id: &str,
-        max_rate_hz: f64,
-    ) -> Result<DiagnosticsStream, ClientError> {
-        let message = v1::WatchDiagnosticsRequest { session_id: session_id.to_owned(), max_rate_hz };
-        let mut calls = self.calls.clone();
-        let stream = self.within("WatchDiagnostics", CALL_LIMIT, calls.watch_diagnostics(message)).await?;
-        Ok(DiagnosticsStream { client: self.clone(), stream: Some(stream) })
-    }
-
-    /// Opens a stream of frames. The limit holds until it is open, not for the stream itself.
-    async fn open(
-        &self,
-        session_id: &str,
-        options: &WatchOptions,
-        from_frame: Option<u64>,
-    ) -> Result<Streaming<v1::WatchFramesResponse>, ClientError> {
-        let message = options.request(session_id, from_frame);
-        let mut calls = self.calls.clone();
-        self.within("WatchFrames", CALL_LIMIT, calls.watch_frames(message)).await
+        let (decoder, policy) = (Decoder::new(options.fields, options.limits), options.reconnect);
+        let (session_id, next_frame) = (session_id.to_owned(), options.from_frame);
+        let stream = Resuming::open(Frames { session_id, options, next_frame }, self, policy).await?;
+        Ok(FrameStream { stream, decoder, topology: None })
     }
 }
 
 impl FrameStream {
+    /// Uid of the session, once the topology has begun to arrive.
+    pub fn session_uid(&self) -> &str {
+        &self.stream.source.options.session_uid
+    }
+
     /// The next event; `None` after the end or after an error. Dropping the future loses no event.
     pub async fn next(&mut self) -> Option<Result<Event, ClientError>> {
         loop {
-            let event = match &mut self.link {
-                Link::Closed => return None,
-                Link::Broken { .. } => self.reconnect().await,
-                Link::Open(stream) => match stream.message().await {
-                    Ok(Some(message)) => self.read(message),
-                    Ok(None) => Err(ClientError::Truncated { session_id: self.session_id.clone() }),
-                    Err(status) => {
-                        let cause = ClientError::from_status(&status, &self.client.endpoint);
-                        self.broken(cause)
-                    }
-                },
+            let event = match self.stream.next().await? {
+                Ok(Arrival::Message(message)) => self.read(message),
+                Ok(Arrival::Reconnected { attempts, cause }) => {
+                    Ok(Some(Event::Reconnected { attempts, cause }))
+                }
+                Ok(Arrival::Over) => {
+                    Err(ClientError::Truncated { session_id: self.stream.source.session_id.clone() })
+                }
+                Err(error) => Err(error),
             };
             match event {
                 Ok(None) => {}
                 Ok(Some(event)) => return Some(Ok(event)),
                 Err(error) => {
-                    self.link = Link::Closed;
+                    self.stream.close();
                     return Some(Err(error));
                 }
             }
         }
     }
-}
 
-impl FrameStream {
     /// One message to an event, or to nothing when it is a piece of a frame.
     fn read(&mut self, message: v1::WatchFramesResponse) -> Result<Option<Event>, ClientError> {
         use v1::watch_frames_response::Event as Wire;
-        self.failures = 0;
-        match message.event {
+        Ok(match message.event {
             Some(Wire::Topology(wire)) => {
-                let Some(topology) = self.decoder.topology(wire)? else { return Ok(None) };
-                if self.topology.as_ref() == Some(&topology) {
+                self.stream.source.options.session_uid.clone_from(&wire.session_uid);
+                let topology = self.decoder.topology(wire)?;
+                let Some(topology) = topology.filter(|topology| self.topology.as_ref() != Some(topology))
+                else {
                     return Ok(None);
-                }
+                };
                 self.topology = Some(topology.clone());
-                Ok(Some(Event::Topology(topology)))
+                Some(Event::Topology(topology))
             }
             Some(Wire::Frame(wire)) => {
                 let Some(frame) = self.decoder.frame(wire)? else { return Ok(None) };
-                self.next_frame = Some(frame.frame + 1);
-                Ok(Some(Event::Frame(frame)))
+                self.stream.source.next_frame = Some(frame.frame + 1);
+                Some(Event::Frame(frame))
             }
+            Some(Wire::Change(change)) => Some(Event::Change(change)),
+            Some(Wire::Progress(progress)) => Some(Event::Progress(progress)),
             Some(Wire::End(end)) => {
-                self.link = Link::Closed;
-                let v1::SessionEnd { frame, step, state_hash } = end;
-                Ok(Some(Event::End(SessionEnd { frame, step, state_hash })))
+                self.stream.close();
+                Some(Event::End(end.into()))
             }
             // An event of a newer server.
-            None => Ok(None),
-        }
-    }
-
-    /// Decides whether an error is worth another attempt.
-    fn broken(&mut self, cause: ClientError) -> Result<Option<Event>, ClientError> {
-        if !cause.is_transient() {
-            return Err(cause);
-        }
-        self.failures += 1;
-        if self.failures > self.options.reconnect.max_attempts {
-            return Err(cause);
-        }
-        self.link = Link::Broken { cause };
-        Ok(None)
-    }
-
-    /// Waits and asks again, from the frame after the newest one received.
-    async fn reconnect(&mut self) -> Result<Option<Event>, ClientError> {
-        if let Some(wait) = self.options.reconnect.delay(self.failures, fastrand::f64()) {
-            tokio::time::sleep(wait).await;
-        }
-        let from_frame = match self.options.delivery {
-            Delivery::Every => self.next_frame,
-            Delivery::Latest => None,
-        };
-        match self.client.open(&self.session_id, &self.options, from_frame).await {
-            Ok(stream) => {
-                let link = std::mem::replace(&mut self.link, Link::Open(Box::new(stream)));
-                let Link::Broken { cause } = link else { return Ok(None) };
-                Ok(Some(Event::Reconnected { attempts: self.failures, cause: cause.to_string() }))
-            }
-            Err(cause) => self.broken(cause),
-        }
-    }
-}
-
-/// The diagnostics of a session, newest last.
-#[derive(Debug)]
-pub struct DiagnosticsStream {
-    client: Client,
-    stream: Option<Streaming<v1::WatchDiagnosticsResponse>>,
-}
-
-impl DiagnosticsStream {
-    /// The next diagnostics; `None` after the session's end or after an error.
-    pub async fn next(&mut self) -> Option<Result<v1::Diagnostics, ClientError>> {
-        loop {
-            match self.stream.as_mut()?.message().await {
-                Ok(Some(message)) => {
-                    if let Some(diagnostics) = message.diagnostics {
-                        return Some(Ok(diagnostics));
-                    }
-                }
-                Ok(None) => self.stream = None,
-                Err(status) => {
-                    self.stream = None;
-                    return Some(Err(ClientError::from_status(&status, &self.client.endpoint)));
-                }
-            }
-        }
+            None => None,
+        })
     }
 }

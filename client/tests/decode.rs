@@ -188,7 +188,7 @@ fn a_topology_whose_counts_or_indices_do_not_fit_is_refused() {
 fn a_collider_is_drawable_or_refused_and_a_new_shape_is_unknown() {
     use v1::collider_shape::Shape as Wire;
     let ball = |radius| Wire::Sphere(v1::SphereShape { radius, ..v1::SphereShape::default() });
-    let shape = |shape| vec![v1::ColliderShape { name: "c".to_owned(), shape }];
+    let shape = |shape| vec![v1::ColliderShape { name: "c".to_owned(), shape, velocity: None }];
     for radius in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         let refused = refuse_topology(|t| t.colliders = shape(Some(ball(radius))));
         assert!(matches!(refused, TopologyError::Collider { .. }), "{refused}");

@@ -5,9 +5,10 @@
     reason = "serde gives a reference to the field, whatever its type"
 )]
 
+use prost_types::Timestamp;
 use serde::{Serialize as _, Serializer};
 
-use crate::v1::{Precision, SessionState, SolveOutcome, SolveReport, TimeBound, Vector3};
+use crate::v1::{Precision, SessionState, SolveOutcome, SolveReport, SpringKind, TimeBound, Vector3};
 
 /// What a session is doing, as a word.
 pub(crate) fn session_state<S: Serializer>(value: &i32, serializer: S) -> Result<S::Ok, S::Error> {
@@ -17,6 +18,11 @@ pub(crate) fn session_state<S: Serializer>(value: &i32, serializer: S) -> Result
 /// A precision, as a word.
 pub(crate) fn precision<S: Serializer>(value: &i32, serializer: S) -> Result<S::Ok, S::Error> {
     serializer.serialize_str(&Precision::try_from(*value).unwrap_or_default().word())
+}
+
+/// A kind of springs, as a word.
+pub(crate) fn spring_kind<S: Serializer>(value: &i32, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(&SpringKind::try_from(*value).unwrap_or_default().word())
 }
 
 /// A bound on the time step of snow, as a word.
@@ -32,6 +38,11 @@ pub(crate) fn solve_outcome<S: Serializer>(value: &i32, serializer: S) -> Result
 /// A hash of 64 bits as 16 hexadecimal digits: programs that read numbers as binary64 would lose its last bits.
 pub(crate) fn state_hash<S: Serializer>(value: &Option<u64>, serializer: S) -> Result<S::Ok, S::Error> {
     value.map(|hash| format!("{hash:016x}")).serialize(serializer)
+}
+
+/// A time as RFC 3339 writes it: `2026-05-04T12:30:00Z`.
+pub(crate) fn time<S: Serializer>(value: &Option<Timestamp>, serializer: S) -> Result<S::Ok, S::Error> {
+    value.as_ref().map(ToString::to_string).serialize(serializer)
 }
 
 /// `[x, y, z]`; an absent vector is zero, as everywhere in proto3.

@@ -25,9 +25,12 @@ pub mod v1 {
 
 mod words;
 mod json;
+mod requests;
 mod reason;
 mod reason_pages;
+mod contract_page;
 
+pub use contract_page::contract_page;
 pub use reason::{DOMAIN, Reason};
 pub use reason_pages::{errors_page, reasons_json};
 

@@ -96,6 +96,10 @@ reasons! {
         "No session has this id."
         "List the sessions; it may have been deleted, or the server restarted."
 
+    SessionReplaced "SESSION_REPLACED" FailedPrecondition
+        "The session of this id is not the one that was asked for: that one was deleted, and another was given its id. `session_uid` is the uid of the one that is there."
+        "Start anew with the session that is there, or stop: the one asked for is gone."
+
     SceneNotFound "SCENE_NOT_FOUND" NotFound
         "The server ships no scene of this name; `known` lists them."
         "Choose one of the names, or send the scene's text."
@@ -185,8 +189,8 @@ reasons! {
         "Watch again from `oldest_frame`, or from the newest."
 
     FrameNotMade "FRAME_NOT_MADE" OutOfRange
-        "The frame asked for lies more than one beyond the newest; `newest_frame` is the newest."
-        "Watch from a frame up to one after the newest."
+        "The frame asked for will never be made: the session finished before it; `newest_frame` is its last."
+        "Watch from a frame up to the last; one that is only not made yet can be waited for."
 
     WatcherTooSlow "WATCHER_TOO_SLOW" ResourceExhausted
         "The watcher of every frame fell behind what the session keeps; `next_frame` was due, `oldest_frame` is kept."

@@ -1,6 +1,6 @@
 //! Values of enums as words, for people and for JSON.
 
-use crate::v1::{Precision, SessionState, SolveOutcome, TimeBound};
+use crate::v1::{Precision, SessionState, SolveOutcome, SpringKind, TimeBound};
 
 impl SessionState {
     /// `paused`, `playing`, `finished`, `failed`; `unknown` if unspecified.
@@ -11,6 +11,13 @@ impl SessionState {
 
 impl Precision {
     /// `f32`, `f64`; `unknown` if unspecified.
+    pub fn word(self) -> String {
+        word(self.as_str_name(), Self::Unspecified.as_str_name())
+    }
+}
+
+impl SpringKind {
+    /// `stretch`, `shear`, `bend`; `unknown` if unspecified.
     pub fn word(self) -> String {
         word(self.as_str_name(), Self::Unspecified.as_str_name())
     }

@@ -31,7 +31,11 @@ async fn growth(count: u32, frames: u64, budget: u64) -> usize {
     };
     let made = client.create_session(request).await.expect("a session is made").into_inner();
     let session_id = made.session.expect("the answer has the session").session_id;
-    let step = |step_count| v1::StepSessionRequest { session_id: session_id.clone(), step_count, wait: true };
+    let step = |step_count| v1::StepSessionRequest {
+        step_count,
+        wait: true,
+        ..v1::StepSessionRequest::of(&session_id)
+    };
 
     client.step_session(step(2)).await.expect("steps are taken");
     let before = used();

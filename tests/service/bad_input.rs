@@ -31,22 +31,22 @@ async fn with_bad_ids(c: &mut Client) -> Vec<Refusal> {
         [("", Reason::InvalidField), ("No Id", Reason::InvalidField), ("nobody", Reason::SessionNotFound)]
     {
         let session_id = || id.to_owned();
-        let get = v1::GetSessionRequest { session_id: session_id() };
+        let get = v1::GetSessionRequest::of(session_id());
         all.push(refused("GetSession", c.get_session(get).await, reason));
-        let delete = v1::DeleteSessionRequest { session_id: session_id() };
+        let delete = v1::DeleteSessionRequest::of(session_id());
         all.push(refused("DeleteSession", c.delete_session(delete).await, reason));
-        let play = v1::PlaySessionRequest { session_id: session_id(), ..Default::default() };
+        let play = v1::PlaySessionRequest::of(session_id());
         all.push(refused("PlaySession", c.play_session(play).await, reason));
-        let pause = v1::PauseSessionRequest { session_id: session_id() };
+        let pause = v1::PauseSessionRequest::of(session_id());
         all.push(refused("PauseSession", c.pause_session(pause).await, reason));
-        let step = v1::StepSessionRequest { session_id: session_id(), ..Default::default() };
+        let step = v1::StepSessionRequest::of(session_id());
         all.push(refused("StepSession", c.step_session(step).await, reason));
-        let stop = v1::StopSessionRequest { session_id: session_id() };
+        let stop = v1::StopSessionRequest::of(session_id());
         all.push(refused("StopSession", c.stop_session(stop).await, reason));
         let update = v1::UpdateParametersRequest { session_id: session_id(), ..Default::default() };
         all.push(refused("UpdateParameters", c.update_parameters(update).await, reason));
         all.push(refused("WatchFrames", c.watch_frames(latest(id)).await, reason));
-        let diagnostics = v1::WatchDiagnosticsRequest { session_id: session_id(), ..Default::default() };
+        let diagnostics = v1::WatchDiagnosticsRequest::of(session_id());
         all.push(refused("WatchDiagnostics", c.watch_diagnostics(diagnostics).await, reason));
     }
     all
@@ -56,11 +56,11 @@ async fn with_bad_ids(c: &mut Client) -> Vec<Refusal> {
 async fn with_bad_fields(c: &mut Client, id: &str) -> Vec<Refusal> {
     let mut all = Vec::new();
     for real_time_factor in [-1.0, f64::NAN, f64::INFINITY, 1e7] {
-        let play = v1::PlaySessionRequest { session_id: id.into(), real_time_factor };
+        let play = v1::PlaySessionRequest { real_time_factor, ..v1::PlaySessionRequest::of(id) };
         all.push(refused("PlaySession", c.play_session(play).await, Reason::InvalidField));
     }
 
-    let step = v1::StepSessionRequest { session_id: id.into(), step_count: u64::MAX, wait: false };
+    let step = v1::StepSessionRequest { step_count: u64::MAX, wait: false, ..v1::StepSessionRequest::of(id) };
     all.push(refused("StepSession", c.step_session(step).await, Reason::InvalidField));
     for watch in [
         v1::WatchFramesRequest { max_rate_hz: f64::NAN, ..latest(id) },
@@ -75,7 +75,8 @@ async fn with_bad_fields(c: &mut Client, id: &str) -> Vec<Refusal> {
         all.push(refused("WatchFrames", c.watch_frames(watch).await, Reason::InvalidField));
     }
 
-    let diagnostics = v1::WatchDiagnosticsRequest { session_id: id.into(), max_rate_hz: -1.0 };
+    let diagnostics =
+        v1::WatchDiagnosticsRequest { max_rate_hz: -1.0, ..v1::WatchDiagnosticsRequest::of(id) };
     all.push(refused("WatchDiagnostics", c.watch_diagnostics(diagnostics).await, Reason::InvalidField));
     let list = v1::ListSessionsRequest { page_size: -1, ..Default::default() };
     all.push(refused("ListSessions", c.list_sessions(list).await, Reason::InvalidField));

@@ -22,7 +22,7 @@ async fn options_of_the_request_win_over_the_scene() {
     let other = server
         .create(v1::CreateSessionRequest {
             precision: Precision::F64.into(),
-            step_limit: 7,
+            step_limit: Some(7),
             frame_interval_steps: 2,
             ..named("other", text)
         })
@@ -64,11 +64,7 @@ async fn the_same_request_id_makes_one_session() {
     assert_eq!(assert_reason(&refused, Reason::RequestIdReused)["session_id"], ids[0]);
 
     // Once the session is deleted, the id is free.
-    server
-        .client
-        .delete_session(v1::DeleteSessionRequest { session_id: ids[0].clone() })
-        .await
-        .expect("deleted");
+    server.client.delete_session(v1::DeleteSessionRequest::of(&ids[0])).await.expect("deleted");
     assert_ne!(server.create(wanted).await, ids[0]);
 }
 

@@ -97,7 +97,7 @@ async fn commands_that_wait_for_a_long_step_are_limited() {
     // It still steps, and obeys.
     let step = server.get(&slow).await.step;
     server.until(&slow, |session| session.step > step).await;
-    server.client.delete_session(v1::DeleteSessionRequest { session_id: slow }).await.expect("deleted");
+    server.client.delete_session(v1::DeleteSessionRequest::of(slow)).await.expect("deleted");
 }
 
 #[tokio::test(flavor = "multi_thread")]

@@ -1,8 +1,8 @@
-//! Files that are made from the table of reasons.
+//! Files that are made from the contract: its page, and those of the table of reasons.
 
 use std::{fs, path::Path};
 
-use nappe_proto::{Reason, errors_page, reasons_json};
+use nappe_proto::{Reason, contract_page, errors_page, reasons_json};
 use serde_json::Value;
 
 /// Compares a committed file with what the code says, or writes it.
@@ -20,6 +20,17 @@ fn compare(file: &str, made: &str) {
 fn the_page_of_errors_and_the_constants_of_other_languages_are_what_the_code_says() {
     compare("docs/errors.md", &errors_page());
     compare("proto/nappe/v1/reasons.json", &reasons_json());
+}
+
+#[test]
+fn the_page_of_the_contract_is_what_its_files_say() {
+    let page = contract_page();
+    for part in
+        ["## SimulationService", "### WatchFramesRequest", "optional uint64", "one of `scene`", "(#session)"]
+    {
+        assert!(page.contains(part), "'{part}' is missing");
+    }
+    compare("docs/contract.md", &page);
 }
 
 #[test]

@@ -27,7 +27,7 @@ async fn assert_failed(server: &mut Server, id: &str, reason: Reason) -> v1::Fai
     let failure = session.failure.expect("a failed session says why");
     assert_eq!(failure.reason, reason.name());
     assert!(!failure.message.is_empty());
-    let play = v1::PlaySessionRequest { session_id: id.into(), real_time_factor: 0.0 };
+    let play = v1::PlaySessionRequest { real_time_factor: 0.0, ..v1::PlaySessionRequest::of(id) };
     let status = server.client.play_session(play).await.expect_err("it failed");
     assert_eq!(assert_reason(&status, Reason::SessionFailed)["failure"], reason.name());
     failure
@@ -63,7 +63,7 @@ async fn a_panic_in_one_session_leaves_the_others_alone() {
     // A late watcher is told the same, and the session can be deleted.
     let (_, status) = server.watch(latest(&bad)).await.until_break().await;
     assert_reason(&status, Reason::SessionPanicked);
-    server.client.delete_session(v1::DeleteSessionRequest { session_id: bad }).await.expect("deleted");
+    server.client.delete_session(v1::DeleteSessionRequest::of(bad)).await.expect("deleted");
     without_a_gap(&mut other, &mut next, 50).await;
 }
 
@@ -75,7 +75,7 @@ async fn a_divergence_names_step_particle_and_value_and_keeps_the_last_good_fram
     let mut watch = server.watch(every(&bad, 0)).await;
     let mut next = 0;
     server.play(&good).await;
-    let step = v1::StepSessionRequest { session_id: bad.clone(), step_count: 100_000, wait: true };
+    let step = v1::StepSessionRequest { step_count: 100_000, wait: true, ..v1::StepSessionRequest::of(&bad) };
     let status = server.client.step_session(step).await.expect_err("it diverges");
     let metadata = assert_reason(&status, Reason::NotFinite);
     let failure = assert_failed(&mut server, &bad, Reason::NotFinite).await;

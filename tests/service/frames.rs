@@ -73,6 +73,8 @@ pub(crate) enum Next {
 pub(crate) struct Watch {
     pub(crate) topology: v1::Topology,
     pub(crate) topology_piece_count: u32,
+    /// Changes of state that came so far, how the session stood at the start first.
+    pub(crate) changes: Vec<v1::StateChange>,
     stream: Streaming<v1::WatchFramesResponse>,
 }
 
@@ -85,7 +87,7 @@ impl Watch {
             assert_eq!(piece.chunk, Some(v1::Chunk { index, count }));
             piece.bodies.into_iter().for_each(|body| append(&mut topology.bodies, body));
         }
-        Self { topology, topology_piece_count: count, stream }
+        Self { topology, topology_piece_count: count, changes: Vec::new(), stream }
     }
 
     async fn message(&mut self) -> Option<Result<Event, Status>> {
@@ -102,6 +104,11 @@ impl Watch {
                 Some(Err(status)) => return Next::Broken(status),
                 Some(Ok(Event::End(end))) => return Next::End(end),
                 Some(Ok(Event::Topology(_))) => panic!("the topology comes once"),
+                Some(Ok(Event::Change(change))) => {
+                    assert!(whole.is_none(), "a frame has no changes between its pieces");
+                    self.changes.push(change);
+                }
+                Some(Ok(Event::Progress(_))) => assert!(whole.is_none(), "a frame is whole"),
                 Some(Ok(Event::Frame(piece))) => {
                     let chunk = piece.chunk.expect("a piece says where it stands");
                     let whole = whole.get_or_insert_with(|| Whole {

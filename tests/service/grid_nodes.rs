@@ -213,7 +213,7 @@ async fn nodes_asked_for_late_come_with_the_state_that_stands_and_count_in_the_h
 async fn nodes_of_a_step_that_failed_are_not_sent() {
     let mut server = Server::start().await;
     let id = server.session(diverging()).await;
-    let step = v1::StepSessionRequest { session_id: id.clone(), step_count: 10_000, wait: true };
+    let step = v1::StepSessionRequest { step_count: 10_000, wait: true, ..v1::StepSessionRequest::of(&id) };
     server.client.step_session(step).await.expect_err("it diverges");
     let failed = server.until(&id, |session| session.state() == SessionState::Failed).await;
     assert!(failed.frame > 0, "it fails on the way");

@@ -116,14 +116,14 @@ async fn a_browser_calls_over_http_1() {
         assert!(exposed.contains(header), "{exposed}");
     }
 
-    // A stream, too: topology, frames, end, trailers.
+    // A stream, too: topology, how the session stands, three frames, end, trailers.
     let id = server.session(sheet(3)).await;
     server.step(&id, 2).await;
-    server.client.stop_session(v1::StopSessionRequest { session_id: id.clone() }).await.expect("stopped");
+    server.client.stop_session(v1::StopSessionRequest::of(&id)).await.expect("stopped");
     let request = every(&id, 0).encode_to_vec();
     let answer = call(&server, &format!("{SERVICE}/WatchFrames"), &origin, &request).await;
     let frames = unframed(&answer.body);
-    assert_eq!(frames.iter().map(|(flag, _)| *flag).collect::<Vec<_>>(), [0, 0, 0, 0, 0, 0x80]);
+    assert_eq!(frames.iter().map(|(flag, _)| *flag).collect::<Vec<_>>(), [0, 0, 0, 0, 0, 0, 0x80]);
 }
 
 #[tokio::test(flavor = "multi_thread")]
@@ -147,7 +147,11 @@ async fn errors_of_the_framework_carry_a_reason_too() {
 async fn the_deadline_of_a_client_is_kept() {
     let mut server = Server::start().await;
     let session_id = server.session(sheet(8)).await;
-    let step = v1::StepSessionRequest { session_id, step_count: 10_000_000, wait: true };
+    let step = v1::StepSessionRequest {
+        step_count: 10_000_000,
+        wait: true,
+        ..v1::StepSessionRequest::of(session_id)
+    };
     let path = format!("{SERVICE}/StepSession");
     let begin = std::time::Instant::now();
     let answer = call(&server, &path, "grpc-timeout: 300m\r\n", &step.encode_to_vec()).await;

@@ -52,20 +52,20 @@ impl Server {
 
     /// Takes steps and returns the session after them.
     pub(crate) async fn step(&mut self, id: &str, step_count: u64) -> v1::Session {
-        let request = v1::StepSessionRequest { session_id: id.into(), step_count, wait: true };
+        let request = v1::StepSessionRequest { step_count, wait: true, ..v1::StepSessionRequest::of(id) };
         let stepped = self.client.step_session(request).await.expect("the steps are taken").into_inner();
         stepped.session.expect("the answer has the session")
     }
 
     /// Plays as fast as possible.
     pub(crate) async fn play(&mut self, id: &str) {
-        let request = v1::PlaySessionRequest { session_id: id.into(), real_time_factor: 0.0 };
+        let request = v1::PlaySessionRequest { real_time_factor: 0.0, ..v1::PlaySessionRequest::of(id) };
         self.client.play_session(request).await.expect("it plays");
     }
 
     /// The session as it is.
     pub(crate) async fn get(&mut self, id: &str) -> v1::Session {
-        let got = self.client.get_session(v1::GetSessionRequest { session_id: id.into() }).await;
+        let got = self.client.get_session(v1::GetSessionRequest::of(id)).await;
         got.expect("the session is there").into_inner().session.expect("the answer has the session")
     }
 

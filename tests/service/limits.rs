@@ -50,7 +50,8 @@ async fn sessions_and_watchers_are_limited() {
     assert_refused(server.client.create_session(text(sheet(3))).await, Reason::TooManySessions);
     let watch = server.watch(latest(&id)).await;
     assert_refused(server.client.watch_frames(latest(&id)).await, Reason::TooManyWatchers);
-    let diagnostics = v1::WatchDiagnosticsRequest { session_id: id.clone(), max_rate_hz: 0.0 };
+    let diagnostics =
+        v1::WatchDiagnosticsRequest { max_rate_hz: 0.0, ..v1::WatchDiagnosticsRequest::of(&id) };
     assert_refused(server.client.watch_diagnostics(diagnostics).await, Reason::TooManyWatchers);
     drop(watch);
     server.until(&id, |session| session.watcher_count == 0).await;
@@ -59,7 +60,7 @@ async fn sessions_and_watchers_are_limited() {
     // A deleted session gives its place back before the call returns.
     for _ in 0..20 {
         let [id, _] = listed(&mut server).await;
-        server.client.delete_session(v1::DeleteSessionRequest { session_id: id }).await.expect("deleted");
+        server.client.delete_session(v1::DeleteSessionRequest::of(id)).await.expect("deleted");
         server.session(sheet(3)).await;
     }
 }
@@ -89,7 +90,7 @@ async fn particles_springs_scene_bytes_threads_and_steps_are_limited() {
     assert_refused(server.client.create_session(wide).await, Reason::InvalidField);
     let id = server.create(v1::CreateSessionRequest { thread_count: 0, ..text(sheet(7)) }).await;
     assert_eq!(server.get(&id).await.thread_count, 1, "as many as are allowed");
-    let step = v1::StepSessionRequest { session_id: id.clone(), step_count: 51, wait: true };
+    let step = v1::StepSessionRequest { step_count: 51, wait: true, ..v1::StepSessionRequest::of(&id) };
     assert_refused(server.client.step_session(step).await, Reason::InvalidField);
     assert_eq!(server.step(&id, 50).await.step, 50);
 }

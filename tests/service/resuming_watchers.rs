@@ -60,18 +60,34 @@ async fn a_history_smaller_than_a_frame_keeps_the_newest() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn the_next_frame_can_be_waited_for_and_one_beyond_it_not() {
+async fn a_frame_that_is_not_made_yet_can_be_waited_for() {
     let mut server = Server::start().await;
-    let id = server.session(sheet(4)).await;
-    let refused = server.client.watch_frames(every(&id, 2)).await.expect_err("far from made");
-    assert_eq!(assert_reason(&refused, Reason::FrameNotMade)["newest_frame"], "0");
-    let mut watch = server.watch(every(&id, 1)).await;
-    server.step(&id, 1).await;
-    assert_eq!(watch.frame().await.head.frame, 1);
+    let id = server.session(sheet_with(4, "steps = 20")).await;
+    let mut next = server.watch(every(&id, 1)).await;
+    let mut far = server.watch(every(&id, 7)).await;
+    let mut beyond = server.watch(every(&id, 22)).await;
+    server.step(&id, 8).await;
+    for number in 1..=8 {
+        assert_eq!(next.frame().await.head.frame, number);
+    }
+    for number in 7..=8 {
+        assert_eq!(far.frame().await.head.frame, number);
+    }
 
     // Without a number, every frame from the newest on.
     let newest = v1::WatchFramesRequest { from_frame: None, ..every(&id, 0) };
-    assert_eq!(server.watch(newest).await.frame().await.head.frame, 1);
+    assert_eq!(server.watch(newest).await.frame().await.head.frame, 8);
+
+    // A frame beyond the end is never made, and whoever waits for it is told.
+    let mut after_the_last = server.watch(every(&id, 21)).await;
+    server.step(&id, 12).await;
+    let (frames, end) = after_the_last.until_end().await;
+    assert!(frames.is_empty() && end.frame == 20, "who has every frame gets the end");
+    let (frames, status) = beyond.until_break().await;
+    assert_eq!((frames.len(), &*assert_reason(&status, Reason::FrameNotMade)["newest_frame"]), (0, "20"));
+    let refused = server.client.watch_frames(every(&id, 22)).await.expect_err("never made");
+    assert_reason(&refused, Reason::FrameNotMade);
+    assert!(server.watch(every(&id, 21)).await.until_end().await.0.is_empty());
 }
 
 #[tokio::test(flavor = "multi_thread")]

@@ -34,16 +34,15 @@ async fn a_session_goes_through_its_states() {
     let finished = server.until(&id, |session| session.state() == SessionState::Finished).await;
     assert_eq!((finished.step, finished.frame), (40, 10));
 
-    let late =
-        server.client.play_session(v1::PlaySessionRequest { session_id: id.clone(), ..Default::default() });
+    let late = server.client.play_session(v1::PlaySessionRequest::of(&id));
     assert_reason(&late.await.expect_err("it is finished"), Reason::SessionFinished);
 
     // A pause that comes too late changes nothing.
-    let paused = server.client.pause_session(v1::PauseSessionRequest { session_id: id.clone() }).await;
+    let paused = server.client.pause_session(v1::PauseSessionRequest::of(&id)).await;
     assert_eq!(paused.expect("no error").into_inner().session, Some(server.get(&id).await));
 
-    server.client.delete_session(v1::DeleteSessionRequest { session_id: id.clone() }).await.expect("deleted");
-    let gone = server.client.get_session(v1::GetSessionRequest { session_id: id }).await;
+    server.client.delete_session(v1::DeleteSessionRequest::of(&id)).await.expect("deleted");
+    let gone = server.client.get_session(v1::GetSessionRequest::of(id)).await;
     assert_reason(&gone.expect_err("it is deleted"), Reason::SessionNotFound);
 }
 
@@ -53,7 +52,7 @@ async fn a_session_plays_pauses_plays_on_and_stops() {
     let id = server.session(sheet(6)).await;
     server.play(&id).await;
     server.until(&id, |session| session.step > 20).await;
-    let paused = server.client.pause_session(v1::PauseSessionRequest { session_id: id.clone() }).await;
+    let paused = server.client.pause_session(v1::PauseSessionRequest::of(&id)).await;
     let paused = paused.expect("paused").into_inner().session.expect("a session");
     assert_eq!(paused.state(), SessionState::Paused);
     assert_eq!(server.get(&id).await, paused, "a paused session stands still");
@@ -63,11 +62,11 @@ async fn a_session_plays_pauses_plays_on_and_stops() {
     assert_eq!(server.step(&again, paused.step).await.state_hash, paused.state_hash);
 
     server.play(&id).await;
-    let refused = v1::StepSessionRequest { session_id: id.clone(), step_count: 1, wait: false };
+    let refused = v1::StepSessionRequest { step_count: 1, wait: false, ..v1::StepSessionRequest::of(&id) };
     let refused = server.client.step_session(refused).await.expect_err("it plays without an end");
     assert_reason(&refused, Reason::SessionPlaying);
     server.until(&id, |session| session.step > paused.step).await;
-    let stopped = server.client.stop_session(v1::StopSessionRequest { session_id: id.clone() }).await;
+    let stopped = server.client.stop_session(v1::StopSessionRequest::of(&id)).await;
     let stopped = stopped.expect("stopped").into_inner().session.expect("a session");
     assert_eq!(stopped.state(), SessionState::Finished);
     let (frames, end) = server.watch(every(&id, stopped.frame)).await.until_end().await;
@@ -80,7 +79,8 @@ async fn steps_without_waiting_add_up() {
     let mut server = Server::start().await;
     let id = server.session(sheet(6)).await;
     for _ in 0..5 {
-        let request = v1::StepSessionRequest { session_id: id.clone(), step_count: 3, wait: false };
+        let request =
+            v1::StepSessionRequest { step_count: 3, wait: false, ..v1::StepSessionRequest::of(&id) };
         server.client.step_session(request).await.expect("accepted");
     }
 
@@ -93,10 +93,11 @@ async fn a_pause_interrupts_those_who_wait_for_steps() {
     let mut server = Server::start().await;
     let id = server.session(sheet(6)).await;
     let mut other = server.client.clone();
-    let request = v1::StepSessionRequest { session_id: id.clone(), step_count: 5_000_000, wait: true };
+    let request =
+        v1::StepSessionRequest { step_count: 5_000_000, wait: true, ..v1::StepSessionRequest::of(&id) };
     let waiting = tokio::spawn(async move { other.step_session(request).await });
     server.until(&id, |session| session.step > 0).await;
-    server.client.pause_session(v1::PauseSessionRequest { session_id: id }).await.expect("paused");
+    server.client.pause_session(v1::PauseSessionRequest::of(id)).await.expect("paused");
     let status = waiting.await.expect("no panic").expect_err("the steps are not taken");
     assert_reason(&status, Reason::StepsInterrupted);
 }
@@ -106,7 +107,7 @@ async fn real_time_never_runs_ahead_of_the_clock() {
     let mut server = Server::start().await;
     let id = server.session(sheet(4)).await;
     let start = Instant::now();
-    let play = v1::PlaySessionRequest { session_id: id.clone(), real_time_factor: 0.5 };
+    let play = v1::PlaySessionRequest { real_time_factor: 0.5, ..v1::PlaySessionRequest::of(&id) };
     server.client.play_session(play).await.expect("it plays");
 
     // 0.2 s of simulated time at half speed are 0.4 s of wall clock.
@@ -152,4 +153,58 @@ async fn sessions_are_listed_in_pages_in_the_order_of_their_ids() {
     assert_eq!((seen, pages), (["alpha", "bravo", "charlie", "delta", "echo"].map(String::from).to_vec(), 3));
     let all = v1::ListSessionsRequest { page_size: 5000, page_token: String::new() };
     assert_eq!(server.client.list_sessions(all).await.expect("a page").into_inner().sessions.len(), 5);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn steps_up_to_a_number_can_be_asked_for_again() {
+    let mut server = Server::start().await;
+    let id = server.session(sheet_with(4, "steps = 20")).await;
+    let to = |to_step, wait| v1::StepSessionRequest {
+        to_step: Some(to_step),
+        wait,
+        ..v1::StepSessionRequest::of(&id)
+    };
+    for (to_step, expected) in [(7, 7), (7, 7), (3, 7), (0, 7), (8, 8)] {
+        let stepped = server.client.step_session(to(to_step, true)).await.expect("stepped").into_inner();
+        let session = stepped.session.expect("the session");
+        assert_eq!((session.step, session.state()), (expected, SessionState::Paused), "to {to_step}");
+    }
+
+    // Asked for twice at once, the steps are taken once; the longer way is the one that is gone.
+    let calls = [12, 15, 15, 10].map(|to_step| {
+        let (mut client, request) = (server.client.clone(), to(to_step, true));
+        tokio::spawn(async move { client.step_session(request).await })
+    });
+    for call in calls {
+        call.await.expect("no panic").expect("stepped");
+    }
+    assert_eq!(server.get(&id).await.step, 15);
+
+    // Also a session that came to its end with the call that is repeated.
+    for _ in 0..2 {
+        let stepped = server.client.step_session(to(20, true)).await.expect("stepped").into_inner();
+        assert_eq!(stepped.session.expect("the session").state(), SessionState::Finished);
+    }
+    let refused = server.client.step_session(to(21, true)).await.expect_err("beyond the end");
+    assert_reason(&refused, Reason::SessionFinished);
+    let both = v1::StepSessionRequest { step_count: 1, ..to(25, false) };
+    let refused = server.client.step_session(both).await.expect_err("one or the other");
+    assert_eq!(assert_reason(&refused, Reason::InvalidField)["field"], "to_step");
+    let far = server.client.step_session(to(u64::MAX, false)).await.expect_err("too far");
+    assert_eq!(assert_reason(&far, Reason::InvalidField)["field"], "to_step");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_session_can_be_told_never_to_end() {
+    let mut server = Server::start().await;
+    let scene = Scene::SceneText(sheet_with(4, "steps = 5"));
+    for (step_limit, expected) in [(None, 5), (Some(0), 0), (Some(9), 9)] {
+        let request = v1::CreateSessionRequest { scene: Some(scene.clone()), step_limit, ..request() };
+        let id = server.create(request).await;
+        assert_eq!(server.get(&id).await.step_limit, expected);
+        if step_limit == Some(0) {
+            let session = server.step(&id, 12).await;
+            assert_eq!((session.step, session.state()), (12, SessionState::Paused));
+        }
+    }
 }

@@ -37,7 +37,8 @@ async fn a_drain_ends_idle_streams_silent_connections_and_stalled_watchers() {
     let mut health = health.watch(HealthCheckRequest::default()).await.expect("a stream").into_inner();
     assert_eq!(health.next().await.expect("a status").expect("no error").status(), ServingStatus::Serving);
     let mut other = server.client.clone();
-    let step = v1::StepSessionRequest { session_id: busy.clone(), step_count: 10_000_000, wait: true };
+    let step =
+        v1::StepSessionRequest { step_count: 10_000_000, wait: true, ..v1::StepSessionRequest::of(&busy) };
     let waiting = tokio::spawn(async move { other.step_session(step).await });
     server.until(&busy, |session| session.step > 3).await;
 

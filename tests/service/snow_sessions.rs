@@ -167,7 +167,7 @@ async fn a_divergence_of_snow_names_reason_particle_and_step_and_keeps_the_last_
     let mut server = Server::start().await;
     let (bad, good) = (server.session(diverging()).await, server.session(snow("")).await);
     let mut watch = server.watch(all_fields(&bad)).await;
-    let step = v1::StepSessionRequest { session_id: bad.clone(), step_count: 10_000, wait: true };
+    let step = v1::StepSessionRequest { step_count: 10_000, wait: true, ..v1::StepSessionRequest::of(&bad) };
     let status = server.client.step_session(step).await.expect_err("it diverges");
     let failed = server.until(&bad, |session| session.state() == SessionState::Failed).await;
     let failure = failed.failure.clone().expect("a failed session says why");
@@ -200,7 +200,7 @@ async fn a_divergence_of_snow_names_reason_particle_and_step_and_keeps_the_last_
 async fn a_fixed_step_that_packing_makes_too_long_ends_the_session_with_both_numbers() {
     let mut server = Server::start().await;
     let id = server.session(too_long(0.0036, "")).await;
-    let step = v1::StepSessionRequest { session_id: id.clone(), step_count: 1000, wait: true };
+    let step = v1::StepSessionRequest { step_count: 1000, wait: true, ..v1::StepSessionRequest::of(&id) };
     let status = server.client.step_session(step).await.expect_err("it hardens");
     let metadata = assert_reason(&status, Reason::TimeStepLimit);
     assert_eq!((metadata["value"].as_str(), metadata["body"].as_str()), ("0.0036", "ball"));

@@ -5,7 +5,7 @@ use nappe_server::Reason;
 use tonic_types::StatusExt as _;
 
 use crate::{
-    cloth_scenes::sheet,
+    cloth_scenes::{sheet, sheet_with},
     harness::{Server, assert_reason, every},
 };
 
@@ -146,4 +146,35 @@ async fn a_refused_change_changes_nothing() {
     let untouched = server.session(sheet(6)).await;
     let (a, b) = (server.step(&id, 10).await, server.step(&untouched, 10).await);
     assert_eq!(a.state_hash, b.state_hash);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_session_tells_its_parameters_by_body_and_kind() {
+    let mut server = Server::start().await;
+    let id = server.session(sheet_with(5, "gravity = [0, -5, 0]\nwind = [1, 0, 0]")).await;
+    let told = server.get(&id).await.parameters.expect("parameters");
+    assert_eq!((told.gravity, told.wind), (Some([0.0, -5.0, 0.0].into()), Some([1.0, 0.0, 0.0].into())));
+    let [sheet] = &told.cloths[..] else { panic!("one cloth: {told:?}") };
+    assert_eq!((sheet.body.as_str(), sheet.drag), ("sheet", 1e-4));
+    let springs = |cloth: &v1::ClothParameters| -> Vec<_> {
+        let numbers = |s: &v1::SpringParameters| {
+            (s.kind(), [s.min_stiffness, s.max_stiffness], [s.min_damping, s.max_damping])
+        };
+        cloth.springs.iter().map(numbers).collect()
+    };
+    let stretch = (SpringKind::Stretch, [50.0, 50.0], [0.02, 0.02]);
+    assert_eq!(springs(sheet), [stretch, (SpringKind::Shear, [20.0, 20.0], [0.01, 0.01])]);
+
+    // A change is told once its step is taken.
+    let shear = v1::SpringUpdate {
+        kind: SpringKind::Shear.into(),
+        stiffness: Some(7.0),
+        ..v1::SpringUpdate::default()
+    };
+    send(&mut server, v1::UpdateParametersRequest { springs: vec![shear], ..wind(&id, 3) }).await;
+    assert_eq!(server.step(&id, 3).await.parameters, Some(told.clone()));
+    let changed = server.step(&id, 1).await.parameters.expect("parameters");
+    assert_eq!((changed.gravity, changed.wind), (told.gravity, Some([3.0, 0.0, 1.0].into())));
+    assert_eq!(changed.cloths[0].drag, 0.05);
+    assert_eq!(springs(&changed.cloths[0]), [stretch, (SpringKind::Shear, [7.0, 7.0], [0.01, 0.01])]);
 }

@@ -178,18 +178,23 @@ async fn velocities_asked_for_late_come_with_the_state_that_stands() {
 async fn diagnostics_come_for_every_frame_or_at_a_rate() {
     let mut server = Server::start().await;
     let id = server.session(sheet_with(5, "steps = 30\nframe_interval = 3")).await;
-    let request = v1::WatchDiagnosticsRequest { session_id: id.clone(), max_rate_hz: 0.0 };
-    let all = server.client.watch_diagnostics(request.clone()).await.expect("a stream").into_inner();
-    let request = v1::WatchDiagnosticsRequest { max_rate_hz: 10.0, ..request };
+    let request = v1::WatchDiagnosticsRequest {
+        delivery: v1::Delivery::Every.into(),
+        ..v1::WatchDiagnosticsRequest::of(&id)
+    };
+    let all = server.client.watch_diagnostics(request).await.expect("a stream").into_inner();
+    let request = v1::WatchDiagnosticsRequest { max_rate_hz: 10.0, ..v1::WatchDiagnosticsRequest::of(&id) };
     let some = server.client.watch_diagnostics(request).await.expect("a stream").into_inner();
     server.play(&id).await;
 
     let collect = |stream: tonic::Streaming<v1::WatchDiagnosticsResponse>| async {
         let messages = tokio::time::timeout(PATIENCE, stream.collect::<Vec<_>>()).await.expect("it ends");
-        messages
-            .into_iter()
-            .map(|message| message.expect("no error").diagnostics.expect("diagnostics"))
-            .collect::<Vec<_>>()
+        let diagnostics = |message: v1::WatchDiagnosticsResponse| match message.event {
+            Some(v1::watch_diagnostics_response::Event::Diagnostics(diagnostics)) => Some(diagnostics),
+            _ => None,
+        };
+        let messages = messages.into_iter().map(|message| message.expect("no error"));
+        messages.filter_map(diagnostics).collect::<Vec<_>>()
     };
 
     let all = collect(all).await;
@@ -208,7 +213,7 @@ async fn a_deleted_session_ends_its_streams_with_a_reason() {
     let id = server.session(sheet(4)).await;
     let (mut a, mut b) = (server.watch(every(&id, 0)).await, server.watch(latest(&id)).await);
     assert_eq!(server.until(&id, |_| true).await.watcher_count, 2);
-    server.client.delete_session(v1::DeleteSessionRequest { session_id: id }).await.expect("deleted");
+    server.client.delete_session(v1::DeleteSessionRequest::of(id)).await.expect("deleted");
     for watch in [&mut a, &mut b] {
         let (frames, status) = watch.until_break().await;
         assert_reason(&status, Reason::SessionDeleted);

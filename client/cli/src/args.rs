@@ -58,7 +58,7 @@ impl OverrideArgs {
             scene,
             precision: self.precision.map(Into::into),
             thread_count: self.threads.unwrap_or(0),
-            step_limit: self.steps.unwrap_or(0),
+            step_limit: self.steps,
             frame_interval_steps: self.frame_interval.unwrap_or(0),
         }
     }

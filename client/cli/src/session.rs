@@ -78,6 +78,8 @@ pub(crate) fn text(sessions: &[v1::Session]) -> String {
 
 #[cfg(test)]
 mod tests {
+    use std::time::{Duration, SystemTime};
+
     use serde_json::{Value, json};
 
     use super::*;
@@ -118,6 +120,7 @@ mod tests {
             session_id: "first".to_owned(),
             failure: Some(failure),
             state_hash: Some(255),
+            create_time: Some((SystemTime::UNIX_EPOCH + Duration::from_mins(29_631_630)).into()),
             ..v1::Session::default()
         };
         session.set_state(v1::SessionState::Failed);
@@ -131,7 +134,8 @@ mod tests {
             "step": 0, "time_seconds": 0.0, "frame": 0, "oldest_frame": 0, "dt_seconds": 0.0, "step_limit": 0,
             "frame_interval_steps": 0, "precision": "f32", "thread_count": 0, "particle_count": 0,
             "spring_count": 0, "snow_particle_count": 0, "watcher_count": 0, "state_hash": "00000000000000ff",
-            "diagnostics": null, "stepping_seconds": 0.0,
+            "diagnostics": null, "stepping_seconds": 0.0, "uid": "", "create_time": "2026-05-04T12:30:00Z",
+            "parameters": null,
         });
         assert_eq!(json_of(&session), expected);
         assert_eq!(json_of(&v1::Session::default())["state"], "unknown");

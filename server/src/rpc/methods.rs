@@ -12,7 +12,7 @@ use super::{changes::changes, create, server_info::server_info, shared::Shared, 
 use crate::{
     error::{Reason, ServiceError},
     session::{Command, When},
-    stream::{Delivery, DiagnosticsOnly, Frames, Seat, WatchStream, watch},
+    stream::{Delivery, DiagnosticsOnly, FieldSet, Frames, Seat, WatchStream, watch},
 };
 
 /// The service over what calls share.
@@ -31,15 +31,16 @@ impl Methods {
         &self,
         request: v1::WatchFramesRequest,
     ) -> Result<WatchStream<v1::WatchFramesResponse>, Status> {
-        let session = self.shared.session(&request.session_id)?;
+        let session = self.shared.session(&request.session_id, &request.session_uid)?;
         let wanted = validate::wanted(&request, session.snow_cell(), &self.shared.config.limits)?;
-        let delivery = validate::delivery(&request)?;
+        let v1::WatchFramesRequest { delivery, from_frame, max_rate_hz, .. } = request;
+        let delivery = validate::delivery(delivery, from_frame, max_rate_hz)?;
         let slot = session.watcher_slot()?;
 
         let wish = self.shared.answered(session.provide(wanted.needed()).await)?;
         let feed = session.feed();
         if let Delivery::Every { from_frame: Some(number) } = delivery {
-            validate::start(feed, number, wanted.needed())?;
+            feed.check_start(number, wanted.needed())?;
         }
 
         let pieces = session.topology().iter().cloned().map(v1::watch_frames_response::Event::Topology);
@@ -98,7 +99,8 @@ impl SimulationService for Methods {
     }
 
     async fn get_session(&self, request: Request<v1::GetSessionRequest>) -> Answer<v1::GetSessionResponse> {
-        let session = self.shared.session(&request.into_inner().session_id)?;
+        let request = request.into_inner();
+        let session = self.shared.session(&request.session_id, &request.session_uid)?;
         Ok(Response::new(v1::GetSessionResponse { session: Some(session.describe()) }))
     }
 
@@ -121,9 +123,9 @@ impl SimulationService for Methods {
         &self,
         request: Request<v1::DeleteSessionRequest>,
     ) -> Answer<v1::DeleteSessionResponse> {
-        let id = request.into_inner().session_id;
-        validate::session_id(&id)?;
-        let session = self.shared.registry.remove(&id)?;
+        let request = request.into_inner();
+        validate::session_id(&request.session_id)?;
+        let session = self.shared.registry.remove(&request.session_id, &request.session_uid)?;
         session.end();
         session.ended().await;
         Ok(Response::new(v1::DeleteSessionResponse {}))
@@ -134,7 +136,7 @@ impl SimulationService for Methods {
         request: Request<v1::PlaySessionRequest>,
     ) -> Answer<v1::PlaySessionResponse> {
         let request = request.into_inner();
-        let session = self.shared.session(&request.session_id)?;
+        let session = self.shared.session(&request.session_id, &request.session_uid)?;
         let real_time_factor = validate::real_time_factor(request.real_time_factor)?;
         let played = session.command(|answer| Command::Play { real_time_factor, answer }).await;
         Ok(Response::new(v1::PlaySessionResponse { session: Some(self.shared.answered(played)?) }))
@@ -144,7 +146,8 @@ impl SimulationService for Methods {
         &self,
         request: Request<v1::PauseSessionRequest>,
     ) -> Answer<v1::PauseSessionResponse> {
-        let session = self.shared.session(&request.into_inner().session_id)?;
+        let request = request.into_inner();
+        let session = self.shared.session(&request.session_id, &request.session_uid)?;
         let paused = session.command(Command::Pause).await;
         Ok(Response::new(v1::PauseSessionResponse { session: Some(self.shared.answered(paused)?) }))
     }
@@ -154,10 +157,10 @@ impl SimulationService for Methods {
         request: Request<v1::StepSessionRequest>,
     ) -> Answer<v1::StepSessionResponse> {
         let request = request.into_inner();
-        let session = self.shared.session(&request.session_id)?;
-        let count = validate::step_count(request.step_count, &self.shared.config.limits)?;
+        let session = self.shared.session(&request.session_id, &request.session_uid)?;
+        let steps = validate::steps(&request, session.step(), &self.shared.config.limits)?;
         let when = if request.wait { When::Done } else { When::Accepted };
-        let stepped = session.command(|answer| Command::Step { count, when, answer });
+        let stepped = session.command(|answer| Command::Step { steps, when, answer });
         let stepped = tokio::select! {
             stepped = stepped => stepped,
             () = self.shared.draining.cancelled() => Err(ServiceError::draining()),
@@ -169,7 +172,8 @@ impl SimulationService for Methods {
         &self,
         request: Request<v1::StopSessionRequest>,
     ) -> Answer<v1::StopSessionResponse> {
-        let session = self.shared.session(&request.into_inner().session_id)?;
+        let request = request.into_inner();
+        let session = self.shared.session(&request.session_id, &request.session_uid)?;
         let stopped = session.command(Command::Stop).await;
         Ok(Response::new(v1::StopSessionResponse { session: Some(self.shared.answered(stopped)?) }))
     }
@@ -179,7 +183,7 @@ impl SimulationService for Methods {
         request: Request<v1::UpdateParametersRequest>,
     ) -> Answer<v1::UpdateParametersResponse> {
         let request = request.into_inner();
-        let session = self.shared.session(&request.session_id)?;
+        let session = self.shared.session(&request.session_id, &request.session_uid)?;
         let (at_step, changes) = (request.at_step, changes(&request, &self.shared.config.limits)?);
         let updated = session.ask(|answer| Command::Update { at_step, changes, answer }).await;
         let effective_step = self.shared.answered(updated.and_then(|updated| updated))?;
@@ -202,14 +206,15 @@ impl SimulationService for Methods {
         request: Request<v1::WatchDiagnosticsRequest>,
     ) -> Answer<Self::WatchDiagnosticsStream> {
         let request = request.into_inner();
-        let session = self.shared.session(&request.session_id)?;
+        let session = self.shared.session(&request.session_id, &request.session_uid)?;
 
-        let delivery = match validate::period(request.max_rate_hz)? {
-            None => Delivery::Every { from_frame: None },
-            period => Delivery::Latest { period },
-        };
+        let v1::WatchDiagnosticsRequest { delivery, from_frame, max_rate_hz, .. } = request;
+        let delivery = validate::delivery(delivery, from_frame, max_rate_hz)?;
         let slot = session.watcher_slot()?;
         let feed = Arc::clone(session.feed());
+        if let Delivery::Every { from_frame: Some(number) } = delivery {
+            feed.check_start(number, FieldSet::NONE)?;
+        }
         Ok(Response::new(watch(
             feed,
             DiagnosticsOnly,

@@ -39,13 +39,15 @@ impl Shared {
         }
     }
 
-    /// The session of an id.
+    /// The session of an id, if it has this uid; an empty one fits every session.
     ///
     /// # Errors
-    /// If the id is malformed, or no session has it.
-    pub(crate) fn session(&self, id: &str) -> Result<Arc<Session>, ServiceError> {
+    /// If the id is malformed, no session has it, or the one that has it is another.
+    pub(crate) fn session(&self, id: &str, uid: &str) -> Result<Arc<Session>, ServiceError> {
         validate::session_id(id)?;
-        self.registry.get(id)
+        let session = self.registry.get(id)?;
+        session.expect_uid(uid)?;
+        Ok(session)
     }
 
     /// The answer of a session, or why there is none. A shutdown deletes sessions too, and is then the

@@ -9,7 +9,8 @@ use nappe_proto::v1;
 use crate::{
     config::Limits,
     error::{Reason, ServiceError},
-    stream::{Delivery, EncodedField, Feed, FieldSet, GridChoice, Lookup, Selection, Wanted},
+    session::Steps,
+    stream::{Delivery, EncodedField, FieldSet, GridChoice, Selection, Wanted},
 };
 
 /// Sessions in a page if the request names no size.
@@ -79,17 +80,28 @@ pub(super) fn real_time_factor(factor: f64) -> Result<f64, ServiceError> {
     Err(ServiceError::field("real_time_factor", problem).with("value", factor))
 }
 
-/// The number of steps of a call; 0 asks for one.
+/// The steps of a call to a session that has taken `taken`; a count of 0 asks for one.
 ///
 /// # Errors
-/// More than are allowed.
-pub(super) fn step_count(count: u64, limits: &Limits) -> Result<u64, ServiceError> {
-    let allowed = limits.max_steps_per_call;
-    if count <= allowed {
-        return Ok(count.max(1));
+/// More than are allowed, or both a count and a step to reach.
+pub(super) fn steps(
+    request: &v1::StepSessionRequest,
+    taken: u64,
+    limits: &Limits,
+) -> Result<Steps, ServiceError> {
+    let most = limits.max_steps_per_call;
+    let (field, value, allowed, steps) = match request.to_step {
+        None => ("step_count", request.step_count, most, Steps::More(request.step_count.max(1))),
+        Some(_) if request.step_count > 0 => {
+            return Err(ServiceError::field("to_step", "goes without step_count: give one of them"));
+        }
+        Some(step) => ("to_step", step, taken.saturating_add(most), Steps::Until(step)),
+    };
+    if value <= allowed {
+        return Ok(steps);
     }
-    let problem = format!("is {count}: allowed are at most {allowed} steps in one call");
-    Err(ServiceError::field("step_count", problem).with("value", count).with("allowed", allowed))
+    let problem = format!("is {value}: allowed are at most {allowed}, {most} steps in one call");
+    Err(ServiceError::field(field, problem).with("value", value).with("allowed", allowed))
 }
 
 /// Least time between two frames; `None` for rate 0, which is no limit.
@@ -179,48 +191,27 @@ fn fields(request: &v1::WatchFramesRequest) -> Result<FieldSet, ServiceError> {
     Ok(fields)
 }
 
-/// Which frames a watcher wants.
+/// Which frames a watcher wants, from the three fields of its request that say so.
 ///
 /// # Errors
 /// A delivery that does not exist, or a field that belongs to the other delivery.
-pub(super) fn delivery(request: &v1::WatchFramesRequest) -> Result<Delivery, ServiceError> {
-    let period = period(request.max_rate_hz)?;
-    match v1::Delivery::try_from(request.delivery) {
-        Ok(v1::Delivery::Unspecified | v1::Delivery::Latest) => match request.from_frame {
+pub(super) fn delivery(
+    delivery: i32,
+    from_frame: Option<u64>,
+    max_rate_hz: f64,
+) -> Result<Delivery, ServiceError> {
+    let period = period(max_rate_hz)?;
+    match v1::Delivery::try_from(delivery) {
+        Ok(v1::Delivery::Unspecified | v1::Delivery::Latest) => match from_frame {
             None => Ok(Delivery::Latest { period }),
             Some(_) => Err(ServiceError::field("from_frame", "goes with DELIVERY_EVERY only")),
         },
         Ok(v1::Delivery::Every) => match period {
-            None => Ok(Delivery::Every { from_frame: request.from_frame }),
+            None => Ok(Delivery::Every { from_frame }),
             Some(_) => Err(ServiceError::field("max_rate_hz", "goes with DELIVERY_LATEST only")),
         },
-        Err(_unknown) => Err(unknown_value("delivery", request.delivery)),
+        Err(_unknown) => Err(unknown_value("delivery", delivery)),
     }
-}
-
-/// Whether a watcher can start at a frame: one that is kept, or the next that will be made.
-///
-/// # Errors
-/// A frame that is no longer kept, or beyond the next.
-pub(super) fn start(feed: &Feed, from_frame: u64, wanted: FieldSet) -> Result<(), ServiceError> {
-    let newest = feed.newest().frame.head.frame;
-    if from_frame > newest.saturating_add(1) {
-        let message = format!("frame {from_frame} is not made yet; the newest is {newest}");
-        return Err(ServiceError::new(Reason::FrameNotMade, message)
-            .with("from_frame", from_frame)
-            .with("newest_frame", newest));
-    }
-
-    if let Lookup::Expired { oldest } = feed.lookup(from_frame, wanted) {
-        let message = format!(
-            "frame {from_frame} is no longer kept with what is asked for; the oldest that is: {oldest}"
-        );
-        return Err(ServiceError::new(Reason::FrameExpired, message)
-            .with("from_frame", from_frame)
-            .with("oldest_frame", oldest)
-            .with("newest_frame", newest));
-    }
-    Ok(())
 }
 
 /// A number that must be finite.

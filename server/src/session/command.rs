@@ -21,6 +21,15 @@ pub(crate) enum When {
     Done,
 }
 
+/// Which steps a command asks for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Steps {
+    /// So many more, 1 or more.
+    More(u64),
+    /// Until so many were taken since the start; none if they were.
+    Until(u64),
+}
+
 #[derive(Debug)]
 pub(crate) enum Command {
     /// Steps until paused, stopped or at the end.
@@ -31,8 +40,7 @@ pub(crate) enum Command {
     },
     Pause(Answer),
     Step {
-        /// Steps to take, 1 or more.
-        count: u64,
+        steps: Steps,
         when: When,
         answer: Answer,
     },

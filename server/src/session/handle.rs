@@ -54,9 +54,30 @@ impl Session {
         &self.status.properties.id
     }
 
+    /// The session itself, if it has this uid; an empty one fits every session.
+    ///
+    /// # Errors
+    /// If it is another session, which was given the id later.
+    pub(crate) fn expect_uid(&self, uid: &str) -> Result<(), ServiceError> {
+        let (id, own) = (self.id(), &self.status.properties.uid);
+        if uid.is_empty() || uid == own {
+            return Ok(());
+        }
+        let message = format!("session '{id}' has the uid {own}, not {uid}: it was made later");
+        Err(ServiceError::new(Reason::SessionReplaced, message)
+            .with("session_id", id)
+            .with("session_uid", own)
+            .with("expected_uid", uid))
+    }
+
     /// Its description as of now.
     pub(crate) fn describe(&self) -> v1::Session {
         self.with_watchers(self.status.describe())
+    }
+
+    /// Steps that it has taken.
+    pub(crate) fn step(&self) -> u64 {
+        self.status.progress().step
     }
 
     /// What its streams begin with, in pieces.

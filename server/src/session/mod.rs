@@ -8,6 +8,7 @@ mod pace;
 mod stopwatch;
 mod command;
 mod pending_changes;
+mod parameters;
 mod status;
 mod failure;
 mod simulator;
@@ -16,7 +17,7 @@ mod handle;
 mod start;
 mod registry;
 
-pub(crate) use command::{Command, When};
+pub(crate) use command::{Command, Steps, When};
 pub(crate) use handle::Session;
 pub(crate) use registry::Registry;
 pub(crate) use start::{SessionOptions, start};

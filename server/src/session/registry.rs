@@ -70,24 +70,19 @@ impl Registry {
     /// # Errors
     /// If there is none.
     pub(crate) fn get(&self, id: &str) -> Result<Arc<Session>, ServiceError> {
-        self.lock().get(id).cloned().flatten().ok_or_else(|| not_found(id))
+        find(&self.lock(), id)
     }
 
-    /// Takes a session out of the registry.
+    /// Takes a session out of the registry, if it has this uid; an empty one fits every session.
     ///
     /// # Errors
-    /// If there is none of this id.
-    pub(crate) fn remove(&self, id: &str) -> Result<Arc<Session>, ServiceError> {
+    /// If there is none of this id, or it has another uid.
+    pub(crate) fn remove(&self, id: &str, uid: &str) -> Result<Arc<Session>, ServiceError> {
         let mut sessions = self.lock();
-        match sessions.remove(id) {
-            Some(Some(session)) => Ok(session),
-            Some(None) => {
-                // It is being made: its id stays reserved, and no client knows it yet.
-                sessions.insert(id.to_owned(), None);
-                Err(not_found(id))
-            }
-            None => Err(not_found(id)),
-        }
+        let session = find(&sessions, id)?;
+        session.expect_uid(uid)?;
+        sessions.remove(id);
+        Ok(session)
     }
 
     /// Up to `count` sessions with ids after `after`, and whether more follow.
@@ -138,6 +133,11 @@ impl Drop for Reservation {
             sessions.remove(&self.id);
         }
     }
+}
+
+/// A session that is being made is none yet: no client knows it.
+fn find(sessions: &BTreeMap<String, Option<Arc<Session>>>, id: &str) -> Result<Arc<Session>, ServiceError> {
+    sessions.get(id).cloned().flatten().ok_or_else(|| not_found(id))
 }
 
 fn new_id(taken: &BTreeMap<String, Option<Arc<Session>>>) -> String {

@@ -7,7 +7,7 @@ use std::{
     panic::{AssertUnwindSafe, catch_unwind},
     sync::{Arc, atomic::AtomicBool, mpsc},
     thread,
-    time::Instant,
+    time::{Instant, SystemTime},
 };
 
 use nappe_proto::v1;
@@ -16,11 +16,13 @@ use nappe_sim::{math::Precision, world::Simulation};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use tokio::sync::{OwnedSemaphorePermit, oneshot};
 use tokio_util::sync::CancellationToken;
+use uuid::Uuid;
 
 use super::{
     command::MAX_COMMANDS,
     handle::Session,
     pace::Pace,
+    parameters::parameters,
     pending_changes::PendingChanges,
     simulator::Simulator,
     status::{Progress, Properties, Status},
@@ -50,8 +52,8 @@ pub(crate) struct SessionOptions {
     pub precision: Option<Precision>,
     /// Threads, 1 or more.
     pub thread_count: u32,
-    /// The session ends after this many steps; 0: as the scene says.
-    pub step_limit: u64,
+    /// The session ends after this many steps, 0: never; none: as the scene says.
+    pub step_limit: Option<u64>,
     /// Steps between frames; 0: as the scene says.
     pub frame_interval_steps: u32,
 }
@@ -117,10 +119,11 @@ fn build(
     warnings.splice(0..0, built.warnings);
     simulation.apply(&built.initial_changes).map_err(|error| invalid_setup(options, &error))?;
 
-    let topology = topology(&simulation);
+    let properties = properties(options, &scene, &simulation);
+    let topology = topology(&simulation, &properties.uid);
     let diagnostics = pool.install(|| initial_diagnostics(&simulation));
     let (first, state_hash) = pool.install(|| first_frame(&simulation, &diagnostics))?;
-    let feed = Arc::new(Feed::new(first, limits.history_bytes_per_session));
+    let feed = Arc::new(Feed::new(&properties.uid, first, limits.history_bytes_per_session));
 
     let progress = Progress {
         state: State::Paused,
@@ -129,9 +132,10 @@ fn build(
         state_hash: Some(state_hash),
         diagnostics,
         stepping_seconds: 0.0,
+        parameters: parameters(simulation.parameters()),
         failure: None,
     };
-    let status = Arc::new(Status::new(properties(options, &scene, &simulation), feed, progress));
+    let status = Arc::new(Status::new(properties, feed, progress));
 
     let (sender, commands) = mpsc::sync_channel(MAX_COMMANDS);
     let is_deleted = Arc::new(AtomicBool::new(false));
@@ -172,9 +176,11 @@ fn properties(options: &SessionOptions, scene: &Scene, simulation: &Simulation) 
         if options.frame_interval_steps == 0 { scene.frame_interval } else { options.frame_interval_steps };
     Properties {
         id: options.id.clone(),
+        uid: Uuid::new_v4().to_string(),
+        create_time: SystemTime::now(),
         title: scene.title.clone(),
         dt_seconds: simulation.dt(),
-        step_limit: if options.step_limit == 0 { scene.steps } else { options.step_limit },
+        step_limit: options.step_limit.unwrap_or(scene.steps),
         frame_interval_steps: frame_interval_steps.max(1),
         hash_interval: scene.hash_interval.max(1),
         precision: simulation.precision(),

@@ -1,6 +1,9 @@
 //! What can be read of a session while it steps: properties, progress, and the message made of both.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::{
+    sync::{Arc, Mutex, PoisonError},
+    time::SystemTime,
+};
 
 use nappe_proto::v1;
 use nappe_sim::math::Precision;
@@ -12,6 +15,9 @@ use crate::stream::Feed;
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Properties {
     pub id: String,
+    /// Never given to another session.
+    pub uid: String,
+    pub create_time: SystemTime,
     /// Title of the scene.
     pub title: String,
     pub dt_seconds: f64,
@@ -46,6 +52,8 @@ pub(crate) struct Progress {
     pub diagnostics: v1::Diagnostics,
     /// Wall-clock time spent stepping.
     pub stepping_seconds: f64,
+    /// Parameters of the newest step.
+    pub parameters: v1::Parameters,
     /// Why the session failed, if it did.
     pub failure: Option<v1::Failure>,
 }
@@ -63,9 +71,16 @@ impl Status {
         Self { properties, feed, progress: Mutex::new(progress) }
     }
 
-    /// Changes the progress.
+    /// Changes the progress. Watchers are told of another state.
     pub(crate) fn update(&self, change: impl FnOnce(&mut Progress)) {
-        change(&mut self.progress.lock().unwrap_or_else(PoisonError::into_inner));
+        let mut progress = self.progress.lock().unwrap_or_else(PoisonError::into_inner);
+        let before = state_message(progress.state);
+        change(&mut progress);
+
+        let state = state_message(progress.state);
+        if state != before {
+            self.feed.note_state(state, progress.failure.clone(), progress.step);
+        }
     }
 
     /// The progress as of now.
@@ -97,6 +112,9 @@ impl Status {
             diagnostics: Some(progress.diagnostics),
             stepping_seconds: progress.stepping_seconds,
             snow_particle_count: properties.snow_particle_count,
+            uid: properties.uid.clone(),
+            create_time: Some(properties.create_time.into()),
+            parameters: Some(progress.parameters),
         }
     }
 }

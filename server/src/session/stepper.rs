@@ -18,9 +18,10 @@ use nappe_proto::v1;
 use nappe_sim::world::Change;
 
 use super::{
-    command::{Answer, Command, MAX_COMMANDS, When},
+    command::{Answer, Command, MAX_COMMANDS, Steps, When},
     failure::{FailurePoint, SessionFailure, interrupted, refused},
     pace::Pace,
+    parameters::parameters,
     pending_changes::PendingChanges,
     simulator::{FramePosition, Simulator, TimedStep},
     status::Status,
@@ -69,6 +70,7 @@ impl Stepper {
         }
 
         let error = ServiceError::session_deleted(self.id());
+        self.status().feed.note(v1::ChangeKind::Deleted, self.step_count());
         self.status().feed.end(Ending::Broken(error.clone()));
         self.answer_waiting(&Err(error));
     }
@@ -114,7 +116,7 @@ impl Stepper {
                 }
                 self.reply(answer, changed);
             }
-            Command::Step { count, when, answer } => self.begin_steps(count, when, answer),
+            Command::Step { steps, when, answer } => self.begin_steps(steps, when, answer),
             Command::Pause(answer) => {
                 let changed = self.change(Event::Pause);
                 self.reply(answer, changed);
@@ -137,9 +139,15 @@ impl Stepper {
         Flow::Continue
     }
 
-    fn begin_steps(&mut self, count: u64, when: When, answer: Answer) {
-        let idle = self.state == State::Paused;
-        let changed = self.change(Event::Step(count));
+    fn begin_steps(&mut self, steps: Steps, when: When, answer: Answer) {
+        let coming = if let State::Stepping { remaining } = self.state { remaining } else { 0 };
+        let changed = match steps {
+            Steps::More(count) => self.change(Event::Step(count)),
+            Steps::Until(step) if step <= self.step_count() => return self.reply(answer, Ok(())),
+            Steps::Until(step) if step <= self.step_count().saturating_add(coming) => Ok(()),
+            Steps::Until(step) => self.change(Event::Step(step - self.step_count() - coming)),
+        };
+        let idle = coming == 0;
         if changed.is_ok() && idle {
             self.set_pace(0.0);
         }
@@ -193,12 +201,18 @@ impl Stepper {
     fn step(&mut self) {
         self.commands_since_step = 0;
         let index = self.step_count();
-        for changes in self.pending.take_due(index) {
+        let due = self.pending.take_due(index);
+        if !due.is_empty() {
+            self.status().feed.note(v1::ChangeKind::Parameters, index);
+        }
+        for changes in due {
             if let Err(error) = self.simulator.simulation.apply(&changes) {
                 // They were checked when they came, and bodies do not change.
                 let message = format!("a change before step {index} was refused: {error}");
                 return self.fail(ServiceError::internal(message), index, None, None);
             }
+            let now = parameters(self.simulator.simulation.parameters());
+            self.status().update(|progress| progress.parameters = now);
         }
 
         let panic_now = self.panic_next;

@@ -1,6 +1,6 @@
-//! From the stepper to the watchers: the newest frame, the history behind it, how the streams end.
+//! From the stepper to the watchers: the newest frame, the history behind it, changes of state, how the streams end.
 //!
-//! Enters: frames from the stepper, which never waits for a watcher. Leaves: shared frames, to
+//! Enters: frames and changes from the stepper, which never waits for a watcher. Leaves: shared frames, to
 //! each watcher at its own pace. A watcher of every frame keeps a number and looks it up here.
 
 use std::{
@@ -12,12 +12,13 @@ use nappe_proto::v1;
 use tokio::sync::watch;
 
 use super::{
+    changes::Changes,
     demand::{Demand, Wish},
     fields::FieldSet,
     frame::EncodedFrame,
     history::{History, Lookup},
 };
-use crate::error::ServiceError;
+use crate::error::{Reason, ServiceError};
 
 /// How a session's streams end.
 #[derive(Clone, Debug)]
@@ -34,6 +35,8 @@ pub(crate) struct Newest {
     pub frame: Arc<EncodedFrame>,
     /// Number of the oldest frame kept.
     pub oldest: u64,
+    /// Number of the newest change of state, 0 if there is none.
+    pub change: u64,
     /// Set once, when no frame will follow.
     pub ending: Option<Arc<Ending>>,
 }
@@ -42,19 +45,26 @@ pub(crate) struct Newest {
 #[derive(Debug)]
 pub(crate) struct Feed {
     history: Mutex<History>,
+    changes: Mutex<Changes>,
     newest: watch::Sender<Newest>,
     demand: Arc<Demand>,
 }
 
 impl Feed {
-    /// A feed with its first frame. It keeps up to `budget` bytes of frames, and always the newest.
-    pub(crate) fn new(first: EncodedFrame, budget: u64) -> Self {
+    /// A feed of the session of this uid, with its first frame. It keeps up to `budget` bytes of frames, and always
+    /// the newest.
+    pub(crate) fn new(session_uid: &str, first: EncodedFrame, budget: u64) -> Self {
         let first = Arc::new(first);
-        let newest = Newest { frame: Arc::clone(&first), oldest: first.head.frame, ending: None };
+        let newest = Newest { frame: Arc::clone(&first), oldest: first.head.frame, change: 0, ending: None };
         let mut history = History::new(budget);
         history.push(first);
 
-        Self { history: Mutex::new(history), newest: watch::Sender::new(newest), demand: Arc::default() }
+        Self {
+            history: Mutex::new(history),
+            changes: Mutex::new(Changes::new(session_uid.to_owned())),
+            newest: watch::Sender::new(newest),
+            demand: Arc::default(),
+        }
     }
 
     /// Adds the next frame, or replaces the newest by itself with more fields.
@@ -73,6 +83,47 @@ impl Feed {
 
         // Frames are freed here, outside the lock that watchers take.
         drop(outdated);
+    }
+
+    /// Tells the watchers that the session is in another state after `step` steps.
+    pub(crate) fn note_state(&self, state: v1::SessionState, failure: Option<v1::Failure>, step: u64) {
+        self.push_change(|change| {
+            change.set_kind(v1::ChangeKind::State);
+            change.set_state(state);
+            (change.failure, change.step) = (failure, step);
+        });
+    }
+
+    /// Tells the watchers what happened to the session after `step` steps, which left it in its state.
+    pub(crate) fn note(&self, kind: v1::ChangeKind, step: u64) {
+        self.push_change(|change| {
+            change.set_kind(kind);
+            change.step = step;
+        });
+    }
+
+    /// Where the change stands among the frames is decided together with its number.
+    fn push_change(&self, alter: impl FnOnce(&mut v1::StateChange)) {
+        self.newest.send_modify(|newest| {
+            let mut changes = self.lock_changes();
+            let mut change = changes.present().clone();
+            alter(&mut change);
+            change.frame = newest.frame.head.frame;
+            newest.change = changes.push(change);
+        });
+    }
+
+    /// How the session stands: the last change that was pushed, as of the newest frame.
+    pub(crate) fn present(&self) -> v1::StateChange {
+        let mut present = self.lock_changes().present().clone();
+        let head = self.newest.borrow().frame.head.clone();
+        (present.frame, present.step) = (head.frame, present.step.max(head.step));
+        present
+    }
+
+    /// Changes after number `after`, up to number `newest`, as far as they are kept.
+    pub(crate) fn changes(&self, after: u64, newest: u64) -> Vec<v1::StateChange> {
+        self.lock_changes().between(after, newest)
     }
 
     /// Ends the streams; later ends are ignored.
@@ -96,6 +147,30 @@ impl Feed {
         self.lock().lookup(number, wanted)
     }
 
+    /// Checks that a watcher of every frame can start at one: it is kept, or can still be made.
+    ///
+    /// # Errors
+    /// A frame that is no longer kept, or beyond the last of a finished session.
+    pub(crate) fn check_start(&self, from_frame: u64, wanted: FieldSet) -> Result<(), ServiceError> {
+        let newest = self.newest();
+        let newest_frame = newest.frame.head.frame;
+        let is_finished = matches!(newest.ending.as_deref(), Some(Ending::Finished(_)));
+        if is_finished && from_frame > newest_frame + 1 {
+            return Err(not_made(from_frame, newest_frame));
+        }
+
+        if let Lookup::Expired { oldest } = self.lookup(from_frame, wanted) {
+            let message = format!(
+                "frame {from_frame} is no longer kept with what is asked for; the oldest that is: {oldest}"
+            );
+            return Err(ServiceError::new(Reason::FrameExpired, message)
+                .with("from_frame", from_frame)
+                .with("oldest_frame", oldest)
+                .with("newest_frame", newest_frame));
+        }
+        Ok(())
+    }
+
     /// Asks that frames hold these fields for as long as the wish lasts; true if they did not.
     pub(crate) fn wish(&self, fields: FieldSet) -> (Wish, bool) {
         self.demand.wish(fields)
@@ -106,8 +181,22 @@ impl Feed {
         self.demand.at(Instant::now())
     }
 
+    fn lock_changes(&self) -> MutexGuard<'_, Changes> {
+        // No code that holds the lock can leave it half changed.
+        self.changes.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
     fn lock(&self) -> MutexGuard<'_, History> {
         // No code that holds the lock can leave the history half changed.
         self.history.lock().unwrap_or_else(PoisonError::into_inner)
     }
+}
+
+/// A frame was asked for that lies beyond the last of a finished session.
+pub(super) fn not_made(from_frame: u64, newest_frame: u64) -> ServiceError {
+    let message =
+        format!("frame {from_frame} will not be made: the session finished with frame {newest_frame}");
+    ServiceError::new(Reason::FrameNotMade, message)
+        .with("from_frame", from_frame)
+        .with("newest_frame", newest_frame)
 }

@@ -40,6 +40,8 @@ pub(crate) struct FrameHead {
 impl FrameHead {
     /// The head of a frame of the state as it is, without a hash.
     pub(crate) fn of(simulation: &Simulation, frame: u64, diagnostics: v1::Diagnostics) -> Self {
+        // A frame made at a stop is newer than the one that its step reported.
+        let diagnostics = v1::Diagnostics { frame, ..diagnostics };
         let (step, time_seconds) = (simulation.step_count(), simulation.time());
         Self { frame, step, time_seconds, state_hash: None, diagnostics }
     }

@@ -1,6 +1,8 @@
 //! What a stream makes of frames: messages with fields and nodes, or diagnostics alone.
 
-use nappe_proto::v1::{self, watch_frames_response::Event};
+use nappe_proto::v1::{
+    self, watch_diagnostics_response::Event as DiagnosticsEvent, watch_frames_response::Event,
+};
 
 use super::{
     fields::{FieldSet, Wanted},
@@ -10,7 +12,7 @@ use super::{
 /// A kind of stream.
 pub(crate) trait StreamKind: Copy + Send + Sync + 'static {
     /// A message of the stream.
-    type Message: Send + 'static;
+    type Message: Clone + Send + Sync + 'static;
 
     /// What a frame must hold for it.
     fn needed(&self) -> FieldSet;
@@ -18,8 +20,14 @@ pub(crate) trait StreamKind: Copy + Send + Sync + 'static {
     /// The messages of a frame; `dropped_count` frames before it were not sent.
     fn messages(&self, frame: &EncodedFrame, dropped_count: u64) -> Vec<Self::Message>;
 
-    /// The message at the end of a finished session, if there is one.
-    fn end(&self, end: v1::SessionEnd) -> Option<Self::Message>;
+    /// The message of a change of state.
+    fn change(&self, change: v1::StateChange) -> Self::Message;
+
+    /// The message when there was nothing to send for a while.
+    fn progress(&self, progress: v1::Progress) -> Self::Message;
+
+    /// The message at the end of a finished session.
+    fn end(&self, end: v1::SessionEnd) -> Self::Message;
 }
 
 /// Frames with the fields and nodes that a watcher wants.
@@ -38,8 +46,16 @@ impl StreamKind for Frames {
         pieces.map(|piece| v1::WatchFramesResponse { event: Some(Event::Frame(piece)) }).collect()
     }
 
-    fn end(&self, end: v1::SessionEnd) -> Option<Self::Message> {
-        Some(v1::WatchFramesResponse { event: Some(Event::End(end)) })
+    fn change(&self, change: v1::StateChange) -> Self::Message {
+        v1::WatchFramesResponse { event: Some(Event::Change(change)) }
+    }
+
+    fn progress(&self, progress: v1::Progress) -> Self::Message {
+        v1::WatchFramesResponse { event: Some(Event::Progress(progress)) }
+    }
+
+    fn end(&self, end: v1::SessionEnd) -> Self::Message {
+        v1::WatchFramesResponse { event: Some(Event::End(end)) }
     }
 }
 
@@ -54,11 +70,25 @@ impl StreamKind for DiagnosticsOnly {
         FieldSet::NONE
     }
 
-    fn messages(&self, frame: &EncodedFrame, _: u64) -> Vec<Self::Message> {
-        vec![v1::WatchDiagnosticsResponse { diagnostics: Some(frame.head.diagnostics.clone()) }]
+    fn messages(&self, frame: &EncodedFrame, dropped_count: u64) -> Vec<Self::Message> {
+        let event = Some(DiagnosticsEvent::Diagnostics(frame.head.diagnostics.clone()));
+        vec![v1::WatchDiagnosticsResponse { event, dropped_count }]
     }
 
-    fn end(&self, _: v1::SessionEnd) -> Option<Self::Message> {
-        None
+    fn change(&self, change: v1::StateChange) -> Self::Message {
+        bare(DiagnosticsEvent::Change(change))
     }
+
+    fn progress(&self, progress: v1::Progress) -> Self::Message {
+        bare(DiagnosticsEvent::Progress(progress))
+    }
+
+    fn end(&self, end: v1::SessionEnd) -> Self::Message {
+        bare(DiagnosticsEvent::End(end))
+    }
+}
+
+/// A message without frames before it.
+fn bare(event: DiagnosticsEvent) -> v1::WatchDiagnosticsResponse {
+    v1::WatchDiagnosticsResponse { event: Some(event), dropped_count: 0 }
 }

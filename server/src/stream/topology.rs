@@ -19,8 +19,8 @@ pub(super) const TOPOLOGY_ID: u32 = 1;
 /// Bytes that a body takes in a message besides its name and arrays, at most.
 const BODY_BYTES: usize = 64;
 
-/// The messages of a session's topology; at least one.
-pub(crate) fn topology(simulation: &Simulation) -> Vec<v1::Topology> {
+/// The messages of a session's topology, each with the session's uid; at least one.
+pub(crate) fn topology(simulation: &Simulation, session_uid: &str) -> Vec<v1::Topology> {
     let bodies = simulation.topology();
     let whole = v1::Topology {
         topology_id: TOPOLOGY_ID,
@@ -28,6 +28,7 @@ pub(crate) fn topology(simulation: &Simulation) -> Vec<v1::Topology> {
         bodies: bodies.iter().map(body).collect(),
         colliders: simulation.colliders().iter().map(collider).collect(),
         chunk: None,
+        session_uid: session_uid.to_owned(),
     };
     split(whole, BUDGET_BYTES)
 }
@@ -65,6 +66,7 @@ fn split(whole: v1::Topology, budget: usize) -> Vec<v1::Topology> {
             bodies,
             colliders: colliders.take().unwrap_or_default(),
             chunk: Some(chunk),
+            session_uid: whole.session_uid.clone(),
         })
         .collect()
 }

@@ -1,35 +1,33 @@
-//! One watcher of a session: a task that carries frames to a stream at the reader's own pace.
+//! One watcher of a session: a task that carries frames and changes of state to a stream at the reader's own pace.
 //!
 //! Enters: the session's feed. Leaves: messages, then the end or the reason why the stream broke.
-//! The task waits for the reader; the stepper never waits for the task.
+//! The task waits for the reader; the stepper never waits for the task. What a stream promises stands in
+//! docs/service.md: it is ordered, unique, reliable, resumable, bookmarkable and atomic.
 
-use std::{
-    pin::Pin,
-    sync::{Arc, OnceLock},
-    task::{Context, Poll},
-    time::Duration,
-};
+use std::{sync::Arc, time::Duration};
 
+use nappe_proto::v1;
 use tokio::{
-    sync::{OwnedSemaphorePermit, mpsc, watch},
-    time::{Interval, MissedTickBehavior},
+    sync::{mpsc, watch},
+    time::{Instant, Interval, MissedTickBehavior, sleep_until},
 };
-use tokio_stream::Stream;
 use tokio_util::sync::CancellationToken;
-use tonic::Status;
 
 use super::{
-    demand::Wish,
-    feed::{Ending, Feed, Newest},
+    feed::{Ending, Feed, Newest, not_made},
     fields::FieldSet,
     frame::EncodedFrame,
     history::Lookup,
     stream_kind::StreamKind,
+    watch_stream::{Broken, Seat, WatchStream},
 };
 use crate::error::{Reason, ServiceError};
 
 /// Messages that wait for the reader, besides those in HTTP/2's buffers. More would only be older.
 const WAITING_MESSAGES: usize = 1;
+
+/// A watcher without frames for this long is told how far the session is.
+const QUIET: Duration = Duration::from_secs(5);
 
 /// Which frames a watcher gets.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,45 +44,6 @@ pub(crate) enum Delivery {
     },
 }
 
-/// The reader's end of a watcher; the last item is the status that broke the stream, if one did.
-#[derive(Debug)]
-pub(crate) struct WatchStream<M> {
-    messages: mpsc::Receiver<M>,
-    broken: Arc<OnceLock<Status>>,
-    /// Whether `broken` was handed out.
-    ended: bool,
-    /// What the watcher holds of the session until the stream is dropped.
-    _seat: Seat,
-}
-
-/// A place among a session's watchers, and what the watcher wants of frames: none for one that wants no fields.
-#[derive(Debug)]
-pub(crate) struct Seat {
-    _slot: OwnedSemaphorePermit,
-    _wish: Option<Wish>,
-}
-
-impl Seat {
-    pub(crate) fn new(slot: OwnedSemaphorePermit, wish: Option<Wish>) -> Self {
-        Self { _slot: slot, _wish: wish }
-    }
-}
-
-impl<M> Stream for WatchStream<M> {
-    type Item = Result<M, Status>;
-
-    fn poll_next(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<Option<Self::Item>> {
-        self.messages.poll_recv(context).map(|message| match message {
-            Some(message) => Some(Ok(message)),
-            None if self.ended => None,
-            None => {
-                self.ended = true;
-                self.broken.get().cloned().map(Err)
-            }
-        })
-    }
-}
-
 /// Why a watcher's task ends.
 enum Leave {
     /// The reader is gone, or the session finished.
@@ -93,21 +52,25 @@ enum Leave {
     With(ServiceError),
 }
 
-/// Starts a watcher: first the messages of `opening`, then frames as `delivery` says.
+/// Starts a watcher: first the messages of `opening`, then how the session stands, then frames as `delivery` says.
 pub(crate) fn watch<S: StreamKind>(
     feed: Arc<Feed>,
     kind: S,
     delivery: Delivery,
-    opening: Vec<S::Message>,
+    mut opening: Vec<S::Message>,
     seat: Seat,
     draining: CancellationToken,
 ) -> WatchStream<S::Message> {
     let (sender, messages) = mpsc::channel(WAITING_MESSAGES);
-    let broken = Arc::new(OnceLock::new());
-    let stream = WatchStream { messages, broken: Arc::clone(&broken), ended: false, _seat: seat };
+    let (stream, broken) = WatchStream::new(messages, seat);
     let newest = feed.subscribe();
 
-    let mut watcher = Watcher { feed, newest, kind, sender: sender.clone() };
+    let present = feed.present();
+    let (change, quiet_since, within_frame) = (present.number, Instant::now(), false);
+    opening.push(kind.change(present));
+
+    let mut watcher =
+        Watcher { feed, newest, kind, sender: sender.clone(), change, quiet_since, within_frame };
     tokio::spawn(async move {
         let leave = tokio::select! {
             biased;
@@ -117,7 +80,8 @@ pub(crate) fn watch<S: StreamKind>(
         };
         if let Leave::With(error) = leave {
             // Before the sender is dropped, so that the stream finds it when it runs dry.
-            broken.set(error.into()).expect("one task sets it once");
+            let told = broken.set(Broken { farewell: watcher.farewell(&error), status: error.into() });
+            assert!(told.is_ok(), "one task sets it once");
         }
         drop(watcher);
     });
@@ -129,6 +93,12 @@ struct Watcher<S: StreamKind> {
     newest: watch::Receiver<Newest>,
     kind: S,
     sender: mpsc::Sender<S::Message>,
+    /// Number of the last change of state that was sent.
+    change: u64,
+    /// When a frame, or word that there is none, was sent last.
+    quiet_since: Instant,
+    /// Whether some pieces of a frame are sent and others not.
+    within_frame: bool,
 }
 
 impl<S: StreamKind> Watcher<S> {
@@ -137,44 +107,74 @@ impl<S: StreamKind> Watcher<S> {
         for message in opening {
             self.send(message).await?;
         }
+
         match delivery {
-            Delivery::Latest { period } => self.latest(period.map(ticker)).await,
+            Delivery::Latest { period } => self.latest(Rate::new(period)).await,
             Delivery::Every { from_frame } => self.every(from_frame).await,
         }
     }
 
-    async fn latest(&mut self, mut ticker: Option<Interval>) -> Result<(), Leave> {
-        let mut sent = None;
+    async fn latest(&mut self, mut rate: Rate) -> Result<(), Leave> {
+        let (mut sent, wanted) = (None, self.kind.needed());
         loop {
-            let wanted = self.kind.needed();
-            let news = |newest: &Newest| is_news(newest, sent, wanted);
-            gone(self.newest.wait_for(|newest| newest.ending.is_some() || news(newest)).await)?;
-
-            tokio::select! {
-                () = next_tick(&mut ticker) => {}
-                ended = self.newest.wait_for(|newest| newest.ending.is_some()) => { gone(ended)?; }
+            if !self.wait_for_latest(sent, &mut rate).await? {
+                self.send_progress(sent).await?;
+                continue;
             }
 
             // The newest is taken only when the reader has room, so that it is fresh.
             let room = self.sender.reserve().await.map_err(|_closed| Leave::Quietly)?;
             let newest = self.newest.borrow_and_update().clone();
+            let (number, has_news) = (newest.frame.head.frame, is_news(&newest, sent, wanted));
 
-            if is_news(&newest, sent, wanted) {
-                let number = newest.frame.head.frame;
+            // What happened before the frame comes before it; all else once no frame is left.
+            let before = if has_news { number } else { u64::MAX };
+            let change = self.feed.changes(self.change, newest.change).into_iter().next();
+            if let Some(change) = change.filter(|change| change.frame < before) {
+                self.change = change.number;
+                room.send(self.kind.change(change));
+            } else if has_news {
                 let dropped = sent.map_or(0, |sent: u64| number.saturating_sub(sent + 1));
                 let mut messages = messages(self.kind, &newest.frame, dropped).await?.into_iter();
-                if let Some(first) = messages.next() {
-                    room.send(first);
+                self.within_frame = messages.len() > 1;
+                match messages.next() {
+                    Some(first) => room.send(first),
+                    None => drop(room),
                 }
                 for message in messages {
                     self.send(message).await?;
                 }
+                self.frame_is_sent();
+                rate.spend();
                 sent = Some(number);
             } else if let Some(ending) = newest.ending {
                 drop(room);
                 return self.finish(&ending).await;
             }
         }
+    }
+
+    /// Waits until the frame after frame `sent`, a change of state or the end can be sent; false if nothing came for
+    /// so long that the reader should be told.
+    async fn wait_for_latest(&mut self, sent: Option<u64>, rate: &mut Rate) -> Result<bool, Leave> {
+        let (told, wanted, quiet_until) = (self.change, self.kind.needed(), self.quiet_since + QUIET);
+        let has_ended = |newest: &Newest| newest.ending.is_some();
+        let has_news = |newest: &Newest| is_news(newest, sent, wanted);
+        let is_awaited = |newest: &Newest| has_ended(newest) || newest.change > told || has_news(newest);
+        tokio::select! {
+            awaited = self.newest.wait_for(is_awaited) => gone(awaited)?,
+            () = sleep_until(quiet_until) => return Ok(false),
+        }
+        if !has_news(&self.newest.borrow()) {
+            return Ok(true);
+        }
+
+        tokio::select! {
+            () = rate.ready() => {}
+            ended = self.newest.wait_for(has_ended) => gone(ended)?,
+            () = sleep_until(quiet_until) => return Ok(false),
+        }
+        Ok(true)
     }
 
     async fn every(&mut self, from_frame: Option<u64>) -> Result<(), Leave> {
@@ -186,19 +186,36 @@ impl<S: StreamKind> Watcher<S> {
         loop {
             // Read before the history, so that an end seen here comes after all frames there.
             let ending = self.newest.borrow_and_update().ending.clone();
-            match self.feed.lookup(next, self.kind.needed()) {
+            let found = self.feed.lookup(next, self.kind.needed());
+            // Read after it: what happened before a frame that was found is seen here.
+            let newest_change = self.newest.borrow().change;
+            self.send_changes(newest_change, next).await?;
+
+            match found {
                 Lookup::Found(frame) => {
-                    for message in messages(self.kind, &frame, 0).await? {
+                    let messages = messages(self.kind, &frame, 0).await?;
+                    self.within_frame = messages.len() > 1;
+                    for message in messages {
                         self.send_or_fall_behind(message, next).await?;
                     }
+                    self.frame_is_sent();
                     next += 1;
                 }
                 Lookup::Expired { oldest } => return Err(Leave::With(too_slow(next, oldest))),
                 Lookup::NotYet => match ending {
-                    Some(ending) => return self.finish(&ending).await,
-                    None => gone(self.newest.changed().await)?,
+                    Some(ending) => return self.finish_every(&ending, next).await,
+                    None => self.wait_for_news(next).await?,
                 },
             }
+        }
+    }
+
+    /// Waits until something happens, and says meanwhile how far the session is; `next` is the next frame.
+    async fn wait_for_news(&mut self, next: u64) -> Result<(), Leave> {
+        let quiet_until = self.quiet_since + QUIET;
+        tokio::select! {
+            changed = self.newest.changed() => gone(changed),
+            () = sleep_until(quiet_until) => self.send_progress(next.checked_sub(1)).await,
         }
     }
 
@@ -212,12 +229,56 @@ impl<S: StreamKind> Watcher<S> {
         match ending {
             Ending::Broken(error) => Err(Leave::With(error.clone())),
             Ending::Finished(end) => {
-                if let Some(message) = self.kind.end(*end) {
-                    self.send(message).await?;
-                }
+                self.send(self.kind.end(*end)).await?;
                 Err(Leave::Quietly)
             }
         }
+    }
+
+    /// Ends a stream of every frame, whose next frame, `next`, is not there.
+    async fn finish_every(&mut self, ending: &Ending, next: u64) -> Result<(), Leave> {
+        match ending {
+            Ending::Finished(end) if next > end.frame + 1 => Err(Leave::With(not_made(next, end.frame))),
+            ending => self.finish(ending).await,
+        }
+    }
+
+    /// Sends the changes up to number `newest` that happened before frame `before` was made.
+    async fn send_changes(&mut self, newest: u64, before: u64) -> Result<(), Leave> {
+        for change in self.feed.changes(self.change, newest) {
+            if change.frame >= before {
+                break;
+            }
+            self.change = change.number;
+            self.send(self.kind.change(change)).await?;
+        }
+        Ok(())
+    }
+
+    /// Says that all up to frame `sent` was sent, or, if nothing was yet, how far the session is.
+    async fn send_progress(&mut self, sent: Option<u64>) -> Result<(), Leave> {
+        let (newest, step, time_seconds) = {
+            let head = &self.newest.borrow().frame.head;
+            (head.frame, head.step, head.time_seconds)
+        };
+        let frame = sent.map_or(newest, |sent| sent.min(newest));
+        self.send(self.kind.progress(v1::Progress { frame, step, time_seconds })).await?;
+        self.quiet_since = Instant::now();
+        Ok(())
+    }
+
+    fn frame_is_sent(&mut self) {
+        (self.within_frame, self.quiet_since) = (false, Instant::now());
+    }
+
+    /// The last message before the status of a stream that a shutdown breaks, unless it breaks a frame.
+    fn farewell(&self, error: &ServiceError) -> Option<S::Message> {
+        if error.reason != Reason::ServerDraining || self.within_frame {
+            return None;
+        }
+        let mut change = self.feed.present();
+        change.set_kind(v1::ChangeKind::Draining);
+        Some(self.kind.change(change))
     }
 
     async fn send(&self, message: S::Message) -> Result<(), Leave> {
@@ -235,6 +296,39 @@ impl<S: StreamKind> Watcher<S> {
                 Err(Leave::With(too_slow(current, oldest)))
             }
         }
+    }
+}
+
+/// How often a watcher of the newest gets a frame.
+struct Rate {
+    /// None: as often as there is one.
+    ticker: Option<Interval>,
+    /// Whether the time of the next frame has come.
+    is_time: bool,
+}
+
+impl Rate {
+    /// At most one frame in each `period`.
+    fn new(period: Option<Duration>) -> Self {
+        let ticker = period.map(|period| {
+            let mut ticker = tokio::time::interval(period.max(Duration::from_micros(1)));
+            ticker.set_missed_tick_behavior(MissedTickBehavior::Delay);
+            ticker
+        });
+        Self { ticker, is_time: false }
+    }
+
+    /// Waits until the time of the next frame. Dropping the future loses nothing.
+    async fn ready(&mut self) {
+        if let Some(ticker) = self.ticker.as_mut().filter(|_| !self.is_time) {
+            ticker.tick().await;
+        }
+        self.is_time = true;
+    }
+
+    /// A frame was sent.
+    fn spend(&mut self) {
+        self.is_time = false;
     }
 }
 
@@ -263,18 +357,6 @@ fn is_news(newest: &Newest, sent: Option<u64>, wanted: FieldSet) -> bool {
 /// A feed lives as long as its watchers: its end would only mean that nothing more comes.
 fn gone<T, E>(outcome: Result<T, E>) -> Result<(), Leave> {
     outcome.map(|_| ()).map_err(|_closed| Leave::Quietly)
-}
-
-fn ticker(period: Duration) -> Interval {
-    let mut ticker = tokio::time::interval(period.max(Duration::from_micros(1)));
-    ticker.set_missed_tick_behavior(MissedTickBehavior::Delay);
-    ticker
-}
-
-async fn next_tick(ticker: &mut Option<Interval>) {
-    if let Some(ticker) = ticker {
-        ticker.tick().await;
-    }
 }
 
 fn too_slow(next: u64, oldest: u64) -> ServiceError {

@@ -1,13 +1,17 @@
 //! `cargo xtask bless`: writes every file of the repository that is made from the code.
 //!
 //! Pages of docs/ that list what the code has, the drawing of the data's way, the committed hashes, the table
-//! of mutants. Each but the drawing is written by the test that compares it, which [`VARIABLE`] turns from a judge into a writer. Look at the change
-//! before it is committed: a hash that changed needs a reason in the commit's message.
+//! of mutants, the image of the contract. Each but the drawing and the image is written by the test that compares it,
+//! which [`VARIABLE`] turns from a judge into a writer. Look at the change before it is committed: a hash that changed
+//! needs a reason in the commit's message.
+//!
+//! The image is what clients were compiled from: a contract that breaks them is not written over it, unless `contract`
+//! is named.
 
 use std::process::Command;
 
 use crate::{
-    mutants, picture,
+    contract, mutants, picture,
     shell::{Failure, Shell, cargo},
 };
 
@@ -19,8 +23,8 @@ const WRITERS: [(&str, &str, &str); 3] = [
     ("pages", "docs/scenes.md", "-p nappe-scene --test reference -- the_reference_in_the_docs"),
     (
         "pages",
-        "docs/errors.md, proto/nappe/v1/reasons.json",
-        "-p nappe-tests --test service -- the_page_of_errors",
+        "docs/errors.md, docs/contract.md, proto/nappe/v1/reasons.json",
+        "-p nappe-tests --test service -- the_page_of",
     ),
     (
         "hashes",
@@ -30,7 +34,7 @@ const WRITERS: [(&str, &str, &str); 3] = [
 ];
 
 /// Names of all groups.
-const GROUPS: [&str; 3] = ["pages", "hashes", "mutants"];
+const GROUPS: [&str; 4] = ["pages", "hashes", "mutants", "contract"];
 
 /// Writes the groups named in `names`, or all.
 pub(crate) fn run(shell: &mut Shell, names: &[String]) -> Result<(), Failure> {
@@ -48,6 +52,9 @@ pub(crate) fn run(shell: &mut Shell, names: &[String]) -> Result<(), Failure> {
     }
     if asked("mutants") {
         mutants::bless(shell)?;
+    }
+    if asked("contract") {
+        if names.is_empty() { contract::bless(shell)? } else { contract::replace(shell)? }
     }
     shell.run("what changed", Command::new("git").args(["status", "--short"]))
 }

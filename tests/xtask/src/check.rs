@@ -1,19 +1,20 @@
-//! `cargo xtask check`: formatting, lints, documentation, the contract's style. Changes nothing.
+//! `cargo xtask check`: formatting, lints, documentation, the contract's style and its promise to clients. Changes
+//! nothing.
 //!
 //! Lints and documentation use the release profile, so that the build scripts and macros that they
 //! need are the ones that the program's build made.
 
 use std::process::Command;
 
-use crate::shell::{Failure, Shell, cargo};
+use crate::{
+    contract,
+    shell::{Failure, Shell, cargo},
+};
 
 /// Runs the checks, the quickest first.
 pub(crate) fn run(shell: &mut Shell, _: &[String]) -> Result<(), Failure> {
     shell.cargo("format", "fmt --all --check")?;
-    match shell.find("buf") {
-        Some(buf) => shell.run("contract", Command::new(buf).args(["lint", "proto"]))?,
-        None => shell.skip("contract", "buf is not installed (npm package @bufbuild/buf)"),
-    }
+    contract::check(shell)?;
     match shell.find("typos") {
         Some(typos) => shell.run("spelling", &mut Command::new(typos))?,
         None => shell.skip("spelling", "typos is not installed (PyPI package typos)"),

@@ -9,6 +9,7 @@
 mod times;
 mod shell;
 mod copy;
+mod contract;
 mod check;
 mod test;
 mod bench;
@@ -47,7 +48,7 @@ const TASKS: [Task; 9] = [
     ("picture", "draws the way of the data into docs/images/data-flow.svg", picture::run),
     (
         "bless",
-        "writes every file that is made from the code; names after it choose: pages hashes mutants",
+        "writes every file that is made from the code; names after it choose: pages hashes mutants contract",
         bless::run,
     ),
     (

@@ -65,7 +65,7 @@ mod tests {
 
     fn side(shape: Shape) -> [bool; 2] {
         let [scene, bodies] = bounds();
-        let collider = Collider { name: "it".to_owned(), shape: Some(shape) };
+        let collider = Collider { name: "it".to_owned(), shape: Some(shape), velocity: [0.0; 3] };
         let camera = Camera::of(&scene, &bodies, &[ColliderView::new(&collider, 0).expect("a known shape")]);
         [camera.eye[0] > 0.0, camera.eye[2] > 0.0]
     }

@@ -55,10 +55,10 @@ pub(crate) async fn compute(
     format: Format,
 ) -> Result<()> {
     let (driven, summary) = match server {
-        Server::At(address) => compute_on(&Client::connect(address).await?, scene, args).await?,
+        Server::At(address) => Box::pin(compute_on(&Client::connect(address).await?, scene, args)).await?,
         Server::Embedded => {
             let embedded = Embedded::start().await?;
-            let done = compute_on(&embedded.client, scene, args).await;
+            let done = Box::pin(compute_on(&embedded.client, scene, args)).await;
             embedded.shutdown().await;
             done?
         }

@@ -13,6 +13,9 @@ pub(crate) struct StepArgs {
     /// Number of steps
     #[arg(value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
     count: u64,
+    /// Take the steps that are left until STEP are taken since the start: a call that can be repeated
+    #[arg(long, value_name = "STEP", conflicts_with = "count")]
+    to: Option<u64>,
     /// Answer at once instead of waiting until the steps are taken
     #[arg(long)]
     no_wait: bool,
@@ -26,7 +29,11 @@ pub(crate) fn run(args: &StepArgs) -> Result<()> {
     let SessionArgs { id, server, output } = &args.session;
     let wait = if args.no_wait { Wait::No } else { Wait::Yes };
     remote::block_on(async {
-        let session = remote::connect(server).await?.step(id, args.count, wait).await?;
+        let client = remote::connect(server).await?;
+        let session = match args.to {
+            None => client.step(id, args.count, wait).await?,
+            Some(step) => client.step_to(id, step, wait).await?,
+        };
         words::print(&session, output.format())
     })
 }

@@ -96,13 +96,13 @@ fn request(args: &UpdateArgs) -> Result<v1::UpdateParametersRequest> {
     }
 
     Ok(v1::UpdateParametersRequest {
-        session_id: args.session.id.clone(),
         at_step: args.at_step,
         gravity: args.gravity,
         wind: args.wind,
         springs,
         pins: args.pin.clone(),
         drag: args.drag,
+        ..v1::UpdateParametersRequest::of(&args.session.id)
     })
 }
 

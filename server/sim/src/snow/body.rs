@@ -16,7 +16,7 @@ use crate::{
 };
 
 /// Snow: the particles of all objects on one grid.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Snow<R: Real> {
     pub(super) model: SnowModel<R>,
     pub(super) state: SnowState<R>,

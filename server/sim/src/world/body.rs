@@ -14,7 +14,7 @@ use crate::{
 };
 
 /// A body of a world.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) enum Body<R: Real> {
     /// Particles joined by springs.
     Cloth(Box<Cloth<R>>),

@@ -14,7 +14,7 @@ use crate::{
 };
 
 /// Bodies, colliders, gravity and wind on one clock, in one precision.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct World<R: Real> {
     /// Time step (s).
     pub(super) dt: f64,

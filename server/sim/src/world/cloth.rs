@@ -3,6 +3,7 @@
 use nalgebra::SymmetricEigen;
 
 use super::{
+    parameters::{ClothParameters, ranges},
     report::BodyReport,
     setup::{BodySetup, SetupError},
     topology::{BodyTopology, StepBound},
@@ -15,7 +16,7 @@ use crate::{
 };
 
 /// A cloth in a world.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Cloth<R: Real> {
     pub(super) name: String,
     /// Index of its first particle among all.
@@ -97,6 +98,12 @@ impl<R: Real> Cloth<R> {
     /// Whether any of its springs is of a kind; `None`: of any kind.
     pub(super) fn has_springs(&self, kind: Option<SpringKind>) -> bool {
         self.parameters.laws.iter().any(|law| kind.is_none_or(|kind| law.kind == kind))
+    }
+
+    /// Drag and springs as they are now.
+    pub(super) fn parameters(&self) -> ClothParameters {
+        let Parameters { laws, drag } = &self.parameters;
+        ClothParameters { name: self.name.clone(), drag: *drag, springs: ranges(laws) }
     }
 
     pub(super) fn set_drag(&mut self, drag: f64) {

@@ -6,6 +6,7 @@
 mod setup;
 mod report;
 mod topology;
+mod parameters;
 mod cloth;
 mod snow;
 mod body;
@@ -16,6 +17,7 @@ mod simulation;
 
 pub use change::{Change, ChangeError, allowed};
 pub use clock::World;
+pub use parameters::{ClothParameters, SpringRange, WorldParameters};
 pub use setup::{BodySetup, SetupError, WorldSetup};
 pub use simulation::Simulation;
 pub use topology::{BodyTopology, StepBound};

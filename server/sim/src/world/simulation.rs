@@ -3,6 +3,7 @@
 use super::{
     change::{Change, ChangeError},
     clock::World,
+    parameters::WorldParameters,
     setup::{SetupError, WorldSetup},
     topology::{BodyTopology, StepBound},
 };
@@ -13,8 +14,8 @@ use crate::{
     snow::{GridNode, ParticleState, Snow},
 };
 
-/// A simulation in the precision chosen at run time.
-#[derive(Debug)]
+/// A simulation in the precision chosen at run time. A clone goes on with the same bits.
+#[derive(Clone, Debug)]
 pub enum Simulation {
     /// State in binary32.
     F32(World<f32>),
@@ -115,6 +116,11 @@ impl Simulation {
     /// The first change that would be refused.
     pub fn check(&self, changes: &[Change]) -> Result<(), ChangeError> {
         on_world!(self, world => world.check(changes))
+    }
+
+    /// Parameters as they are now.
+    pub fn parameters(&self) -> WorldParameters {
+        on_world!(self, world => world.parameters())
     }
 
     /// Positions (m), x y z per particle, in the user's numbering. Clears `out` first.

@@ -10,7 +10,7 @@ use crate::{
 };
 
 /// The snow of a world.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct SnowBody<R: Real> {
     /// Index of its first particle among all.
     pub(super) first_particle: u32,

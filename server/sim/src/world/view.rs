@@ -3,6 +3,8 @@
 use super::{
     body::Body,
     clock::World,
+    cloth::Cloth,
+    parameters::WorldParameters,
     topology::{BodyTopology, StepBound},
 };
 use crate::{collide::Collider, math::Real, snow::Snow};
@@ -31,6 +33,12 @@ impl<R: Real> World<R> {
     /// The snow, to be changed.
     pub fn snow_mut(&mut self) -> Option<&mut Snow<R>> {
         self.bodies.iter_mut().find_map(Body::as_snow_mut).map(|body| &mut body.snow)
+    }
+
+    /// Parameters as they are now.
+    pub fn parameters(&self) -> WorldParameters {
+        let cloths = self.bodies.iter().filter_map(Body::as_cloth).map(Cloth::parameters).collect();
+        WorldParameters { gravity: self.gravity, wind: self.wind, cloths }
     }
 
     /// What particles hit.

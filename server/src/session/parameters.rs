@@ -1,0 +1,31 @@
+//! Parameters of a simulation as the message that describes its session.
+
+use nappe_proto::v1;
+use nappe_sim::{
+    cloth::SpringKind,
+    world::{ClothParameters, SpringRange, WorldParameters},
+};
+
+/// The message of parameters as they are.
+pub(super) fn parameters(now: WorldParameters) -> v1::Parameters {
+    let WorldParameters { gravity, wind, cloths } = now;
+    v1::Parameters {
+        gravity: Some(gravity.into()),
+        wind: Some(wind.into()),
+        cloths: cloths.into_iter().map(cloth).collect(),
+    }
+}
+
+fn cloth(ClothParameters { name, drag, springs }: ClothParameters) -> v1::ClothParameters {
+    v1::ClothParameters { body: name, drag, springs: springs.into_iter().map(springs_of_kind).collect() }
+}
+
+fn springs_of_kind(SpringRange { kind, stiffness, damping }: SpringRange) -> v1::SpringParameters {
+    let kind = match kind {
+        SpringKind::Stretch => v1::SpringKind::Stretch,
+        SpringKind::Shear => v1::SpringKind::Shear,
+        SpringKind::Bend => v1::SpringKind::Bend,
+    };
+    let ([min_stiffness, max_stiffness], [min_damping, max_damping]) = (stiffness, damping);
+    v1::SpringParameters { kind: kind.into(), min_stiffness, max_stiffness, min_damping, max_damping }
+}

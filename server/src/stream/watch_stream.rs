@@ -1,0 +1,90 @@
+//! The reader's end of a watcher, which tonic polls: messages, then why the stream broke, if it did.
+//!
+//! Enters: what a watcher's task sends. Leaves: the items of the stream, the status last.
+
+use std::{
+    pin::Pin,
+    sync::{Arc, OnceLock},
+    task::{Context, Poll},
+};
+
+use tokio::sync::{OwnedSemaphorePermit, mpsc};
+use tokio_stream::Stream;
+use tonic::Status;
+
+use super::demand::Wish;
+
+/// The reader's end of a watcher; the last item is the status that broke the stream, if one did.
+#[derive(Debug)]
+pub(crate) struct WatchStream<M> {
+    messages: mpsc::Receiver<M>,
+    broken: Arc<OnceLock<Broken<M>>>,
+    /// How much of `broken` was handed out.
+    told: Told,
+    /// What the watcher holds of the session until the stream is dropped.
+    _seat: Seat,
+}
+
+/// Why a stream broke.
+#[derive(Debug)]
+pub(super) struct Broken<M> {
+    /// A last message before the status.
+    pub farewell: Option<M>,
+    pub status: Status,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Told {
+    Nothing,
+    Farewell,
+    Status,
+}
+
+/// A place among a session's watchers, and what the watcher wants of frames: none for one that wants no fields.
+#[derive(Debug)]
+pub(crate) struct Seat {
+    _slot: OwnedSemaphorePermit,
+    _wish: Option<Wish>,
+}
+
+impl Seat {
+    pub(crate) fn new(slot: OwnedSemaphorePermit, wish: Option<Wish>) -> Self {
+        Self { _slot: slot, _wish: wish }
+    }
+}
+
+impl<M: Clone> WatchStream<M> {
+    /// A stream of messages; the second value is where to write, once, why it breaks.
+    pub(super) fn new(messages: mpsc::Receiver<M>, seat: Seat) -> (Self, Arc<OnceLock<Broken<M>>>) {
+        let broken = Arc::new(OnceLock::new());
+        let stream = Self { messages, broken: Arc::clone(&broken), told: Told::Nothing, _seat: seat };
+        (stream, broken)
+    }
+
+    /// What is left to say once the messages have run dry.
+    fn tell_why_broken(&mut self) -> Option<Result<M, Status>> {
+        let broken = self.broken.get()?;
+        if self.told == Told::Nothing {
+            self.told = Told::Farewell;
+            if let Some(farewell) = &broken.farewell {
+                return Some(Ok(farewell.clone()));
+            }
+        }
+        if self.told == Told::Farewell {
+            self.told = Told::Status;
+            return Some(Err(broken.status.clone()));
+        }
+        None
+    }
+}
+
+impl<M: Clone> Stream for WatchStream<M> {
+    type Item = Result<M, Status>;
+
+    fn poll_next(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<Option<Self::Item>> {
+        self.messages.poll_recv(context).map(|message| match message {
+            Some(message) => Some(Ok(message)),
+            None => self.tell_why_broken(),
+        })
+    }
+}
