@@ -5,6 +5,7 @@ import sys
 import grpc
 import numpy
 from nappe.v1 import frame_pb2, simulation_pb2, simulation_pb2_grpc
+from nappe_token import token
 
 
 def positions(frame):
@@ -16,15 +17,17 @@ def positions(frame):
 
 
 def main(server):
+    shown = token(server)
     with grpc.insecure_channel(server) as channel:
         service = simulation_pb2_grpc.SimulationServiceStub(channel)
         request = simulation_pb2.CreateSessionRequest(scene_name="demo", step_limit=40)
-        session = service.CreateSession(request).session
+        session = service.CreateSession(request, metadata=shown).session
         watch = simulation_pb2.WatchFramesRequest(
             session_id=session.session_id, delivery=simulation_pb2.DELIVERY_EVERY, from_frame=0
         )
-        events = service.WatchFrames(watch)
-        service.PlaySession(simulation_pb2.PlaySessionRequest(session_id=session.session_id))
+        events = service.WatchFrames(watch, metadata=shown)
+        play = simulation_pb2.PlaySessionRequest(session_id=session.session_id)
+        service.PlaySession(play, metadata=shown)
         for event in events:
             if event.HasField("topology") and event.topology.chunk.index == 0:
                 count = event.topology.particle_count
@@ -37,7 +40,8 @@ def main(server):
                     print(f"{event.frame.time_seconds:8.4f} s  lowest particle at {x[:, 1].min():.4f} m")
             elif event.HasField("end"):
                 print(f"{event.end.step} steps, state {event.end.state_hash:016x}")
-        service.DeleteSession(simulation_pb2.DeleteSessionRequest(session_id=session.session_id))
+        delete = simulation_pb2.DeleteSessionRequest(session_id=session.session_id)
+        service.DeleteSession(delete, metadata=shown)
 
 
 if __name__ == "__main__":

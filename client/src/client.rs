@@ -1,34 +1,53 @@
 //! Calls with one answer: server information, meshes, sessions, control, parameters.
 //!
-//! Enters: the caller's request. Leaves: the answer, within a deadline, or an error that says who failed.
+//! Enters: the caller's request. Leaves: the answer, or an error that says who failed. What a server answers at
+//! once has a deadline; what waits for a session's step has none.
 
 use std::{future::Future, sync::Arc, time::Duration};
 
-use nappe_proto::v1::{self, simulation_service_client::SimulationServiceClient};
+use nappe_proto::{
+    token::Token,
+    v1::{self, simulation_service_client::SimulationServiceClient},
+};
 use tonic::{
     Request, Response, Status,
+    service::interceptor::InterceptedService,
     transport::{Channel, Endpoint},
 };
 
 use crate::{
     error::{ClientError, innermost},
     options::{CreateSession, Wait},
+    target::{Bearer, Target},
     upload::{MeshUpload, UploadedMesh},
 };
 
 /// Largest message accepted from the server (bytes). Frames and topologies come in pieces of about 1 MiB.
 const MAX_MESSAGE_BYTES: usize = 8 << 20;
-/// Longest time that a call may take.
-pub(crate) const CALL_LIMIT: Duration = Duration::from_secs(10);
-/// Longest time that an upload, or the building of a large scene, may take.
-const LONG_CALL_LIMIT: Duration = Duration::from_mins(2);
+/// Longest time in which a connection must be made.
+const CONNECT_LIMIT: Duration = Duration::from_secs(5);
+/// Longest time that a call may take that the server answers at once.
+const CALL_LIMIT: Duration = Duration::from_secs(10);
+/// Longest time that the building of a large scene may take.
+const CREATE_LIMIT: Duration = Duration::from_mins(2);
+/// Longest time that an upload may take: the server gives up before.
+const UPLOAD_LIMIT: Duration = Duration::from_mins(11);
+/// Calls that a session answers have no limit: its step takes what it takes, and a server that is gone is noticed
+/// by the connection's own pings, within half a minute.
+pub(crate) const NO_LIMIT: Duration = Duration::MAX;
 /// Sessions per page of a list.
 const PAGE_SIZE: i32 = 200;
+
+/// The methods of the service, on a connection that shows a token.
+type Calls = SimulationServiceClient<InterceptedService<Channel, Bearer>>;
 
 /// A connection to a server. Cloning it is cheap and shares the connection.
 #[derive(Debug, Clone)]
 pub struct Client {
-    pub(crate) calls: SimulationServiceClient<Channel>,
+    /// For calls, and for streams of the newest.
+    pub(crate) calls: Calls,
+    /// For streams of everything: a connection of its own, made when it is needed.
+    pub(crate) bulk: Calls,
     pub(crate) endpoint: Arc<str>,
 }
 
@@ -42,26 +61,35 @@ pub struct CreatedSession {
 }
 
 impl Client {
-    /// Connects to a server, for example `http://127.0.0.1:6277`; without a scheme, `http://` is meant.
+    /// Connects to a server, for example `http://127.0.0.1:6277`; without a scheme, `http://` is meant. A Unix
+    /// socket is `unix:PATH`. The token of a server of the same user on this machine is found by itself.
     ///
     /// # Errors
     /// If the address is not one, or nothing answers there within 5 s.
-    pub async fn connect(endpoint: &str) -> Result<Self, ClientError> {
-        let address =
-            if endpoint.contains("://") { endpoint.to_owned() } else { format!("http://{endpoint}") };
-        let refuse = |cause| ClientError::Address { address: endpoint.to_owned(), cause };
-        let target =
-            Endpoint::from_shared(address.clone()).map_err(|error| refuse(innermost(&error).to_string()))?;
-        if target.uri().scheme_str() != Some("http") {
-            return Err(refuse("only http:// is spoken; put TLS in a proxy".to_owned()));
-        }
+    pub async fn connect(address: &str) -> Result<Self, ClientError> {
+        Self::to(Target::new(address, None)?).await
+    }
 
-        let channel = tuned(target).connect().await.map_err(|error| ClientError::Connect {
-            endpoint: address.clone(),
+    /// Connects to a server that asks for a token.
+    ///
+    /// # Errors
+    /// If the address is not one, or nothing answers there within 5 s. A wrong token is refused by the first call.
+    pub async fn connect_with(address: &str, token: &Token) -> Result<Self, ClientError> {
+        Self::to(Target::new(address, Some(token))?).await
+    }
+
+    async fn to(target: Target) -> Result<Self, ClientError> {
+        let Target { endpoint, address, bearer } = target;
+        let bulk = tuned(endpoint.clone(), BULK).connect_lazy();
+        let channel = tuned(endpoint, FRESH).connect().await.map_err(|error| ClientError::Connect {
+            endpoint: address.to_string(),
             cause: innermost(&error).to_string(),
         })?;
-        let calls = SimulationServiceClient::new(channel).max_decoding_message_size(MAX_MESSAGE_BYTES);
-        Ok(Self { calls, endpoint: address.into() })
+        let [calls, bulk] = [channel, bulk].map(|channel| {
+            SimulationServiceClient::with_interceptor(channel, bearer.clone())
+                .max_decoding_message_size(MAX_MESSAGE_BYTES)
+        });
+        Ok(Self { calls, bulk, endpoint: address })
     }
 
     /// The server's address.
@@ -88,7 +116,7 @@ impl Client {
             mesh.messages().map_err(|source| ClientError::Mesh { name: mesh.name.clone(), source })?;
         let request = Request::new(tokio_stream::iter(messages));
         let answer = self
-            .call("UploadMesh", LONG_CALL_LIMIT, request, async |mut calls, r| calls.upload_mesh(r).await)
+            .call("UploadMesh", UPLOAD_LIMIT, request, async |mut calls, r| calls.upload_mesh(r).await)
             .await?;
         Ok(UploadedMesh { mesh_id: answer.mesh_id, warnings: answer.warnings })
     }
@@ -101,7 +129,7 @@ impl Client {
         let method = "CreateSession";
         let request = Request::new(wanted.into_request());
         let answer = self
-            .call(method, LONG_CALL_LIMIT, request, async |mut calls, r| calls.create_session(r).await)
+            .call(method, CREATE_LIMIT, request, async |mut calls, r| calls.create_session(r).await)
             .await?;
         let session = answer.session.ok_or(ClientError::Incomplete { method, what: "session" })?;
         Ok(CreatedSession { session, warnings: answer.warnings })
@@ -147,7 +175,7 @@ impl Client {
     /// If there is no such session.
     pub async fn delete_session(&self, session_id: &str) -> Result<(), ClientError> {
         let request = Request::new(v1::DeleteSessionRequest::of(session_id));
-        self.call("DeleteSession", CALL_LIMIT, request, async |mut calls, r| calls.delete_session(r).await)
+        self.call("DeleteSession", NO_LIMIT, request, async |mut calls, r| calls.delete_session(r).await)
             .await?;
         Ok(())
     }
@@ -165,7 +193,7 @@ impl Client {
             ..v1::PlaySessionRequest::of(session_id)
         });
         let answer =
-            self.call(method, CALL_LIMIT, request, async |mut calls, r| calls.play_session(r).await).await?;
+            self.call(method, NO_LIMIT, request, async |mut calls, r| calls.play_session(r).await).await?;
         answer.session.ok_or(ClientError::Incomplete { method, what: "session" })
     }
 
@@ -177,12 +205,11 @@ impl Client {
         let method = "PauseSession";
         let request = Request::new(v1::PauseSessionRequest::of(session_id));
         let answer =
-            self.call(method, CALL_LIMIT, request, async |mut calls, r| calls.pause_session(r).await).await?;
+            self.call(method, NO_LIMIT, request, async |mut calls, r| calls.pause_session(r).await).await?;
         answer.session.ok_or(ClientError::Incomplete { method, what: "session" })
     }
 
-    /// Takes `count` steps, then pauses. With [`Wait::Yes`] there is no deadline: a step takes what it takes,
-    /// and a server that is gone is noticed by the connection's own pings.
+    /// Takes `count` steps, then pauses.
     ///
     /// # Errors
     /// If there is no such session, it has ended, or a step fails.
@@ -213,13 +240,9 @@ impl Client {
     ) -> Result<v1::Session, ClientError> {
         let method = "StepSession";
         message.wait = wait == Wait::Yes;
-        let limit = match wait {
-            Wait::Yes => Duration::MAX,
-            Wait::No => CALL_LIMIT,
-        };
         let request = Request::new(message);
         let answer =
-            self.call(method, limit, request, async |mut calls, r| calls.step_session(r).await).await?;
+            self.call(method, NO_LIMIT, request, async |mut calls, r| calls.step_session(r).await).await?;
         answer.session.ok_or(ClientError::Incomplete { method, what: "session" })
     }
 
@@ -231,7 +254,7 @@ impl Client {
         let method = "StopSession";
         let request = Request::new(v1::StopSessionRequest::of(session_id));
         let answer =
-            self.call(method, CALL_LIMIT, request, async |mut calls, r| calls.stop_session(r).await).await?;
+            self.call(method, NO_LIMIT, request, async |mut calls, r| calls.stop_session(r).await).await?;
         answer.session.ok_or(ClientError::Incomplete { method, what: "session" })
     }
 
@@ -242,7 +265,7 @@ impl Client {
     pub async fn update(&self, changes: v1::UpdateParametersRequest) -> Result<u64, ClientError> {
         let request = Request::new(changes);
         let answer = self
-            .call("UpdateParameters", CALL_LIMIT, request, async |mut calls, r| {
+            .call("UpdateParameters", NO_LIMIT, request, async |mut calls, r| {
                 calls.update_parameters(r).await
             })
             .await?;
@@ -255,7 +278,7 @@ impl Client {
         method: &'static str,
         limit: Duration,
         mut request: Request<Message>,
-        call: impl FnOnce(SimulationServiceClient<Channel>, Request<Message>) -> Call,
+        call: impl FnOnce(Calls, Request<Message>) -> Call,
     ) -> Result<Answer, ClientError>
     where
         Call: Future<Output = Result<Response<Answer>, Status>>,
@@ -280,14 +303,31 @@ impl Client {
     }
 }
 
-/// Windows and frames for megabytes per frame; pings that notice a server that is gone.
-fn tuned(endpoint: Endpoint) -> Endpoint {
+/// How much may be on its way to this client.
+#[derive(Debug, Clone, Copy)]
+struct Windows {
+    /// Bytes per stream.
+    stream: u32,
+    /// Bytes per connection.
+    connection: u32,
+    /// Bytes per frame of HTTP/2.
+    frame: u32,
+}
+
+/// What is on its way ages: on a line of 2 MB/s, a frame that is the newest when it is sent is an eighth of a second
+/// old when the bytes before it have arrived.
+const FRESH: Windows = Windows { stream: 256 << 10, connection: 1 << 20, frame: 256 << 10 };
+/// Who wants everything wants it fast, over long lines too.
+const BULK: Windows = Windows { stream: 4 << 20, connection: 16 << 20, frame: 1 << 20 };
+
+/// A connection with these windows, and with pings that notice a server that is gone.
+fn tuned(endpoint: Endpoint, windows: Windows) -> Endpoint {
     endpoint
-        .connect_timeout(Duration::from_secs(5))
+        .connect_timeout(CONNECT_LIMIT)
         .tcp_nodelay(true)
-        .initial_stream_window_size(4 << 20)
-        .initial_connection_window_size(16 << 20)
-        .max_frame_size(1 << 20)
+        .initial_stream_window_size(windows.stream)
+        .initial_connection_window_size(windows.connection)
+        .max_frame_size(windows.frame)
         .http2_keep_alive_interval(Duration::from_secs(10))
         .keep_alive_timeout(Duration::from_secs(20))
         .keep_alive_while_idle(true)

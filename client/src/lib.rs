@@ -21,6 +21,8 @@
 //! # }
 //! ```
 
+/// What a server may ask for, and how it is found.
+pub use nappe_proto::token::{self, Token};
 /// Why a call can fail, and messages of the service as they are on the wire.
 pub use nappe_proto::{Reason, v1};
 
@@ -34,6 +36,7 @@ mod join;
 mod decode;
 mod upload;
 mod error;
+mod target;
 mod client;
 mod resume;
 mod watch;

@@ -8,7 +8,7 @@ use nappe_proto::v1;
 use tonic::Streaming;
 
 use crate::{
-    client::{CALL_LIMIT, Client},
+    client::{Client, NO_LIMIT},
     decode::Decoder,
     error::ClientError,
     frame::Frame,
@@ -86,8 +86,11 @@ impl Source for Frames {
             Delivery::Latest => self.options.from_frame,
         };
         let message = self.options.request(&self.session_id, from_frame);
-        let mut calls = client.calls.clone();
-        client.within("WatchFrames", CALL_LIMIT, calls.watch_frames(message)).await
+        let mut calls = match self.options.delivery {
+            Delivery::Latest => client.calls.clone(),
+            Delivery::Every => client.bulk.clone(),
+        };
+        client.within("WatchFrames", NO_LIMIT, calls.watch_frames(message)).await
     }
 }
 

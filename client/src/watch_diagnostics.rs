@@ -6,7 +6,7 @@ use nappe_proto::v1;
 use tonic::Streaming;
 
 use crate::{
-    client::{CALL_LIMIT, Client},
+    client::{Client, NO_LIMIT},
     error::ClientError,
     options::Delivery,
     reconnect::ReconnectPolicy,
@@ -79,7 +79,7 @@ impl Source for Diagnostics {
             ..v1::WatchDiagnosticsRequest::of(&self.session_id)
         };
         let mut calls = client.calls.clone();
-        client.within("WatchDiagnostics", CALL_LIMIT, calls.watch_diagnostics(message)).await
+        client.within("WatchDiagnostics", NO_LIMIT, calls.watch_diagnostics(message)).await
     }
 }
 

@@ -6,6 +6,7 @@
 //! number that is infinite or not a number becomes `null`, since JSON has none.
 //!
 //! [`Reason`] is the table of the reasons for which a call can fail, which server and clients share.
+//! How a server and the clients of the same user agree on a token is in [`token`].
 
 /// Messages and services of `nappe.v1`, generated.
 #[allow(
@@ -29,10 +30,11 @@ mod requests;
 mod reason;
 mod reason_pages;
 mod contract_page;
+pub mod token;
 
 pub use contract_page::contract_page;
 pub use reason::{DOMAIN, Reason};
-pub use reason_pages::{errors_page, reasons_json};
+pub use reason_pages::{code_name, errors_page, reasons_json};
 
 impl From<[f64; 3]> for v1::Vector3 {
     fn from([x, y, z]: [f64; 3]) -> Self {

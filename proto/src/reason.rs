@@ -65,8 +65,16 @@ reasons! {
         "Correct the fields named and send the request again."
 
     InvalidMessage "INVALID_MESSAGE" InvalidArgument
-        "The request is not a message of the method that was called, or is compressed in a way the server does not read."
-        "Compile the client from the .proto files of this version; send uncompressed messages."
+        "The request is not a message of the method that was called."
+        "Compile the client from the .proto files of this version."
+
+    NotACall "NOT_A_CALL" InvalidArgument
+        "The request is no call of gRPC or gRPC-Web: another method of HTTP than POST (answered with 405), or other content (415)."
+        "Use a client of gRPC, or over HTTP/1.1 one of gRPC-Web."
+
+    CompressionNotSupported "COMPRESSION_NOT_SUPPORTED" Unimplemented
+        "The request is compressed in a way that the server does not read; the header `grpc-accept-encoding` lists what it reads."
+        "Send uncompressed messages."
 
     InvalidScene "INVALID_SCENE" InvalidArgument
         "The scene cannot be read, or what it describes cannot be simulated; the metadata `fault`, `line`, `column` and `field` name the first error, and `BadRequest` lists those with a field."
@@ -115,6 +123,10 @@ reasons! {
     UnknownService "UNKNOWN_SERVICE" NotFound
         "The health service does not know the service that it was asked about."
         "Ask about \"\" or `nappe.v1.SimulationService`."
+
+    UnknownSymbol "UNKNOWN_SYMBOL" NotFound
+        "The reflection service does not know the symbol, the file or the extension that it was asked about."
+        "List the services first; extensions are not used."
 
     SessionExists "SESSION_EXISTS" AlreadyExists
         "Another session has this id."
@@ -228,6 +240,10 @@ reasons! {
         "A request message is larger than the server reads."
         "Send less in one message; meshes go through UploadMesh in pieces."
 
+    HeadersTooLarge "HEADERS_TOO_LARGE" ResourceExhausted
+        "The headers of a request have more than 16 KiB. Above 64 KiB the answer is 431 of HTTP, without a reason."
+        "Send fewer or shorter headers."
+
     UploadTimedOut "UPLOAD_TIMED_OUT" DeadlineExceeded
         "The upload paused for longer than the server waits; what had come was dropped."
         "Upload again without pausing."
@@ -239,6 +255,14 @@ reasons! {
     RequestCancelled "REQUEST_CANCELLED" Cancelled
         "The client ended the call before it was done."
         "Nothing, if the client meant it; otherwise check the connection."
+
+    TokenMissing "TOKEN_MISSING" Unauthenticated
+        "The server asks for a token, and the call shows none."
+        "Call as the user who started the server, on its machine; or give the client the token's file, with --token FILE or NAPPE_TOKEN_FILE."
+
+    TokenWrong "TOKEN_WRONG" Unauthenticated
+        "The token that the call shows is not the server's."
+        "A server that was started again has a new token: read it again, or fix one with --token FILE when the server is started."
 
     OriginNotAllowed "ORIGIN_NOT_ALLOWED" PermissionDenied
         "A web page of an origin that is not allowed called the server."

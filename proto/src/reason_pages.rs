@@ -55,7 +55,7 @@ pub fn reasons_json() -> String {
 }
 
 /// The name of a status code as the gRPC specification writes it.
-fn code_name(code: Code) -> String {
+pub fn code_name(code: Code) -> String {
     let mut name = String::new();
     for c in format!("{code:?}").chars() {
         if c.is_ascii_uppercase() && !name.is_empty() {

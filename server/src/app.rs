@@ -3,68 +3,41 @@
 //! Enters: a configuration. Leaves: a running server, until it is shut down or dropped.
 
 use std::{
-    io,
-    net::{SocketAddr, TcpListener},
+    net::SocketAddr,
+    path::{Path, PathBuf},
     sync::Arc,
     time::Duration,
 };
 
-use thiserror::Error;
+use nappe_proto::token::Token;
 use tokio::{runtime::Handle, task::JoinHandle};
 use tokio_util::sync::CancellationToken;
 use tonic_health::{ServingStatus, server::HealthReporter};
 
 use crate::{
+    address::Address,
     config::Config,
     rpc::Shared,
-    transport::{ListenerSettings, router, serve},
+    start_error::{MAX_SECONDS, StartError},
+    token_keeper,
+    transport::{Listener, ListenerSettings, router, serve},
 };
 
 /// Name of the service in health checks.
 const SERVICE: &str = "nappe.v1.SimulationService";
 
-/// Longest time in a configuration: a day.
-const MAX_SECONDS: f64 = 86_400.0;
-
-/// A server that could not be started.
-#[derive(Debug, Error)]
-pub enum StartError {
-    /// An address that other machines reach, without the flag.
-    #[error(
-        "refusing to listen on {0}: other machines could reach it, and there is no encryption and no \
-         authentication yet. Listen on 127.0.0.1 and forward the port (ssh -L), or give --allow-remote \
-         on a network that you trust"
-    )]
-    Remote(SocketAddr),
-    /// The system refused the address.
-    #[error("cannot listen on {address}: {source}")]
-    Bind {
-        /// The address that was asked for.
-        address: SocketAddr,
-        /// What the system answered.
-        source: io::Error,
-    },
-    /// A time of the configuration outside its range.
-    #[error("{name} is {value}: allowed are 0 to {MAX_SECONDS} seconds")]
-    BadSeconds {
-        /// The name of the setting.
-        name: &'static str,
-        /// The value that it has (s).
-        value: f64,
-    },
-    /// The caller runs in no tokio runtime.
-    #[error("the server runs in a tokio runtime, and there is none")]
-    NoRuntime,
-}
-
 /// A running server. Dropping it begins a shutdown without waiting for it.
 #[derive(Debug)]
 pub struct App {
-    address: SocketAddr,
+    address: Address,
     shared: Arc<Shared>,
     draining: CancellationToken,
     server: Option<JoinHandle<()>>,
     health: HealthReporter,
+    token: Option<Token>,
+    /// Where clients of the same user find the token.
+    token_path: Option<PathBuf>,
+    token_keeper: Option<JoinHandle<()>>,
 }
 
 impl App {
@@ -75,13 +48,12 @@ impl App {
     pub fn start(config: Config) -> Result<Self, StartError> {
         let runtime = Handle::try_current().map_err(|_none| StartError::NoRuntime)?;
         config.check()?;
-        let requested = config.address;
+        let (address, listener) = Listener::bind(&config.address)
+            .map_err(|source| StartError::Bind { address: config.address.clone(), source })?;
 
-        let failed = |source| StartError::Bind { address: requested, source };
-        let listener = TcpListener::bind(requested).map_err(failed)?;
-        listener.set_nonblocking(true).map_err(failed)?;
-        let address = listener.local_addr().map_err(failed)?;
-        let listener = tokio::net::TcpListener::from_std(listener).map_err(failed)?;
+        let token = token_keeper::token(&config)?;
+        let left = token_keeper::leave(&config, token.as_ref(), &address)?;
+        let token_path = left.as_ref().map(|file| file.path().to_owned());
 
         let draining = CancellationToken::new();
         let settings = ListenerSettings {
@@ -89,13 +61,15 @@ impl App {
             max_connections_per_address: config.limits.max_connections_per_address,
             max_streams: config.limits.max_streams_per_connection,
             handshake: Duration::from_secs_f64(config.handshake_seconds),
+            idle: Duration::from_secs_f64(config.idle_seconds),
             drain: Duration::from_secs_f64(config.drain_seconds),
             draining: draining.clone(),
         };
 
         let shared = Arc::new(Shared::new(config, draining.clone()));
         let health = HealthReporter::new();
-        let handler = router(&shared, &health);
+        let handler = router(&shared, &health, token.clone());
+        let token_keeper = left.map(|file| runtime.spawn(token_keeper::keep(file, draining.clone())));
         let server = runtime.spawn({
             let health = health.clone();
             async move {
@@ -103,17 +77,39 @@ impl App {
                 serve(listener, handler, settings).await;
             }
         });
-        Ok(Self { address, shared, draining, server: Some(server), health })
+        let server = Some(server);
+        Ok(Self { address, shared, draining, server, health, token, token_path, token_keeper })
     }
 
-    /// The address that the server listens on, with the port that it got.
+    /// Where the server listens, with the port that it got.
+    pub fn address(&self) -> &Address {
+        &self.address
+    }
+
+    /// The address of TCP that the server listens on, with the port that it got.
+    ///
+    /// # Panics
+    /// If it listens on a Unix socket: [`Self::address`] tells.
     pub fn local_addr(&self) -> SocketAddr {
-        self.address
+        match &self.address {
+            Address::Tcp(address) => *address,
+            Address::Unix(path) => panic!("the server listens on {}, not on TCP", path.display()),
+        }
     }
 
-    /// The URL that clients connect to.
+    /// What clients connect to: a URL, or `unix:PATH`.
     pub fn url(&self) -> String {
-        format!("http://{}", self.address)
+        self.address.url()
+    }
+
+    /// What callers must show; none if everybody may call.
+    pub fn token(&self) -> Option<&Token> {
+        self.token.as_ref()
+    }
+
+    /// The file in which clients of the same user find the token, if there is one.
+    pub fn token_path(&self) -> Option<&Path> {
+        self.token_path.as_deref()
     }
 
     /// Drains: health turns NOT_SERVING, new calls are refused, streams end with `SERVER_DRAINING`,
@@ -133,6 +129,10 @@ impl App {
             }
         };
         tokio::join!(connections, self.shared.registry.end_all(patience));
+        if let Some(keeper) = self.token_keeper.take() {
+            // It ends with the drain; a panic in it was told where it happened.
+            let _ = keeper.await;
+        }
     }
 
     /// Makes the next step of a session panic, as a bug would; false if there is no such session.
@@ -151,13 +151,14 @@ impl Drop for App {
 
 impl Config {
     fn check(&self) -> Result<(), StartError> {
-        if !self.address.ip().is_loopback() && !self.allow_remote {
-            return Err(StartError::Remote(self.address));
+        if self.address.is_remote() && !self.allow_remote {
+            return Err(StartError::Remote(self.address.clone()));
         }
 
         for (name, value) in [
             ("drain_seconds", self.drain_seconds),
             ("handshake_seconds", self.handshake_seconds),
+            ("idle_seconds", self.idle_seconds),
             ("request_seconds", self.request_seconds),
             ("upload_idle_seconds", self.upload_idle_seconds),
         ] {

@@ -3,10 +3,9 @@
 //! Reads nothing by itself: a program parses it with clap (flags win over the environment, which wins
 //! over defaults), and a test writes it down.
 
-use std::net::{IpAddr, Ipv4Addr, SocketAddr};
+use std::path::PathBuf;
 
-/// The port that the server listens on unless told otherwise.
-pub const DEFAULT_PORT: u16 = 6277;
+use crate::address::Address;
 
 /// Largest piece of a mesh upload, and largest message of a frame (bytes).
 pub const PIECE_BYTES: usize = 1 << 20;
@@ -14,13 +13,23 @@ pub const PIECE_BYTES: usize = 1 << 20;
 /// Where the server listens, whom it answers, how it ends.
 #[derive(Clone, Debug, PartialEq, clap::Args)]
 pub struct Config {
-    /// Address and port to listen on; port 0 takes a free one.
+    /// Address and port to listen on, port 0 for a free one; or unix:PATH, a socket that its user alone can
+    /// open, and that asks for no token unless one is given.
     #[arg(long, env = "NAPPE_ADDRESS", default_value_t = Config::default().address)]
-    pub address: SocketAddr,
-    /// Allows an address that other machines can reach. There is no encryption and no
-    /// authentication yet: whoever reaches the port can run simulations.
+    pub address: Address,
+    /// Allows an address that other machines can reach. There is no encryption: whoever listens on the way
+    /// reads the token and everything else.
     #[arg(long, env = "NAPPE_ALLOW_REMOTE")]
     pub allow_remote: bool,
+    /// File whose first line is the token that callers must show; without it, a token is drawn at each start.
+    #[arg(long = "token", env = "NAPPE_TOKEN_FILE", value_name = "FILE", conflicts_with = "no_token")]
+    pub token_file: Option<PathBuf>,
+    /// Lets everybody call who reaches the address, as every user of this machine does.
+    #[arg(long, env = "NAPPE_NO_TOKEN")]
+    pub no_token: bool,
+    /// Where clients of the same user find the token.
+    #[arg(skip)]
+    pub token_place: TokenPlace,
     /// Web origins whose pages may call the server (scheme://host:port, separated by commas). Pages
     /// served from loopback always may.
     #[arg(long = "allow-origin", env = "NAPPE_ALLOW_ORIGIN", value_delimiter = ',')]
@@ -35,6 +44,10 @@ pub struct Config {
     /// Seconds that a new connection may stay silent before it is closed.
     #[arg(long, env = "NAPPE_HANDSHAKE_SECONDS", default_value_t = Config::default().handshake_seconds)]
     pub handshake_seconds: f64,
+    /// Seconds that a connection may be open without a call in progress before it is closed. An open stream is
+    /// a call.
+    #[arg(long, env = "NAPPE_IDLE_SECONDS", default_value_t = Config::default().idle_seconds)]
+    pub idle_seconds: f64,
     /// Seconds that a request may take to arrive whole; uploads have limits of their own.
     #[arg(long, env = "NAPPE_REQUEST_SECONDS", default_value_t = Config::default().request_seconds)]
     pub request_seconds: f64,
@@ -49,17 +62,31 @@ pub struct Config {
 impl Default for Config {
     fn default() -> Self {
         Self {
-            address: SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), DEFAULT_PORT),
+            address: Address::default(),
             allow_remote: false,
+            token_file: None,
+            no_token: false,
+            token_place: TokenPlace::default(),
             allowed_origins: Vec::new(),
             allowed_hosts: Vec::new(),
             drain_seconds: 4.0,
             handshake_seconds: 10.0,
+            idle_seconds: 300.0,
             request_seconds: 10.0,
             upload_idle_seconds: 30.0,
             limits: Limits::default(),
         }
     }
+}
+
+/// Where clients find a server's token.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum TokenPlace {
+    /// In a file of the user's runtime directory, named after the port.
+    #[default]
+    RuntimeFolder,
+    /// With [`crate::App::token`] alone: for a server inside its only client.
+    Memory,
 }
 
 /// Limits on what clients can ask for; `GetServerInfo` reports them.

@@ -4,6 +4,7 @@
 //! command `nappe` does for a demonstration, and so does every test. Modules in reading order, each
 //! using only those above it:
 
+mod address;
 pub mod config;
 mod error;
 mod scenes;
@@ -11,10 +12,14 @@ mod stream;
 mod session;
 mod rpc;
 mod transport;
+mod start_error;
+mod token_keeper;
 mod app;
 mod signals;
 
-pub use app::{App, StartError};
-pub use config::{Config, DEFAULT_PORT, Limits};
+pub use address::{Address, DEFAULT_PORT};
+pub use app::App;
+pub use config::{Config, Limits, TokenPlace};
 pub use error::{DOMAIN, Reason};
 pub use signals::Signals;
+pub use start_error::StartError;

@@ -35,7 +35,7 @@ fn main() -> ExitCode {
 }
 
 async fn run(config: Config) -> ExitCode {
-    let mut signals = match Signals::listen() {
+    let signals = match Signals::listen() {
         Ok(signals) => signals,
         Err(error) => return failed(&format!("cannot catch signals: {error}")),
     };
@@ -44,7 +44,12 @@ async fn run(config: Config) -> ExitCode {
         Err(error) => return failed(&error.to_string()),
     };
     announce(&app.url());
-    match signals.recv().await {
+    match (app.token_path(), app.token()) {
+        (Some(path), _) => tracing::info!("clients of this user find the token in {}", path.display()),
+        (None, Some(_)) => tracing::info!("clients show the token of the file that was given"),
+        (None, None) => tracing::warn!("no token is asked for: whoever reaches the address may call"),
+    }
+    match signals.first().await {
         Ok(signal) => tracing::info!("{signal}: draining"),
         Err(error) => tracing::error!("cannot catch signals, ending: {error}"),
     }

@@ -1,6 +1,9 @@
-//! The signals that ask a program to end: SIGINT (Ctrl-C) and SIGTERM.
+//! The signals that ask a program to end: SIGINT (Ctrl-C) and SIGTERM. The first asks, the second ends it.
 
 use std::io;
+
+/// Exit code of a program that a second signal ended.
+const INTERRUPTED: i32 = 130;
 
 /// Signals, caught from the moment that this is made: make it before telling anybody the address.
 #[derive(Debug)]
@@ -36,7 +39,7 @@ impl Signals {
     /// # Errors
     /// If the system does not let the program catch it.
     #[cfg(unix)]
-    pub async fn recv(&mut self) -> io::Result<&'static str> {
+    async fn recv(&mut self) -> io::Result<&'static str> {
         Ok(tokio::select! {
             _ = self.interrupt.recv() => "SIGINT",
             _ = self.terminate.recv() => "SIGTERM",
@@ -48,8 +51,23 @@ impl Signals {
     /// # Errors
     /// If the system does not let the program catch it.
     #[cfg(not(unix))]
-    pub async fn recv(&mut self) -> io::Result<&'static str> {
+    async fn recv(&mut self) -> io::Result<&'static str> {
         tokio::signal::ctrl_c().await?;
         Ok("Ctrl-C")
+    }
+
+    /// Waits for a signal and returns its name. A second signal, from then on, ends the process at once: whoever
+    /// asks twice does not want to wait for an orderly end.
+    ///
+    /// # Errors
+    /// If the system does not let the program catch them.
+    pub async fn first(mut self) -> io::Result<&'static str> {
+        let name = self.recv().await?;
+        tokio::spawn(async move {
+            if self.recv().await.is_ok() {
+                std::process::exit(INTERRUPTED);
+            }
+        });
+        Ok(name)
     }
 }

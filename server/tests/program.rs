@@ -1,9 +1,10 @@
 //! The program `nappe-server` as a process: address, refusal, signals.
 
 use std::{
-    io::{BufRead as _, BufReader},
+    io::{BufRead as _, BufReader, Write as _},
     net::TcpStream,
     process::{Child, Command, Stdio},
+    thread,
     time::{Duration, Instant},
 };
 
@@ -22,6 +23,31 @@ fn address(server: &mut Child) -> String {
     let output = server.stdout.take().expect("its output");
     BufReader::new(output).read_line(&mut line).expect("a line");
     line.trim().strip_prefix("nappe-server listens on http://").expect("an address").to_owned()
+}
+
+#[cfg(unix)]
+fn terminate(server: &Child) {
+    let sent = Command::new("kill").args(["-TERM", &server.id().to_string()]).status();
+    assert!(sent.expect("kill runs").success());
+}
+
+#[cfg(unix)]
+#[test]
+fn a_second_signal_ends_the_program_at_once() {
+    // HTTP/2 is opened, and nothing is answered after it: such a connection lasts as long as a drain may.
+    const OPENING: &[u8] = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n\0\0\0\x04\0\0\0\0\0";
+    let mut server = program(&["--address", "127.0.0.1:0"]);
+    let mut deaf = TcpStream::connect(address(&mut server)).expect("it listens");
+    deaf.write_all(OPENING).expect("sent");
+    thread::sleep(Duration::from_millis(300));
+
+    terminate(&server);
+    thread::sleep(Duration::from_millis(500));
+    assert!(server.try_wait().expect("it can be asked").is_none(), "the first signal drains");
+    let begin = Instant::now();
+    terminate(&server);
+    assert_eq!(server.wait().expect("it ends").code(), Some(130));
+    assert!(begin.elapsed() < Duration::from_secs(2), "{:?}", begin.elapsed());
 }
 
 #[cfg(unix)]

@@ -20,7 +20,8 @@ fn dust(count: u32) -> String {
 async fn growth(count: u32, frames: u64, budget: u64) -> usize {
     let limits = Limits { history_bytes_per_session: budget, ..Limits::default() };
     let address = "127.0.0.1:0".parse().expect("an address");
-    let app = App::start(Config { address, limits, ..Config::default() }).expect("the server starts");
+    let app = App::start(Config { address, limits, no_token: true, ..Config::default() })
+        .expect("the server starts");
     let channel =
         Channel::from_shared(app.url()).expect("a URL").connect().await.expect("the server answers");
     let mut client = SimulationServiceClient::new(channel);

@@ -1,65 +1,21 @@
-//! The client library against the real server: large topologies, and a connection that breaks.
+//! The client library against the real server: large topologies, a connection that breaks, one that is slow,
+//! and calls that take long.
 
-use std::{
-    net::SocketAddr,
-    sync::{
-        Arc,
-        atomic::{AtomicBool, Ordering},
-    },
-};
+use std::time::{Duration, Instant};
 
 use nappe_client::{Client, CreateSession, Delivery, Event, Reason, ReconnectPolicy, Wait, WatchOptions, v1};
-use tokio::{
-    io::copy_bidirectional,
-    net::{TcpListener, TcpStream},
-    sync::Notify,
-};
 
 use crate::{
     cloth_scenes::{dust, sheet_with},
     harness::Server,
+    proxy::Proxy,
 };
-
-/// A proxy whose connections can be cut.
-struct Proxy {
-    address: SocketAddr,
-    cut: Arc<Notify>,
-    /// Whether new connections are closed at once.
-    is_shut: Arc<AtomicBool>,
-}
-
-impl Proxy {
-    async fn to(server: SocketAddr) -> Self {
-        let listener = TcpListener::bind("127.0.0.1:0").await.expect("a free port");
-        let address = listener.local_addr().expect("an address");
-
-        let (cut, is_shut) = (Arc::new(Notify::new()), Arc::new(AtomicBool::new(false)));
-        let shared = (Arc::clone(&cut), Arc::clone(&is_shut));
-        tokio::spawn(async move {
-            while let Ok((mut inner, _)) = listener.accept().await {
-                if shared.1.load(Ordering::SeqCst) {
-                    continue;
-                }
-                let cut = Arc::clone(&shared.0);
-                tokio::spawn(async move {
-                    let mut outer = TcpStream::connect(server).await.expect("the server listens");
-                    tokio::select! {
-                        _ = copy_bidirectional(&mut inner, &mut outer) => {}
-                        () = cut.notified() => {}
-                    }
-                });
-            }
-        });
-
-        Self { address, cut, is_shut }
-    }
-}
 
 #[tokio::test(flavor = "multi_thread")]
 async fn a_watcher_comes_back_after_its_connection_breaks_and_misses_nothing() {
     let mut server = Server::start().await;
     let proxy = Proxy::to(server.app.local_addr()).await;
-    let client = Client::connect(&format!("http://{}", proxy.address)).await.expect("connected");
+    let client = Client::connect(&proxy.url()).await.expect("connected");
 
     let text = sheet_with(6, "steps = 400");
     let created = client.create_session(CreateSession::from_text(text)).await.expect("made");
@@ -81,7 +37,7 @@ async fn a_watcher_comes_back_after_its_connection_breaks_and_misses_nothing() {
                 assert_eq!(frame.frame, next, "neither a gap nor a repeat");
                 next += 1;
                 if next == 50 {
-                    proxy.cut.notify_waiters();
+                    proxy.cut();
                 }
                 if next == 90 {
                     // Past the proxy: its connection may not be back yet.
@@ -103,7 +59,7 @@ async fn a_watcher_comes_back_after_its_connection_breaks_and_misses_nothing() {
 async fn a_watcher_that_comes_back_is_never_given_the_frames_of_another_session() {
     let mut server = Server::start().await;
     let proxy = Proxy::to(server.app.local_addr()).await;
-    let client = Client::connect(&format!("http://{}", proxy.address)).await.expect("connected");
+    let client = Client::connect(&proxy.url()).await.expect("connected");
 
     let named = |side| CreateSession {
         session_id: "the-same".to_owned(),
@@ -119,14 +75,14 @@ async fn a_watcher_that_comes_back_is_never_given_the_frames_of_another_session(
         assert_eq!(frames.session_uid(), first.uid);
 
         // While the client is away, its session goes, and another is given the id.
-        proxy.is_shut.store(true, Ordering::SeqCst);
-        proxy.cut.notify_waiters();
+        proxy.shut();
+        proxy.cut();
         let away = v1::DeleteSessionRequest::of("the-same");
         server.client.delete_session(away.clone()).await.expect("deleted");
         let direct = Client::connect(&server.app.url()).await.expect("connected");
         let second = direct.create_session(named(4)).await.expect("made").session;
         server.step("the-same", 20).await;
-        proxy.is_shut.store(false, Ordering::SeqCst);
+        proxy.open();
 
         let refused = frames.next().await.expect("an end").expect_err("another session");
         assert_eq!(refused.known_reason(), Some(Reason::SessionReplaced), "{refused}");
@@ -152,4 +108,60 @@ async fn a_topology_in_pieces_is_put_together() {
     let Some(Ok(Event::Change(present))) = frames.next().await else { panic!("then how it stands") };
     assert_eq!((present.kind(), present.state()), (v1::ChangeKind::Present, v1::SessionState::Paused));
     assert!(matches!(frames.next().await, Some(Ok(Event::Frame(frame))) if frame.positions.len() == 90_000));
+}
+
+/// Seconds of wall clock by which the newest frames that a client gets over a line of 2 MB/s are old, in the median
+/// and at worst, once the line is full.
+async fn ages_on_a_slow_line(rate: f64) -> (f64, f64) {
+    let mut server = Server::start().await;
+    let proxy = Proxy::with_rate(server.app.local_addr(), rate).await;
+    let client = Client::connect(&proxy.url()).await.expect("connected");
+
+    // 120 kB per frame, 100 frames per second: six times what the line carries.
+    let text = dust(100, "frame_interval = 10");
+    let id = client.create_session(CreateSession::from_text(text)).await.expect("made").session.session_id;
+    let mut frames = client.watch(&id, WatchOptions::latest(0.0)).await.expect("a stream");
+    client.play(&id, 1.0).await.expect("it plays");
+
+    let begin = Instant::now();
+    let mut ages = Vec::new();
+    while begin.elapsed() < Duration::from_secs(6) {
+        let event = frames.next().await.expect("no end").expect("no error");
+        if let Event::Frame(frame) = event
+            && begin.elapsed() > Duration::from_secs(3)
+        {
+            // In real time, simulated seconds are those of the clock.
+            ages.push(server.get(&id).await.time_seconds - frame.time);
+        }
+    }
+    ages.sort_by(f64::total_cmp);
+    (ages[ages.len() / 2], ages[ages.len() - 1])
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn the_newest_frame_is_not_old_on_a_slow_line() {
+    let (median, worst) = ages_on_a_slow_line(2e6).await;
+    println!("frames are {median:.3} s old in the median, {worst:.3} s at worst");
+    // The window of 256 KiB takes 0.13 s, a frame 0.06 s, and one more may wait in the server. With 4 MiB: 2.1 s.
+    assert!(median < 0.5 && worst < 1.0, "{median} s in the median, {worst} s at worst");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_call_that_takes_long_is_waited_for() {
+    let server = Server::start().await;
+    let proxy = Proxy::to(server.app.local_addr()).await;
+    let client = Client::connect(&proxy.url()).await.expect("connected");
+    let mut ids = Vec::new();
+    for _ in 0..2 {
+        let created = client.create_session(CreateSession::from_text(sheet_with(4, ""))).await;
+        ids.push(created.expect("made").session.session_id);
+    }
+
+    // Longer than what the server answers at once may take; as long as a step of much snow does.
+    proxy.hold(Duration::from_secs(11));
+    let begin = Instant::now();
+    let (paused, deleted) = tokio::join!(client.pause(&ids[0]), client.delete_session(&ids[1]));
+    assert!(begin.elapsed() > Duration::from_secs(10), "the line was held: {:?}", begin.elapsed());
+    paused.expect("paused, however long it took");
+    deleted.expect("deleted, however long it took");
 }

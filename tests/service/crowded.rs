@@ -3,6 +3,7 @@
 
 use std::time::Duration;
 
+use base64::{Engine as _, engine::general_purpose::STANDARD_NO_PAD};
 use nappe_proto::v1;
 use nappe_server::{Config, Limits, Reason};
 use tokio::{
@@ -10,7 +11,7 @@ use tokio::{
     net::TcpStream,
     task::JoinSet,
 };
-use tonic::transport::Channel;
+use tonic::{Status, transport::Channel};
 
 use crate::{
     cloth_scenes::{dust, sheet, sheet_with},
@@ -160,7 +161,10 @@ async fn a_request_that_does_not_arrive_is_given_up() {
     let read = tokio::time::timeout(PATIENCE, stream.read_to_end(&mut answer)).await;
     read.expect("it is answered, or closed, in time").expect("read");
     let answer = String::from_utf8_lossy(&answer);
-    assert!(answer.contains("grpc-status") && answer.contains("whole"), "{answer}");
+    let details = answer.lines().find_map(|line| line.strip_prefix("grpc-status-details-bin: "));
+    let details = STANDARD_NO_PAD.decode(details.expect("details").trim_end_matches('=')).expect("base64");
+    let status = Status::with_details(Reason::RequestTooSlow.code(), "too slow", details.into());
+    assert_eq!(assert_reason(&status, Reason::RequestTooSlow)["seconds"], "0.3");
 }
 
 #[tokio::test(flavor = "multi_thread")]

@@ -1,6 +1,6 @@
 //! What browsers do: gRPC-Web over HTTP/1.1, byte by byte, and which web pages may call.
 
-use std::time::Duration;
+use std::{net::SocketAddr, time::Duration};
 
 use base64::{Engine as _, engine::general_purpose::STANDARD_NO_PAD};
 use nappe_proto::v1;
@@ -22,14 +22,14 @@ const PAGE: &str = "http://localhost:5173";
 const SERVICE: &str = "/nappe.v1.SimulationService";
 
 /// Headers in lower case, and the body without its HTTP chunks.
-struct Answer {
-    status: u16,
+pub(crate) struct Answer {
+    pub(crate) status: u16,
     headers: String,
     body: Vec<u8>,
 }
 
 impl Answer {
-    fn header(&self, name: &str) -> Option<&str> {
+    pub(crate) fn header(&self, name: &str) -> Option<&str> {
         let prefix = format!("{name}:");
         self.headers.lines().find_map(|line| {
             line.to_ascii_lowercase().starts_with(&prefix).then(|| line[prefix.len()..].trim())
@@ -37,7 +37,7 @@ impl Answer {
     }
 
     /// The reason in the status details, which stand in the headers when there is no body.
-    fn reason(&self) -> String {
+    pub(crate) fn reason(&self) -> String {
         let details = self.header("grpc-status-details-bin").expect("details");
         let details = STANDARD_NO_PAD.decode(details.trim_end_matches('=')).expect("base64");
         let status = tonic::Status::with_details(tonic::Code::Unknown, "", details.into());
@@ -45,8 +45,26 @@ impl Answer {
     }
 }
 
-async fn exchange(server: &Server, method: &str, path: &str, headers: &str, body: &[u8]) -> Answer {
-    let mut stream = TcpStream::connect(server.app.local_addr()).await.expect("accepted");
+/// Sends a request over HTTP/1.1 and reads its answer.
+pub(crate) async fn exchange(
+    server: &Server,
+    method: &str,
+    path: &str,
+    headers: &str,
+    body: &[u8],
+) -> Answer {
+    exchange_at(server.app.local_addr(), method, path, headers, body).await
+}
+
+/// The same, with a server at an address.
+pub(crate) async fn exchange_at(
+    server: SocketAddr,
+    method: &str,
+    path: &str,
+    headers: &str,
+    body: &[u8],
+) -> Answer {
+    let mut stream = TcpStream::connect(server).await.expect("accepted");
     let length = body.len();
     let head = format!(
         "{method} {path} HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\nContent-Length: {length}\r\n{headers}\r\n"

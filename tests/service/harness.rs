@@ -31,10 +31,11 @@ impl Server {
         Self::configured(Config { limits, ..Config::default() }).await
     }
 
-    /// A server with this configuration, on a free port of loopback.
+    /// A server with this configuration, on a free port of loopback. It asks for no token, since most tests are
+    /// about something else.
     pub(crate) async fn configured(config: Config) -> Self {
         let address = "127.0.0.1:0".parse().expect("an address");
-        let app = App::start(Config { address, ..config }).expect("the server starts");
+        let app = App::start(Config { address, no_token: true, ..config }).expect("the server starts");
         let client = connect(&app).await;
         Self { app, client }
     }

@@ -6,7 +6,7 @@ use bytes::Bytes;
 use nappe_proto::v1::{
     self, MeshHeader, UploadMeshRequest, create_session_request::Scene, upload_mesh_request::Part,
 };
-use nappe_server::{App, Config, Limits, Reason, StartError};
+use nappe_server::{Address, App, Config, Limits, Reason, StartError};
 use tokio::{io::AsyncReadExt as _, net::TcpStream};
 use tonic::{Response, Status};
 
@@ -198,8 +198,8 @@ async fn calls_on_one_connection_are_limited() {
 
 #[tokio::test]
 async fn an_address_that_other_machines_reach_needs_a_flag() {
-    let address = "0.0.0.0:0".parse().expect("an address");
-    let refused = App::start(Config { address, ..Config::default() }).expect_err("no flag");
+    let address: Address = "0.0.0.0:0".parse().expect("an address");
+    let refused = App::start(Config { address: address.clone(), ..Config::default() }).expect_err("no flag");
     assert!(matches!(refused, StartError::Remote(_)));
     assert!(refused.to_string().contains("--allow-remote"), "{refused}");
     App::start(Config { address, allow_remote: true, ..Config::default() })
@@ -211,6 +211,6 @@ async fn an_address_that_other_machines_reach_needs_a_flag() {
     let taken =
         App::start(Config { address: "127.0.0.1:0".parse().expect("an address"), ..Config::default() });
     let taken = taken.expect("a free port");
-    let again = App::start(Config { address: taken.local_addr(), ..Config::default() });
+    let again = App::start(Config { address: taken.local_addr().into(), ..Config::default() });
     assert!(matches!(again, Err(StartError::Bind { .. })));
 }

@@ -4,6 +4,7 @@
 
 mod frames;
 mod harness;
+mod proxy;
 mod simulation;
 mod cloth_scenes;
 mod snow_scenes;
@@ -26,6 +27,11 @@ mod stalled_watchers;
 mod crowded;
 mod shutdown;
 mod grpc_web;
+mod idle_connections;
+mod refused_requests;
+mod tokens;
 mod health_and_reflection;
 mod client_library;
 mod errors_page;
+mod raw_calls;
+mod refusals_page;

@@ -7,6 +7,7 @@ use nappe_server::Reason;
 use tokio::{
     io::{AsyncReadExt as _, AsyncWriteExt as _},
     net::TcpStream,
+    task::JoinSet,
 };
 use tokio_stream::StreamExt as _;
 use tonic_health::pb::{
@@ -15,7 +16,7 @@ use tonic_health::pb::{
 use tonic_types::StatusExt as _;
 
 use crate::{
-    cloth_scenes::{dust, sheet},
+    cloth_scenes::{dust, sheet, sheet_with},
     frames::PATIENCE,
     harness::{Server, assert_reason, channel, connect, every, latest},
 };
@@ -54,6 +55,7 @@ async fn a_drain_ends_idle_streams_silent_connections_and_stalled_watchers() {
     assert_reason(&waiting.await.expect("no panic").expect_err("cut short"), Reason::ServerDraining);
     let turned = health.next().await.expect("a status").expect("no error").status();
     assert_eq!(turned, ServingStatus::NotServing);
+    assert_reason(&health.next().await.expect("an end").expect_err("it is ended"), Reason::ServerDraining);
     for stream in [&mut silent, &mut mumbling] {
         let mut rest = Vec::new();
         let read = tokio::time::timeout(PATIENCE, stream.read_to_end(&mut rest)).await;
@@ -85,4 +87,62 @@ async fn a_dropped_server_drains_too() {
     let mut watch = server.watch(latest(&id)).await;
     drop(server);
     assert_reason(&watch.until_break().await.1, Reason::ServerDraining);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn watchers_of_health_and_reflection_do_not_hold_a_drain_up() {
+    use tonic_reflection::pb::v1::server_reflection_client::ServerReflectionClient;
+
+    let server = Server::start().await;
+    let mut health = HealthClient::new(channel(&server.app).await);
+    let mut health = health.watch(HealthCheckRequest::default()).await.expect("a stream").into_inner();
+    health.next().await.expect("a status").expect("no error");
+    let mut reflection = ServerReflectionClient::new(channel(&server.app).await);
+    let asked = reflection.server_reflection_info(tokio_stream::pending());
+    let mut reflection = asked.await.expect("a stream").into_inner();
+
+    let begin = Instant::now();
+    server.app.shutdown().await;
+    println!("drained in {:?}", begin.elapsed());
+    assert!(begin.elapsed() < Duration::from_secs(2), "{:?}", begin.elapsed());
+    let turned = health.next().await.expect("a status").expect("no error").status();
+    assert_eq!(turned, ServingStatus::NotServing);
+    assert_reason(&health.next().await.expect("an end").expect_err("ended"), Reason::ServerDraining);
+    assert_reason(&reflection.next().await.expect("an end").expect_err("ended"), Reason::ServerDraining);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_call_that_waits_for_a_long_step_learns_of_a_drain_at_once() {
+    let mut server = Server::start().await;
+    // A step of many seconds.
+    let slow =
+        server.session(sheet_with(60, "").replace("drag = 1e-4", "drag = 1e-4\nsubsteps = 5000")).await;
+    let mut calls = JoinSet::new();
+    let step = v1::StepSessionRequest { step_count: 1, wait: true, ..v1::StepSessionRequest::of(&slow) };
+    let mut client = server.client.clone();
+    calls.spawn(async move { (client.step_session(step).await.err(), Instant::now()) });
+    tokio::time::sleep(Duration::from_millis(300)).await;
+    let calm = v1::UpdateParametersRequest { drag: Some(1e-4), ..v1::UpdateParametersRequest::of(&slow) };
+    let pause = v1::PauseSessionRequest::of(&slow);
+    let watch = v1::WatchFramesRequest { fields: vec![v1::Field::Velocities.into()], ..latest(&slow) };
+    let mut client = server.client.clone();
+    calls.spawn(async move { (client.update_parameters(calm).await.err(), Instant::now()) });
+    let mut client = server.client.clone();
+    calls.spawn(async move { (client.pause_session(pause).await.err(), Instant::now()) });
+    let mut client = server.client.clone();
+    calls.spawn(async move { (client.watch_frames(watch).await.err(), Instant::now()) });
+    tokio::time::sleep(Duration::from_millis(300)).await;
+
+    let begin = Instant::now();
+    server.app.shutdown().await;
+    let mut cut = 0;
+    for (refused, at) in calls.join_all().await {
+        assert!(at < begin + Duration::from_secs(1), "told {:?} after the drain began", at - begin);
+        if let Some(status) = refused {
+            assert_reason(&status, Reason::ServerDraining);
+            cut += 1;
+        }
+    }
+    println!("{cut} calls waited for the step");
+    assert!(cut > 0, "the call for the step waited for it");
 }

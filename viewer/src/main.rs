@@ -3,11 +3,14 @@
 //! Enters: a server's address and a session's id. Leaves: a Rerun viewer that shows it, or a recording file.
 //! A thin shell over `nappe_rerun::show`, which `nappe view` calls too.
 
-use std::{path::PathBuf, process::ExitCode};
+use std::{io, path::PathBuf, process::ExitCode};
 
 use clap::Parser;
-use nappe_client::{Client, Event, GridOptions};
-use nappe_rerun::{ColorBy, ShowError, ShowOptions, Shown, Sink, show};
+use nappe_client::{Client, Event, GridOptions, Token};
+use nappe_rerun::{ColorBy, ShowOptions, Shown, Sink, show};
+
+/// Exit code of a program that a second signal ended.
+const INTERRUPTED: i32 = 130;
 
 /// Watches a session on a nappe server and shows it in Rerun.
 #[derive(Debug, Parser)]
@@ -16,6 +19,9 @@ struct Arguments {
     /// Address of the server.
     #[arg(long, value_name = "URL", default_value = "http://127.0.0.1:6277", env = "NAPPE_SERVER")]
     server: String,
+    /// File with the token of the server; found by itself, if the server is yours and on this machine.
+    #[arg(long, value_name = "FILE", env = "NAPPE_TOKEN_FILE")]
+    token: Option<PathBuf>,
     /// Id of the session.
     #[arg(long, value_name = "ID")]
     session: String,
@@ -48,8 +54,11 @@ async fn main() -> ExitCode {
     }
 }
 
-async fn run(arguments: Arguments) -> Result<Shown, ShowError> {
-    let client = Client::connect(&arguments.server).await?;
+async fn run(arguments: Arguments) -> Result<Shown, Box<dyn std::error::Error>> {
+    let client = match &arguments.token {
+        None => Client::connect(&arguments.server).await?,
+        Some(path) => Client::connect_with(&arguments.server, &Token::read(path)?).await?,
+    };
     let oldest_frame = client.get_session(&arguments.session).await?.oldest_frame;
     let sink = match (arguments.save, arguments.connect) {
         (Some(path), _) => Sink::Save(path),
@@ -66,15 +75,38 @@ async fn run(arguments: Arguments) -> Result<Shown, ShowError> {
             say(&format!("connected again after {attempts} attempts ({cause})"));
         }
     };
-    show(&client, &arguments.session, sink, options, interrupted(), progress).await
+    Ok(show(&client, &arguments.session, sink, options, interrupted(), progress).await?)
 }
 
-/// Completes on Ctrl-C: the recording is then closed properly.
+/// Completes on Ctrl-C or SIGTERM: the recording is then closed properly. A second signal ends the program at once.
 async fn interrupted() {
-    if tokio::signal::ctrl_c().await.is_err() {
+    if signal().await.is_err() {
         // No signal can be had on this system: the session's end stops the program.
         std::future::pending::<()>().await;
     }
+    tokio::spawn(async {
+        if signal().await.is_ok() {
+            std::process::exit(INTERRUPTED);
+        }
+    });
+}
+
+/// Waits for a signal that asks the program to end.
+#[cfg(unix)]
+async fn signal() -> io::Result<()> {
+    use tokio::signal::unix::{SignalKind, signal};
+    let mut interrupt = signal(SignalKind::interrupt())?;
+    let mut terminate = signal(SignalKind::terminate())?;
+    tokio::select! {
+        _ = interrupt.recv() => Ok(()),
+        _ = terminate.recv() => Ok(()),
+    }
+}
+
+/// Waits for a signal that asks the program to end.
+#[cfg(not(unix))]
+async fn signal() -> io::Result<()> {
+    tokio::signal::ctrl_c().await
 }
 
 fn summary(shown: &Shown) -> String {

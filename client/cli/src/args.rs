@@ -16,9 +16,29 @@ const DEFAULT_SERVER: &str = "http://127.0.0.1:6277";
 /// The server that a verb talks to.
 #[derive(Args, Clone, Debug)]
 pub(crate) struct ServerArgs {
-    /// Address of the server
+    /// Address of the server: http://HOST:PORT or unix:PATH
     #[arg(long, env = "NAPPE_SERVER", value_name = "URL", default_value = DEFAULT_SERVER)]
     pub(crate) server: String,
+    #[command(flatten)]
+    pub(crate) token: TokenArgs,
+}
+
+/// What is shown to a server.
+#[derive(Args, Clone, Debug, Default)]
+pub(crate) struct TokenArgs {
+    /// File with the token of the server [default: found, if the server is yours and on this machine]
+    #[arg(long = "token", env = "NAPPE_TOKEN_FILE", value_name = "FILE")]
+    pub(crate) file: Option<PathBuf>,
+}
+
+/// A server instead of the one inside this command.
+#[derive(Args, Clone, Debug, Default)]
+pub(crate) struct OtherServerArgs {
+    /// Compute on the server at this address instead of in this command
+    #[arg(long, value_name = "URL")]
+    pub(crate) server: Option<String>,
+    #[command(flatten)]
+    pub(crate) token: TokenArgs,
 }
 
 /// Which session, on which server, and who reads the answer.

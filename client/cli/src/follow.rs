@@ -3,6 +3,8 @@
 //! Asks for the list of sessions now and then; each new one gets a task that watches its newest
 //! frames. A viewer that stalls stalls its task, never a step.
 
+use nappe_server::App;
+
 use crate::error::Result;
 
 /// The viewer that sessions are shown in.
@@ -43,16 +45,14 @@ impl Viewer {
 
 /// Never called: there is no viewer.
 #[cfg(not(feature = "rerun"))]
-pub(crate) fn follow(_: &str, viewer: Viewer) -> std::future::Ready<Result<()>> {
+pub(crate) fn follow(_: &App, viewer: Viewer) -> std::future::Ready<std::convert::Infallible> {
     match viewer {}
 }
 
-/// Shows the sessions of a server, those there and those to come.
-///
-/// # Errors
-/// When the server is gone.
+/// Shows the sessions of a server, those there and those to come, as long as it is polled: a call that fails is told
+/// once and tried again, and never ends the server.
 #[cfg(feature = "rerun")]
-pub(crate) async fn follow(url: &str, Viewer(sink): Viewer) -> Result<()> {
+pub(crate) async fn follow(app: &App, Viewer(sink): Viewer) -> std::convert::Infallible {
     use std::{collections::BTreeSet, time::Duration};
 
     use nappe_client::Client;
@@ -63,22 +63,52 @@ pub(crate) async fn follow(url: &str, Viewer(sink): Viewer) -> Result<()> {
     /// How often the list is asked for.
     const INTERVAL: Duration = Duration::from_millis(500);
 
-    let client = Client::connect(url).await?;
+    let mut client = None;
     let mut shown = BTreeSet::new();
+    let mut has_failed = false;
     loop {
-        let ids: BTreeSet<String> =
-            client.list_sessions().await?.into_iter().map(|session| session.session_id).collect();
-        for id in &ids - &shown {
-            let (client, sink) = (client.clone(), sink.clone());
-            tokio::spawn(async move {
-                let options = ShowOptions::for_sink(&sink, 0);
-                if let Err(error) = show(&client, &id, sink, options, std::future::pending(), |_| {}).await {
-                    output::note(&format!("nappe: session {id} is no longer shown in Rerun: {error}"));
+        match listed(app, &mut client).await {
+            Ok((client, ids)) => {
+                has_failed = false;
+                for id in &ids - &shown {
+                    let (client, sink): (Client, _) = (client.clone(), sink.clone());
+                    tokio::spawn(async move {
+                        let options = ShowOptions::for_sink(&sink, 0);
+                        let shown = show(&client, &id, sink, options, std::future::pending(), |_| {}).await;
+                        if let Err(error) = shown {
+                            output::note(&format!(
+                                "nappe: session {id} is no longer shown in Rerun: {error}"
+                            ));
+                        }
+                    });
                 }
-            });
+                // A deleted id may come again, and is then shown again.
+                shown = ids;
+            }
+            Err(error) if !has_failed => {
+                has_failed = true;
+                output::note(&format!("nappe: no new session is shown in Rerun for now: {error}"));
+            }
+            Err(_same) => {}
         }
-        // A deleted id may come again, and is then shown again.
-        shown = ids;
         tokio::time::sleep(INTERVAL).await;
     }
+}
+
+/// The ids of all sessions, through a client that is made when it is first needed.
+#[cfg(feature = "rerun")]
+async fn listed(
+    app: &App,
+    client: &mut Option<nappe_client::Client>,
+) -> std::result::Result<(nappe_client::Client, std::collections::BTreeSet<String>), nappe_client::ClientError>
+{
+    let connected = match client {
+        Some(client) => client,
+        None => client.insert(match app.token() {
+            None => nappe_client::Client::connect(&app.url()).await?,
+            Some(token) => nappe_client::Client::connect_with(&app.url(), token).await?,
+        }),
+    };
+    let sessions = connected.list_sessions().await?;
+    Ok((connected.clone(), sessions.into_iter().map(|session| session.session_id).collect()))
 }

@@ -10,6 +10,7 @@ mod session;
 mod fields;
 mod args;
 mod remote;
+mod ssh;
 mod meshes;
 mod scene;
 mod save;

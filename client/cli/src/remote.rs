@@ -1,14 +1,18 @@
 //! Talking to a server: the runtime, the connection, signals, and errors in the command's words.
 
-use std::future::Future;
+use std::{future::Future, time::Duration};
 
-use nappe_client::{Client, ClientError, Reason};
+use nappe_client::{Client, ClientError, Reason, Token};
 use nappe_server::Signals;
 
 use crate::{
-    args::ServerArgs,
+    args::{ServerArgs, TokenArgs},
     error::{CliError, Exit, Result},
+    output,
 };
+
+/// How long a call may take before the user is told that it waits.
+const PATIENCE: Duration = Duration::from_secs(2);
 
 /// Runs asynchronous work to its end on a runtime of its own.
 ///
@@ -30,7 +34,19 @@ pub(crate) fn block_on<T>(work: impl Future<Output = Result<T>>) -> Result<T> {
 /// # Errors
 /// When nothing answers.
 pub(crate) async fn connect(args: &ServerArgs) -> Result<Client> {
-    Client::connect(&args.server).await.map_err(CliError::from)
+    connect_to(&args.server, &args.token).await
+}
+
+/// Connects to a server at an address.
+///
+/// # Errors
+/// When nothing answers, or the token's file cannot be read.
+pub(crate) async fn connect_to(server: &str, token: &TokenArgs) -> Result<Client> {
+    let client = match &token.file {
+        None => Client::connect(server).await,
+        Some(path) => Client::connect_with(server, &Token::read(path).map_err(CliError::failure)?).await,
+    };
+    client.map_err(CliError::from)
 }
 
 /// Waits for Ctrl-C or SIGTERM. After the first, a second one ends the process at once.
@@ -47,14 +63,25 @@ pub(crate) fn catch_signals() -> Result<Signals> {
 }
 
 /// As [`interrupted`], with signals that are caught already.
-pub(crate) async fn interrupted_by(mut signals: Signals) -> Result<()> {
-    signals.recv().await.map_err(|error| refused(&error))?;
-    tokio::spawn(async move {
-        if signals.recv().await.is_ok() {
-            std::process::exit(Exit::Interrupted as i32);
-        }
-    });
+pub(crate) async fn interrupted_by(signals: Signals) -> Result<()> {
+    signals.first().await.map_err(|error| refused(&error))?;
     Ok(())
+}
+
+/// Waits for an answer, and tells the user when it takes a while: a call may have to wait for the step in
+/// progress, or for steps that it asked for, and a server that is gone is noticed by the connection itself.
+pub(crate) async fn answer<T>(
+    session_id: &str,
+    call: impl Future<Output = std::result::Result<T, ClientError>>,
+) -> Result<T> {
+    let mut call = std::pin::pin!(call);
+    if let Ok(answer) = tokio::time::timeout(PATIENCE, call.as_mut()).await {
+        return answer.map_err(CliError::from);
+    }
+    output::note(&format!(
+        "nappe: session {session_id} is still stepping; waiting for it, Ctrl-C ends the wait"
+    ));
+    call.await.map_err(CliError::from)
 }
 
 fn refused(error: &std::io::Error) -> CliError {

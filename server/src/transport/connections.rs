@@ -13,7 +13,8 @@ use std::{
 pub(super) struct Connections {
     limit: usize,
     limit_per_address: usize,
-    open: Mutex<HashMap<IpAddr, usize>>,
+    /// By address; those of a Unix socket have none.
+    open: Mutex<HashMap<Option<IpAddr>, usize>>,
 }
 
 /// Why a connection is refused.
@@ -29,7 +30,7 @@ pub(super) enum Full {
 #[derive(Debug)]
 pub(super) struct Place {
     connections: Arc<Connections>,
-    address: IpAddr,
+    address: Option<IpAddr>,
 }
 
 impl Connections {
@@ -38,26 +39,27 @@ impl Connections {
         Arc::new(Self { limit, limit_per_address, open: Mutex::default() })
     }
 
-    /// A place for a peer.
+    /// A place for a peer at an address, or for one of a Unix socket.
     ///
     /// # Errors
     /// If there is none.
-    pub(super) fn place(self: &Arc<Self>, address: IpAddr) -> Result<Place, Full> {
+    pub(super) fn place(self: &Arc<Self>, address: Option<IpAddr>) -> Result<Place, Full> {
         // An IPv4 peer of a listener for both is the same peer.
-        let address = address.to_canonical();
+        let address = address.map(|address| address.to_canonical());
         let mut open = self.lock();
         if open.values().sum::<usize>() >= self.limit {
             return Err(Full::Everywhere);
         }
         let here = open.entry(address).or_default();
-        if *here >= self.limit_per_address {
+        // Who opens a Unix socket is the server's own user.
+        if address.is_some() && *here >= self.limit_per_address {
             return Err(Full::FromThere);
         }
         *here += 1;
         Ok(Place { connections: Arc::clone(self), address })
     }
 
-    fn lock(&self) -> MutexGuard<'_, HashMap<IpAddr, usize>> {
+    fn lock(&self) -> MutexGuard<'_, HashMap<Option<IpAddr>, usize>> {
         // No code that holds the lock can leave it half changed.
         self.open.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -84,11 +86,11 @@ mod tests {
     #[test]
     fn places_are_bounded_in_all_and_from_each_address_and_come_back() {
         let connections = Connections::new(3, 2);
-        let [here, there] = [1, 2].map(|last| IpAddr::V4(Ipv4Addr::new(127, 0, 0, last)));
+        let [here, there] = [1, 2].map(|last| Some(IpAddr::V4(Ipv4Addr::new(127, 0, 0, last))));
         let first = connections.place(here).expect("the first");
         let _second = connections.place(here).expect("the second");
         assert_eq!(connections.place(here).expect_err("two are there"), Full::FromThere);
-        let mapped = IpAddr::V6(Ipv4Addr::LOCALHOST.to_ipv6_mapped());
+        let mapped = Some(IpAddr::V6(Ipv4Addr::LOCALHOST.to_ipv6_mapped()));
         assert_eq!(connections.place(mapped).expect_err("it is the same peer"), Full::FromThere);
         let _third = connections.place(there).expect("another address");
         assert_eq!(connections.place(there).expect_err("three in all"), Full::Everywhere);

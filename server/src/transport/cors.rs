@@ -11,7 +11,8 @@ use tower_http::cors::{AllowOrigin, CorsLayer};
 /// Headers in which gRPC-Web clients find a call's status.
 const STATUS_HEADERS: [&str; 3] = ["grpc-status", "grpc-message", "grpc-status-details-bin"];
 /// Headers that gRPC-Web clients send.
-const CALL_HEADERS: [&str; 4] = ["x-grpc-web", "x-user-agent", "grpc-timeout", "content-type"];
+const CALL_HEADERS: [&str; 5] =
+    ["x-grpc-web", "x-user-agent", "grpc-timeout", "content-type", "authorization"];
 
 /// The configured origins; loopback is always allowed.
 #[derive(Clone, Debug, Default)]

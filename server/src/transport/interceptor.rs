@@ -1,8 +1,9 @@
 //! The interceptor of every call: whatever happens inside, an error leaves with a reason.
 //!
-//! Refuses calls while draining, from unknown web origins and to other hosts, honours the client's deadline, turns
-//! a panic of a handler into INTERNAL, and gives a reason to statuses that the framework made
-//! (unknown method, message too large, message that cannot be decoded).
+//! Refuses calls while draining, without the token, from unknown web origins, to other hosts and in forms that are not read, honours
+//! the client's deadline, ends calls that wait when the server drains, turns a panic of a handler into INTERNAL,
+//! and gives a reason to statuses that the framework made (unknown method, message too large, message that
+//! cannot be decoded).
 
 use std::{
     any::Any,
@@ -14,16 +15,24 @@ use std::{
     time::Duration,
 };
 
-use http::{HeaderMap, Request, Response};
+use http::{HeaderMap, HeaderValue, Request, Response};
 use tokio_util::sync::CancellationToken;
-use tonic::{Code, Status, body::Body};
+use tonic::{Status, body::Body};
 use tower::Service;
 
-use super::{cors::AllowedOrigins, host::AllowedHosts};
+use super::{
+    answer::{Answer, reason_for},
+    cors::AllowedOrigins,
+    host::AllowedHosts,
+    method::Method,
+    token::Guard,
+};
 use crate::error::{Reason, ServiceError, panic_message};
 
-/// Prefix of the health service's paths, which answer until the end.
-const HEALTH: &str = "/grpc.health.v1.Health/";
+/// Most bytes of a request's headers, counted as HTTP/2 does: names, values, and 32 for each.
+const HEADER_BYTES: usize = 16 << 10;
+/// How messages may be compressed: not at all.
+const ENCODINGS: HeaderValue = HeaderValue::from_static("identity");
 
 /// A service whose every answer carries a reason if it is an error.
 #[derive(Clone, Debug)]
@@ -31,6 +40,7 @@ pub(super) struct Interceptor<S> {
     inner: S,
     origins: AllowedOrigins,
     hosts: AllowedHosts,
+    guard: Guard,
     draining: CancellationToken,
 }
 
@@ -39,12 +49,13 @@ impl<S> Interceptor<S> {
         inner: S,
         origins: AllowedOrigins,
         hosts: AllowedHosts,
+        guard: Guard,
         draining: CancellationToken,
     ) -> Self {
-        Self { inner, origins, hosts, draining }
+        Self { inner, origins, hosts, guard, draining }
     }
 
-    fn refusal<B>(&self, request: &Request<B>) -> Option<ServiceError> {
+    fn refusal<B>(&self, request: &Request<B>, method: &Method) -> Option<ServiceError> {
         if let Err(host) = self.hosts.check(request) {
             let message = format!("requests to the host '{host}' are not for this server");
             return Some(ServiceError::new(Reason::HostNotAllowed, message).with("host", host));
@@ -58,8 +69,13 @@ impl<S> Interceptor<S> {
             return Some(ServiceError::new(Reason::OriginNotAllowed, message).with("origin", origin));
         }
 
-        let draining = self.draining.is_cancelled() && !request.uri().path().starts_with(HEALTH);
-        draining.then(ServiceError::draining)
+        if let Some(refusal) = self.guard.refusal(request.headers(), method) {
+            return Some(refusal);
+        }
+
+        let unread = too_large(request.headers()).or_else(|| compressed(request.headers()));
+        let draining = self.draining.is_cancelled() && !method.is_health();
+        unread.or_else(|| draining.then(ServiceError::draining))
     }
 }
 
@@ -78,8 +94,9 @@ where
     }
 
     fn call(&mut self, request: Request<B>) -> Self::Future {
-        if let Some(refusal) = self.refusal(&request) {
-            return Box::pin(async move { Ok(Status::from(refusal).into_http()) });
+        let method = Method::new(request.uri().path());
+        if let Some(refusal) = self.refusal(&request, &method) {
+            return Box::pin(async move { Ok(refused(refusal)) });
         }
 
         // The service that was polled ready is the one to call.
@@ -87,24 +104,76 @@ where
         let mut inner = std::mem::replace(&mut self.inner, ready);
 
         let deadline = deadline(request.headers());
-        let path = request.uri().path().to_owned();
+        let draining = self.draining.clone();
         Box::pin(async move {
             let answer = without_panic(async move { inner.call(request).await });
-            let answer = match deadline {
-                None => answer.await,
-                Some(deadline) => match tokio::time::timeout(deadline, answer).await {
-                    Ok(answer) => answer,
-                    Err(_elapsed) => return Ok(Status::from(too_late(deadline)).into_http()),
-                },
-            };
-
-            Ok(match answer {
-                Ok(Ok(response)) => with_reason(response, &path),
-                Ok(Err(never)) => match never {},
-                Err(panic) => Status::from(panicked(panic.as_ref(), &path)).into_http(),
+            // Health answers until the end.
+            let cut = if method.is_health() { CancellationToken::new() } else { draining.clone() };
+            Ok(match in_time(answer, deadline, &cut).await {
+                Ok(Ok(Ok(response))) => finished(response, method, &draining),
+                Ok(Ok(Err(never))) => match never {},
+                Ok(Err(panic)) => refused(panicked(panic.as_ref(), method.path())),
+                Err(cut) => refused(cut),
             })
         })
     }
+}
+
+/// Waits for an answer as long as the client does and the server runs: a call may wait for a step of minutes.
+async fn in_time<T>(
+    answer: impl Future<Output = T>,
+    deadline: Option<Duration>,
+    draining: &CancellationToken,
+) -> Result<T, ServiceError> {
+    let late = async {
+        match deadline {
+            None => std::future::pending().await,
+            Some(deadline) => {
+                tokio::time::sleep(deadline).await;
+                deadline
+            }
+        }
+    };
+    tokio::select! {
+        biased;
+        answer = answer => Ok(answer),
+        deadline = late => Err(too_late(deadline)),
+        () = draining.cancelled() => Err(ServiceError::draining()),
+    }
+}
+
+/// An answer whose errors have reasons, in its headers and at its end.
+fn finished(response: Response<Body>, method: Method, draining: &CancellationToken) -> Response<Body> {
+    match reason_for(response.headers(), &method) {
+        Some(error) => refused(error),
+        None => response.map(|body| Body::new(Answer::new(body, method, draining))),
+    }
+}
+
+/// The answer that is an error and nothing else.
+pub(super) fn refused(error: ServiceError) -> Response<Body> {
+    let is_compressed = error.reason == Reason::CompressionNotSupported;
+    let mut response = Status::from(error).into_http();
+    if is_compressed {
+        response.headers_mut().insert("grpc-accept-encoding", ENCODINGS);
+    }
+    response
+}
+
+fn too_large(headers: &HeaderMap) -> Option<ServiceError> {
+    let bytes: usize = headers.iter().map(|(name, value)| name.as_str().len() + value.len() + 32).sum();
+    (bytes > HEADER_BYTES).then(|| {
+        let message = format!("the headers have {bytes} bytes; allowed: at most {HEADER_BYTES}");
+        ServiceError::new(Reason::HeadersTooLarge, message).with("bytes", bytes).with("allowed", HEADER_BYTES)
+    })
+}
+
+fn compressed(headers: &HeaderMap) -> Option<ServiceError> {
+    let encoding = headers.get("grpc-encoding").filter(|encoding| **encoding != ENCODINGS)?;
+    let encoding = String::from_utf8_lossy(encoding.as_bytes()).into_owned();
+    let message = format!("messages compressed with '{encoding}' are not read; allowed: identity");
+    let error = ServiceError::new(Reason::CompressionNotSupported, message);
+    Some(error.with("encoding", encoding).with("allowed", "identity"))
 }
 
 /// Runs a future; a panic in it becomes an error.
@@ -127,31 +196,6 @@ fn too_late(deadline: Duration) -> ServiceError {
     let seconds = deadline.as_secs_f64();
     let message = format!("the call did not end within the client's deadline of {seconds} s");
     ServiceError::new(Reason::DeadlineExceeded, message).with("seconds", seconds)
-}
-
-/// Gives a reason to an error that the framework made. Errors at the end of a stream are in its
-/// trailers, which only the service's own code writes.
-fn with_reason(response: Response<Body>, path: &str) -> Response<Body> {
-    let Some(status) = Status::from_header_map(response.headers()) else {
-        return response;
-    };
-    if status.code() == Code::Ok || !status.details().is_empty() {
-        return response;
-    }
-
-    let message = status.message();
-    let error = match status.code() {
-        Code::Unimplemented if message.is_empty() => {
-            ServiceError::new(Reason::UnknownMethod, format!("there is no method {path}"))
-                .with("method", path)
-        }
-        Code::NotFound => ServiceError::new(Reason::UnknownService, message),
-        Code::OutOfRange | Code::ResourceExhausted => ServiceError::new(Reason::MessageTooLarge, message),
-        Code::DeadlineExceeded => ServiceError::new(Reason::DeadlineExceeded, message),
-        Code::Cancelled => ServiceError::new(Reason::RequestCancelled, message),
-        _ => ServiceError::new(Reason::InvalidMessage, message),
-    };
-    Status::from(error).into_http()
 }
 
 /// The client's deadline, from `grpc-timeout`: up to eight digits and a unit. One that cannot be

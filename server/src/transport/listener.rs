@@ -1,36 +1,47 @@
-//! The listener: a bounded number of connections, none of them silent, all of them closed in the end.
+//! The listener: a bounded number of connections, none of them silent or idle, all of them closed in the end.
 //!
 //! The framework's own server never closes a silent connection, and its graceful shutdown waits
 //! for streams without end. Here a connection must say something in time, and a drain that takes
 //! too long cuts what is left.
 
-use std::{convert::Infallible, io, time::Duration};
+use std::{convert::Infallible, io, net::IpAddr, sync::Arc, time::Duration};
 
 use http::{Request, Response};
-use hyper::body::Incoming;
+use hyper::{body::Incoming, service::service_fn};
 use hyper_util::{
     rt::{TokioExecutor, TokioIo, TokioTimer},
     server::conn::auto::Builder,
-    service::TowerToHyperService,
 };
 use socket2::{SockRef, TcpKeepalive};
 use tokio::{
+    io::{AsyncRead, AsyncWrite},
     net::{TcpListener, TcpStream},
     task::JoinSet,
     time::timeout,
 };
 use tokio_util::sync::CancellationToken;
 use tonic::body::Body;
-use tower::util::BoxCloneSyncService;
+use tower::{ServiceExt as _, util::BoxCloneSyncService};
 
-use super::connections::{Connections, Full};
+use super::{
+    activity::Activity,
+    connections::{Connections, Full, Place},
+};
+use crate::address::Address;
+#[cfg(unix)]
+use crate::address::SocketFile;
 
-/// HTTP/2 flow control: bytes in flight per stream.
-const STREAM_WINDOW: u32 = 4 << 20;
-/// Bytes in flight per connection.
-const CONNECTION_WINDOW: u32 = 16 << 20;
-/// Bytes per frame of HTTP/2.
-const FRAME_SIZE: u32 = 1 << 20;
+/// HTTP/2 flow control: bytes of requests in flight per stream, a piece of an upload.
+const STREAM_WINDOW: u32 = 1 << 20;
+/// Bytes of requests in flight per connection: as many as its peer can make the server hold unread.
+const CONNECTION_WINDOW: u32 = 4 << 20;
+/// Bytes per frame of a request; a frame is held until it is whole.
+const FRAME_SIZE: u32 = 256 << 10;
+/// Bytes of a request's headers that are read. Fewer are allowed: what lies between is refused with a reason,
+/// and what lies above with 431 of HTTP.
+const HEADER_LIST_BYTES: u32 = 64 << 10;
+/// How long a connection that was asked to end may take, once it has no calls.
+const GOODBYE_TIME: Duration = Duration::from_secs(5);
 /// Time between pings on an open connection.
 const PING_INTERVAL: Duration = Duration::from_secs(10);
 /// A peer that does not answer a ping in this time is gone.
@@ -45,6 +56,61 @@ const ACKNOWLEDGE_TIME: Duration = Duration::from_secs(40);
 /// Length of the preface that opens HTTP/2; shorter than any HTTP/1.1 request with a host.
 const PREFACE_BYTES: usize = 24;
 
+/// What accepts connections.
+#[derive(Debug)]
+pub(crate) enum Listener {
+    Tcp(TcpListener),
+    /// With its file, which goes with it.
+    #[cfg(unix)]
+    Unix {
+        listener: tokio::net::UnixListener,
+        _file: SocketFile,
+    },
+}
+
+/// What carries a connection.
+enum Line {
+    Tcp(TcpStream, IpAddr),
+    #[cfg(unix)]
+    Unix(tokio::net::UnixStream),
+}
+
+impl Listener {
+    /// Listens at an address; returns it with the port that was free.
+    ///
+    /// # Errors
+    /// If the system refuses.
+    pub(crate) fn bind(address: &Address) -> io::Result<(Address, Self)> {
+        match address {
+            Address::Tcp(address) => {
+                let listener = std::net::TcpListener::bind(address)?;
+                listener.set_nonblocking(true)?;
+                let address = listener.local_addr()?;
+                Ok((address.into(), Self::Tcp(TcpListener::from_std(listener)?)))
+            }
+            #[cfg(unix)]
+            Address::Unix(path) => {
+                let (file, listener) = SocketFile::bind(path)?;
+                let listener = tokio::net::UnixListener::from_std(listener)?;
+                Ok((address.clone(), Self::Unix { listener, _file: file }))
+            }
+            #[cfg(not(unix))]
+            Address::Unix(_) => Err(io::ErrorKind::Unsupported.into()),
+        }
+    }
+
+    async fn accept(&self) -> io::Result<Line> {
+        match self {
+            Self::Tcp(listener) => {
+                let (stream, peer) = listener.accept().await?;
+                Ok(Line::Tcp(stream, peer.ip()))
+            }
+            #[cfg(unix)]
+            Self::Unix { listener, .. } => Ok(Line::Unix(listener.accept().await?.0)),
+        }
+    }
+}
+
 /// Bounds of the listener.
 #[derive(Clone, Debug)]
 pub(crate) struct ListenerSettings {
@@ -56,6 +122,8 @@ pub(crate) struct ListenerSettings {
     pub max_streams: u32,
     /// How long a new connection may take to say what it speaks.
     pub handshake: Duration,
+    /// How long a connection may be open without a call in progress.
+    pub idle: Duration,
     /// How long connections may take to end after `draining`.
     pub drain: Duration,
     /// Cancelled when the server begins to end.
@@ -66,7 +134,7 @@ pub(crate) struct ListenerSettings {
 pub(crate) type Handler = BoxCloneSyncService<Request<Incoming>, Response<Body>, Infallible>;
 
 /// Accepts connections until `draining`, then lets them end, then cuts them.
-pub(crate) async fn serve(listener: TcpListener, handler: Handler, settings: ListenerSettings) {
+pub(crate) async fn serve(listener: Listener, handler: Handler, settings: ListenerSettings) {
     let places = Connections::new(settings.max_connections, settings.max_connections_per_address);
     let builder = builder(&settings);
     let mut connections = JoinSet::new();
@@ -78,24 +146,12 @@ pub(crate) async fn serve(listener: TcpListener, handler: Handler, settings: Lis
         };
 
         match accepted {
-            Ok((stream, peer)) => {
-                let place = match places.place(peer.ip()) {
-                    Ok(place) => place,
-                    Err(Full::Everywhere) => {
-                        tracing::warn!(%peer, "refused: {} connections are open", settings.max_connections);
-                        continue;
-                    }
-                    Err(Full::FromThere) => {
-                        let count = settings.max_connections_per_address;
-                        tracing::warn!(%peer, "refused: {count} connections are open from this address");
-                        continue;
-                    }
-                };
-
+            Ok(line) => {
+                let Some(place) = place_for(&line, &places, &settings) else { continue };
                 let (builder, handler, settings) = (builder.clone(), handler.clone(), settings.clone());
                 connections.spawn(async move {
                     let _place = place;
-                    connection(stream, &builder, handler, &settings).await;
+                    answer(line, &builder, handler, &settings).await;
                 });
             }
             Err(error) => {
@@ -114,6 +170,26 @@ pub(crate) async fn serve(listener: TcpListener, handler: Handler, settings: Lis
     }
 }
 
+/// A place for a connection, or a line in the log that says why there is none.
+fn place_for(line: &Line, places: &Arc<Connections>, settings: &ListenerSettings) -> Option<Place> {
+    let peer = match line {
+        Line::Tcp(_, peer) => Some(*peer),
+        #[cfg(unix)]
+        Line::Unix(_) => None,
+    };
+    match places.place(peer) {
+        Ok(place) => return Some(place),
+        Err(Full::Everywhere) => {
+            tracing::warn!(?peer, "refused: {} connections are open", settings.max_connections);
+        }
+        Err(Full::FromThere) => {
+            let count = settings.max_connections_per_address;
+            tracing::warn!(?peer, "refused: {count} connections are open from this address");
+        }
+    }
+    None
+}
+
 fn builder(settings: &ListenerSettings) -> Builder<TokioExecutor> {
     let mut builder = Builder::new(TokioExecutor::new());
     builder.http1().timer(TokioTimer::new()).header_read_timeout(settings.handshake);
@@ -123,41 +199,68 @@ fn builder(settings: &ListenerSettings) -> Builder<TokioExecutor> {
         .initial_stream_window_size(STREAM_WINDOW)
         .initial_connection_window_size(CONNECTION_WINDOW)
         .max_frame_size(FRAME_SIZE)
+        .max_header_list_size(HEADER_LIST_BYTES)
         .max_concurrent_streams(settings.max_streams)
         .keep_alive_interval(PING_INTERVAL)
         .keep_alive_timeout(PING_TIMEOUT);
     builder
 }
 
+/// Answers the calls of a connection until it ends.
+async fn answer(line: Line, builder: &Builder<TokioExecutor>, handler: Handler, settings: &ListenerSettings) {
+    match line {
+        Line::Tcp(stream, _) => {
+            if let Err(error) = set_options(&stream) {
+                tracing::debug!("the options of a connection cannot be set: {error}");
+            }
+            let speaks = tokio::select! {
+                spoke = timeout(settings.handshake, first_bytes(&stream)) => spoke.unwrap_or(false),
+                () = settings.draining.cancelled() => false,
+            };
+            if speaks {
+                connection(stream, builder, handler, settings).await;
+            }
+        }
+        // One that stays silent is idle.
+        #[cfg(unix)]
+        Line::Unix(stream) => connection(stream, builder, handler, settings).await,
+    }
+}
+
 async fn connection(
-    stream: TcpStream,
+    stream: impl AsyncRead + AsyncWrite + Unpin + Send + 'static,
     builder: &Builder<TokioExecutor>,
     handler: Handler,
     settings: &ListenerSettings,
 ) {
-    if let Err(error) = set_options(&stream) {
-        tracing::debug!("the options of a connection cannot be set: {error}");
-    }
-
-    let speaks = tokio::select! {
-        spoke = timeout(settings.handshake, first_bytes(&stream)) => spoke.unwrap_or(false),
-        () = settings.draining.cancelled() => false,
-    };
-    if !speaks {
-        return;
-    }
-
-    let connection = builder.serve_connection(TokioIo::new(stream), TowerToHyperService::new(handler));
+    let activity = Activity::new();
+    let service = service_fn(|request| {
+        let (call, handler) = (activity.begin(), handler.clone());
+        async move { handler.oneshot(request).await.map(|answer| answer.map(|body| call.answered(body))) }
+    });
+    let connection = builder.serve_connection(TokioIo::new(stream), service);
     tokio::pin!(connection);
     let ended = tokio::select! {
         ended = connection.as_mut() => ended,
-        () = settings.draining.cancelled() => {
+        () = asked_to_end(&activity, settings) => {
+            // A call that begins as the peer is told is still answered.
             connection.as_mut().graceful_shutdown();
-            connection.await
+            tokio::select! {
+                ended = connection => ended,
+                () = activity.idle(GOODBYE_TIME) => return,
+            }
         }
     };
     if let Err(error) = ended {
         tracing::debug!("a connection broke: {error}");
+    }
+}
+
+/// Waits until a connection has been idle for too long, or the server drains.
+async fn asked_to_end(activity: &Activity, settings: &ListenerSettings) {
+    tokio::select! {
+        () = activity.idle(settings.idle) => {}
+        () = settings.draining.cancelled() => {}
     }
 }
 

@@ -1,12 +1,18 @@
 //! Connections, and the layers that every call passes on its way to a method.
 
 mod connections;
+mod activity;
 mod listener;
 mod cors;
 mod host;
 mod request_deadline;
+mod method;
+mod token;
+mod answer;
 mod interceptor;
+mod grpc;
 mod router;
 
-pub(crate) use listener::{ListenerSettings, serve};
+pub(crate) use listener::{Listener, ListenerSettings, serve};
 pub(crate) use router::router;
+pub(crate) use token::draw as draw_token;

@@ -9,38 +9,51 @@ use std::{
 };
 
 use bytes::Bytes;
-use hyper::body::{Body, Frame, Incoming, SizeHint};
+use hyper::body::{Body as HttpBody, Frame, SizeHint};
 use tokio::time::{Sleep, sleep};
-use tonic::Status;
+use tokio_util::sync::{CancellationToken, WaitForCancellationFutureOwned};
+use tonic::{Status, body::Body};
 
 use crate::error::{Reason, ServiceError};
 
-/// A body that fails when it has not ended in time.
+/// A body that fails when it has not ended in time, or when the server drains.
 #[derive(Debug)]
-pub(crate) struct RequestBody {
-    inner: Incoming,
+pub(super) struct RequestBody {
+    inner: Body,
     /// None for an upload, which has limits of its own.
     deadline: Option<(Duration, Pin<Box<Sleep>>)>,
+    /// For requests that a service waits for without end.
+    drained: Option<Pin<Box<WaitForCancellationFutureOwned>>>,
 }
 
 impl RequestBody {
     /// A body that has to end within `time` from now; `None`: whenever it likes.
-    pub(super) fn new(inner: Incoming, time: Option<Duration>) -> Self {
-        Self { inner, deadline: time.map(|time| (time, Box::pin(sleep(time)))) }
+    pub(super) fn new(inner: Body, time: Option<Duration>) -> Self {
+        Self { inner, deadline: time.map(|time| (time, Box::pin(sleep(time)))), drained: None }
+    }
+
+    /// The same, ended when the server drains.
+    pub(super) fn until(self, draining: &CancellationToken) -> Self {
+        Self { drained: Some(Box::pin(draining.clone().cancelled_owned())), ..self }
     }
 }
 
-impl Body for RequestBody {
+impl HttpBody for RequestBody {
     type Data = Bytes;
-    type Error = Box<dyn std::error::Error + Send + Sync>;
+    type Error = Status;
 
     fn poll_frame(
         mut self: Pin<&mut Self>,
         context: &mut Context<'_>,
     ) -> Poll<Option<Result<Frame<Bytes>, Self::Error>>> {
-        let frame = Pin::new(&mut self.inner).poll_frame(context);
-        if let Poll::Ready(frame) = frame {
-            return Poll::Ready(frame.map(|frame| frame.map_err(Into::into)));
+        if let Poll::Ready(frame) = Pin::new(&mut self.inner).poll_frame(context) {
+            return Poll::Ready(frame);
+        }
+        if let Some(drained) = &mut self.drained
+            && drained.as_mut().poll(context).is_ready()
+        {
+            self.drained = None;
+            return Poll::Ready(Some(Err(ServiceError::draining().into())));
         }
         let Some((time, sleep)) = &mut self.deadline else { return Poll::Pending };
         if sleep.as_mut().poll(context).is_pending() {
@@ -48,7 +61,7 @@ impl Body for RequestBody {
         }
         let status: Status = too_slow(*time).into();
         self.deadline = None;
-        Poll::Ready(Some(Err(status.into())))
+        Poll::Ready(Some(Err(status)))
     }
 
     fn is_end_stream(&self) -> bool {

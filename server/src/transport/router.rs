@@ -1,50 +1,73 @@
-//! What answers a request: CORS, gRPC-Web, the interceptor, then the services: simulation, health,
-//! reflection (v1 and v1alpha).
+//! What answers a request: CORS, what is no call, gRPC-Web, the time in which it arrives, the interceptor, then
+//! the services: simulation, health, reflection (v1 and v1alpha).
 
 use std::sync::Arc;
 
+use http::Request;
 use hyper::body::Incoming;
-use nappe_proto::v1::{FILE_DESCRIPTOR_SET, simulation_service_server::SimulationServiceServer};
-use tonic::service::Routes;
+use nappe_proto::{
+    token::Token,
+    v1::{FILE_DESCRIPTOR_SET, simulation_service_server::SimulationServiceServer},
+};
+use tonic::{body::Body, service::Routes};
 use tonic_health::pb::health_server::HealthServer;
 use tonic_health::server::{HealthReporter, HealthService};
 use tonic_web::GrpcWebLayer;
-use tower::{Layer as _, ServiceExt as _, util::BoxCloneSyncService};
+use tower::{Layer as _, ServiceExt as _, service_fn, util::BoxCloneSyncService};
 
 use super::{
     cors::{AllowedOrigins, cors_layer},
+    grpc::no_call,
     host::AllowedHosts,
     interceptor::Interceptor,
     listener::Handler,
+    method::Method,
     request_deadline::RequestBody,
+    token::Guard,
 };
 use crate::rpc::{Methods, Shared};
 
-/// Methods whose requests are streams: they end when the client likes.
-const STREAMS: [&str; 2] = ["/nappe.v1.SimulationService/UploadMesh", "/grpc.reflection."];
-
-/// Builds the handler of all requests.
-pub(crate) fn router(shared: &Arc<Shared>, health: &HealthReporter) -> Handler {
+/// Builds the handler of all requests, which asks for a token if there is one.
+pub(crate) fn router(shared: &Arc<Shared>, health: &HealthReporter, token: Option<Token>) -> Handler {
     let message_bytes = shared.config.limits.max_message_bytes as usize;
     let simulation = SimulationServiceServer::new(Methods::new(Arc::clone(shared)))
         .max_decoding_message_size(message_bytes);
-    let health = HealthServer::new(HealthService::from_health_reporter(health.clone()));
+    let health = HealthServer::new(HealthService::from_health_reporter(health.clone()))
+        .max_decoding_message_size(message_bytes);
+    let reflection_v1 = reflection().build_v1().expect("the descriptors were made by the build");
+    let reflection_v1alpha = reflection().build_v1alpha().expect("the descriptors were made by the build");
     let routes = Routes::new(simulation)
         .add_service(health)
-        .add_service(reflection().build_v1().expect("the descriptors were made by the build"))
-        .add_service(reflection().build_v1alpha().expect("the descriptors were made by the build"))
+        .add_service(reflection_v1.max_decoding_message_size(message_bytes))
+        .add_service(reflection_v1alpha.max_decoding_message_size(message_bytes))
         .prepare();
 
     let origins = AllowedOrigins::new(&shared.config.allowed_origins);
     let hosts = AllowedHosts::new(&shared.config.allowed_hosts);
-    let intercepted = Interceptor::new(routes, origins.clone(), hosts, shared.draining.clone());
-    let service = cors_layer(origins).layer(GrpcWebLayer::new().layer(intercepted));
+    let intercepted =
+        Interceptor::new(routes, origins.clone(), hosts, Guard::new(token), shared.draining.clone());
     let time = shared.config.request_time();
-    BoxCloneSyncService::new(service.map_request(move |request: http::Request<Incoming>| {
-        let is_stream = STREAMS.iter().any(|prefix| request.uri().path().starts_with(prefix));
-        let time = (!is_stream).then_some(time);
-        request.map(|body| RequestBody::new(body, time))
-    }))
+    let draining = shared.draining.clone();
+    let timed = intercepted.map_request(move |request: Request<Body>| {
+        let method = Method::new(request.uri().path());
+        let time = (!method.takes_a_stream()).then_some(time);
+        request.map(|body| {
+            let body = RequestBody::new(body, time);
+            // Ours end by themselves.
+            Body::new(if method.is_simulation() { body } else { body.until(&draining) })
+        })
+    });
+    let calls = GrpcWebLayer::new().layer(timed);
+    let calls = service_fn(move |request: Request<Incoming>| {
+        let calls = calls.clone();
+        async move {
+            match no_call(&request) {
+                Some(refusal) => Ok(refusal),
+                None => calls.oneshot(request).await,
+            }
+        }
+    });
+    BoxCloneSyncService::new(cors_layer(origins).layer(calls))
 }
 
 fn reflection() -> tonic_reflection::server::Builder<'static> {

@@ -23,7 +23,7 @@ const WRITERS: [(&str, &str, &str); 3] = [
     ("pages", "docs/scenes.md", "-p nappe-scene --test reference -- the_reference_in_the_docs"),
     (
         "pages",
-        "docs/errors.md, docs/contract.md, proto/nappe/v1/reasons.json",
+        "docs/errors.md, docs/refusals.md, docs/contract.md, proto/nappe/v1/reasons.json",
         "-p nappe-tests --test service -- the_page_of",
     ),
     (

@@ -5,7 +5,7 @@
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 
 use nappe_client::Client;
-use nappe_server::{App, Config};
+use nappe_server::{App, Config, TokenPlace};
 
 use crate::error::{CliError, Result};
 
@@ -23,10 +23,14 @@ impl Embedded {
     /// # Errors
     /// When the system gives no port, or the connection fails.
     pub(crate) async fn start() -> Result<Self> {
-        let address = SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), 0);
-        let app = App::start(Config { address, ..Config::default() })
+        let address = SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), 0).into();
+        // Nobody else on this machine gets in, and nobody has to be told the token.
+        let token_place = TokenPlace::Memory;
+        let app = App::start(Config { address, token_place, ..Config::default() })
             .map_err(|error| CliError::failure(format!("cannot start a server in this command: {error}")))?;
-        let client = Client::connect(&app.url()).await?;
+        let token =
+            app.token().ok_or_else(|| CliError::failure("the server in this command has no token"))?;
+        let client = Client::connect_with(&app.url(), token).await?;
         Ok(Self { app, client })
     }
 

@@ -12,10 +12,11 @@ use nappe_client::Client;
 pub(crate) use self::embedded::Embedded;
 use self::{drive::Driven, summary::Summary};
 use crate::{
-    args::ComputeArgs,
+    args::{ComputeArgs, OtherServerArgs, TokenArgs},
     error::Result,
     meshes,
     output::Format,
+    remote,
     save::Sink,
     scene::{self, Input},
 };
@@ -25,21 +26,21 @@ use crate::{
 pub(crate) enum Server<'a> {
     /// One inside this command.
     Embedded,
-    /// The one at this address.
-    At(&'a str),
+    /// The one at this address, which is shown a token.
+    At(&'a str, &'a TokenArgs),
 }
 
 impl<'a> Server<'a> {
-    /// The server at an address, or an embedded one without an address.
-    pub(crate) fn new(address: Option<&'a str>) -> Self {
-        address.map_or(Self::Embedded, Self::At)
+    /// The server that was asked for, or an embedded one.
+    pub(crate) fn new(args: &'a OtherServerArgs) -> Self {
+        args.server.as_deref().map_or(Self::Embedded, |address| Self::At(address, &args.token))
     }
 
     /// Who must know the name of a shipped scene.
     pub(crate) fn names(self) -> scene::Names {
         match self {
             Self::Embedded => scene::Names::Ours,
-            Self::At(_) => scene::Names::Servers,
+            Self::At(..) => scene::Names::Servers,
         }
     }
 }
@@ -55,7 +56,10 @@ pub(crate) async fn compute(
     format: Format,
 ) -> Result<()> {
     let (driven, summary) = match server {
-        Server::At(address) => Box::pin(compute_on(&Client::connect(address).await?, scene, args)).await?,
+        Server::At(address, token) => {
+            let client = remote::connect_to(address, token).await?;
+            Box::pin(compute_on(&client, scene, args)).await?
+        }
         Server::Embedded => {
             let embedded = Embedded::start().await?;
             let done = Box::pin(compute_on(&embedded.client, scene, args)).await;

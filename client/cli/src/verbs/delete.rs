@@ -24,7 +24,8 @@ pub(crate) struct DeleteArgs {
 pub(crate) fn run(args: &DeleteArgs) -> Result<()> {
     let SessionArgs { id, server, output } = &args.session;
     remote::block_on(async {
-        remote::connect(server).await?.delete_session(id).await?;
+        let client = remote::connect(server).await?;
+        remote::answer(id, client.delete_session(id)).await?;
         match output.format() {
             Format::Json => output::json(&json!({ "deleted": id })),
             Format::Text => output::line(&format!("deleted {id}")),

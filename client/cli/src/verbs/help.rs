@@ -8,6 +8,7 @@ Examples:
   nappe run flag --save flag.rrd          compute a shipped scene and keep a Rerun recording
   nappe run my.toml --steps 100 --json    compute a scene file and end with one JSON object
   nappe serve                             start a server for other programs and other machines
+  nappe connect anna@cluster              reach a server on another machine through ssh
   nappe create demo --id first            make a session on that server
   nappe play first && nappe watch first   let the session run and follow its diagnostics
   nappe bench zara                        measure the table of Zara 2001 on this machine
@@ -27,6 +28,7 @@ Exit codes:
 
 Environment:
   NAPPE_SERVER  address of the server for the verbs that talk to one
+  NAPPE_TOKEN_FILE  file with the token that a server asks for and that verbs show
   NAPPE_LOG     what `nappe serve` logs";
 
 /// Below the long help, `nappe --help`.

@@ -16,7 +16,7 @@ use nappe_scene::{
 };
 
 use crate::{
-    args::ComputeArgs,
+    args::{ComputeArgs, OtherServerArgs},
     compute::{self, Server},
     error::{CliError, Result},
     meshes::{self, MissingMass},
@@ -50,9 +50,8 @@ pub(crate) struct MecasimArgs {
     masses: MissingMass,
     #[command(flatten)]
     compute: ComputeArgs,
-    /// Compute on the server at this address instead of in this command
-    #[arg(long, value_name = "URL")]
-    server: Option<String>,
+    #[command(flatten)]
+    server: OtherServerArgs,
     #[command(flatten)]
     output: OutputArgs,
 }
@@ -72,7 +71,7 @@ pub(crate) fn run(args: &MecasimArgs) -> Result<()> {
     }
 
     let scene = input(args)?;
-    let server = Server::new(args.server.as_deref());
+    let server = Server::new(&args.server);
     remote::block_on(compute::compute(&scene, &args.compute, server, args.output.format()))
 }
 

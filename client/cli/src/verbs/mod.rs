@@ -10,6 +10,7 @@ mod mecasim;
 mod scenes;
 mod mesh;
 mod serve;
+mod connect;
 mod create;
 mod list;
 mod play;
@@ -49,6 +50,7 @@ enum Verb {
     Scenes(scenes::ScenesArgs),
     Mesh(mesh::MeshArgs),
     Serve(serve::ServeArgs),
+    Connect(connect::ConnectArgs),
     Create(create::CreateArgs),
     List(list::ListArgs),
     Play(play::PlayArgs),
@@ -76,6 +78,7 @@ pub(crate) fn run(cli: &Cli) -> Result<()> {
         Some(Verb::Scenes(args)) => scenes::run(args),
         Some(Verb::Mesh(args)) => mesh::run(args),
         Some(Verb::Serve(args)) => serve::run(args),
+        Some(Verb::Connect(args)) => connect::run(args),
         Some(Verb::Create(args)) => create::run(args),
         Some(Verb::List(args)) => list::run(args),
         Some(Verb::Play(args)) => play::run(args),

@@ -18,7 +18,8 @@ pub(crate) struct PauseArgs {
 pub(crate) fn run(args: &PauseArgs) -> Result<()> {
     let SessionArgs { id, server, output } = &args.session;
     remote::block_on(async {
-        let session = remote::connect(server).await?.pause(id).await?;
+        let client = remote::connect(server).await?;
+        let session = remote::answer(id, client.pause(id)).await?;
         words::print(&session, output.format())
     })
 }

@@ -29,7 +29,8 @@ pub(crate) fn run(args: &PlayArgs) -> Result<()> {
     }
     let SessionArgs { id, server, output } = &args.session;
     remote::block_on(async {
-        let session = remote::connect(server).await?.play(id, args.pace.unwrap_or(0.0)).await?;
+        let client = remote::connect(server).await?;
+        let session = remote::answer(id, client.play(id, args.pace.unwrap_or(0.0))).await?;
         words::print(&session, output.format())
     })
 }

@@ -3,7 +3,7 @@
 use clap::Args;
 
 use crate::{
-    args::ComputeArgs,
+    args::{ComputeArgs, OtherServerArgs},
     compute::{self, Server},
     error::Result,
     output::OutputArgs,
@@ -34,9 +34,8 @@ pub(crate) struct RunArgs {
     scene: String,
     #[command(flatten)]
     compute: ComputeArgs,
-    /// Compute on the server at this address instead of in this command
-    #[arg(long, value_name = "URL")]
-    server: Option<String>,
+    #[command(flatten)]
+    server: OtherServerArgs,
     #[command(flatten)]
     output: OutputArgs,
 }
@@ -47,7 +46,7 @@ pub(crate) struct RunArgs {
 /// When the scene cannot be read or is refused, the simulation fails, a frame cannot be saved, or
 /// the user ends it.
 pub(crate) fn run(args: &RunArgs) -> Result<()> {
-    let server = Server::new(args.server.as_deref());
+    let server = Server::new(&args.server);
     let scene = Input::read(&args.scene, server.names())?;
     remote::block_on(compute::compute(&scene, &args.compute, server, args.output.format()))
 }

@@ -18,10 +18,13 @@ use crate::{
 Examples:
   nappe serve                          on the loopback interface, port 6277
   nappe serve --address 127.0.0.1:0    on a free port
+  nappe serve --token my.token         asks for the token in a file, for clients elsewhere
   nappe serve --rerun                  with a Rerun viewer that shows every session
   nappe serve --rerun rerun+http://192.168.1.5:9876/proxy
 
-With --json the first line is an object with `url` and `version`. The log goes to standard error.")]
+Callers show a token, which is drawn at each start and left where clients of the same user on this machine find it.
+
+With --json the first line is an object with `url`, `version` and `token_file`. The log goes to standard error.")]
 pub(crate) struct ServeArgs {
     #[command(flatten)]
     config: Config,
@@ -45,27 +48,34 @@ pub(crate) fn run(args: &ServeArgs) -> Result<()> {
     remote::block_on(async {
         let signals = remote::catch_signals()?;
         let app = App::start(args.config.clone()).map_err(CliError::failure)?;
-        let url = app.url();
-        match args.output.format() {
-            Format::Json => output::json(&json!({ "url": url, "version": env!("CARGO_PKG_VERSION") }))?,
-            Format::Text => {
-                output::line(&format!(
-                    "nappe {} serves on {url}; Ctrl-C ends it",
-                    env!("CARGO_PKG_VERSION")
-                ))?;
-            }
-        }
+        announce(&app, args.output.format())?;
         let followed = async {
             match viewer {
-                Some(viewer) => follow::follow(&url, viewer).await,
+                Some(viewer) => follow::follow(&app, viewer).await,
                 None => std::future::pending().await,
             }
         };
         let ended = tokio::select! {
-            ended = followed => ended,
+            never = followed => match never {},
             signal = remote::interrupted_by(signals) => signal,
         };
         app.shutdown().await;
         ended
     })
+}
+
+/// Says where the server listens, and where its token is: the token itself is never printed.
+fn announce(app: &App, format: Format) -> Result<()> {
+    let (url, version, file) = (app.url(), env!("CARGO_PKG_VERSION"), app.token_path());
+    match format {
+        Format::Json => output::json(&json!({ "url": url, "version": version, "token_file": file })),
+        Format::Text => {
+            let token = match (file, app.token()) {
+                (Some(file), _) => format!("your clients find its token in {}", file.display()),
+                (None, Some(_)) => "clients show the token of the file that it was given".to_owned(),
+                (None, None) => "it asks for no token: whoever reaches the address may call".to_owned(),
+            };
+            output::line(&format!("nappe {version} serves on {url}; Ctrl-C ends it\n{token}"))
+        }
+    }
 }

@@ -31,8 +31,8 @@ pub(crate) fn run(args: &StepArgs) -> Result<()> {
     remote::block_on(async {
         let client = remote::connect(server).await?;
         let session = match args.to {
-            None => client.step(id, args.count, wait).await?,
-            Some(step) => client.step_to(id, step, wait).await?,
+            None => remote::answer(id, client.step(id, args.count, wait)).await?,
+            Some(step) => remote::answer(id, client.step_to(id, step, wait)).await?,
         };
         words::print(&session, output.format())
     })

@@ -18,7 +18,8 @@ pub(crate) struct StopArgs {
 pub(crate) fn run(args: &StopArgs) -> Result<()> {
     let SessionArgs { id, server, output } = &args.session;
     remote::block_on(async {
-        let session = remote::connect(server).await?.stop(id).await?;
+        let client = remote::connect(server).await?;
+        let session = remote::answer(id, client.stop(id)).await?;
         words::print(&session, output.format())
     })
 }

@@ -63,7 +63,8 @@ pub(crate) fn run(args: &UpdateArgs) -> Result<()> {
     let request = request(args)?;
     let SessionArgs { id, server, output } = &args.session;
     remote::block_on(async {
-        let effective_step = remote::connect(server).await?.update(request).await?;
+        let client = remote::connect(server).await?;
+        let effective_step = remote::answer(id, client.update(request)).await?;
         match output.format() {
             Format::Json => output::json(&json!({ "session_id": id, "effective_step": effective_step })),
             Format::Text => {

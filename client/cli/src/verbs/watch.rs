@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use nappe_client::{Client, ClientError, Event, WatchOptions, v1};
+use nappe_client::{Client, ClientError, DiagnosticsEvent, Event, WatchOptions, v1};
 use nappe_scene::mesh::six_digits;
 
 use crate::{
@@ -73,24 +73,35 @@ pub(crate) fn run(args: &WatchArgs) -> Result<()> {
     })
 }
 
-/// Prints diagnostics until the session ends, the count is reached, or the user ends it.
+/// Prints diagnostics until the session ends, the count is reached, or the user ends it. A connection that breaks
+/// comes back, as that of frames does.
 async fn follow(client: &Client, args: &WatchArgs) -> Result<()> {
     let mut stream = client.watch_diagnostics(&args.session.id, args.rate).await?;
     let mut left = args.count.unwrap_or(u64::MAX);
     let mut end = std::pin::pin!(remote::interrupted());
     while left > 0 {
         let next = tokio::select! {
-            next = stream.next() => next,
+            next = stream.next_event() => next,
             signal = &mut end => return signal,
         };
         match next {
-            Some(Ok(diagnostics)) => print(&diagnostics, args.session.output.format())?,
+            Some(Ok(DiagnosticsEvent::Diagnostics(diagnostics))) => {
+                print(&diagnostics, args.session.output.format())?;
+                left -= 1;
+            }
+            Some(Ok(DiagnosticsEvent::Reconnected { attempts, cause })) => {
+                output::note(&back(attempts, &cause))
+            }
+            Some(Ok(_)) => {}
             Some(Err(error)) => return Err(reason_of(client, &args.session.id, error).await),
             None => break,
         }
-        left -= 1;
     }
     Ok(())
+}
+
+fn back(attempts: u32, cause: &str) -> String {
+    format!("the connection broke ({cause}) and is back after {attempts} attempts")
 }
 
 fn print(step: &v1::Diagnostics, format: Format) -> Result<()> {
@@ -140,9 +151,7 @@ async fn save(client: &Client, args: &WatchArgs, sink: &mut Sink) -> Result<u64>
                 saved += 1;
             }
             Some(Ok(Event::Reconnected { attempts, cause })) => {
-                output::note(&format!(
-                    "the connection broke ({cause}) and is back after {attempts} attempts"
-                ));
+                output::note(&back(attempts, &cause));
             }
             Some(Ok(Event::End(_))) | None => break,
             Some(Ok(_)) => {}

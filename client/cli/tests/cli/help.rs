@@ -2,13 +2,14 @@
 
 use crate::support::nappe;
 
-const VERBS: [&str; 20] = [
+const VERBS: [&str; 21] = [
     "demo",
     "run",
     "mecasim",
     "scenes",
     "mesh",
     "serve",
+    "connect",
     "create",
     "list",
     "play",
@@ -57,7 +58,7 @@ fn the_help_lists_every_verb_every_exit_code_and_examples() {
 fn verbs_that_print_take_json() {
     for verb in [
         "run", "mecasim", "scenes", "create", "list", "play", "pause", "step", "update", "watch", "stop",
-        "delete", "serve", "view", "demo",
+        "delete", "serve", "connect", "view", "demo",
     ] {
         assert!(nappe(&[verb, "--help"]).ok().stdout.contains("--json"), "{verb}");
     }

@@ -6,5 +6,8 @@ mod run;
 mod mesh;
 mod mecasim;
 mod service;
+mod disturbed;
+mod tokens;
+mod connect;
 mod bench;
 mod snow;

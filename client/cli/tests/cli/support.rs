@@ -38,7 +38,7 @@ impl Done {
 /// The command, with the environment of the test but no server named in it.
 pub(crate) fn command() -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_nappe"));
-    command.env_remove("NAPPE_SERVER").stdin(Stdio::null());
+    command.env_remove("NAPPE_SERVER").env_remove("NAPPE_TOKEN_FILE").stdin(Stdio::null());
     command
 }
 
@@ -103,27 +103,65 @@ pub(crate) fn skipped(why: &str) {
 pub(crate) struct Server {
     process: Child,
     pub(crate) url: String,
+    /// Where it left its token.
+    pub(crate) token_file: Option<String>,
 }
 
 impl Server {
     pub(crate) fn start() -> Self {
-        let mut process = command()
-            .args(["serve", "--address", "127.0.0.1:0", "--json"])
-            .stdout(Stdio::piped())
-            .stderr(Stdio::null())
-            .spawn()
-            .expect("the server starts");
+        Self::with(&[])
+    }
+
+    /// A server with these options.
+    pub(crate) fn with(options: &[&str]) -> Self {
+        Self::begin(options, Stdio::null())
+    }
+
+    /// A server whose log goes to a file.
+    pub(crate) fn logging(options: &[&str], log: &Path) -> Self {
+        Self::begin(options, fs::File::create(log).expect("the log is made").into())
+    }
+
+    /// A server with the environment of a login, whose token a session of ssh finds.
+    pub(crate) fn plain(options: &[&str]) -> Self {
+        let mut server = command();
+        server.env_remove("XDG_RUNTIME_DIR").env_remove("TMPDIR");
+        Self::spawn(server, options, Stdio::null())
+    }
+
+    fn begin(options: &[&str], log: Stdio) -> Self {
+        Self::spawn(command(), options, log)
+    }
+
+    fn spawn(mut server: Command, options: &[&str], log: Stdio) -> Self {
+        server.args(["serve", "--json"]);
+        if !options.contains(&"--address") {
+            server.args(["--address", "127.0.0.1:0"]);
+        }
+        server.args(options).stdout(Stdio::piped()).stderr(log);
+        let mut process = server.spawn().expect("the server starts");
         let stdout = process.stdout.take().expect("its standard output is a pipe");
         let mut line = String::new();
         BufReader::new(stdout).read_line(&mut line).expect("it says where it listens");
         let said: Value = serde_json::from_str(&line).expect("it says so in JSON");
         let url = said["url"].as_str().expect("the address is a text").to_owned();
-        Self { process, url }
+        let token_file = said["token_file"].as_str().map(str::to_owned);
+        Self { process, url, token_file }
+    }
+
+    /// Its number among the processes.
+    pub(crate) fn id(&self) -> u32 {
+        self.process.id()
     }
 
     /// Runs a verb against this server.
     pub(crate) fn nappe(&self, args: &[&str]) -> Done {
         nappe(&[args, &["--server", &self.url, "--json"]].concat())
+    }
+
+    /// Sends a signal and does not wait.
+    pub(crate) fn signal(&self, signal: &str) {
+        send(&self.process, signal);
     }
 
     /// Sends a signal; returns how long the process took to end, and its code.
@@ -140,14 +178,19 @@ impl Drop for Server {
     }
 }
 
-/// Sends a signal to a process and waits up to 10 s for its end.
-pub(crate) fn end_by(process: &mut Child, signal: &str) -> (Duration, Option<i32>) {
-    let sent = Instant::now();
+/// Sends a signal to a process.
+fn send(process: &Child, signal: &str) {
     let status = Command::new("kill")
         .args([&format!("-{signal}"), &process.id().to_string()])
         .status()
         .expect("the signal is sent");
     assert!(status.success());
+}
+
+/// Sends a signal to a process and waits up to 10 s for its end.
+pub(crate) fn end_by(process: &mut Child, signal: &str) -> (Duration, Option<i32>) {
+    let sent = Instant::now();
+    send(process, signal);
     while sent.elapsed() < Duration::from_secs(10) {
         if let Some(status) = process.try_wait().expect("the process can be asked") {
             return (sent.elapsed(), status.code());

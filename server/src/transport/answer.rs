@@ -1,0 +1,114 @@
+//! The body of an answer, looked at on its way out: an error at its end carries a reason, and a stream
+//! that knows nothing of a drain is ended by one.
+
+use std::{
+    future::Future as _,
+    pin::Pin,
+    task::{Context, Poll},
+};
+
+use bytes::Bytes;
+use http::HeaderMap;
+use hyper::body::{Body as HttpBody, Frame, SizeHint};
+use tokio_util::sync::{CancellationToken, WaitForCancellationFutureOwned};
+use tonic::{Code, Status, body::Body};
+
+use super::method::Method;
+use crate::error::{Reason, ServiceError};
+
+/// A body whose errors have reasons.
+#[derive(Debug)]
+pub(super) struct Answer {
+    inner: Body,
+    method: Method,
+    /// For streams of services that are not ours: ours end by themselves, with what their watchers must know.
+    drained: Option<Pin<Box<WaitForCancellationFutureOwned>>>,
+    has_ended: bool,
+}
+
+impl Answer {
+    /// The body of an answer to a call of `method`.
+    pub(super) fn new(inner: Body, method: Method, draining: &CancellationToken) -> Self {
+        let ends_itself = method.is_simulation() || method.is_health_check();
+        let drained = (!ends_itself).then(|| Box::pin(draining.clone().cancelled_owned()));
+        Self { inner, method, drained, has_ended: false }
+    }
+}
+
+impl HttpBody for Answer {
+    type Data = Bytes;
+    type Error = Status;
+
+    fn poll_frame(
+        mut self: Pin<&mut Self>,
+        context: &mut Context<'_>,
+    ) -> Poll<Option<Result<Frame<Bytes>, Status>>> {
+        if self.has_ended {
+            return Poll::Ready(None);
+        }
+
+        // What is there is sent first: a watcher of health learns that the server no longer serves.
+        if let Poll::Ready(frame) = Pin::new(&mut self.inner).poll_frame(context) {
+            let frame = frame.map(|frame| frame.map(|frame| reasoned(frame, &self.method)));
+            return Poll::Ready(frame);
+        }
+
+        let Some(drained) = &mut self.drained else { return Poll::Pending };
+        if drained.as_mut().poll(context).is_pending() {
+            return Poll::Pending;
+        }
+        self.has_ended = true;
+        Poll::Ready(Some(Ok(Frame::trailers(trailers(ServiceError::draining())))))
+    }
+
+    fn is_end_stream(&self) -> bool {
+        self.has_ended || self.inner.is_end_stream()
+    }
+
+    fn size_hint(&self) -> SizeHint {
+        self.inner.size_hint()
+    }
+}
+
+/// A frame whose status, if it is an error, has a reason.
+fn reasoned(frame: Frame<Bytes>, method: &Method) -> Frame<Bytes> {
+    match frame.into_trailers() {
+        Err(data) => data,
+        Ok(headers) => match reason_for(&headers, method) {
+            None => Frame::trailers(headers),
+            Some(error) => Frame::trailers(trailers(error)),
+        },
+    }
+}
+
+/// The error in headers or trailers that the framework made, with a reason; none if all is well, or our
+/// own code gave one.
+pub(super) fn reason_for(headers: &HeaderMap, method: &Method) -> Option<ServiceError> {
+    let status = Status::from_header_map(headers)?;
+    if status.code() == Code::Ok || !status.details().is_empty() {
+        return None;
+    }
+
+    let message = status.message();
+    Some(match status.code() {
+        Code::Unimplemented if message.is_empty() => {
+            let path = method.path();
+            ServiceError::new(Reason::UnknownMethod, format!("there is no method {path}"))
+                .with("method", path)
+        }
+        Code::NotFound if method.is_reflection() => ServiceError::new(Reason::UnknownSymbol, message),
+        Code::NotFound => ServiceError::new(Reason::UnknownService, message),
+        Code::OutOfRange | Code::ResourceExhausted => ServiceError::new(Reason::MessageTooLarge, message),
+        Code::DeadlineExceeded => ServiceError::new(Reason::DeadlineExceeded, message),
+        Code::Cancelled => ServiceError::new(Reason::RequestCancelled, message),
+        _ => ServiceError::new(Reason::InvalidMessage, message),
+    })
+}
+
+fn trailers(error: ServiceError) -> HeaderMap {
+    let mut headers = HeaderMap::new();
+    // Our own texts are made printable, and fit into headers.
+    let written = Status::from(error).add_header(&mut headers);
+    debug_assert!(written.is_ok(), "a status that fits into headers");
+    headers
+}

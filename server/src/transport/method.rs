@@ -1,0 +1,66 @@
+//! Which method a request calls, and what the transport has to know of it.
+
+use std::sync::Arc;
+
+/// The simulation service's paths begin so.
+const SIMULATION: &str = "/nappe.v1.";
+/// The reflection services' paths begin so, in both versions.
+const REFLECTION: &str = "/grpc.reflection.";
+/// The health service's.
+const HEALTH: &str = "/grpc.health.v1.Health/";
+/// The method whose requests end when the client likes, within limits of their own.
+const UPLOAD: &str = "/nappe.v1.SimulationService/UploadMesh";
+
+/// The path of a call.
+#[derive(Clone, Debug)]
+pub(super) struct Method(Arc<str>);
+
+impl Method {
+    pub(super) fn new(path: &str) -> Self {
+        Self(path.into())
+    }
+
+    pub(super) fn path(&self) -> &str {
+        &self.0
+    }
+
+    /// Of the simulation service, which answers a drain by itself.
+    pub(super) fn is_simulation(&self) -> bool {
+        self.0.starts_with(SIMULATION)
+    }
+
+    pub(super) fn is_reflection(&self) -> bool {
+        self.0.starts_with(REFLECTION)
+    }
+
+    /// Of the health service, which answers until the end.
+    pub(super) fn is_health(&self) -> bool {
+        self.0.starts_with(HEALTH)
+    }
+
+    /// The question whether the server serves.
+    pub(super) fn is_health_check(&self) -> bool {
+        self.0.strip_prefix(HEALTH) == Some("Check")
+    }
+
+    /// Whether the request is a stream that need not arrive within the time of a message.
+    pub(super) fn takes_a_stream(&self) -> bool {
+        &*self.0 == UPLOAD || self.is_reflection()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn methods_are_known_by_their_paths() {
+        let upload = Method::new(UPLOAD);
+        assert!(upload.is_simulation() && upload.takes_a_stream() && !upload.is_health());
+        let reflection = Method::new("/grpc.reflection.v1.ServerReflection/ServerReflectionInfo");
+        assert!(reflection.is_reflection() && reflection.takes_a_stream() && !reflection.is_simulation());
+        let get = Method::new("/nappe.v1.SimulationService/GetSession");
+        assert!(get.is_simulation() && !get.takes_a_stream());
+        assert!(Method::new("/grpc.health.v1.Health/Check").is_health());
+    }
+}
