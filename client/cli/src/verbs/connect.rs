@@ -86,7 +86,7 @@ fn near_end(args: &ConnectArgs) -> Result<()> {
     remote::block_on(async {
         let signals = remote::catch_signals()?;
         let (mut far, line) = FarCommand::run(&args.ssh, &folder, &words)?;
-        let answer: Answer = serde_json::from_str(&line).map_err(|_| {
+        let answer: Answer = serde_json::from_str(&line).map_err(|_no_answer| {
             CliError::failure("the nappe there does not know `connect`: it is older, or no nappe")
         })?;
 
@@ -130,18 +130,15 @@ fn far_end(args: &ConnectArgs) -> Result<()> {
         let signals = remote::catch_signals()?;
         let running = local_servers(args.far_port).into_iter().next().filter(|_| args.serve.is_empty());
         let version = env!("CARGO_PKG_VERSION").to_owned();
-        let app = match running {
-            Some(server) => {
-                let token = Some(server.token.reveal().to_owned());
-                output::json(&Answer { address: server.address, token, version, started: false })?;
-                None
-            }
-            None => {
-                let app = App::start(far_config(args)?).map_err(CliError::failure)?;
-                let token = app.token().map(|token| token.reveal().to_owned());
-                output::json(&Answer { address: app.local_addr(), token, version, started: true })?;
-                Some(app)
-            }
+        let app = if let Some(server) = running {
+            let token = Some(server.token.reveal().to_owned());
+            output::json(&Answer { address: server.address, token, version, started: false })?;
+            None
+        } else {
+            let app = App::start(far_config(args)?).map_err(CliError::failure)?;
+            let token = app.token().map(|token| token.reveal().to_owned());
+            output::json(&Answer { address: app.local_addr(), token, version, started: true })?;
+            Some(app)
         };
 
         let ended = tokio::select! {

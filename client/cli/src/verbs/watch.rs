@@ -90,7 +90,7 @@ async fn follow(client: &Client, args: &WatchArgs) -> Result<()> {
                 left -= 1;
             }
             Some(Ok(DiagnosticsEvent::Reconnected { attempts, cause })) => {
-                output::note(&back(attempts, &cause))
+                output::note(&back(attempts, &cause));
             }
             Some(Ok(_)) => {}
             Some(Err(error)) => return Err(reason_of(client, &args.session.id, error).await),
