@@ -1,6 +1,7 @@
-//! Every crate that is linked may be: its licence is one that `.deny.toml` allows, and it comes from the registry.
+//! Every crate that is linked may be: its licence is one that `.deny.toml` allows, it comes from the registry, and no other
+//! version of it is linked beside it unless the file says so.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use serde_json::Value;
 
@@ -76,14 +77,89 @@ fn against_packages(metadata: &Value, allowed: &BTreeSet<String>) -> Vec<String>
     complaints
 }
 
-#[test]
-fn every_crate_has_a_licence_that_is_allowed_and_comes_from_the_registry() {
+/// The crates of a list of `.deny.toml`, such as `skip`: `name` or `name@version`.
+fn listed(settings: &str, list: &str) -> Vec<String> {
+    let inside = settings.split(&format!("\n{list} = [")).nth(1).and_then(|rest| rest.split("\n]").next());
+    let lines = inside.unwrap_or_default().lines().map(str::trim).filter(|line| line.starts_with('{'));
+    lines.filter_map(|line| Some(line.split("crate = \"").nth(1)?.split('"').next()?.to_owned())).collect()
+}
+
+/// Names and versions of the crates that the workspace reaches without those of `trees`.
+fn reached(metadata: &Value, trees: &[String]) -> BTreeMap<String, BTreeSet<String>> {
+    let list = |value: &Value| value.as_array().cloned().unwrap_or_default();
+    let text = |value: &Value| value.as_str().unwrap_or_default().to_owned();
+    let packages: BTreeMap<String, (String, String)> = list(&metadata["packages"])
+        .iter()
+        .map(|package| (text(&package["id"]), (text(&package["name"]), text(&package["version"]))))
+        .collect();
+    let needs: BTreeMap<String, Vec<String>> = list(&metadata["resolve"]["nodes"])
+        .iter()
+        .map(|node| (text(&node["id"]), list(&node["dependencies"]).iter().map(text).collect()))
+        .collect();
+
+    let (mut waiting, mut seen): (Vec<String>, BTreeSet<String>) =
+        (list(&metadata["workspace_members"]).iter().map(text).collect(), BTreeSet::new());
+    let mut found: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
+    while let Some(id) = waiting.pop() {
+        let Some((name, version)) = packages.get(&id).filter(|(name, _)| !trees.contains(name)) else {
+            continue;
+        };
+        if seen.insert(id.clone()) {
+            found.entry(name.clone()).or_default().insert(version.clone());
+            waiting.extend(needs.get(&id).into_iter().flatten().cloned());
+        }
+    }
+    found
+}
+
+/// Complaints about crates that are there in several versions, and about exceptions that nothing needs.
+fn against_duplicates(metadata: &Value, settings: &str) -> Vec<String> {
+    let skipped = listed(settings, "skip");
+    let found = reached(metadata, &listed(settings, "skip-tree"));
+    let is_skipped = |name: &str, version: &str| {
+        let fits = |entry: &String| {
+            let (own, prefix) = entry.split_once('@').unwrap_or((entry, ""));
+            own == name && version.starts_with(prefix)
+        };
+        skipped.iter().any(fits)
+    };
+
+    let mut complaints = Vec::new();
+    for (name, versions) in &found {
+        let left = versions.iter().filter(|version| !is_skipped(name, version)).count();
+        if left > 1 {
+            complaints
+                .push(format!("{name}: the versions {versions:?} are linked, and .deny.toml allows one"));
+        }
+    }
+    for entry in &skipped {
+        let (name, prefix) = entry.split_once('@').unwrap_or((entry, ""));
+        let versions = found.get(name).cloned().unwrap_or_default();
+        if versions.len() < 2 || !versions.iter().any(|version| version.starts_with(prefix)) {
+            complaints.push(format!("{entry}: .deny.toml skips it, and it is no duplicate"));
+        }
+    }
+    complaints
+}
+
+/// What cargo resolves for this system.
+fn metadata() -> Value {
     // Crates of other systems need not have been downloaded.
     let version = tree::run(env!("CARGO"), &["-vV"]);
     let host = version.lines().find_map(|line| line.strip_prefix("host: ")).expect("cargo tells its system");
     let arguments = ["metadata", "--offline", "--format-version", "1", "--filter-platform", host];
     let text = tree::run(env!("CARGO"), &arguments);
-    let metadata: Value = serde_json::from_str(&text).expect("cargo prints JSON");
+    serde_json::from_str(&text).expect("cargo prints JSON")
+}
+
+#[test]
+fn no_crate_is_linked_in_two_versions_unless_it_is_listed() {
+    assert_none(&against_duplicates(&metadata(), &tree::text(".deny.toml")));
+}
+
+#[test]
+fn every_crate_has_a_licence_that_is_allowed_and_comes_from_the_registry() {
+    let metadata = metadata();
     assert!(metadata["packages"].as_array().is_some_and(|packages| packages.len() > 100));
     assert_none(&against_packages(&metadata, &allowed(&tree::text(".deny.toml"))));
 }
@@ -104,4 +180,28 @@ fn the_rules_find_what_they_are_for() {
         { "name": "c", "license": "MIT", "source": null },
     ]});
     assert_eq!(against_packages(&metadata, &allowed).len(), 2);
+
+    // A needs both versions of B, and the tree T a third.
+    let metadata = serde_json::json!({
+        "packages": [
+            { "id": "a", "name": "a", "version": "1.0.0" }, { "id": "t", "name": "t", "version": "1.0.0" },
+            { "id": "b1", "name": "b", "version": "1.2.0" }, { "id": "b2", "name": "b", "version": "2.0.0" },
+            { "id": "b3", "name": "b", "version": "3.0.0" },
+        ],
+        "workspace_members": ["a"],
+        "resolve": { "nodes": [
+            { "id": "a", "dependencies": ["b1", "b2", "t"] }, { "id": "t", "dependencies": ["b3"] },
+        ]},
+    });
+    let tree = "\nskip-tree = [\n    { crate = \"t\" },\n]\n";
+    assert_eq!(against_duplicates(&metadata, tree).len(), 1);
+    assert_eq!(
+        against_duplicates(&metadata, &format!("\nskip = [\n    {{ crate = \"b@1\" }},\n]{tree}")).len(),
+        0
+    );
+    assert_eq!(against_duplicates(&metadata, "\nskip = [\n    { crate = \"b@1\" },\n]\n").len(), 1);
+    assert_eq!(
+        against_duplicates(&metadata, &format!("\nskip = [\n    {{ crate = \"a\" }},\n]{tree}")).len(),
+        2
+    );
 }
