@@ -17,6 +17,7 @@ use tonic::{
 
 use crate::{
     error::{ClientError, innermost},
+    mesh_file::MeshFile,
     options::{CreateSession, Wait},
     target::{Bearer, Target},
     upload::{MeshUpload, UploadedMesh},
@@ -114,6 +115,18 @@ impl Client {
     pub async fn upload_mesh(&self, mesh: &MeshUpload) -> Result<UploadedMesh, ClientError> {
         let messages =
             mesh.messages().map_err(|source| ClientError::Mesh { name: mesh.name.clone(), source })?;
+        self.upload(messages).await
+    }
+
+    /// Uploads a mesh file as it is, in pieces of at most 1 MiB; the server reads it.
+    ///
+    /// # Errors
+    /// If the server cannot read the file, or refuses the mesh.
+    pub async fn upload_file(&self, file: &MeshFile) -> Result<UploadedMesh, ClientError> {
+        self.upload(file.messages()).await
+    }
+
+    async fn upload(&self, messages: Vec<v1::UploadMeshRequest>) -> Result<UploadedMesh, ClientError> {
         let request = Request::new(tokio_stream::iter(messages));
         let answer = self
             .call("UploadMesh", UPLOAD_LIMIT, request, async |mut calls, r| calls.upload_mesh(r).await)

@@ -64,13 +64,8 @@ impl MeshUpload {
             uv_count: self.uv.len() as u64,
         };
 
-        let mut data = self.packed();
         let mut messages = vec![v1::UploadMeshRequest { part: Some(Part::Header(header)) }];
-        while !data.is_empty() {
-            // A slice of shared bytes: no copy.
-            let piece = data.split_to(data.len().min(PIECE_BYTES));
-            messages.push(v1::UploadMeshRequest { part: Some(Part::Data(piece)) });
-        }
+        messages.extend(pieces(self.packed()));
         Ok(messages)
     }
 
@@ -85,6 +80,15 @@ impl MeshUpload {
         data.extend(self.uv.as_flattened().iter().flat_map(|value| value.to_le_bytes()));
         data.into()
     }
+}
+
+/// Data in pieces: slices of shared bytes, without a copy.
+pub(crate) fn pieces(mut data: Bytes) -> impl Iterator<Item = v1::UploadMeshRequest> {
+    use v1::upload_mesh_request::Part;
+    std::iter::from_fn(move || {
+        let piece = data.split_to(data.len().min(PIECE_BYTES));
+        (!piece.is_empty()).then(|| v1::UploadMeshRequest { part: Some(Part::Data(piece)) })
+    })
 }
 
 #[cfg(test)]

@@ -81,11 +81,11 @@ reasons! {
         "Correct the scene at the place named."
 
     InvalidMesh "INVALID_MESH" InvalidArgument
-        "The uploaded mesh cannot be simulated: an index out of range, or a number that is not finite."
+        "The uploaded mesh cannot be read or simulated: an index out of range, a number that is not finite, a file that is not of its format; of a file, the metadata `fault`, `file`, `line` and `column` name the place."
         "Correct the mesh."
 
     InvalidUpload "INVALID_UPLOAD" InvalidArgument
-        "The pieces of an upload do not follow its header: no header first, too many bytes, too few, or a piece above 1 MiB."
+        "The pieces of an upload do not follow its header: no header first, too many bytes, too few, or a piece that is empty or above 1 MiB."
         "Send the header once and first, then exactly the bytes that it announces."
 
     InvalidChange "INVALID_CHANGE" InvalidArgument
@@ -115,6 +115,10 @@ reasons! {
     MeshNotFound "MESH_NOT_FOUND" NotFound
         "The scene names an uploaded mesh that the server does not have, or no longer has."
         "Upload the mesh again and name the new id: only the newest are kept, within `max_meshes` and `max_mesh_store_bytes`."
+
+    UploadNotFound "UPLOAD_NOT_FOUND" NotFound
+        "No upload in progress has this id: it paused for too long, took too long or came too slowly, or the server restarted."
+        "Begin the upload again, and send its pieces without pausing."
 
     UnknownMethod "UNKNOWN_METHOD" Unimplemented
         "The server has no such service or method."
@@ -188,6 +192,10 @@ reasons! {
         "A particle of snow left the range of the grid, which is bounded only by its 32-bit indices."
         "Put a collider where snow is to stop, end the scene earlier, or look at what threw the particle."
 
+    GridMemory "GRID_MEMORY" FailedPrecondition diverged
+        "The snow flies apart: its grid would take more bytes than particles of their number may; the message has both numbers and the particle farthest out."
+        "Put a collider where snow is to stop, end the scene earlier, or look at what threw the particle; a larger cell needs fewer of them."
+
     MassLost "MASS_LOST" FailedPrecondition diverged
         "The grid does not hold the mass of the particles: particles were lost between them. This is a bug in the server."
         "Report it with the scene and the message."
@@ -244,9 +252,25 @@ reasons! {
         "The headers of a request have more than 16 KiB. Above 64 KiB the answer is 431 of HTTP, without a reason."
         "Send fewer or shorter headers."
 
+    RequestMemoryFull "REQUEST_MEMORY_FULL" ResourceExhausted
+        "The requests in progress, uploads included, hold as many bytes as the server allows; `needed_bytes`, `left_bytes` and `allowed_bytes` say how many."
+        "Try again in a moment, or raise the limit."
+
+    ServerMemoryFull "SERVER_MEMORY_FULL" ResourceExhausted
+        "What the call needs does not fit into the memory that the server allows all sessions, meshes and requests; `needed_bytes` and `left_bytes` say how much."
+        "Delete sessions that are no longer needed, make the scene smaller, or raise the limit."
+
+    BuildTooLong "BUILD_TOO_LONG" ResourceExhausted
+        "Building the scene would take longer than the server allows, by the estimate `needed_seconds`."
+        "Make the scene smaller, or raise the limit."
+
     UploadTimedOut "UPLOAD_TIMED_OUT" DeadlineExceeded
-        "The upload paused for longer than the server waits; what had come was dropped."
+        "The upload paused for longer than the server waits, or took longer in all; what had come was dropped."
         "Upload again without pausing."
+
+    UploadTooSlow "UPLOAD_TOO_SLOW" DeadlineExceeded
+        "The upload sent fewer bytes per second than the server's least rate; what had come was dropped."
+        "Upload again over a faster line, or lower the server's least rate."
 
     DeadlineExceeded "DEADLINE_EXCEEDED" DeadlineExceeded
         "The call did not end within the deadline that the client set."

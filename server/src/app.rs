@@ -17,7 +17,7 @@ use tonic_health::{ServingStatus, server::HealthReporter};
 use crate::{
     address::Address,
     config::Config,
-    rpc::Shared,
+    rpc::{Shared, UploadTimes},
     start_error::{MAX_SECONDS, StartError},
     token_keeper,
     transport::{Listener, ListenerSettings, router, serve},
@@ -174,8 +174,12 @@ impl Config {
         Duration::from_secs_f64(self.request_seconds)
     }
 
-    /// How long an upload may pause.
-    pub(crate) fn upload_idle(&self) -> Duration {
-        Duration::from_secs_f64(self.upload_idle_seconds)
+    /// How long an upload may take.
+    pub(crate) fn upload_times(&self) -> UploadTimes {
+        UploadTimes {
+            idle: Duration::from_secs_f64(self.upload_idle_seconds),
+            whole: Duration::from_secs(self.limits.upload_seconds.into()),
+            least_rate: self.limits.min_upload_rate,
+        }
     }
 }

@@ -5,7 +5,7 @@
 
 use std::path::PathBuf;
 
-use crate::address::Address;
+use crate::{address::Address, machine::memory_bytes};
 
 /// Largest piece of a mesh upload, and largest message of a frame (bytes).
 pub const PIECE_BYTES: usize = 1 << 20;
@@ -119,6 +119,22 @@ pub struct Limits {
     /// Uploads in progress at a time.
     #[arg(long, env = "NAPPE_MAX_UPLOADS", default_value_t = Limits::default().max_uploads)]
     pub max_uploads: u32,
+    /// Seconds that an upload may take.
+    #[arg(long, env = "NAPPE_UPLOAD_SECONDS", default_value_t = Limits::default().upload_seconds)]
+    pub upload_seconds: u32,
+    /// Bytes per second that an upload has to send once its first 10 s are over; 0 means any.
+    #[arg(long, env = "NAPPE_MIN_UPLOAD_RATE", default_value_t = Limits::default().min_upload_rate)]
+    pub min_upload_rate: u64,
+    /// Bytes of all requests in progress, uploads included.
+    #[arg(long, env = "NAPPE_MAX_REQUEST_BYTES", default_value_t = Limits::default().max_request_bytes)]
+    pub max_request_bytes: u64,
+    /// Bytes of all sessions, meshes, histories and requests together; 0 means 80 % of the memory that this
+    /// machine, its control group and the limits of the process allow.
+    #[arg(long, env = "NAPPE_MAX_SERVER_BYTES", default_value_t = Limits::default().max_server_bytes)]
+    pub max_server_bytes: u64,
+    /// Seconds that building a session may be estimated to take.
+    #[arg(long, env = "NAPPE_MAX_BUILD_SECONDS", default_value_t = Limits::default().max_build_seconds)]
+    pub max_build_seconds: u32,
     /// Threads of one session; 0 means as many as there are logical cores.
     #[arg(long, env = "NAPPE_MAX_THREADS", default_value_t = Limits::default().max_threads_per_session)]
     pub max_threads_per_session: u32,
@@ -163,6 +179,11 @@ impl Default for Limits {
             max_meshes: 32,
             max_mesh_store_bytes: 1 << 30,
             max_uploads: 4,
+            upload_seconds: 600,
+            min_upload_rate: 64_000,
+            max_request_bytes: 256 << 20,
+            max_server_bytes: 0,
+            max_build_seconds: 120,
             max_threads_per_session: 0,
             max_steps_per_call: 10_000_000,
             history_bytes_per_session: 256 << 20,
@@ -181,6 +202,11 @@ impl Limits {
     /// Threads that a session may use: the limit, or every logical core.
     pub fn thread_limit(&self) -> u32 {
         if self.max_threads_per_session == 0 { core_count() } else { self.max_threads_per_session }
+    }
+
+    /// Bytes of sessions, meshes, histories and requests: the limit, or 80 % of what there is.
+    pub fn server_bytes(&self) -> u64 {
+        if self.max_server_bytes == 0 { memory_bytes() / 5 * 4 } else { self.max_server_bytes }
     }
 }
 

@@ -5,8 +5,10 @@
 //! using only those above it:
 
 mod address;
+mod machine;
 pub mod config;
 mod error;
+mod memory;
 mod scenes;
 mod stream;
 mod session;

@@ -68,6 +68,11 @@ fn against_unit(text: &str, programs: &[(String, String)]) -> Vec<String> {
     (!known).then(|| format!("the unit starts '{program}', which nothing builds")).into_iter().collect()
 }
 
+/// Whether a unit or a compose file bounds the memory of what it starts.
+fn bounds_memory(text: &str) -> bool {
+    text.lines().any(|line| ["MemoryMax=", "mem_limit:"].iter().any(|key| line.trim().starts_with(key)))
+}
+
 /// Settings (`NAPPE_...`) named in `text` that `config` does not read.
 fn against_settings(text: &str, config: &str) -> Vec<String> {
     let words = text.split(|c: char| !c.is_ascii_alphanumeric() && c != '_');
@@ -89,6 +94,14 @@ fn the_image_copies_what_is_there_and_starts_what_it_builds() {
 #[test]
 fn the_unit_starts_a_program_that_is_built() {
     assert_none(&against_unit(&tree::text("deploy/nappe.service"), &programs()));
+}
+
+#[test]
+fn what_is_started_has_a_limit_on_its_memory() {
+    for file in ["deploy/nappe.service", "deploy/compose.yaml"] {
+        assert!(bounds_memory(&tree::text(file)), "{file}");
+    }
+    assert!(!bounds_memory("[Service]\n# MemoryMax=1G\n"));
 }
 
 #[test]

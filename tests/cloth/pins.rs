@@ -130,3 +130,30 @@ fn only_pins_may_be_moved() {
     assert_eq!(positions(&simulation)[0], [0.0; 3]);
     assert_ne!(simulation.state_hash(), hash);
 }
+
+#[test]
+fn work_for_pins_that_move_grows_with_their_number() {
+    let side = 300;
+    let mut network = sheet(side, 0.1, &sheet_rules(200.0, 0.05), 0.01);
+    let count = network.x.len() as u32;
+    network.pins = (0..count).collect();
+    let mut simulation = Scene::new(network, 1e-3).simulate(Precision::F32);
+    let start = positions(&simulation);
+
+    // Each pin is sent twice, one by one: the second target holds.
+    let begin = std::time::Instant::now();
+    for height in [5.0, 1.0] {
+        for particle in 0..count {
+            let [x, y, z] = start[particle as usize];
+            let change = Change::Pin { particle, target: [x, y + height, z], duration: 0.0 };
+            simulation.apply(&[change]).expect("a pin may move");
+        }
+    }
+    advance(&mut simulation, 1);
+    let seconds = begin.elapsed().as_secs_f64();
+    assert!(seconds < 10.0, "{seconds} s: searching all for each takes minutes");
+
+    for (before, after) in start.iter().zip(positions(&simulation)) {
+        assert!((after[1] - before[1] - 1.0).abs() < 1e-5, "{before:?} to {after:?}");
+    }
+}

@@ -1,12 +1,16 @@
 //! Memory that others can make the program take, counted by its own allocator.
 //!
 //! Scenes that ask for little and would cost much: needles, leaves, dust, grids of one column, particles far
-//! apart. Each is refused or built within memory that its limits explain. And the frames that a session keeps.
+//! apart; meshes and mesh files without sense. Each is refused or built within memory that its limits explain. And the frames that a session keeps,
+//! requests of many empty elements, and uploads.
 #![allow(unsafe_code, reason = "an allocator that counts hands every request on to the system's")]
 #![allow(clippy::print_stdout, reason = "what became of the scenes")]
 
 mod scenes;
 mod history;
+mod meshes;
+mod requests;
+mod estimates;
 
 use std::{
     alloc::{GlobalAlloc, Layout, System},
@@ -27,6 +31,10 @@ struct Counting;
 
 /// Bytes in use.
 static USED: AtomicUsize = AtomicUsize::new(0);
+/// Allocations of so many bytes or more are not counted: what the server asks for only to see whether there is any.
+pub(crate) static IGNORED: AtomicUsize = AtomicUsize::new(usize::MAX);
+/// Most bytes in use since the last look.
+static PEAK: AtomicUsize = AtomicUsize::new(0);
 
 thread_local! {
     /// Bytes that a thread took and did not give back since the last look, and the most that it had of them.
@@ -35,7 +43,11 @@ thread_local! {
 
 impl Counting {
     fn add(bytes: usize) {
-        USED.fetch_add(bytes, Ordering::Relaxed);
+        if bytes >= IGNORED.load(Ordering::Relaxed) {
+            return;
+        }
+        let used = USED.fetch_add(bytes, Ordering::Relaxed) + bytes;
+        PEAK.fetch_max(used, Ordering::Relaxed);
         // A thread that ends has no counter any more.
         let _ = OWN.try_with(|own| {
             let [used, peak] = own.get();
@@ -45,6 +57,9 @@ impl Counting {
     }
 
     fn take(bytes: usize) {
+        if bytes >= IGNORED.load(Ordering::Relaxed) {
+            return;
+        }
         USED.fetch_sub(bytes, Ordering::Relaxed);
         let _ = OWN.try_with(|own| {
             let [used, peak] = own.get();
@@ -95,6 +110,21 @@ static ALONE: Mutex<()> = Mutex::new(());
 /// Bytes in use.
 pub(crate) fn used() -> usize {
     USED.load(Ordering::Relaxed)
+}
+
+/// Most bytes in use while `work` was done, beyond those before it.
+pub(crate) async fn peak_since(work: impl Future<Output = ()>) -> usize {
+    let before = used();
+    PEAK.store(before, Ordering::Relaxed);
+    work.await;
+    PEAK.load(Ordering::Relaxed).saturating_sub(before)
+}
+
+/// Most bytes that this thread had at a time while `work` was done, and what came of it.
+pub(crate) fn own_peak<T>(work: impl FnOnce() -> T) -> (isize, T) {
+    OWN.set([0; 2]);
+    let done = work();
+    (OWN.get()[1], done)
 }
 
 /// Waits until no other test counts.
@@ -164,13 +194,13 @@ impl Tally {
         let (mut random, mut tally) = (fastrand::Rng::with_seed(seed), Self::default());
         for number in 0..count {
             let text = scenes::hostile(&mut random);
-            OWN.set([0; 2]);
             let start = Instant::now();
 
             let goal = if number % SIMULATED == 0 { Goal::Simulate } else { Goal::Build };
-            tally.ends[end_of(&text, goal) as usize] += 1;
+            let (took, end) = own_peak(|| end_of(&text, goal));
+            tally.ends[end as usize] += 1;
 
-            let ([_, took], seconds) = (OWN.get(), start.elapsed().as_secs_f64());
+            let seconds = start.elapsed().as_secs_f64();
             assert!(took <= BUDGET, "{took} bytes for\n{text}");
             assert!(seconds < PATIENCE, "{seconds} s for\n{text}");
             if took > tally.largest.0 {

@@ -9,6 +9,11 @@ fn length(random: &mut Rng) -> f64 {
     10.0_f64.powf(-6.0 + 12.0 * random.f64())
 }
 
+/// A coordinate, as likely near as far.
+pub(crate) fn coordinate(random: &mut Rng) -> f64 {
+    size(random) * [1.0, -1.0, 0.0][random.usize(0..3)]
+}
+
 /// A length, more often one that a user would write.
 fn size(random: &mut Rng) -> f64 {
     if random.bool() { length(random) } else { 0.01 + random.f64() }

@@ -118,6 +118,12 @@ async fn with_bad_scenes(c: &mut Client) -> Vec<Refusal> {
 
     let upload = c.upload_mesh(tokio_stream::iter([v1::UploadMeshRequest { part: None }])).await;
     all.push(refused("UploadMesh", upload, Reason::InvalidUpload));
+    let begin = c.begin_upload(v1::BeginUploadRequest { header: None }).await;
+    all.push(refused("BeginUpload", begin, Reason::InvalidField));
+    let append = v1::AppendUploadRequest { upload_id: "none".into(), ..v1::AppendUploadRequest::default() };
+    all.push(refused("AppendUpload", c.append_upload(append).await, Reason::UploadNotFound));
+    let finish = v1::FinishUploadRequest { upload_id: "none".into() };
+    all.push(refused("FinishUpload", c.finish_upload(finish).await, Reason::UploadNotFound));
     all
 }
 

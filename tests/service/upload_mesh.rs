@@ -9,7 +9,11 @@ use nappe_proto::v1::{
 use nappe_server::{Config, Limits, Reason};
 use tonic::Status;
 
-use crate::harness::{Server, assert_reason, every, request};
+use crate::{
+    cloth_scenes::sheet,
+    frames::PATIENCE,
+    harness::{Server, assert_reason, every, request},
+};
 
 /// A triangle with masses; the first point is pinned.
 fn triangle() -> (MeshHeader, Vec<u8>) {
@@ -70,6 +74,8 @@ async fn pieces_that_do_not_follow_the_header_are_refused() {
         vec![header(sizes.clone()), header(sizes.clone())],
         vec![header(sizes.clone()), piece(data[1..].to_vec())],
         vec![header(sizes.clone()), whole(), piece(vec![0])],
+        vec![header(sizes.clone()), piece(Vec::new()), whole()],
+        vec![header(sizes.clone()), whole(), piece(Vec::new())],
         vec![
             header(MeshHeader { point_count: 100_000, mass_count: 0, ..sizes.clone() }),
             piece(vec![0; (1 << 20) + 1]),
@@ -129,4 +135,96 @@ async fn an_upload_that_pauses_is_forgotten_and_its_place_is_free_again() {
     assert_reason(&status, Reason::UploadTimedOut);
     send(&mut server, vec![header(sizes), piece(data)]).await.expect("the place is free");
     drop(sender);
+}
+
+/// Sends the triangle a byte at a time, for ever if nobody stops it; gives the error of the upload.
+async fn trickle(server: &Server, pause: Duration) -> Status {
+    let (sizes, _) = triangle();
+    let header = header(MeshHeader { point_count: 1000, triangle_count: 0, mass_count: 0, ..sizes });
+    let (sender, receiver) = tokio::sync::mpsc::channel(4);
+    let mut client = server.client.clone();
+    let stream = tokio_stream::wrappers::ReceiverStream::new(receiver);
+    let upload = tokio::spawn(async move { client.upload_mesh(stream).await });
+    sender.send(header).await.expect("room");
+    while sender.send(piece(vec![0])).await.is_ok() {
+        tokio::time::sleep(pause).await;
+    }
+    upload.await.expect("no panic").expect_err("it never ends")
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn an_upload_that_never_pauses_ends_at_its_deadline() {
+    let limits = Limits { upload_seconds: 1, max_uploads: 1, ..Limits::default() };
+    let mut server = Server::with(limits).await;
+    let status = trickle(&server, Duration::from_millis(50)).await;
+    assert_reason(&status, Reason::UploadTimedOut);
+    assert!(status.message().contains("within 1 s"), "{status}");
+    let (sizes, data) = triangle();
+    send(&mut server, vec![header(sizes), piece(data)]).await.expect("the place is free");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn an_upload_below_the_least_rate_is_given_up_after_its_first_seconds() {
+    let mut server = Server::start().await;
+    let status = trickle(&server, Duration::from_millis(200)).await;
+    let metadata = assert_reason(&status, Reason::UploadTooSlow);
+    assert_eq!(metadata["bytes_per_second"], "64000");
+    let (sizes, data) = triangle();
+    send(&mut server, vec![header(sizes), piece(data)]).await.expect("it goes on");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn memory_of_requests_in_progress_is_bounded() {
+    let limits = Limits { max_request_bytes: 1 << 20, ..Limits::default() };
+    let mut server =
+        Server::configured(Config { upload_idle_seconds: 5.0, limits, ..Config::default() }).await;
+    let large = MeshHeader { name: "zeros".into(), point_count: 50_000, ..MeshHeader::default() };
+    let pieces = |count: u64| {
+        let data = (0..count * 24 / 1000).map(|_| piece(vec![0; 1000]));
+        let first = header(MeshHeader { point_count: count, ..large.clone() });
+        std::iter::once(first).chain(data).collect::<Vec<_>>()
+    };
+    let refused = send(&mut server, pieces(50_000)).await.expect_err("1.2 MB");
+    let metadata = assert_reason(&refused, Reason::RequestMemoryFull);
+    assert_eq!(metadata["allowed_bytes"], "1048576");
+
+    // An upload that waits keeps what it has taken, and small requests still find room.
+    let header = v1::begin_upload_request::Header::Mesh(MeshHeader { point_count: 35_000, ..large.clone() });
+    let begun = server.client.begin_upload(v1::BeginUploadRequest { header: Some(header) }).await;
+    let upload_id = begun.expect("begun").into_inner().upload_id;
+    let append = v1::AppendUploadRequest { upload_id, offset: 0, data: vec![0; 10_000].into() };
+    server.client.append_upload(append).await.expect("added");
+    let text = |length| v1::CreateSessionRequest {
+        scene: Some(Scene::SceneText(format!("# {}", "x".repeat(length)))),
+        ..request()
+    };
+    let full = server.client.create_session(text(500_000)).await.expect_err("no room");
+    assert_reason(&full, Reason::RequestMemoryFull);
+    let status = server.client.create_session(text(1000)).await.expect_err("no scene");
+    assert_reason(&status, Reason::InvalidScene);
+
+    // Whoever is forgotten gives his memory back.
+    let again = async {
+        while send(&mut server, pieces(35_000)).await.is_err() {
+            tokio::time::sleep(Duration::from_millis(50)).await;
+        }
+    };
+    tokio::time::timeout(PATIENCE, again).await.expect("there is room again");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn elements_of_a_request_are_counted_before_they_are_decoded() {
+    let mut server = Server::start().await;
+    let id = server.session(sheet(3)).await;
+    let allowed = Limits::default().max_changes_per_call as usize;
+    let update = v1::UpdateParametersRequest {
+        session_id: id.clone(),
+        pins: vec![v1::PinUpdate::default(); allowed + 1],
+        ..v1::UpdateParametersRequest::default()
+    };
+    let status = server.client.update_parameters(update).await.expect_err("too many");
+    assert_reason(&status, Reason::TooManyChanges);
+    let watch = v1::WatchFramesRequest { session_id: id, fields: vec![1; allowed + 1], ..Default::default() };
+    let status = server.client.watch_frames(watch).await.expect_err("too many");
+    assert_reason(&status, Reason::InvalidMessage);
 }

@@ -276,3 +276,45 @@ fn snow_torn_further_than_the_kernel_reaches_is_apart_and_depends_on_the_cell() 
         assert_eq!(report.ballistic_count, 1, "{}", variant.name());
     }
 }
+
+#[test]
+fn snow_that_flies_apart_has_a_bound_on_its_grid() {
+    let count = 28_usize.pow(3);
+    let x = lattice([-0.7; 3], [28; 3], [0.5 * H; 3]);
+    let body = object("cloud", x.clone(), (0.5 * H).powi(3), 400.0, elastic(1.4e5, 0.2));
+    let mut simulation = SnowScene::new(vec![body], H, 1e-6).simulate(Precision::F32);
+
+    let (mut most, mut refused) = (0, None);
+    for factor in [1.0, 2.0, 4.0, 6.0, 8.0, 12.0, 16.0, 32.0, 300.0] {
+        rework(&mut simulation, |i, p| p.x = x[i].map(|c| factor * c));
+        let stepped = try_advance(&mut simulation, 2);
+        let bytes = simulation.snow_memory_bytes() / count;
+        match stepped {
+            Ok(_) => most = most.max(bytes),
+            Err(error) => refused = refused.or(Some((factor, bytes, error))),
+        }
+    }
+
+    let (factor, bytes, error) = refused.expect("so far apart, a particle has a block of its own");
+    assert!((1000..2500).contains(&most), "{most} bytes per particle, grid and particle, are used");
+    assert!(factor > 4.0 && bytes < 3500, "{factor}: {bytes} bytes per particle");
+
+    // It is named, with its place; the particles are as they were, and nearer they go on.
+    let StepFailure::GridMemory { particle, position, bytes, limit } = error.failure else {
+        panic!("{error}")
+    };
+    assert_eq!(error.failure.reason(), "GRID_MEMORY");
+    let placed = x[particle as usize].map(|c| factor * c);
+    assert!(norm([0, 1, 2].map(|a| position[a] - placed[a])) < 1e-3 * factor, "{error}");
+    assert!((norm(position) - norm(x[0].map(|c| factor * c))).abs() < 1e-3 * factor, "a corner: {error}");
+    assert!(bytes > limit && limit == 2000 * count as u64, "{error}");
+    rework(&mut simulation, |i, p| p.x = x[i]);
+    step_once(&mut simulation);
+
+    // So far apart from the start, the snow is refused.
+    let far =
+        object("far", x.iter().map(|x| x.map(|c| 300.0 * c)).collect(), 1e-3, 400.0, elastic(1.4e5, 0.2));
+    let setup = SnowScene::new(vec![far], H, 1e-6).setup();
+    let error = Simulation::new(&setup, Precision::F32).map(|_| ()).expect_err("too far apart").to_string();
+    assert!(error.contains("flies apart"), "{error}");
+}

@@ -24,7 +24,7 @@ mod shipped;
 pub mod course;
 pub mod files;
 
-pub use assemble::{Built, MeshSource, NoMeshes, SceneLimits};
+pub use assemble::{Built, MeshSource, NoMeshes, SceneLimits, SceneSize};
 pub use body::{Body, GridPlane, Limits, Mass, Mesh, MovingPin, Pattern, Pin, Solver, SpringLaw, Springs};
 pub use collider::{ColliderText, ShapeText};
 pub use error::{ErrorKind, SceneError, SceneErrors};

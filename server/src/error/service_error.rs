@@ -91,7 +91,8 @@ impl From<ServiceError> for Status {
             details.add_bad_request_violation(shortened(field), shortened(problem));
         }
 
-        if matches!(error.reason, Reason::ServerDraining | Reason::TooManyUploads) {
+        if matches!(error.reason, Reason::ServerDraining | Reason::TooManyUploads | Reason::RequestMemoryFull)
+        {
             details.set_retry_info(Some(Duration::from_secs(1)));
         }
 

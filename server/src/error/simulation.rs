@@ -19,6 +19,7 @@ pub(crate) const fn step_reason(failure: &StepFailure) -> Reason {
         StepFailure::NodeSpeed { .. } => Reason::NodeSpeed,
         StepFailure::Deformation { .. } => Reason::DeformationLimit,
         StepFailure::OutOfRange { .. } => Reason::OutOfRange,
+        StepFailure::GridMemory { .. } => Reason::GridMemory,
         StepFailure::Mass { .. } => Reason::MassLost,
     }
 }
@@ -72,6 +73,7 @@ mod tests {
             StepFailure::NodeSpeed { particle: 0, node: [0; 3], value: 2.0, limit: 1.0 },
             StepFailure::Deformation { particle: 0, value: 2.0, limit: 1.0 },
             StepFailure::OutOfRange { particle: 0, position: [2.0; 3], limit: 1.0 },
+            StepFailure::GridMemory { particle: 0, position: [2.0; 3], bytes: 2, limit: 1 },
             StepFailure::Mass { expected: 2.0, found: 1.0 },
         ];
         for failure in failures {

@@ -79,7 +79,9 @@ async fn make(
         step_limit: request.step_limit,
         frame_interval_steps: request.frame_interval_steps,
     };
-    let (session, warnings) = start(options, Arc::clone(&shared.meshes), limits.clone(), slot).await?;
+    let memory = shared.memory.claim();
+    let (session, warnings) =
+        start(options, Arc::clone(&shared.meshes), limits.clone(), slot, memory).await?;
 
     let session = Arc::new(session);
     tracing::info!(session = session.id(), "created");

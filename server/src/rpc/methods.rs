@@ -10,7 +10,7 @@ use tonic::{Request, Response, Status, Streaming};
 
 use super::{changes::changes, create, server_info::server_info, shared::Shared, upload, validate};
 use crate::{
-    error::{Reason, ServiceError},
+    error::ServiceError,
     session::{Command, When},
     stream::{Delivery, DiagnosticsOnly, FieldSet, Frames, Seat, WatchStream, watch},
 };
@@ -66,28 +66,52 @@ impl SimulationService for Methods {
         &self,
         request: Request<Streaming<v1::UploadMeshRequest>>,
     ) -> Answer<v1::UploadMeshResponse> {
-        let Ok(_slot) = self.shared.uploads.try_acquire() else {
-            let allowed = self.shared.config.limits.max_uploads;
-            let message = format!("{allowed} uploads are in progress; allowed: at most {allowed}");
-            return Err(ServiceError::new(Reason::TooManyUploads, message).with("allowed", allowed).into());
-        };
-
-        let mut pieces = request.into_inner().map(|piece| piece.map_err(upload::with_reason));
-        let idle = self.shared.config.upload_idle();
-        let receive = upload::receive(&mut pieces, &self.shared.config.limits, idle);
-        let mesh = tokio::select! {
-            mesh = receive => mesh?,
+        let _place = self.shared.upload_place()?;
+        let pieces = request.into_inner().map(|piece| piece.map_err(upload::with_reason));
+        let (times, claim) = (self.shared.config.upload_times(), self.shared.requests.claim());
+        let meshes = Arc::clone(&self.shared.meshes);
+        let receive = upload::receive(pieces, &self.shared.config.limits, times, claim, meshes);
+        let stored = tokio::select! {
+            stored = receive => stored?,
             () = self.shared.draining.cancelled() => return Err(ServiceError::draining().into()),
         };
+        Ok(Response::new(v1::UploadMeshResponse { mesh_id: stored.mesh_id, warnings: stored.warnings }))
+    }
 
-        let meshes = Arc::clone(&self.shared.meshes);
+    async fn begin_upload(
+        &self,
+        request: Request<v1::BeginUploadRequest>,
+    ) -> Answer<v1::BeginUploadResponse> {
+        use v1::begin_upload_request::Header;
+        let header = match request.into_inner().header {
+            Some(Header::Mesh(mesh)) => upload::Header::Mesh(mesh),
+            Some(Header::File(file)) => upload::Header::File(file),
+            None => return Err(ServiceError::field("header", "is missing: mesh or file is needed").into()),
+        };
+        let shared = &self.shared;
+        let memory = (shared.requests.claim(), shared.upload_place()?);
+        let end = (shared.config.upload_times(), shared.draining.clone());
+        let begun = shared.unary_uploads.begin(&header, &shared.config.limits, memory, end);
+        let (upload_id, byte_count) = begun?;
+        Ok(Response::new(v1::BeginUploadResponse { upload_id, byte_count }))
+    }
 
-        // Checking sorts the triangles, which takes a while for a large mesh.
-        let stored = tokio::task::spawn_blocking(move || upload::store(mesh, &meshes)).await;
-        let (mesh_id, warnings) = stored.map_err(|_panic| {
-            ServiceError::internal("checking the mesh panicked: this is a bug in the server")
-        })??;
-        Ok(Response::new(v1::UploadMeshResponse { mesh_id, warnings }))
+    async fn append_upload(
+        &self,
+        request: Request<v1::AppendUploadRequest>,
+    ) -> Answer<v1::AppendUploadResponse> {
+        let v1::AppendUploadRequest { upload_id, offset, data } = request.into_inner();
+        let received = self.shared.unary_uploads.append(&upload_id, offset, data).await?;
+        Ok(Response::new(v1::AppendUploadResponse { received }))
+    }
+
+    async fn finish_upload(
+        &self,
+        request: Request<v1::FinishUploadRequest>,
+    ) -> Answer<v1::FinishUploadResponse> {
+        let (id, shared) = (request.into_inner().upload_id, &self.shared);
+        let stored = shared.unary_uploads.finish(&id, &shared.config.limits, &shared.meshes).await?;
+        Ok(Response::new(v1::FinishUploadResponse { mesh_id: stored.mesh_id, warnings: stored.warnings }))
     }
 
     async fn create_session(

@@ -13,3 +13,4 @@ mod methods;
 
 pub(crate) use methods::Methods;
 pub(crate) use shared::Shared;
+pub(crate) use upload::UploadTimes;

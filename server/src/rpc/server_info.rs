@@ -38,5 +38,10 @@ fn limits_message(limits: &Limits) -> v1::Limits {
         max_grid_nodes: limits.max_grid_nodes,
         max_changes_per_call: limits.max_changes_per_call,
         max_connections_per_address: limits.max_connections_per_address,
+        max_request_bytes: limits.max_request_bytes,
+        upload_seconds: limits.upload_seconds,
+        min_upload_rate: limits.min_upload_rate,
+        max_server_bytes: limits.server_bytes(),
+        max_build_seconds: limits.max_build_seconds,
     }
 }

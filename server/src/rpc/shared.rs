@@ -2,13 +2,15 @@
 
 use std::sync::Arc;
 
+use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use tokio_util::sync::CancellationToken;
 use tonic::Status;
 
-use super::{request_ids::RequestIds, validate};
+use super::{request_ids::RequestIds, upload::UnaryUploads, validate};
 use crate::{
     config::Config,
     error::{Reason, ServiceError},
+    memory::MemoryAccount,
     scenes::MeshStore,
     session::{Registry, Session},
 };
@@ -20,8 +22,13 @@ pub(crate) struct Shared {
     pub registry: Arc<Registry>,
     pub meshes: Arc<MeshStore>,
     pub request_ids: RequestIds,
+    /// Bytes of sessions, meshes and requests.
+    pub memory: Arc<MemoryAccount>,
+    /// Bytes of requests in progress, a part of these.
+    pub requests: Arc<MemoryAccount>,
     /// One permit per upload that may still start.
-    pub uploads: tokio::sync::Semaphore,
+    pub uploads: Arc<Semaphore>,
+    pub unary_uploads: Arc<UnaryUploads>,
     /// Cancelled when the server begins to end.
     pub draining: CancellationToken,
 }
@@ -29,11 +36,15 @@ pub(crate) struct Shared {
 impl Shared {
     pub(crate) fn new(config: Config, draining: CancellationToken) -> Self {
         let limits = &config.limits;
+        let memory = MemoryAccount::of_server(limits.server_bytes());
         Self {
             registry: Arc::new(Registry::new(limits.max_sessions)),
-            meshes: Arc::new(MeshStore::new(limits)),
+            meshes: Arc::new(MeshStore::new(limits, Arc::clone(&memory))),
             request_ids: RequestIds::default(),
-            uploads: tokio::sync::Semaphore::new(limits.max_uploads as usize),
+            requests: MemoryAccount::of_requests(limits.max_request_bytes, &memory),
+            memory,
+            uploads: Arc::new(Semaphore::new(limits.max_uploads as usize)),
+            unary_uploads: Arc::new(UnaryUploads::default()),
             draining,
             config,
         }
@@ -48,6 +59,18 @@ impl Shared {
         let session = self.registry.get(id)?;
         session.expect_uid(uid)?;
         Ok(session)
+    }
+
+    /// A place among the uploads in progress.
+    ///
+    /// # Errors
+    /// If there are as many as are allowed.
+    pub(crate) fn upload_place(&self) -> Result<OwnedSemaphorePermit, ServiceError> {
+        Arc::clone(&self.uploads).try_acquire_owned().map_err(|_full| {
+            let allowed = self.config.limits.max_uploads;
+            let message = format!("{allowed} uploads are in progress; allowed: at most {allowed}");
+            ServiceError::new(Reason::TooManyUploads, message).with("allowed", allowed)
+        })
     }
 
     /// The answer of a session, or why there is none. A shutdown deletes sessions too, and is then the

@@ -3,28 +3,70 @@
 //! Enters: a text, uploaded meshes, limits. Leaves: the scene as read and as built, or the place
 //! and kind of each of its errors.
 
-use nappe_scene::{Built, ErrorKind, Scene, SceneErrors, SceneLimits};
+use nappe_scene::{Built, ErrorKind, Scene, SceneErrors, SceneLimits, SceneSize};
 
-use super::mesh_store::MeshStore;
+use nappe_sim::math::Precision;
+
+use super::{estimate::Estimate, mesh_store::MeshStore};
 use crate::{
     config::Limits,
     error::{Reason, ServiceError},
+    memory::Claim,
 };
 
-/// Reads a scene's text and builds what it describes; `file` names it in messages.
+/// A scene as read and as built.
+#[derive(Debug)]
+pub(crate) struct Assembled {
+    pub scene: Scene,
+    pub built: Built,
+    /// The memory of the session, and of the frames that it may keep (bytes), once it is built.
+    pub session_bytes: u64,
+}
+
+/// Who asks for a scene.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Asked<'a> {
+    /// The text of the scene.
+    pub text: &'a str,
+    /// What it is called in messages.
+    pub file: &'a str,
+    /// None: as the scene says.
+    pub precision: Option<Precision>,
+    pub thread_count: u32,
+}
+
+/// Reads a scene's text and builds what it describes, after its memory was taken from `memory`.
 ///
 /// # Errors
-/// What is wrong with the scene, the first error first.
+/// What is wrong with the scene, the first error first; or that it takes too much.
 pub(crate) fn assemble_scene(
-    text: &str,
-    file: &str,
+    asked: Asked<'_>,
     meshes: &MeshStore,
     limits: &Limits,
-) -> Result<(Scene, Built), ServiceError> {
-    let scene = Scene::parse(text, file).map_err(|error| service_error(&error))?;
+    memory: &Claim,
+) -> Result<Assembled, ServiceError> {
+    let scene = Scene::parse(asked.text, asked.file).map_err(|error| service_error(&error))?;
+    let precision = asked.precision.unwrap_or(scene.precision);
+    let size = at_most(scene.size(meshes), limits);
+    let estimate = Estimate::of(&size, precision, asked.thread_count);
+    estimate.claim(memory, limits)?;
+
     let bounds = SceneLimits { max_particles: limits.max_particles, max_springs: limits.max_springs };
     let built = scene.build(meshes, &bounds).map_err(|error| service_error(&error))?;
-    Ok((scene, built))
+    let session_bytes = estimate.session_bytes.saturating_add(limits.history_bytes_per_session);
+    Ok(Assembled { scene, built, session_bytes })
+}
+
+/// Counts up to the limits: beyond them, building refuses the scene with the place of what is too much.
+fn at_most(size: SceneSize, limits: &Limits) -> SceneSize {
+    SceneSize {
+        cloth_particles: size.cloth_particles.min(limits.max_particles),
+        snow_particles: size.snow_particles.min(limits.max_particles),
+        implicit_particles: size.implicit_particles.min(limits.max_particles),
+        springs: size.springs.min(limits.max_springs),
+        mesh_springs: size.mesh_springs.min(limits.max_springs),
+        ..size
+    }
 }
 
 /// The first error decides the reason and stands in the metadata, where its kind is called `fault`; each

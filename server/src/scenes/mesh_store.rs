@@ -9,7 +9,11 @@ use nappe_scene::{ErrorKind, MeshSource, SceneError};
 use nappe_sim::mesh::TriangleMesh;
 use uuid::Uuid;
 
-use crate::config::Limits;
+use crate::{
+    config::Limits,
+    error::ServiceError,
+    memory::{Claim, MemoryAccount},
+};
 
 /// Uploaded meshes, bounded in number and in size: the one longest unused goes first. Sessions copy
 /// what they need, so no session depends on the store.
@@ -19,47 +23,71 @@ pub(crate) struct MeshStore {
     capacity: usize,
     /// Bytes of all meshes at most; the newest is kept even if it is larger.
     budget: u64,
-    /// Ids and meshes, least recently used first.
-    meshes: Mutex<Vec<(String, Arc<TriangleMesh>)>>,
+    /// Where the memory of meshes is counted.
+    account: Arc<MemoryAccount>,
+    /// Least recently used first.
+    meshes: Mutex<Vec<Kept>>,
+}
+
+/// A mesh that is kept.
+#[derive(Debug)]
+struct Kept {
+    id: String,
+    mesh: Arc<TriangleMesh>,
+    _memory: Claim,
 }
 
 impl MeshStore {
-    pub(crate) fn new(limits: &Limits) -> Self {
+    pub(crate) fn new(limits: &Limits, account: Arc<MemoryAccount>) -> Self {
         let capacity = limits.max_meshes.max(1) as usize;
-        Self { capacity, budget: limits.max_mesh_store_bytes, meshes: Mutex::new(Vec::new()) }
+        Self { capacity, budget: limits.max_mesh_store_bytes, account, meshes: Mutex::new(Vec::new()) }
     }
 
     /// Keeps a mesh and returns its id.
-    pub(crate) fn insert(&self, mesh: TriangleMesh) -> String {
+    ///
+    /// # Errors
+    /// If the server has no memory for it, even without the others.
+    pub(crate) fn insert(&self, mesh: TriangleMesh) -> Result<String, ServiceError> {
         let id = format!("mesh-{}", Uuid::new_v4().simple());
+        let (memory, bytes) = (self.account.claim(), size(&mesh));
         let mut meshes = self.lock();
-        meshes.push((id.clone(), Arc::new(mesh)));
-
-        while meshes.len() > self.capacity || (meshes.len() > 1 && self.exceeds_budget(&meshes)) {
-            let (oldest, _) = meshes.remove(0);
-            tracing::info!(mesh = oldest, "forgotten to make room for a newer one");
+        while let Err(full) = memory.grow(bytes) {
+            if meshes.is_empty() {
+                return Err(full);
+            }
+            forget_oldest(&mut meshes);
         }
-        id
+
+        meshes.push(Kept { id: id.clone(), mesh: Arc::new(mesh), _memory: memory });
+        while meshes.len() > self.capacity || (meshes.len() > 1 && self.exceeds_budget(&meshes)) {
+            forget_oldest(&mut meshes);
+        }
+        Ok(id)
     }
 
-    fn exceeds_budget(&self, meshes: &[(String, Arc<TriangleMesh>)]) -> bool {
-        meshes.iter().map(|(_, mesh)| size(mesh)).sum::<u64>() > self.budget
+    fn exceeds_budget(&self, meshes: &[Kept]) -> bool {
+        meshes.iter().map(|kept| size(&kept.mesh)).sum::<u64>() > self.budget
     }
 
     /// The mesh of an id, which becomes the most recently used.
     pub(crate) fn get(&self, id: &str) -> Option<Arc<TriangleMesh>> {
         let mut meshes = self.lock();
-        let index = meshes.iter().position(|(known, _)| known == id)?;
-        let entry = meshes.remove(index);
-        let mesh = Arc::clone(&entry.1);
-        meshes.push(entry);
+        let index = meshes.iter().position(|kept| kept.id == id)?;
+        let kept = meshes.remove(index);
+        let mesh = Arc::clone(&kept.mesh);
+        meshes.push(kept);
         Some(mesh)
     }
 
-    fn lock(&self) -> MutexGuard<'_, Vec<(String, Arc<TriangleMesh>)>> {
+    fn lock(&self) -> MutexGuard<'_, Vec<Kept>> {
         // No code that holds the lock can leave the list half changed.
         self.meshes.lock().unwrap_or_else(PoisonError::into_inner)
     }
+}
+
+fn forget_oldest(meshes: &mut Vec<Kept>) {
+    let oldest = meshes.remove(0);
+    tracing::info!(mesh = oldest.id, "forgotten to make room for a newer one");
 }
 
 /// Memory of a mesh's arrays (bytes).
@@ -88,26 +116,52 @@ impl MeshSource for MeshStore {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::error::Reason;
+
+    fn store(limits: &Limits) -> MeshStore {
+        MeshStore::new(limits, MemoryAccount::of_server(1 << 30))
+    }
+
+    fn grid(side: usize) -> TriangleMesh {
+        TriangleMesh::grid(side, side, 1.0)
+    }
+
+    #[test]
+    fn a_full_server_forgets_the_oldest_mesh_and_refuses_one_that_never_fits() {
+        let bytes = size(&grid(3));
+        let account = MemoryAccount::of_server(3 * bytes);
+        let store = MeshStore::new(&Limits::default(), Arc::clone(&account));
+        let session = account.claim();
+        session.grow(bytes).expect("room");
+        let ids = [(); 3].map(|()| store.insert(grid(3)).expect("without the oldest, there is room"));
+        assert_eq!(ids.each_ref().map(|id| store.get(id).is_some()), [false, true, true]);
+        assert_eq!(account.used(), 3 * bytes);
+
+        let refused = store.insert(grid(30)).expect_err("it never fits");
+        assert_eq!(refused.reason, Reason::ServerMemoryFull);
+        drop((store, session));
+        assert_eq!(account.used(), 0);
+    }
 
     #[test]
     fn a_store_keeps_within_its_bytes_and_always_the_newest() {
         // A grid of 3 x 3: 9 points, 8 triangles, 9 texture coordinates.
         let bytes = 9 * 24 + 8 * 12 + 9 * 16;
-        let store = MeshStore::new(&Limits { max_mesh_store_bytes: 2 * bytes, ..Limits::default() });
-        let ids = [(); 3].map(|()| store.insert(TriangleMesh::grid(3, 3, 1.0)));
+        let store = store(&Limits { max_mesh_store_bytes: 2 * bytes, ..Limits::default() });
+        let ids = [(); 3].map(|()| store.insert(grid(3)).expect("room"));
         assert_eq!(ids.each_ref().map(|id| store.get(id).is_some()), [false, true, true]);
-        let large = store.insert(TriangleMesh::grid(30, 30, 1.0));
+        let large = store.insert(grid(30)).expect("room");
         assert_eq!(ids.each_ref().map(|id| store.get(id).is_some()), [false; 3]);
         assert!(store.get(&large).is_some());
     }
 
     #[test]
     fn the_mesh_longest_unused_goes_first() {
-        let store = MeshStore::new(&Limits { max_meshes: 2, ..Limits::default() });
-        let first = store.insert(TriangleMesh::grid(2, 2, 1.0));
-        let second = store.insert(TriangleMesh::grid(3, 3, 1.0));
+        let store = store(&Limits { max_meshes: 2, ..Limits::default() });
+        let first = store.insert(grid(2)).expect("room");
+        let second = store.insert(grid(3)).expect("room");
         assert!(store.get(&first).is_some());
-        let third = store.insert(TriangleMesh::grid(4, 4, 1.0));
+        let third = store.insert(grid(4)).expect("room");
         assert!(store.get(&second).is_none());
         assert_eq!(store.get(&first).expect("kept").points.len(), 4);
         assert_eq!(store.get(&third).expect("kept").points.len(), 16);

@@ -32,7 +32,8 @@ use super::{
 use crate::{
     config::Limits,
     error::{Reason, ServiceError},
-    scenes::{MeshStore, assemble_scene},
+    memory::Claim,
+    scenes::{Asked, Assembled, MeshStore, assemble_scene},
     stream::{EncodedFrame, Feed, FieldSet, FrameHead, initial_diagnostics, topology},
 };
 
@@ -58,7 +59,7 @@ pub(crate) struct SessionOptions {
     pub frame_interval_steps: u32,
 }
 
-/// Starts the thread of a session, which keeps `slot` until it ends.
+/// Starts the thread of a session, which keeps `slot` and `memory` until it ends.
 ///
 /// # Errors
 /// If the scene cannot be read or simulated.
@@ -67,6 +68,7 @@ pub(crate) async fn start(
     meshes: Arc<MeshStore>,
     limits: Limits,
     slot: OwnedSemaphorePermit,
+    memory: Claim,
 ) -> Result<(Session, Vec<String>), ServiceError> {
     let (reply, answer) = oneshot::channel();
     let name = options.id.clone();
@@ -74,12 +76,13 @@ pub(crate) async fn start(
     let (guard, token) = (ended.clone().drop_guard(), ended);
 
     let body = move || {
-        // Dropped in the opposite order: the slot is free once the end is announced.
+        // Dropped in the opposite order: the memory is given back before the end is announced, the slot after it.
         let _guard = guard;
         let _slot = slot;
+        let mut memory = memory;
 
         // A panic while building ends this thread alone: the caller sees the reply dropped.
-        let built = catch_unwind(AssertUnwindSafe(|| build(&options, &meshes, &limits, token)));
+        let built = catch_unwind(AssertUnwindSafe(|| build(&options, &meshes, &limits, token, &mut memory)));
         drop(meshes);
         match built {
             Ok(Ok((stepper, session, warnings))) => {
@@ -93,10 +96,7 @@ pub(crate) async fn start(
     };
 
     // Linux shows the first 15 characters of a thread's name.
-    thread::Builder::new()
-        .name(name)
-        .spawn(body)
-        .map_err(|error| ServiceError::internal(format!("no thread could be started: {error}")))?;
+    thread::Builder::new().name(name).spawn(body).map_err(|error| no_threads(&error))?;
     answer.await.map_err(|_panicked| {
         ServiceError::internal("building the scene panicked: this is a bug in the server")
     })?
@@ -109,8 +109,15 @@ fn build(
     meshes: &MeshStore,
     limits: &Limits,
     ended: CancellationToken,
+    memory: &mut Claim,
 ) -> Result<Parts, ServiceError> {
-    let (scene, built) = assemble_scene(&options.scene_text, &options.scene_name, meshes, limits)?;
+    let asked = Asked {
+        text: &options.scene_text,
+        file: &options.scene_name,
+        precision: options.precision,
+        thread_count: options.thread_count,
+    };
+    let Assembled { scene, built, session_bytes } = assemble_scene(asked, meshes, limits, memory)?;
     let pool = thread_pool(options)?;
     let precision = options.precision.unwrap_or(scene.precision);
     let (mut simulation, mut warnings) = pool
@@ -118,6 +125,7 @@ fn build(
         .map_err(|error| invalid_setup(options, &error))?;
     warnings.splice(0..0, built.warnings);
     simulation.apply(&built.initial_changes).map_err(|error| invalid_setup(options, &error))?;
+    drop(built.setup);
 
     let properties = properties(options, &scene, &simulation);
     let topology = topology(&simulation, &properties.uid);
@@ -153,6 +161,7 @@ fn build(
         commands_since_step: 0,
         is_deleted,
     };
+    memory.shrink_to(session_bytes);
     Ok((stepper, session, warnings))
 }
 
@@ -162,7 +171,15 @@ fn thread_pool(options: &SessionOptions) -> Result<ThreadPool, ServiceError> {
         .stack_size(STACK_BYTES)
         .thread_name(|index| format!("step-{index}"))
         .build()
-        .map_err(|error| ServiceError::internal(format!("no threads could be started: {error}")))
+        .map_err(|error| no_threads(&error))
+}
+
+/// The system gives no thread: it has no memory for its stack, or the limit on threads is reached.
+fn no_threads(error: &impl std::fmt::Display) -> ServiceError {
+    ServiceError::new(
+        Reason::ServerMemoryFull,
+        format!("the system starts no thread for the session: {error}"),
+    )
 }
 
 /// A scene that can be read but not simulated.

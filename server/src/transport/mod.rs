@@ -9,6 +9,8 @@ mod request_deadline;
 mod method;
 mod token;
 mod answer;
+mod elements;
+mod guard;
 mod interceptor;
 mod grpc;
 mod router;

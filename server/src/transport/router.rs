@@ -18,6 +18,7 @@ use tower::{Layer as _, ServiceExt as _, service_fn, util::BoxCloneSyncService};
 use super::{
     cors::{AllowedOrigins, cors_layer},
     grpc::no_call,
+    guard::RequestGuard,
     host::AllowedHosts,
     interceptor::Interceptor,
     listener::Handler,
@@ -44,8 +45,10 @@ pub(crate) fn router(shared: &Arc<Shared>, health: &HealthReporter, token: Optio
 
     let origins = AllowedOrigins::new(&shared.config.allowed_origins);
     let hosts = AllowedHosts::new(&shared.config.allowed_hosts);
+    let max_elements = shared.config.limits.max_changes_per_call.into();
+    let guarded = RequestGuard::new(routes, Arc::clone(&shared.requests), max_elements);
     let intercepted =
-        Interceptor::new(routes, origins.clone(), hosts, Guard::new(token), shared.draining.clone());
+        Interceptor::new(guarded, origins.clone(), hosts, Guard::new(token), shared.draining.clone());
     let time = shared.config.request_time();
     let draining = shared.draining.clone();
     let timed = intercepted.map_request(move |request: Request<Body>| {

@@ -1,8 +1,9 @@
-//! `nappe mesh`: makes grids, converts between formats, describes a mesh.
+//! `nappe mesh`: makes grids, converts between formats, describes a mesh, uploads a file.
 
 use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
+use nappe_client::MeshFile;
 use nappe_scene::{
     files::{self, ReadOptions},
     mesh::{EtiOptions, Loaded, course_grid},
@@ -11,12 +12,14 @@ use nappe_sim::mesh::TriangleMesh;
 use serde::Serialize;
 
 use crate::{
+    args::ServerArgs,
     error::{CliError, Result},
     meshes::{self, MissingMass},
     output::{self, Column, Format, OutputArgs},
+    remote,
 };
 
-/// Make, convert and describe meshes
+/// Make, convert, describe and upload meshes
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Examples:
@@ -26,6 +29,7 @@ Examples:
   nappe mesh convert data/vache vache.obj                     a folder of .eti files
   nappe mesh info data/pull                                   counts, size, what is odd or missing
   nappe mesh info *.obj --json                                one JSON object per line
+  nappe mesh upload cow.obj                                   prints the id that a scene names
 
 Formats, by extension: .obj, .off, .ply. A folder, or a name without an extension, holds .eti files.")]
 pub(crate) struct MeshArgs {
@@ -41,6 +45,8 @@ enum Action {
     Convert(ConvertArgs),
     /// Describe meshes: counts, bounding box, what is odd, masses that are missing
     Info(InfoArgs),
+    /// Upload a mesh file, which the server reads; print its id
+    Upload(UploadArgs),
 }
 
 #[derive(Args, Debug)]
@@ -82,10 +88,23 @@ struct InfoArgs {
     output: OutputArgs,
 }
 
+#[derive(Args, Debug)]
+struct UploadArgs {
+    /// Mesh file, or folder of .eti files
+    #[arg(value_name = "MESH")]
+    input: PathBuf,
+    #[command(flatten)]
+    masses: MissingMass,
+    #[command(flatten)]
+    server: ServerArgs,
+    #[command(flatten)]
+    output: OutputArgs,
+}
+
 /// Runs `nappe mesh`.
 ///
 /// # Errors
-/// When a mesh cannot be read or written.
+/// When a mesh cannot be read, written or uploaded.
 pub(crate) fn run(args: &MeshArgs) -> Result<()> {
     match &args.action {
         Action::Grid(args) => grid(args),
@@ -94,6 +113,23 @@ pub(crate) fn run(args: &MeshArgs) -> Result<()> {
             write(&loaded.mesh, &args.out, args.output.format())
         }
         Action::Info(args) => info(args),
+        Action::Upload(args) => upload(args),
+    }
+}
+
+fn upload(args: &UploadArgs) -> Result<()> {
+    let path = args.input.display();
+    let mut file =
+        MeshFile::read(&args.input).map_err(|error| CliError::failure(format!("{path}: {error}")))?;
+    file.missing_mass = args.masses.options().eti.missing_mass;
+    let uploaded =
+        remote::block_on(async { Ok(remote::connect(&args.server).await?.upload_file(&file).await?) })?;
+    meshes::note(&uploaded.warnings);
+    match args.output.format() {
+        Format::Json => {
+            output::json(&serde_json::json!({ "mesh_id": uploaded.mesh_id, "warnings": uploaded.warnings }))
+        }
+        Format::Text => output::line(&uploaded.mesh_id),
     }
 }
 

@@ -9,8 +9,10 @@ mod mass;
 mod pins;
 mod body;
 mod snow;
+mod estimate;
 mod world;
 
+pub use estimate::SceneSize;
 pub use meshes::{MeshSource, NoMeshes};
 pub use size::SceneLimits;
 pub use world::Built;

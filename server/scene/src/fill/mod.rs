@@ -19,4 +19,4 @@ pub(crate) use hash::Stream;
 pub(crate) use lattice::{Jitter, TooMuch};
 pub(crate) use noise::Noise;
 pub(crate) use sample::{Arrangement, Count, estimate, fill};
-pub(crate) use solid::Solid;
+pub(crate) use solid::{Solid, met_blocks};

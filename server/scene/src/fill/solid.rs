@@ -38,6 +38,22 @@ impl Solid {
         }
     }
 
+    /// Blocks of this side (m) that it meets, and those with the ones in front of them: nearly, for a box or a ball.
+    pub(crate) fn blocks(&self, side: f64) -> [f64; 2] {
+        match self {
+            Self::Box { half, .. } => {
+                [1.0, 2.0].map(|more| half.iter().map(|half| 2.0 * half / side + more).product())
+            }
+            Self::Ball { radius, .. } => [0.0, 0.5 * side].map(|more| {
+                let radius = radius + more;
+                let area = 4.0 * std::f64::consts::PI * radius * radius;
+                met_blocks(area * radius / 3.0, area, side)
+            }),
+            // Its surface is not kept.
+            Self::Mesh { mesh, .. } => [met_blocks(mesh.volume, 0.0, side); 2],
+        }
+    }
+
     /// Corners of the box around it (m), before a box is moved.
     pub(super) fn bounds(&self) -> [[f64; 3]; 2] {
         match self {
@@ -83,4 +99,9 @@ impl Solid {
             _ => point,
         }
     }
+}
+
+/// Blocks of a side (m) that a body of so much volume (m³) and surface (m²) meets, in the mean over all places.
+pub(crate) fn met_blocks(volume: f64, area: f64, side: f64) -> f64 {
+    volume / (side * side * side) + 0.75 * area / (side * side) + 1.0
 }

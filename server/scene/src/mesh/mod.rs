@@ -10,8 +10,10 @@ mod eti;
 mod obj;
 mod off;
 mod ply;
+mod format;
 
 pub use eti::{EtiOptions, EtiTexts, EtiWritten, NamedText, read_eti, write_eti};
+pub use format::MeshFile;
 pub use grid::course_grid;
 pub use loaded::Loaded;
 pub use numbers::{six_digits, to_six_digits};

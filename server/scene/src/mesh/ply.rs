@@ -25,6 +25,9 @@ struct Element {
     corners: Option<Vec<i64>>,
 }
 
+/// Memory of an element as the parser keeps it (bytes).
+pub(super) const ELEMENT_BYTES: u64 = size_of::<Element>() as u64;
+
 impl PropertyAccess for Element {
     fn new() -> Self {
         Self::default()

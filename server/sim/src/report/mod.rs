@@ -189,6 +189,10 @@ pub enum StepFailure {
         "particle {particle} left the range of the grid, {limit:.3e} m from the origin: it is at {position:?}"
     )]
     OutOfRange { particle: u64, position: [f64; 3], limit: f64 },
+    #[error(
+        "the grid would take {bytes} bytes, more than {limit}: the snow flies apart (farthest out is particle {particle}, at {position:?})"
+    )]
+    GridMemory { particle: u64, position: [f64; 3], bytes: u64, limit: u64 },
     #[error("the grid holds {found:.9e} kg of the particles' {expected:.9e} kg")]
     Mass { expected: f64, found: f64 },
 }
@@ -203,7 +207,8 @@ impl StepFailure {
             | Self::Substeps { particle, .. }
             | Self::NodeSpeed { particle, .. }
             | Self::Deformation { particle, .. }
-            | Self::OutOfRange { particle, .. } => *particle += first,
+            | Self::OutOfRange { particle, .. }
+            | Self::GridMemory { particle, .. } => *particle += first,
             Self::Stretch { particle, other, .. } => {
                 *particle += first;
                 *other += first;
@@ -225,6 +230,7 @@ impl StepFailure {
             Self::NodeSpeed { .. } => "NODE_SPEED",
             Self::Deformation { .. } => "DEFORMATION_LIMIT",
             Self::OutOfRange { .. } => "OUT_OF_RANGE",
+            Self::GridMemory { .. } => "GRID_MEMORY",
             Self::Mass { .. } => "MASS_LOST",
         }
     }
@@ -239,7 +245,8 @@ impl StepFailure {
             | Self::Substeps { particle, .. }
             | Self::NodeSpeed { particle, .. }
             | Self::Deformation { particle, .. }
-            | Self::OutOfRange { particle, .. } => Some(*particle),
+            | Self::OutOfRange { particle, .. }
+            | Self::GridMemory { particle, .. } => Some(*particle),
             Self::Solver { .. } | Self::Mass { .. } => None,
         }
     }
@@ -253,6 +260,7 @@ impl StepFailure {
             | Self::NodeSpeed { value, .. }
             | Self::Deformation { value, .. }
             | Self::Mass { found: value, .. } => Some(*value),
+            Self::GridMemory { bytes, .. } => Some(*bytes as f64),
             Self::TimeStep { dt, .. } | Self::Substeps { dt, .. } => Some(*dt),
             Self::Solver { .. } | Self::OutOfRange { .. } => None,
         }

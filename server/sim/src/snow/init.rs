@@ -13,7 +13,7 @@ use super::{
     particles::{Group, Motion, Particles},
     setup::{SnowError, SnowSetup},
     state::{SnowState, SnowWorkspace},
-    step::{check_time_step, lost, renew_places, sort_anew, sums},
+    step::{check_grid, check_time_step, lost, renew_places, sort_anew, sums},
     transfer::{
         Arrival, Deformation, StepContext, TOGETHER, Tally, Update, particles_to_grid, update_grid, weights,
     },
@@ -29,7 +29,7 @@ pub(super) type Parts<R> = (SnowModel<R>, SnowState<R>, SnowWorkspace<R>);
 /// Builds snow from a setup that was checked.
 ///
 /// # Errors
-/// When a particle is out of reach.
+/// When a particle is out of reach, or particles are so far apart that the grid would take too many bytes.
 pub(super) fn build<R: Real>(setup: &SnowSetup) -> Result<Parts<R>, SnowError> {
     let particles: Particles<R> = Particles::of(&setup.objects);
     let masses = (0..particles.len()).map(|at| particles.mass(at).to_f64());
@@ -46,6 +46,8 @@ pub(super) fn build<R: Real>(setup: &SnowSetup) -> Result<Parts<R>, SnowError> {
     if let Some(failure) = lost(&model.settings, &state.particles) {
         return Err(SnowError::Settings(failure.to_string()));
     }
+    check_grid(&model, &state.particles, &work)
+        .map_err(|failure| SnowError::Settings(failure.to_string()))?;
 
     let from_grid: Vec<bool> = setup.objects.iter().map(|object| object.volume.is_empty()).collect();
     if from_grid.contains(&true) {

@@ -18,6 +18,7 @@ mod body;
 mod view;
 
 pub use body::Snow;
+pub use grid::{SIDE as BLOCK_SIDE, grid_bytes};
 pub use law::{Law, Material, Plasticity, Preset, constitutive_scalar};
 pub use model::SnowModel;
 pub use settings::{Advection, Blend, Integration, Kernel, SnowSettings, TimeStep, Transfer};

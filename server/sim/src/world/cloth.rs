@@ -26,6 +26,8 @@ pub(super) struct Cloth<R: Real> {
     settings: ClothSettings,
     state: State<R>,
     work: Workspace<R>,
+    /// Pins sent since the last step, in the order in which they were sent.
+    sent: Vec<PinMotion>,
     /// For drawing, in the user's numbering of the body.
     triangles: Vec<[u32; 3]>,
     springs: Vec<[u32; 2]>,
@@ -48,6 +50,7 @@ impl<R: Real> Cloth<R> {
             settings: *settings,
             state,
             work: Workspace::new(),
+            sent: Vec::new(),
             triangles: network.triangles.clone(),
             springs: network.springs.iter().map(|spring| spring.particles).collect(),
             uv: network.uv.clone(),
@@ -68,6 +71,7 @@ impl<R: Real> Cloth<R> {
         around: &Surroundings<'_>,
         watch: &mut dyn Stopwatch,
     ) -> Result<BodyReport, StepFailure> {
+        self.sort_pins();
         let Self { model, parameters, settings, state, work, .. } = self;
         work.before.copy_from(state);
         let report = cloth::step(model, parameters, settings, around, state, work, watch)?;
@@ -135,8 +139,20 @@ impl<R: Real> Cloth<R> {
 
         // A duration of a whole number of steps stays one when the quotient is rounded.
         let steps_left = ((duration / dt - 1e-9).ceil() as u64).max(u64::from(self.settings.substeps));
-        self.state.motions.retain(|motion| motion.particle != particle);
-        self.state.motions.push(PinMotion { particle, target, steps_left });
+        self.sent.push(PinMotion { particle, target, steps_left });
+    }
+
+    /// Takes over the pins that were sent: of each particle the last. All at once, so that work grows with their
+    /// number and not with its square.
+    fn sort_pins(&mut self) {
+        if self.sent.is_empty() {
+            return;
+        }
+        let motions = &mut self.state.motions;
+        motions.append(&mut self.sent);
+        motions.reverse();
+        motions.sort_by_key(|motion| motion.particle);
+        motions.dedup_by_key(|motion| motion.particle);
     }
 
     pub(super) fn positions<T: Clone>(&self, out: &mut Vec<T>, convert: &impl Fn(R) -> T) {

@@ -6,7 +6,8 @@ mod object;
 
 use nappe_sim::snow::{SnowObject, SnowSetup};
 
-use object::Plan;
+pub(super) use object::{Plan, particles_per_volume};
+pub(super) use settings::settings;
 
 use super::{
     meshes::{MeshSource, load},
@@ -26,7 +27,7 @@ pub(super) fn build(
     size: &mut Size<'_>,
     found: &mut Found,
 ) -> Option<(SnowSetup, Vec<String>)> {
-    let settings = found.take(settings::settings(text, at));
+    let settings = found.take(settings(text, at));
     let list = at.key("object");
     let (mut objects, mut warnings) = (Vec::new(), Vec::new());
     for (i, body) in text.objects.iter().enumerate() {

@@ -62,6 +62,11 @@ impl<'a> Plan<'a> {
         fill::estimate(&self.solid, self.arrangement, self.count)
     }
 
+    /// Blocks of the grid, of this side (m), that it takes, and blocks of nodes.
+    pub(crate) fn blocks(&self, side: f64) -> [f64; 2] {
+        self.solid.blocks(side)
+    }
+
     /// Makes the object; the strings are warnings.
     pub(crate) fn build(self) -> Result<(SnowObject, Vec<String>), SceneError> {
         let (text, source) = (self.text, self.at.key(self.text.source_key()));
@@ -175,6 +180,11 @@ fn count(text: &SnowBody, cell: f64, at: &Location<'_>) -> Result<Count, SceneEr
         (Some(count), None) => Ok(Count::Exactly(u64::from(count))),
         (None, per_cell) => Ok(Count::Spacing(cell / libm::cbrt(per_cell.unwrap_or(PARTICLES_PER_CELL)))),
     }
+}
+
+/// Particles per volume (1/m³) of an object that names no number of them.
+pub(crate) fn particles_per_volume(text: &SnowBody, cell: f64) -> f64 {
+    text.particles_per_cell.unwrap_or(PARTICLES_PER_CELL) / (cell * cell * cell)
 }
 
 /// v + omega x (x - centre) for each particle (m/s).

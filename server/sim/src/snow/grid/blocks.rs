@@ -6,7 +6,7 @@
 use std::ops::Range;
 
 /// Cells and nodes along the side of a block.
-pub(crate) const SIDE: usize = 4;
+pub const SIDE: usize = 4;
 /// Cells and nodes of a block.
 pub(crate) const CELLS: usize = SIDE * SIDE * SIDE;
 /// The index of a block that is not there.

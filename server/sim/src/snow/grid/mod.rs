@@ -8,12 +8,15 @@ mod sparse_grid;
 mod migration;
 mod chunks;
 mod sort;
+mod memory;
 
+pub use blocks::SIDE;
 pub(super) use blocks::{
-    CELLS, Coordinate, NONE, NodeBlock, REACH, SIDE, TILE_ROW, block_of, corner, node_of, tile_len,
-    within_reach,
+    CELLS, Coordinate, NONE, NodeBlock, REACH, TILE_ROW, block_of, corner, node_of, tile_len, within_reach,
 };
 pub(super) use chunks::Sorted;
+pub use memory::grid_bytes;
+pub(super) use memory::{allowed_bytes, needed_bytes};
 pub(super) use migration::codes;
 pub(super) use sort::Sorter;
 pub(super) use sparse_grid::{Grid, ROOM};

@@ -104,6 +104,8 @@ pub(crate) const ROOM: usize = 64;
 /// seldom allocates.
 fn grow<T: Copy>(field: &mut Vec<T>, [blocks, each]: [usize; 2], value: T) {
     if field.len() < blocks * each {
-        field.resize((blocks + blocks / 8 + ROOM) * each, value);
+        let length = (blocks + blocks / 8 + ROOM) * each;
+        field.reserve_exact(length - field.len());
+        field.resize(length, value);
     }
 }

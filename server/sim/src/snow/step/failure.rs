@@ -7,7 +7,7 @@ use crate::{
     report::{BoundKind, StepFailure},
     snow::{
         bound::{Culprits, smallest},
-        grid::REACH,
+        grid::{REACH, allowed_bytes, needed_bytes},
         model::SnowModel,
         particles::Particles,
         settings::{SnowSettings, TimeStep},
@@ -61,6 +61,34 @@ pub(crate) fn check_stretch<R: Real>(
     }
     let particle = culprits(model, state, work).stretched();
     Err(StepFailure::Deformation { particle, value, limit: STRETCH })
+}
+
+/// Refuses to go on where the grid would take too many bytes: snow flies apart.
+pub(crate) fn check_grid<R: Real>(
+    model: &SnowModel<R>,
+    particles: &Particles<R>,
+    work: &SnowWorkspace<R>,
+) -> Result<(), StepFailure> {
+    let blocks = [work.grid.blocks.len(), work.grid.node_blocks.len()];
+    let bytes = needed_bytes::<R>(&model.settings, blocks);
+    let limit = allowed_bytes(particles.len());
+    if bytes <= limit {
+        return Ok(());
+    }
+    let (particle, position) = farthest(particles);
+    Err(StepFailure::GridMemory { particle, position, bytes, limit })
+}
+
+/// The particle, in the user's numbering, that is farthest from the mean of all, and its position (m).
+fn farthest<R: Real>(particles: &Particles<R>) -> (u64, [f64; 3]) {
+    let positions = || (0..particles.len()).map(|at| (particles.id[at], particles.x(at).map(Real::to_f64)));
+    let mean = positions().fold([0.0; 3], |sum, (_, x)| [0, 1, 2].map(|a| sum[a] + x[a]));
+    let mean = mean.map(|sum| sum / particles.len() as f64);
+    let distance2 = |x: [f64; 3]| (0..3).map(|a| (x[a] - mean[a]).powi(2)).sum::<f64>();
+    let farther = |(a, x): &(u32, [f64; 3]), (b, y): &(u32, [f64; 3])| {
+        distance2(*x).total_cmp(&distance2(*y)).then(b.cmp(a))
+    };
+    positions().max_by(farther).map_or((0, [0.0; 3]), |(id, x)| (u64::from(id), x))
 }
 
 /// Refuses a grid that holds another mass than the particles.

@@ -13,7 +13,7 @@ mod diagnose;
 pub use diagnose::SnowStep;
 
 pub(super) use diagnose::sums;
-pub(super) use failure::{check_time_step, lost};
+pub(super) use failure::{check_grid, check_time_step, lost};
 pub(super) use order::{renew_places, sort_anew};
 
 use self::{
@@ -53,6 +53,7 @@ pub fn step<R: Real>(
     let mut solve = None;
     while !division.is_done() {
         check_stretch(model, state, work)?;
+        check_grid(model, &state.particles, work)?;
         let context = division.next(model, state, work)?;
 
         let solved = match velocities_on_grid(model, state, work, &context, watch)? {

@@ -1,8 +1,14 @@
 //! Triangle meshes: edges, pairs of triangles, what is wrong with them. Topology only; no physics.
 
-use std::collections::BTreeMap;
+mod corners;
+mod repeats;
 
 use thiserror::Error;
+
+use self::{
+    corners::{corner_edges, is_degenerate},
+    repeats::{crowded_edges, repeated_triangles},
+};
 
 /// A triangle mesh as it came from a file, an upload or a formula.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -33,6 +39,8 @@ pub enum MeshError {
     MassCount { masses: usize, points: usize },
     #[error("the mass of point {point} is {value}: a mass is a finite number, 0 (pinned) or more")]
     BadMass { point: usize, value: f64 },
+    #[error("the texture coordinates of point {point} are not finite: {value:?}")]
+    UvNotFinite { point: usize, value: [f64; 2] },
     #[error("{uv} texture coordinates for {points} points: one pair a point is needed, or none")]
     UvCount { uv: usize, points: usize },
 }
@@ -140,6 +148,9 @@ impl TriangleMesh {
         if !self.uv.is_empty() && self.uv.len() != count {
             return Err(MeshError::UvCount { uv: self.uv.len(), points: count });
         }
+        if let Some(point) = self.uv.iter().position(|uv| uv.iter().any(|c| !c.is_finite())) {
+            return Err(MeshError::UvNotFinite { point, value: self.uv[point] });
+        }
         Ok(self.warnings())
     }
 
@@ -154,24 +165,21 @@ impl TriangleMesh {
     /// Pairs of triangles that share an edge, in the order of their edges. Where more than two
     /// triangles meet, neighbours in the order of their opposite points are paired.
     pub fn pairs(&self) -> Vec<Pair> {
-        let mut pairs = Vec::new();
-        for (edge, mut opposite) in self.fans() {
-            opposite.sort_unstable();
-            opposite.dedup();
-            pairs.extend(opposite.windows(2).map(|w| Pair { edge, opposite: [w[0], w[1]] }));
+        let sound = self.triangles.iter().filter(|t| !is_degenerate(t));
+        let mut fans = Vec::with_capacity(3 * sound.clone().count());
+        for &[a, b, c] in sound {
+            fans.extend(
+                [(a, b, c), (b, c, a), (c, a, b)].map(|(p, q, opposite)| ([p.min(q), p.max(q)], opposite)),
+            );
         }
-        pairs
-    }
+        fans.sort_unstable();
+        fans.dedup();
 
-    /// Edge -> the points opposite to it, one per triangle.
-    fn fans(&self) -> BTreeMap<[u32; 2], Vec<u32>> {
-        let mut fans: BTreeMap<[u32; 2], Vec<u32>> = BTreeMap::new();
-        for &[a, b, c] in self.triangles.iter().filter(|t| !is_degenerate(t)) {
-            for (p, q, opposite) in [(a, b, c), (b, c, a), (c, a, b)] {
-                fans.entry([p.min(q), p.max(q)]).or_default().push(opposite);
-            }
-        }
-        fans
+        let next = |pair: &[([u32; 2], u32)]| {
+            let [(edge, first), (other, second)] = [pair[0], pair[1]];
+            (edge == other).then_some(Pair { edge, opposite: [first, second] })
+        };
+        fans.windows(2).filter_map(next).collect()
     }
 
     fn warnings(&self) -> Vec<MeshWarning> {
@@ -189,32 +197,14 @@ impl TriangleMesh {
             warnings.push(MeshWarning::Degenerate { count: degenerate, first });
         }
 
-        warnings.extend(self.repeated());
-
-        let crowded: Vec<_> = self.fans().into_iter().filter(|(_, fan)| fan.len() > 2).collect();
-        if let Some((first, _)) = crowded.first() {
-            warnings.push(MeshWarning::NonManifold { count: crowded.len(), first: *first });
+        let points = self.points.len();
+        if let Some((count, first)) = repeated_triangles(&self.triangles, points) {
+            warnings.push(MeshWarning::Repeated { count, first });
         }
-
+        if let Some((count, first)) = crowded_edges(&self.triangles, points) {
+            warnings.push(MeshWarning::NonManifold { count, first });
+        }
         warnings
-    }
-
-    fn repeated(&self) -> Option<MeshWarning> {
-        let mut sorted: Vec<([u32; 3], usize)> = self
-            .triangles
-            .iter()
-            .enumerate()
-            .map(|(i, t)| {
-                let mut corners = *t;
-                corners.sort_unstable();
-                (corners, i)
-            })
-            .collect();
-
-        sorted.sort_unstable();
-        let again: Vec<usize> = sorted.windows(2).filter(|w| w[0].0 == w[1].0).map(|w| w[1].1).collect();
-        let first = again.iter().min().copied()?;
-        Some(MeshWarning::Repeated { count: again.len(), first })
     }
 }
 
@@ -230,14 +220,4 @@ pub fn grid_triangles(columns: usize, rows: usize) -> Vec<[u32; 3]> {
         }
     }
     triangles
-}
-
-fn is_degenerate(t: &[u32; 3]) -> bool {
-    t[0] == t[1] || t[1] == t[2] || t[2] == t[0]
-}
-
-/// The edges of a triangle with the smaller index first; a point joined to itself is left out.
-fn corner_edges(t: &[u32; 3]) -> impl Iterator<Item = [u32; 2]> {
-    let [a, b, c] = *t;
-    [[a, b], [b, c], [c, a]].into_iter().filter(|e| e[0] != e[1]).map(|[p, q]| [p.min(q), p.max(q)])
 }

@@ -1,0 +1,260 @@
+//! How much a scene asks for, before anything is made: counts that its memory and its time follow from.
+//!
+//! Reads a scene and the sizes of its meshes; gives numbers, nearly. Errors are left to [`Scene::build`].
+
+use nappe_sim::{
+    cloth::Integrator,
+    math::{
+        Precision,
+        array::{cross, length, minus},
+    },
+    mesh::TriangleMesh,
+    snow::{BLOCK_SIDE, grid_bytes},
+};
+
+use super::{
+    meshes::MeshSource,
+    size::lattice_springs,
+    snow::{Plan, particles_per_volume, settings},
+};
+use crate::{
+    body::{Body, Mesh, Pattern, Springs},
+    fill::met_blocks,
+    location::Location,
+    scene::Scene,
+    snow::{SnowBody, SnowSource},
+};
+
+/// Counts of a scene.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct SceneSize {
+    /// Particles of cloth.
+    pub cloth_particles: u64,
+    /// Of these, particles whose steps solve a linear system.
+    pub implicit_particles: u64,
+    /// Springs of cloth.
+    pub springs: u64,
+    /// Of these, springs of bodies whose springs follow from a mesh, which is sorted for them.
+    pub mesh_springs: u64,
+    /// Triangles of cloth.
+    pub triangles: u64,
+    /// Particles of snow.
+    pub snow_particles: u64,
+    /// Triangles of the largest mesh that is filled with snow.
+    pub solid_triangles: u64,
+    /// Bytes of the snow's grid, in binary32 and in binary64.
+    pub snow_grid_bytes: [u64; 2],
+}
+
+impl Scene {
+    /// What the scene asks for. Numbers are exact for formulas; for springs of a mesh whose kinds need its edges, and
+    /// for particles at curved surfaces, they are near.
+    pub fn size(&self, meshes: &dyn MeshSource) -> SceneSize {
+        let mut size = SceneSize::default();
+        for body in &self.bodies {
+            size.add_body(body, meshes);
+        }
+        let at = Location::root(&self.source).key("snow");
+        if let Some(snow) = &self.snow {
+            let (list, side) = (at.key("object"), BLOCK_SIDE as f64 * snow.cell);
+            let mut blocks = [0.0; 2];
+            for (i, object) in snow.objects.iter().enumerate() {
+                let own = size.add_snow(object, snow.cell, &list.index(i), meshes, side);
+                blocks = [blocks[0] + own[0], blocks[1] + own[1]];
+            }
+            if let Ok(settings) = settings(snow, &at) {
+                size.snow_grid_bytes = Precision::ALL
+                    .map(|precision| grid_bytes(&settings, precision, blocks.map(|n| n as usize)));
+            }
+        }
+        size
+    }
+}
+
+impl SceneSize {
+    fn add_body(&mut self, body: &Body, meshes: &dyn MeshSource) {
+        let springs = body.springs.as_ref();
+        let (points, triangles, lattice) = match &body.mesh {
+            &Mesh::Grid { grid: [columns, rows], .. } => grid(columns.into(), rows.into()),
+            &Mesh::CourseGrid { course_grid: side } => grid(side.into(), side.into()),
+            &Mesh::Chain { chain, .. } => {
+                let chain = u64::from(chain);
+                (chain, 0, [chain, 0, chain])
+            }
+            Mesh::Upload { upload } => match meshes.upload(upload) {
+                Some(mesh) => free(&mesh),
+                None => return,
+            },
+            Mesh::File { .. } => return,
+        };
+
+        let by_formula = match (springs.and_then(|springs| springs.pattern), &body.mesh) {
+            (_, Mesh::Chain { .. }) | (Some(Pattern::Lattice), _) => true,
+            (None, mesh) => matches!(mesh, Mesh::Grid { .. }),
+            (Some(Pattern::Edges), _) => false,
+        };
+        let kinds = if by_formula { lattice } else { mesh_springs(points, triangles) };
+        let count = springs.map_or(0, |springs| wanted(springs, kinds));
+        self.cloth_particles = self.cloth_particles.saturating_add(points);
+        if body.integrator == Integrator::ImplicitEuler {
+            self.implicit_particles = self.implicit_particles.saturating_add(points);
+        }
+        self.triangles = self.triangles.saturating_add(triangles);
+        self.springs = self.springs.saturating_add(count);
+        if !by_formula {
+            self.mesh_springs = self.mesh_springs.saturating_add(count);
+        }
+    }
+
+    /// Gives the blocks of the grid, of this side (m), that the object takes, and its blocks of nodes.
+    fn add_snow(
+        &mut self,
+        object: &SnowBody,
+        cell: f64,
+        at: &Location<'_>,
+        meshes: &dyn MeshSource,
+        side: f64,
+    ) -> [f64; 2] {
+        let (count, [blocks, node_blocks]) = if let SnowSource::Mesh(mesh) = &object.source {
+            // A plan of a mesh would take memory: its volume and its surface do not.
+            let Mesh::Upload { upload } = mesh else { return [0.0; 2] };
+            let Some(mesh) = meshes.upload(upload) else { return [0.0; 2] };
+            let scale = object.transform.scale;
+            let (volume, area) = (volume(&mesh) * scale.powi(3), area(&mesh) * scale * scale);
+            let by_volume = || (volume * particles_per_volume(object, cell)).max(1.0) as u64;
+            self.solid_triangles = self.solid_triangles.max(mesh.triangles.len() as u64);
+            let blocks = [area, 2.0 * area].map(|area| met_blocks(volume, area, side));
+            (object.particles.map_or_else(by_volume, u64::from), blocks)
+        } else {
+            match Plan::new(object, at, cell, None) {
+                Ok(plan) => (plan.estimate(), plan.blocks(side)),
+                Err(_refused_when_built) => return [0.0; 2],
+            }
+        };
+
+        // Each particle is in one block, and reaches eight.
+        self.snow_particles = self.snow_particles.saturating_add(count);
+        [blocks.min(count as f64), node_blocks.min(8.0 * count as f64)]
+    }
+}
+
+/// Points, triangles and springs of each kind of a grid.
+fn grid(columns: u64, rows: u64) -> (u64, u64, [u64; 3]) {
+    let cells = columns.saturating_sub(1).saturating_mul(rows.saturating_sub(1));
+    (columns.saturating_mul(rows), cells.saturating_mul(2), lattice_springs(columns, rows))
+}
+
+fn free(mesh: &TriangleMesh) -> (u64, u64, [u64; 3]) {
+    (mesh.points.len() as u64, mesh.triangles.len() as u64, [0; 3])
+}
+
+/// Springs of each kind on a mesh: by Euler's formula a surface has as many edges as points and triangles together;
+/// edges and pairs of triangles are three per triangle; each edge has about one continuation.
+fn mesh_springs(points: u64, triangles: u64) -> [u64; 3] {
+    let sides = triangles.saturating_mul(3);
+    let edges = sides.min(points.saturating_add(triangles));
+    [edges, sides - edges, edges]
+}
+
+fn wanted(springs: &Springs, [stretch, shear, bend]: [u64; 3]) -> u64 {
+    let of = |is_wanted: bool, count: u64| if is_wanted { count } else { 0 };
+    stretch
+        .saturating_add(of(springs.shear.is_some(), shear))
+        .saturating_add(of(springs.bend.is_some(), bend))
+}
+
+/// The volume (m³) that a mesh encloses.
+fn volume(mesh: &TriangleMesh) -> f64 {
+    let determinant = |t: &[u32; 3]| {
+        let corner = |i: usize| mesh.points.get(t[i] as usize).copied().unwrap_or_default();
+        let [a, b, c] = [corner(0), corner(1), corner(2)];
+        a[0] * (b[1] * c[2] - b[2] * c[1])
+            + a[1] * (b[2] * c[0] - b[0] * c[2])
+            + a[2] * (b[0] * c[1] - b[1] * c[0])
+    };
+    mesh.triangles.iter().map(determinant).sum::<f64>().abs() / 6.0
+}
+
+/// The surface (m²) of a mesh.
+fn area(mesh: &TriangleMesh) -> f64 {
+    let of = |t: &[u32; 3]| {
+        let [a, b, c] = t.map(|i| mesh.points.get(i as usize).copied().unwrap_or_default());
+        0.5 * length(cross(minus(b, a), minus(c, a)))
+    };
+    mesh.triangles.iter().map(of).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::{SceneError, SceneLimits};
+
+    /// One mesh under every id.
+    struct One(Arc<TriangleMesh>);
+
+    impl MeshSource for One {
+        fn upload(&self, _: &str) -> Option<Arc<TriangleMesh>> {
+            Some(Arc::clone(&self.0))
+        }
+
+        fn file(&self, _: &str) -> Result<TriangleMesh, SceneError> {
+            unreachable!("the scene names no file")
+        }
+    }
+
+    /// Estimated and found: particles of cloth, springs, triangles, particles of snow.
+    fn sizes(text: &str) -> [[u64; 4]; 2] {
+        let meshes = One(Arc::new(TriangleMesh::grid(40, 50, 0.1)));
+        let scene = Scene::parse(text, "test").expect("a scene");
+        let size = scene.size(&meshes);
+        let setup = scene.build(&meshes, &SceneLimits::default()).expect("it can be built").setup;
+        let of = |count: fn(&nappe_sim::cloth::Network) -> usize| {
+            setup.bodies.iter().map(|body| count(&body.network)).sum::<usize>() as u64
+        };
+        let snow = setup.snow.iter().flat_map(|snow| &snow.objects).map(|object| object.x.len() as u64).sum();
+        let found = [of(|n| n.x.len()), of(|n| n.springs.len()), of(|n| n.triangles.len()), snow];
+        [[size.cloth_particles, size.springs, size.triangles, size.snow_particles], found]
+    }
+
+    fn body(mesh: &str, springs: &str) -> String {
+        format!(
+            "version = 1\ndt = 0.001\n[[body]]\nname = \"b\"\nmesh = {{ {mesh} }}\nmass = {{ particle = 0.1 }}\n\
+             springs = {{ {springs} }}\n"
+        )
+    }
+
+    #[test]
+    fn formulas_are_counted_exactly_and_meshes_nearly() {
+        let law = "{ stiffness = 1.0 }";
+        let all = format!("stretch = {law}, shear = {law}, bend = {law}");
+        for mesh in ["grid = [40, 50], spacing = 0.1", "grid = [1, 70], spacing = 0.1"] {
+            let [size, found] = sizes(&body(mesh, &all));
+            assert_eq!(size, found, "{mesh}");
+        }
+
+        let edges = format!("pattern = \"edges\", {all}");
+        let cases = [
+            body("grid = [40, 50], spacing = 0.1", &edges),
+            body("upload = \"m\"", &all),
+            body("upload = \"m\"", &format!("stretch = {law}")),
+            body("chain = 50, spacing = 0.1", &format!("stretch = {law}, bend = {law}")),
+            "version = 1\ndt = 0.001\n[snow]\ncell = 0.1\n[[snow.object]]\nname = \"a\"\n\
+             box = { center = [0, 0, 0], size = [1, 2, 1] }\n[[snow.object]]\nname = \"s\"\n\
+             sphere = { center = [5, 0, 0], radius = 1 }\nparticles_per_cell = 4\ntransform = { scale = 1.5 }\n\
+             [[snow.object]]\nname = \"n\"\nsphere = { center = [9, 0, 0], radius = 1 }\nparticles = 1234\n"
+                .to_owned(),
+        ];
+        for text in cases {
+            let [size, found] = sizes(&text);
+            for (estimated, found) in size.into_iter().zip(found) {
+                let (estimated, found) = (estimated as f64, found as f64);
+                assert!(
+                    estimated >= found * 0.97 && estimated <= found * 1.1 + 2.0,
+                    "{size:?}: {found}\n{text}"
+                );
+            }
+        }
+    }
+}

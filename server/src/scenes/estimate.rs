@@ -1,0 +1,165 @@
+//! How much memory and time a session takes, before anything large is made: from the counts of its scene.
+//!
+//! The numbers per particle, spring and triangle were measured (`tests/hostile/estimates.rs` compares): an estimate lies
+//! between 1.0 and 1.5 times what real scenes of cloth and of snow take.
+
+use nappe_scene::SceneSize;
+use nappe_sim::math::Precision;
+
+use crate::{
+    config::Limits,
+    error::{Reason, ServiceError},
+    memory::Claim,
+};
+
+/// Every session: its threads, its status, its first frames (bytes).
+const SESSION: f64 = 1e6;
+/// Every thread of a session (bytes).
+const THREAD: f64 = 0.3e6;
+
+/// Bytes of each element while the session is built, and while it is stepped.
+#[derive(Clone, Copy, Debug)]
+struct Cost {
+    build: f64,
+    session: f64,
+}
+
+const fn cost(build: f64, session: f64) -> Cost {
+    Cost { build, session }
+}
+
+/// Costs in binary32, and what binary64 adds.
+const CLOTH_PARTICLE: [Cost; 2] = [cost(280.0, 140.0), cost(250.0, 115.0)];
+const IMPLICIT_PARTICLE: [Cost; 2] = [cost(0.0, 112.0), cost(0.0, 112.0)];
+const SPRING: [Cost; 2] = [cost(95.0, 46.0), cost(10.0, 18.0)];
+const MESH_SPRING: Cost = cost(10.0, 0.0);
+const TRIANGLE: Cost = cost(50.0, 31.0);
+const SNOW_PARTICLE: [Cost; 2] = [cost(445.0, 200.0), cost(250.0, 160.0)];
+const SOLID_TRIANGLE: Cost = cost(300.0, 0.0);
+
+/// Sessions may have claimed one part in so many of their memory without having taken it yet: what their first steps
+/// and their frames need.
+const UNTAKEN_SHARE: u64 = 2;
+/// Memory that must be left for everything else (bytes).
+const SPARE: u64 = 128 << 20;
+
+/// Nanoseconds that each takes on one thread.
+const NANOSECONDS: [f64; 5] = [1000.0, 1000.0, 200.0, 3000.0, 1000.0];
+
+/// What a session is estimated to take.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Estimate {
+    /// Bytes at most while it is built.
+    pub(crate) build_bytes: u64,
+    /// Bytes while it is stepped, without the frames that it keeps.
+    pub(crate) session_bytes: u64,
+    /// Seconds of its building.
+    pub(crate) seconds: f64,
+}
+
+impl Estimate {
+    pub(crate) fn of(size: &SceneSize, precision: Precision, thread_count: u32) -> Self {
+        let wide = if precision == Precision::F64 { 1.0 } else { 0.0 };
+        let by = |[narrow, more]: [Cost; 2]| {
+            cost(narrow.build + wide * more.build, narrow.session + wide * more.session)
+        };
+        let parts = [
+            (size.cloth_particles, by(CLOTH_PARTICLE)),
+            (size.implicit_particles, by(IMPLICIT_PARTICLE)),
+            (size.springs, by(SPRING)),
+            (size.mesh_springs, MESH_SPRING),
+            (size.triangles, TRIANGLE),
+            (size.snow_particles, by(SNOW_PARTICLE)),
+            (size.solid_triangles, SOLID_TRIANGLE),
+        ];
+        let grid = size.snow_grid_bytes[usize::from(precision == Precision::F64)] as f64;
+        let fixed = SESSION + THREAD * f64::from(thread_count) + grid;
+        let sum = |bytes: fn(&Cost) -> f64| {
+            parts.iter().map(|(count, cost)| *count as f64 * bytes(cost)).sum::<f64>()
+        };
+
+        let counts =
+            [size.cloth_particles, size.springs, size.triangles, size.snow_particles, size.solid_triangles];
+        let nanoseconds =
+            counts.iter().zip(NANOSECONDS).map(|(count, each)| *count as f64 * each).sum::<f64>();
+        Self {
+            build_bytes: (fixed + sum(|cost| cost.build.max(cost.session))) as u64,
+            session_bytes: (fixed + sum(|cost| cost.session)) as u64,
+            seconds: 1e-9 * nanoseconds,
+        }
+    }
+
+    /// Takes the memory of the build and of all frames that the session may keep: what a session was promised no
+    /// other can take away.
+    ///
+    /// # Errors
+    /// If it does not fit, or the build would take too long.
+    pub(crate) fn claim(&self, memory: &Claim, limits: &Limits) -> Result<(), ServiceError> {
+        let Self { build_bytes, seconds, .. } = *self;
+        let allowed = limits.max_build_seconds;
+        if seconds > f64::from(allowed) {
+            let message = format!(
+                "building the scene would take {seconds:.0} s and {build_bytes} bytes; allowed: at most {allowed} s"
+            );
+            return Err(ServiceError::new(Reason::BuildTooLong, message)
+                .with("needed_seconds", format!("{seconds:.1}"))
+                .with("allowed_seconds", allowed)
+                .with("needed_bytes", build_bytes));
+        }
+
+        let needed = build_bytes.saturating_add(limits.history_bytes_per_session);
+        memory.grow(needed).map_err(|full| full.with("needed_seconds", format!("{seconds:.1}")))?;
+        probe(build_bytes.saturating_add(memory.of_all() / UNTAKEN_SHARE).saturating_add(SPARE))
+    }
+}
+
+/// Asks the system for memory that is given back at once: where it has none, the session that asked is refused. An
+/// allocation that failed in the middle of a build, or of another session's step, would end the process.
+fn probe(bytes: u64) -> Result<(), ServiceError> {
+    let reserved = usize::try_from(bytes).ok().map(|bytes| Vec::<u8>::new().try_reserve_exact(bytes));
+    if matches!(reserved, Some(Ok(()))) {
+        return Ok(());
+    }
+    let message =
+        format!("the system has no {bytes} bytes left, for the session and for what others were promised");
+    Err(ServiceError::new(Reason::ServerMemoryFull, message).with("needed_bytes", bytes))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::memory::MemoryAccount;
+
+    const SIZE: SceneSize = SceneSize {
+        cloth_particles: 1000,
+        implicit_particles: 1000,
+        springs: 6000,
+        mesh_springs: 0,
+        triangles: 2000,
+        snow_particles: 0,
+        solid_triangles: 0,
+        snow_grid_bytes: [0; 2],
+    };
+
+    #[test]
+    fn what_does_not_fit_or_takes_too_long_is_refused_with_its_numbers() {
+        let estimate = Estimate::of(&SIZE, Precision::F64, 2);
+        assert!(estimate.session_bytes < estimate.build_bytes && estimate.seconds < 1.0);
+
+        let limits = Limits { history_bytes_per_session: 1000, ..Limits::default() };
+        let account = MemoryAccount::of_server(estimate.build_bytes + 1500);
+        let first = account.claim();
+        estimate.claim(&first, &limits).expect("it fits");
+        let refused = estimate.claim(&account.claim(), &limits).expect_err("it does not fit twice");
+        assert_eq!(refused.reason, Reason::ServerMemoryFull);
+        assert!(refused.metadata.contains(&("left_bytes", "500".to_owned())), "{refused:?}");
+        let needed = (estimate.build_bytes + 1000).to_string();
+        assert!(refused.metadata.contains(&("needed_bytes", needed)), "{refused:?}");
+
+        let huge = SceneSize { snow_particles: u64::MAX, ..SIZE };
+        let refused = Estimate::of(&huge, Precision::F32, 1).claim(&account.claim(), &limits);
+        assert_eq!(refused.expect_err("it takes for ever").reason, Reason::BuildTooLong);
+        assert_eq!(probe(u64::MAX).expect_err("nobody has it").reason, Reason::ServerMemoryFull);
+        probe(1 << 20).expect("everybody has it");
+    }
+}

@@ -1,0 +1,206 @@
+//! Uploads in calls of one message each, and uploads of files.
+
+use std::time::Duration;
+
+use bytes::Bytes;
+use nappe_client::{Client, ClientError, MeshFile, MeshUpload};
+use nappe_proto::v1::{self, FileFormat, FileHeader, begin_upload_request::Header};
+use nappe_scene::mesh::{write_eti, write_obj, write_off, write_ply};
+use nappe_server::{Config, Limits, Reason};
+use nappe_sim::mesh::TriangleMesh;
+use tonic::Status;
+
+use crate::{
+    frames::PATIENCE,
+    harness::{Server, assert_reason},
+};
+
+/// A scene of an uploaded mesh.
+fn scene(mesh_id: &str) -> String {
+    format!(
+        "version = 1\ndt = 0.001\n[[body]]\nname = \"b\"\nmesh = {{ upload = \"{mesh_id}\" }}\n\
+         mass = {{ particle = 0.1 }}\nsprings = {{ stretch = {{ stiffness = 10 }} }}\n"
+    )
+}
+
+fn obj() -> (FileHeader, Bytes) {
+    let mut bytes = Vec::new();
+    write_obj(&TriangleMesh::grid(20, 30, 0.1), &mut bytes).expect("memory takes it");
+    let header = FileHeader {
+        name: "sheet.obj".into(),
+        format: FileFormat::Obj.into(),
+        byte_count: bytes.len() as u64,
+        ..FileHeader::default()
+    };
+    (header, bytes.into())
+}
+
+async fn begin(server: &mut Server, header: Header) -> Result<v1::BeginUploadResponse, Status> {
+    let request = v1::BeginUploadRequest { header: Some(header) };
+    server.client.begin_upload(request).await.map(tonic::Response::into_inner)
+}
+
+async fn append(server: &mut Server, id: &str, offset: usize, data: Bytes) -> Result<u64, Status> {
+    let request = v1::AppendUploadRequest { upload_id: id.into(), offset: offset as u64, data };
+    server.client.append_upload(request).await.map(|answer| answer.into_inner().received)
+}
+
+async fn finish(server: &mut Server, id: &str) -> Result<v1::FinishUploadResponse, Status> {
+    let request = v1::FinishUploadRequest { upload_id: id.into() };
+    server.client.finish_upload(request).await.map(tonic::Response::into_inner)
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn repeated_and_overlapping_pieces_are_harmless() {
+    let mut server = Server::start().await;
+    let (header, data) = obj();
+    let begun = begin(&mut server, Header::File(header)).await.expect("begun");
+    assert_eq!(begun.byte_count as usize, data.len());
+    let id = begun.upload_id;
+
+    // Each piece overlaps the one before, and every third is sent twice.
+    let mut received = 0;
+    for (i, start) in (0..data.len()).step_by(700).enumerate() {
+        let from = start.saturating_sub(300);
+        let piece = data.slice(from..(start + 700).min(data.len()));
+        for _ in 0..1 + usize::from(i % 3 == 0) {
+            received = append(&mut server, &id, from, piece.clone()).await.expect("added");
+            assert_eq!(received as usize, (start + 700).min(data.len()));
+        }
+    }
+    assert_eq!(received as usize, data.len());
+    assert_eq!(append(&mut server, &id, 0, data.slice(..10)).await.expect("harmless"), received);
+
+    let stored = finish(&mut server, &id).await.expect("a mesh");
+    assert_eq!(finish(&mut server, &id).await.expect("the same answer"), stored);
+    let session = server.session(scene(&stored.mesh_id)).await;
+    assert_eq!(server.step(&session, 2).await.particle_count, 600);
+    let late = append(&mut server, &id, 0, data.slice(..10)).await.expect_err("it is finished");
+    assert_reason(&late, Reason::InvalidUpload);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn gaps_excess_and_unknown_uploads_are_refused_and_the_upload_goes_on() {
+    let mut server = Server::start().await;
+    let (header, data) = obj();
+    let id = begin(&mut server, Header::File(header)).await.expect("begun").upload_id;
+    append(&mut server, &id, 0, data.slice(..100)).await.expect("added");
+
+    let gap = append(&mut server, &id, 200, data.slice(200..300)).await.expect_err("a gap");
+    assert_eq!(assert_reason(&gap, Reason::InvalidUpload)["received"], "100");
+    let excess = [data.clone(), Bytes::from_static(b"\n")].concat();
+    for (offset, piece) in [(0, excess.into()), (50, Bytes::new()), (0, vec![0; (1 << 20) + 1].into())] {
+        let refused = append(&mut server, &id, offset, piece).await.expect_err("refused");
+        assert_reason(&refused, Reason::InvalidUpload);
+    }
+    assert_reason(&finish(&mut server, &id).await.expect_err("not whole"), Reason::InvalidUpload);
+    append(&mut server, &id, 100, data.slice(100..)).await.expect("the rest");
+    finish(&mut server, &id).await.expect("it is whole");
+
+    let unknown = append(&mut server, "upload-0", 0, data.slice(..1)).await.expect_err("unknown");
+    assert_reason(&unknown, Reason::UploadNotFound);
+    assert_reason(&finish(&mut server, "upload-0").await.expect_err("unknown"), Reason::UploadNotFound);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn an_upload_that_nobody_goes_on_with_is_forgotten_with_its_place() {
+    let limits = Limits { max_uploads: 1, ..Limits::default() };
+    let mut server =
+        Server::configured(Config { upload_idle_seconds: 0.5, limits, ..Config::default() }).await;
+    let (header, data) = obj();
+    let id = begin(&mut server, Header::File(header.clone())).await.expect("begun").upload_id;
+    append(&mut server, &id, 0, data.slice(..100)).await.expect("added");
+    let full = begin(&mut server, Header::File(header.clone())).await.expect_err("one at a time");
+    assert_reason(&full, Reason::TooManyUploads);
+
+    let again = async {
+        loop {
+            if let Ok(begun) = begin(&mut server, Header::File(header.clone())).await {
+                break begun.upload_id;
+            }
+            tokio::time::sleep(Duration::from_millis(20)).await;
+        }
+    };
+    let other = tokio::time::timeout(PATIENCE, again).await.expect("its place is free again");
+    assert_reason(&finish(&mut server, &id).await.expect_err("forgotten"), Reason::UploadNotFound);
+    append(&mut server, &other, 0, data).await.expect("added");
+    finish(&mut server, &other).await.expect("a mesh");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn files_of_every_format_are_read_by_the_server() {
+    let mut server = Server::start().await;
+    let client = Client::connect(&server.app.url()).await.expect("it answers");
+    let mesh = TriangleMesh { masses: vec![0.1; 12], ..TriangleMesh::grid(4, 3, 0.5) };
+    let [mut obj, mut off, mut ply] = [const { Vec::new() }; 3];
+    write_obj(&mesh, &mut obj).expect("memory takes it");
+    write_off(&mesh, &mut off).expect("memory takes it");
+    write_ply(&mesh, &mut ply).expect("memory takes it");
+    let set = write_eti(&mesh);
+    let text = |text: Option<String>| Bytes::from(text.unwrap_or_default());
+    let eti = [text(Some(set.faceset)), text(set.masses), text(set.texcoord)];
+
+    let none: [Bytes; 3] = Default::default();
+    let files = [
+        (FileFormat::Obj, obj.into(), none.clone()),
+        (FileFormat::Off, off.into(), none.clone()),
+        (FileFormat::Ply, ply.into(), none),
+        (FileFormat::Eti, Bytes::from(set.points), eti),
+    ];
+    for (format, file, others) in files {
+        let file = MeshFile { name: "sheet".into(), format, file, others, missing_mass: None };
+        let uploaded = client.upload_file(&file).await.expect("it is read");
+        let session = server.session(scene(&uploaded.mesh_id)).await;
+        assert_eq!(server.get(&session).await.particle_count, 12, "{format:?}");
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_fault_of_a_file_names_its_line() {
+    let server = Server::start().await;
+    let client = Client::connect(&server.app.url()).await.expect("it answers");
+    let broken = |format, text: &'static str| MeshFile {
+        name: "cow".into(),
+        format,
+        file: Bytes::from_static(text.as_bytes()),
+        others: Default::default(),
+        missing_mass: None,
+    };
+    let cases = [
+        (FileFormat::Obj, "v 0 0 0\nv 1 0\n", Reason::InvalidMesh, Some("2")),
+        (FileFormat::Obj, "v 0 0 0\nvt 0 nan\n", Reason::InvalidMesh, Some("2")),
+        (FileFormat::Off, "OFF\n1 0 0\n0 0 inf\n", Reason::InvalidMesh, Some("3")),
+        (FileFormat::Eti, "2\n0 0 0\n", Reason::InvalidMesh, Some("1")),
+        (FileFormat::Unspecified, "v 0 0 0\n", Reason::InvalidField, None),
+        // Four thousand million elements of no bytes.
+        (
+            FileFormat::Ply,
+            "ply\nformat binary_little_endian 1.0\nelement nothing 4000000000\nend_header\n",
+            Reason::RequestMemoryFull,
+            None,
+        ),
+    ];
+    for (format, text, reason, line) in cases {
+        let refused = client.upload_file(&broken(format, text)).await.expect_err("refused");
+        let ClientError::Server(error) = refused else { panic!("{text}: {refused}") };
+        assert_eq!(error.reason.as_deref(), Some(reason.name()), "{text}: {error:?}");
+        assert_eq!(error.metadata.get("line").map(String::as_str), line, "{text}: {error:?}");
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn texture_coordinates_that_are_not_finite_are_refused() {
+    let server = Server::start().await;
+    let client = Client::connect(&server.app.url()).await.expect("it answers");
+    for bad in [f32::NAN, f32::INFINITY] {
+        let mesh = MeshUpload {
+            points: vec![[0.0; 3]; 2],
+            uv: vec![[0.0, 0.0], [0.5, bad]],
+            ..MeshUpload::default()
+        };
+        let refused = client.upload_mesh(&mesh).await.expect_err("refused");
+        let ClientError::Server(error) = refused else { panic!("{refused}") };
+        assert_eq!(error.reason.as_deref(), Some(Reason::InvalidMesh.name()));
+        assert!(error.message.contains("texture coordinates of point 1"), "{error:?}");
+    }
+}
