@@ -63,7 +63,7 @@ async fn repeated_and_overlapping_pieces_are_harmless() {
     for (i, start) in (0..data.len()).step_by(700).enumerate() {
         let from = start.saturating_sub(300);
         let piece = data.slice(from..(start + 700).min(data.len()));
-        for _ in 0..1 + usize::from(i % 3 == 0) {
+        for _ in 0..=usize::from(i % 3 == 0) {
             received = append(&mut server, &id, from, piece.clone()).await.expect("added");
             assert_eq!(received as usize, (start + 700).min(data.len()));
         }
