@@ -61,6 +61,15 @@ pub struct CreatedSession {
     pub warnings: Vec<String>,
 }
 
+/// A session that was paused.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Paused {
+    /// The session when the call was answered.
+    pub session: v1::Session,
+    /// Steps that it will have taken when it stands.
+    pub effective_step: u64,
+}
+
 impl Client {
     /// Connects to a server, for example `http://127.0.0.1:6277`; without a scheme, `http://` is meant. A Unix
     /// socket is `unix:PATH`. The token of a server of the same user on this machine is found by itself.
@@ -210,16 +219,19 @@ impl Client {
         answer.session.ok_or(ClientError::Incomplete { method, what: "session" })
     }
 
-    /// Stops stepping, after the step in progress.
+    /// Stops stepping, after the step in progress. With [`Wait::Yes`] the answer comes once the session stands.
     ///
     /// # Errors
     /// If there is no such session.
-    pub async fn pause(&self, session_id: &str) -> Result<v1::Session, ClientError> {
+    pub async fn pause(&self, session_id: &str, wait: Wait) -> Result<Paused, ClientError> {
         let method = "PauseSession";
-        let request = Request::new(v1::PauseSessionRequest::of(session_id));
+        let message =
+            v1::PauseSessionRequest { wait: wait == Wait::Yes, ..v1::PauseSessionRequest::of(session_id) };
+        let request = Request::new(message);
         let answer =
             self.call(method, NO_LIMIT, request, async |mut calls, r| calls.pause_session(r).await).await?;
-        answer.session.ok_or(ClientError::Incomplete { method, what: "session" })
+        let session = answer.session.ok_or(ClientError::Incomplete { method, what: "session" })?;
+        Ok(Paused { session, effective_step: answer.effective_step })
     }
 
     /// Takes `count` steps, then pauses.
@@ -271,18 +283,64 @@ impl Client {
         answer.session.ok_or(ClientError::Incomplete { method, what: "session" })
     }
 
-    /// Changes parameters between two steps, all of them or none; returns the step before which they change.
+    /// Changes parameters between two steps, all of them or none; returns the step before which they change, and the
+    /// order of the change among all. With `wait` set, the answer comes then.
     ///
     /// # Errors
     /// If there is no such session, it has ended, or a value is out of range.
-    pub async fn update(&self, changes: v1::UpdateParametersRequest) -> Result<u64, ClientError> {
+    pub async fn update(
+        &self,
+        changes: v1::UpdateParametersRequest,
+    ) -> Result<v1::UpdateParametersResponse, ClientError> {
         let request = Request::new(changes);
+        self.call("UpdateParameters", NO_LIMIT, request, async |mut calls, r| {
+            calls.update_parameters(r).await
+        })
+        .await
+    }
+
+    /// The changes that wait for their step, in the order in which they take effect.
+    ///
+    /// # Errors
+    /// If there is no such session, or a call fails.
+    pub async fn pending_changes(&self, session_id: &str) -> Result<Vec<v1::PendingChange>, ClientError> {
+        let (mut changes, mut page_token) = (Vec::new(), String::new());
+        loop {
+            let request = Request::new(v1::ListPendingChangesRequest {
+                page_size: PAGE_SIZE,
+                page_token,
+                ..v1::ListPendingChangesRequest::of(session_id)
+            });
+            let page = self
+                .call("ListPendingChanges", CALL_LIMIT, request, async |mut calls, r| {
+                    calls.list_pending_changes(r).await
+                })
+                .await?;
+            // A page that holds nothing and promises more would never end.
+            let is_last = page.next_page_token.is_empty() || page.changes.is_empty();
+            changes.extend(page.changes);
+            page_token = page.next_page_token;
+            if is_last {
+                return Ok(changes);
+            }
+        }
+    }
+
+    /// Drops the changes of these calls, named by their order, that still wait; none named: all. Returns how many
+    /// calls' changes were dropped.
+    ///
+    /// # Errors
+    /// If there is no such session.
+    pub async fn drop_changes(&self, session_id: &str, orders: &[u64]) -> Result<u64, ClientError> {
+        let (session_id, orders) = (session_id.to_owned(), orders.to_vec());
+        let request =
+            Request::new(v1::DropPendingChangesRequest { session_id, orders, ..Default::default() });
         let answer = self
-            .call("UpdateParameters", NO_LIMIT, request, async |mut calls, r| {
-                calls.update_parameters(r).await
+            .call("DropPendingChanges", CALL_LIMIT, request, async |mut calls, r| {
+                calls.drop_pending_changes(r).await
             })
             .await?;
-        Ok(answer.effective_step)
+        Ok(answer.dropped_count)
     }
 
     /// Makes one call within `limit`; the server is told the limit too, so that it can give up on its side.

@@ -43,7 +43,7 @@ mod resume;
 mod watch;
 mod watch_diagnostics;
 
-pub use client::{Client, CreatedSession};
+pub use client::{Client, CreatedSession, Paused};
 pub use collider::{Collider, Shape, components};
 pub use decode::{DecodeError, Decoder};
 pub use error::{ClientError, ServerError};

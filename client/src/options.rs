@@ -84,12 +84,12 @@ pub enum Precision {
     F64,
 }
 
-/// When [`crate::Client::step`] answers.
+/// When [`crate::Client::step`] and [`crate::Client::pause`] answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Wait {
-    /// When the steps are taken, however long that is.
+    /// When it is done, however long that takes.
     Yes,
-    /// At once, before the steps are taken.
+    /// At once, whatever is still to be done.
     No,
 }
 
@@ -100,6 +100,8 @@ pub struct WatchOptions {
     pub delivery: Delivery,
     /// The first frame wanted, for [`Delivery::Every`]. `None`: the newest.
     pub from_frame: Option<u64>,
+    /// Whether the session waits for this watcher, for [`Delivery::Every`], so that no frame is dropped before it came.
+    pub pace_to_watcher: bool,
     /// Uid that the session must have; empty: any. A stream that comes back asks for the one that it began with.
     pub session_uid: String,
     /// Most frames per second, for [`Delivery::Latest`] (Hz); 0: no limit.
@@ -133,6 +135,7 @@ impl WatchOptions {
             session_id: session_id.to_owned(),
             delivery: self.delivery.wire().into(),
             from_frame,
+            pace_to_watcher: self.pace_to_watcher,
             max_rate_hz: self.max_rate_hz,
             fields: self.fields.request(),
             encoding: match self.encoding {

@@ -216,6 +216,10 @@ reasons! {
         "The watcher of every frame fell behind what the session keeps; `next_frame` was due, `oldest_frame` is kept."
         "Read faster, ask for fewer fields, watch LATEST, or raise the server's history."
 
+    WatcherStalled "WATCHER_STALLED" ResourceExhausted
+        "The watcher fetched nothing for `watcher_stall_seconds` while a message waited, or had waited longest when watchers held more than `max_held_bytes`."
+        "Read what comes, ask for fewer fields, or watch again."
+
     TooManySessions "TOO_MANY_SESSIONS" ResourceExhausted
         "The server holds as many sessions as it allows."
         "Delete sessions that are no longer needed, or raise the limit."
@@ -233,8 +237,8 @@ reasons! {
         "Divide the changes over several calls, and send them closer to the step at which they take effect."
 
     TooManyCommands "TOO_MANY_COMMANDS" ResourceExhausted
-        "As many commands wait for the session's next step as it keeps."
-        "Wait for answers before sending more; try again in a moment."
+        "As many calls wait for the session as it allows."
+        "Wait for answers before sending more, or do not ask to wait."
 
     SceneTooLarge "SCENE_TOO_LARGE" ResourceExhausted
         "The scene's text, particles or springs are more than the server allows."

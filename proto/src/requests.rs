@@ -21,6 +21,8 @@ requests! {
     StepSessionRequest
     StopSessionRequest
     UpdateParametersRequest
+    ListPendingChangesRequest
+    DropPendingChangesRequest
     WatchFramesRequest
     WatchDiagnosticsRequest
 }

@@ -18,6 +18,7 @@ use crate::{
     address::Address,
     config::Config,
     rpc::{Shared, UploadTimes},
+    session::Registry,
     start_error::{MAX_SECONDS, StartError},
     token_keeper,
     transport::{Listener, ListenerSettings, router, serve},
@@ -25,6 +26,9 @@ use crate::{
 
 /// Name of the service in health checks.
 const SERVICE: &str = "nappe.v1.SimulationService";
+
+/// Time between two looks for sessions that nobody uses.
+const LOOK_INTERVAL: Duration = Duration::from_millis(500);
 
 /// A running server. Dropping it begins a shutdown without waiting for it.
 #[derive(Debug)]
@@ -77,6 +81,7 @@ impl App {
                 serve(listener, handler, settings).await;
             }
         });
+        runtime.spawn(end_unused(Arc::clone(&shared.registry), draining.clone()));
         let server = Some(server);
         Ok(Self { address, shared, draining, server, health, token, token_path, token_keeper })
     }
@@ -143,6 +148,17 @@ impl App {
     }
 }
 
+/// Looks now and then for sessions that nobody uses.
+async fn end_unused(registry: Arc<Registry>, draining: CancellationToken) {
+    let mut times = tokio::time::interval(LOOK_INTERVAL);
+    loop {
+        tokio::select! {
+            _ = times.tick() => registry.end_unused(),
+            () = draining.cancelled() => return,
+        }
+    }
+}
+
 impl Drop for App {
     fn drop(&mut self) {
         self.draining.cancel();
@@ -161,6 +177,7 @@ impl Config {
             ("idle_seconds", self.idle_seconds),
             ("request_seconds", self.request_seconds),
             ("upload_idle_seconds", self.upload_idle_seconds),
+            ("watcher_stall_seconds", self.watcher_stall_seconds),
         ] {
             if !(0.0..=MAX_SECONDS).contains(&value) {
                 return Err(StartError::BadSeconds { name, value });
@@ -172,6 +189,11 @@ impl Config {
     /// How long a request may take to arrive whole.
     pub(crate) fn request_time(&self) -> Duration {
         Duration::from_secs_f64(self.request_seconds)
+    }
+
+    /// How long a message may wait for a watcher.
+    pub(crate) fn watcher_stall(&self) -> Duration {
+        Duration::from_secs_f64(self.watcher_stall_seconds)
     }
 
     /// How long an upload may take.

@@ -54,6 +54,9 @@ pub struct Config {
     /// Seconds that an upload may pause before it is dropped.
     #[arg(long, env = "NAPPE_UPLOAD_IDLE_SECONDS", default_value_t = Config::default().upload_idle_seconds)]
     pub upload_idle_seconds: f64,
+    /// Seconds that a message may wait for a watcher to fetch it, before the watcher's stream ends.
+    #[arg(long, env = "NAPPE_WATCHER_STALL_SECONDS", default_value_t = Config::default().watcher_stall_seconds)]
+    pub watcher_stall_seconds: f64,
     /// Limits on what clients can ask for.
     #[command(flatten)]
     pub limits: Limits,
@@ -74,6 +77,7 @@ impl Default for Config {
             idle_seconds: 300.0,
             request_seconds: 10.0,
             upload_idle_seconds: 30.0,
+            watcher_stall_seconds: 30.0,
             limits: Limits::default(),
         }
     }
@@ -95,6 +99,9 @@ pub struct Limits {
     /// Sessions at a time.
     #[arg(long, env = "NAPPE_MAX_SESSIONS", default_value_t = Limits::default().max_sessions)]
     pub max_sessions: u32,
+    /// Seconds after which a session is deleted that nobody calls, watches or plays; 0: never.
+    #[arg(long, env = "NAPPE_IDLE_SESSION_SECONDS", default_value_t = Limits::default().idle_session_seconds)]
+    pub idle_session_seconds: u32,
     /// Watchers of one session at a time.
     #[arg(long, env = "NAPPE_MAX_WATCHERS", default_value_t = Limits::default().max_watchers_per_session)]
     pub max_watchers_per_session: u32,
@@ -144,6 +151,9 @@ pub struct Limits {
     /// Bytes of frames that a session keeps for watchers that lag or resume.
     #[arg(long, env = "NAPPE_HISTORY_BYTES", default_value_t = Limits::default().history_bytes_per_session)]
     pub history_bytes_per_session: u64,
+    /// Bytes of frames that watchers hold beyond those that sessions keep; above it, the watcher stalled longest ends.
+    #[arg(long, env = "NAPPE_MAX_HELD_BYTES", default_value_t = Limits::default().max_held_bytes)]
+    pub max_held_bytes: u64,
     /// Bytes of one request message.
     #[arg(long, env = "NAPPE_MAX_MESSAGE_BYTES", default_value_t = Limits::default().max_message_bytes)]
     pub max_message_bytes: u64,
@@ -171,6 +181,7 @@ impl Default for Limits {
     fn default() -> Self {
         Self {
             max_sessions: 16,
+            idle_session_seconds: 0,
             max_watchers_per_session: 64,
             max_particles: 4_000_000,
             max_springs: 40_000_000,
@@ -187,6 +198,7 @@ impl Default for Limits {
             max_threads_per_session: 0,
             max_steps_per_call: 10_000_000,
             history_bytes_per_session: 256 << 20,
+            max_held_bytes: 512 << 20,
             max_message_bytes: 4 << 20,
             max_connections: 256,
             max_connections_per_address: 64,

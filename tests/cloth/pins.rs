@@ -123,7 +123,10 @@ fn only_pins_may_be_moved() {
     let hash = simulation.state_hash();
     let to = |particle| Change::Pin { particle, target: [0.0; 3], duration: 1.0 };
     assert_eq!(simulation.apply(&[to(0), to(3)]), Err(ChangeError::NotPinned { particle: 3 }));
-    assert_eq!(simulation.check(&[to(64)]), Err(ChangeError::NoSuchParticle { particle: 64, count: 64 }));
+    assert_eq!(
+        simulation.rules().check(&[to(64)]),
+        Err(ChangeError::NoSuchParticle { particle: 64, count: 64 })
+    );
 
     // All or none: pin 0 was not moved either.
     advance(&mut simulation, 1);

@@ -39,6 +39,10 @@ async fn with_bad_ids(c: &mut Client) -> Vec<Refusal> {
         all.push(refused("PlaySession", c.play_session(play).await, reason));
         let pause = v1::PauseSessionRequest::of(session_id());
         all.push(refused("PauseSession", c.pause_session(pause).await, reason));
+        let list = v1::ListPendingChangesRequest::of(session_id());
+        all.push(refused("ListPendingChanges", c.list_pending_changes(list).await, reason));
+        let drop = v1::DropPendingChangesRequest::of(session_id());
+        all.push(refused("DropPendingChanges", c.drop_pending_changes(drop).await, reason));
         let step = v1::StepSessionRequest::of(session_id());
         all.push(refused("StepSession", c.step_session(step).await, reason));
         let stop = v1::StopSessionRequest::of(session_id());

@@ -160,7 +160,7 @@ async fn a_call_that_takes_long_is_waited_for() {
     // Longer than what the server answers at once may take; as long as a step of much snow does.
     proxy.hold(Duration::from_secs(11));
     let begin = Instant::now();
-    let (paused, deleted) = tokio::join!(client.pause(&ids[0]), client.delete_session(&ids[1]));
+    let (paused, deleted) = tokio::join!(client.pause(&ids[0], Wait::Yes), client.delete_session(&ids[1]));
     assert!(begin.elapsed() > Duration::from_secs(10), "the line was held: {:?}", begin.elapsed());
     paused.expect("paused, however long it took");
     deleted.expect("deleted, however long it took");

@@ -69,9 +69,9 @@ async fn the_changes_of_one_call_are_limited() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn commands_that_wait_for_a_long_step_are_limited() {
+async fn calls_that_wait_for_a_long_step_are_limited() {
     let mut server = Server::start().await;
-    // A step of some tenths of a second, so that commands gather while it is taken.
+    // A step of some tenths of a second, so that calls gather while it is taken.
     let slow = server.session(sheet_with(60, "").replace("drag = 1e-4", "drag = 1e-4\nsubsteps = 100")).await;
     server.play(&slow).await;
 
@@ -79,7 +79,7 @@ async fn commands_that_wait_for_a_long_step_are_limited() {
     for _ in 0..200 {
         let (mut client, slow) = (server.client.clone(), slow.clone());
         calls.spawn(async move {
-            let calm = v1::UpdateParametersRequest { drag: Some(1e-4), ..update(&slow) };
+            let calm = v1::UpdateParametersRequest { drag: Some(1e-4), wait: true, ..update(&slow) };
             client.update_parameters(calm).await
         });
     }

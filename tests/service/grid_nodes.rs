@@ -224,8 +224,9 @@ async fn nodes_of_a_step_that_failed_are_not_sent() {
     let reason = status.get_details_error_info().expect("a reason").reason;
     assert_eq!(Some(reason), failed.failure.map(|failure| failure.reason));
 
-    // Frame 0 has everything.
-    let first = server.watch(with(all(0), every(&id, 0))).await.frame().await;
+    // Before the first step, a grid without nodes is sent.
+    let fresh = server.session(diverging()).await;
+    let first = server.watch(with(all(0), every(&fresh, 0))).await.frame().await;
     assert_eq!(first.grid.map(|grid| grid.node_count), Some(0));
 }
 

@@ -64,6 +64,13 @@ impl Server {
         self.client.play_session(request).await.expect("it plays");
     }
 
+    /// Pauses, and returns the session once it stands.
+    pub(crate) async fn pause(&mut self, id: &str) -> v1::Session {
+        let request = v1::PauseSessionRequest { session_id: id.into(), wait: true, ..Default::default() };
+        let paused = self.client.pause_session(request).await.expect("it pauses").into_inner();
+        paused.session.expect("the answer has the session")
+    }
+
     /// The session as it is.
     pub(crate) async fn get(&mut self, id: &str) -> v1::Session {
         let got = self.client.get_session(v1::GetSessionRequest::of(id)).await;

@@ -26,6 +26,8 @@ mod update_parameters;
 mod failed_sessions;
 mod stalled_watchers;
 mod crowded;
+mod long_steps;
+mod shared_control;
 mod shutdown;
 mod grpc_web;
 mod idle_connections;

@@ -38,8 +38,7 @@ async fn a_session_goes_through_its_states() {
     assert_reason(&late.await.expect_err("it is finished"), Reason::SessionFinished);
 
     // A pause that comes too late changes nothing.
-    let paused = server.client.pause_session(v1::PauseSessionRequest::of(&id)).await;
-    assert_eq!(paused.expect("no error").into_inner().session, Some(server.get(&id).await));
+    assert_eq!(server.pause(&id).await, server.get(&id).await);
 
     server.client.delete_session(v1::DeleteSessionRequest::of(&id)).await.expect("deleted");
     let gone = server.client.get_session(v1::GetSessionRequest::of(id)).await;
@@ -52,8 +51,7 @@ async fn a_session_plays_pauses_plays_on_and_stops() {
     let id = server.session(sheet(6)).await;
     server.play(&id).await;
     server.until(&id, |session| session.step > 20).await;
-    let paused = server.client.pause_session(v1::PauseSessionRequest::of(&id)).await;
-    let paused = paused.expect("paused").into_inner().session.expect("a session");
+    let paused = server.pause(&id).await;
     assert_eq!(paused.state(), SessionState::Paused);
     assert_eq!(server.get(&id).await, paused, "a paused session stands still");
 
@@ -97,7 +95,7 @@ async fn a_pause_interrupts_those_who_wait_for_steps() {
         v1::StepSessionRequest { step_count: 5_000_000, wait: true, ..v1::StepSessionRequest::of(&id) };
     let waiting = tokio::spawn(async move { other.step_session(request).await });
     server.until(&id, |session| session.step > 0).await;
-    server.client.pause_session(v1::PauseSessionRequest::of(id)).await.expect("paused");
+    server.pause(&id).await;
     let status = waiting.await.expect("no panic").expect_err("the steps are not taken");
     assert_reason(&status, Reason::StepsInterrupted);
 }

@@ -122,13 +122,11 @@ async fn a_call_that_waits_for_a_long_step_learns_of_a_drain_at_once() {
     let mut client = server.client.clone();
     calls.spawn(async move { (client.step_session(step).await.err(), Instant::now()) });
     tokio::time::sleep(Duration::from_millis(300)).await;
-    let calm = v1::UpdateParametersRequest { drag: Some(1e-4), ..v1::UpdateParametersRequest::of(&slow) };
-    let pause = v1::PauseSessionRequest::of(&slow);
+    let drag = Some(1e-4);
+    let calm = v1::UpdateParametersRequest { drag, wait: true, ..v1::UpdateParametersRequest::of(&slow) };
     let watch = v1::WatchFramesRequest { fields: vec![v1::Field::Velocities.into()], ..latest(&slow) };
     let mut client = server.client.clone();
     calls.spawn(async move { (client.update_parameters(calm).await.err(), Instant::now()) });
-    let mut client = server.client.clone();
-    calls.spawn(async move { (client.pause_session(pause).await.err(), Instant::now()) });
     let mut client = server.client.clone();
     calls.spawn(async move { (client.watch_frames(watch).await.err(), Instant::now()) });
     tokio::time::sleep(Duration::from_millis(300)).await;

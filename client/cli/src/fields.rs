@@ -177,11 +177,6 @@ impl FieldsArgs {
     }
 }
 
-/// Most bytes per particle that a frame takes on a server: positions and all other arrays, in binary32.
-pub(crate) const PARTICLE_BYTES: u64 = 12 + 12 + 4 + 4;
-/// Bytes per node of the grid that a frame takes on a server: index, mass and velocity.
-pub(crate) const NODE_BYTES: u64 = 28;
-
 #[cfg(test)]
 mod tests {
     use nappe_client::Fields;

@@ -6,6 +6,7 @@
 
 pub mod math;
 pub mod parallel;
+pub mod interrupt;
 pub mod linalg;
 pub mod report;
 pub mod mesh;

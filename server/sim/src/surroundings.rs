@@ -1,6 +1,6 @@
 //! What surrounds a body during one step of the world, the same for every kind of body.
 
-use crate::collide::Collider;
+use crate::{collide::Collider, interrupt::Interrupt};
 
 /// Gravity, medium, colliders and clock of one step of the world.
 #[derive(Clone, Copy, Debug)]
@@ -15,4 +15,6 @@ pub struct Surroundings<'a> {
     pub time: f64,
     /// The world's time step (s); each body divides it into steps of its own.
     pub dt: f64,
+    /// Looked at within the step, which fails once it is requested.
+    pub interrupt: &'a Interrupt,
 }

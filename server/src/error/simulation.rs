@@ -21,6 +21,7 @@ pub(crate) const fn step_reason(failure: &StepFailure) -> Reason {
         StepFailure::OutOfRange { .. } => Reason::OutOfRange,
         StepFailure::GridMemory { .. } => Reason::GridMemory,
         StepFailure::Mass { .. } => Reason::MassLost,
+        StepFailure::Interrupted => Reason::StepsInterrupted,
     }
 }
 
@@ -75,6 +76,7 @@ mod tests {
             StepFailure::OutOfRange { particle: 0, position: [2.0; 3], limit: 1.0 },
             StepFailure::GridMemory { particle: 0, position: [2.0; 3], bytes: 2, limit: 1 },
             StepFailure::Mass { expected: 2.0, found: 1.0 },
+            StepFailure::Interrupted,
         ];
         for failure in failures {
             assert_eq!(step_reason(&failure).name(), failure.reason(), "{failure}");

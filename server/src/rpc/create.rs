@@ -11,7 +11,7 @@ use crate::{
     config::{Limits, core_count},
     error::{Reason, ServiceError},
     scenes,
-    session::{Session, SessionOptions, start},
+    session::{Resources, Session, SessionOptions, start},
 };
 
 /// Makes the session of a request, or returns the one that the same request made before.
@@ -34,7 +34,7 @@ pub(super) async fn create(
 
     let mut entry = shared.request_ids.entry(id).await;
     if let Some(made) = entry.as_ref()
-        && let Some(session) = made.session.upgrade()
+        && let Some(session) = made.session.upgrade().filter(|session| !session.is_ending())
     {
         if made.request != request {
             let message = format!("the request id {id} belongs to an earlier request with other fields");
@@ -79,9 +79,12 @@ async fn make(
         step_limit: request.step_limit,
         frame_interval_steps: request.frame_interval_steps,
     };
-    let memory = shared.memory.claim();
-    let (session, warnings) =
-        start(options, Arc::clone(&shared.meshes), limits.clone(), slot, memory).await?;
+    let resources = Resources {
+        meshes: Arc::clone(&shared.meshes),
+        limits: limits.clone(),
+        streams: Arc::clone(&shared.streams),
+    };
+    let (session, warnings) = start(options, resources, slot, shared.memory.claim()).await?;
 
     let session = Arc::new(session);
     tracing::info!(session = session.id(), "created");

@@ -8,10 +8,9 @@ use nappe_proto::v1::{self, simulation_service_server::SimulationService};
 use tokio_stream::StreamExt as _;
 use tonic::{Request, Response, Status, Streaming};
 
-use super::{changes::changes, create, server_info::server_info, shared::Shared, upload, validate};
+use super::{changes::changes, create, pending, server_info::server_info, shared::Shared, upload, validate};
 use crate::{
     error::ServiceError,
-    session::{Command, When},
     stream::{Delivery, DiagnosticsOnly, FieldSet, Frames, Seat, WatchStream, watch},
 };
 
@@ -33,13 +32,12 @@ impl Methods {
     ) -> Result<WatchStream<v1::WatchFramesResponse>, Status> {
         let session = self.shared.session(&request.session_id, &request.session_uid)?;
         let wanted = validate::wanted(&request, session.snow_cell(), &self.shared.config.limits)?;
-        let v1::WatchFramesRequest { delivery, from_frame, max_rate_hz, .. } = request;
-        let delivery = validate::delivery(delivery, from_frame, max_rate_hz)?;
+        let delivery = validate::frame_delivery(&request)?;
         let slot = session.watcher_slot()?;
 
         let wish = self.shared.answered(session.provide(wanted.needed()).await)?;
         let feed = session.feed();
-        if let Delivery::Every { from_frame: Some(number) } = delivery {
+        if let Delivery::Every { from_frame: Some(number), .. } = delivery {
             feed.check_start(number, wanted.needed())?;
         }
 
@@ -162,8 +160,8 @@ impl SimulationService for Methods {
         let request = request.into_inner();
         let session = self.shared.session(&request.session_id, &request.session_uid)?;
         let real_time_factor = validate::real_time_factor(request.real_time_factor)?;
-        let played = session.command(|answer| Command::Play { real_time_factor, answer }).await;
-        Ok(Response::new(v1::PlaySessionResponse { session: Some(self.shared.answered(played)?) }))
+        let session = self.shared.answered(session.play(real_time_factor))?;
+        Ok(Response::new(v1::PlaySessionResponse { session: Some(session) }))
     }
 
     async fn pause_session(
@@ -172,8 +170,9 @@ impl SimulationService for Methods {
     ) -> Answer<v1::PauseSessionResponse> {
         let request = request.into_inner();
         let session = self.shared.session(&request.session_id, &request.session_uid)?;
-        let paused = session.command(Command::Pause).await;
-        Ok(Response::new(v1::PauseSessionResponse { session: Some(self.shared.answered(paused)?) }))
+        let paused = session.pause(request.wait.into()).await;
+        let (session, effective_step) = self.shared.answered(paused)?;
+        Ok(Response::new(v1::PauseSessionResponse { session: Some(session), effective_step }))
     }
 
     async fn step_session(
@@ -182,13 +181,8 @@ impl SimulationService for Methods {
     ) -> Answer<v1::StepSessionResponse> {
         let request = request.into_inner();
         let session = self.shared.session(&request.session_id, &request.session_uid)?;
-        let steps = validate::steps(&request, session.step(), &self.shared.config.limits)?;
-        let when = if request.wait { When::Done } else { When::Accepted };
-        let stepped = session.command(|answer| Command::Step { steps, when, answer });
-        let stepped = tokio::select! {
-            stepped = stepped => stepped,
-            () = self.shared.draining.cancelled() => Err(ServiceError::draining()),
-        };
+        let steps = validate::steps(&request, session.step_count(), &self.shared.config.limits)?;
+        let stepped = session.step(steps, request.wait.into()).await;
         Ok(Response::new(v1::StepSessionResponse { session: Some(self.shared.answered(stepped)?) }))
     }
 
@@ -198,7 +192,7 @@ impl SimulationService for Methods {
     ) -> Answer<v1::StopSessionResponse> {
         let request = request.into_inner();
         let session = self.shared.session(&request.session_id, &request.session_uid)?;
-        let stopped = session.command(Command::Stop).await;
+        let stopped = session.stop().await;
         Ok(Response::new(v1::StopSessionResponse { session: Some(self.shared.answered(stopped)?) }))
     }
 
@@ -208,10 +202,31 @@ impl SimulationService for Methods {
     ) -> Answer<v1::UpdateParametersResponse> {
         let request = request.into_inner();
         let session = self.shared.session(&request.session_id, &request.session_uid)?;
-        let (at_step, changes) = (request.at_step, changes(&request, &self.shared.config.limits)?);
-        let updated = session.ask(|answer| Command::Update { at_step, changes, answer }).await;
-        let effective_step = self.shared.answered(updated.and_then(|updated| updated))?;
-        Ok(Response::new(v1::UpdateParametersResponse { effective_step }))
+        let changes = changes(&request, &self.shared.config.limits)?;
+        let updated = session.update(request.at_step, changes, request.wait.into()).await;
+        Ok(Response::new(self.shared.answered(updated)?.into()))
+    }
+
+    async fn list_pending_changes(
+        &self,
+        request: Request<v1::ListPendingChangesRequest>,
+    ) -> Answer<v1::ListPendingChangesResponse> {
+        let request = request.into_inner();
+        let session = self.shared.session(&request.session_id, &request.session_uid)?;
+        let count = validate::page_size(request.page_size)?;
+        let after = pending::page_token(&request.page_token)?;
+        let (page, last) = session.pending_changes(after, count);
+        Ok(Response::new(pending::page(&page, last)))
+    }
+
+    async fn drop_pending_changes(
+        &self,
+        request: Request<v1::DropPendingChangesRequest>,
+    ) -> Answer<v1::DropPendingChangesResponse> {
+        let request = request.into_inner();
+        let session = self.shared.session(&request.session_id, &request.session_uid)?;
+        let orders = (!request.orders.is_empty()).then_some(request.orders.as_slice());
+        Ok(Response::new(v1::DropPendingChangesResponse { dropped_count: session.drop_changes(orders) }))
     }
 
     type WatchFramesStream = WatchStream<v1::WatchFramesResponse>;
@@ -236,7 +251,7 @@ impl SimulationService for Methods {
         let delivery = validate::delivery(delivery, from_frame, max_rate_hz)?;
         let slot = session.watcher_slot()?;
         let feed = Arc::clone(session.feed());
-        if let Delivery::Every { from_frame: Some(number) } = delivery {
+        if let Delivery::Every { from_frame: Some(number), .. } = delivery {
             feed.check_start(number, FieldSet::NONE)?;
         }
         Ok(Response::new(watch(

@@ -4,6 +4,7 @@
 
 mod validate;
 mod changes;
+mod pending;
 mod server_info;
 mod upload;
 mod request_ids;

@@ -20,6 +20,8 @@ pub(super) fn server_info(limits: &Limits) -> v1::GetServerInfoResponse {
 fn limits_message(limits: &Limits) -> v1::Limits {
     v1::Limits {
         max_sessions: limits.max_sessions,
+        idle_session_seconds: limits.idle_session_seconds,
+        max_held_bytes: limits.max_held_bytes,
         max_watchers_per_session: limits.max_watchers_per_session,
         max_particles: limits.max_particles,
         max_springs: limits.max_springs,

@@ -13,6 +13,7 @@ use crate::{
     memory::MemoryAccount,
     scenes::MeshStore,
     session::{Registry, Session},
+    stream::Streams,
 };
 
 /// Everything that calls share.
@@ -21,6 +22,7 @@ pub(crate) struct Shared {
     pub config: Config,
     pub registry: Arc<Registry>,
     pub meshes: Arc<MeshStore>,
+    pub streams: Arc<Streams>,
     pub request_ids: RequestIds,
     /// Bytes of sessions, meshes and requests.
     pub memory: Arc<MemoryAccount>,
@@ -40,6 +42,7 @@ impl Shared {
         Self {
             registry: Arc::new(Registry::new(limits.max_sessions)),
             meshes: Arc::new(MeshStore::new(limits, Arc::clone(&memory))),
+            streams: Streams::new(limits.max_held_bytes, config.watcher_stall()),
             request_ids: RequestIds::default(),
             requests: MemoryAccount::of_requests(limits.max_request_bytes, &memory),
             memory,
@@ -58,6 +61,7 @@ impl Shared {
         validate::session_id(id)?;
         let session = self.registry.get(id)?;
         session.expect_uid(uid)?;
+        session.touch();
         Ok(session)
     }
 

@@ -10,7 +10,7 @@ use crate::{
     config::Limits,
     error::{Reason, ServiceError},
     session::Steps,
-    stream::{Delivery, EncodedField, FieldSet, GridChoice, Selection, Wanted},
+    stream::{Delivery, EncodedField, FieldSet, GridChoice, Pace, Selection, Wanted},
 };
 
 /// Sessions in a page if the request names no size.
@@ -207,10 +207,26 @@ pub(super) fn delivery(
             Some(_) => Err(ServiceError::field("from_frame", "goes with DELIVERY_EVERY only")),
         },
         Ok(v1::Delivery::Every) => match period {
-            None => Ok(Delivery::Every { from_frame }),
+            None => Ok(Delivery::Every { from_frame, pace: Pace::Session }),
             Some(_) => Err(ServiceError::field("max_rate_hz", "goes with DELIVERY_LATEST only")),
         },
         Err(_unknown) => Err(unknown_value("delivery", delivery)),
+    }
+}
+
+/// The delivery of frames: that of the three fields, and whether the session waits for the watcher.
+///
+/// # Errors
+/// Those of [`delivery`], or a session that is to wait for a watcher of the newest.
+pub(super) fn frame_delivery(request: &v1::WatchFramesRequest) -> Result<Delivery, ServiceError> {
+    match delivery(request.delivery, request.from_frame, request.max_rate_hz)? {
+        Delivery::Every { from_frame, .. } if request.pace_to_watcher => {
+            Ok(Delivery::Every { from_frame, pace: Pace::Watcher })
+        }
+        Delivery::Latest { .. } if request.pace_to_watcher => {
+            Err(ServiceError::field("pace_to_watcher", "goes with DELIVERY_EVERY only"))
+        }
+        delivery => Ok(delivery),
     }
 }
 

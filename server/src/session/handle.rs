@@ -1,20 +1,26 @@
 //! The handle of a session, which the service holds.
 //!
-//! Enters: calls. Leaves: commands to the session's thread, and what can be read while it steps.
+//! Enters: calls. Leaves: what the session's control accepts of them, and what can be read while it steps.
 
-use std::sync::{
-    Arc,
-    atomic::{AtomicBool, Ordering},
-    mpsc::{self, TrySendError},
+use std::{
+    sync::Arc,
+    time::{Duration, Instant},
 };
 
 use nappe_proto::v1;
-use tokio::sync::{OwnedSemaphorePermit, Semaphore, oneshot};
+use nappe_sim::world::Change;
+use tokio::{
+    sync::{OwnedSemaphorePermit, Semaphore, oneshot},
+    time::timeout,
+};
 use tokio_util::sync::CancellationToken;
 
 use super::{
-    command::{Answer, Command, MAX_COMMANDS},
+    control::{Control, Steps},
+    lease::Lease,
+    pending_changes::{Accepted, PendingChange},
     status::Status,
+    waiting::Answer,
 };
 use crate::{
     config::Limits,
@@ -22,17 +28,35 @@ use crate::{
     stream::{Feed, FieldSet, Wish},
 };
 
+/// Time in which a step in progress may still end before a stop gives it up.
+const STOP_PATIENCE: Duration = Duration::from_millis(250);
+
+/// When a call is answered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum When {
+    /// Once it is accepted.
+    Accepted,
+    /// Once what it asks for has happened.
+    Done,
+}
+
+impl From<bool> for When {
+    /// As the field `wait` of a request says.
+    fn from(wait: bool) -> Self {
+        if wait { Self::Done } else { Self::Accepted }
+    }
+}
+
 /// The handle of a session.
 #[derive(Debug)]
 pub(crate) struct Session {
     status: Arc<Status>,
     /// What its streams begin with, in pieces.
     topology: Vec<v1::Topology>,
-    commands: mpsc::SyncSender<Command>,
-    /// Set when the session is deleted, whatever waits in the queue of commands.
-    is_deleted: Arc<AtomicBool>,
+    control: Arc<Control>,
     watcher_slots: Arc<Semaphore>,
     watcher_limit: u32,
+    lease: Lease,
     /// Cancelled when the thread has ended.
     ended: CancellationToken,
 }
@@ -41,13 +65,32 @@ impl Session {
     pub(super) fn new(
         status: Arc<Status>,
         topology: Vec<v1::Topology>,
-        (commands, is_deleted): (mpsc::SyncSender<Command>, Arc<AtomicBool>),
+        control: Arc<Control>,
         ended: CancellationToken,
         limits: &Limits,
     ) -> Self {
         let watcher_limit = limits.max_watchers_per_session;
         let watcher_slots = Arc::new(Semaphore::new(watcher_limit as usize));
-        Self { status, topology, commands, is_deleted, watcher_slots, watcher_limit, ended }
+        let lease = Lease::new(
+            (limits.idle_session_seconds > 0)
+                .then(|| Duration::from_secs(limits.idle_session_seconds.into())),
+        );
+        Self { status, topology, control, watcher_slots, watcher_limit, lease, ended }
+    }
+
+    /// Begins the lease anew, since somebody calls.
+    pub(crate) fn touch(&self) {
+        self.lease.renew(Instant::now());
+    }
+
+    /// What is left of its lease: none if it has none, or is in use.
+    pub(crate) fn lease_left(&self) -> Option<Duration> {
+        let now = Instant::now();
+        if self.watcher_count() > 0 || self.control.is_stepping() {
+            self.lease.renew(now);
+            return None;
+        }
+        self.lease.left(now)
     }
 
     pub(crate) fn id(&self) -> &str {
@@ -76,7 +119,7 @@ impl Session {
     }
 
     /// Steps that it has taken.
-    pub(crate) fn step(&self) -> u64 {
+    pub(crate) fn step_count(&self) -> u64 {
         self.status.progress().step
     }
 
@@ -108,52 +151,107 @@ impl Session {
         })
     }
 
-    /// Sends a command and waits for the session's description after it.
+    /// Steps at `real_time_factor` simulated seconds per second; 0: as fast as possible.
     ///
     /// # Errors
-    /// If the command is refused or the session is deleted meanwhile.
-    pub(crate) async fn command(
-        &self,
-        make: impl FnOnce(Answer) -> Command,
-    ) -> Result<v1::Session, ServiceError> {
-        let answer = self.ask(make).await??;
-        Ok(self.with_watchers(answer))
+    /// If the session is at its end.
+    pub(crate) fn play(&self, real_time_factor: f64) -> Result<v1::Session, ServiceError> {
+        self.control.play(real_time_factor).map(|session| self.with_watchers(session))
     }
 
-    /// Sends a command and waits for its answer.
+    /// Pauses after the step in progress. Returns the session, and the steps that it will have taken then.
     ///
     /// # Errors
-    /// If as many commands wait as are allowed, or the session is deleted meanwhile.
-    pub(crate) async fn ask<T>(
+    /// If too many calls wait, or the session ends meanwhile.
+    pub(crate) async fn pause(&self, when: When) -> Result<(v1::Session, u64), ServiceError> {
+        let (answer, paused) = place(when);
+        let (session, step) = self.control.pause(answer)?;
+        Ok((self.after(paused, session).await?, step))
+    }
+
+    /// Takes steps, then pauses.
+    ///
+    /// # Errors
+    /// If the session is playing or at its end, too many calls wait, or the steps are cut short.
+    pub(crate) async fn step(&self, steps: Steps, when: When) -> Result<v1::Session, ServiceError> {
+        let (answer, stepped) = place(when);
+        let session = self.control.step(steps, answer)?;
+        self.after(stepped, session).await
+    }
+
+    /// Ends the simulation; a step that takes long is given up.
+    ///
+    /// # Errors
+    /// If too many calls wait, or the session is deleted meanwhile.
+    pub(crate) async fn stop(&self) -> Result<v1::Session, ServiceError> {
+        let (answer, mut stopped) = oneshot::channel();
+        self.control.stop(answer)?;
+        let answer = match timeout(STOP_PATIENCE, &mut stopped).await {
+            Ok(answer) => answer,
+            Err(_elapsed) => {
+                self.control.interrupt();
+                stopped.await
+            }
+        };
+        let session = answer.map_err(|_gone| self.gone())??;
+        Ok(self.with_watchers(session))
+    }
+
+    /// Changes parameters before step `at_step`, or before the first that has not begun.
+    ///
+    /// # Errors
+    /// If a change is refused, too many calls or changes wait, or the session ends meanwhile.
+    pub(crate) async fn update(
         &self,
-        make: impl FnOnce(oneshot::Sender<T>) -> Command,
-    ) -> Result<T, ServiceError> {
-        let (reply, answer) = oneshot::channel();
-        self.commands.try_send(make(reply)).map_err(|error| match error {
-            TrySendError::Full(_) => self.too_many_commands(),
-            TrySendError::Disconnected(_) => ServiceError::session_deleted(self.id()),
-        })?;
-        answer.await.map_err(|_gone| ServiceError::session_deleted(self.id()))
+        at_step: u64,
+        changes: Vec<Change>,
+        when: When,
+    ) -> Result<Accepted, ServiceError> {
+        let (answer, applied) = place(when);
+        let accepted = self.control.update(at_step, changes, answer)?;
+        if let Some(applied) = applied {
+            applied.await.map_err(|_gone| self.gone())??;
+        }
+        Ok(accepted)
+    }
+
+    /// Up to `count` of the changes that wait, after one, and the last of them if more follow.
+    pub(crate) fn pending_changes(
+        &self,
+        after: Option<Accepted>,
+        count: usize,
+    ) -> (Vec<PendingChange>, Option<Accepted>) {
+        self.control.pending_changes(after, count)
+    }
+
+    /// Drops changes that wait, those of these orders or all, and returns how many calls had made them.
+    pub(crate) fn drop_changes(&self, orders: Option<&[u64]>) -> u64 {
+        self.control.drop_changes(orders)
     }
 
     /// Asks that frames hold these fields while the wish lasts, the newest one too if its state still stands.
     ///
     /// # Errors
-    /// If as many commands wait as are allowed, or the session is deleted meanwhile.
+    /// If too many calls wait, or the session fails or is deleted meanwhile.
     pub(crate) async fn provide(&self, fields: FieldSet) -> Result<Wish, ServiceError> {
-        let (wish, is_new) = self.feed().wish(fields);
-        if is_new || !self.feed().newest().frame.fields().covers(fields) {
-            self.ask(Command::CompleteNewest).await?;
+        let (wish, _) = self.feed().wish(fields);
+        if !self.feed().newest().frame.fields().covers(fields)
+            && let Some(completed) = self.control.complete_newest()?
+            && completed.await.is_err()
+        {
+            self.check_failure()?;
         }
         Ok(wish)
     }
 
-    /// Tells the thread to end, after the step in progress.
+    /// Tells the thread to end, within the step in progress.
     pub(crate) fn end(&self) {
-        self.is_deleted.store(true, Ordering::Relaxed);
-        // Wakes the thread if it waits for a command. If it is gone, it has ended already; if the queue is full,
-        // it is awake.
-        let _ = self.commands.try_send(Command::End);
+        self.control.delete();
+    }
+
+    /// Whether it was told to end.
+    pub(crate) fn is_ending(&self) -> bool {
+        self.control.is_deleted()
     }
 
     /// Waits until the thread has ended and its memory is free.
@@ -161,22 +259,63 @@ impl Session {
         self.ended.cancelled().await;
     }
 
-    /// Makes the next step panic, as a bug would: for tests of isolation.
+    /// Makes what the thread does next panic, as a bug would: for tests of isolation.
     #[doc(hidden)]
     pub(crate) fn inject_panic(&self) {
-        let _ = self.commands.try_send(Command::InjectPanic);
+        self.control.inject_panic();
     }
 
-    fn too_many_commands(&self) -> ServiceError {
-        let (id, allowed) = (self.id(), MAX_COMMANDS);
-        let message = format!(
-            "{allowed} commands wait for the next step of session '{id}'; allowed: at most {allowed}"
-        );
-        ServiceError::new(Reason::TooManyCommands, message).with("session_id", id).with("allowed", allowed)
+    /// The session once what a call waits for has happened, or as it is.
+    async fn after(
+        &self,
+        happened: Option<oneshot::Receiver<Result<v1::Session, ServiceError>>>,
+        session: v1::Session,
+    ) -> Result<v1::Session, ServiceError> {
+        let session = match happened {
+            Some(happened) => happened.await.map_err(|_gone| self.gone())??,
+            None => session,
+        };
+        Ok(self.with_watchers(session))
+    }
+
+    /// Refuses what a panic has cut short, since the session failed of it.
+    fn check_failure(&self) -> Result<(), ServiceError> {
+        let failure = self.status.progress().failure;
+        let panicked = failure.filter(|failure| failure.reason == Reason::SessionPanicked.name());
+        panicked.map_or(Ok(()), |failure| {
+            Err(ServiceError::new(Reason::SessionPanicked, failure.message).with("session_id", self.id()))
+        })
+    }
+
+    fn gone(&self) -> ServiceError {
+        ServiceError::session_deleted(self.id())
     }
 
     fn with_watchers(&self, mut session: v1::Session) -> v1::Session {
-        session.watcher_count = self.watcher_limit - self.watcher_slots.available_permits() as u32;
+        session.watcher_count = self.watcher_count();
+        session.expires_in_seconds = self.lease_left().map(|left| left.as_secs_f64());
         session
+    }
+
+    fn watcher_count(&self) -> u32 {
+        self.watcher_limit - self.watcher_slots.available_permits() as u32
+    }
+}
+
+impl Drop for Session {
+    /// A session that nobody holds, since its maker was gone before he got it, ends.
+    fn drop(&mut self) {
+        self.end();
+    }
+}
+
+/// A place for the answer of a call that waits.
+fn place(when: When) -> (Option<Answer>, Option<oneshot::Receiver<Result<v1::Session, ServiceError>>>) {
+    match when {
+        When::Accepted => (None, None),
+        When::Done => {
+            let (answer, happened) = oneshot::channel();
+            (Some(answer), Some(happened))
+        }
     }
 }

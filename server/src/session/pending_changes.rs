@@ -1,28 +1,49 @@
 //! Changes of parameters that wait for their step.
 
-use std::collections::BTreeMap;
+use std::{
+    collections::BTreeMap,
+    ops::Bound::{Excluded, Unbounded},
+};
 
 use nappe_sim::world::Change;
 
 use crate::error::{Reason, ServiceError};
 
-/// Groups of changes by the step before which they take effect, bounded in number.
+/// Where changes stand among all that a session applies: first by step, then by order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct Accepted {
+    /// Index of the step before which they take effect.
+    pub step: u64,
+    /// Counts the calls that changed the session, from 1.
+    pub order: u64,
+}
+
+/// Changes of one call, which wait.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct PendingChange {
+    pub accepted: Accepted,
+    pub changes: Vec<Change>,
+}
+
+/// Groups of changes, one per call, bounded in number.
 #[derive(Debug)]
 pub(super) struct PendingChanges {
-    groups: BTreeMap<u64, Vec<Vec<Change>>>,
+    groups: BTreeMap<Accepted, Vec<Change>>,
     /// Changes in all groups.
     count: usize,
     limit: usize,
+    /// Groups taken so far.
+    last_order: u64,
 }
 
 impl PendingChanges {
     /// An empty queue of at most `limit` changes.
     pub(super) fn new(limit: u32) -> Self {
-        Self { groups: BTreeMap::new(), count: 0, limit: limit as usize }
+        Self { groups: BTreeMap::new(), count: 0, limit: limit as usize, last_order: 0 }
     }
 
     /// Queues a group before step `step`; groups of one step take effect in the order they came.
-    pub(super) fn push(&mut self, step: u64, changes: Vec<Change>) -> Result<(), ServiceError> {
+    pub(super) fn push(&mut self, step: u64, changes: Vec<Change>) -> Result<Accepted, ServiceError> {
         let (count, limit) = (self.count + changes.len(), self.limit);
         if count > limit {
             let message = format!("{count} changes would wait for their step; allowed: at most {limit}");
@@ -32,21 +53,47 @@ impl PendingChanges {
         }
 
         self.count = count;
-        self.groups.entry(step).or_default().push(changes);
-        Ok(())
+        self.last_order += 1;
+        let accepted = Accepted { step, order: self.last_order };
+        self.groups.insert(accepted, changes);
+        Ok(accepted)
     }
 
     /// Takes the groups due before step `step`, in order.
     pub(super) fn take_due(&mut self, step: u64) -> Vec<Vec<Change>> {
         let mut due = Vec::new();
         while let Some(entry) = self.groups.first_entry()
-            && *entry.key() <= step
+            && entry.key().step <= step
         {
-            due.extend(entry.remove());
+            due.push(entry.remove());
         }
 
         self.count -= due.iter().map(Vec::len).sum::<usize>();
         due
+    }
+
+    /// Up to `count` groups after one, in the order in which they take effect, and the last of them if more follow.
+    pub(super) fn page(
+        &self,
+        after: Option<Accepted>,
+        count: usize,
+    ) -> (Vec<PendingChange>, Option<Accepted>) {
+        let from = after.map_or(Unbounded, Excluded);
+        let mut left = self.groups.range((from, Unbounded));
+        let page = left.by_ref().take(count);
+        let page: Vec<_> = page
+            .map(|(accepted, changes)| PendingChange { accepted: *accepted, changes: changes.clone() })
+            .collect();
+        let last = page.last().map(|group| group.accepted);
+        (page, left.next().and(last))
+    }
+
+    /// Drops the groups of these orders; `None`: all. Returns how many there were.
+    pub(super) fn drop_groups(&mut self, orders: Option<&[u64]>) -> u64 {
+        let before = self.groups.len();
+        self.groups.retain(|accepted, _| orders.is_some_and(|orders| !orders.contains(&accepted.order)));
+        self.count = self.groups.values().map(Vec::len).sum();
+        (before - self.groups.len()) as u64
     }
 }
 
@@ -64,6 +111,25 @@ mod tests {
         assert_eq!(pending.push(9, drag(4.0)).expect_err("full").reason, Reason::TooManyChanges);
         assert!(pending.take_due(1).is_empty());
         assert_eq!(pending.take_due(5), [drag(2.0), drag(1.0), drag(3.0)]);
-        pending.push(9, drag(4.0)).expect("room again");
+        assert_eq!(pending.push(9, drag(4.0)).expect("room again"), Accepted { step: 9, order: 4 });
+    }
+
+    #[test]
+    fn groups_are_listed_in_order_and_dropped_by_their_order() {
+        let mut pending = PendingChanges::new(9);
+        for step in [5, 2, 5, 7] {
+            pending.push(step, vec![Change::Drag(0.0)]).expect("room");
+        }
+        let orders =
+            |page: &[PendingChange]| page.iter().map(|group| group.accepted.order).collect::<Vec<_>>();
+        let (page, more) = pending.page(None, 3);
+        assert_eq!((orders(&page), more), (vec![2, 1, 3], Some(Accepted { step: 5, order: 3 })));
+        let (page, more) = pending.page(Some(page[2].accepted), 3);
+        assert_eq!((orders(&page), more), (vec![4], None));
+
+        assert_eq!(pending.drop_groups(Some(&[3, 1, 99])), 2);
+        assert_eq!(orders(&pending.page(None, 9).0), [2, 4]);
+        assert_eq!(pending.drop_groups(None), 2);
+        assert_eq!(pending.count, 0);
     }
 }

@@ -96,6 +96,21 @@ impl Registry {
         (page, more)
     }
 
+    /// Deletes the sessions that nobody has used for as long as they are kept.
+    pub(crate) fn end_unused(&self) {
+        let mut sessions = self.lock();
+        let is_over = |session: &Arc<Session>| session.lease_left() == Some(Duration::ZERO);
+        let unused: Vec<_> =
+            sessions.extract_if(.., |_, session| session.as_ref().is_some_and(is_over)).collect();
+        drop(sessions);
+        for (id, session) in unused {
+            tracing::info!(session = id, "deleted, since nobody used it");
+            if let Some(session) = session {
+                session.end();
+            }
+        }
+    }
+
     /// Ends all sessions and waits for their threads, for at most `patience`: a thread ends after
     /// the step in progress, however long that takes.
     pub(crate) async fn end_all(&self, patience: Duration) {

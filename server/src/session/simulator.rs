@@ -2,9 +2,8 @@
 //!
 //! Enters: the number of a frame. Leaves: frames in the session's feed, hashes, reports of steps.
 
-use std::{sync::Arc, time::Instant};
+use std::{cell::Cell, sync::Arc, time::Instant};
 
-use nappe_proto::v1;
 use nappe_sim::{
     report::{StepError, StepReport},
     world::Simulation,
@@ -12,10 +11,7 @@ use nappe_sim::{
 use rayon::ThreadPool;
 
 use super::{status::Status, stopwatch::StageStopwatch};
-use crate::{
-    error::Reason,
-    stream::{EncodedFrame, FieldSet, FrameHead, NotFinite, StageSeconds},
-};
+use crate::stream::{Arrays, EncodedFrame, FieldSet, FrameHead, NotFinite, StageSeconds};
 
 /// Where a frame stands among those of its session.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,6 +35,13 @@ pub(super) struct Simulator {
     pub simulation: Simulation,
     pub pool: ThreadPool,
     pub status: Arc<Status>,
+    /// Where frames take their arrays from.
+    pub arrays: Arc<Arrays>,
+    /// Hash of the state after so many steps, if it is known.
+    pub hashed: Cell<Option<(u64, u64)>>,
+    /// Whether the state may be half changed: after a panic, and where a step of the world ended between two steps
+    /// of the snow. Such a state is not looked at again.
+    pub is_torn: bool,
 }
 
 impl Simulator {
@@ -59,9 +62,32 @@ impl Simulator {
     }
 
     /// Hash of the state.
-    pub(super) fn hash(&self) -> u64 {
-        let simulation = &self.simulation;
-        self.pool.install(|| simulation.state_hash())
+    fn hash(&self) -> u64 {
+        let step = self.simulation.step_count();
+        match self.hashed.get() {
+            Some((hashed_step, hash)) if hashed_step == step => hash,
+            _ => {
+                let simulation = &self.simulation;
+                let hash = self.pool.install(|| simulation.state_hash());
+                self.hashed.set(Some((step, hash)));
+                hash
+            }
+        }
+    }
+
+    /// Hash of the state, unless it may be half changed.
+    pub(super) fn hash_if_intact(&self) -> Option<u64> {
+        (!self.is_torn).then(|| self.hash())
+    }
+
+    /// Gives the newest frame, which is of the state as it is, its hash.
+    pub(super) fn hash_newest(&self) {
+        let newest = self.status.feed.newest().frame;
+        if newest.head.state_hash.is_none()
+            && let Some(hash) = self.hash_if_intact()
+        {
+            self.status.feed.publish(newest.with_hash(hash));
+        }
     }
 
     /// Publishes the state as frame `frame`.
@@ -82,9 +108,7 @@ impl Simulator {
     /// Encodes the newest frame again with everything in demand, if its state still stands.
     pub(super) fn complete_newest(&self) {
         let newest = self.status.feed.newest().frame;
-        let stands = newest.head.step == self.simulation.step_count()
-            && self.is_intact(self.status.progress().failure.as_ref());
-
+        let stands = newest.head.step == self.simulation.step_count() && !self.is_torn;
         if stands && !newest.fields().covers(self.status.feed.demand()) {
             let wanted = newest.fields().union(self.status.feed.demand());
 
@@ -95,15 +119,8 @@ impl Simulator {
         }
     }
 
-    /// Whether the state is that of the steps taken. After a panic it may be half changed, and snow
-    /// whose step failed may be between two of its substeps: such a state is not looked at again.
-    pub(super) fn is_intact(&self, failure: Option<&v1::Failure>) -> bool {
-        let has_snow = self.status.properties.snow_cell.is_some();
-        failure.is_none_or(|failure| failure.reason != Reason::SessionPanicked.name() && !has_snow)
-    }
-
     fn encode(&self, wanted: FieldSet, head: FrameHead) -> Result<EncodedFrame, NotFinite> {
-        let simulation = &self.simulation;
-        self.pool.install(|| EncodedFrame::encode(simulation, wanted, head))
+        let (simulation, arrays) = (&self.simulation, &self.arrays);
+        self.pool.install(|| EncodedFrame::encode(simulation, wanted, head, arrays))
     }
 }

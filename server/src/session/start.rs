@@ -4,26 +4,25 @@
 //! session.
 
 use std::{
+    cell::Cell,
     panic::{AssertUnwindSafe, catch_unwind},
-    sync::{Arc, atomic::AtomicBool, mpsc},
+    sync::Arc,
     thread,
-    time::{Instant, SystemTime},
+    time::SystemTime,
 };
 
 use nappe_proto::v1;
 use nappe_scene::Scene;
-use nappe_sim::{math::Precision, world::Simulation};
+use nappe_sim::{interrupt::Interrupt, math::Precision, world::Simulation};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use tokio::sync::{OwnedSemaphorePermit, oneshot};
 use tokio_util::sync::CancellationToken;
 use uuid::Uuid;
 
 use super::{
-    command::MAX_COMMANDS,
+    control::Control,
     handle::Session,
-    pace::Pace,
     parameters::parameters,
-    pending_changes::PendingChanges,
     simulator::Simulator,
     status::{Progress, Properties, Status},
     stepper::Stepper,
@@ -34,7 +33,7 @@ use crate::{
     error::{Reason, ServiceError},
     memory::Claim,
     scenes::{Asked, Assembled, MeshStore, assemble_scene},
-    stream::{EncodedFrame, Feed, FieldSet, FrameHead, initial_diagnostics, topology},
+    stream::{Arrays, EncodedFrame, Feed, FieldSet, FrameHead, Streams, initial_diagnostics, topology},
 };
 
 /// Stack of a stepping thread (bytes), the size that a program's first thread has. Kernels keep many
@@ -59,19 +58,38 @@ pub(crate) struct SessionOptions {
     pub frame_interval_steps: u32,
 }
 
-/// Starts the thread of a session, which keeps `slot` and `memory` until it ends.
+/// What the sessions of a server are made with.
+#[derive(Clone, Debug)]
+pub(crate) struct Resources {
+    pub meshes: Arc<MeshStore>,
+    pub limits: Limits,
+    pub streams: Arc<Streams>,
+}
+
+/// Asks a build to give up when the call that waits for it is gone.
+struct Abandoned(Interrupt);
+
+impl Drop for Abandoned {
+    fn drop(&mut self) {
+        self.0.request();
+    }
+}
+
+/// Starts the thread of a session, which keeps `slot` and `memory` until it ends. If the caller goes, the build is
+/// given up.
 ///
 /// # Errors
 /// If the scene cannot be read or simulated.
 pub(crate) async fn start(
     options: SessionOptions,
-    meshes: Arc<MeshStore>,
-    limits: Limits,
+    resources: Resources,
     slot: OwnedSemaphorePermit,
     memory: Claim,
 ) -> Result<(Session, Vec<String>), ServiceError> {
     let (reply, answer) = oneshot::channel();
     let name = options.id.clone();
+    let abandoned = Abandoned(Interrupt::default());
+    let interrupt = abandoned.0.clone();
     let ended = CancellationToken::new();
     let (guard, token) = (ended.clone().drop_guard(), ended);
 
@@ -82,8 +100,9 @@ pub(crate) async fn start(
         let mut memory = memory;
 
         // A panic while building ends this thread alone: the caller sees the reply dropped.
-        let built = catch_unwind(AssertUnwindSafe(|| build(&options, &meshes, &limits, token, &mut memory)));
-        drop(meshes);
+        let built =
+            catch_unwind(AssertUnwindSafe(|| build(&options, &resources, &interrupt, token, &mut memory)));
+        drop(resources);
         match built {
             Ok(Ok((stepper, session, warnings))) => {
                 // A caller that is gone drops the handle, and the stepper ends by itself.
@@ -106,11 +125,12 @@ type Parts = (Stepper, Session, Vec<String>);
 
 fn build(
     options: &SessionOptions,
-    meshes: &MeshStore,
-    limits: &Limits,
+    resources: &Resources,
+    interrupt: &Interrupt,
     ended: CancellationToken,
     memory: &mut Claim,
 ) -> Result<Parts, ServiceError> {
+    let Resources { meshes, limits, streams } = resources;
     let asked = Asked {
         text: &options.scene_text,
         file: &options.scene_name,
@@ -118,11 +138,13 @@ fn build(
         thread_count: options.thread_count,
     };
     let Assembled { scene, built, session_bytes } = assemble_scene(asked, meshes, limits, memory)?;
+    check(interrupt)?;
     let pool = thread_pool(options)?;
     let precision = options.precision.unwrap_or(scene.precision);
     let (mut simulation, mut warnings) = pool
         .install(|| Simulation::new(&built.setup, precision))
         .map_err(|error| invalid_setup(options, &error))?;
+    check(interrupt)?;
     warnings.splice(0..0, built.warnings);
     simulation.apply(&built.initial_changes).map_err(|error| invalid_setup(options, &error))?;
     drop(built.setup);
@@ -130,8 +152,10 @@ fn build(
     let properties = properties(options, &scene, &simulation);
     let topology = topology(&simulation, &properties.uid);
     let diagnostics = pool.install(|| initial_diagnostics(&simulation));
-    let (first, state_hash) = pool.install(|| first_frame(&simulation, &diagnostics))?;
-    let feed = Arc::new(Feed::new(&properties.uid, first, limits.history_bytes_per_session));
+    let arrays = Arrays::new(streams.memory());
+    let (first, state_hash) = pool.install(|| first_frame(&simulation, &diagnostics, &arrays))?;
+    let budget = limits.history_bytes_per_session;
+    let feed = Arc::new(Feed::new(&properties.uid, first, budget, Arc::clone(streams)));
 
     let progress = Progress {
         state: State::Paused,
@@ -145,24 +169,24 @@ fn build(
     };
     let status = Arc::new(Status::new(properties, feed, progress));
 
-    let (sender, commands) = mpsc::sync_channel(MAX_COMMANDS);
-    let is_deleted = Arc::new(AtomicBool::new(false));
-    let control = (sender, Arc::clone(&is_deleted));
-    let session = Session::new(Arc::clone(&status), topology, control, ended, limits);
+    let (rules, step_interrupt) = (Arc::clone(simulation.rules()), simulation.interrupt().clone());
+    let control = Control::new(Arc::clone(&status), rules, step_interrupt, limits.max_pending_changes);
+    let control = Arc::new(control);
+    let session = Session::new(Arc::clone(&status), topology, Arc::clone(&control), ended, limits);
 
-    let stepper = Stepper {
-        pace: Pace::start(0.0, Instant::now(), simulation.time()),
-        pending: PendingChanges::new(limits.max_pending_changes),
-        state: State::Paused,
-        waiting: Vec::new(),
-        panic_next: false,
-        simulator: Simulator { simulation, pool, status },
-        commands,
-        commands_since_step: 0,
-        is_deleted,
-    };
+    let hashed = Cell::new(Some((simulation.step_count(), state_hash)));
+    let simulator = Simulator { simulation, pool, status, arrays, hashed, is_torn: false };
+    let stepper = Stepper { simulator, control };
     memory.shrink_to(session_bytes);
     Ok((stepper, session, warnings))
+}
+
+/// Gives a build up whose caller is gone.
+fn check(interrupt: &Interrupt) -> Result<(), ServiceError> {
+    if !interrupt.is_requested() {
+        return Ok(());
+    }
+    Err(ServiceError::new(Reason::RequestCancelled, "the caller is gone: the session is not made"))
 }
 
 fn thread_pool(options: &SessionOptions) -> Result<ThreadPool, ServiceError> {
@@ -209,17 +233,17 @@ fn properties(options: &SessionOptions, scene: &Scene, simulation: &Simulation) 
     }
 }
 
-/// Frame 0 has every field and the grid, so that a watcher who comes before the first step misses
-/// none of them.
+/// Frame 0 has what every frame has. Until the first step, a watcher who wants more finds it completed.
 fn first_frame(
     simulation: &Simulation,
     diagnostics: &v1::Diagnostics,
+    arrays: &Arc<Arrays>,
 ) -> Result<(EncodedFrame, u64), ServiceError> {
     let state_hash = simulation.state_hash();
     let head =
         FrameHead { state_hash: Some(state_hash), ..FrameHead::of(simulation, 0, diagnostics.clone()) };
 
-    let first = EncodedFrame::encode(simulation, FieldSet::ALL, head).map_err(|error| {
+    let first = EncodedFrame::encode(simulation, FieldSet::ALWAYS, head, arrays).map_err(|error| {
         let refused = ServiceError::new(Reason::InvalidScene, format!("at the start, {error}"));
         match error.particle() {
             Some(particle) => refused.with("particle", particle),

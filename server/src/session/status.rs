@@ -115,6 +115,7 @@ impl Status {
             uid: properties.uid.clone(),
             create_time: Some(properties.create_time.into()),
             parameters: Some(progress.parameters),
+            expires_in_seconds: None,
         }
     }
 }

@@ -35,8 +35,6 @@ pub(crate) enum Event {
     Stepped,
     /// A step was taken, and it was the last that the session allows.
     SteppedLast,
-    /// A step failed.
-    Broke,
 }
 
 /// What the stepper does on the way to the new state.
@@ -55,8 +53,6 @@ pub(crate) enum Effect {
     /// Makes the last frame, ends the streams without an error, and answers the calls that wait for
     /// steps.
     Finish,
-    /// Ends the streams, and the calls that wait, with the failure.
-    Fail,
 }
 
 /// The state and effect that follow, or the reason why the event is refused.
@@ -87,17 +83,15 @@ pub(crate) fn transition(state: State, event: Event) -> Result<(State, Effect), 
             Ok((Stepping { remaining: remaining - 1 }, Effect::None))
         }
         (Stepping { .. }, Event::Stepped) => Ok((Paused, Effect::StepsDone)),
-        (Playing | Stepping { .. }, Event::SteppedLast) => Ok((Finished, Effect::Finish)),
-        // A finished session can still break: its last frame may not be encodable.
-        (Paused | Playing | Stepping { .. } | Finished, Event::Broke) => Ok((Failed, Effect::Fail)),
+        // A session may be paused while its last step is in progress.
+        (Paused | Playing | Stepping { .. }, Event::SteppedLast) => Ok((Finished, Effect::Finish)),
 
         // A pause or a stop that comes too late changes nothing; the answer shows the state.
         (Finished | Failed, Event::Pause | Event::Stop) => Ok((state, Effect::None)),
         (Finished, Event::Play | Event::Step(_) | Event::Update) => Err(Reason::SessionFinished),
         (Failed, Event::Play | Event::Step(_) | Event::Update) => Err(Reason::SessionFailed),
 
-        (Paused | Finished, Event::Stepped | Event::SteppedLast)
-        | (Failed, Event::Stepped | Event::SteppedLast | Event::Broke) => {
+        (Paused, Event::Stepped) | (Finished | Failed, Event::Stepped | Event::SteppedLast) => {
             unreachable!("a session that is {state:?} takes no steps")
         }
     }
@@ -160,17 +154,13 @@ mod tests {
 
     #[test]
     fn steps_run_down_to_a_pause_and_the_last_step_finishes() {
-        use State::{Failed, Finished, Paused, Playing, Stepping};
+        use State::{Finished, Paused, Playing, Stepping};
         let one = Stepping { remaining: 1 };
         assert_eq!(transition(Stepping { remaining: 2 }, Event::Stepped), Ok((one, Effect::None)));
         assert_eq!(transition(one, Event::Stepped), Ok((Paused, Effect::StepsDone)));
         assert_eq!(transition(Playing, Event::Stepped), Ok((Playing, Effect::None)));
-        for state in [Playing, one] {
+        for state in [Paused, Playing, one] {
             assert_eq!(transition(state, Event::SteppedLast), Ok((Finished, Effect::Finish)));
-        }
-
-        for state in [Paused, Playing, one, Finished] {
-            assert_eq!(transition(state, Event::Broke), Ok((Failed, Effect::Fail)));
         }
     }
 

@@ -4,19 +4,22 @@
 //! each watcher at its own pace. A watcher of every frame keeps a number and looks it up here.
 
 use std::{
+    collections::BTreeMap,
     sync::{Arc, Mutex, MutexGuard, PoisonError},
     time::Instant,
 };
 
 use nappe_proto::v1;
 use tokio::sync::watch;
+use uuid::Uuid;
 
 use super::{
     changes::Changes,
     demand::{Demand, Wish},
     fields::FieldSet,
     frame::EncodedFrame,
-    history::{History, Lookup},
+    history::{History, Lookup, Needed},
+    streams::Streams,
 };
 use crate::error::{Reason, ServiceError};
 
@@ -48,31 +51,67 @@ pub(crate) struct Feed {
     changes: Mutex<Changes>,
     newest: watch::Sender<Newest>,
     demand: Arc<Demand>,
+    /// The next frame of each watcher that frames are kept for, by an id of its own.
+    needs: Mutex<BTreeMap<Uuid, (Kept, u64)>>,
+    streams: Arc<Streams>,
+}
+
+/// Why frames are kept for a watcher.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kept {
+    /// It is still receiving the topology.
+    Opening,
+    /// The session waits for it.
+    Paced,
+}
+
+/// Frames that are kept for a watcher, until this is dropped.
+#[derive(Debug)]
+pub(super) struct Need {
+    feed: Arc<Feed>,
+    id: Uuid,
+    kept: Kept,
+}
+
+impl Need {
+    /// The watcher has taken all frames before `next`.
+    pub(super) fn advance(&self, next: u64) {
+        self.feed.lock_needs().insert(self.id, (self.kept, next));
+    }
+}
+
+impl Drop for Need {
+    fn drop(&mut self) {
+        self.feed.lock_needs().remove(&self.id);
+    }
 }
 
 impl Feed {
     /// A feed of the session of this uid, with its first frame. It keeps up to `budget` bytes of frames, and always
     /// the newest.
-    pub(crate) fn new(session_uid: &str, first: EncodedFrame, budget: u64) -> Self {
+    pub(crate) fn new(session_uid: &str, first: EncodedFrame, budget: u64, streams: Arc<Streams>) -> Self {
         let first = Arc::new(first);
         let newest = Newest { frame: Arc::clone(&first), oldest: first.head.frame, change: 0, ending: None };
-        let mut history = History::new(budget);
-        history.push(first);
+        let mut history = History::new(budget, Arc::clone(&streams.memory));
+        history.push(first, Needed { paced: u64::MAX, opening: u64::MAX });
 
         Self {
             history: Mutex::new(history),
             changes: Mutex::new(Changes::new(session_uid.to_owned())),
             newest: watch::Sender::new(newest),
             demand: Arc::default(),
+            needs: Mutex::default(),
+            streams,
         }
     }
 
     /// Adds the next frame, or replaces the newest by itself with more fields.
     pub(crate) fn publish(&self, frame: EncodedFrame) {
         let frame = Arc::new(frame);
+        let needed = self.needed();
         let (oldest, outdated) = {
             let mut history = self.lock();
-            let outdated = history.push(Arc::clone(&frame));
+            let outdated = history.push(Arc::clone(&frame), needed);
             (history.oldest(), outdated)
         };
 
@@ -83,6 +122,39 @@ impl Feed {
 
         // Frames are freed here, outside the lock that watchers take.
         drop(outdated);
+        self.streams.relieve(Instant::now());
+    }
+
+    /// Keeps frame `next` and those after it for a watcher.
+    pub(super) fn keep(self: &Arc<Self>, kept: Kept, next: u64) -> Need {
+        let need = Need { feed: Arc::clone(self), id: Uuid::new_v4(), kept };
+        need.advance(next);
+        need
+    }
+
+    /// Whether the next frame takes the place of none that the session waits for.
+    pub(crate) fn has_room(&self) -> bool {
+        let needed = self.needed();
+        needed.paced == u64::MAX || self.lock().has_room(needed)
+    }
+
+    /// What the streams of all sessions share.
+    pub(super) fn streams(&self) -> &Arc<Streams> {
+        &self.streams
+    }
+
+    fn needed(&self) -> Needed {
+        let needs = self.lock_needs();
+        let first = |wanted: Kept| {
+            let next = needs.values().filter(|(kept, _)| *kept == wanted).map(|(_, next)| *next);
+            next.min().unwrap_or(u64::MAX)
+        };
+        Needed { paced: first(Kept::Paced), opening: first(Kept::Opening) }
+    }
+
+    fn lock_needs(&self) -> MutexGuard<'_, BTreeMap<Uuid, (Kept, u64)>> {
+        // No code that holds the lock can leave it half changed.
+        self.needs.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Tells the watchers that the session is in another state after `step` steps.

@@ -3,12 +3,15 @@
 //! Enters: a field and an encoding of a request. Leaves: their pair, which knows how to read itself off a
 //! simulation, and sets of such pairs.
 
+use std::sync::Arc;
+
 use bytes::Bytes;
 use nappe_proto::v1;
 use nappe_sim::world::Simulation;
 
 use super::{
     grid_frame::GridChoice,
+    memory::{Arrays, Number},
     packing::{NotFinite, pack},
 };
 
@@ -84,30 +87,35 @@ impl EncodedField {
         }
     }
 
-    /// Encodes the field from the state as it is.
+    /// Copies the field from the state as it is, by all threads of the caller's pool.
     ///
     /// # Errors
     /// The first number that is not finite.
-    pub(crate) fn encode(self, simulation: &Simulation) -> Result<Bytes, NotFinite> {
+    pub(crate) fn encode(self, simulation: &Simulation, arrays: &Arc<Arrays>) -> Result<Bytes, NotFinite> {
         if self.encoding == v1::Encoding::RawF64 {
-            let mut wide = Vec::new();
+            let mut numbers = arrays.take();
             match self.field {
-                v1::Field::Velocities => simulation.velocities_f64(&mut wide),
-                v1::Field::PlasticRatio => simulation.plastic_ratios_f64(&mut wide),
-                v1::Field::StressNorm => simulation.stress_norms_f64(&mut wide),
-                _ => simulation.positions_f64(&mut wide),
+                v1::Field::Velocities => simulation.velocities_f64(&mut numbers),
+                v1::Field::PlasticRatio => simulation.plastic_ratios_f64(&mut numbers),
+                v1::Field::StressNorm => simulation.stress_norms_f64(&mut numbers),
+                _ => simulation.positions_f64(&mut numbers),
             }
-            return pack(&wide, self.width(), self.quantity());
+            return self.share(numbers, arrays);
         }
 
-        let mut narrow = Vec::new();
+        let mut numbers = arrays.take();
         match self.field {
-            v1::Field::Velocities => simulation.velocities_f32(&mut narrow),
-            v1::Field::PlasticRatio => simulation.plastic_ratios_f32(&mut narrow),
-            v1::Field::StressNorm => simulation.stress_norms_f32(&mut narrow),
-            _ => simulation.positions_f32(&mut narrow),
+            v1::Field::Velocities => simulation.velocities_f32(&mut numbers),
+            v1::Field::PlasticRatio => simulation.plastic_ratios_f32(&mut numbers),
+            v1::Field::StressNorm => simulation.stress_norms_f32(&mut numbers),
+            _ => simulation.positions_f32(&mut numbers),
         }
-        pack(&narrow, self.width(), self.quantity())
+        self.share(numbers, arrays)
+    }
+
+    fn share<T: Number>(self, mut numbers: Vec<T>, arrays: &Arc<Arrays>) -> Result<Bytes, NotFinite> {
+        pack(&mut numbers, self.width(), self.quantity())?;
+        Ok(arrays.share(numbers))
     }
 }
 
@@ -125,7 +133,8 @@ impl FieldSet {
     /// The grid's nodes.
     pub(crate) const GRID: Self = Self::of_part(EncodedField::COUNT);
     /// Every field in every encoding, and the grid's nodes.
-    pub(crate) const ALL: Self = Self([true; Self::PARTS]);
+    #[cfg(test)]
+    const ALL: Self = Self([true; Self::PARTS]);
 
     /// Part `part` alone.
     pub(crate) const fn of_part(part: usize) -> Self {

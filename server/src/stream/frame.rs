@@ -4,6 +4,8 @@
 //! watcher's messages refer to them without a copy. Nodes of the snow's grid are shared too, and
 //! packed for each watcher that wants them. A number that is not finite is never sent.
 
+use std::sync::Arc;
+
 use bytes::Bytes;
 use nappe_proto::v1;
 use nappe_sim::world::Simulation;
@@ -11,6 +13,7 @@ use nappe_sim::world::Simulation;
 use super::{
     fields::{EncodedField, FieldSet, Wanted},
     grid_frame::{GridFrame, NODE_BYTES, packed_count, take_nodes},
+    memory::Arrays,
     packing::NotFinite,
     pieces::{BUDGET_BYTES, numbered},
     topology::TOPOLOGY_ID,
@@ -19,6 +22,8 @@ use super::{
 /// What a piece of memory takes besides its bytes: the allocator's header and rounding, and the counter of
 /// whoever shares it.
 const ALLOCATION_BYTES: usize = 64;
+/// What an array takes besides its numbers: its allocation and that of its owner.
+const ARRAY_BYTES: usize = 2 * ALLOCATION_BYTES + 64;
 /// Arrays of a grid.
 const GRID_ALLOCATIONS: usize = 3;
 
@@ -48,11 +53,11 @@ impl FrameHead {
 }
 
 /// A frame as all its watchers share it.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct EncodedFrame {
     pub head: FrameHead,
     fields: [Option<Bytes>; EncodedField::COUNT],
-    grid: Option<GridFrame>,
+    grid: Option<Arc<GridFrame>>,
 }
 
 impl EncodedFrame {
@@ -64,15 +69,22 @@ impl EncodedFrame {
         simulation: &Simulation,
         wanted: FieldSet,
         head: FrameHead,
+        arrays: &Arc<Arrays>,
     ) -> Result<Self, NotFinite> {
         let mut fields = [const { None }; EncodedField::COUNT];
         for field in wanted.fields() {
-            fields[field.index()] = Some(field.encode(simulation)?);
+            fields[field.index()] = Some(field.encode(simulation, arrays)?);
         }
 
-        let grid = if wanted.covers(FieldSet::GRID) { GridFrame::of(simulation)? } else { None };
+        let has_grid = wanted.covers(FieldSet::GRID);
+        let grid = if has_grid { GridFrame::of(simulation, arrays.memory())? } else { None };
+        Ok(Self { head, fields, grid: grid.map(Arc::new) })
+    }
 
-        Ok(Self { head, fields, grid })
+    /// The same frame with a hash.
+    pub(crate) fn with_hash(&self, state_hash: u64) -> Self {
+        let head = FrameHead { state_hash: Some(state_hash), ..self.head.clone() };
+        Self { head, ..self.clone() }
     }
 
     /// What it holds.
@@ -81,12 +93,18 @@ impl EncodedFrame {
         EncodedField::all().filter(|field| self.fields[field.index()].is_some()).fold(grid, FieldSet::with)
     }
 
+    /// Memory of its arrays (bytes).
+    pub(crate) fn array_bytes(&self) -> usize {
+        let arrays = self.fields.iter().flatten().map(Bytes::len);
+        arrays.sum::<usize>() + self.grid.as_ref().map_or(0, |grid| grid.size())
+    }
+
     /// Memory that it takes (bytes): arrays, diagnostics, and what keeps them.
     pub(crate) fn size(&self) -> usize {
-        let arrays = self.fields.iter().flatten().map(|data| data.len() + ALLOCATION_BYTES);
-        let grid = self.grid.as_ref().map_or(0, |grid| grid.size() + GRID_ALLOCATIONS * ALLOCATION_BYTES);
+        let arrays = self.fields.iter().flatten().count() * ARRAY_BYTES;
+        let grid = self.grid.as_ref().map_or(0, |_| GRID_ALLOCATIONS * ALLOCATION_BYTES);
         let stages = self.head.diagnostics.stages.capacity() * size_of::<v1::StageTime>() + ALLOCATION_BYTES;
-        size_of::<Self>() + ALLOCATION_BYTES + arrays.sum::<usize>() + grid + stages
+        size_of::<Self>() + ALLOCATION_BYTES + self.array_bytes() + arrays + grid + stages
     }
 
     /// The messages of the frame with what is `wanted`, each of at most 1 MiB.

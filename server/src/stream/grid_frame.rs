@@ -1,13 +1,18 @@
-//! Nodes of the snow's grid in a frame: kept once for all watchers, chosen and packed for each.
+//! Nodes of the snow's grid in a frame: kept once for all watchers, chosen and packed once for each choice.
 //!
 //! Enters: the nodes of a simulation, a watcher's choice. Leaves: the nodes chosen, packed, at
 //! most as many as the watcher may have.
+
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use bytes::Bytes;
 use nappe_proto::v1;
 use nappe_sim::{snow::GridNode, world::Simulation};
 
-use super::packing::{NotFinite, Owner};
+use super::{
+    memory::{Counted, FrameMemory},
+    packing::{NotFinite, Owner},
+};
 
 /// Bytes of a node in a message: three i32, one f32, three f32.
 pub(super) const NODE_BYTES: usize = 28;
@@ -28,11 +33,15 @@ struct Node {
 }
 
 /// The nodes of a frame.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug)]
 pub(crate) struct GridFrame {
     /// Distance between neighbouring nodes (m).
     cell: f64,
     nodes: Vec<Node>,
+    /// What watchers chose of them so far.
+    chosen: Mutex<Vec<(GridChoice, Arc<OnceLock<v1::GridField>>)>>,
+    memory: Arc<FrameMemory>,
+    _counted: Counted,
 }
 
 /// Which nodes of the grid a watcher wants.
@@ -61,14 +70,19 @@ impl GridFrame {
     ///
     /// # Errors
     /// A node whose mass or velocity is not finite in binary32.
-    pub(crate) fn of(simulation: &Simulation) -> Result<Option<Self>, NotFinite> {
+    pub(crate) fn of(simulation: &Simulation, memory: &Arc<FrameMemory>) -> Result<Option<Self>, NotFinite> {
         let Some(cell) = simulation.snow_cell() else { return Ok(None) };
         let mut nodes = Vec::new();
         simulation.grid_nodes(&mut nodes);
 
         let nodes =
             nodes.iter().map(narrow).filter(|node| node.as_ref().map_or(true, |node| node.mass > 0.0));
-        Ok(Some(Self { cell, nodes: nodes.collect::<Result<_, _>>()? }))
+        Ok(Some(Self::new(cell, nodes.collect::<Result<_, _>>()?, memory)))
+    }
+
+    fn new(cell: f64, nodes: Vec<Node>, memory: &Arc<FrameMemory>) -> Self {
+        let counted = Counted::new(memory, size_of_val(nodes.as_slice()));
+        Self { cell, nodes, chosen: Mutex::default(), memory: Arc::clone(memory), _counted: counted }
     }
 
     /// Memory of the nodes (bytes).
@@ -76,9 +90,22 @@ impl GridFrame {
         size_of_val(self.nodes.as_slice())
     }
 
-    /// The nodes of a choice, packed. If there are too many, only those whose indices are multiples
-    /// of a stride.
+    /// The nodes of a choice, packed once for all watchers that make it. If there are too many, only those whose
+    /// indices are multiples of a stride.
     pub(crate) fn choose(&self, choice: &GridChoice) -> v1::GridField {
+        let field = {
+            let mut chosen = self.chosen.lock().unwrap_or_else(PoisonError::into_inner);
+            let known = chosen.iter().find(|(other, _)| other == choice).map(|(_, field)| Arc::clone(field));
+            known.unwrap_or_else(|| {
+                let field = Arc::default();
+                chosen.push((*choice, Arc::clone(&field)));
+                field
+            })
+        };
+        field.get_or_init(|| self.select(choice)).clone()
+    }
+
+    fn select(&self, choice: &GridChoice) -> v1::GridField {
         let (plane, most) = (choice.plane(self.cell), choice.max_nodes as usize);
         let selected = |stride: i32| self.nodes.iter().filter(move |node| is_chosen(node, plane, stride));
         let count = selected(1).count();
@@ -95,9 +122,9 @@ impl GridFrame {
 
         v1::GridField {
             cell: self.cell,
-            index_i32: index.into(),
-            mass_f32: mass.into(),
-            velocity_f32: velocity.into(),
+            index_i32: Counted::share(&self.memory, index),
+            mass_f32: Counted::share(&self.memory, mass),
+            velocity_f32: Counted::share(&self.memory, velocity),
             stride: stride.unsigned_abs(),
             node_count: count as u64,
         }
@@ -183,7 +210,7 @@ mod tests {
         {
             nodes.push(Node { index: [x, y, z], mass: 1.0, velocity: [x as f32, y as f32, z as f32] });
         }
-        GridFrame { cell: 0.5, nodes }
+        GridFrame::new(0.5, nodes, &Arc::default())
     }
 
     fn indices(field: &v1::GridField) -> Vec<[i32; 3]> {
@@ -242,7 +269,7 @@ mod tests {
     #[test]
     fn a_thin_row_keeps_some_of_its_nodes_if_any_stride_does() {
         let nodes = (0..100_000).map(|x| Node { index: [x, 40, 40], mass: 1.0, velocity: [0.0; 3] });
-        let grid = GridFrame { cell: 1.0, nodes: nodes.collect() };
+        let grid = GridFrame::new(1.0, nodes.collect(), &Arc::default());
 
         // 40 is a multiple of 2, 4, 5 and 8. None is few enough for 10 000 nodes.
         for (max_nodes, stride, sent) in [(50_000, 2, 50_000), (30_000, 4, 25_000), (10_000, 3, 0)] {

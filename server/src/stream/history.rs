@@ -4,7 +4,7 @@
 
 use std::{collections::VecDeque, sync::Arc};
 
-use super::{fields::FieldSet, frame::EncodedFrame};
+use super::{fields::FieldSet, frame::EncodedFrame, memory::FrameMemory};
 
 /// What a look into the history finds.
 #[derive(Clone, Debug)]
@@ -19,6 +19,15 @@ pub(crate) enum Lookup {
     },
 }
 
+/// The first frames that watchers still need; the largest number if there is none.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Needed {
+    /// Of a watcher that the session waits for: neither this frame nor a later one makes room.
+    pub paced: u64,
+    /// Of a watcher that is still receiving the topology: they stay within twice the budget.
+    pub opening: u64,
+}
+
 /// Frames without gaps, oldest first; at least one once the first was pushed.
 #[derive(Debug)]
 pub(super) struct History {
@@ -28,12 +37,13 @@ pub(super) struct History {
     /// Memory of the frames (bytes).
     bytes: u64,
     budget: u64,
+    memory: Arc<FrameMemory>,
 }
 
 impl History {
     /// An empty history that keeps up to `budget` bytes of frames, and always the newest.
-    pub(super) fn new(budget: u64) -> Self {
-        Self { frames: VecDeque::new(), complete_from: [0; FieldSet::PARTS], bytes: 0, budget }
+    pub(super) fn new(budget: u64, memory: Arc<FrameMemory>) -> Self {
+        Self { frames: VecDeque::new(), complete_from: [0; FieldSet::PARTS], bytes: 0, budget, memory }
     }
 
     /// Number of the oldest frame kept; 0 if there is none yet.
@@ -41,9 +51,14 @@ impl History {
         self.frames.front().map_or(0, |frame| frame.head.frame)
     }
 
-    /// Adds a frame, or replaces the newest if it has the same number. Returns the frames that
-    /// made room for it.
-    pub(super) fn push(&mut self, frame: Arc<EncodedFrame>) -> Vec<Arc<EncodedFrame>> {
+    /// Whether one more frame like the newest takes the place of none that the session waits for.
+    pub(super) fn has_room(&self, needed: Needed) -> bool {
+        let next = self.frames.back().map_or(0, |newest| newest.size() as u64);
+        self.oldest() < needed.paced || self.bytes + next <= self.budget
+    }
+
+    /// Adds a frame, or replaces the newest if it has the same number. Returns the frames that made room for it.
+    pub(super) fn push(&mut self, frame: Arc<EncodedFrame>, needed: Needed) -> Vec<Arc<EncodedFrame>> {
         let mut outdated = Vec::new();
         if self.frames.back().is_some_and(|newest| newest.head.frame == frame.head.frame) {
             outdated.extend(self.frames.pop_back());
@@ -55,15 +70,31 @@ impl History {
         }
 
         self.bytes += frame.size() as u64;
+        self.memory.keep(frame.array_bytes() as u64);
         self.frames.push_back(frame);
-        self.bytes -= outdated.iter().map(|frame| frame.size() as u64).sum::<u64>();
+        for frame in &outdated {
+            self.forget(frame);
+        }
 
-        while self.bytes > self.budget && self.frames.len() > 1 {
+        while self.frames.len() > 1 {
+            let budget = match self.oldest() {
+                oldest if oldest >= needed.paced => break,
+                oldest if oldest >= needed.opening => 2 * self.budget,
+                _ => self.budget,
+            };
+            if self.bytes <= budget {
+                break;
+            }
             let frame = self.frames.pop_front().expect("there is more than one");
-            self.bytes -= frame.size() as u64;
+            self.forget(&frame);
             outdated.push(frame);
         }
         outdated
+    }
+
+    fn forget(&mut self, frame: &EncodedFrame) {
+        self.bytes -= frame.size() as u64;
+        self.memory.let_go(frame.array_bytes() as u64);
     }
 
     /// Frame `number` if it holds what is `wanted`.
@@ -86,5 +117,13 @@ impl History {
             .map(|(_, from)| *from)
             .fold(self.oldest(), u64::max);
         Lookup::Expired { oldest }
+    }
+}
+
+impl Drop for History {
+    fn drop(&mut self) {
+        while let Some(frame) = self.frames.pop_front() {
+            self.forget(&frame);
+        }
     }
 }

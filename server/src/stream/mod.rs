@@ -3,6 +3,7 @@
 //!
 //! Enters: a simulation between two steps. Leaves: messages of at most 1 MiB.
 
+mod memory;
 mod packing;
 mod grid_frame;
 mod fields;
@@ -13,20 +14,26 @@ mod pieces;
 mod topology;
 mod frame;
 mod history;
+mod streams;
 mod changes;
 mod feed;
 mod stream_kind;
+mod slot;
+mod delivery;
 mod watch_stream;
 mod watcher;
 
+pub(crate) use delivery::{Delivery, Pace};
 pub(crate) use demand::Wish;
 pub(crate) use diagnostics::{StageSeconds, diagnostics, initial_diagnostics};
 pub(crate) use feed::{Ending, Feed};
 pub(crate) use fields::{EncodedField, FieldSet, Wanted};
 pub(crate) use frame::{EncodedFrame, FrameHead};
 pub(crate) use grid_frame::{GridChoice, Selection};
+pub(crate) use memory::Arrays;
 pub(crate) use packing::NotFinite;
 pub(crate) use stream_kind::{DiagnosticsOnly, Frames};
+pub(crate) use streams::Streams;
 pub(crate) use topology::topology;
 pub(crate) use watch_stream::{Seat, WatchStream};
-pub(crate) use watcher::{Delivery, watch};
+pub(crate) use watcher::watch;

@@ -1,11 +1,16 @@
-//! Numbers to little-endian bytes. A number that is not finite is never sent.
+//! Numbers as they are on the wire, little-endian. A number that is not finite is never sent.
 //!
-//! Enters: components of the state, or of what is derived from it. Leaves: bytes, or the first
-//! number that the encoding cannot hold, with the particle or node that it belongs to.
+//! Enters: numbers of the state, or of what is derived from it. Leaves: the same, or the first one that the encoding
+//! cannot hold, with the particle or node that it belongs to.
 
 use std::fmt;
 
-use bytes::Bytes;
+use rayon::prelude::*;
+
+use super::memory::Number;
+
+/// Numbers that a thread checks at a time.
+const BLOCK_SIZE: usize = 1 << 14;
 
 /// What a number belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,59 +51,33 @@ impl fmt::Display for NotFinite {
     }
 }
 
-/// A number of the state, and its little-endian bytes.
-pub(crate) trait Component: Copy {
-    const BYTES: usize;
-
-    fn to_f64(self) -> f64;
-
-    /// Writes its bytes over `out`, which has [`Self::BYTES`].
-    fn write(self, out: &mut [u8]);
-}
-
-impl Component for f32 {
-    const BYTES: usize = 4;
-
-    fn to_f64(self) -> f64 {
-        f64::from(self)
-    }
-
-    fn write(self, out: &mut [u8]) {
-        out.copy_from_slice(&self.to_le_bytes());
-    }
-}
-
-impl Component for f64 {
-    const BYTES: usize = 8;
-
-    fn to_f64(self) -> f64 {
-        self
-    }
-
-    fn write(self, out: &mut [u8]) {
-        out.copy_from_slice(&self.to_le_bytes());
-    }
-}
-
-/// Packs an array over the particles, `width` components each.
+/// Checks an array over the particles, `width` numbers each, and turns it into what is on the wire; by all threads of
+/// the caller's pool.
 ///
 /// # Errors
-/// The first component that is not finite.
-pub(crate) fn pack<T: Component>(
-    components: &[T],
+/// The first number that is not finite.
+pub(super) fn pack<T: Number>(
+    numbers: &mut [T],
     width: usize,
     quantity: &'static str,
-) -> Result<Bytes, NotFinite> {
-    if let Some(i) = components.iter().position(|c| !c.to_f64().is_finite()) {
-        let (owner, value) = (Owner::Particle((i / width) as u64), components[i].to_f64());
-        return Err(NotFinite { owner, quantity, value });
+) -> Result<(), NotFinite> {
+    let is_finite = |number: &T| number.to_f64().is_finite();
+    let all_finite = numbers.par_chunks_mut(BLOCK_SIZE).map(|numbers| {
+        let all_finite = numbers.iter().all(is_finite);
+        if all_finite && cfg!(target_endian = "big") {
+            for number in numbers {
+                *number = number.to_wire();
+            }
+        }
+        all_finite
+    });
+    if all_finite.reduce(|| true, |a, b| a && b) {
+        return Ok(());
     }
 
-    let mut packed = vec![0; components.len() * T::BYTES];
-    for (bytes, component) in packed.chunks_exact_mut(T::BYTES).zip(components) {
-        component.write(bytes);
-    }
-    Ok(packed.into())
+    let first = numbers.iter().position(|number| !is_finite(number)).expect("one of them is not finite");
+    let (owner, value) = (Owner::Particle((first / width) as u64), numbers[first].to_f64());
+    Err(NotFinite { owner, quantity, value })
 }
 
 #[cfg(test)]
@@ -106,19 +85,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn arrays_are_little_endian() {
-        let packed = pack(&[1.0_f32, -0.0, 2.5], 3, "position").expect("finite");
-        assert_eq!(packed[..4], [0, 0, 0x80, 0x3f]);
-        assert_eq!(packed[4..8], [0, 0, 0, 0x80]);
-        let packed = pack(&[1.0_f64], 1, "stress norm").expect("finite");
-        assert_eq!(packed[..], [0, 0, 0, 0, 0, 0, 0xf0, 0x3f]);
-    }
-
-    #[test]
     fn a_number_that_is_not_finite_is_named_with_its_particle() {
-        let numbers = [0.0, 0.0, 0.0, 0.0, f64::NAN, 0.0];
+        let mut numbers = [0.0, 0.0, 0.0, 0.0, f64::NAN, 0.0];
         for (width, particle) in [(3, 1), (1, 4)] {
-            let error = pack(&numbers, width, "position").expect_err("not finite");
+            let error = pack(&mut numbers, width, "position").expect_err("not finite");
             assert_eq!(error.particle(), Some(particle));
             assert!(error.to_string().contains(&format!("position of particle {particle} ")), "{error}");
         }

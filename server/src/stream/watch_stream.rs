@@ -8,21 +8,19 @@ use std::{
     task::{Context, Poll},
 };
 
-use tokio::sync::{OwnedSemaphorePermit, mpsc};
+use tokio::sync::OwnedSemaphorePermit;
 use tokio_stream::Stream;
 use tonic::Status;
 
-use super::demand::Wish;
+use super::{demand::Wish, slot::Receiver};
 
 /// The reader's end of a watcher; the last item is the status that broke the stream, if one did.
 #[derive(Debug)]
 pub(crate) struct WatchStream<M> {
-    messages: mpsc::Receiver<M>,
+    messages: Receiver<M>,
     broken: Arc<OnceLock<Broken<M>>>,
     /// How much of `broken` was handed out.
     told: Told,
-    /// What the watcher holds of the session until the stream is dropped.
-    _seat: Seat,
 }
 
 /// Why a stream broke.
@@ -55,9 +53,9 @@ impl Seat {
 
 impl<M: Clone> WatchStream<M> {
     /// A stream of messages; the second value is where to write, once, why it breaks.
-    pub(super) fn new(messages: mpsc::Receiver<M>, seat: Seat) -> (Self, Arc<OnceLock<Broken<M>>>) {
+    pub(super) fn new(messages: Receiver<M>) -> (Self, Arc<OnceLock<Broken<M>>>) {
         let broken = Arc::new(OnceLock::new());
-        let stream = Self { messages, broken: Arc::clone(&broken), told: Told::Nothing, _seat: seat };
+        let stream = Self { messages, broken: Arc::clone(&broken), told: Told::Nothing };
         (stream, broken)
     }
 
@@ -82,7 +80,7 @@ impl<M: Clone> Stream for WatchStream<M> {
     type Item = Result<M, Status>;
 
     fn poll_next(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<Option<Self::Item>> {
-        self.messages.poll_recv(context).map(|message| match message {
+        self.messages.poll_fetch(context).map(|message| match message {
             Some(message) => Some(Ok(message)),
             None => self.tell_why_broken(),
         })

@@ -8,41 +8,25 @@ use std::{sync::Arc, time::Duration};
 
 use nappe_proto::v1;
 use tokio::{
-    sync::{mpsc, watch},
-    time::{Instant, Interval, MissedTickBehavior, sleep_until},
+    sync::watch,
+    time::{Instant, sleep, sleep_until},
 };
 use tokio_util::sync::CancellationToken;
 
 use super::{
-    feed::{Ending, Feed, Newest, not_made},
+    delivery::{Delivery, Pace, Rate},
+    feed::{Ending, Feed, Kept, Need, Newest, not_made},
     fields::FieldSet,
     frame::EncodedFrame,
     history::Lookup,
+    slot::{Closed, Sender, slot},
     stream_kind::StreamKind,
     watch_stream::{Broken, Seat, WatchStream},
 };
 use crate::error::{Reason, ServiceError};
 
-/// Messages that wait for the reader, besides those in HTTP/2's buffers. More would only be older.
-const WAITING_MESSAGES: usize = 1;
-
 /// A watcher without frames for this long is told how far the session is.
 const QUIET: Duration = Duration::from_secs(5);
-
-/// Which frames a watcher gets.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Delivery {
-    /// The newest frame whenever the reader is ready.
-    Latest {
-        /// Least time between two frames; `None`: no limit.
-        period: Option<Duration>,
-    },
-    /// Every frame from a number on.
-    Every {
-        /// The first frame; `None`: the newest.
-        from_frame: Option<u64>,
-    },
-}
 
 /// Why a watcher's task ends.
 enum Leave {
@@ -61,16 +45,24 @@ pub(crate) fn watch<S: StreamKind>(
     seat: Seat,
     draining: CancellationToken,
 ) -> WatchStream<S::Message> {
-    let (sender, messages) = mpsc::channel(WAITING_MESSAGES);
-    let (stream, broken) = WatchStream::new(messages, seat);
-    let newest = feed.subscribe();
+    let (sender, messages) = slot();
+    let (stream, broken) = WatchStream::new(messages);
+    let (sender, newest) = (Arc::new(sender), feed.subscribe());
 
     let present = feed.present();
-    let (change, quiet_since, within_frame) = (present.number, Instant::now(), false);
+    let change = present.number;
     opening.push(kind.change(present));
 
-    let mut watcher =
-        Watcher { feed, newest, kind, sender: sender.clone(), change, quiet_since, within_frame };
+    let mut watcher = Watcher {
+        feed,
+        newest,
+        kind,
+        sender: Arc::clone(&sender),
+        give_way: CancellationToken::new(),
+        change,
+        quiet_since: Instant::now(),
+        within_frame: false,
+    };
     tokio::spawn(async move {
         let leave = tokio::select! {
             biased;
@@ -79,11 +71,15 @@ pub(crate) fn watch<S: StreamKind>(
             Err(leave) = watcher.run(opening, delivery) => leave,
         };
         if let Leave::With(error) = leave {
+            if error.reason == Reason::WatcherStalled {
+                // Nobody fetches it, and it holds a frame.
+                sender.take_back();
+            }
             // Before the sender is dropped, so that the stream finds it when it runs dry.
             let told = broken.set(Broken { farewell: watcher.farewell(&error), status: error.into() });
             assert!(told.is_ok(), "one task sets it once");
         }
-        drop(watcher);
+        drop((watcher, seat));
     });
     stream
 }
@@ -92,7 +88,9 @@ struct Watcher<S: StreamKind> {
     feed: Arc<Feed>,
     newest: watch::Receiver<Newest>,
     kind: S,
-    sender: mpsc::Sender<S::Message>,
+    sender: Arc<Sender<S::Message>>,
+    /// Cancelled when watchers hold too much, and this one has waited longest.
+    give_way: CancellationToken,
     /// Number of the last change of state that was sent.
     change: u64,
     /// When a frame, or word that there is none, was sent last.
@@ -104,26 +102,39 @@ struct Watcher<S: StreamKind> {
 impl<S: StreamKind> Watcher<S> {
     /// Carries frames until there is a reason to leave, which is the error.
     async fn run(&mut self, opening: Vec<S::Message>, delivery: Delivery) -> Result<(), Leave> {
+        let mut need = match delivery {
+            Delivery::Every { from_frame, pace: Pace::Watcher } => {
+                let first = from_frame.unwrap_or_else(|| self.newest_complete());
+                Some(self.feed.keep(Kept::Paced, first))
+            }
+            Delivery::Every { from_frame: Some(first), pace: Pace::Session } => {
+                Some(self.feed.keep(Kept::Opening, first))
+            }
+            _ => None,
+        };
         for message in opening {
             self.send(message).await?;
         }
 
         match delivery {
             Delivery::Latest { period } => self.latest(Rate::new(period)).await,
-            Delivery::Every { from_frame } => self.every(from_frame).await,
+            Delivery::Every { from_frame, pace } => {
+                need = need.filter(|_| pace == Pace::Watcher);
+                self.every(from_frame, need).await
+            }
         }
     }
 
     async fn latest(&mut self, mut rate: Rate) -> Result<(), Leave> {
         let (mut sent, wanted) = (None, self.kind.needed());
         loop {
+            // The newest is taken only when the reader has room, so that it is fresh.
+            self.room().await?;
             if !self.wait_for_latest(sent, &mut rate).await? {
                 self.send_progress(sent).await?;
                 continue;
             }
 
-            // The newest is taken only when the reader has room, so that it is fresh.
-            let room = self.sender.reserve().await.map_err(|_closed| Leave::Quietly)?;
             let newest = self.newest.borrow_and_update().clone();
             let (number, has_news) = (newest.frame.head.frame, is_news(&newest, sent, wanted));
 
@@ -132,15 +143,11 @@ impl<S: StreamKind> Watcher<S> {
             let change = self.feed.changes(self.change, newest.change).into_iter().next();
             if let Some(change) = change.filter(|change| change.frame < before) {
                 self.change = change.number;
-                room.send(self.kind.change(change));
+                self.sender.put(self.kind.change(change));
             } else if has_news {
                 let dropped = sent.map_or(0, |sent: u64| number.saturating_sub(sent + 1));
-                let mut messages = messages(self.kind, &newest.frame, dropped).await?.into_iter();
+                let messages = self.messages(&newest.frame, dropped).await?;
                 self.within_frame = messages.len() > 1;
-                match messages.next() {
-                    Some(first) => room.send(first),
-                    None => drop(room),
-                }
                 for message in messages {
                     self.send(message).await?;
                 }
@@ -148,7 +155,6 @@ impl<S: StreamKind> Watcher<S> {
                 rate.spend();
                 sent = Some(number);
             } else if let Some(ending) = newest.ending {
-                drop(room);
                 return self.finish(&ending).await;
             }
         }
@@ -177,7 +183,7 @@ impl<S: StreamKind> Watcher<S> {
         Ok(true)
     }
 
-    async fn every(&mut self, from_frame: Option<u64>) -> Result<(), Leave> {
+    async fn every(&mut self, from_frame: Option<u64>, need: Option<Need>) -> Result<(), Leave> {
         let mut next = match from_frame {
             Some(number) => number,
             None => self.newest_complete(),
@@ -193,19 +199,25 @@ impl<S: StreamKind> Watcher<S> {
 
             match found {
                 Lookup::Found(frame) => {
-                    let messages = messages(self.kind, &frame, 0).await?;
+                    let messages = self.messages(&frame, 0).await?;
                     self.within_frame = messages.len() > 1;
                     for message in messages {
                         self.send_or_fall_behind(message, next).await?;
                     }
                     self.frame_is_sent();
                     next += 1;
+                    if let Some(need) = &need {
+                        need.advance(next);
+                    }
                 }
                 Lookup::Expired { oldest } => return Err(Leave::With(too_slow(next, oldest))),
-                Lookup::NotYet => match ending {
-                    Some(ending) => return self.finish_every(&ending, next).await,
-                    None => self.wait_for_news(next).await?,
-                },
+                Lookup::NotYet => {
+                    if let Some(ending) = ending {
+                        return self.finish_every(&ending, next).await;
+                    }
+                    self.room().await?;
+                    self.wait_for_news(next).await?;
+                }
             }
         }
     }
@@ -282,72 +294,61 @@ impl<S: StreamKind> Watcher<S> {
     }
 
     async fn send(&self, message: S::Message) -> Result<(), Leave> {
-        self.sender.send(message).await.map_err(|_closed| Leave::Quietly)
+        self.room().await?;
+        self.sender.put(message);
+        Ok(())
+    }
+
+    /// Waits until the reader has fetched what was sent, but not for ever.
+    async fn room(&self) -> Result<(), Leave> {
+        if self.sender.has_room().map_err(|Closed| Leave::Quietly)? {
+            return Ok(());
+        }
+
+        let streams = self.feed.streams();
+        let _waits = streams.wait(&self.give_way);
+        tokio::select! {
+            room = self.sender.room() => room.map_err(|Closed| Leave::Quietly),
+            () = sleep(streams.stall) => Err(Leave::With(stalled(streams.stall))),
+            () = self.give_way.cancelled() => Err(Leave::With(gave_way(streams.max_held_bytes))),
+        }
     }
 
     /// Sends a message of frame `current`. Gives up when the frame after it is dropped from the
     /// history: a reader that stalls for ever must not hold memory.
     async fn send_or_fall_behind(&mut self, message: S::Message, current: u64) -> Result<(), Leave> {
+        let mut newest = self.newest.clone();
         tokio::select! {
             biased;
-            sent = self.sender.send(message) => sent.map_err(|_closed| Leave::Quietly),
-            newest = self.newest.wait_for(|newest| newest.oldest > current + 1) => {
+            sent = self.send(message) => sent,
+            newest = newest.wait_for(|newest| newest.oldest > current + 1) => {
                 let oldest = newest.map_or(current, |newest| newest.oldest);
                 Err(Leave::With(too_slow(current, oldest)))
             }
         }
     }
-}
 
-/// How often a watcher of the newest gets a frame.
-struct Rate {
-    /// None: as often as there is one.
-    ticker: Option<Interval>,
-    /// Whether the time of the next frame has come.
-    is_time: bool,
-}
-
-impl Rate {
-    /// At most one frame in each `period`.
-    fn new(period: Option<Duration>) -> Self {
-        let ticker = period.map(|period| {
-            let mut ticker = tokio::time::interval(period.max(Duration::from_micros(1)));
-            ticker.set_missed_tick_behavior(MissedTickBehavior::Delay);
-            ticker
-        });
-        Self { ticker, is_time: false }
-    }
-
-    /// Waits until the time of the next frame. Dropping the future loses nothing.
-    async fn ready(&mut self) {
-        if let Some(ticker) = self.ticker.as_mut().filter(|_| !self.is_time) {
-            ticker.tick().await;
+    /// The messages of a frame. Nodes of a grid are chosen and packed on other threads than those that carry the
+    /// streams, because there may be millions, and on half of the cores at most.
+    async fn messages(
+        &self,
+        frame: &Arc<EncodedFrame>,
+        dropped_count: u64,
+    ) -> Result<Vec<S::Message>, Leave> {
+        let kind = self.kind;
+        if !kind.needed().covers(FieldSet::GRID) {
+            return Ok(kind.messages(frame, dropped_count));
         }
-        self.is_time = true;
-    }
 
-    /// A frame was sent.
-    fn spend(&mut self) {
-        self.is_time = false;
+        let _permit = self.feed.streams().choosing.acquire().await.map_err(|_closed| Leave::Quietly)?;
+        let frame = Arc::clone(frame);
+        let packed = tokio::task::spawn_blocking(move || kind.messages(&frame, dropped_count)).await;
+        packed.map_err(|_panic| {
+            Leave::With(ServiceError::internal(
+                "packing the grid's nodes panicked: this is a bug in the server",
+            ))
+        })
     }
-}
-
-/// The messages of a frame. Nodes of a grid are chosen and packed on other threads than those that
-/// carry the streams, because there may be millions.
-async fn messages<S: StreamKind>(
-    kind: S,
-    frame: &Arc<EncodedFrame>,
-    dropped_count: u64,
-) -> Result<Vec<S::Message>, Leave> {
-    if !kind.needed().covers(FieldSet::GRID) {
-        return Ok(kind.messages(frame, dropped_count));
-    }
-
-    let frame = Arc::clone(frame);
-    let packed = tokio::task::spawn_blocking(move || kind.messages(&frame, dropped_count)).await;
-    packed.map_err(|_panic| {
-        Leave::With(ServiceError::internal("packing the grid's nodes panicked: this is a bug in the server"))
-    })
 }
 
 fn is_news(newest: &Newest, sent: Option<u64>, wanted: FieldSet) -> bool {
@@ -362,4 +363,17 @@ fn gone<T, E>(outcome: Result<T, E>) -> Result<(), Leave> {
 fn too_slow(next: u64, oldest: u64) -> ServiceError {
     let message = format!("frame {next} was due, but the oldest that the session keeps is {oldest}");
     ServiceError::new(Reason::WatcherTooSlow, message).with("next_frame", next).with("oldest_frame", oldest)
+}
+
+fn stalled(stall: Duration) -> ServiceError {
+    let seconds = stall.as_secs_f64();
+    let message = format!("the watcher fetched nothing for {seconds} s while a message waited");
+    ServiceError::new(Reason::WatcherStalled, message).with("seconds", seconds)
+}
+
+fn gave_way(allowed: u64) -> ServiceError {
+    let message = format!(
+        "watchers that do not read hold more than {allowed} bytes of frames, and this one has waited longest"
+    );
+    ServiceError::new(Reason::WatcherStalled, message).with("allowed", allowed)
 }

@@ -8,11 +8,14 @@ mod timings;
 mod sheet;
 mod ball;
 mod paper;
+mod cloud;
+mod process;
 mod zara;
 mod cloth;
 mod stream;
 mod snow;
 mod stomakhin;
+mod serve;
 
 use clap::{Args, Subcommand};
 
@@ -32,6 +35,7 @@ enum Suite {
     Stream(stream::StreamArgs),
     Snow(snow::SnowArgs),
     Stomakhin(stomakhin::StomakhinArgs),
+    Serve(serve::ServeArgs),
 }
 
 /// Runs `nappe bench`.
@@ -45,5 +49,6 @@ pub(crate) fn run(args: &BenchArgs) -> Result<()> {
         Suite::Stream(args) => stream::run(args),
         Suite::Snow(args) => snow::run(args),
         Suite::Stomakhin(args) => stomakhin::run(args),
+        Suite::Serve(args) => serve::run(args),
     }
 }

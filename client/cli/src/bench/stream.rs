@@ -8,12 +8,10 @@
 use std::time::{Duration, Instant};
 
 use clap::Args;
-use nappe_client::{Client, CreateSession, Event, MeshUpload, Precision, Wait, WatchOptions, v1};
-use nappe_scene::{Body, Mass, Mesh, Scene};
-use nappe_sim::cloth::Integrator;
+use nappe_client::{Client, CreateSession, Event, Precision, Wait, WatchOptions, v1};
 use serde::Serialize;
 
-use super::{row::Row, sample};
+use super::{cloud::cloud, row::Row, sample};
 use crate::{
     compute::Embedded,
     error::{CliError, Result},
@@ -23,6 +21,8 @@ use crate::{
 
 /// Bytes per particle of a frame: a position in binary32.
 const PARTICLE_BYTES: u64 = 12;
+/// Time step of the particles (s).
+const DT: f64 = 1e-3;
 /// Frames computed at most; small ones would otherwise take thousands.
 const MAX_FRAMES: u64 = 200;
 /// Least time that the passes over the frames of one size take together (s).
@@ -81,7 +81,7 @@ async fn measure(client: &Client, particles: usize, limits: &v1::Limits) -> Resu
     let frames = (limits.history_bytes_per_session / 2 / frame_bytes).clamp(2, MAX_FRAMES);
     let session = client
         .create_session(CreateSession {
-            scene: cloud(client, particles).await?,
+            scene: cloud(client, particles, DT, 1).await?,
             precision: Some(Precision::F32),
             ..CreateSession::default()
         })
@@ -134,22 +134,6 @@ async fn pass(client: &Client, session: &v1::Session) -> Result<f64> {
         }
     }
     Err(CliError::failure(format!("the stream ended before frame {}", session.frame)))
-}
-
-/// Free particles on a square, falling.
-async fn cloud(client: &Client, particles: usize) -> Result<nappe_client::Scene> {
-    let side = (particles as f64).sqrt().ceil() as usize;
-    let points = (0..particles).map(|i| [(i % side) as f64 * 0.01, 0.0, (i / side) as f64 * 0.01]).collect();
-    let mesh = MeshUpload { name: "cloud".to_owned(), points, ..MeshUpload::default() };
-    // The mesh has no triangles on purpose, so the warnings about that are left out.
-    let upload = client.upload_mesh(&mesh).await?.mesh_id;
-    let body = Body {
-        mass: Some(Mass::Particle(0.01)),
-        integrator: Integrator::SymplecticEuler,
-        ..Body::new("cloud", Mesh::Upload { upload })
-    };
-    let scene = Scene { title: "free particles".to_owned(), bodies: vec![body], ..Scene::default() };
-    Ok(nappe_client::Scene::Text(scene.to_toml()))
 }
 
 fn text(rows: &[StreamRow]) -> String {

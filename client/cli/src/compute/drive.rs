@@ -1,22 +1,17 @@
 //! Drives a session from its start to its end, saving every frame if asked to.
 //!
-//! With frames to save, the server is asked for a few frames' worth of steps at a time and the
-//! next window starts when those frames are written: no frame is lost, however slow the disk, and
-//! the server never keeps more than a window. Without, the session plays as fast as it can and
-//! only its diagnostics travel.
+//! With frames to save, the session waits for the frames to be written: none is lost, however slow the disk, and the
+//! server keeps no more than it keeps anyway. Without, it plays as fast as it can and only its diagnostics travel.
 
 use nappe_client::{Client, ClientError, Event, FrameStream, Wait, WatchOptions, v1};
 
 use super::progress::Progress;
 use crate::{
     error::{CliError, Result},
-    fields::{NODE_BYTES, PARTICLE_BYTES},
     remote,
     save::Sink,
 };
 
-/// Frames in a window.
-const WINDOW_FRAMES: u64 = 8;
 /// Rate of diagnostics when no frame is saved (Hz).
 const DIAGNOSTICS_HZ: f64 = 10.0;
 
@@ -60,31 +55,22 @@ pub(crate) async fn drive(client: &Client, session: &v1::Session, sink: Option<&
     progress.finish();
     let session = match end {
         DriveEnd::Session => client.get_session(id).await?,
-        DriveEnd::Interrupted => client.pause(id).await?,
+        DriveEnd::Interrupted => client.pause(id, Wait::Yes).await?.session,
     };
     Ok(Driven { session, end })
 }
 
-/// Steps in windows and saves every frame.
+/// Plays and saves every frame.
 async fn save(client: &Client, session: &v1::Session, sink: &mut Sink, progress: &Progress) -> Result<()> {
     let id = session.session_id.as_str();
-    let options = sink.watch(WatchOptions::every_from(0), session);
-    let window = window_steps(client, session, &options).await?;
-    let frames = client.watch(id, options).await?;
-    let mut saving = Saving { client, id, frames, sink, progress, newest: None, broken: None };
-    saving.run(window).await
-}
+    let options = WatchOptions { pace_to_watcher: true, ..WatchOptions::every_from(0) };
+    let frames = client.watch(id, sink.watch(options, session)).await?;
+    client.play(id, 0.0).await?;
 
-/// Steps of a window: as many as [`WINDOW_FRAMES`] frames take, fewer if the server keeps fewer.
-async fn window_steps(client: &Client, session: &v1::Session, options: &WatchOptions) -> Result<u64> {
-    let limits = client.server_info().await?.limits.unwrap_or_default();
-    let nodes = options.grid.map_or(0, |_| u64::from(limits.max_grid_nodes));
-    let frame_bytes = (session.particle_count * PARTICLE_BYTES + nodes * NODE_BYTES).max(1);
-    // Half of what is kept, so that the window before may still be on its way.
-    let kept = limits.history_bytes_per_session / 2 / frame_bytes;
-    let frames = WINDOW_FRAMES.min(kept).max(1);
-    let steps = frames * u64::from(session.frame_interval_steps.max(1));
-    Ok(steps.min(limits.max_steps_per_call.max(1)))
+    let mut saving = Saving { id, frames, sink, progress, newest: None, broken: None };
+    while saving.receive().await? == Arrival::Saved {}
+    let session = client.get_session(id).await?;
+    saving.nothing_lost(&session)
 }
 
 /// Plays without frames; diagnostics only move the progress bar.
@@ -112,7 +98,6 @@ fn has_ended(session: &v1::Session) -> bool {
 
 /// A drive that saves.
 struct Saving<'a> {
-    client: &'a Client,
     id: &'a str,
     frames: FrameStream,
     sink: &'a mut Sink,
@@ -133,24 +118,6 @@ enum Arrival {
 }
 
 impl Saving<'_> {
-    async fn run(&mut self, window: u64) -> Result<()> {
-        loop {
-            let session = self.step_window(window).await?;
-            let ended = has_ended(&session);
-            while ended || self.newest.is_none_or(|newest| newest < session.frame) {
-                if self.receive().await? == Arrival::Over {
-                    break;
-                }
-            }
-            if ended {
-                return self.nothing_lost(&session);
-            }
-            if let Some(error) = self.broken.take() {
-                return Err(error.into());
-            }
-        }
-    }
-
     /// A session that finished must have given every frame; one that failed gave what it could.
     fn nothing_lost(&mut self, session: &v1::Session) -> Result<()> {
         if session.state() == v1::SessionState::Failed || self.newest == Some(session.frame) {
@@ -163,28 +130,6 @@ impl Saving<'_> {
                 self.id, session.frame
             )),
         })
-    }
-
-    /// Takes the steps of a window and saves what arrives meanwhile.
-    async fn step_window(&mut self, window: u64) -> Result<v1::Session> {
-        let (client, id) = (self.client, self.id);
-        let mut stepping = std::pin::pin!(client.step(id, window, Wait::Yes));
-        let mut streaming = true;
-        loop {
-            tokio::select! {
-                answer = &mut stepping => return match answer {
-                    Ok(session) => Ok(session),
-                    Err(error) => self.failed_session(error).await,
-                },
-                arrival = self.receive(), if streaming => streaming = arrival? == Arrival::Saved,
-            }
-        }
-    }
-
-    /// The session, if it is because it failed that a call did.
-    async fn failed_session(&self, error: ClientError) -> Result<v1::Session> {
-        let session = self.client.get_session(self.id).await?;
-        if has_ended(&session) { Ok(session) } else { Err(error.into()) }
     }
 
     /// Saves the next frame, whatever else arrives before it.

@@ -9,6 +9,9 @@ use nappe_server::{App, Config, TokenPlace};
 
 use crate::error::{CliError, Result};
 
+/// How long the server waits for this command to take a frame (s): a disk may be slow.
+const STALL_SECONDS: f64 = 3600.0;
+
 /// A running server and a client connected to it.
 #[derive(Debug)]
 pub(crate) struct Embedded {
@@ -26,7 +29,9 @@ impl Embedded {
         let address = SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), 0).into();
         // Nobody else on this machine gets in, and nobody has to be told the token.
         let token_place = TokenPlace::Memory;
-        let app = App::start(Config { address, token_place, ..Config::default() })
+        let config =
+            Config { address, token_place, watcher_stall_seconds: STALL_SECONDS, ..Config::default() };
+        let app = App::start(config)
             .map_err(|error| CliError::failure(format!("cannot start a server in this command: {error}")))?;
         let token =
             app.token().ok_or_else(|| CliError::failure("the server in this command has no token"))?;

@@ -17,6 +17,7 @@ mod play;
 mod pause;
 mod step;
 mod update;
+mod changes;
 mod watch;
 mod view;
 mod stop;
@@ -57,6 +58,7 @@ enum Verb {
     Pause(pause::PauseArgs),
     Step(step::StepArgs),
     Update(update::UpdateArgs),
+    Changes(changes::ChangesArgs),
     Watch(watch::WatchArgs),
     View(view::ViewArgs),
     Stop(stop::StopArgs),
@@ -85,6 +87,7 @@ pub(crate) fn run(cli: &Cli) -> Result<()> {
         Some(Verb::Pause(args)) => pause::run(args),
         Some(Verb::Step(args)) => step::run(args),
         Some(Verb::Update(args)) => update::run(args),
+        Some(Verb::Changes(args)) => changes::run(args),
         Some(Verb::Watch(args)) => watch::run(args),
         Some(Verb::View(args)) => view::run(args),
         Some(Verb::Stop(args)) => stop::run(args),

@@ -25,6 +25,9 @@ pub(crate) struct UpdateArgs {
     /// Change before the step with this index, counted from 0 [default: the next step]
     #[arg(long, value_name = "STEP", default_value_t = 0, hide_default_value = true)]
     at_step: u64,
+    /// Answer only when the change takes effect
+    #[arg(long)]
+    wait: bool,
     /// Gravity, (0, -9.81, 0) on the Earth (m/s^2)
     #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true)]
     gravity: Option<v1::Vector3>,
@@ -64,11 +67,14 @@ pub(crate) fn run(args: &UpdateArgs) -> Result<()> {
     let SessionArgs { id, server, output } = &args.session;
     remote::block_on(async {
         let client = remote::connect(server).await?;
-        let effective_step = remote::answer(id, client.update(request)).await?;
+        let accepted = remote::answer(id, client.update(request)).await?;
+        let v1::UpdateParametersResponse { effective_step, order } = accepted;
         match output.format() {
-            Format::Json => output::json(&json!({ "session_id": id, "effective_step": effective_step })),
+            Format::Json => {
+                output::json(&json!({ "session_id": id, "effective_step": effective_step, "order": order }))
+            }
             Format::Text => {
-                output::line(&format!("{id}: the change takes effect before step {effective_step}"))
+                output::line(&format!("{id}: change {order} takes effect before step {effective_step}"))
             }
         }
     })
@@ -103,6 +109,7 @@ fn request(args: &UpdateArgs) -> Result<v1::UpdateParametersRequest> {
         springs,
         pins: args.pin.clone(),
         drag: args.drag,
+        wait: args.wait,
         ..v1::UpdateParametersRequest::of(&args.session.id)
     })
 }

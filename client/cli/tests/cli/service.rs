@@ -99,6 +99,15 @@ fn play_pause_stop_and_update_do_what_they_say() {
         .ok()
         .json();
     assert_eq!(later["effective_step"], 100_000);
+    let waiting = server.nappe(&["changes", "endless"]).ok().json();
+    assert_eq!(
+        (&waiting[1]["order"], &waiting[1]["effective_step"]),
+        (&later["order"], &100_000.into()),
+        "{waiting}"
+    );
+    assert_eq!(waiting[1]["sets"], serde_json::json!(["drag 0.001", "springs (2)", "pins (1)"]));
+    let order = later["order"].to_string();
+    assert_eq!(server.nappe(&["changes", "endless", "--drop", &order]).ok().json()["dropped_count"], 1);
     let refused = server.nappe(&["update", "endless", "--pin", "50=0,0,0"]);
     assert_eq!(refused.code, Some(5), "{refused:?}");
     assert!(refused.stderr.contains("50") && refused.stderr.contains("INVALID_CHANGE"), "{}", refused.stderr);

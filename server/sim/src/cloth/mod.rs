@@ -60,7 +60,7 @@ pub fn step<R: Real>(
     let mut report = ClothReport::default();
     for substep in 1..=settings.substeps {
         state.aim_pins(dt);
-        report.solve = integrate::advance(model, settings, state, work, watch)?;
+        report.solve = integrate::advance(model, settings, around.interrupt, state, work, watch)?;
         let time = around.time + dt * f64::from(substep);
         let contacts = Contacts { colliders: around.colliders, time, dt, block_size: model.block_size };
         report.contact_count = resolve(contacts, &model.inv_m, &mut state.x, &mut state.v);

@@ -48,7 +48,7 @@ impl<R: Real> CgWorkspace<R> {
 /// Solves A x = b by conjugate gradient from the `x` given; in blocks of `block_size` rows.
 ///
 /// `x` becomes the solution, or the iterate with the smallest residual when the solve stops at the
-/// cap or at a curvature that is not positive. With [`Stop::Iterations`] it becomes the last
+/// cap, because the operator is interrupted or at a curvature that is not positive. With [`Stop::Iterations`] it becomes the last
 /// iterate, which minimises the error in the A-norm.
 ///
 /// # Panics
@@ -91,7 +91,7 @@ pub fn conjugate_gradient<R: Real>(
         if rr.sqrt() <= tolerance * b_norm || rr == 0.0 {
             break Outcome::Converged;
         }
-        if iterations == cap {
+        if iterations == cap || solve.a.is_interrupted() {
             break Outcome::IterationCap;
         }
 
@@ -279,10 +279,12 @@ impl<R: Real, A: LinearOperator<R>, M: Preconditioner<R>> Solve<'_, R, A, M> {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::atomic::{AtomicU32, Ordering};
+
     use super::{CgWorkspace, conjugate_gradient};
     use crate::{
-        linalg::{BlockCsr, Identity, Outcome, SolverSettings},
-        math::Vec3,
+        linalg::{BlockCsr, Identity, LinearOperator, Outcome, SolverSettings},
+        math::{Padded, Vec3},
     };
 
     #[test]
@@ -298,6 +300,38 @@ mod tests {
                 conjugate_gradient(&a, &Identity, &b, &mut x, &SolverSettings::default(), 32, &mut work);
             assert_eq!(report.outcome, Outcome::NotFinite { iteration });
             assert_eq!(x, [Vec3::zeros()]);
+        }
+    }
+
+    /// The second difference, which is given up after a number of products.
+    struct Chain {
+        products: AtomicU32,
+        allowed: u32,
+    }
+
+    impl LinearOperator<f64> for Chain {
+        fn apply(&self, first_row: usize, p: &[Padded<f64>], out: &mut [Vec3<f64>]) {
+            self.products.fetch_add(1, Ordering::Relaxed);
+            let x = |i: usize| p.get(i).map_or(Vec3::zeros(), Padded::vector);
+            for (i, out) in (first_row..).zip(out) {
+                *out = x(i) * 2.0 - x(i.wrapping_sub(1)) - x(i + 1);
+            }
+        }
+
+        fn is_interrupted(&self) -> bool {
+            self.products.load(Ordering::Relaxed) >= self.allowed
+        }
+    }
+
+    #[test]
+    fn a_solve_that_is_interrupted_makes_no_further_iteration() {
+        let b = vec![Vec3::new(1.0, 0.0, 0.0); 100];
+        for allowed in [0, 1, 7] {
+            let a = Chain { products: AtomicU32::new(0), allowed };
+            let (mut x, mut work) = (vec![Vec3::zeros(); 100], CgWorkspace::new(100, 100));
+            let settings = SolverSettings::default();
+            let report = conjugate_gradient(&a, &Identity, &b, &mut x, &settings, 100, &mut work);
+            assert_eq!((report.outcome, report.iterations), (Outcome::IterationCap, allowed));
         }
     }
 }

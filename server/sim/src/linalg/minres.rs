@@ -75,7 +75,7 @@ impl<R: Real> MinresWorkspace<R> {
 ///
 /// - [`Outcome::Converged`] when it met the tolerance,
 /// - [`Outcome::IterationCap`] when it did not, after the iterations of [`Stop::Iterations`], or
-///   before the cap when rounding keeps the residual from falling further,
+///   before the cap when rounding keeps the residual from falling further or the operator is interrupted,
 /// - [`Outcome::Singular`] when A r vanishes while r does not: x solves the system in the sense of
 ///   least squares only,
 /// - [`Outcome::NotFinite`] when a number left the range of its precision: in b or the `x` given
@@ -117,7 +117,7 @@ pub fn minres<R: Real, A: WholeOperator<R>>(
         if residual <= goal {
             break Outcome::Converged;
         }
-        if iterations == cap {
+        if iterations == cap || solve.a.is_interrupted() {
             break Outcome::IterationCap;
         }
 
@@ -150,7 +150,7 @@ pub fn minres<R: Real, A: WholeOperator<R>>(
 /// How a run of iterations ended.
 #[derive(Clone, Copy, Debug)]
 enum End {
-    /// At its goal, as far as the recursion knows, or at its cap.
+    /// At its goal, as far as the recursion knows, at its cap, or interrupted.
     Goal,
     /// A r vanishes: no step makes the residual smaller.
     Singular,
@@ -235,7 +235,7 @@ impl<R: Real, A: WholeOperator<R>> Solve<'_, R, A> {
         let mut qr = LanczosQr::new(residual);
         let mut iterations = 0;
         let end = loop {
-            if qr.residual <= goal || iterations == cap {
+            if qr.residual <= goal || iterations == cap || self.a.is_interrupted() {
                 break End::Goal;
             }
 

@@ -6,12 +6,22 @@ use crate::math::{Padded, Real, Vec3};
 pub trait LinearOperator<R: Real>: Sync {
     /// Writes rows `first_row..first_row + out.len()` of A p.
     fn apply(&self, first_row: usize, p: &[Padded<R>], out: &mut [Vec3<R>]);
+
+    /// Whether the solve is to be given up; asked before each iteration.
+    fn is_interrupted(&self) -> bool {
+        false
+    }
 }
 
 /// A square matrix of 3 x 3 blocks, applied to a whole vector at once.
 pub trait WholeOperator<R: Real> {
     /// Writes all of A x into `out`; what `out` held plays no part.
     fn apply(&mut self, x: &[Vec3<R>], out: &mut [Vec3<R>]);
+
+    /// Whether the solve is to be given up; asked before each iteration.
+    fn is_interrupted(&self) -> bool {
+        false
+    }
 }
 
 /// An approximate inverse, applied row by row.

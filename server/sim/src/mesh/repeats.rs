@@ -85,7 +85,7 @@ fn ranges(entries: impl Iterator<Item = u32>, points: usize) -> Vec<(Range<u32>,
 
 #[cfg(test)]
 mod tests {
-    use std::collections::BTreeMap;
+    use std::collections::{BTreeMap, BTreeSet};
 
     use super::*;
 
@@ -107,11 +107,11 @@ mod tests {
         let first = edges.keys().next().map(|first| (edges.len(), *first));
         assert_eq!(crowded_edges(triangles, points), first);
 
-        let mut seen = BTreeMap::new();
+        let mut seen = BTreeSet::new();
         let again = (0..triangles.len()).filter(|i| {
             let mut corners = triangles[*i];
             corners.sort_unstable();
-            seen.insert(corners, ()).is_some()
+            !seen.insert(corners)
         });
         let again: Vec<usize> = again.collect();
         assert_eq!(repeated_triangles(triangles, points), again.first().map(|first| (again.len(), *first)));

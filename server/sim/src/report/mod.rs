@@ -195,6 +195,8 @@ pub enum StepFailure {
     GridMemory { particle: u64, position: [f64; 3], bytes: u64, limit: u64 },
     #[error("the grid holds {found:.9e} kg of the particles' {expected:.9e} kg")]
     Mass { expected: f64, found: f64 },
+    #[error("the step was given up because the caller asked for it")]
+    Interrupted,
 }
 
 impl StepFailure {
@@ -213,7 +215,7 @@ impl StepFailure {
                 *particle += first;
                 *other += first;
             }
-            Self::Solver { .. } | Self::Mass { .. } => {}
+            Self::Solver { .. } | Self::Mass { .. } | Self::Interrupted => {}
         }
         self
     }
@@ -232,6 +234,7 @@ impl StepFailure {
             Self::OutOfRange { .. } => "OUT_OF_RANGE",
             Self::GridMemory { .. } => "GRID_MEMORY",
             Self::Mass { .. } => "MASS_LOST",
+            Self::Interrupted => "STEPS_INTERRUPTED",
         }
     }
 
@@ -247,7 +250,7 @@ impl StepFailure {
             | Self::Deformation { particle, .. }
             | Self::OutOfRange { particle, .. }
             | Self::GridMemory { particle, .. } => Some(*particle),
-            Self::Solver { .. } | Self::Mass { .. } => None,
+            Self::Solver { .. } | Self::Mass { .. } | Self::Interrupted => None,
         }
     }
 
@@ -262,7 +265,7 @@ impl StepFailure {
             | Self::Mass { found: value, .. } => Some(*value),
             Self::GridMemory { bytes, .. } => Some(*bytes as f64),
             Self::TimeStep { dt, .. } | Self::Substeps { dt, .. } => Some(*dt),
-            Self::Solver { .. } | Self::OutOfRange { .. } => None,
+            Self::Solver { .. } | Self::OutOfRange { .. } | Self::Interrupted => None,
         }
     }
 }

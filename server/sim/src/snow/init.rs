@@ -20,6 +20,7 @@ use super::{
 };
 use crate::{
     collide::Collider,
+    interrupt::Interrupt,
     math::{LANES, Real, dispatch},
 };
 
@@ -135,7 +136,8 @@ fn volumes_from_grid<R: Real>(
     work: &mut SnowWorkspace<R>,
     of: &[bool],
 ) {
-    let still = StepContext { dt: 0.0, time: 0.0, gravity: [0.0; 3], colliders: &[] };
+    let never = Interrupt::default();
+    let still = StepContext { dt: 0.0, time: 0.0, gravity: [0.0; 3], colliders: &[], interrupt: &never };
     particles_to_grid(model, particles, work.sorter.sorted(), &mut work.grid, still.dt);
     work.grid_diagnostics = update_grid(model, &still, &mut work.grid, &mut work.block_diagnostics);
 

@@ -54,46 +54,28 @@ impl<R: Real> Snow<R> {
         self.model.object_of(particle)
     }
 
-    /// Adds what `of` says of each particle to `out`, in the user's numbering.
-    fn in_order<T: Clone>(&self, out: &mut Vec<T>, empty: T, mut of: impl FnMut(usize) -> T) {
-        let start = out.len();
-        out.resize(start + self.particle_count(), empty);
-        for (place, id) in self.state.particles.id.iter().enumerate() {
-            out[start + *id as usize] = of(place);
-        }
+    /// Writes positions (m), x y z per particle in the user's numbering, over `out`.
+    pub fn positions<T: Send>(&self, out: &mut [T], convert: impl Fn(R) -> T + Sync) {
+        let particles = &self.state.particles;
+        particles.write_in_order(out, |place| particles.x(place).map(&convert));
     }
 
-    /// The same for three numbers per particle.
-    fn vectors<T: Clone>(&self, out: &mut Vec<T>, of: impl Fn(usize) -> [R; 3], convert: impl Fn(R) -> T) {
-        let start = out.len();
-        out.resize(start + 3 * self.particle_count(), convert(R::zero()));
-        for (place, id) in self.state.particles.id.iter().enumerate() {
-            let at = start + 3 * *id as usize;
-            for (out, value) in out[at..at + 3].iter_mut().zip(of(place)) {
-                *out = convert(value);
-            }
-        }
+    /// Writes velocities (m/s), as for positions.
+    pub fn velocities<T: Send>(&self, out: &mut [T], convert: impl Fn(R) -> T + Sync) {
+        let particles = &self.state.particles;
+        particles.write_in_order(out, |place| particles.v(place).map(&convert));
     }
 
-    /// Positions (m), x y z per particle, in the user's numbering, added to `out`.
-    pub fn positions<T: Clone>(&self, out: &mut Vec<T>, convert: impl Fn(R) -> T) {
-        self.vectors(out, |place| self.state.particles.x(place), convert);
-    }
-
-    /// Velocities (m/s), as for positions.
-    pub fn velocities<T: Clone>(&self, out: &mut Vec<T>, convert: impl Fn(R) -> T) {
-        self.vectors(out, |place| self.state.particles.v(place), convert);
-    }
-
-    /// Plastic volume ratios J_P, one per particle in the user's numbering, added to `out`.
-    pub fn plastic_ratios<T: Clone>(&self, out: &mut Vec<T>, convert: impl Fn(R) -> T) {
-        self.in_order(out, convert(R::zero()), |place| convert(self.state.particles.plastic_ratio(place)));
+    /// Writes plastic volume ratios J_P, one per particle in the user's numbering, over `out`.
+    pub fn plastic_ratios<T: Send>(&self, out: &mut [T], convert: impl Fn(R) -> T + Sync) {
+        let particles = &self.state.particles;
+        particles.write_in_order(out, |place| [convert(particles.plastic_ratio(place))]);
     }
 
     /// Frobenius norms of the Cauchy stress (Pa), as for plastic ratios: |V0 tau| / (V0 J), J = det F_E J_P.
-    pub fn stress_norms<T: Clone>(&self, out: &mut Vec<T>, convert: impl Fn(R) -> T) {
+    pub fn stress_norms<T: Send>(&self, out: &mut [T], convert: impl Fn(R) -> T + Sync) {
         let particles = &self.state.particles;
-        self.in_order(out, convert(R::zero()), |place| {
+        particles.write_in_order(out, |place| {
             let [xx, yy, zz, xy, xz, yz] = particles.v0_tau(place).map(Real::to_f64);
             let norm2 = xx * xx + yy * yy + zz * zz + 2.0 * (xy * xy + xz * xz + yz * yz);
             let [a, b, c] = particles.f_e(place).map(|row| vec3::<f64>(row.map(Real::to_f64)));
@@ -101,7 +83,7 @@ impl<R: Real> Snow<R> {
             let volume = particles.volume(place).to_f64() * a.cross(&b).dot(&c).abs();
             let volume = volume * particles.plastic_ratio(place).to_f64();
             let stress = if volume > 0.0 { norm2.sqrt() / volume } else { 0.0 };
-            convert(R::of(stress.min(R::LARGEST)))
+            [convert(R::of(stress.min(R::LARGEST)))]
         });
     }
 
@@ -119,7 +101,8 @@ impl<R: Real> Snow<R> {
         };
 
         if !particles.id.is_empty() {
-            self.in_order(&mut out, state(0), state);
+            out.resize(particles.len(), state(0));
+            particles.write_in_order(&mut out, |place| [state(place)]);
         }
 
         out

@@ -87,24 +87,30 @@ impl<R: Real> Body<R> {
         }
     }
 
-    /// Adds positions (m), x y z per particle, to `out`, in the user's numbering.
-    pub(super) fn positions<T: Clone>(&self, out: &mut Vec<T>, convert: &impl Fn(R) -> T) {
+    /// Writes positions (m), x y z per particle in the user's numbering, over `out`.
+    pub(super) fn positions<T: Send>(&self, out: &mut [T], convert: &(impl Fn(R) -> T + Sync)) {
         on_body!(self, body => body.positions(out, convert));
     }
 
-    /// Adds velocities (m/s), x y z per particle.
-    pub(super) fn velocities<T: Clone>(&self, out: &mut Vec<T>, convert: &impl Fn(R) -> T) {
+    /// Writes velocities (m/s), x y z per particle.
+    pub(super) fn velocities<T: Send>(&self, out: &mut [T], convert: &(impl Fn(R) -> T + Sync)) {
         on_body!(self, body => body.velocities(out, convert));
     }
 
-    /// Adds plastic volume ratios, one per particle; 1 for cloth.
-    pub(super) fn plastic_ratios<T: Clone>(&self, out: &mut Vec<T>, convert: &impl Fn(R) -> T) {
-        on_body!(self, body => body.plastic_ratios(out, convert));
+    /// Writes plastic volume ratios, one per particle; 1 for cloth.
+    pub(super) fn plastic_ratios<T: Clone + Send>(&self, out: &mut [T], convert: &(impl Fn(R) -> T + Sync)) {
+        match self {
+            Self::Cloth(_) => out.fill(convert(R::one())),
+            Self::Snow(snow) => snow.plastic_ratios(out, convert),
+        }
     }
 
-    /// Adds Frobenius norms of the Cauchy stress (Pa), one per particle; 0 for cloth.
-    pub(super) fn stress_norms<T: Clone>(&self, out: &mut Vec<T>, convert: &impl Fn(R) -> T) {
-        on_body!(self, body => body.stress_norms(out, convert));
+    /// Writes Frobenius norms of the Cauchy stress (Pa), one per particle; 0 for cloth.
+    pub(super) fn stress_norms<T: Clone + Send>(&self, out: &mut [T], convert: &(impl Fn(R) -> T + Sync)) {
+        match self {
+            Self::Cloth(_) => out.fill(convert(R::zero())),
+            Self::Snow(snow) => snow.stress_norms(out, convert),
+        }
     }
 
     /// Adds the exact state to a hash, in the user's numbering.

@@ -1,13 +1,17 @@
 //! A world in one precision: built from a setup, advanced step by step.
 
+use std::sync::Arc;
+
 use super::{
     body::Body,
     cloth::Cloth,
+    rules::ChangeRules,
     setup::{SetupError, WorldSetup},
     snow::SnowBody,
 };
 use crate::{
     collide::Collider,
+    interrupt::Interrupt,
     math::Real,
     report::{Diagnostics, StepError, StepReport, Stopwatch},
     surroundings::Surroundings,
@@ -25,6 +29,8 @@ pub struct World<R: Real> {
     /// Cloths in the order of the setup, then the snow, which goes last: a cloth that fails has then
     /// not moved it.
     pub(super) bodies: Vec<Body<R>>,
+    pub(super) rules: Arc<ChangeRules>,
+    pub(super) interrupt: Interrupt,
 }
 
 impl<R: Real> World<R> {
@@ -51,7 +57,8 @@ impl<R: Real> World<R> {
         }
 
         let (gravity, wind, colliders) = (*gravity, *wind, colliders.clone());
-        Ok((Self { dt: *dt, step_count: 0, gravity, wind, colliders, bodies }, warnings))
+        let (rules, interrupt) = (Arc::new(ChangeRules::of(&bodies)), Interrupt::default());
+        Ok((Self { dt: *dt, step_count: 0, gravity, wind, colliders, bodies, rules, interrupt }, warnings))
     }
 
     /// Takes one step, on the rayon pool that the caller installed.
@@ -62,8 +69,8 @@ impl<R: Real> World<R> {
     pub fn step(&mut self, watch: &mut dyn Stopwatch) -> Result<StepReport, StepError> {
         let mut report = StepReport::default();
         let time = self.time();
-        let Self { dt, gravity, wind, colliders, bodies, .. } = self;
-        let around = Surroundings { gravity: *gravity, wind: *wind, colliders, time, dt: *dt };
+        let Self { dt, gravity, wind, colliders, bodies, interrupt, .. } = self;
+        let around = Surroundings { gravity: *gravity, wind: *wind, colliders, time, dt: *dt, interrupt };
 
         for index in 0..bodies.len() {
             match bodies[index].step(&around, watch) {
@@ -84,10 +91,18 @@ impl<R: Real> World<R> {
 
     /// Diagnostics of the state as it is.
     pub fn diagnose(&self) -> Diagnostics {
-        let Self { dt, gravity, wind, colliders, bodies, .. } = self;
-        let around = Surroundings { gravity: *gravity, wind: *wind, colliders, time: self.time(), dt: *dt };
+        let Self { dt, gravity, wind, colliders, bodies, interrupt, .. } = self;
+        let time = self.time();
+        let around = Surroundings { gravity: *gravity, wind: *wind, colliders, time, dt: *dt, interrupt };
         let add = |total: Diagnostics, body: &Body<R>| total.with(&body.diagnose(&around));
         bodies.iter().fold(Diagnostics::default(), add)
+    }
+
+    /// What asks a step in progress to give up; the step then fails with [`StepFailure::Interrupted`].
+    ///
+    /// [`StepFailure::Interrupted`]: crate::report::StepFailure::Interrupted
+    pub fn interrupt(&self) -> &Interrupt {
+        &self.interrupt
     }
 
     /// Time step (s).

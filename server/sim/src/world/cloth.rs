@@ -1,6 +1,7 @@
 //! A cloth as a body of a world: built, stepped, undone, changed, looked at.
 
 use nalgebra::SymmetricEigen;
+use rayon::prelude::*;
 
 use super::{
     parameters::{ClothParameters, ranges},
@@ -14,6 +15,9 @@ use crate::{
     report::{Diagnostics, StepFailure, Stopwatch},
     surroundings::Surroundings,
 };
+
+/// Particles that a thread copies at a time, when they are looked at.
+const BLOCK_SIZE: usize = 4096;
 
 /// A cloth in a world.
 #[derive(Clone, Debug)]
@@ -155,27 +159,22 @@ impl<R: Real> Cloth<R> {
         motions.dedup_by_key(|motion| motion.particle);
     }
 
-    pub(super) fn positions<T: Clone>(&self, out: &mut Vec<T>, convert: &impl Fn(R) -> T) {
+    pub(super) fn positions<T: Send>(&self, out: &mut [T], convert: &(impl Fn(R) -> T + Sync)) {
         self.vectors(out, &self.state.x, convert);
     }
 
-    pub(super) fn velocities<T: Clone>(&self, out: &mut Vec<T>, convert: &impl Fn(R) -> T) {
+    pub(super) fn velocities<T: Send>(&self, out: &mut [T], convert: &(impl Fn(R) -> T + Sync)) {
         self.vectors(out, &self.state.v, convert);
     }
 
-    fn vectors<T>(&self, out: &mut Vec<T>, values: &[Vec3<R>], convert: &impl Fn(R) -> T) {
-        for &place in &self.model.place {
-            let v = &values[place as usize];
-            out.extend([convert(v.x), convert(v.y), convert(v.z)]);
-        }
-    }
-
-    pub(super) fn plastic_ratios<T: Clone>(&self, out: &mut Vec<T>, convert: &impl Fn(R) -> T) {
-        out.resize(out.len() + self.model.count, convert(R::one()));
-    }
-
-    pub(super) fn stress_norms<T: Clone>(&self, out: &mut Vec<T>, convert: &impl Fn(R) -> T) {
-        out.resize(out.len() + self.model.count, convert(R::zero()));
+    fn vectors<T: Send>(&self, out: &mut [T], values: &[Vec3<R>], convert: &(impl Fn(R) -> T + Sync)) {
+        let (blocks, places) = (out.par_chunks_mut(3 * BLOCK_SIZE), self.model.place.par_chunks(BLOCK_SIZE));
+        (blocks, places).into_par_iter().for_each(|(out, places)| {
+            for (out, &place) in out.as_chunks_mut().0.iter_mut().zip(places) {
+                let v = &values[place as usize];
+                *out = [convert(v.x), convert(v.y), convert(v.z)];
+            }
+        });
     }
 
     /// Positions and velocities as little-endian binary64.

@@ -10,14 +10,15 @@ mod parameters;
 mod cloth;
 mod snow;
 mod body;
+mod rules;
 mod clock;
 mod change;
 mod view;
 mod simulation;
 
-pub use change::{Change, ChangeError, allowed};
 pub use clock::World;
 pub use parameters::{ClothParameters, SpringRange, WorldParameters};
+pub use rules::{Change, ChangeError, ChangeRules, allowed};
 pub use setup::{BodySetup, SetupError, WorldSetup};
 pub use simulation::Simulation;
 pub use topology::{BodyTopology, StepBound};

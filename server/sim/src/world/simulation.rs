@@ -1,14 +1,17 @@
 //! A world in a precision chosen at run time.
 
+use std::sync::Arc;
+
 use super::{
-    change::{Change, ChangeError},
     clock::World,
     parameters::WorldParameters,
+    rules::{Change, ChangeError, ChangeRules},
     setup::{SetupError, WorldSetup},
     topology::{BodyTopology, StepBound},
 };
 use crate::{
     collide::Collider,
+    interrupt::Interrupt,
     math::{Precision, Real},
     report::{Diagnostics, StepError, StepReport, Stopwatch},
     snow::{GridNode, ParticleState, Snow},
@@ -97,6 +100,12 @@ impl Simulation {
         on_world!(self, world => world.step(watch))
     }
 
+    /// What asks a step in progress to give up; the step then fails with
+    /// [`StepFailure::Interrupted`](crate::report::StepFailure::Interrupted).
+    pub fn interrupt(&self) -> &Interrupt {
+        on_world!(self, world => world.interrupt())
+    }
+
     /// Diagnostics of the state as it is.
     pub fn diagnose(&self) -> Diagnostics {
         on_world!(self, world => world.diagnose())
@@ -110,12 +119,9 @@ impl Simulation {
         on_world!(self, world => world.apply(changes))
     }
 
-    /// Checks changes without applying them.
-    ///
-    /// # Errors
-    /// The first change that would be refused.
-    pub fn check(&self, changes: &[Change]) -> Result<(), ChangeError> {
-        on_world!(self, world => world.check(changes))
+    /// Which changes it accepts.
+    pub fn rules(&self) -> &Arc<ChangeRules> {
+        on_world!(self, world => world.rules())
     }
 
     /// Parameters as they are now.
@@ -123,7 +129,7 @@ impl Simulation {
         on_world!(self, world => world.parameters())
     }
 
-    /// Positions (m), x y z per particle, in the user's numbering. Clears `out` first.
+    /// Positions (m), x y z per particle, in the user's numbering; `out` becomes as long as they are.
     pub fn positions_f32(&self, out: &mut Vec<f32>) {
         on_world!(self, world => world.positions(out, |c| c.to_f64() as f32));
     }
@@ -133,7 +139,7 @@ impl Simulation {
         on_world!(self, world => world.positions(out, Real::to_f64));
     }
 
-    /// Velocities (m/s), x y z per particle, in the user's numbering. Clears `out` first.
+    /// Velocities (m/s), x y z per particle, in the user's numbering; `out` becomes as long as they are.
     pub fn velocities_f32(&self, out: &mut Vec<f32>) {
         on_world!(self, world => world.velocities(out, |c| c.to_f64() as f32));
     }
@@ -163,7 +169,7 @@ impl Simulation {
         on_world!(self, world => world.step_bounds())
     }
 
-    /// Plastic volume ratios J_P, one per particle; 1 for cloth. Clears `out` first.
+    /// Plastic volume ratios J_P, one per particle; 1 for cloth.
     pub fn plastic_ratios_f32(&self, out: &mut Vec<f32>) {
         on_world!(self, world => world.plastic_ratios(out, |c| c.to_f64() as f32));
     }
@@ -173,7 +179,7 @@ impl Simulation {
         on_world!(self, world => world.plastic_ratios(out, Real::to_f64));
     }
 
-    /// Frobenius norms of the Cauchy stress (Pa), one per particle; 0 for cloth. Clears `out` first.
+    /// Frobenius norms of the Cauchy stress (Pa), one per particle; 0 for cloth.
     pub fn stress_norms_f32(&self, out: &mut Vec<f32>) {
         on_world!(self, world => world.stress_norms(out, |c| c.to_f64() as f32));
     }

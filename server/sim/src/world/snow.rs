@@ -56,19 +56,19 @@ impl<R: Real> SnowBody<R> {
         failure.particle().map_or("snow", |particle| self.snow.object_of(particle))
     }
 
-    pub(super) fn positions<T: Clone>(&self, out: &mut Vec<T>, convert: &impl Fn(R) -> T) {
+    pub(super) fn positions<T: Send>(&self, out: &mut [T], convert: &(impl Fn(R) -> T + Sync)) {
         self.snow.positions(out, convert);
     }
 
-    pub(super) fn velocities<T: Clone>(&self, out: &mut Vec<T>, convert: &impl Fn(R) -> T) {
+    pub(super) fn velocities<T: Send>(&self, out: &mut [T], convert: &(impl Fn(R) -> T + Sync)) {
         self.snow.velocities(out, convert);
     }
 
-    pub(super) fn plastic_ratios<T: Clone>(&self, out: &mut Vec<T>, convert: &impl Fn(R) -> T) {
+    pub(super) fn plastic_ratios<T: Send>(&self, out: &mut [T], convert: &(impl Fn(R) -> T + Sync)) {
         self.snow.plastic_ratios(out, convert);
     }
 
-    pub(super) fn stress_norms<T: Clone>(&self, out: &mut Vec<T>, convert: &impl Fn(R) -> T) {
+    pub(super) fn stress_norms<T: Send>(&self, out: &mut [T], convert: &(impl Fn(R) -> T + Sync)) {
         self.snow.stress_norms(out, convert);
     }
 

@@ -46,32 +46,44 @@ impl<R: Real> World<R> {
         &self.colliders
     }
 
-    /// Positions (m), x y z per particle, in the user's numbering. Clears `out` first.
-    pub fn positions<T: Clone>(&self, out: &mut Vec<T>, convert: impl Fn(R) -> T) {
-        out.clear();
-        out.reserve(3 * self.particle_count());
-        self.bodies.iter().for_each(|body| body.positions(out, &convert));
+    /// Positions (m), x y z per particle, in the user's numbering; `out` becomes as long as they are.
+    pub fn positions<T: Copy + Default + Send>(&self, out: &mut Vec<T>, convert: impl Fn(R) -> T + Sync) {
+        self.per_body(out, 3, |body, out| body.positions(out, &convert));
     }
 
-    /// Velocities (m/s), x y z per particle, in the user's numbering. Clears `out` first.
-    pub fn velocities<T: Clone>(&self, out: &mut Vec<T>, convert: impl Fn(R) -> T) {
-        out.clear();
-        out.reserve(3 * self.particle_count());
-        self.bodies.iter().for_each(|body| body.velocities(out, &convert));
+    /// Velocities (m/s), as for positions.
+    pub fn velocities<T: Copy + Default + Send>(&self, out: &mut Vec<T>, convert: impl Fn(R) -> T + Sync) {
+        self.per_body(out, 3, |body, out| body.velocities(out, &convert));
     }
 
-    /// Plastic volume ratios, one per particle; 1 for cloth. Clears `out` first.
-    pub fn plastic_ratios<T: Clone>(&self, out: &mut Vec<T>, convert: impl Fn(R) -> T) {
-        out.clear();
-        out.reserve(self.particle_count());
-        self.bodies.iter().for_each(|body| body.plastic_ratios(out, &convert));
+    /// Plastic volume ratios, one per particle; 1 for cloth.
+    pub fn plastic_ratios<T: Copy + Default + Send>(
+        &self,
+        out: &mut Vec<T>,
+        convert: impl Fn(R) -> T + Sync,
+    ) {
+        self.per_body(out, 1, |body, out| body.plastic_ratios(out, &convert));
     }
 
-    /// Frobenius norms of the Cauchy stress (Pa), one per particle; 0 for cloth. Clears `out` first.
-    pub fn stress_norms<T: Clone>(&self, out: &mut Vec<T>, convert: impl Fn(R) -> T) {
-        out.clear();
-        out.reserve(self.particle_count());
-        self.bodies.iter().for_each(|body| body.stress_norms(out, &convert));
+    /// Frobenius norms of the Cauchy stress (Pa), one per particle; 0 for cloth.
+    pub fn stress_norms<T: Copy + Default + Send>(&self, out: &mut Vec<T>, convert: impl Fn(R) -> T + Sync) {
+        self.per_body(out, 1, |body, out| body.stress_norms(out, &convert));
+    }
+
+    /// Resizes `out` to `width` numbers per particle and lets each body write its part.
+    fn per_body<T: Copy + Default + Send>(
+        &self,
+        out: &mut Vec<T>,
+        width: usize,
+        write: impl Fn(&Body<R>, &mut [T]),
+    ) {
+        out.resize(width * self.particle_count(), T::default());
+        let mut left = out.as_mut_slice();
+        for body in &self.bodies {
+            let (own, others) = left.split_at_mut(width * body.particle_count());
+            write(body, own);
+            left = others;
+        }
     }
 
     /// Hash (XXH3, 64 bits) of the steps taken and of the exact state: positions and velocities, and

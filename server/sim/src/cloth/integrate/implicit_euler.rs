@@ -10,20 +10,26 @@ use crate::{
         settings::ClothSettings,
         step_operator::{StepOperator, pattern},
     },
+    interrupt::Interrupt,
     linalg::{
         BlockJacobi, CgWorkspace, Diagonal, Identity, LinearOperator, OperatorKind, Outcome,
         PreconditionerKind, SolveReport, SolverSettings, Symmetric3, conjugate_gradient,
     },
-    math::{Real, Vec3},
+    math::{Padded, Real, Vec3},
     report::{Stage, StepFailure},
 };
 
 pub(super) fn advance<R: Real>(
     step: &mut Step<'_, R>,
     settings: &ClothSettings,
+    interrupt: &Interrupt,
 ) -> Result<SolveReport, StepFailure> {
     step.forces();
-    let report = with_transverse(settings.hessian, Solve { step, settings });
+    let report = with_transverse(settings.hessian, Solve { step, settings, interrupt });
+    if interrupt.is_requested() {
+        return Err(StepFailure::Interrupted);
+    }
+
     match report.outcome {
         // Forces left the range of the precision: the velocities that they make show where.
         Outcome::NotFinite { iteration: 0 } => step.show_forces(),
@@ -44,6 +50,7 @@ pub(super) fn advance<R: Real>(
 struct Solve<'s, 'a, R: Real> {
     step: &'s mut Step<'a, R>,
     settings: &'s ClothSettings,
+    interrupt: &'s Interrupt,
 }
 
 impl<R: Real> WithTransverse for Solve<'_, '_, R> {
@@ -70,7 +77,8 @@ impl<R: Real> WithTransverse for Solve<'_, '_, R> {
         }
 
         watch.lap(Stage::Matrix);
-        let system = System { b: &work.b, inverse: &work.inverse, solver, block_size: model.block_size };
+        let (interrupt, block_size) = (self.interrupt, model.block_size);
+        let system = System { b: &work.b, inverse: &work.inverse, solver, block_size, interrupt };
         let report = match (&work.assembled, solver.operator) {
             (Some(matrix), OperatorKind::Assembled) => system.solve(matrix, &mut dv, &mut work.cg),
             _ => system.solve(&operator, &mut dv, &mut work.cg),
@@ -87,11 +95,13 @@ struct System<'a, R: Real> {
     inverse: &'a [Symmetric3<R>],
     solver: &'a SolverSettings,
     block_size: usize,
+    interrupt: &'a Interrupt,
 }
 
 impl<R: Real> System<'_, R> {
     fn solve(&self, a: &impl LinearOperator<R>, x: &mut [Vec3<R>], work: &mut CgWorkspace<R>) -> SolveReport {
-        let Self { b, inverse, solver, block_size } = *self;
+        let Self { b, inverse, solver, block_size, interrupt } = *self;
+        let a = &Interruptible { operator: a, interrupt };
         match solver.preconditioner {
             PreconditionerKind::Identity => conjugate_gradient(a, &Identity, b, x, solver, block_size, work),
             PreconditionerKind::Diagonal => {
@@ -101,6 +111,22 @@ impl<R: Real> System<'_, R> {
                 conjugate_gradient(a, &BlockJacobi(inverse), b, x, solver, block_size, work)
             }
         }
+    }
+}
+
+/// An operator whose solve can be given up.
+struct Interruptible<'a, A> {
+    operator: &'a A,
+    interrupt: &'a Interrupt,
+}
+
+impl<R: Real, A: LinearOperator<R>> LinearOperator<R> for Interruptible<'_, A> {
+    fn apply(&self, first_row: usize, p: &[Padded<R>], out: &mut [Vec3<R>]) {
+        self.operator.apply(first_row, p, out);
+    }
+
+    fn is_interrupted(&self) -> bool {
+        self.interrupt.is_requested()
     }
 }
 

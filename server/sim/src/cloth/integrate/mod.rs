@@ -18,6 +18,7 @@ use super::{
     state::{State, Workspace},
 };
 use crate::{
+    interrupt::Interrupt,
     linalg::SolveReport,
     math::Real,
     report::{StepFailure, Stopwatch},
@@ -27,17 +28,24 @@ use crate::{
 pub(super) fn advance<R: Real>(
     model: &Model<R>,
     settings: &ClothSettings,
+    interrupt: &Interrupt,
     state: &mut State<R>,
     work: &mut Workspace<R>,
     watch: &mut dyn Stopwatch,
 ) -> Result<Option<SolveReport>, StepFailure> {
+    if interrupt.is_requested() {
+        return Err(StepFailure::Interrupted);
+    }
+
     let mut step = Step { model, state, work, watch };
     match settings.integrator {
         Integrator::ExplicitEuler => explicit_euler::advance(&mut step),
         Integrator::SymplecticEuler => symplectic_euler::advance(&mut step),
         Integrator::VelocityVerlet => velocity_verlet::advance(&mut step),
         Integrator::VelocityVerletPredicted => velocity_verlet::advance_predicted(&mut step),
-        Integrator::ImplicitEuler => return implicit_euler::advance(&mut step, settings).map(Some),
+        Integrator::ImplicitEuler => {
+            return implicit_euler::advance(&mut step, settings, interrupt).map(Some);
+        }
     }
 
     Ok(None)

@@ -2,6 +2,7 @@
 
 mod group;
 mod layout;
+mod in_order;
 
 pub(super) use group::{Constants, Group, Lanes, NewLanes};
 pub(super) use layout::{Motion, Particles, SharedParticles};

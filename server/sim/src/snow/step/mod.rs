@@ -118,6 +118,9 @@ fn velocities_on_grid<R: Real>(
 
     // 6. Velocities at the end of a semi-implicit step.
     let solved = solve_velocities(model, context, particles, sorted, grid, &mut work.implicit);
+    if context.interrupt.is_requested() {
+        return Err(StepFailure::Interrupted);
+    }
     if !matches!(solved, Ok(None)) {
         watch.lap(Stage::Solve);
     }

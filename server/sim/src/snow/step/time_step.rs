@@ -53,7 +53,11 @@ impl<'a> Division<'a> {
         state: &SnowState<R>,
         work: &SnowWorkspace<R>,
     ) -> Result<StepContext<'a>, StepFailure> {
-        let Surroundings { gravity, colliders, time, dt, .. } = *self.around;
+        let Surroundings { gravity, colliders, time, dt, interrupt, .. } = *self.around;
+        if interrupt.is_requested() {
+            return Err(StepFailure::Interrupted);
+        }
+
         let (kind, bound) = check_time_step(model, state, work, colliders)?;
         let allowed = match model.settings.time_step {
             TimeStep::Certified { safety } => safety * bound * self.shorter,
@@ -70,7 +74,7 @@ impl<'a> Division<'a> {
 
         self.dt = self.left / self.steps;
         let end = time + dt;
-        Ok(StepContext { dt: self.dt, time: end - self.left + self.dt, gravity, colliders })
+        Ok(StepContext { dt: self.dt, time: end - self.left + self.dt, gravity, colliders, interrupt })
     }
 
     /// The step was taken.

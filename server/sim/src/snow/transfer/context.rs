@@ -1,6 +1,6 @@
 //! What surrounds one step of the snow.
 
-use crate::collide::Collider;
+use crate::{collide::Collider, interrupt::Interrupt};
 
 /// What surrounds one step of the snow; a step of the world holds one or more of them.
 #[derive(Clone, Copy)]
@@ -13,4 +13,6 @@ pub(crate) struct StepContext<'a> {
     pub(crate) gravity: [f64; 3],
     /// What nodes and particles hit.
     pub(crate) colliders: &'a [Collider],
+    /// Looked at by solvers.
+    pub(crate) interrupt: &'a Interrupt,
 }

@@ -19,6 +19,7 @@ use super::{
     weights::axis_weights,
 };
 use crate::{
+    interrupt::Interrupt,
     linalg::{MinresWorkspace, Outcome, SolveReport, Stop, WholeOperator, minres},
     math::{LANES, Pack, Real, Vec3, WithSimd, dispatch, svd},
     snow::{
@@ -79,6 +80,7 @@ pub(crate) fn solve_velocities<R: Real>(
         mass: &mass[..count],
         holds: &holds[..count],
         scale,
+        interrupt: context.interrupt,
     };
 
     // From v = v* + change: (M + beta dt² H) change = -beta dt² H v*.
@@ -97,16 +99,11 @@ pub(crate) fn solve_velocities<R: Real>(
     }
 
     let Grid { nodes, changes, .. } = grid;
-    nodes[..blocks].par_iter_mut().zip(change[..count].par_chunks(CELLS)).for_each(|(nodes, change)| {
-        add_change(nodes, change);
-    });
-
-    if model.settings.transfer.forces() == Forces::Apart {
-        changes[..blocks].par_iter_mut().zip(change[..count].par_chunks(CELLS)).for_each(
-            |(nodes, change)| {
-                add_change(nodes, change);
-            },
-        );
+    let changes = (model.settings.transfer.forces() == Forces::Apart).then_some(changes);
+    for nodes in [Some(nodes), changes].into_iter().flatten() {
+        nodes[..blocks].par_iter_mut().zip(change[..count].par_chunks(CELLS)).for_each(|(nodes, change)| {
+            add_change(nodes, change);
+        });
     }
 
     Ok(Some(report))
@@ -168,6 +165,7 @@ struct StepOperator<'a, R: Real> {
     holds: &'a [Hold<R>],
     /// beta dt² (s²).
     scale: R,
+    interrupt: &'a Interrupt,
 }
 
 impl<R: Real> StepOperator<'_, R> {
@@ -276,6 +274,10 @@ impl<R: Real> WholeOperator<R> for StepOperator<'_, R> {
         self.load(Some(x));
         self.product();
         self.collect(out, |at, product| x[at] * self.mass[at] + self.holds[at].free(&(product * self.scale)));
+    }
+
+    fn is_interrupted(&self) -> bool {
+        self.interrupt.is_requested()
     }
 }
 

@@ -1,0 +1,187 @@
+//! Changes between two steps, and which of them a world accepts.
+//!
+//! Bodies, kinds of springs and pins never change, so that changes can be checked while the world steps.
+
+use thiserror::Error;
+
+use super::body::Body;
+use crate::{cloth::SpringKind, math::Real};
+
+/// A change between two steps, its numbers within [`allowed`]. Particles are in the user's numbering, over all
+/// bodies.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Change {
+    /// New gravity of the world (m/s²).
+    Gravity([f64; 3]),
+    /// New velocity of the medium (m/s).
+    Wind([f64; 3]),
+    /// New linear drag of the medium on every particle of cloth (N s/m).
+    Drag(f64),
+    /// Stiffness (N/m) and damping (N s/m) of springs; `None` leaves one as it is.
+    Springs {
+        /// Name of the cloth; `None`: all cloths.
+        body: Option<String>,
+        /// Kind of spring; `None`: all kinds.
+        kind: Option<SpringKind>,
+        /// New stiffness (N/m).
+        stiffness: Option<f64>,
+        /// New damping (N s/m).
+        damping: Option<f64>,
+    },
+    /// Moves a pinned particle to `target` (m) within `duration` (s), at constant speed.
+    Pin {
+        /// Number of the particle over all bodies, from 0.
+        particle: u32,
+        /// Position at which it arrives (m).
+        target: [f64; 3],
+        /// Time that it takes (s), one step at least.
+        duration: f64,
+    },
+}
+
+/// Numbers that changes and scenes allow, both ends included.
+pub mod allowed {
+    /// Components of gravity (m/s²).
+    pub const GRAVITY: [f64; 2] = [-1e4, 1e4];
+    /// Components of a velocity (m/s).
+    pub const SPEED: [f64; 2] = [-1e4, 1e4];
+    /// Drag of a particle (N s/m).
+    pub const DRAG: [f64; 2] = [0.0, 1e9];
+    /// Stiffness of a spring (N/m).
+    pub const STIFFNESS: [f64; 2] = [0.0, 1e12];
+    /// Damping of a spring (N s/m).
+    pub const DAMPING: [f64; 2] = [0.0, 1e9];
+    /// Coordinates (m).
+    pub const LENGTH: [f64; 2] = [-1e6, 1e6];
+    /// Time that a pin takes (s).
+    pub const DURATION: [f64; 2] = [0.0, 1e9];
+}
+
+/// A change that was refused; nothing was changed.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[allow(missing_docs, reason = "the messages say what the fields are")]
+pub enum ChangeError {
+    #[error("{field} is {value:e}: allowed are {low:e} to {high:e}", low = allowed[0], high = allowed[1])]
+    OutOfRange { field: &'static str, value: f64, allowed: [f64; 2] },
+    #[error("no body is named '{name}'; there are: {known}")]
+    UnknownBody { name: String, known: String },
+    #[error("body '{body}' has no {kind} springs")]
+    NoSuchSprings { body: String, kind: &'static str },
+    #[error("'{name}' is snow, which has no springs")]
+    SnowHasNoSprings { name: String },
+    #[error("there are no springs to change: there is no cloth")]
+    NoCloth,
+    #[error("particle {particle} is not pinned")]
+    NotPinned { particle: u32 },
+    #[error("there is no particle {particle}: there are {count}, from 0")]
+    NoSuchParticle { particle: u32, count: usize },
+}
+
+/// Which changes a world accepts.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ChangeRules {
+    particle_count: usize,
+    /// Pinned particles over all bodies, in order.
+    pinned: Vec<u32>,
+    cloths: Vec<ClothRules>,
+    /// Names of the objects of snow.
+    snows: Vec<String>,
+}
+
+/// What changes of springs a cloth accepts.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct ClothRules {
+    name: String,
+    /// Kinds of its springs.
+    kinds: Vec<SpringKind>,
+}
+
+impl ClothRules {
+    fn has_springs(&self, kind: Option<SpringKind>) -> bool {
+        kind.map_or(!self.kinds.is_empty(), |kind| self.kinds.contains(&kind))
+    }
+}
+
+impl ChangeRules {
+    /// The rules of a world of these bodies.
+    pub(super) fn of<R: Real>(bodies: &[Body<R>]) -> Self {
+        let mut rules = Self { particle_count: 0, pinned: Vec::new(), cloths: Vec::new(), snows: Vec::new() };
+        for body in bodies {
+            let first = body.first_particle();
+            let own = 0..body.particle_count() as u32;
+            rules.pinned.extend(own.filter(|own| body.is_pinned(*own)).map(|own| first + own));
+            rules.particle_count += body.particle_count();
+            match body {
+                Body::Cloth(cloth) => {
+                    let kinds = SpringKind::ALL.into_iter().filter(|kind| cloth.has_springs(Some(*kind)));
+                    rules.cloths.push(ClothRules { name: cloth.name.clone(), kinds: kinds.collect() });
+                }
+                Body::Snow(snow) => {
+                    rules.snows.extend(snow.snow.objects().map(|(object, _)| object.to_owned()));
+                }
+            }
+        }
+        rules
+    }
+
+    /// Checks changes without applying them.
+    ///
+    /// # Errors
+    /// The first change that would be refused.
+    pub fn check(&self, changes: &[Change]) -> Result<(), ChangeError> {
+        changes.iter().try_for_each(|change| self.check_one(change))
+    }
+
+    fn check_one(&self, change: &Change) -> Result<(), ChangeError> {
+        match change {
+            Change::Gravity(value) => within("gravity", value, allowed::GRAVITY),
+            Change::Wind(value) => within("wind", value, allowed::SPEED),
+            Change::Drag(value) => within("drag", &[*value], allowed::DRAG),
+            Change::Springs { body, kind, stiffness, damping } => {
+                within("stiffness", stiffness.as_slice(), allowed::STIFFNESS)?;
+                within("damping", damping.as_slice(), allowed::DAMPING)?;
+                self.check_springs(body.as_deref(), *kind)
+            }
+            Change::Pin { particle, target, duration } => {
+                within("target", target, allowed::LENGTH)?;
+                within("duration", &[*duration], allowed::DURATION)?;
+                let (particle, count) = (*particle, self.particle_count);
+                if particle as usize >= count {
+                    return Err(ChangeError::NoSuchParticle { particle, count });
+                }
+
+                let is_pinned = self.pinned.binary_search(&particle).is_ok();
+                if is_pinned { Ok(()) } else { Err(ChangeError::NotPinned { particle }) }
+            }
+        }
+    }
+
+    fn check_springs(&self, name: Option<&str>, kind: Option<SpringKind>) -> Result<(), ChangeError> {
+        if let Some(name) = name.filter(|name| self.snows.iter().any(|object| object == name)) {
+            return Err(ChangeError::SnowHasNoSprings { name: name.into() });
+        }
+        if self.cloths.is_empty() {
+            return Err(ChangeError::NoCloth);
+        }
+
+        let named = |cloth: &&ClothRules| name.is_none_or(|name| cloth.name == name);
+        let mut found = self.cloths.iter().filter(named).peekable();
+        if found.peek().is_none() {
+            let known = self.cloths.iter().map(|cloth| cloth.name.as_str()).collect::<Vec<_>>().join(", ");
+            return Err(ChangeError::UnknownBody { name: name.unwrap_or_default().into(), known });
+        }
+
+        if found.any(|cloth| cloth.has_springs(kind)) {
+            return Ok(());
+        }
+
+        let kind = kind.map_or("any", SpringKind::name);
+        Err(ChangeError::NoSuchSprings { body: name.unwrap_or("any").into(), kind })
+    }
+}
+
+fn within(field: &'static str, values: &[f64], allowed: [f64; 2]) -> Result<(), ChangeError> {
+    let [low, high] = allowed;
+    let wrong = values.iter().find(|value| !(low..=high).contains(*value));
+    wrong.map_or(Ok(()), |&value| Err(ChangeError::OutOfRange { field, value, allowed }))
+}

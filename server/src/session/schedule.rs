@@ -1,0 +1,172 @@
+//! What a session's thread does next, and what it tells of what it did: the thread's side of the control.
+
+use std::{
+    sync::PoisonError,
+    time::{Duration, Instant},
+};
+
+use nappe_proto::v1;
+use nappe_sim::world::Change;
+use tokio::sync::oneshot;
+
+use super::{
+    control::{Control, Desk, Ending, InProgress, Injected, is_stepping},
+    failure::interrupted,
+    transition::{Effect, Event, State},
+    waiting::For,
+};
+use crate::error::ServiceError;
+
+/// Time after which a session looks again whether a watcher that it waits for has taken a frame.
+const PATIENCE: Duration = Duration::from_millis(2);
+
+/// What the thread does next.
+#[derive(Debug)]
+pub(super) enum Task {
+    /// Takes a step, after these changes, each group in order.
+    Step { changes: Vec<Vec<Change>>, injected: Injected },
+    /// Finds the hash of the state at which the session stands.
+    Settle,
+    /// Encodes the newest frame again with everything that watchers want now, for those who wait for it.
+    Complete { done: Vec<oneshot::Sender<()>>, injected: Injected },
+    /// Ends the simulation; the session stays readable.
+    Stop,
+    /// Ends the thread.
+    End,
+}
+
+impl Control {
+    /// Waits until there is something to do. The next step ends at simulated time `end_time` (s), and begins only
+    /// while frames have `room`.
+    pub(super) fn next(&self, end_time: f64, room: impl Fn() -> bool) -> Task {
+        let mut desk = self.lock();
+        loop {
+            match desk.ending {
+                Ending::Nothing => {}
+                Ending::Simulation => {
+                    desk.ending = Ending::Nothing;
+                    return Task::Stop;
+                }
+                Ending::Thread => return Task::End,
+            }
+
+            if is_stepping(desk.state) {
+                // The next frame has what they wait for.
+                desk.completions.clear();
+                let wait = desk.pace.wait(Instant::now(), end_time);
+                let wait = if room() { wait } else { wait.max(PATIENCE) };
+                if wait.is_zero() {
+                    return self.begin(&mut desk);
+                }
+                desk = match self.changed.wait_timeout(desk, wait) {
+                    Ok((desk, _)) => desk,
+                    Err(poisoned) => poisoned.into_inner().0,
+                };
+                continue;
+            }
+
+            if !desk.is_settled {
+                return Task::Settle;
+            }
+            if !desk.completions.is_empty() {
+                let done = std::mem::take(&mut desk.completions);
+                return Task::Complete { done, injected: std::mem::take(&mut desk.injected) };
+            }
+            desk = self.changed.wait(desk).unwrap_or_else(PoisonError::into_inner);
+        }
+    }
+
+    fn begin(&self, desk: &mut Desk) -> Task {
+        let index = desk.next_step;
+        desk.next_step += 1;
+        desk.in_progress = InProgress::Asked;
+        let changes = desk.pending.take_due(index);
+
+        // Whoever waited for the session to stand still has seen it pass.
+        let reached = |what| what == For::Rest || matches!(what, For::Step(step) if step <= index);
+        desk.waiting.answer(reached, &Ok(self.status.describe()));
+        Task::Step { changes, injected: std::mem::take(&mut desk.injected) }
+    }
+
+    /// A step was taken, perhaps the last that the session allows. What follows from that.
+    pub(super) fn stepped(&self, event: Event) -> Effect {
+        let mut desk = self.lock();
+        let in_progress = std::mem::replace(&mut desk.in_progress, InProgress::Nothing);
+        if event == Event::Stepped && (in_progress == InProgress::Left || !is_stepping(desk.state)) {
+            return Effect::None;
+        }
+
+        let effect = self.change(&mut desk, event).expect("a session that stepped may step");
+        if effect == Effect::StepsDone {
+            desk.waiting.turn(For::Steps, For::Rest);
+        }
+        effect
+    }
+
+    /// A step was given up, since the session is to stop or was deleted.
+    pub(super) fn interrupted(&self) {
+        self.lock().in_progress = InProgress::Nothing;
+    }
+
+    /// The session stands, at a state with this hash.
+    pub(super) fn settled(&self, hash: Option<u64>) {
+        let mut desk = self.lock();
+        if is_stepping(desk.state) {
+            return;
+        }
+        desk.is_settled = true;
+        self.status.update(|progress| progress.state_hash = hash);
+        desk.waiting.answer(|what| what == For::Rest, &Ok(self.status.describe()));
+    }
+
+    /// Moves on to the end, unless the session has come there; whether it had not.
+    pub(super) fn stop_now(&self) -> bool {
+        let mut desk = self.lock();
+        let effect = self.change(&mut desk, Event::Stop).expect("a session can be stopped in every state");
+        if effect == Effect::None {
+            desk.waiting.answer(|what| what == For::End, &Ok(self.status.describe()));
+        }
+        effect != Effect::None
+    }
+
+    /// The simulation came to its end, at a state with this hash, as `effect` says.
+    pub(super) fn finished(&self, effect: Effect, hash: Option<u64>) {
+        let mut desk = self.lock();
+        desk.is_settled = true;
+        self.status.update(|progress| {
+            progress.state = State::Finished;
+            progress.state_hash = hash;
+        });
+
+        let session = self.status.describe();
+        let cut_short = Err(interrupted(&session.session_id, session.step));
+        if effect == Effect::Finish {
+            desk.waiting.answer(|what| what == For::Steps, &Ok(session.clone()));
+        }
+        desk.waiting.answer(|what| matches!(what, For::Rest | For::End), &Ok(session));
+        desk.waiting.answer(|_| true, &cut_short);
+    }
+
+    /// The session failed: `note` writes how, and everybody who waits is told.
+    pub(super) fn failed(&self, error: &ServiceError, failure: v1::Failure, hash: Option<u64>) {
+        let mut desk = self.lock();
+        desk.state = State::Failed;
+        desk.in_progress = InProgress::Nothing;
+        desk.is_settled = true;
+        self.status.update(|progress| {
+            progress.state = State::Failed;
+            progress.state_hash = hash;
+            progress.failure = Some(failure);
+        });
+        desk.waiting.answer(|_| true, &Err(error.clone()));
+        desk.completions.clear();
+    }
+
+    /// Tells everybody who waits that the session is gone.
+    pub(super) fn ended(&self, error: &ServiceError) {
+        let mut desk = self.lock();
+        desk.ending = Ending::Thread;
+        desk.waiting.answer(|_| true, &Err(error.clone()));
+        desk.completions.clear();
+    }
+}
