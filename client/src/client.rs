@@ -28,7 +28,7 @@ const MAX_MESSAGE_BYTES: usize = 8 << 20;
 /// Longest time in which a connection must be made.
 const CONNECT_LIMIT: Duration = Duration::from_secs(5);
 /// Longest time that a call may take that the server answers at once.
-const CALL_LIMIT: Duration = Duration::from_secs(10);
+pub(crate) const CALL_LIMIT: Duration = Duration::from_secs(10);
 /// Longest time that the building of a large scene may take.
 const CREATE_LIMIT: Duration = Duration::from_mins(2);
 /// Longest time that an upload may take: the server gives up before.
@@ -37,7 +37,7 @@ const UPLOAD_LIMIT: Duration = Duration::from_mins(11);
 /// by the connection's own pings, within half a minute.
 pub(crate) const NO_LIMIT: Duration = Duration::MAX;
 /// Sessions per page of a list.
-const PAGE_SIZE: i32 = 200;
+pub(crate) const PAGE_SIZE: i32 = 200;
 
 /// The methods of the service, on a connection that shows a token.
 type Calls = SimulationServiceClient<InterceptedService<Channel, Bearer>>;
@@ -299,52 +299,8 @@ impl Client {
         .await
     }
 
-    /// The changes that wait for their step, in the order in which they take effect.
-    ///
-    /// # Errors
-    /// If there is no such session, or a call fails.
-    pub async fn pending_changes(&self, session_id: &str) -> Result<Vec<v1::PendingChange>, ClientError> {
-        let (mut changes, mut page_token) = (Vec::new(), String::new());
-        loop {
-            let request = Request::new(v1::ListPendingChangesRequest {
-                page_size: PAGE_SIZE,
-                page_token,
-                ..v1::ListPendingChangesRequest::of(session_id)
-            });
-            let page = self
-                .call("ListPendingChanges", CALL_LIMIT, request, async |mut calls, r| {
-                    calls.list_pending_changes(r).await
-                })
-                .await?;
-            // A page that holds nothing and promises more would never end.
-            let is_last = page.next_page_token.is_empty() || page.changes.is_empty();
-            changes.extend(page.changes);
-            page_token = page.next_page_token;
-            if is_last {
-                return Ok(changes);
-            }
-        }
-    }
-
-    /// Drops the changes of these calls, named by their order, that still wait; none named: all. Returns how many
-    /// calls' changes were dropped.
-    ///
-    /// # Errors
-    /// If there is no such session.
-    pub async fn drop_changes(&self, session_id: &str, orders: &[u64]) -> Result<u64, ClientError> {
-        let (session_id, orders) = (session_id.to_owned(), orders.to_vec());
-        let request =
-            Request::new(v1::DropPendingChangesRequest { session_id, orders, ..Default::default() });
-        let answer = self
-            .call("DropPendingChanges", CALL_LIMIT, request, async |mut calls, r| {
-                calls.drop_pending_changes(r).await
-            })
-            .await?;
-        Ok(answer.dropped_count)
-    }
-
     /// Makes one call within `limit`; the server is told the limit too, so that it can give up on its side.
-    async fn call<Message, Answer, Call>(
+    pub(crate) async fn call<Message, Answer, Call>(
         &self,
         method: &'static str,
         limit: Duration,

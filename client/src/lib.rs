@@ -39,6 +39,7 @@ mod mesh_file;
 mod error;
 mod target;
 mod client;
+mod pending;
 mod resume;
 mod watch;
 mod watch_diagnostics;
