@@ -89,6 +89,11 @@ async fn delete(client: &mut Client, id: &str) {
     client.delete_session(request).await.expect("deleted");
 }
 
+async fn connect(url: &str) -> Client {
+    let endpoint = Channel::from_shared(url.to_owned()).expect("a URL");
+    Client::new(endpoint.connect().await.expect("it answers"))
+}
+
 /// Makes and deletes sessions.
 async fn sessions(client: &Client, count: usize) {
     let mut workers = JoinSet::new();
@@ -106,13 +111,18 @@ async fn sessions(client: &Client, count: usize) {
     }
 }
 
-/// Opens streams and cuts them after their first message.
-async fn streams(client: &Client, id: &str, count: usize) {
+/// Opens streams and cuts them after their first message. A connection that cuts very many is closed by HTTP/2, so
+/// that each carries a hundred.
+async fn streams(app: &App, id: &str, count: usize) {
     let mut workers = JoinSet::new();
     for _ in 0..WORKERS {
-        let (mut client, id) = (client.clone(), id.to_owned());
+        let (url, id) = (app.url(), id.to_owned());
         workers.spawn(async move {
-            for _ in 0..count / WORKERS {
+            let mut client = connect(&url).await;
+            for i in 1..=count / WORKERS {
+                if i % 100 == 0 {
+                    client = connect(&url).await;
+                }
                 let request = v1::WatchFramesRequest { session_id: id.clone(), ..Default::default() };
                 let mut stream = client.watch_frames(request).await.expect("a stream").into_inner();
                 stream.message().await.expect("no error").expect("a message");
@@ -155,8 +165,7 @@ async fn sessions_streams_and_cancelled_calls_leave_nothing_behind() {
     }
     let address = "127.0.0.1:0".parse().expect("an address");
     let app = App::start(Config { address, no_token: true, ..Config::default() }).expect("it starts");
-    let channel = Channel::from_shared(app.url()).expect("a URL").connect().await.expect("it answers");
-    let mut client = Client::new(channel);
+    let mut client = connect(&app.url()).await;
 
     // The first use makes threads that stay.
     sessions(&client, 1000).await;
@@ -166,9 +175,9 @@ async fn sessions_streams_and_cancelled_calls_leave_nothing_behind() {
     assert!(memory < before.resident_bytes + SLACK_BYTES, "{memory} bytes, {before:?}");
 
     let watched = made(&mut client, scene("")).await;
-    streams(&client, &watched, 1000).await;
+    streams(&app, &watched, 1000).await;
     let before = Usage::now().expect("it could be read before");
-    streams(&client, &watched, 9000).await;
+    streams(&app, &watched, 9000).await;
     let memory = back_to(before, "10 000 streams").await;
     assert!(memory < before.resident_bytes + SLACK_BYTES, "{memory} bytes, {before:?}");
     delete(&mut client, &watched).await;
