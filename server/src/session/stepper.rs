@@ -166,13 +166,14 @@ impl Stepper {
             return;
         }
 
+        // Told before the streams end, so that who sees the end has seen the change of state.
+        self.control.finished(effect, self.simulator.hash_if_intact());
         let head = &self.status().feed.newest().frame.head;
         self.status().feed.end(Ending::Finished(v1::SessionEnd {
             frame: head.frame,
             step: head.step,
             state_hash: head.state_hash.unwrap_or_default(),
         }));
-        self.control.finished(effect, self.simulator.hash_if_intact());
     }
 
     /// Ends the session with an error that arose in step `step`.

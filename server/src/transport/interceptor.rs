@@ -74,7 +74,7 @@ impl<S> Interceptor<S> {
         }
 
         let unread = too_large(request.headers()).or_else(|| compressed(request.headers()));
-        let draining = self.draining.is_cancelled() && !method.is_health();
+        let draining = self.draining.is_cancelled() && !method.is_health_check();
         unread.or_else(|| draining.then(ServiceError::draining))
     }
 }
@@ -107,8 +107,8 @@ where
         let draining = self.draining.clone();
         Box::pin(async move {
             let answer = without_panic(async move { inner.call(request).await });
-            // Health answers until the end.
-            let cut = if method.is_health() { CancellationToken::new() } else { draining.clone() };
+            // Whoever asks whether the server serves is answered until the end.
+            let cut = if method.is_health_check() { CancellationToken::new() } else { draining.clone() };
             Ok(match in_time(answer, deadline, &cut).await {
                 Ok(Ok(Ok(response))) => finished(response, method, &draining),
                 Ok(Ok(Err(never))) => match never {},

@@ -33,12 +33,7 @@ impl Method {
         self.0.starts_with(REFLECTION)
     }
 
-    /// Of the health service, which answers until the end.
-    pub(super) fn is_health(&self) -> bool {
-        self.0.starts_with(HEALTH)
-    }
-
-    /// The question whether the server serves.
+    /// The question whether the server serves, which is answered until the end.
     pub(super) fn is_health_check(&self) -> bool {
         self.0.strip_prefix(HEALTH) == Some("Check")
     }
@@ -56,11 +51,13 @@ mod tests {
     #[test]
     fn methods_are_known_by_their_paths() {
         let upload = Method::new(UPLOAD);
-        assert!(upload.is_simulation() && upload.takes_a_stream() && !upload.is_health());
+        assert!(upload.is_simulation() && upload.takes_a_stream() && !upload.is_health_check());
         let reflection = Method::new("/grpc.reflection.v1.ServerReflection/ServerReflectionInfo");
         assert!(reflection.is_reflection() && reflection.takes_a_stream() && !reflection.is_simulation());
         let get = Method::new("/nappe.v1.SimulationService/GetSession");
         assert!(get.is_simulation() && !get.takes_a_stream());
-        assert!(Method::new("/grpc.health.v1.Health/Check").is_health());
+        let health =
+            |method: &str| Method::new(&format!("/grpc.health.v1.Health/{method}")).is_health_check();
+        assert!(health("Check") && !health("Watch"));
     }
 }
