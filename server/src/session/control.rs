@@ -294,7 +294,7 @@ impl Control {
         self.interrupt.request();
     }
 
-    /// Makes the next step panic, as a bug would: for tests of isolation.
+    /// Makes what the thread does next panic, as a bug would: for tests of isolation.
     pub(super) fn inject_panic(&self) {
         self.lock().injected = Injected::Panic;
     }
