@@ -79,7 +79,7 @@ impl History {
         while self.frames.len() > 1 {
             let budget = match self.oldest() {
                 oldest if oldest >= needed.paced => break,
-                oldest if oldest >= needed.opening => 2 * self.budget,
+                oldest if oldest >= needed.opening => self.budget.saturating_mul(2),
                 _ => self.budget,
             };
             if self.bytes <= budget {
