@@ -157,6 +157,28 @@ impl Client {
         Ok(CreatedSession { session, warnings: answer.warnings })
     }
 
+    /// Makes a session that stands where another one stands, to the bit, paused; with an empty `new_id`, the server
+    /// chooses its id. Without a limit of steps it has that of the other one, or none if that one is at its end.
+    ///
+    /// # Errors
+    /// If there is no such session, it failed, or the server has as many as it allows.
+    pub async fn fork(
+        &self,
+        session_id: &str,
+        new_id: &str,
+        step_limit: Option<u64>,
+    ) -> Result<v1::Session, ClientError> {
+        let method = "ForkSession";
+        let request = Request::new(v1::ForkSessionRequest {
+            new_session_id: new_id.to_owned(),
+            step_limit,
+            ..v1::ForkSessionRequest::of(session_id)
+        });
+        let answer =
+            self.call(method, NO_LIMIT, request, async |mut calls, r| calls.fork_session(r).await).await?;
+        answer.session.ok_or(ClientError::Incomplete { method, what: "session" })
+    }
+
     /// One session.
     ///
     /// # Errors
@@ -263,12 +285,17 @@ impl Client {
         mut message: v1::StepSessionRequest,
         wait: Wait,
     ) -> Result<v1::Session, ClientError> {
-        let method = "StepSession";
         message.wait = wait == Wait::Yes;
+        let answer = Box::pin(self.stepped(message)).await?;
+        answer.session.ok_or(ClientError::Incomplete { method: "StepSession", what: "session" })
+    }
+
+    pub(crate) async fn stepped(
+        &self,
+        message: v1::StepSessionRequest,
+    ) -> Result<v1::StepSessionResponse, ClientError> {
         let request = Request::new(message);
-        let answer =
-            self.call(method, NO_LIMIT, request, async |mut calls, r| calls.step_session(r).await).await?;
-        answer.session.ok_or(ClientError::Incomplete { method, what: "session" })
+        self.call("StepSession", NO_LIMIT, request, async |mut calls, r| calls.step_session(r).await).await
     }
 
     /// Ends the simulation; the session stays readable until it is deleted.

@@ -138,11 +138,7 @@ impl WatchOptions {
             pace_to_watcher: self.pace_to_watcher,
             max_rate_hz: self.max_rate_hz,
             fields: self.fields.request(),
-            encoding: match self.encoding {
-                Encoding::F32 => v1::Encoding::RawF32,
-                Encoding::F64 => v1::Encoding::RawF64,
-            }
-            .into(),
+            encoding: self.encoding.wire().into(),
             grid: self.grid.map(GridOptions::request),
             session_uid: self.session_uid.clone(),
         }
@@ -176,6 +172,15 @@ pub enum Encoding {
     F32,
     /// binary64: 24 bytes per particle, the exact state of a session in f64.
     F64,
+}
+
+impl Encoding {
+    pub(crate) const fn wire(self) -> v1::Encoding {
+        match self {
+            Self::F32 => v1::Encoding::RawF32,
+            Self::F64 => v1::Encoding::RawF64,
+        }
+    }
 }
 
 /// What the client agrees to hold in memory, whatever the server announces.

@@ -212,6 +212,10 @@ reasons! {
         "The frame asked for will never be made: the session finished before it; `newest_frame` is its last."
         "Watch from a frame up to the last; one that is only not made yet can be waited for."
 
+    FrameTooLarge "FRAME_TOO_LARGE" ResourceExhausted
+        "The frame asked for in an answer is larger than one message holds."
+        "Watch the frames as a stream, or ask for fewer fields."
+
     WatcherTooSlow "WATCHER_TOO_SLOW" ResourceExhausted
         "The watcher of every frame fell behind what the session keeps; `next_frame` was due, `oldest_frame` is kept."
         "Read faster, ask for fewer fields, watch LATEST, or raise the server's history."

@@ -14,6 +14,7 @@ macro_rules! requests {
 }
 
 requests! {
+    ForkSessionRequest
     GetSessionRequest
     DeleteSessionRequest
     PlaySessionRequest

@@ -160,3 +160,55 @@ fn work_for_pins_that_move_grows_with_their_number() {
         assert!((after[1] - before[1] - 1.0).abs() < 1e-5, "{before:?} to {after:?}");
     }
 }
+
+#[test]
+fn a_path_has_the_bits_of_its_moves_made_one_by_one() {
+    let way = |step: u64| [0.0, 1e-3 * step as f64, 2e-3 * (0.7 * step as f64).sin()];
+    for method in Method::all() {
+        // Moves of one, two and three steps, one after the other.
+        let arrivals: Vec<u64> = (0..60)
+            .scan(0, |step, i| {
+                *step += 1 + i % 3;
+                Some(*step)
+            })
+            .collect();
+        let last = *arrivals.last().expect("there are some");
+        let points = arrivals.iter().map(|step| (1e-3 * *step as f64, way(*step))).collect();
+
+        let mut along = hung_sheet(method).simulate(Precision::F32);
+        along.apply(&[Change::PinPath { particle: 0, points }]).expect("a pin may follow a path");
+        let mut one_by_one = hung_sheet(method).simulate(Precision::F32);
+        let mut before = 0;
+        for step in 0..last + 5 {
+            if step == before
+                && let Some(next) = arrivals.iter().find(|arrival| **arrival > step)
+            {
+                let duration = 1e-3 * (next - step) as f64;
+                let change = Change::Pin { particle: 0, target: way(*next), duration };
+                one_by_one.apply(&[change]).expect("a pin may move");
+                before = *next;
+            }
+            advance(&mut along, 1);
+            advance(&mut one_by_one, 1);
+            assert_eq!(along.state_hash(), one_by_one.state_hash(), "{} step {step}", method.name());
+        }
+    }
+}
+
+#[test]
+fn a_path_that_does_not_go_forward_in_time_is_refused() {
+    let mut simulation = hung_sheet(Method::all()[0]).simulate(Precision::F64);
+    let along = |times: &[f64]| {
+        let points = times.iter().map(|time| (*time, [0.0; 3])).collect();
+        simulation.rules().check(&[Change::PinPath { particle: 0, points }])
+    };
+    assert_eq!(along(&[0.1, 0.2]), Ok(()));
+    assert_eq!(along(&[]), Err(ChangeError::EmptyPath { particle: 0 }));
+    let refused = Err(ChangeError::TimesOfPath { particle: 0, point: 1, time: 0.1, after: 0.1 });
+    assert_eq!(along(&[0.1, 0.1]), refused);
+    assert!(matches!(along(&[0.0]), Err(ChangeError::TimesOfPath { point: 0, .. })));
+    assert!(matches!(along(&[f64::NAN]), Err(ChangeError::OutOfRange { field: "times", .. })));
+    let far: std::sync::Arc<[_]> = [(0.1, [0.0, 1e7, 0.0])].into();
+    let refused = simulation.apply(&[Change::PinPath { particle: 0, points: far }]);
+    assert!(matches!(refused, Err(ChangeError::OutOfRange { field: "targets", .. })));
+}

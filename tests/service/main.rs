@@ -23,6 +23,8 @@ mod state_changes;
 mod bad_input;
 mod limits;
 mod update_parameters;
+mod controllers;
+mod forks;
 mod failed_sessions;
 mod stalled_watchers;
 mod crowded;

@@ -25,6 +25,7 @@ async fn calls(client: &mut Client, id: &str, session_uid: &str) -> Vec<Option<S
     }
     refusals! {
         get_session v1::GetSessionRequest::of(id);
+        fork_session v1::ForkSessionRequest::of(id);
         update_parameters v1::UpdateParametersRequest { drag: Some(0.1), ..v1::UpdateParametersRequest::of(id) };
         step_session v1::StepSessionRequest { wait: true, ..v1::StepSessionRequest::of(id) };
         play_session v1::PlaySessionRequest::of(id);
@@ -53,7 +54,7 @@ async fn a_request_for_a_session_that_is_gone_does_not_reach_another_of_its_id()
     assert_ne!(first.uid, second.uid);
 
     let refused = calls(&mut server.client, &id, &first.uid).await;
-    assert_eq!(refused.len(), 9);
+    assert_eq!(refused.len(), 10);
     for status in refused {
         let metadata = assert_reason(&status.expect("the session is gone"), Reason::SessionReplaced);
         assert_eq!((&metadata["session_uid"], &metadata["expected_uid"]), (&second.uid, &first.uid));

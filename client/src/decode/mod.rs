@@ -17,7 +17,7 @@ use crate::{
     join::Pieces,
     options::DecodeLimits,
     selection::{Field, Fields},
-    topology::Topology,
+    topology::{Topology, TopologyError},
 };
 
 /// Puts the frames of one stream together.
@@ -106,6 +106,29 @@ impl Decoder {
             }),
         }
     }
+}
+
+/// A frame that came in one piece and without its stream, of a session with so many particles.
+pub(crate) fn decode_whole(
+    wire: v1::Frame,
+    particles: u64,
+    fields: Fields,
+    limits: DecodeLimits,
+) -> Result<Frame, DecodeError> {
+    let particles = usize::try_from(particles).unwrap_or(usize::MAX);
+    if particles > limits.max_particles {
+        let allowed = limits.max_particles;
+        return Err(TopologyError::TooMany { announced: particles as u64, allowed }.into());
+    }
+
+    let (frame, chunk) = (wire.frame, wire.chunk);
+    let mut decoder = Decoder::new(fields, limits);
+    decoder.topology = Some((wire.topology_id, particles));
+    let expected = || {
+        let v1::Chunk { index, count } = chunk.unwrap_or_default();
+        DecodeError::Piece { frame, index, count, expected: 0, expected_count: 1 }
+    };
+    decoder.frame(wire)?.ok_or_else(expected)
 }
 
 /// A frame in the making.

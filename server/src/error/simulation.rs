@@ -48,6 +48,15 @@ impl From<&ChangeError> for ServiceError {
             ChangeError::NotPinned { particle } => {
                 refused.with("particle", particle).at_field("pins.particle", message)
             }
+            ChangeError::EmptyPath { particle } => {
+                refused.with("particle", particle).at_field("paths.times_seconds", message)
+            }
+            ChangeError::TimesOfPath { particle, point, time, after } => refused
+                .with("particle", particle)
+                .with("point", point)
+                .with("value", time)
+                .with("allowed", format!("above {after:e}"))
+                .at_field("paths.times_seconds", message),
             ChangeError::NoSuchParticle { particle, count } => refused
                 .with("particle", particle)
                 .with("particle_count", count)

@@ -1,4 +1,4 @@
-//! The changes of a request to update parameters.
+//! The changes of a request to update parameters, or to step with other ones.
 //!
 //! Enters: the request. Leaves: changes for the simulation, or the first invalid field.
 
@@ -11,17 +11,28 @@ use crate::{
     error::{Reason, ServiceError},
 };
 
-/// The changes of an update, in the order of its fields.
+/// The changes of a request to update parameters.
+pub(super) fn of_update(request: v1::UpdateParametersRequest) -> v1::Changes {
+    let v1::UpdateParametersRequest { gravity, wind, drag, springs, pins, paths, .. } = request;
+    v1::Changes { gravity, wind, drag, springs, pins, paths }
+}
+
+/// Changes in the order of their fields, which `within` stands before in messages.
 ///
 /// # Errors
 /// More changes than are allowed, a number that is not finite, a kind that does not exist, or no change at all.
 pub(super) fn changes(
-    request: &v1::UpdateParametersRequest,
+    request: &v1::Changes,
+    within: &str,
     limits: &Limits,
 ) -> Result<Vec<Change>, ServiceError> {
-    let (count, allowed) = (request.springs.len() + request.pins.len(), limits.max_changes_per_call);
+    let points = request.paths.iter().map(|path| path.times_seconds.len()).sum::<usize>();
+    let count = request.springs.len() + request.pins.len() + request.paths.len().max(points);
+    let allowed = limits.max_changes_per_call;
     if count > allowed as usize {
-        let message = format!("the call has {count} changes of springs and pins; allowed: at most {allowed}");
+        let message = format!(
+            "the call has {count} changes of springs, pins and points of paths; allowed: at most {allowed}"
+        );
         return Err(ServiceError::new(Reason::TooManyChanges, message)
             .with("changes", count)
             .with("allowed", allowed));
@@ -29,28 +40,32 @@ pub(super) fn changes(
 
     let mut changes = Vec::new();
     if let Some(gravity) = request.gravity {
-        changes.push(Change::Gravity(finite_vector("gravity", gravity)?));
+        changes.push(Change::Gravity(finite_vector(&format!("{within}gravity"), gravity)?));
     }
 
     if let Some(wind) = request.wind {
-        changes.push(Change::Wind(finite_vector("wind", wind)?));
+        changes.push(Change::Wind(finite_vector(&format!("{within}wind"), wind)?));
     }
 
     if let Some(drag) = request.drag {
-        changes.push(Change::Drag(finite("drag", drag)?));
+        changes.push(Change::Drag(finite(&format!("{within}drag"), drag)?));
     }
 
     for (i, update) in request.springs.iter().enumerate() {
-        changes.push(springs(&format!("springs[{i}]"), update)?);
+        changes.push(springs(&format!("{within}springs[{i}]"), update)?);
     }
 
     for (i, update) in request.pins.iter().enumerate() {
-        changes.push(pin(&format!("pins[{i}]"), update)?);
+        changes.push(pin(&format!("{within}pins[{i}]"), update)?);
+    }
+
+    for (i, path) in request.paths.iter().enumerate() {
+        changes.push(pin_path(&format!("{within}paths[{i}]"), path)?);
     }
 
     if changes.is_empty() {
         return Err(ServiceError::field(
-            "gravity, wind, drag, springs, pins",
+            format!("{within}gravity, wind, drag, springs, pins, paths"),
             "none is set: an update changes at least one",
         ));
     }
@@ -90,6 +105,22 @@ fn pin(field: &str, update: &v1::PinUpdate) -> Result<Change, ServiceError> {
         target: finite_vector(&target_field, target)?,
         duration: finite(&format!("{field}.duration_seconds"), update.duration_seconds)?,
     })
+}
+
+/// Ranges, and that times grow, are the simulation's to check.
+fn pin_path(field: &str, path: &v1::PinPath) -> Result<Change, ServiceError> {
+    let v1::PinPath { particle, times_seconds: times, targets } = path;
+    let (targets, rest) = targets.as_chunks::<3>();
+    if targets.len() != times.len() || !rest.is_empty() {
+        let (numbers, times) = (3 * targets.len() + rest.len(), times.len());
+        let problem = format!("has {numbers} numbers: three for each of {times} times are needed");
+        return Err(ServiceError::field(format!("{field}.targets"), problem)
+            .with("numbers", numbers)
+            .with("times", times));
+    }
+
+    let points = times.iter().copied().zip(targets.iter().copied()).collect();
+    Ok(Change::PinPath { particle: *particle, points })
 }
 
 fn finite_vector(field: &str, vector: v1::Vector3) -> Result<[f64; 3], ServiceError> {

@@ -1,4 +1,4 @@
-//! CreateSession: from the request to a running thread, once per request id.
+//! CreateSession: from the request to a running thread, once per request id. ForkSession: the same from a session.
 
 use std::sync::Arc;
 
@@ -11,7 +11,7 @@ use crate::{
     config::{Limits, core_count},
     error::{Reason, ServiceError},
     scenes,
-    session::{Resources, Session, SessionOptions, start},
+    session::{self, Resources, Session, SessionOptions, start},
 };
 
 /// Makes the session of a request, or returns the one that the same request made before.
@@ -79,17 +79,46 @@ async fn make(
         step_limit: request.step_limit,
         frame_interval_steps: request.frame_interval_steps,
     };
-    let resources = Resources {
-        meshes: Arc::clone(&shared.meshes),
-        limits: limits.clone(),
-        streams: Arc::clone(&shared.streams),
-    };
-    let (session, warnings) = start(options, resources, slot, shared.memory.claim()).await?;
+    let memory = shared.memory.claim();
+    let (session, warnings) = start(options, resources(shared), slot, memory).await?;
 
     let session = Arc::new(session);
     tracing::info!(session = session.id(), "created");
     reservation.fill(Arc::clone(&session));
     Ok((session, warnings))
+}
+
+/// Makes a session that stands where another one stands.
+///
+/// # Errors
+/// If a field or the number of sessions is not allowed, or that one cannot be copied.
+pub(super) async fn fork(
+    shared: &Shared,
+    request: v1::ForkSessionRequest,
+) -> Result<v1::Session, ServiceError> {
+    let original = shared.session(&request.session_id, &request.session_uid)?;
+    if !request.new_session_id.is_empty() {
+        validate::id_in("new_session_id", &request.new_session_id)?;
+    }
+
+    let reservation = shared.registry.reserve(&request.new_session_id)?;
+    let slot = shared.registry.slot()?;
+    let id = reservation.id().to_owned();
+    let memory = shared.memory.claim();
+    let session = session::fork(&original, id, request.step_limit, resources(shared), slot, memory).await?;
+
+    let session = Arc::new(session);
+    tracing::info!(session = session.id(), original = original.id(), "forked");
+    reservation.fill(Arc::clone(&session));
+    Ok(session.describe())
+}
+
+fn resources(shared: &Shared) -> Resources {
+    Resources {
+        meshes: Arc::clone(&shared.meshes),
+        limits: shared.config.limits.clone(),
+        streams: Arc::clone(&shared.streams),
+    }
 }
 
 /// The scene's text and its name in messages.

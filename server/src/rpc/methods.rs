@@ -8,7 +8,13 @@ use nappe_proto::v1::{self, simulation_service_server::SimulationService};
 use tokio_stream::StreamExt as _;
 use tonic::{Request, Response, Status, Streaming};
 
-use super::{changes::changes, create, pending, server_info::server_info, shared::Shared, upload, validate};
+use super::{
+    changes::{self, changes},
+    create, pending,
+    server_info::server_info,
+    shared::Shared,
+    upload, validate,
+};
 use crate::{
     error::ServiceError,
     stream::{Delivery, DiagnosticsOnly, FieldSet, Frames, Seat, WatchStream, watch},
@@ -120,6 +126,14 @@ impl SimulationService for Methods {
         Ok(Response::new(self.shared.answered(made)?))
     }
 
+    async fn fork_session(
+        &self,
+        request: Request<v1::ForkSessionRequest>,
+    ) -> Answer<v1::ForkSessionResponse> {
+        let forked = create::fork(&self.shared, request.into_inner()).await;
+        Ok(Response::new(v1::ForkSessionResponse { session: Some(self.shared.answered(forked)?) }))
+    }
+
     async fn get_session(&self, request: Request<v1::GetSessionRequest>) -> Answer<v1::GetSessionResponse> {
         let request = request.into_inner();
         let session = self.shared.session(&request.session_id, &request.session_uid)?;
@@ -182,8 +196,14 @@ impl SimulationService for Methods {
         let request = request.into_inner();
         let session = self.shared.session(&request.session_id, &request.session_uid)?;
         let steps = validate::steps(&request, session.step_count(), &self.shared.config.limits)?;
-        let stepped = session.step(steps, request.wait.into()).await;
-        Ok(Response::new(v1::StepSessionResponse { session: Some(self.shared.answered(stepped)?) }))
+        let changes = match &request.changes {
+            Some(asked) => changes(asked, "changes.", &self.shared.config.limits)?,
+            None => Vec::new(),
+        };
+        let frame = validate::answered_fields(&request, session.particle_count())?;
+        let stepped = session.step(steps, changes, frame, request.wait.into()).await;
+        let (session, frame) = self.shared.answered(stepped)?;
+        Ok(Response::new(v1::StepSessionResponse { session: Some(session), frame }))
     }
 
     async fn stop_session(
@@ -202,8 +222,9 @@ impl SimulationService for Methods {
     ) -> Answer<v1::UpdateParametersResponse> {
         let request = request.into_inner();
         let session = self.shared.session(&request.session_id, &request.session_uid)?;
-        let changes = changes(&request, &self.shared.config.limits)?;
-        let updated = session.update(request.at_step, changes, request.wait.into()).await;
+        let (at_step, when) = (request.at_step, request.wait.into());
+        let changes = changes(&changes::of_update(request), "", &self.shared.config.limits)?;
+        let updated = session.update(at_step, changes, when).await;
         Ok(Response::new(self.shared.answered(updated)?.into()))
     }
 

@@ -58,6 +58,11 @@ fn message(pending: &PendingChange) -> v1::PendingChange {
                 target: Some((*target).into()),
                 duration_seconds: *duration,
             }),
+            Change::PinPath { particle, points } => request.paths.push(v1::PinPath {
+                particle: *particle,
+                times_seconds: points.iter().map(|(time, _)| *time).collect(),
+                targets: points.iter().flat_map(|(_, target)| *target).collect(),
+            }),
         }
     }
     v1::PendingChange { accepted: Some(pending.accepted.into()), changes: Some(request) }

@@ -26,6 +26,14 @@ const MAX_REAL_TIME_FACTOR: f64 = 1e6;
 /// # Errors
 /// Anything else.
 pub(super) fn session_id(id: &str) -> Result<(), ServiceError> {
+    id_in("session_id", id)
+}
+
+/// The same of an id in this field of a request.
+///
+/// # Errors
+/// Anything else.
+pub(super) fn id_in(field: &str, id: &str) -> Result<(), ServiceError> {
     let allowed = |c: u8| c.is_ascii_lowercase() || c.is_ascii_digit() || c == b'-';
     let good = (4..=63).contains(&id.len())
         && id.bytes().all(allowed)
@@ -37,7 +45,7 @@ pub(super) fn session_id(id: &str) -> Result<(), ServiceError> {
     let shown: String = id.chars().take(80).collect();
     let problem =
         format!("is '{shown}': an id has 4 to 63 characters of a-z, 0-9 and '-', and starts with a letter");
-    Err(ServiceError::field("session_id", problem).with("value", shown))
+    Err(ServiceError::field(field, problem).with("value", shown))
 }
 
 /// The number of sessions in a page.
@@ -132,7 +140,35 @@ pub(super) fn wanted(
     limits: &Limits,
 ) -> Result<Wanted, ServiceError> {
     let grid = request.grid.as_ref().map(|grid| self::grid(grid, snow_cell, limits)).transpose()?;
-    Ok(Wanted { fields: fields(request)?, grid })
+    Ok(Wanted { fields: fields("", &request.fields, request.encoding)?, grid })
+}
+
+/// Bytes of a frame in an answer, at most: gRPC's usual limit of 4 MiB leaves room for the rest of it.
+const MAX_ANSWER_BYTES: u64 = 3 << 20;
+
+/// The fields of the frame that a call to step is answered with, for a session of so many particles.
+///
+/// # Errors
+/// A field or an encoding that does not exist, a frame without waiting for it, or one that is too large.
+pub(super) fn answered_fields(
+    request: &v1::StepSessionRequest,
+    particle_count: u64,
+) -> Result<Option<FieldSet>, ServiceError> {
+    let Some(frame) = &request.frame else { return Ok(None) };
+    if !request.wait {
+        return Err(ServiceError::field("frame", "goes with wait only: it is made after the steps"));
+    }
+
+    let fields = fields("frame.", &frame.fields, frame.encoding)?;
+    let bytes = fields.fields().map(|field| field.stride() as u64 * particle_count).sum::<u64>();
+    if bytes > MAX_ANSWER_BYTES {
+        let message =
+            format!("the frame has {bytes} bytes; allowed in an answer: at most {MAX_ANSWER_BYTES}");
+        return Err(ServiceError::new(Reason::FrameTooLarge, message)
+            .with("bytes", bytes)
+            .with("allowed", MAX_ANSWER_BYTES));
+    }
+    Ok(Some(fields))
 }
 
 /// The nodes of the snow's grid that a watcher wants.
@@ -169,19 +205,19 @@ fn grid(
     Ok(GridChoice { selection, max_nodes })
 }
 
-/// The fields that a watcher wants; positions if it names none.
-fn fields(request: &v1::WatchFramesRequest) -> Result<FieldSet, ServiceError> {
-    let encoding = match v1::Encoding::try_from(request.encoding) {
+/// The fields that a request names, positions if it names none; `within` stands before their names in messages.
+fn fields(within: &str, named: &[i32], encoding: i32) -> Result<FieldSet, ServiceError> {
+    let encoding = match v1::Encoding::try_from(encoding) {
         Ok(v1::Encoding::Unspecified) => v1::Encoding::RawF32,
         Ok(encoding) => encoding,
-        Err(_unknown) => return Err(unknown_value("encoding", request.encoding)),
+        Err(_unknown) => return Err(unknown_value(&format!("{within}encoding"), encoding)),
     };
 
     let mut fields = FieldSet::NONE;
-    for (i, number) in request.fields.iter().enumerate() {
+    for (i, number) in named.iter().enumerate() {
         let field = v1::Field::try_from(*number).ok();
         let encoded = field.and_then(|field| EncodedField::of(field, encoding));
-        let encoded = encoded.ok_or_else(|| unknown_value(&format!("fields[{i}]"), *number))?;
+        let encoded = encoded.ok_or_else(|| unknown_value(&format!("{within}fields[{i}]"), *number))?;
         fields = fields.with(encoded);
     }
 

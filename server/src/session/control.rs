@@ -16,14 +16,18 @@ use nappe_sim::{
 use tokio::sync::oneshot;
 
 use super::{
+    desk::{Copied, Desk, Ending, InProgress, Injected, is_stepping},
     failure::{interrupted, refused},
     pace::Pace,
     pending_changes::{Accepted, PendingChange, PendingChanges},
     status::Status,
     transition::{Effect, Event, State, transition},
-    waiting::{Answer, For, MAX_WAITING, Waiting},
+    waiting::{Answer, For, FrameWish, MAX_WAITING},
 };
-use crate::error::{Reason, ServiceError};
+use crate::{
+    error::{Reason, ServiceError},
+    stream::{EncodedFrame, FieldSet},
+};
 
 /// Steps that a change may lie ahead.
 const MAX_STEPS_AHEAD: u64 = 10_000_000;
@@ -39,58 +43,6 @@ pub(super) struct Control {
     pub(super) changed: Condvar,
 }
 
-/// What calls and thread share, each for a moment.
-#[derive(Debug)]
-pub(super) struct Desk {
-    pub(super) state: State,
-    pub(super) pace: Pace,
-    /// Index of the first step that has not begun.
-    pub(super) next_step: u64,
-    pub(super) in_progress: InProgress,
-    pub(super) pending: PendingChanges,
-    pub(super) waiting: Waiting,
-    /// Who waits for the newest frame with more fields.
-    pub(super) completions: Vec<oneshot::Sender<()>>,
-    pub(super) ending: Ending,
-    /// Whether the hash of the state at which the session stands is known.
-    pub(super) is_settled: bool,
-    pub(super) injected: Injected,
-}
-
-/// Whether something is to end.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Ending {
-    Nothing,
-    /// The simulation; the session stays readable.
-    Simulation,
-    /// The thread: the session is deleted.
-    Thread,
-}
-
-/// Whether what the thread does next panics, as a bug would (tests).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) enum Injected {
-    #[default]
-    Nothing,
-    Panic,
-}
-
-impl Injected {
-    pub(super) fn carry_out(self) {
-        assert!(self == Self::Nothing, "a panic was injected for a test");
-    }
-}
-
-/// Whether a step is in progress.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum InProgress {
-    Nothing,
-    /// One of the steps that the state asks for.
-    Asked,
-    /// A step that had begun when the session was paused.
-    Left,
-}
-
 /// Which steps a call asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Steps {
@@ -100,38 +52,26 @@ pub(crate) enum Steps {
     Until(u64),
 }
 
-impl Desk {
-    /// Steps that will have been taken once the session stands, if nobody asks for more.
-    fn coming_step(&self) -> u64 {
-        let begun = u64::from(self.in_progress == InProgress::Asked);
-        match self.state {
-            State::Stepping { remaining } => self.next_step.saturating_add(remaining - begun),
-            _ => self.next_step,
-        }
-    }
+/// Steps, what comes before them, and what is told after them.
+#[derive(Debug)]
+pub(super) struct StepOrder {
+    pub steps: Steps,
+    /// Changes before the first step, all or none; none if the steps were asked for by another call.
+    pub changes: Vec<Change>,
+    /// Fields of the state after the steps, and where a frame with them goes.
+    pub frame: Option<(FieldSet, oneshot::Sender<Arc<EncodedFrame>>)>,
 }
 
 impl Control {
-    /// Of a session that stands, paused, before its first step.
+    /// Of a session that stands, paused.
     pub(super) fn new(
         status: Arc<Status>,
         rules: Arc<ChangeRules>,
         interrupt: Interrupt,
-        max_pending_changes: u32,
+        pending: PendingChanges,
     ) -> Self {
         let progress = status.progress();
-        let desk = Desk {
-            state: State::Paused,
-            pace: Pace::start(0.0, Instant::now(), progress.time_seconds),
-            next_step: progress.step,
-            in_progress: InProgress::Nothing,
-            pending: PendingChanges::new(max_pending_changes),
-            waiting: Waiting::default(),
-            completions: Vec::new(),
-            ending: Ending::Nothing,
-            is_settled: true,
-            injected: Injected::Nothing,
-        };
+        let desk = Desk::new(&progress, pending);
         Self { status, rules, interrupt, desk: Mutex::new(desk), changed: Condvar::new() }
     }
 
@@ -160,39 +100,66 @@ impl Control {
         Ok((self.status.describe(), desk.next_step))
     }
 
-    /// Takes steps, then pauses; the answer comes after them.
-    pub(super) fn step(&self, steps: Steps, answer: Option<Answer>) -> Result<v1::Session, ServiceError> {
+    /// Makes changes and takes steps, then pauses; the answer comes after them.
+    pub(super) fn step(&self, order: StepOrder, answer: Option<Answer>) -> Result<v1::Session, ServiceError> {
+        let StepOrder { steps, changes, frame } = order;
+        self.rules.check(&changes).map_err(|error| ServiceError::from(&error))?;
+
         let mut desk = self.lock();
         self.check_room(&mut desk, answer.as_ref())?;
         let session = self.status.describe();
         let coming = desk.coming_step();
-        match steps {
-            Steps::Until(step) if step <= session.step => {
-                if let Some(answer) = answer {
-                    // Whoever asked may be gone.
-                    let _ = answer.send(Ok(session.clone()));
-                }
-                return Ok(session);
+        let count = match steps {
+            Steps::Until(step) if step <= session.step => return Ok(self.stand(&mut desk, frame, answer)),
+            Steps::Until(step) => step.saturating_sub(coming),
+            Steps::More(count) => count,
+        };
+        if count > 0 {
+            let is_idle = desk.state == State::Paused;
+            self.check_change(&desk, Event::Step(count))?;
+            if !changes.is_empty() {
+                let next = desk.next_step;
+                desk.pending.push(next, changes)?;
             }
-            Steps::Until(step) if step <= coming => {}
-            Steps::More(_) | Steps::Until(_) => {
-                let count = match steps {
-                    Steps::More(count) => count,
-                    Steps::Until(step) => step - coming,
-                };
-                let is_idle = desk.state == State::Paused;
-                self.change(&mut desk, Event::Step(count))?;
-                if is_idle {
-                    self.set_pace(&mut desk, 0.0);
-                }
+            self.change(&mut desk, Event::Step(count))?;
+            if is_idle {
+                self.set_pace(&mut desk, 0.0);
             }
         }
 
+        if let Some((fields, done)) = frame {
+            let step = desk.coming_step();
+            desk.frames.push(FrameWish { fields, step, done });
+        }
         if let Some(answer) = answer {
             let what = if desk.state == State::Paused { For::Rest } else { For::Steps };
             desk.waiting.push(what, answer);
         }
         Ok(self.status.describe())
+    }
+
+    /// Answers a call whose steps were taken before; a frame is made only if the session stands.
+    fn stand(
+        &self,
+        desk: &mut Desk,
+        frame: Option<(FieldSet, oneshot::Sender<Arc<EncodedFrame>>)>,
+        answer: Option<Answer>,
+    ) -> v1::Session {
+        let session = self.status.describe();
+        let stands =
+            matches!(desk.state, State::Paused | State::Finished) && desk.in_progress == InProgress::Nothing;
+        match (answer, frame) {
+            (Some(answer), Some((fields, done))) if stands => {
+                desk.frames.push(FrameWish { fields, step: session.step, done });
+                desk.waiting.push(For::Rest, answer);
+                desk.is_settled = false;
+                self.changed.notify_one();
+            }
+            // Whoever asked may be gone.
+            (Some(answer), _) => drop(answer.send(Ok(session.clone()))),
+            (None, _) => {}
+        }
+        session
     }
 
     /// Ends the simulation after the step in progress; the answer comes then.
@@ -254,6 +221,20 @@ impl Control {
         self.lock().pending.drop_groups(orders)
     }
 
+    /// Asks for a copy, between two steps.
+    pub(super) fn copy(&self) -> Result<oneshot::Receiver<Copied>, ServiceError> {
+        let mut desk = self.lock();
+        if desk.state == State::Failed {
+            let failure = self.status.progress().failure;
+            return Err(refused(&self.status.properties.id, Reason::SessionFailed, failure));
+        }
+        let (copy, copied) = oneshot::channel();
+        self.check_room(&mut desk, Some(&copy))?;
+        desk.copies.push(copy);
+        self.changed.notify_one();
+        Ok(copied)
+    }
+
     /// Asks for the newest frame with everything that watchers want. None if the session is stepping: the next frame
     /// has it.
     pub(super) fn complete_newest(&self) -> Result<Option<oneshot::Receiver<()>>, ServiceError> {
@@ -309,7 +290,7 @@ impl Control {
         desk: &mut Desk,
         answer: Option<&oneshot::Sender<T>>,
     ) -> Result<(), ServiceError> {
-        if answer.is_none() || desk.waiting.has_room(desk.completions.len()) {
+        if answer.is_none() || desk.waiting.has_room(desk.completions.len() + desk.copies.len()) {
             return Ok(());
         }
         let (id, allowed) = (&self.status.properties.id, MAX_WAITING);
@@ -319,11 +300,15 @@ impl Control {
             .with("allowed", allowed))
     }
 
+    /// The state that follows an event, and what is to be done on the way; why there is none.
+    fn check_change(&self, desk: &Desk, event: Event) -> Result<(State, Effect), ServiceError> {
+        transition(desk.state, event)
+            .map_err(|reason| refused(&self.status.properties.id, reason, self.status.progress().failure))
+    }
+
     /// Moves to the state that follows an event, and returns what is to be done on the way.
     pub(super) fn change(&self, desk: &mut Desk, event: Event) -> Result<Effect, ServiceError> {
-        let id = &self.status.properties.id;
-        let (state, effect) = transition(desk.state, event)
-            .map_err(|reason| refused(id, reason, self.status.progress().failure))?;
+        let (state, effect) = self.check_change(desk, event)?;
 
         if state != desk.state {
             if event == Event::Pause && desk.in_progress == InProgress::Asked {
@@ -341,7 +326,8 @@ impl Control {
             self.changed.notify_one();
         }
         if effect == Effect::StepsInterrupted {
-            desk.waiting.answer(|what| what == For::Steps, &Err(interrupted(id, desk.next_step)));
+            let cut_short = Err(interrupted(&self.status.properties.id, desk.next_step));
+            desk.waiting.answer(|what| what == For::Steps, &cut_short);
         }
         Ok(effect)
     }
@@ -350,8 +336,4 @@ impl Control {
         // No code that holds the lock can leave it half changed.
         self.desk.lock().unwrap_or_else(PoisonError::into_inner)
     }
-}
-
-pub(super) fn is_stepping(state: State) -> bool {
-    matches!(state, State::Playing | State::Stepping { .. })
 }

@@ -16,16 +16,18 @@ use tokio::{
 use tokio_util::sync::CancellationToken;
 
 use super::{
-    control::{Control, Steps},
+    control::{Control, StepOrder, Steps},
+    desk::Copied,
+    failure::interrupted,
     lease::Lease,
     pending_changes::{Accepted, PendingChange},
-    status::Status,
+    status::{Properties, Status},
     waiting::Answer,
 };
 use crate::{
     config::Limits,
     error::{Reason, ServiceError},
-    stream::{Feed, FieldSet, Wish},
+    stream::{EncodedFrame, Feed, FieldSet, Wish},
 };
 
 /// Time in which a step in progress may still end before a stop gives it up.
@@ -123,6 +125,16 @@ impl Session {
         self.status.progress().step
     }
 
+    /// Particles of cloth and snow together.
+    pub(crate) fn particle_count(&self) -> u64 {
+        self.status.properties.particle_count
+    }
+
+    /// Memory of the server that is counted for it (bytes).
+    pub(super) fn claimed_bytes(&self) -> u64 {
+        self.status.properties.claimed_bytes
+    }
+
     /// What its streams begin with, in pieces.
     pub(crate) fn topology(&self) -> &[v1::Topology] {
         &self.topology
@@ -169,14 +181,41 @@ impl Session {
         Ok((self.after(paused, session).await?, step))
     }
 
-    /// Takes steps, then pauses.
+    /// Makes changes and takes steps, then pauses. With fields, the frame after the steps comes too.
     ///
     /// # Errors
-    /// If the session is playing or at its end, too many calls wait, or the steps are cut short.
-    pub(crate) async fn step(&self, steps: Steps, when: When) -> Result<v1::Session, ServiceError> {
+    /// If the session is playing or at its end, a change is refused, too many calls wait, the steps are cut short, or
+    /// the session has gone on before the frame was made.
+    pub(crate) async fn step(
+        &self,
+        steps: Steps,
+        changes: Vec<Change>,
+        frame: Option<FieldSet>,
+        when: When,
+    ) -> Result<(v1::Session, Option<v1::Frame>), ServiceError> {
         let (answer, stepped) = place(when);
-        let session = self.control.step(steps, answer)?;
-        self.after(stepped, session).await
+        let (done, made) = oneshot::channel();
+        let frame_to = frame.map(|fields| (fields, done));
+        let session = self.control.step(StepOrder { steps, changes, frame: frame_to }, answer)?;
+        let session = self.after(stepped, session).await?;
+
+        let Some(fields) = frame else { return Ok((session, None)) };
+        let made: Result<Arc<EncodedFrame>, _> = made.await;
+        let made = made.map_err(|_unmade| interrupted(self.id(), session.step))?;
+        Ok((session, Some(made.whole(fields))))
+    }
+
+    /// A copy of the session between two steps.
+    ///
+    /// # Errors
+    /// If it failed or stands within a step that was given up, too many calls wait, or it is deleted meanwhile.
+    pub(super) async fn copy(&self) -> Result<(Properties, Copied), ServiceError> {
+        let copied = self
+            .control
+            .copy()?
+            .await
+            .map_err(|_gone| if self.is_ending() { self.gone() } else { self.torn() })?;
+        Ok((self.status.properties.clone(), copied))
     }
 
     /// Ends the simulation; a step that takes long is given up.
@@ -285,6 +324,13 @@ impl Session {
         panicked.map_or(Ok(()), |failure| {
             Err(ServiceError::new(Reason::SessionPanicked, failure.message).with("session_id", self.id()))
         })
+    }
+
+    fn torn(&self) -> ServiceError {
+        let id = self.id();
+        let message =
+            format!("session '{id}' stands within a step that was given up or failed: it cannot be copied");
+        ServiceError::new(Reason::SessionFailed, message).with("session_id", id)
     }
 
     fn gone(&self) -> ServiceError {

@@ -26,7 +26,7 @@ pub(crate) struct PendingChange {
 }
 
 /// Groups of changes, one per call, bounded in number.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct PendingChanges {
     groups: BTreeMap<Accepted, Vec<Change>>,
     /// Changes in all groups.
@@ -44,7 +44,7 @@ impl PendingChanges {
 
     /// Queues a group before step `step`; groups of one step take effect in the order they came.
     pub(super) fn push(&mut self, step: u64, changes: Vec<Change>) -> Result<Accepted, ServiceError> {
-        let (count, limit) = (self.count + changes.len(), self.limit);
+        let (count, limit) = (self.count + weight(&changes), self.limit);
         if count > limit {
             let message = format!("{count} changes would wait for their step; allowed: at most {limit}");
             return Err(ServiceError::new(Reason::TooManyChanges, message)
@@ -68,7 +68,7 @@ impl PendingChanges {
             due.push(entry.remove());
         }
 
-        self.count -= due.iter().map(Vec::len).sum::<usize>();
+        self.count -= due.iter().map(|changes| weight(changes)).sum::<usize>();
         due
     }
 
@@ -92,9 +92,14 @@ impl PendingChanges {
     pub(super) fn drop_groups(&mut self, orders: Option<&[u64]>) -> u64 {
         let before = self.groups.len();
         self.groups.retain(|accepted, _| orders.is_some_and(|orders| !orders.contains(&accepted.order)));
-        self.count = self.groups.values().map(Vec::len).sum();
+        self.count = self.groups.values().map(|changes| weight(changes)).sum();
         (before - self.groups.len()) as u64
     }
+}
+
+/// Changes in a group, each point of a path counted as one.
+fn weight(changes: &[Change]) -> usize {
+    changes.iter().map(Change::weight).sum()
 }
 
 #[cfg(test)]

@@ -10,10 +10,12 @@ use nappe_sim::world::Change;
 use tokio::sync::oneshot;
 
 use super::{
-    control::{Control, Desk, Ending, InProgress, Injected, is_stepping},
+    control::Control,
+    desk::{Copied, Desk, Ending, InProgress, Injected, is_stepping},
     failure::interrupted,
+    pending_changes::PendingChanges,
     transition::{Effect, Event, State},
-    waiting::For,
+    waiting::{For, FrameWish},
 };
 use crate::error::ServiceError;
 
@@ -25,8 +27,10 @@ const PATIENCE: Duration = Duration::from_millis(2);
 pub(super) enum Task {
     /// Takes a step, after these changes, each group in order.
     Step { changes: Vec<Vec<Change>>, injected: Injected },
-    /// Finds the hash of the state at which the session stands.
-    Settle,
+    /// Finds the hash of the state at which the session stands, and makes the frames of it that answers have.
+    Settle { frames: Vec<FrameWish> },
+    /// Copies the session for those who wait for it, with the changes that wait.
+    Copy { to: Vec<oneshot::Sender<Copied>>, pending: PendingChanges },
     /// Encodes the newest frame again with everything that watchers want now, for those who wait for it.
     Complete { done: Vec<oneshot::Sender<()>>, injected: Injected },
     /// Ends the simulation; the session stays readable.
@@ -50,6 +54,12 @@ impl Control {
                 Ending::Thread => return Task::End,
             }
 
+            desk.copies.retain(|copy| !copy.is_closed());
+            if !desk.copies.is_empty() {
+                let to = std::mem::take(&mut desk.copies);
+                return Task::Copy { to, pending: desk.pending.clone() };
+            }
+
             if is_stepping(desk.state) {
                 // The next frame has what they wait for.
                 desk.completions.clear();
@@ -66,7 +76,7 @@ impl Control {
             }
 
             if !desk.is_settled {
-                return Task::Settle;
+                return Task::Settle { frames: std::mem::take(&mut desk.frames) };
             }
             if !desk.completions.is_empty() {
                 let done = std::mem::take(&mut desk.completions);
@@ -83,6 +93,7 @@ impl Control {
         let changes = desk.pending.take_due(index);
 
         // Whoever waited for the session to stand still has seen it pass.
+        desk.frames.retain(|wish| wish.step > index);
         let reached = |what| what == For::Rest || matches!(what, For::Step(step) if step <= index);
         desk.waiting.answer(reached, &Ok(self.status.describe()));
         Task::Step { changes, injected: std::mem::take(&mut desk.injected) }
@@ -132,7 +143,8 @@ impl Control {
     /// The simulation came to its end, at a state with this hash, as `effect` says.
     pub(super) fn finished(&self, effect: Effect, hash: Option<u64>) {
         let mut desk = self.lock();
-        desk.is_settled = true;
+        // Frames of answers are made when the session settles.
+        desk.is_settled = desk.frames.is_empty();
         self.status.update(|progress| {
             progress.state = State::Finished;
             progress.state_hash = hash;
@@ -160,6 +172,8 @@ impl Control {
         });
         desk.waiting.answer(|_| true, &Err(error.clone()));
         desk.completions.clear();
+        desk.copies.clear();
+        desk.frames.clear();
     }
 
     /// Tells everybody who waits that the session is gone.
@@ -168,5 +182,7 @@ impl Control {
         desk.ending = Ending::Thread;
         desk.waiting.answer(|_| true, &Err(error.clone()));
         desk.completions.clear();
+        desk.copies.clear();
+        desk.frames.clear();
     }
 }

@@ -10,7 +10,7 @@ use nappe_sim::{
 };
 use rayon::ThreadPool;
 
-use super::{status::Status, stopwatch::StageStopwatch};
+use super::{status::Status, stopwatch::StageStopwatch, waiting::FrameWish};
 use crate::stream::{Arrays, EncodedFrame, FieldSet, FrameHead, NotFinite, StageSeconds};
 
 /// Where a frame stands among those of its session.
@@ -103,6 +103,22 @@ impl Simulator {
         let encoded = self.encode(self.status.feed.demand(), head)?;
         self.status.feed.publish(encoded);
         Ok(())
+    }
+
+    /// Makes the frames of the state as it is that answers have. One that cannot be made leaves its wish unmet.
+    pub(super) fn show(&self, frames: Vec<FrameWish>, state_hash: Option<u64>) {
+        let step = self.simulation.step_count();
+        for FrameWish { fields, step: wished, done } in frames {
+            if wished != step || self.is_torn {
+                continue;
+            }
+            let newest = self.status.feed.newest().frame.head.frame;
+            let head = FrameHead::of(&self.simulation, newest, self.status.progress().diagnostics);
+            if let Ok(frame) = self.encode(fields, FrameHead { state_hash, ..head }) {
+                // Whoever asked may be gone.
+                let _ = done.send(Arc::new(frame));
+            }
+        }
     }
 
     /// Encodes the newest frame again with everything in demand, if its state still stands.

@@ -17,14 +17,15 @@ use nappe_sim::{interrupt::Interrupt, math::Precision, world::Simulation};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use tokio::sync::{OwnedSemaphorePermit, oneshot};
 use tokio_util::sync::CancellationToken;
-use uuid::Uuid;
 
 use super::{
     control::Control,
+    desk::Copied,
     handle::Session,
     parameters::parameters,
+    pending_changes::PendingChanges,
     simulator::Simulator,
-    status::{Progress, Properties, Status},
+    status::{Progress, Properties, Status, new_uid},
     stepper::Stepper,
     transition::State,
 };
@@ -86,8 +87,51 @@ pub(crate) async fn start(
     slot: OwnedSemaphorePermit,
     memory: Claim,
 ) -> Result<(Session, Vec<String>), ServiceError> {
-    let (reply, answer) = oneshot::channel();
     let name = options.id.clone();
+    let build = move |interrupt: &Interrupt, ended, memory: &mut Claim| {
+        build(&options, &resources, interrupt, ended, memory)
+    };
+    launch(name, slot, memory, build).await
+}
+
+/// Starts the thread of a session that stands where another one stands; without a limit of steps, as that one has
+/// it, or never if it is at its end.
+///
+/// # Errors
+/// If that one cannot be copied.
+pub(crate) async fn fork(
+    original: &Session,
+    id: String,
+    step_limit: Option<u64>,
+    resources: Resources,
+    slot: OwnedSemaphorePermit,
+    memory: Claim,
+) -> Result<Session, ServiceError> {
+    memory.grow(original.claimed_bytes())?;
+    let (properties, Copied { simulation, pending }) = original.copy().await?;
+    let is_at_end = properties.step_limit > 0 && simulation.step_count() >= properties.step_limit;
+    let properties = Properties {
+        step_limit: step_limit.unwrap_or(if is_at_end { 0 } else { properties.step_limit }),
+        ..properties.of_new_session(id)
+    };
+
+    let name = properties.id.clone();
+    let build = move |_: &Interrupt, ended, _: &mut Claim| {
+        let pool = thread_pool(properties.thread_count)?;
+        let (stepper, session) = stand(simulation, pool, properties, pending, &resources, ended)?;
+        Ok((stepper, session, Vec::new()))
+    };
+    Ok(launch(name, slot, memory, build).await?.0)
+}
+
+/// Starts a thread that builds a session and steps it, and that keeps `slot` and `memory` until it ends.
+async fn launch(
+    name: String,
+    slot: OwnedSemaphorePermit,
+    memory: Claim,
+    build: impl FnOnce(&Interrupt, CancellationToken, &mut Claim) -> Result<Parts, ServiceError> + Send + 'static,
+) -> Result<(Session, Vec<String>), ServiceError> {
+    let (reply, answer) = oneshot::channel();
     let abandoned = Abandoned(Interrupt::default());
     let interrupt = abandoned.0.clone();
     let ended = CancellationToken::new();
@@ -100,9 +144,7 @@ pub(crate) async fn start(
         let mut memory = memory;
 
         // A panic while building ends this thread alone: the caller sees the reply dropped.
-        let built =
-            catch_unwind(AssertUnwindSafe(|| build(&options, &resources, &interrupt, token, &mut memory)));
-        drop(resources);
+        let built = catch_unwind(AssertUnwindSafe(|| build(&interrupt, token, &mut memory)));
         match built {
             Ok(Ok((stepper, session, warnings))) => {
                 // A caller that is gone drops the handle, and the stepper ends by itself.
@@ -130,7 +172,7 @@ fn build(
     ended: CancellationToken,
     memory: &mut Claim,
 ) -> Result<Parts, ServiceError> {
-    let Resources { meshes, limits, streams } = resources;
+    let Resources { meshes, limits, .. } = resources;
     let asked = Asked {
         text: &options.scene_text,
         file: &options.scene_name,
@@ -139,7 +181,7 @@ fn build(
     };
     let Assembled { scene, built, session_bytes } = assemble_scene(asked, meshes, limits, memory)?;
     check(interrupt)?;
-    let pool = thread_pool(options)?;
+    let pool = thread_pool(options.thread_count)?;
     let precision = options.precision.unwrap_or(scene.precision);
     let (mut simulation, mut warnings) = pool
         .install(|| Simulation::new(&built.setup, precision))
@@ -149,7 +191,23 @@ fn build(
     simulation.apply(&built.initial_changes).map_err(|error| invalid_setup(options, &error))?;
     drop(built.setup);
 
-    let properties = properties(options, &scene, &simulation);
+    memory.shrink_to(session_bytes);
+    let properties = properties(options, &scene, &simulation, session_bytes);
+    let pending = PendingChanges::new(limits.max_pending_changes);
+    let (stepper, session) = stand(simulation, pool, properties, pending, resources, ended)?;
+    Ok((stepper, session, warnings))
+}
+
+/// A session that stands, paused, with its first frame.
+fn stand(
+    simulation: Simulation,
+    pool: ThreadPool,
+    properties: Properties,
+    pending: PendingChanges,
+    resources: &Resources,
+    ended: CancellationToken,
+) -> Result<(Stepper, Session), ServiceError> {
+    let Resources { limits, streams, .. } = resources;
     let topology = topology(&simulation, &properties.uid);
     let diagnostics = pool.install(|| initial_diagnostics(&simulation));
     let arrays = Arrays::new(streams.memory());
@@ -159,7 +217,7 @@ fn build(
 
     let progress = Progress {
         state: State::Paused,
-        step: 0,
+        step: simulation.step_count(),
         time_seconds: simulation.time(),
         state_hash: Some(state_hash),
         diagnostics,
@@ -170,15 +228,12 @@ fn build(
     let status = Arc::new(Status::new(properties, feed, progress));
 
     let (rules, step_interrupt) = (Arc::clone(simulation.rules()), simulation.interrupt().clone());
-    let control = Control::new(Arc::clone(&status), rules, step_interrupt, limits.max_pending_changes);
-    let control = Arc::new(control);
+    let control = Arc::new(Control::new(Arc::clone(&status), rules, step_interrupt, pending));
     let session = Session::new(Arc::clone(&status), topology, Arc::clone(&control), ended, limits);
 
     let hashed = Cell::new(Some((simulation.step_count(), state_hash)));
     let simulator = Simulator { simulation, pool, status, arrays, hashed, is_torn: false };
-    let stepper = Stepper { simulator, control };
-    memory.shrink_to(session_bytes);
-    Ok((stepper, session, warnings))
+    Ok((Stepper { simulator, control }, session))
 }
 
 /// Gives a build up whose caller is gone.
@@ -189,9 +244,9 @@ fn check(interrupt: &Interrupt) -> Result<(), ServiceError> {
     Err(ServiceError::new(Reason::RequestCancelled, "the caller is gone: the session is not made"))
 }
 
-fn thread_pool(options: &SessionOptions) -> Result<ThreadPool, ServiceError> {
+fn thread_pool(thread_count: u32) -> Result<ThreadPool, ServiceError> {
     ThreadPoolBuilder::new()
-        .num_threads(options.thread_count as usize)
+        .num_threads(thread_count as usize)
         .stack_size(STACK_BYTES)
         .thread_name(|index| format!("step-{index}"))
         .build()
@@ -212,12 +267,17 @@ fn invalid_setup(options: &SessionOptions, error: &impl std::fmt::Display) -> Se
     ServiceError::new(Reason::InvalidScene, message).with("fault", "SETUP")
 }
 
-fn properties(options: &SessionOptions, scene: &Scene, simulation: &Simulation) -> Properties {
+fn properties(
+    options: &SessionOptions,
+    scene: &Scene,
+    simulation: &Simulation,
+    claimed_bytes: u64,
+) -> Properties {
     let frame_interval_steps =
         if options.frame_interval_steps == 0 { scene.frame_interval } else { options.frame_interval_steps };
     Properties {
         id: options.id.clone(),
-        uid: Uuid::new_v4().to_string(),
+        uid: new_uid(),
         create_time: SystemTime::now(),
         title: scene.title.clone(),
         dt_seconds: simulation.dt(),
@@ -230,6 +290,7 @@ fn properties(options: &SessionOptions, scene: &Scene, simulation: &Simulation) 
         snow_particle_count: simulation.snow_particle_count() as u64,
         spring_count: simulation.spring_count() as u64,
         snow_cell: simulation.snow_cell(),
+        claimed_bytes,
     }
 }
 

@@ -7,6 +7,7 @@ use std::{
 
 use nappe_proto::v1;
 use nappe_sim::math::Precision;
+use uuid::Uuid;
 
 use super::transition::State;
 use crate::stream::Feed;
@@ -36,6 +37,20 @@ pub(crate) struct Properties {
     pub spring_count: u64,
     /// Side of the cells of the snow's grid (m); none without snow.
     pub snow_cell: Option<f64>,
+    /// Memory of the server that is counted for it (bytes).
+    pub claimed_bytes: u64,
+}
+
+impl Properties {
+    /// The same of a session that is made now.
+    pub(super) fn of_new_session(self, id: String) -> Self {
+        Self { id, uid: new_uid(), create_time: SystemTime::now(), ..self }
+    }
+}
+
+/// A uid that no session has had.
+pub(super) fn new_uid() -> String {
+    Uuid::new_v4().to_string()
 }
 
 /// How far a session is.

@@ -17,9 +17,11 @@ use nappe_sim::{
 use tokio::sync::oneshot;
 
 use super::{
-    control::{Control, Injected},
+    control::Control,
+    desk::{Copied, Injected},
     failure::{FailurePoint, SessionFailure},
     parameters::parameters,
+    pending_changes::PendingChanges,
     schedule::Task,
     simulator::{FramePosition, Simulator, TimedStep},
     status::Status,
@@ -66,7 +68,12 @@ impl Stepper {
         let feed = &self.status().feed;
         match self.control.next(end_time, || feed.has_room()) {
             Task::Step { changes, injected } => self.step(&changes, injected),
-            Task::Settle => self.control.settled(self.simulator.hash_if_intact()),
+            Task::Settle { frames } => {
+                let hash = self.simulator.hash_if_intact();
+                self.simulator.show(frames, hash);
+                self.control.settled(hash);
+            }
+            Task::Copy { to, pending } => self.copy(to, &pending),
             Task::Complete { done, injected } => self.complete(done, injected),
             Task::Stop => {
                 if self.control.stop_now() {
@@ -76,6 +83,15 @@ impl Stepper {
             Task::End => return Flow::End,
         }
         Flow::Continue
+    }
+
+    /// Hands out copies, unless the state may be half changed.
+    fn copy(&self, to: Vec<oneshot::Sender<Copied>>, pending: &PendingChanges) {
+        for copy in to.into_iter().filter(|_| !self.simulator.is_torn) {
+            let simulation = self.simulator.simulation.fork();
+            // Whoever asked may be gone.
+            let _ = copy.send(Copied { simulation, pending: pending.clone() });
+        }
     }
 
     fn complete(&self, done: Vec<oneshot::Sender<()>>, injected: Injected) {

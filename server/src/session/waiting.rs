@@ -1,15 +1,29 @@
 //! Calls that wait for a session, bounded in number.
 
+use std::sync::Arc;
+
 use nappe_proto::v1;
 use tokio::sync::oneshot;
 
-use crate::error::ServiceError;
+use crate::{
+    error::ServiceError,
+    stream::{EncodedFrame, FieldSet},
+};
 
 /// Calls that wait for a session at a time.
 pub(super) const MAX_WAITING: usize = 64;
 
 /// Where the session's description goes once what a call waits for has happened.
 pub(crate) type Answer = oneshot::Sender<Result<v1::Session, ServiceError>>;
+
+/// A frame that the answer of a call has, of the state at which the session stands after the call's steps.
+#[derive(Debug)]
+pub(super) struct FrameWish {
+    pub fields: FieldSet,
+    /// Steps taken in that state. A session that goes on from there before the frame is made leaves the wish unmet.
+    pub step: u64,
+    pub done: oneshot::Sender<Arc<EncodedFrame>>,
+}
 
 /// What a call waits for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

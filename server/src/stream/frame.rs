@@ -107,6 +107,32 @@ impl EncodedFrame {
         size_of::<Self>() + ALLOCATION_BYTES + self.array_bytes() + arrays + grid + stages
     }
 
+    /// The frame with these fields as one message, however large.
+    pub(crate) fn whole(&self, fields: FieldSet) -> v1::Frame {
+        let mut cutter = Cutter::new(usize::MAX);
+        for field in fields.fields() {
+            if let Some(data) = &self.fields[field.index()] {
+                cutter.add_field(field, data.clone());
+            }
+        }
+        let fields = cutter.pieces.pop().map(|piece| piece.fields).unwrap_or_default();
+        self.message(fields, Some(self.head.diagnostics.clone()))
+    }
+
+    /// A message of the frame, the only one.
+    fn message(&self, fields: Vec<v1::FieldData>, diagnostics: Option<v1::Diagnostics>) -> v1::Frame {
+        v1::Frame {
+            frame: self.head.frame,
+            step: self.head.step,
+            time_seconds: self.head.time_seconds,
+            state_hash: self.head.state_hash,
+            topology_id: TOPOLOGY_ID,
+            fields,
+            diagnostics,
+            ..v1::Frame::default()
+        }
+    }
+
     /// The messages of the frame with what is `wanted`, each of at most 1 MiB.
     pub(crate) fn pieces(&self, wanted: &Wanted, dropped_count: u64) -> Vec<v1::Frame> {
         let mut cutter = Cutter::new(BUDGET_BYTES);
@@ -123,16 +149,10 @@ impl EncodedFrame {
         let mut diagnostics = Some(self.head.diagnostics.clone());
         numbered(cutter.pieces)
             .map(|(chunk, Piece { fields, grid })| v1::Frame {
-                frame: self.head.frame,
-                step: self.head.step,
-                time_seconds: self.head.time_seconds,
-                state_hash: self.head.state_hash,
-                topology_id: TOPOLOGY_ID,
-                fields,
                 chunk: Some(chunk),
                 dropped_count: if chunk.index == 0 { dropped_count } else { 0 },
-                diagnostics: diagnostics.take(),
                 grid,
+                ..self.message(fields, diagnostics.take())
             })
             .collect()
     }

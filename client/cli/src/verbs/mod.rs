@@ -18,6 +18,7 @@ mod pause;
 mod step;
 mod update;
 mod changes;
+mod fork;
 mod watch;
 mod view;
 mod stop;
@@ -59,6 +60,7 @@ enum Verb {
     Step(step::StepArgs),
     Update(update::UpdateArgs),
     Changes(changes::ChangesArgs),
+    Fork(fork::ForkArgs),
     Watch(watch::WatchArgs),
     View(view::ViewArgs),
     Stop(stop::StopArgs),
@@ -88,6 +90,7 @@ pub(crate) fn run(cli: &Cli) -> Result<()> {
         Some(Verb::Step(args)) => step::run(args),
         Some(Verb::Update(args)) => update::run(args),
         Some(Verb::Changes(args)) => changes::run(args),
+        Some(Verb::Fork(args)) => fork::run(args),
         Some(Verb::Watch(args)) => watch::run(args),
         Some(Verb::View(args)) => view::run(args),
         Some(Verb::Stop(args)) => stop::run(args),

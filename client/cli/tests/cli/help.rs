@@ -2,7 +2,7 @@
 
 use crate::support::nappe;
 
-const VERBS: [&str; 22] = [
+const VERBS: [&str; 23] = [
     "demo",
     "run",
     "mecasim",
@@ -17,6 +17,7 @@ const VERBS: [&str; 22] = [
     "step",
     "update",
     "changes",
+    "fork",
     "watch",
     "view",
     "stop",
@@ -58,8 +59,8 @@ fn the_help_lists_every_verb_every_exit_code_and_examples() {
 #[test]
 fn verbs_that_print_take_json() {
     for verb in [
-        "run", "mecasim", "scenes", "create", "list", "play", "pause", "step", "update", "changes", "watch",
-        "stop", "delete", "serve", "connect", "view", "demo",
+        "run", "mecasim", "scenes", "create", "list", "play", "pause", "step", "update", "changes", "fork",
+        "watch", "stop", "delete", "serve", "connect", "view", "demo",
     ] {
         assert!(nappe(&[verb, "--help"]).ok().stdout.contains("--json"), "{verb}");
     }

@@ -18,7 +18,7 @@ pub use model::{LawEntry, Model, Parameters};
 pub use network::{Network, Spring, SpringKind, SpringLaw, SpringRules};
 pub use sell::Sell;
 pub use settings::{ClothSettings, Hessian, StateLimits};
-pub use state::{PinMotion, State, Workspace};
+pub use state::{PathPoint, PinMotion, State, Workspace};
 
 use crate::{
     collide::{Contacts, resolve},

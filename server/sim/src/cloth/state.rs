@@ -1,5 +1,7 @@
 //! The state of a cloth, what a checkpoint saves; and the scratch memory of a step.
 
+use std::sync::Arc;
+
 use super::{
     integrator::Integrator,
     model::{Model, Parameters},
@@ -11,15 +13,34 @@ use crate::{
     surroundings::Surroundings,
 };
 
-/// A pinned particle on its way.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// A pinned particle on its way from point to point.
+#[derive(Clone, Debug, PartialEq)]
 pub struct PinMotion {
     /// The particle, in the model's numbering.
     pub particle: u32,
-    /// Where it goes (m).
-    pub target: [f64; 3],
-    /// Sub-steps until it arrives.
+    /// Where it goes one after the other; at least one. Shared, so that a step copies none of them.
+    pub points: Arc<[PathPoint]>,
+    /// Index of the point that it goes to now.
+    pub next: usize,
+    /// Sub-steps until it arrives there.
     pub steps_left: u64,
+}
+
+/// Where a pin goes, and how long it takes from the point before.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PathPoint {
+    /// Where it arrives (m).
+    pub target: [f64; 3],
+    /// Sub-steps that it takes, 1 or more.
+    pub steps: u64,
+}
+
+impl PinMotion {
+    /// Takes a pin along points, from where it is.
+    pub(crate) fn along(particle: u32, points: Arc<[PathPoint]>) -> Self {
+        let steps_left = points[0].steps;
+        Self { particle, points, next: 0, steps_left }
+    }
 }
 
 /// What changes from step to step.
@@ -31,7 +52,7 @@ pub struct State<R: Real> {
     pub v: Vec<Vec3<R>>,
     /// Change of velocity of the step before (m/s): where a warm start begins.
     pub dv: Vec<Vec3<R>>,
-    /// Pins on their way.
+    /// Pins on their way, in the order of their particles.
     pub motions: Vec<PinMotion>,
 }
 
@@ -51,7 +72,8 @@ impl<R: Real> State<R> {
             self.v[i] = if motion.steps_left == 0 {
                 Vec3::zeros()
             } else {
-                let way = vec3::<f64>(motion.target) - self.x[i].map(R::to_f64);
+                let target = motion.points[motion.next].target;
+                let way = vec3::<f64>(target) - self.x[i].map(R::to_f64);
                 (way / (motion.steps_left as f64 * dt)).map(R::of)
             };
 
@@ -59,15 +81,20 @@ impl<R: Real> State<R> {
         }
     }
 
-    /// Forgets pins that stand at their targets.
+    /// Sends pins that stand at a point to the next one, and forgets those that stand at their last.
     pub(super) fn rest_pins(&mut self) {
         let v = &mut self.v;
-        self.motions.retain(|motion| {
-            if motion.steps_left == 0 {
-                v[motion.particle as usize] = Vec3::zeros();
+        self.motions.retain_mut(|motion| {
+            if motion.steps_left > 0 {
+                return true;
             }
 
-            motion.steps_left > 0
+            // It stands at every point, so that a path has the bits of its moves made one by one.
+            v[motion.particle as usize] = Vec3::zeros();
+            motion.next += 1;
+            let next = motion.points.get(motion.next);
+            motion.steps_left = next.map_or(0, |point| point.steps);
+            next.is_some()
         });
     }
 }

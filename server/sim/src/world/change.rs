@@ -40,11 +40,16 @@ impl<R: Real> World<R> {
                 cloths.for_each(|cloth| cloth.set_springs(*kind, *stiffness, *damping));
             }
             Change::Pin { particle, target, duration } => {
-                let (body, own) = self.find(*particle);
-                if let Some(cloth) = self.bodies[body].as_cloth_mut() {
-                    cloth.send_pin(own, *target, *duration, self.dt);
-                }
+                self.send_pin(*particle, std::iter::once((*duration, *target)));
             }
+            Change::PinPath { particle, points } => self.send_pin(*particle, points.iter().copied()),
+        }
+    }
+
+    fn send_pin(&mut self, particle: u32, points: impl Iterator<Item = (f64, [f64; 3])>) {
+        let (body, own) = self.find(particle);
+        if let Some(cloth) = self.bodies[body].as_cloth_mut() {
+            cloth.send_pin(own, points, self.dt);
         }
     }
 

@@ -10,7 +10,7 @@ use super::{
     topology::{BodyTopology, StepBound},
 };
 use crate::{
-    cloth::{self, ClothSettings, Model, Parameters, PinMotion, SpringKind, State, Workspace},
+    cloth::{self, ClothSettings, Model, Parameters, PathPoint, PinMotion, SpringKind, State, Workspace},
     math::{Mat3, Real, Vec3},
     report::{Diagnostics, StepFailure, Stopwatch},
     surroundings::Surroundings,
@@ -136,14 +136,20 @@ impl<R: Real> Cloth<R> {
         place.is_some_and(|place| self.model.inv_m[*place as usize] == R::zero())
     }
 
-    /// Sends a pinned particle to `target` (m), to arrive after `duration` (s); `dt` is the world's (s).
-    pub(super) fn send_pin(&mut self, particle: u32, target: [f64; 3], duration: f64, dt: f64) {
+    /// Sends a pinned particle through `points`, each a time from now (s), growing, and a position (m); `dt` is the
+    /// world's (s). It takes a step of the world to the first at least, and a sub-step to each other.
+    pub(super) fn send_pin(&mut self, particle: u32, points: impl Iterator<Item = (f64, [f64; 3])>, dt: f64) {
         let particle = self.model.place[particle as usize];
         let dt = dt / f64::from(self.settings.substeps);
-
-        // A duration of a whole number of steps stays one when the quotient is rounded.
-        let steps_left = ((duration / dt - 1e-9).ceil() as u64).max(u64::from(self.settings.substeps));
-        self.sent.push(PinMotion { particle, target, steps_left });
+        let (mut taken, mut least) = (0, u64::from(self.settings.substeps));
+        let points = points.map(|(time, target)| {
+            // A time of a whole number of steps stays one when the quotient is rounded.
+            let arrival = ((time / dt - 1e-9).ceil() as u64).max(taken + least);
+            let steps = arrival - taken;
+            (taken, least) = (arrival, 1);
+            PathPoint { target, steps }
+        });
+        self.sent.push(PinMotion::along(particle, points.collect()));
     }
 
     /// Takes over the pins that were sent: of each particle the last. All at once, so that work grows with their

@@ -2,6 +2,8 @@
 //!
 //! Bodies, kinds of springs and pins never change, so that changes can be checked while the world steps.
 
+use std::sync::Arc;
+
 use thiserror::Error;
 
 use super::body::Body;
@@ -37,6 +39,24 @@ pub enum Change {
         /// Time that it takes (s), one step at least.
         duration: f64,
     },
+    /// Moves a pinned particle along a path, at constant speed from point to point.
+    PinPath {
+        /// Number of the particle over all bodies, from 0.
+        particle: u32,
+        /// Times from the change on (s), above 0 and growing, each with the position (m) at which it is then. One step
+        /// to the first at least.
+        points: Arc<[(f64, [f64; 3])]>,
+    },
+}
+
+impl Change {
+    /// How many numbers or points it holds, for bounds on what waits.
+    pub fn weight(&self) -> usize {
+        match self {
+            Self::PinPath { points, .. } => points.len(),
+            _ => 1,
+        }
+    }
 }
 
 /// Numbers that changes and scenes allow, both ends included.
@@ -75,6 +95,12 @@ pub enum ChangeError {
     NotPinned { particle: u32 },
     #[error("there is no particle {particle}: there are {count}, from 0")]
     NoSuchParticle { particle: u32, count: usize },
+    #[error("the path of particle {particle} has no points: one or more are needed")]
+    EmptyPath { particle: u32 },
+    #[error(
+        "point {point} of the path of particle {particle} is at {time:e} s: a time after {after:e} s is needed"
+    )]
+    TimesOfPath { particle: u32, point: usize, time: f64, after: f64 },
 }
 
 /// Which changes a world accepts.
@@ -145,15 +171,23 @@ impl ChangeRules {
             Change::Pin { particle, target, duration } => {
                 within("target", target, allowed::LENGTH)?;
                 within("duration", &[*duration], allowed::DURATION)?;
-                let (particle, count) = (*particle, self.particle_count);
-                if particle as usize >= count {
-                    return Err(ChangeError::NoSuchParticle { particle, count });
-                }
-
-                let is_pinned = self.pinned.binary_search(&particle).is_ok();
-                if is_pinned { Ok(()) } else { Err(ChangeError::NotPinned { particle }) }
+                self.check_pin(*particle)
+            }
+            Change::PinPath { particle, points } => {
+                check_path(*particle, points)?;
+                self.check_pin(*particle)
             }
         }
+    }
+
+    fn check_pin(&self, particle: u32) -> Result<(), ChangeError> {
+        let count = self.particle_count;
+        if particle as usize >= count {
+            return Err(ChangeError::NoSuchParticle { particle, count });
+        }
+
+        let is_pinned = self.pinned.binary_search(&particle).is_ok();
+        if is_pinned { Ok(()) } else { Err(ChangeError::NotPinned { particle }) }
     }
 
     fn check_springs(&self, name: Option<&str>, kind: Option<SpringKind>) -> Result<(), ChangeError> {
@@ -178,6 +212,23 @@ impl ChangeRules {
         let kind = kind.map_or("any", SpringKind::name);
         Err(ChangeError::NoSuchSprings { body: name.unwrap_or("any").into(), kind })
     }
+}
+
+/// Times that grow, positions within their range.
+fn check_path(particle: u32, points: &[(f64, [f64; 3])]) -> Result<(), ChangeError> {
+    if points.is_empty() {
+        return Err(ChangeError::EmptyPath { particle });
+    }
+    let mut after = 0.0;
+    for (point, (time, target)) in points.iter().enumerate() {
+        within("times", &[*time], allowed::DURATION)?;
+        within("targets", target, allowed::LENGTH)?;
+        if *time <= after {
+            return Err(ChangeError::TimesOfPath { particle, point, time: *time, after });
+        }
+        after = *time;
+    }
+    Ok(())
 }
 
 fn within(field: &'static str, values: &[f64], allowed: [f64; 2]) -> Result<(), ChangeError> {

@@ -17,7 +17,8 @@ use crate::{
     snow::{GridNode, ParticleState, Snow},
 };
 
-/// A simulation in the precision chosen at run time. A clone goes on with the same bits.
+/// A simulation in the precision chosen at run time. A clone goes on with the same
+/// bits, and gives up with the original.
 #[derive(Clone, Debug)]
 pub enum Simulation {
     /// State in binary32.
@@ -122,6 +123,14 @@ impl Simulation {
     /// Which changes it accepts.
     pub fn rules(&self) -> &Arc<ChangeRules> {
         on_world!(self, world => world.rules())
+    }
+
+    /// A copy that goes on from here with the same bits, and that nobody has asked to give up.
+    #[must_use]
+    pub fn fork(&self) -> Self {
+        let mut copy = self.clone();
+        on_world!(&mut copy, world => world.interrupt = Interrupt::default());
+        copy
     }
 
     /// Parameters as they are now.

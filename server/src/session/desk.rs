@@ -1,0 +1,110 @@
+//! What the calls of a session and the thread that steps it share.
+
+use std::time::Instant;
+
+use nappe_sim::world::Simulation;
+use tokio::sync::oneshot;
+
+use super::{
+    pace::Pace,
+    pending_changes::PendingChanges,
+    status::Progress,
+    transition::State,
+    waiting::{FrameWish, Waiting},
+};
+
+/// What calls and thread share, each for a moment.
+#[derive(Debug)]
+pub(super) struct Desk {
+    pub(super) state: State,
+    pub(super) pace: Pace,
+    /// Index of the first step that has not begun.
+    pub(super) next_step: u64,
+    pub(super) in_progress: InProgress,
+    pub(super) pending: PendingChanges,
+    pub(super) waiting: Waiting,
+    /// Who waits for the newest frame with more fields.
+    pub(super) completions: Vec<oneshot::Sender<()>>,
+    /// Who waits for a copy of the session.
+    pub(super) copies: Vec<oneshot::Sender<Copied>>,
+    /// Who waits for a frame of the state after his steps.
+    pub(super) frames: Vec<FrameWish>,
+    pub(super) ending: Ending,
+    /// Whether the hash of the state at which the session stands is known.
+    pub(super) is_settled: bool,
+    pub(super) injected: Injected,
+}
+
+impl Desk {
+    /// Of a session that stands, paused.
+    pub(super) fn new(progress: &Progress, pending: PendingChanges) -> Self {
+        Self {
+            state: State::Paused,
+            pace: Pace::start(0.0, Instant::now(), progress.time_seconds),
+            next_step: progress.step,
+            in_progress: InProgress::Nothing,
+            pending,
+            waiting: Waiting::default(),
+            completions: Vec::new(),
+            copies: Vec::new(),
+            frames: Vec::new(),
+            ending: Ending::Nothing,
+            is_settled: true,
+            injected: Injected::Nothing,
+        }
+    }
+
+    /// Steps that will have been taken once the session stands, if nobody asks for more.
+    pub(super) fn coming_step(&self) -> u64 {
+        let begun = u64::from(self.in_progress == InProgress::Asked);
+        match self.state {
+            State::Stepping { remaining } => self.next_step.saturating_add(remaining - begun),
+            _ => self.next_step,
+        }
+    }
+}
+
+/// Whether something is to end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Ending {
+    Nothing,
+    /// The simulation; the session stays readable.
+    Simulation,
+    /// The thread: the session is deleted.
+    Thread,
+}
+
+/// Whether what the thread does next panics, as a bug would (tests).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum Injected {
+    #[default]
+    Nothing,
+    Panic,
+}
+
+impl Injected {
+    pub(super) fn carry_out(self) {
+        assert!(self == Self::Nothing, "a panic was injected for a test");
+    }
+}
+
+/// Whether a step is in progress.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum InProgress {
+    Nothing,
+    /// One of the steps that the state asks for.
+    Asked,
+    /// A step that had begun when the session was paused.
+    Left,
+}
+
+/// A session as it stands between two steps.
+#[derive(Debug)]
+pub(super) struct Copied {
+    pub(super) simulation: Simulation,
+    pub(super) pending: PendingChanges,
+}
+
+pub(super) fn is_stepping(state: State) -> bool {
+    matches!(state, State::Playing | State::Stepping { .. })
+}
