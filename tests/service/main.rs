@@ -25,6 +25,8 @@ mod limits;
 mod update_parameters;
 mod controllers;
 mod forks;
+mod abandoned_creates;
+mod memory_growth;
 mod failed_sessions;
 mod stalled_watchers;
 mod crowded;

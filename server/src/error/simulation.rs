@@ -3,7 +3,7 @@
 //! Enters: why a step failed, or why a change was refused. Leaves: a reason, or the whole error.
 
 use nappe_proto::Reason;
-use nappe_sim::{report::StepFailure, world::ChangeError};
+use nappe_sim::{interrupt::Interrupted, report::StepFailure, world::ChangeError};
 
 use super::service_error::ServiceError;
 
@@ -22,6 +22,12 @@ pub(crate) const fn step_reason(failure: &StepFailure) -> Reason {
         StepFailure::GridMemory { .. } => Reason::GridMemory,
         StepFailure::Mass { .. } => Reason::MassLost,
         StepFailure::Interrupted => Reason::StepsInterrupted,
+    }
+}
+
+impl From<Interrupted> for ServiceError {
+    fn from(_: Interrupted) -> Self {
+        Self::new(Reason::RequestCancelled, "the caller is gone: the session is not made")
     }
 }
 

@@ -21,6 +21,8 @@ pub(crate) struct Assembled {
     pub built: Built,
     /// The memory of the session, and of the frames that it may keep (bytes), once it is built.
     pub session_bytes: u64,
+    /// Those of them that the snow takes.
+    pub snow_bytes: u64,
 }
 
 /// Who asks for a scene.
@@ -54,7 +56,7 @@ pub(crate) fn assemble_scene(
     let bounds = SceneLimits { max_particles: limits.max_particles, max_springs: limits.max_springs };
     let built = scene.build(meshes, &bounds).map_err(|error| service_error(&error))?;
     let session_bytes = estimate.session_bytes.saturating_add(limits.history_bytes_per_session);
-    Ok(Assembled { scene, built, session_bytes })
+    Ok(Assembled { scene, built, session_bytes, snow_bytes: estimate.snow_bytes })
 }
 
 /// Counts up to the limits: beyond them, building refuses the scene with the place of what is too much.

@@ -53,6 +53,8 @@ pub(crate) struct Estimate {
     pub(crate) build_bytes: u64,
     /// Bytes while it is stepped, without the frames that it keeps.
     pub(crate) session_bytes: u64,
+    /// Those of them that the snow takes.
+    pub(crate) snow_bytes: u64,
     /// Seconds of its building.
     pub(crate) seconds: f64,
 }
@@ -85,6 +87,7 @@ impl Estimate {
         Self {
             build_bytes: (fixed + sum(|cost| cost.build.max(cost.session))) as u64,
             session_bytes: (fixed + sum(|cost| cost.session)) as u64,
+            snow_bytes: (grid + size.snow_particles as f64 * by(SNOW_PARTICLE).session) as u64,
             seconds: 1e-9 * nanoseconds,
         }
     }

@@ -11,7 +11,11 @@ use nappe_sim::{
 use rayon::ThreadPool;
 
 use super::{status::Status, stopwatch::StageStopwatch, waiting::FrameWish};
-use crate::stream::{Arrays, EncodedFrame, FieldSet, FrameHead, NotFinite, StageSeconds};
+use crate::{
+    error::ServiceError,
+    memory::Claim,
+    stream::{Arrays, EncodedFrame, FieldSet, FrameHead, NotFinite, StageSeconds},
+};
 
 /// Where a frame stands among those of its session.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,6 +43,10 @@ pub(super) struct Simulator {
     pub arrays: Arc<Arrays>,
     /// Hash of the state after so many steps, if it is known.
     pub hashed: Cell<Option<(u64, u64)>>,
+    /// What is counted for it of the server's memory.
+    pub memory: Claim,
+    /// Bytes of the snow that are counted: its grid grows as it flies apart.
+    pub snow_bytes: u64,
     /// Whether the state may be half changed: after a panic, and where a step of the world ended between two steps
     /// of the snow. Such a state is not looked at again.
     pub is_torn: bool,
@@ -59,6 +67,19 @@ impl Simulator {
 
         let seconds = begin.elapsed().as_secs_f64();
         outcome.map(|report| TimedStep { report, seconds, stage_seconds: stopwatch.seconds })
+    }
+
+    /// Counts by how much the grid of the snow has grown.
+    ///
+    /// # Errors
+    /// If the server has not as much memory left.
+    pub(super) fn count_growth(&mut self) -> Result<(), ServiceError> {
+        let bytes = self.simulation.snow_memory_bytes() as u64;
+        if bytes > self.snow_bytes {
+            self.memory.grow(bytes - self.snow_bytes)?;
+            self.snow_bytes = bytes;
+        }
+        Ok(())
     }
 
     /// Hash of the state.

@@ -13,7 +13,11 @@ use std::{
 
 use nappe_proto::v1;
 use nappe_scene::Scene;
-use nappe_sim::{interrupt::Interrupt, math::Precision, world::Simulation};
+use nappe_sim::{
+    interrupt::{self, Interrupt},
+    math::Precision,
+    world::Simulation,
+};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use tokio::sync::{OwnedSemaphorePermit, oneshot};
 use tokio_util::sync::CancellationToken;
@@ -88,9 +92,8 @@ pub(crate) async fn start(
     memory: Claim,
 ) -> Result<(Session, Vec<String>), ServiceError> {
     let name = options.id.clone();
-    let build = move |interrupt: &Interrupt, ended, memory: &mut Claim| {
-        build(&options, &resources, interrupt, ended, memory)
-    };
+    let build =
+        move |interrupt: &Interrupt, ended, memory| build(&options, &resources, interrupt, ended, memory);
     launch(name, slot, memory, build).await
 }
 
@@ -116,9 +119,9 @@ pub(crate) async fn fork(
     };
 
     let name = properties.id.clone();
-    let build = move |_: &Interrupt, ended, _: &mut Claim| {
+    let build = move |_: &Interrupt, ended, memory| {
         let pool = thread_pool(properties.thread_count)?;
-        let (stepper, session) = stand(simulation, pool, properties, pending, &resources, ended)?;
+        let (stepper, session) = stand(simulation, pool, properties, pending, &resources, ended, memory)?;
         Ok((stepper, session, Vec::new()))
     };
     Ok(launch(name, slot, memory, build).await?.0)
@@ -129,7 +132,7 @@ async fn launch(
     name: String,
     slot: OwnedSemaphorePermit,
     memory: Claim,
-    build: impl FnOnce(&Interrupt, CancellationToken, &mut Claim) -> Result<Parts, ServiceError> + Send + 'static,
+    build: impl FnOnce(&Interrupt, CancellationToken, Claim) -> Result<Parts, ServiceError> + Send + 'static,
 ) -> Result<(Session, Vec<String>), ServiceError> {
     let (reply, answer) = oneshot::channel();
     let abandoned = Abandoned(Interrupt::default());
@@ -141,10 +144,11 @@ async fn launch(
         // Dropped in the opposite order: the memory is given back before the end is announced, the slot after it.
         let _guard = guard;
         let _slot = slot;
-        let mut memory = memory;
 
         // A panic while building ends this thread alone: the caller sees the reply dropped.
-        let built = catch_unwind(AssertUnwindSafe(|| build(&interrupt, token, &mut memory)));
+        let build = || interrupt.leave_at_points(|| build(&interrupt, token, memory));
+        let built =
+            catch_unwind(AssertUnwindSafe(build)).map(|built| built.unwrap_or_else(|left| Err(left.into())));
         match built {
             Ok(Ok((stepper, session, warnings))) => {
                 // A caller that is gone drops the handle, and the stepper ends by itself.
@@ -170,7 +174,7 @@ fn build(
     resources: &Resources,
     interrupt: &Interrupt,
     ended: CancellationToken,
-    memory: &mut Claim,
+    mut memory: Claim,
 ) -> Result<Parts, ServiceError> {
     let Resources { meshes, limits, .. } = resources;
     let asked = Asked {
@@ -179,22 +183,26 @@ fn build(
         precision: options.precision,
         thread_count: options.thread_count,
     };
-    let Assembled { scene, built, session_bytes } = assemble_scene(asked, meshes, limits, memory)?;
-    check(interrupt)?;
+    let Assembled { scene, built, session_bytes, snow_bytes } =
+        assemble_scene(asked, meshes, limits, &memory)?;
     let pool = thread_pool(options.thread_count)?;
     let precision = options.precision.unwrap_or(scene.precision);
     let (mut simulation, mut warnings) = pool
-        .install(|| Simulation::new(&built.setup, precision))
+        .install(|| interrupt.leave_at_points(|| Simulation::new(&built.setup, precision)))?
         .map_err(|error| invalid_setup(options, &error))?;
-    check(interrupt)?;
     warnings.splice(0..0, built.warnings);
     simulation.apply(&built.initial_changes).map_err(|error| invalid_setup(options, &error))?;
     drop(built.setup);
+    interrupt::point();
 
     memory.shrink_to(session_bytes);
-    let properties = properties(options, &scene, &simulation, session_bytes);
+    let properties = Properties {
+        claimed_bytes: session_bytes,
+        claimed_snow_bytes: snow_bytes,
+        ..properties(options, &scene, &simulation)
+    };
     let pending = PendingChanges::new(limits.max_pending_changes);
-    let (stepper, session) = stand(simulation, pool, properties, pending, resources, ended)?;
+    let (stepper, session) = stand(simulation, pool, properties, pending, resources, ended, memory)?;
     Ok((stepper, session, warnings))
 }
 
@@ -206,10 +214,14 @@ fn stand(
     pending: PendingChanges,
     resources: &Resources,
     ended: CancellationToken,
+    memory: Claim,
 ) -> Result<(Stepper, Session), ServiceError> {
     let Resources { limits, streams, .. } = resources;
+    let snow_bytes = properties.claimed_snow_bytes;
     let topology = topology(&simulation, &properties.uid);
+    interrupt::point();
     let diagnostics = pool.install(|| initial_diagnostics(&simulation));
+    interrupt::point();
     let arrays = Arrays::new(streams.memory());
     let (first, state_hash) = pool.install(|| first_frame(&simulation, &diagnostics, &arrays))?;
     let budget = limits.history_bytes_per_session;
@@ -232,16 +244,10 @@ fn stand(
     let session = Session::new(Arc::clone(&status), topology, Arc::clone(&control), ended, limits);
 
     let hashed = Cell::new(Some((simulation.step_count(), state_hash)));
-    let simulator = Simulator { simulation, pool, status, arrays, hashed, is_torn: false };
-    Ok((Stepper { simulator, control }, session))
-}
-
-/// Gives a build up whose caller is gone.
-fn check(interrupt: &Interrupt) -> Result<(), ServiceError> {
-    if !interrupt.is_requested() {
-        return Ok(());
-    }
-    Err(ServiceError::new(Reason::RequestCancelled, "the caller is gone: the session is not made"))
+    let mut simulator =
+        Simulator { simulation, pool, status, arrays, hashed, memory, snow_bytes, is_torn: false };
+    simulator.count_growth()?;
+    Ok((Stepper { simulator, control, completing: Vec::new() }, session))
 }
 
 fn thread_pool(thread_count: u32) -> Result<ThreadPool, ServiceError> {
@@ -267,12 +273,7 @@ fn invalid_setup(options: &SessionOptions, error: &impl std::fmt::Display) -> Se
     ServiceError::new(Reason::InvalidScene, message).with("fault", "SETUP")
 }
 
-fn properties(
-    options: &SessionOptions,
-    scene: &Scene,
-    simulation: &Simulation,
-    claimed_bytes: u64,
-) -> Properties {
+fn properties(options: &SessionOptions, scene: &Scene, simulation: &Simulation) -> Properties {
     let frame_interval_steps =
         if options.frame_interval_steps == 0 { scene.frame_interval } else { options.frame_interval_steps };
     Properties {
@@ -290,7 +291,8 @@ fn properties(
         snow_particle_count: simulation.snow_particle_count() as u64,
         spring_count: simulation.spring_count() as u64,
         snow_cell: simulation.snow_cell(),
-        claimed_bytes,
+        claimed_bytes: 0,
+        claimed_snow_bytes: 0,
     }
 }
 

@@ -39,6 +39,8 @@ pub(crate) struct Properties {
     pub snow_cell: Option<f64>,
     /// Memory of the server that is counted for it (bytes).
     pub claimed_bytes: u64,
+    /// Those of them that are counted for its snow, before that grows.
+    pub claimed_snow_bytes: u64,
 }
 
 impl Properties {

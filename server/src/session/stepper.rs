@@ -42,6 +42,8 @@ enum Flow {
 pub(super) struct Stepper {
     pub simulator: Simulator,
     pub control: Arc<Control>,
+    /// Who waits for the frame that is being completed: told after a panic's failure is noted, not before.
+    pub completing: Vec<oneshot::Sender<()>>,
 }
 
 impl Stepper {
@@ -94,10 +96,11 @@ impl Stepper {
         }
     }
 
-    fn complete(&self, done: Vec<oneshot::Sender<()>>, injected: Injected) {
+    fn complete(&mut self, done: Vec<oneshot::Sender<()>>, injected: Injected) {
+        self.completing = done;
         injected.carry_out();
         self.simulator.complete_newest();
-        for done in done {
+        for done in self.completing.drain(..) {
             // Whoever asked may be gone.
             let _ = done.send(());
         }
@@ -119,7 +122,10 @@ impl Stepper {
         }
 
         match self.simulator.step(|| injected.carry_out()) {
-            Ok(step) => self.stepped(&step),
+            Ok(step) => match self.simulator.count_growth() {
+                Ok(()) => self.stepped(&step),
+                Err(full) => self.fail(full, index, None, None),
+            },
             Err(StepError { failure: StepFailure::Interrupted, .. }) => {
                 self.simulator.is_torn = self.status().properties.snow_cell.is_some();
                 self.control.interrupted();
@@ -209,6 +215,7 @@ impl Stepper {
         tracing::error!(session = self.id(), step = progress.step, "{}", failed.error.message);
         self.simulator.is_torn = true;
         self.note_failure(failed);
+        self.completing.clear();
     }
 
     fn note_failure(&mut self, SessionFailure { failure, error }: SessionFailure) {

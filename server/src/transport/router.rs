@@ -56,8 +56,9 @@ pub(crate) fn router(shared: &Arc<Shared>, health: &HealthReporter, token: Optio
         let time = (!method.takes_a_stream()).then_some(time);
         request.map(|body| {
             let body = RequestBody::new(body, time);
-            // Ours end by themselves.
-            Body::new(if method.is_simulation() { body } else { body.until(&draining) })
+            // Ours end by themselves, and whether the server serves is answered until the end.
+            let is_cut = !method.is_simulation() && !method.is_health_check();
+            Body::new(if is_cut { body.until(&draining) } else { body })
         })
     });
     let calls = GrpcWebLayer::new().layer(timed);

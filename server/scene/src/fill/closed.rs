@@ -6,7 +6,7 @@
 
 use std::fmt;
 
-use nappe_sim::mesh::TriangleMesh;
+use nappe_sim::{interrupt, mesh::TriangleMesh};
 
 /// The surface of a solid.
 #[derive(Clone, Debug, PartialEq)]
@@ -96,7 +96,10 @@ impl Closed {
 /// For each point the first point of the mesh with the same coordinates.
 fn welded(points: &[[f64; 3]]) -> Vec<u32> {
     // Adding 0 makes one zero of both.
-    let key = |i: &u32| points[*i as usize].map(|c| (c + 0.0).to_bits());
+    let key = |i: &u32| {
+        interrupt::point();
+        points[*i as usize].map(|c| (c + 0.0).to_bits())
+    };
     let mut order: Vec<u32> = (0u32..).take(points.len()).collect();
     order.sort_unstable_by_key(|i| (key(i), *i));
     let mut same = vec![0; points.len()];
@@ -112,7 +115,9 @@ fn check_edges(triangles: &[(u32, [u32; 3])], points: &[[f64; 3]]) -> Result<(),
     let side = |t: u32, from: u32, to: u32| -> Side { ([from.min(to), from.max(to)], from < to, t) };
     let mut sides: Vec<Side> =
         triangles.iter().flat_map(|&(t, [a, b, c])| [side(t, a, b), side(t, b, c), side(t, c, a)]).collect();
+    interrupt::point();
     sides.sort_unstable();
+    interrupt::point();
     let positions = |edge: [u32; 2]| edge.map(|i| points[i as usize]);
     let edges = || sides.chunk_by(|a, b| a.0 == b.0);
     let mut open = edges().filter(|edge| edge.len() != 2);

@@ -5,6 +5,8 @@
 
 use std::ops::RangeInclusive;
 
+use nappe_sim::interrupt;
+
 use super::{
     hash::{Sequence, Stream},
     solid::Solid,
@@ -123,6 +125,7 @@ pub(super) fn in_box(half: [f64; 3], cells: [u64; 3], jitter: Jitter) -> Vec<[f6
     let [nx, ny, nz] = cells.map(|n| n as i64);
     let mut points = Vec::with_capacity((nx * ny * nz) as usize);
     for (i, j, k) in triples([0..nx, 0..ny, 0..nz]) {
+        interrupt::point();
         let shift = shift([i, j, k], jitter);
         let index = [i, j, k];
         // About the middle, so that a lattice without jitter is symmetric to the last bit.
@@ -154,12 +157,14 @@ pub(super) fn in_solid(
     let mut points = Vec::new();
     let [nx, ny, nz] = half.map(|h| h.min(1e9) as i64);
     for (i, j) in (-nx..nx).flat_map(|i| (-ny..ny).map(move |j| (i, j))) {
+        interrupt::point();
         left = left.checked_sub(1).ok_or(TooMuch)?;
         let corner = |di: i64| [middle[0] + (i + di) as f64 * spacing, middle[1] + (j + di) as f64 * spacing];
         let Some([bottom, top]) = solid.heights(corner(0), corner(1)) else { continue };
         let row = |z: f64| ((z - middle[2]) / spacing).clamp(-2e9, 2e9);
         let rows = (row(bottom).floor() as i64 - 1).max(-nz)..(row(top).ceil() as i64 + 1).min(nz);
         for k in rows {
+            interrupt::point();
             left = left.checked_sub(1).ok_or(TooMuch)?;
             let shift = shift([i, j, k], jitter);
             let index = [i, j, k];

@@ -3,6 +3,8 @@
 //! Without a length each particle has a number of its own. With one, numbers stand on a lattice of
 //! that spacing and are blended between, so that neighbours are alike.
 
+use nappe_sim::interrupt;
+
 use super::hash::{Stream, hash, signed};
 
 /// How one quantity varies.
@@ -23,7 +25,12 @@ impl Noise {
             Some(length) => self.smooth(point.map(|c| c / length)),
             None => self.at([i as i64, 0, 0]),
         };
-        points.iter().enumerate().map(|p| 1.0 + self.amplitude * value(p)).collect()
+        points
+            .iter()
+            .enumerate()
+            .inspect(|_| interrupt::point())
+            .map(|p| 1.0 + self.amplitude * value(p))
+            .collect()
     }
 
     /// From -1 and below 1.

@@ -4,6 +4,8 @@
 //! the background hold one particle at most. Each empty cell then starts again, so that parts of a
 //! solid that nothing joins are filled too.
 
+use nappe_sim::interrupt;
+
 use super::{
     hash::{Sequence, Stream},
     lattice::{Looks, TooMuch},
@@ -28,11 +30,13 @@ pub(super) fn sample(
     let mut numbers = Sequence::new(seed, Stream::Dart, [0; 3]);
     let mut active: Vec<u32> = Vec::new();
     for cell in 0..found.cells.len() {
+        interrupt::point();
         if found.cells[cell] == EMPTY {
             let position = found.within(cell, numbers.point());
             active.extend(found.add(solid, position));
         }
         while !active.is_empty() {
+            interrupt::point();
             let chosen = numbers.below(active.len());
             let around = found.points[active[chosen] as usize];
             let found = (0..TRIES).find_map(|_| {

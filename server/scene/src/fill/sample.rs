@@ -1,5 +1,7 @@
 //! How many particles fill a solid and where: a rule for arrangement, and a number of them.
 
+use nappe_sim::interrupt;
+
 use super::{
     hash::{Stream, hash},
     lattice::{self, Jitter, Looks, TooMuch},
@@ -133,7 +135,10 @@ fn thin(points: Vec<[f64; 3]>, count: u64, seed: u32) -> Vec<[f64; 3]> {
     if excess == 0 {
         return points;
     }
-    let key = |i: usize| (hash(seed, Stream::Thin, [i as i64, 0, 0]), i);
+    let key = |i: usize| {
+        interrupt::point();
+        (hash(seed, Stream::Thin, [i as i64, 0, 0]), i)
+    };
     let mut order: Vec<usize> = (0..points.len()).collect();
     order.sort_unstable_by_key(|i| key(*i));
     let mut kept = vec![true; points.len()];

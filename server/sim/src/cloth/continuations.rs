@@ -4,8 +4,9 @@
 //! their directions are in a tree of boxes.
 
 use crate::{
+    interrupt,
     math::array::{dot, length, minus},
-    mesh::TriangleMesh,
+    mesh::{TriangleMesh, sorted},
 };
 
 /// Least cosine of the angle by which a continuation turns: 45 degrees.
@@ -30,16 +31,17 @@ pub(super) fn straight_continuations(mesh: &TriangleMesh) -> Vec<[u32; 2]> {
 
     let mut pairs = Vec::new();
     for (b, around) in (0u32..).zip(&neighbours) {
+        interrupt::point();
         let tree = Directions::new(around.iter().map(|c| direction(b, *c)).collect());
         for (own, &a) in (0u32..).zip(around) {
             let best = tree.nearest(direction(a, b), own);
-            pairs.extend(best.map(|c| around[c as usize]).map(|c| [a.min(c), a.max(c)]));
+            pairs.extend(best.map(|c| around[c as usize]).map(|c| (a.min(c), a.max(c))));
         }
     }
 
-    pairs.sort_unstable();
+    let mut pairs = sorted(pairs.iter().copied(), mesh.points.len());
     pairs.dedup();
-    pairs
+    pairs.into_iter().map(|(a, c)| [a, c]).collect()
 }
 
 /// Directions in a tree of boxes.

@@ -3,13 +3,17 @@
 //! Reads a [`Network`]; writes arrays in Hilbert order, cut into blocks, with springs gathered by
 //! row. Users see their own numbering everywhere; only this folder knows the other.
 
+use std::collections::BTreeSet;
+
 use super::{
-    network::{Network, SpringKind, SpringLaw},
+    network::{Network, Spring, SpringKind, SpringLaw},
     sell::{Joint, Sell},
     settings::ClothSettings,
 };
 use crate::{
+    interrupt,
     math::{Real, Vec3, vec3},
+    mesh::sorted,
     parallel::hilbert_order,
 };
 
@@ -68,6 +72,7 @@ impl<R: Real> Model<R> {
 
         let count = network.x.len();
         let user = hilbert_order(&network.x);
+        interrupt::point();
         let mut place = vec![0; count];
         user.iter().enumerate().for_each(|(new, &old)| place[old as usize] = new as u32);
 
@@ -76,6 +81,7 @@ impl<R: Real> Model<R> {
             .springs
             .iter()
             .zip(&law_of)
+            .inspect(|_| interrupt::point())
             .map(|(spring, &law)| Joint {
                 ends: spring.particles.map(|p| place[p as usize]),
                 rest_length: spring.rest_length,
@@ -175,10 +181,10 @@ fn check(network: &Network, settings: &ClothSettings) -> Result<(), String> {
 
 /// The different laws, ordered by kind and value, and the law of each spring.
 fn table_of_laws(network: &Network) -> Result<(Vec<LawEntry>, Vec<u16>), String> {
-    let key = |kind: SpringKind, law: SpringLaw| (kind, law.stiffness.to_bits(), law.damping.to_bits());
-    let mut keys: Vec<_> = network.springs.iter().map(|s| key(s.kind, s.law)).collect();
-    keys.sort_unstable();
-    keys.dedup();
+    let key = |s: &Spring| (s.kind, s.law.stiffness.to_bits(), s.law.damping.to_bits());
+    let runs = || network.springs.chunk_by(|a, b| key(a) == key(b)).inspect(|_| interrupt::point());
+    let keys: BTreeSet<_> = runs().map(|run| key(&run[0])).collect();
+    let keys: Vec<_> = keys.into_iter().collect();
 
     if keys.len() > MAX_LAWS {
         return Err(format!(
@@ -195,11 +201,11 @@ fn table_of_laws(network: &Network) -> Result<(Vec<LawEntry>, Vec<u16>), String>
         })
         .collect();
 
-    let law_of = network
-        .springs
-        .iter()
-        .map(|s| keys.binary_search(&key(s.kind, s.law)).expect("the table holds every spring's law") as u16)
-        .collect();
+    let mut law_of = Vec::with_capacity(network.springs.len());
+    for run in runs() {
+        let law = keys.binary_search(&key(&run[0])).expect("the table holds every spring's law");
+        law_of.extend(run.iter().map(|_| law as u16));
+    }
     Ok((laws, law_of))
 }
 
@@ -230,12 +236,8 @@ fn warnings(network: &Network) -> Vec<String> {
         "they pull with f = -k d, and have no direction while their ends coincide",
     );
 
-    let mut pairs: Vec<_> = springs
-        .iter()
-        .map(|s| [s.particles[0].min(s.particles[1]), s.particles[0].max(s.particles[1])])
-        .collect();
-    pairs.sort_unstable();
-    let repeated = pairs.windows(2).filter(|w| w[0] == w[1]).count();
+    let pairs = springs.iter().map(|s| s.particles).map(|[a, b]| (a.min(b), a.max(b)));
+    let repeated = sorted(pairs, network.x.len()).windows(2).filter(|w| w[0] == w[1]).count();
     note(repeated, "springs join a pair that another spring joins", "each acts");
     warnings
 }

@@ -7,6 +7,7 @@ use std::collections::BTreeSet;
 
 use super::continuations::straight_continuations;
 use crate::{
+    interrupt,
     math::array::{length, minus},
     mesh::TriangleMesh,
 };
@@ -126,7 +127,6 @@ impl Network {
     ) -> Self {
         assert_eq!(mesh.points.len(), columns * rows, "a lattice of {columns} x {rows}");
         let mut network = Self::particles_of(mesh, default_mass);
-        let mut joined = BTreeSet::new();
 
         let kinds = [
             (SpringKind::Stretch, Some(rules.stretch), [[1, 0], [0, 1]]),
@@ -135,8 +135,8 @@ impl Network {
         ];
         for (kind, law, offsets) in kinds {
             let Some(law) = law else { continue };
-            let pairs = lattice_pairs([columns as i64, rows as i64], offsets);
-            network.join(&pairs, kind, law, &mut joined);
+            lattice_pairs([columns as i64, rows as i64], offsets)
+                .for_each(|pair| network.add(pair, kind, law));
         }
         network
     }
@@ -163,27 +163,27 @@ impl Network {
     ) {
         for &[a, b] in pairs {
             if a != b && joined.insert([a.min(b), a.max(b)]) {
-                let rest_length = distance(self.x[a as usize], self.x[b as usize]);
-                self.springs.push(Spring { particles: [a, b], kind, rest_length, law });
+                self.add([a, b], kind, law);
             }
         }
+    }
+
+    /// Adds a spring at rest.
+    fn add(&mut self, [a, b]: [u32; 2], kind: SpringKind, law: SpringLaw) {
+        interrupt::point();
+        let rest_length = distance(self.x[a as usize], self.x[b as usize]);
+        self.springs.push(Spring { particles: [a, b], kind, rest_length, law });
     }
 }
 
-fn lattice_pairs([columns, rows]: [i64; 2], offsets: [[i64; 2]; 2]) -> Vec<[u32; 2]> {
-    let mut pairs = Vec::new();
-    for r in 0..rows {
-        for c in 0..columns {
-            for [dc, dr] in offsets {
-                let (c2, r2) = (c + dc, r + dr);
-                if (0..columns).contains(&c2) && r2 < rows {
-                    pairs.push([(r * columns + c) as u32, (r2 * columns + c2) as u32]);
-                }
-            }
-        }
-    }
-
-    pairs
+/// Pairs of points some columns and rows apart, row by row: each once, for different offsets give different pairs.
+fn lattice_pairs([columns, rows]: [i64; 2], offsets: [[i64; 2]; 2]) -> impl Iterator<Item = [u32; 2]> {
+    let points = (0..rows).flat_map(move |r| (0..columns).map(move |c| [c, r]));
+    points.flat_map(move |[c, r]| {
+        let others = offsets.into_iter().map(move |[dc, dr]| [c + dc, r + dr]);
+        let within = others.filter(move |[c2, r2]| (0..columns).contains(c2) && *r2 < rows);
+        within.map(move |[c2, r2]| [(r * columns + c) as u32, (r2 * columns + c2) as u32])
+    })
 }
 
 fn distance(p: [f64; 3], q: [f64; 3]) -> f64 {

@@ -11,7 +11,10 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use crate::math::{LANES, Pack, Padded, Real, Vec3};
+use crate::{
+    interrupt,
+    math::{LANES, Pack, Padded, Real, Vec3},
+};
 
 /// The law of a slot whose lanes have different ones.
 const MIXED: u16 = u16::MAX;
@@ -69,11 +72,13 @@ impl<R: Real> Sell<R> {
         assert!(block_size.is_multiple_of(LANES), "groups of rows lie within a block");
         let mut rows: Vec<Vec<(u16, u32, R)>> = vec![Vec::new(); count];
         for &Joint { ends: [a, b], rest_length, law } in joints {
+            interrupt::point();
             rows[a as usize].push((law, b, R::of(rest_length)));
             rows[b as usize].push((law, a, R::of(rest_length)));
         }
 
         for row in &mut rows {
+            interrupt::point();
             row.sort_by(|a, b| (a.0, a.1).cmp(&(b.0, b.1)).then(a.2.to_f64().total_cmp(&b.2.to_f64())));
         }
 
@@ -87,6 +92,7 @@ impl<R: Real> Sell<R> {
             lane_index: Vec::new(),
         };
         for first in (0..count).step_by(LANES) {
+            interrupt::point();
             gathered.push_group(first, &rows[first..(first + LANES).min(count)]);
         }
 

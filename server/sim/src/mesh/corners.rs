@@ -6,7 +6,7 @@ pub(super) fn is_degenerate(t: &[u32; 3]) -> bool {
 }
 
 /// The edges of a triangle with the smaller index first; a point joined to itself is left out.
-pub(super) fn corner_edges(t: &[u32; 3]) -> impl Iterator<Item = [u32; 2]> {
+pub(super) fn corner_edges(t: &[u32; 3]) -> impl Iterator<Item = [u32; 2]> + Clone {
     let [a, b, c] = *t;
     [[a, b], [b, c], [c, a]].into_iter().filter(|e| e[0] != e[1]).map(|[p, q]| [p.min(q), p.max(q)])
 }

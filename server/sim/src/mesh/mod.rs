@@ -1,9 +1,12 @@
 //! Triangle meshes: edges, pairs of triangles, what is wrong with them. Topology only; no physics.
 
+mod by_point;
 mod corners;
 mod repeats;
 
 use thiserror::Error;
+
+pub(crate) use self::by_point::sorted;
 
 use self::{
     corners::{corner_edges, is_degenerate},
@@ -156,28 +159,25 @@ impl TriangleMesh {
 
     /// Edges of the triangles, each once, the smaller index first, in ascending order.
     pub fn edges(&self) -> Vec<[u32; 2]> {
-        let mut edges: Vec<[u32; 2]> = self.triangles.iter().flat_map(corner_edges).collect();
-        edges.sort_unstable();
+        let edges = self.triangles.iter().flat_map(corner_edges).map(|[a, b]| (a, b));
+        let mut edges = sorted(edges, self.points.len());
         edges.dedup();
-        edges
+        edges.into_iter().map(|(a, b)| [a, b]).collect()
     }
 
     /// Pairs of triangles that share an edge, in the order of their edges. Where more than two
     /// triangles meet, neighbours in the order of their opposite points are paired.
     pub fn pairs(&self) -> Vec<Pair> {
         let sound = self.triangles.iter().filter(|t| !is_degenerate(t));
-        let mut fans = Vec::with_capacity(3 * sound.clone().count());
-        for &[a, b, c] in sound {
-            fans.extend(
-                [(a, b, c), (b, c, a), (c, a, b)].map(|(p, q, opposite)| ([p.min(q), p.max(q)], opposite)),
-            );
-        }
-        fans.sort_unstable();
+        let fans = sound.flat_map(|&[a, b, c]| {
+            [(a, b, c), (b, c, a), (c, a, b)].map(|(p, q, opposite)| (p.min(q), (p.max(q), opposite)))
+        });
+        let mut fans = sorted(fans, self.points.len());
         fans.dedup();
 
-        let next = |pair: &[([u32; 2], u32)]| {
-            let [(edge, first), (other, second)] = [pair[0], pair[1]];
-            (edge == other).then_some(Pair { edge, opposite: [first, second] })
+        let next = |pair: &[(u32, (u32, u32))]| {
+            let [(p, (q, first)), (r, (s, second))] = [pair[0], pair[1]];
+            ([p, q] == [r, s]).then_some(Pair { edge: [p, q], opposite: [first, second] })
         };
         fans.windows(2).filter_map(next).collect()
     }

@@ -6,6 +6,7 @@
 use std::ops::Range;
 
 use super::corners::{corner_edges, is_degenerate};
+use crate::interrupt;
 
 /// Entries of a range at least.
 const LEAST_ENTRIES: usize = 1 << 16;
@@ -22,6 +23,7 @@ pub(super) fn crowded_edges(triangles: &[[u32; 3]], points: usize) -> Option<(us
     };
 
     for (range, entries) in ranges(edges().map(|[a, _]| a), points) {
+        interrupt::point();
         let own = edges().filter(|[a, _]| range.contains(a));
         if range.len() == 1 {
             // A fan: one count for each other point.
@@ -50,6 +52,7 @@ pub(super) fn repeated_triangles(triangles: &[[u32; 3]], points: usize) -> Optio
 
     let (mut count, mut first) = (0, usize::MAX);
     for (range, entries) in ranges(triangles.iter().map(least), points) {
+        interrupt::point();
         // Places take a third of the memory of triangles.
         let own = (0u32..).zip(triangles).filter(|(_, t)| range.contains(&least(t)));
         let mut places = Vec::with_capacity(entries);

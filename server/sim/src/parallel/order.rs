@@ -3,6 +3,8 @@
 //! Reads positions (m); writes, for each new number, the old one. J. Skilling, "Programming the
 //! Hilbert curve", AIP Conference Proceedings 707 (2004).
 
+use rayon::prelude::*;
+
 /// Bits per axis: cells are the largest extent / 65536 wide.
 const BITS: u32 = 16;
 
@@ -21,11 +23,11 @@ pub fn hilbert_order(points: &[[f64; 3]]) -> Vec<u32> {
     let scale = if extent > 0.0 { f64::from((1_u32 << BITS) - 1) / extent } else { 0.0 };
 
     let mut keyed: Vec<(u64, u32)> = points
-        .iter()
+        .par_iter()
         .enumerate()
         .map(|(i, p)| (hilbert_index([0, 1, 2].map(|a| ((p[a] - low[a]) * scale) as u32)), i as u32))
         .collect();
-    keyed.sort_unstable();
+    keyed.par_sort_unstable();
     keyed.into_iter().map(|(_, old)| old).collect()
 }
 

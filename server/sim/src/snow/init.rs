@@ -20,7 +20,7 @@ use super::{
 };
 use crate::{
     collide::Collider,
-    interrupt::Interrupt,
+    interrupt::{self, Interrupt},
     math::{LANES, Real, dispatch},
 };
 
@@ -33,6 +33,7 @@ pub(super) type Parts<R> = (SnowModel<R>, SnowState<R>, SnowWorkspace<R>);
 /// When a particle is out of reach, or particles are so far apart that the grid would take too many bytes.
 pub(super) fn build<R: Real>(setup: &SnowSetup) -> Result<Parts<R>, SnowError> {
     let particles: Particles<R> = Particles::of(&setup.objects);
+    interrupt::point();
     let masses = (0..particles.len()).map(|at| particles.mass(at).to_f64());
     let mut model = SnowModel {
         settings: setup.settings,
@@ -44,6 +45,7 @@ pub(super) fn build<R: Real>(setup: &SnowSetup) -> Result<Parts<R>, SnowError> {
     let (mut state, mut work) = (SnowState { particles }, SnowWorkspace::default());
 
     sort_anew(&model, &state.particles, &mut work);
+    interrupt::point();
     if let Some(failure) = lost(&model.settings, &state.particles) {
         return Err(SnowError::Settings(failure.to_string()));
     }
@@ -56,6 +58,7 @@ pub(super) fn build<R: Real>(setup: &SnowSetup) -> Result<Parts<R>, SnowError> {
     }
 
     settle(&model, &mut state, &mut work);
+    interrupt::point();
 
     model.mass = sums(&model, &state.particles, work.sorter.sorted(), [0.0; 3], &mut Vec::new()).mass;
     Ok((model, state, work))
@@ -75,7 +78,9 @@ pub(super) fn check_first_step<R: Real>(
 /// Puts particles in order, renews stresses, and measures what bounds the first step.
 pub(super) fn settle<R: Real>(model: &SnowModel<R>, state: &mut SnowState<R>, work: &mut SnowWorkspace<R>) {
     renew_places(&mut state.particles, work);
+    interrupt::point();
     sort_anew(model, &state.particles, work);
+    interrupt::point();
     refresh(model, &mut state.particles, work);
 }
 
@@ -159,6 +164,7 @@ fn densities<R: Real>(
     let (h, kernel) = (model.settings.cell, model.settings.kernel);
     let mut density = vec![0.0; particles.len()];
     for (b, in_front) in grid.in_front.iter().enumerate() {
+        interrupt::point();
         let block = block_of(grid.blocks[b]);
         for &place in sorted.places(b) {
             let at = place as usize;

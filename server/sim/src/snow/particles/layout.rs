@@ -8,6 +8,7 @@ use rayon::prelude::*;
 
 use super::group::{Constants, Group, NewLanes};
 use crate::{
+    interrupt,
     math::{Columns, LANES, Pack, Real},
     parallel::Disjoint,
     snow::setup::SnowObject,
@@ -57,6 +58,7 @@ impl<R: Real> Particles<R> {
         let (zero, one) = (R::zero(), R::one());
         let identity = [[one, zero, zero], [zero, one, zero], [zero, zero, one]];
         for at in 0..count {
+            interrupt::point();
             particles.set_tensors(at, identity, [[zero; 3]; 3], [zero; 6]);
         }
 

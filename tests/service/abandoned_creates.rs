@@ -1,0 +1,84 @@
+//! A create whose caller has gone gives its place back soon, wherever its build stands.
+
+use std::time::{Duration, Instant};
+
+use nappe_proto::v1;
+use nappe_server::{Limits, Reason};
+
+use crate::{
+    cloth_scenes::sheet,
+    harness::{Server, assert_reason},
+};
+
+/// Time in which a build is given up; machines of tests are slow.
+const SOON: Duration = Duration::from_millis(2500);
+
+fn create(text: String) -> v1::CreateSessionRequest {
+    let scene = Some(v1::create_session_request::Scene::SceneText(text));
+    v1::CreateSessionRequest { scene, ..v1::CreateSessionRequest::default() }
+}
+
+/// A sheet of a million particles and 6 million springs, on edges: seconds of work.
+const CLOTH: &str = r#"
+version = 1
+dt = 1e-4
+[[body]]
+name = "sheet"
+mesh = { grid = [1000, 1000], spacing = 0.001 }
+mass = { density = 0.2 }
+pins = ["top_left"]
+[body.springs]
+pattern = "edges"
+stretch = { stiffness = 200, damping = 0.02 }
+shear = { stiffness = 50, damping = 0.01 }
+bend = { stiffness = 5, damping = 0.002 }
+"#;
+
+/// Two million particles at random places: seconds of work.
+const SNOW: &str = r#"
+version = 1
+dt = 1e-3
+[snow]
+cell = 0.01
+[[snow.object]]
+name = "ball"
+sphere = { center = [0, 0, 0], radius = 0.35 }
+sampling = "poisson"
+density_noise = 0.2
+"#;
+
+#[tokio::test(flavor = "multi_thread")]
+async fn an_abandoned_create_gives_its_place_back_soon() {
+    let mut server = Server::with(Limits { max_sessions: 1, ..Limits::default() }).await;
+    for scene in [CLOTH, SNOW] {
+        for leave_after in [0.05, 0.3, 0.8, 1.5, 2.5] {
+            // Dropping the call tells the server that nobody waits for it.
+            let leave_after = Duration::from_secs_f64(leave_after);
+            let mut leaver = server.client.clone();
+            let call = leaver.create_session(create(scene.to_owned()));
+            match tokio::time::timeout(leave_after, call).await {
+                Err(_gone) => {}
+                Ok(made) => {
+                    // This machine built it before.
+                    let session = made.expect("made").into_inner().session.expect("the session");
+                    let delete = v1::DeleteSessionRequest::of(&session.session_id);
+                    server.client.delete_session(delete).await.expect("deleted");
+                    continue;
+                }
+            }
+
+            let begin = Instant::now();
+            let session = loop {
+                match server.client.create_session(create(sheet(3))).await {
+                    Ok(made) => break made.into_inner().session.expect("the session"),
+                    Err(status) => drop(assert_reason(&status, Reason::TooManySessions)),
+                }
+                tokio::time::sleep(Duration::from_millis(5)).await;
+            };
+            println!("left after {leave_after:?}: {:?}", begin.elapsed());
+            assert!(begin.elapsed() < SOON, "left after {leave_after:?}: {:?}", begin.elapsed());
+            let delete = v1::DeleteSessionRequest::of(&session.session_id);
+            server.client.delete_session(delete).await.expect("deleted");
+        }
+    }
+}
