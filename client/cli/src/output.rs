@@ -40,7 +40,8 @@ impl OutputArgs {
 /// When standard output cannot be written, a full disk for instance.
 pub(crate) fn line(text: &str) -> Result<()> {
     let mut out = io::stdout().lock();
-    match writeln!(out, "{text}").and_then(|()| out.flush()) {
+    // In one piece: who reads the first line of several and leaves has got them all.
+    match out.write_all(format!("{text}\n").as_bytes()).and_then(|()| out.flush()) {
         Ok(()) => Ok(()),
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => std::process::exit(0),
         Err(error) => Err(CliError::failure(format!("cannot write on standard output: {error}"))),

@@ -18,7 +18,7 @@ use std::{
     io::{BufRead as _, BufReader},
     net::TcpListener,
     path::{Path, PathBuf},
-    process::{Child, Command, Stdio},
+    process::{Child, ChildStdout, Command, Stdio},
 };
 
 use crate::{
@@ -127,6 +127,8 @@ struct Reader {
     /// A free port, for the server and for those who talk to it.
     port: u16,
     server: Option<Child>,
+    /// What the server prints, open as long as it runs.
+    output: Option<BufReader<ChildStdout>>,
     printed: String,
 }
 
@@ -146,6 +148,7 @@ impl Reader {
             path: format!("{}:{}:{path}", own[0].display(), own[1].display()),
             port,
             server: None,
+            output: None,
             printed: String::new(),
         })
     }
@@ -205,8 +208,9 @@ impl Reader {
             .map_err(|error| Failure(format!("bash: {error}")))?;
         let output = child.stdout.take().expect("its output is a pipe");
         self.server = Some(child);
-        let mut line = String::new();
-        BufReader::new(output).read_line(&mut line).map_err(|error| Failure(error.to_string()))?;
+        let (mut line, mut output) = (String::new(), BufReader::new(output));
+        output.read_line(&mut line).map_err(|error| Failure(error.to_string()))?;
+        self.output = Some(output);
         if line.is_empty() {
             return Err(Failure(format!("it ended without a word: {script}")));
         }
