@@ -57,7 +57,7 @@ impl Interrupt {
     }
 }
 
-/// A point at which a build can be left, less than a tenth of a second from the next one.
+/// A point at which a build can be left. Every loop over particles, springs or triangles that takes long has one.
 pub fn point() {
     let is_requested = OBEYED.with_borrow(|obeyed| obeyed.as_ref().is_some_and(Interrupt::is_requested));
     if is_requested {

@@ -24,15 +24,15 @@ const MAX_REAL_TIME_FACTOR: f64 = 1e6;
 /// The id of a session: 4 to 63 of a-z, 0-9 and '-', starting with a letter.
 ///
 /// # Errors
-/// Anything else.
+/// If it has another form.
 pub(super) fn session_id(id: &str) -> Result<(), ServiceError> {
     id_in("session_id", id)
 }
 
-/// The same of an id in this field of a request.
+/// Checks an id that a request has in `field`, by the same rule.
 ///
 /// # Errors
-/// Anything else.
+/// If it has another form.
 pub(super) fn id_in(field: &str, id: &str) -> Result<(), ServiceError> {
     let allowed = |c: u8| c.is_ascii_lowercase() || c.is_ascii_digit() || c == b'-';
     let good = (4..=63).contains(&id.len())
@@ -67,7 +67,7 @@ pub(super) fn page_size(asked: i32) -> Result<usize, ServiceError> {
 /// A page token: empty, or the id of the last session of the page before.
 ///
 /// # Errors
-/// Anything else.
+/// If it has another form.
 pub(super) fn page_token(token: &str) -> Result<(), ServiceError> {
     if token.is_empty() || session_id(token).is_ok() {
         return Ok(());

@@ -50,7 +50,7 @@ pub enum Change {
 }
 
 impl Change {
-    /// How many numbers or points it holds, for bounds on what waits.
+    /// What it counts for in bounds on changes: 1, or 1 for each point of a path.
     pub fn weight(&self) -> usize {
         match self {
             Self::PinPath { points, .. } => points.len(),
