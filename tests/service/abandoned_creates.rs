@@ -11,7 +11,7 @@ use crate::{
 };
 
 /// Time in which a build is given up; machines of tests are slow.
-const SOON: Duration = Duration::from_millis(2500);
+const SOON: Duration = Duration::from_secs(5);
 
 fn create(text: String) -> v1::CreateSessionRequest {
     let scene = Some(v1::create_session_request::Scene::SceneText(text));

@@ -6,6 +6,7 @@ use nappe_proto::v1;
 use nappe_server::{Config, Limits, Reason};
 use tokio_stream::StreamExt as _;
 use tonic::{Status, Streaming};
+use tonic_types::StatusExt as _;
 
 use crate::{
     cloth_scenes::dust,
@@ -107,7 +108,7 @@ async fn status(mut stream: Streaming<v1::WatchFramesResponse>) -> Status {
 async fn a_watcher_that_fetches_nothing_ends_and_its_place_is_free() {
     let limits = Limits { max_watchers_per_session: 4, ..Limits::default() };
     let mut server =
-        Server::configured(Config { watcher_stall_seconds: 1.0, limits, ..Config::default() }).await;
+        Server::configured(Config { watcher_stall_seconds: 2.0, limits, ..Config::default() }).await;
     let id = server.session(dust(200, "")).await;
     let mut streams = Vec::new();
     for i in 0..4 {
@@ -121,14 +122,28 @@ async fn a_watcher_that_fetches_nothing_ends_and_its_place_is_free() {
     let mut reader = server.watch(every(&id, 30)).await;
     reader.frame().await;
     for stream in streams {
-        assert_eq!(assert_reason(&status(stream).await, Reason::WatcherStalled)["seconds"], "1");
+        assert_eq!(assert_reason(&status(stream).await, Reason::WatcherStalled)["seconds"], "2");
     }
 }
 
 #[tokio::test(flavor = "multi_thread")]
+async fn a_connection_that_leaves_the_messages_of_an_ended_watcher_unread_is_cut() {
+    let mut server = Server::configured(Config { watcher_stall_seconds: 0.5, ..Config::default() }).await;
+    let id = server.session(dust(200, "")).await;
+    let stream = stalled(&server, latest(&id)).await;
+    server.step(&id, 30).await;
+    server.until(&id, |session| session.watcher_count == 0).await;
+    tokio::time::sleep(Duration::from_secs(2)).await;
+
+    let broken = status(stream).await;
+    assert!(broken.get_details_error_info().is_none(), "the connection broke before the status: {broken:?}");
+}
+
+#[tokio::test(flavor = "multi_thread")]
 async fn the_watcher_stalled_longest_gives_way_when_watchers_hold_too_much() {
-    // A frame is 480 kB. Sessions keep two of them, and watchers may hold four more.
-    let limits = Limits { history_bytes_per_session: 1 << 20, max_held_bytes: 2 << 20, ..Limits::default() };
+    // A frame is 480 kB. Sessions keep two of them, and watchers may hold thirteen more: each one or two that are being
+    // sent, and one that waits.
+    let limits = Limits { history_bytes_per_session: 1 << 20, max_held_bytes: 6 << 20, ..Limits::default() };
     let mut server = Server::with(limits).await;
     let id = server.session(dust(200, "")).await;
     let play = v1::PlaySessionRequest { real_time_factor: 0.1, ..v1::PlaySessionRequest::of(&id) };
@@ -146,10 +161,12 @@ async fn the_watcher_stalled_longest_gives_way_when_watchers_hold_too_much() {
         tokio::time::sleep(Duration::from_millis(300)).await;
     }
 
-    let left = server.until(&id, |session| session.watcher_count <= 4).await.watcher_count;
-    assert!(left >= 3, "{left}: no more give way than have to");
+    server.until(&id, |session| session.watcher_count <= 6).await;
+    tokio::time::sleep(Duration::from_secs(1)).await;
+    let left = server.get(&id).await.watcher_count;
+    assert!((4..=6).contains(&left), "{left}: no more give way than have to");
     let first = streams.remove(0);
-    assert_eq!(assert_reason(&status(first).await, Reason::WatcherStalled)["allowed"], "2097152");
+    assert_eq!(assert_reason(&status(first).await, Reason::WatcherStalled)["allowed"], "6291456");
     let mut last = streams.pop().expect("the last");
     for _ in 0..30 {
         last.next().await.expect("no end").expect("it goes on");
@@ -189,8 +206,9 @@ async fn a_session_does_not_wait_for_ever_for_a_watcher_that_stalls() {
     let paced = v1::WatchFramesRequest { pace_to_watcher: true, ..every(&id, 0) };
     let watcher = stalled(&server, paced).await;
     server.play(&id).await;
-    server.until(&id, |session| session.state() == v1::SessionState::Finished).await;
+    server.until(&id, |session| session.watcher_count == 0).await;
     assert_reason(&status(watcher).await, Reason::WatcherStalled);
+    server.until(&id, |session| session.state() == v1::SessionState::Finished).await;
 }
 
 #[tokio::test(flavor = "multi_thread")]

@@ -86,19 +86,20 @@ async fn a_deletion_and_a_shutdown_are_told_before_the_stream_breaks() {
     }
 
     server.client.delete_session(v1::DeleteSessionRequest::of(&gone)).await.expect("deleted");
-    server.app.shutdown().await;
-    let ends = [
-        (&mut a, ChangeKind::Deleted, Reason::SessionDeleted),
-        (&mut b, ChangeKind::Deleted, Reason::SessionDeleted),
-        (&mut c, ChangeKind::Draining, Reason::ServerDraining),
-        (&mut d, ChangeKind::Draining, Reason::ServerDraining),
-    ];
-    for (watch, kind, reason) in ends {
-        let (_, status) = watch.until_break().await;
-        assert_reason(&status, reason);
-        assert_eq!(watch.changes.last().expect("a change").kind(), kind);
-        assert!(matches!(watch.next().await, Next::Closed), "nothing follows the status");
+    for watch in [a, b] {
+        assert_end(watch, ChangeKind::Deleted, Reason::SessionDeleted).await;
     }
+    server.app.shutdown().await;
+    for watch in [c, d] {
+        assert_end(watch, ChangeKind::Draining, Reason::ServerDraining).await;
+    }
+}
+
+async fn assert_end(mut watch: Watch, kind: ChangeKind, reason: Reason) {
+    let (_, status) = watch.until_break().await;
+    assert_reason(&status, reason);
+    assert_eq!(watch.changes.last().expect("a change").kind(), kind);
+    assert!(matches!(watch.next().await, Next::Closed), "nothing follows the status");
 }
 
 #[tokio::test(flavor = "multi_thread")]

@@ -5,7 +5,7 @@
 use std::sync::Arc;
 
 use nappe_proto::v1::{self, simulation_service_server::SimulationService};
-use tokio_stream::StreamExt as _;
+use tokio_stream::{Empty, StreamExt as _};
 use tonic::{Request, Response, Status, Streaming};
 
 use super::{
@@ -17,7 +17,7 @@ use super::{
 };
 use crate::{
     error::ServiceError,
-    stream::{Delivery, DiagnosticsOnly, FieldSet, Frames, Seat, WatchStream, watch},
+    stream::{self, Cut, Delivery, DiagnosticsOnly, FieldSet, Frames, Seat, WatchStream, watch},
 };
 
 /// The service over what calls share.
@@ -34,8 +34,9 @@ impl Methods {
     /// Starts a watcher, after the session was asked for the fields that it wants.
     async fn start_watcher(
         &self,
-        request: v1::WatchFramesRequest,
+        request: Request<v1::WatchFramesRequest>,
     ) -> Result<WatchStream<v1::WatchFramesResponse>, Status> {
+        let (cut, request) = (cut(&request), request.into_inner());
         let session = self.shared.session(&request.session_id, &request.session_uid)?;
         let wanted = validate::wanted(&request, session.snow_cell(), &self.shared.config.limits)?;
         let delivery = validate::frame_delivery(&request)?;
@@ -51,11 +52,16 @@ impl Methods {
         let opening = pieces.map(|piece| v1::WatchFramesResponse { event: Some(piece) }).collect();
         let draining = self.shared.draining.clone();
         let seat = Seat::new(slot, Some(wish));
-        Ok(watch(Arc::clone(feed), Frames(wanted), delivery, opening, seat, draining))
+        Ok(watch(Arc::clone(feed), Frames(wanted), delivery, opening, seat, cut, draining))
     }
 }
 
 type Answer<T> = Result<Response<T>, Status>;
+
+/// The connection of a call.
+fn cut<T>(request: &Request<T>) -> Cut {
+    request.extensions().get().cloned().unwrap_or_default()
+}
 
 #[tonic::async_trait]
 impl SimulationService for Methods {
@@ -250,13 +256,14 @@ impl SimulationService for Methods {
         Ok(Response::new(v1::DropPendingChangesResponse { dropped_count: session.drop_changes(orders) }))
     }
 
-    type WatchFramesStream = WatchStream<v1::WatchFramesResponse>;
+    /// Frames travel in the body that `stream::with_frames` gives the answer.
+    type WatchFramesStream = Empty<Result<v1::WatchFramesResponse, Status>>;
 
     async fn watch_frames(
         &self,
         request: Request<v1::WatchFramesRequest>,
     ) -> Answer<Self::WatchFramesStream> {
-        Ok(Response::new(self.start_watcher(request.into_inner()).await?))
+        Ok(stream::answer(self.start_watcher(request).await?, tokio_stream::empty()))
     }
 
     type WatchDiagnosticsStream = WatchStream<v1::WatchDiagnosticsResponse>;
@@ -265,7 +272,7 @@ impl SimulationService for Methods {
         &self,
         request: Request<v1::WatchDiagnosticsRequest>,
     ) -> Answer<Self::WatchDiagnosticsStream> {
-        let request = request.into_inner();
+        let (cut, request) = (cut(&request), request.into_inner());
         let session = self.shared.session(&request.session_id, &request.session_uid)?;
 
         let v1::WatchDiagnosticsRequest { delivery, from_frame, max_rate_hz, .. } = request;
@@ -281,6 +288,7 @@ impl SimulationService for Methods {
             delivery,
             Vec::new(),
             Seat::new(slot, None),
+            cut,
             self.shared.draining.clone(),
         )))
     }

@@ -29,12 +29,12 @@ const fn cost(build: f64, session: f64) -> Cost {
 }
 
 /// Costs in binary32, and what binary64 adds.
-const CLOTH_PARTICLE: [Cost; 2] = [cost(190.0, 140.0), cost(150.0, 115.0)];
+const CLOTH_PARTICLE: [Cost; 2] = [cost(202.0, 152.0), cost(162.0, 127.0)];
 const IMPLICIT_PARTICLE: [Cost; 2] = [cost(0.0, 112.0), cost(0.0, 112.0)];
 const SPRING: [Cost; 2] = [cost(100.0, 46.0), cost(10.0, 18.0)];
 const MESH_SPRING: Cost = cost(46.0, 0.0);
 const TRIANGLE: Cost = cost(50.0, 31.0);
-const SNOW_PARTICLE: [Cost; 2] = [cost(478.0, 207.0), cost(250.0, 160.0)];
+const SNOW_PARTICLE: [Cost; 2] = [cost(490.0, 219.0), cost(262.0, 172.0)];
 const SOLID_TRIANGLE: Cost = cost(300.0, 0.0);
 
 /// Sessions may have claimed one part in so many of their memory without having taken it yet: what their first steps

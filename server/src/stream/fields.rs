@@ -5,13 +5,12 @@
 
 use std::sync::Arc;
 
-use bytes::Bytes;
 use nappe_proto::v1;
 use nappe_sim::world::Simulation;
 
 use super::{
+    arrays::{Arrays, Number, Segments},
     grid_frame::GridChoice,
-    memory::{Arrays, Number},
     packing::{NotFinite, pack},
 };
 
@@ -91,9 +90,10 @@ impl EncodedField {
     ///
     /// # Errors
     /// The first number that is not finite.
-    pub(crate) fn encode(self, simulation: &Simulation, arrays: &Arc<Arrays>) -> Result<Bytes, NotFinite> {
+    pub(crate) fn encode(self, simulation: &Simulation, arrays: &Arc<Arrays>) -> Result<Segments, NotFinite> {
+        let (particles, width) = (simulation.particle_count(), self.width());
         if self.encoding == v1::Encoding::RawF64 {
-            let mut numbers = arrays.take();
+            let mut numbers = arrays.take(particles, width);
             match self.field {
                 v1::Field::Velocities => simulation.velocities_f64(&mut numbers),
                 v1::Field::PlasticRatio => simulation.plastic_ratios_f64(&mut numbers),
@@ -103,7 +103,7 @@ impl EncodedField {
             return self.share(numbers, arrays);
         }
 
-        let mut numbers = arrays.take();
+        let mut numbers = arrays.take(particles, width);
         match self.field {
             v1::Field::Velocities => simulation.velocities_f32(&mut numbers),
             v1::Field::PlasticRatio => simulation.plastic_ratios_f32(&mut numbers),
@@ -113,9 +113,9 @@ impl EncodedField {
         self.share(numbers, arrays)
     }
 
-    fn share<T: Number>(self, mut numbers: Vec<T>, arrays: &Arc<Arrays>) -> Result<Bytes, NotFinite> {
+    fn share<T: Number>(self, mut numbers: Vec<T>, arrays: &Arc<Arrays>) -> Result<Segments, NotFinite> {
         pack(&mut numbers, self.width(), self.quantity())?;
-        Ok(arrays.share(numbers))
+        Ok(arrays.share(numbers, self.width()))
     }
 }
 

@@ -1,6 +1,6 @@
 //! A frame encoded once for all its watchers, and cut into messages of at most 1 MiB.
 //!
-//! Enters: a simulation between two steps. Leaves: little-endian fields in shared memory; a
+//! Enters: a simulation between two steps. Leaves: little-endian fields in shared memory, in segments; a
 //! watcher's messages refer to them without a copy. Nodes of the snow's grid are shared too, and
 //! packed for each watcher that wants them. A number that is not finite is never sent.
 
@@ -11,9 +11,9 @@ use nappe_proto::v1;
 use nappe_sim::world::Simulation;
 
 use super::{
+    arrays::{Arrays, Segments},
     fields::{EncodedField, FieldSet, Wanted},
     grid_frame::{GridFrame, NODE_BYTES, packed_count, take_nodes},
-    memory::Arrays,
     packing::NotFinite,
     pieces::{BUDGET_BYTES, numbered},
     topology::TOPOLOGY_ID,
@@ -22,7 +22,7 @@ use super::{
 /// What a piece of memory takes besides its bytes: the allocator's header and rounding, and the counter of
 /// whoever shares it.
 const ALLOCATION_BYTES: usize = 64;
-/// What an array takes besides its numbers: its allocation and that of its owner.
+/// What a segment of an array takes besides its numbers: its allocation and that of its owner.
 const ARRAY_BYTES: usize = 2 * ALLOCATION_BYTES + 64;
 /// Arrays of a grid.
 const GRID_ALLOCATIONS: usize = 3;
@@ -56,7 +56,7 @@ impl FrameHead {
 #[derive(Clone, Debug)]
 pub(crate) struct EncodedFrame {
     pub head: FrameHead,
-    fields: [Option<Bytes>; EncodedField::COUNT],
+    fields: [Option<Segments>; EncodedField::COUNT],
     grid: Option<Arc<GridFrame>>,
 }
 
@@ -93,15 +93,20 @@ impl EncodedFrame {
         EncodedField::all().filter(|field| self.fields[field.index()].is_some()).fold(grid, FieldSet::with)
     }
 
+    fn segments(&self) -> impl Iterator<Item = &Bytes> {
+        self.fields.iter().flatten().flat_map(|segments| segments.iter())
+    }
+
     /// Memory of its arrays (bytes).
     pub(crate) fn array_bytes(&self) -> usize {
-        let arrays = self.fields.iter().flatten().map(Bytes::len);
+        let arrays = self.segments().map(Bytes::len);
         arrays.sum::<usize>() + self.grid.as_ref().map_or(0, |grid| grid.size())
     }
 
     /// Memory that it takes (bytes): arrays, diagnostics, and what keeps them.
     pub(crate) fn size(&self) -> usize {
-        let arrays = self.fields.iter().flatten().count() * ARRAY_BYTES;
+        let lists = self.fields.iter().flatten().count() * ALLOCATION_BYTES;
+        let arrays = self.segments().count() * (ARRAY_BYTES + size_of::<Bytes>()) + lists;
         let grid = self.grid.as_ref().map_or(0, |_| GRID_ALLOCATIONS * ALLOCATION_BYTES);
         let stages = self.head.diagnostics.stages.capacity() * size_of::<v1::StageTime>() + ALLOCATION_BYTES;
         size_of::<Self>() + ALLOCATION_BYTES + self.array_bytes() + arrays + grid + stages
@@ -109,13 +114,16 @@ impl EncodedFrame {
 
     /// The frame with these fields as one message, however large.
     pub(crate) fn whole(&self, fields: FieldSet) -> v1::Frame {
-        let mut cutter = Cutter::new(usize::MAX);
-        for field in fields.fields() {
-            if let Some(data) = &self.fields[field.index()] {
-                cutter.add_field(field, data.clone());
-            }
-        }
-        let fields = cutter.pieces.pop().map(|piece| piece.fields).unwrap_or_default();
+        let whole = |field: EncodedField| {
+            let segments = self.fields[field.index()].as_deref()?;
+            let data = match segments {
+                [] => return None,
+                [one] => one.clone(),
+                several => several.concat().into(),
+            };
+            Some(field_data(field, 0, data))
+        };
+        let fields = fields.fields().filter_map(whole).collect();
         self.message(fields, Some(self.head.diagnostics.clone()))
     }
 
@@ -137,8 +145,8 @@ impl EncodedFrame {
     pub(crate) fn pieces(&self, wanted: &Wanted, dropped_count: u64) -> Vec<v1::Frame> {
         let mut cutter = Cutter::new(BUDGET_BYTES);
         for field in wanted.fields.fields() {
-            if let Some(data) = &self.fields[field.index()] {
-                cutter.add_field(field, data.clone());
+            if let Some(segments) = &self.fields[field.index()] {
+                cutter.add_field(field, segments);
             }
         }
 
@@ -190,20 +198,19 @@ impl Cutter {
         (self.pieces.last_mut().expect("there is a piece"), count)
     }
 
-    fn add_field(&mut self, field: EncodedField, mut data: Bytes) {
+    /// Each message has one segment of a field at most: none refers to two.
+    fn add_field(&mut self, field: EncodedField, segments: &[Bytes]) {
         let (stride, mut first_particle) = (field.stride(), 0);
-        while !data.is_empty() {
-            let (piece, count) = self.take(stride, data.len() / stride);
-            piece.fields.push(v1::FieldData {
-                field: field.field().into(),
-                encoding: field.encoding().into(),
-                first_particle,
-                data: data.split_to(count * stride),
-                // Raw encodings pack the numbers themselves.
-                scale: None,
-                error_bound: None,
-            });
-            first_particle += count as u32;
+        for segment in segments {
+            if first_particle > 0 {
+                self.room = 0;
+            }
+            let mut data = segment.clone();
+            while !data.is_empty() {
+                let (piece, count) = self.take(stride, data.len() / stride);
+                piece.fields.push(field_data(field, first_particle, data.split_to(count * stride)));
+                first_particle += count as u32;
+            }
         }
     }
 
@@ -216,6 +223,18 @@ impl Cutter {
                 return;
             }
         }
+    }
+}
+
+fn field_data(field: EncodedField, first_particle: u32, data: Bytes) -> v1::FieldData {
+    v1::FieldData {
+        field: field.field().into(),
+        encoding: field.encoding().into(),
+        first_particle,
+        data,
+        // Raw encodings pack the numbers themselves.
+        scale: None,
+        error_bound: None,
     }
 }
 
@@ -236,7 +255,8 @@ mod tests {
         for particles in [0, 1, 7, 100, 1000] {
             let mut cutter = Cutter::new(1000);
             for field in fields {
-                cutter.add_field(field, Bytes::from(vec![1_u8; particles * field.stride()]));
+                let segment = |count| Bytes::from(vec![1_u8; count * field.stride()]);
+                cutter.add_field(field, &[segment(particles / 3), segment(particles - particles / 3)]);
             }
             let mut covered = [0; 3];
             for piece in &cutter.pieces {
@@ -255,7 +275,7 @@ mod tests {
     fn a_grid_follows_the_fields_and_continues_in_further_pieces() {
         for nodes in [0, 1, 20, 100] {
             let mut cutter = Cutter::new(1000);
-            cutter.add_field(EncodedField::POSITIONS_F32, Bytes::from(vec![0; 996]));
+            cutter.add_field(EncodedField::POSITIONS_F32, &[Bytes::from(vec![0; 996])]);
             cutter.add_grid(v1::GridField {
                 index_i32: Bytes::from(vec![1; 12 * nodes]),
                 mass_f32: Bytes::from(vec![2; 4 * nodes]),

@@ -1,20 +1,14 @@
-//! Memory of frames: counted for the whole server as long as anybody refers to it, and used again afterwards.
+//! Memory of frames: counted for the whole server as long as anybody refers to it.
 //!
-//! Enters: arrays of a state. Leaves: bytes that history, watchers and connections share without a copy. What
-//! exceeds the frames that sessions keep is held by watchers.
+//! Enters: bytes that history, watchers and connections share. Leaves: how many of them watchers hold, beyond the frames
+//! that sessions keep.
 
-use std::{
-    mem::take,
-    sync::{
-        Arc, Mutex, MutexGuard, PoisonError, Weak,
-        atomic::{AtomicU64, Ordering},
-    },
+use std::sync::{
+    Arc,
+    atomic::{AtomicU64, Ordering},
 };
 
 use bytes::Bytes;
-
-/// Arrays of each precision that a session keeps for its next frames.
-const SPARE_ARRAYS: usize = 4;
 
 /// Bytes of all frames of a server.
 #[derive(Debug, Default)]
@@ -23,6 +17,8 @@ pub(crate) struct FrameMemory {
     live: AtomicU64,
     /// Those among them that sessions keep.
     kept: AtomicU64,
+    /// Those among them that only watchers refer to that have ended.
+    excused: AtomicU64,
 }
 
 impl FrameMemory {
@@ -38,86 +34,30 @@ impl FrameMemory {
 
     /// Bytes that are referred to by watchers alone.
     pub(crate) fn held(&self) -> u64 {
-        self.live.load(Ordering::Relaxed).saturating_sub(self.kept.load(Ordering::Relaxed))
+        let [kept, excused] = [&self.kept, &self.excused].map(|bytes| bytes.load(Ordering::Relaxed));
+        self.live.load(Ordering::Relaxed).saturating_sub(kept.saturating_add(excused))
     }
 }
 
-/// Where a session takes the arrays of its frames from, and where they come back to.
+/// Bytes that do not count as held until this is dropped: what watchers that ended have left to be sent.
 #[derive(Debug)]
-pub(crate) struct Arrays {
+pub(super) struct Excused {
     memory: Arc<FrameMemory>,
-    spare: Mutex<Spare>,
+    bytes: u64,
 }
 
-/// Arrays that nobody refers to.
-#[derive(Debug, Default)]
-pub(super) struct Spare {
-    narrow: Vec<Vec<f32>>,
-    wide: Vec<Vec<f64>>,
-}
-
-/// A number of an array, whose bytes are little-endian on the wire.
-pub(crate) trait Number: bytemuck::Pod + Send + Sync + Default {
-    fn to_f64(self) -> f64;
-
-    /// The number whose bytes here are those of `self` on the wire.
-    fn to_wire(self) -> Self;
-
-    /// The spare arrays of such numbers.
-    fn spare(spare: &mut Spare) -> &mut Vec<Vec<Self>>;
-}
-
-impl Number for f32 {
-    fn to_f64(self) -> f64 {
-        f64::from(self)
-    }
-
-    fn to_wire(self) -> Self {
-        Self::from_bits(self.to_bits().to_le())
-    }
-
-    fn spare(spare: &mut Spare) -> &mut Vec<Vec<Self>> {
-        &mut spare.narrow
+impl Excused {
+    /// Excuses so many bytes, unless more than `allowed` would be excused.
+    pub(super) fn new(memory: &Arc<FrameMemory>, bytes: u64, allowed: u64) -> Option<Self> {
+        let add = |excused: u64| excused.checked_add(bytes).filter(|sum| *sum <= allowed);
+        memory.excused.fetch_update(Ordering::Relaxed, Ordering::Relaxed, add).ok()?;
+        Some(Self { memory: Arc::clone(memory), bytes })
     }
 }
 
-impl Number for f64 {
-    fn to_f64(self) -> f64 {
-        self
-    }
-
-    fn to_wire(self) -> Self {
-        Self::from_bits(self.to_bits().to_le())
-    }
-
-    fn spare(spare: &mut Spare) -> &mut Vec<Vec<Self>> {
-        &mut spare.wide
-    }
-}
-
-impl Arrays {
-    pub(crate) fn new(memory: Arc<FrameMemory>) -> Arc<Self> {
-        Arc::new(Self { memory, spare: Mutex::default() })
-    }
-
-    pub(super) fn memory(&self) -> &Arc<FrameMemory> {
-        &self.memory
-    }
-
-    /// An array to be filled, with room from an earlier frame if there is one.
-    pub(super) fn take<T: Number>(&self) -> Vec<T> {
-        T::spare(&mut self.lock()).pop().unwrap_or_default()
-    }
-
-    /// Shares an array of numbers as they are on the wire.
-    pub(super) fn share<T: Number>(self: &Arc<Self>, numbers: Vec<T>) -> Bytes {
-        let counted = Counted::new(&self.memory, size_of_val(numbers.as_slice()));
-        Bytes::from_owner(Shared { numbers, home: Arc::downgrade(self), _counted: counted })
-    }
-
-    fn lock(&self) -> MutexGuard<'_, Spare> {
-        // No code that holds the lock can leave it half changed.
-        self.spare.lock().unwrap_or_else(PoisonError::into_inner)
+impl Drop for Excused {
+    fn drop(&mut self) {
+        self.memory.excused.fetch_sub(self.bytes, Ordering::Relaxed);
     }
 }
 
@@ -155,54 +95,21 @@ impl Drop for Counted {
     }
 }
 
-/// An array that is shared, until the last who refers to it is gone.
-struct Shared<T: Number> {
-    numbers: Vec<T>,
-    home: Weak<Arrays>,
-    _counted: Counted,
-}
-
-impl<T: Number> AsRef<[u8]> for Shared<T> {
-    fn as_ref(&self) -> &[u8] {
-        bytemuck::cast_slice(&self.numbers)
-    }
-}
-
-impl<T: Number> Drop for Shared<T> {
-    fn drop(&mut self) {
-        if let Some(home) = self.home.upgrade() {
-            let mut spare = home.lock();
-            let spare = T::spare(&mut spare);
-            if spare.len() < SPARE_ARRAYS {
-                spare.push(take(&mut self.numbers));
-            }
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn arrays_are_counted_while_anybody_refers_to_them_and_come_back_once() {
+    fn what_is_excused_does_not_count_as_held() {
         let memory = Arc::new(FrameMemory::default());
-        let arrays = Arrays::new(Arc::clone(&memory));
-        let mut numbers = arrays.take::<f32>();
-        numbers.resize(1000, 1.0_f32.to_wire());
-        let place = numbers.as_ptr();
-
-        let mut whole = arrays.share(numbers);
-        assert_eq!(whole[..4], [0, 0, 0x80, 0x3f]);
-        memory.keep(4000);
-        assert_eq!(memory.held(), 0, "the session keeps it");
-        let piece = whole.split_to(12);
-        drop(whole);
-        memory.let_go(4000);
-        assert_eq!(memory.held(), 4000, "a piece holds all of it");
-        drop(piece);
+        let shared = Counted::share(&memory, vec![1; 1000]);
+        let excused = Excused::new(&memory, 1000, 1500);
         assert_eq!(memory.held(), 0);
-        let (again, fresh) = (arrays.take::<f32>(), arrays.take::<f32>());
-        assert_eq!((again.as_ptr(), fresh.capacity()), (place, 0), "the next frame uses it again");
+        assert!(excused.is_some() && Excused::new(&memory, 501, 1500).is_none(), "more than is allowed");
+        drop(shared);
+        assert_eq!(memory.held(), 0, "never below nothing");
+        drop(excused);
+        let _shared = Counted::share(&memory, vec![1; 1000]);
+        assert_eq!(memory.held(), 1000);
     }
 }

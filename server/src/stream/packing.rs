@@ -7,7 +7,7 @@ use std::fmt;
 
 use rayon::prelude::*;
 
-use super::memory::Number;
+use super::arrays::Number;
 
 /// Numbers that a thread checks at a time.
 const BLOCK_SIZE: usize = 1 << 14;

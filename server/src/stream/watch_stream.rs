@@ -12,7 +12,7 @@ use tokio::sync::OwnedSemaphorePermit;
 use tokio_stream::Stream;
 use tonic::Status;
 
-use super::{demand::Wish, slot::Receiver};
+use super::{demand::Wish, slot::Receiver, transit::Transit};
 
 /// The reader's end of a watcher; the last item is the status that broke the stream, if one did.
 #[derive(Debug)]
@@ -21,6 +21,7 @@ pub(crate) struct WatchStream<M> {
     broken: Arc<OnceLock<Broken<M>>>,
     /// How much of `broken` was handed out.
     told: Told,
+    transit: Arc<Transit>,
 }
 
 /// Why a stream broke.
@@ -53,10 +54,15 @@ impl Seat {
 
 impl<M: Clone> WatchStream<M> {
     /// A stream of messages; the second value is where to write, once, why it breaks.
-    pub(super) fn new(messages: Receiver<M>) -> (Self, Arc<OnceLock<Broken<M>>>) {
+    pub(super) fn new(messages: Receiver<M>, transit: Arc<Transit>) -> (Self, Arc<OnceLock<Broken<M>>>) {
         let broken = Arc::new(OnceLock::new());
-        let stream = Self { messages, broken: Arc::clone(&broken), told: Told::Nothing };
+        let stream = Self { messages, broken: Arc::clone(&broken), told: Told::Nothing, transit };
         (stream, broken)
+    }
+
+    /// Where the bytes of its messages are counted while they are on their way.
+    pub(super) fn transit(&self) -> &Arc<Transit> {
+        &self.transit
     }
 
     /// What is left to say once the messages have run dry.

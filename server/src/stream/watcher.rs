@@ -21,6 +21,7 @@ use super::{
     history::Lookup,
     slot::{Closed, Sender, slot},
     stream_kind::StreamKind,
+    transit::{Cut, Transit},
     watch_stream::{Broken, Seat, WatchStream},
 };
 use crate::error::{Reason, ServiceError};
@@ -36,17 +37,21 @@ enum Leave {
     With(ServiceError),
 }
 
-/// Starts a watcher: first the messages of `opening`, then how the session stands, then frames as `delivery` says.
+/// Starts a watcher on a connection that may be `cut`: first the messages of `opening`, then how the session stands,
+/// then frames as `delivery` says.
 pub(crate) fn watch<S: StreamKind>(
     feed: Arc<Feed>,
     kind: S,
     delivery: Delivery,
     mut opening: Vec<S::Message>,
     seat: Seat,
+    cut: Cut,
     draining: CancellationToken,
 ) -> WatchStream<S::Message> {
     let (sender, messages) = slot();
-    let (stream, broken) = WatchStream::new(messages);
+    let streams = Arc::clone(feed.streams());
+    let transit = Transit::new(streams.memory());
+    let (stream, broken) = WatchStream::new(messages, Arc::clone(&transit));
     let (sender, newest) = (Arc::new(sender), feed.subscribe());
 
     let present = feed.present();
@@ -79,7 +84,8 @@ pub(crate) fn watch<S: StreamKind>(
             let told = broken.set(Broken { farewell: watcher.farewell(&error), status: error.into() });
             assert!(told.is_ok(), "one task sets it once");
         }
-        drop((watcher, seat));
+        drop((watcher, sender, seat));
+        transit.end(&cut, streams.max_held_bytes, streams.stall).await;
     });
     stream
 }

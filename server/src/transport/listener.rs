@@ -27,9 +27,9 @@ use super::{
     activity::Activity,
     connections::{Connections, Full, Place},
 };
-use crate::address::Address;
 #[cfg(unix)]
 use crate::address::SocketFile;
+use crate::{address::Address, stream::Cut};
 
 /// HTTP/2 flow control: bytes of requests in flight per stream, a piece of an upload.
 const STREAM_WINDOW: u32 = 1 << 20;
@@ -233,8 +233,9 @@ async fn connection(
     handler: Handler,
     settings: &ListenerSettings,
 ) {
-    let activity = Activity::new();
-    let service = service_fn(|request| {
+    let (activity, cut) = (Activity::new(), Cut::default());
+    let service = service_fn(|mut request: Request<Incoming>| {
+        request.extensions_mut().insert(cut.clone());
         let (call, handler) = (activity.begin(), handler.clone());
         async move { handler.oneshot(request).await.map(|answer| answer.map(|body| call.answered(body))) }
     });
@@ -242,6 +243,7 @@ async fn connection(
     tokio::pin!(connection);
     let ended = tokio::select! {
         ended = connection.as_mut() => ended,
+        () = cut.0.cancelled() => return,
         () = asked_to_end(&activity, settings) => {
             // A call that begins as the peer is told is still answered.
             connection.as_mut().graceful_shutdown();

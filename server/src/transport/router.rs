@@ -13,7 +13,10 @@ use tonic::{body::Body, service::Routes};
 use tonic_health::pb::health_server::HealthServer;
 use tonic_health::server::{HealthReporter, HealthService};
 use tonic_web::GrpcWebLayer;
-use tower::{Layer as _, ServiceExt as _, service_fn, util::BoxCloneSyncService};
+use tower::{
+    Layer as _, ServiceExt as _, service_fn,
+    util::{BoxCloneSyncService, MapResponseLayer},
+};
 
 use super::{
     cors::{AllowedOrigins, cors_layer},
@@ -26,7 +29,10 @@ use super::{
     request_deadline::RequestBody,
     token::Guard,
 };
-use crate::rpc::{Methods, Shared};
+use crate::{
+    rpc::{Methods, Shared},
+    stream::with_frames,
+};
 
 /// Builds the handler of all requests, which asks for a token if there is one.
 pub(crate) fn router(shared: &Arc<Shared>, health: &HealthReporter, token: Option<Token>) -> Handler {
@@ -42,6 +48,7 @@ pub(crate) fn router(shared: &Arc<Shared>, health: &HealthReporter, token: Optio
         .add_service(reflection_v1.max_decoding_message_size(message_bytes))
         .add_service(reflection_v1alpha.max_decoding_message_size(message_bytes))
         .prepare();
+    let routes = MapResponseLayer::new(with_frames).layer(routes);
 
     let origins = AllowedOrigins::new(&shared.config.allowed_origins);
     let hosts = AllowedHosts::new(&shared.config.allowed_hosts);

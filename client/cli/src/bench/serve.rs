@@ -77,7 +77,15 @@ pub(crate) fn run(args: &ServeArgs) -> Result<()> {
 
 fn server() -> Result<ServerProcess> {
     let places = (STALLED_WATCHERS + 28).to_string();
-    ServerProcess::start(&["--max-watchers-per-session", &places, "--max-connections-per-address", &places])
+    // Stalled watchers stay until they are measured.
+    ServerProcess::start(&[
+        "--max-watchers-per-session",
+        &places,
+        "--max-connections-per-address",
+        &places,
+        "--watcher-stall-seconds",
+        "600",
+    ])
 }
 
 async fn session(client: &Client, scene: nappe_client::Scene, thread_count: u32) -> Result<v1::Session> {
@@ -126,14 +134,15 @@ async fn stalled() -> Result<ServeRow> {
         stream.next().await;
         streams.push((client, stream));
     }
-    let [alone, watched] = in_turn(&client, [&alone.session_id, &watched.session_id]).await?;
+    let [alone_seconds, watched_seconds] = in_turn(&client, [&alone.session_id, &watched.session_id]).await?;
     let held = server.resident_bytes()? - before;
+    let watchers = client.get_session(&watched.session_id).await?.watcher_count as usize;
     drop(streams);
     Ok(ServeRow {
         name: "stalled",
-        watchers: STALLED_WATCHERS,
+        watchers,
         particles: PARTICLES,
-        step_ratio: Some(watched / alone),
+        step_ratio: Some(watched_seconds / alone_seconds),
         bytes_per_watcher: Some(held / STALLED_WATCHERS as f64),
         ..ServeRow::default()
     })
