@@ -54,8 +54,8 @@ impl<R: Real> CgWorkspace<R> {
 /// # Panics
 /// Unless `x`, `b` and the workspace have the same length.
 pub fn conjugate_gradient<R: Real>(
-    a: &impl LinearOperator<R>,
-    m: &impl Preconditioner<R>,
+    a: &dyn LinearOperator<R>,
+    m: &dyn Preconditioner<R>,
     b: &[Vec3<R>],
     x: &mut [Vec3<R>],
     settings: &SolverSettings,
@@ -123,14 +123,15 @@ pub fn conjugate_gradient<R: Real>(
     SolveReport { outcome, iterations, relative_residual: rr.sqrt() / b_norm }
 }
 
-struct Solve<'a, R: Real, A, M> {
-    a: &'a A,
-    m: &'a M,
+/// Operator and preconditioner are called once per block of rows, so that one copy of the solver serves all of them.
+struct Solve<'a, R: Real> {
+    a: &'a dyn LinearOperator<R>,
+    m: &'a dyn Preconditioner<R>,
     block_size: usize,
     work: &'a mut CgWorkspace<R>,
 }
 
-impl<R: Real, A: LinearOperator<R>, M: Preconditioner<R>> Solve<'_, R, A, M> {
+impl<R: Real> Solve<'_, R> {
     /// a.b and the sum of magnitudes.
     fn dot_with(&mut self, a: &[Vec3<R>], b: &[Vec3<R>]) -> [f64; 2] {
         let block_size = self.block_size;

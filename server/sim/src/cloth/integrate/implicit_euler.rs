@@ -12,7 +12,7 @@ use crate::{
     },
     interrupt::Interrupt,
     linalg::{
-        BlockJacobi, CgWorkspace, Diagonal, Identity, LinearOperator, OperatorKind, Outcome,
+        BlockJacobi, CgWorkspace, Diagonal, Identity, LinearOperator, OperatorKind, Outcome, Preconditioner,
         PreconditionerKind, SolveReport, SolverSettings, Symmetric3, conjugate_gradient,
     },
     math::{Padded, Real, Vec3},
@@ -99,28 +99,25 @@ struct System<'a, R: Real> {
 }
 
 impl<R: Real> System<'_, R> {
-    fn solve(&self, a: &impl LinearOperator<R>, x: &mut [Vec3<R>], work: &mut CgWorkspace<R>) -> SolveReport {
+    fn solve(&self, a: &dyn LinearOperator<R>, x: &mut [Vec3<R>], work: &mut CgWorkspace<R>) -> SolveReport {
         let Self { b, inverse, solver, block_size, interrupt } = *self;
-        let a = &Interruptible { operator: a, interrupt };
-        match solver.preconditioner {
-            PreconditionerKind::Identity => conjugate_gradient(a, &Identity, b, x, solver, block_size, work),
-            PreconditionerKind::Diagonal => {
-                conjugate_gradient(a, &Diagonal(inverse), b, x, solver, block_size, work)
-            }
-            PreconditionerKind::BlockJacobi => {
-                conjugate_gradient(a, &BlockJacobi(inverse), b, x, solver, block_size, work)
-            }
-        }
+        let a = Interruptible { operator: a, interrupt };
+        let m: &dyn Preconditioner<R> = match solver.preconditioner {
+            PreconditionerKind::Identity => &Identity,
+            PreconditionerKind::Diagonal => &Diagonal(inverse),
+            PreconditionerKind::BlockJacobi => &BlockJacobi(inverse),
+        };
+        conjugate_gradient(&a, m, b, x, solver, block_size, work)
     }
 }
 
 /// An operator whose solve can be given up.
-struct Interruptible<'a, A> {
-    operator: &'a A,
+struct Interruptible<'a, R> {
+    operator: &'a dyn LinearOperator<R>,
     interrupt: &'a Interrupt,
 }
 
-impl<R: Real, A: LinearOperator<R>> LinearOperator<R> for Interruptible<'_, A> {
+impl<R: Real> LinearOperator<R> for Interruptible<'_, R> {
     fn apply(&self, first_row: usize, p: &[Padded<R>], out: &mut [Vec3<R>]) {
         self.operator.apply(first_row, p, out);
     }
