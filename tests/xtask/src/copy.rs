@@ -68,7 +68,7 @@ impl Copy {
     }
 
     /// Leaves the kernels for one set of instructions only, so that the copy builds sooner: results have the
-    /// same bits with every set. It is AVX2 where the processor has it: packs as arrays take longest.
+    /// same bits with every set. It is AVX2 where the processor has it: wider registers make shorter kernels.
     ///
     /// # Errors
     /// When the dispatch is not where it was.

@@ -45,6 +45,7 @@ impl fmt::Display for Precision {
 
 /// Packs of a number at each level. Not visible outside, which also seals [`Real`].
 pub(crate) trait Packed: Copy {
+    type Baseline: Pack<Number = Self>;
     #[cfg(target_arch = "x86_64")]
     type Avx2: Pack<Number = Self>;
     #[cfg(target_arch = "x86_64")]

@@ -34,8 +34,8 @@ const LIMIT: Duration = Duration::from_mins(5);
 /// The tests of the copy, built.
 pub(super) struct Harness {
     tree: PathBuf,
-    /// Where the output of tests is put.
-    log: PathBuf,
+    /// Folder for the output of tests.
+    logs: PathBuf,
     /// Programs by the name of their suite of tests.
     programs: BTreeMap<String, PathBuf>,
 }
@@ -45,8 +45,8 @@ pub(super) struct Harness {
 pub(super) enum Tests<'a> {
     /// All but the slow ones.
     Quick,
-    /// One, by its name in the list.
-    One(&'a str),
+    /// Some, by their names in the list.
+    Named(&'a [&'a str]),
 }
 
 impl Harness {
@@ -83,8 +83,9 @@ impl Harness {
         if !output.status.success() {
             return Err(Failure(format!("the copy does not build:\n{text}")));
         }
-        let log = shell.target().join("copies").join("mutants.log");
-        Ok(Self { programs: programs(&text, &tree), tree, log })
+        let logs = shell.target().join("copies").join("mutants-logs");
+        fs::create_dir_all(&logs).map_err(|error| Failure(format!("{}: {error}", logs.display())))?;
+        Ok(Self { programs: programs(&text, &tree), tree, logs })
     }
 
     /// Names of the tests of a suite that fail with a mutant on (0: with none), sorted.
@@ -102,10 +103,14 @@ impl Harness {
             let mut arguments = Vec::new();
             match tests {
                 Tests::Quick => arguments.extend(suite.slow.iter().flat_map(|slow| ["--skip", slow])),
-                Tests::One(name) => match name.strip_prefix(&format!("{binary}::")) {
-                    Some(test) => arguments.extend(["--exact", test]),
-                    None => continue,
-                },
+                Tests::Named(names) => {
+                    let own = format!("{binary}::");
+                    arguments.extend(names.iter().filter_map(|name| name.strip_prefix(&own)));
+                    if arguments.is_empty() {
+                        continue;
+                    }
+                    arguments.push("--exact");
+                }
             }
             failed.extend(self.run(binary, mutant, &arguments)?);
         }
@@ -116,13 +121,14 @@ impl Harness {
     fn run(&self, binary: &str, mutant: u32, arguments: &[&str]) -> Result<Vec<String>, Failure> {
         let told = |reason: String| Failure(format!("tests of {binary} with mutant {mutant}: {reason}"));
         let program = self.programs.get(binary).ok_or_else(|| told("they were not built".to_owned()))?;
-        let log = File::create(&self.log).map_err(|error| told(error.to_string()))?;
+        let log_path = self.logs.join(format!("{binary}-{mutant}.log"));
+        let log = File::create(&log_path).map_err(|error| told(error.to_string()))?;
         let mut command = Command::new(program);
         command.args(arguments).env("NAPPE_MUTANT", mutant.to_string()).stdout(log);
         command.stderr(std::process::Stdio::null()).current_dir(self.tree.join("tests"));
 
         wait(&mut command, LIMIT).map_err(|error| told(error.to_string()))?;
-        let text = fs::read_to_string(&self.log).map_err(|error| told(error.to_string()))?;
+        let text = fs::read_to_string(&log_path).map_err(|error| told(error.to_string()))?;
         if !text.contains("\ntest result:") {
             return Err(told(format!("they stopped before their end:\n{text}")));
         }

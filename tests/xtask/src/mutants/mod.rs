@@ -16,6 +16,7 @@ use std::fs;
 
 use harness::{Harness, Tests};
 use list::Caught;
+use rayon::prelude::*;
 use suite::{SUITES, Suite};
 
 use crate::shell::{Failure, Shell};
@@ -49,7 +50,7 @@ pub(crate) fn bless(shell: &mut Shell) -> Result<(), Failure> {
     })
 }
 
-/// Runs the first test of each mutant; pages are compared with the list.
+/// Runs the first test of each mutant, as many at a time as there are cores; pages are compared with the list.
 fn check(shell: &mut Shell) -> Result<(), Failure> {
     let list = shell.root().join(list::FILE);
     let text = fs::read_to_string(list).map_err(|error| Failure(format!("{}: {error}", list::FILE)))?;
@@ -57,34 +58,49 @@ fn check(shell: &mut Shell) -> Result<(), Failure> {
     files(&caught).into_iter().try_for_each(|(file, text)| compare(shell, file, &text))?;
 
     let harness = Harness::build(shell)?;
-    all_pass(&harness)?;
-    for_each_mutant(|suite, number, name| {
-        let title = list::title(suite, name);
-        let tests = caught.get(&title).ok_or_else(|| Failure(format!("{title}: not in {}", list::FILE)))?;
-        let first = tests.first().ok_or_else(|| Failure(format!("{title}: no test catches it")))?;
-        let failed = harness.failures(suite, number, Tests::One(first))?;
-        if failed.is_empty() {
-            return Err(Failure(format!("{title}: {first} does not catch it")));
-        }
-        Ok(())
-    })
+    for suite in &SUITES {
+        let first_of = |(number, name)| {
+            let title = list::title(suite, name);
+            let tests =
+                caught.get(&title).ok_or_else(|| Failure(format!("{title}: not in {}", list::FILE)))?;
+            let first =
+                tests.first().ok_or_else(|| Failure(format!("{title}: no test catches it")))?.as_str();
+            Ok((number, title, first))
+        };
+        let mutants: Vec<(u32, String, &str)> = suite.mutants().map(first_of).collect::<Result<_, _>>()?;
+
+        let mut tests: Vec<&str> = mutants.iter().map(|(_, _, first)| *first).collect();
+        tests.sort_unstable();
+        tests.dedup();
+        pass(&harness, suite, Tests::Named(&tests))?;
+
+        mutants.par_iter().try_for_each(|(number, title, first)| {
+            let failed = harness.failures(suite, *number, Tests::Named(&[*first]))?;
+            if failed.is_empty() {
+                return Err(Failure(format!("{title}: {first} does not catch it")));
+            }
+            Ok(())
+        })?;
+    }
+    Ok(())
 }
 
 /// Runs all quick tests for each mutant.
 fn search(shell: &Shell) -> Result<Caught, Failure> {
     let harness = Harness::build(shell)?;
-    all_pass(&harness)?;
     let (mut caught, mut missed) = (Caught::new(), Vec::new());
-    for_each_mutant(|suite, number, name| {
-        let tests = harness.failures(suite, number, Tests::Quick)?;
-        let title = list::title(suite, name);
-        println!("{:>4} tests fail: {title}", tests.len());
-        if tests.is_empty() {
-            missed.push(title.clone());
+    for suite in &SUITES {
+        pass(&harness, suite, Tests::Quick)?;
+        for (number, name) in suite.mutants() {
+            let tests = harness.failures(suite, number, Tests::Quick)?;
+            let title = list::title(suite, name);
+            println!("{:>4} tests fail: {title}", tests.len());
+            if tests.is_empty() {
+                missed.push(title.clone());
+            }
+            caught.insert(title, tests);
         }
-        caught.insert(title, tests);
-        Ok(())
-    })?;
+    }
     if missed.is_empty() {
         Ok(caught)
     } else {
@@ -92,25 +108,13 @@ fn search(shell: &Shell) -> Result<Caught, Failure> {
     }
 }
 
-fn all_pass(harness: &Harness) -> Result<(), Failure> {
-    for suite in &SUITES {
-        let failed = harness.failures(suite, 0, Tests::Quick)?;
-        if !failed.is_empty() {
-            return Err(Failure(format!("tests fail without a mutant: {}", failed.join(", "))));
-        }
+/// Tests that fail without a mutant would catch any.
+fn pass(harness: &Harness, suite: &Suite, tests: Tests<'_>) -> Result<(), Failure> {
+    let failed = harness.failures(suite, 0, tests)?;
+    if failed.is_empty() {
+        return Ok(());
     }
-    Ok(())
-}
-
-fn for_each_mutant(
-    mut work: impl FnMut(&Suite, u32, &'static str) -> Result<(), Failure>,
-) -> Result<(), Failure> {
-    for suite in &SUITES {
-        for (number, name) in suite.mutants() {
-            work(suite, number, name)?;
-        }
-    }
-    Ok(())
+    Err(Failure(format!("tests fail without a mutant: {}", failed.join(", "))))
 }
 
 /// The list and the pages, by their paths from the root.

@@ -8,6 +8,8 @@
 mod operators;
 mod portable;
 #[cfg(target_arch = "x86_64")]
+mod sse2;
+#[cfg(target_arch = "x86_64")]
 mod avx2;
 #[cfg(target_arch = "x86_64")]
 mod avx512;
@@ -36,12 +38,20 @@ impl SimdLevel {
 
 impl Packed for f32 {
     #[cfg(target_arch = "x86_64")]
+    type Baseline = sse2::F32x16;
+    #[cfg(not(target_arch = "x86_64"))]
+    type Baseline = Portable<Self>;
+    #[cfg(target_arch = "x86_64")]
     type Avx2 = avx2::F32x16;
     #[cfg(target_arch = "x86_64")]
     type Avx512 = avx512::F32x16;
 }
 
 impl Packed for f64 {
+    #[cfg(target_arch = "x86_64")]
+    type Baseline = sse2::F64x16;
+    #[cfg(not(target_arch = "x86_64"))]
+    type Baseline = Portable<Self>;
     #[cfg(target_arch = "x86_64")]
     type Avx2 = avx2::F64x16;
     #[cfg(target_arch = "x86_64")]
@@ -118,7 +128,7 @@ pub(crate) fn dispatch<R: Real, K: WithSimd<R>>(kernel: K) -> K::Output {
         SimdLevel::Avx2 => return unsafe { run_avx2(kernel) },
         SimdLevel::Portable => {}
     }
-    kernel.run::<Portable<R>>()
+    kernel.run::<R::Baseline>()
 }
 
 #[cfg(target_arch = "x86_64")]
@@ -131,4 +141,126 @@ fn run_avx512<R: Real, K: WithSimd<R>>(kernel: K) -> K::Output {
 #[target_feature(enable = "avx2")]
 fn run_avx2<R: Real, K: WithSimd<R>>(kernel: K) -> K::Output {
     kernel.run::<R::Avx2>()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::marker::PhantomData;
+
+    use super::{
+        super::real::{LANES, Pack, Padded, Real, Rounding as _},
+        *,
+    };
+
+    /// Compares a level's packs with arrays.
+    struct Compare<R>(PhantomData<R>);
+
+    impl<R: Real> WithSimd<R> for Compare<R> {
+        type Output = ();
+
+        #[inline(always)]
+        fn run<P: Pack<Number = R>>(self) {
+            let numbers = [
+                0.0,
+                -0.0,
+                1.0,
+                -1.0,
+                0.5,
+                -2.5,
+                3.75,
+                1e-30,
+                -1e30,
+                f64::INFINITY,
+                f64::NEG_INFINITY,
+                1e-42,
+                7.0,
+                -7.5,
+                1e9,
+                65535.0,
+            ];
+            let x = numbers.map(R::of);
+            for shift in 0..LANES {
+                let mut y = x;
+                y.rotate_left(shift);
+                assert_eq!(of_two::<P>(&x, &y), of_two::<Portable<R>>(&x, &y), "rotated by {shift}");
+            }
+            assert_eq!(of_one::<P>(&x), of_one::<Portable<R>>(&x));
+            assert_eq!(of_quads::<P>(&x), of_quads::<Portable<R>>(&x));
+        }
+    }
+
+    /// The bits of lanes; all that are no numbers are alike.
+    #[inline(always)]
+    fn bits<P: Pack>(pack: P) -> [u64; LANES] {
+        pack.store().map(P::Number::to_f64).map(|x| if x.is_nan() { u64::MAX } else { x.to_bits() })
+    }
+
+    #[inline(always)]
+    fn of_two<P: Pack>(x: &[P::Number; LANES], y: &[P::Number; LANES]) -> Vec<[u64; LANES]> {
+        let (x, y) = (P::load(x), P::load(y));
+        let (one, two) = (P::one(), P::of(2.0));
+        [
+            x + y,
+            x - y,
+            x * y,
+            x / y,
+            -x,
+            x.max(y),
+            x.min(y),
+            x.where_positive(y),
+            x.if_less(y, one, two),
+            x.with_sign_of(y),
+        ]
+        .map(bits)
+        .to_vec()
+    }
+
+    #[inline(always)]
+    fn of_one<P: Pack>(x: &[P::Number; LANES]) -> (Vec<[u64; LANES]>, [u64; LANES], [u16; LANES]) {
+        let counts: [f64; LANES] = std::array::from_fn(|i| i as f64);
+        let power = P::load(&counts.map(|n| P::Number::of(P::Number::MAGIC.to_f64() + n)));
+        let whole = P::load(&counts.map(|n| P::Number::of(4369.0 * n))).whole();
+        let x = P::load(x);
+        let same = [x.sqrt(), x.abs(), x.inverse_or_zero(), x.floor(), power.power_of_two()];
+        (same.map(bits).to_vec(), bits(x.widen()), whole)
+    }
+
+    #[inline(always)]
+    fn of_quads<P: Pack>(x: &[P::Number; LANES]) -> Vec<[u64; LANES]> {
+        let quads: [[P::Number; 4]; LANES] =
+            std::array::from_fn(|i| std::array::from_fn(|c| P::Number::of((4 * i + c) as f64)));
+        let field = quads.map(Padded);
+        let indices = std::array::from_fn(|i| (7 * i % LANES) as u32);
+        // SAFETY: indices below sixteen.
+        let gathered = unsafe { P::gather(&field, &indices) };
+        let columns = P::columns(&quads);
+        assert_eq!(P::rows(columns), quads);
+        assert_eq!((columns[0].any(), P::zero().any()), (true, false));
+
+        let fold = std::array::from_fn(|i| P::load(x).max(P::zero()).fold()[i % 4].to_f64().to_bits());
+        let packs = gathered.into_iter().chain(columns).chain([P::repeat(&quads[3]), P::spread(&quads[3])]);
+        packs.map(bits).chain([fold]).collect()
+    }
+
+    fn at_every_level<R: Real>() {
+        let compare = || Compare::<R>(PhantomData);
+        compare().run::<R::Baseline>();
+        #[cfg(target_arch = "x86_64")]
+        {
+            if detect() >= SimdLevel::Avx2 {
+                // SAFETY: its instructions were found.
+                unsafe { run_avx2(compare()) };
+            }
+            if detect() >= SimdLevel::Avx512 {
+                // SAFETY: its instructions were found.
+                unsafe { run_avx512(compare()) };
+            }
+        }
+    }
+
+    #[test]
+    fn every_operation_of_a_pack_gives_the_bits_of_arrays() {
+        at_every_level::<f32>();
+        at_every_level::<f64>();
+    }
 }
