@@ -10,8 +10,8 @@ use crate::shell::{Failure, Shell};
 
 /// Builds, then tests in release.
 pub(crate) fn run(shell: &mut Shell, _: &[String]) -> Result<(), Failure> {
-    shell.cargo("build", "build --release --workspace")?;
-    shell.cargo("build tests", "test --release --workspace --no-run")?;
+    // One command: what is left of the programs when cores fall idle is built beside tests.
+    shell.cargo("build", "test --release --workspace --no-run")?;
     if shell.find("sshd").is_none() && !Path::new("/usr/sbin/sshd").is_file() {
         shell.skip("nappe connect", "sshd is not installed (Debian package openssh-server)");
     }
