@@ -1,4 +1,4 @@
-//! The reader's end of a watcher, which tonic polls: messages, then why the stream broke, if it did.
+//! The reader's end of a watcher, which the body of its answer polls: messages, then why the stream broke, if it did.
 //!
 //! Enters: what a watcher's task sends. Leaves: the items of the stream, the status last.
 

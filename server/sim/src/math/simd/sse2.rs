@@ -1,7 +1,7 @@
 //! Packs in 128-bit registers, which every x86-64 has: four for binary32, eight for binary64.
 //!
-//! Arrays of numbers would do, and do so on other targets; but a compiler takes them apart into sixteen numbers, and
-//! spends most of a build on putting them together again.
+//! Arrays of numbers would do, and do so on other targets; but a compiler takes them apart into sixteen numbers and puts
+//! them together again, which made every build longer.
 //!
 //! SAFETY of the whole file: the instructions are the target's baseline; nothing else makes these
 //! intrinsics unsafe but pointers, which carry their own comment.
