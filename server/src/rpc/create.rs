@@ -69,7 +69,7 @@ async fn make(
     let thread_count = thread_count(request.thread_count, limits)?;
 
     let reservation = shared.registry.reserve(&request.session_id)?;
-    let slot = shared.registry.slot()?;
+    let place = shared.registry.place()?;
     let options = SessionOptions {
         id: reservation.id().to_owned(),
         scene_text,
@@ -80,7 +80,7 @@ async fn make(
         frame_interval_steps: request.frame_interval_steps,
     };
     let memory = shared.memory.claim();
-    let (session, warnings) = start(options, resources(shared), slot, memory).await?;
+    let (session, warnings) = start(options, resources(shared), place, memory).await?;
 
     let session = Arc::new(session);
     tracing::info!(session = session.id(), "created");
@@ -102,10 +102,10 @@ pub(super) async fn fork(
     }
 
     let reservation = shared.registry.reserve(&request.new_session_id)?;
-    let slot = shared.registry.slot()?;
+    let place = shared.registry.place()?;
     let id = reservation.id().to_owned();
     let memory = shared.memory.claim();
-    let session = session::fork(&original, id, request.step_limit, resources(shared), slot, memory).await?;
+    let session = session::fork(&original, id, request.step_limit, resources(shared), place, memory).await?;
 
     let session = Arc::new(session);
     tracing::info!(session = session.id(), original = original.id(), "forked");

@@ -18,6 +18,7 @@ mod schedule;
 mod simulator;
 mod stepper;
 mod handle;
+mod place;
 mod start;
 mod registry;
 

@@ -6,10 +6,12 @@ use std::{
     time::Duration,
 };
 
-use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use uuid::Uuid;
 
-use super::handle::Session;
+use super::{
+    handle::Session,
+    place::{Place, Places},
+};
 use crate::error::{Reason, ServiceError};
 
 /// The sessions of a server.
@@ -17,9 +19,7 @@ use crate::error::{Reason, ServiceError};
 pub(crate) struct Registry {
     /// By id; `None` stands for a session that is being made.
     sessions: Mutex<BTreeMap<String, Option<Arc<Session>>>>,
-    /// One permit per thread that may still be started.
-    slots: Arc<Semaphore>,
-    limit: u32,
+    places: Places,
 }
 
 /// An id that no other session can take; free again if the reservation is dropped without a session.
@@ -32,20 +32,15 @@ pub(crate) struct Reservation {
 impl Registry {
     /// An empty registry of at most `limit` sessions.
     pub(crate) fn new(limit: u32) -> Self {
-        let slots = Arc::new(Semaphore::new(limit as usize));
-        Self { sessions: Mutex::new(BTreeMap::new()), slots, limit }
+        Self { sessions: Mutex::new(BTreeMap::new()), places: Places::new(limit) }
     }
 
-    /// Room for one more session, whose thread holds the permit until it ends.
+    /// Room for one more session.
     ///
     /// # Errors
     /// If there are as many as are allowed.
-    pub(crate) fn slot(&self) -> Result<OwnedSemaphorePermit, ServiceError> {
-        Arc::clone(&self.slots).try_acquire_owned().map_err(|_full| {
-            let allowed = self.limit;
-            let message = format!("the server has {allowed} sessions; allowed: at most {allowed}");
-            ServiceError::new(Reason::TooManySessions, message).with("allowed", allowed)
-        })
+    pub(crate) fn place(&self) -> Result<Place, ServiceError> {
+        self.places.take()
     }
 
     /// Reserves an id, or a new one if it is empty.
@@ -117,7 +112,7 @@ impl Registry {
         for session in std::mem::take(&mut *self.lock()).into_values().flatten() {
             session.end();
         }
-        if tokio::time::timeout(patience, self.slots.acquire_many(self.limit)).await.is_err() {
+        if tokio::time::timeout(patience, self.places.emptied()).await.is_err() {
             tracing::warn!("some sessions are still in a step and are not waited for");
         }
     }

@@ -19,7 +19,7 @@ use nappe_sim::{
     world::Simulation,
 };
 use rayon::{ThreadPool, ThreadPoolBuilder};
-use tokio::sync::{OwnedSemaphorePermit, oneshot};
+use tokio::sync::oneshot;
 use tokio_util::sync::CancellationToken;
 
 use super::{
@@ -28,6 +28,7 @@ use super::{
     handle::Session,
     parameters::parameters,
     pending_changes::PendingChanges,
+    place::Place,
     simulator::Simulator,
     status::{Progress, Properties, Status, new_uid},
     stepper::Stepper,
@@ -71,16 +72,23 @@ pub(crate) struct Resources {
     pub streams: Arc<Streams>,
 }
 
-/// Asks a build to give up when the call that waits for it is gone.
-struct Abandoned(Interrupt);
+/// A call that waits for a build: if it goes before there is an answer, the build is given up.
+struct Waiting {
+    interrupt: Interrupt,
+    place: Place,
+    is_answered: bool,
+}
 
-impl Drop for Abandoned {
+impl Drop for Waiting {
     fn drop(&mut self) {
-        self.0.request();
+        if !self.is_answered {
+            self.interrupt.request();
+            self.place.leave();
+        }
     }
 }
 
-/// Starts the thread of a session, which keeps `slot` and `memory` until it ends. If the caller goes, the build is
+/// Starts the thread of a session, which keeps `place` and `memory` until it ends. If the caller goes, the build is
 /// given up.
 ///
 /// # Errors
@@ -88,13 +96,13 @@ impl Drop for Abandoned {
 pub(crate) async fn start(
     options: SessionOptions,
     resources: Resources,
-    slot: OwnedSemaphorePermit,
+    place: Place,
     memory: Claim,
 ) -> Result<(Session, Vec<String>), ServiceError> {
     let name = options.id.clone();
     let build =
         move |interrupt: &Interrupt, ended, memory| build(&options, &resources, interrupt, ended, memory);
-    launch(name, slot, memory, build).await
+    launch(name, place, memory, build).await
 }
 
 /// Starts the thread of a session that stands where another one stands; without a limit of steps, as that one has
@@ -107,7 +115,7 @@ pub(crate) async fn fork(
     id: String,
     step_limit: Option<u64>,
     resources: Resources,
-    slot: OwnedSemaphorePermit,
+    place: Place,
     memory: Claim,
 ) -> Result<Session, ServiceError> {
     memory.grow(original.claimed_bytes())?;
@@ -124,26 +132,26 @@ pub(crate) async fn fork(
         let (stepper, session) = stand(simulation, pool, properties, pending, &resources, ended, memory)?;
         Ok((stepper, session, Vec::new()))
     };
-    Ok(launch(name, slot, memory, build).await?.0)
+    Ok(launch(name, place, memory, build).await?.0)
 }
 
-/// Starts a thread that builds a session and steps it, and that keeps `slot` and `memory` until it ends.
+/// Starts a thread that builds a session and steps it, and that keeps `place` and `memory` until it ends.
 async fn launch(
     name: String,
-    slot: OwnedSemaphorePermit,
+    place: Place,
     memory: Claim,
     build: impl FnOnce(&Interrupt, CancellationToken, Claim) -> Result<Parts, ServiceError> + Send + 'static,
 ) -> Result<(Session, Vec<String>), ServiceError> {
     let (reply, answer) = oneshot::channel();
-    let abandoned = Abandoned(Interrupt::default());
-    let interrupt = abandoned.0.clone();
+    let interrupt = Interrupt::default();
+    let mut waiting = Waiting { interrupt: interrupt.clone(), place: place.clone(), is_answered: false };
     let ended = CancellationToken::new();
     let (guard, token) = (ended.clone().drop_guard(), ended);
 
     let body = move || {
-        // Dropped in the opposite order: the memory is given back before the end is announced, the slot after it.
+        // Dropped in the opposite order, after the memory: who is told of the end finds the place free.
         let _guard = guard;
-        let _slot = slot;
+        let _place = place;
 
         // A panic while building ends this thread alone: the caller sees the reply dropped.
         let build = || interrupt.leave_at_points(|| build(&interrupt, token, memory));
@@ -162,7 +170,9 @@ async fn launch(
 
     // Linux shows the first 15 characters of a thread's name.
     thread::Builder::new().name(name).spawn(body).map_err(|error| no_threads(&error))?;
-    answer.await.map_err(|_panicked| {
+    let answer = answer.await;
+    waiting.is_answered = true;
+    answer.map_err(|_panicked| {
         ServiceError::internal("building the scene panicked: this is a bug in the server")
     })?
 }

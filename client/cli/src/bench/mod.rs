@@ -10,6 +10,7 @@ mod ball;
 mod paper;
 mod cloud;
 mod process;
+mod loopback;
 mod zara;
 mod cloth;
 mod stream;

@@ -58,7 +58,7 @@ impl ServerProcess {
     /// # Errors
     /// Where the system has no `/proc`.
     pub(super) fn resident_bytes(&self) -> Result<f64> {
-        let pages = self.proc_field("statm", 1)?;
+        let pages = proc_field(&self.child.id().to_string(), "statm", 1)?;
         Ok(pages * 4096.0)
     }
 
@@ -67,18 +67,31 @@ impl ServerProcess {
     /// # Errors
     /// Where the system has no `/proc`.
     pub(super) fn cpu_seconds(&self) -> Result<f64> {
-        // User and system time, after the name of the program, which has no spaces.
-        Ok((self.proc_field("stat", 13)? + self.proc_field("stat", 14)?) / TICKS_PER_SECOND)
+        used_seconds(&self.child.id().to_string())
     }
+}
 
-    fn proc_field(&self, file: &str, field: usize) -> Result<f64> {
-        let path = format!("/proc/{}/{file}", self.child.id());
-        let text = std::fs::read_to_string(&path).unwrap_or_default();
-        let number = text.split_whitespace().nth(field).and_then(|number| number.parse().ok());
-        number.ok_or_else(|| {
-            CliError::failure(format!("cannot read {path}: this suite measures processes on Linux only"))
-        })
-    }
+/// Processor time that the calling thread has used (s).
+///
+/// # Errors
+/// Where the system has no `/proc`.
+pub(super) fn thread_seconds() -> Result<f64> {
+    used_seconds("thread-self")
+}
+
+/// User and system time of a process or a thread (s).
+fn used_seconds(who: &str) -> Result<f64> {
+    // They come after the name, which has no spaces.
+    Ok((proc_field(who, "stat", 13)? + proc_field(who, "stat", 14)?) / TICKS_PER_SECOND)
+}
+
+fn proc_field(who: &str, file: &str, field: usize) -> Result<f64> {
+    let path = format!("/proc/{who}/{file}");
+    let text = std::fs::read_to_string(&path).unwrap_or_default();
+    let number = text.split_whitespace().nth(field).and_then(|number| number.parse().ok());
+    number.ok_or_else(|| {
+        CliError::failure(format!("cannot read {path}: this suite measures processes on Linux only"))
+    })
 }
 
 impl Drop for ServerProcess {

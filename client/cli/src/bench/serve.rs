@@ -8,7 +8,12 @@ use clap::Args;
 use nappe_client::{Client, CreateSession, Event, FrameStream, Precision, Wait, WatchOptions, v1};
 use serde::Serialize;
 
-use super::{cloud::cloud, process::ServerProcess, sample};
+use super::{
+    cloud::cloud,
+    loopback::{self, Load},
+    process::ServerProcess,
+    sample,
+};
 use crate::{
     error::Result,
     output::{self, Column, Format, OutputArgs},
@@ -55,6 +60,9 @@ struct ServeRow {
     frame_seconds: Option<f64>,
     /// Processor time of the server per gigabyte that it sends (s).
     cpu_seconds_per_gb: Option<f64>,
+    /// The same of a thread that only writes as many bytes to as many connections, in the same run: no server takes
+    /// less on this machine in this hour (s).
+    plain_cpu_seconds_per_gb: Option<f64>,
     /// Share of one core that streaming takes.
     core_share: Option<f64>,
     /// Memory of the server per watcher.
@@ -182,6 +190,15 @@ async fn live(time: Duration) -> Result<ServeRow> {
         frames += read.unwrap_or_default();
     }
 
+    drop(client);
+    drop(server);
+    let plain = loopback::cpu_seconds_per_gb(Load {
+        readers: LIVE_WATCHERS,
+        frame_bytes: LIVE_PARTICLES * PARTICLE_BYTES as usize,
+        frames_per_second: LIVE_HZ,
+        time,
+    })?;
+
     let sent = frames as f64 * LIVE_PARTICLES as f64 * PARTICLE_BYTES / 1e9 / (measured + 1.0);
     let core_share = watched - unwatched;
     Ok(ServeRow {
@@ -189,6 +206,7 @@ async fn live(time: Duration) -> Result<ServeRow> {
         watchers: LIVE_WATCHERS,
         particles: LIVE_PARTICLES,
         cpu_seconds_per_gb: Some(core_share / sent),
+        plain_cpu_seconds_per_gb: Some(plain),
         core_share: Some(core_share),
         ..ServeRow::default()
     })
@@ -231,6 +249,7 @@ fn text(rows: &[ServeRow]) -> String {
         Column::Right("step ratio"),
         Column::Right("per frame"),
         Column::Right("CPU s per GB"),
+        Column::Right("plain writes"),
         Column::Right("of a core"),
         Column::Right("MB per watcher"),
     ];
@@ -247,6 +266,7 @@ fn text(rows: &[ServeRow]) -> String {
                 number(row.step_ratio, 3),
                 row.frame_seconds.map_or_else(|| "-".to_owned(), output::duration),
                 number(row.cpu_seconds_per_gb, 3),
+                number(row.plain_cpu_seconds_per_gb, 3),
                 number(row.core_share, 3),
                 number(row.bytes_per_watcher.map(|bytes| bytes / 1e6), 2),
             ]
