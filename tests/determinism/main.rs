@@ -5,6 +5,7 @@
 
 mod scenes;
 mod snow;
+mod hash;
 mod hashes;
 mod numbering;
 mod simd;

@@ -47,7 +47,7 @@ impl SnowRun {
     }
 
     /// Every combination, as large as this build can afford to repeat it.
-    fn repeated() -> Vec<Self> {
+    pub(crate) fn repeated() -> Vec<Self> {
         Self::of(if cfg!(debug_assertions) { Size::Small } else { Size::Whole })
     }
 

@@ -66,6 +66,8 @@ struct SnowRow {
     /// Memory of the snow per particle (bytes), grid included.
     bytes_per_particle: f64,
     state_hash: String,
+    /// Time of that hash over the median of a step of the snow.
+    hash_share: f64,
 }
 
 /// Runs `nappe bench snow`.
@@ -139,6 +141,7 @@ fn snow_row(timing: &Timing, single: &Timing, precision: Precision, particles: u
         speedup: sample::median(ratios.map(|(one, many)| one / many)),
         bytes_per_particle: timing.snow_bytes as f64 / particles as f64,
         state_hash: output::hash(timing.state_hash),
+        hash_share: timing.hash_seconds / median_seconds,
     }
 }
 
@@ -152,7 +155,7 @@ fn text(rows: &[SnowRow]) -> String {
         Column::Right("speed-up"),
     ];
     columns.extend(STAGES.iter().map(|stage| Column::Right(stage.name())));
-    columns.push(Column::Right("bytes"));
+    columns.extend([Column::Right("bytes"), Column::Right("hash")]);
 
     let cells: Vec<Vec<String>> = rows
         .iter()
@@ -167,11 +170,12 @@ fn text(rows: &[SnowRow]) -> String {
             ];
             cells.extend(STAGES.iter().map(|stage| format!("{:.1}", row.stage_nanoseconds[stage.name()])));
             cells.push(format!("{:.0}", row.bytes_per_particle));
+            cells.push(format!("{:.2}", row.hash_share));
             cells
         })
         .collect();
     format!(
-        "{}\n\nM/s: millions of particle-steps per second, sorting, bound and diagnostics included; medians and the fastest step.\nStages: nanoseconds per particle and step of the snow. Bytes: memory of the snow per particle, grid included.\nA ball of snow (Stomakhin et al. 2013), 8 particles per cell of 1/128 m, falls on a floor at 3 m/s; MLS, quadratic kernel, explicit.",
+        "{}\n\nM/s: millions of particle-steps per second, sorting, bound and diagnostics included; medians and the fastest step.\nStages: nanoseconds per particle and step of the snow. Bytes: memory of the snow per particle, grid included. Hash: time of the state's hash over that of a step.\nA ball of snow (Stomakhin et al. 2013), 8 particles per cell of 1/128 m, falls on a floor at 3 m/s; MLS, quadratic kernel, explicit.",
         output::table(&columns, &cells)
     )
 }

@@ -3,6 +3,8 @@
 //!
 //! Reads a world and thread counts; writes a [`Timing`] of each, all of which end in the same state.
 
+use std::time::Instant;
+
 use nappe_sim::{
     math::Precision,
     snow::Snow,
@@ -10,8 +12,11 @@ use nappe_sim::{
 };
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-use super::sample::{Sample, StageClock};
+use super::sample::{self, Sample, StageClock};
 use crate::error::{CliError, Exit, Result};
+
+/// Hashes that are timed.
+const HASHES: usize = 5;
 
 /// How many steps each thread count takes.
 #[derive(Clone, Copy, Debug)]
@@ -31,6 +36,8 @@ pub(crate) struct Timing {
     pub(crate) samples: Vec<Sample>,
     /// Hash of the state at the end; the same for every thread count.
     pub(crate) state_hash: u64,
+    /// Seconds of that hash on these threads, the fastest of [`HASHES`].
+    pub(crate) hash_seconds: f64,
     /// Memory of the snow at the end (bytes), its grid included; 0 without snow.
     pub(crate) snow_bytes: usize,
 }
@@ -106,10 +113,17 @@ impl Runner {
     }
 
     fn finish(self) -> Timing {
+        let hash = || {
+            let begin = Instant::now();
+            let hash = self.pool.install(|| self.simulation.state_hash());
+            (hash, begin.elapsed().as_secs_f64())
+        };
+        let hashes: Vec<_> = (0..HASHES).map(|_| hash()).collect();
         Timing {
             threads: self.pool.current_num_threads(),
             samples: self.samples,
-            state_hash: self.simulation.state_hash(),
+            state_hash: hashes[0].0,
+            hash_seconds: sample::minimum(hashes.iter().map(|(_, seconds)| *seconds)),
             snow_bytes: match &self.simulation {
                 Simulation::F32(world) => world.snow().map_or(0, Snow::memory_bytes),
                 Simulation::F64(world) => world.snow().map_or(0, Snow::memory_bytes),

@@ -9,7 +9,7 @@ use super::{
 use crate::{
     linalg::{BlockCsr, CgWorkspace, Symmetric3},
     math::{Padded, Real, Vec3, vec3},
-    parallel::block_count,
+    parallel::{block_count, hash_numbers},
     surroundings::Surroundings,
 };
 
@@ -40,6 +40,14 @@ impl PinMotion {
     pub(crate) fn along(particle: u32, points: Arc<[PathPoint]>) -> Self {
         let steps_left = points[0].steps;
         Self { particle, points, next: 0, steps_left }
+    }
+
+    /// Hash of what is left of it, a link per point.
+    pub(crate) fn hash(&self, seed: u64) -> u64 {
+        let start = hash_numbers(seed, [self.steps_left as f64]);
+        self.points[self.next..].iter().fold(start, |hash, PathPoint { target: [x, y, z], steps }| {
+            hash_numbers(hash, [*x, *y, *z, *steps as f64])
+        })
     }
 }
 

@@ -4,11 +4,13 @@
 //! ranks changes a result.
 
 mod disjoint;
+mod hash;
 mod order;
 
 pub use order::hilbert_order;
 
 pub(crate) use disjoint::Disjoint;
+pub(crate) use hash::{hash_numbers, sum_hashes};
 
 /// Adds one partial result per block in a fixed binary tree over the blocks' numbers.
 ///

@@ -6,7 +6,10 @@ use super::{
     init::settle,
     step::sort_anew,
 };
-use crate::math::{Real, vec3};
+use crate::{
+    math::{Real, vec3},
+    parallel::{hash_numbers, sum_hashes},
+};
 
 /// A node of the grid, to be looked at.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
@@ -163,16 +166,19 @@ impl<R: Real> Snow<R> {
         }
     }
 
-    /// Adds the exact state to a hash: positions and velocities as for cloth, F_E, C and J_P.
-    pub(crate) fn hash_into(&self, hasher: &mut xxhash_rust::xxh3::Xxh3) {
-        for state in self.particles() {
-            let tensors = state.elastic.iter().chain(&state.affine).flatten();
-            let numbers = state.x.iter().chain(&state.v).chain(tensors).chain([&state.plastic_ratio]);
-            let mut bytes = [0; 200];
-            for (bytes, number) in bytes.chunks_exact_mut(8).zip(numbers) {
-                bytes.copy_from_slice(&number.to_le_bytes());
+    /// Wrapping sum of a hash per particle: position, velocity, F_E and C by rows, J_P. `first` is the number of its first
+    /// particle among all.
+    pub(crate) fn hash(&self, first: u64) -> u64 {
+        let particles = &self.state.particles;
+        sum_hashes(&particles.id, |place, id| {
+            let mut numbers = [0.0; 25];
+            let (f_e, c) = (particles.f_e(place), particles.c(place));
+            let vectors = [particles.x(place), particles.v(place)].into_iter().chain(f_e).chain(c);
+            for (numbers, vector) in numbers.as_chunks_mut::<3>().0.iter_mut().zip(vectors) {
+                *numbers = vector.map(Real::to_f64);
             }
-            hasher.update(&bytes);
-        }
+            numbers[24] = particles.plastic_ratio(place).to_f64();
+            hash_numbers(first + u64::from(*id), numbers)
+        })
     }
 }

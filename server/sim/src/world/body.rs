@@ -113,9 +113,17 @@ impl<R: Real> Body<R> {
         }
     }
 
-    /// Adds the exact state to a hash, in the user's numbering.
-    pub(super) fn hash_into(&self, hasher: &mut xxhash_rust::xxh3::Xxh3) {
-        on_body!(self, body => body.hash_into(hasher));
+    /// Adds the parameters that may change to a hash; snow has none.
+    pub(super) fn hash_parameters(&self, hasher: &mut xxhash_rust::xxh3::Xxh3) {
+        match self {
+            Self::Cloth(cloth) => cloth.hash_parameters(hasher),
+            Self::Snow(_) => {}
+        }
+    }
+
+    /// Wrapping sum of hashes of the exact state, one per particle.
+    pub(super) fn hash(&self) -> u64 {
+        on_body!(self, body => body.hash())
     }
 
     /// Adds what frames refer to: one entry per cloth or object of snow.

@@ -1,7 +1,10 @@
 //! A cloth as a body of a world: built, stepped, undone, changed, looked at.
 
+use std::borrow::Cow;
+
 use nalgebra::SymmetricEigen;
 use rayon::prelude::*;
+use xxhash_rust::xxh3::Xxh3;
 
 use super::{
     parameters::{ClothParameters, ranges},
@@ -10,8 +13,11 @@ use super::{
     topology::{BodyTopology, StepBound},
 };
 use crate::{
-    cloth::{self, ClothSettings, Model, Parameters, PathPoint, PinMotion, SpringKind, State, Workspace},
+    cloth::{
+        self, ClothSettings, LawEntry, Model, Parameters, PathPoint, PinMotion, SpringKind, State, Workspace,
+    },
     math::{Mat3, Real, Vec3},
+    parallel::{hash_numbers, sum_hashes},
     report::{Diagnostics, StepFailure, Stopwatch},
     surroundings::Surroundings,
 };
@@ -152,17 +158,11 @@ impl<R: Real> Cloth<R> {
         self.sent.push(PinMotion::along(particle, points.collect()));
     }
 
-    /// Takes over the pins that were sent: of each particle the last. All at once, so that work grows with their
-    /// number and not with its square.
+    /// Takes over the pins that were sent.
     fn sort_pins(&mut self) {
-        if self.sent.is_empty() {
-            return;
+        if !self.sent.is_empty() {
+            merge_pins(&mut self.state.motions, &mut self.sent);
         }
-        let motions = &mut self.state.motions;
-        motions.append(&mut self.sent);
-        motions.reverse();
-        motions.sort_by_key(|motion| motion.particle);
-        motions.dedup_by_key(|motion| motion.particle);
     }
 
     pub(super) fn positions<T: Send>(&self, out: &mut [T], convert: &(impl Fn(R) -> T + Sync)) {
@@ -183,18 +183,52 @@ impl<R: Real> Cloth<R> {
         });
     }
 
-    /// Positions and velocities as little-endian binary64.
-    pub(super) fn hash_into(&self, hasher: &mut xxhash_rust::xxh3::Xxh3) {
-        for &place in &self.model.place {
-            let place = place as usize;
-            let mut bytes = [0; 48];
-            let numbers = self.state.x[place].iter().chain(&self.state.v[place]);
-            for (bytes, number) in bytes.chunks_exact_mut(8).zip(numbers) {
-                bytes.copy_from_slice(&number.to_f64().to_le_bytes());
-            }
-
-            hasher.update(&bytes);
+    /// Adds what may be changed between two steps to a hash: drag and laws of springs.
+    pub(super) fn hash_parameters(&self, hasher: &mut Xxh3) {
+        let Parameters { laws, drag } = &self.parameters;
+        hasher.update(&drag.to_le_bytes());
+        for LawEntry { law, .. } in laws {
+            hasher.update([law.stiffness, law.damping].map(f64::to_le_bytes).as_flattened());
         }
+    }
+
+    /// Wrapping sum of a hash per particle: position and velocity, and where a solve starts from it the change of
+    /// velocity of the step before; and of one per pin on its way.
+    pub(super) fn hash(&self) -> u64 {
+        let State { x, v, dv, .. } = &self.state;
+        let numbers = |vector: &Vec3<R>| [vector.x, vector.y, vector.z].map(R::to_f64);
+        let is_warm = self.settings.integrator.is_implicit() && self.settings.solver.warm_start;
+        let particles = sum_hashes(&self.model.user, |place, user| {
+            let owner = self.owner(*user);
+            let ([x, y, z], [vx, vy, vz]) = (numbers(&x[place]), numbers(&v[place]));
+            if is_warm {
+                let [dx, dy, dz] = dv.get(place).map_or([0.0; 3], numbers);
+                hash_numbers(owner, [x, y, z, vx, vy, vz, dx, dy, dz])
+            } else {
+                hash_numbers(owner, [x, y, z, vx, vy, vz])
+            }
+        });
+
+        let moving = self.motions();
+        let pins = sum_hashes(&moving, |_, motion| {
+            motion.hash(self.owner(self.model.user[motion.particle as usize]))
+        });
+        particles.wrapping_add(pins)
+    }
+
+    /// Number among all particles of one of its own.
+    fn owner(&self, user: u32) -> u64 {
+        u64::from(self.first_particle + user)
+    }
+
+    /// Pins on their way, those included that were sent since the last step.
+    fn motions(&self) -> Cow<'_, [PinMotion]> {
+        if self.sent.is_empty() {
+            return Cow::Borrowed(&self.state.motions);
+        }
+        let (mut motions, mut sent) = (self.state.motions.clone(), self.sent.clone());
+        merge_pins(&mut motions, &mut sent);
+        Cow::Owned(motions)
     }
 
     pub(super) fn topology(&self, out: &mut Vec<BodyTopology>) {
@@ -241,4 +275,13 @@ impl<R: Real> Cloth<R> {
 
         SymmetricEigen::new(block).eigenvalues.max()
     }
+}
+
+/// Adds pins that were sent: of each particle the last. All at once, so that work grows with their number and not with
+/// its square.
+fn merge_pins(motions: &mut Vec<PinMotion>, sent: &mut Vec<PinMotion>) {
+    motions.append(sent);
+    motions.reverse();
+    motions.sort_by_key(|motion| motion.particle);
+    motions.dedup_by_key(|motion| motion.particle);
 }

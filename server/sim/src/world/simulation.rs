@@ -158,7 +158,8 @@ impl Simulation {
         on_world!(self, world => world.velocities(out, Real::to_f64));
     }
 
-    /// Hash of the exact state: steps, positions and velocities in the user's numbering.
+    /// Hash (XXH3, 64 bits) of all on which further steps depend: steps, parameters, and of each particle its number and
+    /// its exact state, in any order. Runs on the rayon pool that the caller installed.
     pub fn state_hash(&self) -> u64 {
         on_world!(self, world => world.state_hash())
     }

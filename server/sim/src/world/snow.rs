@@ -72,8 +72,8 @@ impl<R: Real> SnowBody<R> {
         self.snow.stress_norms(out, convert);
     }
 
-    pub(super) fn hash_into(&self, hasher: &mut xxhash_rust::xxh3::Xxh3) {
-        self.snow.hash_into(hasher);
+    pub(super) fn hash(&self) -> u64 {
+        self.snow.hash(u64::from(self.first_particle))
     }
 
     pub(super) fn topology(&self, out: &mut Vec<BodyTopology>) {

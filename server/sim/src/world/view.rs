@@ -86,12 +86,18 @@ impl<R: Real> World<R> {
         }
     }
 
-    /// Hash (XXH3, 64 bits) of the steps taken and of the exact state: positions and velocities, and
-    /// what else snow carries, as little-endian binary64 in the user's numbering.
+    /// Hash (XXH3, 64 bits) of all on which further steps depend: of the steps taken, the parameters, and the wrapping sum
+    /// of one XXH3 per particle, seeded with its number. Positions and velocities, and what else a body carries, are
+    /// read as little-endian binary64. It runs on the rayon pool that the caller installed.
     pub fn state_hash(&self) -> u64 {
         let mut hasher = xxhash_rust::xxh3::Xxh3::new();
         hasher.update(&self.step_count.to_le_bytes());
-        self.bodies.iter().for_each(|body| body.hash_into(&mut hasher));
+        for vector in [self.gravity, self.wind] {
+            hasher.update(vector.map(f64::to_le_bytes).as_flattened());
+        }
+        self.bodies.iter().for_each(|body| body.hash_parameters(&mut hasher));
+        let particles = self.bodies.iter().map(Body::hash).fold(0, u64::wrapping_add);
+        hasher.update(&particles.to_le_bytes());
         hasher.digest()
     }
 
