@@ -33,6 +33,17 @@ impl Answer {
         let drained = (!ends_itself).then(|| Box::pin(draining.clone().cancelled_owned()));
         Self { inner, method, drained, has_ended: false }
     }
+
+    /// Whether a drain ends the stream now.
+    fn is_drained(&mut self, context: &mut Context<'_>) -> bool {
+        self.drained.as_mut().is_some_and(|drained| drained.as_mut().poll(context).is_ready())
+    }
+
+    /// The end of a stream that a drain ends.
+    fn drain(&mut self) -> Poll<Option<Result<Frame<Bytes>, Status>>> {
+        self.has_ended = true;
+        Poll::Ready(Some(Ok(Frame::trailers(trailers(ServiceError::draining())))))
+    }
 }
 
 impl HttpBody for Answer {
@@ -47,18 +58,17 @@ impl HttpBody for Answer {
             return Poll::Ready(None);
         }
 
-        // What is there is sent first: a watcher of health learns that the server no longer serves.
+        // What is there is sent first: a watcher of health learns that the server no longer serves. The end is ours: the
+        // stream may have ended because its requests did, as those of a connection that closes do.
         if let Poll::Ready(frame) = Pin::new(&mut self.inner).poll_frame(context) {
+            let is_end = frame.as_ref().is_none_or(|frame| frame.as_ref().is_ok_and(Frame::is_trailers));
+            if is_end && self.is_drained(context) {
+                return self.drain();
+            }
             let frame = frame.map(|frame| frame.map(|frame| reasoned(frame, &self.method)));
             return Poll::Ready(frame);
         }
-
-        let Some(drained) = &mut self.drained else { return Poll::Pending };
-        if drained.as_mut().poll(context).is_pending() {
-            return Poll::Pending;
-        }
-        self.has_ended = true;
-        Poll::Ready(Some(Ok(Frame::trailers(trailers(ServiceError::draining())))))
+        if self.is_drained(context) { self.drain() } else { Poll::Pending }
     }
 
     fn is_end_stream(&self) -> bool {
