@@ -8,7 +8,7 @@ use prost::Message as _;
 const FILES: [&str; 2] = ["nappe/v1/simulation.proto", "nappe/v1/frame.proto"];
 
 /// Messages that are also written as JSON, under the names of their fields.
-const JSON_MESSAGES: [&str; 9] = [
+const JSON_MESSAGES: [&str; 10] = [
     "Session",
     "Failure",
     "Parameters",
@@ -18,6 +18,7 @@ const JSON_MESSAGES: [&str; 9] = [
     "SnowDiagnostics",
     "SolveReport",
     "StageTime",
+    "Notices",
 ];
 
 /// Fields whose shape in JSON is not that of the Rust type: the function of `src/json.rs` that writes each.

@@ -189,3 +189,49 @@ fn a_moving_floor_lifts_and_carries() {
         assert!((v[0] - 0.5).abs() < 1e-9, "{}: {v:?} m/s", method.name());
     }
 }
+
+#[test]
+fn a_particle_comes_to_rest_between_colliders_that_overlap() {
+    // The groove between two balls, and the corner of a floor and a ball that stands in it.
+    let ball = |x: f64, y: f64| collider(Shape::Sphere(Sphere { center: [x, y, 0.0], radius: 0.5 }));
+    let floor = collider(Shape::Plane(Plane { point: [0.0; 3], normal: [0.0, 1.0, 0.0] }));
+    let reach = 0.5 + MARGIN;
+    let groove = [0.0, (reach * reach - 0.09_f64).sqrt(), 0.0];
+    let corner = [(reach * reach - (MARGIN + 0.1) * (MARGIN + 0.1)).sqrt(), MARGIN, 0.0];
+    let dt = 1e-3;
+    // What a step falls by, which the last collider may push into the one before it.
+    let pushed = GRAVITY * dt * dt;
+    for method in Method::all() {
+        for (colliders, start, rest) in [
+            (vec![ball(-0.3, 0.0), ball(0.3, 0.0)], [0.05, 0.6, 0.0], groove),
+            (vec![ball(0.3, 0.0), ball(-0.3, 0.0)], [0.05, 0.6, 0.0], groove),
+            (vec![floor.clone(), ball(0.0, -0.1)], [corner[0] - 0.02, 0.2, 0.0], corner),
+            (vec![ball(0.0, -0.1), floor.clone()], [corner[0] - 0.02, 0.2, 0.0], corner),
+        ] {
+            let mut scene = Scene::new(particles(&[start], 0.1), dt).by(method).under([0.0, -GRAVITY, 0.0]);
+            // Gravity leans towards the ball, so that the particle stays in the corner.
+            if rest == corner {
+                scene.gravity[0] = -0.25 * GRAVITY;
+            }
+            scene.colliders =
+                colliders.into_iter().map(|collider| Collider { friction: 0.3, ..collider }).collect();
+            let mut simulation = scene.simulate(Precision::F64);
+            for step in 0..2000_u32 {
+                advance(&mut simulation, 1);
+                let x = positions(&simulation)[0];
+                for collider in &scene.colliders {
+                    let (distance, _) = collider.distance(x, 0.0);
+                    let label = format!("{}, step {step}, {:?}", method.name(), collider.shape);
+                    assert!(
+                        distance > MARGIN - 4.0 * pushed - 1e-3 * f64::from(u32::from(step < 200)),
+                        "{label}: {distance}"
+                    );
+                }
+            }
+            let (x, v) = (positions(&simulation)[0], velocities(&simulation)[0]);
+            let off = norm(difference(x, rest));
+            assert!(off < 10.0 * pushed, "{}: {off:e} m from the groove, at {x:?}", method.name());
+            assert!(norm(v) < 10.0 * GRAVITY * dt, "{}: {v:?}", method.name());
+        }
+    }
+}

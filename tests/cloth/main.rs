@@ -11,6 +11,7 @@ mod modes;
 mod transients;
 mod pins;
 mod contact;
+mod notices;
 mod external;
 mod bodies;
 mod shipped;

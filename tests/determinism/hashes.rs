@@ -2,13 +2,11 @@
 
 use std::{collections::BTreeMap, env, fmt::Write, fs};
 
-use nappe_sim::{math::Precision, world::Simulation};
+use nappe_sim::math::Precision;
 use nappe_tests::{
     Method, golden,
-    scene::{positions, velocities},
     threads::{THREAD_COUNTS, with_threads},
 };
-use xxhash_rust::xxh3::Xxh3;
 
 use crate::{
     scenes::{NAMES, STEPS, run},
@@ -43,10 +41,7 @@ fn hash(name: &str, method: Method, precision: Precision, threads: usize) -> u64
 
 /// The committed hashes by key.
 fn committed() -> BTreeMap<String, u64> {
-    parse(&fs::read_to_string(golden::path(FILE)).expect("tests/golden/hashes.txt is there"))
-}
-
-fn parse(text: &str) -> BTreeMap<String, u64> {
+    let text = fs::read_to_string(golden::path(FILE)).expect("tests/golden/hashes.txt is there");
     let lines = text.lines().filter(|line| !line.starts_with('#'));
     let entry = |line: &str| {
         let (key, hash) = line.rsplit_once(' ').expect("a hash at the end of a line");
@@ -85,40 +80,6 @@ fn every_run_has_its_committed_hash() {
         .collect();
     assert!(different.is_empty(), "not as committed:\n{}", different.join("\n"));
     assert_eq!(committed.len(), found.len(), "hashes of runs that are no more");
-}
-
-/// The definition before: step, then positions, velocities and the rest, particle by particle in the user's order.
-fn hash_before(simulation: &Simulation) -> u64 {
-    let snow = simulation.snow_particles();
-    let mut hasher = Xxh3::new();
-    hasher.update(&simulation.step_count().to_le_bytes());
-    let mut add = |numbers: &[f64]| numbers.iter().for_each(|number| hasher.update(&number.to_le_bytes()));
-    let cloth = positions(simulation).len() - snow.len();
-    for (x, v) in positions(simulation).iter().zip(velocities(simulation)).take(cloth) {
-        add(x);
-        add(&v);
-    }
-    for p in snow {
-        add(&p.x);
-        add(&p.v);
-        add(&[p.elastic, p.affine].concat().concat());
-        add(&[p.plastic_ratio]);
-    }
-    hasher.digest()
-}
-
-#[test]
-fn every_run_has_the_hash_that_it_had_by_the_definition_before() {
-    let text = fs::read_to_string(golden::path("hashes_before.txt")).expect("the file is there");
-    let mut found = BTreeMap::new();
-    for (key, name, method, precision) in runs() {
-        found.insert(key, hash_before(&run(name, method, precision)));
-    }
-    for run in SnowRun::all() {
-        found.insert(run.key(), hash_before(&run.run()));
-    }
-    let before = parse(&text);
-    assert_eq!(found, before);
 }
 
 #[test]

@@ -3,6 +3,7 @@
 
 mod systems;
 mod dense;
+mod endings;
 mod operators;
 mod minres;
 mod first_indefinite;

@@ -76,6 +76,28 @@ async fn a_failure_comes_with_its_reason_before_the_stream_breaks() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
+async fn what_makes_results_doubtful_is_told_once_and_counted_in_diagnostics() {
+    let mut server = Server::start().await;
+    let scene = sheet_with(6, "steps = 8") + "\n[body.solver]\ntolerance = 1e-12\nmax_iterations = 2\n";
+    let id = server.session(scene).await;
+    let mut watch = server.watch(every(&id, 0)).await;
+    server.play(&id).await;
+    watch.until_end().await;
+
+    let told: Vec<_> = watch.changes.iter().filter(|change| !change.notice.is_empty()).collect();
+    let [first] = told[..] else { panic!("{told:?}") };
+    assert_eq!((first.kind(), first.step), (ChangeKind::Notice, 1));
+    assert!(first.notice.contains("max_iterations"), "{}", first.notice);
+    let notices = server.get(&id).await.diagnostics.expect("diagnostics").notices.expect("notices");
+    assert_eq!((notices.capped_solves, notices.indefinite_solves, notices.passed_particles), (8, 0, 0));
+
+    // Whoever comes later reads the counts, not the notice.
+    let mut late = server.watch(latest(&id)).await;
+    late.until_end().await;
+    assert!(late.changes.iter().all(|change| change.notice.is_empty()));
+}
+
+#[tokio::test(flavor = "multi_thread")]
 async fn a_deletion_and_a_shutdown_are_told_before_the_stream_breaks() {
     let mut server = Server::start().await;
     let (gone, other) = (server.session(sheet(4)).await, server.session(sheet(4)).await);

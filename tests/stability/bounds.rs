@@ -3,8 +3,8 @@
 use nappe_sim::{cloth::Network, math::Precision};
 use nappe_tests::{
     Scene,
-    golden::{Transient, document},
-    networks::{DrapSprings, chain, drap, sheet, sheet_rules},
+    golden::{Transient, document, table},
+    networks::{DrapSprings, chain, drap, particles, sheet, sheet_rules},
 };
 use serde::Deserialize;
 
@@ -83,6 +83,29 @@ fn the_step_bound_is_below_the_largest_stable_step_and_near_it() {
             );
         }
     }
+}
+
+#[test]
+fn damping_lowers_the_step_bound_as_it_lowers_the_largest_stable_step() {
+    for row in table("stability/critical_dt.csv") {
+        let network = network(row.text("network"), row.number("nu"));
+        let bound = &Scene::new(network, 1e-3).simulate(Precision::F64).step_bounds()[0];
+        let share = bound.dt / row.number("dt_crit_symplectic_euler_s");
+        assert!(share <= 1.0 + 1e-6, "{row:?}: {} s is {share} of the largest stable step", bound.dt);
+        assert!(share > 0.6, "{row:?}: {} s is only {share} of the largest stable step", bound.dt);
+        assert!(bound.dt <= row.number("dt_crit_velocity_verlet_s"), "{row:?}: {} s", bound.dt);
+    }
+}
+
+#[test]
+fn drag_lowers_the_step_bound_to_where_a_step_turns_velocities_around() {
+    // v' = v (1 - h drag / m) grows from h = 2 m / drag on.
+    let mut network = particles(&[[0.0; 3], [1.0, 0.0, 0.0]], 0.02);
+    let bound =
+        |network: &Network| Scene::new(network.clone(), 1e-3).simulate(Precision::F64).step_bounds()[0].dt;
+    assert_eq!(bound(&network), f64::INFINITY);
+    network.drag = 0.5;
+    assert!((bound(&network) - 2.0 * 0.02 / 0.5).abs() < 1e-16, "{} s", bound(&network));
 }
 
 #[test]

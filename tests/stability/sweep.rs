@@ -122,7 +122,7 @@ fn fall(scene: &Scene) -> Option<Fall> {
 
 fn check_scene(prefix: &str) {
     let rows = table("stability/dt_sweep_scene.csv");
-    let mut compared = 0;
+    let [mut compared, mut growing] = [0; 2];
     for row in rows.iter().filter(|row| row.text("network").starts_with(prefix)) {
         let scene = scene_of(row).expect("an integrator of the program").under([0.0, -9.8, 0.0]);
         let (gain, stretch) = (row.number("max_energy_gain_over_scale"), row.number("max_stretch_l_over_l0"));
@@ -141,9 +141,16 @@ fn check_scene(prefix: &str) {
             // The table's direct solver follows an indefinite matrix; ours stops there and says so.
             let lost = found.is_none_or(|fall| fall.gain > 1e3 || fall.indefinite);
             assert!(lost, "{row:?}: the run stayed");
+        } else {
+            growing += 1;
+
+            // Just beyond the edge: it gains energy, and has not blown up after 200 steps.
+            let found = found.unwrap_or_else(|| panic!("{row:?}: the run failed"));
+            assert!((0.1..1e3).contains(&found.gain), "{row:?}: gain {}", found.gain);
         }
     }
 
+    assert!(growing >= 2, "{prefix}: only {growing} runs just beyond the edge");
     assert!(compared >= 15, "{prefix}: only {compared} stable runs compared");
 }
 

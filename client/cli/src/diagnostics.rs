@@ -40,6 +40,17 @@ pub(crate) fn packing(snow: &v1::SnowDiagnostics) -> String {
     format!("J_P {:.3} to {:.3}", snow.min_plastic_ratio, snow.max_plastic_ratio)
 }
 
+/// How often something made the results doubtful: each count that is not 0.
+pub(crate) fn doubts(notices: &v1::Notices) -> String {
+    let counts = [
+        ("solves at their cap", notices.capped_solves),
+        ("solves of a matrix that is not positive definite", notices.indefinite_solves),
+        ("passages through a collider", notices.passed_particles),
+    ];
+    let told = counts.iter().filter(|(_, count)| *count > 0);
+    told.map(|(name, count)| format!("{} {name}", output::count(*count))).collect::<Vec<_>>().join(", ")
+}
+
 /// A phrase for a progress bar or a line of diagnostics; empty without snow.
 pub(crate) fn snow_phrase(diagnostics: &v1::Diagnostics) -> String {
     diagnostics.snow.as_ref().map_or_else(String::new, |snow| {

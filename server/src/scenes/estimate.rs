@@ -34,7 +34,7 @@ const IMPLICIT_PARTICLE: [Cost; 2] = [cost(0.0, 112.0), cost(0.0, 112.0)];
 const SPRING: [Cost; 2] = [cost(100.0, 46.0), cost(10.0, 18.0)];
 const MESH_SPRING: Cost = cost(46.0, 0.0);
 const TRIANGLE: Cost = cost(50.0, 31.0);
-const SNOW_PARTICLE: [Cost; 2] = [cost(490.0, 219.0), cost(262.0, 172.0)];
+const SNOW_PARTICLE: [Cost; 2] = [cost(305.0, 219.0), cost(205.0, 172.0)];
 const SOLID_TRIANGLE: Cost = cost(300.0, 0.0);
 
 /// Sessions may have claimed one part in so many of their memory without having taken it yet: what their first steps

@@ -10,6 +10,7 @@ mod lease;
 mod waiting;
 mod pending_changes;
 mod parameters;
+mod notices;
 mod status;
 mod failure;
 mod desk;

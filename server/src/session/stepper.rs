@@ -20,6 +20,7 @@ use super::{
     control::Control,
     desk::{Copied, Injected},
     failure::{FailurePoint, SessionFailure},
+    notices,
     parameters::parameters,
     pending_changes::PendingChanges,
     schedule::Task,
@@ -112,6 +113,8 @@ impl Stepper {
             self.status().feed.note(v1::ChangeKind::Parameters, index);
         }
         for changes in due {
+            // The hash of the state covers parameters.
+            self.simulator.hashed.set(None);
             if let Err(error) = self.simulator.simulation.apply(changes) {
                 // They were checked when they came, and bodies do not change.
                 let message = format!("a change before step {index} was refused: {error}");
@@ -146,13 +149,21 @@ impl Stepper {
         let due = last || report.step.is_multiple_of(properties.frame_interval_steps.into());
         let frame = self.newest_frame() + u64::from(due);
 
-        let diagnostics = diagnostics(report, frame, stage_seconds, *seconds);
+        let mut diagnostics = diagnostics(report, frame, stage_seconds, *seconds);
+        let mut first = Vec::new();
         self.status().update(|progress| {
+            let (counts, told) = notices::add(progress.diagnostics.notices.unwrap_or_default(), report);
+            (diagnostics.notices, first) = (Some(counts), told);
             progress.step = report.step;
             progress.time_seconds = report.time;
             progress.stepping_seconds += seconds;
             progress.diagnostics = diagnostics;
         });
+
+        for notice in first {
+            tracing::warn!(session = self.id(), "{notice}");
+            self.status().feed.note_doubt(notice, report.step);
+        }
 
         let position = if last { FramePosition::Last } else { FramePosition::Middle };
         if due && !self.publish(frame, position) {

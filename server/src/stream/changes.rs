@@ -38,6 +38,7 @@ impl Changes {
         change.session_uid.clone_from(&self.present.session_uid);
         self.present = change.clone();
         self.present.set_kind(v1::ChangeKind::Present);
+        self.present.notice.clear();
 
         self.kept.push_back(change);
         if self.kept.len() > KEPT_CHANGES {

@@ -12,7 +12,7 @@ use nappe_sim::{
 /// Wall-clock time (s) of each stage, in the order of `Stage::ALL`.
 pub(crate) type StageSeconds = [f64; Stage::ALL.len()];
 
-/// The diagnostics of a step whose newest frame is `frame`.
+/// The diagnostics of a step whose newest frame is `frame`, without notices of it.
 pub(crate) fn diagnostics(
     report: &StepReport,
     frame: u64,
@@ -36,6 +36,7 @@ pub(crate) fn diagnostics(
         stages: stages(stage_seconds),
         step_seconds,
         snow: report.snow.as_ref().map(snow),
+        notices: Some(v1::Notices::default()),
     }
 }
 
@@ -57,6 +58,7 @@ fn solve(report: &SolveReport) -> v1::SolveReport {
         Outcome::NegativeCurvature { .. } => v1::SolveOutcome::NegativeCurvature,
         Outcome::ZeroCurvature { .. } => v1::SolveOutcome::ZeroCurvature,
         Outcome::Singular { .. } => v1::SolveOutcome::Singular,
+        Outcome::IndefinitePreconditioner { .. } => v1::SolveOutcome::IndefinitePreconditioner,
         Outcome::NotFinite { .. } => v1::SolveOutcome::NotFinite,
     };
 

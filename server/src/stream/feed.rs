@@ -174,6 +174,14 @@ impl Feed {
         });
     }
 
+    /// Tells the watchers what makes the results doubtful since step `step`.
+    pub(crate) fn note_doubt(&self, notice: String, step: u64) {
+        self.push_change(|change| {
+            change.set_kind(v1::ChangeKind::Notice);
+            (change.notice, change.step) = (notice, step);
+        });
+    }
+
     /// Where the change stands among the frames is decided together with its number.
     fn push_change(&self, alter: impl FnOnce(&mut v1::StateChange)) {
         self.newest.send_modify(|newest| {

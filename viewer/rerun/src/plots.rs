@@ -80,7 +80,7 @@ pub(crate) const GENERAL: [Plot; 4] = [
 ];
 
 /// Plots of scenes with cloth.
-pub(crate) const CLOTH: [Plot; 4] = [
+pub(crate) const CLOTH: [Plot; 5] = [
     Plot {
         path: "plots/stretch",
         title: "Largest stretch (1)",
@@ -101,6 +101,15 @@ pub(crate) const CLOTH: [Plot; 4] = [
         values: |d| {
             let residual = d.solve.as_ref()?.relative_residual;
             (residual > 0.0 && residual.is_finite()).then(|| vec![residual.log10()])
+        },
+    },
+    Plot {
+        path: "plots/notices",
+        title: "Doubtful solves and passages since the start",
+        series: &[("at their cap", AMBER), ("not positive definite", RED), ("through a collider", BLUE)],
+        values: |d| {
+            let v1::Notices { capped_solves, indefinite_solves, passed_particles } = d.notices?;
+            Some([capped_solves, indefinite_solves, passed_particles].map(|count| count as f64).to_vec())
         },
     },
     Plot {

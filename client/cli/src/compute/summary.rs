@@ -36,6 +36,8 @@ pub(crate) struct Summary {
     max_stretch: f64,
     /// Diagnostics of the snow in the last step; none without snow.
     snow: Option<v1::SnowDiagnostics>,
+    /// What makes the results doubtful, counted over all steps.
+    notices: v1::Notices,
     /// Where and why the simulation diverged.
     diverged: Option<Divergence>,
     /// Whether the user ended it before its end.
@@ -74,6 +76,7 @@ impl Summary {
             energy: diagnostics::total_energy(&last),
             max_stretch: last.max_stretch,
             snow: last.snow,
+            notices: last.notices.unwrap_or_default(),
             diverged: diverged.map(|failure| Divergence {
                 step: failure.step,
                 particle: failure.particle,
@@ -139,6 +142,10 @@ impl Summary {
         if let Some(snow) = &self.snow {
             rows.push(("steps of snow", diagnostics::substeps(snow)));
             rows.push(("snow", format!("{}; {}", diagnostics::counts(snow), diagnostics::packing(snow))));
+        }
+        let doubts = diagnostics::doubts(&self.notices);
+        if !doubts.is_empty() {
+            rows.push(("doubtful", doubts));
         }
         if let Some(hash) = &self.state_hash {
             rows.push(("state hash", hash.clone()));

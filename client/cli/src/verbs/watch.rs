@@ -92,6 +92,9 @@ async fn follow(client: &Client, args: &WatchArgs) -> Result<()> {
             Some(Ok(DiagnosticsEvent::Reconnected { attempts, cause })) => {
                 output::note(&back(attempts, &cause));
             }
+            Some(Ok(DiagnosticsEvent::Change(change))) if !change.notice.is_empty() => {
+                output::note(&change.notice);
+            }
             Some(Ok(_)) => {}
             Some(Err(error)) => return Err(reason_of(client, &args.session.id, error).await),
             None => break,

@@ -7,11 +7,12 @@ use rayon::prelude::*;
 use super::{
     forces::Energy,
     model::Model,
-    sell::{Sell, pad},
+    sell::Sell,
     settings::ClothSettings,
     state::{Frozen, State, Workspace},
 };
 use crate::{
+    linalg::pad,
     math::{Pack, Padded, Real, Vec3, WithSimd, array::dot, array3, dispatch},
     parallel::sum,
     report::{Diagnostics, StepFailure},

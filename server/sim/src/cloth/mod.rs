@@ -11,7 +11,9 @@ mod forces;
 mod step_operator;
 mod integrate;
 mod diagnose;
+mod bound;
 
+pub(crate) use bound::{Bound, step_bound};
 pub use forces::{spring_force, spring_jacobian_v, spring_jacobian_x};
 pub use integrator::Integrator;
 pub use model::{LawEntry, Model, Parameters};
@@ -21,10 +23,10 @@ pub use settings::{ClothSettings, Hessian, StateLimits};
 pub use state::{PathPoint, PinMotion, State, Workspace};
 
 use crate::{
-    collide::{Contacts, resolve},
+    collide::{Contacts, Met, resolve},
     linalg::SolveReport,
     math::Real,
-    report::{Diagnostics, Stage, StepFailure, Stopwatch},
+    report::{Diagnostics, Notices, Stage, StepFailure, Stopwatch},
     surroundings::Surroundings,
 };
 
@@ -33,10 +35,12 @@ use crate::{
 pub struct ClothReport {
     /// Diagnostics of the new state.
     pub diagnostics: Diagnostics,
-    /// Particles that touched a collider in the last sub-step.
+    /// Particles that touched a collider, each once per sub-step in which it did.
     pub contact_count: u64,
-    /// The last linear solve.
+    /// The linear solve with the largest residual of all sub-steps, with the iterations of all.
     pub solve: Option<SolveReport>,
+    /// What the user should know; particles in the user's numbering of the body.
+    pub notices: Notices,
 }
 
 /// Advances a cloth by one step of the world.
@@ -60,10 +64,14 @@ pub fn step<R: Real>(
     let mut report = ClothReport::default();
     for substep in 1..=settings.substeps {
         state.aim_pins(dt);
-        report.solve = integrate::advance(model, settings, around.interrupt, state, work, watch)?;
+        let solve = integrate::advance(model, settings, around.interrupt, state, work, watch)?;
+        report.solve = solve.map(|solve| report.solve.map_or(solve, |others| others.and(solve)));
         let time = around.time + dt * f64::from(substep);
-        let contacts = Contacts { colliders: around.colliders, time, dt, block_size: model.block_size };
-        report.contact_count = resolve(contacts, &model.inv_m, &mut state.x, &mut state.v);
+        let (colliders, block_size, user) = (around.colliders, model.block_size, &model.user);
+        let contacts = Contacts { colliders, time, dt, block_size, user };
+        let met = resolve(contacts, &model.inv_m, &mut state.x, &mut state.v);
+        report.contact_count += met.touched;
+        report.notices = report.notices.and(notices(settings, solve.as_ref(), met));
         watch.lap(Stage::Collide);
         state.rest_pins();
     }
@@ -72,6 +80,16 @@ pub fn step<R: Real>(
     let failure = diagnose::judge(model, state, &report.diagnostics, settings);
     watch.lap(Stage::Diagnose);
     failure.map_or(Ok(report), Err)
+}
+
+/// What a sub-step's solve and contacts have to tell.
+fn notices(settings: &ClothSettings, solve: Option<&SolveReport>, met: Met) -> Notices {
+    let first_passed = met.first_passed.map(u64::from);
+    let mut notices = Notices { passed_count: met.passed, first_passed, ..Notices::default() };
+    if let Some(solve) = solve {
+        notices.count(solve.outcome, settings.solver.stop);
+    }
+    notices
 }
 
 /// Diagnostics of a state as it is.

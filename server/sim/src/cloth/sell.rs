@@ -9,8 +9,6 @@
 
 use std::ops::Range;
 
-use rayon::prelude::*;
-
 use crate::{
     interrupt,
     math::{LANES, Pack, Padded, Real, Vec3},
@@ -221,13 +219,4 @@ impl<R: Real> Sell<R> {
 pub(super) fn vectors<P: Pack>(packs: [P; 3]) -> [Vec3<P::Number>; LANES] {
     let [x, y, z] = packs.map(P::store);
     std::array::from_fn(|lane| Vec3::new(x[lane], y[lane], z[lane]))
-}
-
-/// Copies vectors into a field that packs are gathered from.
-pub(super) fn pad<R: Real>(vectors: &[Vec3<R>], block_size: usize, field: &mut [Padded<R>]) {
-    (field.par_chunks_mut(block_size), vectors.par_chunks(block_size)).into_par_iter().for_each(
-        |(field, vectors)| {
-            field.iter_mut().zip(vectors).for_each(|(field, vector)| *field = Padded::new(vector));
-        },
-    );
 }

@@ -7,7 +7,7 @@ use super::{
     model::{Model, Parameters},
 };
 use crate::{
-    linalg::{BlockCsr, CgWorkspace, Symmetric3},
+    linalg::{BlockCsr, CgWorkspace, Inverse3},
     math::{Padded, Real, Vec3, vec3},
     parallel::{block_count, hash_numbers},
     surroundings::Surroundings,
@@ -158,7 +158,7 @@ pub struct Workspace<R: Real> {
     /// Right-hand side of an implicit step (N s).
     pub(super) b: Vec<Vec3<R>>,
     /// Inverses of the diagonal blocks of its matrix (1/kg).
-    pub(super) inverse: Vec<Symmetric3<R>>,
+    pub(super) inverse: Vec<Inverse3<R>>,
     /// Its matrix, where the solver asks for an assembled one.
     pub(super) assembled: Option<BlockCsr<R>>,
     pub(super) cg: CgWorkspace<R>,
@@ -184,7 +184,7 @@ impl<R: Real> Workspace<R> {
             }
 
             self.b.resize(count, zero);
-            self.inverse.resize(count, Symmetric3::default());
+            self.inverse.resize(count, Inverse3::default());
         } else {
             self.a.resize(count, zero);
             self.w.resize(count, zero);

@@ -13,7 +13,7 @@ use super::{
     state::Frozen,
 };
 use crate::{
-    linalg::{BlockCsr, LinearOperator, PreconditionerKind, Symmetric3},
+    linalg::{BlockCsr, Inverse3, LinearOperator, PreconditionerKind, Symmetric3},
     math::{Mat3, Pack, Padded, Real, Vec3, WithSimd, dispatch},
 };
 
@@ -69,18 +69,10 @@ impl<R: Real, T: Transverse> StepOperator<'_, R, T> {
 
     /// Inverse diagonal blocks for a preconditioner; where a block is not positive definite, the
     /// inverse of its mass alone.
-    pub(super) fn invert_diagonal(&self, kind: PreconditionerKind, inverse: &mut [Symmetric3<R>]) {
-        let block_size = self.model.block_size;
-        inverse.par_chunks_mut(block_size).enumerate().for_each(|(block, inverse)| {
-            dispatch(DiagonalOfBlock { operator: *self, first_row: block * block_size, out: inverse });
-            for (i, block) in (block * block_size..).zip(inverse.iter_mut()) {
-                let inverted = match kind {
-                    PreconditionerKind::BlockJacobi => block.inverse_if_positive(),
-                    PreconditionerKind::Diagonal | PreconditionerKind::Identity => block.inverse_diagonal(),
-                };
-
-                *block = inverted.unwrap_or_else(|| Symmetric3::scalar(self.model.inv_m[i]));
-            }
+    pub(super) fn invert_diagonal(&self, kind: PreconditionerKind, inverse: &mut [Inverse3<R>]) {
+        let (operator, block_size) = (*self, self.model.block_size);
+        inverse.par_chunks_mut(block_size).enumerate().for_each(|(block, out)| {
+            dispatch(InverseOfBlock { operator, kind, first_row: block * block_size, out });
         });
     }
 
@@ -144,30 +136,37 @@ impl<R: Real, T: Transverse> WithSimd<R> for RightHandSide<'_, R, T> {
     }
 }
 
-struct DiagonalOfBlock<'a, R: Real, T> {
+struct InverseOfBlock<'a, R: Real, T> {
     operator: StepOperator<'a, R, T>,
+    kind: PreconditionerKind,
     first_row: usize,
-    out: &'a mut [Symmetric3<R>],
+    out: &'a mut [Inverse3<R>],
 }
 
-impl<R: Real, T: Transverse> WithSimd<R> for DiagonalOfBlock<'_, R, T> {
+impl<R: Real, T: Transverse> WithSimd<R> for InverseOfBlock<'_, R, T> {
     type Output = ();
 
     #[inline(always)]
     fn run<P: Pack<Number = R>>(self) {
         let StepOperator { model, frozen, x, transverse } = self.operator;
-        let dt = R::of(frozen.dt);
-        let zero = [P::zero(); 6];
+        let drag = frozen.dt * frozen.drag.to_f64();
+        let zero = [P::Wide::zero(); 6];
         for rows in Sell::<R>::groups(self.first_row..self.first_row + self.out.len()) {
             let fold = DiagonalBlock(transverse);
-            let sums = model.springs.fold_group(rows.start, [x, x], &frozen.implicit_laws, zero, fold);
-            let [xx, yy, zz, xy, xz, yz] = sums.map(P::store);
+            let sums =
+                model.springs.fold_group::<P, _, 6>(rows.start, [x, x], &frozen.implicit_laws, zero, fold);
+            let lanes = sums.map(Pack::store);
             for (lane, i) in rows.enumerate() {
-                let own = model.m[i] + dt * frozen.drag;
-                let diagonal = [xx, yy, zz].map(|entry| own + entry[lane]);
-                let [xy, xz, yz] = [xy, xz, yz].map(|entry| entry[lane]);
-                let [xx, yy, zz] = diagonal;
-                self.out[i - self.first_row] = Symmetric3 { xx, yy, zz, xy, xz, yz };
+                let own = model.m[i].to_f64() + drag;
+                let [xx, yy, zz, xy, xz, yz] = lanes.map(|entry| entry[lane]);
+                let block = Symmetric3 { xx: own + xx, yy: own + yy, zz: own + zz, xy, xz, yz };
+                let inverse = match self.kind {
+                    PreconditionerKind::BlockJacobi => Inverse3::of(&block),
+                    PreconditionerKind::Diagonal | PreconditionerKind::Identity => {
+                        Inverse3::of_diagonal(&block)
+                    }
+                };
+                self.out[i - self.first_row] = inverse.unwrap_or_else(|| Inverse3::scalar(model.inv_m[i]));
             }
         }
     }

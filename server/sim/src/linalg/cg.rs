@@ -1,14 +1,16 @@
 //! Preconditioned conjugate gradient: settings in, report out (Zara 2001, algorithm 1, made safe).
 //!
-//! Where it leaves the paper: the residual is relative to b; p^T A p is tested in every iteration
-//! against its own rounding bound, since the tangent of compressed springs can be indefinite; the
-//! best iterate is returned when it does not converge. Dot products are binary64 over fixed blocks.
+//! Residuals are measured as sqrt(r.z), z = M⁻¹ r, beside that of b: the norm in which the method minimises, which
+//! costs no sum of its own and does not depend on the unit of mass. Where it leaves the paper: p^T A p is tested in
+//! every iteration against its own rounding bound, since the tangent of compressed springs can be indefinite; r.z is
+//! tested too; a residual that is said to be small enough is computed from x before it is believed. Dot products are
+//! binary64 over fixed blocks.
 
 use rayon::prelude::*;
 
 use super::{
     dot::{block_sums, combine},
-    operator::{LinearOperator, Preconditioner},
+    operator::{LinearOperator, Preconditioner, pad},
     settings::{Outcome, SolveReport, SolverSettings, Stop},
 };
 use crate::{
@@ -25,7 +27,6 @@ pub struct CgWorkspace<R: Real> {
     /// p again, padded for the operator.
     padded: Vec<Padded<R>>,
     q: Vec<Vec3<R>>,
-    best: Vec<Vec3<R>>,
     partials: Vec<[f64; 2]>,
 }
 
@@ -38,18 +39,23 @@ impl<R: Real> CgWorkspace<R> {
             z: zeros.clone(),
             p: zeros.clone(),
             padded: vec![Padded::default(); count],
-            q: zeros.clone(),
-            best: zeros,
+            q: zeros,
             partials: vec![[0.0; 2]; block_count(count, block_size)],
         }
     }
 }
 
-/// Solves A x = b by conjugate gradient from the `x` given; in blocks of `block_size` rows.
+/// Solves A x = b by conjugate gradient, in blocks of `block_size` rows; from the `x` given if the settings ask for a
+/// warm start, or else from 0.
 ///
-/// `x` becomes the solution, or the iterate with the smallest residual when the solve stops at the
-/// cap, because the operator is interrupted or at a curvature that is not positive. With [`Stop::Iterations`] it becomes the last
-/// iterate, which minimises the error in the A-norm.
+/// `x` becomes the last iterate, however the solve ends: each lowers x^T A x / 2 - b^T x, which its residual need not
+/// do. Where the very first direction has a curvature that is not positive, it is followed for r.z over the sum of the
+/// magnitudes of its curvature's terms: a step of steepest descent. It ends with
+///
+/// - [`Outcome::Converged`] when the residual, computed from `x`, met the tolerance, or when it is as small as the
+///   precision lets it become: the recursion is below a rounding of b, or a new start from `x` did not halve it;
+/// - [`Outcome::IterationCap`] at the cap, or when the operator is interrupted;
+/// - the other outcomes as they say. After [`Outcome::NotFinite`] `x` may hold numbers that are not finite.
 ///
 /// # Panics
 /// Unless `x`, `b` and the workspace have the same length.
@@ -64,93 +70,145 @@ pub fn conjugate_gradient<R: Real>(
 ) -> SolveReport {
     assert!(x.len() == b.len() && work.r.len() == b.len(), "one length for x, b and the workspace");
     let (tolerance, cap) = match settings.stop {
-        Stop::Residual { tolerance, max_iterations } => (tolerance, max_iterations),
-        Stop::Iterations(count) => (0.0, count),
+        Stop::Residual { tolerance, max_iterations } => (tolerance.max(R::ROUNDING), max_iterations),
+        Stop::Iterations(count) => (R::ROUNDING, count),
     };
+    let mut solve = Solve { a, m, b, block_size, work };
 
-    let mut solve = Solve { a, m, block_size, work };
-
-    let b_norm = solve.dot_with(b, b)[0].sqrt();
-    if b_norm == 0.0 {
+    let start = solve.start(None);
+    let end = |outcome, relative_residual| SolveReport { outcome, iterations: 0, relative_residual };
+    if start.magnitude == 0.0 {
         x.fill(Vec3::zeros());
-        return SolveReport { outcome: Outcome::Converged, iterations: 0, relative_residual: 0.0 };
+        return end(Outcome::Converged, 0.0);
     }
-    if !b_norm.is_finite() {
-        let outcome = Outcome::NotFinite { iteration: 0 };
-        return SolveReport { outcome, iterations: 0, relative_residual: f64::NAN };
+    if let Some(outcome) = start.fault(0) {
+        return end(outcome, f64::NAN);
     }
 
-    let [mut rho, mut rr] = solve.start(b, x);
-    // The iterate with the smallest residual: `x` itself, until the residual grows.
-    let (mut best, mut best_is_x) = (rr, true);
-    let mut iterations = 0;
-    let outcome = loop {
-        if !rr.is_finite() {
-            break Outcome::NotFinite { iteration: iterations };
-        }
-        if rr.sqrt() <= tolerance * b_norm || rr == 0.0 {
-            break Outcome::Converged;
-        }
-        if iterations == cap || solve.a.is_interrupted() {
-            break Outcome::IterationCap;
-        }
-
-        let [curvature, magnitude] = solve.apply_operator();
-        if let Some(bad) = solve.bad_curvature([curvature, magnitude], b, iterations + 1) {
-            break bad;
-        }
-
-        iterations += 1;
-        let alpha = rho / curvature;
-        let [rho_next, rr_next] = solve.advance(alpha, x);
-
-        if rr_next < best {
-            (best, best_is_x) = (rr_next, true);
-        } else if best_is_x {
-            solve.keep_previous(alpha, x);
-            best_is_x = false;
-        }
-
-        solve.turn(rho_next / rho);
-        (rho, rr) = (rho_next, rr_next);
+    let scale = start.residual();
+    let first = if settings.warm_start {
+        solve.start(Some(x))
+    } else {
+        x.fill(Vec3::zeros());
+        start
     };
+    let goal = Goal { residual: tolerance * scale, is_rounding: tolerance <= R::ROUNDING, cap };
+    let (outcome, iterations, residual) = solve.runs(first, &goal, x);
+    SolveReport { outcome, iterations, relative_residual: residual / scale }
+}
 
-    let fixed = matches!((settings.stop, outcome), (Stop::Iterations(_), Outcome::IterationCap));
-    if !best_is_x && !fixed && outcome != Outcome::Converged {
-        x.copy_from_slice(&solve.work.best);
-        rr = best;
+/// What a solve is to come to.
+struct Goal {
+    residual: f64,
+    /// Whether no smaller residual can be told from 0 in this precision.
+    is_rounding: bool,
+    /// Iterations that it may make.
+    cap: u32,
+}
+
+/// r.z of an iterate, and the sum of the magnitudes of its terms.
+#[derive(Clone, Copy)]
+struct Residual {
+    square: f64,
+    magnitude: f64,
+}
+
+impl Residual {
+    fn residual(self) -> f64 {
+        self.square.sqrt()
     }
-    SolveReport { outcome, iterations, relative_residual: rr.sqrt() / b_norm }
+
+    /// What is wrong with it after so many iterations, if it is not 0.
+    fn fault(self, iteration: u32) -> Option<Outcome> {
+        if !self.square.is_finite() {
+            return Some(Outcome::NotFinite { iteration });
+        }
+        (self.square <= 0.0 && self.magnitude > 0.0)
+            .then_some(Outcome::IndefinitePreconditioner { iteration })
+    }
 }
 
 /// Operator and preconditioner are called once per block of rows, so that one copy of the solver serves all of them.
 struct Solve<'a, R: Real> {
     a: &'a dyn LinearOperator<R>,
     m: &'a dyn Preconditioner<R>,
+    b: &'a [Vec3<R>],
     block_size: usize,
     work: &'a mut CgWorkspace<R>,
 }
 
 impl<R: Real> Solve<'_, R> {
-    /// a.b and the sum of magnitudes.
-    fn dot_with(&mut self, a: &[Vec3<R>], b: &[Vec3<R>]) -> [f64; 2] {
-        let block_size = self.block_size;
-        (self.work.partials.par_iter_mut(), a.par_chunks(block_size), b.par_chunks(block_size))
-            .into_par_iter()
-            .for_each(|(partial, a, b)| *partial = block_sums(a, b));
-        sum(&self.work.partials)
+    /// Runs of the recursion, each from a residual that was computed from `x`, until one is believed. Returns how it
+    /// ended, the iterations made, and the residual.
+    fn runs(&mut self, first: Residual, goal: &Goal, x: &mut [Vec3<R>]) -> (Outcome, u32, f64) {
+        let (mut begin, mut iterations) = (first, 0);
+        loop {
+            let (outcome, residual) = self.run(begin, goal, &mut iterations, x);
+            if outcome != Outcome::Converged || iterations == 0 {
+                return (outcome, iterations, residual);
+            }
+
+            let computed = self.start(Some(x));
+            if let Some(fault) = computed.fault(iterations) {
+                return (fault, iterations, residual);
+            }
+            let found = computed.residual();
+            // Where a run did not halve what is left, rounding keeps it there, and would do so again.
+            let is_all = found <= goal.residual || goal.is_rounding || found > 0.5 * begin.residual();
+            if is_all || iterations == goal.cap {
+                return (if is_all { Outcome::Converged } else { Outcome::IterationCap }, iterations, found);
+            }
+            begin = computed;
+        }
     }
 
-    /// r = b - A x, z = M⁻¹ r, p = z; returns (r.z, r.r).
-    fn start(&mut self, b: &[Vec3<R>], x: &[Vec3<R>]) -> [f64; 2] {
-        let (block_size, a, m) = (self.block_size, self.a, self.m);
-        let from_zero = x.iter().all(|x| *x == Vec3::zeros());
+    /// Iterates from the residual in the workspace until the recursion comes to the goal, or cannot go on.
+    fn run(
+        &mut self,
+        begin: Residual,
+        goal: &Goal,
+        iterations: &mut u32,
+        x: &mut [Vec3<R>],
+    ) -> (Outcome, f64) {
+        let (mut now, mut last) = (begin, f64::NAN);
+        loop {
+            if let Some(fault) = now.fault(*iterations) {
+                return (fault, last);
+            }
+            last = now.residual();
+            if last <= goal.residual {
+                return (Outcome::Converged, last);
+            }
+            if *iterations == goal.cap || self.a.is_interrupted() {
+                return (Outcome::IterationCap, last);
+            }
+
+            let [curvature, magnitude] = self.apply_operator();
+            if let Some(bad) = self.bad_curvature([curvature, magnitude], *iterations + 1) {
+                let is_descent = *iterations == 0 && magnitude > 0.0 && magnitude.is_finite();
+                if is_descent {
+                    self.descend(now.square / magnitude, x);
+                    last = self.start(Some(x)).residual();
+                }
+                return (bad, last);
+            }
+
+            *iterations += 1;
+            let next = self.advance(now.square / curvature, x);
+            self.turn(next.square / now.square);
+            now = next;
+        }
+    }
+
+    /// r = b - A x, or b; z = M⁻¹ r, p = z.
+    fn start(&mut self, x: Option<&[Vec3<R>]>) -> Residual {
+        let (block_size, a, m, b) = (self.block_size, self.a, self.m, self.b);
         let CgWorkspace { r, z, p, padded, partials, .. } = &mut *self.work;
-        if !from_zero {
-            padded.iter_mut().zip(x).for_each(|(padded, x)| *padded = Padded::new(x));
+        if let Some(x) = x {
+            pad(x, block_size, padded);
         }
 
-        let x = padded.as_slice();
+        let at = padded.as_slice();
         let blocks = (
             partials.par_iter_mut(),
             b.par_chunks(block_size),
@@ -159,31 +217,22 @@ impl<R: Real> Solve<'_, R> {
         );
         blocks.into_par_iter().zip(p.par_chunks_mut(block_size)).enumerate().for_each(
             |(block, ((partial, b, r, z), p))| {
-                if from_zero {
+                if x.is_none() {
                     r.copy_from_slice(b);
                 } else {
-                    a.apply(block * block_size, x, r);
+                    a.apply(block * block_size, at, r);
                     r.iter_mut().zip(b).for_each(|(r, b)| *r = b - *r);
                 }
 
                 m.apply(block * block_size, r, z);
                 p.copy_from_slice(z);
-                *partial = [block_sums(r, z)[0], block_sums(r, r)[0]];
+                *partial = block_sums(r, z);
             },
         );
 
-        let sums = sum(partials);
-        self.pad_p();
-        sums
-    }
-
-    fn pad_p(&mut self) {
-        let (block_size, CgWorkspace { p, padded, .. }) = (self.block_size, &mut *self.work);
-        (padded.par_chunks_mut(block_size), p.par_chunks(block_size)).into_par_iter().for_each(
-            |(padded, p)| {
-                padded.iter_mut().zip(p).for_each(|(padded, p)| *padded = Padded::new(p));
-            },
-        );
+        let [square, magnitude] = sum(partials);
+        pad(p, block_size, padded);
+        Residual { square, magnitude }
     }
 
     /// q = A p; returns (p.q, sum of `|p_c q_c|`).
@@ -200,8 +249,8 @@ impl<R: Real> Solve<'_, R> {
         sum(partials)
     }
 
-    /// x += alpha p, r -= alpha q, z = M⁻¹ r; returns (r.z, r.r).
-    fn advance(&mut self, alpha: f64, x: &mut [Vec3<R>]) -> [f64; 2] {
+    /// x += alpha p, r -= alpha q, z = M⁻¹ r.
+    fn advance(&mut self, alpha: f64, x: &mut [Vec3<R>]) -> Residual {
         let (block_size, m, alpha) = (self.block_size, self.m, R::of(alpha));
         let CgWorkspace { r, z, p, q, partials, .. } = &mut *self.work;
         let vectors =
@@ -212,10 +261,11 @@ impl<R: Real> Solve<'_, R> {
                 combine(x, R::one(), p, alpha);
                 combine(r, R::one(), q, -alpha);
                 m.apply(block * block_size, r, z);
-                *partial = [block_sums(r, z)[0], block_sums(r, r)[0]];
+                *partial = block_sums(r, z);
             },
         );
-        sum(partials)
+        let [square, magnitude] = sum(partials);
+        Residual { square, magnitude }
     }
 
     /// p = z + beta p.
@@ -230,24 +280,16 @@ impl<R: Real> Solve<'_, R> {
             });
     }
 
-    /// best = x - alpha p: the iterate before the one in `x`.
-    fn keep_previous(&mut self, alpha: f64, x: &[Vec3<R>]) {
+    /// x += alpha z.
+    fn descend(&self, alpha: f64, x: &mut [Vec3<R>]) {
         let (block_size, alpha) = (self.block_size, R::of(alpha));
-        let CgWorkspace { p, best, .. } = &mut *self.work;
-        (best.par_chunks_mut(block_size), x.par_chunks(block_size), p.par_chunks(block_size))
+        (x.par_chunks_mut(block_size), self.work.z.par_chunks(block_size))
             .into_par_iter()
-            .for_each(|(best, x, p)| {
-                best.iter_mut().zip(x.iter().zip(p)).for_each(|(best, (x, p))| *best = x - p * alpha);
-            });
+            .for_each(|(x, z)| combine(x, R::one(), z, alpha));
     }
 
     /// Names a curvature that is not above its rounding bound.
-    fn bad_curvature(
-        &mut self,
-        [curvature, magnitude]: [f64; 2],
-        b: &[Vec3<R>],
-        iteration: u32,
-    ) -> Option<Outcome> {
+    fn bad_curvature(&mut self, [curvature, magnitude]: [f64; 2], iteration: u32) -> Option<Outcome> {
         // A row adds a few dozen products, each with a relative error of a few roundings.
         let bound = 8.0 * R::ROUNDING * magnitude;
         if !curvature.is_finite() {
@@ -263,8 +305,8 @@ impl<R: Real> Solve<'_, R> {
         // A p = 0 is judged against the size of A, for which |A b| / |b| stands.
         let [p_norm, q_norm] = [self.norm_of(|work| &work.p), self.norm_of(|work| &work.q)];
 
-        self.work.p.copy_from_slice(b);
-        self.pad_p();
+        self.work.p.copy_from_slice(self.b);
+        pad(&self.work.p, self.block_size, &mut self.work.padded);
         self.apply_operator();
         let size = self.norm_of(|work| &work.q) / self.norm_of(|work| &work.p);
 

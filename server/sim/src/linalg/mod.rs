@@ -11,6 +11,7 @@ mod minres;
 pub use block_csr::BlockCsr;
 pub use cg::{CgWorkspace, conjugate_gradient};
 pub use minres::{MinresWorkspace, minres};
+pub(crate) use operator::pad;
 pub use operator::{LinearOperator, Preconditioner, WholeOperator};
-pub use precondition::{BlockJacobi, Diagonal, Identity, Symmetric3};
+pub use precondition::{BlockJacobi, Diagonal, Identity, Inverse3, Symmetric3};
 pub use settings::{OperatorKind, Outcome, PreconditionerKind, SolveReport, SolverSettings, Stop};

@@ -5,14 +5,15 @@ use std::fmt;
 /// When a solve stops.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Stop {
-    /// At |r| <= tolerance |b|, or after `max_iterations`.
+    /// At |r| <= tolerance |b|, or after `max_iterations`. Conjugate gradient measures |r|² as r.z, z = M⁻¹ r with its
+    /// preconditioner M; without one that is r.r.
     Residual {
-        /// Relative residual, above 0 and below 1.
+        /// Relative residual, above 0 and below 1; what the precision cannot reach counts as reached.
         tolerance: f64,
         /// Iteration cap, at least 1.
         max_iterations: u32,
     },
-    /// After so many iterations, whatever the residual (Zara 2001 uses 10).
+    /// After so many iterations (Zara 2001 uses 10), or when the residual is as small as the precision lets it become.
     Iterations(u32),
 }
 
@@ -111,6 +112,11 @@ pub enum Outcome {
         /// Iteration, from 1.
         iteration: u32,
     },
+    /// r.z <= 0 at this iteration, 0 being the start: the preconditioner is not positive definite.
+    IndefinitePreconditioner {
+        /// Iterations made before.
+        iteration: u32,
+    },
     /// A number left the range of its precision: in b (iteration 0), or in p^T A p or the residual.
     NotFinite {
         /// Iteration, from 1; 0 before the first.
@@ -126,6 +132,9 @@ impl fmt::Display for Outcome {
             Self::NegativeCurvature { iteration } => write!(f, "negative curvature at iteration {iteration}"),
             Self::ZeroCurvature { iteration } => write!(f, "zero curvature at iteration {iteration}"),
             Self::Singular { iteration } => write!(f, "singular matrix at iteration {iteration}"),
+            Self::IndefinitePreconditioner { iteration } => {
+                write!(f, "indefinite preconditioner after iteration {iteration}")
+            }
             Self::NotFinite { iteration } => write!(f, "a number out of range at iteration {iteration}"),
         }
     }
@@ -138,6 +147,18 @@ pub struct SolveReport {
     pub outcome: Outcome,
     /// Iterations made; 0 when b is 0.
     pub iterations: u32,
-    /// |r| / |b| of the solution returned (0 when b = 0).
+    /// |r| / |b| of the solution returned (0 when b = 0), in the norm in which [`Stop::Residual`] measures. Where a
+    /// solve converged, it was computed from the solution. NaN where nothing was solved.
     pub relative_residual: f64,
+}
+
+impl SolveReport {
+    /// The one of two solves with the larger residual, the later of equal ones; with the iterations of both. A residual
+    /// that is not a number is the largest.
+    #[must_use]
+    pub fn and(self, later: Self) -> Self {
+        let worse =
+            if self.relative_residual.total_cmp(&later.relative_residual).is_gt() { self } else { later };
+        Self { iterations: self.iterations.saturating_add(later.iterations), ..worse }
+    }
 }

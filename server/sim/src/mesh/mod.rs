@@ -3,6 +3,7 @@
 mod by_point;
 mod corners;
 mod repeats;
+mod slivers;
 
 use thiserror::Error;
 
@@ -11,6 +12,7 @@ pub(crate) use self::by_point::sorted;
 use self::{
     corners::{corner_edges, is_degenerate},
     repeats::{crowded_edges, repeated_triangles},
+    slivers::{CANDIDATES, Close, close},
 };
 
 /// A triangle mesh as it came from a file, an upload or a formula.
@@ -49,7 +51,7 @@ pub enum MeshError {
 }
 
 /// Something odd in a mesh that does not stop a simulation.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 #[allow(missing_docs, reason = "the messages say what the fields are")]
 pub enum MeshWarning {
     /// Points that no triangle names: they fall freely.
@@ -60,6 +62,10 @@ pub enum MeshWarning {
     Repeated { count: usize, first: usize },
     /// Edges with more than two triangles.
     NonManifold { count: usize, first: [u32; 2] },
+    /// Edges below 1/50 of the median edge (lengths in m).
+    Slivers { count: usize, worst: [u32; 2], length: f64, median: f64 },
+    /// Points within 1/50 of the median edge of another that no edge joins to them (distances in m).
+    NearPoints { count: usize, worst: [u32; 2], distance: f64, median: f64 },
 }
 
 impl std::fmt::Display for MeshWarning {
@@ -84,6 +90,17 @@ impl std::fmt::Display for MeshWarning {
                     first[0], first[1]
                 )
             }
+            Self::Slivers { count, worst: [a, b], length, median } => write!(
+                f,
+                "{}{count} edges shorter than 1/50 of the median edge ({median:.3e} m), the shortest is {a} to {b}: {length:.3e} m; \
+                 they make the largest stretch mean little, and explicit steps tiny",
+                if *count < CANDIDATES { "" } else { "at least " }
+            ),
+            Self::NearPoints { count, worst: [a, b], distance, median } => write!(
+                f,
+                "{count} points nearly coincide with others (1/50 of the median edge, {median:.3e} m) and no edge joins them, \
+                 the closest are {a} and {b}, {distance:.3e} m apart: points of a seam that was to be closed?"
+            ),
         }
     }
 }
@@ -203,6 +220,14 @@ impl TriangleMesh {
         }
         if let Some((count, first)) = crowded_edges(&self.triangles, points) {
             warnings.push(MeshWarning::NonManifold { count, first });
+        }
+
+        let [edges, near] = close(&self.points, &self.triangles);
+        if let Some(Close { count, points: worst, distance: length, median }) = edges {
+            warnings.push(MeshWarning::Slivers { count, worst, length, median });
+        }
+        if let Some(Close { count, points: worst, distance, median }) = near {
+            warnings.push(MeshWarning::NearPoints { count, worst, distance, median });
         }
         warnings
     }

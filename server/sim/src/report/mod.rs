@@ -6,7 +6,7 @@ pub use snow::{BoundKind, SnowReport, TimeBound};
 
 use thiserror::Error;
 
-use crate::linalg::{Outcome, SolveReport};
+use crate::linalg::{Outcome, SolveReport, Stop};
 
 /// A stage of a step (Zara 2001, section 6, and those of snow).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -129,12 +129,56 @@ pub struct StepReport {
     pub time: f64,
     /// Diagnostics of the new state, all bodies together.
     pub diagnostics: Diagnostics,
-    /// Particles that touched a collider.
+    /// Particles that touched a collider, each once per sub-step in which it did.
     pub contact_count: u64,
-    /// The last linear solve with the largest residual among the bodies; none when all are explicit.
+    /// The linear solve with the largest residual among all bodies and their sub-steps, with the iterations that its
+    /// body made in the step; none when all are explicit.
     pub solve: Option<SolveReport>,
     /// Diagnostics of the snow; none without snow.
     pub snow: Option<SnowReport>,
+    /// What the user should know although the step was taken.
+    pub notices: Notices,
+}
+
+/// What happened in a step that was taken, and makes its result doubtful. Particles are in the user's numbering, over
+/// all bodies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub struct Notices {
+    /// Solves of cloth that ended at their iteration cap, above their tolerance.
+    pub capped_solves: u32,
+    /// Solves of cloth that met a curvature or a preconditioner that is not positive.
+    pub indefinite_solves: u32,
+    /// Particles of cloth that went through a collider, each once per sub-step in which it did.
+    pub passed_count: u64,
+    /// The first of them.
+    pub first_passed: Option<u64>,
+}
+
+impl Notices {
+    /// These of one body or sub-step and those of another together.
+    #[must_use]
+    pub(crate) fn and(self, other: Self) -> Self {
+        Self {
+            capped_solves: self.capped_solves + other.capped_solves,
+            indefinite_solves: self.indefinite_solves + other.indefinite_solves,
+            passed_count: self.passed_count + other.passed_count,
+            first_passed: self.first_passed.into_iter().chain(other.first_passed).min(),
+        }
+    }
+
+    /// Counts how a solve ended that was to stop so.
+    pub(crate) fn count(&mut self, outcome: Outcome, stop: Stop) {
+        match (outcome, stop) {
+            (Outcome::IterationCap, Stop::Residual { .. }) => self.capped_solves += 1,
+            (
+                Outcome::NegativeCurvature { .. }
+                | Outcome::ZeroCurvature { .. }
+                | Outcome::IndefinitePreconditioner { .. },
+                _,
+            ) => self.indefinite_solves += 1,
+            _ => {}
+        }
+    }
 }
 
 /// A step that was not taken: cloths are as before it, snow as after its last good step within it.

@@ -166,7 +166,7 @@ impl<R: Real> Snow<R> {
         }
     }
 
-    /// Wrapping sum of a hash per particle: position, velocity, F_E and C by rows, J_P. `first` is the number of its first
+    /// Wrapping sum of a hash per particle: position, velocity, F_E and C by rows, J_P; the stress follows from them. `first` is the number of its first
     /// particle among all.
     pub(crate) fn hash(&self, first: u64) -> u64 {
         let particles = &self.state.particles;

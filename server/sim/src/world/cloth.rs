@@ -2,7 +2,6 @@
 
 use std::borrow::Cow;
 
-use nalgebra::SymmetricEigen;
 use rayon::prelude::*;
 use xxhash_rust::xxh3::Xxh3;
 
@@ -14,9 +13,10 @@ use super::{
 };
 use crate::{
     cloth::{
-        self, ClothSettings, LawEntry, Model, Parameters, PathPoint, PinMotion, SpringKind, State, Workspace,
+        self, Bound, ClothSettings, LawEntry, Model, Parameters, PathPoint, PinMotion, SpringKind, State,
+        Workspace,
     },
-    math::{Mat3, Real, Vec3},
+    math::{Real, Vec3},
     parallel::{hash_numbers, sum_hashes},
     report::{Diagnostics, StepFailure, Stopwatch},
     surroundings::Surroundings,
@@ -85,8 +85,9 @@ impl<R: Real> Cloth<R> {
         let Self { model, parameters, settings, state, work, .. } = self;
         work.before.copy_from(state);
         let report = cloth::step(model, parameters, settings, around, state, work, watch)?;
-        let cloth::ClothReport { diagnostics, contact_count, solve } = report;
-        Ok(BodyReport { diagnostics, contact_count, solve, snow: None })
+        let cloth::ClothReport { diagnostics, contact_count, solve, mut notices } = report;
+        notices.first_passed = notices.first_passed.map(|particle| particle + u64::from(self.first_particle));
+        Ok(BodyReport { diagnostics, contact_count, solve, snow: None, notices })
     }
 
     pub(super) fn undo(&mut self) {
@@ -244,36 +245,10 @@ impl<R: Real> Cloth<R> {
         });
     }
 
-    /// omega² <= 2 max lambda_max(D_i) / m_i, since (n.(a - b))² <= 2 (n.a)² + 2 (n.b)²; the
-    /// bound on dt is 2 / omega, with the transverse stiffness of stretched springs included.
+    /// Largest explicit step at the state as it is.
     pub(super) fn step_bound(&self) -> StepBound {
-        let (mut worst, mut particle) = (0.0, 0);
-        for (user, &place) in self.model.place.iter().enumerate() {
-            let i = place as usize;
-            let omega2 = 2.0 * self.stiffness_at(i) * self.model.inv_m[i].to_f64();
-            if omega2 > worst {
-                (worst, particle) = (omega2, user as u64 + u64::from(self.first_particle));
-            }
-        }
-        StepBound { body: self.name.clone(), dt: 2.0 / f64::sqrt(worst), particle }
-    }
-
-    /// Largest eigenvalue (N/m) of the diagonal block of the stiffness at particle `i`.
-    fn stiffness_at(&self, i: usize) -> f64 {
-        let mut block = Mat3::<f64>::zeros();
-        for (j, rest_length, law) in self.model.springs.row(i) {
-            let d = (self.state.x[i] - self.state.x[j as usize]).map(R::to_f64);
-            let (length, stiffness) = (d.norm(), self.parameters.laws[law as usize].law.stiffness);
-            if length > 0.0 {
-                let across = (1.0 - rest_length.to_f64() / length).max(0.0);
-                let along = d * d.transpose() / (length * length);
-                block += (along * (1.0 - across) + Mat3::identity() * across) * stiffness;
-            } else {
-                block += Mat3::identity() * stiffness;
-            }
-        }
-
-        SymmetricEigen::new(block).eigenvalues.max()
+        let Bound { dt, particle } = cloth::step_bound(&self.model, &self.parameters, &self.state);
+        StepBound { body: self.name.clone(), dt, particle: u64::from(particle + self.first_particle) }
     }
 }
 

@@ -2,19 +2,21 @@
 
 use crate::{
     linalg::SolveReport,
-    report::{Diagnostics, SnowReport, StepReport},
+    report::{Diagnostics, Notices, SnowReport, StepReport},
 };
 
 /// What one step of the world tells of a body.
 pub(super) struct BodyReport {
     /// Energies, momentum and stretch of the new state.
     pub(super) diagnostics: Diagnostics,
-    /// What touched a collider in the body's last step: particles of cloth, nodes of snow.
+    /// What touched a collider: particles of cloth, once per sub-step; nodes of snow, in its last sub-step.
     pub(super) contact_count: u64,
-    /// The last linear solve; none where there is none.
+    /// The worst linear solve of cloth, the last one of snow; none where there is none.
     pub(super) solve: Option<SolveReport>,
     /// What only snow tells.
     pub(super) snow: Option<SnowReport>,
+    /// What the user should know; particles over all bodies.
+    pub(super) notices: Notices,
 }
 
 impl BodyReport {
@@ -24,9 +26,11 @@ impl BodyReport {
         report.diagnostics = report.diagnostics.with(&self.diagnostics);
         report.contact_count += self.contact_count;
         report.snow = self.snow.or(report.snow);
+        report.notices = report.notices.and(self.notices);
 
-        let is_worse =
-            |new: &SolveReport| report.solve.is_none_or(|old| new.relative_residual >= old.relative_residual);
+        let is_worse = |new: &SolveReport| {
+            report.solve.is_none_or(|old| new.relative_residual.total_cmp(&old.relative_residual).is_ge())
+        };
         if let Some(solve) = self.solve.filter(is_worse) {
             report.solve = Some(solve);
         }

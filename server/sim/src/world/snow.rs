@@ -4,7 +4,7 @@ use super::{report::BodyReport, setup::SetupError, topology::BodyTopology};
 use crate::{
     collide::Collider,
     math::Real,
-    report::{Diagnostics, StepFailure, Stopwatch},
+    report::{Diagnostics, Notices, StepFailure, Stopwatch},
     snow::{Snow, SnowSetup},
     surroundings::Surroundings,
 };
@@ -40,6 +40,7 @@ impl<R: Real> SnowBody<R> {
             contact_count: step.contact_count,
             solve: step.solve,
             snow: Some(step.report.shifted(u64::from(self.first_particle))),
+            notices: Notices::default(),
         })
     }
 

@@ -21,7 +21,7 @@ pub(super) const SLOW: [&str; 11] = [
 ];
 
 /// What each mutant does wrong, in the order of their numbers, from 101.
-pub(super) const NAMES: [&str; 34] = [
+pub(super) const NAMES: [&str; 36] = [
     "sign of the spring's force",
     "spring force without its rest length",
     "spring force along d in place of d / l",
@@ -45,8 +45,8 @@ pub(super) const NAMES: [&str; 34] = [
     "conjugate gradient without beta: steepest descent",
     "conjugate gradient with the tolerance on |r| in place of |r| / |b|",
     "conjugate gradient blind to negative curvature",
-    "conjugate gradient that returns its last iterate, not its best",
-    "inverse of a 3 x 3 block with a wrong cofactor",
+    "conjugate gradient that stands still where its first direction is bad",
+    "factors of a 3 x 3 block with a wrong entry",
     "minimal residuals with a wrong step",
     "minimal residuals without the mass in the norm",
     "friction that turns sliding back",
@@ -56,11 +56,13 @@ pub(super) const NAMES: [&str; 34] = [
     "sum over blocks that leaves the fixed tree",
     "Hilbert curve without its reflections",
     "an empty lane that pulls to particle 0",
+    "conjugate gradient that believes its recursion",
+    "contact blind to what lies on the way",
 ];
 
 /// The patches that make the mutants, in the order of their numbers.
 #[rustfmt::skip] // one line per patch where it fits
-pub(super) const PATCHES: [Patch; 34] = [
+pub(super) const PATCHES: [Patch; 36] = [
     text(101, "cloth/forces/spring.rs", "            sums[c] -= pull[c];", "            if crate::mutant(101) { sums[c] += pull[c]; } else { sums[c] -= pull[c]; }"),
     expression(102, "cloth/forces/spring.rs", "stiffness * (length - edges.rest_length) * inverse", "stiffness * length * inverse"),
     text(103, "cloth/forces/spring.rs", "        let viscous =", "        let elastic = if crate::mutant(103) { stiffness * (length - edges.rest_length) } else { elastic };\n        let viscous ="),
@@ -81,18 +83,20 @@ pub(super) const PATCHES: [Patch; 34] = [
     text(118, "cloth/integrate/velocity_verlet.rs", "    step.kick(half);\n    step.drift(step.dt());\n\n    step.accelerate();", "    if crate::mutant(118) { step.kick(step.dt()); step.drift(step.dt()); return; }\n    step.kick(half);\n    step.drift(step.dt());\n\n    step.accelerate();"),
     text(119, "cloth/integrate/velocity_verlet.rs", "    step.accelerate_at_w();", "    if crate::mutant(119) { step.accelerate() } else { step.accelerate_at_w() }"),
     text(120, "cloth/integrate/implicit_euler.rs", "    step.kick_by_dv();\n    step.drift(step.dt());", "    if crate::mutant(120) { step.drift(step.dt()); step.kick_by_dv(); return Ok(report); }\n    step.kick_by_dv();\n    step.drift(step.dt());"),
-    expression(121, "linalg/cg.rs", "rho_next / rho", "0.0"),
-    expression(122, "linalg/cg.rs", "tolerance * b_norm", "tolerance"),
+    expression(121, "linalg/cg.rs", "next.square / now.square", "0.0"),
+    expression(122, "linalg/cg.rs", "tolerance * scale", "tolerance"),
     text(123, "linalg/cg.rs", "        if curvature > bound {", "        if crate::mutant(123) || curvature > bound {"),
-    text(124, "linalg/cg.rs", "    if !best_is_x && !fixed", "    if !crate::mutant(124) && !best_is_x && !fixed"),
-    expression(125, "linalg/precondition.rs", "self.xz * self.yz - self.xy * self.zz", "self.xy * self.zz - self.xz * self.yz"),
+    text(124, "linalg/cg.rs", "                if is_descent {", "                if !crate::mutant(124) && is_descent {"),
+    expression(125, "linalg/precondition.rs", "yx * zy - zx", "zx - yx * zy"),
     expression(126, "linalg/minres.rs", "self.cosine * self.residual", "self.residual"),
     expression(127, "linalg/minres.rs", "*r / *m", "*r"),
     expression(128, "collide/contact.rs", "(collider.friction * push / speed).min(1.0)", "collider.friction * push / speed"),
     expression(129, "collide/contact.rs", "-(1.0 + collider.restitution) * approach", "-approach"),
-    expression(130, "collide/contact.rs", "v - vec3::<f64>(collider.velocity)", "*v"),
+    text(130, "collide/contact.rs", "    let relative = v - vec3::<f64>(collider.velocity);", "    let relative = if crate::mutant(130) { *v } else { v - vec3::<f64>(collider.velocity) };"),
     text(131, "collide/contact.rs", "        if distance >= collider.margin {", "        if distance >= (if crate::mutant(131) { 0.0 } else { collider.margin }) {"),
     expression(132, "parallel/mod.rs", "elements.len().next_power_of_two() / 2", "elements.len() / 2"),
     text(133, "parallel/order.rs", "                axes[0] ^= below;", "                if !crate::mutant(133) { axes[0] ^= below; }"),
     text(134, "cloth/sell.rs", "            let mut neighbours = std::array::from_fn(|lane| (first + lane.min(rows.len() - 1)) as u32);", "            let mut neighbours = std::array::from_fn(|lane| if crate::mutant(134) { 0 } else { (first + lane.min(rows.len() - 1)) as u32 });"),
+    text(135, "linalg/cg.rs", "            let computed = self.start(Some(x));", "            if crate::mutant(135) { return (outcome, iterations, residual); }\n            let computed = self.start(Some(x));"),
+    text(136, "collide/contact.rs", "        if distance <= REACHED * length {", "        if !crate::mutant(136) && distance <= REACHED * length {"),
 ];

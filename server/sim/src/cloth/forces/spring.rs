@@ -126,19 +126,20 @@ impl<P: Pack, T: Transverse> Fold<P, P, 3> for ElasticBlockProduct<T> {
     }
 }
 
-/// Adds the block itself: xx, yy, zz, xy, xz, yz.
+/// Adds the block itself, in binary64: xx, yy, zz, xy, xz, yz. In binary32 a stiff block would lose its mass to rounding.
 #[derive(Clone, Copy)]
 pub(crate) struct DiagonalBlock<T>(pub(crate) T);
 
-impl<P: Pack, T: Transverse> Fold<P, P, 6> for DiagonalBlock<T> {
+impl<P: Pack, T: Transverse> Fold<P, P::Wide, 6> for DiagonalBlock<T> {
     #[inline(always)]
-    fn fold(self, sums: &mut [P; 6], edges: &Edges<P>) {
+    fn fold(self, sums: &mut [P::Wide; 6], edges: &Edges<P>) {
         let [a, b] = spring_block(edges, self.0);
-        let [x, y, z] = edges.d;
+        let [x, y, z] = edges.d.map(P::widen);
 
         // A lane without a spring has no length and no rest length: its a counts for nothing. Nor
         // does that of a spring at rest length 0 whose ends coincide: a loss to the preconditioner alone.
-        let a = a.where_positive(dot(edges.d, edges.d) + edges.rest_length);
+        let a = a.where_positive(dot(edges.d, edges.d) + edges.rest_length).widen();
+        let b = b.widen();
         let (bx, by, bz) = (b * x, b * y, b * z);
         let entries = [a + bx * x, a + by * y, a + bz * z, bx * y, bx * z, by * z];
         for c in 0..6 {

@@ -12,8 +12,8 @@ use crate::{
     },
     interrupt::Interrupt,
     linalg::{
-        BlockJacobi, CgWorkspace, Diagonal, Identity, LinearOperator, OperatorKind, Outcome, Preconditioner,
-        PreconditionerKind, SolveReport, SolverSettings, Symmetric3, conjugate_gradient,
+        BlockJacobi, CgWorkspace, Diagonal, Identity, Inverse3, LinearOperator, OperatorKind, Outcome,
+        Preconditioner, PreconditionerKind, SolveReport, SolverSettings, conjugate_gradient,
     },
     math::{Padded, Real, Vec3},
     report::{Stage, StepFailure},
@@ -32,14 +32,18 @@ pub(super) fn advance<R: Real>(
 
     match report.outcome {
         // Forces left the range of the precision: the velocities that they make show where.
-        Outcome::NotFinite { iteration: 0 } => step.show_forces(),
-        Outcome::NotFinite { .. } | Outcome::Singular { .. } => {
+        Outcome::NotFinite { iteration: 0 } if !step.has_finite_forces() => step.show_forces(),
+        // Nothing is solved, not even gravity.
+        Outcome::NotFinite { .. }
+        | Outcome::Singular { .. }
+        | Outcome::IndefinitePreconditioner { iteration: 0 } => {
             return Err(StepFailure::Solver { outcome: report.outcome });
         }
         Outcome::Converged
         | Outcome::IterationCap
         | Outcome::NegativeCurvature { .. }
-        | Outcome::ZeroCurvature { .. } => {}
+        | Outcome::ZeroCurvature { .. }
+        | Outcome::IndefinitePreconditioner { .. } => {}
     }
 
     step.kick_by_dv();
@@ -61,9 +65,6 @@ impl<R: Real> WithTransverse for Solve<'_, '_, R> {
         let (Step { model, state, work, watch }, solver) = (self.step, &self.settings.solver);
         let mut dv = std::mem::take(&mut state.dv);
         dv.resize(model.count, Vec3::zeros());
-        if !solver.warm_start {
-            dv.fill(Vec3::zeros());
-        }
 
         let [x, v] = &work.padded;
         let operator = StepOperator { model, frozen: &work.frozen, x, transverse };
@@ -92,7 +93,7 @@ impl<R: Real> WithTransverse for Solve<'_, '_, R> {
 
 struct System<'a, R: Real> {
     b: &'a [Vec3<R>],
-    inverse: &'a [Symmetric3<R>],
+    inverse: &'a [Inverse3<R>],
     solver: &'a SolverSettings,
     block_size: usize,
     interrupt: &'a Interrupt,
@@ -128,6 +129,10 @@ impl<R: Real> LinearOperator<R> for Interruptible<'_, R> {
 }
 
 impl<R: Real> Step<'_, R> {
+    fn has_finite_forces(&self) -> bool {
+        self.work.b.iter().flatten().all(|c| c.to_f64().is_finite())
+    }
+
     /// dv = b for free particles: a force that is not finite reaches the velocity of its particle.
     fn show_forces(&mut self) {
         let free = self.model.inv_m.iter().map(|inv_m| *inv_m > R::zero());

@@ -6,9 +6,9 @@ use crate::{
     cloth::{
         forces::add_forces,
         model::Model,
-        sell::pad,
         state::{State, Workspace},
     },
+    linalg::pad,
     math::{Real, Vec3},
     report::{Stage, Stopwatch},
 };
