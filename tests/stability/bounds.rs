@@ -92,7 +92,8 @@ fn damping_lowers_the_step_bound_as_it_lowers_the_largest_stable_step() {
         let bound = &Scene::new(network, 1e-3).simulate(Precision::F64).step_bounds()[0];
         let share = bound.dt / row.number("dt_crit_symplectic_euler_s");
         assert!(share <= 1.0 + 1e-6, "{row:?}: {} s is {share} of the largest stable step", bound.dt);
-        assert!(share > 0.6, "{row:?}: {} s is only {share} of the largest stable step", bound.dt);
+        // Measured on these networks: 0.73 to 0.87.
+        assert!(share > 0.7, "{row:?}: {} s is only {share} of the largest stable step", bound.dt);
         assert!(bound.dt <= row.number("dt_crit_velocity_verlet_s"), "{row:?}: {} s", bound.dt);
     }
 }

@@ -60,8 +60,8 @@ struct ServeRow {
     frame_seconds: Option<f64>,
     /// Processor time of the server per gigabyte that it sends (s).
     cpu_seconds_per_gb: Option<f64>,
-    /// The same of a thread that only writes as many bytes to as many connections, in the same run: no server takes
-    /// less on this machine in this hour (s).
+    /// The same of a thread that only writes such frames to as many connections, in the same run (s): what ordinary
+    /// writes take on this machine in this hour.
     plain_cpu_seconds_per_gb: Option<f64>,
     /// Share of one core that streaming takes.
     core_share: Option<f64>,
