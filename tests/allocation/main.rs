@@ -9,9 +9,11 @@ use std::{
 };
 
 use nappe_sim::{
+    cloth::{ElementKind, ElementList, SpringLaw},
     collide::{Collider, Contact, Shape, shape::Sphere},
     linalg::{OperatorKind, PreconditionerKind, SolverSettings, Stop},
     math::Precision,
+    mesh::TriangleMesh,
     report::NoStopwatch,
     world::Simulation,
 };
@@ -55,6 +57,9 @@ static COUNTING: Counting = Counting;
 fn scene(method: Method, solver: SolverSettings) -> Scene {
     let mut network = sheet(24, 0.05, &sheet_rules(100.0, 0.02), 0.005);
     network.drag = 0.001;
+    let law = SpringLaw { stiffness: 1e-5, damping: 0.0 };
+    let mesh = TriangleMesh::grid(24, 24, 0.05);
+    network.elements = vec![ElementList::new(ElementKind::QuadraticBending, law, &mesh)];
     let mut scene = Scene::new(network, 1e-3).by(method).under([0.0, -9.81, 0.0]);
     scene.settings.block_size = 64;
     scene.settings.solver = solver;
@@ -84,8 +89,20 @@ fn warm_up(threads: usize) {
     }
 }
 
-/// Allocations of ten steps after the first `warm` ones.
+/// Allocations of ten steps after the first `warm` ones: the fewest of three times, because a thread of the pool that goes
+/// to sleep may allocate too. What a step allocates, it does every time.
 fn count(simulation: &mut Simulation, warm: u32) -> u64 {
+    let mut least = once(simulation, warm);
+    for _ in 0..2 {
+        if least > 0 {
+            least = least.min(once(simulation, 0));
+        }
+    }
+    least
+}
+
+/// Allocations of ten steps after the first `warm` ones.
+fn once(simulation: &mut Simulation, warm: u32) -> u64 {
     let mut step = || simulation.step(&mut NoStopwatch).map(|report| report.contact_count);
     for _ in 0..warm {
         step().expect("a stable step");

@@ -134,7 +134,7 @@ fn every_law_has_its_page() {
     let integrators = named_variants(&tree::text("server/sim/src/cloth/integrator.rs"));
     assert!(integrators.len() > 3, "there are integrators: {integrators:?}");
     assert_none(&against_silence("docs/laws", &integrators, &laws()));
-    let mut files = stems("server/sim/src/cloth/forces/", "rs");
+    let mut files = stems("server/sim/src/cloth/laws/", "rs");
     files.extend(stems("server/sim/src/collide/", "rs"));
     files.retain(|file| file != "mod");
     assert!(files.len() > 1, "there are laws: {files:?}");

@@ -1,6 +1,7 @@
 //! Cloth: forces, integrators and contacts against closed forms and golden data.
 
 mod springs;
+mod quadratic_bending;
 mod two_particles;
 mod oscillators;
 mod discrete;

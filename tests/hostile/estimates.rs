@@ -51,7 +51,8 @@ async fn refused(client: &mut Client, request: v1::CreateSessionRequest) -> [u64
 /// Bytes that are left.
 async fn left(client: &mut Client) -> u64 {
     let huge = "version = 1\ndt = 0.001\n[[body]]\nname = \"b\"\nmesh = { grid = [2000, 2000], spacing = 0.1 }\n\
-                mass = { particle = 0.1 }\nsprings = { stretch = { stiffness = 1.0 }, shear = { stiffness = 1.0 } }\n";
+                mass = { particle = 0.1 }\nsprings = { stretch = { stiffness = 1.0 }, shear = { stiffness = 1.0 }, \
+                bend = { stiffness = 1.0 } }\n";
     refused(client, request(huge, v1::Precision::F64)).await[1]
 }
 

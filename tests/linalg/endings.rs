@@ -6,7 +6,7 @@ use nappe_sim::{
         BlockCsr, CgWorkspace, Identity, LinearOperator, Outcome, Preconditioner, PreconditionerKind,
         SolverSettings, Stop, conjugate_gradient,
     },
-    math::{Padded, Precision, Vec3},
+    math::{Padded, Precision, Sixteen, Vec3},
 };
 use nappe_tests::{
     Method, Scene,
@@ -76,15 +76,18 @@ fn the_residual_of_a_solve_that_converged_is_that_of_its_solution() {
     for tolerance in [1e-3, 1e-5, 1e-7] {
         let stop = Stop::Residual { tolerance, max_iterations: 1000 };
         let settings = SolverSettings { stop, ..SolverSettings::default() };
-        let mut x = vec![Vec3::zeros(); b.len()];
+        let rows = Sixteen::from_vectors(&b);
+        let mut x = vec![Sixteen::default(); rows.len()];
         let mut work = CgWorkspace::new(b.len(), 32);
-        let report = conjugate_gradient(&a, &Identity, &b, &mut x, &settings, 32, &mut work);
+        let report = conjugate_gradient(&a, &Identity, &rows, &mut x, &settings, 32, &mut work);
         assert_eq!(report.outcome, Outcome::Converged, "{tolerance:e}: {report:?}");
 
         // b - A x in the same arithmetic: the recursion comes to much less.
-        let padded: Vec<_> = x.iter().map(Padded::new).collect();
-        let mut product = vec![Vec3::zeros(); b.len()];
+        let padded: Vec<_> =
+            Sixteen::to_vectors(&x, Sixteen::<f32>::LANES * x.len()).iter().map(Padded::new).collect();
+        let mut product = vec![Sixteen::default(); x.len()];
         a.apply(0, &padded, &mut product);
+        let product = Sixteen::to_vectors(&product, b.len());
         let squares = |v: Vec3<f32>| v.iter().map(|c| f64::from(*c).powi(2)).sum::<f64>();
         let residual: f64 = b.iter().zip(&product).map(|(b, q)| squares(b - q)).sum();
         let found = (residual / b.iter().map(|b| squares(*b)).sum::<f64>()).sqrt();
@@ -102,9 +105,11 @@ struct Turned {
 }
 
 impl Preconditioner<f64> for Turned {
-    fn apply(&self, first_row: usize, r: &[Vec3<f64>], z: &mut [Vec3<f64>]) {
-        for (row, (z, r)) in (first_row..).zip(z.iter_mut().zip(r)) {
-            *z = if row < self.from { *r } else { -r };
+    fn apply(&self, first_row: usize, r: &[Sixteen<f64>], z: &mut [Sixteen<f64>]) {
+        let lanes = Sixteen::<f64>::LANES;
+        for row in 0..lanes * r.len() {
+            let own = r[row / lanes].get(row % lanes);
+            z[row / lanes].set(row % lanes, if first_row + row < self.from { own } else { -own });
         }
     }
 }
@@ -128,11 +133,12 @@ fn a_preconditioner_that_is_not_positive_definite_is_named() {
     let mut b = vec![Vec3::zeros(); count];
     b[0] = Vec3::new(1.0, 0.0, 0.0);
     for (from, iteration) in [(0, 0), (1, 1)] {
-        let (mut x, mut work) = (vec![Vec3::zeros(); count], CgWorkspace::new(count, 32));
+        let rows = Sixteen::from_vectors(&b);
+        let (mut x, mut work) = (vec![Sixteen::default(); rows.len()], CgWorkspace::new(count, 32));
         let settings = SolverSettings::default();
-        let report = conjugate_gradient(&a, &Turned { from }, &b, &mut x, &settings, 32, &mut work);
+        let report = conjugate_gradient(&a, &Turned { from }, &rows, &mut x, &settings, 32, &mut work);
         assert_eq!(report.outcome, Outcome::IndefinitePreconditioner { iteration }, "{report:?}");
         assert_eq!(report.iterations, iteration);
-        assert_eq!(x[0].x > 0.0, iteration > 0, "the last iterate: {x:?}");
+        assert_eq!(x[0].get(0).x > 0.0, iteration > 0, "the last iterate: {x:?}");
     }
 }

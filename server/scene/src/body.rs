@@ -3,7 +3,7 @@
 //! Ranges, units and defaults stand in `keys`, against which a text is checked before serde sees it.
 
 use nappe_sim::{
-    cloth::{ClothSettings, Hessian, Integrator},
+    cloth::{ClothSettings, ElementKind, Hessian, Integrator},
     linalg::{OperatorKind, PreconditionerKind},
 };
 use serde::{Deserialize, Serialize};
@@ -29,6 +29,9 @@ pub struct Body {
     /// Springs; none: the particles are free of each other.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub springs: Option<Springs>,
+    /// Laws of elements of three or four particles, beside the springs.
+    #[serde(default, rename = "law", skip_serializing_if = "is_default")]
+    pub laws: Vec<ElementLaw>,
     /// Particles that do not move.
     #[serde(default, skip_serializing_if = "is_default")]
     pub pins: Vec<Pin>,
@@ -68,6 +71,7 @@ impl Body {
             velocity: [0.0; 3],
             mass: None,
             springs: None,
+            laws: Vec::new(),
             pins: Vec::new(),
             moving_pins: Vec::new(),
             drag: 0.0,
@@ -187,6 +191,19 @@ pub struct SpringLaw {
     /// Stiffness (N/m).
     pub stiffness: f64,
     /// Damping along the spring (N s/m).
+    #[serde(default)]
+    pub damping: f64,
+}
+
+/// A law of elements, and how strongly it acts.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ElementLaw {
+    /// The law, by its name in the list of laws.
+    #[serde(with = "names::element_law")]
+    pub name: ElementKind,
+    /// Stiffness, in the unit of the law.
+    pub stiffness: f64,
+    /// Damping, in that unit times a second.
     #[serde(default)]
     pub damping: f64,
 }

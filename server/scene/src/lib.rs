@@ -25,7 +25,9 @@ pub mod course;
 pub mod files;
 
 pub use assemble::{Built, MeshSource, NoMeshes, SceneLimits, SceneSize};
-pub use body::{Body, GridPlane, Limits, Mass, Mesh, MovingPin, Pattern, Pin, Solver, SpringLaw, Springs};
+pub use body::{
+    Body, ElementLaw, GridPlane, Limits, Mass, Mesh, MovingPin, Pattern, Pin, Solver, SpringLaw, Springs,
+};
 pub use collider::{ColliderText, ShapeText};
 pub use error::{ErrorKind, SceneError, SceneErrors};
 pub use keys::page as reference_page;

@@ -35,6 +35,9 @@ by_name!(
     /// Treatments of compressed springs.
     hessian, nappe_sim::cloth::Hessian);
 by_name!(
+    /// Laws of elements of cloth.
+    element_law, nappe_sim::cloth::ElementKind);
+by_name!(
     /// Preconditioners of the linear solver of cloth.
     preconditioner, nappe_sim::linalg::PreconditionerKind);
 by_name!(

@@ -29,9 +29,9 @@ const fn cost(build: f64, session: f64) -> Cost {
 }
 
 /// Costs in binary32, and what binary64 adds.
-const CLOTH_PARTICLE: [Cost; 2] = [cost(202.0, 152.0), cost(162.0, 127.0)];
-const IMPLICIT_PARTICLE: [Cost; 2] = [cost(0.0, 112.0), cost(0.0, 112.0)];
-const SPRING: [Cost; 2] = [cost(100.0, 46.0), cost(10.0, 18.0)];
+const CLOTH_PARTICLE: [Cost; 2] = [cost(150.0, 130.0), cost(60.0, 95.0)];
+const IMPLICIT_PARTICLE: [Cost; 2] = [cost(0.0, 95.0), cost(0.0, 75.0)];
+const SPRING: [Cost; 2] = [cost(108.0, 29.0), cost(14.0, 18.0)];
 const MESH_SPRING: Cost = cost(46.0, 0.0);
 const TRIANGLE: Cost = cost(50.0, 31.0);
 const SNOW_PARTICLE: [Cost; 2] = [cost(305.0, 219.0), cost(205.0, 172.0)];

@@ -37,16 +37,7 @@ pub(crate) const BROWN: [u8; 3] = [170, 130, 100];
 /// A series: its name and colour.
 pub(crate) type Series = (&'static str, [u8; 3]);
 
-const STAGES: &[Series] = &[
-    ("force", RED),
-    ("acceleration", LIGHT),
-    ("velocity", GREEN),
-    ("position", TEAL),
-    ("matrix", VIOLET),
-    ("solve", BLUE),
-    ("collide", BROWN),
-    ("diagnose", AMBER),
-];
+const STAGES: &[Series] = &[("force", RED), ("solve", BLUE), ("position", TEAL), ("collide", BROWN)];
 
 /// Plots of any scene, from top to bottom.
 pub(crate) const GENERAL: [Plot; 4] = [

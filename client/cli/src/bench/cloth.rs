@@ -1,17 +1,25 @@
 //! `nappe bench cloth`: seconds per step of a large sheet, implicit and explicit, in both
 //! precisions, on one thread and on all. Straight on the simulation library.
 
+use std::collections::BTreeMap;
+
 use clap::Args;
-use nappe_sim::{cloth::Integrator, math::Precision};
+use nappe_sim::{
+    cloth::{Integrator, Network},
+    math::Precision,
+    report::Stage,
+};
+use rayon::ThreadPoolBuilder;
 use serde::Serialize;
 
 use super::{
     row::{Row, thread_counts},
     sample, sheet,
     timings::{self, StepCounts, Timing},
+    triad::Triad,
 };
 use crate::{
-    error::Result,
+    error::{CliError, Result},
     output::{self, Column, Format, OutputArgs},
 };
 
@@ -39,6 +47,21 @@ struct ClothRow {
     /// Median over steps of the time on one thread over the time on these threads.
     speedup: f64,
     state_hash: String,
+    /// Median seconds of each stage that takes any.
+    stages: BTreeMap<&'static str, f64>,
+    /// Bytes that an iteration of the solver moves if no vector stays in cache, write-allocates included; of implicit
+    /// steps.
+    bytes_per_iteration: Option<f64>,
+    /// These bytes per second of the solve, over those of a triad on the same threads in the same run: more than 1
+    /// where caches hold part of it.
+    bandwidth_share: Option<f64>,
+}
+
+/// What is timed.
+struct Case {
+    name: &'static str,
+    integrator: Integrator,
+    network: Network,
 }
 
 /// Runs `nappe bench cloth`.
@@ -46,23 +69,31 @@ struct ClothRow {
 /// # Errors
 /// When a run fails.
 pub(crate) fn run(args: &ClothArgs) -> Result<()> {
-    let network = sheet::network(args.side as usize);
+    let (network, irregular) = (sheet::network, sheet::irregular);
+    let case = |name, integrator, make: fn(usize) -> Network| Case {
+        name,
+        integrator,
+        network: make(args.side as usize),
+    };
+    let cases = [
+        case("implicit_euler", Integrator::ImplicitEuler, network),
+        case("implicit_euler_irregular", Integrator::ImplicitEuler, irregular),
+        case("symplectic_euler", Integrator::SymplecticEuler, network),
+    ];
+
+    let threads = thread_counts(args.threads);
+    let bandwidths = bandwidths(&threads)?;
     let mut rows = Vec::new();
-    for integrator in [Integrator::ImplicitEuler, Integrator::SymplecticEuler] {
-        let setup = sheet::world(&network, integrator)?;
+    for case in &cases {
+        let setup = sheet::world(&case.network, case.integrator)?;
         for precision in Precision::ALL {
-            output::note(&format!("{}, {precision} ...", integrator.name()));
+            output::note(&format!("{}, {precision} ...", case.name));
             let steps = StepCounts { warm_up: 2, timed: args.repetitions as usize };
-            let timings = timings::measure(&setup, precision, &thread_counts(args.threads), steps)?;
-            rows.extend(timings.iter().map(|timing| {
-                cloth_row(
-                    timing,
-                    &timings[0],
-                    integrator,
-                    precision,
-                    [network.x.len(), network.springs.len()],
-                )
-            }));
+            let timings = timings::measure(&setup, precision, &threads, steps)?;
+            let row = |(timing, bandwidth): (&Timing, &f64)| {
+                cloth_row(case, precision, [timing, &timings[0]], *bandwidth)
+            };
+            rows.extend(timings.iter().zip(&bandwidths).map(row));
         }
     }
     match args.output.format() {
@@ -71,19 +102,39 @@ pub(crate) fn run(args: &ClothArgs) -> Result<()> {
     }
 }
 
+/// Bytes per second of a triad on each of the thread counts.
+fn bandwidths(threads: &[usize]) -> Result<Vec<f64>> {
+    let mut triad = Triad::new();
+    let mut bandwidth = |count: &usize| {
+        let pool = ThreadPoolBuilder::new().num_threads(*count).build();
+        let pool =
+            pool.map_err(|error| CliError::failure(format!("cannot start {count} threads: {error}")))?;
+        Ok(triad.bandwidth(&pool))
+    };
+    threads.iter().map(&mut bandwidth).collect()
+}
+
 fn cloth_row(
-    timing: &Timing,
-    single: &Timing,
-    integrator: Integrator,
+    Case { name, integrator, network }: &Case,
     precision: Precision,
-    [particles, springs]: [usize; 2],
+    [timing, single]: [&Timing; 2],
+    bandwidth: f64,
 ) -> ClothRow {
     let median_seconds = sample::median(timing.samples.iter().map(|s| s.seconds));
     let ratios = single.samples.iter().zip(&timing.samples).map(|(one, many)| one.seconds / many.seconds);
+    let medians = sample::median_stages(&timing.samples);
+    let stages: BTreeMap<_, _> = Stage::ALL
+        .iter()
+        .zip(medians)
+        .filter(|(_, seconds)| *seconds > 0.0)
+        .map(|(stage, seconds)| (stage.name(), seconds))
+        .collect();
+    let bytes_per_iteration = integrator.is_implicit().then(|| bytes_per_iteration(network, precision));
+    let solve = stages.get(Stage::Solve.name()).copied();
     ClothRow {
         row: Row {
-            name: format!("cloth/{}", integrator.name()),
-            particles,
+            name: format!("cloth/{name}"),
+            particles: network.x.len(),
             threads: timing.threads,
             precision: precision.name(),
             median_seconds,
@@ -91,10 +142,31 @@ fn cloth_row(
             rate: 1.0 / median_seconds,
             unit: "steps/s",
         },
-        springs,
+        springs: network.springs.len(),
         speedup: sample::median(ratios),
         state_hash: output::hash(timing.state_hash),
+        bytes_per_iteration,
+        bandwidth_share: bytes_per_iteration
+            .zip(solve)
+            .map(|(bytes, seconds)| bytes * f64::from(sheet::ITERATIONS) / seconds / bandwidth),
+        stages,
     }
+}
+
+/// Bytes of an iteration: for each end of a spring its index and b; for each particle positions and direction (padded
+/// to four numbers), mass, its inverse and the product; then the residual, the product and M⁻¹ r in its place, and six
+/// binary32 factors of an inverse block; then the solution, M⁻¹ r and the direction. What is written without being read
+/// is counted twice.
+fn bytes_per_iteration(network: &Network, precision: Precision) -> f64 {
+    let number = match precision {
+        Precision::F32 => 4.0,
+        Precision::F64 => 8.0,
+    };
+    let ends = 2.0 * network.springs.len() as f64 * (2.0 + number);
+    let product = (4.0 + 4.0 + 2.0 + 6.0) * number;
+    let residual = (6.0 + 6.0) * number + 24.0;
+    let turn = (6.0 + 3.0 + 8.0) * number;
+    ends + network.x.len() as f64 * (product + residual + turn)
 }
 
 fn text(rows: &[ClothRow]) -> String {
@@ -106,6 +178,7 @@ fn text(rows: &[ClothRow]) -> String {
         Column::Right("fastest"),
         Column::Right("steps/s"),
         Column::Right("speed-up"),
+        Column::Right("of a triad's bytes/s"),
     ];
 
     let cells: Vec<Vec<String>> = rows
@@ -119,6 +192,7 @@ fn text(rows: &[ClothRow]) -> String {
                 output::duration(row.row.min_seconds),
                 format!("{:.1}", row.row.rate),
                 format!("{:.2}", row.speedup),
+                row.bandwidth_share.map_or_else(String::new, |share| format!("{share:.2}")),
             ]
         })
         .collect();

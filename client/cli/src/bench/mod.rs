@@ -5,6 +5,7 @@
 mod row;
 mod sample;
 mod timings;
+mod triad;
 mod sheet;
 mod ball;
 mod paper;

@@ -39,6 +39,43 @@ pub(crate) fn network(side: usize) -> Network {
     network
 }
 
+/// Shares of a cell by which a point of an irregular sheet leaves its place, at most.
+const JITTER: f64 = 0.3;
+/// Ends of springs that a particle inside a square sheet has, and an irregular one on average.
+const ENDS: [f64; 2] = [12.0, 18.0];
+
+/// An irregular sheet of about as many springs as a square one of that side: points off their places, diagonals of cells
+/// in either direction, springs on edges, across pairs of triangles and along straight continuations.
+pub(crate) fn irregular(side: usize) -> Network {
+    let side = (side as f64 * (ENDS[0] / ENDS[1]).sqrt()).round() as usize;
+    let mut mesh = TriangleMesh::grid(side, side, SPACING);
+    for (i, point) in mesh.points.iter_mut().enumerate() {
+        for (axis, salt) in [(0, 1), (2, 2)] {
+            point[axis] += SPACING * JITTER * (2.0 * share(3 * i + salt) - 1.0);
+        }
+    }
+    mesh.triangles = (0..(side - 1) * (side - 1))
+        .flat_map(|cell| {
+            let (row, column) = (cell / (side - 1), cell % (side - 1));
+            let corner = |r: usize, c: usize| ((row + r) * side + column + c) as u32;
+            let [a, b, c, d] = [corner(0, 0), corner(0, 1), corner(1, 0), corner(1, 1)];
+            if share(3 * cell) < 0.5 { [[a, c, b], [b, c, d]] } else { [[a, c, d], [a, d, b]] }
+        })
+        .collect();
+
+    let law = SpringLaw { stiffness: STIFFNESS, damping: DAMPING };
+    let rules = SpringRules { stretch: law, shear: Some(law), bend: Some(law) };
+    let mut network = Network::from_mesh(&mesh, &rules, MASS);
+    network.pins = vec![0, side as u32 - 1];
+    network
+}
+
+/// A number of [0, 1), the same in every run.
+fn share(i: usize) -> f64 {
+    let hash = (i as u64 + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+    ((hash ^ (hash >> 31)).wrapping_mul(0xBF58_476D_1CE4_E5B9) >> 11) as f64 / (1_u64 << 53) as f64
+}
+
 /// The world of such a sheet. Explicit integrators take half of their largest stable step.
 ///
 /// # Errors
@@ -72,6 +109,12 @@ fn setup(network: Network, integrator: Integrator, dt: f64) -> WorldSetup {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn an_irregular_sheet_has_about_as_many_springs_as_a_square_one() {
+        let (square, irregular) = (network(60).springs.len() as f64, irregular(60).springs.len() as f64);
+        assert!((irregular / square - 1.0).abs() < 0.05, "{irregular} and {square} springs");
+    }
 
     #[test]
     fn a_sheet_of_side_n_has_the_springs_that_the_formula_counts() {

@@ -144,7 +144,9 @@ fn csv(rows: &[ZaraRow]) -> String {
 
 fn text(rows: &[ZaraRow]) -> String {
     let mut columns = vec![Column::Left("scheme"), Column::Right("particles"), Column::Right("threads")];
-    columns.extend(Stage::ALL.iter().map(|stage| Column::Right(stage.name())));
+    let takes_time = |stage: &Stage| rows.iter().any(|row| row.stages[stage.name()] > 0.0);
+    let shown: Vec<&str> = Stage::ALL.iter().filter(|stage| takes_time(stage)).map(|s| s.name()).collect();
+    columns.extend(shown.iter().map(|name| Column::Right(name)));
     columns.extend([Column::Right("frame"), Column::Left("Zara 2001, per frame")]);
 
     let cells: Vec<Vec<String>> = rows
@@ -155,7 +157,7 @@ fn text(rows: &[ZaraRow]) -> String {
                 output::count(row.row.particles as u64),
                 row.row.threads.to_string(),
             ];
-            cells.extend(Stage::ALL.iter().map(|stage| stage_cell(row.stages[stage.name()])));
+            cells.extend(shown.iter().map(|name| stage_cell(row.stages[name])));
             cells.push(output::duration(row.row.median_seconds));
             cells.push(paper_cell(&row.paper));
             cells

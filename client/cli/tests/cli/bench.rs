@@ -76,8 +76,14 @@ fn a_sheet_that_is_no_square_is_refused() {
 #[test]
 fn cloth_is_timed_in_both_precisions_with_its_speed_up() {
     let rows = rows(&["bench", "cloth", "--side", "16", "--repetitions", "3", "--threads", "2", "--json"]);
-    assert_eq!(rows.len(), 8);
+    assert_eq!(rows.len(), 12);
     for row in &rows {
+        let is_implicit = row["name"].as_str().is_some_and(|name| name.contains("implicit"));
+        for number in ["bytes_per_iteration", "bandwidth_share"] {
+            assert_eq!(row[number].as_f64().is_some_and(|n| n > 0.0), is_implicit, "{number} in {row}");
+        }
+        assert_eq!(row["stages"]["solve"].as_f64().is_some_and(|s| s > 0.0), is_implicit, "{row}");
+        assert!(row["stages"]["force"].as_f64().is_some_and(|s| s > 0.0), "{row}");
         assert!(row["speedup"].as_f64().is_some_and(|speedup| speedup > 0.0), "{row}");
         if row["threads"] == 1 {
             assert_eq!(row["speedup"], 1.0);

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use nappe_sim::{
-    cloth::{self, ClothSettings, Network, Spring, SpringKind, SpringRules, StateLimits},
+    cloth::{self, ClothSettings, ElementList, Network, Spring, SpringKind, SpringRules, StateLimits},
     linalg::{SolverSettings, Stop},
     mesh::TriangleMesh,
     world::{BodySetup, Change},
@@ -16,7 +16,7 @@ use super::{
     size::{self, Owner, Size},
 };
 use crate::{
-    body::{Body, GridPlane, Mesh, Pattern, SpringLaw, Springs},
+    body::{Body, ElementLaw, GridPlane, Mesh, Pattern, SpringLaw, Springs},
     error::{ErrorKind, SceneError},
     location::Location,
     mesh::course_grid,
@@ -57,7 +57,8 @@ pub(super) fn build(
     let mut pinned = mass::apply(body.mass, &mut mesh, &text.at.key("mass"))?;
 
     let mut network = make_network(text, &mesh, layout, size)?;
-    if network.springs.is_empty() {
+    network.elements = make_elements(text, &mesh, size, &mut warnings)?;
+    if network.springs.is_empty() && network.elements.is_empty() {
         warnings.push("there are no springs: the particles are free of each other".to_owned());
     }
 
@@ -184,6 +185,28 @@ fn make_network(
             Ok(network)
         }
     }
+}
+
+/// Elements of the body's laws. Each is counted as a spring by the limits, for that is about what it takes.
+fn make_elements(
+    text: &BodyText<'_>,
+    mesh: &TriangleMesh,
+    size: &mut Size<'_>,
+    warnings: &mut Vec<String>,
+) -> Result<Vec<ElementList>, SceneError> {
+    let mut lists = Vec::new();
+    for ElementLaw { name, stiffness, damping } in &text.body.laws {
+        // No law has more than an element per edge.
+        size.add_springs(&text.owner(), 3 * mesh.triangles.len() as u64)?;
+        let law = cloth::SpringLaw { stiffness: *stiffness, damping: *damping };
+        let list = ElementList::new(*name, law, mesh);
+        if list.corner_count() == 0 {
+            warnings.push(format!("the law {} finds no elements in its mesh", name.name()));
+        } else {
+            lists.push(list);
+        }
+    }
+    Ok(lists)
 }
 
 fn particles(mesh: &TriangleMesh) -> Network {

@@ -99,8 +99,15 @@ impl SceneSize {
         if body.integrator == Integrator::ImplicitEuler {
             self.implicit_particles = self.implicit_particles.saturating_add(points);
         }
+        if body.substeps > 1 {
+            // Sub-steps take turns in three states; the third is smaller than what an implicit step needs.
+            self.implicit_particles = self.implicit_particles.saturating_add(points);
+        }
         self.triangles = self.triangles.saturating_add(triangles);
-        self.springs = self.springs.saturating_add(count);
+        // An element counts as a spring, and is looked for in the mesh: one for each edge between two triangles.
+        let elements = (3 * triangles / 2).saturating_mul(body.laws.len() as u64);
+        self.springs = self.springs.saturating_add(count).saturating_add(elements);
+        self.mesh_springs = self.mesh_springs.saturating_add(elements);
         if !by_formula {
             self.mesh_springs = self.mesh_springs.saturating_add(count);
         }

@@ -1,7 +1,7 @@
 //! The keys of a body: mesh, transform, mass, springs, pins, solver, limits.
 
 use nappe_sim::{
-    cloth::{Hessian, Integrator},
+    cloth::{ElementKind, Hessian, Integrator},
     linalg::{OperatorKind, PreconditionerKind},
     world::allowed,
 };
@@ -35,6 +35,7 @@ pub(super) static BODY: Section = Section {
         key("velocity", Vector(SPEED), "m/s", Default("[0.0, 0.0, 0.0]"), "velocity of every free particle at the start"),
         key("mass", Table(&MASSES), "", Absent("the masses of the mesh; needed where it carries none"), "masses of the particles; those that the mesh gives the mass 0 stay pinned"),
         key("springs", Table(&SPRINGS), "", Absent("no springs: the particles are free of each other"), "springs"),
+        key("law", Tables(&LAW, 100), "", Default("[]"), "laws of elements beside the springs: `[[body.law]]`"),
         key("pins", Pins, "", Default("[]"), "particles that do not move, by index (from 0) or name: on a grid top_left, top_right, bottom_left, bottom_right, top, bottom, left, right (row 0 is the top); on a chain first, last. A mass of 0 pins too"),
         key("moving_pin", Tables(&MOVING_PIN, 10_000), "", Default("[]"), "pins that move from the start: `[[body.moving_pin]]`"),
         key("drag", Number(Range::of(allowed::DRAG)), "N s/m", Default("0.0"), "linear drag of the medium on each particle: f = -drag (v - wind)"),
@@ -103,6 +104,18 @@ static SPRING_LAW: Section = Section {
     keys: &[
         key("stiffness", Number(STIFFNESS), "N/m", Required, "stiffness"),
         key("damping", Number(DAMPING), "N s/m", Default("0.0"), "damping along the spring"),
+    ],
+    alternatives: Alternatives::None,
+};
+
+#[rustfmt::skip] // one line per key
+static LAW: Section = Section {
+    name: "body.law",
+    about: "A law of elements of three or four particles, at rest as the transformed mesh lies. Its page in docs/laws has the equation, and the unit of the stiffness.",
+    keys: &[
+        key("name", Choice(|| ElementKind::ALL.map(ElementKind::name).to_vec()), "", Required, "which law"),
+        key("stiffness", Number(STIFFNESS), "of the law", Required, "stiffness; of quadratic_bending: bending stiffness (N m)"),
+        key("damping", Number(DAMPING), "s times that", Default("0.0"), "damping of the rate at which the elements change"),
     ],
     alternatives: Alternatives::None,
 };

@@ -27,16 +27,21 @@ pub(crate) struct Bound {
 /// C_i the sums of k (u uᵀ + g (I - u uᵀ)), g = max(0, 1 - l0/l), and of nu u uᵀ. So h solves
 ///
 ///   h² 2 lambda_max(K_i) + 2 h (2 lambda_max(C_i) + drag) = 4 m_i.
+///
+/// Elements add their shares, times their stiffness and damping, to 2 lambda_max(K_i) and 2 lambda_max(C_i).
 pub(crate) fn step_bound<R: Real>(model: &Model<R>, parameters: &Parameters, state: &State<R>) -> Bound {
     let mut bound = Bound { dt: f64::INFINITY, particle: 0 };
+    let elements = shares(model, parameters);
     for (user, &place) in model.place.iter().enumerate() {
         let i = place as usize;
         if model.inv_m[i] == R::zero() {
             continue;
         }
         let [stiffness, damping] = at(model, parameters, state, i);
-        let (m, damping) = (model.m[i].to_f64(), 2.0 * damping + parameters.drag);
-        let dt = 4.0 * m / (damping + (damping * damping + 8.0 * stiffness * m).sqrt());
+        let [more_stiffness, more_damping] = elements.get(i).copied().unwrap_or_default();
+        let (m, stiffness) = (model.m[i].to_f64(), 2.0 * stiffness + more_stiffness);
+        let damping = 2.0 * damping + more_damping + parameters.drag;
+        let dt = 4.0 * m / (damping + (damping * damping + 4.0 * stiffness * m).sqrt());
         if dt < bound.dt {
             bound = Bound { dt, particle: user as u32 };
         }
@@ -44,15 +49,29 @@ pub(crate) fn step_bound<R: Real>(model: &Model<R>, parameters: &Parameters, sta
     bound
 }
 
+/// What elements add to the stiffness (N/m) and the damping (N s/m) of each particle; empty without elements.
+fn shares<R: Real>(model: &Model<R>, parameters: &Parameters) -> Vec<[f64; 2]> {
+    let mut total = vec![[0.0; 2]; if model.elements.is_empty() { 0 } else { model.count }];
+    for (elements, law) in model.elements.iter().zip(&parameters.elements) {
+        let mut shares = vec![0.0; model.count];
+        elements.add_shares(&mut shares);
+        for ([stiffness, damping], share) in total.iter_mut().zip(shares) {
+            *stiffness += law.stiffness * share;
+            *damping += law.damping * share;
+        }
+    }
+    total
+}
+
 /// Largest eigenvalues of the stiffness (N/m) and the damping (N s/m) of the springs at particle `i`.
 fn at<R: Real>(model: &Model<R>, parameters: &Parameters, state: &State<R>, i: usize) -> [f64; 2] {
     let (mut elastic, mut viscous) = (Mat3::<f64>::zeros(), Mat3::<f64>::zeros());
-    for (j, rest_length, law) in model.springs.row(i) {
-        let law = parameters.laws[law as usize].law;
-        let d = (state.x[i] - state.x[j as usize]).map(R::to_f64);
+    for spring in model.springs.row(i) {
+        let law = parameters.laws[spring.law as usize].law;
+        let d = (state.x[i].vector() - state.x[spring.other as usize].vector()).map(R::to_f64);
         let length = d.norm();
         if length > 0.0 {
-            let across = (1.0 - rest_length.to_f64() / length).max(0.0);
+            let across = (1.0 - spring.rest_length.to_f64() / length).max(0.0);
             let along = d * d.transpose() / (length * length);
             elastic += (along * (1.0 - across) + Mat3::identity() * across) * law.stiffness;
             viscous += along * law.damping;

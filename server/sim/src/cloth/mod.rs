@@ -1,26 +1,35 @@
 //! Cloth: particles joined by springs. [`step`] takes the stages in order.
 
-mod continuations;
-mod network;
 mod integrator;
 mod settings;
-mod sell;
+mod laws;
+mod continuations;
+mod network;
+mod halo;
+mod rows;
+mod scratch;
+mod elements;
 mod model;
+mod numbers;
+mod evaluation;
+mod step_matrix;
 mod state;
-mod forces;
-mod step_operator;
+mod workspace;
 mod integrate;
-mod diagnose;
+mod judge;
 mod bound;
 
 pub(crate) use bound::{Bound, step_bound};
-pub use forces::{spring_force, spring_jacobian_v, spring_jacobian_x};
 pub use integrator::Integrator;
+pub use laws::{ElementKind, spring_force, spring_jacobian_v, spring_jacobian_x};
 pub use model::{LawEntry, Model, Parameters};
-pub use network::{Network, Spring, SpringKind, SpringLaw, SpringRules};
-pub use sell::Sell;
+pub use network::{ElementList, Network, Spring, SpringKind, SpringLaw, SpringRules};
+pub use rows::Springs;
 pub use settings::{ClothSettings, Hessian, StateLimits};
-pub use state::{PathPoint, PinMotion, State, Workspace};
+pub use state::{PathPoint, PinMotion, State};
+pub use workspace::Workspace;
+
+use evaluation::Purpose;
 
 use crate::{
     collide::{Contacts, Met, resolve},
@@ -47,7 +56,7 @@ pub struct ClothReport {
 ///
 /// # Errors
 /// When the solver finds its matrix singular, or the new state is not finite or leaves the
-/// settings' limits. `state` is then not the one before: the caller kept that.
+/// settings' limits. [`Workspace`] then holds the state before the step.
 pub fn step<R: Real>(
     model: &Model<R>,
     parameters: &Parameters,
@@ -57,15 +66,29 @@ pub fn step<R: Real>(
     work: &mut Workspace<R>,
     watch: &mut dyn Stopwatch,
 ) -> Result<ClothReport, StepFailure> {
-    work.size_for(model, settings.integrator);
-    work.frozen.refresh(parameters, around, settings.substeps);
-    let dt = work.frozen.dt;
+    let purpose = Purpose::of(settings);
+    work.size_for(model, settings, purpose);
+    if work.numbers.refresh(model, parameters, settings, around) {
+        work.forget();
+    }
+    let dt = work.numbers.dt;
+    work.begin(state);
 
     let mut report = ClothReport::default();
     for substep in 1..=settings.substeps {
-        state.aim_pins(dt);
+        if state.aim_pins(dt) {
+            work.forget();
+        }
+        if !work.is_current(purpose) {
+            work.evaluate(model, purpose, state);
+            watch.lap(Stage::Force);
+        }
+
+        work.make_room(state, settings.substeps);
         let solve = integrate::advance(model, settings, around.interrupt, state, work, watch)?;
+        work.accept(state);
         report.solve = solve.map(|solve| report.solve.map_or(solve, |others| others.and(solve)));
+
         let time = around.time + dt * f64::from(substep);
         let (colliders, block_size, user) = (around.colliders, model.block_size, &model.user);
         let contacts = Contacts { colliders, time, dt, block_size, user };
@@ -73,12 +96,15 @@ pub fn step<R: Real>(
         report.contact_count += met.touched;
         report.notices = report.notices.and(notices(settings, solve.as_ref(), met));
         watch.lap(Stage::Collide);
+
         state.rest_pins();
+        work.evaluate(model, purpose, state);
+        watch.lap(Stage::Force);
     }
 
-    report.diagnostics = diagnose::diagnose(model, state, work);
-    let failure = diagnose::judge(model, state, &report.diagnostics, settings);
-    watch.lap(Stage::Diagnose);
+    report.diagnostics = work.evaluation.diagnostics;
+    let failure = judge::judge(model, state, &report.diagnostics, settings);
+    watch.lap(Stage::Force);
     failure.map_or(Ok(report), Err)
 }
 
@@ -96,11 +122,13 @@ fn notices(settings: &ClothSettings, solve: Option<&SolveReport>, met: Met) -> N
 pub fn diagnose<R: Real>(
     model: &Model<R>,
     parameters: &Parameters,
+    settings: &ClothSettings,
     around: &Surroundings<'_>,
     state: &State<R>,
 ) -> Diagnostics {
     let mut work = Workspace::new();
-    work.size_for(model, Integrator::ExplicitEuler);
-    work.frozen.refresh(parameters, around, 1);
-    diagnose::diagnose(model, state, &mut work)
+    work.size_for(model, settings, Purpose::Explicit);
+    work.numbers.refresh(model, parameters, settings, around);
+    work.evaluate(model, Purpose::Explicit, state);
+    work.evaluation.diagnostics
 }

@@ -6,13 +6,14 @@
 use std::collections::BTreeSet;
 
 use super::{
+    elements::Elements,
     network::{Network, Spring, SpringKind, SpringLaw},
-    sell::{Joint, Sell},
+    rows::{Joint, Springs, sort_rows},
     settings::ClothSettings,
 };
 use crate::{
     interrupt,
-    math::{Real, Vec3, vec3},
+    math::{LANES, Padded, Real, vec3},
     mesh::sorted,
     parallel::hilbert_order,
 };
@@ -24,18 +25,20 @@ pub struct Model<R: Real> {
     pub count: usize,
     /// Particles per block: the unit of parallel work and of sums.
     pub block_size: usize,
-    /// Mass (kg); of a pinned particle: what it would weigh, or 0.
+    /// Mass (kg); of a pinned particle: what it would weigh, or 0. A multiple of sixteen numbers, 0 beyond `count`.
     pub m: Vec<R>,
-    /// 1 / mass (1/kg), 0 pins.
+    /// 1 / mass (1/kg), 0 pins; as many as masses.
     pub inv_m: Vec<R>,
     /// `user[particle]`: the user's number.
     pub user: Vec<u32>,
     /// `place[user's number]`: the particle.
     pub place: Vec<u32>,
     /// Springs, as rows of a matrix in sliced ELLPACK.
-    pub springs: Sell<R>,
+    pub springs: Springs<R>,
     /// Number of springs.
     pub spring_count: usize,
+    /// Elements, a list per law.
+    pub(super) elements: Vec<Elements<R>>,
 }
 
 /// Stiffness and damping of the springs of one entry of a model's table of laws.
@@ -52,6 +55,8 @@ pub struct LawEntry {
 pub struct Parameters {
     /// Laws of springs: springs name them by index.
     pub laws: Vec<LawEntry>,
+    /// Stiffness and damping of each list of elements.
+    pub elements: Vec<SpringLaw>,
     /// Linear drag of the medium on each particle (N s/m).
     pub drag: f64,
 }
@@ -71,50 +76,89 @@ impl<R: Real> Model<R> {
         check(network, settings)?;
 
         let count = network.x.len();
-        let user = hilbert_order(&network.x);
-        interrupt::point();
-        let mut place = vec![0; count];
-        user.iter().enumerate().for_each(|(new, &old)| place[old as usize] = new as u32);
-
         let (laws, law_of) = table_of_laws(network)?;
-        let joints: Vec<_> = network
-            .springs
-            .iter()
-            .zip(&law_of)
-            .inspect(|_| interrupt::point())
-            .map(|(spring, &law)| Joint {
-                ends: spring.particles.map(|p| place[p as usize]),
-                rest_length: spring.rest_length,
-                law,
-            })
-            .filter(|joint| joint.ends[0] != joint.ends[1])
-            .collect();
+        let numbering = hilbert_order(&network.x, spacing(network));
+        let order = sort_rows(count, settings.block_size, &joints(network, &law_of, &inverse(&numbering)));
+        let user: Vec<u32> = order.iter().map(|&row| numbering[row as usize]).collect();
+        let place = inverse(&user);
+        let joints = joints(network, &law_of, &place);
 
+        let padded = count.next_multiple_of(LANES);
         let mut inv_m: Vec<R> = user
             .iter()
             .map(|&old| network.masses[old as usize])
             .map(|m| if m > 0.0 { R::of(1.0 / m) } else { R::zero() })
             .collect();
         network.pins.iter().for_each(|&pin| inv_m[place[pin as usize] as usize] = R::zero());
+        inv_m.resize(padded, R::zero());
+        let mut m: Vec<R> = user.iter().map(|&old| R::of(network.masses[old as usize])).collect();
+        m.resize(padded, R::zero());
 
         let model = Self {
             count,
             block_size: settings.block_size,
-            m: user.iter().map(|&old| R::of(network.masses[old as usize])).collect(),
+            m,
             inv_m,
-            springs: Sell::new(count, settings.block_size, &joints),
+            springs: Springs::new(count, settings.block_size, &joints),
             spring_count: joints.len(),
+            elements: network
+                .elements
+                .iter()
+                .map(|list| Elements::new(list, settings.block_size, &place))
+                .collect(),
             user,
             place,
         };
 
-        Ok((model, Parameters { laws, drag: network.drag }, warnings(network)))
+        let elements = network.elements.iter().map(|list| list.law).collect();
+        Ok((model, Parameters { laws, elements, drag: network.drag }, warnings(network)))
     }
 
-    /// Positions or velocities of the user in the model's order.
-    pub fn arrange(&self, values: &[[f64; 3]]) -> Vec<Vec3<R>> {
-        self.user.iter().map(|&old| vec3(values[old as usize])).collect()
+    /// Records that a block copies for its springs or elements, at most.
+    pub(super) fn room(&self) -> usize {
+        self.elements.iter().map(Elements::room).fold(self.springs.room(), usize::max)
     }
+
+    /// Positions or velocities of the user in the model's order: a multiple of sixteen, 0 beyond `count`.
+    pub fn arrange(&self, values: &[[f64; 3]]) -> Vec<Padded<R>> {
+        let mut vectors: Vec<_> =
+            self.user.iter().map(|&old| Padded::new(&vec3(values[old as usize]))).collect();
+        vectors.resize(self.m.len(), Padded::default());
+        vectors
+    }
+}
+
+/// The distance between neighbours of a grid: the rest length that a tenth of the springs does not exceed; 0 without
+/// springs.
+fn spacing(network: &Network) -> f64 {
+    let lengths = network.springs.iter().inspect(|_| interrupt::point()).map(|spring| spring.rest_length);
+    let mut lengths: Vec<f64> = lengths.collect();
+    let tenth = lengths.len() / 10;
+    if lengths.is_empty() { 0.0 } else { *lengths.select_nth_unstable_by(tenth, f64::total_cmp).1 }
+}
+
+/// The inverse of a permutation.
+fn inverse(order: &[u32]) -> Vec<u32> {
+    interrupt::point();
+    let mut places = vec![0; order.len()];
+    order.iter().enumerate().for_each(|(new, &old)| places[old as usize] = new as u32);
+    places
+}
+
+/// Springs between different particles, in the numbering that `place` gives.
+fn joints(network: &Network, law_of: &[u16], place: &[u32]) -> Vec<Joint> {
+    network
+        .springs
+        .iter()
+        .zip(law_of)
+        .inspect(|_| interrupt::point())
+        .map(|(spring, &law)| Joint {
+            ends: spring.particles.map(|p| place[p as usize]),
+            rest_length: spring.rest_length,
+            law,
+        })
+        .filter(|joint| joint.ends[0] != joint.ends[1])
+        .collect()
 }
 
 fn check(network: &Network, settings: &ClothSettings) -> Result<(), String> {
@@ -159,6 +203,20 @@ fn check(network: &Network, settings: &ClothSettings) -> Result<(), String> {
 
     if !network.drag.is_finite() || network.drag < 0.0 {
         return Err(format!("the drag is {} N s/m: a finite number from 0 is needed", network.drag));
+    }
+
+    for list in &network.elements {
+        for (what, value) in [("stiffness", list.law.stiffness), ("damping", list.law.damping)] {
+            if !value.is_finite() || value < 0.0 {
+                return Err(format!(
+                    "the {what} of {} is {value}: a finite number from 0 is needed",
+                    list.kind.name()
+                ));
+            }
+        }
+        if let Some(end) = list.particles.iter().find(|end| **end as usize >= count) {
+            return Err(format!("{} names particle {end}: there are {count}, from 0", list.kind.name()));
+        }
     }
 
     network.springs.iter().enumerate().try_for_each(|(i, spring)| {
@@ -220,7 +278,8 @@ fn warnings(network: &Network) -> Vec<String> {
 
     let springs = &network.springs;
     let mut joined = vec![false; network.x.len()];
-    springs.iter().flat_map(|s| s.particles).for_each(|p| joined[p as usize] = true);
+    let of_elements = network.elements.iter().flat_map(|list| list.particles.iter().copied());
+    springs.iter().flat_map(|s| s.particles).chain(of_elements).for_each(|p| joined[p as usize] = true);
     let isolated = joined.iter().filter(|j| !**j).count();
     if !springs.is_empty() {
         note(isolated, "particles without springs", "they move by gravity and drag alone");

@@ -5,7 +5,7 @@
 
 use std::collections::BTreeSet;
 
-use super::continuations::straight_continuations;
+use super::{continuations::straight_continuations, laws::ElementKind};
 use crate::{
     interrupt,
     math::array::{length, minus},
@@ -59,6 +59,35 @@ pub struct Spring {
     pub law: SpringLaw,
 }
 
+/// Elements of a body under one law, with one stiffness and one damping.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ElementList {
+    /// The law that all of them follow.
+    pub kind: ElementKind,
+    /// Stiffness and damping, in the units that the law's page gives.
+    pub law: SpringLaw,
+    /// Their particles in the user's numbering, one element after the other.
+    pub(super) particles: Vec<u32>,
+    /// Numbers of each element that never change.
+    pub(super) rest: Vec<f64>,
+}
+
+impl ElementList {
+    /// The elements that a law gives a mesh, at rest as it lies.
+    ///
+    /// # Panics
+    /// On a mesh that [`TriangleMesh::check`] refuses.
+    pub fn new(kind: ElementKind, law: SpringLaw, mesh: &TriangleMesh) -> Self {
+        let (particles, rest) = kind.list(mesh);
+        Self { kind, law, particles, rest }
+    }
+
+    /// Particles of all elements together.
+    pub fn corner_count(&self) -> usize {
+        self.particles.len()
+    }
+}
+
 /// Which springs a mesh gets; `None` leaves a kind out.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpringRules {
@@ -84,6 +113,8 @@ pub struct Network {
     pub pins: Vec<u32>,
     /// Springs between particles, each once.
     pub springs: Vec<Spring>,
+    /// Elements of three or four particles, a list per law.
+    pub elements: Vec<ElementList>,
     /// Linear drag of the medium on each particle (N s/m): f = -drag (v - wind).
     pub drag: f64,
     /// Triangles, for drawing; empty for a chain.

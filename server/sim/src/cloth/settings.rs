@@ -28,6 +28,15 @@ impl Hessian {
             Self::Absolute => "absolute",
         }
     }
+
+    /// What the ratio 1 - l0/l is multiplied by where that makes it greater.
+    pub(crate) fn mirror(self) -> f64 {
+        match self {
+            Self::Full => 1.0,
+            Self::Clamped => 0.0,
+            Self::Absolute => -1.0,
+        }
+    }
 }
 
 /// When a cloth's state counts as having left what the scene allows.

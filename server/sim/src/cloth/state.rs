@@ -1,16 +1,10 @@
-//! The state of a cloth, what a checkpoint saves; and the scratch memory of a step.
+//! The state of a cloth, what a checkpoint saves.
 
 use std::sync::Arc;
 
-use super::{
-    integrator::Integrator,
-    model::{Model, Parameters},
-};
 use crate::{
-    linalg::{BlockCsr, CgWorkspace, Inverse3},
-    math::{Padded, Real, Vec3, vec3},
-    parallel::{block_count, hash_numbers},
-    surroundings::Surroundings,
+    math::{Padded, Real, Sixteen, Vec3, vec3},
+    parallel::hash_numbers,
 };
 
 /// A pinned particle on its way from point to point.
@@ -54,39 +48,45 @@ impl PinMotion {
 /// What changes from step to step.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub struct State<R: Real> {
-    /// Positions (m), in the model's numbering.
-    pub x: Vec<Vec3<R>>,
+    /// Positions (m), in the model's numbering: a multiple of sixteen, 0 beyond the last particle, as all fields.
+    pub x: Vec<Padded<R>>,
     /// Velocities (m/s), in the model's numbering.
-    pub v: Vec<Vec3<R>>,
-    /// Change of velocity of the step before (m/s): where a warm start begins.
-    pub dv: Vec<Vec3<R>>,
+    pub v: Vec<Padded<R>>,
+    /// Change of velocity of the step before (m/s), where a step solves for it: a warm start begins there.
+    pub dv: Vec<Sixteen<R>>,
     /// Pins on their way, in the order of their particles.
     pub motions: Vec<PinMotion>,
 }
 
 impl<R: Real> State<R> {
-    /// Copies into vectors that are already there.
-    pub(crate) fn copy_from(&mut self, other: &Self) {
-        self.x.clone_from(&other.x);
-        self.v.clone_from(&other.v);
-        self.dv.clone_from(&other.dv);
+    /// Makes room for what a step from `other` leads to, and takes over what it does not write.
+    pub(super) fn succeed(&mut self, other: &Self) {
+        self.x.resize(other.x.len(), Padded::default());
+        self.v.resize(other.v.len(), Padded::default());
+        self.dv.resize(other.dv.len(), Sixteen::default());
         self.motions.clone_from(&other.motions);
     }
 
-    /// Gives moving pins the velocity that brings them to their targets in the steps left.
-    pub(super) fn aim_pins(&mut self, dt: f64) {
+    /// Gives moving pins the velocity that brings them to their targets in the steps left; says whether any velocity
+    /// changed.
+    pub(super) fn aim_pins(&mut self, dt: f64) -> bool {
+        let mut has_changed = false;
         for motion in &mut self.motions {
             let i = motion.particle as usize;
-            self.v[i] = if motion.steps_left == 0 {
+            let v = if motion.steps_left == 0 {
                 Vec3::zeros()
             } else {
                 let target = motion.points[motion.next].target;
-                let way = vec3::<f64>(target) - self.x[i].map(R::to_f64);
+                let way = vec3::<f64>(target) - self.x[i].vector().map(R::to_f64);
                 (way / (motion.steps_left as f64 * dt)).map(R::of)
             };
 
+            let v = Padded::new(&v);
+            has_changed |= v != self.v[i];
+            self.v[i] = v;
             motion.steps_left = motion.steps_left.saturating_sub(1);
         }
+        has_changed
     }
 
     /// Sends pins that stand at a point to the next one, and forgets those that stand at their last.
@@ -98,96 +98,11 @@ impl<R: Real> State<R> {
             }
 
             // It stands at every point, so that a path has the bits of its moves made one by one.
-            v[motion.particle as usize] = Vec3::zeros();
+            v[motion.particle as usize] = Padded::default();
             motion.next += 1;
             let next = motion.points.get(motion.next);
             motion.steps_left = next.map_or(0, |point| point.steps);
             next.is_some()
         });
-    }
-}
-
-/// Parameters and time step as the kernels of one step read them.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Frozen<R: Real> {
-    /// Time step of the cloth (s): that of the world over the number of sub-steps.
-    pub(super) dt: f64,
-    /// (k, nu) of each law.
-    pub(super) laws: Vec<[R; 2]>,
-    /// (h² k, h nu) of each law.
-    pub(super) implicit_laws: Vec<[R; 2]>,
-    /// Linear drag of the medium (N s/m).
-    pub(super) drag: R,
-    /// Velocity of the medium (m/s).
-    pub(super) wind: Vec3<R>,
-    /// Gravity (m/s²).
-    pub(super) gravity: Vec3<R>,
-}
-
-impl<R: Real> Frozen<R> {
-    /// Takes over the parameters and the surroundings of a step that is divided into `substeps`.
-    pub(super) fn refresh(&mut self, parameters: &Parameters, around: &Surroundings<'_>, substeps: u32) {
-        let dt = around.dt / f64::from(substeps);
-        self.dt = dt;
-        let laws = || parameters.laws.iter().map(|entry| (entry.law.stiffness, entry.law.damping));
-
-        self.laws.clear();
-        self.laws.extend(laws().map(|(k, nu)| [R::of(k), R::of(nu)]));
-        self.implicit_laws.clear();
-        self.implicit_laws.extend(laws().map(|(k, nu)| [R::of(dt * dt * k), R::of(dt * nu)]));
-
-        self.drag = R::of(parameters.drag);
-        (self.gravity, self.wind) = (vec3(around.gravity), vec3(around.wind));
-    }
-}
-
-/// Scratch memory: a step allocates nothing after the first.
-#[derive(Clone, Debug, Default)]
-pub struct Workspace<R: Real> {
-    /// The state before the step, to return to.
-    pub(crate) before: State<R>,
-    pub(super) frozen: Frozen<R>,
-    /// Positions and velocities, padded for the kernels.
-    pub(super) padded: [Vec<Padded<R>>; 2],
-    /// Forces of springs and medium (N).
-    pub(super) f: Vec<Vec3<R>>,
-    /// Accelerations (m/s²); of explicit steps alone.
-    pub(super) a: Vec<Vec3<R>>,
-    /// Predicted velocities (m/s); of explicit steps alone.
-    pub(super) w: Vec<Vec3<R>>,
-    /// Right-hand side of an implicit step (N s).
-    pub(super) b: Vec<Vec3<R>>,
-    /// Inverses of the diagonal blocks of its matrix (1/kg).
-    pub(super) inverse: Vec<Inverse3<R>>,
-    /// Its matrix, where the solver asks for an assembled one.
-    pub(super) assembled: Option<BlockCsr<R>>,
-    pub(super) cg: CgWorkspace<R>,
-    /// Partial sums, one per block.
-    pub(super) partials: Vec<[f64; 8]>,
-}
-
-impl<R: Real> Workspace<R> {
-    /// Empty: the first step sizes it for its method.
-    pub fn new() -> Self {
-        Self::default()
-    }
-
-    pub(super) fn size_for(&mut self, model: &Model<R>, integrator: Integrator) {
-        let (count, zero) = (model.count, Vec3::zeros());
-        self.partials.resize(block_count(count, model.block_size), [0.0; 8]);
-        self.f.resize(count, zero);
-        self.padded.iter_mut().for_each(|field| field.resize(count, Padded::default()));
-
-        if integrator.is_implicit() {
-            if self.b.len() != count {
-                self.cg = CgWorkspace::new(count, model.block_size);
-            }
-
-            self.b.resize(count, zero);
-            self.inverse.resize(count, Inverse3::default());
-        } else {
-            self.a.resize(count, zero);
-            self.w.resize(count, zero);
-        }
     }
 }

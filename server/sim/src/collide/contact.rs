@@ -7,7 +7,7 @@
 use rayon::prelude::*;
 
 use super::Collider;
-use crate::math::{Real, Vec3, array3, vec3};
+use crate::math::{Padded, Real, Vec3, array3, vec3};
 
 /// Where, when and for how long particles may have met colliders: the end of a step.
 #[derive(Clone, Copy)]
@@ -58,8 +58,8 @@ impl Met {
 pub(crate) fn resolve<R: Real>(
     contacts: Contacts<'_>,
     inv_m: &[R],
-    x: &mut [Vec3<R>],
-    v: &mut [Vec3<R>],
+    x: &mut [Padded<R>],
+    v: &mut [Padded<R>],
 ) -> Met {
     if contacts.colliders.is_empty() {
         return Met::default();
@@ -79,11 +79,12 @@ pub(crate) fn resolve<R: Real>(
 }
 
 /// Resolves the contacts of one particle; says whether it had any, and whether it went through a collider.
-fn meet<R: Real>(contacts: Contacts<'_>, x: &mut Vec3<R>, v: &mut Vec3<R>) -> [bool; 2] {
+fn meet<R: Real>(contacts: Contacts<'_>, to_x: &mut Padded<R>, to_v: &mut Padded<R>) -> [bool; 2] {
+    let (mut x, mut v) = (to_x.vector(), to_v.vector());
     let [mut touched, mut passed] = [false; 2];
     let start = x.map(R::to_f64) - v.map(R::to_f64) * contacts.dt;
     for collider in contacts.colliders {
-        let (distance, normal) = collider.distance(array3(x), contacts.time);
+        let (distance, normal) = collider.distance(array3(&x), contacts.time);
         if distance >= collider.margin {
             passed |= has_passed(collider, contacts, [start, x.map(R::to_f64)], (distance, normal));
             continue;
@@ -100,10 +101,13 @@ fn meet<R: Real>(contacts: Contacts<'_>, x: &mut Vec3<R>, v: &mut Vec3<R>) -> [b
             position += vec3::<f64>(normal) * (collider.margin - distance);
         }
 
-        *x = position.map(R::of);
-        *v = (v.map(R::to_f64) + change).map(R::of);
+        x = position.map(R::of);
+        v = (v.map(R::to_f64) + change).map(R::of);
     }
 
+    if touched {
+        (*to_x, *to_v) = (Padded::new(&x), Padded::new(&v));
+    }
     [touched, passed]
 }
 

@@ -1,8 +1,8 @@
 //! A sparse matrix of 3 x 3 blocks, rows in parallel: the reference for matrix-free products
 //! (the `MatAdj` of Zara 2001, section 5.2).
 
-use super::operator::LinearOperator;
-use crate::math::{Mat3, Padded, Real, Vec3};
+use super::{operator::LinearOperator, sixteens::sums_of_padded};
+use crate::math::{LANES, Mat3, Padded, Real, Sixteen, Vec3};
 
 /// Compressed rows of 3 x 3 blocks. Columns ascend within a row; the diagonal is stored.
 #[derive(Clone, Debug, Default)]
@@ -98,15 +98,19 @@ fn fill_range<R: Real>(
 }
 
 impl<R: Real> LinearOperator<R> for BlockCsr<R> {
-    fn apply(&self, first_row: usize, p: &[Padded<R>], out: &mut [Vec3<R>]) {
-        for (i, out) in out.iter_mut().enumerate() {
-            let row = self.starts[first_row + i]..self.starts[first_row + i + 1];
-            let mut sum = Vec3::zeros();
-            for (block, &column) in self.blocks[row.clone()].iter().zip(&self.columns[row]) {
-                sum += block * p[column as usize].vector();
+    fn apply(&self, first_row: usize, p: &[Padded<R>], q: &mut [Sixteen<R>]) -> [f64; 2] {
+        for (group, q) in q.iter_mut().enumerate() {
+            *q = Sixteen::default();
+            let first = first_row + group * LANES;
+            for i in first..(first + LANES).min(self.len()) {
+                let row = self.starts[i]..self.starts[i + 1];
+                let mut sum = Vec3::zeros();
+                for (block, &column) in self.blocks[row.clone()].iter().zip(&self.columns[row]) {
+                    sum += block * p[column as usize].vector();
+                }
+                q.set(i - first, sum);
             }
-
-            *out = sum;
         }
+        sums_of_padded(&p[first_row..first_row + q.len() * LANES], q)
     }
 }

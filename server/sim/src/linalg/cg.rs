@@ -9,39 +9,41 @@
 use rayon::prelude::*;
 
 use super::{
-    dot::{block_sums, combine},
-    operator::{LinearOperator, Preconditioner, pad},
+    operator::{LinearOperator, Preconditioner},
     settings::{Outcome, SolveReport, SolverSettings, Stop},
+    sixteens::{Turn, add_scaled, block_sums, pad, subtract_scaled},
 };
 use crate::{
-    math::{Padded, Real, Vec3},
+    math::{LANES, Padded, Real, Sixteen, dispatch},
     parallel::{block_count, sum},
 };
 
 /// Scratch vectors of a solve: allocated once, reused by every solve of the same size.
 #[derive(Clone, Debug, Default)]
 pub struct CgWorkspace<R: Real> {
-    r: Vec<Vec3<R>>,
-    z: Vec<Vec3<R>>,
-    p: Vec<Vec3<R>>,
-    /// p again, padded for the operator.
-    padded: Vec<Padded<R>>,
-    q: Vec<Vec3<R>>,
+    r: Vec<Sixteen<R>>,
+    /// A p, then M⁻¹ r.
+    q: Vec<Sixteen<R>>,
+    /// The direction, padded for the operator.
+    p: Vec<Padded<R>>,
     partials: Vec<[f64; 2]>,
 }
 
 impl<R: Real> CgWorkspace<R> {
-    /// Room for `count` rows in blocks of `block_size`.
+    /// Room for `count` rows in blocks of `block_size`, a multiple of sixteen.
     pub fn new(count: usize, block_size: usize) -> Self {
-        let zeros = vec![Vec3::zeros(); count];
+        let zeros = vec![Sixteen::default(); Sixteen::<R>::count_for(count)];
         Self {
             r: zeros.clone(),
-            z: zeros.clone(),
-            p: zeros.clone(),
-            padded: vec![Padded::default(); count],
+            p: vec![Padded::default(); zeros.len() * LANES],
             q: zeros,
             partials: vec![[0.0; 2]; block_count(count, block_size)],
         }
+    }
+
+    /// Sixteens of rows that there is room for.
+    pub(crate) fn len(&self) -> usize {
+        self.r.len()
     }
 }
 
@@ -57,28 +59,31 @@ impl<R: Real> CgWorkspace<R> {
 /// - [`Outcome::IterationCap`] at the cap, or when the operator is interrupted;
 /// - the other outcomes as they say. After [`Outcome::NotFinite`] `x` may hold numbers that are not finite.
 ///
+/// Lanes of `x` and `b` beyond the last row are 0.
+///
 /// # Panics
-/// Unless `x`, `b` and the workspace have the same length.
+/// Unless `x`, `b` and the workspace have the same length, and blocks a multiple of sixteen rows.
 pub fn conjugate_gradient<R: Real>(
     a: &dyn LinearOperator<R>,
     m: &dyn Preconditioner<R>,
-    b: &[Vec3<R>],
-    x: &mut [Vec3<R>],
+    b: &[Sixteen<R>],
+    x: &mut [Sixteen<R>],
     settings: &SolverSettings,
     block_size: usize,
     work: &mut CgWorkspace<R>,
 ) -> SolveReport {
     assert!(x.len() == b.len() && work.r.len() == b.len(), "one length for x, b and the workspace");
+    assert!(block_size.is_multiple_of(LANES), "sixteen rows lie within a block");
     let (tolerance, cap) = match settings.stop {
         Stop::Residual { tolerance, max_iterations } => (tolerance.max(R::ROUNDING), max_iterations),
         Stop::Iterations(count) => (R::ROUNDING, count),
     };
-    let mut solve = Solve { a, m, b, block_size, work };
+    let mut solve = Solve { a, m, b, groups: block_size / LANES, work };
 
     let start = solve.start(None);
     let end = |outcome, relative_residual| SolveReport { outcome, iterations: 0, relative_residual };
     if start.magnitude == 0.0 {
-        x.fill(Vec3::zeros());
+        x.fill(Sixteen::default());
         return end(Outcome::Converged, 0.0);
     }
     if let Some(outcome) = start.fault(0) {
@@ -89,7 +94,7 @@ pub fn conjugate_gradient<R: Real>(
     let first = if settings.warm_start {
         solve.start(Some(x))
     } else {
-        x.fill(Vec3::zeros());
+        x.fill(Sixteen::default());
         start
     };
     let goal = Goal { residual: tolerance * scale, is_rounding: tolerance <= R::ROUNDING, cap };
@@ -114,6 +119,11 @@ struct Residual {
 }
 
 impl Residual {
+    fn of(partials: &[[f64; 2]]) -> Self {
+        let [square, magnitude] = sum(partials);
+        Self { square, magnitude }
+    }
+
     fn residual(self) -> f64 {
         self.square.sqrt()
     }
@@ -132,15 +142,16 @@ impl Residual {
 struct Solve<'a, R: Real> {
     a: &'a dyn LinearOperator<R>,
     m: &'a dyn Preconditioner<R>,
-    b: &'a [Vec3<R>],
-    block_size: usize,
+    b: &'a [Sixteen<R>],
+    /// Sixteens per block.
+    groups: usize,
     work: &'a mut CgWorkspace<R>,
 }
 
 impl<R: Real> Solve<'_, R> {
     /// Runs of the recursion, each from a residual that was computed from `x`, until one is believed. Returns how it
     /// ended, the iterations made, and the residual.
-    fn runs(&mut self, first: Residual, goal: &Goal, x: &mut [Vec3<R>]) -> (Outcome, u32, f64) {
+    fn runs(&mut self, first: Residual, goal: &Goal, x: &mut [Sixteen<R>]) -> (Outcome, u32, f64) {
         let (mut begin, mut iterations) = (first, 0);
         loop {
             let (outcome, residual) = self.run(begin, goal, &mut iterations, x);
@@ -168,127 +179,125 @@ impl<R: Real> Solve<'_, R> {
         begin: Residual,
         goal: &Goal,
         iterations: &mut u32,
-        x: &mut [Vec3<R>],
+        x: &mut [Sixteen<R>],
     ) -> (Outcome, f64) {
         let (mut now, mut last) = (begin, f64::NAN);
-        loop {
+        // What x still lacks of the last direction, and how much of that the next one takes over.
+        let mut pending: Option<[f64; 2]> = None;
+        let end = loop {
             if let Some(fault) = now.fault(*iterations) {
-                return (fault, last);
+                break fault;
             }
             last = now.residual();
             if last <= goal.residual {
-                return (Outcome::Converged, last);
+                break Outcome::Converged;
             }
             if *iterations == goal.cap || self.a.is_interrupted() {
-                return (Outcome::IterationCap, last);
+                break Outcome::IterationCap;
             }
 
+            if let Some([alpha, beta]) = pending.take() {
+                self.turn(alpha, beta, x);
+            }
             let [curvature, magnitude] = self.apply_operator();
             if let Some(bad) = self.bad_curvature([curvature, magnitude], *iterations + 1) {
                 let is_descent = *iterations == 0 && magnitude > 0.0 && magnitude.is_finite();
                 if is_descent {
-                    self.descend(now.square / magnitude, x);
+                    self.aim();
+                    self.go(now.square / magnitude, x);
                     last = self.start(Some(x)).residual();
                 }
                 return (bad, last);
             }
 
             *iterations += 1;
-            let next = self.advance(now.square / curvature, x);
-            self.turn(next.square / now.square);
+            let alpha = now.square / curvature;
+            let next = self.advance(alpha);
+            pending = Some([alpha, next.square / now.square]);
             now = next;
+        };
+        if let Some([alpha, _]) = pending {
+            self.go(alpha, x);
         }
+        (end, last)
     }
 
-    /// r = b - A x, or b; z = M⁻¹ r, p = z.
-    fn start(&mut self, x: Option<&[Vec3<R>]>) -> Residual {
-        let (block_size, a, m, b) = (self.block_size, self.a, self.m, self.b);
-        let CgWorkspace { r, z, p, padded, partials, .. } = &mut *self.work;
-        if let Some(x) = x {
-            pad(x, block_size, padded);
+    /// r = b - A x, or b; q = M⁻¹ r, p = q.
+    fn start(&mut self, x: Option<&[Sixteen<R>]>) -> Residual {
+        let (groups, a, m, b) = (self.groups, self.a, self.m, self.b);
+        let CgWorkspace { r, q, p, partials, .. } = &mut *self.work;
+        match x {
+            None => r.copy_from_slice(b),
+            Some(x) => {
+                pad_all(x, groups, p);
+                let rows = (r.par_chunks_mut(groups), b.par_chunks(groups), q.par_chunks_mut(groups));
+                rows.into_par_iter().enumerate().for_each(|(block, (r, b, q))| {
+                    a.apply(block * groups * LANES, p, q);
+                    r.copy_from_slice(b);
+                    subtract_scaled(r, R::one(), q);
+                });
+            }
         }
 
-        let at = padded.as_slice();
-        let blocks = (
-            partials.par_iter_mut(),
-            b.par_chunks(block_size),
-            r.par_chunks_mut(block_size),
-            z.par_chunks_mut(block_size),
-        );
-        blocks.into_par_iter().zip(p.par_chunks_mut(block_size)).enumerate().for_each(
-            |(block, ((partial, b, r, z), p))| {
-                if x.is_none() {
-                    r.copy_from_slice(b);
-                } else {
-                    a.apply(block * block_size, at, r);
-                    r.iter_mut().zip(b).for_each(|(r, b)| *r = b - *r);
-                }
+        let rows = (partials.par_iter_mut(), r.par_chunks(groups), q.par_chunks_mut(groups));
+        rows.into_par_iter().enumerate().for_each(|(block, (partial, r, z))| {
+            m.apply(block * groups * LANES, r, z);
+            *partial = block_sums(r, z);
+        });
+        pad_all(q, groups, p);
+        Residual::of(partials)
+    }
 
-                m.apply(block * block_size, r, z);
-                p.copy_from_slice(z);
-                *partial = block_sums(r, z);
-            },
-        );
-
-        let [square, magnitude] = sum(partials);
-        pad(p, block_size, padded);
-        Residual { square, magnitude }
+    /// q = M⁻¹ r, p = q.
+    fn aim(&mut self) {
+        let (groups, m) = (self.groups, self.m);
+        let CgWorkspace { r, q, p, .. } = &mut *self.work;
+        let rows = (r.par_chunks(groups), q.par_chunks_mut(groups));
+        rows.into_par_iter().enumerate().for_each(|(block, (r, z))| m.apply(block * groups * LANES, r, z));
+        pad_all(q, groups, p);
     }
 
     /// q = A p; returns (p.q, sum of `|p_c q_c|`).
     fn apply_operator(&mut self) -> [f64; 2] {
-        let (block_size, a) = (self.block_size, self.a);
-        let CgWorkspace { p, padded, q, partials, .. } = &mut *self.work;
-        (partials.par_iter_mut(), q.par_chunks_mut(block_size), p.par_chunks(block_size))
-            .into_par_iter()
-            .enumerate()
-            .for_each(|(block, (partial, q, mine))| {
-                a.apply(block * block_size, padded, q);
-                *partial = block_sums(mine, q);
-            });
+        let (groups, a) = (self.groups, self.a);
+        let CgWorkspace { p, q, partials, .. } = &mut *self.work;
+        (partials.par_iter_mut(), q.par_chunks_mut(groups)).into_par_iter().enumerate().for_each(
+            |(block, (partial, q))| {
+                *partial = a.apply(block * groups * LANES, p, q);
+            },
+        );
         sum(partials)
     }
 
-    /// x += alpha p, r -= alpha q, z = M⁻¹ r.
-    fn advance(&mut self, alpha: f64, x: &mut [Vec3<R>]) -> Residual {
-        let (block_size, m, alpha) = (self.block_size, self.m, R::of(alpha));
-        let CgWorkspace { r, z, p, q, partials, .. } = &mut *self.work;
-        let vectors =
-            (x.par_chunks_mut(block_size), r.par_chunks_mut(block_size), z.par_chunks_mut(block_size));
-        let inputs = (partials.par_iter_mut(), p.par_chunks(block_size), q.par_chunks(block_size));
-        vectors.into_par_iter().zip(inputs.into_par_iter()).enumerate().for_each(
-            |(block, ((x, r, z), (partial, p, q)))| {
-                combine(x, R::one(), p, alpha);
-                combine(r, R::one(), q, -alpha);
-                m.apply(block * block_size, r, z);
-                *partial = block_sums(r, z);
-            },
-        );
-        let [square, magnitude] = sum(partials);
-        Residual { square, magnitude }
+    /// r -= alpha q, q = M⁻¹ r.
+    fn advance(&mut self, alpha: f64) -> Residual {
+        let (groups, m, alpha) = (self.groups, self.m, R::of(alpha));
+        let CgWorkspace { r, q, partials, .. } = &mut *self.work;
+        let rows = (partials.par_iter_mut(), r.par_chunks_mut(groups), q.par_chunks_mut(groups));
+        rows.into_par_iter().enumerate().for_each(|(block, (partial, r, q))| {
+            *partial = m.advance(block * groups * LANES, alpha, r, q);
+        });
+        Residual::of(partials)
     }
 
-    /// p = z + beta p.
-    fn turn(&mut self, beta: f64) {
-        let (block_size, beta) = (self.block_size, R::of(beta));
-        let CgWorkspace { z, p, padded, .. } = &mut *self.work;
-        (p.par_chunks_mut(block_size), padded.par_chunks_mut(block_size), z.par_chunks(block_size))
+    /// x += alpha p, p = q + beta p.
+    fn turn(&mut self, alpha: f64, beta: f64, x: &mut [Sixteen<R>]) {
+        let (groups, alpha, beta) = (self.groups, R::of(alpha), R::of(beta));
+        let CgWorkspace { p, q, .. } = &mut *self.work;
+        (x.par_chunks_mut(groups), q.par_chunks(groups), p.par_chunks_mut(groups * LANES))
             .into_par_iter()
-            .for_each(|(p, padded, z)| {
-                combine(p, beta, z, R::one());
-                padded.iter_mut().zip(&*p).for_each(|(padded, p)| *padded = Padded::new(p));
-            });
+            .for_each(|(x, z, p)| dispatch(Turn { alpha, beta, x, z, p }));
     }
 
-    /// x += alpha z.
-    fn descend(&self, alpha: f64, x: &mut [Vec3<R>]) {
-        let (block_size, alpha) = (self.block_size, R::of(alpha));
-        (x.par_chunks_mut(block_size), self.work.z.par_chunks(block_size))
+    /// x += alpha p.
+    fn go(&self, alpha: f64, x: &mut [Sixteen<R>]) {
+        let (groups, alpha) = (self.groups, R::of(alpha));
+        (x.par_chunks_mut(groups), self.work.p.par_chunks(groups * LANES))
             .into_par_iter()
-            .for_each(|(x, z)| combine(x, R::one(), z, alpha));
+            .for_each(|(x, p)| add_scaled(x, alpha, p));
     }
 
-    /// Names a curvature that is not above its rounding bound.
+    /// Names a curvature that is not above its rounding bound. p and q are then other vectors.
     fn bad_curvature(&mut self, [curvature, magnitude]: [f64; 2], iteration: u32) -> Option<Outcome> {
         // A row adds a few dozen products, each with a relative error of a few roundings.
         let bound = 8.0 * R::ROUNDING * magnitude;
@@ -303,21 +312,27 @@ impl<R: Real> Solve<'_, R> {
         }
 
         // A p = 0 is judged against the size of A, for which |A b| / |b| stands.
-        let [p_norm, q_norm] = [self.norm_of(|work| &work.p), self.norm_of(|work| &work.q)];
-
-        self.work.p.copy_from_slice(self.b);
-        pad(&self.work.p, self.block_size, &mut self.work.padded);
+        let groups = self.groups;
+        let norms = |work: &CgWorkspace<R>| {
+            let q = work.q.chunks(groups).map(|q| block_sums(q, q)[0]).sum::<f64>().sqrt();
+            let p = work.p.iter().map(|p| p.vector().map(R::to_f64).norm_squared()).sum::<f64>().sqrt();
+            [p, q]
+        };
+        let [p_norm, q_norm] = norms(self.work);
+        pad_all(self.b, groups, &mut self.work.p);
         self.apply_operator();
-        let size = self.norm_of(|work| &work.q) / self.norm_of(|work| &work.p);
+        let [b_norm, product_norm] = norms(self.work);
 
-        let vanishes = q_norm <= 64.0 * R::ROUNDING * size * p_norm;
+        let vanishes = q_norm <= 64.0 * R::ROUNDING * product_norm / b_norm * p_norm;
         Some(if vanishes { Outcome::Singular { iteration } } else { Outcome::ZeroCurvature { iteration } })
     }
+}
 
-    fn norm_of(&mut self, vector: impl Fn(&CgWorkspace<R>) -> &Vec<Vec3<R>>) -> f64 {
-        let partials = vector(self.work).chunks(self.block_size).map(|v| block_sums(v, v)[0]);
-        partials.sum::<f64>().sqrt()
-    }
+/// Copies sixteens into padded vectors.
+fn pad_all<R: Real>(from: &[Sixteen<R>], groups: usize, to: &mut [Padded<R>]) {
+    (to.par_chunks_mut(groups * LANES), from.par_chunks(groups))
+        .into_par_iter()
+        .for_each(|(to, from)| pad(from, to));
 }
 
 #[cfg(test)]
@@ -326,8 +341,8 @@ mod tests {
 
     use super::{CgWorkspace, conjugate_gradient};
     use crate::{
-        linalg::{BlockCsr, Identity, LinearOperator, Outcome, SolverSettings},
-        math::{Padded, Vec3},
+        linalg::{BlockCsr, Identity, LinearOperator, Outcome, SolverSettings, sixteens::sums_of_padded},
+        math::{LANES, Padded, Sixteen, Vec3},
     };
 
     #[test]
@@ -336,13 +351,13 @@ mod tests {
             (0..3).map(|i| (0..3).map(|j| if i == j { 1e300 } else { 0.0 }).collect()).collect();
         let a = BlockCsr::<f64>::from_dense(&huge);
         for (b, iteration) in [(1e200, 0), (1e10, 1)] {
-            let mut x = [Vec3::zeros()];
+            let mut x = [Sixteen::default()];
             let mut work = CgWorkspace::new(1, 32);
-            let b = [Vec3::new(b, 0.0, 0.0)];
+            let b = Sixteen::from_vectors(&[Vec3::new(b, 0.0, 0.0)]);
             let report =
                 conjugate_gradient(&a, &Identity, &b, &mut x, &SolverSettings::default(), 32, &mut work);
             assert_eq!(report.outcome, Outcome::NotFinite { iteration });
-            assert_eq!(x, [Vec3::zeros()]);
+            assert_eq!(x, [Sixteen::default()]);
         }
     }
 
@@ -353,12 +368,13 @@ mod tests {
     }
 
     impl LinearOperator<f64> for Chain {
-        fn apply(&self, first_row: usize, p: &[Padded<f64>], out: &mut [Vec3<f64>]) {
+        fn apply(&self, first_row: usize, p: &[Padded<f64>], q: &mut [Sixteen<f64>]) -> [f64; 2] {
             self.products.fetch_add(1, Ordering::Relaxed);
             let x = |i: usize| p.get(i).map_or(Vec3::zeros(), Padded::vector);
-            for (i, out) in (first_row..).zip(out) {
-                *out = x(i) * 2.0 - x(i.wrapping_sub(1)) - x(i + 1);
+            for (i, lane) in (first_row..first_row + q.len() * LANES).zip((0..LANES).cycle()) {
+                q[(i - first_row) / LANES].set(lane, x(i) * 2.0 - x(i.wrapping_sub(1)) - x(i + 1));
             }
+            sums_of_padded(&p[first_row..first_row + q.len() * LANES], q)
         }
 
         fn is_interrupted(&self) -> bool {
@@ -368,12 +384,12 @@ mod tests {
 
     #[test]
     fn a_solve_that_is_interrupted_makes_no_further_iteration() {
-        let b = vec![Vec3::new(1.0, 0.0, 0.0); 100];
+        let b = Sixteen::from_vectors(&[Vec3::new(1.0, 0.0, 0.0); 96]);
         for allowed in [0, 1, 7] {
             let a = Chain { products: AtomicU32::new(0), allowed };
-            let (mut x, mut work) = (vec![Vec3::zeros(); 100], CgWorkspace::new(100, 100));
+            let (mut x, mut work) = (vec![Sixteen::default(); b.len()], CgWorkspace::new(96, 96));
             let settings = SolverSettings::default();
-            let report = conjugate_gradient(&a, &Identity, &b, &mut x, &settings, 100, &mut work);
+            let report = conjugate_gradient(&a, &Identity, &b, &mut x, &settings, 96, &mut work);
             assert_eq!((report.outcome, report.iterations), (Outcome::IterationCap, allowed));
         }
     }

@@ -1,6 +1,7 @@
 //! Linear systems of 3-vectors: operators, preconditioners, conjugate gradient, minimal residuals.
 
 mod settings;
+mod sixteens;
 mod operator;
 mod block_csr;
 mod precondition;
@@ -11,7 +12,7 @@ mod minres;
 pub use block_csr::BlockCsr;
 pub use cg::{CgWorkspace, conjugate_gradient};
 pub use minres::{MinresWorkspace, minres};
-pub(crate) use operator::pad;
 pub use operator::{LinearOperator, Preconditioner, WholeOperator};
-pub use precondition::{BlockJacobi, Diagonal, Identity, Inverse3, Symmetric3};
+pub use precondition::{BlockJacobi, Identity, Inverse3, Symmetric3};
 pub use settings::{OperatorKind, Outcome, PreconditionerKind, SolveReport, SolverSettings, Stop};
+pub(crate) use sixteens::{Sums, add_lanes, packs, store_padded};

@@ -1,13 +1,13 @@
 //! What a solver asks of a matrix and of an approximate inverse.
 
-use rayon::prelude::*;
-
-use crate::math::{Padded, Real, Vec3};
+use super::sixteens::{block_sums, subtract_scaled};
+use crate::math::{Padded, Real, Sixteen, Vec3};
 
 /// A square matrix of 3 x 3 blocks, applied block of rows by block of rows.
 pub trait LinearOperator<R: Real>: Sync {
-    /// Writes rows `first_row..first_row + out.len()` of A p.
-    fn apply(&self, first_row: usize, p: &[Padded<R>], out: &mut [Vec3<R>]);
+    /// Writes rows of A p from `first_row` on, a multiple of sixteen, and 0 beyond the last row of the matrix. Returns
+    /// p.q over these rows, and the sum of `|p_c q_c|` over their components, q = A p.
+    fn apply(&self, first_row: usize, p: &[Padded<R>], q: &mut [Sixteen<R>]) -> [f64; 2];
 
     /// Whether the solve is to be given up; asked before each iteration.
     fn is_interrupted(&self) -> bool {
@@ -28,15 +28,13 @@ pub trait WholeOperator<R: Real> {
 
 /// An approximate inverse, applied row by row.
 pub trait Preconditioner<R: Real>: Sync {
-    /// Writes rows `first_row..first_row + r.len()` of M⁻¹ r into `z`.
-    fn apply(&self, first_row: usize, r: &[Vec3<R>], z: &mut [Vec3<R>]);
-}
+    /// Writes rows of M⁻¹ r from `first_row` on, a multiple of sixteen.
+    fn apply(&self, first_row: usize, r: &[Sixteen<R>], z: &mut [Sixteen<R>]);
 
-/// Copies vectors into a field that packs are gathered from, block by block.
-pub(crate) fn pad<R: Real>(vectors: &[Vec3<R>], block_size: usize, field: &mut [Padded<R>]) {
-    (field.par_chunks_mut(block_size), vectors.par_chunks(block_size)).into_par_iter().for_each(
-        |(field, vectors)| {
-            field.iter_mut().zip(vectors).for_each(|(field, vector)| *field = Padded::new(vector));
-        },
-    );
+    /// r -= alpha q, and M⁻¹ r in the place of q. Returns r.z over these rows, and the sum of `|r_c z_c|`.
+    fn advance(&self, first_row: usize, alpha: R, r: &mut [Sixteen<R>], q: &mut [Sixteen<R>]) -> [f64; 2] {
+        subtract_scaled(r, alpha, q);
+        self.apply(first_row, r, q);
+        block_sums(r, q)
+    }
 }

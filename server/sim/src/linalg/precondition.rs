@@ -1,47 +1,74 @@
 //! Preconditioners: none, the inverse diagonal, the inverse 3 x 3 diagonal blocks, factored in binary64.
 
-use super::operator::Preconditioner;
-use crate::math::{Real, Vec3};
+use super::{operator::Preconditioner, settings::PreconditionerKind, sixteens::Sums};
+use crate::math::{LANES, Pack, Portable, Real, Sixteen, WithSimd, dispatch, three};
 
 /// No preconditioning: z = r.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Identity;
 
 impl<R: Real> Preconditioner<R> for Identity {
-    fn apply(&self, _: usize, r: &[Vec3<R>], z: &mut [Vec3<R>]) {
+    fn apply(&self, _: usize, r: &[Sixteen<R>], z: &mut [Sixteen<R>]) {
         z.copy_from_slice(r);
     }
 }
 
-/// Inverse of the diagonal, one component each.
+/// Inverse of the 3 x 3 diagonal blocks, or of the diagonal alone.
 #[derive(Clone, Copy, Debug)]
-pub struct Diagonal<'a, R: Real>(
-    /// Inverse diagonal, one entry per row.
-    pub &'a [Inverse3<R>],
+pub struct BlockJacobi<'a>(
+    /// Inverse blocks, sixteen rows each.
+    pub &'a [Inverse3],
 );
 
-impl<R: Real> Preconditioner<R> for Diagonal<'_, R> {
-    fn apply(&self, first_row: usize, r: &[Vec3<R>], z: &mut [Vec3<R>]) {
-        let inverse = &self.0[first_row..first_row + r.len()];
-        for ((z, r), m) in z.iter_mut().zip(r).zip(inverse) {
-            *z = r.component_mul(&m.pivots);
+impl<R: Real> Preconditioner<R> for BlockJacobi<'_> {
+    fn apply(&self, first_row: usize, r: &[Sixteen<R>], z: &mut [Sixteen<R>]) {
+        dispatch(Apply { inverse: &self.0[first_row / LANES..], r, z });
+    }
+
+    fn advance(&self, first_row: usize, alpha: R, r: &mut [Sixteen<R>], q: &mut [Sixteen<R>]) -> [f64; 2] {
+        dispatch(Advance { inverse: &self.0[first_row / LANES..], alpha, r, q })
+    }
+}
+
+struct Apply<'a, R> {
+    inverse: &'a [Inverse3],
+    r: &'a [Sixteen<R>],
+    z: &'a mut [Sixteen<R>],
+}
+
+impl<R: Real> WithSimd<R> for Apply<'_, R> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<P: Pack<Number = R>>(self) {
+        for ((z, r), inverse) in self.z.iter_mut().zip(self.r).zip(self.inverse) {
+            z.store(inverse.times::<P>(r.load()));
         }
     }
 }
 
-/// Inverse of the 3 x 3 diagonal blocks.
-#[derive(Clone, Copy, Debug)]
-pub struct BlockJacobi<'a, R: Real>(
-    /// Inverse blocks, one per row.
-    pub &'a [Inverse3<R>],
-);
+struct Advance<'a, R> {
+    inverse: &'a [Inverse3],
+    alpha: R,
+    r: &'a mut [Sixteen<R>],
+    q: &'a mut [Sixteen<R>],
+}
 
-impl<R: Real> Preconditioner<R> for BlockJacobi<'_, R> {
-    fn apply(&self, first_row: usize, r: &[Vec3<R>], z: &mut [Vec3<R>]) {
-        let inverse = &self.0[first_row..first_row + r.len()];
-        for ((z, r), m) in z.iter_mut().zip(r).zip(inverse) {
-            *z = m.times(r);
+impl<R: Real> WithSimd<R> for Advance<'_, R> {
+    type Output = [f64; 2];
+
+    #[inline(always)]
+    fn run<P: Pack<Number = R>>(self) -> [f64; 2] {
+        let mut sums = Sums::<P::Wide>::zero();
+        for ((q, r), inverse) in self.q.iter_mut().zip(self.r).zip(self.inverse) {
+            let (old, product) = (r.load::<P>(), q.load::<P>());
+            let residual = three!(|c| old[c] - product[c] * self.alpha);
+            let z = inverse.times(residual);
+            r.store(residual);
+            q.store(z);
+            sums.add(residual, z);
         }
+        sums.total()
     }
 }
 
@@ -57,69 +84,88 @@ pub struct Symmetric3 {
     pub yz: f64,
 }
 
-/// The inverse of a symmetric positive definite 3 x 3 matrix A = L D Lᵀ, as its factors: A⁻¹ = Wᵀ D⁻¹ W, W = L⁻¹.
+/// Inverses of sixteen symmetric positive definite 3 x 3 matrices A = L D Lᵀ, as their factors in binary32:
+/// A⁻¹ = Wᵀ D⁻¹ W, W = L⁻¹.
 ///
-/// It is positive definite whatever the rounding of its entries, and off by a rounding times the square root of the
-/// condition number, where entries of the inverse itself would be off by a rounding times all of it.
+/// Each is positive definite whatever the rounding of its entries, and off by a rounding of binary32 times the square
+/// root of the condition number, where entries of the inverse itself would be off by a rounding times all of it. No
+/// preconditioner needs more, in binary64 neither.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Inverse3<R: Real> {
+#[repr(C, align(64))]
+pub struct Inverse3 {
     /// D⁻¹.
-    pivots: Vec3<R>,
+    pivots: [[f32; LANES]; 3],
     /// Entries of W below its diagonal of ones: yx, zx, zy.
-    below: Vec3<R>,
+    below: [[f32; LANES]; 3],
 }
 
-impl<R: Real> Inverse3<R> {
-    /// The inverse of the identity times 1 / `s`.
-    pub fn scalar(s: R) -> Self {
-        Self { pivots: Vec3::repeat(s), below: Vec3::zeros() }
+impl Inverse3 {
+    /// Those of matrices, one or more; the scalar `otherwise` where one is not positive definite. A `kind` other than
+    /// the inverse blocks leaves out what is beside the diagonals.
+    pub fn of(blocks: &[Symmetric3], kind: PreconditionerKind, otherwise: f64) -> Vec<Self> {
+        let sixteen = |blocks: &[Symmetric3]| {
+            let lane = |lane: usize, entry: fn(&Symmetric3) -> f64| blocks.get(lane).map_or(1.0, entry);
+            let entries: [fn(&Symmetric3) -> f64; 6] =
+                [|a| a.xx, |a| a.yy, |a| a.zz, |a| a.xy, |a| a.xz, |a| a.yz];
+            let lanes = entries.map(|entry| Portable::load(&std::array::from_fn(|l| lane(l, entry))));
+            Self::of_packs(lanes, kind, Portable::splat(otherwise))
+        };
+        blocks.chunks(LANES).map(sixteen).collect()
     }
 
-    /// That of the diagonal alone, or `None` unless all of its entries are positive.
-    pub fn of_diagonal(a: &Symmetric3) -> Option<Self> {
-        let pivots = [a.xx, a.yy, a.zz];
-        positive(pivots)
-            .then(|| Self { pivots: Vec3::from(pivots).map(|d| R::of(1.0 / d)), below: Vec3::zeros() })
-    }
-
-    /// That of a matrix, or `None` unless it is positive definite.
+    /// Those of sixteen matrices in packs: xx, yy, zz, xy, xz, yz.
     #[inline(always)]
-    pub fn of(a: &Symmetric3) -> Option<Self> {
-        let (yx, zx) = (a.xy / a.xx, a.xz / a.xx);
-        let y = a.yy - yx * a.xy;
-        let zy = (a.yz - zx * a.xy) / y;
-        let z = a.zz - zx * a.xz - zy * zy * y;
+    pub(crate) fn of_packs<W: Pack<Number = f64>>(
+        [xx, yy, zz, xy, xz, yz]: [W; 6],
+        kind: PreconditionerKind,
+        otherwise: W,
+    ) -> Self {
+        let is_whole = kind == PreconditionerKind::BlockJacobi;
+        let kept = if is_whole { W::one() } else { W::zero() };
+        let (xy, xz, yz) = (xy * kept, xz * kept, yz * kept);
+        let one = W::one();
+        let (yx, zx) = (xy / xx, xz / xx);
+        let y = yy - yx * xy;
+        let zy = (yz - zx * xy) / y;
+        let z = zz - zx * xz - zy * zy * y;
 
-        let pivots = [a.xx, y, z];
-        positive(pivots).then(|| Self {
-            pivots: Vec3::from(pivots).map(|d| R::of(1.0 / d)),
-            below: Vec3::new(-yx, yx * zy - zx, -zy).map(R::of),
-        })
+        // Positive and within the range of binary32; a number that is not finite is neither.
+        let (smallest, largest) = (W::of(SMALLEST), W::of(LARGEST));
+        let within = |pivot: W| smallest.if_less(pivot, pivot.if_less(largest, one, W::zero()), W::zero());
+        let is_good = within(xx) * within(y) * within(z);
+        let otherwise = otherwise.min(largest);
+        let good = |value: W, other: W| W::zero().if_less(is_good, value, other);
+        let pivots = [xx, y, z];
+        let below = [W::zero() - yx, yx * zy - zx, W::zero() - zy];
+        Self {
+            pivots: three!(|c| good(one / pivots[c], otherwise).to_singles()),
+            below: three!(|c| good(below[c], W::zero()).to_singles()),
+        }
     }
 
-    /// Product with a vector.
+    /// Products with sixteen vectors.
     #[inline(always)]
-    pub fn times(&self, v: &Vec3<R>) -> Vec3<R> {
-        let [yx, zx, zy] = [self.below.x, self.below.y, self.below.z];
-        let x = v.x * self.pivots.x;
-        let y = (v.y + yx * v.x) * self.pivots.y;
-        let z = (v.z + zx * v.x + zy * v.y) * self.pivots.z;
-        Vec3::new(x + yx * y + zx * z, y + zy * z, z)
+    fn times<P: Pack>(&self, v: [P; 3]) -> [P; 3] {
+        let [yx, zx, zy] = three!(|i| P::from_singles(&self.below[i]));
+        let pivots = three!(|i| P::from_singles(&self.pivots[i]));
+        let x = v[0] * pivots[0];
+        let y = (v[1] + yx * v[0]) * pivots[1];
+        let z = (v[2] + zx * v[0] + zy * v[1]) * pivots[2];
+        [x + yx * y + zx * z, y + zy * z, z]
     }
 }
 
-/// Whether all are: a number that is not finite is not.
-fn positive(pivots: [f64; 3]) -> bool {
-    pivots.iter().all(|d| *d > 0.0 && d.is_finite())
-}
+/// Pivots whose inverses are normal numbers of binary32.
+const SMALLEST: f64 = 1e-37;
+const LARGEST: f64 = 1e37;
 
 #[cfg(test)]
 #[allow(clippy::disallowed_methods, reason = "angles of the test, not of a step")]
 mod tests {
     use nalgebra::SymmetricEigen;
 
-    use super::{Inverse3, Symmetric3};
-    use crate::math::{Mat3, Vec3};
+    use super::{BlockJacobi, Inverse3, Preconditioner, PreconditionerKind, Symmetric3};
+    use crate::math::{LANES, Mat3, Sixteen, Vec3};
 
     /// The entries of a matrix.
     fn entries(a: &Mat3<f64>) -> Symmetric3 {
@@ -127,35 +173,47 @@ mod tests {
         Symmetric3 { xx, yy, zz, xy, xz, yz }
     }
 
+    /// The inverse in the first lane, as pivots and W.
+    fn factors(inverse: &Inverse3) -> (Vec3<f64>, Mat3<f64>) {
+        let first = |lanes: [[f32; LANES]; 3]| Vec3::from(lanes.map(|lanes| f64::from(lanes[0])));
+        let (pivots, below) = (first(inverse.pivots), first(inverse.below));
+        (pivots, Mat3::new(1.0, 0.0, 0.0, below.x, 1.0, 0.0, below.y, below.z, 1.0))
+    }
+
     #[test]
     fn an_inverse_undoes_its_matrix() {
         let a = Symmetric3 { xx: 4.0, yy: 3.0, zz: 5.0, xy: 1.0, xz: -0.5, yz: 0.25 };
         let v = Vec3::new(1.0, -2.0, 3.0);
         let product = Vec3::new(4.0 - 2.0 - 1.5, 1.0 - 6.0 + 0.75, -0.5 - 0.5 + 15.0);
-        let back = Inverse3::<f64>::of(&a).expect("positive definite").times(&product);
-        assert!((back - v).norm() < 1e-14);
+        let inverse = Inverse3::of(&[a], PreconditionerKind::BlockJacobi, 0.0);
+        let mut back = [Sixteen::<f64>::default()];
+        BlockJacobi(&inverse).apply(0, &Sixteen::from_vectors(&[product]), &mut back);
+        assert!((back[0].get(0) - v).norm() < 1e-6, "{back:?}");
     }
 
     #[test]
     fn an_indefinite_block_has_no_inverse_to_precondition_with() {
-        let a = Symmetric3 { xx: 1.0, yy: -1.0, zz: 1.0, ..Symmetric3::default() };
-        assert_eq!(Inverse3::<f64>::of(&a), None);
-        assert_eq!(Inverse3::<f64>::of_diagonal(&a), None);
+        for bad in [-1.0, 0.0, f64::NAN, f64::INFINITY] {
+            let a = Symmetric3 { xx: 1.0, yy: bad, zz: 1.0, ..Symmetric3::default() };
+            for kind in [PreconditionerKind::Diagonal, PreconditionerKind::BlockJacobi] {
+                let (pivots, w) = factors(&Inverse3::of(&[a], kind, 0.25)[0]);
+                assert_eq!((pivots, w), (Vec3::repeat(0.25), Mat3::identity()));
+            }
+        }
     }
 
     /// A stiff direction beside a mass: A⁻¹ A has eigenvalues near 1, although entries of A⁻¹ cannot be right in binary32.
     #[test]
-    fn a_stiff_block_has_an_inverse_in_every_orientation_and_precision() {
+    fn a_stiff_block_has_an_inverse_in_every_orientation() {
         for stiffness in [1e6, 1e7, 1e8] {
             for turn in 0..200 {
                 let (angle, height) = (2.4 * f64::from(turn), f64::from(turn) / 100.0 - 0.995);
                 let across = (1.0 - height * height).sqrt();
                 let stiff = Vec3::new(across * angle.cos(), across * angle.sin(), height);
                 let a = Mat3::identity() + stiff * stiff.transpose() * stiffness;
-                let inverse = Inverse3::<f32>::of(&entries(&a)).expect("positive definite");
+                let (pivots, w) =
+                    factors(&Inverse3::of(&[entries(&a)], PreconditionerKind::BlockJacobi, 0.0)[0]);
 
-                let (pivots, below) = (inverse.pivots.map(f64::from), inverse.below.map(f64::from));
-                let w = Mat3::new(1.0, 0.0, 0.0, below.x, 1.0, 0.0, below.y, below.z, 1.0);
                 let product = w * a.cholesky().expect("positive definite").l();
                 let similar = product.transpose() * Mat3::from_diagonal(&pivots) * product;
                 let found = SymmetricEigen::new(similar).eigenvalues;

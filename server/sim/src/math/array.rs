@@ -3,6 +3,28 @@
 
 use std::ops::{Add, Mul, Sub};
 
+/// The array of `expression` for c = 0, 1, 2. In kernels it stands for `map`, whose closure a compiler may keep as a
+/// function of its own, which then lacks the instructions that the kernel is compiled for.
+macro_rules! three {
+    (|$c:ident| $expression:expr) => {
+        [
+            {
+                let $c = 0_usize;
+                $expression
+            },
+            {
+                let $c = 1_usize;
+                $expression
+            },
+            {
+                let $c = 2_usize;
+                $expression
+            },
+        ]
+    };
+}
+pub(crate) use three;
+
 /// a . b, added from the first product to the last.
 #[inline(always)]
 pub fn dot<T: Copy + Add<Output = T> + Mul<Output = T>>(a: [T; 3], b: [T; 3]) -> T {

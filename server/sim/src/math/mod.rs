@@ -7,12 +7,13 @@ mod simd;
 mod svd;
 mod exp;
 
-pub use real::{Padded, Precision, Real};
+pub use real::{Padded, Precision, Real, Sixteen};
 pub use simd::{SimdLevel, force_simd_level, simd_level};
 pub use vector::{Mat3, Vec3};
 
+pub(crate) use array::three;
 pub(crate) use exp::exp;
-pub(crate) use real::{LANES, Pack};
+pub(crate) use real::{LANES, Pack, Record};
 pub(crate) use simd::{Portable, WithSimd, dispatch};
 pub(crate) use svd::{Columns, Svd, cross3, dot3, orthogonalize, svd};
 

@@ -144,6 +144,79 @@ impl<R: Real> Padded<R> {
     pub fn vector(&self) -> Vec3<R> {
         Vec3::new(self.0[0], self.0[1], self.0[2])
     }
+
+    /// The same as plain numbers.
+    #[inline(always)]
+    #[allow(unsafe_code, reason = "a padded vector is laid out as four numbers")]
+    pub(crate) fn quads(vectors: &[Self; LANES]) -> &[[R; 4]; LANES] {
+        const { assert!(size_of::<Self>() == 4 * size_of::<R>()) };
+        // SAFETY: a padded vector holds four numbers and nothing else, at a stricter alignment.
+        unsafe { &*std::ptr::from_ref(vectors).cast() }
+    }
+}
+
+/// Two vectors of a particle side by side, each with a fourth component that means nothing: what a kernel reads of a
+/// neighbour at once.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C, align(32))]
+pub(crate) struct Record<R>(pub(crate) [Padded<R>; 2]);
+
+/// Sixteen vectors, component by component: what a kernel reads of its own particles at once.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C, align(64))]
+pub struct Sixteen<R>(pub [[R; LANES]; 3]);
+
+impl<R: Real> Default for Sixteen<R> {
+    fn default() -> Self {
+        Self([[R::zero(); LANES]; 3])
+    }
+}
+
+impl<R: Real> Sixteen<R> {
+    /// Vectors in each.
+    pub const LANES: usize = LANES;
+
+    /// How many sixteens hold `count` vectors: the lanes of the last that are left over are 0.
+    pub const fn count_for(count: usize) -> usize {
+        count.div_ceil(LANES)
+    }
+
+    /// Vectors as sixteens.
+    pub fn from_vectors(vectors: &[Vec3<R>]) -> Vec<Self> {
+        let sixteen = |vectors: &[Vec3<R>]| {
+            let mut lanes = Self::default();
+            vectors.iter().enumerate().for_each(|(lane, vector)| lanes.set(lane, *vector));
+            lanes
+        };
+        vectors.chunks(LANES).map(sixteen).collect()
+    }
+
+    /// The first `count` vectors of sixteens.
+    pub fn to_vectors(sixteens: &[Self], count: usize) -> Vec<Vec3<R>> {
+        (0..count).map(|i| sixteens[i / LANES].get(i % LANES)).collect()
+    }
+
+    /// The vector in a lane.
+    #[inline(always)]
+    pub fn get(&self, lane: usize) -> Vec3<R> {
+        Vec3::new(self.0[0][lane], self.0[1][lane], self.0[2][lane])
+    }
+
+    /// Writes the vector in a lane.
+    #[inline(always)]
+    pub fn set(&mut self, lane: usize, vector: Vec3<R>) {
+        (self.0[0][lane], self.0[1][lane], self.0[2][lane]) = (vector.x, vector.y, vector.z);
+    }
+
+    #[inline(always)]
+    pub(crate) fn load<P: Pack<Number = R>>(&self) -> [P; 3] {
+        [P::load(&self.0[0]), P::load(&self.0[1]), P::load(&self.0[2])]
+    }
+
+    #[inline(always)]
+    pub(crate) fn store<P: Pack<Number = R>>(&mut self, packs: [P; 3]) {
+        (self.0[0], self.0[1], self.0[2]) = (packs[0].store(), packs[1].store(), packs[2].store());
+    }
 }
 
 /// The four operations, on a pack's right another pack or one number for every lane.
@@ -207,12 +280,36 @@ pub(crate) trait Pack:
     /// The lane where `gate` > 0, else 0.
     fn where_positive(self, gate: Self) -> Self;
     fn widen(self) -> Self::Wide;
-    /// The three components of sixteen vectors of a field.
+    /// Three packs in binary64.
+    #[inline(always)]
+    fn widen3([x, y, z]: [Self; 3]) -> [Self::Wide; 3] {
+        [x.widen(), y.widen(), z.widen()]
+    }
+    /// Lanes from binary32.
+    #[inline(always)]
+    fn from_singles(values: &[f32; LANES]) -> Self {
+        let mut lanes = [Self::Number::default(); LANES];
+        for lane in 0..LANES {
+            lanes[lane] = Self::Number::of(f64::from(values[lane]));
+        }
+        Self::load(&lanes)
+    }
+    /// Lanes rounded to binary32.
+    #[inline(always)]
+    fn to_singles(self) -> [f32; LANES] {
+        let lanes = self.store();
+        let mut values = [0.0; LANES];
+        for lane in 0..LANES {
+            values[lane] = lanes[lane].to_f64() as f32;
+        }
+        values
+    }
+    /// The three components of both vectors of sixteen records.
     ///
     /// # Safety
-    /// Every index is below `field.len()`.
+    /// Every index is below `records.len()`.
     #[allow(unsafe_code, reason = "indices are checked once, when a model is built")]
-    unsafe fn gather(field: &[Padded<Self::Number>], indices: &[u32; LANES]) -> [Self; 3];
+    unsafe fn gather(records: &[Record<Self::Number>], indices: &[u16; LANES]) -> [[Self; 3]; 2];
 
     /// The lesser of two; the other where one is NaN or both are zero.
     fn min(self, other: Self) -> Self;

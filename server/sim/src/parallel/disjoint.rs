@@ -1,7 +1,7 @@
 //! A field whose elements are written by several threads, each element by one of them.
 #![allow(unsafe_code, reason = "what the borrow checker cannot see: places that do not repeat")]
 
-use std::marker::PhantomData;
+use std::{marker::PhantomData, ops::Range};
 
 /// A field shared for writing at places that the caller keeps apart.
 pub(crate) struct Disjoint<'a, T> {
@@ -58,6 +58,20 @@ impl<'a, T> Disjoint<'a, T> {
         debug_assert!(place < self.len);
         // SAFETY: the caller promises a place within the field, which is borrowed, with nobody else there.
         unsafe { &mut *self.start.add(place) }
+    }
+
+    /// A range of elements.
+    ///
+    /// # Safety
+    /// Nobody else reaches any of them while the reference lives.
+    ///
+    /// # Panics
+    /// When the range is not within the field.
+    #[allow(clippy::mut_from_ref, reason = "the caller keeps places apart")]
+    pub(crate) unsafe fn range(&self, range: Range<usize>) -> &mut [T] {
+        assert!(range.start <= range.end && range.end <= self.len);
+        // SAFETY: within the field, which is borrowed; the caller promises that nobody else is there.
+        unsafe { std::slice::from_raw_parts_mut(self.start.add(range.start), range.len()) }
     }
 
     /// The element at a place.

@@ -5,12 +5,18 @@
 
 use rayon::prelude::*;
 
-/// Bits per axis: cells are the largest extent / 65536 wide.
+/// Bits per axis.
 const BITS: u32 = 16;
+/// The greatest coordinate of a cell.
+const LAST: f64 = ((1_u32 << BITS) - 1) as f64;
 
 /// The order of points along a Hilbert curve: `order[new] = old`. Points of one cell stay in the
 /// order in which they were given.
-pub fn hilbert_order(points: &[[f64; 3]]) -> Vec<u32> {
+///
+/// Cells are `spacing` over a power of two wide, the finest that the curve has room for, so that points of a grid of
+/// that spacing fill whole squares of the curve: blocks of 256 are 16 x 16 points, with the shortest border there is.
+/// A spacing that is not positive stands for none: cells are then the largest extent / 65535 wide.
+pub fn hilbert_order(points: &[[f64; 3]], spacing: f64) -> Vec<u32> {
     let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
     for point in points {
         for axis in 0..3 {
@@ -20,15 +26,33 @@ pub fn hilbert_order(points: &[[f64; 3]]) -> Vec<u32> {
     }
 
     let extent = (0..3).map(|axis| high[axis] - low[axis]).fold(0.0, f64::max);
-    let scale = if extent > 0.0 { f64::from((1_u32 << BITS) - 1) / extent } else { 0.0 };
+    let scale = scale(extent, spacing);
+    // Rounded to the nearest cell: a point of a grid is not cut off from its square by a rounding.
+    let cell = |p: &[f64; 3]| [0, 1, 2].map(|a| ((p[a] - low[a]) * scale + 0.5).min(LAST) as u32);
 
-    let mut keyed: Vec<(u64, u32)> = points
-        .par_iter()
-        .enumerate()
-        .map(|(i, p)| (hilbert_index([0, 1, 2].map(|a| ((p[a] - low[a]) * scale) as u32)), i as u32))
-        .collect();
+    let mut keyed: Vec<(u64, u32)> =
+        points.par_iter().enumerate().map(|(i, p)| (hilbert_index(cell(p)), i as u32)).collect();
     keyed.par_sort_unstable();
     keyed.into_iter().map(|(_, old)| old).collect()
+}
+
+/// Cells per metre.
+fn scale(extent: f64, spacing: f64) -> f64 {
+    if extent <= 0.0 {
+        return 0.0;
+    }
+    let most = LAST / extent;
+    let mut scale = 1.0 / spacing;
+    if !(spacing > 0.0 && scale.is_finite() && most.is_finite()) {
+        return most;
+    }
+    while scale > most {
+        scale *= 0.5;
+    }
+    while 2.0 * scale <= most {
+        scale *= 2.0;
+    }
+    scale
 }
 
 /// Number of a cell along the curve.
@@ -88,7 +112,27 @@ mod tests {
 
     #[test]
     fn an_order_is_a_permutation_even_of_equal_points() {
-        assert_eq!(hilbert_order(&[[1.0, 2.0, 3.0]; 5]), [0, 1, 2, 3, 4]);
-        assert!(hilbert_order(&[]).is_empty());
+        for spacing in [0.0, 0.1, f64::NAN, 1e300] {
+            assert_eq!(hilbert_order(&[[1.0, 2.0, 3.0]; 5], spacing), [0, 1, 2, 3, 4]);
+            assert!(hilbert_order(&[], spacing).is_empty());
+            let mut order = hilbert_order(&[[0.0; 3], [5.0, 0.0, 1.0], [1e-9, 0.0, 0.0]], spacing);
+            order.sort_unstable();
+            assert_eq!(order, [0, 1, 2]);
+        }
+    }
+
+    #[test]
+    fn blocks_of_a_grid_are_squares() {
+        let (side, spacing) = (100, 0.1);
+        let at = |i: usize| [spacing * (i % side) as f64 - 3.0, 1.0, spacing * (i / side) as f64];
+        let points: Vec<_> = (0..side * side).map(at).collect();
+        let order = hilbert_order(&points, spacing);
+        for block in order.chunks_exact(256).take(20) {
+            for axis in [0, 2] {
+                let along = block.iter().map(|&i| points[i as usize][axis]);
+                let extent = along.clone().fold(f64::MIN, f64::max) - along.fold(f64::MAX, f64::min);
+                assert!(extent < 16.0 * spacing, "{extent} m");
+            }
+        }
     }
 }

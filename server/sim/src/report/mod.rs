@@ -11,15 +11,17 @@ use crate::linalg::{Outcome, SolveReport, Stop};
 /// A stage of a step (Zara 2001, section 6, and those of snow).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Stage {
-    /// Forces of springs, gravity and the medium.
+    /// Evaluation of a state of cloth: forces of springs, gravity and the medium, for an implicit step its matrix too;
+    /// with energies, momentum and stretch.
     Force,
-    /// Forces to accelerations.
+    /// Forces to accelerations: within `Force`, and so 0. It stands here, as do `Velocity` and `Matrix`, for those who
+    /// read the table by its names.
     Acceleration,
-    /// Accelerations to new velocities.
+    /// Accelerations to new velocities: within `Position`, and so 0.
     Velocity,
-    /// Velocities to new positions.
+    /// New velocities and positions of cloth.
     Position,
-    /// Preparing the matrix: diagonal blocks, right-hand side, assembly.
+    /// Preparing the matrix: within `Force`, and so 0.
     Matrix,
     /// Solving for the change of velocity.
     Solve,
@@ -33,7 +35,7 @@ pub enum Stage {
     GridUpdate,
     /// Snow: velocities back to particles, elastic predictor, plastic return, positions.
     GridToParticles,
-    /// Energies, momentum, stretch and the checks on them.
+    /// Snow: energies, momentum and the checks on them.
     Diagnose,
 }
 

@@ -16,7 +16,7 @@ use crate::{
         self, Bound, ClothSettings, LawEntry, Model, Parameters, PathPoint, PinMotion, SpringKind, State,
         Workspace,
     },
-    math::{Real, Vec3},
+    math::{Padded, Real, Sixteen, array3},
     parallel::{hash_numbers, sum_hashes},
     report::{Diagnostics, StepFailure, Stopwatch},
     surroundings::Surroundings,
@@ -73,7 +73,7 @@ impl<R: Real> Cloth<R> {
     /// A pin's velocity is prescribed: 0 until it is sent somewhere.
     fn still_pins(&mut self) {
         let pinned = self.model.inv_m.iter().zip(&mut self.state.v).filter(|(inv_m, _)| **inv_m == R::zero());
-        pinned.for_each(|(_, v)| v.fill(R::zero()));
+        pinned.for_each(|(_, v)| *v = Padded::default());
     }
 
     pub(super) fn step(
@@ -83,7 +83,6 @@ impl<R: Real> Cloth<R> {
     ) -> Result<BodyReport, StepFailure> {
         self.sort_pins();
         let Self { model, parameters, settings, state, work, .. } = self;
-        work.before.copy_from(state);
         let report = cloth::step(model, parameters, settings, around, state, work, watch)?;
         let cloth::ClothReport { diagnostics, contact_count, solve, mut notices } = report;
         notices.first_passed = notices.first_passed.map(|particle| particle + u64::from(self.first_particle));
@@ -91,11 +90,11 @@ impl<R: Real> Cloth<R> {
     }
 
     pub(super) fn undo(&mut self) {
-        self.state.copy_from(&self.work.before);
+        self.work.undo(&mut self.state);
     }
 
     pub(super) fn diagnose(&self, around: &Surroundings<'_>) -> Diagnostics {
-        cloth::diagnose(&self.model, &self.parameters, around, &self.state)
+        cloth::diagnose(&self.model, &self.parameters, &self.settings, around, &self.state)
     }
 
     pub(super) fn particle_count(&self) -> usize {
@@ -117,7 +116,7 @@ impl<R: Real> Cloth<R> {
 
     /// Drag and springs as they are now.
     pub(super) fn parameters(&self) -> ClothParameters {
-        let Parameters { laws, drag } = &self.parameters;
+        let Parameters { laws, drag, .. } = &self.parameters;
         ClothParameters { name: self.name.clone(), drag: *drag, springs: ranges(laws) }
     }
 
@@ -174,11 +173,11 @@ impl<R: Real> Cloth<R> {
         self.vectors(out, &self.state.v, convert);
     }
 
-    fn vectors<T: Send>(&self, out: &mut [T], values: &[Vec3<R>], convert: &(impl Fn(R) -> T + Sync)) {
+    fn vectors<T: Send>(&self, out: &mut [T], values: &[Padded<R>], convert: &(impl Fn(R) -> T + Sync)) {
         let (blocks, places) = (out.par_chunks_mut(3 * BLOCK_SIZE), self.model.place.par_chunks(BLOCK_SIZE));
         (blocks, places).into_par_iter().for_each(|(out, places)| {
             for (out, &place) in out.as_chunks_mut().0.iter_mut().zip(places) {
-                let v = &values[place as usize];
+                let v = values[place as usize].vector();
                 *out = [convert(v.x), convert(v.y), convert(v.z)];
             }
         });
@@ -186,9 +185,9 @@ impl<R: Real> Cloth<R> {
 
     /// Adds what may be changed between two steps to a hash: drag and laws of springs.
     pub(super) fn hash_parameters(&self, hasher: &mut Xxh3) {
-        let Parameters { laws, drag } = &self.parameters;
+        let Parameters { laws, elements, drag } = &self.parameters;
         hasher.update(&drag.to_le_bytes());
-        for LawEntry { law, .. } in laws {
+        for law in laws.iter().map(|LawEntry { law, .. }| law).chain(elements) {
             hasher.update([law.stiffness, law.damping].map(f64::to_le_bytes).as_flattened());
         }
     }
@@ -197,13 +196,14 @@ impl<R: Real> Cloth<R> {
     /// velocity of the step before; and of one per pin on its way.
     pub(super) fn hash(&self) -> u64 {
         let State { x, v, dv, .. } = &self.state;
-        let numbers = |vector: &Vec3<R>| [vector.x, vector.y, vector.z].map(R::to_f64);
+        let numbers = |vector: &Padded<R>| array3(&vector.vector());
         let is_warm = self.settings.integrator.is_implicit() && self.settings.solver.warm_start;
         let particles = sum_hashes(&self.model.user, |place, user| {
             let owner = self.owner(*user);
             let ([x, y, z], [vx, vy, vz]) = (numbers(&x[place]), numbers(&v[place]));
             if is_warm {
-                let [dx, dy, dz] = dv.get(place).map_or([0.0; 3], numbers);
+                let start = dv.get(place / Sixteen::<R>::LANES).map(|dv| dv.get(place % Sixteen::<R>::LANES));
+                let [dx, dy, dz] = start.map_or([0.0; 3], |dv| array3(&dv));
                 hash_numbers(owner, [x, y, z, vx, vy, vz, dx, dy, dz])
             } else {
                 hash_numbers(owner, [x, y, z, vx, vy, vz])

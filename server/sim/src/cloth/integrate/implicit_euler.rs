@@ -3,19 +3,19 @@
 //!
 //! df/dx is the elastic part alone; compressed springs as the settings' `hessian` says.
 
-use super::stages::{Step, add_scaled};
+use super::update::{Change, MovedBy, Step, write_next};
 use crate::{
     cloth::{
-        forces::{Transverse, WithTransverse, with_transverse},
         settings::ClothSettings,
-        step_operator::{StepOperator, pattern},
+        step_matrix::{StepMatrix, pattern},
+        workspace::Workspace,
     },
     interrupt::Interrupt,
     linalg::{
-        BlockJacobi, CgWorkspace, Diagonal, Identity, Inverse3, LinearOperator, OperatorKind, Outcome,
-        Preconditioner, PreconditionerKind, SolveReport, SolverSettings, conjugate_gradient,
+        BlockJacobi, Identity, LinearOperator, OperatorKind, Outcome, Preconditioner, PreconditionerKind,
+        SolveReport, conjugate_gradient,
     },
-    math::{Padded, Real, Vec3},
+    math::{LANES, Padded, Real, Sixteen, Vec3},
     report::{Stage, StepFailure},
 };
 
@@ -24,8 +24,7 @@ pub(super) fn advance<R: Real>(
     settings: &ClothSettings,
     interrupt: &Interrupt,
 ) -> Result<SolveReport, StepFailure> {
-    step.forces();
-    let report = with_transverse(settings.hessian, Solve { step, settings, interrupt });
+    let report = step.solve(settings, interrupt);
     if interrupt.is_requested() {
         return Err(StepFailure::Interrupted);
     }
@@ -46,69 +45,71 @@ pub(super) fn advance<R: Real>(
         | Outcome::IndefinitePreconditioner { .. } => {}
     }
 
-    step.kick_by_dv();
-    step.drift(step.dt());
+    step.kick_by_dv_and_drift();
     Ok(report)
 }
 
-struct Solve<'s, 'a, R: Real> {
-    step: &'s mut Step<'a, R>,
-    settings: &'s ClothSettings,
-    interrupt: &'s Interrupt,
-}
-
-impl<R: Real> WithTransverse for Solve<'_, '_, R> {
-    type Output = SolveReport;
-
-    /// Solves for the change of velocity, into the state's `dv`.
-    fn run(self, transverse: impl Transverse) -> SolveReport {
-        let (Step { model, state, work, watch }, solver) = (self.step, &self.settings.solver);
-        let mut dv = std::mem::take(&mut state.dv);
-        dv.resize(model.count, Vec3::zeros());
-
-        let [x, v] = &work.padded;
-        let operator = StepOperator { model, frozen: &work.frozen, x, transverse };
-        operator.right_hand_side(v, &work.f, &mut work.b);
-
-        if solver.preconditioner != PreconditionerKind::Identity {
-            operator.invert_diagonal(solver.preconditioner, &mut work.inverse);
-        }
-        if solver.operator == OperatorKind::Assembled {
-            operator.assemble(work.assembled.get_or_insert_with(|| pattern(model)));
+impl<R: Real> Step<'_, R> {
+    /// Solves for the change of velocity, into the `dv` of the next state.
+    fn solve(&mut self, settings: &ClothSettings, interrupt: &Interrupt) -> SolveReport {
+        let (model, state, solver) = (self.model, self.state, &settings.solver);
+        let Workspace { evaluation, numbers, next, assembled, cg, scratches, .. } = &mut *self.work;
+        let groups = evaluation.rows.len();
+        next.dv.resize(groups, Sixteen::default());
+        if solver.warm_start && state.dv.len() == groups {
+            next.dv.copy_from_slice(&state.dv);
+        } else {
+            next.dv.fill(Sixteen::default());
         }
 
-        watch.lap(Stage::Matrix);
-        let (interrupt, block_size) = (self.interrupt, model.block_size);
-        let system = System { b: &work.b, inverse: &work.inverse, solver, block_size, interrupt };
-        let report = match (&work.assembled, solver.operator) {
-            (Some(matrix), OperatorKind::Assembled) => system.solve(matrix, &mut dv, &mut work.cg),
-            _ => system.solve(&operator, &mut dv, &mut work.cg),
+        let numbers = &*numbers;
+        let matrix = StepMatrix::new((model, numbers), &state.x, evaluation, scratches, interrupt);
+        let stored;
+        let operator: &dyn LinearOperator<R> = match solver.operator {
+            OperatorKind::MatrixFree => &matrix,
+            OperatorKind::Assembled => {
+                let room = assembled.get_or_insert_with(|| pattern(model));
+                matrix.assemble(room);
+                stored = Interruptible { operator: &*room, interrupt };
+                &stored
+            }
         };
-
-        watch.lap(Stage::Solve);
-        state.dv = dv;
+        let jacobi = BlockJacobi(&evaluation.inverse);
+        let preconditioner: &dyn Preconditioner<R> = match solver.preconditioner {
+            PreconditionerKind::Identity => &Identity,
+            PreconditionerKind::Diagonal | PreconditionerKind::BlockJacobi => &jacobi,
+        };
+        let (b, x) = (&evaluation.rows, &mut next.dv);
+        let report = conjugate_gradient(operator, preconditioner, b, x, solver, model.block_size, cg);
+        self.watch.lap(Stage::Solve);
         report
     }
-}
 
-struct System<'a, R: Real> {
-    b: &'a [Vec3<R>],
-    inverse: &'a [Inverse3<R>],
-    solver: &'a SolverSettings,
-    block_size: usize,
-    interrupt: &'a Interrupt,
-}
+    fn has_finite_forces(&self) -> bool {
+        self.work.evaluation.rows.iter().all(|row| row.0.iter().flatten().all(|c| c.to_f64().is_finite()))
+    }
 
-impl<R: Real> System<'_, R> {
-    fn solve(&self, a: &dyn LinearOperator<R>, x: &mut [Vec3<R>], work: &mut CgWorkspace<R>) -> SolveReport {
-        let Self { b, inverse, solver, block_size, interrupt } = *self;
-        let a = Interruptible { operator: a, interrupt };
-        let m: &dyn Preconditioner<R> = match solver.preconditioner {
-            PreconditionerKind::Identity => &Identity,
-            PreconditionerKind::Diagonal => &Diagonal(inverse),
-            PreconditionerKind::BlockJacobi => &BlockJacobi(inverse),
-        };
-        conjugate_gradient(&a, m, b, x, solver, block_size, work)
+    /// dv = b for free particles: a force that is not finite reaches the velocity of its particle.
+    fn show_forces(&mut self) {
+        let Workspace { evaluation, next, .. } = &mut *self.work;
+        let places = self.model.inv_m.iter().enumerate();
+        for (i, inv_m) in places {
+            let (group, lane) = (i / LANES, i % LANES);
+            let is_free = *inv_m > R::zero();
+            let dv = if is_free { evaluation.rows[group].get(lane) } else { Vec3::zeros() };
+            next.dv[group].set(lane, dv);
+        }
+    }
+
+    /// v' = v + dv, x' = x + h v'.
+    fn kick_by_dv_and_drift(&mut self) {
+        let dt = self.dt();
+        let next = &mut self.work.next;
+        let dv = std::mem::take(&mut next.dv);
+        let change = Change { a: &dv, h: R::one(), dt, by: MovedBy::New };
+        write_next(self.model, self.state, next, &change);
+        next.dv = dv;
+        self.watch.lap(Stage::Position);
     }
 }
 
@@ -119,31 +120,11 @@ struct Interruptible<'a, R> {
 }
 
 impl<R: Real> LinearOperator<R> for Interruptible<'_, R> {
-    fn apply(&self, first_row: usize, p: &[Padded<R>], out: &mut [Vec3<R>]) {
-        self.operator.apply(first_row, p, out);
+    fn apply(&self, first_row: usize, p: &[Padded<R>], q: &mut [Sixteen<R>]) -> [f64; 2] {
+        self.operator.apply(first_row, p, q)
     }
 
     fn is_interrupted(&self) -> bool {
         self.interrupt.is_requested()
-    }
-}
-
-impl<R: Real> Step<'_, R> {
-    fn has_finite_forces(&self) -> bool {
-        self.work.b.iter().flatten().all(|c| c.to_f64().is_finite())
-    }
-
-    /// dv = b for free particles: a force that is not finite reaches the velocity of its particle.
-    fn show_forces(&mut self) {
-        let free = self.model.inv_m.iter().map(|inv_m| *inv_m > R::zero());
-        for ((dv, b), free) in self.state.dv.iter_mut().zip(&self.work.b).zip(free) {
-            *dv = if free { *b } else { Vec3::zeros() };
-        }
-    }
-
-    /// v += dv.
-    fn kick_by_dv(&mut self) {
-        add_scaled(&mut self.state.v, &self.state.dv, R::one(), self.model.block_size);
-        self.watch.lap(Stage::Velocity);
     }
 }

@@ -1,21 +1,18 @@
 //! Integrators, one file each; definitions in docs/laws/integrators.md.
 //!
-//! Each reads a model, frozen parameters and a state, and writes the state one step later.
-//! h = dt; a(x, v) = (springs + drag) / m + g, 0 for pins, whose velocity is prescribed.
+//! Each reads a model, a state and its evaluation, and writes the state one step later. h = dt;
+//! a(x, v) = (springs + drag) / m + g, 0 for pins, whose velocity is prescribed.
 
-mod stages;
+mod update;
 mod explicit_euler;
 mod symplectic_euler;
 mod velocity_verlet;
 mod implicit_euler;
 
-use stages::Step;
+use update::Step;
 
 use super::{
-    integrator::Integrator,
-    model::Model,
-    settings::ClothSettings,
-    state::{State, Workspace},
+    integrator::Integrator, model::Model, settings::ClothSettings, state::State, workspace::Workspace,
 };
 use crate::{
     interrupt::Interrupt,
@@ -24,12 +21,13 @@ use crate::{
     report::{StepFailure, Stopwatch},
 };
 
-/// Advances `state` by the time step of the frozen parameters.
+/// Writes the state one time step after `state`, which was evaluated, into the workspace's `next`. What was known of
+/// `state` is then used up.
 pub(super) fn advance<R: Real>(
     model: &Model<R>,
     settings: &ClothSettings,
     interrupt: &Interrupt,
-    state: &mut State<R>,
+    state: &State<R>,
     work: &mut Workspace<R>,
     watch: &mut dyn Stopwatch,
 ) -> Result<Option<SolveReport>, StepFailure> {
@@ -37,6 +35,7 @@ pub(super) fn advance<R: Real>(
         return Err(StepFailure::Interrupted);
     }
 
+    work.forget();
     let mut step = Step { model, state, work, watch };
     match settings.integrator {
         Integrator::ExplicitEuler => explicit_euler::advance(&mut step),

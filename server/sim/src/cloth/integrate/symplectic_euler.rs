@@ -2,11 +2,9 @@
 //!
 //! Stable for h omega < 2 (sqrt(1 + xi²) - xi), xi the damping ratio.
 
-use super::stages::Step;
+use super::update::{MovedBy, Step};
 use crate::math::Real;
 
 pub(super) fn advance<R: Real>(step: &mut Step<'_, R>) {
-    step.accelerate();
-    step.kick(step.dt());
-    step.drift(step.dt());
+    step.kick_and_drift(step.dt(), MovedBy::New);
 }

@@ -3,28 +3,19 @@
 //! Stable for h omega < 2 without damping. The predicted form ends with
 //! v' = w + h/2 a(x', w + h/2 a(x, v)), which keeps order 2 with damping.
 
-use super::stages::Step;
+use super::update::{MovedBy, Step};
 use crate::math::Real;
 
 pub(super) fn advance<R: Real>(step: &mut Step<'_, R>) {
     let half = step.dt() * R::of(0.5);
-
-    step.accelerate();
-    step.kick(half);
-    step.drift(step.dt());
-
+    step.kick_and_drift(half, MovedBy::New);
     step.accelerate();
     step.kick(half);
 }
 
 pub(super) fn advance_predicted<R: Real>(step: &mut Step<'_, R>) {
     let half = step.dt() * R::of(0.5);
-
-    step.accelerate();
-    step.kick(half);
-    step.predict(half);
-    step.drift(step.dt());
-
-    step.accelerate_at_w();
+    step.kick_and_drift(half, MovedBy::New);
+    step.accelerate_ahead(half);
     step.kick(half);
 }

@@ -10,7 +10,7 @@ use std::arch::x86_64::*;
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
 use super::{
-    super::real::{LANES, Pack, Padded},
+    super::real::{LANES, Pack, Record},
     operators::operators,
     portable::{Portable, quads_by_lanes},
 };
@@ -123,16 +123,30 @@ macro_rules! lanewise {
 }
 
 impl F32x16 {
-    /// Components of eight vectors.
+    /// Components of both vectors of eight records.
     #[inline(always)]
-    unsafe fn gather_half(field: &[Padded<f32>], indices: &[u32]) -> [__m256; 3] {
-        // SAFETY: the caller promises indices in range; a padded vector is four numbers.
+    unsafe fn gather_half(records: &[Record<f32>], indices: &[u16]) -> [[__m256; 3]; 2] {
+        // SAFETY: the caller promises indices in range; a record is two vectors of four numbers.
         unsafe {
-            let one = |i: usize| _mm_loadu_ps(field.as_ptr().add(indices[i] as usize).cast());
-            let a = _mm256_insertf128_ps::<1>(_mm256_castps128_ps256(one(0)), one(4));
-            let b = _mm256_insertf128_ps::<1>(_mm256_castps128_ps256(one(1)), one(5));
-            let c = _mm256_insertf128_ps::<1>(_mm256_castps128_ps256(one(2)), one(6));
-            let d = _mm256_insertf128_ps::<1>(_mm256_castps128_ps256(one(3)), one(7));
+            let one = |i: usize| records.as_ptr().add(indices[i] as usize).cast::<f32>();
+            let a = Self::both(_mm256_loadu_ps(one(0)), _mm256_loadu_ps(one(4)));
+            let b = Self::both(_mm256_loadu_ps(one(1)), _mm256_loadu_ps(one(5)));
+            let c = Self::both(_mm256_loadu_ps(one(2)), _mm256_loadu_ps(one(6)));
+            let d = Self::both(_mm256_loadu_ps(one(3)), _mm256_loadu_ps(one(7)));
+            [Self::three(a[0], b[0], c[0], d[0]), Self::three(a[1], b[1], c[1], d[1])]
+        }
+    }
+
+    /// The first vectors of two records, and the second.
+    #[inline(always)]
+    unsafe fn both(low: __m256, high: __m256) -> [__m256; 2] {
+        unsafe { [_mm256_permute2f128_ps::<0x20>(low, high), _mm256_permute2f128_ps::<0x31>(low, high)] }
+    }
+
+    /// Components of eight vectors in four registers.
+    #[inline(always)]
+    unsafe fn three(a: __m256, b: __m256, c: __m256, d: __m256) -> [__m256; 3] {
+        unsafe {
             let xy_ab = _mm256_castps_pd(_mm256_unpacklo_ps(a, b));
             let xy_cd = _mm256_castps_pd(_mm256_unpacklo_ps(c, d));
             let z_ab = _mm256_castps_pd(_mm256_unpackhi_ps(a, b));
@@ -147,12 +161,26 @@ impl F32x16 {
 }
 
 impl F64x16 {
-    /// Components of four vectors.
+    /// Components of one of the two vectors of sixteen records.
     #[inline(always)]
-    unsafe fn gather_quarter(field: &[Padded<f64>], indices: &[u32]) -> [__m256d; 3] {
-        // SAFETY: the caller promises indices in range; a padded vector is four numbers.
+    unsafe fn gather_one(records: &[Record<f64>], vector: usize, indices: &[u16; LANES]) -> [Self; 3] {
+        let (quarters, _) = indices.as_chunks::<{ LANES / 4 }>();
+        // SAFETY: the caller promises indices in range.
         unsafe {
-            let one = |i: usize| field.as_ptr().add(indices[i] as usize).cast::<f64>();
+            let a = Self::gather_quarter(records, vector, &quarters[0]);
+            let b = Self::gather_quarter(records, vector, &quarters[1]);
+            let c = Self::gather_quarter(records, vector, &quarters[2]);
+            let d = Self::gather_quarter(records, vector, &quarters[3]);
+            [Self([a[0], b[0], c[0], d[0]]), Self([a[1], b[1], c[1], d[1]]), Self([a[2], b[2], c[2], d[2]])]
+        }
+    }
+
+    /// Components of one of the two vectors of four records.
+    #[inline(always)]
+    unsafe fn gather_quarter(records: &[Record<f64>], vector: usize, indices: &[u16]) -> [__m256d; 3] {
+        // SAFETY: the caller promises indices in range; a record is two vectors of four numbers.
+        unsafe {
+            let one = |i: usize| records.as_ptr().add(indices[i] as usize).cast::<f64>().add(4 * vector);
             let (a, b) = (_mm256_loadu_pd(one(0)), _mm256_loadu_pd(one(1)));
             let (c, d) = (_mm256_loadu_pd(one(2)), _mm256_loadu_pd(one(3)));
             let (xz_ab, xz_cd) = (_mm256_unpacklo_pd(a, b), _mm256_unpacklo_pd(c, d));
@@ -215,11 +243,15 @@ impl Pack for F32x16 {
     }
 
     #[inline(always)]
-    unsafe fn gather(field: &[Padded<f32>], indices: &[u32; LANES]) -> [Self; 3] {
+    unsafe fn gather(records: &[Record<f32>], indices: &[u16; LANES]) -> [[Self; 3]; 2] {
         let (low, high) = indices.split_at(LANES / 2);
         // SAFETY: the caller promises indices in range.
-        let (low, high) = unsafe { (Self::gather_half(field, low), Self::gather_half(field, high)) };
-        [Self([low[0], high[0]]), Self([low[1], high[1]]), Self([low[2], high[2]])]
+        let (low, high) = unsafe { (Self::gather_half(records, low), Self::gather_half(records, high)) };
+        let ([x, v], [other_x, other_v]) = (low, high);
+        [
+            [Self([x[0], other_x[0]]), Self([x[1], other_x[1]]), Self([x[2], other_x[2]])],
+            [Self([v[0], other_v[0]]), Self([v[1], other_v[1]]), Self([v[2], other_v[2]])],
+        ]
     }
 
     #[inline(always)]
@@ -343,15 +375,8 @@ impl Pack for F64x16 {
     }
 
     #[inline(always)]
-    unsafe fn gather(field: &[Padded<f64>], indices: &[u32; LANES]) -> [Self; 3] {
-        let (quarters, _) = indices.as_chunks::<{ LANES / 4 }>();
+    unsafe fn gather(records: &[Record<f64>], indices: &[u16; LANES]) -> [[Self; 3]; 2] {
         // SAFETY: the caller promises indices in range.
-        unsafe {
-            let a = Self::gather_quarter(field, &quarters[0]);
-            let b = Self::gather_quarter(field, &quarters[1]);
-            let c = Self::gather_quarter(field, &quarters[2]);
-            let d = Self::gather_quarter(field, &quarters[3]);
-            [Self([a[0], b[0], c[0], d[0]]), Self([a[1], b[1], c[1], d[1]]), Self([a[2], b[2], c[2], d[2]])]
-        }
+        unsafe { [Self::gather_one(records, 0, indices), Self::gather_one(records, 1, indices)] }
     }
 }

@@ -11,7 +11,7 @@ use std::arch::x86_64::*;
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
 use super::{
-    super::real::{LANES, Pack, Padded},
+    super::real::{LANES, Pack, Record},
     operators::operators,
     portable::{Portable, quads_by_lanes},
 };
@@ -93,23 +93,15 @@ impl Pack for F32x16 {
         }
     }
     #[inline(always)]
-    unsafe fn gather(field: &[Padded<f32>], indices: &[u32; LANES]) -> [Self; 3] {
-        // SAFETY: the caller promises indices in range; a padded vector is four numbers.
+    unsafe fn gather(records: &[Record<f32>], indices: &[u16; LANES]) -> [[Self; 3]; 2] {
+        // SAFETY: the caller promises indices in range; a record is two vectors of four numbers.
         unsafe {
-            let one = |i: usize| _mm_loadu_ps(field.as_ptr().add(indices[i] as usize).cast());
-            let (a, b) =
-                (Self::join(one(0), one(4), one(8), one(12)), Self::join(one(1), one(5), one(9), one(13)));
-            let (c, d) =
-                (Self::join(one(2), one(6), one(10), one(14)), Self::join(one(3), one(7), one(11), one(15)));
-            let xy_ab = _mm512_castps_pd(_mm512_unpacklo_ps(a, b));
-            let xy_cd = _mm512_castps_pd(_mm512_unpacklo_ps(c, d));
-            let z_ab = _mm512_castps_pd(_mm512_unpackhi_ps(a, b));
-            let z_cd = _mm512_castps_pd(_mm512_unpackhi_ps(c, d));
-            [
-                Self(_mm512_castpd_ps(_mm512_unpacklo_pd(xy_ab, xy_cd))),
-                Self(_mm512_castpd_ps(_mm512_unpackhi_pd(xy_ab, xy_cd))),
-                Self(_mm512_castpd_ps(_mm512_unpacklo_pd(z_ab, z_cd))),
-            ]
+            let one = |i: usize| records.as_ptr().add(indices[i] as usize).cast::<f32>();
+            let a = Self::both([one(0), one(4), one(8), one(12)]);
+            let b = Self::both([one(1), one(5), one(9), one(13)]);
+            let c = Self::both([one(2), one(6), one(10), one(14)]);
+            let d = Self::both([one(3), one(7), one(11), one(15)]);
+            [Self::three([a[0], b[0], c[0], d[0]]), Self::three([a[1], b[1], c[1], d[1]])]
         }
     }
 
@@ -209,6 +201,26 @@ impl F32x16 {
         }
     }
 
+    /// The first vectors of four records, and the second.
+    #[inline(always)]
+    unsafe fn both(records: [*const f32; 4]) -> [__m512; 2] {
+        // SAFETY: the caller promises records of eight numbers.
+        unsafe {
+            let low = _mm512_castps256_ps512(_mm256_loadu_ps(records[0]));
+            let low = _mm512_insertf32x8::<1>(low, _mm256_loadu_ps(records[1]));
+            let high = _mm512_castps256_ps512(_mm256_loadu_ps(records[2]));
+            let high = _mm512_insertf32x8::<1>(high, _mm256_loadu_ps(records[3]));
+            [_mm512_shuffle_f32x4::<0x88>(low, high), _mm512_shuffle_f32x4::<0xDD>(low, high)]
+        }
+    }
+
+    /// Components of sixteen vectors, of which register i holds those of lanes i, i + 4, i + 8, i + 12.
+    #[inline(always)]
+    unsafe fn three(quads: [__m512; 4]) -> [Self; 3] {
+        let [x, y, z, _] = Self::transpose(quads);
+        [Self(x), Self(y), Self(z)]
+    }
+
     /// Transposes 4 x 4 numbers in each 128-bit part.
     #[inline(always)]
     fn transpose([a, b, c, d]: [__m512; 4]) -> [__m512; 4] {
@@ -237,16 +249,17 @@ impl F32x16 {
 }
 
 impl F64x16 {
-    /// Components of eight vectors.
+    /// Components of one of the two vectors of eight records.
     #[inline(always)]
-    unsafe fn gather_half(field: &[Padded<f64>], indices: &[u32]) -> [__m512d; 3] {
-        // SAFETY: the caller promises indices in range; a padded vector is four numbers.
+    unsafe fn gather_half(records: &[Record<f64>], vector: usize, indices: &[u16]) -> [__m512d; 3] {
+        // SAFETY: the caller promises indices in range; a record is two vectors of four numbers.
         unsafe {
-            let one = |i: usize| _mm256_loadu_pd(field.as_ptr().add(indices[i] as usize).cast());
-            let a = _mm512_insertf64x4::<1>(_mm512_castpd256_pd512(one(0)), one(4));
-            let b = _mm512_insertf64x4::<1>(_mm512_castpd256_pd512(one(1)), one(5));
-            let c = _mm512_insertf64x4::<1>(_mm512_castpd256_pd512(one(2)), one(6));
-            let d = _mm512_insertf64x4::<1>(_mm512_castpd256_pd512(one(3)), one(7));
+            let one = |i: usize| records.as_ptr().add(indices[i] as usize).cast::<f64>().add(4 * vector);
+            let two = |i: usize| {
+                let low = _mm512_castpd256_pd512(_mm256_loadu_pd(one(i)));
+                _mm512_insertf64x4::<1>(low, _mm256_loadu_pd(one(i + 4)))
+            };
+            let (a, b, c, d) = (two(0), two(1), two(2), two(3));
             let (xz_ab, xz_cd) = (_mm512_unpacklo_pd(a, b), _mm512_unpacklo_pd(c, d));
             let (y_ab, y_cd) = (_mm512_unpackhi_pd(a, b), _mm512_unpackhi_pd(c, d));
             let first = _mm512_setr_epi64(0, 1, 8, 9, 4, 5, 12, 13);
@@ -316,11 +329,17 @@ impl Pack for F64x16 {
         self
     }
     #[inline(always)]
-    unsafe fn gather(field: &[Padded<f64>], indices: &[u32; LANES]) -> [Self; 3] {
+    unsafe fn gather(records: &[Record<f64>], indices: &[u16; LANES]) -> [[Self; 3]; 2] {
         let (low, high) = indices.split_at(LANES / 2);
         // SAFETY: the caller promises indices in range.
-        let (low, high) = unsafe { (Self::gather_half(field, low), Self::gather_half(field, high)) };
-        [Self([low[0], high[0]]), Self([low[1], high[1]]), Self([low[2], high[2]])]
+        unsafe {
+            let (x, other_x) = (Self::gather_half(records, 0, low), Self::gather_half(records, 0, high));
+            let (v, other_v) = (Self::gather_half(records, 1, low), Self::gather_half(records, 1, high));
+            [
+                [Self([x[0], other_x[0]]), Self([x[1], other_x[1]]), Self([x[2], other_x[2]])],
+                [Self([v[0], other_v[0]]), Self([v[1], other_v[1]]), Self([v[2], other_v[2]])],
+            ]
+        }
     }
 
     #[inline(always)]

@@ -148,7 +148,7 @@ mod tests {
     use std::marker::PhantomData;
 
     use super::{
-        super::real::{LANES, Pack, Padded, Real, Rounding as _},
+        super::real::{LANES, Pack, Padded, Real, Record, Rounding as _},
         *,
     };
 
@@ -222,23 +222,27 @@ mod tests {
         let whole = P::load(&counts.map(|n| P::Number::of(4369.0 * n))).whole();
         let x = P::load(x);
         let same = [x.sqrt(), x.abs(), x.inverse_or_zero(), x.floor(), power.power_of_two()];
-        (same.map(bits).to_vec(), bits(x.widen()), whole)
+        let singles = P::from_singles(&x.to_singles());
+        let packs = same.into_iter().chain([singles]).map(bits).collect();
+        (packs, bits(x.widen()), whole)
     }
 
     #[inline(always)]
     fn of_quads<P: Pack>(x: &[P::Number; LANES]) -> Vec<[u64; LANES]> {
         let quads: [[P::Number; 4]; LANES] =
             std::array::from_fn(|i| std::array::from_fn(|c| P::Number::of((4 * i + c) as f64)));
-        let field = quads.map(Padded);
-        let indices = std::array::from_fn(|i| (7 * i % LANES) as u32);
+        let records: [_; LANES] =
+            std::array::from_fn(|i| Record([Padded(quads[i]), Padded(quads[LANES - 1 - i])]));
+        let indices = std::array::from_fn(|i| (7 * i % LANES) as u16);
         // SAFETY: indices below sixteen.
-        let gathered = unsafe { P::gather(&field, &indices) };
+        let gathered = unsafe { P::gather(&records, &indices) };
         let columns = P::columns(&quads);
         assert_eq!(P::rows(columns), quads);
         assert_eq!((columns[0].any(), P::zero().any()), (true, false));
 
         let fold = std::array::from_fn(|i| P::load(x).max(P::zero()).fold()[i % 4].to_f64().to_bits());
-        let packs = gathered.into_iter().chain(columns).chain([P::repeat(&quads[3]), P::spread(&quads[3])]);
+        let packs =
+            gathered.into_iter().flatten().chain(columns).chain([P::repeat(&quads[3]), P::spread(&quads[3])]);
         packs.map(bits).chain([fold]).collect()
     }
 

@@ -3,7 +3,7 @@
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
 use super::{
-    super::real::{LANES, Pack, Padded, Real},
+    super::real::{LANES, Pack, Real, Record},
     operators::operators,
 };
 
@@ -79,16 +79,18 @@ impl<R: Real> Pack for Portable<R> {
     }
     #[inline(always)]
     #[allow(unsafe_code, reason = "indices are checked once, when a model is built")]
-    unsafe fn gather(field: &[Padded<R>], indices: &[u32; LANES]) -> [Self; 3] {
-        let mut lanes = [[R::zero(); LANES]; 3];
+    unsafe fn gather(records: &[Record<R>], indices: &[u16; LANES]) -> [[Self; 3]; 2] {
+        let mut lanes = [[[R::zero(); LANES]; 3]; 2];
         for lane in 0..LANES {
             // SAFETY: the caller promises that the index is in range.
-            let v = unsafe { field.get_unchecked(indices[lane] as usize) };
-            for c in 0..3 {
-                lanes[c][lane] = v.0[c];
+            let record = unsafe { records.get_unchecked(indices[lane] as usize) };
+            for (lanes, vector) in lanes.iter_mut().zip(&record.0) {
+                for c in 0..3 {
+                    lanes[c][lane] = vector.0[c];
+                }
             }
         }
-        lanes.map(Self)
+        lanes.map(|vector| vector.map(Self))
     }
 
     #[inline(always)]

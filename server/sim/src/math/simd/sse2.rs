@@ -13,7 +13,7 @@ use std::arch::x86_64::*;
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
 use super::{
-    super::real::{LANES, Pack, Padded},
+    super::real::{LANES, Pack, Record},
     operators::operators,
     portable::Portable,
 };
@@ -201,11 +201,19 @@ impl Pack for F32x16 {
     }
 
     #[inline(always)]
-    unsafe fn gather(field: &[Padded<f32>], indices: &[u32; LANES]) -> [Self; 3] {
-        // SAFETY: the caller promises indices in range; a padded vector is four numbers.
-        let one = |i: usize| unsafe { _mm_loadu_ps(field.as_ptr().add(indices[i] as usize).cast()) };
-        let [x, y, z, _] = four(|i| [one(4 * i), one(4 * i + 1), one(4 * i + 2), one(4 * i + 3)]);
-        [x, y, z]
+    unsafe fn gather(records: &[Record<f32>], indices: &[u16; LANES]) -> [[Self; 3]; 2] {
+        // SAFETY: the caller promises indices in range; a record is two vectors of four numbers.
+        let one = |vector: usize, i: usize| unsafe {
+            _mm_loadu_ps(records.as_ptr().add(indices[i] as usize).cast::<f32>().add(4 * vector))
+        };
+        let of = |vector: usize| {
+            let quads = |i: usize| {
+                [one(vector, 4 * i), one(vector, 4 * i + 1), one(vector, 4 * i + 2), one(vector, 4 * i + 3)]
+            };
+            let [x, y, z, _] = four(quads);
+            [x, y, z]
+        };
+        [of(0), of(1)]
     }
 
     #[inline(always)]
@@ -303,15 +311,18 @@ impl Pack for F64x16 {
     }
 
     #[inline(always)]
-    unsafe fn gather(field: &[Padded<f64>], indices: &[u32; LANES]) -> [Self; 3] {
-        let [x, y, z, _] = Self::columns_of(|i| {
-            // SAFETY: the caller promises indices in range; a padded vector is four numbers.
-            unsafe {
-                let one = field.as_ptr().add(indices[i] as usize).cast::<f64>();
-                [_mm_loadu_pd(one), _mm_loadu_pd(one.add(2))]
-            }
-        });
-        [x, y, z]
+    unsafe fn gather(records: &[Record<f64>], indices: &[u16; LANES]) -> [[Self; 3]; 2] {
+        let of = |vector: usize| {
+            let [x, y, z, _] = Self::columns_of(|i| {
+                // SAFETY: the caller promises indices in range; a record is two vectors of four numbers.
+                unsafe {
+                    let one = records.as_ptr().add(indices[i] as usize).cast::<f64>().add(4 * vector);
+                    [_mm_loadu_pd(one), _mm_loadu_pd(one.add(2))]
+                }
+            });
+            [x, y, z]
+        };
+        [of(0), of(1)]
     }
 
     #[inline(always)]

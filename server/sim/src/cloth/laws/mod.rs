@@ -1,0 +1,184 @@
+//! The laws of cloth: what joins particles, a file each.
+
+mod spring;
+mod element;
+mod quadratic_bending;
+
+pub(super) use element::{ElementLaw, Evaluated};
+pub(super) use quadratic_bending::QuadraticBending;
+pub(super) use spring::{Spring, Stretch};
+pub use spring::{spring_force, spring_jacobian_v, spring_jacobian_x};
+
+use crate::mesh::TriangleMesh;
+
+/// The laws of elements: each with its name in scene files, the number of particles of an element, of numbers that never
+/// change and of numbers that an evaluation freezes.
+macro_rules! with_element_laws {
+    ($then:ident) => {
+        $then! {
+            QuadraticBending("quadratic_bending", 4, 3, 0),
+        }
+    };
+}
+pub(super) use with_element_laws;
+
+macro_rules! kinds {
+    ($($law:ident($name:literal, $n:literal, $c:literal, $f:literal),)+) => {
+        /// A law of elements of a body.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+        pub enum ElementKind {
+            $(#[doc = concat!("`", $name, "`: see docs/laws/", $name, ".md.")] $law,)+
+        }
+
+        impl ElementKind {
+            /// Every law of elements.
+            pub const ALL: [Self; [$($name),+].len()] = [$(Self::$law),+];
+
+            /// Its name in scene files.
+            pub const fn name(self) -> &'static str {
+                match self {
+                    $(Self::$law => $name,)+
+                }
+            }
+
+            /// Elements of a mesh at rest as it lies: their particles, one element after the other, and the numbers that
+            /// never change.
+            pub(super) fn list(self, mesh: &TriangleMesh) -> (Vec<u32>, Vec<f64>) {
+                match self {
+                    $(Self::$law => list::<$law, $n, $c, $f>(mesh),)+
+                }
+            }
+        }
+    };
+}
+with_element_laws!(kinds);
+
+fn list<L: ElementLaw<N, C, F>, const N: usize, const C: usize, const F: usize>(
+    mesh: &TriangleMesh,
+) -> (Vec<u32>, Vec<f64>) {
+    let (mut particles, mut rest) = (Vec::new(), Vec::new());
+    for element in L::elements(mesh) {
+        crate::interrupt::point();
+        if let Some(numbers) = L::rest(element.map(|particle| mesh.points[particle as usize])) {
+            particles.extend(element);
+            rest.extend(numbers);
+        }
+    }
+    (particles, rest)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::{Mat3, Pack, Portable, Vec3, array::dot};
+
+    type Lane = Portable<f64>;
+
+    /// Numbers of [-1, 1], the same in every run.
+    fn noise(i: usize) -> f64 {
+        let hash = (i as u64 + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+        ((hash ^ (hash >> 29)) >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+    }
+
+    /// Corners of an element: a regular one, moved by noise.
+    fn corners<const N: usize>(seed: usize, by: f64) -> [[f64; 3]; N] {
+        const BASE: [[f64; 3]; 4] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.4, 0.9, 0.0], [0.5, -0.8, 0.0]];
+        std::array::from_fn(|i| std::array::from_fn(|c| BASE[i][c] + by * noise(seed + 3 * i + c)))
+    }
+
+    fn lanes<const N: usize>(x: [[f64; 3]; N]) -> [[Lane; 3]; N] {
+        x.map(|x| x.map(Lane::splat))
+    }
+
+    fn first<const N: usize>(x: [[Lane; 3]; N]) -> [[f64; 3]; N] {
+        x.map(|x| x.map(|c| c.store()[0]))
+    }
+
+    struct Element<L, const N: usize, const C: usize, const F: usize> {
+        rest: [f64; C],
+        law: std::marker::PhantomData<L>,
+    }
+
+    impl<L: ElementLaw<N, C, F>, const N: usize, const C: usize, const F: usize> Element<L, N, C, F> {
+        fn evaluate(&self, x: [[f64; 3]; N]) -> (f64, [[f64; 3]; N], [Lane; F]) {
+            let Evaluated { energy, gradient, frozen } = L::evaluate(self.rest.map(Lane::splat), lanes(x));
+            (energy.store()[0], first(gradient), frozen)
+        }
+
+        fn product(&self, frozen: [Lane; F], w: [[f64; 3]; N]) -> [[f64; 3]; N] {
+            first(L::product(self.rest.map(Lane::splat), frozen, lanes(w)))
+        }
+
+        /// The gradient against differences of the energy.
+        fn check_gradient(&self, x: [[f64; 3]; N]) {
+            let (_, gradient, _) = self.evaluate(x);
+            for (corner, c) in (0..N).flat_map(|corner| (0..3).map(move |c| (corner, c))) {
+                let energy = |by: f64| {
+                    let mut moved = x;
+                    moved[corner][c] += by;
+                    self.evaluate(moved).0
+                };
+                let slope = (energy(1e-5) - energy(-1e-5)) / 2e-5;
+                let found = gradient[corner][c];
+                assert!((slope - found).abs() < 1e-8 * (1.0 + found.abs()), "{corner}.{c}: {slope}, {found}");
+            }
+        }
+
+        /// The frozen tangent is symmetric, positive semi-definite and within its shares; its diagonal is its own.
+        fn check_tangent(&self, x: [[f64; 3]; N]) {
+            let (_, _, frozen) = self.evaluate(x);
+            let diagonal = L::diagonal(self.rest.map(Lane::splat), frozen);
+            let shares = L::shares(self.rest);
+            let all = |a: [[f64; 3]; N], b: [[f64; 3]; N]| -> f64 {
+                a.into_iter().zip(b).map(|(a, b)| dot(a, b)).sum()
+            };
+            for seed in 0..20 {
+                let [u, w]: [[[f64; 3]; N]; 2] = [corners(1000 + seed, 2.0), corners(2000 + seed, 2.0)];
+                let [hu, hw] = [u, w].map(|v| self.product(frozen, v));
+                assert!((all(w, hu) - all(u, hw)).abs() < 1e-12 * all(u, hu).max(1.0), "symmetry");
+                assert!(all(w, hw) > -1e-12, "positive semi-definite");
+                let bound: f64 = w.iter().zip(shares).map(|(w, share)| share * dot(*w, *w)).sum();
+                assert!(all(w, hw) <= bound * (1.0 + 1e-12), "{} above {bound}", all(w, hw));
+            }
+            for corner in 0..N {
+                let [xx, yy, zz, xy, xz, yz] = diagonal[corner].map(|entry| entry.store()[0]);
+                let block = Mat3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
+                for c in 0..3 {
+                    let mut w = [[0.0; 3]; N];
+                    w[corner][c] = 1.0;
+                    let found = Vec3::from(self.product(frozen, w)[corner]);
+                    assert!((found - block.column(c)).norm() < 1e-12 * block.norm().max(1.0));
+                }
+            }
+        }
+
+        /// Neither a displacement nor a rotation of all changes the energy.
+        fn check_rigid_motion(&self, x: [[f64; 3]; N]) {
+            let turn = nalgebra::Rotation3::from_euler_angles(0.7, -1.1, 2.3);
+            let moved = x.map(|x| (turn * Vec3::from(x) + Vec3::new(3.0, -2.0, 5.0)).into());
+            let (before, after) = (self.evaluate(x).0, self.evaluate(moved).0);
+            assert!((before - after).abs() < 1e-12 * before.max(1.0), "{before}, then {after}");
+        }
+    }
+
+    fn check<L: ElementLaw<N, C, F>, const N: usize, const C: usize, const F: usize>() {
+        for seed in 0..10 {
+            let rest = L::rest(corners(100 * seed, 0.2)).expect("an element with a shape");
+            let element = Element::<L, N, C, F> { rest, law: std::marker::PhantomData };
+            let x = corners(100 * seed + 50, 0.6);
+            element.check_gradient(x);
+            element.check_tangent(x);
+            element.check_rigid_motion(x);
+        }
+    }
+
+    macro_rules! check_all {
+        ($($law:ident($name:literal, $n:literal, $c:literal, $f:literal),)+) => {
+            #[test]
+            fn every_law_is_the_derivative_of_its_energy_and_moves_with_the_cloth() {
+                $(check::<$law, $n, $c, $f>();)+
+            }
+        };
+    }
+    with_element_laws!(check_all);
+}

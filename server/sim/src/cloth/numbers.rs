@@ -1,0 +1,115 @@
+//! Parameters and time step as the kernels of one step read them.
+
+use super::{
+    elements::ElementNumbers,
+    model::{Model, Parameters},
+    settings::ClothSettings,
+};
+use crate::{
+    math::{LANES, Real, Vec3, vec3},
+    surroundings::Surroundings,
+};
+
+/// Numbers of the laws of sixteen springs, each with a lane per spring.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct SpringNumbers<R> {
+    /// k (N/m).
+    pub(super) stiffness: [R; LANES],
+    /// nu (N s/m).
+    pub(super) damping: [R; LANES],
+    /// h k (N s/m).
+    pub(super) push: [R; LANES],
+    /// h² k (kg).
+    pub(super) elastic: [R; LANES],
+    /// h nu (kg).
+    pub(super) viscous: [R; LANES],
+}
+
+/// Parameters and time step of a step.
+#[derive(Clone, Debug, PartialEq, Default)]
+pub(super) struct StepNumbers<R: Real> {
+    /// Time step of the cloth (s): that of the world over the number of sub-steps.
+    pub(super) dt: f64,
+    /// Numbers for each pattern of laws of the model's springs.
+    pub(super) springs: Vec<SpringNumbers<R>>,
+    /// Numbers for each list of elements.
+    pub(super) elements: Vec<ElementNumbers<R>>,
+    /// h² k + h nu of each pattern (kg): a + b d.d of a spring's block a I + b d dᵀ.
+    pub(super) along: Vec<[R; LANES]>,
+    /// What the transverse ratio of a compressed spring is multiplied by, if that makes it greater: 1, 0 or -1.
+    pub(super) mirror: R,
+    /// Linear drag of the medium (N s/m).
+    pub(super) drag: R,
+    /// Velocity of the medium (m/s).
+    pub(super) wind: Vec3<R>,
+    /// Gravity (m/s²).
+    pub(super) gravity: Vec3<R>,
+    /// What they were made from.
+    parameters: Option<Parameters>,
+}
+
+impl<R: Real> StepNumbers<R> {
+    /// Takes over the parameters and the surroundings of a step; says whether anything changed.
+    pub(super) fn refresh(
+        &mut self,
+        model: &Model<R>,
+        parameters: &Parameters,
+        settings: &ClothSettings,
+        around: &Surroundings<'_>,
+    ) -> bool {
+        let dt = around.dt / f64::from(settings.substeps);
+        let (gravity, wind) = (vec3(around.gravity), vec3(around.wind));
+        let mirror = R::of(settings.hessian.mirror());
+        let is_same = self.parameters.as_ref() == Some(parameters)
+            && self.dt.to_bits() == dt.to_bits()
+            && (self.gravity, self.wind, self.mirror) == (gravity, wind, mirror);
+        if is_same {
+            return false;
+        }
+
+        (self.dt, self.gravity, self.wind, self.drag) = (dt, gravity, wind, R::of(parameters.drag));
+        self.mirror = mirror;
+        self.springs.clear();
+        self.springs.extend(model.springs.patterns.iter().map(|laws| {
+            let of = |number: &dyn Fn(f64, f64) -> f64| {
+                laws.map(|law| {
+                    let law = parameters.laws[law as usize].law;
+                    R::of(number(law.stiffness, law.damping))
+                })
+            };
+            SpringNumbers {
+                stiffness: of(&|k, _| k),
+                damping: of(&|_, nu| nu),
+                push: of(&|k, _| dt * k),
+                elastic: of(&|k, _| dt * dt * k),
+                viscous: of(&|_, nu| dt * nu),
+            }
+        }));
+        self.along.clear();
+        self.along.extend(
+            self.springs
+                .iter()
+                .map(|numbers| std::array::from_fn(|lane| numbers.elastic[lane] + numbers.viscous[lane])),
+        );
+        self.elements.clear();
+        self.elements.extend(parameters.elements.iter().map(|law| {
+            let matrix = dt * dt * law.stiffness + dt * law.damping;
+            let [gradient, velocity] = if settings.integrator.is_implicit() {
+                [dt * law.stiffness, matrix]
+            } else {
+                [law.stiffness, law.damping]
+            };
+            let [gradient, velocity, matrix] = [gradient, velocity, matrix].map(R::of);
+            ElementNumbers { energy: law.stiffness, gradient, velocity, matrix }
+        }));
+        match &mut self.parameters {
+            Some(Parameters { laws, elements, drag }) => {
+                laws.clone_from(&parameters.laws);
+                elements.clone_from(&parameters.elements);
+                *drag = parameters.drag;
+            }
+            None => self.parameters = Some(parameters.clone()),
+        }
+        true
+    }
+}
