@@ -2,14 +2,13 @@
 
 use std::time::Instant;
 
-use rayon::{ThreadPool, prelude::*};
+use nappe_sim::parallel::triad;
+use rayon::ThreadPool;
 
 use super::sample;
 
 /// Numbers in each of the three arrays: 128 MB each.
 const LENGTH: usize = 1 << 24;
-/// Numbers that a thread takes at a time.
-const BLOCK: usize = 1 << 14;
 /// Bytes moved per number: two are read, one is written, for which its line is read first.
 const BYTES: usize = 4 * size_of::<f64>();
 /// Times that it is run; the fastest counts.
@@ -24,8 +23,7 @@ pub(crate) struct Triad {
 
 impl Triad {
     pub(crate) fn new() -> Self {
-        let array = |value: f64| (0..LENGTH).into_par_iter().map(|_| value).collect();
-        Self { a: array(0.0), b: array(1.0), c: array(2.0) }
+        Self { a: vec![0.5; LENGTH], b: vec![1.0; LENGTH], c: vec![2.0; LENGTH] }
     }
 
     /// Bytes per second on the threads of a pool, write-allocates included.
@@ -33,12 +31,7 @@ impl Triad {
         let Self { a, b, c } = self;
         let mut run = || {
             let begin = Instant::now();
-            pool.install(|| {
-                let blocks = (a.par_chunks_mut(BLOCK), b.par_chunks(BLOCK), c.par_chunks(BLOCK));
-                blocks.into_par_iter().for_each(|(a, b, c)| {
-                    a.iter_mut().zip(b.iter().zip(c)).for_each(|(a, (b, c))| *a = b + 3.0 * c);
-                });
-            });
+            pool.install(|| triad(a, b, 3.0, c));
             begin.elapsed().as_secs_f64()
         };
         (LENGTH * BYTES) as f64 / sample::minimum((0..REPETITIONS).map(|_| run()))

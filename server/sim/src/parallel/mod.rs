@@ -6,8 +6,10 @@
 mod disjoint;
 mod hash;
 mod order;
+mod triad;
 
 pub use order::hilbert_order;
+pub use triad::triad;
 
 pub(crate) use disjoint::Disjoint;
 pub(crate) use hash::{hash_numbers, sum_hashes};
