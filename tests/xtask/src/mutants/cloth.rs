@@ -34,7 +34,7 @@ pub(super) const NAMES: [&str; 36] = [
     "matrix with h k in place of h² k",
     "matrix without the damping of springs",
     "matrix without drag",
-    "right-hand side without h df/dx v along the springs",
+    "right-hand side without h df/dx v",
     "pins that a solve moves",
     "assembled blocks beside the diagonal with the wrong sign",
     "explicit Euler that moves with the new velocity",
