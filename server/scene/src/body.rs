@@ -203,7 +203,7 @@ pub struct ElementLaw {
     pub name: ElementKind,
     /// Stiffness, in the unit of the law.
     pub stiffness: f64,
-    /// Damping, in that unit times a second.
+    /// Damping, in seconds times that unit.
     #[serde(default)]
     pub damping: f64,
 }

@@ -87,7 +87,7 @@ fn sum<P: Pack>(rest: [P; 3], x: [[P; 3]; 4]) -> [P; 3] {
     three!(|c| rest[0] * (x[1][c] - x[0][c]) + rest[1] * (x[2][c] - x[0][c]) + rest[2] * (x[3][c] - x[0][c]))
 }
 
-/// K_j times a vector.
+/// The vector, multiplied by each K_j.
 #[inline(always)]
 fn spread<P: Pack>(rest: [P; 3], v: [P; 3]) -> [[P; 3]; 4] {
     let k = four(rest);
