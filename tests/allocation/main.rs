@@ -89,8 +89,8 @@ fn warm_up(threads: usize) {
     }
 }
 
-/// Allocations of ten steps after the first `warm` ones: the fewest of three times, because a thread of the pool that goes
-/// to sleep may allocate too. What a step allocates, it does every time.
+/// Allocations of ten steps after the first `warm` ones: the fewest of three times. On a busy machine one to three were
+/// counted in some runs and none in others, from what is not known; what a step allocates, it does every time.
 fn count(simulation: &mut Simulation, warm: u32) -> u64 {
     let mut least = once(simulation, warm);
     for _ in 0..2 {
