@@ -53,15 +53,17 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static COUNTING: Counting = Counting;
 
-/// A sheet of nine blocks that falls on a sphere.
+/// A sheet of nine blocks that falls on a sphere; of as many as a coarse space of two levels needs, where there is one.
 fn scene(method: Method, solver: SolverSettings) -> Scene {
-    let mut network = sheet(24, 0.05, &sheet_rules(100.0, 0.02), 0.005);
+    let has_levels = solver.preconditioner == PreconditionerKind::TwoLevel;
+    let (side, block_size) = if has_levels { (36, 32) } else { (24, 64) };
+    let mut network = sheet(side, 0.05, &sheet_rules(100.0, 0.02), 0.005);
     network.drag = 0.001;
     let law = SpringLaw { stiffness: 1e-5, damping: 0.0 };
-    let mesh = TriangleMesh::grid(24, 24, 0.05);
+    let mesh = TriangleMesh::grid(side, side, 0.05);
     network.elements = vec![ElementList::new(ElementKind::QuadraticBending, law, &mesh)];
     let mut scene = Scene::new(network, 1e-3).by(method).under([0.0, -9.81, 0.0]);
-    scene.settings.block_size = 64;
+    scene.settings.block_size = block_size;
     scene.settings.solver = solver;
     scene.colliders = vec![Collider {
         name: "ball".to_owned(),

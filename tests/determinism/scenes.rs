@@ -1,12 +1,14 @@
 //! Scenes of several blocks, small enough for a debug build, that between them use every kernel.
 
 use nappe_sim::{
+    cloth::{ElementKind, ElementList, Network, SpringLaw},
     collide::{
         Collider, Contact, Shape,
         shape::{Plane, Sphere},
     },
-    linalg::SolverSettings,
+    linalg::{PreconditionerKind, SolverSettings},
     math::Precision,
+    mesh::TriangleMesh,
     world::{Change, Simulation},
 };
 use nappe_tests::{
@@ -19,7 +21,8 @@ use nappe_tests::{
 pub(crate) const STEPS: u64 = 15;
 
 /// Names of the scenes.
-pub(crate) const NAMES: [&str; 4] = ["hung_sheet", "course_cloth", "sheet_on_sphere", "carried_chain"];
+pub(crate) const NAMES: [&str; 5] =
+    ["hung_sheet", "course_cloth", "sheet_on_sphere", "carried_chain", "coarse_spaces"];
 
 /// A scene by name.
 pub(crate) fn scene(name: &str, method: Method) -> Scene {
@@ -41,12 +44,33 @@ pub(crate) fn scene(name: &str, method: Method) -> Scene {
             network.pins = vec![0, 70, 149];
             Scene::new(network, 2e-3).under(gravity)
         }
+        "coarse_spaces" => Scene::new(folded_sheet(), 4e-4).under(gravity),
         other => panic!("no scene is named {other}"),
     }
     .by(method);
     scene.settings.block_size = 64;
     scene.settings.solver = SolverSettings::default();
+    if name == "coarse_spaces" {
+        scene.settings.block_size = 32;
+        scene.settings.solver.preconditioner = PreconditionerKind::TwoLevel;
+    }
     scene
+}
+
+/// A sheet laid double, with elements: blocks for three levels, some of them of several parts, the first level cut between
+/// threads.
+fn folded_sheet() -> Network {
+    let mut network = sheet(68, 0.01, &sheet_rules(100.0, 0.002), 1e-4);
+    let law = SpringLaw { stiffness: 1e-6, damping: 1e-8 };
+    let mesh = TriangleMesh::grid(68, 68, 0.01);
+    network.elements = vec![ElementList::new(ElementKind::QuadraticBending, law, &mesh)];
+    network.pins.extend([2000, 3001]);
+    for [x, y, _] in &mut network.x {
+        if *x > 0.335 {
+            (*x, *y) = (0.67 - *x, 0.004);
+        }
+    }
+    network
 }
 
 fn sheet_on_sphere() -> Scene {

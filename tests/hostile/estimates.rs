@@ -124,6 +124,14 @@ fn scenes() -> Vec<(&'static str, String)> {
         ),
         ("cloth, lattice, implicit", cloth("grid = [200, 200], spacing = 0.01", &all, implicit)),
         (
+            "cloth, two levels",
+            cloth(
+                "grid = [200, 200], spacing = 0.01",
+                &all,
+                &format!("{implicit}\nsolver = {{ preconditioner = \"two_level\" }}"),
+            ),
+        ),
+        (
             "cloth, lattice, stretch",
             cloth("grid = [200, 200], spacing = 0.01", &format!("stretch = {law}"), implicit),
         ),

@@ -5,5 +5,6 @@ mod systems;
 mod dense;
 mod endings;
 mod operators;
+mod two_level;
 mod minres;
 mod first_indefinite;

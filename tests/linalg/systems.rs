@@ -157,7 +157,9 @@ fn every_system_ends_with_its_status_at_its_iteration() {
 fn every_definite_system_gets_its_exact_solution_from_every_preconditioner() {
     for system in System::all().iter().filter(|s| !is_bad(s) && s.x_exact.is_some()) {
         let expected = system.x_exact.as_ref().expect("a regular system has a solution");
-        for kind in PreconditionerKind::ALL {
+        for kind in
+            [PreconditionerKind::Identity, PreconditionerKind::Diagonal, PreconditionerKind::BlockJacobi]
+        {
             if system.name == "indef_benign_rhs" && kind != PreconditionerKind::Identity {
                 // Scaling moves the right-hand side onto the negative modes.
                 continue;
@@ -205,10 +207,8 @@ fn residuals_fall_as_in_exact_arithmetic() {
                 assert!((system.residual(&x) - expected).abs() <= allowed, "{label}: recomputed");
 
                 // Its own norm is that of the table where nothing preconditions.
-                let own = match kind {
-                    PreconditionerKind::BlockJacobi => system.natural_residual(&x),
-                    PreconditionerKind::Diagonal | PreconditionerKind::Identity => expected,
-                };
+                let is_preconditioned = kind == PreconditionerKind::BlockJacobi;
+                let own = if is_preconditioned { system.natural_residual(&x) } else { expected };
                 let error = (report.relative_residual - own).abs();
                 assert!(error <= 1e-6 * own + 1e-12, "{label}: {} not {own:e}", report.relative_residual);
             }
@@ -219,7 +219,10 @@ fn residuals_fall_as_in_exact_arithmetic() {
 #[test]
 fn a_right_hand_side_of_zero_is_answered_with_zero_at_once() {
     let (report, x) = System::named("spd_rhs_zero").solve::<f64>(PreconditionerKind::Identity, TIGHT);
-    assert_eq!(report, SolveReport { outcome: Outcome::Converged, iterations: 0, relative_residual: 0.0 });
+    assert_eq!(
+        report,
+        SolveReport { outcome: Outcome::Converged, iterations: 0, products: 0, relative_residual: 0.0 }
+    );
     assert!(x.iter().all(|c| *c == 0.0));
 }
 

@@ -31,6 +31,9 @@ const fn cost(build: f64, session: f64) -> Cost {
 /// Costs in binary32, and what binary64 adds.
 const CLOTH_PARTICLE: [Cost; 2] = [cost(150.0, 130.0), cost(60.0, 95.0)];
 const IMPLICIT_PARTICLE: [Cost; 2] = [cost(0.0, 95.0), cost(0.0, 75.0)];
+/// A block with its share of a coarse space, and the factored top of one (bytes).
+const COARSE_BLOCK: Cost = cost(60_000.0, 45_000.0);
+const COARSE_TOP: f64 = 0.8e6;
 const SPRING: [Cost; 2] = [cost(108.0, 29.0), cost(14.0, 18.0)];
 const MESH_SPRING: Cost = cost(46.0, 0.0);
 const TRIANGLE: Cost = cost(50.0, 31.0);
@@ -68,6 +71,7 @@ impl Estimate {
         let parts = [
             (size.cloth_particles, by(CLOTH_PARTICLE)),
             (size.implicit_particles, by(IMPLICIT_PARTICLE)),
+            (size.coarse_blocks, COARSE_BLOCK),
             (size.springs, by(SPRING)),
             (size.mesh_springs, MESH_SPRING),
             (size.triangles, TRIANGLE),
@@ -75,7 +79,8 @@ impl Estimate {
             (size.solid_triangles, SOLID_TRIANGLE),
         ];
         let grid = size.snow_grid_bytes[usize::from(precision == Precision::F64)] as f64;
-        let fixed = SESSION + THREAD * f64::from(thread_count) + grid;
+        let top = if size.coarse_blocks > 0 { COARSE_TOP } else { 0.0 };
+        let fixed = SESSION + THREAD * f64::from(thread_count) + grid + top;
         let sum = |bytes: fn(&Cost) -> f64| {
             parts.iter().map(|(count, cost)| *count as f64 * bytes(cost)).sum::<f64>()
         };
@@ -136,6 +141,7 @@ mod tests {
     const SIZE: SceneSize = SceneSize {
         cloth_particles: 1000,
         implicit_particles: 1000,
+        coarse_blocks: 0,
         springs: 6000,
         mesh_springs: 0,
         triangles: 2000,

@@ -33,7 +33,11 @@ type Task = (&'static str, &'static str, fn(&mut Shell, &[String]) -> Result<(),
 const TASKS: [Task; 9] = [
     ("check", "formatting, lints, documentation and the contract's style; changes nothing", check::run),
     ("test", "every test of the program, in the release profile", test::run),
-    ("bench", "the benchmarks named after it, or all: zara cloth snow stomakhin stream serve", bench::run),
+    (
+        "bench",
+        "the benchmarks named after it, or all: zara cloth solver snow stomakhin stream serve",
+        bench::run,
+    ),
     (
         "mutants",
         "errors made on purpose in a copy of the numerics, and the tests that catch them",

@@ -14,6 +14,7 @@ mod process;
 mod loopback;
 mod zara;
 mod cloth;
+mod solver;
 mod stream;
 mod snow;
 mod stomakhin;
@@ -34,6 +35,7 @@ pub(crate) struct BenchArgs {
 enum Suite {
     Zara(zara::ZaraArgs),
     Cloth(cloth::ClothArgs),
+    Solver(solver::SolverArgs),
     Stream(stream::StreamArgs),
     Snow(snow::SnowArgs),
     Stomakhin(stomakhin::StomakhinArgs),
@@ -48,6 +50,7 @@ pub(crate) fn run(args: &BenchArgs) -> Result<()> {
     match &args.suite {
         Suite::Zara(args) => zara::run(args),
         Suite::Cloth(args) => cloth::run(args),
+        Suite::Solver(args) => solver::run(args),
         Suite::Stream(args) => stream::run(args),
         Suite::Snow(args) => snow::run(args),
         Suite::Stomakhin(args) => stomakhin::run(args),

@@ -4,7 +4,10 @@
 
 use std::time::Instant;
 
-use nappe_sim::report::{Stage, StepReport, Stopwatch};
+use nappe_sim::{
+    linalg::SolveReport,
+    report::{Stage, StepReport, Stopwatch},
+};
 
 /// Seconds in each stage, in the order of [`Stage::ALL`].
 pub(crate) type Stages = [f64; Stage::ALL.len()];
@@ -18,6 +21,8 @@ pub(crate) struct Sample {
     pub(crate) stages: Stages,
     /// Steps of the snow within it; 0 without snow.
     pub(crate) substeps: u32,
+    /// The linear solve within it, if there is one.
+    pub(crate) solve: Option<SolveReport>,
 }
 
 /// Times one step.
@@ -38,7 +43,8 @@ impl StageClock {
     /// Ends now, with what the step reports.
     pub(crate) fn stop(self, report: &StepReport) -> Sample {
         let seconds = self.start.elapsed().as_secs_f64();
-        Sample { seconds, stages: self.stages, substeps: report.snow.map_or(0, |snow| snow.substeps) }
+        let substeps = report.snow.map_or(0, |snow| snow.substeps);
+        Sample { seconds, stages: self.stages, substeps, solve: report.solve }
     }
 }
 

@@ -70,6 +70,29 @@ pub(crate) fn irregular(side: usize) -> Network {
     network
 }
 
+/// Time step of the stiff sheet (s).
+const STIFF_DT: f64 = 1.0 / 60.0;
+
+/// A square metre of cloth of 0.2 kg whose springs are those of a membrane of 10 kN/m, in waves that leave none at rest:
+/// the finer it is, the harder its step is to solve.
+pub(crate) fn stiff(side: usize) -> Network {
+    let spacing = 1.0 / (side - 1) as f64;
+    let law = |length: f64| SpringLaw { stiffness: 1e4 * spacing / length, damping: 0.0 };
+    let rules = SpringRules { stretch: law(1.0), shear: Some(law(2.0_f64.sqrt())), bend: Some(law(2.0)) };
+    let mesh = TriangleMesh::grid(side, side, spacing);
+    let mut network = Network::from_lattice(&mesh, [side, side], &rules, 0.2 / (side * side) as f64);
+    for [x, y, z] in &mut network.x {
+        *y = 0.02 * (7.0 * *x).sin() * (5.0 * *z).cos();
+    }
+    network.pins = vec![0, side as u32 - 1];
+    network
+}
+
+/// The world of a stiff sheet, stepped with this solver.
+pub(crate) fn stiff_world(network: &Network, solver: SolverSettings) -> WorldSetup {
+    world_of(network.clone(), ClothSettings { solver, ..ClothSettings::default() }, STIFF_DT)
+}
+
 /// A number of [0, 1), the same in every run.
 fn share(i: usize) -> f64 {
     let hash = (i as u64 + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
@@ -95,7 +118,10 @@ fn stable_step() -> Result<f64> {
 
 fn setup(network: Network, integrator: Integrator, dt: f64) -> WorldSetup {
     let solver = SolverSettings { stop: Stop::Iterations(ITERATIONS), ..SolverSettings::default() };
-    let settings = ClothSettings { integrator, solver, ..ClothSettings::default() };
+    world_of(network, ClothSettings { integrator, solver, ..ClothSettings::default() }, dt)
+}
+
+fn world_of(network: Network, settings: ClothSettings, dt: f64) -> WorldSetup {
     WorldSetup {
         dt,
         gravity: [0.0, -9.81, 0.0],

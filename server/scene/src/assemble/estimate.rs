@@ -4,6 +4,7 @@
 
 use nappe_sim::{
     cloth::Integrator,
+    linalg::PreconditionerKind,
     math::{
         Precision,
         array::{cross, length, minus},
@@ -32,6 +33,8 @@ pub struct SceneSize {
     pub cloth_particles: u64,
     /// Of these, particles whose steps solve a linear system.
     pub implicit_particles: u64,
+    /// Blocks of particles whose preconditioner has a coarse space.
+    pub coarse_blocks: u64,
     /// Springs of cloth.
     pub springs: u64,
     /// Of these, springs of bodies whose springs follow from a mesh, which is sorted for them.
@@ -98,6 +101,11 @@ impl SceneSize {
         self.cloth_particles = self.cloth_particles.saturating_add(points);
         if body.integrator == Integrator::ImplicitEuler {
             self.implicit_particles = self.implicit_particles.saturating_add(points);
+        }
+        let preconditioner = body.solver.preconditioner;
+        if body.integrator == Integrator::ImplicitEuler && preconditioner == PreconditionerKind::TwoLevel {
+            let blocks = points.div_ceil(body.block_size.max(1) as u64);
+            self.coarse_blocks = self.coarse_blocks.saturating_add(blocks);
         }
         if body.substeps > 1 {
             // Sub-steps take turns in three states; the third is smaller than what an implicit step needs.

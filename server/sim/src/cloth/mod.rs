@@ -15,6 +15,7 @@ mod evaluation;
 mod step_matrix;
 mod state;
 mod workspace;
+mod coarse;
 mod integrate;
 mod judge;
 mod bound;
@@ -57,6 +58,9 @@ pub struct ClothReport {
 /// # Errors
 /// When the solver finds its matrix singular, or the new state is not finite or leaves the
 /// settings' limits. [`Workspace`] then holds the state before the step.
+///
+/// # Panics
+/// If the settings ask for a preconditioner with a coarse space and those that the model was made for do not.
 pub fn step<R: Real>(
     model: &Model<R>,
     parameters: &Parameters,

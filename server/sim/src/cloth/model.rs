@@ -13,6 +13,7 @@ use super::{
 };
 use crate::{
     interrupt,
+    linalg::CoarseLayout,
     math::{LANES, Padded, Real, vec3},
     mesh::sorted,
     parallel::hilbert_order,
@@ -39,6 +40,8 @@ pub struct Model<R: Real> {
     pub spring_count: usize,
     /// Elements, a list per law.
     pub(super) elements: Vec<Elements<R>>,
+    /// The coarse space of the preconditioner, where the settings ask for one.
+    pub(super) coarse: Option<CoarseLayout>,
 }
 
 /// Stiffness and damping of the springs of one entry of a model's table of laws.
@@ -94,7 +97,7 @@ impl<R: Real> Model<R> {
         let mut m: Vec<R> = user.iter().map(|&old| R::of(network.masses[old as usize])).collect();
         m.resize(padded, R::zero());
 
-        let model = Self {
+        let mut model = Self {
             count,
             block_size: settings.block_size,
             m,
@@ -108,10 +111,29 @@ impl<R: Real> Model<R> {
                 .collect(),
             user,
             place,
+            coarse: None,
         };
 
+        if settings.has_coarse_space() {
+            model.coarse = Some(model.coarse_layout(network)?);
+        }
         let elements = network.elements.iter().map(|list| list.law).collect();
         Ok((model, Parameters { laws, elements, drag: network.drag }, warnings(network)))
+    }
+
+    /// Affine functions on the parts of each block, and which parts are joined.
+    fn coarse_layout(&self, network: &Network) -> Result<CoarseLayout, String> {
+        let row = |particle: u32| self.place[particle as usize];
+        let rest: Vec<_> = self.user.iter().map(|&old| network.x[old as usize]).collect();
+        let is_free: Vec<_> = self.inv_m[..self.count].iter().map(|inv_m| *inv_m > R::zero()).collect();
+        let springs = network.springs.iter().map(|spring| spring.particles.map(row));
+        let elements = network.elements.iter().flat_map(|list| {
+            let corners = list.kind.particles();
+            list.particles.chunks_exact(corners).flat_map(move |of_one| {
+                (0..corners * corners).map(move |k| [of_one[k / corners], of_one[k % corners]].map(row))
+            })
+        });
+        CoarseLayout::new(&rest, &is_free, self.block_size, springs.chain(elements))
     }
 
     /// Records that a block copies for its springs or elements, at most.

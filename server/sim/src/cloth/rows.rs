@@ -52,6 +52,17 @@ pub(super) trait Fold<P: Pack> {
     fn keep(&mut self, group: usize, sums: Self::Sums);
 }
 
+/// What looks at the springs of a block and at vectors of the particles that they join.
+pub(super) trait Visit<P: Pack> {
+    /// Two vectors of a particle. Mark it and the others `#[inline(always)]`.
+    fn vectors(&self, particle: usize) -> [Padded<P::Number>; 2];
+    /// Begins with a part of the halo: particles for which names from the block size on stand.
+    fn begin(&mut self, halo: &[u32]);
+    /// A slot of sixteen rows, of which the first is given: vectors of the rows, those of the others, and the others' names.
+    /// A lane without a spring names its own row.
+    fn slot(&mut self, at: (usize, usize), own: [[P; 3]; 2], others: [[P; 3]; 2], names: &[u16; LANES]);
+}
+
 /// One end of a spring while rows are gathered: the particle at the other, the rest length, the law.
 type End<R> = (u32, R, u16);
 
@@ -150,6 +161,43 @@ impl<R: Real> Springs<R> {
                     self.fold_group(group, start..end, records, &mut sums, fold);
                     fold.keep(group, sums);
                 }
+            }
+        }
+    }
+
+    /// Shows the springs of a block in the order of slots; the block's particles and its halo are copied into `records`.
+    ///
+    /// # Panics
+    /// If there is not as much room as [`Self::room`] says.
+    #[inline(always)]
+    pub(super) fn visit_block<P: Pack<Number = R>>(
+        &self,
+        block: usize,
+        rows: Range<usize>,
+        records: &mut [Record<R>],
+        visit: &mut impl Visit<P>,
+    ) {
+        assert!(records.len() >= self.room(), "room for a block and its halo");
+        for (record, particle) in records.iter_mut().zip(rows) {
+            record.0 = visit.vectors(particle);
+        }
+        for (particles, slots) in self.halos.parts(block) {
+            for (record, &particle) in records[self.block_size..].iter_mut().zip(particles) {
+                record.0 = visit.vectors(particle as usize);
+            }
+            visit.begin(particles);
+            let first_group = block * self.block_size / LANES;
+            let mut group = first_group;
+            for slot in slots {
+                while self.starts[group + 1] as usize <= slot {
+                    group += 1;
+                }
+                let own = std::array::from_fn(|lane| ((group - first_group) * LANES + lane) as u16);
+                // SAFETY: the rows of a group lie within its block, for whose particles there is room; and `new` names
+                // particles of the block and of the part of its halo that the slot is in.
+                let [own, others] =
+                    unsafe { [P::gather(records, &own), P::gather(records, &self.neighbours[slot])] };
+                visit.slot((slot, group * LANES), own, others, &self.neighbours[slot]);
             }
         }
     }

@@ -11,6 +11,8 @@ pub(super) struct BlockScratch<R: Real> {
     pub(super) records: Vec<Record<R>>,
     /// Sums of the diagonal blocks of its rows, sixteen at a time: xx, yy, zz, xy, xz, yz.
     pub(super) diagonal: Vec<[[f64; LANES]; 6]>,
+    /// The aggregate of each particle of its halo.
+    pub(super) aggregates: Vec<u32>,
     pub(super) corners: CornerSums<R>,
 }
 
@@ -89,7 +91,8 @@ impl<R: Real> Scratches<R> {
             let (record, diagonal) = (Record::default(), [[0.0; LANES]; 6]);
             let (records, diagonal) = (vec![record; room], vec![diagonal; block_size / LANES]);
             let corners = CornerSums { rows: Vec::with_capacity(rows), blocks: Vec::with_capacity(rows) };
-            self.0.push(Mutex::new(BlockScratch { records, diagonal, corners }));
+            let aggregates = vec![0; room];
+            self.0.push(Mutex::new(BlockScratch { records, diagonal, aggregates, corners }));
         }
     }
 

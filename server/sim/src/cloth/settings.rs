@@ -1,7 +1,7 @@
 //! How a cloth is stepped: integrator, linear solver, limits.
 
 use super::integrator::Integrator;
-use crate::linalg::SolverSettings;
+use crate::linalg::{PreconditionerKind, SolverSettings};
 
 /// What the matrix of an implicit step does with compressed springs, whose transverse
 /// stiffness k (1 - l0/l) is negative (the matrix can then be indefinite).
@@ -82,4 +82,9 @@ impl Default for ClothSettings {
 impl ClothSettings {
     /// The block size of a scene that names none.
     pub const DEFAULT_BLOCK_SIZE: usize = 256;
+
+    /// Whether steps solve with a preconditioner that has a coarse space.
+    pub(super) fn has_coarse_space(&self) -> bool {
+        self.integrator.is_implicit() && self.solver.preconditioner == PreconditionerKind::TwoLevel
+    }
 }

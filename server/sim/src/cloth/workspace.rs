@@ -10,7 +10,7 @@ use super::{
     state::{PinMotion, State},
 };
 use crate::{
-    linalg::{BlockCsr, CgWorkspace},
+    linalg::{BlockCsr, CgWorkspace, CoarseMatrix},
     math::{Padded, Real},
     parallel::block_count,
 };
@@ -36,6 +36,8 @@ pub struct Workspace<R: Real> {
     pub(super) predicted: Vec<Padded<R>>,
     /// The matrix of an implicit step, where the solver asks for an assembled one.
     pub(super) assembled: Option<BlockCsr<R>>,
+    /// Of a preconditioner that has a coarse space.
+    pub(super) coarse: CoarseMatrix,
     pub(super) cg: CgWorkspace<R>,
     pub(super) scratches: Scratches<R>,
 }

@@ -1,7 +1,7 @@
 //! A sparse matrix of 3 x 3 blocks, rows in parallel: the reference for matrix-free products
 //! (the `MatAdj` of Zara 2001, section 5.2).
 
-use super::{operator::LinearOperator, sixteens::sums_of_padded};
+use super::{operator::LinearOperator, rows::fill_rows, sixteens::sums_of_padded};
 use crate::math::{LANES, Mat3, Padded, Real, Sixteen, Vec3};
 
 /// Compressed rows of 3 x 3 blocks. Columns ascend within a row; the diagonal is stored.
@@ -11,6 +11,9 @@ pub struct BlockCsr<R: Real> {
     columns: Vec<u32>,
     blocks: Vec<Mat3<R>>,
 }
+
+/// Rows that a thread takes, at least.
+const GRAIN: usize = 128;
 
 impl<R: Real> BlockCsr<R> {
     /// An empty matrix with room for these columns in each row (the diagonal is added).
@@ -66,34 +69,7 @@ impl<R: Real> BlockCsr<R> {
 
     /// Fills every row, in parallel: `fill(row, columns, blocks)`.
     pub(crate) fn fill_rows(&mut self, fill: &(impl Fn(usize, &[u32], &mut [Mat3<R>]) + Sync)) {
-        fill_range(&self.starts, &self.columns, &mut self.blocks, 0, fill);
-    }
-}
-
-/// Number of rows up to which a range is not split further.
-const BLOCK_SIZE: usize = 256;
-
-/// `starts` are those of the range's rows and one more; `blocks` are the range's.
-fn fill_range<R: Real>(
-    starts: &[usize],
-    columns: &[u32],
-    blocks: &mut [Mat3<R>],
-    first_row: usize,
-    fill: &(impl Fn(usize, &[u32], &mut [Mat3<R>]) + Sync),
-) {
-    let (rows, base) = (starts.len() - 1, starts[0]);
-    if rows > BLOCK_SIZE {
-        let half = rows / 2;
-        let (left, right) = blocks.split_at_mut(starts[half] - base);
-        rayon::join(
-            || fill_range(&starts[..=half], columns, left, first_row, fill),
-            || fill_range(&starts[half..], columns, right, first_row + half, fill),
-        );
-        return;
-    }
-
-    for (i, w) in starts.windows(2).enumerate() {
-        fill(first_row + i, &columns[w[0]..w[1]], &mut blocks[w[0] - base..w[1] - base]);
+        fill_rows(&self.starts, &self.columns, &mut self.blocks, GRAIN, fill);
     }
 }
 

@@ -98,16 +98,15 @@ pub fn minres<R: Real, A: WholeOperator<R>>(
         Stop::Iterations(count) => (0.0, count),
     };
 
-    let mut solve = Solve { a, mass, work };
+    let mut solve = Solve { a, mass, products: 0, work };
     let scale = solve.norm_of(b);
     if scale == 0.0 {
         x.fill(Vec3::zeros());
-        return SolveReport { outcome: Outcome::Converged, iterations: 0, relative_residual: 0.0 };
+        return SolveReport::at_once(Outcome::Converged, 0.0);
     }
     let mut residual = if scale.is_finite() { solve.start(b, x) } else { f64::NAN };
     if !residual.is_finite() {
-        let outcome = Outcome::NotFinite { iteration: 0 };
-        return SolveReport { outcome, iterations: 0, relative_residual: f64::NAN };
+        return SolveReport::at_once(Outcome::NotFinite { iteration: 0 }, f64::NAN);
     }
     solve.leave_out(x);
 
@@ -144,7 +143,7 @@ pub fn minres<R: Real, A: WholeOperator<R>>(
             End::Singular | End::Goal => {}
         }
     };
-    SolveReport { outcome, iterations, relative_residual: residual / scale }
+    SolveReport { outcome, iterations, products: solve.products, relative_residual: residual / scale }
 }
 
 /// How a run of iterations ended.
@@ -167,6 +166,8 @@ struct Run {
 struct Solve<'a, R: Real, A> {
     a: &'a mut A,
     mass: &'a [R],
+    /// Products made so far.
+    products: u32,
     work: &'a mut MinresWorkspace<R>,
 }
 
@@ -195,6 +196,7 @@ impl<R: Real, A: WholeOperator<R>> Solve<'_, R, A> {
         if v.iter().all(|v| *v == Vec3::zeros()) {
             r.copy_from_slice(b);
         } else {
+            self.products += 1;
             self.a.apply(v, r);
             (r.par_chunks_mut(BLOCK_SIZE), b.par_chunks(BLOCK_SIZE))
                 .into_par_iter()
@@ -269,6 +271,7 @@ impl<R: Real, A: WholeOperator<R>> Solve<'_, R, A> {
             .into_par_iter()
             .for_each(|(v, z)| v.iter_mut().zip(z).for_each(|(v, z)| *v = z * inverse));
 
+        self.products += 1;
         self.a.apply(v, q);
         let share = R::of(-qr.beta_ratio);
         let vectors = (q.par_chunks_mut(BLOCK_SIZE), before.par_chunks(BLOCK_SIZE), v.par_chunks(BLOCK_SIZE));

@@ -2,17 +2,23 @@
 
 mod settings;
 mod sixteens;
+mod rows;
+mod coarse;
 mod operator;
 mod block_csr;
 mod precondition;
+mod two_level;
 mod dot;
 mod cg;
 mod minres;
 
 pub use block_csr::BlockCsr;
 pub use cg::{CgWorkspace, conjugate_gradient};
+pub(crate) use coarse::NineByNine;
+pub use coarse::{CoarseInverse, CoarseLayout, CoarseMatrix};
 pub use minres::{MinresWorkspace, minres};
 pub use operator::{LinearOperator, Preconditioner, WholeOperator};
 pub use precondition::{BlockJacobi, Identity, Inverse3, Symmetric3};
 pub use settings::{OperatorKind, Outcome, PreconditionerKind, SolveReport, SolverSettings, Stop};
 pub(crate) use sixteens::{Sums, add_lanes, packs, store_padded};
+pub use two_level::TwoLevel;

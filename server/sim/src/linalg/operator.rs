@@ -1,6 +1,9 @@
 //! What a solver asks of a matrix and of an approximate inverse.
 
-use super::sixteens::{block_sums, subtract_scaled};
+use super::{
+    coarse::CoarseInverse,
+    sixteens::{block_sums, subtract_scaled},
+};
 use crate::math::{Padded, Real, Sixteen, Vec3};
 
 /// A square matrix of 3 x 3 blocks, applied block of rows by block of rows.
@@ -26,7 +29,7 @@ pub trait WholeOperator<R: Real> {
     }
 }
 
-/// An approximate inverse, applied row by row.
+/// An approximate inverse: one that is applied row by row, and perhaps another that joins all of them.
 pub trait Preconditioner<R: Real>: Sync {
     /// Writes rows of M⁻¹ r from `first_row` on, a multiple of sixteen.
     fn apply(&self, first_row: usize, r: &[Sixteen<R>], z: &mut [Sixteen<R>]);
@@ -36,5 +39,10 @@ pub trait Preconditioner<R: Real>: Sync {
         subtract_scaled(r, alpha, q);
         self.apply(first_row, r, q);
         block_sums(r, q)
+    }
+
+    /// What is added to it on a coarse space, if anything is.
+    fn coarse(&self) -> Option<CoarseInverse<'_>> {
+        None
     }
 }

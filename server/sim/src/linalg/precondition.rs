@@ -120,7 +120,7 @@ impl Inverse3 {
         kind: PreconditionerKind,
         otherwise: W,
     ) -> Self {
-        let is_whole = kind == PreconditionerKind::BlockJacobi;
+        let is_whole = kind != PreconditionerKind::Diagonal;
         let kept = if is_whole { W::one() } else { W::zero() };
         let (xy, xz, yz) = (xy * kept, xz * kept, yz * kept);
         let one = W::one();

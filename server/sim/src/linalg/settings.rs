@@ -27,11 +27,13 @@ pub enum PreconditionerKind {
     /// Inverse of the 3 x 3 diagonal blocks.
     #[default]
     BlockJacobi,
+    /// The same and, added to it, an inverse on affine functions of the parts of each block of particles.
+    TwoLevel,
 }
 
 impl PreconditionerKind {
     /// Every kind, the simplest first.
-    pub const ALL: [Self; 3] = [Self::Identity, Self::Diagonal, Self::BlockJacobi];
+    pub const ALL: [Self; 4] = [Self::Identity, Self::Diagonal, Self::BlockJacobi, Self::TwoLevel];
 
     /// Its name in scene files.
     pub const fn name(self) -> &'static str {
@@ -39,6 +41,7 @@ impl PreconditionerKind {
             Self::Identity => "identity",
             Self::Diagonal => "diagonal",
             Self::BlockJacobi => "block_jacobi",
+            Self::TwoLevel => "two_level",
         }
     }
 }
@@ -147,18 +150,29 @@ pub struct SolveReport {
     pub outcome: Outcome,
     /// Iterations made; 0 when b is 0.
     pub iterations: u32,
+    /// Products with the matrix: one per iteration, and those that compute a residual from a solution.
+    pub products: u32,
     /// |r| / |b| of the solution returned (0 when b = 0), in the norm in which [`Stop::Residual`] measures. Where a
     /// solve converged, it was computed from the solution. NaN where nothing was solved.
     pub relative_residual: f64,
 }
 
 impl SolveReport {
-    /// The one of two solves with the larger residual, the later of equal ones; with the iterations of both. A residual
-    /// that is not a number is the largest.
+    /// Of a solve that ended before its first iteration.
+    pub(crate) const fn at_once(outcome: Outcome, relative_residual: f64) -> Self {
+        Self { outcome, iterations: 0, products: 0, relative_residual }
+    }
+
+    /// The one of two solves with the larger residual, the later of equal ones; with the iterations and products of
+    /// both. A residual that is not a number is the largest.
     #[must_use]
     pub fn and(self, later: Self) -> Self {
         let worse =
             if self.relative_residual.total_cmp(&later.relative_residual).is_gt() { self } else { later };
-        Self { iterations: self.iterations.saturating_add(later.iterations), ..worse }
+        Self {
+            iterations: self.iterations.saturating_add(later.iterations),
+            products: self.products.saturating_add(later.products),
+            ..worse
+        }
     }
 }

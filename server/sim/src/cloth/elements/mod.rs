@@ -5,6 +5,8 @@
 //! writes, and the sum of a row depends on neither threads nor ranks.
 #![allow(unsafe_code, reason = "lanes read particles whose range was checked when the elements were listed")]
 
+mod project;
+
 use std::ops::Range;
 
 use super::{
@@ -15,6 +17,7 @@ use super::{
 };
 use crate::{
     interrupt,
+    linalg::{CoarseLayout, NineByNine},
     math::{LANES, Mat3, Pack, Padded, Portable, Real, Record, three},
 };
 
@@ -318,6 +321,20 @@ macro_rules! lists {
             ) {
                 match self {
                     $(Self::$law(packs) => packs.multiply::<$law, P, $f>(at, numbers, frozen, scratch),)+
+                }
+            }
+
+            /// Adds to the matrix on a coarse space: see [`Packs::project`].
+            #[inline(always)]
+            pub(super) fn project<P: Pack<Number = R>>(
+                &self,
+                at: (usize, &CoarseLayout),
+                scale: f64,
+                frozen: &[[R; LANES]],
+                to: &mut [NineByNine],
+            ) {
+                match self {
+                    $(Self::$law(packs) => packs.project::<$law, P::Wide, $f>(at, scale, frozen, to),)+
                 }
             }
 

@@ -13,7 +13,7 @@ use crate::{
     interrupt::Interrupt,
     linalg::{
         BlockJacobi, Identity, LinearOperator, OperatorKind, Outcome, Preconditioner, PreconditionerKind,
-        SolveReport, conjugate_gradient,
+        SolveReport, TwoLevel, conjugate_gradient,
     },
     math::{LANES, Padded, Real, Sixteen, Vec3},
     report::{Stage, StepFailure},
@@ -53,14 +53,17 @@ impl<R: Real> Step<'_, R> {
     /// Solves for the change of velocity, into the `dv` of the next state.
     fn solve(&mut self, settings: &ClothSettings, interrupt: &Interrupt) -> SolveReport {
         let (model, state, solver) = (self.model, self.state, &settings.solver);
-        let Workspace { evaluation, numbers, next, assembled, cg, scratches, .. } = &mut *self.work;
+        let Workspace { evaluation, numbers, next, assembled, coarse, cg, scratches, .. } = &mut *self.work;
         let groups = evaluation.rows.len();
         next.dv.resize(groups, Sixteen::default());
-        if solver.warm_start && state.dv.len() == groups {
-            next.dv.copy_from_slice(&state.dv);
-        } else {
-            next.dv.fill(Sixteen::default());
-        }
+        let begin = |dv: &mut [Sixteen<R>]| {
+            if solver.warm_start && state.dv.len() == groups {
+                dv.copy_from_slice(&state.dv);
+            } else {
+                dv.fill(Sixteen::default());
+            }
+        };
+        begin(&mut next.dv);
 
         let numbers = &*numbers;
         let matrix = StepMatrix::new((model, numbers), &state.x, evaluation, scratches, interrupt);
@@ -75,12 +78,26 @@ impl<R: Real> Step<'_, R> {
             }
         };
         let jacobi = BlockJacobi(&evaluation.inverse);
+        let two_level;
         let preconditioner: &dyn Preconditioner<R> = match solver.preconditioner {
             PreconditionerKind::Identity => &Identity,
             PreconditionerKind::Diagonal | PreconditionerKind::BlockJacobi => &jacobi,
+            PreconditionerKind::TwoLevel => {
+                let layout = model.coarse.as_ref().expect("laid out for these settings");
+                coarse.fill(layout, &|block, blocks| matrix.project(layout, block, blocks));
+                two_level = TwoLevel::new(&evaluation.inverse, layout, coarse);
+                &two_level
+            }
         };
-        let (b, x) = (&evaluation.rows, &mut next.dv);
-        let report = conjugate_gradient(operator, preconditioner, b, x, solver, model.block_size, cg);
+        let (b, size) = (&evaluation.rows, model.block_size);
+        let mut report = conjugate_gradient(operator, preconditioner, b, &mut next.dv, solver, size, cg);
+        if solver.preconditioner == PreconditionerKind::TwoLevel && is_unfit(report.outcome) {
+            begin(&mut next.dv);
+            let again = conjugate_gradient(operator, &jacobi, b, &mut next.dv, solver, size, cg);
+            let iterations = report.iterations.saturating_add(again.iterations);
+            let products = report.products.saturating_add(again.products);
+            report = SolveReport { iterations, products, ..again };
+        }
         self.watch.lap(Stage::Solve);
         report
     }
@@ -111,6 +128,12 @@ impl<R: Real> Step<'_, R> {
         next.dv = dv;
         self.watch.lap(Stage::Position);
     }
+}
+
+/// Whether a preconditioner with a coarse space failed: of an indefinite matrix it may be indefinite, where its inverse
+/// diagonal blocks are not.
+fn is_unfit(outcome: Outcome) -> bool {
+    matches!(outcome, Outcome::IndefinitePreconditioner { .. } | Outcome::NotFinite { iteration: 0 })
 }
 
 /// An operator whose solve can be given up.

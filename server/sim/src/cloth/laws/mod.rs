@@ -41,6 +41,13 @@ macro_rules! kinds {
                 }
             }
 
+            /// Particles of one element.
+            pub(super) const fn particles(self) -> usize {
+                match self {
+                    $(Self::$law => $n,)+
+                }
+            }
+
             /// Elements of a mesh at rest as it lies: their particles, one element after the other, and the numbers that
             /// never change.
             pub(super) fn list(self, mesh: &TriangleMesh) -> (Vec<u32>, Vec<f64>) {

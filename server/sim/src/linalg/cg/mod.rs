@@ -9,6 +9,7 @@
 use rayon::prelude::*;
 
 use super::{
+    coarse::{CoarseVectors, Unknowns},
     operator::{LinearOperator, Preconditioner},
     settings::{Outcome, SolveReport, SolverSettings, Stop},
     sixteens::{Turn, add_scaled, block_sums, pad, subtract_scaled},
@@ -27,6 +28,10 @@ pub struct CgWorkspace<R: Real> {
     /// The direction, padded for the operator.
     p: Vec<Padded<R>>,
     partials: Vec<[f64; 2]>,
+    /// Of the aggregates of each block, where the preconditioner has a coarse space: Pᵀ r, and the change that it calls for.
+    restricted: Vec<Unknowns>,
+    change: Vec<Unknowns>,
+    coarse: CoarseVectors,
 }
 
 impl<R: Real> CgWorkspace<R> {
@@ -38,6 +43,9 @@ impl<R: Real> CgWorkspace<R> {
             p: vec![Padded::default(); zeros.len() * LANES],
             q: zeros,
             partials: vec![[0.0; 2]; block_count(count, block_size)],
+            restricted: Vec::new(),
+            change: Vec::new(),
+            coarse: CoarseVectors::default(),
         }
     }
 
@@ -78,16 +86,22 @@ pub fn conjugate_gradient<R: Real>(
         Stop::Residual { tolerance, max_iterations } => (tolerance.max(R::ROUNDING), max_iterations),
         Stop::Iterations(count) => (R::ROUNDING, count),
     };
-    let mut solve = Solve { a, m, b, groups: block_size / LANES, work };
+    let parts = m.coarse().map_or(1, |coarse| {
+        coarse.make_room(&mut work.coarse);
+        coarse.per_block()
+    });
+    let blocks = work.partials.len();
+    work.restricted.resize(blocks * parts, Unknowns::default());
+    work.change.resize(blocks * parts, Unknowns::default());
+    let mut solve = Solve { a, m, b, groups: block_size / LANES, parts, products: 0, work };
 
     let start = solve.start(None);
-    let end = |outcome, relative_residual| SolveReport { outcome, iterations: 0, relative_residual };
     if start.magnitude == 0.0 {
         x.fill(Sixteen::default());
-        return end(Outcome::Converged, 0.0);
+        return SolveReport::at_once(Outcome::Converged, 0.0);
     }
     if let Some(outcome) = start.fault(0) {
-        return end(outcome, f64::NAN);
+        return SolveReport::at_once(outcome, f64::NAN);
     }
 
     let scale = start.residual();
@@ -99,7 +113,7 @@ pub fn conjugate_gradient<R: Real>(
     };
     let goal = Goal { residual: tolerance * scale, is_rounding: tolerance <= R::ROUNDING, cap };
     let (outcome, iterations, residual) = solve.runs(first, &goal, x);
-    SolveReport { outcome, iterations, relative_residual: residual / scale }
+    SolveReport { outcome, iterations, products: solve.products, relative_residual: residual / scale }
 }
 
 /// What a solve is to come to.
@@ -119,11 +133,6 @@ struct Residual {
 }
 
 impl Residual {
-    fn of(partials: &[[f64; 2]]) -> Self {
-        let [square, magnitude] = sum(partials);
-        Self { square, magnitude }
-    }
-
     fn residual(self) -> f64 {
         self.square.sqrt()
     }
@@ -145,6 +154,10 @@ struct Solve<'a, R: Real> {
     b: &'a [Sixteen<R>],
     /// Sixteens per block.
     groups: usize,
+    /// Aggregates of each block; 1 without a coarse space.
+    parts: usize,
+    /// Products made so far.
+    products: u32,
     work: &'a mut CgWorkspace<R>,
 }
 
@@ -224,11 +237,12 @@ impl<R: Real> Solve<'_, R> {
 
     /// r = b - A x, or b; q = M⁻¹ r, p = q.
     fn start(&mut self, x: Option<&[Sixteen<R>]>) -> Residual {
-        let (groups, a, m, b) = (self.groups, self.a, self.m, self.b);
-        let CgWorkspace { r, q, p, partials, .. } = &mut *self.work;
+        let (groups, a, b) = (self.groups, self.a, self.b);
+        let CgWorkspace { r, q, p, .. } = &mut *self.work;
         match x {
             None => r.copy_from_slice(b),
             Some(x) => {
+                self.products += 1;
                 pad_all(x, groups, p);
                 let rows = (r.par_chunks_mut(groups), b.par_chunks(groups), q.par_chunks_mut(groups));
                 rows.into_par_iter().enumerate().for_each(|(block, (r, b, q))| {
@@ -239,26 +253,51 @@ impl<R: Real> Solve<'_, R> {
             }
         }
 
-        let rows = (partials.par_iter_mut(), r.par_chunks(groups), q.par_chunks_mut(groups));
-        rows.into_par_iter().enumerate().for_each(|(block, (partial, r, z))| {
-            m.apply(block * groups * LANES, r, z);
-            *partial = block_sums(r, z);
-        });
-        pad_all(q, groups, p);
-        Residual::of(partials)
+        self.aim()
     }
 
     /// q = M⁻¹ r, p = q.
-    fn aim(&mut self) {
-        let (groups, m) = (self.groups, self.m);
-        let CgWorkspace { r, q, p, .. } = &mut *self.work;
+    fn aim(&mut self) -> Residual {
+        let (groups, parts, m) = (self.groups, self.parts, self.m);
+        let coarse = m.coarse();
+        let CgWorkspace { r, q, partials, restricted, .. } = &mut *self.work;
         let rows = (r.par_chunks(groups), q.par_chunks_mut(groups));
-        rows.into_par_iter().enumerate().for_each(|(block, (r, z))| m.apply(block * groups * LANES, r, z));
-        pad_all(q, groups, p);
+        let sums = (partials.par_iter_mut(), restricted.par_chunks_mut(parts));
+        (rows, sums).into_par_iter().enumerate().for_each(|(block, ((r, z), (partial, restricted)))| {
+            m.apply(block * groups * LANES, r, z);
+            *partial = block_sums(r, z);
+            if let Some(coarse) = coarse {
+                coarse.restrict(block, r, restricted);
+            }
+        });
+
+        let residual = self.residual();
+        let CgWorkspace { q, p, change, .. } = &mut *self.work;
+        let rows = (p.par_chunks_mut(groups * LANES), q.par_chunks_mut(groups), change.par_chunks(parts));
+        rows.into_par_iter().enumerate().for_each(|(block, (p, z, change))| {
+            if let Some(coarse) = coarse {
+                coarse.prolong(block, change, z);
+            }
+            pad(z, p);
+        });
+        residual
+    }
+
+    /// r.z from the parts of the blocks, and from the coarse space, on which it solves.
+    fn residual(&mut self) -> Residual {
+        let CgWorkspace { partials, restricted, change, coarse: vectors, .. } = &mut *self.work;
+        let [mut square, mut magnitude] = sum(partials);
+        if let Some(coarse) = self.m.coarse() {
+            let [signed, magnitudes] = coarse.solve(restricted, change, vectors);
+            square += signed;
+            magnitude += magnitudes;
+        }
+        Residual { square, magnitude }
     }
 
     /// q = A p; returns (p.q, sum of `|p_c q_c|`).
     fn apply_operator(&mut self) -> [f64; 2] {
+        self.products += 1;
         let (groups, a) = (self.groups, self.a);
         let CgWorkspace { p, q, partials, .. } = &mut *self.work;
         (partials.par_iter_mut(), q.par_chunks_mut(groups)).into_par_iter().enumerate().for_each(
@@ -269,24 +308,36 @@ impl<R: Real> Solve<'_, R> {
         sum(partials)
     }
 
-    /// r -= alpha q, q = M⁻¹ r.
+    /// r -= alpha q, q = M⁻¹ r but for what the coarse space adds to it.
     fn advance(&mut self, alpha: f64) -> Residual {
-        let (groups, m, alpha) = (self.groups, self.m, R::of(alpha));
-        let CgWorkspace { r, q, partials, .. } = &mut *self.work;
-        let rows = (partials.par_iter_mut(), r.par_chunks_mut(groups), q.par_chunks_mut(groups));
-        rows.into_par_iter().enumerate().for_each(|(block, (partial, r, q))| {
+        let (groups, parts, m, alpha) = (self.groups, self.parts, self.m, R::of(alpha));
+        let coarse = m.coarse();
+        let CgWorkspace { r, q, partials, restricted, .. } = &mut *self.work;
+        let rows = (r.par_chunks_mut(groups), q.par_chunks_mut(groups));
+        let sums = (partials.par_iter_mut(), restricted.par_chunks_mut(parts));
+        (rows, sums).into_par_iter().enumerate().for_each(|(block, ((r, q), (partial, restricted)))| {
             *partial = m.advance(block * groups * LANES, alpha, r, q);
+            if let Some(coarse) = coarse {
+                coarse.restrict(block, r, restricted);
+            }
         });
-        Residual::of(partials)
+        self.residual()
     }
 
-    /// x += alpha p, p = q + beta p.
+    /// x += alpha p, p = q + beta p, where q takes what the coarse space adds to it.
     fn turn(&mut self, alpha: f64, beta: f64, x: &mut [Sixteen<R>]) {
-        let (groups, alpha, beta) = (self.groups, R::of(alpha), R::of(beta));
-        let CgWorkspace { p, q, .. } = &mut *self.work;
-        (x.par_chunks_mut(groups), q.par_chunks(groups), p.par_chunks_mut(groups * LANES))
-            .into_par_iter()
-            .for_each(|(x, z, p)| dispatch(Turn { alpha, beta, x, z, p }));
+        let (groups, parts, alpha, beta) = (self.groups, self.parts, R::of(alpha), R::of(beta));
+        let coarse = self.m.coarse();
+        let CgWorkspace { p, q, change, .. } = &mut *self.work;
+        let rows = (x.par_chunks_mut(groups), q.par_chunks_mut(groups), p.par_chunks_mut(groups * LANES));
+        (rows, change.par_chunks(parts)).into_par_iter().enumerate().for_each(
+            |(block, ((x, z, p), change))| {
+                if let Some(coarse) = coarse {
+                    coarse.prolong(block, change, z);
+                }
+                dispatch(Turn { alpha, beta, x, z, p });
+            },
+        );
     }
 
     /// x += alpha p.
@@ -336,61 +387,4 @@ fn pad_all<R: Real>(from: &[Sixteen<R>], groups: usize, to: &mut [Padded<R>]) {
 }
 
 #[cfg(test)]
-mod tests {
-    use std::sync::atomic::{AtomicU32, Ordering};
-
-    use super::{CgWorkspace, conjugate_gradient};
-    use crate::{
-        linalg::{BlockCsr, Identity, LinearOperator, Outcome, SolverSettings, sixteens::sums_of_padded},
-        math::{LANES, Padded, Sixteen, Vec3},
-    };
-
-    #[test]
-    fn numbers_that_leave_the_range_are_named_and_not_returned_as_a_solution() {
-        let huge: Vec<Vec<f64>> =
-            (0..3).map(|i| (0..3).map(|j| if i == j { 1e300 } else { 0.0 }).collect()).collect();
-        let a = BlockCsr::<f64>::from_dense(&huge);
-        for (b, iteration) in [(1e200, 0), (1e10, 1)] {
-            let mut x = [Sixteen::default()];
-            let mut work = CgWorkspace::new(1, 32);
-            let b = Sixteen::from_vectors(&[Vec3::new(b, 0.0, 0.0)]);
-            let report =
-                conjugate_gradient(&a, &Identity, &b, &mut x, &SolverSettings::default(), 32, &mut work);
-            assert_eq!(report.outcome, Outcome::NotFinite { iteration });
-            assert_eq!(x, [Sixteen::default()]);
-        }
-    }
-
-    /// The second difference, which is given up after a number of products.
-    struct Chain {
-        products: AtomicU32,
-        allowed: u32,
-    }
-
-    impl LinearOperator<f64> for Chain {
-        fn apply(&self, first_row: usize, p: &[Padded<f64>], q: &mut [Sixteen<f64>]) -> [f64; 2] {
-            self.products.fetch_add(1, Ordering::Relaxed);
-            let x = |i: usize| p.get(i).map_or(Vec3::zeros(), Padded::vector);
-            for (i, lane) in (first_row..first_row + q.len() * LANES).zip((0..LANES).cycle()) {
-                q[(i - first_row) / LANES].set(lane, x(i) * 2.0 - x(i.wrapping_sub(1)) - x(i + 1));
-            }
-            sums_of_padded(&p[first_row..first_row + q.len() * LANES], q)
-        }
-
-        fn is_interrupted(&self) -> bool {
-            self.products.load(Ordering::Relaxed) >= self.allowed
-        }
-    }
-
-    #[test]
-    fn a_solve_that_is_interrupted_makes_no_further_iteration() {
-        let b = Sixteen::from_vectors(&[Vec3::new(1.0, 0.0, 0.0); 96]);
-        for allowed in [0, 1, 7] {
-            let a = Chain { products: AtomicU32::new(0), allowed };
-            let (mut x, mut work) = (vec![Sixteen::default(); b.len()], CgWorkspace::new(96, 96));
-            let settings = SolverSettings::default();
-            let report = conjugate_gradient(&a, &Identity, &b, &mut x, &settings, 96, &mut work);
-            assert_eq!((report.outcome, report.iterations), (Outcome::IterationCap, allowed));
-        }
-    }
-}
+mod tests;

@@ -1,0 +1,178 @@
+//! `nappe bench solver`: linear solves of a stiff sheet with each preconditioner, to two tolerances, on one thread and on
+//! all. Straight on the simulation library.
+
+use clap::Args;
+use nappe_sim::{
+    cloth::Network,
+    linalg::{OperatorKind, Outcome, PreconditionerKind, SolverSettings, Stop},
+    math::Precision,
+    report::Stage,
+};
+use serde::Serialize;
+
+use super::{
+    row::{Row, thread_counts},
+    sample, sheet,
+    timings::{self, StepCounts, Timing},
+};
+use crate::{
+    error::Result,
+    output::{self, Column, Format, OutputArgs},
+};
+
+/// Stiff wavy sheets: iterations and seconds of a solve, without and with a coarse space, to two tolerances
+#[derive(Args, Debug)]
+pub(crate) struct SolverArgs {
+    /// Particles along a side of each sheet
+    #[arg(long, value_name = "N,...", value_delimiter = ',', default_values_t = [60, 120, 240], value_parser = clap::value_parser!(u32).range(8..=1000))]
+    sides: Vec<u32>,
+    /// Relative residuals that solves go to
+    #[arg(long, value_name = "T,...", value_delimiter = ',', default_values_t = [1e-3, 1e-8], value_parser = tolerance)]
+    tolerances: Vec<f64>,
+    /// Solves timed of each kind, on each number of threads
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..))]
+    repetitions: u32,
+    /// Threads of the second measurement [default: all cores]
+    #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..))]
+    threads: Option<u16>,
+    #[command(flatten)]
+    output: OutputArgs,
+}
+
+fn tolerance(text: &str) -> std::result::Result<f64, String> {
+    let value: f64 = text.parse().map_err(|error| format!("{text:?} is not a number: {error}"))?;
+    let is_allowed = value > 1e-15 && value < 1.0;
+    is_allowed.then_some(value).ok_or_else(|| format!("{value} is not above 1e-15 and below 1"))
+}
+
+#[derive(Serialize)]
+struct SolverRow {
+    #[serde(flatten)]
+    row: Row,
+    /// Residual over that of a solution of 0, in the norm of the preconditioner.
+    tolerance: f64,
+    /// Median over solves.
+    iterations: u32,
+    /// Products with the matrix, those that compute a residual among them: median over solves.
+    products: u32,
+    /// Whether every solve met the tolerance.
+    converged: bool,
+}
+
+/// Iterations after which a solve is given up.
+const MAX_ITERATIONS: u32 = 20_000;
+
+/// Runs `nappe bench solver`.
+///
+/// # Errors
+/// When a run fails.
+pub(crate) fn run(args: &SolverArgs) -> Result<()> {
+    let mut rows = Vec::new();
+    for side in &args.sides {
+        let network = sheet::stiff(*side as usize);
+        for precision in Precision::ALL {
+            // A residual below the roundings of the precision is none.
+            let least = if precision == Precision::F32 { 1e-6 } else { 0.0 };
+            for tolerance in args.tolerances.iter().copied().filter(|tolerance| *tolerance >= least) {
+                output::note(&format!("{side} x {side}, {precision}, to {tolerance:e} ..."));
+                for preconditioner in [PreconditionerKind::BlockJacobi, PreconditionerKind::TwoLevel] {
+                    rows.extend(measure(args, &network, precision, tolerance, preconditioner)?);
+                }
+            }
+        }
+    }
+    match args.output.format() {
+        Format::Json => output::json(&rows),
+        Format::Text => output::line(&text(&rows)),
+    }
+}
+
+fn measure(
+    args: &SolverArgs,
+    network: &Network,
+    precision: Precision,
+    tolerance: f64,
+    preconditioner: PreconditionerKind,
+) -> Result<Vec<SolverRow>> {
+    let solver = SolverSettings {
+        stop: Stop::Residual { tolerance, max_iterations: MAX_ITERATIONS },
+        preconditioner,
+        operator: OperatorKind::MatrixFree,
+        warm_start: false,
+    };
+    let setup = sheet::stiff_world(network, solver);
+    let steps = StepCounts { warm_up: 1, timed: args.repetitions as usize };
+    let timings = timings::measure(&setup, precision, &thread_counts(args.threads), steps)?;
+    let row = |timing: &Timing| solver_row(network, precision, tolerance, preconditioner, timing);
+    Ok(timings.iter().map(row).collect())
+}
+
+fn solver_row(
+    network: &Network,
+    precision: Precision,
+    tolerance: f64,
+    preconditioner: PreconditionerKind,
+    timing: &Timing,
+) -> SolverRow {
+    let solve = Stage::ALL.iter().position(|stage| *stage == Stage::Solve).expect("ALL holds every stage");
+    let seconds = || timing.samples.iter().map(|sample| sample.stages[solve]);
+    let solves = || timing.samples.iter().filter_map(|sample| sample.solve);
+    let median_seconds = sample::median(seconds());
+    SolverRow {
+        row: Row {
+            name: format!("solver/{}", preconditioner.name()),
+            particles: network.x.len(),
+            threads: timing.threads,
+            precision: precision.name(),
+            median_seconds,
+            min_seconds: sample::minimum(seconds()),
+            rate: 1.0 / median_seconds,
+            unit: "solves/s",
+        },
+        tolerance,
+        iterations: sample::median(solves().map(|solve| f64::from(solve.iterations))).round() as u32,
+        products: sample::median(solves().map(|solve| f64::from(solve.products))).round() as u32,
+        converged: solves().all(|solve| solve.outcome == Outcome::Converged),
+    }
+}
+
+fn text(rows: &[SolverRow]) -> String {
+    let columns = [
+        Column::Left("preconditioner"),
+        Column::Right("particles"),
+        Column::Left("precision"),
+        Column::Right("tolerance"),
+        Column::Right("threads"),
+        Column::Right("iterations"),
+        Column::Right("products"),
+        Column::Right("median"),
+        Column::Right("block_jacobi over it"),
+    ];
+    let cells: Vec<Vec<String>> = rows
+        .iter()
+        .map(|row| {
+            let slow = rows.iter().find(|other| {
+                other.row.particles == row.row.particles
+                    && other.row.precision == row.row.precision
+                    && other.row.threads == row.row.threads
+                    && other.tolerance.to_bits() == row.tolerance.to_bits()
+            });
+            let ratio = slow.map_or(f64::NAN, |slow| slow.row.median_seconds / row.row.median_seconds);
+            vec![
+                row.row.name.trim_start_matches("solver/").to_owned(),
+                output::count(row.row.particles as u64),
+                row.row.precision.to_owned(),
+                format!("{:e}", row.tolerance),
+                row.row.threads.to_string(),
+                format!("{}{}", row.iterations, if row.converged { "" } else { ", given up" }),
+                row.products.to_string(),
+                output::duration(row.row.median_seconds),
+                format!("{ratio:.1}"),
+            ]
+        })
+        .collect();
+    format!(
+        "Solves of a square metre of stiff cloth (dt 1/60 s), from zero; seconds of the solve, the coarse matrix of two_level included.\n\n{}",
+        output::table(&columns, &cells)
+    )
+}

@@ -1,0 +1,37 @@
+//! Compressed rows of blocks, filled in parallel.
+
+/// Fills rows of `blocks`: `fill(row, columns, blocks)`. Blocks and columns of row i are from `starts[i]` to
+/// `starts[i + 1]`; a thread takes `grain` rows or more, if there are as many.
+pub(super) fn fill_rows<T: Send>(
+    starts: &[usize],
+    columns: &[u32],
+    blocks: &mut [T],
+    grain: usize,
+    fill: &(impl Fn(usize, &[u32], &mut [T]) + Sync),
+) {
+    fill_range(starts, columns, blocks, [0, grain], fill);
+}
+
+/// `starts` are those of the range's rows and one more; `blocks` are the range's.
+fn fill_range<T: Send>(
+    starts: &[usize],
+    columns: &[u32],
+    blocks: &mut [T],
+    [first_row, grain]: [usize; 2],
+    fill: &(impl Fn(usize, &[u32], &mut [T]) + Sync),
+) {
+    let (rows, base) = (starts.len() - 1, starts[0]);
+    if rows >= 2 * grain {
+        let half = rows / 2;
+        let (left, right) = blocks.split_at_mut(starts[half] - base);
+        rayon::join(
+            || fill_range(&starts[..=half], columns, left, [first_row, grain], fill),
+            || fill_range(&starts[half..], columns, right, [first_row + half, grain], fill),
+        );
+        return;
+    }
+
+    for (i, w) in starts.windows(2).enumerate() {
+        fill(first_row + i, &columns[w[0]..w[1]], &mut blocks[w[0] - base..w[1] - base]);
+    }
+}
