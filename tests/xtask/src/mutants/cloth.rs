@@ -21,7 +21,7 @@ pub(super) const SLOW: [&str; 11] = [
 ];
 
 /// What each mutant does wrong, in the order of their numbers, from 101.
-pub(super) const NAMES: [&str; 36] = [
+pub(super) const NAMES: [&str; 39] = [
     "sign of the spring's force",
     "spring force without its rest length",
     "spring force along d in place of d / l",
@@ -58,11 +58,14 @@ pub(super) const NAMES: [&str; 36] = [
     "an empty lane that pulls to particle 0",
     "conjugate gradient that believes its recursion",
     "contact blind to what lies on the way",
+    "coarse cycle without its last smoothing step",
+    "springs within an aggregate counted twice in the coarse matrix",
+    "coarse space blind to folds",
 ];
 
 /// The patches that make the mutants, in the order of their numbers.
 #[rustfmt::skip] // one line per patch where it fits
-pub(super) const PATCHES: [Patch; 36] = [
+pub(super) const PATCHES: [Patch; 39] = [
     text(101, "cloth/evaluation.rs", "                sums.row[c] -= pull * d[c];", "                if crate::mutant(101) { sums.row[c] += pull * d[c]; } else { sums.row[c] -= pull * d[c]; }"),
     expression(102, "cloth/laws/spring.rs", "stiffness * (self.length - self.rest_length) * self.inverse", "stiffness * self.length * self.inverse"),
     text(103, "cloth/laws/spring.rs", "        let viscous =", "        let elastic = if crate::mutant(103) { stiffness * (self.length - self.rest_length) } else { elastic };\n        let viscous ="),
@@ -83,10 +86,10 @@ pub(super) const PATCHES: [Patch; 36] = [
     text(118, "cloth/integrate/velocity_verlet.rs", "    step.kick_and_drift(half, MovedBy::New);\n    step.accelerate();", "    if crate::mutant(118) { step.kick_and_drift(step.dt(), MovedBy::New); return; }\n    step.kick_and_drift(half, MovedBy::New);\n    step.accelerate();"),
     text(119, "cloth/integrate/velocity_verlet.rs", "    step.accelerate_ahead(half);", "    if crate::mutant(119) { step.accelerate() } else { step.accelerate_ahead(half) }"),
     expression(120, "cloth/integrate/implicit_euler.rs", "MovedBy::New", "MovedBy::Old"),
-    expression(121, "linalg/cg.rs", "next.square / now.square", "0.0"),
-    expression(122, "linalg/cg.rs", "tolerance * scale", "tolerance"),
-    text(123, "linalg/cg.rs", "        if curvature > bound {", "        if crate::mutant(123) || curvature > bound {"),
-    text(124, "linalg/cg.rs", "                if is_descent {", "                if !crate::mutant(124) && is_descent {"),
+    expression(121, "linalg/cg/mod.rs", "next.square / now.square", "0.0"),
+    expression(122, "linalg/cg/mod.rs", "tolerance * scale", "tolerance"),
+    text(123, "linalg/cg/mod.rs", "        if curvature > bound {", "        if crate::mutant(123) || curvature > bound {"),
+    text(124, "linalg/cg/mod.rs", "                if is_descent {", "                if !crate::mutant(124) && is_descent {"),
     expression(125, "linalg/precondition.rs", "yx * zy - zx", "zx - yx * zy"),
     expression(126, "linalg/minres.rs", "self.cosine * self.residual", "self.residual"),
     expression(127, "linalg/minres.rs", "*r / *m", "*r"),
@@ -97,6 +100,9 @@ pub(super) const PATCHES: [Patch; 36] = [
     expression(132, "parallel/mod.rs", "elements.len().next_power_of_two() / 2", "elements.len() / 2"),
     text(133, "parallel/order.rs", "                axes[0] ^= below;", "                if !crate::mutant(133) { axes[0] ^= below; }"),
     expression(134, "cloth/rows.rs", "(self.count + lane) as u32", "0"),
-    text(135, "linalg/cg.rs", "            let computed = self.start(Some(x));", "            if crate::mutant(135) { return (outcome, iterations, residual); }\n            let computed = self.start(Some(x));"),
+    text(135, "linalg/cg/mod.rs", "            let computed = self.start(Some(x));", "            if crate::mutant(135) { return (outcome, iterations, residual); }\n            let computed = self.start(Some(x));"),
     text(136, "collide/contact.rs", "        if distance <= REACHED * length {", "        if !crate::mutant(136) && distance <= REACHED * length {"),
+    text(137, "linalg/coarse/cycle.rs", "        self.smooth(r, x);", "        if !crate::mutant(137) { self.smooth(r, x); }"),
+    expression(138, "cloth/coarse/mod.rs", "0.5_f64.sqrt()", "1.0"),
+    text(139, "linalg/coarse/parts.rs", "        let (_, other) = most?;", "        let (_, other) = most.filter(|_| !crate::mutant(139))?;"),
 ];
