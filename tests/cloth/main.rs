@@ -9,6 +9,7 @@ mod convergence;
 mod conservation;
 mod statics;
 mod modes;
+mod pendulums;
 mod transients;
 mod pins;
 mod contact;

@@ -57,17 +57,17 @@ pub(crate) fn scene(name: &str, method: Method) -> Scene {
     scene
 }
 
-/// A sheet laid double, with elements: blocks for three levels, some of them of several parts, the first level cut between
-/// threads.
+/// A sheet laid double, with elements: blocks for several levels, some of them of several parts, the first level cut
+/// between threads.
 fn folded_sheet() -> Network {
-    let mut network = sheet(68, 0.01, &sheet_rules(100.0, 0.002), 1e-4);
+    let mut network = sheet(40, 0.01, &sheet_rules(100.0, 0.002), 1e-4);
     let law = SpringLaw { stiffness: 1e-6, damping: 1e-8 };
-    let mesh = TriangleMesh::grid(68, 68, 0.01);
+    let mesh = TriangleMesh::grid(40, 40, 0.01);
     network.elements = vec![ElementList::new(ElementKind::QuadraticBending, law, &mesh)];
-    network.pins.extend([2000, 3001]);
+    network.pins.extend([700, 1301]);
     for [x, y, _] in &mut network.x {
-        if *x > 0.335 {
-            (*x, *y) = (0.67 - *x, 0.004);
+        if *x > 0.195 {
+            (*x, *y) = (0.39 - *x, 0.004);
         }
     }
     network
