@@ -8,13 +8,14 @@ use prost::Message as _;
 const FILES: [&str; 2] = ["nappe/v1/simulation.proto", "nappe/v1/frame.proto"];
 
 /// Messages that are also written as JSON, under the names of their fields.
-const JSON_MESSAGES: [&str; 10] = [
+const JSON_MESSAGES: [&str; 11] = [
     "Session",
     "Failure",
     "Parameters",
     "ClothParameters",
     "SpringParameters",
     "Diagnostics",
+    "ClothSteps",
     "SnowDiagnostics",
     "SolveReport",
     "StageTime",
@@ -22,7 +23,7 @@ const JSON_MESSAGES: [&str; 10] = [
 ];
 
 /// Fields whose shape in JSON is not that of the Rust type: the function of `src/json.rs` that writes each.
-const JSON_FIELDS: [(&str, &str); 11] = [
+const JSON_FIELDS: [(&str, &str); 12] = [
     ("Session.state", "session_state"),
     ("Session.precision", "precision"),
     ("Session.state_hash", "state_hash"),
@@ -31,6 +32,7 @@ const JSON_FIELDS: [(&str, &str); 11] = [
     ("Parameters.wind", "vector"),
     ("SpringParameters.kind", "spring_kind"),
     ("Diagnostics.momentum", "vector"),
+    ("ClothSteps.bound", "time_bound"),
     ("SnowDiagnostics.bound", "time_bound"),
     ("SnowDiagnostics.angular_momentum", "vector"),
     ("SolveReport.outcome", "solve_outcome"),

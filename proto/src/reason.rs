@@ -173,12 +173,28 @@ reasons! {
         "Look for free particles without mass or springs; change the treatment of the Hessian; snow: shorten its step or integrate it explicitly."
 
     TimeStepLimit "TIME_STEP_LIMIT" FailedPrecondition diverged
-        "The step of snow that the scene fixes became longer than the bound within which it is stable; the message has both numbers and the bound's name."
+        "The step of snow or of explicit cloth that the scene fixes is longer than the bound within which it is stable; the message has both numbers and the bound's name."
         "Let the step be certified, fix a smaller one, or mark it unchecked and accept that it may diverge."
 
     SubstepLimit "SUBSTEP_LIMIT" FailedPrecondition diverged
-        "One step of the scene would need more substeps of the snow than the scene allows; the message names the bound that makes them short."
+        "One step of the scene would need more substeps than allowed; the message names the bound that makes them short."
         "Shorten the scene's dt or raise its limit of substeps; look at the particle named: snow that is pressed hard, or very fast, needs short steps."
+
+    PotentialDescent "POTENTIAL_DESCENT" FailedPrecondition diverged
+        "The forces of a cloth change so much within an implicit step that its linear solve leads astray, at a 64th of the step too."
+        "Reduce dt, choose hessian = absolute if it is another, or mark the step unchecked and accept that it may diverge."
+
+    EnergyGain "ENERGY_GAIN" FailedPrecondition diverged
+        "An implicit step of a cloth gains energy that nothing accounts for, at a 64th of the step too."
+        "Reduce dt, choose hessian = absolute if it is another, or mark the step unchecked and accept that it may diverge."
+
+    ErrorTolerance "ERROR_TOLERANCE" FailedPrecondition diverged
+        "The estimated error of a step of cloth is above the tolerance of the scene, at a 64th of the step too."
+        "Reduce dt, or raise the tolerance."
+
+    NeverStable "NEVER_STABLE" FailedPrecondition diverged
+        "Explicit Euler gains energy in every motion that is not damped: no step is stable."
+        "Choose symplectic_euler, add drag, or mark the step unchecked and accept that it may diverge."
 
     NodeSpeed "NODE_SPEED" FailedPrecondition diverged
         "A node of the snow's grid would move more than a cell in one step: the simulation is about to diverge."

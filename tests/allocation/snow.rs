@@ -4,7 +4,8 @@ use nappe_sim::{
     collide::Contact,
     linalg::Stop,
     math::Precision,
-    snow::{Integration, Preset, TimeStep},
+    snow::{Integration, Preset},
+    time_step::TimeStep,
     world::Simulation,
 };
 use nappe_tests::snow::{SnowScene, Variant, lattice, object, plane};

@@ -26,9 +26,7 @@ fn rope(method: Method) -> Scene {
     let x: Vec<_> = (0..12).map(|i| [2.0, 0.0, 0.1 * f64::from(i)]).collect();
     let mut network = chain(&x, 0.09, 80.0, 0.01, 0.02);
     network.pins = vec![0];
-    let mut scene = Scene::new(network, 1e-3).by(method).under(GRAVITY);
-    scene.settings.substeps = 3;
-    scene
+    Scene::new(network, 1e-3).by(method).under(GRAVITY).in_substeps(3)
 }
 
 /// The bodies of both scenes in one world.
@@ -48,7 +46,8 @@ fn build(setup: &WorldSetup, precision: Precision) -> Simulation {
 fn bodies_in_one_world_move_as_each_does_alone() {
     for method in Method::all() {
         for precision in Precision::ALL {
-            let (cloth, rope) = (cloth(method), rope(method));
+            // All cloths of a world share the sub-steps of one of them.
+            let (cloth, rope) = (cloth(method).in_substeps(3), rope(method));
             let mut alone = [cloth.simulate(precision), rope.simulate(precision)];
             let mut both = build(&together(&cloth, &rope), precision);
             let reports = [advance(&mut alone[0], 50), advance(&mut alone[1], 50)];
@@ -130,7 +129,8 @@ fn sub_steps_are_the_steps_of_a_smaller_dt() {
     for method in Method::all() {
         for precision in Precision::ALL {
             let mut coarse = cloth(method);
-            (coarse.dt, coarse.settings.substeps) = (4e-3, 4);
+            coarse.dt = 4e-3;
+            let coarse = coarse.in_substeps(4);
             let fine = cloth(method);
             let [mut coarse, mut fine] = [coarse, fine].map(|scene| scene.simulate(precision));
             advance(&mut coarse, 10);

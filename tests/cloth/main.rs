@@ -17,4 +17,5 @@ mod notices;
 mod external;
 mod bodies;
 mod shipped;
+mod steps;
 mod odd_networks;

@@ -56,8 +56,7 @@ fn particles_that_go_through_a_table_within_a_step_are_noticed() {
         let reports: Vec<_> = (0..5).map(|_| advance(&mut fine, 1)).collect();
         assert!(reports.iter().all(|report| report.notices == Notices::default()), "{label}");
         assert!(reports.iter().any(|report| report.contact_count == 3), "{label}");
-        let mut scene = falling(0.1).by(method);
-        scene.settings.substeps = 5;
+        let scene = falling(0.1).by(method).in_substeps(5);
         let report = advance(&mut scene.simulate(Precision::F64), 1);
         assert_eq!(report.notices, Notices::default(), "{label}");
         assert!(report.contact_count >= 3, "{label}: of all sub-steps: {}", report.contact_count);
@@ -103,8 +102,8 @@ fn squeezed() -> Scene {
 fn solves_at_their_cap_are_counted_over_sub_steps_and_fixed_numbers_of_iterations_are_none() {
     let notices = |stop| {
         let mut scene = squeezed();
-        (scene.settings.solver.stop, scene.settings.substeps) = (stop, 4);
-        let report = advance(&mut scene.simulate(Precision::F64), 1);
+        scene.settings.solver.stop = stop;
+        let report = advance(&mut scene.in_substeps(4).simulate(Precision::F64), 1);
         let solve = report.solve.expect("an implicit step solves");
         assert_eq!(solve.iterations, 12, "of all sub-steps");
         report.notices
@@ -119,8 +118,8 @@ fn the_solve_of_the_sub_step_with_the_largest_residual_is_reported() {
     let residuals = |substeps: u32| {
         let mut scene = squeezed();
         scene.settings.solver.stop = Stop::Iterations(3);
-        (scene.dt, scene.settings.substeps) = (0.0025 * f64::from(substeps), substeps);
-        let mut simulation = scene.simulate(Precision::F64);
+        scene.dt = 0.0025 * f64::from(substeps);
+        let mut simulation = scene.in_substeps(substeps).simulate(Precision::F64);
         let solve = |_| advance(&mut simulation, 1).solve.expect("solves").relative_residual;
         (0..4 / substeps).map(solve).collect::<Vec<_>>()
     };

@@ -81,8 +81,7 @@ fn a_moving_pin_arrives_at_its_target_to_the_last_bit() {
         for precision in Precision::ALL {
             let mut scene = hung_sheet(method);
             scene.settings.solver.stop = Stop::Iterations(5);
-            scene.settings.substeps = 3;
-            let mut simulation = scene.simulate(precision);
+            let mut simulation = scene.in_substeps(3).simulate(precision);
             for &target in &targets {
                 simulation
                     .apply(&[Change::Pin { particle: 0, target, duration: 7e-3 }])

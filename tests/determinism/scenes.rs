@@ -88,8 +88,7 @@ fn sheet_on_sphere() -> Scene {
         margin: 0.004,
         contact: Contact::default(),
     };
-    let mut scene = Scene::new(network, 2e-3);
-    scene.settings.substeps = 2;
+    let mut scene = Scene::new(network, 2e-3).in_substeps(2);
     scene.colliders = vec![
         collider("ball", Shape::Sphere(Sphere { center: [0.45, -0.21, 0.4], radius: 0.2 })),
         collider("floor", Shape::Plane(Plane { point: [0.0, -0.012, 0.0], normal: [0.0, 1.0, 0.0] })),

@@ -9,7 +9,8 @@ use nappe_sim::{
     collide::{Collider, Contact, Shape, shape::Sphere},
     linalg::Stop,
     math::{Precision, SimdLevel, force_simd_level, simd_level},
-    snow::{Integration, ParticleState, Preset, SnowObject, TimeStep},
+    snow::{Integration, ParticleState, Preset, SnowObject},
+    time_step::TimeStep,
     world::Simulation,
 };
 use nappe_tests::{

@@ -145,3 +145,28 @@ async fn a_watcher_of_diagnostics_is_told_the_same() {
         ["Paused at 0", "step 0", "Playing at 0", "step 2", "step 4", "step 6", "Finished at 6", "end at 6"];
     assert_eq!(told, expected);
 }
+
+#[tokio::test(flavor = "multi_thread")]
+async fn every_sub_step_that_is_taken_again_is_told_and_counted() {
+    let mut server = Server::start().await;
+    let scene = sheet_with(6, "steps = 8").replace("drag = 1e-4", "drag = 1e-4\ntolerance = 1e-6");
+    let id = server.session(scene).await;
+    let mut watch = server.watch(every(&id, 0)).await;
+    server.play(&id).await;
+    watch.until_end().await;
+
+    let rejected: Vec<_> =
+        watch.changes.iter().filter(|change| change.kind() == ChangeKind::Rejected).collect();
+    let first =
+        rejected.first().and_then(|change| change.rejected.clone()).expect("the first step is too long");
+    assert_eq!((first.time_seconds, first.dt_seconds, first.body.as_str()), (0.0, 0.002, "sheet"));
+    assert_eq!(first.reason, Reason::ErrorTolerance.name());
+    assert!(first.particle.is_some() && first.value > Some(1e-6), "{first:?}");
+    assert!(first.message.contains("more than the tolerance of 1.0000e-6 m"), "{}", first.message);
+
+    let diagnostics = server.get(&id).await.diagnostics.expect("diagnostics");
+    assert_eq!(diagnostics.notices.map(|notices| notices.rejected_steps), Some(rejected.len() as u64));
+    let cloth = diagnostics.cloth.expect("a cloth");
+    assert!(cloth.substeps > 1 && cloth.error_largest <= 1e-6 && cloth.error_rms > 0.0, "{cloth:?}");
+    assert_eq!(cloth.bound(), v1::TimeBound::Tolerance);
+}

@@ -16,7 +16,7 @@ pub(crate) enum Told {
         chunk: v1::Chunk,
         dropped_count: u64,
     },
-    Change(v1::StateChange),
+    Change(Box<v1::StateChange>),
     Progress(v1::Progress),
     End(v1::SessionEnd),
 }
@@ -28,7 +28,7 @@ impl From<v1::WatchFramesResponse> for Told {
             Event::Frame(v1::Frame { frame, step, chunk, dropped_count, .. }) => {
                 Self::Piece { frame, step, chunk: chunk.expect("where it stands"), dropped_count }
             }
-            Event::Change(change) => Self::Change(change),
+            Event::Change(change) => Self::Change(Box::new(change)),
             Event::Progress(progress) => Self::Progress(progress),
             Event::End(end) => Self::End(end),
         }
@@ -42,7 +42,7 @@ impl From<v1::WatchDiagnosticsResponse> for Told {
                 let chunk = v1::Chunk { index: 0, count: 1 };
                 Self::Piece { frame, step, chunk, dropped_count: message.dropped_count }
             }
-            DiagnosticsEvent::Change(change) => Self::Change(change),
+            DiagnosticsEvent::Change(change) => Self::Change(Box::new(change)),
             DiagnosticsEvent::Progress(progress) => Self::Progress(progress),
             DiagnosticsEvent::End(end) => Self::End(end),
         }
@@ -141,7 +141,7 @@ impl Journal {
                     assert_eq!(self.last, Some(change.frame), "it comes right after its frame");
                 }
                 self.change = change.number;
-                self.changes.push(change);
+                self.changes.push(*change);
             }
             // Bookmarkable: all up to the number was sent.
             Told::Progress(progress) => {

@@ -12,7 +12,8 @@ use std::f64::consts::PI;
 use nappe_sim::{
     collide::Contact,
     math::Precision,
-    snow::{Advection, Blend, Kernel, TimeStep, Transfer},
+    snow::{Advection, Blend, Kernel, Transfer},
+    time_step::TimeStep,
 };
 use nappe_tests::{
     scene::advance,

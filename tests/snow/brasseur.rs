@@ -4,10 +4,7 @@
 
 use nappe_scene::{NoMeshes, Scene, SceneLimits, shipped_scenes};
 use nappe_sim::{
-    collide::Contact,
-    math::Precision,
-    report::StepReport,
-    snow::{Preset, TimeStep},
+    collide::Contact, math::Precision, report::StepReport, snow::Preset, time_step::TimeStep,
     world::Simulation,
 };
 use nappe_tests::{

@@ -4,7 +4,8 @@
 use nappe_sim::{
     collide::{Collider, Contact, Shape, shape::HalfPipe},
     math::Precision,
-    snow::{Kernel, Material, ParticleState, Preset, TimeStep, Transfer},
+    snow::{Kernel, Material, ParticleState, Preset, Transfer},
+    time_step::TimeStep,
 };
 use nappe_tests::{
     networks::scatter,

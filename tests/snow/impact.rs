@@ -11,7 +11,8 @@
 
 use nappe_sim::{
     math::Precision,
-    snow::{Advection, Blend, Kernel, ParticleState, TimeStep, Transfer},
+    snow::{Advection, Blend, Kernel, ParticleState, Transfer},
+    time_step::TimeStep,
 };
 use nappe_tests::{
     scene::{advance, norm},

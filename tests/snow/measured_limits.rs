@@ -4,7 +4,8 @@
 
 use nappe_sim::{
     math::Precision,
-    snow::{Kernel, Material, TimeStep, Transfer},
+    snow::{Kernel, Material, Transfer},
+    time_step::TimeStep,
     world::Simulation,
 };
 use nappe_tests::{

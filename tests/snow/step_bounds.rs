@@ -5,7 +5,8 @@ use nappe_sim::{
     linalg::Stop,
     math::Precision,
     report::{BoundKind, NoStopwatch, StepFailure, TimeBound},
-    snow::{Integration, Kernel, Material, Plasticity, Preset, TimeStep},
+    snow::{Integration, Kernel, Material, Plasticity, Preset},
+    time_step::TimeStep,
     world::{SetupError, Simulation},
 };
 use nappe_tests::{

@@ -1,6 +1,7 @@
 //! Stability: the largest stable step of every method, where it fails, and how it says so.
 
 mod bounds;
+mod certified;
 mod critical_step;
 mod divergence;
 mod squash;

@@ -6,6 +6,7 @@ use nappe_sim::{
     linalg::{OperatorKind, PreconditionerKind, SolverSettings, Stop},
     math::Precision,
     report::{NoStopwatch, StepError, StepReport},
+    time_step::TimeStep,
     world::{BodySetup, Simulation, WorldSetup},
 };
 
@@ -39,9 +40,10 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// A scene without gravity, wind or colliders, solved to rounding.
+    /// A scene without gravity, wind or colliders, solved to rounding, in steps of `dt` whatever is known of them.
     pub fn new(network: Network, dt: f64) -> Self {
-        let settings = ClothSettings { solver: EXACT, ..ClothSettings::default() };
+        let time_step = TimeStep::Unchecked(f64::INFINITY);
+        let settings = ClothSettings { solver: EXACT, time_step, ..ClothSettings::default() };
         Self { network, dt, gravity: [0.0; 3], wind: [0.0; 3], colliders: Vec::new(), settings }
     }
 
@@ -57,6 +59,20 @@ impl Scene {
     #[must_use]
     pub fn under(mut self, gravity: [f64; 3]) -> Self {
         self.gravity = gravity;
+        self
+    }
+
+    /// The same in so many sub-steps per step, whatever is known of them.
+    #[must_use]
+    pub fn in_substeps(mut self, count: u32) -> Self {
+        self.settings.time_step = TimeStep::Unchecked(self.dt / f64::from(count));
+        self
+    }
+
+    /// The same in steps that are certified or accepted, as a scene has them that says nothing of it.
+    #[must_use]
+    pub fn certified(mut self) -> Self {
+        self.settings.time_step = TimeStep::default();
         self
     }
 

@@ -9,9 +9,8 @@ use nappe_sim::{
     collide::{Collider, Contact, Shape, shape::Plane},
     math::Precision,
     report::{NoStopwatch, StepReport},
-    snow::{
-        Blend, Kernel, Law, Material, ParticleState, SnowObject, SnowSettings, SnowSetup, TimeStep, Transfer,
-    },
+    snow::{Blend, Kernel, Law, Material, ParticleState, SnowObject, SnowSettings, SnowSetup, Transfer},
+    time_step::TimeStep,
     world::{Simulation, WorldSetup},
 };
 

@@ -22,6 +22,19 @@ pub(crate) fn substeps(snow: &v1::SnowDiagnostics) -> String {
     )
 }
 
+/// How the last step of the scene was divided for the cloths, what limits the next sub-step, and the error made.
+pub(crate) fn cloth_steps(cloth: &v1::ClothSteps) -> String {
+    let at = cloth.bound_particle.map_or_else(String::new, |particle| format!(" at particle {particle}"));
+    format!(
+        "{} per step, dt {}; bound: {}{at}; error {:.1e} m (largest {:.1e} m)",
+        output::count(cloth.substeps.into()),
+        output::duration(cloth.dt_seconds),
+        cloth.bound().word(),
+        cloth.error_rms,
+        cloth.error_largest
+    )
+}
+
 /// How many particles yielded, were inverted and so on: each count that is not 0.
 pub(crate) fn counts(snow: &v1::SnowDiagnostics) -> String {
     let counts = [
@@ -46,9 +59,21 @@ pub(crate) fn doubts(notices: &v1::Notices) -> String {
         ("solves at their cap", notices.capped_solves),
         ("solves of a matrix that is not positive definite", notices.indefinite_solves),
         ("passages through a collider", notices.passed_particles),
+        ("sub-steps that were not accepted", notices.rejected_steps),
     ];
     let told = counts.iter().filter(|(_, count)| *count > 0);
     told.map(|(name, count)| format!("{} {name}", output::count(*count))).collect::<Vec<_>>().join(", ")
+}
+
+/// A sub-step of the cloths that was not accepted, in one line.
+pub(crate) fn rejected(step: &v1::RejectedStep) -> String {
+    format!(
+        "t = {:.6} s: a sub-step of {} was not accepted for body '{}': {}",
+        step.time_seconds,
+        output::duration(step.dt_seconds),
+        step.body,
+        step.message
+    )
 }
 
 /// A phrase for a progress bar or a line of diagnostics; empty without snow.

@@ -47,9 +47,21 @@ pub struct Body {
     /// What an implicit step does with the negative transverse stiffness of compressed springs.
     #[serde(default, with = "names::hessian")]
     pub hessian: Hessian,
-    /// Steps of this body within one step of the scene, 1 or more.
-    #[serde(default = "one")]
-    pub substeps: u32,
+    /// Sub-steps of one length within one step of the scene, 1 or more; none: as many as are needed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub substeps: Option<u32>,
+    /// Length of the sub-steps (s), in place of their number.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub substep: Option<f64>,
+    /// Share of the certified bound that an explicit sub-step takes, above 0 and at most 1; none: 0.9.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub safety: Option<f64>,
+    /// Takes the sub-steps whatever is known of them.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub unchecked: bool,
+    /// Largest estimated error of a position that a sub-step may make (m); none: any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tolerance: Option<f64>,
     /// Linear solver of an implicit step; explicit integrators have none.
     #[serde(default)]
     pub solver: Solver,
@@ -77,7 +89,11 @@ impl Body {
             drag: 0.0,
             integrator: default_integrator(),
             hessian: Hessian::default(),
-            substeps: one(),
+            substeps: None,
+            substep: None,
+            safety: None,
+            unchecked: false,
+            tolerance: None,
             solver: Solver::default(),
             limits: Limits::default(),
             block_size: default_block_size(),
@@ -278,8 +294,4 @@ fn default_integrator() -> Integrator {
 
 fn default_block_size() -> usize {
     ClothSettings::DEFAULT_BLOCK_SIZE
-}
-
-fn one() -> u32 {
-    1
 }

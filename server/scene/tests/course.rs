@@ -47,7 +47,7 @@ fn the_files_become_a_scene() {
     assert_eq!((springs.stretch.stiffness, springs.stretch.damping, body.drag), (15000.0, 0.01, 0.0));
     assert_eq!(
         (body.name.as_str(), body.integrator, body.substeps),
-        ("drap4", Integrator::SymplecticEuler, 1)
+        ("drap4", Integrator::SymplecticEuler, None)
     );
     for wanted in [
         "a.simu:9: objet1 was 'MSS' in line 8: the last value wins",
@@ -85,7 +85,7 @@ fn two_objects_share_one_clock() {
     let slow = OBJECT.replace("dt=0.0025", "dt=0.005");
     let (made, warnings) = scene(SIMU, &[OBJECT, &slow], MecasimOptions::default()).unwrap();
     assert_eq!(made.dt, 0.005);
-    assert_eq!(made.bodies.iter().map(|b| b.substeps).collect::<Vec<_>>(), [2, 1]);
+    assert_eq!(made.bodies.iter().map(|b| b.substeps).collect::<Vec<_>>(), [Some(2), None]);
     assert_eq!(made.bodies[1].name, "drap4-2");
     assert!(warnings.contains(&"a.simu: objet2 is not set: mss is taken".to_owned()));
     let odd = OBJECT.replace("dt=0.0025", "dt=0.004");
@@ -231,7 +231,7 @@ fn the_courses_command_line_becomes_a_scene_that_builds() {
     let objects: Vec<CourseObject<'_>> =
         parameters.iter().zip(&meshes).map(|(parameters, mesh)| CourseObject { parameters, mesh }).collect();
     let (scene, _) = mecasim_scene(&simu, &objects, &MecasimOptions::default()).unwrap();
-    assert_eq!((scene.dt, scene.bodies[0].substeps, scene.bodies[1].substeps), (0.005, 2, 1));
+    assert_eq!((scene.dt, scene.bodies[0].substeps, scene.bodies[1].substeps), (0.005, Some(2), None));
     let folder = Folder { folder: course, options: ReadOptions::default() };
     let built = scene.build(&folder, &SceneLimits::default()).unwrap();
     assert_eq!(built.setup.bodies[0].network.springs.len(), 14_421);

@@ -10,7 +10,8 @@ use nappe_sim::{
     },
     linalg::Stop,
     mesh::TriangleMesh,
-    snow::{Advection, Blend, Integration, Kernel, Law, SnowObject, TimeStep, Transfer},
+    snow::{Advection, Blend, Integration, Kernel, Law, SnowObject, Transfer},
+    time_step::TimeStep,
     world::WorldSetup,
 };
 

@@ -12,6 +12,7 @@ pub mod report;
 pub mod mesh;
 pub mod collide;
 pub mod surroundings;
+pub mod time_step;
 pub mod cloth;
 pub mod snow;
 pub mod world;

@@ -31,8 +31,10 @@ const fn cost(build: f64, session: f64) -> Cost {
 /// Costs in binary32, and what binary64 adds.
 const CLOTH_PARTICLE: [Cost; 2] = [cost(150.0, 130.0), cost(60.0, 95.0)];
 const IMPLICIT_PARTICLE: [Cost; 2] = [cost(0.0, 95.0), cost(0.0, 75.0)];
+/// The third state that sub-steps take turns in.
+const DIVIDED_PARTICLE: [Cost; 2] = [cost(0.0, 36.0), cost(0.0, 30.0)];
 /// A block with its share of a coarse space, and the factored top of one (bytes).
-const COARSE_BLOCK: Cost = cost(60_000.0, 45_000.0);
+const COARSE_BLOCK: Cost = cost(48_000.0, 40_000.0);
 const COARSE_TOP: f64 = 0.8e6;
 const SPRING: [Cost; 2] = [cost(108.0, 29.0), cost(14.0, 18.0)];
 const MESH_SPRING: Cost = cost(46.0, 0.0);
@@ -71,6 +73,7 @@ impl Estimate {
         let parts = [
             (size.cloth_particles, by(CLOTH_PARTICLE)),
             (size.implicit_particles, by(IMPLICIT_PARTICLE)),
+            (size.divided_particles, by(DIVIDED_PARTICLE)),
             (size.coarse_blocks, COARSE_BLOCK),
             (size.springs, by(SPRING)),
             (size.mesh_springs, MESH_SPRING),
@@ -141,6 +144,7 @@ mod tests {
     const SIZE: SceneSize = SceneSize {
         cloth_particles: 1000,
         implicit_particles: 1000,
+        divided_particles: 1000,
         coarse_blocks: 0,
         springs: 6000,
         mesh_springs: 0,

@@ -1,4 +1,5 @@
-//! What makes the results of a session doubtful: counts, and a sentence for the first of each kind.
+//! What makes the results of a session doubtful: counts, and a sentence for the first of each kind. Rejected sub-steps
+//! are counted, and told one by one elsewhere.
 //!
 //! Enters: the report of each step. Leaves: sums for diagnostics, and notices for watchers.
 
@@ -11,6 +12,7 @@ type Kind = (u64, u64, fn(&StepReport) -> String);
 /// The counts up to a step, and what happened in it for the first time.
 pub(super) fn add(before: v1::Notices, report: &StepReport) -> (v1::Notices, Vec<String>) {
     let Notices { capped_solves, indefinite_solves, passed_count, .. } = report.notices;
+    let rejected_steps = before.rejected_steps + report.rejections.len() as u64;
     let kinds: [Kind; 3] = [
         (before.capped_solves, capped_solves.into(), capped),
         (before.indefinite_solves, indefinite_solves.into(), indefinite),
@@ -20,7 +22,7 @@ pub(super) fn add(before: v1::Notices, report: &StepReport) -> (v1::Notices, Vec
         kinds.iter().filter(|(before, now, _)| *before == 0 && *now > 0).map(|(.., text)| text(report));
 
     let [capped_solves, indefinite_solves, passed_particles] = kinds.map(|(before, now, _)| before + now);
-    (v1::Notices { capped_solves, indefinite_solves, passed_particles }, first.collect())
+    (v1::Notices { capped_solves, indefinite_solves, passed_particles, rejected_steps }, first.collect())
 }
 
 fn capped(report: &StepReport) -> String {

@@ -30,7 +30,7 @@ use super::{
 };
 use crate::{
     error::{Reason, ServiceError, step_reason},
-    stream::{Ending, diagnostics},
+    stream::{Ending, diagnostics, rejected},
 };
 
 /// Whether the thread goes on.
@@ -160,6 +160,9 @@ impl Stepper {
             progress.diagnostics = diagnostics;
         });
 
+        for rejection in &report.rejections {
+            self.status().feed.note_rejected(rejected(rejection), report.step);
+        }
         for notice in first {
             tracing::warn!(session = self.id(), "{notice}");
             self.status().feed.note_doubt(notice, report.step);

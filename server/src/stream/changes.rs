@@ -39,6 +39,7 @@ impl Changes {
         self.present = change.clone();
         self.present.set_kind(v1::ChangeKind::Present);
         self.present.notice.clear();
+        self.present.rejected = None;
 
         self.kept.push_back(change);
         if self.kept.len() > KEPT_CHANGES {

@@ -5,7 +5,7 @@
 use nappe_proto::v1;
 use nappe_sim::{
     linalg::{Outcome, SolveReport},
-    report::{BoundKind, Diagnostics, SnowReport, Stage, StepReport},
+    report::{BoundKind, ClothSteps, Diagnostics, Rejection, SnowReport, Stage, StepReport},
     world::Simulation,
 };
 
@@ -36,6 +36,7 @@ pub(crate) fn diagnostics(
         stages: stages(stage_seconds),
         step_seconds,
         snow: report.snow.as_ref().map(snow),
+        cloth: report.cloth.as_ref().map(cloth),
         notices: Some(v1::Notices::default()),
     }
 }
@@ -69,9 +70,36 @@ fn solve(report: &SolveReport) -> v1::SolveReport {
     }
 }
 
-/// A bound that allows any step becomes the largest finite number.
-fn snow(report: &SnowReport) -> v1::SnowDiagnostics {
-    let bound = match report.bound.kind {
+/// Particles are those over all bodies already.
+fn cloth(steps: &ClothSteps) -> v1::ClothSteps {
+    v1::ClothSteps {
+        substeps: steps.substeps,
+        rejected: steps.rejected,
+        dt_seconds: steps.dt,
+        bound: bound(steps.bound.kind).into(),
+        bound_particle: steps.bound.particle,
+        bound_seconds: steps.bound.dt.min(f64::MAX),
+        error_rms: steps.error.rms,
+        error_largest: steps.error.largest,
+    }
+}
+
+/// A sub-step of cloth that was not accepted, as the message that watchers get.
+pub(crate) fn rejected(rejection: &Rejection) -> v1::RejectedStep {
+    let Rejection { time, dt, body, cause } = rejection;
+    v1::RejectedStep {
+        time_seconds: *time,
+        dt_seconds: *dt,
+        body: body.clone(),
+        reason: cause.reason().to_owned(),
+        message: cause.to_string(),
+        particle: cause.particle(),
+        value: cause.value().filter(|value| value.is_finite()),
+    }
+}
+
+fn bound(kind: BoundKind) -> v1::TimeBound {
+    match kind {
         BoundKind::ElasticWave => v1::TimeBound::ElasticWave,
         BoundKind::IsolatedParticle => v1::TimeBound::IsolatedParticle,
         BoundKind::ParticleSpeed => v1::TimeBound::ParticleSpeed,
@@ -79,13 +107,21 @@ fn snow(report: &SnowReport) -> v1::SnowDiagnostics {
         BoundKind::ColliderSpeed => v1::TimeBound::ColliderSpeed,
         BoundKind::Fixed => v1::TimeBound::Fixed,
         BoundKind::Frame => v1::TimeBound::Frame,
-    };
+        BoundKind::Stiffness => v1::TimeBound::Stiffness,
+        BoundKind::Damping => v1::TimeBound::Damping,
+        BoundKind::Acceptance => v1::TimeBound::Acceptance,
+        BoundKind::Tolerance => v1::TimeBound::Tolerance,
+    }
+}
+
+/// A bound that allows any step becomes the largest finite number.
+fn snow(report: &SnowReport) -> v1::SnowDiagnostics {
     let [min_plastic_ratio, max_plastic_ratio] = report.plastic_ratio_range;
 
     v1::SnowDiagnostics {
         substeps: report.substeps,
         dt_seconds: report.dt,
-        bound: bound.into(),
+        bound: bound(report.bound.kind).into(),
         bound_particle: report.bound.particle,
         bound_seconds: report.bound.dt.min(f64::MAX),
         mass: report.mass,

@@ -182,6 +182,14 @@ impl Feed {
         });
     }
 
+    /// Tells the watchers of a sub-step of cloth that was not accepted, in step `step`.
+    pub(crate) fn note_rejected(&self, rejected: v1::RejectedStep, step: u64) {
+        self.push_change(|change| {
+            change.set_kind(v1::ChangeKind::Rejected);
+            (change.rejected, change.step) = (Some(rejected), step);
+        });
+    }
+
     /// Where the change stands among the frames is decided together with its number.
     fn push_change(&self, alter: impl FnOnce(&mut v1::StateChange)) {
         self.newest.send_modify(|newest| {

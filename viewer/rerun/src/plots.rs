@@ -71,7 +71,7 @@ pub(crate) const GENERAL: [Plot; 4] = [
 ];
 
 /// Plots of scenes with cloth.
-pub(crate) const CLOTH: [Plot; 5] = [
+pub(crate) const CLOTH: [Plot; 7] = [
     Plot {
         path: "plots/stretch",
         title: "Largest stretch (1)",
@@ -95,12 +95,35 @@ pub(crate) const CLOTH: [Plot; 5] = [
         },
     },
     Plot {
-        path: "plots/notices",
-        title: "Doubtful solves and passages since the start",
-        series: &[("at their cap", AMBER), ("not positive definite", RED), ("through a collider", BLUE)],
+        path: "plots/cloth_dt",
+        title: "Sub-step of the cloth (ms)",
+        series: &[("dt", LIGHT), ("bound", RED)],
+        values: |d| d.cloth.as_ref().map(|cloth| vec![1e3 * cloth.dt_seconds, 1e3 * cloth.bound_seconds]),
+    },
+    Plot {
+        path: "plots/cloth_error",
+        title: "Estimated error of a sub-step (log10 m)",
+        series: &[("root mean square", BLUE), ("largest", RED)],
+        // Nothing that moves has no error, no logarithm, and no point.
         values: |d| {
-            let v1::Notices { capped_solves, indefinite_solves, passed_particles } = d.notices?;
-            Some([capped_solves, indefinite_solves, passed_particles].map(|count| count as f64).to_vec())
+            let cloth = d.cloth.as_ref().filter(|cloth| cloth.error_rms > 0.0)?;
+            Some(vec![cloth.error_rms.log10(), cloth.error_largest.log10()])
+        },
+    },
+    Plot {
+        path: "plots/notices",
+        title: "Doubtful solves, passages and steps taken again",
+        series: &[
+            ("at their cap", AMBER),
+            ("not positive definite", RED),
+            ("through a collider", BLUE),
+            ("taken again", GREEN),
+        ],
+        values: |d| {
+            let v1::Notices { capped_solves, indefinite_solves, passed_particles, rejected_steps } =
+                d.notices?;
+            let counts = [capped_solves, indefinite_solves, passed_particles, rejected_steps];
+            Some(counts.map(|count| count as f64).to_vec())
         },
     },
     Plot {

@@ -8,6 +8,7 @@ use nappe_sim::{
     linalg::{SolverSettings, Stop},
     math::Precision,
     mesh::TriangleMesh,
+    time_step::TimeStep,
     world::{BodySetup, WorldSetup},
 };
 
@@ -105,7 +106,12 @@ fn share(i: usize) -> f64 {
 /// When the simulation refuses the sheet, which would be an error in this program.
 pub(crate) fn world(network: &Network, integrator: Integrator) -> Result<WorldSetup> {
     let dt = if integrator.is_implicit() { IMPLICIT_DT } else { 0.5 * stable_step()? };
-    Ok(setup(network.clone(), integrator, dt))
+    let mut setup = setup(network.clone(), integrator, dt);
+    if integrator == Integrator::ExplicitEuler {
+        // Undamped, none of its steps is stable: it is timed, not used.
+        setup.bodies[0].settings.time_step = TimeStep::Unchecked(dt);
+    }
+    Ok(setup)
 }
 
 /// The largest stable explicit step of a sheet of these springs (s). It is the same for every size

@@ -34,6 +34,8 @@ pub(crate) struct Summary {
     energy: f64,
     /// Largest length over rest length of a spring in the last state.
     max_stretch: f64,
+    /// How the last step was divided for the cloths; none without cloth.
+    cloth: Option<v1::ClothSteps>,
     /// Diagnostics of the snow in the last step; none without snow.
     snow: Option<v1::SnowDiagnostics>,
     /// What makes the results doubtful, counted over all steps.
@@ -75,6 +77,7 @@ impl Summary {
             state_hash: session.state_hash.map(output::hash),
             energy: diagnostics::total_energy(&last),
             max_stretch: last.max_stretch,
+            cloth: last.cloth,
             snow: last.snow,
             notices: last.notices.unwrap_or_default(),
             diverged: diverged.map(|failure| Divergence {
@@ -138,6 +141,9 @@ impl Summary {
 
         if self.springs > 0 {
             rows.push(("max stretch", format!("{:.4}", self.max_stretch)));
+        }
+        if let Some(cloth) = &self.cloth {
+            rows.push(("steps of cloth", diagnostics::cloth_steps(cloth)));
         }
         if let Some(snow) = &self.snow {
             rows.push(("steps of snow", diagnostics::substeps(snow)));

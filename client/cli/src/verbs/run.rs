@@ -26,8 +26,10 @@ Without --server the scene is computed by a server inside this command; --server
 one and removes the session afterwards. A scene without an end runs until Ctrl-C.
 
 With --json the last line is one object: scene, steps, time (s), seconds (wall clock spent stepping),
-state_hash (16 hexadecimal digits), energy (J), max_stretch, snow (null, or substeps, dt_seconds, bound,
-plastic_count and the other diagnostics of the snow's last step), diverged (null, or step, particle, cause),
+state_hash (16 hexadecimal digits), energy (J), max_stretch, cloth (null, or substeps, rejected, dt_seconds,
+bound, bound_particle, bound_seconds, error_rms and error_largest of the last step), snow (null, or substeps,
+dt_seconds, bound, plastic_count and the other diagnostics of the snow's last step), notices (counts of what
+makes the results doubtful), diverged (null, or step, particle, cause),
 and interrupted, particles, springs, threads, precision, dt, frames, saved.")]
 pub(crate) struct RunArgs {
     /// A shipped scene's name, or a scene file (.toml); meshes beside the file are uploaded

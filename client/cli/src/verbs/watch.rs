@@ -95,6 +95,9 @@ async fn follow(client: &Client, args: &WatchArgs) -> Result<()> {
             Some(Ok(DiagnosticsEvent::Change(change))) if !change.notice.is_empty() => {
                 output::note(&change.notice);
             }
+            Some(Ok(DiagnosticsEvent::Change(v1::StateChange { rejected: Some(step), .. }))) => {
+                output::note(&diagnostics::rejected(&step));
+            }
             Some(Ok(_)) => {}
             Some(Err(error)) => return Err(reason_of(client, &args.session.id, error).await),
             None => break,

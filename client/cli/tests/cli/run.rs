@@ -19,6 +19,7 @@ mesh = { grid = [8, 8], spacing = 0.05 }
 mass = { particle = 0.001 }
 pins = ["top_left"]
 integrator = "symplectic_euler"
+unchecked = true
 [body.springs]
 stretch = { stiffness = 1000.0 }
 "#;

@@ -6,6 +6,7 @@ use nappe_sim::{
     cloth::{self, ClothSettings, ElementList, Network, Spring, SpringKind, SpringRules, StateLimits},
     linalg::{SolverSettings, Stop},
     mesh::TriangleMesh,
+    time_step::TimeStep,
     world::{BodySetup, Change},
 };
 
@@ -27,6 +28,8 @@ use crate::{
 pub(super) struct BodyText<'a> {
     pub(super) body: &'a Body,
     pub(super) at: Location<'a>,
+    /// Time step of the scene (s).
+    pub(super) dt: f64,
 }
 
 impl BodyText<'_> {
@@ -292,8 +295,39 @@ fn settings(text: &BodyText<'_>) -> Result<ClothSettings, SceneError> {
             operator: body.solver.operator,
             warm_start: body.solver.warm_start,
         },
-        substeps: body.substeps,
+        time_step: time_step(text)?,
+        tolerance: body.tolerance,
         limits: StateLimits { max_stretch: body.limits.max_stretch, max_energy: body.limits.max_energy },
         block_size: body.block_size,
+    })
+}
+
+/// How steps of the scene are divided.
+fn time_step(text: &BodyText<'_>) -> Result<TimeStep, SceneError> {
+    let Body { substeps, substep, safety, unchecked, tolerance, .. } = text.body;
+    let is_fixed = substeps.is_some() || substep.is_some();
+    if substeps.is_some() && substep.is_some() {
+        return text
+            .at
+            .key("substep")
+            .inconsistent("does not go with substeps: one gives their length, one their number");
+    }
+    if safety.is_some() && (is_fixed || *unchecked) {
+        return text.at.key("safety").inconsistent(
+            "is for steps by the certified bound: it does not go with substeps, substep or unchecked",
+        );
+    }
+    if tolerance.is_some() && *unchecked {
+        return text
+            .at
+            .key("tolerance")
+            .inconsistent("does not go with unchecked: such steps are never taken again");
+    }
+
+    let length = substep.unwrap_or_else(|| text.dt / f64::from(substeps.unwrap_or(1)));
+    Ok(match (*unchecked, is_fixed) {
+        (true, _) => TimeStep::Unchecked(length),
+        (false, true) => TimeStep::Fixed(length),
+        (false, false) => TimeStep::Certified { safety: safety.unwrap_or(TimeStep::SAFETY) },
     })
 }

@@ -33,6 +33,8 @@ pub struct SceneSize {
     pub cloth_particles: u64,
     /// Of these, particles whose steps solve a linear system.
     pub implicit_particles: u64,
+    /// Particles of cloth whose steps may be divided.
+    pub divided_particles: u64,
     /// Blocks of particles whose preconditioner has a coarse space.
     pub coarse_blocks: u64,
     /// Springs of cloth.
@@ -107,9 +109,8 @@ impl SceneSize {
             let blocks = points.div_ceil(body.block_size.max(1) as u64);
             self.coarse_blocks = self.coarse_blocks.saturating_add(blocks);
         }
-        if body.substeps > 1 {
-            // Sub-steps take turns in three states; the third is smaller than what an implicit step needs.
-            self.implicit_particles = self.implicit_particles.saturating_add(points);
+        if !body.unchecked || body.substeps.is_some_and(|count| count > 1) || body.substep.is_some() {
+            self.divided_particles = self.divided_particles.saturating_add(points);
         }
         self.triangles = self.triangles.saturating_add(triangles);
         // An element counts as a spring, and is looked for in the mesh: one for each edge between two triangles.

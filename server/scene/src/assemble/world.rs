@@ -40,7 +40,7 @@ impl Scene {
         let mut size = Size::new(limits);
         let (mut bodies, mut initial_changes) = (Vec::new(), Vec::new());
         for (i, body) in self.bodies.iter().enumerate() {
-            let text = BodyText { body, at: root.key("body").index(i) };
+            let text = BodyText { body, at: root.key("body").index(i), dt: self.dt };
             let Some(made) = found.take(body::build(&text, meshes, &mut size)) else { continue };
             initial_changes.extend(made.changes);
             warnings.extend(made.warnings.iter().map(|warning| format!("body '{}': {warning}", body.name)));

@@ -76,7 +76,7 @@ pub fn mecasim_scene(
         warnings.extend(parameters.warnings.iter().cloned());
         let mut body = Body::new(name(parameters, number, &bodies), object.mesh.clone());
         body.drag = drag;
-        body.substeps = substeps(dt, slowest.parameters, parameters)?;
+        body.substeps = Some(substeps(dt, slowest.parameters, parameters)?).filter(|count| *count > 1);
         body.springs = springs(simu, number, parameters, &mut warnings)?;
         (body.integrator, body.solver) = solver(parameters, &mut warnings);
         bodies.push(body);

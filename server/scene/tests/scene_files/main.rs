@@ -7,7 +7,7 @@ use std::sync::Arc;
 use nappe_scene::{
     ErrorKind, Mesh, MeshSource, NoMeshes, Scene, SceneError, SceneErrors, SceneLimits, shipped_scenes,
 };
-use nappe_sim::mesh::TriangleMesh;
+use nappe_sim::{mesh::TriangleMesh, time_step::TimeStep};
 
 const SMALL: &str = r#"version = 1
 dt = 0.01
@@ -260,4 +260,33 @@ mesh = { course_grid = 2 }
     assert!(
         build(&pinned).unwrap().warnings[1].ends_with("every particle is pinned: nothing moves by itself")
     );
+}
+
+#[test]
+fn sub_steps_of_cloth_come_out_as_written() {
+    let with = |lines: &str| SMALL.replace("name = \"cloth\"", &format!("name = \"cloth\"\n{lines}"));
+    let of = |lines: &str| {
+        let built = build(&with(lines)).unwrap_or_else(|error| panic!("{error}"));
+        built.setup.bodies[0].settings
+    };
+    assert_eq!(of("").time_step, TimeStep::Certified { safety: 0.9 });
+    assert_eq!(of("safety = 0.5").time_step, TimeStep::Certified { safety: 0.5 });
+    assert_eq!(of("substeps = 4").time_step, TimeStep::Fixed(0.01 / 4.0));
+    assert_eq!(of("substep = 1e-3").time_step, TimeStep::Fixed(1e-3));
+    assert_eq!(of("unchecked = true").time_step, TimeStep::Unchecked(0.01));
+    assert_eq!(of("substeps = 4\nunchecked = true").time_step, TimeStep::Unchecked(0.01 / 4.0));
+    assert_eq!((of("").tolerance, of("tolerance = 1e-4").tolerance), (None, Some(1e-4)));
+
+    for (lines, key) in [
+        ("substeps = 2\nsubstep = 1e-3", "substep"),
+        ("substeps = 2\nsafety = 0.5", "safety"),
+        ("unchecked = true\nsafety = 0.5", "safety"),
+        ("unchecked = true\ntolerance = 1e-3", "tolerance"),
+    ] {
+        let text = message(&with(lines));
+        assert!(
+            text.contains(&format!("body[0].{key}: ")) && text.contains("not go with"),
+            "{lines}: {text}"
+        );
+    }
 }

@@ -8,19 +8,22 @@
 use rayon::prelude::*;
 
 use super::{
+    bound::{Bound, Bounds, Fastest},
     elements::{BlockOfRows, Elements},
-    laws::{Spring, Stretch},
+    figures::{Figures, Partial, Total},
+    integrator::Integrator,
+    laws::Stretch,
     model::Model,
-    numbers::{SpringNumbers, StepNumbers},
-    rows::{Fold, Springs},
+    numbers::StepNumbers,
     scratch::{BlockScratch, Scratches},
     settings::ClothSettings,
+    spring_sums::{SpringSums, load_six, widen_six},
 };
 use crate::{
     linalg::{Inverse3, PreconditionerKind, add_lanes, packs},
-    math::{LANES, Pack, Padded, Real, Sixteen, WithSimd, array::dot, array3, dispatch, three},
-    parallel::{Disjoint, block_count, sum},
-    report::Diagnostics,
+    math::{LANES, Pack, Padded, Real, Sixteen, WithSimd, dispatch, three},
+    parallel::{Disjoint, block_count, sum_by},
+    report::{BoundKind, Diagnostics},
 };
 
 /// What an evaluation is made for.
@@ -28,16 +31,18 @@ use crate::{
 pub(super) enum Purpose {
     /// A step that divides forces by masses.
     Explicit,
+    /// The same, with a bound of this kind on its length.
+    Bounded(BoundKind),
     /// A step that solves for the change of velocity.
     Implicit(PreconditionerKind),
 }
 
 impl Purpose {
-    pub(super) const fn of(settings: &ClothSettings) -> Self {
-        if settings.integrator.is_implicit() {
-            Self::Implicit(settings.solver.preconditioner)
-        } else {
-            Self::Explicit
+    pub(super) fn of(settings: &ClothSettings) -> Self {
+        match settings.integrator {
+            Integrator::ImplicitEuler => Self::Implicit(settings.solver.preconditioner),
+            _ if settings.time_step.is_unchecked() => Self::Explicit,
+            integrator => Self::Bounded(Bounds::<f64>::kind(integrator)),
         }
     }
 }
@@ -53,19 +58,22 @@ pub(super) struct Evaluation<R: Real> {
     pub(super) tangent: Vec<[R; LANES]>,
     /// Implicit: what elements freeze, list after list.
     pub(super) frozen: Vec<[R; LANES]>,
-    /// Energies, momentum and stretch; the kinetic energy is not a number where anything is not.
-    pub(super) diagnostics: Diagnostics,
-    partials: Vec<Partial>,
+    /// Sums over all particles; the kinetic energy is not a number where anything is not.
+    pub(super) total: Total,
+    /// The largest length over rest length.
+    pub(super) max_stretch: f64,
+    /// The largest component of any position (m), without its sign.
+    pub(super) reach: f64,
+    /// Bounded: what limits the step.
+    pub(super) bound: Bound,
+    partials: Vec<(Partial, Bound)>,
 }
-
-/// Sums of a block: energies (J), momentum (kg m/s, three places), the check that all is finite, the largest stretch.
-type Partial = [f64; 8];
 
 impl<R: Real> Evaluation<R> {
     pub(super) fn size_for(&mut self, model: &Model<R>, purpose: Purpose) {
         let groups = Sixteen::<R>::count_for(model.count);
         self.rows.resize(groups, Sixteen::default());
-        self.partials.resize(block_count(model.count, model.block_size), Partial::default());
+        self.partials.resize(block_count(model.count, model.block_size), Default::default());
         if matches!(purpose, Purpose::Implicit(_)) {
             self.inverse.resize(groups, Inverse3::default());
             self.tangent.resize(model.springs.slot_count(), [R::zero(); LANES]);
@@ -90,7 +98,7 @@ impl<R: Real> Evaluation<R> {
         (partials.par_iter_mut(), rows.par_chunks_mut(groups)).into_par_iter().enumerate().for_each(
             |(block, (partial, rows))| {
                 let (inverse, tangent): (&mut [Inverse3], &mut [[R; LANES]]) = match purpose {
-                    Purpose::Explicit => (&mut [], &mut []),
+                    Purpose::Explicit | Purpose::Bounded(_) => (&mut [], &mut []),
                     // SAFETY: a block has slots and groups of its own.
                     Purpose::Implicit(_) => unsafe {
                         let first = block * groups;
@@ -101,30 +109,29 @@ impl<R: Real> Evaluation<R> {
                 let work =
                     Block { model, numbers, number: block, x, v, rows, inverse, tangent, frozen, scratch };
                 *partial = match purpose {
-                    Purpose::Explicit => dispatch(Explicit(work)),
-                    Purpose::Implicit(kind) => dispatch(Implicit(work, kind)),
+                    Purpose::Explicit => (dispatch(Explicit(work)), Bound::default()),
+                    Purpose::Bounded(kind) => dispatch(Bounded(work, kind)),
+                    Purpose::Implicit(kind) => (dispatch(Implicit(work, kind)), Bound::default()),
                 };
             },
         );
 
         // A maximum has no order; NaN, which it would lose, shows in the sums.
-        let max_stretch = partials.iter().map(|partial| partial[STRETCH]).fold(0.0, f64::max);
-        let [kinetic_energy, elastic_energy, gravitational_energy, px, py, pz, checksum, _] = sum(partials);
+        let greatest =
+            |of: fn(&Partial) -> f64| partials.iter().map(|(block, _)| of(block)).fold(0.0, f64::max);
+        self.max_stretch = greatest(|block| block.stretch);
+        self.reach = greatest(|block| block.reach);
+        self.total = Total::of(sum_by(partials, &|(block, _)| block.sums));
+        let bounds = partials.iter().map(|(_, bound)| *bound);
+        self.bound = bounds.fold(Bound::default(), |a, b| if b.rate > a.rate { b } else { a });
+    }
 
-        // A position that is not finite may not reach an energy (no spring, no gravity): the checksum
-        // is 0 or NaN, and makes the kinetic energy NaN.
-        self.diagnostics = Diagnostics {
-            kinetic_energy: kinetic_energy + checksum,
-            elastic_energy,
-            gravitational_energy,
-            momentum: [px, py, pz],
-            max_stretch,
-        };
+    pub(super) fn diagnostics(&self) -> Diagnostics {
+        let Total { kinetic_energy, elastic_energy, gravitational_energy, momentum, .. } = self.total;
+        let max_stretch = self.max_stretch;
+        Diagnostics { kinetic_energy, elastic_energy, gravitational_energy, momentum, max_stretch }
     }
 }
-
-/// Place of the largest stretch among the sums of a block.
-const STRETCH: usize = 7;
 
 /// A block, and what is written of it.
 struct Block<'a, R: Real> {
@@ -141,6 +148,7 @@ struct Block<'a, R: Real> {
 }
 
 struct Explicit<'a, R: Real>(Block<'a, R>);
+struct Bounded<'a, R: Real>(Block<'a, R>, BoundKind);
 struct Implicit<'a, R: Real>(Block<'a, R>, PreconditionerKind);
 
 impl<R: Real> WithSimd<R> for Explicit<'_, R> {
@@ -148,7 +156,16 @@ impl<R: Real> WithSimd<R> for Explicit<'_, R> {
 
     #[inline(always)]
     fn run<P: Pack<Number = R>>(self) -> Partial {
-        self.0.sums::<P, false>(PreconditionerKind::Identity)
+        self.0.sums::<P, false, false>(PreconditionerKind::Identity, BoundKind::Frame).0
+    }
+}
+
+impl<R: Real> WithSimd<R> for Bounded<'_, R> {
+    type Output = (Partial, Bound);
+
+    #[inline(always)]
+    fn run<P: Pack<Number = R>>(self) -> (Partial, Bound) {
+        self.0.sums::<P, false, true>(PreconditionerKind::Identity, self.1)
     }
 }
 
@@ -157,51 +174,73 @@ impl<R: Real> WithSimd<R> for Implicit<'_, R> {
 
     #[inline(always)]
     fn run<P: Pack<Number = R>>(self) -> Partial {
-        self.0.sums::<P, true>(self.1)
+        self.0.sums::<P, true, false>(self.1, BoundKind::Frame).0
     }
 }
 
 impl<R: Real> Block<'_, R> {
     #[inline(always)]
-    fn sums<P: Pack<Number = R>, const IMPLICIT: bool>(mut self, kind: PreconditionerKind) -> Partial {
+    fn sums<P: Pack<Number = R>, const IMPLICIT: bool, const BOUNDED: bool>(
+        mut self,
+        kind: PreconditionerKind,
+        bound: BoundKind,
+    ) -> (Partial, Bound) {
         let springs = &self.model.springs;
         self.rows.fill(Sixteen::default());
         if IMPLICIT {
             self.scratch.diagonal.fill([[0.0; LANES]; 6]);
         }
+        if BOUNDED {
+            self.scratch.bounds.fill([[[R::zero(); LANES]; 6]; 2]);
+        }
 
-        let mut fold = SpringSums::<P, IMPLICIT> {
+        let mut fold = SpringSums::<P, IMPLICIT, BOUNDED> {
             springs,
             laws: &self.numbers.springs,
             along: &self.numbers.along,
+            bounds: &self.numbers.bounds.springs,
             mirror: P::splat(self.numbers.mirror),
             first_slot: springs.slots(self.number).start,
             tangent: self.tangent,
             rows: self.rows,
             diagonal: &mut self.scratch.diagonal,
+            stiffness: &mut self.scratch.bounds,
             energy: P::Wide::zero(),
+            power: P::Wide::zero(),
             stretch: Stretch::none(),
         };
         springs.fold_block(self.number, [self.x, self.v], &mut self.scratch.records, &mut fold);
-        let (energy, stretch) = (fold.energy, fold.stretch);
+        let (energy, power, stretch) = (fold.energy, fold.power, fold.stretch);
         // Both ends count a spring.
-        let mut elastic = 0.5 * add_lanes(energy.store());
+        let mut elastic = [energy, power].map(|lanes| 0.5 * add_lanes(lanes.store()));
         if !self.model.elements.is_empty() {
-            elastic += self.add_elements::<P, IMPLICIT>();
+            let [energy, power] = self.add_elements::<P, IMPLICIT>();
+            elastic = [elastic[0] + energy, elastic[1] + power];
         }
 
         let mut figures = Figures::<P::Wide>::new(self.numbers);
+        let mut fastest = Fastest::none();
         for group in 0..self.rows.len() {
+            if BOUNDED {
+                let place = self.number * self.model.block_size + group * LANES;
+                let lanes = |field: &[R]| P::load(&field.as_chunks::<LANES>().0[place / LANES]).widen();
+                let masses = [lanes(&self.model.m), lanes(&self.model.inv_m)];
+                let sums = &self.scratch.bounds[group];
+                let entries = [widen_six::<P>(&sums[0]), widen_six::<P>(&sums[1])];
+                let rates = self.numbers.bounds.rates(place, entries, masses, bound);
+                fastest.look(group, rates);
+            }
             self.finish::<P, IMPLICIT>(group, kind, &mut figures);
         }
-        figures.partial(elastic, stretch.greatest())
+        let bound = fastest.bound(self.number * self.model.block_size);
+        (figures.partial(elastic, stretch.greatest()), bound)
     }
 
-    /// Adds the elements to the sums of the rows; returns their energy (J).
+    /// Adds the elements to the sums of the rows; returns their energy (J), and of an implicit evaluation h F.v (J).
     #[inline(always)]
-    fn add_elements<P: Pack<Number = R>, const IMPLICIT: bool>(&mut self) -> f64 {
+    fn add_elements<P: Pack<Number = R>, const IMPLICIT: bool>(&mut self) -> [f64; 2] {
         let rows = self.rows.len() * LANES;
-        let (mut energy, mut first) = (0.0, 0);
+        let (mut sums, mut first) = ([0.0; 2], 0);
         self.scratch.corners.clear(rows);
         for (elements, numbers) in self.model.elements.iter().zip(&self.numbers.elements) {
             let range = elements.frozen(self.number);
@@ -212,7 +251,8 @@ impl<R: Real> Block<'_, R> {
                 &mut []
             };
             let at = BlockOfRows { block: self.number, rows, fields: [self.x, self.v] };
-            energy += elements.evaluate::<P, IMPLICIT>(at, numbers, frozen, self.scratch);
+            let [energy, power] = elements.evaluate::<P, IMPLICIT>(at, numbers, frozen, self.scratch);
+            sums = [sums[0] + energy, sums[1] + power];
             first += elements.frozen_count();
         }
 
@@ -224,7 +264,7 @@ impl<R: Real> Block<'_, R> {
                 corners.add_blocks_to(group, &mut diagonal[group]);
             }
         }
-        energy
+        sums
     }
 
     /// Adds to the springs of sixteen rows what acts on each particle by itself.
@@ -247,6 +287,8 @@ impl<R: Real> Block<'_, R> {
         let force = three!(|c| (v[c] - P::splat(wind[c])) * drag);
         if IMPLICIT {
             let h = R::of(dt);
+            let masses = [m.where_positive(inv_m).widen(), inv_m.widen()];
+            figures.predict(P::widen3(v), P::widen3(springs), masses);
             self.rows[group]
                 .store(three!(|c| ((m * gravity[c] - force[c]) * h + springs[c]).where_positive(inv_m)));
             let sums = load_six::<P::Wide>(&self.scratch.diagonal[group]);
@@ -258,125 +300,5 @@ impl<R: Real> Block<'_, R> {
                 three!(|c| ((springs[c] - force[c]) * inv_m + P::splat(gravity[c])).where_positive(inv_m));
             self.rows[group].store(accelerations);
         }
-    }
-}
-
-/// The entries of sixteen diagonal blocks, in lanes.
-#[inline(always)]
-fn load_six<W: Pack<Number = f64>>(lanes: &[[f64; LANES]; 6]) -> [W; 6] {
-    [
-        W::load(&lanes[0]),
-        W::load(&lanes[1]),
-        W::load(&lanes[2]),
-        W::load(&lanes[3]),
-        W::load(&lanes[4]),
-        W::load(&lanes[5]),
-    ]
-}
-
-/// Sums over the springs of a block.
-struct SpringSums<'a, P: Pack, const IMPLICIT: bool> {
-    springs: &'a Springs<P::Number>,
-    laws: &'a [SpringNumbers<P::Number>],
-    along: &'a [[P::Number; LANES]],
-    mirror: P,
-    first_slot: usize,
-    tangent: &'a mut [[P::Number; LANES]],
-    rows: &'a mut [Sixteen<P::Number>],
-    diagonal: &'a mut [[[f64; LANES]; 6]],
-    energy: P::Wide,
-    stretch: Stretch<P>,
-}
-
-/// Sums of sixteen rows.
-#[derive(Clone, Copy)]
-struct RowSums<P: Pack> {
-    /// Explicit: forces (N). Implicit: h (f + h df/dx v) (N s).
-    row: [P; 3],
-    diagonal: [P::Wide; 6],
-}
-
-impl<P: Pack, const IMPLICIT: bool> Fold<P> for SpringSums<'_, P, IMPLICIT> {
-    type Sums = RowSums<P>;
-
-    #[inline(always)]
-    fn sums(&self, group: usize) -> RowSums<P> {
-        let diagonal = if IMPLICIT { load_six(&self.diagonal[group]) } else { [P::Wide::zero(); 6] };
-        RowSums { row: self.rows[group].load(), diagonal }
-    }
-
-    #[inline(always)]
-    fn add(&mut self, sums: &mut RowSums<P>, slot: usize, d: [P; 3], w: [P; 3]) {
-        let pattern = self.springs.pattern_of[slot] as usize;
-        let law = &self.laws[pattern];
-        let stiffness = P::load(&law.stiffness);
-        let spring = Spring::new(d, P::load(&self.springs.rest_lengths[slot]));
-        self.energy += spring.energy(stiffness);
-        self.stretch.look(&spring);
-
-        if IMPLICIT {
-            let (push, elastic) = (P::load(&law.push), P::load(&law.elastic));
-            let [across, b] = spring.tangent(elastic, P::load(&law.viscous), self.mirror);
-            self.tangent[slot - self.first_slot] = b.store();
-            spring.add_block(&mut sums.diagonal, P::load(&self.along[pattern]), b);
-
-            // h f, and h² df/dx v without the damping: b d.v holds the damping of both.
-            let pull = spring.pull(w, push, P::zero()) + b * dot(w, d);
-            for c in 0..3 {
-                sums.row[c] -= pull * d[c] + across * w[c];
-            }
-        } else {
-            let pull = spring.pull(w, stiffness, P::load(&law.damping));
-            for c in 0..3 {
-                sums.row[c] -= pull * d[c];
-            }
-        }
-    }
-
-    #[inline(always)]
-    fn keep(&mut self, group: usize, sums: RowSums<P>) {
-        self.rows[group].store(sums.row);
-        if IMPLICIT {
-            for c in 0..6 {
-                self.diagonal[group][c] = sums.diagonal[c].store();
-            }
-        }
-    }
-}
-
-/// Sums over the particles of a block, in lanes.
-struct Figures<W> {
-    gravity: [W; 3],
-    kinetic: W,
-    gravitational: W,
-    momentum: [W; 3],
-    checksum: W,
-}
-
-impl<W: Pack<Number = f64>> Figures<W> {
-    #[inline(always)]
-    fn new<R: Real>(numbers: &StepNumbers<R>) -> Self {
-        let gravity = array3(&numbers.gravity).map(W::splat);
-        let zero = W::zero();
-        Self { gravity, kinetic: zero, gravitational: zero, momentum: [zero; 3], checksum: zero }
-    }
-
-    /// Adds sixteen particles of these free masses (kg).
-    #[inline(always)]
-    fn add(&mut self, [x, v]: [[W; 3]; 2], m: W) {
-        self.kinetic += W::of(0.5) * m * dot(v, v);
-        self.gravitational -= m * dot(self.gravity, x);
-        for c in 0..3 {
-            self.momentum[c] += m * v[c];
-        }
-        self.checksum += (x[0] + x[1] + x[2] + v[0] + v[1] + v[2]) * W::zero();
-    }
-
-    #[inline(always)]
-    fn partial(self, elastic: f64, stretch: f64) -> Partial {
-        let total = |lanes: W| add_lanes(lanes.store());
-        let [px, py, pz] = self.momentum.map(total);
-        let [kinetic, gravitational, checksum] = [self.kinetic, self.gravitational, self.checksum].map(total);
-        [kinetic, elastic, gravitational, px, py, pz, checksum, stretch]
     }
 }

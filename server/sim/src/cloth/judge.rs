@@ -43,7 +43,7 @@ fn not_finite<R: Real>(model: &Model<R>, state: &State<R>) -> Option<StepFailure
 }
 
 /// The user's first particle with the greatest speed.
-fn fastest<R: Real>(model: &Model<R>, state: &State<R>) -> u64 {
+pub(super) fn fastest<R: Real>(model: &Model<R>, state: &State<R>) -> u64 {
     let speed = |user: usize| state.v[model.place[user] as usize].vector().map(R::to_f64).norm_squared();
 
     (0..model.count)

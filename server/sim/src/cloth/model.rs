@@ -17,6 +17,7 @@ use crate::{
     math::{LANES, Padded, Real, vec3},
     mesh::sorted,
     parallel::hilbert_order,
+    time_step::TimeStep,
 };
 
 /// What never changes during a run.
@@ -38,6 +39,12 @@ pub struct Model<R: Real> {
     pub springs: Springs<R>,
     /// Number of springs.
     pub spring_count: usize,
+    /// Number of springs of each law.
+    pub(super) springs_of_laws: Vec<u32>,
+    /// Number of particles that are not pinned.
+    pub(super) free_count: usize,
+    /// Mass of these (kg).
+    pub(super) free_mass: f64,
     /// Elements, a list per law.
     pub(super) elements: Vec<Elements<R>>,
     /// The coarse space of the preconditioner, where the settings ask for one.
@@ -100,15 +107,18 @@ impl<R: Real> Model<R> {
         let mut model = Self {
             count,
             block_size: settings.block_size,
-            m,
-            inv_m,
             springs: Springs::new(count, settings.block_size, &joints),
             spring_count: joints.len(),
+            springs_of_laws: count_laws(laws.len(), &joints),
+            free_count: inv_m.iter().filter(|inv_m| **inv_m > R::zero()).count(),
+            free_mass: free_mass(&m, &inv_m),
             elements: network
                 .elements
                 .iter()
                 .map(|list| Elements::new(list, settings.block_size, &place))
                 .collect(),
+            m,
+            inv_m,
             user,
             place,
             coarse: None,
@@ -159,6 +169,20 @@ fn spacing(network: &Network) -> f64 {
     if lengths.is_empty() { 0.0 } else { *lengths.select_nth_unstable_by(tenth, f64::total_cmp).1 }
 }
 
+/// How many springs each law has.
+fn count_laws(laws: usize, joints: &[Joint]) -> Vec<u32> {
+    let mut counts = vec![0; laws];
+    for joint in joints {
+        counts[joint.law as usize] += 1;
+    }
+    counts
+}
+
+/// Mass of the particles that are not pinned (kg).
+fn free_mass<R: Real>(m: &[R], inv_m: &[R]) -> f64 {
+    m.iter().zip(inv_m).filter(|(_, inv_m)| **inv_m > R::zero()).map(|(m, _)| m.to_f64()).sum()
+}
+
 /// The inverse of a permutation.
 fn inverse(order: &[u32]) -> Vec<u32> {
     interrupt::point();
@@ -183,6 +207,28 @@ fn joints(network: &Network, law_of: &[u16], place: &[u32]) -> Vec<Joint> {
         .collect()
 }
 
+/// How steps are divided.
+fn check_steps(settings: &ClothSettings) -> Result<(), String> {
+    match settings.time_step {
+        TimeStep::Certified { safety } if !(safety > 0.0 && safety <= 1.0) => {
+            return Err(format!("the safety of the step is {safety}: a number above 0, up to 1 is needed"));
+        }
+        TimeStep::Fixed(length) | TimeStep::Unchecked(length) if length.is_nan() || length <= 0.0 => {
+            return Err(format!("the length of sub-steps is {length} s: a number above 0 is needed"));
+        }
+        _ => {}
+    }
+    match settings.tolerance {
+        Some(tolerance) if tolerance.is_nan() || tolerance <= 0.0 => {
+            Err(format!("the tolerance of the step is {tolerance} m: a number above 0 is needed"))
+        }
+        Some(_) if settings.time_step.is_unchecked() => {
+            Err("a tolerance does not go with unchecked steps".into())
+        }
+        _ => Ok(()),
+    }
+}
+
 fn check(network: &Network, settings: &ClothSettings) -> Result<(), String> {
     let count = network.x.len();
     if count == 0 {
@@ -194,9 +240,7 @@ fn check(network: &Network, settings: &ClothSettings) -> Result<(), String> {
             settings.block_size
         ));
     }
-    if settings.substeps == 0 {
-        return Err("0 sub-steps: at least 1 is needed".into());
-    }
+    check_steps(settings)?;
 
     if network.v.len() != count || network.masses.len() != count {
         return Err(format!(

@@ -1,6 +1,7 @@
 //! Parameters and time step as the kernels of one step read them.
 
 use super::{
+    bound::Bounds,
     elements::ElementNumbers,
     model::{Model, Parameters},
     settings::ClothSettings,
@@ -28,7 +29,7 @@ pub(super) struct SpringNumbers<R> {
 /// Parameters and time step of a step.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub(super) struct StepNumbers<R: Real> {
-    /// Time step of the cloth (s): that of the world over the number of sub-steps.
+    /// Length of the sub-step (s).
     pub(super) dt: f64,
     /// Numbers for each pattern of laws of the model's springs.
     pub(super) springs: Vec<SpringNumbers<R>>,
@@ -44,31 +45,40 @@ pub(super) struct StepNumbers<R: Real> {
     pub(super) wind: Vec3<R>,
     /// Gravity (m/s²).
     pub(super) gravity: Vec3<R>,
+    /// What bounds an explicit step.
+    pub(super) bounds: Bounds<R>,
+    /// Sum of the stiffness of all springs, and of what elements add at all particles (N/m).
+    pub(super) stiffness: f64,
     /// What they were made from.
     parameters: Option<Parameters>,
 }
 
 impl<R: Real> StepNumbers<R> {
-    /// Takes over the parameters and the surroundings of a step; says whether anything changed.
+    /// Takes over the parameters and the surroundings of a sub-step of `dt` (s); says whether anything changed on which
+    /// an evaluation depends.
     pub(super) fn refresh(
         &mut self,
         model: &Model<R>,
         parameters: &Parameters,
         settings: &ClothSettings,
         around: &Surroundings<'_>,
+        dt: f64,
     ) -> bool {
-        let dt = around.dt / f64::from(settings.substeps);
         let (gravity, wind) = (vec3(around.gravity), vec3(around.wind));
         let mirror = R::of(settings.hessian.mirror());
         let is_same = self.parameters.as_ref() == Some(parameters)
-            && self.dt.to_bits() == dt.to_bits()
             && (self.gravity, self.wind, self.mirror) == (gravity, wind, mirror);
-        if is_same {
+        let is_timeless = !settings.integrator.is_implicit();
+        if is_same && (is_timeless || self.dt.to_bits() == dt.to_bits()) {
+            self.dt = dt;
             return false;
         }
 
         (self.dt, self.gravity, self.wind, self.drag) = (dt, gravity, wind, R::of(parameters.drag));
         self.mirror = mirror;
+        if !is_same {
+            self.weigh(model, parameters, settings);
+        }
         self.springs.clear();
         self.springs.extend(model.springs.patterns.iter().map(|laws| {
             let of = |number: &dyn Fn(f64, f64) -> f64| {
@@ -111,5 +121,20 @@ impl<R: Real> StepNumbers<R> {
             None => self.parameters = Some(parameters.clone()),
         }
         true
+    }
+
+    /// Takes over what does not depend on the length of the step.
+    fn weigh(&mut self, model: &Model<R>, parameters: &Parameters, settings: &ClothSettings) {
+        if settings.integrator.is_implicit() {
+            let springs = model.springs_of_laws.iter().zip(&parameters.laws);
+            self.stiffness = springs.map(|(count, entry)| f64::from(*count) * entry.law.stiffness).sum();
+            for (elements, law) in model.elements.iter().zip(&parameters.elements) {
+                let mut shares = vec![0.0; model.count];
+                elements.add_shares(&mut shares);
+                self.stiffness += law.stiffness * shares.iter().sum::<f64>();
+            }
+        } else {
+            self.bounds.refresh(model, parameters, settings.integrator);
+        }
     }
 }

@@ -52,7 +52,8 @@ pub(super) trait Fold<P: Pack> {
     fn keep(&mut self, group: usize, sums: Self::Sums);
 }
 
-/// What looks at the springs of a block and at vectors of the particles that they join.
+/// What looks at the springs of a block and at vectors of the particles that they join. It is a trait, since a closure in
+/// its place would not be compiled for the vector instructions of its caller.
 pub(super) trait Visit<P: Pack> {
     /// Two vectors of a particle. Mark it and the others `#[inline(always)]`.
     fn vectors(&self, particle: usize) -> [Padded<P::Number>; 2];
@@ -73,7 +74,6 @@ pub(super) struct RowSpring<R> {
     pub(super) other: u32,
     /// Rest length (m).
     pub(super) rest_length: R,
-    pub(super) law: u16,
     /// Slot and lane.
     pub(super) place: (usize, usize),
 }
@@ -109,8 +109,7 @@ impl<R: Real> Springs<R> {
             .filter(move |&slot| self.neighbours[slot][lane] != own)
             .map(move |slot| {
                 let other = self.halos.particle(block, slot, self.neighbours[slot][lane]);
-                let law = self.patterns[self.pattern_of[slot] as usize][lane];
-                RowSpring { other, rest_length: self.rest_lengths[slot][lane], law, place: (slot, lane) }
+                RowSpring { other, rest_length: self.rest_lengths[slot][lane], place: (slot, lane) }
             })
     }
 

@@ -11,6 +11,8 @@ pub(super) struct BlockScratch<R: Real> {
     pub(super) records: Vec<Record<R>>,
     /// Sums of the diagonal blocks of its rows, sixteen at a time: xx, yy, zz, xy, xz, yz.
     pub(super) diagonal: Vec<[[f64; LANES]; 6]>,
+    /// The same of stiffness (N/m) and of damping (N s/m), where they bound a step.
+    pub(super) bounds: Vec<[[[R; LANES]; 6]; 2]>,
     /// The aggregate of each particle of its halo.
     pub(super) aggregates: Vec<u32>,
     pub(super) corners: CornerSums<R>,
@@ -92,7 +94,8 @@ impl<R: Real> Scratches<R> {
             let (records, diagonal) = (vec![record; room], vec![diagonal; block_size / LANES]);
             let corners = CornerSums { rows: Vec::with_capacity(rows), blocks: Vec::with_capacity(rows) };
             let aggregates = vec![0; room];
-            self.0.push(Mutex::new(BlockScratch { records, diagonal, aggregates, corners }));
+            let bounds = vec![[[[R::zero(); LANES]; 6]; 2]; block_size / LANES];
+            self.0.push(Mutex::new(BlockScratch { records, diagonal, bounds, aggregates, corners }));
         }
     }
 

@@ -1,7 +1,10 @@
 //! How a cloth is stepped: integrator, linear solver, limits.
 
 use super::integrator::Integrator;
-use crate::linalg::{PreconditionerKind, SolverSettings};
+use crate::{
+    linalg::{PreconditionerKind, SolverSettings},
+    time_step::TimeStep,
+};
 
 /// What the matrix of an implicit step does with compressed springs, whose transverse
 /// stiffness k (1 - l0/l) is negative (the matrix can then be indefinite).
@@ -57,8 +60,11 @@ pub struct ClothSettings {
     pub hessian: Hessian,
     /// Linear solver, for implicit integrators.
     pub solver: SolverSettings,
-    /// Sub-steps of this body within one step of the world, at least 1.
-    pub substeps: u32,
+    /// How a step of the world is divided. All cloths of a world share their sub-steps: the shortest that one asks for.
+    pub time_step: TimeStep,
+    /// Largest error (m) that a position may have by the estimate of a sub-step: a step with more is taken again
+    /// shorter. None: any.
+    pub tolerance: Option<f64>,
     /// When the state counts as diverged; none by default.
     pub limits: StateLimits,
     /// Particles per block: the unit of parallel work and of sums. A power of two, 32 to 4096.
@@ -72,7 +78,8 @@ impl Default for ClothSettings {
             integrator: Integrator::ImplicitEuler,
             hessian: Hessian::default(),
             solver: SolverSettings::default(),
-            substeps: 1,
+            time_step: TimeStep::default(),
+            tolerance: None,
             limits: StateLimits::default(),
             block_size: Self::DEFAULT_BLOCK_SIZE,
         }

@@ -16,8 +16,8 @@ pub struct PinMotion {
     pub points: Arc<[PathPoint]>,
     /// Index of the point that it goes to now.
     pub next: usize,
-    /// Sub-steps until it arrives there.
-    pub steps_left: u64,
+    /// Sub-steps until it arrives there: those that the scene asks for, of which rejected ones are parts.
+    pub steps_left: f64,
 }
 
 /// Where a pin goes, and how long it takes from the point before.
@@ -25,20 +25,20 @@ pub struct PinMotion {
 pub struct PathPoint {
     /// Where it arrives (m).
     pub target: [f64; 3],
-    /// Sub-steps that it takes, 1 or more.
+    /// Sub-steps that it takes, 1 or more: those that the scene asks for.
     pub steps: u64,
 }
 
 impl PinMotion {
     /// Takes a pin along points, from where it is.
     pub(crate) fn along(particle: u32, points: Arc<[PathPoint]>) -> Self {
-        let steps_left = points[0].steps;
+        let steps_left = points[0].steps as f64;
         Self { particle, points, next: 0, steps_left }
     }
 
     /// Hash of what is left of it, a link per point.
     pub(crate) fn hash(&self, seed: u64) -> u64 {
-        let start = hash_numbers(seed, [self.steps_left as f64]);
+        let start = hash_numbers(seed, [self.steps_left]);
         self.points[self.next..].iter().fold(start, |hash, PathPoint { target: [x, y, z], steps }| {
             hash_numbers(hash, [*x, *y, *z, *steps as f64])
         })
@@ -67,42 +67,42 @@ impl<R: Real> State<R> {
         self.motions.clone_from(&other.motions);
     }
 
-    /// Gives moving pins the velocity that brings them to their targets in the steps left; says whether any velocity
-    /// changed.
-    pub(super) fn aim_pins(&mut self, dt: f64) -> bool {
+    /// Gives moving pins the velocity that brings them to their targets in the steps left, of `dt` (s) each, or at the
+    /// end of this one, which is a `part` of such a step; says whether any velocity changed.
+    pub(super) fn aim_pins(&mut self, dt: f64, part: f64) -> bool {
         let mut has_changed = false;
         for motion in &mut self.motions {
             let i = motion.particle as usize;
-            let v = if motion.steps_left == 0 {
-                Vec3::zeros()
-            } else {
-                let target = motion.points[motion.next].target;
-                let way = vec3::<f64>(target) - self.x[i].vector().map(R::to_f64);
-                (way / (motion.steps_left as f64 * dt)).map(R::of)
-            };
+            let target = motion.points[motion.next].target;
+            let way = vec3::<f64>(target) - self.x[i].vector().map(R::to_f64);
+            let v: Vec3<R> = (way / (motion.steps_left.max(part) * dt)).map(R::of);
 
             let v = Padded::new(&v);
             has_changed |= v != self.v[i];
             self.v[i] = v;
-            motion.steps_left = motion.steps_left.saturating_sub(1);
+            motion.steps_left -= part;
         }
         has_changed
     }
 
-    /// Sends pins that stand at a point to the next one, and forgets those that stand at their last.
-    pub(super) fn rest_pins(&mut self) {
-        let v = &mut self.v;
+    /// Sends pins that stand at a point to the next one, and forgets those that stand at their last; says whether any
+    /// stands.
+    pub(super) fn rest_pins(&mut self) -> bool {
+        let (v, mut stands) = (&mut self.v, false);
         self.motions.retain_mut(|motion| {
-            if motion.steps_left > 0 {
+            // Parts of a step add up to it but for rounding.
+            if motion.steps_left > 1e-6 {
                 return true;
             }
+            stands = true;
 
             // It stands at every point, so that a path has the bits of its moves made one by one.
             v[motion.particle as usize] = Padded::default();
             motion.next += 1;
             let next = motion.points.get(motion.next);
-            motion.steps_left = next.map_or(0, |point| point.steps);
+            motion.steps_left = next.map_or(0.0, |point| point.steps as f64);
             next.is_some()
         });
+        stands
     }
 }

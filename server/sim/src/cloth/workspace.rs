@@ -4,7 +4,9 @@ use super::{
     evaluation::{Evaluation, Purpose},
     integrator::Integrator,
     model::Model,
+    moved::Moved,
     numbers::StepNumbers,
+    report::ClothReport,
     scratch::Scratches,
     settings::ClothSettings,
     state::{PinMotion, State},
@@ -14,6 +16,28 @@ use crate::{
     math::{Padded, Real},
     parallel::block_count,
 };
+
+/// Pins on their way and their velocities, to return to.
+#[derive(Clone, Debug, Default)]
+struct Pins<R: Real> {
+    motions: Vec<PinMotion>,
+    velocities: Vec<Padded<R>>,
+}
+
+impl<R: Real> Pins<R> {
+    fn keep(&mut self, state: &State<R>) {
+        self.motions.clone_from(&state.motions);
+        self.velocities.clear();
+        self.velocities.extend(state.motions.iter().map(|motion| state.v[motion.particle as usize]));
+    }
+
+    fn restore(&self, state: &mut State<R>) {
+        state.motions.clone_from(&self.motions);
+        for (motion, v) in self.motions.iter().zip(&self.velocities) {
+            state.v[motion.particle as usize] = *v;
+        }
+    }
+}
 
 /// Scratch memory of one cloth under one set of settings: a step allocates nothing after the first two, which make the
 /// two or three states that steps take turns in.
@@ -25,13 +49,18 @@ pub struct Workspace<R: Real> {
     pub(super) next: State<R>,
     /// Whether `before` is the state before the step.
     has_moved: bool,
-    /// Pins on their way before the step, and their velocities.
-    motions: Vec<PinMotion>,
-    pin_velocities: Vec<Padded<R>>,
+    /// Pins on their way before the step, and before the sub-step.
+    pins: Pins<R>,
+    pins_of_substep: Pins<R>,
     pub(super) numbers: StepNumbers<R>,
     pub(super) evaluation: Evaluation<R>,
     /// What the evaluation was made for, where it is that of the state, with these numbers.
     current: Option<Purpose>,
+    /// What a sub-step that is tried found of its motion, block by block.
+    pub(super) moved: Vec<Moved>,
+    /// What the sub-step that is tried tells, and what those before it in the step told.
+    pub(super) tried: ClothReport,
+    pub(super) report: ClothReport,
     /// Velocities (m/s) that a force is predicted at; of explicit steps alone.
     pub(super) predicted: Vec<Padded<R>>,
     /// The matrix of an implicit step, where the solver asks for an assembled one.
@@ -53,6 +82,11 @@ impl<R: Real> Workspace<R> {
         self.current = None;
     }
 
+    /// The largest error (m) of the sub-step that was tried last.
+    pub(crate) fn tried_error(&self) -> f64 {
+        self.tried.error.largest
+    }
+
     /// Whether the state was evaluated for a purpose.
     pub(super) fn is_current(&self, purpose: Purpose) -> bool {
         self.current == Some(purpose)
@@ -63,6 +97,7 @@ impl<R: Real> Workspace<R> {
         let elements = if model.elements.is_empty() { 0 } else { model.block_size };
         self.scratches.size_for(blocks, [model.block_size, elements], model.room());
         self.evaluation.size_for(model, purpose);
+        self.moved.resize(blocks, Moved::default());
         if settings.integrator == Integrator::VelocityVerletPredicted {
             self.predicted.resize(model.m.len(), Padded::default());
         }
@@ -74,18 +109,28 @@ impl<R: Real> Workspace<R> {
     /// Begins a step from a state.
     pub(super) fn begin(&mut self, state: &State<R>) {
         self.has_moved = false;
-        self.motions.clone_from(&state.motions);
-        self.pin_velocities.clear();
-        self.pin_velocities.extend(state.motions.iter().map(|motion| state.v[motion.particle as usize]));
+        self.pins.keep(state);
+        self.report = ClothReport::default();
+    }
+
+    /// Begins a sub-step from a state, before its pins are aimed.
+    pub(super) fn begin_substep(&mut self, state: &State<R>) {
+        self.pins_of_substep.keep(state);
     }
 
     /// Makes room for what a sub-step from `state` writes, without touching what `undo` needs; of two states where
     /// the step is not divided, of three otherwise.
-    pub(super) fn make_room(&mut self, state: &State<R>, substeps: u32) {
-        if substeps == 1 {
+    pub(super) fn make_room(&mut self, state: &State<R>) {
+        if !self.has_moved && self.next.x.is_empty() {
             std::mem::swap(&mut self.before, &mut self.next);
         }
         self.next.succeed(state);
+    }
+
+    /// Gives a sub-step up that was not accepted: what it wrote is not the state.
+    pub(super) fn abandon(&mut self, state: &mut State<R>) {
+        self.pins_of_substep.restore(state);
+        self.forget();
     }
 
     /// Ends a sub-step: what it wrote is the state.
@@ -103,11 +148,15 @@ impl<R: Real> Workspace<R> {
             std::mem::swap(state, &mut self.before);
             self.has_moved = false;
         }
-        state.motions.clone_from(&self.motions);
-        for (motion, v) in self.motions.iter().zip(&self.pin_velocities) {
-            state.v[motion.particle as usize] = *v;
-        }
+        self.pins.restore(state);
         self.forget();
+    }
+
+    /// Evaluates what a sub-step wrote.
+    pub(super) fn evaluate_next(&mut self, model: &Model<R>, purpose: Purpose) {
+        let Self { evaluation, numbers, next, scratches, .. } = self;
+        evaluation.run(model, numbers, purpose, [&next.x, &next.v], scratches);
+        self.current = Some(purpose);
     }
 
     /// Evaluates a state.

@@ -1,10 +1,14 @@
 //! What a step tells: diagnostics, time per stage, or the reason why it failed.
 
+mod bound;
+mod failure;
+mod cloth;
 mod snow;
 
-pub use snow::{BoundKind, SnowReport, TimeBound};
-
-use thiserror::Error;
+pub use bound::{BoundKind, TimeBound};
+pub use cloth::{ClothSteps, ErrorEstimate, Rejection};
+pub use failure::{StepError, StepFailure};
+pub use snow::SnowReport;
 
 use crate::linalg::{Outcome, SolveReport, Stop};
 
@@ -123,7 +127,7 @@ impl Diagnostics {
 }
 
 /// What a step reports.
-#[derive(Clone, Copy, Debug, PartialEq, Default)]
+#[derive(Clone, Debug, PartialEq, Default)]
 pub struct StepReport {
     /// Steps taken, this one included.
     pub step: u64,
@@ -136,6 +140,10 @@ pub struct StepReport {
     /// The linear solve with the largest residual among all bodies and their sub-steps, with the iterations that its
     /// body made in the step; none when all are explicit.
     pub solve: Option<SolveReport>,
+    /// How all cloths were stepped together; none without cloth.
+    pub cloth: Option<ClothSteps>,
+    /// Sub-steps of the cloths that were not accepted and taken again, in their order.
+    pub rejections: Vec<Rejection>,
     /// Diagnostics of the snow; none without snow.
     pub snow: Option<SnowReport>,
     /// What the user should know although the step was taken.
@@ -179,139 +187,6 @@ impl Notices {
                 _,
             ) => self.indefinite_solves += 1,
             _ => {}
-        }
-    }
-}
-
-/// A step that was not taken: cloths are as before it, snow as after its last good step within it.
-#[derive(Clone, Debug, PartialEq, Error)]
-#[error("step {step} at t = {time:.6} s, body '{body}': {failure}")]
-pub struct StepError {
-    /// Index of the step, from 0.
-    pub step: u64,
-    /// Simulated time before it (s).
-    pub time: f64,
-    /// Name of the cloth, or of the object of snow.
-    pub body: String,
-    /// Why it was not taken.
-    pub failure: StepFailure,
-}
-
-/// Why a step was not taken. Particles are in the user's numbering, over all bodies.
-#[derive(Clone, Debug, PartialEq, Error)]
-#[allow(missing_docs, reason = "the messages say what the fields are")]
-pub enum StepFailure {
-    #[error(
-        "the {quantity} of particle {particle} became {value}: the simulation diverged (reduce dt or the stiffness)"
-    )]
-    NotFinite { particle: u64, quantity: &'static str, value: f64 },
-    #[error(
-        "the spring from particle {particle} to {other} is {value:.4} times its rest length, more than the limit of {limit}"
-    )]
-    Stretch { particle: u64, other: u64, value: f64, limit: f64 },
-    #[error(
-        "kinetic and elastic energy came to {value:.6e} J, more than the limit of {limit} J (fastest particle: {particle})"
-    )]
-    Energy { particle: u64, value: f64, limit: f64 },
-    #[error("the linear solver cannot go on: {outcome}")]
-    Solver { outcome: Outcome },
-    #[error(
-        "the time step of {dt:.4e} s is above the bound '{bound}' of {limit:.4e} s at particle {particle}: let the step be certified, fix a smaller one, or mark it unchecked"
-    )]
-    TimeStep { particle: u64, dt: f64, limit: f64, bound: &'static str },
-    #[error(
-        "more than {limit} steps of the snow are needed within this step of the scene: the bound '{bound}' at particle {particle} allows {dt:.4e} s (shorten the scene's dt, or look at why the snow hardens)"
-    )]
-    Substeps { particle: u64, dt: f64, limit: u32, bound: &'static str },
-    #[error(
-        "node {node:?} of the grid moves by {value:.3} cells in one step, more than {limit}: the simulation diverged (fastest particle: {particle})"
-    )]
-    NodeSpeed { particle: u64, node: [i32; 3], value: f64, limit: f64 },
-    #[error(
-        "the deformation gradient of particle {particle} came to {value:.4e}, more than {limit:.0e}: the simulation diverged"
-    )]
-    Deformation { particle: u64, value: f64, limit: f64 },
-    #[error(
-        "particle {particle} left the range of the grid, {limit:.3e} m from the origin: it is at {position:?}"
-    )]
-    OutOfRange { particle: u64, position: [f64; 3], limit: f64 },
-    #[error(
-        "the grid would take {bytes} bytes, more than {limit}: the snow flies apart (farthest out is particle {particle}, at {position:?})"
-    )]
-    GridMemory { particle: u64, position: [f64; 3], bytes: u64, limit: u64 },
-    #[error("the grid holds {found:.9e} kg of the particles' {expected:.9e} kg")]
-    Mass { expected: f64, found: f64 },
-    #[error("the step was given up because the caller asked for it")]
-    Interrupted,
-}
-
-impl StepFailure {
-    /// The same with a body's particles numbered over all bodies, of which `first` is its first.
-    pub(crate) fn shifted(mut self, first: u64) -> Self {
-        match &mut self {
-            Self::NotFinite { particle, .. }
-            | Self::Energy { particle, .. }
-            | Self::TimeStep { particle, .. }
-            | Self::Substeps { particle, .. }
-            | Self::NodeSpeed { particle, .. }
-            | Self::Deformation { particle, .. }
-            | Self::OutOfRange { particle, .. }
-            | Self::GridMemory { particle, .. } => *particle += first,
-            Self::Stretch { particle, other, .. } => {
-                *particle += first;
-                *other += first;
-            }
-            Self::Solver { .. } | Self::Mass { .. } | Self::Interrupted => {}
-        }
-        self
-    }
-
-    /// A stable word for programs, such as `NOT_FINITE`.
-    pub const fn reason(&self) -> &'static str {
-        match self {
-            Self::NotFinite { .. } => "NOT_FINITE",
-            Self::Stretch { .. } => "STRETCH_LIMIT",
-            Self::Energy { .. } => "ENERGY_LIMIT",
-            Self::Solver { .. } => "SOLVER_FAILED",
-            Self::TimeStep { .. } => "TIME_STEP_LIMIT",
-            Self::Substeps { .. } => "SUBSTEP_LIMIT",
-            Self::NodeSpeed { .. } => "NODE_SPEED",
-            Self::Deformation { .. } => "DEFORMATION_LIMIT",
-            Self::OutOfRange { .. } => "OUT_OF_RANGE",
-            Self::GridMemory { .. } => "GRID_MEMORY",
-            Self::Mass { .. } => "MASS_LOST",
-            Self::Interrupted => "STEPS_INTERRUPTED",
-        }
-    }
-
-    /// The particle at fault.
-    pub const fn particle(&self) -> Option<u64> {
-        match self {
-            Self::NotFinite { particle, .. }
-            | Self::Stretch { particle, .. }
-            | Self::Energy { particle, .. }
-            | Self::TimeStep { particle, .. }
-            | Self::Substeps { particle, .. }
-            | Self::NodeSpeed { particle, .. }
-            | Self::Deformation { particle, .. }
-            | Self::OutOfRange { particle, .. }
-            | Self::GridMemory { particle, .. } => Some(*particle),
-            Self::Solver { .. } | Self::Mass { .. } | Self::Interrupted => None,
-        }
-    }
-
-    /// The value at fault.
-    pub const fn value(&self) -> Option<f64> {
-        match self {
-            Self::NotFinite { value, .. }
-            | Self::Stretch { value, .. }
-            | Self::Energy { value, .. }
-            | Self::NodeSpeed { value, .. }
-            | Self::Deformation { value, .. }
-            | Self::Mass { found: value, .. } => Some(*value),
-            Self::GridMemory { bytes, .. } => Some(*bytes as f64),
-            Self::TimeStep { dt, .. } | Self::Substeps { dt, .. } => Some(*dt),
-            Self::Solver { .. } | Self::OutOfRange { .. } | Self::Interrupted => None,
         }
     }
 }

@@ -1,60 +1,6 @@
 //! What a step of snow tells.
 
-/// A bound on the time step of snow, by name: docs/laws/snow.md derives each.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum BoundKind {
-    /// The elastic wave, hardening included, crosses a share of a cell per step.
-    ElasticWave,
-    /// A particle alone on its nodes is an oscillator: dt < 2 / omega.
-    IsolatedParticle,
-    /// A particle stays within half a cell.
-    ParticleSpeed,
-    /// I + dt grad v keeps its orientation.
-    VelocityGradient,
-    /// A collider moves by half a cell at most.
-    ColliderSpeed,
-    /// The step that the scene fixes is below every bound.
-    Fixed,
-    /// What is left of the world's step is below every bound.
-    Frame,
-}
-
-impl BoundKind {
-    /// Every kind, those of the state first.
-    pub const ALL: [Self; 7] = [
-        Self::ElasticWave,
-        Self::IsolatedParticle,
-        Self::ParticleSpeed,
-        Self::VelocityGradient,
-        Self::ColliderSpeed,
-        Self::Fixed,
-        Self::Frame,
-    ];
-
-    /// Its name in reports and on the wire.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::ElasticWave => "elastic_wave",
-            Self::IsolatedParticle => "isolated_particle",
-            Self::ParticleSpeed => "particle_speed",
-            Self::VelocityGradient => "velocity_gradient",
-            Self::ColliderSpeed => "collider_speed",
-            Self::Fixed => "fixed",
-            Self::Frame => "frame",
-        }
-    }
-}
-
-/// The bound that binds.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TimeBound {
-    /// Which bound it is.
-    pub kind: BoundKind,
-    /// Largest dt (s) that it allows, safety included.
-    pub dt: f64,
-    /// The particle that sets it, over all particles of the world; none for colliders and frames.
-    pub particle: Option<u64>,
-}
+use super::bound::TimeBound;
 
 /// Diagnostics of snow after a step of the world.
 #[derive(Clone, Copy, Debug, PartialEq)]

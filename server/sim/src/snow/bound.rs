@@ -67,7 +67,13 @@ impl Culprits {
             BoundKind::IsolatedParticle => self.0[1],
             BoundKind::ParticleSpeed => self.0[2],
             BoundKind::VelocityGradient => self.0[3],
-            BoundKind::ColliderSpeed | BoundKind::Fixed | BoundKind::Frame => None,
+            BoundKind::ColliderSpeed
+            | BoundKind::Fixed
+            | BoundKind::Frame
+            | BoundKind::Stiffness
+            | BoundKind::Damping
+            | BoundKind::Acceptance
+            | BoundKind::Tolerance => None,
         }
     }
 

@@ -21,7 +21,7 @@ pub use body::Snow;
 pub use grid::{SIDE as BLOCK_SIDE, grid_bytes};
 pub use law::{Law, Material, Plasticity, Preset, constitutive_scalar};
 pub use model::SnowModel;
-pub use settings::{Advection, Blend, Integration, Kernel, SnowSettings, TimeStep, Transfer};
+pub use settings::{Advection, Blend, Integration, Kernel, SnowSettings, Transfer};
 pub use setup::{SnowError, SnowObject, SnowSetup};
 pub use state::{SnowState, SnowWorkspace};
 pub use step::{SnowStep, step};

@@ -1,6 +1,6 @@
 //! How snow is stepped: kernel, transfer, time step, integration.
 
-use crate::linalg::Stop;
+use crate::{linalg::Stop, time_step::TimeStep};
 
 /// B-spline that spreads a particle over nodes (Steffen, Kirby, Berzins 2008; docs/laws/snow.md).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
@@ -123,31 +123,6 @@ pub enum Advection {
     Particle,
     /// That of the grid around it.
     Grid,
-}
-
-/// How a step of the world is divided into steps of the snow.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum TimeStep {
-    /// Each as long as the certified bound allows.
-    Certified {
-        /// Share of the bound that is used, above 0 and at most 1.
-        safety: f64,
-    },
-    /// All of this length (s); refused, with the number, when it is above the bound.
-    Fixed(f64),
-    /// All of this length (s), whatever the bound says: runs may diverge, and say so.
-    Unchecked(f64),
-}
-
-impl Default for TimeStep {
-    fn default() -> Self {
-        Self::Certified { safety: Self::SAFETY }
-    }
-}
-
-impl TimeStep {
-    /// Share of the bound that is used by a scene that names none.
-    pub const SAFETY: f64 = 0.9;
 }
 
 /// How grid velocities answer to forces.

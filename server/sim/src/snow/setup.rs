@@ -4,8 +4,9 @@ use thiserror::Error;
 
 use super::{
     law::Material,
-    settings::{Blend, Integration, Kernel, SnowSettings, TimeStep, Transfer},
+    settings::{Blend, Integration, Kernel, SnowSettings, Transfer},
 };
+use crate::time_step::TimeStep;
 
 /// An object of snow: particles of one material. Objects share the grid and so collide.
 #[derive(Clone, Debug, PartialEq)]

@@ -3,13 +3,12 @@
 
 use super::{
     cloth::Cloth,
-    report::BodyReport,
     snow::SnowBody,
     topology::{BodyTopology, StepBound},
 };
 use crate::{
     math::Real,
-    report::{Diagnostics, StepFailure, Stopwatch},
+    report::{Diagnostics, StepFailure},
     surroundings::Surroundings,
 };
 
@@ -54,15 +53,6 @@ impl<R: Real> Body<R> {
     /// The name that a failure of a step is told under.
     pub(super) fn name_for(&self, failure: &StepFailure) -> &str {
         on_body!(self, body => body.name_for(failure))
-    }
-
-    /// Takes one step of the world.
-    pub(super) fn step(
-        &mut self,
-        around: &Surroundings<'_>,
-        watch: &mut dyn Stopwatch,
-    ) -> Result<BodyReport, StepFailure> {
-        on_body!(self, body => body.step(around, watch))
     }
 
     /// Returns to the state before the step that was taken last, or failed. Snow keeps its last good
@@ -132,9 +122,9 @@ impl<R: Real> Body<R> {
     }
 
     /// Largest explicit step; that of snow is in its report.
-    pub(super) fn step_bound(&self) -> Option<StepBound> {
+    pub(super) fn step_bound(&self, around: &Surroundings<'_>) -> Option<StepBound> {
         match self {
-            Self::Cloth(cloth) => Some(cloth.step_bound()),
+            Self::Cloth(cloth) => Some(cloth.step_bound(around)),
             Self::Snow(_) => None,
         }
     }

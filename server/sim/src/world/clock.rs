@@ -5,6 +5,8 @@ use std::sync::Arc;
 use super::{
     body::Body,
     cloth::Cloth,
+    cloths::{self, Failure},
+    pace::Pace,
     rules::ChangeRules,
     setup::{SetupError, WorldSetup},
     snow::SnowBody,
@@ -13,7 +15,7 @@ use crate::{
     collide::Collider,
     interrupt::Interrupt,
     math::Real,
-    report::{Diagnostics, StepError, StepReport, Stopwatch},
+    report::{Diagnostics, NoStopwatch, StepError, StepFailure, StepReport, Stopwatch},
     surroundings::Surroundings,
 };
 
@@ -29,6 +31,8 @@ pub struct World<R: Real> {
     /// Cloths in the order of the setup, then the snow, which goes last: a cloth that fails has then
     /// not moved it.
     pub(super) bodies: Vec<Body<R>>,
+    /// How long the sub-steps of the cloths are.
+    pub(super) pace: Pace,
     pub(super) rules: Arc<ChangeRules>,
     pub(super) interrupt: Interrupt,
 }
@@ -58,7 +62,26 @@ impl<R: Real> World<R> {
 
         let (gravity, wind, colliders) = (*gravity, *wind, colliders.clone());
         let (rules, interrupt) = (Arc::new(ChangeRules::of(&bodies)), Interrupt::default());
-        Ok((Self { dt: *dt, step_count: 0, gravity, wind, colliders, bodies, rules, interrupt }, warnings))
+        let (dt, pace) = (*dt, Pace::default());
+        let mut world = Self { dt, step_count: 0, gravity, wind, colliders, bodies, pace, rules, interrupt };
+        world.check_steps()?;
+        Ok((world, warnings))
+    }
+
+    /// Refuses steps of cloth that cannot be taken from the start.
+    fn check_steps(&mut self) -> Result<(), SetupError> {
+        let Self { dt, gravity, wind, colliders, bodies, interrupt, .. } = self;
+        let around =
+            Surroundings { gravity: *gravity, wind: *wind, colliders, time: 0.0, dt: *dt, interrupt };
+        for body in bodies.iter_mut() {
+            let name = body.name_for(&StepFailure::Interrupted).to_owned();
+            if let Some(cloth) = body.as_cloth_mut() {
+                cloth.begin(&around);
+                let bound = cloth.bound(&around, &mut NoStopwatch);
+                bound.map_err(|failure| SetupError::Body { body: name, message: failure.to_string() })?;
+            }
+        }
+        Ok(())
     }
 
     /// Takes one step, on the rayon pool that the caller installed.
@@ -68,20 +91,19 @@ impl<R: Real> World<R> {
     /// step within it; the world takes no further step.
     pub fn step(&mut self, watch: &mut dyn Stopwatch) -> Result<StepReport, StepError> {
         let mut report = StepReport::default();
-        let time = self.time();
-        let Self { dt, gravity, wind, colliders, bodies, interrupt, .. } = self;
+        let before = self.pace;
+        let Self { dt, gravity, wind, colliders, bodies, interrupt, pace, step_count, .. } = self;
+        let time = *step_count as f64 * *dt;
         let around = Surroundings { gravity: *gravity, wind: *wind, colliders, time, dt: *dt, interrupt };
 
-        for index in 0..bodies.len() {
-            match bodies[index].step(&around, watch) {
-                Ok(body) => body.add_to(&mut report),
-                Err(failure) => {
-                    let body = bodies[index].name_for(&failure).to_owned();
-                    let failure = failure.shifted(u64::from(bodies[index].first_particle()));
-                    bodies[..=index].iter_mut().for_each(Body::undo);
-                    return Err(StepError { step: self.step_count, time, body, failure });
-                }
-            }
+        let taken = cloths::step(bodies, pace, &around, &mut report, watch)
+            .and_then(|()| step_snow(bodies, &around, &mut report, watch));
+        if let Err((index, failure)) = taken {
+            let body = bodies[index].name_for(&failure).to_owned();
+            let failure = failure.shifted(u64::from(bodies[index].first_particle()));
+            bodies.iter_mut().for_each(Body::undo);
+            self.pace = before;
+            return Err(StepError { step: self.step_count, time, body, failure });
         }
 
         self.step_count += 1;
@@ -89,13 +111,18 @@ impl<R: Real> World<R> {
         Ok(report)
     }
 
+    /// What surrounds bodies in the next step.
+    pub(super) fn around(&self) -> Surroundings<'_> {
+        let Self { dt, gravity, wind, colliders, interrupt, .. } = self;
+        let time = self.time();
+        Surroundings { gravity: *gravity, wind: *wind, colliders, time, dt: *dt, interrupt }
+    }
+
     /// Diagnostics of the state as it is.
     pub fn diagnose(&self) -> Diagnostics {
-        let Self { dt, gravity, wind, colliders, bodies, interrupt, .. } = self;
-        let time = self.time();
-        let around = Surroundings { gravity: *gravity, wind: *wind, colliders, time, dt: *dt, interrupt };
+        let around = self.around();
         let add = |total: Diagnostics, body: &Body<R>| total.with(&body.diagnose(&around));
-        bodies.iter().fold(Diagnostics::default(), add)
+        self.bodies.iter().fold(Diagnostics::default(), add)
     }
 
     /// What asks a step in progress to give up; the step then fails with [`StepFailure::Interrupted`].
@@ -119,4 +146,19 @@ impl<R: Real> World<R> {
     pub fn time(&self) -> f64 {
         self.step_count as f64 * self.dt
     }
+}
+
+/// Takes a step of the world with the snow among the bodies, and adds to its report.
+fn step_snow<R: Real>(
+    bodies: &mut [Body<R>],
+    around: &Surroundings<'_>,
+    report: &mut StepReport,
+    watch: &mut dyn Stopwatch,
+) -> Result<(), Failure> {
+    for index in 0..bodies.len() {
+        if let Some(snow) = bodies[index].as_snow_mut() {
+            snow.step(around, watch).map_err(|failure| (index, failure))?.add_to(report);
+        }
+    }
+    Ok(())
 }

@@ -13,12 +13,12 @@ use super::{
 };
 use crate::{
     cloth::{
-        self, Bound, ClothSettings, LawEntry, Model, Parameters, PathPoint, PinMotion, SpringKind, State,
-        Workspace,
+        self, ClothReport, ClothSettings, LawEntry, Model, Parameters, PathPoint, PinMotion, SpringKind,
+        State, Stepping, Workspace,
     },
     math::{Padded, Real, Sixteen, array3},
     parallel::{hash_numbers, sum_hashes},
-    report::{Diagnostics, StepFailure, Stopwatch},
+    report::{Diagnostics, ErrorEstimate, StepFailure, Stopwatch, TimeBound},
     surroundings::Surroundings,
 };
 
@@ -76,17 +76,74 @@ impl<R: Real> Cloth<R> {
         pinned.for_each(|(_, v)| *v = Padded::default());
     }
 
-    pub(super) fn step(
+    fn stepping<'a>(&'a mut self, around: &'a Surroundings<'a>) -> Stepping<'a, R> {
+        let Self { model, parameters, settings, state, work, .. } = self;
+        Stepping { model, parameters, settings, around, state, work }
+    }
+
+    /// Length of the sub-steps that its scene asks for (s).
+    pub(super) fn asked(&self, around: &Surroundings<'_>) -> f64 {
+        around.dt / self.settings.time_step.count_in(around.dt)
+    }
+
+    /// Whether its steps are taken whatever is known of them.
+    pub(super) fn is_unchecked(&self) -> bool {
+        self.settings.time_step.is_unchecked()
+    }
+
+    /// By how much the sub-step that was tried last was longer than one that just meets the tolerance; none without
+    /// tolerance.
+    pub(super) fn strain(&self) -> Option<f64> {
+        let order = f64::from(self.settings.integrator.order());
+        let ratio = self.work.tried_error() / self.settings.tolerance?;
+        Some(libm::pow(ratio, 1.0 / (order + 1.0)))
+    }
+
+    /// Begins a step of the world.
+    pub(super) fn begin(&mut self, around: &Surroundings<'_>) {
+        self.sort_pins();
+        self.stepping(around).begin();
+    }
+
+    /// The bound on its next sub-step.
+    pub(super) fn bound(
         &mut self,
         around: &Surroundings<'_>,
         watch: &mut dyn Stopwatch,
-    ) -> Result<BodyReport, StepFailure> {
-        self.sort_pins();
-        let Self { model, parameters, settings, state, work, .. } = self;
-        let report = cloth::step(model, parameters, settings, around, state, work, watch)?;
-        let cloth::ClothReport { diagnostics, contact_count, solve, mut notices } = report;
+    ) -> Result<TimeBound, StepFailure> {
+        self.stepping(around).bound(watch)
+    }
+
+    /// Tries a sub-step (s), which changes nothing but the velocities of pins on their way.
+    pub(super) fn attempt(
+        &mut self,
+        around: &Surroundings<'_>,
+        dt: f64,
+        watch: &mut dyn Stopwatch,
+    ) -> Result<(), StepFailure> {
+        self.stepping(around).attempt(dt, watch)
+    }
+
+    /// Gives up the sub-step that was tried.
+    pub(super) fn abandon(&mut self, around: &Surroundings<'_>) {
+        self.stepping(around).abandon();
+    }
+
+    /// Takes the sub-step that was tried, up to `time` (s).
+    pub(super) fn settle(&mut self, around: &Surroundings<'_>, time: f64, watch: &mut dyn Stopwatch) {
+        self.stepping(around).settle(time, watch);
+    }
+
+    /// Ends a step of the world; returns its report, and the largest error of its sub-steps.
+    pub(super) fn finish(
+        &mut self,
+        around: &Surroundings<'_>,
+        watch: &mut dyn Stopwatch,
+    ) -> Result<(BodyReport, ErrorEstimate), StepFailure> {
+        let report = self.stepping(around).finish(watch)?;
+        let ClothReport { diagnostics, contact_count, solve, error, mut notices } = report;
         notices.first_passed = notices.first_passed.map(|particle| particle + u64::from(self.first_particle));
-        Ok(BodyReport { diagnostics, contact_count, solve, snow: None, notices })
+        Ok((BodyReport { diagnostics, contact_count, solve, snow: None, notices }, error))
     }
 
     pub(super) fn undo(&mut self) {
@@ -146,8 +203,9 @@ impl<R: Real> Cloth<R> {
     /// world's (s). It takes a step of the world to the first at least, and a sub-step to each other.
     pub(super) fn send_pin(&mut self, particle: u32, points: impl Iterator<Item = (f64, [f64; 3])>, dt: f64) {
         let particle = self.model.place[particle as usize];
-        let dt = dt / f64::from(self.settings.substeps);
-        let (mut taken, mut least) = (0, u64::from(self.settings.substeps));
+        let substeps = self.settings.time_step.count_in(dt);
+        let dt = dt / substeps;
+        let (mut taken, mut least) = (0, substeps as u64);
         let points = points.map(|(time, target)| {
             // A time of a whole number of steps stays one when the quotient is rounded.
             let arrival = ((time / dt - 1e-9).ceil() as u64).max(taken + least);
@@ -246,8 +304,9 @@ impl<R: Real> Cloth<R> {
     }
 
     /// Largest explicit step at the state as it is.
-    pub(super) fn step_bound(&self) -> StepBound {
-        let Bound { dt, particle } = cloth::step_bound(&self.model, &self.parameters, &self.state);
+    pub(super) fn step_bound(&self, around: &Surroundings<'_>) -> StepBound {
+        let Self { model, parameters, settings, state, .. } = self;
+        let (dt, particle) = cloth::step_bound(model, parameters, settings, around, state);
         StepBound { body: self.name.clone(), dt, particle: u64::from(particle + self.first_particle) }
     }
 }

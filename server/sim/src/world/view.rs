@@ -96,6 +96,7 @@ impl<R: Real> World<R> {
             hasher.update(vector.map(f64::to_le_bytes).as_flattened());
         }
         self.bodies.iter().for_each(|body| body.hash_parameters(&mut hasher));
+        self.pace.hash(&mut hasher);
         let particles = self.bodies.iter().map(Body::hash).fold(0, u64::wrapping_add);
         hasher.update(&particles.to_le_bytes());
         hasher.digest()
@@ -110,6 +111,7 @@ impl<R: Real> World<R> {
 
     /// Largest explicit steps, one per cloth; that of snow is in its report.
     pub fn step_bounds(&self) -> Vec<StepBound> {
-        self.bodies.iter().filter_map(Body::step_bound).collect()
+        let around = self.around();
+        self.bodies.iter().filter_map(|body| body.step_bound(&around)).collect()
     }
 }

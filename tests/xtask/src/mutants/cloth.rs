@@ -21,7 +21,7 @@ pub(super) const SLOW: [&str; 11] = [
 ];
 
 /// What each mutant does wrong, in the order of their numbers, from 101.
-pub(super) const NAMES: [&str; 39] = [
+pub(super) const NAMES: [&str; 46] = [
     "sign of the spring's force",
     "spring force without its rest length",
     "spring force along d in place of d / l",
@@ -61,29 +61,36 @@ pub(super) const NAMES: [&str; 39] = [
     "coarse cycle without its last smoothing step",
     "springs within an aggregate counted twice in the coarse matrix",
     "coarse space blind to folds",
+    "implicit steps accepted however their potential falls",
+    "implicit steps accepted whatever energy they gain",
+    "bound on explicit steps without tension",
+    "bound on explicit steps without damping",
+    "pins that count part of a step as a whole one",
+    "sub-steps that never grow back",
+    "pins left as a rejected sub-step aimed them",
 ];
 
 /// The patches that make the mutants, in the order of their numbers.
 #[rustfmt::skip] // one line per patch where it fits
-pub(super) const PATCHES: [Patch; 39] = [
-    text(101, "cloth/evaluation.rs", "                sums.row[c] -= pull * d[c];", "                if crate::mutant(101) { sums.row[c] += pull * d[c]; } else { sums.row[c] -= pull * d[c]; }"),
+pub(super) const PATCHES: [Patch; 46] = [
+    text(101, "cloth/spring_sums.rs", "                sums.row[c] -= pull * d[c];", "                if crate::mutant(101) { sums.row[c] += pull * d[c]; } else { sums.row[c] -= pull * d[c]; }"),
     expression(102, "cloth/laws/spring.rs", "stiffness * (self.length - self.rest_length) * self.inverse", "stiffness * self.length * self.inverse"),
     text(103, "cloth/laws/spring.rs", "        let viscous =", "        let elastic = if crate::mutant(103) { stiffness * (self.length - self.rest_length) } else { elastic };\n        let viscous ="),
     expression(104, "cloth/laws/spring.rs", "damping * dot(w, self.d) * self.inverse * self.inverse", "damping * dot(w, self.d) * self.inverse"),
     expression(105, "cloth/evaluation.rs", "(v[c] - P::splat(wind[c]))", "v[c]"),
     expression(106, "cloth/laws/spring.rs", "half * stiffness.widen()", "stiffness.widen()"),
-    expression(107, "cloth/evaluation.rs", "0.5 * add_lanes(energy.store())", "add_lanes(energy.store())"),
+    expression(107, "cloth/evaluation.rs", "0.5 * add_lanes(lanes.store())", "add_lanes(lanes.store())"),
     text(108, "cloth/settings.rs", "Self::Absolute => -1.0", "Self::Absolute => if crate::mutant(108) { 1.0 } else { -1.0 }"),
     text(109, "cloth/settings.rs", "Self::Clamped => 0.0", "Self::Clamped => if crate::mutant(109) { 1.0 } else { 0.0 }"),
     expression(110, "cloth/numbers.rs", "dt * dt * k", "dt * k"),
     expression(111, "cloth/laws/spring.rs", "(elastic - across + viscous)", "(elastic - across)"),
     expression(112, "cloth/step_matrix.rs", "R::of(numbers.dt) * numbers.drag", "R::zero()"),
-    expression(113, "cloth/evaluation.rs", "b * dot(w, d)", "P::zero()"),
+    expression(113, "cloth/spring_sums.rs", "b * along", "P::zero()"),
     expression(114, "cloth/step_matrix.rs", "(springs[c] + p[c] * m).where_positive(inv_m)", "springs[c] + p[c] * m"),
     text(115, "cloth/step_matrix.rs", "                blocks[place(end.other)] -= block;", "                if crate::mutant(115) { blocks[place(end.other)] += block; } else { blocks[place(end.other)] -= block; }"),
     expression(116, "cloth/integrate/explicit_euler.rs", "MovedBy::Old", "MovedBy::New"),
     expression(117, "cloth/integrate/symplectic_euler.rs", "MovedBy::New", "MovedBy::Old"),
-    text(118, "cloth/integrate/velocity_verlet.rs", "    step.kick_and_drift(half, MovedBy::New);\n    step.accelerate();", "    if crate::mutant(118) { step.kick_and_drift(step.dt(), MovedBy::New); return; }\n    step.kick_and_drift(half, MovedBy::New);\n    step.accelerate();"),
+    text(118, "cloth/integrate/velocity_verlet.rs", "    step.kick_and_drift(half, MovedBy::New);\n    step.accelerate();", "    if crate::mutant(118) { step.kick_and_drift(step.dt(), MovedBy::New); return step.error_of_kicks(); }\n    step.kick_and_drift(half, MovedBy::New);\n    step.accelerate();"),
     text(119, "cloth/integrate/velocity_verlet.rs", "    step.accelerate_ahead(half);", "    if crate::mutant(119) { step.accelerate() } else { step.accelerate_ahead(half) }"),
     expression(120, "cloth/integrate/implicit_euler.rs", "MovedBy::New", "MovedBy::Old"),
     expression(121, "linalg/cg/mod.rs", "next.square / now.square", "0.0"),
@@ -105,4 +112,11 @@ pub(super) const PATCHES: [Patch; 39] = [
     text(137, "linalg/coarse/cycle.rs", "        self.smooth(r, x);", "        if !crate::mutant(137) { self.smooth(r, x); }"),
     expression(138, "cloth/coarse/mod.rs", "0.5_f64.sqrt()", "1.0"),
     text(139, "linalg/coarse/parts.rs", "        let (_, other) = most?;", "        let (_, other) = most.filter(|_| !crate::mutant(139))?;"),
+    text(140, "cloth/accept.rs", "    if fall < SHARE * predicted - rounding {", "    if !crate::mutant(140) && fall < SHARE * predicted - rounding {"),
+    expression(141, "cloth/accept.rs", "gain > limit", "false"),
+    expression(142, "cloth/bound.rs", "spring.transverse()", "P::zero()"),
+    expression(143, "cloth/bound.rs", "two * largest_eigenvalue(c)", "W::zero()"),
+    text(144, "cloth/state.rs", "            motion.steps_left -= part;", "            motion.steps_left -= if crate::mutant(144) { 1.0 } else { part };"),
+    text(145, "world/pace.rs", "        if self.halvings > 0 && self.good >= GOOD", "        if !crate::mutant(145) && self.halvings > 0 && self.good >= GOOD"),
+    text(146, "cloth/workspace.rs", "        self.pins_of_substep.restore(state);", "        if !crate::mutant(146) { self.pins_of_substep.restore(state); }"),
 ];

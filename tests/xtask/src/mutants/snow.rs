@@ -76,7 +76,7 @@ pub(super) const PATCHES: [Patch; 23] = [
     text(19, "transfer/weights.rs", "            (w, [-a, -(c + c), b, zero])", "            (w, [if crate::mutant(19) { a } else { -a }, -(c + c), b, zero])"),
     expression(19, "transfer/weights.rs", "-(half * u2)", "half * u2"),
     expression(20, "step/time_step.rs", "safety * bound * self.shorter", "1.0 / 240.0"),
-    text(21, "step/time_step.rs", "        // A whole number of steps stays one when the quotient is rounded.", "        let allowed = if crate::mutant(21) { 1.0 / 24.0 } else { allowed };\n        // A whole number of steps stays one when the quotient is rounded."),
+    expression(21, "step/time_step.rs", "TimeStep::divide(self.left, allowed)", "TimeStep::divide(self.left, 1.0 / 24.0)"),
     text(0, "law/deform.rs", "/// U diag(t) U^T: xx yy zz xy xz yz.", RIGHT),
 ];
 

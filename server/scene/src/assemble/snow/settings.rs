@@ -2,7 +2,8 @@
 
 use nappe_sim::{
     linalg::Stop,
-    snow::{Advection, Blend, Integration, Kernel, SnowSettings, TimeStep, Transfer},
+    snow::{Advection, Blend, Integration, Kernel, SnowSettings, Transfer},
+    time_step::TimeStep,
 };
 
 use crate::{

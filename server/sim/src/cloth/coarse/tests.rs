@@ -72,7 +72,8 @@ fn error<R: Real>(network: &Network) -> (f64, usize) {
     let purpose = Purpose::of(&settings);
     work.size_for(&model, &settings, purpose);
     let interrupt = &Interrupt::default();
-    work.numbers.refresh(&model, &parameters, &settings, &surroundings(interrupt));
+    let around = surroundings(interrupt);
+    work.numbers.refresh(&model, &parameters, &settings, &around, around.dt);
     work.evaluation.run(&model, &work.numbers, purpose, [&x, &v], &work.scratches);
     let matrix = StepMatrix::new((&model, &work.numbers), &x, &work.evaluation, &work.scratches, interrupt);
     let layout = model.coarse.as_ref().expect("the settings ask for it");

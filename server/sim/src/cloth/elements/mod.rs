@@ -18,7 +18,7 @@ use super::{
 use crate::{
     interrupt,
     linalg::{CoarseLayout, NineByNine},
-    math::{LANES, Mat3, Pack, Padded, Portable, Real, Record, three},
+    math::{LANES, Mat3, Pack, Padded, Portable, Real, Record, array::dot, three},
 };
 
 /// What the stiffness and the damping of a list of elements multiply in a step.
@@ -127,7 +127,7 @@ impl<R: Real, const N: usize, const C: usize> Packs<R, N, C> {
     }
 
     /// Adds gradients, tangents and diagonal blocks of a block's elements to the sums of its rows; freezes tangents.
-    /// Returns the energy (J) of the elements whose first particle is the block's.
+    /// Returns the energy (J) of the elements whose first particle is the block's, and h F.v (J) of an implicit evaluation.
     #[inline(always)]
     fn evaluate<L: ElementLaw<N, C, F>, P: Pack<Number = R>, const F: usize, const IMPLICIT: bool>(
         &self,
@@ -135,17 +135,25 @@ impl<R: Real, const N: usize, const C: usize> Packs<R, N, C> {
         numbers: &ElementNumbers<R>,
         frozen: &mut [[R; LANES]],
         scratch: &mut BlockScratch<R>,
-    ) -> f64 {
+    ) -> [f64; 2] {
         assert!(scratch.records.len() >= self.halos.room(), "room for a block and its halo");
-        let (first, mut energy) = (self.packs(at.block).start, 0.0);
+        let (first, mut energy, mut power) = (self.packs(at.block).start, 0.0, 0.0);
         for (particles, packs) in self.halos.parts(at.block) {
             copy_halo(&mut scratch.records[self.block_size..], particles, at.fields);
             for pack in packs {
                 let (rest, x, v) = self.gather::<P>(pack, &scratch.records);
                 let Evaluated { energy: of_lanes, gradient, frozen: tangent } = L::evaluate(rest, x);
                 let push = L::product(rest, tangent, v);
-                for (name, energy_of_lane) in self.names(pack, 0).iter().zip(of_lanes.store()) {
-                    energy += if usize::from(*name) < at.rows { energy_of_lane } else { 0.0 };
+                let mut rate = P::Wide::zero();
+                for corner in 0..N {
+                    rate += dot(gradient[corner], v[corner]).widen();
+                }
+                let (of_lanes, rates) = (of_lanes.store(), rate.store());
+                for (lane, name) in self.names(pack, 0).iter().enumerate() {
+                    if usize::from(*name) < at.rows {
+                        energy += of_lanes[lane];
+                        power -= rates[lane];
+                    }
                 }
                 for corner in 0..N {
                     let (of_x, of_v) = (gradient[corner], push[corner]);
@@ -168,7 +176,7 @@ impl<R: Real, const N: usize, const C: usize> Packs<R, N, C> {
                 }
             }
         }
-        energy * numbers.energy
+        [energy * numbers.energy, power * numbers.gradient.to_f64()]
     }
 
     /// Adds H w of a block's elements, times what stands before H in the matrix.
@@ -294,7 +302,7 @@ macro_rules! lists {
                 }
             }
 
-            /// Adds to the sums of a block's rows and freezes tangents; returns energies: see [`Packs::evaluate`].
+            /// Adds to the sums of a block's rows and freezes tangents; returns energy and power: see [`Packs::evaluate`].
             #[inline(always)]
             pub(super) fn evaluate<P: Pack<Number = R>, const IMPLICIT: bool>(
                 &self,
@@ -302,7 +310,7 @@ macro_rules! lists {
                 numbers: &ElementNumbers<R>,
                 frozen: &mut [[R; LANES]],
                 scratch: &mut BlockScratch<R>,
-            ) -> f64 {
+            ) -> [f64; 2] {
                 match self {
                     $(Self::$law(packs) => {
                         packs.evaluate::<$law, P, $f, IMPLICIT>(at, numbers, frozen, scratch)

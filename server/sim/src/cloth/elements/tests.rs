@@ -103,7 +103,7 @@ fn what_is_frozen_is_what_the_product_and_the_stored_matrix_take() {
     let numbers = ElementNumbers { energy: 2.0, gradient: 3.0, velocity: 5.0, matrix: 7.0 };
     let mut scratches = Scratches::default();
     scratches.size_for(1, [BLOCK_SIZE; 2], packs.halos.room());
-    let (mut frozen, mut energy) = (vec![[0.0; LANES]; 3 * packs.particles.len()], 0.0);
+    let (mut frozen, mut sums) = (vec![[0.0; LANES]; 3 * packs.particles.len()], [0.0; 2]);
     let (mut rows, mut products) = (Vec::new(), Vec::new());
 
     for block in 0..COUNT.div_ceil(BLOCK_SIZE) {
@@ -113,7 +113,8 @@ fn what_is_frozen_is_what_the_product_and_the_stored_matrix_take() {
         with_own(scratch, &at);
         let range = packs.packs(block);
         let own = &mut frozen[3 * range.start..3 * range.end];
-        energy += packs.evaluate::<Link, Portable<f64>, 3, true>(at, &numbers, own, scratch);
+        let [energy, power] = packs.evaluate::<Link, Portable<f64>, 3, true>(at, &numbers, own, scratch);
+        sums = [sums[0] + energy, sums[1] + power];
         let row = |scratch: &BlockScratch<f64>, row: usize| {
             Vec3::from(scratch.corners.sixteen::<Portable<f64>>(row / LANES).map(|c| c.store()[row % LANES]))
         };
@@ -123,19 +124,22 @@ fn what_is_frozen_is_what_the_product_and_the_stored_matrix_take() {
         products.extend((0..rows_of_block).map(|i| row(scratch, i)));
     }
 
-    let mut expected = (0.0, vec![Vec3::zeros(); x.len()], vec![Vec3::zeros(); x.len()]);
+    let mut expected = ([0.0; 2], vec![Vec3::zeros(); x.len()], vec![Vec3::zeros(); x.len()]);
     for [a, b] in pairs() {
         let (a, b) = (a as usize, b as usize);
         let d = x[a].vector() - x[b].vector();
         let (u, pull) = (d.normalize(), d.norm() - 0.3);
         let push = u * u.dot(&(v[a].vector() - v[b].vector()));
-        expected.0 += pull * pull;
+        let approach = u.dot(&(v[a].vector() - v[b].vector()));
+        expected.0 = [expected.0[0] + pull * pull, expected.0[1] - 3.0 * pull * approach];
         for (particle, sign) in [(a, 1.0), (b, -1.0)] {
             expected.1[particle] -= (u * pull * 3.0 + push * 5.0) * sign;
             expected.2[particle] += push * 7.0 * sign;
         }
     }
-    assert!((energy - expected.0).abs() < 1e-12 * energy, "{energy}, {}", expected.0);
+    for (found, expected) in sums.iter().zip(expected.0) {
+        assert!((found - expected).abs() < 1e-12 * expected.abs(), "{found}, {expected}");
+    }
     for i in 0..COUNT {
         assert!((rows[i] - expected.1[i]).norm() < 1e-12, "row {i}: {}, {}", rows[i], expected.1[i]);
         assert!((products[i] - expected.2[i]).norm() < 1e-12, "product {i}");

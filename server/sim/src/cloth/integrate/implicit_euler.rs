@@ -15,7 +15,7 @@ use crate::{
         BlockJacobi, Identity, LinearOperator, OperatorKind, Outcome, Preconditioner, PreconditionerKind,
         SolveReport, TwoLevel, conjugate_gradient,
     },
-    math::{LANES, Padded, Real, Sixteen, Vec3},
+    math::{LANES, Padded, Real, Sixteen, Vec3, array3},
     report::{Stage, StepFailure},
 };
 
@@ -121,10 +121,11 @@ impl<R: Real> Step<'_, R> {
     /// v' = v + dv, x' = x + h v'.
     fn kick_by_dv_and_drift(&mut self) {
         let dt = self.dt();
-        let next = &mut self.work.next;
+        let Workspace { next, moved, numbers, .. } = &mut *self.work;
         let dv = std::mem::take(&mut next.dv);
-        let change = Change { a: &dv, h: R::one(), dt, by: MovedBy::New };
-        write_next(self.model, self.state, next, &change);
+        let wind = Some(array3(&numbers.wind));
+        let change = Change { a: &dv, h: R::one(), dt, by: MovedBy::New, wind };
+        write_next(self.model, self.state, next, &change, moved);
         next.dv = dv;
         self.watch.lap(Stage::Position);
     }

@@ -1,6 +1,7 @@
 //! Integrators, one file each; definitions in docs/laws/integrators.md.
 //!
-//! Each reads a model, a state and its evaluation, and writes the state one step later. h = dt;
+//! Each reads a model, a state and its evaluation, writes the state one step later, and says what its error is of the
+//! vectors that it added up. h = dt;
 //! a(x, v) = (springs + drag) / m + g, 0 for pins, whose velocity is prescribed.
 
 mod update;
@@ -12,7 +13,8 @@ mod implicit_euler;
 use update::Step;
 
 use super::{
-    integrator::Integrator, model::Model, settings::ClothSettings, state::State, workspace::Workspace,
+    integrator::Integrator, model::Model, moved::Motion, settings::ClothSettings, state::State,
+    workspace::Workspace,
 };
 use crate::{
     interrupt::Interrupt,
@@ -20,6 +22,13 @@ use crate::{
     math::Real,
     report::{StepFailure, Stopwatch},
 };
+
+/// What a sub-step that is tried tells.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Advanced {
+    pub(super) solve: Option<SolveReport>,
+    pub(super) motion: Motion,
+}
 
 /// Writes the state one time step after `state`, which was evaluated, into the workspace's `next`. What was known of
 /// `state` is then used up.
@@ -30,22 +39,24 @@ pub(super) fn advance<R: Real>(
     state: &State<R>,
     work: &mut Workspace<R>,
     watch: &mut dyn Stopwatch,
-) -> Result<Option<SolveReport>, StepFailure> {
+) -> Result<Advanced, StepFailure> {
     if interrupt.is_requested() {
         return Err(StepFailure::Interrupted);
     }
 
     work.forget();
     let mut step = Step { model, state, work, watch };
-    match settings.integrator {
+    let mut solve = None;
+    let scale = match settings.integrator {
         Integrator::ExplicitEuler => explicit_euler::advance(&mut step),
         Integrator::SymplecticEuler => symplectic_euler::advance(&mut step),
         Integrator::VelocityVerlet => velocity_verlet::advance(&mut step),
         Integrator::VelocityVerletPredicted => velocity_verlet::advance_predicted(&mut step),
         Integrator::ImplicitEuler => {
-            return implicit_euler::advance(&mut step, settings, interrupt).map(Some);
+            solve = Some(implicit_euler::advance(&mut step, settings, interrupt)?);
+            step.error_of_change()
         }
-    }
+    };
 
-    Ok(None)
+    Ok(Advanced { solve, motion: Motion::of(&work.moved, model.free_count, scale) })
 }

@@ -3,7 +3,13 @@
 use rayon::prelude::*;
 
 use crate::{
-    cloth::{evaluation::Purpose, model::Model, state::State, workspace::Workspace},
+    cloth::{
+        evaluation::Purpose,
+        model::Model,
+        moved::{Moved, MovedSums, Weights, of_block},
+        state::State,
+        workspace::Workspace,
+    },
     linalg::{packs, store_padded},
     math::{LANES, Pack, Padded, Real, Sixteen, WithSimd, dispatch, three},
     report::{Stage, Stopwatch},
@@ -34,11 +40,28 @@ impl<R: Real> Step<'_, R> {
         R::of(self.work.numbers.dt)
     }
 
+    /// What the error of a particle is of the accelerations that move it by a method of order 1: h² a / 2 is the leading
+    /// term of that of x' in one step (s²).
+    pub(super) fn error_of_accelerations(&self) -> f64 {
+        0.5 * self.work.numbers.dt * self.work.numbers.dt
+    }
+
+    /// The same of a change of velocity: h dv / 2 (s).
+    pub(super) fn error_of_change(&self) -> f64 {
+        0.5 * self.work.numbers.dt
+    }
+
+    /// The same of what the second of two kicks adds beyond the first, h (a' - a) / 2: h² (a' - a) / 6 (s).
+    pub(super) fn error_of_kicks(&self) -> f64 {
+        self.work.numbers.dt / 3.0
+    }
+
     /// v' = v + h a, x' = x + dt v or x + dt v', from the accelerations of the evaluation.
     pub(super) fn kick_and_drift(&mut self, h: R, by: MovedBy) {
         let dt = self.dt();
-        let Workspace { evaluation, next, .. } = &mut *self.work;
-        write_next(self.model, self.state, next, &Change { a: &evaluation.rows, h, dt, by });
+        let Workspace { evaluation, next, moved, .. } = &mut *self.work;
+        let change = Change { a: &evaluation.rows, h, dt, by, wind: None };
+        write_next(self.model, self.state, next, &change, moved);
         self.watch.lap(Stage::Position);
     }
 
@@ -58,13 +81,14 @@ impl<R: Real> Step<'_, R> {
         self.watch.lap(Stage::Force);
     }
 
-    /// v' += h a.
-    pub(super) fn kick(&mut self, h: R) {
-        let Workspace { evaluation, next, .. } = &mut *self.work;
-        let groups = self.model.block_size / LANES;
-        (next.v.par_chunks_mut(self.model.block_size), evaluation.rows.par_chunks(groups))
+    /// v' += h a, the second of two kicks: what it adds beyond the first one is what the error is proportional to.
+    pub(super) fn kick_again(&mut self, h: R) {
+        let Workspace { evaluation, next, moved, .. } = &mut *self.work;
+        let (size, groups) = (self.model.block_size, self.model.block_size / LANES);
+        let fields = (next.v.par_chunks_mut(size), evaluation.rows.par_chunks(groups));
+        (moved.par_iter_mut(), fields, self.state.v.par_chunks(size))
             .into_par_iter()
-            .for_each(|(v, a)| dispatch(Kick { v, a, h }));
+            .for_each(|(moved, (v, a), from)| *moved = dispatch(SecondKick { from, v, a, h }));
         self.watch.lap(Stage::Position);
     }
 }
@@ -77,47 +101,64 @@ pub(super) struct Change<'a, R> {
     /// Time step (s).
     pub(super) dt: R,
     pub(super) by: MovedBy,
+    /// Velocity of the medium (m/s), where the step is to be judged by what it changes.
+    pub(super) wind: Option<[f64; 3]>,
 }
 
-/// Writes positions and velocities one step after `from`.
+/// Writes positions and velocities one step after `from`; of each block, what `a` adds up to.
 pub(super) fn write_next<R: Real>(
     model: &Model<R>,
     from: &State<R>,
     to: &mut State<R>,
     change: &Change<'_, R>,
+    moved: &mut [Moved],
 ) {
     let size = model.block_size;
-    let &Change { a, h, dt, by } = change;
+    let &Change { a, h, dt, by, wind } = change;
     let targets = (to.x.par_chunks_mut(size), to.v.par_chunks_mut(size));
     let sources = (from.x.par_chunks(size), from.v.par_chunks(size), a.par_chunks(size / LANES));
-    (targets, sources).into_par_iter().for_each(|((to_x, to_v), (x, v, a))| {
-        dispatch(Advance { from: [x, v], to: [to_x, to_v], change: Change { a, h, dt, by } });
-    });
+    (moved.par_iter_mut(), targets, sources).into_par_iter().enumerate().for_each(
+        |(block, (moved, (to_x, to_v), (x, v, a)))| {
+            let [m, inv_m] = [&model.m, &model.inv_m].map(|field| of_block(field, block, size));
+            let weights = wind.map(|wind| Weights { m, inv_m, wind });
+            let change = Change { a, h, dt, by, wind };
+            *moved = dispatch(Advance { from: [x, v], to: [to_x, to_v], change, weights });
+        },
+    );
 }
 
 struct Advance<'a, R> {
     from: [&'a [Padded<R>]; 2],
     to: [&'a mut [Padded<R>]; 2],
     change: Change<'a, R>,
+    weights: Option<Weights<'a, R>>,
 }
 
 impl<R: Real> WithSimd<R> for Advance<'_, R> {
-    type Output = ();
+    type Output = Moved;
 
     #[inline(always)]
-    fn run<P: Pack<Number = R>>(self) {
-        let Change { a, h, dt, by } = self.change;
+    fn run<P: Pack<Number = R>>(self) -> Moved {
+        let mut sums = MovedSums::<P::Wide>::none();
+        let Change { a, h, dt, by, .. } = self.change;
         let [x, v] = self.from;
         let [to_x, to_v] = self.to;
         let (x, v) = (x.as_chunks::<LANES>().0, v.as_chunks::<LANES>().0);
         let (to_x, to_v) = (to_x.as_chunks_mut::<LANES>().0, to_v.as_chunks_mut::<LANES>().0);
-        for (((x, v), a), (to_x, to_v)) in x.iter().zip(v).zip(a).zip(to_x.iter_mut().zip(to_v)) {
+        let rows = x.iter().zip(v).zip(a).zip(to_x.iter_mut().zip(to_v)).enumerate();
+        for (group, (((x, v), a), (to_x, to_v))) in rows {
             let (x, v, a) = (packs::<P>(x), packs::<P>(v), a.load::<P>());
             let new = three!(|c| v[c] + a[c] * h);
             let moved_by = if by == MovedBy::New { new } else { v };
             store_padded(new, to_v);
             store_padded(three!(|c| x[c] + moved_by[c] * dt), to_x);
+            let wide = P::widen3(a);
+            sums.add_error(wide);
+            if let Some(weights) = &self.weights {
+                sums.add_weighed::<P>(group, weights, [wide, P::widen3(new)]);
+            }
         }
+        sums.block()
     }
 }
 
@@ -147,5 +188,30 @@ impl<R: Real> WithSimd<R> for Kick<'_, R> {
             let (old, a) = (packs::<P>(v), a.load::<P>());
             store_padded(three!(|c| old[c] + a[c] * self.h), v);
         }
+    }
+}
+
+/// v' = v + h a, and how much that is beyond what the first kick added to `from`.
+struct SecondKick<'a, R> {
+    from: &'a [Padded<R>],
+    v: &'a mut [Padded<R>],
+    a: &'a [Sixteen<R>],
+    h: R,
+}
+
+impl<R: Real> WithSimd<R> for SecondKick<'_, R> {
+    type Output = Moved;
+
+    #[inline(always)]
+    fn run<P: Pack<Number = R>>(self) -> Moved {
+        let mut sums = MovedSums::<P::Wide>::none();
+        let vectors = self.v.as_chunks_mut::<LANES>().0.iter_mut().zip(self.from.as_chunks::<LANES>().0);
+        for ((v, from), a) in vectors.zip(self.a) {
+            let (old, from, a) = (packs::<P>(v), packs::<P>(from), a.load::<P>());
+            let kick = three!(|c| a[c] * self.h);
+            store_padded(three!(|c| old[c] + kick[c]), v);
+            sums.add_error(P::widen3(three!(|c| kick[c] - (old[c] - from[c]))));
+        }
+        sums.block()
     }
 }

@@ -6,16 +6,18 @@
 use super::update::{MovedBy, Step};
 use crate::math::Real;
 
-pub(super) fn advance<R: Real>(step: &mut Step<'_, R>) {
+pub(super) fn advance<R: Real>(step: &mut Step<'_, R>) -> f64 {
     let half = step.dt() * R::of(0.5);
     step.kick_and_drift(half, MovedBy::New);
     step.accelerate();
-    step.kick(half);
+    step.kick_again(half);
+    step.error_of_kicks()
 }
 
-pub(super) fn advance_predicted<R: Real>(step: &mut Step<'_, R>) {
+pub(super) fn advance_predicted<R: Real>(step: &mut Step<'_, R>) -> f64 {
     let half = step.dt() * R::of(0.5);
     step.kick_and_drift(half, MovedBy::New);
     step.accelerate_ahead(half);
-    step.kick(half);
+    step.kick_again(half);
+    step.error_of_kicks()
 }

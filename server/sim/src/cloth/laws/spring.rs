@@ -37,6 +37,19 @@ impl<P: Pack> Spring<P> {
         elastic + viscous
     }
 
+    /// u, 0 where |d| is 0.
+    #[inline(always)]
+    pub(crate) fn direction(&self) -> [P; 3] {
+        [self.d[0] * self.inverse, self.d[1] * self.inverse, self.d[2] * self.inverse]
+    }
+
+    /// Stiffness across it over that along it, 1 - l0/l, 0 under compression; 0 for a lane without a spring.
+    #[inline(always)]
+    pub(crate) fn transverse(&self) -> P {
+        let ratio = P::one() - self.rest_length * self.inverse;
+        ratio.max(P::zero()).where_positive(self.square + self.rest_length)
+    }
+
     /// The block a I + b d dᵀ that it adds to M - h df/dv - h² df/dx, frozen: its elastic a (kg), and b (kg/m²), from
     /// which a of the whole follows as h² k + h nu - b d.d.
     ///

@@ -6,8 +6,11 @@
 //! tested too; a residual that is said to be small enough is computed from x before it is believed. Dot products are
 //! binary64 over fixed blocks.
 
+mod residual;
+
 use rayon::prelude::*;
 
+use self::residual::{Goal, Residual};
 use super::{
     coarse::{CoarseVectors, Unknowns},
     operator::{LinearOperator, Preconditioner},
@@ -28,6 +31,8 @@ pub struct CgWorkspace<R: Real> {
     /// The direction, padded for the operator.
     p: Vec<Padded<R>>,
     partials: Vec<[f64; 2]>,
+    /// b.x - x.A x / 2 of the solution returned.
+    descent: f64,
     /// Of the aggregates of each block, where the preconditioner has a coarse space: Pᵀ r, and the change that it calls for.
     restricted: Vec<Unknowns>,
     change: Vec<Unknowns>,
@@ -43,6 +48,7 @@ impl<R: Real> CgWorkspace<R> {
             p: vec![Padded::default(); zeros.len() * LANES],
             q: zeros,
             partials: vec![[0.0; 2]; block_count(count, block_size)],
+            descent: 0.0,
             restricted: Vec::new(),
             change: Vec::new(),
             coarse: CoarseVectors::default(),
@@ -52,6 +58,11 @@ impl<R: Real> CgWorkspace<R> {
     /// Sixteens of rows that there is room for.
     pub(crate) fn len(&self) -> usize {
         self.r.len()
+    }
+
+    /// b.x - x.A x / 2 of the last solve: how much its solution lowers what the method minimises, which is 0 at x = 0.
+    pub(crate) fn descent(&self) -> f64 {
+        self.descent
     }
 }
 
@@ -93,6 +104,7 @@ pub fn conjugate_gradient<R: Real>(
     let blocks = work.partials.len();
     work.restricted.resize(blocks * parts, Unknowns::default());
     work.change.resize(blocks * parts, Unknowns::default());
+    work.descent = 0.0;
     let mut solve = Solve { a, m, b, groups: block_size / LANES, parts, products: 0, work };
 
     let start = solve.start(None);
@@ -106,7 +118,9 @@ pub fn conjugate_gradient<R: Real>(
 
     let scale = start.residual();
     let first = if settings.warm_start {
-        solve.start(Some(x))
+        let first = solve.start(Some(x));
+        solve.credit(x);
+        first
     } else {
         x.fill(Sixteen::default());
         start
@@ -114,37 +128,6 @@ pub fn conjugate_gradient<R: Real>(
     let goal = Goal { residual: tolerance * scale, is_rounding: tolerance <= R::ROUNDING, cap };
     let (outcome, iterations, residual) = solve.runs(first, &goal, x);
     SolveReport { outcome, iterations, products: solve.products, relative_residual: residual / scale }
-}
-
-/// What a solve is to come to.
-struct Goal {
-    residual: f64,
-    /// Whether no smaller residual can be told from 0 in this precision.
-    is_rounding: bool,
-    /// Iterations that it may make.
-    cap: u32,
-}
-
-/// r.z of an iterate, and the sum of the magnitudes of its terms.
-#[derive(Clone, Copy)]
-struct Residual {
-    square: f64,
-    magnitude: f64,
-}
-
-impl Residual {
-    fn residual(self) -> f64 {
-        self.square.sqrt()
-    }
-
-    /// What is wrong with it after so many iterations, if it is not 0.
-    fn fault(self, iteration: u32) -> Option<Outcome> {
-        if !self.square.is_finite() {
-            return Some(Outcome::NotFinite { iteration });
-        }
-        (self.square <= 0.0 && self.magnitude > 0.0)
-            .then_some(Outcome::IndefinitePreconditioner { iteration })
-    }
 }
 
 /// Operator and preconditioner are called once per block of rows, so that one copy of the solver serves all of them.
@@ -217,7 +200,9 @@ impl<R: Real> Solve<'_, R> {
                 let is_descent = *iterations == 0 && magnitude > 0.0 && magnitude.is_finite();
                 if is_descent {
                     self.aim();
-                    self.go(now.square / magnitude, x);
+                    let alpha = now.square / magnitude;
+                    self.work.descent += alpha * (now.square - 0.5 * alpha * curvature);
+                    self.go(alpha, x);
                     last = self.start(Some(x)).residual();
                 }
                 return (bad, last);
@@ -225,6 +210,7 @@ impl<R: Real> Solve<'_, R> {
 
             *iterations += 1;
             let alpha = now.square / curvature;
+            self.work.descent += 0.5 * alpha * now.square;
             let next = self.advance(alpha);
             pending = Some([alpha, next.square / now.square]);
             now = next;
@@ -233,6 +219,18 @@ impl<R: Real> Solve<'_, R> {
             self.go(alpha, x);
         }
         (end, last)
+    }
+
+    /// Counts what `x` lowers, from the residual that was computed of it: x.(b + r) / 2.
+    fn credit(&mut self, x: &[Sixteen<R>]) {
+        let groups = self.groups;
+        let CgWorkspace { r, partials, descent, .. } = &mut *self.work;
+        let rows = (x.par_chunks(groups), r.par_chunks(groups), self.b.par_chunks(groups));
+        (partials.par_iter_mut(), rows).into_par_iter().for_each(|(partial, (x, r, b))| {
+            *partial = [block_sums(x, r)[0], block_sums(x, b)[0]];
+        });
+        let [of_r, of_b] = sum(partials);
+        *descent += 0.5 * (of_r + of_b);
     }
 
     /// r = b - A x, or b; q = M⁻¹ r, p = q.

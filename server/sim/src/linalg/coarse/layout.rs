@@ -124,7 +124,7 @@ impl CoarseLayout {
         Some(self.offset(aggregate) + place)
     }
 
-    /// The same.
+    /// The block of a block of rows that joins an aggregate to another.
     ///
     /// # Panics
     /// Where no pair of the layout joins them.

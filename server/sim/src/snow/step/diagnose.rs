@@ -17,9 +17,9 @@ use crate::{
         law::{MaterialConstants, Moduli, energy_density, hardened},
         model::SnowModel,
         particles::{Constants, Group, Lanes, Particles},
-        settings::TimeStep,
         state::{SUMS, SnowState, SnowWorkspace},
     },
+    time_step::TimeStep,
 };
 
 /// What one step of the world tells of the snow.

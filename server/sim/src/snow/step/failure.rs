@@ -10,9 +10,10 @@ use crate::{
         grid::{REACH, allowed_bytes, needed_bytes},
         model::SnowModel,
         particles::Particles,
-        settings::{SnowSettings, TimeStep},
+        settings::SnowSettings,
         state::{SnowState, SnowWorkspace},
     },
+    time_step::TimeStep,
 };
 
 /// Cells that a node may move in one step: more, and particles leave what the sorted order can follow.

@@ -8,11 +8,11 @@ use crate::{
     report::StepFailure,
     snow::{
         model::SnowModel,
-        settings::TimeStep,
         state::{SnowState, SnowWorkspace},
         transfer::StepContext,
     },
     surroundings::Surroundings,
+    time_step::TimeStep,
 };
 
 /// How far a step of the world has come.
@@ -64,8 +64,7 @@ impl<'a> Division<'a> {
             TimeStep::Fixed(dt) | TimeStep::Unchecked(dt) => dt,
         };
 
-        // A whole number of steps stays one when the quotient is rounded.
-        self.steps = (self.left / allowed - 1e-9).ceil().max(1.0);
+        self.steps = TimeStep::divide(self.left, allowed);
         let limit = model.settings.max_substeps;
         if f64::from(self.substeps) + self.steps > f64::from(limit) {
             let particle = culprits(model, state, work).of(kind).unwrap_or_default();

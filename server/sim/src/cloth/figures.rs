@@ -1,0 +1,126 @@
+//! What an evaluation adds up over particles: energies, momentum, and what judges the step that comes next.
+
+use super::numbers::StepNumbers;
+use crate::{
+    linalg::add_lanes,
+    math::{LANES, Pack, Real, array::dot, array3},
+};
+
+/// Sums of a block, in the order of [`Total`], and the greatest component of a position.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Partial {
+    pub(super) sums: [f64; SUMS],
+    /// The largest length over rest length.
+    pub(super) stretch: f64,
+    /// The largest component of any position (m), without its sign.
+    pub(super) reach: f64,
+}
+
+/// Sums that a block makes.
+pub(super) const SUMS: usize = 10;
+
+/// Sums over all blocks.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Total {
+    pub(super) kinetic_energy: f64,
+    pub(super) elastic_energy: f64,
+    pub(super) gravitational_energy: f64,
+    pub(super) momentum: [f64; 3],
+    /// Of an implicit evaluation: how much the potential falls to second order if all goes on at its velocity (J): h F.v
+    /// - v.(h C + h² K) v / 2 over all particles, K and C frozen.
+    pub(super) slope: f64,
+    /// Likewise: the work (J) that pins on their way do in such a step, by the forces at its end.
+    pub(super) pin_work: f64,
+}
+
+impl Total {
+    /// From the sums of all blocks. A position that is not finite may not reach an energy (no spring, no gravity): the
+    /// last sum is 0 or NaN, and makes the kinetic energy NaN.
+    pub(super) fn of(sums: [f64; SUMS]) -> Self {
+        let [kinetic, elastic_energy, gravitational_energy, px, py, pz, all, straight, pins, checksum] = sums;
+        Self {
+            kinetic_energy: kinetic + checksum,
+            elastic_energy,
+            gravitational_energy,
+            momentum: [px, py, pz],
+            slope: 0.5 * (all + straight),
+            pin_work: -pins,
+        }
+    }
+}
+
+/// Sums over the particles of a block, in lanes.
+pub(super) struct Figures<W> {
+    gravity: [W; 3],
+    wind: [W; 3],
+    /// h and h times the drag.
+    dt: W,
+    drag: W,
+    kinetic: W,
+    gravitational: W,
+    momentum: [W; 3],
+    /// Rows of the right-hand side times velocities: of all particles, and of pins.
+    all: W,
+    pins: W,
+    /// h F.v of gravity and medium.
+    straight: W,
+    reach: W,
+    checksum: W,
+}
+
+impl<W: Pack<Number = f64>> Figures<W> {
+    #[inline(always)]
+    pub(super) fn new<R: Real>(numbers: &StepNumbers<R>) -> Self {
+        let zero = W::zero();
+        Self {
+            gravity: array3(&numbers.gravity).map(W::splat),
+            wind: array3(&numbers.wind).map(W::splat),
+            dt: W::of(numbers.dt),
+            drag: W::of(numbers.dt * numbers.drag.to_f64()),
+            kinetic: zero,
+            gravitational: zero,
+            momentum: [zero; 3],
+            all: zero,
+            pins: zero,
+            straight: zero,
+            reach: zero,
+            checksum: zero,
+        }
+    }
+
+    /// Adds sixteen particles of these free masses (kg).
+    #[inline(always)]
+    pub(super) fn add(&mut self, [x, v]: [[W; 3]; 2], m: W) {
+        self.kinetic += W::of(0.5) * m * dot(v, v);
+        self.gravitational -= m * dot(self.gravity, x);
+        for c in 0..3 {
+            self.momentum[c] += m * v[c];
+        }
+        self.reach = self.reach.max(x[0].abs()).max(x[1].abs()).max(x[2].abs());
+        self.checksum += (x[0] + x[1] + x[2] + v[0] + v[1] + v[2]) * W::zero();
+    }
+
+    /// Adds what the velocities of sixteen particles predict: `springs` is what springs and elements add to the
+    /// right-hand side of their rows (N s), pins included; `inv_m` (1/kg) is 0 for these.
+    #[inline(always)]
+    pub(super) fn predict(&mut self, v: [W; 3], springs: [W; 3], [m, inv_m]: [W; 2]) {
+        let [push, square] = [dot(springs, v), dot(v, v)];
+        let own = self.dt * m * dot(self.gravity, v) + (self.drag * dot(self.wind, v)).where_positive(inv_m);
+        self.all += push + own - (self.drag * square).where_positive(inv_m);
+        self.pins += push - push.where_positive(inv_m);
+        self.straight += own;
+    }
+
+    /// The sums of the block, with those of its springs: `straight` is h F.v of these.
+    #[inline(always)]
+    pub(super) fn partial(self, [elastic, straight]: [f64; 2], stretch: f64) -> Partial {
+        let total = |lanes: W| add_lanes(lanes.store());
+        let [px, py, pz] = self.momentum.map(total);
+        let [kinetic, gravitational, checksum] = [self.kinetic, self.gravitational, self.checksum].map(total);
+        let [all, pins, own] = [self.all, self.pins, self.straight].map(total);
+        let sums = [kinetic, elastic, gravitational, px, py, pz, all, own + straight, pins, checksum];
+        let reach = self.reach.store();
+        let reach = (0..LANES).fold(0.0, |greatest, lane| f64::max(greatest, reach[lane]));
+        Partial { sums, stretch, reach }
+    }
+}

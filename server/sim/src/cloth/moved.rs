@@ -1,0 +1,96 @@
+//! What a sub-step that is tried finds of its own motion, block by block, where velocities are at hand anyway.
+
+use crate::{
+    linalg::add_lanes,
+    math::{LANES, Pack, Real, array::dot},
+    parallel::sum_by,
+    report::ErrorEstimate,
+};
+
+/// Sums of a block over its free particles: [`Motion`] says of what.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Moved {
+    sums: [f64; 4],
+    largest: f64,
+}
+
+/// How a sub-step moves the free particles of a cloth.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Motion {
+    /// Estimated error of positions.
+    pub(super) error: ErrorEstimate,
+    /// |v' - v|² m / 2 (J), of an implicit step.
+    pub(super) change: f64,
+    /// |v'|² and v'.wind (m²/s²), of an implicit step.
+    pub(super) medium: [f64; 2],
+}
+
+impl Motion {
+    /// From the sums of all blocks: the error of a particle is `scale` times the length of what its block added up.
+    pub(super) fn of(blocks: &[Moved], free_count: usize, scale: f64) -> Self {
+        let [square, change, own, along] = sum_by(blocks, &|block| block.sums);
+        let largest = blocks.iter().map(|block| block.largest).fold(0.0, f64::max);
+        let rms = scale * (square / free_count.max(1) as f64).sqrt();
+        let error = ErrorEstimate { rms, largest: scale * largest.sqrt() };
+        Self { error, change: 0.5 * change, medium: [own, along] }
+    }
+}
+
+/// Masses and the medium, of an implicit step.
+#[derive(Clone, Copy)]
+pub(super) struct Weights<'a, R> {
+    /// Mass (kg) and its inverse, 0 for pins, of the particles of a block.
+    pub(super) m: &'a [R],
+    pub(super) inv_m: &'a [R],
+    /// Velocity of the medium (m/s).
+    pub(super) wind: [f64; 3],
+}
+
+/// Sums of a block, in lanes.
+pub(super) struct MovedSums<W> {
+    sums: [W; 4],
+    largest: W,
+}
+
+impl<W: Pack<Number = f64>> MovedSums<W> {
+    #[inline(always)]
+    pub(super) fn none() -> Self {
+        Self { sums: [W::zero(); 4], largest: W::zero() }
+    }
+
+    /// Adds what the error of sixteen particles is proportional to.
+    #[inline(always)]
+    pub(super) fn add_error(&mut self, of: [W; 3]) {
+        let square = dot(of, of);
+        self.sums[0] += square;
+        self.largest = self.largest.max(square);
+    }
+
+    /// Adds the change of sixteen velocities, and what they become.
+    #[inline(always)]
+    pub(super) fn add_weighed<P: Pack<Wide = W>>(
+        &mut self,
+        group: usize,
+        weights: &Weights<'_, P::Number>,
+        [change, new]: [[W; 3]; 2],
+    ) {
+        let lanes = |field: &[P::Number]| P::load(&field.as_chunks::<LANES>().0[group]).widen();
+        let (m, inv_m) = (lanes(weights.m), lanes(weights.inv_m));
+        let wind = weights.wind.map(W::splat);
+        self.sums[1] += m * dot(change, change);
+        self.sums[2] += dot(new, new).where_positive(inv_m);
+        self.sums[3] += dot(new, wind).where_positive(inv_m);
+    }
+
+    #[inline(always)]
+    pub(super) fn block(self) -> Moved {
+        let sums = self.sums.map(|lanes| add_lanes(lanes.store()));
+        let largest = self.largest.store();
+        Moved { sums, largest: (0..LANES).fold(0.0, |greatest, lane| f64::max(greatest, largest[lane])) }
+    }
+}
+
+/// The part of a field that is a block's: every block's, one after the other.
+pub(super) fn of_block<R: Real>(field: &[R], block: usize, size: usize) -> &[R] {
+    &field[block * size..field.len().min((block + 1) * size)]
+}

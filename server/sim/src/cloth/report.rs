@@ -1,0 +1,21 @@
+//! What one step of a cloth reports.
+
+use crate::{
+    linalg::SolveReport,
+    report::{Diagnostics, ErrorEstimate, Notices},
+};
+
+/// What the sub-steps of a cloth within one step of the world told.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct ClothReport {
+    /// Diagnostics of the new state.
+    pub(crate) diagnostics: Diagnostics,
+    /// Particles that touched a collider, each once per sub-step in which it did.
+    pub(crate) contact_count: u64,
+    /// The linear solve with the largest residual of all sub-steps, with the iterations of all.
+    pub(crate) solve: Option<SolveReport>,
+    /// The largest error of all sub-steps.
+    pub(crate) error: ErrorEstimate,
+    /// What the user should know; particles in the user's numbering of the body.
+    pub(crate) notices: Notices,
+}

@@ -1,0 +1,124 @@
+//! What an evaluation adds up over springs: of each row its force or its part of the right-hand side, its diagonal block
+//! or what bounds its step; of all of them energy, power and the largest stretch.
+
+use super::{
+    bound::{SpringBounds, add_spring},
+    laws::{Spring, Stretch},
+    numbers::SpringNumbers,
+    rows::{Fold, Springs},
+};
+use crate::math::{LANES, Pack, Sixteen, array::dot};
+
+/// The entries of sixteen matrices, in lanes, in binary64.
+#[inline(always)]
+pub(super) fn widen_six<P: Pack>(lanes: &[[P::Number; LANES]; 6]) -> [P::Wide; 6] {
+    let [a, b, c, d, e, f] = load_six::<P>(lanes);
+    [a.widen(), b.widen(), c.widen(), d.widen(), e.widen(), f.widen()]
+}
+
+/// The same as they are.
+#[inline(always)]
+pub(super) fn load_six<P: Pack>(lanes: &[[P::Number; LANES]; 6]) -> [P; 6] {
+    [
+        P::load(&lanes[0]),
+        P::load(&lanes[1]),
+        P::load(&lanes[2]),
+        P::load(&lanes[3]),
+        P::load(&lanes[4]),
+        P::load(&lanes[5]),
+    ]
+}
+
+/// Sums over the springs of a block.
+pub(super) struct SpringSums<'a, P: Pack, const IMPLICIT: bool, const BOUNDED: bool> {
+    pub(super) springs: &'a Springs<P::Number>,
+    pub(super) laws: &'a [SpringNumbers<P::Number>],
+    pub(super) along: &'a [[P::Number; LANES]],
+    pub(super) bounds: &'a [SpringBounds<P::Number>],
+    pub(super) mirror: P,
+    pub(super) first_slot: usize,
+    pub(super) tangent: &'a mut [[P::Number; LANES]],
+    pub(super) rows: &'a mut [Sixteen<P::Number>],
+    pub(super) diagonal: &'a mut [[[f64; LANES]; 6]],
+    pub(super) stiffness: &'a mut [[[[P::Number; LANES]; 6]; 2]],
+    pub(super) energy: P::Wide,
+    /// h F.v, of an implicit evaluation.
+    pub(super) power: P::Wide,
+    pub(super) stretch: Stretch<P>,
+}
+
+/// Sums of sixteen rows.
+#[derive(Clone, Copy)]
+pub(super) struct RowSums<P: Pack> {
+    /// Explicit: forces (N). Implicit: h (f + h df/dx v) (N s).
+    row: [P; 3],
+    diagonal: [P::Wide; 6],
+    /// Stiffness and damping that bound an explicit step.
+    bounds: [[P; 6]; 2],
+}
+
+impl<P: Pack, const IMPLICIT: bool, const BOUNDED: bool> Fold<P> for SpringSums<'_, P, IMPLICIT, BOUNDED> {
+    type Sums = RowSums<P>;
+
+    #[inline(always)]
+    fn sums(&self, group: usize) -> RowSums<P> {
+        let diagonal = if IMPLICIT { load_six(&self.diagonal[group]) } else { [P::Wide::zero(); 6] };
+        let bounds = if BOUNDED {
+            let [stiffness, damping] = &self.stiffness[group];
+            [load_six(stiffness), load_six(damping)]
+        } else {
+            [[P::zero(); 6]; 2]
+        };
+        RowSums { row: self.rows[group].load(), diagonal, bounds }
+    }
+
+    #[inline(always)]
+    fn add(&mut self, sums: &mut RowSums<P>, slot: usize, d: [P; 3], w: [P; 3]) {
+        let pattern = self.springs.pattern_of[slot] as usize;
+        let law = &self.laws[pattern];
+        let stiffness = P::load(&law.stiffness);
+        let spring = Spring::new(d, P::load(&self.springs.rest_lengths[slot]));
+        self.energy += spring.energy(stiffness);
+        self.stretch.look(&spring);
+
+        if IMPLICIT {
+            let (push, elastic) = (P::load(&law.push), P::load(&law.elastic));
+            let [across, b] = spring.tangent(elastic, P::load(&law.viscous), self.mirror);
+            self.tangent[slot - self.first_slot] = b.store();
+            spring.add_block(&mut sums.diagonal, P::load(&self.along[pattern]), b);
+
+            // h f, and h² df/dx v without the damping: b d.v holds the damping of both.
+            let (elastic_pull, along) = (spring.pull(w, push, P::zero()), dot(w, d));
+            self.power -= (elastic_pull * along).widen();
+            let pull = elastic_pull + b * along;
+            for c in 0..3 {
+                sums.row[c] -= pull * d[c] + across * w[c];
+            }
+        } else {
+            let pull = spring.pull(w, stiffness, P::load(&law.damping));
+            for c in 0..3 {
+                sums.row[c] -= pull * d[c];
+            }
+        }
+        if BOUNDED {
+            add_spring(&mut sums.bounds, &spring, &self.bounds[pattern]);
+        }
+    }
+
+    #[inline(always)]
+    fn keep(&mut self, group: usize, sums: RowSums<P>) {
+        self.rows[group].store(sums.row);
+        if IMPLICIT {
+            for c in 0..6 {
+                self.diagonal[group][c] = sums.diagonal[c].store();
+            }
+        }
+        if BOUNDED {
+            for matrix in 0..2 {
+                for c in 0..6 {
+                    self.stiffness[group][matrix][c] = sums.bounds[matrix][c].store();
+                }
+            }
+        }
+    }
+}

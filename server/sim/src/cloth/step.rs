@@ -1,0 +1,181 @@
+//! A sub-step of one cloth, in three acts: how long it may be, a try that leaves the state as it is, and its acceptance.
+//! All cloths of a world take their sub-steps together: the world calls these for each.
+
+use super::{
+    accept::{After, Before, accept},
+    bound::Bounds,
+    evaluation::Purpose,
+    integrate,
+    judge::{fastest, judge},
+    model::{Model, Parameters},
+    report::ClothReport,
+    settings::ClothSettings,
+    state::State,
+    workspace::Workspace,
+};
+use crate::{
+    collide::{Contacts, Met, resolve},
+    linalg::SolveReport,
+    math::Real,
+    report::{BoundKind, Notices, Stage, StepFailure, Stopwatch, TimeBound},
+    surroundings::Surroundings,
+    time_step::TimeStep,
+};
+
+/// A cloth in the middle of a step of the world.
+pub(crate) struct Stepping<'a, R: Real> {
+    pub(crate) model: &'a Model<R>,
+    pub(crate) parameters: &'a Parameters,
+    pub(crate) settings: &'a ClothSettings,
+    pub(crate) around: &'a Surroundings<'a>,
+    pub(crate) state: &'a mut State<R>,
+    pub(crate) work: &'a mut Workspace<R>,
+}
+
+impl<R: Real> Stepping<'_, R> {
+    /// Begins a step of the world.
+    ///
+    /// # Panics
+    /// If the settings ask for a preconditioner with a coarse space and those that the model was made for do not.
+    pub(crate) fn begin(&mut self) {
+        self.work.size_for(self.model, self.settings, Purpose::of(self.settings));
+        self.work.begin(self.state);
+    }
+
+    /// The bound on the next sub-step, with the share that the settings take of it; refuses a fixed length above it.
+    pub(crate) fn bound(&mut self, watch: &mut dyn Stopwatch) -> Result<TimeBound, StepFailure> {
+        let Self { model, settings, around, .. } = *self;
+        let none = TimeBound { kind: BoundKind::Frame, dt: f64::INFINITY, particle: None };
+        let fixed = |dt| TimeBound { kind: BoundKind::Fixed, dt, particle: None };
+        let purpose = Purpose::of(settings);
+        if !matches!(purpose, Purpose::Bounded(_)) {
+            return Ok(match settings.time_step {
+                TimeStep::Certified { .. } => none,
+                TimeStep::Fixed(dt) | TimeStep::Unchecked(dt) => fixed(dt),
+            });
+        }
+
+        let dt = if self.work.numbers.dt > 0.0 { self.work.numbers.dt } else { around.dt };
+        self.refresh(dt);
+        self.evaluate(watch);
+        let bound = self.work.evaluation.bound;
+        let particle = u64::from(model.user[bound.particle as usize]);
+        // What is beyond any time is no time.
+        if bound.rate > 1e100 {
+            return Err(StepFailure::NeverStable { particle });
+        }
+        let (kind, limit) = (Bounds::<R>::kind(settings.integrator), 1.0 / bound.rate);
+        match settings.time_step {
+            TimeStep::Certified { safety } if bound.rate > 0.0 => {
+                Ok(TimeBound { kind, dt: safety * limit, particle: Some(particle) })
+            }
+            TimeStep::Certified { .. } => Ok(none),
+            TimeStep::Fixed(dt) if dt.min(around.dt) > limit => {
+                Err(StepFailure::TimeStep { particle, dt: dt.min(around.dt), limit, bound: kind.name() })
+            }
+            TimeStep::Fixed(dt) | TimeStep::Unchecked(dt) => Ok(fixed(dt)),
+        }
+    }
+
+    /// Takes over parameters and surroundings for a sub-step of `dt` (s).
+    fn refresh(&mut self, dt: f64) {
+        if self.work.numbers.refresh(self.model, self.parameters, self.settings, self.around, dt) {
+            self.work.forget();
+        }
+    }
+
+    /// Evaluates the state, where that was not done.
+    fn evaluate(&mut self, watch: &mut dyn Stopwatch) {
+        let purpose = Purpose::of(self.settings);
+        if !self.work.is_current(purpose) {
+            self.work.evaluate(self.model, purpose, self.state);
+            watch.lap(Stage::Force);
+        }
+    }
+
+    /// Computes where a sub-step of `dt` (s) leads, and judges it. Pins are aimed; no other particle has moved.
+    pub(crate) fn attempt(&mut self, dt: f64, watch: &mut dyn Stopwatch) -> Result<(), StepFailure> {
+        self.work.begin_substep(self.state);
+        self.refresh(dt);
+        let asked = self.around.dt / self.settings.time_step.count_in(self.around.dt);
+        if self.state.aim_pins(asked, dt / asked) {
+            self.work.forget();
+        }
+        self.evaluate(watch);
+
+        let before = Before::of(&self.work.evaluation);
+        self.work.make_room(self.state);
+        let Self { model, settings, around, .. } = *self;
+        let work = &mut *self.work;
+        let advanced = integrate::advance(model, settings, around.interrupt, self.state, work, watch)?;
+        let ClothReport { solve, error, notices, .. } = &mut work.tried;
+        (*solve, *error) = (advanced.solve, advanced.motion.error);
+        *notices = Notices::default();
+        if let Some(solve) = &solve {
+            notices.count(solve.outcome, settings.solver.stop);
+        }
+        if let Some(limit) = settings.tolerance.filter(|limit| error.largest > *limit) {
+            let (value, particle) = (error.largest, fastest(model, &work.next));
+            return Err(StepFailure::Inaccurate { particle, value, limit });
+        }
+        if !settings.integrator.is_implicit() || settings.time_step.is_unchecked() {
+            return Ok(());
+        }
+
+        work.evaluate_next(model, Purpose::of(settings));
+        watch.lap(Stage::Force);
+        let Workspace { evaluation, next, numbers, cg, .. } = &*work;
+        if let Some(failure) = judge(model, next, &evaluation.diagnostics(), settings) {
+            return Err(failure);
+        }
+        let after = After { motion: &advanced.motion, descent: cg.descent(), evaluation, state: next };
+        accept(model, numbers, &before, &after).map_or(Ok(()), Err)
+    }
+
+    /// Gives up a sub-step that this cloth or another one did not accept.
+    pub(crate) fn abandon(&mut self) {
+        self.work.abandon(self.state);
+    }
+
+    /// Takes what was tried for the state, at `time` (s), and lets it meet colliders.
+    pub(crate) fn settle(&mut self, time: f64, watch: &mut dyn Stopwatch) {
+        let Self { model, settings, around, .. } = *self;
+        let is_evaluated = self.work.is_current(Purpose::of(settings));
+        self.work.accept(self.state);
+
+        let (colliders, block_size, user) = (around.colliders, model.block_size, &model.user);
+        let contacts = Contacts { colliders, time, dt: self.work.numbers.dt, block_size, user };
+        let met = resolve(contacts, &model.inv_m, &mut self.state.x, &mut self.state.v);
+        watch.lap(Stage::Collide);
+
+        let stands = self.state.rest_pins();
+        if !is_evaluated || stands || met.touched > 0 {
+            self.work.evaluate(model, Purpose::of(settings), self.state);
+            watch.lap(Stage::Force);
+        }
+        self.work.add_to_report(met);
+    }
+
+    /// Ends a step of the world: its report, or why its result leaves what is allowed.
+    pub(crate) fn finish(&mut self, watch: &mut dyn Stopwatch) -> Result<ClothReport, StepFailure> {
+        let diagnostics = self.work.evaluation.diagnostics();
+        let failure = judge(self.model, self.state, &diagnostics, self.settings);
+        watch.lap(Stage::Force);
+        failure.map_or(Ok(ClothReport { diagnostics, ..self.work.report }), Err)
+    }
+}
+
+impl<R: Real> Workspace<R> {
+    /// Adds what an accepted sub-step and its contacts have to tell.
+    fn add_to_report(&mut self, met: Met) {
+        let ClothReport { solve, error, notices, .. } = self.tried;
+        let first_passed = met.first_passed.map(u64::from);
+        let passed = Notices { passed_count: met.passed, first_passed, ..Notices::default() };
+        let report = &mut self.report;
+        report.contact_count += met.touched;
+        report.notices = report.notices.and(notices).and(passed);
+        report.error = report.error.max(error);
+        let with = |solve: SolveReport| report.solve.map_or(solve, |others| others.and(solve));
+        report.solve = solve.map(with);
+    }
+}

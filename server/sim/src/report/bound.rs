@@ -1,0 +1,73 @@
+//! Bounds on time steps, and which of them binds.
+
+/// A bound on the time step of snow or cloth, by name: docs/laws/snow.md and docs/laws/steps.md derive each.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum BoundKind {
+    /// The elastic wave, hardening included, crosses a share of a cell per step.
+    ElasticWave,
+    /// A particle alone on its nodes is an oscillator: dt < 2 / omega.
+    IsolatedParticle,
+    /// A particle stays within half a cell.
+    ParticleSpeed,
+    /// I + dt grad v keeps its orientation.
+    VelocityGradient,
+    /// A collider moves by half a cell at most.
+    ColliderSpeed,
+    /// The step that the scene fixes is below every bound.
+    Fixed,
+    /// What is left of the world's step is below every bound.
+    Frame,
+    /// Stiffness and damping of cloth at a particle: an explicit step keeps every motion from growing.
+    Stiffness,
+    /// Damping of cloth at a particle, without which no step of explicit Euler is stable.
+    Damping,
+    /// A longer implicit step of cloth was not accepted.
+    Acceptance,
+    /// The error estimate of cloth stays below the scene's tolerance.
+    Tolerance,
+}
+
+impl BoundKind {
+    /// Every kind: bounds of snow, what the scene fixes, bounds of cloth.
+    pub const ALL: [Self; 11] = [
+        Self::ElasticWave,
+        Self::IsolatedParticle,
+        Self::ParticleSpeed,
+        Self::VelocityGradient,
+        Self::ColliderSpeed,
+        Self::Fixed,
+        Self::Frame,
+        Self::Stiffness,
+        Self::Damping,
+        Self::Acceptance,
+        Self::Tolerance,
+    ];
+
+    /// Its name in reports and on the wire.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::ElasticWave => "elastic_wave",
+            Self::IsolatedParticle => "isolated_particle",
+            Self::ParticleSpeed => "particle_speed",
+            Self::VelocityGradient => "velocity_gradient",
+            Self::ColliderSpeed => "collider_speed",
+            Self::Fixed => "fixed",
+            Self::Frame => "frame",
+            Self::Stiffness => "stiffness",
+            Self::Damping => "damping",
+            Self::Acceptance => "acceptance",
+            Self::Tolerance => "tolerance",
+        }
+    }
+}
+
+/// The bound that binds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TimeBound {
+    /// Which bound it is.
+    pub kind: BoundKind,
+    /// Largest dt (s) that it allows, safety included.
+    pub dt: f64,
+    /// The particle that sets it, over all particles of the world; none where no particle does.
+    pub particle: Option<u64>,
+}

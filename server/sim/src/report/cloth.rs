@@ -1,0 +1,51 @@
+//! How a step of the world was divided for the cloths, and which steps were taken again.
+
+use super::{bound::TimeBound, failure::StepFailure};
+
+/// Estimated error of positions that one sub-step makes (m), over free particles.
+///
+/// It is the leading term of the error of one step from an exact state: h |dv| / 2 for a method of order 1, and
+/// h² |a' - a| / 6 for velocity Verlet. Contacts are not in it.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+pub struct ErrorEstimate {
+    /// Root of the mean square (m).
+    pub rms: f64,
+    /// Largest (m).
+    pub largest: f64,
+}
+
+impl ErrorEstimate {
+    /// The greater of both, one by one.
+    #[must_use]
+    pub(crate) fn max(self, other: Self) -> Self {
+        Self { rms: self.rms.max(other.rms), largest: self.largest.max(other.largest) }
+    }
+}
+
+/// Sub-steps of all cloths of a world within one of its steps.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ClothSteps {
+    /// How many were taken.
+    pub substeps: u32,
+    /// How many were not accepted, and taken again shorter.
+    pub rejected: u32,
+    /// Length of the last one (s).
+    pub dt: f64,
+    /// The bound on the next one.
+    pub bound: TimeBound,
+    /// The largest of all bodies and sub-steps.
+    pub error: ErrorEstimate,
+}
+
+/// A sub-step of the cloths that was not accepted: none of them moved, and a shorter one was taken.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rejection {
+    /// Simulated time at its start (s).
+    pub time: f64,
+    /// Its length (s).
+    pub dt: f64,
+    /// Name of the cloth.
+    pub body: String,
+    /// Why; particles over all bodies.
+    pub cause: StepFailure,
+}

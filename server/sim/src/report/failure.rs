@@ -1,0 +1,171 @@
+//! Why a step was not taken.
+
+use thiserror::Error;
+
+use crate::linalg::Outcome;
+
+/// A step that was not taken: cloths are as before it, snow as after its last good step within it.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[error("step {step} at t = {time:.6} s, body '{body}': {failure}")]
+pub struct StepError {
+    /// Index of the step, from 0.
+    pub step: u64,
+    /// Simulated time before it (s).
+    pub time: f64,
+    /// Name of the cloth, or of the object of snow.
+    pub body: String,
+    /// Why it was not taken.
+    pub failure: StepFailure,
+}
+
+/// Why a step was not taken. Particles are in the user's numbering, over all bodies.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[allow(missing_docs, reason = "the messages say what the fields are")]
+pub enum StepFailure {
+    #[error(
+        "the {quantity} of particle {particle} became {value}: the simulation diverged (reduce dt or the stiffness)"
+    )]
+    NotFinite { particle: u64, quantity: &'static str, value: f64 },
+    #[error(
+        "the spring from particle {particle} to {other} is {value:.4} times its rest length, more than the limit of {limit}"
+    )]
+    Stretch { particle: u64, other: u64, value: f64, limit: f64 },
+    #[error(
+        "kinetic and elastic energy came to {value:.6e} J, more than the limit of {limit} J (fastest particle: {particle})"
+    )]
+    Energy { particle: u64, value: f64, limit: f64 },
+    #[error("the linear solver cannot go on: {outcome}")]
+    Solver { outcome: Outcome },
+    #[error(
+        "the potential of the step falls by {value:.4e} J where its linear solve predicts a fall of {predicted:.4e} J, of which {limit} is needed: the forces change too much within the step (fastest particle: {particle})"
+    )]
+    Descent { particle: u64, value: f64, predicted: f64, limit: f64 },
+    #[error(
+        "the total energy rises by {value:.4e} J in the step, more than the {limit:.4e} J that pins, the medium and the error of one linear solve account for (fastest particle: {particle})"
+    )]
+    EnergyGain { particle: u64, value: f64, limit: f64 },
+    #[error(
+        "the position of particle {particle} has an estimated error of {value:.4e} m in the step, more than the tolerance of {limit:.4e} m"
+    )]
+    Inaccurate { particle: u64, value: f64, limit: f64 },
+    #[error(
+        "no step is stable: explicit Euler gains energy in every motion that is not damped, as at particle {particle} (choose symplectic_euler, add drag, or mark the step unchecked)"
+    )]
+    NeverStable { particle: u64 },
+    #[error(
+        "the time step of {dt:.4e} s is above the bound '{bound}' of {limit:.4e} s at particle {particle}: let the step be certified, fix a smaller one, or mark it unchecked"
+    )]
+    TimeStep { particle: u64, dt: f64, limit: f64, bound: &'static str },
+    #[error(
+        "more than {limit} sub-steps are needed within this step of the scene: the bound '{bound}' at particle {particle} allows {dt:.4e} s (shorten the scene's dt, or look at what happens there)"
+    )]
+    Substeps { particle: u64, dt: f64, limit: u32, bound: &'static str },
+    #[error(
+        "node {node:?} of the grid moves by {value:.3} cells in one step, more than {limit}: the simulation diverged (fastest particle: {particle})"
+    )]
+    NodeSpeed { particle: u64, node: [i32; 3], value: f64, limit: f64 },
+    #[error(
+        "the deformation gradient of particle {particle} came to {value:.4e}, more than {limit:.0e}: the simulation diverged"
+    )]
+    Deformation { particle: u64, value: f64, limit: f64 },
+    #[error(
+        "particle {particle} left the range of the grid, {limit:.3e} m from the origin: it is at {position:?}"
+    )]
+    OutOfRange { particle: u64, position: [f64; 3], limit: f64 },
+    #[error(
+        "the grid would take {bytes} bytes, more than {limit}: the snow flies apart (farthest out is particle {particle}, at {position:?})"
+    )]
+    GridMemory { particle: u64, position: [f64; 3], bytes: u64, limit: u64 },
+    #[error("the grid holds {found:.9e} kg of the particles' {expected:.9e} kg")]
+    Mass { expected: f64, found: f64 },
+    #[error("the step was given up because the caller asked for it")]
+    Interrupted,
+}
+
+impl StepFailure {
+    /// The same with a body's particles numbered over all bodies, of which `first` is its first.
+    pub(crate) fn shifted(mut self, first: u64) -> Self {
+        match &mut self {
+            Self::NotFinite { particle, .. }
+            | Self::Energy { particle, .. }
+            | Self::Descent { particle, .. }
+            | Self::EnergyGain { particle, .. }
+            | Self::Inaccurate { particle, .. }
+            | Self::NeverStable { particle }
+            | Self::TimeStep { particle, .. }
+            | Self::Substeps { particle, .. }
+            | Self::NodeSpeed { particle, .. }
+            | Self::Deformation { particle, .. }
+            | Self::OutOfRange { particle, .. }
+            | Self::GridMemory { particle, .. } => *particle += first,
+            Self::Stretch { particle, other, .. } => {
+                *particle += first;
+                *other += first;
+            }
+            Self::Solver { .. } | Self::Mass { .. } | Self::Interrupted => {}
+        }
+        self
+    }
+
+    /// A stable word for programs, such as `NOT_FINITE`.
+    pub const fn reason(&self) -> &'static str {
+        match self {
+            Self::NotFinite { .. } => "NOT_FINITE",
+            Self::Stretch { .. } => "STRETCH_LIMIT",
+            Self::Energy { .. } => "ENERGY_LIMIT",
+            Self::Solver { .. } => "SOLVER_FAILED",
+            Self::Descent { .. } => "POTENTIAL_DESCENT",
+            Self::EnergyGain { .. } => "ENERGY_GAIN",
+            Self::Inaccurate { .. } => "ERROR_TOLERANCE",
+            Self::NeverStable { .. } => "NEVER_STABLE",
+            Self::TimeStep { .. } => "TIME_STEP_LIMIT",
+            Self::Substeps { .. } => "SUBSTEP_LIMIT",
+            Self::NodeSpeed { .. } => "NODE_SPEED",
+            Self::Deformation { .. } => "DEFORMATION_LIMIT",
+            Self::OutOfRange { .. } => "OUT_OF_RANGE",
+            Self::GridMemory { .. } => "GRID_MEMORY",
+            Self::Mass { .. } => "MASS_LOST",
+            Self::Interrupted => "STEPS_INTERRUPTED",
+        }
+    }
+
+    /// The particle at fault.
+    pub const fn particle(&self) -> Option<u64> {
+        match self {
+            Self::NotFinite { particle, .. }
+            | Self::Stretch { particle, .. }
+            | Self::Energy { particle, .. }
+            | Self::Descent { particle, .. }
+            | Self::EnergyGain { particle, .. }
+            | Self::Inaccurate { particle, .. }
+            | Self::NeverStable { particle }
+            | Self::TimeStep { particle, .. }
+            | Self::Substeps { particle, .. }
+            | Self::NodeSpeed { particle, .. }
+            | Self::Deformation { particle, .. }
+            | Self::OutOfRange { particle, .. }
+            | Self::GridMemory { particle, .. } => Some(*particle),
+            Self::Solver { .. } | Self::Mass { .. } | Self::Interrupted => None,
+        }
+    }
+
+    /// The value at fault.
+    pub const fn value(&self) -> Option<f64> {
+        match self {
+            Self::NotFinite { value, .. }
+            | Self::Stretch { value, .. }
+            | Self::Energy { value, .. }
+            | Self::Descent { value, .. }
+            | Self::EnergyGain { value, .. }
+            | Self::Inaccurate { value, .. }
+            | Self::NodeSpeed { value, .. }
+            | Self::Deformation { value, .. }
+            | Self::Mass { found: value, .. } => Some(*value),
+            Self::GridMemory { bytes, .. } => Some(*bytes as f64),
+            Self::TimeStep { dt, .. } | Self::Substeps { dt, .. } => Some(*dt),
+            Self::Solver { .. } | Self::NeverStable { .. } | Self::OutOfRange { .. } | Self::Interrupted => {
+                None
+            }
+        }
+    }
+}

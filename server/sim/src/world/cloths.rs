@@ -1,0 +1,159 @@
+//! All cloths of a world, stepped together: they share sub-steps, and none goes on before all have accepted one.
+
+use super::{body::Body, cloth::Cloth, division::Division, pace::Pace, report::BodyReport};
+use crate::{
+    math::Real,
+    report::{ClothSteps, ErrorEstimate, Rejection, StepFailure, StepReport, Stopwatch, TimeBound},
+    surroundings::Surroundings,
+};
+
+/// Sub-steps of the cloths in one step of the world, at most.
+const MAX_SUBSTEPS: u32 = 10_000;
+
+/// The index of a body, and why its step cannot be taken.
+pub(super) type Failure = (usize, StepFailure);
+
+/// Takes a step of the world with all cloths among the bodies, and adds to its report.
+///
+/// # Errors
+/// Of the first body whose step cannot be taken.
+pub(super) fn step<R: Real>(
+    bodies: &mut [Body<R>],
+    pace: &mut Pace,
+    around: &Surroundings<'_>,
+    report: &mut StepReport,
+    watch: &mut dyn Stopwatch,
+) -> Result<(), Failure> {
+    let asked = cloths(bodies).map(|(_, cloth)| cloth.asked(around)).fold(f64::INFINITY, f64::min);
+    if asked.is_infinite() {
+        return Ok(());
+    }
+
+    cloths(bodies).for_each(|(_, cloth)| cloth.begin(around));
+    let mut division = Division::of(around.dt);
+    let (mut substeps, mut rejected) = (0, 0);
+    let mut next = shortest(bodies, pace, asked, around, watch)?;
+    let dt = loop {
+        division.fit(next.bound.dt.min(asked));
+        if f64::from(substeps) + division.left() > f64::from(MAX_SUBSTEPS) {
+            return Err(next.too_many());
+        }
+
+        let dt = division.dt();
+        match attempt(bodies, around, dt, watch) {
+            Ok(strain) => {
+                let time = around.time + division.end();
+                cloths(bodies).for_each(|(_, cloth)| cloth.settle(around, time, watch));
+                division.go_on();
+                substeps += 1;
+                pace.accept(dt, strain, || division.is_even());
+            }
+            Err((index, failure)) => {
+                cloths(bodies).for_each(|(_, cloth)| cloth.abandon(around));
+                if !can_shorten(&bodies[index], &failure, pace, [dt, asked]) {
+                    return Err((index, failure));
+                }
+                rejected += 1;
+                let time = around.time + division.end() - dt;
+                report.rejections.push(rejection(&bodies[index], time, dt, failure));
+            }
+        }
+        next = shortest(bodies, pace, asked, around, watch)?;
+        if division.is_done() {
+            break dt;
+        }
+    };
+
+    let mut error = ErrorEstimate::default();
+    for index in 0..bodies.len() {
+        if let Some(cloth) = bodies[index].as_cloth_mut() {
+            let (body, of_cloth): (BodyReport, _) =
+                cloth.finish(around, watch).map_err(|failure| (index, failure))?;
+            body.add_to(report);
+            error = error.max(of_cloth);
+        }
+    }
+    report.cloth = Some(ClothSteps { substeps, rejected, dt, bound: next.shifted(bodies, asked), error });
+    Ok(())
+}
+
+/// The cloths with their places among the bodies.
+fn cloths<R: Real>(bodies: &mut [Body<R>]) -> impl Iterator<Item = (usize, &mut Cloth<R>)> {
+    bodies.iter_mut().enumerate().filter_map(|(index, body)| Some((index, body.as_cloth_mut()?)))
+}
+
+/// The shortest sub-step that a body or the pace asks for.
+struct Shortest {
+    /// Particles of the body.
+    bound: TimeBound,
+    body: usize,
+}
+
+impl Shortest {
+    /// The failure of a step that would need too many sub-steps.
+    fn too_many(&self) -> Failure {
+        let TimeBound { kind, dt, particle } = self.bound;
+        let particle = particle.unwrap_or_default();
+        (self.body, StepFailure::Substeps { particle, dt, limit: MAX_SUBSTEPS, bound: kind.name() })
+    }
+
+    /// The bound with particles over all bodies: where there is none, what the scene asks for (s).
+    fn shifted<R: Real>(&self, bodies: &[Body<R>], asked: f64) -> TimeBound {
+        let TimeBound { kind, dt, particle } = self.bound;
+        let first = u64::from(bodies[self.body].first_particle());
+        let dt = if dt.is_finite() { dt } else { asked };
+        TimeBound { kind, dt, particle: particle.map(|particle| particle + first) }
+    }
+}
+
+fn shortest<R: Real>(
+    bodies: &mut [Body<R>],
+    pace: &Pace,
+    asked: f64,
+    around: &Surroundings<'_>,
+    watch: &mut dyn Stopwatch,
+) -> Result<Shortest, Failure> {
+    let mut least = Shortest { bound: pace.bound(asked), body: 0 };
+    for (body, cloth) in cloths(bodies) {
+        let bound = cloth.bound(around, watch).map_err(|failure| (body, failure))?;
+        if bound.dt < least.bound.dt {
+            least = Shortest { bound, body };
+        }
+    }
+    Ok(least)
+}
+
+/// Tries a sub-step with every cloth; returns the largest strain.
+fn attempt<R: Real>(
+    bodies: &mut [Body<R>],
+    around: &Surroundings<'_>,
+    dt: f64,
+    watch: &mut dyn Stopwatch,
+) -> Result<Option<f64>, Failure> {
+    let mut largest = None;
+    for (index, cloth) in cloths(bodies) {
+        cloth.attempt(around, dt, watch).map_err(|failure| (index, failure))?;
+        largest = cloth.strain().into_iter().chain(largest).reduce(f64::max);
+    }
+    Ok(largest)
+}
+
+/// Whether a sub-step of `dt` (s), of which the scene asks for `asked` (s), is to be taken again shorter.
+fn can_shorten<R: Real>(
+    body: &Body<R>,
+    failure: &StepFailure,
+    pace: &mut Pace,
+    [dt, asked]: [f64; 2],
+) -> bool {
+    let Some(cloth) = body.as_cloth() else { return false };
+    if matches!(failure, StepFailure::Interrupted) || cloth.is_unchecked() {
+        return false;
+    }
+    let strain = cloth.strain().filter(|_| matches!(failure, StepFailure::Inaccurate { .. }));
+    pace.reject(dt, asked, strain)
+}
+
+fn rejection<R: Real>(body: &Body<R>, time: f64, dt: f64, failure: StepFailure) -> Rejection {
+    let name = body.name_for(&failure).to_owned();
+    Rejection { time, dt, body: name, cause: failure.shifted(u64::from(body.first_particle())) }
+}

@@ -1,0 +1,91 @@
+//! How long the sub-steps of all cloths of a world are: what was accepted, and what the error estimates ask for.
+//!
+//! Enters: whether each sub-step was accepted, and its error beside the tolerance. Leaves: how long the next may be. It is
+//! part of the state: further steps depend on it.
+
+use xxhash_rust::xxh3::Xxh3;
+
+use crate::report::{BoundKind, TimeBound};
+
+/// How often a sub-step may be halved: a step below a 64th of what the scene asks for fails.
+const HALVINGS: u32 = 6;
+/// Sub-steps that must be accepted before they grow again.
+const GOOD: u32 = 4;
+/// How much of the length that would just meet the tolerance is taken.
+const SAFETY: f64 = 0.9;
+/// Exponents of the controller (Gustafsson 1991), as shares of those by which errors grow with the length.
+const PROPORTIONAL: f64 = 0.4;
+const INTEGRAL: f64 = 0.7;
+/// By how much a sub-step may shrink or grow at a time.
+const CHANGE: [f64; 2] = [0.2, 2.0];
+
+/// How long sub-steps are.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Pace {
+    /// How often sub-steps are halved.
+    halvings: u32,
+    /// How many were accepted since that changed.
+    good: u32,
+    /// What the tolerance asks for (s), and the strain of the last accepted sub-step; none without tolerance.
+    controlled: Option<[f64; 2]>,
+}
+
+impl Pace {
+    /// The bound on a sub-step, of which the scene asks for `asked` (s); infinite where the pace has none.
+    pub(super) fn bound(&self, asked: f64) -> TimeBound {
+        let halved = asked * 0.5_f64.powi(self.halvings.cast_signed());
+        let controlled = self.controlled.map_or(f64::INFINITY, |[length, _]| length);
+        let (kind, dt) = if controlled < halved {
+            (BoundKind::Tolerance, controlled)
+        } else if self.halvings > 0 {
+            (BoundKind::Acceptance, halved)
+        } else {
+            (BoundKind::Frame, f64::INFINITY)
+        };
+        TimeBound { kind, dt, particle: None }
+    }
+
+    /// Takes over that a sub-step of `dt` (s) was accepted. `strain` is the largest of all cloths: how much longer it
+    /// was than one that just meets the tolerance. `may_grow` says whether halved steps fit in twice their length.
+    pub(super) fn accept(&mut self, dt: f64, strain: Option<f64>, may_grow: impl FnOnce() -> bool) {
+        self.good += 1;
+        if self.halvings > 0 && self.good >= GOOD && may_grow() {
+            (self.halvings, self.good) = (self.halvings - 1, 0);
+        }
+        if let Some(strain) = strain {
+            let strain = strain.max(1e-6);
+            let last = self.controlled.map_or(strain, |[_, last]| last);
+            let change = SAFETY * libm::pow(strain, -INTEGRAL) * libm::pow(last, PROPORTIONAL);
+            self.controlled = Some([dt * change.clamp(CHANGE[0], CHANGE[1]), strain]);
+        }
+    }
+
+    /// Takes over that a sub-step of `dt` (s) was not accepted, for its error if that has a strain; says whether a
+    /// shorter one may be tried.
+    pub(super) fn reject(&mut self, dt: f64, asked: f64, strain: Option<f64>) -> bool {
+        self.good = 0;
+        if let Some(strain) = strain {
+            let last = self.controlled.map_or(strain, |[_, last]| last);
+            let length = dt * (SAFETY / strain).clamp(CHANGE[0], 0.5);
+            self.controlled = Some([length, last]);
+            return length >= asked * 0.5_f64.powi(HALVINGS.cast_signed());
+        }
+        // It may have been shorter than halvings alone ask for.
+        while self.bound(asked).dt > 0.5 * dt * (1.0 + 1e-9) && self.halvings <= HALVINGS {
+            self.halvings += 1;
+            self.controlled = self.controlled.map(|[length, last]| [length.min(0.5 * dt), last]);
+        }
+        self.halvings <= HALVINGS
+    }
+
+    /// Adds it to a hash of the state, unless nothing ever changed it.
+    pub(super) fn hash(&self, hasher: &mut Xxh3) {
+        let Self { halvings, good, controlled } = *self;
+        if halvings > 0 || controlled.is_some() {
+            let [length, last] = controlled.unwrap_or_default();
+            hasher.update(
+                [f64::from(halvings), f64::from(good), length, last].map(f64::to_le_bytes).as_flattened(),
+            );
+        }
+    }
+}
