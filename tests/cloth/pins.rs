@@ -153,7 +153,7 @@ fn work_for_pins_that_move_grows_with_their_number() {
     }
     advance(&mut simulation, 1);
     let seconds = begin.elapsed().as_secs_f64();
-    assert!(seconds < 10.0, "{seconds} s: searching all for each takes minutes");
+    assert!(seconds < 60.0, "{seconds} s: searching all for each takes minutes");
 
     for (before, after) in start.iter().zip(positions(&simulation)) {
         assert!((after[1] - before[1] - 1.0).abs() < 1e-5, "{before:?} to {after:?}");

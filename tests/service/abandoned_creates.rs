@@ -11,7 +11,7 @@ use crate::{
 };
 
 /// Time in which the place is free again. It takes 2 to 26 ms; run to their ends, the builds take 7 and 27 s.
-const SOON: Duration = Duration::from_millis(500);
+const SOON: Duration = Duration::from_secs(3);
 
 fn create(text: String) -> v1::CreateSessionRequest {
     let scene = Some(v1::create_session_request::Scene::SceneText(text));

@@ -13,7 +13,7 @@ use crate::{
 };
 
 /// Far less than a step takes, and far more than a call should.
-const SOON: Duration = Duration::from_secs(5);
+const SOON: Duration = Duration::from_secs(30);
 
 /// Cloth whose step takes minutes: ten thousand implicit steps of 22 500 particles.
 fn cloth() -> String {

@@ -129,7 +129,7 @@ fn a_server_is_started_elsewhere_used_from_here_and_ended() {
     assert_eq!(nappe(&["step", "far-away", "3", "--json", "--server", &url]).ok().json()["step"], 3);
     assert!(listens(&said["far_address"]));
 
-    let (_, code) = end_by(&mut connected, "TERM");
+    let code = end_by(&mut connected, "TERM");
     assert_eq!(code, Some(0), "{}", sshd.logs());
     assert!(!listens(&said["far_address"]), "the server that it started ends with it");
     assert_eq!(nappe(&["list", "--server", &url]).code, Some(4), "the port is closed");
@@ -144,7 +144,7 @@ fn a_server_that_runs_is_found_and_goes_on() {
     assert_eq!(said["started"], false, "{said}");
     let url = said["url"].as_str().expect("an address");
     nappe(&["list", "--server", url]).ok();
-    let (_, code) = end_by(&mut connected, "INT");
+    let code = end_by(&mut connected, "INT");
     assert_eq!(code, Some(0), "{}", sshd.logs());
     assert!(listens(&said["far_address"]), "it was not ours to end");
 

