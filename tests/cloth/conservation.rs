@@ -87,7 +87,7 @@ fn kicks_and_drifts_never_change_the_angular_momentum() {
         for integrator in
             [Integrator::SymplecticEuler, Integrator::VelocityVerlet, Integrator::VelocityVerletPredicted]
         {
-            let lost = turning_lost(Method { integrator, hessian: Hessian::default() }, damping, 1e-3);
+            let lost = turning_lost(Method::new(integrator, Hessian::default()), damping, 1e-3);
             assert!(lost < 1e-12, "{integrator:?}: {lost:e}");
         }
     }

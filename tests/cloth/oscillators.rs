@@ -1,7 +1,12 @@
 //! A particle on an anchored spring: exact states of each integrator, the closed form, orders,
 //! and the damping and frequency of implicit Euler.
 
-use nappe_sim::{cloth::Integrator, math::Precision, math::Real, world::Simulation};
+use nappe_sim::{
+    cloth::{Hessian, Integrator},
+    math::Precision,
+    math::Real,
+    world::Simulation,
+};
 use nappe_tests::{
     Method, Oscillator, ScalarLaw, Scene,
     golden::{Row, table},
@@ -118,10 +123,7 @@ fn every_integrator_follows_its_scalar_definition() {
     for case in CASES {
         for method in Method::all() {
             let dt = 0.1 / (case.omega() + case.damping / case.mass);
-            let mut expected = [case.y, case.v];
-            for _ in 0..50 {
-                expected = case.law().step(method.integrator, dt, expected);
-            }
+            let expected = case.law().run(method.integrator, dt, [case.y, case.v], 50);
 
             let error = relative(case.run(method, dt, 50), expected, case.omega());
             assert!(error < 1e-12, "{} by {}: {error:e}", case.name, method.name());
@@ -136,10 +138,7 @@ fn every_integrator_follows_its_definition_in_binary32_up_to_rounding() {
             let (dt, count) = (0.1 / (case.omega() + case.damping / case.mass), 50);
             let mut simulation = case.simulate(method, dt, Precision::F32);
             advance(&mut simulation, count);
-            let mut expected = [case.y, case.v];
-            for _ in 0..count {
-                expected = case.law().step(method.integrator, dt, expected);
-            }
+            let expected = case.law().run(method.integrator, dt, [case.y, case.v], count);
 
             let error = relative(state(&simulation), expected, case.omega());
 
@@ -202,27 +201,72 @@ fn every_integrator_has_its_order_on_an_undamped_spring() {
     }
 }
 
+/// What a step does to the phase of the undamped oscillator (rad), and to its amplitude, at y = dt w: positions about the
+/// equilibrium obey x'' = tr x' - det x.
+fn amplification(integrator: Integrator, y: f64, warm_up: u64) -> [f64; 2] {
+    let case = CASES[0];
+    let method = Method::new(integrator, Hessian::Absolute);
+    let rest = case.law().force / case.law().stiffness;
+    let mut simulation = case.simulate(method, y / case.omega(), Precision::F64);
+    advance(&mut simulation, warm_up);
+    let mut x = [0.0; 4];
+    for x in &mut x {
+        *x = state(&simulation)[0] - rest;
+        advance(&mut simulation, 1);
+    }
+    let pivot = x[1] * x[1] - x[0] * x[2];
+    let trace = (x[1] * x[2] - x[0] * x[3]) / pivot;
+    let determinant = (x[2] * x[2] - x[1] * x[3]) / pivot;
+    [(trace / (2.0 * determinant.sqrt())).acos(), determinant.sqrt()]
+}
+
 #[test]
 fn implicit_euler_damps_and_slows_as_its_formula_says() {
-    // Positions about the equilibrium obey x'' = tr x' - det x, with |z|² = det = 1 / (1 + y²).
-    let method = Method::of_golden("implicit_euler").expect("an integrator of the program");
-    let case = CASES[0];
     for y in [0.1, 0.5, 1.0, 2.0_f64] {
-        let dt = y / case.omega();
-        let rest = case.law().force / case.law().stiffness;
-        let mut simulation = case.simulate(method, dt, Precision::F64);
-        let mut x = [0.0; 4];
-        for x in &mut x {
-            *x = state(&simulation)[0] - rest;
-            advance(&mut simulation, 1);
-        }
-
-        let pivot = x[1] * x[1] - x[0] * x[2];
-        let trace = (x[1] * x[2] - x[0] * x[3]) / pivot;
-        let determinant = (x[2] * x[2] - x[1] * x[3]) / pivot;
-        let angle = (trace / (2.0 * determinant.sqrt())).acos();
-        let ratio = -determinant.ln() / (2.0 * angle);
+        let [angle, size] = amplification(Integrator::ImplicitEuler, y, 0);
+        let ratio = -size.ln() / angle;
         assert!((angle - y.atan()).abs() < 1e-10, "y = {y}: frequency {angle}");
         assert!((ratio - (1.0 + y * y).ln() / (2.0 * y.atan())).abs() < 1e-10, "y = {y}: damping {ratio}");
     }
+}
+
+#[test]
+fn the_implicit_midpoint_damps_nothing_and_slows_as_its_formula_says() {
+    for y in [0.1, 0.5, 1.0, 2.0, 10.0_f64] {
+        let [angle, size] = amplification(Integrator::ImplicitMidpoint, y, 0);
+        assert!((size - 1.0).abs() < 1e-9, "y = {y}: |z| = {size}");
+        assert!((angle - 2.0 * (y / 2.0).atan()).abs() < 1e-9, "y = {y}: frequency {angle}");
+    }
+}
+
+/// The roots z of (1 + 2 i y / 3) z² - 4 z / 3 + 1 / 3 = 0, BDF2 of x' = -i w x: that of the motion, as phase and modulus.
+fn backward_difference_root(y: f64) -> [f64; 2] {
+    // 4 / 9 - (1 + 2 i y / 3) / 3, the quarter of the discriminant, and its principal root.
+    let (re, im) = (1.0 / 9.0, -2.0 * y / 9.0);
+    let size = f64::hypot(re, im);
+    let root = [f64::midpoint(size, re).sqrt(), -f64::midpoint(size, -re).sqrt()];
+    let top = [2.0 / 3.0 + root[0], root[1]];
+    let [angle, modulus] = [root_angle(top), f64::hypot(top[0], top[1])];
+    let bottom = [1.0, 2.0 * y / 3.0];
+    [root_angle(bottom) - angle, modulus / f64::hypot(bottom[0], bottom[1])]
+}
+
+fn root_angle([re, im]: [f64; 2]) -> f64 {
+    im.atan2(re)
+}
+
+#[test]
+fn bdf2_damps_and_slows_as_its_formula_says() {
+    for y in [0.1, 0.2, 0.5, 1.0] {
+        // The other root, of a modulus below one half, is gone after so many steps.
+        let [angle, size] = amplification(Integrator::Bdf2, y, 60);
+        let expected = backward_difference_root(y);
+        assert!((angle - expected[0]).abs() < 1e-9, "y = {y}: frequency {angle}, not {}", expected[0]);
+        assert!((size - expected[1]).abs() < 1e-9, "y = {y}: |z| = {size}, not {}", expected[1]);
+    }
+    let lost = 1.0 - backward_difference_root(0.1)[1];
+    assert!(
+        (lost / (0.1_f64.powi(4) / 4.0) - 1.0).abs() < 0.03,
+        "y^4 / 4 per step, to leading order: {lost:e}"
+    );
 }

@@ -14,7 +14,7 @@ use nappe_tests::{
 const BENDING: SpringLaw = SpringLaw { stiffness: 0.02, damping: 0.0 };
 
 fn method(integrator: Integrator) -> Method {
-    Method { integrator, hessian: Hessian::Absolute }
+    Method::new(integrator, Hessian::Absolute)
 }
 
 /// A grid of right triangles in the plane y = 0, with bending and no springs.

@@ -9,7 +9,7 @@ use nappe_tests::{
 };
 
 use crate::{
-    scenes::{NAMES, STEPS, run},
+    scenes::{NAMES, STEPS, methods, run},
     snow::SnowRun,
 };
 
@@ -24,9 +24,7 @@ const HEADER: &str = "\
 fn runs() -> Vec<(String, &'static str, Method, Precision)> {
     let mut runs = Vec::new();
     for name in NAMES {
-        // Explicit steps solve nothing.
-        let solves = |method: &Method| name != "coarse_spaces" || method.integrator.is_implicit();
-        for method in Method::all().into_iter().filter(solves) {
+        for method in methods(name) {
             for precision in Precision::ALL {
                 let key = format!("{name} {} {precision} {STEPS}", method.name());
                 runs.push((key, name, method, precision));

@@ -1,15 +1,14 @@
 //! Every width of vector instructions gives the same bits.
 
 use nappe_sim::math::{Precision, SimdLevel, force_simd_level, simd_level};
-use nappe_tests::Method;
 
-use crate::scenes::{NAMES, run};
+use crate::scenes::{NAMES, methods, run};
 
 #[test]
 fn every_width_of_vector_instructions_gives_the_same_bits() {
     let best = simd_level();
     for name in NAMES {
-        for method in Method::all() {
+        for method in methods(name) {
             for precision in Precision::ALL {
                 let hashes = [SimdLevel::Portable, SimdLevel::Avx2, SimdLevel::Avx512].map(|level| {
                     let used = force_simd_level(level);

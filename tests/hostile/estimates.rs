@@ -135,6 +135,10 @@ fn scenes() -> Vec<(&'static str, String)> {
             "cloth, lattice, stretch",
             cloth("grid = [200, 200], spacing = 0.01", &format!("stretch = {law}"), implicit),
         ),
+        (
+            "cloth, bdf2 by Newton",
+            cloth("grid = [200, 200], spacing = 0.01", &all, "integrator = \"bdf2\"\nminimizer = \"newton\""),
+        ),
         ("cloth, edges of an upload", cloth("upload = \"SHEET\"", &all, implicit)),
         (
             "cloth, chain",

@@ -46,6 +46,10 @@ fn the_assembled_matrix_is_the_one_that_is_never_stored() {
             let distance = max_distance(&free, &assembled);
             assert!(distance < tolerance, "{} in {precision}: {distance:e} m", method.name());
             let residuals = [a, b].map(|report| report.relative_residual);
+            // Below it is a matter of rounding.
+            if residuals[1] < tolerance {
+                continue;
+            }
             assert!((residuals[0] / residuals[1] - 1.0).abs() < 1e4 * tolerance, "{residuals:?}");
         }
     }

@@ -21,7 +21,7 @@ fn closed_form(integrator: Integrator, ratio: f64) -> Option<f64> {
         Integrator::VelocityVerlet | Integrator::VelocityVerletPredicted => {
             law(ratio).critical_step(integrator, 1.0)
         }
-        Integrator::ImplicitEuler => None,
+        Integrator::ImplicitEuler | Integrator::ImplicitMidpoint | Integrator::Bdf2 => None,
     }
 }
 
@@ -101,8 +101,9 @@ fn a_spring_is_stable_just_below_its_critical_step_and_not_just_above() {
         for ratio in [0.0, 0.1, 0.3, 1.0] {
             let label = format!("{}, damping ratio {ratio}", method.name());
             let Some(critical) = closed_form(method.integrator, ratio) else {
-                // No limit: even at a thousand times the others' the motion dies.
-                assert!(growth(method, ratio, 2000.0 / OMEGA, 100) < 1e-3, "{label}");
+                // No limit: even at a thousand times the others' the motion dies, or keeps its energy.
+                let most = if method.integrator == Integrator::ImplicitMidpoint { 1.0 + 1e-6 } else { 1e-3 };
+                assert!(growth(method, ratio, 2000.0 / OMEGA, 100) < most, "{label}");
                 continue;
             };
 

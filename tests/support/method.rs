@@ -1,41 +1,63 @@
 //! The axis "method": every integrator, and for the implicit ones every treatment of the Hessian.
 
-use nappe_sim::cloth::{Hessian, Integrator};
+use nappe_sim::cloth::{Hessian, Integrator, Minimizer, NewtonSettings};
 
-/// An integrator with its treatment of compressed springs.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// An integrator, how its steps are solved, and its treatment of compressed springs.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Method {
     /// How a step advances positions and velocities.
     pub integrator: Integrator,
-    /// Treatment of compressed springs; of no effect on explicit integrators.
+    /// How it is solved; of no effect on explicit integrators.
+    pub minimizer: Minimizer,
+    /// Treatment of compressed springs; likewise.
     pub hessian: Hessian,
 }
 
+/// Newton's method, as far as the precision goes.
+pub(crate) const NEWTON: Minimizer =
+    Minimizer::Newton(NewtonSettings { tolerance: 1e-12, max_iterations: 50 });
+
 impl Method {
-    /// Every method, by construction.
+    /// An integrator that makes one linear solve per step, if any.
+    pub const fn new(integrator: Integrator, hessian: Hessian) -> Self {
+        Self { integrator, minimizer: Minimizer::OneStep, hessian }
+    }
+
+    /// Every method, by construction: implicit Euler with every treatment of the Hessian.
     pub fn all() -> Vec<Self> {
         let of = |integrator: Integrator| {
             let treatments: &[Hessian] =
-                if integrator.is_implicit() { &Hessian::ALL } else { &[Hessian::Absolute] };
-            treatments.iter().map(move |&hessian| Self { integrator, hessian })
+                if integrator == Integrator::ImplicitEuler { &Hessian::ALL } else { &[Hessian::Absolute] };
+            let newton = Self { integrator, minimizer: NEWTON, hessian: Hessian::Absolute };
+            let one_step = treatments.iter().map(move |&hessian| Self::new(integrator, hessian));
+            one_step.chain(integrator.is_implicit().then_some(newton))
         };
         Integrator::ALL.into_iter().flat_map(of).collect()
+    }
+
+    /// The same with few iterations of Newton's method: the sweeps of many, in less time, for tests of how they run.
+    #[must_use]
+    pub fn in_few_iterations(self) -> Self {
+        let few = Minimizer::Newton(NewtonSettings { tolerance: 1e-3, max_iterations: 5 });
+        Self { minimizer: if self.minimizer == Minimizer::OneStep { self.minimizer } else { few }, ..self }
     }
 
     /// The method that golden tables call by this name: there `implicit_euler` keeps the full
     /// Hessian. `None` for a method that the program does not have.
     pub fn of_golden(name: &str) -> Option<Self> {
         if name == "implicit_euler_clamped" {
-            return Some(Self { integrator: Integrator::ImplicitEuler, hessian: Hessian::Clamped });
+            return Some(Self::new(Integrator::ImplicitEuler, Hessian::Clamped));
         }
         let integrator = Integrator::ALL.into_iter().find(|i| i.name() == name)?;
         let hessian = if integrator.is_implicit() { Hessian::Full } else { Hessian::Absolute };
-        Some(Self { integrator, hessian })
+        Some(Self::new(integrator, hessian))
     }
 
     /// `velocity_verlet`, `implicit_euler_full`, ...
     pub fn name(self) -> String {
-        if self.integrator.is_implicit() {
+        if self.minimizer == NEWTON {
+            format!("{}_newton", self.integrator.name())
+        } else if self.integrator.is_implicit() {
             format!("{}_{}", self.integrator.name(), self.hessian.name())
         } else {
             self.integrator.name().to_owned()
@@ -47,7 +69,10 @@ impl Method {
     pub fn order(self, damping: f64) -> f64 {
         match self.integrator {
             Integrator::VelocityVerlet if damping > 0.0 => 1.0,
-            Integrator::VelocityVerlet | Integrator::VelocityVerletPredicted => 2.0,
+            Integrator::VelocityVerlet
+            | Integrator::VelocityVerletPredicted
+            | Integrator::ImplicitMidpoint
+            | Integrator::Bdf2 => 2.0,
             Integrator::ExplicitEuler | Integrator::SymplecticEuler | Integrator::ImplicitEuler => 1.0,
         }
     }

@@ -19,7 +19,29 @@ impl ScalarLaw {
         self.force - self.stiffness * x - self.damping * v
     }
 
-    /// The state (x, v) one step of `dt` (s) later.
+    /// The state (x, v) `count` steps of `dt` (s) later.
+    pub fn run(&self, integrator: Integrator, dt: f64, start: [f64; 2], count: u64) -> [f64; 2] {
+        let (mut before, mut now) = (None, start);
+        for _ in 0..count {
+            let next = match before {
+                Some(before) if integrator == Integrator::Bdf2 => self.backward_difference(dt, before, now),
+                _ => self.step(integrator, dt, now),
+            };
+            (before, now) = (Some(now), next);
+        }
+        now
+    }
+
+    /// x'' = (4 x' - x + 2 h v'') / 3, v'' = (4 v' - v + 2 h a(x'', v'')) / 3.
+    fn backward_difference(&self, dt: f64, before: [f64; 2], now: [f64; 2]) -> [f64; 2] {
+        let [x, v] = [0, 1].map(|c| (4.0 * now[c] - before[c]) / 3.0);
+        let h = 2.0 * dt / 3.0;
+        let v =
+            (v + h * (self.force - self.stiffness * x)) / (1.0 + h * self.damping + h * h * self.stiffness);
+        [x + h * v, v]
+    }
+
+    /// The state (x, v) one step of `dt` (s) later, from a start without a step before.
     pub fn step(&self, integrator: Integrator, dt: f64, [x, v]: [f64; 2]) -> [f64; 2] {
         let a = self.acceleration(x, v);
         match integrator {
@@ -37,7 +59,14 @@ impl ScalarLaw {
                 [x, w + dt / 2.0 * self.acceleration(x, w + dt / 2.0 * a)]
             }
 
-            Integrator::ImplicitEuler => {
+            Integrator::ImplicitMidpoint => {
+                let h = dt / 2.0;
+                let u = (v + h * (self.force - self.stiffness * x))
+                    / (1.0 + h * self.damping + h * h * self.stiffness);
+                [x + dt * u, 2.0 * u - v]
+            }
+
+            Integrator::ImplicitEuler | Integrator::Bdf2 => {
                 let matrix = 1.0 + dt * self.damping + dt * dt * self.stiffness;
                 let v = v + dt * (a - dt * self.stiffness * v) / matrix;
                 [x + dt * v, v]

@@ -51,6 +51,7 @@ impl Scene {
     #[must_use]
     pub fn by(mut self, method: Method) -> Self {
         self.settings.integrator = method.integrator;
+        self.settings.minimizer = method.minimizer;
         self.settings.hessian = method.hessian;
         self
     }

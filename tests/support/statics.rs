@@ -15,7 +15,7 @@ use crate::{
 /// Positions (m) at which the body of `scene` rests. Steps of `settling_dt` (s) with the safe
 /// Hessian come near, then long steps with the full one end at rounding.
 pub fn equilibrium(scene: &Scene, settling_dt: f64, settling_count: u64) -> Vec<[f64; 3]> {
-    let implicit = |hessian| Method { integrator: Integrator::ImplicitEuler, hessian };
+    let implicit = |hessian| Method::new(Integrator::ImplicitEuler, hessian);
     let mut near = Scene { dt: settling_dt, ..scene.clone() }.by(implicit(Hessian::Absolute));
     let mut simulation = near.simulate(Precision::F64);
     advance(&mut simulation, settling_count);

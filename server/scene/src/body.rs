@@ -3,7 +3,7 @@
 //! Ranges, units and defaults stand in `keys`, against which a text is checked before serde sees it.
 
 use nappe_sim::{
-    cloth::{ClothSettings, ElementKind, Hessian, Integrator},
+    cloth::{ClothSettings, ElementKind, Hessian, Integrator, MinimizerKind},
     linalg::{OperatorKind, PreconditionerKind},
 };
 use serde::{Deserialize, Serialize};
@@ -44,6 +44,15 @@ pub struct Body {
     /// How positions and velocities advance; default: implicit Euler.
     #[serde(default = "default_integrator", with = "names::integrator")]
     pub integrator: Integrator,
+    /// How the minimisation is solved that an implicit step stands for.
+    #[serde(default, with = "names::minimizer", skip_serializing_if = "is_default")]
+    pub minimizer: MinimizerKind,
+    /// Largest acceleration (m/s²) that Newton's method may leave over; none: its default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub newton_tolerance: Option<f64>,
+    /// Cap on the linear solves of Newton's method in a sub-step; none: its default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub newton_iterations: Option<u32>,
     /// What an implicit step does with the negative transverse stiffness of compressed springs.
     #[serde(default, with = "names::hessian")]
     pub hessian: Hessian,
@@ -88,6 +97,9 @@ impl Body {
             moving_pins: Vec::new(),
             drag: 0.0,
             integrator: default_integrator(),
+            minimizer: MinimizerKind::default(),
+            newton_tolerance: None,
+            newton_iterations: None,
             hessian: Hessian::default(),
             substeps: None,
             substep: None,

@@ -32,6 +32,9 @@ by_name!(
     /// Integrators of cloth.
     integrator, nappe_sim::cloth::Integrator);
 by_name!(
+    /// Ways of solving an implicit step.
+    minimizer, nappe_sim::cloth::MinimizerKind);
+by_name!(
     /// Treatments of compressed springs.
     hessian, nappe_sim::cloth::Hessian);
 by_name!(

@@ -65,6 +65,7 @@ fn at_most(size: SceneSize, limits: &Limits) -> SceneSize {
         cloth_particles: size.cloth_particles.min(limits.max_particles),
         snow_particles: size.snow_particles.min(limits.max_particles),
         implicit_particles: size.implicit_particles.min(limits.max_particles),
+        iterated_particles: size.iterated_particles.min(limits.max_particles),
         divided_particles: size.divided_particles.min(limits.max_particles),
         coarse_blocks: size.coarse_blocks.min(limits.max_particles),
         springs: size.springs.min(limits.max_springs),

@@ -31,6 +31,8 @@ const fn cost(build: f64, session: f64) -> Cost {
 /// Costs in binary32, and what binary64 adds.
 const CLOTH_PARTICLE: [Cost; 2] = [cost(150.0, 130.0), cost(60.0, 95.0)];
 const IMPLICIT_PARTICLE: [Cost; 2] = [cost(0.0, 95.0), cost(0.0, 75.0)];
+/// The iterate that is tried, the state before the last one, and the diagonal blocks kept at a saddle.
+const ITERATED_PARTICLE: [Cost; 2] = [cost(0.0, 120.0), cost(0.0, 96.0)];
 /// The third state that sub-steps take turns in.
 const DIVIDED_PARTICLE: [Cost; 2] = [cost(0.0, 36.0), cost(0.0, 30.0)];
 /// A block with its share of a coarse space, and the factored top of one (bytes).
@@ -73,6 +75,7 @@ impl Estimate {
         let parts = [
             (size.cloth_particles, by(CLOTH_PARTICLE)),
             (size.implicit_particles, by(IMPLICIT_PARTICLE)),
+            (size.iterated_particles, by(ITERATED_PARTICLE)),
             (size.divided_particles, by(DIVIDED_PARTICLE)),
             (size.coarse_blocks, COARSE_BLOCK),
             (size.springs, by(SPRING)),
@@ -144,6 +147,7 @@ mod tests {
     const SIZE: SceneSize = SceneSize {
         cloth_particles: 1000,
         implicit_particles: 1000,
+        iterated_particles: 0,
         divided_particles: 1000,
         coarse_blocks: 0,
         springs: 6000,

@@ -3,7 +3,10 @@
 use std::sync::Arc;
 
 use nappe_sim::{
-    cloth::{self, ClothSettings, ElementList, Network, Spring, SpringKind, SpringRules, StateLimits},
+    cloth::{
+        self, ClothSettings, ElementList, Minimizer, MinimizerKind, Network, NewtonSettings, Spring,
+        SpringKind, SpringRules, StateLimits,
+    },
     linalg::{SolverSettings, Stop},
     mesh::TriangleMesh,
     time_step::TimeStep,
@@ -288,6 +291,7 @@ fn settings(text: &BodyText<'_>) -> Result<ClothSettings, SceneError> {
 
     Ok(ClothSettings {
         integrator: body.integrator,
+        minimizer: minimizer(text)?,
         hessian: body.hessian,
         solver: SolverSettings {
             stop,
@@ -300,6 +304,32 @@ fn settings(text: &BodyText<'_>) -> Result<ClothSettings, SceneError> {
         limits: StateLimits { max_stretch: body.limits.max_stretch, max_energy: body.limits.max_energy },
         block_size: body.block_size,
     })
+}
+
+/// How an implicit step is solved.
+fn minimizer(text: &BodyText<'_>) -> Result<Minimizer, SceneError> {
+    let Body { minimizer, newton_tolerance, newton_iterations, integrator, .. } = text.body;
+    if *minimizer != MinimizerKind::OneStep && !integrator.is_implicit() {
+        let message = format!("is for implicit integrators, and '{}' is explicit", integrator.name());
+        return text.at.key("minimizer").inconsistent(message);
+    }
+    let defaults = NewtonSettings::default();
+    match minimizer {
+        MinimizerKind::OneStep => {
+            let keys = [
+                ("newton_tolerance", newton_tolerance.is_some()),
+                ("newton_iterations", newton_iterations.is_some()),
+            ];
+            match keys.into_iter().find(|(_, is_given)| *is_given) {
+                Some((key, _)) => text.at.key(key).inconsistent("is for minimizer = \"newton\""),
+                None => Ok(Minimizer::OneStep),
+            }
+        }
+        MinimizerKind::Newton => Ok(Minimizer::Newton(NewtonSettings {
+            tolerance: newton_tolerance.unwrap_or(defaults.tolerance),
+            max_iterations: newton_iterations.unwrap_or(defaults.max_iterations),
+        })),
+    }
 }
 
 /// How steps of the scene are divided.

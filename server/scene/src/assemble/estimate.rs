@@ -3,7 +3,7 @@
 //! Reads a scene and the sizes of its meshes; gives numbers, nearly. Errors are left to [`Scene::build`].
 
 use nappe_sim::{
-    cloth::Integrator,
+    cloth::{Integrator, MinimizerKind},
     linalg::PreconditionerKind,
     math::{
         Precision,
@@ -33,6 +33,8 @@ pub struct SceneSize {
     pub cloth_particles: u64,
     /// Of these, particles whose steps solve a linear system.
     pub implicit_particles: u64,
+    /// Of these, particles whose steps evaluate other states than those that they lead to.
+    pub iterated_particles: u64,
     /// Particles of cloth whose steps may be divided.
     pub divided_particles: u64,
     /// Blocks of particles whose preconditioner has a coarse space.
@@ -101,11 +103,15 @@ impl SceneSize {
         let kinds = if by_formula { lattice } else { mesh_springs(points, triangles) };
         let count = springs.map_or(0, |springs| wanted(springs, kinds));
         self.cloth_particles = self.cloth_particles.saturating_add(points);
-        if body.integrator == Integrator::ImplicitEuler {
+        let (integrator, preconditioner) = (body.integrator, body.solver.preconditioner);
+        if integrator.is_implicit() {
             self.implicit_particles = self.implicit_particles.saturating_add(points);
         }
-        let preconditioner = body.solver.preconditioner;
-        if body.integrator == Integrator::ImplicitEuler && preconditioner == PreconditionerKind::TwoLevel {
+        let solves_once = body.minimizer == MinimizerKind::OneStep;
+        if integrator.is_implicit() && !(solves_once && integrator == Integrator::ImplicitEuler) {
+            self.iterated_particles = self.iterated_particles.saturating_add(points);
+        }
+        if integrator.is_implicit() && preconditioner == PreconditionerKind::TwoLevel {
             let blocks = points.div_ceil(body.block_size.max(1) as u64);
             self.coarse_blocks = self.coarse_blocks.saturating_add(blocks);
         }

@@ -1,7 +1,7 @@
 //! The keys of a body: mesh, transform, mass, springs, pins, solver, limits.
 
 use nappe_sim::{
-    cloth::{ElementKind, Hessian, Integrator},
+    cloth::{ElementKind, Hessian, Integrator, MinimizerKind},
     linalg::{OperatorKind, PreconditionerKind},
     world::allowed,
 };
@@ -40,6 +40,9 @@ pub(super) static BODY: Section = Section {
         key("moving_pin", Tables(&MOVING_PIN, 10_000), "", Default("[]"), "pins that move from the start: `[[body.moving_pin]]`"),
         key("drag", Number(Range::of(allowed::DRAG)), "N s/m", Default("0.0"), "linear drag of the medium on each particle: f = -drag (v - wind)"),
         key("integrator", Choice(|| Integrator::ALL.map(Integrator::name).to_vec()), "", Default("\"implicit_euler\""), "how positions and velocities advance"),
+        key("minimizer", Choice(|| MinimizerKind::ALL.map(MinimizerKind::name).to_vec()), "", Default("\"one_step\""), "how the minimisation is solved that an implicit step stands for: one_step makes one linear solve, newton as many as newton_tolerance needs"),
+        key("newton_tolerance", Number(Range(1e-12, 1e6)), "m/s^2", Absent("0.01, with newton"), "largest acceleration that forces and inertia of a particle may leave over"),
+        key("newton_iterations", Whole(1, 10_000), "linear solves", Absent("50, with newton"), "cap on the solves of a sub-step"),
         key("hessian", Choice(|| Hessian::ALL.map(Hessian::name).to_vec()), "", Default("\"absolute\""), "what an implicit step does with the negative transverse stiffness of compressed springs"),
         key("safety", Number(Range(1e-3, 1.0)), "", Absent("0.9, unless the sub-steps are fixed"), "share of the certified bound that an explicit sub-step takes"),
         key("substeps", Whole(1, 10_000), "", Absent("as many as are needed"), "sub-steps of one length within one step of the scene. All cloths share them: they take the most that one of them asks for. Explicit ones are refused, with the number, where they are above the bound; implicit ones that are not accepted are divided further"),

@@ -7,7 +7,11 @@ use std::sync::Arc;
 use nappe_scene::{
     ErrorKind, Mesh, MeshSource, NoMeshes, Scene, SceneError, SceneErrors, SceneLimits, shipped_scenes,
 };
-use nappe_sim::{mesh::TriangleMesh, time_step::TimeStep};
+use nappe_sim::{
+    cloth::{Minimizer, NewtonSettings},
+    mesh::TriangleMesh,
+    time_step::TimeStep,
+};
 
 const SMALL: &str = r#"version = 1
 dt = 0.01
@@ -276,6 +280,25 @@ fn sub_steps_of_cloth_come_out_as_written() {
     assert_eq!(of("unchecked = true").time_step, TimeStep::Unchecked(0.01));
     assert_eq!(of("substeps = 4\nunchecked = true").time_step, TimeStep::Unchecked(0.01 / 4.0));
     assert_eq!((of("").tolerance, of("tolerance = 1e-4").tolerance), (None, Some(1e-4)));
+
+    let newton = |tolerance, max_iterations| Minimizer::Newton(NewtonSettings { tolerance, max_iterations });
+    assert_eq!(of("").minimizer, Minimizer::OneStep);
+    assert_eq!(of("minimizer = \"newton\"").minimizer, newton(0.01, 50));
+    let both = "minimizer = \"newton\"\nnewton_tolerance = 1e-6\nnewton_iterations = 7";
+    assert_eq!(of(both).minimizer, newton(1e-6, 7));
+    for (lines, key, says) in [
+        (
+            "minimizer = \"newton\"\nintegrator = \"velocity_verlet\"",
+            "minimizer",
+            "'velocity_verlet' is explicit",
+        ),
+        ("newton_tolerance = 1e-6", "newton_tolerance", "minimizer = \"newton\""),
+        ("newton_iterations = 7", "newton_iterations", "minimizer = \"newton\""),
+        ("minimizer = \"newton\"\nnewton_tolerance = 0.0", "newton_tolerance", "allowed"),
+    ] {
+        let text = message(&with(lines));
+        assert!(text.contains(&format!("body[0].{key}: ")) && text.contains(says), "{lines}: {text}");
+    }
 
     for (lines, key) in [
         ("substeps = 2\nsubstep = 1e-3", "substep"),

@@ -20,6 +20,9 @@ use crate::{math::Real, report::StepFailure};
 /// rise. One linear solve per step carries particles that turn along tangents, and so stretches what turns: a rule
 /// without a share would refuse a sheet that spins freely, at any length of the step.
 const SHARE: f64 = 0.1;
+/// The same of a step that ends beyond its minimum, as the implicit midpoint's does: what turns is no reason there, but the
+/// energy that is kept is that of linear motion alone.
+const BEYOND_SHARE: f64 = 1e-3;
 
 /// What is known before a step, to judge it by.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,11 +37,35 @@ impl Before {
     }
 }
 
-/// What a step found: how particles moved, by how much the solve lowered b.dv - dv.A dv / 2 (J), and the evaluation of
-/// its end.
+/// Where what a sub-step minimises was looked at last.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Found {
+    /// One linear solve from the state: at the end of the sub-step.
+    End,
+    /// The same, at the middle.
+    Middle {
+        /// Elastic and gravitational energy there (J).
+        potential: f64,
+        /// Work of pins on their way, by the forces there (J).
+        pin_work: f64,
+    },
+    /// At the last iterate.
+    Iterate {
+        /// |u - V|²_M / 2 where X + h u is x_n, with the potential of the medium (J).
+        inertia: f64,
+        /// Elastic and gravitational energy at the iterate (J).
+        potential: f64,
+        /// Work of pins on their way, by the forces at the first and the last iterate (J).
+        pin_work: f64,
+    },
+}
+
+/// What a step found: how particles moved, by how much the solve lowered b.dv - dv.A dv / 2 (J), where, and the
+/// evaluation of its end.
 pub(super) struct After<'a, R: Real> {
     pub(super) motion: &'a Motion,
     pub(super) descent: f64,
+    pub(super) found: Found,
     pub(super) evaluation: &'a Evaluation<R>,
     pub(super) state: &'a State<R>,
 }
@@ -51,41 +78,50 @@ pub(super) fn accept<R: Real>(
     after: &After<'_, R>,
 ) -> Option<StepFailure> {
     let (old, new) = (&before.total, &after.evaluation.total);
-    let potential = |total: &Total| total.elastic_energy + total.gravitational_energy;
     let [own, along] = after.motion.medium;
-    let drag = numbers.dt * numbers.drag.to_f64();
+    let drag = numbers.drag.to_f64();
 
     // Forces on pins are those that the old and the new state predict for the end of a step: together more than pins do.
-    let pins = old.pin_work.max(0.0) + new.pin_work.max(0.0);
-    let predicted = old.kinetic_energy + old.slope + after.descent + pins;
-    let fall = old.kinetic_energy - after.motion.change + potential(old)
-        - potential(new)
-        - drag * (0.5 * own - along)
-        + pins;
-    let rounding = rounding(model, numbers, before, after);
+    let pins = |work: f64| old.pin_work.max(0.0) + work.max(0.0);
+    let (inertia, potential, pins) = match after.found {
+        Found::End => (old.kinetic_energy, new.potential(), pins(new.pin_work)),
+        Found::Middle { potential, pin_work } => (old.kinetic_energy, potential, pins(pin_work)),
+        Found::Iterate { inertia, potential, pin_work } => (inertia, potential, pins(pin_work)),
+    };
+    let medium = numbers.reach * drag * (0.5 * own - along);
+    let fall = inertia - after.motion.change + old.potential() - potential - medium + pins;
+    let predicted = match after.found {
+        Found::Iterate { .. } => fall.max(0.0),
+        Found::End | Found::Middle { .. } => old.kinetic_energy + old.slope() + after.descent + pins,
+    };
+    let rounding =
+        rounding(model, numbers, old, before.reach) + rounding(model, numbers, new, after.evaluation.reach);
     let particle = || fastest(model, after.state);
     if fall < SHARE * predicted - rounding {
         return Some(StepFailure::Descent { particle: particle(), value: fall, predicted, limit: SHARE });
     }
 
-    let gain = new.kinetic_energy - old.kinetic_energy + potential(new) - potential(old);
-    let limit = drag * (along - own) + pins + SHARE * predicted.max(0.0) + rounding;
+    let gain = new.kinetic_energy - old.kinetic_energy + new.potential() - old.potential();
+    let given = numbers.dt * drag * (along - own) + numbers.dt / numbers.reach * pins;
+    let share = match after.found {
+        Found::Iterate { .. } if numbers.scheme.beyond > 1.0 => BEYOND_SHARE,
+        Found::Iterate { .. } | Found::End | Found::Middle { .. } => SHARE,
+    };
+    let limit = given + share * predicted.max(0.0) + rounding;
     (gain > limit).then(|| StepFailure::EnergyGain { particle: particle(), value: gain, limit })
 }
 
-/// A bound on what rounding does to the energies of both states (J): positions are off by a rounding of the largest, e,
-/// against the tensions, which add up to sqrt(2 k E) at most, against the stiffness itself, and against the weight.
-fn rounding<R: Real>(
+/// A bound on what rounding does to the energies of a state (J), of which no component of a position is more than `reach`
+/// (m): positions are off by a rounding of that, e, against the tensions, which add up to sqrt(2 k E) at most, against
+/// the stiffness itself, and against the weight.
+pub(super) fn rounding<R: Real>(
     model: &Model<R>,
     numbers: &StepNumbers<R>,
-    before: &Before,
-    after: &After<'_, R>,
+    total: &Total,
+    reach: f64,
 ) -> f64 {
-    let of = |total: &Total, reach: f64| {
-        let e = 4.0 * R::ROUNDING * reach;
-        let tension = (2.0 * numbers.stiffness * total.elastic_energy).sqrt();
-        let weight = model.free_mass * numbers.gravity.map(R::to_f64).norm();
-        e * (tension + e * numbers.stiffness + weight) + 8.0 * R::ROUNDING * total.kinetic_energy
-    };
-    of(&before.total, before.reach) + of(&after.evaluation.total, after.evaluation.reach)
+    let e = 4.0 * R::ROUNDING * reach;
+    let tension = (2.0 * numbers.stiffness * total.elastic_energy).sqrt();
+    let weight = model.free_mass * numbers.gravity.map(R::to_f64).norm();
+    e * (tension + e * numbers.stiffness + weight) + 8.0 * R::ROUNDING * total.kinetic_energy
 }

@@ -5,18 +5,20 @@
 //! momentum, the largest stretch and the check that all is finite. Every sum is binary64 over fixed blocks.
 #![allow(unsafe_code, reason = "blocks write slots that no other block has")]
 
+use std::marker::PhantomData;
+
 use rayon::prelude::*;
 
 use super::{
-    bound::{Bound, Bounds, Fastest},
+    aim::{Aim, Bounded, Explicit, Implicit, Iterate},
+    bound::{Bound, Fastest},
     elements::{BlockOfRows, Elements},
     figures::{Figures, Partial, Total},
-    integrator::Integrator,
     laws::Stretch,
     model::Model,
     numbers::StepNumbers,
+    purpose::Purpose,
     scratch::{BlockScratch, Scratches},
-    settings::ClothSettings,
     spring_sums::{SpringSums, load_six, widen_six},
 };
 use crate::{
@@ -26,37 +28,16 @@ use crate::{
     report::{BoundKind, Diagnostics},
 };
 
-/// What an evaluation is made for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Purpose {
-    /// A step that divides forces by masses.
-    Explicit,
-    /// The same, with a bound of this kind on its length.
-    Bounded(BoundKind),
-    /// A step that solves for the change of velocity.
-    Implicit(PreconditionerKind),
-}
-
-impl Purpose {
-    pub(super) fn of(settings: &ClothSettings) -> Self {
-        match settings.integrator {
-            Integrator::ImplicitEuler => Self::Implicit(settings.solver.preconditioner),
-            _ if settings.time_step.is_unchecked() => Self::Explicit,
-            integrator => Self::Bounded(Bounds::<f64>::kind(integrator)),
-        }
-    }
-}
-
 /// What is known of a state.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Evaluation<R: Real> {
-    /// Explicit: accelerations (m/s²). Implicit: h (f + m g + h df/dx v) (N s). 0 for pins.
+    /// Explicit: accelerations (m/s²). Implicit: h (f + m g + h df/dx v) (N s). Iterate: h (f + m g) (N s). 0 for pins.
     pub(super) rows: Vec<Sixteen<R>>,
-    /// Implicit: inverses of the diagonal blocks of the matrix (1/kg).
+    /// With a matrix: inverses of its diagonal blocks (1/kg).
     pub(super) inverse: Vec<Inverse3>,
-    /// Implicit: b of the block a I + b d dᵀ (kg/m²) that each spring adds to the matrix, by slot.
+    /// With a matrix: b of the block a I + b d dᵀ (kg/m²) that each spring adds to the matrix, by slot.
     pub(super) tangent: Vec<[R; LANES]>,
-    /// Implicit: what elements freeze, list after list.
+    /// With a matrix: what elements freeze, list after list.
     pub(super) frozen: Vec<[R; LANES]>,
     /// Sums over all particles; the kinetic energy is not a number where anything is not.
     pub(super) total: Total,
@@ -74,7 +55,7 @@ impl<R: Real> Evaluation<R> {
         let groups = Sixteen::<R>::count_for(model.count);
         self.rows.resize(groups, Sixteen::default());
         self.partials.resize(block_count(model.count, model.block_size), Default::default());
-        if matches!(purpose, Purpose::Implicit(_)) {
+        if purpose.has_matrix() {
             self.inverse.resize(groups, Inverse3::default());
             self.tangent.resize(model.springs.slot_count(), [R::zero(); LANES]);
             let frozen = model.elements.iter().map(Elements::frozen_count).sum();
@@ -97,21 +78,23 @@ impl<R: Real> Evaluation<R> {
         let groups = model.block_size / LANES;
         (partials.par_iter_mut(), rows.par_chunks_mut(groups)).into_par_iter().enumerate().for_each(
             |(block, (partial, rows))| {
-                let (inverse, tangent): (&mut [Inverse3], &mut [[R; LANES]]) = match purpose {
-                    Purpose::Explicit | Purpose::Bounded(_) => (&mut [], &mut []),
+                let (inverse, tangent): (&mut [Inverse3], &mut [[R; LANES]]) = if purpose.has_matrix() {
+                    let first = block * groups;
+                    let groups = first..first + rows.len();
                     // SAFETY: a block has slots and groups of its own.
-                    Purpose::Implicit(_) => unsafe {
-                        let first = block * groups;
-                        (inverse.range(first..first + rows.len()), tangent.range(model.springs.slots(block)))
-                    },
+                    unsafe { (inverse.range(groups), tangent.range(model.springs.slots(block))) }
+                } else {
+                    (&mut [], &mut [])
                 };
                 let scratch = &mut *scratches.take();
                 let work =
                     Block { model, numbers, number: block, x, v, rows, inverse, tangent, frozen, scratch };
+                let (none, identity) = (BoundKind::Frame, PreconditionerKind::Identity);
                 *partial = match purpose {
-                    Purpose::Explicit => (dispatch(Explicit(work)), Bound::default()),
-                    Purpose::Bounded(kind) => dispatch(Bounded(work, kind)),
-                    Purpose::Implicit(kind) => (dispatch(Implicit(work, kind)), Bound::default()),
+                    Purpose::Explicit => dispatch(Sweep::new(work, Explicit, identity, none)),
+                    Purpose::Bounded(kind) => dispatch(Sweep::new(work, Bounded, identity, kind)),
+                    Purpose::Implicit(kind) => dispatch(Sweep::new(work, Implicit, kind, none)),
+                    Purpose::Iterate(kind) => dispatch(Sweep::new(work, Iterate, kind, none)),
                 };
             },
         );
@@ -147,54 +130,48 @@ struct Block<'a, R: Real> {
     scratch: &'a mut BlockScratch<R>,
 }
 
-struct Explicit<'a, R: Real>(Block<'a, R>);
-struct Bounded<'a, R: Real>(Block<'a, R>, BoundKind);
-struct Implicit<'a, R: Real>(Block<'a, R>, PreconditionerKind);
+/// A block to be evaluated.
+struct Sweep<'a, R: Real, A> {
+    block: Block<'a, R>,
+    /// Of the inverses of the diagonal blocks, with a matrix.
+    kind: PreconditionerKind,
+    /// Of the bound, where there is one.
+    bound: BoundKind,
+    aim: PhantomData<A>,
+}
 
-impl<R: Real> WithSimd<R> for Explicit<'_, R> {
-    type Output = Partial;
-
-    #[inline(always)]
-    fn run<P: Pack<Number = R>>(self) -> Partial {
-        self.0.sums::<P, false, false>(PreconditionerKind::Identity, BoundKind::Frame).0
+impl<'a, R: Real, A: Aim> Sweep<'a, R, A> {
+    fn new(block: Block<'a, R>, _: A, kind: PreconditionerKind, bound: BoundKind) -> Self {
+        Self { block, kind, bound, aim: PhantomData }
     }
 }
 
-impl<R: Real> WithSimd<R> for Bounded<'_, R> {
+impl<R: Real, A: Aim> WithSimd<R> for Sweep<'_, R, A> {
     type Output = (Partial, Bound);
 
     #[inline(always)]
     fn run<P: Pack<Number = R>>(self) -> (Partial, Bound) {
-        self.0.sums::<P, false, true>(PreconditionerKind::Identity, self.1)
-    }
-}
-
-impl<R: Real> WithSimd<R> for Implicit<'_, R> {
-    type Output = Partial;
-
-    #[inline(always)]
-    fn run<P: Pack<Number = R>>(self) -> Partial {
-        self.0.sums::<P, true, false>(self.1, BoundKind::Frame).0
+        self.block.sums::<P, A>(self.kind, self.bound)
     }
 }
 
 impl<R: Real> Block<'_, R> {
     #[inline(always)]
-    fn sums<P: Pack<Number = R>, const IMPLICIT: bool, const BOUNDED: bool>(
+    fn sums<P: Pack<Number = R>, A: Aim>(
         mut self,
         kind: PreconditionerKind,
         bound: BoundKind,
     ) -> (Partial, Bound) {
         let springs = &self.model.springs;
         self.rows.fill(Sixteen::default());
-        if IMPLICIT {
+        if A::HAS_MATRIX {
             self.scratch.diagonal.fill([[0.0; LANES]; 6]);
         }
-        if BOUNDED {
+        if A::IS_BOUNDED {
             self.scratch.bounds.fill([[[R::zero(); LANES]; 6]; 2]);
         }
 
-        let mut fold = SpringSums::<P, IMPLICIT, BOUNDED> {
+        let mut fold = SpringSums::<P, A> {
             springs,
             laws: &self.numbers.springs,
             along: &self.numbers.along,
@@ -208,20 +185,21 @@ impl<R: Real> Block<'_, R> {
             energy: P::Wide::zero(),
             power: P::Wide::zero(),
             stretch: Stretch::none(),
+            aim: PhantomData,
         };
         springs.fold_block(self.number, [self.x, self.v], &mut self.scratch.records, &mut fold);
         let (energy, power, stretch) = (fold.energy, fold.power, fold.stretch);
         // Both ends count a spring.
         let mut elastic = [energy, power].map(|lanes| 0.5 * add_lanes(lanes.store()));
         if !self.model.elements.is_empty() {
-            let [energy, power] = self.add_elements::<P, IMPLICIT>();
+            let [energy, power] = self.add_elements::<P, A>();
             elastic = [elastic[0] + energy, elastic[1] + power];
         }
 
         let mut figures = Figures::<P::Wide>::new(self.numbers);
         let mut fastest = Fastest::none();
         for group in 0..self.rows.len() {
-            if BOUNDED {
+            if A::IS_BOUNDED {
                 let place = self.number * self.model.block_size + group * LANES;
                 let lanes = |field: &[R]| P::load(&field.as_chunks::<LANES>().0[place / LANES]).widen();
                 let masses = [lanes(&self.model.m), lanes(&self.model.inv_m)];
@@ -230,28 +208,28 @@ impl<R: Real> Block<'_, R> {
                 let rates = self.numbers.bounds.rates(place, entries, masses, bound);
                 fastest.look(group, rates);
             }
-            self.finish::<P, IMPLICIT>(group, kind, &mut figures);
+            self.finish::<P, A>(group, kind, &mut figures);
         }
         let bound = fastest.bound(self.number * self.model.block_size);
         (figures.partial(elastic, stretch.greatest()), bound)
     }
 
-    /// Adds the elements to the sums of the rows; returns their energy (J), and of an implicit evaluation h F.v (J).
+    /// Adds the elements to the sums of the rows; returns their energy (J), and what they say beside it.
     #[inline(always)]
-    fn add_elements<P: Pack<Number = R>, const IMPLICIT: bool>(&mut self) -> [f64; 2] {
+    fn add_elements<P: Pack<Number = R>, A: Aim>(&mut self) -> [f64; 2] {
         let rows = self.rows.len() * LANES;
         let (mut sums, mut first) = ([0.0; 2], 0);
         self.scratch.corners.clear(rows);
         for (elements, numbers) in self.model.elements.iter().zip(&self.numbers.elements) {
             let range = elements.frozen(self.number);
-            let frozen: &mut [[R; LANES]] = if IMPLICIT {
+            let frozen: &mut [[R; LANES]] = if A::HAS_MATRIX {
                 // SAFETY: lists and blocks have ranges of their own.
                 unsafe { self.frozen.range(first + range.start..first + range.end) }
             } else {
                 &mut []
             };
             let at = BlockOfRows { block: self.number, rows, fields: [self.x, self.v] };
-            let [energy, power] = elements.evaluate::<P, IMPLICIT>(at, numbers, frozen, self.scratch);
+            let [energy, power] = elements.evaluate::<P, A>(at, numbers, frozen, self.scratch);
             sums = [sums[0] + energy, sums[1] + power];
             first += elements.frozen_count();
         }
@@ -260,7 +238,7 @@ impl<R: Real> Block<'_, R> {
         for (group, row) in self.rows.iter_mut().enumerate() {
             let (own, added) = (row.load::<P>(), corners.sixteen::<P>(group));
             row.store(three!(|c| own[c] + added[c]));
-            if IMPLICIT {
+            if A::HAS_MATRIX {
                 corners.add_blocks_to(group, &mut diagonal[group]);
             }
         }
@@ -269,13 +247,13 @@ impl<R: Real> Block<'_, R> {
 
     /// Adds to the springs of sixteen rows what acts on each particle by itself.
     #[inline(always)]
-    fn finish<P: Pack<Number = R>, const IMPLICIT: bool>(
+    fn finish<P: Pack<Number = R>, A: Aim>(
         &mut self,
         group: usize,
         kind: PreconditionerKind,
         figures: &mut Figures<P::Wide>,
     ) {
-        let StepNumbers { dt, drag, wind, gravity, .. } = *self.numbers;
+        let StepNumbers { reach, drag, wind, gravity, .. } = *self.numbers;
         let place = self.number * (self.model.block_size / LANES) + group;
         let lanes = |field: &[R]| P::load(&field.as_chunks::<LANES>().0[place]);
         let x = packs::<P>(&self.x.as_chunks::<LANES>().0[place]);
@@ -285,14 +263,14 @@ impl<R: Real> Block<'_, R> {
 
         let springs = self.rows[group].load::<P>();
         let force = three!(|c| (v[c] - P::splat(wind[c])) * drag);
-        if IMPLICIT {
-            let h = R::of(dt);
+        if A::HAS_MATRIX {
+            let h = R::of(reach);
             let masses = [m.where_positive(inv_m).widen(), inv_m.widen()];
-            figures.predict(P::widen3(v), P::widen3(springs), masses);
+            figures.predict::<A>(P::widen3(v), P::widen3(springs), masses);
             self.rows[group]
                 .store(three!(|c| ((m * gravity[c] - force[c]) * h + springs[c]).where_positive(inv_m)));
             let sums = load_six::<P::Wide>(&self.scratch.diagonal[group]);
-            let own = m.widen() + P::Wide::of(dt * drag.to_f64());
+            let own = m.widen() + P::Wide::of(reach * drag.to_f64());
             let block = [sums[0] + own, sums[1] + own, sums[2] + own, sums[3], sums[4], sums[5]];
             self.inverse[group] = Inverse3::of_packs(block, kind, inv_m.widen());
         } else {

@@ -1,6 +1,6 @@
 //! What an evaluation adds up over particles: energies, momentum, and what judges the step that comes next.
 
-use super::numbers::StepNumbers;
+use super::{aim::Aim, numbers::StepNumbers};
 use crate::{
     linalg::add_lanes,
     math::{LANES, Pack, Real, array::dot, array3},
@@ -26,10 +26,10 @@ pub(super) struct Total {
     pub(super) elastic_energy: f64,
     pub(super) gravitational_energy: f64,
     pub(super) momentum: [f64; 3],
-    /// Of an implicit evaluation: how much the potential falls to second order if all goes on at its velocity (J): h F.v
-    /// - v.(h C + h² K) v / 2 over all particles, K and C frozen.
-    pub(super) slope: f64,
-    /// Likewise: the work (J) that pins on their way do in such a step, by the forces at its end.
+    /// Of a step from the state: h F.v less (h C v + h² K v).v, and h F.v (J), over all particles, K and C frozen. Of an
+    /// iterate: the potentials (J) of the medium, h c |v|² / 2 - h c v.w, and of damping, h v.C v / 2.
+    rates: [f64; 2],
+    /// With a matrix: the work (J) that pins on their way do in h, by the forces at its end.
     pub(super) pin_work: f64,
 }
 
@@ -43,9 +43,25 @@ impl Total {
             elastic_energy,
             gravitational_energy,
             momentum: [px, py, pz],
-            slope: 0.5 * (all + straight),
+            rates: [all, straight],
             pin_work: -pins,
         }
+    }
+
+    /// Elastic and gravitational energy (J).
+    pub(super) fn potential(&self) -> f64 {
+        self.elastic_energy + self.gravitational_energy
+    }
+
+    /// Of a step from the state: how much the potential falls to second order if all goes on at its velocity (J): h F.v
+    /// - v.(h C + h² K) v / 2.
+    pub(super) fn slope(&self) -> f64 {
+        0.5 * (self.rates[0] + self.rates[1])
+    }
+
+    /// Of an iterate: the potential (J) of damping and medium.
+    pub(super) fn dissipation(&self) -> f64 {
+        self.rates[0] + self.rates[1]
     }
 }
 
@@ -59,10 +75,11 @@ pub(super) struct Figures<W> {
     kinetic: W,
     gravitational: W,
     momentum: [W; 3],
-    /// Rows of the right-hand side times velocities: of all particles, and of pins.
+    /// Of a step from the state: rows of the right-hand side times velocities; of an iterate the potential of the medium.
     all: W,
+    /// Rows of pins times their velocities.
     pins: W,
-    /// h F.v of gravity and medium.
+    /// Of a step from the state: h F.v of gravity and medium.
     straight: W,
     reach: W,
     checksum: W,
@@ -75,8 +92,8 @@ impl<W: Pack<Number = f64>> Figures<W> {
         Self {
             gravity: array3(&numbers.gravity).map(W::splat),
             wind: array3(&numbers.wind).map(W::splat),
-            dt: W::of(numbers.dt),
-            drag: W::of(numbers.dt * numbers.drag.to_f64()),
+            dt: W::of(numbers.reach),
+            drag: W::of(numbers.reach * numbers.drag.to_f64()),
             kinetic: zero,
             gravitational: zero,
             momentum: [zero; 3],
@@ -103,15 +120,21 @@ impl<W: Pack<Number = f64>> Figures<W> {
     /// Adds what the velocities of sixteen particles predict: `springs` is what springs and elements add to the
     /// right-hand side of their rows (N s), pins included; `inv_m` (1/kg) is 0 for these.
     #[inline(always)]
-    pub(super) fn predict(&mut self, v: [W; 3], springs: [W; 3], [m, inv_m]: [W; 2]) {
+    pub(super) fn predict<A: Aim>(&mut self, v: [W; 3], springs: [W; 3], [m, inv_m]: [W; 2]) {
         let [push, square] = [dot(springs, v), dot(v, v)];
+        if !A::IS_STEP {
+            let medium = W::of(0.5) * square - dot(self.wind, v);
+            self.all += (self.drag * medium).where_positive(inv_m);
+            self.pins += push - push.where_positive(inv_m);
+            return;
+        }
         let own = self.dt * m * dot(self.gravity, v) + (self.drag * dot(self.wind, v)).where_positive(inv_m);
         self.all += push + own - (self.drag * square).where_positive(inv_m);
         self.pins += push - push.where_positive(inv_m);
         self.straight += own;
     }
 
-    /// The sums of the block, with those of its springs: `straight` is h F.v of these.
+    /// The sums of the block, with those of its springs.
     #[inline(always)]
     pub(super) fn partial(self, [elastic, straight]: [f64; 2], stretch: f64) -> Partial {
         let total = |lanes: W| add_lanes(lanes.store());

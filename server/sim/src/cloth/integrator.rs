@@ -11,18 +11,24 @@ pub enum Integrator {
     VelocityVerlet,
     /// The same with the end velocity predicted before the second kick: order 2 with damping.
     VelocityVerletPredicted,
-    /// One linear solve per step (Baraff and Witkin 1998; Zara 2001, eq. 1-3).
+    /// x' = x + h v', v' = v + h a(x', v') (Baraff and Witkin 1998; Zara 2001, eq. 1-3).
     ImplicitEuler,
+    /// x' = x + h u, v' = v + h a(x + h u / 2, u), u = (v + v') / 2: keeps the energy of linear motion.
+    ImplicitMidpoint,
+    /// Backward differences over two steps, of any lengths: order 2, with little damping.
+    Bdf2,
 }
 
 impl Integrator {
     /// Every integrator, explicit ones first.
-    pub const ALL: [Self; 5] = [
+    pub const ALL: [Self; 7] = [
         Self::ExplicitEuler,
         Self::SymplecticEuler,
         Self::VelocityVerlet,
         Self::VelocityVerletPredicted,
         Self::ImplicitEuler,
+        Self::ImplicitMidpoint,
+        Self::Bdf2,
     ];
 
     /// Its name in scene files.
@@ -33,6 +39,8 @@ impl Integrator {
             Self::VelocityVerlet => "velocity_verlet",
             Self::VelocityVerletPredicted => "velocity_verlet_pc",
             Self::ImplicitEuler => "implicit_euler",
+            Self::ImplicitMidpoint => "implicit_midpoint",
+            Self::Bdf2 => "bdf2",
         }
     }
 
@@ -40,13 +48,18 @@ impl Integrator {
     /// with damping, since it takes the end force at the velocity of the middle.
     pub const fn order(self) -> u32 {
         match self {
-            Self::VelocityVerlet | Self::VelocityVerletPredicted => 2,
+            Self::VelocityVerlet | Self::VelocityVerletPredicted | Self::ImplicitMidpoint | Self::Bdf2 => 2,
             Self::ExplicitEuler | Self::SymplecticEuler | Self::ImplicitEuler => 1,
         }
     }
 
-    /// Whether a step solves a linear system.
+    /// Whether a step solves for the end of itself.
     pub const fn is_implicit(self) -> bool {
-        matches!(self, Self::ImplicitEuler)
+        matches!(self, Self::ImplicitEuler | Self::ImplicitMidpoint | Self::Bdf2)
+    }
+
+    /// Whether a step knows of the one before.
+    pub(super) const fn has_past(self) -> bool {
+        matches!(self, Self::ImplicitMidpoint | Self::Bdf2)
     }
 }

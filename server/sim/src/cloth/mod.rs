@@ -2,6 +2,8 @@
 
 mod integrator;
 mod settings;
+mod scheme;
+mod aim;
 mod laws;
 mod continuations;
 mod network;
@@ -11,6 +13,7 @@ mod scratch;
 mod elements;
 mod model;
 mod bound;
+mod purpose;
 mod numbers;
 mod figures;
 mod spring_sums;
@@ -21,9 +24,9 @@ mod moved;
 mod report;
 mod workspace;
 mod coarse;
-mod integrate;
 mod judge;
 mod accept;
+mod integrate;
 mod step;
 
 pub use integrator::Integrator;
@@ -32,12 +35,13 @@ pub use model::{LawEntry, Model, Parameters};
 pub use network::{ElementList, Network, Spring, SpringKind, SpringLaw, SpringRules};
 pub(crate) use report::ClothReport;
 pub use rows::Springs;
-pub use settings::{ClothSettings, Hessian, StateLimits};
+pub use settings::{ClothSettings, Hessian, Minimizer, MinimizerKind, NewtonSettings, StateLimits};
 pub use state::{PathPoint, PinMotion, State};
 pub(crate) use step::Stepping;
 pub use workspace::Workspace;
 
-use evaluation::{Evaluation, Purpose};
+use evaluation::Evaluation;
+use purpose::Purpose;
 
 use crate::{
     math::Real,
@@ -81,7 +85,7 @@ fn evaluate<R: Real>(
 ) -> Evaluation<R> {
     let mut work = Workspace::new();
     work.size_for(model, settings, purpose);
-    work.numbers.refresh(model, parameters, settings, around, around.dt);
+    work.numbers.refresh(model, parameters, settings, around, [around.dt, 0.0]);
     work.evaluate(model, purpose, state);
     work.evaluation
 }

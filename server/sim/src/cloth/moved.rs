@@ -2,7 +2,7 @@
 
 use crate::{
     linalg::add_lanes,
-    math::{LANES, Pack, Real, array::dot},
+    math::{LANES, Pack, array::dot},
     parallel::sum_by,
     report::ErrorEstimate,
 };
@@ -14,14 +14,28 @@ pub(super) struct Moved {
     largest: f64,
 }
 
+impl Moved {
+    pub(super) fn new(sums: [f64; 4], largest: f64) -> Self {
+        Self { sums, largest }
+    }
+
+    pub(super) fn sums(&self) -> [f64; 4] {
+        self.sums
+    }
+
+    pub(super) fn largest(&self) -> f64 {
+        self.largest
+    }
+}
+
 /// How a sub-step moves the free particles of a cloth.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Motion {
     /// Estimated error of positions.
     pub(super) error: ErrorEstimate,
-    /// |v' - v|² m / 2 (J), of an implicit step.
+    /// |u - V|² m / 2 (J), of an implicit step: of implicit Euler |v' - v|² m / 2.
     pub(super) change: f64,
-    /// |v'|² and v'.wind (m²/s²), of an implicit step.
+    /// |u|² and u.wind (m²/s²), of an implicit step: of implicit Euler u = v'.
     pub(super) medium: [f64; 2],
 }
 
@@ -91,6 +105,6 @@ impl<W: Pack<Number = f64>> MovedSums<W> {
 }
 
 /// The part of a field that is a block's: every block's, one after the other.
-pub(super) fn of_block<R: Real>(field: &[R], block: usize, size: usize) -> &[R] {
+pub(super) fn of_block<T>(field: &[T], block: usize, size: usize) -> &[T] {
     &field[block * size..field.len().min((block + 1) * size)]
 }

@@ -4,6 +4,7 @@ use super::{
     bound::Bounds,
     elements::ElementNumbers,
     model::{Model, Parameters},
+    scheme::Scheme,
     settings::ClothSettings,
 };
 use crate::{
@@ -31,6 +32,10 @@ pub(super) struct SpringNumbers<R> {
 pub(super) struct StepNumbers<R: Real> {
     /// Length of the sub-step (s).
     pub(super) dt: f64,
+    /// How an implicit integrator takes it.
+    pub(super) scheme: Scheme,
+    /// h of the rows and the matrix (s).
+    pub(super) reach: f64,
     /// Numbers for each pattern of laws of the model's springs.
     pub(super) springs: Vec<SpringNumbers<R>>,
     /// Numbers for each list of elements.
@@ -54,27 +59,30 @@ pub(super) struct StepNumbers<R: Real> {
 }
 
 impl<R: Real> StepNumbers<R> {
-    /// Takes over the parameters and the surroundings of a sub-step of `dt` (s); says whether anything changed on which
-    /// an evaluation depends.
+    /// Takes over the parameters and the surroundings of a sub-step of `dt` (s), `before` (s) being the length of the one
+    /// before, 0 without one; says whether anything changed on which an evaluation depends.
     pub(super) fn refresh(
         &mut self,
         model: &Model<R>,
         parameters: &Parameters,
         settings: &ClothSettings,
         around: &Surroundings<'_>,
-        dt: f64,
+        [dt, before]: [f64; 2],
     ) -> bool {
+        self.scheme = Scheme::of(settings.integrator, dt, before);
+        let h = self.scheme.reach;
         let (gravity, wind) = (vec3(around.gravity), vec3(around.wind));
         let mirror = R::of(settings.hessian.mirror());
         let is_same = self.parameters.as_ref() == Some(parameters)
             && (self.gravity, self.wind, self.mirror) == (gravity, wind, mirror);
         let is_timeless = !settings.integrator.is_implicit();
-        if is_same && (is_timeless || self.dt.to_bits() == dt.to_bits()) {
-            self.dt = dt;
+        let is_as_long = self.reach.to_bits() == h.to_bits();
+        (self.dt, self.reach) = (dt, h);
+        if is_same && (is_timeless || is_as_long) {
             return false;
         }
 
-        (self.dt, self.gravity, self.wind, self.drag) = (dt, gravity, wind, R::of(parameters.drag));
+        (self.gravity, self.wind, self.drag) = (gravity, wind, R::of(parameters.drag));
         self.mirror = mirror;
         if !is_same {
             self.weigh(model, parameters, settings);
@@ -90,9 +98,9 @@ impl<R: Real> StepNumbers<R> {
             SpringNumbers {
                 stiffness: of(&|k, _| k),
                 damping: of(&|_, nu| nu),
-                push: of(&|k, _| dt * k),
-                elastic: of(&|k, _| dt * dt * k),
-                viscous: of(&|_, nu| dt * nu),
+                push: of(&|k, _| h * k),
+                elastic: of(&|k, _| h * h * k),
+                viscous: of(&|_, nu| h * nu),
             }
         }));
         self.along.clear();
@@ -103,9 +111,11 @@ impl<R: Real> StepNumbers<R> {
         );
         self.elements.clear();
         self.elements.extend(parameters.elements.iter().map(|law| {
-            let matrix = dt * dt * law.stiffness + dt * law.damping;
-            let [gradient, velocity] = if settings.integrator.is_implicit() {
-                [dt * law.stiffness, matrix]
+            let matrix = h * h * law.stiffness + h * law.damping;
+            let [gradient, velocity] = if settings.solves_from_state() {
+                [h * law.stiffness, matrix]
+            } else if settings.integrator.is_implicit() {
+                [h * law.stiffness, h * law.damping]
             } else {
                 [law.stiffness, law.damping]
             };

@@ -2,7 +2,7 @@
 
 use super::integrator::Integrator;
 use crate::{
-    linalg::{PreconditionerKind, SolverSettings},
+    linalg::{PreconditionerKind, SolverSettings, Stop},
     time_step::TimeStep,
 };
 
@@ -42,6 +42,55 @@ impl Hessian {
     }
 }
 
+/// Ways of solving the minimisation that an implicit step stands for, as scenes name them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
+pub enum MinimizerKind {
+    /// See [`Minimizer`], for all of them.
+    #[default]
+    OneStep,
+    /// Linear solves from iterate to iterate, until forces and inertia balance.
+    Newton,
+}
+
+impl MinimizerKind {
+    /// Every way, the cheapest first.
+    pub const ALL: [Self; 2] = [Self::OneStep, Self::Newton];
+
+    /// Its name in scene files.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::OneStep => "one_step",
+            Self::Newton => "newton",
+        }
+    }
+}
+
+/// How the minimisation that an implicit step stands for is solved.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+pub enum Minimizer {
+    /// One linear solve, the first step of Newton's method (Baraff and Witkin 1998).
+    #[default]
+    OneStep,
+    /// Newton's method with a line search.
+    Newton(NewtonSettings),
+}
+
+/// When Newton's method ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NewtonSettings {
+    /// Largest acceleration (m/s²) that forces and inertia of a particle may leave over; what the precision cannot
+    /// reach counts as reached.
+    pub tolerance: f64,
+    /// Linear solves, at most.
+    pub max_iterations: u32,
+}
+
+impl Default for NewtonSettings {
+    fn default() -> Self {
+        Self { tolerance: 0.01, max_iterations: 50 }
+    }
+}
+
 /// When a cloth's state counts as having left what the scene allows.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct StateLimits {
@@ -56,6 +105,8 @@ pub struct StateLimits {
 pub struct ClothSettings {
     /// How positions and velocities are advanced.
     pub integrator: Integrator,
+    /// How its minimisation is solved, of implicit integrators.
+    pub minimizer: Minimizer,
     /// Treatment of compressed springs, for implicit integrators.
     pub hessian: Hessian,
     /// Linear solver, for implicit integrators.
@@ -76,6 +127,7 @@ impl Default for ClothSettings {
     fn default() -> Self {
         Self {
             integrator: Integrator::ImplicitEuler,
+            minimizer: Minimizer::default(),
             hessian: Hessian::default(),
             solver: SolverSettings::default(),
             time_step: TimeStep::default(),
@@ -89,6 +141,28 @@ impl Default for ClothSettings {
 impl ClothSettings {
     /// The block size of a scene that names none.
     pub const DEFAULT_BLOCK_SIZE: usize = 256;
+
+    /// Whether steps make their one linear solve from the state itself: BDF2 starts from where the steps before lead.
+    pub(super) fn solves_from_state(&self) -> bool {
+        self.minimizer == Minimizer::OneStep
+            && matches!(self.integrator, Integrator::ImplicitEuler | Integrator::ImplicitMidpoint)
+    }
+
+    /// When the solves of a step stop: whether a cap was meant.
+    pub(super) fn stop(&self) -> Stop {
+        match self.minimizer {
+            Minimizer::OneStep => self.solver.stop,
+            Minimizer::Newton(NewtonSettings { tolerance, max_iterations }) => {
+                Stop::Residual { tolerance, max_iterations }
+            }
+        }
+    }
+
+    /// Whether steps evaluate other states than those that they lead to.
+    pub(super) fn has_iterates(&self) -> bool {
+        self.integrator.is_implicit()
+            && (self.minimizer != Minimizer::OneStep || self.integrator != Integrator::ImplicitEuler)
+    }
 
     /// Whether steps solve with a preconditioner that has a coarse space.
     pub(super) fn has_coarse_space(&self) -> bool {

@@ -1,7 +1,10 @@
 //! What an evaluation adds up over springs: of each row its force or its part of the right-hand side, its diagonal block
 //! or what bounds its step; of all of them energy, power and the largest stretch.
 
+use std::marker::PhantomData;
+
 use super::{
+    aim::Aim,
     bound::{SpringBounds, add_spring},
     laws::{Spring, Stretch},
     numbers::SpringNumbers,
@@ -30,7 +33,7 @@ pub(super) fn load_six<P: Pack>(lanes: &[[P::Number; LANES]; 6]) -> [P; 6] {
 }
 
 /// Sums over the springs of a block.
-pub(super) struct SpringSums<'a, P: Pack, const IMPLICIT: bool, const BOUNDED: bool> {
+pub(super) struct SpringSums<'a, P: Pack, A: Aim> {
     pub(super) springs: &'a Springs<P::Number>,
     pub(super) laws: &'a [SpringNumbers<P::Number>],
     pub(super) along: &'a [[P::Number; LANES]],
@@ -42,28 +45,29 @@ pub(super) struct SpringSums<'a, P: Pack, const IMPLICIT: bool, const BOUNDED: b
     pub(super) diagonal: &'a mut [[[f64; LANES]; 6]],
     pub(super) stiffness: &'a mut [[[[P::Number; LANES]; 6]; 2]],
     pub(super) energy: P::Wide,
-    /// h F.v, of an implicit evaluation.
+    /// Of a step from the state: h F.v. Of an iterate: the potential of the damping, h nu (rate of length)² / 2.
     pub(super) power: P::Wide,
     pub(super) stretch: Stretch<P>,
+    pub(super) aim: PhantomData<A>,
 }
 
 /// Sums of sixteen rows.
 #[derive(Clone, Copy)]
 pub(super) struct RowSums<P: Pack> {
-    /// Explicit: forces (N). Implicit: h (f + h df/dx v) (N s).
+    /// Explicit: forces (N). Implicit: h (f + h df/dx v) (N s). Iterate: h f (N s).
     row: [P; 3],
     diagonal: [P::Wide; 6],
     /// Stiffness and damping that bound an explicit step.
     bounds: [[P; 6]; 2],
 }
 
-impl<P: Pack, const IMPLICIT: bool, const BOUNDED: bool> Fold<P> for SpringSums<'_, P, IMPLICIT, BOUNDED> {
+impl<P: Pack, A: Aim> Fold<P> for SpringSums<'_, P, A> {
     type Sums = RowSums<P>;
 
     #[inline(always)]
     fn sums(&self, group: usize) -> RowSums<P> {
-        let diagonal = if IMPLICIT { load_six(&self.diagonal[group]) } else { [P::Wide::zero(); 6] };
-        let bounds = if BOUNDED {
+        let diagonal = if A::HAS_MATRIX { load_six(&self.diagonal[group]) } else { [P::Wide::zero(); 6] };
+        let bounds = if A::IS_BOUNDED {
             let [stiffness, damping] = &self.stiffness[group];
             [load_six(stiffness), load_six(damping)]
         } else {
@@ -81,7 +85,7 @@ impl<P: Pack, const IMPLICIT: bool, const BOUNDED: bool> Fold<P> for SpringSums<
         self.energy += spring.energy(stiffness);
         self.stretch.look(&spring);
 
-        if IMPLICIT {
+        if A::HAS_MATRIX {
             let (push, elastic) = (P::load(&law.push), P::load(&law.elastic));
             let [across, b] = spring.tangent(elastic, P::load(&law.viscous), self.mirror);
             self.tangent[slot - self.first_slot] = b.store();
@@ -89,10 +93,19 @@ impl<P: Pack, const IMPLICIT: bool, const BOUNDED: bool> Fold<P> for SpringSums<
 
             // h f, and h² df/dx v without the damping: b d.v holds the damping of both.
             let (elastic_pull, along) = (spring.pull(w, push, P::zero()), dot(w, d));
-            self.power -= (elastic_pull * along).widen();
-            let pull = elastic_pull + b * along;
-            for c in 0..3 {
-                sums.row[c] -= pull * d[c] + across * w[c];
+            if A::IS_STEP {
+                self.power -= (elastic_pull * along).widen();
+                let pull = elastic_pull + b * along;
+                for c in 0..3 {
+                    sums.row[c] -= pull * d[c] + across * w[c];
+                }
+            } else {
+                let slowing = spring.slowing(along, P::load(&law.viscous));
+                self.power += (slowing * along).widen() * P::Wide::of(0.5);
+                let pull = elastic_pull + slowing;
+                for c in 0..3 {
+                    sums.row[c] -= pull * d[c];
+                }
             }
         } else {
             let pull = spring.pull(w, stiffness, P::load(&law.damping));
@@ -100,7 +113,7 @@ impl<P: Pack, const IMPLICIT: bool, const BOUNDED: bool> Fold<P> for SpringSums<
                 sums.row[c] -= pull * d[c];
             }
         }
-        if BOUNDED {
+        if A::IS_BOUNDED {
             add_spring(&mut sums.bounds, &spring, &self.bounds[pattern]);
         }
     }
@@ -108,12 +121,12 @@ impl<P: Pack, const IMPLICIT: bool, const BOUNDED: bool> Fold<P> for SpringSums<
     #[inline(always)]
     fn keep(&mut self, group: usize, sums: RowSums<P>) {
         self.rows[group].store(sums.row);
-        if IMPLICIT {
+        if A::HAS_MATRIX {
             for c in 0..6 {
                 self.diagonal[group][c] = sums.diagonal[c].store();
             }
         }
-        if BOUNDED {
+        if A::IS_BOUNDED {
             for matrix in 0..2 {
                 for c in 0..6 {
                     self.stiffness[group][matrix][c] = sums.bounds[matrix][c].store();

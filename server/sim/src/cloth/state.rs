@@ -45,6 +45,24 @@ impl PinMotion {
     }
 }
 
+/// The start of the sub-step before, and how long that was.
+#[derive(Clone, Debug, PartialEq, Default)]
+pub struct Past<R: Real> {
+    /// Positions (m) and velocities (m/s), as those of the state.
+    pub x: Vec<Padded<R>>,
+    /// Velocities then (m/s); as many.
+    pub v: Vec<Padded<R>>,
+    /// Length of the sub-step (s); 0 where there is none that the next one may go on from.
+    pub dt: f64,
+}
+
+impl<R: Real> Past<R> {
+    fn size_for(&mut self, count: usize) {
+        self.x.resize(count, Padded::default());
+        self.v.resize(count, Padded::default());
+    }
+}
+
 /// What changes from step to step.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub struct State<R: Real> {
@@ -56,6 +74,8 @@ pub struct State<R: Real> {
     pub dv: Vec<Sixteen<R>>,
     /// Pins on their way, in the order of their particles.
     pub motions: Vec<PinMotion>,
+    /// For integrators that know of the step before.
+    pub past: Past<R>,
 }
 
 impl<R: Real> State<R> {
@@ -65,6 +85,11 @@ impl<R: Real> State<R> {
         self.v.resize(other.v.len(), Padded::default());
         self.dv.resize(other.dv.len(), Sixteen::default());
         self.motions.clone_from(&other.motions);
+    }
+
+    /// Makes room for a past.
+    pub(super) fn size_past(&mut self) {
+        self.past.size_for(self.x.len());
     }
 
     /// Gives moving pins the velocity that brings them to their targets in the steps left, of `dt` (s) each, or at the

@@ -4,10 +4,10 @@
 use super::{
     accept::{After, Before, accept},
     bound::Bounds,
-    evaluation::Purpose,
     integrate,
     judge::{fastest, judge},
     model::{Model, Parameters},
+    purpose::Purpose,
     report::ClothReport,
     settings::ClothSettings,
     state::State,
@@ -79,7 +79,8 @@ impl<R: Real> Stepping<'_, R> {
 
     /// Takes over parameters and surroundings for a sub-step of `dt` (s).
     fn refresh(&mut self, dt: f64) {
-        if self.work.numbers.refresh(self.model, self.parameters, self.settings, self.around, dt) {
+        let lengths = [dt, self.state.past.dt];
+        if self.work.numbers.refresh(self.model, self.parameters, self.settings, self.around, lengths) {
             self.work.forget();
         }
     }
@@ -109,26 +110,28 @@ impl<R: Real> Stepping<'_, R> {
         let work = &mut *self.work;
         let advanced = integrate::advance(model, settings, around.interrupt, self.state, work, watch)?;
         let ClothReport { solve, error, notices, .. } = &mut work.tried;
-        (*solve, *error) = (advanced.solve, advanced.motion.error);
+        (*solve, *error) = (advanced.solve.map(|(solve, _)| solve), advanced.motion.error);
         *notices = Notices::default();
         if let Some(solve) = &solve {
-            notices.count(solve.outcome, settings.solver.stop);
+            notices.count(solve.outcome, settings.stop());
         }
         if let Some(limit) = settings.tolerance.filter(|limit| error.largest > *limit) {
             let (value, particle) = (error.largest, fastest(model, &work.next));
             return Err(StepFailure::Inaccurate { particle, value, limit });
         }
-        if !settings.integrator.is_implicit() || settings.time_step.is_unchecked() {
+        let Some((_, found)) = advanced.solve.filter(|_| !settings.time_step.is_unchecked()) else {
             return Ok(());
-        }
+        };
 
-        work.evaluate_next(model, Purpose::of(settings));
-        watch.lap(Stage::Force);
+        if !work.is_current(Purpose::of(settings)) {
+            work.evaluate_next(model, Purpose::of(settings));
+            watch.lap(Stage::Force);
+        }
         let Workspace { evaluation, next, numbers, cg, .. } = &*work;
         if let Some(failure) = judge(model, next, &evaluation.diagnostics(), settings) {
             return Err(failure);
         }
-        let after = After { motion: &advanced.motion, descent: cg.descent(), evaluation, state: next };
+        let after = After { motion: &advanced.motion, descent: cg.descent(), found, evaluation, state: next };
         accept(model, numbers, &before, &after).map_or(Ok(()), Err)
     }
 
@@ -148,6 +151,10 @@ impl<R: Real> Stepping<'_, R> {
         let met = resolve(contacts, &model.inv_m, &mut self.state.x, &mut self.state.v);
         watch.lap(Stage::Collide);
 
+        // Steps before a contact do not tell how it goes on.
+        if met.touched > 0 {
+            self.state.past.dt = 0.0;
+        }
         let stands = self.state.rest_pins();
         if !is_evaluated || stands || met.touched > 0 {
             self.work.evaluate(model, Purpose::of(settings), self.state);

@@ -52,7 +52,7 @@ impl<'a, R: Real> StepMatrix<'a, R> {
     /// Writes the matrix into `matrix`, made by [`pattern`].
     pub(super) fn assemble(&self, matrix: &mut BlockCsr<R>) {
         let Self { model, numbers, x, tangent, .. } = *self;
-        let dt = R::of(numbers.dt);
+        let dt = R::of(numbers.reach);
         matrix.fill_rows(&|i, columns, blocks| {
             blocks.fill(Mat3::zeros());
             if model.inv_m[i] == R::zero() {
@@ -152,7 +152,7 @@ impl<R: Real> WithSimd<R> for Product<'_, R> {
             self.matrix.add_elements::<P>(block, self.p, self.q, self.scratch);
         }
 
-        let drag = R::of(numbers.dt) * numbers.drag;
+        let drag = R::of(numbers.reach) * numbers.drag;
         let mut sums = Sums::<P::Wide>::zero();
         let first = self.first_row / LANES;
         for (place, q) in (first..).zip(self.q) {

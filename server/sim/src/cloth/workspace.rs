@@ -1,18 +1,19 @@
 //! The scratch memory of a step.
 
 use super::{
-    evaluation::{Evaluation, Purpose},
+    evaluation::Evaluation,
     integrator::Integrator,
     model::Model,
     moved::Moved,
     numbers::StepNumbers,
+    purpose::Purpose,
     report::ClothReport,
     scratch::Scratches,
     settings::ClothSettings,
     state::{PinMotion, State},
 };
 use crate::{
-    linalg::{BlockCsr, CgWorkspace, CoarseMatrix},
+    linalg::{BlockCsr, CgWorkspace, CoarseMatrix, Inverse3},
     math::{Padded, Real},
     parallel::block_count,
 };
@@ -63,6 +64,10 @@ pub struct Workspace<R: Real> {
     pub(super) report: ClothReport,
     /// Velocities (m/s) that a force is predicted at; of explicit steps alone.
     pub(super) predicted: Vec<Padded<R>>,
+    /// Positions (m) and velocities (m/s) of an iterate that is tried.
+    pub(super) trial: [Vec<Padded<R>>; 2],
+    /// The inverse diagonal blocks of another evaluation of the same state.
+    pub(super) other_inverse: Vec<Inverse3>,
     /// The matrix of an implicit step, where the solver asks for an assembled one.
     pub(super) assembled: Option<BlockCsr<R>>,
     /// Of a preconditioner that has a coarse space.
@@ -96,12 +101,17 @@ impl<R: Real> Workspace<R> {
         let blocks = block_count(model.count, model.block_size);
         let elements = if model.elements.is_empty() { 0 } else { model.block_size };
         self.scratches.size_for(blocks, [model.block_size, elements], model.room());
-        self.evaluation.size_for(model, purpose);
+        let has_iterates = settings.has_iterates();
+        let largest = if has_iterates { Purpose::Iterate(settings.solver.preconditioner) } else { purpose };
+        self.evaluation.size_for(model, largest);
         self.moved.resize(blocks, Moved::default());
         if settings.integrator == Integrator::VelocityVerletPredicted {
             self.predicted.resize(model.m.len(), Padded::default());
         }
-        if matches!(purpose, Purpose::Implicit(_)) && self.evaluation.rows.len() != self.cg.len() {
+        if has_iterates {
+            self.trial.iter_mut().for_each(|field| field.resize(model.m.len(), Padded::default()));
+        }
+        if largest.has_matrix() && self.evaluation.rows.len() != self.cg.len() {
             self.cg = CgWorkspace::new(model.count, model.block_size);
         }
     }
@@ -125,6 +135,9 @@ impl<R: Real> Workspace<R> {
             std::mem::swap(&mut self.before, &mut self.next);
         }
         self.next.succeed(state);
+        if !state.past.x.is_empty() {
+            self.next.size_past();
+        }
     }
 
     /// Gives a sub-step up that was not accepted: what it wrote is not the state.
@@ -150,6 +163,11 @@ impl<R: Real> Workspace<R> {
         }
         self.pins.restore(state);
         self.forget();
+    }
+
+    /// Takes over that the evaluation is that of what a sub-step wrote, for this purpose too.
+    pub(super) fn know(&mut self, purpose: Purpose) {
+        self.current = Some(purpose);
     }
 
     /// Evaluates what a sub-step wrote.

@@ -30,6 +30,9 @@ impl<R: Real> World<R> {
     }
 
     fn apply_one(&mut self, change: &Change) {
+        if !matches!(change, Change::Pin { .. } | Change::PinPath { .. }) {
+            self.cloths_mut().for_each(Cloth::forget_past);
+        }
         match change {
             Change::Gravity(value) => self.gravity = *value,
             Change::Wind(value) => self.wind = *value,

@@ -177,6 +177,11 @@ impl<R: Real> Cloth<R> {
         ClothParameters { name: self.name.clone(), drag: *drag, springs: ranges(laws) }
     }
 
+    /// Lets the next step go on from the state alone: forces change from one step to the next.
+    pub(super) fn forget_past(&mut self) {
+        self.state.past.dt = 0.0;
+    }
+
     pub(super) fn set_drag(&mut self, drag: f64) {
         self.parameters.drag = drag;
     }
@@ -250,21 +255,27 @@ impl<R: Real> Cloth<R> {
         }
     }
 
-    /// Wrapping sum of a hash per particle: position and velocity, and where a solve starts from it the change of
-    /// velocity of the step before; and of one per pin on its way.
+    /// Wrapping sum of a hash per particle: position and velocity; where a solve starts from it the change of velocity of
+    /// the step before, and where a step goes on from it the state before; and of one per pin on its way.
     pub(super) fn hash(&self) -> u64 {
-        let State { x, v, dv, .. } = &self.state;
+        let State { x, v, dv, past, .. } = &self.state;
         let numbers = |vector: &Padded<R>| array3(&vector.vector());
         let is_warm = self.settings.integrator.is_implicit() && self.settings.solver.warm_start;
         let particles = sum_hashes(&self.model.user, |place, user| {
             let owner = self.owner(*user);
             let ([x, y, z], [vx, vy, vz]) = (numbers(&x[place]), numbers(&v[place]));
-            if is_warm {
+            let own = if is_warm {
                 let start = dv.get(place / Sixteen::<R>::LANES).map(|dv| dv.get(place % Sixteen::<R>::LANES));
                 let [dx, dy, dz] = start.map_or([0.0; 3], |dv| array3(&dv));
                 hash_numbers(owner, [x, y, z, vx, vy, vz, dx, dy, dz])
             } else {
                 hash_numbers(owner, [x, y, z, vx, vy, vz])
+            };
+            if past.dt > 0.0 {
+                let ([x, y, z], [vx, vy, vz]) = (numbers(&past.x[place]), numbers(&past.v[place]));
+                hash_numbers(own, [x, y, z, vx, vy, vz, past.dt])
+            } else {
+                own
             }
         });
 

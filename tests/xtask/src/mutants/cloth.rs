@@ -21,7 +21,7 @@ pub(super) const SLOW: [&str; 11] = [
 ];
 
 /// What each mutant does wrong, in the order of their numbers, from 101.
-pub(super) const NAMES: [&str; 46] = [
+pub(super) const NAMES: [&str; 49] = [
     "sign of the spring's force",
     "spring force without its rest length",
     "spring force along d in place of d / l",
@@ -68,23 +68,26 @@ pub(super) const NAMES: [&str; 46] = [
     "pins that count part of a step as a whole one",
     "sub-steps that never grow back",
     "pins left as a rejected sub-step aimed them",
+    "BDF2 with the past of steps of one length",
+    "BDF2 with the reach of steps of one length",
+    "BDF2 blind to the last change of velocity",
 ];
 
 /// The patches that make the mutants, in the order of their numbers.
 #[rustfmt::skip] // one line per patch where it fits
-pub(super) const PATCHES: [Patch; 46] = [
-    text(101, "cloth/spring_sums.rs", "                sums.row[c] -= pull * d[c];", "                if crate::mutant(101) { sums.row[c] += pull * d[c]; } else { sums.row[c] -= pull * d[c]; }"),
+pub(super) const PATCHES: [Patch; 49] = [
+    text(101, "cloth/spring_sums.rs", "P::load(&law.damping));\n            for c in 0..3 {\n                sums.row[c] -= pull * d[c];", "P::load(&law.damping));\n            for c in 0..3 {\n                if crate::mutant(101) { sums.row[c] += pull * d[c]; } else { sums.row[c] -= pull * d[c]; }"),
     expression(102, "cloth/laws/spring.rs", "stiffness * (self.length - self.rest_length) * self.inverse", "stiffness * self.length * self.inverse"),
-    text(103, "cloth/laws/spring.rs", "        let viscous =", "        let elastic = if crate::mutant(103) { stiffness * (self.length - self.rest_length) } else { elastic };\n        let viscous ="),
-    expression(104, "cloth/laws/spring.rs", "damping * dot(w, self.d) * self.inverse * self.inverse", "damping * dot(w, self.d) * self.inverse"),
+    text(103, "cloth/laws/spring.rs", "        elastic + self.slowing(", "        let elastic = if crate::mutant(103) { stiffness * (self.length - self.rest_length) } else { elastic };\n        elastic + self.slowing("),
+    expression(104, "cloth/laws/spring.rs", "damping * along * self.inverse * self.inverse", "damping * along * self.inverse"),
     expression(105, "cloth/evaluation.rs", "(v[c] - P::splat(wind[c]))", "v[c]"),
     expression(106, "cloth/laws/spring.rs", "half * stiffness.widen()", "stiffness.widen()"),
     expression(107, "cloth/evaluation.rs", "0.5 * add_lanes(lanes.store())", "add_lanes(lanes.store())"),
     text(108, "cloth/settings.rs", "Self::Absolute => -1.0", "Self::Absolute => if crate::mutant(108) { 1.0 } else { -1.0 }"),
     text(109, "cloth/settings.rs", "Self::Clamped => 0.0", "Self::Clamped => if crate::mutant(109) { 1.0 } else { 0.0 }"),
-    expression(110, "cloth/numbers.rs", "dt * dt * k", "dt * k"),
+    expression(110, "cloth/numbers.rs", "h * h * k", "h * k"),
     expression(111, "cloth/laws/spring.rs", "(elastic - across + viscous)", "(elastic - across)"),
-    expression(112, "cloth/step_matrix.rs", "R::of(numbers.dt) * numbers.drag", "R::zero()"),
+    expression(112, "cloth/step_matrix.rs", "R::of(numbers.reach) * numbers.drag", "R::zero()"),
     expression(113, "cloth/spring_sums.rs", "b * along", "P::zero()"),
     expression(114, "cloth/step_matrix.rs", "(springs[c] + p[c] * m).where_positive(inv_m)", "springs[c] + p[c] * m"),
     text(115, "cloth/step_matrix.rs", "                blocks[place(end.other)] -= block;", "                if crate::mutant(115) { blocks[place(end.other)] += block; } else { blocks[place(end.other)] -= block; }"),
@@ -92,7 +95,7 @@ pub(super) const PATCHES: [Patch; 46] = [
     expression(117, "cloth/integrate/symplectic_euler.rs", "MovedBy::New", "MovedBy::Old"),
     text(118, "cloth/integrate/velocity_verlet.rs", "    step.kick_and_drift(half, MovedBy::New);\n    step.accelerate();", "    if crate::mutant(118) { step.kick_and_drift(step.dt(), MovedBy::New); return step.error_of_kicks(); }\n    step.kick_and_drift(half, MovedBy::New);\n    step.accelerate();"),
     text(119, "cloth/integrate/velocity_verlet.rs", "    step.accelerate_ahead(half);", "    if crate::mutant(119) { step.accelerate() } else { step.accelerate_ahead(half) }"),
-    expression(120, "cloth/integrate/implicit_euler.rs", "MovedBy::New", "MovedBy::Old"),
+    expression(120, "cloth/integrate/one_step.rs", "MovedBy::New", "MovedBy::Old"),
     expression(121, "linalg/cg/mod.rs", "next.square / now.square", "0.0"),
     expression(122, "linalg/cg/mod.rs", "tolerance * scale", "tolerance"),
     text(123, "linalg/cg/mod.rs", "        if curvature > bound {", "        if crate::mutant(123) || curvature > bound {"),
@@ -119,4 +122,7 @@ pub(super) const PATCHES: [Patch; 46] = [
     text(144, "cloth/state.rs", "            motion.steps_left -= part;", "            motion.steps_left -= if crate::mutant(144) { 1.0 } else { part };"),
     text(145, "world/pace.rs", "        if self.halvings > 0 && self.good >= GOOD", "        if !crate::mutant(145) && self.halvings > 0 && self.good >= GOOD"),
     text(146, "cloth/workspace.rs", "        self.pins_of_substep.restore(state);", "        if !crate::mutant(146) { self.pins_of_substep.restore(state); }"),
+    expression(147, "cloth/scheme.rs", "ratio * ratio / whole", "1.0 / 3.0"),
+    expression(148, "cloth/scheme.rs", "(1.0 + ratio) * dt / whole", "2.0 * dt / 3.0"),
+    expression(149, "cloth/integrate/iterate.rs", "((v[c] - past_v[c]) * past).where_positive(inv_m)", "P::zero()"),
 ];

@@ -3,7 +3,7 @@
 use crate::{
     cloth::{
         ClothSettings, ElementKind, ElementList, Model, Network, Spring, SpringLaw, SpringRules, Workspace,
-        evaluation::Purpose, step_matrix::StepMatrix,
+        purpose::Purpose, step_matrix::StepMatrix,
     },
     interrupt::Interrupt,
     linalg::{CoarseLayout, LinearOperator, PreconditionerKind, SolverSettings},
@@ -73,7 +73,7 @@ fn error<R: Real>(network: &Network) -> (f64, usize) {
     work.size_for(&model, &settings, purpose);
     let interrupt = &Interrupt::default();
     let around = surroundings(interrupt);
-    work.numbers.refresh(&model, &parameters, &settings, &around, around.dt);
+    work.numbers.refresh(&model, &parameters, &settings, &around, [around.dt, 0.0]);
     work.evaluation.run(&model, &work.numbers, purpose, [&x, &v], &work.scratches);
     let matrix = StepMatrix::new((&model, &work.numbers), &x, &work.evaluation, &work.scratches, interrupt);
     let layout = model.coarse.as_ref().expect("the settings ask for it");

@@ -10,6 +10,7 @@ mod project;
 use std::ops::Range;
 
 use super::{
+    aim::Aim,
     halo::{HaloBuilder, Halos, copy_halo},
     laws::{ElementKind, ElementLaw, Evaluated, QuadraticBending, with_element_laws},
     network::ElementList,
@@ -28,7 +29,7 @@ pub(super) struct ElementNumbers<R> {
     pub(super) energy: f64,
     /// Of dW/dx in the row: explicit k, implicit h k.
     pub(super) gradient: R,
-    /// Of H v in the row: explicit nu, implicit h nu + h² k.
+    /// Of H v in the row: explicit nu, implicit h nu + h² k, of an iterate h nu.
     pub(super) velocity: R,
     /// Of H in the matrix: h nu + h² k.
     pub(super) matrix: R,
@@ -127,9 +128,10 @@ impl<R: Real, const N: usize, const C: usize> Packs<R, N, C> {
     }
 
     /// Adds gradients, tangents and diagonal blocks of a block's elements to the sums of its rows; freezes tangents.
-    /// Returns the energy (J) of the elements whose first particle is the block's, and h F.v (J) of an implicit evaluation.
+    /// Returns of the elements whose first particle is the block's the energy (J), and h F.v (J) of a step from the state;
+    /// of an iterate the potential of damping (J), h nu v.H v / 2.
     #[inline(always)]
-    fn evaluate<L: ElementLaw<N, C, F>, P: Pack<Number = R>, const F: usize, const IMPLICIT: bool>(
+    fn evaluate<L: ElementLaw<N, C, F>, P: Pack<Number = R>, const F: usize, A: Aim>(
         &self,
         at: BlockOfRows<'_, R>,
         numbers: &ElementNumbers<R>,
@@ -146,7 +148,8 @@ impl<R: Real, const N: usize, const C: usize> Packs<R, N, C> {
                 let push = L::product(rest, tangent, v);
                 let mut rate = P::Wide::zero();
                 for corner in 0..N {
-                    rate += dot(gradient[corner], v[corner]).widen();
+                    let along = if A::IS_STEP { gradient[corner] } else { push[corner] };
+                    rate += dot(along, v[corner]).widen();
                 }
                 let (of_lanes, rates) = (of_lanes.store(), rate.store());
                 for (lane, name) in self.names(pack, 0).iter().enumerate() {
@@ -161,7 +164,7 @@ impl<R: Real, const N: usize, const C: usize> Packs<R, N, C> {
                         three!(|c| P::zero() - (of_x[c] * numbers.gradient + of_v[c] * numbers.velocity));
                     scratch.corners.add(self.names(pack, corner), row);
                 }
-                if IMPLICIT {
+                if A::HAS_MATRIX {
                     let blocks = L::diagonal(rest, tangent);
                     for corner in 0..N {
                         let mut scaled = [P::Wide::zero(); 6];
@@ -176,7 +179,8 @@ impl<R: Real, const N: usize, const C: usize> Packs<R, N, C> {
                 }
             }
         }
-        [energy * numbers.energy, power * numbers.gradient.to_f64()]
+        let scale = if A::IS_STEP { numbers.gradient.to_f64() } else { -0.5 * numbers.velocity.to_f64() };
+        [energy * numbers.energy, power * scale]
     }
 
     /// Adds H w of a block's elements, times what stands before H in the matrix.
@@ -304,7 +308,7 @@ macro_rules! lists {
 
             /// Adds to the sums of a block's rows and freezes tangents; returns energy and power: see [`Packs::evaluate`].
             #[inline(always)]
-            pub(super) fn evaluate<P: Pack<Number = R>, const IMPLICIT: bool>(
+            pub(super) fn evaluate<P: Pack<Number = R>, A: Aim>(
                 &self,
                 at: BlockOfRows<'_, R>,
                 numbers: &ElementNumbers<R>,
@@ -313,7 +317,7 @@ macro_rules! lists {
             ) -> [f64; 2] {
                 match self {
                     $(Self::$law(packs) => {
-                        packs.evaluate::<$law, P, $f, IMPLICIT>(at, numbers, frozen, scratch)
+                        packs.evaluate::<$law, P, $f, A>(at, numbers, frozen, scratch)
                     })+
                 }
             }

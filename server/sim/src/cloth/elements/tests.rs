@@ -3,6 +3,7 @@
 use super::{BlockOfRows, ElementNumbers, Packs};
 use crate::{
     cloth::{
+        aim::Implicit,
         laws::{ElementKind, ElementLaw, Evaluated},
         network::{ElementList, SpringLaw},
         scratch::{BlockScratch, Scratches},
@@ -113,7 +114,7 @@ fn what_is_frozen_is_what_the_product_and_the_stored_matrix_take() {
         with_own(scratch, &at);
         let range = packs.packs(block);
         let own = &mut frozen[3 * range.start..3 * range.end];
-        let [energy, power] = packs.evaluate::<Link, Portable<f64>, 3, true>(at, &numbers, own, scratch);
+        let [energy, power] = packs.evaluate::<Link, Portable<f64>, 3, Implicit>(at, &numbers, own, scratch);
         sums = [sums[0] + energy, sums[1] + power];
         let row = |scratch: &BlockScratch<f64>, row: usize| {
             Vec3::from(scratch.corners.sixteen::<Portable<f64>>(row / LANES).map(|c| c.store()[row % LANES]))

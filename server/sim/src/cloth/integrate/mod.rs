@@ -8,13 +8,17 @@ mod update;
 mod explicit_euler;
 mod symplectic_euler;
 mod velocity_verlet;
-mod implicit_euler;
+mod solve;
+mod iterate;
+mod one_step;
+mod newton;
+mod saddle;
 
 use update::Step;
 
 use super::{
-    integrator::Integrator, model::Model, moved::Motion, settings::ClothSettings, state::State,
-    workspace::Workspace,
+    accept::Found, integrator::Integrator, model::Model, moved::Motion, settings::ClothSettings,
+    state::State, workspace::Workspace,
 };
 use crate::{
     interrupt::Interrupt,
@@ -24,9 +28,10 @@ use crate::{
 };
 
 /// What a sub-step that is tried tells.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Advanced {
-    pub(super) solve: Option<SolveReport>,
+    /// Of an implicit step: its linear solves as one, and where they led.
+    pub(super) solve: Option<(SolveReport, Found)>,
     pub(super) motion: Motion,
 }
 
@@ -52,9 +57,14 @@ pub(super) fn advance<R: Real>(
         Integrator::SymplecticEuler => symplectic_euler::advance(&mut step),
         Integrator::VelocityVerlet => velocity_verlet::advance(&mut step),
         Integrator::VelocityVerletPredicted => velocity_verlet::advance_predicted(&mut step),
-        Integrator::ImplicitEuler => {
-            solve = Some(implicit_euler::advance(&mut step, settings, interrupt)?);
-            step.error_of_change()
+        Integrator::ImplicitEuler | Integrator::ImplicitMidpoint | Integrator::Bdf2 => {
+            let (report, found, scale) = if settings.solves_from_state() {
+                one_step::advance(&mut step, settings, interrupt)?
+            } else {
+                newton::advance(&mut step, settings, interrupt)?
+            };
+            solve = Some((report, found));
+            scale
         }
     };
 

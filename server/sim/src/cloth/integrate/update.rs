@@ -4,9 +4,9 @@ use rayon::prelude::*;
 
 use crate::{
     cloth::{
-        evaluation::Purpose,
         model::Model,
         moved::{Moved, MovedSums, Weights, of_block},
+        purpose::Purpose,
         state::State,
         workspace::Workspace,
     },

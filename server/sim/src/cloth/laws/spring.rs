@@ -33,8 +33,13 @@ impl<P: Pack> Spring<P> {
     #[inline(always)]
     pub(crate) fn pull(&self, w: [P; 3], stiffness: P, damping: P) -> P {
         let elastic = stiffness * (self.length - self.rest_length) * self.inverse;
-        let viscous = damping * dot(w, self.d) * self.inverse * self.inverse;
-        elastic + viscous
+        elastic + self.slowing(dot(w, self.d), damping)
+    }
+
+    /// What damping adds to that, where w.d is `along` (m²/s).
+    #[inline(always)]
+    pub(crate) fn slowing(&self, along: P, damping: P) -> P {
+        damping * along * self.inverse * self.inverse
     }
 
     /// u, 0 where |d| is 0.

@@ -60,6 +60,11 @@ impl<R: Real> CgWorkspace<R> {
         self.r.len()
     }
 
+    /// The last direction: that in which a curvature was negative, unless it was the first.
+    pub(crate) fn direction(&self) -> &[Padded<R>] {
+        &self.p
+    }
+
     /// b.x - x.A x / 2 of the last solve: how much its solution lowers what the method minimises, which is 0 at x = 0.
     pub(crate) fn descent(&self) -> f64 {
         self.descent

@@ -1,9 +1,6 @@
-//! Implicit Euler, one Newton step: (M - h df/dv - h² df/dx) dv = h (f + h df/dx v), v' = v + dv,
-//! x' = x + h v' (Baraff and Witkin 1998; Zara 2001, eq. 1-3).
-//!
-//! df/dx is the elastic part alone; compressed springs as the settings' `hessian` says.
+//! The linear solve of an implicit step, from the matrix and the right-hand side that an evaluation made.
 
-use super::update::{Change, MovedBy, Step, write_next};
+use super::update::Step;
 use crate::{
     cloth::{
         settings::ClothSettings,
@@ -13,51 +10,32 @@ use crate::{
     interrupt::Interrupt,
     linalg::{
         BlockJacobi, Identity, LinearOperator, OperatorKind, Outcome, Preconditioner, PreconditionerKind,
-        SolveReport, TwoLevel, conjugate_gradient,
+        SolveReport, SolverSettings, TwoLevel, conjugate_gradient,
     },
-    math::{LANES, Padded, Real, Sixteen, Vec3, array3},
+    math::{Padded, Real, Sixteen},
     report::{Stage, StepFailure},
 };
 
-pub(super) fn advance<R: Real>(
-    step: &mut Step<'_, R>,
-    settings: &ClothSettings,
-    interrupt: &Interrupt,
-) -> Result<SolveReport, StepFailure> {
-    let report = step.solve(settings, interrupt);
-    if interrupt.is_requested() {
-        return Err(StepFailure::Interrupted);
-    }
-
-    match report.outcome {
-        // Forces left the range of the precision: the velocities that they make show where.
-        Outcome::NotFinite { iteration: 0 } if !step.has_finite_forces() => step.show_forces(),
-        // Nothing is solved, not even gravity.
-        Outcome::NotFinite { .. }
-        | Outcome::Singular { .. }
-        | Outcome::IndefinitePreconditioner { iteration: 0 } => {
-            return Err(StepFailure::Solver { outcome: report.outcome });
-        }
-        Outcome::Converged
-        | Outcome::IterationCap
-        | Outcome::NegativeCurvature { .. }
-        | Outcome::ZeroCurvature { .. }
-        | Outcome::IndefinitePreconditioner { .. } => {}
-    }
-
-    step.kick_by_dv_and_drift();
-    Ok(report)
+/// Which state was evaluated.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum At {
+    /// That at the start of the step: its solve may start from that of the step before.
+    State,
+    /// The iterate in the workspace's `next`.
+    Iterate,
 }
 
 impl<R: Real> Step<'_, R> {
     /// Solves for the change of velocity, into the `dv` of the next state.
-    fn solve(&mut self, settings: &ClothSettings, interrupt: &Interrupt) -> SolveReport {
-        let (model, state, solver) = (self.model, self.state, &settings.solver);
+    pub(super) fn solve(&mut self, at: At, settings: &ClothSettings, interrupt: &Interrupt) -> SolveReport {
+        let (model, state) = (self.model, self.state);
+        let warm_start = at == At::State && settings.solver.warm_start;
+        let solver = &SolverSettings { warm_start, ..settings.solver };
         let Workspace { evaluation, numbers, next, assembled, coarse, cg, scratches, .. } = &mut *self.work;
         let groups = evaluation.rows.len();
         next.dv.resize(groups, Sixteen::default());
         let begin = |dv: &mut [Sixteen<R>]| {
-            if solver.warm_start && state.dv.len() == groups {
+            if warm_start && state.dv.len() == groups {
                 dv.copy_from_slice(&state.dv);
             } else {
                 dv.fill(Sixteen::default());
@@ -66,7 +44,8 @@ impl<R: Real> Step<'_, R> {
         begin(&mut next.dv);
 
         let numbers = &*numbers;
-        let matrix = StepMatrix::new((model, numbers), &state.x, evaluation, scratches, interrupt);
+        let x = if at == At::State { &state.x } else { &next.x };
+        let matrix = StepMatrix::new((model, numbers), x, evaluation, scratches, interrupt);
         let stored;
         let operator: &dyn LinearOperator<R> = match solver.operator {
             OperatorKind::MatrixFree => &matrix,
@@ -101,33 +80,21 @@ impl<R: Real> Step<'_, R> {
         self.watch.lap(Stage::Solve);
         report
     }
+}
 
-    fn has_finite_forces(&self) -> bool {
-        self.work.evaluation.rows.iter().all(|row| row.0.iter().flatten().all(|c| c.to_f64().is_finite()))
-    }
-
-    /// dv = b for free particles: a force that is not finite reaches the velocity of its particle.
-    fn show_forces(&mut self) {
-        let Workspace { evaluation, next, .. } = &mut *self.work;
-        let places = self.model.inv_m.iter().enumerate();
-        for (i, inv_m) in places {
-            let (group, lane) = (i / LANES, i % LANES);
-            let is_free = *inv_m > R::zero();
-            let dv = if is_free { evaluation.rows[group].get(lane) } else { Vec3::zeros() };
-            next.dv[group].set(lane, dv);
+/// Refuses a solve that solved nothing, not even for gravity.
+pub(super) fn check(report: &SolveReport) -> Result<(), StepFailure> {
+    match report.outcome {
+        Outcome::NotFinite { .. }
+        | Outcome::Singular { .. }
+        | Outcome::IndefinitePreconditioner { iteration: 0 } => {
+            Err(StepFailure::Solver { outcome: report.outcome })
         }
-    }
-
-    /// v' = v + dv, x' = x + h v'.
-    fn kick_by_dv_and_drift(&mut self) {
-        let dt = self.dt();
-        let Workspace { next, moved, numbers, .. } = &mut *self.work;
-        let dv = std::mem::take(&mut next.dv);
-        let wind = Some(array3(&numbers.wind));
-        let change = Change { a: &dv, h: R::one(), dt, by: MovedBy::New, wind };
-        write_next(self.model, self.state, next, &change, moved);
-        next.dv = dv;
-        self.watch.lap(Stage::Position);
+        Outcome::Converged
+        | Outcome::IterationCap
+        | Outcome::NegativeCurvature { .. }
+        | Outcome::ZeroCurvature { .. }
+        | Outcome::IndefinitePreconditioner { .. } => Ok(()),
     }
 }
 

@@ -1,0 +1,35 @@
+//! What the kernels of an evaluation add up, as types that they are compiled for.
+
+/// What kernels add up.
+pub(super) trait Aim {
+    /// A right-hand side, its matrix and the diagonal of it, in place of accelerations.
+    const HAS_MATRIX: bool = false;
+    /// The right-hand side takes what the matrix makes of the velocities: it is that of a step from the state.
+    const IS_STEP: bool = false;
+    /// What bounds an explicit step.
+    const IS_BOUNDED: bool = false;
+}
+
+/// Accelerations, without a bound on what is done with them.
+pub(super) struct Explicit;
+/// Accelerations, and what bounds the length of their step.
+pub(super) struct Bounded;
+/// The linear solve of a step from the state.
+pub(super) struct Implicit;
+/// A linear solve from an iterate: forces and the matrix.
+pub(super) struct Iterate;
+
+impl Aim for Explicit {}
+
+impl Aim for Bounded {
+    const IS_BOUNDED: bool = true;
+}
+
+impl Aim for Implicit {
+    const HAS_MATRIX: bool = true;
+    const IS_STEP: bool = true;
+}
+
+impl Aim for Iterate {
+    const HAS_MATRIX: bool = true;
+}

@@ -1,0 +1,343 @@
+//! The sweeps over iterates of an implicit step: velocities u, and the positions X + h u to which they lead (see
+//! [`Scheme`](crate::cloth::scheme::Scheme)).
+
+use rayon::prelude::*;
+
+use crate::{
+    cloth::{
+        evaluation::Evaluation,
+        figures::Total,
+        integrator::Integrator,
+        model::Model,
+        moved::{Moved, MovedSums, Weights, of_block},
+        numbers::StepNumbers,
+        scheme::{Scheme, error_constant},
+        state::State,
+    },
+    linalg::{add_lanes, packs, store_padded},
+    math::{LANES, Pack, Padded, Real, Sixteen, WithSimd, array::dot, array3, dispatch, three},
+    parallel::sum_by,
+};
+
+/// Where a step starts, and the numbers of its minimisation.
+#[derive(Clone, Copy)]
+pub(super) struct Start<'a, R: Real> {
+    model: &'a Model<R>,
+    state: &'a State<R>,
+    /// Length of the sub-step (s).
+    dt: f64,
+    scheme: Scheme,
+    drag: f64,
+    wind: [f64; 3],
+}
+
+/// What forces and inertia leave over at an iterate.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Leftover {
+    /// |u - V|²_M / 2 (J).
+    pub(super) inertia: f64,
+    /// The square of the residual, each row by its inverse mass (J).
+    pub(super) square: f64,
+    /// The residual times the change of velocities that was tried, 0 without one (J).
+    pub(super) along: f64,
+    /// The largest residual as an acceleration (m/s²).
+    pub(super) largest: f64,
+}
+
+impl Leftover {
+    /// What is minimised (J).
+    pub(super) fn value(&self, total: &Total) -> f64 {
+        self.inertia + total.potential() + total.dissipation()
+    }
+}
+
+impl<'a, R: Real> Start<'a, R> {
+    pub(super) fn new(model: &'a Model<R>, state: &'a State<R>, numbers: &StepNumbers<R>) -> Self {
+        let StepNumbers { dt, scheme, drag, wind, .. } = numbers;
+        Self { model, state, dt: *dt, scheme: *scheme, drag: drag.to_f64(), wind: array3(wind) }
+    }
+
+    /// The rows of a block.
+    fn block(&self, block: usize) -> Block<'a, R> {
+        let size = self.model.block_size;
+        let part = |field: &'a [Padded<R>]| of_block(field, block, size);
+        let state = self.state;
+        let past = (state.past.dt > 0.0).then(|| [part(&state.past.x), part(&state.past.v)]);
+        let [m, inv_m] = [&self.model.m, &self.model.inv_m].map(|field| of_block(field, block, size));
+        Block { x: part(&state.x), v: part(&state.v), past, m, inv_m, start: *self }
+    }
+
+    /// Writes the iterate at which velocities do not change. Returns the inertia of the start of the step, in the sense of
+    /// [`Leftover`], and the potential of the medium there (J).
+    pub(super) fn predict(&self, [x, v]: [&mut [Padded<R>]; 2], partials: &mut [Moved]) -> f64 {
+        let size = self.model.block_size;
+        let rows = (x.par_chunks_mut(size), v.par_chunks_mut(size));
+        (partials.par_iter_mut(), rows).into_par_iter().enumerate().for_each(|(block, (partial, (x, v)))| {
+            *partial = dispatch(Predict { block: self.block(block), x, v });
+        });
+        sum_by(partials, &|block| block.sums())[0]
+    }
+
+    /// Takes the change of momentum off the rows of an evaluation, which are then the residual.
+    pub(super) fn leave_over(
+        &self,
+        evaluation: &mut Evaluation<R>,
+        v: &[Padded<R>],
+        change: Option<&[Sixteen<R>]>,
+        partials: &mut [Moved],
+    ) -> Leftover {
+        let size = self.model.block_size;
+        let rows = (evaluation.rows.par_chunks_mut(size / LANES), v.par_chunks(size));
+        (partials.par_iter_mut(), rows).into_par_iter().enumerate().for_each(
+            |(block, (partial, (rows, v)))| {
+                let change = change.map(|change| of_block(change, block, size / LANES));
+                *partial = dispatch(LeaveOver { block: self.block(block), rows, v, change });
+            },
+        );
+        let [inertia, square, along, _] = sum_by(partials, &|block| block.sums());
+        let largest = partials.iter().map(Moved::largest).fold(0.0, f64::max).sqrt() / self.scheme.reach;
+        Leftover { inertia, square, along, largest }
+    }
+
+    /// Writes the iterate a share of the way along a change of velocities.
+    pub(super) fn go(
+        &self,
+        [x, v]: [&[Padded<R>]; 2],
+        change: &[Sixteen<R>],
+        share: f64,
+        [to_x, to_v]: [&mut [Padded<R>]; 2],
+    ) {
+        let size = self.model.block_size;
+        let reach = self.scheme.reach;
+        let targets = (to_x.par_chunks_mut(size), to_v.par_chunks_mut(size));
+        let sources = (x.par_chunks(size), v.par_chunks(size), change.par_chunks(size / LANES));
+        (targets, sources).into_par_iter().for_each(|((to_x, to_v), (x, v, change))| {
+            dispatch(Go { from: [x, v], to: [to_x, to_v], change, share, reach });
+        });
+    }
+
+    /// Writes where the step ends that an iterate is the solution of, and what the next one has to know of its start;
+    /// returns what the error of a particle is of the length of the vector that its block added up.
+    pub(super) fn finish(
+        &self,
+        integrator: Integrator,
+        [x, v]: [&[Padded<R>]; 2],
+        next: &mut State<R>,
+        moved: &mut [Moved],
+    ) -> f64 {
+        let size = self.model.block_size;
+        let before = self.state.past.dt;
+        let targets = (next.x.par_chunks_mut(size), next.v.par_chunks_mut(size));
+        let sources = (x.par_chunks(size), v.par_chunks(size));
+        (moved.par_iter_mut(), targets, sources).into_par_iter().enumerate().for_each(
+            |(block, (moved, (to_x, to_v), (x, v)))| {
+                let block = self.block(block);
+                *moved = dispatch(Finish { block, from: [x, v], to: [to_x, to_v], before });
+            },
+        );
+
+        if !integrator.has_past() {
+            return 0.5 * self.dt;
+        }
+        next.size_past();
+        let copy = |to: &mut [Padded<R>], from: &[Padded<R>]| {
+            (to.par_chunks_mut(size), from.par_chunks(size))
+                .into_par_iter()
+                .for_each(|(to, from)| to.copy_from_slice(from));
+        };
+        copy(&mut next.past.x, &self.state.x);
+        copy(&mut next.past.v, &self.state.v);
+        next.past.dt = self.dt;
+        if before > 0.0 { error_constant(integrator, self.dt, before) } else { 0.5 * self.dt }
+    }
+}
+
+/// The rows of a block: where they are, where they were, their masses.
+struct Block<'a, R: Real> {
+    x: &'a [Padded<R>],
+    v: &'a [Padded<R>],
+    past: Option<[&'a [Padded<R>]; 2]>,
+    m: &'a [R],
+    inv_m: &'a [R],
+    start: Start<'a, R>,
+}
+
+impl<R: Real> Block<'_, R> {
+    /// X - x_n and V of sixteen rows, their free masses and their inverses.
+    #[inline(always)]
+    fn at<P: Pack<Number = R>>(&self, group: usize) -> ([[P; 3]; 2], [P; 2]) {
+        let Start { scheme, dt, .. } = self.start;
+        let sixteen = |field: &[Padded<R>]| packs::<P>(&field.as_chunks::<LANES>().0[group]);
+        let lanes = |field: &[R]| P::load(&field.as_chunks::<LANES>().0[group]);
+        let (m, inv_m, v) = (lanes(self.m), lanes(self.inv_m), sixteen(self.v));
+        let (of_pins, past) = (P::of(scheme.of_pins(dt)), P::of(scheme.past));
+        let pinned = three!(|c| v[c] * of_pins - (v[c] * of_pins).where_positive(inv_m));
+        let masses = [m.where_positive(inv_m), inv_m];
+        let Some([past_x, past_v]) = self.past else { return ([pinned, v], masses) };
+
+        let (x, past_x, past_v) = (sixteen(self.x), sixteen(past_x), sixteen(past_v));
+        let way = three!(|c| ((x[c] - past_x[c]) * past).where_positive(inv_m) + pinned[c]);
+        let base = three!(|c| v[c] + ((v[c] - past_v[c]) * past).where_positive(inv_m));
+        ([way, base], masses)
+    }
+}
+
+struct Predict<'a, R: Real> {
+    block: Block<'a, R>,
+    x: &'a mut [Padded<R>],
+    v: &'a mut [Padded<R>],
+}
+
+impl<R: Real> WithSimd<R> for Predict<'_, R> {
+    type Output = Moved;
+
+    #[inline(always)]
+    fn run<P: Pack<Number = R>>(self) -> Moved {
+        let Self { block, x: to_x, v: to_v } = self;
+        let Start { scheme, dt, drag, wind, .. } = block.start;
+        let wide = P::Wide::of;
+        let of_pins = P::of(dt / scheme.beyond);
+        let (drag, wind) = (wide(scheme.reach * drag), wind.map(wide));
+        let (h, inverse) = (P::of(scheme.reach), wide(-1.0 / scheme.reach));
+        let (to_x, to_v) = (to_x.as_chunks_mut::<LANES>().0, to_v.as_chunks_mut::<LANES>().0);
+        let mut inertia = P::Wide::zero();
+        for (group, (to_x, to_v)) in to_x.iter_mut().zip(to_v).enumerate() {
+            let ([way, base], [m, inv_m]) = block.at::<P>(group);
+            let x = packs::<P>(&block.x.as_chunks::<LANES>().0[group]);
+            let v = packs::<P>(&block.v.as_chunks::<LANES>().0[group]);
+            store_padded(v, to_v);
+            // In one rounding, so that pins end exactly where they are to be.
+            let pinned = three!(|c| v[c] * of_pins - (v[c] * of_pins).where_positive(inv_m));
+            let free = three!(|c| (way[c] + v[c] * h).where_positive(inv_m));
+            store_padded(three!(|c| x[c] + (free[c] + pinned[c])), to_x);
+
+            // The velocity at which X + h u is x_n.
+            let still = P::widen3(way);
+            let still = three!(|c| still[c] * inverse);
+            let base = P::widen3(base);
+            let change = three!(|c| still[c] - base[c]);
+            let half = wide(0.5);
+            let medium = drag * (half * dot(still, still) - dot(still, wind));
+            inertia += half * m.widen() * dot(change, change) + medium.where_positive(inv_m.widen());
+        }
+        Moved::new([add_lanes(inertia.store()), 0.0, 0.0, 0.0], 0.0)
+    }
+}
+
+struct LeaveOver<'a, R: Real> {
+    block: Block<'a, R>,
+    rows: &'a mut [Sixteen<R>],
+    v: &'a [Padded<R>],
+    change: Option<&'a [Sixteen<R>]>,
+}
+
+impl<R: Real> WithSimd<R> for LeaveOver<'_, R> {
+    type Output = Moved;
+
+    #[inline(always)]
+    fn run<P: Pack<Number = R>>(self) -> Moved {
+        let mut sums = [P::Wide::zero(); 3];
+        let mut largest = P::Wide::zero();
+        let v = self.v.as_chunks::<LANES>().0;
+        for (group, (row, u)) in self.rows.iter_mut().zip(v).enumerate() {
+            let ([_, base], [m, inv_m]) = self.block.at::<P>(group);
+            let (force, u) = (row.load::<P>(), packs::<P>(u));
+            let change = three!(|c| u[c] - base[c]);
+            let rest = three!(|c| force[c] - m * change[c]);
+            row.store(rest);
+
+            if let Some(tried) = self.change {
+                let tried = P::widen3(tried[group].load::<P>());
+                sums[2] += dot(P::widen3(rest), tried);
+            }
+            let (change, rest, inv_m) = (P::widen3(change), P::widen3(rest), inv_m.widen());
+            let square = dot(rest, rest) * inv_m;
+            sums[0] += P::Wide::of(0.5) * m.widen() * dot(change, change);
+            sums[1] += square;
+            largest = largest.max(square * inv_m);
+        }
+        let largest = largest.store().into_iter().fold(0.0, f64::max);
+        let [inertia, square, along] = sums;
+        let total = |lanes: P::Wide| add_lanes(lanes.store());
+        Moved::new([total(inertia), total(square), total(along), 0.0], largest)
+    }
+}
+
+struct Go<'a, R: Real> {
+    from: [&'a [Padded<R>]; 2],
+    to: [&'a mut [Padded<R>]; 2],
+    change: &'a [Sixteen<R>],
+    share: f64,
+    reach: f64,
+}
+
+impl<R: Real> WithSimd<R> for Go<'_, R> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<P: Pack<Number = R>>(self) {
+        let (share, reach) = (P::of(self.share), P::of(self.share * self.reach));
+        let [x, v] = self.from.map(|field| field.as_chunks::<LANES>().0);
+        let [to_x, to_v] = self.to;
+        let (to_x, to_v) = (to_x.as_chunks_mut::<LANES>().0, to_v.as_chunks_mut::<LANES>().0);
+        for (((x, v), change), (to_x, to_v)) in
+            x.iter().zip(v).zip(self.change).zip(to_x.iter_mut().zip(to_v))
+        {
+            let (x, v, change) = (packs::<P>(x), packs::<P>(v), change.load::<P>());
+            store_padded(three!(|c| v[c] + change[c] * share), to_v);
+            store_padded(three!(|c| x[c] + change[c] * reach), to_x);
+        }
+    }
+}
+
+struct Finish<'a, R: Real> {
+    block: Block<'a, R>,
+    from: [&'a [Padded<R>]; 2],
+    to: [&'a mut [Padded<R>]; 2],
+    /// Length of the sub-step before (s).
+    before: f64,
+}
+
+impl<R: Real> WithSimd<R> for Finish<'_, R> {
+    type Output = Moved;
+
+    #[inline(always)]
+    fn run<P: Pack<Number = R>>(self) -> Moved {
+        let Self { block, from, to: [to_x, to_v], before } = self;
+        let Start { scheme, dt, wind, .. } = block.start;
+        let weights = Weights { m: block.m, inv_m: block.inv_m, wind };
+        let wide = P::Wide::of;
+        let (of_this, of_past, of_both) = (wide(1.0 / dt), wide(-1.0 / before), wide(2.0 / (dt + before)));
+        let (beyond, of_pins) = (P::of(scheme.beyond), P::of(dt));
+        let [from_x, from_v] = from.map(|field| field.as_chunks::<LANES>().0);
+        let (to_x, to_v) = (to_x.as_chunks_mut::<LANES>().0, to_v.as_chunks_mut::<LANES>().0);
+        let mut sums = MovedSums::<P::Wide>::none();
+        for (group, (to_x, to_v)) in to_x.iter_mut().zip(to_v).enumerate() {
+            let sixteen = |field: &[Padded<R>]| packs::<P>(&field.as_chunks::<LANES>().0[group]);
+            let ([_, base], [_, inv_m]) = block.at::<P>(group);
+            let (x, v) = (sixteen(block.x), sixteen(block.v));
+            let (near, u) = (packs::<P>(&from_x[group]), packs::<P>(&from_v[group]));
+            let [end, new] = if scheme.beyond == 1.0 {
+                [near, u]
+            } else {
+                let pinned = three!(|c| v[c] * of_pins - (v[c] * of_pins).where_positive(inv_m));
+                let free = three!(|c| ((near[c] - x[c]) * beyond).where_positive(inv_m));
+                [three!(|c| x[c] + (free[c] + pinned[c])), three!(|c| v[c] + (u[c] - v[c]) * beyond)]
+            };
+            store_padded(end, to_x);
+            store_padded(new, to_v);
+
+            let own = P::widen3(three!(|c| new[c] - v[c]));
+            if let Some([_, past_v]) = block.past {
+                let past_v = sixteen(past_v);
+                let last = P::widen3(three!(|c| (v[c] - past_v[c]).where_positive(inv_m)));
+                sums.add_error(three!(|c| (own[c] * of_this + last[c] * of_past) * of_both));
+            } else {
+                sums.add_error(own);
+            }
+            let change = P::widen3(three!(|c| u[c] - base[c]));
+            sums.add_weighed::<P>(group, &weights, [change, P::widen3(u)]);
+        }
+        sums.block()
+    }
+}

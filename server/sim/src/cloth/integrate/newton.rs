@@ -1,0 +1,217 @@
+//! Newton's method for the minimisation of an implicit step: linear solves from iterate to iterate, each with a line
+//! search on what is minimised, until forces and inertia are in balance.
+//!
+//! A balance may be a saddle: a flat sheet under compression is one. So the exact tangent is searched for a direction of
+//! negative curvature at the end, and followed where there is one (Nocedal and Wright, Numerical Optimization, ch. 3.4).
+
+use super::{
+    iterate::{Leftover, Start},
+    solve::{At, check},
+    update::Step,
+};
+use crate::{
+    cloth::{
+        accept::{Found, rounding},
+        figures::Total,
+        judge::fastest,
+        purpose::Purpose,
+        settings::{ClothSettings, Minimizer, NewtonSettings},
+        workspace::Workspace,
+    },
+    interrupt::Interrupt,
+    linalg::{Outcome, SolveReport},
+    math::Real,
+    report::{Stage, StepFailure},
+};
+
+/// Least share of the predicted fall that a fall must be (Armijo's rule).
+const SHARE: f64 = 1e-4;
+/// How much of the residual along a change may point back after it, where that is what is judged.
+const BACK: f64 = 0.5;
+/// Where rounding hides whether G falls, what the square of the residual must shrink to.
+const HIDDEN: f64 = 0.98;
+/// How often a change is halved, at most.
+const HALVINGS: u32 = 20;
+
+/// How often a step may leave a saddle.
+const SADDLES: u32 = 4;
+
+/// An iterate that was evaluated.
+#[derive(Clone, Copy)]
+pub(super) struct Iterate {
+    total: Total,
+    leftover: Leftover,
+}
+
+impl Iterate {
+    /// What is minimised (J).
+    pub(super) fn value(&self) -> f64 {
+        self.leftover.value(&self.total)
+    }
+}
+
+/// Writes where the step leads; returns its solves as one, what they found, and what the error of a particle is of the
+/// vector that its block added up.
+pub(super) fn advance<R: Real>(
+    step: &mut Step<'_, R>,
+    settings: &ClothSettings,
+    interrupt: &Interrupt,
+) -> Result<(SolveReport, Found, f64), StepFailure> {
+    let newton = match settings.minimizer {
+        Minimizer::Newton(newton) => newton,
+        Minimizer::OneStep => NewtonSettings { tolerance: 0.0, max_iterations: 1 },
+    };
+    let Workspace { next, moved, numbers, .. } = &mut *step.work;
+    let inertia = Start::new(step.model, step.state, numbers).predict([&mut next.x, &mut next.v], moved);
+    step.watch.lap(Stage::Position);
+
+    let mut search = Search { step, settings, interrupt, report: None };
+    let first = search.evaluate(Tried::Next);
+    let (mut last, mut is_done) = search.run(first, &newton)?;
+    if let Minimizer::Newton(_) = settings.minimizer {
+        for _ in 0..SADDLES {
+            if !is_done || !last.value().is_finite() {
+                break;
+            }
+            let Some(lower) = search.leave_saddle(&last)? else { break };
+            (last, is_done) = search.run(lower, &newton)?;
+        }
+    }
+    let outcome = if is_done { Outcome::Converged } else { Outcome::IterationCap };
+    let report = search.report(&first, &last, outcome);
+    let pin_work = first.total.pin_work.max(0.0) + last.total.pin_work.max(0.0);
+    let found = Found::Iterate { inertia, potential: last.total.potential(), pin_work };
+    let scale = step.finish_iterate(settings);
+    Ok((report, found, scale))
+}
+
+impl<R: Real> Step<'_, R> {
+    /// Ends the step that the iterate in `next` is the solution of.
+    fn finish_iterate(&mut self, settings: &ClothSettings) -> f64 {
+        let Workspace { next, moved, numbers, trial: [x, v], .. } = &mut *self.work;
+        std::mem::swap(&mut next.x, x);
+        std::mem::swap(&mut next.v, v);
+        let scale =
+            Start::new(self.model, self.state, numbers).finish(settings.integrator, [x, v], next, moved);
+        if self.work.numbers.scheme.beyond == 1.0 {
+            self.work.know(Purpose::of(settings));
+        }
+        self.watch.lap(Stage::Position);
+        scale
+    }
+}
+
+/// Where what is evaluated stands.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Tried {
+    /// In `next`: the iterate.
+    Next,
+    /// In `trial`: what the line search tries.
+    Trial,
+}
+
+/// A minimisation on its way.
+pub(super) struct Search<'s, 'a, R: Real> {
+    pub(super) step: &'s mut Step<'a, R>,
+    pub(super) settings: &'s ClothSettings,
+    pub(super) interrupt: &'s Interrupt,
+    /// The linear solves so far.
+    pub(super) report: Option<SolveReport>,
+}
+
+impl<R: Real> Search<'_, '_, R> {
+    /// Evaluates an iterate; the rows are then its residual.
+    pub(super) fn evaluate(&mut self, tried: Tried) -> Iterate {
+        let kind = Purpose::Iterate(self.settings.solver.preconditioner);
+        let Step { model, state, work, watch } = &mut *self.step;
+        let Workspace { evaluation, next, trial, moved, numbers, scratches, .. } = &mut **work;
+        let [x, v] = if tried == Tried::Next { [&next.x, &next.v] } else { [&trial[0], &trial[1]] };
+        evaluation.run(model, numbers, kind, [x, v], scratches);
+        let change = (tried == Tried::Trial).then_some(&*next.dv);
+        let leftover = Start::new(model, state, numbers).leave_over(evaluation, v, change, moved);
+        watch.lap(Stage::Force);
+        Iterate { total: evaluation.total, leftover }
+    }
+
+    /// Goes on from the iterate in `next`, which was evaluated, to the last one; says whether that is the solution, as
+    /// far as the precision goes.
+    fn run(&mut self, first: Iterate, newton: &NewtonSettings) -> Result<(Iterate, bool), StepFailure> {
+        let mut now = first;
+        for _ in 0..newton.max_iterations {
+            // What is not finite shows in the diagnostics of where the step leads.
+            if now.leftover.largest <= newton.tolerance || !now.value().is_finite() {
+                return Ok((now, true));
+            }
+            let report = self.step.solve(At::Iterate, self.settings, self.interrupt);
+            if self.interrupt.is_requested() {
+                return Err(StepFailure::Interrupted);
+            }
+            check(&report)?;
+            self.report = Some(self.report.map_or(report, |others| others.and(report)));
+            let Some(new) = self.search(&now)? else { return Ok((now, true)) };
+            now = new;
+        }
+        let is_done = now.leftover.largest <= newton.tolerance;
+        Ok((now, is_done))
+    }
+
+    /// Takes a share of the change that was solved for, such that what is minimised falls; none where rounding hides
+    /// whether it does.
+    fn search(&mut self, now: &Iterate) -> Result<Option<Iterate>, StepFailure> {
+        let predicted = self.step.work.cg.descent();
+        let slack = self.slack(now);
+        let mut share = 1.0;
+        for _ in 0..HALVINGS {
+            self.go(share);
+            let new = self.evaluate(Tried::Trial);
+            let is_lower = new.value() <= now.value() - 2.0 * SHARE * share * predicted;
+            // Damping has no potential where directions change. Of damped cloth the work of the residual along the change says
+            // more, (r + r').du / 2 by the trapezoidal rule; r.du is twice what the solve predicts.
+            let is_damped = now.total.dissipation() != 0.0;
+            let is_work = is_damped && new.leftover.along >= -BACK * 2.0 * predicted;
+            let is_hidden = predicted <= slack && new.leftover.square <= HIDDEN * now.leftover.square;
+            if is_lower || is_work || is_hidden {
+                self.take();
+                return Ok(Some(new));
+            }
+            if predicted <= slack {
+                self.evaluate(Tried::Next);
+                return Ok(None);
+            }
+            share *= 0.5;
+        }
+        let particle = fastest(self.step.model, &self.step.work.next);
+        Err(StepFailure::Descent { particle, value: 0.0, predicted, limit: SHARE })
+    }
+
+    /// A bound on what rounding does to the difference of two values near this one (J).
+    pub(super) fn slack(&self, now: &Iterate) -> f64 {
+        let Step { model, work, .. } = &*self.step;
+        2.0 * rounding(model, &work.numbers, &now.total, work.evaluation.reach)
+    }
+
+    /// Writes a share of the change of velocities into `trial`.
+    pub(super) fn go(&mut self, share: f64) {
+        let Workspace { next, numbers, trial: [x, v], .. } = &mut *self.step.work;
+        Start::new(self.step.model, self.step.state, numbers).go([&next.x, &next.v], &next.dv, share, [x, v]);
+        self.step.watch.lap(Stage::Position);
+    }
+
+    /// Takes what was tried for the iterate.
+    pub(super) fn take(&mut self) {
+        let Workspace { next, trial: [x, v], .. } = &mut *self.step.work;
+        std::mem::swap(&mut next.x, x);
+        std::mem::swap(&mut next.v, v);
+    }
+
+    /// All solves as one.
+    fn report(&self, first: &Iterate, last: &Iterate, outcome: Outcome) -> SolveReport {
+        let none = SolveReport::at_once(Outcome::Converged, 0.0);
+        let report = self.report.unwrap_or(none);
+        if self.settings.minimizer == Minimizer::OneStep || first.leftover.square == 0.0 {
+            return report;
+        }
+        let relative_residual = (last.leftover.square / first.leftover.square).sqrt();
+        SolveReport { outcome, relative_residual, ..report }
+    }
+}

@@ -1,0 +1,140 @@
+//! The way out of a saddle: a direction in which what is minimised curves down, although nothing is left over.
+//!
+//! Conjugate gradient on the exact tangent meets such a direction within a few iterations, where there is one and its
+//! right-hand side is not at right angles to it: velocities at random are not.
+
+use rayon::prelude::*;
+
+use super::{
+    newton::{Iterate, Search, Tried},
+    solve::At,
+};
+use crate::{
+    cloth::{moved::Moved, workspace::Workspace},
+    linalg::{Inverse3, Outcome, SolveReport, packs},
+    math::{LANES, Pack, Padded, Real, Sixteen, Vec3, WithSimd, array::dot, dispatch, three},
+    parallel::hash_numbers,
+    report::StepFailure,
+};
+
+/// How far the first try displaces a particle at most, in rest lengths of a spring.
+const DISPLACEMENT: f64 = 0.1;
+/// How often that is halved, at most.
+const HALVINGS: u32 = 16;
+
+impl<R: Real> Search<'_, '_, R> {
+    /// Goes to where what is minimised is lower than at the iterate in `next`, a balance; none where that is a minimum.
+    pub(super) fn leave_saddle(&mut self, now: &Iterate) -> Result<Option<Iterate>, StepFailure> {
+        let mirror = std::mem::replace(&mut self.step.work.numbers.mirror, R::one());
+        // The inverse blocks of the exact tangent need not be positive definite.
+        self.swap_inverse();
+        self.evaluate(Tried::Next);
+        self.swap_inverse();
+        self.scatter();
+        let report = self.step.solve(At::Iterate, self.settings, self.interrupt);
+        self.step.work.numbers.mirror = mirror;
+        if self.interrupt.is_requested() {
+            return Err(StepFailure::Interrupted);
+        }
+        let spent = self.report.unwrap_or(SolveReport::at_once(Outcome::Converged, 0.0));
+        let iterations = spent.iterations.saturating_add(report.iterations);
+        let products = spent.products.saturating_add(report.products);
+        self.report = Some(SolveReport { iterations, products, ..spent });
+        let Outcome::NegativeCurvature { iteration } = report.outcome else { return Ok(None) };
+
+        let mut share = DISPLACEMENT * self.rest_length() / self.follow(iteration);
+        for _ in 0..HALVINGS {
+            for sign in [1.0, -1.0] {
+                self.go(sign * share);
+                let new = self.evaluate(Tried::Trial);
+                if new.value() < now.value() - self.slack(now) {
+                    self.take();
+                    return Ok(Some(new));
+                }
+            }
+            share *= 0.5;
+        }
+        self.evaluate(Tried::Next);
+        Ok(None)
+    }
+
+    /// Puts the inverse diagonal blocks aside, or those put aside back.
+    fn swap_inverse(&mut self) {
+        let Workspace { evaluation, other_inverse, .. } = &mut *self.step.work;
+        other_inverse.resize(evaluation.inverse.len(), Inverse3::default());
+        std::mem::swap(&mut evaluation.inverse, other_inverse);
+    }
+
+    /// Writes momenta at random into the right-hand side: the same for the same particles of the user.
+    fn scatter(&mut self) {
+        let model = self.step.model;
+        let size = model.block_size / LANES;
+        self.step.work.evaluation.rows.par_chunks_mut(size).enumerate().for_each(|(block, rows)| {
+            for (group, row) in rows.iter_mut().enumerate() {
+                for lane in 0..LANES {
+                    let place = (block * size + group) * LANES + lane;
+                    let is_free = model.inv_m.get(place).is_some_and(|inv_m| *inv_m > R::zero());
+                    let momentum = if is_free {
+                        let bits = hash_numbers(u64::from(model.user[place]), [0.0]);
+                        let part = |shift: u32| f64::from((bits >> shift) as u16) / 65_536.0 - 0.5;
+                        Vec3::new(part(0), part(16), part(32)).map(|c| R::of(c) * model.m[place])
+                    } else {
+                        Vec3::zeros()
+                    };
+                    row.set(lane, momentum);
+                }
+            }
+        });
+    }
+
+    /// Puts the direction in which the solve met the curvature where changes of velocity are; returns how far the fastest
+    /// particle goes by it in the step (m).
+    fn follow(&mut self, iteration: u32) -> f64 {
+        let size = self.step.model.block_size / LANES;
+        let Workspace { cg, next, numbers, moved, .. } = &mut *self.step.work;
+        // Where it was the first direction, the solve has gone along it.
+        let direction = (iteration > 1).then(|| cg.direction());
+        (moved.par_iter_mut(), next.dv.par_chunks_mut(size)).into_par_iter().enumerate().for_each(
+            |(block, (moved, dv))| {
+                let first = block * size * LANES;
+                let from = direction.map(|p| &p[first..first + dv.len() * LANES]);
+                *moved = Moved::new([0.0; 4], dispatch(Follow { dv, from }));
+            },
+        );
+        numbers.reach * moved.iter().map(Moved::largest).fold(0.0, f64::max).sqrt()
+    }
+
+    /// The mean rest length of the springs (m).
+    fn rest_length(&self) -> f64 {
+        let springs = &self.step.model.springs;
+        let lengths = springs.rest_lengths.as_flattened().iter().map(|length| length.to_f64());
+        let [sum, count] = lengths
+            .filter(|length| *length > 0.0)
+            .fold([0.0, 0.0], |[sum, count], length| [sum + length, count + 1.0]);
+        sum / f64::max(count, 1.0)
+    }
+}
+
+struct Follow<'a, R: Real> {
+    dv: &'a mut [Sixteen<R>],
+    from: Option<&'a [Padded<R>]>,
+}
+
+impl<R: Real> WithSimd<R> for Follow<'_, R> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn run<P: Pack<Number = R>>(self) -> f64 {
+        let mut largest = P::Wide::zero();
+        for (group, dv) in self.dv.iter_mut().enumerate() {
+            let v = match self.from {
+                Some(p) => packs::<P>(&p.as_chunks::<LANES>().0[group]),
+                None => dv.load::<P>(),
+            };
+            dv.store(three!(|c| v[c]));
+            let wide = P::widen3(v);
+            largest = largest.max(dot(wide, wide));
+        }
+        largest.store().into_iter().fold(0.0, f64::max)
+    }
+}
