@@ -36,6 +36,11 @@ impl TimeStep {
         matches!(self, Self::Unchecked(_))
     }
 
+    /// Length (s) of those that a step of the world (s) is divided into at least.
+    pub(crate) fn asked(self, dt: f64) -> f64 {
+        dt / self.count_in(dt)
+    }
+
     /// Steps that a step of the world (s) is divided into at least.
     pub(crate) fn count_in(self, dt: f64) -> f64 {
         match self {

@@ -98,7 +98,7 @@ impl<R: Real> Stepping<'_, R> {
     pub(crate) fn attempt(&mut self, dt: f64, watch: &mut dyn Stopwatch) -> Result<(), StepFailure> {
         self.work.begin_substep(self.state);
         self.refresh(dt);
-        let asked = self.around.dt / self.settings.time_step.count_in(self.around.dt);
+        let asked = self.settings.time_step.asked(self.around.dt);
         if self.state.aim_pins(asked, dt / asked) {
             self.work.forget();
         }

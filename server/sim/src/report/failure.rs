@@ -85,8 +85,24 @@ pub enum StepFailure {
 impl StepFailure {
     /// The same with a body's particles numbered over all bodies, of which `first` is its first.
     pub(crate) fn shifted(mut self, first: u64) -> Self {
-        match &mut self {
+        if let Self::Stretch { other, .. } = &mut self {
+            *other += first;
+        }
+        if let Some(particle) = self.particle_mut() {
+            *particle += first;
+        }
+        self
+    }
+
+    /// The particle at fault.
+    pub fn particle(&self) -> Option<u64> {
+        self.clone().particle_mut().copied()
+    }
+
+    fn particle_mut(&mut self) -> Option<&mut u64> {
+        match self {
             Self::NotFinite { particle, .. }
+            | Self::Stretch { particle, .. }
             | Self::Energy { particle, .. }
             | Self::Descent { particle, .. }
             | Self::EnergyGain { particle, .. }
@@ -97,14 +113,9 @@ impl StepFailure {
             | Self::NodeSpeed { particle, .. }
             | Self::Deformation { particle, .. }
             | Self::OutOfRange { particle, .. }
-            | Self::GridMemory { particle, .. } => *particle += first,
-            Self::Stretch { particle, other, .. } => {
-                *particle += first;
-                *other += first;
-            }
-            Self::Solver { .. } | Self::Mass { .. } | Self::Interrupted => {}
+            | Self::GridMemory { particle, .. } => Some(particle),
+            Self::Solver { .. } | Self::Mass { .. } | Self::Interrupted => None,
         }
-        self
     }
 
     /// A stable word for programs, such as `NOT_FINITE`.
@@ -126,26 +137,6 @@ impl StepFailure {
             Self::GridMemory { .. } => "GRID_MEMORY",
             Self::Mass { .. } => "MASS_LOST",
             Self::Interrupted => "STEPS_INTERRUPTED",
-        }
-    }
-
-    /// The particle at fault.
-    pub const fn particle(&self) -> Option<u64> {
-        match self {
-            Self::NotFinite { particle, .. }
-            | Self::Stretch { particle, .. }
-            | Self::Energy { particle, .. }
-            | Self::Descent { particle, .. }
-            | Self::EnergyGain { particle, .. }
-            | Self::Inaccurate { particle, .. }
-            | Self::NeverStable { particle }
-            | Self::TimeStep { particle, .. }
-            | Self::Substeps { particle, .. }
-            | Self::NodeSpeed { particle, .. }
-            | Self::Deformation { particle, .. }
-            | Self::OutOfRange { particle, .. }
-            | Self::GridMemory { particle, .. } => Some(*particle),
-            Self::Solver { .. } | Self::Mass { .. } | Self::Interrupted => None,
         }
     }
 

@@ -83,7 +83,7 @@ impl<R: Real> Cloth<R> {
 
     /// Length of the sub-steps that its scene asks for (s).
     pub(super) fn asked(&self, around: &Surroundings<'_>) -> f64 {
-        around.dt / self.settings.time_step.count_in(around.dt)
+        self.settings.time_step.asked(around.dt)
     }
 
     /// Whether its steps are taken whatever is known of them.
