@@ -145,7 +145,8 @@ fn a_step_allocates_nothing_after_the_first_ones() {
     }
 
     let all_solvers = Method::new(Integrator::ImplicitEuler, Hessian::Absolute);
-    for method in Method::all() {
+    let sweeps = Method::by_sweeps(Integrator::ImplicitEuler, 3);
+    for method in Method::all().into_iter().chain([sweeps]) {
         // Implicit methods differ in what they solve, not in how.
         let count_of_solvers = match method.integrator {
             _ if method == all_solvers => solvers.len(),

@@ -18,4 +18,5 @@ mod external;
 mod bodies;
 mod shipped;
 mod steps;
+mod vertex_block_descent;
 mod odd_networks;

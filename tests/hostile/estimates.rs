@@ -139,6 +139,10 @@ fn scenes() -> Vec<(&'static str, String)> {
             "cloth, bdf2 by Newton",
             cloth("grid = [200, 200], spacing = 0.01", &all, "integrator = \"bdf2\"\nminimizer = \"newton\""),
         ),
+        (
+            "cloth, vertex block descent",
+            cloth("grid = [200, 200], spacing = 0.01", &all, "minimizer = \"vertex_block_descent\""),
+        ),
         ("cloth, edges of an upload", cloth("upload = \"SHEET\"", &all, implicit)),
         (
             "cloth, chain",

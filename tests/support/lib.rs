@@ -16,7 +16,7 @@ pub mod statics;
 mod oscillator;
 mod random;
 
-pub use method::Method;
+pub use method::{Method, NEWTON};
 pub use oscillator::Oscillator;
 pub use random::Random;
 pub use scalar::ScalarLaw;

@@ -14,8 +14,7 @@ pub struct Method {
 }
 
 /// Newton's method, as far as the precision goes.
-pub(crate) const NEWTON: Minimizer =
-    Minimizer::Newton(NewtonSettings { tolerance: 1e-12, max_iterations: 50 });
+pub const NEWTON: Minimizer = Minimizer::Newton(NewtonSettings { tolerance: 1e-12, max_iterations: 50 });
 
 impl Method {
     /// An integrator that makes one linear solve per step, if any.
@@ -23,7 +22,13 @@ impl Method {
         Self { integrator, minimizer: Minimizer::OneStep, hessian }
     }
 
-    /// Every method, by construction: implicit Euler with every treatment of the Hessian.
+    /// The same, solved by some sweeps of vertex block descent.
+    pub const fn by_sweeps(integrator: Integrator, sweeps: u32) -> Self {
+        let minimizer = Minimizer::VertexBlockDescent { sweeps };
+        Self { minimizer, ..Self::new(integrator, Hessian::Absolute) }
+    }
+
+    /// Every method that ends at what it is defined by, by construction: implicit Euler with every treatment of the Hessian.
     pub fn all() -> Vec<Self> {
         let of = |integrator: Integrator| {
             let treatments: &[Hessian] =
@@ -39,7 +44,7 @@ impl Method {
     #[must_use]
     pub fn in_few_iterations(self) -> Self {
         let few = Minimizer::Newton(NewtonSettings { tolerance: 1e-3, max_iterations: 5 });
-        Self { minimizer: if self.minimizer == Minimizer::OneStep { self.minimizer } else { few }, ..self }
+        Self { minimizer: if self.minimizer == NEWTON { few } else { self.minimizer }, ..self }
     }
 
     /// The method that golden tables call by this name: there `implicit_euler` keeps the full
@@ -57,6 +62,8 @@ impl Method {
     pub fn name(self) -> String {
         if self.minimizer == NEWTON {
             format!("{}_newton", self.integrator.name())
+        } else if let Minimizer::VertexBlockDescent { .. } = self.minimizer {
+            format!("{}_vertex_block_descent", self.integrator.name())
         } else if self.integrator.is_implicit() {
             format!("{}_{}", self.integrator.name(), self.hessian.name())
         } else {

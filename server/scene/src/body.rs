@@ -53,6 +53,9 @@ pub struct Body {
     /// Cap on the linear solves of Newton's method in a sub-step; none: its default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub newton_iterations: Option<u32>,
+    /// Sweeps of vertex block descent in a sub-step; none: its default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sweeps: Option<u32>,
     /// What an implicit step does with the negative transverse stiffness of compressed springs.
     #[serde(default, with = "names::hessian")]
     pub hessian: Hessian,
@@ -100,6 +103,7 @@ impl Body {
             minimizer: MinimizerKind::default(),
             newton_tolerance: None,
             newton_iterations: None,
+            sweeps: None,
             hessian: Hessian::default(),
             substeps: None,
             substep: None,

@@ -308,28 +308,31 @@ fn settings(text: &BodyText<'_>) -> Result<ClothSettings, SceneError> {
 
 /// How an implicit step is solved.
 fn minimizer(text: &BodyText<'_>) -> Result<Minimizer, SceneError> {
-    let Body { minimizer, newton_tolerance, newton_iterations, integrator, .. } = text.body;
+    let Body { minimizer, newton_tolerance, newton_iterations, sweeps, integrator, .. } = text.body;
     if *minimizer != MinimizerKind::OneStep && !integrator.is_implicit() {
         let message = format!("is for implicit integrators, and '{}' is explicit", integrator.name());
         return text.at.key("minimizer").inconsistent(message);
     }
+    let keys = [
+        ("newton_tolerance", newton_tolerance.is_some(), MinimizerKind::Newton),
+        ("newton_iterations", newton_iterations.is_some(), MinimizerKind::Newton),
+        ("sweeps", sweeps.is_some(), MinimizerKind::VertexBlockDescent),
+    ];
+    if let Some((key, _, kind)) = keys.into_iter().find(|(_, given, kind)| *given && kind != minimizer) {
+        return text.at.key(key).inconsistent(format!("is for minimizer = \"{}\"", kind.name()));
+    }
+
     let defaults = NewtonSettings::default();
-    match minimizer {
-        MinimizerKind::OneStep => {
-            let keys = [
-                ("newton_tolerance", newton_tolerance.is_some()),
-                ("newton_iterations", newton_iterations.is_some()),
-            ];
-            match keys.into_iter().find(|(_, is_given)| *is_given) {
-                Some((key, _)) => text.at.key(key).inconsistent("is for minimizer = \"newton\""),
-                None => Ok(Minimizer::OneStep),
-            }
-        }
-        MinimizerKind::Newton => Ok(Minimizer::Newton(NewtonSettings {
+    Ok(match minimizer {
+        MinimizerKind::OneStep => Minimizer::OneStep,
+        MinimizerKind::Newton => Minimizer::Newton(NewtonSettings {
             tolerance: newton_tolerance.unwrap_or(defaults.tolerance),
             max_iterations: newton_iterations.unwrap_or(defaults.max_iterations),
-        })),
-    }
+        }),
+        MinimizerKind::VertexBlockDescent => {
+            Minimizer::VertexBlockDescent { sweeps: sweeps.unwrap_or(Minimizer::DEFAULT_SWEEPS) }
+        }
+    })
 }
 
 /// How steps of the scene are divided.

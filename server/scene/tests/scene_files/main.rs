@@ -286,6 +286,9 @@ fn sub_steps_of_cloth_come_out_as_written() {
     assert_eq!(of("minimizer = \"newton\"").minimizer, newton(0.01, 50));
     let both = "minimizer = \"newton\"\nnewton_tolerance = 1e-6\nnewton_iterations = 7";
     assert_eq!(of(both).minimizer, newton(1e-6, 7));
+    let descent = |sweeps| Minimizer::VertexBlockDescent { sweeps };
+    assert_eq!(of("minimizer = \"vertex_block_descent\"").minimizer, descent(20));
+    assert_eq!(of("minimizer = \"vertex_block_descent\"\nsweeps = 7").minimizer, descent(7));
     for (lines, key, says) in [
         (
             "minimizer = \"newton\"\nintegrator = \"velocity_verlet\"",
@@ -294,6 +297,7 @@ fn sub_steps_of_cloth_come_out_as_written() {
         ),
         ("newton_tolerance = 1e-6", "newton_tolerance", "minimizer = \"newton\""),
         ("newton_iterations = 7", "newton_iterations", "minimizer = \"newton\""),
+        ("sweeps = 7", "sweeps", "minimizer = \"vertex_block_descent\""),
         ("minimizer = \"newton\"\nnewton_tolerance = 0.0", "newton_tolerance", "allowed"),
     ] {
         let text = message(&with(lines));

@@ -4,6 +4,10 @@
 pub(super) trait Aim {
     /// A right-hand side, its matrix and the diagonal of it, in place of accelerations.
     const HAS_MATRIX: bool = false;
+    /// Energies, power and the largest stretch.
+    const HAS_FIGURES: bool = true;
+    /// The matrix is kept for products.
+    const FREEZES: bool = Self::HAS_MATRIX;
     /// The right-hand side takes what the matrix makes of the velocities: it is that of a step from the state.
     const IS_STEP: bool = false;
     /// What bounds an explicit step.
@@ -18,6 +22,8 @@ pub(super) struct Bounded;
 pub(super) struct Implicit;
 /// A linear solve from an iterate: forces and the matrix.
 pub(super) struct Iterate;
+/// Particles that move one by one: forces and the diagonal of the matrix.
+pub(super) struct Descend;
 
 impl Aim for Explicit {}
 
@@ -32,4 +38,10 @@ impl Aim for Implicit {
 
 impl Aim for Iterate {
     const HAS_MATRIX: bool = true;
+}
+
+impl Aim for Descend {
+    const HAS_MATRIX: bool = true;
+    const FREEZES: bool = false;
+    const HAS_FIGURES: bool = false;
 }

@@ -22,7 +22,7 @@ use super::{
     spring_sums::{SpringSums, load_six, widen_six},
 };
 use crate::{
-    linalg::{Inverse3, PreconditionerKind, add_lanes, packs},
+    linalg::{Inverse3, PreconditionerKind, add_lanes, lanes_at, packs_at},
     math::{LANES, Pack, Padded, Real, Sixteen, WithSimd, dispatch, three},
     parallel::{Disjoint, block_count, sum_by},
     report::{BoundKind, Diagnostics},
@@ -201,8 +201,9 @@ impl<R: Real> Block<'_, R> {
         for group in 0..self.rows.len() {
             if A::IS_BOUNDED {
                 let place = self.number * self.model.block_size + group * LANES;
-                let lanes = |field: &[R]| P::load(&field.as_chunks::<LANES>().0[place / LANES]).widen();
-                let masses = [lanes(&self.model.m), lanes(&self.model.inv_m)];
+                let [m, inv_m] = [&self.model.m, &self.model.inv_m];
+                let masses =
+                    [lanes_at::<P>(m, place / LANES).widen(), lanes_at::<P>(inv_m, place / LANES).widen()];
                 let sums = &self.scratch.bounds[group];
                 let entries = [widen_six::<P>(&sums[0]), widen_six::<P>(&sums[1])];
                 let rates = self.numbers.bounds.rates(place, entries, masses, bound);
@@ -222,13 +223,13 @@ impl<R: Real> Block<'_, R> {
         self.scratch.corners.clear(rows);
         for (elements, numbers) in self.model.elements.iter().zip(&self.numbers.elements) {
             let range = elements.frozen(self.number);
-            let frozen: &mut [[R; LANES]] = if A::HAS_MATRIX {
+            let frozen: &mut [[R; LANES]] = if A::FREEZES {
                 // SAFETY: lists and blocks have ranges of their own.
                 unsafe { self.frozen.range(first + range.start..first + range.end) }
             } else {
                 &mut []
             };
-            let at = BlockOfRows { block: self.number, rows, fields: [self.x, self.v] };
+            let at = BlockOfRows { block: self.number, rows, group: None, fields: [self.x, self.v] };
             let [energy, power] = elements.evaluate::<P, A>(at, numbers, frozen, self.scratch);
             sums = [sums[0] + energy, sums[1] + power];
             first += elements.frozen_count();
@@ -255,10 +256,8 @@ impl<R: Real> Block<'_, R> {
     ) {
         let StepNumbers { reach, drag, wind, gravity, .. } = *self.numbers;
         let place = self.number * (self.model.block_size / LANES) + group;
-        let lanes = |field: &[R]| P::load(&field.as_chunks::<LANES>().0[place]);
-        let x = packs::<P>(&self.x.as_chunks::<LANES>().0[place]);
-        let v = packs::<P>(&self.v.as_chunks::<LANES>().0[place]);
-        let (m, inv_m) = (lanes(&self.model.m), lanes(&self.model.inv_m));
+        let [x, v] = [packs_at::<P>(self.x, place), packs_at::<P>(self.v, place)];
+        let [m, inv_m] = [lanes_at::<P>(&self.model.m, place), lanes_at::<P>(&self.model.inv_m, place)];
         figures.add([P::widen3(x), P::widen3(v)], m.where_positive(inv_m).widen());
 
         let springs = self.rows[group].load::<P>();

@@ -7,6 +7,7 @@ mod aim;
 mod laws;
 mod continuations;
 mod network;
+mod colours;
 mod halo;
 mod rows;
 mod scratch;

@@ -6,6 +6,7 @@
 use std::collections::BTreeSet;
 
 use super::{
+    colours::{Colours, spread},
     elements::Elements,
     network::{Network, Spring, SpringKind, SpringLaw},
     rows::{Joint, Springs, sort_rows},
@@ -49,6 +50,8 @@ pub struct Model<R: Real> {
     pub(super) elements: Vec<Elements<R>>,
     /// The coarse space of the preconditioner, where the settings ask for one.
     pub(super) coarse: Option<CoarseLayout>,
+    /// Which particles may move at once, where the settings have them move one by one.
+    pub(super) colours: Option<Colours>,
 }
 
 /// Stiffness and damping of the springs of one entry of a model's table of laws.
@@ -88,7 +91,11 @@ impl<R: Real> Model<R> {
         let count = network.x.len();
         let (laws, law_of) = table_of_laws(network)?;
         let numbering = hilbert_order(&network.x, spacing(network));
-        let order = sort_rows(count, settings.block_size, &joints(network, &law_of, &inverse(&numbering)));
+        let first = inverse(&numbering);
+        let mut order = sort_rows(count, settings.block_size, &joints(network, &law_of, &first));
+        if settings.has_sweeps() {
+            order = spread(&order, settings.block_size, network.pairs(&first));
+        }
         let user: Vec<u32> = order.iter().map(|&row| numbering[row as usize]).collect();
         let place = inverse(&user);
         let joints = joints(network, &law_of, &place);
@@ -122,10 +129,14 @@ impl<R: Real> Model<R> {
             user,
             place,
             coarse: None,
+            colours: None,
         };
 
         if settings.has_coarse_space() {
             model.coarse = Some(model.coarse_layout(network)?);
+        }
+        if settings.has_sweeps() {
+            model.colours = Some(Colours::new(count, settings.block_size, network.pairs(&model.place)));
         }
         let elements = network.elements.iter().map(|list| list.law).collect();
         Ok((model, Parameters { laws, elements, drag: network.drag }, warnings(network)))
@@ -133,17 +144,9 @@ impl<R: Real> Model<R> {
 
     /// Affine functions on the parts of each block, and which parts are joined.
     fn coarse_layout(&self, network: &Network) -> Result<CoarseLayout, String> {
-        let row = |particle: u32| self.place[particle as usize];
         let rest: Vec<_> = self.user.iter().map(|&old| network.x[old as usize]).collect();
         let is_free: Vec<_> = self.inv_m[..self.count].iter().map(|inv_m| *inv_m > R::zero()).collect();
-        let springs = network.springs.iter().map(|spring| spring.particles.map(row));
-        let elements = network.elements.iter().flat_map(|list| {
-            let corners = list.kind.particles();
-            list.particles.chunks_exact(corners).flat_map(move |of_one| {
-                (0..corners * corners).map(move |k| [of_one[k / corners], of_one[k % corners]].map(row))
-            })
-        });
-        CoarseLayout::new(&rest, &is_free, self.block_size, springs.chain(elements))
+        CoarseLayout::new(&rest, &is_free, self.block_size, network.pairs(&self.place))
     }
 
     /// Records that a block copies for its springs or elements, at most.

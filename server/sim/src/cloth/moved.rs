@@ -1,7 +1,7 @@
 //! What a sub-step that is tried finds of its own motion, block by block, where velocities are at hand anyway.
 
 use crate::{
-    linalg::add_lanes,
+    linalg::{add_lanes, lanes_at},
     math::{LANES, Pack, array::dot},
     parallel::sum_by,
     report::ErrorEstimate,
@@ -88,8 +88,7 @@ impl<W: Pack<Number = f64>> MovedSums<W> {
         weights: &Weights<'_, P::Number>,
         [change, new]: [[W; 3]; 2],
     ) {
-        let lanes = |field: &[P::Number]| P::load(&field.as_chunks::<LANES>().0[group]).widen();
-        let (m, inv_m) = (lanes(weights.m), lanes(weights.inv_m));
+        let (m, inv_m) = (lanes_at::<P>(weights.m, group).widen(), lanes_at::<P>(weights.inv_m, group).widen());
         let wind = weights.wind.map(W::splat);
         self.sums[1] += m * dot(change, change);
         self.sums[2] += dot(new, new).where_positive(inv_m);

@@ -124,6 +124,20 @@ pub struct Network {
 }
 
 impl Network {
+    /// All pairs of particles that springs or elements join, in the numbering that `place` gives; some more than once, and
+    /// particles with themselves.
+    pub(super) fn pairs<'a>(&'a self, place: &'a [u32]) -> impl Iterator<Item = [u32; 2]> + Clone + 'a {
+        let row = |particle: u32| place[particle as usize];
+        let springs = self.springs.iter().map(move |spring| spring.particles.map(row));
+        let elements = self.elements.iter().flat_map(move |list| {
+            let corners = list.kind.particles();
+            list.particles.chunks_exact(corners).flat_map(move |of_one| {
+                (0..corners * corners).map(move |k| [of_one[k / corners], of_one[k % corners]].map(row))
+            })
+        });
+        springs.chain(elements)
+    }
+
     /// Springs on a triangle mesh, at rest as it lies. `default_mass` (kg) is the mass of each particle
     /// of a mesh that carries none.
     ///

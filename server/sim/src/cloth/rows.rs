@@ -164,6 +164,59 @@ impl<R: Real> Springs<R> {
         }
     }
 
+    /// Copies the particles of a block and the first part of its halo into `records`.
+    ///
+    /// # Panics
+    /// If there is not as much room as [`Self::room`] says.
+    #[inline(always)]
+    pub(super) fn copy_block(&self, block: usize, fields: [&[Padded<R>]; 2], records: &mut [Record<R>]) {
+        let first = block * self.block_size;
+        copy_own(records, first..(first + self.block_size).min(fields[0].len()), fields);
+        self.copy_first_halo(block, fields, records);
+    }
+
+    /// Copies the first part of a block's halo into `records`, behind the block's particles.
+    ///
+    /// # Panics
+    /// If there is not as much room as [`Self::room`] says.
+    #[inline(always)]
+    pub(super) fn copy_first_halo(&self, block: usize, fields: [&[Padded<R>]; 2], records: &mut [Record<R>]) {
+        assert!(records.len() >= self.room(), "room for a block and its halo");
+        if let Some((particles, _)) = self.halos.parts(block).next() {
+            copy_halo(&mut records[self.block_size..], particles, fields);
+        }
+    }
+
+    /// Folds the springs of one group of a block's rows. The block's particles are in `records`, behind them the first part
+    /// of its halo; where there are more, each is copied there before it is read.
+    ///
+    /// # Panics
+    /// If there is not as much room as [`Self::room`] says.
+    #[inline(always)]
+    pub(super) fn fold_rows<P: Pack<Number = R>>(
+        &self,
+        [block, group]: [usize; 2],
+        fields: [&[Padded<R>]; 2],
+        records: &mut [Record<R>],
+        fold: &mut impl Fold<P>,
+    ) {
+        assert!(records.len() >= self.room(), "room for a block and its halo");
+        let at = block * self.block_size / LANES + group;
+        let is_whole = self.halos.parts(block).nth(1).is_none();
+        let mut sums = fold.sums(group);
+        for (particles, slots) in self.halos.parts(block) {
+            let start = (self.starts[at] as usize).max(slots.start);
+            let end = (self.starts[at + 1] as usize).min(slots.end);
+            if start < end {
+                if !is_whole {
+                    copy_halo(&mut records[self.block_size..], particles, fields);
+                }
+                self.fold_group(group, start..end, records, &mut sums, fold);
+            }
+        }
+        fold.keep(group, sums);
+    }
+
     /// Shows the springs of a block in the order of slots; the block's particles and its halo are copied into `records`.
     ///
     /// # Panics

@@ -82,13 +82,17 @@ impl<P: Pack, A: Aim> Fold<P> for SpringSums<'_, P, A> {
         let law = &self.laws[pattern];
         let stiffness = P::load(&law.stiffness);
         let spring = Spring::new(d, P::load(&self.springs.rest_lengths[slot]));
-        self.energy += spring.energy(stiffness);
-        self.stretch.look(&spring);
+        if A::HAS_FIGURES {
+            self.energy += spring.energy(stiffness);
+            self.stretch.look(&spring);
+        }
 
         if A::HAS_MATRIX {
             let (push, elastic) = (P::load(&law.push), P::load(&law.elastic));
             let [across, b] = spring.tangent(elastic, P::load(&law.viscous), self.mirror);
-            self.tangent[slot - self.first_slot] = b.store();
+            if A::FREEZES {
+                self.tangent[slot - self.first_slot] = b.store();
+            }
             spring.add_block(&mut sums.diagonal, P::load(&self.along[pattern]), b);
 
             // h f, and h² df/dx v without the damping: b d.v holds the damping of both.
@@ -101,7 +105,9 @@ impl<P: Pack, A: Aim> Fold<P> for SpringSums<'_, P, A> {
                 }
             } else {
                 let slowing = spring.slowing(along, P::load(&law.viscous));
-                self.power += (slowing * along).widen() * P::Wide::of(0.5);
+                if A::HAS_FIGURES {
+                    self.power += (slowing * along).widen() * P::Wide::of(0.5);
+                }
                 let pull = elastic_pull + slowing;
                 for c in 0..3 {
                     sums.row[c] -= pull * d[c];

@@ -13,7 +13,7 @@ use super::{
 };
 use crate::{
     interrupt::Interrupt,
-    linalg::{BlockCsr, LinearOperator, Sums, packs},
+    linalg::{BlockCsr, LinearOperator, Sums, lanes_at, packs_at},
     math::{LANES, Mat3, Pack, Padded, Real, Sixteen, WithSimd, array::dot, dispatch, three},
 };
 
@@ -119,7 +119,7 @@ impl<R: Real> StepMatrix<'_, R> {
         for (elements, numbers) in self.model.elements.iter().zip(&self.numbers.elements) {
             let range = elements.frozen(block);
             let frozen = &self.frozen[first + range.start..first + range.end];
-            let at = BlockOfRows { block, rows, fields: [self.x, p] };
+            let at = BlockOfRows { block, rows, group: None, fields: [self.x, p] };
             elements.multiply::<P>(at, numbers, frozen, scratch);
             first += elements.frozen_count();
         }
@@ -156,10 +156,9 @@ impl<R: Real> WithSimd<R> for Product<'_, R> {
         let mut sums = Sums::<P::Wide>::zero();
         let first = self.first_row / LANES;
         for (place, q) in (first..).zip(self.q) {
-            let lanes = |field: &[R]| P::load(&field.as_chunks::<LANES>().0[place]);
-            let inv_m = lanes(&model.inv_m);
-            let m = lanes(&model.m) + P::splat(drag);
-            let (springs, p) = (q.load::<P>(), packs::<P>(&self.p.as_chunks::<LANES>().0[place]));
+            let inv_m = lanes_at::<P>(&model.inv_m, place);
+            let m = lanes_at::<P>(&model.m, place) + P::splat(drag);
+            let (springs, p) = (q.load::<P>(), packs_at::<P>(self.p, place));
             let row = three!(|c| (springs[c] + p[c] * m).where_positive(inv_m));
             sums.add(p, row);
             q.store(row);

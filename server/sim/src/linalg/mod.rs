@@ -20,5 +20,5 @@ pub use minres::{MinresWorkspace, minres};
 pub use operator::{LinearOperator, Preconditioner, WholeOperator};
 pub use precondition::{BlockJacobi, Identity, Inverse3, Symmetric3};
 pub use settings::{OperatorKind, Outcome, PreconditionerKind, SolveReport, SolverSettings, Stop};
-pub(crate) use sixteens::{Sums, add_lanes, packs, store_padded};
+pub(crate) use sixteens::{Sums, add_lanes, lanes_at, packs, packs_at, store_padded};
 pub use two_level::TwoLevel;

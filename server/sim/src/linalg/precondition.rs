@@ -145,7 +145,7 @@ impl Inverse3 {
 
     /// Products with sixteen vectors.
     #[inline(always)]
-    fn times<P: Pack>(&self, v: [P; 3]) -> [P; 3] {
+    pub(crate) fn times<P: Pack>(&self, v: [P; 3]) -> [P; 3] {
         let [yx, zx, zy] = three!(|i| P::from_singles(&self.below[i]));
         let pivots = three!(|i| P::from_singles(&self.pivots[i]));
         let x = v[0] * pivots[0];

@@ -162,6 +162,19 @@ pub(crate) fn packs<P: Pack>(vectors: &[Padded<P::Number>; LANES]) -> [P; 3] {
     [x, y, z]
 }
 
+/// Components of the vectors of a group among padded vectors. A closure in its place would not be compiled for the vector
+/// instructions of its caller, nor for [`lanes_at`].
+#[inline(always)]
+pub(crate) fn packs_at<P: Pack>(field: &[Padded<P::Number>], group: usize) -> [P; 3] {
+    packs(&field.as_chunks::<LANES>().0[group])
+}
+
+/// The numbers of a group among all.
+#[inline(always)]
+pub(crate) fn lanes_at<P: Pack>(field: &[P::Number], group: usize) -> P {
+    P::load(&field.as_chunks::<LANES>().0[group])
+}
+
 /// Writes sixteen padded vectors from their components.
 #[inline(always)]
 pub(crate) fn store_padded<P: Pack>([x, y, z]: [P; 3], to: &mut [Padded<P::Number>; LANES]) {

@@ -35,11 +35,12 @@ pub(super) struct ElementNumbers<R> {
     pub(super) matrix: R,
 }
 
-/// A block: its number, how many rows it has, and the two fields that its elements read.
+/// A block: its number, how many rows it has, the group that is asked for if not all are, and what its elements read.
 #[derive(Clone, Copy)]
 pub(super) struct BlockOfRows<'a, R> {
     pub(super) block: usize,
     pub(super) rows: usize,
+    pub(super) group: Option<usize>,
     pub(super) fields: [&'a [Padded<R>]; 2],
 }
 
@@ -121,7 +122,13 @@ impl<R: Real, const N: usize, const C: usize> Packs<R, N, C> {
         (rest, x, y)
     }
 
-    /// The names of a pack's elements at a corner.
+    /// Whether an element of a pack has a particle in a group of rows.
+    #[inline(always)]
+    fn touches(&self, pack: usize, group: usize) -> bool {
+        self.particles[pack].as_flattened().iter().any(|name| usize::from(*name) / LANES == group)
+    }
+
+    /// Names of a pack's elements at a corner.
     #[inline(always)]
     fn names(&self, pack: usize, corner: usize) -> &[u16] {
         &self.particles[pack][corner][..usize::from(self.used[pack])]
@@ -142,7 +149,7 @@ impl<R: Real, const N: usize, const C: usize> Packs<R, N, C> {
         let (first, mut energy, mut power) = (self.packs(at.block).start, 0.0, 0.0);
         for (particles, packs) in self.halos.parts(at.block) {
             copy_halo(&mut scratch.records[self.block_size..], particles, at.fields);
-            for pack in packs {
+            for pack in packs.filter(|&pack| at.group.is_none_or(|group| self.touches(pack, group))) {
                 let (rest, x, v) = self.gather::<P>(pack, &scratch.records);
                 let Evaluated { energy: of_lanes, gradient, frozen: tangent } = L::evaluate(rest, x);
                 let push = L::product(rest, tangent, v);
@@ -173,6 +180,8 @@ impl<R: Real, const N: usize, const C: usize> Packs<R, N, C> {
                         }
                         scratch.corners.add_blocks(self.names(pack, corner), scaled);
                     }
+                }
+                if A::FREEZES {
                     for f in 0..F {
                         frozen[(pack - first) * F + f] = tangent[f].store();
                     }

@@ -110,7 +110,7 @@ fn what_is_frozen_is_what_the_product_and_the_stored_matrix_take() {
     for block in 0..COUNT.div_ceil(BLOCK_SIZE) {
         let scratch = &mut *scratches.take();
         let rows_of_block = (x.len() - block * BLOCK_SIZE).min(BLOCK_SIZE);
-        let at = BlockOfRows { block, rows: rows_of_block, fields: [&x, &v] };
+        let at = BlockOfRows { block, rows: rows_of_block, group: None, fields: [&x, &v] };
         with_own(scratch, &at);
         let range = packs.packs(block);
         let own = &mut frozen[3 * range.start..3 * range.end];

@@ -14,7 +14,7 @@ use crate::{
         scheme::{Scheme, error_constant},
         state::State,
     },
-    linalg::{add_lanes, packs, store_padded},
+    linalg::{add_lanes, lanes_at, packs, packs_at, store_padded},
     math::{LANES, Pack, Padded, Real, Sixteen, WithSimd, array::dot, array3, dispatch, three},
     parallel::sum_by,
 };
@@ -58,7 +58,7 @@ impl<'a, R: Real> Start<'a, R> {
     }
 
     /// The rows of a block.
-    fn block(&self, block: usize) -> Block<'a, R> {
+    pub(super) fn block(&self, block: usize) -> Block<'a, R> {
         let size = self.model.block_size;
         let part = |field: &'a [Padded<R>]| of_block(field, block, size);
         let state = self.state;
@@ -153,7 +153,7 @@ impl<'a, R: Real> Start<'a, R> {
 }
 
 /// The rows of a block: where they are, where they were, their masses.
-struct Block<'a, R: Real> {
+pub(super) struct Block<'a, R: Real> {
     x: &'a [Padded<R>],
     v: &'a [Padded<R>],
     past: Option<[&'a [Padded<R>]; 2]>,
@@ -165,17 +165,17 @@ struct Block<'a, R: Real> {
 impl<R: Real> Block<'_, R> {
     /// X - x_n and V of sixteen rows, their free masses and their inverses.
     #[inline(always)]
-    fn at<P: Pack<Number = R>>(&self, group: usize) -> ([[P; 3]; 2], [P; 2]) {
+    pub(super) fn at<P: Pack<Number = R>>(&self, group: usize) -> ([[P; 3]; 2], [P; 2]) {
         let Start { scheme, dt, .. } = self.start;
-        let sixteen = |field: &[Padded<R>]| packs::<P>(&field.as_chunks::<LANES>().0[group]);
-        let lanes = |field: &[R]| P::load(&field.as_chunks::<LANES>().0[group]);
-        let (m, inv_m, v) = (lanes(self.m), lanes(self.inv_m), sixteen(self.v));
+        let [m, inv_m] = [lanes_at::<P>(self.m, group), lanes_at::<P>(self.inv_m, group)];
+        let v = packs_at::<P>(self.v, group);
         let (of_pins, past) = (P::of(scheme.of_pins(dt)), P::of(scheme.past));
         let pinned = three!(|c| v[c] * of_pins - (v[c] * of_pins).where_positive(inv_m));
         let masses = [m.where_positive(inv_m), inv_m];
         let Some([past_x, past_v]) = self.past else { return ([pinned, v], masses) };
 
-        let (x, past_x, past_v) = (sixteen(self.x), sixteen(past_x), sixteen(past_v));
+        let x = packs_at::<P>(self.x, group);
+        let [past_x, past_v] = [packs_at::<P>(past_x, group), packs_at::<P>(past_v, group)];
         let way = three!(|c| ((x[c] - past_x[c]) * past).where_positive(inv_m) + pinned[c]);
         let base = three!(|c| v[c] + ((v[c] - past_v[c]) * past).where_positive(inv_m));
         ([way, base], masses)
@@ -203,8 +203,7 @@ impl<R: Real> WithSimd<R> for Predict<'_, R> {
         let mut inertia = P::Wide::zero();
         for (group, (to_x, to_v)) in to_x.iter_mut().zip(to_v).enumerate() {
             let ([way, base], [m, inv_m]) = block.at::<P>(group);
-            let x = packs::<P>(&block.x.as_chunks::<LANES>().0[group]);
-            let v = packs::<P>(&block.v.as_chunks::<LANES>().0[group]);
+            let [x, v] = [packs_at::<P>(block.x, group), packs_at::<P>(block.v, group)];
             store_padded(v, to_v);
             // In one rounding, so that pins end exactly where they are to be.
             let pinned = three!(|c| v[c] * of_pins - (v[c] * of_pins).where_positive(inv_m));
@@ -313,9 +312,8 @@ impl<R: Real> WithSimd<R> for Finish<'_, R> {
         let (to_x, to_v) = (to_x.as_chunks_mut::<LANES>().0, to_v.as_chunks_mut::<LANES>().0);
         let mut sums = MovedSums::<P::Wide>::none();
         for (group, (to_x, to_v)) in to_x.iter_mut().zip(to_v).enumerate() {
-            let sixteen = |field: &[Padded<R>]| packs::<P>(&field.as_chunks::<LANES>().0[group]);
             let ([_, base], [_, inv_m]) = block.at::<P>(group);
-            let (x, v) = (sixteen(block.x), sixteen(block.v));
+            let [x, v] = [packs_at::<P>(block.x, group), packs_at::<P>(block.v, group)];
             let (near, u) = (packs::<P>(&from_x[group]), packs::<P>(&from_v[group]));
             let [end, new] = if scheme.beyond == 1.0 {
                 [near, u]
@@ -329,7 +327,7 @@ impl<R: Real> WithSimd<R> for Finish<'_, R> {
 
             let own = P::widen3(three!(|c| new[c] - v[c]));
             if let Some([_, past_v]) = block.past {
-                let past_v = sixteen(past_v);
+                let past_v = packs_at::<P>(past_v, group);
                 let last = P::widen3(three!(|c| (v[c] - past_v[c]).where_positive(inv_m)));
                 sums.add_error(three!(|c| (own[c] * of_this + last[c] * of_past) * of_both));
             } else {

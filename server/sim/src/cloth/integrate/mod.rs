@@ -13,12 +13,18 @@ mod iterate;
 mod one_step;
 mod newton;
 mod saddle;
+mod vertex_block_descent;
 
 use update::Step;
 
 use super::{
-    accept::Found, integrator::Integrator, model::Model, moved::Motion, settings::ClothSettings,
-    state::State, workspace::Workspace,
+    accept::Found,
+    integrator::Integrator,
+    model::Model,
+    moved::Motion,
+    settings::{ClothSettings, Minimizer},
+    state::State,
+    workspace::Workspace,
 };
 use crate::{
     interrupt::Interrupt,
@@ -58,10 +64,12 @@ pub(super) fn advance<R: Real>(
         Integrator::VelocityVerlet => velocity_verlet::advance(&mut step),
         Integrator::VelocityVerletPredicted => velocity_verlet::advance_predicted(&mut step),
         Integrator::ImplicitEuler | Integrator::ImplicitMidpoint | Integrator::Bdf2 => {
-            let (report, found, scale) = if settings.solves_from_state() {
-                one_step::advance(&mut step, settings, interrupt)?
-            } else {
-                newton::advance(&mut step, settings, interrupt)?
+            let (report, found, scale) = match settings.minimizer {
+                Minimizer::VertexBlockDescent { sweeps } => {
+                    vertex_block_descent::advance(&mut step, settings, sweeps, interrupt)?
+                }
+                _ if settings.solves_from_state() => one_step::advance(&mut step, settings, interrupt)?,
+                _ => newton::advance(&mut step, settings, interrupt)?,
             };
             solve = Some((report, found));
             scale

@@ -59,7 +59,7 @@ pub(super) fn advance<R: Real>(
 ) -> Result<(SolveReport, Found, f64), StepFailure> {
     let newton = match settings.minimizer {
         Minimizer::Newton(newton) => newton,
-        Minimizer::OneStep => NewtonSettings { tolerance: 0.0, max_iterations: 1 },
+        _ => NewtonSettings { tolerance: 0.0, max_iterations: 1 },
     };
     let Workspace { next, moved, numbers, .. } = &mut *step.work;
     let inertia = Start::new(step.model, step.state, numbers).predict([&mut next.x, &mut next.v], moved);
@@ -78,11 +78,7 @@ pub(super) fn advance<R: Real>(
         }
     }
     let outcome = if is_done { Outcome::Converged } else { Outcome::IterationCap };
-    let report = search.report(&first, &last, outcome);
-    let pin_work = first.total.pin_work.max(0.0) + last.total.pin_work.max(0.0);
-    let found = Found::Iterate { inertia, potential: last.total.potential(), pin_work };
-    let scale = step.finish_iterate(settings);
-    Ok((report, found, scale))
+    Ok(search.end(inertia, [first, last], outcome))
 }
 
 impl<R: Real> Step<'_, R> {
@@ -202,6 +198,21 @@ impl<R: Real> Search<'_, '_, R> {
         let Workspace { next, trial: [x, v], .. } = &mut *self.step.work;
         std::mem::swap(&mut next.x, x);
         std::mem::swap(&mut next.v, v);
+    }
+
+    /// Ends the step that the last of two iterates is the solution of, from the first one and the inertia of its start: see
+    /// [`advance`].
+    pub(super) fn end(
+        self,
+        inertia: f64,
+        [first, last]: [Iterate; 2],
+        outcome: Outcome,
+    ) -> (SolveReport, Found, f64) {
+        let report = self.report(&first, &last, outcome);
+        let pin_work = first.total.pin_work.max(0.0) + last.total.pin_work.max(0.0);
+        let found = Found::Iterate { inertia, potential: last.total.potential(), pin_work };
+        let scale = self.step.finish_iterate(self.settings);
+        (report, found, scale)
     }
 
     /// All solves as one.

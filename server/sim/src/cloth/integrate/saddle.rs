@@ -11,7 +11,7 @@ use super::{
 };
 use crate::{
     cloth::{moved::Moved, workspace::Workspace},
-    linalg::{Inverse3, Outcome, SolveReport, packs},
+    linalg::{Inverse3, Outcome, SolveReport, packs_at},
     math::{LANES, Pack, Padded, Real, Sixteen, Vec3, WithSimd, array::dot, dispatch, three},
     parallel::hash_numbers,
     report::StepFailure,
@@ -128,7 +128,7 @@ impl<R: Real> WithSimd<R> for Follow<'_, R> {
         let mut largest = P::Wide::zero();
         for (group, dv) in self.dv.iter_mut().enumerate() {
             let v = match self.from {
-                Some(p) => packs::<P>(&p.as_chunks::<LANES>().0[group]),
+                Some(p) => packs_at::<P>(p, group),
                 None => dv.load::<P>(),
             };
             dv.store(three!(|c| v[c]));

@@ -1,0 +1,210 @@
+//! Vertex block descent (Chen, Liu, Yang and Yuksel 2024): each particle in turn goes to where what is minimised is least to
+//! second order in its own position, the others held, by the diagonal block of the matrix.
+//!
+//! A sweep goes over the blocks colour by colour, those of a colour at the same time, and within a block over its rows
+//! colour by colour. What it converges to is the step that Newton's method finds: a sweep costs no more than a few products
+//! with the matrix, and no sum over all particles, but errors that are as long as the cloth take many sweeps.
+
+use rayon::prelude::*;
+
+use super::{
+    iterate::{Block, Start},
+    newton::{Search, Tried},
+    update::Step,
+};
+use crate::{
+    cloth::{
+        accept::Found,
+        aim::Descend,
+        colours::Visit,
+        elements::BlockOfRows,
+        laws::Stretch,
+        model::Model,
+        numbers::StepNumbers,
+        scratch::BlockScratch,
+        settings::ClothSettings,
+        spring_sums::{SpringSums, load_six},
+        workspace::Workspace,
+    },
+    interrupt::Interrupt,
+    linalg::{Inverse3, Outcome, PreconditionerKind, SolveReport, packs, store_padded},
+    math::{LANES, Pack, Padded, Real, Sixteen, WithSimd, dispatch, three},
+    report::{Stage, StepFailure},
+};
+
+/// Writes where the step leads; returns its sweeps as a solve, what they found, and what the error of a particle is of the
+/// vector that its block added up.
+pub(super) fn advance<R: Real>(
+    step: &mut Step<'_, R>,
+    settings: &ClothSettings,
+    sweeps: u32,
+    interrupt: &Interrupt,
+) -> Result<(SolveReport, Found, f64), StepFailure> {
+    let Workspace { next, moved, numbers, .. } = &mut *step.work;
+    let inertia = Start::new(step.model, step.state, numbers).predict([&mut next.x, &mut next.v], moved);
+    step.watch.lap(Stage::Position);
+
+    let none = SolveReport::at_once(Outcome::IterationCap, 0.0);
+    let report = Some(SolveReport { iterations: sweeps, ..none });
+    let mut search = Search { step, settings, interrupt, report };
+    let first = search.evaluate(Tried::Next);
+    for _ in 0..sweeps {
+        if interrupt.is_requested() {
+            return Err(StepFailure::Interrupted);
+        }
+        search.step.sweep();
+    }
+    let last = search.evaluate(Tried::Next);
+    Ok(search.end(inertia, [first, last], Outcome::IterationCap))
+}
+
+impl<R: Real> Step<'_, R> {
+    /// Moves every free particle of the iterate in `next` once.
+    fn sweep(&mut self) {
+        let (model, size) = (self.model, self.model.block_size);
+        let colours = model.colours.as_ref().expect("laid out for these settings");
+        let Workspace { evaluation, next, numbers, trial: [x, v], scratches, .. } = &mut *self.work;
+        let start = Start::new(model, self.state, numbers);
+        for colour in 0..colours.count() {
+            // What others read rests until all blocks of the colour are done.
+            let rows = evaluation.rows.par_chunks_mut(size / LANES);
+            let blocks = (rows, x.par_chunks_mut(size), v.par_chunks_mut(size)).into_par_iter().enumerate();
+            let of_colour = blocks.filter(|(block, _)| colours.of_block(*block) == colour);
+            of_colour.for_each(|(number, (rows, x, v))| {
+                let (fields, scratch) = ([&*next.x, &*next.v], &mut *scratches.take());
+                let (start, visits) = (start.block(number), colours.visits(number));
+                dispatch(DescendBlock {
+                    model,
+                    numbers,
+                    number,
+                    start,
+                    visits,
+                    fields,
+                    to: [x, v],
+                    rows,
+                    scratch,
+                });
+            });
+
+            let from = (x.par_chunks(size), v.par_chunks(size));
+            let blocks = (next.x.par_chunks_mut(size), next.v.par_chunks_mut(size), from);
+            let of_colour = blocks.into_par_iter().enumerate();
+            of_colour.filter(|(block, _)| colours.of_block(*block) == colour).for_each(
+                |(_, (to_x, to_v, (x, v)))| {
+                    to_x.copy_from_slice(x);
+                    to_v.copy_from_slice(v);
+                },
+            );
+        }
+        self.watch.lap(Stage::Solve);
+    }
+}
+
+/// A block whose rows move once each.
+struct DescendBlock<'a, R: Real> {
+    model: &'a Model<R>,
+    numbers: &'a StepNumbers<R>,
+    number: usize,
+    start: Block<'a, R>,
+    visits: &'a [Visit],
+    /// Positions and velocities of all particles.
+    fields: [&'a [Padded<R>]; 2],
+    /// Those of the block, to be written.
+    to: [&'a mut [Padded<R>]; 2],
+    rows: &'a mut [Sixteen<R>],
+    scratch: &'a mut BlockScratch<R>,
+}
+
+impl<R: Real> WithSimd<R> for DescendBlock<'_, R> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<P: Pack<Number = R>>(mut self) {
+        self.model.springs.copy_block(self.number, self.fields, &mut self.scratch.records);
+        for visit in self.visits {
+            self.visit::<P>(*visit);
+        }
+        let [to_x, to_v] = self.to;
+        for ((x, v), record) in to_x.iter_mut().zip(to_v).zip(&self.scratch.records) {
+            [*x, *v] = record.0;
+        }
+    }
+}
+
+impl<R: Real> DescendBlock<'_, R> {
+    /// Moves rows of a group, whose records they change.
+    #[inline(always)]
+    fn visit<P: Pack<Number = R>>(&mut self, visit: Visit) {
+        let group = usize::from(visit.group);
+        let (forces, sums) = self.forces::<P>(group);
+        let StepNumbers { reach, drag, wind, gravity, .. } = *self.numbers;
+        let ([_, base], [m, inv_m]) = self.start.at::<P>(group);
+        let records = self.scratch.records[group * LANES..].first_chunk::<LANES>();
+        let records = records.expect("a group of a block");
+        let field = |number: usize| std::array::from_fn(|lane| records[lane].0[number]);
+        let (x, u) = (packs::<P>(&field(0)), packs::<P>(&field(1)));
+
+        let h = R::of(reach);
+        let force = three!(|c| (u[c] - P::splat(wind[c])) * drag);
+        let rest = three!(|c| (m * gravity[c] - force[c]) * h + forces[c] - m * (u[c] - base[c]));
+        let own = m.widen() + P::Wide::of(reach * drag.to_f64());
+        let block = [sums[0] + own, sums[1] + own, sums[2] + own, sums[3], sums[4], sums[5]];
+        let inverse = Inverse3::of_packs(block, PreconditionerKind::BlockJacobi, inv_m.widen());
+        let moves = P::from_singles(&visit.mask());
+        let change = inverse.times(three!(|c| rest[c].where_positive(inv_m)));
+        let change = three!(|c| change[c].where_positive(moves));
+
+        let mut new = [[Padded::default(); LANES]; 2];
+        store_padded(three!(|c| x[c] + change[c] * h), &mut new[0]);
+        store_padded(three!(|c| u[c] + change[c]), &mut new[1]);
+        let records = &mut self.scratch.records[group * LANES..(group + 1) * LANES];
+        for ((record, x), u) in records.iter_mut().zip(&new[0]).zip(&new[1]) {
+            record.0 = [*x, *u];
+        }
+    }
+
+    /// h f (N s) of springs and elements on the rows of a group, and what they add to its diagonal blocks (kg).
+    #[inline(always)]
+    fn forces<P: Pack<Number = R>>(&mut self, group: usize) -> ([P; 3], [P::Wide; 6]) {
+        let Self { model, numbers, number, fields, .. } = *self;
+        let springs = &model.springs;
+        self.rows[group] = Sixteen::default();
+        self.scratch.diagonal[group] = [[0.0; LANES]; 6];
+        let has_elements = !model.elements.is_empty();
+        if has_elements {
+            let rows = self.rows.len() * LANES;
+            self.scratch.corners.clear(rows);
+            let at = BlockOfRows { block: number, rows, group: Some(group), fields };
+            for (elements, numbers) in model.elements.iter().zip(&numbers.elements) {
+                elements.evaluate::<P, Descend>(at, numbers, &mut [], self.scratch);
+            }
+            springs.copy_first_halo(number, fields, &mut self.scratch.records);
+        }
+
+        let BlockScratch { records, diagonal, bounds, corners, .. } = &mut *self.scratch;
+        let mut fold = SpringSums::<P, Descend> {
+            springs,
+            laws: &numbers.springs,
+            along: &numbers.along,
+            bounds: &numbers.bounds.springs,
+            mirror: P::splat(numbers.mirror),
+            first_slot: 0,
+            tangent: &mut [],
+            rows: self.rows,
+            diagonal,
+            stiffness: bounds,
+            energy: P::Wide::zero(),
+            power: P::Wide::zero(),
+            stretch: Stretch::none(),
+            aim: std::marker::PhantomData,
+        };
+        springs.fold_rows([number, group], fields, records, &mut fold);
+        let mut forces = self.rows[group].load::<P>();
+        if has_elements {
+            let added = corners.sixteen::<P>(group);
+            forces = three!(|c| forces[c] + added[c]);
+            corners.add_blocks_to(group, &mut diagonal[group]);
+        }
+        (forces, load_six::<P::Wide>(&diagonal[group]))
+    }
+}
