@@ -18,5 +18,6 @@ mod external;
 mod bodies;
 mod shipped;
 mod steps;
+mod newton;
 mod vertex_block_descent;
 mod odd_networks;

@@ -133,6 +133,22 @@ fn a_network_all_pinned_stays() {
     }
 }
 
+#[test]
+fn positions_that_their_precision_resolves_too_coarsely_are_warned_of() {
+    let at = |far: f64| {
+        let mut network = sheet(4, 0.1, &sheet_rules(100.0, 0.1), 0.01);
+        network.x.iter_mut().for_each(|x| x[2] -= far);
+        network
+    };
+    let warned = |far, precision| {
+        let built = Simulation::new(&Scene::new(at(far), 1e-3).setup(), precision).expect("it is defined");
+        built.1.iter().any(|warning| warning.contains("from the origin"))
+    };
+    // Neighbouring numbers of binary32 are 1.2e-7 of themselves apart, and the particles 0.1 m.
+    assert!(!warned(80.0, Precision::F32) && warned(90.0, Precision::F32));
+    assert!(!warned(4e10, Precision::F64) && warned(5e10, Precision::F64));
+}
+
 type Spoil = fn(&mut Network);
 
 #[test]

@@ -11,7 +11,7 @@ use nappe_sim::{
 use nappe_tests::{
     Method, Scene,
     networks::{chain, particles, scatter, sheet, sheet_rules, spring},
-    scene::{advance, max_distance, positions, try_advance, velocities},
+    scene::{advance, difference, max_distance, norm, positions, try_advance, velocities},
     threads::with_threads,
 };
 
@@ -341,4 +341,33 @@ fn the_bound_counts_tension_and_damping() {
         assert!(bound.particle == 0 && (bound.dt / exact - 1.0).abs() < 0.01, "{bound:?}, {exact} s");
         assert!(bound.dt <= exact * (1.0 + 1e-12), "{bound:?}, {exact} s");
     }
+}
+
+#[test]
+fn springs_of_certified_explicit_steps_move_by_a_quarter_of_their_length_at_most() {
+    // Let go at twice its length, a chain passes through itself; below the bound on stiffness alone its energy doubles.
+    let x: Vec<_> = (0..20).map(|i| [0.2 * f64::from(i), 0.0, 0.0]).collect();
+    let mut network = chain(&x, 0.1, 500.0, 0.01, 0.01);
+    network.pins = vec![0];
+    let mut scene = Scene::new(network, 1.0 / 60.0).certified();
+    scene.settings.integrator = Integrator::SymplecticEuler;
+    let mut simulation = scene.simulate(Precision::F64);
+    let start = simulation.diagnose().total_energy();
+    let mut is_bound = false;
+    for step in 0..60 {
+        let report = advance(&mut simulation, 1);
+        let energy = report.diagnostics.total_energy();
+        assert!(energy < 1.1 * start, "step {step}: {energy} J of {start} J");
+        let bound = report.cloth.expect("a cloth").bound;
+        if bound.kind == BoundKind::SpringSpeed {
+            is_bound = true;
+            let (x, v) = (positions(&simulation), velocities(&simulation));
+            let particle = bound.particle.expect("a particle sets it") as usize;
+            let fastest = x.len().min(particle + 2);
+            let speeds = (particle.max(1)..fastest).map(|i| norm(difference(v[i], v[i - 1])));
+            let speed = speeds.fold(0.0, f64::max);
+            assert!((bound.dt * speed / 0.025 - 1.0).abs() < 1e-9, "step {step}: {bound:?} at {speed} m/s");
+        }
+    }
+    assert!(is_bound, "they move that fast");
 }

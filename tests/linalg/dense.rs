@@ -5,9 +5,10 @@ use nappe_sim::{
     linalg::{MinresWorkspace, SolveReport, Stop, WholeOperator, minres},
     math::{Real, Vec3, array3, vec3},
 };
-use nappe_tests::Random;
-
-use super::systems::{System, size};
+use nappe_tests::{
+    Random,
+    systems::{System, size},
+};
 
 /// Rows of a symmetric matrix.
 pub(super) type Matrix = Vec<Vec<f64>>;

@@ -12,9 +12,8 @@ use nappe_tests::{
     Method, Scene,
     networks::{sheet, sheet_rules},
     scene::{advance, positions, velocities},
+    systems::System,
 };
-
-use crate::systems::System;
 
 /// A flat sheet at rest that is stiff for its step: dt² k / m is 2 778. Gravity pulls it along its plane, away from the
 /// two corners that hold it.

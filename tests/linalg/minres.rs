@@ -4,12 +4,12 @@ use nappe_sim::{
     linalg::{MinresWorkspace, Outcome, SolveReport, Stop, WholeOperator, minres},
     math::{Real, Vec3, array3, vec3},
 };
-use nappe_tests::threads::{THREAD_COUNTS, with_threads};
-
-use super::{
-    dense::{Case, eliminate, matrix, negative_eigenvalues, noise, plus, times},
+use nappe_tests::{
     systems::{System, distance, size},
+    threads::{THREAD_COUNTS, with_threads},
 };
+
+use super::dense::{Case, eliminate, matrix, negative_eigenvalues, noise, plus, times};
 
 const TIGHT: Stop = Stop::Residual { tolerance: 1e-12, max_iterations: 1000 };
 

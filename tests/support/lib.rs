@@ -12,6 +12,7 @@ pub mod networks;
 pub mod scene;
 pub mod snow;
 pub mod statics;
+pub mod systems;
 
 mod oscillator;
 mod random;

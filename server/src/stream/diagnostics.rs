@@ -109,6 +109,7 @@ fn bound(kind: BoundKind) -> v1::TimeBound {
         BoundKind::Frame => v1::TimeBound::Frame,
         BoundKind::Stiffness => v1::TimeBound::Stiffness,
         BoundKind::Damping => v1::TimeBound::Damping,
+        BoundKind::SpringSpeed => v1::TimeBound::SpringSpeed,
         BoundKind::Acceptance => v1::TimeBound::Acceptance,
         BoundKind::Tolerance => v1::TimeBound::Tolerance,
     }

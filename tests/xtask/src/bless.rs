@@ -19,12 +19,17 @@ use crate::{
 pub(crate) const VARIABLE: &str = "NAPPE_BLESS";
 
 /// Files that tests write: name of the group, title, and the test in cargo's words.
-const WRITERS: [(&str, &str, &str); 3] = [
+const WRITERS: [(&str, &str, &str); 4] = [
     ("pages", "docs/scenes.md", "-p nappe-scene --test reference -- the_reference_in_the_docs"),
     (
         "pages",
         "docs/errors.md, docs/refusals.md, docs/contract.md, proto/nappe/v1/reasons.json",
         "-p nappe-tests --test service -- the_page_of",
+    ),
+    (
+        "pages",
+        "docs/stability.md",
+        "-p nappe-tests --no-default-features --test stability -- the_page_of_stability",
     ),
     (
         "hashes",
@@ -34,7 +39,7 @@ const WRITERS: [(&str, &str, &str); 3] = [
 ];
 
 /// Names of all groups.
-const GROUPS: [&str; 4] = ["pages", "hashes", "mutants", "contract"];
+const GROUPS: [&str; 5] = ["pages", "hashes", "mutants", "new-mutants", "contract"];
 
 /// Writes the groups named in `names`, or all.
 pub(crate) fn run(shell: &mut Shell, names: &[String]) -> Result<(), Failure> {
@@ -51,7 +56,9 @@ pub(crate) fn run(shell: &mut Shell, names: &[String]) -> Result<(), Failure> {
         picture::run(shell, &[])?;
     }
     if asked("mutants") {
-        mutants::bless(shell)?;
+        mutants::bless(shell, mutants::Which::All)?;
+    } else if asked("new-mutants") {
+        mutants::bless(shell, mutants::Which::New)?;
     }
     if asked("contract") {
         if names.is_empty() { contract::bless(shell)? } else { contract::replace(shell)? }

@@ -52,7 +52,7 @@ const TASKS: [Task; 9] = [
     ("picture", "draws the way of the data into docs/images/data-flow.svg", picture::run),
     (
         "bless",
-        "writes every file that is made from the code; names after it choose: pages hashes mutants contract",
+        "writes every file that is made from the code; names after it choose: pages hashes mutants new-mutants contract",
         bless::run,
     ),
     (

@@ -33,6 +33,11 @@ pub(super) struct SpringBounds<R> {
     damping: [R; LANES],
 }
 
+/// How far the ends of a spring move against each other in a certified step, at most, in rest lengths. The bound on
+/// stiffness holds for small motions: where springs turn, or are pressed through their own middle, within a step, energy
+/// grows below it.
+pub(super) const MOVES: f64 = 0.25;
+
 /// What bounds the steps of an explicit integrator, from the parameters.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub(super) struct Bounds<R: Real> {
@@ -49,10 +54,17 @@ pub(super) struct Bounds<R: Real> {
 /// The particle at which steps are bounded.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub(super) struct Bound {
-    /// 1 / the longest step (1/s): 0 where nothing acts on any free particle, infinite where no step is stable.
+    /// 1 / the longest step (1/s): 0 where nothing acts on any free particle or none moves, infinite where no step is stable.
     pub(super) rate: f64,
     /// In the model's numbering.
     pub(super) particle: u32,
+}
+
+impl Bound {
+    /// The greater of two: of equal ones the first.
+    pub(super) fn or(self, other: Self) -> Self {
+        if other.rate > self.rate { other } else { self }
+    }
 }
 
 impl<R: Real> Bounds<R> {

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 use super::{
     aim::{Aim, Bounded, Explicit, Implicit, Iterate},
-    bound::{Bound, Fastest},
+    bound::{Bound, Fastest, MOVES},
     elements::{BlockOfRows, Elements},
     figures::{Figures, Partial, Total},
     laws::Stretch,
@@ -45,9 +45,11 @@ pub(super) struct Evaluation<R: Real> {
     pub(super) max_stretch: f64,
     /// The largest component of any position (m), without its sign.
     pub(super) reach: f64,
-    /// Bounded: what limits the step.
+    /// Bounded: what limits the step to what is stable.
     pub(super) bound: Bound,
-    partials: Vec<(Partial, Bound)>,
+    /// Bounded: what limits it to what springs can follow.
+    pub(super) speed: Bound,
+    partials: Vec<(Partial, [Bound; 2])>,
 }
 
 impl<R: Real> Evaluation<R> {
@@ -105,8 +107,9 @@ impl<R: Real> Evaluation<R> {
         self.max_stretch = greatest(|block| block.stretch);
         self.reach = greatest(|block| block.reach);
         self.total = Total::of(sum_by(partials, &|(block, _)| block.sums));
-        let bounds = partials.iter().map(|(_, bound)| *bound);
-        self.bound = bounds.fold(Bound::default(), |a, b| if b.rate > a.rate { b } else { a });
+        let bounds = partials.iter().map(|(_, bounds)| *bounds);
+        let none = [Bound::default(); 2];
+        [self.bound, self.speed] = bounds.fold(none, |[a, b], [c, d]| [a.or(c), b.or(d)]);
     }
 
     pub(super) fn diagnostics(&self) -> Diagnostics {
@@ -147,10 +150,10 @@ impl<'a, R: Real, A: Aim> Sweep<'a, R, A> {
 }
 
 impl<R: Real, A: Aim> WithSimd<R> for Sweep<'_, R, A> {
-    type Output = (Partial, Bound);
+    type Output = (Partial, [Bound; 2]);
 
     #[inline(always)]
-    fn run<P: Pack<Number = R>>(self) -> (Partial, Bound) {
+    fn run<P: Pack<Number = R>>(self) -> (Partial, [Bound; 2]) {
         self.block.sums::<P, A>(self.kind, self.bound)
     }
 }
@@ -161,7 +164,7 @@ impl<R: Real> Block<'_, R> {
         mut self,
         kind: PreconditionerKind,
         bound: BoundKind,
-    ) -> (Partial, Bound) {
+    ) -> (Partial, [Bound; 2]) {
         let springs = &self.model.springs;
         self.rows.fill(Sixteen::default());
         if A::HAS_MATRIX {
@@ -169,6 +172,7 @@ impl<R: Real> Block<'_, R> {
         }
         if A::IS_BOUNDED {
             self.scratch.bounds.fill([[[R::zero(); LANES]; 6]; 2]);
+            self.scratch.rates.fill([R::zero(); LANES]);
         }
 
         let mut fold = SpringSums::<P, A> {
@@ -182,6 +186,7 @@ impl<R: Real> Block<'_, R> {
             rows: self.rows,
             diagonal: &mut self.scratch.diagonal,
             stiffness: &mut self.scratch.bounds,
+            rates: &mut self.scratch.rates,
             energy: P::Wide::zero(),
             power: P::Wide::zero(),
             stretch: Stretch::none(),
@@ -197,7 +202,7 @@ impl<R: Real> Block<'_, R> {
         }
 
         let mut figures = Figures::<P::Wide>::new(self.numbers);
-        let mut fastest = Fastest::none();
+        let [mut stiffest, mut fastest] = [Fastest::none(); 2];
         for group in 0..self.rows.len() {
             if A::IS_BOUNDED {
                 let place = self.number * self.model.block_size + group * LANES;
@@ -207,12 +212,14 @@ impl<R: Real> Block<'_, R> {
                 let sums = &self.scratch.bounds[group];
                 let entries = [widen_six::<P>(&sums[0]), widen_six::<P>(&sums[1])];
                 let rates = self.numbers.bounds.rates(place, entries, masses, bound);
-                fastest.look(group, rates);
+                stiffest.look(group, rates);
+                let speed = P::load(&self.scratch.rates[group]).widen().sqrt() * P::Wide::of(1.0 / MOVES);
+                fastest.look(group, speed.where_positive(masses[1]));
             }
             self.finish::<P, A>(group, kind, &mut figures);
         }
-        let bound = fastest.bound(self.number * self.model.block_size);
-        (figures.partial(elastic, stretch.greatest()), bound)
+        let first = self.number * self.model.block_size;
+        (figures.partial(elastic, stretch.greatest()), [stiffest.bound(first), fastest.bound(first)])
     }
 
     /// Adds the elements to the sums of the rows; returns their energy (J), and what they say beside it.

@@ -12,6 +12,7 @@ mod halo;
 mod rows;
 mod scratch;
 mod elements;
+mod warnings;
 mod model;
 mod bound;
 mod purpose;

@@ -11,12 +11,12 @@ use super::{
     network::{Network, Spring, SpringKind, SpringLaw},
     rows::{Joint, Springs, sort_rows},
     settings::ClothSettings,
+    warnings::{spacing, warnings},
 };
 use crate::{
     interrupt,
     linalg::CoarseLayout,
     math::{LANES, Padded, Real, vec3},
-    mesh::sorted,
     parallel::hilbert_order,
     time_step::TimeStep,
 };
@@ -90,7 +90,8 @@ impl<R: Real> Model<R> {
 
         let count = network.x.len();
         let (laws, law_of) = table_of_laws(network)?;
-        let numbering = hilbert_order(&network.x, spacing(network));
+        let spacing = spacing(network);
+        let numbering = hilbert_order(&network.x, spacing);
         let first = inverse(&numbering);
         let mut order = sort_rows(count, settings.block_size, &joints(network, &law_of, &first));
         if settings.has_sweeps() {
@@ -139,7 +140,7 @@ impl<R: Real> Model<R> {
             model.colours = Some(Colours::new(count, settings.block_size, network.pairs(&model.place)));
         }
         let elements = network.elements.iter().map(|list| list.law).collect();
-        Ok((model, Parameters { laws, elements, drag: network.drag }, warnings(network)))
+        Ok((model, Parameters { laws, elements, drag: network.drag }, warnings::<R>(network, spacing)))
     }
 
     /// Affine functions on the parts of each block, and which parts are joined.
@@ -161,15 +162,6 @@ impl<R: Real> Model<R> {
         vectors.resize(self.m.len(), Padded::default());
         vectors
     }
-}
-
-/// The distance between neighbours of a grid: the rest length that a tenth of the springs does not exceed; 0 without
-/// springs.
-fn spacing(network: &Network) -> f64 {
-    let lengths = network.springs.iter().inspect(|_| interrupt::point()).map(|spring| spring.rest_length);
-    let mut lengths: Vec<f64> = lengths.collect();
-    let tenth = lengths.len() / 10;
-    if lengths.is_empty() { 0.0 } else { *lengths.select_nth_unstable_by(tenth, f64::total_cmp).1 }
 }
 
 /// How many springs each law has.
@@ -334,38 +326,4 @@ fn table_of_laws(network: &Network) -> Result<(Vec<LawEntry>, Vec<u16>), String>
         law_of.extend(run.iter().map(|_| law as u16));
     }
     Ok((laws, law_of))
-}
-
-/// What is odd but defined.
-fn warnings(network: &Network) -> Vec<String> {
-    let mut warnings = Vec::new();
-    let mut note = |count: usize, what: &str, meaning: &str| {
-        if count > 0 {
-            warnings.push(format!("{count} {what}: {meaning}"));
-        }
-    };
-
-    let springs = &network.springs;
-    let mut joined = vec![false; network.x.len()];
-    let of_elements = network.elements.iter().flat_map(|list| list.particles.iter().copied());
-    springs.iter().flat_map(|s| s.particles).chain(of_elements).for_each(|p| joined[p as usize] = true);
-    let isolated = joined.iter().filter(|j| !**j).count();
-    if !springs.is_empty() {
-        note(isolated, "particles without springs", "they move by gravity and drag alone");
-    }
-
-    let selfish = springs.iter().filter(|s| s.particles[0] == s.particles[1]).count();
-    note(selfish, "springs join a particle to itself", "they are left out");
-
-    let zero = springs.iter().filter(|s| s.rest_length == 0.0 && s.particles[0] != s.particles[1]).count();
-    note(
-        zero,
-        "springs have rest length 0",
-        "they pull with f = -k d, and have no direction while their ends coincide",
-    );
-
-    let pairs = springs.iter().map(|s| s.particles).map(|[a, b]| (a.min(b), a.max(b)));
-    let repeated = sorted(pairs, network.x.len()).windows(2).filter(|w| w[0] == w[1]).count();
-    note(repeated, "springs join a pair that another spring joins", "each acts");
-    warnings
 }

@@ -88,7 +88,8 @@ impl<W: Pack<Number = f64>> MovedSums<W> {
         weights: &Weights<'_, P::Number>,
         [change, new]: [[W; 3]; 2],
     ) {
-        let (m, inv_m) = (lanes_at::<P>(weights.m, group).widen(), lanes_at::<P>(weights.inv_m, group).widen());
+        let (m, inv_m) =
+            (lanes_at::<P>(weights.m, group).widen(), lanes_at::<P>(weights.inv_m, group).widen());
         let wind = weights.wind.map(W::splat);
         self.sums[1] += m * dot(change, change);
         self.sums[2] += dot(new, new).where_positive(inv_m);

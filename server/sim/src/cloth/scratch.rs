@@ -13,6 +13,8 @@ pub(super) struct BlockScratch<R: Real> {
     pub(super) diagonal: Vec<[[f64; LANES]; 6]>,
     /// The same of stiffness (N/m) and of damping (N s/m), where they bound a step.
     pub(super) bounds: Vec<[[[R; LANES]; 6]; 2]>,
+    /// The squares of the greatest rates at which the ends of springs move against each other, in rest lengths (1/s²).
+    pub(super) rates: Vec<[R; LANES]>,
     /// The aggregate of each particle of its halo.
     pub(super) aggregates: Vec<u32>,
     pub(super) corners: CornerSums<R>,
@@ -95,7 +97,9 @@ impl<R: Real> Scratches<R> {
             let corners = CornerSums { rows: Vec::with_capacity(rows), blocks: Vec::with_capacity(rows) };
             let aggregates = vec![0; room];
             let bounds = vec![[[[R::zero(); LANES]; 6]; 2]; block_size / LANES];
-            self.0.push(Mutex::new(BlockScratch { records, diagonal, bounds, aggregates, corners }));
+            let rates = vec![[R::zero(); LANES]; block_size / LANES];
+            let scratch = BlockScratch { records, diagonal, bounds, rates, aggregates, corners };
+            self.0.push(Mutex::new(scratch));
         }
     }
 

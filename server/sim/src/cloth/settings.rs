@@ -86,6 +86,15 @@ pub enum Minimizer {
 impl Minimizer {
     /// Sweeps of vertex block descent where nothing else is asked for.
     pub const DEFAULT_SWEEPS: u32 = 20;
+
+    /// Which way it is.
+    pub const fn kind(self) -> MinimizerKind {
+        match self {
+            Self::OneStep => MinimizerKind::OneStep,
+            Self::Newton(_) => MinimizerKind::Newton,
+            Self::VertexBlockDescent { .. } => MinimizerKind::VertexBlockDescent,
+        }
+    }
 }
 
 /// When Newton's method ends.

@@ -44,6 +44,7 @@ pub(super) struct SpringSums<'a, P: Pack, A: Aim> {
     pub(super) rows: &'a mut [Sixteen<P::Number>],
     pub(super) diagonal: &'a mut [[[f64; LANES]; 6]],
     pub(super) stiffness: &'a mut [[[[P::Number; LANES]; 6]; 2]],
+    pub(super) rates: &'a mut [[P::Number; LANES]],
     pub(super) energy: P::Wide,
     /// Of a step from the state: h F.v. Of an iterate: the potential of the damping, h nu (rate of length)² / 2.
     pub(super) power: P::Wide,
@@ -59,6 +60,8 @@ pub(super) struct RowSums<P: Pack> {
     diagonal: [P::Wide; 6],
     /// Stiffness and damping that bound an explicit step.
     bounds: [[P; 6]; 2],
+    /// The square of the greatest rate of a spring.
+    rate: P,
 }
 
 impl<P: Pack, A: Aim> Fold<P> for SpringSums<'_, P, A> {
@@ -67,13 +70,13 @@ impl<P: Pack, A: Aim> Fold<P> for SpringSums<'_, P, A> {
     #[inline(always)]
     fn sums(&self, group: usize) -> RowSums<P> {
         let diagonal = if A::HAS_MATRIX { load_six(&self.diagonal[group]) } else { [P::Wide::zero(); 6] };
-        let bounds = if A::IS_BOUNDED {
+        let (bounds, rate) = if A::IS_BOUNDED {
             let [stiffness, damping] = &self.stiffness[group];
-            [load_six(stiffness), load_six(damping)]
+            ([load_six(stiffness), load_six(damping)], P::load(&self.rates[group]))
         } else {
-            [[P::zero(); 6]; 2]
+            ([[P::zero(); 6]; 2], P::zero())
         };
-        RowSums { row: self.rows[group].load(), diagonal, bounds }
+        RowSums { row: self.rows[group].load(), diagonal, bounds, rate }
     }
 
     #[inline(always)]
@@ -121,6 +124,7 @@ impl<P: Pack, A: Aim> Fold<P> for SpringSums<'_, P, A> {
         }
         if A::IS_BOUNDED {
             add_spring(&mut sums.bounds, &spring, &self.bounds[pattern]);
+            sums.rate = sums.rate.max(spring.speed(w));
         }
     }
 
@@ -138,6 +142,7 @@ impl<P: Pack, A: Aim> Fold<P> for SpringSums<'_, P, A> {
                     self.stiffness[group][matrix][c] = sums.bounds[matrix][c].store();
                 }
             }
+            self.rates[group] = sums.rate.store();
         }
     }
 }

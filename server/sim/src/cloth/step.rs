@@ -66,10 +66,18 @@ impl<R: Real> Stepping<'_, R> {
         }
         let (kind, limit) = (Bounds::<R>::kind(settings.integrator), 1.0 / bound.rate);
         match settings.time_step {
-            TimeStep::Certified { safety } if bound.rate > 0.0 => {
-                Ok(TimeBound { kind, dt: safety * limit, particle: Some(particle) })
+            TimeStep::Certified { safety } => {
+                let speed = self.work.evaluation.speed;
+                let is_speed = speed.rate > bound.rate / safety;
+                Ok(if is_speed {
+                    let particle = Some(u64::from(model.user[speed.particle as usize]));
+                    TimeBound { kind: BoundKind::SpringSpeed, dt: 1.0 / speed.rate, particle }
+                } else if bound.rate > 0.0 {
+                    TimeBound { kind, dt: safety * limit, particle: Some(particle) }
+                } else {
+                    none
+                })
             }
-            TimeStep::Certified { .. } => Ok(none),
             TimeStep::Fixed(dt) if dt.min(around.dt) > limit => {
                 Err(StepFailure::TimeStep { particle, dt: dt.min(around.dt), limit, bound: kind.name() })
             }

@@ -25,11 +25,13 @@ pub enum BoundKind {
     Acceptance,
     /// The error estimate of cloth stays below the scene's tolerance.
     Tolerance,
+    /// The ends of a spring of cloth move against each other by a quarter of its rest length at most in an explicit step.
+    SpringSpeed,
 }
 
 impl BoundKind {
     /// Every kind: bounds of snow, what the scene fixes, bounds of cloth.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
         Self::ElasticWave,
         Self::IsolatedParticle,
         Self::ParticleSpeed,
@@ -41,6 +43,7 @@ impl BoundKind {
         Self::Damping,
         Self::Acceptance,
         Self::Tolerance,
+        Self::SpringSpeed,
     ];
 
     /// Its name in reports and on the wire.
@@ -57,6 +60,7 @@ impl BoundKind {
             Self::Damping => "damping",
             Self::Acceptance => "acceptance",
             Self::Tolerance => "tolerance",
+            Self::SpringSpeed => "spring_speed",
         }
     }
 }

@@ -72,6 +72,7 @@ impl Culprits {
             | BoundKind::Frame
             | BoundKind::Stiffness
             | BoundKind::Damping
+            | BoundKind::SpringSpeed
             | BoundKind::Acceptance
             | BoundKind::Tolerance => None,
         }

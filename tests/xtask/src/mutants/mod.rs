@@ -3,7 +3,7 @@
 //! Copies the sources into `target/copies/mutants`, builds every mutant into the copy behind a switch, and
 //! runs the tests that the list names first for each; each must fail. `cargo xtask mutants all` runs all
 //! quick tests for each mutant and compares the whole list, `cargo xtask bless mutants` writes the list and
-//! the pages made from it. The program itself has no switch.
+//! the pages made from it, `cargo xtask bless new-mutants` what they lack. The program itself has no switch.
 
 mod patch;
 mod cloth;
@@ -29,20 +29,30 @@ pub(crate) fn run(shell: &mut Shell, arguments: &[String]) -> Result<(), Failure
     match arguments {
         [] => shell.step("mutants", check),
         [all] if all == "all" => shell.step("all mutants", |shell| {
-            let caught = search(shell)?;
+            let caught = search(shell, Caught::new())?;
             files(&caught).into_iter().try_for_each(|(file, text)| compare(shell, file, &text))
         }),
         _ => Err(Failure("usage: cargo xtask mutants [all]".to_owned())),
     }
 }
 
+/// Which mutants a list is written from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Which {
+    /// All, whatever the list has.
+    All,
+    /// Those that the list lacks; the rest of it stays.
+    New,
+}
+
 /// Writes the list and the pages.
 ///
 /// # Errors
 /// When a mutant is not caught.
-pub(crate) fn bless(shell: &mut Shell) -> Result<(), Failure> {
-    shell.step("all mutants", |shell| {
-        let caught = search(shell)?;
+pub(crate) fn bless(shell: &mut Shell, which: Which) -> Result<(), Failure> {
+    shell.step("mutants", |shell| {
+        let known = if which == Which::New { read(shell)? } else { Caught::new() };
+        let caught = search(shell, known)?;
         for (file, text) in files(&caught) {
             fs::write(shell.root().join(file), text).map_err(|error| Failure(format!("{file}: {error}")))?;
         }
@@ -52,9 +62,7 @@ pub(crate) fn bless(shell: &mut Shell) -> Result<(), Failure> {
 
 /// Runs the first test of each mutant, as many at a time as there are cores; pages are compared with the list.
 fn check(shell: &mut Shell) -> Result<(), Failure> {
-    let list = shell.root().join(list::FILE);
-    let text = fs::read_to_string(list).map_err(|error| Failure(format!("{}: {error}", list::FILE)))?;
-    let caught = list::parse(&text);
+    let caught = read(shell)?;
     files(&caught).into_iter().try_for_each(|(file, text)| compare(shell, file, &text))?;
 
     let harness = Harness::build(shell)?;
@@ -85,15 +93,28 @@ fn check(shell: &mut Shell) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Runs all quick tests for each mutant.
-fn search(shell: &Shell) -> Result<Caught, Failure> {
+/// The list as it was written last.
+fn read(shell: &Shell) -> Result<Caught, Failure> {
+    let text = fs::read_to_string(shell.root().join(list::FILE));
+    Ok(list::parse(&text.map_err(|error| Failure(format!("{}: {error}", list::FILE)))?))
+}
+
+/// Runs all quick tests for each mutant but the known ones.
+fn search(shell: &Shell, mut known: Caught) -> Result<Caught, Failure> {
     let harness = Harness::build(shell)?;
     let (mut caught, mut missed) = (Caught::new(), Vec::new());
     for suite in &SUITES {
+        let title = |name: &str| list::title(suite, name);
+        let (kept, mutants): (Vec<_>, Vec<_>) =
+            suite.mutants().partition(|(_, name)| known.contains_key(&title(name)));
+        caught.extend(kept.iter().filter_map(|(_, name)| known.remove_entry(&title(name))));
+        if mutants.is_empty() {
+            continue;
+        }
         pass(&harness, suite, Tests::Quick)?;
-        for (number, name) in suite.mutants() {
+        for (number, name) in mutants {
             let tests = harness.failures(suite, number, Tests::Quick)?;
-            let title = list::title(suite, name);
+            let title = title(name);
             println!("{:>4} tests fail: {title}", tests.len());
             if tests.is_empty() {
                 missed.push(title.clone());

@@ -130,12 +130,13 @@ impl<R: Real> Search<'_, '_, R> {
     }
 
     /// Goes on from the iterate in `next`, which was evaluated, to the last one; says whether that is the solution, as
-    /// far as the precision goes.
+    /// far as the precision goes. At least one solve is made, so that slow motion is not taken for none.
     fn run(&mut self, first: Iterate, newton: &NewtonSettings) -> Result<(Iterate, bool), StepFailure> {
         let mut now = first;
-        for _ in 0..newton.max_iterations {
+        for iteration in 0..newton.max_iterations {
+            let tolerance = if iteration == 0 { 0.0 } else { newton.tolerance };
             // What is not finite shows in the diagnostics of where the step leads.
-            if now.leftover.largest <= newton.tolerance || !now.value().is_finite() {
+            if now.leftover.largest <= tolerance || !now.value().is_finite() {
                 return Ok((now, true));
             }
             let report = self.step.solve(At::Iterate, self.settings, self.interrupt);

@@ -181,7 +181,7 @@ impl<R: Real> DescendBlock<'_, R> {
             springs.copy_first_halo(number, fields, &mut self.scratch.records);
         }
 
-        let BlockScratch { records, diagonal, bounds, corners, .. } = &mut *self.scratch;
+        let BlockScratch { records, diagonal, bounds, rates, corners, .. } = &mut *self.scratch;
         let mut fold = SpringSums::<P, Descend> {
             springs,
             laws: &numbers.springs,
@@ -193,6 +193,7 @@ impl<R: Real> DescendBlock<'_, R> {
             rows: self.rows,
             diagonal,
             stiffness: bounds,
+            rates,
             energy: P::Wide::zero(),
             power: P::Wide::zero(),
             stretch: Stretch::none(),

@@ -55,6 +55,13 @@ impl<P: Pack> Spring<P> {
         ratio.max(P::zero()).where_positive(self.square + self.rest_length)
     }
 
+    /// The square of the rate at which its ends move against each other, in rest lengths (1/s²); 0 without one.
+    #[inline(always)]
+    pub(crate) fn speed(&self, w: [P; 3]) -> P {
+        let inverse = self.rest_length.inverse_or_zero();
+        dot(w, w) * inverse * inverse
+    }
+
     /// The block a I + b d dᵀ that it adds to M - h df/dv - h² df/dx, frozen: its elastic a (kg), and b (kg/m²), from
     /// which a of the whole follows as h² k + h nu - b d.d.
     ///

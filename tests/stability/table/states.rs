@@ -1,0 +1,162 @@
+//! Scenes in which the state is what fails.
+
+use nappe_sim::{
+    cloth::Integrator,
+    math::Precision,
+    world::{Change, Simulation},
+};
+use nappe_tests::{
+    Method,
+    networks::{chain, scatter, sheet, sheet_rules, spring},
+    scene::{momenta, norm, positions},
+    threads::with_threads,
+};
+
+use super::scene::{GRAVITY, SceneOfTable, stepped};
+use crate::verdict::{Trial, Verdict};
+
+pub(super) const SCENES: [SceneOfTable; 12] = [
+    SceneOfTable { number: 9, what: "two particles of a sheet in one place", run: coincident },
+    SceneOfTable { number: 12, what: "a sheet whose particles lie at random", run: at_random },
+    SceneOfTable { number: 12, what: "a sheet pressed onto a line", run: on_a_line },
+    SceneOfTable { number: 13, what: "a chain let go at twice its length", run: stretched },
+    SceneOfTable { number: 14, what: "a straight column, compressed by a fifth", run: column },
+    SceneOfTable { number: 15, what: "a taut catenary, 1.0001 times as long as its span", run: catenary },
+    SceneOfTable { number: 16, what: "100 km from the origin in f32", run: far },
+    SceneOfTable { number: 17, what: "a flat sheet that falls freely: strain", run: falling },
+    SceneOfTable { number: 17, what: "a sheet at rest without gravity, 1000 steps: motion", run: at_rest },
+    SceneOfTable {
+        number: 18,
+        what: "a damped pair that spins freely: angular momentum kept",
+        run: spinning,
+    },
+    SceneOfTable { number: 19, what: "a hung sheet whose gravity turns to 10 g upwards", run: turned },
+    SceneOfTable { number: 26, what: "1, 2 and 3 threads", run: threads },
+];
+
+fn coincident(method: Method) -> Verdict {
+    let mut network = sheet(5, 0.1, &sheet_rules(50.0, 0.01), 0.01);
+    network.x[12] = network.x[13];
+    Trial::new(stepped(network, 1e-3, method).under(GRAVITY), 300).run()
+}
+
+fn at_random(method: Method) -> Verdict {
+    let mut network = sheet(6, 0.1, &sheet_rules(50.0, 0.02), 0.01);
+    network.x = (0..36).map(|i| [0, 1, 2].map(|c| 0.3 * scatter(3 * i + c))).collect();
+    Trial::new(stepped(network, 1.0 / 60.0, method), 120).run()
+}
+
+fn on_a_line(method: Method) -> Verdict {
+    let mut network = sheet(6, 0.1, &sheet_rules(50.0, 0.02), 0.01);
+    network.x.iter_mut().for_each(|x| *x = [x[0], 0.0, 0.0]);
+    Trial::new(stepped(network, 1.0 / 60.0, method), 120).run()
+}
+
+fn stretched(method: Method) -> Verdict {
+    let x: Vec<_> = (0..20).map(|i| [0.2 * f64::from(i), 0.0, 0.0]).collect();
+    let mut network = chain(&x, 0.1, 500.0, 0.01, 0.01);
+    network.pins = vec![0];
+    Trial::new(stepped(network, 1.0 / 60.0, method), 120).run()
+}
+
+fn column(method: Method) -> Verdict {
+    let x: Vec<_> = (0..9).map(|i| [0.0, 0.08 * f64::from(i), 0.0]).collect();
+    let mut network = chain(&x, 0.1, 500.0, 0.01, 0.01);
+    network.pins = vec![0, 8];
+    let mut aside = 0.0;
+    let verdict = Trial::new(stepped(network, 0.01, method), 60).run_with(|simulation, _| {
+        aside = positions(simulation).iter().map(|x| x[0].hypot(x[2])).fold(aside, f64::max);
+    });
+    verdict.with(if aside > 0.01 { "buckles" } else { "stays straight" }.to_owned())
+}
+
+fn catenary(method: Method) -> Verdict {
+    // A taut chain under its weight hangs by L sqrt(3 (L/D - 1) / 8).
+    let (count, excess) = (21, 1e-4);
+    let sag = (3.0 * excess / 8.0_f64).sqrt();
+    let at = |i: u32| f64::from(i) / f64::from(count - 1);
+    let x: Vec<_> = (0..count).map(|i| [at(i), -4.0 * sag * at(i) * (1.0 - at(i)), 0.0]).collect();
+    let link = (1.0 + excess) / f64::from(count - 1);
+    let mut network = chain(&x, link, 1e8, 0.0, 0.005);
+    network.drag = 0.01;
+    network.pins = vec![0, count - 1];
+    let mut found = 0.0;
+    let verdict = Trial::new(stepped(network, 1.0 / 60.0, method).under(GRAVITY), 20)
+        .run_with(|simulation, _| found = -positions(simulation)[count as usize / 2][1]);
+    verdict.only_if(|| (found / sag - 1.0).abs() < 0.05, || format!("hangs by {found:.2e} m, not {sag:.2e}"))
+}
+
+fn far(method: Method) -> Verdict {
+    let mut network = sheet(6, 0.1, &sheet_rules(50.0, 0.02), 0.01);
+    network.x.iter_mut().for_each(|x| x[0] += 1e5);
+    let scene = stepped(network, 1e-3, method).under(GRAVITY);
+    let warnings =
+        Simulation::new(&scene.setup(), Precision::F32).map_or_else(|_| Vec::new(), |built| built.1);
+    match (Trial { precision: Precision::F32, ..Trial::new(scene, 100) }).run() {
+        Verdict::Survived(_) | Verdict::Recovered(_) | Verdict::Lost(_)
+            if warnings.iter().any(|warning| warning.contains("from the origin")) =>
+        {
+            Verdict::Detected("a warning".to_owned())
+        }
+        other => other,
+    }
+}
+
+fn falling(method: Method) -> Verdict {
+    let mut network = sheet(8, 0.1, &sheet_rules(50.0, 0.02), 0.01);
+    network.pins.clear();
+    let mut stretch = 0.0;
+    let verdict = Trial::new(stepped(network, 0.01, method).under(GRAVITY), 60).run_with(|_, report| {
+        stretch = f64::max(stretch, (report.diagnostics.max_stretch - 1.0).abs());
+    });
+    verdict.only_if(|| stretch < 1e-12, || format!("strain {stretch:.1e}"))
+}
+
+fn at_rest(method: Method) -> Verdict {
+    let network = sheet(8, 0.1, &sheet_rules(50.0, 0.02), 0.01);
+    let before = network.x.clone();
+    let mut moved = 0.0;
+    let verdict = Trial::new(stepped(network, 0.01, method), 1000).run_with(|simulation, _| {
+        moved = nappe_tests::scene::max_distance(&positions(simulation), &before);
+    });
+    verdict.only_if(|| moved < 1e-12, || format!("moved by {moved:.1e} m"))
+}
+
+fn spinning(method: Method) -> Verdict {
+    let mut network = nappe_tests::networks::particles(&[[-0.5, 0.0, 0.0], [0.5, 0.0, 0.0]], 1.0);
+    network.springs = vec![spring([0, 1], 1.0, 1000.0, 5.0)];
+    network.v = vec![[0.0, -1.0, 0.0], [0.0, 1.0, 0.0]];
+    let mut kept = 0.0;
+    let trial = Trial::new(stepped(network, 0.01, method), 100);
+    let verdict = trial.run_with(|simulation, _| kept = norm(momenta(simulation, &[1.0, 1.0]).1));
+    let is_exact = matches!(
+        method.integrator,
+        Integrator::SymplecticEuler | Integrator::VelocityVerlet | Integrator::VelocityVerletPredicted
+    );
+    verdict
+        .with(format!("{kept:.3}"))
+        .only_if(|| !is_exact || (kept - 1.0).abs() < 1e-12, || format!("{kept} of it"))
+}
+
+fn turned(method: Method) -> Verdict {
+    let network = sheet(8, 0.1, &sheet_rules(100.0, 0.02), 0.01);
+    let mut trial = Trial::new(stepped(network, 1.0 / 60.0, method).under(GRAVITY), 90);
+    trial.changes = vec![(30, Change::Gravity([0.0, 98.1, 0.0]))];
+    trial.run()
+}
+
+fn threads(method: Method) -> Verdict {
+    let mut network = sheet(12, 0.1, &sheet_rules(50.0, 0.02), 0.01);
+    network.drag = 1e-3;
+    let run = |count| {
+        with_threads(count, || {
+            let mut scene = stepped(network.clone(), 1.0 / 60.0, method).under(GRAVITY);
+            scene.settings.block_size = 32;
+            let mut hash = 0;
+            let verdict = Trial::new(scene, 30).run_with(|simulation, _| hash = simulation.state_hash());
+            (hash, verdict)
+        })
+    };
+    let [(one, verdict), (two, _), (three, _)] = [1, 2, 3].map(run);
+    verdict.with("same bits".to_owned()).only_if(|| one == two && two == three, || "other bits".to_owned())
+}
