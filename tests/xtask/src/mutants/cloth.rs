@@ -21,7 +21,7 @@ pub(super) const SLOW: [&str; 11] = [
 ];
 
 /// What each mutant does wrong, in the order of their numbers, from 101.
-pub(super) const NAMES: [&str; 49] = [
+pub(super) const NAMES: [&str; 55] = [
     "sign of the spring's force",
     "spring force without its rest length",
     "spring force along d in place of d / l",
@@ -71,11 +71,17 @@ pub(super) const NAMES: [&str; 49] = [
     "BDF2 with the past of steps of one length",
     "BDF2 with the reach of steps of one length",
     "BDF2 blind to the last change of velocity",
+    "line searches that take every full change",
+    "saddles that are not left",
+    "vertex block descent without inertia",
+    "vertex block descent of all blocks at once",
+    "certified explicit steps however fast springs move",
+    "Newton's method that takes slow motion for none",
 ];
 
 /// The patches that make the mutants, in the order of their numbers.
 #[rustfmt::skip] // one line per patch where it fits
-pub(super) const PATCHES: [Patch; 49] = [
+pub(super) const PATCHES: [Patch; 55] = [
     text(101, "cloth/spring_sums.rs", "P::load(&law.damping));\n            for c in 0..3 {\n                sums.row[c] -= pull * d[c];", "P::load(&law.damping));\n            for c in 0..3 {\n                if crate::mutant(101) { sums.row[c] += pull * d[c]; } else { sums.row[c] -= pull * d[c]; }"),
     expression(102, "cloth/laws/spring.rs", "stiffness * (self.length - self.rest_length) * self.inverse", "stiffness * self.length * self.inverse"),
     text(103, "cloth/laws/spring.rs", "        elastic + self.slowing(", "        let elastic = if crate::mutant(103) { stiffness * (self.length - self.rest_length) } else { elastic };\n        elastic + self.slowing("),
@@ -125,4 +131,10 @@ pub(super) const PATCHES: [Patch; 49] = [
     expression(147, "cloth/scheme.rs", "ratio * ratio / whole", "1.0 / 3.0"),
     expression(148, "cloth/scheme.rs", "(1.0 + ratio) * dt / whole", "2.0 * dt / 3.0"),
     expression(149, "cloth/integrate/iterate.rs", "((v[c] - past_v[c]) * past).where_positive(inv_m)", "P::zero()"),
+    text(150, "cloth/integrate/newton.rs", "            if is_lower || is_work", "            if crate::mutant(150) || is_lower || is_work"),
+    text(151, "cloth/integrate/newton.rs", "            if !is_done || !last", "            if crate::mutant(151) || !is_done || !last"),
+    expression(152, "cloth/integrate/vertex_block_descent.rs", "m * (u[c] - base[c])", "P::zero()"),
+    expression(153, "cloth/colours.rs", "lowest(count.div_ceil(block_size), pairs.clone().map(of(block_size)))", "vec![0; count.div_ceil(block_size)]"),
+    expression(154, "cloth/step.rs", "speed.rate > bound.rate / safety", "false"),
+    expression(155, "cloth/integrate/newton.rs", "if iteration == 0 { 0.0 } else { newton.tolerance }", "newton.tolerance"),
 ];
