@@ -16,6 +16,7 @@ mod contact;
 mod notices;
 mod external;
 mod bodies;
+mod scenes;
 mod shipped;
 mod steps;
 mod newton;

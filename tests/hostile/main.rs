@@ -138,8 +138,8 @@ const LIMITS: SceneLimits = SceneLimits { max_particles: 250, max_springs: 4000 
 const BUDGET: isize = 48 << 20;
 /// How long (s) one scene may take before it counts as one that hangs: the slowest takes some hundredths.
 const PATIENCE: f64 = 20.0;
-/// Scenes that are tried.
-const COUNT: u64 = 100_000;
+/// Scenes, meshes and mesh files that are tried, of each so many.
+pub(crate) const COUNT: u64 = if cfg!(feature = "slow") { 100_000 } else { 1_000 };
 /// Of these, one in so many is simulated too where it can be built.
 const SIMULATED: u64 = 200;
 /// Seeds of the scenes, each on a thread of its own.
@@ -229,5 +229,5 @@ fn no_scene_takes_more_memory_than_its_limits_explain() {
         println!("{} bytes for\n{}\n{:.3} s for\n{}", largest.0, largest.1, longest.0, longest.1);
     }
     assert!(unread < COUNT / 100, "the scenes are well formed: {unread} are not");
-    assert!(refused > COUNT / 20 && built > COUNT / 20 && simulated > 50, "all ends are met");
+    assert!(refused > COUNT / 20 && built > COUNT / 20 && simulated > 0, "all ends are met");
 }

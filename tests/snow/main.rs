@@ -1,10 +1,7 @@
-//! Snow against closed forms, golden data and itself: transfers, laws, motion, stability.
+//! Snow against closed forms, golden data and itself: transfers, laws, motion, stability. `slow.rs` has what takes long.
 
 mod reference;
 mod affine;
-mod bars;
-mod beam;
-mod bounce;
 mod brasseur;
 mod conservation;
 mod dissipation;
@@ -15,13 +12,10 @@ mod friction;
 mod volumes;
 mod golden_step;
 mod grid_to_particles;
-mod impact;
 mod kernels;
 mod laws;
-mod manufactured;
 mod measured_limits;
 mod periodic_bar;
-mod refinement;
 mod semi_implicit;
 mod statics;
 mod step_bounds;

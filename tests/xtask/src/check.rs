@@ -19,7 +19,10 @@ pub(crate) fn run(shell: &mut Shell, _: &[String]) -> Result<(), Failure> {
         Some(typos) => shell.run("spelling", &mut Command::new(typos))?,
         None => shell.skip("spelling", "typos is not installed (PyPI package typos)"),
     }
-    shell.cargo("lint", "clippy --release --workspace --all-targets -- -D warnings")?;
+    shell.cargo(
+        "lint",
+        "clippy --release --workspace --all-targets --features nappe-tests/slow -- -D warnings",
+    )?;
     let mut doc = Command::new(cargo());
     doc.args(["doc", "--release", "--workspace", "--no-deps"]).env("RUSTDOCFLAGS", "-D warnings");
     shell.run("documentation", &mut doc)

@@ -4,13 +4,16 @@ use std::{
     env,
     error::Error,
     ffi::OsString,
-    fmt,
+    fmt, io,
     path::{Path, PathBuf},
     process::Command,
     time::{Duration, Instant},
 };
 
-use crate::times::Times;
+use crate::{
+    times::Times,
+    watch::{self, Ending},
+};
 
 /// A command that could not be started or did not succeed, or a task asked for the wrong way.
 #[derive(Debug)]
@@ -111,6 +114,28 @@ impl Shell {
     /// # Errors
     /// When it cannot be started or does not succeed.
     pub(crate) fn run(&mut self, title: &str, command: &mut Command) -> Result<(), Failure> {
+        self.waited_for(title, command, |command| command.status().map(Ending::Done))
+    }
+
+    /// Runs a program of tests in the same way, and ends it once no test has begun or ended for `patience`.
+    ///
+    /// # Errors
+    /// When it cannot be started, does not succeed or was ended.
+    pub(crate) fn watched(
+        &mut self,
+        title: &str,
+        command: &mut Command,
+        patience: Duration,
+    ) -> Result<(), Failure> {
+        self.waited_for(title, command, |command| watch::run(command, patience))
+    }
+
+    fn waited_for(
+        &mut self,
+        title: &str,
+        command: &mut Command,
+        wait: impl FnOnce(&mut Command) -> io::Result<Ending>,
+    ) -> Result<(), Failure> {
         self.step(title, |shell| {
             println!("\n=== {title}: {}", line_of(command));
             // What cargo told us of this crate is not for the crates below: some build scripts watch these
@@ -119,9 +144,12 @@ impl Shell {
             if command.get_current_dir().is_none() {
                 command.current_dir(&shell.root);
             }
-            match command.status() {
-                Ok(status) if status.success() => Ok(()),
-                Ok(status) => Err(Failure(format!("{title} failed ({status}): {}", line_of(command)))),
+            match wait(command) {
+                Ok(Ending::Done(status)) if status.success() => Ok(()),
+                Ok(Ending::Done(status)) => {
+                    Err(Failure(format!("{title} failed ({status}): {}", line_of(command))))
+                }
+                Ok(Ending::Stalled(reason)) => Err(Failure(format!("{title} was ended: {reason}"))),
                 Err(error) => {
                     Err(Failure(format!("{title}: {} cannot be started: {error}", line_of(command))))
                 }

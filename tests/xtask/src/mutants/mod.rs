@@ -1,8 +1,8 @@
 //! `cargo xtask mutants`: errors made on purpose, and the tests that notice them.
 //!
 //! Copies the sources into `target/copies/mutants`, builds every mutant into the copy behind a switch, and
-//! runs the tests that the list names first for each; each must fail. `cargo xtask mutants all` runs all
-//! quick tests for each mutant and compares the whole list, `cargo xtask bless mutants` writes the list and
+//! runs the tests that the list names first for each; each must fail. `cargo xtask mutants cloth` does so for one suite.
+//! `cargo xtask mutants all` runs all quick tests for each mutant and compares the whole list, `cargo xtask bless mutants` writes the list and
 //! the pages made from it, `cargo xtask bless new-mutants` what they lack. The program itself has no switch.
 
 mod patch;
@@ -27,12 +27,16 @@ use crate::shell::{Failure, Shell};
 /// When a mutant is not caught, or the list or a page is not what was found.
 pub(crate) fn run(shell: &mut Shell, arguments: &[String]) -> Result<(), Failure> {
     match arguments {
-        [] => shell.step("mutants", check),
+        [] => shell.step("mutants", |shell| check(shell, &SUITES.each_ref())),
         [all] if all == "all" => shell.step("all mutants", |shell| {
             let caught = search(shell, Caught::new())?;
             files(&caught).into_iter().try_for_each(|(file, text)| compare(shell, file, &text))
         }),
-        _ => Err(Failure("usage: cargo xtask mutants [all]".to_owned())),
+        [name] if SUITES.iter().any(|suite| suite.name == name) => {
+            let suites: Vec<_> = SUITES.iter().filter(|suite| suite.name == name).collect();
+            shell.step(&format!("mutants of {name}"), |shell| check(shell, &suites))
+        }
+        _ => Err(Failure("usage: cargo xtask mutants [all | cloth | snow]".to_owned())),
     }
 }
 
@@ -61,12 +65,12 @@ pub(crate) fn bless(shell: &mut Shell, which: Which) -> Result<(), Failure> {
 }
 
 /// Runs the first test of each mutant, as many at a time as there are cores; pages are compared with the list.
-fn check(shell: &mut Shell) -> Result<(), Failure> {
+fn check(shell: &mut Shell, suites: &[&Suite]) -> Result<(), Failure> {
     let caught = read(shell)?;
     files(&caught).into_iter().try_for_each(|(file, text)| compare(shell, file, &text))?;
 
     let harness = Harness::build(shell)?;
-    for suite in &SUITES {
+    for &suite in suites {
         let first_of = |(number, name)| {
             let title = list::title(suite, name);
             let tests =

@@ -6,19 +6,13 @@
 use super::patch::{Patch, expression, text};
 
 /// Parts of the names of tests that are left out.
-pub(super) const SLOW: [&str; 18] = [
-    "manufactured",
-    "beam",
+pub(super) const SLOW: [&str; 12] = [
     "statics",
-    "impact",
-    "bounce",
-    "bars::",
     "dissipation",
     "semi_implicit",
     "measured_limits",
     "step_bounds",
     "friction",
-    "refinement",
     "volumes",
     "a_rigid_body_that_turns",
     "a_body_without_stress_that_turns",

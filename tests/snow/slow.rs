@@ -1,0 +1,8 @@
+//! Snow against closed forms and itself, where that takes long: waves, bending, impacts, and grids made finer.
+
+mod bars;
+mod beam;
+mod bounce;
+mod impact;
+mod manufactured;
+mod refinement;

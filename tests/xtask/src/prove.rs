@@ -1,0 +1,81 @@
+//! `cargo xtask prove [cloth|snow|service|docs]`: the proofs that take long, for a release and for who changes what
+//! they prove.
+//!
+//! Slow tests are suites of their own, behind the feature `slow` of nappe-tests.
+
+use crate::{
+    additions, clients, mutants,
+    shell::{Failure, Shell},
+    suites, tutorials,
+};
+
+/// The `nappe` command, as `cargo nappe` runs it.
+const NAPPE: &str = "run --release --bin nappe --";
+
+/// The committed hashes alone: that neither threads nor widths of vectors change bits is tested in release, and takes
+/// as long again without optimisation.
+const COMMITTED: [&str; 1] = ["every_run_has_its_committed_hash"];
+
+/// Tests of a suite that compare widths of vectors, the portable packs among them.
+const WIDTHS: [&str; 1] = ["every_width_of_vector"];
+
+/// A part of the program: its name, and the proofs of it.
+type Part = (&'static str, fn(&mut Shell) -> Result<(), Failure>);
+
+const PARTS: [Part; 4] = [("cloth", cloth), ("snow", snow), ("service", service), ("docs", docs)];
+
+/// Proves the parts named in `names`, or all.
+pub(crate) fn run(shell: &mut Shell, names: &[String]) -> Result<(), Failure> {
+    if let Some(unknown) = names.iter().find(|name| !PARTS.iter().any(|(known, _)| known == name)) {
+        let known = PARTS.map(|(name, _)| name).join(", ");
+        return Err(Failure(format!("there is no part '{unknown}'; there are: {known}")));
+    }
+    let asked = |part: &str| names.is_empty() || names.iter().any(|name| name == part);
+    if asked("cloth") || asked("snow") {
+        shell.step("bits", bits)?;
+    }
+    for (name, prove) in PARTS.into_iter().filter(|(name, _)| asked(name)) {
+        shell.step(name, prove)?;
+    }
+    Ok(())
+}
+
+/// The same bits without optimisation, and with the packs of processors that have no kernels of their own.
+fn bits(shell: &mut Shell) -> Result<(), Failure> {
+    let libraries = "-p nappe-sim -p nappe-scene";
+    suites::run(shell, "libraries in debug", libraries, &[], suites::SLOW)?;
+    let determinism = "-p nappe-tests --no-default-features --test determinism";
+    suites::run(shell, "same bits in debug", determinism, &COMMITTED, suites::SLOW)?;
+    let portable = format!("--release {determinism} --features portable");
+    suites::run(shell, "same bits of portable packs", &portable, &WIDTHS, suites::SLOW)
+}
+
+fn cloth(shell: &mut Shell) -> Result<(), Failure> {
+    slow(shell, "cloth_slow")?;
+    mutants::run(shell, &["cloth".to_owned()])?;
+    shell.cargo("bench zara", &format!("{NAPPE} bench zara --sizes 2500,22500"))
+}
+
+fn snow(shell: &mut Shell) -> Result<(), Failure> {
+    slow(shell, "snow_slow")?;
+    mutants::run(shell, &["snow".to_owned()])?;
+    shell.cargo("bench snow", &format!("{NAPPE} bench snow --particles 50000 --repetitions 3"))
+}
+
+fn service(shell: &mut Shell) -> Result<(), Failure> {
+    slow(shell, "hostile")?;
+    shell.cargo("demo", &format!("{NAPPE} --save target/demo.rrd"))?;
+    shell.cargo("bench stream", &format!("{NAPPE} bench stream --sizes 10000,100000"))?;
+    clients::examples(shell)
+}
+
+fn docs(shell: &mut Shell) -> Result<(), Failure> {
+    additions::run(shell, &[])?;
+    tutorials::run(shell, &[])
+}
+
+/// Runs a suite of slow tests, built beside the program.
+fn slow(shell: &mut Shell, suite: &str) -> Result<(), Failure> {
+    let selection = format!("--release --workspace --features nappe-tests/slow --test {suite}");
+    suites::run(shell, suite, &selection, &[], suites::SLOW)
+}
