@@ -5,6 +5,7 @@
 //! using only those above it:
 
 mod address;
+mod processor;
 mod machine;
 pub mod config;
 mod error;
@@ -23,5 +24,6 @@ pub use address::{Address, DEFAULT_PORT};
 pub use app::App;
 pub use config::{Config, Limits, TokenPlace};
 pub use error::{DOMAIN, Reason};
+pub use processor::{MissingInstructions, check_processor};
 pub use signals::Signals;
 pub use start_error::StartError;

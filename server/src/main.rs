@@ -3,7 +3,7 @@
 use std::{process::ExitCode, time::Duration};
 
 use clap::Parser;
-use nappe_server::{App, Config, Signals};
+use nappe_server::{App, Config, Signals, check_processor};
 use tracing_subscriber::EnvFilter;
 
 /// Serves simulations of cloth and snow over gRPC.
@@ -23,6 +23,9 @@ fn main() -> ExitCode {
         .with_env_filter(EnvFilter::new(&arguments.log))
         .with_writer(std::io::stderr)
         .init();
+    if let Err(error) = check_processor() {
+        return failed(&error.to_string());
+    }
     let runtime = match tokio::runtime::Runtime::new() {
         Ok(runtime) => runtime,
         Err(error) => return failed(&format!("no runtime could be started: {error}")),

@@ -72,6 +72,17 @@ fn an_address_that_others_reach_is_refused_with_a_reason() {
     assert!(!refused.status.success() && message.contains("--allow-remote"), "{message}");
 }
 
+#[cfg(target_arch = "x86_64")]
+#[test]
+fn a_processor_without_avx2_is_told_so_in_one_line() {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_nappe-server"));
+    let refused = command.env("NAPPE_HIDE_AVX2", "1").output().expect("it ends");
+    let message = String::from_utf8_lossy(&refused.stderr).into_owned();
+    assert_eq!(refused.status.code(), Some(1), "{message}");
+    assert!(message.starts_with("nappe-server: this processor has no AVX2"), "{message}");
+    assert_eq!(message.lines().count(), 1, "{message}");
+}
+
 #[test]
 fn the_environment_sets_what_flags_do_not() {
     let mut command = Command::new(env!("CARGO_BIN_EXE_nappe-server"));

@@ -23,10 +23,12 @@ use std::process::ExitCode;
 
 use clap::Parser as _;
 
-use crate::verbs::Cli;
+use crate::{error::CliError, verbs::Cli};
 
 fn main() -> ExitCode {
-    match verbs::run(&Cli::parse()) {
+    let cli = Cli::parse();
+    let done = nappe_server::check_processor().map_err(CliError::failure).and_then(|()| verbs::run(&cli));
+    match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             output::note(&format!("nappe: {error}"));

@@ -19,8 +19,10 @@ const MANIFEST: &str = "Cargo.toml";
 /// The lock file, which repeats it.
 const LOCK: &str = "Cargo.lock";
 
-/// Where a kernel goes to the instructions that it runs with, and the line after which it does.
-const DISPATCH: (&str, &str) = ("server/sim/src/math/simd/mod.rs", "    match simd_level() {");
+/// Whether kernels are compiled for 512 bits: the line that says so, and the one that says no.
+const WIDE: [&str; 2] = ["\nconst WIDE: bool = true;\n", "\nconst WIDE: bool = false;\n"];
+/// Where it stands.
+const LEVELS: &str = "server/sim/src/math/simd/mod.rs";
 
 /// The sources of the program, changed or not.
 pub(crate) struct Copy {
@@ -68,18 +70,13 @@ impl Copy {
     }
 
     /// Leaves the kernels for one set of instructions only, so that the copy builds sooner: results have the
-    /// same bits with every set. It is AVX2 where the processor has it: wider registers make shorter kernels.
+    /// same bits with every set.
     ///
     /// # Errors
-    /// When the dispatch is not where it was.
+    /// When the line that chooses is not where it was.
     pub(crate) fn with_one_instruction_set(&mut self) -> Result<(), Failure> {
-        #[cfg(target_arch = "x86_64")]
-        let has_avx2 = std::arch::is_x86_feature_detected!("avx2");
-        #[cfg(not(target_arch = "x86_64"))]
-        let has_avx2 = false;
-        let straight = if has_avx2 { "    return unsafe { run_avx2(kernel) };\n" } else { "" };
-        let (file, from) = DISPATCH;
-        self.edit(file, |text| replace_once(text, from, &format!("{straight}    #[cfg(any())]\n{from}")))
+        let [wide, narrow] = WIDE;
+        self.edit(LEVELS, |text| replace_once(text, wide, narrow))
     }
 
     /// Applies a patch in the format of `git diff`.

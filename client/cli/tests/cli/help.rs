@@ -1,6 +1,6 @@
 //! Help texts and usage errors.
 
-use crate::support::nappe;
+use crate::support::{command, nappe};
 
 const VERBS: [&str; 23] = [
     "demo",
@@ -103,6 +103,16 @@ fn no_server_ends_with_4_and_says_how_to_start_one() {
     assert_eq!(done.code, Some(4), "{done:?}");
     assert!(done.stderr.contains("127.0.0.1:1") && done.stderr.contains("nappe serve"), "{}", done.stderr);
     assert!(done.stdout.is_empty());
+}
+
+#[cfg(target_arch = "x86_64")]
+#[test]
+fn a_processor_without_avx2_is_told_so_in_one_line() {
+    let refused = command().arg("scenes").env("NAPPE_HIDE_AVX2", "1").output().expect("the command starts");
+    let message = String::from_utf8_lossy(&refused.stderr).into_owned();
+    assert_eq!(refused.status.code(), Some(1), "{message}");
+    assert!(message.starts_with("nappe: this processor has no AVX2"), "{message}");
+    assert_eq!(message.lines().count(), 1, "{message}");
 }
 
 #[test]

@@ -8,7 +8,7 @@ mod svd;
 mod exp;
 
 pub use real::{Padded, Precision, Real, Sixteen};
-pub use simd::{SimdLevel, force_simd_level, simd_level};
+pub use simd::{MissingInstructions, SimdLevel, check_processor, force_simd_level, simd_level};
 pub use vector::{Mat3, Vec3};
 
 pub(crate) use array::three;

@@ -43,9 +43,8 @@ impl fmt::Display for Precision {
     }
 }
 
-/// Packs of a number at each level. Not visible outside, which also seals [`Real`].
+/// Packs of a number at each level of x86-64. Not visible outside, which also seals [`Real`].
 pub(crate) trait Packed: Copy {
-    type Baseline: Pack<Number = Self>;
     #[cfg(target_arch = "x86_64")]
     type Avx2: Pack<Number = Self>;
     #[cfg(target_arch = "x86_64")]

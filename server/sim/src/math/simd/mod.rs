@@ -8,8 +8,6 @@
 mod operators;
 mod portable;
 #[cfg(target_arch = "x86_64")]
-mod sse2;
-#[cfg(target_arch = "x86_64")]
 mod avx2;
 #[cfg(target_arch = "x86_64")]
 mod avx512;
@@ -18,12 +16,12 @@ pub(crate) use portable::Portable;
 
 use std::sync::atomic::{AtomicU8, Ordering};
 
-use super::real::{Pack, Packed, Real};
+use super::real::{Pack, Packed, Precision, Real};
 
 /// Instructions that kernels are compiled for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum SimdLevel {
-    /// The target's baseline.
+    /// The target's baseline. On x86-64 with the feature `portable` alone, for comparisons.
     Portable = 1,
     /// 256-bit vectors of x86-64.
     Avx2 = 2,
@@ -32,15 +30,21 @@ pub enum SimdLevel {
 }
 
 impl SimdLevel {
-    /// Every level, the narrowest first.
-    pub const ALL: [Self; 3] = [Self::Portable, Self::Avx2, Self::Avx512];
+    /// Every level that this build has kernels for, the narrowest first.
+    pub const ALL: &[Self] = if !cfg!(target_arch = "x86_64") {
+        &[Self::Portable]
+    } else if cfg!(feature = "portable") {
+        &[Self::Portable, Self::Avx2, Self::Avx512]
+    } else {
+        &[Self::Avx2, Self::Avx512]
+    };
 }
 
+/// Whether kernels are compiled for 512 bits: without, a build that runs only once is sooner done.
+#[cfg(target_arch = "x86_64")]
+const WIDE: bool = true;
+
 impl Packed for f32 {
-    #[cfg(target_arch = "x86_64")]
-    type Baseline = sse2::F32x16;
-    #[cfg(not(target_arch = "x86_64"))]
-    type Baseline = Portable<Self>;
     #[cfg(target_arch = "x86_64")]
     type Avx2 = avx2::F32x16;
     #[cfg(target_arch = "x86_64")]
@@ -48,10 +52,6 @@ impl Packed for f32 {
 }
 
 impl Packed for f64 {
-    #[cfg(target_arch = "x86_64")]
-    type Baseline = sse2::F64x16;
-    #[cfg(not(target_arch = "x86_64"))]
-    type Baseline = Portable<Self>;
     #[cfg(target_arch = "x86_64")]
     type Avx2 = avx2::F64x16;
     #[cfg(target_arch = "x86_64")]
@@ -71,14 +71,32 @@ pub(crate) trait WithSimd<R: Real> {
 /// 0: not known yet.
 static LEVEL: AtomicU8 = AtomicU8::new(0);
 
+/// This processor lacks instructions that every kernel is compiled for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "this processor has no AVX2, which nappe needs on x86-64: Intel Core since 2013 and AMD since 2015 have it"
+)]
+pub struct MissingInstructions;
+
+/// Whether this build has kernels for this processor. A program asks before it computes.
+///
+/// # Errors
+/// When it has none.
+pub fn check_processor() -> Result<(), MissingInstructions> {
+    detect().map(|_| ()).ok_or(MissingInstructions)
+}
+
 /// The level in use.
+///
+/// # Panics
+/// When this build has no kernels for this processor.
 pub fn simd_level() -> SimdLevel {
     match LEVEL.load(Ordering::Relaxed) {
         1 => SimdLevel::Portable,
         2 => SimdLevel::Avx2,
         3 => SimdLevel::Avx512,
         _ => {
-            let found = detect();
+            let found = best();
             LEVEL.store(found as u8, Ordering::Relaxed);
             found
         }
@@ -87,48 +105,65 @@ pub fn simd_level() -> SimdLevel {
 
 /// Uses `level`, or the best that the processor has below it: for tests and comparisons.
 /// Returns the level in use. Results have the same bits at every level.
+///
+/// # Panics
+/// When this build has no kernels for `level`, or none for this processor.
 pub fn force_simd_level(level: SimdLevel) -> SimdLevel {
-    let used = level.min(detect());
+    assert!(SimdLevel::ALL.contains(&level), "this build has no kernels for {level:?}");
+    let used = level.min(best());
     LEVEL.store(used as u8, Ordering::Relaxed);
     used
 }
 
+/// The widest level of the processor.
+fn best() -> SimdLevel {
+    detect().unwrap_or_else(|| panic!("{MissingInstructions}"))
+}
+
+/// The widest level of the processor; none where no kernel can run.
 #[cfg(target_arch = "x86_64")]
-fn detect() -> SimdLevel {
+fn detect() -> Option<SimdLevel> {
     let wide = std::arch::is_x86_feature_detected!("avx512f")
         && std::arch::is_x86_feature_detected!("avx512dq")
         && std::arch::is_x86_feature_detected!("avx512vl");
     match (std::arch::is_x86_feature_detected!("avx2"), wide) {
-        (true, true) => SimdLevel::Avx512,
-        (true, false) => SimdLevel::Avx2,
-        _ => SimdLevel::Portable,
+        (true, true) => Some(SimdLevel::Avx512),
+        (true, false) => Some(SimdLevel::Avx2),
+        _ if cfg!(feature = "portable") => Some(SimdLevel::Portable),
+        _ => None,
     }
 }
 
 #[cfg(not(target_arch = "x86_64"))]
-fn detect() -> SimdLevel {
-    SimdLevel::Portable
+fn detect() -> Option<SimdLevel> {
+    Some(SimdLevel::Portable)
 }
 
-/// Runs a kernel with the instructions of [`simd_level`].
+/// Runs a kernel with the instructions of [`simd_level`]. What no level needs is left out by constants, before code
+/// is generated.
+#[cfg(target_arch = "x86_64")]
 #[inline]
 pub(crate) fn dispatch<R: Real, K: WithSimd<R>>(kernel: K) -> K::Output {
-    #[cfg(target_arch = "x86_64")]
-    match simd_level() {
-        // A level is in use only if `detect` found its instructions, and AVX2 with them.
-        SimdLevel::Avx512 => {
-            if R::PRECISION as u8 == super::real::Precision::F32 as u8 || K::WIDE_BINARY64 {
-                // SAFETY: as said above.
-                return unsafe { run_avx512(kernel) };
-            }
-            // SAFETY: as said above.
-            return unsafe { run_avx2(kernel) };
-        }
-        // SAFETY: as above.
-        SimdLevel::Avx2 => return unsafe { run_avx2(kernel) },
-        SimdLevel::Portable => {}
+    let level = simd_level();
+    #[cfg(feature = "portable")]
+    if level == SimdLevel::Portable {
+        return kernel.run::<Portable<R>>();
     }
-    kernel.run::<R::Baseline>()
+    if const { WIDE && (matches!(R::PRECISION, Precision::F32) || K::WIDE_BINARY64) }
+        && level == SimdLevel::Avx512
+    {
+        // SAFETY: a level is in use only if `detect` found its instructions, and AVX2 with them.
+        return unsafe { run_avx512(kernel) };
+    }
+    // SAFETY: as above; the narrowest level that is left.
+    unsafe { run_avx2(kernel) }
+}
+
+/// Runs a kernel with the target's baseline instructions.
+#[cfg(not(target_arch = "x86_64"))]
+#[inline]
+pub(crate) fn dispatch<R: Real, K: WithSimd<R>>(kernel: K) -> K::Output {
+    kernel.run::<Portable<R>>()
 }
 
 #[cfg(target_arch = "x86_64")]
@@ -248,14 +283,14 @@ mod tests {
 
     fn at_every_level<R: Real>() {
         let compare = || Compare::<R>(PhantomData);
-        compare().run::<R::Baseline>();
+        compare().run::<Portable<R>>();
         #[cfg(target_arch = "x86_64")]
         {
-            if detect() >= SimdLevel::Avx2 {
+            if best() >= SimdLevel::Avx2 {
                 // SAFETY: its instructions were found.
                 unsafe { run_avx2(compare()) };
             }
-            if detect() >= SimdLevel::Avx512 {
+            if best() >= SimdLevel::Avx512 {
                 // SAFETY: its instructions were found.
                 unsafe { run_avx512(compare()) };
             }
