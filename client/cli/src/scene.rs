@@ -146,6 +146,8 @@ impl Written {
         if self.meshes.is_empty() {
             return Ok(Sent::Text(self.text.clone()));
         }
+        // The server reads the scene as it is written anew below, and sees no old names.
+        meshes::note(&self.scene.warnings());
         let mut ids = BTreeMap::new();
         for (file, mesh) in &self.meshes {
             let uploaded = client.upload_mesh(&upload(file, mesh)).await?;

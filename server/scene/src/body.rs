@@ -81,7 +81,7 @@ pub struct Body {
     #[serde(default, skip_serializing_if = "is_default")]
     pub limits: Limits,
     /// Particles per block, the unit of parallel work and of sums: a power of two, 32 to 4096.
-    #[serde(rename = "grain", default = "default_block_size", serialize_with = "names::whole")]
+    #[serde(alias = "grain", default = "default_block_size", serialize_with = "names::whole")]
     pub block_size: usize,
 }
 

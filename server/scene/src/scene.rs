@@ -17,7 +17,7 @@ use crate::{
     location::Location,
     names, schema,
     snow::{Snow, SnowBody},
-    source::{Path, Source},
+    source::{OldKey, Path, Source},
 };
 
 /// The version of the format that this program reads and writes.
@@ -95,10 +95,15 @@ impl Scene {
         };
 
         let table = DeTable::parse(text).map_err(|error| syntax(&error))?;
-        check(&table, &source)?;
+        let old_keys = check(&table, &source)?;
         let mut scene: Self = toml::from_str(text).map_err(|error| syntax(&error))?;
-        scene.source = source;
+        scene.source = source.with_old_keys(old_keys);
         Ok(scene)
+    }
+
+    /// What is odd about its text: a warning, with its place, for each key that stands under an old name.
+    pub fn warnings(&self) -> Vec<String> {
+        self.source.warnings()
     }
 
     /// The meshes of its bodies and of its snow.
@@ -125,14 +130,16 @@ impl Scene {
             let message = format!("the scene cannot be written: {}", error.message());
             SceneError::new(ErrorKind::Syntax, "", message)
         })?;
-        check(&table, &self.source.without_text())
+        check(&table, &self.source.without_text())?;
+        Ok(())
     }
 }
 
-/// Everything that is wrong with a scene's tables; without bodies and snow it is no scene.
-fn check(table: &Spanned<DeTable<'_>>, source: &Source) -> Result<(), SceneErrors> {
+/// The keys of a scene's tables that stand under old names, or everything that is wrong with the tables; without
+/// bodies and snow it is no scene.
+fn check(table: &Spanned<DeTable<'_>>, source: &Source) -> Result<Vec<OldKey>, SceneErrors> {
     let mut found = Found::default();
-    schema::check(&ROOT, table.get_ref(), source, &mut found);
+    let old_keys = schema::check(&ROOT, table.get_ref(), source, &mut found);
     let has_bodies = match table.get_ref().get("body").map(Spanned::get_ref) {
         Some(DeValue::Array(bodies)) => !bodies.is_empty(),
         other => other.is_some(),
@@ -141,5 +148,5 @@ fn check(table: &Spanned<DeTable<'_>>, source: &Source) -> Result<(), SceneError
         let message = "is missing, and so is snow: a scene has a body, `[[body]]`, or snow, `[snow]` with `[[snow.object]]`";
         found.add(Location::root(source).key("body").error(ErrorKind::Missing, message));
     }
-    found.or(())
+    found.or(old_keys)
 }

@@ -314,7 +314,7 @@ pub struct MaterialText {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hardening: Option<f64>,
     /// Range in which the plastic volume ratio J_P is kept.
-    #[serde(skip_serializing_if = "Option::is_none", rename = "jp_range")]
+    #[serde(skip_serializing_if = "Option::is_none", alias = "jp_range")]
     pub plastic_ratio_range: Option<[f64; 2]>,
     /// Whether it yields; false: elastic.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -49,11 +49,22 @@ impl fmt::Display for Path {
     }
 }
 
+/// A key that stands in the text under an old name.
+#[derive(Clone, Debug)]
+pub(crate) struct OldKey {
+    /// The way to it, with its new name.
+    pub path: Path,
+    /// Where its value stands.
+    pub span: Range<usize>,
+    pub warning: String,
+}
+
 /// The text that a scene was read from; empty for a scene made by a program.
 #[derive(Clone, Debug, Default)]
 pub struct Source {
     file: String,
     text: Arc<str>,
+    old_keys: Vec<OldKey>,
 }
 
 /// Scenes are equal when their fields are, wherever they were read from.
@@ -65,12 +76,22 @@ impl PartialEq for Source {
 
 impl Source {
     pub(crate) fn new(file: &str, text: &str) -> Self {
-        Self { file: file.to_owned(), text: text.into() }
+        Self { file: file.to_owned(), text: text.into(), old_keys: Vec::new() }
+    }
+
+    /// The same text, in which these keys have old names.
+    pub(crate) fn with_old_keys(self, old_keys: Vec<OldKey>) -> Self {
+        Self { old_keys, ..self }
     }
 
     /// The same file without its text: errors name the key alone.
     pub(crate) fn without_text(&self) -> Self {
-        Self { file: self.file.clone(), text: "".into() }
+        Self { file: self.file.clone(), ..Self::default() }
+    }
+
+    /// A warning for each key under an old name.
+    pub(crate) fn warnings(&self) -> Vec<String> {
+        self.old_keys.iter().map(|key| key.warning.clone()).collect()
     }
 
     /// An error in the key that `path` names.
@@ -93,6 +114,11 @@ impl Source {
         self.locate(SceneError::new(kind, &self.file, message).for_key(path.to_string()), span)
     }
 
+    /// A warning about the name of a key, with its position, as an error would have it.
+    pub(crate) fn warning_at(&self, path: &Path, span: &Range<usize>, message: impl Into<String>) -> String {
+        self.error_at(ErrorKind::UnknownField, path, span, message).to_string()
+    }
+
     fn locate(&self, error: SceneError, span: &Range<usize>) -> SceneError {
         if self.text.is_empty() {
             return error;
@@ -113,6 +139,10 @@ impl Source {
         if self.text.is_empty() {
             return None;
         }
+        if let Some(key) = self.old_keys.iter().find(|key| key.path == *path) {
+            return Some(key.span.clone());
+        }
+
         let table = DeTable::parse(&self.text).ok()?;
         let root = Spanned::new(table.span(), DeValue::Table(table.into_inner()));
         let mut value = &root;

@@ -91,18 +91,18 @@ const ERRORS: &[(&str, &str, &str)] = &[
     ),
     (
         "name = \"ball\"",
-        "name = \"ball\"\nmaterial = { plastic = false, jp_range = [0.5, 2] }",
-        "scene.toml:9:42: snow.object[0].material.jp_range: does not go with plastic = false",
+        "name = \"ball\"\nmaterial = { plastic = false, plastic_ratio_range = [0.5, 2] }",
+        "scene.toml:9:53: snow.object[0].material.plastic_ratio_range: does not go with plastic = false",
     ),
     (
         "name = \"ball\"",
-        "name = \"ball\"\nmaterial = { jp_range = [1.5, 2] }",
-        "scene.toml:9:25: snow.object[0].material.jp_range: the range of J_P is 1.5 to 2: a lower end above 0 and at most 1, and an upper from 1 to 1000 are needed",
+        "name = \"ball\"\nmaterial = { plastic_ratio_range = [1.5, 2] }",
+        "scene.toml:9:36: snow.object[0].material.plastic_ratio_range: the range of J_P is 1.5 to 2: a lower end above 0 and at most 1, and an upper from 1 to 1000 are needed",
     ),
     (
         "name = \"ball\"",
-        "name = \"ball\"\nmaterial = { jp_range = [0.5] }",
-        "scene.toml:9:25: snow.object[0].material.jp_range: is an array of 1; allowed: two numbers, each 1e-6 to 1000",
+        "name = \"ball\"\nmaterial = { plastic_ratio_range = [0.5] }",
+        "scene.toml:9:36: snow.object[0].material.plastic_ratio_range: is an array of 1; allowed: two numbers, each 1e-6 to 1000",
     ),
     (
         "name = \"ball\"",

@@ -79,7 +79,7 @@ fn materials_are_presets_with_what_the_scene_says() {
     let plain = object(SMALL).material;
     assert_eq!((plain.law, plain.young, plain.poisson), (Law::FixedCorotated, 1.4e5, 0.2));
     let own = of(
-        "preset = \"taichi_snow\", law = \"neo_hookean\", young = 2e5, poisson = 0.3, hardening = 4, jp_range = [0.7, 3]",
+        "preset = \"taichi_snow\", law = \"neo_hookean\", young = 2e5, poisson = 0.3, hardening = 4, plastic_ratio_range = [0.7, 3]",
     );
     let yields = own.plasticity.expect("a yield");
     assert_eq!((own.law, own.young, own.poisson), (Law::NeoHookean, 2e5, 0.3));
@@ -247,7 +247,7 @@ preset = "genesis_snow"
 law = "neo_hookean"
 young = 1e5
 plastic = true
-jp_range = [0.5, 3]
+plastic_ratio_range = [0.5, 3]
 "#,
     );
     let text = text.replace(

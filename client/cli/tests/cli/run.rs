@@ -170,6 +170,26 @@ fn meshes_beside_a_scene_file_are_uploaded() {
 }
 
 #[test]
+fn an_old_key_of_a_scene_is_read_and_its_new_name_told_once() {
+    let folder = folder();
+    nappe_in(folder.path(), &["mesh", "grid", "12x12", "--spacing", "0.05", "--out", "sheet.obj"]).ok();
+    let from_file = SMALL_SCENE
+        .replace("{ grid = [12, 12], spacing = 0.05 }", "{ file = \"sheet.obj\" }")
+        .replace("[\"top_left\", \"top_right\"]", "[0, 11]");
+    for text in [SMALL_SCENE, from_file.as_str()] {
+        let run = |key: &str| {
+            let text = text.replace("pins =", &format!("{key} = 64\npins ="));
+            nappe(&["run", &write_scene(folder.path(), &text), "--steps", "5", "--json"]).ok()
+        };
+        let (old, new) = (run("grain"), run("block_size"));
+        assert_eq!(old.json()["state_hash"], new.json()["state_hash"]);
+        let told = old.stderr.matches(":12:1: body[0].grain: the key is now called 'block_size'").count();
+        assert_eq!(told, 1, "{}", old.stderr);
+        assert!(!new.stderr.contains("block_size"), "{}", new.stderr);
+    }
+}
+
+#[test]
 fn ctrl_c_ends_a_run_with_130() {
     let folder = folder();
     let endless = SMALL_SCENE.replace("steps = 40", "steps = 0");

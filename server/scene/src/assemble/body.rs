@@ -286,7 +286,7 @@ fn settings(text: &BodyText<'_>) -> Result<ClothSettings, SceneError> {
 
     if !body.block_size.is_power_of_two() {
         let message = format!("is {}; allowed: a power of two, 32 to 4096", body.block_size);
-        return Err(text.at.key("grain").error(ErrorKind::OutOfRange, message));
+        return Err(text.at.key("block_size").error(ErrorKind::OutOfRange, message));
     }
 
     Ok(ClothSettings {

@@ -34,7 +34,7 @@ impl Scene {
     pub fn build(&self, meshes: &dyn MeshSource, limits: &SceneLimits) -> Result<Built, SceneErrors> {
         self.check()?;
         let root = Location::root(&self.source);
-        let (mut found, mut warnings) = (Found::default(), Vec::new());
+        let (mut found, mut warnings) = (Found::default(), self.warnings());
         names::check(self, &root, &mut found);
 
         let mut size = Size::new(limits);

@@ -52,7 +52,7 @@ pub(super) static BODY: Section = Section {
         key("tolerance", Number(Range(1e-12, 1e3)), "m", Absent("any error"), "largest estimated error of a position that a sub-step may make: sub-steps become as short as that needs, down to a 64th of what is asked for"),
         key("solver", Table(&SOLVER), "", Absent("its defaults"), "linear solver of an implicit step"),
         key("limits", Table(&LIMITS), "", Absent("no limits"), "when the state counts as diverged"),
-        key("grain", Whole(32, 4096), "particles", Default("256"), "particles per block, the unit of parallel work and of sums: a power of two. Results depend on it, never on the number of threads"),
+        key("block_size", Whole(32, 4096), "particles", Default("256"), "particles per block, the unit of parallel work and of sums: a power of two. Results depend on it, never on the number of threads").once_called("grain"),
     ],
     alternatives: Alternatives::None,
 };

@@ -128,7 +128,7 @@ static MATERIAL: Section = Section {
         key("critical_compression", Number(Range(0.0, 0.999)), "", Absent("of the preset"), "theta_c: compression at which it begins to yield"),
         key("critical_stretch", Number(Range(0.0, 1000.0)), "", Absent("of the preset"), "theta_s: stretch at which it begins to yield"),
         key("hardening", Number(Range(0.0, 40.0)), "", Absent("of the preset"), "xi: stiffness grows as exp(xi (1 - J_P)) while it is packed"),
-        key("jp_range", Pair(Range(1e-6, 1000.0)), "", Absent("of the preset"), "range in which the plastic volume ratio J_P is kept: its lower end, at most 1, bounds the stiffness; its upper one is at least 1"),
+        key("plastic_ratio_range", Pair(Range(1e-6, 1000.0)), "", Absent("of the preset"), "range in which the plastic volume ratio J_P is kept: its lower end, at most 1, bounds the stiffness; its upper one is at least 1").once_called("jp_range"),
         key("plastic", Flag, "", Absent("of the preset"), "false: elastic, whatever the preset says"),
     ],
     alternatives: Alternatives::None,

@@ -11,15 +11,18 @@ use super::key::{Alternatives, Presence, SceneKey, Section, ValueKind};
 use crate::{
     error::{ErrorKind, Found, excerpt, nearest, suggestion},
     printable::is_printable,
-    source::{Path, Source},
+    source::{OldKey, Path, Source},
 };
 
 type Value<'a> = Spanned<DeValue<'a>>;
 
-/// Finds unknown keys, wrong types, values out of range, keys that are missing or contradict each other.
-pub(crate) fn check(root: &Section, table: &DeTable<'_>, source: &Source, found: &mut Found) {
+/// Finds unknown keys, wrong types, values out of range, keys that are missing or contradict each other; gives
+/// the keys that stand under an old name.
+pub(crate) fn check(root: &Section, table: &DeTable<'_>, source: &Source, found: &mut Found) -> Vec<OldKey> {
     let at = At { path: Path::default(), span: 0..0 };
-    Checker { source, found }.section(root, table, &at);
+    let mut checker = Checker { source, found, old_keys: Vec::new() };
+    checker.section(root, table, &at);
+    checker.old_keys
 }
 
 /// Where a value stands.
@@ -49,6 +52,7 @@ struct Unknown {
 struct Checker<'a> {
     source: &'a Source,
     found: &'a mut Found,
+    old_keys: Vec<OldKey>,
 }
 
 impl Checker<'_> {
@@ -60,9 +64,14 @@ impl Checker<'_> {
         // What a misspelt key seems to mean is not also said to be missing.
         let mut unknown = Unknown::default();
         for (name, value) in table {
-            let found = name.get_ref().as_ref();
-            if let Some(key) = section.keys.iter().find(|key| key.name == found) {
-                self.value(key, value, &at.key(key.name, value.span()));
+            let found: &str = name.get_ref().as_ref();
+            let is_called = |key: &&SceneKey| key.name == found || key.old_name == Some(found);
+            if let Some(key) = section.keys.iter().find(is_called) {
+                let here = at.key(key.name, value.span());
+                if key.name != found {
+                    self.old_name(key.name, table, &at.key(found, name.span()), &here);
+                }
+                self.value(key, value, &here);
             } else {
                 let known = || section.keys.iter().map(|key| key.name);
                 let (name_of, near) = (section.name, suggestion(found, known()));
@@ -81,6 +90,18 @@ impl Checker<'_> {
         }
 
         self.alternatives(section, table, &unknown, at);
+    }
+
+    /// A key under its old name is read with a warning; under both names it is an error.
+    fn old_name(&mut self, name: &str, table: &DeTable<'_>, old: &At, new: &At) {
+        let message = format!("the key is now called '{name}'");
+        if table.contains_key(name) {
+            let message = format!("{message}, which is here too: only one of them may be given");
+            self.error(ErrorKind::Inconsistent, old, message);
+        } else {
+            let warning = self.source.warning_at(&old.path, &old.span, message);
+            self.old_keys.push(OldKey { path: new.path.clone(), span: new.span.clone(), warning });
+        }
     }
 
     fn alternatives(&mut self, section: &Section, table: &DeTable<'_>, unknown: &Unknown, at: &At) {

@@ -77,6 +77,19 @@ pub(crate) struct SceneKey {
     pub presence: Presence,
     /// What it means, in one sentence.
     pub about: &'static str,
+    /// A name that it had earlier, which is still read, with a warning.
+    pub old_name: Option<&'static str>,
+}
+
+impl SceneKey {
+    /// The same key, which is read under an old name too.
+    pub(crate) const fn once_called(self, old_name: &'static str) -> Self {
+        assert!(
+            matches!(self.presence, Presence::Default(_) | Presence::Absent(_)),
+            "what must be there, and which keys exclude each other, is checked by the new name alone"
+        );
+        Self { old_name: Some(old_name), ..self }
+    }
 }
 
 /// Which of a section's keys exclude each other.
@@ -129,5 +142,5 @@ pub(crate) const fn key(
     presence: Presence,
     about: &'static str,
 ) -> SceneKey {
-    SceneKey { name, kind, unit, presence, about }
+    SceneKey { name, kind, unit, presence, about, old_name: None }
 }

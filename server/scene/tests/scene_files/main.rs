@@ -267,6 +267,35 @@ mesh = { course_grid = 2 }
 }
 
 #[test]
+fn a_key_under_its_old_name_is_read_and_told_its_new_one() {
+    let with = |block_size: &str, plastic_ratio_range: &str| {
+        format!(
+            "{SMALL}{block_size} = 64\n[snow]\ncell = 0.1\n[[snow.object]]\nname = \"ball\"\nsphere = {{ center = [0, 1, 0], radius = 0.3 }}\nmaterial = {{ {plastic_ratio_range} = [0.5, 2] }}\n"
+        )
+    };
+    let (old, new) = (with("grain", "jp_range"), with("block_size", "plastic_ratio_range"));
+    let scene = parse(&old).unwrap();
+    assert_eq!(scene, parse(&new).unwrap());
+    assert_eq!(scene.bodies[0].block_size, 64);
+    let snow = scene.snow.as_ref().unwrap();
+    assert_eq!(snow.objects[0].material.plastic_ratio_range, Some([0.5, 2.0]));
+    assert!(parse(&scene.to_toml()).unwrap().warnings().is_empty(), "it is written with the new names");
+
+    let (old, new) = (build(&old).unwrap(), build(&new).unwrap());
+    assert_eq!(old.setup, new.setup);
+    let uncoupled = "cloth and snow pass through each other: they are not coupled yet";
+    assert_eq!(new.warnings, [uncoupled]);
+    assert_eq!(
+        old.warnings,
+        [
+            "scene.toml:9:1: body[0].grain: the key is now called 'block_size'",
+            "scene.toml:15:14: snow.object[0].material.jp_range: the key is now called 'plastic_ratio_range'",
+            uncoupled,
+        ]
+    );
+}
+
+#[test]
 fn sub_steps_of_cloth_come_out_as_written() {
     let with = |lines: &str| SMALL.replace("name = \"cloth\"", &format!("name = \"cloth\"\n{lines}"));
     let of = |lines: &str| {

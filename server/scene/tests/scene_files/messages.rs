@@ -104,8 +104,18 @@ const ERRORS: &[(&str, &str, &str)] = &[
     ),
     (
         "mass = { particle = 0.01 }",
+        "mass = { particle = 0.01 }\nblock_size = 100",
+        "scene.toml:8:14: body[0].block_size: is 100; allowed: a power of two, 32 to 4096",
+    ),
+    (
+        "mass = { particle = 0.01 }",
         "mass = { particle = 0.01 }\ngrain = 100",
-        "scene.toml:8:9: body[0].grain: is 100; allowed: a power of two, 32 to 4096",
+        "scene.toml:8:9: body[0].block_size: is 100; allowed: a power of two, 32 to 4096",
+    ),
+    (
+        "mass = { particle = 0.01 }",
+        "mass = { particle = 0.01 }\nblock_size = 64\ngrain = 64",
+        "scene.toml:9:1: body[0].grain: the key is now called 'block_size', which is here too: only one of them may be given",
     ),
     (
         "mass = { particle = 0.01 }",

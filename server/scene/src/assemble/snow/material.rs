@@ -25,7 +25,7 @@ pub(super) fn material(text: &MaterialText, at: &Location<'_>) -> Result<(f64, M
 
     // What the ranges of single fields do not say.
     match material.error() {
-        Some(message) => Err(at.key("jp_range").error(ErrorKind::OutOfRange, message)),
+        Some(message) => Err(at.key("plastic_ratio_range").error(ErrorKind::OutOfRange, message)),
         None => Ok((text.density.unwrap_or(preset.density), material)),
     }
 }
@@ -39,7 +39,7 @@ fn plasticity(
         ("critical_compression", text.critical_compression.is_some()),
         ("critical_stretch", text.critical_stretch.is_some()),
         ("hardening", text.hardening.is_some()),
-        ("jp_range", text.plastic_ratio_range.is_some()),
+        ("plastic_ratio_range", text.plastic_ratio_range.is_some()),
     ];
     let given = given.iter().find(|(_, given)| *given).map(|(name, _)| *name);
     match (text.plastic, base, given) {
