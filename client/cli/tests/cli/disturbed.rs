@@ -37,7 +37,7 @@ fn a_second_signal_ends_a_server_at_once() {
 fn watching_goes_on_after_the_connection_broke() {
     let server = Server::start();
     endless(&server);
-    server.nappe(&["play", "endless", "--pace", "1"]).ok();
+    server.nappe(&["play", "endless", "--real-time-factor", "1"]).ok();
     let (url, cut) = proxy(server.url.trim_start_matches("http://"));
 
     let mut watching = command();

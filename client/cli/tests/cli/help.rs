@@ -86,7 +86,19 @@ fn a_wrong_command_line_ends_with_2_and_says_what_is_near() {
     assert_eq!(nappe(&["run"]).code, Some(2));
     assert_eq!(nappe(&["run", "demo", "--steps", "0"]).code, Some(2));
     assert_eq!(nappe(&["run", "demo", "--precision", "f16"]).code, Some(2));
-    assert_eq!(nappe(&["play", "x", "--pace", "-1"]).code, Some(2));
+    assert_eq!(nappe(&["play", "x", "--real-time-factor", "-1"]).code, Some(2));
+    let still = nappe(&["play", "x", "--real-time-factor", "0"]);
+    assert_eq!(still.code, Some(2));
+    assert!(still.stderr.contains("--real-time-factor is 0"), "{}", still.stderr);
+}
+
+#[test]
+fn an_old_name_of_an_option_is_not_in_the_help_and_does_not_go_with_the_new_one() {
+    let help = nappe(&["play", "--help"]).ok().stdout;
+    assert!(help.contains("--real-time-factor") && !help.contains("--pace"), "{help}");
+    let both = nappe(&["play", "x", "--pace", "1", "--real-time-factor", "1"]);
+    assert_eq!(both.code, Some(2));
+    assert!(both.stderr.contains("--pace") && both.stderr.contains("--real-time-factor"), "{}", both.stderr);
 }
 
 #[test]

@@ -76,7 +76,7 @@ fn the_same_scene_has_the_same_hash_on_a_server_and_in_the_command() {
 fn play_pause_stop_and_update_do_what_they_say() {
     let server = Server::start();
     create(&server, "endless", 0);
-    assert_eq!(server.nappe(&["play", "endless", "--pace", "1"]).ok().json()["state"], "playing");
+    assert_eq!(server.nappe(&["play", "endless", "--real-time-factor", "1"]).ok().json()["state"], "playing");
     assert_eq!(server.nappe(&["pause", "endless"]).ok().json()["state"], "paused");
     let changed =
         server.nappe(&["update", "endless", "--gravity", "0,-1.62,0", "--wind", "1,0,0"]).ok().json();
@@ -115,10 +115,24 @@ fn play_pause_stop_and_update_do_what_they_say() {
 }
 
 #[test]
+fn an_old_name_of_an_option_works_and_says_its_new_one() {
+    let server = Server::start();
+    create(&server, "slow", 0);
+    let played = server.nappe(&["play", "slow", "--pace", "1e-6"]).ok();
+    assert_eq!(played.json()["state"], "playing");
+    assert_eq!(played.stderr.trim_end(), "warning: the option --pace is now called --real-time-factor");
+    // At this factor, the first step of 5 ms would be taken after 5000 s.
+    assert_eq!(server.nappe(&["pause", "slow"]).ok().json()["step"], 0);
+    let played = server.nappe(&["play", "slow", "--real-time-factor", "1e-6"]).ok();
+    assert_eq!(played.stderr, "");
+    assert_eq!(server.nappe(&["pause", "slow"]).ok().json()["step"], 0);
+}
+
+#[test]
 fn watching_prints_diagnostics_and_saves_frames() {
     let server = Server::start();
     create(&server, "watched", 0);
-    server.nappe(&["play", "watched", "--pace", "1"]).ok();
+    server.nappe(&["play", "watched", "--real-time-factor", "1"]).ok();
     let lines = server.nappe(&["watch", "watched", "--rate", "50", "--count", "5"]).ok().stdout;
     let steps: Vec<u64> = lines
         .lines()
