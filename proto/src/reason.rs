@@ -77,11 +77,11 @@ reasons! {
         "Send uncompressed messages."
 
     InvalidScene "INVALID_SCENE" InvalidArgument
-        "The scene cannot be read, or what it describes cannot be simulated; the metadata `fault`, `line`, `column` and `field` name the first error, and `BadRequest` lists those with a field."
+        "The scene cannot be read, or what it describes cannot be simulated; the metadata `violation`, `line`, `column` and `field` name the first error, and `BadRequest` lists those with a field."
         "Correct the scene at the place named."
 
     InvalidMesh "INVALID_MESH" InvalidArgument
-        "The uploaded mesh cannot be read or simulated: an index out of range, a number that is not finite, a file that is not of its format; of a file, the metadata `fault`, `file`, `line` and `column` name the place."
+        "The uploaded mesh cannot be read or simulated: an index out of range, a number that is not finite, a file that is not of its format; of a file, the metadata `violation`, `file`, `line` and `column` name the place."
         "Correct the mesh."
 
     InvalidUpload "INVALID_UPLOAD" InvalidArgument

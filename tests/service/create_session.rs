@@ -88,6 +88,7 @@ async fn an_error_in_a_scene_is_told_with_its_line_and_field() {
     let refused = server.client.create_session(named("", text)).await.expect_err("dt is negative");
     let metadata = assert_reason(&refused, Reason::InvalidScene);
     assert_eq!((metadata["field"].as_str(), metadata["line"].as_str()), ("dt", "4"));
+    assert_eq!(metadata["violation"], "OUT_OF_RANGE");
     let text = sheet(4).replace("drag", "drug");
     let refused = server.client.create_session(named("", text)).await.expect_err("unknown field");
     assert_reason(&refused, Reason::InvalidScene);

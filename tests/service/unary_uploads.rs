@@ -185,6 +185,7 @@ async fn a_fault_of_a_file_names_its_line() {
         let ClientError::Server(error) = refused else { panic!("{text}: {refused}") };
         assert_eq!(error.reason.as_deref(), Some(reason.name()), "{text}: {error:?}");
         assert_eq!(error.metadata.get("line").map(String::as_str), line, "{text}: {error:?}");
+        assert_eq!(error.metadata.contains_key("violation"), line.is_some(), "{text}: {error:?}");
     }
 }
 

@@ -74,8 +74,8 @@ fn at_most(size: SceneSize, limits: &Limits) -> SceneSize {
     }
 }
 
-/// The first error decides the reason and stands in the metadata, where its kind is called `fault`; each
-/// error is a violation of its key.
+/// The first error decides the reason and stands in the metadata, where its kind is called `violation`;
+/// each error with a key is in `BadRequest` too.
 fn service_error(errors: &SceneErrors) -> ServiceError {
     let first = errors.first();
     let reason = match first.kind {
@@ -83,7 +83,7 @@ fn service_error(errors: &SceneErrors) -> ServiceError {
         ErrorKind::MeshNotFound => Reason::MeshNotFound,
         _ => Reason::InvalidScene,
     };
-    let refused = ServiceError::new(reason, errors.to_string()).with("fault", first.kind.reason());
+    let refused = ServiceError::new(reason, errors.to_string()).with("violation", first.kind.reason());
     let refused = if first.line > 0 { refused.with("line", first.line) } else { refused };
     let refused = if first.column > 0 { refused.with("column", first.column) } else { refused };
     let refused = if first.key.is_empty() { refused } else { refused.with("field", &first.key) };

@@ -280,7 +280,7 @@ fn no_threads(error: &impl std::fmt::Display) -> ServiceError {
 /// A scene that can be read but not simulated.
 fn invalid_setup(options: &SessionOptions, error: &impl std::fmt::Display) -> ServiceError {
     let message = format!("{}: {error}", options.scene_name);
-    ServiceError::new(Reason::InvalidScene, message).with("fault", "SETUP")
+    ServiceError::new(Reason::InvalidScene, message).with("violation", "SETUP")
 }
 
 fn properties(options: &SessionOptions, scene: &Scene, simulation: &Simulation) -> Properties {

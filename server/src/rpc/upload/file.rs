@@ -1,6 +1,6 @@
 //! A mesh file that comes in pieces, and is read when it is whole, by the readers of the command.
 //!
-//! Enters: a header, then bytes. Leaves: the mesh, or the reader's fault with file and line.
+//! Enters: a header, then bytes. Leaves: the mesh, or what the reader found wrong, with file and line.
 
 use nappe_proto::v1::{FileFormat, FileHeader};
 use nappe_scene::{
@@ -125,16 +125,16 @@ impl FileUpload {
 
         self.claim.grow(file.memory_bytes())?;
         let name = if self.name.is_empty() { "upload" } else { &self.name };
-        let Loaded { mesh, warnings } = file.read(name).map_err(|error| fault(&error))?;
+        let Loaded { mesh, warnings } = file.read(name).map_err(|error| refused(&error))?;
         check_points(mesh.points.len() as u64, limits)?;
         Ok((mesh, warnings, self.claim))
     }
 }
 
-/// What a reader found, with its place.
-fn fault(error: &SceneError) -> ServiceError {
+/// What a reader found wrong, with its place.
+fn refused(error: &SceneError) -> ServiceError {
     let refused = ServiceError::new(Reason::InvalidMesh, error.to_string())
-        .with("fault", error.kind.reason())
+        .with("violation", error.kind.reason())
         .with("file", &error.file);
     let refused = if error.line > 0 { refused.with("line", error.line) } else { refused };
     if error.column > 0 { refused.with("column", error.column) } else { refused }
