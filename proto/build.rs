@@ -1,5 +1,4 @@
-//! Compiles the .proto files without protoc, says how messages look as JSON, and keeps the descriptors for server
-//! reflection.
+//! Compiles the .proto files without protoc: messages, their form as JSON, descriptors for reflection.
 
 use std::{env, error::Error, fs, path::PathBuf};
 

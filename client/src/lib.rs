@@ -1,4 +1,4 @@
-//! Client library: connects to a nappe server, creates and controls sessions, watches their frames.
+//! Client library: connects to a server, creates and controls sessions, watches frames.
 //!
 //! Enters: the address of a server. Leaves: plain owned values ([`Topology`], [`Frame`]), checked for size
 //! and finiteness, and errors that carry the server's reason. Read in this order: [`Client`] asks, `options`

@@ -1,58 +1,9 @@
-//! Documents speak of what stands: the drawn tree, links, scenes, laws, decisions, versions.
-
-use std::collections::BTreeSet;
+//! Documents speak of what stands: links, scenes, laws, decisions, versions.
 
 use crate::{
     assert_none,
     tree::{self, Source},
 };
-
-/// Where the tree is drawn.
-const DRAWING: &str = "docs/ARCHITECTURE.md";
-
-/// Paths of a tree drawn with `├──` and `└──`, four columns a level; folders end in `/`. Several
-/// names may share a line, one blank apart; two blanks end the names.
-fn drawn_paths(document: &str) -> Vec<String> {
-    let mut folders: Vec<String> = Vec::new();
-    let mut found = Vec::new();
-    let lines = document.lines().skip_while(|line| *line != "```text").skip(2);
-    for line in lines.take_while(|line| *line != "```").filter(|line| line.contains(['├', '└'])) {
-        let column = line.chars().take_while(|c| "│├└─ ".contains(*c)).count();
-        let names: String = line.chars().skip(column).collect();
-        let names = names.split("  ").next().unwrap_or_default().trim();
-        folders.truncate((column / 4).saturating_sub(1));
-        let parent = folders.concat();
-        found.extend(names.split(' ').map(|name| format!("{parent}{name}")));
-        folders.push(names.to_owned());
-    }
-    found
-}
-
-/// Paths drawn that do not exist.
-fn against_drawing(drawn: &[String]) -> Vec<String> {
-    let exists = |path: &&String| {
-        let full = tree::root().join(path);
-        if path.ends_with('/') { full.is_dir() } else { full.is_file() }
-    };
-    drawn
-        .iter()
-        .filter(|path| !exists(path))
-        .map(|path| format!("{DRAWING} draws {path}: not there"))
-        .collect()
-}
-
-/// Top-level names and crates' folders that are not drawn.
-fn against_omissions(drawn: &[String], paths: &[String]) -> Vec<String> {
-    let top = |path: &String| match path.split_once('/') {
-        Some((folder, _)) => format!("{folder}/"),
-        None => path.clone(),
-    };
-    let crates =
-        paths.iter().filter_map(|path| path.strip_suffix("Cargo.toml")).filter(|path| !path.is_empty());
-    let wanted: BTreeSet<String> = paths.iter().map(top).chain(crates.map(str::to_owned)).collect();
-    let missing = wanted.iter().filter(|path| !drawn.iter().any(|drawn| drawn.starts_with(path.as_str())));
-    missing.map(|path| format!("{DRAWING} does not draw {path}")).collect()
-}
 
 /// Relative links of a page that lead nowhere.
 fn against_links(page: &Source) -> Vec<String> {
@@ -109,14 +60,6 @@ fn laws() -> String {
 }
 
 #[test]
-fn the_drawn_tree_is_the_one_that_stands() {
-    let drawn = drawn_paths(&tree::text(DRAWING));
-    assert!(drawn.len() > 40, "{DRAWING} draws {} paths", drawn.len());
-    assert_none(&against_drawing(&drawn));
-    assert_none(&against_omissions(&drawn, &tree::paths()));
-}
-
-#[test]
 fn every_link_between_pages_leads_somewhere() {
     let pages = tree::sources(|path| tree::has_extension(path, "md"));
     assert_none(&pages.iter().flat_map(against_links).collect::<Vec<_>>());
@@ -160,12 +103,6 @@ fn the_changelog_and_the_decisions_are_in_order() {
 
 #[test]
 fn the_rules_find_what_they_are_for() {
-    let document = "x\n```text\nnappe/\n├── Cargo.toml Cargo.lock   the workspace\n├── server/\n│   ├── nothing.rs   here\n│   │              more words\n│   └── sim/\n└── docs/\n```\n└── not/\n";
-    let drawn = drawn_paths(document);
-    assert_eq!(drawn, ["Cargo.toml", "Cargo.lock", "server/", "server/nothing.rs", "server/sim/", "docs/"]);
-    assert_eq!(against_drawing(&drawn), ["docs/ARCHITECTURE.md draws server/nothing.rs: not there"]);
-    let paths = ["Cargo.toml", "client/Cargo.toml", "server/scene/Cargo.toml"].map(str::to_owned);
-    assert_eq!(against_omissions(&drawn, &paths).len(), 2, "client/ (its crate too) and server/scene/");
     let page = Source::example("docs/x.md", "[a](../Cargo.toml#b) [c](nowhere.md) [d](https://e.org)");
     assert_eq!(against_links(&page), ["docs/x.md: the link to nowhere.md leads nowhere"]);
     let config = "#[arg(long, env = \"A\")]\npub max_sessions: u32,\n#[arg(long = \"allow-origin\")]\npub origins: u8,\npub plain: u8,";

@@ -1,5 +1,5 @@
-//! The same bits: for any number of threads, in debug and release, on any processor, in any
-//! numbering of the particles; and the same as the hashes in `tests/golden/hashes.txt`.
+//! The same bits: for any number of threads, in debug and release, on any processor, in any numbering.
+//! They are also those of the hashes in `tests/golden/hashes.txt`.
 //!
 //! `cargo xtask bless hashes` rewrites that file; a change of it needs a reason in the commit's message.
 

@@ -1,5 +1,5 @@
-//! Linear systems: conjugate gradient and minimal residuals on systems solved in 60 digits, and the
-//! operators of a step.
+//! Linear systems: both solvers on systems solved in 60 digits, and the operators of a step. The solvers are
+//! conjugate gradient and minimal residuals.
 
 mod systems;
 mod dense;

@@ -1,4 +1,4 @@
-//! What the streams of all sessions share: the memory of frames, and who gives way when watchers hold too much.
+//! What the streams of all sessions share: memory of frames, and who gives way when it is too much.
 //!
 //! A watcher whose message is not fetched waits here. When watchers hold more than they may, the one that has waited
 //! longest ends; who waits for too long ends as well.

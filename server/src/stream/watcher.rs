@@ -1,4 +1,4 @@
-//! One watcher of a session: a task that carries frames and changes of state to a stream at the reader's own pace.
+//! One watcher of a session: a task that carries frames and changes to a stream at its reader's pace.
 //!
 //! Enters: the session's feed. Leaves: messages, then the end or the reason why the stream broke.
 //! The task waits for the reader; the stepper never waits for the task. What a stream promises stands in

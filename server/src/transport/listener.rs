@@ -1,4 +1,4 @@
-//! The listener: a bounded number of connections, none of them silent or idle, all of them closed in the end.
+//! The listener: a bounded number of connections, none of them silent or idle, all closed in the end.
 //!
 //! The framework's own server never closes a silent connection, and its graceful shutdown waits
 //! for streams without end. Here a connection must say something in time, and a drain that takes

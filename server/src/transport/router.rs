@@ -1,5 +1,5 @@
-//! What answers a request: CORS, what is no call, gRPC-Web, the time in which it arrives, the interceptor, then
-//! the services: simulation, health, reflection (v1 and v1alpha).
+//! What answers a request: layer after layer, then the services. CORS, what is no call, gRPC-Web, the time in which
+//! it arrives, the interceptor; simulation, health, reflection (v1 and v1alpha).
 
 use std::sync::Arc;
 

@@ -64,6 +64,12 @@ fn counts(krate: &Crate) -> String {
     text
 }
 
+/// The files of all crates as their modules are declared: each after the one that declares it.
+pub(crate) fn reading_order(sources: &[Source]) -> Vec<String> {
+    let modules = files::crates(sources).into_iter().flat_map(|krate| krate.modules);
+    modules.map(|module| module.file).collect()
+}
+
 #[test]
 fn a_module_uses_only_modules_declared_above_it() {
     let crates = files::of_repository();

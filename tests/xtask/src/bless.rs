@@ -1,9 +1,9 @@
 //! `cargo xtask bless`: writes every file of the repository that is made from the code.
 //!
-//! Pages of docs/ that list what the code has, the drawing of the data's way, the committed hashes, the table
-//! of mutants, the image of the contract. Each but the drawing and the image is written by the test that compares it,
-//! which [`VARIABLE`] turns from a judge into a writer. Look at the change before it is committed: a hash that changed
-//! needs a reason in the commit's message.
+//! Pages of docs/ that list what the code has, the tree of files, the drawing of the data's way, the committed hashes,
+//! the table of mutants, the image of the contract. Each but the drawing and the image is written by the test that
+//! compares it, which [`VARIABLE`] turns from a judge into a writer. Look at the change before it is committed: a hash
+//! that changed needs a reason in the commit's message.
 //!
 //! The image is what clients were compiled from: a contract that breaks them is not written over it, unless `contract`
 //! is named.
@@ -19,7 +19,7 @@ use crate::{
 pub(crate) const VARIABLE: &str = "NAPPE_BLESS";
 
 /// Files that tests write: name of the group, title, and the test in cargo's words.
-const WRITERS: [(&str, &str, &str); 4] = [
+const WRITERS: [(&str, &str, &str); 5] = [
     ("pages", "docs/scenes.md", "-p nappe-scene --test reference -- the_reference_in_the_docs"),
     (
         "pages",
@@ -31,6 +31,7 @@ const WRITERS: [(&str, &str, &str); 4] = [
         "docs/stability.md",
         "-p nappe-tests --no-default-features --test stability -- the_page_of_stability",
     ),
+    ("pages", "docs/ARCHITECTURE.md", "-p nappe-architecture -- the_drawn_tree"),
     (
         "hashes",
         "tests/golden/hashes.txt",

@@ -1,4 +1,4 @@
-//! Frames to Rerun: meshes, snow, pins, colliders, the snow's grid, time series and a layout to see them in.
+//! Frames to Rerun: meshes, snow, pins, colliders, the snow's grid, time series, a layout.
 //!
 //! Enters: topology and frames of the client library. Leaves: a recording file (.rrd) or a Rerun viewer that
 //! shows them. The only crate that names the Rerun SDK. Colour, camera, mesh normals: all that belongs to the

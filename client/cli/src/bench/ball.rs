@@ -1,5 +1,5 @@
-//! The snow that is timed: a ball of the snow of Stomakhin et al. 2013, eight particles per cell, in flight
-//! towards a surface.
+//! The snow that is timed: a ball of the snow of Stomakhin et al. 2013, in flight towards a surface. It has eight
+//! particles per cell.
 //!
 //! Reads a number of particles and the side of a cell (m); writes a world ready to be built.
 

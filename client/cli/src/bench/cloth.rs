@@ -1,5 +1,5 @@
-//! `nappe bench cloth`: seconds per step of a large sheet, implicit and explicit, in both
-//! precisions, on one thread and on all. Straight on the simulation library.
+//! `nappe bench cloth`: seconds per step of a large sheet, implicit and explicit. In both precisions,
+//! on one thread and on all, straight on the simulation library.
 
 use std::collections::BTreeMap;
 

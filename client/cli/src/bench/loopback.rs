@@ -1,4 +1,5 @@
-//! What the system itself takes for the bytes of a stream: plain writes over loopback, beside which a server is read.
+//! What the system itself takes for the bytes of a stream: plain writes over loopback. A server's times are read beside
+//! it.
 
 use std::{
     io::{Read as _, Write as _},

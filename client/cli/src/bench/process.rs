@@ -1,4 +1,4 @@
-//! A server in a process of its own, so that its memory and processor time can be told from those of its clients.
+//! A server in a process of its own: its memory and processor time are told from those of its clients.
 
 use std::{
     io::{BufRead as _, BufReader},

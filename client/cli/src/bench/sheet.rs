@@ -1,5 +1,5 @@
-//! The cloth that is timed: a square sheet with stretch, shear and bend springs, held at two
-//! corners, that falls under its own weight.
+//! The cloth that is timed: a square sheet that falls under its own weight. It has stretch, shear and bend springs,
+//! and is held at two corners.
 //!
 //! Reads a number of particles per side; writes a world ready to be built.
 

@@ -1,5 +1,5 @@
-//! `nappe bench snow`: particle-steps per second of explicit snow (MLS, quadratic kernel, plasticity), time per
-//! stage and memory, in both precisions, on one thread and on all. Straight on the simulation library.
+//! `nappe bench snow`: particle-steps per second of explicit snow, time per stage, memory. The snow is MLS with
+//! a quadratic kernel and plasticity, in both precisions, on one thread and on all, straight on the simulation library.
 //!
 //! A ball flies at 3 m/s to a floor and deforms. A step of the world is several steps of the snow, as the
 //! certified bound asks; those are counted, and sorting, bounds and diagnostics are part of them.

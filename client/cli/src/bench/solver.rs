@@ -1,5 +1,5 @@
-//! `nappe bench solver`: linear solves of a stiff sheet with each preconditioner, to two tolerances, on one thread and on
-//! all. Straight on the simulation library.
+//! `nappe bench solver`: linear solves of a stiff sheet with each preconditioner. To two tolerances, on one
+//! thread and on all, straight on the simulation library.
 
 use clap::Args;
 use nappe_sim::{

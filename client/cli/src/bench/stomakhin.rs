@@ -1,5 +1,5 @@
-//! `nappe bench stomakhin`: seconds per frame of a snowball of the size that Stomakhin et al. 2013 print a time for,
-//! beside that time.
+//! `nappe bench stomakhin`: seconds per frame of a snowball, beside those of Stomakhin et al. 2013. They print a time
+//! for one of this size.
 //!
 //! 300 000 particles on cells of 5 mm hit a wall above a floor. A frame is one step of the world, 1/24 s, divided
 //! into steps of the snow as the certified bound asks.

@@ -1,5 +1,4 @@
-//! `nappe bench stream`: frames per second from a server inside this command to one client, over
-//! loopback.
+//! `nappe bench stream`: frames per second over loopback, from a server in this command to a client.
 //!
 //! The frames are computed first and kept by the server; then the client watches them all, several
 //! times. So the time is that of the stream alone: reading what is kept, gRPC, TCP, decoding.

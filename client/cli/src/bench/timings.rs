@@ -1,5 +1,5 @@
-//! The same simulation timed on several thread counts, one step each in turn, so that whatever else the
-//! machine does disturbs all of them alike and their ratios mean something.
+//! The same simulation timed on several thread counts, one step each in turn. Whatever else the machine does
+//! disturbs all of them alike, so that their ratios mean something.
 //!
 //! Reads a world and thread counts; writes a [`Timing`] of each, all of which end in the same state.
 

@@ -1,4 +1,4 @@
-//! What the machine's memory does in the same minutes: a triad, a = b + s c, over arrays that no cache holds.
+//! What the machine's memory does meanwhile: a triad, a = b + s c, over arrays that no cache holds.
 
 use std::time::Instant;
 

@@ -1,4 +1,4 @@
-//! The evaluation of a state: what the next step starts from and what this one reports, in one sweep over the springs.
+//! The evaluation of a state, in one sweep over springs: what a step starts from, and what it reports.
 //!
 //! Reads positions (m), velocities (m/s) and laws; writes accelerations for an explicit step, or for an implicit one
 //! the right-hand side, the inverse diagonal blocks and the frozen tangent of its matrix; with either the energies, the

@@ -1,4 +1,4 @@
-//! What a sub-step that is tried finds of its own motion, block by block, where velocities are at hand anyway.
+//! How far a sub-step that is tried moves particles, found block by block where velocities are at hand.
 
 use crate::{
     linalg::{add_lanes, lanes_at},

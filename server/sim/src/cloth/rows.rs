@@ -1,5 +1,5 @@
-//! Springs as a sparse matrix in sliced ELLPACK with slices of sixteen rows, sorted by length within a block (SELL-16-σ;
-//! Kreutzer et al. 2014): row i holds the springs of particle i.
+//! Springs as a sparse matrix in sliced ELLPACK: row i holds the springs of particle i. Slices have sixteen rows, which
+//! are sorted by length within a block (SELL-16-σ; Kreutzer et al. 2014).
 //!
 //! Every particle adds its own springs, in a fixed order, so that rows run in parallel, nothing is scattered, and no
 //! result depends on who computes it. Spring s of each of the sixteen rows of a group makes a slot, evaluated in one

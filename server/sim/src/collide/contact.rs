@@ -1,5 +1,5 @@
-//! Contact: a particle that would end inside a collider loses its approach speed, is slowed by
-//! Coulomb friction, and is put on the surface.
+//! Contact of cloth: friction, restitution, and particles put back on the surface. A particle that would end
+//! inside a collider loses its approach speed, is slowed by Coulomb friction, and is put on the surface.
 //!
 //! Reads and writes positions (m) and velocities (m/s) at the end of a step; colliders are met in
 //! their order. The impulse of the normal bounds that of friction: `|dv_t| <= mu |dv_n|`.

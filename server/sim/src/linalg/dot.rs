@@ -1,5 +1,5 @@
-//! Work on one block of vectors: sums of products and of their magnitudes, in binary64 and in a
-//! fixed order of lanes; linear combinations.
+//! Work on one block of vectors, stored one after another: sums of products, and linear combinations. Sums of
+//! products and of their magnitudes are in binary64 and in a fixed order of lanes.
 
 use crate::math::{LANES, Pack, Real, Vec3, WithSimd, dispatch};
 

@@ -1,5 +1,6 @@
-//! Work on one block of sixteens of vectors: sums of products and of their magnitudes, in binary64 and in a fixed order of lanes;
-//! linear combinations; sixteens from padded vectors and back.
+//! Work on one block of vectors in sixteens: sums of products, linear combinations, packing and back. Sums of
+//! products and of their magnitudes are in binary64 and in a fixed order of lanes; sixteens are packed from
+//! padded vectors.
 
 use crate::math::{LANES, Pack, Padded, Real, Sixteen, WithSimd, dispatch, three};
 

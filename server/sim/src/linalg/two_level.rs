@@ -1,4 +1,4 @@
-//! A preconditioner on two levels: the inverse 3 x 3 blocks, and an inverse on a coarse space added to them.
+//! A preconditioner on two levels: inverse 3 x 3 blocks, and an inverse on a coarse space added to them.
 
 use super::{
     coarse::{CoarseInverse, CoarseLayout, CoarseMatrix},

@@ -1,5 +1,5 @@
-//! The sweeps over iterates of an implicit step: velocities u, and the positions X + h u to which they lead (see
-//! [`Scheme`](crate::cloth::scheme::Scheme)).
+//! The sweeps over iterates of an implicit step: velocities u, and the positions X + h u to which they lead. X and h are
+//! those of [`Scheme`](crate::cloth::scheme::Scheme).
 
 use rayon::prelude::*;
 

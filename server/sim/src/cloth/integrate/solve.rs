@@ -1,4 +1,4 @@
-//! The linear solve of an implicit step, from the matrix and the right-hand side that an evaluation made.
+//! The linear solve of an implicit step, with the matrix and right-hand side that an evaluation made.
 
 use super::update::Step;
 use crate::{

@@ -1,7 +1,8 @@
-//! A coarse space: on each aggregate of rows the affine functions of where the rows begin, three components times 1, u and
-//! v. Aggregates are blocks of rows, or parts of a block that is folded or falls apart. An approximate inverse of the
-//! matrix on this space is added to one that acts row by row, so that an iteration carries over the whole body what
-//! conjugate gradient by itself carries from row to row.
+//! A coarse space: affine functions on aggregates of rows, and an approximate inverse of a matrix on them. On each
+//! aggregate they are the affine functions of where its rows begin, three components times 1, u and v. Aggregates are
+//! blocks of rows, or parts of a block that is folded or falls apart. The approximate inverse of the matrix on this
+//! space is added to one that acts row by row, so that an iteration carries over the whole body what conjugate gradient
+//! by itself carries from row to row.
 //!
 //! The matrix Pᵀ A P has nine unknowns per aggregate. It is inverted approximately by one V-cycle: levels of aggregates
 //! made of about four neighbours of the level before, affine functions again, until few enough remain to be factored

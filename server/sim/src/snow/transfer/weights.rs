@@ -1,5 +1,5 @@
-//! Weights of a particle on its nodes along one axis, and their slopes (Steffen, Kirby, Berzins 2008;
-//! docs/laws/snow.md). Nodes stand at i h.
+//! Weights of a particle on its nodes along one axis, and their slopes (Steffen, Kirby, Berzins 2008).
+//! Nodes stand at i h; formulas are in docs/laws/snow.md.
 //!
 //! Reads x / h; writes the first node, the weights, and slopes times h: a gradient needs 1 / h.
 
