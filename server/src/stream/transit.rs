@@ -94,7 +94,7 @@ mod tests {
         assert_eq!((array.as_ptr(), memory.held()), (frame.as_ptr(), 1000));
 
         let cut = Cut::default();
-        let end = transit.end(&cut, 1000, SHORT * 20);
+        let end = transit.end(&cut, 1000, SHORT * 2000);
         let take = async {
             tokio::task::yield_now().await;
             assert_eq!(memory.held(), 0, "the watcher has ended");

@@ -42,13 +42,14 @@ enum Told {
 /// A place among a session's watchers, and what the watcher wants of frames: none for one that wants no fields.
 #[derive(Debug)]
 pub(crate) struct Seat {
-    _slot: OwnedSemaphorePermit,
+    // Dropped in this order: who is no longer counted wants nothing any more.
     _wish: Option<Wish>,
+    _slot: OwnedSemaphorePermit,
 }
 
 impl Seat {
     pub(crate) fn new(slot: OwnedSemaphorePermit, wish: Option<Wish>) -> Self {
-        Self { _slot: slot, _wish: wish }
+        Self { _wish: wish, _slot: slot }
     }
 }
 
