@@ -1,7 +1,7 @@
 //! A server that many use at once, one of them badly: bounds on what waits, on what is asked for and for how long,
 //! on who may call; and what everybody else notices of it.
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use base64::{Engine as _, engine::general_purpose::STANDARD_NO_PAD};
 use nappe_proto::v1;
@@ -14,10 +14,13 @@ use tokio::{
 use tonic::{Status, transport::Channel};
 
 use crate::{
-    cloth_scenes::{dust, sheet, sheet_with},
-    frames::PATIENCE,
-    harness::{Client, Server, assert_reason, every},
+    cloth_scenes::{dust, sheet},
+    frames::in_time,
+    harness::{Client, Server, assert_reason, config, every},
 };
+
+/// How long fields are still made after the last who wanted them has left.
+const LINGER: Duration = Duration::from_secs(5);
 
 fn update(id: &str) -> v1::UpdateParametersRequest {
     v1::UpdateParametersRequest { session_id: id.into(), ..v1::UpdateParametersRequest::default() }
@@ -69,36 +72,35 @@ async fn the_changes_of_one_call_are_limited() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn calls_that_wait_for_a_long_step_are_limited() {
+async fn calls_that_wait_for_a_step_are_limited() {
     let mut server = Server::start().await;
-    // A step of some tenths of a second, so that calls gather while it is taken.
-    let slow = server.session(sheet_with(60, "").replace("drag = 1e-4", "drag = 1e-4\nsubsteps = 100")).await;
-    server.play(&slow).await;
+    let id = server.session(sheet(4)).await;
 
+    // The step that they wait for does not begin before it is asked for: more of them than are allowed.
     let mut calls = JoinSet::new();
-    for _ in 0..200 {
-        let (mut client, slow) = (server.client.clone(), slow.clone());
+    for _ in 0..100 {
+        let (mut client, id) = (server.client.clone(), id.clone());
         calls.spawn(async move {
-            let calm = v1::UpdateParametersRequest { drag: Some(1e-4), wait: true, ..update(&slow) };
+            let calm =
+                v1::UpdateParametersRequest { drag: Some(1e-4), wait: true, at_step: 5, ..update(&id) };
             client.update_parameters(calm).await
         });
     }
-    let (mut accepted, mut refused) = (0, 0);
-    while let Some(answer) = calls.join_next().await {
-        match answer.expect("no panic") {
-            Ok(_) => accepted += 1,
-            Err(status) => {
-                assert_eq!(assert_reason(&status, Reason::TooManyCommands)["allowed"], "64");
-                refused += 1;
-            }
-        }
+    for _ in 0..36 {
+        let answer = in_time(calls.join_next()).await.expect("36 are refused").expect("no panic");
+        let refused = answer.expect_err("nothing steps");
+        assert_eq!(assert_reason(&refused, Reason::TooManyCommands)["allowed"], "64");
     }
-    assert!(accepted >= 64 && refused > 0, "{accepted} accepted, {refused} refused");
 
-    // It still steps, and obeys.
-    let step = server.get(&slow).await.step;
-    server.until(&slow, |session| session.step > step).await;
-    server.client.delete_session(v1::DeleteSessionRequest::of(slow)).await.expect("deleted");
+    // Those who wait are answered, and it obeys.
+    let steps = v1::StepSessionRequest { step_count: 6, ..v1::StepSessionRequest::of(&id) };
+    server.client.step_session(steps).await.expect("a call that does not wait is accepted");
+    while let Some(answer) = in_time(calls.join_next()).await {
+        let accepted = answer.expect("no panic").expect("the step has begun").into_inner();
+        assert_eq!(accepted.effective_step, 5);
+    }
+    server.until(&id, |session| session.step == 6).await;
+    server.client.delete_session(v1::DeleteSessionRequest::of(id)).await.expect("deleted");
 }
 
 #[tokio::test(flavor = "multi_thread")]
@@ -111,22 +113,31 @@ async fn fields_are_made_for_present_watchers_and_not_for_those_who_left() {
         ..every(&id, from_frame)
     };
 
-    let watch = server.watch(fast(0)).await;
-    server.step(&id, 5).await;
-    drop(watch);
+    // Who comes back at once misses nothing. A busy machine may not let us, and then we try again.
+    let mut newest = 0;
+    loop {
+        let watch = server.watch(fast(newest)).await;
+        server.step(&id, 5).await;
+        let left = Instant::now();
+        drop(watch);
+        server.until(&id, |session| session.watcher_count == 0).await;
+        server.step(&id, 5).await;
+        let is_at_once = left.elapsed() < LINGER;
+        newest += 10;
+        match server.client.watch_frames(fast(newest - 4)).await {
+            Ok(stream) => break drop(stream),
+            Err(status) => assert!(!is_at_once, "{status:?}"),
+        }
+    }
     server.until(&id, |session| session.watcher_count == 0).await;
 
-    // Who comes back at once misses nothing.
+    // Later nobody wants velocities any more.
+    tokio::time::sleep(LINGER + Duration::from_millis(200)).await;
     server.step(&id, 5).await;
-    drop(server.watch(fast(6)).await);
-    server.until(&id, |session| session.watcher_count == 0).await;
-
-    // Five seconds later nobody wants velocities any more.
-    tokio::time::sleep(Duration::from_millis(5200)).await;
-    server.step(&id, 5).await;
-    let refused = server.client.watch_frames(fast(12)).await.expect_err("without velocities");
+    let refused = server.client.watch_frames(fast(newest + 2)).await.expect_err("without velocities");
     let metadata = assert_reason(&refused, Reason::FrameExpired);
-    assert_eq!(metadata["oldest_frame"], "15", "the newest is made complete for who asks: {metadata:?}");
+    let made_complete = (newest + 5).to_string();
+    assert_eq!(metadata["oldest_frame"], made_complete, "the newest is, for who asks: {metadata:?}");
 }
 
 #[tokio::test(flavor = "multi_thread")]
@@ -143,7 +154,7 @@ async fn a_request_to_another_host_is_refused() {
     Client::new(named("http://localhost:6277")).get_server_info(info).await.expect("ours");
 
     let allowed_hosts = vec!["node7.example".to_owned()];
-    let server = Server::configured(Config { allowed_hosts, ..Config::default() }).await;
+    let server = Server::configured(Config { allowed_hosts, ..config() }).await;
     let endpoint = Channel::from_shared(server.app.url()).expect("a URL");
     let named = endpoint.origin("http://node7.example".parse().expect("an origin")).connect_lazy();
     Client::new(named).get_server_info(info).await.expect("ours by its setting");
@@ -151,15 +162,14 @@ async fn a_request_to_another_host_is_refused() {
 
 #[tokio::test(flavor = "multi_thread")]
 async fn a_request_that_does_not_arrive_is_given_up() {
-    let server = Server::configured(Config { request_seconds: 0.3, ..Config::default() }).await;
+    let server = Server::configured(Config { request_seconds: 0.3, ..config() }).await;
     let mut stream = TcpStream::connect(server.app.local_addr()).await.expect("accepted");
     let head = "POST /nappe.v1.SimulationService/GetSession HTTP/1.1\r\nHost: localhost\r\n\
                 Content-Type: application/grpc-web+proto\r\nContent-Length: 1000\r\nConnection: close\r\n\r\n";
-    stream.write_all(head.as_bytes()).await.expect("sent");
-    stream.write_all(&[0, 0, 0]).await.expect("sent");
+    // At once: between two pieces the server may have answered and closed already.
+    stream.write_all(&[head.as_bytes(), &[0, 0, 0]].concat()).await.expect("sent");
     let mut answer = Vec::new();
-    let read = tokio::time::timeout(PATIENCE, stream.read_to_end(&mut answer)).await;
-    read.expect("it is answered, or closed, in time").expect("read");
+    in_time(stream.read_to_end(&mut answer)).await.expect("read");
     let answer = String::from_utf8_lossy(&answer);
     let details = answer.lines().find_map(|line| line.strip_prefix("grpc-status-details-bin: "));
     let details = STANDARD_NO_PAD.decode(details.expect("details").trim_end_matches('=')).expect("base64");
@@ -174,7 +184,7 @@ async fn connections_from_one_address_are_limited() {
     let second = TcpStream::connect(server.app.local_addr()).await.expect("accepted");
     let mut third = TcpStream::connect(server.app.local_addr()).await.expect("the system accepts it");
     let mut byte = [0; 1];
-    let read = tokio::time::timeout(PATIENCE, third.read(&mut byte)).await.expect("closed in time");
+    let read = in_time(third.read(&mut byte)).await;
     assert!(read.map_or(true, |count| count == 0), "the third is closed at once");
     drop(second);
     server.client.get_server_info(v1::GetServerInfoRequest {}).await.expect("the first is served on");

@@ -43,10 +43,10 @@ async fn a_panic_in_one_session_leaves_the_others_alone() {
     let mut other = server.watch(every(&good, 0)).await;
 
     let mut next = 0;
-    server.play(&good).await;
+    server.play_in_real_time(&good).await;
     without_a_gap(&mut other, &mut next, 50).await;
 
-    server.play(&bad).await;
+    server.play_in_real_time(&bad).await;
     server.until(&bad, |session| session.step > 10).await;
     assert!(server.app.inject_panic(&bad));
 
@@ -76,7 +76,7 @@ async fn a_divergence_names_step_particle_and_value_and_keeps_the_last_good_fram
     let mut other = server.watch(every(&good, 0)).await;
     let mut watch = server.watch(every(&bad, 0)).await;
     let mut next = 0;
-    server.play(&good).await;
+    server.play_in_real_time(&good).await;
     let step = v1::StepSessionRequest { step_count: 100_000, wait: true, ..v1::StepSessionRequest::of(&bad) };
     let status = server.client.step_session(step).await.expect_err("it diverges");
     let metadata = assert_reason(&status, Reason::NotFinite);

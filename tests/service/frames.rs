@@ -9,6 +9,11 @@ use tonic::{Status, Streaming};
 /// Nothing in this suite takes this long unless it hangs.
 pub(crate) const PATIENCE: Duration = Duration::from_mins(1);
 
+/// Waits for what must come, however busy the machine is, and fails where a test would hang.
+pub(crate) async fn in_time<T>(work: impl Future<Output = T>) -> T {
+    tokio::time::timeout(PATIENCE, work).await.expect("it comes in time")
+}
+
 /// A frame put together from its pieces.
 #[derive(Clone, Debug)]
 pub(crate) struct Whole {
@@ -91,7 +96,7 @@ impl Watch {
     }
 
     async fn message(&mut self) -> Option<Result<Event, Status>> {
-        let next = tokio::time::timeout(PATIENCE, self.stream.next()).await.expect("a message in time");
+        let next = in_time(self.stream.next()).await;
         next.map(|message| message.map(|message| message.event.expect("a message holds an event")))
     }
 
@@ -171,7 +176,7 @@ impl Watch {
 }
 
 async fn first_piece(stream: &mut Streaming<v1::WatchFramesResponse>) -> v1::Topology {
-    match stream.next().await.expect("a message").expect("no error").event {
+    match in_time(stream.next()).await.expect("a message").expect("no error").event {
         Some(Event::Topology(topology)) => topology,
         other => panic!("the topology comes first: {other:?}"),
     }

@@ -194,19 +194,21 @@ async fn nodes_asked_for_late_come_with_the_state_that_stands_and_count_in_the_h
     // Positions, and some 1 000 bytes of diagnostics and bookkeeping.
     let fits = 40_000 / (12 * particles + 2000)..=40_000 / (12 * particles + 500);
     assert!(fits.contains(&kept), "{kept} frames of {particles} particles");
-    let grid = server.watch(with(all(0), latest(&id))).await.frame().await.grid.expect("a grid");
+    let mut present = server.watch(with(all(0), latest(&id))).await;
+    let grid = present.frame().await.grid.expect("a grid");
     let (_, nodes) = reference(&text, 14);
     assert_same(&grid, &expected(&nodes[13]), "of step 14");
     let refused = server.client.watch_frames(with(all(0), every(&id, 13))).await.expect_err("none there");
     assert_eq!(assert_reason(&refused, Reason::FrameExpired)["oldest_frame"], "14");
 
-    // From now on every frame has a grid, and takes room for it.
+    // As long as somebody asks for it, every frame has a grid, and takes room for it.
     server.step(&id, 12).await;
     let with_grid = server.get(&id).await;
     let room: u64 = 40_000 - 28 * grid.node_count;
     assert!(with_grid.frame - with_grid.oldest_frame < room / (12 * particles), "nodes take room");
     let frame = server.watch(with(all(0), every(&id, with_grid.oldest_frame))).await.frame().await;
     assert!(frame.grid.is_some_and(|grid| !grid.index.is_empty()));
+    drop(present);
 }
 
 #[tokio::test(flavor = "multi_thread")]

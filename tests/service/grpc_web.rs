@@ -15,7 +15,7 @@ use tonic_types::StatusExt as _;
 use crate::{
     cloth_scenes::sheet,
     frames::PATIENCE,
-    harness::{Server, every},
+    harness::{Server, config, every},
 };
 
 const PAGE: &str = "http://localhost:5173";
@@ -179,7 +179,7 @@ async fn the_deadline_of_a_client_is_kept() {
 
 #[tokio::test(flavor = "multi_thread")]
 async fn pages_of_other_origins_are_refused() {
-    let config = Config { allowed_origins: vec!["https://viewer.example".into()], ..Config::default() };
+    let config = Config { allowed_origins: vec!["https://viewer.example".into()], ..config() };
     let server = Server::configured(config).await;
 
     let path = format!("{SERVICE}/GetServerInfo");

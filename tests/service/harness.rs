@@ -9,7 +9,7 @@ use nappe_server::{App, Config, DOMAIN, Limits, Reason};
 use tonic::{Code, Status, transport::Channel};
 use tonic_types::StatusExt as _;
 
-use crate::frames::{PATIENCE, Watch};
+use crate::frames::{PATIENCE, Watch, in_time};
 
 /// A client of the generated stubs.
 pub(crate) type Client = SimulationServiceClient<Channel>;
@@ -28,14 +28,12 @@ impl Server {
 
     /// A server with these limits.
     pub(crate) async fn with(limits: Limits) -> Self {
-        Self::configured(Config { limits, ..Config::default() }).await
+        Self::configured(Config { limits, ..config() }).await
     }
 
-    /// A server with this configuration, on a free port of loopback. It asks for no token, since most tests are
-    /// about something else.
+    /// A server with this configuration.
     pub(crate) async fn configured(config: Config) -> Self {
-        let address = "127.0.0.1:0".parse().expect("an address");
-        let app = App::start(Config { address, no_token: true, ..config }).expect("the server starts");
+        let app = started(config);
         let client = connect(&app).await;
         Self { app, client }
     }
@@ -58,9 +56,18 @@ impl Server {
         stepped.session.expect("the answer has the session")
     }
 
-    /// Plays as fast as possible.
+    /// Plays as fast as possible. Who reads every frame of it may fall behind what is kept, unless it ends by itself.
     pub(crate) async fn play(&mut self, id: &str) {
-        let request = v1::PlaySessionRequest { real_time_factor: 0.0, ..v1::PlaySessionRequest::of(id) };
+        self.play_at(id, 0.0).await;
+    }
+
+    /// Plays at a rate at which all frames are kept for minutes.
+    pub(crate) async fn play_in_real_time(&mut self, id: &str) {
+        self.play_at(id, 1.0).await;
+    }
+
+    async fn play_at(&mut self, id: &str, real_time_factor: f64) {
+        let request = v1::PlaySessionRequest { real_time_factor, ..v1::PlaySessionRequest::of(id) };
         self.client.play_session(request).await.expect("it plays");
     }
 
@@ -88,7 +95,34 @@ impl Server {
                 tokio::time::sleep(Duration::from_millis(5)).await;
             }
         };
-        tokio::time::timeout(PATIENCE, waiting).await.expect("it comes true in time")
+        in_time(waiting).await
+    }
+
+    /// Leaves a change that changes nothing for the first step.
+    pub(crate) async fn mark_first_step(&mut self, id: &str) {
+        let gravity = self.get(id).await.parameters.expect("parameters").gravity;
+        let mark = v1::UpdateParametersRequest { gravity, ..v1::UpdateParametersRequest::of(id) };
+        self.client.update_parameters(mark).await.expect("accepted");
+    }
+
+    /// Waits until a step has begun for which the only change was left that waits.
+    pub(crate) async fn until_marked_step(&mut self, id: &str) {
+        self.until_pending(id, 0).await;
+    }
+
+    /// Waits until so many changes wait for their step.
+    pub(crate) async fn until_pending(&mut self, id: &str, count: usize) {
+        let waiting = async {
+            loop {
+                let list = v1::ListPendingChangesRequest::of(id);
+                let listed = self.client.list_pending_changes(list).await.expect("a page").into_inner();
+                if listed.changes.len() == count {
+                    return;
+                }
+                tokio::time::sleep(Duration::from_millis(5)).await;
+            }
+        };
+        in_time(waiting).await;
     }
 
     /// Starts to watch frames.
@@ -98,9 +132,28 @@ impl Server {
     }
 }
 
-/// A new connection to a server.
+/// Times so long that a busy machine breaks none of them: a test that is about one sets it.
+pub(crate) fn config() -> Config {
+    Config {
+        drain_seconds: 300.0,
+        handshake_seconds: 300.0,
+        request_seconds: 300.0,
+        upload_idle_seconds: 300.0,
+        watcher_stall_seconds: 300.0,
+        ..Config::default()
+    }
+}
+
+/// A server on a free port of loopback, which nobody is connected to. It asks for no token, since most tests are about
+/// something else.
+pub(crate) fn started(config: Config) -> App {
+    let address = "127.0.0.1:0".parse().expect("an address");
+    App::start(Config { address, no_token: true, ..config }).expect("the server starts")
+}
+
+/// A new connection to a server. A call that is not answered in time fails.
 pub(crate) async fn channel(app: &App) -> Channel {
-    let endpoint = Channel::from_shared(app.url()).expect("a URL");
+    let endpoint = Channel::from_shared(app.url()).expect("a URL").timeout(PATIENCE);
     endpoint.connect().await.expect("the server answers")
 }
 

@@ -6,7 +6,10 @@ use tonic_health::pb::{
     HealthCheckRequest, health_check_response::ServingStatus, health_client::HealthClient,
 };
 
-use crate::harness::{Server, assert_reason, channel};
+use crate::{
+    frames::in_time,
+    harness::{Server, assert_reason, channel},
+};
 
 const SERVICE: &str = "nappe.v1.SimulationService";
 
@@ -39,7 +42,7 @@ macro_rules! reflect {
         let questions = questions
             .map(|question| ServerReflectionRequest { host: String::new(), message_request: Some(question) });
         let answers = client.server_reflection_info(tokio_stream::iter(questions)).await.expect("answers");
-        let answers: Vec<_> = answers.into_inner().collect().await;
+        let answers: Vec<_> = in_time(answers.into_inner().collect()).await;
         let mut services = Vec::new();
         let mut file = Vec::new();
         for answer in answers {

@@ -11,8 +11,8 @@ use tokio::{
 
 use crate::{
     cloth_scenes::sheet,
-    frames::PATIENCE,
-    harness::{Server, connect, latest},
+    frames::in_time,
+    harness::{Server, config, connect, latest},
 };
 
 /// Opens HTTP/2 and nothing else.
@@ -28,15 +28,14 @@ const INITIAL_WINDOW_SIZE: u8 = 4;
 async fn frame(stream: &mut TcpStream) -> Option<(u8, Vec<u8>)> {
     // Three bytes of length, a type, flags, four bytes of stream.
     let mut head = [0; 9];
-    let read = tokio::time::timeout(PATIENCE, stream.read_exact(&mut head)).await.expect("in time");
-    read.ok()?;
+    in_time(stream.read_exact(&mut head)).await.ok()?;
     let mut content = vec![0; u32::from_be_bytes([0, head[0], head[1], head[2]]) as usize];
-    stream.read_exact(&mut content).await.expect("a whole frame");
+    in_time(stream.read_exact(&mut content)).await.expect("a whole frame");
     Some((head[3], content))
 }
 
 async fn impatient() -> Server {
-    Server::configured(Config { idle_seconds: 0.5, ..Config::default() }).await
+    Server::configured(Config { idle_seconds: 0.5, ..config() }).await
 }
 
 #[tokio::test(flavor = "multi_thread")]
@@ -85,7 +84,7 @@ async fn a_client_that_was_idle_calls_again_and_a_watcher_is_never_idle() {
     watch.frame().await;
 
     // Its stream is open, and silent: the session is paused.
-    tokio::time::sleep(Duration::from_millis(1500)).await;
+    tokio::time::sleep(Duration::from_secs(1)).await;
     let mut other = connect(&server.app).await;
     other
         .step_session(v1::StepSessionRequest { step_count: 3, wait: true, ..v1::StepSessionRequest::of(&id) })
@@ -94,6 +93,6 @@ async fn a_client_that_was_idle_calls_again_and_a_watcher_is_never_idle() {
     watch.frame().await;
 
     // A connection of its own, which was closed meanwhile: the next call makes another.
-    tokio::time::sleep(Duration::from_millis(1500)).await;
+    tokio::time::sleep(Duration::from_secs(1)).await;
     other.get_server_info(v1::GetServerInfoRequest {}).await.expect("called again");
 }

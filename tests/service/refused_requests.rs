@@ -10,6 +10,7 @@ use tonic_reflection::pb::v1::{
 };
 
 use crate::{
+    frames::in_time,
     grpc_web::exchange,
     harness::{Server, assert_reason, channel},
 };
@@ -68,7 +69,8 @@ async fn errors_of_reflection_have_reasons() {
     ] {
         let request = ServerReflectionRequest { host: String::new(), message_request: question };
         let asked = reflection.server_reflection_info(tokio_stream::once(request)).await;
-        let answer = asked.expect("a stream").into_inner().next().await.expect("an answer");
+        let mut answers = asked.expect("a stream").into_inner();
+        let answer = in_time(answers.next()).await.expect("an answer");
         assert_reason(&answer.expect_err("not known"), reason);
     }
 }

@@ -6,7 +6,7 @@ use nappe_server::Reason;
 
 use crate::{
     cloth_scenes::{sheet, sheet_with},
-    frames::{Next, Watch},
+    frames::{Next, Watch, in_time},
     harness::{Server, assert_reason, every, latest},
 };
 
@@ -61,7 +61,7 @@ async fn a_failure_comes_with_its_reason_before_the_stream_breaks() {
     let mut server = Server::start().await;
     let id = server.session(sheet(5)).await;
     let (mut a, mut b) = (server.watch(every(&id, 0)).await, server.watch(latest(&id)).await);
-    server.play(&id).await;
+    server.play_in_real_time(&id).await;
     server.until(&id, |session| session.step > 5).await;
     assert!(server.app.inject_panic(&id));
     for watch in [&mut a, &mut b] {
@@ -111,7 +111,7 @@ async fn a_deletion_and_a_shutdown_are_told_before_the_stream_breaks() {
     for watch in [a, b] {
         assert_end(watch, ChangeKind::Deleted, Reason::SessionDeleted).await;
     }
-    server.app.shutdown().await;
+    in_time(server.app.shutdown()).await;
     for watch in [c, d] {
         assert_end(watch, ChangeKind::Draining, Reason::ServerDraining).await;
     }
@@ -133,7 +133,7 @@ async fn a_watcher_of_diagnostics_is_told_the_same() {
     server.play(&id).await;
 
     let mut told = Vec::new();
-    while let Some(event) = stream.next_event().await {
+    while let Some(event) = in_time(stream.next_event()).await {
         told.push(match event.expect("no error") {
             DiagnosticsEvent::Change(change) => format!("{:?} at {}", change.state(), change.step),
             DiagnosticsEvent::Diagnostics(diagnostics) => format!("step {}", diagnostics.step),
