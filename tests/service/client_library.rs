@@ -1,4 +1,4 @@
-//! The client library against the real server: large topologies, a connection that breaks, one that is slow,
+//! The client library against the real server: large topologies, a connection that breaks, a reader that is slow,
 //! and calls that take long.
 
 use std::time::{Duration, Instant};
@@ -7,6 +7,7 @@ use nappe_client::{Client, CreateSession, Delivery, Event, Reason, ReconnectPoli
 
 use crate::{
     cloth_scenes::{dust, sheet_with},
+    frames::in_time,
     harness::Server,
     proxy::Proxy,
 };
@@ -31,7 +32,7 @@ async fn a_watcher_comes_back_after_its_connection_breaks_and_misses_nothing() {
     client.step(&id, 100, Wait::Yes).await.expect("steps");
 
     let (mut next, mut reconnected) = (0, 0);
-    while let Some(event) = frames.next().await {
+    while let Some(event) = in_time(frames.next()).await {
         match event.expect("the library comes back by itself") {
             Event::Frame(frame) => {
                 assert_eq!(frame.frame, next, "neither a gap nor a repeat");
@@ -71,7 +72,7 @@ async fn a_watcher_that_comes_back_is_never_given_the_frames_of_another_session(
         let from_frame = (delivery == Delivery::Every).then_some(0);
         let options = WatchOptions { delivery, from_frame, ..WatchOptions::default() };
         let mut frames = client.watch("the-same", options).await.expect("a stream");
-        while !matches!(frames.next().await, Some(Ok(Event::Frame(frame))) if frame.frame == 10) {}
+        while !matches!(in_time(frames.next()).await, Some(Ok(Event::Frame(frame))) if frame.frame == 10) {}
         assert_eq!(frames.session_uid(), first.uid);
 
         // While the client is away, its session goes, and another is given the id.
@@ -84,11 +85,11 @@ async fn a_watcher_that_comes_back_is_never_given_the_frames_of_another_session(
         server.step("the-same", 20).await;
         proxy.open();
 
-        let refused = frames.next().await.expect("an end").expect_err("another session");
+        let refused = in_time(frames.next()).await.expect("an end").expect_err("another session");
         assert_eq!(refused.known_reason(), Some(Reason::SessionReplaced), "{refused}");
         let metadata = &refused.server().expect("the server refused").metadata;
         assert_eq!((&metadata["session_uid"], &metadata["expected_uid"]), (&second.uid, &first.uid));
-        assert!(frames.next().await.is_none(), "nothing follows");
+        assert!(in_time(frames.next()).await.is_none(), "nothing follows");
         server.client.delete_session(away).await.expect("deleted");
     }
 }
@@ -100,50 +101,45 @@ async fn a_topology_in_pieces_is_put_together() {
     let created = client.create_session(CreateSession::from_text(dust(300, ""))).await.expect("made");
     let mut frames =
         client.watch(&created.session.session_id, WatchOptions::default()).await.expect("a stream");
-    let Some(Ok(Event::Topology(topology))) = frames.next().await else { panic!("the topology comes first") };
+    let Some(Ok(Event::Topology(topology))) = in_time(frames.next()).await else {
+        panic!("the topology comes first")
+    };
     let body = &topology.bodies[0];
     assert_eq!((body.triangles.len(), body.uv.len()), (2 * 299 * 299, 90_000));
     let cell = 298 * 299 + 298;
     assert_eq!(body.triangles[2 * cell + 1], [89_699, 89_999, 89_998], "the last triangle of the last cell");
-    let Some(Ok(Event::Change(present))) = frames.next().await else { panic!("then how it stands") };
+    let Some(Ok(Event::Change(present))) = in_time(frames.next()).await else { panic!("then how it stands") };
     assert_eq!((present.kind(), present.state()), (v1::ChangeKind::Present, v1::SessionState::Paused));
-    assert!(matches!(frames.next().await, Some(Ok(Event::Frame(frame))) if frame.positions.len() == 90_000));
-}
-
-/// Seconds of wall clock by which the newest frames that a client gets over a line of 2 MB/s are old, in the median
-/// and at worst, once the line is full.
-async fn ages_on_a_slow_line(rate: f64) -> (f64, f64) {
-    let mut server = Server::start().await;
-    let proxy = Proxy::with_rate(server.app.local_addr(), rate).await;
-    let client = Client::connect(&proxy.url()).await.expect("connected");
-
-    // 120 kB per frame, 100 frames per second: six times what the line carries.
-    let text = dust(100, "frame_interval = 10");
-    let id = client.create_session(CreateSession::from_text(text)).await.expect("made").session.session_id;
-    let mut frames = client.watch(&id, WatchOptions::latest(0.0)).await.expect("a stream");
-    client.play(&id, 1.0).await.expect("it plays");
-
-    let begin = Instant::now();
-    let mut ages = Vec::new();
-    while begin.elapsed() < Duration::from_secs(6) {
-        let event = frames.next().await.expect("no end").expect("no error");
-        if let Event::Frame(frame) = event
-            && begin.elapsed() > Duration::from_secs(3)
-        {
-            // In real time, simulated seconds are those of the clock.
-            ages.push(server.get(&id).await.time_seconds - frame.time);
-        }
-    }
-    ages.sort_by(f64::total_cmp);
-    (ages[ages.len() / 2], ages[ages.len() - 1])
+    let first = in_time(frames.next()).await;
+    assert!(matches!(first, Some(Ok(Event::Frame(frame))) if frame.positions.len() == 90_000));
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn the_newest_frame_is_not_old_on_a_slow_line() {
-    let (median, worst) = ages_on_a_slow_line(2e6).await;
-    println!("frames are {median:.3} s old in the median, {worst:.3} s at worst");
-    // The window of 256 KiB takes 0.13 s, a frame 0.06 s, and one more may wait in the server. With 4 MiB: 2.1 s.
-    assert!(median < 1.0, "{median} s in the median, {worst} s at worst");
+async fn few_old_frames_are_on_their_way_before_the_newest() {
+    let mut server = Server::start().await;
+    let client = Client::connect(&server.app.url()).await.expect("connected");
+
+    // 120 kB per frame, and nobody reads: what is on its way fills up, and then the newest waits.
+    let text = dust(100, "frame_interval = 10");
+    let id = client.create_session(CreateSession::from_text(text)).await.expect("made").session.session_id;
+    let mut frames = client.watch(&id, WatchOptions::latest(0.0)).await.expect("a stream");
+    while !matches!(in_time(frames.next()).await, Some(Ok(Event::Frame(_)))) {}
+    for _ in 0..80 {
+        server.step(&id, 10).await;
+    }
+
+    let mut old_count = 0;
+    loop {
+        let event = in_time(frames.next()).await.expect("no end").expect("no error");
+        match event {
+            Event::Frame(frame) if frame.frame == 80 => break,
+            Event::Frame(_) => old_count += 1,
+            _ => {}
+        }
+    }
+    // The window of 256 KiB holds two and a part, and two more may wait in the server. With 4 MiB: 35.
+    println!("{old_count} frames are old");
+    assert!(old_count <= 8, "{old_count} frames came before the newest");
 }
 
 #[tokio::test(flavor = "multi_thread")]
@@ -158,9 +154,10 @@ async fn a_call_that_takes_long_is_waited_for() {
     }
 
     // Longer than what the server answers at once may take; as long as a step of much snow does.
-    proxy.hold(Duration::from_secs(11));
     let begin = Instant::now();
-    let (paused, deleted) = tokio::join!(client.pause(&ids[0], Wait::Yes), client.delete_session(&ids[1]));
+    proxy.hold(Duration::from_secs(11));
+    let calls = async { tokio::join!(client.pause(&ids[0], Wait::Yes), client.delete_session(&ids[1])) };
+    let (paused, deleted) = in_time(calls).await;
     assert!(begin.elapsed() > Duration::from_secs(10), "the line was held: {:?}", begin.elapsed());
     paused.expect("paused, however long it took");
     deleted.expect("deleted, however long it took");

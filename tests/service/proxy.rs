@@ -1,10 +1,10 @@
-//! A line between a client and a server that can be cut, held up, or is slow.
+//! A line between a client and a server that can be cut or held up.
 
 use std::{
     net::SocketAddr,
     sync::{
         Arc, Mutex,
-        atomic::{AtomicBool, Ordering},
+        atomic::{AtomicBool, AtomicUsize, Ordering},
     },
     time::Duration,
 };
@@ -16,10 +16,10 @@ use tokio::{
     time::Instant,
 };
 
-/// Bytes that a slow line takes at a time.
+use crate::frames::in_time;
+
+/// Bytes that a line takes at a time.
 const PIECE_BYTES: usize = 4 << 10;
-/// What timers may be late by, which the line makes up for.
-const LATENESS: Duration = Duration::from_millis(20);
 
 /// A proxy whose connections can be cut.
 pub(crate) struct Proxy {
@@ -29,17 +29,14 @@ pub(crate) struct Proxy {
     free: Arc<Mutex<Instant>>,
     /// Whether new connections are closed at once.
     is_shut: Arc<AtomicBool>,
+    /// Connections that are open.
+    open_count: Arc<AtomicUsize>,
 }
 
 impl Proxy {
     /// A line as fast as loopback.
     pub(crate) async fn to(server: SocketAddr) -> Self {
-        Self::with(server, Carriage::Rate(f64::INFINITY)).await
-    }
-
-    /// A line that carries `rate` bytes per second from the server to its client.
-    pub(crate) async fn with_rate(server: SocketAddr, rate: f64) -> Self {
-        Self::with(server, Carriage::Rate(rate)).await
+        Self::with(server, Carriage::Whole).await
     }
 
     async fn with(server: SocketAddr, carriage: Carriage) -> Self {
@@ -49,14 +46,16 @@ impl Proxy {
         let cut = Arc::new(Notify::new());
         let free = Arc::new(Mutex::new(Instant::now()));
         let is_shut = Arc::new(AtomicBool::new(false));
-        let shared = (Arc::clone(&cut), Arc::clone(&free));
+        let open_count = Arc::new(AtomicUsize::new(0));
+        let shared = (Arc::clone(&cut), Arc::clone(&free), Arc::clone(&open_count));
         let closed = Arc::clone(&is_shut);
         tokio::spawn(async move {
             while let Ok((inner, _)) = listener.accept().await {
                 if closed.load(Ordering::SeqCst) {
                     continue;
                 }
-                let (cut, free) = shared.clone();
+                let (cut, free, open_count) = shared.clone();
+                open_count.fetch_add(1, Ordering::SeqCst);
                 tokio::spawn(async move {
                     let outer = TcpStream::connect(server).await.expect("the server listens");
                     let ((mut from_client, to_client), (from_server, mut to_server)) =
@@ -66,11 +65,12 @@ impl Proxy {
                         () = carry(from_server, to_client, carriage, free) => {}
                         () = cut.notified() => {}
                     }
+                    open_count.fetch_sub(1, Ordering::SeqCst);
                 });
             }
         });
 
-        Self { address, cut, free, is_shut }
+        Self { address, cut, free, is_shut, open_count }
     }
 
     /// A line that keeps to itself that the server wants to end: its farewells, and the pings that belong to them.
@@ -102,13 +102,23 @@ impl Proxy {
     pub(crate) fn cut(&self) {
         self.cut.notify_waiters();
     }
+
+    /// Waits until no connection is open.
+    pub(crate) async fn until_closed(&self) {
+        let closing = async {
+            while self.open_count.load(Ordering::SeqCst) > 0 {
+                tokio::time::sleep(Duration::from_millis(5)).await;
+            }
+        };
+        in_time(closing).await;
+    }
 }
 
 /// How a line carries what the server sends.
 #[derive(Clone, Copy)]
 enum Carriage {
-    /// At most so many bytes per second.
-    Rate(f64),
+    /// All of it, once the line is free.
+    Whole,
     WithoutFarewells,
 }
 
@@ -119,7 +129,7 @@ async fn carry(
     free: Arc<Mutex<Instant>>,
 ) {
     match carriage {
-        Carriage::Rate(rate) => slowly(from, to, rate, free).await,
+        Carriage::Whole => once_free(from, to, free).await,
         Carriage::WithoutFarewells => without_farewells(from, to).await,
     }
 }
@@ -146,20 +156,12 @@ async fn without_farewells(mut from: tcp::OwnedReadHalf, mut to: tcp::OwnedWrite
     }
 }
 
-/// Copies at most `rate` bytes per second, as a line would: what was not sent in time is lost.
-async fn slowly(
-    mut from: tcp::OwnedReadHalf,
-    mut to: tcp::OwnedWriteHalf,
-    rate: f64,
-    free: Arc<Mutex<Instant>>,
-) {
+/// Copies what comes, once the line is free.
+async fn once_free(mut from: tcp::OwnedReadHalf, mut to: tcp::OwnedWriteHalf, free: Arc<Mutex<Instant>>) {
     let mut piece = [0; PIECE_BYTES];
-    let mut sent = Instant::now();
     while let Ok(count @ 1..) = from.read(&mut piece).await {
         let free = *free.lock().expect("no panic");
-        let late = Instant::now().checked_sub(LATENESS).unwrap_or(sent);
-        sent = sent.max(free).max(late) + Duration::from_secs_f64(count as f64 / rate);
-        tokio::time::sleep_until(sent).await;
+        tokio::time::sleep_until(free).await;
         if to.write_all(&piece[..count]).await.is_err() {
             return;
         }

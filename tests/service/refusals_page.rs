@@ -9,8 +9,9 @@ use prost::Message as _;
 use tonic::transport::Channel;
 
 use crate::{
-    cloth_scenes::sheet,
-    harness::{Server, channel, request},
+    cloth_scenes::{dust, sheet},
+    frames::in_time,
+    harness::{Client, Server, channel, config, every, request},
     proxy::Proxy,
     raw_calls::{Contract, outcome},
 };
@@ -50,43 +51,56 @@ async fn the_page_of_refusals_is_what_the_server_answers() {
 
 async fn for_every_method(contract: &Contract, page: &mut String) {
     let address = "127.0.0.1:0".parse().expect("an address");
-    let guarded = App::start(Config { address, ..Config::default() }).expect("the server starts");
+    let guarded = App::start(Config { address, ..config() }).expect("the server starts");
     let limits = Limits { max_message_bytes: MESSAGE_BYTES as u64, ..Limits::default() };
     let open = Server::with(limits).await;
     let (stranger, caller) = (channel(&guarded).await, channel(&open.app).await);
-    let late = while_draining().await;
+    let late = while_draining(contract).await;
 
     page.push_str("\n## Every method\n\n");
     page.push_str("| method | no token | wrong token | malformed | too large | draining |\n");
     page.push_str("|---|---|---|---|---|---|\n");
     let wrong = Some("Bearer 0123456789abcdef0123456789abcdef");
-    for method in contract.methods() {
+    for (method, late) in contract.methods().into_iter().zip(late) {
         let path = &method.path;
         let cells = [
             outcome(&stranger, path, Vec::new(), None).await,
             outcome(&stranger, path, Vec::new(), wrong).await,
             outcome(&caller, path, vec![0xff; 7], None).await,
             outcome(&caller, path, vec![0; MESSAGE_BYTES + 1], None).await,
-            outcome(&late, path, Vec::new(), None).await,
+            late,
         ];
         let path = path.trim_start_matches('/');
         writeln!(page, "| `{path}` | {} |", cells.join(" | ")).expect("a string");
     }
 }
 
-/// A connection to a server that drains, over a line that keeps the server's farewell to itself: calls made on it
-/// arrive while the server drains, as those of a client do that has not read its farewell yet.
-async fn while_draining() -> Channel {
-    let server = Server::configured(Config { drain_seconds: 60.0, ..Config::default() }).await;
+/// What a server that drains answers to each method, over a line that keeps the server's farewell to itself: calls made
+/// on it arrive while the server drains, as those of a client do that has not read its farewell yet.
+async fn while_draining(contract: &Contract) -> Vec<String> {
+    let mut server = Server::start().await;
     let line = Proxy::without_farewells(server.app.local_addr()).await;
     let channel = Channel::from_shared(line.url()).expect("a URL").connect().await.expect("connected");
     let info = format!("{SERVICE}GetServerInfo");
     assert_eq!(outcome(&channel, &info, Vec::new(), None).await, "OK");
+
+    // A stream of more than is fetched of it, so that the connection is never idle, however late the calls come.
+    let id = server.session(dust(300, "")).await;
+    let stalled = Client::new(channel.clone()).watch_frames(every(&id, 0)).await.expect("the stream opens");
     tokio::spawn(server.app.shutdown());
-    while outcome(&channel, &info, Vec::new(), None).await == "OK" {
-        tokio::time::sleep(Duration::from_millis(10)).await;
+    let draining = async {
+        while outcome(&channel, &info, Vec::new(), None).await == "OK" {
+            tokio::time::sleep(Duration::from_millis(10)).await;
+        }
+    };
+    in_time(draining).await;
+
+    let mut answers = Vec::new();
+    for method in contract.methods() {
+        answers.push(outcome(&channel, &method.path, Vec::new(), None).await);
     }
-    channel
+    drop(stalled);
+    answers
 }
 
 async fn unknown_enums(contract: &Contract, page: &mut String) {

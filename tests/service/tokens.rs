@@ -4,15 +4,14 @@ use std::path::{Path, PathBuf};
 
 use nappe_client::{ClientError, Token};
 use nappe_proto::v1;
-use nappe_server::{App, Config, Reason};
-use tokio::time::timeout;
+use nappe_server::{App, Config, Reason, StartError};
 use tonic::{Request, Status};
 use tonic_health::pb::{HealthCheckRequest, health_client::HealthClient};
 
 use crate::{
-    frames::PATIENCE,
+    frames::in_time,
     grpc_web::exchange_at,
-    harness::{assert_reason, channel, connect},
+    harness::{assert_reason, channel, config, connect},
 };
 
 /// A server with the token that it draws by default, on a free port of loopback.
@@ -36,7 +35,7 @@ async fn ask(app: &App, authorization: Option<&str>) -> Result<(), Status> {
 
 #[tokio::test(flavor = "multi_thread")]
 async fn a_call_without_the_token_is_refused_and_one_with_it_is_answered() {
-    let app = guarded(Config::default());
+    let app = guarded(config());
     let token = token(&app);
     assert_eq!(token.len(), 32, "128 bits in hexadecimal digits");
 
@@ -45,7 +44,7 @@ async fn a_call_without_the_token_is_refused_and_one_with_it_is_answered() {
         assert_reason(&refused, Reason::TokenMissing);
         assert!(!format!("{refused:?}").contains(token));
     }
-    let other = guarded(Config::default());
+    let other = guarded(config());
     assert_ne!(token, other.token().expect("a token").reveal(), "each server draws its own");
     for wrong in ["0123456789abcdef", other.token().expect("a token").reveal(), &token[1..]] {
         let refused = ask(&app, Some(&format!("Bearer {wrong}"))).await.expect_err("a wrong token");
@@ -57,7 +56,7 @@ async fn a_call_without_the_token_is_refused_and_one_with_it_is_answered() {
 
 #[tokio::test(flavor = "multi_thread")]
 async fn a_client_of_the_same_user_finds_the_token_by_itself() {
-    let app = guarded(Config::default());
+    let app = guarded(config());
     let path = app.token_path().expect("it is left in a file").to_owned();
     assert_private(&path);
 
@@ -73,28 +72,33 @@ async fn a_client_of_the_same_user_finds_the_token_by_itself() {
     assert_eq!(refused.reason(), Some("TOKEN_WRONG"));
 
     // A server that is gone leaves nothing, and another on its port is shown nothing.
-    app.shutdown().await;
+    in_time(app.shutdown()).await;
     assert!(!path.exists(), "{} is removed at the end", path.display());
     drop(client);
 }
 
 #[tokio::test(flavor = "multi_thread")]
 async fn a_client_shows_the_new_token_of_a_server_that_was_started_again() {
-    let app = guarded(Config::default());
-    let address = app.local_addr();
-    let client = nappe_client::Client::connect(&app.url()).await.expect("connected");
-    client.server_info().await.expect("answered");
-    app.shutdown().await;
+    let (client, again) = loop {
+        let app = guarded(config());
+        let address = app.local_addr();
+        let client = nappe_client::Client::connect(&app.url()).await.expect("connected");
+        client.server_info().await.expect("answered");
+        in_time(app.shutdown()).await;
 
-    let again =
-        App::start(Config { address: address.into(), ..Config::default() }).expect("the port is free");
+        // Somebody else may take the port meanwhile, and then we try another one.
+        match App::start(Config { address: address.into(), ..config() }) {
+            Ok(again) => break (client, again),
+            Err(error) => assert!(matches!(error, StartError::Bind { .. }), "{error}"),
+        }
+    };
     let answered = async {
         // A call goes to the first as long as the client has not seen that connection end.
         while let Err(error) = client.server_info().await {
             assert!(matches!(error, ClientError::Transport { .. }), "{error}");
         }
     };
-    timeout(PATIENCE, answered).await.expect("answered by the second, which has another token");
+    in_time(answered).await;
     drop(again);
 }
 
@@ -102,26 +106,26 @@ async fn a_client_shows_the_new_token_of_a_server_that_was_started_again() {
 async fn a_token_can_be_fixed_or_left_out() {
     let file = temporary("fixed");
     std::fs::write(&file, "a-token-of-my-own-choice\n").expect("written");
-    let app = guarded(Config { token_file: Some(file.clone()), ..Config::default() });
+    let app = guarded(Config { token_file: Some(file.clone()), ..config() });
     assert_eq!(token(&app), "a-token-of-my-own-choice");
     ask(&app, None).await.expect_err("it is asked for");
     ask(&app, Some("Bearer a-token-of-my-own-choice")).await.expect("the token");
 
     std::fs::write(&file, "short\n").expect("written");
     let address = "127.0.0.1:0".parse().expect("an address");
-    let config = Config { address, token_file: Some(file.clone()), ..Config::default() };
-    let refused = App::start(config).expect_err("no token").to_string();
+    let short = Config { address, token_file: Some(file.clone()), ..config() };
+    let refused = App::start(short).expect_err("no token").to_string();
     assert!(refused.contains("16") && !refused.contains("short"), "{refused}");
     std::fs::remove_file(file).expect("removed");
 
-    let open = guarded(Config { no_token: true, ..Config::default() });
+    let open = guarded(Config { no_token: true, ..config() });
     assert!(open.token().is_none() && open.token_path().is_none());
     ask(&open, None).await.expect("everybody may call");
 }
 
 #[tokio::test(flavor = "multi_thread")]
 async fn health_answers_probes_and_web_pages_may_show_a_token() {
-    let app = guarded(Config::default());
+    let app = guarded(config());
     let mut health = HealthClient::new(channel(&app).await);
     health.check(HealthCheckRequest::default()).await.expect("a probe has no token");
     let refused = health.watch(HealthCheckRequest::default()).await.expect_err("a stream takes a place");

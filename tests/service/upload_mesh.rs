@@ -4,15 +4,17 @@ use std::time::Duration;
 
 use bytes::Bytes;
 use nappe_proto::v1::{
-    self, MeshHeader, UploadMeshRequest, create_session_request::Scene, upload_mesh_request::Part,
+    self, MeshHeader, UploadMeshRequest, UploadMeshResponse, create_session_request::Scene,
+    upload_mesh_request::Part,
 };
 use nappe_server::{Config, Limits, Reason};
-use tonic::Status;
+use tokio::{sync::mpsc::Sender, task::JoinHandle};
+use tonic::{Response, Status};
 
 use crate::{
     cloth_scenes::sheet,
-    frames::PATIENCE,
-    harness::{Server, assert_reason, every, request},
+    frames::in_time,
+    harness::{Server, assert_reason, config, every, request},
 };
 
 /// A triangle with masses; the first point is pinned.
@@ -120,21 +122,53 @@ async fn a_mesh_that_cannot_be_simulated_is_refused() {
 #[tokio::test(flavor = "multi_thread")]
 async fn an_upload_that_pauses_is_forgotten_and_its_place_is_free_again() {
     let limits = Limits { max_uploads: 1, ..Limits::default() };
-    let config = Config { upload_idle_seconds: 0.5, limits, ..Config::default() };
-    let mut server = Server::configured(config).await;
+    let mut server = Server::with(limits.clone()).await;
     let (sizes, data) = triangle();
-    let (sender, receiver) = tokio::sync::mpsc::channel(4);
-    sender.send(header(sizes.clone())).await.expect("room");
-    let mut other = server.client.clone();
-    let stream = tokio_stream::wrappers::ReceiverStream::new(receiver);
-    let orphan = tokio::spawn(async move { other.upload_mesh(stream).await });
-    tokio::time::sleep(Duration::from_millis(200)).await;
-    let full = send(&mut server, vec![header(sizes.clone()), piece(data.clone())]).await;
-    assert_reason(&full.expect_err("one upload at a time"), Reason::TooManyUploads);
-    let status = orphan.await.expect("no panic").expect_err("it pauses for too long");
+    let small = || vec![header(sizes.clone()), piece(data.clone())];
+
+    // Who comes first has the only place: until that is the upload that pauses.
+    let full = loop {
+        let (_sender, orphan) = pausing(&server);
+        let refused = async {
+            while !orphan.is_finished() {
+                if let Err(full) = send(&mut server, small()).await {
+                    return Some(full);
+                }
+            }
+            None
+        };
+        if let Some(full) = in_time(refused).await {
+            break full;
+        }
+    };
+    assert_reason(&full, Reason::TooManyUploads);
+
+    let mut server = Server::configured(Config { upload_idle_seconds: 0.5, limits, ..config() }).await;
+    let (_sender, orphan) = pausing(&server);
+    let status = in_time(orphan).await.expect("no panic").expect_err("it pauses for too long");
     assert_reason(&status, Reason::UploadTimedOut);
-    send(&mut server, vec![header(sizes), piece(data)]).await.expect("the place is free");
-    drop(sender);
+    until_accepted(&mut server, &small()).await;
+}
+
+/// An upload of which nothing comes after its header, as long as the sender is there.
+fn pausing(
+    server: &Server,
+) -> (Sender<UploadMeshRequest>, JoinHandle<Result<Response<UploadMeshResponse>, Status>>) {
+    let (sender, receiver) = tokio::sync::mpsc::channel(4);
+    sender.try_send(header(triangle().0)).expect("room");
+    let mut client = server.client.clone();
+    let stream = tokio_stream::wrappers::ReceiverStream::new(receiver);
+    (sender, tokio::spawn(async move { client.upload_mesh(stream).await }))
+}
+
+/// Sends pieces until they are accepted: a place must be free again, and a busy machine may take too long once more.
+async fn until_accepted(server: &mut Server, pieces: &[UploadMeshRequest]) {
+    let again = async {
+        while send(server, pieces.to_vec()).await.is_err() {
+            tokio::time::sleep(Duration::from_millis(20)).await;
+        }
+    };
+    in_time(again).await;
 }
 
 /// Sends the triangle a byte at a time, for ever if nobody stops it; gives the error of the upload.
@@ -146,10 +180,13 @@ async fn trickle(server: &Server, pause: Duration) -> Status {
     let stream = tokio_stream::wrappers::ReceiverStream::new(receiver);
     let upload = tokio::spawn(async move { client.upload_mesh(stream).await });
     sender.send(header).await.expect("room");
-    while sender.send(piece(vec![0])).await.is_ok() {
-        tokio::time::sleep(pause).await;
-    }
-    upload.await.expect("no panic").expect_err("it never ends")
+    let sending = async {
+        while sender.send(piece(vec![0])).await.is_ok() {
+            tokio::time::sleep(pause).await;
+        }
+    };
+    in_time(sending).await;
+    in_time(upload).await.expect("no panic").expect_err("it never ends")
 }
 
 #[tokio::test(flavor = "multi_thread")]
@@ -160,7 +197,7 @@ async fn an_upload_that_never_pauses_ends_at_its_deadline() {
     assert_reason(&status, Reason::UploadTimedOut);
     assert!(status.message().contains("within 1 s"), "{status}");
     let (sizes, data) = triangle();
-    send(&mut server, vec![header(sizes), piece(data)]).await.expect("the place is free");
+    until_accepted(&mut server, &[header(sizes), piece(data)]).await;
 }
 
 #[tokio::test(flavor = "multi_thread")]
@@ -176,8 +213,7 @@ async fn an_upload_below_the_least_rate_is_given_up_after_its_first_seconds() {
 #[tokio::test(flavor = "multi_thread")]
 async fn memory_of_requests_in_progress_is_bounded() {
     let limits = Limits { max_request_bytes: 1 << 20, ..Limits::default() };
-    let mut server =
-        Server::configured(Config { upload_idle_seconds: 5.0, limits, ..Config::default() }).await;
+    let mut server = Server::with(limits.clone()).await;
     let large = MeshHeader { name: "zeros".into(), point_count: 50_000, ..MeshHeader::default() };
     let pieces = |count: u64| {
         let data = (0..count * 24 / 1000).map(|_| piece(vec![0; 1000]));
@@ -190,7 +226,8 @@ async fn memory_of_requests_in_progress_is_bounded() {
 
     // An upload that waits keeps what it has taken, and small requests still find room.
     let header = v1::begin_upload_request::Header::Mesh(MeshHeader { point_count: 35_000, ..large.clone() });
-    let begun = server.client.begin_upload(v1::BeginUploadRequest { header: Some(header) }).await;
+    let waits = v1::BeginUploadRequest { header: Some(header) };
+    let begun = server.client.begin_upload(waits.clone()).await;
     let upload_id = begun.expect("begun").into_inner().upload_id;
     let append = v1::AppendUploadRequest { upload_id, offset: 0, data: vec![0; 10_000].into() };
     server.client.append_upload(append).await.expect("added");
@@ -204,12 +241,9 @@ async fn memory_of_requests_in_progress_is_bounded() {
     assert_reason(&status, Reason::InvalidScene);
 
     // Whoever is forgotten gives his memory back.
-    let again = async {
-        while send(&mut server, pieces(35_000)).await.is_err() {
-            tokio::time::sleep(Duration::from_millis(50)).await;
-        }
-    };
-    tokio::time::timeout(PATIENCE, again).await.expect("there is room again");
+    let mut server = Server::configured(Config { upload_idle_seconds: 0.5, limits, ..config() }).await;
+    server.client.begin_upload(waits).await.expect("begun");
+    until_accepted(&mut server, &pieces(35_000)).await;
 }
 
 #[tokio::test(flavor = "multi_thread")]

@@ -15,7 +15,7 @@ use tonic_types::StatusExt as _;
 
 use crate::{
     cloth_scenes::{dust, sheet},
-    frames::PATIENCE,
+    frames::in_time,
     harness::{Client, Server, assert_reason, connect, every, latest},
     watch_journal::{Journal, Told},
 };
@@ -71,7 +71,7 @@ async fn read(
     random: &mut fastrand::Rng,
 ) {
     loop {
-        let message = tokio::time::timeout(PATIENCE, messages.next()).await.expect("a message in time");
+        let message = in_time(messages.next()).await;
         match message {
             None => return assert!(journal.end.is_some(), "a stream ends with the session's end"),
             Some(message) => journal.read(message.expect("the history keeps all frames")),
@@ -116,6 +116,10 @@ async fn control(mut client: Client, id: &str, seed: u64) {
         }
         tokio::time::sleep(Duration::from_millis(random.u64(0..25))).await;
     }
+    // Some frames, however little was stepped so far.
+    client.pause_session(v1::PauseSessionRequest::of(id)).await.expect("it pauses");
+    let steps = v1::StepSessionRequest { step_count: 20, wait: true, ..v1::StepSessionRequest::of(id) };
+    client.step_session(steps).await.expect("the steps are taken");
     client.stop_session(v1::StopSessionRequest::of(id)).await.expect("it stops");
 }
 
@@ -155,7 +159,7 @@ async fn check(scene: String, seed: u64) -> Vec<(Habit, Journal)> {
 
     let mut journals = Vec::new();
     for (habit, follow) in readers {
-        journals.push((habit, follow.await.unwrap_or_else(|_| panic!("seed {seed}, {habit:?}"))));
+        journals.push((habit, in_time(follow).await.unwrap_or_else(|_| panic!("seed {seed}, {habit:?}"))));
     }
     journals
 }
@@ -203,7 +207,7 @@ async fn a_watcher_without_frames_gets_bookmarks_from_which_it_can_resume() {
         let mut stream = server.client.watch_frames(request).await.expect("a stream").into_inner();
         watchers.spawn(async move {
             loop {
-                let message = tokio::time::timeout(PATIENCE, stream.next()).await.expect("in time");
+                let message = in_time(stream.next()).await;
                 if let Some(Event::Progress(progress)) = message.expect("no end").expect("no error").event {
                     return progress;
                 }
@@ -214,7 +218,7 @@ async fn a_watcher_without_frames_gets_bookmarks_from_which_it_can_resume() {
         assert_eq!((progress.frame, progress.step), (3, 3));
     }
     let progress = loop {
-        match waiting.next().await.expect("no end").expect("no error").event {
+        match in_time(waiting.next()).await.expect("no end").expect("no error").event {
             Some(DiagnosticsEvent::Progress(progress)) => break progress,
             Some(DiagnosticsEvent::Change(_)) => {}
             other => panic!("not expected: {other:?}"),
@@ -248,7 +252,7 @@ async fn diagnostics_resume_where_they_were_left_or_say_what_is_gone() {
     let mut journal = Journal::new(EVERY);
     journal.last = Some(oldest - 1);
     let mut stream = server.client.watch_diagnostics(from(oldest)).await.expect("kept").into_inner();
-    while let Some(message) = stream.next().await {
+    while let Some(message) = in_time(stream.next()).await {
         journal.read(message.expect("no error").into());
     }
     assert_eq!(journal.end.map(|end| end.frame), Some(30));
