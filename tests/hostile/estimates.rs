@@ -12,7 +12,7 @@ use nappe_sim::mesh::TriangleMesh;
 use tonic::transport::Channel;
 use tonic_types::StatusExt as _;
 
-use crate::{IGNORED, alone, peak_since, requests::runtime, used};
+use crate::{HANGS, IGNORED, alone, patient, peak_since, requests::runtime, used};
 
 type Client = SimulationServiceClient<Channel>;
 
@@ -24,10 +24,13 @@ const SCANT: u64 = 16 << 20;
 async fn server(max_server_bytes: u64) -> (App, Client) {
     let limits = Limits { max_server_bytes, history_bytes_per_session: 1, ..Limits::default() };
     let address = "127.0.0.1:0".parse().expect("an address");
-    let app = App::start(Config { address, limits, no_token: true, ..Config::default() })
-        .expect("the server starts");
-    let channel =
-        Channel::from_shared(app.url()).expect("a URL").connect().await.expect("the server answers");
+    let app = App::start(Config { address, limits, no_token: true, ..patient() }).expect("the server starts");
+    let channel = Channel::from_shared(app.url())
+        .expect("a URL")
+        .timeout(HANGS)
+        .connect()
+        .await
+        .expect("the server answers");
     (app, SimulationServiceClient::new(channel))
 }
 

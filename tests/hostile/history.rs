@@ -6,7 +6,7 @@ use nappe_proto::v1::{
 use nappe_server::{App, Config, Limits};
 use tonic::transport::Channel;
 
-use crate::{alone, used};
+use crate::{HANGS, alone, patient, used};
 
 /// `count` particles without springs, a frame after each step.
 fn dust(count: u32) -> String {
@@ -20,10 +20,13 @@ fn dust(count: u32) -> String {
 async fn growth(count: u32, frames: u64, budget: u64) -> usize {
     let limits = Limits { history_bytes_per_session: budget, ..Limits::default() };
     let address = "127.0.0.1:0".parse().expect("an address");
-    let app = App::start(Config { address, limits, no_token: true, ..Config::default() })
-        .expect("the server starts");
-    let channel =
-        Channel::from_shared(app.url()).expect("a URL").connect().await.expect("the server answers");
+    let app = App::start(Config { address, limits, no_token: true, ..patient() }).expect("the server starts");
+    let channel = Channel::from_shared(app.url())
+        .expect("a URL")
+        .timeout(HANGS)
+        .connect()
+        .await
+        .expect("the server answers");
     let mut client = SimulationServiceClient::new(channel);
     let request = v1::CreateSessionRequest {
         scene: Some(Scene::SceneText(dust(count))),

@@ -20,10 +20,11 @@ use std::{
         atomic::{AtomicUsize, Ordering},
     },
     thread,
-    time::Instant,
+    time::{Duration, Instant},
 };
 
 use nappe_scene::{NoMeshes, Scene, SceneLimits};
+use nappe_server::Config;
 use nappe_sim::{math::Precision, world::Simulation};
 use nappe_tests::threads::with_threads;
 
@@ -132,12 +133,26 @@ pub(crate) fn alone() -> MutexGuard<'static, ()> {
     ALONE.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
+/// A call that takes this long hangs.
+pub(crate) const HANGS: Duration = Duration::from_mins(5);
+
+/// Times so long that a busy machine breaks none of them: what one test's server has is gone when the next one counts.
+pub(crate) fn patient() -> Config {
+    Config {
+        drain_seconds: 300.0,
+        handshake_seconds: 300.0,
+        request_seconds: 300.0,
+        upload_idle_seconds: 300.0,
+        ..Config::default()
+    }
+}
+
 /// What the scenes may hold.
 const LIMITS: SceneLimits = SceneLimits { max_particles: 250, max_springs: 4000 };
 /// Memory (bytes) that a scene of so many particles may take while it is read and built.
 const BUDGET: isize = 48 << 20;
 /// How long (s) one scene may take before it counts as one that hangs: the slowest takes some hundredths.
-const PATIENCE: f64 = 20.0;
+const PATIENCE: f64 = 60.0;
 /// Scenes, meshes and mesh files that are tried, of each so many.
 pub(crate) const COUNT: u64 = if cfg!(feature = "slow") { 100_000 } else { 1_000 };
 /// Of these, one in so many is simulated too where it can be built.

@@ -13,7 +13,7 @@ use tonic::{
     transport::Channel,
 };
 
-use crate::{alone, peak_since};
+use crate::{HANGS, alone, patient, peak_since};
 
 /// Sends bytes as they are, and reads nothing.
 #[derive(Clone, Copy, Debug, Default)]
@@ -56,9 +56,13 @@ impl Decoder for Raw {
 
 async fn server() -> (App, Channel) {
     let address = "127.0.0.1:0".parse().expect("an address");
-    let app = App::start(Config { address, no_token: true, ..Config::default() }).expect("the server starts");
-    let channel =
-        Channel::from_shared(app.url()).expect("a URL").connect().await.expect("the server answers");
+    let app = App::start(Config { address, no_token: true, ..patient() }).expect("the server starts");
+    let channel = Channel::from_shared(app.url())
+        .expect("a URL")
+        .timeout(HANGS)
+        .connect()
+        .await
+        .expect("the server answers");
     (app, channel)
 }
 

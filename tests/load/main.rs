@@ -16,6 +16,8 @@ type Client = SimulationServiceClient<Channel>;
 
 /// Clients that work at a time.
 const WORKERS: usize = 8;
+/// Whatever takes this long hangs.
+const PATIENCE: Duration = Duration::from_mins(1);
 /// Memory that a process may have more of after ten times the work (bytes): its allocator's, not the server's.
 const SLACK_BYTES: u64 = 16 << 20;
 
@@ -43,16 +45,18 @@ impl Usage {
     }
 }
 
-/// Waits until threads, tasks and descriptors are as they were, and returns the memory.
-async fn back_to(before: Usage, what: &str) -> u64 {
+/// Waits until threads, tasks and descriptors are as they were, and the memory but for a slack (bytes). Threads that
+/// the runtime made because many blocked at a time end after ten idle seconds.
+async fn back_to(before: Usage, slack_bytes: u64, what: &str) {
     let mut now = before;
-    for _ in 0..100 {
+    for _ in 0..600 {
         now = Usage::now().expect("it could be read before");
         let is_back = now.threads <= before.threads
             && now.tasks <= before.tasks
-            && now.descriptors <= before.descriptors;
+            && now.descriptors <= before.descriptors
+            && now.resident_bytes < before.resident_bytes.saturating_add(slack_bytes);
         if is_back {
-            return now.resident_bytes;
+            return;
         }
         tokio::time::sleep(Duration::from_millis(100)).await;
     }
@@ -90,7 +94,7 @@ async fn delete(client: &mut Client, id: &str) {
 }
 
 async fn connect(url: &str) -> Client {
-    let endpoint = Channel::from_shared(url.to_owned()).expect("a URL");
+    let endpoint = Channel::from_shared(url.to_owned()).expect("a URL").timeout(PATIENCE);
     Client::new(endpoint.connect().await.expect("it answers"))
 }
 
@@ -125,7 +129,8 @@ async fn streams(app: &App, id: &str, count: usize) {
                 }
                 let request = v1::WatchFramesRequest { session_id: id.clone(), ..Default::default() };
                 let mut stream = client.watch_frames(request).await.expect("a stream").into_inner();
-                stream.message().await.expect("no error").expect("a message");
+                let message = tokio::time::timeout(PATIENCE, stream.message()).await.expect("in time");
+                message.expect("no error").expect("a message");
             }
         });
     }
@@ -166,22 +171,22 @@ async fn sessions_streams_and_cancelled_calls_leave_nothing_behind() {
         return;
     }
     let address = "127.0.0.1:0".parse().expect("an address");
-    let app = App::start(Config { address, no_token: true, ..Config::default() }).expect("it starts");
+    // No connection is closed because this process was held up.
+    let patient = Config { handshake_seconds: 300.0, request_seconds: 300.0, ..Config::default() };
+    let app = App::start(Config { address, no_token: true, ..patient }).expect("it starts");
     let mut client = connect(&app.url()).await;
 
     // The first use makes threads that stay.
     sessions(&client, 1000).await;
     let before = Usage::now().expect("it could be read before");
     sessions(&client, 9000).await;
-    let memory = back_to(before, "10 000 sessions").await;
-    assert!(memory < before.resident_bytes + SLACK_BYTES, "{memory} bytes, {before:?}");
+    back_to(before, SLACK_BYTES, "10 000 sessions").await;
 
     let watched = made(&mut client, scene("")).await;
     streams(&app, &watched, 1000).await;
     let before = Usage::now().expect("it could be read before");
     streams(&app, &watched, 9000).await;
-    let memory = back_to(before, "10 000 streams").await;
-    assert!(memory < before.resident_bytes + SLACK_BYTES, "{memory} bytes, {before:?}");
+    back_to(before, SLACK_BYTES, "10 000 streams").await;
     delete(&mut client, &watched).await;
 
     let before = Usage::now().expect("it could be read before");
@@ -190,6 +195,6 @@ async fn sessions_streams_and_cancelled_calls_leave_nothing_behind() {
     let slow = made(&mut client, slow).await;
     cancelled_calls(&app, &slow, 1000).await;
     delete(&mut client, &slow).await;
-    back_to(before, "1 000 cancelled calls").await;
+    back_to(before, u64::MAX, "1 000 cancelled calls").await;
     app.shutdown().await;
 }
