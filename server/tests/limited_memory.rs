@@ -3,7 +3,10 @@
 
 use std::{
     io::{BufRead as _, BufReader},
-    process::{Child, Command, Stdio},
+    process::{Child, ChildStdout, Command, Stdio},
+    sync::mpsc,
+    thread,
+    time::Duration,
 };
 
 use nappe_proto::v1::{
@@ -13,6 +16,8 @@ use nappe_server::Reason;
 use tonic::{Status, transport::Channel};
 use tonic_types::StatusExt as _;
 
+/// Whatever takes this long hangs.
+const PATIENCE: Duration = Duration::from_mins(2);
 /// Address space of the program (kilobytes).
 const KILOBYTES: u64 = 2_500_000;
 /// Sessions that are asked for: together they need several times as much.
@@ -36,11 +41,21 @@ fn start(settings: &[(&str, &str)]) -> (Program, String) {
     command.arg("-c").arg(script).arg(env!("CARGO_BIN_EXE_nappe-server"));
     command.envs(settings.iter().copied()).stdout(Stdio::piped()).stderr(Stdio::null());
     let mut program = Program(command.spawn().expect("a shell"));
-    let mut line = String::new();
-    let output = program.0.stdout.take().expect("it is piped");
-    BufReader::new(output).read_line(&mut line).expect("a line");
+    let line = first_line(program.0.stdout.take().expect("it is piped"));
     let url = line.split_whitespace().last().expect("the line ends with the URL").to_owned();
     (program, url)
+}
+
+/// The first line that a program says.
+fn first_line(output: ChildStdout) -> String {
+    let (said, line) = mpsc::channel();
+    thread::spawn(move || {
+        let mut line = String::new();
+        BufReader::new(output).read_line(&mut line).expect("it can be read");
+        // Whoever asked may have given up.
+        let _ = said.send(line);
+    });
+    line.recv_timeout(PATIENCE).expect("a line in time")
 }
 
 /// A scene of 250 000 particles and 1.5 million springs.
@@ -77,7 +92,8 @@ async fn fill(client: &mut SimulationServiceClient<Channel>) -> Vec<String> {
 
 async fn check(settings: &[(&str, &str)]) {
     let (_program, url) = start(settings);
-    let channel = Channel::from_shared(url).expect("a URL").connect().await.expect("it answers");
+    let endpoint = Channel::from_shared(url).expect("a URL").timeout(PATIENCE);
+    let channel = endpoint.connect().await.expect("it answers");
     let mut client = SimulationServiceClient::new(channel);
     let ids = fill(&mut client).await;
 

@@ -1,12 +1,16 @@
 //! The program `nappe-server` as a process: address, refusal, signals.
 
 use std::{
-    io::{BufRead as _, BufReader, Write as _},
+    io::{BufRead as _, BufReader, Read as _, Write as _},
     net::TcpStream,
-    process::{Child, Command, Stdio},
+    process::{Child, ChildStdout, Command, ExitStatus, Stdio},
+    sync::mpsc,
     thread,
     time::{Duration, Instant},
 };
+
+/// Whatever takes this long hangs.
+const PATIENCE: Duration = Duration::from_mins(1);
 
 fn program(arguments: &[&str]) -> Child {
     Command::new(env!("CARGO_BIN_EXE_nappe-server"))
@@ -19,10 +23,88 @@ fn program(arguments: &[&str]) -> Child {
 
 /// The first line says where the server listens.
 fn address(server: &mut Child) -> String {
-    let mut line = String::new();
-    let output = server.stdout.take().expect("its output");
-    BufReader::new(output).read_line(&mut line).expect("a line");
+    let line = first_line(server.stdout.take().expect("its output"));
     line.trim().strip_prefix("nappe-server listens on http://").expect("an address").to_owned()
+}
+
+/// The first line that a program says.
+fn first_line(output: ChildStdout) -> String {
+    let (said, line) = mpsc::channel();
+    thread::spawn(move || {
+        let mut line = String::new();
+        BufReader::new(output).read_line(&mut line).expect("it can be read");
+        // Whoever asked may have given up.
+        let _ = said.send(line);
+    });
+    line.recv_timeout(PATIENCE).expect("a line in time")
+}
+
+/// Waits for the end of a program.
+#[cfg(unix)]
+fn end(program: &mut Child) -> ExitStatus {
+    let begin = Instant::now();
+    while begin.elapsed() < PATIENCE {
+        if let Some(status) = program.try_wait().expect("it can be asked") {
+            return status;
+        }
+        thread::sleep(Duration::from_millis(20));
+    }
+    program.kill().expect("it is ended");
+    panic!("it does not end");
+}
+
+/// A connection whose call is in progress until a drain is over: nothing of its answer may be sent but the headers.
+#[cfg(unix)]
+fn deaf(address: &str) -> TcpStream {
+    const OPENING: &[u8] = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n";
+    /// Streams that may be sent no bytes unasked.
+    const SETTINGS: &[u8] = &[0, 0, 6, 4, 0, 0, 0, 0, 0, 0, 4, 0, 0, 0, 0];
+    /// An empty message, the last of its stream.
+    const MESSAGE: &[u8] = &[0, 0, 5, 0, 1, 0, 0, 0, 1, 0, 0, 0, 0, 0];
+    const HEADERS: u8 = 1;
+
+    let pairs = [
+        (":method", "POST"),
+        (":scheme", "http"),
+        (":authority", "localhost"),
+        (":path", "/nappe.v1.SimulationService/GetServerInfo"),
+        ("content-type", "application/grpc"),
+        ("te", "trailers"),
+    ];
+    let mut block = Vec::new();
+    for (name, value) in pairs {
+        // Written out, and not for the table.
+        block.push(0);
+        for text in [name, value] {
+            block.push(text.len() as u8);
+            block.extend(text.bytes());
+        }
+    }
+    let head = [0, 0, block.len() as u8, HEADERS, 4, 0, 0, 0, 1];
+    let call = [&head[..], &block].concat();
+
+    let mut stream = TcpStream::connect(address).expect("it listens");
+    stream.set_read_timeout(Some(PATIENCE)).expect("set");
+    stream.write_all(&[OPENING, SETTINGS, &call, MESSAGE].concat()).expect("sent");
+    loop {
+        let mut head = [0; 9];
+        stream.read_exact(&mut head).expect("a frame");
+        let mut content = vec![0; u32::from_be_bytes([0, head[0], head[1], head[2]]) as usize];
+        stream.read_exact(&mut content).expect("a whole frame");
+        if head[3] == HEADERS {
+            return stream;
+        }
+    }
+}
+
+/// Waits until nobody listens at an address.
+#[cfg(unix)]
+fn until_closed(address: &str) {
+    let begin = Instant::now();
+    while TcpStream::connect(address).is_ok() {
+        assert!(begin.elapsed() < PATIENCE, "it listens on");
+        thread::sleep(Duration::from_millis(20));
+    }
 }
 
 #[cfg(unix)]
@@ -34,20 +116,16 @@ fn terminate(server: &Child) {
 #[cfg(unix)]
 #[test]
 fn a_second_signal_ends_the_program_at_once() {
-    // HTTP/2 is opened, and nothing is answered after it: such a connection lasts as long as a drain may.
-    const OPENING: &[u8] = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n\0\0\0\x04\0\0\0\0\0";
-    let mut server = program(&["--address", "127.0.0.1:0", "--drain-seconds", "300"]);
-    let mut deaf = TcpStream::connect(address(&mut server)).expect("it listens");
-    deaf.write_all(OPENING).expect("sent");
-    thread::sleep(Duration::from_millis(300));
+    let mut server = program(&["--address", "127.0.0.1:0", "--no-token", "--drain-seconds", "300"]);
+    let address = address(&mut server);
+    let deaf = deaf(&address);
 
     terminate(&server);
-    thread::sleep(Duration::from_millis(500));
+    until_closed(&address);
     assert!(server.try_wait().expect("it can be asked").is_none(), "the first signal drains");
-    let begin = Instant::now();
     terminate(&server);
-    assert_eq!(server.wait().expect("it ends").code(), Some(130));
-    assert!(begin.elapsed() < Duration::from_mins(1), "{:?}", begin.elapsed());
+    assert_eq!(end(&mut server).code(), Some(130));
+    drop(deaf);
 }
 
 #[cfg(unix)]
@@ -59,7 +137,7 @@ fn a_signal_ends_the_program_with_code_0() {
         let silent = TcpStream::connect(address).expect("it listens");
         let sent = Command::new("kill").args([signal, &server.id().to_string()]).status();
         assert!(sent.expect("kill runs").success());
-        let status = server.wait().expect("it ends");
+        let status = end(&mut server);
         assert!(status.success(), "{signal}: {status}");
         drop(silent);
     }
