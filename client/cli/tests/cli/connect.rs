@@ -4,17 +4,16 @@
 
 use std::{
     fs,
-    io::{BufRead as _, BufReader},
+    io::Read as _,
     net::{TcpListener, TcpStream},
     path::{Path, PathBuf},
     process::{Child, Command, Stdio},
-    thread,
-    time::{Duration, Instant},
+    time::Duration,
 };
 
 use serde_json::Value;
 
-use crate::support::{Folder, Server, command, end_by, folder, nappe, skipped};
+use crate::support::{Folder, Lines, Server, command, end_by, folder, nappe, skipped, until};
 
 /// A daemon that lets its own user in with one key.
 struct Sshd {
@@ -35,6 +34,17 @@ impl Sshd {
         // Where root runs it, it wants this folder, which its package makes at a boot.
         let _ = fs::create_dir_all("/run/sshd");
 
+        // Somebody else may take the port before it listens.
+        let mut started = None;
+        until("sshd listens", || {
+            started = Self::at_a_port(&program);
+            started.is_some()
+        });
+        started
+    }
+
+    /// None if it has ended before it listened.
+    fn at_a_port(program: &Path) -> Option<Self> {
         let folder = folder();
         let port =
             TcpListener::bind("127.0.0.1:0").and_then(|free| free.local_addr()).expect("a port").port();
@@ -57,12 +67,15 @@ impl Sshd {
         let mut sshd = Command::new(program);
         sshd.args(["-D", "-e", "-f"]).arg(folder.path().join("settings"));
         let process = sshd.stdin(Stdio::null()).stderr(log).spawn().expect("it starts");
-        let sshd = Self { process, port, folder };
-        let begin = Instant::now();
-        while TcpStream::connect(("127.0.0.1", port)).is_err() {
-            let log = fs::read_to_string(sshd.folder.path().join("log")).unwrap_or_default();
-            assert!(begin.elapsed() < Duration::from_secs(10), "sshd does not listen: {log}");
-            thread::sleep(Duration::from_millis(50));
+        let mut sshd = Self { process, port, folder };
+        let mut has_ended = false;
+        until("sshd listens or ends", || {
+            has_ended = sshd.process.try_wait().expect("it can be asked").is_some();
+            has_ended || greets(port)
+        });
+        if has_ended {
+            skipped(&format!("an attempt of sshd: {}", sshd.logs()));
+            return None;
         }
         Some(sshd)
     }
@@ -90,9 +103,7 @@ impl Sshd {
         connecting.args(self.options(&self.folder.path().join("known"))).arg("--json").args(more);
         let log = fs::File::create(self.folder.path().join("connect.log")).expect("a log");
         let mut process = connecting.stdout(Stdio::piped()).stderr(log).spawn().expect("it starts");
-        let mut line = String::new();
-        let output = process.stdout.take().expect("a pipe");
-        BufReader::new(output).read_line(&mut line).expect("it can be read");
+        let line = Lines::of(process.stdout.take().expect("a pipe")).next().unwrap_or_default();
         let said = serde_json::from_str(&line);
         (process, said.unwrap_or_else(|error| panic!("{error}: '{line}', {}", self.logs())))
     }
@@ -109,6 +120,14 @@ impl Drop for Sshd {
         let _ = self.process.kill();
         let _ = self.process.wait();
     }
+}
+
+/// Whether it is a daemon of ssh that listens at a port. Who is late with its greeting is asked again.
+fn greets(port: u16) -> bool {
+    let Ok(mut stream) = TcpStream::connect(("127.0.0.1", port)) else { return false };
+    let mut greeting = [0; 4];
+    let time = Some(Duration::from_secs(2));
+    stream.set_read_timeout(time).is_ok() && stream.read_exact(&mut greeting).is_ok() && &greeting == b"SSH-"
 }
 
 /// Whether somebody listens at an address of an answer.
@@ -131,7 +150,7 @@ fn a_server_is_started_elsewhere_used_from_here_and_ended() {
 
     let code = end_by(&mut connected, "TERM");
     assert_eq!(code, Some(0), "{}", sshd.logs());
-    assert!(!listens(&said["far_address"]), "the server that it started ends with it");
+    until("the server that it started ends with it", || !listens(&said["far_address"]));
     assert_eq!(nappe(&["list", "--server", &url]).code, Some(4), "the port is closed");
 }
 

@@ -1,18 +1,55 @@
 //! What happens when connections break and when a program is asked to end: twice, or beside a viewer that is gone.
 
 use std::{
-    io::{self, BufRead as _, BufReader, Write as _},
+    io::{self, Read as _, Write as _},
     net::{Shutdown, TcpListener, TcpStream},
     process::Stdio,
     sync::mpsc,
     thread,
-    time::Duration,
 };
 
-use crate::support::{SMALL_SCENE, Server, command, end_by, folder, write_scene};
+use crate::support::{Lines, PATIENCE, SMALL_SCENE, Server, command, end_by, folder, until, write_scene};
 
-/// Opens HTTP/2 and answers nothing after it: such a connection lasts as long as a drain may.
-const OPENING: &[u8] = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n\0\0\0\x04\0\0\0\0\0";
+/// Opens HTTP/2, where streams may be sent no bytes unasked, and makes a call: its answer never ends, and such a
+/// connection lasts as long as a drain may. Returns once the headers of the answer have come.
+fn deaf(address: &str) -> TcpStream {
+    const OPENING: &[u8] = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n";
+    const SETTINGS: &[u8] = &[0, 0, 6, 4, 0, 0, 0, 0, 0, 0, 4, 0, 0, 0, 0];
+    /// An empty message, the last of its stream.
+    const MESSAGE: &[u8] = &[0, 0, 5, 0, 1, 0, 0, 0, 1, 0, 0, 0, 0, 0];
+    const HEADERS: u8 = 1;
+
+    let mut block = Vec::new();
+    for (name, value) in [
+        (":method", "POST"),
+        (":scheme", "http"),
+        (":authority", "localhost"),
+        (":path", "/nappe.v1.SimulationService/GetServerInfo"),
+        ("content-type", "application/grpc"),
+        ("te", "trailers"),
+    ] {
+        // Written out, and not for the table.
+        block.push(0);
+        for text in [name, value] {
+            block.push(text.len() as u8);
+            block.extend(text.bytes());
+        }
+    }
+    let head = [0, 0, block.len() as u8, HEADERS, 4, 0, 0, 0, 1];
+
+    let mut stream = TcpStream::connect(address).expect("accepted");
+    stream.set_read_timeout(Some(PATIENCE)).expect("set");
+    stream.write_all(&[OPENING, SETTINGS, &head, &block, MESSAGE].concat()).expect("sent");
+    loop {
+        let mut head = [0; 9];
+        stream.read_exact(&mut head).expect("a frame");
+        let mut content = vec![0; u32::from_be_bytes([0, head[0], head[1], head[2]]) as usize];
+        stream.read_exact(&mut content).expect("a whole frame");
+        if head[3] == HEADERS {
+            return stream;
+        }
+    }
+}
 
 /// A session of the small scene that never ends by itself.
 fn endless(server: &Server) {
@@ -23,35 +60,37 @@ fn endless(server: &Server) {
 
 #[test]
 fn a_second_signal_ends_a_server_at_once() {
-    let server = Server::with(&["--drain-seconds", "300"]);
-    let mut deaf = TcpStream::connect(server.url.trim_start_matches("http://")).expect("accepted");
-    deaf.write_all(OPENING).expect("sent");
-    thread::sleep(Duration::from_millis(300));
+    let server = Server::with(&["--no-token", "--drain-seconds", "300"]);
+    let address = server.url.trim_start_matches("http://").to_owned();
+    let deaf = deaf(&address);
 
     server.signal("TERM");
-    thread::sleep(Duration::from_millis(500));
+    until("it no longer listens", || TcpStream::connect(&address).is_err());
     assert_eq!(server.end_by("TERM"), Some(130));
+    drop(deaf);
 }
 
 #[test]
 fn watching_goes_on_after_the_connection_broke() {
     let server = Server::start();
     endless(&server);
-    server.nappe(&["play", "endless", "--real-time-factor", "1"]).ok();
     let (url, cut) = proxy(server.url.trim_start_matches("http://"));
 
     let mut watching = command();
     watching.args(["watch", "endless", "--rate", "20", "--count", "40", "--json", "--server", &url]);
     // The port is the proxy's, and no server has left a token for it.
     watching.args(["--token", server.token_file.as_deref().expect("it says where its token is")]);
-    let watching = watching.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("it starts");
-    thread::sleep(Duration::from_secs(1));
+    let mut watching = watching.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("it starts");
+    let lines = Lines::of(watching.stdout.take().expect("a pipe"));
+    let told = Lines::of(watching.stderr.take().expect("a pipe"));
+
+    // The session stands, so that no more comes before the connection breaks and is back.
+    lines.next().expect("how it stands");
     cut.send(()).expect("the proxy runs");
-    let done = watching.wait_with_output().expect("it ends");
-    let told = String::from_utf8_lossy(&done.stderr);
-    assert_eq!(done.status.code(), Some(0), "{told}");
-    assert!(told.contains("is back"), "{told}");
-    assert_eq!(String::from_utf8_lossy(&done.stdout).lines().count(), 40);
+    told.with("is back");
+    server.nappe(&["play", "endless", "--pace", "1"]).ok();
+    assert_eq!(1 + lines.rest().len(), 40);
+    assert_eq!(watching.wait().expect("it has ended").code(), Some(0), "{:?}", told.rest());
 }
 
 /// A proxy in a thread, whose first connection is cut when asked to.
@@ -90,9 +129,8 @@ fn steps_that_take_long_are_waited_for_and_that_is_said() {
     let mut stepping = command();
     stepping.args(["step", "endless", "10000000", "--server", &server.url]);
     let mut stepping = stepping.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("it starts");
-    let mut said = String::new();
-    let stderr = stepping.stderr.take().expect("its standard error is a pipe");
-    BufReader::new(stderr).read_line(&mut said).expect("it says something");
+    let stderr = Lines::of(stepping.stderr.take().expect("its standard error is a pipe"));
+    let said = stderr.next().expect("it says something");
     assert!(said.contains("still stepping") && said.contains("endless"), "{said}");
     // A shell in the background has its children ignore the other signal.
     end_by(&mut stepping, "TERM");
@@ -103,8 +141,13 @@ fn steps_that_take_long_are_waited_for_and_that_is_said() {
 fn a_server_outlives_what_shows_its_sessions() {
     // Nobody may connect, so that the first call of the viewer's side fails already.
     let viewer = "rerun+http://127.0.0.1:1/proxy";
-    let server = Server::with(&["--rerun", viewer, "--max-connections", "0"]);
-    thread::sleep(Duration::from_millis(1500));
+    let folder = folder();
+    let log = folder.path().join("log");
+    let server = Server::logging(&["--rerun", viewer, "--max-connections", "0"], &log);
+    until("the call fails", || {
+        let told = std::fs::read_to_string(&log).unwrap_or_default();
+        told.contains("no new session is shown")
+    });
     let code = server.end_by("TERM");
     assert_eq!(code, Some(0), "it ran until it was asked to end");
 }

@@ -1,10 +1,16 @@
 //! `nappe run`: the JSON contract, the same bits for any thread count, saving, diverging, ending.
 
-use std::{fs, process::Stdio, time::Duration};
+use std::{
+    fs,
+    path::Path,
+    process::{Child, Stdio},
+    thread,
+    time::Duration,
+};
 
 use serde_json::Value;
 
-use crate::support::{SMALL_SCENE, command, end_by, folder, nappe, nappe_in, write_scene};
+use crate::support::{Lines, SMALL_SCENE, command, end_by, folder, nappe, nappe_in, until, write_scene};
 
 /// A scene whose explicit step is ten times too long.
 const DIVERGING_SCENE: &str = r#"
@@ -192,23 +198,51 @@ fn an_old_key_of_a_scene_is_read_and_its_new_name_told_once() {
 #[test]
 fn ctrl_c_ends_a_run_with_130() {
     let folder = folder();
-    let endless = SMALL_SCENE.replace("steps = 40", "steps = 0");
-    let scene = write_scene(folder.path(), &endless);
-    for save in [&[][..], &["--save", "frames"]] {
-        let mut process = command()
-            .current_dir(folder.path())
-            .args([&["run", &scene, "--json"], save].concat())
-            .stdout(Stdio::piped())
-            .stderr(Stdio::null())
-            .spawn()
-            .expect("the command starts");
-        std::thread::sleep(Duration::from_millis(1500));
-        assert_eq!(end_by(&mut process, "INT"), Some(130));
-        let output = process.wait_with_output().expect("its output");
-        let result: Value = serde_json::from_slice(&output.stdout).expect("the object, all the same");
-        assert_eq!(result["interrupted"], true);
-        assert!(result["steps"].as_u64().is_some_and(|steps| steps > 0));
+    let scene = write_scene(folder.path(), &SMALL_SCENE.replace("steps = 40", "steps = 0"));
+    let frame = folder.path().join("frames/frame-000001.ply");
+    let saved = |_: &Child| until("a frame is saved", || frame.exists());
+    let result = interrupted(folder.path(), &["run", &scene, "--json", "--save", "frames"], saved);
+    assert!(result["steps"].as_u64().is_some_and(|steps| steps > 0), "{result}");
+
+    // Nothing tells from outside that a step was taken: on a busy machine, it may need more time.
+    let mut time = Duration::from_millis(200);
+    loop {
+        let caught = |process: &Child| {
+            until("it catches Ctrl-C", || catches_ctrl_c(process));
+            thread::sleep(time);
+        };
+        let result = interrupted(folder.path(), &["run", &scene, "--json"], caught);
+        if result["steps"].as_u64().is_some_and(|steps| steps > 0) {
+            break;
+        }
+        time *= 4;
+        assert!(time < Duration::from_mins(1), "no step is taken: {result}");
     }
+}
+
+/// Runs the command in a folder, and ends it by Ctrl-C once it `runs`; gives its object.
+fn interrupted(folder: &Path, args: &[&str], runs: impl FnOnce(&Child)) -> Value {
+    let mut run = command();
+    run.current_dir(folder).args(args).stdout(Stdio::piped()).stderr(Stdio::null());
+    let mut process = run.spawn().expect("the command starts");
+    let lines = Lines::of(process.stdout.take().expect("a pipe"));
+    runs(&process);
+    assert_eq!(end_by(&mut process, "INT"), Some(130));
+    let line = lines.rest().pop().expect("the object, all the same");
+    let result: Value = serde_json::from_str(&line).expect("JSON");
+    assert_eq!(result["interrupted"], true);
+    result
+}
+
+/// Whether Ctrl-C would be caught by a process, as Linux tells; elsewhere it has had a while.
+fn catches_ctrl_c(process: &Child) -> bool {
+    let Ok(status) = fs::read_to_string(format!("/proc/{}/status", process.id())) else {
+        thread::sleep(Duration::from_millis(1500));
+        return true;
+    };
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigCgt:"));
+    // A bit for each signal from 1 on, and SIGINT is 2.
+    mask.is_some_and(|mask| u64::from_str_radix(mask.trim(), 16).is_ok_and(|mask| mask & 0b10 != 0))
 }
 
 #[test]

@@ -1,13 +1,10 @@
 //! A server in a process of its own and every verb that talks to it.
 
-use std::{
-    process::Stdio,
-    time::{Duration, Instant},
-};
+use std::process::Stdio;
 
 use serde_json::Value;
 
-use crate::support::{SMALL_SCENE, Server, command, end_by, folder, write_scene};
+use crate::support::{Lines, SMALL_SCENE, Server, command, end_by, folder, until, write_scene};
 
 /// Creates a session of the small scene, which ends after `steps` steps (0: never).
 fn create(server: &Server, id: &str, steps: u64) -> Value {
@@ -43,18 +40,16 @@ fn a_session_lives_from_create_to_delete() {
     assert_eq!(server.nappe(&["list"]).ok().json(), serde_json::json!([]));
 }
 
-/// Asks until the session is in this state, 20 s at most.
+/// Asks until the session is in this state.
 fn wait_for(server: &Server, id: &str, state: &str) -> Value {
-    let start = Instant::now();
-    while start.elapsed() < Duration::from_secs(20) {
+    let mut found = None;
+    until(&format!("session {id} is {state}"), || {
         let sessions = server.nappe(&["list"]).ok().json();
         let session = sessions.as_array().expect("an array").iter().find(|s| s["session_id"] == id).cloned();
-        if let Some(session) = session.filter(|session| session["state"] == state) {
-            return session;
-        }
-        std::thread::sleep(Duration::from_millis(50));
-    }
-    panic!("session {id} did not become {state} within 20 s");
+        found = session.filter(|session| session["state"] == state);
+        found.is_some()
+    });
+    found.expect("it was found")
 }
 
 #[test]
@@ -198,11 +193,12 @@ fn ctrl_c_and_sigterm_end_a_server_under_a_watcher() {
         server.nappe(&["play", "endless"]).ok();
         let mut watcher = command()
             .args(["watch", "endless", "--json", "--server", &server.url])
-            .stdout(Stdio::null())
+            .stdout(Stdio::piped())
             .stderr(Stdio::null())
             .spawn()
             .expect("the watcher starts");
-        std::thread::sleep(Duration::from_millis(500));
+        let lines = Lines::of(watcher.stdout.take().expect("a pipe"));
+        lines.next().expect("it watches");
         assert_eq!(
             server.end_by(signal),
             Some(0),

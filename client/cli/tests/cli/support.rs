@@ -2,14 +2,86 @@
 
 use std::{
     fs,
-    io::{BufRead as _, BufReader},
+    io::{BufRead as _, BufReader, Read},
     path::{Path, PathBuf},
     process::{Child, Command, Stdio},
-    sync::atomic::{AtomicU32, Ordering},
+    sync::{
+        atomic::{AtomicU32, Ordering},
+        mpsc,
+    },
+    thread,
     time::{Duration, Instant},
 };
 
 use serde_json::Value;
+
+/// Whatever takes this long hangs, unless it computes.
+pub(crate) const PATIENCE: Duration = Duration::from_mins(1);
+/// What computes, on a machine that is busy.
+const LONG: Duration = Duration::from_mins(5);
+
+/// Waits until something is so, however busy the machine is.
+#[track_caller]
+pub(crate) fn until(what: &str, is_so: impl FnMut() -> bool) {
+    assert!(within(PATIENCE, is_so), "not within a minute: {what}");
+}
+
+fn within(time: Duration, mut is_so: impl FnMut() -> bool) -> bool {
+    let begin = Instant::now();
+    loop {
+        if is_so() {
+            return true;
+        }
+        if begin.elapsed() > time {
+            return false;
+        }
+        thread::sleep(Duration::from_millis(5));
+    }
+}
+
+/// Lines of a pipe, as they come.
+pub(crate) struct Lines(mpsc::Receiver<String>);
+
+impl Lines {
+    pub(crate) fn of(pipe: impl Read + Send + 'static) -> Self {
+        let (said, lines) = mpsc::channel();
+        thread::spawn(move || {
+            // Until the program ends, or nobody listens any more.
+            for line in BufReader::new(pipe).lines().map_while(Result::ok) {
+                if said.send(line).is_err() {
+                    return;
+                }
+            }
+        });
+        Self(lines)
+    }
+
+    /// The next line; none at the end.
+    pub(crate) fn next(&self) -> Option<String> {
+        match self.0.recv_timeout(PATIENCE) {
+            Ok(line) => Some(line),
+            Err(mpsc::RecvTimeoutError::Disconnected) => None,
+            Err(mpsc::RecvTimeoutError::Timeout) => panic!("nothing is said for a minute"),
+        }
+    }
+
+    /// The next line that has a part.
+    pub(crate) fn with(&self, part: &str) -> String {
+        let mut before = String::new();
+        while let Some(line) = self.next() {
+            if line.contains(part) {
+                return line;
+            }
+            before = before + &line + "\n";
+        }
+        panic!("'{part}' is missing in: {before}");
+    }
+
+    /// All that follow, until the end.
+    pub(crate) fn rest(&self) -> Vec<String> {
+        std::iter::from_fn(|| self.next()).collect()
+    }
+}
 
 /// How a command ended.
 #[derive(Debug)]
@@ -44,12 +116,34 @@ pub(crate) fn command() -> Command {
 
 /// Runs the command in a folder to its end.
 pub(crate) fn nappe_in(folder: &Path, args: &[&str]) -> Done {
-    let output = command().current_dir(folder).args(args).output().expect("the command starts");
-    Done {
-        code: output.status.code(),
-        stdout: String::from_utf8(output.stdout).expect("standard output is UTF-8"),
-        stderr: String::from_utf8(output.stderr).expect("standard error is UTF-8"),
+    let mut process = command()
+        .current_dir(folder)
+        .args(args)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the command starts");
+    let stdout = whole(process.stdout.take().expect("a pipe"));
+    let stderr = whole(process.stderr.take().expect("a pipe"));
+    let ended = within(LONG, || process.try_wait().expect("it can be asked").is_some());
+    if !ended {
+        // What it said is read all the same.
+        let _ = process.kill();
     }
+    let status = process.wait().expect("it ends");
+    let [stdout, stderr] = [stdout, stderr].map(|text| text.join().expect("UTF-8"));
+    let done = Done { code: status.code(), stdout, stderr };
+    assert!(ended, "{args:?} does not end: {done:?}");
+    done
+}
+
+/// Reads a pipe to its end, in a thread.
+fn whole(mut pipe: impl Read + Send + 'static) -> thread::JoinHandle<String> {
+    thread::spawn(move || {
+        let mut text = String::new();
+        pipe.read_to_string(&mut text).expect("it is UTF-8");
+        text
+    })
 }
 
 /// Runs the command to its end.
@@ -141,8 +235,7 @@ impl Server {
         server.args(options).stdout(Stdio::piped()).stderr(log);
         let mut process = server.spawn().expect("the server starts");
         let stdout = process.stdout.take().expect("its standard output is a pipe");
-        let mut line = String::new();
-        BufReader::new(stdout).read_line(&mut line).expect("it says where it listens");
+        let line = Lines::of(stdout).next().expect("it says where it listens");
         let said: Value = serde_json::from_str(&line).expect("it says so in JSON");
         let url = said["url"].as_str().expect("the address is a text").to_owned();
         let token_file = said["token_file"].as_str().map(str::to_owned);
@@ -189,15 +282,13 @@ fn send(process: &Child, signal: &str) {
 
 /// Sends a signal to a process and waits up to a minute for its end.
 pub(crate) fn end_by(process: &mut Child, signal: &str) -> Option<i32> {
-    let sent = Instant::now();
     send(process, signal);
-    while sent.elapsed() < Duration::from_mins(1) {
-        if let Some(status) = process.try_wait().expect("the process can be asked") {
-            return status.code();
-        }
-        std::thread::sleep(Duration::from_millis(20));
-    }
-    panic!("the process did not end within a minute of SIG{signal}");
+    let mut ended = None;
+    until(&format!("the end of the process after SIG{signal}"), || {
+        ended = process.try_wait().expect("the process can be asked");
+        ended.is_some()
+    });
+    ended.and_then(|status| status.code())
 }
 
 /// A scene small enough for a test: a sheet of 12 x 12 particles held at two corners.

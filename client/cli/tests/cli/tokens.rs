@@ -7,7 +7,7 @@ use std::{
     path::Path,
 };
 
-use crate::support::{Server, folder};
+use crate::support::{PATIENCE, Server, folder};
 
 /// A token that no server has.
 const WRONG: &str = "0123456789abcdef0123456789abcdef";
@@ -107,6 +107,7 @@ fn browse(server: &Server, token: &str) {
          Content-Type: application/grpc-web+proto\r\nContent-Length: 5\r\nAuthorization: Bearer {token}\r\n\r\n"
     );
     stream.write_all(&[head.as_bytes(), &[0; 5]].concat()).expect("sent");
+    stream.set_read_timeout(Some(PATIENCE)).expect("set");
     let mut answer = String::new();
     // The message is no text, which does not matter here.
     let _ = stream.read_to_string(&mut answer);
