@@ -88,7 +88,7 @@ fn watching_goes_on_after_the_connection_broke() {
     lines.next().expect("how it stands");
     cut.send(()).expect("the proxy runs");
     told.with("is back");
-    server.nappe(&["play", "endless", "--pace", "1"]).ok();
+    server.nappe(&["play", "endless", "--real-time-factor", "1"]).ok();
     assert_eq!(1 + lines.rest().len(), 40);
     assert_eq!(watching.wait().expect("it has ended").code(), Some(0), "{:?}", told.rest());
 }
