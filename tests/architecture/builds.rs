@@ -1,5 +1,5 @@
-//! One build serves the program and its tests: both must ask for the same features of every
-//! crate they share, or the viewer's SDK would be compiled twice.
+//! One build serves the program and its tests: both must ask for the same features of every crate they share, or
+//! the viewer's SDK would be compiled twice. And what is built for slow tests alone is run by the second tier.
 
 use std::collections::BTreeSet;
 
@@ -55,4 +55,25 @@ fn the_rule_finds_what_it_is_for() {
         against_second_builds(&program, &set(&["a v1 [fs,std]"])),
         ["only the tests ask for: a v1 [fs,std]"]
     );
+}
+
+/// Suites behind the feature `slow` that the second tier of checks does not name: nobody would run them.
+fn against_unproven(manifest: &str, prove: &str) -> Vec<String> {
+    let suites = manifest.split("[[test]]").filter(|suite| suite.contains("required-features = [\"slow\"]"));
+    let name = |suite: &str| suite.split("name = \"").nth(1)?.split('"').next().map(str::to_owned);
+    let is_missing = |name: &String| !prove.contains(&format!("\"{name}\""));
+    suites
+        .filter_map(name)
+        .filter(is_missing)
+        .map(|name| format!("tests/xtask/src/prove.rs does not run {name}"))
+        .collect()
+}
+
+#[test]
+fn every_slow_suite_is_run_by_the_second_tier() {
+    let [manifest, prove] = ["tests/Cargo.toml", "tests/xtask/src/prove.rs"].map(tree::text);
+    assert_none(&against_unproven(&manifest, &prove));
+    let suite = "[[test]]\nname = \"ice_slow\"\nrequired-features = [\"slow\"]\n\n[[test]]\nname = \"ice\"\n";
+    assert_eq!(against_unproven(suite, &prove), ["tests/xtask/src/prove.rs does not run ice_slow"]);
+    assert!(manifest.contains("required-features = [\"slow\"]"), "there are slow suites");
 }

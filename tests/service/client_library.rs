@@ -157,7 +157,7 @@ async fn a_call_that_takes_long_is_waited_for() {
     let begin = Instant::now();
     proxy.hold(Duration::from_secs(11));
     let calls = async { tokio::join!(client.pause(&ids[0], Wait::Yes), client.delete_session(&ids[1])) };
-    let (paused, deleted) = in_time(calls).await;
+    let (paused, deleted) = in_time(Box::pin(calls)).await;
     assert!(begin.elapsed() > Duration::from_secs(10), "the line was held: {:?}", begin.elapsed());
     paused.expect("paused, however long it took");
     deleted.expect("deleted, however long it took");

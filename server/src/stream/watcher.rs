@@ -68,12 +68,14 @@ pub(crate) fn watch<S: StreamKind>(
         quiet_since: Instant::now(),
         within_frame: false,
     };
+    // Before the call is answered: from then on frames are kept, whenever the task comes to run.
+    let need = watcher.need(delivery);
     tokio::spawn(async move {
         let leave = tokio::select! {
             biased;
             () = draining.cancelled() => Leave::With(ServiceError::draining()),
             () = sender.closed() => Leave::Quietly,
-            Err(leave) = watcher.run(opening, delivery) => leave,
+            Err(leave) = watcher.run(opening, delivery, need) => leave,
         };
         if let Leave::With(error) = leave {
             if error.reason == Reason::WatcherStalled {
@@ -106,9 +108,9 @@ struct Watcher<S: StreamKind> {
 }
 
 impl<S: StreamKind> Watcher<S> {
-    /// Carries frames until there is a reason to leave, which is the error.
-    async fn run(&mut self, opening: Vec<S::Message>, delivery: Delivery) -> Result<(), Leave> {
-        let mut need = match delivery {
+    /// The frames that are kept for it.
+    fn need(&self, delivery: Delivery) -> Option<Need> {
+        match delivery {
             Delivery::Every { from_frame, pace: Pace::Watcher } => {
                 let first = from_frame.unwrap_or_else(|| self.newest_complete());
                 Some(self.feed.keep(Kept::Paced, first))
@@ -117,7 +119,16 @@ impl<S: StreamKind> Watcher<S> {
                 Some(self.feed.keep(Kept::Opening, first))
             }
             _ => None,
-        };
+        }
+    }
+
+    /// Carries frames until there is a reason to leave, which is the error.
+    async fn run(
+        &mut self,
+        opening: Vec<S::Message>,
+        delivery: Delivery,
+        need: Option<Need>,
+    ) -> Result<(), Leave> {
         for message in opening {
             self.send(message).await?;
         }
@@ -125,8 +136,7 @@ impl<S: StreamKind> Watcher<S> {
         match delivery {
             Delivery::Latest { period } => self.latest(Rate::new(period)).await,
             Delivery::Every { from_frame, pace } => {
-                need = need.filter(|_| pace == Pace::Watcher);
-                self.every(from_frame, need).await
+                self.every(from_frame, need.filter(|_| pace == Pace::Watcher)).await
             }
         }
     }
