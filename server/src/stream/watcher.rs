@@ -324,6 +324,8 @@ impl<S: StreamKind> Watcher<S> {
         let streams = self.feed.streams();
         let _waits = streams.wait(&self.give_way);
         tokio::select! {
+            // Who has fetched has not stalled, however late we look.
+            biased;
             room = self.sender.room() => room.map_err(|Closed| Leave::Quietly),
             () = sleep(streams.stall) => Err(Leave::With(stalled(streams.stall))),
             () = self.give_way.cancelled() => Err(Leave::With(gave_way(streams.max_held_bytes))),
