@@ -89,6 +89,29 @@ fn a_fixed_step_above_the_bound_is_refused_before_it_is_taken() {
     assert!(matches!(error.failure, StepFailure::NotFinite { .. }), "{error}");
 }
 
+#[test]
+fn a_fixed_step_in_which_springs_move_too_far_is_refused() {
+    // Let go at twice its length, undamped: by sub-steps below the bound on stiffness it came from 47.5 J to 4.5e5 J.
+    let x: Vec<_> = (0..20).map(|i| [0.2 * f64::from(i), 0.0, 0.0]).collect();
+    let mut network = chain(&x, 0.1, 500.0, 0.0, 0.01);
+    network.pins = vec![0];
+    for integrator in BOUNDED {
+        let dt = 1.0 / 240.0;
+        let mut scene = Scene::new(network.clone(), 4.0 * dt);
+        scene.settings = ClothSettings { integrator, time_step: TimeStep::Fixed(dt), ..scene.settings };
+        let mut simulation = scene.simulate(Precision::F64);
+        let start = simulation.diagnose().total_energy();
+        assert!(simulation.step_bounds()[0].dt > dt, "{integrator:?}: stiffness allows it at the start");
+        let error = try_advance(&mut simulation, 200).expect_err("its springs move too far");
+        let StepFailure::TimeStep { dt: refused, limit, bound: "spring_speed", .. } = error.failure else {
+            panic!("{integrator:?}: {error}")
+        };
+        assert!((refused - dt).abs() < 1e-12 && limit < dt, "{integrator:?}: {error}");
+        let end = simulation.diagnose().total_energy();
+        assert!(end < 1.1 * start, "{integrator:?}: {start} J came to {end} J before");
+    }
+}
+
 /// A particle of 1 kg on a spring with a stiffness (N/m) and a damping (N s/m), stretched by `stretch`, in a medium.
 fn oscillator([stiffness, damping, drag]: [f64; 3], stretch: f64) -> Network {
     let mut network = chain(&[[0.0; 3], [stretch, 0.0, 0.0]], 1.0, stiffness, damping, 1.0);

@@ -64,24 +64,28 @@ impl<R: Real> Stepping<'_, R> {
         if bound.rate > 1e100 {
             return Err(StepFailure::NeverStable { particle });
         }
-        let (kind, limit) = (Bounds::<R>::kind(settings.integrator), 1.0 / bound.rate);
+        let speed = self.work.evaluation.speed;
+        let of_speed = u64::from(model.user[speed.particle as usize]);
+        let kind = Bounds::<R>::kind(settings.integrator);
         match settings.time_step {
-            TimeStep::Certified { safety } => {
-                let speed = self.work.evaluation.speed;
-                let is_speed = speed.rate > bound.rate / safety;
-                Ok(if is_speed {
-                    let particle = Some(u64::from(model.user[speed.particle as usize]));
-                    TimeBound { kind: BoundKind::SpringSpeed, dt: 1.0 / speed.rate, particle }
-                } else if bound.rate > 0.0 {
-                    TimeBound { kind, dt: safety * limit, particle: Some(particle) }
-                } else {
-                    none
-                })
+            TimeStep::Certified { safety } => Ok(if speed.rate > bound.rate / safety {
+                TimeBound { kind: BoundKind::SpringSpeed, dt: 1.0 / speed.rate, particle: Some(of_speed) }
+            } else if bound.rate > 0.0 {
+                TimeBound { kind, dt: safety * (1.0 / bound.rate), particle: Some(particle) }
+            } else {
+                none
+            }),
+            TimeStep::Fixed(length) => {
+                let dt = length.min(around.dt);
+                let bounds = [(bound.rate, particle, kind), (speed.rate, of_speed, BoundKind::SpringSpeed)];
+                match bounds.into_iter().find(|(rate, ..)| dt > 1.0 / rate) {
+                    Some((rate, particle, bound)) => {
+                        Err(StepFailure::TimeStep { particle, dt, limit: 1.0 / rate, bound: bound.name() })
+                    }
+                    None => Ok(fixed(length)),
+                }
             }
-            TimeStep::Fixed(dt) if dt.min(around.dt) > limit => {
-                Err(StepFailure::TimeStep { particle, dt: dt.min(around.dt), limit, bound: kind.name() })
-            }
-            TimeStep::Fixed(dt) | TimeStep::Unchecked(dt) => Ok(fixed(dt)),
+            TimeStep::Unchecked(dt) => Ok(fixed(dt)),
         }
     }
 
