@@ -4,16 +4,15 @@
 #![cfg(target_os = "linux")]
 #![allow(clippy::print_stdout, reason = "measurements are shown when a test fails")]
 
+mod support;
+
 use std::{
-    io::{BufRead as _, BufReader},
     net::{Ipv4Addr, SocketAddr},
-    process::{Child, ChildStdout, Command, Stdio},
+    process::{Child, Command, Stdio},
     sync::{
         Arc,
         atomic::{AtomicUsize, Ordering},
-        mpsc,
     },
-    thread,
     time::{Duration, Instant},
 };
 
@@ -21,6 +20,7 @@ use nappe_proto::v1::{
     CreateSessionRequest, GetServerInfoRequest, PauseSessionRequest, create_session_request::Scene,
     simulation_service_client::SimulationServiceClient,
 };
+use support::first_line;
 use tokio::{
     io::{AsyncReadExt as _, AsyncWriteExt as _},
     net::{TcpSocket, TcpStream},
@@ -80,18 +80,6 @@ impl Drop for Server {
         let _ = self.process.kill();
         let _ = self.process.wait();
     }
-}
-
-/// The first line that a program says.
-fn first_line(output: ChildStdout) -> String {
-    let (said, line) = mpsc::channel();
-    thread::spawn(move || {
-        let mut line = String::new();
-        BufReader::new(output).read_line(&mut line).expect("it can be read");
-        // Whoever asked may have given up.
-        let _ = said.send(line);
-    });
-    line.recv_timeout(PATIENCE).expect("a line in time")
 }
 
 /// A header that is the newest entry of the table, number 62.

@@ -1,11 +1,10 @@
 //! The program under a limit on its memory: sessions that do not fit are refused, and nothing else happens.
 #![cfg(target_os = "linux")]
 
+mod support;
+
 use std::{
-    io::{BufRead as _, BufReader},
-    process::{Child, ChildStdout, Command, Stdio},
-    sync::mpsc,
-    thread,
+    process::{Child, Command, Stdio},
     time::Duration,
 };
 
@@ -13,6 +12,7 @@ use nappe_proto::v1::{
     self, create_session_request::Scene, simulation_service_client::SimulationServiceClient,
 };
 use nappe_server::Reason;
+use support::first_line;
 use tonic::{Status, transport::Channel};
 use tonic_types::StatusExt as _;
 
@@ -44,18 +44,6 @@ fn start(settings: &[(&str, &str)]) -> (Program, String) {
     let line = first_line(program.0.stdout.take().expect("it is piped"));
     let url = line.split_whitespace().last().expect("the line ends with the URL").to_owned();
     (program, url)
-}
-
-/// The first line that a program says.
-fn first_line(output: ChildStdout) -> String {
-    let (said, line) = mpsc::channel();
-    thread::spawn(move || {
-        let mut line = String::new();
-        BufReader::new(output).read_line(&mut line).expect("it can be read");
-        // Whoever asked may have given up.
-        let _ = said.send(line);
-    });
-    line.recv_timeout(PATIENCE).expect("a line in time")
 }
 
 /// A scene of 250 000 particles and 1.5 million springs.

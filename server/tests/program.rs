@@ -1,13 +1,16 @@
 //! The program `nappe-server` as a process: address, refusal, signals.
 
+mod support;
+
 use std::{
-    io::{BufRead as _, BufReader, Read as _, Write as _},
+    io::{Read as _, Write as _},
     net::TcpStream,
-    process::{Child, ChildStdout, Command, ExitStatus, Stdio},
-    sync::mpsc,
+    process::{Child, Command, ExitStatus, Stdio},
     thread,
     time::{Duration, Instant},
 };
+
+use support::first_line;
 
 /// Whatever takes this long hangs.
 const PATIENCE: Duration = Duration::from_mins(1);
@@ -25,18 +28,6 @@ fn program(arguments: &[&str]) -> Child {
 fn address(server: &mut Child) -> String {
     let line = first_line(server.stdout.take().expect("its output"));
     line.trim().strip_prefix("nappe-server listens on http://").expect("an address").to_owned()
-}
-
-/// The first line that a program says.
-fn first_line(output: ChildStdout) -> String {
-    let (said, line) = mpsc::channel();
-    thread::spawn(move || {
-        let mut line = String::new();
-        BufReader::new(output).read_line(&mut line).expect("it can be read");
-        // Whoever asked may have given up.
-        let _ = said.send(line);
-    });
-    line.recv_timeout(PATIENCE).expect("a line in time")
 }
 
 /// Waits for the end of a program.

@@ -244,5 +244,5 @@ fn no_scene_takes_more_memory_than_its_limits_explain() {
         println!("{} bytes for\n{}\n{:.3} s for\n{}", largest.0, largest.1, longest.0, longest.1);
     }
     assert!(unread < COUNT / 100, "the scenes are well formed: {unread} are not");
-    assert!(refused > COUNT / 20 && built > COUNT / 20 && simulated > 0, "all ends are met");
+    assert!(refused > COUNT / 20 && built > COUNT / 20 && simulated > COUNT / 2000, "all ends are met");
 }

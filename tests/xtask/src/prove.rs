@@ -64,14 +64,21 @@ fn snow(shell: &mut Shell) -> Result<(), Failure> {
 
 fn service(shell: &mut Shell) -> Result<(), Failure> {
     slow(shell, "hostile")?;
+    programs(shell)?;
     shell.cargo("demo", &format!("{NAPPE} --save target/demo.rrd"))?;
     shell.cargo("bench stream", &format!("{NAPPE} bench stream --sizes 10000,100000"))?;
     clients::examples(shell)
 }
 
 fn docs(shell: &mut Shell) -> Result<(), Failure> {
+    programs(shell)?;
     additions::run(shell, &[])?;
     tutorials::run(shell, &[])
+}
+
+/// Builds the programs and examples that the tutorials and the examples run from where cargo leaves them.
+fn programs(shell: &mut Shell) -> Result<(), Failure> {
+    shell.cargo("programs", "build --release --workspace --bins --examples")
 }
 
 /// Runs a suite of slow tests, built beside the program.
