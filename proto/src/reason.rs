@@ -188,6 +188,10 @@ reasons! {
         "An implicit step of a cloth gains energy that nothing accounts for, at a 64th of the step too."
         "Reduce dt, choose hessian = absolute if it is another, or mark the step unchecked and accept that it may diverge."
 
+    MomentumBalance "MOMENTUM_BALANCE" FailedPrecondition diverged
+        "The sweeps of vertex block descent do not bring the momentum of a cloth into balance with gravity, the medium and pins: 16 times as many as asked for, at a 64th of the step too."
+        "Ask for more sweeps, or reduce dt; choose newton where the cloth is very stiff or very fine."
+
     ErrorTolerance "ERROR_TOLERANCE" FailedPrecondition diverged
         "The estimated error of a step of cloth is above the tolerance of the scene, at a 64th of the step too."
         "Reduce dt, or raise the tolerance."

@@ -29,13 +29,11 @@ pub(crate) const NAMES: [&str; 5] =
 pub(crate) fn methods(name: &str) -> impl Iterator<Item = Method> {
     let iterates_too = ["hung_sheet", "sheet_on_sphere"].contains(&name);
     let coarse_alone = name == "coarse_spaces";
-    let all = Method::all().into_iter().filter(move |method| {
+    Method::all().into_iter().filter(move |method| {
         let is_plain =
             method.integrator == Integrator::ImplicitEuler && method.minimizer == Minimizer::OneStep;
         is_plain || !coarse_alone && (iterates_too || method.minimizer == Minimizer::OneStep)
-    });
-    let sweeps = Method::by_sweeps(Integrator::ImplicitEuler, 5);
-    all.chain(iterates_too.then_some(sweeps))
+    })
 }
 
 /// A scene by name.

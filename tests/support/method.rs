@@ -16,6 +16,9 @@ pub struct Method {
 /// Newton's method, as far as the precision goes.
 pub const NEWTON: Minimizer = Minimizer::Newton(NewtonSettings { tolerance: 1e-12, max_iterations: 50 });
 
+/// Sweeps of vertex block descent that come as far as the precision goes on the small networks of tests.
+const MANY_SWEEPS: u32 = 40;
+
 impl Method {
     /// An integrator that makes one linear solve per step, if any.
     pub const fn new(integrator: Integrator, hessian: Hessian) -> Self {
@@ -28,23 +31,29 @@ impl Method {
         Self { minimizer, ..Self::new(integrator, Hessian::Absolute) }
     }
 
-    /// Every method that ends at what it is defined by, by construction: implicit Euler with every treatment of the Hessian.
+    /// Every method, each taken as far as the precision goes: implicit Euler with every treatment of the Hessian.
     pub fn all() -> Vec<Self> {
         let of = |integrator: Integrator| {
             let treatments: &[Hessian] =
                 if integrator == Integrator::ImplicitEuler { &Hessian::ALL } else { &[Hessian::Absolute] };
             let newton = Self { integrator, minimizer: NEWTON, hessian: Hessian::Absolute };
             let one_step = treatments.iter().map(move |&hessian| Self::new(integrator, hessian));
-            one_step.chain(integrator.is_implicit().then_some(newton))
+            let sweeps = Self::by_sweeps(integrator, MANY_SWEEPS);
+            one_step.chain(integrator.is_implicit().then_some([newton, sweeps]).into_iter().flatten())
         };
         Integrator::ALL.into_iter().flat_map(of).collect()
     }
 
-    /// The same with few iterations of Newton's method: the sweeps of many, in less time, for tests of how they run.
+    /// The same with few iterations of Newton's method, or few sweeps: what many do in less time, for tests of how they run.
     #[must_use]
     pub fn in_few_iterations(self) -> Self {
         let few = Minimizer::Newton(NewtonSettings { tolerance: 1e-3, max_iterations: 5 });
-        Self { minimizer: if self.minimizer == NEWTON { few } else { self.minimizer }, ..self }
+        let minimizer = match self.minimizer {
+            Minimizer::Newton(_) => few,
+            Minimizer::VertexBlockDescent { .. } => Minimizer::VertexBlockDescent { sweeps: 5 },
+            Minimizer::OneStep => Minimizer::OneStep,
+        };
+        Self { minimizer, ..self }
     }
 
     /// The method that golden tables call by this name: there `implicit_euler` keeps the full
@@ -56,6 +65,11 @@ impl Method {
         let integrator = Integrator::ALL.into_iter().find(|i| i.name() == name)?;
         let hessian = if integrator.is_implicit() { Hessian::Full } else { Hessian::Absolute };
         Some(Self::new(integrator, hessian))
+    }
+
+    /// Whether its particles move one by one, without a linear system.
+    pub const fn is_by_sweeps(self) -> bool {
+        self.integrator.is_implicit() && matches!(self.minimizer, Minimizer::VertexBlockDescent { .. })
     }
 
     /// `velocity_verlet`, `implicit_euler_full`, ...

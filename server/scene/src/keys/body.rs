@@ -43,7 +43,7 @@ pub(super) static BODY: Section = Section {
         key("minimizer", Choice(|| MinimizerKind::ALL.map(MinimizerKind::name).to_vec()), "", Default("\"one_step\""), "how the minimisation is solved that an implicit step stands for: one_step makes one linear solve, newton as many as newton_tolerance needs, vertex_block_descent moves particles one by one"),
         key("newton_tolerance", Number(Range(1e-12, 1e6)), "m/s^2", Absent("0.01, with newton"), "largest acceleration that forces and inertia of a particle may leave over"),
         key("newton_iterations", Whole(1, 10_000), "linear solves", Absent("50, with newton"), "cap on the solves of a sub-step"),
-        key("sweeps", Whole(1, 10_000), "per sub-step", Absent("20, with vertex_block_descent"), "how often vertex block descent moves all particles"),
+        key("sweeps", Whole(1, 10_000), "per sub-step", Absent("20, with vertex_block_descent"), "how often vertex block descent moves all particles; up to 16 times as often where the momentum does not balance"),
         key("hessian", Choice(|| Hessian::ALL.map(Hessian::name).to_vec()), "", Default("\"absolute\""), "what an implicit step does with the negative transverse stiffness of compressed springs"),
         key("safety", Number(Range(1e-3, 1.0)), "", Absent("0.9, unless the sub-steps are fixed"), "share of the certified bound that an explicit sub-step takes"),
         key("substeps", Whole(1, 10_000), "", Absent("as many as are needed"), "sub-steps of one length within one step of the scene. All cloths share them: they take the most that one of them asks for. Explicit ones are refused, with the number, where they are above the bound; implicit ones that are not accepted are divided further"),

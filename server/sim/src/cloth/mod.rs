@@ -8,6 +8,7 @@ mod laws;
 mod continuations;
 mod network;
 mod colours;
+mod components;
 mod halo;
 mod rows;
 mod scratch;

@@ -7,6 +7,7 @@ use std::collections::BTreeSet;
 
 use super::{
     colours::{Colours, spread},
+    components::Components,
     elements::Elements,
     network::{Network, Spring, SpringKind, SpringLaw},
     rows::{Joint, Springs, sort_rows},
@@ -52,6 +53,8 @@ pub struct Model<R: Real> {
     pub(super) coarse: Option<CoarseLayout>,
     /// Which particles may move at once, where the settings have them move one by one.
     pub(super) colours: Option<Colours>,
+    /// What moves as a whole, likewise.
+    pub(super) components: Option<Components>,
 }
 
 /// Stiffness and damping of the springs of one entry of a model's table of laws.
@@ -131,6 +134,7 @@ impl<R: Real> Model<R> {
             place,
             coarse: None,
             colours: None,
+            components: None,
         };
 
         if settings.has_coarse_space() {
@@ -138,6 +142,7 @@ impl<R: Real> Model<R> {
         }
         if settings.has_sweeps() {
             model.colours = Some(Colours::new(count, settings.block_size, network.pairs(&model.place)));
+            model.components = Some(Components::new(count, &model.inv_m, network.pairs(&model.place)));
         }
         let elements = network.elements.iter().map(|list| list.law).collect();
         Ok((model, Parameters { laws, elements, drag: network.drag }, warnings::<R>(network, spacing)))

@@ -14,7 +14,7 @@ use super::{
 };
 use crate::{
     linalg::{BlockCsr, CgWorkspace, CoarseMatrix, Inverse3},
-    math::{Padded, Real},
+    math::{Padded, Real, Vec3},
     parallel::block_count,
 };
 
@@ -66,6 +66,10 @@ pub struct Workspace<R: Real> {
     pub(super) predicted: Vec<Padded<R>>,
     /// Positions (m) and velocities (m/s) of an iterate that is tried.
     pub(super) trial: [Vec<Padded<R>>; 2],
+    /// Of sweeps: velocities (m/s) that the last one began with, and those that the one before it ended with.
+    pub(super) swept: [Vec<Padded<R>>; 2],
+    /// Of sweeps: by how much each component moves as a whole (m/s).
+    pub(super) shifts: Vec<Vec3<R>>,
     /// The inverse diagonal blocks of another evaluation of the same state.
     pub(super) other_inverse: Vec<Inverse3>,
     /// The matrix of an implicit step, where the solver asks for an assembled one.
@@ -110,6 +114,9 @@ impl<R: Real> Workspace<R> {
         }
         if has_iterates {
             self.trial.iter_mut().for_each(|field| field.resize(model.m.len(), Padded::default()));
+        }
+        if settings.has_sweeps() {
+            self.swept.iter_mut().for_each(|field| field.resize(model.m.len(), Padded::default()));
         }
         if largest.has_matrix() && self.evaluation.rows.len() != self.cg.len() {
             self.cg = CgWorkspace::new(model.count, model.block_size);

@@ -45,6 +45,10 @@ pub enum StepFailure {
     )]
     EnergyGain { particle: u64, value: f64, limit: f64 },
     #[error(
+        "after {sweeps} sweeps the momentum of what particle {particle} belongs to does not balance: {value:.4e} N s are left over, more than {limit:.4e}"
+    )]
+    Unbalanced { particle: u64, value: f64, limit: f64, sweeps: u32 },
+    #[error(
         "the position of particle {particle} has an estimated error of {value:.4e} m in the step, more than the tolerance of {limit:.4e} m"
     )]
     Inaccurate { particle: u64, value: f64, limit: f64 },
@@ -106,6 +110,7 @@ impl StepFailure {
             | Self::Energy { particle, .. }
             | Self::Descent { particle, .. }
             | Self::EnergyGain { particle, .. }
+            | Self::Unbalanced { particle, .. }
             | Self::Inaccurate { particle, .. }
             | Self::NeverStable { particle }
             | Self::TimeStep { particle, .. }
@@ -127,6 +132,7 @@ impl StepFailure {
             Self::Solver { .. } => "SOLVER_FAILED",
             Self::Descent { .. } => "POTENTIAL_DESCENT",
             Self::EnergyGain { .. } => "ENERGY_GAIN",
+            Self::Unbalanced { .. } => "MOMENTUM_BALANCE",
             Self::Inaccurate { .. } => "ERROR_TOLERANCE",
             Self::NeverStable { .. } => "NEVER_STABLE",
             Self::TimeStep { .. } => "TIME_STEP_LIMIT",
@@ -148,6 +154,7 @@ impl StepFailure {
             | Self::Energy { value, .. }
             | Self::Descent { value, .. }
             | Self::EnergyGain { value, .. }
+            | Self::Unbalanced { value, .. }
             | Self::Inaccurate { value, .. }
             | Self::NodeSpeed { value, .. }
             | Self::Deformation { value, .. }

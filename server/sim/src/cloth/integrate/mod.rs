@@ -13,6 +13,8 @@ mod iterate;
 mod one_step;
 mod newton;
 mod saddle;
+mod common_motion;
+mod momentum;
 mod vertex_block_descent;
 
 use update::Step;

@@ -3,7 +3,8 @@
 //!
 //! A sweep goes over the blocks colour by colour, those of a colour at the same time, and within a block over its rows
 //! colour by colour. What it converges to is the step that Newton's method finds: a sweep costs no more than a few products
-//! with the matrix, and no sum over all particles, but errors that are as long as the cloth take many sweeps.
+//! with the matrix, but errors that are as long as the cloth take many sweeps: so sweeps [gather momentum](super::momentum),
+//! and [what all particles share](super::common_motion) is not left to them.
 
 use rayon::prelude::*;
 
@@ -32,8 +33,15 @@ use crate::{
     report::{Stage, StepFailure},
 };
 
+/// How many times as many sweeps as asked for a sub-step makes at most, before it is rejected.
+const LONGEST: u32 = 16;
+
 /// Writes where the step leads; returns its sweeps as a solve, what they found, and what the error of a particle is of the
 /// vector that its block added up.
+///
+/// # Errors
+/// Where the momentum of a component does not balance after 16 times as many sweeps; where unchecked steps were asked for
+/// that is not looked at.
 pub(super) fn advance<R: Real>(
     step: &mut Step<'_, R>,
     settings: &ClothSettings,
@@ -45,17 +53,38 @@ pub(super) fn advance<R: Real>(
     step.watch.lap(Stage::Position);
 
     let none = SolveReport::at_once(Outcome::IterationCap, 0.0);
-    let report = Some(SolveReport { iterations: sweeps, ..none });
-    let mut search = Search { step, settings, interrupt, report };
+    let mut search = Search { step, settings, interrupt, report: Some(none) };
     let first = search.evaluate(Tried::Next);
-    for _ in 0..sweeps {
-        if interrupt.is_requested() {
-            return Err(StepFailure::Interrupted);
+    search.step.fall();
+    let mut momentum = search.step.gather_momentum();
+    let is_checked = !settings.time_step.is_unchecked();
+    let most = if is_checked { sweeps.saturating_mul(LONGEST) } else { sweeps };
+    let (mut made, mut outcome) = (0, Outcome::IterationCap);
+    let mut last = loop {
+        for _ in 0..sweeps {
+            if interrupt.is_requested() {
+                return Err(StepFailure::Interrupted);
+            }
+            if made > 0 && !search.step.extrapolate(&mut momentum) {
+                outcome = Outcome::Converged;
+                break;
+            }
+            search.step.sweep();
+            made += 1;
         }
-        search.step.sweep();
+        let last = search.evaluate(Tried::Next);
+        let is_last = made >= most || outcome == Outcome::Converged;
+        match search.step.unbalanced(made).filter(|_| is_checked) {
+            Some(failure) if is_last => return Err(failure),
+            Some(_) => {}
+            None => break last,
+        }
+    };
+    if search.step.take_common_motion() {
+        last = search.evaluate(Tried::Next);
     }
-    let last = search.evaluate(Tried::Next);
-    Ok(search.end(inertia, [first, last], Outcome::IterationCap))
+    search.report = Some(SolveReport { iterations: made, ..none });
+    Ok(search.end(inertia, [first, last], outcome))
 }
 
 impl<R: Real> Step<'_, R> {

@@ -1,0 +1,119 @@
+//! Sweeps that take up what the sweeps before them did: each begins as far beyond the end of the one before as Nesterov's
+//! method goes for a convex function (Nesterov 1983), k / (k + 3) of the change at the k-th; and without that where it
+//! led uphill (O'Donoghue and Candes 2015, the gradient's restart). Errors of wave length n particles then take some n sweeps
+//! in place of some n².
+
+use rayon::prelude::*;
+
+use super::update::Step;
+use crate::{
+    cloth::{
+        moved::{Moved, of_block},
+        workspace::Workspace,
+    },
+    linalg::{add_lanes, lanes_at, packs, store_padded},
+    math::{LANES, Pack, Padded, Real, WithSimd, array::dot, dispatch, three},
+    parallel::sum_by,
+    report::Stage,
+};
+
+/// How many sweeps in a row have led downhill.
+pub(super) struct Momentum(u32);
+
+impl<R: Real> Step<'_, R> {
+    /// Begins with the iterate in `next`.
+    pub(super) fn gather_momentum(&mut self) -> Momentum {
+        let (size, Workspace { next, swept, .. }) = (self.model.block_size, &mut *self.work);
+        let [from, before] = swept.each_mut().map(|field| field.par_chunks_mut(size));
+        (from, before, next.v.par_chunks(size)).into_par_iter().for_each(|(from, before, v)| {
+            from.copy_from_slice(v);
+            before.copy_from_slice(v);
+        });
+        self.watch.lap(Stage::Position);
+        Momentum(0)
+    }
+
+    /// Takes the iterate in `next`, to which a sweep led, beyond its end; says whether that sweep moved anything.
+    pub(super) fn extrapolate(&mut self, momentum: &mut Momentum) -> bool {
+        let (model, size) = (self.model, self.model.block_size);
+        let Workspace { next, swept: [from, before], moved, numbers, .. } = &mut *self.work;
+        let fields = (from.par_chunks(size), before.par_chunks(size), next.v.par_chunks(size));
+        (moved.par_iter_mut(), fields).into_par_iter().enumerate().for_each(
+            |(block, (moved, (from, before, v)))| {
+                *moved = dispatch(Uphill { m: of_block(&model.m, block, size), from, before, v });
+            },
+        );
+        let [uphill, way, ..] = sum_by(moved, &|block| block.sums());
+        if way == 0.0 {
+            return false;
+        }
+        momentum.0 = if uphill > 0.0 { 0 } else { momentum.0.saturating_add(1) };
+
+        let k = f64::from(momentum.0);
+        let share = R::of(k / (k + 3.0));
+        let reach = R::of(numbers.reach);
+        let fields = (from.par_chunks_mut(size), before.par_chunks_mut(size));
+        let next = (next.x.par_chunks_mut(size), next.v.par_chunks_mut(size));
+        (fields, next).into_par_iter().for_each(|((from, before), (x, v))| {
+            dispatch(Extrapolate { from, before, x, v, share, reach });
+        });
+        self.watch.lap(Stage::Position);
+        true
+    }
+}
+
+/// The sums of m (from - v).(v - before), above 0 where the sweep went back, and of m |from - v|².
+struct Uphill<'a, R: Real> {
+    m: &'a [R],
+    from: &'a [Padded<R>],
+    before: &'a [Padded<R>],
+    v: &'a [Padded<R>],
+}
+
+impl<R: Real> WithSimd<R> for Uphill<'_, R> {
+    type Output = Moved;
+
+    #[inline(always)]
+    fn run<P: Pack<Number = R>>(self) -> Moved {
+        let [from, before, v] = [self.from, self.before, self.v].map(|field| field.as_chunks::<LANES>().0);
+        let mut sums = [P::Wide::zero(); 2];
+        for (group, ((from, before), v)) in from.iter().zip(before).zip(v).enumerate() {
+            let [from, before, v] = [from, before, v].map(packs::<P>);
+            let back = P::widen3(three!(|c| from[c] - v[c]));
+            let on = P::widen3(three!(|c| v[c] - before[c]));
+            let m = lanes_at::<P>(self.m, group).widen();
+            sums[0] += m * dot(back, on);
+            sums[1] += m * dot(back, back);
+        }
+        let [uphill, way] = sums.map(|lanes| add_lanes(lanes.store()));
+        Moved::new([uphill, way, 0.0, 0.0], 0.0)
+    }
+}
+
+struct Extrapolate<'a, R: Real> {
+    from: &'a mut [Padded<R>],
+    before: &'a mut [Padded<R>],
+    x: &'a mut [Padded<R>],
+    v: &'a mut [Padded<R>],
+    share: R,
+    reach: R,
+}
+
+impl<R: Real> WithSimd<R> for Extrapolate<'_, R> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<P: Pack<Number = R>>(self) {
+        let Self { from, before, x, v, share, reach } = self;
+        let [from, before, x, v] = [from, before, x, v].map(|field| field.as_chunks_mut::<LANES>().0);
+        for ((from, before), (x, v)) in from.iter_mut().zip(before).zip(x.iter_mut().zip(v)) {
+            let [last, old, new] = [&*before, &*x, &*v].map(packs::<P>);
+            let on = three!(|c| (new[c] - last[c]) * share);
+            let beyond = three!(|c| new[c] + on[c]);
+            store_padded(new, before);
+            store_padded(beyond, v);
+            store_padded(beyond, from);
+            store_padded(three!(|c| old[c] + on[c] * reach), x);
+        }
+    }
+}
