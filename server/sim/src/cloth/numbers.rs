@@ -133,6 +133,11 @@ impl<R: Real> StepNumbers<R> {
         true
     }
 
+    /// Whether any spring is damped.
+    pub(super) fn has_damped_springs(&self) -> bool {
+        self.springs.iter().flat_map(|laws| laws.damping).any(|damping| damping > R::zero())
+    }
+
     /// Takes over what does not depend on the length of the step.
     fn weigh(&mut self, model: &Model<R>, parameters: &Parameters, settings: &ClothSettings) {
         if settings.integrator.is_implicit() {

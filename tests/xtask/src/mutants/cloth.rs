@@ -131,7 +131,7 @@ pub(super) const PATCHES: [Patch; 55] = [
     expression(147, "cloth/scheme.rs", "ratio * ratio / whole", "1.0 / 3.0"),
     expression(148, "cloth/scheme.rs", "(1.0 + ratio) * dt / whole", "2.0 * dt / 3.0"),
     expression(149, "cloth/integrate/iterate.rs", "((v[c] - past_v[c]) * past).where_positive(inv_m)", "P::zero()"),
-    text(150, "cloth/integrate/newton.rs", "            if is_lower || is_work", "            if crate::mutant(150) || is_lower || is_work"),
+    text(150, "cloth/integrate/newton.rs", "            if is_lower && is_short", "            if crate::mutant(150) || is_lower && is_short"),
     text(151, "cloth/integrate/newton.rs", "            if !is_done || !last", "            if crate::mutant(151) || !is_done || !last"),
     expression(152, "cloth/integrate/vertex_block_descent.rs", "m * (u[c] - base[c])", "P::zero()"),
     expression(153, "cloth/colours.rs", "lowest(count.div_ceil(block_size), pairs.clone().map(of(block_size)))", "vec![0; count.div_ceil(block_size)]"),

@@ -6,7 +6,6 @@ use rayon::prelude::*;
 use crate::{
     cloth::{
         evaluation::Evaluation,
-        figures::Total,
         integrator::Integrator,
         model::Model,
         moved::{Moved, MovedSums, Weights, of_block},
@@ -42,13 +41,6 @@ pub(super) struct Leftover {
     pub(super) along: f64,
     /// The largest residual as an acceleration (m/s²).
     pub(super) largest: f64,
-}
-
-impl Leftover {
-    /// What is minimised (J).
-    pub(super) fn value(&self, total: &Total) -> f64 {
-        self.inertia + total.potential() + total.dissipation()
-    }
 }
 
 impl<'a, R: Real> Start<'a, R> {

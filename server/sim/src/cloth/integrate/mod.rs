@@ -16,6 +16,8 @@ mod saddle;
 mod common_motion;
 mod momentum;
 mod vertex_block_descent;
+#[cfg(test)]
+mod tests;
 
 use update::Step;
 

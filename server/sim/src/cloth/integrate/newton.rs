@@ -26,7 +26,7 @@ use crate::{
 
 /// Least share of the predicted fall that a fall must be (Armijo's rule).
 const SHARE: f64 = 1e-4;
-/// How much of the residual along a change may point back after it, where that is what is judged.
+/// How much of the residual along a change may point back after it, of damped cloth.
 const BACK: f64 = 0.5;
 /// Where rounding hides whether G falls, what the square of the residual must shrink to.
 const HIDDEN: f64 = 0.98;
@@ -41,12 +41,20 @@ const SADDLES: u32 = 4;
 pub(super) struct Iterate {
     total: Total,
     leftover: Leftover,
+    /// Potential of damping and medium (J), for directions of springs as they were at the iterate before.
+    lagged: f64,
 }
 
 impl Iterate {
-    /// What is minimised (J).
+    /// What is minimised (J), for directions of springs as they are.
     pub(super) fn value(&self) -> f64 {
-        self.leftover.value(&self.total)
+        self.leftover.inertia + self.total.potential() + self.total.dissipation()
+    }
+
+    /// What is minimised (J), for directions of springs as they were at the iterate before. Damping has no potential where
+    /// directions change; with these it has one, whose slope there is its force.
+    pub(super) fn value_on_the_way(&self) -> f64 {
+        self.leftover.inertia + self.total.potential() + self.lagged
     }
 }
 
@@ -122,11 +130,17 @@ impl<R: Real> Search<'_, '_, R> {
         let Step { model, state, work, watch } = &mut *self.step;
         let Workspace { evaluation, next, trial, moved, numbers, scratches, .. } = &mut **work;
         let [x, v] = if tried == Tried::Next { [&next.x, &next.v] } else { [&trial[0], &trial[1]] };
+        let is_lagged = tried == Tried::Trial && numbers.has_damped_springs();
+        let lagged = is_lagged.then(|| {
+            evaluation.run(model, numbers, kind, [&next.x, v], scratches);
+            evaluation.total.dissipation()
+        });
         evaluation.run(model, numbers, kind, [x, v], scratches);
         let change = (tried == Tried::Trial).then_some(&*next.dv);
         let leftover = Start::new(model, state, numbers).leave_over(evaluation, v, change, moved);
         watch.lap(Stage::Force);
-        Iterate { total: evaluation.total, leftover }
+        let total = evaluation.total;
+        Iterate { total, leftover, lagged: lagged.unwrap_or(total.dissipation()) }
     }
 
     /// Goes on from the iterate in `next`, which was evaluated, to the last one; says whether that is the solution, as
@@ -154,20 +168,20 @@ impl<R: Real> Search<'_, '_, R> {
 
     /// Takes a share of the change that was solved for, such that what is minimised falls; none where rounding hides
     /// whether it does.
-    fn search(&mut self, now: &Iterate) -> Result<Option<Iterate>, StepFailure> {
+    pub(super) fn search(&mut self, now: &Iterate) -> Result<Option<Iterate>, StepFailure> {
         let predicted = self.step.work.cg.descent();
         let slack = self.slack(now);
         let mut share = 1.0;
         for _ in 0..HALVINGS {
             self.go(share);
             let new = self.evaluate(Tried::Trial);
-            let is_lower = new.value() <= now.value() - 2.0 * SHARE * share * predicted;
-            // Damping has no potential where directions change. Of damped cloth the work of the residual along the change says
-            // more, (r + r').du / 2 by the trapezoidal rule; r.du is twice what the solve predicts.
-            let is_damped = now.total.dissipation() != 0.0;
-            let is_work = is_damped && new.leftover.along >= -BACK * 2.0 * predicted;
+            let is_lower = new.value_on_the_way() <= now.value() - 2.0 * SHARE * share * predicted;
+            // Directions at the end may differ: the residual there may not point back by much. r.du is twice what the
+            // solve predicts.
+            let is_damped = self.step.work.numbers.has_damped_springs();
+            let is_short = !is_damped || new.leftover.along >= -BACK * 2.0 * predicted;
             let is_hidden = predicted <= slack && new.leftover.square <= HIDDEN * now.leftover.square;
-            if is_lower || is_work || is_hidden {
+            if is_lower && is_short || is_hidden {
                 self.take();
                 return Ok(Some(new));
             }

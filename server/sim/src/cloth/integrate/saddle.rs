@@ -47,7 +47,7 @@ impl<R: Real> Search<'_, '_, R> {
             for sign in [1.0, -1.0] {
                 self.go(sign * share);
                 let new = self.evaluate(Tried::Trial);
-                if new.value() < now.value() - self.slack(now) {
+                if new.value_on_the_way() < now.value() - self.slack(now) {
                     self.take();
                     return Ok(Some(new));
                 }
