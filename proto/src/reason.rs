@@ -196,6 +196,10 @@ reasons! {
         "The estimated error of a step of cloth is above the tolerance of the scene, at a 64th of the step too."
         "Reduce dt, or raise the tolerance."
 
+    ColliderPassed "COLLIDER_PASSED" FailedPrecondition diverged
+        "A particle of cloth goes through a collider, or into it, at a 64th of the step too; the scene asks that such steps be rejected."
+        "Reduce dt, make the collider thicker or slower, or choose on_pass = warn."
+
     NeverStable "NEVER_STABLE" FailedPrecondition diverged
         "Explicit Euler gains energy in every motion that is not damped: no step is stable."
         "Choose symplectic_euler, add drag, or mark the step unchecked and accept that it may diverge."

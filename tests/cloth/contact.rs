@@ -1,17 +1,18 @@
 //! Planes and spheres: no penetration, restitution, friction on an incline, moving colliders.
 
 use nappe_sim::{
+    cloth::{Hessian, Integrator},
     collide::{
         Collider, Contact, Shape,
-        shape::{Plane, Sphere},
+        shape::{Cuboid, Plane, Sphere},
     },
     linalg::Stop,
     math::{Precision, Real},
 };
 use nappe_tests::{
-    Method, Scene,
+    Method, NEWTON, Scene,
     networks::{particles, sheet, sheet_rules},
-    scene::{advance, difference, norm, positions, velocities},
+    scene::{advance, difference, max_distance, norm, positions, velocities},
 };
 
 const GRAVITY: f64 = 9.81;
@@ -233,5 +234,40 @@ fn a_particle_comes_to_rest_between_colliders_that_overlap() {
             assert!(off < 10.0 * pushed, "{}: {off:e} m from the groove, at {x:?}", method.name());
             assert!(norm(v) < 10.0 * GRAVITY * dt, "{}: {v:?}", method.name());
         }
+    }
+}
+
+#[test]
+fn a_sheet_of_which_a_corner_lies_on_a_table_keeps_its_order_elsewhere() {
+    let side = 14;
+    let run = |dt: f64| {
+        let mut network = sheet(side, 0.1, &sheet_rules(200.0, 0.02), 0.01);
+        let last = network.x.len() - 1;
+        let mut scene = Scene::new(network.clone(), dt)
+            .under([0.0, -GRAVITY, 0.0])
+            .by(Method { minimizer: NEWTON, ..Method::new(Integrator::Bdf2, Hessian::Absolute) });
+        // It is held from the first step on, by a table that reaches no other particle.
+        let [x, y, z] = std::mem::take(&mut network.x)[last];
+        let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        let top = Cuboid { center: [x, y - 0.1 - MARGIN, z], half_extent: [0.04, 0.1, 0.04], axes };
+        scene.colliders = vec![collider(Shape::Box(top))];
+        let mut simulation = scene.simulate(Precision::F64);
+        let (mut touched, mut without_history) = (0, 0);
+        for _ in 0..(0.1 / dt).round() as u32 {
+            let report = advance(&mut simulation, 1);
+            touched += report.contact_count;
+            without_history += report.cloth.expect("a cloth").without_history;
+        }
+        assert!(touched as f64 > 0.04 / dt, "{touched} contacts");
+        assert_eq!(without_history, 1, "the first step alone");
+        positions(&simulation)
+    };
+    let reference = run(0.1 / 1024.0);
+    // The four rows nearest to the pinned corners.
+    let error = |steps: f64| max_distance(&run(0.1 / steps)[..4 * side], &reference[..4 * side]);
+    let errors = [16.0, 32.0, 64.0].map(error);
+    for pair in errors.windows(2) {
+        let order = (pair[0] / pair[1]).log2();
+        assert!((1.8..2.3).contains(&order), "order {order}: {errors:?}");
     }
 }

@@ -1,19 +1,20 @@
 //! What a step tells beside its state, where it was taken but its result is doubtful; and sums over sub-steps.
 
 use nappe_sim::{
-    cloth::Hessian,
+    cloth::{Hessian, Integrator, OnPass},
     collide::{
         Collider, Contact, Shape,
         shape::{Cuboid, Sphere},
     },
     linalg::Stop,
     math::Precision,
-    report::Notices,
+    report::{Notices, StepFailure},
+    world::{Change, Simulation},
 };
 use nappe_tests::{
     Method, Scene,
     networks::{particles, sheet, sheet_rules},
-    scene::advance,
+    scene::{advance, try_advance},
 };
 
 /// A table whose top is 10 cm thick, at y = 0.
@@ -70,6 +71,61 @@ fn a_table_that_is_lifted_through_cloth_is_noticed() {
     scene.colliders[0].velocity = [0.0, 3.0, 0.0];
     let report = advance(&mut scene.simulate(Precision::F64), 1);
     assert_eq!(report.notices.passed_count, 3);
+}
+
+#[test]
+fn what_a_thin_table_pushes_out_behind_is_noticed_too() {
+    // After 22 ms each is 16 mm below a top that is 30 mm thick, nearer to its lower side.
+    let mut scene = falling(0.022);
+    let Shape::Box(top) = &mut scene.colliders[0].shape else { panic!("a box") };
+    (top.center[1], top.half_extent[1]) = (-0.015, 0.015);
+    for method in Method::all() {
+        let report = advance(&mut scene.clone().by(method).simulate(Precision::F64), 1);
+        assert_eq!((report.contact_count, report.notices.passed_count), (3, 3), "{}", method.name());
+    }
+}
+
+/// Sends pin 2 to a height (m) within a step.
+fn send(simulation: &mut Simulation, height: f64) {
+    let change = Change::Pin { particle: 2, target: [0.0, height, 0.0], duration: 0.1 };
+    simulation.apply(&[change]).expect("a pin");
+}
+
+#[test]
+fn pins_that_are_moved_through_a_table_or_into_it_are_noticed() {
+    for (target, expected) in [(-0.2, 1), (-0.05, 1), (0.02, 0)] {
+        let mut scene = falling(0.1);
+        scene.network.v = vec![[0.0; 3]; 4];
+        scene.network.pins = vec![2];
+        let mut simulation = scene.simulate(Precision::F64);
+        send(&mut simulation, target);
+        let notices = advance(&mut simulation, 1).notices;
+        let first = (expected == 1).then_some(2);
+        assert_eq!((notices.passed_count, notices.first_passed), (expected, first), "to {target}");
+        assert_eq!(advance(&mut simulation, 1).notices, Notices::default(), "it rests there");
+    }
+}
+
+#[test]
+fn steps_that_go_through_a_table_are_taken_again_where_the_scene_asks_for_it() {
+    for method in Method::all().into_iter().filter(|method| method.integrator != Integrator::ExplicitEuler) {
+        let label = method.name();
+        let mut scene = falling(0.1).by(method).certified();
+        scene.settings.on_pass = OnPass::Reject;
+        let report = advance(&mut scene.simulate(Precision::F64), 1);
+        assert_eq!((report.notices.passed_count, report.contact_count > 0), (0, true), "{label}");
+        let cause = StepFailure::Passed { particle: 1, collider: "table".to_owned() };
+        assert!(!report.rejections.is_empty(), "{label}");
+        assert!(report.rejections.iter().all(|it| it.cause == cause), "{label}: {:?}", report.rejections);
+    }
+
+    // What no step avoids ends the run.
+    let mut scene = falling(0.1).certified();
+    (scene.settings.on_pass, scene.network.pins) = (OnPass::Reject, vec![2]);
+    let mut simulation = scene.simulate(Precision::F64);
+    send(&mut simulation, -0.05);
+    let error = try_advance(&mut simulation, 1).expect_err("it goes into the table");
+    assert_eq!(error.failure, StepFailure::Passed { particle: 2, collider: "table".to_owned() });
 }
 
 #[test]

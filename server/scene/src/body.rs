@@ -3,7 +3,7 @@
 //! Ranges, units and defaults stand in `keys`, against which a text is checked before serde sees it.
 
 use nappe_sim::{
-    cloth::{ClothSettings, ElementKind, Hessian, Integrator, MinimizerKind},
+    cloth::{ClothSettings, ElementKind, Hessian, Integrator, MinimizerKind, OnPass},
     linalg::{OperatorKind, PreconditionerKind},
 };
 use serde::{Deserialize, Serialize};
@@ -74,6 +74,9 @@ pub struct Body {
     /// Largest estimated error of a position that a sub-step may make (m); none: any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tolerance: Option<f64>,
+    /// What becomes of a sub-step in which particles go through a collider.
+    #[serde(default, with = "names::on_pass", skip_serializing_if = "is_default")]
+    pub on_pass: OnPass,
     /// Linear solver of an implicit step; explicit integrators have none.
     #[serde(default)]
     pub solver: Solver,
@@ -110,6 +113,7 @@ impl Body {
             safety: None,
             unchecked: false,
             tolerance: None,
+            on_pass: OnPass::default(),
             solver: Solver::default(),
             limits: Limits::default(),
             block_size: default_block_size(),

@@ -38,6 +38,9 @@ by_name!(
     /// Treatments of compressed springs.
     hessian, nappe_sim::cloth::Hessian);
 by_name!(
+    /// What becomes of steps in which particles go through colliders.
+    on_pass, nappe_sim::cloth::OnPass);
+by_name!(
     /// Laws of elements of cloth.
     element_law, nappe_sim::cloth::ElementKind);
 by_name!(

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use nappe_sim::{
     cloth::{
-        self, ClothSettings, ElementList, Minimizer, MinimizerKind, Network, NewtonSettings, Spring,
+        self, ClothSettings, ElementList, Minimizer, MinimizerKind, Network, NewtonSettings, OnPass, Spring,
         SpringKind, SpringRules, StateLimits,
     },
     linalg::{SolverSettings, Stop},
@@ -301,6 +301,7 @@ fn settings(text: &BodyText<'_>) -> Result<ClothSettings, SceneError> {
         },
         time_step: time_step(text)?,
         tolerance: body.tolerance,
+        on_pass: body.on_pass,
         limits: StateLimits { max_stretch: body.limits.max_stretch, max_energy: body.limits.max_energy },
         block_size: body.block_size,
     })
@@ -337,7 +338,7 @@ fn minimizer(text: &BodyText<'_>) -> Result<Minimizer, SceneError> {
 
 /// How steps of the scene are divided.
 fn time_step(text: &BodyText<'_>) -> Result<TimeStep, SceneError> {
-    let Body { substeps, substep, safety, unchecked, tolerance, .. } = text.body;
+    let Body { substeps, substep, safety, unchecked, tolerance, on_pass, .. } = text.body;
     let is_fixed = substeps.is_some() || substep.is_some();
     if substeps.is_some() && substep.is_some() {
         return text
@@ -355,6 +356,12 @@ fn time_step(text: &BodyText<'_>) -> Result<TimeStep, SceneError> {
             .at
             .key("tolerance")
             .inconsistent("does not go with unchecked: such steps are never taken again");
+    }
+
+    if *on_pass == OnPass::Reject && *unchecked {
+        return text.at.key("on_pass").inconsistent(
+            "is \"reject\", which does not go with unchecked: such steps are never taken again",
+        );
     }
 
     let length = substep.unwrap_or_else(|| text.dt / f64::from(substeps.unwrap_or(1)));

@@ -1,7 +1,7 @@
 //! The keys of a body: mesh, transform, mass, springs, pins, solver, limits.
 
 use nappe_sim::{
-    cloth::{ElementKind, Hessian, Integrator, MinimizerKind},
+    cloth::{ElementKind, Hessian, Integrator, MinimizerKind, OnPass},
     linalg::{OperatorKind, PreconditionerKind},
     world::allowed,
 };
@@ -50,6 +50,7 @@ pub(super) static BODY: Section = Section {
         key("substep", Number(Range(1e-12, 1.0)), "s", Absent("see substeps"), "length of the sub-steps, in place of their number"),
         key("unchecked", Flag, "", Default("false"), "takes the sub-steps (one per step of the scene, unless substeps or substep says otherwise) whatever is known of them; runs may diverge, and say so"),
         key("tolerance", Number(Range(1e-12, 1e3)), "m", Absent("any error"), "largest estimated error of a position that a sub-step may make: sub-steps become as short as that needs, down to a 64th of what is asked for"),
+        key("on_pass", Choice(|| OnPass::ALL.map(OnPass::name).to_vec()), "", Default("\"warn\""), "what becomes of a sub-step in which particles, pins too, go through a collider or into it: warn takes it, counts them and says so; reject takes it again at half the length, down to a 64th"),
         key("solver", Table(&SOLVER), "", Absent("its defaults"), "linear solver of an implicit step"),
         key("limits", Table(&LIMITS), "", Absent("no limits"), "when the state counts as diverged"),
         key("block_size", Whole(32, 4096), "particles", Default("256"), "particles per block, the unit of parallel work and of sums: a power of two. Results depend on it, never on the number of threads").once_called("grain"),

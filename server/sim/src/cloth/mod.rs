@@ -38,7 +38,7 @@ pub use model::{LawEntry, Model, Parameters};
 pub use network::{ElementList, Network, Spring, SpringKind, SpringLaw, SpringRules};
 pub(crate) use report::ClothReport;
 pub use rows::Springs;
-pub use settings::{ClothSettings, Hessian, Minimizer, MinimizerKind, NewtonSettings, StateLimits};
+pub use settings::{ClothSettings, Hessian, Minimizer, MinimizerKind, NewtonSettings, OnPass, StateLimits};
 pub use state::{PathPoint, PinMotion, State};
 pub(crate) use step::Stepping;
 pub use workspace::Workspace;

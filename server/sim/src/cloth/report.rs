@@ -16,6 +16,8 @@ pub(crate) struct ClothReport {
     pub(crate) solve: Option<SolveReport>,
     /// The largest error of all sub-steps.
     pub(crate) error: ErrorEstimate,
+    /// Sub-steps of integrators that go on from the one before, without one.
+    pub(crate) without_history: u32,
     /// What the user should know; particles in the user's numbering of the body.
     pub(crate) notices: Notices,
 }

@@ -113,6 +113,29 @@ impl Default for NewtonSettings {
     }
 }
 
+/// What becomes of a sub-step in which particles go through or into a collider.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
+pub enum OnPass {
+    /// It is taken, counted and told.
+    #[default]
+    Warn,
+    /// It is taken again at half the length, as one that is not accepted.
+    Reject,
+}
+
+impl OnPass {
+    /// Every answer.
+    pub const ALL: [Self; 2] = [Self::Warn, Self::Reject];
+
+    /// Its name in scene files.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Warn => "warn",
+            Self::Reject => "reject",
+        }
+    }
+}
+
 /// When a cloth's state counts as having left what the scene allows.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct StateLimits {
@@ -138,6 +161,8 @@ pub struct ClothSettings {
     /// Largest error (m) that a position may have by the estimate of a sub-step: a step with more is taken again
     /// shorter. None: any.
     pub tolerance: Option<f64>,
+    /// What becomes of a sub-step in which particles go through a collider.
+    pub on_pass: OnPass,
     /// When the state counts as diverged; none by default.
     pub limits: StateLimits,
     /// Particles per block: the unit of parallel work and of sums. A power of two, 32 to 4096.
@@ -154,6 +179,7 @@ impl Default for ClothSettings {
             solver: SolverSettings::default(),
             time_step: TimeStep::default(),
             tolerance: None,
+            on_pass: OnPass::default(),
             limits: StateLimits::default(),
             block_size: Self::DEFAULT_BLOCK_SIZE,
         }

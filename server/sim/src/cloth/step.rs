@@ -9,15 +9,15 @@ use super::{
     model::{Model, Parameters},
     purpose::Purpose,
     report::ClothReport,
-    settings::ClothSettings,
+    settings::{ClothSettings, OnPass},
     state::State,
     workspace::Workspace,
 };
 use crate::{
-    collide::{Contacts, Met, resolve},
+    collide::{Contacts, Met, Passed, resolve},
     linalg::SolveReport,
     math::Real,
-    report::{BoundKind, Notices, Stage, StepFailure, Stopwatch, TimeBound},
+    report::{BoundKind, Stage, StepFailure, Stopwatch, TimeBound},
     surroundings::Surroundings,
     time_step::TimeStep,
 };
@@ -106,8 +106,19 @@ impl<R: Real> Stepping<'_, R> {
         }
     }
 
-    /// Computes where a sub-step of `dt` (s) leads, and judges it. Pins are aimed; no other particle has moved.
-    pub(crate) fn attempt(&mut self, dt: f64, watch: &mut dyn Stopwatch) -> Result<(), StepFailure> {
+    /// Computes where a sub-step of `dt` (s), which ends at `time` (s), leads, judges it, and lets it meet colliders. Pins are
+    /// aimed; no other particle has moved.
+    pub(crate) fn attempt(
+        &mut self,
+        [dt, time]: [f64; 2],
+        watch: &mut dyn Stopwatch,
+    ) -> Result<(), StepFailure> {
+        self.go(dt, watch)?;
+        self.meet(time, watch)
+    }
+
+    /// Computes where a sub-step of `dt` (s) leads, and judges it.
+    fn go(&mut self, dt: f64, watch: &mut dyn Stopwatch) -> Result<(), StepFailure> {
         self.work.begin_substep(self.state);
         self.refresh(dt);
         let asked = self.settings.time_step.asked(self.around.dt);
@@ -121,9 +132,15 @@ impl<R: Real> Stepping<'_, R> {
         let Self { model, settings, around, .. } = *self;
         let work = &mut *self.work;
         let advanced = integrate::advance(model, settings, around.interrupt, self.state, work, watch)?;
-        let ClothReport { solve, error, notices, .. } = &mut work.tried;
-        (*solve, *error) = (advanced.solve.map(|(solve, _)| solve), advanced.motion.error);
-        *notices = Notices::default();
+        let solve = advanced.solve.map(|(solve, _)| solve);
+        let starts_anew = settings.integrator.has_past() && self.state.past.dt == 0.0;
+        work.tried = ClothReport {
+            solve,
+            error: advanced.motion.error,
+            without_history: u32::from(starts_anew),
+            ..ClothReport::default()
+        };
+        let ClothReport { error, notices, .. } = &mut work.tried;
         if let Some(solve) = &solve {
             notices.count(solve.outcome, settings.stop());
         }
@@ -152,27 +169,44 @@ impl<R: Real> Stepping<'_, R> {
         self.work.abandon(self.state);
     }
 
-    /// Takes what was tried for the state, at `time` (s), and lets it meet colliders.
-    pub(crate) fn settle(&mut self, time: f64, watch: &mut dyn Stopwatch) {
+    /// Lets what was tried meet colliders, at `time` (s).
+    fn meet(&mut self, time: f64, watch: &mut dyn Stopwatch) -> Result<(), StepFailure> {
         let Self { model, settings, around, .. } = *self;
-        let is_evaluated = self.work.is_current(Purpose::of(settings));
-        self.work.accept(self.state);
-
+        let Workspace { next: State { x, v, past, .. }, numbers, tried, .. } = &mut *self.work;
         let (colliders, block_size, user) = (around.colliders, model.block_size, &model.user);
-        let contacts = Contacts { colliders, time, dt: self.work.numbers.dt, block_size, user };
-        let met = resolve(contacts, &model.inv_m, &mut self.state.x, &mut self.state.v);
+        let contacts = Contacts { colliders, time, dt: numbers.dt, block_size, user };
+        let past = (past.dt > 0.0).then_some([&mut past.x[..], &mut past.v[..]]);
+        let Met { touched, passed, first_passed } =
+            resolve(contacts, &model.inv_m, &self.state.x, [x, v], past);
         watch.lap(Stage::Collide);
 
-        // Steps before a contact do not tell how it goes on.
-        if met.touched > 0 {
-            self.state.past.dt = 0.0;
+        tried.contact_count = touched;
+        tried.notices.passed_count = passed;
+        tried.notices.first_passed = first_passed.map(|first| u64::from(first.particle));
+        if touched > 0 {
+            self.work.forget();
         }
+        let rejects = settings.on_pass == OnPass::Reject && !settings.time_step.is_unchecked();
+        match first_passed {
+            Some(Passed { particle, collider }) if rejects => {
+                let collider = colliders[collider as usize].name.clone();
+                Err(StepFailure::Passed { particle: particle.into(), collider })
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Takes what was tried for the state.
+    pub(crate) fn settle(&mut self, watch: &mut dyn Stopwatch) {
+        let Self { model, settings, .. } = *self;
+        let is_evaluated = self.work.is_current(Purpose::of(settings));
+        self.work.accept(self.state);
         let stands = self.state.rest_pins();
-        if !is_evaluated || stands || met.touched > 0 {
+        if !is_evaluated || stands {
             self.work.evaluate(model, Purpose::of(settings), self.state);
             watch.lap(Stage::Force);
         }
-        self.work.add_to_report(met);
+        self.work.add_to_report();
     }
 
     /// Ends a step of the world: its report, or why its result leaves what is allowed.
@@ -185,14 +219,13 @@ impl<R: Real> Stepping<'_, R> {
 }
 
 impl<R: Real> Workspace<R> {
-    /// Adds what an accepted sub-step and its contacts have to tell.
-    fn add_to_report(&mut self, met: Met) {
-        let ClothReport { solve, error, notices, .. } = self.tried;
-        let first_passed = met.first_passed.map(u64::from);
-        let passed = Notices { passed_count: met.passed, first_passed, ..Notices::default() };
+    /// Adds what an accepted sub-step has to tell.
+    fn add_to_report(&mut self) {
+        let ClothReport { contact_count, solve, error, without_history, notices, .. } = self.tried;
         let report = &mut self.report;
-        report.contact_count += met.touched;
-        report.notices = report.notices.and(notices).and(passed);
+        report.contact_count += contact_count;
+        report.without_history += without_history;
+        report.notices = report.notices.and(notices);
         report.error = report.error.max(error);
         let with = |solve: SolveReport| report.solve.map_or(solve, |others| others.and(solve));
         report.solve = solve.map(with);

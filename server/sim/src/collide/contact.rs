@@ -23,15 +23,24 @@ pub(crate) struct Contacts<'a> {
     pub(crate) user: &'a [u32],
 }
 
+/// A particle that went through a collider.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct Passed {
+    /// In the user's numbering.
+    pub(crate) particle: u32,
+    /// Index of the collider.
+    pub(crate) collider: u32,
+}
+
 /// What met colliders in a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Met {
     /// Particles that touched one.
     pub(crate) touched: u64,
-    /// Particles that went through one between the start of the step and its end.
+    /// Particles that were in front of one at the start of the step, and are behind it or within it at its end.
     pub(crate) passed: u64,
     /// The first of these in the user's numbering.
-    pub(crate) first_passed: Option<u32>,
+    pub(crate) first_passed: Option<Passed>,
 }
 
 impl Met {
@@ -46,100 +55,164 @@ impl Met {
     }
 
     /// What one particle met.
-    fn of(user: u32, [touched, passed]: [bool; 2]) -> Self {
-        let first_passed = passed.then_some(user);
-        Self { touched: u64::from(touched), passed: u64::from(passed), first_passed }
+    fn of(near: Near, first_passed: Option<Passed>) -> Self {
+        Self {
+            touched: u64::from(near == Near::Touched),
+            passed: u64::from(first_passed.is_some()),
+            first_passed,
+        }
     }
 }
 
-/// Resolves the contacts of all free particles (`inv_m` > 0); returns how many there were, and how many particles went
-/// through a collider without one.
+/// What contact changes of a particle.
+struct Moved<'a, R: Real> {
+    x: &'a mut Padded<R>,
+    v: &'a mut Padded<R>,
+    /// Position and velocity at the start of the step, of steps that go on from it.
+    past: Option<[&'a mut Padded<R>; 2]>,
+}
+
+/// Resolves the contacts of all free particles (`inv_m` > 0), which were at `from` before the step; tells how many there
+/// were, and how many particles, pins too, went through a collider. Of steps that go on from the past, that of what was
+/// touched takes over the change: it is then that of a particle which moved so before.
 #[allow(clippy::disallowed_methods, reason = "whole numbers add to the same in any order")]
 pub(crate) fn resolve<R: Real>(
     contacts: Contacts<'_>,
     inv_m: &[R],
-    x: &mut [Padded<R>],
-    v: &mut [Padded<R>],
+    from: &[Padded<R>],
+    [x, v]: [&mut [Padded<R>]; 2],
+    past: Option<[&mut [Padded<R>]; 2]>,
 ) -> Met {
     if contacts.colliders.is_empty() {
         return Met::default();
     }
 
-    let block_size = contacts.block_size;
-    let constants = (contacts.user.par_chunks(block_size), inv_m.par_chunks(block_size));
-    (constants, (x.par_chunks_mut(block_size), v.par_chunks_mut(block_size)))
+    let size = contacts.block_size;
+    let [past_x, past_v] = past.unwrap_or_default();
+    let constants = (contacts.user.par_chunks(size), inv_m.par_chunks(size), from.par_chunks(size));
+    let pasts = past_x.par_chunks_mut(size).zip(past_v.par_chunks_mut(size)).map(Some);
+    let pasts = pasts.chain(rayon::iter::repeat_n((), contacts.user.len().div_ceil(size)).map(|()| None));
+    (constants, (x.par_chunks_mut(size), v.par_chunks_mut(size)), pasts)
         .into_par_iter()
-        .map(|((user, inv_m), (x, v))| {
-            let particles = user.iter().zip(inv_m).zip(x.iter_mut().zip(v));
-            let free = particles.filter(|((_, inv_m), _)| **inv_m > R::zero());
-            let met = free.map(|((user, _), (x, v))| Met::of(*user, meet(contacts, x, v)));
+        .map(|((user, inv_m, from), (x, v), mut past)| {
+            let particles = user.iter().zip(inv_m).zip(from).zip(x.iter_mut().zip(v)).enumerate();
+            let met = particles.map(|(row, (((user, inv_m), from), (x, v)))| {
+                let past = past.as_mut().map(|(x, v)| [&mut x[row], &mut v[row]]);
+                let is_free = *inv_m > R::zero();
+                let near = if is_free { meet(contacts, Moved { x, v, past }) } else { Near::Untold };
+                let way = [from.vector(), x.vector()];
+                Met::of(near, passed(contacts, *user, near, way))
+            });
             met.fold(Met::default(), Met::and)
         })
         .reduce(Met::default, Met::and)
 }
 
-/// Resolves the contacts of one particle; says whether it had any, and whether it went through a collider.
-fn meet<R: Real>(contacts: Contacts<'_>, to_x: &mut Padded<R>, to_v: &mut Padded<R>) -> [bool; 2] {
-    let (mut x, mut v) = (to_x.vector(), to_v.vector());
-    let [mut touched, mut passed] = [false; 2];
-    let start = x.map(R::to_f64) - v.map(R::to_f64) * contacts.dt;
+/// How near a particle is to colliders at the end of a step.
+#[derive(Clone, Copy, PartialEq)]
+enum Near {
+    Touched,
+    /// No surface is nearer than this (m).
+    Free(f64),
+    Untold,
+}
+
+/// Resolves the contacts of one particle.
+fn meet<R: Real>(contacts: Contacts<'_>, moved: Moved<'_, R>) -> Near {
+    let (mut x, mut v) = (moved.x.vector(), moved.v.vector());
+    let (mut touched, mut pushed, mut change) = (false, Vec3::zeros(), Vec3::zeros());
+    let mut nearest = f64::INFINITY;
     for collider in contacts.colliders {
         let (distance, normal) = collider.distance(array3(&x), contacts.time);
         if distance >= collider.margin {
-            passed |= has_passed(collider, contacts, [start, x.map(R::to_f64)], (distance, normal));
+            nearest = nearest.min(distance);
             continue;
         }
 
         touched = true;
 
-        let change = velocity_change(collider, &v.map(R::to_f64), &vec3(normal));
+        let by = velocity_change(collider, &v.map(R::to_f64), &vec3(normal));
 
         // The step moved the particle with the velocity that it no longer has.
-        let mut position = x.map(R::to_f64) + change * contacts.dt;
+        let mut position = x.map(R::to_f64) + by * contacts.dt;
         let (distance, normal) = collider.distance(array3(&position), contacts.time);
         if distance < collider.margin {
-            position += vec3::<f64>(normal) * (collider.margin - distance);
+            let push = vec3::<f64>(normal) * (collider.margin - distance);
+            position += push;
+            pushed += push;
         }
 
         x = position.map(R::of);
-        v = (v.map(R::to_f64) + change).map(R::of);
+        v = (v.map(R::to_f64) + by).map(R::of);
+        change += by;
     }
 
     if touched {
-        (*to_x, *to_v) = (Padded::new(&x), Padded::new(&v));
+        (*moved.x, *moved.v) = (Padded::new(&x), Padded::new(&v));
+        if let Some([x, v]) = moved.past {
+            let add = |to: &mut Padded<R>, by: Vec3<f64>| {
+                *to = Padded::new(&(to.vector().map(R::to_f64) + by).map(R::of));
+            };
+            add(x, pushed);
+            add(v, change);
+        }
     }
-    [touched, passed]
+    if touched { Near::Touched } else { Near::Free(nearest) }
 }
 
 /// Steps of a search along the way of a particle, at most.
 const SEARCH_STEPS: u32 = 64;
-/// Distance from a surface at which a way has come to it, over the length of the way.
+/// Distance from a surface at which a way has come to it, or within it at which it has gone in, over the length of the way.
 const REACHED: f64 = 1e-3;
 
-/// Whether a particle went through a collider from `start` to `end`, which lies outside: it came to the surface on its
-/// way, and at the start the nearest of it looked the other way than at the end.
+/// The first collider that a particle went through or into on its way, which has a start and an end.
+fn passed<R: Real>(contacts: Contacts<'_>, particle: u32, near: Near, way: [Vec3<R>; 2]) -> Option<Passed> {
+    let rounding = 4.0 * R::ROUNDING * way[1].map(R::to_f64).amax();
+    let way = way.map(|point| point.map(R::to_f64));
+    let (length, dt) = ((way[1] - way[0]).norm(), contacts.dt);
+    let is_passed = |collider: &Collider| {
+        // No surface is nearer: neither comes to the other.
+        let is_far =
+            matches!(near, Near::Free(d) if d >= length + vec3::<f64>(collider.velocity).norm() * dt);
+        !is_far && has_passed(collider, contacts, way, rounding)
+    };
+    let first = contacts.colliders.iter().position(is_passed)?;
+    Some(Passed { particle, collider: first as u32 })
+}
+
+/// Whether a particle went through a collider from `start` to `end`. At the start it was outside; at the end it is
+/// within, or it came to the surface on its way and the nearest of it looked the other way at the start than at the end.
+/// `rounding` (m) is that of positions.
 fn has_passed(
     collider: &Collider,
     contacts: Contacts<'_>,
     [start, end]: [Vec3<f64>; 2],
-    (distance, normal): (f64, [f64; 3]),
+    rounding: f64,
 ) -> bool {
     // As the collider sees it, which stands where it is at the end.
     let way = end - start - vec3::<f64>(collider.velocity) * contacts.dt;
     let length = way.norm();
+    let at = |share: f64| collider.distance(array3(&(end - way * share)), contacts.time);
+    let (distance, normal) = at(0.0);
     // No point of the surface is nearer than `distance`.
     if distance >= length || !length.is_finite() {
         return false;
     }
 
-    let at = |share: f64| collider.distance(array3(&(end - way * share)), contacts.time);
+    let within = -REACHED * length - rounding;
     let (start, came_from) = at(1.0);
-    if start < 0.0 || vec3::<f64>(came_from).dot(&vec3(normal)) >= 0.0 {
+    if start < within {
+        return false;
+    }
+    if distance < within {
+        return true;
+    }
+    if vec3::<f64>(came_from).dot(&vec3(normal)) >= 0.0 {
         return false;
     }
 
     // Back from the end, by as much as is free of the surface in every direction.
-    let mut gone = distance / length;
+    let mut gone = distance.max(0.0) / length;
     for _ in 0..SEARCH_STEPS {
         if gone >= 1.0 {
             return false;

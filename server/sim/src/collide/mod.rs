@@ -8,5 +8,5 @@ mod velocity;
 pub use collider::{Collider, Contact};
 pub use shape::Shape;
 
-pub(crate) use contact::{Contacts, Met, resolve};
+pub(crate) use contact::{Contacts, Met, Passed, resolve};
 pub(crate) use velocity::velocity_after;

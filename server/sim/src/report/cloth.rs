@@ -29,6 +29,9 @@ pub struct ClothSteps {
     pub substeps: u32,
     /// How many were not accepted, and taken again shorter.
     pub rejected: u32,
+    /// How many of them, over all bodies, were implicit Euler's in place of BDF2's: the first, and those after a change of state
+    /// or forces from outside. What touches colliders keeps its history.
+    pub without_history: u32,
     /// Length of the last one (s).
     pub dt: f64,
     /// The bound on the next one.

@@ -52,6 +52,8 @@ pub enum StepFailure {
         "the position of particle {particle} has an estimated error of {value:.4e} m in the step, more than the tolerance of {limit:.4e} m"
     )]
     Inaccurate { particle: u64, value: f64, limit: f64 },
+    #[error("particle {particle} goes through collider '{collider}', or into it, within the step")]
+    Passed { particle: u64, collider: String },
     #[error(
         "no step is stable: explicit Euler gains energy in every motion that is not damped, as at particle {particle} (choose symplectic_euler, add drag, or mark the step unchecked)"
     )]
@@ -112,6 +114,7 @@ impl StepFailure {
             | Self::EnergyGain { particle, .. }
             | Self::Unbalanced { particle, .. }
             | Self::Inaccurate { particle, .. }
+            | Self::Passed { particle, .. }
             | Self::NeverStable { particle }
             | Self::TimeStep { particle, .. }
             | Self::Substeps { particle, .. }
@@ -134,6 +137,7 @@ impl StepFailure {
             Self::EnergyGain { .. } => "ENERGY_GAIN",
             Self::Unbalanced { .. } => "MOMENTUM_BALANCE",
             Self::Inaccurate { .. } => "ERROR_TOLERANCE",
+            Self::Passed { .. } => "COLLIDER_PASSED",
             Self::NeverStable { .. } => "NEVER_STABLE",
             Self::TimeStep { .. } => "TIME_STEP_LIMIT",
             Self::Substeps { .. } => "SUBSTEP_LIMIT",
@@ -161,9 +165,11 @@ impl StepFailure {
             | Self::Mass { found: value, .. } => Some(*value),
             Self::GridMemory { bytes, .. } => Some(*bytes as f64),
             Self::TimeStep { dt, .. } | Self::Substeps { dt, .. } => Some(*dt),
-            Self::Solver { .. } | Self::NeverStable { .. } | Self::OutOfRange { .. } | Self::Interrupted => {
-                None
-            }
+            Self::Solver { .. }
+            | Self::Passed { .. }
+            | Self::NeverStable { .. }
+            | Self::OutOfRange { .. }
+            | Self::Interrupted => None,
         }
     }
 }

@@ -114,14 +114,14 @@ impl<R: Real> Cloth<R> {
         self.stepping(around).bound(watch)
     }
 
-    /// Tries a sub-step (s), which changes nothing but the velocities of pins on their way.
+    /// Tries a sub-step, of which length and end (s) are given; it changes nothing but the velocities of pins on their way.
     pub(super) fn attempt(
         &mut self,
         around: &Surroundings<'_>,
-        dt: f64,
+        dt_and_end: [f64; 2],
         watch: &mut dyn Stopwatch,
     ) -> Result<(), StepFailure> {
-        self.stepping(around).attempt(dt, watch)
+        self.stepping(around).attempt(dt_and_end, watch)
     }
 
     /// Gives up the sub-step that was tried.
@@ -129,21 +129,22 @@ impl<R: Real> Cloth<R> {
         self.stepping(around).abandon();
     }
 
-    /// Takes the sub-step that was tried, up to `time` (s).
-    pub(super) fn settle(&mut self, around: &Surroundings<'_>, time: f64, watch: &mut dyn Stopwatch) {
-        self.stepping(around).settle(time, watch);
+    /// Takes the sub-step that was tried.
+    pub(super) fn settle(&mut self, around: &Surroundings<'_>, watch: &mut dyn Stopwatch) {
+        self.stepping(around).settle(watch);
     }
 
-    /// Ends a step of the world; returns its report, and the largest error of its sub-steps.
+    /// Ends a step of the world; returns its report, the largest error of its sub-steps, and how many had no history.
     pub(super) fn finish(
         &mut self,
         around: &Surroundings<'_>,
         watch: &mut dyn Stopwatch,
-    ) -> Result<(BodyReport, ErrorEstimate), StepFailure> {
+    ) -> Result<(BodyReport, ErrorEstimate, u32), StepFailure> {
         let report = self.stepping(around).finish(watch)?;
-        let ClothReport { diagnostics, contact_count, solve, error, mut notices } = report;
+        let ClothReport { diagnostics, contact_count, solve, error, without_history, mut notices } = report;
         notices.first_passed = notices.first_passed.map(|particle| particle + u64::from(self.first_particle));
-        Ok((BodyReport { diagnostics, contact_count, solve, snow: None, notices }, error))
+        let report = BodyReport { diagnostics, contact_count, solve, snow: None, notices };
+        Ok((report, error, without_history))
     }
 
     pub(super) fn undo(&mut self) {

@@ -40,10 +40,9 @@ pub(super) fn step<R: Real>(
         }
 
         let dt = division.dt();
-        match attempt(bodies, around, dt, watch) {
+        match attempt(bodies, around, [dt, around.time + division.end()], watch) {
             Ok(strain) => {
-                let time = around.time + division.end();
-                cloths(bodies).for_each(|(_, cloth)| cloth.settle(around, time, watch));
+                cloths(bodies).for_each(|(_, cloth)| cloth.settle(around, watch));
                 division.go_on();
                 substeps += 1;
                 pace.accept(dt, strain, || division.is_even());
@@ -64,16 +63,17 @@ pub(super) fn step<R: Real>(
         }
     };
 
-    let mut error = ErrorEstimate::default();
+    let (mut error, mut without_history) = (ErrorEstimate::default(), 0);
     for index in 0..bodies.len() {
         if let Some(cloth) = bodies[index].as_cloth_mut() {
-            let (body, of_cloth): (BodyReport, _) =
+            let (body, of_cloth, steps): (BodyReport, _, _) =
                 cloth.finish(around, watch).map_err(|failure| (index, failure))?;
             body.add_to(report);
-            error = error.max(of_cloth);
+            (error, without_history) = (error.max(of_cloth), without_history + steps);
         }
     }
-    report.cloth = Some(ClothSteps { substeps, rejected, dt, bound: next.shifted(bodies, asked), error });
+    let bound = next.shifted(bodies, asked);
+    report.cloth = Some(ClothSteps { substeps, rejected, without_history, dt, bound, error });
     Ok(())
 }
 
@@ -123,16 +123,16 @@ fn shortest<R: Real>(
     Ok(least)
 }
 
-/// Tries a sub-step with every cloth; returns the largest strain.
+/// Tries a sub-step with every cloth, of which length and end (s) are given; returns the largest strain.
 fn attempt<R: Real>(
     bodies: &mut [Body<R>],
     around: &Surroundings<'_>,
-    dt: f64,
+    dt_and_end: [f64; 2],
     watch: &mut dyn Stopwatch,
 ) -> Result<Option<f64>, Failure> {
     let mut largest = None;
     for (index, cloth) in cloths(bodies) {
-        cloth.attempt(around, dt, watch).map_err(|failure| (index, failure))?;
+        cloth.attempt(around, dt_and_end, watch).map_err(|failure| (index, failure))?;
         largest = cloth.strain().into_iter().chain(largest).reduce(f64::max);
     }
     Ok(largest)
