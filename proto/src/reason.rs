@@ -185,7 +185,7 @@ reasons! {
         "Reduce dt, choose hessian = absolute if it is another, or mark the step unchecked and accept that it may diverge."
 
     EnergyGain "ENERGY_GAIN" FailedPrecondition diverged
-        "An implicit step of a cloth gains energy that nothing accounts for, at a 64th of the step too."
+        "A cloth gains energy that nothing accounts for: in an implicit step, at a 64th of it too, or over the explicit steps of the run."
         "Reduce dt, choose hessian = absolute if it is another, or mark the step unchecked and accept that it may diverge."
 
     MomentumBalance "MOMENTUM_BALANCE" FailedPrecondition diverged

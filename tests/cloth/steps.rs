@@ -371,3 +371,22 @@ fn springs_of_certified_explicit_steps_move_by_a_quarter_of_their_length_at_most
     }
     assert!(is_bound, "they move that fast");
 }
+
+#[test]
+fn a_rejection_names_the_particle_whose_share_of_the_energy_rose_most() {
+    // Of a pair that spins, the one that was at rest; a particle by itself, another pair and a pin that is moved are faster.
+    let mut network = particles(
+        &[[5.0, 0.0, 0.0], [9.0, 0.0, 0.0], [0.0; 3], [1.0, 0.0, 0.0], [7.0, 0.0, 0.0], [8.0, 0.0, 0.0]],
+        1.0,
+    );
+    network.springs = vec![spring([2, 3], 1.0, 1e6, 0.0), spring([4, 5], 1.0, 1.0, 0.0)];
+    network.v =
+        vec![[0.0, 50.0, 0.0], [0.0; 3], [0.0; 3], [0.0, 30.0, 0.0], [0.0, 40.0, 0.0], [0.0, 40.0, 0.0]];
+    network.pins = vec![1];
+    let mut simulation = Scene::new(network, 1.0 / 60.0).certified().simulate(Precision::F64);
+    let change = Change::Pin { particle: 1, target: [20.0, 0.0, 0.0], duration: 1.0 / 60.0 };
+    simulation.apply(&[change]).expect("a pin");
+    let report = advance(&mut simulation, 1);
+    let named: Vec<_> = report.rejections.iter().map(|rejection| rejection.cause.particle()).collect();
+    assert!(!named.is_empty() && named.iter().all(|it| *it == Some(2)), "{:?}", report.rejections);
+}

@@ -146,3 +146,39 @@ fn explicit_euler_without_damping_says_that_no_step_is_stable() {
         assert!(end <= start, "{start} J to {end} J");
     }
 }
+
+#[test]
+fn a_run_whose_explicit_steps_gain_more_energy_than_their_method_swings_by_is_ended() {
+    // The same chain, undamped, for long: by velocity Verlet springs that are pressed through their middle go on gaining.
+    let x: Vec<_> = (0..20).map(|i| [0.2 * f64::from(i), 0.0, 0.0]).collect();
+    let run = |integrator, damping| {
+        let mut network = chain(&x, 0.1, 500.0, damping, 0.01);
+        network.pins = vec![0];
+        let mut scene = Scene::new(network, 1.0 / 60.0).certified();
+        scene.settings.integrator = integrator;
+        let mut simulation = scene.simulate(Precision::F64);
+        let mut largest = simulation.diagnose().total_energy();
+        for _ in 0..1000 {
+            match try_advance(&mut simulation, 1) {
+                Ok(report) => largest = report.diagnostics.total_energy().max(largest),
+                Err(error) => return (largest, Some(error)),
+            }
+        }
+        (largest, None)
+    };
+    for integrator in BOUNDED {
+        let (largest, error) = run(integrator, 0.0);
+        match error {
+            None => assert!(largest < 1.2 * 47.5, "{integrator:?}: {largest} J"),
+            Some(error) => {
+                let StepFailure::EnergyGain { value, limit, .. } = error.failure else { panic!("{error}") };
+                assert!(value > limit && error.step > 100, "{integrator:?}: {error}");
+                assert!(largest < 4.0 * 47.5, "{integrator:?}: {largest} J");
+            }
+        }
+        let is_verlet = integrator != Integrator::SymplecticEuler;
+        assert_eq!(run(integrator, 0.0).1.is_some(), is_verlet, "{integrator:?}");
+        let (largest, error) = run(integrator, 0.01);
+        assert!(error.is_none() && largest <= 47.5 * (1.0 + 1e-12), "{integrator:?}: {largest} J, {error:?}");
+    }
+}

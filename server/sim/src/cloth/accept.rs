@@ -11,7 +11,7 @@
 //! make it greater.
 
 use super::{
-    evaluation::Evaluation, figures::Total, judge::fastest, model::Model, moved::Motion,
+    energies::risen_most, evaluation::Evaluation, figures::Total, model::Model, moved::Motion,
     numbers::StepNumbers, state::State,
 };
 use crate::{math::Real, report::StepFailure};
@@ -67,7 +67,8 @@ pub(super) struct After<'a, R: Real> {
     pub(super) descent: f64,
     pub(super) found: Found,
     pub(super) evaluation: &'a Evaluation<R>,
-    pub(super) state: &'a State<R>,
+    /// The state before the step, and that to which it leads.
+    pub(super) states: [&'a State<R>; 2],
 }
 
 /// Says why a step is not accepted, if it is not. All numbers are finite.
@@ -96,7 +97,7 @@ pub(super) fn accept<R: Real>(
     };
     let rounding =
         rounding(model, numbers, old, before.reach) + rounding(model, numbers, new, after.evaluation.reach);
-    let particle = || fastest(model, after.state);
+    let particle = || risen_most(model, numbers, after.states);
     if fall < SHARE * predicted - rounding {
         return Some(StepFailure::Descent { particle: particle(), value: fall, predicted, limit: SHARE });
     }

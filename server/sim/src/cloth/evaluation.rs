@@ -201,7 +201,7 @@ impl<R: Real> Block<'_, R> {
             elastic = [elastic[0] + energy, elastic[1] + power];
         }
 
-        let mut figures = Figures::<P::Wide>::new(self.numbers);
+        let mut figures = Figures::<P::Wide>::new::<R, A>(self.numbers);
         let [mut stiffest, mut fastest] = [Fastest::none(); 2];
         for group in 0..self.rows.len() {
             if A::IS_BOUNDED {
@@ -280,6 +280,9 @@ impl<R: Real> Block<'_, R> {
             let block = [sums[0] + own, sums[1] + own, sums[2] + own, sums[3], sums[4], sums[5]];
             self.inverse[group] = Inverse3::of_packs(block, kind, inv_m.widen());
         } else {
+            if A::IS_BOUNDED {
+                figures.work(P::widen3(v), P::widen3(springs), inv_m.widen());
+            }
             let accelerations =
                 three!(|c| ((springs[c] - force[c]) * inv_m + P::splat(gravity[c])).where_positive(inv_m));
             self.rows[group].store(accelerations);

@@ -27,9 +27,11 @@ pub(super) struct Total {
     pub(super) gravitational_energy: f64,
     pub(super) momentum: [f64; 3],
     /// Of a step from the state: h F.v less (h C v + h² K v).v, and h F.v (J), over all particles, K and C frozen. Of an
-    /// iterate: the potentials (J) of the medium, h c |v|² / 2 - h c v.w, and of damping, h v.C v / 2.
+    /// iterate: the potentials (J) of the medium, h c |v|² / 2 - h c v.w, and of damping, h v.C v / 2. Of an explicit step with
+    /// a bound: the power (W) of the medium, c v.w - c |v|².
     rates: [f64; 2],
-    /// With a matrix: the work (J) that pins on their way do in h, by the forces at its end.
+    /// With a matrix: the work (J) that pins on their way do in h, by the forces at its end. Of an explicit step with a bound:
+    /// their power (W).
     pub(super) pin_work: f64,
 }
 
@@ -59,6 +61,16 @@ impl Total {
         0.5 * (self.rates[0] + self.rates[1])
     }
 
+    /// Of an explicit step with a bound: the power (W) by which pins and the medium add energy.
+    pub(super) fn power(&self) -> f64 {
+        self.pin_work.max(0.0) + self.rates[0].max(0.0)
+    }
+
+    /// Kinetic, elastic and gravitational energy (J).
+    pub(super) fn energy(&self) -> f64 {
+        self.kinetic_energy + self.potential()
+    }
+
     /// Of an iterate: the potential (J) of damping and medium.
     pub(super) fn dissipation(&self) -> f64 {
         self.rates[0] + self.rates[1]
@@ -69,7 +81,7 @@ impl Total {
 pub(super) struct Figures<W> {
     gravity: [W; 3],
     wind: [W; 3],
-    /// h and h times the drag.
+    /// h, and the drag, times h but for an explicit step.
     dt: W,
     drag: W,
     kinetic: W,
@@ -87,13 +99,13 @@ pub(super) struct Figures<W> {
 
 impl<W: Pack<Number = f64>> Figures<W> {
     #[inline(always)]
-    pub(super) fn new<R: Real>(numbers: &StepNumbers<R>) -> Self {
+    pub(super) fn new<R: Real, A: Aim>(numbers: &StepNumbers<R>) -> Self {
         let zero = W::zero();
         Self {
             gravity: array3(&numbers.gravity).map(W::splat),
             wind: array3(&numbers.wind).map(W::splat),
             dt: W::of(numbers.reach),
-            drag: W::of(numbers.reach * numbers.drag.to_f64()),
+            drag: W::of(if A::HAS_MATRIX { numbers.reach } else { 1.0 } * numbers.drag.to_f64()),
             kinetic: zero,
             gravitational: zero,
             momentum: [zero; 3],
@@ -132,6 +144,15 @@ impl<W: Pack<Number = f64>> Figures<W> {
         self.all += push + own - (self.drag * square).where_positive(inv_m);
         self.pins += push - push.where_positive(inv_m);
         self.straight += own;
+    }
+
+    /// Adds by how much pins and the medium change the energy of sixteen particles: `springs` is what springs and elements push
+    /// them with (N), pins included.
+    #[inline(always)]
+    pub(super) fn work(&mut self, v: [W; 3], springs: [W; 3], inv_m: W) {
+        let push = dot(springs, v);
+        self.pins += push - push.where_positive(inv_m);
+        self.all += (self.drag * (dot(self.wind, v) - dot(v, v))).where_positive(inv_m);
     }
 
     /// The sums of the block, with those of its springs.

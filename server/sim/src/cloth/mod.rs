@@ -27,11 +27,14 @@ mod moved;
 mod report;
 mod workspace;
 mod coarse;
+mod energies;
+mod gain;
 mod judge;
 mod accept;
 mod integrate;
 mod step;
 
+pub(crate) use gain::Gain;
 pub use integrator::Integrator;
 pub use laws::{ElementKind, spring_force, spring_jacobian_v, spring_jacobian_x};
 pub use model::{LawEntry, Model, Parameters};

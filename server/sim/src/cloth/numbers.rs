@@ -140,15 +140,14 @@ impl<R: Real> StepNumbers<R> {
 
     /// Takes over what does not depend on the length of the step.
     fn weigh(&mut self, model: &Model<R>, parameters: &Parameters, settings: &ClothSettings) {
-        if settings.integrator.is_implicit() {
-            let springs = model.springs_of_laws.iter().zip(&parameters.laws);
-            self.stiffness = springs.map(|(count, entry)| f64::from(*count) * entry.law.stiffness).sum();
-            for (elements, law) in model.elements.iter().zip(&parameters.elements) {
-                let mut shares = vec![0.0; model.count];
-                elements.add_shares(&mut shares);
-                self.stiffness += law.stiffness * shares.iter().sum::<f64>();
-            }
-        } else {
+        let springs = model.springs_of_laws.iter().zip(&parameters.laws);
+        self.stiffness = springs.map(|(count, entry)| f64::from(*count) * entry.law.stiffness).sum();
+        for (elements, law) in model.elements.iter().zip(&parameters.elements) {
+            let mut shares = vec![0.0; model.count];
+            elements.add_shares(&mut shares);
+            self.stiffness += law.stiffness * shares.iter().sum::<f64>();
+        }
+        if !settings.integrator.is_implicit() {
             self.bounds.refresh(model, parameters, settings.integrator);
         }
     }

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::gain::Gain;
 use crate::{
     math::{Padded, Real, Sixteen, Vec3, vec3},
     parallel::hash_numbers,
@@ -76,6 +77,8 @@ pub struct State<R: Real> {
     pub motions: Vec<PinMotion>,
     /// For integrators that know of the step before.
     pub past: Past<R>,
+    /// What explicit steps gained.
+    pub(crate) gain: Gain,
 }
 
 impl<R: Real> State<R> {
@@ -85,6 +88,7 @@ impl<R: Real> State<R> {
         self.v.resize(other.v.len(), Padded::default());
         self.dv.resize(other.dv.len(), Sixteen::default());
         self.motions.clone_from(&other.motions);
+        self.gain = other.gain;
     }
 
     /// Makes room for a past.

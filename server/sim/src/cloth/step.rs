@@ -4,6 +4,8 @@
 use super::{
     accept::{After, Before, accept},
     bound::Bounds,
+    energies::risen_most,
+    gain::Start,
     integrate,
     judge::{fastest, judge},
     model::{Model, Parameters},
@@ -128,6 +130,7 @@ impl<R: Real> Stepping<'_, R> {
         self.evaluate(watch);
 
         let before = Before::of(&self.work.evaluation);
+        self.work.start = Start::of(&self.work.evaluation);
         self.work.make_room(self.state);
         let Self { model, settings, around, .. } = *self;
         let work = &mut *self.work;
@@ -160,7 +163,8 @@ impl<R: Real> Stepping<'_, R> {
         if let Some(failure) = judge(model, next, &evaluation.diagnostics(), settings) {
             return Err(failure);
         }
-        let after = After { motion: &advanced.motion, descent: cg.descent(), found, evaluation, state: next };
+        let states = [&*self.state, next];
+        let after = After { motion: &advanced.motion, descent: cg.descent(), found, evaluation, states };
         accept(model, numbers, &before, &after).map_or(Ok(()), Err)
     }
 
@@ -206,13 +210,33 @@ impl<R: Real> Stepping<'_, R> {
             self.work.evaluate(model, Purpose::of(settings), self.state);
             watch.lap(Stage::Force);
         }
+        if matches!(Purpose::of(settings), Purpose::Bounded(_)) {
+            let Workspace { start, evaluation, numbers, tried, .. } = &*self.work;
+            self.state.gain = self.state.gain.after(model, numbers, start, evaluation, tried.contact_count);
+        }
         self.work.add_to_report();
+    }
+
+    /// Why the energy that explicit steps gained is more than what their method swings by, if it is.
+    fn judge_gain(&self) -> Option<StepFailure> {
+        let Self { model, settings, state, .. } = self;
+        if !matches!(Purpose::of(settings), Purpose::Bounded(_)) {
+            return None;
+        }
+        let Workspace { evaluation, numbers, .. } = &*self.work;
+        let moved = evaluation.total.kinetic_energy + evaluation.total.elastic_energy;
+        let (value, limit) = (state.gain.energy, state.gain.limit(settings.integrator, moved));
+        (value > limit).then(|| {
+            let particle = risen_most(model, numbers, [self.work.before(), state]);
+            StepFailure::EnergyGain { particle, value, limit }
+        })
     }
 
     /// Ends a step of the world: its report, or why its result leaves what is allowed.
     pub(crate) fn finish(&mut self, watch: &mut dyn Stopwatch) -> Result<ClothReport, StepFailure> {
         let diagnostics = self.work.evaluation.diagnostics();
         let failure = judge(self.model, self.state, &diagnostics, self.settings);
+        let failure = failure.or_else(|| self.judge_gain());
         watch.lap(Stage::Force);
         failure.map_or(Ok(ClothReport { diagnostics, ..self.work.report }), Err)
     }

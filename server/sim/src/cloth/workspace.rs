@@ -2,6 +2,7 @@
 
 use super::{
     evaluation::Evaluation,
+    gain::Start,
     integrator::Integrator,
     model::Model,
     moved::Moved,
@@ -57,6 +58,8 @@ pub struct Workspace<R: Real> {
     pub(super) evaluation: Evaluation<R>,
     /// What the evaluation was made for, where it is that of the state, with these numbers.
     current: Option<Purpose>,
+    /// What is known of the state that the sub-step which is tried starts from.
+    pub(super) start: Start,
     /// What a sub-step that is tried found of its motion, block by block.
     pub(super) moved: Vec<Moved>,
     /// What the sub-step that is tried tells, and what those before it in the step told.
@@ -160,6 +163,11 @@ impl<R: Real> Workspace<R> {
             std::mem::swap(&mut self.before, &mut self.next);
             self.has_moved = true;
         }
+    }
+
+    /// The state before the step, once a sub-step was accepted.
+    pub(super) fn before(&self) -> &State<R> {
+        &self.before
     }
 
     /// Takes `state` back to where it was before the step.

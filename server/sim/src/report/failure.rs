@@ -37,11 +37,11 @@ pub enum StepFailure {
     #[error("the linear solver cannot go on: {outcome}")]
     Solver { outcome: Outcome },
     #[error(
-        "the potential of the step falls by {value:.4e} J where its linear solve predicts a fall of {predicted:.4e} J, of which {limit} is needed: the forces change too much within the step (fastest particle: {particle})"
+        "the potential of the step falls by {value:.4e} J where its linear solve predicts a fall of {predicted:.4e} J, of which {limit} is needed: the forces change too much within the step (energy rises most at particle {particle})"
     )]
     Descent { particle: u64, value: f64, predicted: f64, limit: f64 },
     #[error(
-        "the total energy rises by {value:.4e} J in the step, more than the {limit:.4e} J that pins, the medium and the error of one linear solve account for (fastest particle: {particle})"
+        "the total energy rises by {value:.4e} J, more than the {limit:.4e} J that pins, the medium and the error of the method account for (most at particle {particle})"
     )]
     EnergyGain { particle: u64, value: f64, limit: f64 },
     #[error(

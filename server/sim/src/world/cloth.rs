@@ -13,8 +13,8 @@ use super::{
 };
 use crate::{
     cloth::{
-        self, ClothReport, ClothSettings, LawEntry, Model, Parameters, PathPoint, PinMotion, SpringKind,
-        State, Stepping, Workspace,
+        self, ClothReport, ClothSettings, Gain, LawEntry, Model, Parameters, PathPoint, PinMotion,
+        SpringKind, State, Stepping, Workspace,
     },
     math::{Padded, Real, Sixteen, array3},
     parallel::{hash_numbers, sum_hashes},
@@ -257,7 +257,8 @@ impl<R: Real> Cloth<R> {
     }
 
     /// Wrapping sum of a hash per particle: position and velocity; where a solve starts from it the change of velocity of
-    /// the step before, and where a step goes on from it the state before; and of one per pin on its way.
+    /// the step before, and where a step goes on from it the state before; of one per pin on its way; and of what explicit
+    /// steps gained.
     pub(super) fn hash(&self) -> u64 {
         let State { x, v, dv, past, .. } = &self.state;
         let numbers = |vector: &Padded<R>| array3(&vector.vector());
@@ -284,7 +285,9 @@ impl<R: Real> Cloth<R> {
         let pins = sum_hashes(&moving, |_, motion| {
             motion.hash(self.owner(self.model.user[motion.particle as usize]))
         });
-        particles.wrapping_add(pins)
+        let Gain { energy, ratio } = self.state.gain;
+        let gained = if energy != 0.0 { hash_numbers(self.owner(0), [energy, ratio]) } else { 0 };
+        particles.wrapping_add(pins).wrapping_add(gained)
     }
 
     /// Number among all particles of one of its own.

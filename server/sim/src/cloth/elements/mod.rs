@@ -259,6 +259,33 @@ impl<R: Real, const N: usize, const C: usize> Packs<R, N, C> {
         }
     }
 
+    /// Adds to each of its particles an equal part of its energy (J), at positions `x` (m) with this stiffness.
+    fn add_energies<L: ElementLaw<N, C, F>, const F: usize>(
+        &self,
+        x: &[Padded<R>],
+        stiffness: f64,
+        energies: &mut [f64],
+    ) {
+        for (block, energies) in energies.chunks_mut(self.block_size).enumerate() {
+            for pack in self.packs(block) {
+                let rest = std::array::from_fn(|c| Portable::load(&self.rest[pack][c]));
+                let at = std::array::from_fn(|corner| {
+                    let of_lane = self.particles[pack][corner]
+                        .map(|name| x[self.halos.particle(block, pack, name) as usize].vector());
+                    three!(|c| Portable::load(&of_lane.map(|x| x[c])))
+                });
+                let energy = L::evaluate(rest, at).energy.store();
+                for corner in 0..N {
+                    for (name, energy) in self.names(pack, corner).iter().zip(energy) {
+                        if let Some(sum) = energies.get_mut(usize::from(*name)) {
+                            *sum += stiffness * energy / N as f64;
+                        }
+                    }
+                }
+            }
+        }
+    }
+
     /// Adds to each of its particles what it adds to the bound of an explicit step.
     fn add_shares<L: ElementLaw<N, C, F>, const F: usize>(&self, shares: &mut [f64]) {
         for (block, shares) in shares.chunks_mut(self.block_size).enumerate() {
@@ -380,6 +407,13 @@ macro_rules! lists {
                             (0..$n).map(move |corner| packs.particle(row, pack, [corner, lane]))
                         })
                         .collect(),)+
+                }
+            }
+
+            /// Adds shares of the energy: see [`Packs::add_energies`].
+            pub(super) fn add_energies(&self, x: &[Padded<R>], stiffness: f64, energies: &mut [f64]) {
+                match self {
+                    $(Self::$law(packs) => packs.add_energies::<$law, $f>(x, stiffness, energies),)+
                 }
             }
 

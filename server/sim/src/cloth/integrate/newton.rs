@@ -12,8 +12,8 @@ use super::{
 use crate::{
     cloth::{
         accept::{Found, rounding},
+        energies::risen_most,
         figures::Total,
-        judge::fastest,
         purpose::Purpose,
         settings::{ClothSettings, Minimizer, NewtonSettings},
         workspace::Workspace,
@@ -191,7 +191,8 @@ impl<R: Real> Search<'_, '_, R> {
             }
             share *= 0.5;
         }
-        let particle = fastest(self.step.model, &self.step.work.next);
+        let Step { model, state, work, .. } = &*self.step;
+        let particle = risen_most(model, &work.numbers, [state, &work.next]);
         Err(StepFailure::Descent { particle, value: 0.0, predicted, limit: SHARE })
     }
 
