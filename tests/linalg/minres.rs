@@ -81,7 +81,13 @@ fn a_right_hand_side_of_zero_is_answered_with_zero_at_once() {
     let (report, x) = case.solve_from::<f64>(&[1.0, 2.0, 3.0], TIGHT);
     assert_eq!(
         report,
-        SolveReport { outcome: Outcome::Converged, iterations: 0, products: 0, relative_residual: 0.0 }
+        SolveReport {
+            outcome: Outcome::Converged,
+            iterations: 0,
+            products: 0,
+            relative_residual: 0.0,
+            preconditioner: None
+        }
     );
     assert_eq!(x, [0.0; 3]);
 }

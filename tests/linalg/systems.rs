@@ -114,7 +114,13 @@ fn a_right_hand_side_of_zero_is_answered_with_zero_at_once() {
     let (report, x) = System::named("spd_rhs_zero").solve::<f64>(PreconditionerKind::Identity, TIGHT);
     assert_eq!(
         report,
-        SolveReport { outcome: Outcome::Converged, iterations: 0, products: 0, relative_residual: 0.0 }
+        SolveReport {
+            outcome: Outcome::Converged,
+            iterations: 0,
+            products: 0,
+            relative_residual: 0.0,
+            preconditioner: None
+        }
     );
     assert!(x.iter().all(|c| *c == 0.0));
 }

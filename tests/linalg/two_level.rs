@@ -3,7 +3,7 @@
 
 use nappe_sim::{
     cloth::{ElementKind, ElementList, Hessian, Network, SpringLaw, SpringRules},
-    linalg::{Outcome, PreconditionerKind, SolveReport, Stop},
+    linalg::{Outcome, PreconditionerKind, SolveReport, SolverSettings, Stop},
     math::Precision,
     mesh::TriangleMesh,
 };
@@ -199,4 +199,44 @@ fn cloth_that_nothing_can_move_stays_where_it_is() {
     let mut simulation = scene.simulate(Precision::F64);
     advance(&mut simulation, 2);
     assert_eq!(positions(&simulation), network.x);
+}
+
+#[test]
+fn auto_takes_two_levels_where_block_jacobi_ends_at_its_cap() {
+    let run = |network: &Network, kind, dt: f64| {
+        let mut scene = Scene::new(network.clone(), dt).under([0.0, -9.81, 0.0]).certified();
+        scene.settings.solver = SolverSettings { preconditioner: kind, ..SolverSettings::default() };
+        let mut simulation = scene.simulate(Precision::F64);
+        let report = advance(&mut simulation, 1);
+        let solve = report.solve.expect("an implicit step solves");
+        assert_eq!(report.cloth.expect("a cloth").preconditioner, solve.preconditioner);
+        (solve, positions(&simulation))
+    };
+    let [auto, blocks, two_level] =
+        [PreconditionerKind::Auto, PreconditionerKind::BlockJacobi, PreconditionerKind::TwoLevel];
+    assert_eq!(SolverSettings::default().preconditioner, auto);
+
+    let stiff = hung(120);
+    assert_eq!(run(&stiff, blocks, 1.0 / 60.0).0.outcome, Outcome::IterationCap);
+    let (found, ends) = run(&stiff, auto, 1.0 / 60.0);
+    assert_eq!((found.outcome, found.preconditioner), (Outcome::Converged, Some(two_level)));
+    assert!(found.iterations < 60 && ends == run(&stiff, two_level, 1.0 / 60.0).1, "{found:?}");
+
+    // Shorter steps, softer or smaller cloth: the bits of block_jacobi.
+    let soft = {
+        let mut network = stiff.clone();
+        network.springs.iter_mut().for_each(|spring| spring.law.stiffness *= 0.01);
+        network
+    };
+    for (network, dt) in [(&stiff, 1.0 / 1000.0), (&soft, 1.0 / 60.0), (&hung(16), 1.0 / 60.0)] {
+        let (found, ends) = run(network, auto, dt);
+        assert_eq!(found.preconditioner, Some(blocks), "{found:?}");
+        assert!(ends == run(network, blocks, dt).1, "{} particles", network.x.len());
+    }
+
+    // So many iterations as are asked for have no tolerance to miss.
+    let mut scene = scene(&stiff, auto, 1e-4);
+    scene.settings.solver.stop = Stop::Iterations(10);
+    let report = advance(&mut scene.simulate(Precision::F64), 1).solve.expect("an implicit step solves");
+    assert_eq!(report.preconditioner, Some(blocks));
 }

@@ -25,8 +25,9 @@ pub(crate) fn substeps(snow: &v1::SnowDiagnostics) -> String {
 /// How the last step of the scene was divided for the cloths, what limits the next sub-step, and the error made.
 pub(crate) fn cloth_steps(cloth: &v1::ClothSteps) -> String {
     let at = cloth.bound_particle.map_or_else(String::new, |particle| format!(" at particle {particle}"));
+    let solved = cloth.preconditioner.as_ref().map_or_else(String::new, |kind| format!("; solves: {kind}"));
     format!(
-        "{} per step, dt {}; bound: {}{at}; error {:.1e} m (largest {:.1e} m)",
+        "{} per step, dt {}; bound: {}{at}; error {:.1e} m (largest {:.1e} m){solved}",
         output::count(cloth.substeps.into()),
         output::duration(cloth.dt_seconds),
         cloth.bound().word(),

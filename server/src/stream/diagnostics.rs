@@ -81,6 +81,7 @@ fn cloth(steps: &ClothSteps) -> v1::ClothSteps {
         bound_seconds: steps.bound.dt.min(f64::MAX),
         error_rms: steps.error.rms,
         error_largest: steps.error.largest,
+        preconditioner: steps.preconditioner.map(|kind| kind.name().to_owned()),
     }
 }
 

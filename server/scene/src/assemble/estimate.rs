@@ -111,7 +111,12 @@ impl SceneSize {
         if integrator.is_implicit() && !(solves_once && integrator == Integrator::ImplicitEuler) {
             self.iterated_particles = self.iterated_particles.saturating_add(points);
         }
-        if integrator.is_implicit() && preconditioner == PreconditionerKind::TwoLevel {
+        let is_coarse = match preconditioner {
+            PreconditionerKind::TwoLevel => true,
+            PreconditionerKind::Auto => points > body.block_size as u64,
+            _ => false,
+        };
+        if integrator.is_implicit() && is_coarse {
             let blocks = points.div_ceil(body.block_size.max(1) as u64);
             self.coarse_blocks = self.coarse_blocks.saturating_add(blocks);
         }

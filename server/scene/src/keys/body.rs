@@ -150,7 +150,7 @@ static SOLVER: Section = Section {
         key("tolerance", Number(Range(1e-15, 0.5)), "", Absent("1e-4, unless fixed_iterations is given"), "stops at |r| <= tolerance |b|, in the norm of the preconditioner"),
         key("max_iterations", Whole(1, 1_000_000), "iterations", Absent("200, unless fixed_iterations is given"), "cap on iterations"),
         key("fixed_iterations", Whole(1, 1_000_000), "iterations", Absent("stops by tolerance"), "makes this many iterations, or fewer where rounding ends it; excludes tolerance and max_iterations"),
-        key("preconditioner", Choice(|| PreconditionerKind::ALL.map(PreconditionerKind::name).to_vec()), "", Default("\"block_jacobi\""), "approximate inverse"),
+        key("preconditioner", Choice(|| PreconditionerKind::ALL.map(PreconditionerKind::name).to_vec()), "", Default("\"auto\""), "approximate inverse. auto is two_level where the solves of a body of more than one block are stiff (h^2 k + h nu of a particle's springs above some 1000 times its mass) and end by a tolerance, block_jacobi otherwise"),
         key("operator", Choice(|| OperatorKind::ALL.map(OperatorKind::name).to_vec()), "", Default("\"matrix_free\""), "how the matrix is applied"),
         key("warm_start", Flag, "", Default("false"), "start from the solution of the step before"),
     ],

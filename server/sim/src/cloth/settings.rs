@@ -218,10 +218,13 @@ impl ClothSettings {
         self.integrator.is_implicit() && matches!(self.minimizer, Minimizer::VertexBlockDescent { .. })
     }
 
-    /// Whether steps solve with a preconditioner that has a coarse space.
+    /// Whether steps solve with a preconditioner that has a coarse space, or may.
     pub(super) fn has_coarse_space(&self) -> bool {
-        self.integrator.is_implicit()
-            && self.solver.preconditioner == PreconditionerKind::TwoLevel
-            && !self.has_sweeps()
+        let is_asked_for = match self.solver.preconditioner {
+            PreconditionerKind::TwoLevel => true,
+            PreconditionerKind::Auto => matches!(self.solver.stop, Stop::Residual { .. }),
+            _ => false,
+        };
+        is_asked_for && self.integrator.is_implicit() && !self.has_sweeps()
     }
 }

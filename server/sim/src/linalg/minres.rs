@@ -143,7 +143,8 @@ pub fn minres<R: Real, A: WholeOperator<R>>(
             End::Singular | End::Goal => {}
         }
     };
-    SolveReport { outcome, iterations, products: solve.products, relative_residual: residual / scale }
+    let (products, relative_residual) = (solve.products, residual / scale);
+    SolveReport { outcome, iterations, products, relative_residual, preconditioner: None }
 }
 
 /// How a run of iterations ended.

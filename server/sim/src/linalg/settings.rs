@@ -25,15 +25,18 @@ pub enum PreconditionerKind {
     /// Inverse of the diagonal.
     Diagonal,
     /// Inverse of the 3 x 3 diagonal blocks.
-    #[default]
     BlockJacobi,
     /// The same and, added to it, an inverse on affine functions of the parts of each block of particles.
     TwoLevel,
+    /// One of the last two, by size, stiffness, damping and step alone.
+    #[default]
+    Auto,
 }
 
 impl PreconditionerKind {
     /// Every kind, the simplest first.
-    pub const ALL: [Self; 4] = [Self::Identity, Self::Diagonal, Self::BlockJacobi, Self::TwoLevel];
+    pub const ALL: [Self; 5] =
+        [Self::Identity, Self::Diagonal, Self::BlockJacobi, Self::TwoLevel, Self::Auto];
 
     /// Its name in scene files.
     pub const fn name(self) -> &'static str {
@@ -42,6 +45,7 @@ impl PreconditionerKind {
             Self::Diagonal => "diagonal",
             Self::BlockJacobi => "block_jacobi",
             Self::TwoLevel => "two_level",
+            Self::Auto => "auto",
         }
     }
 }
@@ -155,12 +159,14 @@ pub struct SolveReport {
     /// |r| / |b| of the solution returned (0 when b = 0), in the norm in which [`Stop::Residual`] measures. Where a
     /// solve converged, it was computed from the solution. NaN where nothing was solved.
     pub relative_residual: f64,
+    /// Approximate inverse that residuals were multiplied by, of solves of cloth; never [`PreconditionerKind::Auto`].
+    pub preconditioner: Option<PreconditionerKind>,
 }
 
 impl SolveReport {
     /// Of a solve that ended before its first iteration.
     pub(crate) const fn at_once(outcome: Outcome, relative_residual: f64) -> Self {
-        Self { outcome, iterations: 0, products: 0, relative_residual }
+        Self { outcome, iterations: 0, products: 0, relative_residual, preconditioner: None }
     }
 
     /// The one of two solves with the larger residual, the later of equal ones; with the iterations and products of

@@ -1,6 +1,7 @@
 //! How a step of the world was divided for the cloths, and which steps were taken again.
 
 use super::{bound::TimeBound, failure::StepFailure};
+use crate::linalg::PreconditionerKind;
 
 /// Estimated error of positions that one sub-step makes (m), over free particles.
 ///
@@ -38,6 +39,8 @@ pub struct ClothSteps {
     pub bound: TimeBound,
     /// The largest of all bodies and sub-steps.
     pub error: ErrorEstimate,
+    /// That of the solve which is reported; none where no linear system is solved.
+    pub preconditioner: Option<PreconditionerKind>,
 }
 
 /// A sub-step of the cloths that was not accepted: none of them moved, and a shorter one was taken.

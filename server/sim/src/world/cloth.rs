@@ -286,7 +286,7 @@ impl<R: Real> Cloth<R> {
             motion.hash(self.owner(self.model.user[motion.particle as usize]))
         });
         let Gain { energy, ratio } = self.state.gain;
-        let gained = if energy != 0.0 { hash_numbers(self.owner(0), [energy, ratio]) } else { 0 };
+        let gained = if energy == 0.0 { 0 } else { hash_numbers(self.owner(0), [energy, ratio]) };
         particles.wrapping_add(pins).wrapping_add(gained)
     }
 

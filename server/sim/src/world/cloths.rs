@@ -73,7 +73,8 @@ pub(super) fn step<R: Real>(
         }
     }
     let bound = next.shifted(bodies, asked);
-    report.cloth = Some(ClothSteps { substeps, rejected, without_history, dt, bound, error });
+    let preconditioner = report.solve.and_then(|solve| solve.preconditioner);
+    report.cloth = Some(ClothSteps { substeps, rejected, without_history, dt, bound, error, preconditioner });
     Ok(())
 }
 

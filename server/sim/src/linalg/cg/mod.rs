@@ -132,7 +132,8 @@ pub fn conjugate_gradient<R: Real>(
     };
     let goal = Goal { residual: tolerance * scale, is_rounding: tolerance <= R::ROUNDING, cap };
     let (outcome, iterations, residual) = solve.runs(first, &goal, x);
-    SolveReport { outcome, iterations, products: solve.products, relative_residual: residual / scale }
+    let (products, relative_residual) = (solve.products, residual / scale);
+    SolveReport { outcome, iterations, products, relative_residual, preconditioner: None }
 }
 
 /// Operator and preconditioner are called once per block of rows, so that one copy of the solver serves all of them.
