@@ -3,14 +3,15 @@
 //! Reads a scene and the sizes of its meshes; gives numbers, nearly. Errors are left to [`Scene::build`].
 
 use nappe_sim::{
-    cloth::{Integrator, MinimizerKind},
-    linalg::PreconditionerKind,
+    cloth::{ClothSettings, Integrator, Minimizer, MinimizerKind},
+    linalg::{PreconditionerKind, Stop},
     math::{
         Precision,
         array::{cross, length, minus},
     },
     mesh::TriangleMesh,
     snow::{BLOCK_SIDE, grid_bytes},
+    time_step::TimeStep,
 };
 
 use super::{
@@ -19,7 +20,7 @@ use super::{
     snow::{Plan, particles_per_volume, settings},
 };
 use crate::{
-    body::{Body, Mesh, Pattern, Springs},
+    body::{Body, Mass, Mesh, Pattern, Springs},
     fill::met_blocks,
     location::Location,
     scene::Scene,
@@ -59,7 +60,7 @@ impl Scene {
     pub fn size(&self, meshes: &dyn MeshSource) -> SceneSize {
         let mut size = SceneSize::default();
         for body in &self.bodies {
-            size.add_body(body, meshes);
+            size.add_body(body, self.dt, meshes);
         }
         let at = Location::root(&self.source).key("snow");
         if let Some(snow) = &self.snow {
@@ -79,7 +80,7 @@ impl Scene {
 }
 
 impl SceneSize {
-    fn add_body(&mut self, body: &Body, meshes: &dyn MeshSource) {
+    fn add_body(&mut self, body: &Body, dt: f64, meshes: &dyn MeshSource) {
         let springs = body.springs.as_ref();
         let (points, triangles, lattice) = match &body.mesh {
             &Mesh::Grid { grid: [columns, rows], .. } => grid(columns.into(), rows.into()),
@@ -113,7 +114,7 @@ impl SceneSize {
         }
         let is_coarse = match preconditioner {
             PreconditionerKind::TwoLevel => true,
-            PreconditionerKind::Auto => points > body.block_size as u64,
+            PreconditionerKind::Auto => is_stiff(body, points, kinds, dt),
             _ => false,
         };
         if integrator.is_implicit() && is_coarse {
@@ -163,6 +164,40 @@ impl SceneSize {
         self.snow_particles = self.snow_particles.saturating_add(count);
         [blocks.min(count as f64), node_blocks.min(8.0 * count as f64)]
     }
+}
+
+/// Whether the preconditioner `auto` is `two_level`: where the mass is not known before the mesh is, it may be.
+fn is_stiff(body: &Body, points: u64, kinds: [u64; 3], dt: f64) -> bool {
+    let Body { integrator, minimizer, solver, substep, substeps, block_size, mass, .. } = body;
+    let minimizer = match minimizer {
+        MinimizerKind::VertexBlockDescent => Minimizer::VertexBlockDescent { sweeps: 1 },
+        MinimizerKind::OneStep | MinimizerKind::Newton => Minimizer::OneStep,
+    };
+    let mut settings = ClothSettings {
+        integrator: *integrator,
+        minimizer,
+        time_step: TimeStep::Fixed(substep.unwrap_or(dt / f64::from(substeps.unwrap_or(1)))),
+        block_size: *block_size,
+        ..ClothSettings::default()
+    };
+    if let Some(count) = solver.fixed_iterations {
+        settings.solver.stop = Stop::Iterations(count);
+    }
+    // Pins have no part in it, and of a mesh the springs are counted nearly.
+    let mass = match mass {
+        Some(Mass::Particle(mass)) => 0.8 * mass * points as f64,
+        Some(Mass::Total(mass)) => 0.8 * mass,
+        Some(Mass::Density(_)) | None => 0.0,
+    };
+    let laws = body
+        .springs
+        .iter()
+        .flat_map(|springs| [Some(springs.stretch), springs.shear, springs.bend].into_iter().zip(kinds));
+    let sums = laws.fold([0.0; 2], |[k, nu], (law, count)| {
+        let count = count as f64;
+        law.map_or([k, nu], |law| [k + count * law.stiffness, nu + count * law.damping])
+    });
+    settings.is_stiff(points, mass, sums, dt)
 }
 
 /// Points, triangles and springs of each kind of a grid.

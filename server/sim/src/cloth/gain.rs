@@ -5,7 +5,7 @@
 //! (1 + s) / (1 - s) times what it was: 2 s / (1 + s) of it may be gained. At the bound s is 1.
 
 use super::{
-    accept::rounding, evaluation::Evaluation, integrator::Integrator, model::Model, numbers::StepNumbers,
+    evaluation::Evaluation, integrator::Integrator, model::Model, numbers::StepNumbers, rounding::rounding,
 };
 use crate::math::Real;
 

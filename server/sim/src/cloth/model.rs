@@ -16,7 +16,7 @@ use super::{
 };
 use crate::{
     interrupt,
-    linalg::{CoarseLayout, PreconditionerKind},
+    linalg::CoarseLayout,
     math::{LANES, Padded, Real, vec3},
     parallel::hilbert_order,
     time_step::TimeStep,
@@ -138,7 +138,7 @@ impl<R: Real> Model<R> {
         };
 
         if settings.has_coarse_space() {
-            model.coarse = model.coarse_layout(network, settings)?;
+            model.coarse = Some(model.coarse_layout(network)?);
         }
         if settings.has_sweeps() {
             model.colours = Some(Colours::new(count, settings.block_size, network.pairs(&model.place)));
@@ -148,21 +148,11 @@ impl<R: Real> Model<R> {
         Ok((model, Parameters { laws, elements, drag: network.drag }, warnings::<R>(network, spacing)))
     }
 
-    /// Affine functions on the parts of each block, and which parts are joined. Where they are not asked for by name, none for
-    /// a single block, and none where blocks are joined everywhere to everywhere.
-    fn coarse_layout(
-        &self,
-        network: &Network,
-        settings: &ClothSettings,
-    ) -> Result<Option<CoarseLayout>, String> {
-        let is_named = settings.solver.preconditioner == PreconditionerKind::TwoLevel;
-        if !is_named && self.count <= self.block_size {
-            return Ok(None);
-        }
+    /// Affine functions on the parts of each block, and which parts are joined.
+    fn coarse_layout(&self, network: &Network) -> Result<CoarseLayout, String> {
         let rest: Vec<_> = self.user.iter().map(|&old| network.x[old as usize]).collect();
         let is_free: Vec<_> = self.inv_m[..self.count].iter().map(|inv_m| *inv_m > R::zero()).collect();
-        let layout = CoarseLayout::new(&rest, &is_free, self.block_size, network.pairs(&self.place));
-        if is_named { layout.map(Some) } else { Ok(layout.ok()) }
+        CoarseLayout::new(&rest, &is_free, self.block_size, network.pairs(&self.place))
     }
 
     /// Records that a block copies for its springs or elements, at most.

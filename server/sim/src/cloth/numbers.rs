@@ -54,8 +54,6 @@ pub(super) struct StepNumbers<R: Real> {
     pub(super) bounds: Bounds<R>,
     /// Sum of the stiffness of all springs, and of what elements add at all particles (N/m).
     pub(super) stiffness: f64,
-    /// The same of damping (N s/m).
-    pub(super) damping: f64,
     /// What they were made from.
     parameters: Option<Parameters>,
 }
@@ -135,12 +133,6 @@ impl<R: Real> StepNumbers<R> {
         true
     }
 
-    /// What springs and elements add to the matrix of a step at a particle, over its mass: the mean of h² k + h nu, added up
-    /// over the springs of each. The root of it is how far one particle's change reaches in a step, in springs.
-    pub(super) fn contrast(&self, model: &Model<R>) -> f64 {
-        2.0 * self.reach * (self.reach * self.stiffness + self.damping) / model.free_mass
-    }
-
     /// Whether any spring is damped.
     pub(super) fn has_damped_springs(&self) -> bool {
         self.springs.iter().flat_map(|laws| laws.damping).any(|damping| damping > R::zero())
@@ -148,19 +140,13 @@ impl<R: Real> StepNumbers<R> {
 
     /// Takes over what does not depend on the length of the step.
     fn weigh(&mut self, model: &Model<R>, parameters: &Parameters, settings: &ClothSettings) {
-        let (mut stiffness, mut damping) = (0.0, 0.0);
-        for (count, entry) in model.springs_of_laws.iter().zip(&parameters.laws) {
-            stiffness += f64::from(*count) * entry.law.stiffness;
-            damping += f64::from(*count) * entry.law.damping;
-        }
+        let springs = model.springs_of_laws.iter().zip(&parameters.laws);
+        self.stiffness = springs.map(|(count, entry)| f64::from(*count) * entry.law.stiffness).sum();
         for (elements, law) in model.elements.iter().zip(&parameters.elements) {
             let mut shares = vec![0.0; model.count];
             elements.add_shares(&mut shares);
-            let share: f64 = shares.iter().sum();
-            stiffness += law.stiffness * share;
-            damping += law.damping * share;
+            self.stiffness += law.stiffness * shares.iter().sum::<f64>();
         }
-        (self.stiffness, self.damping) = (stiffness, damping);
         if !settings.integrator.is_implicit() {
             self.bounds.refresh(model, parameters, settings.integrator);
         }

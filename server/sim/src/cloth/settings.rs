@@ -6,6 +6,10 @@ use crate::{
     time_step::TimeStep,
 };
 
+/// What springs add to the matrix at a particle, h² k + h nu added up, over its mass on average, from which on `auto` is
+/// `two_level`: docs/decisions/0013-affine-coarse-spaces.md has iterations and times of both.
+const STIFF: f64 = 1000.0;
+
 /// What the matrix of an implicit step does with compressed springs, whose transverse
 /// stiffness k (1 - l0/l) is negative (the matrix can then be indefinite).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
@@ -124,7 +128,7 @@ pub enum OnPass {
 }
 
 impl OnPass {
-    /// Every answer.
+    /// Every answer, the milder first.
     pub const ALL: [Self; 2] = [Self::Warn, Self::Reject];
 
     /// Its name in scene files.
@@ -218,13 +222,22 @@ impl ClothSettings {
         self.integrator.is_implicit() && matches!(self.minimizer, Minimizer::VertexBlockDescent { .. })
     }
 
-    /// Whether steps solve with a preconditioner that has a coarse space, or may.
+    /// Whether steps solve with a preconditioner that has a coarse space.
     pub(super) fn has_coarse_space(&self) -> bool {
-        let is_asked_for = match self.solver.preconditioner {
-            PreconditionerKind::TwoLevel => true,
-            PreconditionerKind::Auto => matches!(self.solver.stop, Stop::Residual { .. }),
-            _ => false,
-        };
-        is_asked_for && self.integrator.is_implicit() && !self.has_sweeps()
+        self.solves() && self.solver.preconditioner == PreconditionerKind::TwoLevel
+    }
+
+    /// Whether steps solve linear systems.
+    fn solves(&self) -> bool {
+        self.integrator.is_implicit() && !self.has_sweeps()
+    }
+
+    /// Whether `auto` is `two_level` for so many particles, of this mass (kg), with springs whose stiffness (N/m) and damping
+    /// (N s/m) are these in sum, in steps of the world of `dt` (s).
+    pub fn is_stiff(&self, particles: u64, mass: f64, [stiffness, damping]: [f64; 2], dt: f64) -> bool {
+        let h = self.time_step.asked(dt);
+        let is_solved = self.solves() && matches!(self.solver.stop, Stop::Residual { .. });
+        // Both ends of a spring feel it.
+        is_solved && particles > self.block_size as u64 && 2.0 * h * (h * stiffness + damping) > STIFF * mass
     }
 }

@@ -143,8 +143,7 @@ pub fn minres<R: Real, A: WholeOperator<R>>(
             End::Singular | End::Goal => {}
         }
     };
-    let (products, relative_residual) = (solve.products, residual / scale);
-    SolveReport { outcome, iterations, products, relative_residual, preconditioner: None }
+    SolveReport { iterations, products: solve.products, ..SolveReport::at_once(outcome, residual / scale) }
 }
 
 /// How a run of iterations ended.

@@ -28,7 +28,7 @@ pub enum PreconditionerKind {
     BlockJacobi,
     /// The same and, added to it, an inverse on affine functions of the parts of each block of particles.
     TwoLevel,
-    /// One of the last two, by size, stiffness, damping and step alone.
+    /// One of the last two, chosen when a cloth is built: by its size, stiffness and damping and the step alone.
     #[default]
     Auto,
 }

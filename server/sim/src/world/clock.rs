@@ -48,7 +48,7 @@ impl<R: Real> World<R> {
         let (mut bodies, mut warnings, mut first_particle) = (Vec::new(), Vec::new(), 0);
 
         for cloth in cloths {
-            let (cloth, notes) = Cloth::new(cloth, first_particle)?;
+            let (cloth, notes) = Cloth::new(cloth, *dt, first_particle)?;
             first_particle += cloth.particle_count() as u32;
             bodies.push(Body::Cloth(Box::new(cloth)));
             warnings.extend(notes);

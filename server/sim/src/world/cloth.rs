@@ -16,6 +16,7 @@ use crate::{
         self, ClothReport, ClothSettings, Gain, LawEntry, Model, Parameters, PathPoint, PinMotion,
         SpringKind, State, Stepping, Workspace,
     },
+    linalg::PreconditionerKind,
     math::{Padded, Real, Sixteen, array3},
     parallel::{hash_numbers, sum_hashes},
     report::{Diagnostics, ErrorEstimate, StepFailure, Stopwatch, TimeBound},
@@ -45,11 +46,24 @@ pub(super) struct Cloth<R: Real> {
 }
 
 impl<R: Real> Cloth<R> {
-    /// Builds a cloth; the strings are warnings that do not stop it.
-    pub(super) fn new(setup: &BodySetup, first_particle: u32) -> Result<(Self, Vec<String>), SetupError> {
-        let BodySetup { name, network, settings } = setup;
-        let (model, parameters, warnings) = Model::new(network, settings)
-            .map_err(|message| SetupError::Body { body: name.clone(), message })?;
+    /// Builds a cloth, for steps of the world of `dt` (s); the strings are warnings that do not stop it.
+    pub(super) fn new(
+        setup: &BodySetup,
+        dt: f64,
+        first_particle: u32,
+    ) -> Result<(Self, Vec<String>), SetupError> {
+        let BodySetup { name, network, settings: asked } = setup;
+        let refused = |message| SetupError::Body { body: name.clone(), message };
+        let mut settings = cloth::resolve(asked, network, dt);
+        let made = match Model::new(network, &settings) {
+            // What is too entangled for a coarse space goes without, where none is asked for by name.
+            Err(_) if settings.solver.preconditioner != asked.solver.preconditioner => {
+                settings.solver.preconditioner = PreconditionerKind::BlockJacobi;
+                Model::new(network, &settings)
+            }
+            made => made,
+        };
+        let (model, parameters, warnings) = made.map_err(refused)?;
         let state = State { x: model.arrange(&network.x), v: model.arrange(&network.v), ..State::default() };
 
         let mut cloth = Self {
@@ -57,7 +71,7 @@ impl<R: Real> Cloth<R> {
             first_particle,
             model,
             parameters,
-            settings: *settings,
+            settings,
             state,
             work: Workspace::new(),
             sent: Vec::new(),

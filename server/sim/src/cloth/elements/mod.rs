@@ -6,6 +6,7 @@
 #![allow(unsafe_code, reason = "lanes read particles whose range was checked when the elements were listed")]
 
 mod project;
+mod shares;
 
 use std::ops::Range;
 
@@ -255,48 +256,6 @@ impl<R: Real, const N: usize, const C: usize> Packs<R, N, C> {
                 let columns = [column(0), column(1), column(2)];
                 let block = Mat3::from_fn(|r, c| columns[c][r]);
                 add(self.particle(row, pack, [other, lane]), block);
-            }
-        }
-    }
-
-    /// Adds to each of its particles an equal part of its energy (J), at positions `x` (m) with this stiffness.
-    fn add_energies<L: ElementLaw<N, C, F>, const F: usize>(
-        &self,
-        x: &[Padded<R>],
-        stiffness: f64,
-        energies: &mut [f64],
-    ) {
-        for (block, energies) in energies.chunks_mut(self.block_size).enumerate() {
-            for pack in self.packs(block) {
-                let rest = std::array::from_fn(|c| Portable::load(&self.rest[pack][c]));
-                let at = std::array::from_fn(|corner| {
-                    let of_lane = self.particles[pack][corner]
-                        .map(|name| x[self.halos.particle(block, pack, name) as usize].vector());
-                    three!(|c| Portable::load(&of_lane.map(|x| x[c])))
-                });
-                let energy = L::evaluate(rest, at).energy.store();
-                for corner in 0..N {
-                    for (name, energy) in self.names(pack, corner).iter().zip(energy) {
-                        if let Some(sum) = energies.get_mut(usize::from(*name)) {
-                            *sum += stiffness * energy / N as f64;
-                        }
-                    }
-                }
-            }
-        }
-    }
-
-    /// Adds to each of its particles what it adds to the bound of an explicit step.
-    fn add_shares<L: ElementLaw<N, C, F>, const F: usize>(&self, shares: &mut [f64]) {
-        for (block, shares) in shares.chunks_mut(self.block_size).enumerate() {
-            for pack in self.packs(block) {
-                for lane in 0..usize::from(self.used[pack]) {
-                    let rest = std::array::from_fn(|c| self.rest[pack][c][lane].to_f64());
-                    for (corner, share) in L::shares(rest).into_iter().enumerate() {
-                        let name = usize::from(self.particles[pack][corner][lane]);
-                        shares.get_mut(name).into_iter().for_each(|sum| *sum += share);
-                    }
-                }
             }
         }
     }

@@ -11,10 +11,11 @@ use super::{
 };
 use crate::{
     cloth::{
-        accept::{Found, rounding},
+        accept::Found,
         energies::risen_most,
         figures::Total,
         purpose::Purpose,
+        rounding::rounding,
         settings::{ClothSettings, Minimizer, NewtonSettings},
         workspace::Workspace,
     },

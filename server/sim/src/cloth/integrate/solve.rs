@@ -25,29 +25,11 @@ pub(super) enum At {
     Iterate,
 }
 
-/// What springs add to the matrix over masses from which on `auto` is `two_level`. `block_jacobi` takes some 2.7 times its root
-/// iterations to 1e-4, two_level 30 to 70 that cost up to twice as much, and its set-up: on sheets of 20 x 20 to
-/// 180 x 180 both take the same time at 350, and from 3 500 on two_level is faster at any size.
-const STIFF: f64 = 1000.0;
-
 impl<R: Real> Step<'_, R> {
-    /// The preconditioner of a solve, which depends on the model and its numbers alone.
-    fn preconditioner(&self, asked: PreconditionerKind) -> PreconditionerKind {
-        let Step { model, work, .. } = self;
-        match asked {
-            PreconditionerKind::Auto if model.coarse.is_some() && work.numbers.contrast(model) > STIFF => {
-                PreconditionerKind::TwoLevel
-            }
-            PreconditionerKind::Auto => PreconditionerKind::BlockJacobi,
-            asked => asked,
-        }
-    }
-
     /// Solves for the change of velocity, into the `dv` of the next state.
     pub(super) fn solve(&mut self, at: At, settings: &ClothSettings, interrupt: &Interrupt) -> SolveReport {
         let (model, state) = (self.model, self.state);
         let warm_start = at == At::State && settings.solver.warm_start;
-        let kind = self.preconditioner(settings.solver.preconditioner);
         let solver = &SolverSettings { warm_start, ..settings.solver };
         let Workspace { evaluation, numbers, next, assembled, coarse, cg, scratches, .. } = &mut *self.work;
         let groups = evaluation.rows.len();
@@ -76,7 +58,7 @@ impl<R: Real> Step<'_, R> {
         };
         let jacobi = BlockJacobi(&evaluation.inverse);
         let two_level;
-        let preconditioner: &dyn Preconditioner<R> = match kind {
+        let preconditioner: &dyn Preconditioner<R> = match solver.preconditioner {
             PreconditionerKind::Identity => &Identity,
             PreconditionerKind::Diagonal | PreconditionerKind::BlockJacobi | PreconditionerKind::Auto => {
                 &jacobi
@@ -90,7 +72,7 @@ impl<R: Real> Step<'_, R> {
         };
         let (b, size) = (&evaluation.rows, model.block_size);
         let mut report = conjugate_gradient(operator, preconditioner, b, &mut next.dv, solver, size, cg);
-        if kind == PreconditionerKind::TwoLevel && is_unfit(report.outcome) {
+        if solver.preconditioner == PreconditionerKind::TwoLevel && is_unfit(report.outcome) {
             begin(&mut next.dv);
             let again = conjugate_gradient(operator, &jacobi, b, &mut next.dv, solver, size, cg);
             let iterations = report.iterations.saturating_add(again.iterations);
@@ -98,7 +80,7 @@ impl<R: Real> Step<'_, R> {
             report = SolveReport { iterations, products, ..again };
         }
         self.watch.lap(Stage::Solve);
-        SolveReport { preconditioner: Some(kind), ..report }
+        SolveReport { preconditioner: Some(solver.preconditioner), ..report }
     }
 }
 
