@@ -5,6 +5,7 @@ mod scene;
 mod markdown;
 mod steps;
 mod states;
+mod motions;
 mod systems;
 mod refusals;
 
@@ -71,7 +72,7 @@ fn over(methods: &[Method], rows: &[Row<'_>], lost: &mut Vec<String>) -> String 
 
 /// The page, and what was lost without a word.
 fn page() -> (String, Vec<String>) {
-    let scenes = steps::SCENES.iter().chain(&states::SCENES);
+    let scenes = steps::SCENES.iter().chain(&states::SCENES).chain(&motions::SCENES);
     let rows: Vec<_> = scenes
         .map(|scene| {
             let what = format!("{}. {}", scene.number, scene.what);

@@ -1,7 +1,7 @@
 //! Scenes in which the state is what fails.
 
 use nappe_sim::{
-    cloth::Integrator,
+    cloth::{Integrator, Minimizer},
     math::Precision,
     world::{Change, Simulation},
 };
@@ -15,11 +15,12 @@ use nappe_tests::{
 use super::scene::{GRAVITY, SceneOfTable, stepped};
 use crate::verdict::{Trial, Verdict};
 
-pub(super) const SCENES: [SceneOfTable; 12] = [
+pub(super) const SCENES: [SceneOfTable; 13] = [
     SceneOfTable { number: 9, what: "two particles of a sheet in one place", run: coincident },
     SceneOfTable { number: 12, what: "a sheet whose particles lie at random", run: at_random },
     SceneOfTable { number: 12, what: "a sheet pressed onto a line", run: on_a_line },
     SceneOfTable { number: 13, what: "a chain let go at twice its length", run: stretched },
+    SceneOfTable { number: 13, what: "the same undamped", run: stretched_undamped },
     SceneOfTable { number: 14, what: "a straight column, compressed by a fifth", run: column },
     SceneOfTable { number: 15, what: "a taut catenary, 1.0001 times as long as its span", run: catenary },
     SceneOfTable { number: 16, what: "100 km from the origin in f32", run: far },
@@ -53,8 +54,16 @@ fn on_a_line(method: Method) -> Verdict {
 }
 
 fn stretched(method: Method) -> Verdict {
+    let_go(method, 0.01)
+}
+
+fn stretched_undamped(method: Method) -> Verdict {
+    let_go(method, 0.0)
+}
+
+fn let_go(method: Method, damping: f64) -> Verdict {
     let x: Vec<_> = (0..20).map(|i| [0.2 * f64::from(i), 0.0, 0.0]).collect();
-    let mut network = chain(&x, 0.1, 500.0, 0.01, 0.01);
+    let mut network = chain(&x, 0.1, 500.0, damping, 0.01);
     network.pins = vec![0];
     Trial::new(stepped(network, 1.0 / 60.0, method), 120).run()
 }
@@ -67,7 +76,14 @@ fn column(method: Method) -> Verdict {
     let verdict = Trial::new(stepped(network, 0.01, method), 60).run_with(|simulation, _| {
         aside = positions(simulation).iter().map(|x| x[0].hypot(x[2])).fold(aside, f64::max);
     });
-    verdict.with(if aside > 0.01 { "buckles" } else { "stays straight" }.to_owned())
+    // Newton's method leaves a saddle; the midpoint's own balance, half a step on, is none.
+    let must = matches!(method.minimizer, Minimizer::Newton(_))
+        && method.integrator.is_implicit()
+        && method.integrator != Integrator::ImplicitMidpoint;
+    let buckles = aside > 0.01;
+    verdict
+        .with(if buckles { "buckles" } else { "stays straight" }.to_owned())
+        .only_if(|| buckles || !must && aside < 1e-6, || format!("{aside:.1e} m aside"))
 }
 
 fn catenary(method: Method) -> Verdict {
@@ -96,7 +112,7 @@ fn far(method: Method) -> Verdict {
         Verdict::Survived(_) | Verdict::Recovered(_) | Verdict::Lost(_)
             if warnings.iter().any(|warning| warning.contains("from the origin")) =>
         {
-            Verdict::Detected("a warning".to_owned())
+            Verdict::Warned("too far for f32".to_owned())
         }
         other => other,
     }
@@ -129,13 +145,17 @@ fn spinning(method: Method) -> Verdict {
     let mut kept = 0.0;
     let trial = Trial::new(stepped(network, 0.01, method), 100);
     let verdict = trial.run_with(|simulation, _| kept = norm(momenta(simulation, &[1.0, 1.0]).1));
-    let is_exact = matches!(
-        method.integrator,
-        Integrator::SymplecticEuler | Integrator::VelocityVerlet | Integrator::VelocityVerletPredicted
-    );
+    // Implicit Euler loses y² of it in a step, y = 0.02, and methods of order 2 less by an order.
+    let least = match method.integrator {
+        Integrator::SymplecticEuler | Integrator::VelocityVerlet | Integrator::VelocityVerletPredicted => {
+            1.0 - 1e-12
+        }
+        Integrator::ExplicitEuler | Integrator::ImplicitEuler => 1.0 - 1.1 * 100.0 * 4e-4,
+        Integrator::ImplicitMidpoint | Integrator::Bdf2 => 1.0 - 0.1 * 100.0 * 4e-4,
+    };
     verdict
         .with(format!("{kept:.3}"))
-        .only_if(|| !is_exact || (kept - 1.0).abs() < 1e-12, || format!("{kept} of it"))
+        .only_if(|| (least..1.0 + 1e-6).contains(&kept), || format!("{kept} of it"))
 }
 
 fn turned(method: Method) -> Verdict {
