@@ -238,6 +238,24 @@ fn a_particle_comes_to_rest_between_colliders_that_overlap() {
 }
 
 #[test]
+fn a_particle_leaves_a_plane_at_its_restitution_times_the_speed_at_which_it_came() {
+    for method in Method::all() {
+        for restitution in [0.0, 0.25, 1.0] {
+            // No gravity: it comes at 2 m/s, and its first step ends below the plane.
+            let mut scene = above(Collider { restitution, ..incline(0.3, 0.0) }, 1e-3, method, 1e-2);
+            let Shape::Plane(Plane { normal, .. }) = scene.colliders[0].shape else { panic!("a plane") };
+            scene.gravity = [0.0; 3];
+            scene.network.v = vec![normal.map(|n| -2.0 * n)];
+            let mut simulation = scene.simulate(Precision::F64);
+            assert_eq!(advance(&mut simulation, 1).contact_count, 1, "{}", method.name());
+            let expected = normal.map(|n| 2.0 * restitution * n);
+            let off = norm(difference(velocities(&simulation)[0], expected));
+            assert!(off < 1e-12, "{}, {restitution}: {off:e} m/s off", method.name());
+        }
+    }
+}
+
+#[test]
 fn a_sheet_of_which_a_corner_lies_on_a_table_keeps_its_order_elsewhere() {
     let side = 14;
     let run = |dt: f64| {

@@ -2,10 +2,11 @@
 //! stiff cloth that is pinned, sewn, folded, uneven in mass, irregular, or bends by elements.
 
 use nappe_sim::{
-    cloth::{ElementKind, ElementList, Hessian, Network, SpringLaw, SpringRules},
+    cloth::{ElementKind, ElementList, Hessian, Network, Spring, SpringLaw, SpringRules},
     linalg::{Outcome, PreconditionerKind, SolveReport, SolverSettings, Stop},
     math::Precision,
     mesh::TriangleMesh,
+    world::Simulation,
 };
 use nappe_tests::{
     Scene,
@@ -233,6 +234,21 @@ fn auto_takes_two_levels_where_block_jacobi_ends_at_its_cap() {
         assert_eq!(found.preconditioner, Some(blocks), "{found:?}");
         assert!(ends == run(network, blocks, dt).1, "{} particles", network.x.len());
     }
+
+    // Springs at random join all blocks, which two_level by name refuses.
+    let mut entangled = hung(130);
+    let like = entangled.springs[0];
+    let count = entangled.x.len();
+    entangled.springs.extend((0..40_000_usize).map(|i| {
+        let particles = [(i * 7919) % count, (i * 104_729 + 1) % count].map(|row| row as u32);
+        Spring { particles, rest_length: 1.0, ..like }
+    }));
+    let mut named = scene(&entangled, two_level, 1e-4);
+    let refusal = Simulation::new(&named.setup(), Precision::F64).expect_err("it is refused").to_string();
+    assert!(refusal.contains("too entangled"), "{refusal}");
+    named.settings.solver.preconditioner = auto;
+    let report = advance(&mut named.simulate(Precision::F64), 1).solve.expect("an implicit step solves");
+    assert_eq!(report.preconditioner, Some(blocks));
 
     // So many iterations as are asked for have no tolerance to miss.
     let mut scene = scene(&stiff, auto, 1e-4);

@@ -76,7 +76,7 @@ fn column(method: Method) -> Verdict {
     let verdict = Trial::new(stepped(network, 0.01, method), 60).run_with(|simulation, _| {
         aside = positions(simulation).iter().map(|x| x[0].hypot(x[2])).fold(aside, f64::max);
     });
-    // Newton's method leaves a saddle; the midpoint's own balance, half a step on, is none.
+    // Newton's method leaves a saddle; the midpoint's is divided here, and not held to that.
     let must = matches!(method.minimizer, Minimizer::Newton(_))
         && method.integrator.is_implicit()
         && method.integrator != Integrator::ImplicitMidpoint;

@@ -97,7 +97,7 @@ impl Sums {
 }
 
 /// The iterate in `next`, to be added up.
-struct At<'a, R: Real> {
+struct Momenta<'a, R: Real> {
     model: &'a Model<R>,
     state: &'a State<R>,
     /// Share of the change in the sub-step before that goes on.
@@ -106,7 +106,7 @@ struct At<'a, R: Real> {
     u: &'a [Padded<R>],
 }
 
-impl<R: Real> At<'_, R> {
+impl<R: Real> Momenta<'_, R> {
     /// Sums over rows, in pairs, whatever the number of threads.
     fn sums(&self, rows: &[u32]) -> Sums {
         if rows.len() > ROWS {
@@ -127,10 +127,10 @@ impl<R: Real> At<'_, R> {
 }
 
 impl<R: Real> Step<'_, R> {
-    fn at_iterate(&self) -> At<'_, R> {
+    fn momenta(&self) -> Momenta<'_, R> {
         let Workspace { evaluation, next, numbers, .. } = &*self.work;
         let (model, state) = (self.model, self.state);
-        At { model, state, past: numbers.scheme.past, rest: &evaluation.rows, u: &next.v }
+        Momenta { model, state, past: numbers.scheme.past, rest: &evaluation.rows, u: &next.v }
     }
 
     /// Whether the momentum of a component with pins does not balance after so many sweeps: what is left over of it is more
@@ -142,7 +142,7 @@ impl<R: Real> Step<'_, R> {
         let gravity = numbers.gravity.map(R::to_f64) * numbers.reach;
         (0..components.count()).filter(|it| components.is_pinned(*it)).find_map(|it| {
             let rows = components.rows(it);
-            let Sums { rest, change, mass } = self.at_iterate().sums(rows);
+            let Sums { rest, change, mass } = self.momenta().sums(rows);
             let weight = gravity * mass;
             let others = rest + change - weight;
             let limit = SHARE * (weight.norm() + others.norm()) + LEAST * numbers.reach * mass;
@@ -165,7 +165,7 @@ impl<R: Real> Step<'_, R> {
             if components.is_pinned(it) || rows.is_empty() {
                 return Vec3::zeros();
             }
-            let Sums { rest, mass, .. } = self.at_iterate().sums(rows);
+            let Sums { rest, mass, .. } = self.momenta().sums(rows);
             let StepNumbers { reach, drag, .. } = &self.work.numbers;
             (rest / (mass + reach * drag.to_f64() * rows.len() as f64)).map(R::of)
         }));

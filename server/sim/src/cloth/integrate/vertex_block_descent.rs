@@ -74,7 +74,8 @@ pub(super) fn advance<R: Real>(
         }
         let last = search.evaluate(Tried::Next);
         let is_last = made >= most || outcome == Outcome::Converged;
-        match search.step.unbalanced(made).filter(|_| is_checked) {
+        let unbalanced = if is_checked { search.step.unbalanced(made) } else { None };
+        match unbalanced {
             Some(failure) if is_last => return Err(failure),
             Some(_) => {}
             None => break last,
