@@ -5,10 +5,11 @@ use serde_json::Value;
 use crate::{assert_none, tokens, tree};
 
 /// Crates of the workspace and those of them that each may name. Tests and tasks do not ship.
-const LAYERS: [(&str, &[&str]); 11] = [
+const LAYERS: [(&str, &[&str]); 12] = [
     ("nappe-proto", &[]),
     ("nappe-sim", &[]),
     ("nappe-scene", &["nappe-sim"]),
+    ("nappe-study", &["nappe-sim"]),
     ("nappe-server", &["nappe-proto", "nappe-sim", "nappe-scene"]),
     ("nappe-client", &["nappe-proto"]),
     ("nappe-rerun", &["nappe-client"]),
@@ -17,7 +18,10 @@ const LAYERS: [(&str, &[&str]); 11] = [
         "nappe-cli",
         &["nappe-proto", "nappe-sim", "nappe-scene", "nappe-server", "nappe-client", "nappe-rerun"],
     ),
-    ("nappe-tests", &["nappe-proto", "nappe-sim", "nappe-scene", "nappe-server", "nappe-client"]),
+    (
+        "nappe-tests",
+        &["nappe-proto", "nappe-sim", "nappe-scene", "nappe-study", "nappe-server", "nappe-client"],
+    ),
     ("nappe-architecture", &[]),
     ("xtask", &[]),
 ];

@@ -3,7 +3,7 @@
 use nappe_sim::math::Precision;
 use nappe_tests::{
     Method, Scene,
-    golden::{Row, Transient, table},
+    golden::{self, Row, Transient, table},
     scene::{difference, norm, positions, try_advance, velocities},
 };
 
@@ -34,7 +34,7 @@ fn check_scene(name: &str) {
     let rows = table("spring_mass/expected_convergence.csv");
     let mut compared = 0;
     for row in rows.iter().filter(|row| row.text("scene") == name) {
-        let method = Method::of_golden(row.text("integrator")).expect("an integrator of the program");
+        let method = golden::method(row.text("integrator")).expect("an integrator of the program");
         let found = errors(row, &motion, method);
         let columns = ["rms_position_error_m", "max_position_error_m", "rms_velocity_error_m_s"];
         let expected = columns.map(|column| row.number(column));

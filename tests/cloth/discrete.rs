@@ -6,7 +6,7 @@ use nappe_sim::{
 };
 use nappe_tests::{
     Method, Scene,
-    golden::{Transient, document},
+    golden::{self, Transient, document},
     scene::{advance, max_distance, positions, velocities},
 };
 use serde::Deserialize;
@@ -43,7 +43,7 @@ impl Golden {
             "drap10" => Transient::named("drap10 nu=0.01"),
             other => panic!("no network on record is named {other}"),
         };
-        let method = Method::of_golden(&self.integrator).expect("an integrator of the program");
+        let method = golden::method(&self.integrator).expect("an integrator of the program");
         Scene::new(motion.network.network(), self.h).by(method).under(motion.network.gravity_m_s2)
     }
 }

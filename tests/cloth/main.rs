@@ -22,3 +22,4 @@ mod steps;
 mod newton;
 mod vertex_block_descent;
 mod odd_networks;
+mod work;

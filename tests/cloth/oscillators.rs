@@ -9,7 +9,7 @@ use nappe_sim::{
 };
 use nappe_tests::{
     Method, Oscillator, ScalarLaw, Scene,
-    golden::{Row, table},
+    golden::{self, Row, table},
     networks::chain,
     scene::{advance, positions, velocities},
 };
@@ -99,7 +99,7 @@ fn every_integrator_gives_the_exact_states_of_its_definition() {
     let rows = table("spring_mass/oscillator_discrete.csv");
     let mut compared = 0;
     for row in &rows {
-        let Ok(golden) = Method::of_golden(row.text("integrator")).ok_or("not an integrator of ours") else {
+        let Ok(golden) = golden::method(row.text("integrator")).ok_or("not an integrator of ours") else {
             continue;
         };
 
@@ -152,7 +152,7 @@ fn every_integrator_follows_its_definition_in_binary32_up_to_rounding() {
 #[test]
 fn the_motion_is_that_of_the_closed_form() {
     let rows = table("spring_mass/oscillator.csv");
-    let method = Method::of_golden("velocity_verlet_pc").expect("an integrator of the program");
+    let method = golden::method("velocity_verlet_pc").expect("an integrator of the program");
     for case in CASES {
         let rows: Vec<&Row> = rows.iter().filter(|row| row.text("case") == case.name).collect();
         let interval = rows[1].number("t_s") - rows[0].number("t_s");

@@ -3,7 +3,7 @@
 use nappe_sim::{cloth::Network, math::Precision};
 use nappe_tests::{
     Method, Scene,
-    golden::document,
+    golden::{self, document},
     networks::spring,
     scene::{advance, difference, max_distance, momenta, norm, positions, velocities},
 };
@@ -58,7 +58,7 @@ impl Flight {
 
 #[test]
 fn two_joined_particles_fly_as_the_reference_does() {
-    let method = Method::of_golden("velocity_verlet_pc").expect("an integrator of the program");
+    let method = golden::method("velocity_verlet_pc").expect("an integrator of the program");
     for flight in Flight::all() {
         let runs = [2e-4, 1e-4].map(|dt| {
             let mut simulation = flight.scene(method, dt).simulate(Precision::F64);
@@ -111,7 +111,7 @@ fn every_integrator_keeps_the_momentum_of_free_flight() {
 fn kicks_and_drifts_keep_the_angular_momentum_of_free_flight() {
     for flight in Flight::all() {
         for name in ["symplectic_euler", "velocity_verlet", "velocity_verlet_pc"] {
-            let method = Method::of_golden(name).expect("an integrator of the program");
+            let method = golden::method(name).expect("an integrator of the program");
             let mut simulation = flight.scene(method, 1e-3).simulate(Precision::F64);
             advance(&mut simulation, 1000);
             let expected = flight.states[0].angular_momentum_about_origin;

@@ -5,7 +5,7 @@ use nappe_sim::{
     world::{Change, Simulation},
 };
 use nappe_tests::{
-    Method, Scene,
+    Method, Scene, golden,
     networks::{chain, sheet, sheet_rules},
     scene::{advance, positions, velocities},
 };
@@ -61,7 +61,7 @@ fn the_hash_of_snow_is_its_definition() {
 }
 
 fn hung() -> Scene {
-    let method = Method::of_golden("implicit_euler_clamped").expect("an integrator");
+    let method = golden::method("implicit_euler_clamped").expect("an integrator");
     Scene::new(sheet(8, 0.1, &sheet_rules(50.0, 0.01), 0.01), 1e-3).by(method)
 }
 

@@ -1,7 +1,7 @@
 //! Scenes of several blocks, small enough for a debug build, that between them use every kernel.
 
 use nappe_sim::{
-    cloth::{ElementKind, ElementList, Integrator, Minimizer, Network, SpringLaw},
+    cloth::{ElementKind, ElementList, Integrator, Minimizer, Network, NewtonSettings, SpringLaw},
     collide::{
         Collider, Contact, Shape,
         shape::{Plane, Sphere},
@@ -59,7 +59,7 @@ pub(crate) fn scene(name: &str, method: Method) -> Scene {
         "coarse_spaces" => Scene::new(folded_sheet(), 4e-4).under(gravity),
         other => panic!("no scene is named {other}"),
     }
-    .by(method.in_few_iterations());
+    .by(method.with(NewtonSettings { tolerance: 1e-3, max_iterations: 5 }, 5));
     scene.settings.block_size = 64;
     scene.settings.solver = SolverSettings::default();
     if name == "coarse_spaces" {

@@ -9,7 +9,7 @@ use nappe_sim::{
     math::{Padded, Precision, Sixteen, Vec3},
 };
 use nappe_tests::{
-    Method, Scene,
+    Method, Scene, golden,
     networks::{sheet, sheet_rules},
     scene::{advance, positions, velocities},
     systems::System,
@@ -18,7 +18,7 @@ use nappe_tests::{
 /// A flat sheet at rest that is stiff for its step: dt² k / m is 2 778. Gravity pulls it along its plane, away from the
 /// two corners that hold it.
 fn stiff_sheet(side: usize) -> Scene {
-    let method = Method::of_golden("implicit_euler_clamped").expect("an integrator");
+    let method = golden::method("implicit_euler_clamped").expect("an integrator");
     let network = sheet(side, 0.02, &sheet_rules(1e4, 0.0), 1e-3);
     Scene::new(network, 1.0 / 60.0).by(method).under([0.0, 0.0, 9.81])
 }

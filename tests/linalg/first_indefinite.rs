@@ -3,7 +3,7 @@
 use nappe_sim::{linalg::Outcome, math::Precision};
 use nappe_tests::{
     Method, Scene,
-    golden::{Transient, document},
+    golden::{self, Transient, document},
     scene::{advance, max_distance, positions, velocities},
 };
 use serde::Deserialize;
@@ -33,7 +33,7 @@ impl Run {
 
     fn scene(&self, name: &str) -> Scene {
         let motion = Transient::named(&self.network);
-        let method = Method::of_golden(name).expect("an integrator of the program");
+        let method = golden::method(name).expect("an integrator of the program");
         Scene::new(motion.network.network(), self.h).by(method).under(motion.network.gravity_m_s2)
     }
 }

@@ -5,7 +5,7 @@ use nappe_sim::{
     math::Precision,
 };
 use nappe_tests::{
-    Method, Scene,
+    Method, Scene, golden,
     networks::{scatter, sheet, sheet_rules},
     scene::{advance, max_distance, positions},
 };
@@ -86,7 +86,7 @@ fn preconditioners_and_warm_starts_lead_to_the_same_states() {
 #[test]
 fn block_jacobi_needs_no_more_iterations_than_the_diagonal_nor_that_than_nothing() {
     let count = |preconditioner| {
-        let mut scene = shaken(Method::of_golden("implicit_euler_clamped").expect("an integrator"));
+        let mut scene = shaken(golden::method("implicit_euler_clamped").expect("an integrator"));
 
         // Masses that differ by four orders give a preconditioner something to do.
         scene.network.masses.iter_mut().enumerate().for_each(|(i, m)| *m *= 100_f64.powf(scatter(i)));
@@ -105,7 +105,7 @@ fn block_jacobi_needs_no_more_iterations_than_the_diagonal_nor_that_than_nothing
 #[test]
 fn a_warm_start_saves_iterations_in_a_smooth_motion() {
     let count = |warm_start| {
-        let mut scene = shaken(Method::of_golden("implicit_euler_clamped").expect("an integrator"));
+        let mut scene = shaken(golden::method("implicit_euler_clamped").expect("an integrator"));
         scene.settings.solver.warm_start = warm_start;
         scene.settings.solver.stop = Stop::Residual { tolerance: 1e-4, max_iterations: 400 };
         let mut simulation = scene.simulate(Precision::F64);

@@ -3,7 +3,7 @@
 use nappe_sim::{cloth::Network, linalg::Outcome, math::Precision, report::StepReport};
 use nappe_tests::{
     Method, Scene,
-    golden::{Row, table},
+    golden::{self, Row, table},
     networks::{DrapSprings, drap},
     scene::try_advance,
 };
@@ -13,7 +13,7 @@ use crate::bounds::network;
 const STEPS: u64 = 200;
 
 fn scene_of(row: &Row) -> Option<Scene> {
-    let method = Method::of_golden(row.text("integrator"))?;
+    let method = golden::method(row.text("integrator"))?;
     let network = network(row.text("network"), row.number("nu"));
     Some(Scene::new(network, row.number("dt_s")).by(method))
 }
@@ -168,7 +168,7 @@ fn the_large_course_scene_is_stable_just_where_it_was_measured() {
 fn the_course_default_step_is_stable_and_four_times_it_is_not() {
     let run = |dt: f64| {
         let scene = Scene::new(drap(70, DrapSprings::Faces, 0.01), dt)
-            .by(Method::of_golden("symplectic_euler").expect("an integrator of the program"))
+            .by(golden::method("symplectic_euler").expect("an integrator of the program"))
             .under([0.0, -9.8, 0.0]);
         fall(&scene)
     };

@@ -4,7 +4,8 @@
 
 use std::{collections::BTreeMap, fs, path::PathBuf};
 
-use nappe_sim::cloth::{Network, Spring, SpringKind, SpringLaw};
+use nappe_sim::cloth::{Hessian, Integrator, Network, Spring, SpringKind, SpringLaw};
+use nappe_study::Method;
 use serde::{Deserialize, de::DeserializeOwned};
 
 /// Where a golden file lies.
@@ -66,6 +67,17 @@ pub fn table_with(name: &str, clean: impl Fn(&str) -> String) -> Vec<Row> {
         Row { table: name.to_owned(), fields: fields.collect() }
     };
     lines.map(row).collect()
+}
+
+/// The method that golden tables call by this name: there `implicit_euler` keeps the full
+/// Hessian. `None` for a method that the program does not have.
+pub fn method(name: &str) -> Option<Method> {
+    if name == "implicit_euler_clamped" {
+        return Some(Method::new(Integrator::ImplicitEuler, Hessian::Clamped));
+    }
+    let integrator = Integrator::ALL.into_iter().find(|i| i.name() == name)?;
+    let hessian = if integrator.is_implicit() { Hessian::Full } else { Hessian::Absolute };
+    Some(Method::new(integrator, hessian))
 }
 
 /// A network written out in full.

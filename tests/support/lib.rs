@@ -2,7 +2,6 @@
 //!
 //! Suites take from here; nothing here asserts on the program except that it runs.
 
-mod method;
 mod scalar;
 
 pub mod threads;
@@ -17,7 +16,7 @@ pub mod systems;
 mod oscillator;
 mod random;
 
-pub use method::{Method, NEWTON};
+pub use nappe_study::{Method, NEWTON};
 pub use oscillator::Oscillator;
 pub use random::Random;
 pub use scalar::ScalarLaw;

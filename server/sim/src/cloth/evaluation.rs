@@ -49,6 +49,8 @@ pub(super) struct Evaluation<R: Real> {
     pub(super) bound: Bound,
     /// Bounded: what limits it to what springs can follow.
     pub(super) speed: Bound,
+    /// Evaluations since the step of the world began.
+    pub(super) runs: u64,
     partials: Vec<(Partial, [Bound; 2])>,
 }
 
@@ -74,6 +76,7 @@ impl<R: Real> Evaluation<R> {
         [x, v]: [&[Padded<R>]; 2],
         scratches: &Scratches<R>,
     ) {
+        self.runs += 1;
         let Self { rows, inverse, tangent, frozen, partials, .. } = self;
         let (tangent, inverse) = (Disjoint::new(tangent), Disjoint::new(inverse));
         let frozen = &Disjoint::new(frozen);

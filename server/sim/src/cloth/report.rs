@@ -2,7 +2,7 @@
 
 use crate::{
     linalg::SolveReport,
-    report::{Diagnostics, ErrorEstimate, Notices},
+    report::{Diagnostics, ErrorEstimate, Notices, Work},
 };
 
 /// What the sub-steps of a cloth within one step of the world told.
@@ -20,4 +20,6 @@ pub(crate) struct ClothReport {
     pub(crate) without_history: u32,
     /// What the user should know; particles in the user's numbering of the body.
     pub(crate) notices: Notices,
+    /// What the sub-steps cost, and what was rejected.
+    pub(crate) work: Work,
 }

@@ -19,7 +19,7 @@ use crate::{
     collide::{Contacts, Met, Passed, resolve},
     linalg::SolveReport,
     math::Real,
-    report::{BoundKind, Stage, StepFailure, Stopwatch, TimeBound},
+    report::{BoundKind, Stage, StepFailure, Stopwatch, TimeBound, Work},
     surroundings::Surroundings,
     time_step::TimeStep,
 };
@@ -238,7 +238,9 @@ impl<R: Real> Stepping<'_, R> {
         let failure = judge(self.model, self.state, &diagnostics, self.settings);
         let failure = failure.or_else(|| self.judge_gain());
         watch.lap(Stage::Force);
-        failure.map_or(Ok(ClothReport { diagnostics, ..self.work.report }), Err)
+        let Workspace { evaluation, products, report, .. } = &*self.work;
+        let work = Work { force_evaluations: evaluation.runs, matrix_products: *products };
+        failure.map_or(Ok(ClothReport { diagnostics, work, ..*report }), Err)
     }
 }
 

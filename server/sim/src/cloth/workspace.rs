@@ -80,6 +80,8 @@ pub struct Workspace<R: Real> {
     /// Of a preconditioner that has a coarse space.
     pub(super) coarse: CoarseMatrix,
     pub(super) cg: CgWorkspace<R>,
+    /// Products with the matrix since the step of the world began.
+    pub(super) products: u64,
     pub(super) scratches: Scratches<R>,
 }
 
@@ -131,6 +133,7 @@ impl<R: Real> Workspace<R> {
         self.has_moved = false;
         self.pins.keep(state);
         self.report = ClothReport::default();
+        (self.evaluation.runs, self.products) = (0, 0);
     }
 
     /// Begins a sub-step from a state, before its pins are aimed.

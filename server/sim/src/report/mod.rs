@@ -4,11 +4,13 @@ mod bound;
 mod failure;
 mod cloth;
 mod snow;
+mod work;
 
 pub use bound::{BoundKind, TimeBound};
 pub use cloth::{ClothSteps, ErrorEstimate, Rejection};
 pub use failure::{StepError, StepFailure};
 pub use snow::SnowReport;
+pub use work::Work;
 
 use crate::linalg::{Outcome, SolveReport, Stop};
 
@@ -148,6 +150,8 @@ pub struct StepReport {
     pub snow: Option<SnowReport>,
     /// What the user should know although the step was taken.
     pub notices: Notices,
+    /// What it cost, over all bodies, their sub-steps and what was rejected.
+    pub work: Work,
 }
 
 /// What happened in a step that was taken, and makes its result doubtful. Particles are in the user's numbering, over

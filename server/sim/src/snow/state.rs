@@ -6,7 +6,7 @@ use super::{
     particles::Particles,
     transfer::{ChunkDiagnostics, GridDiagnostics, ImplicitWorkspace},
 };
-use crate::math::Real;
+use crate::{math::Real, report::Work};
 
 /// Kinetic, elastic, gravitational energy; momentum; angular momentum; mass.
 pub(super) const SUMS: usize = 10;
@@ -41,6 +41,8 @@ pub struct SnowWorkspace<R: Real> {
     pub(super) implicit: ImplicitWorkspace<R>,
     /// Sums over the particles of each block.
     pub(super) partials: Vec<[f64; SUMS]>,
+    /// What the steps since the step of the world began cost.
+    pub(super) spent: Work,
 }
 
 impl<R: Real> SnowWorkspace<R> {

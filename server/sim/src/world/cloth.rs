@@ -155,9 +155,10 @@ impl<R: Real> Cloth<R> {
         watch: &mut dyn Stopwatch,
     ) -> Result<(BodyReport, ErrorEstimate, u32), StepFailure> {
         let report = self.stepping(around).finish(watch)?;
-        let ClothReport { diagnostics, contact_count, solve, error, without_history, mut notices } = report;
+        let ClothReport { diagnostics, contact_count, solve, error, without_history, mut notices, work } =
+            report;
         notices.first_passed = notices.first_passed.map(|particle| particle + u64::from(self.first_particle));
-        let report = BodyReport { diagnostics, contact_count, solve, snow: None, notices };
+        let report = BodyReport { diagnostics, contact_count, solve, snow: None, notices, work };
         Ok((report, error, without_history))
     }
 

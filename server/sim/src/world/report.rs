@@ -2,7 +2,7 @@
 
 use crate::{
     linalg::SolveReport,
-    report::{Diagnostics, Notices, SnowReport, StepReport},
+    report::{Diagnostics, Notices, SnowReport, StepReport, Work},
 };
 
 /// What one step of the world tells of a body.
@@ -17,6 +17,7 @@ pub(super) struct BodyReport {
     pub(super) snow: Option<SnowReport>,
     /// What the user should know; particles over all bodies.
     pub(super) notices: Notices,
+    pub(super) work: Work,
 }
 
 impl BodyReport {
@@ -27,6 +28,7 @@ impl BodyReport {
         report.contact_count += self.contact_count;
         report.snow = self.snow.or(report.snow);
         report.notices = report.notices.and(self.notices);
+        report.work = report.work.and(self.work);
 
         let is_worse = |new: &SolveReport| {
             report.solve.is_none_or(|old| new.relative_residual.total_cmp(&old.relative_residual).is_ge())

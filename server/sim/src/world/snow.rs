@@ -41,6 +41,7 @@ impl<R: Real> SnowBody<R> {
             solve: step.solve,
             snow: Some(step.report.shifted(u64::from(self.first_particle))),
             notices: Notices::default(),
+            work: step.work,
         })
     }
 

@@ -79,6 +79,7 @@ impl<R: Real> Step<'_, R> {
             let products = report.products.saturating_add(again.products);
             report = SolveReport { iterations, products, ..again };
         }
+        self.work.products += u64::from(report.products);
         self.watch.lap(Stage::Solve);
         SolveReport { preconditioner: Some(solver.preconditioner), ..report }
     }

@@ -91,6 +91,7 @@ pub(super) fn advance<R: Real>(
 impl<R: Real> Step<'_, R> {
     /// Moves every free particle of the iterate in `next` once.
     fn sweep(&mut self) {
+        self.work.evaluation.runs += 1;
         let (model, size) = (self.model, self.model.block_size);
         let colours = model.colours.as_ref().expect("laid out for these settings");
         let Workspace { evaluation, next, numbers, trial: [x, v], scratches, .. } = &mut *self.work;

@@ -10,7 +10,7 @@ use crate::{
     linalg::SolveReport,
     math::{LANES, Pack, Real, WithSimd, array::dot, dispatch, svd},
     parallel,
-    report::{BoundKind, Diagnostics, SnowReport, TimeBound},
+    report::{BoundKind, Diagnostics, SnowReport, TimeBound, Work},
     snow::{
         bound::smallest,
         grid::Sorted,
@@ -33,6 +33,8 @@ pub struct SnowStep {
     pub contact_count: u64,
     /// The last linear solve of a semi-implicit run.
     pub solve: Option<SolveReport>,
+    /// What the steps of the snow cost.
+    pub work: Work,
 }
 
 /// What the particles add up to.

@@ -34,7 +34,7 @@ use super::{
 use crate::{
     linalg::SolveReport,
     math::Real,
-    report::{Stage, StepFailure, Stopwatch},
+    report::{Stage, StepFailure, Stopwatch, Work},
     surroundings::Surroundings,
 };
 
@@ -51,6 +51,7 @@ pub fn step<R: Real>(
 ) -> Result<SnowStep, StepFailure> {
     let mut division = Division::of(around);
     let mut solve = None;
+    work.spent = Work::default();
     while !division.is_done() {
         check_stretch(model, state, work)?;
         check_grid(model, &state.particles, work)?;
@@ -75,7 +76,7 @@ pub fn step<R: Real>(
     watch.lap(Stage::Diagnose);
     check_energy(model, state, work, sums.diagnostics.kinetic_energy + sums.diagnostics.elastic_energy)?;
     let contact_count = work.grid_diagnostics.contacts;
-    Ok(SnowStep { diagnostics: sums.diagnostics, report, contact_count, solve })
+    Ok(SnowStep { diagnostics: sums.diagnostics, report, contact_count, solve, work: work.spent })
 }
 
 /// What a step finds on the grid.
@@ -100,6 +101,7 @@ fn velocities_on_grid<R: Real>(
 
     // 1 and 3. Masses and momenta of particles to nodes, with what forces add to momenta.
     particles_to_grid(model, particles, sorted, grid, context.dt);
+    work.spent.force_evaluations += 1;
     watch.lap(Stage::ParticlesToGrid);
 
     // 4 and 5. Velocities of nodes, and their collisions.
@@ -126,6 +128,7 @@ fn velocities_on_grid<R: Real>(
     }
 
     let solve = solved.map_err(|outcome| StepFailure::Solver { outcome })?;
+    work.spent.matrix_products += solve.map_or(0, |solve| u64::from(solve.products));
 
     let (speed2, node) = if solve.is_some() { fastest_node(grid, model.least_mass) } else { (0.0, [0; 3]) };
     let moved = cells_moved(speed2);

@@ -1,6 +1,9 @@
-//! The axis "method": every integrator, and for the implicit ones every treatment of the Hessian.
+//! The axis "method": every integrator, and of the implicit ones every way of solving and every treatment of the Hessian.
 
-use nappe_sim::cloth::{Hessian, Integrator, Minimizer, NewtonSettings};
+use nappe_sim::{
+    cloth::{ClothSettings, Hessian, Integrator, Minimizer, NewtonSettings},
+    linalg::Stop,
+};
 
 /// An integrator, how its steps are solved, and its treatment of compressed springs.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,7 +19,7 @@ pub struct Method {
 /// Newton's method, as far as the precision goes.
 pub const NEWTON: Minimizer = Minimizer::Newton(NewtonSettings { tolerance: 1e-12, max_iterations: 50 });
 
-/// Sweeps of vertex block descent that come as far as the precision goes on the small networks of tests.
+/// Sweeps of vertex block descent that come as far as the precision goes on small cloths.
 const MANY_SWEEPS: u32 = 40;
 
 impl Method {
@@ -44,27 +47,32 @@ impl Method {
         Integrator::ALL.into_iter().flat_map(of).collect()
     }
 
-    /// The same with few iterations of Newton's method, or few sweeps: what many do in less time, for tests of how they run.
+    /// That by which a cloth is stepped.
+    pub fn of(settings: &ClothSettings) -> Self {
+        let ClothSettings { integrator, minimizer, hessian, .. } = *settings;
+        Self { integrator, minimizer, hessian }
+    }
+
+    /// The same with Newton's method ended so, or so many sweeps.
     #[must_use]
-    pub fn in_few_iterations(self) -> Self {
-        let few = Minimizer::Newton(NewtonSettings { tolerance: 1e-3, max_iterations: 5 });
+    pub const fn with(self, newton: NewtonSettings, sweeps: u32) -> Self {
         let minimizer = match self.minimizer {
-            Minimizer::Newton(_) => few,
-            Minimizer::VertexBlockDescent { .. } => Minimizer::VertexBlockDescent { sweeps: 5 },
+            Minimizer::Newton(_) => Minimizer::Newton(newton),
+            Minimizer::VertexBlockDescent { .. } => Minimizer::VertexBlockDescent { sweeps },
             Minimizer::OneStep => Minimizer::OneStep,
         };
         Self { minimizer, ..self }
     }
 
-    /// The method that golden tables call by this name: there `implicit_euler` keeps the full
-    /// Hessian. `None` for a method that the program does not have.
-    pub fn of_golden(name: &str) -> Option<Self> {
-        if name == "implicit_euler_clamped" {
-            return Some(Self::new(Integrator::ImplicitEuler, Hessian::Clamped));
+    /// The relative residual at which linear solves of a cloth that is stepped by it end; none where it makes none, or a
+    /// fixed number of iterations.
+    pub fn solver_tolerance(self, settings: &ClothSettings) -> Option<f64> {
+        match settings.solver.stop {
+            Stop::Residual { tolerance, .. } if self.integrator.is_implicit() && !self.is_by_sweeps() => {
+                Some(tolerance)
+            }
+            _ => None,
         }
-        let integrator = Integrator::ALL.into_iter().find(|i| i.name() == name)?;
-        let hessian = if integrator.is_implicit() { Hessian::Full } else { Hessian::Absolute };
-        Some(Self::new(integrator, hessian))
     }
 
     /// Whether its particles move one by one, without a linear system.
@@ -72,16 +80,15 @@ impl Method {
         self.integrator.is_implicit() && matches!(self.minimizer, Minimizer::VertexBlockDescent { .. })
     }
 
-    /// `velocity_verlet`, `implicit_euler_full`, ...
+    /// `velocity_verlet`, `implicit_euler_full`, `bdf2_newton`, ...
     pub fn name(self) -> String {
-        if self.minimizer == NEWTON {
-            format!("{}_newton", self.integrator.name())
-        } else if let Minimizer::VertexBlockDescent { .. } = self.minimizer {
-            format!("{}_vertex_block_descent", self.integrator.name())
-        } else if self.integrator.is_implicit() {
-            format!("{}_{}", self.integrator.name(), self.hessian.name())
-        } else {
-            self.integrator.name().to_owned()
+        let integrator = self.integrator.name();
+        match self.minimizer {
+            _ if !self.integrator.is_implicit() => integrator.to_owned(),
+            Minimizer::OneStep => format!("{integrator}_{}", self.hessian.name()),
+            Minimizer::Newton(_) | Minimizer::VertexBlockDescent { .. } => {
+                format!("{integrator}_{}", self.minimizer.kind().name())
+            }
         }
     }
 
@@ -90,11 +97,7 @@ impl Method {
     pub fn order(self, damping: f64) -> f64 {
         match self.integrator {
             Integrator::VelocityVerlet if damping > 0.0 => 1.0,
-            Integrator::VelocityVerlet
-            | Integrator::VelocityVerletPredicted
-            | Integrator::ImplicitMidpoint
-            | Integrator::Bdf2 => 2.0,
-            Integrator::ExplicitEuler | Integrator::SymplecticEuler | Integrator::ImplicitEuler => 1.0,
+            _ => f64::from(self.integrator.order()),
         }
     }
 }
