@@ -5,7 +5,7 @@ use nappe_sim::{
     math::{Precision, Real},
 };
 use nappe_tests::{
-    Method, Scene,
+    Scene,
     golden::{self, Transient, document},
     scene::{advance, max_distance, positions, velocities},
 };

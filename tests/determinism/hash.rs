@@ -5,7 +5,7 @@ use nappe_sim::{
     world::{Change, Simulation},
 };
 use nappe_tests::{
-    Method, Scene, golden,
+    Scene, golden,
     networks::{chain, sheet, sheet_rules},
     scene::{advance, positions, velocities},
 };

@@ -9,7 +9,7 @@ use nappe_sim::{
     math::{Padded, Precision, Sixteen, Vec3},
 };
 use nappe_tests::{
-    Method, Scene, golden,
+    Scene, golden,
     networks::{sheet, sheet_rules},
     scene::{advance, positions, velocities},
     systems::System,

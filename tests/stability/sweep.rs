@@ -2,7 +2,7 @@
 
 use nappe_sim::{cloth::Network, linalg::Outcome, math::Precision, report::StepReport};
 use nappe_tests::{
-    Method, Scene,
+    Scene,
     golden::{self, Row, table},
     networks::{DrapSprings, drap},
     scene::try_advance,

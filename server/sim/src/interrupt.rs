@@ -41,6 +41,11 @@ impl Interrupt {
         self.0.load(Ordering::Relaxed)
     }
 
+    /// Whether a request to one is a request to the other.
+    pub fn is_same(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.0, &other.0)
+    }
+
     /// Does work that is left at the next [`point`] to which it comes on this thread once it is asked to give up.
     ///
     /// # Errors

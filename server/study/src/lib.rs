@@ -5,5 +5,31 @@
 //! Modules in reading order:
 
 mod method;
+mod case;
+mod times;
+mod budget;
+mod setting;
+mod run;
+mod window;
+mod reference;
+mod row;
+mod front;
+mod line;
+mod request;
+mod rounds;
+mod timing;
+mod chart;
 
+pub use budget::{Budget, Phase, Stop};
+pub use case::{Case, NoCloth};
+pub use chart::{Chart, Limit, chart};
+pub use front::cheapest;
 pub use method::{Method, NEWTON};
+pub use reference::{NoReference, Reference, reference};
+pub use request::Request;
+pub use rounds::line_names;
+pub use row::{Outcome, Row};
+pub use run::{End, Failure, Run, run};
+pub use setting::{Setting, Steps};
+pub use times::{Times, TimesError};
+pub use window::{DISPLACEMENT, SEED, Scan, ScanEnd, scan};

@@ -1,4 +1,4 @@
-//! The axis "method": every integrator, and of the implicit ones every way of solving and every treatment of the Hessian.
+//! Every integrator, and of the implicit ones every way of solving and every treatment of the Hessian.
 
 use nappe_sim::{
     cloth::{ClothSettings, Hessian, Integrator, Minimizer, NewtonSettings},

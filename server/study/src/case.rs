@@ -1,0 +1,134 @@
+//! What is studied: the cloths of a scene as it is written, and distances between their states.
+
+use nappe_sim::{
+    cloth::Network,
+    math::Precision,
+    world::{Change, WorldSetup},
+};
+use thiserror::Error;
+
+/// The cloths of a scene.
+#[derive(Clone, Debug)]
+pub struct Case {
+    /// What the scene is called.
+    pub name: String,
+    /// How it is stepped as it is written.
+    pub precision: Precision,
+    pub(crate) setup: WorldSetup,
+    /// Changes before the first step.
+    pub(crate) changes: Vec<Change>,
+    /// Mass (kg) of each particle, 0 for pins.
+    masses: Vec<f64>,
+    /// The first particle of each body, and the end.
+    bounds: Vec<usize>,
+}
+
+/// Nothing to be studied.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[error("{0} has no cloth; chart compares methods of cloth")]
+pub struct NoCloth(pub String);
+
+impl Case {
+    /// The cloths of a world, which begins with some changes. Snow is left out.
+    ///
+    /// # Errors
+    /// A world without cloth.
+    pub fn new(
+        name: &str,
+        mut setup: WorldSetup,
+        changes: Vec<Change>,
+        precision: Precision,
+    ) -> Result<Self, NoCloth> {
+        if setup.bodies.is_empty() {
+            return Err(NoCloth(name.to_owned()));
+        }
+        setup.snow = None;
+        let networks = || setup.bodies.iter().map(|body| &body.network);
+        let masses = networks().flat_map(masses).collect();
+        let ends = networks().scan(0, |end, network| {
+            *end += network.x.len();
+            Some(*end)
+        });
+        let bounds = std::iter::once(0).chain(ends).collect();
+        Ok(Self { name: name.to_owned(), precision, setup, changes, masses, bounds })
+    }
+
+    /// Time step of the world as it is written (s).
+    pub fn dt(&self) -> f64 {
+        self.setup.dt
+    }
+
+    /// Whether pins move: steps of the world are then the scene's own, which pins are sent in.
+    pub fn has_moving_pins(&self) -> bool {
+        self.changes.iter().any(|change| matches!(change, Change::Pin { .. } | Change::PinPath { .. }))
+    }
+
+    /// Number of particles.
+    pub fn particle_count(&self) -> usize {
+        self.masses.len()
+    }
+
+    /// Length (m) of the diagonal of the box in which all particles start.
+    pub fn diagonal(&self) -> f64 {
+        let x = || self.setup.bodies.iter().flat_map(|body| &body.network.x);
+        let extent = |axis: usize| {
+            let low = x().map(|x| x[axis]).fold(f64::INFINITY, f64::min);
+            x().map(|x| x[axis]).fold(f64::NEG_INFINITY, f64::max) - low
+        };
+        [0, 1, 2].map(extent).iter().map(|extent| extent * extent).sum::<f64>().sqrt()
+    }
+
+    /// Root of the mean square over free particles of how far they are (m) in one state from where they are in another.
+    pub fn rms(&self, a: &[f64], b: &[f64]) -> f64 {
+        let mut sum = 0.0;
+        let mut count = 0;
+        for (i, _) in self.masses.iter().enumerate().filter(|(_, mass)| **mass > 0.0) {
+            sum += (3 * i..3 * i + 3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>();
+            count += 1;
+        }
+        if count == 0 { 0.0 } else { (sum / f64::from(count)).sqrt() }
+    }
+
+    /// How far (m) the centre of mass of the free particles of a body is in one state from where it is in another: the
+    /// largest over bodies.
+    pub fn centre_distance(&self, a: &[f64], b: &[f64]) -> f64 {
+        let of_body = |range: &[usize]| {
+            let particles = range[0]..range[1];
+            let mass: f64 = self.masses[particles.clone()].iter().sum();
+            let moment = |axis: usize| {
+                particles.clone().map(|i| self.masses[i] * (a[3 * i + axis] - b[3 * i + axis])).sum::<f64>()
+            };
+            let squares = [0, 1, 2].map(moment).iter().map(|moment| moment * moment).sum::<f64>();
+            if mass > 0.0 { squares.sqrt() / mass } else { 0.0 }
+        };
+        self.bounds.windows(2).map(of_body).fold(0.0, f64::max)
+    }
+
+    /// The same with each free particle displaced by `distance` (m), in directions at random.
+    pub(crate) fn displaced(&self, distance: f64, rng: &mut fastrand::Rng) -> Self {
+        let mut moved = self.clone();
+        let positions = moved.setup.bodies.iter_mut().flat_map(|body| &mut body.network.x);
+        for (x, _) in positions.zip(&self.masses).filter(|(_, mass)| **mass > 0.0) {
+            let way = direction(rng);
+            *x = [0, 1, 2].map(|c| x[c] + distance * way[c]);
+        }
+        moved
+    }
+}
+
+fn masses(network: &Network) -> Vec<f64> {
+    let mut masses = network.masses.clone();
+    network.pins.iter().for_each(|pin| masses[*pin as usize] = 0.0);
+    masses
+}
+
+/// A direction, all alike.
+fn direction(rng: &mut fastrand::Rng) -> [f64; 3] {
+    loop {
+        let v = [0, 1, 2].map(|_| 2.0 * rng.f64() - 1.0);
+        let square: f64 = v.iter().map(|c| c * c).sum();
+        if (1e-6..=1.0).contains(&square) {
+            return v.map(|c| c / square.sqrt());
+        }
+    }
+}

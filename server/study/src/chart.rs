@@ -1,0 +1,166 @@
+//! The chart of a scene: its window, a reference within it, and rows of every method against it.
+
+use crate::{
+    budget::Budget,
+    case::Case,
+    front,
+    reference::{NoReference, Reference, reference},
+    request::Request,
+    rounds::Rounds,
+    row::Row,
+    times::Times,
+    timing,
+    window::{Scan, ScanEnd, scan},
+};
+
+/// Shares of the budget at whose end each part is over.
+const SCAN: f64 = 0.10;
+const REFERENCE: f64 = 0.35;
+const ROWS: f64 = 0.85;
+const AGAIN: f64 = 0.98;
+
+/// Share of the tolerance within which spread and the reference's own error stay in a window.
+const OPEN: f64 = 0.25;
+/// Share of the tolerance that the reference is to be good to.
+const GOOD_REFERENCE: f64 = 1e-4;
+
+/// What ends the time in which runs are compared.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Limit {
+    /// It was asked for.
+    Asked,
+    /// The scene ends.
+    Scene,
+    /// Runs that start a hair apart part.
+    Spread,
+    /// The reference is not good enough further on.
+    Reference,
+    /// The time for it was over.
+    Budget,
+    /// A step of a reference run failed.
+    Failed(String),
+}
+
+/// The chart of a scene.
+#[derive(Clone, Debug)]
+pub struct Chart {
+    /// Error that matters (m).
+    pub tolerance: f64,
+    /// What copies showed that start a hair away.
+    pub scan: Scan,
+    /// The reference at all times that were looked at.
+    pub whole: Option<Reference>,
+    /// Why there is none.
+    pub missing: Option<NoReference>,
+    /// The reference at the comparison times.
+    pub reference: Option<Reference>,
+    /// What ends them.
+    pub limit: Limit,
+    /// What errors can be told from nothing (m).
+    pub floor: f64,
+    /// Rows, in the order of methods, precisions and steps.
+    pub rows: Vec<Row>,
+    /// Whether anything was left out for want of time.
+    pub is_cut: bool,
+    /// Whether somebody ended it.
+    pub is_stopped: bool,
+}
+
+impl Chart {
+    /// The last comparison time (s); 0 without any.
+    pub fn until(&self) -> f64 {
+        self.reference.as_ref().map_or(0.0, |reference| reference.times.end())
+    }
+
+    /// The finest row of an implicit method: how near another family comes to the reference.
+    pub fn other_family(&self) -> Option<&Row> {
+        let implicit = self.rows.iter().filter(|row| row.setting.method.integrator.is_implicit() && !row.own);
+        let held = implicit.filter_map(|row| Some((row.error()?, row)));
+        held.min_by(|(a, _), (b, _)| a.total_cmp(b)).map(|(_, row)| row)
+    }
+}
+
+/// Charts a case. `tell` is called with what is done now.
+pub fn chart(case: &Case, request: &Request, budget: &Budget, tell: &dyn Fn(&str)) -> Chart {
+    let allowed = OPEN * request.tolerance;
+    let end = request.times.as_ref().map_or(request.end, Times::end);
+    let most = if request.times.is_some() { f64::INFINITY } else { allowed };
+    tell("looking how long the scene determines its answer");
+    let scan = scan(case, end, most, &budget.until(SCAN));
+    let is_late = scan.end == ScanEnd::Stopped;
+    let mut chart = Chart {
+        tolerance: request.tolerance,
+        limit: limit(&scan, request),
+        scan,
+        whole: None,
+        missing: None,
+        reference: None,
+        floor: 0.0,
+        rows: Vec::new(),
+        is_cut: is_late,
+        is_stopped: false,
+    };
+
+    let times = request
+        .times
+        .clone()
+        .unwrap_or_else(|| Times::even(chart.scan.spacing, chart.scan.count_within(allowed)));
+    if times.count() > 0 {
+        tell("computing the reference");
+        let wanted = GOOD_REFERENCE * request.tolerance;
+        match reference(case, &times, chart.scan.step, wanted, &budget.until(REFERENCE)) {
+            Ok(found) => chart.keep(found, request),
+            Err(missing) => {
+                chart.is_cut |= matches!(missing, NoReference::Time(_));
+                chart.missing = Some(missing);
+            }
+        }
+    }
+    if let Some(reference) = chart.reference.clone() {
+        let rounds = Rounds::new(case, request, &reference, chart.floor);
+        let (rows, is_cut) = rounds.make(&budget.until(ROWS), tell);
+        chart.rows = rows;
+        chart.is_cut |= is_cut;
+        front::mark(&mut chart.rows);
+        tell("timing the best rows again, in turn");
+        timing::again(case, &mut chart.rows, &reference.times, &budget.until(AGAIN));
+        front::mark(&mut chart.rows);
+    }
+    chart.is_stopped = budget.is_stopped();
+    chart
+}
+
+fn limit(scan: &Scan, request: &Request) -> Limit {
+    match &scan.end {
+        _ if request.times.is_some() => Limit::Asked,
+        ScanEnd::Reached => Limit::Scene,
+        ScanEnd::Spread => Limit::Spread,
+        ScanEnd::Stopped => Limit::Budget,
+        ScanEnd::Failed(cause) => Limit::Failed(cause.clone()),
+    }
+}
+
+impl Chart {
+    /// Takes a reference over, and of its times those that runs are compared at.
+    fn keep(&mut self, found: Reference, request: &Request) {
+        self.is_cut |= found.is_cut;
+        let kept = if request.times.is_some() {
+            found.clone()
+        } else {
+            let is_within = |error: &&f64| **error <= OPEN * self.tolerance;
+            let count = found.own_error.iter().take_while(is_within).count() as u64;
+            if count < found.times.count() {
+                self.limit = if found.is_cut { Limit::Budget } else { Limit::Reference };
+            }
+            found.kept(count, 1 << (count / 16).max(1).ilog2())
+        };
+        let error = kept.error();
+        // Within a window the scene determines its answer; at times that were asked for it may not.
+        self.floor = match request.times {
+            Some(_) => error.max(self.scan.largest_until(kept.times.end())),
+            None => error,
+        };
+        self.reference = (kept.times.count() > 0).then_some(kept);
+        self.whole = Some(found);
+    }
+}

@@ -1,0 +1,92 @@
+//! A line of a chart: a method in a precision, at steps that are halved from row to row, or at ever smaller errors per step.
+
+use nappe_sim::math::Precision;
+
+use crate::{
+    case::Case,
+    method::Method,
+    row::{Outcome, Row},
+    setting::{Setting, Steps},
+};
+
+/// Errors per step (m) that steps are controlled by, from row to row.
+const STEP_TOLERANCES: [f64; 4] = [1e-3, 1e-4, 1e-5, 1e-6];
+/// Rows that a line has before it may end for being beaten.
+const ROWS: usize = 4;
+/// How often an interval is halved, at most.
+const MOST_LEVELS: u32 = 30;
+
+/// A method in a precision, and its rows so far.
+#[derive(Clone, Debug)]
+pub(crate) struct Line {
+    method: Method,
+    precision: Precision,
+    is_controlled: bool,
+    /// Rows that were made or tried.
+    tried: u32,
+    /// The places of its rows that held.
+    held: Vec<usize>,
+    pub(crate) is_done: bool,
+}
+
+impl Line {
+    /// At steps that are halved.
+    pub(crate) fn fixed(method: Method, precision: Precision) -> Self {
+        Self { method, precision, is_controlled: false, tried: 0, held: Vec::new(), is_done: false }
+    }
+
+    /// At steps that an error allows.
+    pub(crate) fn controlled(method: Method, precision: Precision) -> Self {
+        Self { is_controlled: true, ..Self::fixed(method, precision) }
+    }
+
+    /// Its name, without the precision.
+    pub(crate) fn name(&self) -> String {
+        let steps = if self.is_controlled { Steps::Controlled(0.0) } else { Steps::Divided(0) };
+        Setting { method: self.method, precision: self.precision, steps }.name()
+    }
+
+    /// The setting of its next row; none where there is none. Where pins move, intervals that are longer than steps of the
+    /// world are left out.
+    pub(crate) fn next(&mut self, case: &Case, interval: f64) -> Option<Setting> {
+        let setting = |steps| Setting { method: self.method, precision: self.precision, steps };
+        if self.is_controlled {
+            let tolerance = STEP_TOLERANCES.get(self.tried as usize)?;
+            self.tried += 1;
+            return Some(setting(Steps::Controlled(*tolerance)));
+        }
+        while self.tried < MOST_LEVELS {
+            let next = setting(Steps::Divided(self.tried));
+            self.tried += 1;
+            if next.fits(case, interval) {
+                return Some(next);
+            }
+        }
+        None
+    }
+
+    /// Takes note of its last row, the last of all, and of whether the line ends with it: its error is below `good` (m), or
+    /// after four rows that held another row is better in error and counts; or it has not held where another line is
+    /// good in fewer evaluations than this one makes steps, `planned` of them.
+    pub(crate) fn note(&mut self, rows: &[Row], good: f64, planned: f64) {
+        let Some(last) = rows.last() else { return };
+        let error = last.error();
+        if error.is_some() {
+            self.held.push(rows.len() - 1);
+        }
+        let others = || rows.iter().filter_map(|row| Some((row.error()?, row.count())));
+        self.is_done = match error {
+            Some(error) if error <= good => true,
+            Some(error) => {
+                let is_beaten = || others().any(|(other, count)| other < error && count < last.count());
+                self.held.len() >= ROWS && is_beaten()
+            }
+            None if last.outcome == Outcome::Stopped => true,
+            None => {
+                !self.is_controlled
+                    && self.held.is_empty()
+                    && others().any(|(other, count)| other <= good && (count as f64) < planned)
+            }
+        };
+    }
+}

@@ -1,0 +1,176 @@
+//! A row of a chart: what one run costs, and how far it is from the reference.
+
+use nappe_sim::report::Work;
+
+use crate::{
+    case::Case,
+    reference::Reference,
+    run::{End, Failure, Run},
+    setting::{Setting, Steps},
+};
+
+/// How a run ended, as charts tell it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// It reached the last comparison time.
+    Ok,
+    /// It left what is a state, or is farther from the reference than the scene is long.
+    Diverged,
+    /// A step was not taken.
+    Refused,
+    /// Its time was over.
+    Stopped,
+}
+
+impl Outcome {
+    /// Its name in tables.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Ok => "ok",
+            Self::Diverged => "diverged",
+            Self::Refused => "refused",
+            Self::Stopped => "stopped",
+        }
+    }
+}
+
+/// What one run costs, and how far it is from the reference.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Row {
+    /// How it was stepped.
+    pub setting: Setting,
+    /// Length of its steps (s), the mean where they vary.
+    pub dt: f64,
+    /// Relative residual at which its linear solves end, if it makes any.
+    pub tolerance: Option<f64>,
+    /// The largest over the comparison times of the rms over free particles of their distance from the reference (m).
+    pub rms_error: Option<f64>,
+    /// The largest over the comparison times of the distance of a body's centre of mass from that of the reference (m).
+    pub centre_error: Option<f64>,
+    /// Seconds per simulated second: the median over intervals, the first left out.
+    pub seconds: Option<f64>,
+    /// The smallest of them.
+    pub minimum_seconds: Option<f64>,
+    /// Forces and products.
+    pub work: Work,
+    /// Total energy at the end less that at the start (J).
+    pub energy_drift: f64,
+    /// The largest length over rest length of any spring.
+    pub max_stretch: f64,
+    /// How it ended.
+    pub outcome: Outcome,
+    /// Why it did not reach its end.
+    pub failure: Option<Failure>,
+    /// Whether its error is less than what can be told.
+    pub below_floor: bool,
+    /// Whether no other row is better in error and seconds.
+    pub front: bool,
+    /// Whether it is the scene as it is written.
+    pub own: bool,
+}
+
+impl Row {
+    /// A row of a run, compared with the places in a reference that its comparison times have.
+    pub(crate) fn new(case: &Case, setting: Setting, run: &Run, against: (&Reference, &[usize])) -> Self {
+        let (reference, places) = against;
+        let largest = |distance: &dyn Fn(&[f64], &[f64]) -> f64| {
+            let is_whole = run.end == End::Reached && !places.is_empty();
+            let pairs = run.states.iter().zip(places.iter().map(|place| &reference.states[*place]));
+            is_whole.then(|| pairs.map(|(found, known)| distance(found, known)).fold(0.0, f64::max))
+        };
+        let rms_error = largest(&|a, b| case.rms(a, b));
+        let centre_error = largest(&|a, b| case.centre_distance(a, b));
+        let (outcome, failure) = match &run.end {
+            End::Reached if rms_error.is_some_and(|error| error <= case.diagonal()) => (Outcome::Ok, None),
+            End::Reached => (Outcome::Diverged, Some(far(case, run))),
+            End::Stopped => (Outcome::Stopped, None),
+            End::Failed(failure) if failure.is_refusal => (Outcome::Refused, Some(failure.clone())),
+            End::Failed(failure) => (Outcome::Diverged, Some(failure.clone())),
+        };
+        let interval = reference.times.interval;
+        let (seconds, minimum_seconds) = match run.end {
+            End::Reached => costs(&run.seconds, run.time),
+            _ if run.elapsed > 0.0 => {
+                // The step that failed took its time too: at least one was tried.
+                let cost = run.elapsed / run.time.max(run.dt.min(interval));
+                (Some(cost), Some(cost))
+            }
+            _ => (None, None),
+        };
+        let own = setting.steps == Steps::Own;
+        let solver = case.setup.bodies.first().map(|body| body.settings);
+        let tolerance = solver.and_then(|mut settings| {
+            setting.configure(&mut settings, interval);
+            setting.method.solver_tolerance(&settings)
+        });
+        let Run { dt, work, energy_drift, max_stretch, .. } = *run;
+        Self {
+            setting,
+            dt,
+            tolerance,
+            rms_error,
+            centre_error,
+            seconds,
+            minimum_seconds,
+            work,
+            energy_drift,
+            max_stretch,
+            outcome,
+            failure,
+            below_floor: false,
+            front: false,
+            own,
+        }
+    }
+
+    /// Takes over seconds of intervals of a run (s) over a simulated time (s).
+    pub(crate) fn time_again(&mut self, seconds: &[f64], time: f64) {
+        (self.seconds, self.minimum_seconds) = costs(seconds, time);
+    }
+
+    /// Evaluations and products together: a cost that no machine disturbs.
+    pub fn count(&self) -> u64 {
+        self.work.force_evaluations + self.work.matrix_products
+    }
+
+    /// Its error (m), where it reached its end near the reference.
+    pub fn error(&self) -> Option<f64> {
+        self.rms_error.filter(|_| self.outcome == Outcome::Ok)
+    }
+}
+
+fn far(case: &Case, run: &Run) -> Failure {
+    let cause = format!("it is farther from the reference than the scene is long, {} m", case.diagonal());
+    Failure { cause, time: run.time, particle: None, is_refusal: false }
+}
+
+/// Median and minimum of the seconds per simulated second, from those of equal intervals of a time (s).
+fn costs(seconds: &[f64], time: f64) -> (Option<f64>, Option<f64>) {
+    if seconds.is_empty() {
+        return (None, None);
+    }
+    let interval = time / seconds.len() as f64;
+    // The first interval makes room and fills caches.
+    let mut counted = if seconds.len() > 1 { seconds[1..].to_vec() } else { seconds.to_vec() };
+    counted.sort_unstable_by(f64::total_cmp);
+    let middle = counted.len() / 2;
+    let median = if counted.len().is_multiple_of(2) {
+        f64::midpoint(counted[middle - 1], counted[middle])
+    } else {
+        counted[middle]
+    };
+    (Some(median / interval), Some(counted[0] / interval))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_interval_never_counts() {
+        assert_eq!(costs(&[9.0, 2.0, 1.0, 3.0], 4.0), (Some(2.0), Some(1.0)));
+        assert_eq!(costs(&[9.0, 2.0, 1.0], 1.5), (Some(3.0), Some(2.0)));
+        assert_eq!(costs(&[9.0], 0.5), (Some(18.0), Some(18.0)));
+        assert_eq!(costs(&[], 0.0), (None, None));
+    }
+}

@@ -1,0 +1,196 @@
+//! One setting from the start to the last comparison time: states there, seconds, counts, and how it ended.
+
+use std::time::Instant;
+
+use nappe_sim::{
+    report::{NoStopwatch, StepError, StepFailure, Work},
+    world::Simulation,
+};
+
+use crate::{
+    budget::{Phase, Watched},
+    case::Case,
+    setting::{Plan, Setting},
+    times::Times,
+};
+
+/// How a run ended.
+#[derive(Clone, Debug, PartialEq)]
+pub enum End {
+    /// At the last comparison time.
+    Reached,
+    /// With a step that could not be taken, or that led to what is no state.
+    Failed(Failure),
+    /// Given up: its time was over, or the study was ended.
+    Stopped,
+}
+
+/// Why a run did not reach its end.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Failure {
+    /// In a sentence.
+    pub cause: String,
+    /// Simulated time (s).
+    pub time: f64,
+    /// At which particle, in the user's numbering.
+    pub particle: Option<u64>,
+    /// Whether a step was refused, and none led astray.
+    pub is_refusal: bool,
+}
+
+/// What a run gave.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Run {
+    /// Positions (m), x y z per particle, at each comparison time that was reached.
+    pub states: Vec<Vec<f64>>,
+    /// Seconds of each interval.
+    pub seconds: Vec<f64>,
+    /// Seconds of all together, with those of an interval in which it failed.
+    pub elapsed: f64,
+    /// Simulated time that was reached (s).
+    pub time: f64,
+    /// Forces and products.
+    pub work: Work,
+    /// Length of its steps (s), the mean where they vary.
+    pub dt: f64,
+    /// Total energy at the end less that at the start (J).
+    pub energy_drift: f64,
+    /// The largest length over rest length of any spring, at the ends of steps of the world.
+    pub max_stretch: f64,
+    /// How it ended.
+    pub end: End,
+}
+
+/// A run on its way, an interval at a time.
+pub(crate) struct Runner {
+    simulation: Simulation,
+    /// Steps of the world in an interval.
+    steps: u64,
+    elapsed: f64,
+    work: Work,
+    substeps: u64,
+    /// Total energy at the start, and now (J).
+    energies: [f64; 2],
+    max_stretch: f64,
+    _watched: Watched,
+}
+
+impl Runner {
+    /// Builds a simulation, which is given up at the end of a phase.
+    pub(crate) fn start(
+        case: &Case,
+        setting: &Setting,
+        times: &Times,
+        phase: &Phase,
+    ) -> Result<Self, Failure> {
+        let refused = |cause: String| Failure { cause, time: 0.0, particle: None, is_refusal: true };
+        let Plan { setup, steps } = setting.plan(case, times.interval);
+        let (mut simulation, _) =
+            Simulation::new(&setup, setting.precision).map_err(|error| refused(error.to_string()))?;
+        simulation.apply(&case.changes).map_err(|error| refused(error.to_string()))?;
+        let watched = phase.watch(simulation.interrupt());
+        let start = simulation.diagnose();
+        let energies = [start.total_energy(); 2];
+        let (work, max_stretch) = (Work::default(), start.max_stretch);
+        Ok(Self {
+            simulation,
+            steps,
+            elapsed: 0.0,
+            work,
+            substeps: 0,
+            energies,
+            max_stretch,
+            _watched: watched,
+        })
+    }
+
+    /// Takes the steps of an interval; returns how long that took (s).
+    pub(crate) fn advance(&mut self) -> Result<f64, End> {
+        let begin = Instant::now();
+        let taken = (0..self.steps).try_for_each(|_| self.step());
+        let seconds = begin.elapsed().as_secs_f64();
+        self.elapsed += seconds;
+        taken.map(|()| seconds)
+    }
+
+    fn step(&mut self) -> Result<(), End> {
+        let report = self.simulation.step(&mut NoStopwatch).map_err(|error| ended(&error))?;
+        self.work = self.work.and(report.work);
+        self.substeps += report.cloth.map_or(0, |cloth| u64::from(cloth.substeps));
+        self.energies[1] = report.diagnostics.total_energy();
+        self.max_stretch = self.max_stretch.max(report.diagnostics.max_stretch);
+        Ok(())
+    }
+
+    /// Where particles are.
+    pub(crate) fn positions(&self) -> Vec<f64> {
+        let mut positions = Vec::new();
+        self.simulation.positions_f64(&mut positions);
+        positions
+    }
+
+    /// The longest explicit step (s) that is certified at the state as it is.
+    pub(crate) fn bound(&self) -> f64 {
+        self.simulation.step_bounds().iter().map(|bound| bound.dt).fold(f64::INFINITY, f64::min)
+    }
+}
+
+fn ended(error: &StepError) -> End {
+    let refuses = matches!(
+        error.failure,
+        StepFailure::TimeStep { .. }
+            | StepFailure::Substeps { .. }
+            | StepFailure::NeverStable { .. }
+            | StepFailure::Inaccurate { .. }
+    );
+    match error.failure {
+        StepFailure::Interrupted => End::Stopped,
+        _ => End::Failed(Failure {
+            cause: error.failure.to_string(),
+            time: error.time,
+            particle: error.failure.particle(),
+            is_refusal: refuses,
+        }),
+    }
+}
+
+/// Runs a setting to the last of the times, or until a phase is over. What fails is a result.
+pub fn run(case: &Case, setting: &Setting, times: &Times, phase: &Phase) -> Run {
+    let mut run = Run {
+        states: Vec::new(),
+        seconds: Vec::new(),
+        elapsed: 0.0,
+        time: 0.0,
+        work: Work::default(),
+        dt: setting.dt(times.interval).unwrap_or(case.dt()),
+        energy_drift: 0.0,
+        max_stretch: 0.0,
+        end: End::Reached,
+    };
+    let mut runner = match Runner::start(case, setting, times, phase) {
+        Ok(runner) => runner,
+        Err(failure) => return Run { end: End::Failed(failure), ..run },
+    };
+
+    let mut marks = times.marks.iter().peekable();
+    for interval in 1..=times.count() {
+        match runner.advance() {
+            Ok(seconds) => run.seconds.push(seconds),
+            Err(end) => {
+                run.end = end;
+                break;
+            }
+        }
+        if marks.next_if_eq(&&interval).is_some() {
+            run.states.push(runner.positions());
+        }
+    }
+
+    if setting.dt(times.interval).is_none() && runner.substeps > 0 {
+        run.dt = runner.simulation.time() / runner.substeps as f64;
+    }
+    (run.elapsed, run.time) = (runner.elapsed, runner.simulation.time());
+    run.energy_drift = runner.energies[1] - runner.energies[0];
+    (run.work, run.max_stretch) = (runner.work, runner.max_stretch);
+    run
+}

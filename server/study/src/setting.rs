@@ -1,0 +1,118 @@
+//! How a case is stepped in a run: a method, a precision, steps.
+
+use nappe_sim::{
+    cloth::{ClothSettings, StateLimits},
+    linalg::Stop,
+    math::Precision,
+    time_step::TimeStep,
+    world::WorldSetup,
+};
+
+use crate::{case::Case, method::Method};
+
+/// Relative residual at which linear solves end: it changes the error of a step by less than 0.12 %.
+const SOLVER_TOLERANCE: f64 = 1e-4;
+/// Iterations of a linear solve, at most, where the scene allows fewer.
+const SOLVER_ITERATIONS: u32 = 1000;
+
+/// Sub-steps of a step of the world, at most: it tells of a failure at its end.
+const SUBSTEPS: u32 = 256;
+/// The same where the scene says how long steps of the world are: what the numerics allow.
+const MOST_SUBSTEPS: u32 = 8192;
+
+/// How long steps are.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Steps {
+    /// All of the comparison interval over this power of two, whatever is known of them.
+    Divided(u32),
+    /// As long as an error (m) of positions per step allows.
+    Controlled(f64),
+    /// As the scene is written; so is all else.
+    Own,
+}
+
+/// A method, a precision, steps.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Setting {
+    /// How a step is made.
+    pub method: Method,
+    /// Of positions and velocities.
+    pub precision: Precision,
+    /// How long steps are.
+    pub steps: Steps,
+}
+
+/// What a run is built from, and how the comparison interval is divided.
+pub(crate) struct Plan {
+    pub(crate) setup: WorldSetup,
+    /// Steps of the world in an interval.
+    pub(crate) steps: u64,
+}
+
+impl Setting {
+    /// The name of its method, with `_controlled` where steps are as long as an error allows.
+    pub fn name(&self) -> String {
+        match self.steps {
+            Steps::Controlled(_) => format!("{}_controlled", self.method.name()),
+            Steps::Divided(_) | Steps::Own => self.method.name(),
+        }
+    }
+
+    /// The length (s) of all steps in a comparison interval (s), where they are equal.
+    pub(crate) fn dt(&self, interval: f64) -> Option<f64> {
+        match self.steps {
+            Steps::Divided(level) => Some(interval / f64::from(level).exp2()),
+            Steps::Controlled(_) | Steps::Own => None,
+        }
+    }
+
+    /// Whether its steps fit into those of the world, where pins move.
+    pub(crate) fn fits(&self, case: &Case, interval: f64) -> bool {
+        match self.dt(interval) {
+            Some(dt) if case.has_moving_pins() => {
+                (1.0..=f64::from(MOST_SUBSTEPS)).contains(&(case.dt() / dt))
+            }
+            _ => true,
+        }
+    }
+
+    /// What a run of a case is built from, in which times are an interval (s) apart.
+    pub(crate) fn plan(&self, case: &Case, interval: f64) -> Plan {
+        let mut setup = case.setup.clone();
+        if self.steps != Steps::Own {
+            let is_free = !case.has_moving_pins();
+            setup.dt = match (is_free, self.steps) {
+                (true, Steps::Divided(level)) => {
+                    interval / f64::from(level).exp2() * f64::from(SUBSTEPS.min(1 << level.min(30)))
+                }
+                (true, _) => interval,
+                (false, _) => case.dt(),
+            };
+            setup.bodies.iter_mut().for_each(|body| self.configure(&mut body.settings, interval));
+        }
+        let steps = (interval / setup.dt).round().max(1.0) as u64;
+        Plan { setup, steps }
+    }
+
+    /// Has a cloth stepped so, in comparison intervals (s).
+    pub(crate) fn configure(&self, settings: &mut ClothSettings, interval: f64) {
+        if self.steps == Steps::Own {
+            return;
+        }
+        let Method { integrator, minimizer, hessian } = self.method;
+        (settings.integrator, settings.minimizer, settings.hessian) = (integrator, minimizer, hessian);
+        let max_iterations = match settings.solver.stop {
+            Stop::Residual { max_iterations, .. } => max_iterations.max(SOLVER_ITERATIONS),
+            Stop::Iterations(_) => SOLVER_ITERATIONS,
+        };
+        settings.solver.stop = Stop::Residual { tolerance: SOLVER_TOLERANCE, max_iterations };
+        (settings.time_step, settings.tolerance) = match self.steps {
+            Steps::Controlled(tolerance) => (TimeStep::default(), Some(tolerance)),
+            Steps::Divided(_) | Steps::Own => {
+                (TimeStep::Unchecked(self.dt(interval).unwrap_or(interval)), None)
+            }
+        };
+        // What a scene allows of its state is no property of a method.
+        settings.limits = StateLimits::default();
+    }
+}

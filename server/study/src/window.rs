@@ -1,0 +1,207 @@
+//! How long a scene determines its answer: the window.
+//!
+//! Two copies whose particles start a hair away run beside the scene as it is. What that grows to is what the scene itself
+//! leaves open, whatever the method; steps are far below the certified bound, so that it is not the method.
+
+use nappe_sim::{
+    cloth::{Hessian, Integrator},
+    math::Precision,
+};
+
+use crate::{
+    budget::Phase,
+    case::Case,
+    method::Method,
+    run::{End, Runner},
+    setting::{Setting, Steps},
+    times::Times,
+};
+
+/// By how much copies are displaced (m).
+pub const DISPLACEMENT: f64 = 1e-8;
+/// Where their displacements come from.
+pub const SEED: u64 = 42;
+/// Copies that are displaced, each in its own way.
+const COPIES: usize = 2;
+
+/// Largest share of the certified bound that steps of reference runs have.
+const SHARE: f64 = 0.45;
+/// Shortest spacing of times, as a power of two that divides the time step of the scene.
+const FINEST: u32 = 6;
+/// Number of times from which on every other one is left out.
+const MOST_TIMES: usize = 128;
+
+/// The method of reference runs: order 2 with damping, and no solve that leaves anything over.
+pub(crate) const REFERENCE: Setting = Setting {
+    method: Method::new(Integrator::VelocityVerletPredicted, Hessian::Absolute),
+    precision: Precision::F64,
+    steps: Steps::Divided(0),
+};
+
+/// What the copies showed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scan {
+    /// Between times (s).
+    pub spacing: f64,
+    /// The spread (m) at each of them: the larger rms distance of a copy from the scene as it is.
+    pub spread: Vec<f64>,
+    /// Length of the steps (s).
+    pub step: f64,
+    /// The smallest certified bound on explicit steps (s) that was met; infinite where there is none.
+    pub bound: f64,
+    /// Why it went no further.
+    pub end: ScanEnd,
+}
+
+/// Why copies went no further.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ScanEnd {
+    /// To the end that was asked for, or that of the scene.
+    Reached,
+    /// The spread was above what is allowed.
+    Spread,
+    /// Their time was over, or the study was ended.
+    Stopped,
+    /// A step failed.
+    Failed(String),
+}
+
+impl Scan {
+    /// The times at which the spread, and that before it, is at most `allowed` (m).
+    pub(crate) fn count_within(&self, allowed: f64) -> u64 {
+        self.spread.iter().take_while(|spread| **spread <= allowed).count() as u64
+    }
+
+    /// The largest spread (m) until a time (s).
+    pub(crate) fn largest_until(&self, end: f64) -> f64 {
+        let count = (end / self.spacing).round() as usize;
+        self.spread.iter().take(count).copied().fold(0.0, f64::max)
+    }
+}
+
+/// Runs copies of a case until a time (s), or until their spread is above `allowed` (m).
+pub fn scan(case: &Case, end: f64, allowed: f64, phase: &Phase) -> Scan {
+    let spacing = shortest(case, end);
+    let times = |spacing| Times::even(spacing, 1);
+    let bound = match Runner::start(case, &REFERENCE, &times(spacing), phase) {
+        Ok(runner) => runner.bound(),
+        Err(failure) => {
+            return Scan {
+                spacing,
+                spread: Vec::new(),
+                step: spacing,
+                bound: f64::INFINITY,
+                end: ScanEnd::Failed(failure.cause),
+            };
+        }
+    };
+    let mut level = 0;
+    while spacing / f64::from(level).exp2() > SHARE * bound && level < 40 {
+        level += 1;
+    }
+    let mut rng = fastrand::Rng::with_seed(SEED);
+    let mut cases = vec![case.clone()];
+    cases.extend((0..COPIES).map(|_| case.displaced(DISPLACEMENT, &mut rng)));
+    loop {
+        match Copies::start(&cases, spacing, level, phase).and_then(|copies| copies.run(case, end, allowed)) {
+            Ok(scan) => return scan,
+            Err(Stop::Shorter) => level += 1,
+            Err(Stop::End(end)) => return Scan { spacing, spread: Vec::new(), step: spacing, bound, end },
+        }
+    }
+}
+
+/// The shortest spacing of times (s): a few of them lie within a step of the scene.
+fn shortest(case: &Case, end: f64) -> f64 {
+    if case.has_moving_pins() {
+        return case.dt();
+    }
+    let finest = case.dt() / f64::from(FINEST).exp2();
+    let longest = end / MOST_TIMES as f64;
+    let mut spacing = finest;
+    while 2.0 * spacing <= longest.min(case.dt()) {
+        spacing *= 2.0;
+    }
+    spacing
+}
+
+/// Why copies stop.
+enum Stop {
+    /// Their steps are too long for the bound as it has become.
+    Shorter,
+    End(ScanEnd),
+}
+
+/// The scene as it is and its copies, on their way together.
+struct Copies {
+    runners: Vec<Runner>,
+    spacing: f64,
+    step: f64,
+}
+
+impl Copies {
+    fn start(cases: &[Case], spacing: f64, level: u32, phase: &Phase) -> Result<Self, Stop> {
+        let setting = Setting { steps: Steps::Divided(level), ..REFERENCE };
+        let step = setting.dt(spacing).unwrap_or(spacing);
+        let times = Times::even(spacing, 1);
+        let runners = cases.iter().map(|case| Runner::start(case, &setting, &times, phase));
+        let runners = runners.collect::<Result<Vec<_>, _>>();
+        let runners = runners.map_err(|failure| Stop::End(ScanEnd::Failed(failure.cause)))?;
+        Ok(Self { runners, spacing, step })
+    }
+
+    fn run(mut self, case: &Case, end: f64, allowed: f64) -> Result<Scan, Stop> {
+        let mut scan = Scan {
+            spacing: self.spacing,
+            spread: Vec::new(),
+            step: self.step,
+            bound: f64::INFINITY,
+            end: ScanEnd::Reached,
+        };
+        let count = (end / self.spacing + 1e-6) as u64;
+        // Times are kept that are multiples of a power of two, which doubles when they are many.
+        let mut stride = 1;
+        for taken in 1..=count {
+            if let Some(end) = self.advance() {
+                scan.end = end;
+                break;
+            }
+            if taken % stride != 0 {
+                continue;
+            }
+            scan.bound = scan.bound.min(self.runners[0].bound());
+            if self.step > SHARE * scan.bound {
+                return Err(Stop::Shorter);
+            }
+            let base = self.runners[0].positions();
+            let distances = self.runners[1..].iter().map(|copy| case.rms(&base, &copy.positions()));
+            let spread = distances.fold(0.0, f64::max);
+            scan.spread.push(spread);
+            if spread > allowed {
+                scan.end = ScanEnd::Spread;
+                break;
+            }
+            if scan.spread.len() >= MOST_TIMES {
+                let mut place = 0;
+                scan.spread.retain(|_| {
+                    place += 1;
+                    place % 2 == 0
+                });
+                stride *= 2;
+            }
+        }
+        scan.spacing *= stride as f64;
+        Ok(scan)
+    }
+
+    fn advance(&mut self) -> Option<ScanEnd> {
+        for runner in &mut self.runners {
+            match runner.advance() {
+                Ok(_) => {}
+                Err(End::Failed(failure)) => return Some(ScanEnd::Failed(failure.cause)),
+                Err(End::Stopped | End::Reached) => return Some(ScanEnd::Stopped),
+            }
+        }
+        None
+    }
+}

@@ -1,0 +1,154 @@
+//! Rows of a chart.
+
+use std::time::{Duration, Instant};
+
+use nappe_sim::math::Precision;
+use nappe_study::{
+    Budget, Chart, Limit, Method, NoReference, Outcome, Request, Row, Steps, Times, chart, line_names,
+};
+use nappe_tests::{
+    networks::{chain, sheet, sheet_rules},
+    threads::with_threads,
+};
+
+use crate::support::case;
+
+const GRAVITY: [f64; 3] = [0.0, -9.81, 0.0];
+
+fn request(times: Option<Times>, methods: &[&str]) -> Request {
+    Request {
+        tolerance: 1e-3,
+        end: 0.4,
+        times,
+        methods: methods.iter().map(|&name| name.to_owned()).collect(),
+        precisions: vec![Precision::F64],
+    }
+}
+
+/// Rows without what a clock says.
+fn without_seconds(chart: &Chart) -> Vec<Row> {
+    let plain = |row: &Row| Row { seconds: None, minimum_seconds: None, front: false, ..row.clone() };
+    chart.rows.iter().map(plain).collect()
+}
+
+#[test]
+fn all_but_seconds_is_the_same_on_any_number_of_threads_and_in_a_second_run() {
+    let case = case(sheet(12, 0.05, &sheet_rules(100.0, 0.01), 0.005), GRAVITY, 0.02);
+    let request = Request { precisions: Precision::ALL.to_vec(), ..request(None, &[]) };
+    let run = |threads| with_threads(threads, || chart(&case, &request, &Budget::new(None), &|_| {}));
+    let first = run(1);
+    assert!(!first.is_cut && !first.is_stopped);
+    assert!(first.rows.len() > 50, "{} rows", first.rows.len());
+    for threads in [2, 1] {
+        let again = run(threads);
+        assert_eq!((again.floor, &again.whole), (first.floor, &first.whole), "{threads} threads");
+        assert_eq!(without_seconds(&again), without_seconds(&first), "{threads} threads");
+    }
+}
+
+/// The slope of a line through points, by least squares.
+fn slope(points: &[[f64; 2]]) -> f64 {
+    let count = points.len() as f64;
+    let mean = |axis: usize| points.iter().map(|point| point[axis]).sum::<f64>() / count;
+    let [x, y] = [mean(0), mean(1)];
+    let product = |axis: usize, middle: f64| {
+        points.iter().map(|point| (point[0] - x) * (point[axis] - middle)).sum::<f64>()
+    };
+    product(1, y) / product(0, x)
+}
+
+#[test]
+fn slopes_of_a_chain_are_the_orders_of_its_methods() {
+    let x: Vec<_> = (0..13).map(|i| [0.1 * f64::from(i), 0.0, 0.0]).collect();
+    let mut network = chain(&x, 0.1, 1500.0, 0.0, 1.0);
+    network.pins = vec![0];
+    let dt = 0.4 / 63.0;
+    let case = case(network, GRAVITY, dt);
+    let times = Times::at(&[0.4], dt).expect("63 steps");
+    let request = Request { tolerance: 1e-7, ..request(Some(times), &[]) };
+    let chart = chart(&case, &request, &Budget::new(None), &|_| {});
+    for method in Method::all() {
+        let is_one = |row: &&Row| {
+            row.setting.name() == method.name() && matches!(row.setting.steps, Steps::Divided(_)) && !row.own
+        };
+        let held =
+            chart.rows.iter().filter(is_one).filter_map(|row| Some([row.dt.log2(), row.error()?.log2()]));
+        let held: Vec<_> = held.collect();
+        assert!(held.len() >= 4, "{}: {} rows", method.name(), held.len());
+        let (found, order) = (slope(&held), method.order(0.0));
+        assert!((found - order).abs() < 0.15, "{}: a slope of {found}, not {order}: {held:?}", method.name());
+    }
+}
+
+#[test]
+fn every_row_stays_also_those_that_failed() {
+    // Steps begin at the comparison interval, far above what explicit methods bear.
+    let case = case(sheet(8, 0.05, &sheet_rules(100.0, 0.01), 0.005), GRAVITY, 0.02);
+    let request = request(None, &[]);
+    let chart = chart(&case, &request, &Budget::new(None), &|_| {});
+    let interval = chart.reference.as_ref().expect("a reference").times.interval;
+    let mut failed = 0;
+    for name in line_names() {
+        let of_line = |row: &&Row| row.setting.name() == name && !row.own;
+        let rows: Vec<_> = chart.rows.iter().filter(of_line).collect();
+        for (i, row) in rows.iter().enumerate() {
+            match row.setting.steps {
+                Steps::Divided(level) => {
+                    assert_eq!((level as usize, row.dt), (i, interval / f64::from(level).exp2()), "{name}");
+                }
+                Steps::Controlled(tolerance) => assert_eq!(tolerance, 10_f64.powi(-3 - i as i32), "{name}"),
+                Steps::Own => panic!("{name}"),
+            }
+            assert!(row.dt > 0.0 && row.seconds.is_some_and(|seconds| seconds > 0.0), "{row:?}");
+            assert_eq!(row.outcome == Outcome::Ok, row.failure.is_none(), "{row:?}");
+            failed += usize::from(row.outcome == Outcome::Diverged);
+        }
+        assert!(!rows.is_empty(), "{name}");
+    }
+    let explicit = chart.rows.iter().find(|row| row.setting.name() == "symplectic_euler").expect("a row");
+    assert_eq!((explicit.outcome, explicit.dt, explicit.error()), (Outcome::Diverged, interval, None));
+    assert!(failed >= 4, "{failed} failed");
+    assert_eq!(chart.rows.iter().filter(|row| row.own).count(), 1);
+}
+
+#[test]
+fn a_budget_is_kept_and_what_was_found_in_it_stands() {
+    let case = case(sheet(60, 0.02, &sheet_rules(200.0, 0.01), 0.001), GRAVITY, 0.02);
+    for seconds in [0.02, 1.0] {
+        let limit = Duration::from_secs_f64(seconds);
+        let begin = Instant::now();
+        let chart = chart(&case, &request(None, &[]), &Budget::new(Some(limit)), &|_| {});
+        // Within 2 s: nothing is asked of a busy machine but that it goes on.
+        assert!(begin.elapsed() < limit + Duration::from_secs(2), "{:?}", begin.elapsed());
+        assert!(chart.is_cut && !chart.is_stopped);
+        if chart.reference.is_none() {
+            let is_told = matches!(chart.missing, Some(NoReference::Time(_))) || chart.limit == Limit::Budget;
+            assert!(is_told && chart.rows.is_empty(), "{:?}, {:?}", chart.missing, chart.limit);
+        }
+    }
+}
+
+#[test]
+fn a_chart_that_is_stopped_keeps_its_rows() {
+    let case = case(sheet(16, 0.02, &sheet_rules(200.0, 0.01), 0.001), GRAVITY, 0.02);
+    let budget = Budget::new(None);
+    let stop = budget.stop();
+    let tell = move |what: &str| {
+        if what.starts_with("round 3") {
+            stop.stop();
+        }
+    };
+    let chart = chart(&case, &request(None, &[]), &budget, &tell);
+    assert!(chart.is_stopped);
+    assert!(chart.rows.len() > line_names().len(), "{} rows", chart.rows.len());
+}
+
+#[test]
+fn where_a_scene_leaves_its_answer_open_at_once_there_is_no_window() {
+    // A stiff sheet under a load that it buckles under, looked at so closely that nothing is determined.
+    let case = case(sheet(8, 0.05, &sheet_rules(100.0, 0.0), 0.005), GRAVITY, 0.02);
+    let request = Request { tolerance: 1e-9, ..request(None, &[]) };
+    let chart = chart(&case, &request, &Budget::new(None), &|_| {});
+    assert_eq!((chart.limit.clone(), chart.until(), chart.rows.len()), (Limit::Spread, 0.0, 0));
+    assert_eq!(chart.scan.spread.len(), 1);
+}
