@@ -16,7 +16,15 @@ const LAYERS: [(&str, &[&str]); 12] = [
     ("nappe-viewer", &["nappe-client", "nappe-rerun"]),
     (
         "nappe-cli",
-        &["nappe-proto", "nappe-sim", "nappe-scene", "nappe-server", "nappe-client", "nappe-rerun"],
+        &[
+            "nappe-proto",
+            "nappe-sim",
+            "nappe-scene",
+            "nappe-study",
+            "nappe-server",
+            "nappe-client",
+            "nappe-rerun",
+        ],
     ),
     (
         "nappe-tests",

@@ -16,6 +16,7 @@ mod scene;
 mod save;
 mod compute;
 mod follow;
+mod chart;
 mod bench;
 mod verbs;
 

@@ -29,7 +29,7 @@ pub use body::{
     Body, ElementLaw, GridPlane, Limits, Mass, Mesh, MovingPin, Pattern, Pin, Solver, SpringLaw, Springs,
 };
 pub use collider::{ColliderText, ShapeText};
-pub use error::{ErrorKind, SceneError, SceneErrors};
+pub use error::{ErrorKind, SceneError, SceneErrors, suggestion};
 pub use keys::page as reference_page;
 pub use printable::{is_printable, printable};
 pub use scene::{Scene, VERSION};

@@ -6,8 +6,8 @@ use crate::{
     front,
     reference::{NoReference, Reference, reference},
     request::Request,
-    rounds::Rounds,
     row::Row,
+    rows::Rows,
     times::Times,
     timing,
     window::{Scan, ScanEnd, scan},
@@ -117,8 +117,8 @@ pub fn chart(case: &Case, request: &Request, budget: &Budget, tell: &dyn Fn(&str
         }
     }
     if let Some(reference) = chart.reference.clone() {
-        let rounds = Rounds::new(case, request, &reference, chart.floor);
-        let (rows, is_cut) = rounds.make(&budget.until(ROWS), tell);
+        let rows = Rows::new(case, request, &reference, chart.floor);
+        let (rows, is_cut) = rows.make(&budget.until(ROWS), tell);
         chart.rows = rows;
         chart.is_cut |= is_cut;
         front::mark(&mut chart.rows);

@@ -16,7 +16,7 @@ mod row;
 mod front;
 mod line;
 mod request;
-mod rounds;
+mod rows;
 mod timing;
 mod chart;
 
@@ -27,8 +27,8 @@ pub use front::cheapest;
 pub use method::{Method, NEWTON};
 pub use reference::{NoReference, Reference, reference};
 pub use request::Request;
-pub use rounds::line_names;
 pub use row::{Outcome, Row};
+pub use rows::line_names;
 pub use run::{End, Failure, Run, run};
 pub use setting::{Setting, Steps};
 pub use times::{Times, TimesError};

@@ -13,6 +13,8 @@ use crate::{
 const STEP_TOLERANCES: [f64; 4] = [1e-3, 1e-4, 1e-5, 1e-6];
 /// Rows that a line has before it may end for being beaten.
 const ROWS: usize = 4;
+/// What share of its error another row must have, for no more work: a method of order 2 makes up for more within two rows.
+const BEATEN: f64 = 0.25;
 /// How often an interval is halved, at most.
 const MOST_LEVELS: u32 = 30;
 
@@ -24,15 +26,28 @@ pub(crate) struct Line {
     is_controlled: bool,
     /// Rows that were made or tried.
     tried: u32,
-    /// The places of its rows that held.
-    held: Vec<usize>,
+    /// Rows that held.
+    held: usize,
+    /// Evaluations and products that its last row took, or steps that it would have made if it failed.
+    pub(crate) count: u64,
+    /// Seconds that its last row took.
+    pub(crate) seconds: f64,
     pub(crate) is_done: bool,
 }
 
 impl Line {
     /// At steps that are halved.
     pub(crate) fn fixed(method: Method, precision: Precision) -> Self {
-        Self { method, precision, is_controlled: false, tried: 0, held: Vec::new(), is_done: false }
+        Self {
+            method,
+            precision,
+            is_controlled: false,
+            tried: 0,
+            held: 0,
+            count: 0,
+            seconds: 0.0,
+            is_done: false,
+        }
     }
 
     /// At steps that an error allows.
@@ -65,26 +80,26 @@ impl Line {
         None
     }
 
-    /// Takes note of its last row, the last of all, and of whether the line ends with it: its error is below `good` (m), or
-    /// after four rows that held another row is better in error and counts; or it has not held where another line is
-    /// good in fewer evaluations than this one makes steps, `planned` of them.
+    /// Takes note of its last row, the last of all, and of whether the line ends with it: its error is at most `good` (m); or
+    /// after four rows that held another row has a quarter of its error for no more evaluations and products; or it has not
+    /// held where another line is good for fewer of them than this one makes steps, `planned` of them.
     pub(crate) fn note(&mut self, rows: &[Row], good: f64, planned: f64) {
         let Some(last) = rows.last() else { return };
         let error = last.error();
-        if error.is_some() {
-            self.held.push(rows.len() - 1);
-        }
+        self.held += usize::from(error.is_some());
+        self.count = last.count().max(planned as u64);
         let others = || rows.iter().filter_map(|row| Some((row.error()?, row.count())));
         self.is_done = match error {
             Some(error) if error <= good => true,
             Some(error) => {
-                let is_beaten = || others().any(|(other, count)| other < error && count < last.count());
-                self.held.len() >= ROWS && is_beaten()
+                let is_beaten =
+                    || others().any(|(other, count)| other < BEATEN * error && count <= last.count());
+                self.held >= ROWS && is_beaten()
             }
             None if last.outcome == Outcome::Stopped => true,
             None => {
                 !self.is_controlled
-                    && self.held.is_empty()
+                    && self.held == 0
                     && others().any(|(other, count)| other <= good && (count as f64) < planned)
             }
         };

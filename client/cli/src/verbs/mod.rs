@@ -23,6 +23,7 @@ mod watch;
 mod view;
 mod stop;
 mod delete;
+mod chart;
 mod completions;
 
 use clap::{CommandFactory as _, Parser, Subcommand};
@@ -65,6 +66,7 @@ enum Verb {
     View(view::ViewArgs),
     Stop(stop::StopArgs),
     Delete(delete::DeleteArgs),
+    Chart(chart::ChartArgs),
     Bench(bench::BenchArgs),
     Completions(completions::CompletionsArgs),
 }
@@ -95,6 +97,7 @@ pub(crate) fn run(cli: &Cli) -> Result<()> {
         Some(Verb::View(args)) => view::run(args),
         Some(Verb::Stop(args)) => stop::run(args),
         Some(Verb::Delete(args)) => delete::run(args),
+        Some(Verb::Chart(args)) => chart::run(args),
         Some(Verb::Bench(args)) => bench::run(args),
         Some(Verb::Completions(args)) => completions::run(args, Cli::command()),
     }

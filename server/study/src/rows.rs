@@ -1,4 +1,4 @@
-//! Rows of every method, in rounds of ever shorter steps: what is cheap comes first.
+//! Rows of every method, each at ever shorter steps: what is cheap comes first.
 
 use nappe_sim::{
     cloth::{Hessian, Integrator, Minimizer, NewtonSettings},
@@ -48,7 +48,7 @@ fn lines(precisions: &[Precision]) -> Vec<Line> {
 }
 
 /// Rows on their way.
-pub(crate) struct Rounds<'a> {
+pub(crate) struct Rows<'a> {
     case: &'a Case,
     request: &'a Request,
     reference: &'a Reference,
@@ -57,42 +57,29 @@ pub(crate) struct Rounds<'a> {
     is_cut: bool,
 }
 
-impl<'a> Rounds<'a> {
+impl<'a> Rows<'a> {
     /// No rows yet; errors below `floor` (m) cannot be told.
     pub(crate) fn new(case: &'a Case, request: &'a Request, reference: &'a Reference, floor: f64) -> Self {
         Self { case, request, reference, floor, made: Vec::new(), is_cut: false }
     }
 
-    /// Makes the rows of all lines, in rounds: at the comparison interval, then at half of it, and so on. Says whether any
-    /// was left out for want of time.
+    /// Makes the rows of all lines: first each at the comparison interval, then always that of the line whose last row took
+    /// the least evaluations and products. Says whether any was left out for want of time.
     pub(crate) fn make(mut self, phase: &Phase, tell: &dyn Fn(&str)) -> (Vec<Row>, bool) {
         tell("the scene as it is written");
         self.add_own(phase);
         let mut lines = lines(&self.request.precisions);
         let wanted = &self.request.methods;
         lines.retain(|line| wanted.is_empty() || wanted.contains(&line.name()));
-        // Seconds that the last row of each line took.
-        let mut seconds = vec![0.0; lines.len()];
         let good = (GOOD * self.request.tolerance).max(ABOVE_FLOOR * self.floor);
-        let times = self.reference.times.clone();
-        for round in 1.. {
-            if lines.iter().all(|line| line.is_done) {
-                break;
+        while let Some(line) = lines.iter_mut().filter(|line| !line.is_done).min_by_key(|line| line.count) {
+            if phase.is_over() || COST * line.seconds > phase.left() {
+                (line.is_done, self.is_cut) = (true, true);
+                continue;
             }
-            for (line, seconds) in lines.iter_mut().zip(&mut seconds).filter(|(line, _)| !line.is_done) {
-                if phase.is_over() || COST * *seconds > phase.left() {
-                    (line.is_done, self.is_cut) = (true, true);
-                    continue;
-                }
-                let Some(setting) = line.next(self.case, times.interval) else {
-                    line.is_done = true;
-                    continue;
-                };
-                tell(&format!("round {round}: {} in {}", setting.name(), setting.precision));
-                let setting = self.solved(setting);
-                *seconds = self.add(setting, &phase.share(0.5));
-                let planned = times.end() / setting.dt(times.interval).unwrap_or(times.interval);
-                line.note(&self.made, good, planned);
+            match line.next(self.case, self.reference.times.interval) {
+                None => line.is_done = true,
+                Some(setting) => self.add_next(line, self.solved(setting), good, &phase.share(0.5), tell),
             }
         }
         let order = |row: &Row| (!row.own, place(&row.setting), row.setting.precision.name());
@@ -114,13 +101,17 @@ impl<'a> Rounds<'a> {
         Setting { method: setting.method.with(newton, sweeps), ..setting }
     }
 
-    /// Adds the row of a setting; returns the seconds that it took.
-    fn add(&mut self, setting: Setting, phase: &Phase) -> f64 {
-        let reference = self.reference;
-        let made = run(self.case, &setting, &reference.times, phase);
+    /// Adds the next row of a line.
+    fn add_next(&mut self, line: &mut Line, setting: Setting, good: f64, phase: &Phase, tell: &dyn Fn(&str)) {
+        let (reference, times) = (self.reference, &self.reference.times);
+        let dt = setting.dt(times.interval);
+        let steps = dt.map_or_else(String::new, |dt| format!(", steps of {:.3e} s", dt));
+        tell(&format!("{} {}{steps}", setting.name(), setting.precision));
+        let made = run(self.case, &setting, times, phase);
         let places: Vec<usize> = (0..reference.states.len()).collect();
         self.push(Row::new(self.case, setting, &made, (reference, &places)));
-        made.elapsed
+        line.seconds = made.elapsed;
+        line.note(&self.made, good, times.end() / dt.unwrap_or(times.interval));
     }
 
     /// Adds the scene as it is written, at the comparison times at which its steps end.

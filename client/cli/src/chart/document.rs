@@ -1,0 +1,82 @@
+//! What a chart says beside its rows, as JSON.
+
+use nappe_study::{Chart, DISPLACEMENT, Limit, NoReference, Row, SEED};
+use serde_json::{Value, json};
+
+use super::{Subject, words};
+
+/// The document. Its names stay.
+pub(crate) fn document(subject: &Subject, chart: &Chart) -> Value {
+    let reference = chart.reference.as_ref();
+    let finite = |value: f64| value.is_finite().then_some(value);
+    json!({
+        "scene": subject.name,
+        "scene_hash": subject.scene_hash,
+        "version": env!("CARGO_PKG_VERSION"),
+        "machine": { "processor": subject.processor, "threads": subject.threads },
+        "seed": SEED,
+        "displacement_m": DISPLACEMENT,
+        "tolerance_m": chart.tolerance,
+        "budget_s": subject.budget.as_secs_f64(),
+        "elapsed_s": subject.begin.elapsed().as_secs_f64(),
+        "cut": chart.is_cut,
+        "interrupted": chart.is_stopped,
+        "until_s": chart.until(),
+        "limit": limit(&chart.limit),
+        "interval_s": reference.map(|reference| reference.times.interval),
+        "times_s": reference.map(|reference| {
+            reference.times.marks.iter().map(|mark| reference.times.time(*mark)).collect::<Vec<_>>()
+        }),
+        "floor_m": reference.map(|_| chart.floor),
+        "reference_error_m": reference.map(nappe_study::Reference::error),
+        "reference": reference.map(|reference| json!({
+            "method": "velocity_verlet_pc",
+            "precision": "f64",
+            "dt": reference.step,
+            "own_error_m": reference.own_error,
+            "order": reference.orders,
+            "cut": reference.is_cut,
+            "force_evaluations": reference.work.force_evaluations,
+        })),
+        "missing": chart.missing.as_ref().map(missing),
+        "other_family": chart.other_family().map(place),
+        "window": {
+            "spacing_s": chart.scan.spacing,
+            "spread_m": chart.scan.spread,
+            "dt": chart.scan.step,
+            "certified_bound_s": finite(chart.scan.bound),
+        },
+        "front": chart.rows.iter().filter(|row| row.front).map(place).collect::<Vec<_>>(),
+        "summary": words::limit(chart),
+    })
+}
+
+/// A row, as far as it takes to find it.
+fn place(row: &Row) -> Value {
+    json!({
+        "method": row.setting.name(),
+        "precision": row.setting.precision.to_string(),
+        "dt": row.dt,
+        "rms_error_m": row.rms_error,
+        "seconds_per_simulated_second": row.seconds,
+        "own": row.own,
+    })
+}
+
+const fn limit(limit: &Limit) -> &'static str {
+    match limit {
+        Limit::Asked => "asked",
+        Limit::Scene => "scene",
+        Limit::Spread => "spread",
+        Limit::Reference => "reference",
+        Limit::Budget => "budget",
+        Limit::Failed(_) => "failed",
+    }
+}
+
+fn missing(missing: &NoReference) -> Value {
+    match missing {
+        NoReference::Time(seconds) => json!({ "needed_s": seconds }),
+        NoReference::Failed(cause) => json!({ "cause": cause }),
+    }
+}

@@ -1,0 +1,96 @@
+//! The rows of a chart as comma-separated values.
+
+use std::fmt::Write as _;
+
+use nappe_study::{Chart, Row, Steps};
+
+/// Names of the columns: they stay.
+const COLUMNS: [&str; 22] = [
+    "scene",
+    "method",
+    "precision",
+    "threads",
+    "dt",
+    "tolerance",
+    "rms_error_m",
+    "seconds_per_simulated_second",
+    "force_evaluations",
+    "matrix_products",
+    "outcome",
+    "step_tolerance_m",
+    "centre_error_m",
+    "minimum_seconds",
+    "energy_drift_j",
+    "max_stretch",
+    "cause",
+    "failed_at_s",
+    "particle",
+    "below_floor",
+    "front",
+    "own",
+];
+
+/// All rows, with a header.
+pub(crate) fn text(scene: &str, threads: usize, chart: &Chart) -> String {
+    let mut text = COLUMNS.join(",") + "\n";
+    for row in &chart.rows {
+        let fields = fields(scene, threads, row).map(|field| quoted(&field));
+        // Writing into a string does not fail.
+        let _ = writeln!(text, "{}", fields.join(","));
+    }
+    text
+}
+
+fn fields(scene: &str, threads: usize, row: &Row) -> [String; COLUMNS.len()] {
+    let number = |value: f64| format!("{value:?}");
+    let known = |value: Option<f64>| value.map(number).unwrap_or_default();
+    let step_tolerance = match row.setting.steps {
+        Steps::Controlled(tolerance) => Some(tolerance),
+        Steps::Divided(_) | Steps::Own => None,
+    };
+    let failure = row.failure.as_ref();
+    [
+        scene.to_owned(),
+        row.setting.name(),
+        row.setting.precision.to_string(),
+        threads.to_string(),
+        number(row.dt),
+        known(row.tolerance),
+        known(row.rms_error),
+        known(row.seconds),
+        row.work.force_evaluations.to_string(),
+        row.work.matrix_products.to_string(),
+        row.outcome.name().to_owned(),
+        known(step_tolerance),
+        known(row.centre_error),
+        known(row.minimum_seconds),
+        number(row.energy_drift),
+        number(row.max_stretch),
+        failure.map(|failure| failure.cause.clone()).unwrap_or_default(),
+        known(failure.map(|failure| failure.time)),
+        failure.and_then(|failure| failure.particle).map(|particle| particle.to_string()).unwrap_or_default(),
+        row.below_floor.to_string(),
+        row.front.to_string(),
+        row.own.to_string(),
+    ]
+}
+
+/// A field, in quotes where it needs them (RFC 4180).
+fn quoted(field: &str) -> String {
+    if field.contains([',', '"', '\n', '\r']) {
+        format!("\"{}\"", field.replace('"', "\"\""))
+    } else {
+        field.to_owned()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_would_end_a_field_is_quoted() {
+        assert_eq!(quoted("plain"), "plain");
+        assert_eq!(quoted("a, \"b\""), "\"a, \"\"b\"\"\"");
+    }
+}

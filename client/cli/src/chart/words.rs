@@ -1,0 +1,146 @@
+//! A chart in words: what is cheapest to some errors, and what limits the time in which runs are compared.
+
+use nappe_study::{Chart, Limit, NoReference, Row, Steps, cheapest};
+
+use crate::output::{Column, table};
+
+/// Errors (m) to which the cheapest row is told.
+const ERRORS: [f64; 3] = [1e-2, 1e-3, 1e-4];
+
+/// A length (m) as people write it.
+pub(crate) fn length(metres: f64) -> String {
+    let (value, unit) = match metres {
+        m if m >= 1.0 => (m, "m"),
+        m if m >= 1e-6 => (m * 1e3, "mm"),
+        m => return format!("{m:.1e} m"),
+    };
+    // Three digits that count.
+    let digits = (2 - value.abs().log10().floor() as i32).clamp(0, 6) as usize;
+    let text = format!("{value:.digits$}");
+    let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
+    format!("{text} {unit}")
+}
+
+/// What steps a row makes.
+fn steps(row: &Row) -> String {
+    match row.setting.steps {
+        Steps::Controlled(tolerance) => {
+            format!("{:.3} ms on average, {} per step", row.dt * 1e3, length(tolerance))
+        }
+        Steps::Divided(_) | Steps::Own => format!("{:.3} ms", row.dt * 1e3),
+    }
+}
+
+/// The table at the end.
+pub(crate) fn cheapest_rows(chart: &Chart) -> String {
+    let row = |name: String, row: Option<&Row>| {
+        let Some(row) = row else {
+            return [name, "none".to_owned(), String::new(), String::new(), String::new()].to_vec();
+        };
+        let seconds = row.seconds.map_or_else(String::new, |seconds| format!("{seconds:.3}"));
+        let method = format!("{} {}", row.setting.name(), row.setting.precision);
+        [name, method, steps(row), row.error().map_or_else(String::new, length), seconds].to_vec()
+    };
+    let mut rows: Vec<_> =
+        ERRORS.iter().map(|error| row(length(*error), cheapest(&chart.rows, *error))).collect();
+    let own = chart.rows.iter().find(|row| row.own);
+    rows.extend(own.map(|own| match own.error() {
+        Some(_) => row("as written".to_owned(), Some(own)),
+        None => {
+            let cause = own.failure.as_ref().map_or("it was stopped", |failure| &failure.cause);
+            vec![
+                "as written".to_owned(),
+                own.setting.name(),
+                own.outcome.name().to_owned(),
+                cause.to_owned(),
+                String::new(),
+            ]
+        }
+    }));
+    let columns = [
+        Column::Left("cheapest to"),
+        Column::Left("method"),
+        Column::Left("steps"),
+        Column::Right("rms error"),
+        Column::Right("s per simulated s"),
+    ];
+    table(&columns, &rows)
+}
+
+/// What limits the time in which runs are compared, and what it would take to go further.
+pub(crate) fn limit(chart: &Chart) -> String {
+    let until = format!("{:.3} s", chart.until());
+    let quarter = length(0.25 * chart.tolerance);
+    if let Some(missing) = &chart.missing {
+        return match missing {
+            NoReference::Time(seconds) if *seconds > 0.0 => format!(
+                "There was no time for a reference: its first two runs alone take about {seconds:.1} s, and a reference \
+                 gets a third of the budget; try --budget {:.0}s.",
+                (5.0 * seconds).max(2.0)
+            ),
+            NoReference::Time(_) => "There was no time for a reference; try a budget of minutes.".to_owned(),
+            NoReference::Failed(cause) => format!("There is no reference: {cause}."),
+        };
+    }
+    if chart.reference.is_none() {
+        let first = chart.scan.spread.first().map_or_else(
+            || "not one time was reached".to_owned(),
+            |spread| {
+                format!(
+                    "runs that start 1e-8 m apart are {} apart after {:.2e} s",
+                    length(*spread),
+                    chart.scan.spacing
+                )
+            },
+        );
+        return match &chart.limit {
+            Limit::Failed(cause) => format!("Nothing can be compared: {cause}."),
+            Limit::Budget => {
+                format!("Nothing can be compared in this budget: {first}; try --budget 60s or more.")
+            }
+            _ => {
+                format!("Nothing can be compared: {first}, more than {quarter}, a quarter of the tolerance.")
+            }
+        };
+    }
+    match &chart.limit {
+        Limit::Asked => format!(
+            "Compared until {until}, as was asked for; what starts 1e-8 m apart is then up to {} apart.",
+            length(chart.scan.spread.iter().copied().fold(0.0, f64::max))
+        ),
+        Limit::Scene => format!("Compared until {until}, the end of the scene."),
+        Limit::Spread => format!(
+            "Compared until {until}: after that, runs that start 1e-8 m apart are more than {quarter} apart, and no method has an answer to {}.",
+            length(chart.tolerance)
+        ),
+        Limit::Reference => {
+            format!("Compared until {until}: after that, the reference is not known to {quarter}.")
+        }
+        Limit::Budget => format!(
+            "Compared until {until}, which is as far as the budget reached; a larger one goes further."
+        ),
+        Limit::Failed(cause) => {
+            format!("Compared until {until}: after that a reference run failed, {cause}.")
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lengths_have_three_digits() {
+        for (metres, text) in [
+            (1e-3, "1 mm"),
+            (0.25e-3, "0.25 mm"),
+            (0.012_345, "12.3 mm"),
+            (2.5, "2.5 m"),
+            (0.1, "100 mm"),
+            (1.2e-6, "0.0012 mm"),
+            (3e-9, "3.0e-9 m"),
+        ] {
+            assert_eq!(length(metres), text);
+        }
+    }
+}

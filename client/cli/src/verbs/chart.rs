@@ -1,0 +1,220 @@
+//! `nappe chart`: error against cost of every method, on a scene of the user's.
+
+use std::{
+    path::{Path, PathBuf},
+    sync::Arc,
+    time::{Duration, Instant},
+};
+
+use clap::Args;
+use indicatif::{ProgressBar, ProgressState, ProgressStyle};
+use nappe_scene::{Built, Scene, SceneLimits, files, suggestion};
+use nappe_sim::math::Precision;
+use nappe_study::{Budget, Case, Chart, Request, Stop, Times, TimesError, line_names};
+use rayon::ThreadPoolBuilder;
+use xxhash_rust::xxh3::xxh3_64;
+
+use crate::{
+    args::PrecisionName,
+    chart::{self, Subject, units, words},
+    error::{CliError, Exit, Result},
+    meshes,
+    output::{self, Format, OutputArgs},
+    paths, remote, scene,
+};
+
+/// Chart error against cost: every method, on a scene of cloth
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Examples:
+  nappe chart drap10                                a shipped scene, one minute, files in chart-drap10
+  nappe chart my.toml --budget 10min --out study    a scene of your own, with more time for finer steps
+  nappe chart flag --tolerance 0.1mm                to a tenth of a millimetre
+  nappe chart flag --until 0.5 --precision f64      until a time, although the scene may not determine it so long
+  nappe chart drap10 --method velocity_verlet,bdf2_newton --json
+
+It finds out how long the scene determines its answer at all, computes a reference, and runs every method
+at ever shorter steps within the budget. Let the machine be idle: seconds are measured.
+
+It writes chart.csv, a row per run, chart.json, and pictures: work_precision, convergence and window, each as
+SVG and PNG. docs/charts.md says how to read them. With --json the last line is one object with their paths.")]
+pub(crate) struct ChartArgs {
+    /// A shipped scene's name, or a scene file (.toml) with its meshes beside it
+    scene: String,
+    /// Folder for the files [default: chart-SCENE]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Time that it may take: 60s, 10min
+    #[arg(long, value_name = "TIME", default_value = "60s", value_parser = units::duration)]
+    budget: Duration,
+    /// Error of positions that matters: 1mm, 0.1mm
+    #[arg(long, value_name = "LENGTH", default_value = "1mm", value_parser = units::length)]
+    tolerance: f64,
+    /// Compare until this time (s) [default: for as long as the scene determines its answer]
+    #[arg(long, value_name = "S", conflicts_with = "times")]
+    until: Option<f64>,
+    /// Compare at these times (s)
+    #[arg(long, value_name = "S,...", value_delimiter = ',')]
+    times: Vec<f64>,
+    /// These methods alone, by their names in chart.csv
+    #[arg(long = "method", value_name = "M,...", value_delimiter = ',')]
+    methods: Vec<String>,
+    /// One precision alone [default: both]
+    #[arg(long, value_enum)]
+    precision: Option<PrecisionName>,
+    /// Threads [default: all cores]; results do not depend on them, seconds do
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    threads: Option<u16>,
+    #[command(flatten)]
+    output: OutputArgs,
+}
+
+/// Runs `nappe chart`.
+///
+/// # Errors
+/// When the scene cannot be read or has no cloth, an option asks for what does not exist, a file cannot be written, or the
+/// user ends it: what was found is then written all the same.
+pub(crate) fn run(args: &ChartArgs) -> Result<()> {
+    let begin = Instant::now();
+    let (text, scene, built) = read(&args.scene)?;
+    let name = Path::new(&args.scene).file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    meshes::note(&built.warnings);
+    let has_snow = built.setup.snow.is_some();
+    let case =
+        Case::new(&name, built.setup, built.initial_changes, scene.precision).map_err(CliError::failure)?;
+    if has_snow {
+        meshes::note(&["snow is left out: chart compares methods of cloth".to_owned()]);
+    }
+    let request = request(args, &scene)?;
+    let folder = args.out.clone().unwrap_or_else(|| PathBuf::from(format!("chart-{name}")));
+    chart::check_folder(&folder)?;
+
+    let threads = args.threads.map_or_else(rayon::current_num_threads, usize::from);
+    let subject = Subject {
+        name,
+        scene_hash: output::hash(xxh3_64(text.as_bytes())),
+        processor: chart::processor(),
+        threads,
+        budget: args.budget,
+        begin,
+    };
+    let chart = compute(case, request, &subject)?;
+    let written = chart::write(&folder, &subject, &chart)?;
+    say(args.output.format(), &subject, &chart, &written)
+}
+
+/// The text of a scene, the scene, and what is built from it.
+fn read(name: &str) -> Result<(String, Scene, Built)> {
+    let path = Path::new(name);
+    let (text, folder) = if paths::is_scene(path) {
+        let text = std::fs::read_to_string(path).map_err(|error| CliError::file("read", path, &error))?;
+        (text, path.parent().unwrap_or(Path::new("")))
+    } else {
+        (scene::shipped_text(name)?.to_owned(), Path::new(""))
+    };
+    let scene = Scene::parse(&text, name)?;
+    let source = files::Folder { folder: folder.to_owned(), options: files::ReadOptions::default() };
+    let built = scene.build(&source, &SceneLimits::default())?;
+    Ok((text, scene, built))
+}
+
+/// What is asked for.
+fn request(args: &ChartArgs, scene: &Scene) -> Result<Request> {
+    let known = line_names();
+    if let Some(wrong) = args.methods.iter().find(|name| !known.contains(name)) {
+        let near = suggestion(wrong, known.iter().map(String::as_str));
+        return Err(CliError::usage(format!("--method {wrong}: there is no such method; {near}")));
+    }
+    let times = match args.until {
+        Some(until) => Some(Times::until(until, scene.dt).map_err(|error| refused("--until", &error))?),
+        None if args.times.is_empty() => None,
+        None => Some(Times::at(&args.times, scene.dt).map_err(|error| refused("--times", &error))?),
+    };
+    if scene.steps == 0 && times.is_none() {
+        return Err(CliError::usage("the scene has no end, steps = 0: say until when with --until S"));
+    }
+    Ok(Request {
+        tolerance: args.tolerance,
+        end: scene.steps as f64 * scene.dt,
+        times,
+        methods: args.methods.clone(),
+        precisions: args.precision.map_or_else(|| Precision::ALL.to_vec(), |one| vec![one.into()]),
+    })
+}
+
+fn refused(option: &str, error: &TimesError) -> CliError {
+    CliError::usage(format!("{option}: {error}"))
+}
+
+/// Charts on threads of its own, until the budget is used up or a signal comes.
+fn compute(case: Case, request: Request, subject: &Subject) -> Result<Chart> {
+    let threads = subject.threads;
+    let pool = ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()
+        .map_err(|error| CliError::failure(format!("cannot start {threads} threads: {error}")))?;
+    let left = subject.budget.saturating_sub(subject.begin.elapsed());
+    let budget = Budget::new(Some(left));
+    let (stop, bar) = (budget.stop(), progress(budget.stop()));
+    remote::block_on(async move {
+        let signals = remote::catch_signals()?;
+        let shown = Arc::new(bar);
+        let told = Arc::clone(&shown);
+        let mut work = tokio::task::spawn_blocking(move || {
+            pool.install(|| {
+                nappe_study::chart(&case, &request, &budget, &|what| told.set_message(what.to_owned()))
+            })
+        });
+        let ended = tokio::select! {
+            ended = &mut work => ended,
+            signal = remote::interrupted_by(signals) => {
+                signal?;
+                stop.stop();
+                work.await
+            }
+        };
+        shown.finish_and_clear();
+        ended.map_err(|error| {
+            CliError::failure(format!("the chart ended in an error of this program: {error}"))
+        })
+    })
+}
+
+/// What is done now, and the time that is left.
+fn progress(stop: Stop) -> ProgressBar {
+    let left = move |_: &ProgressState, out: &mut dyn std::fmt::Write| {
+        let seconds = stop.left().unwrap_or_default().as_secs();
+        // A bar that is not shown is no failure.
+        let _ = write!(out, "{seconds} s left");
+    };
+    let style = ProgressStyle::with_template("{spinner} {left}: {msg}").expect("a template that is right");
+    let bar = ProgressBar::new_spinner().with_style(style.with_key("left", left));
+    bar.enable_steady_tick(Duration::from_millis(200));
+    bar
+}
+
+fn say(format: Format, subject: &Subject, chart: &Chart, written: &[PathBuf]) -> Result<()> {
+    match format {
+        Format::Json => output::json(&serde_json::json!({
+            "scene": subject.name,
+            "rows": chart.rows.len(),
+            "until_s": chart.until(),
+            "cut": chart.is_cut,
+            "interrupted": chart.is_stopped,
+            "files": written,
+        }))?,
+        Format::Text => {
+            if !chart.rows.is_empty() {
+                output::line(&words::cheapest_rows(chart))?;
+                output::line("")?;
+            }
+            output::line(&words::limit(chart))?;
+            let paths: Vec<_> = written.iter().map(|path| path.display().to_string()).collect();
+            output::line(&format!("Written: {}", paths.join(", ")))?;
+        }
+    }
+    if chart.is_stopped {
+        return Err(CliError::new(Exit::Interrupted, "interrupted: what was found until then is written"));
+    }
+    Ok(())
+}
