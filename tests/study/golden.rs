@@ -64,7 +64,7 @@ fn errors_are_those_of_the_golden_table() {
             }
             let method = golden::method(row.text("integrator")).expect("an integrator of the program");
             let level = (times.interval / row.number("h_s")).log2().round() as u32;
-            let setting = Setting { method, precision: Precision::F64, steps: Steps::Divided(level) };
+            let setting = Setting::new(method, Precision::F64, Steps::Divided(level)).good_to(TOLERANCE);
             let found = run(&case, &setting, &times, &budget.until(1.0));
             let label = format!("{name}, {}, dt {} s", setting.name(), row.text("h_s"));
             assert_eq!(found.end, End::Reached, "{label}");

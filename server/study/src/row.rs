@@ -90,10 +90,9 @@ impl Row {
         let interval = reference.times.interval;
         let (seconds, minimum_seconds) = match run.end {
             End::Reached => costs(&run.seconds, run.time),
-            _ if run.elapsed > 0.0 => {
-                // The step that failed took its time too: at least one was tried.
-                let cost = run.elapsed / run.time.max(run.dt.min(interval));
-                (Some(cost), Some(cost))
+            _ if run.tried > 0.0 => {
+                let cost = Some(run.elapsed / run.tried);
+                (cost, cost)
             }
             _ => (None, None),
         };

@@ -26,11 +26,11 @@ const ABOVE_FLOOR: f64 = 3.0;
 
 /// Names of all lines, in their order.
 pub fn line_names() -> Vec<String> {
-    lines(&[Precision::F64]).iter().map(Line::name).collect()
+    lines(&[Precision::F64], 1).iter().map(Line::name).collect()
 }
 
-/// Every method, and those whose steps are controlled, in every precision.
-fn lines(precisions: &[Precision]) -> Vec<Line> {
+/// Every method, and those whose steps are controlled, in every precision, for so many intervals.
+fn lines(precisions: &[Precision], intervals: u64) -> Vec<Line> {
     let bdf2 = Method { minimizer: NEWTON, ..Method::new(Integrator::Bdf2, Hessian::Absolute) };
     let controlled = [
         Method::new(Integrator::VelocityVerletPredicted, Hessian::Absolute),
@@ -41,7 +41,8 @@ fn lines(precisions: &[Precision]) -> Vec<Line> {
     let all = fixed.chain(controlled.into_iter().map(|method| (method, true)));
     all.flat_map(|(method, is_controlled)| {
         precisions.iter().map(move |&precision| {
-            if is_controlled { Line::controlled(method, precision) } else { Line::fixed(method, precision) }
+            let new = if is_controlled { Line::controlled } else { Line::fixed };
+            new(method, precision, intervals)
         })
     })
     .collect()
@@ -63,12 +64,12 @@ impl<'a> Rows<'a> {
         Self { case, request, reference, floor, made: Vec::new(), is_cut: false }
     }
 
-    /// Makes the rows of all lines: first each at the comparison interval, then always that of the line whose last row took
-    /// the least evaluations and products. Says whether any was left out for want of time.
+    /// Makes the rows of all lines: always the next one of the line whose last row took the least evaluations and
+    /// products. Says whether any was left out for want of time.
     pub(crate) fn make(mut self, phase: &Phase, tell: &dyn Fn(&str)) -> (Vec<Row>, bool) {
         tell("the scene as it is written");
         self.add_own(phase);
-        let mut lines = lines(&self.request.precisions);
+        let mut lines = lines(&self.request.precisions, self.reference.times.count());
         let wanted = &self.request.methods;
         lines.retain(|line| wanted.is_empty() || wanted.contains(&line.name()));
         let good = (GOOD * self.request.tolerance).max(ABOVE_FLOOR * self.floor);
@@ -88,7 +89,7 @@ impl<'a> Rows<'a> {
         (self.made, self.is_cut)
     }
 
-    /// The same with Newton's method as good as the comparison needs, and as many sweeps as the scene asks for.
+    /// The same with solves as good as the comparison needs, and as many sweeps as the scene asks for.
     fn solved(&self, setting: Setting) -> Setting {
         let until = self.reference.times.end();
         let tolerance = self.request.tolerance / (50.0 * until * until);
@@ -98,14 +99,14 @@ impl<'a> Rows<'a> {
             _ => None,
         });
         let sweeps = own.unwrap_or(Minimizer::DEFAULT_SWEEPS);
-        Setting { method: setting.method.with(newton, sweeps), ..setting }
+        Setting { method: setting.method.with(newton, sweeps), ..setting }.good_to(self.request.tolerance)
     }
 
     /// Adds the next row of a line.
     fn add_next(&mut self, line: &mut Line, setting: Setting, good: f64, phase: &Phase, tell: &dyn Fn(&str)) {
         let (reference, times) = (self.reference, &self.reference.times);
         let dt = setting.dt(times.interval);
-        let steps = dt.map_or_else(String::new, |dt| format!(", steps of {:.3e} s", dt));
+        let steps = dt.map_or_else(String::new, |dt| format!(", steps of {dt:.3e} s"));
         tell(&format!("{} {}{steps}", setting.name(), setting.precision));
         let made = run(self.case, &setting, times, phase);
         let places: Vec<usize> = (0..reference.states.len()).collect();
@@ -118,7 +119,7 @@ impl<'a> Rows<'a> {
     fn add_own(&mut self, phase: &Phase) {
         let Some(body) = self.case.setup.bodies.first() else { return };
         let method = Method::of(&body.settings);
-        let setting = Setting { method, precision: self.case.precision, steps: Steps::Own };
+        let setting = Setting::new(method, self.case.precision, Steps::Own);
         let (times, places) = self.reference.times.coarser(self.case.dt());
         let made = run(self.case, &setting, &times, phase);
         self.push(Row::new(self.case, setting, &made, (self.reference, &places)));

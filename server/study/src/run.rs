@@ -49,6 +49,8 @@ pub struct Run {
     pub elapsed: f64,
     /// Simulated time that was reached (s).
     pub time: f64,
+    /// The same with the step of the world that failed, if one did.
+    pub tried: f64,
     /// Forces and products.
     pub work: Work,
     /// Length of its steps (s), the mean where they vary.
@@ -161,6 +163,7 @@ pub fn run(case: &Case, setting: &Setting, times: &Times, phase: &Phase) -> Run 
         seconds: Vec::new(),
         elapsed: 0.0,
         time: 0.0,
+        tried: 0.0,
         work: Work::default(),
         dt: setting.dt(times.interval).unwrap_or(case.dt()),
         energy_drift: 0.0,
@@ -190,6 +193,8 @@ pub fn run(case: &Case, setting: &Setting, times: &Times, phase: &Phase) -> Run 
         run.dt = runner.simulation.time() / runner.substeps as f64;
     }
     (run.elapsed, run.time) = (runner.elapsed, runner.simulation.time());
+    let failed = if run.end == End::Reached { 0.0 } else { runner.simulation.dt() };
+    run.tried = run.time + failed;
     run.energy_drift = runner.energies[1] - runner.energies[0];
     (run.work, run.max_stretch) = (runner.work, runner.max_stretch);
     run

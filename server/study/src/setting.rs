@@ -10,8 +10,10 @@ use nappe_sim::{
 
 use crate::{case::Case, method::Method};
 
-/// Relative residual at which linear solves end: it changes the error of a step by less than 0.12 %.
+/// Relative residual at which linear solves end: it changes the error of implicit Euler by less than 0.12 %.
 const SOLVER_TOLERANCE: f64 = 1e-4;
+/// The error that matters (m) for which that is enough; solves end at less where less matters.
+const ENOUGH_FOR: f64 = 1e-3;
 /// Iterations of a linear solve, at most, where the scene allows fewer.
 const SOLVER_ITERATIONS: u32 = 1000;
 
@@ -40,6 +42,8 @@ pub struct Setting {
     pub precision: Precision,
     /// How long steps are.
     pub steps: Steps,
+    /// Relative residual at which linear solves end.
+    pub solver_tolerance: f64,
 }
 
 /// What a run is built from, and how the comparison interval is divided.
@@ -50,6 +54,17 @@ pub(crate) struct Plan {
 }
 
 impl Setting {
+    /// With linear solves that are enough for an error of a millimetre.
+    pub const fn new(method: Method, precision: Precision, steps: Steps) -> Self {
+        Self { method, precision, steps, solver_tolerance: SOLVER_TOLERANCE }
+    }
+
+    /// The same with linear solves that are enough for an error (m).
+    #[must_use]
+    pub fn good_to(self, error: f64) -> Self {
+        Self { solver_tolerance: SOLVER_TOLERANCE * (error / ENOUGH_FOR).min(1.0), ..self }
+    }
+
     /// The name of its method, with `_controlled` where steps are as long as an error allows.
     pub fn name(&self) -> String {
         match self.steps {
@@ -105,7 +120,7 @@ impl Setting {
             Stop::Residual { max_iterations, .. } => max_iterations.max(SOLVER_ITERATIONS),
             Stop::Iterations(_) => SOLVER_ITERATIONS,
         };
-        settings.solver.stop = Stop::Residual { tolerance: SOLVER_TOLERANCE, max_iterations };
+        settings.solver.stop = Stop::Residual { tolerance: self.solver_tolerance, max_iterations };
         (settings.time_step, settings.tolerance) = match self.steps {
             Steps::Controlled(tolerance) => (TimeStep::default(), Some(tolerance)),
             Steps::Divided(_) | Steps::Own => {

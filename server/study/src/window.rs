@@ -32,11 +32,11 @@ const FINEST: u32 = 6;
 const MOST_TIMES: usize = 128;
 
 /// The method of reference runs: order 2 with damping, and no solve that leaves anything over.
-pub(crate) const REFERENCE: Setting = Setting {
-    method: Method::new(Integrator::VelocityVerletPredicted, Hessian::Absolute),
-    precision: Precision::F64,
-    steps: Steps::Divided(0),
-};
+pub(crate) const REFERENCE: Setting = Setting::new(
+    Method::new(Integrator::VelocityVerletPredicted, Hessian::Absolute),
+    Precision::F64,
+    Steps::Divided(0),
+);
 
 /// What the copies showed.
 #[derive(Clone, Debug, PartialEq)]
@@ -73,7 +73,7 @@ impl Scan {
     }
 
     /// The largest spread (m) until a time (s).
-    pub(crate) fn largest_until(&self, end: f64) -> f64 {
+    pub fn largest_until(&self, end: f64) -> f64 {
         let count = (end / self.spacing).round() as usize;
         self.spread.iter().take(count).copied().fold(0.0, f64::max)
     }

@@ -3,7 +3,7 @@
 use nappe_study::{Chart, DISPLACEMENT, Limit, NoReference, Row, SEED};
 use serde_json::{Value, json};
 
-use super::{Subject, words};
+use super::{subject::Subject, words};
 
 /// The document. Its names stay.
 pub(crate) fn document(subject: &Subject, chart: &Chart) -> Value {

@@ -4,31 +4,20 @@
 
 pub(crate) mod units;
 pub(crate) mod words;
+mod subject;
 mod table;
 mod document;
 
 use std::{
     fs,
     path::{Path, PathBuf},
-    time::{Duration, Instant},
 };
 
 use nappe_study::Chart;
 
-use crate::error::{CliError, Result};
+pub(crate) use self::subject::Subject;
 
-/// What is charted, where and when.
-pub(crate) struct Subject {
-    /// The scene as the command line names it, without folder and extension.
-    pub(crate) name: String,
-    /// Hash of its text, 16 hexadecimal digits.
-    pub(crate) scene_hash: String,
-    /// What the system calls the processor.
-    pub(crate) processor: String,
-    pub(crate) threads: usize,
-    pub(crate) budget: Duration,
-    pub(crate) begin: Instant,
-}
+use crate::error::{CliError, Result};
 
 /// Makes a folder, where there is none, and checks that files can be written into it.
 ///
@@ -57,12 +46,33 @@ pub(crate) fn write(folder: &Path, subject: &Subject, chart: &Chart) -> Result<V
         ("chart.json".to_owned(), (document + "\n").into_bytes()),
     ];
     let mut written = Vec::new();
-    for (name, bytes) in files {
+    for (name, bytes) in files.into_iter().chain(pictures(&subject.name, chart)?) {
         let path = folder.join(name);
         fs::write(&path, bytes).map_err(|error| CliError::file("write", &path, &error))?;
         written.push(path);
     }
     Ok(written)
+}
+
+/// Pictures, each as SVG and PNG.
+#[cfg(feature = "charts")]
+fn pictures(scene: &str, chart: &Chart) -> Result<Vec<(String, Vec<u8>)>> {
+    let pictures = nappe_charts::pictures(scene, chart)
+        .map_err(|error| CliError::failure(format!("cannot draw the chart: {error}")))?;
+    let files = |picture: nappe_charts::Picture| {
+        [
+            (format!("{}.svg", picture.name), picture.svg.into_bytes()),
+            (format!("{}.png", picture.name), picture.png),
+        ]
+    };
+    Ok(pictures.into_iter().flat_map(files).collect())
+}
+
+/// None: this build draws nothing, and says so.
+#[cfg(not(feature = "charts"))]
+fn pictures(_: &str, _: &Chart) -> Result<Vec<(String, Vec<u8>)>> {
+    crate::output::note("no pictures: this command was built without its feature `charts`");
+    Ok(Vec::new())
 }
 
 /// What the system calls the processor.

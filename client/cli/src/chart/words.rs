@@ -44,18 +44,12 @@ pub(crate) fn cheapest_rows(chart: &Chart) -> String {
     let mut rows: Vec<_> =
         ERRORS.iter().map(|error| row(length(*error), cheapest(&chart.rows, *error))).collect();
     let own = chart.rows.iter().find(|row| row.own);
-    rows.extend(own.map(|own| match own.error() {
-        Some(_) => row("as written".to_owned(), Some(own)),
-        None => {
-            let cause = own.failure.as_ref().map_or("it was stopped", |failure| &failure.cause);
-            vec![
-                "as written".to_owned(),
-                own.setting.name(),
-                own.outcome.name().to_owned(),
-                cause.to_owned(),
-                String::new(),
-            ]
+    rows.extend(own.map(|own| {
+        if own.error().is_some() {
+            return row("as written".to_owned(), Some(own));
         }
+        let cause = own.failure.as_ref().map_or("it was stopped", |failure| &failure.cause);
+        ["as written", &own.setting.name(), own.outcome.name(), cause, ""].map(str::to_owned).to_vec()
     }));
     let columns = [
         Column::Left("cheapest to"),

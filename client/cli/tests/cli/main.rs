@@ -10,4 +10,5 @@ mod disturbed;
 mod tokens;
 mod connect;
 mod bench;
+mod chart;
 mod snow;

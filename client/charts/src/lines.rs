@@ -1,0 +1,89 @@
+//! The lines of a chart: rows of one method in one precision, and which of them are named.
+
+use std::cmp::Reverse;
+
+use nappe_sim::math::Precision;
+use nappe_study::{Chart, Row};
+
+use crate::{
+    canvas::{Canvas, Fill, Stroke},
+    look::{self, GREY, Look, NAMED},
+};
+
+/// Rows of one method in one precision.
+pub(crate) struct Line<'a> {
+    pub(crate) name: String,
+    precision: Precision,
+    pub(crate) rows: Vec<&'a Row>,
+    /// Of a line that is named.
+    pub(crate) look: Option<Look>,
+}
+
+/// All lines, those that are named last: they are drawn above the others.
+pub(crate) fn of(chart: &Chart) -> Vec<Line<'_>> {
+    let mut lines: Vec<Line<'_>> = Vec::new();
+    for row in chart.rows.iter().filter(|row| !row.own) {
+        let (name, precision) = (row.setting.name(), row.setting.precision);
+        match lines.last_mut().filter(|line| line.name == name && line.precision == precision) {
+            Some(line) => line.rows.push(row),
+            None => lines.push(Line { name, precision, rows: vec![row], look: None }),
+        }
+    }
+
+    // Those that the front is made of, then those that come nearest.
+    let rank = |line: &Line<'_>| {
+        let front = line.rows.iter().filter(|row| row.front).count();
+        let best = line.rows.iter().filter_map(|row| row.error()).fold(f64::INFINITY, f64::min);
+        (Reverse(front), best.to_bits())
+    };
+    lines.sort_by_key(rank);
+    let mut methods: Vec<String> = Vec::new();
+    for line in lines.iter_mut().take(NAMED).filter(|line| line.rows.iter().any(|row| row.error().is_some()))
+    {
+        if !methods.contains(&line.name) {
+            methods.push(line.name.clone());
+        }
+        let number = methods.iter().position(|name| *name == line.name).unwrap_or(0);
+        line.look = Some(look::of(number));
+    }
+    lines.reverse();
+    lines
+}
+
+impl Line<'_> {
+    /// Its name with the precision.
+    pub(crate) fn title(&self) -> String {
+        format!("{} {}", self.name, self.precision)
+    }
+
+    pub(crate) fn colour(&self) -> &'static str {
+        self.look.map_or(GREY, |look| look.colour)
+    }
+
+    /// Draws the line and its marks, where `point` says that rows are.
+    pub(crate) fn draw(&self, canvas: &mut Canvas, point: &dyn Fn(&Row) -> Option<[f64; 2]>) {
+        let points: Vec<[f64; 2]> = self.rows.iter().filter_map(|row| point(row)).collect();
+        if points.is_empty() {
+            return;
+        }
+        let look = self.look.unwrap_or(Look { colour: GREY, dashes: "", ..look::of(0) });
+        let (width, size) = if self.look.is_some() { (1.8, 4.5) } else { (1.0, 2.5) };
+        canvas.line(&points, Stroke { colour: look.colour, width, dashes: look.dashes });
+        let fill = if self.precision == Precision::F64 { Fill::Full } else { Fill::Hollow };
+        canvas.marks(&points, look.mark, look.colour, size, fill);
+    }
+}
+
+/// The decades around numbers.
+pub(crate) fn around(values: impl Iterator<Item = f64>) -> [f64; 2] {
+    let positive = values.filter(|value| value.is_finite() && *value > 0.0);
+    let [low, high] = positive
+        .fold([f64::INFINITY, 0.0], |[low, high], value| [f64::min(low, value), f64::max(high, value)]);
+    if low > high {
+        return [0.1, 10.0];
+    }
+    // At least a decade, with room at both ends.
+    let [low, high] = [low.log10() - 0.15, high.log10() + 0.15];
+    let spare = (0.5 * (1.0 - (high - low))).max(0.0);
+    [10_f64.powf(low - spare), 10_f64.powf(high + spare)]
+}

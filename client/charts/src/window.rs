@@ -1,0 +1,81 @@
+//! How long a scene determines its answer: the spread of runs that start a hair apart, and the reference's own error.
+
+use nappe_study::{Chart, DISPLACEMENT};
+
+use crate::{
+    canvas::{Along, Anchor, Axis, Canvas, Stroke},
+    lines::around,
+    look::{self, INK},
+    picture::Picture,
+    words::{length, two},
+};
+
+/// What the window is shaded with.
+const SHADE: &str = "#DCEBF5";
+/// The smallest length that is drawn (mm): rounding is below it.
+const LEAST: f64 = 1e-10;
+
+pub(crate) fn picture(scene: &str, chart: &Chart) -> Result<Picture, String> {
+    let scan = &chart.scan;
+    let spread: Vec<_> = scan
+        .spread
+        .iter()
+        .enumerate()
+        .map(|(i, spread)| [scan.spacing * (i + 1) as f64, (spread * 1e3).max(LEAST)])
+        .collect();
+    let error: Vec<_> = chart
+        .whole
+        .iter()
+        .flat_map(|reference| {
+            let times = reference.times.marks.iter().map(|mark| reference.times.time(*mark));
+            times.zip(&reference.own_error).map(|(time, error)| [time, (error * 1e3).max(LEAST)])
+        })
+        .collect();
+    let quarter = 0.25 * chart.tolerance * 1e3;
+    let both = || spread.iter().chain(&error);
+    let end = both().map(|point| point[0]).fold(0.0, f64::max);
+    let lengths = around(both().map(|point| point[1]).chain([quarter]));
+    let x = Axis { label: "time (s)", range: [0.0, end * 1.02], is_log: false };
+    let y = Axis { label: "rms distance (mm)", range: lengths, is_log: true };
+    let title = format!("{scene}: how long it determines its answer");
+    let mut canvas = Canvas::new("window", title, sentence(chart), [x, y]);
+    if chart.until() > 0.0 {
+        canvas.shade(Along::X, [0.0, chart.until()], SHADE);
+    }
+    canvas.mark(Along::Y, quarter);
+    for (points, number, name) in [(&spread, 1, "spread of copies"), (&error, 0, "the reference's own error")]
+    {
+        let look = look::of(number);
+        if points.is_empty() {
+            continue;
+        }
+        canvas.line(points, Stroke { colour: look.colour, width: 2.0, dashes: look.dashes });
+        let middle = points[points.len() / 2];
+        let place = canvas.at(middle);
+        canvas.words(name, [place[0] - 8.0, place[1] - 8.0], Anchor::End, look.colour);
+    }
+    let [_, right, ..] = canvas.frame();
+    let at = canvas.at([0.0, quarter]);
+    canvas.words(
+        &format!("a quarter of the tolerance, {}", length(0.25 * chart.tolerance)),
+        [right - 6.0, at[1] - 5.0],
+        Anchor::End,
+        INK,
+    );
+    canvas.finish()
+}
+
+fn sentence(chart: &Chart) -> String {
+    let grown = chart.scan.largest_until(chart.until()) / DISPLACEMENT;
+    let until = chart.until();
+    if until == 0.0 {
+        return "Copies that start 1e-8 m away part before the first time: nothing can be compared."
+            .to_owned();
+    }
+    format!(
+        "Runs are compared until {:.2} s, shaded: copies that start 1e-8 m away are by then at most {} times as far; the reference's own error is at most {}.",
+        until,
+        two(grown),
+        chart.reference.as_ref().map_or_else(String::new, |reference| length(reference.error()))
+    )
+}

@@ -1,0 +1,62 @@
+//! Lengths and times in the words of pictures.
+
+use nappe_study::{Row, cheapest};
+
+/// A length (m) in the unit that suits it, with two digits.
+pub(crate) fn length(metres: f64) -> String {
+    match metres {
+        m if m >= 1.0 => format!("{} m", two(m)),
+        m if m >= 1e-6 => format!("{} mm", two(m * 1e3)),
+        m => format!("{m:.0e} m"),
+    }
+}
+
+/// A time (s) in the unit that suits it, with two digits.
+pub(crate) fn time(seconds: f64) -> String {
+    match seconds {
+        s if s >= 1.0 => format!("{} s", two(s)),
+        s if s >= 1e-3 => format!("{} ms", two(s * 1e3)),
+        s => format!("{} µs", two(s * 1e6)),
+    }
+}
+
+/// A number with two digits that count.
+pub(crate) fn two(value: f64) -> String {
+    let first = value.abs().log10().floor() as i32;
+    if first > 1 {
+        let unit = 10_f64.powi(first - 1);
+        return format!("{:.0}", (value / unit).round() * unit);
+    }
+    let digits = (1 - first).clamp(0, 9) as usize;
+    let text = format!("{value:.digits$}");
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+}
+
+/// What is cheapest to a tolerance (m), as a clause.
+pub(crate) fn cheapest_to(rows: &[Row], tolerance: f64) -> String {
+    match cheapest(rows, tolerance) {
+        None => format!("no row comes within {}", length(tolerance)),
+        Some(row) => format!(
+            "{} in {} with steps of {} is the cheapest to {}: {} s per simulated second",
+            row.setting.name(),
+            row.setting.precision,
+            time(row.dt),
+            length(tolerance),
+            row.seconds.map_or_else(String::new, two)
+        ),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_two_digits_that_count() {
+        for (value, text) in [(0.0123, "0.012"), (1.0, "1"), (0.25, "0.25"), (123.4, "120"), (9.99, "10")] {
+            assert_eq!(two(value), text);
+        }
+        assert_eq!([length(1e-3), length(2.5), length(3e-9)], ["1 mm", "2.5 m", "3e-9 m"]);
+        assert_eq!([time(2e-5), time(0.0025), time(1.5)], ["20 µs", "2.5 ms", "1.5 s"]);
+    }
+}

@@ -1,0 +1,144 @@
+//! Error against cost: each line a method, each mark a run; what is lower and further left is better.
+
+use kuva::plot::scatter::MarkerShape;
+use nappe_study::{Chart, Row};
+
+use crate::{
+    canvas::{Along, Anchor, Axis, Canvas, Fill, Stroke},
+    labels::Labels,
+    lines::{self, Line, around},
+    look::INK,
+    picture::Picture,
+    words::{cheapest_to, length, time},
+};
+
+/// What the front is drawn on.
+const FRONT: &str = "#F0E442";
+/// What errors below the floor are shaded with.
+const FLOOR: &str = "#D9D9D9";
+/// Room for failures at the right (px).
+const RAIL: f64 = 26.0;
+
+/// Millimetres, and seconds per simulated second.
+fn point(row: &Row) -> Option<[f64; 2]> {
+    Some([row.error()? * 1e3, row.seconds?])
+}
+
+pub(crate) fn picture(scene: &str, chart: &Chart) -> Result<Picture, String> {
+    let [x, y] = axes(chart);
+    let title = format!("{scene}: error against cost, until {:.2} s", chart.until());
+    let mut canvas = Canvas::new("work_precision", title, sentence(chart), [x, y]);
+    if chart.floor * 1e3 > x.range[0] {
+        canvas.shade(Along::X, [x.range[0], chart.floor * 1e3], FLOOR);
+    }
+    draw_front(&mut canvas, chart);
+    let lines = lines::of(chart);
+    for line in &lines {
+        line.draw(&mut canvas, &point);
+    }
+
+    let mut labels = Labels::default();
+    let all_points: Vec<_> = chart.rows.iter().filter_map(point).map(|point| canvas.at(point)).collect();
+    for place in all_points {
+        labels.keep_off(place);
+    }
+    draw_own(&mut canvas, &mut labels, chart);
+    draw_marks(&mut canvas, &mut labels, chart, [x, y]);
+    for line in lines.iter().rev().filter(|line| line.look.is_some()) {
+        write_ends(&mut canvas, &mut labels, line);
+    }
+    draw_failures(&mut canvas, &lines, y.range);
+    canvas.finish()
+}
+
+fn axes(chart: &Chart) -> [Axis; 2] {
+    let points = || chart.rows.iter().filter_map(point);
+    let tolerance = std::iter::once(chart.tolerance * 1e3);
+    let errors = around(points().map(|[error, _]| error).chain(tolerance));
+    let seconds = around(points().map(|[_, seconds]| seconds));
+    // The rail of failures takes its share of the width.
+    let stretch = (errors[1] / errors[0]).powf(RAIL / 700.0);
+    [
+        Axis { label: "rms error (mm)", range: [errors[0], errors[1] * stretch], is_log: true },
+        Axis { label: "seconds per simulated second", range: seconds, is_log: true },
+    ]
+}
+
+fn draw_front(canvas: &mut Canvas, chart: &Chart) {
+    let mut front: Vec<_> = chart.rows.iter().filter(|row| row.front).filter_map(point).collect();
+    front.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    if !front.is_empty() {
+        canvas.line(&front, Stroke { colour: FRONT, width: 9.0, dashes: "" });
+    }
+}
+
+fn draw_own(canvas: &mut Canvas, labels: &mut Labels, chart: &Chart) {
+    let own = chart.rows.iter().find(|row| row.own).and_then(point);
+    if let Some(own) = own {
+        canvas.marks(&[own], MarkerShape::Star, "#000000", 10.0, Fill::Full);
+        let place = canvas.at(own);
+        labels.write(canvas, "as written", place, "#000000");
+    }
+}
+
+/// The tolerance and real time, and what the floor is.
+fn draw_marks(canvas: &mut Canvas, labels: &mut Labels, chart: &Chart, [x, y]: [Axis; 2]) {
+    let [left, _, above, below] = canvas.frame();
+    let tolerance = chart.tolerance * 1e3;
+    canvas.mark(Along::X, tolerance);
+    let at = [canvas.at([tolerance, y.range[0]])[0], below - 8.0];
+    labels.write(canvas, &format!("tolerance, {}", length(chart.tolerance)), at, INK);
+    if (y.range[0]..y.range[1]).contains(&1.0) {
+        canvas.mark(Along::Y, 1.0);
+        let at = [left, canvas.at([x.range[0], 1.0])[1] - 6.0];
+        labels.write(canvas, "real time", at, INK);
+    }
+    if chart.floor * 1e3 > x.range[0] {
+        labels.write(canvas, "below what can be told", [left, above + 14.0], INK);
+    }
+}
+
+/// The name of a line at its finest end, and the length of its steps at both.
+fn write_ends(canvas: &mut Canvas, labels: &mut Labels, line: &Line<'_>) {
+    let held: Vec<_> = line.rows.iter().filter_map(|row| Some((row, point(row)?))).collect();
+    let (Some((coarse, first)), Some((fine, last))) = (held.first(), held.last()) else { return };
+    let [first, last] = [canvas.at(*first), canvas.at(*last)];
+    let name = format!("{}, {}", line.title(), time(fine.dt));
+    if !labels.write(canvas, &name, last, line.colour()) {
+        labels.write(canvas, &line.title(), last, line.colour());
+    }
+    if held.len() > 1 {
+        labels.write(canvas, &time(coarse.dt), first, line.colour());
+    }
+}
+
+/// A cross for each run that failed, at what it cost.
+fn draw_failures(canvas: &mut Canvas, lines: &[Line<'_>], [low, high]: [f64; 2]) {
+    let [_, right, above, below] = canvas.frame();
+    let x = right - 0.5 * RAIL;
+    let mut has_any = false;
+    for line in lines {
+        for seconds in line.rows.iter().filter(|row| row.failure.is_some()).filter_map(|row| row.seconds) {
+            let y = canvas.at([1.0, seconds.clamp(low, high)])[1];
+            canvas.cross([x, y.clamp(above + 5.0, below - 5.0)], line.colour());
+            has_any = true;
+        }
+    }
+    if has_any {
+        canvas.segment([[right - RAIL, above], [right - RAIL, below]], FLOOR, 1.0);
+        canvas.words("failed", [right - 1.0, above - 4.0], Anchor::End, INK);
+    }
+}
+
+fn sentence(chart: &Chart) -> String {
+    let failed = chart.rows.iter().filter(|row| row.failure.is_some()).count();
+    let own = chart.rows.iter().find(|row| row.own).map_or_else(String::new, |own| match own.error() {
+        Some(error) => format!("; as written the scene is {} off", length(error)),
+        None => "; as written it fails".to_owned(),
+    });
+    format!(
+        "Of {} runs {failed} failed; {}{own}. Filled marks are f64, hollow ones f32; the band is the front, what no other run beats in both; grey lines are the other methods.",
+        chart.rows.len(),
+        cheapest_to(&chart.rows, chart.tolerance)
+    )
+}
