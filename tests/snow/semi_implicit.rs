@@ -110,6 +110,9 @@ fn backward_euler_is_stable_and_loses_energy_at_ten_times_the_explicit_limit() {
                 );
                 let solve = report.solve.expect("a report of the solve");
                 assert!(solve.relative_residual <= 1e-8, "{solve:?}");
+                let substeps = report.snow.expect("snow").substeps;
+                assert_eq!(report.work.force_evaluations, u64::from(substeps));
+                assert!(report.work.matrix_products >= u64::from(solve.products));
                 last = energy;
             }
 

@@ -80,13 +80,17 @@ impl Row {
         };
         let rms_error = largest(&|a, b| case.rms(a, b));
         let centre_error = largest(&|a, b| case.centre_distance(a, b));
-        let (outcome, failure) = match &run.end {
-            End::Reached if rms_error.is_some_and(|error| error <= case.diagonal()) => (Outcome::Ok, None),
-            End::Reached => (Outcome::Diverged, Some(far(case, run))),
-            End::Stopped => (Outcome::Stopped, None),
-            End::Failed(failure) if failure.is_refusal => (Outcome::Refused, Some(failure.clone())),
-            End::Failed(failure) => (Outcome::Diverged, Some(failure.clone())),
+        let (outcome, failure) = match (&run.end, rms_error) {
+            (End::Reached, Some(error)) if error <= case.diagonal() => (Outcome::Ok, None),
+            (End::Reached, Some(_)) => (Outcome::Diverged, Some(far(case, run))),
+            (End::Reached, None) => (Outcome::Refused, Some(too_long(case))),
+            (End::Stopped, _) => (Outcome::Stopped, None),
+            (End::Failed(failure), _) if failure.is_refusal => (Outcome::Refused, Some(failure.clone())),
+            (End::Failed(failure), _) => (Outcome::Diverged, Some(failure.clone())),
         };
+        // A state that is beyond all numbers when it is squared has no distance.
+        let [rms_error, centre_error] =
+            [rms_error, centre_error].map(|error| error.filter(|error| error.is_finite()));
         let interval = reference.times.interval;
         let (seconds, minimum_seconds) = match run.end {
             End::Reached => costs(&run.seconds, run.time),
@@ -141,6 +145,11 @@ impl Row {
 fn far(case: &Case, run: &Run) -> Failure {
     let cause = format!("it is farther from the reference than the scene is long, {} m", case.diagonal());
     Failure { cause, time: run.time, particle: None, is_refusal: false }
+}
+
+fn too_long(case: &Case) -> Failure {
+    let cause = format!("its steps of {} s end at no time at which runs are compared", case.dt());
+    Failure { cause, time: 0.0, particle: None, is_refusal: true }
 }
 
 /// Median and minimum of the seconds per simulated second, from those of equal intervals of a time (s).
