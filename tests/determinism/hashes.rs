@@ -21,7 +21,7 @@ const HEADER: &str = "\
 ";
 
 /// `scene method precision steps` of every run.
-fn runs() -> Vec<(String, &'static str, Method, Precision)> {
+pub(crate) fn runs() -> Vec<(String, &'static str, Method, Precision)> {
     let mut runs = Vec::new();
     for name in NAMES {
         for method in methods(name) {
@@ -40,7 +40,7 @@ fn hash(name: &str, method: Method, precision: Precision, threads: usize) -> u64
 }
 
 /// The committed hashes by key.
-fn committed() -> BTreeMap<String, u64> {
+pub(crate) fn committed() -> BTreeMap<String, u64> {
     let text = fs::read_to_string(golden::path(FILE)).expect("tests/golden/hashes.txt is there");
     let lines = text.lines().filter(|line| !line.starts_with('#'));
     let entry = |line: &str| {

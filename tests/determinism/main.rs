@@ -7,5 +7,6 @@ mod scenes;
 mod snow;
 mod hash;
 mod hashes;
+mod ranks;
 mod numbering;
 mod simd;

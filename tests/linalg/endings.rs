@@ -7,6 +7,7 @@ use nappe_sim::{
         SolverSettings, Stop, conjugate_gradient,
     },
     math::{Padded, Precision, Sixteen, Vec3},
+    parallel::Share,
 };
 use nappe_tests::{
     Scene, golden,
@@ -78,7 +79,8 @@ fn the_residual_of_a_solve_that_converged_is_that_of_its_solution() {
         let rows = Sixteen::from_vectors(&b);
         let mut x = vec![Sixteen::default(); rows.len()];
         let mut work = CgWorkspace::new(b.len(), 32);
-        let report = conjugate_gradient(&a, &Identity, &rows, &mut x, &settings, 32, &mut work);
+        let share = Share::whole(b.len(), 32);
+        let report = conjugate_gradient(&a, &Identity, &rows, &mut x, &settings, &share, &mut work);
         assert_eq!(report.outcome, Outcome::Converged, "{tolerance:e}: {report:?}");
 
         // b - A x in the same arithmetic: the recursion comes to much less.
@@ -135,7 +137,8 @@ fn a_preconditioner_that_is_not_positive_definite_is_named() {
         let rows = Sixteen::from_vectors(&b);
         let (mut x, mut work) = (vec![Sixteen::default(); rows.len()], CgWorkspace::new(count, 32));
         let settings = SolverSettings::default();
-        let report = conjugate_gradient(&a, &Turned { from }, &rows, &mut x, &settings, 32, &mut work);
+        let share = Share::whole(count, 32);
+        let report = conjugate_gradient(&a, &Turned { from }, &rows, &mut x, &settings, &share, &mut work);
         assert_eq!(report.outcome, Outcome::IndefinitePreconditioner { iteration }, "{report:?}");
         assert_eq!(report.iterations, iteration);
         assert_eq!(x[0].get(0).x > 0.0, iteration > 0, "the last iterate: {x:?}");

@@ -8,6 +8,7 @@ pub mod threads;
 pub mod course;
 pub mod golden;
 pub mod networks;
+pub mod ranks;
 pub mod scene;
 pub mod snow;
 pub mod statics;

@@ -6,6 +6,7 @@ use nappe_sim::{
         SolveReport, SolverSettings, Stop, Symmetric3, conjugate_gradient,
     },
     math::{Mat3, Real, Sixteen, Vec3, vec3},
+    parallel::Share,
 };
 use serde::Deserialize;
 
@@ -77,13 +78,13 @@ impl System {
         let b = Sixteen::from_vectors(&b);
         let mut x = vec![Sixteen::default(); b.len()];
         let settings = SolverSettings { stop, preconditioner: kind, ..SolverSettings::default() };
-        let (block_size, mut work) = (32, CgWorkspace::new(count, 32));
+        let (share, mut work) = (Share::whole(count, 32), CgWorkspace::new(count, 32));
         let blocks: Vec<_> = (0..count).map(|i| self.diagonal_block(i)).collect();
         let inverse = Inverse3::of(&blocks, kind, 1.0);
         let jacobi = BlockJacobi(&inverse);
         let m: &dyn Preconditioner<R> =
             if kind == PreconditionerKind::Identity { &Identity } else { &jacobi };
-        let report = conjugate_gradient(&a, m, &b, &mut x, &settings, block_size, &mut work);
+        let report = conjugate_gradient(&a, m, &b, &mut x, &settings, &share, &mut work);
 
         let x = Sixteen::to_vectors(&x, count);
         (report, x.iter().flat_map(|x| x.iter().map(|c| c.to_f64()).collect::<Vec<_>>()).collect())

@@ -5,8 +5,8 @@
 //! number of threads. Modules in reading order:
 
 pub mod math;
-pub mod parallel;
 pub mod interrupt;
+pub mod parallel;
 pub mod linalg;
 pub mod report;
 pub mod mesh;

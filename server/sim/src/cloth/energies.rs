@@ -11,12 +11,15 @@ pub(super) fn risen_most<R: Real>(
 ) -> u64 {
     let [before, after] = [from, to].map(|state| shares(model, numbers, state));
     let rise = |place: usize| after[place] - before[place];
-    let free = model.place.iter().enumerate().filter(|(_, place)| model.inv_m[**place as usize] > R::zero());
+    let is_own_and_free =
+        |place: &u32| model.inv_m[*place as usize] > R::zero() && model.share.has(*place as usize);
+    let free = model.place.iter().enumerate().filter(|(_, place)| is_own_and_free(place));
     let most = free.fold(None, |most: Option<(usize, f64)>, (user, place)| {
         let rise = rise(*place as usize);
         if most.is_none_or(|(_, largest)| rise > largest) { Some((user, rise)) } else { most }
     });
-    most.map_or(0, |(user, _)| user as u64)
+    let told = most.map_or([f64::NEG_INFINITY, 0.0], |(user, rise)| [rise, user as f64]);
+    model.share.greatest(told)[1] as u64
 }
 
 /// The kinetic and gravitational energy of each particle, and its part of that of its springs and elements, of which all

@@ -24,7 +24,7 @@ use super::{
 use crate::{
     linalg::{Inverse3, PreconditionerKind, add_lanes, lanes_at, packs_at},
     math::{LANES, Pack, Padded, Real, Sixteen, WithSimd, dispatch, three},
-    parallel::{Disjoint, block_count, sum_by},
+    parallel::{Disjoint, block_count},
     report::{BoundKind, Diagnostics},
 };
 
@@ -67,8 +67,21 @@ impl<R: Real> Evaluation<R> {
         }
     }
 
-    /// Evaluates positions and velocities.
+    /// Evaluates positions and velocities, of which neighbours have computed what own rows read.
     pub(super) fn run(
+        &mut self,
+        model: &Model<R>,
+        numbers: &StepNumbers<R>,
+        purpose: Purpose,
+        [x, v]: [&mut [Padded<R>]; 2],
+        scratches: &Scratches<R>,
+    ) {
+        model.share.exchange([&mut *x, &mut *v]);
+        self.look(model, numbers, purpose, [x, v], scratches);
+    }
+
+    /// The same where all that is read is known here.
+    pub(super) fn look(
         &mut self,
         model: &Model<R>,
         numbers: &StepNumbers<R>,
@@ -80,39 +93,48 @@ impl<R: Real> Evaluation<R> {
         let Self { rows, inverse, tangent, frozen, partials, .. } = self;
         let (tangent, inverse) = (Disjoint::new(tangent), Disjoint::new(inverse));
         let frozen = &Disjoint::new(frozen);
-        let groups = model.block_size / LANES;
-        (partials.par_iter_mut(), rows.par_chunks_mut(groups)).into_par_iter().enumerate().for_each(
-            |(block, (partial, rows))| {
-                let (inverse, tangent): (&mut [Inverse3], &mut [[R; LANES]]) = if purpose.has_matrix() {
-                    let first = block * groups;
-                    let groups = first..first + rows.len();
-                    // SAFETY: a block has slots and groups of its own.
-                    unsafe { (inverse.range(groups), tangent.range(model.springs.slots(block))) }
-                } else {
-                    (&mut [], &mut [])
-                };
-                let scratch = &mut *scratches.take();
-                let work =
-                    Block { model, numbers, number: block, x, v, rows, inverse, tangent, frozen, scratch };
-                let (none, identity) = (BoundKind::Frame, PreconditionerKind::Identity);
-                *partial = match purpose {
-                    Purpose::Explicit => dispatch(Sweep::new(work, Explicit, identity, none)),
-                    Purpose::Bounded(kind) => dispatch(Sweep::new(work, Bounded, identity, kind)),
-                    Purpose::Implicit(kind) => dispatch(Sweep::new(work, Implicit, kind, none)),
-                    Purpose::Iterate(kind) => dispatch(Sweep::new(work, Iterate, kind, none)),
-                };
-            },
-        );
+        let (groups, own) = (model.block_size / LANES, model.share.own());
+        let of_blocks =
+            (own.blocks_mut(partials).par_iter_mut(), own.groups_mut(rows).par_chunks_mut(groups));
+        of_blocks.into_par_iter().enumerate().for_each(|(nth, (partial, rows))| {
+            let block = own.first() + nth;
+            let (inverse, tangent): (&mut [Inverse3], &mut [[R; LANES]]) = if purpose.has_matrix() {
+                let first = block * groups;
+                let groups = first..first + rows.len();
+                // SAFETY: a block has slots and groups of its own.
+                unsafe { (inverse.range(groups), tangent.range(model.springs.slots(block))) }
+            } else {
+                (&mut [], &mut [])
+            };
+            let scratch = &mut *scratches.take();
+            let work = Block { model, numbers, number: block, x, v, rows, inverse, tangent, frozen, scratch };
+            let (none, identity) = (BoundKind::Frame, PreconditionerKind::Identity);
+            *partial = match purpose {
+                Purpose::Explicit => dispatch(Sweep::new(work, Explicit, identity, none)),
+                Purpose::Bounded(kind) => dispatch(Sweep::new(work, Bounded, identity, kind)),
+                Purpose::Implicit(kind) => dispatch(Sweep::new(work, Implicit, kind, none)),
+                Purpose::Iterate(kind) => dispatch(Sweep::new(work, Iterate, kind, none)),
+            };
+        });
 
         // A maximum has no order; NaN, which it would lose, shows in the sums.
+        let of_own = own.blocks(partials);
         let greatest =
-            |of: fn(&Partial) -> f64| partials.iter().map(|(block, _)| of(block)).fold(0.0, f64::max);
-        self.max_stretch = greatest(|block| block.stretch);
-        self.reach = greatest(|block| block.reach);
-        self.total = Total::of(sum_by(partials, &|(block, _)| block.sums));
-        let bounds = partials.iter().map(|(_, bounds)| *bounds);
-        let none = [Bound::default(); 2];
-        [self.bound, self.speed] = bounds.fold(none, |[a, b], [c, d]| [a.or(c), b.or(d)]);
+            |of: fn(&Partial) -> f64| of_own.iter().map(|(block, _)| of(block)).fold(0.0, f64::max);
+        let bounds = of_own.iter().map(|(_, bounds)| *bounds);
+        let [bound, speed] = bounds.fold([Bound::default(); 2], |[a, b], [c, d]| [a.or(c), b.or(d)]);
+        let [stretch, reach] = [greatest(|block| block.stretch), greatest(|block| block.reach)];
+        let told = [stretch, reach, bound.rate, bound.particle.into(), speed.rate, speed.particle.into()];
+        (self.max_stretch, self.reach) = (0.0, 0.0);
+        [self.bound, self.speed] = [Bound::default(); 2];
+        let Self { partials, max_stretch, reach, bound, speed, .. } = self;
+        let sums = model.share.gather(partials, &|(block, _)| block.sums, told, |told| {
+            let [stretch, far, rate, particle, faster, fastest] = told;
+            (*max_stretch, *reach) = (max_stretch.max(stretch), reach.max(far));
+            *bound = bound.or(Bound { rate, particle: particle as u32 });
+            *speed = speed.or(Bound { rate: faster, particle: fastest as u32 });
+        });
+        self.total = Total::of(sums);
     }
 
     pub(super) fn diagnostics(&self) -> Diagnostics {

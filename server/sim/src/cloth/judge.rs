@@ -32,39 +32,56 @@ pub(super) fn judge<R: Real>(
 
 /// The user's first particle with a component that is not finite.
 fn not_finite<R: Real>(model: &Model<R>, state: &State<R>) -> Option<StepFailure> {
+    const QUANTITIES: [&str; 2] = ["position", "velocity"];
     let bad = |v: &Padded<R>| v.vector().iter().map(|c| c.to_f64()).find(|c| !c.is_finite());
-    model.place.iter().enumerate().find_map(|(user, &i)| {
-        let found = |quantity, value| StepFailure::NotFinite { particle: user as u64, quantity, value };
-        let i = i as usize;
-        bad(&state.x[i])
-            .map(|value| found("position", value))
-            .or_else(|| bad(&state.v[i]).map(|value| found("velocity", value)))
+    let found = own_particles(model).find_map(|(user, place)| {
+        let value = |fields: [&[Padded<R>]; 2]| {
+            let mut values = fields.into_iter().enumerate();
+            values.find_map(|(quantity, field)| Some([quantity as f64, bad(&field[place])?]))
+        };
+        let [quantity, value] = value([&state.x, &state.v])?;
+        Some([-(user as f64), 0.0, quantity, value])
+    });
+    let [user, _, quantity, value] =
+        model.share.greatest(found.unwrap_or([f64::NEG_INFINITY, 0.0, 0.0, 0.0]));
+    user.is_finite().then(|| StepFailure::NotFinite {
+        particle: -user as u64,
+        quantity: QUANTITIES[quantity as usize],
+        value,
     })
+}
+
+/// The user's numbers of the particles that are computed here, ascending, and where these are.
+fn own_particles<R: Real>(model: &Model<R>) -> impl Iterator<Item = (usize, usize)> {
+    let all = model.place.iter().map(|place| *place as usize).enumerate();
+    all.filter(|(_, place)| model.share.has(*place))
 }
 
 /// The user's first particle with the greatest speed.
 pub(super) fn fastest<R: Real>(model: &Model<R>, state: &State<R>) -> u64 {
-    let speed = |user: usize| state.v[model.place[user] as usize].vector().map(R::to_f64).norm_squared();
-
-    (0..model.count)
-        .fold((0, -1.0), |best, user| if speed(user) > best.1 { (user, speed(user)) } else { best })
-        .0 as u64
+    let best = own_particles(model).fold([-1.0, 0.0], |best, (user, place)| {
+        let speed = state.v[place].vector().map(R::to_f64).norm_squared();
+        if speed > best[0] { [speed, user as f64] } else { best }
+    });
+    model.share.greatest(best)[1] as u64
 }
 
 /// The user's first spring of that stretch.
 fn longest<R: Real>(model: &Model<R>, state: &State<R>, stretch: f64, limit: f64) -> Option<StepFailure> {
     let at = |i: usize| state.x[i].vector().map(R::to_f64);
     let length = |i: usize, j: usize| (at(i) - at(j)).norm();
-    let (mut best, mut ends) = (0.0, None);
-    for (user, &i) in model.place.iter().enumerate() {
-        for spring in model.springs.row(i as usize).filter(|spring| spring.rest_length > R::zero()) {
+    let mut best = [0.0; 3];
+    for (user, i) in own_particles(model) {
+        for spring in model.springs.row(i).filter(|spring| spring.rest_length > R::zero()) {
             let other = spring.other as usize;
-            let ratio = length(i as usize, other) / spring.rest_length.to_f64();
-            if ratio > best {
-                (best, ends) = (ratio, Some((user as u64, u64::from(model.user[other]))));
+            let ratio = length(i, other) / spring.rest_length.to_f64();
+            if ratio > best[0] {
+                best = [ratio, user as f64, f64::from(model.user[other])];
             }
         }
     }
 
-    ends.map(|(particle, other)| StepFailure::Stretch { particle, other, value: stretch, limit })
+    let [ratio, particle, other] = model.share.greatest(best);
+    let (particle, other) = (particle as u64, other as u64);
+    (ratio > 0.0).then_some(StepFailure::Stretch { particle, other, value: stretch, limit })
 }

@@ -95,6 +95,7 @@ fn evaluate<R: Real>(
     let mut work = Workspace::new();
     work.size_for(model, settings, purpose);
     work.numbers.refresh(model, parameters, settings, around, [around.dt, 0.0]);
-    work.evaluate(model, purpose, state);
-    work.evaluation
+    let Workspace { mut evaluation, numbers, scratches, .. } = work;
+    evaluation.look(model, &numbers, purpose, [&state.x, &state.v], &scratches);
+    evaluation
 }

@@ -18,7 +18,7 @@ use crate::{
     interrupt,
     linalg::CoarseLayout,
     math::{LANES, Padded, Real, vec3},
-    parallel::hilbert_order,
+    parallel::{Ranks, Share, hilbert_order},
     time_step::TimeStep,
 };
 
@@ -29,6 +29,8 @@ pub struct Model<R: Real> {
     pub count: usize,
     /// Particles per block: the unit of parallel work and of sums.
     pub block_size: usize,
+    /// The blocks that are computed here.
+    pub share: Share,
     /// Mass (kg); of a pinned particle: what it would weigh, or 0. A multiple of sixteen numbers, 0 beyond `count`.
     pub m: Vec<R>,
     /// 1 / mass (1/kg), 0 pins; as many as masses.
@@ -89,6 +91,15 @@ impl<R: Real> Model<R> {
         network: &Network,
         settings: &ClothSettings,
     ) -> Result<(Self, Parameters, Vec<String>), String> {
+        Self::over(network, settings, None)
+    }
+
+    /// The same for one of several ranks.
+    pub(crate) fn over(
+        network: &Network,
+        settings: &ClothSettings,
+        ranks: Option<&Ranks>,
+    ) -> Result<(Self, Parameters, Vec<String>), String> {
         check(network, settings)?;
 
         let count = network.x.len();
@@ -118,6 +129,10 @@ impl<R: Real> Model<R> {
         let mut model = Self {
             count,
             block_size: settings.block_size,
+            share: match ranks {
+                None => Share::whole(count, settings.block_size),
+                Some(ranks) => Share::of(count, settings.block_size, network.pairs(&place), ranks),
+            },
             springs: Springs::new(count, settings.block_size, &joints),
             spring_count: joints.len(),
             springs_of_laws: count_laws(laws.len(), &joints),

@@ -3,7 +3,7 @@
 use crate::{
     linalg::{add_lanes, lanes_at},
     math::{LANES, Pack, array::dot},
-    parallel::sum_by,
+    parallel::Share,
     report::ErrorEstimate,
 };
 
@@ -26,6 +26,14 @@ impl Moved {
     pub(super) fn largest(&self) -> f64 {
         self.largest
     }
+
+    /// The sums of all blocks, and the largest of what they found.
+    pub(super) fn gather(share: &Share, blocks: &[Self]) -> ([f64; 4], f64) {
+        let own = share.own().blocks(blocks).iter().map(Self::largest).fold(0.0, f64::max);
+        let mut largest = 0.0;
+        let sums = share.gather(blocks, &Self::sums, [own], |[of_rank]| largest = f64::max(largest, of_rank));
+        (sums, largest)
+    }
 }
 
 /// How a sub-step moves the free particles of a cloth.
@@ -41,9 +49,8 @@ pub(super) struct Motion {
 
 impl Motion {
     /// From the sums of all blocks: the error of a particle is `scale` times the length of what its block added up.
-    pub(super) fn of(blocks: &[Moved], free_count: usize, scale: f64) -> Self {
-        let [square, change, own, along] = sum_by(blocks, &|block| block.sums);
-        let largest = blocks.iter().map(|block| block.largest).fold(0.0, f64::max);
+    pub(super) fn of(share: &Share, blocks: &[Moved], free_count: usize, scale: f64) -> Self {
+        let ([square, change, own, along], largest) = Moved::gather(share, blocks);
         let rms = scale * (square / free_count.max(1) as f64).sqrt();
         let error = ErrorEstimate { rms, largest: scale * largest.sqrt() };
         Self { error, change: 0.5 * change, medium: [own, along] }

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use super::gain::Gain;
 use crate::{
-    math::{Padded, Real, Sixteen, Vec3, vec3},
-    parallel::hash_numbers,
+    math::{LANES, Padded, Real, Sixteen, Vec3, vec3},
+    parallel::{Share, hash_numbers},
 };
 
 /// A pinned particle on its way from point to point.
@@ -91,6 +91,21 @@ impl<R: Real> State<R> {
         self.gain = other.gain;
     }
 
+    /// Completes its fields on rank 0.
+    pub(crate) fn collect(&mut self, share: &Share) {
+        let Past { x, v, dt } = &mut self.past;
+        let past = if *dt > 0.0 { vec![x, v] } else { Vec::new() };
+        for field in [&mut self.x, &mut self.v].into_iter().chain(past) {
+            share.collect(field);
+        }
+        let lanes = |dv: &Sixteen<R>| std::array::from_fn::<_, LANES, _>(|lane| Padded::new(&dv.get(lane)));
+        let mut dv: Vec<Padded<R>> = self.dv.iter().flat_map(lanes).collect();
+        share.collect(&mut dv);
+        for (sixteen, vectors) in self.dv.iter_mut().zip(dv.chunks_exact(LANES)) {
+            vectors.iter().enumerate().for_each(|(lane, vector)| sixteen.set(lane, vector.vector()));
+        }
+    }
+
     /// Makes room for a past.
     pub(super) fn size_past(&mut self) {
         self.past.size_for(self.x.len());
@@ -98,20 +113,30 @@ impl<R: Real> State<R> {
 
     /// Gives moving pins the velocity that brings them to their targets in the steps left, of `dt` (s) each, or at the
     /// end of this one, which is a `part` of such a step; says whether any velocity changed.
-    pub(super) fn aim_pins(&mut self, dt: f64, part: f64) -> bool {
+    pub(super) fn aim_pins(&mut self, share: &Share, dt: f64, part: f64) -> bool {
+        if self.motions.is_empty() {
+            return false;
+        }
         let mut has_changed = false;
         for motion in &mut self.motions {
             let i = motion.particle as usize;
+            let left = motion.steps_left;
+            motion.steps_left -= part;
+            // Where others are is known to who computes them.
+            if !share.has(i) {
+                continue;
+            }
             let target = motion.points[motion.next].target;
             let way = vec3::<f64>(target) - self.x[i].vector().map(R::to_f64);
-            let v: Vec3<R> = (way / (motion.steps_left.max(part) * dt)).map(R::of);
+            let v: Vec3<R> = (way / (left.max(part) * dt)).map(R::of);
 
             let v = Padded::new(&v);
             has_changed |= v != self.v[i];
             self.v[i] = v;
-            motion.steps_left -= part;
         }
-        has_changed
+        let mut has_any = false;
+        share.tell([f64::from(u8::from(has_changed))], |[of_rank]| has_any |= of_rank > 0.0);
+        has_any
     }
 
     /// Sends pins that stand at a point to the next one, and forgets those that stand at their last; says whether any

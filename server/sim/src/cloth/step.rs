@@ -124,7 +124,7 @@ impl<R: Real> Stepping<'_, R> {
         self.work.begin_substep(self.state);
         self.refresh(dt);
         let asked = self.settings.time_step.asked(self.around.dt);
-        if self.state.aim_pins(asked, dt / asked) {
+        if self.state.aim_pins(&self.model.share, asked, dt / asked) {
             self.work.forget();
         }
         self.evaluate(watch);
@@ -177,8 +177,8 @@ impl<R: Real> Stepping<'_, R> {
     fn meet(&mut self, time: f64, watch: &mut dyn Stopwatch) -> Result<(), StepFailure> {
         let Self { model, settings, around, .. } = *self;
         let Workspace { next: State { x, v, past, .. }, numbers, tried, .. } = &mut *self.work;
-        let (colliders, block_size, user) = (around.colliders, model.block_size, &model.user);
-        let contacts = Contacts { colliders, time, dt: numbers.dt, block_size, user };
+        let (colliders, share, user) = (around.colliders, &model.share, &model.user);
+        let contacts = Contacts { colliders, time, dt: numbers.dt, share, user };
         let past = (past.dt > 0.0).then_some([&mut past.x[..], &mut past.v[..]]);
         let Met { touched, passed, first_passed } =
             resolve(contacts, &model.inv_m, &self.state.x, [x, v], past);

@@ -191,13 +191,14 @@ impl<R: Real> Workspace<R> {
     /// Evaluates what a sub-step wrote.
     pub(super) fn evaluate_next(&mut self, model: &Model<R>, purpose: Purpose) {
         let Self { evaluation, numbers, next, scratches, .. } = self;
-        evaluation.run(model, numbers, purpose, [&next.x, &next.v], scratches);
+        evaluation.run(model, numbers, purpose, [&mut next.x, &mut next.v], scratches);
         self.current = Some(purpose);
     }
 
     /// Evaluates a state.
-    pub(super) fn evaluate(&mut self, model: &Model<R>, purpose: Purpose, state: &State<R>) {
-        self.evaluation.run(model, &self.numbers, purpose, [&state.x, &state.v], &self.scratches);
+    pub(super) fn evaluate(&mut self, model: &Model<R>, purpose: Purpose, state: &mut State<R>) {
+        let State { x, v, .. } = state;
+        self.evaluation.run(model, &self.numbers, purpose, [x, v], &self.scratches);
         self.current = Some(purpose);
     }
 }

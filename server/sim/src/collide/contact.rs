@@ -7,7 +7,10 @@
 use rayon::prelude::*;
 
 use super::Collider;
-use crate::math::{Padded, Real, Vec3, array3, vec3};
+use crate::{
+    math::{Padded, Real, Vec3, array3, vec3},
+    parallel::Share,
+};
 
 /// Where, when and for how long particles may have met colliders: the end of a step.
 #[derive(Clone, Copy)]
@@ -17,8 +20,8 @@ pub(crate) struct Contacts<'a> {
     pub(crate) time: f64,
     /// Length (s) of the step.
     pub(crate) dt: f64,
-    /// Particles per block.
-    pub(crate) block_size: usize,
+    /// The blocks of particles that are looked at here.
+    pub(crate) share: &'a Share,
     /// The user's number of each particle.
     pub(crate) user: &'a [u32],
 }
@@ -54,6 +57,20 @@ impl Met {
         }
     }
 
+    /// What all ranks met.
+    fn of_all(self, share: &Share) -> Self {
+        let Passed { particle, collider } =
+            self.first_passed.unwrap_or(Passed { particle: u32::MAX, collider: u32::MAX });
+        let told = [self.touched as f64, self.passed as f64, particle.into(), collider.into()];
+        let mut all = Self::default();
+        share.tell(told, |[touched, passed, particle, collider]| {
+            let first = Passed { particle: particle as u32, collider: collider as u32 };
+            let first_passed = (passed > 0.0).then_some(first);
+            all = all.and(Self { touched: touched as u64, passed: passed as u64, first_passed });
+        });
+        all
+    }
+
     /// What one particle met.
     fn of(near: Near, first_passed: Option<Passed>) -> Self {
         Self {
@@ -87,12 +104,15 @@ pub(crate) fn resolve<R: Real>(
         return Met::default();
     }
 
-    let size = contacts.block_size;
-    let [past_x, past_v] = past.unwrap_or_default();
-    let constants = (contacts.user.par_chunks(size), inv_m.par_chunks(size), from.par_chunks(size));
-    let pasts = past_x.par_chunks_mut(size).zip(past_v.par_chunks_mut(size)).map(Some);
-    let pasts = pasts.chain(rayon::iter::repeat_n((), contacts.user.len().div_ceil(size)).map(|()| None));
-    (constants, (x.par_chunks_mut(size), v.par_chunks_mut(size)), pasts)
+    let (size, own) = (contacts.share.block_size(), contacts.share.own());
+    let user = own.rows(contacts.user);
+    let constants =
+        (user.par_chunks(size), own.rows(inv_m).par_chunks(size), own.rows(from).par_chunks(size));
+    let [past_x, past_v] = past.unwrap_or_default().map(|field| own.rows_mut(field).par_chunks_mut(size));
+    let pasts = past_x.zip(past_v).map(Some);
+    let pasts = pasts.chain(rayon::iter::repeat_n((), user.len().div_ceil(size)).map(|()| None));
+    let [x, v] = [x, v].map(|field| own.rows_mut(field).par_chunks_mut(size));
+    let met = (constants, (x, v), pasts)
         .into_par_iter()
         .map(|((user, inv_m, from), (x, v), mut past)| {
             let particles = user.iter().zip(inv_m).zip(from).zip(x.iter_mut().zip(v)).enumerate();
@@ -105,7 +125,8 @@ pub(crate) fn resolve<R: Real>(
             });
             met.fold(Met::default(), Met::and)
         })
-        .reduce(Met::default, Met::and)
+        .reduce(Met::default, Met::and);
+    met.of_all(contacts.share)
 }
 
 /// How near a particle is to colliders at the end of a step.

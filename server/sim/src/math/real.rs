@@ -91,6 +91,12 @@ pub trait Real: Packed + Rounding + nalgebra::RealField + Copy + Default + Parti
     fn of(value: f64) -> Self;
     /// Widens exactly to binary64.
     fn to_f64(self) -> f64;
+    /// Bytes of a number.
+    const BYTES: usize;
+    /// Adds its bytes, the lowest first.
+    fn write(self, bytes: &mut Vec<u8>);
+    /// The number of as many bytes.
+    fn read(bytes: &[u8]) -> Self;
 }
 
 impl Real for f32 {
@@ -106,6 +112,13 @@ impl Real for f32 {
     fn to_f64(self) -> f64 {
         f64::from(self)
     }
+    const BYTES: usize = 4;
+    fn write(self, bytes: &mut Vec<u8>) {
+        bytes.extend(self.to_le_bytes());
+    }
+    fn read(bytes: &[u8]) -> Self {
+        Self::from_le_bytes(*bytes.first_chunk().expect("the bytes of a number"))
+    }
 }
 
 impl Real for f64 {
@@ -120,6 +133,13 @@ impl Real for f64 {
     #[inline(always)]
     fn to_f64(self) -> f64 {
         self
+    }
+    const BYTES: usize = 8;
+    fn write(self, bytes: &mut Vec<u8>) {
+        bytes.extend(self.to_le_bytes());
+    }
+    fn read(bytes: &[u8]) -> Self {
+        Self::from_le_bytes(*bytes.first_chunk().expect("the bytes of a number"))
     }
 }
 

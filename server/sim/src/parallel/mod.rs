@@ -1,16 +1,20 @@
 //! How work is divided: fixed blocks of particles, and sums over them in a fixed order.
 //!
-//! Blocks are cut from the scene alone, so neither the number of threads nor, later, of cluster
-//! ranks changes a result.
+//! Blocks are cut from the scene alone, so neither the number of threads nor of cluster ranks changes a result.
 
 mod disjoint;
 mod hash;
 mod order;
 mod triad;
+mod communicator;
+mod share;
 
+pub use communicator::{Communicator, Message};
 pub use order::hilbert_order;
+pub use share::Share;
 pub use triad::triad;
 
+pub(crate) use communicator::Ranks;
 pub(crate) use disjoint::Disjoint;
 pub(crate) use hash::{hash_numbers, sum_hashes};
 

@@ -15,6 +15,7 @@ use crate::{
     collide::Collider,
     interrupt::Interrupt,
     math::Real,
+    parallel::Ranks,
     report::{Diagnostics, NoStopwatch, StepError, StepFailure, StepReport, Stopwatch},
     surroundings::Surroundings,
 };
@@ -34,7 +35,10 @@ pub struct World<R: Real> {
     /// How long the sub-steps of the cloths are.
     pub(super) pace: Pace,
     pub(super) rules: Arc<ChangeRules>,
+    /// What its steps obey.
     pub(super) interrupt: Interrupt,
+    /// The ranks that step it together; none where one does.
+    pub(super) ranks: Option<Ranks>,
 }
 
 impl<R: Real> World<R> {
@@ -43,12 +47,20 @@ impl<R: Real> World<R> {
     /// # Errors
     /// What is wrong with the setup, and where.
     pub fn new(setup: &WorldSetup) -> Result<(Self, Vec<String>), SetupError> {
+        Self::over(setup, None)
+    }
+
+    /// The same for one of several ranks.
+    pub(super) fn over(setup: &WorldSetup, ranks: Option<Ranks>) -> Result<(Self, Vec<String>), SetupError> {
         setup.check()?;
+        if ranks.is_some() {
+            setup.check_for_ranks()?;
+        }
         let WorldSetup { dt, gravity, wind, colliders, bodies: cloths, snow } = setup;
         let (mut bodies, mut warnings, mut first_particle) = (Vec::new(), Vec::new(), 0);
 
         for cloth in cloths {
-            let (cloth, notes) = Cloth::new(cloth, *dt, first_particle)?;
+            let (cloth, notes) = Cloth::new(cloth, *dt, first_particle, ranks.as_ref())?;
             first_particle += cloth.particle_count() as u32;
             bodies.push(Body::Cloth(Box::new(cloth)));
             warnings.extend(notes);
@@ -61,9 +73,11 @@ impl<R: Real> World<R> {
         }
 
         let (gravity, wind, colliders) = (*gravity, *wind, colliders.clone());
-        let (rules, interrupt) = (Arc::new(ChangeRules::of(&bodies)), Interrupt::default());
+        let rules = Arc::new(ChangeRules::of(&bodies));
+        let interrupt = ranks.as_ref().map_or_else(Interrupt::default, |ranks| ranks.agreed.clone());
         let (dt, pace) = (*dt, Pace::default());
-        let mut world = Self { dt, step_count: 0, gravity, wind, colliders, bodies, pace, rules, interrupt };
+        let mut world =
+            Self { dt, step_count: 0, gravity, wind, colliders, bodies, pace, rules, interrupt, ranks };
         world.check_steps()?;
         Ok((world, warnings))
     }
@@ -129,7 +143,7 @@ impl<R: Real> World<R> {
     ///
     /// [`StepFailure::Interrupted`]: crate::report::StepFailure::Interrupted
     pub fn interrupt(&self) -> &Interrupt {
-        &self.interrupt
+        self.ranks.as_ref().map_or(&self.interrupt, |ranks| &ranks.wanted)
     }
 
     /// Time step (s).

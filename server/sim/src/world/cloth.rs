@@ -18,13 +18,22 @@ use crate::{
     },
     linalg::PreconditionerKind,
     math::{Padded, Real, Sixteen, array3},
-    parallel::{hash_numbers, sum_hashes},
+    parallel::{Ranks, hash_numbers, sum_hashes},
     report::{Diagnostics, ErrorEstimate, StepFailure, Stopwatch, TimeBound},
     surroundings::Surroundings,
 };
 
 /// Particles that a thread copies at a time, when they are looked at.
 const BLOCK_SIZE: usize = 4096;
+
+/// What further steps of a cloth depend on.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Taken<R: Real> {
+    state: State<R>,
+    parameters: Parameters,
+    /// Pins sent since the last step.
+    sent: Vec<PinMotion>,
+}
 
 /// A cloth in a world.
 #[derive(Clone, Debug)]
@@ -51,15 +60,16 @@ impl<R: Real> Cloth<R> {
         setup: &BodySetup,
         dt: f64,
         first_particle: u32,
+        ranks: Option<&Ranks>,
     ) -> Result<(Self, Vec<String>), SetupError> {
         let BodySetup { name, network, settings: asked } = setup;
         let refused = |message| SetupError::Body { body: name.clone(), message };
         let mut settings = cloth::resolve(asked, network, dt);
-        let made = match Model::new(network, &settings) {
+        let made = match Model::over(network, &settings, ranks) {
             // What is too entangled for a coarse space goes without, where none is asked for by name.
             Err(_) if settings.solver.preconditioner != asked.solver.preconditioner => {
                 settings.solver.preconditioner = PreconditionerKind::BlockJacobi;
-                Model::new(network, &settings)
+                Model::over(network, &settings, ranks)
             }
             made => made,
         };
@@ -164,6 +174,24 @@ impl<R: Real> Cloth<R> {
 
     pub(super) fn undo(&mut self) {
         self.work.undo(&mut self.state);
+    }
+
+    /// What further steps depend on; whole on rank 0 of several.
+    pub(super) fn take(&self) -> Taken<R> {
+        let mut state = self.state.clone();
+        state.collect(&self.model.share);
+        Taken { state, parameters: self.parameters.clone(), sent: self.sent.clone() }
+    }
+
+    /// Goes on from what was taken of the same cloth.
+    ///
+    /// # Panics
+    /// If that was another one.
+    pub(super) fn put(&mut self, taken: &Taken<R>) {
+        assert_eq!(taken.state.x.len(), self.state.x.len(), "the state of the same cloth");
+        let Taken { state, parameters, sent } = taken.clone();
+        (self.state, self.parameters, self.sent) = (state, parameters, sent);
+        self.work.forget();
     }
 
     pub(super) fn diagnose(&self, around: &Surroundings<'_>) -> Diagnostics {

@@ -18,10 +18,12 @@ mod clock;
 mod change;
 mod view;
 mod simulation;
+mod state;
 
 pub use clock::World;
 pub use parameters::{ClothParameters, SpringRange, WorldParameters};
 pub use rules::{Change, ChangeError, ChangeRules, allowed};
 pub use setup::{BodySetup, SetupError, WorldSetup};
 pub use simulation::Simulation;
+pub use state::WorldState;
 pub use topology::{BodyTopology, StepBound};

@@ -3,8 +3,9 @@
 use thiserror::Error;
 
 use crate::{
-    cloth::{ClothSettings, Network},
+    cloth::{self, ClothSettings, Minimizer, Network},
     collide::Collider,
+    linalg::{OperatorKind, PreconditionerKind},
     snow::{SnowError, SnowSetup},
 };
 
@@ -55,6 +56,35 @@ pub enum SetupError {
 }
 
 impl WorldSetup {
+    /// Checks that several ranks can step it together.
+    pub(super) fn check_for_ranks(&self) -> Result<(), SetupError> {
+        let refused = |body: &str, what: &str| {
+            let message = format!("{what} cannot be stepped over several ranks");
+            Err(SetupError::Body { body: body.to_owned(), message })
+        };
+        if let Some(object) = self.snow.iter().flat_map(|snow| &snow.objects).next() {
+            return refused(&object.name, "snow");
+        }
+        for BodySetup { name, network, settings } in &self.bodies {
+            let settings = cloth::resolve(settings, network, self.dt);
+            let solver = settings.solver;
+            match settings.minimizer {
+                _ if !settings.integrator.is_implicit() => {}
+                Minimizer::VertexBlockDescent { .. } => {
+                    return refused(name, "minimizer = \"vertex_block_descent\"");
+                }
+                _ if solver.preconditioner == PreconditionerKind::TwoLevel => {
+                    return refused(name, "preconditioner = \"two_level\"");
+                }
+                _ if solver.operator == OperatorKind::Assembled => {
+                    return refused(name, "operator = \"assembled\"");
+                }
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
     /// Checks what does not belong to one body alone.
     pub(super) fn check(&self) -> Result<(), SetupError> {
         if self.bodies.is_empty() && self.snow.is_none() {

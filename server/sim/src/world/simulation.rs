@@ -13,6 +13,7 @@ use crate::{
     collide::Collider,
     interrupt::Interrupt,
     math::{Precision, Real},
+    parallel::{Communicator, Ranks},
     report::{Diagnostics, StepError, StepReport, Stopwatch},
     snow::{GridNode, ParticleState, Snow},
 };
@@ -50,6 +51,30 @@ impl Simulation {
             }
             Precision::F64 => {
                 let (world, warnings) = World::new(setup)?;
+                (Self::F64(world), warnings)
+            }
+        })
+    }
+
+    /// Builds the part of a simulation that one of several ranks steps: each has the whole setup, and computes some of its
+    /// blocks. All ranks make the same calls in the same order; results have the bits of one.
+    ///
+    /// # Errors
+    /// What is wrong with the setup, and where; what several ranks cannot step: snow, vertex block descent, the preconditioner
+    /// on two levels, an assembled matrix.
+    pub fn over(
+        setup: &WorldSetup,
+        precision: Precision,
+        communicator: Arc<dyn Communicator>,
+    ) -> Result<(Self, Vec<String>), SetupError> {
+        let ranks = Some(Ranks::new(communicator));
+        Ok(match precision {
+            Precision::F32 => {
+                let (world, warnings) = World::over(setup, ranks)?;
+                (Self::F32(world), warnings)
+            }
+            Precision::F64 => {
+                let (world, warnings) = World::over(setup, ranks)?;
                 (Self::F64(world), warnings)
             }
         })

@@ -74,7 +74,7 @@ fn error<R: Real>(network: &Network) -> (f64, usize) {
     let interrupt = &Interrupt::default();
     let around = surroundings(interrupt);
     work.numbers.refresh(&model, &parameters, &settings, &around, [around.dt, 0.0]);
-    work.evaluation.run(&model, &work.numbers, purpose, [&x, &v], &work.scratches);
+    work.evaluation.look(&model, &work.numbers, purpose, [&x, &v], &work.scratches);
     let matrix = StepMatrix::new((&model, &work.numbers), &x, &work.evaluation, &work.scratches, interrupt);
     let layout = model.coarse.as_ref().expect("the settings ask for it");
 

@@ -15,7 +15,6 @@ use crate::{
     },
     linalg::{add_lanes, lanes_at, packs, packs_at, store_padded},
     math::{LANES, Pack, Padded, Real, Sixteen, WithSimd, array::dot, array3, dispatch, three},
-    parallel::sum_by,
 };
 
 /// Where a step starts, and the numbers of its minimisation.
@@ -62,12 +61,13 @@ impl<'a, R: Real> Start<'a, R> {
     /// Writes the iterate at which velocities do not change. Returns the inertia of the start of the step, in the sense of
     /// [`Leftover`], and the potential of the medium there (J).
     pub(super) fn predict(&self, [x, v]: [&mut [Padded<R>]; 2], partials: &mut [Moved]) -> f64 {
-        let size = self.model.block_size;
-        let rows = (x.par_chunks_mut(size), v.par_chunks_mut(size));
-        (partials.par_iter_mut(), rows).into_par_iter().enumerate().for_each(|(block, (partial, (x, v)))| {
-            *partial = dispatch(Predict { block: self.block(block), x, v });
+        let (size, own) = (self.model.block_size, self.model.share.own());
+        let [x, v] = [x, v].map(|field| own.rows_mut(field).par_chunks_mut(size));
+        let of_blocks = (own.blocks_mut(partials).par_iter_mut(), (x, v)).into_par_iter().enumerate();
+        of_blocks.for_each(|(nth, (partial, (x, v)))| {
+            *partial = dispatch(Predict { block: self.block(own.first() + nth), x, v });
         });
-        sum_by(partials, &|block| block.sums())[0]
+        self.model.share.sum(partials, &|block| [block.sums()[0]])[0]
     }
 
     /// Takes the change of momentum off the rows of an evaluation, which are then the residual.
@@ -78,16 +78,18 @@ impl<'a, R: Real> Start<'a, R> {
         change: Option<&[Sixteen<R>]>,
         partials: &mut [Moved],
     ) -> Leftover {
-        let size = self.model.block_size;
-        let rows = (evaluation.rows.par_chunks_mut(size / LANES), v.par_chunks(size));
-        (partials.par_iter_mut(), rows).into_par_iter().enumerate().for_each(
-            |(block, (partial, (rows, v)))| {
+        let (size, own) = (self.model.block_size, self.model.share.own());
+        let rows = own.groups_mut(&mut evaluation.rows).par_chunks_mut(size / LANES);
+        let rows = (rows, own.rows(v).par_chunks(size));
+        (own.blocks_mut(partials).par_iter_mut(), rows).into_par_iter().enumerate().for_each(
+            |(nth, (partial, (rows, v)))| {
+                let block = own.first() + nth;
                 let change = change.map(|change| of_block(change, block, size / LANES));
                 *partial = dispatch(LeaveOver { block: self.block(block), rows, v, change });
             },
         );
-        let [inertia, square, along, _] = sum_by(partials, &|block| block.sums());
-        let largest = partials.iter().map(Moved::largest).fold(0.0, f64::max).sqrt() / self.scheme.reach;
+        let ([inertia, square, along, _], largest) = Moved::gather(&self.model.share, partials);
+        let largest = largest.sqrt() / self.scheme.reach;
         Leftover { inertia, square, along, largest }
     }
 
@@ -99,13 +101,15 @@ impl<'a, R: Real> Start<'a, R> {
         share: f64,
         [to_x, to_v]: [&mut [Padded<R>]; 2],
     ) {
-        let size = self.model.block_size;
+        let (size, own) = (self.model.block_size, self.model.share.own());
         let reach = self.scheme.reach;
-        let targets = (to_x.par_chunks_mut(size), to_v.par_chunks_mut(size));
-        let sources = (x.par_chunks(size), v.par_chunks(size), change.par_chunks(size / LANES));
-        (targets, sources).into_par_iter().for_each(|((to_x, to_v), (x, v, change))| {
-            dispatch(Go { from: [x, v], to: [to_x, to_v], change, share, reach });
-        });
+        let [to_x, to_v] = [to_x, to_v].map(|field| own.rows_mut(field).par_chunks_mut(size));
+        let [x, v] = [x, v].map(|field| own.rows(field).par_chunks(size));
+        ((to_x, to_v), (x, v, own.groups(change).par_chunks(size / LANES))).into_par_iter().for_each(
+            |((to_x, to_v), (x, v, change))| {
+                dispatch(Go { from: [x, v], to: [to_x, to_v], change, share, reach });
+            },
+        );
     }
 
     /// Writes where the step ends that an iterate is the solution of, and what the next one has to know of its start;
@@ -117,13 +121,13 @@ impl<'a, R: Real> Start<'a, R> {
         next: &mut State<R>,
         moved: &mut [Moved],
     ) -> f64 {
-        let size = self.model.block_size;
+        let (size, own) = (self.model.block_size, self.model.share.own());
         let before = self.state.past.dt;
-        let targets = (next.x.par_chunks_mut(size), next.v.par_chunks_mut(size));
-        let sources = (x.par_chunks(size), v.par_chunks(size));
-        (moved.par_iter_mut(), targets, sources).into_par_iter().enumerate().for_each(
-            |(block, (moved, (to_x, to_v), (x, v)))| {
-                let block = self.block(block);
+        let [to_x, to_v] = [&mut next.x, &mut next.v].map(|field| own.rows_mut(field).par_chunks_mut(size));
+        let [x, v] = [x, v].map(|field| own.rows(field).par_chunks(size));
+        (own.blocks_mut(moved).par_iter_mut(), (to_x, to_v), (x, v)).into_par_iter().enumerate().for_each(
+            |(nth, (moved, (to_x, to_v), (x, v)))| {
+                let block = self.block(own.first() + nth);
                 *moved = dispatch(Finish { block, from: [x, v], to: [to_x, to_v], before });
             },
         );

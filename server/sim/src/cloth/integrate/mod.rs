@@ -80,5 +80,5 @@ pub(super) fn advance<R: Real>(
         }
     };
 
-    Ok(Advanced { solve, motion: Motion::of(&work.moved, model.free_count, scale) })
+    Ok(Advanced { solve, motion: Motion::of(&model.share, &work.moved, model.free_count, scale) })
 }

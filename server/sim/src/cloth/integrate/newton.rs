@@ -17,6 +17,7 @@ use crate::{
         purpose::Purpose,
         rounding::rounding,
         settings::{ClothSettings, Minimizer, NewtonSettings},
+        state::State,
         workspace::Workspace,
     },
     interrupt::Interrupt,
@@ -130,14 +131,16 @@ impl<R: Real> Search<'_, '_, R> {
         let kind = Purpose::Iterate(self.settings.solver.preconditioner);
         let Step { model, state, work, watch } = &mut *self.step;
         let Workspace { evaluation, next, trial, moved, numbers, scratches, .. } = &mut **work;
-        let [x, v] = if tried == Tried::Next { [&next.x, &next.v] } else { [&trial[0], &trial[1]] };
+        let State { x: next_x, v: next_v, dv, .. } = next;
+        let [trial_x, trial_v] = trial;
         let is_lagged = tried == Tried::Trial && numbers.has_damped_springs();
         let lagged = is_lagged.then(|| {
-            evaluation.run(model, numbers, kind, [&next.x, v], scratches);
+            evaluation.run(model, numbers, kind, [&mut *next_x, &mut *trial_v], scratches);
             evaluation.total.dissipation()
         });
-        evaluation.run(model, numbers, kind, [x, v], scratches);
-        let change = (tried == Tried::Trial).then_some(&*next.dv);
+        let [x, v] = if tried == Tried::Next { [next_x, next_v] } else { [trial_x, trial_v] };
+        evaluation.run(model, numbers, kind, [x, &mut *v], scratches);
+        let change = (tried == Tried::Trial).then_some(&**dv);
         let leftover = Start::new(model, state, numbers).leave_over(evaluation, v, change, moved);
         watch.lap(Stage::Force);
         let total = evaluation.total;

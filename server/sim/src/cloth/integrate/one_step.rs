@@ -44,7 +44,12 @@ pub(super) fn advance<R: Real>(
 
 impl<R: Real> Step<'_, R> {
     fn has_finite_forces(&self) -> bool {
-        self.work.evaluation.rows.iter().all(|row| row.0.iter().flatten().all(|c| c.to_f64().is_finite()))
+        let share = &self.model.share;
+        let rows = share.own().groups(&self.work.evaluation.rows);
+        let is_finite = rows.iter().all(|row| row.0.iter().flatten().all(|c| c.to_f64().is_finite()));
+        let mut are_finite = true;
+        share.tell([f64::from(u8::from(is_finite))], |[of_rank]| are_finite &= of_rank > 0.0);
+        are_finite
     }
 
     /// dv = b for free particles: a force that is not finite reaches the velocity of its particle.
@@ -82,7 +87,7 @@ impl<R: Real> Step<'_, R> {
             self.model,
             numbers,
             Purpose::Iterate(settings.solver.preconditioner),
-            [x, v],
+            [&mut *x, &mut *v],
             scratches,
         );
         self.watch.lap(Stage::Force);

@@ -90,18 +90,19 @@ impl<R: Real> Search<'_, '_, R> {
     /// Puts the direction in which the solve met the curvature where changes of velocity are; returns how far the fastest
     /// particle goes by it in the step (m).
     fn follow(&mut self, iteration: u32) -> f64 {
-        let size = self.step.model.block_size / LANES;
+        let (size, own) = (self.step.model.block_size / LANES, self.step.model.share.own());
         let Workspace { cg, next, numbers, moved, .. } = &mut *self.step.work;
         // Where it was the first direction, the solve has gone along it.
         let direction = (iteration > 1).then(|| cg.direction());
-        (moved.par_iter_mut(), next.dv.par_chunks_mut(size)).into_par_iter().enumerate().for_each(
-            |(block, (moved, dv))| {
-                let first = block * size * LANES;
+        let rows = own.groups_mut(&mut next.dv).par_chunks_mut(size);
+        (own.blocks_mut(moved).par_iter_mut(), rows).into_par_iter().enumerate().for_each(
+            |(nth, (moved, dv))| {
+                let first = (own.first() + nth) * size * LANES;
                 let from = direction.map(|p| &p[first..first + dv.len() * LANES]);
                 *moved = Moved::new([0.0; 4], dispatch(Follow { dv, from }));
             },
         );
-        numbers.reach * moved.iter().map(Moved::largest).fold(0.0, f64::max).sqrt()
+        numbers.reach * Moved::gather(&self.step.model.share, moved).1.sqrt()
     }
 
     /// The mean rest length of the springs (m).

@@ -70,11 +70,11 @@ impl<R: Real> Step<'_, R> {
                 &two_level
             }
         };
-        let (b, size) = (&evaluation.rows, model.block_size);
-        let mut report = conjugate_gradient(operator, preconditioner, b, &mut next.dv, solver, size, cg);
+        let (b, share) = (&evaluation.rows, &model.share);
+        let mut report = conjugate_gradient(operator, preconditioner, b, &mut next.dv, solver, share, cg);
         if solver.preconditioner == PreconditionerKind::TwoLevel && is_unfit(report.outcome) {
             begin(&mut next.dv);
-            let again = conjugate_gradient(operator, &jacobi, b, &mut next.dv, solver, size, cg);
+            let again = conjugate_gradient(operator, &jacobi, b, &mut next.dv, solver, share, cg);
             let iterations = report.iterations.saturating_add(again.iterations);
             let products = report.products.saturating_add(again.products);
             report = SolveReport { iterations, products, ..again };

@@ -68,7 +68,7 @@ impl<R: Real> Step<'_, R> {
     /// Accelerations at the new positions and velocities.
     pub(super) fn accelerate(&mut self) {
         let Workspace { evaluation, numbers, next, scratches, .. } = &mut *self.work;
-        evaluation.run(self.model, numbers, Purpose::Explicit, [&next.x, &next.v], scratches);
+        evaluation.run(self.model, numbers, Purpose::Explicit, [&mut next.x, &mut next.v], scratches);
         self.watch.lap(Stage::Force);
     }
 
@@ -77,7 +77,7 @@ impl<R: Real> Step<'_, R> {
         let Workspace { evaluation, numbers, next, predicted, scratches, .. } = &mut *self.work;
         kick_into(self.model, &next.v, &evaluation.rows, h, predicted);
         self.watch.lap(Stage::Position);
-        evaluation.run(self.model, numbers, Purpose::Explicit, [&next.x, predicted], scratches);
+        evaluation.run(self.model, numbers, Purpose::Explicit, [&mut next.x, predicted], scratches);
         self.watch.lap(Stage::Force);
     }
 
@@ -85,8 +85,10 @@ impl<R: Real> Step<'_, R> {
     pub(super) fn kick_again(&mut self, h: R) {
         let Workspace { evaluation, next, moved, .. } = &mut *self.work;
         let (size, groups) = (self.model.block_size, self.model.block_size / LANES);
-        let fields = (next.v.par_chunks_mut(size), evaluation.rows.par_chunks(groups));
-        (moved.par_iter_mut(), fields, self.state.v.par_chunks(size))
+        let own = self.model.share.own();
+        let v = own.rows_mut(&mut next.v).par_chunks_mut(size);
+        let fields = (v, own.groups(&evaluation.rows).par_chunks(groups));
+        (own.blocks_mut(moved).par_iter_mut(), fields, own.rows(&self.state.v).par_chunks(size))
             .into_par_iter()
             .for_each(|(moved, (v, a), from)| *moved = dispatch(SecondKick { from, v, a, h }));
         self.watch.lap(Stage::Position);
@@ -115,10 +117,13 @@ pub(super) fn write_next<R: Real>(
 ) {
     let size = model.block_size;
     let &Change { a, h, dt, by, wind } = change;
-    let targets = (to.x.par_chunks_mut(size), to.v.par_chunks_mut(size));
-    let sources = (from.x.par_chunks(size), from.v.par_chunks(size), a.par_chunks(size / LANES));
-    (moved.par_iter_mut(), targets, sources).into_par_iter().enumerate().for_each(
-        |(block, (moved, (to_x, to_v), (x, v, a)))| {
+    let own = model.share.own();
+    let [to_x, to_v] = [&mut to.x, &mut to.v].map(|field| own.rows_mut(field).par_chunks_mut(size));
+    let [x, v] = [&from.x, &from.v].map(|field| own.rows(field).par_chunks(size));
+    let sources = (x, v, own.groups(a).par_chunks(size / LANES));
+    (own.blocks_mut(moved).par_iter_mut(), (to_x, to_v), sources).into_par_iter().enumerate().for_each(
+        |(nth, (moved, (to_x, to_v), (x, v, a)))| {
+            let block = own.first() + nth;
             let [m, inv_m] = [&model.m, &model.inv_m].map(|field| of_block(field, block, size));
             let weights = wind.map(|wind| Weights { m, inv_m, wind });
             let change = Change { a, h, dt, by, wind };
@@ -164,8 +169,9 @@ impl<R: Real> WithSimd<R> for Advance<'_, R> {
 
 /// to = v + h a.
 fn kick_into<R: Real>(model: &Model<R>, v: &[Padded<R>], a: &[Sixteen<R>], h: R, to: &mut [Padded<R>]) {
-    let size = model.block_size;
-    (to.par_chunks_mut(size), v.par_chunks(size), a.par_chunks(size / LANES)).into_par_iter().for_each(
+    let (size, own) = (model.block_size, model.share.own());
+    let a = own.groups(a).par_chunks(size / LANES);
+    (own.rows_mut(to).par_chunks_mut(size), own.rows(v).par_chunks(size), a).into_par_iter().for_each(
         |(to, v, a)| {
             to.copy_from_slice(v);
             dispatch(Kick { v: to, a, h });

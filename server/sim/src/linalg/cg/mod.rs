@@ -6,6 +6,7 @@
 //! tested too; a residual that is said to be small enough is computed from x before it is believed. Dot products are
 //! binary64 over fixed blocks.
 
+mod curvature;
 mod residual;
 
 use rayon::prelude::*;
@@ -19,7 +20,7 @@ use super::{
 };
 use crate::{
     math::{LANES, Padded, Real, Sixteen, dispatch},
-    parallel::{block_count, sum},
+    parallel::{Share, block_count},
 };
 
 /// Scratch vectors of a solve: allocated once, reused by every solve of the same size.
@@ -71,7 +72,7 @@ impl<R: Real> CgWorkspace<R> {
     }
 }
 
-/// Solves A x = b by conjugate gradient, in blocks of `block_size` rows; from the `x` given if the settings ask for a
+/// Solves A x = b by conjugate gradient, in the blocks of a share; from the `x` given if the settings ask for a
 /// warm start, or else from 0.
 ///
 /// `x` becomes the last iterate, however the solve ends: each lowers x^T A x / 2 - b^T x, which its residual need not
@@ -93,11 +94,12 @@ pub fn conjugate_gradient<R: Real>(
     b: &[Sixteen<R>],
     x: &mut [Sixteen<R>],
     settings: &SolverSettings,
-    block_size: usize,
+    share: &Share,
     work: &mut CgWorkspace<R>,
 ) -> SolveReport {
     assert!(x.len() == b.len() && work.r.len() == b.len(), "one length for x, b and the workspace");
-    assert!(block_size.is_multiple_of(LANES), "sixteen rows lie within a block");
+    let groups = share.block_size() / LANES;
+    assert!(share.block_size().is_multiple_of(LANES), "sixteen rows lie within a block");
     let (tolerance, cap) = match settings.stop {
         Stop::Residual { tolerance, max_iterations } => (tolerance.max(R::ROUNDING), max_iterations),
         Stop::Iterations(count) => (R::ROUNDING, count),
@@ -110,7 +112,7 @@ pub fn conjugate_gradient<R: Real>(
     work.restricted.resize(blocks * parts, Unknowns::default());
     work.change.resize(blocks * parts, Unknowns::default());
     work.descent = 0.0;
-    let mut solve = Solve { a, m, b, groups: block_size / LANES, parts, products: 0, work };
+    let mut solve = Solve { a, m, b, share, groups, parts, products: 0, work };
 
     let start = solve.start(None);
     if start.magnitude == 0.0 {
@@ -140,6 +142,8 @@ struct Solve<'a, R: Real> {
     a: &'a dyn LinearOperator<R>,
     m: &'a dyn Preconditioner<R>,
     b: &'a [Sixteen<R>],
+    /// The blocks that are computed here.
+    share: &'a Share,
     /// Sixteens per block.
     groups: usize,
     /// Aggregates of each block; 1 without a coarse space.
@@ -228,28 +232,32 @@ impl<R: Real> Solve<'_, R> {
 
     /// Counts what `x` lowers, from the residual that was computed of it: x.(b + r) / 2.
     fn credit(&mut self, x: &[Sixteen<R>]) {
-        let groups = self.groups;
+        let (groups, own) = (self.groups, self.share.own());
         let CgWorkspace { r, partials, descent, .. } = &mut *self.work;
-        let rows = (x.par_chunks(groups), r.par_chunks(groups), self.b.par_chunks(groups));
-        (partials.par_iter_mut(), rows).into_par_iter().for_each(|(partial, (x, r, b))| {
-            *partial = [block_sums(x, r)[0], block_sums(x, b)[0]];
-        });
-        let [of_r, of_b] = sum(partials);
+        let [x, r, b] = [x, r, self.b].map(|field| own.groups(field).par_chunks(groups));
+        (own.blocks_mut(partials).par_iter_mut(), (x, r, b)).into_par_iter().for_each(
+            |(partial, (x, r, b))| {
+                *partial = [block_sums(x, r)[0], block_sums(x, b)[0]];
+            },
+        );
+        let [of_r, of_b] = self.share.sum(partials, &|partial| *partial);
         *descent += 0.5 * (of_r + of_b);
     }
 
     /// r = b - A x, or b; q = M⁻¹ r, p = q.
     fn start(&mut self, x: Option<&[Sixteen<R>]>) -> Residual {
-        let (groups, a, b) = (self.groups, self.a, self.b);
+        let (groups, a, b, own) = (self.groups, self.a, self.b, self.share.own());
         let CgWorkspace { r, q, p, .. } = &mut *self.work;
         match x {
             None => r.copy_from_slice(b),
             Some(x) => {
                 self.products += 1;
                 pad_all(x, groups, p);
-                let rows = (r.par_chunks_mut(groups), b.par_chunks(groups), q.par_chunks_mut(groups));
-                rows.into_par_iter().enumerate().for_each(|(block, (r, b, q))| {
-                    a.apply(block * groups * LANES, p, q);
+                self.share.exchange([p]);
+                let rows = (own.groups_mut(r).par_chunks_mut(groups), own.groups(b).par_chunks(groups));
+                let rows = (rows, own.groups_mut(q).par_chunks_mut(groups)).into_par_iter().enumerate();
+                rows.for_each(|(nth, ((r, b), q))| {
+                    a.apply((own.first() + nth) * groups * LANES, p, q);
                     r.copy_from_slice(b);
                     subtract_scaled(r, R::one(), q);
                 });
@@ -261,12 +269,13 @@ impl<R: Real> Solve<'_, R> {
 
     /// q = M⁻¹ r, p = q.
     fn aim(&mut self) -> Residual {
-        let (groups, parts, m) = (self.groups, self.parts, self.m);
+        let (groups, parts, m, own) = (self.groups, self.parts, self.m, self.share.own());
         let coarse = m.coarse();
         let CgWorkspace { r, q, partials, restricted, .. } = &mut *self.work;
-        let rows = (r.par_chunks(groups), q.par_chunks_mut(groups));
-        let sums = (partials.par_iter_mut(), restricted.par_chunks_mut(parts));
-        (rows, sums).into_par_iter().enumerate().for_each(|(block, ((r, z), (partial, restricted)))| {
+        let rows = (own.groups(r).par_chunks(groups), own.groups_mut(q).par_chunks_mut(groups));
+        let sums = (own.blocks_mut(partials).par_iter_mut(), restricted.par_chunks_mut(parts));
+        (rows, sums).into_par_iter().enumerate().for_each(|(nth, ((r, z), (partial, restricted)))| {
+            let block = own.first() + nth;
             m.apply(block * groups * LANES, r, z);
             *partial = block_sums(r, z);
             if let Some(coarse) = coarse {
@@ -276,10 +285,10 @@ impl<R: Real> Solve<'_, R> {
 
         let residual = self.residual();
         let CgWorkspace { q, p, change, .. } = &mut *self.work;
-        let rows = (p.par_chunks_mut(groups * LANES), q.par_chunks_mut(groups), change.par_chunks(parts));
-        rows.into_par_iter().enumerate().for_each(|(block, (p, z, change))| {
+        let rows = (own.rows_mut(p).par_chunks_mut(groups * LANES), own.groups_mut(q).par_chunks_mut(groups));
+        (rows, change.par_chunks(parts)).into_par_iter().enumerate().for_each(|(nth, ((p, z), change))| {
             if let Some(coarse) = coarse {
-                coarse.prolong(block, change, z);
+                coarse.prolong(own.first() + nth, change, z);
             }
             pad(z, p);
         });
@@ -289,7 +298,7 @@ impl<R: Real> Solve<'_, R> {
     /// r.z from the parts of the blocks, and from the coarse space, on which it solves.
     fn residual(&mut self) -> Residual {
         let CgWorkspace { partials, restricted, change, coarse: vectors, .. } = &mut *self.work;
-        let [mut square, mut magnitude] = sum(partials);
+        let [mut square, mut magnitude] = self.share.sum(partials, &|partial| *partial);
         if let Some(coarse) = self.m.coarse() {
             let [signed, magnitudes] = coarse.solve(restricted, change, vectors);
             square += signed;
@@ -301,24 +310,27 @@ impl<R: Real> Solve<'_, R> {
     /// q = A p; returns (p.q, sum of `|p_c q_c|`).
     fn apply_operator(&mut self) -> [f64; 2] {
         self.products += 1;
-        let (groups, a) = (self.groups, self.a);
+        let (groups, a, own) = (self.groups, self.a, self.share.own());
         let CgWorkspace { p, q, partials, .. } = &mut *self.work;
-        (partials.par_iter_mut(), q.par_chunks_mut(groups)).into_par_iter().enumerate().for_each(
-            |(block, (partial, q))| {
-                *partial = a.apply(block * groups * LANES, p, q);
+        self.share.exchange([p]);
+        let rows = own.groups_mut(q).par_chunks_mut(groups);
+        (own.blocks_mut(partials).par_iter_mut(), rows).into_par_iter().enumerate().for_each(
+            |(nth, (partial, q))| {
+                *partial = a.apply((own.first() + nth) * groups * LANES, p, q);
             },
         );
-        sum(partials)
+        self.share.sum(partials, &|partial| *partial)
     }
 
     /// r -= alpha q, q = M⁻¹ r but for what the coarse space adds to it.
     fn advance(&mut self, alpha: f64) -> Residual {
         let (groups, parts, m, alpha) = (self.groups, self.parts, self.m, R::of(alpha));
-        let coarse = m.coarse();
+        let (coarse, own) = (m.coarse(), self.share.own());
         let CgWorkspace { r, q, partials, restricted, .. } = &mut *self.work;
-        let rows = (r.par_chunks_mut(groups), q.par_chunks_mut(groups));
-        let sums = (partials.par_iter_mut(), restricted.par_chunks_mut(parts));
-        (rows, sums).into_par_iter().enumerate().for_each(|(block, ((r, q), (partial, restricted)))| {
+        let rows = (own.groups_mut(r).par_chunks_mut(groups), own.groups_mut(q).par_chunks_mut(groups));
+        let sums = (own.blocks_mut(partials).par_iter_mut(), restricted.par_chunks_mut(parts));
+        (rows, sums).into_par_iter().enumerate().for_each(|(nth, ((r, q), (partial, restricted)))| {
+            let block = own.first() + nth;
             *partial = m.advance(block * groups * LANES, alpha, r, q);
             if let Some(coarse) = coarse {
                 coarse.restrict(block, r, restricted);
@@ -330,13 +342,14 @@ impl<R: Real> Solve<'_, R> {
     /// x += alpha p, p = q + beta p, where q takes what the coarse space adds to it.
     fn turn(&mut self, alpha: f64, beta: f64, x: &mut [Sixteen<R>]) {
         let (groups, parts, alpha, beta) = (self.groups, self.parts, R::of(alpha), R::of(beta));
-        let coarse = self.m.coarse();
+        let (coarse, own) = (self.m.coarse(), self.share.own());
         let CgWorkspace { p, q, change, .. } = &mut *self.work;
-        let rows = (x.par_chunks_mut(groups), q.par_chunks_mut(groups), p.par_chunks_mut(groups * LANES));
+        let [x, q] = [x, &mut q[..]].map(|field| own.groups_mut(field).par_chunks_mut(groups));
+        let rows = (x, q, own.rows_mut(p).par_chunks_mut(groups * LANES));
         (rows, change.par_chunks(parts)).into_par_iter().enumerate().for_each(
-            |(block, ((x, z, p), change))| {
+            |(nth, ((x, z, p), change))| {
                 if let Some(coarse) = coarse {
-                    coarse.prolong(block, change, z);
+                    coarse.prolong(own.first() + nth, change, z);
                 }
                 dispatch(Turn { alpha, beta, x, z, p });
             },
@@ -345,40 +358,10 @@ impl<R: Real> Solve<'_, R> {
 
     /// x += alpha p.
     fn go(&self, alpha: f64, x: &mut [Sixteen<R>]) {
-        let (groups, alpha) = (self.groups, R::of(alpha));
-        (x.par_chunks_mut(groups), self.work.p.par_chunks(groups * LANES))
+        let (groups, alpha, own) = (self.groups, R::of(alpha), self.share.own());
+        (own.groups_mut(x).par_chunks_mut(groups), own.rows(&self.work.p).par_chunks(groups * LANES))
             .into_par_iter()
             .for_each(|(x, p)| add_scaled(x, alpha, p));
-    }
-
-    /// Names a curvature that is not above its rounding bound. p and q are then other vectors.
-    fn bad_curvature(&mut self, [curvature, magnitude]: [f64; 2], iteration: u32) -> Option<Outcome> {
-        // A row adds a few dozen products, each with a relative error of a few roundings.
-        let bound = 8.0 * R::ROUNDING * magnitude;
-        if !curvature.is_finite() {
-            return Some(Outcome::NotFinite { iteration });
-        }
-        if curvature > bound {
-            return None;
-        }
-        if curvature < -bound {
-            return Some(Outcome::NegativeCurvature { iteration });
-        }
-
-        // A p = 0 is judged against the size of A, for which |A b| / |b| stands.
-        let groups = self.groups;
-        let norms = |work: &CgWorkspace<R>| {
-            let q = work.q.chunks(groups).map(|q| block_sums(q, q)[0]).sum::<f64>().sqrt();
-            let p = work.p.iter().map(|p| p.vector().map(R::to_f64).norm_squared()).sum::<f64>().sqrt();
-            [p, q]
-        };
-        let [p_norm, q_norm] = norms(self.work);
-        pad_all(self.b, groups, &mut self.work.p);
-        self.apply_operator();
-        let [b_norm, product_norm] = norms(self.work);
-
-        let vanishes = q_norm <= 64.0 * R::ROUNDING * product_norm / b_norm * p_norm;
-        Some(if vanishes { Outcome::Singular { iteration } } else { Outcome::ZeroCurvature { iteration } })
     }
 }
 

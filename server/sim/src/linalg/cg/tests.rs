@@ -6,6 +6,7 @@ use super::{CgWorkspace, conjugate_gradient};
 use crate::{
     linalg::{BlockCsr, Identity, LinearOperator, Outcome, SolverSettings, sixteens::sums_of_padded},
     math::{LANES, Padded, Sixteen, Vec3},
+    parallel::Share,
 };
 
 #[test]
@@ -17,7 +18,15 @@ fn numbers_that_leave_the_range_are_named_and_not_returned_as_a_solution() {
         let mut x = [Sixteen::default()];
         let mut work = CgWorkspace::new(1, 32);
         let b = Sixteen::from_vectors(&[Vec3::new(b, 0.0, 0.0)]);
-        let report = conjugate_gradient(&a, &Identity, &b, &mut x, &SolverSettings::default(), 32, &mut work);
+        let report = conjugate_gradient(
+            &a,
+            &Identity,
+            &b,
+            &mut x,
+            &SolverSettings::default(),
+            &Share::whole(1, 32),
+            &mut work,
+        );
         assert_eq!(report.outcome, Outcome::NotFinite { iteration });
         assert_eq!(x, [Sixteen::default()]);
     }
@@ -51,7 +60,8 @@ fn a_solve_that_is_interrupted_makes_no_further_iteration() {
         let a = Chain { products: AtomicU32::new(0), allowed };
         let (mut x, mut work) = (vec![Sixteen::default(); b.len()], CgWorkspace::new(96, 96));
         let settings = SolverSettings::default();
-        let report = conjugate_gradient(&a, &Identity, &b, &mut x, &settings, 96, &mut work);
+        let report =
+            conjugate_gradient(&a, &Identity, &b, &mut x, &settings, &Share::whole(96, 96), &mut work);
         assert_eq!((report.outcome, report.iterations), (Outcome::IterationCap, allowed));
     }
 }

@@ -1,0 +1,52 @@
+//! What ranks of a cluster ask of each other while they step one simulation together.
+
+use std::{fmt::Debug, sync::Arc};
+
+use crate::interrupt::Interrupt;
+
+/// How the ranks that step one simulation talk. All of them make the same calls in the same order, from one thread each.
+/// A rank that is lost ends the others: no call says so.
+pub trait Communicator: Debug + Send + Sync {
+    /// The number of this one, from 0.
+    fn rank(&self) -> usize;
+
+    /// How many there are.
+    fn size(&self) -> usize;
+
+    /// Puts the lists of all ranks into `all`, in their order: `own` is that of this one, `lengths` has how long each is.
+    fn gather(&self, own: &[f64], lengths: &[usize], all: &mut Vec<f64>);
+
+    /// Sends a message to each of some ranks, and receives one from each.
+    fn exchange(&self, messages: &mut [Message]);
+
+    /// Sends `own` to rank 0, which gets what all sent, in the order of ranks; `lengths` has how long each is. The others
+    /// get nothing.
+    fn collect(&self, own: &[u8], lengths: &[usize]) -> Vec<u8>;
+}
+
+/// What goes to a rank, and what comes from it.
+#[derive(Clone, Debug, Default)]
+pub struct Message {
+    /// The rank at the other end.
+    pub rank: usize,
+    /// Bytes for it.
+    pub sent: Vec<u8>,
+    /// Room for as many bytes as come from it.
+    pub received: Vec<u8>,
+}
+
+/// The ranks that step one simulation, and their agreement on giving up.
+#[derive(Clone, Debug)]
+pub(crate) struct Ranks {
+    pub(crate) communicator: Arc<dyn Communicator>,
+    /// Asked for on this rank.
+    pub(crate) wanted: Interrupt,
+    /// Asked for on any of them, as all know since the same gather.
+    pub(crate) agreed: Interrupt,
+}
+
+impl Ranks {
+    pub(crate) fn new(communicator: Arc<dyn Communicator>) -> Self {
+        Self { communicator, wanted: Interrupt::default(), agreed: Interrupt::default() }
+    }
+}

@@ -1,0 +1,61 @@
+//! What further steps of a world depend on: taken from one simulation, put into another of its setup.
+
+use super::{clock::World, cloth::Taken, pace::Pace, simulation::Simulation};
+use crate::math::Real;
+
+/// What further steps depend on. Of a simulation that several ranks step, that of rank 0 is whole.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WorldState(Precise);
+
+/// The same in one precision.
+#[derive(Clone, Debug, PartialEq)]
+enum Precise {
+    F32(State<f32>),
+    F64(State<f64>),
+}
+
+#[derive(Clone, Debug, PartialEq)]
+struct State<R: Real> {
+    step_count: u64,
+    gravity: [f64; 3],
+    wind: [f64; 3],
+    pace: Pace,
+    cloths: Vec<Taken<R>>,
+}
+
+impl<R: Real> World<R> {
+    fn take(&self) -> State<R> {
+        let cloths = self.bodies.iter().filter_map(|body| Some(body.as_cloth()?.take())).collect();
+        let Self { step_count, gravity, wind, pace, .. } = *self;
+        State { step_count, gravity, wind, pace, cloths }
+    }
+
+    fn put(&mut self, state: &State<R>) {
+        let State { step_count, gravity, wind, pace, cloths } = state;
+        (self.step_count, self.gravity, self.wind, self.pace) = (*step_count, *gravity, *wind, *pace);
+        let own = self.bodies.iter_mut().filter_map(|body| body.as_cloth_mut());
+        own.zip(cloths).for_each(|(cloth, taken)| cloth.put(taken));
+    }
+}
+
+impl Simulation {
+    /// What further steps of its cloths depend on. All ranks that step it call this together.
+    pub fn take(&self) -> WorldState {
+        WorldState(match self {
+            Self::F32(world) => Precise::F32(world.take()),
+            Self::F64(world) => Precise::F64(world.take()),
+        })
+    }
+
+    /// Goes on from what was taken of another simulation of the same setup: with the same hash, and the same bits from there.
+    ///
+    /// # Panics
+    /// If the setup or the precision was another one.
+    pub fn put(&mut self, state: &WorldState) {
+        match (self, &state.0) {
+            (Self::F32(world), Precise::F32(state)) => world.put(state),
+            (Self::F64(world), Precise::F64(state)) => world.put(state),
+            _ => panic!("the state of a simulation in another precision"),
+        }
+    }
+}
