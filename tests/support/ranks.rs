@@ -145,7 +145,7 @@ impl Communicator for Rank {
     }
 }
 
-/// Does the same work on some ranks, each with as many threads; what rank 0 returns, and what each asked of the others.
+/// Does the same work on some ranks, each with as many threads; what each returns, and what it asked of the others.
 ///
 /// # Panics
 /// As the work of any rank does.
@@ -153,7 +153,7 @@ pub fn on_ranks<T: Send>(
     size: usize,
     threads: usize,
     work: impl Fn(Arc<dyn Communicator>) -> T + Sync,
-) -> (T, Vec<Counts>) {
+) -> Vec<(T, Counts)> {
     let shared = Arc::new(Shared::default());
     let ranks: Vec<Arc<Rank>> = (0..size)
         .map(|number| Arc::new(Rank { number, size, shared: Arc::clone(&shared), counts: Mutex::default() }))
@@ -173,11 +173,8 @@ pub fn on_ranks<T: Send>(
         let handles: Vec<_> = ranks.iter().map(run).collect();
         handles.into_iter().map(|handle| handle.join().expect("a panic is caught")).collect()
     });
-    let counts =
-        ranks.iter().map(|rank| *rank.counts.lock().unwrap_or_else(PoisonError::into_inner)).collect();
-    let mut results =
+    let counts = ranks.iter().map(|rank| *rank.counts.lock().unwrap_or_else(PoisonError::into_inner));
+    let results =
         results.into_iter().map(|result| result.unwrap_or_else(|cause| std::panic::resume_unwind(cause)));
-    let first = results.next().expect("rank 0");
-    results.for_each(drop);
-    (first, counts)
+    results.zip(counts).collect()
 }
