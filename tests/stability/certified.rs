@@ -78,7 +78,7 @@ fn a_fixed_step_above_the_bound_is_refused_before_it_is_taken() {
     let bound = simulation.step_bounds()[0].dt;
     assert!(bound > 5.7e-3, "{bound} s");
     let error = try_advance(&mut simulation, 400).expect_err("the bound falls");
-    let StepFailure::TimeStep { dt, limit, bound: "stiffness", .. } = error.failure else {
+    let StepFailure::TimeStep { dt, limit, bound: BoundKind::Stiffness, .. } = error.failure else {
         panic!("{error}")
     };
     assert!(error.step > 0 && limit < dt && (dt - 5.7e-3).abs() < 1e-12, "{error}");
@@ -103,7 +103,8 @@ fn a_fixed_step_in_which_springs_move_too_far_is_refused() {
         let start = simulation.diagnose().total_energy();
         assert!(simulation.step_bounds()[0].dt > dt, "{integrator:?}: stiffness allows it at the start");
         let error = try_advance(&mut simulation, 200).expect_err("its springs move too far");
-        let StepFailure::TimeStep { dt: refused, limit, bound: "spring_speed", .. } = error.failure else {
+        let StepFailure::TimeStep { dt: refused, limit, bound: BoundKind::SpringSpeed, .. } = error.failure
+        else {
             panic!("{integrator:?}: {error}")
         };
         assert!((refused - dt).abs() < 1e-12 && limit < dt, "{integrator:?}: {error}");

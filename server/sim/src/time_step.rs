@@ -1,7 +1,9 @@
 //! How a step of the world is divided into the steps of a body.
 
+use serde::{Deserialize, Serialize};
+
 /// How long the steps of a body are within a step of the world, which is divided into equal ones.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum TimeStep {
     /// Each as long as the certified bound allows; an implicit step of cloth, which has none, as long as it is accepted.
     Certified {

@@ -79,19 +79,19 @@ impl From<&ChangeError> for ServiceError {
 
 #[cfg(test)]
 mod tests {
-    use nappe_sim::linalg::Outcome;
+    use nappe_sim::{linalg::Outcome, report::BoundKind};
 
     use super::*;
 
     #[test]
     fn every_failure_of_a_step_has_a_reason() {
         let failures = [
-            StepFailure::NotFinite { particle: 0, quantity: "x", value: f64::NAN },
+            StepFailure::NotFinite { particle: 0, quantity: "x".into(), value: f64::NAN },
             StepFailure::Stretch { particle: 0, other: 1, value: 2.0, limit: 1.0 },
             StepFailure::Energy { particle: 0, value: 2.0, limit: 1.0 },
             StepFailure::Solver { outcome: Outcome::Singular { iteration: 1 } },
-            StepFailure::TimeStep { particle: 0, dt: 2.0, limit: 1.0, bound: "elastic_wave" },
-            StepFailure::Substeps { particle: 0, dt: 2.0, limit: 1, bound: "elastic_wave" },
+            StepFailure::TimeStep { particle: 0, dt: 2.0, limit: 1.0, bound: BoundKind::ElasticWave },
+            StepFailure::Substeps { particle: 0, dt: 2.0, limit: 1, bound: BoundKind::ElasticWave },
             StepFailure::Descent { particle: 0, value: 0.0, predicted: 1.0, limit: 0.1 },
             StepFailure::EnergyGain { particle: 0, value: 2.0, limit: 1.0 },
             StepFailure::Unbalanced { particle: 0, value: 2.0, limit: 1.0, sweeps: 320 },

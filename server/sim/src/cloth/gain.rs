@@ -4,13 +4,15 @@
 //! (docs/laws/integrators.md). So the energy swings about a mean by a share s of it, y / 2 or y² / 4, and is never more than
 //! (1 + s) / (1 - s) times what it was: 2 s / (1 + s) of it may be gained. At the bound s is 1.
 
+use serde::{Deserialize, Serialize};
+
 use super::{
     evaluation::Evaluation, integrator::Integrator, model::Model, numbers::StepNumbers, rounding::rounding,
 };
 use crate::math::Real;
 
 /// What is known of the energy over a run.
-#[derive(Clone, Copy, Debug, PartialEq, Default)]
+#[derive(Clone, Copy, Debug, PartialEq, Default, Serialize, Deserialize)]
 pub(crate) struct Gain {
     /// By how much it (J) is above that of the start, what pins and the medium gave since taken off.
     pub(crate) energy: f64,

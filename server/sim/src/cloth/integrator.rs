@@ -1,7 +1,9 @@
 //! The integrators, as scenes name them. Definitions are in docs/laws/integrators.md, code in `integrate/`.
 
+use serde::{Deserialize, Serialize};
+
 /// How positions and velocities are advanced by a step.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Integrator {
     /// x' = x + h v, v' = v + h a(x, v).
     ExplicitEuler,

@@ -17,7 +17,7 @@ pub(super) fn judge<R: Real>(
     if !(mechanical + diagnostics.gravitational_energy).is_finite() || !diagnostics.max_stretch.is_finite() {
         return Some(not_finite(model, state).unwrap_or(StepFailure::NotFinite {
             particle: fastest(model, state),
-            quantity: "energy",
+            quantity: "energy".into(),
             value: diagnostics.total_energy(),
         }));
     }
@@ -46,7 +46,7 @@ fn not_finite<R: Real>(model: &Model<R>, state: &State<R>) -> Option<StepFailure
         model.share.greatest(found.unwrap_or([f64::NEG_INFINITY, 0.0, 0.0, 0.0]));
     user.is_finite().then(|| StepFailure::NotFinite {
         particle: -user as u64,
-        quantity: QUANTITIES[quantity as usize],
+        quantity: QUANTITIES[quantity as usize].into(),
         value,
     })
 }

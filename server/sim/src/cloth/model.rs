@@ -3,6 +3,8 @@
 //! Reads a [`Network`]; writes arrays in Hilbert order, cut into blocks, with springs gathered by
 //! row. Users see their own numbering everywhere; only this folder knows the other.
 
+use serde::{Deserialize, Serialize};
+
 use std::collections::BTreeSet;
 
 use super::{
@@ -60,7 +62,7 @@ pub struct Model<R: Real> {
 }
 
 /// Stiffness and damping of the springs of one entry of a model's table of laws.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LawEntry {
     /// Kind of the springs.
     pub kind: SpringKind,
@@ -69,7 +71,7 @@ pub struct LawEntry {
 }
 
 /// What may change between two steps.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Parameters {
     /// Laws of springs: springs name them by index.
     pub laws: Vec<LawEntry>,

@@ -3,6 +3,8 @@
 //!
 //! A scene builds it; `Model::new` turns it into arrays for the kernels.
 
+use serde::{Deserialize, Serialize};
+
 use std::collections::BTreeSet;
 
 use super::{continuations::straight_continuations, laws::ElementKind};
@@ -13,7 +15,7 @@ use crate::{
 };
 
 /// What a spring resists.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum SpringKind {
     /// Along an edge: change of length.
     Stretch,
@@ -38,7 +40,7 @@ impl SpringKind {
 }
 
 /// Stiffness and damping of a spring: f = -k (l - l0) u - nu ((v_i - v_j).u) u.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SpringLaw {
     /// Stiffness k (N/m), 0 or more.
     pub stiffness: f64,
@@ -47,7 +49,7 @@ pub struct SpringLaw {
 }
 
 /// A spring between two particles.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Spring {
     /// Its ends, user's numbering.
     pub particles: [u32; 2],
@@ -60,7 +62,7 @@ pub struct Spring {
 }
 
 /// Elements of a body under one law, with one stiffness and one damping.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ElementList {
     /// The law that all of them follow.
     pub kind: ElementKind,
@@ -101,7 +103,7 @@ pub struct SpringRules {
 }
 
 /// Particles joined by springs.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Network {
     /// Positions of the particles (m).
     pub x: Vec<[f64; 3]>,

@@ -1,5 +1,7 @@
 //! How a cloth is stepped: integrator, linear solver, limits.
 
+use serde::{Deserialize, Serialize};
+
 use super::integrator::Integrator;
 use crate::{
     linalg::{PreconditionerKind, SolverSettings, Stop},
@@ -12,7 +14,7 @@ const STIFF: f64 = 1000.0;
 
 /// What the matrix of an implicit step does with compressed springs, whose transverse
 /// stiffness k (1 - l0/l) is negative (the matrix can then be indefinite).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 pub enum Hessian {
     /// Keeps it: exact, and unstable under compression at large steps.
     Full,
@@ -73,7 +75,7 @@ impl MinimizerKind {
 }
 
 /// How the minimisation that an implicit step stands for is solved.
-#[derive(Clone, Copy, Debug, PartialEq, Default)]
+#[derive(Clone, Copy, Debug, PartialEq, Default, Serialize, Deserialize)]
 pub enum Minimizer {
     /// One linear solve, the first step of Newton's method (Baraff and Witkin 1998).
     #[default]
@@ -102,7 +104,7 @@ impl Minimizer {
 }
 
 /// When Newton's method ends.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct NewtonSettings {
     /// Largest acceleration (m/s²) that forces and inertia of a particle may leave over; what the precision cannot
     /// reach counts as reached.
@@ -118,7 +120,7 @@ impl Default for NewtonSettings {
 }
 
 /// What becomes of a sub-step in which particles go through or into a collider.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 pub enum OnPass {
     /// It is taken, counted and told.
     #[default]
@@ -141,7 +143,7 @@ impl OnPass {
 }
 
 /// When a cloth's state counts as having left what the scene allows.
-#[derive(Clone, Copy, Debug, PartialEq, Default)]
+#[derive(Clone, Copy, Debug, PartialEq, Default, Serialize, Deserialize)]
 pub struct StateLimits {
     /// Largest length over rest length of any spring.
     pub max_stretch: Option<f64>,
@@ -150,7 +152,7 @@ pub struct StateLimits {
 }
 
 /// How a cloth is stepped.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ClothSettings {
     /// How positions and velocities are advanced.
     pub integrator: Integrator,

@@ -1,15 +1,17 @@
 //! The state of a cloth, what a checkpoint saves.
 
+use serde::{Deserialize, Serialize};
+
 use std::sync::Arc;
 
 use super::gain::Gain;
 use crate::{
-    math::{LANES, Padded, Real, Sixteen, Vec3, vec3},
+    math::{LANES, Padded, Real, Sixteen, Vec3, bytes, vec3},
     parallel::{Share, hash_numbers},
 };
 
 /// A pinned particle on its way from point to point.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PinMotion {
     /// The particle, in the model's numbering.
     pub particle: u32,
@@ -22,7 +24,7 @@ pub struct PinMotion {
 }
 
 /// Where a pin goes, and how long it takes from the point before.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PathPoint {
     /// Where it arrives (m).
     pub target: [f64; 3],
@@ -47,11 +49,14 @@ impl PinMotion {
 }
 
 /// The start of the sub-step before, and how long that was.
-#[derive(Clone, Debug, PartialEq, Default)]
+#[derive(Clone, Debug, PartialEq, Default, Serialize, Deserialize)]
+#[serde(bound = "")]
 pub struct Past<R: Real> {
     /// Positions (m) and velocities (m/s), as those of the state.
+    #[serde(with = "bytes")]
     pub x: Vec<Padded<R>>,
     /// Velocities then (m/s); as many.
+    #[serde(with = "bytes")]
     pub v: Vec<Padded<R>>,
     /// Length of the sub-step (s); 0 where there is none that the next one may go on from.
     pub dt: f64,
@@ -65,13 +70,17 @@ impl<R: Real> Past<R> {
 }
 
 /// What changes from step to step.
-#[derive(Clone, Debug, PartialEq, Default)]
+#[derive(Clone, Debug, PartialEq, Default, Serialize, Deserialize)]
+#[serde(bound = "")]
 pub struct State<R: Real> {
     /// Positions (m), in the model's numbering: a multiple of sixteen, 0 beyond the last particle, as all fields.
+    #[serde(with = "bytes")]
     pub x: Vec<Padded<R>>,
     /// Velocities (m/s), in the model's numbering.
+    #[serde(with = "bytes")]
     pub v: Vec<Padded<R>>,
     /// Change of velocity of the step before (m/s), where a step solves for it: a warm start begins there.
+    #[serde(with = "bytes")]
     pub dv: Vec<Sixteen<R>>,
     /// Pins on their way, in the order of their particles.
     pub motions: Vec<PinMotion>,

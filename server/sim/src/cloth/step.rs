@@ -82,7 +82,7 @@ impl<R: Real> Stepping<'_, R> {
                 let bounds = [(bound.rate, particle, kind), (speed.rate, of_speed, BoundKind::SpringSpeed)];
                 match bounds.into_iter().find(|(rate, ..)| dt > 1.0 / rate) {
                     Some((rate, particle, bound)) => {
-                        Err(StepFailure::TimeStep { particle, dt, limit: 1.0 / rate, bound: bound.name() })
+                        Err(StepFailure::TimeStep { particle, dt, limit: 1.0 / rate, bound })
                     }
                     None => Ok(fixed(length)),
                 }

@@ -1,9 +1,11 @@
 //! Colliders: closed shapes that move, and how particles meet them.
 
+use serde::{Deserialize, Serialize};
+
 use super::Shape;
 
 /// What happens to the velocity of snow at a surface.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 pub enum Contact {
     /// It moves with the surface.
     Sticky,
@@ -32,7 +34,7 @@ impl Contact {
 const CLEARANCE_ROUNDING: f64 = 1e-9;
 
 /// Something that particles collide with.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Collider {
     /// Name, for messages and for drawing.
     pub name: String,

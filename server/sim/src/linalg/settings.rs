@@ -1,9 +1,11 @@
 //! What a linear solve is asked for and how it ends.
 
+use serde::{Deserialize, Serialize};
+
 use std::fmt;
 
 /// When a solve stops.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Stop {
     /// At |r| <= tolerance |b|, or after `max_iterations`. Conjugate gradient measures |r|² as r.z, z = M⁻¹ r with its
     /// preconditioner M; without one that is r.r.
@@ -18,7 +20,7 @@ pub enum Stop {
 }
 
 /// Approximate inverse of the matrix.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 pub enum PreconditionerKind {
     /// No preconditioner: residuals are taken as they are.
     Identity,
@@ -51,7 +53,7 @@ impl PreconditionerKind {
 }
 
 /// How the matrix is applied.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 pub enum OperatorKind {
     /// From positions and springs, never stored: the fast way.
     #[default]
@@ -74,7 +76,7 @@ impl OperatorKind {
 }
 
 /// Settings of a solve.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SolverSettings {
     /// When it stops.
     pub stop: Stop,
@@ -98,7 +100,7 @@ impl Default for SolverSettings {
 }
 
 /// How a solve ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Outcome {
     /// The residual met the tolerance.
     Converged,
@@ -148,7 +150,7 @@ impl fmt::Display for Outcome {
 }
 
 /// What a solve reports.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SolveReport {
     /// How it ended.
     pub outcome: Outcome,

@@ -2,6 +2,7 @@
 
 mod vector;
 mod real;
+pub(crate) mod bytes;
 pub mod array;
 mod simd;
 mod svd;
@@ -12,6 +13,7 @@ pub use simd::{MissingInstructions, SimdLevel, check_processor, force_simd_level
 pub use vector::{Mat3, Vec3};
 
 pub(crate) use array::three;
+pub(crate) use bytes::Bytes;
 pub(crate) use exp::exp;
 pub(crate) use real::{LANES, Pack, Record};
 pub(crate) use simd::{Portable, WithSimd, dispatch};

@@ -3,6 +3,8 @@
 //! The precision is chosen per session at run time; sums are binary64 whatever it is. The two kinds
 //! of number stand in one file since each names the other.
 
+use serde::{Deserialize, Serialize};
+
 use std::{
     fmt,
     ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign},
@@ -11,7 +13,7 @@ use std::{
 use super::vector::Vec3;
 
 /// How positions and velocities are stored.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Precision {
     /// IEEE 754 binary32, 24 bits of significand.
     F32,

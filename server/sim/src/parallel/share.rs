@@ -8,7 +8,7 @@ use super::{
     communicator::{Message, Ranks},
     sum_by,
 };
-use crate::math::{LANES, Padded, Real, Vec3};
+use crate::math::{Bytes, LANES, Padded, Real};
 
 /// The part of a body that a rank computes.
 #[derive(Clone, Debug)]
@@ -161,22 +161,22 @@ impl Share {
     pub(crate) fn exchange<R: Real, const N: usize>(&self, mut fields: [&mut [Padded<R>]; N]) {
         let Some(party) = &self.party else { return };
         let message = |neighbour: &Neighbour| {
-            let mut sent = Vec::with_capacity(N * neighbour.sent.len() * 3 * R::BYTES);
+            let mut sent = Vec::with_capacity(N * neighbour.sent.len() * Padded::<R>::BYTES);
             for field in &fields {
                 for particle in &neighbour.sent {
-                    pack(&field[*particle as usize], &mut sent);
+                    field[*particle as usize].write(&mut sent);
                 }
             }
-            let received = vec![0; N * neighbour.received.len() * 3 * R::BYTES];
+            let received = vec![0; N * neighbour.received.len() * Padded::<R>::BYTES];
             Message { rank: neighbour.rank, sent, received }
         };
         let mut messages: Vec<Message> = party.neighbours.iter().map(message).collect();
         party.ranks.communicator.exchange(&mut messages);
         for (neighbour, message) in party.neighbours.iter().zip(&messages) {
-            let mut vectors = message.received.chunks_exact(3 * R::BYTES);
+            let mut vectors = message.received.chunks_exact(Padded::<R>::BYTES);
             for field in &mut fields {
                 for (particle, bytes) in neighbour.received.iter().zip(&mut vectors) {
-                    field[*particle as usize] = unpack(bytes);
+                    field[*particle as usize] = Padded::read(bytes);
                 }
             }
         }
@@ -186,13 +186,14 @@ impl Share {
     pub(crate) fn collect<R: Real>(&self, field: &mut [Padded<R>]) {
         let Some(party) = &self.party else { return };
         let mut own = Vec::new();
-        self.own().rows(field).iter().for_each(|row| pack(row, &mut own));
+        self.own().rows(field).iter().for_each(|row| row.write(&mut own));
         let rows = |block: usize| (block * self.block_size).min(field.len());
         let starts = std::iter::once(0).chain(party.ends.iter().copied());
-        let lengths = starts.zip(&party.ends).map(|(start, end)| (rows(*end) - rows(start)) * 3 * R::BYTES);
+        let lengths =
+            starts.zip(&party.ends).map(|(start, end)| (rows(*end) - rows(start)) * Padded::<R>::BYTES);
         let all = party.ranks.communicator.collect(&own, &lengths.collect::<Vec<_>>());
-        for (row, bytes) in field.iter_mut().zip(all.chunks_exact(3 * R::BYTES)) {
-            *row = unpack(bytes);
+        for (row, bytes) in field.iter_mut().zip(all.chunks_exact(Padded::<R>::BYTES)) {
+            *row = Padded::read(bytes);
         }
     }
 }
@@ -256,16 +257,6 @@ fn neighbours(
         list.dedup();
     }
     all
-}
-
-fn pack<R: Real>(row: &Padded<R>, bytes: &mut Vec<u8>) {
-    let vector = row.vector();
-    vector.iter().for_each(|c| c.write(bytes));
-}
-
-fn unpack<R: Real>(bytes: &[u8]) -> Padded<R> {
-    let number = |c: usize| R::read(&bytes[c * R::BYTES..(c + 1) * R::BYTES]);
-    Padded::new(&Vec3::new(number(0), number(1), number(2)))
 }
 
 impl Own {

@@ -1,7 +1,11 @@
 //! Bounds on time steps, and which of them binds.
 
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
 /// A bound on the time step of snow or cloth, by name: docs/laws/snow.md and docs/laws/steps.md derive each.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum BoundKind {
     /// The elastic wave, hardening included, crosses a share of a cell per step.
     ElasticWave,
@@ -27,6 +31,12 @@ pub enum BoundKind {
     Tolerance,
     /// The ends of a spring of cloth move against each other by a quarter of its rest length at most in an explicit step.
     SpringSpeed,
+}
+
+impl fmt::Display for BoundKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
 }
 
 impl BoundKind {
@@ -66,7 +76,7 @@ impl BoundKind {
 }
 
 /// The bound that binds.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TimeBound {
     /// Which bound it is.
     pub kind: BoundKind,

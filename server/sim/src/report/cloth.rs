@@ -1,5 +1,7 @@
 //! How a step of the world was divided for the cloths, and which steps were taken again.
 
+use serde::{Deserialize, Serialize};
+
 use super::{bound::TimeBound, failure::StepFailure};
 use crate::linalg::PreconditionerKind;
 
@@ -7,7 +9,7 @@ use crate::linalg::PreconditionerKind;
 ///
 /// It is the leading term of the error of one step from an exact state: h |dv| / 2 for a method of order 1, and
 /// h² |a' - a| / 6 for velocity Verlet. Contacts are not in it.
-#[derive(Clone, Copy, Debug, PartialEq, Default)]
+#[derive(Clone, Copy, Debug, PartialEq, Default, Serialize, Deserialize)]
 pub struct ErrorEstimate {
     /// Root of the mean square (m).
     pub rms: f64,
@@ -24,7 +26,7 @@ impl ErrorEstimate {
 }
 
 /// Sub-steps of all cloths of a world within one of its steps.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ClothSteps {
     /// How many were taken.
     pub substeps: u32,
@@ -44,7 +46,7 @@ pub struct ClothSteps {
 }
 
 /// A sub-step of the cloths that was not accepted: none of them moved, and a shorter one was taken.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Rejection {
     /// Simulated time at its start (s).
     pub time: f64,

@@ -1,11 +1,16 @@
 //! Why a step was not taken.
 
+use std::borrow::Cow;
+
+use serde::{Deserialize, Serialize};
+
 use thiserror::Error;
 
+use super::bound::BoundKind;
 use crate::linalg::Outcome;
 
 /// A step that was not taken: cloths are as before it, snow as after its last good step within it.
-#[derive(Clone, Debug, PartialEq, Error)]
+#[derive(Clone, Debug, PartialEq, Error, Serialize, Deserialize)]
 #[error("step {step} at t = {time:.6} s, body '{body}': {failure}")]
 pub struct StepError {
     /// Index of the step, from 0.
@@ -19,13 +24,13 @@ pub struct StepError {
 }
 
 /// Why a step was not taken. Particles are in the user's numbering, over all bodies.
-#[derive(Clone, Debug, PartialEq, Error)]
+#[derive(Clone, Debug, PartialEq, Error, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "the messages say what the fields are")]
 pub enum StepFailure {
     #[error(
         "the {quantity} of particle {particle} became {value}: the simulation diverged (reduce dt or the stiffness)"
     )]
-    NotFinite { particle: u64, quantity: &'static str, value: f64 },
+    NotFinite { particle: u64, quantity: Cow<'static, str>, value: f64 },
     #[error(
         "the spring from particle {particle} to {other} is {value:.4} times its rest length, more than the limit of {limit}"
     )]
@@ -61,11 +66,11 @@ pub enum StepFailure {
     #[error(
         "the time step of {dt:.4e} s is above the bound '{bound}' of {limit:.4e} s at particle {particle}: let the step be certified, fix a smaller one, or mark it unchecked"
     )]
-    TimeStep { particle: u64, dt: f64, limit: f64, bound: &'static str },
+    TimeStep { particle: u64, dt: f64, limit: f64, bound: BoundKind },
     #[error(
         "more than {limit} sub-steps are needed within this step of the scene: the bound '{bound}' at particle {particle} allows {dt:.4e} s (shorten the scene's dt, or look at what happens there)"
     )]
-    Substeps { particle: u64, dt: f64, limit: u32, bound: &'static str },
+    Substeps { particle: u64, dt: f64, limit: u32, bound: BoundKind },
     #[error(
         "node {node:?} of the grid moves by {value:.3} cells in one step, more than {limit}: the simulation diverged (fastest particle: {particle})"
     )]

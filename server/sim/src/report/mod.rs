@@ -1,5 +1,7 @@
 //! What a step tells: diagnostics, time per stage, or the reason why it failed.
 
+use serde::{Deserialize, Serialize};
+
 mod bound;
 mod failure;
 mod cloth;
@@ -96,7 +98,7 @@ impl Stopwatch for NoStopwatch {
 }
 
 /// Diagnostics of a state.
-#[derive(Clone, Copy, Debug, PartialEq, Default)]
+#[derive(Clone, Copy, Debug, PartialEq, Default, Serialize, Deserialize)]
 pub struct Diagnostics {
     /// Kinetic energy of the free particles (J).
     pub kinetic_energy: f64,
@@ -129,7 +131,7 @@ impl Diagnostics {
 }
 
 /// What a step reports.
-#[derive(Clone, Debug, PartialEq, Default)]
+#[derive(Clone, Debug, PartialEq, Default, Serialize, Deserialize)]
 pub struct StepReport {
     /// Steps taken, this one included.
     pub step: u64,
@@ -146,7 +148,8 @@ pub struct StepReport {
     pub cloth: Option<ClothSteps>,
     /// Sub-steps of the cloths that were not accepted and taken again, in their order.
     pub rejections: Vec<Rejection>,
-    /// Diagnostics of the snow; none without snow.
+    /// Diagnostics of the snow; none without snow. It is not sent: ranks do not step it.
+    #[serde(skip)]
     pub snow: Option<SnowReport>,
     /// What the user should know although the step was taken.
     pub notices: Notices,
@@ -156,7 +159,7 @@ pub struct StepReport {
 
 /// What happened in a step that was taken, and makes its result doubtful. Particles are in the user's numbering, over
 /// all bodies.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Notices {
     /// Solves of cloth that ended at their iteration cap, above their tolerance.
     pub capped_solves: u32,

@@ -1,7 +1,9 @@
 //! What steps cost, counted: the same on any machine and for any number of threads.
 
+use serde::{Deserialize, Serialize};
+
 /// Work of the sub-steps that were taken, and of those that were tried and rejected.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Work {
     /// Evaluations of the forces on all particles of a body: sweeps over its springs and elements. A sweep of vertex block
     /// descent is one, and so is a step of snow.

@@ -1,5 +1,7 @@
 //! A cloth as a body of a world: built, stepped, undone, changed, looked at.
 
+use serde::{Deserialize, Serialize};
+
 use std::borrow::Cow;
 
 use rayon::prelude::*;
@@ -27,7 +29,8 @@ use crate::{
 const BLOCK_SIZE: usize = 4096;
 
 /// What further steps of a cloth depend on.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(bound = "")]
 pub(super) struct Taken<R: Real> {
     state: State<R>,
     parameters: Parameters,

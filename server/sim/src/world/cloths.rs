@@ -95,7 +95,7 @@ impl Shortest {
     fn too_many(&self) -> Failure {
         let TimeBound { kind, dt, particle } = self.bound;
         let particle = particle.unwrap_or_default();
-        (self.body, StepFailure::Substeps { particle, dt, limit: MAX_SUBSTEPS, bound: kind.name() })
+        (self.body, StepFailure::Substeps { particle, dt, limit: MAX_SUBSTEPS, bound: kind })
     }
 
     /// The bound with particles over all bodies: where there is none, what the scene asks for (s).

@@ -3,6 +3,8 @@
 //! Enters: whether each sub-step was accepted, and its error beside the tolerance. Leaves: how long the next may be. It is
 //! part of the state: further steps depend on it.
 
+use serde::{Deserialize, Serialize};
+
 use xxhash_rust::xxh3::Xxh3;
 
 use crate::report::{BoundKind, TimeBound};
@@ -20,7 +22,7 @@ const INTEGRAL: f64 = 0.7;
 const CHANGE: [f64; 2] = [0.2, 2.0];
 
 /// How long sub-steps are.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Pace {
     /// How often sub-steps are halved.
     halvings: u32,

@@ -2,6 +2,8 @@
 //!
 //! Bodies, kinds of springs and pins never change, so that changes can be checked while the world steps.
 
+use serde::{Deserialize, Serialize};
+
 use std::sync::Arc;
 
 use thiserror::Error;
@@ -11,7 +13,7 @@ use crate::{cloth::SpringKind, math::Real};
 
 /// A change between two steps, its numbers within [`allowed`]. Particles are in the user's numbering, over all
 /// bodies.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Change {
     /// New gravity of the world (m/s²).
     Gravity([f64; 3]),

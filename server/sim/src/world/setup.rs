@@ -1,5 +1,7 @@
 //! What a world is built from, in binary64 and the user's numbering; and why one cannot be built.
 
+use serde::{Deserialize, Serialize};
+
 use thiserror::Error;
 
 use crate::{
@@ -10,7 +12,7 @@ use crate::{
 };
 
 /// A cloth of a world.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BodySetup {
     /// Name, unique in the world.
     pub name: String,
@@ -21,7 +23,7 @@ pub struct BodySetup {
 }
 
 /// Everything that a simulation starts from.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct WorldSetup {
     /// Time step of the world (s), above 0.
     pub dt: f64,
@@ -33,7 +35,9 @@ pub struct WorldSetup {
     pub colliders: Vec<Collider>,
     /// Cloths: their particles come first, in this order.
     pub bodies: Vec<BodySetup>,
-    /// Snow; a world has a cloth or snow at least. Cloth and snow do not touch each other yet.
+    /// Snow; a world has a cloth or snow at least. Cloth and snow do not touch each other yet. It is not sent: ranks
+    /// do not step it.
+    #[serde(skip)]
     pub snow: Option<SnowSetup>,
 }
 

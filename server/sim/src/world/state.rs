@@ -1,20 +1,23 @@
 //! What further steps of a world depend on: taken from one simulation, put into another of its setup.
 
+use serde::{Deserialize, Serialize};
+
 use super::{clock::World, cloth::Taken, pace::Pace, simulation::Simulation};
 use crate::math::Real;
 
 /// What further steps depend on. Of a simulation that several ranks step, that of rank 0 is whole.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct WorldState(Precise);
 
 /// The same in one precision.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 enum Precise {
     F32(State<f32>),
     F64(State<f64>),
 }
 
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(bound = "")]
 struct State<R: Real> {
     step_count: u64,
     gravity: [f64; 3],

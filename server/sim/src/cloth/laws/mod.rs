@@ -25,7 +25,7 @@ pub(super) use with_element_laws;
 macro_rules! kinds {
     ($($law:ident($name:literal, $n:literal, $c:literal, $f:literal),)+) => {
         /// A law of elements of a body.
-        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
         pub enum ElementKind {
             $(#[doc = concat!("`", $name, "`: see docs/laws/", $name, ".md.")] $law,)+
         }

@@ -1,10 +1,12 @@
 //! A cylinder with round ends.
 
+use serde::{Deserialize, Serialize};
+
 use super::geometry::{Nearest, Probe, SignedDistance, across, invalid_rod, length_and_direction};
 use crate::math::array::{dot, minus};
 
 /// All points within `radius` of a segment.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Capsule {
     /// One end of the segment (m).
     pub start: [f64; 3],

@@ -1,12 +1,14 @@
 //! A box, turned as one likes.
 
+use serde::{Deserialize, Serialize};
+
 use super::geometry::{
     Nearest, Probe, SignedDistance, between_faces, is_finite, is_length, is_square, is_unit,
 };
 use crate::math::array::{cross, dot};
 
 /// A box that may be turned.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Cuboid {
     /// Centre (m).
     pub center: [f64; 3],

@@ -1,12 +1,14 @@
 //! A solid cylinder with flat ends.
 
+use serde::{Deserialize, Serialize};
+
 use super::geometry::{
     Nearest, Probe, SignedDistance, across, between_faces, invalid_rod, length_and_direction,
 };
 use crate::math::array::{dot, minus};
 
 /// A solid cylinder with flat ends.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Cylinder {
     /// Centre of one end (m).
     pub start: [f64; 3],

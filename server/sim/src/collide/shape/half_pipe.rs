@@ -1,10 +1,12 @@
 //! The ground below a trough: its surface is half a tube and a flat on either side.
 
+use serde::{Deserialize, Serialize};
+
 use super::geometry::{Nearest, Probe, SignedDistance, is_finite, is_length, is_square, is_unit};
 use crate::math::array::{cross, dot};
 
 /// The ground below a trough: outside of a tube, below its axis; endless along the axis.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct HalfPipe {
     /// A point of the axis (m).
     pub point: [f64; 3],

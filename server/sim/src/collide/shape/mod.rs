@@ -22,7 +22,7 @@ macro_rules! shapes {
         $(pub use $module::$shape;)*
 
         /// A shape at time 0; it moves with a constant velocity.
-        #[derive(Clone, Copy, Debug, PartialEq)]
+        #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
         pub enum Shape {
             $($(#[$about])* $name($shape),)*
         }

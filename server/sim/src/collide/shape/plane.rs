@@ -1,10 +1,12 @@
 //! A plane, and everything behind it.
 
+use serde::{Deserialize, Serialize};
+
 use super::geometry::{Nearest, Probe, SignedDistance, is_finite, is_unit};
 use crate::math::array::dot;
 
 /// The half-space on the other side of `normal` from a plane through `point`.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Plane {
     /// A point of the plane (m).
     pub point: [f64; 3],

@@ -1,9 +1,11 @@
 //! A ball: its centre and radius, and how far a point is from its surface.
 
+use serde::{Deserialize, Serialize};
+
 use super::geometry::{Nearest, Probe, SignedDistance, is_finite, is_length, length_and_direction};
 
 /// All points within a radius.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Sphere {
     /// Centre (m).
     pub center: [f64; 3],

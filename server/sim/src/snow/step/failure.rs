@@ -44,7 +44,7 @@ pub(crate) fn check_time_step<R: Real>(
     match model.settings.time_step {
         TimeStep::Fixed(dt) if dt > limit => {
             let particle = culprits(model, state, work).of(kind).unwrap_or_default();
-            Err(StepFailure::TimeStep { particle, dt, limit, bound: kind.name() })
+            Err(StepFailure::TimeStep { particle, dt, limit, bound: kind })
         }
         _ => Ok((kind, limit)),
     }
@@ -141,7 +141,7 @@ pub(crate) fn lost<R: Real>(settings: &SnowSettings, particles: &Particles<R>) -
     let place = places.min_by_key(|at| particles.id[*at])?;
     let (particle, position) = (u64::from(particles.id[place]), particles.x(place).map(Real::to_f64));
     Some(match position.iter().find(|c| !c.is_finite()) {
-        Some(&value) => StepFailure::NotFinite { particle, quantity: "position", value },
+        Some(&value) => StepFailure::NotFinite { particle, quantity: "position".into(), value },
         None => StepFailure::OutOfRange { particle, position, limit },
     })
 }
@@ -162,5 +162,5 @@ fn not_finite<R: Real>(particles: &Particles<R>) -> Option<StepFailure> {
     let found =
         (0..particles.len()).filter_map(|place| invalid(place).map(|what| (particles.id[place], what)));
     let (id, (quantity, value)) = found.min_by_key(|(id, _)| *id)?;
-    Some(StepFailure::NotFinite { particle: u64::from(id), quantity, value })
+    Some(StepFailure::NotFinite { particle: u64::from(id), quantity: quantity.into(), value })
 }

@@ -68,7 +68,7 @@ impl<'a> Division<'a> {
         let limit = model.settings.max_substeps;
         if f64::from(self.substeps) + self.steps > f64::from(limit) {
             let particle = culprits(model, state, work).of(kind).unwrap_or_default();
-            return Err(StepFailure::Substeps { particle, dt: allowed, limit, bound: kind.name() });
+            return Err(StepFailure::Substeps { particle, dt: allowed, limit, bound: kind });
         }
 
         self.dt = self.left / self.steps;
