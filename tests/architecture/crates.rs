@@ -5,11 +5,12 @@ use serde_json::Value;
 use crate::{assert_none, tokens, tree};
 
 /// Crates of the workspace and those of them that each may name. Tests and tasks do not ship.
-const LAYERS: [(&str, &[&str]); 13] = [
+const LAYERS: [(&str, &[&str]); 14] = [
     ("nappe-proto", &[]),
     ("nappe-sim", &[]),
     ("nappe-scene", &["nappe-sim"]),
     ("nappe-study", &["nappe-sim"]),
+    ("nappe-cluster", &["nappe-sim"]),
     ("nappe-server", &["nappe-proto", "nappe-sim", "nappe-scene"]),
     ("nappe-client", &["nappe-proto"]),
     ("nappe-charts", &["nappe-sim", "nappe-study"]),
@@ -30,7 +31,15 @@ const LAYERS: [(&str, &[&str]); 13] = [
     ),
     (
         "nappe-tests",
-        &["nappe-proto", "nappe-sim", "nappe-scene", "nappe-study", "nappe-server", "nappe-client"],
+        &[
+            "nappe-proto",
+            "nappe-sim",
+            "nappe-scene",
+            "nappe-study",
+            "nappe-cluster",
+            "nappe-server",
+            "nappe-client",
+        ],
     ),
     ("nappe-architecture", &[]),
     ("xtask", &[]),

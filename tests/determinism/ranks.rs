@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use nappe_cluster::Cluster;
 use nappe_sim::{
     cloth::{Hessian, Integrator, Minimizer, NewtonSettings, OnPass, StateLimits},
     collide::{Collider, Contact, Shape, shape::Sphere},
@@ -190,7 +191,7 @@ fn an_interrupt_of_one_rank_ends_all_at_the_same_step() {
         Method::new(Integrator::ImplicitEuler, Hessian::Absolute),
     ] {
         let setup = spinning(1.0, 500.0).by(method).in_substeps(8).setup();
-        let work = |ranks: Arc<dyn Communicator>| {
+        let work = |ranks: Arc<dyn Cluster>| {
             let rank = ranks.rank();
             let (mut simulation, _) = Simulation::over(&setup, Precision::F32, ranks).expect("it is in");
             loop {

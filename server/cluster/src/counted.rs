@@ -1,0 +1,58 @@
+//! A communicator that counts what it is asked.
+
+use std::sync::{
+    Arc,
+    atomic::{AtomicU64, Ordering::Relaxed},
+};
+
+use nappe_sim::parallel::{Communicator, Message};
+
+use crate::{cluster::Cluster, message::Asked};
+
+/// A communicator that counts what it is asked.
+#[derive(Debug)]
+pub(crate) struct Counted {
+    inner: Arc<dyn Cluster>,
+    gathers: AtomicU64,
+    messages: AtomicU64,
+    bytes: AtomicU64,
+}
+
+impl Counted {
+    pub(crate) fn new(inner: Arc<dyn Cluster>) -> Self {
+        Self { inner, gathers: AtomicU64::new(0), messages: AtomicU64::new(0), bytes: AtomicU64::new(0) }
+    }
+
+    /// What it was asked so far.
+    pub(crate) fn asked(&self) -> Asked {
+        let [gathers, messages, bytes] =
+            [&self.gathers, &self.messages, &self.bytes].map(|count| count.load(Relaxed));
+        Asked { gathers, messages, bytes }
+    }
+}
+
+impl Communicator for Counted {
+    fn rank(&self) -> usize {
+        self.inner.rank()
+    }
+
+    fn size(&self) -> usize {
+        self.inner.size()
+    }
+
+    fn gather(&self, own: &[f64], lengths: &[usize], all: &mut Vec<f64>) {
+        self.gathers.fetch_add(1, Relaxed);
+        self.inner.gather(own, lengths, all);
+    }
+
+    fn exchange(&self, messages: &mut [Message]) {
+        self.messages.fetch_add(messages.len() as u64, Relaxed);
+        let bytes: u64 = messages.iter().fold(0, |bytes, message| bytes + message.sent.len() as u64);
+        self.bytes.fetch_add(bytes, Relaxed);
+        self.inner.exchange(messages);
+    }
+
+    fn collect(&self, own: &[u8], lengths: &[usize]) -> Vec<u8> {
+        self.inner.collect(own, lengths)
+    }
+}

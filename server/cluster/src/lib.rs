@@ -1,0 +1,17 @@
+//! Ranks of a cluster that step a simulation for a server: the messages between both, and either end.
+//!
+//! The server keeps a simulation that does not step, and looks at what it fetches into it. Rank 0 connects to the server,
+//! and hands on to the other ranks what it is told. Modules in reading order:
+
+mod message;
+mod link;
+mod cluster;
+mod counted;
+mod rank;
+mod remote;
+
+pub use cluster::Cluster;
+pub use link::LinkError;
+pub use message::{Asked, Hello, Stepped, Token, VERSION};
+pub use rank::{follow, lead};
+pub use remote::{Orders, Remote, RemoteError};

@@ -1,0 +1,169 @@
+//! A rank: does what the server tells rank 0, and rank 0 all.
+
+use std::{
+    io,
+    net::TcpStream,
+    sync::{
+        Arc, Mutex, PoisonError,
+        mpsc::{self, Receiver},
+    },
+    thread,
+    time::Instant,
+};
+
+use nappe_sim::{
+    interrupt::Interrupt,
+    parallel::Communicator,
+    report::{Stage, Stopwatch},
+    world::Simulation,
+};
+
+use crate::{
+    cluster::Cluster,
+    counted::Counted,
+    link::{LinkError, receive, send},
+    message::{Answer, Hello, Order, Stepped, Token, VERSION},
+};
+
+/// Does what the server tells at the other end of a link, until it says that this is the end. To be called on rank 0, on the
+/// rayon pool that steps are to run on.
+///
+/// # Errors
+/// When the link fails, or ends before its end was said: the job is then to be aborted, since other ranks wait.
+pub fn lead(cluster: &Arc<dyn Cluster>, token: Token, stream: TcpStream) -> Result<(), LinkError> {
+    stream.set_nodelay(true)?;
+    let threads = rayon::current_num_threads() as u32;
+    let mut answers = stream.try_clone()?;
+    let hello = Hello { token, version: VERSION.to_owned(), hosts: cluster.hosts(), threads };
+    send(&mut answers, &hello)?;
+
+    let steps = Arc::new(Mutex::new(Interrupt::default()));
+    let orders = read_orders(stream, Arc::clone(&steps));
+    let mut rank = Rank::new(cluster);
+    loop {
+        let order =
+            orders.recv().unwrap_or_else(|_| Err(io::Error::from(io::ErrorKind::UnexpectedEof).into()))?;
+        let mut bytes = postcard::to_stdvec(&order)?;
+        cluster.broadcast(&mut bytes);
+        let answer = rank.obey(order);
+        if let Some(simulation) = &rank.simulation {
+            let wanted = std::mem::replace(
+                &mut *steps.lock().unwrap_or_else(PoisonError::into_inner),
+                simulation.interrupt().clone(),
+            );
+            // One that came before there was anything to give up.
+            if wanted.is_requested() {
+                simulation.interrupt().request();
+            }
+        }
+        send(&mut answers, &answer)?;
+        if answer == Answer::Ended {
+            return Ok(());
+        }
+    }
+}
+
+/// Does what rank 0 tells, until it says that this is the end. To be called on every other rank, on the rayon pool that
+/// steps are to run on.
+///
+/// # Errors
+/// When rank 0 says what cannot be read.
+pub fn follow(cluster: &Arc<dyn Cluster>) -> Result<(), LinkError> {
+    let mut rank = Rank::new(cluster);
+    let mut bytes = Vec::new();
+    loop {
+        cluster.broadcast(&mut bytes);
+        if rank.obey(postcard::from_bytes(&bytes)?) == Answer::Ended {
+            return Ok(());
+        }
+    }
+}
+
+/// Reads orders as they come, in a thread of its own: an interrupt acts at once, the others wait for their turn.
+fn read_orders(mut stream: TcpStream, steps: Arc<Mutex<Interrupt>>) -> Receiver<Result<Order, LinkError>> {
+    let (orders, received) = mpsc::channel();
+    thread::spawn(move || {
+        loop {
+            let interrupt = || steps.lock().unwrap_or_else(PoisonError::into_inner).request();
+            let order = match receive::<Order>(&mut stream) {
+                Ok(Some(Order::Interrupt)) => {
+                    interrupt();
+                    continue;
+                }
+                Ok(Some(order)) => Ok(order),
+                Ok(None) => Err(io::Error::from(io::ErrorKind::UnexpectedEof).into()),
+                Err(error) => Err(error),
+            };
+            let is_last = !matches!(order, Ok(ref order) if *order != Order::End);
+            if order.is_err() {
+                interrupt();
+            }
+            // Nobody receives once the rank has ended.
+            if orders.send(order).is_err() || is_last {
+                return;
+            }
+        }
+    });
+    received
+}
+
+/// What a rank steps.
+struct Rank {
+    communicator: Arc<Counted>,
+    simulation: Option<Simulation>,
+}
+
+impl Rank {
+    fn new(cluster: &Arc<dyn Cluster>) -> Self {
+        Self { communicator: Arc::new(Counted::new(Arc::clone(cluster))), simulation: None }
+    }
+
+    /// Does what is told; the answer is that of rank 0.
+    fn obey(&mut self, order: Order) -> Answer {
+        match (order, &mut self.simulation) {
+            (Order::Build(setup, precision), _) => {
+                let communicator: Arc<dyn Communicator> = Arc::<Counted>::clone(&self.communicator);
+                let built = Simulation::over(&setup, precision, communicator);
+                let built = built.map_err(|error| error.to_string());
+                Answer::Built(built.map(|(simulation, warnings)| {
+                    self.simulation = Some(simulation);
+                    warnings
+                }))
+            }
+            (Order::Apply(changes), Some(simulation)) => {
+                Answer::Applied(simulation.apply(&changes).map_err(|error| error.to_string()))
+            }
+            (Order::Step, Some(simulation)) => {
+                let mut clock = StageClock::start();
+                let result = simulation.step(&mut clock);
+                let (seconds, asked) = (clock.seconds, self.communicator.asked());
+                Answer::Stepped(Box::new(Stepped { result, seconds, asked }))
+            }
+            (Order::Take, Some(simulation)) => Answer::Taken(Box::new(simulation.take())),
+            // A server that asks for a step before there is anything to step is not one of ours.
+            (Order::Apply(_) | Order::Step | Order::Take | Order::Interrupt | Order::End, _) => Answer::Ended,
+        }
+    }
+}
+
+/// Seconds in each stage of a step.
+struct StageClock {
+    last: Instant,
+    seconds: Vec<f64>,
+}
+
+impl StageClock {
+    fn start() -> Self {
+        Self { last: Instant::now(), seconds: vec![0.0; Stage::ALL.len()] }
+    }
+}
+
+impl Stopwatch for StageClock {
+    fn lap(&mut self, stage: Stage) {
+        let now = Instant::now();
+        if let Some(place) = Stage::ALL.iter().position(|known| *known == stage) {
+            self.seconds[place] += (now - self.last).as_secs_f64();
+        }
+        self.last = now;
+    }
+}

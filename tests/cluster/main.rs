@@ -1,0 +1,156 @@
+//! Ranks that a server steps over a link: the same results, changes, failures, interrupts, and links that end.
+
+use std::{
+    net::{TcpListener, TcpStream},
+    thread,
+    time::{Duration, Instant},
+};
+
+use nappe_cluster::{Remote, RemoteError, Token, VERSION, follow, lead};
+use nappe_sim::{
+    math::Precision,
+    report::{NoStopwatch, Stage, StepFailure},
+    world::{Change, Simulation, WorldSetup},
+};
+use nappe_tests::{
+    Scene,
+    networks::{scatter, sheet, sheet_rules},
+    ranks::on_ranks,
+    threads::with_threads,
+};
+
+const TOKEN: Token = [7; 16];
+
+/// A sheet of ten blocks on two pins, shaken.
+fn setup() -> WorldSetup {
+    let mut network = sheet(17, 0.05, &sheet_rules(200.0, 0.02), 0.01);
+    for (i, x) in network.x.iter_mut().enumerate().filter(|(i, _)| *i != 0 && *i != 16) {
+        *x = [0, 1, 2].map(|c| x[c] + 0.004 * scatter(3 * i + c));
+    }
+    let mut scene = Scene::new(network, 5e-3).under([0.0, -9.81, 0.0]).certified();
+    scene.settings.block_size = 32;
+    scene.setup()
+}
+
+/// What happens to it after ten steps.
+fn changes() -> Vec<Change> {
+    let points = [(0.02, [0.1, 0.1, 0.0]), (0.04, [0.0, 0.2, 0.1])];
+    vec![
+        Change::Wind([2.0, 0.0, 1.0]),
+        Change::Drag(0.002),
+        Change::Springs { body: None, kind: None, stiffness: Some(150.0), damping: None },
+        Change::PinPath { particle: 0, points: points.into() },
+    ]
+}
+
+/// Starts so many ranks, which are threads, and takes over their link. They end by themselves; the handle says whether well.
+fn ranks(size: usize, token: Token) -> (Result<Remote, RemoteError>, thread::JoinHandle<bool>) {
+    let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
+    let address = listener.local_addr().expect("an address");
+    let handle = thread::spawn(move || {
+        let ends = on_ranks(size, 1, |cluster| {
+            if cluster.rank() == 0 {
+                let stream = TcpStream::connect(address).expect("the server listens");
+                // As a rank does: a link that ends aborts the job.
+                assert!(lead(&cluster, token, stream).is_ok(), "the link ended");
+                true
+            } else {
+                follow(&cluster).is_ok()
+            }
+        });
+        ends.into_iter().all(|(end, _)| end)
+    });
+    let (stream, _) = listener.accept().expect("rank 0 connects");
+    (Remote::accept(stream, TOKEN), handle)
+}
+
+#[test]
+fn a_simulation_over_a_link_goes_as_one_in_the_process() {
+    for precision in Precision::ALL {
+        let (remote, handle) = ranks(3, TOKEN);
+        let mut remote = remote.expect("the ranks");
+        assert_eq!((remote.hello().hosts.len(), remote.hello().version.as_str()), (3, VERSION));
+        let (mut alone, warnings) = Simulation::new(&setup(), precision).expect("a sheet");
+        let (mut copy, _) = Simulation::new(&setup(), precision).expect("a sheet");
+        assert_eq!(remote.build(setup(), precision).expect("a sheet"), warnings);
+        let mut asked = 0;
+        for step in 0..30 {
+            if step == 10 {
+                alone.apply(&changes()).expect("they are accepted");
+                remote.apply(changes()).expect("they are accepted");
+            }
+            let stepped = remote.step().expect("the link holds");
+            let own = with_threads(1, || alone.step(&mut NoStopwatch));
+            assert_eq!(stepped.result, own, "step {step}");
+            assert_eq!(stepped.seconds.len(), Stage::ALL.len());
+            assert!(stepped.seconds.iter().sum::<f64>() > 0.0 && stepped.asked.gathers > asked);
+            asked = stepped.asked.gathers;
+            if step % 7 == 0 {
+                copy.put(&remote.take().expect("the link holds"));
+                assert_eq!(copy.state_hash(), alone.state_hash(), "step {step} in {precision}");
+            }
+        }
+        // A copy goes on from where it was left, with the same bits.
+        copy.put(&remote.take().expect("the link holds"));
+        for simulation in [&mut copy, &mut alone] {
+            for _ in 0..5 {
+                with_threads(2, || simulation.step(&mut NoStopwatch)).expect("it is stable");
+            }
+        }
+        assert_eq!(copy.state_hash(), alone.state_hash());
+        remote.end().expect("the link holds");
+        assert!(handle.join().expect("no rank fails"));
+    }
+}
+
+#[test]
+fn what_ranks_refuse_comes_back_in_words_and_they_go_on() {
+    let (remote, handle) = ranks(2, TOKEN);
+    let mut remote = remote.expect("the ranks");
+    let mut bad = setup();
+    bad.dt = -1.0;
+    let refused = remote.build(bad, Precision::F64).expect_err("a step backwards");
+    assert!(refused.to_string().contains("dt is -1"), "{refused}");
+    remote.build(setup(), Precision::F64).expect("a sheet");
+    let refused = remote.apply(vec![Change::Drag(-1.0)]).expect_err("a drag below 0");
+    assert!(matches!(&refused, RemoteError::Refused(words) if words.contains("drag")), "{refused}");
+    remote.step().expect("the link holds").result.expect("it is stable");
+    remote.end().expect("the link holds");
+    assert!(handle.join().expect("no rank fails"));
+}
+
+#[test]
+fn an_interrupt_acts_within_a_step() {
+    let mut long = setup();
+    // A step of the world of many thousand sub-steps.
+    long.dt = 1.0;
+    long.bodies[0].settings.time_step = nappe_sim::time_step::TimeStep::Unchecked(1.1e-4);
+    let (remote, handle) = ranks(2, TOKEN);
+    let mut remote = remote.expect("the ranks");
+    remote.build(long, Precision::F64).expect("a sheet");
+    let orders = remote.orders();
+    let asks = thread::spawn(move || {
+        thread::sleep(Duration::from_millis(100));
+        orders.interrupt().expect("the link holds");
+        Instant::now()
+    });
+    let end = remote.step().expect("the link holds").result.expect_err("it was given up");
+    assert_eq!(end.failure, StepFailure::Interrupted);
+    let asked = asks.join().expect("it asks");
+    assert!(asked.elapsed() < Duration::from_secs(20), "{:?}", asked.elapsed());
+    remote.end().expect("the link holds");
+    assert!(handle.join().expect("no rank fails"));
+}
+
+#[test]
+fn strangers_are_refused_and_a_link_that_ends_aborts_the_ranks() {
+    let (remote, handle) = ranks(2, [8; 16]);
+    assert!(matches!(remote, Err(RemoteError::Stranger)), "{remote:?}");
+    assert!(handle.join().is_err(), "its link ended");
+
+    let (remote, handle) = ranks(3, TOKEN);
+    let mut remote = remote.expect("the ranks");
+    remote.build(setup(), Precision::F32).expect("a sheet");
+    drop(remote);
+    assert!(handle.join().is_err(), "its link ended");
+}
