@@ -9,9 +9,13 @@ mod cluster;
 mod counted;
 mod rank;
 mod remote;
+#[cfg(feature = "mpi")]
+mod mpi;
 
 pub use cluster::Cluster;
 pub use link::LinkError;
 pub use message::{Asked, Hello, Stepped, Token, VERSION};
+#[cfg(feature = "mpi")]
+pub use mpi::{Mpi, abort};
 pub use rank::{follow, lead};
 pub use remote::{Orders, Remote, RemoteError};

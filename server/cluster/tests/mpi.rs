@@ -1,0 +1,101 @@
+//! Ranks under `mpirun`, as a server starts them: the bits of one process.
+
+use std::{
+    net::TcpListener,
+    process::{Child, Command, Stdio},
+    time::{Duration, Instant},
+};
+
+use nappe_cluster::{Remote, Token};
+use nappe_sim::{
+    cloth::{ClothSettings, Network, SpringLaw, SpringRules},
+    math::Precision,
+    mesh::TriangleMesh,
+    report::NoStopwatch,
+    world::{BodySetup, Simulation, WorldSetup},
+};
+
+const TOKEN: Token = [0xab; 16];
+
+/// A hung sheet of 40 x 40 particles.
+fn setup() -> WorldSetup {
+    let law = |stiffness: f64| SpringLaw { stiffness, damping: 0.01 };
+    let rules = SpringRules { stretch: law(200.0), shear: Some(law(100.0)), bend: Some(law(20.0)) };
+    let mesh = TriangleMesh::grid(40, 40, 0.02);
+    let mut network = Network::from_lattice(&mesh, [40, 40], &rules, 0.002);
+    network.pins = vec![0, 39];
+    let body = BodySetup { name: "sheet".to_owned(), network, settings: ClothSettings::default() };
+    let (gravity, wind) = ([0.0, -9.81, 0.0], [1.0, 0.0, 0.5]);
+    WorldSetup { dt: 5e-3, gravity, wind, colliders: Vec::new(), bodies: vec![body], snow: None }
+}
+
+/// A job, which is ended with this value.
+struct Job(Child);
+
+impl Drop for Job {
+    fn drop(&mut self) {
+        // It may have ended by itself.
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+fn start(size: usize) -> (Job, Remote) {
+    let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
+    let address = listener.local_addr().expect("an address");
+    let job = Command::new("mpirun")
+        .args(["-n", &size.to_string(), "--oversubscribe", "--bind-to", "none", "-x", "NAPPE_LINK"])
+        .arg(env!("CARGO_BIN_EXE_nappe-rank"))
+        .env("NAPPE_LINK", format!("{address}/{}", "ab".repeat(16)))
+        .env("OMPI_MCA_mpi_yield_when_idle", "1")
+        .env("OMPI_ALLOW_RUN_AS_ROOT", "1")
+        .env("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1")
+        .stdin(Stdio::null())
+        .spawn()
+        .expect("mpirun is installed where this feature is built");
+    let job = Job(job);
+    let (stream, _) = listener.accept().expect("rank 0 connects");
+    (job, Remote::accept(stream, TOKEN).expect("the ranks"))
+}
+
+/// Waits for the end of a job; whether it was a good one.
+fn end(mut job: Job) -> bool {
+    let begin = Instant::now();
+    loop {
+        if let Some(status) = job.0.try_wait().expect("it can be asked") {
+            return status.success();
+        }
+        assert!(begin.elapsed() < Duration::from_mins(1), "the job does not end");
+        std::thread::sleep(Duration::from_millis(10));
+    }
+}
+
+#[test]
+fn ranks_of_a_job_have_the_bits_of_one_process() {
+    for precision in Precision::ALL {
+        let (mut alone, _) = Simulation::new(&setup(), precision).expect("a sheet");
+        let reports: Vec<_> = (0..20).map(|_| alone.step(&mut NoStopwatch).expect("it is stable")).collect();
+        for size in [1, 2, 4] {
+            let (job, mut remote) = start(size);
+            assert_eq!(remote.hello().hosts.len(), size);
+            remote.build(setup(), precision).expect("a sheet");
+            for report in &reports {
+                let stepped = remote.step().expect("the link holds");
+                assert_eq!(stepped.result.as_ref(), Ok(report), "{size} ranks in {precision}");
+            }
+            let (mut copy, _) = Simulation::new(&setup(), precision).expect("a sheet");
+            copy.put(&remote.take().expect("the link holds"));
+            assert_eq!(copy.state_hash(), alone.state_hash(), "{size} ranks in {precision}");
+            remote.end().expect("the link holds");
+            assert!(end(job), "{size} ranks");
+        }
+    }
+}
+
+#[test]
+fn a_link_that_ends_ends_the_job() {
+    let (job, mut remote) = start(3);
+    remote.build(setup(), Precision::F32).expect("a sheet");
+    drop(remote);
+    assert!(!end(job));
+}
