@@ -104,7 +104,7 @@ pub(super) const PATCHES: [Patch; 55] = [
     expression(120, "cloth/integrate/one_step.rs", "MovedBy::New", "MovedBy::Old"),
     expression(121, "linalg/cg/mod.rs", "next.square / now.square", "0.0"),
     expression(122, "linalg/cg/mod.rs", "tolerance * scale", "tolerance"),
-    text(123, "linalg/cg/mod.rs", "        if curvature > bound {", "        if crate::mutant(123) || curvature > bound {"),
+    text(123, "linalg/cg/curvature.rs", "        if curvature > bound {", "        if crate::mutant(123) || curvature > bound {"),
     text(124, "linalg/cg/mod.rs", "                if is_descent {", "                if !crate::mutant(124) && is_descent {"),
     expression(125, "linalg/precondition.rs", "yx * zy - zx", "zx - yx * zy"),
     expression(126, "linalg/minres.rs", "self.cosine * self.residual", "self.residual"),
