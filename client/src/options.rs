@@ -25,6 +25,8 @@ pub struct CreateSession {
     pub step_limit: Option<u64>,
     /// Steps between frames.
     pub frame_interval_steps: u32,
+    /// Ranks of a cluster that step it, with so many threads each; 0: the server does.
+    pub rank_count: u32,
 }
 
 impl CreateSession {
@@ -56,6 +58,7 @@ impl CreateSession {
             thread_count: self.thread_count,
             step_limit: self.step_limit,
             frame_interval_steps: self.frame_interval_steps,
+            rank_count: self.rank_count,
             request_id: Uuid::new_v4().to_string(),
         }
     }

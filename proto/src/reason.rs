@@ -292,6 +292,26 @@ reasons! {
         "What the call needs does not fit into the memory that the server allows all sessions, meshes and requests; `needed_bytes` and `left_bytes` say how much."
         "Delete sessions that are no longer needed, make the scene smaller, or raise the limit."
 
+    TooManyRanks "TOO_MANY_RANKS" ResourceExhausted
+        "The session asks for more ranks than the server allows; `value` and `allowed` say how many."
+        "Ask for fewer ranks, or raise the limit (`--max-ranks`)."
+
+    RanksUnsupported "RANKS_UNSUPPORTED" InvalidArgument
+        "The scene has something that several ranks cannot step together: snow, vertex block descent, the preconditioner on two levels, or an assembled matrix; the message names the body and the setting."
+        "Choose another setting, or step the scene without ranks."
+
+    RanksUnavailable "RANKS_UNAVAILABLE" FailedPrecondition
+        "The server finds no launcher or no program for ranks; the message names what is missing."
+        "Install MPI, build the program with `cargo ranks`, or name both (`--launcher`, `--rank-program`)."
+
+    RanksNotStarted "RANKS_NOT_STARTED" FailedPrecondition
+        "The launcher ended, or no rank of this version connected within 30 s; the message ends with the last lines of the launcher."
+        "Look at these lines: hosts, slots, versions, and whether rank 0 reaches the server (`--link-address`)."
+
+    RankLost "RANK_LOST" Aborted
+        "A rank that stepped the session ended, or its link did. The session failed; what it streamed until then stands."
+        "Look at the log of the server for the last lines of the launcher, and create the session again."
+
     BuildTooLong "BUILD_TOO_LONG" ResourceExhausted
         "Building the scene would take longer than the server allows, by the estimate `needed_seconds`."
         "Make the scene smaller, or raise the limit."

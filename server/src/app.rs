@@ -183,6 +183,10 @@ impl Config {
                 return Err(StartError::BadSeconds { name, value });
             }
         }
+        let launcher = &self.ranks.launcher;
+        if !launcher.contains("{ranks}") || !launcher.contains("{program}") {
+            return Err(StartError::Launcher(launcher.clone()));
+        }
         Ok(())
     }
 

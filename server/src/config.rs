@@ -57,9 +57,37 @@ pub struct Config {
     /// Seconds that a message may wait for a watcher to fetch it, before the watcher's stream ends.
     #[arg(long, env = "NAPPE_WATCHER_STALL_SECONDS", default_value_t = Config::default().watcher_stall_seconds)]
     pub watcher_stall_seconds: f64,
+    /// How ranks are started.
+    #[command(flatten)]
+    pub ranks: RankSettings,
     /// Limits on what clients can ask for.
     #[command(flatten)]
     pub limits: Limits,
+}
+
+/// How ranks are started that step a session together.
+#[derive(Clone, Debug, PartialEq, Eq, clap::Args)]
+pub struct RankSettings {
+    /// The program that each rank is, built by `cargo ranks` [default: nappe-rank beside this program, or on PATH]
+    #[arg(long, env = "NAPPE_RANK_PROGRAM", value_name = "PATH")]
+    pub rank_program: Option<PathBuf>,
+    /// Host or address at which rank 0 finds the server; other than loopback, the link is open to the network while
+    /// ranks start.
+    #[arg(long, env = "NAPPE_LINK_ADDRESS", value_name = "HOST", default_value_t = RankSettings::default().link_address)]
+    pub link_address: String,
+    /// What starts ranks, words apart by blanks: {ranks} stands for their number, {program} for the program.
+    #[arg(long, env = "NAPPE_LAUNCHER", value_name = "TEXT", default_value_t = RankSettings::default().launcher)]
+    pub launcher: String,
+}
+
+impl Default for RankSettings {
+    fn default() -> Self {
+        Self {
+            rank_program: None,
+            link_address: "127.0.0.1".to_owned(),
+            launcher: "mpirun -n {ranks} --oversubscribe --bind-to none -x NAPPE_LINK {program}".to_owned(),
+        }
+    }
 }
 
 impl Default for Config {
@@ -78,6 +106,7 @@ impl Default for Config {
             request_seconds: 10.0,
             upload_idle_seconds: 30.0,
             watcher_stall_seconds: 30.0,
+            ranks: RankSettings::default(),
             limits: Limits::default(),
         }
     }
@@ -145,6 +174,9 @@ pub struct Limits {
     /// Threads of one session; 0 means as many as there are logical cores.
     #[arg(long, env = "NAPPE_MAX_THREADS", default_value_t = Limits::default().max_threads_per_session)]
     pub max_threads_per_session: u32,
+    /// Ranks of one session, 0: none are started [default: as many as there are logical cores]
+    #[arg(long, env = "NAPPE_MAX_RANKS")]
+    pub max_ranks: Option<u32>,
     /// Steps in one `StepSession` call.
     #[arg(long, env = "NAPPE_MAX_STEPS_PER_CALL", default_value_t = Limits::default().max_steps_per_call)]
     pub max_steps_per_call: u64,
@@ -196,6 +228,7 @@ impl Default for Limits {
             max_server_bytes: 0,
             max_build_seconds: 120,
             max_threads_per_session: 0,
+            max_ranks: None,
             max_steps_per_call: 10_000_000,
             history_bytes_per_session: 256 << 20,
             max_held_bytes: 512 << 20,
@@ -214,6 +247,11 @@ impl Limits {
     /// Threads that a session may use: the limit, or every logical core.
     pub fn thread_limit(&self) -> u32 {
         if self.max_threads_per_session == 0 { core_count() } else { self.max_threads_per_session }
+    }
+
+    /// Ranks that a session may have: the limit, or as many as there are logical cores.
+    pub fn rank_limit(&self) -> u32 {
+        self.max_ranks.unwrap_or_else(core_count)
     }
 
     /// Bytes of sessions, meshes, histories and requests: the limit, or 80 % of what there is.

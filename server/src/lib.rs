@@ -22,7 +22,7 @@ mod signals;
 
 pub use address::{Address, DEFAULT_PORT};
 pub use app::App;
-pub use config::{Config, Limits, TokenPlace};
+pub use config::{Config, Limits, RankSettings, TokenPlace};
 pub use error::{DOMAIN, Reason};
 pub use processor::{MissingInstructions, check_processor};
 pub use signals::Signals;

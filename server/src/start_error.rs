@@ -35,6 +35,9 @@ pub enum StartError {
         /// The value that it has (s).
         value: f64,
     },
+    /// A launcher of ranks that does not say where their number or their program stands.
+    #[error("the launcher of ranks is '{0}': it needs both {{ranks}} and {{program}}")]
+    Launcher(String),
     /// No token can be read or drawn.
     #[error("there is no token to ask for: {0}")]
     Token(io::Error),

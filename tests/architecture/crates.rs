@@ -11,7 +11,7 @@ const LAYERS: [(&str, &[&str]); 14] = [
     ("nappe-scene", &["nappe-sim"]),
     ("nappe-study", &["nappe-sim"]),
     ("nappe-cluster", &["nappe-sim"]),
-    ("nappe-server", &["nappe-proto", "nappe-sim", "nappe-scene"]),
+    ("nappe-server", &["nappe-proto", "nappe-sim", "nappe-scene", "nappe-cluster"]),
     ("nappe-client", &["nappe-proto"]),
     ("nappe-charts", &["nappe-sim", "nappe-study"]),
     ("nappe-rerun", &["nappe-client"]),
@@ -53,6 +53,9 @@ const ABOVE_SCENE: [&str; 5] = ["tokio", "tonic", "tracing", "prost", "clap"];
 
 /// What must not be linked by the numerics, directly or not.
 const ABOVE_SIM: [&str; 7] = ["tokio", "tonic", "tracing", "prost", "clap", "serde_json", "postcard"];
+
+/// What is linked by the program of ranks alone: servers and commands run where there is no MPI.
+const OF_RANKS: [&str; 2] = ["mpi", "mpi-sys"];
 
 /// A dependency that ships: from a crate, on a crate.
 type Arrow = (String, String);
@@ -148,8 +151,14 @@ fn one_crate_alone_names_rerun_and_one_the_plotter() {
 }
 
 #[test]
-fn nothing_below_the_service_links_what_belongs_to_it() {
-    for (top, banned) in [("nappe-sim", &ABOVE_SIM[..]), ("nappe-scene", &ABOVE_SCENE[..])] {
+fn nothing_below_the_service_links_what_belongs_to_it_and_no_server_links_mpi() {
+    let rules = [
+        ("nappe-sim", &ABOVE_SIM[..]),
+        ("nappe-scene", &ABOVE_SCENE[..]),
+        ("nappe-server", &OF_RANKS[..]),
+        ("nappe-cli", &OF_RANKS[..]),
+    ];
+    for (top, banned) in rules {
         let arguments = ["tree", "--offline", "-p", top, "-e", "normal", "--prefix", "none"];
         let listing = tree::run(env!("CARGO"), &arguments);
         assert!(listing.starts_with(top), "{listing}");

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use nappe_client::{CreateSession, Scene};
+use nappe_server::RankSettings;
 use nappe_sim::math::Precision;
 
 use crate::{fields::FieldsArgs, output::OutputArgs};
@@ -68,6 +69,9 @@ pub(crate) struct OverrideArgs {
     /// Steps between frames [default: as the scene says]
     #[arg(long, alias = "frame-every", value_name = "STEPS", value_parser = clap::value_parser!(u32).range(1..))]
     frame_interval: Option<u32>,
+    /// Ranks of a cluster that step it, with --threads each [default: none, the server steps it]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    ranks: Option<u32>,
 }
 
 impl OverrideArgs {
@@ -80,6 +84,7 @@ impl OverrideArgs {
             thread_count: self.threads.unwrap_or(0),
             step_limit: self.steps,
             frame_interval_steps: self.frame_interval.unwrap_or(0),
+            rank_count: self.ranks.unwrap_or(0),
         }
     }
 }
@@ -94,6 +99,8 @@ pub(crate) struct ComputeArgs {
     pub(crate) save: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) fields: FieldsArgs,
+    #[command(flatten, next_help_heading = "Ranks of the server in this command")]
+    pub(crate) ranks: RankSettings,
 }
 
 /// A precision on the command line.

@@ -135,7 +135,7 @@ mod tests {
             "frame_interval_steps": 0, "precision": "f32", "thread_count": 0, "particle_count": 0,
             "spring_count": 0, "snow_particle_count": 0, "watcher_count": 0, "state_hash": "00000000000000ff",
             "diagnostics": null, "stepping_seconds": 0.0, "uid": "", "create_time": "2026-05-04T12:30:00Z",
-            "parameters": null, "expires_in_seconds": null,
+            "parameters": null, "expires_in_seconds": null, "ranks": null,
         });
         assert_eq!(json_of(&session), expected);
         assert_eq!(json_of(&v1::Session::default())["state"], "unknown");

@@ -4,6 +4,7 @@
 //! and hands on to the other ranks what it is told. Modules in reading order:
 
 mod message;
+mod place;
 mod link;
 mod cluster;
 mod counted;
@@ -17,5 +18,6 @@ pub use link::LinkError;
 pub use message::{Asked, Hello, Stepped, Token, VERSION};
 #[cfg(feature = "mpi")]
 pub use mpi::{Mpi, abort};
+pub use place::{LINK, Link};
 pub use rank::{follow, lead};
 pub use remote::{Orders, Remote, RemoteError};

@@ -127,12 +127,16 @@ impl Communicator for Mpi {
     fn collect(&self, own: &[u8], lengths: &[usize]) -> Vec<u8> {
         let world = SimpleCommunicator::world();
         let root = world.process_at_rank(0);
+        // An empty list of bytes may stand at address 1, which MPI takes for a sign (MPI_IN_PLACE).
+        let own = if own.is_empty() { &[0][..0] } else { own };
         if self.rank > 0 {
             root.gather_varcount_into(own);
             return Vec::new();
         }
         let (counts, starts) = parts(lengths);
-        let mut all = vec![0; lengths.iter().sum()];
+        let total = lengths.iter().sum();
+        let mut all = Vec::with_capacity(total + 1);
+        all.resize(total, 0);
         root.gather_varcount_into_root(own, &mut PartitionMut::new(&mut all[..], counts, starts));
         all
     }

@@ -1,8 +1,9 @@
 //! Ranks as a server sees them: a simulation at the other end of a link.
 
 use std::{
-    net::TcpStream,
+    net::{Shutdown, TcpStream},
     sync::{Arc, Mutex, PoisonError},
+    time::Duration,
 };
 
 use nappe_sim::{
@@ -25,7 +26,11 @@ pub struct Remote {
 
 /// Where orders are sent; shared by who waits for answers and who may interrupt.
 #[derive(Clone, Debug)]
-pub struct Orders(Arc<Mutex<TcpStream>>);
+pub struct Orders {
+    stream: Arc<TcpStream>,
+    /// Held while an order is sent.
+    turn: Arc<Mutex<()>>,
+}
 
 /// Why ranks do not step.
 #[derive(Debug, thiserror::Error)]
@@ -43,7 +48,7 @@ pub enum RemoteError {
         found: String,
     },
     /// Rank 0 answered something else, or ended.
-    #[error("the ranks ended, or answered out of turn")]
+    #[error("rank 0 is gone, or answered out of turn")]
     OutOfTurn,
     /// What the ranks say of a setup or of changes.
     #[error("{0}")]
@@ -59,8 +64,15 @@ impl Orders {
         self.send(&Order::Interrupt)
     }
 
+    /// Closes the link: who waits for an answer waits no longer, and rank 0 aborts the job.
+    pub fn cut(&self) {
+        // It may be closed already.
+        let _ = self.stream.shutdown(Shutdown::Both);
+    }
+
     fn send(&self, order: &Order) -> Result<(), LinkError> {
-        send(&mut *self.0.lock().unwrap_or_else(PoisonError::into_inner), order)
+        let _turn = self.turn.lock().unwrap_or_else(PoisonError::into_inner);
+        send(&mut &*self.stream, order)
     }
 }
 
@@ -71,7 +83,8 @@ impl Remote {
     /// When somebody else connected, or another version.
     pub fn accept(stream: TcpStream, token: Token) -> Result<Self, RemoteError> {
         stream.set_nodelay(true).map_err(LinkError::from)?;
-        let orders = Orders(Arc::new(Mutex::new(stream.try_clone().map_err(LinkError::from)?)));
+        let sending = stream.try_clone().map_err(LinkError::from)?;
+        let orders = Orders { stream: Arc::new(sending), turn: Arc::default() };
         let mut answers = stream;
         let hello: Hello = receive(&mut answers)?.ok_or(RemoteError::OutOfTurn)?;
         if hello.token != token {
@@ -140,6 +153,15 @@ impl Remote {
             Answer::Taken(state) => Ok(*state),
             _ => Err(RemoteError::OutOfTurn),
         }
+    }
+
+    /// The same, waiting no longer than so.
+    ///
+    /// # Errors
+    /// A link that fails, or ranks that do not answer in time.
+    pub fn end_within(self, patience: Duration) -> Result<(), RemoteError> {
+        self.answers.set_read_timeout(Some(patience)).map_err(LinkError::from)?;
+        self.end()
     }
 
     /// Ends the ranks.

@@ -6,7 +6,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use nappe_cluster::{Remote, Token};
+use nappe_cluster::{LINK, Link, Remote, Token};
 use nappe_sim::{
     cloth::{ClothSettings, Network, SpringLaw, SpringRules},
     math::Precision,
@@ -17,13 +17,13 @@ use nappe_sim::{
 
 const TOKEN: Token = [0xab; 16];
 
-/// A hung sheet of 40 x 40 particles.
-fn setup() -> WorldSetup {
+/// A hung sheet of so many particles per side.
+fn setup(side: usize) -> WorldSetup {
     let law = |stiffness: f64| SpringLaw { stiffness, damping: 0.01 };
     let rules = SpringRules { stretch: law(200.0), shear: Some(law(100.0)), bend: Some(law(20.0)) };
-    let mesh = TriangleMesh::grid(40, 40, 0.02);
-    let mut network = Network::from_lattice(&mesh, [40, 40], &rules, 0.002);
-    network.pins = vec![0, 39];
+    let mesh = TriangleMesh::grid(side, side, 0.02);
+    let mut network = Network::from_lattice(&mesh, [side, side], &rules, 0.002);
+    network.pins = vec![0, side as u32 - 1];
     let body = BodySetup { name: "sheet".to_owned(), network, settings: ClothSettings::default() };
     let (gravity, wind) = ([0.0, -9.81, 0.0], [1.0, 0.0, 0.5]);
     WorldSetup { dt: 5e-3, gravity, wind, colliders: Vec::new(), bodies: vec![body], snow: None }
@@ -46,7 +46,7 @@ fn start(size: usize) -> (Job, Remote) {
     let job = Command::new("mpirun")
         .args(["-n", &size.to_string(), "--oversubscribe", "--bind-to", "none", "-x", "NAPPE_LINK"])
         .arg(env!("CARGO_BIN_EXE_nappe-rank"))
-        .env("NAPPE_LINK", format!("{address}/{}", "ab".repeat(16)))
+        .env(LINK, Link { address: address.to_string(), token: TOKEN, threads: 1 }.to_string())
         .env("OMPI_MCA_mpi_yield_when_idle", "1")
         .env("OMPI_ALLOW_RUN_AS_ROOT", "1")
         .env("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1")
@@ -72,18 +72,22 @@ fn end(mut job: Job) -> bool {
 
 #[test]
 fn ranks_of_a_job_have_the_bits_of_one_process() {
-    for precision in Precision::ALL {
-        let (mut alone, _) = Simulation::new(&setup(), precision).expect("a sheet");
+    // Of the smaller sheet one rank has all particles.
+    for (precision, side) in
+        Precision::ALL.into_iter().flat_map(|precision| [(precision, 40), (precision, 10)])
+    {
+        let setup = setup(side);
+        let (mut alone, _) = Simulation::new(&setup, precision).expect("a sheet");
         let reports: Vec<_> = (0..20).map(|_| alone.step(&mut NoStopwatch).expect("it is stable")).collect();
         for size in [1, 2, 4] {
             let (job, mut remote) = start(size);
             assert_eq!(remote.hello().hosts.len(), size);
-            remote.build(setup(), precision).expect("a sheet");
+            remote.build(setup.clone(), precision).expect("a sheet");
             for report in &reports {
                 let stepped = remote.step().expect("the link holds");
                 assert_eq!(stepped.result.as_ref(), Ok(report), "{size} ranks in {precision}");
             }
-            let (mut copy, _) = Simulation::new(&setup(), precision).expect("a sheet");
+            let (mut copy, _) = Simulation::new(&setup, precision).expect("a sheet");
             copy.put(&remote.take().expect("the link holds"));
             assert_eq!(copy.state_hash(), alone.state_hash(), "{size} ranks in {precision}");
             remote.end().expect("the link holds");
@@ -95,7 +99,7 @@ fn ranks_of_a_job_have_the_bits_of_one_process() {
 #[test]
 fn a_link_that_ends_ends_the_job() {
     let (job, mut remote) = start(3);
-    remote.build(setup(), Precision::F32).expect("a sheet");
+    remote.build(setup(40), Precision::F32).expect("a sheet");
     drop(remote);
     assert!(!end(job));
 }

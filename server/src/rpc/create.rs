@@ -11,7 +11,7 @@ use crate::{
     config::{Limits, core_count},
     error::{Reason, ServiceError},
     scenes,
-    session::{self, Resources, Session, SessionOptions, start},
+    session::{self, RankCounts, Resources, Session, SessionOptions, start},
 };
 
 /// Makes the session of a request, or returns the one that the same request made before.
@@ -66,7 +66,8 @@ async fn make(
 
     let (scene_text, scene_name) = scene(request, limits)?;
     let precision = precision(request.precision)?;
-    let thread_count = thread_count(request.thread_count, limits)?;
+    let ranks = rank_count(request.rank_count, limits)?;
+    let thread_count = thread_count(request.thread_count, ranks, limits)?;
 
     let reservation = shared.registry.reserve(&request.session_id)?;
     let place = shared.registry.place()?;
@@ -78,6 +79,7 @@ async fn make(
         thread_count,
         step_limit: request.step_limit,
         frame_interval_steps: request.frame_interval_steps,
+        ranks: (ranks > 0).then_some(RankCounts { ranks, threads: thread_count }),
     };
     let memory = shared.memory.claim();
     let (session, warnings) = start(options, resources(shared), place, memory).await?;
@@ -118,6 +120,7 @@ fn resources(shared: &Shared) -> Resources {
         meshes: Arc::clone(&shared.meshes),
         limits: shared.config.limits.clone(),
         streams: Arc::clone(&shared.streams),
+        ranks: shared.config.ranks.clone(),
     }
 }
 
@@ -148,10 +151,20 @@ fn precision(number: i32) -> Result<Option<Precision>, ServiceError> {
     }
 }
 
-fn thread_count(asked: u32, limits: &Limits) -> Result<u32, ServiceError> {
+fn rank_count(asked: u32, limits: &Limits) -> Result<u32, ServiceError> {
+    let allowed = limits.rank_limit();
+    if asked <= allowed {
+        return Ok(asked);
+    }
+    let message = format!("{asked} ranks are asked for; allowed are at most {allowed}");
+    Err(ServiceError::new(Reason::TooManyRanks, message).with("value", asked).with("allowed", allowed))
+}
+
+/// Threads of a session, or of each of its ranks.
+fn thread_count(asked: u32, ranks: u32, limits: &Limits) -> Result<u32, ServiceError> {
     let allowed = limits.thread_limit();
     match asked {
-        0 => Ok(core_count().min(allowed)),
+        0 => Ok((core_count() / ranks.max(1)).clamp(1, allowed)),
         asked if asked <= allowed => Ok(asked),
         asked => {
             let problem = format!("is {asked}: allowed are at most {allowed}");

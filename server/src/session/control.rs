@@ -275,6 +275,12 @@ impl Control {
         self.interrupt.request();
     }
 
+    /// The ranks that step the session have ended by themselves.
+    pub(super) fn lose_ranks(&self) {
+        self.lock().are_ranks_lost = true;
+        self.changed.notify_one();
+    }
+
     /// Makes what the thread does next panic, as a bug would: for tests of isolation.
     pub(super) fn inject_panic(&self) {
         self.lock().injected = Injected::Panic;

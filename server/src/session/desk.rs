@@ -33,6 +33,8 @@ pub(super) struct Desk {
     /// Whether the hash of the state at which the session stands is known.
     pub(super) is_settled: bool,
     pub(super) injected: Injected,
+    /// Whether the ranks that step it have ended by themselves.
+    pub(super) are_ranks_lost: bool,
 }
 
 impl Desk {
@@ -51,6 +53,7 @@ impl Desk {
             ending: Ending::Nothing,
             is_settled: true,
             injected: Injected::Nothing,
+            are_ranks_lost: false,
         }
     }
 

@@ -33,6 +33,8 @@ pub(super) enum Task {
     Copy { to: Vec<oneshot::Sender<Copied>>, pending: PendingChanges },
     /// Encodes the newest frame again with everything that watchers want now, for those who wait for it.
     Complete { done: Vec<oneshot::Sender<()>>, injected: Injected },
+    /// Fails the session: the ranks that step it have ended.
+    LoseRanks,
     /// Ends the simulation; the session stays readable.
     Stop,
     /// Ends the thread.
@@ -52,6 +54,12 @@ impl Control {
                     return Task::Stop;
                 }
                 Ending::Thread => return Task::End,
+            }
+
+            if std::mem::take(&mut desk.are_ranks_lost)
+                && !matches!(desk.state, State::Finished | State::Failed)
+            {
+                return Task::LoseRanks;
             }
 
             desk.copies.retain(|copy| !copy.is_closed());

@@ -6,11 +6,11 @@ use std::{cell::Cell, sync::Arc, time::Instant};
 
 use nappe_sim::{
     report::{StepError, StepReport},
-    world::Simulation,
+    world::{Change, Simulation},
 };
 use rayon::ThreadPool;
 
-use super::{status::Status, stopwatch::StageStopwatch, waiting::FrameWish};
+use super::{ranks::Ranks, status::Status, stopwatch::StageStopwatch, waiting::FrameWish};
 use crate::{
     error::ServiceError,
     memory::Claim,
@@ -34,6 +34,14 @@ pub(super) struct TimedStep {
     pub stage_seconds: StageSeconds,
 }
 
+/// Why a step was not taken.
+pub(super) enum NoStep {
+    /// The numerics refused it; the state is as before it.
+    Failed(Box<StepError>),
+    /// A rank is lost.
+    Lost(ServiceError),
+}
+
 /// A simulation, its threads, and where its frames go.
 pub(super) struct Simulator {
     pub simulation: Simulation,
@@ -47,26 +55,86 @@ pub(super) struct Simulator {
     pub memory: Claim,
     /// Bytes of the snow that are counted: its grid grows as it flies apart.
     pub snow_bytes: u64,
+    /// The ranks that step it, where it does not itself: the simulation is then a copy, into which the state is fetched
+    /// before anything looks at it.
+    pub ranks: Option<Ranks>,
+    /// Whether the ranks have taken steps since.
+    pub is_behind: bool,
     /// Whether the state may be half changed: after a panic, and where a step of the world ended between two steps
     /// of the snow. Such a state is not looked at again.
     pub is_torn: bool,
 }
 
 impl Simulator {
-    /// Takes a step on the session's own threads, after `before` has run there.
+    /// Takes a step on the session's own threads, after `before` has run there, or has the ranks take it.
     ///
     /// # Errors
-    /// If the step is not taken; the state of cloth is as before it.
-    pub(super) fn step(&mut self, before: impl FnOnce() + Send) -> Result<TimedStep, StepError> {
+    /// If the step is not taken; the state of cloth is as before it. Or if a rank is lost.
+    pub(super) fn step(&mut self, before: impl FnOnce() + Send) -> Result<TimedStep, NoStep> {
         let (mut stopwatch, begin) = (StageStopwatch::start(), Instant::now());
         let simulation = &mut self.simulation;
-        let outcome = self.pool.install(|| {
-            before();
-            simulation.step(&mut stopwatch)
-        });
+        let Some(ranks) = &mut self.ranks else {
+            let outcome = self.pool.install(|| {
+                before();
+                simulation.step(&mut stopwatch)
+            });
+            let seconds = begin.elapsed().as_secs_f64();
+            let stepped =
+                outcome.map(|report| TimedStep { report, seconds, stage_seconds: stopwatch.seconds });
+            return stepped.map_err(|error| NoStep::Failed(Box::new(error)));
+        };
 
-        let seconds = begin.elapsed().as_secs_f64();
-        outcome.map(|report| TimedStep { report, seconds, stage_seconds: stopwatch.seconds })
+        before();
+        let stepped = ranks.step().map_err(NoStep::Lost)?;
+        let report = stepped.result.map_err(|error| NoStep::Failed(Box::new(error)))?;
+        simulation.count_step();
+        self.is_behind = true;
+        let told = ranks.describe();
+        self.status.update(|progress| progress.ranks = Some(told));
+        let stage_seconds = StageStopwatch::of(&stepped.seconds);
+        Ok(TimedStep { report, seconds: begin.elapsed().as_secs_f64(), stage_seconds })
+    }
+
+    /// Applies changes between two steps.
+    ///
+    /// # Errors
+    /// What is wrong with them, or with the ranks.
+    pub(super) fn apply(&mut self, changes: &[Change]) -> Result<(), ServiceError> {
+        // The hash of the state covers parameters.
+        self.hashed.set(None);
+        if let Err(error) = self.simulation.apply(changes) {
+            // They were checked when they came, and bodies do not change.
+            let step = self.simulation.step_count();
+            return Err(ServiceError::internal(format!("a change before step {step} was refused: {error}")));
+        }
+        match &mut self.ranks {
+            None => Ok(()),
+            Some(ranks) => {
+                self.is_behind = true;
+                ranks.apply(changes)
+            }
+        }
+    }
+
+    /// Fetches the state that the ranks have, before somebody looks at it.
+    ///
+    /// # Errors
+    /// If a rank is lost: the state is then not looked at again.
+    pub(super) fn fetch(&mut self) -> Result<(), ServiceError> {
+        let Some(ranks) = self.ranks.as_mut().filter(|_| self.is_behind && !self.is_torn) else {
+            return Ok(());
+        };
+        match ranks.take() {
+            Ok(state) => {
+                self.simulation.put(&state);
+                self.is_behind = false;
+                Ok(())
+            }
+            Err(lost) => {
+                self.is_torn = true;
+                Err(lost)
+            }
+        }
     }
 
     /// Counts by how much the grid of the snow has grown.

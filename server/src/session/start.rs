@@ -29,13 +29,14 @@ use super::{
     parameters::parameters,
     pending_changes::PendingChanges,
     place::Place,
+    ranks::{Begin, RankCounts},
     simulator::Simulator,
     status::{Progress, Properties, Status, new_uid},
     stepper::Stepper,
     transition::State,
 };
 use crate::{
-    config::Limits,
+    config::{Limits, RankSettings},
     error::{Reason, ServiceError},
     memory::Claim,
     scenes::{Asked, Assembled, MeshStore, assemble_scene},
@@ -62,6 +63,8 @@ pub(crate) struct SessionOptions {
     pub step_limit: Option<u64>,
     /// Steps between frames; 0: as the scene says.
     pub frame_interval_steps: u32,
+    /// Ranks that step it; none: the server does.
+    pub ranks: Option<RankCounts>,
 }
 
 /// What the sessions of a server are made with.
@@ -70,6 +73,8 @@ pub(crate) struct Resources {
     pub meshes: Arc<MeshStore>,
     pub limits: Limits,
     pub streams: Arc<Streams>,
+    /// How ranks are started.
+    pub ranks: RankSettings,
 }
 
 /// A call that waits for a build: if it goes before there is an answer, the build is given up.
@@ -195,6 +200,11 @@ fn build(
     };
     let Assembled { scene, built, session_bytes, snow_bytes } =
         assemble_scene(asked, meshes, limits, &memory)?;
+    if options.ranks.is_some() {
+        built.setup.check_for_ranks().map_err(|error| {
+            ServiceError::new(Reason::RanksUnsupported, format!("{}: {error}", options.scene_name))
+        })?;
+    }
     let pool = thread_pool(options.thread_count)?;
     let precision = options.precision.unwrap_or(scene.precision);
     let (mut simulation, mut warnings) = pool
@@ -202,7 +212,6 @@ fn build(
         .map_err(|error| invalid_setup(options, &error))?;
     warnings.splice(0..0, built.warnings);
     simulation.apply(&built.initial_changes).map_err(|error| invalid_setup(options, &error))?;
-    drop(built.setup);
     interrupt::point();
 
     memory.shrink_to(session_bytes);
@@ -212,7 +221,11 @@ fn build(
         ..properties(options, &scene, &simulation)
     };
     let pending = PendingChanges::new(limits.max_pending_changes);
-    let (stepper, session) = stand(simulation, pool, properties, pending, resources, ended, memory)?;
+    let (mut stepper, session) = stand(simulation, pool, properties, pending, resources, ended, memory)?;
+    if let Some(counts) = options.ranks {
+        let begin = Begin { setup: &built.setup, precision, changes: &built.initial_changes };
+        stepper.hand_to_ranks(&resources.ranks, counts, &begin, interrupt)?;
+    }
     Ok((stepper, session, warnings))
 }
 
@@ -246,6 +259,7 @@ fn stand(
         stepping_seconds: 0.0,
         parameters: parameters(simulation.parameters()),
         failure: None,
+        ranks: None,
     };
     let status = Arc::new(Status::new(properties, feed, progress));
 
@@ -254,8 +268,18 @@ fn stand(
     let session = Session::new(Arc::clone(&status), topology, Arc::clone(&control), ended, limits);
 
     let hashed = Cell::new(Some((simulation.step_count(), state_hash)));
-    let mut simulator =
-        Simulator { simulation, pool, status, arrays, hashed, memory, snow_bytes, is_torn: false };
+    let mut simulator = Simulator {
+        simulation,
+        pool,
+        status,
+        arrays,
+        hashed,
+        memory,
+        snow_bytes,
+        ranks: None,
+        is_behind: false,
+        is_torn: false,
+    };
     simulator.count_growth()?;
     Ok((Stepper { simulator, control, completing: Vec::new() }, session))
 }

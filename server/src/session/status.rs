@@ -73,6 +73,8 @@ pub(crate) struct Progress {
     pub parameters: v1::Parameters,
     /// Why the session failed, if it did.
     pub failure: Option<v1::Failure>,
+    /// The ranks that step it, where the server does not.
+    pub ranks: Option<v1::SessionRanks>,
 }
 
 /// Properties, progress and frames, shared by a session's thread and its handle.
@@ -133,6 +135,7 @@ impl Status {
             create_time: Some(properties.create_time.into()),
             parameters: Some(progress.parameters),
             expires_in_seconds: None,
+            ranks: progress.ranks,
         }
     }
 }

@@ -10,10 +10,7 @@ use std::{
 };
 
 use nappe_proto::v1;
-use nappe_sim::{
-    report::{StepError, StepFailure},
-    world::Change,
-};
+use nappe_sim::{interrupt::Interrupt, report::StepFailure, world::Change};
 use tokio::sync::oneshot;
 
 use super::{
@@ -23,12 +20,14 @@ use super::{
     notices,
     parameters::parameters,
     pending_changes::PendingChanges,
+    ranks::{Begin, RankCounts, Ranks, Watched},
     schedule::Task,
-    simulator::{FramePosition, Simulator, TimedStep},
+    simulator::{FramePosition, NoStep, Simulator, TimedStep},
     status::Status,
     transition::{Effect, Event},
 };
 use crate::{
+    config::RankSettings,
     error::{Reason, ServiceError, step_reason},
     stream::{Ending, diagnostics, rejected},
 };
@@ -71,12 +70,15 @@ impl Stepper {
         let feed = &self.status().feed;
         match self.control.next(end_time, || feed.has_room()) {
             Task::Step { changes, injected } => self.step(&changes, injected),
-            Task::Settle { frames } => {
+            Task::LoseRanks => self.lose_ranks(),
+            Task::Settle { frames } if self.catch_up() => {
                 let hash = self.simulator.hash_if_intact();
                 self.simulator.show(frames, hash);
                 self.control.settled(hash);
             }
-            Task::Copy { to, pending } => self.copy(to, &pending),
+            Task::Copy { to, pending } if self.catch_up() => self.copy(to, &pending),
+            // Who waits is told of the failure.
+            Task::Settle { .. } | Task::Copy { .. } => {}
             Task::Complete { done, injected } => self.complete(done, injected),
             Task::Stop => {
                 if self.control.stop_now() {
@@ -99,6 +101,7 @@ impl Stepper {
 
     fn complete(&mut self, done: Vec<oneshot::Sender<()>>, injected: Injected) {
         self.completing = done;
+        self.catch_up();
         injected.carry_out();
         self.simulator.complete_newest();
         for done in self.completing.drain(..) {
@@ -113,12 +116,9 @@ impl Stepper {
             self.status().feed.note(v1::ChangeKind::Parameters, index);
         }
         for changes in due {
-            // The hash of the state covers parameters.
-            self.simulator.hashed.set(None);
-            if let Err(error) = self.simulator.simulation.apply(changes) {
-                // They were checked when they came, and bodies do not change.
-                let message = format!("a change before step {index} was refused: {error}");
-                return self.fail(ServiceError::internal(message), index, None, None);
+            if let Err(error) = self.simulator.apply(changes) {
+                self.simulator.is_torn |= self.simulator.ranks.is_some();
+                return self.fail(error, index, None, None);
             }
             let now = parameters(self.simulator.simulation.parameters());
             self.status().update(|progress| progress.parameters = now);
@@ -129,11 +129,15 @@ impl Stepper {
                 Ok(()) => self.stepped(&step),
                 Err(full) => self.fail(full, index, None, None),
             },
-            Err(StepError { failure: StepFailure::Interrupted, .. }) => {
+            Err(NoStep::Lost(lost)) => {
+                self.simulator.is_torn = true;
+                self.fail(lost, index, None, None);
+            }
+            Err(NoStep::Failed(error)) if error.failure == StepFailure::Interrupted => {
                 self.simulator.is_torn = self.status().properties.snow_cell.is_some();
                 self.control.interrupted();
             }
-            Err(error) => {
+            Err(NoStep::Failed(error)) => {
                 let failure = &error.failure;
                 let refused = ServiceError::new(step_reason(failure), error.to_string());
                 let refused = refused.with("body", &error.body);
@@ -182,6 +186,9 @@ impl Stepper {
 
     /// Publishes the state as frame `frame`; false if that failed the session.
     fn publish(&mut self, frame: u64, position: FramePosition) -> bool {
+        if !self.catch_up() {
+            return false;
+        }
         match self.simulator.publish(frame, position) {
             Ok(()) => true,
             Err(error) => {
@@ -195,6 +202,9 @@ impl Stepper {
 
     /// Publishes the last frame, ends the streams, and answers the calls that wait.
     fn finish(&mut self, effect: Effect) {
+        if !self.catch_up() {
+            return;
+        }
         let is_published = self.status().feed.newest().frame.head.step == self.step_count();
         if is_published {
             self.simulator.hash_newest();
@@ -210,6 +220,7 @@ impl Stepper {
             step: head.step,
             state_hash: head.state_hash.unwrap_or_default(),
         }));
+        self.simulator.ranks = None;
     }
 
     /// Ends the session with an error that arose in step `step`.
@@ -218,7 +229,7 @@ impl Stepper {
         let time_seconds = self.simulator.simulation.time();
         let point = FailurePoint { step, time_seconds, particle, value };
         // Snow that failed may stand between two of its steps.
-        self.simulator.is_torn = self.status().properties.snow_cell.is_some();
+        self.simulator.is_torn |= self.status().properties.snow_cell.is_some();
         self.note_failure(SessionFailure::new(self.id(), error, point));
     }
 
@@ -232,7 +243,55 @@ impl Stepper {
         self.completing.clear();
     }
 
+    /// Has ranks step it from here, which start now.
+    ///
+    /// # Errors
+    /// When they do not start, or the server has no memory left for them.
+    pub(super) fn hand_to_ranks(
+        &mut self,
+        settings: &RankSettings,
+        counts: RankCounts,
+        begin: &Begin<'_>,
+        start: &Interrupt,
+    ) -> Result<(), ServiceError> {
+        let control = Arc::clone(&self.control);
+        let watched = Watched {
+            start: start.clone(),
+            steps: self.simulator.simulation.interrupt().clone(),
+            on_end: Box::new(move || control.lose_ranks()),
+        };
+        let (memory, bytes) = (&self.simulator.memory, self.status().properties.claimed_bytes);
+        // Each has the whole scene.
+        let count = |here: u64| memory.grow(bytes.saturating_mul(here));
+        let ranks = Ranks::start(settings, counts, begin, watched, count)?;
+        self.status().update(|progress| progress.ranks = Some(ranks.describe()));
+        self.simulator.ranks = Some(ranks);
+        Ok(())
+    }
+
+    /// Fails the session, whose ranks have ended.
+    fn lose_ranks(&mut self) {
+        if let Some(ranks) = &mut self.simulator.ranks {
+            let lost = ranks.lost(&"the launcher ended");
+            self.simulator.is_torn |= self.simulator.is_behind;
+            self.fail(lost, self.step_count(), None, None);
+        }
+    }
+
+    /// Fetches the state from ranks that step it; false if that failed the session.
+    fn catch_up(&mut self) -> bool {
+        match self.simulator.fetch() {
+            Ok(()) => true,
+            Err(lost) => {
+                self.fail(lost, self.step_count().saturating_sub(1), None, None);
+                false
+            }
+        }
+    }
+
     fn note_failure(&mut self, SessionFailure { failure, error }: SessionFailure) {
+        // Of ranks that are lost too, the state is torn, and not looked at.
+        let _ = self.simulator.fetch();
         let newest = self.status().feed.newest().frame;
         let is_newest = newest.head.step == self.step_count();
         let hash = match self.simulator.hash_if_intact() {
@@ -248,6 +307,7 @@ impl Stepper {
         // Told before the streams end, so that who sees the end can read why.
         self.control.failed(&error, failure, hash);
         self.status().feed.end(Ending::Broken(error));
+        self.simulator.ranks = None;
     }
 
     fn status(&self) -> &Status {

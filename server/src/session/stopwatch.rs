@@ -17,6 +17,11 @@ impl StageStopwatch {
     pub(super) fn start() -> Self {
         Self { last: Instant::now(), seconds: [0.0; Stage::ALL.len()] }
     }
+
+    /// Seconds that somebody else measured, in the order of the stages.
+    pub(super) fn of(seconds: &[f64]) -> StageSeconds {
+        std::array::from_fn(|stage| seconds.get(stage).copied().unwrap_or(0.0))
+    }
 }
 
 impl Stopwatch for StageStopwatch {

@@ -13,6 +13,7 @@ mod copy;
 mod contract;
 mod suites;
 mod check;
+mod ranks;
 mod test;
 mod bench;
 mod clients;

@@ -1,10 +1,11 @@
-//! `cargo xtask test`: every quick test, with nothing but Rust and a C compiler.
+//! `cargo xtask test`: every quick test, with nothing but Rust and a C compiler; ranks where MPI is installed.
 //!
 //! The programs and all tests are built once, in the release profile. What takes long is proven by `cargo xtask prove`.
 
 use std::{path::Path, process::Command};
 
 use crate::{
+    ranks,
     shell::{Failure, Shell, cargo},
     suites,
 };
@@ -19,7 +20,9 @@ pub(crate) fn run(shell: &mut Shell, _: &[String]) -> Result<(), Failure> {
     if shell.find("sshd").is_none() && !Path::new("/usr/sbin/sshd").is_file() {
         shell.skip("nappe connect", "sshd is not installed (Debian package openssh-server)");
     }
+    ranks::build(shell)?;
     suites::run(shell, "tests", ALL, &[], suites::QUICK)?;
+    ranks::test(shell)?;
     let mut documents = Command::new(cargo());
     documents.args(["test", "--doc"]).args(ALL.split_whitespace());
     shell.watched("code in documents", &mut documents, suites::QUICK)

@@ -53,7 +53,7 @@ struct StreamRow {
 /// When a frame is lost, or the server refuses the sizes.
 pub(crate) fn run(args: &StreamArgs) -> Result<()> {
     let rows = remote::block_on(async {
-        let embedded = Embedded::start().await?;
+        let embedded = Embedded::start(nappe_server::RankSettings::default()).await?;
         let rows = measure_all(&embedded.client, &args.sizes).await;
         embedded.shutdown().await;
         rows

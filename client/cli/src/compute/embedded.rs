@@ -5,7 +5,7 @@
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 
 use nappe_client::Client;
-use nappe_server::{App, Config, TokenPlace};
+use nappe_server::{App, Config, Limits, RankSettings, TokenPlace};
 
 use crate::error::{CliError, Result};
 
@@ -21,16 +21,24 @@ pub(crate) struct Embedded {
 }
 
 impl Embedded {
-    /// Starts a server and connects to it.
+    /// Starts a server, which starts ranks so, and connects to it.
     ///
     /// # Errors
     /// When the system gives no port, or the connection fails.
-    pub(crate) async fn start() -> Result<Self> {
+    pub(crate) async fn start(ranks: RankSettings) -> Result<Self> {
         let address = SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), 0).into();
         // Nobody else on this machine gets in, and nobody has to be told the token.
         let token_place = TokenPlace::Memory;
-        let config =
-            Config { address, token_place, watcher_stall_seconds: STALL_SECONDS, ..Config::default() };
+        // Whoever runs it asks for as many ranks as he has.
+        let limits = Limits { max_ranks: Some(u32::MAX), ..Limits::default() };
+        let config = Config {
+            address,
+            token_place,
+            watcher_stall_seconds: STALL_SECONDS,
+            ranks,
+            limits,
+            ..Config::default()
+        };
         let app = App::start(config)
             .map_err(|error| CliError::failure(format!("cannot start a server in this command: {error}")))?;
         let token =

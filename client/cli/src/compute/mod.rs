@@ -61,7 +61,7 @@ pub(crate) async fn compute(
             Box::pin(compute_on(&client, scene, args)).await?
         }
         Server::Embedded => {
-            let embedded = Embedded::start().await?;
+            let embedded = Embedded::start(args.ranks.clone()).await?;
             let done = Box::pin(compute_on(&embedded.client, scene, args)).await;
             embedded.shutdown().await;
             done?

@@ -46,7 +46,17 @@ pub(crate) struct Summary {
     interrupted: bool,
     particles: u64,
     springs: u64,
+    /// Threads, of each rank where there are any.
     threads: u32,
+    /// Ranks that stepped it; 0: none.
+    ranks: u32,
+    /// The host of each rank.
+    hosts: Vec<String>,
+    /// Messages that rank 0 sent to its neighbours, and their bytes.
+    messages: u64,
+    message_bytes: u64,
+    /// Lists that all ranks gathered.
+    gathers: u64,
     precision: String,
     dt: f64,
     frames: u64,
@@ -68,6 +78,7 @@ impl Summary {
     pub(crate) fn new(scene: String, driven: &Driven, saved: Option<PathBuf>) -> Self {
         let session = &driven.session;
         let last = session.diagnostics.clone().unwrap_or_default();
+        let ranks = session.ranks.clone().unwrap_or_default();
         let diverged = session.failure.as_ref().filter(|failure| session::diverged(failure));
         Self {
             scene,
@@ -91,6 +102,11 @@ impl Summary {
             particles: session.particle_count,
             springs: session.spring_count,
             threads: session.thread_count,
+            ranks: ranks.rank_count,
+            hosts: ranks.hosts,
+            messages: ranks.message_count,
+            message_bytes: ranks.message_bytes,
+            gathers: ranks.gather_count,
             precision: session.precision().word(),
             dt: session.dt_seconds,
             frames: session.frame + 1,
@@ -119,6 +135,11 @@ impl Summary {
         }
     }
 
+    /// How many ranks, if there are any.
+    fn of_ranks(&self) -> String {
+        if self.ranks > 0 { format!("{} ranks of ", self.ranks) } else { String::new() }
+    }
+
     /// A table of what ran and how fast.
     pub(crate) fn text(&self) -> String {
         let step_seconds = self.seconds / self.steps.max(1) as f64;
@@ -135,7 +156,7 @@ impl Summary {
                 format!("{}, {} per step", output::duration(self.seconds), output::duration(step_seconds)),
             ),
             ("real-time factor", format!("{:.2}", self.time / self.seconds.max(f64::MIN_POSITIVE))),
-            ("with", format!("{} threads, {}", self.threads, self.precision)),
+            ("with", format!("{}{} threads, {}", self.of_ranks(), self.threads, self.precision)),
             ("energy", format!("{} J", six_digits(self.energy))),
         ];
 

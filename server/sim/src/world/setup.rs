@@ -61,7 +61,10 @@ pub enum SetupError {
 
 impl WorldSetup {
     /// Checks that several ranks can step it together.
-    pub(super) fn check_for_ranks(&self) -> Result<(), SetupError> {
+    ///
+    /// # Errors
+    /// The body that they cannot step, and why.
+    pub fn check_for_ranks(&self) -> Result<(), SetupError> {
         let refused = |body: &str, what: &str| {
             let message = format!("{what} cannot be stepped over several ranks");
             Err(SetupError::Body { body: body.to_owned(), message })
@@ -69,8 +72,8 @@ impl WorldSetup {
         if let Some(object) = self.snow.iter().flat_map(|snow| &snow.objects).next() {
             return refused(&object.name, "snow");
         }
-        for BodySetup { name, network, settings } in &self.bodies {
-            let settings = cloth::resolve(settings, network, self.dt);
+        for BodySetup { name, network, settings: asked } in &self.bodies {
+            let settings = cloth::resolve(asked, network, self.dt);
             let solver = settings.solver;
             match settings.minimizer {
                 _ if !settings.integrator.is_implicit() => {}
@@ -78,7 +81,9 @@ impl WorldSetup {
                     return refused(name, "minimizer = \"vertex_block_descent\"");
                 }
                 _ if solver.preconditioner == PreconditionerKind::TwoLevel => {
-                    return refused(name, "preconditioner = \"two_level\"");
+                    let is_chosen = asked.solver.preconditioner == PreconditionerKind::Auto;
+                    let why = if is_chosen { ", which \"auto\" chooses here," } else { "" };
+                    return refused(name, &format!("preconditioner = \"two_level\"{why}"));
                 }
                 _ if solver.operator == OperatorKind::Assembled => {
                     return refused(name, "operator = \"assembled\"");

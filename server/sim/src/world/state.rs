@@ -50,6 +50,14 @@ impl Simulation {
         })
     }
 
+    /// Counts a step that was taken elsewhere, of which the state is not here yet: [`Self::put`] brings it.
+    pub fn count_step(&mut self) {
+        match self {
+            Self::F32(world) => world.step_count += 1,
+            Self::F64(world) => world.step_count += 1,
+        }
+    }
+
     /// Goes on from what was taken of another simulation of the same setup: with the same hash, and the same bits from there.
     ///
     /// # Panics

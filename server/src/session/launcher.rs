@@ -1,0 +1,252 @@
+//! The launcher of ranks: a job in a process group of its own, and the connection that rank 0 makes.
+//!
+//! Enters: a launcher's text, a program, a link. Leaves: rank 0, or why it did not come; the last lines that the job
+//! said.
+
+use std::{
+    collections::VecDeque,
+    io::{self, BufRead as _, BufReader},
+    net::{IpAddr, Ipv4Addr, TcpListener, TcpStream},
+    os::unix::process::CommandExt as _,
+    path::{Path, PathBuf},
+    process::{Child, ChildStderr, Command, Stdio},
+    sync::{Arc, Mutex, PoisonError},
+    thread,
+    time::{Duration, Instant},
+};
+
+use nappe_cluster::{LINK, Link, Remote, RemoteError, Token, VERSION};
+use nappe_sim::interrupt::Interrupt;
+use rustix::process::{Pid, Signal, WaitId, WaitIdOptions, kill_process_group, waitid};
+
+use crate::{
+    config::RankSettings,
+    error::{Reason, ServiceError},
+};
+
+/// How long ranks may take to start.
+const START: Duration = Duration::from_secs(30);
+/// How long who connects may take to say who it is.
+const GREETING: Duration = Duration::from_secs(5);
+/// How long what a job said last may be on its way.
+const LAST_WORDS: Duration = Duration::from_millis(100);
+/// How often is looked at what cannot be waited for.
+pub(super) const TICK: Duration = Duration::from_millis(10);
+/// Lines of a job that are kept, and characters of each.
+const LINES: usize = 20;
+const LINE: usize = 500;
+
+/// A launcher and all that it started.
+pub(super) struct Job {
+    child: Child,
+    group: Group,
+    said: Arc<Mutex<VecDeque<String>>>,
+}
+
+/// The process group of a job.
+#[derive(Clone, Copy)]
+pub(super) struct Group(Pid);
+
+impl Group {
+    /// Whether the launcher has ended. It stays a zombie, and the number of its group taken, until the job is dropped.
+    pub(super) fn has_ended(self) -> bool {
+        let look = WaitIdOptions::EXITED | WaitIdOptions::NOHANG | WaitIdOptions::NOWAIT;
+        !matches!(waitid(WaitId::Pid(self.0), look), Ok(None))
+    }
+}
+
+impl Job {
+    /// Starts `ranks` processes of a program.
+    ///
+    /// # Errors
+    /// When there is no such launcher.
+    pub(super) fn launch(
+        settings: &RankSettings,
+        program: &Path,
+        ranks: u32,
+        link: &Link,
+    ) -> Result<Self, ServiceError> {
+        let words = settings.launcher.split_whitespace().map(|word| {
+            word.replace("{ranks}", &ranks.to_string()).replace("{program}", &program.to_string_lossy())
+        });
+        let words: Vec<String> = words.collect();
+        let mut command = Command::new(&words[0]);
+        command.args(&words[1..]).env(LINK, link.to_string()).process_group(0);
+        if std::env::var_os("OMPI_MCA_mpi_yield_when_idle").is_none() {
+            // Without it ranks that share a core wait milliseconds for each other.
+            command.env("OMPI_MCA_mpi_yield_when_idle", "1");
+        }
+        command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped());
+        let unavailable = |error: io::Error| {
+            let launcher = &words[0];
+            let message = format!(
+                "the launcher of ranks, '{launcher}', cannot be started: {error}. mpirun is in the Debian package \
+                 openmpi-bin"
+            );
+            ServiceError::new(Reason::RanksUnavailable, message)
+        };
+        let mut child = command.spawn().map_err(unavailable)?;
+        let group = Group(Pid::from_child(&child));
+        let said = Arc::<Mutex<VecDeque<String>>>::default();
+        if let Some(stderr) = child.stderr.take() {
+            keep_lines(stderr, Arc::clone(&said));
+        }
+        Ok(Self { child, group, said })
+    }
+
+    /// Its process group.
+    pub(super) fn group(&self) -> Group {
+        self.group
+    }
+
+    /// Waits for rank 0.
+    ///
+    /// # Errors
+    /// When it does not come in time, or is of another version; when the job ends, or nobody wants it any more.
+    pub(super) fn meet(
+        &self,
+        listener: &TcpListener,
+        token: Token,
+        interrupt: &Interrupt,
+    ) -> Result<Remote, ServiceError> {
+        let begin = Instant::now();
+        loop {
+            match listener.accept() {
+                Ok((stream, _)) => match greet(stream, token) {
+                    Ok(remote) => return Ok(remote),
+                    Err(error @ RemoteError::Version { .. }) => {
+                        return Err(self.not_started(&format!("{error}, that of the server")));
+                    }
+                    // Somebody else: rank 0 may still come.
+                    Err(_stranger) => {}
+                },
+                Err(error) if error.kind() == io::ErrorKind::WouldBlock => thread::sleep(TICK),
+                Err(error) => return Err(self.not_started(&error)),
+            }
+            if self.group.has_ended() {
+                return Err(self.not_started(&"the launcher ended"));
+            }
+            if begin.elapsed() > START {
+                let seconds = START.as_secs();
+                return Err(
+                    self.not_started(&format!("none of version {VERSION} connected within {seconds} s"))
+                );
+            }
+            if interrupt.is_requested() {
+                return Err(not_started(&"nobody waits for them any more"));
+            }
+        }
+    }
+
+    /// An error that ends with what the job said last.
+    fn not_started(&self, what: &impl std::fmt::Display) -> ServiceError {
+        not_started(&format!("{what}{}", self.last_lines()))
+    }
+
+    /// What the job said last, as the end of a message.
+    pub(super) fn last_lines(&self) -> String {
+        thread::sleep(LAST_WORDS);
+        let said = self.said.lock().unwrap_or_else(PoisonError::into_inner);
+        let lines: Vec<&str> = said.iter().map(String::as_str).collect();
+        if lines.is_empty() { String::new() } else { format!(". Its last lines:\n{}", lines.join("\n")) }
+    }
+
+    /// Waits for the launcher to end by itself, for so long at most.
+    pub(super) fn wait(&self, patience: Duration) {
+        let begin = Instant::now();
+        while !self.group.has_ended() && begin.elapsed() < patience {
+            thread::sleep(TICK);
+        }
+    }
+}
+
+impl Drop for Job {
+    /// Ends the launcher and all that it left in its group.
+    fn drop(&mut self) {
+        // The group may be empty by now.
+        let _ = kill_process_group(self.group.0, Signal::KILL);
+        let _ = self.child.wait();
+    }
+}
+
+/// Takes over a connection, if it is that of rank 0.
+fn greet(stream: TcpStream, token: Token) -> Result<Remote, RemoteError> {
+    let set = |stream: &TcpStream, time| {
+        let done = stream.set_nonblocking(false).and_then(|()| stream.set_read_timeout(time));
+        done.map_err(|_closed| RemoteError::OutOfTurn)
+    };
+    set(&stream, Some(GREETING))?;
+    let kept = stream.try_clone().map_err(|_closed| RemoteError::OutOfTurn)?;
+    let remote = Remote::accept(stream, token)?;
+    set(&kept, None)?;
+    Ok(remote)
+}
+
+/// Keeps the last lines that a job says, in a thread of its own; the log has them too.
+fn keep_lines(stderr: ChildStderr, said: Arc<Mutex<VecDeque<String>>>) {
+    thread::spawn(move || {
+        for line in BufReader::new(stderr).split(b'\n').map_while(Result::ok) {
+            let line = String::from_utf8_lossy(&line);
+            tracing::debug!("ranks: {line}");
+            let mut said = said.lock().unwrap_or_else(PoisonError::into_inner);
+            said.push_back(line.chars().take(LINE).collect());
+            if said.len() > LINES {
+                said.pop_front();
+            }
+        }
+    });
+}
+
+/// Listens where ranks can reach it: on loopback alone where they are told to look there. The text is where they look.
+///
+/// # Errors
+/// When the system gives no port.
+pub(super) fn listen(host: &str) -> io::Result<(TcpListener, String)> {
+    let address = host.trim_matches(['[', ']']).parse::<IpAddr>();
+    let bound = match address {
+        Ok(address) if address.is_loopback() => address,
+        Err(_) if host == "localhost" => Ipv4Addr::LOCALHOST.into(),
+        Ok(IpAddr::V6(_)) => std::net::Ipv6Addr::UNSPECIFIED.into(),
+        _ => Ipv4Addr::UNSPECIFIED.into(),
+    };
+    let listener = TcpListener::bind((bound, 0))?;
+    listener.set_nonblocking(true)?;
+    let port = listener.local_addr()?.port();
+    let place = match address {
+        Ok(IpAddr::V6(address)) => format!("[{address}]:{port}"),
+        _ => format!("{host}:{port}"),
+    };
+    Ok((listener, place))
+}
+
+/// The program that each rank is.
+///
+/// # Errors
+/// When there is none; the message says where it was looked for, and how it is built.
+pub(super) fn program(settings: &RankSettings) -> Result<PathBuf, ServiceError> {
+    let name = "nappe-rank";
+    let beside = || Some(std::env::current_exe().ok()?.with_file_name(name)).filter(|path| path.is_file());
+    let on_path = || {
+        let folders = std::env::var_os("PATH")?;
+        std::env::split_paths(&folders).map(|folder| folder.join(name)).find(|path| path.is_file())
+    };
+    let found = match &settings.rank_program {
+        Some(path) => Some(path.clone()).filter(|path| path.is_file()),
+        None => beside().or_else(on_path),
+    };
+    found.ok_or_else(|| {
+        let missing = settings.rank_program.as_ref().map_or_else(
+            || "no nappe-rank stands beside this program or on PATH".to_owned(),
+            |path| format!("{} is not there", path.display()),
+        );
+        let message = format!(
+            "{missing}: `cargo ranks` builds it, with the Debian packages libopenmpi-dev, openmpi-bin and libclang-dev"
+        );
+        ServiceError::new(Reason::RanksUnavailable, message)
+    })
+}
+
+/// An error of ranks that did not start.
+pub(super) fn not_started(what: &impl std::fmt::Display) -> ServiceError {
+    ServiceError::new(Reason::RanksNotStarted, format!("the ranks did not start: {what}"))
+}
