@@ -64,6 +64,12 @@ fn ranks(size: usize, token: Token) -> (Result<Remote, RemoteError>, thread::Joi
     (Remote::accept(stream, TOKEN), handle)
 }
 
+fn positions(simulation: &Simulation) -> Vec<f64> {
+    let mut all = Vec::new();
+    simulation.positions_f64(&mut all);
+    all
+}
+
 #[test]
 fn a_simulation_over_a_link_goes_as_one_in_the_process() {
     for precision in Precision::ALL {
@@ -86,6 +92,9 @@ fn a_simulation_over_a_link_goes_as_one_in_the_process() {
             assert!(stepped.seconds.iter().sum::<f64>() > 0.0 && stepped.asked.gathers > asked);
             asked = stepped.asked.gathers;
             if step % 7 == 0 {
+                copy.put_positions(&remote.look().expect("the link holds"));
+                assert_eq!(positions(&copy), positions(&alone), "step {step} in {precision}");
+                assert_ne!(copy.state_hash(), alone.state_hash(), "nothing but positions");
                 copy.put(&remote.take().expect("the link holds"));
                 assert_eq!(copy.state_hash(), alone.state_hash(), "step {step} in {precision}");
             }

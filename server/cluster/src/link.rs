@@ -8,7 +8,7 @@ use thiserror::Error;
 /// Bytes of a message, at most: the state of a thousand million particles is less.
 const MOST: u64 = 1 << 37;
 /// Bytes that are read at a time, so that a length that is wrong takes no memory.
-const PIECE: u64 = 1 << 20;
+const PIECE: u64 = 1 << 26;
 
 /// Why a message does not come through.
 #[derive(Debug, Error)]

@@ -3,7 +3,7 @@
 use nappe_sim::{
     math::Precision,
     report::{StepError, StepReport},
-    world::{Change, WorldSetup, WorldState},
+    world::{Change, Positions, WorldSetup, WorldState},
 };
 use serde::{Deserialize, Serialize};
 
@@ -37,6 +37,8 @@ pub(crate) enum Order {
     Step,
     /// Hand over what further steps depend on.
     Take,
+    /// Hand over where particles are.
+    Look,
     /// Give up the step in progress, and all that follow.
     Interrupt,
     /// Forget the simulation, and end the job.
@@ -54,6 +56,8 @@ pub(crate) enum Answer {
     Stepped(Box<Stepped>),
     /// What further steps depend on.
     Taken(Box<WorldState>),
+    /// Where particles are.
+    Looked(Positions),
     /// The last message.
     Ended,
 }

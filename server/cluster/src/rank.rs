@@ -140,8 +140,12 @@ impl Rank {
                 Answer::Stepped(Box::new(Stepped { result, seconds, asked }))
             }
             (Order::Take, Some(simulation)) => Answer::Taken(Box::new(simulation.take())),
+            (Order::Look, Some(simulation)) => Answer::Looked(simulation.take_positions()),
             // A server that asks for a step before there is anything to step is not one of ours.
-            (Order::Apply(_) | Order::Step | Order::Take | Order::Interrupt | Order::End, _) => Answer::Ended,
+            (
+                Order::Apply(_) | Order::Step | Order::Take | Order::Look | Order::Interrupt | Order::End,
+                _,
+            ) => Answer::Ended,
         }
     }
 }

@@ -8,7 +8,7 @@ use std::{
 
 use nappe_sim::{
     math::Precision,
-    world::{Change, WorldSetup, WorldState},
+    world::{Change, Positions, WorldSetup, WorldState},
 };
 
 use crate::{
@@ -155,13 +155,15 @@ impl Remote {
         }
     }
 
-    /// The same, waiting no longer than so.
+    /// Where particles are.
     ///
     /// # Errors
-    /// A link that fails, or ranks that do not answer in time.
-    pub fn end_within(self, patience: Duration) -> Result<(), RemoteError> {
-        self.answers.set_read_timeout(Some(patience)).map_err(LinkError::from)?;
-        self.end()
+    /// A link that fails.
+    pub fn look(&mut self) -> Result<Positions, RemoteError> {
+        match self.ask(&Order::Look)? {
+            Answer::Looked(positions) => Ok(positions),
+            _ => Err(RemoteError::OutOfTurn),
+        }
     }
 
     /// Ends the ranks.
@@ -173,5 +175,14 @@ impl Remote {
             Answer::Ended => Ok(()),
             _ => Err(RemoteError::OutOfTurn),
         }
+    }
+
+    /// The same, waiting no longer than so.
+    ///
+    /// # Errors
+    /// A link that fails, or ranks that do not answer in time.
+    pub fn end_within(self, patience: Duration) -> Result<(), RemoteError> {
+        self.answers.set_read_timeout(Some(patience)).map_err(LinkError::from)?;
+        self.end()
     }
 }

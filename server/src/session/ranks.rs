@@ -16,7 +16,7 @@ use nappe_proto::v1;
 use nappe_sim::{
     interrupt::Interrupt,
     math::Precision,
-    world::{Change, WorldSetup, WorldState},
+    world::{Change, Positions, WorldSetup, WorldState},
 };
 
 use super::launcher::{Group, Job, TICK, listen, not_started, program};
@@ -146,6 +146,14 @@ impl Ranks {
     /// When a rank is lost.
     pub(super) fn take(&mut self) -> Result<WorldState, ServiceError> {
         self.ask(Remote::take)
+    }
+
+    /// Where particles are.
+    ///
+    /// # Errors
+    /// When a rank is lost.
+    pub(super) fn look(&mut self) -> Result<Positions, ServiceError> {
+        self.ask(Remote::look)
     }
 
     /// What is told of them.

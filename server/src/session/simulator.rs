@@ -34,6 +34,15 @@ pub(super) struct TimedStep {
     pub stage_seconds: StageSeconds,
 }
 
+/// What of a copy is older than the simulation that ranks have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Behind {
+    Nothing,
+    /// Positions are there, which is all that most frames show.
+    AllButPositions,
+    All,
+}
+
 /// Why a step was not taken.
 pub(super) enum NoStep {
     /// The numerics refused it; the state is as before it.
@@ -58,8 +67,8 @@ pub(super) struct Simulator {
     /// The ranks that step it, where it does not itself: the simulation is then a copy, into which the state is fetched
     /// before anything looks at it.
     pub ranks: Option<Ranks>,
-    /// Whether the ranks have taken steps since.
-    pub is_behind: bool,
+    /// What of the copy is older than what the ranks have.
+    pub behind: Behind,
     /// Whether the state may be half changed: after a panic, and where a step of the world ended between two steps
     /// of the snow. Such a state is not looked at again.
     pub is_torn: bool,
@@ -88,7 +97,7 @@ impl Simulator {
         let stepped = ranks.step().map_err(NoStep::Lost)?;
         let report = stepped.result.map_err(|error| NoStep::Failed(Box::new(error)))?;
         simulation.count_step();
-        self.is_behind = true;
+        self.behind = Behind::All;
         let told = ranks.describe();
         self.status.update(|progress| progress.ranks = Some(told));
         let stage_seconds = StageStopwatch::of(&stepped.seconds);
@@ -110,31 +119,39 @@ impl Simulator {
         match &mut self.ranks {
             None => Ok(()),
             Some(ranks) => {
-                self.is_behind = true;
+                self.behind = Behind::All;
                 ranks.apply(changes)
             }
         }
     }
 
-    /// Fetches the state that the ranks have, before somebody looks at it.
+    /// Fetches what the ranks have, before somebody looks at it, until no more than `left` is behind.
     ///
     /// # Errors
     /// If a rank is lost: the state is then not looked at again.
-    pub(super) fn fetch(&mut self) -> Result<(), ServiceError> {
-        let Some(ranks) = self.ranks.as_mut().filter(|_| self.is_behind && !self.is_torn) else {
+    pub(super) fn fetch(&mut self, left: Behind) -> Result<(), ServiceError> {
+        let Some(ranks) = self.ranks.as_mut().filter(|_| self.behind > left && !self.is_torn) else {
             return Ok(());
         };
-        match ranks.take() {
-            Ok(state) => {
-                self.simulation.put(&state);
-                self.is_behind = false;
-                Ok(())
-            }
-            Err(lost) => {
-                self.is_torn = true;
-                Err(lost)
-            }
-        }
+        let simulation = &mut self.simulation;
+        let fetched = match left {
+            Behind::AllButPositions => ranks.look().map(|positions| simulation.put_positions(&positions)),
+            _ => ranks.take().map(|state| simulation.put(&state)),
+        };
+        self.is_torn = fetched.is_err();
+        self.behind = left;
+        fetched
+    }
+
+    /// What may be behind in a frame at this position.
+    pub(super) fn unseen(&self, frame: u64, position: FramePosition) -> Behind {
+        let shows_more = !FieldSet::ALWAYS.covers(self.status.feed.demand());
+        if shows_more || self.is_hashed(frame, position) { Behind::Nothing } else { Behind::AllButPositions }
+    }
+
+    fn is_hashed(&self, frame: u64, position: FramePosition) -> bool {
+        let interval = self.status.properties.hash_interval.into();
+        frame.is_multiple_of(interval) || position == FramePosition::Last
     }
 
     /// Counts by how much the grid of the snow has grown.
@@ -186,8 +203,7 @@ impl Simulator {
     pub(super) fn publish(&self, frame: u64, position: FramePosition) -> Result<(), NotFinite> {
         let diagnostics = self.status.progress().diagnostics;
         let mut head = FrameHead::of(&self.simulation, frame, diagnostics);
-        let is_hashed = frame.is_multiple_of(self.status.properties.hash_interval.into());
-        head.state_hash = (is_hashed || position == FramePosition::Last).then(|| self.hash());
+        head.state_hash = self.is_hashed(frame, position).then(|| self.hash());
 
         let encoded = self.encode(self.status.feed.demand(), head)?;
         self.status.feed.publish(encoded);

@@ -30,7 +30,7 @@ use super::{
     pending_changes::PendingChanges,
     place::Place,
     ranks::{Begin, RankCounts},
-    simulator::Simulator,
+    simulator::{Behind, Simulator},
     status::{Progress, Properties, Status, new_uid},
     stepper::Stepper,
     transition::State,
@@ -277,7 +277,7 @@ fn stand(
         memory,
         snow_bytes,
         ranks: None,
-        is_behind: false,
+        behind: Behind::Nothing,
         is_torn: false,
     };
     simulator.count_growth()?;

@@ -22,7 +22,7 @@ use super::{
     pending_changes::PendingChanges,
     ranks::{Begin, RankCounts, Ranks, Watched},
     schedule::Task,
-    simulator::{FramePosition, NoStep, Simulator, TimedStep},
+    simulator::{Behind, FramePosition, NoStep, Simulator, TimedStep},
     status::Status,
     transition::{Effect, Event},
 };
@@ -186,7 +186,8 @@ impl Stepper {
 
     /// Publishes the state as frame `frame`; false if that failed the session.
     fn publish(&mut self, frame: u64, position: FramePosition) -> bool {
-        if !self.catch_up() {
+        let unseen = self.simulator.unseen(frame, position);
+        if !self.catch_up_but(unseen) {
             return false;
         }
         match self.simulator.publish(frame, position) {
@@ -273,14 +274,19 @@ impl Stepper {
     fn lose_ranks(&mut self) {
         if let Some(ranks) = &mut self.simulator.ranks {
             let lost = ranks.lost(&"the launcher ended");
-            self.simulator.is_torn |= self.simulator.is_behind;
+            self.simulator.is_torn |= self.simulator.behind > Behind::Nothing;
             self.fail(lost, self.step_count(), None, None);
         }
     }
 
     /// Fetches the state from ranks that step it; false if that failed the session.
     fn catch_up(&mut self) -> bool {
-        match self.simulator.fetch() {
+        self.catch_up_but(Behind::Nothing)
+    }
+
+    /// The same, but for what nobody looks at.
+    fn catch_up_but(&mut self, unseen: Behind) -> bool {
+        match self.simulator.fetch(unseen) {
             Ok(()) => true,
             Err(lost) => {
                 self.fail(lost, self.step_count().saturating_sub(1), None, None);
@@ -291,7 +297,7 @@ impl Stepper {
 
     fn note_failure(&mut self, SessionFailure { failure, error }: SessionFailure) {
         // Of ranks that are lost too, the state is torn, and not looked at.
-        let _ = self.simulator.fetch();
+        let _ = self.simulator.fetch(Behind::Nothing);
         let newest = self.status().feed.newest().frame;
         let is_newest = newest.head.step == self.step_count();
         let hash = match self.simulator.hash_if_intact() {

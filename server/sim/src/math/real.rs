@@ -95,8 +95,8 @@ pub trait Real: Packed + Rounding + nalgebra::RealField + Copy + Default + Parti
     fn to_f64(self) -> f64;
     /// Bytes of a number.
     const BYTES: usize;
-    /// Adds its bytes, the lowest first.
-    fn write(self, bytes: &mut Vec<u8>);
+    /// Writes its bytes, the lowest first, to as many.
+    fn write(self, bytes: &mut [u8]);
     /// The number of as many bytes.
     fn read(bytes: &[u8]) -> Self;
 }
@@ -115,9 +115,11 @@ impl Real for f32 {
         f64::from(self)
     }
     const BYTES: usize = 4;
-    fn write(self, bytes: &mut Vec<u8>) {
-        bytes.extend(self.to_le_bytes());
+    #[inline(always)]
+    fn write(self, bytes: &mut [u8]) {
+        bytes.copy_from_slice(&self.to_le_bytes());
     }
+    #[inline(always)]
     fn read(bytes: &[u8]) -> Self {
         Self::from_le_bytes(*bytes.first_chunk().expect("the bytes of a number"))
     }
@@ -137,9 +139,11 @@ impl Real for f64 {
         self
     }
     const BYTES: usize = 8;
-    fn write(self, bytes: &mut Vec<u8>) {
-        bytes.extend(self.to_le_bytes());
+    #[inline(always)]
+    fn write(self, bytes: &mut [u8]) {
+        bytes.copy_from_slice(&self.to_le_bytes());
     }
+    #[inline(always)]
     fn read(bytes: &[u8]) -> Self {
         Self::from_le_bytes(*bytes.first_chunk().expect("the bytes of a number"))
     }

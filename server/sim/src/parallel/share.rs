@@ -8,7 +8,7 @@ use super::{
     communicator::{Message, Ranks},
     sum_by,
 };
-use crate::math::{Bytes, LANES, Padded, Real};
+use crate::math::{Bytes, LANES, Padded, Real, bytes};
 
 /// The part of a body that a rank computes.
 #[derive(Clone, Debug)]
@@ -163,9 +163,7 @@ impl Share {
         let message = |neighbour: &Neighbour| {
             let mut sent = Vec::with_capacity(N * neighbour.sent.len() * Padded::<R>::BYTES);
             for field in &fields {
-                for particle in &neighbour.sent {
-                    field[*particle as usize].write(&mut sent);
-                }
+                bytes::append(neighbour.sent.iter().map(|particle| &field[*particle as usize]), &mut sent);
             }
             let received = vec![0; N * neighbour.received.len() * Padded::<R>::BYTES];
             Message { rank: neighbour.rank, sent, received }
@@ -184,17 +182,24 @@ impl Share {
 
     /// Completes a field on rank 0.
     pub(crate) fn collect<R: Real>(&self, field: &mut [Padded<R>]) {
-        let Some(party) = &self.party else { return };
+        if self.party.is_some() {
+            let all = self.all_bytes(field);
+            for (row, bytes) in field.iter_mut().zip(all.chunks_exact(Padded::<R>::BYTES)) {
+                *row = Padded::read(bytes);
+            }
+        }
+    }
+
+    /// The bytes of a whole field, on rank 0.
+    pub(crate) fn all_bytes<R: Real>(&self, field: &[Padded<R>]) -> Vec<u8> {
         let mut own = Vec::new();
-        self.own().rows(field).iter().for_each(|row| row.write(&mut own));
+        bytes::append(self.own().rows(field).iter(), &mut own);
+        let Some(party) = &self.party else { return own };
         let rows = |block: usize| (block * self.block_size).min(field.len());
         let starts = std::iter::once(0).chain(party.ends.iter().copied());
         let lengths =
             starts.zip(&party.ends).map(|(start, end)| (rows(*end) - rows(start)) * Padded::<R>::BYTES);
-        let all = party.ranks.communicator.collect(&own, &lengths.collect::<Vec<_>>());
-        for (row, bytes) in field.iter_mut().zip(all.chunks_exact(Padded::<R>::BYTES)) {
-            *row = Padded::read(bytes);
-        }
+        party.ranks.communicator.collect(&own, &lengths.collect::<Vec<_>>())
     }
 }
 

@@ -19,7 +19,7 @@ use crate::{
         SpringKind, State, Stepping, Workspace,
     },
     linalg::PreconditionerKind,
-    math::{Padded, Real, Sixteen, array3},
+    math::{Bytes as _, Padded, Real, Sixteen, array3},
     parallel::{Ranks, hash_numbers, sum_hashes},
     report::{Diagnostics, ErrorEstimate, StepFailure, Stopwatch, TimeBound},
     surroundings::Surroundings,
@@ -184,6 +184,22 @@ impl<R: Real> Cloth<R> {
         let mut state = self.state.clone();
         state.collect(&self.model.share);
         Taken { state, parameters: self.parameters.clone(), sent: self.sent.clone() }
+    }
+
+    /// Bytes of its positions; of all on rank 0 of several.
+    pub(super) fn take_positions(&self) -> Vec<u8> {
+        self.model.share.all_bytes(&self.state.x)
+    }
+
+    /// Takes over positions from their bytes.
+    ///
+    /// # Panics
+    /// If they are those of another cloth.
+    pub(super) fn put_positions(&mut self, taken: &[u8]) {
+        assert_eq!(taken.len(), self.state.x.len() * Padded::<R>::BYTES, "the positions of the same cloth");
+        for (x, bytes) in self.state.x.iter_mut().zip(taken.chunks_exact(Padded::<R>::BYTES)) {
+            *x = Padded::read(bytes);
+        }
     }
 
     /// Goes on from what was taken of the same cloth.

@@ -25,5 +25,5 @@ pub use parameters::{ClothParameters, SpringRange, WorldParameters};
 pub use rules::{Change, ChangeError, ChangeRules, allowed};
 pub use setup::{BodySetup, SetupError, WorldSetup};
 pub use simulation::Simulation;
-pub use state::WorldState;
+pub use state::{Positions, WorldState};
 pub use topology::{BodyTopology, StepBound};

@@ -3,11 +3,19 @@
 use serde::{Deserialize, Serialize};
 
 use super::{clock::World, cloth::Taken, pace::Pace, simulation::Simulation};
-use crate::math::Real;
+use crate::math::{Real, bytes};
 
 /// What further steps depend on. Of a simulation that several ranks step, that of rank 0 is whole.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct WorldState(Precise);
+
+/// Where all particles are, as bytes: what a look at a simulation needs most often. Of a simulation that several ranks step,
+/// those of rank 0 are whole.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Positions(Vec<OfCloth>);
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct OfCloth(#[serde(with = "bytes::raw")] Vec<u8>);
 
 /// The same in one precision.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -41,6 +49,18 @@ impl<R: Real> World<R> {
     }
 }
 
+impl<R: Real> World<R> {
+    fn take_positions(&self) -> Positions {
+        let cloths = self.bodies.iter().filter_map(|body| body.as_cloth());
+        Positions(cloths.map(|cloth| OfCloth(cloth.take_positions())).collect())
+    }
+
+    fn put_positions(&mut self, Positions(taken): &Positions) {
+        let own = self.bodies.iter_mut().filter_map(|body| body.as_cloth_mut());
+        own.zip(taken).for_each(|(cloth, OfCloth(taken))| cloth.put_positions(taken));
+    }
+}
+
 impl Simulation {
     /// What further steps of its cloths depend on. All ranks that step it call this together.
     pub fn take(&self) -> WorldState {
@@ -55,6 +75,26 @@ impl Simulation {
         match self {
             Self::F32(world) => world.step_count += 1,
             Self::F64(world) => world.step_count += 1,
+        }
+    }
+
+    /// Where the particles of its cloths are. All ranks that step it call this together.
+    pub fn take_positions(&self) -> Positions {
+        match self {
+            Self::F32(world) => world.take_positions(),
+            Self::F64(world) => world.take_positions(),
+        }
+    }
+
+    /// Takes over positions of another simulation of the same setup, to be looked at: no step goes on from them before
+    /// [`Self::put`].
+    ///
+    /// # Panics
+    /// If the setup or the precision was another one.
+    pub fn put_positions(&mut self, taken: &Positions) {
+        match self {
+            Self::F32(world) => world.put_positions(taken),
+            Self::F64(world) => world.put_positions(taken),
         }
     }
 
