@@ -37,6 +37,7 @@ mod decode;
 mod upload;
 mod mesh_file;
 mod error;
+mod exit;
 mod target;
 mod client;
 mod pending;
@@ -49,11 +50,14 @@ pub use client::{Client, CreatedSession, Paused};
 pub use collider::{Collider, Shape, components};
 pub use decode::{DecodeError, Decoder};
 pub use error::{ClientError, ServerError};
+pub use exit::Exit;
 pub use frame::{Frame, GridFrame, Scalars, Vectors};
 pub use mesh_file::MeshFile;
 pub use options::{CreateSession, DecodeLimits, Delivery, Encoding, Precision, Scene, Wait, WatchOptions};
 pub use reconnect::ReconnectPolicy;
-pub use selection::{Axis, Field, Fields, GridOptions, GridSelection, ParseGridError, holds_snow};
+pub use selection::{
+    Axis, Field, Fields, GridOptions, GridSelection, ParseFieldError, ParseGridError, holds_snow,
+};
 pub use step::Steps;
 pub use topology::{Body, Topology, TopologyError};
 pub use upload::{MeshError, MeshUpload, UploadedMesh};

@@ -36,12 +36,36 @@ impl Field {
         }
     }
 
+    /// Its name on a command line.
+    pub const fn option(self) -> &'static str {
+        match self {
+            Self::Velocities => "velocity",
+            Self::PlasticRatios => "plastic_ratio",
+            Self::StressNorms => "stress",
+        }
+    }
+
     const fn wire(self) -> v1::Field {
         match self {
             Self::Velocities => v1::Field::Velocities,
             Self::PlasticRatios => v1::Field::PlasticRatio,
             Self::StressNorms => v1::Field::StressNorm,
         }
+    }
+}
+
+/// A name that no array has.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("no array of a frame is called '{0}': there are velocity, plastic_ratio and stress")]
+pub struct ParseFieldError(String);
+
+impl FromStr for Field {
+    type Err = ParseFieldError;
+
+    /// The array of a name on a command line, [`Field::option`].
+    fn from_str(name: &str) -> Result<Self, ParseFieldError> {
+        let named = Self::ALL.into_iter().find(|field| field.option() == name);
+        named.ok_or_else(|| ParseFieldError(name.to_owned()))
     }
 }
 

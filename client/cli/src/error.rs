@@ -4,24 +4,9 @@
 
 use std::{fmt, path::Path};
 
+/// How the command ends, as scripts see it.
+pub(crate) use nappe_client::Exit;
 use thiserror::Error;
-
-/// How the command ends, as scripts see it. `nappe --help` lists them.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Exit {
-    /// Something failed that has no code of its own: a file, a scene, a mesh.
-    Failure = 1,
-    /// The command line asks for something that does not exist.
-    Usage = 2,
-    /// The simulation left what its scene allows.
-    Diverged = 3,
-    /// No server answers at the address.
-    Unreachable = 4,
-    /// The server answered and refused.
-    Refused = 5,
-    /// Ctrl-C or SIGTERM.
-    Interrupted = 130,
-}
 
 /// A failure: the code, what happened and where, and what to do.
 #[derive(Debug, Error)]

@@ -90,17 +90,7 @@ fn refused(error: &std::io::Error) -> CliError {
 
 impl From<ClientError> for CliError {
     fn from(error: ClientError) -> Self {
-        let exit = match &error {
-            ClientError::Address { .. } => Exit::Usage,
-            ClientError::Connect { .. } | ClientError::Transport { .. } | ClientError::Deadline { .. } => {
-                Exit::Unreachable
-            }
-            ClientError::Server(_) if error.known_reason().is_some_and(Reason::is_divergence) => {
-                Exit::Diverged
-            }
-            ClientError::Server(_) => Exit::Refused,
-            _ => Exit::Failure,
-        };
+        let exit = Exit::from(&error);
         let hint = match &error {
             ClientError::Connect { .. } => {
                 Some("start one with `nappe serve`, or name another with --server URL or NAPPE_SERVER")

@@ -39,6 +39,15 @@ impl ColorBy {
         }
     }
 
+    /// What shows an array.
+    pub const fn of(field: Field) -> Self {
+        match field {
+            Field::Velocities => Self::Speed,
+            Field::PlasticRatios => Self::PlasticRatio,
+            Field::StressNorms => Self::Stress,
+        }
+    }
+
     /// The array that frames must hold for it.
     pub const fn field(self) -> Option<Field> {
         match self {

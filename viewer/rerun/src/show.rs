@@ -27,6 +27,10 @@ pub struct ShowOptions {
     pub watch: WatchOptions,
     /// What the colour of snow shows; `None`: how it is packed, if the session may hold snow.
     pub color_by: Option<ColorBy>,
+    /// What the recording is called in Rerun; `None`: as the session's title, or its id where it has none.
+    pub name: Option<String>,
+    /// Ends the showing after so many frames; `None`: with the session.
+    pub frame_limit: Option<u64>,
 }
 
 impl ShowOptions {
@@ -36,7 +40,7 @@ impl ShowOptions {
             Sink::Save(_) => WatchOptions::every_from(oldest_frame),
             Sink::Connect(_) | Sink::Spawn => WatchOptions::latest(60.0),
         };
-        Self { watch, color_by: None }
+        Self { watch, ..Self::default() }
     }
 }
 
@@ -78,9 +82,11 @@ pub async fn show(
 ) -> Result<Shown, ShowError> {
     let session = client.get_session(session_id).await?;
     let is_complete = matches!(sink, Sink::Save(_)) && options.watch.delivery == Delivery::Every;
-    let (frames, color_by) = watch(client, &session, options).await?;
+    let ShowOptions { watch: wanted, color_by, name, frame_limit } = options;
+    let (frames, color_by) = watch(client, &session, wanted, color_by).await?;
     let title = if session.title.is_empty() { session.session_id } else { session.title };
-    let mut show = Show { frames, color_by, shown: Shown::default(), progress };
+    let title = name.unwrap_or(title);
+    let mut show = Show { frames, color_by, frame_limit, shown: Shown::default(), progress };
     if is_complete { show.every(title, sink, stop).await } else { show.latest(title, sink, stop).await }
 }
 
@@ -89,9 +95,9 @@ pub async fn show(
 async fn watch(
     client: &Client,
     session: &v1::Session,
-    options: ShowOptions,
+    watch: WatchOptions,
+    color_by: Option<ColorBy>,
 ) -> Result<(FrameStream, ColorBy), ClientError> {
-    let ShowOptions { watch, color_by } = options;
     let color = color_by.unwrap_or_default();
     let is_wanted = color_by.is_some() || holds_snow(session);
     let Some(field) = color.field().filter(|_| is_wanted) else {
@@ -110,6 +116,7 @@ async fn watch(
 struct Show<Progress> {
     frames: FrameStream,
     color_by: ColorBy,
+    frame_limit: Option<u64>,
     shown: Shown,
     progress: Progress,
 }
@@ -176,11 +183,14 @@ impl<Progress: FnMut(&Event)> Show<Progress> {
         Ok(self.shown)
     }
 
-    /// The next event, counted; `None` at the end of the stream or when `stop` is done.
+    /// The next event, counted; `None` at the end of the stream, after the last frame wanted, or when `stop` is done.
     async fn next(
         &mut self,
         stop: std::pin::Pin<&mut impl Future<Output = ()>>,
     ) -> Result<Option<Event>, ClientError> {
+        if self.frame_limit.is_some_and(|limit| self.shown.frame_count >= limit) {
+            return Ok(None);
+        }
         let event = tokio::select! {
             event = self.frames.next() => event,
             () = stop => None,
