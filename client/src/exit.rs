@@ -24,15 +24,6 @@ pub enum Exit {
     Interrupted = 130,
 }
 
-impl Exit {
-    /// The exit code that a program ended with, if it is one of these.
-    pub fn of(code: i32) -> Option<Self> {
-        let all =
-            [Self::Failure, Self::Usage, Self::Diverged, Self::Unreachable, Self::Refused, Self::Interrupted];
-        all.into_iter().find(|exit| *exit as i32 == code)
-    }
-}
-
 impl From<&ClientError> for Exit {
     fn from(error: &ClientError) -> Self {
         match error {
@@ -52,14 +43,6 @@ impl From<&ClientError> for Exit {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_code_is_found_again_and_others_are_none() {
-        for exit in [Exit::Failure, Exit::Usage, Exit::Diverged, Exit::Unreachable, Exit::Refused] {
-            assert_eq!(Exit::of(exit as i32), Some(exit));
-        }
-        assert_eq!((Exit::of(130), Exit::of(0), Exit::of(101)), (Some(Exit::Interrupted), None, None));
-    }
 
     #[test]
     fn an_address_that_is_none_is_a_wrong_command_line_and_silence_an_unreachable_server() {

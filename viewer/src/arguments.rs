@@ -69,7 +69,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "ARRAY,...", value_delimiter = ',')]
     fields: Vec<Field>,
     /// What the colour of snow shows: plastic_ratio, speed, stress or body
-    #[arg(long, value_name = "NUMBER")]
+    #[arg(long, value_name = "WHAT")]
     color: Option<ColorBy>,
     /// Show the snow's grid as well: its mass as smoke, or its velocities on a plane, slice:y=0.5 (m)
     #[arg(long, value_name = "smoke|slice:AXIS=METRES")]

@@ -1,7 +1,7 @@
 //! The display program: watches a session on a server, or all of them, and shows them in Rerun.
 //!
 //! Enters: a server's address and a session's id. Leaves: a Rerun viewer that shows it, or a recording file. A thin
-//! shell over `nappe_rerun::show`; the command `nappe` starts it for `nappe view`, `nappe serve --rerun` and recordings.
+//! shell over `nappe_rerun::show`, which `nappe view` calls too.
 
 mod tell;
 mod arguments;
@@ -9,7 +9,7 @@ mod input;
 mod server;
 mod follow;
 
-use std::{convert::Infallible, process::ExitCode};
+use std::process::ExitCode;
 
 use clap::Parser as _;
 use nappe_client::Token;
@@ -46,14 +46,10 @@ async fn run(arguments: &Arguments, audience: Audience) -> Result<(), Failure> {
 
     let Some(session_id) = &arguments.session else {
         let followed = follow::follow(&server, arguments.sink(), audience);
-        let never: Option<Infallible> = tokio::select! {
-            never = followed => Some(never),
-            () = stop => None,
-        };
-        return match never {
-            Some(never) => match never {},
-            None => Ok(()),
-        };
+        tokio::select! {
+            never = followed => match never {},
+            () = stop => return Ok(()),
+        }
     };
     let client = server.connect().await?;
     let oldest_frame = client.get_session(session_id).await?.oldest_frame;
