@@ -3,7 +3,7 @@
 //! Enters: the caller's choices, perhaps as text. Leaves: their part of a request. Whether a session has snow says
 //! which of them hold anything.
 
-use std::str::FromStr;
+use std::{fmt, str::FromStr};
 
 use nappe_proto::v1;
 
@@ -181,6 +181,23 @@ impl GridOptions {
     }
 }
 
+impl fmt::Display for GridOptions {
+    /// The text of the selection, as [`GridOptions::from_str`] reads it; the most nodes are not in it.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.selection {
+            GridSelection::All => f.write_str("smoke"),
+            GridSelection::Slice { axis, coordinate } => {
+                let axis = match axis {
+                    Axis::X => 'x',
+                    Axis::Y => 'y',
+                    Axis::Z => 'z',
+                };
+                write!(f, "slice:{axis}={coordinate}")
+            }
+        }
+    }
+}
+
 /// A text that selects no nodes.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error(
@@ -220,6 +237,9 @@ mod tests {
     fn a_grid_is_smoke_or_a_slice() {
         assert_eq!("smoke".parse(), Ok(GridOptions::all()));
         assert_eq!("slice:y=-0.5".parse(), Ok(GridOptions::slice(Axis::Y, -0.5)));
+        for text in ["smoke", "slice:x=0", "slice:y=-0.5", "slice:z=0.1"] {
+            assert_eq!(text.parse().map(|grid: GridOptions| grid.to_string()), Ok(text.to_owned()));
+        }
         for wrong in ["", "mass", "slice", "slice:w=1", "slice:x", "slice:x=", "slice:x=inf", "slice:x=1m"] {
             let message = wrong.parse::<GridOptions>().expect_err("wrong").to_string();
             assert!(message.contains(wrong) && message.contains("slice:y=0.5"), "{message}");

@@ -7,6 +7,7 @@
 mod address;
 mod processor;
 mod machine;
+mod program;
 pub mod config;
 mod error;
 mod memory;
@@ -25,5 +26,6 @@ pub use app::App;
 pub use config::{Config, Limits, RankSettings, TokenPlace};
 pub use error::{DOMAIN, Reason};
 pub use processor::{MissingInstructions, check_processor};
+pub use program::find_program;
 pub use signals::Signals;
 pub use start_error::StartError;

@@ -39,7 +39,7 @@ fn the_program_and_its_tests_share_one_build() {
     for [of_program, of_tests] in
         [["normal,no-proc-macro", "normal,dev,no-proc-macro"], ["normal,build", "normal,build,dev"]]
     {
-        let program = features(&["-p", "nappe-cli", "-e", of_program]);
+        let program = features(&["-p", "nappe-cli", "-p", "nappe-viewer", "-e", of_program]);
         let tests = features(&["--workspace", "-e", of_tests]);
         assert!(program.len() > 100, "the program has dependencies");
         assert_none(&against_second_builds(&program, &tests));

@@ -26,7 +26,6 @@ const LAYERS: [(&str, &[&str]); 14] = [
             "nappe-server",
             "nappe-client",
             "nappe-charts",
-            "nappe-rerun",
         ],
     ),
     (
@@ -56,6 +55,9 @@ const ABOVE_SIM: [&str; 7] = ["tokio", "tonic", "tracing", "prost", "clap", "ser
 
 /// What is linked by the program of ranks alone: servers and commands run where there is no MPI.
 const OF_RANKS: [&str; 2] = ["mpi", "mpi-sys"];
+
+/// Programs that must build fast and run anywhere, so that no crate of Rerun may be linked by them.
+const WITHOUT_RERUN: [&str; 2] = ["nappe-server", "nappe-cli"];
 
 /// A dependency that ships: from a crate, on a crate.
 type Arrow = (String, String);
@@ -166,9 +168,28 @@ fn nothing_below_the_service_links_what_belongs_to_it_and_no_server_links_mpi() 
     }
 }
 
+/// Complaints about a `cargo tree` listing that names a crate of Rerun.
+fn against_rerun(top: &str, listing: &str) -> Vec<String> {
+    let names = listing.lines().filter_map(|line| line.split(' ').next());
+    let of_rerun = names.filter(|name| belongs_to_rerun(name) || *name == "nappe-rerun");
+    of_rerun.map(|name| format!("{top} links {name}")).collect()
+}
+
+#[test]
+fn rerun_is_linked_by_the_viewer_alone() {
+    for top in WITHOUT_RERUN {
+        let listing = tree::run(env!("CARGO"), &["tree", "--offline", "-p", top, "--prefix", "none"]);
+        assert!(listing.starts_with(top), "{listing}");
+        assert_none(&against_rerun(top, &listing));
+    }
+    let listing = tree::run(env!("CARGO"), &["tree", "--offline", "-p", "nappe-viewer", "--prefix", "none"]);
+    assert!(against_rerun("nappe-viewer", &listing).len() > 10, "the rule knows the crates of Rerun");
+}
+
 #[test]
 fn the_rules_find_what_they_are_for() {
     let arrow = |from: &str, to: &str| (from.to_owned(), to.to_owned());
+    assert_eq!(against_layers(&[arrow("nappe-cli", "nappe-rerun")]).len(), 1);
     let bad = [arrow("nappe-sim", "nappe-scene"), arrow("nappe-sim", "toml"), arrow("nappe-cli", "re_sdk")];
     assert_eq!(
         against_second_namers(&[arrow("nappe-cli", "kuva"), arrow("nappe-charts", "kuva")]),

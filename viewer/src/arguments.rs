@@ -26,8 +26,8 @@ Examples:
   nappe-viewer --session first --save first.rrd      every frame that the server keeps and those to come
   nappe-viewer --every-session --connect rerun+http://192.168.1.5:9876/proxy
 
-With --json standard output has an object per line: {\"note\"} while it runs, and last {\"session_id\", \"frames\",
-\"dropped\", \"finished\", \"saved\"} or {\"error\", \"reason\"}."
+With --json standard output has an object per line: {\"watching\"} when the session's frames come, {\"note\"} while it
+runs, and last {\"session_id\", \"frames\", \"dropped\", \"finished\", \"saved\"} or {\"error\", \"reason\"}."
 )]
 #[allow(clippy::struct_excessive_bools, reason = "each is a switch of the command line")]
 pub(crate) struct Arguments {

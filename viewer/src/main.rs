@@ -1,7 +1,7 @@
 //! The display program: watches a session on a server, or all of them, and shows them in Rerun.
 //!
 //! Enters: a server's address and a session's id. Leaves: a Rerun viewer that shows it, or a recording file. A thin
-//! shell over `nappe_rerun::show`, which `nappe view` calls too.
+//! shell over `nappe_rerun::show`, for people and for the command `nappe`, which starts it with `--json`.
 
 mod tell;
 mod arguments;
@@ -12,7 +12,7 @@ mod follow;
 use std::process::ExitCode;
 
 use clap::Parser as _;
-use nappe_client::Token;
+use nappe_client::{Event, Token};
 use nappe_rerun::{Shown, show};
 
 use crate::{
@@ -54,8 +54,8 @@ async fn run(arguments: &Arguments, audience: Audience) -> Result<(), Failure> {
     let client = server.connect().await?;
     let oldest_frame = client.get_session(session_id).await?.oldest_frame;
     let options = arguments.options(oldest_frame);
-    let shown =
-        show(&client, session_id, arguments.sink(), options, stop, |event| audience.event(event)).await?;
+    let tell = |event: &Event| audience.event(session_id, event);
+    let shown = show(&client, session_id, arguments.sink(), options, stop, tell).await?;
     if arguments.paced {
         check_complete(&shown)?;
     }

@@ -1,7 +1,8 @@
 //! What the program says: sentences on standard error for people, or lines of JSON on standard output for programs.
 //!
-//! Of JSON, standard output has one object per line: `note` while something is worth telling, and last either what
-//! was shown (`session_id`, `frames`, `dropped`, `finished`, `saved`) or `error`, with the server's `reason` or null.
+//! Of JSON, standard output has one object per line: `watching`, the session's id, when its frames come, `note` while
+//! something is worth telling, and last either what was shown (`session_id`, `frames`, `dropped`, `finished`, `saved`)
+//! or `error`, with the server's `reason` or null.
 
 use std::{
     fmt,
@@ -41,10 +42,15 @@ impl Audience {
         }
     }
 
-    /// Tells of an event of the stream, if that is worth knowing.
-    pub(crate) fn event(self, event: &Event) {
-        if let Event::Reconnected { attempts, cause } = event {
-            self.note(&format!("the connection broke ({cause}) and is back after {attempts} attempts"));
+    /// Tells of an event in the stream of a session, if that is worth knowing.
+    pub(crate) fn event(self, session_id: &str, event: &Event) {
+        match event {
+            // The first that comes: from here on, the session counts this watcher.
+            Event::Topology(_) if self == Self::Program => write(&json!({ "watching": session_id })),
+            Event::Reconnected { attempts, cause } => {
+                self.note(&format!("the connection broke ({cause}) and is back after {attempts} attempts"));
+            }
+            _ => {}
         }
     }
 

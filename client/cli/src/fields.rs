@@ -1,12 +1,13 @@
 //! What frames hold besides positions, as the command line says: arrays, nodes of the snow's grid, and the
 //! colour that shows one of them.
 //!
-//! Enters: options of `run`, `mecasim`, the demo, `watch` and `view`. Leaves: watch options of the client.
+//! Enters: options of `run`, `mecasim`, the demo, `watch` and `view`. Leaves: watch options of the client, or options of
+//! a viewer.
 
-use std::path::Path;
+use std::{ffi::OsString, path::Path};
 
 use clap::{Args, ValueEnum};
-use nappe_client::{Field, GridOptions, WatchOptions, holds_snow, v1};
+use nappe_client::{Field, GridOptions, WatchOptions};
 
 use crate::{
     error::{CliError, Result},
@@ -62,11 +63,10 @@ impl From<FieldName> for Field {
 }
 
 /// What a colour shows.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 #[value(rename_all = "snake_case")]
 pub(crate) enum ColorName {
     /// Plastic ratio J_P: white as it fell, blue where packed, amber where it came apart
-    #[default]
     PlasticRatio,
     /// Speed, up to the largest so far
     Speed,
@@ -76,50 +76,21 @@ pub(crate) enum ColorName {
     Body,
 }
 
-impl ColorName {
-    /// The array that it needs.
-    const fn field(self) -> Option<Field> {
-        match self {
-            Self::PlasticRatio => Some(Field::PlasticRatios),
-            Self::Speed => Some(Field::Velocities),
-            Self::Stress => Some(Field::StressNorms),
-            Self::Body => None,
-        }
-    }
-}
-
-impl From<FieldName> for ColorName {
-    fn from(name: FieldName) -> Self {
-        match name {
-            FieldName::Velocity => Self::Speed,
-            FieldName::PlasticRatio => Self::PlasticRatio,
-            FieldName::Stress => Self::Stress,
-        }
-    }
-}
-
-#[cfg(feature = "rerun")]
-impl From<ColorName> for nappe_rerun::ColorBy {
-    fn from(name: ColorName) -> Self {
-        match name {
-            ColorName::PlasticRatio => Self::PlasticRatio,
-            ColorName::Speed => Self::Speed,
-            ColorName::Stress => Self::Stress,
-            ColorName::Body => Self::Body,
-        }
-    }
-}
-
 impl ShownArgs {
     /// Nodes of the grid that were asked for.
     pub(crate) fn grid(&self) -> Option<GridOptions> {
         self.grid.map(|grid| GridOptions { max_nodes: self.grid_nodes.unwrap_or(grid.max_nodes), ..grid })
     }
 
-    /// The colour asked for.
-    #[cfg(feature = "rerun")]
-    pub(crate) fn color(&self) -> Option<ColorName> {
-        self.color
+    /// The same, as options of a viewer.
+    pub(crate) fn viewer_options(&self) -> Vec<OsString> {
+        let color = self.color.as_ref().and_then(ValueEnum::to_possible_value);
+        let words = [
+            color.map(|color| format!("--color={}", color.get_name())),
+            self.grid.map(|grid| format!("--grid={grid}")),
+            self.grid_nodes.map(|nodes| format!("--grid-nodes={nodes}")),
+        ];
+        words.into_iter().flatten().map(OsString::from).collect()
     }
 }
 
@@ -151,52 +122,42 @@ impl FieldsArgs {
         }
     }
 
-    /// The colour of a recording.
-    pub(crate) fn recording_color(&self) -> ColorName {
-        let first = self.fields.first().copied().map(ColorName::from);
-        self.shown.color.or(first).unwrap_or_default()
+    /// These watch options with what is kept.
+    pub(crate) fn watch(&self, mut options: WatchOptions) -> WatchOptions {
+        options.fields = self.fields.iter().copied().map(Field::from).collect();
+        options.grid = self.shown.grid();
+        options
     }
 
-    /// These watch options with what is kept, of frames of `session` that go to `save`.
-    pub(crate) fn watch(
-        &self,
-        mut options: WatchOptions,
-        session: &v1::Session,
-        save: &Path,
-    ) -> WatchOptions {
-        options.fields = self.fields.iter().copied().map(Field::from).collect();
-        let is_asked = self.shown.color.is_some() || holds_snow(session);
-        if let Some(field) = self.recording_color().field()
-            && paths::is_recording(save)
-            && is_asked
-        {
-            options.fields = options.fields.with(field);
+    /// What is kept, as options of a viewer.
+    pub(crate) fn viewer_options(&self) -> Vec<OsString> {
+        let names: Vec<&str> = self.fields.iter().map(|&name| Field::from(name).option()).collect();
+        let mut options = self.shown.viewer_options();
+        if !names.is_empty() {
+            options.push(format!("--fields={}", names.join(",")).into());
         }
-        options.grid = self.shown.grid();
         options
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use nappe_client::Fields;
-
     use super::*;
 
     #[test]
-    fn a_recording_asks_for_what_its_colour_shows_and_a_folder_for_what_was_named() {
-        let cloth = v1::Session { particle_count: 9, spring_count: 9, ..v1::Session::default() };
-        let snow = v1::Session { particle_count: 12, snow_particle_count: 3, ..cloth.clone() };
-        let fields = |args: &FieldsArgs, session: &v1::Session, path: &str| {
-            args.watch(WatchOptions::default(), session, Path::new(path)).fields
-        };
+    fn what_is_kept_is_watched_for_a_folder_and_told_to_a_viewer() {
         let plain = FieldsArgs::default();
-        assert_eq!(fields(&plain, &snow, "a.rrd"), Fields::positions().with(Field::PlasticRatios));
-        assert_eq!(fields(&plain, &cloth, "a.rrd"), Fields::positions());
-        assert_eq!(fields(&plain, &snow, "folder"), Fields::positions());
-        let stress = FieldsArgs { fields: vec![FieldName::Stress], ..plain };
-        assert_eq!(fields(&stress, &cloth, "folder"), Fields::positions().with(Field::StressNorms));
-        assert_eq!(stress.recording_color(), ColorName::Stress);
+        assert!(plain.viewer_options().is_empty());
+        let grid = Some("slice:y=-0.25".parse().expect("a slice"));
+        let shown = ShownArgs { grid, grid_nodes: Some(9), color: Some(ColorName::Speed) };
+        let args = FieldsArgs { fields: vec![FieldName::Stress, FieldName::PlasticRatio], shown };
+        let watched = args.watch(WatchOptions::default());
+        assert!(watched.fields.contains(Field::StressNorms) && !watched.fields.contains(Field::Velocities));
+        assert_eq!(watched.grid.map(|grid| grid.max_nodes), Some(9));
+        assert_eq!(
+            args.viewer_options(),
+            ["--color=speed", "--grid=slice:y=-0.25", "--grid-nodes=9", "--fields=stress,plastic_ratio"]
+        );
     }
 
     #[test]

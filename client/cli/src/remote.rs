@@ -106,7 +106,7 @@ impl From<ClientError> for CliError {
 }
 
 /// What to do about a refusal, from the contract's table of reasons.
-fn remedy(reason: Reason) -> Option<&'static str> {
+pub(crate) fn remedy(reason: Reason) -> Option<&'static str> {
     match reason {
         Reason::SessionNotFound => Some("`nappe list` shows the sessions of the server"),
         Reason::SceneNotFound => Some("`nappe scenes` lists the scenes that come with nappe"),

@@ -22,6 +22,7 @@ use rustix::process::{Pid, Signal, WaitId, WaitIdOptions, kill_process_group, wa
 use crate::{
     config::RankSettings,
     error::{Reason, ServiceError},
+    program::find_program,
 };
 
 /// How long ranks may take to start.
@@ -225,14 +226,9 @@ pub(super) fn listen(host: &str) -> io::Result<(TcpListener, String)> {
 /// When there is none; the message says where it was looked for, and how it is built.
 pub(super) fn program(settings: &RankSettings) -> Result<PathBuf, ServiceError> {
     let name = "nappe-rank";
-    let beside = || Some(std::env::current_exe().ok()?.with_file_name(name)).filter(|path| path.is_file());
-    let on_path = || {
-        let folders = std::env::var_os("PATH")?;
-        std::env::split_paths(&folders).map(|folder| folder.join(name)).find(|path| path.is_file())
-    };
     let found = match &settings.rank_program {
         Some(path) => Some(path.clone()).filter(|path| path.is_file()),
-        None => beside().or_else(on_path),
+        None => find_program(name),
     };
     found.ok_or_else(|| {
         let missing = settings.rank_program.as_ref().map_or_else(

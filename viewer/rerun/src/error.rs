@@ -27,6 +27,9 @@ pub enum RerunError {
     /// The recording file cannot be written.
     #[error("the recording {} is not complete: {cause}", path.display())]
     File { path: PathBuf, cause: String },
+    /// Another recording writes the file.
+    #[error("the recording {} is being written already, by another program or another run: give another name", path.display())]
+    InUse { path: PathBuf },
     /// The SDK refused data.
     #[error("Rerun refused {what}: {source}")]
     Log { what: String, source: Box<RecordingStreamError> },

@@ -9,6 +9,7 @@
 
 mod sdk;
 mod error;
+mod lock;
 mod geometry;
 mod spacing;
 mod coloring;

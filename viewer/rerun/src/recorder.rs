@@ -21,6 +21,7 @@ use crate::{
     geometry::Bounds,
     grid::GridView,
     layout::{self, APPLICATION, BodyKinds, TIME},
+    lock::lock,
     plots::{self, CLOTH, GENERAL},
     sdk::{
         Color, Decodable as _, RecordingStream, RecordingStreamBuilder, RecordingStreamError, SpawnError,
@@ -49,6 +50,8 @@ pub enum Sink {
 pub struct Recorder {
     stream: RecordingStream,
     sink: Sink,
+    /// Keeps other recordings from the file.
+    _lock: Option<File>,
     coloring: Coloring,
     scene: Option<SceneView>,
 }
@@ -78,6 +81,10 @@ impl Recorder {
     /// If the file cannot be created, no viewer answers, or none can be started.
     pub fn open(title: &str, sink: Sink, color_by: ColorBy) -> Result<Self, RerunError> {
         let builder = RecordingStreamBuilder::new(APPLICATION).recording_name(title);
+        let lock = match &sink {
+            Sink::Save(path) => lock(path)?,
+            Sink::Connect(_) | Sink::Spawn => None,
+        };
         let stream = match &sink {
             Sink::Save(path) => builder.save(path).map_err(|error| file_error(path, &error))?,
             Sink::Connect(url) => {
@@ -95,7 +102,7 @@ impl Recorder {
         stream.set_log_time_enabled(false);
         stream.log_static("world", &ViewCoordinates::RIGHT_HAND_Y_UP()).map_err(refused("world"))?;
         plots::describe(&stream, &GENERAL)?;
-        Ok(Self { stream, sink, coloring: Coloring::new(color_by), scene: None })
+        Ok(Self { stream, sink, _lock: lock, coloring: Coloring::new(color_by), scene: None })
     }
 
     /// Records what does not change: meshes, pins, colliders.

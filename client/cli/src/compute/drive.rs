@@ -3,13 +3,16 @@
 //! With frames to save, the session waits for the frames to be written: none is lost, however slow the disk, and the
 //! server keeps no more than it keeps anyway. Without, it plays as fast as it can and only its diagnostics travel.
 
+use std::future::Future;
+
 use nappe_client::{Client, ClientError, Event, FrameStream, Wait, WatchOptions, v1};
 
-use super::progress::Progress;
+use super::{progress::Progress, record};
 use crate::{
     error::{CliError, Result},
     remote,
-    save::Sink,
+    save::{Destination, Folder, Form},
+    viewer::Place,
 };
 
 /// Rate of diagnostics when no frame is saved (Hz).
@@ -33,25 +36,54 @@ pub(crate) enum DriveEnd {
     Interrupted,
 }
 
-/// Drives a session that is paused at its start.
+/// Drives a session that is paused at its start, and keeps its frames if they go anywhere.
 ///
 /// # Errors
 /// When the connection breaks or a frame cannot be saved; a failed simulation is no error here.
-pub(crate) async fn drive(client: &Client, session: &v1::Session, sink: Option<&mut Sink>) -> Result<Driven> {
-    let progress = Progress::start(session.step_limit);
+pub(crate) async fn drive(
+    client: &Client,
+    place: &Place,
+    session: &v1::Session,
+    destination: Option<&mut Destination>,
+) -> Result<Driven> {
     let id = session.session_id.as_str();
-
-    let computed = async {
-        match sink {
-            Some(sink) => save(client, session, sink, &progress).await,
-            None => play(client, id, &progress).await,
-        }
+    let Some(Destination { path, form }) = destination else {
+        let progress = Progress::start(session.step_limit);
+        return until_end(client, id, &progress, Box::pin(play(client, id, &progress))).await;
     };
+    match form {
+        Form::Folder(folder) => {
+            let progress = Progress::start(session.step_limit);
+            until_end(client, id, &progress, Box::pin(save(client, id, folder, &progress))).await
+        }
+        Form::Recording(recording) => {
+            let mut child = record::begin(recording, place, id, path).await?;
+            let progress = Progress::start(session.step_limit);
+            let played = Box::pin(play(client, id, &progress));
+            let recorded = Box::pin(record::follow(&mut child, client, id, played));
+            let driven = until_end(client, id, &progress, recorded).await;
+            let closed = child.finish().await;
+            let driven = driven?;
+            // A session that came to its end was waited for already.
+            if driven.end == DriveEnd::Interrupted {
+                closed?;
+            }
+            Ok(driven)
+        }
+    }
+}
+
+/// Waits for the end of a session's computation, or for the user's.
+async fn until_end(
+    client: &Client,
+    id: &str,
+    progress: &Progress,
+    computed: impl Future<Output = Result<()>>,
+) -> Result<Driven> {
     let end = tokio::select! {
         done = computed => { done?; DriveEnd::Session }
         signal = remote::interrupted() => { signal?; DriveEnd::Interrupted }
     };
-
     progress.finish();
     let session = match end {
         DriveEnd::Session => client.get_session(id).await?,
@@ -61,13 +93,12 @@ pub(crate) async fn drive(client: &Client, session: &v1::Session, sink: Option<&
 }
 
 /// Plays and saves every frame.
-async fn save(client: &Client, session: &v1::Session, sink: &mut Sink, progress: &Progress) -> Result<()> {
-    let id = session.session_id.as_str();
+async fn save(client: &Client, id: &str, folder: &mut Folder, progress: &Progress) -> Result<()> {
     let options = WatchOptions { pace_to_watcher: true, ..WatchOptions::every_from(0) };
-    let frames = client.watch(id, sink.watch(options, session)).await?;
+    let frames = client.watch(id, folder.watch(options)).await?;
     client.play(id, 0.0).await?;
 
-    let mut saving = Saving { id, frames, sink, progress, newest: None, broken: None };
+    let mut saving = Saving { id, frames, folder, progress, newest: None, broken: None };
     while saving.receive().await? == Arrival::Saved {}
     let session = client.get_session(id).await?;
     saving.nothing_lost(&session)
@@ -100,7 +131,7 @@ fn has_ended(session: &v1::Session) -> bool {
 struct Saving<'a> {
     id: &'a str,
     frames: FrameStream,
-    sink: &'a mut Sink,
+    folder: &'a mut Folder,
     progress: &'a Progress,
     /// Newest frame saved.
     newest: Option<u64>,
@@ -135,13 +166,13 @@ impl Saving<'_> {
     /// Saves the next frame, whatever else arrives before it.
     async fn receive(&mut self) -> Result<Arrival> {
         match self.frames.next().await {
-            Some(Ok(Event::Topology(topology))) => self.sink.topology(topology)?,
+            Some(Ok(Event::Topology(topology))) => self.folder.topology(topology),
             Some(Ok(Event::Frame(frame))) => {
                 if let Some(diagnostics) = &frame.diagnostics {
                     self.progress.show(diagnostics);
                 }
                 self.newest = Some(frame.frame);
-                self.sink.frame(&frame)?;
+                self.folder.write(&frame)?;
             }
             Some(Ok(Event::End(_))) | None => return Ok(Arrival::Over),
             Some(Ok(_)) => {}

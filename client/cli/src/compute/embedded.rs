@@ -7,7 +7,10 @@ use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use nappe_client::Client;
 use nappe_server::{App, Config, Limits, RankSettings, TokenPlace};
 
-use crate::error::{CliError, Result};
+use crate::{
+    error::{CliError, Result},
+    viewer::Place,
+};
 
 /// How long the server waits for this command to take a frame (s): a disk may be slow.
 const STALL_SECONDS: f64 = 3600.0;
@@ -45,6 +48,11 @@ impl Embedded {
             app.token().ok_or_else(|| CliError::failure("the server in this command has no token"))?;
         let client = Client::connect_with(&app.url(), token).await?;
         Ok(Self { app, client })
+    }
+
+    /// The server, as a viewer is told of it.
+    pub(crate) fn place(&self) -> Place {
+        Place::here(self.app.url(), self.app.token())
     }
 
     /// Ends the server and every session on it.

@@ -4,6 +4,7 @@
 
 mod embedded;
 mod progress;
+mod record;
 mod drive;
 mod summary;
 
@@ -17,8 +18,9 @@ use crate::{
     meshes,
     output::Format,
     remote,
-    save::Sink,
+    save::Destination,
     scene::{self, Input},
+    viewer::Place,
 };
 
 /// Which server computes.
@@ -55,14 +57,22 @@ pub(crate) async fn compute(
     server: Server<'_>,
     format: Format,
 ) -> Result<()> {
+    // First, so that a path that cannot be written is known before hours are computed.
+    args.fields.check(args.save.as_deref())?;
+    let destination = match &args.save {
+        Some(path) => Some(Destination::open(path, &args.fields).await?),
+        None => None,
+    };
     let (driven, summary) = match server {
         Server::At(address, token) => {
             let client = remote::connect_to(address, token).await?;
-            Box::pin(compute_on(&client, scene, args)).await?
+            let place = Place::at(address, token);
+            Box::pin(compute_on(&client, &place, scene, args, destination)).await?
         }
         Server::Embedded => {
             let embedded = Embedded::start(args.ranks.clone()).await?;
-            let done = Box::pin(compute_on(&embedded.client, scene, args)).await;
+            let place = embedded.place();
+            let done = Box::pin(compute_on(&embedded.client, &place, scene, args, destination)).await;
             embedded.shutdown().await;
             done?
         }
@@ -70,22 +80,24 @@ pub(crate) async fn compute(
     summary.print(&driven, format)
 }
 
-async fn compute_on(client: &Client, scene: &Input, args: &ComputeArgs) -> Result<(Driven, Summary)> {
-    // First, so that a path that cannot be written is known before hours are computed.
-    args.fields.check(args.save.as_deref())?;
-    let mut sink = args.save.as_deref().map(|path| Sink::create(path, &args.fields)).transpose()?;
-
+async fn compute_on(
+    client: &Client,
+    place: &Place,
+    scene: &Input,
+    args: &ComputeArgs,
+    mut destination: Option<Destination>,
+) -> Result<(Driven, Summary)> {
     let wanted = args.overrides.session(String::new(), scene.send(client).await?);
     let created = client.create_session(wanted).await?;
     meshes::note(&created.warnings);
 
-    let driven = drive::drive(client, &created.session, sink.as_mut()).await;
-    let saved = sink.map(Sink::finish).transpose()?;
+    let driven = drive::drive(client, place, &created.session, destination.as_mut()).await;
 
     // A remote server is left as it was found, also after a failure. An error of the drive is reported first.
     let deleted = client.delete_session(&created.session.session_id).await;
     let driven = driven?;
     deleted?;
+    let saved = destination.map(|destination| destination.path);
     let summary = Summary::new(scene.name().to_owned(), &driven, saved);
     Ok((driven, summary))
 }

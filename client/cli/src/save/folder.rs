@@ -9,23 +9,27 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use nappe_client::{Frame, GridFrame, Scalars, Topology, Vectors};
+use nappe_client::{Frame, GridFrame, Scalars, Topology, Vectors, WatchOptions};
 use nappe_scene::mesh::{PlyFrame, PlyProperty, write_ply_frame};
 
-use crate::error::{CliError, Result};
+use crate::{
+    error::{CliError, Result},
+    fields::FieldsArgs,
+};
 
 /// Properties of a PLY file that hold a velocity (m/s).
 const VELOCITY: [&str; 3] = ["vx", "vy", "vz"];
 
 /// PLY files: frame-000000.ply, frame-000001.ply ... and grid-000000.ply ...
-pub(super) struct Folder {
+pub(crate) struct Folder {
     path: PathBuf,
+    fields: FieldsArgs,
     triangles: Vec<[u32; 3]>,
 }
 
 impl Folder {
     /// Makes the folder, or takes one that holds no frames.
-    pub(super) fn create(path: &Path) -> Result<Self> {
+    pub(super) fn create(path: &Path, fields: &FieldsArgs) -> Result<Self> {
         fs::create_dir_all(path).map_err(|error| CliError::file("make the folder", path, &error))?;
         let entries = fs::read_dir(path).map_err(|error| CliError::file("read the folder", path, &error))?;
         for entry in entries {
@@ -39,16 +43,24 @@ impl Folder {
                 .hint("remove them, or give another folder"));
             }
         }
-        Ok(Self { path: path.to_owned(), triangles: Vec::new() })
+        Ok(Self { path: path.to_owned(), fields: fields.clone(), triangles: Vec::new() })
+    }
+
+    /// These watch options with what is kept.
+    pub(crate) fn watch(&self, options: WatchOptions) -> WatchOptions {
+        self.fields.watch(options)
     }
 
     /// Keeps the triangles, which every file repeats.
-    pub(super) fn topology(&mut self, topology: Topology) {
+    pub(crate) fn topology(&mut self, topology: Topology) {
         self.triangles = topology.bodies.into_iter().flat_map(|body| body.triangles).collect();
     }
 
     /// Writes the files of a frame.
-    pub(super) fn write(&self, frame: &Frame) -> Result<()> {
+    ///
+    /// # Errors
+    /// When one cannot be written.
+    pub(crate) fn write(&self, frame: &Frame) -> Result<()> {
         let velocities = frame.velocities.as_ref().map(Vectors::to_f32);
         let ratios = frame.plastic_ratios.as_ref().map(Scalars::to_f32);
         let stresses = frame.stress_norms.as_ref().map(Scalars::to_f32);

@@ -29,6 +29,7 @@ Exit codes:
 Environment:
   NAPPE_SERVER  address of the server for the verbs that talk to one
   NAPPE_TOKEN_FILE  file with the token that a server asks for and that verbs show
+  NAPPE_VIEWER  the program that records and shows in Rerun [default: nappe-viewer, beside nappe or on PATH]
   NAPPE_LOG     what `nappe serve` logs";
 
 /// Below the long help, `nappe --help`.

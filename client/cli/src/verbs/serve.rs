@@ -1,16 +1,22 @@
 //! `nappe serve`: a server in this process until Ctrl-C or SIGTERM, perhaps with a Rerun viewer.
 
+use std::{convert::Infallible, ffi::OsString, time::Duration};
+
 use clap::Args;
 use nappe_server::{App, Config};
 use serde_json::json;
+use tokio::time::timeout;
 use tracing_subscriber::EnvFilter;
 
 use crate::{
     error::{CliError, Result},
-    follow,
     output::{self, Format, OutputArgs},
     remote,
+    viewer::{Child, Form, Place, Viewer},
 };
+
+/// How long the viewer may take to leave.
+const LEAVE: Duration = Duration::from_secs(1);
 
 /// Run a server until Ctrl-C
 #[derive(Args, Debug)]
@@ -41,27 +47,51 @@ pub(crate) struct ServeArgs {
 /// Runs `nappe serve`.
 ///
 /// # Errors
-/// When the address cannot be had, or Rerun is asked for in a build without it.
+/// When the address cannot be had, or there is no viewer to show the sessions.
 pub(crate) fn run(args: &ServeArgs) -> Result<()> {
-    let viewer = args.rerun.as_deref().map(follow::Viewer::new).transpose()?;
-    tracing_subscriber::fmt().with_env_filter(EnvFilter::new(&args.log)).with_writer(std::io::stderr).init();
     remote::block_on(async {
+        let viewer = match &args.rerun {
+            Some(_) => Some(Viewer::find().await?),
+            None => None,
+        };
+        let log = tracing_subscriber::fmt().with_env_filter(EnvFilter::new(&args.log));
+        log.with_writer(std::io::stderr).init();
         let signals = remote::catch_signals()?;
         let app = App::start(args.config.clone()).map_err(CliError::failure)?;
-        announce(&app, args.output.format())?;
-        let followed = async {
-            match viewer {
-                Some(viewer) => follow::follow(&app, viewer).await,
-                None => std::future::pending().await,
-            }
+        let mut child = match &viewer {
+            Some(viewer) => Some(show_all(viewer, &app, args).await?),
+            None => None,
         };
+        announce(&app, args.output.format())?;
         let ended = tokio::select! {
-            never = followed => match never {},
+            never = followed(child.as_mut()) => match never {},
             signal = remote::interrupted_by(signals) => signal,
         };
+        if let Some(child) = &mut child {
+            // It has nothing to lose, and the server does not wait for it.
+            let _ = timeout(LEAVE, child.finish()).await;
+        }
         app.shutdown().await;
         ended
     })
+}
+
+/// Starts the viewer of all sessions.
+async fn show_all(viewer: &Viewer, app: &App, args: &ServeArgs) -> Result<Child> {
+    let connect = args.rerun.as_deref().filter(|url| !url.is_empty()).map(|url| format!("--connect={url}"));
+    let options = [Some("--every-session".to_owned()), connect];
+    let options = options.into_iter().flatten().map(OsString::from).collect();
+    viewer.start(&Place::here(app.url(), app.token()), options, Form::View).await
+}
+
+/// Tells when the viewer ends, which never ends the server.
+async fn followed(child: Option<&mut Child>) -> Infallible {
+    if let Some(child) = child
+        && let Err(failure) = child.end().await
+    {
+        output::note(&format!("nappe: sessions are no longer shown in Rerun: {}", CliError::from(failure)));
+    }
+    std::future::pending().await
 }
 
 /// Says where the server listens, and where its token is: the token itself is never printed.

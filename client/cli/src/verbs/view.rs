@@ -1,10 +1,17 @@
 //! `nappe view`: shows a session in Rerun, live or as a recording.
 
-use std::path::PathBuf;
+use std::{ffi::OsString, path::PathBuf};
 
 use clap::Args;
 
-use crate::{args::SessionArgs, error::Result, fields::ShownArgs};
+use crate::{
+    args::SessionArgs,
+    error::{CliError, Result},
+    fields::ShownArgs,
+    output::{self, Format},
+    paths, remote,
+    viewer::{self, Form, Place, Shown, Viewer},
+};
 
 /// Show a session in Rerun
 #[derive(Args, Debug)]
@@ -30,97 +37,61 @@ pub(crate) struct ViewArgs {
 }
 
 /// Where a Rerun viewer listens unless told otherwise.
-pub(crate) const DEFAULT_VIEWER: &str = "rerun+http://127.0.0.1:9876/proxy";
-
-/// Runs `nappe view`.
-///
-/// # Errors
-/// In a build without Rerun.
-#[cfg(not(feature = "rerun"))]
-pub(crate) fn run(args: &ViewArgs) -> Result<()> {
-    use crate::error::CliError;
-    // Read here, so that both builds have the same command line.
-    let SessionArgs { id, server, output } = &args.session;
-    let _ = (server, output, &args.connect, &args.save, args.shown.grid());
-    Err(CliError::usage(format!("session {id}: this build has no Rerun and cannot show it")).hint(
-        "`nappe watch ID --save FOLDER` keeps PLY meshes; the feature `rerun`, on by default, brings Rerun",
-    ))
-}
+const DEFAULT_VIEWER: &str = "rerun+http://127.0.0.1:9876/proxy";
 
 /// Runs `nappe view`.
 ///
 /// # Errors
 /// When there is no such session, no server, no viewer, or the recording cannot be written.
-#[cfg(feature = "rerun")]
 pub(crate) fn run(args: &ViewArgs) -> Result<()> {
-    live::run(args)
+    let options = options(args)?;
+    let form = if args.save.is_some() { Form::Recording } else { Form::View };
+    let SessionArgs { id, server, .. } = &args.session;
+    remote::block_on(async {
+        let viewer = Viewer::find().await?;
+        remote::connect(server).await?.get_session(id).await?;
+        let mut child = viewer.start(&Place::at(&server.server, &server.token), options, form).await?;
+        let shown = tokio::select! {
+            ended = child.end() => ended,
+            signal = remote::interrupted() => { signal?; child.finish().await }
+        };
+        print(args, shown?)
+    })
 }
 
-#[cfg(feature = "rerun")]
-mod live {
-    use nappe_rerun::{ShowError, ShowOptions, Shown, Sink, show};
-
-    use super::ViewArgs;
-    use crate::{
-        error::{CliError, Exit, Result},
-        output::{self, Format},
-        paths, remote,
-    };
-
-    pub(super) fn run(args: &ViewArgs) -> Result<()> {
-        let sink = sink(args)?;
-        remote::block_on(async {
-            let client = remote::connect(&args.session.server).await?;
-            let session = client.get_session(&args.session.id).await?;
-            let mut options = ShowOptions::for_sink(&sink, session.oldest_frame);
-            options.watch.grid = args.shown.grid();
-            options.color_by = args.shown.color().map(Into::into);
-            let stop = async {
-                // Without signal handlers, the session's end still ends the view.
-                if remote::interrupted().await.is_err() {
-                    std::future::pending::<()>().await;
-                }
-            };
-            let shown = show(&client, &args.session.id, sink, options, stop, |_| {}).await;
-            print(args, &shown.map_err(in_words)?)
-        })
-    }
-
-    fn sink(args: &ViewArgs) -> Result<Sink> {
-        match (&args.save, &args.connect) {
-            (Some(path), _) if paths::is_recording(path) => Ok(Sink::Save(path.clone())),
-            (Some(path), _) => Err(CliError::usage(format!(
+/// What the viewer is told.
+fn options(args: &ViewArgs) -> Result<Vec<OsString>> {
+    let id = &args.session.id;
+    let mut options = match (&args.save, &args.connect) {
+        (Some(path), _) if paths::is_recording(path) => viewer::saved(id, path),
+        (Some(path), _) => {
+            return Err(CliError::usage(format!(
                 "--save {}: a Rerun recording is a file FILE.rrd",
                 path.display()
             ))
-            .hint("`nappe watch ID --save FOLDER` keeps PLY meshes")),
-            (None, Some(url)) => Ok(Sink::Connect(url.clone())),
-            (None, None) => Ok(Sink::Spawn),
+            .hint("`nappe watch ID --save FOLDER` keeps PLY meshes"));
         }
-    }
+        (None, Some(url)) => [viewer::session(id), vec![format!("--connect={url}").into()]].concat(),
+        (None, None) => viewer::session(id),
+    };
+    options.extend(args.shown.viewer_options());
+    Ok(options)
+}
 
-    fn in_words(error: ShowError) -> CliError {
-        match error {
-            ShowError::Client(error) => error.into(),
-            error => CliError::new(Exit::Failure, error),
-        }
-    }
-
-    fn print(args: &ViewArgs, shown: &Shown) -> Result<()> {
-        match args.session.output.format() {
-            Format::Json => output::json(&serde_json::json!({
-                "session_id": args.session.id,
-                "frames": shown.frame_count,
-                "dropped": shown.dropped_count,
-                "finished": shown.end.is_some(),
-                "saved": args.save,
-            })),
-            Format::Text => output::line(&format!(
-                "{} frames shown, {} left out; the session {}",
-                output::count(shown.frame_count),
-                output::count(shown.dropped_count),
-                if shown.end.is_some() { "has ended" } else { "goes on" },
-            )),
-        }
+fn print(args: &ViewArgs, shown: Shown) -> Result<()> {
+    match args.session.output.format() {
+        Format::Json => output::json(&serde_json::json!({
+            "session_id": args.session.id,
+            "frames": shown.frames,
+            "dropped": shown.dropped,
+            "finished": shown.finished,
+            "saved": args.save,
+        })),
+        Format::Text => output::line(&format!(
+            "{} frames shown, {} left out; the session {}",
+            output::count(shown.frames),
+            output::count(shown.dropped),
+            if shown.finished { "has ended" } else { "goes on" },
+        )),
     }
 }

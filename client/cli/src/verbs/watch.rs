@@ -1,9 +1,12 @@
 //! `nappe watch`: follows a session's diagnostics, or saves its frames.
 
-use std::path::PathBuf;
+use std::{
+    ffi::OsString,
+    path::{Path, PathBuf},
+};
 
 use clap::Args;
-use nappe_client::{Client, ClientError, DiagnosticsEvent, Event, WatchOptions, v1};
+use nappe_client::{Client, DiagnosticsEvent, Event, WatchOptions, v1};
 use nappe_scene::mesh::six_digits;
 
 use crate::{
@@ -13,8 +16,9 @@ use crate::{
     fields::FieldsArgs,
     output::{self, Format},
     remote,
-    save::Sink,
+    save::{Destination, Folder, Form, Recording},
     session,
+    viewer::Place,
 };
 
 /// Follow a session's diagnostics, or save its frames
@@ -56,19 +60,18 @@ pub(crate) fn run(args: &WatchArgs) -> Result<()> {
     }
     args.fields.check(args.save.as_deref())?;
     remote::block_on(async {
+        let Some(path) = &args.save else {
+            return follow(&remote::connect(&args.session.server).await?, args).await;
+        };
+        let destination = Destination::open(path, &args.fields).await?;
         let client = remote::connect(&args.session.server).await?;
-        match &args.save {
-            None => follow(&client, args).await,
-            Some(path) => {
-                let mut sink = Sink::create(path, &args.fields)?;
-                let saved = save(&client, args, &mut sink).await;
-                let path = sink.finish()?;
-                let count = saved?;
-                match args.session.output.format() {
-                    Format::Json => output::json(&serde_json::json!({ "frames": count, "saved": path })),
-                    Format::Text => output::line(&format!("{count} frames in {}", path.display())),
-                }
-            }
+        let count = match destination.form {
+            Form::Folder(folder) => save(&client, args, folder).await?,
+            Form::Recording(recording) => record(&client, args, &recording, path).await?,
+        };
+        match args.session.output.format() {
+            Format::Json => output::json(&serde_json::json!({ "frames": count, "saved": path })),
+            Format::Text => output::line(&format!("{count} frames in {}", path.display())),
         }
     })
 }
@@ -99,7 +102,7 @@ async fn follow(client: &Client, args: &WatchArgs) -> Result<()> {
                 output::note(&diagnostics::rejected(&step));
             }
             Some(Ok(_)) => {}
-            Some(Err(error)) => return Err(reason_of(client, &args.session.id, error).await),
+            Some(Err(error)) => return Err(in_words_of(client, &args.session.id, error.into()).await),
             None => break,
         }
     }
@@ -134,14 +137,13 @@ fn print(step: &v1::Diagnostics, format: Format) -> Result<()> {
 }
 
 /// Saves frames until the session ends, the count is reached, or the user ends it; counts them.
-async fn save(client: &Client, args: &WatchArgs, sink: &mut Sink) -> Result<u64> {
+async fn save(client: &Client, args: &WatchArgs, mut folder: Folder) -> Result<u64> {
     let options = WatchOptions {
         from_frame: args.from,
         delivery: nappe_client::Delivery::Every,
         ..WatchOptions::default()
     };
-    let session = client.get_session(&args.session.id).await?;
-    let mut stream = client.watch(&args.session.id, sink.watch(options, &session)).await?;
+    let mut stream = client.watch(&args.session.id, folder.watch(options)).await?;
 
     let mut saved = 0;
     let mut end = std::pin::pin!(remote::interrupted());
@@ -151,9 +153,9 @@ async fn save(client: &Client, args: &WatchArgs, sink: &mut Sink) -> Result<u64>
             signal = &mut end => { signal?; break }
         };
         match next {
-            Some(Ok(Event::Topology(topology))) => sink.topology(topology)?,
+            Some(Ok(Event::Topology(topology))) => folder.topology(topology),
             Some(Ok(Event::Frame(frame))) => {
-                sink.frame(&frame)?;
+                folder.write(&frame)?;
                 saved += 1;
             }
             Some(Ok(Event::Reconnected { attempts, cause })) => {
@@ -161,14 +163,32 @@ async fn save(client: &Client, args: &WatchArgs, sink: &mut Sink) -> Result<u64>
             }
             Some(Ok(Event::End(_))) | None => break,
             Some(Ok(_)) => {}
-            Some(Err(error)) => return Err(reason_of(client, &args.session.id, error).await),
+            Some(Err(error)) => return Err(in_words_of(client, &args.session.id, error.into()).await),
         }
     }
     Ok(saved)
 }
 
+/// Records frames until the session ends, the count is reached, or the user ends it; counts them.
+async fn record(client: &Client, args: &WatchArgs, recording: &Recording, path: &Path) -> Result<u64> {
+    let SessionArgs { id, server, .. } = &args.session;
+    client.get_session(id).await?;
+    let from = args.from.map_or_else(|| "newest".to_owned(), |frame| frame.to_string());
+    let words = [Some(format!("--from={from}")), args.count.map(|count| format!("--count={count}"))];
+    let options = words.into_iter().flatten().map(OsString::from);
+    let mut child = recording.start(&Place::at(&server.server, &server.token), id, path, options).await?;
+    let ended = tokio::select! {
+        ended = child.end() => ended,
+        signal = remote::interrupted() => { signal?; child.finish().await }
+    };
+    match ended {
+        Ok(shown) => Ok(shown.frames),
+        Err(failure) => Err(in_words_of(client, id, failure.into()).await),
+    }
+}
+
 /// A stream that ends because its session failed says so in the session's words.
-async fn reason_of(client: &Client, id: &str, error: ClientError) -> CliError {
+async fn in_words_of(client: &Client, id: &str, error: CliError) -> CliError {
     let session = client.get_session(id).await.ok();
-    session.as_ref().and_then(session::failure).unwrap_or_else(|| error.into())
+    session.as_ref().and_then(session::failure).unwrap_or(error)
 }

@@ -1,4 +1,4 @@
-//! What happens when connections break and when a program is asked to end: twice, or beside a viewer that is gone.
+//! What happens when connections break and when a program is asked to end: twice.
 
 use std::{
     io::{self, Read as _, Write as _},
@@ -134,20 +134,4 @@ fn steps_that_take_long_are_waited_for_and_that_is_said() {
     assert!(said.contains("still stepping") && said.contains("endless"), "{said}");
     // A shell in the background has its children ignore the other signal.
     end_by(&mut stepping, "TERM");
-}
-
-#[test]
-#[cfg(feature = "rerun")]
-fn a_server_outlives_what_shows_its_sessions() {
-    // Nobody may connect, so that the first call of the viewer's side fails already.
-    let viewer = "rerun+http://127.0.0.1:1/proxy";
-    let folder = folder();
-    let log = folder.path().join("log");
-    let server = Server::logging(&["--rerun", viewer, "--max-connections", "0"], &log);
-    until("the call fails", || {
-        let told = std::fs::read_to_string(&log).unwrap_or_default();
-        told.contains("no new session is shown")
-    });
-    let code = server.end_by("TERM");
-    assert_eq!(code, Some(0), "it ran until it was asked to end");
 }

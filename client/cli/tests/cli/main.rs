@@ -7,6 +7,8 @@ mod mesh;
 mod mecasim;
 mod service;
 mod disturbed;
+#[cfg(unix)]
+mod viewer;
 mod ranks;
 mod ranks_lost;
 mod ranks_hosts;

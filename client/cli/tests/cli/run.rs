@@ -95,30 +95,6 @@ fn frames_of_another_run_are_not_mixed_up() {
 }
 
 #[test]
-#[cfg(feature = "rerun")]
-fn a_recording_is_written_and_changes_no_bit() {
-    let folder = folder();
-    let scene = write_scene(folder.path(), SMALL_SCENE);
-    let run =
-        |save: &[&str]| nappe_in(folder.path(), &[&["run", &scene, "--json"], save].concat()).ok().json();
-    let (plain, recorded) = (run(&[]), run(&["--save", "small.rrd"]));
-    assert_eq!(plain["state_hash"], recorded["state_hash"]);
-    assert_eq!((&recorded["saved"], &recorded["frames"]), (&"small.rrd".into(), &21.into()));
-    let bytes = fs::read(folder.path().join("small.rrd")).expect("the recording");
-    // 21 frames of 144 particles, 12 bytes each, do not fit in less.
-    assert!(bytes.starts_with(b"RRF") && bytes.len() > 21 * 144 * 12 / 2, "{} bytes", bytes.len());
-}
-
-#[test]
-#[cfg(not(feature = "rerun"))]
-fn a_build_without_rerun_says_so() {
-    let done = nappe(&["run", "demo", "--save", "demo.rrd"]);
-    assert_eq!(done.code, Some(2), "{done:?}");
-    assert!(done.stderr.contains("Rerun") && done.stderr.contains("folder"), "{}", done.stderr);
-    assert_eq!(nappe(&["view", "some"]).code, Some(2));
-}
-
-#[test]
 fn a_save_path_that_is_neither_recording_nor_folder_is_refused_before_anything_runs() {
     let done = nappe(&["run", "demo", "--save", "movie.mp4"]);
     assert_eq!(done.code, Some(2), "{done:?}");

@@ -149,24 +149,6 @@ fn watching_prints_diagnostics_and_saves_frames() {
 }
 
 #[test]
-#[cfg(feature = "rerun")]
-fn a_view_can_be_a_recording() {
-    let server = Server::start();
-    create(&server, "seen", 20);
-    server.nappe(&["step", "seen", "20"]).ok();
-    let folder = folder();
-    let file = folder.path().join("seen.rrd");
-    let path = file.to_str().expect("a UTF-8 path");
-    let shown = server.nappe(&["view", "seen", "--save", path]).ok().json();
-    // 20 steps, a frame every 2, and the initial state.
-    assert_eq!(
-        (&shown["frames"], &shown["dropped"], &shown["finished"]),
-        (&11.into(), &0.into(), &true.into())
-    );
-    assert!(std::fs::metadata(&file).expect("the recording").len() > 0);
-}
-
-#[test]
 fn a_refusal_ends_with_5_and_its_reason() {
     let server = Server::start();
     let unknown = server.nappe(&["step", "nobody"]);

@@ -107,22 +107,30 @@ impl Done {
     }
 }
 
-/// The command, with the environment of the test but no server named in it.
+/// The command, with the environment of the test but no server or viewer named in it.
 pub(crate) fn command() -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_nappe"));
-    command.env_remove("NAPPE_SERVER").env_remove("NAPPE_TOKEN_FILE").stdin(Stdio::null());
+    command_at(Path::new(env!("CARGO_BIN_EXE_nappe")))
+}
+
+/// The command in another place, with the same environment.
+pub(crate) fn command_at(path: &Path) -> Command {
+    let mut command = Command::new(path);
+    for variable in ["NAPPE_SERVER", "NAPPE_TOKEN_FILE", "NAPPE_VIEWER"] {
+        command.env_remove(variable);
+    }
+    command.stdin(Stdio::null());
     command
 }
 
 /// Runs the command in a folder to its end.
 pub(crate) fn nappe_in(folder: &Path, args: &[&str]) -> Done {
-    let mut process = command()
-        .current_dir(folder)
-        .args(args)
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .expect("the command starts");
+    run_to_end(command().current_dir(folder).args(args))
+}
+
+/// Runs a command to its end.
+pub(crate) fn run_to_end(command: &mut Command) -> Done {
+    let mut process =
+        command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the command starts");
     let stdout = whole(process.stdout.take().expect("a pipe"));
     let stderr = whole(process.stderr.take().expect("a pipe"));
     let ended = within(LONG, || process.try_wait().expect("it can be asked").is_some());
@@ -133,7 +141,7 @@ pub(crate) fn nappe_in(folder: &Path, args: &[&str]) -> Done {
     let status = process.wait().expect("it ends");
     let [stdout, stderr] = [stdout, stderr].map(|text| text.join().expect("UTF-8"));
     let done = Done { code: status.code(), stdout, stderr };
-    assert!(ended, "{args:?} does not end: {done:?}");
+    assert!(ended, "{command:?} does not end: {done:?}");
     done
 }
 
