@@ -160,7 +160,7 @@ pub(crate) fn nappe(args: &[&str]) -> Done {
 }
 
 /// A folder that goes away. (The crate `tempfile` would do, but asks for features that the command
-/// does not: every crate below it, the viewer's SDK among them, would be built twice.)
+/// does not: every crate below it would be built twice.)
 #[derive(Debug)]
 pub(crate) struct Folder(PathBuf);
 
