@@ -21,6 +21,8 @@
 //! # }
 //! ```
 
+/// How arrays of frames are made small.
+pub use nappe_proto::packed;
 /// What a server may ask for, and how it is found.
 pub use nappe_proto::token::{self, Token};
 /// Why a call can fail, and messages of the service as they are on the wire.

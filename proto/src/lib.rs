@@ -6,7 +6,8 @@
 //! number that is infinite or not a number becomes `null`, since JSON has none.
 //!
 //! [`Reason`] is the table of the reasons for which a call can fail, which server and clients share.
-//! How a server and the clients of the same user agree on a token is in [`token`].
+//! How a server and the clients of the same user agree on a token is in [`token`]; how arrays of frames are made
+//! small, in [`packed`].
 
 /// Messages and services of `nappe.v1`, generated.
 #[allow(
@@ -30,6 +31,7 @@ mod requests;
 mod reason;
 mod reason_pages;
 mod contract_page;
+pub mod packed;
 pub mod token;
 
 pub use contract_page::contract_page;

@@ -50,7 +50,7 @@ const ORDER: [&str; 18] = [
 ];
 
 /// What is said of entries that cannot say it themselves.
-const SAID: [(&str, &str); 26] = [
+const SAID: [(&str, &str); 28] = [
     ("Cargo.lock", "Versions of all dependencies, committed since this is a program"),
     ("LICENSE", "MIT or Apache-2.0, at your option"),
     ("LICENSE-APACHE", "The text of Apache-2.0"),
@@ -70,6 +70,8 @@ const SAID: [(&str, &str); 26] = [
     ("proto/image.binpb", "The contract that clients were compiled from, for `buf breaking`"),
     ("proto/nappe/v1/", "The contract itself, for any language"),
     ("proto/nappe/v1/reasons.json", "Why a call can fail, for any language; made from `reason.rs`"),
+    ("proto/tests/", "What the contract says in code, against golden vectors and random numbers"),
+    ("proto/tests/packed/", "Golden vectors of packed arrays, for any language"),
     ("server/scene/tests/", "Every shipped scene, every message about a scene, mesh files"),
     ("server/scenes/", "Scenes that come with nappe, each also a test"),
     ("server/tests/", "The built program, from outside"),
@@ -78,6 +80,9 @@ const SAID: [(&str, &str); 26] = [
     ("tests/peers/", "Other programs on the same work, for comparison"),
     ("tests/xtask/", "`cargo xtask`: checks, tests, proofs, and the files that are made from the code"),
 ];
+
+/// Folders of files of one kind, which take one line.
+const ONE_LINE: [&str; 2] = ["proto/tests/packed/", "server/scenes/"];
 
 /// What the tree is drawn from.
 struct Repository {
@@ -171,7 +176,7 @@ impl Repository {
     fn is_closed(&self, folder: &str) -> bool {
         let is_below = |top: &str| folder.len() > top.len() && folder.starts_with(top);
         let is_suite = !folder.contains("src/") && self.texts.contains_key(&format!("{folder}main.rs"));
-        is_below("docs/") || is_below("tests/") || folder == "server/scenes/" || is_suite
+        is_below("docs/") || is_below("tests/") || ONE_LINE.contains(&folder) || is_suite
     }
 
     /// Whether a folder holds a crate; the root holds the workspace.

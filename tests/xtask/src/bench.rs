@@ -3,7 +3,7 @@
 use crate::shell::{Failure, Shell};
 
 /// Names of all benchmarks.
-const BENCHES: [&str; 7] = ["zara", "cloth", "solver", "snow", "stomakhin", "stream", "serve"];
+const BENCHES: [&str; 8] = ["zara", "cloth", "solver", "snow", "stomakhin", "stream", "packed", "serve"];
 
 /// Runs the benchmarks named in `names`, or all.
 pub(crate) fn run(shell: &mut Shell, names: &[String]) -> Result<(), Failure> {

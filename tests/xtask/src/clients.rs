@@ -4,7 +4,7 @@
 use std::{
     fs,
     io::{BufRead as _, BufReader},
-    path::{Path, PathBuf},
+    path::Path,
     process::{Child, Command, Stdio},
 };
 
@@ -23,7 +23,7 @@ fn run(shell: &mut Shell) -> Result<(), Failure> {
     let server = Server::start(&built.join("nappe-server"))?;
     let mut rust = Command::new(built.join("examples/watch"));
     shell.run("example in Rust", rust.arg(format!("http://{}", server.address)).stdout(Stdio::null()))?;
-    if let Some(python) = python_with_grpc(shell) {
+    if let Some(python) = shell.python_with("grpc_tools, numpy") {
         return python_example(shell, &python, &server);
     }
     shell.skip("example in Python", "grpcio-tools and numpy are not installed");
@@ -41,14 +41,6 @@ fn python_example(shell: &mut Shell, python: &Path, server: &Server) -> Result<(
     let mut example = Command::new(python);
     example.args(["client/examples/watch.py", &server.address]).env("PYTHONPATH", stubs);
     shell.run("example in Python", example.stdout(Stdio::null()))
-}
-
-/// A Python that has what the example imports.
-fn python_with_grpc(shell: &Shell) -> Option<PathBuf> {
-    let python = shell.find("python3")?;
-    let mut imports = Command::new(&python);
-    imports.args(["-c", "import grpc_tools, numpy"]).stderr(Stdio::null());
-    imports.status().is_ok_and(|status| status.success()).then_some(python)
 }
 
 /// A server on a free loopback port, ended when dropped.

@@ -14,6 +14,7 @@ mod contract;
 mod suites;
 mod check;
 mod ranks;
+mod frames;
 mod test;
 mod bench;
 mod clients;
@@ -44,7 +45,7 @@ const TASKS: [Task; 10] = [
     ),
     (
         "bench",
-        "the benchmarks named after it, or all: zara cloth solver snow stomakhin stream serve",
+        "the benchmarks named after it, or all: zara cloth solver snow stomakhin stream packed serve",
         bench::run,
     ),
     (

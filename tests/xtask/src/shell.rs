@@ -6,7 +6,7 @@ use std::{
     ffi::OsString,
     fmt, io,
     path::{Path, PathBuf},
-    process::Command,
+    process::{Command, Stdio},
     time::{Duration, Instant},
 };
 
@@ -187,6 +187,14 @@ impl Shell {
             .chain(env::split_paths(&path))
             .map(|dir| dir.join(program))
             .find(|file| file.is_file())
+    }
+
+    /// A Python that has these modules, their names apart by commas.
+    pub(crate) fn python_with(&self, modules: &str) -> Option<PathBuf> {
+        let python = self.find("python3")?;
+        let mut imports = Command::new(&python);
+        imports.args(["-c", &format!("import {modules}")]).stderr(Stdio::null());
+        imports.status().is_ok_and(|status| status.success()).then_some(python)
     }
 
     /// What will run and how long each step took the last time, a line each.

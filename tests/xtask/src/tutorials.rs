@@ -61,7 +61,7 @@ pub(crate) fn run(shell: &mut Shell, names: &[String]) -> Result<(), Failure> {
         let name = page.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         let title = format!("tutorial {name}");
         let text = fs::read_to_string(&page).map_err(|error| failure(&page, &error))?;
-        if text.contains("grpc_tools") && !has_grpc(shell) {
+        if text.contains("grpc_tools") && shell.python_with("grpc_tools, numpy").is_none() {
             shell.skip(&title, "grpcio-tools and numpy are not installed");
             continue;
         }
@@ -250,14 +250,6 @@ fn fits(pattern: &str, line: &str) -> bool {
         }
         None => false,
     })
-}
-
-/// Whether a Python is there that can make stubs from the contract.
-fn has_grpc(shell: &Shell) -> bool {
-    let Some(python) = shell.find("python3") else { return false };
-    let mut imports = Command::new(python);
-    imports.args(["-c", "import grpc_tools, numpy"]).stderr(Stdio::null());
-    imports.status().is_ok_and(|status| status.success())
 }
 
 fn failure(file: &Path, error: &std::io::Error) -> Failure {

@@ -16,6 +16,7 @@ mod zara;
 mod cloth;
 mod solver;
 mod stream;
+mod packed;
 mod snow;
 mod stomakhin;
 mod serve;
@@ -37,6 +38,7 @@ enum Suite {
     Cloth(cloth::ClothArgs),
     Solver(solver::SolverArgs),
     Stream(stream::StreamArgs),
+    Packed(packed::PackedArgs),
     Snow(snow::SnowArgs),
     Stomakhin(stomakhin::StomakhinArgs),
     Serve(serve::ServeArgs),
@@ -52,6 +54,7 @@ pub(crate) fn run(args: &BenchArgs) -> Result<()> {
         Suite::Cloth(args) => cloth::run(args),
         Suite::Solver(args) => solver::run(args),
         Suite::Stream(args) => stream::run(args),
+        Suite::Packed(args) => packed::run(args),
         Suite::Snow(args) => snow::run(args),
         Suite::Stomakhin(args) => stomakhin::run(args),
         Suite::Serve(args) => serve::run(args),

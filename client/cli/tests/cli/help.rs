@@ -71,6 +71,7 @@ fn verbs_that_print_take_json() {
         ["bench", "zara"],
         ["bench", "cloth"],
         ["bench", "stream"],
+        ["bench", "packed"],
         ["bench", "snow"],
         ["bench", "stomakhin"],
     ] {
