@@ -50,7 +50,7 @@ const ORDER: [&str; 18] = [
 ];
 
 /// What is said of entries that cannot say it themselves.
-const SAID: [(&str, &str); 28] = [
+const SAID: [(&str, &str); 29] = [
     ("Cargo.lock", "Versions of all dependencies, committed since this is a program"),
     ("LICENSE", "MIT or Apache-2.0, at your option"),
     ("LICENSE-APACHE", "The text of Apache-2.0"),
@@ -79,10 +79,11 @@ const SAID: [(&str, &str); 28] = [
     ("tests/golden/", "Reference data, and the committed hashes"),
     ("tests/peers/", "Other programs on the same work, for comparison"),
     ("tests/xtask/", "`cargo xtask`: checks, tests, proofs, and the files that are made from the code"),
+    ("viewer/web/", "The page of HTML recordings, in TypeScript; what is built of it is in `dist`"),
 ];
 
 /// Folders of files of one kind, which take one line.
-const ONE_LINE: [&str; 2] = ["proto/tests/packed/", "server/scenes/"];
+const ONE_LINE: [&str; 3] = ["proto/tests/packed/", "server/scenes/", "viewer/web/"];
 
 /// What the tree is drawn from.
 struct Repository {

@@ -94,8 +94,8 @@ impl OverrideArgs {
 pub(crate) struct ComputeArgs {
     #[command(flatten)]
     pub(crate) overrides: OverrideArgs,
-    /// Keep the frames: a Rerun recording FILE.rrd, or a folder of PLY files
-    #[arg(long, value_name = "FILE.rrd|FOLDER")]
+    /// Keep the frames: a page FILE.html, a Rerun recording FILE.rrd, or a folder of PLY files
+    #[arg(long, value_name = "FILE.html|FILE.rrd|FOLDER")]
     pub(crate) save: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) fields: FieldsArgs,

@@ -11,6 +11,13 @@ pub(crate) fn total_energy(diagnostics: &v1::Diagnostics) -> f64 {
     diagnostics.kinetic_energy + diagnostics.elastic_energy + diagnostics.gravitational_energy
 }
 
+/// Length of the last step of the cloths or of the snow, whichever is shorter (s).
+pub(crate) fn dt_seconds(diagnostics: &v1::Diagnostics) -> Option<f64> {
+    let cloth = diagnostics.cloth.as_ref().map(|cloth| cloth.dt_seconds);
+    let snow = diagnostics.snow.as_ref().map(|snow| snow.dt_seconds);
+    cloth.into_iter().chain(snow).filter(|seconds| *seconds > 0.0).reduce(f64::min)
+}
+
 /// How the last step of the scene was divided into steps of snow, and what limits the next one.
 pub(crate) fn substeps(snow: &v1::SnowDiagnostics) -> String {
     let at = snow.bound_particle.map_or_else(String::new, |particle| format!(" at particle {particle}"));

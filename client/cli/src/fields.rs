@@ -7,7 +7,7 @@
 use std::{ffi::OsString, path::Path};
 
 use clap::{Args, ValueEnum};
-use nappe_client::{Field, GridOptions, WatchOptions};
+use nappe_client::{Field, GridOptions, WatchOptions, packed::Step};
 
 use crate::{
     error::{CliError, Result},
@@ -20,6 +20,10 @@ pub(crate) struct FieldsArgs {
     /// Keep these arrays as well; a recording shows the first as colour
     #[arg(long, value_enum, value_name = "ARRAY,...", value_delimiter = ',')]
     fields: Vec<FieldName>,
+    /// How far a coordinate in an HTML file may be from what it was (m) [default: the extent of the first frame over
+    /// 16384]
+    #[arg(long, value_name = "METRES")]
+    max_error: Option<f64>,
     #[command(flatten)]
     shown: ShownArgs,
 }
@@ -76,6 +80,28 @@ pub(crate) enum ColorName {
     Body,
 }
 
+impl ColorName {
+    /// The array that it needs.
+    pub(crate) const fn field(self) -> Option<Field> {
+        match self {
+            Self::PlasticRatio => Some(Field::PlasticRatios),
+            Self::Speed => Some(Field::Velocities),
+            Self::Stress => Some(Field::StressNorms),
+            Self::Body => None,
+        }
+    }
+
+    /// Its name, where it shows numbers of particles.
+    pub(crate) const fn shown(self) -> Option<&'static str> {
+        match self {
+            Self::PlasticRatio => Some("plastic_ratio"),
+            Self::Speed => Some("speed"),
+            Self::Stress => Some("stress"),
+            Self::Body => None,
+        }
+    }
+}
+
 impl ShownArgs {
     /// Nodes of the grid that were asked for.
     pub(crate) fn grid(&self) -> Option<GridOptions> {
@@ -98,28 +124,49 @@ impl FieldsArgs {
     /// Checks the choices against where the frames go.
     ///
     /// # Errors
-    /// When nothing is kept, or a colour is asked for where there is none.
+    /// When nothing is kept, or what is asked for cannot be kept there.
     pub(crate) fn check(&self, save: Option<&Path>) -> Result<()> {
-        let asked = [
+        let [fields, grid, color, error] = [
             ("--fields", !self.fields.is_empty()),
             ("--grid", self.shown.grid.is_some()),
             ("--color", self.shown.color.is_some()),
-        ];
-        let first = asked.iter().find(|(_, is_asked)| *is_asked);
-        match (first, save) {
-            (Some((option, _)), None) => {
-                Err(CliError::usage(format!("{option} says what to keep: --save says where, and is missing"))
-                    .hint("--save FILE.rrd keeps a Rerun recording, --save FOLDER PLY files"))
-            }
-            (Some(_), Some(path)) if self.shown.color.is_some() && !paths::is_recording(path) => {
-                Err(CliError::usage(format!(
-                    "--color belongs to a Rerun recording, and {} is none",
-                    path.display()
-                ))
-                .hint("--fields keeps the arrays themselves in PLY files"))
-            }
-            _ => Ok(()),
+            ("--max-error", self.max_error.is_some()),
+        ]
+        .map(|(option, is_asked)| is_asked.then_some(option));
+        if self.max_error.is_some_and(|error| Step::within(error).is_none()) {
+            return Err(CliError::usage("--max-error is a number above 0 (m)"));
         }
+        let Some(path) = save else {
+            let Some(option) = fields.or(grid).or(color).or(error) else { return Ok(()) };
+            return Err(CliError::usage(format!(
+                "{option} says what to keep: --save says where, and is missing"
+            ))
+            .hint("--save FILE.html keeps a page, FILE.rrd a Rerun recording, FOLDER PLY files"));
+        };
+        let wrong = if paths::is_html(path) {
+            fields.or(grid).map(|option| (option, "a Rerun recording, or to a folder of PLY files"))
+        } else if paths::is_recording(path) {
+            error.map(|option| (option, "an HTML file"))
+        } else {
+            let color = color.map(|option| (option, "an HTML file, or to a Rerun recording"));
+            color.or(error.map(|option| (option, "an HTML file")))
+        };
+        match wrong {
+            Some((option, place)) => {
+                Err(CliError::usage(format!("{option} belongs to {place}, and {} is none", path.display())))
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// The colour asked for.
+    pub(crate) fn color(&self) -> Option<ColorName> {
+        self.shown.color
+    }
+
+    /// How far a coordinate may be from what it was (m), if that was said.
+    pub(crate) fn max_error(&self) -> Option<f64> {
+        self.max_error
     }
 
     /// These watch options with what is kept.
@@ -150,7 +197,8 @@ mod tests {
         assert!(plain.viewer_options().is_empty());
         let grid = Some("slice:y=-0.25".parse().expect("a slice"));
         let shown = ShownArgs { grid, grid_nodes: Some(9), color: Some(ColorName::Speed) };
-        let args = FieldsArgs { fields: vec![FieldName::Stress, FieldName::PlasticRatio], shown };
+        let fields = vec![FieldName::Stress, FieldName::PlasticRatio];
+        let args = FieldsArgs { fields, shown, max_error: None };
         let watched = args.watch(WatchOptions::default());
         assert!(watched.fields.contains(Field::StressNorms) && !watched.fields.contains(Field::Velocities));
         assert_eq!(watched.grid.map(|grid| grid.max_nodes), Some(9));
@@ -161,15 +209,25 @@ mod tests {
     }
 
     #[test]
-    fn what_is_kept_needs_a_place_and_a_colour_a_recording() {
+    fn what_is_kept_needs_a_place_that_can_hold_it() {
         let smoke = ShownArgs { grid: Some(GridOptions::all()), ..ShownArgs::default() };
-        let args = FieldsArgs { fields: Vec::new(), shown: smoke };
-        assert!(args.check(None).is_err() && args.check(Some(Path::new("folder"))).is_ok());
+        let smoke = FieldsArgs { shown: smoke, ..FieldsArgs::default() };
         let color = ShownArgs { color: Some(ColorName::Speed), ..ShownArgs::default() };
-        let args = FieldsArgs { fields: Vec::new(), shown: color };
-        assert!(
-            args.check(Some(Path::new("folder"))).is_err() && args.check(Some(Path::new("a.rrd"))).is_ok()
-        );
-        assert!(FieldsArgs::default().check(None).is_ok());
+        let color = FieldsArgs { shown: color, ..FieldsArgs::default() };
+        let error = FieldsArgs { max_error: Some(1e-3), ..FieldsArgs::default() };
+        let fields = FieldsArgs { fields: vec![FieldName::Velocity], ..FieldsArgs::default() };
+        let places = |args: &FieldsArgs| {
+            [None, Some("folder"), Some("a.rrd"), Some("a.html")]
+                .map(|path| args.check(path.map(Path::new)).is_ok())
+        };
+        assert_eq!(places(&smoke), [false, true, true, false]);
+        assert_eq!(places(&fields), [false, true, true, false]);
+        assert_eq!(places(&color), [false, false, true, true]);
+        assert_eq!(places(&error), [false, false, false, true]);
+        assert_eq!(places(&FieldsArgs::default()), [true; 4]);
+        for wrong in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            let wrong = FieldsArgs { max_error: Some(wrong), ..FieldsArgs::default() };
+            assert_eq!(places(&wrong), [false; 4]);
+        }
     }
 }

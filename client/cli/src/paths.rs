@@ -1,4 +1,4 @@
-//! What a path on the command line means: a recording, a folder, a scene file.
+//! What a path on the command line means: an HTML file, a recording, a folder, a scene file.
 //!
 //! Enters: a path, as it was typed. Leaves: whether it is one, or what is wrong with it.
 
@@ -11,6 +11,11 @@ pub(crate) fn is_recording(path: &Path) -> bool {
     has_extension(path, "rrd")
 }
 
+/// Whether a path names an HTML file.
+pub(crate) fn is_html(path: &Path) -> bool {
+    has_extension(path, "html")
+}
+
 /// Whether a path names a scene file.
 pub(crate) fn is_scene(path: &Path) -> bool {
     has_extension(path, "toml")
@@ -20,16 +25,16 @@ fn has_extension(path: &Path, wanted: &str) -> bool {
     path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case(wanted))
 }
 
-/// Checks that `--save` names a recording or a folder.
+/// Checks that `--save` names an HTML file, a recording or a folder.
 ///
 /// # Errors
-/// When the path has an extension that is not a recording's, and is not a folder that exists.
+/// When the path has another extension, and is not a folder that exists.
 pub(crate) fn check_save(path: &Path) -> Result<()> {
-    if is_recording(path) || path.extension().is_none() || path.is_dir() {
+    if is_recording(path) || is_html(path) || path.extension().is_none() || path.is_dir() {
         return Ok(());
     }
     Err(CliError::usage(format!(
-        "--save {}: frames are kept in a Rerun recording, FILE.rrd, or in a folder of PLY meshes",
+        "--save {}: frames are kept in an HTML file, FILE.html, in a Rerun recording, FILE.rrd, or in a folder of PLY meshes",
         path.display()
     ))
     .hint("the name of a new folder has no extension"))

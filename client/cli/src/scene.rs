@@ -115,6 +115,14 @@ impl Input {
         }
     }
 
+    /// The scene's text, where this command has it.
+    pub(crate) fn text(&self) -> Option<&str> {
+        match self {
+            Self::Named(name) => shipped_text(name).ok(),
+            Self::Written(written) => Some(&written.text),
+        }
+    }
+
     /// Sends the meshes; the scene that then names them by their ids.
     ///
     /// # Errors

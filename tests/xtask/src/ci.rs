@@ -3,11 +3,12 @@
 use crate::{
     check,
     shell::{Failure, Shell},
-    test,
+    test, web,
 };
 
 /// Runs the checks and the quick tests.
 pub(crate) fn run(shell: &mut Shell, arguments: &[String]) -> Result<(), Failure> {
     check::run(shell, arguments)?;
-    test::run(shell, arguments)
+    test::run(shell, arguments)?;
+    web::page(shell)
 }

@@ -24,6 +24,7 @@ mod tutorials;
 mod picture;
 mod bless;
 mod prove;
+mod web;
 mod ci;
 
 use std::process::ExitCode;

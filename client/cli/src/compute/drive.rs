@@ -5,13 +5,13 @@
 
 use std::future::Future;
 
-use nappe_client::{Client, ClientError, Event, FrameStream, Wait, WatchOptions, v1};
+use nappe_client::{Client, ClientError, Event, FrameStream, SessionEnd, Wait, WatchOptions, v1};
 
 use super::{progress::Progress, record};
 use crate::{
     error::{CliError, Result},
     remote,
-    save::{Destination, Folder, Form},
+    save::{Destination, Form, Sink},
     viewer::Place,
 };
 
@@ -25,6 +25,8 @@ pub(crate) struct Driven {
     pub(crate) session: v1::Session,
     /// Why the drive ended.
     pub(crate) end: DriveEnd,
+    /// The end that the frames' stream told, if frames were saved here until then.
+    pub(crate) told: Option<SessionEnd>,
 }
 
 /// Why a drive ended.
@@ -52,9 +54,12 @@ pub(crate) async fn drive(
         return until_end(client, id, &progress, Box::pin(play(client, id, &progress))).await;
     };
     match form {
-        Form::Folder(folder) => {
+        Form::Sink(sink) => {
             let progress = Progress::start(session.step_limit);
-            until_end(client, id, &progress, Box::pin(save(client, id, folder, &progress))).await
+            let mut told = None;
+            let saved = Box::pin(save(client, session, sink, &progress, &mut told));
+            let driven = until_end(client, id, &progress, saved).await?;
+            Ok(Driven { told, ..driven })
         }
         Form::Recording(recording) => {
             let mut child = record::begin(recording, place, id, path).await?;
@@ -89,16 +94,23 @@ async fn until_end(
         DriveEnd::Session => client.get_session(id).await?,
         DriveEnd::Interrupted => client.pause(id, Wait::Yes).await?.session,
     };
-    Ok(Driven { session, end })
+    Ok(Driven { session, end, told: None })
 }
 
 /// Plays and saves every frame.
-async fn save(client: &Client, id: &str, folder: &mut Folder, progress: &Progress) -> Result<()> {
+async fn save(
+    client: &Client,
+    session: &v1::Session,
+    sink: &mut Sink,
+    progress: &Progress,
+    told: &mut Option<SessionEnd>,
+) -> Result<()> {
+    let id = session.session_id.as_str();
     let options = WatchOptions { pace_to_watcher: true, ..WatchOptions::every_from(0) };
-    let frames = client.watch(id, folder.watch(options)).await?;
+    let frames = client.watch(id, sink.watch(options, session)).await?;
     client.play(id, 0.0).await?;
 
-    let mut saving = Saving { id, frames, folder, progress, newest: None, broken: None };
+    let mut saving = Saving { id, frames, sink, progress, told, newest: None, broken: None };
     while saving.receive().await? == Arrival::Saved {}
     let session = client.get_session(id).await?;
     saving.nothing_lost(&session)
@@ -131,8 +143,9 @@ fn has_ended(session: &v1::Session) -> bool {
 struct Saving<'a> {
     id: &'a str,
     frames: FrameStream,
-    folder: &'a mut Folder,
+    sink: &'a mut Sink,
     progress: &'a Progress,
+    told: &'a mut Option<SessionEnd>,
     /// Newest frame saved.
     newest: Option<u64>,
     /// Why the stream stopped, if it did.
@@ -166,15 +179,19 @@ impl Saving<'_> {
     /// Saves the next frame, whatever else arrives before it.
     async fn receive(&mut self) -> Result<Arrival> {
         match self.frames.next().await {
-            Some(Ok(Event::Topology(topology))) => self.folder.topology(topology),
+            Some(Ok(Event::Topology(topology))) => self.sink.topology(topology),
             Some(Ok(Event::Frame(frame))) => {
                 if let Some(diagnostics) = &frame.diagnostics {
                     self.progress.show(diagnostics);
                 }
                 self.newest = Some(frame.frame);
-                self.folder.write(&frame)?;
+                self.sink.frame(&frame)?;
             }
-            Some(Ok(Event::End(_))) | None => return Ok(Arrival::Over),
+            Some(Ok(Event::End(end))) => {
+                *self.told = Some(end);
+                return Ok(Arrival::Over);
+            }
+            None => return Ok(Arrival::Over),
             Some(Ok(_)) => {}
             Some(Err(error)) => {
                 self.broken = Some(error);

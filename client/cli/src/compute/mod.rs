@@ -60,7 +60,7 @@ pub(crate) async fn compute(
     // First, so that a path that cannot be written is known before hours are computed.
     args.fields.check(args.save.as_deref())?;
     let destination = match &args.save {
-        Some(path) => Some(Destination::open(path, &args.fields).await?),
+        Some(path) => Some(Destination::open(path, &args.fields, scene.text()).await?),
         None => None,
     };
     let (driven, summary) = match server {
@@ -92,12 +92,13 @@ async fn compute_on(
     meshes::note(&created.warnings);
 
     let driven = drive::drive(client, place, &created.session, destination.as_mut()).await;
+    let told = driven.as_ref().ok().and_then(|driven| driven.told);
+    let saved = destination.map(|destination| destination.finish(told));
 
     // A remote server is left as it was found, also after a failure. An error of the drive is reported first.
     let deleted = client.delete_session(&created.session.session_id).await;
     let driven = driven?;
     deleted?;
-    let saved = destination.map(|destination| destination.path);
-    let summary = Summary::new(scene.name().to_owned(), &driven, saved);
+    let summary = Summary::new(scene.name().to_owned(), &driven, saved.transpose()?);
     Ok((driven, summary))
 }

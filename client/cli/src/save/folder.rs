@@ -47,12 +47,12 @@ impl Folder {
     }
 
     /// These watch options with what is kept.
-    pub(crate) fn watch(&self, options: WatchOptions) -> WatchOptions {
+    pub(super) fn watch(&self, options: WatchOptions) -> WatchOptions {
         self.fields.watch(options)
     }
 
     /// Keeps the triangles, which every file repeats.
-    pub(crate) fn topology(&mut self, topology: Topology) {
+    pub(super) fn topology(&mut self, topology: Topology) {
         self.triangles = topology.bodies.into_iter().flat_map(|body| body.triangles).collect();
     }
 
@@ -60,7 +60,7 @@ impl Folder {
     ///
     /// # Errors
     /// When one cannot be written.
-    pub(crate) fn write(&self, frame: &Frame) -> Result<()> {
+    pub(super) fn write(&self, frame: &Frame) -> Result<()> {
         let velocities = frame.velocities.as_ref().map(Vectors::to_f32);
         let ratios = frame.plastic_ratios.as_ref().map(Scalars::to_f32);
         let stresses = frame.stress_norms.as_ref().map(Scalars::to_f32);

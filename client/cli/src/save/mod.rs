@@ -1,13 +1,18 @@
-//! Where frames are kept: a Rerun recording, or a folder with PLY files.
+//! Where frames are kept: an HTML file, a folder with PLY files, or a Rerun recording.
 //!
-//! Every frame that comes is kept. A folder is written here; a recording by `nappe-viewer`, which this command starts.
+//! Every frame that comes is kept. The first two are written here; a recording by `nappe-viewer`, which this command
+//! starts.
 
 mod folder;
+mod html;
 mod recording;
 
 use std::path::{Path, PathBuf};
 
-pub(crate) use self::{folder::Folder, recording::Recording};
+use nappe_client::{Frame, SessionEnd, Topology, WatchOptions, v1};
+
+pub(crate) use self::recording::Recording;
+use self::{folder::Folder, html::Html};
 use crate::{error::Result, fields::FieldsArgs, paths};
 
 /// Where the frames of a session go.
@@ -20,24 +25,87 @@ pub(crate) struct Destination {
 
 /// Who writes frames.
 pub(crate) enum Form {
-    /// This command, PLY files.
-    Folder(Folder),
+    /// This command, as the frames come.
+    Sink(Sink),
     /// `nappe-viewer`, a recording.
     Recording(Recording),
 }
 
+/// What this command writes.
+pub(crate) enum Sink {
+    /// One PLY file per frame.
+    Folder(Folder),
+    /// One page that holds its frames.
+    Html(Box<Html>),
+}
+
 impl Destination {
-    /// A recording for a path that ends in `.rrd`, a folder for another.
+    /// An HTML file or a recording for a path that ends so, a folder for another; with the text of the scene, if it is at
+    /// hand.
     ///
     /// # Errors
-    /// When the path names neither; when there is no viewer to record, the folder cannot be made, or holds frames already.
-    pub(crate) async fn open(path: &Path, fields: &FieldsArgs) -> Result<Self> {
+    /// When the path names none of them; when there is no viewer to record, the file or the folder cannot be made, or
+    /// the folder holds frames already.
+    pub(crate) async fn open(path: &Path, fields: &FieldsArgs, scene: Option<&str>) -> Result<Self> {
         paths::check_save(path)?;
         let form = if paths::is_recording(path) {
             Form::Recording(Recording::prepare(fields).await?)
+        } else if paths::is_html(path) {
+            Form::Sink(Sink::Html(Box::new(Html::create(path, fields, scene)?)))
         } else {
-            Form::Folder(Folder::create(path, fields)?)
+            Form::Sink(Sink::Folder(Folder::create(path, fields)?))
         };
         Ok(Self { path: path.to_owned(), form })
+    }
+
+    /// Closes what this command writes.
+    ///
+    /// # Errors
+    /// When its end cannot be written.
+    pub(crate) fn finish(self, end: Option<SessionEnd>) -> Result<PathBuf> {
+        if let Form::Sink(sink) = self.form {
+            sink.finish(end)?;
+        }
+        Ok(self.path)
+    }
+}
+
+impl Sink {
+    /// These watch options with what is kept of a session's frames.
+    pub(crate) fn watch(&mut self, options: WatchOptions, session: &v1::Session) -> WatchOptions {
+        match self {
+            Self::Folder(folder) => folder.watch(options),
+            Self::Html(html) => html.watch(options, session),
+        }
+    }
+
+    /// Keeps the topology; it comes before the frames.
+    pub(crate) fn topology(&mut self, topology: Topology) {
+        match self {
+            Self::Folder(folder) => folder.topology(topology),
+            Self::Html(html) => html.topology(topology),
+        }
+    }
+
+    /// Keeps a frame.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    pub(crate) fn frame(&mut self, frame: &Frame) -> Result<()> {
+        match self {
+            Self::Folder(folder) => folder.write(frame),
+            Self::Html(html) => html.frame(frame),
+        }
+    }
+
+    /// Closes it, with how the session ended, if it did.
+    ///
+    /// # Errors
+    /// When its end cannot be written.
+    pub(crate) fn finish(self, end: Option<SessionEnd>) -> Result<()> {
+        match self {
+            Self::Folder(_) => Ok(()),
+            Self::Html(html) => html.finish(end),
+        }
     }
 }

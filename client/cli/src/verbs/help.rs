@@ -5,7 +5,7 @@ pub(crate) const EXAMPLES: &str = "\
 Examples:
   nappe                                   see a cloth fall over a sphere: the demo, in one command
   nappe scenes                            list the scenes that come with nappe
-  nappe run flag --save flag.rrd          compute a shipped scene and keep a Rerun recording
+  nappe run flag --save flag.html         compute a shipped scene and keep a page that any browser opens
   nappe run my.toml --steps 100 --json    compute a scene file and end with one JSON object
   nappe serve                             start a server for other programs and other machines
   nappe connect anna@cluster              reach a server on another machine through ssh

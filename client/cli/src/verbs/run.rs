@@ -16,6 +16,7 @@ use crate::{
 #[command(after_help = "\
 Examples:
   nappe run flag                                 a shipped scene; `nappe scenes` lists them
+  nappe run flag --save flag.html                with every frame in a page that any browser opens
   nappe run flag --save flag.rrd                 with a Rerun recording of every frame
   nappe run my.toml --save frames --steps 200    a scene file, PLY files in the folder frames
   nappe run my.toml --threads 1 --precision f64 --json

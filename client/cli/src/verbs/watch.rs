@@ -16,7 +16,7 @@ use crate::{
     fields::FieldsArgs,
     output::{self, Format},
     remote,
-    save::{Destination, Folder, Form, Recording},
+    save::{Destination, Form, Recording, Sink},
     session,
     viewer::Place,
 };
@@ -40,8 +40,8 @@ pub(crate) struct WatchArgs {
     /// End after N diagnostics, or N frames saved
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     count: Option<u64>,
-    /// Keep every frame: a Rerun recording FILE.rrd, or a folder of PLY files
-    #[arg(long, value_name = "FILE.rrd|FOLDER")]
+    /// Keep every frame: a page FILE.html, a Rerun recording FILE.rrd, or a folder of PLY files
+    #[arg(long, value_name = "FILE.html|FILE.rrd|FOLDER")]
     save: Option<PathBuf>,
     /// First frame to save [default: the newest]
     #[arg(long, value_name = "FRAME", requires = "save")]
@@ -63,10 +63,10 @@ pub(crate) fn run(args: &WatchArgs) -> Result<()> {
         let Some(path) = &args.save else {
             return follow(&remote::connect(&args.session.server).await?, args).await;
         };
-        let destination = Destination::open(path, &args.fields).await?;
+        let destination = Destination::open(path, &args.fields, None).await?;
         let client = remote::connect(&args.session.server).await?;
         let count = match destination.form {
-            Form::Folder(folder) => save(&client, args, folder).await?,
+            Form::Sink(sink) => save(&client, args, sink).await?,
             Form::Recording(recording) => record(&client, args, &recording, path).await?,
         };
         match args.session.output.format() {
@@ -137,15 +137,16 @@ fn print(step: &v1::Diagnostics, format: Format) -> Result<()> {
 }
 
 /// Saves frames until the session ends, the count is reached, or the user ends it; counts them.
-async fn save(client: &Client, args: &WatchArgs, mut folder: Folder) -> Result<u64> {
+async fn save(client: &Client, args: &WatchArgs, mut sink: Sink) -> Result<u64> {
     let options = WatchOptions {
         from_frame: args.from,
         delivery: nappe_client::Delivery::Every,
         ..WatchOptions::default()
     };
-    let mut stream = client.watch(&args.session.id, folder.watch(options)).await?;
+    let session = client.get_session(&args.session.id).await?;
+    let mut stream = client.watch(&args.session.id, sink.watch(options, &session)).await?;
 
-    let mut saved = 0;
+    let (mut saved, mut ended) = (0, None);
     let mut end = std::pin::pin!(remote::interrupted());
     while args.count.is_none_or(|count| saved < count) {
         let next = tokio::select! {
@@ -153,19 +154,27 @@ async fn save(client: &Client, args: &WatchArgs, mut folder: Folder) -> Result<u
             signal = &mut end => { signal?; break }
         };
         match next {
-            Some(Ok(Event::Topology(topology))) => folder.topology(topology),
+            Some(Ok(Event::Topology(topology))) => sink.topology(topology),
             Some(Ok(Event::Frame(frame))) => {
-                folder.write(&frame)?;
+                sink.frame(&frame)?;
                 saved += 1;
             }
             Some(Ok(Event::Reconnected { attempts, cause })) => {
                 output::note(&back(attempts, &cause));
             }
-            Some(Ok(Event::End(_))) | None => break,
+            Some(Ok(Event::End(end))) => {
+                ended = Some(end);
+                break;
+            }
+            None => break,
             Some(Ok(_)) => {}
-            Some(Err(error)) => return Err(in_words_of(client, &args.session.id, error.into()).await),
+            Some(Err(error)) => {
+                sink.finish(None)?;
+                return Err(in_words_of(client, &args.session.id, error.into()).await);
+            }
         }
     }
+    sink.finish(ended)?;
     Ok(saved)
 }
 

@@ -15,7 +15,7 @@ use nappe_client::Token;
 
 pub(crate) use self::{
     child::{Child, Failure, Shown},
-    program::{BUILD, Viewer},
+    program::Viewer,
 };
 use crate::args::TokenArgs;
 

@@ -19,7 +19,7 @@ const NAME: &str = "nappe-viewer";
 /// The variable that names another.
 const VARIABLE: &str = "NAPPE_VIEWER";
 /// How to come by it.
-pub(crate) const BUILD: &str = "cargo build --release --package nappe-viewer";
+const BUILD: &str = "cargo build --release --package nappe-viewer";
 /// How long it may take to tell its version.
 const PATIENCE: Duration = Duration::from_secs(5);
 /// Most that is read of what it tells (bytes).
@@ -35,21 +35,13 @@ impl Viewer {
     /// # Errors
     /// When there is none; when what there is is no viewer, or one of another version.
     pub(crate) async fn find() -> Result<Self> {
-        Self::look().await?.ok_or_else(|| {
-            CliError::usage(format!(
-                "Rerun needs {NAME}, which is neither beside this command nor on PATH: `{BUILD}` builds it"
-            ))
-        })
-    }
-
-    /// Looks for it; `None` when nobody named one, and none is in reach.
-    ///
-    /// # Errors
-    /// When what there is is no viewer, or one of another version.
-    pub(crate) async fn look() -> Result<Option<Self>> {
         let named = std::env::var_os(VARIABLE).filter(|path| !path.is_empty()).map(PathBuf::from);
         let origin = if named.is_some() { format!("{VARIABLE} names ") } else { String::new() };
-        let Some(path) = named.or_else(|| find_program(NAME)) else { return Ok(None) };
+        let Some(path) = named.or_else(|| find_program(NAME)) else {
+            return Err(CliError::usage(format!(
+                "Rerun needs {NAME}, which is neither beside this command nor on PATH: `{BUILD}` builds it"
+            )));
+        };
 
         let program = format!("{origin}{}", path.display());
         let wrong =
@@ -59,7 +51,7 @@ impl Viewer {
             .map_err(|error| wrong(format!("which cannot be asked for its version ({error})")))?;
         let ours = env!("CARGO_PKG_VERSION");
         match answer.strip_prefix(NAME).map(str::trim) {
-            Some(version) if version == ours => Ok(Some(Self(path))),
+            Some(version) if version == ours => Ok(Self(path)),
             Some(version) => Err(wrong(format!("which is of version {version}, and this command of {ours}"))),
             None => Err(wrong(format!("which is no {NAME}: asked for its version, it says {answer:?}"))),
         }

@@ -3,6 +3,7 @@
 mod support;
 mod help;
 mod run;
+mod html;
 mod mesh;
 mod mecasim;
 mod service;

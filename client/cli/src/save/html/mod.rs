@@ -1,0 +1,229 @@
+//! One HTML file that any browser opens, without a server and without a network: a page, and the frames that it shows.
+//!
+//! It is written as frames come. Cut anywhere, it still opens and shows its whole blocks.
+
+mod head;
+mod block;
+
+use std::{
+    fs::File,
+    io::{self, BufWriter, Write as _},
+    path::{Path, PathBuf},
+};
+
+use nappe_client::{Frame, SessionEnd, Topology, Vectors, WatchOptions, holds_snow, packed::Step, v1};
+use serde_json::{Value, json};
+
+use self::{
+    block::Block,
+    head::{About, head},
+};
+use crate::{
+    error::{CliError, Result},
+    fields::{ColorName, FieldsArgs},
+    output,
+};
+
+/// The page that shows what follows it; it ends with its own script, so that data can follow.
+const PAGE: &str = include_str!("../../../../../viewer/web/dist/replay.html");
+/// The extent of the first frame over the error that is allowed where nobody said one.
+const FINENESS: f64 = 16_384.0;
+/// The error that is allowed where the first frame has no extent (m).
+const ERROR_OF_A_POINT: f64 = 1e-4;
+/// A file larger than this is told how it gets smaller (bytes).
+const LARGE: u64 = 200_000_000;
+
+/// An HTML file in the making.
+pub(crate) struct Html {
+    path: PathBuf,
+    out: BufWriter<File>,
+    bytes: u64,
+    fields: FieldsArgs,
+    about: About,
+    color: Option<ColorName>,
+    /// Until the first frame, which tells how large the scene is.
+    topology: Option<Topology>,
+    /// The step of the positions, from the first frame on: the error allows it, and all particles are in its reach.
+    step: Option<Step>,
+    block: Option<Block>,
+    frame_count: u64,
+    last_step: u64,
+}
+
+impl Html {
+    /// Makes the file and writes the page.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    pub(super) fn create(path: &Path, fields: &FieldsArgs, scene: Option<&str>) -> Result<Self> {
+        let file = File::create(path).map_err(|error| CliError::file("write", path, &error))?;
+        let mut html = Self {
+            path: path.to_owned(),
+            out: BufWriter::new(file),
+            bytes: 0,
+            fields: fields.clone(),
+            about: About { scene: scene.map(str::to_owned), ..About::default() },
+            color: None,
+            topology: None,
+            step: None,
+            block: None,
+            frame_count: 0,
+            last_step: 0,
+        };
+        html.write(PAGE)?;
+        html.flush()?;
+        Ok(html)
+    }
+
+    /// These watch options with what the colour needs; notes what the session is.
+    pub(super) fn watch(&mut self, mut options: WatchOptions, session: &v1::Session) -> WatchOptions {
+        let title = if session.title.is_empty() { &session.session_id } else { &session.title };
+        title.clone_into(&mut self.about.title);
+        self.about.dt_seconds = session.dt_seconds;
+        self.about.precision = session.precision().word();
+        let of_snow = holds_snow(session).then_some(ColorName::PlasticRatio);
+        self.color = self.fields.color().or(of_snow);
+        if let Some(field) = self.color.and_then(ColorName::field) {
+            options.fields = options.fields.with(field);
+        }
+        options
+    }
+
+    /// Keeps the topology for the head of the file.
+    pub(super) fn topology(&mut self, topology: Topology) {
+        self.topology = Some(topology);
+    }
+
+    /// Packs a frame, and writes the block that it ends.
+    ///
+    /// # Errors
+    /// When the file cannot be written, or a particle is where no step reaches.
+    pub(super) fn frame(&mut self, frame: &Frame) -> Result<()> {
+        let step = match self.step {
+            Some(step) => step,
+            None => self.begin(frame)?,
+        };
+        let mut block = self.block.take().unwrap_or_else(|| Block::new(step, self.color));
+        while block.add(frame).is_err() {
+            let coarser = Step::new(block.step().exponent() + 1)
+                .ok_or_else(|| CliError::failure("a particle is farther away than an HTML file can hold"))?;
+            self.write_block(&block)?;
+            block = Block::new(coarser, self.color);
+        }
+        if block.step() != step {
+            self.step = Some(block.step());
+            self.tell_coarser(frame.frame, block.step());
+        }
+        (self.frame_count, self.last_step) = (self.frame_count + 1, frame.step);
+        if block.is_whole() {
+            self.write_block(&block)?;
+        } else {
+            self.block = Some(block);
+        }
+        Ok(())
+    }
+
+    /// Writes what is left.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub(super) fn finish(mut self, end: Option<SessionEnd>) -> Result<()> {
+        if let Some(topology) = self.topology.take() {
+            self.write_head(&topology, self.fields.max_error())?;
+        }
+        if let Some(block) = self.block.take() {
+            self.write_block(&block)?;
+        }
+        let end = json!({
+            "frames": self.frame_count,
+            "steps": end.map_or(self.last_step, |end| end.step),
+            "hash": end.map(|end| output::hash(end.state_hash)),
+            "finished": end.is_some(),
+        });
+        self.write_element("nappe-end", &end)?;
+        self.flush()
+    }
+
+    /// Writes the head, for which the first frame says how large the scene is, and gives the step of the positions.
+    fn begin(&mut self, frame: &Frame) -> Result<Step> {
+        let bound = self.fields.max_error().unwrap_or_else(|| match extent(&frame.positions) {
+            extent if extent > 0.0 => extent / FINENESS,
+            _ => ERROR_OF_A_POINT,
+        });
+        let step = Step::within(bound)
+            .ok_or_else(|| CliError::failure(format!("no HTML file holds positions within {bound} m")))?;
+        if let Some(topology) = self.topology.take() {
+            self.write_head(&topology, Some(step.bound()))?;
+        }
+        self.step = Some(step);
+        Ok(step)
+    }
+
+    fn write_head(&mut self, topology: &Topology, bound: Option<f64>) -> Result<()> {
+        let color = self.color.and_then(ColorName::shown);
+        let head = head(&self.about, topology, color, bound)?;
+        self.write_element("nappe-head", &head)
+    }
+
+    /// Says that positions are kept less finely from a frame on.
+    fn tell_coarser(&self, frame: u64, step: Step) {
+        output::note(&format!(
+            "nappe: from frame {frame} on, {} holds positions within {} m: the scene reaches too far for less",
+            self.path.display(),
+            step.bound()
+        ));
+    }
+
+    /// Writes a block, unless it is empty, so that all of it is in the file.
+    fn write_block(&mut self, block: &Block) -> Result<()> {
+        if block.is_empty() {
+            return Ok(());
+        }
+        let was_large = self.bytes > LARGE;
+        self.write_element("nappe-block", &block.json())?;
+        self.flush()?;
+        if self.bytes > LARGE && !was_large {
+            output::note(&format!(
+                "nappe: {} has more than {} MB and grows: a larger --max-error, a longer --frame-interval or fewer --steps make it smaller",
+                self.path.display(),
+                LARGE / 1_000_000
+            ));
+        }
+        Ok(())
+    }
+
+    /// Writes an element of data. No text within can end it.
+    fn write_element(&mut self, class: &str, value: &Value) -> Result<()> {
+        let text = value.to_string().replace('<', "\\u003c");
+        self.write(&format!("<script type=\"application/json\" class=\"{class}\">{text}</script>\n"))
+    }
+
+    fn write(&mut self, text: &str) -> Result<()> {
+        self.bytes += text.len() as u64;
+        let written = self.out.write_all(text.as_bytes());
+        written.map_err(|error| self.refused(&error))
+    }
+
+    fn flush(&mut self) -> Result<()> {
+        let flushed = self.out.flush();
+        flushed.map_err(|error| self.refused(&error))
+    }
+
+    fn refused(&self, error: &io::Error) -> CliError {
+        CliError::file("write", &self.path, error)
+    }
+}
+
+/// The longest side of the box around all particles (m).
+fn extent(positions: &Vectors) -> f64 {
+    let flat = positions.to_f32();
+    let (points, _) = flat.as_chunks::<3>();
+    let side = |axis: usize| {
+        let along = points.iter().map(|point| f64::from(point[axis]));
+        let (least, most) = along.fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), coordinate| {
+            (least.min(coordinate), most.max(coordinate))
+        });
+        most - least
+    };
+    (0..3).map(side).fold(0.0, f64::max)
+}

@@ -1,0 +1,201 @@
+//! `--save FILE.html`: a page with its frames, which are read back and compared with PLY files of the same run.
+
+use std::{fs, path::Path};
+
+use base64::{Engine as _, engine::general_purpose::STANDARD};
+use nappe_client::packed::{Step, unpack};
+use serde_json::Value;
+
+use crate::support::{SMALL_SCENE, Server, folder, nappe_in, write_scene};
+
+/// What an HTML file holds.
+struct Page {
+    head: Value,
+    blocks: Vec<Value>,
+    end: Option<Value>,
+}
+
+impl Page {
+    /// Reads a file, as far as it is whole.
+    fn read(path: &Path) -> Self {
+        let text = fs::read_to_string(path).expect("the file");
+        let mut page = Self { head: Value::Null, blocks: Vec::new(), end: None };
+        for element in text.split("<script type=\"application/json\" class=\"nappe-").skip(1) {
+            let (class, rest) = element.split_once("\">").expect("a class");
+            let (content, _) = rest.split_once("</script>\n").expect("a whole element");
+            let value = serde_json::from_str(content).expect("JSON");
+            match class {
+                "head" => page.head = value,
+                "block" => page.blocks.push(value),
+                "end" => page.end = Some(value),
+                other => panic!("an element of class {other}"),
+            }
+        }
+        page
+    }
+
+    /// All frames: their numbers, the bound of their positions, and the positions.
+    fn frames(&self) -> Vec<(u64, f64, Vec<f32>)> {
+        let particles = self.head["particles"].as_u64().expect("a count") as usize;
+        let mut frames = Vec::new();
+        for block in &self.blocks {
+            let step = step(&block["step"]);
+            assert_eq!(block["bound"], step.bound());
+            let mut base: Option<Vec<i32>> = None;
+            for frame in list(&block["frames"]) {
+                let bytes = STANDARD.decode(frame["positions"].as_str().expect("a text")).expect("base64");
+                let numbers = unpack(&bytes, particles, 3, base.as_deref()).expect("a packed array");
+                let number = frame["frame"].as_u64().expect("a number");
+                frames.push((number, step.bound(), step.restore(&numbers)));
+                base = Some(numbers);
+            }
+        }
+        frames
+    }
+}
+
+fn step(size: &Value) -> Step {
+    let size = size.as_f64().expect("a number");
+    let step = Step::new(size.log2() as i32).expect("a step");
+    assert_eq!(step.size(), size, "a power of two");
+    step
+}
+
+fn list(value: &Value) -> &[Value] {
+    value.as_array().expect("a list")
+}
+
+/// Positions of a PLY file of a frame.
+fn ply(path: &Path, particles: usize) -> Vec<f32> {
+    let bytes = fs::read(path).expect("a frame");
+    let end = b"end_header\n";
+    let start = bytes.windows(end.len()).position(|window| window == end).expect("a header") + end.len();
+    let header = String::from_utf8_lossy(&bytes[..start]);
+    let width = 4 * header.lines().filter(|line| line.starts_with("property float")).count();
+    let vertices = bytes[start..start + particles * width].chunks_exact(width);
+    let number = |bytes: &[u8]| f32::from_le_bytes(bytes.try_into().expect("four bytes"));
+    vertices.flat_map(|vertex| vertex[..12].chunks_exact(4).map(number)).collect()
+}
+
+#[test]
+fn every_frame_lies_within_the_bound_that_the_file_states() {
+    for scene in ["demo", "flag", "two_snowballs"] {
+        let here = folder();
+        let run = |save: &str| {
+            let args = ["run", scene, "--steps", "40", "--frame-interval", "1", "--json", "--save", save];
+            nappe_in(here.path(), &args).ok().json()
+        };
+        let (html, plain) = (run("page.html"), run("frames"));
+        assert_eq!(html["state_hash"], plain["state_hash"], "{scene}: the same bits");
+        let page = Page::read(&here.path().join("page.html"));
+        let sizes: Vec<usize> = page.blocks.iter().map(|block| list(&block["frames"]).len()).collect();
+        assert_eq!(sizes, [32, 9], "{scene}");
+        let frames = page.frames();
+        for (index, (number, bound, positions)) in frames.iter().enumerate() {
+            assert_eq!(*number, index as u64, "{scene}");
+            let path = here.path().join(format!("frames/frame-{number:06}.ply"));
+            let exact = ply(&path, positions.len() / 3);
+            let far = |(a, b): (&f32, &f32)| (f64::from(*a) - f64::from(*b)).abs();
+            let worst = positions.iter().zip(&exact).map(far).fold(0.0, f64::max);
+            assert!(worst <= *bound && worst > 0.25 * bound, "{scene}, frame {number}: {worst} for {bound}");
+        }
+        let end = page.end.expect("an end");
+        assert_eq!(
+            (&end["hash"], &end["frames"], &end["finished"]),
+            (&html["state_hash"], &41.into(), &true.into())
+        );
+        let color = &page.head["color"];
+        assert_eq!(color, &if scene == "two_snowballs" { "plastic_ratio".into() } else { Value::Null });
+    }
+}
+
+#[test]
+fn texts_cannot_leave_their_place_and_an_error_that_is_allowed_is_kept() {
+    let here = folder();
+    let evil = "</script><script>alert(1)</script>";
+    let scene =
+        write_scene(here.path(), &SMALL_SCENE.replace("title = \"small\"", &format!("title = \"{evil}\"")));
+    nappe_in(here.path(), &["run", &scene, "--save", "a.html", "--max-error", "0.003"]).ok();
+    let text = fs::read_to_string(here.path().join("a.html")).expect("the file");
+    assert!(!text.contains("<script>alert"), "a title that is run");
+    let page = Page::read(&here.path().join("a.html"));
+    assert_eq!(page.head["title"], evil);
+    assert!(page.head["scene"].as_str().is_some_and(|scene| scene.contains(evil)), "the scene's text");
+    // The largest power of two below 0.006.
+    assert_eq!(
+        (page.head["bound"].as_f64(), page.blocks[0]["step"].as_f64()),
+        (Some(1.0 / 512.0), Some(1.0 / 256.0))
+    );
+    let body = &page.head["bodies"][0];
+    let triangles = STANDARD.decode(body["triangles"]["data"].as_str().expect("a text")).expect("base64");
+    let count = body["triangles"]["count"].as_u64().expect("a count") as usize;
+    assert_eq!(unpack(&triangles, count, 3, None).map(|indices| indices.len()), Ok(3 * 2 * 11 * 11));
+    assert_eq!(list(&body["pins"]).len(), 2);
+    assert_eq!(page.frames().len(), 21);
+}
+
+#[test]
+fn scenes_that_reach_far_are_kept_as_finely_as_they_can_be() {
+    let here = folder();
+    let far = SMALL_SCENE.replace("mass =", "transform = { translate = [20000, 0, 0] }\nmass =");
+    let scene = write_scene(here.path(), &far);
+    let done = nappe_in(here.path(), &["run", &scene, "--steps", "4", "--save", "far.html"]).ok();
+    assert!(done.stderr.contains("from frame 0 on") && done.stderr.contains("far.html"), "{done:?}");
+    let frames = Page::read(&here.path().join("far.html")).frames();
+    let (_, bound, positions) = &frames[frames.len() - 1];
+    assert!(*bound < 0.002 && (20_000.0 - f64::from(positions[0])).abs() < 1.0, "{bound} {}", positions[0]);
+}
+
+#[test]
+fn what_cannot_be_written_is_named() {
+    let here = folder();
+    fs::create_dir(here.path().join("folder.html")).expect("a folder");
+    let cases: &[&str] = if cfg!(target_os = "linux") {
+        std::os::unix::fs::symlink("/dev/full", here.path().join("full.html")).expect("a link");
+        &["folder.html", "nowhere/a.html", "full.html"]
+    } else {
+        &["folder.html", "nowhere/a.html"]
+    };
+    for path in cases {
+        let done = nappe_in(here.path(), &["run", "flag", "--steps", "40", "--save", path]);
+        assert_eq!((done.code, done.stdout.as_str()), (Some(1), ""), "{done:?}");
+        assert!(done.stderr.contains("cannot write") && done.stderr.contains(path), "{done:?}");
+    }
+    for options in [["--max-error", "0"], ["--max-error", "nan"], ["--grid", "smoke"], ["--fields", "stress"]]
+    {
+        let done = nappe_in(here.path(), &[&["run", "flag", "--save", "a.html"][..], &options].concat());
+        assert_eq!(done.code, Some(2), "{options:?}: {done:?}");
+    }
+}
+
+#[test]
+fn a_session_elsewhere_is_watched_into_a_page() {
+    let server = Server::start();
+    let here = folder();
+    let scene = write_scene(here.path(), SMALL_SCENE);
+    server.nappe(&["create", &scene, "--id", "seen"]).ok();
+    server.nappe(&["step", "seen", "40"]).ok();
+    let file = here.path().join("seen.html");
+    let path = file.to_str().expect("UTF-8");
+    let done = server.nappe(&["watch", "seen", "--save", path, "--from", "0"]).ok().json();
+    assert_eq!((&done["frames"], &done["saved"]), (&21.into(), &path.into()));
+    assert_eq!(Page::read(&file).frames().len(), 21);
+
+    // Speeds are in the newest frame alone: nobody asked for them before.
+    server.nappe(&["watch", "seen", "--save", path, "--color", "speed"]).ok();
+    let page = Page::read(&file);
+    assert_eq!((&page.head["color"], &page.head["scene"]), (&"speed".into(), &Value::Null));
+    let frames = list(&page.blocks[0]["frames"]);
+    let bytes = STANDARD.decode(frames[0]["scalar"].as_str().expect("a text")).expect("base64");
+    assert_eq!(unpack(&bytes, 144, 1, None).map(|speeds| speeds.len()), Ok(144));
+    assert_eq!(page.end.expect("an end")["finished"], true);
+}
+
+#[test]
+fn the_demo_writes_a_small_page() {
+    let here = folder();
+    let done = nappe_in(here.path(), &["demo"]).ok();
+    assert!(done.stdout.contains("open nappe-demo.html in a browser"), "{}", done.stdout);
+    let bytes = fs::metadata(here.path().join("nappe-demo.html")).expect("the page").len();
+    assert!(bytes <= 3_000_000, "{bytes} bytes");
+}

@@ -1,0 +1,75 @@
+//! The page of HTML recordings: its types and tests, whether the committed file is what its source makes, and what a
+//! browser shows of a recording.
+
+use std::{fs, path::Path, process::Command};
+
+use crate::shell::{Failure, Shell};
+
+/// Where its source is.
+const FOLDER: &str = "viewer/web";
+/// The file that the command holds.
+const PAGE: &str = "viewer/web/dist/replay.html";
+/// Who runs recordings in a browser.
+const BROWSERS: [&str; 3] = ["chromium", "chromium-browser", "google-chrome"];
+/// What is recorded to be looked at: cloth, and snow with cloth.
+const RECORDINGS: [&str; 2] = ["demo", "snow_and_cloth"];
+
+/// Checks the page, as far as Node, its packages and a browser are there.
+pub(crate) fn page(shell: &mut Shell) -> Result<(), Failure> {
+    let (node, npm) = (shell.find("node"), shell.find("npm"));
+    let (Some(node), Some(npm)) = (node, npm) else {
+        shell.skip("page", "Node is not installed (Debian package npm)");
+        return Ok(());
+    };
+    if !shell.root().join(FOLDER).join("node_modules").is_dir() {
+        shell.skip("page", "its packages are not installed: npm ci --prefix viewer/web");
+        return Ok(());
+    }
+    shell.step("page", |shell| {
+        for script in ["check", "test"] {
+            shell.run(&format!("page: {script}"), &mut run(&npm, script))?;
+        }
+        built(shell, &npm)?;
+        browsers(shell, &node)
+    })
+}
+
+fn run(npm: &Path, script: &str) -> Command {
+    let mut command = Command::new(npm);
+    command.args(["--prefix", FOLDER, "run", "--silent", script]);
+    command
+}
+
+/// Builds it again: the committed bytes must come out.
+fn built(shell: &mut Shell, npm: &Path) -> Result<(), Failure> {
+    let path = shell.root().join(PAGE);
+    let read = || fs::read(&path).map_err(|error| Failure(format!("{PAGE} cannot be read: {error}")));
+    let committed = read()?;
+    shell.run("page: build", &mut run(npm, "build"))?;
+    if read()? == committed {
+        return Ok(());
+    }
+    Err(Failure(format!("{PAGE} is not what its source makes; it is now: look at the change and commit it")))
+}
+
+/// Opens recordings from disk in a browser without a screen.
+fn browsers(shell: &mut Shell, node: &Path) -> Result<(), Failure> {
+    let Some(browser) = BROWSERS.iter().find_map(|name| shell.find(name)) else {
+        shell.skip("page in a browser", "Chromium is not installed (Debian package chromium)");
+        return Ok(());
+    };
+    let folder = shell.target().join("page");
+    fs::create_dir_all(&folder)
+        .map_err(|error| Failure(format!("{} cannot be made: {error}", folder.display())))?;
+    let nappe = shell.target().join("release/nappe");
+    for scene in RECORDINGS {
+        let file = folder.join(format!("{scene}.html"));
+        let mut record = Command::new(&nappe);
+        record.args(["run", scene, "--steps", "400", "--json", "--save"]).arg(&file);
+        shell.run(&format!("page: record {scene}"), &mut record)?;
+        let mut show = Command::new(node);
+        show.arg(format!("{FOLDER}/tests/browser.mjs")).arg(&file).env("CHROMIUM", &browser);
+        shell.run(&format!("page: show {scene}"), &mut show)?;
+    }
+    Ok(())
+}

@@ -1,0 +1,103 @@
+// What a collider fills, as coarsely as the camera needs: how far it reaches, and what it hides.
+
+import { type Bounds, along, cross, dot, length, minus, unit } from './geometry.ts';
+import type { ColliderShape, Vector } from './scene.ts';
+
+/** A solid adds to the bounds of the scene what lies within so many radii of the bodies. */
+const REACH = 3;
+/** Balls along the axis of a round solid, to see whether it hides something. */
+const BALLS = 9;
+/** The foot of bodies on a plane belongs to the scene, if it is within so many of their radii. */
+const FALL = 12;
+/** How far down a slope bodies slide within the picture, in halves of their smallest extent. */
+const SLIDE = 10;
+/** Height of the unit normal below which a plane is a slope. */
+const LEVEL = 0.99;
+
+/** Grows the bounds of the scene by what a collider fills; endless ones have no bounds. */
+export function addExtent(shape: ColliderShape, scene: Bounds, bodies: Bounds): void {
+  const addBall = (center: Vector, reach: number) => {
+    for (const side of [reach, -reach]) scene.add(bodies.nearest(along(center, side, [1, 1, 1]), REACH));
+  };
+  switch (shape.kind) {
+    case 'sphere':
+      // A ball is all in the picture: bodies fall around it.
+      scene.add(along(shape.center, shape.radius, [1, 1, 1]));
+      scene.add(along(shape.center, -shape.radius, [1, 1, 1]));
+      break;
+    case 'capsule':
+    case 'cylinder':
+      addBall(shape.start, shape.radius);
+      addBall(shape.end, shape.radius);
+      break;
+    case 'box':
+      addBall(shape.center, length(shape.half_extent));
+      break;
+    case 'plane':
+    case 'half_pipe':
+      break;
+  }
+}
+
+/** Grows the bounds by the foot of bodies that fly freely on a plane, and by where they slide to. */
+export function addFoot(shape: ColliderShape, scene: Bounds, bodies: Bounds): void {
+  if (shape.kind !== 'plane') return;
+  const { point, normal } = shape;
+  const height = dot(minus(bodies.center(), point), normal);
+  if (!(height > 0 && height < FALL * bodies.radius())) return;
+
+  const foot = along(bodies.center(), -height, normal);
+  scene.add(foot);
+  const [x, y, z] = normal;
+  // What gravity leaves along the plane: (0, -1, 0) + y normal.
+  const down = unit([x * y, y * y - 1, z * y]);
+  if (down !== null && y > 0 && y < LEVEL) scene.add(along(foot, SLIDE * bodies.halfWidth(), down));
+}
+
+/** Whether a collider stands between the eye and a point that is not in it; endless ones hide nothing. */
+export function hides(shape: ColliderShape, eye: Vector, at: Vector): boolean {
+  switch (shape.kind) {
+    case 'sphere':
+      return meetsBall(eye, at, shape.center, shape.radius);
+    case 'capsule':
+    case 'cylinder': {
+      const step = minus(shape.end, shape.start);
+      const balls = Array.from({ length: BALLS }, (_, ball) => along(shape.start, ball / (BALLS - 1), step));
+      return balls.some((center) => meetsBall(eye, at, center, shape.radius));
+    }
+    case 'box': {
+      const axes = [shape.axis_x, shape.axis_y, cross(shape.axis_x, shape.axis_y)];
+      const local = (from: Vector) => axes.map((axis) => dot(minus(from, shape.center), axis));
+      return crosses(local(eye), local(at), shape.half_extent);
+    }
+    case 'plane':
+    case 'half_pipe':
+      return false;
+  }
+}
+
+/** Whether a segment goes through the box of a half extent around the origin, and does not end in it. */
+function crosses(from: number[], to: number[], half: Vector): boolean {
+  let enter = 0;
+  let leave = 1;
+  for (let axis = 0; axis < 3; axis++) {
+    const step = to[axis] - from[axis];
+    if (step === 0) {
+      // Along the box's side, a segment is within it or not.
+      if (Math.abs(from[axis]) >= half[axis]) leave = -1;
+      continue;
+    }
+    const ends = [-half[axis], half[axis]].map((side) => (side - from[axis]) / step);
+    enter = Math.max(enter, Math.min(ends[0], ends[1]));
+    leave = Math.min(leave, Math.max(ends[0], ends[1]));
+  }
+  return enter < leave && leave < 1;
+}
+
+/** Whether a segment goes through a ball, and does not end in it. */
+function meetsBall(from: Vector, to: Vector, center: Vector, radius: number): boolean {
+  const step = minus(to, from);
+  const share = dot(step, minus(center, from)) / dot(step, step);
+  const nearest = along(from, Math.min(Math.max(share, 0), 1), step);
+  return length(minus(center, nearest)) < radius && length(minus(center, to)) > radius;
+}

@@ -1,0 +1,70 @@
+// What a page draws: a scene, which never changes, and its frames. Neither says where they come from.
+
+export type Vector = readonly [number, number, number];
+
+/** What the colour of bare points shows. */
+export type ColorBy = 'plastic_ratio' | 'speed' | 'stress';
+
+/** A body: particles that follow each other, joined by triangles, or by springs, or by nothing, as snow is. */
+export interface Body {
+  name: string;
+  firstParticle: number;
+  particleCount: number;
+  /** Three particles each. */
+  triangles: Uint32Array<ArrayBuffer>;
+  /** Two particles each; only a body without triangles has any. */
+  springs: Uint32Array<ArrayBuffer>;
+  pins: Uint32Array<ArrayBuffer>;
+}
+
+/** True for bare points, as snow is. */
+export const isPoints = (body: Body): boolean => body.triangles.length === 0 && body.springs.length === 0;
+
+/** A collider's shape at time 0 (m). */
+export type ColliderShape =
+  | { kind: 'plane'; point: Vector; normal: Vector }
+  | { kind: 'sphere'; center: Vector; radius: number }
+  | { kind: 'capsule'; start: Vector; end: Vector; radius: number }
+  | { kind: 'box'; center: Vector; half_extent: Vector; axis_x: Vector; axis_y: Vector }
+  | { kind: 'cylinder'; start: Vector; end: Vector; radius: number }
+  | { kind: 'half_pipe'; point: Vector; axis: Vector; up: Vector; radius: number };
+
+export interface Collider {
+  name: string;
+  /** m/s. */
+  velocity: Vector;
+  shape: ColliderShape;
+}
+
+export interface Scene {
+  title: string;
+  particleCount: number;
+  colorBy: ColorBy | null;
+  bodies: Body[];
+  colliders: Collider[];
+}
+
+/** Positions and perhaps scalars of all particles at one time. */
+export interface Frame {
+  /** s. */
+  time: number;
+  /** Positions are these whole numbers, x y z of each particle, times `step` (m). */
+  numbers: Int32Array;
+  step: number;
+  /** What the scene's colour shows, of each particle. */
+  scalar: Float32Array<ArrayBuffer> | null;
+}
+
+/** What plots show of a frame; null where it is not known. */
+export interface Diagnostics {
+  /** s. */
+  time: number;
+  /** J. */
+  kinetic: number | null;
+  elastic: number | null;
+  gravitational: number | null;
+  /** Largest length of a spring over its length at rest, less 1. */
+  stretch: number | null;
+  /** s. */
+  dt: number | null;
+}
