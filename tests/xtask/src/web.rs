@@ -62,14 +62,17 @@ fn browsers(shell: &mut Shell, node: &Path) -> Result<(), Failure> {
     fs::create_dir_all(&folder)
         .map_err(|error| Failure(format!("{} cannot be made: {error}", folder.display())))?;
     let nappe = shell.target().join("release/nappe");
+    let script = |name: &str, file: &Path| {
+        let mut command = Command::new(node);
+        command.arg(format!("{FOLDER}/tests/{name}.mjs")).arg(file).env("CHROMIUM", &browser);
+        command
+    };
     for scene in RECORDINGS {
         let file = folder.join(format!("{scene}.html"));
         let mut record = Command::new(&nappe);
         record.args(["run", scene, "--steps", "400", "--json", "--save"]).arg(&file);
         shell.run(&format!("page: record {scene}"), &mut record)?;
-        let mut show = Command::new(node);
-        show.arg(format!("{FOLDER}/tests/browser.mjs")).arg(&file).env("CHROMIUM", &browser);
-        shell.run(&format!("page: show {scene}"), &mut show)?;
+        shell.run(&format!("page: show {scene}"), &mut script("browser", &file))?;
     }
-    Ok(())
+    shell.run("page: odd recordings", &mut script("odd", &folder.join(format!("{}.html", RECORDINGS[0]))))
 }
