@@ -30,7 +30,7 @@ const LIMIT: u64 = 200;
 pub(crate) struct Viewer(PathBuf);
 
 impl Viewer {
-    /// Finds it.
+    /// The viewer that `NAPPE_VIEWER` names, or else the one beside this command, or else the first on PATH.
     ///
     /// # Errors
     /// When there is none; when what there is is no viewer, or one of another version.
