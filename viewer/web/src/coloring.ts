@@ -67,7 +67,7 @@ export class Coloring {
     switch (this.by) {
       case 'plastic_ratio':
         return {
-          title: 'Snow: volume over volume as it fell, J_P',
+          title: 'Snow: plastic ratio J_P',
           colors: [BLUE, WHITE, AMBER],
           labels: [`packed, ${PACKED}`, '1', `loose, ${LOOSE}`],
         };

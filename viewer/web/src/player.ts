@@ -3,7 +3,7 @@
 import type { Frame } from './scene.ts';
 
 /** Seconds that a single picture of the screen may take of the clock: a tab that slept does not jump. */
-const MOST_SECONDS = 0.1;
+const MOST_SECONDS = 0.5;
 
 /** Frames by their index. */
 export interface FrameSource {

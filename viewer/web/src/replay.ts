@@ -122,6 +122,7 @@ async function run(recording: Recording, handles: Handles): Promise<void> {
     renderer: stage.rendererName(),
     measure: () => recording.measure(),
   });
+  element('facts').hidden = element('controls').hidden = false;
   await player.seek(0);
   if (!calm) player.play();
 }

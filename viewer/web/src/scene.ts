@@ -63,7 +63,7 @@ export interface Diagnostics {
   kinetic: number | null;
   elastic: number | null;
   gravitational: number | null;
-  /** Largest length of a spring over its length at rest, less 1. */
+  /** Largest length of a spring over its length at rest. */
   stretch: number | null;
   /** s. */
   dt: number | null;

@@ -9,13 +9,12 @@ import {
 import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
 import type { Camera } from './camera.ts';
 import { BACKGROUND } from './coloring.ts';
+import type { Vector } from './scene.ts';
 import { height, sun } from './spheres.ts';
 
 const FIELD_OF_VIEW = 50;
-/** The camera stands so much farther than in Rerun, whose field of view is 55 degrees. */
-const DISTANCE_SCALE = 1.16;
-/** A picture that is narrower than high times this is taken from farther away. */
-const LEAST_ASPECT = 1.15;
+/** The camera stands so much farther than where the picture just holds the scene. */
+const MARGIN = 1.03;
 const MOST_PIXEL_RATIO = 2;
 const SHADOW_PIXELS = 2048;
 /** From the scene to the sun, as the camera sees it: right, up, towards the camera. */
@@ -30,6 +29,16 @@ const KEY_ZOOM = 0.85;
 export const rgb = ([red, green, blue]: readonly [number, number, number]): Color =>
   new Color().setRGB(red / 255, green / 255, blue / 255, SRGBColorSpace);
 
+/** The view from the start. */
+export interface Home {
+  /** From where; how far away is left to the stage, which knows how wide the picture is. */
+  camera: Camera;
+  /** What the picture holds (m). */
+  corners: readonly Vector[];
+  /** Radius of the scene (m). */
+  radius: number;
+}
+
 export type Move = 'left' | 'right' | 'up' | 'down' | 'pan left' | 'pan right' | 'pan up' | 'pan down' | 'in' | 'out';
 
 export class Stage {
@@ -38,8 +47,10 @@ export class Stage {
   private readonly camera = new PerspectiveCamera(FIELD_OF_VIEW);
   private readonly controls: OrbitControls;
   private readonly light = new DirectionalLight(0xfffaf2, 2.6);
-  private home: { camera: Camera; radius: number } | null = null;
+  private home: Home | null = null;
   private requested = false;
+  /** The view is that from the start, which is fitted to the picture. */
+  private atHome = true;
 
   /** Throws if there is no WebGL 2. `lost` hears that the graphics are gone, or back. */
   constructor(canvas: HTMLCanvasElement, private readonly host: HTMLElement, damped: boolean, lost: (lost: boolean) => void) {
@@ -58,6 +69,7 @@ export class Stage {
     this.controls.mouseButtons = { LEFT: MOUSE.ROTATE, MIDDLE: MOUSE.DOLLY, RIGHT: MOUSE.PAN };
     this.controls.touches = { ONE: TOUCH.ROTATE, TWO: TOUCH.DOLLY_PAN };
     this.controls.addEventListener('change', () => this.request());
+    this.controls.addEventListener('start', () => (this.atHome = false));
 
     canvas.addEventListener('webglcontextlost', () => lost(true));
     canvas.addEventListener('webglcontextrestored', () => {
@@ -72,9 +84,10 @@ export class Stage {
     this.scene.add(...objects);
   }
 
-  /** Looks at a scene of a radius (m), and lights it. */
-  look(camera: Camera, radius: number): void {
-    this.home = { camera, radius };
+  /** Looks at a scene, and lights it. */
+  look(home: Home): void {
+    const { radius } = home;
+    this.home = home;
     this.camera.near = 0.01 * radius;
     this.camera.far = 100 * radius;
     this.controls.minDistance = 0.03 * radius;
@@ -86,11 +99,13 @@ export class Stage {
   /** The view from the start. */
   goHome(): void {
     if (this.home === null) return;
-    const { eye, target } = this.home.camera;
-    const scale = DISTANCE_SCALE * Math.max(1, LEAST_ASPECT / this.camera.aspect);
-    const center = new Vector3(...target);
-    this.controls.target.copy(center);
-    this.camera.position.set(...eye).sub(center).multiplyScalar(scale).add(center);
+    this.atHome = true;
+    this.stop();
+    const { camera, corners } = this.home;
+    const target = new Vector3(...camera.target);
+    const toEye = new Vector3(...camera.eye).sub(target).normalize();
+    this.controls.target.copy(target);
+    this.camera.position.copy(target).addScaledVector(toEye, MARGIN * this.distance(target, toEye, corners));
     this.camera.updateProjectionMatrix();
     this.controls.update();
     this.request();
@@ -98,6 +113,7 @@ export class Stage {
 
   move(move: Move): void {
     const controls = this.controls;
+    this.atHome = false;
     switch (move) {
       case 'left': controls.rotateLeft(-KEY_ANGLE); break;
       case 'right': controls.rotateLeft(KEY_ANGLE); break;
@@ -114,10 +130,16 @@ export class Stage {
     this.request();
   }
 
-  /** Objects moved: their shadows are drawn anew, too. */
+  /** Objects moved or look different: their shadows are drawn anew, too. */
   changed(): void {
     this.light.shadow.needsUpdate = true;
     this.request();
+  }
+
+  /** As `changed`, and at once. */
+  drawChanged(): void {
+    this.light.shadow.needsUpdate = true;
+    this.draw();
   }
 
   /** Draws before the next picture of the screen. */
@@ -157,6 +179,27 @@ export class Stage {
     return String(gl.getParameter(unmasked === null ? gl.RENDERER : unmasked.UNMASKED_RENDERER_WEBGL));
   }
 
+  /** Ends what is left of a turn, which goes on for a while after the hand has let go. */
+  private stop(): void {
+    const damped = this.controls.enableDamping;
+    this.controls.enableDamping = false;
+    this.controls.update();
+    this.controls.enableDamping = damped;
+  }
+
+  /** From where the picture just holds all corners, in the direction `toEye` of the target. */
+  private distance(target: Vector3, toEye: Vector3, corners: readonly Vector[]): number {
+    const tangent = Math.tan((0.5 * FIELD_OF_VIEW * Math.PI) / 180);
+    const right = new Vector3(0, 1, 0).cross(toEye).normalize();
+    const up = toEye.clone().cross(right);
+    const distances = corners.map((corner) => {
+      const from = new Vector3(...corner).sub(target);
+      const across = Math.abs(from.dot(right)) / this.camera.aspect;
+      return from.dot(toEye) + Math.max(across, Math.abs(from.dot(up))) / tangent;
+    });
+    return Math.max(...distances, this.controls.minDistance);
+  }
+
   private lightUp(radius: number): void {
     if (this.home === null) return;
     const { eye, target } = this.home.camera;
@@ -186,6 +229,7 @@ export class Stage {
     this.camera.fov = (360 / Math.PI) * Math.atan(half);
     this.camera.updateProjectionMatrix();
     height.value = this.renderer.domElement.height;
+    if (this.atHome) this.goHome();
     // At once, since the canvas is empty now.
     this.draw();
   }

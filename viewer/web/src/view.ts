@@ -34,7 +34,8 @@ export class View {
     stage.add(...this.colliders.objects, ...this.cloth.objects, ...this.snow.objects);
 
     const { eye, target } = cameraOf(scene, all, bodies);
-    stage.look({ eye: minus(eye, this.origin), target: minus(target, this.origin) }, all.radius());
+    const local = (point: Vector) => minus(point, this.origin);
+    stage.look({ camera: { eye: local(eye), target: local(target) }, corners: all.corners().map(local), radius: all.radius() });
     this.show(shown);
   }
 
@@ -45,8 +46,7 @@ export class View {
     this.cloth.update();
     this.snow.update(frame.scalar);
     this.colliders.update(frame.time);
-    this.stage.changed();
-    this.stage.draw();
+    this.stage.drawChanged();
   }
 
   toggleWireframe(): boolean {

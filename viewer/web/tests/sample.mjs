@@ -70,12 +70,14 @@ function colliders(far, shapes) {
     { name: 'ball', velocity: still, shape: { kind: 'sphere', center: at(0, 0.45, 0), radius: 0.4 } },
   ];
   if (!shapes) return all;
+  const low = { kind: 'plane', point: at(0, -2, 0), normal: [0, 1, 0] };
   return [
-    ...all,
+    { ...all[0], shape: low },
+    all[1],
     { name: 'capsule', velocity: [0.5, 0, 0], shape: { kind: 'capsule', start: at(-1, 0.2, 1.2), end: at(-0.4, 0.5, 1.2), radius: 0.15 } },
     { name: 'box', velocity: still, shape: { kind: 'box', center: at(0.7, 0.25, -1.2), half_extent: [0.4, 0.25, 0.2], axis_x: [Math.SQRT1_2, 0, Math.SQRT1_2], axis_y: [0, 1, 0] } },
     { name: 'cylinder', velocity: still, shape: { kind: 'cylinder', start: at(-1.4, 0, -1), end: at(-1.4, 0.7, -0.8), radius: 0.2 } },
-    { name: 'pipe', velocity: still, shape: { kind: 'half_pipe', point: at(0, 0.6, -2.4), axis: [1, 0, 0], up: [0, 1, 0], radius: 0.6 } },
+    { name: 'pipe', velocity: still, shape: { kind: 'half_pipe', point: at(0, 0, -2.4), axis: [1, 0, 0], up: [0, 1, 0], radius: 0.6 } },
   ];
 }
 
