@@ -181,6 +181,11 @@ fn a_session_elsewhere_is_watched_into_a_page() {
     assert_eq!((&done["frames"], &done["saved"]), (&21.into(), &path.into()));
     assert_eq!(Page::read(&file).frames().len(), 21);
 
+    // Who mistypes keeps what he had.
+    let kept = fs::read(&file).expect("the page");
+    let refused = server.nappe(&["watch", "nobody", "--save", path]);
+    assert_eq!((refused.code, fs::read(&file).expect("the page") == kept), (Some(5), true), "{refused:?}");
+
     // Speeds are in the newest frame alone: nobody asked for them before.
     server.nappe(&["watch", "seen", "--save", path, "--color", "speed"]).ok();
     let page = Page::read(&file);

@@ -51,13 +51,14 @@ pub(crate) struct Html {
 }
 
 impl Html {
-    /// Makes the file and writes the page.
+    /// Opens the file. What it holds stays until there is something to write.
     ///
     /// # Errors
-    /// When it cannot be written.
+    /// When it cannot be opened.
     pub(super) fn create(path: &Path, fields: &FieldsArgs, scene: Option<&str>) -> Result<Self> {
-        let file = File::create(path).map_err(|error| CliError::file("write", path, &error))?;
-        let mut html = Self {
+        let file = File::options().write(true).create(true).truncate(false).open(path);
+        let file = file.map_err(|error| CliError::file("write", path, &error))?;
+        Ok(Self {
             path: path.to_owned(),
             out: BufWriter::new(file),
             bytes: 0,
@@ -69,10 +70,7 @@ impl Html {
             block: None,
             frame_count: 0,
             last_step: 0,
-        };
-        html.write(PAGE)?;
-        html.flush()?;
-        Ok(html)
+        })
     }
 
     /// These watch options with what the colour needs; notes what the session is.
@@ -131,6 +129,9 @@ impl Html {
         if let Some(topology) = self.topology.take() {
             self.write_head(&topology, self.fields.max_error())?;
         }
+        if self.bytes == 0 {
+            return Ok(());
+        }
         if let Some(block) = self.block.take() {
             self.write_block(&block)?;
         }
@@ -159,9 +160,16 @@ impl Html {
         Ok(step)
     }
 
+    /// Empties the file, and writes the page and the head.
     fn write_head(&mut self, topology: &Topology, bound: Option<f64>) -> Result<()> {
         let color = self.color.and_then(ColorName::shown);
         let head = head(&self.about, topology, color, bound)?;
+        let file = self.out.get_ref();
+        // What is no plain file has no length, and nothing to be emptied of.
+        if file.metadata().is_ok_and(|file| file.is_file()) {
+            file.set_len(0).map_err(|error| self.refused(&error))?;
+        }
+        self.write(PAGE)?;
         self.write_element("nappe-head", &head)
     }
 
