@@ -1,6 +1,7 @@
 //! The bound on dt that the program computes for any mesh, against exact eigenvalues.
 
 use nappe_sim::{cloth::Network, math::Precision};
+use nappe_study::largest_frequency;
 use nappe_tests::{
     Scene,
     golden::{Transient, document, table},
@@ -18,6 +19,7 @@ struct Frequency {
     network: String,
     n_particles: usize,
     n_springs: usize,
+    omega_max_rest: f64,
     dt_crit_undamped: f64,
 }
 
@@ -53,6 +55,20 @@ fn the_course_cloth_by_formula_is_the_one_on_record() {
         let [a, b] = [ours.1, golden.1].map(f64::from_bits);
         assert!((a - b).abs() <= f64::EPSILON * b, "{:?}: {a} m, not {b}", ours.0);
     }
+}
+
+#[test]
+fn the_fastest_mode_is_found_without_a_stored_matrix() {
+    for row in document::<Frequencies>("stability/omega_max.json").networks {
+        let found = largest_frequency(&network(&row.network, 0.0));
+        let error = (found / row.omega_max_rest - 1.0).abs();
+        assert!(error < 1e-6, "{}: {found} rad/s is off by {error:e}", row.network);
+    }
+    let mut pinned = chain(&[[0.0; 3], [1.0, 0.0, 0.0]], 1.0, 50.0, 0.0, 2.0);
+    pinned.pins = vec![0];
+    assert!((largest_frequency(&pinned) - 5.0).abs() < 1e-12);
+    pinned.pins = vec![0, 1];
+    assert_eq!(largest_frequency(&pinned), 0.0);
 }
 
 #[test]

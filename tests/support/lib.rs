@@ -2,8 +2,6 @@
 //!
 //! Suites take from here; nothing here asserts on the program except that it runs.
 
-mod scalar;
-
 pub mod threads;
 pub mod course;
 pub mod golden;
@@ -17,10 +15,9 @@ pub mod systems;
 mod oscillator;
 mod random;
 
-pub use nappe_study::{Method, NEWTON};
+pub use nappe_study::{Method, NEWTON, ScalarLaw};
 pub use oscillator::Oscillator;
 pub use random::Random;
-pub use scalar::ScalarLaw;
 pub use scene::Scene;
 
 /// The Rust blocks of docs/STYLE.md, compiled and run as doctests.

@@ -5,6 +5,9 @@
 //! Modules in reading order:
 
 mod method;
+mod scalar;
+mod theory;
+mod spectrum;
 mod case;
 mod times;
 mod budget;
@@ -30,6 +33,9 @@ pub use request::Request;
 pub use row::{Outcome, Row};
 pub use rows::line_names;
 pub use run::{End, Failure, Run, run};
+pub use scalar::ScalarLaw;
 pub use setting::{Setting, Steps};
+pub use spectrum::largest_frequency;
+pub use theory::{critical_step, critical_step_of_all};
 pub use times::{Times, TimesError};
 pub use window::{DISPLACEMENT, SEED, Scan, ScanEnd, scan};

@@ -1,5 +1,5 @@
 //! One degree of freedom advanced by the definition of each integrator, written out in scalars:
-//! the independent side of the comparisons with the simulation.
+//! the independent side of comparisons with a simulation, and of closed forms.
 
 use nappe_sim::cloth::Integrator;
 
