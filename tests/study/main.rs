@@ -1,6 +1,8 @@
-//! Methods compared on a scene: references and errors against golden data, windows, rows that nothing changes.
+//! Methods compared on a scene: references and errors against golden data, windows, rows that nothing changes, limits of
+//! steps against theory.
 
 mod support;
 mod golden;
 mod window;
 mod rows;
+mod stability;

@@ -100,7 +100,7 @@ fn every_row_stays_also_those_that_failed() {
                     assert_eq!((level as usize, row.dt), (i, interval / f64::from(level).exp2()), "{name}");
                 }
                 Steps::Controlled(tolerance) => assert_eq!(tolerance, 10_f64.powi(-3 - i as i32), "{name}"),
-                Steps::Own => panic!("{name}"),
+                Steps::Certified(_) | Steps::Own => panic!("{name}"),
             }
             assert!(row.dt > 0.0 && row.seconds.is_some_and(|seconds| seconds > 0.0), "{row:?}");
             assert_eq!(row.outcome == Outcome::Ok, row.failure.is_none(), "{row:?}");

@@ -213,11 +213,21 @@ impl Canvas {
         for primitive in above {
             scene.add(primitive);
         }
-        write_below(&mut scene, &sentence);
-        let png = PngBackend::new().with_scale(2.0).render_scene(&scene)?;
-        let svg = named(&SvgBackend::new().render_scene(&scene), &title, &sentence);
-        Ok(Picture { name, svg, png, sentence })
+        picture(name, &title, sentence, scene)
     }
+}
+
+/// A picture of what was drawn, with the sentence below it.
+pub(crate) fn picture(
+    name: &'static str,
+    title: &str,
+    sentence: String,
+    mut scene: Scene,
+) -> Result<Picture, String> {
+    write_below(&mut scene, &sentence);
+    let png = PngBackend::new().with_scale(2.0).render_scene(&scene)?;
+    let svg = named(&SvgBackend::new().render_scene(&scene), title, &sentence);
+    Ok(Picture { name, svg, png, sentence })
 }
 
 /// How wide words are (px).
@@ -262,7 +272,7 @@ fn layout(title: &str, [x, y]: [Axis; 2]) -> Layout {
 }
 
 /// A number of a logarithmic axis: in full where that is short.
-fn tick(value: f64) -> String {
+pub(crate) fn tick(value: f64) -> String {
     if (1e-3..1e5).contains(&value) { format!("{value}") } else { format!("{value:e}") }
 }
 

@@ -1,7 +1,7 @@
-//! Pictures of a study, as SVG and PNG: the only crate that names the plotter.
+//! Pictures of studies, as SVG and PNG: the only crate that names the plotter.
 //!
-//! Reads a chart; writes pictures, each with a sentence made from its rows. Errors and lengths are drawn in millimetres. Modules
-//! in reading order:
+//! Reads a chart, or a study of stability; writes pictures, each with a sentence made from its rows. Errors and lengths are
+//! drawn in millimetres. Modules in reading order:
 
 mod picture;
 mod look;
@@ -12,10 +12,21 @@ mod lines;
 mod work_precision;
 mod convergence;
 mod window;
+mod sheet;
+mod scale;
+mod axes;
+mod hatch;
+mod bars;
+mod limits;
+mod fates;
+mod panels;
+mod map;
 
 pub use picture::Picture;
 
-use nappe_study::Chart;
+use nappe_study::{Chart, Stability};
+
+use panels::Shown;
 
 /// What a chart shows, for those that it has rows or times for.
 ///
@@ -29,6 +40,23 @@ pub fn pictures(scene: &str, chart: &Chart) -> Result<Vec<Picture>, String> {
     }
     if !chart.scan.spread.is_empty() {
         pictures.push(window::picture(scene, chart)?);
+    }
+    Ok(pictures)
+}
+
+/// What a study of stability shows: the limits of methods, and the maps, of which it has rows.
+///
+/// # Errors
+/// What the plotter cannot make pixels of.
+pub fn stability_pictures(scene: &str, stability: &Stability) -> Result<Vec<Picture>, String> {
+    let mut pictures = Vec::new();
+    if bars::longest(stability, bars::drawn(stability)) > 0.0 {
+        pictures.push(limits::picture(scene, stability)?);
+    }
+    for shown in [Shown::Damping, Shown::Compression] {
+        if stability.rows.iter().any(|row| shown.has(row)) {
+            pictures.push(map::picture(scene, stability, shown)?);
+        }
     }
     Ok(pictures)
 }

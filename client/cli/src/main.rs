@@ -16,7 +16,9 @@ mod scene;
 mod viewer;
 mod save;
 mod compute;
+mod study;
 mod chart;
+mod stability;
 mod bench;
 mod verbs;
 

@@ -25,7 +25,7 @@ pub struct Case {
 
 /// Nothing to be studied.
 #[derive(Clone, Debug, PartialEq, Error)]
-#[error("{0} has no cloth; chart compares methods of cloth")]
+#[error("{0} has no cloth; methods of cloth are compared")]
 pub struct NoCloth(pub String);
 
 impl Case {
@@ -70,12 +70,16 @@ impl Case {
 
     /// Length (m) of the diagonal of the box in which all particles start.
     pub fn diagonal(&self) -> f64 {
+        self.extents().iter().map(|extent| extent * extent).sum::<f64>().sqrt()
+    }
+
+    /// How long (m) the box is along each axis in which all particles start.
+    pub fn extents(&self) -> [f64; 3] {
         let x = || self.setup.bodies.iter().flat_map(|body| &body.network.x);
-        let extent = |axis: usize| {
+        [0, 1, 2].map(|axis| {
             let low = x().map(|x| x[axis]).fold(f64::INFINITY, f64::min);
             x().map(|x| x[axis]).fold(f64::NEG_INFINITY, f64::max) - low
-        };
-        [0, 1, 2].map(extent).iter().map(|extent| extent * extent).sum::<f64>().sqrt()
+        })
     }
 
     /// Root of the mean square over free particles of how far they are (m) in one state from where they are in another.
@@ -116,14 +120,15 @@ impl Case {
     }
 }
 
-fn masses(network: &Network) -> Vec<f64> {
+/// Masses (kg), 0 for pins.
+pub(crate) fn masses(network: &Network) -> Vec<f64> {
     let mut masses = network.masses.clone();
     network.pins.iter().for_each(|pin| masses[*pin as usize] = 0.0);
     masses
 }
 
 /// A direction, all alike.
-fn direction(rng: &mut fastrand::Rng) -> [f64; 3] {
+pub(crate) fn direction(rng: &mut fastrand::Rng) -> [f64; 3] {
     loop {
         let v = [0, 1, 2].map(|_| 2.0 * rng.f64() - 1.0);
         let square: f64 = v.iter().map(|c| c * c).sum();

@@ -22,6 +22,7 @@ mod request;
 mod rows;
 mod timing;
 mod chart;
+mod stability;
 
 pub use budget::{Budget, Phase, Stop};
 pub use case::{Case, NoCloth};
@@ -36,6 +37,10 @@ pub use run::{End, Failure, Run, run};
 pub use scalar::ScalarLaw;
 pub use setting::{Setting, Steps};
 pub use spectrum::largest_frequency;
+pub use stability::{
+    Across, Fate, Map, Over, Stability, StabilityRequest, StabilityRow, Stepping, Theory, probe_at_rest,
+    probe_under_load, stability,
+};
 pub use theory::{critical_step, critical_step_of_all};
 pub use times::{Times, TimesError};
 pub use window::{DISPLACEMENT, SEED, Scan, ScanEnd, scan};

@@ -1,7 +1,7 @@
 //! Rows of every method, each at ever shorter steps: what is cheap comes first.
 
 use nappe_sim::{
-    cloth::{Hessian, Integrator, Minimizer, NewtonSettings},
+    cloth::{Hessian, Integrator},
     math::Precision,
 };
 
@@ -80,26 +80,19 @@ impl<'a> Rows<'a> {
             }
             match line.next(self.case, self.reference.times.interval) {
                 None => line.is_done = true,
-                Some(setting) => self.add_next(line, self.solved(setting), good, &phase.share(0.5), tell),
+                Some(setting) => self.add_next(
+                    line,
+                    setting.solved(self.case, self.request.tolerance, self.reference.times.end()),
+                    good,
+                    &phase.share(0.5),
+                    tell,
+                ),
             }
         }
         let order = |row: &Row| (!row.own, place(&row.setting), row.setting.precision.name());
         // Within a line rows stand in the order in which they were made.
         self.made.sort_by_key(order);
         (self.made, self.is_cut)
-    }
-
-    /// The same with solves as good as the comparison needs, and as many sweeps as the scene asks for.
-    fn solved(&self, setting: Setting) -> Setting {
-        let until = self.reference.times.end();
-        let tolerance = self.request.tolerance / (50.0 * until * until);
-        let newton = NewtonSettings { tolerance, ..NewtonSettings::default() };
-        let own = self.case.setup.bodies.iter().find_map(|body| match body.settings.minimizer {
-            Minimizer::VertexBlockDescent { sweeps } => Some(sweeps),
-            _ => None,
-        });
-        let sweeps = own.unwrap_or(Minimizer::DEFAULT_SWEEPS);
-        Setting { method: setting.method.with(newton, sweeps), ..setting }.good_to(self.request.tolerance)
     }
 
     /// Adds the next row of a line.

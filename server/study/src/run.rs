@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use nappe_sim::{
-    report::{NoStopwatch, StepError, StepFailure, Work},
+    report::{Diagnostics, NoStopwatch, StepError, StepFailure, Work},
     world::Simulation,
 };
 
@@ -70,11 +70,25 @@ pub(crate) struct Runner {
     steps: u64,
     elapsed: f64,
     work: Work,
-    substeps: u64,
-    /// Total energy at the start, and now (J).
-    energies: [f64; 2],
+    /// Steps that were taken, and tries that were not accepted.
+    pub(crate) taken: Taken,
+    /// Total energy at the start (J).
+    start: f64,
+    /// Of the state as it is.
+    pub(crate) now: Diagnostics,
     max_stretch: f64,
     _watched: Watched,
+}
+
+/// Steps of a run.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Taken {
+    /// Steps of the cloths.
+    pub(crate) substeps: u64,
+    /// Those that were not accepted, and taken again shorter.
+    pub(crate) rejected: u64,
+    /// Linear solves that met a curvature that is not positive.
+    pub(crate) indefinite: u64,
 }
 
 impl Runner {
@@ -92,16 +106,15 @@ impl Runner {
         simulation.apply(&case.changes).map_err(|error| refused(error.to_string()))?;
         let watched = phase.watch(simulation.interrupt());
         let start = simulation.diagnose();
-        let energies = [start.total_energy(); 2];
-        let (work, max_stretch) = (Work::default(), start.max_stretch);
         Ok(Self {
             simulation,
             steps,
             elapsed: 0.0,
-            work,
-            substeps: 0,
-            energies,
-            max_stretch,
+            work: Work::default(),
+            taken: Taken::default(),
+            start: start.total_energy(),
+            now: start,
+            max_stretch: start.max_stretch,
             _watched: watched,
         })
     }
@@ -118,9 +131,12 @@ impl Runner {
     fn step(&mut self) -> Result<(), End> {
         let report = self.simulation.step(&mut NoStopwatch).map_err(|error| ended(&error))?;
         self.work = self.work.and(report.work);
-        self.substeps += report.cloth.map_or(0, |cloth| u64::from(cloth.substeps));
-        self.energies[1] = report.diagnostics.total_energy();
-        self.max_stretch = self.max_stretch.max(report.diagnostics.max_stretch);
+        let steps = report.cloth.map_or([0; 2], |cloth| [cloth.substeps, cloth.rejected]).map(u64::from);
+        self.taken.substeps += steps[0];
+        self.taken.rejected += steps[1];
+        self.taken.indefinite += u64::from(report.notices.indefinite_solves);
+        self.now = report.diagnostics;
+        self.max_stretch = self.max_stretch.max(self.now.max_stretch);
         Ok(())
     }
 
@@ -129,6 +145,23 @@ impl Runner {
         let mut positions = Vec::new();
         self.simulation.positions_f64(&mut positions);
         positions
+    }
+
+    /// How fast they are.
+    pub(crate) fn velocities(&self) -> Vec<f64> {
+        let mut velocities = Vec::new();
+        self.simulation.velocities_f64(&mut velocities);
+        velocities
+    }
+
+    /// Simulated time (s).
+    pub(crate) fn time(&self) -> f64 {
+        self.simulation.time()
+    }
+
+    /// Steps of the world that were taken.
+    pub(crate) fn step_count(&self) -> u64 {
+        self.simulation.step_count()
     }
 
     /// The longest explicit step (s) that is certified at the state as it is.
@@ -189,13 +222,13 @@ pub fn run(case: &Case, setting: &Setting, times: &Times, phase: &Phase) -> Run 
         }
     }
 
-    if setting.dt(times.interval).is_none() && runner.substeps > 0 {
-        run.dt = runner.simulation.time() / runner.substeps as f64;
+    if setting.dt(times.interval).is_none() && runner.taken.substeps > 0 {
+        run.dt = runner.simulation.time() / runner.taken.substeps as f64;
     }
     (run.elapsed, run.time) = (runner.elapsed, runner.simulation.time());
     let failed = if run.end == End::Reached { 0.0 } else { runner.simulation.dt() };
     run.tried = run.time + failed;
-    run.energy_drift = runner.energies[1] - runner.energies[0];
+    run.energy_drift = runner.now.total_energy() - runner.start;
     (run.work, run.max_stretch) = (runner.work, runner.max_stretch);
     run
 }

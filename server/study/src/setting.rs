@@ -1,7 +1,7 @@
 //! How a case is stepped in a run: a method, a precision, steps.
 
 use nappe_sim::{
-    cloth::{ClothSettings, StateLimits},
+    cloth::{ClothSettings, Minimizer, NewtonSettings, StateLimits},
     linalg::Stop,
     math::Precision,
     time_step::TimeStep,
@@ -29,6 +29,8 @@ pub enum Steps {
     Divided(u32),
     /// As long as an error (m) of positions per step allows.
     Controlled(f64),
+    /// Certified at this share of the bound, or accepted, within steps of the world of the comparison interval.
+    Certified(f64),
     /// As the scene is written; so is all else.
     Own,
 }
@@ -65,11 +67,24 @@ impl Setting {
         Self { solver_tolerance: SOLVER_TOLERANCE * (error / ENOUGH_FOR).min(1.0), ..self }
     }
 
+    /// The same with solves as good as a comparison to an error (m) until a time (s) needs, and as many sweeps as the scene
+    /// asks for.
+    pub(crate) fn solved(self, case: &Case, error: f64, until: f64) -> Self {
+        let newton =
+            NewtonSettings { tolerance: error / (50.0 * until * until), ..NewtonSettings::default() };
+        let own = case.setup.bodies.iter().find_map(|body| match body.settings.minimizer {
+            Minimizer::VertexBlockDescent { sweeps } => Some(sweeps),
+            _ => None,
+        });
+        let method = self.method.with(newton, own.unwrap_or(Minimizer::DEFAULT_SWEEPS));
+        Self { method, ..self }.good_to(error)
+    }
+
     /// The name of its method, with `_controlled` where steps are as long as an error allows.
     pub fn name(&self) -> String {
         match self.steps {
             Steps::Controlled(_) => format!("{}_controlled", self.method.name()),
-            Steps::Divided(_) | Steps::Own => self.method.name(),
+            Steps::Divided(_) | Steps::Certified(_) | Steps::Own => self.method.name(),
         }
     }
 
@@ -77,7 +92,7 @@ impl Setting {
     pub(crate) fn dt(&self, interval: f64) -> Option<f64> {
         match self.steps {
             Steps::Divided(level) => Some(interval / f64::from(level).exp2()),
-            Steps::Controlled(_) | Steps::Own => None,
+            Steps::Controlled(_) | Steps::Certified(_) | Steps::Own => None,
         }
     }
 
@@ -123,6 +138,7 @@ impl Setting {
         settings.solver.stop = Stop::Residual { tolerance: self.solver_tolerance, max_iterations };
         (settings.time_step, settings.tolerance) = match self.steps {
             Steps::Controlled(tolerance) => (TimeStep::default(), Some(tolerance)),
+            Steps::Certified(safety) => (TimeStep::Certified { safety }, None),
             Steps::Divided(_) | Steps::Own => {
                 (TimeStep::Unchecked(self.dt(interval).unwrap_or(interval)), None)
             }

@@ -3,7 +3,8 @@
 use nappe_study::{Chart, DISPLACEMENT, Limit, NoReference, Row, SEED};
 use serde_json::{Value, json};
 
-use super::{subject::Subject, words};
+use super::words;
+use crate::study::Subject;
 
 /// The document. Its names stay.
 pub(crate) fn document(subject: &Subject, chart: &Chart) -> Value {

@@ -4,6 +4,8 @@ use std::fmt::Write as _;
 
 use nappe_study::{Chart, Row, Steps};
 
+use crate::study::files::quoted;
+
 /// Names of the columns: they stay.
 const COLUMNS: [&str; 22] = [
     "scene",
@@ -46,7 +48,7 @@ fn fields(scene: &str, threads: usize, row: &Row) -> [String; COLUMNS.len()] {
     let known = |value: Option<f64>| value.map(number).unwrap_or_default();
     let step_tolerance = match row.setting.steps {
         Steps::Controlled(tolerance) => Some(tolerance),
-        Steps::Divided(_) | Steps::Own => None,
+        Steps::Divided(_) | Steps::Certified(_) | Steps::Own => None,
     };
     let failure = row.failure.as_ref();
     [
@@ -73,24 +75,4 @@ fn fields(scene: &str, threads: usize, row: &Row) -> [String; COLUMNS.len()] {
         row.front.to_string(),
         row.own.to_string(),
     ]
-}
-
-/// A field, in quotes where it needs them (RFC 4180).
-fn quoted(field: &str) -> String {
-    if field.contains([',', '"', '\n', '\r']) {
-        format!("\"{}\"", field.replace('"', "\"\""))
-    } else {
-        field.to_owned()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn what_would_end_a_field_is_quoted() {
-        assert_eq!(quoted("plain"), "plain");
-        assert_eq!(quoted("a, \"b\""), "\"a, \"\"b\"\"\"");
-    }
 }

@@ -27,7 +27,7 @@ fn steps(row: &Row) -> String {
         Steps::Controlled(tolerance) => {
             format!("{:.3} ms on average, {} per step", row.dt * 1e3, length(tolerance))
         }
-        Steps::Divided(_) | Steps::Own => format!("{:.3} ms", row.dt * 1e3),
+        Steps::Divided(_) | Steps::Certified(_) | Steps::Own => format!("{:.3} ms", row.dt * 1e3),
     }
 }
 

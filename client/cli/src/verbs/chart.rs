@@ -1,26 +1,21 @@
 //! `nappe chart`: error against cost of every method, on a scene of the user's.
 
 use std::{
-    path::{Path, PathBuf},
-    sync::Arc,
+    path::PathBuf,
     time::{Duration, Instant},
 };
 
 use clap::Args;
-use indicatif::{ProgressBar, ProgressState, ProgressStyle};
-use nappe_scene::{Built, Scene, SceneLimits, files, suggestion};
+use nappe_scene::{Scene, suggestion};
 use nappe_sim::math::Precision;
-use nappe_study::{Budget, Case, Chart, Request, Stop, Times, TimesError, line_names};
-use rayon::ThreadPoolBuilder;
-use xxhash_rust::xxh3::xxh3_64;
+use nappe_study::{Chart, Request, Times, TimesError, line_names};
 
 use crate::{
     args::PrecisionName,
-    chart::{self, Subject, units, words},
+    chart::{self, words},
     error::{CliError, Exit, Result},
-    meshes,
     output::{self, Format, OutputArgs},
-    paths, remote, scene,
+    study::{self, Source, Subject, files, units},
 };
 
 /// Chart error against cost: every method, on a scene of cloth
@@ -76,46 +71,18 @@ pub(crate) struct ChartArgs {
 /// user ends it: what was found is then written all the same.
 pub(crate) fn run(args: &ChartArgs) -> Result<()> {
     let begin = Instant::now();
-    let (text, scene, built) = read(&args.scene)?;
-    let name = Path::new(&args.scene).file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    meshes::note(&built.warnings);
-    let has_snow = built.setup.snow.is_some();
-    let case =
-        Case::new(&name, built.setup, built.initial_changes, scene.precision).map_err(CliError::failure)?;
-    if has_snow {
-        meshes::note(&["snow is left out: chart compares methods of cloth".to_owned()]);
-    }
+    let Source { name, hash: scene_hash, scene, case } = Source::read(&args.scene, "chart")?;
     let request = request(args, &scene)?;
     let folder = args.out.clone().unwrap_or_else(|| PathBuf::from(format!("chart-{name}")));
-    chart::check_folder(&folder)?;
+    files::check_folder(&folder)?;
 
     let threads = args.threads.map_or_else(rayon::current_num_threads, usize::from);
-    let subject = Subject {
-        name,
-        scene_hash: output::hash(xxh3_64(text.as_bytes())),
-        processor: chart::processor(),
-        threads,
-        budget: args.budget,
-        begin,
-    };
-    let chart = compute(case, request, &subject)?;
+    let subject =
+        Subject { name, scene_hash, processor: study::processor(), threads, budget: args.budget, begin };
+    let chart =
+        study::compute(&subject, move |budget, tell| nappe_study::chart(&case, &request, budget, tell))?;
     let written = chart::write(&folder, &subject, &chart)?;
     say(args.output.format(), &subject, &chart, &written)
-}
-
-/// The text of a scene, the scene, and what is built from it.
-fn read(name: &str) -> Result<(String, Scene, Built)> {
-    let path = Path::new(name);
-    let (text, folder) = if paths::is_scene(path) {
-        let text = std::fs::read_to_string(path).map_err(|error| CliError::file("read", path, &error))?;
-        (text, path.parent().unwrap_or(Path::new("")))
-    } else {
-        (scene::shipped_text(name)?.to_owned(), Path::new(""))
-    };
-    let scene = Scene::parse(&text, name)?;
-    let source = files::Folder { folder: folder.to_owned(), options: files::ReadOptions::default() };
-    let built = scene.build(&source, &SceneLimits::default())?;
-    Ok((text, scene, built))
 }
 
 /// What is asked for.
@@ -144,53 +111,6 @@ fn request(args: &ChartArgs, scene: &Scene) -> Result<Request> {
 
 fn refused(option: &str, error: &TimesError) -> CliError {
     CliError::usage(format!("{option}: {error}"))
-}
-
-/// Charts on threads of its own, until the budget is used up or a signal comes.
-fn compute(case: Case, request: Request, subject: &Subject) -> Result<Chart> {
-    let threads = subject.threads;
-    let pool = ThreadPoolBuilder::new()
-        .num_threads(threads)
-        .build()
-        .map_err(|error| CliError::failure(format!("cannot start {threads} threads: {error}")))?;
-    let left = subject.budget.saturating_sub(subject.begin.elapsed());
-    let budget = Budget::new(Some(left));
-    let (stop, bar) = (budget.stop(), progress(budget.stop()));
-    remote::block_on(async move {
-        let signals = remote::catch_signals()?;
-        let shown = Arc::new(bar);
-        let told = Arc::clone(&shown);
-        let mut work = tokio::task::spawn_blocking(move || {
-            pool.install(|| {
-                nappe_study::chart(&case, &request, &budget, &|what| told.set_message(what.to_owned()))
-            })
-        });
-        let ended = tokio::select! {
-            ended = &mut work => ended,
-            signal = remote::interrupted_by(signals) => {
-                signal?;
-                stop.stop();
-                work.await
-            }
-        };
-        shown.finish_and_clear();
-        ended.map_err(|error| {
-            CliError::failure(format!("the chart ended in an error of this program: {error}"))
-        })
-    })
-}
-
-/// What is done now, and the time that is left.
-fn progress(stop: Stop) -> ProgressBar {
-    let left = move |_: &ProgressState, out: &mut dyn std::fmt::Write| {
-        let seconds = stop.left().unwrap_or_default().as_secs();
-        // A bar that is not shown is no failure.
-        let _ = write!(out, "{seconds} s left");
-    };
-    let style = ProgressStyle::with_template("{spinner} {left}: {msg}").expect("a template that is right");
-    let bar = ProgressBar::new_spinner().with_style(style.with_key("left", left));
-    bar.enable_steady_tick(Duration::from_millis(200));
-    bar
 }
 
 fn say(format: Format, subject: &Subject, chart: &Chart, written: &[PathBuf]) -> Result<()> {

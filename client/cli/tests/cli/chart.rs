@@ -84,7 +84,7 @@ fn what_does_not_exist_is_refused_before_anything_is_computed() {
         assert!(done.stderr.contains(part), "{args:?}: {}", done.stderr);
         assert!(done.stdout.is_empty(), "{done:?}");
     };
-    refused(&["brasseur"], 1, "brasseur has no cloth; chart compares methods of cloth");
+    refused(&["brasseur"], 1, "brasseur has no cloth; methods of cloth are compared");
     refused(&["nothing"], 1, "no scene 'nothing' comes with nappe");
     refused(&[&scene, "--until", "0.0123"], 2, "the nearest are 0.01 s and 0.015 s");
     refused(&[&scene, "--times", "0.1,0.0512"], 2, "--times: 0.0512 s is no multiple of the time step");

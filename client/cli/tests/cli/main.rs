@@ -17,4 +17,5 @@ mod tokens;
 mod connect;
 mod bench;
 mod chart;
+mod stability;
 mod snow;

@@ -1,0 +1,276 @@
+//! Maps of stability: cells of steps against damping, or against how far the start is pressed together.
+
+use nappe_study::{Across, Stability, StabilityRow};
+
+use crate::{
+    axes::{self, LEGEND_LINE, Legend},
+    canvas::{Anchor, Stroke, width},
+    fates::{self, GROWTH, Outcome},
+    look::INK,
+    panels::{self, Bands, Panel, Shown, step},
+    picture::Picture,
+    scale::{Scale, Spacing, Tick},
+    sheet::Sheet,
+    words::{finer_time, length, listed, two},
+};
+
+/// At the left, above and below the data, and at the right (px).
+const LEFT: f64 = 78.0;
+const ABOVE: f64 = 138.0;
+const BELOW: f64 = 50.0;
+const RIGHT: f64 = 30.0;
+/// Height of the data, and what lies between panels (px).
+const HEIGHT: f64 = 380.0;
+const GAP: f64 = 28.0;
+/// Where the legend begins (px).
+const LEGEND: f64 = 58.0;
+/// Width of the colours of growth (px), and how many there are.
+const COLOURS: f64 = 160.0;
+const SHADES: u32 = 80;
+/// Places along a line of theory.
+const SAMPLES: u32 = 400;
+/// Times the tolerance beyond which a stable run is wrong.
+const WRONG: f64 = 10.0;
+
+/// Scales of a panel.
+#[derive(Clone, Copy, Debug)]
+struct Scales {
+    x: Scale,
+    y: Scale,
+}
+
+/// What a map shows, for a study that has cells of it.
+pub(crate) fn picture(scene: &str, stability: &Stability, shown: Shown) -> Result<Picture, String> {
+    let panels = panels::of(stability, shown);
+    let rows = || panels.iter().flat_map(|panel| &panel.rows).copied();
+    let values = Bands::of(rows().map(|row| shown.value(row)), shown.spacing());
+    let panel_width = match panels.len() {
+        0 | 1 => 640.0,
+        2 => 400.0,
+        3 => 300.0,
+        _ => 260.0,
+    };
+    let count = panels.len().max(1) as f64;
+    let size = [LEFT + count * (panel_width + GAP) - GAP + RIGHT, ABOVE + HEIGHT + BELOW];
+    let mut sheet = Sheet::new(size);
+    let (name, title) = match shown {
+        Shown::Damping => ("map_damping", format!("{scene}: what steps are stable with what damping")),
+        Shown::Compression => {
+            ("map_compression", format!("{scene}: what steps are stable from a start pressed together"))
+        }
+    };
+    sheet.title(&title, [0.5 * size[0], 30.0]);
+
+    let y = Scale { spacing: shown.spacing(), ends: values.ends(), places: [ABOVE + HEIGHT, ABOVE] };
+    let mut border_of_theory = Border::Unknown;
+    for (i, panel) in panels.iter().enumerate() {
+        let left = LEFT + i as f64 * (panel_width + GAP);
+        let places = [left, left + panel_width];
+        let x = Scale { spacing: Spacing::Log, ends: panel.steps.ends(), places };
+        let scales = Scales { x, y };
+        draw_cells(&mut sheet, panel, shown, &values, scales);
+        if draw_border(&mut sheet, &border(stability, panel, &values, scales)) {
+            border_of_theory = Border::Drawn;
+        }
+        sheet.words(
+            &panel.method.name(),
+            [f64::midpoint(places[0], places[1]), ABOVE - 9.0],
+            Anchor::Middle,
+            INK,
+        );
+        sheet.outline([places[0], places[1], ABOVE, ABOVE + HEIGHT], "black");
+        axes::below(&mut sheet, &x, ABOVE + HEIGHT, "step (ms)");
+        axes::left(&mut sheet, &marks(&values, &y, i), left);
+    }
+    let label = rows().next().map_or("", label);
+    sheet.label_upwards(label, [20.0, ABOVE + 0.5 * HEIGHT]);
+    draw_legend(&mut sheet, &rows().collect::<Vec<_>>(), border_of_theory, size[0] - 10.0);
+    let sentence = sentence(stability, shown, &panels, border_of_theory);
+    sheet.finish(name, &title, sentence)
+}
+
+/// What an axis says of what is varied.
+fn label(row: &StabilityRow) -> &'static str {
+    match row.across {
+        Some((Across::Damping, _)) => "damping, times that of the scene",
+        Some((Across::DampingRatio, _)) => "damping ratio of the fastest mode",
+        Some((Across::Compression, _)) => "pressed together at the start (%)",
+        None => "",
+    }
+}
+
+/// Ticks of what is varied; numbers at the first panel alone.
+fn marks(values: &Bands, y: &Scale, panel: usize) -> Vec<Tick> {
+    let [low, high] = values.others();
+    let mut ticks = Vec::new();
+    if low < high {
+        let others = Scale { ends: [low, high], places: [y.place(low), y.place(high)], ..*y };
+        ticks = others.ticks();
+    }
+    if let Some([low, high]) = values.apart() {
+        ticks.push(Tick { place: y.place(f64::midpoint(low, high)), number: Some("0".to_owned()) });
+    }
+    if panel > 0 {
+        for tick in &mut ticks {
+            tick.number = None;
+        }
+    }
+    ticks
+}
+
+fn draw_cells(sheet: &mut Sheet, panel: &Panel<'_>, shown: Shown, values: &Bands, scales: Scales) {
+    // Edges between pixels, so that nothing shows between neighbours.
+    let whole = |place: f64| (2.0 * place).round() / 2.0;
+    for row in &panel.rows {
+        let bands = (panel.steps.band(step(row)), values.band(shown.value(row)));
+        let (Some(x), Some(y)) = bands else { continue };
+        let [left, right] = x.map(|edge| whole(scales.x.place(edge)));
+        let [below, above] = y.map(|edge| whole(scales.y.place(edge)));
+        fates::draw(sheet, [left, right, above, below], Outcome::of(row.fate), row.growth);
+    }
+    if let Some([_, edge]) = values.apart() {
+        let y = whole(scales.y.place(edge));
+        let line = scales.x.places.map(|x| [x, y]);
+        sheet.line(&line, Stroke { colour: "white", width: 2.0, dashes: "" });
+    }
+}
+
+/// Where theory sets the limit of an explicit method, as lines (px); it says nothing of ratios and of compression.
+fn border(stability: &Stability, panel: &Panel<'_>, values: &Bands, scales: Scales) -> Vec<Vec<[f64; 2]>> {
+    let integrator = panel.method.integrator;
+    let is_factor = panel.rows.iter().all(|row| matches!(row.across, Some((Across::Damping, _))));
+    let theory = stability.theory.as_ref().filter(|_| is_factor && !integrator.is_implicit());
+    let Some(theory) = theory else { return Vec::new() };
+    let mut samples: Vec<(f64, f64)> = Vec::new();
+    if let Some(ends) = values.apart() {
+        samples.extend(ends.map(|edge| (0.0, edge)));
+    }
+    let [low, high] = values.others();
+    if low < high {
+        let at = |i: u32| low + (high - low) * f64::from(i) / f64::from(SAMPLES);
+        samples.extend((0..=SAMPLES).map(at).map(|coordinate| (10_f64.powf(coordinate), coordinate)));
+    }
+    let mut lines = Vec::new();
+    let mut line = Vec::new();
+    for (factor, coordinate) in samples {
+        let limit = theory.limit_with(integrator, factor).map(|limit| limit * 1e3);
+        match limit.filter(|limit| scales.x.holds(*limit)) {
+            Some(limit) => line.push([scales.x.at(limit), scales.y.place(coordinate)]),
+            None => lines.push(std::mem::take(&mut line)),
+        }
+    }
+    lines.push(line);
+    lines.retain(|line| line.len() > 1);
+    lines
+}
+
+/// Draws lines, white on black; says whether there are any.
+fn draw_border(sheet: &mut Sheet, lines: &[Vec<[f64; 2]>]) -> bool {
+    for (colour, width) in [("black", 4.5), ("white", 2.0)] {
+        for line in lines {
+            sheet.line(line, Stroke { colour, width, dashes: "" });
+        }
+    }
+    !lines.is_empty()
+}
+
+/// Whether theory has a limit that is drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Border {
+    Drawn,
+    Unknown,
+}
+
+/// What colours and signs mean, of those that are drawn.
+fn draw_legend(sheet: &mut Sheet, rows: &[&StabilityRow], border: Border, right: f64) {
+    let mut legend = Legend::new([24.0, right], LEGEND);
+    for outcome in Outcome::ALL {
+        if rows.iter().any(|row| Outcome::of(row.fate) == outcome) {
+            let room = legend.entry(sheet, outcome.name());
+            fates::draw(sheet, room, outcome, Some(outcome.example()));
+            sheet.outline(room, INK);
+        }
+    }
+    if border == Border::Drawn {
+        let [left, right, above, below] = legend.entry(sheet, "theory at rest");
+        let y = f64::midpoint(above, below);
+        draw_border(sheet, &[vec![[left, y], [right, y]]]);
+    }
+    draw_colours(sheet, [24.0, legend.end() + LEGEND_LINE]);
+}
+
+/// The colours of growth from a place (px) on, with the growth at both ends.
+fn draw_colours(sheet: &mut Sheet, [left, y]: [f64; 2]) {
+    let [least, greatest] = GROWTH.map(|decades| 10_f64.powf(decades));
+    let before = format!("rise of the energy, as a share of the largest: {} or less", two(least));
+    sheet.words(&before, [left, y], Anchor::Start, INK);
+    let from = left + width(&before) + 8.0;
+    let slice = COLOURS / f64::from(SHADES);
+    for shade in 0..SHADES {
+        let place = from + slice * f64::from(shade);
+        let colour = fates::colour((f64::from(shade) + 0.5) / f64::from(SHADES));
+        sheet.rectangle([place, place + slice, y - 10.0, y + 2.0], &colour);
+    }
+    let words = format!("{} or more", two(greatest));
+    sheet.words(&words, [from + COLOURS + 8.0, y], Anchor::Start, INK);
+}
+
+fn sentence(stability: &Stability, shown: Shown, panels: &[Panel<'_>], border: Border) -> String {
+    let outcomes: Vec<Outcome> =
+        panels.iter().flat_map(|panel| &panel.rows).map(|row| Outcome::of(row.fate)).collect();
+    let count =
+        |is_one: &dyn Fn(Outcome) -> bool| outcomes.iter().filter(|outcome| is_one(**outcome)).count();
+    let be = |count: usize| if count == 1 { "is" } else { "are" };
+    let stable = count(&|outcome| outcome == Outcome::Stable);
+    let wrong = count(&|outcome| outcome == Outcome::Wrong);
+    let failed = count(&Outcome::is_failure);
+    let unknown = count(&Outcome::is_unknown);
+    let mut counts = vec![format!("{stable} {} stable", be(stable))];
+    if wrong > 0 {
+        let off = length(WRONG * stability.tolerance);
+        counts.push(format!("{wrong} {} stable but more than {off} off", be(wrong)));
+    }
+    counts.push(match failed {
+        0 => "none fails".to_owned(),
+        1 => "1 fails".to_owned(),
+        more => format!("{more} fail"),
+    });
+    if unknown > 0 {
+        counts.push(format!("{unknown} {} not known", be(unknown)));
+    }
+    let theory = match border {
+        Border::Drawn => " The white line is the limit that theory sets at rest.",
+        Border::Unknown => "",
+    };
+    format!("Of {} cells {}{}.{theory}", outcomes.len(), listed(&counts), failures(shown, panels))
+}
+
+/// The shortest step that fails with each method, as clauses that follow others.
+fn failures(shown: Shown, panels: &[Panel<'_>]) -> String {
+    let mut first = Vec::new();
+    let mut never = Vec::new();
+    for panel in panels {
+        let name = panel.method.name();
+        match panel.first_failure(shown) {
+            Some(row) => {
+                let (what, unit) = match row.across {
+                    Some((Across::Damping, _)) => ("damping factor", ""),
+                    Some((Across::DampingRatio, _)) => ("damping ratio", ""),
+                    Some((Across::Compression, _)) | None => ("pressed together by", " %"),
+                };
+                let value = two(shown.value(row));
+                first.push(format!("{} with {name} ({what} {value}{unit})", finer_time(row.dt)));
+            }
+            None => never.push(name),
+        }
+    }
+    let mut clauses = vec![String::new()];
+    if !first.is_empty() {
+        clauses.push(format!("the shortest step that fails is {}", listed(&first)));
+    }
+    if !never.is_empty() {
+        let verb = if never.len() == 1 { "fails" } else { "fail" };
+        clauses.push(format!("{} {verb} in no cell", listed(&never)));
+    }
+    clauses.join("; ")
+}

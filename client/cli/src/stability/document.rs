@@ -1,0 +1,44 @@
+//! What a study of stability says beside its rows, as JSON.
+
+use nappe_study::{Fate, Over, SEED, Stability, StabilityRow};
+use serde_json::{Value, json};
+
+use super::words;
+use crate::study::Subject;
+
+/// The document. Its names stay.
+pub(super) fn document(subject: &Subject, study: &Stability) -> Value {
+    json!({
+        "scene": subject.name,
+        "scene_hash": subject.scene_hash,
+        "version": env!("CARGO_PKG_VERSION"),
+        "machine": { "processor": subject.processor, "threads": subject.threads },
+        "seed": SEED,
+        "tolerance_m": study.tolerance,
+        "budget_s": subject.budget.as_secs_f64(),
+        "elapsed_s": subject.begin.elapsed().as_secs_f64(),
+        "cut": study.is_cut,
+        "interrupted": study.is_stopped,
+        "window_s": study.window,
+        "certified_bound_s": study.bound.is_finite().then_some(study.bound),
+        "frequency_rad_s": study.theory.as_ref().map(nappe_study::Theory::frequency),
+        "missing": study.missing,
+        "limits": {
+            "at_rest": study.limits(Over::Rest).map(limit).collect::<Vec<_>>(),
+            "under_load": study.limits(Over::Load).map(limit).collect::<Vec<_>>(),
+        },
+        "lost": study.lost().count(),
+        "summary": words::summary(study),
+    })
+}
+
+fn limit(row: &StabilityRow) -> Value {
+    json!({
+        "method": row.method.name(),
+        "limit_s": row.limit,
+        "holds_up_to_s": (row.limit.is_none() && row.fate.holds()).then_some(row.dt),
+        "theory_s": row.theory,
+        "bound_s": row.bound,
+        "finished": row.fate != Fate::Stopped,
+    })
+}

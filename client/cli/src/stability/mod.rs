@@ -1,0 +1,45 @@
+//! A study of stability on its way out: its files, and what is said of it.
+//!
+//! Enters: a study. Leaves: stability.csv, stability.json and pictures in a folder; words on standard output.
+
+pub(crate) mod words;
+mod table;
+mod document;
+
+use std::path::{Path, PathBuf};
+
+use nappe_study::Stability;
+
+use crate::{
+    error::{CliError, Result},
+    study::{Subject, files},
+};
+
+/// Writes the files of a study into a folder; their paths.
+///
+/// # Errors
+/// A file that cannot be written.
+pub(crate) fn write(folder: &Path, subject: &Subject, study: &Stability) -> Result<Vec<PathBuf>> {
+    let document = serde_json::to_string_pretty(&document::document(subject, study))
+        .map_err(|error| CliError::failure(format!("cannot write the study as JSON: {error}")))?;
+    let files = [
+        ("stability.csv".to_owned(), table::text(&subject.name, &study.rows).into_bytes()),
+        ("stability.json".to_owned(), (document + "\n").into_bytes()),
+    ];
+    files::write(folder, files.into_iter().chain(pictures(&subject.name, study)?))
+}
+
+/// Pictures, each as SVG and PNG.
+#[cfg(feature = "charts")]
+fn pictures(scene: &str, study: &Stability) -> Result<Vec<(String, Vec<u8>)>> {
+    nappe_charts::stability_pictures(scene, study)
+        .map(files::of_pictures)
+        .map_err(|error| CliError::failure(format!("cannot draw the study: {error}")))
+}
+
+/// None: this build draws nothing, and says so.
+#[cfg(not(feature = "charts"))]
+fn pictures(_: &str, _: &Stability) -> Result<Vec<(String, Vec<u8>)>> {
+    files::note_without_pictures();
+    Ok(Vec::new())
+}

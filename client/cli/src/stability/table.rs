@@ -1,0 +1,60 @@
+//! The rows of a study of stability as comma-separated values.
+
+use std::fmt::Write as _;
+
+use nappe_study::StabilityRow;
+
+use crate::study::files::quoted;
+
+/// Names of the columns: they stay.
+const COLUMNS: [&str; 15] = [
+    "scene",
+    "method",
+    "x_axis",
+    "x",
+    "y_axis",
+    "y",
+    "outcome",
+    "cause",
+    "energy_growth",
+    "limit_s",
+    "theory_s",
+    "stepping",
+    "step",
+    "particle",
+    "bound_s",
+];
+
+/// All rows, with a header.
+pub(super) fn text(scene: &str, rows: &[StabilityRow]) -> String {
+    let mut text = COLUMNS.join(",") + "\n";
+    for row in rows {
+        let fields = fields(scene, row).map(|field| quoted(&field));
+        // Writing into a string does not fail.
+        let _ = writeln!(text, "{}", fields.join(","));
+    }
+    text
+}
+
+fn fields(scene: &str, row: &StabilityRow) -> [String; COLUMNS.len()] {
+    let number = |value: f64| format!("{value:?}");
+    let known = |value: Option<f64>| value.map(number).unwrap_or_default();
+    let whole = |value: Option<u64>| value.map(|value| value.to_string()).unwrap_or_default();
+    [
+        scene.to_owned(),
+        row.method.name(),
+        row.over.name().to_owned(),
+        number(row.dt),
+        row.across.map(|(across, _)| across.name().to_owned()).unwrap_or_default(),
+        known(row.across.map(|(_, value)| value)),
+        row.fate.name().to_owned(),
+        row.cause.clone().unwrap_or_default(),
+        known(row.growth),
+        known(row.limit),
+        known(row.theory),
+        row.stepping.name().to_owned(),
+        whole(row.step),
+        whole(row.particle),
+        known(row.bound),
+    ]
+}

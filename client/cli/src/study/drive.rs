@@ -1,0 +1,65 @@
+//! A study on threads of its own, until its budget is used up or a signal comes.
+
+use std::{sync::Arc, time::Duration};
+
+use indicatif::{ProgressBar, ProgressState, ProgressStyle};
+use nappe_study::{Budget, Stop};
+use rayon::ThreadPoolBuilder;
+
+use super::subject::Subject;
+use crate::{
+    error::{CliError, Result},
+    remote,
+};
+
+/// Computes on threads of its own, until the budget is used up or a signal comes. The work is given the budget, and what tells
+/// what is done now.
+///
+/// # Errors
+/// Threads that cannot be started, and a panic.
+pub(crate) fn compute<T: Send + 'static>(
+    subject: &Subject,
+    work: impl FnOnce(&Budget, &dyn Fn(&str)) -> T + Send + 'static,
+) -> Result<T> {
+    let threads = subject.threads;
+    let pool = ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()
+        .map_err(|error| CliError::failure(format!("cannot start {threads} threads: {error}")))?;
+    let left = subject.budget.saturating_sub(subject.begin.elapsed());
+    let budget = Budget::new(Some(left));
+    let (stop, bar) = (budget.stop(), progress(budget.stop()));
+    remote::block_on(async move {
+        let signals = remote::catch_signals()?;
+        let shown = Arc::new(bar);
+        let told = Arc::clone(&shown);
+        let mut work = tokio::task::spawn_blocking(move || {
+            pool.install(|| work(&budget, &|what| told.set_message(what.to_owned())))
+        });
+        let ended = tokio::select! {
+            ended = &mut work => ended,
+            signal = remote::interrupted_by(signals) => {
+                signal?;
+                stop.stop();
+                work.await
+            }
+        };
+        shown.finish_and_clear();
+        ended.map_err(|error| {
+            CliError::failure(format!("the study ended in an error of this program: {error}"))
+        })
+    })
+}
+
+/// What is done now, and the time that is left.
+fn progress(stop: Stop) -> ProgressBar {
+    let left = move |_: &ProgressState, out: &mut dyn std::fmt::Write| {
+        let seconds = stop.left().unwrap_or_default().as_secs();
+        // A bar that is not shown is no failure.
+        let _ = write!(out, "{seconds} s left");
+    };
+    let style = ProgressStyle::with_template("{spinner} {left}: {msg}").expect("a template that is right");
+    let bar = ProgressBar::new_spinner().with_style(style.with_key("left", left));
+    bar.enable_steady_tick(Duration::from_millis(200));
+    bar
+}

@@ -1,0 +1,51 @@
+//! A scene that is studied, as the command line names it.
+
+use std::path::Path;
+
+use nappe_scene::{Built, Scene, SceneLimits, files};
+use nappe_study::Case;
+use xxhash_rust::xxh3::xxh3_64;
+
+use crate::{
+    error::{CliError, Result},
+    meshes, output, paths, scene,
+};
+
+/// A scene that is studied.
+pub(crate) struct Source {
+    /// Its name, without folder and extension.
+    pub(crate) name: String,
+    /// Hash of its text, 16 hexadecimal digits.
+    pub(crate) hash: String,
+    /// As it is written.
+    pub(crate) scene: Scene,
+    /// The cloths that are built from it.
+    pub(crate) case: Case,
+}
+
+impl Source {
+    /// Reads a shipped scene or a file, and tells what it warns of, and that snow is left out by a verb.
+    ///
+    /// # Errors
+    /// A scene that cannot be read or built, or has no cloth.
+    pub(crate) fn read(name: &str, verb: &str) -> Result<Self> {
+        let path = Path::new(name);
+        let (text, folder) = if paths::is_scene(path) {
+            let text = std::fs::read_to_string(path).map_err(|error| CliError::file("read", path, &error))?;
+            (text, path.parent().unwrap_or(Path::new("")))
+        } else {
+            (scene::shipped_text(name)?.to_owned(), Path::new(""))
+        };
+        let scene = Scene::parse(&text, name)?;
+        let source = files::Folder { folder: folder.to_owned(), options: files::ReadOptions::default() };
+        let Built { setup, initial_changes, warnings, .. } = scene.build(&source, &SceneLimits::default())?;
+        meshes::note(&warnings);
+        let has_snow = setup.snow.is_some();
+        let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let case = Case::new(&name, setup, initial_changes, scene.precision).map_err(CliError::failure)?;
+        if has_snow {
+            meshes::note(&[format!("snow is left out: {verb} compares methods of cloth")]);
+        }
+        Ok(Self { name, hash: output::hash(xxh3_64(text.as_bytes())), scene, case })
+    }
+}

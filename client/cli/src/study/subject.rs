@@ -1,0 +1,26 @@
+//! What is studied, on which machine, and for how long.
+
+use std::{
+    fs,
+    time::{Duration, Instant},
+};
+
+/// What is studied, where and when.
+pub(crate) struct Subject {
+    /// The scene as the command line names it, without folder and extension.
+    pub(crate) name: String,
+    /// Hash of its text, 16 hexadecimal digits.
+    pub(crate) scene_hash: String,
+    /// What the system calls the processor.
+    pub(crate) processor: String,
+    pub(crate) threads: usize,
+    pub(crate) budget: Duration,
+    pub(crate) begin: Instant,
+}
+
+/// What the system calls the processor.
+pub(crate) fn processor() -> String {
+    let text = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let name = text.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':'));
+    name.map_or_else(|| std::env::consts::ARCH.to_owned(), |(_, name)| name.trim().to_owned())
+}

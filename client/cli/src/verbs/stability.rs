@@ -1,0 +1,196 @@
+//! `nappe stability`: where every method fails, on a scene of the user's.
+
+use std::{
+    path::PathBuf,
+    time::{Duration, Instant},
+};
+
+use clap::{Args, ValueEnum};
+use nappe_scene::{Scene, suggestion};
+use nappe_study::{Case, Map, Method, Stability, StabilityRequest};
+
+use crate::{
+    error::{CliError, Exit, Result},
+    output::{self, Format, OutputArgs},
+    stability::{self, words},
+    study::{self, Source, Subject, files, units},
+};
+
+/// Find where every method fails, on a scene of cloth
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Examples:
+  nappe stability drap10                            a shipped scene, one minute, files in stability-drap10
+  nappe stability my.toml --budget 10min --out study
+  nappe stability flag --method velocity_verlet,implicit_euler_absolute --map damping
+  nappe stability drap10 --map compression --cells 12 --json
+
+Of each method it finds the longest stable step, of small motions at rest beside what theory says, and of the scene
+itself beside the certified bound; then what becomes of it as the program runs it, and maps of steps against
+damping and against how far the start is pressed together.
+
+It writes stability.csv, a row per run, stability.json, and pictures: limits, map_damping and map_compression, each
+as SVG and PNG. docs/stability.md says how to read them. With --json the last line is one object with their paths.")]
+pub(crate) struct StabilityArgs {
+    /// A shipped scene's name, or a scene file (.toml) with its meshes beside it
+    scene: String,
+    /// Folder for the files [default: stability-SCENE]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Time that it may take: 60s, 10min
+    #[arg(long, value_name = "TIME", default_value = "60s", value_parser = units::duration)]
+    budget: Duration,
+    /// Error of positions that matters: a stable run is wrong beyond ten times it
+    #[arg(long, value_name = "LENGTH", default_value = "1mm", value_parser = units::length)]
+    tolerance: f64,
+    /// Judge runs until this time (s) at most [default: the end of the scene]
+    #[arg(long, value_name = "S")]
+    until: Option<f64>,
+    /// These methods alone, by their names in stability.csv
+    #[arg(long = "method", value_name = "M,...", value_delimiter = ',')]
+    methods: Vec<String>,
+    /// These maps alone [default: both]
+    #[arg(long = "map", value_name = "MAP,...", value_delimiter = ',')]
+    maps: Vec<MapName>,
+    /// Cells along each side of a map, at most
+    #[arg(long, value_name = "N", default_value_t = 24, value_parser = clap::value_parser!(u16).range(2..=64))]
+    cells: u16,
+    /// Threads [default: all cores]; results do not depend on them
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    threads: Option<u16>,
+    #[command(flatten)]
+    output: OutputArgs,
+}
+
+/// What is mapped against the length of steps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum MapName {
+    /// The damping of everything elastic
+    Damping,
+    /// How far the start is pressed together
+    Compression,
+}
+
+impl From<MapName> for Map {
+    fn from(name: MapName) -> Self {
+        match name {
+            MapName::Damping => Self::Damping,
+            MapName::Compression => Self::Compression,
+        }
+    }
+}
+
+/// Runs `nappe stability`.
+///
+/// # Errors
+/// When the scene cannot be read, has no cloth or nothing that moves, an option asks for what does not exist, a file cannot be
+/// written, or the user ends it: what was found is then written all the same.
+pub(crate) fn run(args: &StabilityArgs) -> Result<()> {
+    let begin = Instant::now();
+    let Source { name, hash: scene_hash, scene, case } = Source::read(&args.scene, "stability")?;
+    let request = request(args, &scene)?;
+    check(&case, args)?;
+    let request = StabilityRequest { maps: maps(&case, args), ..request };
+    let folder = args.out.clone().unwrap_or_else(|| PathBuf::from(format!("stability-{name}")));
+    files::check_folder(&folder)?;
+
+    let threads = args.threads.map_or_else(rayon::current_num_threads, usize::from);
+    let budget = args.budget;
+    let subject = Subject { name, scene_hash, processor: study::processor(), threads, budget, begin };
+    let found =
+        study::compute(&subject, move |budget, tell| nappe_study::stability(&case, &request, budget, tell))?;
+    let written = stability::write(&folder, &subject, &found)?;
+    say(args.output.format(), &subject, &found, &written)
+}
+
+/// What is asked for, but for maps.
+fn request(args: &StabilityArgs, scene: &Scene) -> Result<StabilityRequest> {
+    let known: Vec<String> = Method::all().into_iter().map(Method::name).collect();
+    if let Some(wrong) = args.methods.iter().find(|name| !known.contains(name)) {
+        let near = suggestion(wrong, known.iter().map(String::as_str));
+        return Err(CliError::usage(format!("--method {wrong}: there is no such method; {near}")));
+    }
+    let end = args.until.unwrap_or(scene.steps as f64 * scene.dt);
+    if args.until.is_some_and(|until| !(until.is_finite() && until > 0.0)) {
+        return Err(CliError::usage(format!("--until {end}: a number of seconds above 0 is needed")));
+    }
+    if end == 0.0 {
+        return Err(CliError::usage("the scene has no end, steps = 0: say until when with --until S"));
+    }
+    Ok(StabilityRequest {
+        tolerance: args.tolerance,
+        end,
+        methods: args.methods.clone(),
+        maps: Vec::new(),
+        cells: args.cells.into(),
+    })
+}
+
+/// Refuses a scene in which nothing can move, and maps that it cannot have.
+fn check(case: &Case, args: &StabilityArgs) -> Result<()> {
+    if !case.can_move() {
+        return Err(CliError::failure(format!(
+            "nothing can move in {}: every particle is pinned",
+            case.name
+        )));
+    }
+    for map in &args.maps {
+        if let Some(why) = impossible(case, *map) {
+            let name = Map::from(*map).name();
+            return Err(CliError::usage(format!("--map {name}: {why}")));
+        }
+    }
+    Ok(())
+}
+
+/// Why a scene cannot have a map.
+fn impossible(case: &Case, map: MapName) -> Option<&'static str> {
+    match map {
+        MapName::Damping if !case.has_springs() => Some("the scene has no springs to be damped"),
+        MapName::Compression if case.extents().iter().all(|extent| *extent == 0.0) => {
+            Some("the scene is a single point, which nothing can press together")
+        }
+        MapName::Damping | MapName::Compression => None,
+    }
+}
+
+/// The maps that are asked for, or all that the scene can have.
+fn maps(case: &Case, args: &StabilityArgs) -> Vec<Map> {
+    let all = if args.maps.is_empty() { MapName::value_variants() } else { &args.maps };
+    let mut maps: Vec<Map> = Vec::new();
+    for map in all.iter().filter(|map| impossible(case, **map).is_none()) {
+        if !maps.contains(&Map::from(*map)) {
+            maps.push((*map).into());
+        }
+    }
+    if maps.contains(&Map::Damping) && case.damping_axis() == nappe_study::Across::DampingRatio {
+        output::note(
+            "no spring is damped: the map varies the damping as a share of what is critical for the fastest mode",
+        );
+    }
+    maps
+}
+
+fn say(format: Format, subject: &Subject, study: &Stability, written: &[PathBuf]) -> Result<()> {
+    match format {
+        Format::Json => output::json(&serde_json::json!({
+            "scene": subject.name,
+            "rows": study.rows.len(),
+            "lost": study.lost().count(),
+            "cut": study.is_cut,
+            "interrupted": study.is_stopped,
+            "files": written,
+        }))?,
+        Format::Text => {
+            output::line(&words::limits(study))?;
+            output::line("")?;
+            output::line(&words::summary(study))?;
+            let paths: Vec<_> = written.iter().map(|path| path.display().to_string()).collect();
+            output::line(&format!("Written: {}", paths.join(", ")))?;
+        }
+    }
+    if study.is_stopped {
+        return Err(CliError::new(Exit::Interrupted, "interrupted: what was found until then is written"));
+    }
+    Ok(())
+}

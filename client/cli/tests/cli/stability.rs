@@ -1,0 +1,147 @@
+//! `nappe stability`: its files, what it refuses before anything is computed, and how it ends early.
+
+use std::{
+    fs,
+    path::Path,
+    process::Stdio,
+    time::{Duration, Instant},
+};
+
+use serde_json::Value;
+
+use crate::support::{Lines, SMALL_SCENE, command, end_by, folder, nappe, nappe_in, until, write_scene};
+
+/// What scripts read, in its order.
+const COLUMNS: &str = "scene,method,x_axis,x,y_axis,y,outcome,cause,energy_growth,limit_s,theory_s,stepping,step,particle,bound_s";
+
+/// The files of a study are whole, also where there are few rows.
+fn check_files(folder: &Path) -> (Vec<String>, Value) {
+    let read =
+        |name: &str| fs::read_to_string(folder.join(name)).unwrap_or_else(|error| panic!("{name}: {error}"));
+    let table = read("stability.csv");
+    let mut lines = table.lines().map(str::to_owned);
+    assert_eq!(lines.next().as_deref(), Some(COLUMNS));
+    assert!(table.ends_with('\n'));
+    (lines.collect(), serde_json::from_str(&read("stability.json")).expect("JSON"))
+}
+
+#[test]
+fn a_study_has_limits_runs_maps_and_pictures() {
+    let folder = folder();
+    let scene = write_scene(folder.path(), SMALL_SCENE);
+    let args = ["stability", &scene, "--out", "out", "--budget", "8s", "--threads", "2", "--json"];
+    let done = nappe_in(folder.path(), &args).ok();
+    let said = done.json();
+    let (rows, document) = check_files(&folder.path().join("out"));
+    assert_eq!(said["rows"].as_u64(), Some(rows.len() as u64));
+    for axis in [",dt_at_rest,", ",dt_under_load,", ",certified,", ",damping_factor,", ",compression,"] {
+        assert!(rows.iter().any(|row| row.starts_with("scene,") && row.contains(axis)), "{axis}");
+    }
+    let limits = &document["limits"];
+    for over in ["at_rest", "under_load"] {
+        assert_eq!(limits[over].as_array().map(Vec::len), Some(15), "{over} in {limits}");
+    }
+    let limit = limits["at_rest"][1]["limit_s"].as_f64().expect("that of symplectic Euler");
+    let bound = limits["at_rest"][1]["bound_s"].as_f64().expect("its bound");
+    assert!(limit > bound && limit < 1.4 * bound, "{limit} s, certified {bound} s");
+    assert_eq!(document["machine"]["threads"], 2);
+
+    let files: Vec<&str> =
+        said["files"].as_array().expect("files").iter().filter_map(Value::as_str).collect();
+    assert_eq!(files.len(), 8, "{files:?}");
+    for file in files {
+        let bytes = fs::read(folder.path().join(file)).expect("it is written");
+        match file.rsplit('.').next() {
+            Some("svg") => {
+                let text = String::from_utf8(bytes).expect("a text");
+                assert!(text.contains("<title>") && text.contains("<desc>"), "{file}");
+            }
+            Some("png") => assert!(bytes.starts_with(b"\x89PNG"), "{file}"),
+            _ => {}
+        }
+    }
+}
+
+#[test]
+fn what_does_not_exist_is_refused_before_anything_is_computed() {
+    let folder = folder();
+    let scene = write_scene(folder.path(), SMALL_SCENE);
+    fs::write(folder.path().join("file"), "").expect("a file");
+    let refused = |args: &[&str], exit: i32, part: &str| {
+        let done = nappe_in(folder.path(), &[&["stability", "--out", "out"], args].concat());
+        assert_eq!(done.code, Some(exit), "{args:?}: {done:?}");
+        assert!(done.stderr.contains(part), "{args:?}: {}", done.stderr);
+        assert!(done.stdout.is_empty(), "{done:?}");
+    };
+    refused(&["brasseur"], 1, "brasseur has no cloth; methods of cloth are compared");
+    refused(&["nothing"], 1, "no scene 'nothing' comes with nappe");
+    refused(&[&scene, "--method", "velocity_verlett"], 2, "did you mean 'velocity_verlet'?");
+    refused(&[&scene, "--map", "stiffness"], 2, "invalid value 'stiffness'");
+    refused(&[&scene, "--cells", "1"], 2, "1 is not in 2..=64");
+    refused(&[&scene, "--until", "0"], 2, "a number of seconds above 0 is needed");
+    let pinned = SMALL_SCENE
+        .replace("[12, 12]", "[2, 2]")
+        .replace("\"top_right\"]", "\"top_right\", \"bottom_left\", \"bottom_right\"]");
+    refused(
+        &[&write_scene(folder.path(), &pinned)],
+        1,
+        "nothing can move in scene: every particle is pinned",
+    );
+    let loose =
+        ["200.0", "100.0", "20.0"].iter().fold(SMALL_SCENE.to_owned(), |text, k| text.replace(k, "0.0"));
+    let loose = write_scene(folder.path(), &loose);
+    refused(&[&loose, "--map", "damping"], 2, "--map damping: the scene has no springs to be damped");
+    let endless = write_scene(folder.path(), &SMALL_SCENE.replace("steps = 40", "steps = 0"));
+    refused(&[&endless], 2, "say until when with --until S");
+    let done = nappe_in(folder.path(), &["stability", &endless, "--until", "0.1", "--out", "file"]);
+    assert_eq!(done.code, Some(2), "{done:?}");
+    assert!(done.stderr.contains("is a file; a folder is needed"), "{}", done.stderr);
+    assert!(!folder.path().join("out/stability.csv").exists(), "nothing was computed");
+}
+
+#[test]
+fn springs_without_damping_are_damped_by_shares_of_the_critical_one_and_that_is_said() {
+    let folder = folder();
+    let scene = write_scene(folder.path(), &SMALL_SCENE.replace("damping = 0.01", "damping = 0"));
+    let args = ["stability", &scene, "--map", "damping", "--cells", "3", "--out", "out"];
+    let limited = ["--method", "symplectic_euler,velocity_verlet", "--budget", "20s"];
+    let done = nappe_in(folder.path(), &[&args[..], &limited].concat()).ok();
+    assert!(done.stderr.contains("as a share of what is critical"), "{}", done.stderr);
+    let (rows, _) = check_files(&folder.path().join("out"));
+    let cells: Vec<_> = rows.iter().filter(|row| row.contains(",damping_ratio,")).collect();
+    assert!(cells.len() >= 9 && cells.len().is_multiple_of(9), "{} cells", cells.len());
+}
+
+#[test]
+fn budgets_are_kept_and_files_are_complete() {
+    let folder = folder();
+    for (name, seconds) in [("small", 0.05), ("five", 5.0)] {
+        let out = folder.path().join(name);
+        let begin = Instant::now();
+        let budget = format!("{seconds}s");
+        let args = ["stability", "flag", "--budget", &budget, "--out", out.to_str().expect("UTF-8")];
+        let done = nappe(&args).ok();
+        // A busy machine takes longer to write what it has; without a budget it takes minutes.
+        assert!(begin.elapsed() < Duration::from_secs_f64(seconds + 30.0), "{:?}", begin.elapsed());
+        let (_, document) = check_files(&out);
+        assert_eq!(document["cut"], true, "{document}");
+        assert!(done.stdout.contains("The budget was too short"), "{}", done.stdout);
+    }
+}
+
+#[test]
+fn ctrl_c_ends_a_study_with_what_was_found() {
+    let folder = folder();
+    let out = folder.path().join("out");
+    let mut study = command();
+    study.args(["stability", "hanging_sheet", "--budget", "10min", "--json", "--out"]).arg(&out);
+    let mut process = study.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("it starts");
+    // The folder is there before anything is computed.
+    until("the folder", || out.is_dir());
+    std::thread::sleep(Duration::from_millis(300));
+    let stdout = Lines::of(process.stdout.take().expect("a pipe"));
+    assert_eq!(end_by(&mut process, "INT"), Some(130));
+    let said: Value = serde_json::from_str(stdout.rest().last().expect("a line")).expect("JSON");
+    assert_eq!(said["interrupted"], true);
+    check_files(&out);
+}

@@ -1,0 +1,210 @@
+//! The longest step that is stable, by bisection.
+
+use super::row::{Fate, StabilityRow};
+use crate::budget::Phase;
+
+/// The longest step that holds and the shortest that does not are this near in the end.
+const NEAR: f64 = 1.002;
+/// The first factor by which steps are lengthened or shortened until the limit lies between two of them; it is squared from
+/// one to the next.
+const FACTOR: f64 = 1.15;
+/// Shares of a limit that are tried too.
+const SHORTER: [f64; 4] = [0.97, 0.93, 0.87, 0.75];
+/// As [`NEAR`], of the longest step whose error is within what is allowed.
+const NEAR_RIGHT: f64 = 1.1;
+
+/// Runs a step (s).
+pub(super) type Run<'a> = dyn FnMut(f64, &Phase) -> StabilityRow + 'a;
+
+/// A search for a limit, and the rows that it made.
+pub(super) struct Search<'a> {
+    pub(super) run: &'a mut Run<'a>,
+    pub(super) rows: Vec<StabilityRow>,
+    /// The shortest and the longest step that are tried (s).
+    pub(super) range: [f64; 2],
+}
+
+/// Time was over.
+struct TimeIsOver;
+
+impl Search<'_> {
+    /// Looks for the limit from a step (s) on. The last row is the limit.
+    pub(super) fn find(mut self, start: f64, phase: &Phase) -> Vec<StabilityRow> {
+        let found = self.lowest(start, phase);
+        let shown = |dt: f64| self.rows.iter().rfind(|row| row.dt == dt);
+        let limit = match found {
+            Ok([below, above]) => {
+                shown(if below > 0.0 { below } else { above }).map(|row| limit_row(row, [below, above]))
+            }
+            Err(TimeIsOver) => self.rows.last().cloned().map(|row| StabilityRow { is_limit: true, ..row }),
+        };
+        self.rows.extend(limit);
+        self.rows
+    }
+
+    /// A limit below which shorter steps hold too.
+    fn lowest(&mut self, start: f64, phase: &Phase) -> Result<[f64; 2], TimeIsOver> {
+        let mut start = start;
+        loop {
+            let found = self.bracket(start, phase).and_then(|found| self.narrow(found, phase))?;
+            let mut fails = None;
+            for share in SHORTER {
+                let dt = share * found[0];
+                // What holds by chance just beyond a limit is no limit.
+                if fails.is_none() && dt > 0.0 && !self.holds(dt, phase)? {
+                    fails = Some(dt);
+                }
+            }
+            match fails {
+                Some(dt) => start = dt,
+                None => return Ok(found),
+            }
+        }
+    }
+
+    /// The longest step that holds and the next that does not: 0 where none holds, infinite where all do that are tried.
+    fn bracket(&mut self, start: f64, phase: &Phase) -> Result<[f64; 2], TimeIsOver> {
+        let [shortest, longest] = self.range;
+        let mut dt = start.clamp(shortest, longest);
+        let goes_up = self.holds(dt, phase)?;
+        let mut factor = FACTOR;
+        loop {
+            if goes_up && dt >= longest {
+                return Ok([dt, f64::INFINITY]);
+            }
+            if !goes_up && dt <= shortest {
+                return Ok([0.0, dt]);
+            }
+            let next = if goes_up { (dt * factor).min(longest) } else { (dt / factor).max(shortest) };
+            factor *= factor;
+            match (goes_up, self.holds(next, phase)?) {
+                (true, false) => return Ok([dt, next]),
+                (false, true) => return Ok([next, dt]),
+                _ => dt = next,
+            }
+        }
+    }
+
+    fn narrow(&mut self, [mut below, mut above]: [f64; 2], phase: &Phase) -> Result<[f64; 2], TimeIsOver> {
+        while below > 0.0 && above.is_finite() && above > NEAR * below {
+            let middle = (below * above).sqrt();
+            *(if self.holds(middle, phase)? { &mut below } else { &mut above }) = middle;
+        }
+        Ok([below, above])
+    }
+
+    fn holds(&mut self, dt: f64, phase: &Phase) -> Result<bool, TimeIsOver> {
+        self.fate(dt, phase).map(Fate::holds)
+    }
+
+    fn fate(&mut self, dt: f64, phase: &Phase) -> Result<Fate, TimeIsOver> {
+        let row = (self.run)(dt, phase);
+        let fate = row.fate;
+        self.rows.push(row);
+        if fate == Fate::Stopped { Err(TimeIsOver) } else { Ok(fate) }
+    }
+
+    /// Looks for the longest step whose error is within what is allowed, where the longest that holds is wrong: below it, by
+    /// halves, until one is right, and between.
+    pub(super) fn find_right(mut self, from: f64, phase: &Phase) -> Vec<StabilityRow> {
+        // Time that is over leaves what was found.
+        let _ = self.narrow_right(from, phase);
+        self.rows
+    }
+
+    fn narrow_right(&mut self, from: f64, phase: &Phase) -> Result<(), TimeIsOver> {
+        let mut above = from;
+        let mut below = 0.5 * from;
+        while self.fate(below, phase)? != Fate::Stable {
+            (above, below) = (below, 0.5 * below);
+            if below < self.range[0] {
+                return Ok(());
+            }
+        }
+        while above > NEAR_RIGHT * below {
+            let middle = (below * above).sqrt();
+            let is_right = self.fate(middle, phase)? == Fate::Stable;
+            *(if is_right { &mut below } else { &mut above }) = middle;
+        }
+        Ok(())
+    }
+}
+
+/// The limit that lies between two steps (s), the first of which holds, from the row of one of them.
+fn limit_row(row: &StabilityRow, [below, above]: [f64; 2]) -> StabilityRow {
+    let (limit, cause) = if below == 0.0 {
+        (Some(0.0), Some(format!("no step that was tried holds, down to {above:.3e} s")))
+    } else if above.is_finite() {
+        (Some(below), None)
+    } else {
+        (None, Some("it holds at the longest step that was tried".to_owned()))
+    };
+    StabilityRow { is_limit: true, limit, cause, ..row.clone() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        budget::Budget,
+        method::Method,
+        stability::row::{Over, Stepping},
+    };
+    use nappe_sim::cloth::{Hessian, Integrator};
+
+    fn row(dt: f64, fate: Fate) -> StabilityRow {
+        StabilityRow {
+            method: Method::new(Integrator::SymplecticEuler, Hessian::Absolute),
+            over: Over::Rest,
+            dt,
+            across: None,
+            fate,
+            cause: None,
+            growth: None,
+            limit: None,
+            is_limit: false,
+            theory: None,
+            stepping: Stepping::Raw,
+            step: None,
+            particle: None,
+            bound: None,
+            taken: [0; 2],
+        }
+    }
+
+    fn found(edge: f64, start: f64) -> StabilityRow {
+        let budget = Budget::new(None);
+        let mut run = |dt: f64, _: &Phase| row(dt, if dt <= edge { Fate::Stable } else { Fate::Grows });
+        let search = Search { run: &mut run, rows: Vec::new(), range: [1e-9, 1.0] };
+        search.find(start, &budget.until(1.0)).pop().expect("a limit")
+    }
+
+    #[test]
+    fn the_limit_is_found_from_above_and_from_below_to_a_fifth_of_a_percent() {
+        for edge in [3e-7, 4.5e-3, 0.97] {
+            for start in [1e-6, 1e-3, 0.9] {
+                let found = found(edge, start);
+                let limit = found.limit.expect("a limit");
+                assert!(found.is_limit && limit <= edge && edge < 1.002 * limit, "{limit} of {edge}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_holds_beyond_a_step_that_does_not_is_no_limit() {
+        let budget = Budget::new(None);
+        let holds = |dt: f64| dt <= 0.031 || (0.0335..0.0345).contains(&dt);
+        let mut run = |dt: f64, _: &Phase| row(dt, if holds(dt) { Fate::Stable } else { Fate::Indefinite });
+        let search = Search { run: &mut run, rows: Vec::new(), range: [1e-9, 1.0] };
+        let found = search.find(0.0344, &budget.until(1.0)).pop().and_then(|row| row.limit);
+        assert!(found.is_some_and(|limit| (0.0308..=0.031).contains(&limit)), "{found:?}");
+    }
+
+    #[test]
+    fn what_holds_at_every_step_and_what_holds_at_none_say_so() {
+        let all = found(2.0, 1e-3);
+        assert_eq!((all.limit, all.dt, all.fate), (None, 1.0, Fate::Stable));
+        let none = found(0.0, 1e-3);
+        assert_eq!((none.limit, none.dt, none.fate), (Some(0.0), 1e-9, Fate::Grows));
+    }
+}

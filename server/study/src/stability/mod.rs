@@ -1,0 +1,20 @@
+//! Where methods fail on a scene: the longest stable step of each at rest and under load, maps, and the same as the program
+//! runs it.
+//!
+//! Enters: a case. Leaves: rows. Raw steps are taken whatever is known of them; a run under load is judged against a fine run
+//! of the scene. Modules in reading order:
+
+mod row;
+mod cases;
+mod expected;
+mod ground;
+mod probe;
+mod limit;
+mod stepping;
+mod map;
+mod study;
+
+pub use expected::Theory;
+pub use map::Map;
+pub use row::{Across, Fate, Over, StabilityRow, Stepping};
+pub use study::{Stability, StabilityRequest, probe_at_rest, probe_under_load, stability};

@@ -1,0 +1,153 @@
+//! A row of a study of stability: one run, or the limit that some runs show.
+
+use crate::method::Method;
+
+/// What became of a run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fate {
+    /// Of raw steps: its energy stayed within what is allowed, and its error too where that is known.
+    Stable,
+    /// Its numbers are finite, its energy is above what is allowed.
+    Grows,
+    /// Its energy stayed, its error did not.
+    Wrong,
+    /// A step led to what is no state.
+    Diverged,
+    /// A linear solve met a curvature that is not positive.
+    Indefinite,
+    /// It could not begin.
+    Refused,
+    /// Its time was over.
+    Stopped,
+    /// Of steps as the program takes them: each as it was asked for.
+    Survived,
+    /// The program made them shorter.
+    Recovered,
+    /// The program ended the run with a reason.
+    Detected,
+    /// It lost its way without a word.
+    Lost,
+}
+
+impl Fate {
+    /// Its name in tables.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Stable => "stable",
+            Self::Grows => "grows",
+            Self::Wrong => "wrong",
+            Self::Diverged => "diverged",
+            Self::Indefinite => "indefinite",
+            Self::Refused => "refused",
+            Self::Stopped => "stopped",
+            Self::Survived => "survived",
+            Self::Recovered => "recovered",
+            Self::Detected => "detected",
+            Self::Lost => "lost",
+        }
+    }
+
+    /// Whether its energy stayed within what is allowed.
+    pub const fn holds(self) -> bool {
+        matches!(self, Self::Stable | Self::Wrong | Self::Survived | Self::Recovered)
+    }
+}
+
+/// What the length of steps is varied for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Over {
+    /// Small motions about the cloth as it lies, at rest.
+    Rest,
+    /// The scene itself.
+    Load,
+    /// A map, or the scene as the program runs it.
+    Scene,
+}
+
+impl Over {
+    /// Its name in tables: that of the axis.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Rest => "dt_at_rest",
+            Self::Load => "dt_under_load",
+            Self::Scene => "dt",
+        }
+    }
+}
+
+/// What a map varies beside the length of steps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Across {
+    /// The damping of everything elastic, times a factor.
+    Damping,
+    /// The same where the scene has none: a share of what is critical for the fastest mode.
+    DampingRatio,
+    /// By what share the start is pressed together along its longest side.
+    Compression,
+}
+
+impl Across {
+    /// Its name in tables: that of the axis.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Damping => "damping_factor",
+            Self::DampingRatio => "damping_ratio",
+            Self::Compression => "compression",
+        }
+    }
+}
+
+/// Whether a run takes its steps whatever is known of them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stepping {
+    /// Whatever is known of them.
+    Raw,
+    /// Certified before, or accepted after.
+    Certified,
+}
+
+impl Stepping {
+    /// Its name in tables.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Raw => "raw",
+            Self::Certified => "certified",
+        }
+    }
+}
+
+/// One run, or the limit that some runs show.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StabilityRow {
+    /// How a step is made.
+    pub method: Method,
+    /// What the length of steps is varied for.
+    pub over: Over,
+    /// Length of its steps (s); of a limit, the longest that held.
+    pub dt: f64,
+    /// What a map varies beside it, and its value.
+    pub across: Option<(Across, f64)>,
+    /// What became of it.
+    pub fate: Fate,
+    /// Why, in a sentence.
+    pub cause: Option<String>,
+    /// At rest: the largest energy over that of the start. Otherwise: the greatest rise of the mechanical energy above that of
+    /// a fine run at the same time, over the largest kinetic and elastic energy of that.
+    pub growth: Option<f64>,
+    /// Of a limit alone: the longest step that held (s), 0 where none did; none where all did that were tried.
+    pub limit: Option<f64>,
+    /// Whether it is a limit.
+    pub is_limit: bool,
+    /// What theory says of it (s).
+    pub theory: Option<f64>,
+    /// Whether steps are taken whatever is known of them.
+    pub stepping: Stepping,
+    /// The step in which it showed, from 0.
+    pub step: Option<u64>,
+    /// The particle at which it showed, in the user's numbering.
+    pub particle: Option<u64>,
+    /// The certified bound of the method at the start (s), where it has one.
+    pub bound: Option<f64>,
+    /// Steps of the cloths, and those that were not accepted and taken again.
+    pub taken: [u64; 2],
+}

@@ -1,0 +1,278 @@
+//! The study of stability of a scene, part by part.
+
+use nappe_sim::{
+    cloth::{Hessian, Integrator},
+    math::Precision,
+};
+
+use super::{
+    expected::Theory,
+    ground::Ground,
+    limit::Search,
+    map::{Map, Mapped, Mapping, hessians},
+    probe::{AtRest, Probe, UnderLoad},
+    row::{Across, Fate, Over, StabilityRow},
+    stepping,
+};
+use crate::{
+    budget::{Budget, Phase},
+    case::Case,
+    method::Method,
+    run::Runner,
+    setting::{Setting, Steps},
+    times::Times,
+};
+
+/// Shares of the budget at whose end each part is over.
+const REST: f64 = 0.25;
+const GROUND: f64 = 0.32;
+const LOAD: f64 = 0.60;
+const STEPPING: f64 = 0.70;
+const MAPS: f64 = 0.97;
+
+/// Steps of explicit methods at rest: near the limit a damped mode grows by a hundredth of a percent per step and more.
+const STEPS_AT_REST: u64 = 1000;
+/// The same of implicit ones, which are costly and have none.
+const IMPLICIT_STEPS_AT_REST: u64 = 200;
+/// The longest step tried, times the bound or the scene's own step.
+const LONGEST: f64 = 64.0;
+/// The shortest, times the bound.
+const SHORTEST: f64 = 1e-6;
+
+/// What is asked of a study of stability.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StabilityRequest {
+    /// Error that matters (m).
+    pub tolerance: f64,
+    /// The end of the scene (s).
+    pub end: f64,
+    /// Names of methods; empty: all.
+    pub methods: Vec<String>,
+    /// What is mapped.
+    pub maps: Vec<Map>,
+    /// Cells along each side of a map.
+    pub cells: usize,
+}
+
+/// Where methods fail on a scene.
+#[derive(Clone, Debug)]
+pub struct Stability {
+    /// Error that matters (m).
+    pub tolerance: f64,
+    /// The certified bound on explicit steps (s) at rest, infinite where there is none.
+    pub bound: f64,
+    /// What theory says at rest, where it says anything.
+    pub theory: Option<Theory>,
+    /// For how long (s) the scene determines its answer.
+    pub window: f64,
+    /// Why nothing could be judged under load.
+    pub missing: Option<String>,
+    /// Runs and limits, in the order of parts, methods and steps.
+    pub rows: Vec<StabilityRow>,
+    /// Whether anything was left out for want of time.
+    pub is_cut: bool,
+    /// Whether somebody ended it.
+    pub is_stopped: bool,
+}
+
+impl Stability {
+    /// Limits at rest, or under load.
+    pub fn limits(&self, over: Over) -> impl Iterator<Item = &StabilityRow> {
+        self.rows.iter().filter(move |row| row.is_limit && row.over == over)
+    }
+
+    /// Runs that say nothing of how they were lost: an error of this program.
+    pub fn lost(&self) -> impl Iterator<Item = &StabilityRow> {
+        self.rows.iter().filter(|row| row.fate == Fate::Lost)
+    }
+}
+
+/// A motion about rest in raw steps (s): whether it is stable.
+pub fn probe_at_rest(case: &Case, method: Method, dt: f64, budget: &Budget) -> StabilityRow {
+    at_rest(&case.at_rest(), method, dt, &budget.until(1.0))
+}
+
+/// The scene itself in raw steps (s), judged as limits are.
+///
+/// # Errors
+/// Why there is no fine run to judge by.
+pub fn probe_under_load(
+    case: &Case,
+    method: Method,
+    dt: f64,
+    request: &StabilityRequest,
+    budget: &Budget,
+) -> Result<StabilityRow, String> {
+    let phase = budget.until(1.0);
+    let ground = Ground::new(case, request.end, request.tolerance, &phase)?;
+    Ok(under_load(case, method, dt, (&ground, request.tolerance), &phase))
+}
+
+fn under_load(
+    case: &Case,
+    method: Method,
+    dt: f64,
+    (ground, tolerance): (&Ground, f64),
+    phase: &Phase,
+) -> StabilityRow {
+    let setting = Setting::new(method, Precision::F64, Steps::Divided(0));
+    let setting = setting.solved(case, tolerance, ground.window.max(dt));
+    let probe = Probe { case, method, dt, steps: ground.steps(dt), over: Over::Load };
+    probe.run_as(setting, &mut UnderLoad::new(case, ground, tolerance), phase)
+}
+
+fn at_rest(rest: &Case, method: Method, dt: f64, phase: &Phase) -> StabilityRow {
+    let steps = if method.integrator.is_implicit() { IMPLICIT_STEPS_AT_REST } else { STEPS_AT_REST };
+    let probe = Probe { case: rest, method, dt, steps, over: Over::Rest };
+    probe.run(&mut AtRest::new(rest, method), phase)
+}
+
+/// Studies a case. `tell` is called with what is done now.
+pub fn stability(case: &Case, request: &StabilityRequest, budget: &Budget, tell: &dyn Fn(&str)) -> Stability {
+    let rest = case.at_rest();
+    let mut study = Stability {
+        tolerance: request.tolerance,
+        bound: bound(&rest, &budget.until(1.0)),
+        theory: Theory::of(&rest),
+        window: 0.0,
+        missing: None,
+        rows: Vec::new(),
+        is_cut: false,
+        is_stopped: false,
+    };
+    let wanted = &request.methods;
+    let mut methods = Method::all();
+    methods.retain(|method| wanted.is_empty() || wanted.contains(&method.name()));
+    let scale = if study.bound.is_finite() { study.bound } else { case.dt() };
+    let parts = Parts { case, request, methods, scale };
+
+    tell("limits at rest");
+    parts.rest(&rest, &mut study, &budget.until(REST), tell);
+    tell("a fine run of the scene");
+    match Ground::new(case, request.end, request.tolerance, &budget.until(GROUND)) {
+        Ok(ground) => {
+            study.window = ground.window;
+            parts.load(&ground, &mut study, &budget.until(LOAD), tell);
+            parts.as_run(&ground, &mut study, &budget.until(STEPPING), tell);
+        }
+        Err(cause) => study.missing = Some(cause),
+    }
+    for (i, map) in request.maps.iter().enumerate() {
+        tell(&format!("the map over {}", map.name()));
+        let left = budget.until(MAPS).share(1.0 / (request.maps.len() - i) as f64);
+        let (rows, is_cut) = parts.mapping(*map, &study).make(&left);
+        study.rows.extend(rows);
+        study.is_cut |= is_cut;
+    }
+    study.is_cut |= study.rows.iter().any(|row| row.fate == Fate::Stopped);
+    study.is_stopped = budget.is_stopped();
+    study
+}
+
+/// The certified bound (s) on steps of symplectic Euler at the start of a case; infinite without one.
+fn bound(case: &Case, phase: &Phase) -> f64 {
+    let method = Method::new(Integrator::SymplecticEuler, Hessian::Absolute);
+    let setting = Setting::new(method, Precision::F64, Steps::Divided(0));
+    let runner = Runner::start(case, &setting, &Times::even(case.dt(), 1), phase);
+    runner.map_or(f64::INFINITY, |runner| runner.bound())
+}
+
+/// What the parts of a study need.
+struct Parts<'a> {
+    case: &'a Case,
+    request: &'a StabilityRequest,
+    methods: Vec<Method>,
+    /// The bound at rest, or the scene's own step (s).
+    scale: f64,
+}
+
+impl Parts<'_> {
+    /// The shortest and the longest step (s) that are tried.
+    fn range(&self) -> [f64; 2] {
+        [SHORTEST * self.scale, LONGEST * self.scale.max(self.case.dt())]
+    }
+
+    /// From which step (s) on a limit is looked for: of implicit methods the longest, since they should have none.
+    fn start(&self, method: Method) -> f64 {
+        if method.integrator.is_implicit() { self.range()[1] } else { self.scale }
+    }
+
+    fn rest(&self, rest: &Case, study: &mut Stability, phase: &Phase, tell: &dyn Fn(&str)) {
+        for (i, method) in self.methods.iter().enumerate() {
+            tell(&format!("limit of {} at rest", method.name()));
+            let share = phase.share(share(self.methods.len() - i));
+            let theory = study.theory.as_ref().and_then(|theory| theory.limit(method.integrator));
+            let mut run =
+                |dt: f64, phase: &Phase| StabilityRow { theory, ..at_rest(rest, *method, dt, phase) };
+            let search = Search { run: &mut run, rows: Vec::new(), range: self.range() };
+            study.rows.extend(search.find(self.start(*method), &share));
+        }
+    }
+
+    fn load(&self, ground: &Ground, study: &mut Stability, phase: &Phase, tell: &dyn Fn(&str)) {
+        for (i, method) in self.methods.iter().enumerate() {
+            tell(&format!("limit of {} under load", method.name()));
+            let share = phase.share(share(self.methods.len() - i));
+            let against = (ground, self.request.tolerance);
+            let mut run = |dt: f64, phase: &Phase| under_load(self.case, *method, dt, against, phase);
+            let search = Search { run: &mut run, rows: Vec::new(), range: self.range() };
+            let mut rows = search.find(self.start(*method), &share);
+            if let Some(limit) = rows.last().filter(|row| row.fate == Fate::Wrong).cloned() {
+                let search = Search { run: &mut run, rows: Vec::new(), range: [1e-3 * self.scale, limit.dt] };
+                let right = search.find_right(limit.dt, &share);
+                rows.splice(rows.len() - 1..rows.len() - 1, right);
+            }
+            study.rows.extend(rows);
+        }
+    }
+
+    fn as_run(&self, ground: &Ground, study: &mut Stability, phase: &Phase, tell: &dyn Fn(&str)) {
+        tell("every method as the program runs it");
+        let count = self.methods.len() * stepping::TIMES.len();
+        let runs = self.methods.iter().flat_map(|method| stepping::TIMES.map(|times| (*method, times)));
+        for (i, (method, times)) in runs.enumerate() {
+            let share = phase.share(share(count - i));
+            let against = (ground, self.request.tolerance);
+            study.rows.push(stepping::run(self.case, method, times, against, &share));
+        }
+    }
+
+    fn mapping(&self, map: Map, study: &Stability) -> Mapping<'_> {
+        let explicit = [self.scale / 16.0, 4.0 * self.scale];
+        let implicit = [self.scale / 4.0, self.range()[1]];
+        let with_range = |method: Method| Mapped {
+            method,
+            range: if method.integrator.is_implicit() { implicit } else { explicit },
+        };
+        let (across, methods) = match map {
+            Map::Damping => {
+                let own = self.case.setup.bodies.first().map(|body| Method::of(&body.settings));
+                let mut methods: Vec<Method> = own.into_iter().chain([best_explicit(study)]).collect();
+                methods.dedup_by_key(|method| method.name());
+                (self.case.damping_axis(), methods)
+            }
+            Map::Compression => (Across::Compression, hessians().collect()),
+        };
+        Mapping {
+            case: self.case,
+            across,
+            methods: methods.into_iter().map(with_range).collect(),
+            cells: self.request.cells,
+            tolerance: self.request.tolerance,
+            end: self.request.end,
+        }
+    }
+}
+
+/// The explicit method that bears the longest step under load; velocity Verlet where none was found.
+fn best_explicit(study: &Stability) -> Method {
+    let explicit = study.limits(Over::Load).filter(|row| !row.method.integrator.is_implicit());
+    let best = explicit.filter_map(|row| Some((row.limit?, row.method)));
+    best.max_by(|a, b| a.0.total_cmp(&b.0))
+        .map_or(Method::new(Integrator::VelocityVerlet, Hessian::Absolute), |(_, method)| method)
+}
+
+/// The share of the time that is left which one of so many may take.
+fn share(left: usize) -> f64 {
+    (2.0 / left.max(1) as f64).min(1.0)
+}
