@@ -1,12 +1,14 @@
 //! Where methods fail: limits of steps against theory and golden data, under load, compressed, on any number of threads.
 
 use nappe_sim::{
-    cloth::{Hessian, Integrator, Network},
+    cloth::{ClothSettings, Hessian, Integrator, Network},
+    collide::{Collider, Contact, Shape, shape::Sphere},
     math::Precision,
+    world::{BodySetup, WorldSetup},
 };
 use nappe_study::{
-    Across, Budget, Fate, Map, Method, Over, Stability, StabilityRequest, Stepping, critical_step_of_all,
-    probe_at_rest, probe_under_load, stability,
+    Across, Budget, Case, Fate, Map, Method, Over, Stability, StabilityRequest, StabilityRow, Stepping,
+    critical_step_of_all, probe_at_rest, probe_under_load, stability,
 };
 use nappe_tests::{
     golden::{self, Row, table},
@@ -173,4 +175,33 @@ fn rows_are_the_same_on_any_number_of_threads() {
         }
     }
     assert_eq!(case.precision, Precision::F64);
+}
+
+#[test]
+fn contacts_in_long_steps_give_no_energy_without_a_word() {
+    // Without an account of what contacts give, the midpoint comes to a hundred times the energy of the fall.
+    let mut network = sheet(20, 0.06, &sheet_rules(100.0, 0.02), 0.0018);
+    network.pins.clear();
+    network.x.iter_mut().for_each(|x| *x = [x[0] - 0.57, 0.55, x[2] - 0.57]);
+    let body = BodySetup { name: "sheet".to_owned(), network, settings: ClothSettings::default() };
+    let ball = Collider {
+        name: "ball".to_owned(),
+        shape: Shape::Sphere(Sphere { center: [0.0; 3], radius: 0.5 }),
+        velocity: [0.0; 3],
+        friction: 0.3,
+        restitution: 0.0,
+        margin: 5e-3,
+        contact: Contact::default(),
+    };
+    let (gravity, wind) = (GRAVITY, [0.0; 3]);
+    let setup =
+        WorldSetup { dt: 0.005, gravity, wind, colliders: vec![ball], bodies: vec![body], snow: None };
+    let case = Case::new("ball", setup, Vec::new(), Precision::F64).expect("a cloth");
+    let methods = ["implicit_euler_absolute", "implicit_midpoint_absolute", "bdf2_absolute"];
+    let request = request(2.0, 1e-3, &methods, &[]);
+    let found = with_threads(2, || stability(&case, &request, &Budget::new(None), &|_| {}));
+    let runs: Vec<_> = found.rows.iter().filter(|row| row.stepping == Stepping::Certified).collect();
+    assert_eq!(runs.len(), 12);
+    assert!(runs.iter().any(|row| row.fate == Fate::Recovered));
+    assert_eq!(found.lost().collect::<Vec<_>>(), Vec::<&StabilityRow>::new());
 }

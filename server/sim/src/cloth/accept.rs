@@ -11,8 +11,15 @@
 //! make it greater.
 
 use super::{
-    energies::risen_most, evaluation::Evaluation, figures::Total, model::Model, moved::Motion,
-    numbers::StepNumbers, rounding::rounding, state::State,
+    contact_gain::{Allowance, most_owed},
+    energies::risen_most,
+    evaluation::Evaluation,
+    figures::Total,
+    model::Model,
+    moved::Motion,
+    numbers::StepNumbers,
+    rounding::rounding,
+    state::State,
 };
 use crate::{math::Real, report::StepFailure};
 
@@ -73,13 +80,16 @@ pub(super) struct After<'a, R: Real> {
     pub(super) states: [&'a State<R>; 2],
 }
 
-/// Says why a step is not accepted, if it is not. All numbers are finite.
+/// What energy a step may have that is accepted.
+///
+/// # Errors
+/// Why it is not accepted. All numbers are finite.
 pub(super) fn accept<R: Real>(
     model: &Model<R>,
     numbers: &StepNumbers<R>,
     before: &Before,
     after: &After<'_, R>,
-) -> Option<StepFailure> {
+) -> Result<Allowance, StepFailure> {
     let (old, new) = (&before.total, &after.evaluation.total);
     let [own, along] = after.motion.medium;
     let drag = numbers.drag.to_f64();
@@ -101,7 +111,7 @@ pub(super) fn accept<R: Real>(
         rounding(model, numbers, old, before.reach) + rounding(model, numbers, new, after.evaluation.reach);
     let particle = || risen_most(model, numbers, after.states);
     if fall < SHARE * predicted - rounding {
-        return Some(StepFailure::Descent { particle: particle(), value: fall, predicted, limit: SHARE });
+        return Err(StepFailure::Descent { particle: particle(), value: fall, predicted, limit: SHARE });
     }
 
     let gain = new.kinetic_energy - old.kinetic_energy + new.potential() - old.potential();
@@ -112,5 +122,9 @@ pub(super) fn accept<R: Real>(
         Found::Iterate { .. } | Found::End => SHARE,
     };
     let limit = given + share * predicted.max(0.0) + rounding;
-    (gain > limit).then(|| StepFailure::EnergyGain { particle: particle(), value: gain, limit })
+    if gain > limit {
+        return Err(StepFailure::EnergyGain { particle: particle(), value: gain, limit });
+    }
+    let most = most_owed(old.kinetic_energy + old.elastic_energy, after.motion.change);
+    Ok(Allowance { given: given + rounding, limit, most })
 }

@@ -14,7 +14,8 @@ use crate::math::Real;
 /// What is known of the energy over a run.
 #[derive(Clone, Copy, Debug, PartialEq, Default, Serialize, Deserialize)]
 pub(crate) struct Gain {
-    /// By how much it (J) is above that of the start, what pins and the medium gave since taken off.
+    /// Of explicit steps: by how much it (J) is above that of the start, what pins and the medium gave since taken off. Of
+    /// implicit ones: what contacts gave and nothing paid back yet.
     pub(crate) energy: f64,
     /// The longest sub-step so far over its bound.
     pub(crate) ratio: f64,
@@ -32,6 +33,13 @@ impl Start {
     pub(super) fn of<R: Real>(evaluation: &Evaluation<R>) -> Self {
         let total = &evaluation.total;
         Self { energy: total.energy(), power: total.power(), rate: evaluation.bound.rate }
+    }
+}
+
+impl Start {
+    /// Kinetic, elastic and gravitational energy (J).
+    pub(super) fn energy(&self) -> f64 {
+        self.energy
     }
 }
 

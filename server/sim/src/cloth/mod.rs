@@ -25,6 +25,7 @@ mod evaluation;
 mod step_matrix;
 mod rounding;
 mod gain;
+mod contact_gain;
 mod state;
 mod moved;
 mod report;

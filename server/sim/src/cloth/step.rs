@@ -4,6 +4,7 @@
 use super::{
     accept::{After, Before, accept},
     bound::Bounds,
+    contact_gain::{Allowance, Judged, owed},
     energies::risen_most,
     gain::Start,
     integrate,
@@ -115,12 +116,36 @@ impl<R: Real> Stepping<'_, R> {
         [dt, time]: [f64; 2],
         watch: &mut dyn Stopwatch,
     ) -> Result<(), StepFailure> {
-        self.go(dt, watch)?;
-        self.meet(time, watch)
+        self.work.allowed = self.go(dt, watch)?;
+        let met = self.meet(time, watch)?;
+        self.work.judged = Judged::No;
+        match self.work.allowed {
+            Some(allowed) if met.touched > 0 && met.inside == 0 => self.judge_contacts(&allowed, watch),
+            _ => Ok(()),
+        }
     }
 
-    /// Computes where a sub-step of `dt` (s) leads, and judges it.
-    fn go(&mut self, dt: f64, watch: &mut dyn Stopwatch) -> Result<(), StepFailure> {
+    /// Refuses what contacts made of a sub-step, if more is owed for their energy after it than may be.
+    fn judge_contacts(&mut self, allowed: &Allowance, watch: &mut dyn Stopwatch) -> Result<(), StepFailure> {
+        let Self { model, settings, around, .. } = *self;
+        if around.colliders.iter().any(|collider| collider.velocity != [0.0; 3]) {
+            return Ok(());
+        }
+        self.work.judged = Judged::Yes;
+        self.work.evaluate_next(model, Purpose::of(settings));
+        watch.lap(Stage::Force);
+        let Workspace { evaluation, next, numbers, start, .. } = &*self.work;
+        let value = evaluation.total.energy() - start.energy();
+        let limit = allowed.limit + (allowed.most - self.state.gain.energy).max(0.0);
+        if value > limit {
+            let particle = risen_most(model, numbers, [&*self.state, next]);
+            return Err(StepFailure::EnergyGain { particle, value, limit });
+        }
+        Ok(())
+    }
+
+    /// Computes where a sub-step of `dt` (s) leads, and judges it; what energy it may have, where that is judged.
+    fn go(&mut self, dt: f64, watch: &mut dyn Stopwatch) -> Result<Option<Allowance>, StepFailure> {
         self.work.begin_substep(self.state);
         self.refresh(dt);
         let asked = self.settings.time_step.asked(self.around.dt);
@@ -152,7 +177,7 @@ impl<R: Real> Stepping<'_, R> {
             return Err(StepFailure::Inaccurate { particle, value, limit });
         }
         let Some((_, found)) = advanced.solve.filter(|_| !settings.time_step.is_unchecked()) else {
-            return Ok(());
+            return Ok(None);
         };
 
         if !work.is_current(Purpose::of(settings)) {
@@ -165,7 +190,7 @@ impl<R: Real> Stepping<'_, R> {
         }
         let states = [&*self.state, next];
         let after = After { motion: &advanced.motion, descent: cg.descent(), found, evaluation, states };
-        accept(model, numbers, &before, &after).map_or(Ok(()), Err)
+        accept(model, numbers, &before, &after).map(Some)
     }
 
     /// Gives up a sub-step that this cloth or another one did not accept.
@@ -174,14 +199,14 @@ impl<R: Real> Stepping<'_, R> {
     }
 
     /// Lets what was tried meet colliders, at `time` (s).
-    fn meet(&mut self, time: f64, watch: &mut dyn Stopwatch) -> Result<(), StepFailure> {
+    fn meet(&mut self, time: f64, watch: &mut dyn Stopwatch) -> Result<Met, StepFailure> {
         let Self { model, settings, around, .. } = *self;
         let Workspace { next: State { x, v, past, .. }, numbers, tried, .. } = &mut *self.work;
         let (colliders, share, user) = (around.colliders, &model.share, &model.user);
         let contacts = Contacts { colliders, time, dt: numbers.dt, share, user };
         let past = (past.dt > 0.0).then_some([&mut past.x[..], &mut past.v[..]]);
-        let Met { touched, passed, first_passed } =
-            resolve(contacts, &model.inv_m, &self.state.x, [x, v], past);
+        let met = resolve(contacts, &model.inv_m, &self.state.x, [x, v], past);
+        let Met { touched, passed, first_passed, .. } = met;
         watch.lap(Stage::Collide);
 
         tried.contact_count = touched;
@@ -196,7 +221,7 @@ impl<R: Real> Stepping<'_, R> {
                 let collider = colliders[collider as usize].name.clone();
                 Err(StepFailure::Passed { particle: particle.into(), collider })
             }
-            _ => Ok(()),
+            _ => Ok(met),
         }
     }
 
@@ -213,6 +238,11 @@ impl<R: Real> Stepping<'_, R> {
         if matches!(Purpose::of(settings), Purpose::Bounded(_)) {
             let Workspace { start, evaluation, numbers, tried, .. } = &*self.work;
             self.state.gain = self.state.gain.after(model, numbers, start, evaluation, tried.contact_count);
+        }
+        if let Some(allowed) = self.work.allowed {
+            let Workspace { start, evaluation, judged, .. } = &*self.work;
+            let rise = evaluation.total.energy() - start.energy();
+            self.state.gain.energy = owed(self.state.gain.energy, rise, &allowed, *judged);
         }
         self.work.add_to_report();
     }

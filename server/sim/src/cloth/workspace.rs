@@ -1,6 +1,7 @@
 //! The scratch memory of a step.
 
 use super::{
+    contact_gain::{Allowance, Judged},
     evaluation::Evaluation,
     gain::Start,
     integrator::Integrator,
@@ -60,6 +61,9 @@ pub struct Workspace<R: Real> {
     current: Option<Purpose>,
     /// What is known of the state that the sub-step which is tried starts from.
     pub(super) start: Start,
+    /// Of implicit steps that are judged: what energy the sub-step that is tried may have, and whether that holds after contacts.
+    pub(super) allowed: Option<Allowance>,
+    pub(super) judged: Judged,
     /// What a sub-step that is tried found of its motion, block by block.
     pub(super) moved: Vec<Moved>,
     /// What the sub-step that is tried tells, and what those before it in the step told.

@@ -40,6 +40,8 @@ pub(crate) struct Passed {
 pub(crate) struct Met {
     /// Particles that touched one.
     pub(crate) touched: u64,
+    /// Those of them that were inside one at the start of the step already.
+    pub(crate) inside: u64,
     /// Particles that were in front of one at the start of the step, and are behind it or within it at its end.
     pub(crate) passed: u64,
     /// The first of these in the user's numbering.
@@ -52,6 +54,7 @@ impl Met {
         let first = self.first_passed.into_iter().chain(other.first_passed).min();
         Self {
             touched: self.touched + other.touched,
+            inside: self.inside + other.inside,
             passed: self.passed + other.passed,
             first_passed: first,
         }
@@ -61,20 +64,24 @@ impl Met {
     fn of_all(self, share: &Share) -> Self {
         let Passed { particle, collider } =
             self.first_passed.unwrap_or(Passed { particle: u32::MAX, collider: u32::MAX });
-        let told = [self.touched as f64, self.passed as f64, particle.into(), collider.into()];
+        let told = [self.touched, self.inside, self.passed].map(|count| count as f64);
+        let [touched, inside, passed] = told;
         let mut all = Self::default();
-        share.tell(told, |[touched, passed, particle, collider]| {
+        let told = [touched, inside, passed, particle.into(), collider.into()];
+        share.tell(told, |[touched, inside, passed, particle, collider]| {
             let first = Passed { particle: particle as u32, collider: collider as u32 };
             let first_passed = (passed > 0.0).then_some(first);
-            all = all.and(Self { touched: touched as u64, passed: passed as u64, first_passed });
+            let [touched, inside, passed] = [touched, inside, passed].map(|count| count as u64);
+            all = all.and(Self { touched, inside, passed, first_passed });
         });
         all
     }
 
     /// What one particle met.
-    fn of(near: Near, first_passed: Option<Passed>) -> Self {
+    fn of(near: Near, was_inside: impl FnOnce() -> bool, first_passed: Option<Passed>) -> Self {
         Self {
             touched: u64::from(near == Near::Touched),
+            inside: u64::from(near == Near::Touched && was_inside()),
             passed: u64::from(first_passed.is_some()),
             first_passed,
         }
@@ -121,7 +128,7 @@ pub(crate) fn resolve<R: Real>(
                 let is_free = *inv_m > R::zero();
                 let near = if is_free { meet(contacts, Moved { x, v, past }) } else { Near::Untold };
                 let way = [from.vector(), x.vector()];
-                Met::of(near, passed(contacts, *user, near, way))
+                Met::of(near, || was_inside(contacts, way), passed(contacts, *user, near, way))
             });
             met.fold(Met::default(), Met::and)
         })
@@ -199,6 +206,15 @@ fn passed<R: Real>(contacts: Contacts<'_>, particle: u32, near: Near, way: [Vec3
     };
     let first = contacts.colliders.iter().position(is_passed)?;
     Some(Passed { particle, collider: first as u32 })
+}
+
+/// Whether a particle that touches a collider was inside one at the start of its way already.
+fn was_inside<R: Real>(contacts: Contacts<'_>, way: [Vec3<R>; 2]) -> bool {
+    let [start, end] = way.map(|point| point.map(R::to_f64));
+    let spare = REACHED * (end - start).norm() + 4.0 * R::ROUNDING * start.amax();
+    let start = array3(&start);
+    let distance = |collider: &Collider| collider.distance(start, contacts.time - contacts.dt).0;
+    contacts.colliders.iter().any(|collider| distance(collider) < collider.margin - spare)
 }
 
 /// Whether a particle went through a collider from `start` to `end`. At the start it was outside; at the end it is

@@ -43,6 +43,8 @@ pub(super) struct Ground {
     spacing: f64,
     /// Mechanical energy (J) at each of them, from the start on.
     energies: Vec<f64>,
+    /// The largest of them from the end of the window to each time; what it is before that is not used.
+    highest: Vec<f64>,
     /// Between times of the reference (s).
     interval: f64,
     /// Positions (m) of the reference at each of these times, from the start to the end of the window.
@@ -75,6 +77,7 @@ impl Ground {
             scale: moved(&runner),
             spacing,
             energies: vec![runner.now.total_energy()],
+            highest: Vec::new(),
             interval: scan.spacing,
             states: vec![runner.positions()],
         };
@@ -92,6 +95,14 @@ impl Ground {
             ground.states.extend(known.states.into_iter().take(good));
             ground.window = (scan.spacing * good as f64).min(ground.end());
         }
+        let first = place(ground.window / spacing, ground.energies.len())[0] as usize;
+        let mut largest = f64::NEG_INFINITY;
+        ground.highest.extend(ground.energies.iter().enumerate().map(|(i, energy)| {
+            if i >= first {
+                largest = largest.max(*energy);
+            }
+            largest
+        }));
         Ok(ground)
     }
 
@@ -107,11 +118,16 @@ impl Ground {
     }
 
     /// By how much a mechanical energy (J) at a time (s) is above that of the fine run, as a share of its largest kinetic and
-    /// elastic energy.
+    /// elastic energy. After the window another motion is as right, which may lose its energy later: there it is the largest
+    /// since the window ended.
     pub(super) fn rise(&self, time: f64, energy: f64) -> f64 {
         let [at, share] = place(time / self.spacing, self.energies.len());
         let next = (at as usize + 1).min(self.energies.len() - 1);
-        let known = self.energies[at as usize] * (1.0 - share) + self.energies[next] * share;
+        let mut known = self.energies[at as usize] * (1.0 - share) + self.energies[next] * share;
+        let first = place(self.window / self.spacing, self.energies.len())[0] as usize;
+        if first < at as usize {
+            known = known.max(self.highest[at as usize]);
+        }
         // A scene in which nothing moves has no energy to compare with.
         (energy - known) / self.scale.max(f64::MIN_POSITIVE)
     }

@@ -1,0 +1,59 @@
+//! The energy that contacts give an implicit step: what pushes particles out of a solid, one by one, stretches springs.
+//!
+//! It is more the longer a step is, and it adds up. So it is kept in a book: what contacts give is owed, what is lost later pays
+//! it back, and a sub-step after which more is owed than a share of what moves and is stretched is not accepted.
+
+/// Share of the kinetic and elastic energy that may be owed.
+const SHARE: f64 = 0.125;
+/// Times the energy of the change of velocities that may be owed too: a particle that rests is put back by what it would have
+/// come to at its end velocity, which by methods of order 2 is twice as far as it fell, and lifts it by just that energy.
+const FALL: f64 = 1.1;
+
+/// What energy a step that is accepted may have, before contacts and after them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Allowance {
+    /// What pins and the medium gave, and rounding (J).
+    pub(super) given: f64,
+    /// By how much the energy may rise before contacts (J).
+    pub(super) limit: f64,
+    /// What may be owed for contacts after it (J).
+    pub(super) most: f64,
+}
+
+/// What may be owed after a sub-step (J), by the energy that moves and is stretched before it and that of the change of
+/// velocities.
+pub(super) fn most_owed(moved: f64, change: f64) -> f64 {
+    SHARE * moved + FALL * change
+}
+
+/// What is owed (J) after a sub-step of which the energy rose by `rise` (J).
+pub(super) fn owed(before: f64, rise: f64, allowed: &Allowance, judged: Judged) -> f64 {
+    let gain = rise - allowed.given;
+    let counted = if judged == Judged::Yes { gain } else { gain.min(0.0) };
+    (before + counted).max(0.0)
+}
+
+/// Whether what contacts give is told apart: not where something began the sub-step inside a solid, or solids move, which give
+/// energy themselves.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum Judged {
+    Yes,
+    #[default]
+    No,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_contacts_give_is_owed_until_it_is_lost() {
+        let allowed = Allowance { given: 0.5, limit: 0.5, most: 1.0 };
+        let gained = owed(1.0, 2.5, &allowed, Judged::Yes);
+        assert_eq!(gained, 3.0);
+        assert_eq!(owed(gained, 2.5, &allowed, Judged::No), 3.0);
+        assert_eq!(owed(gained, -0.5, &allowed, Judged::No), 2.0);
+        assert_eq!(owed(gained, -9.0, &allowed, Judged::Yes), 0.0);
+        assert_eq!(most_owed(8.0, 2.0), 1.0 + 2.0 * FALL);
+    }
+}
