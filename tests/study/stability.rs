@@ -15,6 +15,7 @@ use nappe_tests::{
     networks::{DrapSprings, drap, sheet, sheet_rules},
     threads::with_threads,
 };
+use rayon::prelude::*;
 
 use crate::support::case;
 
@@ -71,39 +72,32 @@ fn check_limits(row: &Row) {
 
 #[test]
 fn limits_at_rest_are_within_a_percent_of_those_on_record() {
-    let rows = table("stability/critical_dt.csv");
-    let small = rows.iter().filter(|row| row.text("network").starts_with("drap10"));
-    // The large cloths are for `cargo xtask prove`, but for one.
-    let large = rows.iter().filter(|row| row.text("network") == "drap70/faces" && row.number("nu") == 0.01);
-    for row in small.chain(large) {
-        check_limits(row);
+    table("stability/critical_dt.csv").par_iter().for_each(check_limits);
+}
+
+/// Whether a row on record was compared: it is not within a thousandth of the limit, nor beyond it where 200 steps, as on
+/// record, were too few for a mode that grows slowly.
+fn is_judged_as_on_record(row: &Row) -> bool {
+    let ratio = row.number("dt_over_dtcrit_undamped");
+    let method = golden::method(row.text("integrator")).expect("a method of the program");
+    let omega = 2.0 * ratio / row.number("dt_s");
+    let limit = critical_step_of_all(method.integrator, omega, row.number("nu") / 15_000.0);
+    let is_beyond = limit.is_some_and(|limit| row.number("dt_s") > limit);
+    let holds = matches!(row.text("verdict"), "damped" | "bounded");
+    if (ratio - 1.0).abs() < 1.001e-3 || (holds && is_beyond) {
+        return false;
     }
+    let network = course_cloth(row.text("network"), row.number("nu"));
+    let fate = at_rest(network, method, row.number("dt_s"));
+    assert_eq!(fate.holds(), holds, "{row:?}: {fate:?}");
+    true
 }
 
 #[test]
 fn small_motions_are_judged_as_on_record() {
-    let [mut compared, mut slow] = [0; 2];
-    for row in table("stability/dt_sweep_linear.csv") {
-        let ratio = row.number("dt_over_dtcrit_undamped");
-        if !row.text("network").starts_with("drap10") || (ratio - 1.0).abs() < 1.001e-3 {
-            continue;
-        }
-        let method = golden::method(row.text("integrator")).expect("a method of the program");
-        let network = course_cloth(row.text("network"), row.number("nu"));
-        let fate = at_rest(network, method, row.number("dt_s"));
-        // Beyond the limit of theory 200 steps, as on record, may be too few for a mode that grows slowly.
-        let omega = 2.0 * ratio / row.number("dt_s");
-        let limit = critical_step_of_all(method.integrator, omega, row.number("nu") / 15_000.0);
-        let is_beyond = limit.is_some_and(|limit| row.number("dt_s") > limit);
-        let holds = matches!(row.text("verdict"), "damped" | "bounded");
-        if holds && is_beyond {
-            slow += 1;
-            continue;
-        }
-        assert_eq!(fate.holds(), holds, "{row:?}: {fate:?}");
-        compared += 1;
-    }
-    assert!(compared > 200 && slow < 20, "{compared} rows, {slow} that grow slowly");
+    let rows = table("stability/dt_sweep_linear.csv");
+    let compared = rows.par_iter().filter(|row| is_judged_as_on_record(row)).count();
+    assert!(compared > 300 && compared * 10 > rows.len() * 7, "{compared} of {} rows", rows.len());
 }
 
 fn study(network: Network, request: &StabilityRequest) -> Stability {

@@ -69,11 +69,14 @@ pub(crate) fn limits(study: &Stability) -> String {
 
 /// What was judged, and what went wrong.
 pub(crate) fn summary(study: &Stability) -> String {
+    let stable = "Under load a method is stable while its energy stays near that of a fine run";
     let mut text = match &study.missing {
         Some(cause) => format!("Nothing could be judged under load: {cause}."),
+        None if study.window == 0.0 => format!(
+            "{stable}; what is wrong could not be told: there was no time for a reference, or the scene leaves its answer open at once."
+        ),
         None => format!(
-            "Under load a method is stable while its energy stays near that of a fine run, and right while it is within {} mm \
-             for {}, as long as the scene determines its answer.",
+            "{stable}, and right while it is within {} mm for {}, as long as the scene determines its answer.",
             1e4 * study.tolerance,
             time(study.window)
         ),
