@@ -6,6 +6,7 @@ mod markdown;
 mod steps;
 mod states;
 mod motions;
+mod snow;
 mod systems;
 mod refusals;
 
@@ -92,11 +93,13 @@ fn page() -> (String, Vec<String>) {
     let explicit = over(&explicit(), &rows, &mut lost);
     let squash = over(&implicit(), &squashed, &mut lost);
     let implicit = over(&implicit(), &rows, &mut lost);
+    let snow = snow::rows(&mut lost);
     let (systems, refusals) = (systems::table(&mut lost), refusals::table());
     let text = include_str!("page.txt")
         .replace("{explicit}", &explicit)
         .replace("{implicit}", &implicit)
         .replace("{squash}", &squash)
+        .replace("{snow}", &snow)
         .replace("{systems}", &systems)
         .replace("{refusals}", &refusals);
     (text, lost)

@@ -1,0 +1,157 @@
+//! Snow in which material point methods fail, over every transfer with the kernels that go with it.
+
+use nappe_sim::{
+    math::Precision,
+    report::NoStopwatch,
+    snow::{Material, ParticleState, Plasticity},
+    time_step::TimeStep,
+    world::Simulation,
+};
+use nappe_tests::snow::{SnowScene, Variant, elastic, lattice, object, rework};
+
+use super::markdown::table;
+use crate::verdict::Verdict;
+
+/// Side of a cell (m); particles are half of it apart.
+const CELL: f64 = 0.1;
+/// The longest step (s) of the material at J_P = 1 that is certified on these cells, rounded down.
+const STEP: f64 = 2e-3;
+/// Share of the kinetic and elastic energy that a run may gain.
+const GAIN: f64 = 0.1;
+
+/// The snow of Stomakhin et al. 2013, compacted to half of its volume at most.
+fn snow() -> Material {
+    let plasticity = Plasticity {
+        critical_compression: 0.025,
+        critical_stretch: 0.0075,
+        hardening: 10.0,
+        plastic_ratio_range: [0.5, 1.2],
+    };
+    Material { plasticity: Some(plasticity), ..elastic(1.4e5, 0.2) }
+}
+
+/// So many particles along each axis, in certified steps.
+fn block(count: usize, variant: Variant) -> SnowScene {
+    let x = lattice([0.0; 3], [count; 3], [0.5 * CELL; 3]);
+    let volume = (0.5 * CELL).powi(3);
+    let mut scene = SnowScene::new(vec![object("block", x, volume, 400.0, snow())], CELL, STEP).by(variant);
+    scene.settings.time_step = TimeStep::default();
+    scene
+}
+
+/// Runs a scene whose particles are changed before the first step. All must stay finite, and no energy may come from nowhere.
+fn run(
+    scene: &SnowScene,
+    steps: u64,
+    change: impl FnMut(usize, &mut ParticleState),
+) -> (Verdict, Option<Simulation>) {
+    let (mut simulation, warnings) = match Simulation::new(&scene.setup(), Precision::F64) {
+        Ok(built) => built,
+        Err(error) => return (Verdict::Detected(error.to_string()), None),
+    };
+    rework(&mut simulation, change);
+    let start = simulation.diagnose().total_energy();
+    let [mut substeps, mut inverted] = [0_u64; 2];
+    for step in 0..steps {
+        let report = match simulation.step(&mut NoStopwatch) {
+            Ok(report) => report,
+            Err(error) => return (Verdict::stopped(&error), None),
+        };
+        let now = report.diagnostics;
+        let gain = now.total_energy() - start - GAIN * (now.kinetic_energy + now.elastic_energy);
+        let is_finite =
+            simulation.snow_particles().iter().all(|p| p.x.iter().chain(&p.v).all(|c| c.is_finite()));
+        if !is_finite || gain.is_nan() || gain > 1e-9 * start.abs() {
+            return (Verdict::Lost(format!("{gain:.1e} J gained at step {step}")), None);
+        }
+        let snow = report.snow.expect("snow");
+        substeps += u64::from(snow.substeps);
+        inverted = inverted.max(snow.inverted_count);
+    }
+    let taken = if substeps > steps {
+        Verdict::Recovered("shorter steps".to_owned())
+    } else {
+        Verdict::Survived(String::new())
+    };
+    let told = if inverted > 0 { taken.with(format!("{inverted} inverted, told")) } else { taken };
+    let verdict = if warnings.is_empty() { told } else { Verdict::Warned("the kernel".to_owned()) };
+    (verdict, Some(simulation))
+}
+
+fn compacted(variant: Variant) -> Verdict {
+    run(&block(6, variant), 50, |_, particle| particle.plastic_ratio = 0.5).0
+}
+
+fn out_of_range(variant: Variant) -> Verdict {
+    let scene = block(4, variant);
+    run(&scene, 20, |index, particle| {
+        if index == 0 {
+            particle.x[0] = 1e9 * CELL;
+        }
+    })
+    .0
+}
+
+/// A particle in the middle of a block has a deformation of its own.
+fn deformed(variant: Variant, across: f64) -> Verdict {
+    run(&block(5, variant), 100, |index, particle| {
+        if index == 62 {
+            particle.elastic = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, across]];
+        }
+    })
+    .0
+}
+
+fn lone(variant: Variant) -> Verdict {
+    let scene = block(1, variant).under([0.0, -9.81, 0.0]);
+    let (verdict, simulation) = run(&scene, 100, |_, _| {});
+    let Some(simulation) = simulation else { return verdict };
+    let fallen = 0.25 * CELL - simulation.snow_particles()[0].x[1];
+    let share = fallen / (0.5 * 9.81 * simulation.time().powi(2));
+    // Symplectic Euler falls g t h / 2 farther.
+    verdict
+        .with(format!("{share:.3} of g t² / 2"))
+        .only_if(|| (share - 1.0).abs() < 0.011, || format!("{share:.3} of g t² / 2"))
+}
+
+/// A block that moves across cells at a constant speed, slightly pressed together.
+fn across_cells(variant: Variant) -> Verdict {
+    let scene = block(4, variant).moving(|_| [2.0, 0.5, 0.0]);
+    run(&scene, 100, |_, particle| particle.elastic = [[0.99, 0.0, 0.0], [0.0, 0.99, 0.0], [0.0, 0.0, 0.99]])
+        .0
+}
+
+type SnowRun = fn(Variant) -> Verdict;
+
+/// Rows of the table: number, what it is, and what becomes of a variant.
+const SCENES: [(u32, &str, SnowRun); 6] = [
+    (32, "compacted to J_P = 0.5, in steps for J_P = 1", compacted),
+    (33, "a particle beyond the range of the grid", out_of_range),
+    (34, "F nearly singular, 1e-6 along one axis", |variant| deformed(variant, 1e-6)),
+    (35, "F inverted, -0.5 along one axis", |variant| deformed(variant, -0.5)),
+    (36, "one lone particle that falls", lone),
+    (37, "a block that moves across cells", across_cells),
+];
+
+/// The table; what was lost without a word is gathered.
+pub(super) fn rows(lost: &mut Vec<String>) -> String {
+    let mut variants = Variant::all();
+    variants.retain(|variant| !variant.name().contains("_tau"));
+    let head: Vec<_> = std::iter::once("snow".to_owned())
+        .chain(variants.iter().map(|variant| format!("`{}`", variant.name())))
+        .collect();
+    let lines: Vec<Vec<String>> = SCENES
+        .iter()
+        .map(|(number, what, run)| {
+            let cells = variants.iter().map(|variant| {
+                let verdict = run(*variant);
+                if matches!(verdict, Verdict::Lost(_)) {
+                    lost.push(format!("{number} by {}: {verdict}", variant.name()));
+                }
+                verdict.to_string()
+            });
+            std::iter::once(format!("{number}. {what}")).chain(cells).collect()
+        })
+        .collect();
+    table(&head, &lines)
+}
