@@ -44,7 +44,7 @@ fn at_rest(network: Network, method: Method, dt: f64) -> Fate {
     probe_at_rest(&case(network, GRAVITY, 2.5e-3), method, dt, &Budget::new(None)).fate
 }
 
-/// Raw steps a percent below the limit of a row hold, and those a percent above do not.
+/// Raw steps of 0.99 of the limit of a row hold, and those of 1.01 do not.
 fn check_limits(row: &Row) {
     let (name, nu, omega) = (row.text("network"), row.number("nu"), row.number("omega_max_rad_s"));
     for (integrator, column) in [

@@ -145,31 +145,12 @@ fn limit_row(row: &StabilityRow, [below, above]: [f64; 2]) -> StabilityRow {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{
-        budget::Budget,
-        method::Method,
-        stability::row::{Over, Stepping},
-    };
+    use crate::{budget::Budget, method::Method, stability::row::Over};
     use nappe_sim::cloth::{Hessian, Integrator};
 
     fn row(dt: f64, fate: Fate) -> StabilityRow {
-        StabilityRow {
-            method: Method::new(Integrator::SymplecticEuler, Hessian::Absolute),
-            over: Over::Rest,
-            dt,
-            across: None,
-            fate,
-            cause: None,
-            growth: None,
-            limit: None,
-            is_limit: false,
-            theory: None,
-            stepping: Stepping::Raw,
-            step: None,
-            particle: None,
-            bound: None,
-            taken: [0; 2],
-        }
+        let method = Method::new(Integrator::SymplecticEuler, Hessian::Absolute);
+        StabilityRow { fate, ..StabilityRow::new(method, Over::Rest, dt) }
     }
 
     fn found(edge: f64, start: f64) -> StabilityRow {

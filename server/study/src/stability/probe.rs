@@ -4,7 +4,7 @@ use nappe_sim::{cloth::Integrator, math::Precision};
 
 use super::{
     ground::Ground,
-    row::{Fate, Over, StabilityRow, Stepping},
+    row::{Fate, Over, StabilityRow},
 };
 use crate::{
     budget::Phase,
@@ -192,23 +192,7 @@ impl Probe<'_> {
 
     /// A row without a result.
     pub(super) fn row(&self) -> StabilityRow {
-        StabilityRow {
-            method: self.method,
-            over: self.over,
-            dt: self.dt,
-            across: None,
-            fate: Fate::Stopped,
-            cause: None,
-            growth: None,
-            limit: None,
-            is_limit: false,
-            theory: None,
-            stepping: Stepping::Raw,
-            step: None,
-            particle: None,
-            bound: None,
-            taken: [0; 2],
-        }
+        StabilityRow::new(self.method, self.over, self.dt)
     }
 }
 

@@ -151,3 +151,26 @@ pub struct StabilityRow {
     /// Steps of the cloths, and those that were not accepted and taken again.
     pub taken: [u64; 2],
 }
+
+impl StabilityRow {
+    /// A run of raw steps (s) that was not made yet.
+    pub(super) fn new(method: Method, over: Over, dt: f64) -> Self {
+        Self {
+            method,
+            over,
+            dt,
+            across: None,
+            fate: Fate::Stopped,
+            cause: None,
+            growth: None,
+            limit: None,
+            is_limit: false,
+            theory: None,
+            stepping: Stepping::Raw,
+            step: None,
+            particle: None,
+            bound: None,
+            taken: [0; 2],
+        }
+    }
+}

@@ -24,10 +24,11 @@ use crate::{
 };
 
 /// Shares of the budget at whose end each part is over.
-const REST: f64 = 0.25;
-const GROUND: f64 = 0.32;
-const LOAD: f64 = 0.60;
+const REST: f64 = 0.12;
+const GROUND: f64 = 0.22;
+const LOAD: f64 = 0.58;
 const STEPPING: f64 = 0.70;
+const IMPLICIT_REST: f64 = 0.76;
 const MAPS: f64 = 0.97;
 
 /// Steps of explicit methods at rest: near the limit a damped mode grows by a hundredth of a percent per step and more.
@@ -146,8 +147,9 @@ pub fn stability(case: &Case, request: &StabilityRequest, budget: &Budget, tell:
     let scale = if study.bound.is_finite() { study.bound } else { case.dt() };
     let parts = Parts { case, request, methods, scale };
 
-    tell("limits at rest");
-    parts.rest(&rest, &mut study, &budget.until(REST), tell);
+    let (implicit, explicit): (Vec<Method>, Vec<Method>) =
+        parts.methods.iter().partition(|method| method.integrator.is_implicit());
+    parts.rest((&rest, &explicit), &mut study, &budget.until(REST), tell);
     tell("a fine run of the scene");
     match Ground::new(case, request.end, request.tolerance, &budget.until(GROUND)) {
         Ok(ground) => {
@@ -157,6 +159,8 @@ pub fn stability(case: &Case, request: &StabilityRequest, budget: &Budget, tell:
         }
         Err(cause) => study.missing = Some(cause),
     }
+    // They should have none, and take the longest to show it.
+    parts.rest((&rest, &implicit), &mut study, &budget.until(IMPLICIT_REST), tell);
     for (i, map) in request.maps.iter().enumerate() {
         tell(&format!("the map over {}", map.name()));
         let left = budget.until(MAPS).share(1.0 / (request.maps.len() - i) as f64);
@@ -197,10 +201,16 @@ impl Parts<'_> {
         if method.integrator.is_implicit() { self.range()[1] } else { self.scale }
     }
 
-    fn rest(&self, rest: &Case, study: &mut Stability, phase: &Phase, tell: &dyn Fn(&str)) {
-        for (i, method) in self.methods.iter().enumerate() {
+    fn rest(
+        &self,
+        (rest, methods): (&Case, &[Method]),
+        study: &mut Stability,
+        phase: &Phase,
+        tell: &dyn Fn(&str),
+    ) {
+        for (i, method) in methods.iter().enumerate() {
             tell(&format!("limit of {} at rest", method.name()));
-            let share = phase.share(share(self.methods.len() - i));
+            let share = phase.share(share(methods.len() - i));
             let theory = study.theory.as_ref().and_then(|theory| theory.limit(method.integrator));
             let mut run =
                 |dt: f64, phase: &Phase| StabilityRow { theory, ..at_rest(rest, *method, dt, phase) };
