@@ -1,6 +1,6 @@
 //! The longest steps of each method: what is stable, what is wrong, what fails, and what was expected.
 
-use nappe_study::{Over, Stability};
+use nappe_study::{Over, Stability, WRONG};
 
 use crate::{
     axes::{self, LEGEND_LINE, Legend},
@@ -27,8 +27,6 @@ const BAR: f64 = 13.0;
 const TICK: f64 = 6.0;
 /// Below the data (px).
 const BELOW: f64 = 50.0;
-/// Times the tolerance beyond which a stable run is wrong.
-const WRONG: f64 = 10.0;
 /// How far (share) the axis reaches below what is shown, and the least share of it that is shown.
 const SPARE: f64 = 0.3;
 const LEAST: f64 = 1e-7;

@@ -1,6 +1,6 @@
 //! Maps of stability: cells of steps against damping, or against how far the start is pressed together.
 
-use nappe_study::{Across, Stability, StabilityRow};
+use nappe_study::{Across, Stability, StabilityRow, WRONG};
 
 use crate::{
     axes::{self, LEGEND_LINE, Legend},
@@ -29,8 +29,6 @@ const COLOURS: f64 = 160.0;
 const SHADES: u32 = 80;
 /// Places along a line of theory.
 const SAMPLES: u32 = 400;
-/// Times the tolerance beyond which a stable run is wrong.
-const WRONG: f64 = 10.0;
 
 /// Scales of a panel.
 #[derive(Clone, Copy, Debug)]

@@ -10,7 +10,7 @@ use crate::{
     rows::Rows,
     times::Times,
     timing,
-    window::{Scan, ScanEnd, scan},
+    window::{OPEN, Scan, ScanEnd, scan},
 };
 
 /// Shares of the budget at whose end each part is over.
@@ -19,8 +19,6 @@ const REFERENCE: f64 = 0.35;
 const ROWS: f64 = 0.85;
 const AGAIN: f64 = 0.98;
 
-/// Share of the tolerance within which spread and the reference's own error stay in a window.
-const OPEN: f64 = 0.25;
 /// Share of the tolerance that the reference is to be good to.
 const GOOD_REFERENCE: f64 = 1e-4;
 

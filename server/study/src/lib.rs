@@ -1,4 +1,4 @@
-//! Methods of cloth compared on a scene: how long the scene determines its answer, and error against cost.
+//! Methods of cloth compared on a scene: how long the scene determines its answer, error against cost, where each method fails.
 //!
 //! Reads a world as a scene builds it; writes rows, one per run. It brings the clock, and draws nothing. Work is divided
 //! over the rayon pool that the caller installs; but for seconds, results are the same for any number of threads.
@@ -38,8 +38,8 @@ pub use scalar::ScalarLaw;
 pub use setting::{Setting, Steps};
 pub use spectrum::largest_frequency;
 pub use stability::{
-    Across, Fate, Map, Over, Stability, StabilityRequest, StabilityRow, Stepping, Theory, probe_at_rest,
-    probe_under_load, stability,
+    Across, Fate, Map, Over, Stability, StabilityRequest, StabilityRow, Stepping, Theory, WRONG,
+    probe_at_rest, probe_under_load, stability,
 };
 pub use theory::{critical_step, critical_step_of_all};
 pub use times::{Times, TimesError};

@@ -24,6 +24,8 @@ pub const SEED: u64 = 42;
 /// Copies that are displaced, each in its own way.
 const COPIES: usize = 2;
 
+/// Share of the tolerance within which spread and the reference's own error stay in a window.
+pub(crate) const OPEN: f64 = 0.25;
 /// Largest share of the certified bound that steps of reference runs have.
 const SHARE: f64 = 0.45;
 /// Shortest spacing of times, as a power of two that divides the time step of the scene.

@@ -1,6 +1,6 @@
 //! A study of stability in words: the limits of every method, and what it found.
 
-use nappe_study::{Fate, Method, Over, Stability, StabilityRow, Stepping};
+use nappe_study::{Fate, Method, Over, Stability, StabilityRow, Stepping, WRONG};
 
 use crate::output::{Column, table};
 
@@ -77,7 +77,7 @@ pub(crate) fn summary(study: &Stability) -> String {
         ),
         None => format!(
             "{stable}, and right while it is within {} mm for {}, as long as the scene determines its answer.",
-            1e4 * study.tolerance,
+            1e3 * WRONG * study.tolerance,
             time(study.window)
         ),
     };

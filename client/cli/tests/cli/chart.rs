@@ -9,7 +9,9 @@ use std::{
 
 use serde_json::Value;
 
-use crate::support::{Lines, SMALL_SCENE, command, end_by, folder, nappe, nappe_in, until, write_scene};
+use crate::support::{
+    Lines, SMALL_SCENE, check_pictures, command, end_by, folder, nappe, nappe_in, until, write_scene,
+};
 
 /// What scripts read: the first columns, in their order.
 const COLUMNS: &str = "scene,method,precision,threads,dt,tolerance,rms_error_m,seconds_per_simulated_second,\
@@ -60,17 +62,7 @@ fn a_chart_has_rows_a_document_and_pictures() {
     let files: Vec<&str> =
         said["files"].as_array().expect("files").iter().filter_map(Value::as_str).collect();
     assert_eq!(files.len(), 8, "{files:?}");
-    for file in files {
-        let bytes = fs::read(folder.path().join(file)).expect("it is written");
-        match file.rsplit('.').next() {
-            Some("svg") => {
-                let text = String::from_utf8(bytes).expect("a text");
-                assert!(text.contains("<title>") && text.contains("<desc>"), "{file}");
-            }
-            Some("png") => assert!(bytes.starts_with(b"\x89PNG"), "{file}"),
-            _ => {}
-        }
-    }
+    check_pictures(folder.path(), &files);
 }
 
 #[test]

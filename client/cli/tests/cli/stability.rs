@@ -9,7 +9,9 @@ use std::{
 
 use serde_json::Value;
 
-use crate::support::{Lines, SMALL_SCENE, command, end_by, folder, nappe, nappe_in, until, write_scene};
+use crate::support::{
+    Lines, SMALL_SCENE, check_pictures, command, end_by, folder, nappe, nappe_in, until, write_scene,
+};
 
 /// What scripts read, in its order.
 const COLUMNS: &str = "scene,method,x_axis,x,y_axis,y,outcome,cause,energy_growth,limit_s,theory_s,stepping,step,particle,bound_s";
@@ -49,17 +51,7 @@ fn a_study_has_limits_runs_maps_and_pictures() {
     let files: Vec<&str> =
         said["files"].as_array().expect("files").iter().filter_map(Value::as_str).collect();
     assert_eq!(files.len(), 8, "{files:?}");
-    for file in files {
-        let bytes = fs::read(folder.path().join(file)).expect("it is written");
-        match file.rsplit('.').next() {
-            Some("svg") => {
-                let text = String::from_utf8(bytes).expect("a text");
-                assert!(text.contains("<title>") && text.contains("<desc>"), "{file}");
-            }
-            Some("png") => assert!(bytes.starts_with(b"\x89PNG"), "{file}"),
-            _ => {}
-        }
-    }
+    check_pictures(folder.path(), &files);
 }
 
 #[test]

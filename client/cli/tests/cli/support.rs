@@ -324,3 +324,18 @@ pub(crate) fn write_scene(folder: &Path, text: &str) -> String {
     std::fs::write(&path, text).expect("the scene is written");
     path.to_str().expect("a temporary path is UTF-8").to_owned()
 }
+
+/// Files of a folder are written, pictures among them in their formats, with words for those who do not see them.
+pub(crate) fn check_pictures(folder: &Path, files: &[&str]) {
+    for file in files {
+        let bytes = std::fs::read(folder.join(file)).expect("it is written");
+        match file.rsplit('.').next() {
+            Some("svg") => {
+                let text = String::from_utf8(bytes).expect("a text");
+                assert!(text.contains("<title>") && text.contains("<desc>"), "{file}");
+            }
+            Some("png") => assert!(bytes.starts_with(b"\x89PNG"), "{file}"),
+            _ => {}
+        }
+    }
+}

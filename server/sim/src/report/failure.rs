@@ -46,7 +46,7 @@ pub enum StepFailure {
     )]
     Descent { particle: u64, value: f64, predicted: f64, limit: f64 },
     #[error(
-        "the total energy rises by {value:.4e} J, more than the {limit:.4e} J that pins, the medium and the error of the method account for (most at particle {particle})"
+        "the total energy rises by {value:.4e} J, more than the {limit:.4e} J that pins, the medium, contacts and the error of the method account for (most at particle {particle})"
     )]
     EnergyGain { particle: u64, value: f64, limit: f64 },
     #[error(

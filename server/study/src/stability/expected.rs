@@ -36,7 +36,7 @@ impl Theory {
         self.limit_with(integrator, 1.0)
     }
 
-    /// The same with all damping times a factor.
+    /// The same with all damping multiplied by a factor.
     pub fn limit_with(&self, integrator: Integrator, factor: f64) -> Option<f64> {
         let limits = self.bodies.iter().map(|[w, time]| critical_step_of_all(integrator, *w, factor * time));
         limits.collect::<Option<Vec<_>>>()?.into_iter().reduce(f64::min)

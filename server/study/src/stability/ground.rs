@@ -13,7 +13,7 @@ use crate::{
     run::{End, Runner},
     setting::{Setting, Steps},
     times::Times,
-    window::{ScanEnd, scan},
+    window::{OPEN, ScanEnd, scan},
 };
 
 /// The method of the fine run, certified at a share of the bound.
@@ -22,8 +22,6 @@ const FINE: Setting = Setting::new(
     Precision::F64,
     Steps::Certified(0.45),
 );
-/// Share of the tolerance within which the spread and the reference's own error stay in the window.
-const OPEN: f64 = 0.25;
 /// Times within the window at which the fine run is looked at, at least.
 const TIMES: f64 = 200.0;
 /// Shortest spacing of times, as a power of two that divides the time step of the scene.

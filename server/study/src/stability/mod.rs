@@ -16,5 +16,6 @@ mod study;
 
 pub use expected::Theory;
 pub use map::Map;
+pub use probe::WRONG;
 pub use row::{Across, Fate, Over, StabilityRow, Stepping};
 pub use study::{Stability, StabilityRequest, probe_at_rest, probe_under_load, stability};

@@ -20,7 +20,7 @@ const MOST_AT_REST: f64 = 100.0;
 /// Rise of the energy under load up to which a run is stable.
 const MOST_UNDER_LOAD: f64 = 0.5;
 /// Times the tolerance beyond which a stable run is wrong.
-const WRONG: f64 = 10.0;
+pub const WRONG: f64 = 10.0;
 /// By how much (share) explicit Euler may gain energy about rest: what rounding does.
 const ROUNDING: f64 = 1e-10;
 /// Error (m) that solves about rest are good to.

@@ -31,7 +31,8 @@ const STEPPING: f64 = 0.70;
 const IMPLICIT_REST: f64 = 0.76;
 const MAPS: f64 = 0.97;
 
-/// Steps of explicit methods at rest: near the limit a damped mode grows by a hundredth of a percent per step and more.
+/// Steps of explicit methods at rest: a damped mode a percent beyond its limit grows by some percents per step, and begins as one of
+/// thousands.
 const STEPS_AT_REST: u64 = 1000;
 /// The same of implicit ones, which are costly and have none.
 const IMPLICIT_STEPS_AT_REST: u64 = 200;
