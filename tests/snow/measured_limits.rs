@@ -8,6 +8,7 @@ use nappe_sim::{
     time_step::TimeStep,
     world::Simulation,
 };
+use nappe_study::longest_step;
 use nappe_tests::{
     networks::scatter,
     scene::try_advance,
@@ -66,17 +67,20 @@ fn a_particle_alone_is_stable_below_its_closed_form_and_not_above() {
             });
             assert!(below < 20.0, "{} at {offset:?}: grows {below:e} below the limit", variant.name());
             assert!(above > 1e6, "{} at {offset:?}: grows {above:e} above the limit", variant.name());
+            let found = limit(|dt| alone(variant, offset, dt), lone_limit(), [0.5, 2.0], 1000);
+            assert!(
+                (found / factor - 1.0).abs() < 2e-2,
+                "{} at {offset:?}: {found}, not {factor}",
+                variant.name()
+            );
         }
     }
 }
 
-/// The largest stable step of `scene`, in units of `unit` (s), between two shares of it.
-fn limit(scene: impl Fn(f64) -> SnowScene, unit: f64, [mut low, mut high]: [f64; 2], steps: u32) -> f64 {
-    while high - low > 2e-3 * high {
-        let middle = f64::midpoint(low, high);
-        *(if growth(&scene(middle * unit), steps) < 1e3 { &mut low } else { &mut high }) = middle;
-    }
-    f64::midpoint(low, high)
+/// The largest stable step of `scene`, in units of `unit` (s), between two shares of it: as the study of stability finds it.
+fn limit(scene: impl Fn(f64) -> SnowScene, unit: f64, range: [f64; 2], steps: u32) -> f64 {
+    let start = f64::midpoint(range[0], range[1]) * unit;
+    longest_step(start, range.map(|share| share * unit), |dt| growth(&scene(dt), steps) < 1e3) / unit
 }
 
 /// Offsets along an axis that between them come near every weight a particle can have.

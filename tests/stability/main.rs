@@ -4,7 +4,6 @@ mod bounds;
 mod certified;
 mod critical_step;
 mod divergence;
-mod verdict;
 mod squash;
 mod sweep;
 mod table;

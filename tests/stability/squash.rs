@@ -3,41 +3,13 @@
 //! A sheet compressed by a fifth between two held edges, a little noise, no damping, 60 steps.
 
 use nappe_sim::{
-    cloth::{Hessian, Integrator, Minimizer, Network, SpringLaw, SpringRules},
+    cloth::{Hessian, Integrator},
     linalg::Stop,
     math::Precision,
     report::{StepError, StepFailure},
 };
-use nappe_tests::{
-    Method, Scene,
-    networks::{scatter, sheet},
-    scene::{positions, try_advance},
-};
-
-use crate::verdict::Verdict;
-
-const SIDE: usize = 11;
-const SPACING: f64 = 0.1;
-const MASS: f64 = 0.01;
-const DT: f64 = 0.01;
-const STEPS: u64 = 60;
-
-/// The sheet whose dt times sqrt(k / m) is `stiffness_number`.
-fn squashed(stiffness_number: f64) -> Network {
-    let stiffness = MASS * (stiffness_number / DT).powi(2);
-    let law = |share: f64| SpringLaw { stiffness: stiffness * share, damping: 0.0 };
-    let rules = SpringRules { stretch: law(1.0), shear: Some(law(0.5)), bend: Some(law(0.1)) };
-    let mut network = sheet(SIDE, SPACING, &rules, MASS);
-    let held = |i: usize| [0, SIDE - 1].contains(&(i % SIDE));
-    network.pins = (0..SIDE * SIDE).filter(|&i| held(i)).map(|i| i as u32).collect();
-    for (i, x) in network.x.iter_mut().enumerate() {
-        x[0] *= 0.8;
-        if !held(i) {
-            *x = [0, 1, 2].map(|c| x[c] + 1e-3 * SPACING * scatter(3 * i + c));
-        }
-    }
-    network
-}
+use nappe_study::gallery::squeezed::{DT, STEPS, squashed};
+use nappe_tests::{Method, Scene, scene::try_advance};
 
 /// Largest stretch and largest gain of energy over the start's; `None` if a step fails.
 fn run(stiffness_number: f64, hessian: Hessian, stop: Stop) -> Option<[f64; 2]> {
@@ -92,42 +64,6 @@ fn the_clamped_hessian_holds_at_small_steps_and_overshoots_at_large_ones() {
             run(number, Hessian::Clamped, EXACT).is_none_or(|[stretch, gain]| gain > 1.0 || stretch > 3.0);
         assert!(lost, "dt sqrt(k/m) = {number}: it held");
     }
-}
-
-/// dt sqrt(k/m) of the map.
-pub(super) const NUMBERS: [f64; 5] = [0.5, 2.0, 10.0, 50.0, 200.0];
-/// Elastic energy (J) that Newton's method may leave of the sheet there: flat it would keep 272 J at 10 and 6 869 J at 50.
-const BUCKLED: [f64; 5] = [0.6, 0.3, 0.3, 2.3, 25.0];
-
-/// The sheet after all steps, with what the program does by itself: its height (m), the elastic energy (J) that is left, steps
-/// that were taken again; or why it could not go on.
-pub(super) fn verdict(method: Method, place: usize) -> Verdict {
-    let number = NUMBERS[place];
-    let mut simulation = Scene::new(squashed(number), DT).by(method).certified().simulate(Precision::F64);
-    let start = simulation.diagnose().total_energy();
-    let (mut gain, mut rejected) = (0.0, 0);
-    for _ in 0..STEPS {
-        let report = match try_advance(&mut simulation, 1) {
-            Ok(report) => report,
-            Err(error) => return Verdict::stopped(&error),
-        };
-        gain = f64::max(gain, report.diagnostics.total_energy() / start - 1.0);
-        rejected += report.cloth.expect("a cloth").rejected;
-    }
-    let height = positions(&simulation).iter().map(|x| x[1].abs()).fold(0.0, f64::max);
-    let left = simulation.diagnose().elastic_energy;
-    let what = format!("{height:.2} m, {left:.3} J");
-    // The midpoint's energy is not that of its minimum.
-    let most = if method.integrator == Integrator::ImplicitMidpoint { 0.01 } else { 1e-6 };
-    let must_buckle =
-        matches!(method.minimizer, Minimizer::Newton(_)) && method.integrator != Integrator::ImplicitMidpoint;
-    Verdict::taken(rejected)
-        .with(what)
-        .only_if(|| gain < most, || format!("gains {gain:.1e} of its energy"))
-        .only_if(
-            || !must_buckle || height > SPACING && left < BUCKLED[place],
-            || format!("{height} m, {left} J"),
-        )
 }
 
 /// What became of a run whose steps are accepted or taken again: largest gain of energy over the start's, sub-steps and

@@ -5,7 +5,6 @@
 pub mod threads;
 pub mod course;
 pub mod golden;
-pub mod networks;
 pub mod ranks;
 pub mod scene;
 pub mod snow;
@@ -15,7 +14,7 @@ pub mod systems;
 mod oscillator;
 mod random;
 
-pub use nappe_study::{Method, NEWTON, ScalarLaw};
+pub use nappe_study::{Method, NEWTON, ScalarLaw, gallery::networks};
 pub use oscillator::Oscillator;
 pub use random::Random;
 pub use scene::Scene;

@@ -1,6 +1,6 @@
 //! Pictures of studies, as SVG and PNG: the only crate that names the plotter.
 //!
-//! Reads a chart, or a study of stability; writes pictures, each with a sentence made from its rows. Errors and lengths are
+//! Reads a chart, a study of stability, or the gallery; writes pictures, each with a sentence made from its rows. Errors and lengths are
 //! drawn in millimetres. Modules in reading order:
 
 mod picture;
@@ -21,10 +21,11 @@ mod limits;
 mod fates;
 mod panels;
 mod map;
+mod gallery;
 
 pub use picture::Picture;
 
-use nappe_study::{Chart, Stability};
+use nappe_study::{Chart, Stability, gallery::Table};
 
 use panels::Shown;
 
@@ -59,4 +60,12 @@ pub fn stability_pictures(scene: &str, stability: &Stability) -> Result<Vec<Pict
         }
     }
     Ok(pictures)
+}
+
+/// The gallery: scenes by methods, verdicts by colour and letter.
+///
+/// # Errors
+/// What the plotter cannot make pixels of.
+pub fn gallery_picture(tables: &[Table]) -> Result<Picture, String> {
+    gallery::picture(tables)
 }

@@ -7,6 +7,7 @@ use kuva::render::{
 
 use crate::{
     canvas::{self, Anchor, Stroke, TEXT},
+    look::INK,
     picture::Picture,
 };
 
@@ -90,6 +91,11 @@ impl Sheet {
     /// Words at a place.
     pub(crate) fn words(&mut self, text: &str, at: [f64; 2], anchor: Anchor, colour: &str) {
         self.write(text, at, anchor, (TEXT, colour), None);
+    }
+
+    /// Words that begin at a place and go upwards.
+    pub(crate) fn words_upwards(&mut self, text: &str, at: [f64; 2]) {
+        self.write(text, at, Anchor::Start, (TEXT, INK), Some(-90.0));
     }
 
     fn write(

@@ -23,6 +23,7 @@ mod rows;
 mod timing;
 mod chart;
 mod stability;
+pub mod gallery;
 
 pub use budget::{Budget, Phase, Stop};
 pub use case::{Case, NoCloth};
@@ -39,7 +40,7 @@ pub use setting::{Setting, Steps};
 pub use spectrum::largest_frequency;
 pub use stability::{
     Across, Fate, Map, Over, Stability, StabilityRequest, StabilityRow, Stepping, Theory, WRONG,
-    probe_at_rest, probe_under_load, stability,
+    longest_step, probe_at_rest, probe_under_load, stability,
 };
 pub use theory::{critical_step, critical_step_of_all};
 pub use times::{Times, TimesError};

@@ -1,10 +1,10 @@
 //! Linear systems on which solvers fail.
 
 use nappe_sim::linalg::{Outcome, PreconditionerKind, Stop};
+use nappe_study::gallery::Verdict;
 use nappe_tests::systems::System;
 
 use super::markdown::table as markdown;
-use crate::verdict::Verdict;
 
 const SYSTEMS: [(&str, &str); 6] = [
     ("21. a right-hand side of 0", "spd_rhs_zero"),

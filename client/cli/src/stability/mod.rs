@@ -5,6 +5,7 @@
 pub(crate) mod words;
 mod table;
 mod document;
+pub(crate) mod gallery;
 
 use std::path::{Path, PathBuf};
 

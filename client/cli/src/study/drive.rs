@@ -6,28 +6,26 @@ use indicatif::{ProgressBar, ProgressState, ProgressStyle};
 use nappe_study::{Budget, Stop};
 use rayon::ThreadPoolBuilder;
 
-use super::subject::Subject;
 use crate::{
     error::{CliError, Result},
     remote,
 };
 
-/// Computes on threads of its own, until the budget is used up or a signal comes. The work is given the budget, and what tells
-/// what is done now.
+/// Computes on so many threads of its own, until its seconds are over, if they are limited, or a signal comes. The work is given
+/// the budget, and what tells what is done now.
 ///
 /// # Errors
 /// Threads that cannot be started, and a panic.
 pub(crate) fn compute<T: Send + 'static>(
-    subject: &Subject,
+    threads: usize,
+    seconds: Option<Duration>,
     work: impl FnOnce(&Budget, &dyn Fn(&str)) -> T + Send + 'static,
 ) -> Result<T> {
-    let threads = subject.threads;
     let pool = ThreadPoolBuilder::new()
         .num_threads(threads)
         .build()
         .map_err(|error| CliError::failure(format!("cannot start {threads} threads: {error}")))?;
-    let left = subject.budget.saturating_sub(subject.begin.elapsed());
-    let budget = Budget::new(Some(left));
+    let budget = Budget::new(seconds);
     let (stop, bar) = (budget.stop(), progress(budget.stop()));
     remote::block_on(async move {
         let signals = remote::catch_signals()?;
@@ -54,11 +52,12 @@ pub(crate) fn compute<T: Send + 'static>(
 /// What is done now, and the time that is left.
 fn progress(stop: Stop) -> ProgressBar {
     let left = move |_: &ProgressState, out: &mut dyn std::fmt::Write| {
-        let seconds = stop.left().unwrap_or_default().as_secs();
-        // A bar that is not shown is no failure.
-        let _ = write!(out, "{seconds} s left");
+        if let Some(left) = stop.left() {
+            // A bar that is not shown is no failure.
+            let _ = write!(out, "{} s left: ", left.as_secs());
+        }
     };
-    let style = ProgressStyle::with_template("{spinner} {left}: {msg}").expect("a template that is right");
+    let style = ProgressStyle::with_template("{spinner} {left}{msg}").expect("a template that is right");
     let bar = ProgressBar::new_spinner().with_style(style.with_key("left", left));
     bar.enable_steady_tick(Duration::from_millis(200));
     bar

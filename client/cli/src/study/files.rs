@@ -36,6 +36,12 @@ pub(crate) fn write(folder: &Path, files: impl Iterator<Item = (String, Vec<u8>)
     Ok(written)
 }
 
+/// Says where files are.
+pub(crate) fn told(written: &[PathBuf]) -> String {
+    let paths: Vec<_> = written.iter().map(|path| path.display().to_string()).collect();
+    format!("Written: {}", paths.join(", "))
+}
+
 /// Each picture as SVG and PNG.
 #[cfg(feature = "charts")]
 pub(crate) fn of_pictures(pictures: Vec<nappe_charts::Picture>) -> Vec<(String, Vec<u8>)> {

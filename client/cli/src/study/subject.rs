@@ -18,6 +18,13 @@ pub(crate) struct Subject {
     pub(crate) begin: Instant,
 }
 
+impl Subject {
+    /// What is left of its budget.
+    pub(crate) fn left(&self) -> Duration {
+        self.budget.saturating_sub(self.begin.elapsed())
+    }
+}
+
 /// What the system calls the processor.
 pub(crate) fn processor() -> String {
     let text = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();

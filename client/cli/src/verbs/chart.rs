@@ -79,8 +79,9 @@ pub(crate) fn run(args: &ChartArgs) -> Result<()> {
     let threads = args.threads.map_or_else(rayon::current_num_threads, usize::from);
     let subject =
         Subject { name, scene_hash, processor: study::processor(), threads, budget: args.budget, begin };
-    let chart =
-        study::compute(&subject, move |budget, tell| nappe_study::chart(&case, &request, budget, tell))?;
+    let chart = study::compute(threads, Some(subject.left()), move |budget, tell| {
+        nappe_study::chart(&case, &request, budget, tell)
+    })?;
     let written = chart::write(&folder, &subject, &chart)?;
     say(args.output.format(), &subject, &chart, &written)
 }

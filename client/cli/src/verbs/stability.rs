@@ -12,7 +12,7 @@ use nappe_study::{Case, Map, Method, Stability, StabilityRequest};
 use crate::{
     error::{CliError, Exit, Result},
     output::{self, Format, OutputArgs},
-    stability::{self, words},
+    stability::{self, gallery, words},
     study::{self, Source, Subject, files, units},
 };
 
@@ -24,17 +24,22 @@ Examples:
   nappe stability my.toml --budget 10min --out study
   nappe stability flag --method velocity_verlet,implicit_euler_absolute --map damping
   nappe stability drap10 --map compression --cells 12 --json
+  nappe stability --gallery                         scenes in which programs of this kind fail, over every method
 
 Of each method it finds the longest stable step, of small motions at rest beside what theory says, and of the scene
 itself beside the certified bound; then what becomes of it as the program runs it, and maps of steps against
 damping and against how far the start is pressed together.
 
 It writes stability.csv, a row per run, stability.json, and pictures: limits, map_damping and map_compression, each
-as SVG and PNG. docs/stability.md says how to read them. With --json the last line is one object with their paths.")]
+as SVG and PNG; of the gallery, gallery.csv and a picture. docs/stability.md says how to read them. With --json the last line is one object with their paths.")]
 pub(crate) struct StabilityArgs {
     /// A shipped scene's name, or a scene file (.toml) with its meshes beside it
-    scene: String,
-    /// Folder for the files [default: stability-SCENE]
+    #[arg(required_unless_present = "gallery")]
+    scene: Option<String>,
+    /// The gallery instead of a scene: scenes in which programs of this kind fail, over every method
+    #[arg(long, conflicts_with_all = ["scene", "budget", "tolerance", "until", "methods", "maps", "cells"])]
+    gallery: bool,
+    /// Folder for the files [default: stability-SCENE, stability-gallery]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Time that it may take: 60s, 10min
@@ -87,20 +92,43 @@ impl From<MapName> for Map {
 /// written, or the user ends it: what was found is then written all the same.
 pub(crate) fn run(args: &StabilityArgs) -> Result<()> {
     let begin = Instant::now();
-    let Source { name, hash: scene_hash, scene, case } = Source::read(&args.scene, "stability")?;
+    let threads = args.threads.map_or_else(rayon::current_num_threads, usize::from);
+    let Some(scene) = &args.scene else { return run_gallery(args, threads) };
+    let Source { name, hash: scene_hash, scene, case } = Source::read(scene, "stability")?;
     let request = request(args, &scene)?;
     check(&case, args)?;
     let request = StabilityRequest { maps: maps(&case, args), ..request };
     let folder = args.out.clone().unwrap_or_else(|| PathBuf::from(format!("stability-{name}")));
     files::check_folder(&folder)?;
 
-    let threads = args.threads.map_or_else(rayon::current_num_threads, usize::from);
     let budget = args.budget;
     let subject = Subject { name, scene_hash, processor: study::processor(), threads, budget, begin };
-    let found =
-        study::compute(&subject, move |budget, tell| nappe_study::stability(&case, &request, budget, tell))?;
+    let found = study::compute(threads, Some(subject.left()), move |budget, tell| {
+        nappe_study::stability(&case, &request, budget, tell)
+    })?;
     let written = stability::write(&folder, &subject, &found)?;
     say(args.output.format(), &subject, &found, &written)
+}
+
+/// Every scene of the gallery over every method.
+fn run_gallery(args: &StabilityArgs, threads: usize) -> Result<()> {
+    let folder = args.out.clone().unwrap_or_else(|| PathBuf::from("stability-gallery"));
+    files::check_folder(&folder)?;
+    let (tables, is_stopped) = study::compute(threads, None, |budget, tell| {
+        let tables = nappe_study::gallery::gallery(budget, tell);
+        (tables, budget.is_stopped())
+    })?;
+    if is_stopped {
+        return Err(CliError::new(Exit::Interrupted, "interrupted: nothing is written"));
+    }
+    let written = gallery::write(&folder, &tables)?;
+    match args.output.format() {
+        Format::Json => output::json(&gallery::document(&tables, &written)),
+        Format::Text => {
+            output::line(&gallery::text(&tables))?;
+            output::line(&files::told(&written))
+        }
+    }
 }
 
 /// What is asked for, but for maps.
@@ -185,8 +213,7 @@ fn say(format: Format, subject: &Subject, study: &Stability, written: &[PathBuf]
             output::line(&words::limits(study))?;
             output::line("")?;
             output::line(&words::summary(study))?;
-            let paths: Vec<_> = written.iter().map(|path| path.display().to_string()).collect();
-            output::line(&format!("Written: {}", paths.join(", ")))?;
+            output::line(&files::told(written))?;
         }
     }
     if study.is_stopped {

@@ -137,3 +137,34 @@ fn ctrl_c_ends_a_study_with_what_was_found() {
     assert_eq!(said["interrupted"], true);
     check_files(&out);
 }
+
+#[test]
+fn the_gallery_is_a_row_per_scene_and_method_and_none_is_lost() {
+    let folder = folder();
+    let done = nappe_in(folder.path(), &["stability", "--gallery", "--out", "out", "--json"]).ok();
+    let said = done.json();
+    let table = fs::read_to_string(folder.path().join("out/gallery.csv")).expect("gallery.csv");
+    let mut rows = table.lines();
+    assert_eq!(rows.next(), Some("number,scene,method,verdict,detail"));
+    let of = |name: &str| rows.clone().filter(|row| row.contains(&format!(",{name},"))).count();
+    let counts =
+        ["survived", "recovered", "detected", "warned", "lost"].map(|name| (said[name].as_u64(), of(name)));
+    for (told, counted) in counts {
+        assert_eq!(told, Some(counted as u64), "{said}");
+    }
+    assert_eq!(of("lost"), 0, "{table}");
+    assert_eq!(said["rows"].as_u64(), Some(rows.clone().count() as u64));
+    for scene in
+        ["3,an undamped spring,explicit_euler,detected", "36,one lone particle that falls,mls_cubic,survived"]
+    {
+        assert!(rows.clone().any(|row| row.starts_with(scene)), "{scene}");
+    }
+    let files: Vec<&str> =
+        said["files"].as_array().expect("files").iter().filter_map(Value::as_str).collect();
+    assert_eq!(files.len(), 3, "{files:?}");
+    check_pictures(folder.path(), &files);
+
+    let refused = nappe(&["stability", "--gallery", "drap10"]);
+    assert_eq!(refused.code, Some(2), "{refused:?}");
+    assert!(refused.stderr.contains("cannot be used with"), "{}", refused.stderr);
+}

@@ -1,16 +1,12 @@
-//! The longest step that is stable, by bisection.
+//! The longest step that is stable, and the rows of the search for it.
 
-use super::row::{Fate, StabilityRow};
+use super::{
+    bisect::{Bisection, TimeIsOver},
+    row::{Fate, StabilityRow},
+};
 use crate::budget::Phase;
 
-/// The longest step that holds and the shortest that does not are this near in the end.
-const NEAR: f64 = 1.002;
-/// The first factor by which steps are lengthened or shortened until the limit lies between two of them; it is squared from
-/// one to the next.
-const FACTOR: f64 = 1.15;
-/// Shares of a limit that are tried too.
-const SHORTER: [f64; 4] = [0.97, 0.93, 0.87, 0.75];
-/// As [`NEAR`], of the longest step whose error is within what is allowed.
+/// The longest step whose error is within what is allowed and the shortest whose error is not are this near in the end.
 const NEAR_RIGHT: f64 = 1.1;
 
 /// Runs a step (s).
@@ -24,13 +20,12 @@ pub(super) struct Search<'a> {
     pub(super) range: [f64; 2],
 }
 
-/// Time was over.
-struct TimeIsOver;
-
 impl Search<'_> {
     /// Looks for the limit from a step (s) on. The last row is the limit.
     pub(super) fn find(mut self, start: f64, phase: &Phase) -> Vec<StabilityRow> {
-        let found = self.lowest(start, phase);
+        let range = self.range;
+        let mut holds = |dt: f64| self.fate(dt, phase).map(Fate::holds);
+        let found = Bisection { holds: &mut holds, range }.lowest(start);
         let shown = |dt: f64| self.rows.iter().rfind(|row| row.dt == dt);
         let limit = match found {
             Ok([below, above]) => {
@@ -40,61 +35,6 @@ impl Search<'_> {
         };
         self.rows.extend(limit);
         self.rows
-    }
-
-    /// A limit below which shorter steps hold too.
-    fn lowest(&mut self, start: f64, phase: &Phase) -> Result<[f64; 2], TimeIsOver> {
-        let mut start = start;
-        loop {
-            let found = self.bracket(start, phase).and_then(|found| self.narrow(found, phase))?;
-            let mut fails = None;
-            for share in SHORTER {
-                let dt = share * found[0];
-                // What holds by chance just beyond a limit is no limit.
-                if fails.is_none() && dt > 0.0 && !self.holds(dt, phase)? {
-                    fails = Some(dt);
-                }
-            }
-            match fails {
-                Some(dt) => start = dt,
-                None => return Ok(found),
-            }
-        }
-    }
-
-    /// The longest step that holds and the next that does not: 0 where none holds, infinite where all do that are tried.
-    fn bracket(&mut self, start: f64, phase: &Phase) -> Result<[f64; 2], TimeIsOver> {
-        let [shortest, longest] = self.range;
-        let mut dt = start.clamp(shortest, longest);
-        let goes_up = self.holds(dt, phase)?;
-        let mut factor = FACTOR;
-        loop {
-            if goes_up && dt >= longest {
-                return Ok([dt, f64::INFINITY]);
-            }
-            if !goes_up && dt <= shortest {
-                return Ok([0.0, dt]);
-            }
-            let next = if goes_up { (dt * factor).min(longest) } else { (dt / factor).max(shortest) };
-            factor *= factor;
-            match (goes_up, self.holds(next, phase)?) {
-                (true, false) => return Ok([dt, next]),
-                (false, true) => return Ok([next, dt]),
-                _ => dt = next,
-            }
-        }
-    }
-
-    fn narrow(&mut self, [mut below, mut above]: [f64; 2], phase: &Phase) -> Result<[f64; 2], TimeIsOver> {
-        while below > 0.0 && above.is_finite() && above > NEAR * below {
-            let middle = (below * above).sqrt();
-            *(if self.holds(middle, phase)? { &mut below } else { &mut above }) = middle;
-        }
-        Ok([below, above])
-    }
-
-    fn holds(&mut self, dt: f64, phase: &Phase) -> Result<bool, TimeIsOver> {
-        self.fate(dt, phase).map(Fate::holds)
     }
 
     fn fate(&mut self, dt: f64, phase: &Phase) -> Result<Fate, TimeIsOver> {

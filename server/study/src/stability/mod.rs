@@ -9,11 +9,13 @@ mod cases;
 mod expected;
 mod ground;
 mod probe;
+mod bisect;
 mod limit;
 mod stepping;
 mod map;
 mod study;
 
+pub use bisect::longest_step;
 pub use expected::Theory;
 pub use map::Map;
 pub use probe::WRONG;

@@ -5,20 +5,21 @@ use nappe_sim::{
     collide::{Collider, Contact, Shape, shape::Cuboid},
     world::Change,
 };
-use nappe_tests::{
-    Method,
+
+use super::{
     networks::{sheet, sheet_rules},
-    scene::positions,
+    row::{GRAVITY, Row, stepped},
+    scene::{difference, norm, positions},
+    trial::Trial,
+    verdict::Verdict,
 };
+use crate::method::Method;
 
-use super::scene::{GRAVITY, SceneOfTable, stepped};
-use crate::verdict::{Trial, Verdict};
-
-pub(super) const SCENES: [SceneOfTable; 4] = [
-    SceneOfTable { number: 27, what: "a stiff sheet that falls upright: how far of g t² / 2", run: upright },
-    SceneOfTable { number: 28, what: "a sheet that falls onto a table", run: onto_a_table },
-    SceneOfTable { number: 29, what: "a rag flung over a thin table in long steps", run: flung },
-    SceneOfTable { number: 30, what: "a hung sheet whose pins are moved by its width", run: moved_pins },
+pub(super) const SCENES: [Row<Method>; 4] = [
+    Row { number: 27, what: "a stiff sheet that falls upright: how far of g t² / 2", run: upright },
+    Row { number: 28, what: "a sheet that falls onto a table", run: onto_a_table },
+    Row { number: 29, what: "a rag flung over a thin table in long steps", run: flung },
+    Row { number: 30, what: "a hung sheet whose pins are moved by its width", run: moved_pins },
 ];
 
 fn upright(method: Method) -> Verdict {
@@ -101,9 +102,8 @@ fn moved_pins(method: Method) -> Verdict {
     let mut off = f64::INFINITY;
     let verdict = trial.run_with(|simulation, _| {
         let x = positions(simulation);
-        let distances = pins.iter().zip(&targets).map(|(pin, target)| {
-            nappe_tests::scene::norm(nappe_tests::scene::difference(x[*pin as usize], *target))
-        });
+        let distance = |pin: u32, target: [f64; 3]| norm(difference(x[pin as usize], target));
+        let distances = pins.iter().zip(&targets).map(|(pin, target)| distance(*pin, *target));
         off = distances.fold(0.0, f64::max);
     });
     verdict.only_if(|| off < 1e-12, || format!("{off:.1e} m from where they are sent"))

@@ -1,92 +1,26 @@
-//! What becomes of a method in a scene: a run whose every step is looked at.
-
-use std::fmt;
+//! A run of cloth whose every step is looked at.
 
 use nappe_sim::{
     cloth::Integrator,
     math::Precision,
-    report::{StepError, StepReport},
+    report::{NoStopwatch, StepReport},
     world::{Change, SetupError, Simulation},
 };
-use nappe_tests::{
-    Scene,
-    scene::{positions, try_advance},
+
+use super::{
+    scene::{Scene, positions},
+    verdict::Verdict,
 };
 
-/// What became of it.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Verdict {
-    /// It did what it should, and what is worth a number.
-    Survived(String),
-    /// It did so in steps other than those asked for.
-    Recovered(String),
-    /// It did not, and says so.
-    Detected(String),
-    /// It may not, and said so before the first step; what was sent is as right as the warning says.
-    Warned(String),
-    /// It did not, and does not say so.
-    Lost(String),
-    /// The scene does not concern it.
-    None,
-}
-
-impl Verdict {
-    /// All steps were taken, some of them again.
-    pub(crate) fn taken(rejected: u32) -> Self {
-        match rejected {
-            0 => Self::Survived(String::new()),
-            1 => Self::Recovered("1 step again".to_owned()),
-            _ => Self::Recovered(format!("{rejected} steps again")),
-        }
-    }
-
-    /// A step failed, and the program said why.
-    pub(crate) fn stopped(error: &StepError) -> Self {
-        Self::Detected(format!("`{}` at step {}", error.failure.reason(), error.step))
-    }
-
-    /// Survived, or recovered if it was that already.
-    pub(crate) fn with(self, what: String) -> Self {
-        match self {
-            Self::Survived(how) if how.is_empty() => Self::Survived(what),
-            Self::Survived(how) => Self::Survived(format!("{how}; {what}")),
-            Self::Recovered(how) => Self::Recovered(format!("{how}; {what}")),
-            other => other,
-        }
-    }
-
-    /// Lost, unless something holds that must.
-    pub(crate) fn only_if(self, holds: impl Fn() -> bool, otherwise: impl FnOnce() -> String) -> Self {
-        match self {
-            Self::Survived(_) | Self::Recovered(_) if !holds() => Self::Lost(otherwise()),
-            other => other,
-        }
-    }
-}
-
-impl fmt::Display for Verdict {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Survived(what) if what.is_empty() => f.write_str("survived"),
-            Self::Survived(what) => write!(f, "survived: {what}"),
-            Self::Recovered(how) => write!(f, "recovered: {how}"),
-            Self::Detected(how) => write!(f, "detected: {how}"),
-            Self::Warned(how) => write!(f, "warned: {how}"),
-            Self::Lost(how) => write!(f, "LOST: {how}"),
-            Self::None => f.write_str("-"),
-        }
-    }
-}
-
 /// A scene, and how long it runs.
-pub(crate) struct Trial {
-    pub(crate) scene: Scene,
-    pub(crate) precision: Precision,
-    pub(crate) steps: u64,
+pub(super) struct Trial {
+    pub(super) scene: Scene,
+    pub(super) precision: Precision,
+    pub(super) steps: u64,
     /// Changes, each after so many steps.
-    pub(crate) changes: Vec<(u64, Change)>,
+    pub(super) changes: Vec<(u64, Change)>,
     /// Energy (J) that pins may give over the run.
-    pub(crate) given: f64,
+    pub(super) given: f64,
 }
 
 /// How much energy a run may have above that of its start without saying so, and at all, as shares of what moves or is
@@ -103,12 +37,12 @@ fn gains(integrator: Integrator) -> [f64; 2] {
 
 impl Trial {
     /// In binary64 without changes.
-    pub(crate) fn new(scene: Scene, steps: u64) -> Self {
+    pub(super) fn new(scene: Scene, steps: u64) -> Self {
         Self { scene, precision: Precision::F64, steps, changes: Vec::new(), given: 0.0 }
     }
 
     /// Runs it. A step that is taken must leave all finite, and no more energy than the scene has; each is shown to `look`.
-    pub(crate) fn run_with(self, mut look: impl FnMut(&Simulation, &StepReport)) -> Verdict {
+    pub(super) fn run_with(self, mut look: impl FnMut(&Simulation, &StepReport)) -> Verdict {
         let mut simulation = match Simulation::new(&self.scene.setup(), self.precision) {
             Ok((simulation, _)) => simulation,
             Err(error) => return refused(&error),
@@ -121,10 +55,12 @@ impl Trial {
             let due = self.changes.iter().filter(|(at, _)| *at == step);
             let due: Vec<_> = due.map(|(_, change)| change.clone()).collect();
             if !due.is_empty() {
-                simulation.apply(&due).expect("a change that is allowed");
+                if let Err(error) = simulation.apply(&due) {
+                    return Verdict::Lost(error.to_string());
+                }
                 start = simulation.diagnose().total_energy();
             }
-            let report = match try_advance(&mut simulation, 1) {
+            let report = match simulation.step(&mut NoStopwatch) {
                 Ok(report) => report,
                 Err(error) => return Verdict::stopped(&error),
             };
@@ -139,9 +75,9 @@ impl Trial {
             if !positions(&simulation).iter().flatten().all(|c| c.is_finite()) {
                 return Verdict::Lost(format!("not finite at step {step}"));
             }
-            let cloth = report.cloth.expect("a cloth");
-            substeps += u64::from(cloth.substeps);
-            rejected += cloth.rejected;
+            let steps = report.cloth.map_or([1, 0], |cloth| [cloth.substeps, cloth.rejected]);
+            substeps += u64::from(steps[0]);
+            rejected += steps[1];
             look(&simulation, &report);
         }
         let taken = if rejected == 0 && substeps > self.steps {
@@ -153,7 +89,7 @@ impl Trial {
     }
 
     /// Runs it, without a look.
-    pub(crate) fn run(self) -> Verdict {
+    pub(super) fn run(self) -> Verdict {
         self.run_with(|_, _| ())
     }
 }

@@ -1,0 +1,125 @@
+//! The gallery on its way out: gallery.csv and its picture, words on standard output.
+
+use std::{
+    fmt::Write as _,
+    path::{Path, PathBuf},
+};
+
+use nappe_study::gallery::{Exhibit, Family, Table, Verdict};
+use serde_json::{Value, json};
+
+#[cfg(feature = "charts")]
+use crate::error::CliError;
+use crate::{
+    error::Result,
+    output::{Column, table},
+    study::files::{self, quoted},
+};
+
+/// Writes the files of the gallery into a folder; their paths.
+///
+/// # Errors
+/// A file that cannot be written.
+pub(crate) fn write(folder: &Path, tables: &[Table]) -> Result<Vec<PathBuf>> {
+    let csv = ("gallery.csv".to_owned(), csv(tables).into_bytes());
+    files::write(folder, std::iter::once(csv).chain(pictures(tables)?))
+}
+
+#[cfg(feature = "charts")]
+fn pictures(tables: &[Table]) -> Result<Vec<(String, Vec<u8>)>> {
+    nappe_charts::gallery_picture(tables)
+        .map(|picture| files::of_pictures(vec![picture]))
+        .map_err(|error| CliError::failure(format!("cannot draw the gallery: {error}")))
+}
+
+/// None: this build draws nothing, and says so.
+#[cfg(not(feature = "charts"))]
+fn pictures(_: &[Table]) -> Result<Vec<(String, Vec<u8>)>> {
+    files::note_without_pictures();
+    Ok(Vec::new())
+}
+
+/// Verdicts with their scenes and methods, but for methods that a scene does not concern.
+fn cells(tables: &[Table]) -> impl Iterator<Item = (&Exhibit, &str, &Verdict)> {
+    tables
+        .iter()
+        .flat_map(|table| {
+            table.scenes.iter().flat_map(|exhibit| {
+                let cells = table.methods.iter().zip(&exhibit.verdicts);
+                cells.map(move |(method, verdict)| (exhibit, method.as_str(), verdict))
+            })
+        })
+        .filter(|(_, _, verdict)| **verdict != Verdict::None)
+}
+
+/// A row per scene and method. Names of columns stay.
+fn csv(tables: &[Table]) -> String {
+    let mut text = "number,scene,method,verdict,detail\n".to_owned();
+    for (Exhibit { number, what, .. }, method, verdict) in cells(tables) {
+        let fields = [what, method, verdict.name(), verdict.detail()].map(quoted);
+        // Writing into a string does not fail.
+        let _ = writeln!(text, "{number},{}", fields.join(","));
+    }
+    text
+}
+
+/// How many cells have a verdict of a name.
+fn count(tables: &[Table], name: &str) -> usize {
+    cells(tables).filter(|(_, _, verdict)| verdict.name() == name).count()
+}
+
+/// What scripts are told.
+pub(crate) fn document(tables: &[Table], written: &[PathBuf]) -> Value {
+    json!({
+        "rows": cells(tables).count(),
+        "survived": count(tables, "survived"),
+        "recovered": count(tables, "recovered"),
+        "detected": count(tables, "detected"),
+        "warned": count(tables, "warned"),
+        "lost": count(tables, "lost"),
+        "files": written,
+    })
+}
+
+/// The letters of a scene's verdicts by methods of a family.
+fn letters(tables: &[Table], exhibit: &Exhibit, families: &[Family]) -> String {
+    let of_family = tables.iter().filter(|table| families.contains(&table.family));
+    let same = |other: &&Exhibit| (other.number, other.what) == (exhibit.number, exhibit.what);
+    let verdicts = of_family.flat_map(|table| &table.scenes).find(same).map(|found| &found.verdicts);
+    let letters: Vec<String> =
+        verdicts.into_iter().flatten().map(|verdict| verdict.letter().to_string()).collect();
+    letters.join(" ")
+}
+
+/// Letters of all verdicts, and what they mean.
+pub(crate) fn text(tables: &[Table]) -> String {
+    let scenes =
+        tables.iter().filter(|table| table.family != Family::Implicit).flat_map(|table| &table.scenes);
+    let row = |exhibit: &Exhibit| {
+        vec![
+            format!("{:>2}. {}", exhibit.number, exhibit.what),
+            letters(tables, exhibit, &[Family::Explicit]),
+            letters(tables, exhibit, &[Family::Implicit, Family::Squeezed]),
+            letters(tables, exhibit, &[Family::Snow]),
+        ]
+    };
+    let columns =
+        [Column::Left("scene"), Column::Left("explicit"), Column::Left("implicit"), Column::Left("snow")];
+    let mut text = table(&columns, &scenes.map(row).collect::<Vec<_>>());
+    for table in tables.iter().filter(|table| table.family != Family::Squeezed) {
+        let name = match table.family {
+            Family::Explicit => "explicit",
+            Family::Implicit | Family::Squeezed => "implicit",
+            Family::Snow => "snow",
+        };
+        let _ = write!(text, "\n{name}: {}", table.methods.join(", "));
+    }
+    let [survived, recovered, detected, warned, lost] =
+        ["survived", "recovered", "detected", "warned", "lost"].map(|name| count(tables, name));
+    let _ = write!(
+        text,
+        "\n\n{survived} survived (S), {recovered} recovered in shorter steps (R), {detected} ended with a reason (D), {warned} were \
+         warned of (W); {lost} lost their way without a word (L). A dot is no concern of the method."
+    );
+    text
+}
