@@ -5,4 +5,5 @@ mod support;
 mod golden;
 mod window;
 mod rows;
+mod snow;
 mod stability;

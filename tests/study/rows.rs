@@ -7,7 +7,8 @@ use std::{
 
 use nappe_sim::{math::Precision, world::Change};
 use nappe_study::{
-    Budget, Chart, Limit, Method, NoReference, Outcome, Request, Row, Steps, Times, chart, line_names,
+    Budget, Chart, Limit, Method, NoReference, Outcome, Request, Row, Setting, Stepped, Steps, Times, chart,
+    line_names,
 };
 use nappe_tests::{
     networks::{chain, sheet, sheet_rules},
@@ -71,9 +72,7 @@ fn slopes_of_a_chain_are_the_orders_of_its_methods() {
     let request = Request { tolerance: 1e-7, ..request(Some(times), &[]) };
     let chart = chart(&case, &request, &Budget::new(None), &|_| {});
     for method in Method::all() {
-        let is_one = |row: &&Row| {
-            row.setting.name() == method.name() && matches!(row.setting.steps, Steps::Divided(_)) && !row.own
-        };
+        let is_one = |row: &&Row| row.stepped.name() == method.name() && row.stepped.is_even() && !row.own;
         let held =
             chart.rows.iter().filter(is_one).filter_map(|row| Some([row.dt.log2(), row.error()?.log2()]));
         let held: Vec<_> = held.collect();
@@ -91,16 +90,18 @@ fn every_row_stays_also_those_that_failed() {
     let chart = chart(&case, &request, &Budget::new(None), &|_| {});
     let interval = chart.reference.as_ref().expect("a reference").times.interval;
     let mut failed = 0;
-    for name in line_names() {
-        let of_line = |row: &&Row| row.setting.name() == name && !row.own;
+    for name in line_names(&case) {
+        let of_line = |row: &&Row| row.stepped.name() == name && !row.own;
         let rows: Vec<_> = chart.rows.iter().filter(of_line).collect();
         for (i, row) in rows.iter().enumerate() {
-            match row.setting.steps {
-                Steps::Divided(level) => {
+            match row.stepped {
+                Stepped::Cloth(Setting { steps: Steps::Divided(level), .. }) => {
                     assert_eq!((level as usize, row.dt), (i, interval / f64::from(level).exp2()), "{name}");
                 }
-                Steps::Controlled(tolerance) => assert_eq!(tolerance, 10_f64.powi(-3 - i as i32), "{name}"),
-                Steps::Certified(_) | Steps::Own => panic!("{name}"),
+                Stepped::Cloth(Setting { steps: Steps::Controlled(tolerance), .. }) => {
+                    assert_eq!(tolerance, 10_f64.powi(-3 - i as i32), "{name}");
+                }
+                other => panic!("{name}: {other:?}"),
             }
             assert!(row.dt > 0.0 && row.seconds.is_some_and(|seconds| seconds > 0.0), "{row:?}");
             assert_eq!(row.outcome == Outcome::Ok, row.failure.is_none(), "{row:?}");
@@ -108,7 +109,7 @@ fn every_row_stays_also_those_that_failed() {
         }
         assert!(!rows.is_empty(), "{name}");
     }
-    let explicit = chart.rows.iter().find(|row| row.setting.name() == "symplectic_euler").expect("a row");
+    let explicit = chart.rows.iter().find(|row| row.stepped.name() == "symplectic_euler").expect("a row");
     assert_eq!((explicit.outcome, explicit.dt, explicit.error()), (Outcome::Diverged, interval, None));
     assert!(failed >= 4, "{failed} failed");
     assert_eq!(chart.rows.iter().filter(|row| row.own).count(), 1);

@@ -12,7 +12,10 @@ use nappe_sim::{
     world::Simulation,
 };
 
-pub use nappe_study::gallery::snow::{SnowScene, Variant, elastic, lattice, object, rework};
+pub use nappe_study::{
+    Variant,
+    gallery::snow::{SnowScene, elastic, lattice, object, rework},
+};
 
 use crate::{scene::cross, threads::on_one_thread};
 

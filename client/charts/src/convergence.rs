@@ -1,6 +1,6 @@
 //! Error against the length of steps: the slope of a line is the order of its method.
 
-use nappe_study::{Chart, Row, Steps};
+use nappe_study::{Chart, Row};
 
 use crate::{
     canvas::{Along, Anchor, Axis, Canvas},
@@ -16,7 +16,7 @@ const FLOOR: &str = "#D9D9D9";
 
 /// Milliseconds and millimetres, of steps that are all alike.
 fn point(row: &Row) -> Option<[f64; 2]> {
-    matches!(row.setting.steps, Steps::Divided(_)).then_some([row.dt * 1e3, row.error()? * 1e3])
+    row.stepped.is_even().then_some([row.dt * 1e3, row.error()? * 1e3])
 }
 
 pub(crate) fn picture(scene: &str, chart: &Chart) -> Result<Picture, String> {
@@ -84,8 +84,8 @@ fn sentence(chart: &Chart) -> String {
     let near = implicit.map_or_else(String::new, |(row, error)| {
         format!(
             " The nearest implicit run, {} in {} with steps of {}, comes within {} of it.",
-            row.setting.name(),
-            row.setting.precision,
+            row.stepped.name(),
+            row.stepped.precision(),
             time(row.dt),
             length(error)
         )

@@ -37,9 +37,12 @@ pub fn pictures(scene: &str, chart: &Chart) -> Result<Vec<Picture>, String> {
     let mut pictures = Vec::new();
     if chart.rows.iter().any(|row| row.error().is_some()) {
         pictures.push(work_precision::picture(scene, chart)?);
+    }
+    // Steps of snow alone converge to nothing.
+    if chart.rows.iter().any(|row| row.stepped.is_even() && row.error().is_some()) {
         pictures.push(convergence::picture(scene, chart)?);
     }
-    if !chart.scan.spread.is_empty() {
+    if window::is_known(chart) {
         pictures.push(window::picture(scene, chart)?);
     }
     Ok(pictures)

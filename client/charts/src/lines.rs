@@ -1,4 +1,4 @@
-//! The lines of a chart: rows of one method in one precision, and which of them are named.
+//! The lines of a chart: rows of one method in one precision, of snow on cells of one length, and which of them are named.
 
 use std::cmp::Reverse;
 
@@ -8,10 +8,12 @@ use nappe_study::{Chart, Row};
 use crate::{
     canvas::{Canvas, Fill, Stroke},
     look::{self, GREY, Look, NAMED},
+    words::length,
 };
 
-/// Rows of one method in one precision.
+/// Rows of one method in one precision, of snow on cells of one length.
 pub(crate) struct Line<'a> {
+    /// That of the method; of snow with the length of its cells.
     pub(crate) name: String,
     precision: Precision,
     pub(crate) rows: Vec<&'a Row>,
@@ -23,7 +25,7 @@ pub(crate) struct Line<'a> {
 pub(crate) fn of(chart: &Chart) -> Vec<Line<'_>> {
     let mut lines: Vec<Line<'_>> = Vec::new();
     for row in chart.rows.iter().filter(|row| !row.own) {
-        let (name, precision) = (row.setting.name(), row.setting.precision);
+        let (name, precision) = (name(row), row.stepped.precision());
         match lines.last_mut().filter(|line| line.name == name && line.precision == precision) {
             Some(line) => line.rows.push(row),
             None => lines.push(Line { name, precision, rows: vec![row], look: None }),
@@ -48,6 +50,11 @@ pub(crate) fn of(chart: &Chart) -> Vec<Line<'_>> {
     }
     lines.reverse();
     lines
+}
+
+fn name(row: &Row) -> String {
+    let name = row.stepped.name();
+    row.stepped.cell().map_or_else(|| name.clone(), |cell| format!("{name} {}", length(cell)))
 }
 
 impl Line<'_> {

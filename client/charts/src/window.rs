@@ -15,6 +15,12 @@ const SHADE: &str = "#DCEBF5";
 /// The smallest length that is drawn (mm): rounding is below it.
 const LEAST: f64 = 1e-10;
 
+/// Whether there is anything to be drawn: the spread of copies, or the own error of a reference of snow.
+pub(crate) fn is_known(chart: &Chart) -> bool {
+    !chart.scan.spread.is_empty()
+        || chart.reference.as_ref().is_some_and(|known| known.stepped.cell().is_some())
+}
+
 pub(crate) fn picture(scene: &str, chart: &Chart) -> Result<Picture, String> {
     let scan = &chart.scan;
     let spread: Vec<_> = scan
@@ -37,7 +43,11 @@ pub(crate) fn picture(scene: &str, chart: &Chart) -> Result<Picture, String> {
     let lengths = around(both().map(|point| point[1]).chain([quarter]));
     let x = Axis { label: "time (s)", range: [0.0, end * 1.02], is_log: false };
     let y = Axis { label: "rms distance (mm)", range: lengths, is_log: true };
-    let title = format!("{scene}: how long it determines its answer");
+    let title = if spread.is_empty() {
+        format!("{scene}: what its cells leave open")
+    } else {
+        format!("{scene}: how long it determines its answer")
+    };
     let mut canvas = Canvas::new("window", title, sentence(chart), [x, y]);
     if chart.until() > 0.0 {
         canvas.shade(Along::X, [0.0, chart.until()], SHADE);
@@ -66,6 +76,15 @@ pub(crate) fn picture(scene: &str, chart: &Chart) -> Result<Picture, String> {
 }
 
 fn sentence(chart: &Chart) -> String {
+    let cell = chart.reference.as_ref().and_then(|reference| Some((reference, reference.stepped.cell()?)));
+    if let Some((reference, cell)) = cell {
+        return format!(
+            "Runs are compared until {:.2} s, shaded. The reference has cells of {} and is known to {}: as far as it is from the run before, on cells twice as long, or less where three runs show an order.",
+            chart.until(),
+            length(cell),
+            length(reference.error())
+        );
+    }
     let grown = chart.scan.largest_until(chart.until()) / DISPLACEMENT;
     let until = chart.until();
     if until == 0.0 {

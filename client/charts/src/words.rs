@@ -68,8 +68,8 @@ pub(crate) fn cheapest_to(rows: &[Row], tolerance: f64) -> String {
         None => format!("no row comes within {}", length(tolerance)),
         Some(row) => format!(
             "{} in {} with steps of {} is the cheapest to {}: {} s per simulated second",
-            row.setting.name(),
-            row.setting.precision,
+            row.stepped.name(),
+            row.stepped.precision(),
             time(row.dt),
             length(tolerance),
             row.seconds.map_or_else(String::new, two)

@@ -136,8 +136,16 @@ fn sentence(chart: &Chart) -> String {
         Some(error) => format!("; as written the scene is {} off", length(error)),
         None => "; as written it fails".to_owned(),
     });
+    let cells = chart.reference.as_ref().and_then(|reference| Some((reference, reference.stepped.cell()?)));
+    let floor = cells.map_or_else(String::new, |(reference, cell)| {
+        format!(
+            " The reference has cells of {} and is known to {}: what is nearer to it is shaded, and not ranked.",
+            length(cell),
+            length(reference.error())
+        )
+    });
     format!(
-        "Of {} runs {failed} failed; {}{own}. Filled marks are f64, hollow ones f32; the band is the front, what no other run beats in both; grey lines are the other methods.",
+        "Of {} runs {failed} failed; {}{own}. Filled marks are f64, hollow ones f32; the band is the front, what no other run beats in both; grey lines are the other methods.{floor}",
         chart.rows.len(),
         cheapest_to(&chart.rows, chart.tolerance)
     )

@@ -1,4 +1,4 @@
-//! What is studied: the cloths of a scene as it is written, and distances between their states.
+//! What is studied: the cloths of a scene as it is written, or its snow where it has no cloth, and distances between their states.
 
 use nappe_sim::{
     cloth::Network,
@@ -7,7 +7,7 @@ use nappe_sim::{
 };
 use thiserror::Error;
 
-/// The cloths of a scene.
+/// The cloths of a scene, or its snow.
 #[derive(Clone, Debug)]
 pub struct Case {
     /// What the scene is called.
@@ -25,32 +25,42 @@ pub struct Case {
 
 /// Nothing to be studied.
 #[derive(Clone, Debug, PartialEq, Error)]
-#[error("{0} has no cloth; methods of cloth are compared")]
-pub struct NoCloth(pub String);
+#[error("{0} has neither cloth nor snow; methods of one of them are compared")]
+pub struct NothingToStudy(pub String);
 
 impl Case {
-    /// The cloths of a world, which begins with some changes. Snow is left out.
+    /// The cloths of a world, which begins with some changes: snow beside them is left out. Or the snow, where there is none.
     ///
     /// # Errors
-    /// A world without cloth.
+    /// A world without either.
     pub fn new(
         name: &str,
         mut setup: WorldSetup,
         changes: Vec<Change>,
         precision: Precision,
-    ) -> Result<Self, NoCloth> {
-        if setup.bodies.is_empty() {
-            return Err(NoCloth(name.to_owned()));
-        }
-        setup.snow = None;
-        let networks = || setup.bodies.iter().map(|body| &body.network);
-        let masses = networks().flat_map(masses).collect();
-        let ends = networks().scan(0, |end, network| {
-            *end += network.x.len();
+    ) -> Result<Self, NothingToStudy> {
+        let of_bodies: Vec<Vec<f64>> = match &setup.snow {
+            Some(snow) if setup.bodies.is_empty() => {
+                snow.objects.iter().map(|object| object.mass.clone()).collect()
+            }
+            _ if setup.bodies.is_empty() => return Err(NothingToStudy(name.to_owned())),
+            _ => {
+                setup.snow = None;
+                setup.bodies.iter().map(|body| masses(&body.network)).collect()
+            }
+        };
+        let ends = of_bodies.iter().scan(0, |end, masses| {
+            *end += masses.len();
             Some(*end)
         });
         let bounds = std::iter::once(0).chain(ends).collect();
+        let masses = of_bodies.concat();
         Ok(Self { name: name.to_owned(), precision, setup, changes, masses, bounds })
+    }
+
+    /// Whether it is snow, and not cloth.
+    pub const fn is_snow(&self) -> bool {
+        self.setup.snow.is_some()
     }
 
     /// Time step of the world as it is written (s).
@@ -75,7 +85,9 @@ impl Case {
 
     /// How long (m) the box is along each axis in which all particles start.
     pub fn extents(&self) -> [f64; 3] {
-        let x = || self.setup.bodies.iter().flat_map(|body| &body.network.x);
+        let snow = || self.setup.snow.iter().flat_map(|snow| &snow.objects);
+        let cloth = || self.setup.bodies.iter().flat_map(|body| &body.network.x);
+        let x = || cloth().chain(snow().flat_map(|object| &object.x));
         [0, 1, 2].map(|axis| {
             let low = x().map(|x| x[axis]).fold(f64::INFINITY, f64::min);
             x().map(|x| x[axis]).fold(f64::NEG_INFINITY, f64::max) - low

@@ -1,4 +1,4 @@
-//! The chart of a scene: its window, a reference within it, and rows of every method against it.
+//! The chart of a scene; of cloth: its window, a reference within it, and rows of every method against it.
 
 use crate::{
     budget::Budget,
@@ -8,6 +8,7 @@ use crate::{
     request::Request,
     row::Row,
     rows::Rows,
+    stepped::Stepped,
     times::Times,
     timing,
     window::{OPEN, Scan, ScanEnd, scan},
@@ -72,14 +73,18 @@ impl Chart {
 
     /// The finest row of an implicit method: how near another family comes to the reference.
     pub fn other_family(&self) -> Option<&Row> {
-        let implicit = self.rows.iter().filter(|row| row.setting.method.integrator.is_implicit() && !row.own);
+        let is_implicit = |row: &&Row| match row.stepped {
+            Stepped::Cloth(setting) => setting.method.integrator.is_implicit(),
+            Stepped::Snow(_) => false,
+        };
+        let implicit = self.rows.iter().filter(|row| !row.own).filter(is_implicit);
         let held = implicit.filter_map(|row| Some((row.error()?, row)));
         held.min_by(|(a, _), (b, _)| a.total_cmp(b)).map(|(_, row)| row)
     }
 }
 
-/// Charts a case. `tell` is called with what is done now.
-pub fn chart(case: &Case, request: &Request, budget: &Budget, tell: &dyn Fn(&str)) -> Chart {
+/// Charts the cloths of a case. `tell` is called with what is done now.
+pub(crate) fn of_cloth(case: &Case, request: &Request, budget: &Budget, tell: &dyn Fn(&str)) -> Chart {
     let allowed = OPEN * request.tolerance;
     let end = request.times.as_ref().map_or(request.end, Times::end);
     let most = if request.times.is_some() { f64::INFINITY } else { allowed };

@@ -2,9 +2,10 @@
 
 use crate::row::Row;
 
-/// Marks the rows of the front.
+/// Marks the rows of the front, of those that are ranked.
 pub(crate) fn mark(rows: &mut [Row]) {
-    let places: Vec<_> = rows.iter().map(|row| row.error().zip(row.seconds)).collect();
+    let place = |row: &Row| row.error().filter(|_| row.is_ranked()).zip(row.seconds);
+    let places: Vec<_> = rows.iter().map(place).collect();
     for (row, own) in rows.iter_mut().zip(&places) {
         let beaten = |own: [f64; 2]| places.iter().flatten().any(|other| is_better([other.0, other.1], own));
         row.front = own.is_some_and(|(error, seconds)| !beaten([error, seconds]));

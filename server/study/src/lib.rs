@@ -1,10 +1,11 @@
-//! Methods of cloth compared on a scene: how long the scene determines its answer, error against cost, where each method fails.
+//! Methods of cloth or snow compared on a scene: how long the scene determines its answer, error against cost, where each method fails.
 //!
 //! Reads a world as a scene builds it; writes rows, one per run. It brings the clock, and draws nothing. Work is divided
 //! over the rayon pool that the caller installs; but for seconds, results are the same for any number of threads.
 //! Modules in reading order:
 
 mod method;
+mod variant;
 mod scalar;
 mod theory;
 mod spectrum;
@@ -12,9 +13,13 @@ mod case;
 mod times;
 mod budget;
 mod setting;
+mod split;
+mod snow;
+mod stepped;
 mod run;
 mod window;
 mod reference;
+mod halved;
 mod row;
 mod front;
 mod line;
@@ -22,26 +27,32 @@ mod request;
 mod rows;
 mod timing;
 mod chart;
+mod snow_chart;
+mod compare;
 mod stability;
 pub mod gallery;
 
 pub use budget::{Budget, Phase, Stop};
-pub use case::{Case, NoCloth};
-pub use chart::{Chart, Limit, chart};
+pub use case::{Case, NothingToStudy};
+pub use chart::{Chart, Limit};
+pub use compare::{chart, line_names};
 pub use front::cheapest;
 pub use method::{Method, NEWTON};
 pub use reference::{NoReference, Reference, reference};
 pub use request::Request;
 pub use row::{Outcome, Row};
-pub use rows::line_names;
 pub use run::{End, Failure, Run, run};
 pub use scalar::ScalarLaw;
 pub use setting::{Setting, Steps};
+pub use snow::{SnowSetting, SnowSteps};
 pub use spectrum::largest_frequency;
+pub use split::{CHILDREN, parents, split};
 pub use stability::{
     Across, Fate, Map, Over, Stability, StabilityRequest, StabilityRow, Stepping, Theory, WRONG,
     longest_step, probe_at_rest, probe_under_load, stability,
 };
+pub use stepped::Stepped;
 pub use theory::{critical_step, critical_step_of_all};
 pub use times::{Times, TimesError};
+pub use variant::Variant;
 pub use window::{DISPLACEMENT, SEED, Scan, ScanEnd, scan};

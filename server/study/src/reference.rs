@@ -7,6 +7,7 @@ use crate::{
     case::Case,
     run::{End, run},
     setting::{Setting, Steps},
+    stepped::Stepped,
     times::Times,
     window::REFERENCE,
 };
@@ -28,9 +29,11 @@ pub struct Reference {
     /// Its own error (m) at each time: how far (rms) the last two extrapolations are apart, or the last two runs where
     /// these show no order.
     pub own_error: Vec<f64>,
-    /// The order by which it was extrapolated at each time; 0 where it was not.
-    pub orders: Vec<u32>,
-    /// The shortest steps (s).
+    /// The order that runs show at each time; 0 where they show none that is of use.
+    pub orders: Vec<f64>,
+    /// How its last run was stepped.
+    pub stepped: Stepped,
+    /// The shortest steps (s), the mean of them where they vary.
     pub step: f64,
     /// What its runs cost.
     pub work: Work,
@@ -106,8 +109,10 @@ pub fn reference(
         level += 1;
         if let Some((states, own_error, orders)) = ladder.add(made.states) {
             let is_cut = false;
-            let new =
-                Reference { times: times.clone(), states, own_error, orders, step: made.dt, work, is_cut };
+            let stepped = (&setting).into();
+            let orders = orders.into_iter().map(f64::from).collect();
+            let (times, step) = (times.clone(), made.dt);
+            let new = Reference { times, states, own_error, orders, stepped, step, work, is_cut };
             let is_good = new.error() < wanted;
             found = Some(new);
             if is_good {

@@ -6,7 +6,7 @@ use crate::{
     case::Case,
     reference::Reference,
     run::{End, Failure, Run},
-    setting::{Setting, Steps},
+    stepped::Stepped,
 };
 
 /// How a run ended, as charts tell it.
@@ -38,7 +38,7 @@ impl Outcome {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Row {
     /// How it was stepped.
-    pub setting: Setting,
+    pub stepped: Stepped,
     /// Length of its steps (s), the mean where they vary.
     pub dt: f64,
     /// Relative residual at which its linear solves end, if it makes any.
@@ -71,7 +71,13 @@ pub struct Row {
 
 impl Row {
     /// A row of a run, compared with the places in a reference that its comparison times have.
-    pub(crate) fn new(case: &Case, setting: Setting, run: &Run, against: (&Reference, &[usize])) -> Self {
+    pub(crate) fn new(
+        case: &Case,
+        stepped: impl Into<Stepped>,
+        run: &Run,
+        against: (&Reference, &[usize]),
+    ) -> Self {
+        let stepped = stepped.into();
         let (reference, places) = against;
         let largest = |distance: &dyn Fn(&[f64], &[f64]) -> f64| {
             let is_whole = run.end == End::Reached && !places.is_empty();
@@ -100,15 +106,17 @@ impl Row {
             }
             _ => (None, None),
         };
-        let own = setting.steps == Steps::Own;
         let solver = case.setup.bodies.first().map(|body| body.settings);
-        let tolerance = solver.and_then(|mut settings| {
-            setting.configure(&mut settings, interval);
-            setting.method.solver_tolerance(&settings)
-        });
+        let tolerance = match stepped {
+            Stepped::Cloth(setting) => solver.and_then(|mut settings| {
+                setting.configure(&mut settings, interval);
+                setting.method.solver_tolerance(&settings)
+            }),
+            Stepped::Snow(_) => None,
+        };
         let Run { dt, work, energy_drift, max_stretch, .. } = *run;
         Self {
-            setting,
+            stepped,
             dt,
             tolerance,
             rms_error,
@@ -122,7 +130,7 @@ impl Row {
             failure,
             below_floor: false,
             front: false,
-            own,
+            own: stepped.is_own(),
         }
     }
 
@@ -134,6 +142,12 @@ impl Row {
     /// Evaluations and products together: a cost that no machine disturbs.
     pub fn count(&self) -> u64 {
         self.work.force_evaluations + self.work.matrix_products
+    }
+
+    /// Whether it may be called better than others: not where its error is less than what can be told of snow, whose reference
+    /// is not much nearer to the truth than rows are.
+    pub(crate) const fn is_ranked(&self) -> bool {
+        !(self.below_floor && matches!(self.stepped, Stepped::Snow(_)))
     }
 
     /// Its error (m), where it reached its end near the reference.

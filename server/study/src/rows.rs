@@ -25,7 +25,7 @@ const GOOD: f64 = 0.01;
 const ABOVE_FLOOR: f64 = 3.0;
 
 /// Names of all lines, in their order.
-pub fn line_names() -> Vec<String> {
+pub(crate) fn line_names() -> Vec<String> {
     lines(&[Precision::F64], 1).iter().map(Line::name).collect()
 }
 
@@ -89,7 +89,7 @@ impl<'a> Rows<'a> {
                 ),
             }
         }
-        let order = |row: &Row| (!row.own, place(&row.setting), row.setting.precision.name());
+        let order = |row: &Row| (!row.own, place(row), row.stepped.precision().name());
         // Within a line rows stand in the order in which they were made.
         self.made.sort_by_key(order);
         (self.made, self.is_cut)
@@ -103,7 +103,7 @@ impl<'a> Rows<'a> {
         tell(&format!("{} {}{steps}", setting.name(), setting.precision));
         let made = run(self.case, &setting, times, phase);
         let places: Vec<usize> = (0..reference.states.len()).collect();
-        self.push(Row::new(self.case, setting, &made, (reference, &places)));
+        self.push(Row::new(self.case, &setting, &made, (reference, &places)));
         line.seconds = made.elapsed;
         line.note(&self.made, good, times.end() / dt.unwrap_or(times.interval));
     }
@@ -115,7 +115,7 @@ impl<'a> Rows<'a> {
         let setting = Setting::new(method, self.case.precision, Steps::Own);
         let (times, places) = self.reference.times.coarser(self.case.dt());
         let made = run(self.case, &setting, &times, phase);
-        self.push(Row::new(self.case, setting, &made, (self.reference, &places)));
+        self.push(Row::new(self.case, &setting, &made, (self.reference, &places)));
     }
 
     fn push(&mut self, mut row: Row) {
@@ -125,8 +125,8 @@ impl<'a> Rows<'a> {
     }
 }
 
-/// Where the line of a setting stands among all.
-fn place(setting: &Setting) -> usize {
-    let name = setting.name();
+/// Where the line of a row stands among all.
+fn place(row: &Row) -> usize {
+    let name = row.stepped.name();
     line_names().iter().position(|known| *known == name).unwrap_or(usize::MAX)
 }

@@ -10,7 +10,8 @@ use nappe_sim::{
 use crate::{
     budget::{Phase, Watched},
     case::Case,
-    setting::{Plan, Setting},
+    setting::Plan,
+    stepped::Stepped,
     times::Times,
 };
 
@@ -66,6 +67,7 @@ pub struct Run {
 /// A run on its way, an interval at a time.
 pub(crate) struct Runner {
     simulation: Simulation,
+    stepped: Stepped,
     /// Steps of the world in an interval.
     steps: u64,
     elapsed: f64,
@@ -83,7 +85,7 @@ pub(crate) struct Runner {
 /// Steps of a run.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Taken {
-    /// Steps of the cloths.
+    /// Steps of the cloths and of the snow.
     pub(crate) substeps: u64,
     /// Those that were not accepted, and taken again shorter.
     pub(crate) rejected: u64,
@@ -95,19 +97,21 @@ impl Runner {
     /// Builds a simulation, which is given up at the end of a phase.
     pub(crate) fn start(
         case: &Case,
-        setting: &Setting,
+        stepped: impl Into<Stepped>,
         times: &Times,
         phase: &Phase,
     ) -> Result<Self, Failure> {
+        let stepped = stepped.into();
         let refused = |cause: String| Failure { cause, time: 0.0, particle: None, is_refusal: true };
-        let Plan { setup, steps } = setting.plan(case, times.interval);
+        let Plan { setup, steps } = stepped.plan(case, times.interval);
         let (mut simulation, _) =
-            Simulation::new(&setup, setting.precision).map_err(|error| refused(error.to_string()))?;
+            Simulation::new(&setup, stepped.precision()).map_err(|error| refused(error.to_string()))?;
         simulation.apply(&case.changes).map_err(|error| refused(error.to_string()))?;
         let watched = phase.watch(simulation.interrupt());
         let start = simulation.diagnose();
         Ok(Self {
             simulation,
+            stepped,
             steps,
             elapsed: 0.0,
             work: Work::default(),
@@ -132,7 +136,8 @@ impl Runner {
         let report = self.simulation.step(&mut NoStopwatch).map_err(|error| ended(&error))?;
         self.work = self.work.and(report.work);
         let steps = report.cloth.map_or([0; 2], |cloth| [cloth.substeps, cloth.rejected]).map(u64::from);
-        self.taken.substeps += steps[0];
+        let snow = report.snow.map_or(0, |snow| u64::from(snow.substeps));
+        self.taken.substeps += steps[0] + snow;
         self.taken.rejected += steps[1];
         self.taken.indefinite += u64::from(report.notices.indefinite_solves);
         self.now = report.diagnostics;
@@ -140,11 +145,11 @@ impl Runner {
         Ok(())
     }
 
-    /// Where particles are.
+    /// Where the particles of the scene are.
     pub(crate) fn positions(&self) -> Vec<f64> {
         let mut positions = Vec::new();
         self.simulation.positions_f64(&mut positions);
-        positions
+        self.stepped.gathered(positions)
     }
 
     /// How fast they are.
@@ -190,7 +195,8 @@ fn ended(error: &StepError) -> End {
 }
 
 /// Runs a setting to the last of the times, or until a phase is over. What fails is a result.
-pub fn run(case: &Case, setting: &Setting, times: &Times, phase: &Phase) -> Run {
+pub fn run(case: &Case, stepped: impl Into<Stepped>, times: &Times, phase: &Phase) -> Run {
+    let stepped = stepped.into();
     let mut run = Run {
         states: Vec::new(),
         seconds: Vec::new(),
@@ -198,12 +204,12 @@ pub fn run(case: &Case, setting: &Setting, times: &Times, phase: &Phase) -> Run 
         time: 0.0,
         tried: 0.0,
         work: Work::default(),
-        dt: setting.dt(times.interval).unwrap_or(case.dt()),
+        dt: stepped.dt(times.interval).unwrap_or(case.dt()),
         energy_drift: 0.0,
         max_stretch: 0.0,
         end: End::Reached,
     };
-    let mut runner = match Runner::start(case, setting, times, phase) {
+    let mut runner = match Runner::start(case, stepped, times, phase) {
         Ok(runner) => runner,
         Err(failure) => return Run { end: End::Failed(failure), ..run },
     };
@@ -222,7 +228,7 @@ pub fn run(case: &Case, setting: &Setting, times: &Times, phase: &Phase) -> Run 
         }
     }
 
-    if setting.dt(times.interval).is_none() && runner.taken.substeps > 0 {
+    if stepped.dt(times.interval).is_none() && runner.taken.substeps > 0 {
         run.dt = runner.simulation.time() / runner.taken.substeps as f64;
     }
     (run.elapsed, run.time) = (runner.elapsed, runner.simulation.time());

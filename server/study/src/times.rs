@@ -60,6 +60,12 @@ impl Times {
         Ok(Self::of_steps(&marks, dt))
     }
 
+    /// 16 to 31 times within so many steps (s), fewer where there are fewer.
+    pub(crate) fn of_first(steps: u64, dt: f64) -> Self {
+        let stride = 1 << (steps / LEAST).max(1).ilog2();
+        Self::even(dt * stride as f64, steps / stride)
+    }
+
     /// The longest interval, a power of two of steps, that all of these numbers of steps are multiples of.
     fn of_steps(steps: &[u64], dt: f64) -> Self {
         let zeros = steps.iter().map(|step| step.trailing_zeros()).min().unwrap_or(0);

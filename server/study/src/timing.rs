@@ -1,6 +1,6 @@
 //! Rows timed again in turn, interval by interval: whatever else the machine does disturbs all of them alike.
 
-use crate::{budget::Phase, case::Case, row::Row, run::Runner, setting::Steps, times::Times};
+use crate::{budget::Phase, case::Case, row::Row, run::Runner, times::Times};
 
 /// Times the rows of the front and the scene's own again, until all reached their end or a phase is over.
 pub(crate) fn again(case: &Case, rows: &mut [Row], times: &Times, phase: &Phase) {
@@ -8,8 +8,8 @@ pub(crate) fn again(case: &Case, rows: &mut [Row], times: &Times, phase: &Phase)
     for (place, row) in
         rows.iter().enumerate().filter(|(_, row)| (row.front || row.own) && row.error().is_some())
     {
-        let times = if row.setting.steps == Steps::Own { times.coarser(case.dt()).0 } else { times.clone() };
-        match Runner::start(case, &row.setting, &times, phase) {
+        let times = if row.own { times.coarser(case.dt()).0 } else { times.clone() };
+        match Runner::start(case, row.stepped, &times, phase) {
             Ok(runner) => turns.push(Turn {
                 place,
                 runner,

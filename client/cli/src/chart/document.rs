@@ -31,9 +31,10 @@ pub(crate) fn document(subject: &Subject, chart: &Chart) -> Value {
         "floor_m": reference.map(|_| chart.floor),
         "reference_error_m": reference.map(nappe_study::Reference::error),
         "reference": reference.map(|reference| json!({
-            "method": "velocity_verlet_pc",
-            "precision": "f64",
+            "method": reference.stepped.name(),
+            "precision": reference.stepped.precision().to_string(),
             "dt": reference.step,
+            "cell_m": reference.stepped.cell(),
             "own_error_m": reference.own_error,
             "order": reference.orders,
             "cut": reference.is_cut,
@@ -48,15 +49,15 @@ pub(crate) fn document(subject: &Subject, chart: &Chart) -> Value {
             "certified_bound_s": finite(chart.scan.bound),
         },
         "front": chart.rows.iter().filter(|row| row.front).map(place).collect::<Vec<_>>(),
-        "summary": words::limit(chart),
+        "summary": words::summary(chart),
     })
 }
 
 /// A row, as far as it takes to find it.
 fn place(row: &Row) -> Value {
     json!({
-        "method": row.setting.name(),
-        "precision": row.setting.precision.to_string(),
+        "method": row.stepped.name(),
+        "precision": row.stepped.precision().to_string(),
         "dt": row.dt,
         "rms_error_m": row.rms_error,
         "seconds_per_simulated_second": row.seconds,

@@ -2,12 +2,12 @@
 
 use std::fmt::Write as _;
 
-use nappe_study::{Chart, Row, Steps};
+use nappe_study::{Chart, Row};
 
 use crate::study::files::quoted;
 
 /// Names of the columns: they stay.
-const COLUMNS: [&str; 22] = [
+const COLUMNS: [&str; 23] = [
     "scene",
     "method",
     "precision",
@@ -30,6 +30,7 @@ const COLUMNS: [&str; 22] = [
     "below_floor",
     "front",
     "own",
+    "cell_m",
 ];
 
 /// All rows, with a header.
@@ -46,15 +47,11 @@ pub(crate) fn text(scene: &str, threads: usize, chart: &Chart) -> String {
 fn fields(scene: &str, threads: usize, row: &Row) -> [String; COLUMNS.len()] {
     let number = |value: f64| format!("{value:?}");
     let known = |value: Option<f64>| value.map(number).unwrap_or_default();
-    let step_tolerance = match row.setting.steps {
-        Steps::Controlled(tolerance) => Some(tolerance),
-        Steps::Divided(_) | Steps::Certified(_) | Steps::Own => None,
-    };
     let failure = row.failure.as_ref();
     [
         scene.to_owned(),
-        row.setting.name(),
-        row.setting.precision.to_string(),
+        row.stepped.name(),
+        row.stepped.precision().to_string(),
         threads.to_string(),
         number(row.dt),
         known(row.tolerance),
@@ -63,7 +60,7 @@ fn fields(scene: &str, threads: usize, row: &Row) -> [String; COLUMNS.len()] {
         row.work.force_evaluations.to_string(),
         row.work.matrix_products.to_string(),
         row.outcome.name().to_owned(),
-        known(step_tolerance),
+        known(row.stepped.step_tolerance()),
         known(row.centre_error),
         known(row.minimum_seconds),
         number(row.energy_drift),
@@ -74,5 +71,6 @@ fn fields(scene: &str, threads: usize, row: &Row) -> [String; COLUMNS.len()] {
         row.below_floor.to_string(),
         row.front.to_string(),
         row.own.to_string(),
+        known(row.stepped.cell()),
     ]
 }

@@ -1,6 +1,6 @@
 //! A chart in words: what is cheapest to some errors, and what limits the time in which runs are compared.
 
-use nappe_study::{Chart, Limit, NoReference, Row, Steps, cheapest};
+use nappe_study::{Chart, Limit, NoReference, Row, cheapest};
 
 use crate::output::{Column, table};
 
@@ -23,11 +23,11 @@ pub(crate) fn length(metres: f64) -> String {
 
 /// What steps a row makes.
 fn steps(row: &Row) -> String {
-    match row.setting.steps {
-        Steps::Controlled(tolerance) => {
-            format!("{:.3} ms on average, {} per step", row.dt * 1e3, length(tolerance))
-        }
-        Steps::Divided(_) | Steps::Certified(_) | Steps::Own => format!("{:.3} ms", row.dt * 1e3),
+    let mean = format!("{:.3} ms", row.dt * 1e3);
+    match (row.stepped.step_tolerance(), row.stepped.cell()) {
+        (Some(tolerance), _) => format!("{mean} on average, {} per step", length(tolerance)),
+        (_, Some(cell)) => format!("{mean} on average, cells of {}", length(cell)),
+        (None, None) => mean,
     }
 }
 
@@ -38,7 +38,7 @@ pub(crate) fn cheapest_rows(chart: &Chart) -> String {
             return [name, "none".to_owned(), String::new(), String::new(), String::new()].to_vec();
         };
         let seconds = row.seconds.map_or_else(String::new, |seconds| format!("{seconds:.3}"));
-        let method = format!("{} {}", row.setting.name(), row.setting.precision);
+        let method = format!("{} {}", row.stepped.name(), row.stepped.precision());
         [name, method, steps(row), row.error().map_or_else(String::new, length), seconds].to_vec()
     };
     let mut rows: Vec<_> =
@@ -49,7 +49,7 @@ pub(crate) fn cheapest_rows(chart: &Chart) -> String {
             return row("as written".to_owned(), Some(own));
         }
         let cause = own.failure.as_ref().map_or("it was stopped", |failure| &failure.cause);
-        ["as written", &own.setting.name(), own.outcome.name(), cause, ""].map(str::to_owned).to_vec()
+        ["as written", &own.stepped.name(), own.outcome.name(), cause, ""].map(str::to_owned).to_vec()
     }));
     let columns = [
         Column::Left("cheapest to"),
@@ -61,8 +61,29 @@ pub(crate) fn cheapest_rows(chart: &Chart) -> String {
     table(&columns, &rows)
 }
 
-/// What limits the time in which runs are compared, and what it would take to go further.
-pub(crate) fn limit(chart: &Chart) -> String {
+/// What limits the time in which runs are compared, what it would take to go further, and of snow what its cells leave open.
+pub(crate) fn summary(chart: &Chart) -> String {
+    let limit = limit(chart);
+    cells(chart).map_or_else(|| limit.clone(), |cells| format!("{limit} {cells}"))
+}
+
+/// What the cells of snow leave open, by how far the scene as it is written is from its reference.
+fn cells(chart: &Chart) -> Option<String> {
+    let reference = chart.reference.as_ref()?;
+    let fine = reference.stepped.cell()?;
+    let own = chart.rows.iter().find(|row| row.own)?;
+    let (cell, error) = (own.stepped.cell()?, own.error()?);
+    Some(format!(
+        "Your cells of {} leave {} open: so far is the scene as it is written from its reference on cells of {}, which is known \
+         to {}. Rows that are nearer to it than that are marked below_floor, and never ranked.",
+        length(cell),
+        length(error),
+        length(fine),
+        length(reference.error())
+    ))
+}
+
+fn limit(chart: &Chart) -> String {
     let until = format!("{:.3} s", chart.until());
     let quarter = length(0.25 * chart.tolerance);
     if let Some(missing) = &chart.missing {
@@ -98,6 +119,9 @@ pub(crate) fn limit(chart: &Chart) -> String {
         };
     }
     match &chart.limit {
+        Limit::Asked if chart.scan.spread.is_empty() => {
+            format!("Compared until {until}, as was asked for.")
+        }
         Limit::Asked => format!(
             "Compared until {until}, as was asked for; what starts 1e-8 m apart is then up to {} apart.",
             length(chart.scan.spread.iter().copied().fold(0.0, f64::max))

@@ -19,7 +19,7 @@ pub(crate) struct Source {
     pub(crate) hash: String,
     /// As it is written.
     pub(crate) scene: Scene,
-    /// The cloths that are built from it.
+    /// The cloths that are built from it, or the snow.
     pub(crate) case: Case,
 }
 
@@ -27,7 +27,7 @@ impl Source {
     /// Reads a shipped scene or a file, and tells what it warns of, and that snow is left out by a verb.
     ///
     /// # Errors
-    /// A scene that cannot be read or built, or has no cloth.
+    /// A scene that cannot be read or built, or has neither cloth nor snow.
     pub(crate) fn read(name: &str, verb: &str) -> Result<Self> {
         let path = Path::new(name);
         let (text, folder) = if paths::is_scene(path) {
@@ -43,8 +43,8 @@ impl Source {
         let has_snow = setup.snow.is_some();
         let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         let case = Case::new(&name, setup, initial_changes, scene.precision).map_err(CliError::failure)?;
-        if has_snow {
-            meshes::note(&[format!("snow is left out: {verb} compares methods of cloth")]);
+        if has_snow && !case.is_snow() {
+            meshes::note(&[format!("snow is left out: {verb} studies its cloths")]);
         }
         Ok(Self { name, hash: output::hash(xxh3_64(text.as_bytes())), scene, case })
     }

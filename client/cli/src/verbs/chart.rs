@@ -8,7 +8,7 @@ use std::{
 use clap::Args;
 use nappe_scene::{Scene, suggestion};
 use nappe_sim::math::Precision;
-use nappe_study::{Chart, Request, Times, TimesError, line_names};
+use nappe_study::{Case, Chart, Request, Times, TimesError, line_names};
 
 use crate::{
     args::PrecisionName,
@@ -18,7 +18,7 @@ use crate::{
     study::{self, Source, Subject, files, units},
 };
 
-/// Chart error against cost: every method, on a scene of cloth
+/// Chart error against cost: every method, on a scene of cloth or snow
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Examples:
@@ -27,9 +27,11 @@ Examples:
   nappe chart flag --tolerance 0.1mm                to a tenth of a millimetre
   nappe chart flag --until 0.5 --precision f64      until a time, although the scene may not determine it so long
   nappe chart drap10 --method velocity_verlet,bdf2_newton --json
+  nappe chart brasseur                              a scene of snow: every transfer and kernel on its cells and twice those
 
 It finds out how long the scene determines its answer at all, computes a reference, and runs every method
-at ever shorter steps within the budget. Let the machine be idle: seconds are measured.
+at ever shorter steps within the budget. Of snow the reference has cells that are halved, with each particle split
+into eight, for as long as the budget has time for it. Let the machine be idle: seconds are measured.
 
 It writes chart.csv, a row per run, chart.json, and pictures: work_precision, convergence and window, each as
 SVG and PNG. docs/charts.md says how to read them. With --json the last line is one object with their paths.")]
@@ -67,12 +69,12 @@ pub(crate) struct ChartArgs {
 /// Runs `nappe chart`.
 ///
 /// # Errors
-/// When the scene cannot be read or has no cloth, an option asks for what does not exist, a file cannot be written, or the
+/// When the scene cannot be read or has neither cloth nor snow, an option asks for what does not exist, a file cannot be written, or the
 /// user ends it: what was found is then written all the same.
 pub(crate) fn run(args: &ChartArgs) -> Result<()> {
     let begin = Instant::now();
     let Source { name, hash: scene_hash, scene, case } = Source::read(&args.scene, "chart")?;
-    let request = request(args, &scene)?;
+    let request = request(args, &scene, &case)?;
     let folder = args.out.clone().unwrap_or_else(|| PathBuf::from(format!("chart-{name}")));
     files::check_folder(&folder)?;
 
@@ -87,8 +89,8 @@ pub(crate) fn run(args: &ChartArgs) -> Result<()> {
 }
 
 /// What is asked for.
-fn request(args: &ChartArgs, scene: &Scene) -> Result<Request> {
-    let known = line_names();
+fn request(args: &ChartArgs, scene: &Scene, case: &Case) -> Result<Request> {
+    let known = line_names(case);
     if let Some(wrong) = args.methods.iter().find(|name| !known.contains(name)) {
         let near = suggestion(wrong, known.iter().map(String::as_str));
         return Err(CliError::usage(format!("--method {wrong}: there is no such method; {near}")));
@@ -129,9 +131,8 @@ fn say(format: Format, subject: &Subject, chart: &Chart, written: &[PathBuf]) ->
                 output::line(&words::cheapest_rows(chart))?;
                 output::line("")?;
             }
-            output::line(&words::limit(chart))?;
-            let paths: Vec<_> = written.iter().map(|path| path.display().to_string()).collect();
-            output::line(&format!("Written: {}", paths.join(", ")))?;
+            output::line(&words::summary(chart))?;
+            output::line(&files::told(written))?;
         }
     }
     if chart.is_stopped {

@@ -154,8 +154,14 @@ fn request(args: &StabilityArgs, scene: &Scene) -> Result<StabilityRequest> {
     })
 }
 
-/// Refuses a scene in which nothing can move, and maps that it cannot have.
+/// Refuses a scene without cloth, one in which nothing can move, and maps that it cannot have.
 fn check(case: &Case, args: &StabilityArgs) -> Result<()> {
+    if case.is_snow() {
+        return Err(CliError::failure(format!(
+            "{} has no cloth; methods of cloth are studied, of snow see --gallery",
+            case.name
+        )));
+    }
     if !case.can_move() {
         return Err(CliError::failure(format!(
             "nothing can move in {}: every particle is pinned",

@@ -16,7 +16,7 @@ use crate::support::{
 /// What scripts read: the first columns, in their order.
 const COLUMNS: &str = "scene,method,precision,threads,dt,tolerance,rms_error_m,seconds_per_simulated_second,\
     force_evaluations,matrix_products,outcome,step_tolerance_m,centre_error_m,minimum_seconds,energy_drift_j,max_stretch,\
-    cause,failed_at_s,particle,below_floor,front,own";
+    cause,failed_at_s,particle,below_floor,front,own,cell_m";
 
 fn read(folder: &Path, name: &str) -> String {
     fs::read_to_string(folder.join(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
@@ -43,7 +43,7 @@ fn a_chart_has_rows_a_document_and_pictures() {
     assert_eq!(said["rows"].as_u64(), Some(rows.len() as u64));
     assert!(rows.len() > 30 && rows.iter().all(|row| row.starts_with("scene,")), "{} rows", rows.len());
     assert_eq!(
-        rows.iter().filter(|row| row.ends_with(",true")).count(),
+        rows.iter().filter(|row| row.ends_with(",true,")).count(),
         1,
         "one row is the scene as written"
     );
@@ -76,7 +76,7 @@ fn what_does_not_exist_is_refused_before_anything_is_computed() {
         assert!(done.stderr.contains(part), "{args:?}: {}", done.stderr);
         assert!(done.stdout.is_empty(), "{done:?}");
     };
-    refused(&["brasseur"], 1, "brasseur has no cloth; methods of cloth are compared");
+    refused(&["brasseur", "--method", "velocity_verlet"], 2, "there is no such method");
     refused(&["nothing"], 1, "no scene 'nothing' comes with nappe");
     refused(&[&scene, "--until", "0.0123"], 2, "the nearest are 0.01 s and 0.015 s");
     refused(&[&scene, "--times", "0.1,0.0512"], 2, "--times: 0.0512 s is no multiple of the time step");
@@ -142,4 +142,30 @@ fn snow_beside_cloth_is_left_out_with_a_warning() {
     let done = nappe_in(folder.path(), &args).ok();
     assert!(done.stderr.contains("snow is left out"), "{}", done.stderr);
     assert!(!check_files(&folder.path().join("out")).0.is_empty());
+}
+
+#[test]
+fn a_chart_of_snow_tells_what_its_cells_leave_open() {
+    let folder = folder();
+    let out = folder.path().join("out");
+    let args = ["chart", "brasseur", "--out", out.to_str().expect("UTF-8"), "--budget", "20s"];
+    let short = ["--until", "0.0416667", "--method", "mls_quadratic"];
+    let done = nappe(&[&args[..], &short].concat()).ok();
+    let (rows, document) = check_files(&out);
+    assert!(rows.len() == 9 && rows.iter().all(|row| row.starts_with("brasseur,")), "{} rows", rows.len());
+    // As written, and cells as written and twice as long.
+    assert!(rows[0].ends_with(",true,0.1") && rows.iter().any(|row| row.ends_with(",false,0.2")), "{rows:?}");
+    let reference = &document["reference"];
+    assert_eq!(reference["method"], "pic_flip_cubic");
+    assert!(reference["cell_m"].as_f64().is_some_and(|cell| cell <= 0.05), "{reference}");
+    assert!(document["floor_m"].as_f64().is_some_and(|floor| floor > 0.0), "{document}");
+    for words in ["Your cells of 100 mm leave", "from its reference on cells of", "marked below_floor"] {
+        assert!(done.stdout.contains(words), "{words}: {}", done.stdout);
+    }
+    for picture in ["work_precision.svg", "window.png"] {
+        assert!(out.join(picture).exists(), "{picture}");
+    }
+    let refused = nappe(&["chart", "brasseur", "--method", "mls_quadratik"]);
+    assert_eq!(refused.code, Some(2), "{refused:?}");
+    assert!(refused.stderr.contains("did you mean 'mls_quadratic'?"), "{}", refused.stderr);
 }

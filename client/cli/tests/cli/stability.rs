@@ -65,7 +65,7 @@ fn what_does_not_exist_is_refused_before_anything_is_computed() {
         assert!(done.stderr.contains(part), "{args:?}: {}", done.stderr);
         assert!(done.stdout.is_empty(), "{done:?}");
     };
-    refused(&["brasseur"], 1, "brasseur has no cloth; methods of cloth are compared");
+    refused(&["brasseur"], 1, "brasseur has no cloth; methods of cloth are studied, of snow see --gallery");
     refused(&["nothing"], 1, "no scene 'nothing' comes with nappe");
     refused(&[&scene, "--method", "velocity_verlett"], 2, "did you mean 'velocity_verlet'?");
     refused(&[&scene, "--map", "stiffness"], 2, "invalid value 'stiffness'");

@@ -10,9 +10,10 @@ use nappe_sim::{
 
 use super::{
     row::Row,
-    snow::{SnowScene, Variant, elastic, lattice, object, rework},
+    snow::{SnowScene, elastic, lattice, object, rework},
     verdict::Verdict,
 };
+use crate::variant::Variant;
 
 /// Side of a cell (m); particles are half of it apart.
 const CELL: f64 = 0.1;

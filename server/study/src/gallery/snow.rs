@@ -1,58 +1,18 @@
-//! Worlds of snow alone: lattices of particles, kernels with transfers, and what particles carry changed by hand.
+//! Worlds of snow alone: lattices of particles, and what particles carry changed by hand.
 
 use nappe_sim::{
     collide::Collider,
     math::Precision,
-    snow::{Blend, Kernel, Law, Material, ParticleState, SnowObject, SnowSettings, SnowSetup, Transfer},
+    snow::{Law, Material, ParticleState, SnowObject, SnowSettings, SnowSetup},
     time_step::TimeStep,
     world::{Simulation, WorldSetup},
 };
 
+use crate::variant::Variant;
+
 /// An elastic material of the fixed-corotated law.
 pub const fn elastic(young: f64, poisson: f64) -> Material {
     Material { law: Law::FixedCorotated, young, poisson, plasticity: None }
-}
-
-/// A kernel with a transfer.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Variant {
-    /// B-spline that spreads a particle over nodes.
-    pub kernel: Kernel,
-    /// How velocities go to the grid and back.
-    pub transfer: Transfer,
-}
-
-impl Variant {
-    /// Every kernel with every transfer that goes with it.
-    pub fn all() -> Vec<Self> {
-        let blends = [Blend::PerStep(0.95), Blend::TimeConstant(0.02)].map(Transfer::PicFlip);
-        let linear = Self { kernel: Kernel::Linear, transfer: blends[0] };
-        let smooth = [Kernel::Quadratic, Kernel::Cubic].into_iter().flat_map(|kernel| {
-            let transfers = [blends[0], blends[1], Transfer::Apic, Transfer::Mls];
-            transfers.map(move |transfer| Self { kernel, transfer })
-        });
-        std::iter::once(linear).chain(smooth).collect()
-    }
-
-    /// Those that filter once per step, whatever its length: as scenes have them that say nothing of it.
-    pub fn per_step() -> Vec<Self> {
-        let is_one = |v: &Self| !matches!(v.transfer, Transfer::PicFlip(Blend::TimeConstant(_)));
-        Self::all().into_iter().filter(is_one).collect()
-    }
-
-    /// Those that carry affine velocities.
-    pub fn affine() -> Vec<Self> {
-        Self::all().into_iter().filter(|v| !matches!(v.transfer, Transfer::PicFlip(_))).collect()
-    }
-
-    /// `mls_quadratic`, `pic_flip_tau_cubic`, ...
-    pub fn name(self) -> String {
-        let blend = match self.transfer {
-            Transfer::PicFlip(Blend::TimeConstant(_)) => "_tau",
-            _ => "",
-        };
-        format!("{}{blend}_{}", self.transfer.name(), self.kernel.name())
-    }
 }
 
 /// Centres of a lattice of `counts` boxes of size `spacing` (m) that begins at `low` (m).

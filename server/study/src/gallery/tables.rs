@@ -3,8 +3,8 @@
 use nappe_sim::cloth::{Hessian, Integrator, Minimizer, NewtonSettings};
 use rayon::prelude::*;
 
-use super::{blocks, motions, row::Row, snow::Variant, squeezed, states, steps, verdict::Verdict};
-use crate::{budget::Budget, method::Method};
+use super::{blocks, motions, row::Row, squeezed, states, steps, verdict::Verdict};
+use crate::{budget::Budget, method::Method, variant::Variant};
 
 /// Scenes over methods of a kind.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,0 +1,144 @@
+//! What is nearest to the truth of snow: the scene as it is written on cells that are halved again and again, each particle split
+//! into eight, with the ratio of steps to cells kept.
+//!
+//! Halving steps alone converges to nothing: a share of PIC, the filter of APIC and MLS, and floors act once per step.
+
+use nappe_sim::{math::Precision, report::Work, snow::SnowSetup};
+
+use crate::{
+    budget::Phase,
+    case::Case,
+    reference::{NoReference, Reference},
+    run::{End, Run, run},
+    snow::SnowSetting,
+    times::Times,
+};
+
+/// How often cells are halved, at most: particles are 512 times as many then.
+const HALVINGS: u32 = 3;
+/// How many times as long a run takes whose cells are half as long, with room for a busy machine: 8 times as many particles
+/// make twice as many steps.
+pub(crate) const COST: f64 = 16.0;
+const ROOM: f64 = 1.2;
+/// How many times as long a run takes in f64.
+pub(crate) const F64_COST: f64 = 2.5;
+/// Orders by which the error of a run follows from its distance to the one before.
+const ORDERS: std::ops::RangeInclusive<f64> = 0.7..=2.3;
+/// How far (m) f32 is from f64 on snow, and the times of it from which on f32 is good enough for a reference.
+const F32_ERROR: f64 = 2e-5;
+const FAR: f64 = 5.0;
+
+/// The reference of the snow of a case, in f32, or in f64 where its own error comes near that of f32. Its times end where the
+/// first halving did not get further in its phase.
+///
+/// # Errors
+/// When the first halving reached no time, or a step failed before.
+pub(crate) fn halved(case: &Case, times: &Times, phase: &Phase) -> Result<Reference, NoReference> {
+    let Some(snow) = &case.setup.snow else {
+        return Err(NoReference::Failed("there is no snow".to_owned()));
+    };
+    let (mut found, seconds) = Ladder::new(case, snow, Precision::F32).climb(times, phase)?;
+    let is_near = found.error() < FAR * F32_ERROR;
+    if is_near
+        && ROOM * F64_COST * seconds < phase.left()
+        && let Ok((finer, _)) = Ladder::new(case, snow, Precision::F64).climb(&found.times, phase)
+        && finer.times == found.times
+    {
+        return Ok(Reference { work: found.work.and(finer.work), ..finer });
+    }
+    found.own_error.iter_mut().for_each(|error| *error = error.max(F32_ERROR));
+    Ok(found)
+}
+
+/// Runs, each on cells half as long as those of the one before.
+struct Ladder<'a> {
+    case: &'a Case,
+    snow: &'a SnowSetup,
+    precision: Precision,
+    /// Positions of the last run at each time.
+    states: Vec<Vec<f64>>,
+    /// How far (rms, m) each run is from the one before, at each time.
+    distances: Vec<Vec<f64>>,
+    work: Work,
+    /// Seconds of all runs.
+    seconds: f64,
+}
+
+impl<'a> Ladder<'a> {
+    fn new(case: &'a Case, snow: &'a SnowSetup, precision: Precision) -> Self {
+        let (states, distances) = (Vec::new(), Vec::new());
+        Self { case, snow, precision, states, distances, work: Work::default(), seconds: 0.0 }
+    }
+
+    /// Halves cells as often as a phase allows, once at least; the reference, and the seconds that its runs took.
+    fn climb(mut self, times: &Times, phase: &Phase) -> Result<(Reference, f64), NoReference> {
+        let mut times = times.clone();
+        let mut is_cut = false;
+        let first = self.run(0, &times, phase);
+        if first.end != End::Reached {
+            return Err(missing(&first, times.end(), 1.0 + COST));
+        }
+        self.states = first.states;
+        let mut last = (SnowSetting::own(self.snow, self.precision, 0), first.dt);
+        let mut seconds = first.elapsed;
+        for halving in 1..=HALVINGS {
+            if halving > 1 && ROOM * COST * seconds > phase.left() {
+                break;
+            }
+            let made = self.run(halving, &times, phase);
+            let is_whole = made.end == End::Reached;
+            if !is_whole && halving > 1 {
+                break;
+            }
+            if made.states.is_empty() {
+                return Err(missing(&made, times.end(), 1.0));
+            }
+            is_cut |= made.end == End::Stopped;
+            seconds = made.elapsed;
+            times.marks.truncate(made.states.len());
+            self.states.truncate(made.states.len());
+            let pairs = self.states.iter().zip(&made.states);
+            self.distances.push(pairs.map(|(coarse, fine)| self.case.rms(coarse, fine)).collect());
+            last = (SnowSetting::own(self.snow, self.precision, halving), made.dt);
+            self.states = made.states;
+            if !is_whole {
+                break;
+            }
+        }
+        let (own_error, orders) = (0..times.marks.len()).map(|place| self.own_error(place)).unzip();
+        let stepped = (&last.0).into();
+        let (states, work, step) = (self.states, self.work, last.1);
+        Ok((Reference { times, states, own_error, orders, stepped, step, work, is_cut }, self.seconds))
+    }
+
+    fn run(&mut self, halvings: u32, times: &Times, phase: &Phase) -> Run {
+        let setting = SnowSetting::own(self.snow, self.precision, halvings);
+        let made = run(self.case, &setting, times, phase);
+        self.work = self.work.and(made.work);
+        self.seconds += made.elapsed;
+        made
+    }
+
+    /// How far (m) the last run is from the truth at a time, and the order that tells so: from its distance to the run before
+    /// by the order that the last three show, or that distance itself where they show none that is of use.
+    fn own_error(&self, place: usize) -> (f64, f64) {
+        let mut distances = self.distances.iter().rev().map(|distances| distances[place]);
+        let last = distances.next().unwrap_or(f64::INFINITY);
+        let order = distances.next().map(|before| (before / last).log2());
+        match order.filter(|order| ORDERS.contains(order)) {
+            Some(order) => (last / (order.exp2() - 1.0), order),
+            None => (last, 0.0),
+        }
+    }
+}
+
+/// Why there is no reference: a run did not reach an end (s). All of them would take so many times as long as it.
+fn missing(made: &Run, end: f64, ratio: f64) -> NoReference {
+    match &made.end {
+        End::Failed(failure) => NoReference::Failed(failure.cause.clone()),
+        End::Stopped | End::Reached => {
+            let whole = if made.tried > 0.0 { made.elapsed * end / made.tried } else { 0.0 };
+            NoReference::Time(whole * ratio)
+        }
+    }
+}

@@ -1,0 +1,228 @@
+//! The chart of a scene of snow: as long as the budget allows, a reference on halved cells, and rows of every transfer with every
+//! kernel against it.
+
+use nappe_sim::{
+    math::Precision,
+    snow::{Kernel, SnowSettings, SnowSetup},
+    time_step::TimeStep,
+};
+
+use crate::{
+    budget::{Budget, Phase},
+    case::Case,
+    chart::{Chart, Limit},
+    front,
+    halved::{COST, F64_COST, halved},
+    reference::NoReference,
+    request::Request,
+    row::{Outcome, Row},
+    run::{End, Run, run},
+    snow::{SnowSetting, SnowSteps, variants},
+    times::Times,
+    timing,
+    variant::Variant,
+    window::{Scan, ScanEnd},
+};
+
+/// Shares of the budget at whose end each part is over.
+const FIRST: f64 = 0.05;
+const REFERENCE: f64 = 0.35;
+const ROWS: f64 = 0.85;
+const AGAIN: f64 = 0.98;
+/// How much longer all runs may take than is expected from the first.
+const ROOM: f64 = 1.3;
+/// Shares of the certified bound that steps of rows have.
+const SHARES: [f64; 2] = [TimeStep::SAFETY, 0.5 * TimeStep::SAFETY];
+/// Cells of rows, times those of the scene.
+const CELLS: [f64; 2] = [1.0, 2.0];
+/// How many times as long a step by the cubic kernel takes as one by the quadratic.
+const CUBIC: f64 = 1.6;
+
+/// Names of all transfers with kernels that the snow of a scene is compared by.
+pub(crate) fn names(snow: &SnowSetup) -> Vec<String> {
+    variants(&snow.settings).into_iter().map(Variant::name).collect()
+}
+
+/// Charts the snow of a case. `tell` is called with what is done now.
+pub(crate) fn of_snow(
+    case: &Case,
+    snow: &SnowSetup,
+    request: &Request,
+    budget: &Budget,
+    tell: &dyn Fn(&str),
+) -> Chart {
+    let settings = settings(snow, request);
+    tell("the scene as it is written");
+    let (times, limit) = window(case, snow, request, &settings, budget);
+    let mut chart = empty(case, request, limit);
+    chart.is_cut = chart.limit == Limit::Budget;
+    if times.count() > 0 {
+        tell("computing the reference on halved cells");
+        match halved(case, &times, &budget.until(REFERENCE)) {
+            Ok(found) => {
+                if found.times != times {
+                    chart.limit = if found.is_cut { Limit::Budget } else { Limit::Reference };
+                }
+                chart.is_cut |= found.is_cut;
+                chart.floor = found.error();
+                chart.scan.step = found.step;
+                chart.whole = Some(found.clone());
+                chart.reference = Some(found);
+            }
+            Err(missing) => {
+                chart.is_cut |= matches!(missing, NoReference::Time(_));
+                chart.missing = Some(missing);
+            }
+        }
+    }
+    add_rows(&mut chart, case, snow, &settings, &budget.until(ROWS), tell);
+    front::mark(&mut chart.rows);
+    if let Some(reference) = &chart.reference {
+        tell("timing the best rows again, in turn");
+        timing::again(case, &mut chart.rows, &reference.times, &budget.until(AGAIN));
+        front::mark(&mut chart.rows);
+    }
+    chart.is_stopped = budget.is_stopped();
+    chart
+}
+
+fn empty(case: &Case, request: &Request, limit: Limit) -> Chart {
+    // Copies that start a hair apart tell nothing that halved cells do not.
+    let scan = Scan {
+        spacing: case.dt(),
+        spread: Vec::new(),
+        step: case.dt(),
+        bound: f64::INFINITY,
+        end: ScanEnd::Reached,
+    };
+    Chart {
+        tolerance: request.tolerance,
+        scan,
+        whole: None,
+        missing: None,
+        reference: None,
+        limit,
+        floor: 0.0,
+        rows: Vec::new(),
+        is_cut: false,
+        is_stopped: false,
+    }
+}
+
+/// The settings of all rows, in the order of a chart. A period of an odd number of blocks has no cells twice as long.
+fn settings(snow: &SnowSetup, request: &Request) -> Vec<SnowSetting> {
+    let is_even = snow.settings.periodic.iter().all(|blocks| blocks.is_multiple_of(2));
+    let is_wanted = |name: &String| request.methods.is_empty() || request.methods.contains(name);
+    let mut settings = Vec::new();
+    for variant in variants(&snow.settings).into_iter().filter(|variant| is_wanted(&variant.name())) {
+        for ratio in CELLS.into_iter().filter(|ratio| *ratio == 1.0 || is_even) {
+            for &precision in &request.precisions {
+                let cell = ratio * snow.settings.cell;
+                let steps = SHARES.map(SnowSteps::Share);
+                settings.extend(steps.map(|steps| SnowSetting {
+                    variant,
+                    precision,
+                    cell,
+                    steps,
+                    halvings: 0,
+                }));
+            }
+        }
+    }
+    settings
+}
+
+/// How long a run by a setting takes, next to one by the quadratic kernel in f32 on the cells of the scene at the bound.
+fn cost(setting: &SnowSetting, scene: &SnowSettings) -> f64 {
+    let share = match (setting.steps, scene.time_step) {
+        (SnowSteps::Share(share), _) => share,
+        (SnowSteps::Own, TimeStep::Certified { safety }) => safety,
+        (SnowSteps::Own, TimeStep::Fixed(_) | TimeStep::Unchecked(_)) => TimeStep::SAFETY,
+    };
+    let precision = if setting.precision == Precision::F64 { F64_COST } else { 1.0 };
+    let kernel = if setting.variant.kernel == Kernel::Cubic { CUBIC } else { 1.0 };
+    precision * kernel * scene.cell / (setting.cell * share)
+}
+
+/// The times at which runs are compared, and what ends them: those that were asked for, or as many steps of the scene as all
+/// runs have time for, by the seconds that it takes as it is written.
+fn window(
+    case: &Case,
+    snow: &SnowSetup,
+    request: &Request,
+    settings: &[SnowSetting],
+    budget: &Budget,
+) -> (Times, Limit) {
+    if let Some(times) = &request.times {
+        return (times.clone(), Limit::Asked);
+    }
+    let steps = (request.end / case.dt()).round() as u64;
+    let own = SnowSetting::own(snow, case.precision, 0);
+    let last = Times { interval: case.dt(), marks: vec![steps] };
+    let made = run(case, &own, &last, &budget.until(FIRST));
+    let scene = &snow.settings;
+    let rows: f64 = settings.iter().map(|setting| cost(setting, scene)).sum();
+    let reference = (1.0 + COST) * cost(&SnowSetting { precision: Precision::F32, ..own }, scene);
+    let count = count(&made, cost(&own, scene), [reference, reference + rows], budget);
+    let limit = match &made.end {
+        _ if count < made.seconds.len() => Limit::Budget,
+        End::Reached => Limit::Scene,
+        End::Failed(failure) => Limit::Failed(failure.cause.clone()),
+        End::Stopped => Limit::Budget,
+    };
+    (Times::of_first(count as u64, case.dt()), limit)
+}
+
+/// How many steps of a run of a cost the reference, and all runs, of these costs have time for: all without a budget.
+fn count(made: &Run, own: f64, [reference, all]: [f64; 2], budget: &Budget) -> usize {
+    let [of_reference, of_all] = [REFERENCE, ROWS].map(|share| budget.until(share).left());
+    let allowed = (of_reference / reference).min(of_all / all) * own / ROOM;
+    let mut seconds = 0.0;
+    made.seconds
+        .iter()
+        .take_while(|step| {
+            seconds += **step;
+            seconds <= allowed
+        })
+        .count()
+}
+
+/// Adds the scene as it is written, and the rows of all settings, what is cheap first.
+fn add_rows(
+    chart: &mut Chart,
+    case: &Case,
+    snow: &SnowSetup,
+    settings: &[SnowSetting],
+    phase: &Phase,
+    tell: &dyn Fn(&str),
+) {
+    let Some(reference) = chart.reference.clone() else { return };
+    let places: Vec<usize> = (0..reference.states.len()).collect();
+    let own = SnowSetting::own(snow, case.precision, 0);
+    let made = run(case, &own, &reference.times, phase);
+    let mut rows = vec![(0, Row::new(case, &own, &made, (&reference, &places)))];
+    let second = made.elapsed / cost(&own, &snow.settings);
+
+    let mut order: Vec<usize> = (0..settings.len()).collect();
+    order.sort_by(|a, b| {
+        let [a, b] = [a, b].map(|place| cost(&settings[*place], &snow.settings));
+        a.total_cmp(&b)
+    });
+    for place in order {
+        let setting = &settings[place];
+        if phase.is_over() || second * cost(setting, &snow.settings) > phase.left() {
+            chart.is_cut = true;
+            continue;
+        }
+        let (name, precision) = (setting.variant.name(), setting.precision);
+        tell(&format!("{name} {precision}, cells of {} m", setting.cell));
+        let made = run(case, setting, &reference.times, phase);
+        rows.push((place + 1, Row::new(case, setting, &made, (&reference, &places))));
+    }
+    rows.sort_by_key(|(place, _)| *place);
+    for (_, mut row) in rows {
+        chart.is_cut |= row.outcome == Outcome::Stopped;
+        row.below_floor = row.error().is_some_and(|error| error < chart.floor);
+        chart.rows.push(row);
+    }
+}

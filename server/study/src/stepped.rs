@@ -1,0 +1,108 @@
+//! How a run is stepped, of cloth or of snow.
+
+use nappe_sim::math::Precision;
+
+use crate::{
+    case::Case,
+    setting::{Plan, Setting, Steps},
+    snow::{SnowSetting, SnowSteps},
+    split,
+};
+
+/// How a run is stepped.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Stepped {
+    /// A scene of cloth.
+    Cloth(Setting),
+    /// A scene of snow alone.
+    Snow(SnowSetting),
+}
+
+impl From<&Setting> for Stepped {
+    fn from(setting: &Setting) -> Self {
+        Self::Cloth(*setting)
+    }
+}
+
+impl From<&SnowSetting> for Stepped {
+    fn from(setting: &SnowSetting) -> Self {
+        Self::Snow(*setting)
+    }
+}
+
+impl From<&Self> for Stepped {
+    fn from(stepped: &Self) -> Self {
+        *stepped
+    }
+}
+
+impl Stepped {
+    /// The name of its method, or of its transfer with the kernel.
+    pub fn name(&self) -> String {
+        match self {
+            Self::Cloth(setting) => setting.name(),
+            Self::Snow(setting) => setting.variant.name(),
+        }
+    }
+
+    /// Of positions and velocities.
+    pub const fn precision(&self) -> Precision {
+        match self {
+            Self::Cloth(setting) => setting.precision,
+            Self::Snow(setting) => setting.precision,
+        }
+    }
+
+    /// Whether it is the scene as it is written.
+    pub fn is_own(&self) -> bool {
+        match self {
+            Self::Cloth(setting) => setting.steps == Steps::Own,
+            Self::Snow(setting) => setting.steps == SnowSteps::Own && setting.halvings == 0,
+        }
+    }
+
+    /// The side of its cells (m), of snow.
+    pub const fn cell(&self) -> Option<f64> {
+        match self {
+            Self::Cloth(_) => None,
+            Self::Snow(setting) => Some(setting.cell),
+        }
+    }
+
+    /// The error (m) per step that its steps are controlled by.
+    pub const fn step_tolerance(&self) -> Option<f64> {
+        match self {
+            Self::Cloth(Setting { steps: Steps::Controlled(tolerance), .. }) => Some(*tolerance),
+            Self::Cloth(_) | Self::Snow(_) => None,
+        }
+    }
+
+    /// Whether its steps are all alike, whatever the state.
+    pub const fn is_even(&self) -> bool {
+        matches!(self, Self::Cloth(Setting { steps: Steps::Divided(_), .. }))
+    }
+
+    /// The length (s) of all steps in a comparison interval (s), where they are equal.
+    pub(crate) fn dt(&self, interval: f64) -> Option<f64> {
+        match self {
+            Self::Cloth(setting) => setting.dt(interval),
+            Self::Snow(_) => None,
+        }
+    }
+
+    /// What a run of a case is built from, in which times are an interval (s) apart.
+    pub(crate) fn plan(&self, case: &Case, interval: f64) -> Plan {
+        match self {
+            Self::Cloth(setting) => setting.plan(case, interval),
+            Self::Snow(setting) => setting.plan(case, interval),
+        }
+    }
+
+    /// Where the particles of the scene are, from where those of a run are (m).
+    pub(crate) fn gathered(&self, positions: Vec<f64>) -> Vec<f64> {
+        match self {
+            Self::Cloth(_) => positions,
+            Self::Snow(setting) => split::parents(positions, setting.halvings),
+        }
+    }
+}
