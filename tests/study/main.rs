@@ -6,4 +6,5 @@ mod golden;
 mod window;
 mod rows;
 mod snow;
+mod plan;
 mod stability;

@@ -25,7 +25,7 @@ mod gallery;
 
 pub use picture::Picture;
 
-use nappe_study::{Chart, Stability, gallery::Table};
+use nappe_study::{Chart, Plan, Stability, gallery::Table};
 
 use panels::Shown;
 
@@ -46,6 +46,17 @@ pub fn pictures(scene: &str, chart: &Chart) -> Result<Vec<Picture>, String> {
         pictures.push(window::picture(scene, chart)?);
     }
     Ok(pictures)
+}
+
+/// What a plan shows, if anything was tried: the rows, and a ring around that which is recommended.
+///
+/// # Errors
+/// What the plotter cannot make pixels of.
+pub fn plan_pictures(scene: &str, plan: &Plan) -> Result<Vec<Picture>, String> {
+    if plan.chart.rows.iter().all(|row| row.error().is_none()) {
+        return Ok(Vec::new());
+    }
+    Ok(vec![work_precision::planned(scene, plan)?])
 }
 
 /// What a study of stability shows: the limits of methods, and the maps, of which it has rows.

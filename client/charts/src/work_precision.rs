@@ -1,7 +1,7 @@
 //! Error against cost: each line a method, each mark a run; what is lower and further left is better.
 
 use kuva::plot::scatter::MarkerShape;
-use nappe_study::{Chart, Row};
+use nappe_study::{Chart, Plan, Row};
 
 use crate::{
     canvas::{Along, Anchor, Axis, Canvas, Fill, Stroke},
@@ -25,9 +25,42 @@ fn point(row: &Row) -> Option<[f64; 2]> {
 }
 
 pub(crate) fn picture(scene: &str, chart: &Chart) -> Result<Picture, String> {
-    let [x, y] = axes(chart);
     let title = format!("{scene}: error against cost, until {:.2} s", chart.until());
-    let mut canvas = Canvas::new("work_precision", title, sentence(chart), [x, y]);
+    drawn(("work_precision", title, sentence(chart)), chart, None)
+}
+
+/// The rows that a plan tried, with a ring around that which it recommends.
+pub(crate) fn planned(scene: &str, plan: &Plan) -> Result<Picture, String> {
+    let chart = &plan.chart;
+    let tolerance = length(chart.tolerance);
+    let title = format!("{scene}: what is cheapest within {tolerance} until {:.2} s", chart.until());
+    let row = plan.row.as_ref().filter(|_| plan.is_met);
+    let answer = row.map_or_else(
+        || format!("nothing is within {tolerance}"),
+        |row| {
+            format!(
+                "the ring is {} in {}, {} off",
+                row.stepped.name(),
+                row.stepped.precision(),
+                length(row.error().unwrap_or(0.0))
+            )
+        },
+    );
+    let words = format!(
+        "Of {} runs {answer}. Steps of each line are halved until it is right or would cost more. Filled marks are f64, hollow ones f32.",
+        chart.rows.len()
+    );
+    drawn(("plan", title, words), chart, row.and_then(point))
+}
+
+/// A picture by its name, title and sentence, with a ring around a point.
+fn drawn(
+    (name, title, sentence): (&'static str, String, String),
+    chart: &Chart,
+    ring: Option<[f64; 2]>,
+) -> Result<Picture, String> {
+    let [x, y] = axes(chart);
+    let mut canvas = Canvas::new(name, title, sentence, [x, y]);
     if chart.floor * 1e3 > x.range[0] {
         canvas.shade(Along::X, [x.range[0], chart.floor * 1e3], FLOOR);
     }
@@ -48,6 +81,9 @@ pub(crate) fn picture(scene: &str, chart: &Chart) -> Result<Picture, String> {
         write_ends(&mut canvas, &mut labels, line);
     }
     draw_failures(&mut canvas, &lines, y.range);
+    if let Some(ring) = ring {
+        canvas.marks(&[ring], MarkerShape::Circle, "#000000", 11.0, Fill::Hollow);
+    }
     canvas.finish()
 }
 

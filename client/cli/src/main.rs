@@ -18,6 +18,7 @@ mod save;
 mod compute;
 mod study;
 mod chart;
+mod plan;
 mod stability;
 mod bench;
 mod verbs;

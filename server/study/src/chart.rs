@@ -85,6 +85,23 @@ impl Chart {
 
 /// Charts the cloths of a case. `tell` is called with what is done now.
 pub(crate) fn of_cloth(case: &Case, request: &Request, budget: &Budget, tell: &dyn Fn(&str)) -> Chart {
+    let mut chart = without_rows(case, request, budget, tell);
+    if let Some(reference) = chart.reference.clone() {
+        let rows = Rows::new(case, request, &reference, chart.floor);
+        let (rows, is_cut) = rows.make(&budget.until(ROWS), tell);
+        chart.rows = rows;
+        chart.is_cut |= is_cut;
+        front::mark(&mut chart.rows);
+        tell("timing the best rows again, in turn");
+        timing::again(case, &mut chart.rows, &reference.times, &budget.until(AGAIN));
+        front::mark(&mut chart.rows);
+    }
+    chart.is_stopped = budget.is_stopped();
+    chart
+}
+
+/// The window of the cloths of a case and the reference within it: a chart on which no run is yet.
+pub(crate) fn without_rows(case: &Case, request: &Request, budget: &Budget, tell: &dyn Fn(&str)) -> Chart {
     let allowed = OPEN * request.tolerance;
     let end = request.times.as_ref().map_or(request.end, Times::end);
     let most = if request.times.is_some() { f64::INFINITY } else { allowed };
@@ -119,17 +136,6 @@ pub(crate) fn of_cloth(case: &Case, request: &Request, budget: &Budget, tell: &d
             }
         }
     }
-    if let Some(reference) = chart.reference.clone() {
-        let rows = Rows::new(case, request, &reference, chart.floor);
-        let (rows, is_cut) = rows.make(&budget.until(ROWS), tell);
-        chart.rows = rows;
-        chart.is_cut |= is_cut;
-        front::mark(&mut chart.rows);
-        tell("timing the best rows again, in turn");
-        timing::again(case, &mut chart.rows, &reference.times, &budget.until(AGAIN));
-        front::mark(&mut chart.rows);
-    }
-    chart.is_stopped = budget.is_stopped();
     chart
 }
 

@@ -29,6 +29,7 @@ mod timing;
 mod chart;
 mod snow_chart;
 mod compare;
+mod plan;
 mod stability;
 pub mod gallery;
 
@@ -38,6 +39,7 @@ pub use chart::{Chart, Limit};
 pub use compare::{chart, line_names};
 pub use front::cheapest;
 pub use method::{Method, NEWTON};
+pub use plan::{Dropped, Needed, Plan, Tried, Verified, plan};
 pub use reference::{NoReference, Reference, reference};
 pub use request::Request;
 pub use row::{Outcome, Row};

@@ -196,7 +196,11 @@ fn ended(error: &StepError) -> End {
 
 /// Runs a setting to the last of the times, or until a phase is over. What fails is a result.
 pub fn run(case: &Case, stepped: impl Into<Stepped>, times: &Times, phase: &Phase) -> Run {
-    let stepped = stepped.into();
+    run_within(case, stepped.into(), times, phase, u64::MAX)
+}
+
+/// The same, given up as soon as it has taken more evaluations and products than these.
+pub(crate) fn run_within(case: &Case, stepped: Stepped, times: &Times, phase: &Phase, most: u64) -> Run {
     let mut run = Run {
         states: Vec::new(),
         seconds: Vec::new(),
@@ -225,6 +229,10 @@ pub fn run(case: &Case, stepped: impl Into<Stepped>, times: &Times, phase: &Phas
         }
         if marks.next_if_eq(&&interval).is_some() {
             run.states.push(runner.positions());
+        }
+        if runner.work.force_evaluations + runner.work.matrix_products > most {
+            run.end = End::Stopped;
+            break;
         }
     }
 

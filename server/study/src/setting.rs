@@ -27,6 +27,8 @@ const MOST_SUBSTEPS: u32 = 8192;
 pub enum Steps {
     /// All of the comparison interval over this power of two, whatever is known of them.
     Divided(u32),
+    /// All of the scene's time step over this number, as a scene asks for them: within the certified bound, or accepted.
+    Fixed(u32),
     /// As long as an error (m) of positions per step allows.
     Controlled(f64),
     /// Certified at this share of the bound, or accepted, within steps of the world of the comparison interval.
@@ -84,7 +86,7 @@ impl Setting {
     pub fn name(&self) -> String {
         match self.steps {
             Steps::Controlled(_) => format!("{}_controlled", self.method.name()),
-            Steps::Divided(_) | Steps::Certified(_) | Steps::Own => self.method.name(),
+            Steps::Divided(_) | Steps::Fixed(_) | Steps::Certified(_) | Steps::Own => self.method.name(),
         }
     }
 
@@ -92,7 +94,7 @@ impl Setting {
     pub(crate) fn dt(&self, interval: f64) -> Option<f64> {
         match self.steps {
             Steps::Divided(level) => Some(interval / f64::from(level).exp2()),
-            Steps::Controlled(_) | Steps::Certified(_) | Steps::Own => None,
+            Steps::Fixed(_) | Steps::Controlled(_) | Steps::Certified(_) | Steps::Own => None,
         }
     }
 
@@ -115,13 +117,26 @@ impl Setting {
                 (true, Steps::Divided(level)) => {
                     interval / f64::from(level).exp2() * f64::from(SUBSTEPS.min(1 << level.min(30)))
                 }
-                (true, _) => interval,
-                (false, _) => case.dt(),
+                (true, Steps::Certified(_)) => interval,
+                (true, Steps::Controlled(_)) => interval.min(case.dt()),
+                (true, Steps::Fixed(_) | Steps::Own) | (false, _) => case.dt(),
             };
             setup.bodies.iter_mut().for_each(|body| self.configure(&mut body.settings, interval));
+            if let Steps::Fixed(parts) = self.steps {
+                let dt = case.dt() / f64::from(parts);
+                setup.bodies.iter_mut().for_each(|body| body.settings.time_step = TimeStep::Fixed(dt));
+            }
         }
         let steps = (interval / setup.dt).round().max(1.0) as u64;
         Plan { setup, steps }
+    }
+
+    /// When linear solves end, of a scene that allows so many iterations.
+    pub fn stop(&self, max_iterations: u32) -> Stop {
+        Stop::Residual {
+            tolerance: self.solver_tolerance,
+            max_iterations: max_iterations.max(SOLVER_ITERATIONS),
+        }
     }
 
     /// Has a cloth stepped so, in comparison intervals (s).
@@ -131,15 +146,14 @@ impl Setting {
         }
         let Method { integrator, minimizer, hessian } = self.method;
         (settings.integrator, settings.minimizer, settings.hessian) = (integrator, minimizer, hessian);
-        let max_iterations = match settings.solver.stop {
-            Stop::Residual { max_iterations, .. } => max_iterations.max(SOLVER_ITERATIONS),
-            Stop::Iterations(_) => SOLVER_ITERATIONS,
-        };
-        settings.solver.stop = Stop::Residual { tolerance: self.solver_tolerance, max_iterations };
+        settings.solver.stop = self.stop(match settings.solver.stop {
+            Stop::Residual { max_iterations, .. } => max_iterations,
+            Stop::Iterations(_) => 0,
+        });
         (settings.time_step, settings.tolerance) = match self.steps {
             Steps::Controlled(tolerance) => (TimeStep::default(), Some(tolerance)),
             Steps::Certified(safety) => (TimeStep::Certified { safety }, None),
-            Steps::Divided(_) | Steps::Own => {
+            Steps::Divided(_) | Steps::Fixed(_) | Steps::Own => {
                 (TimeStep::Unchecked(self.dt(interval).unwrap_or(interval)), None)
             }
         };

@@ -79,7 +79,7 @@ impl Stepped {
 
     /// Whether its steps are all alike, whatever the state.
     pub const fn is_even(&self) -> bool {
-        matches!(self, Self::Cloth(Setting { steps: Steps::Divided(_), .. }))
+        matches!(self, Self::Cloth(Setting { steps: Steps::Divided(_) | Steps::Fixed(_), .. }))
     }
 
     /// The length (s) of all steps in a comparison interval (s), where they are equal.

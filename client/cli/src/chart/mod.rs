@@ -3,7 +3,7 @@
 //! Enters: a chart of a study. Leaves: chart.csv, chart.json and pictures in a folder; words on standard output.
 
 pub(crate) mod words;
-mod table;
+pub(crate) mod table;
 mod document;
 
 use std::path::{Path, PathBuf};

@@ -83,7 +83,8 @@ fn cells(chart: &Chart) -> Option<String> {
     ))
 }
 
-fn limit(chart: &Chart) -> String {
+/// What limits the time in which runs are compared.
+pub(crate) fn limit(chart: &Chart) -> String {
     let until = format!("{:.3} s", chart.until());
     let quarter = length(0.25 * chart.tolerance);
     if let Some(missing) = &chart.missing {

@@ -24,6 +24,7 @@ mod view;
 mod stop;
 mod delete;
 mod chart;
+mod plan;
 mod stability;
 mod completions;
 
@@ -68,6 +69,7 @@ enum Verb {
     Stop(stop::StopArgs),
     Delete(delete::DeleteArgs),
     Chart(chart::ChartArgs),
+    Plan(plan::PlanArgs),
     Stability(stability::StabilityArgs),
     Bench(bench::BenchArgs),
     Completions(completions::CompletionsArgs),
@@ -100,6 +102,7 @@ pub(crate) fn run(cli: &Cli) -> Result<()> {
         Some(Verb::Stop(args)) => stop::run(args),
         Some(Verb::Delete(args)) => delete::run(args),
         Some(Verb::Chart(args)) => chart::run(args),
+        Some(Verb::Plan(args)) => plan::run(args),
         Some(Verb::Stability(args)) => stability::run(args),
         Some(Verb::Bench(args)) => bench::run(args),
         Some(Verb::Completions(args)) => completions::run(args, Cli::command()),

@@ -17,5 +17,6 @@ mod tokens;
 mod connect;
 mod bench;
 mod chart;
+mod plan;
 mod stability;
 mod snow;

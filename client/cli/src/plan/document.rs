@@ -1,0 +1,104 @@
+//! What a plan says, as JSON.
+
+use nappe_study::{Plan, Row};
+use serde::Serialize;
+use serde_json::{Value, json};
+
+use super::words;
+use crate::study::Subject;
+
+/// The first fields, which the last line of output begins with too. Their names and their order stay.
+#[derive(Debug, Serialize)]
+pub(super) struct First {
+    scene: String,
+    tolerance_m: f64,
+    met: bool,
+    method: Option<String>,
+    precision: Option<String>,
+    dt: Option<f64>,
+    error_m: Option<f64>,
+    seconds_per_simulated_second: Option<f64>,
+}
+
+/// The first fields, and others after them.
+#[derive(Debug, Serialize)]
+pub(super) struct Document {
+    #[serde(flatten)]
+    first: First,
+    #[serde(flatten)]
+    rest: Value,
+}
+
+impl Document {
+    /// The first fields of a plan, and others.
+    pub(super) fn new(subject: &Subject, plan: &Plan, rest: Value) -> Self {
+        let row = plan.row.as_ref();
+        let first = First {
+            scene: subject.name.clone(),
+            tolerance_m: plan.chart.tolerance,
+            met: plan.is_met,
+            method: row.map(|row| row.stepped.name()),
+            precision: row.map(|row| row.stepped.precision().to_string()),
+            dt: row.map(|row| row.dt),
+            error_m: row.and_then(Row::error),
+            seconds_per_simulated_second: row.and_then(|row| row.seconds),
+        };
+        Self { first, rest }
+    }
+}
+
+/// The document. Its names stay.
+pub(super) fn document(subject: &Subject, plan: &Plan) -> Document {
+    let candidate = |one: &nappe_study::Tried| {
+        let row = one.row.and_then(|place| plan.chart.rows.get(place));
+        json!({
+            "method": one.name,
+            "precision": one.precision.to_string(),
+            "dt": row.map(|row| row.dt),
+            "error_m": row.and_then(Row::error),
+            "seconds_per_simulated_second": row.and_then(|row| row.seconds),
+            "dropped": one.dropped.map(nappe_study::Dropped::why),
+        })
+    };
+    let verified = plan.verified.map(|verified| {
+        json!({
+            "error_m": verified.error,
+            "half_step_error_m": verified.half_step_error,
+            "order": verified.order,
+            "asymptotic": verified.is_asymptotic,
+        })
+    });
+    let needed = plan.needed.map(|needed| {
+        json!({ "dt": needed.dt, "cell_m": needed.cell, "seconds_per_simulated_second": needed.seconds })
+    });
+    let real_time = plan.real_time.as_ref().map(|row| {
+        json!({
+            "method": row.stepped.name(),
+            "precision": row.stepped.precision().to_string(),
+            "dt": row.dt,
+            "error_m": row.error(),
+            "seconds_per_simulated_second": row.seconds,
+        })
+    });
+    let rest = json!({
+        "until_s": plan.chart.until(),
+        "met_until_s": plan.met_until,
+        "cell_m": plan.row.as_ref().and_then(|row| row.stepped.cell()),
+        "step_tolerance_m": plan.row.as_ref().and_then(|row| row.stepped.step_tolerance()),
+        "needed": needed,
+        "candidates": plan.tried.iter().map(candidate).collect::<Vec<_>>(),
+        "verified": verified,
+        "real_time": real_time,
+        "reference_error_m": plan.chart.reference.as_ref().map(nappe_study::Reference::error),
+        "floor_m": plan.chart.floor,
+        "scene_hash": subject.scene_hash,
+        "version": env!("CARGO_PKG_VERSION"),
+        "machine": { "processor": subject.processor, "threads": subject.threads },
+        "budget_s": subject.budget.as_secs_f64(),
+        "elapsed_s": subject.begin.elapsed().as_secs_f64(),
+        "cut": plan.chart.is_cut,
+        "interrupted": plan.chart.is_stopped,
+        "summary": words::answer(plan),
+    });
+    Document::new(subject, plan, rest)
+}

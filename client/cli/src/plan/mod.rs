@@ -1,0 +1,63 @@
+//! A plan on its way out: its files, and what is said of it.
+//!
+//! Enters: a plan of a study. Leaves: plan.csv, plan.json and pictures in a folder, a scene; words on standard output.
+
+pub(crate) mod words;
+mod document;
+mod scene;
+
+use std::path::{Path, PathBuf};
+
+use nappe_scene::Scene;
+use nappe_study::Plan;
+use serde::Serialize;
+
+use crate::{
+    chart::table,
+    error::{CliError, Result},
+    study::{Subject, files},
+};
+
+/// Writes the files of a plan into a folder; their paths.
+///
+/// # Errors
+/// A file that cannot be written.
+pub(crate) fn write(folder: &Path, subject: &Subject, plan: &Plan) -> Result<Vec<PathBuf>> {
+    let document = serde_json::to_string_pretty(&document::document(subject, plan))
+        .map_err(|error| CliError::failure(format!("cannot write the plan as JSON: {error}")))?;
+    let files = [
+        ("plan.csv".to_owned(), table::text(&subject.name, subject.threads, &plan.chart).into_bytes()),
+        ("plan.json".to_owned(), (document + "\n").into_bytes()),
+    ];
+    files::write(folder, files.into_iter().chain(pictures(&subject.name, plan)?))
+}
+
+/// The first fields of a plan, and where its files are.
+pub(crate) fn said(subject: &Subject, plan: &Plan, written: &[PathBuf]) -> impl Serialize {
+    document::Document::new(subject, plan, serde_json::json!({ "files": written }))
+}
+
+/// Writes the scene as a plan has it; whether there was one to be written.
+///
+/// # Errors
+/// A file that cannot be written.
+pub(crate) fn write_scene(path: &Path, name: &str, scene: &Scene, plan: &Plan) -> Result<bool> {
+    let Some(text) = scene::planned(scene, name, plan).filter(|_| plan.is_met) else { return Ok(false) };
+    std::fs::write(path, text).map_err(|error| CliError::file("write", path, &error))?;
+    Ok(true)
+}
+
+/// Pictures, each as SVG and PNG.
+#[cfg(feature = "charts")]
+fn pictures(scene: &str, plan: &Plan) -> Result<Vec<(String, Vec<u8>)>> {
+    nappe_charts::plan_pictures(scene, plan)
+        .map(files::of_pictures)
+        .map_err(|error| CliError::failure(format!("cannot draw the plan: {error}")))
+}
+
+/// None: this build draws nothing, and says so.
+#[cfg(not(feature = "charts"))]
+fn pictures(_: &str, _: &Plan) -> Result<Vec<(String, Vec<u8>)>> {
+    files::note_without_pictures();
+    Ok(Vec::new())
+}

@@ -1,0 +1,149 @@
+//! `nappe plan`: the cheapest setting that is right enough, for a scene of the user's.
+
+use std::{
+    path::PathBuf,
+    time::{Duration, Instant},
+};
+
+use clap::Args;
+use nappe_scene::{Scene, suggestion};
+use nappe_sim::math::Precision;
+use nappe_study::{Case, Plan, Request, line_names};
+
+use crate::{
+    error::{CliError, Exit, Result},
+    output::{self, Format, OutputArgs},
+    plan::{self, words},
+    study::{self, Source, Subject, files, units},
+};
+
+/// Find the cheapest method, step and precision that is right enough for a scene
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Examples:
+  nappe plan drap10 --tolerance 1mm                 a shipped scene, one minute, files in plan-drap10
+  nappe plan my.toml --tolerance 0.1mm --write planned.toml
+  nappe plan flag --tolerance 1mm --method velocity_verlet,bdf2_absolute --json
+
+It finds out how long the scene determines its answer at all, computes a reference, and shortens the steps of every
+method in both precisions until one is right enough and the others would cost more. That one is run as a scene runs it,
+over the whole time, and with half its step. Where nothing is right enough, it says what it would take.
+
+It writes plan.csv, a row per run, plan.json, and a picture. docs/plan.md says what a plan promises. With --json the last line
+is one object with the answer and their paths.")]
+pub(crate) struct PlanArgs {
+    /// A shipped scene's name, or a scene file (.toml) with its meshes beside it
+    scene: String,
+    /// Error of positions that is allowed: 1mm, 0.1mm; without a unit, metres
+    #[arg(long, value_name = "LENGTH")]
+    tolerance: String,
+    /// Folder for the files [default: plan-SCENE]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Time that it may take: 60s, 10min
+    #[arg(long, value_name = "TIME", default_value = "60s", value_parser = units::duration)]
+    budget: Duration,
+    /// Plan until this time (s) at most [default: the end of the scene]
+    #[arg(long, value_name = "S")]
+    until: Option<f64>,
+    /// Among these methods alone, by their names in plan.csv
+    #[arg(long = "method", value_name = "M,...", value_delimiter = ',')]
+    methods: Vec<String>,
+    /// Write the scene with the method, the steps and the precision of the plan
+    #[arg(long, value_name = "FILE")]
+    write: Option<PathBuf>,
+    /// Write over a file that is there
+    #[arg(long, requires = "write")]
+    force: bool,
+    /// Threads [default: all cores]; results do not depend on them, seconds do
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    threads: Option<u16>,
+    #[command(flatten)]
+    output: OutputArgs,
+}
+
+/// Runs `nappe plan`.
+///
+/// # Errors
+/// When the scene cannot be read or has neither cloth nor snow, an option asks for what does not exist, a file cannot be written,
+/// or the user ends it. That nothing is right enough is an answer, and no error.
+pub(crate) fn run(args: &PlanArgs) -> Result<()> {
+    let begin = Instant::now();
+    let Source { name, hash: scene_hash, scene, case } = Source::read(&args.scene, "plan")?;
+    let request = request(args, &scene, &case)?;
+    check_written(args, &case)?;
+    let folder = args.out.clone().unwrap_or_else(|| PathBuf::from(format!("plan-{name}")));
+    files::check_folder(&folder)?;
+
+    let threads = args.threads.map_or_else(rayon::current_num_threads, usize::from);
+    let processor = study::processor();
+    let subject = Subject { name, scene_hash, processor, threads, budget: args.budget, begin };
+    let found = study::compute(threads, Some(subject.left()), move |budget, tell| {
+        nappe_study::plan(&case, &request, budget, tell)
+    })?;
+    let mut written = plan::write(&folder, &subject, &found)?;
+    if let Some(path) = &args.write {
+        if plan::write_scene(path, &subject.name, &scene, &found)? {
+            written.push(path.clone());
+        } else {
+            output::note("no scene is written: nothing that was tried is right enough");
+        }
+    }
+    say(args.output.format(), &subject, &found, &written)
+}
+
+/// Refuses a file that would be lost, and a scene of snow, whose plan is its cells.
+fn check_written(args: &PlanArgs, case: &Case) -> Result<()> {
+    let Some(path) = &args.write else { return Ok(()) };
+    if path.exists() && !args.force {
+        return Err(CliError::usage(format!(
+            "--write {}: is there already; --force writes over it",
+            path.display()
+        )));
+    }
+    if case.is_snow() {
+        return Err(CliError::usage("--write: plans of snow are not written as scenes yet"));
+    }
+    Ok(())
+}
+
+/// What is asked for.
+fn request(args: &PlanArgs, scene: &Scene, case: &Case) -> Result<Request> {
+    let tolerance =
+        units::length(&args.tolerance).map_err(|error| CliError::usage(format!("--tolerance: {error}")))?;
+    if args.tolerance.trim().parse::<f64>().is_ok() {
+        output::note(&format!("--tolerance {}: without a unit it is metres", args.tolerance));
+    }
+    let known = line_names(case);
+    if let Some(wrong) = args.methods.iter().find(|name| !known.contains(name)) {
+        let near = suggestion(wrong, known.iter().map(String::as_str));
+        return Err(CliError::usage(format!("--method {wrong}: there is no such method; {near}")));
+    }
+    let end = args.until.unwrap_or(scene.steps as f64 * scene.dt);
+    if args.until.is_some_and(|until| !(until.is_finite() && until > 0.0)) {
+        return Err(CliError::usage(format!("--until {end}: a number of seconds above 0 is needed")));
+    }
+    if end == 0.0 {
+        return Err(CliError::usage("the scene has no end, steps = 0: say until when with --until S"));
+    }
+    let (methods, precisions) = (args.methods.clone(), Precision::ALL.to_vec());
+    Ok(Request { tolerance, end, times: None, methods, precisions })
+}
+
+fn say(format: Format, subject: &Subject, plan: &Plan, written: &[PathBuf]) -> Result<()> {
+    match format {
+        Format::Json => output::json(&plan::said(subject, plan, written))?,
+        Format::Text => {
+            output::line(&words::answer(plan))?;
+            if !plan.tried.is_empty() {
+                output::line("")?;
+                output::line(&words::tried(plan))?;
+            }
+            output::line(&files::told(written))?;
+        }
+    }
+    if plan.chart.is_stopped {
+        return Err(CliError::new(Exit::Interrupted, "interrupted: what was found until then is written"));
+    }
+    Ok(())
+}

@@ -1,0 +1,93 @@
+//! `nappe plan`: its answer, its files, the scene that it writes, and what it refuses before anything is computed.
+
+use std::fs;
+
+use serde_json::Value;
+
+use crate::support::{SMALL_SCENE, check_pictures, folder, nappe, nappe_in, write_scene};
+
+/// The first fields of an answer, in their order.
+const FIRST: [&str; 8] =
+    ["scene", "tolerance_m", "met", "method", "precision", "dt", "error_m", "seconds_per_simulated_second"];
+
+#[test]
+fn a_plan_has_an_answer_files_and_a_scene_that_runs_as_it_says() {
+    let folder = folder();
+    let scene = write_scene(folder.path(), SMALL_SCENE);
+    let args = ["plan", &scene, "--tolerance", "1mm", "--out", "out", "--budget", "60s", "--until", "0.1"];
+    let done = nappe_in(folder.path(), &[&args[..], &["--write", "planned.toml", "--json"]].concat()).ok();
+    let line = done.stdout.lines().last().expect("a line");
+    let said: Value = serde_json::from_str(line).expect("JSON");
+    let places: Vec<_> =
+        FIRST.iter().map(|name| line.find(&format!("\"{name}\":")).expect("a field")).collect();
+    assert!(places.is_sorted(), "{line}");
+    assert_eq!((&said["scene"], &said["met"]), (&"scene".into(), &true.into()), "{said}");
+
+    let read = |name: &str| {
+        fs::read_to_string(folder.path().join(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
+    };
+    let document: Value = serde_json::from_str(&read("out/plan.json")).expect("JSON");
+    for name in FIRST {
+        assert_eq!(document[name], said[name], "{name}");
+    }
+    assert!(document["verified"]["error_m"].as_f64().is_some_and(|error| error <= 1e-3), "{document}");
+    assert!(document["candidates"].as_array().is_some_and(|all| all.len() > 30), "{document}");
+    assert!(read("out/plan.csv").lines().count() > 10);
+    let files: Vec<&str> =
+        said["files"].as_array().expect("files").iter().filter_map(Value::as_str).collect();
+    assert_eq!(files.len(), 5, "{files:?}");
+    check_pictures(folder.path(), &files);
+
+    // The scene says what it is, and makes the steps of the plan.
+    let planned = read("planned.toml");
+    assert!(planned.starts_with("# Method, steps and precision by `nappe plan scene`"), "{planned}");
+    let done = nappe_in(folder.path(), &["run", "planned.toml", "--steps", "20", "--json"]).ok();
+    let run: Value = serde_json::from_str(done.stdout.lines().last().expect("a line")).expect("JSON");
+    assert_eq!(run["precision"], said["precision"], "{run}");
+    let again = [&args[..], &["--write", "planned.toml"]].concat();
+    let refused = nappe_in(folder.path(), &again);
+    assert_eq!(refused.code, Some(2), "{refused:?}");
+    assert!(
+        refused.stderr.contains("planned.toml: is there already; --force writes over it"),
+        "{}",
+        refused.stderr
+    );
+}
+
+#[test]
+fn what_cannot_be_planned_is_refused_before_anything_is_computed() {
+    let folder = folder();
+    let scene = write_scene(folder.path(), SMALL_SCENE);
+    let refused = |args: &[&str], part: &str| {
+        let done = nappe_in(folder.path(), &[&["plan", "--out", "out"], args].concat());
+        assert_eq!(done.code, Some(2), "{args:?}: {done:?}");
+        assert!(done.stderr.contains(part), "{args:?}: {}", done.stderr);
+        assert!(done.stdout.is_empty(), "{done:?}");
+    };
+    refused(&[&scene], "--tolerance <LENGTH>");
+    refused(&[&scene, "--tolerance", "0mm"], "'0mm' is not a length above 0");
+    refused(
+        &[&scene, "--tolerance", "1mm", "--method", "velocity_verlett"],
+        "did you mean 'velocity_verlet'?",
+    );
+    refused(&[&scene, "--tolerance", "1mm", "--until=-1"], "a number of seconds above 0 is needed");
+    refused(&[&scene, "--tolerance", "1mm", "--force"], "--write <FILE>");
+    refused(&["brasseur", "--tolerance", "1mm", "--write", "x.toml"], "plans of snow are not written");
+    assert!(!folder.path().join("out/plan.csv").exists(), "nothing was computed");
+}
+
+#[test]
+fn a_plan_of_snow_says_no_and_what_it_would_take() {
+    let folder = folder();
+    let out = folder.path().join("out");
+    let args = ["plan", "brasseur", "--tolerance", "1e-5", "--out", out.to_str().expect("UTF-8")];
+    let done = nappe(&[&args[..], &["--until", "0.05", "--budget", "20s"]].concat()).ok();
+    assert!(done.stderr.contains("without a unit it is metres"), "{}", done.stderr);
+    for words in [
+        "Nothing that was tried is within 0.01 mm",
+        "It would take cells of",
+        "A plan promises nothing after that",
+    ] {
+        assert!(done.stdout.contains(words), "{words}: {}", done.stdout);
+    }
+}

@@ -1,0 +1,186 @@
+//! A method in a precision on the way to a plan: its steps are halved until it is right enough, or dropped with a reason.
+
+use nappe_sim::{cloth::Minimizer, math::Precision};
+
+use crate::{
+    method::Method,
+    row::Row,
+    setting::{Setting, Steps},
+};
+
+/// Errors per step of methods whose steps are controlled, as shares of the tolerance: ten steps of the first are as far off as
+/// is allowed.
+const CONTROLLED: [f64; 8] = [1.0, 0.3, 0.1, 0.03, 0.01, 3e-3, 1e-3, 3e-4];
+/// Rows one after another that fail before a candidate is dropped.
+const FAILURES: u32 = 3;
+/// What a row leaves of the error of the one before when it falls, and when it no longer does.
+const FALLS: f64 = 0.5;
+const STAYS: f64 = 0.8;
+/// How often the time step of a scene is halved, at most: it is divided into 10 000 at most.
+const HALVINGS: u32 = 13;
+
+/// Why a candidate was given up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Dropped {
+    /// Its next row would take more evaluations and products than the cheapest that is right enough.
+    Costly,
+    /// Three of its rows failed, one after another.
+    Fails,
+    /// Its error no longer falls: rounding, or the reference, is what is left.
+    Flat,
+    /// It has no shorter steps.
+    Shortest,
+    /// The time was over.
+    Time,
+}
+
+impl Dropped {
+    /// Why, in a few words.
+    pub const fn why(self) -> &'static str {
+        match self {
+            Self::Costly => "costs more than the cheapest",
+            Self::Fails => "three steps in a row fail",
+            Self::Flat => "its error no longer falls",
+            Self::Shortest => "it has no shorter steps",
+            Self::Time => "the time was over",
+        }
+    }
+}
+
+/// A method in a precision on its way.
+#[derive(Clone, Debug)]
+pub(super) struct Candidate {
+    method: Method,
+    precision: Precision,
+    is_controlled: bool,
+    /// The halving, or the place among errors per step, of its next row.
+    next: u32,
+    failures: u32,
+    /// Rows one after another whose error stayed.
+    flat: u32,
+    has_fallen: bool,
+    last_error: Option<f64>,
+    /// What its next row takes at least, in evaluations and products of f64.
+    pub(super) cost: f64,
+    /// What the row is expected to take that is right enough.
+    pub(super) expected: f64,
+    /// Its last row that held, among all.
+    pub(super) row: Option<usize>,
+    pub(super) is_right: bool,
+    pub(super) dropped: Option<Dropped>,
+}
+
+/// How many times as long an evaluation or product takes as one of all particles at once in f64: one by one takes longer, f32
+/// less.
+fn weight(method: Method, precision: Precision) -> f64 {
+    let order = if method.is_by_sweeps() { 10.0 } else { 1.0 };
+    order * if precision == Precision::F32 { 0.6 } else { 1.0 }
+}
+
+/// Evaluations and products of a step, at least.
+const fn least(method: Method) -> f64 {
+    match method.minimizer {
+        _ if !method.integrator.is_implicit() => 1.0,
+        Minimizer::OneStep => 3.0,
+        Minimizer::Newton(_) => 5.0,
+        Minimizer::VertexBlockDescent { sweeps } => sweeps as f64,
+    }
+}
+
+/// What a step is expected to take before one was made, in evaluations and products: it decides which candidate is tried first.
+const fn expected(method: Method) -> f64 {
+    match method.minimizer {
+        _ if !method.integrator.is_implicit() => 2.0,
+        Minimizer::OneStep => 50.0,
+        Minimizer::Newton(_) => 1000.0,
+        Minimizer::VertexBlockDescent { sweeps } => sweeps as f64,
+    }
+}
+
+/// What a row took, in evaluations and products of f64.
+pub(super) fn cost(row: &Row, method: Method) -> f64 {
+    weight(method, row.stepped.precision()) * row.count() as f64
+}
+
+impl Candidate {
+    /// At steps that are halved, from the first halving on, over so many steps of the scene.
+    pub(super) fn fixed(method: Method, precision: Precision, first: u32, steps: u64) -> Self {
+        let count = steps as f64 * f64::from(first).exp2();
+        Self {
+            method,
+            precision,
+            is_controlled: false,
+            next: first,
+            failures: 0,
+            flat: 0,
+            has_fallen: false,
+            last_error: None,
+            cost: weight(method, precision) * least(method) * count,
+            expected: weight(method, precision) * expected(method) * count,
+            row: None,
+            is_right: false,
+            dropped: None,
+        }
+    }
+
+    /// At steps that an error allows.
+    pub(super) fn controlled(method: Method, precision: Precision, steps: u64) -> Self {
+        Self { is_controlled: true, ..Self::fixed(method, precision, 0, steps) }
+    }
+
+    /// Its name, without the precision.
+    pub(super) fn name(&self) -> String {
+        let steps = if self.is_controlled { Steps::Controlled(0.0) } else { Steps::Fixed(1) };
+        Setting::new(self.method, self.precision, steps).name()
+    }
+
+    /// Evaluations and products that its next row may take, where so many of f64 are the most.
+    pub(super) fn most(&self, best: f64) -> u64 {
+        (best / weight(self.method, self.precision)) as u64
+    }
+
+    pub(super) const fn precision(&self) -> Precision {
+        self.precision
+    }
+
+    pub(super) const fn is_done(&self) -> bool {
+        self.is_right || self.dropped.is_some()
+    }
+
+    /// The setting of its next row for a tolerance (m); none where there is none.
+    pub(super) fn setting(&self, tolerance: f64) -> Option<Setting> {
+        let steps = if self.is_controlled {
+            Steps::Controlled(0.1 * tolerance * CONTROLLED.get(self.next as usize)?)
+        } else {
+            (self.next <= HALVINGS).then(|| Steps::Fixed(1 << self.next))?
+        };
+        Some(Setting::new(self.method, self.precision, steps))
+    }
+
+    /// Takes note of its next row, which stands at a place among all: its error is to be at most `right` (m).
+    pub(super) fn note(&mut self, row: &Row, place: usize, right: f64) {
+        self.next += 1;
+        // Solves take fewer iterations when steps are shorter; controlled steps are longer by far less.
+        let growth = if self.is_controlled || self.method.integrator.is_implicit() { 1.3 } else { 2.0 };
+        let cost = cost(row, self.method);
+        self.cost = self.cost.max(growth * cost);
+        self.expected = self.cost;
+        let Some(error) = row.error() else {
+            self.failures += 1;
+            self.dropped = (self.failures >= FAILURES).then_some(Dropped::Fails);
+            return;
+        };
+        self.failures = 0;
+        self.row = Some(place);
+        self.is_right = error <= right;
+        // Of order 2 at best.
+        self.expected = cost * (error / right).sqrt().max(growth);
+        let ratio = self.last_error.map_or(1.0, |last| error / last);
+        self.flat = if ratio > STAYS { self.flat + 1 } else { 0 };
+        self.has_fallen |= ratio < FALLS;
+        self.last_error = Some(error);
+        if !self.is_right && self.has_fallen && self.flat >= 2 {
+            self.dropped = Some(Dropped::Flat);
+        }
+    }
+}
