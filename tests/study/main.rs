@@ -7,4 +7,5 @@ mod window;
 mod rows;
 mod snow;
 mod plan;
+mod terms;
 mod stability;

@@ -22,6 +22,7 @@ mod fates;
 mod panels;
 mod map;
 mod gallery;
+mod terms;
 
 pub use picture::Picture;
 
@@ -48,7 +49,7 @@ pub fn pictures(scene: &str, chart: &Chart) -> Result<Vec<Picture>, String> {
     Ok(pictures)
 }
 
-/// What a plan shows, if anything was tried: the rows, and a ring around that which is recommended.
+/// What a plan shows, if anything was tried: the rows with a ring around that which is recommended, and what can go.
 ///
 /// # Errors
 /// What the plotter cannot make pixels of.
@@ -56,7 +57,11 @@ pub fn plan_pictures(scene: &str, plan: &Plan) -> Result<Vec<Picture>, String> {
     if plan.chart.rows.iter().all(|row| row.error().is_none()) {
         return Ok(Vec::new());
     }
-    Ok(vec![work_precision::planned(scene, plan)?])
+    let mut pictures = vec![work_precision::planned(scene, plan)?];
+    if plan.terms.iter().any(|term| term.change.is_some()) {
+        pictures.push(terms::picture(scene, plan)?);
+    }
+    Ok(pictures)
 }
 
 /// What a study of stability shows: the limits of methods, and the maps, of which it has rows.

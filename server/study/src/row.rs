@@ -168,20 +168,26 @@ fn too_long(case: &Case) -> Failure {
 
 /// Median and minimum of the seconds per simulated second, from those of equal intervals of a time (s).
 fn costs(seconds: &[f64], time: f64) -> (Option<f64>, Option<f64>) {
-    if seconds.is_empty() {
-        return (None, None);
-    }
     let interval = time / seconds.len() as f64;
-    // The first interval makes room and fills caches.
-    let mut counted = if seconds.len() > 1 { seconds[1..].to_vec() } else { seconds.to_vec() };
+    let least = counted(seconds).iter().copied().reduce(f64::min);
+    (median_seconds(seconds).map(|median| median / interval), least.map(|least| least / interval))
+}
+
+/// The intervals that count: the first one makes room and fills caches.
+fn counted(seconds: &[f64]) -> &[f64] {
+    if seconds.len() > 1 { &seconds[1..] } else { seconds }
+}
+
+/// The median of the seconds of intervals, the first left out; none without any.
+pub(crate) fn median_seconds(seconds: &[f64]) -> Option<f64> {
+    let mut counted = counted(seconds).to_vec();
     counted.sort_unstable_by(f64::total_cmp);
     let middle = counted.len() / 2;
-    let median = if counted.len().is_multiple_of(2) {
-        f64::midpoint(counted[middle - 1], counted[middle])
+    if counted.len().is_multiple_of(2) {
+        Some(f64::midpoint(*counted.get(middle.checked_sub(1)?)?, counted[middle]))
     } else {
-        counted[middle]
-    };
-    (Some(median / interval), Some(counted[0] / interval))
+        counted.get(middle).copied()
+    }
 }
 
 #[cfg(test)]

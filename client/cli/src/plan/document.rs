@@ -60,6 +60,16 @@ pub(super) fn document(subject: &Subject, plan: &Plan) -> Document {
             "dropped": one.dropped.map(nappe_study::Dropped::why),
         })
     };
+    let term = |term: &nappe_study::Term| {
+        json!({
+            "name": term.name,
+            "change_m": term.change,
+            "saving": term.saving,
+            "saved_counts": term.saved_counts,
+            "needed": term.is_needed,
+            "left_out": term.is_left_out,
+        })
+    };
     let verified = plan.verified.map(|verified| {
         json!({
             "error_m": verified.error,
@@ -86,6 +96,7 @@ pub(super) fn document(subject: &Subject, plan: &Plan) -> Document {
         "cell_m": plan.row.as_ref().and_then(|row| row.stepped.cell()),
         "step_tolerance_m": plan.row.as_ref().and_then(|row| row.stepped.step_tolerance()),
         "needed": needed,
+        "terms": plan.terms.iter().map(term).collect::<Vec<_>>(),
         "candidates": plan.tried.iter().map(candidate).collect::<Vec<_>>(),
         "verified": verified,
         "real_time": real_time,

@@ -4,7 +4,7 @@
 
 pub(crate) mod words;
 mod document;
-mod scene;
+pub(crate) mod scene;
 
 use std::path::{Path, PathBuf};
 
@@ -12,6 +12,7 @@ use nappe_scene::Scene;
 use nappe_study::Plan;
 use serde::Serialize;
 
+use self::scene::Terms;
 use crate::{
     chart::table,
     error::{CliError, Result},
@@ -41,8 +42,10 @@ pub(crate) fn said(subject: &Subject, plan: &Plan, written: &[PathBuf]) -> impl 
 ///
 /// # Errors
 /// A file that cannot be written.
-pub(crate) fn write_scene(path: &Path, name: &str, scene: &Scene, plan: &Plan) -> Result<bool> {
-    let Some(text) = scene::planned(scene, name, plan).filter(|_| plan.is_met) else { return Ok(false) };
+pub(crate) fn write_scene(path: &Path, name: &str, scene: &Scene, plan: &Plan, terms: Terms) -> Result<bool> {
+    let Some(text) = scene::planned(scene, name, plan, terms).filter(|_| plan.is_met) else {
+        return Ok(false);
+    };
     std::fs::write(path, text).map_err(|error| CliError::file("write", path, &error))?;
     Ok(true)
 }

@@ -1,6 +1,6 @@
 //! A plan in words: what to do, and what was tried.
 
-use nappe_study::{Plan, Row, Tried};
+use nappe_study::{Plan, Row, Term, Tried};
 
 use crate::{
     chart::words::{length, limit},
@@ -111,4 +111,45 @@ pub(crate) fn tried(plan: &Plan) -> String {
         Column::Left("ended because"),
     ];
     table(&columns, &plan.tried.iter().map(row).collect::<Vec<_>>())
+}
+
+/// What the scene can do without, as a table and a sentence; nothing where no term was looked at.
+pub(crate) fn terms(plan: &Plan) -> String {
+    if plan.terms.is_empty() {
+        return String::new();
+    }
+    let row = |term: &Term| {
+        let what = match (term.is_left_out, term.is_needed) {
+            (true, _) => "can go",
+            (false, true) => "needed",
+            (false, false) => "small, but not with the others",
+        };
+        vec![
+            term.name.clone(),
+            term.change.map_or_else(|| "fails".to_owned(), moved),
+            format!("{:.0} %", 100.0 * term.saving),
+            what.to_owned(),
+        ]
+    };
+    let columns = [
+        Column::Left("without"),
+        Column::Right("the answer moves by"),
+        Column::Right("time saved"),
+        Column::Left("so it"),
+    ];
+    let table = table(&columns, &plan.terms.iter().map(row).collect::<Vec<_>>());
+    let names: Vec<&str> =
+        plan.terms.iter().filter(|term| term.is_left_out).map(|term| term.name.as_str()).collect();
+    let tolerance = length(plan.chart.tolerance);
+    let sentence = if names.is_empty() {
+        format!("Every term moves the answer by more than the {tolerance} that are allowed leave.")
+    } else {
+        format!("Together these can go, and the answer stays within {tolerance}: {}.", names.join(", "))
+    };
+    format!("{table}\n\n{sentence}")
+}
+
+/// How far an answer moves (m).
+fn moved(change: f64) -> String {
+    if change == 0.0 { "0".to_owned() } else { length(change) }
 }

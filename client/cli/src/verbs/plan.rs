@@ -13,7 +13,7 @@ use nappe_study::{Case, Plan, Request, line_names};
 use crate::{
     error::{CliError, Exit, Result},
     output::{self, Format, OutputArgs},
-    plan::{self, words},
+    plan::{self, scene::Terms, words},
     study::{self, Source, Subject, files, units},
 };
 
@@ -52,6 +52,9 @@ pub(crate) struct PlanArgs {
     /// Write the scene with the method, the steps and the precision of the plan
     #[arg(long, value_name = "FILE")]
     write: Option<PathBuf>,
+    /// Leave out of the scene that is written what it can do without
+    #[arg(long, requires = "write")]
+    leave_out: bool,
     /// Write over a file that is there
     #[arg(long, requires = "write")]
     force: bool,
@@ -83,7 +86,8 @@ pub(crate) fn run(args: &PlanArgs) -> Result<()> {
     })?;
     let mut written = plan::write(&folder, &subject, &found)?;
     if let Some(path) = &args.write {
-        if plan::write_scene(path, &subject.name, &scene, &found)? {
+        let terms = if args.leave_out { Terms::LeftOut } else { Terms::Kept };
+        if plan::write_scene(path, &subject.name, &scene, &found, terms)? {
             written.push(path.clone());
         } else {
             output::note("no scene is written: nothing that was tried is right enough");
@@ -138,6 +142,11 @@ fn say(format: Format, subject: &Subject, plan: &Plan, written: &[PathBuf]) -> R
             if !plan.tried.is_empty() {
                 output::line("")?;
                 output::line(&words::tried(plan))?;
+            }
+            if !plan.terms.is_empty() {
+                output::line("")?;
+                output::line(&words::terms(plan))?;
+                output::line("")?;
             }
             output::line(&files::told(written))?;
         }

@@ -35,7 +35,7 @@ fn a_plan_has_an_answer_files_and_a_scene_that_runs_as_it_says() {
     assert!(read("out/plan.csv").lines().count() > 10);
     let files: Vec<&str> =
         said["files"].as_array().expect("files").iter().filter_map(Value::as_str).collect();
-    assert_eq!(files.len(), 5, "{files:?}");
+    assert_eq!(files.len(), 7, "{files:?}");
     check_pictures(folder.path(), &files);
 
     // The scene says what it is, and makes the steps of the plan.
@@ -44,6 +44,34 @@ fn a_plan_has_an_answer_files_and_a_scene_that_runs_as_it_says() {
     let done = nappe_in(folder.path(), &["run", "planned.toml", "--steps", "20", "--json"]).ok();
     let run: Value = serde_json::from_str(done.stdout.lines().last().expect("a line")).expect("JSON");
     assert_eq!(run["precision"], said["precision"], "{run}");
+    assert!(document["terms"].as_array().is_some_and(|terms| terms.len() >= 3), "{document}");
+    // A scene whose bending does nothing can do without it, and says so.
+    let weak = write_scene(folder.path(), &SMALL_SCENE.replace("20.0", "1e-6"));
+    let weak = [
+        "plan",
+        &weak,
+        "--tolerance",
+        "1mm",
+        "--out",
+        "weak",
+        "--until",
+        "0.1",
+        "--write",
+        "weak.toml",
+        "--leave-out",
+    ];
+    let done = nappe_in(folder.path(), &weak).ok();
+    assert!(done.stdout.contains("springs of bend"), "{}", done.stdout);
+    let left = read("weak.toml");
+    assert!(
+        left.lines()
+            .nth(1)
+            .is_some_and(|line| line.starts_with("# Left out: ") && line.contains("springs of bend")),
+        "{left}"
+    );
+    assert!(!left.contains("[body.springs.bend]"), "{left}");
+    nappe_in(folder.path(), &["run", "weak.toml", "--steps", "20"]).ok();
+
     let again = [&args[..], &["--write", "planned.toml"]].concat();
     let refused = nappe_in(folder.path(), &again);
     assert_eq!(refused.code, Some(2), "{refused:?}");
@@ -72,6 +100,7 @@ fn what_cannot_be_planned_is_refused_before_anything_is_computed() {
     );
     refused(&[&scene, "--tolerance", "1mm", "--until=-1"], "a number of seconds above 0 is needed");
     refused(&[&scene, "--tolerance", "1mm", "--force"], "--write <FILE>");
+    refused(&[&scene, "--tolerance", "1mm", "--leave-out"], "--write <FILE>");
     refused(&["brasseur", "--tolerance", "1mm", "--write", "x.toml"], "plans of snow are not written");
     assert!(!folder.path().join("out/plan.csv").exists(), "nothing was computed");
 }

@@ -5,6 +5,7 @@ use nappe_sim::math::Precision;
 use super::{
     candidate::{Candidate, Dropped},
     search::{RIGHT, Search},
+    terms::{Term, terms},
     verify::{Verified, verified},
 };
 use crate::{
@@ -19,9 +20,10 @@ use crate::{
 };
 
 /// Shares of the budget at whose end each part is over, after the reference.
-const SEARCH: f64 = 0.75;
-const TIMED: f64 = 0.85;
-const VERIFIED: f64 = 0.98;
+const SEARCH: f64 = 0.65;
+const TIMED: f64 = 0.72;
+const VERIFIED: f64 = 0.85;
+const TERMS: f64 = 0.98;
 /// Seconds per simulated second of what keeps up with real time.
 const REAL_TIME: f64 = 1.0;
 /// How the cost of snow grows with the number of cells along an axis.
@@ -68,6 +70,8 @@ pub struct Plan {
     pub met_until: f64,
     /// What it would take, where it is not met.
     pub needed: Option<Needed>,
+    /// What the scene can do without; none where nothing is right enough, and of snow.
+    pub terms: Vec<Term>,
     /// The most accurate that keeps up with real time.
     pub real_time: Option<Row>,
 }
@@ -92,6 +96,7 @@ fn nothing(chart: Chart) -> Plan {
         verified: None,
         met_until: 0.0,
         needed: None,
+        terms: Vec::new(),
         real_time: None,
     }
 }
@@ -114,6 +119,13 @@ fn of_search(case: &Case, request: &Request, budget: &Budget, tell: &dyn Fn(&str
     let row = found.as_ref().map(|(row, _)| row.clone());
     let row = row.or_else(|| most_accurate(&search.rows, |_| true));
     let met_until = row.as_ref().map_or(0.0, |row| met_until(&search, row, &budget.until(VERIFIED)));
+    let terms = found.as_ref().map_or_else(Vec::new, |(row, verified)| match row.stepped {
+        Stepped::Cloth(setting) => {
+            let errors = [verified.error, request.tolerance];
+            terms(case, &setting, &search.times, errors, &budget.until(TERMS), tell)
+        }
+        Stepped::Snow(_) => Vec::new(),
+    });
     let (rows, tried) = sorted(&search);
     chart.is_cut |= tried.iter().any(|one| one.dropped == Some(Dropped::Time));
     chart.rows = rows;
@@ -123,7 +135,7 @@ fn of_search(case: &Case, request: &Request, budget: &Budget, tell: &dyn Fn(&str
         chart.rows.extend(row.iter().map(|row| Row { front: true, ..row.clone() }));
     }
     let verified = found.map(|(_, verified)| verified);
-    Plan { tried, is_met, row, verified, met_until, needed, ..nothing(chart) }
+    Plan { tried, is_met, row, verified, met_until, needed, terms, ..nothing(chart) }
 }
 
 /// Rows in the order of their candidates, and what became of these.

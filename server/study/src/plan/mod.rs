@@ -6,8 +6,10 @@
 mod candidate;
 mod search;
 mod verify;
+mod terms;
 mod answer;
 
 pub use answer::{Needed, Plan, Tried, plan};
 pub use candidate::Dropped;
+pub use terms::{Removal, Term, without};
 pub use verify::Verified;
