@@ -20,6 +20,7 @@ mod study;
 mod chart;
 mod plan;
 mod stability;
+mod sweep;
 mod bench;
 mod verbs;
 

@@ -18,6 +18,7 @@ mod snow;
 mod collider;
 mod keys;
 mod scene;
+mod edit;
 mod fill;
 mod assemble;
 mod shipped;
@@ -29,6 +30,7 @@ pub use body::{
     Body, ElementLaw, GridPlane, Limits, Mass, Mesh, MovingPin, Pattern, Pin, Solver, SpringLaw, Springs,
 };
 pub use collider::{ColliderText, ShapeText};
+pub use edit::EditError;
 pub use error::{ErrorKind, SceneError, SceneErrors, suggestion};
 pub use keys::page as reference_page;
 pub use printable::{is_printable, printable};

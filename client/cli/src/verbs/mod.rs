@@ -26,6 +26,7 @@ mod delete;
 mod chart;
 mod plan;
 mod stability;
+mod sweep;
 mod completions;
 
 use clap::{CommandFactory as _, Parser, Subcommand};
@@ -71,6 +72,7 @@ enum Verb {
     Chart(chart::ChartArgs),
     Plan(plan::PlanArgs),
     Stability(stability::StabilityArgs),
+    Sweep(sweep::SweepArgs),
     Bench(bench::BenchArgs),
     Completions(completions::CompletionsArgs),
 }
@@ -104,6 +106,7 @@ pub(crate) fn run(cli: &Cli) -> Result<()> {
         Some(Verb::Chart(args)) => chart::run(args),
         Some(Verb::Plan(args)) => plan::run(args),
         Some(Verb::Stability(args)) => stability::run(args),
+        Some(Verb::Sweep(args)) => sweep::run(args),
         Some(Verb::Bench(args)) => bench::run(args),
         Some(Verb::Completions(args)) => completions::run(args, Cli::command()),
     }

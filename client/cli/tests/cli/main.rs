@@ -19,4 +19,5 @@ mod bench;
 mod chart;
 mod plan;
 mod stability;
+mod sweep;
 mod snow;

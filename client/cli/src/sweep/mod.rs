@@ -1,0 +1,116 @@
+//! A sweep: runs of one scene with other values, side by side, a row per run.
+//!
+//! Enters: a scene and values of its keys. Leaves: sweep.csv, sweep.json, the ends of runs where they are kept.
+
+mod combos;
+mod run;
+mod table;
+
+use std::{
+    path::{Path, PathBuf},
+    sync::{
+        atomic::{AtomicUsize, Ordering},
+        mpsc,
+    },
+};
+
+use nappe_scene::Scene;
+use nappe_study::Budget;
+use rayon::ThreadPoolBuilder;
+
+pub(crate) use self::{
+    combos::{Set, combinations},
+    table::Table,
+};
+use crate::{
+    error::{CliError, Result},
+    study::files::quoted,
+};
+
+/// What is run.
+pub(crate) struct Sweep {
+    pub(crate) scene: Scene,
+    /// Where its meshes are.
+    pub(crate) meshes: PathBuf,
+    pub(crate) keys: Vec<String>,
+    /// Values of the keys in each run.
+    pub(crate) values: Vec<Vec<String>>,
+    pub(crate) steps: u64,
+    /// Where ends of runs are kept, if they are.
+    pub(crate) ends: Option<PathBuf>,
+}
+
+impl Sweep {
+    /// The scene of a run.
+    fn scene(&self, run: usize) -> std::result::Result<Scene, String> {
+        let values: Vec<(String, String)> =
+            self.keys.iter().cloned().zip(self.values[run].iter().cloned()).collect();
+        self.scene.with_values(&values).map_err(|error| error.to_string())
+    }
+
+    /// What becomes of a run; none where the sweep was told to stop.
+    fn run(&self, run: usize, is_stopped: &dyn Fn() -> bool) -> Result<Option<Vec<String>>> {
+        let end = self.ends.as_ref().map(|folder| folder.join(format!("run-{run:06}.ply")));
+        let ran = match self.scene(run) {
+            Ok(scene) => run::run(&scene, &self.meshes, self.steps, end.as_deref(), is_stopped)?,
+            Err(cause) => Some(run::Ran::refused(cause)),
+        };
+        let values = self.values[run].iter().map(|value| quoted(value));
+        Ok(ran.map(|ran| values.chain(ran.fields()).collect()))
+    }
+
+    /// Runs all that have no row yet, as many side by side as there are threads, each on one; whether it was told to stop. `tell` is
+    /// called with what is done.
+    ///
+    /// # Errors
+    /// Files that cannot be written, and threads that cannot be started.
+    pub(crate) fn go(
+        &self,
+        table: &mut Table,
+        threads: usize,
+        budget: &Budget,
+        tell: &dyn Fn(&str),
+    ) -> Result<bool> {
+        let open: Vec<usize> = (0..self.values.len()).filter(|run| !table.has(*run)).collect();
+        let next = AtomicUsize::new(0);
+        let (sender, rows) = mpsc::channel();
+        let work = |sender: mpsc::Sender<Result<(usize, Vec<String>)>>| {
+            let is_stopped = || budget.is_stopped();
+            while let Some(run) = open.get(next.fetch_add(1, Ordering::Relaxed)) {
+                let row = match self.run(*run, &is_stopped) {
+                    Ok(Some(fields)) => Ok((*run, fields)),
+                    Ok(None) => return,
+                    Err(error) => Err(error),
+                };
+                // Nobody reads on after an error.
+                if sender.send(row).is_err() {
+                    return;
+                }
+            }
+        };
+        let ended = std::thread::scope(|scope| {
+            for _ in 0..threads.min(open.len()) {
+                let sender = sender.clone();
+                let pool = ThreadPoolBuilder::new()
+                    .num_threads(1)
+                    .build()
+                    .map_err(|error| CliError::failure(format!("cannot start a thread: {error}")))?;
+                scope.spawn(move || pool.install(|| work(sender)));
+            }
+            drop(sender);
+            for row in rows {
+                let (run, fields) = row?;
+                table.add(run, &fields)?;
+                tell(&format!("{} of {} runs", table.len(), self.values.len()));
+            }
+            Ok(())
+        });
+        ended.and_then(|()| table.rewrite())?;
+        Ok(budget.is_stopped())
+    }
+}
+
+/// The folder that meshes of a scene file are in.
+pub(crate) fn folder_of(scene: &Path) -> PathBuf {
+    scene.parent().unwrap_or(Path::new("")).to_owned()
+}
