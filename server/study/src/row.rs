@@ -57,6 +57,8 @@ pub struct Row {
     pub energy_drift: f64,
     /// The largest length over rest length of any spring.
     pub max_stretch: f64,
+    /// Hash of the state that it came to.
+    pub state_hash: u64,
     /// How it ended.
     pub outcome: Outcome,
     /// Why it did not reach its end.
@@ -114,7 +116,7 @@ impl Row {
             }),
             Stepped::Snow(_) => None,
         };
-        let Run { dt, work, energy_drift, max_stretch, .. } = *run;
+        let Run { dt, work, energy_drift, max_stretch, state_hash, .. } = *run;
         Self {
             stepped,
             dt,
@@ -126,6 +128,7 @@ impl Row {
             work,
             energy_drift,
             max_stretch,
+            state_hash,
             outcome,
             failure,
             below_floor: false,

@@ -60,6 +60,8 @@ pub struct Run {
     pub energy_drift: f64,
     /// The largest length over rest length of any spring, at the ends of steps of the world.
     pub max_stretch: f64,
+    /// Hash of the state that it came to.
+    pub state_hash: u64,
     /// How it ended.
     pub end: End,
 }
@@ -211,6 +213,7 @@ pub(crate) fn run_within(case: &Case, stepped: Stepped, times: &Times, phase: &P
         dt: stepped.dt(times.interval).unwrap_or(case.dt()),
         energy_drift: 0.0,
         max_stretch: 0.0,
+        state_hash: 0,
         end: End::Reached,
     };
     let mut runner = match Runner::start(case, stepped, times, phase) {
@@ -244,5 +247,6 @@ pub(crate) fn run_within(case: &Case, stepped: Stepped, times: &Times, phase: &P
     run.tried = run.time + failed;
     run.energy_drift = runner.now.total_energy() - runner.start;
     (run.work, run.max_stretch) = (runner.work, runner.max_stretch);
+    run.state_hash = runner.simulation.state_hash();
     run
 }

@@ -5,7 +5,7 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::words;
-use crate::study::Subject;
+use crate::{output, study::Subject};
 
 /// The first fields, which the last line of output begins with too. Their names and their order stay.
 #[derive(Debug, Serialize)]
@@ -93,6 +93,7 @@ pub(super) fn document(subject: &Subject, plan: &Plan) -> Document {
     let rest = json!({
         "until_s": plan.chart.until(),
         "met_until_s": plan.met_until,
+        "state_hash": plan.row.as_ref().map(|row| output::hash(row.state_hash)),
         "cell_m": plan.row.as_ref().and_then(|row| row.stepped.cell()),
         "step_tolerance_m": plan.row.as_ref().and_then(|row| row.stepped.step_tolerance()),
         "needed": needed,

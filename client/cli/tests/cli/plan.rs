@@ -44,6 +44,8 @@ fn a_plan_has_an_answer_files_and_a_scene_that_runs_as_it_says() {
     let done = nappe_in(folder.path(), &["run", "planned.toml", "--steps", "20", "--json"]).ok();
     let run: Value = serde_json::from_str(done.stdout.lines().last().expect("a line")).expect("JSON");
     assert_eq!(run["precision"], said["precision"], "{run}");
+    // Twenty steps of 5 ms: the end of the window.
+    assert_eq!((&document["until_s"], &run["state_hash"]), (&0.1.into(), &document["state_hash"]), "{run}");
     assert!(document["terms"].as_array().is_some_and(|terms| terms.len() >= 3), "{document}");
     // A scene whose bending does nothing can do without it, and says so.
     let weak = write_scene(folder.path(), &SMALL_SCENE.replace("20.0", "1e-6"));
