@@ -1,7 +1,7 @@
 //! Error against cost: each line a method, each mark a run; what is lower and further left is better.
 
 use kuva::plot::scatter::MarkerShape;
-use nappe_study::{Chart, Plan, Row};
+use nappe_study::{Chart, Plan, Row, Tried};
 
 use crate::{
     canvas::{Along, Anchor, Axis, Canvas, Fill, Stroke},
@@ -16,6 +16,8 @@ use crate::{
 const FRONT: &str = "#F0E442";
 /// What errors below the floor are shaded with.
 const FLOOR: &str = "#D9D9D9";
+/// Colour of reasons why methods were given up.
+const REASON: &str = "#8A8A8A";
 /// Room for failures at the right (px).
 const RAIL: f64 = 26.0;
 
@@ -26,7 +28,7 @@ fn point(row: &Row) -> Option<[f64; 2]> {
 
 pub(crate) fn picture(scene: &str, chart: &Chart) -> Result<Picture, String> {
     let title = format!("{scene}: error against cost, until {:.2} s", chart.until());
-    drawn(("work_precision", title, sentence(chart)), chart, None)
+    drawn(("work_precision", title, sentence(chart)), chart, None, &[])
 }
 
 /// The rows that a plan tried, with a ring around that which it recommends.
@@ -50,14 +52,17 @@ pub(crate) fn planned(scene: &str, plan: &Plan) -> Result<Picture, String> {
         "Of {} runs {answer}. Steps of each line are halved until it is right or would cost more. Filled marks are f64, hollow ones f32.",
         chart.rows.len()
     );
-    drawn(("plan", title, words), chart, row.and_then(point))
+    let reason = |one: &Tried| Some((point(chart.rows.get(one.row?)?)?, one.dropped?.why()));
+    let reasons: Vec<_> = plan.tried.iter().filter_map(reason).collect();
+    drawn(("plan", title, words), chart, row.and_then(point), &reasons)
 }
 
-/// A picture by its name, title and sentence, with a ring around a point.
+/// A picture by its name, title and sentence, with a ring around a point, and reasons beside others where there is room.
 fn drawn(
     (name, title, sentence): (&'static str, String, String),
     chart: &Chart,
     ring: Option<[f64; 2]>,
+    reasons: &[([f64; 2], &str)],
 ) -> Result<Picture, String> {
     let [x, y] = axes(chart);
     let mut canvas = Canvas::new(name, title, sentence, [x, y]);
@@ -81,6 +86,10 @@ fn drawn(
         write_ends(&mut canvas, &mut labels, line);
     }
     draw_failures(&mut canvas, &lines, y.range);
+    for (at, reason) in reasons {
+        let place = canvas.at(*at);
+        labels.write(&mut canvas, reason, place, REASON);
+    }
     if let Some(ring) = ring {
         canvas.marks(&[ring], MarkerShape::Circle, "#000000", 11.0, Fill::Hollow);
     }
