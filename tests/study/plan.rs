@@ -91,6 +91,8 @@ fn a_plan_takes_about_as_little_as_the_cheapest_row_of_a_whole_chart() {
             let row = found.row.as_ref().filter(|_| found.is_met);
             let row = row.unwrap_or_else(|| panic!("{name} to {tolerance} m: nothing"));
             assert!(row.error().is_some_and(|error| error <= tolerance), "{name} to {tolerance} m");
+            // Every run of the plan stays as a row, those with half the step too.
+            assert!(found.chart.rows.len() > found.searched, "{name} to {tolerance} m");
             let whole = chart(&case, &request(tolerance), &Budget::new(None), &|_| ());
             let times = whole.reference.as_ref().expect("a reference").times.end();
             assert!((times - found.chart.until()).abs() < 1e-9, "{name}: both windows");
@@ -113,11 +115,10 @@ fn a_plan_takes_about_as_little_as_the_cheapest_row_of_a_whole_chart() {
 fn what_was_tried_is_the_same_on_any_number_of_threads() {
     let case = case(sheet(6, 0.05, &sheet_rules(100.0, 0.01), 0.005), GRAVITY, DT);
     let run = |threads| with_threads(threads, || planned(&case, 1e-3));
-    // But for the last row, which seconds choose.
+    // But for those that verify what seconds choose.
     let rows = |plan: &Plan| {
         let plain = |row: &Row| Row { seconds: None, minimum_seconds: None, front: false, ..row.clone() };
-        let rows = &plan.chart.rows;
-        rows[..rows.len() - 1].iter().map(plain).collect::<Vec<_>>()
+        plan.chart.rows[..plan.searched].iter().map(plain).collect::<Vec<_>>()
     };
     let [one, two] = [1, 2].map(run);
     assert_eq!(rows(&one), rows(&two));

@@ -1,4 +1,4 @@
-//! The chart of a scene; of cloth: its window, a reference within it, and rows of every method against it.
+//! The chart of a scene of cloth: its window, a reference within it, and rows of every method against it.
 
 use crate::{
     budget::Budget,

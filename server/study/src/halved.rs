@@ -1,4 +1,4 @@
-//! What is nearest to the truth of snow: the scene as it is written on cells that are halved again and again, each particle split
+//! References of snow: the scene as it is written on cells that are halved again and again, each particle split
 //! into eight, with the ratio of steps to cells kept.
 //!
 //! Halving steps alone converges to nothing: a share of PIC, the filter of APIC and MLS, and floors act once per step.

@@ -1,6 +1,6 @@
 //! A line of a chart: a method in a precision, at steps that are halved from row to row, or at ever smaller errors per step.
 
-use nappe_sim::{cloth::Minimizer, math::Precision};
+use nappe_sim::math::Precision;
 
 use crate::{
     case::Case,
@@ -18,21 +18,6 @@ const ROWS: usize = 4;
 const BEATEN: f64 = 0.1;
 /// How often an interval is halved, at most.
 const MOST_LEVELS: u32 = 30;
-
-/// What a step is expected to take before one was made, in evaluations and products: it decides in which order lines begin.
-const fn expected(method: Method) -> u64 {
-    match method.minimizer {
-        _ if !method.integrator.is_implicit() => 2,
-        Minimizer::OneStep => 50,
-        Minimizer::Newton(_) => 1000,
-        Minimizer::VertexBlockDescent { sweeps } => sweeps as u64,
-    }
-}
-
-/// How many times as long as an evaluation of all particles at once one of a method takes: one by one takes longer.
-const fn weight(method: Method) -> u64 {
-    if method.is_by_sweeps() { 10 } else { 1 }
-}
 
 /// A method in a precision, and its rows so far.
 #[derive(Clone, Debug)]
@@ -61,7 +46,7 @@ impl Line {
             is_controlled: false,
             tried: 0,
             held: 0,
-            count: expected(method) * weight(method) * intervals,
+            count: method.expected_count() * method.weight() * intervals,
             seconds: 0.0,
             is_done: false,
         }
@@ -104,7 +89,7 @@ impl Line {
         let Some(last) = rows.last() else { return };
         let error = last.error();
         self.held += usize::from(error.is_some());
-        self.count = weight(self.method) * last.count().max(planned as u64);
+        self.count = self.method.weight() * last.count().max(planned as u64);
         let others = || rows.iter().filter_map(|row| Some((row.error()?, row.count())));
         self.is_done = match error {
             Some(error) if error <= good => true,

@@ -47,6 +47,31 @@ impl Method {
         Integrator::ALL.into_iter().flat_map(of).collect()
     }
 
+    /// Those that runs with controlled steps are made by.
+    pub(crate) fn controlled() -> [Self; 3] {
+        let newton = Self { minimizer: NEWTON, ..Self::new(Integrator::Bdf2, Hessian::Absolute) };
+        [
+            Self::new(Integrator::VelocityVerletPredicted, Hessian::Absolute),
+            Self::new(Integrator::ImplicitEuler, Hessian::Absolute),
+            newton,
+        ]
+    }
+
+    /// What a step is expected to take before one was made, in evaluations and products: it decides what is tried first.
+    pub(crate) const fn expected_count(self) -> u64 {
+        match self.minimizer {
+            _ if !self.integrator.is_implicit() => 2,
+            Minimizer::OneStep => 50,
+            Minimizer::Newton(_) => 1000,
+            Minimizer::VertexBlockDescent { sweeps } => sweeps as u64,
+        }
+    }
+
+    /// How many times as long an evaluation of it takes as one of all particles at once: one by one takes longer.
+    pub(crate) const fn weight(self) -> u64 {
+        if self.is_by_sweeps() { 10 } else { 1 }
+    }
+
     /// That by which a cloth is stepped.
     pub fn of(settings: &ClothSettings) -> Self {
         let ClothSettings { integrator, minimizer, hessian, .. } = *settings;

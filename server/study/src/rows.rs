@@ -1,15 +1,12 @@
 //! Rows of every method, each at ever shorter steps: what is cheap comes first.
 
-use nappe_sim::{
-    cloth::{Hessian, Integrator},
-    math::Precision,
-};
+use nappe_sim::math::Precision;
 
 use crate::{
     budget::Phase,
     case::Case,
     line::Line,
-    method::{Method, NEWTON},
+    method::Method,
     reference::Reference,
     request::Request,
     row::{Outcome, Row},
@@ -31,14 +28,8 @@ pub(crate) fn line_names() -> Vec<String> {
 
 /// Every method, and those whose steps are controlled, in every precision, for so many intervals.
 fn lines(precisions: &[Precision], intervals: u64) -> Vec<Line> {
-    let bdf2 = Method { minimizer: NEWTON, ..Method::new(Integrator::Bdf2, Hessian::Absolute) };
-    let controlled = [
-        Method::new(Integrator::VelocityVerletPredicted, Hessian::Absolute),
-        Method::new(Integrator::ImplicitEuler, Hessian::Absolute),
-        bdf2,
-    ];
     let fixed = Method::all().into_iter().map(|method| (method, false));
-    let all = fixed.chain(controlled.into_iter().map(|method| (method, true)));
+    let all = fixed.chain(Method::controlled().into_iter().map(|method| (method, true)));
     all.flat_map(|(method, is_controlled)| {
         precisions.iter().map(move |&precision| {
             let new = if is_controlled { Line::controlled } else { Line::fixed };

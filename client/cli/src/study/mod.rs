@@ -1,8 +1,9 @@
 //! What studies of a scene share: what is studied, for how long, the threads that compute, and files.
 //!
-//! Enters: arguments of `nappe chart` and `nappe stability`. Leaves: a case and a subject, a result within the budget, files.
+//! Enters: arguments of `nappe chart`, `nappe stability` and `nappe plan`. Leaves: a case and a subject, a result within the budget, files.
 
 pub(crate) mod units;
+pub(crate) mod asked;
 pub(crate) mod files;
 mod subject;
 mod source;

@@ -6,7 +6,7 @@ use std::{
 };
 
 use clap::Args;
-use nappe_scene::{Scene, suggestion};
+use nappe_scene::Scene;
 use nappe_sim::math::Precision;
 use nappe_study::{Case, Chart, Request, Times, TimesError, line_names};
 
@@ -15,7 +15,7 @@ use crate::{
     chart::{self, words},
     error::{CliError, Exit, Result},
     output::{self, Format, OutputArgs},
-    study::{self, Source, Subject, files, units},
+    study::{self, Source, Subject, asked, files, units},
 };
 
 /// Chart error against cost: every method, on a scene of cloth or snow
@@ -91,10 +91,7 @@ pub(crate) fn run(args: &ChartArgs) -> Result<()> {
 /// What is asked for.
 fn request(args: &ChartArgs, scene: &Scene, case: &Case) -> Result<Request> {
     let known = line_names(case);
-    if let Some(wrong) = args.methods.iter().find(|name| !known.contains(name)) {
-        let near = suggestion(wrong, known.iter().map(String::as_str));
-        return Err(CliError::usage(format!("--method {wrong}: there is no such method; {near}")));
-    }
+    asked::check_methods(&args.methods, &known)?;
     let times = match args.until {
         Some(until) => Some(Times::until(until, scene.dt).map_err(|error| refused("--until", &error))?),
         None if args.times.is_empty() => None,

@@ -6,7 +6,7 @@ use std::{
 };
 
 use clap::Args;
-use nappe_scene::{Scene, suggestion};
+use nappe_scene::Scene;
 use nappe_sim::math::Precision;
 use nappe_study::{Case, Plan, Request, line_names};
 
@@ -14,7 +14,7 @@ use crate::{
     error::{CliError, Exit, Result},
     output::{self, Format, OutputArgs},
     plan::{self, scene::Terms, words},
-    study::{self, Source, Subject, files, units},
+    study::{self, Source, Subject, asked, files, units},
 };
 
 /// Find the cheapest method, step and precision that is right enough for a scene
@@ -119,17 +119,8 @@ fn request(args: &PlanArgs, scene: &Scene, case: &Case) -> Result<Request> {
         output::note(&format!("--tolerance {}: without a unit it is metres", args.tolerance));
     }
     let known = line_names(case);
-    if let Some(wrong) = args.methods.iter().find(|name| !known.contains(name)) {
-        let near = suggestion(wrong, known.iter().map(String::as_str));
-        return Err(CliError::usage(format!("--method {wrong}: there is no such method; {near}")));
-    }
-    let end = args.until.unwrap_or(scene.steps as f64 * scene.dt);
-    if args.until.is_some_and(|until| !(until.is_finite() && until > 0.0)) {
-        return Err(CliError::usage(format!("--until {end}: a number of seconds above 0 is needed")));
-    }
-    if end == 0.0 {
-        return Err(CliError::usage("the scene has no end, steps = 0: say until when with --until S"));
-    }
+    asked::check_methods(&args.methods, &known)?;
+    let end = asked::end(args.until, scene)?;
     let (methods, precisions) = (args.methods.clone(), Precision::ALL.to_vec());
     Ok(Request { tolerance, end, times: None, methods, precisions })
 }

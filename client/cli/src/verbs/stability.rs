@@ -6,14 +6,14 @@ use std::{
 };
 
 use clap::{Args, ValueEnum};
-use nappe_scene::{Scene, suggestion};
+use nappe_scene::Scene;
 use nappe_study::{Case, Map, Method, Stability, StabilityRequest};
 
 use crate::{
     error::{CliError, Exit, Result},
     output::{self, Format, OutputArgs},
     stability::{self, gallery, words},
-    study::{self, Source, Subject, files, units},
+    study::{self, Source, Subject, asked, files, units},
 };
 
 /// Find where every method fails, on a scene of cloth
@@ -134,17 +134,8 @@ fn run_gallery(args: &StabilityArgs, threads: usize) -> Result<()> {
 /// What is asked for, but for maps.
 fn request(args: &StabilityArgs, scene: &Scene) -> Result<StabilityRequest> {
     let known: Vec<String> = Method::all().into_iter().map(Method::name).collect();
-    if let Some(wrong) = args.methods.iter().find(|name| !known.contains(name)) {
-        let near = suggestion(wrong, known.iter().map(String::as_str));
-        return Err(CliError::usage(format!("--method {wrong}: there is no such method; {near}")));
-    }
-    let end = args.until.unwrap_or(scene.steps as f64 * scene.dt);
-    if args.until.is_some_and(|until| !(until.is_finite() && until > 0.0)) {
-        return Err(CliError::usage(format!("--until {end}: a number of seconds above 0 is needed")));
-    }
-    if end == 0.0 {
-        return Err(CliError::usage("the scene has no end, steps = 0: say until when with --until S"));
-    }
+    asked::check_methods(&args.methods, &known)?;
+    let end = asked::end(args.until, scene)?;
     Ok(StabilityRequest {
         tolerance: args.tolerance,
         end,

@@ -1,5 +1,4 @@
-//! The gallery: scenes in which programs of this kind fail, over every method, in the settings that a scene has that says nothing
-//! of them.
+//! Scenes in which programs of this kind fail, over every method. Its settings are those of a scene that says nothing of them.
 //!
 //! Enters: nothing. Leaves: tables of verdicts. Each file of scenes is a family: the step, the state, or what happens on the way is
 //! what fails; a squeezed sheet; blocks of snow. Modules in reading order:

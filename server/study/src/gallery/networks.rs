@@ -1,4 +1,4 @@
-//! Networks that tests are made of: chains, sheets, and the course's rippled cloth by formula.
+//! Networks that the gallery and the tests are made of: chains, sheets, and the course's rippled cloth by formula.
 
 use nappe_sim::{
     cloth::{Network, Spring, SpringKind, SpringLaw, SpringRules},

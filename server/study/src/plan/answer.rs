@@ -58,6 +58,8 @@ pub struct Needed {
 pub struct Plan {
     /// Window, reference, and all rows that were tried; that which is recommended is on its front.
     pub chart: Chart,
+    /// How many of the rows are of the search; those after them verify what seconds choose.
+    pub searched: usize,
     /// Every method in every precision; none of snow, whose rows are those of its chart.
     pub tried: Vec<Tried>,
     /// Whether the tolerance is met until the end of the window.
@@ -82,13 +84,15 @@ pub fn plan(case: &Case, request: &Request, budget: &Budget, tell: &dyn Fn(&str)
         Some(snow) => of_rows(of_snow(case, snow, request, budget, tell)),
         None => of_search(case, request, budget, tell),
     };
-    plan.real_time = most_accurate(&plan.chart.rows, |row| row.seconds.is_some_and(|s| s <= REAL_TIME));
+    let keeps_up = |row: &Row| row.seconds.is_some_and(|seconds| seconds <= REAL_TIME);
+    plan.real_time = most_accurate(&plan.chart.rows, plan.chart.floor, keeps_up);
     plan.chart.is_stopped = budget.is_stopped();
     plan
 }
 
 fn nothing(chart: Chart) -> Plan {
     Plan {
+        searched: chart.rows.len(),
         chart,
         tried: Vec::new(),
         is_met: false,
@@ -101,10 +105,20 @@ fn nothing(chart: Chart) -> Plan {
     }
 }
 
-/// The row of the least error among some.
-fn most_accurate(rows: &[Row], is_one: impl Fn(&Row) -> bool) -> Option<Row> {
-    let held = rows.iter().filter(|row| is_one(row)).filter_map(|row| Some((row.error()?, row)));
-    held.min_by(|(a, _), (b, _)| a.total_cmp(b)).map(|(_, row)| row.clone())
+/// The row of the least error among some, of equal ones the cheapest. Rows of snow are at no less than the floor (m): nothing is
+/// nearer to the truth than its reference is known to be.
+fn most_accurate(rows: &[Row], floor: f64, is_one: impl Fn(&Row) -> bool) -> Option<Row> {
+    let known = |row: &Row| {
+        let error = if row.is_ranked() { row.error()? } else { floor };
+        Some(Row { rms_error: Some(error), ..row.clone() })
+    };
+    let seconds = |row: &Row| row.seconds.unwrap_or(f64::INFINITY);
+    let error = |row: &Row| row.error().unwrap_or(f64::INFINITY);
+    rows.iter()
+        .filter(|row| is_one(row))
+        .filter_map(known)
+        .filter(|row| row.error().is_some())
+        .min_by(|a, b| error(a).total_cmp(&error(b)).then(seconds(a).total_cmp(&seconds(b))))
 }
 
 fn of_search(case: &Case, request: &Request, budget: &Budget, tell: &dyn Fn(&str)) -> Plan {
@@ -117,7 +131,7 @@ fn of_search(case: &Case, request: &Request, budget: &Budget, tell: &dyn Fn(&str
     search.go(&budget.until(SEARCH), tell);
     let found = verified(&mut search, [&budget.until(TIMED), &budget.until(VERIFIED)], tell);
     let row = found.as_ref().map(|(row, _)| row.clone());
-    let row = row.or_else(|| most_accurate(&search.rows, |_| true));
+    let row = row.or_else(|| most_accurate(&search.rows, 0.0, |_| true));
     let met_until = row.as_ref().map_or(0.0, |row| met_until(&search, row, &budget.until(VERIFIED)));
     let terms = found.as_ref().map_or_else(Vec::new, |(row, verified)| match row.stepped {
         Stepped::Cloth(setting) => {
@@ -128,14 +142,17 @@ fn of_search(case: &Case, request: &Request, budget: &Budget, tell: &dyn Fn(&str
     });
     let (rows, tried) = sorted(&search);
     chart.is_cut |= tried.iter().any(|one| one.dropped == Some(Dropped::Time));
+    let searched = rows.len();
     chart.rows = rows;
+    chart.rows.extend(search.verification);
     let is_met = found.is_some();
     let needed = row.as_ref().filter(|_| !is_met).and_then(|row| needed(row, chart.tolerance));
-    if is_met {
-        chart.rows.extend(row.iter().map(|row| Row { front: true, ..row.clone() }));
+    let is_answer = |one: &&mut Row| is_met && row.as_ref().is_some_and(|row| row.stepped == one.stepped);
+    if let Some(answer) = chart.rows.iter_mut().rev().find(is_answer) {
+        answer.front = true;
     }
     let verified = found.map(|(_, verified)| verified);
-    Plan { tried, is_met, row, verified, met_until, needed, terms, ..nothing(chart) }
+    Plan { searched, tried, is_met, row, verified, met_until, needed, terms, ..nothing(chart) }
 }
 
 /// Rows in the order of their candidates, and what became of these.
@@ -195,12 +212,8 @@ fn of_rows(mut chart: Chart) -> Plan {
     let right = rows.iter().filter(is_on_cells).filter(is_right);
     let found = right.min_by(|a, b| seconds(a).total_cmp(&seconds(b))).cloned();
     let is_met = found.is_some();
-    let row = found.or_else(|| most_accurate(rows, |row| row.stepped.cell() == cell));
-    // Nothing is nearer to the truth than the reference is known to be.
-    let open = row
-        .as_ref()
-        .map(|row| Row { rms_error: row.error().map(|error| error.max(chart.floor)), ..row.clone() });
-    let needed = open.filter(|_| !is_met).and_then(|row| needed(&row, chart.tolerance));
+    let row = found.or_else(|| most_accurate(rows, chart.floor, |row| row.stepped.cell() == cell));
+    let needed = row.as_ref().filter(|_| !is_met).and_then(|row| needed(row, chart.tolerance));
     let met_until = if is_met { chart.until() } else { 0.0 };
     for one in &mut chart.rows {
         one.front = is_met && row.as_ref().is_some_and(|row| row.stepped == one.stepped);

@@ -73,8 +73,7 @@ pub(super) struct Candidate {
 /// How many times as long an evaluation or product takes as one of all particles at once in f64: one by one takes longer, f32
 /// less.
 fn weight(method: Method, precision: Precision) -> f64 {
-    let order = if method.is_by_sweeps() { 10.0 } else { 1.0 };
-    order * if precision == Precision::F32 { 0.6 } else { 1.0 }
+    method.weight() as f64 * if precision == Precision::F32 { 0.6 } else { 1.0 }
 }
 
 /// Evaluations and products of a step, at least.
@@ -83,16 +82,6 @@ const fn least(method: Method) -> f64 {
         _ if !method.integrator.is_implicit() => 1.0,
         Minimizer::OneStep => 3.0,
         Minimizer::Newton(_) => 5.0,
-        Minimizer::VertexBlockDescent { sweeps } => sweeps as f64,
-    }
-}
-
-/// What a step is expected to take before one was made, in evaluations and products: it decides which candidate is tried first.
-const fn expected(method: Method) -> f64 {
-    match method.minimizer {
-        _ if !method.integrator.is_implicit() => 2.0,
-        Minimizer::OneStep => 50.0,
-        Minimizer::Newton(_) => 1000.0,
         Minimizer::VertexBlockDescent { sweeps } => sweeps as f64,
     }
 }
@@ -116,7 +105,7 @@ impl Candidate {
             has_fallen: false,
             last_error: None,
             cost: weight(method, precision) * least(method) * count,
-            expected: weight(method, precision) * expected(method) * count,
+            expected: weight(method, precision) * method.expected_count() as f64 * count,
             row: None,
             is_right: false,
             dropped: None,

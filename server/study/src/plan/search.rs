@@ -1,16 +1,13 @@
 //! The search for the cheapest setting that is right enough: what promises to be that is tried first, and what cannot be cheaper
 //! any more is dropped.
 
-use nappe_sim::{
-    cloth::{Hessian, Integrator},
-    math::Precision,
-};
+use nappe_sim::math::Precision;
 
 use super::candidate::{Candidate, Dropped, cost};
 use crate::{
     budget::Phase,
     case::Case,
-    method::{Method, NEWTON},
+    method::Method,
     reference::Reference,
     request::Request,
     row::{Outcome, Row},
@@ -32,18 +29,14 @@ pub(super) struct Search<'a> {
     pub(super) times: Times,
     pub(super) places: Vec<usize>,
     pub(super) rows: Vec<Row>,
+    /// Rows of the verification.
+    pub(super) verification: Vec<Row>,
     pub(super) candidates: Vec<Candidate>,
 }
 
 /// Every method, and those whose steps are controlled. Explicit steps begin within a certified bound (s).
 fn candidates(case: &Case, request: &Request, bound: f64, steps: u64) -> Vec<Candidate> {
     let first = (case.dt() / bound).log2().ceil().max(0.0) as u32;
-    let newton = Method { minimizer: NEWTON, ..Method::new(Integrator::Bdf2, Hessian::Absolute) };
-    let controlled = [
-        Method::new(Integrator::VelocityVerletPredicted, Hessian::Absolute),
-        Method::new(Integrator::ImplicitEuler, Hessian::Absolute),
-        newton,
-    ];
     let of = |method: Method, precision: Precision| {
         let first = if method.integrator.is_implicit() { 0 } else { first };
         Candidate::fixed(method, precision, first, steps)
@@ -51,7 +44,7 @@ fn candidates(case: &Case, request: &Request, bound: f64, steps: u64) -> Vec<Can
     let mut all = Vec::new();
     for &precision in &request.precisions {
         all.extend(Method::all().into_iter().map(|method| of(method, precision)));
-        all.extend(controlled.iter().map(|method| Candidate::controlled(*method, precision, steps)));
+        all.extend(Method::controlled().map(|method| Candidate::controlled(method, precision, steps)));
     }
     all.retain(|candidate| request.methods.is_empty() || request.methods.contains(&candidate.name()));
     all
@@ -63,7 +56,8 @@ impl<'a> Search<'a> {
         let (times, places) = reference.times.coarser(case.dt());
         let steps = (times.end() / case.dt()).round() as u64;
         let candidates = candidates(case, request, bound, steps);
-        Self { case, tolerance: request.tolerance, reference, times, places, rows: Vec::new(), candidates }
+        let (rows, verification) = (Vec::new(), Vec::new());
+        Self { case, tolerance: request.tolerance, reference, times, places, rows, verification, candidates }
     }
 
     /// Tries the candidate that is expected to be right for the least, until all are right or dropped. No row takes more than the
@@ -106,12 +100,15 @@ impl<'a> Search<'a> {
         open.min_by(|(_, a), (_, b)| a.expected.total_cmp(&b.expected)).map(|(place, _)| place)
     }
 
-    /// A row of a setting at the times at which steps of the scene end.
-    pub(super) fn run(&self, setting: Setting, phase: &Phase) -> Row {
-        self.run_within(setting, phase, u64::MAX)
+    /// A row of the verification.
+    pub(super) fn verify(&mut self, setting: Setting, phase: &Phase) -> Row {
+        let row = self.run_within(setting, phase, u64::MAX);
+        self.verification.push(row.clone());
+        row
     }
 
-    /// The same, given up when it has taken more evaluations and products than these.
+    /// A row of a setting at the times at which steps of the scene end, given up when it has taken more evaluations and products
+    /// than these.
     fn run_within(&self, setting: Setting, phase: &Phase, most: u64) -> Row {
         let setting = setting.solved(self.case, self.tolerance, self.times.end());
         let made = run_within(self.case, (&setting).into(), &self.times, phase, most);

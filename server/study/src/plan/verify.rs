@@ -42,7 +42,8 @@ pub struct Verified {
     pub halvings: u32,
 }
 
-/// The row to be recommended among those that are right enough, verified, with half the steps; none without any.
+/// The row to be recommended among those that are right enough, verified, with half the steps: the first that is within the
+/// tolerance after that; none without any.
 pub(super) fn verified(
     search: &mut Search<'_>,
     [timed, rest]: [&Phase; 2],
@@ -51,8 +52,9 @@ pub(super) fn verified(
     let mut right = search.right();
     let count = |place: usize| search.rows[place].count() as f64;
     let most = right.first().map_or(0.0, |place| NEAR * count(*place));
-    right.retain(|place| count(*place) <= most);
-    right.truncate(TIMED);
+    let is_near = |place: &usize| count(*place) <= most;
+    let mut later: Vec<usize> = right.extract_if(.., |place| !is_near(place)).collect();
+    later.splice(..0, right.drain(TIMED.min(right.len())..));
     tell("timing the cheapest in turn");
     let mut rows: Vec<Row> =
         right.iter().map(|place| Row { front: true, ..search.rows[*place].clone() }).collect();
@@ -60,22 +62,31 @@ pub(super) fn verified(
     for (place, row) in right.iter().zip(&rows) {
         search.rows[*place] = Row { front: false, ..row.clone() };
     }
-    let best = cheapest(&rows)?;
+    if let Some(best) = cheapest(&rows) {
+        rows[..=best].rotate_right(1);
+    }
+    rows.extend(later.iter().map(|place| search.rows[*place].clone()));
     tell("verifying the cheapest with half its step");
-    Some(halved(search, longest(search, best, rest), rest))
+    let tolerance = search.tolerance;
+    let mut verified = rows.into_iter().map(|row| {
+        let row = longest(search, row, rest);
+        halved(search, row, rest)
+    });
+    // An error that was small by chance may be large with half the step.
+    verified.find(|(_, verified)| verified.error <= tolerance)
 }
 
-/// The row that takes the fewest seconds; of those within a tenth of them the one that takes the fewest counts, which rows are
-/// sorted by.
-fn cheapest(rows: &[Row]) -> Option<Row> {
+/// The place of the row that takes the fewest seconds; of those within a tenth of them that of the one that takes the fewest
+/// counts, which rows are sorted by.
+fn cheapest(rows: &[Row]) -> Option<usize> {
     let seconds = |row: &Row| row.seconds.unwrap_or(f64::INFINITY);
     let least = rows.iter().map(seconds).fold(f64::INFINITY, f64::min);
-    rows.iter().find(|row| seconds(row) <= TIE * least).cloned()
+    rows.iter().position(|row| seconds(row) <= TIE * least)
 }
 
 /// The row with the longest step that is right enough: between it and the one before, by the order that both show; controlled
 /// ones by that of the method.
-fn longest(search: &Search<'_>, row: Row, phase: &Phase) -> Row {
+fn longest(search: &mut Search<'_>, row: Row, phase: &Phase) -> Row {
     let (Stepped::Cloth(setting), Some(error)) = (row.stepped, row.error()) else { return row };
     let ratio = RIGHT * search.tolerance / error;
     let longer = match setting.steps {
@@ -92,7 +103,7 @@ fn longest(search: &Search<'_>, row: Row, phase: &Phase) -> Row {
         Steps::Divided(_) | Steps::Certified(_) | Steps::Own => None,
     };
     let Some(steps) = longer.filter(|_| !phase.is_over()) else { return row };
-    let longer = search.run(Setting { steps, ..setting }, phase);
+    let longer = search.verify(Setting { steps, ..setting }, phase);
     if longer.error().is_some_and(|error| error <= ALMOST * search.tolerance) { longer } else { row }
 }
 
@@ -120,13 +131,13 @@ fn finer(row: &Row) -> Option<Setting> {
 }
 
 /// The row, or one with half or a quarter of its step, whose error falls as it should under half of it.
-fn halved(search: &Search<'_>, mut row: Row, phase: &Phase) -> (Row, Verified) {
+fn halved(search: &mut Search<'_>, mut row: Row, phase: &Phase) -> (Row, Verified) {
     let error = row.error().unwrap_or(f64::INFINITY);
     let mut verified =
         Verified { error, half_step_error: None, order: None, is_asymptotic: false, halvings: 0 };
     for attempt in 0..=TRIES {
         let Some(setting) = finer(&row).filter(|_| !phase.is_over()) else { break };
-        let half = search.run(setting, phase);
+        let half = search.verify(setting, phase);
         let Some(smaller) = half.error() else { break };
         let ratio = verified.error / smaller;
         (verified.half_step_error, verified.order) = (Some(smaller), Some(ratio.log2()));
