@@ -31,10 +31,12 @@ mod requests;
 mod reason;
 mod reason_pages;
 mod contract_page;
+mod descriptors;
 pub mod packed;
 pub mod token;
 
 pub use contract_page::contract_page;
+pub use descriptors::contract_descriptors;
 pub use reason::{DOMAIN, Reason};
 pub use reason_pages::{code_name, errors_page, reasons_json};
 

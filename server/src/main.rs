@@ -4,6 +4,7 @@ use std::{process::ExitCode, time::Duration};
 
 use clap::Parser;
 use nappe_server::{App, Config, Signals, check_processor};
+use tokio::sync::oneshot;
 use tracing_subscriber::EnvFilter;
 
 /// Serves simulations of cloth and snow over gRPC.
@@ -15,6 +16,9 @@ struct Arguments {
     /// What is logged, in the syntax of tracing: error, warn, info, debug, nappe_server=debug.
     #[arg(long, env = "NAPPE_LOG", default_value = "info")]
     log: String,
+    /// Ends the server when its standard input closes, as when the program that started it ends or is killed.
+    #[arg(long)]
+    until_stdin_closes: bool,
 }
 
 fn main() -> ExitCode {
@@ -30,14 +34,15 @@ fn main() -> ExitCode {
         Ok(runtime) => runtime,
         Err(error) => return failed(&format!("no runtime could be started: {error}")),
     };
-    let code = runtime.block_on(run(arguments.config));
+    let input = arguments.until_stdin_closes.then(input_closed);
+    let code = runtime.block_on(run(arguments.config, input));
 
     // Blocking work that hangs must not keep the program alive.
     runtime.shutdown_timeout(Duration::from_millis(200));
     code
 }
 
-async fn run(config: Config) -> ExitCode {
+async fn run(config: Config, input: Option<oneshot::Receiver<()>>) -> ExitCode {
     let signals = match Signals::listen() {
         Ok(signals) => signals,
         Err(error) => return failed(&format!("cannot catch signals: {error}")),
@@ -52,14 +57,34 @@ async fn run(config: Config) -> ExitCode {
         (None, Some(_)) => tracing::info!("clients show the token of the file that was given"),
         (None, None) => tracing::warn!("no token is asked for: whoever reaches the address may call"),
     }
-    match signals.first().await {
-        Ok(signal) => tracing::info!("{signal}: draining"),
-        Err(error) => tracing::error!("cannot catch signals, ending: {error}"),
+    let input = async {
+        match input {
+            Some(closed) => drop(closed.await),
+            None => std::future::pending().await,
+        }
+    };
+    tokio::select! {
+        signal = signals.first() => match signal {
+            Ok(signal) => tracing::info!("{signal}: draining"),
+            Err(error) => tracing::error!("cannot catch signals, ending: {error}"),
+        },
+        () = input => tracing::info!("the standard input closed: draining"),
     }
 
     app.shutdown().await;
     tracing::info!("ended");
     ExitCode::SUCCESS
+}
+
+/// Resolves when the standard input is at its end. It is read on a thread of its own, which ends with the program.
+fn input_closed() -> oneshot::Receiver<()> {
+    let (sender, receiver) = oneshot::channel();
+    std::thread::spawn(move || {
+        // What is written to it means nothing, and an input that cannot be read counts as closed.
+        let _ = std::io::copy(&mut std::io::stdin().lock(), &mut std::io::sink());
+        let _ = sender.send(());
+    });
+    receiver
 }
 
 #[allow(clippy::print_stdout, reason = "a script reads the address from the first line of the output")]

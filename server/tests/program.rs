@@ -134,6 +134,34 @@ fn a_signal_ends_the_program_with_code_0() {
     }
 }
 
+#[cfg(unix)]
+#[test]
+fn a_server_that_was_asked_to_ends_when_its_input_closes_and_not_before() {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_nappe-server"));
+    command.args(["--address", "127.0.0.1:0", "--no-token", "--until-stdin-closes"]);
+    command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let mut server = command.spawn().expect("the program starts");
+    let address = address(&mut server);
+    let mut input = server.stdin.take().expect("its input is a pipe");
+    input.write_all(b"what is written means nothing\n").expect("written");
+    thread::sleep(Duration::from_millis(200));
+    assert!(server.try_wait().expect("it can be asked").is_none());
+    TcpStream::connect(&address).expect("it listens");
+    drop(input);
+    assert_eq!(end(&mut server).code(), Some(0));
+
+    // Without the flag, an input that is closed from the start ends nothing.
+    let mut command = Command::new(env!("CARGO_BIN_EXE_nappe-server"));
+    command.args(["--address", "127.0.0.1:0", "--no-token"]).stdin(Stdio::null());
+    let mut server =
+        command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the program starts");
+    self::address(&mut server);
+    thread::sleep(Duration::from_millis(200));
+    assert!(server.try_wait().expect("it can be asked").is_none());
+    terminate(&server);
+    assert_eq!(end(&mut server).code(), Some(0));
+}
+
 #[test]
 fn an_address_that_others_reach_is_refused_with_a_reason() {
     let refused = program(&["--address", "0.0.0.0:0"]).wait_with_output().expect("it ends");

@@ -50,7 +50,7 @@ const ORDER: [&str; 18] = [
 ];
 
 /// What is said of entries that cannot say it themselves.
-const SAID: [(&str, &str); 29] = [
+const SAID: [(&str, &str); 35] = [
     ("Cargo.lock", "Versions of all dependencies, committed since this is a program"),
     ("LICENSE", "MIT or Apache-2.0, at your option"),
     ("LICENSE-APACHE", "The text of Apache-2.0"),
@@ -58,6 +58,18 @@ const SAID: [(&str, &str); 29] = [
     ("README.md", "What nappe is, a picture, two commands"),
     ("client/README.md", "The library, the command, examples"),
     ("client/examples/", "Programs that use a server, in Rust and in Python"),
+    (
+        "client/python/",
+        "The package for Python: numpy arrays, sync and with asyncio, without generated stubs",
+    ),
+    ("client/python/README.md", "What the package is, ten lines of code"),
+    ("client/python/src/", "The package itself"),
+    (
+        "client/python/src/nappe/contract.binpb",
+        "The contract as data, of which messages are made; made from `proto/nappe`",
+    ),
+    ("client/python/src/nappe/py.typed", "Says that the package has types"),
+    ("client/python/tests/", "Its tests: the core on made messages, the rest on the real server"),
     ("client/tests/", "Frames from made messages, as a program meets them"),
     ("deploy/", "Runs a server somewhere"),
     ("docs/", "What is written for readers"),
@@ -187,7 +199,7 @@ impl Repository {
 
     /// The file that opens a folder of modules.
     fn head(&self, folder: &str) -> Option<String> {
-        let names = ["mod.rs", "lib.rs", "main.rs"].map(|name| format!("{folder}{name}"));
+        let names = ["mod.rs", "lib.rs", "main.rs", "__init__.py"].map(|name| format!("{folder}{name}"));
         names.into_iter().find(|path| self.texts.contains_key(path))
     }
 

@@ -23,7 +23,7 @@ const WRITERS: [(&str, &str, &str); 5] = [
     ("pages", "docs/scenes.md", "-p nappe-scene --test reference -- the_reference_in_the_docs"),
     (
         "pages",
-        "docs/errors.md, docs/refusals.md, docs/contract.md, proto/nappe/v1/reasons.json",
+        "docs/errors.md, docs/refusals.md, docs/contract.md, reasons.json and contract.binpb",
         "-p nappe-tests --test service -- the_page_of",
     ),
     (

@@ -1,0 +1,101 @@
+"""Cloth and snow, stepped on a nappe server, as numpy arrays.
+
+    import nappe
+
+    with nappe.serve() as server, server.create("flag") as session:
+        session.play()
+        for frame in session.frames(every=True):
+            print(frame.time, frame.positions.mean(axis=0))
+
+`nappe.connect()` reaches a server that runs already. `nappe.aio` has the same names with `await`; `nappe.v1` has the
+raw messages of the contract. docs/python.md leads from nothing to a moving cloth, and lists everything here.
+"""
+
+from nappe import v1
+from nappe._errors import (
+    REASONS,
+    Diverged,
+    Error,
+    Expired,
+    Full,
+    NotFound,
+    Reason,
+    Refused,
+    TooSlow,
+    Unauthenticated,
+    Unavailable,
+)
+from nappe._frames import BodyFrame, Frame, Grid
+from nappe._pending import Pending
+from nappe._requests import Changes
+from nappe._sync import DiagnosticsStream, Frames, Server, Session, Stream, connect, serve
+from nappe._topology import Body, Collider, Topology
+from nappe._trajectory import Trajectory
+from nappe._uploads import Uploaded
+from nappe._values import (
+    Accepted,
+    Change,
+    ClothParameters,
+    ClothSteps,
+    Diagnostics,
+    Failure,
+    Notices,
+    Parameters,
+    RejectedStep,
+    ServerInfo,
+    SessionEnd,
+    SessionInfo,
+    SessionRanks,
+    SnowDiagnostics,
+    SolveReport,
+    SpringParameters,
+)
+
+__version__ = "0.1.0"
+__all__ = [
+    "REASONS",
+    "Accepted",
+    "Body",
+    "BodyFrame",
+    "Change",
+    "Changes",
+    "ClothParameters",
+    "ClothSteps",
+    "Collider",
+    "Diagnostics",
+    "DiagnosticsStream",
+    "Diverged",
+    "Error",
+    "Expired",
+    "Failure",
+    "Frame",
+    "Frames",
+    "Full",
+    "Grid",
+    "NotFound",
+    "Notices",
+    "Parameters",
+    "Pending",
+    "Reason",
+    "Refused",
+    "RejectedStep",
+    "Server",
+    "ServerInfo",
+    "Session",
+    "SessionEnd",
+    "SessionInfo",
+    "SessionRanks",
+    "SnowDiagnostics",
+    "SolveReport",
+    "SpringParameters",
+    "Stream",
+    "TooSlow",
+    "Topology",
+    "Trajectory",
+    "Unauthenticated",
+    "Unavailable",
+    "Uploaded",
+    "connect",
+    "serve",
+    "v1",
+]

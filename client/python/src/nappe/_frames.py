@@ -1,0 +1,294 @@
+"""Pieces of the wire to whole frames: each array is copied at most once, and every number is finite.
+
+Enters: messages of a stream, from a server that is not trusted. Leaves: frames.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nappe._contract import Message, number
+from nappe._errors import Error
+from nappe._topology import Body, Topology, place
+from nappe._values import Diagnostics, read
+
+MAX_GRID_NODES = 1 << 22
+"""Most nodes of the snow's grid in a frame that this package agrees to hold."""
+
+FIELDS = {"positions": 3, "velocities": 3, "plastic_ratio": 1, "stress": 1}
+"""Arrays over the particles that frames can have, and how many numbers each has per particle."""
+
+_NUMBERS = {
+    "positions": number("Field", "FIELD_POSITIONS"),
+    "velocities": number("Field", "FIELD_VELOCITIES"),
+    "plastic_ratio": number("Field", "FIELD_PLASTIC_RATIO"),
+    "stress": number("Field", "FIELD_STRESS_NORM"),
+}
+_NAMES = {value: name for name, value in _NUMBERS.items()}
+_TYPES: dict[int, np.dtype[Any]] = {
+    number("Encoding", "ENCODING_UNSPECIFIED"): np.dtype("<f4"),
+    number("Encoding", "ENCODING_RAW_F32"): np.dtype("<f4"),
+    number("Encoding", "ENCODING_RAW_F64"): np.dtype("<f8"),
+}
+
+Array = NDArray[Any]
+"""An array of float32 or float64, as it was asked for."""
+
+
+def field_number(name: str) -> int:
+    """The number of a field on the wire."""
+    return _NUMBERS[name]
+
+
+@dataclass(frozen=True, eq=False)
+class Grid:
+    """Nodes of the snow's grid that carry mass, at the time of a frame."""
+
+    cell: float
+    """Distance between neighbouring nodes (m)."""
+    indices: NDArray[np.int32]
+    """Indices of the nodes (n, 3): a node stands at cell * index."""
+    masses: NDArray[np.float32]
+    """Masses (n,) (kg)."""
+    velocities: NDArray[np.float32]
+    """Velocities (n, 3) (m/s)."""
+    stride: int
+    """Only nodes whose indices are multiples of this were sent. 1: all nodes."""
+    node_count: int
+    """Nodes of the selection, sent or not."""
+
+    @property
+    def positions(self) -> NDArray[np.float64]:
+        """Where the nodes stand (n, 3) (m)."""
+        return np.asarray(self.cell * self.indices, np.float64)
+
+
+class _Arrays:
+    """The arrays of a frame, or of one body of it."""
+
+    def __init__(self, arrays: dict[str, Array]) -> None:
+        self._arrays = arrays
+
+    @property
+    def positions(self) -> Array:
+        """Positions (n, 3) (m), read-only."""
+        return self._array("positions")
+
+    @property
+    def velocities(self) -> Array:
+        """Velocities (n, 3) (m/s), read-only, if they were asked for."""
+        return self._array("velocities")
+
+    @property
+    def plastic_ratio(self) -> Array:
+        """Plastic volume ratio J_P of snow (n,), 1 for particles of cloth, read-only, if it was asked for."""
+        return self._array("plastic_ratio")
+
+    @property
+    def stress(self) -> Array:
+        """Frobenius norm of the Cauchy stress of snow (n,) (Pa), 0 for cloth, read-only, if it was asked for."""
+        return self._array("stress")
+
+    @property
+    def fields(self) -> tuple[str, ...]:
+        """Names of the arrays that there are."""
+        return tuple(self._arrays)
+
+    def _array(self, name: str) -> Array:
+        if name not in self._arrays:
+            raise Error(f"this frame has no {name}: name it when you ask for frames, fields=({name!r}, ...)")
+        return self._arrays[name]
+
+
+class BodyFrame(_Arrays):
+    """One body at the time of a frame: its arrays are views of the frame's."""
+
+    def __init__(self, body: Body, arrays: dict[str, Array]) -> None:
+        """The part of the arrays that belongs to the body."""
+        super().__init__({name: array[body.particles] for name, array in arrays.items()})
+        self.topology = body
+        """What does not change: triangles, pins, texture coordinates."""
+
+    @property
+    def name(self) -> str:
+        """Its name in the scene."""
+        return self.topology.name
+
+    @property
+    def triangles(self) -> NDArray[np.int64]:
+        """Triangles (m, 3): indices of rows of these arrays, from 0."""
+        return self.topology.triangles.astype(np.int64) - self.topology.first_particle
+
+
+class Frame(_Arrays):
+    """The particles at one instant, in the order of the scene's own meshes and objects."""
+
+    def __init__(
+        self, wire: Message, arrays: dict[str, Array], grid: Grid | None, topology: Topology | None = None
+    ) -> None:
+        """A whole frame; `wire` is its first piece."""
+        super().__init__(arrays)
+        self._topology = topology
+        self._diagnostics = wire.diagnostics if wire.HasField("diagnostics") else None
+        self.number: int = wire.frame
+        """Frame number. Frame 0 is the initial state."""
+        self.step: int = wire.step
+        """Steps taken before this frame."""
+        self.time: float = wire.time_seconds
+        """Simulated time (s)."""
+        self.state_hash: int | None = wire.state_hash if wire.HasField("state_hash") else None
+        """Hash of all on which further steps depend; None in frames that carry none."""
+        self.dropped: int = wire.dropped_count
+        """Frames that were left out since the one before, of a stream of the newest."""
+        self.grid = grid
+        """Nodes of the snow's grid, if they were asked for."""
+
+    @property
+    def topology(self) -> Topology:
+        """What the session is made of. A frame that came with the answer of a call has none."""
+        if self._topology is None:
+            raise Error("a frame that comes with a step has no topology; frames of session.frames() have")
+        return self._topology
+
+    @cached_property
+    def diagnostics(self) -> Diagnostics | None:
+        """Diagnostics of the step that made the frame."""
+        return None if self._diagnostics is None else read(Diagnostics, self._diagnostics)
+
+    def body(self, name: str) -> BodyFrame:
+        """The arrays of one body, as views."""
+        return BodyFrame(self.topology.body(name), self._arrays)
+
+    @property
+    def bodies(self) -> tuple[BodyFrame, ...]:
+        """All bodies, in the order of their particles."""
+        return tuple(BodyFrame(body, self._arrays) for body in self.topology.bodies)
+
+    @property
+    def triangles(self) -> NDArray[np.uint32]:
+        """The triangles of all bodies (m, 3)."""
+        return self.topology.triangles
+
+    @property
+    def pins(self) -> NDArray[np.uint32]:
+        """The pinned particles of all bodies (m,)."""
+        return self.topology.pins
+
+    @property
+    def uv(self) -> NDArray[np.float32]:
+        """Texture coordinates of all particles (n, 2); not numbers where a body has none."""
+        return self.topology.uv
+
+    def __repr__(self) -> str:
+        """What the frame is, in a line."""
+        count = len(self.positions) if "positions" in self._arrays else 0
+        return f"<nappe.Frame {self.number}: step {self.step}, {self.time:g} s, {count} particles>"
+
+    def _repr_html_(self) -> str:
+        cells = {"frame": self.number, "step": self.step, "time": f"{self.time:g} s", "arrays": ", ".join(self.fields)}
+        rows = "".join(f"<tr><th>{name}</th><td>{value}</td></tr>" for name, value in cells.items())
+        return f"<table>{rows}</table>"
+
+
+class FrameJoiner:
+    """Puts the pieces of frames together: an array that came in one piece is not copied, any other once."""
+
+    def __init__(self) -> None:
+        """No topology has come yet."""
+        self.topology: Topology | None = None
+        self._pieces: list[Message] = []
+
+    def begin(self, topology: Topology | None) -> None:
+        """A stream begins, or begins anew: a frame in the making is void."""
+        self.topology, self._pieces = topology, []
+
+    def add(self, piece: Message) -> Frame | None:
+        """Takes the next piece; the frame when its last one has come."""
+        if self.topology is None or self.topology.id != piece.topology_id:
+            raise _broken(piece, f"it belongs to topology {piece.topology_id}, which did not come")
+        index, count = place(piece)
+        begun = self._pieces
+        if begun and begun[0].frame != piece.frame:
+            raise _broken(begun[0], f"it broke off after {len(begun)} pieces; frame {piece.frame} came")
+        if index != len(begun) or index >= count or (begun and place(begun[0])[1] != count):
+            raise _broken(piece, f"piece {index} of {count} came where piece {len(begun)} was next")
+        begun.append(piece)
+        if index + 1 < count:
+            return None
+        self._pieces = []
+        return read_frame(begun, self.topology.particle_count, self.topology)
+
+
+def read_frame(pieces: list[Message], particles: int, topology: Topology | None = None) -> Frame:
+    """A frame from all of its pieces, in order."""
+    parts: dict[int, list[Message]] = {}
+    for piece in pieces:
+        for part in piece.fields:
+            parts.setdefault(part.field, []).append(part)
+    arrays = {}
+    for known, part_list in parts.items():
+        name = _NAMES.get(known)
+        if name is not None:
+            arrays[name] = _array(pieces[0], name, part_list, particles)
+    return Frame(pieces[0], arrays, _grid(pieces), topology)
+
+
+def _array(frame: Message, name: str, parts: list[Message], particles: int) -> Array:
+    """An array from its parts, in order."""
+    width, dtype = FIELDS[name], _TYPES.get(parts[0].encoding)
+    if dtype is None:
+        raise _broken(frame, f"its {name} have encoding {parts[0].encoding}, which is newer than this package")
+    whole: Array | None = None if len(parts) == 1 else np.empty((particles, width), dtype)
+    filled = 0
+    flat: Array = np.empty(0, dtype)
+    for part in parts:
+        data = part.data
+        element = width * dtype.itemsize
+        if part.encoding != parts[0].encoding or len(data) % element:
+            raise _broken(frame, f"{len(data)} bytes of its {name} are no whole particles of {element} bytes")
+        flat = np.frombuffer(data, dtype).reshape(-1, width)
+        end = filled + len(flat)
+        if part.first_particle != filled or end > particles:
+            raise _broken(frame, f"its {name} go on at particle {part.first_particle} of {particles}, not at {filled}")
+        if not np.isfinite(flat).all():
+            at = filled + int(np.argmin(np.isfinite(flat).all(axis=1)))
+            raise _broken(frame, f"the {name} of particle {at} are not finite")
+        if whole is not None:
+            whole[filled:end] = flat
+        filled = end
+    if filled != particles:
+        raise _broken(frame, f"its {name} cover {filled} of {particles} particles")
+    array = flat if whole is None else whole
+    array.setflags(write=False)
+    return array if width > 1 else array.reshape(-1)
+
+
+def _grid(pieces: list[Message]) -> Grid | None:
+    """The nodes of the grid in all pieces of a frame."""
+    parts = [piece.grid for piece in pieces if piece.HasField("grid")]
+    if not parts:
+        return None
+    first = parts[0]
+    head = (first.cell, first.stride, first.node_count)
+    if any((part.cell, part.stride, part.node_count) != head for part in parts) or not first.cell > 0:
+        raise _broken(pieces[0], "the pieces of its grid are of different grids")
+    lengths = [(len(part.index_i32), len(part.mass_f32), len(part.velocity_f32)) for part in parts]
+    nodes = sum(mass for _, mass, _ in lengths) // 4
+    if any((12 * (mass // 4), mass % 4, 12 * (mass // 4)) != (index, 0, speed) for index, mass, speed in lengths):
+        raise _broken(pieces[0], "index, mass and velocity of its grid are of different lengths")
+    if nodes > min(MAX_GRID_NODES, first.node_count) or (first.stride == 1 and nodes != first.node_count):
+        raise _broken(pieces[0], f"{nodes} nodes of its grid came, and {first.node_count} were announced")
+    data = [b"".join(getattr(part, name) for part in parts) for name in ("index_i32", "mass_f32", "velocity_f32")]
+    masses, velocities = np.frombuffer(data[1], "<f4"), np.frombuffer(data[2], "<f4").reshape(-1, 3)
+    if not (np.isfinite(masses).all() and np.isfinite(velocities).all()):
+        raise _broken(pieces[0], "a mass or a velocity of its grid is not finite")
+    return Grid(first.cell, np.frombuffer(data[0], "<i4").reshape(-1, 3), masses, velocities, *head[1:])
+
+
+def _broken(frame: Message, what: str) -> Error:
+    return Error(f"the server's stream does not decode: frame {frame.frame}: {what}")

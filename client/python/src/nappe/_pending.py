@@ -1,0 +1,58 @@
+"""Changes that wait for their step, as values."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from nappe._contract import ENUMS, Message
+from nappe._values import word
+
+
+@dataclass(frozen=True)
+class Pending:
+    """What one call asked for, and waits for its step."""
+
+    effective_step: int
+    """Index of the step before which it takes effect."""
+    order: int
+    """Its number among the calls that changed the session."""
+    changes: dict[str, Any]
+    """What changes: `gravity` (m/s^2), `wind` (m/s), `drag` (N s/m), `springs` (a dict each), `pins` and `paths` (by
+    the index of the particle)."""
+
+
+def read_pending(message: Message) -> Pending:
+    """A change that waits, from the message that describes it."""
+    asked = message.changes
+    changes: dict[str, Any] = {}
+    for name in ("gravity", "wind"):
+        if asked.HasField(name):
+            changes[name] = _vector(getattr(asked, name))
+    if asked.HasField("drag"):
+        changes["drag"] = asked.drag
+    if asked.springs:
+        changes["springs"] = [_springs(update) for update in asked.springs]
+    if asked.pins:
+        changes["pins"] = {pin.particle: (_vector(pin.target), pin.duration_seconds) for pin in asked.pins}
+    if asked.paths:
+        changes["paths"] = {
+            path.particle: (np.array(path.times_seconds), np.array(path.targets).reshape(-1, 3)) for path in asked.paths
+        }
+    return Pending(message.accepted.effective_step, message.accepted.order, changes)
+
+
+def _springs(update: Message) -> dict[str, Any]:
+    told: dict[str, Any] = {"body": update.body or None}
+    kind = word(ENUMS["SpringKind"], update.kind)
+    told["kind"] = "all" if kind == "unspecified" else kind
+    for name in ("stiffness", "damping"):
+        if update.HasField(name):
+            told[name] = getattr(update, name)
+    return told
+
+
+def _vector(message: Message) -> tuple[float, float, float]:
+    return (message.x, message.y, message.z)

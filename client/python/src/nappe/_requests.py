@@ -1,0 +1,341 @@
+"""Requests: what a caller gives, checked before a byte is sent, as messages of the contract.
+
+Enters: arguments. Leaves: calls, each with its message, the time that it may take, and how its answer is read.
+"""
+
+from __future__ import annotations
+
+import math
+import uuid
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Generic, TypedDict, TypeVar, cast
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from nappe._contract import MESSAGES, METHODS, Message, Method, number
+from nappe._errors import Refused, refused
+from nappe._frames import FIELDS, Frame, field_number, read_frame
+from nappe._values import Accepted, ServerInfo, read, server_info
+
+T = TypeVar("T")
+
+CALL_LIMIT = 10.0
+"""Longest time of a call that the server answers at once (s)."""
+CREATE_LIMIT = 120.0
+"""Longest time that the building of a large scene may take (s)."""
+PAGE_SIZE = 200
+"""Sessions, or changes, in a page of a list."""
+
+_KINDS = {
+    "all": number("SpringKind", "SPRING_KIND_UNSPECIFIED"),
+    "stretch": number("SpringKind", "SPRING_KIND_STRETCH"),
+    "shear": number("SpringKind", "SPRING_KIND_SHEAR"),
+    "bend": number("SpringKind", "SPRING_KIND_BEND"),
+}
+_ENCODINGS = {"f32": number("Encoding", "ENCODING_RAW_F32"), "f64": number("Encoding", "ENCODING_RAW_F64")}
+_PRECISIONS = {
+    None: number("Precision", "PRECISION_UNSPECIFIED"),
+    "f32": number("Precision", "PRECISION_F32"),
+    "f64": number("Precision", "PRECISION_F64"),
+}
+_AXES = {axis: number("Axis", f"AXIS_{axis.upper()}") for axis in "xyz"}
+
+PerKind = float | Mapping[str, float]
+"""One number for springs of all kinds, or one for each kind: `{"bend": 5}`."""
+
+
+class Changes(TypedDict, total=False):
+    """Changes of parameters; those that are absent stay as they are.
+
+    `gravity` (m/s^2), `wind` (m/s), `drag` (N s/m) of the whole session. `stiffness` (N/m) and `damping` (N s/m) of
+    springs: one number, or one for each of `stretch`, `shear` and `bend`; `body` names the cloth that they are of, all
+    without it. `pins`: for the index of a pinned particle, where it goes (m), at constant speed within `duration`
+    (simulated seconds; at least one step).
+    """
+
+    gravity: ArrayLike
+    wind: ArrayLike
+    drag: float
+    stiffness: PerKind
+    damping: PerKind
+    body: str
+    pins: Mapping[int, ArrayLike]
+    duration: float
+
+
+@dataclass(frozen=True)
+class Call(Generic[T]):
+    """One call: its method, its message, the seconds that it may take (None: any), how its answer is read."""
+
+    method: Method
+    message: Message
+    limit: float | None
+    read: Callable[[Message], T]
+
+    @property
+    def name(self) -> str:
+        """The method's name in the contract."""
+        return self.method.path.rpartition("/")[2]
+
+
+def call(name: str, message: Message, limit: float | None, reading: Callable[[Message], T]) -> Call[T]:
+    """A call of a method by its name in the contract."""
+    return Call(METHODS[name], message, limit, reading)
+
+
+def of_session(name: str, ids: tuple[str, str], limit: float | None = None, **fields: Any) -> Call[Message]:
+    """A call about a session, by its id and uid, that answers how the session stands."""
+    session_id, uid = ids
+    message = METHODS[name].request(session_id=session_id, session_uid=uid, **fields)
+    return call(name, message, limit, lambda answer: answer)
+
+
+def info() -> Call[ServerInfo]:
+    """What the server is."""
+    return call("GetServerInfo", MESSAGES["GetServerInfoRequest"](), CALL_LIMIT, server_info)
+
+
+def create(
+    *,
+    scene_name: str | None,
+    scene_text: str | None,
+    session_id: str,
+    precision: str | None,
+    thread_count: int,
+    step_limit: int | None,
+    frame_interval_steps: int,
+    rank_count: int,
+) -> Call[Message]:
+    """A new session. Its request id makes a repeated request return the session of the first."""
+    if precision not in _PRECISIONS:
+        raise refused(f"precision is {precision!r}; allowed: 'f32', 'f64', or None, as the scene says", "precision")
+    message = MESSAGES["CreateSessionRequest"](
+        session_id=session_id,
+        precision=_PRECISIONS[precision],
+        thread_count=whole(thread_count, "thread_count"),
+        frame_interval_steps=whole(frame_interval_steps, "frame_interval_steps"),
+        rank_count=whole(rank_count, "rank_count"),
+        request_id=str(uuid.uuid4()),
+    )
+    if step_limit is not None:
+        message.step_limit = whole(step_limit, "step_limit")
+    if scene_text is not None:
+        message.scene_text = scene_text
+    else:
+        message.scene_name = scene_name or ""
+    return call("CreateSession", message, CREATE_LIMIT, lambda answer: answer)
+
+
+def sessions(page_token: str) -> Call[Message]:
+    """A page of the list of sessions."""
+    message = MESSAGES["ListSessionsRequest"](page_size=PAGE_SIZE, page_token=page_token)
+    return call("ListSessions", message, CALL_LIMIT, lambda answer: answer)
+
+
+def pending(ids: tuple[str, str], page_token: str) -> Call[Message]:
+    """A page of the list of changes that wait."""
+    return of_session("ListPendingChanges", ids, CALL_LIMIT, page_size=PAGE_SIZE, page_token=page_token)
+
+
+def changes(**given: Any) -> Changes:
+    """The changes among arguments: those that are not None."""
+    kept: Any = {name: value for name, value in given.items() if value is not None}
+    return cast(Changes, kept)
+
+
+def fork(ids: tuple[str, str], new_id: str, step_limit: int | None) -> Call[Message]:
+    """A session that stands where another one stands."""
+    made = of_session("ForkSession", ids, new_session_id=new_id)
+    if step_limit is not None:
+        made.message.step_limit = whole(step_limit, "step_limit")
+    return made
+
+
+def play(ids: tuple[str, str], real_time_factor: float) -> Call[Message]:
+    """Steps until paused, stopped or at the end."""
+    factor = finite(real_time_factor, "real_time_factor")
+    return of_session("PlaySession", ids, real_time_factor=factor)
+
+
+def step(
+    ids: tuple[str, str],
+    count: int,
+    *,
+    to: int | None,
+    wait: bool,
+    changes: Changes | None,
+    frame: bool,
+    fields: Sequence[str],
+    precision: str,
+    particles: int,
+) -> Call[Message]:
+    """Some steps, with changes before the first and a frame after the last."""
+    made = of_session("StepSession", ids, wait=wait)
+    if to is not None:
+        made.message.to_step = whole(to, "to")
+    else:
+        made.message.step_count = whole(count, "n", least=1)
+    if changes:
+        fill(made.message.changes, changes, particles)
+    if frame and not wait:
+        raise refused("frame needs wait: there is no frame before the steps are taken", "frame")
+    if frame:
+        made.message.frame.fields.extend(field_numbers(fields))
+        made.message.frame.encoding = encoding(precision)
+    return made
+
+
+def frame_of(answer: Message) -> Frame | None:
+    """The frame of an answer to StepSession, if it has one."""
+    return read_frame([answer.frame], answer.session.particle_count) if answer.HasField("frame") else None
+
+
+def update(ids: tuple[str, str], changes: Changes, at_step: int, wait: bool, particles: int) -> Call[Accepted]:
+    """Changes between two steps."""
+    session_id, uid = ids
+    message = MESSAGES["UpdateParametersRequest"](session_id=session_id, session_uid=uid, wait=wait)
+    message.at_step = whole(at_step, "at_step")
+    fill(message, changes, particles)
+    return call("UpdateParameters", message, None, lambda answer: read(Accepted, answer))
+
+
+def path(
+    ids: tuple[str, str], particle: int, times: ArrayLike, targets: ArrayLike, at_step: int, wait: bool, particles: int
+) -> Call[Accepted]:
+    """The way of a pin, point after point."""
+    when = array(times, "times", (-1,))
+    where = array(targets, "targets", (-1, 3))
+    if len(when) == 0 or len(when) != len(where):
+        raise refused(f"{len(when)} times came with {len(where)} targets; as many of each, and at least one", "times")
+    if not (when > 0).all() or not (np.diff(when) > 0).all():
+        at = int(np.argmin(np.diff(when, prepend=0.0) > 0))
+        raise refused(f"times[{at}] is {when[at]:g} s; allowed: above 0 and above the time before", "times")
+    session_id, uid = ids
+    message = MESSAGES["UpdateParametersRequest"](session_id=session_id, session_uid=uid, wait=wait)
+    message.at_step = whole(at_step, "at_step")
+    one = message.paths.add(particle=index(particle, particles, "particle"))
+    one.times_seconds.extend(when.tolist())
+    one.targets.extend(where.ravel().tolist())
+    return call("UpdateParameters", message, None, lambda answer: read(Accepted, answer))
+
+
+def fill(message: Message, changes: Changes, particles: int) -> None:
+    """Puts changes into a message that has their fields, and checks each."""
+    unknown = sorted(set(changes) - set(Changes.__annotations__))
+    if unknown:
+        raise refused(
+            f"no change is called {unknown[0]!r}; there are: {', '.join(Changes.__annotations__)}", unknown[0]
+        )
+    for name in ("gravity", "wind"):
+        if name in changes:
+            x, y, z = array(changes.get(name), name, (3,)).tolist()
+            getattr(message, name).CopyFrom(MESSAGES["Vector3"](x=x, y=y, z=z))
+    if "drag" in changes:
+        message.drag = finite(changes["drag"], "drag")
+    for name in ("stiffness", "damping"):
+        for kind, value in _per_kind(changes.get(name, {}), name):
+            message.springs.add(body=changes.get("body", ""), kind=kind, **{name: value})
+    duration = finite(changes.get("duration", 0.0), "duration")
+    for particle, target in changes.get("pins", {}).items():
+        at = index(particle, particles, "pins")
+        x, y, z = array(target, f"pins[{at}]", (3,)).tolist()
+        message.pins.add(particle=at, target=MESSAGES["Vector3"](x=x, y=y, z=z), duration_seconds=duration)
+
+
+def _per_kind(given: Any, name: str) -> Iterable[tuple[int, float]]:
+    kinds = given if isinstance(given, Mapping) else {"all": given}
+    for kind, value in kinds.items():
+        if kind not in _KINDS:
+            raise refused(f"{name} has a kind {kind!r}; allowed: {', '.join(_KINDS)}", name)
+        yield _KINDS[kind], finite(value, f"{name}[{kind!r}]")
+
+
+def field_numbers(fields: Sequence[str]) -> list[int]:
+    """The numbers of fields on the wire."""
+    names = (fields,) if isinstance(fields, str) else tuple(fields)
+    for name in names:
+        if name not in FIELDS:
+            raise refused(f"no array is called {name!r}; there are: {', '.join(FIELDS)}", "fields")
+    if not names:
+        raise refused("fields names no array; there are: " + ", ".join(FIELDS), "fields")
+    return [field_number(name) for name in dict.fromkeys(names)]
+
+
+def encoding(precision: str) -> int:
+    """The number of an encoding on the wire."""
+    if precision not in _ENCODINGS:
+        raise refused(f"precision is {precision!r}; allowed: 'f32', 'f64'", "precision")
+    return _ENCODINGS[precision]
+
+
+def grid_request(grid: str | None) -> Message | None:
+    """Nodes of the snow's grid: `smoke` for all, `slice:y=0.5` for the plane nearest to y = 0.5 m."""
+    if grid is None:
+        return None
+    message = MESSAGES["GridRequest"]()
+    if grid == "smoke":
+        message.all.SetInParent()
+        return message
+    axis, equals, coordinate = grid.removeprefix("slice:").partition("=")
+    try:
+        at = float(coordinate)
+    except ValueError:
+        at = math.nan
+    if not grid.startswith("slice:") or axis not in _AXES or not equals or not math.isfinite(at):
+        told = "allowed: 'smoke' for all nodes, or 'slice:' with x, y or z, '=' and metres, for example 'slice:y=0.5'"
+        raise refused(f"grid is {grid!r}; {told}", "grid")
+    message.slice.axis, message.slice.coordinate = _AXES[axis], at
+    return message
+
+
+def whole(value: Any, name: str, least: int = 0) -> int:
+    """A whole number of at least `least`."""
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or not least <= value < 2**63:
+        raise refused(f"{name} is {value!r}; allowed: a whole number of at least {least}", name)
+    return int(value)
+
+
+def index(value: Any, particles: int, name: str) -> int:
+    """The index of a particle of the session."""
+    at = whole(value, name)
+    if at >= particles:
+        raise refused(f"{name} names particle {at}; allowed: 0 to {particles - 1}", name)
+    return at
+
+
+def finite(value: Any, name: str) -> float:
+    """A number that is finite."""
+    try:
+        read_value = float(value)
+    except (TypeError, ValueError):
+        read_value = math.nan
+    if not math.isfinite(read_value):
+        raise refused(f"{name} is {value!r}; allowed: a finite number", name)
+    return read_value
+
+
+def array(value: Any, name: str, shape: tuple[int, ...], dtype: str = "<f8") -> Any:
+    """A contiguous array of finite numbers of a shape, in which -1 stands for any length."""
+    try:
+        given = np.asarray(value)
+    except (TypeError, ValueError) as error:
+        raise _wrong_shape(name, shape, f"no array ({error})") from None
+    if given.dtype.kind not in "iuf" and given.size:
+        raise refused(f"{name} is an array of {given.dtype}; allowed: numbers", name)
+    fits = given.ndim == len(shape) and all(want in (-1, have) for want, have in zip(shape, given.shape, strict=True))
+    if not fits:
+        raise _wrong_shape(name, shape, f"of shape {given.shape}")
+    with np.errstate(over="ignore"):
+        packed = np.ascontiguousarray(given, dtype)
+    if packed.dtype.kind == "f" and not np.isfinite(packed).all():
+        at = np.unravel_index(int(np.argmin(np.isfinite(packed))), packed.shape)
+        where = "".join(f"[{int(i)}]" for i in at)
+        raise refused(f"{name}{where} is {given[at]!s}; allowed: a finite number", name)
+    return packed
+
+
+def _wrong_shape(name: str, shape: tuple[int, ...], found: str) -> Refused:
+    wanted = ", ".join("n" if length == -1 else str(length) for length in shape)
+    return refused(f"{name} is {found}; allowed: ({wanted})", name)

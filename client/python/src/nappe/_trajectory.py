@@ -1,0 +1,194 @@
+"""A trajectory: frames of a session, stacked into arrays, to be computed with, saved and shown.
+
+Enters: what a session is made of, and its frames. Leaves: numpy arrays; files; a page for a notebook.
+"""
+
+from __future__ import annotations
+
+import html
+import os
+import secrets
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nappe._diagnostics import diagnostics_array
+from nappe._errors import Error, refused
+from nappe._frames import Array
+from nappe._html import Page, recording
+from nappe._ply import write_folder
+from nappe._topology import Topology
+from nappe._values import Diagnostics, SessionEnd, SessionInfo
+
+_ENDINGS = ".npz (numpy), .html (a page), or no ending (a folder of PLY files)"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Trajectory:
+    """Frames of a session in the order of time. Arrays are stacked: the first axis is the frame."""
+
+    info: SessionInfo
+    """The session, as of its last answer."""
+    topology: Topology
+    """Bodies, triangles, pins, colliders, which never change."""
+    number: NDArray[np.uint64]
+    """Number of each frame in its session (frames,)."""
+    step: NDArray[np.uint64]
+    """Steps taken before each frame (frames,)."""
+    time: NDArray[np.float64]
+    """Simulated time of each frame (frames,) (s)."""
+    state_hash: tuple[int | None, ...]
+    """Hash of the state of each frame, on which all further steps depend; None where a frame carries none."""
+    arrays: dict[str, Array]
+    """What was kept, under its name: (frames, particles, 3) or (frames, particles)."""
+    steps: tuple[Diagnostics | None, ...]
+    """Diagnostics of the step that made each frame; None where there are none."""
+    end: SessionEnd | None = None
+    """How the session finished; None if it goes on."""
+    scene: str | None = None
+    """Text of the scene, if it is known."""
+
+    @property
+    def positions(self) -> Array:
+        """Positions (frames, particles, 3) (m)."""
+        return self._array("positions")
+
+    @property
+    def velocities(self) -> Array:
+        """Velocities (frames, particles, 3) (m/s), if they were kept."""
+        return self._array("velocities")
+
+    @property
+    def plastic_ratio(self) -> Array:
+        """Plastic volume ratio J_P of snow (frames, particles), 1 for particles of cloth, if it was kept."""
+        return self._array("plastic_ratio")
+
+    @property
+    def stress(self) -> Array:
+        """Frobenius norm of the Cauchy stress of snow (frames, particles) (Pa), 0 for cloth, if it was kept."""
+        return self._array("stress")
+
+    @cached_property
+    def diagnostics(self) -> NDArray[np.void]:
+        """Diagnostics as a structured array (frames,): `diagnostics["kinetic_energy"]`, `diagnostics["snow_mass"]`.
+
+        Absent numbers are nan, absent words are "".
+        """
+        return diagnostics_array(self.steps)
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes of all arrays over the particles."""
+        return sum(array.nbytes for array in self.arrays.values())
+
+    def body(self, name: str) -> dict[str, Array]:
+        """The arrays of one body, as views, under the names of `arrays`."""
+        particles = self.topology.body(name).particles
+        return {name: array[:, particles] for name, array in self.arrays.items()}
+
+    def save(self, path: str | os.PathLike[str], *, color: str | None = None, max_error: float | None = None) -> Path:
+        """Writes a file or a folder, and says where it is; what kind, the ending of `path` says.
+
+        `.npz`: all arrays, to be read with `numpy.load`. `.html`: a page that any browser opens. No ending: a folder
+        with a PLY file per frame. A file that was there is replaced when the new one is whole.
+        `color`, `max_error`: what a page shows, and how far a coordinate in it may be from what it was (m), as
+        `show` has them.
+        """
+        path = Path(path)
+        ending = path.suffix.lower()
+        if ending == ".html":
+            text = recording(self, color, max_error)
+            with _replacing(path) as file:
+                file.write(text.encode("utf-8"))
+            return path
+        for name, given in (("color", color), ("max_error", max_error)):
+            if given is not None:
+                raise refused(f"{name} belongs to an HTML file, and {path} is none", name)
+        if ending == ".npz":
+            arrays = self._npz()
+            with _replacing(path) as file:
+                np.savez_compressed(file, **arrays)
+        elif not ending or path.is_dir():
+            write_folder(self, path)
+        else:
+            raise refused(f"{path} ends in {path.suffix!r}; allowed: {_ENDINGS}", "path")
+        return path
+
+    def show(self, *, height: int = 600, color: str | None = None, max_error: float | None = None) -> Page:
+        """A page that plays the frames, which a notebook shows and keeps, frames included.
+
+        `height`: how tall it is (CSS pixels).
+        `color`: what the colour of snow shows, `plastic_ratio`, `speed`, `stress`, or `body` for one colour per body.
+        By default the plastic ratio, if there is snow and it was kept.
+        `max_error`: how far a coordinate may be from what it was (m); by default the extent of the first frame over
+        16384.
+        """
+        return Page(recording(self, color, max_error), height)
+
+    def __len__(self) -> int:
+        """How many frames there are."""
+        return len(self.number)
+
+    def __repr__(self) -> str:
+        """What it is, in a line."""
+        cells = self._cells()
+        return f"<nappe.Trajectory {cells['session']!r}: {cells['frames']}, {cells['particles']}, {cells['arrays']}>"
+
+    def _repr_html_(self) -> str:
+        rows = "".join(f"<tr><th>{name}</th><td>{html.escape(cell)}</td></tr>" for name, cell in self._cells().items())
+        return f"<table>{rows}</table>"
+
+    def _cells(self) -> dict[str, str]:
+        """What it is, in words."""
+        times = f", {self.time[0]:g} to {self.time[-1]:g} s" if len(self) else ""
+        return {
+            "session": self.info.title or self.info.session_id,
+            "frames": f"{len(self)} frames{times}",
+            "particles": f"{self.topology.particle_count} particles",
+            "arrays": f"{', '.join(self.arrays) or 'no arrays'} ({self.nbytes / 1e6:.1f} MB)",
+            "end": "goes on" if self.end is None else f"finished after {self.end.step} steps",
+        }
+
+    def _array(self, name: str) -> Array:
+        if name not in self.arrays:
+            raise Error(f"this trajectory has no {name}: name it when you record, fields=({name!r}, ...)")
+        return self.arrays[name]
+
+    def _npz(self) -> dict[str, Any]:
+        """What an .npz file holds."""
+        bodies = self.topology.bodies
+        return {
+            **self.arrays,
+            "number": self.number,
+            "step": self.step,
+            "time": self.time,
+            "state_hash": np.array([value or 0 for value in self.state_hash], np.uint64),
+            "has_hash": np.array([value is not None for value in self.state_hash], np.bool_),
+            "diagnostics": self.diagnostics,
+            "triangles": self.topology.triangles,
+            "pins": self.topology.pins,
+            "body_names": np.array([body.name for body in bodies], np.str_),
+            "body_first": np.array([body.first_particle for body in bodies], np.int64),
+            "body_count": np.array([body.particle_count for body in bodies], np.int64),
+        }
+
+
+@contextmanager
+def _replacing(path: Path) -> Iterator[BinaryIO]:
+    """A new file that takes the place of `path` when it is whole; until then, and on an error, nothing changes."""
+    # What a link names is replaced, not the link.
+    target = Path(os.path.realpath(path))
+    beside = target.with_name(f".{target.name}.{secrets.token_hex(4)}")
+    try:
+        with beside.open("xb") as file:
+            yield file
+        beside.replace(target)
+    except BaseException:
+        beside.unlink(missing_ok=True)
+        raise

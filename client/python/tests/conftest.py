@@ -1,0 +1,101 @@
+"""One real server for all tests, and what goes wrong between it and a client."""
+
+from __future__ import annotations
+
+import socket
+import threading
+import time
+from collections.abc import Callable, Iterator
+
+import nappe
+import pytest
+
+
+@pytest.fixture(scope="session")
+def server() -> Iterator[nappe.Server]:
+    with nappe.serve(max_sessions=100) as started:
+        yield started
+
+
+def eventually(holds: Callable[[], bool], seconds: float = 30.0) -> float:
+    """Waits until something holds, and returns how long that took (s)."""
+    begin = time.monotonic()
+    while not holds():
+        assert time.monotonic() - begin < seconds, "it does not come to hold"
+        time.sleep(0.005)
+    return time.monotonic() - begin
+
+
+class Proxy:
+    """Carries bytes between clients and a server, and cuts all connections when told so, or after so many bytes."""
+
+    def __init__(self, target: tuple[str, int]) -> None:
+        self._target = target
+        self._listener = socket.create_server(("127.0.0.1", 0))
+        self._open: set[socket.socket] = set()
+        self._lock = threading.Lock()
+        self.cut_after: list[int] = []
+        self._carried = 0
+        self.cuts = 0
+        threading.Thread(target=self._accept, daemon=True).start()
+
+    @property
+    def address(self) -> str:
+        return f"127.0.0.1:{self._listener.getsockname()[1]}"
+
+    def cut(self) -> None:
+        with self._lock:
+            cut, self._open = self._open, set()
+            self._carried = 0
+        for end in cut:
+            try:
+                end.shutdown(socket.SHUT_RDWR)
+            except OSError:
+                pass
+
+    def close(self) -> None:
+        self._listener.close()
+        self.cut()
+
+    def _accept(self) -> None:
+        while True:
+            try:
+                client, _ = self._listener.accept()
+                server = socket.create_connection(self._target)
+            except OSError:
+                return
+            with self._lock:
+                self._open |= {client, server}
+            threading.Thread(target=self._carry, args=(client, server, False), daemon=True).start()
+            threading.Thread(target=self._carry, args=(server, client, True), daemon=True).start()
+
+    def _carry(self, source: socket.socket, sink: socket.socket, counts: bool) -> None:
+        try:
+            while data := source.recv(1 << 16):
+                sink.sendall(data)
+                if counts and self._is_enough(len(data)):
+                    self.cuts += 1
+                    self.cut()
+        except OSError:
+            pass
+        for end in (source, sink):
+            try:
+                end.shutdown(socket.SHUT_RDWR)
+            except OSError:
+                pass
+
+    def _is_enough(self, count: int) -> bool:
+        with self._lock:
+            self._carried += count
+            if self.cut_after and self._carried >= self.cut_after[0]:
+                self.cut_after.pop(0)
+                return True
+            return False
+
+
+@pytest.fixture
+def proxy(server: nappe.Server) -> Iterator[Proxy]:
+    host, port = server.address.removeprefix("http://").split(":")
+    between = Proxy((host, int(port)))
+    yield between
+    between.close()
