@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import contextlib
 import socket
 import threading
 import time
 from collections.abc import Callable, Iterator
 
-import nappe
 import pytest
+
+import nappe
 
 
 @pytest.fixture(scope="session")
@@ -48,12 +50,12 @@ class Proxy:
             cut, self._open = self._open, set()
             self._carried = 0
         for end in cut:
-            try:
+            with contextlib.suppress(OSError):
                 end.shutdown(socket.SHUT_RDWR)
-            except OSError:
-                pass
 
     def close(self) -> None:
+        with contextlib.suppress(OSError):
+            self._listener.shutdown(socket.SHUT_RDWR)  # wakes who accepts
         self._listener.close()
         self.cut()
 
@@ -79,10 +81,8 @@ class Proxy:
         except OSError:
             pass
         for end in (source, sink):
-            try:
+            with contextlib.suppress(OSError):
                 end.shutdown(socket.SHUT_RDWR)
-            except OSError:
-                pass
 
     def _is_enough(self, count: int) -> bool:
         with self._lock:

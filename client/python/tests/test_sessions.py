@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from pathlib import Path
 
-import nappe
 import numpy as np
 import pytest
+
+import nappe
 
 
 def test_every_frame_of_a_played_session_comes_once_and_in_order(server: nappe.Server) -> None:
@@ -44,7 +46,7 @@ def test_the_newest_frames_say_how_many_were_left_out(server: nappe.Server) -> N
             seen.append((frame.number, frame.dropped))
             if len(seen) == 4:
                 break
-        for (before, _), (number, dropped) in zip(seen, seen[1:], strict=False):
+        for (before, _), (number, dropped) in pairwise(seen):
             assert number == before + dropped + 1
 
 

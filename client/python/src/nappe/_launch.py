@@ -74,6 +74,8 @@ class ServerProcess:
             settings = {"max_threads_per_session": threads, **settings}
         self.token = secrets.token_hex(16)
         self._folder = tempfile.TemporaryDirectory(prefix="nappe-")
+        self.token_file = Path(self._folder.name) / "token"
+        """The file in which the token is, for other programs that are to call the server."""
         self._said: deque[str] = deque(maxlen=20)
         try:
             self._process = self._started(flags({"log": "warn", **settings}))
@@ -83,12 +85,11 @@ class ServerProcess:
             raise
 
     def _started(self, words: list[str]) -> subprocess.Popen[str]:
-        token_file = Path(self._folder.name) / "token"
-        descriptor = os.open(token_file, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
+        descriptor = os.open(self.token_file, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
         with os.fdopen(descriptor, "w") as file:
             file.write(self.token + "\n")
         path = self._program = program()
-        command = [path, "--address", "127.0.0.1:0", "--token", str(token_file), "--until-stdin-closes", *words]
+        command = [path, "--address", "127.0.0.1:0", "--token", str(self.token_file), "--until-stdin-closes", *words]
         # What the environment says of these is meant for another server.
         kept = {name: value for name, value in os.environ.items() if name not in ("NAPPE_ADDRESS", "NAPPE_NO_TOKEN")}
         pipe = subprocess.PIPE

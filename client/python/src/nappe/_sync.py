@@ -9,6 +9,7 @@ import os
 import threading
 import time
 from collections.abc import Iterable, Iterator, Sequence
+from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Generic, Literal, TypeVar, overload
@@ -232,7 +233,7 @@ class Server:
     def _open(self, name: str, bulk: bool) -> Any:
         with self._lock:
             if bulk not in self._channels:
-                options = targets.BULK if bulk else targets.FRESH
+                options = self._target.options(bulk)
                 self._channels[bulk] = grpc.insecure_channel(self._target.grpc, options)
             made = self._methods[(bulk, name)] = METHODS[name].on(self._channels[bulk])
             return made
@@ -496,13 +497,8 @@ class Session(SessionProperties):
         """Deletes the session, if it is still there."""
         if self._is_deleted:
             return
-        try:
+        with suppress(NotFound) if error is None else suppress(Error):
             self.delete()
-        except NotFound:
-            pass
-        except Error:
-            if error is None:
-                raise
 
     def _answered(self, call: Call[Message]) -> Session:
         self._told(self._server._call(call).session)
@@ -536,10 +532,8 @@ class Stream(Generic[T]):
     def opened(self) -> None:
         """Waits until the server has begun to answer: what is made from then on comes, with all that was asked for."""
         if self._first is None:
-            try:
+            with suppress(StopIteration, grpc.RpcError):  # the first read meets it again
                 self._first = next(self._call)
-            except (StopIteration, grpc.RpcError):
-                pass  # the first read meets it again
 
     def close(self) -> None:
         """Ends the stream."""

@@ -51,6 +51,12 @@ class Target:
     port: int | None = None
     """Where the token of a server of this user is looked for; None where one was given, or none may be shown."""
 
+    def options(self, bulk: bool) -> tuple[tuple[str, int | str], ...]:
+        """How a connection is set up: for streams of every frame, or for everything else."""
+        kind = BULK if bulk else FRESH
+        # A path is no host, to which requests over a socket of Unix could be addressed.
+        return (*kind, ("grpc.default_authority", "localhost")) if self.grpc.startswith("unix:") else kind
+
     @property
     def metadata(self) -> tuple[tuple[str, str], ...]:
         """What every call shows."""

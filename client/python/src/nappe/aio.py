@@ -16,6 +16,7 @@ import asyncio
 import os
 import time
 from collections.abc import Awaitable, Callable, Generator, Iterable, Sequence
+from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Generic, Literal, TypeVar, overload
@@ -243,7 +244,7 @@ class Server:
         _sync.check_usable(self._pid, self._closed, self.address)
         if (bulk, name) not in self._methods:
             if bulk not in self._channels:
-                options = targets.BULK if bulk else targets.FRESH
+                options = self._target.options(bulk)
                 self._channels[bulk] = grpc.aio.insecure_channel(self._target.grpc, options)
             self._methods[(bulk, name)] = METHODS[name].on(self._channels[bulk])
         return self._methods[(bulk, name)]
@@ -450,13 +451,8 @@ class Session(SessionProperties):
         """Deletes the session, if it is still there."""
         if self._is_deleted:
             return
-        try:
+        with suppress(NotFound) if error is None else suppress(Error):
             await self.delete()
-        except NotFound:
-            pass
-        except Error:
-            if error is None:
-                raise
 
     async def _answered(self, call: Call[Message]) -> Session:
         self._told((await self._server._call(call)).session)
@@ -488,10 +484,8 @@ class Stream(Generic[T]):
 
     async def opened(self) -> None:
         if self._first is None:
-            try:
+            with suppress(grpc.RpcError):  # the first read meets it again
                 self._first = await self._call.read()
-            except grpc.RpcError:
-                pass  # the first read meets it again
 
     def close(self) -> None:
         self._closed = True

@@ -1,0 +1,188 @@
+"""Servers started, reached, and not: programs that die, wrong tokens, interpreters that are killed."""
+
+from __future__ import annotations
+
+import http.server
+import os
+import signal
+import stat
+import subprocess
+import sys
+import textwrap
+import threading
+import time
+from pathlib import Path
+
+import pytest
+from conftest import eventually
+
+import nappe
+from nappe import _launch, _targets
+
+
+def program_that(folder: Path, does: str) -> str:
+    path = folder / "server"
+    path.write_text(f"#!{sys.executable}\n{does}\n")
+    path.chmod(0o755)
+    return str(path)
+
+
+@pytest.mark.parametrize(
+    ("does", "told"),
+    [
+        ("import sys; print('the moon is full', file=sys.stderr); sys.exit(3)", ["code 3", "the moon is full"]),
+        ("import time; time.sleep(60)", ["did not say where it listens"]),
+        ("print('hello', flush=True); import time; time.sleep(60)", ["'hello'"]),
+    ],
+)
+def test_a_program_that_does_not_serve_is_told_in_its_words(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, does: str, told: list[str]
+) -> None:
+    monkeypatch.setattr(_launch, "START_LIMIT", 1.0)
+    monkeypatch.setenv("NAPPE_SERVER_PROGRAM", program_that(tmp_path, does))
+    with pytest.raises(nappe.Error) as error:
+        nappe.serve()
+    for words in told:
+        assert words in str(error.value)
+    assert str(tmp_path) in str(error.value)
+
+
+def test_a_program_that_is_not_there_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("NAPPE_SERVER_PROGRAM", "/nowhere/nappe-server")
+    with pytest.raises(nappe.Error, match="/nowhere/nappe-server"):
+        nappe.serve()
+
+
+def test_settings_are_flags_and_a_wrong_one_is_told_in_the_servers_words() -> None:
+    with nappe.serve(threads=1, max_sessions=2, allow_host=["a.example", "b.example"]) as server:
+        limits = server.info().limits
+        assert (limits["max_threads_per_session"], limits["max_sessions"]) == (1, 2)
+        with server.create("flag"), server.create("flag"), pytest.raises(nappe.Full) as full:
+            server.create("flag")
+        assert full.value.reason == "TOO_MANY_SESSIONS" and full.value.remedy
+    with pytest.raises(nappe.Error, match="--max-sesions"):
+        nappe.serve(max_sesions=2)
+    with pytest.raises(nappe.Refused, match="by itself"):
+        nappe.serve(address="0.0.0.0:1")
+
+
+def test_the_token_is_in_a_file_of_its_own_that_goes_with_the_server() -> None:
+    with nappe.serve() as server:
+        assert server.process is not None
+        file = server.process.token_file
+        assert stat.S_IMODE(file.stat().st_mode) == 0o600
+        assert file.read_text().strip() == server.token and str(server.token) not in repr(server)
+        process = server.process
+    assert not file.exists() and process.poll() == 0
+    with pytest.raises(nappe.Error, match="closed"):
+        server.info()
+
+
+def test_an_exception_in_the_block_ends_the_server() -> None:
+    with pytest.raises(ZeroDivisionError), nappe.serve() as server:
+        _ = 1 / 0
+    assert server.process is not None and server.process.poll() is not None
+
+
+def is_there(pid: int) -> bool:
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().split(")")[1].split()[0] != "Z"
+    except OSError:
+        return False
+
+
+def test_a_killed_interpreter_takes_its_server_along() -> None:
+    program = textwrap.dedent("""
+        import time, nappe
+        server = nappe.serve()
+        session = server.create("flag", step_limit=0)
+        frames = session.frames(every=True)
+        session.play()
+        next(frames)
+        print(server.process.pid, flush=True)
+        time.sleep(60)
+    """)
+    for _ in range(3):
+        with subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True) as python:
+            assert python.stdout is not None
+            pid = int(python.stdout.readline())
+            assert is_there(pid)
+            python.send_signal(signal.SIGKILL)
+        # On a machine with nothing else to do it takes 0.1 s.
+        eventually(lambda pid=pid: not is_there(pid))
+
+
+def test_tokens_that_are_missing_or_wrong_are_refused(server: nappe.Server, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(_targets, "_folders", list)  # where it would be found
+    for token, reason in ((None, "TOKEN_MISSING"), ("0" * 32, "TOKEN_WRONG")):
+        with pytest.raises(nappe.Unauthenticated) as refused:
+            nappe.connect(server.address, token)
+        assert refused.value.reason == reason and refused.value.remedy
+    with nappe.connect(server.address, server.process.token_file if server.process else None) as again:
+        assert again.info().version == server.info().version
+
+
+def test_nobody_who_answers_is_unavailable() -> None:
+    begin = time.monotonic()
+    with pytest.raises(nappe.Unavailable, match=r"127\.0\.0\.1:9"):
+        nappe.connect("127.0.0.1:9")
+    assert time.monotonic() - begin < 10
+
+
+def test_a_server_of_something_else_is_told_as_such() -> None:
+    web = http.server.ThreadingHTTPServer(("127.0.0.1", 0), http.server.BaseHTTPRequestHandler)
+    threading.Thread(target=web.serve_forever, daemon=True).start()
+    try:
+        with pytest.raises(nappe.Error, match=str(web.server_port)):
+            nappe.connect(f"http://127.0.0.1:{web.server_port}")
+    finally:
+        web.shutdown()
+
+
+def start(address: str, token: Path | None, folder: Path) -> subprocess.Popen[str]:
+    words = [_launch.program(), "--address", address, "--log", "error", *(["--token", str(token)] if token else [])]
+    environment = {**os.environ, "XDG_RUNTIME_DIR": str(folder)}
+    process = subprocess.Popen(words, stdout=subprocess.PIPE, text=True, env=environment)
+    assert process.stdout is not None and "listens on" in process.stdout.readline()
+    return process
+
+
+def test_a_server_that_is_started_anew_on_its_port_is_found_again_with_its_new_token(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    with nappe.serve() as server:  # to find a port that is free
+        address = server.address.removeprefix("http://")
+    first = start(address, None, tmp_path)
+    try:
+        client = nappe.connect(address)
+        session = client.create("flag")
+        frames = session.frames(every=True)
+        next(frames)
+        token = client.token
+        first.kill()
+        first.wait()
+        second = start(address, None, tmp_path)
+        try:
+            with pytest.raises(nappe.NotFound) as told:
+                next(frames)
+            assert told.value.reason == "SESSION_NOT_FOUND"
+            assert client.sessions() == [] and client.token not in (None, token)
+        finally:
+            second.kill()
+            second.wait()
+        client.close()
+    finally:
+        first.kill()
+        first.wait()
+
+
+def test_a_socket_of_unix_is_a_server_too(tmp_path: Path) -> None:
+    socket = tmp_path / "s"
+    process = start(f"unix:{socket}", None, tmp_path)
+    try:
+        with nappe.connect(f"unix:{socket}") as server, server.create("flag") as session:
+            assert next(session.frames()).number == 0
+    finally:
+        process.terminate()
+        process.wait()
