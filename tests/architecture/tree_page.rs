@@ -50,7 +50,7 @@ const ORDER: [&str; 18] = [
 ];
 
 /// What is said of entries that cannot say it themselves.
-const SAID: [(&str, &str); 35] = [
+const SAID: [(&str, &str); 37] = [
     ("Cargo.lock", "Versions of all dependencies, committed since this is a program"),
     ("LICENSE", "MIT or Apache-2.0, at your option"),
     ("LICENSE-APACHE", "The text of Apache-2.0"),
@@ -69,6 +69,8 @@ const SAID: [(&str, &str); 35] = [
         "The contract as data, of which messages are made; made from `proto/nappe`",
     ),
     ("client/python/src/nappe/py.typed", "Says that the package has types"),
+    ("client/python/src/nappe/examples/notebook.ipynb", "A session in a notebook: arrays, and the run as a page in a cell"),
+    ("client/python/tools/", "Writes the reference of docs/python.md; measures the package"),
     ("client/python/tests/", "Its tests: the core on made messages, the rest on the real server"),
     ("client/tests/", "Frames from made messages, as a program meets them"),
     ("deploy/", "Runs a server somewhere"),

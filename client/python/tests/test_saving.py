@@ -16,10 +16,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from nappe._colliders import Collider
 from nappe._diagnostics import diagnostics_array
 from nappe._errors import Error, Refused
 from nappe._packed import OutOfReachError, pack, quantize, restore, step_within, unpack
-from nappe._topology import Body, Collider, Topology
+from nappe._topology import Body, Topology
 from nappe._trajectory import Trajectory
 from nappe._values import ClothSteps, Diagnostics, Notices, SessionEnd, SessionInfo, SnowDiagnostics, SolveReport
 

@@ -1,7 +1,7 @@
 //! `cargo xtask ci`: everything that must hold before a change lands.
 
 use crate::{
-    check,
+    check, python,
     shell::{Failure, Shell},
     test, web,
 };
@@ -10,5 +10,6 @@ use crate::{
 pub(crate) fn run(shell: &mut Shell, arguments: &[String]) -> Result<(), Failure> {
     check::run(shell, arguments)?;
     test::run(shell, arguments)?;
-    web::page(shell)
+    web::page(shell)?;
+    python::run(shell, arguments)
 }

@@ -1,4 +1,5 @@
-//! Project tasks: `cargo xtask check | test | prove | bench | mutants | additions | tutorials | picture | bless | ci`.
+//! Project tasks: `cargo xtask check | test | prove | bench | mutants | additions | tutorials | picture | bless | python |
+//! ci`.
 //!
 //! Reads the task's name; says what it will run and how long that took the last time; runs ordinary commands,
 //! each shown as it starts; ends with a table of what ran and a list of what was not checked. Where the
@@ -25,6 +26,7 @@ mod picture;
 mod bless;
 mod prove;
 mod web;
+mod python;
 mod ci;
 
 use std::process::ExitCode;
@@ -36,7 +38,7 @@ use times::Times;
 type Task = (&'static str, &'static str, fn(&mut Shell, &[String]) -> Result<(), Failure>);
 
 /// Every task, in the order of the help.
-const TASKS: [Task; 10] = [
+const TASKS: [Task; 11] = [
     ("check", "formatting, lints, documentation and the contract's style; changes nothing", check::run),
     ("test", "every quick test of the program, in the release profile", test::run),
     (
@@ -66,7 +68,16 @@ const TASKS: [Task; 10] = [
         "writes every file that is made from the code; names after it choose: pages hashes mutants new-mutants contract",
         bless::run,
     ),
-    ("ci", "all that must hold before a change lands: check and test", ci::run),
+    (
+        "python",
+        "the package for Python: style, types, and its tests on the server that was built",
+        python::run,
+    ),
+    (
+        "ci",
+        "all that must hold before a change lands: check, test, python and the page of recordings",
+        ci::run,
+    ),
 ];
 
 fn main() -> ExitCode {

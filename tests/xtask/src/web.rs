@@ -13,6 +13,7 @@ const PAGE: &str = "viewer/web/dist/replay.html";
 const BROWSERS: [&str; 3] = ["chromium", "chromium-browser", "google-chrome"];
 /// What is recorded to be looked at: cloth, and snow with cloth.
 const RECORDINGS: [&str; 2] = ["demo", "snow_and_cloth"];
+const NO_BROWSER: &str = "Chromium is not installed (Debian package chromium)";
 
 /// Checks the page, as far as Node, its packages and a browser are there.
 pub(crate) fn page(shell: &mut Shell) -> Result<(), Failure> {
@@ -55,24 +56,42 @@ fn built(shell: &mut Shell, npm: &Path) -> Result<(), Failure> {
 /// Opens recordings from disk in a browser without a screen.
 fn browsers(shell: &mut Shell, node: &Path) -> Result<(), Failure> {
     let Some(browser) = BROWSERS.iter().find_map(|name| shell.find(name)) else {
-        shell.skip("page in a browser", "Chromium is not installed (Debian package chromium)");
+        shell.skip("page in a browser", NO_BROWSER);
         return Ok(());
     };
     let folder = shell.target().join("page");
     fs::create_dir_all(&folder)
         .map_err(|error| Failure(format!("{} cannot be made: {error}", folder.display())))?;
     let nappe = shell.target().join("release/nappe");
-    let script = |name: &str, file: &Path| {
-        let mut command = Command::new(node);
-        command.arg(format!("{FOLDER}/tests/{name}.mjs")).arg(file).env("CHROMIUM", &browser);
-        command
-    };
     for scene in RECORDINGS {
         let file = folder.join(format!("{scene}.html"));
         let mut record = Command::new(&nappe);
         record.args(["run", scene, "--steps", "400", "--json", "--save"]).arg(&file);
         shell.run(&format!("page: record {scene}"), &mut record)?;
-        shell.run(&format!("page: show {scene}"), &mut script("browser", &file))?;
+        shell.run(&format!("page: show {scene}"), &mut script(node, &browser, "browser", &file))?;
     }
-    shell.run("page: odd recordings", &mut script("odd", &folder.join(format!("{}.html", RECORDINGS[0]))))
+    let odd = folder.join(format!("{}.html", RECORDINGS[0]));
+    shell.run("page: odd recordings", &mut script(node, &browser, "odd", &odd))
+}
+
+/// Opens one recording in a browser, where Node, its packages and a browser are there.
+pub(crate) fn show(shell: &mut Shell, title: &str, file: &Path) -> Result<(), Failure> {
+    let browser = BROWSERS.iter().find_map(|name| shell.find(name));
+    let packages = shell.root().join(FOLDER).join("node_modules").is_dir();
+    match (shell.find("node"), browser) {
+        (Some(node), Some(browser)) if packages => {
+            shell.run(title, &mut script(&node, &browser, "browser", file))
+        }
+        _ => {
+            shell.skip(title, "Node, its packages or Chromium are not installed");
+            Ok(())
+        }
+    }
+}
+
+/// A script of the page's tests on a recording.
+fn script(node: &Path, browser: &Path, name: &str, file: &Path) -> Command {
+    let mut command = Command::new(node);
+    command.arg(format!("{FOLDER}/tests/{name}.mjs")).arg(file).env("CHROMIUM", browser);
+    command
 }

@@ -12,6 +12,7 @@ raw messages of the contract. docs/python.md leads from nothing to a moving clot
 """
 
 from nappe import v1
+from nappe._colliders import Collider
 from nappe._errors import (
     REASONS,
     Diverged,
@@ -29,7 +30,7 @@ from nappe._frames import BodyFrame, Frame, Grid
 from nappe._pending import Pending
 from nappe._requests import Changes
 from nappe._sync import DiagnosticsStream, Frames, Server, Session, Stream, connect, serve
-from nappe._topology import Body, Collider, Topology
+from nappe._topology import Body, Topology
 from nappe._trajectory import Trajectory
 from nappe._uploads import Uploaded
 from nappe._values import (

@@ -6,10 +6,12 @@ Enters: how a call ended. Leaves: an exception.
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from google.protobuf.message import DecodeError
 from google.rpc import error_details_pb2, status_pb2
 
 from nappe._files import packed_bytes
@@ -78,7 +80,7 @@ class Error(Exception):
 
     def _number(self, name: str) -> int | None:
         text = self.metadata.get(name, "")
-        return int(text) if text.lstrip("-").isdigit() else None
+        return int(text) if re.fullmatch(r"-?[0-9]{1,20}", text) else None
 
 
 class Unavailable(Error):
@@ -129,6 +131,11 @@ class Diverged(Error):
 
 class TooSlow(Error):
     """This program read frames more slowly than the session keeps them, or not at all for too long."""
+
+    @property
+    def oldest_frame(self) -> int | None:
+        """The oldest frame that is kept, where told."""
+        return self._number("oldest_frame")
 
 
 class Expired(Error):
@@ -198,14 +205,13 @@ def _info(details: bytes | None) -> tuple[str | None, dict[str, str]]:
     if not details:
         return None, {}
     try:
-        packed = status_pb2.Status.FromString(details).details
-    except ValueError:
-        return None, {}
-    for detail in packed:
-        info: Any = error_details_pb2.ErrorInfo()
-        if detail.Is(info.DESCRIPTOR):
-            detail.Unpack(info)
-            return info.reason, dict(info.metadata)
+        for detail in status_pb2.Status.FromString(details).details:
+            info: Any = error_details_pb2.ErrorInfo()
+            if detail.Is(info.DESCRIPTOR):
+                detail.Unpack(info)
+                return info.reason, dict(info.metadata)
+    except DecodeError:
+        pass  # not of a nappe server
     return None, {}
 
 

@@ -5,6 +5,7 @@ Enters: messages of a stream, from a server that is not trusted. Leaves: frames.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -226,6 +227,8 @@ class FrameJoiner:
 
 def read_frame(pieces: list[Message], particles: int, topology: Topology | None = None) -> Frame:
     """A frame from all of its pieces, in order."""
+    if not math.isfinite(pieces[0].time_seconds):
+        raise _broken(pieces[0], f"its time is {pieces[0].time_seconds} s")
     parts: dict[int, list[Message]] = {}
     for piece in pieces:
         for part in piece.fields:
@@ -275,8 +278,10 @@ def _grid(pieces: list[Message]) -> Grid | None:
         return None
     first = parts[0]
     head = (first.cell, first.stride, first.node_count)
-    if any((part.cell, part.stride, part.node_count) != head for part in parts) or not first.cell > 0:
+    if any((part.cell, part.stride, part.node_count) != head for part in parts):
         raise _broken(pieces[0], "the pieces of its grid are of different grids")
+    if not 0 < first.cell < math.inf or first.stride == 0:
+        raise _broken(pieces[0], f"its grid has cells of {first.cell} m and stride {first.stride}")
     lengths = [(len(part.index_i32), len(part.mass_f32), len(part.velocity_f32)) for part in parts]
     nodes = sum(mass for _, mass, _ in lengths) // 4
     if any((12 * (mass // 4), mass % 4, 12 * (mass // 4)) != (index, 0, speed) for index, mass, speed in lengths):
@@ -285,8 +290,8 @@ def _grid(pieces: list[Message]) -> Grid | None:
         raise _broken(pieces[0], f"{nodes} nodes of its grid came, and {first.node_count} were announced")
     data = [b"".join(getattr(part, name) for part in parts) for name in ("index_i32", "mass_f32", "velocity_f32")]
     masses, velocities = np.frombuffer(data[1], "<f4"), np.frombuffer(data[2], "<f4").reshape(-1, 3)
-    if not (np.isfinite(masses).all() and np.isfinite(velocities).all()):
-        raise _broken(pieces[0], "a mass or a velocity of its grid is not finite")
+    if not (np.isfinite(masses).all() and (masses >= 0).all() and np.isfinite(velocities).all()):
+        raise _broken(pieces[0], "a mass or a velocity of its grid is not finite, or a mass below 0")
     return Grid(first.cell, np.frombuffer(data[0], "<i4").reshape(-1, 3), masses, velocities, *head[1:])
 
 

@@ -17,10 +17,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from nappe._colliders import Collider
 from nappe._errors import Error, refused
 from nappe._files import packed_bytes
 from nappe._packed import GREATEST_EXPONENT, LIMIT, OutOfReachError, pack, quantize, step_within
-from nappe._topology import Body, Collider
+from nappe._topology import Body
 from nappe._values import Diagnostics
 
 if TYPE_CHECKING:

@@ -40,6 +40,7 @@ _PRECISIONS = {
     "f32": number("Precision", "PRECISION_F32"),
     "f64": number("Precision", "PRECISION_F64"),
 }
+_UINT32 = 2**32 - 1
 _AXES = {axis: number("Axis", f"AXIS_{axis.upper()}") for axis in "xyz"}
 
 PerKind = float | Mapping[str, float]
@@ -114,9 +115,9 @@ def create(
     message = MESSAGES["CreateSessionRequest"](
         session_id=session_id,
         precision=_PRECISIONS[precision],
-        thread_count=whole(thread_count, "thread_count"),
-        frame_interval_steps=whole(frame_interval_steps, "frame_interval_steps"),
-        rank_count=whole(rank_count, "rank_count"),
+        thread_count=whole(thread_count, "thread_count", most=_UINT32),
+        frame_interval_steps=whole(frame_interval_steps, "frame_interval_steps", most=_UINT32),
+        rank_count=whole(rank_count, "rank_count", most=_UINT32),
         request_id=str(uuid.uuid4()),
     )
     if step_limit is not None:
@@ -290,10 +291,11 @@ def grid_request(grid: str | None) -> Message | None:
     return message
 
 
-def whole(value: Any, name: str, least: int = 0) -> int:
-    """A whole number of at least `least`."""
-    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or not least <= value < 2**63:
-        raise refused(f"{name} is {value!r}; allowed: a whole number of at least {least}", name)
+def whole(value: Any, name: str, least: int = 0, most: int = 2**63 - 1) -> int:
+    """A whole number of at least `least` and at most `most`."""
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or not least <= value <= most:
+        allowed = f"a whole number of at least {least}" if most > _UINT32 else f"a whole number, {least} to {most}"
+        raise refused(f"{name} is {value!r}; allowed: {allowed}", name)
     return int(value)
 
 
@@ -309,7 +311,7 @@ def finite(value: Any, name: str) -> float:
     """A number that is finite."""
     try:
         read_value = float(value)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         read_value = math.nan
     if not math.isfinite(read_value):
         raise refused(f"{name} is {value!r}; allowed: a finite number", name)

@@ -15,7 +15,7 @@ from nappe import _requests as requests
 from nappe._contract import MESSAGES, Message, number
 from nappe._errors import Error, Expired, NotFound, TooSlow, refused
 from nappe._frames import Frame, FrameJoiner
-from nappe._topology import TopologyJoiner
+from nappe._topology import Topology, TopologyJoiner
 from nappe._values import Change, Diagnostics, SessionEnd, read
 
 T = TypeVar("T")
@@ -103,9 +103,9 @@ class Reader(Generic[T]):
 
     def failed(self, error: Error, now: float) -> float:
         """Seconds to wait before the stream is asked for again. Raises the error if that would not help."""
-        if self._seeks and isinstance(error, (Expired, TooSlow)) and "oldest_frame" in error.metadata:
-            oldest = int(error.metadata["oldest_frame"])
-            if oldest > self._next:
+        if self._seeks and isinstance(error, (Expired, TooSlow)):
+            oldest = error.oldest_frame
+            if oldest is not None and oldest > self._next:
                 _log.warning("frames %d to %d of session %s are no longer kept", self._next, oldest - 1, self._ids[0])
                 self._next = oldest
                 return 0.0
@@ -153,7 +153,9 @@ class FrameReader(Reader[Frame]):
         self._encoding = requests.encoding(precision)
         self._grid = requests.grid_request(grid)
         self._paced = paced
+        self._names = tuple(fields)
         self._topologies = TopologyJoiner()
+        self._topology: Topology | None = None
         self.frames = FrameJoiner()
 
     def request(self) -> Message:
@@ -170,14 +172,17 @@ class FrameReader(Reader[Frame]):
         if event == "topology":
             self._ids = (self._ids[0], body.session_uid)
             whole = self._topologies.add(body)
-            before = self.frames.topology
-            same = whole is not None and before is not None and before.packed == whole.packed
-            self.frames.begin(before if same else whole)
+            if whole is not None and (self._topology is None or self._topology.packed != whole.packed):
+                self._topology = whole
+            self.frames.begin(None if whole is None else self._topology)
             return None
         if event != "frame":
             return None
         frame = self.frames.add(body)
         if frame is not None:
+            for name in self._names:
+                if name not in frame.fields and frame.topology.particle_count:
+                    raise Error(f"the server's stream does not decode: frame {frame.number}: it has no {name}")
             self.numbered(frame.number)
         return frame
 

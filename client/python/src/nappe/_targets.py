@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ipaddress
 import os
+import re
 import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -18,6 +19,8 @@ from nappe._errors import Error, refused
 DEFAULT_SERVER = "127.0.0.1:6277"
 """Where a server listens unless it is told otherwise."""
 
+# A host, or an address of version 6 in brackets, and a port.
+_ADDRESS = re.compile(r"(?P<host>[^\s:/\[\]@]+|\[[0-9A-Fa-f:.]+\])(?::(?P<port>[0-9]{1,5}))?")
 _Option = tuple[str, int]
 _COMMON: tuple[_Option, ...] = (
     ("grpc.max_receive_message_length", 8 << 20),
@@ -66,7 +69,7 @@ class Target:
         """Looks for the token again: a server that was started anew has another. True if it has."""
         if self.port is None:
             return False
-        before, found = self.token, _local(self.port, self.grpc)
+        before, found = self.token, _local(self.port, _reached(self.grpc))
         self.token = found[1] if found else None
         return self.token is not None and self.token != before
 
@@ -87,21 +90,20 @@ def read(url: str | None, token: str | os.PathLike[str] | None) -> Target:
             raise _no_address(typed, "it names no path")
         return Target(typed, typed, given)
     scheme, _, rest = typed.rpartition("://")
-    if scheme not in ("", "http"):
+    if "://" in typed and scheme != "http":
         raise _no_address(typed, "only http:// and unix: are spoken; put TLS in a proxy")
-    host, colon, port_text = rest.rstrip("/").rpartition(":")
-    if not colon:
-        host, port_text = rest.rstrip("/"), "80"
-    if not host or not port_text.isdigit() or not 0 < int(port_text) < 65536:
+    found = _ADDRESS.fullmatch(rest.rstrip("/"))
+    if found is None or not 0 < int(found["port"] or 80) < 65536:
         raise _no_address(typed, "it has no host and port")
+    host, port_text = found["host"], found["port"] or "80"
     port, address = int(port_text), f"{host}:{port_text}"
     if given is not None or not _is_loopback(host):
         return Target(f"http://{address}", address, given)
     # `localhost` means two addresses, and somebody else may listen on one of them.
-    found = _local(port, None if host == "localhost" else address)
-    if found is None:
-        return Target(f"http://{address}", address, None, port)
-    return Target(f"http://{address}", found[0], found[1], port)
+    local = _local(port, None if host == "localhost" else _reached(address))
+    if local is None:
+        return Target(f"http://{address}", address, None, None if host == "localhost" else port)
+    return Target(f"http://{address}", local[0], local[1], port)
 
 
 def _given(token: str | os.PathLike[str] | None) -> str | None:
@@ -116,9 +118,13 @@ def _given(token: str | os.PathLike[str] | None) -> str | None:
 
 
 def _checked(token: str, name: str) -> str:
-    if not 16 <= len(token) <= 512 or not all("!" <= character <= "~" for character in token):
+    if not _is_token(token):
         raise refused(f"{name} is no token: 16 to 512 printable characters of ASCII and no blanks", "token")
     return token
+
+
+def _is_token(text: str) -> bool:
+    return 16 <= len(text) <= 512 and all("!" <= character <= "~" for character in text)
 
 
 def _no_address(typed: str, cause: str) -> Error:
@@ -139,12 +145,23 @@ def _is_loopback(host: str) -> bool:
 def _local(port: int, address: str | None) -> tuple[str, str] | None:
     """Address and token of a server of this user that lives and listens on a port, at an address if one is given."""
     for folder in _folders():
-        text = _locked(folder / f"{port}.token")
-        words = text.split() if text else []
-        if len(words) >= 2 and (address is None or words[1] in (address, f"0.0.0.0:{port}", f"[::]:{port}")):
-            listens = words[1].replace("0.0.0.0", "127.0.0.1").replace("[::]", "[::1]")
-            return (address or listens, words[0])
+        token, _, rest = (_locked(folder / f"{port}.token") or "").partition("\n")
+        listens = _reached(rest.partition("\n")[0])
+        if _is_token(token) and listens is not None and address in (None, listens):
+            return (listens, token)
     return None
+
+
+def _reached(address: str) -> str | None:
+    """Where a client of this machine reaches a server that listens at `IP:PORT`; None if that is no address."""
+    host, _, port = address.rpartition(":")
+    try:
+        ip = ipaddress.ip_address(host.strip("[]"))
+    except ValueError:
+        return None
+    if ip.is_unspecified:
+        return f"127.0.0.1:{port}" if ip.version == 4 else f"[::1]:{port}"
+    return f"{ip}:{port}" if ip.version == 4 else f"[{ip}]:{port}"
 
 
 def _folders() -> Iterator[Path]:
@@ -163,7 +180,8 @@ def _locked(path: Path) -> str | None:
 
     try:
         with path.open(encoding="ascii") as file:
-            if os.fstat(file.fileno()).st_uid != os.getuid():
+            held = os.fstat(file.fileno())
+            if held.st_uid != os.getuid() or held.st_mode & 0o077:
                 return None
             try:
                 fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)

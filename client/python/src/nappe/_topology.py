@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from nappe._colliders import Collider, read_collider
 from nappe._contract import MESSAGES, Message
 from nappe._errors import Error
-from nappe._values import Vector, is_vector
 
 MAX_PARTICLES = 1 << 24
 """Most particles of a frame that this package agrees to hold."""
@@ -47,20 +47,6 @@ class Body:
     def particles(self) -> slice:
         """Its part of an array over all particles."""
         return slice(self.first_particle, self.first_particle + self.particle_count)
-
-
-@dataclass(frozen=True)
-class Collider:
-    """A collider, to be drawn. It moves at constant velocity, and does not turn."""
-
-    name: str
-    """Its name in the scene."""
-    kind: str
-    """`plane`, `sphere`, `capsule`, `box`, `cylinder` or `half_pipe`."""
-    velocity: Vector
-    """Velocity (m/s)."""
-    shape: dict[str, float | Vector]
-    """Its numbers at time 0 (m), under the names of the contract."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,7 +145,7 @@ def read_topology(wire: Message) -> Topology:
         held += body.particle_count
     if held != count:
         raise _broken(f"the bodies hold {held} of {count} particles")
-    colliders = tuple(collider for wire_collider in wire.colliders if (collider := _collider(wire_collider)))
+    colliders = tuple(collider for wire_collider in wire.colliders if (collider := read_collider(wire_collider)))
     return Topology(wire.topology_id, count, tuple(bodies), colliders, wire.SerializeToString(deterministic=True))
 
 
@@ -183,20 +169,6 @@ def _body(wire: Message) -> Body:
         raise _broken(f"body {wire.name!r} has {len(uv)} texture coordinates for {count} particles")
     triangles, springs, pins = lists.values()
     return Body(wire.name, first, count, triangles, springs, pins.reshape(-1), uv)
-
-
-def _collider(wire: Message) -> Collider | None:
-    """A collider, unless its shape is newer than this package."""
-    kind = wire.WhichOneof("shape")
-    if kind is None:
-        return None
-    message = getattr(wire, kind)
-    shape: dict[str, float | Vector] = {}
-    for described in message.DESCRIPTOR.fields:
-        value = getattr(message, described.name)
-        shape[described.name] = (value.x, value.y, value.z) if is_vector(described) else value
-    velocity = (wire.velocity.x, wire.velocity.y, wire.velocity.z)
-    return Collider(wire.name, kind, velocity, shape)
 
 
 def _joined(pieces: list[Message]) -> Message:

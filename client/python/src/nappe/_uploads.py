@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from nappe._contract import MESSAGES, Message, number
 from nappe._errors import Error, refused
@@ -30,8 +30,12 @@ _FORMATS = {
 }
 _SET = number("FileFormat", "FILE_FORMAT_ETI")
 
-# `file = "figure.obj"`, outside of comments: what stands before it on its line has no `#`.
-_MESH = re.compile(r"""^(?P<before>[^#\n]*?\bfile\s*=\s*)(?P<quote>["'])(?P<path>[^"'\n]+)(?P=quote)""", re.MULTILINE)
+# `file = "figure.obj"`; texts and comments, in which the same may stand, are stepped over.
+_MESH = re.compile(
+    r"""(?<![\w-])file[ \t]*=[ \t]*(?:"(?P<double>[^"\\\n]+)"|'(?P<single>[^'\n]+)')"""
+    r"""|\"{3}.*?\"{3}|'{3}.*?'{3}|"(?:\\.|[^"\\\n])*"|'[^'\n]*'|\#[^\n]*""",
+    re.DOTALL,
+)
 
 
 @dataclass(frozen=True)
@@ -68,10 +72,7 @@ def from_arrays(
     where = array(points, "points", (-1, 3))
     if len(where) == 0:
         raise refused("points is empty; allowed: at least one point", "points")
-    given = np.asarray(triangles)
-    if given.size and given.dtype.kind not in "iu":
-        raise refused(f"triangles is an array of {given.dtype}; allowed: whole numbers", "triangles")
-    corners = array(triangles if given.size else np.zeros((0, 3)), "triangles", (-1, 3), "<i8")
+    corners = _corners(triangles)
     outside = (corners < 0) | (corners >= len(where))
     if outside.any():
         row, column = np.unravel_index(int(np.argmax(outside)), outside.shape)
@@ -91,6 +92,18 @@ def from_arrays(
     )
     packed = b"".join(part.tobytes() for part in (where, corners.astype("<u4"), weights, texture))
     return Mesh(header, (memoryview(packed),))
+
+
+def _corners(triangles: ArrayLike) -> NDArray[np.int64]:
+    """Triangles as whole numbers; an empty list is no triangles."""
+    try:
+        given = np.asarray(triangles)
+    except ValueError:
+        given = np.zeros((1, 3), int)  # `array` says below what is wrong with it
+    if given.size and given.dtype.kind not in "iu":
+        raise refused(f"triangles is an array of {given.dtype}; allowed: whole numbers", "triangles")
+    corners: NDArray[np.int64] = array(triangles if given.size else np.zeros((0, 3)), "triangles", (-1, 3), "<i8")
+    return corners
 
 
 def from_file(path: Path, missing_mass: float | None = None) -> Mesh:
@@ -134,8 +147,8 @@ class Scene:
         """The text with the ids of uploads in place of files. Lines stay where they are."""
 
         def replaced(found: re.Match[str]) -> str:
-            before = found["before"].rstrip(" =")[: -len("file")]
-            return f'{before}upload = "{ids[found["path"]]}"'
+            path = _path(found)
+            return found[0] if path is None else f'upload = "{ids[path]}"'
 
         return _MESH.sub(replaced, self.text or "")
 
@@ -148,7 +161,13 @@ def read_scene(scene: str | os.PathLike[str]) -> Scene:
         return Scene(scene, None, {})
     path = Path(scene)
     text = _read(path).decode("utf-8", errors="replace")
-    return Scene(None, text, {found["path"]: path.parent / found["path"] for found in _MESH.finditer(text)})
+    names = [name for found in _MESH.finditer(text) if (name := _path(found)) is not None]
+    return Scene(None, text, {name: path.parent / name for name in names})
+
+
+def _path(found: re.Match[str]) -> str | None:
+    """The mesh file that a piece of a scene names; None where it is a comment or another text."""
+    return found["double"] if found["single"] is None else found["single"]
 
 
 def _read(path: Path) -> bytes:

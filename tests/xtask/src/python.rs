@@ -1,0 +1,105 @@
+//! `cargo xtask python`: the package for Python, installed and tested against the server that was built.
+//!
+//! Two environments under `target/tools`, which `.ci/run` makes: one with the newest versions of the libraries, and one
+//! with the oldest that the package declares. Types and style are checked in the first.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    process::Command,
+};
+
+use crate::{
+    shell::{Failure, Shell},
+    suites, web,
+};
+
+/// Where the package is.
+const FOLDER: &str = "client/python";
+/// What the environments have: for tests in both, for checks in the first.
+const TESTED: &str = "google.rpc, grpc, hatchling, numpy, pytest, pytest_asyncio";
+const CHECKED: &str = "mypy, ruff";
+
+/// Checks and tests the package as far as Python and its libraries are there.
+pub(crate) fn run(shell: &mut Shell, _: &[String]) -> Result<(), Failure> {
+    match shell.python_with(&format!("{TESTED}, {CHECKED}")) {
+        Some(python) => shell.step("python", |shell| newest(shell, &python))?,
+        None => shell.skip("python", "what the package needs is not installed: .ci/run does"),
+    }
+    let oldest = shell.target().join("tools/python-oldest/bin/python3");
+    if !oldest.is_file() {
+        shell.skip("python: oldest versions", "no Python from 3.10 to 3.12 has them: .ci/run looks for one");
+        return Ok(());
+    }
+    shell.step("python: oldest versions", |shell| {
+        install(shell, &oldest)?;
+        let mut tests = pytest(shell, &oldest);
+        shell.watched(
+            "python: tests with the oldest",
+            tests.arg("--ignore=tests/test_documents.py"),
+            suites::QUICK,
+        )
+    })
+}
+
+fn newest(shell: &mut Shell, python: &Path) -> Result<(), Failure> {
+    for (title, words) in [
+        ("python: style", &["ruff", "check"][..]),
+        ("python: format", &["ruff", "format", "--check"]),
+        ("python: types", &["mypy"]),
+    ] {
+        shell.run(title, module(shell, python, words[0]).args(&words[1..]))?;
+    }
+    match shell.find("pyright") {
+        Some(pyright) => {
+            let mut types = Command::new(pyright);
+            types.current_dir(shell.root().join(FOLDER)).arg("--pythonpath").arg(python);
+            shell.run("python: types again", &mut types)?;
+        }
+        None => shell.skip("python: types again", "pyright is not installed (npm package pyright)"),
+    }
+    install(shell, python)?;
+    let mut reference = Command::new(python);
+    shell.run("python: reference", reference.arg(format!("{FOLDER}/tools/reference.py")).arg("--check"))?;
+    let mut tests = pytest(shell, python);
+    shell.watched("python: tests", &mut tests, suites::QUICK)?;
+    recording(shell, python)
+}
+
+/// A module of an environment, run in the folder of the package.
+fn module(shell: &Shell, python: &Path, name: &str) -> Command {
+    let mut command = Command::new(python);
+    command.current_dir(shell.root().join(FOLDER)).args(["-m", name]);
+    command
+}
+
+/// Builds the package and installs it, as a user does, without the network: tests read what a wheel holds.
+fn install(shell: &mut Shell, python: &Path) -> Result<(), Failure> {
+    let mut pip = module(shell, python, "pip");
+    pip.args(["install", "--quiet", "--no-deps", "--no-build-isolation", "--no-index", "--force-reinstall"]);
+    shell.run("python: install", pip.args(["--disable-pip-version-check", "."]))
+}
+
+/// Tests of the package that is installed, on the server that was built.
+fn pytest(shell: &Shell, python: &Path) -> Command {
+    let mut tests = module(shell, python, "pytest");
+    tests.args(["-v", "-p", "no:cacheprovider"]).env("NAPPE_SERVER_PROGRAM", server(shell));
+    tests.env("CARGO_TARGET_DIR", shell.target());
+    tests
+}
+
+fn server(shell: &Shell) -> PathBuf {
+    shell.target().join("release/nappe-server")
+}
+
+/// A page that Python saved, opened in the browser that opens those of the command.
+fn recording(shell: &mut Shell, python: &Path) -> Result<(), Failure> {
+    let folder = shell.target().join("page");
+    fs::create_dir_all(&folder)
+        .map_err(|error| Failure(format!("{} cannot be made: {error}", folder.display())))?;
+    let file = folder.join("python.html");
+    let mut export = Command::new(python);
+    export.args(["-m", "nappe.examples.export", "--scene", "demo", "--steps", "400", "--out"]).arg(&file);
+    shell.run("python: save a page", export.env("NAPPE_SERVER_PROGRAM", server(shell)))?;
+    web::show(shell, "python: show the page", &file)
+}
