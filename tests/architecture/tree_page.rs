@@ -69,7 +69,10 @@ const SAID: [(&str, &str); 37] = [
         "The contract as data, of which messages are made; made from `proto/nappe`",
     ),
     ("client/python/src/nappe/py.typed", "Says that the package has types"),
-    ("client/python/src/nappe/examples/notebook.ipynb", "A session in a notebook: arrays, and the run as a page in a cell"),
+    (
+        "client/python/src/nappe/examples/notebook.ipynb",
+        "A session in a notebook: arrays, and the run as a page in a cell",
+    ),
     ("client/python/tools/", "Writes the reference of docs/python.md; measures the package"),
     ("client/python/tests/", "Its tests: the core on made messages, the rest on the real server"),
     ("client/tests/", "Frames from made messages, as a program meets them"),

@@ -369,3 +369,14 @@ def test_a_grid_of_more_nodes_than_are_held_is_refused(monkeypatch: pytest.Monke
     assert join(*with_grid(grid())).grid is not None
     assert "3 nodes" in refusal(*with_grid(grid(3, node_count=3)))
     assert "grid" in refusal(*with_grid(grid(3, stride=2, node_count=30)))
+
+
+@pytest.mark.parametrize(
+    "beyond",
+    [piece(part(np.zeros(900)), count=9), piece(count=9, grid=grid(300, node_count=300))],
+    ids=["array", "grid"],
+)
+def test_what_is_beyond_a_frame_is_refused_before_its_last_piece(beyond: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(_frames, "_FRAME_BYTES", 0)
+    with pytest.raises(nappe.Error, match=r"frame 3: more than \d+ bytes came"):
+        joiner().add(beyond)

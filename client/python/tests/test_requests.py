@@ -185,6 +185,14 @@ def test_the_frame_of_an_answer_is_read_and_checked() -> None:
         requests.frame_of(answer)
 
 
+def test_the_frame_of_an_answer_takes_no_more_memory_than_came() -> None:
+    answer = v1.StepSessionResponse(session=v1.Session(particle_count=2**60))
+    for first in range(2):
+        answer.frame.fields.add(field=1, encoding=1, first_particle=first, data=b"\0" * 12)
+    with pytest.raises(nappe.Error, match="particles"):
+        requests.frame_of(answer)
+
+
 def test_an_update_has_every_change_in_its_field() -> None:
     made = update(
         7,

@@ -222,6 +222,7 @@ def test_arrays_that_were_asked_for_must_come() -> None:
     assert made.take(frame(0, "POSITIONS", "VELOCITIES")).fields == ("positions", "velocities")
     with pytest.raises(nappe.Error, match="velocities"):
         made.take(frame(1))
+    assert begun("frame", fields="positions")[0].take(frame(0)).fields == ("positions",)
 
 
 @pytest.mark.parametrize("kind", NUMBERED)
@@ -331,8 +332,7 @@ def test_a_message_renews_patience_and_makes_waits_short_again() -> None:
     assert patience.wait(50.0, 1.0) == pytest.approx(0.1)
 
     made = reader(patience=2.0)
-    made.failed(BROKE, 0.0)
-    made.take(v1.WatchFramesResponse(progress=v1.Progress(frame=3)))
+    assert made.failed(BROKE, 0.0) and made.take(v1.WatchFramesResponse(progress=v1.Progress(frame=3))) is None
     assert made.failed(BROKE, 50.0) <= 0.1
     with pytest.raises(nappe.Error) as told:
         made.failed(LATE, 52.0)

@@ -60,8 +60,8 @@ def test_settings_are_flags_and_a_wrong_one_is_told_in_the_servers_words() -> No
         with server.create("flag"), server.create("flag"), pytest.raises(nappe.Full) as full:
             server.create("flag")
         assert full.value.reason == "TOO_MANY_SESSIONS" and full.value.remedy
-    with pytest.raises(nappe.Error, match="--max-sesions"):
-        nappe.serve(max_sesions=2)
+    with pytest.raises(nappe.Error, match="--maxi-sessions"):
+        nappe.serve(maxi_sessions=2)
     with pytest.raises(nappe.Refused, match="by itself"):
         nappe.serve(address="0.0.0.0:1")
 

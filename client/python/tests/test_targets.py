@@ -275,6 +275,13 @@ def test_a_server_that_was_started_anew_is_found_with_its_other_token(folder: Pa
         assert given.find_again() is False and given.token == TOKEN
 
 
+def test_the_name_of_this_machine_is_shown_no_token_of_a_server_that_came_later(folder: Path) -> None:
+    target = read("localhost:1", None)
+    # The connection is to the name: which of its addresses answers is not known.
+    with locked(left(folder)):
+        assert target.find_again() is False and target.metadata == ()
+
+
 @pytest.mark.parametrize("text", ["", TOKEN, "\n\n", f"short\n{HERE}\n", f"{'é' * 20}\n{HERE}\n", "\udcff"])
 def test_a_file_that_holds_no_token_and_address_is_passed_over(folder: Path, text: str) -> None:
     path = left(folder)

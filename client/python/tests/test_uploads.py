@@ -189,10 +189,15 @@ def test_a_word_is_the_name_of_a_shipped_scene(scene: str) -> None:
     assert (read.name, read.text, read.meshes) == (scene, None, {})
 
 
-@pytest.mark.parametrize("scene", ["[world]\n", "title = 'a'", "# scene.toml\n"])
+@pytest.mark.parametrize("scene", ["[world]\n", "title = 'a'", "# scene.toml\n", "a=b.toml"])
 def test_a_text_is_a_scene_by_itself(scene: str) -> None:
     read = read_scene(scene)
     assert (read.name, read.text, read.meshes) == (None, scene, {}) and read.with_uploads({}) == scene
+
+
+def test_a_text_that_names_a_mesh_file_is_left_for_the_server_to_refuse() -> None:
+    read = read_scene(SCENE)
+    assert read.meshes == {} and read.with_uploads({}) == SCENE
 
 
 def test_a_path_is_a_scene_file_with_the_meshes_beside_it(tmp_path: Path) -> None:
@@ -240,6 +245,7 @@ def written(tmp_path: Path, text: str) -> nappe._uploads.Scene:
         ('\tmesh = {\tfile = "a.obj"\t}', '\tmesh = {\tupload = "m-1"\t}'),
         ('mesh = { file = "a.obj" }\r\n# file = "b.obj"\r\n', 'mesh = { upload = "m-1" }\r\n# file = "b.obj"\r\n'),
         ('file\t= "a.obj"', 'upload = "m-1"'),
+        ("""title = 'say "'\nfile = "a.obj" # "x\n""", """title = 'say "'\nupload = "m-1" # "x\n"""),
         ('file =\t"a.obj"', 'upload = "m-1"'),
         (
             'body = [{ name = "# 1", mesh = { file = "a.obj" } }]',

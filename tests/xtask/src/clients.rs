@@ -32,8 +32,11 @@ fn run(shell: &mut Shell) -> Result<(), Failure> {
 
 fn python_example(shell: &mut Shell, python: &Path, server: &Server) -> Result<(), Failure> {
     let stubs = shell.target().join("tools/stubs");
-    fs::create_dir_all(&stubs)
-        .map_err(|error| Failure(format!("{} cannot be made: {error}", stubs.display())))?;
+    // The stubs are called `nappe` as the package is, which may be installed: a folder with this file comes before it.
+    let modules = stubs.join("nappe");
+    fs::create_dir_all(&modules)
+        .and_then(|()| fs::write(modules.join("__init__.py"), ""))
+        .map_err(|error| Failure(format!("{} cannot be made: {error}", modules.display())))?;
     let out = |kind: &str| format!("--{kind}_out={}", stubs.display());
     let mut generate = Command::new(python);
     generate.args(["-m", "grpc_tools.protoc", "--proto_path=proto"]).args(["python", "grpc_python"].map(out));

@@ -39,7 +39,7 @@ class Collector:
         self._every = requests.whole(every, "every", least=1)
         requests.field_numbers(fields)
         requests.encoding(precision)
-        self._names = (fields,) if isinstance(fields, str) else tuple(dict.fromkeys(fields))
+        self._names = requests.field_names(fields)
         self._number = np.dtype("<f4" if precision == "f32" else "<f8")
         limit = session.step_limit if session.state != "finished" else session.steps_taken
         if stop is None and not limit:

@@ -209,7 +209,7 @@ def _info(details: bytes | None) -> tuple[str | None, dict[str, str]]:
             info: Any = error_details_pb2.ErrorInfo()
             if detail.Is(info.DESCRIPTOR):
                 detail.Unpack(info)
-                return info.reason, dict(info.metadata)
+                return info.reason, dict(sorted(info.metadata.items()))
     except DecodeError:
         pass  # not of a nappe server
     return None, {}

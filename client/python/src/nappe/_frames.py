@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from nappe._contract import Message, number
 from nappe._errors import Error
-from nappe._topology import Body, Topology, place
+from nappe._topology import MAX_PARTICLES, Body, Topology, place
 from nappe._values import Diagnostics, read
 
 MAX_GRID_NODES = 1 << 22
@@ -36,6 +36,10 @@ _TYPES: dict[int, np.dtype[Any]] = {
     number("Encoding", "ENCODING_RAW_F32"): np.dtype("<f4"),
     number("Encoding", "ENCODING_RAW_F64"): np.dtype("<f8"),
 }
+
+# Most bytes of a frame: all arrays in binary64, and the nodes of a grid with all that stands around them.
+_PARTICLE_BYTES = 8 * sum(FIELDS.values())
+_FRAME_BYTES = 28 * MAX_GRID_NODES + (16 << 20)
 
 Array = NDArray[Any]
 """An array of float32 or float64, as it was asked for."""
@@ -203,10 +207,12 @@ class FrameJoiner:
         """No topology has come yet."""
         self.topology: Topology | None = None
         self._pieces: list[Message] = []
+        self._bytes = self._most = 0
 
     def begin(self, topology: Topology | None) -> None:
         """A stream begins, or begins anew: a frame in the making is void."""
         self.topology, self._pieces = topology, []
+        self._most = _FRAME_BYTES + _PARTICLE_BYTES * (topology.particle_count if topology else 0)
 
     def add(self, piece: Message) -> Frame | None:
         """Takes the next piece; the frame when its last one has come."""
@@ -218,6 +224,9 @@ class FrameJoiner:
             raise _broken(begun[0], f"it broke off after {len(begun)} pieces; frame {piece.frame} came")
         if index != len(begun) or index >= count or (begun and place(begun[0])[1] != count):
             raise _broken(piece, f"piece {index} of {count} came where piece {len(begun)} was next")
+        self._bytes = piece.ByteSize() + (self._bytes if begun else 0)
+        if self._bytes > self._most:
+            raise _broken(piece, f"more than {self._most} bytes came, which is all that its particles and nodes take")
         begun.append(piece)
         if index + 1 < count:
             return None
@@ -227,6 +236,8 @@ class FrameJoiner:
 
 def read_frame(pieces: list[Message], particles: int, topology: Topology | None = None) -> Frame:
     """A frame from all of its pieces, in order."""
+    if particles > MAX_PARTICLES:
+        raise _broken(pieces[0], f"{particles} particles are announced; at most {MAX_PARTICLES} are held")
     if not math.isfinite(pieces[0].time_seconds):
         raise _broken(pieces[0], f"its time is {pieces[0].time_seconds} s")
     parts: dict[int, list[Message]] = {}

@@ -92,6 +92,7 @@ class ServerProcess:
         command = [path, "--address", "127.0.0.1:0", "--token", str(self.token_file), "--until-stdin-closes", *words]
         # What the environment says of these is meant for another server.
         kept = {name: value for name, value in os.environ.items() if name not in ("NAPPE_ADDRESS", "NAPPE_NO_TOKEN")}
+        kept["NO_COLOR"] = "1"
         pipe = subprocess.PIPE
         try:
             return subprocess.Popen(

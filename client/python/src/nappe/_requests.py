@@ -255,13 +255,18 @@ def _per_kind(given: Any, name: str) -> Iterable[tuple[int, float]]:
 
 def field_numbers(fields: Sequence[str]) -> list[int]:
     """The numbers of fields on the wire."""
-    names = (fields,) if isinstance(fields, str) else tuple(fields)
+    names = field_names(fields)
     for name in names:
         if name not in FIELDS:
             raise refused(f"no array is called {name!r}; there are: {', '.join(FIELDS)}", "fields")
     if not names:
         raise refused("fields names no array; there are: " + ", ".join(FIELDS), "fields")
-    return [field_number(name) for name in dict.fromkeys(names)]
+    return [field_number(name) for name in names]
+
+
+def field_names(fields: Sequence[str]) -> tuple[str, ...]:
+    """The names of fields, each once; one name alone may be given as it is."""
+    return (fields,) if isinstance(fields, str) else tuple(dict.fromkeys(fields))
 
 
 def encoding(precision: str) -> int:

@@ -153,7 +153,7 @@ class FrameReader(Reader[Frame]):
         self._encoding = requests.encoding(precision)
         self._grid = requests.grid_request(grid)
         self._paced = paced
-        self._names = tuple(fields)
+        self._names = requests.field_names(fields)
         self._topologies = TopologyJoiner()
         self._topology: Topology | None = None
         self.frames = FrameJoiner()

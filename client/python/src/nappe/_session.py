@@ -6,6 +6,7 @@ from typing import Any
 
 from nappe._contract import ENUMS, Message
 from nappe._errors import Error, of_failure, refused
+from nappe._requests import field_names
 from nappe._values import Failure, Parameters, SessionInfo, read, word
 
 SCALARS_OF_SNOW = ("plastic_ratio", "stress")
@@ -146,7 +147,7 @@ class SessionProperties:
 
     def _check_fields(self, fields: Any, grid: str | None) -> None:
         """What only snow has is refused for a session without."""
-        names = (fields,) if isinstance(fields, str) else tuple(fields)
+        names = field_names(fields)
         if self.snow_particle_count == 0:
             for name in SCALARS_OF_SNOW:
                 if name in names:

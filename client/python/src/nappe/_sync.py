@@ -61,8 +61,8 @@ def serve(threads: int | None = None, **settings: Any) -> Server:
     """Starts a server of one's own on a free port of this machine, and ends it with the block, or with this process.
 
     The program is the one that `NAPPE_SERVER_PROGRAM` names, `nappe-server` on PATH, or the one built in the
-    repository. `threads`: most threads per session. `settings`: flags of the program, `max_sessions=3` for `--max-
-    sessions 3`; see `nappe-server --help`.
+    repository. `threads`: most threads per session. `settings`: flags of the program, such as `max_sessions=3` for
+    `--max-sessions 3`; `nappe-server --help` lists them.
     """
     process = ServerProcess(threads, settings)
     try:
@@ -244,7 +244,7 @@ def check_usable(pid: int, closed: bool, address: str) -> None:
     if os.getpid() != pid:
         raise Error(
             "this process was forked from the one that connected, and connections of gRPC do not survive that",
-            remedy="Connect in the child, or start it with multiprocessing's method 'spawn'.",
+            remedy="Start processes by multiprocessing's 'spawn' or 'forkserver', or before the first connection.",
         )
     if closed:
         raise Error(f"the connection to {address} is closed")

@@ -148,7 +148,7 @@ class Scene:
 
         def replaced(found: re.Match[str]) -> str:
             path = _path(found)
-            return found[0] if path is None else f'upload = "{ids[path]}"'
+            return f'upload = "{ids[path]}"' if path in ids else found[0]
 
         return _MESH.sub(replaced, self.text or "")
 
