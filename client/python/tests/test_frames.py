@@ -288,7 +288,7 @@ def grid(nodes: int = 2, at: int = 0, **other: Any) -> Any:
     """Nodes `at`, `at + 1`, ... of a grid, as a piece of it."""
     numbers = np.arange(at, at + nodes)
     indices, speeds = np.column_stack([numbers, -numbers, 0 * numbers]), np.repeat(numbers / 2, 3)
-    arrays = {"index_i32": indices.astype("<i4"), "mass_f32": (numbers + 1).astype("<f4")}
+    arrays = {"index_i32": indices.astype("<i4"), "mass_f32": numbers.astype("<f4")}
     arrays["velocity_f32"] = speeds.astype("<f4")
     packed = {name: array.tobytes() for name, array in arrays.items()}
     return v1.GridField(**{"cell": 0.25, "stride": 1, "node_count": 2, **packed, **other})
@@ -308,7 +308,7 @@ def test_a_grid_in_pieces_is_joined_and_cannot_be_written() -> None:
         nodes = join(*with_grid(*pieces)).grid
         assert nodes is not None and (nodes.cell, nodes.stride, nodes.node_count) == (0.25, 1, 3)
         assert nodes.indices.tolist() == [[0, 0, 0], [1, -1, 0], [2, -2, 0]]
-        assert nodes.masses.tolist() == [1, 2, 3] and nodes.velocities.tolist() == [[0] * 3, [0.5] * 3, [1] * 3]
+        assert nodes.masses.tolist() == [0, 1, 2] and nodes.velocities.tolist() == [[0] * 3, [0.5] * 3, [1] * 3]
         assert nodes.positions.tolist() == [[0, 0, 0], [0.25, -0.25, 0], [0.5, -0.5, 0]]
         for array in (nodes.indices, nodes.masses, nodes.velocities):
             assert not array.flags.writeable

@@ -223,6 +223,7 @@ def test_what_is_not_given_is_not_sent_and_a_zero_is() -> None:
     zero = update(gravity=(0, 0, 0), drag=0, stiffness=0).message
     assert zero.HasField("gravity") and zero.HasField("drag")
     assert zero.springs[0].HasField("stiffness") and not zero.springs[0].HasField("damping")
+    assert update(pins={3: (0, 0, 0)}).message.pins[0].duration_seconds == 0.0
     kinds = [update(stiffness={kind: 1}).message.springs[0].kind for kind in ("stretch", "shear", "bend")]
     assert kinds == [v1.SPRING_KIND_STRETCH, v1.SPRING_KIND_SHEAR, v1.SPRING_KIND_BEND]
 
@@ -342,3 +343,23 @@ def test_a_number_too_large_for_its_type_is_told_as_it_was_given() -> None:
     told = refusal(lambda: requests.array([[0.5, 1e300]], "uv", (-1, 2), "<f4"), "uv")
     assert told == "uv[0][1] is 1e+300; allowed: a finite number"
     assert "allowed: numbers" in refusal(lambda: requests.array([10**400], "times", (-1,)), "times")
+
+
+@pytest.mark.parametrize(
+    ("changes", "name"),
+    [
+        ({"pins": [(0, 0, 0)]}, "pins"),
+        ({"body": 5}, "body"),
+        ({"drag": True}, "drag"),
+        ({"drag": "5"}, "drag"),
+        ({"stiffness": {"bend": False}}, "stiffness['bend']"),
+    ],
+)
+def test_a_change_of_a_wrong_type_is_named(changes: Any, name: str) -> None:
+    assert refusal(lambda: update(7, True, **changes), name).startswith(f"{name} is ")
+
+
+def test_a_grid_and_fields_of_a_wrong_type_are_named() -> None:
+    assert refusal(lambda: requests.grid_request(5), "grid").startswith("grid is 5")  # type: ignore[arg-type]
+    assert "None" in refusal(lambda: requests.field_numbers(None), "fields")  # type: ignore[arg-type]
+    assert refusal(lambda: requests.encoding([]), "precision").startswith("precision is []")  # type: ignore[arg-type]

@@ -318,6 +318,15 @@ def test_a_target_is_a_value_with_nothing_hidden_but_the_token() -> None:
     assert target.port is None and target == read("a:1", TOKEN)
 
 
+def test_streams_of_every_frame_have_a_wide_window_and_the_newest_a_narrow_one() -> None:
+    target = read("a:1", TOKEN)
+    every, newest = dict(target.options(True)), dict(target.options(False))
+    assert (every["grpc.http2.lookahead_bytes"], newest["grpc.http2.lookahead_bytes"]) == (4 << 20, 256 << 10)
+    assert every["grpc.http2.max_frame_size"] == 1 << 20 and "grpc.default_authority" not in every | newest
+    for bulk in (True, False):
+        assert dict(read("unix:/run/n", None).options(bulk))["grpc.default_authority"] == "localhost"
+
+
 @pytest.mark.parametrize(
     ("settings", "words"),
     [

@@ -116,7 +116,7 @@ def test_the_messages_of_an_upload_can_be_sent_again() -> None:
         ({"triangles": np.array([[0, 1, 2**64 - 1]], np.uint64)}, "triangles", "triangles[0][2] is"),
         ({"triangles": [[0, 1, 2**32]]}, "triangles", "triangles[0][2] is 4294967296"),
         ({"masses": [1, 2]}, "masses", "masses is of shape (2,); allowed: (3)"),
-        ({"masses": [1, -0.5, 1]}, "masses", "masses[1] is -0.5 kg; allowed: 0 (pinned) or more"),
+        ({"masses": [0, -0.5, 1]}, "masses", "masses[1] is -0.5 kg; allowed: 0 (pinned) or more"),
         ({"masses": [1, 1, math.inf]}, "masses", "masses[2] is inf; allowed: a finite number"),
         ({"masses": 1.0}, "masses", "masses is of shape (); allowed: (3)"),
         ({"uv": np.zeros((2, 2))}, "uv", "uv is of shape (2, 2); allowed: (3, 2)"),

@@ -64,7 +64,7 @@ GROUPS = {
 }
 """What is listed, in this order: every name that the package exports, but `v1`, which docs/contract.md lists."""
 
-TYPES = {"Array": "_frames", "Vector": "_values", "PerKind": "_requests"}
+TYPES = {"Array": "_frames", "Vector": "_reports", "PerKind": "_requests"}
 """Names of types that stand in signatures, and the modules that say what they are."""
 
 

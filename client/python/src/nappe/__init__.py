@@ -28,8 +28,11 @@ from nappe._errors import (
 )
 from nappe._frames import BodyFrame, Frame, Grid
 from nappe._pending import Pending
+from nappe._reports import ClothSteps, Diagnostics, Notices, SnowDiagnostics, SolveReport
 from nappe._requests import Changes
-from nappe._sync import DiagnosticsStream, Frames, Server, Session, Stream, connect, serve
+from nappe._sync_server import Server, connect, serve
+from nappe._sync_session import Session
+from nappe._sync_stream import DiagnosticsStream, Frames, Stream
 from nappe._topology import Body, Topology
 from nappe._trajectory import Trajectory
 from nappe._uploads import Uploaded
@@ -37,18 +40,13 @@ from nappe._values import (
     Accepted,
     Change,
     ClothParameters,
-    ClothSteps,
-    Diagnostics,
     Failure,
-    Notices,
     Parameters,
     RejectedStep,
     ServerInfo,
     SessionEnd,
     SessionInfo,
     SessionRanks,
-    SnowDiagnostics,
-    SolveReport,
     SpringParameters,
 )
 

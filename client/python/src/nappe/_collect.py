@@ -13,10 +13,11 @@ from numpy.typing import NDArray
 from nappe import _requests as requests
 from nappe._errors import Error, refused
 from nappe._frames import FIELDS, Array, Frame
-from nappe._session import SessionProperties
+from nappe._properties import SessionProperties
+from nappe._reports import Diagnostics
 from nappe._topology import Topology
 from nappe._trajectory import Trajectory
-from nappe._values import Diagnostics, SessionEnd
+from nappe._values import SessionEnd
 
 MAX_BYTES = 2 * 2**30
 """Memory that a trajectory may take unless it is told otherwise (bytes)."""

@@ -11,7 +11,8 @@ from typing import Any
 
 from nappe._contract import Message
 from nappe._errors import Error
-from nappe._values import Vector, is_vector
+from nappe._reading import is_vector
+from nappe._reports import Vector
 
 # How far a direction's length may be from 1, and the cosine of two at right angles from 0: the rounding of binary32.
 _UNIT_TOLERANCE = 1e-5

@@ -15,7 +15,7 @@ from typing import Any, get_args, get_type_hints
 import numpy as np
 from numpy.typing import NDArray
 
-from nappe._values import Diagnostics, Vector
+from nappe._reports import Diagnostics, Vector
 
 _STAGES = dict[str, float]
 

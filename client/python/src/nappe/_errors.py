@@ -80,7 +80,7 @@ class Error(Exception):
 
     def _number(self, name: str) -> int | None:
         text = self.metadata.get(name, "")
-        return int(text) if re.fullmatch(r"-?[0-9]{1,20}", text) else None
+        return int(text) if re.fullmatch(r"-?[0-9]{1,18}", text) else None
 
 
 class Unavailable(Error):

@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 
 from nappe._contract import Message, number
 from nappe._errors import Error
+from nappe._reading import read
+from nappe._reports import Diagnostics
 from nappe._topology import MAX_PARTICLES, Body, Topology, place
-from nappe._values import Diagnostics, read
 
 MAX_GRID_NODES = 1 << 22
 """Most nodes of the snow's grid in a frame that this package agrees to hold."""

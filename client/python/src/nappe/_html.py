@@ -21,8 +21,8 @@ from nappe._colliders import Collider
 from nappe._errors import Error, refused
 from nappe._files import packed_bytes
 from nappe._packed import GREATEST_EXPONENT, LIMIT, OutOfReachError, pack, quantize, step_within
+from nappe._reports import Diagnostics
 from nappe._topology import Body
-from nappe._values import Diagnostics
 
 if TYPE_CHECKING:
     from nappe._trajectory import Trajectory

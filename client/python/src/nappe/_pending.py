@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from nappe._contract import ENUMS, Message
-from nappe._values import word
+from nappe._reading import word
 
 
 @dataclass(frozen=True)

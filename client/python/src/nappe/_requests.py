@@ -17,7 +17,8 @@ from numpy.typing import ArrayLike
 from nappe._contract import MESSAGES, METHODS, Message, Method, number
 from nappe._errors import Refused, refused
 from nappe._frames import FIELDS, Frame, field_number, read_frame
-from nappe._values import Accepted, ServerInfo, read, server_info
+from nappe._reading import read, server_info
+from nappe._values import Accepted, ServerInfo
 
 T = TypeVar("T")
 
@@ -110,7 +111,7 @@ def create(
     rank_count: int,
 ) -> Call[Message]:
     """A new session. Its request id makes a repeated request return the session of the first."""
-    if precision not in _PRECISIONS:
+    if precision not in tuple(_PRECISIONS):
         raise refused(f"precision is {precision!r}; allowed: 'f32', 'f64', or None, as the scene says", "precision")
     message = MESSAGES["CreateSessionRequest"](
         session_id=session_id,
@@ -238,8 +239,16 @@ def fill(message: Message, changes: Changes, particles: int) -> None:
     for name in ("stiffness", "damping"):
         for kind, value in _per_kind(changes.get(name, {}), name):
             message.springs.add(body=changes.get("body", ""), kind=kind, **{name: value})
-    duration = finite(changes.get("duration", 0.0), "duration")
-    for particle, target in changes.get("pins", {}).items():
+    duration, pins, body = (
+        finite(changes.get("duration", 0.0), "duration"),
+        changes.get("pins", {}),
+        changes.get("body"),
+    )
+    if not isinstance(pins, Mapping):
+        raise refused(f"pins is {pins!r}; allowed: a dict of targets by the index of the particle", "pins")
+    if body is not None and not isinstance(body, str):
+        raise refused(f"body is {body!r}; allowed: the name of a cloth", "body")
+    for particle, target in pins.items():
         at = index(particle, particles, "pins")
         x, y, z = array(target, f"pins[{at}]", (3,)).tolist()
         message.pins.add(particle=at, target=MESSAGES["Vector3"](x=x, y=y, z=z), duration_seconds=duration)
@@ -266,12 +275,16 @@ def field_numbers(fields: Sequence[str]) -> list[int]:
 
 def field_names(fields: Sequence[str]) -> tuple[str, ...]:
     """The names of fields, each once; one name alone may be given as it is."""
-    return (fields,) if isinstance(fields, str) else tuple(dict.fromkeys(fields))
+    names = [fields] if isinstance(fields, str) else list(fields) if isinstance(fields, Iterable) else [fields]
+    for name in names:
+        if not isinstance(name, str):
+            raise refused(f"fields names {name!r}; allowed: {', '.join(FIELDS)}", "fields")
+    return tuple(dict.fromkeys(names))
 
 
 def encoding(precision: str) -> int:
     """The number of an encoding on the wire."""
-    if precision not in _ENCODINGS:
+    if precision not in tuple(_ENCODINGS):
         raise refused(f"precision is {precision!r}; allowed: 'f32', 'f64'", "precision")
     return _ENCODINGS[precision]
 
@@ -284,6 +297,8 @@ def grid_request(grid: str | None) -> Message | None:
     if grid == "smoke":
         message.all.SetInParent()
         return message
+    if not isinstance(grid, str):
+        raise refused(f"grid is {grid!r}; allowed: a text such as 'smoke' or 'slice:y=0.5'", "grid")
     axis, equals, coordinate = grid.removeprefix("slice:").partition("=")
     try:
         at = float(coordinate)
@@ -315,7 +330,7 @@ def index(value: Any, particles: int, name: str) -> int:
 def finite(value: Any, name: str) -> float:
     """A number that is finite."""
     try:
-        read_value = float(value)
+        read_value = math.nan if isinstance(value, (bool, str, np.bool_)) else float(value)
     except (TypeError, ValueError, OverflowError):
         read_value = math.nan
     if not math.isfinite(read_value):

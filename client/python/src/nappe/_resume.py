@@ -15,8 +15,10 @@ from nappe import _requests as requests
 from nappe._contract import MESSAGES, Message, number
 from nappe._errors import Error, Expired, NotFound, TooSlow, refused
 from nappe._frames import Frame, FrameJoiner
+from nappe._reading import read
+from nappe._reports import Diagnostics
 from nappe._topology import Topology, TopologyJoiner
-from nappe._values import Change, Diagnostics, SessionEnd, read
+from nappe._values import Change, SessionEnd
 
 T = TypeVar("T")
 
@@ -66,6 +68,8 @@ class Reader(Generic[T]):
         self._ids = ids
         self._every = every
         self._rate = 0.0 if rate is None else requests.finite(rate, "rate")
+        if self._rate < 0:
+            raise refused(f"rate is {rate!r}; allowed: frames per second, or 0 for no limit", "rate")
         self._next = requests.whole(start, "start") if start is not None else 0
         # Where the caller named no first frame, the oldest that is kept will do.
         self._seeks = every and start is None

@@ -23,8 +23,9 @@ from nappe._errors import Error, refused
 from nappe._frames import Array
 from nappe._html import Page, recording
 from nappe._ply import write_folder
+from nappe._reports import Diagnostics
 from nappe._topology import Topology
-from nappe._values import Diagnostics, SessionEnd, SessionInfo
+from nappe._values import SessionEnd, SessionInfo
 
 _ENDINGS = ".npz (numpy), .html (a page), or no ending (a folder of PLY files)"
 

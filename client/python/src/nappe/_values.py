@@ -1,20 +1,14 @@
-"""What a server says, as values: sessions, diagnostics, changes of state. Names and units are those of the contract.
+"""What a server says of itself and of its sessions, as values. Names and units are those of the contract.
 
 Values of enums are words (`paused`), a vector is a tuple of x, y and z, and what is absent is None.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
-from datetime import datetime, timezone
-from typing import Any, TypeVar
+from dataclasses import dataclass
+from datetime import datetime
 
-from nappe._contract import Message
-
-Vector = tuple[float, float, float]
-"""Three components along right-handed axes, y up."""
-
-T = TypeVar("T")
+from nappe._reports import Diagnostics, Vector
 
 
 @dataclass(frozen=True)
@@ -29,138 +23,6 @@ class ServerInfo:
     """Bounds of everything that a client can send or hold, under the names of the contract (`Limits`)."""
     scenes: tuple[str, ...]
     """Names of the scenes that the server ships."""
-
-
-@dataclass(frozen=True)
-class SolveReport:
-    """How a linear solve ended."""
-
-    outcome: str
-    """How it ended, such as `converged` or `iteration_cap`."""
-    iterations: int
-    """Iterations that were made."""
-    relative_residual: float
-    """Norm of the residual divided by that of the right-hand side: of cloth sqrt(r.z), z = M^-1 r with the
-    preconditioner M; of snow the same with the nodes' masses for M."""
-
-
-@dataclass(frozen=True)
-class ClothSteps:
-    """How one step of the scene was divided into sub-steps, which all cloths share."""
-
-    substeps: int
-    """Sub-steps that were taken."""
-    rejected: int
-    """Sub-steps that were not accepted, and taken again shorter."""
-    dt_seconds: float
-    """Length of the last sub-step (s)."""
-    bound: str
-    """What bounds the next sub-step."""
-    bound_particle: int | None
-    """The particle that sets the bound. None if none does."""
-    bound_seconds: float
-    """Longest sub-step that the bound allows (s)."""
-    error_rms: float
-    """Estimated error that a sub-step makes in positions (m), the largest of all sub-steps and bodies: root of the
-    mean square over the free particles of a body."""
-    error_largest: float
-    """The same of the particle with the largest error."""
-    preconditioner: str | None
-    """Preconditioner of the linear solves, as scenes name it: what "auto" chose, where the scene leaves the choice.
-    None where no linear system is solved."""
-
-
-@dataclass(frozen=True)
-class SnowDiagnostics:
-    """What the snow reported after one step of the scene."""
-
-    substeps: int
-    """Steps of the snow within this step of the scene."""
-    dt_seconds: float
-    """Length of the last step of the snow (s)."""
-    bound: str
-    """What bounds the next step of the snow."""
-    bound_particle: int | None
-    """The particle that sets the bound, over all particles. None if none does."""
-    bound_seconds: float
-    """Longest step that the bound allows (s). The largest finite number if nothing bounds the step."""
-    mass: float
-    """Mass of all particles (kg)."""
-    grid_mass_error: float
-    """Mass on the grid divided by mass of the particles, minus 1."""
-    plastic_count: int
-    """Particles that yielded in the last step."""
-    inverted_count: int
-    """Particles that were inverted."""
-    clamped_count: int
-    """Particles whose plastic volume ratio was clamped to its range."""
-    ballistic_count: int
-    """Particles that are nearly alone on the grid and move without stress."""
-    min_plastic_ratio: float
-    """Smallest plastic volume ratio J_P."""
-    max_plastic_ratio: float
-    """Largest plastic volume ratio J_P."""
-    max_speed: float
-    """Speed of the fastest particle (m/s)."""
-    dropped_momentum: float
-    """Momentum of nodes that are too light to carry a velocity (kg m/s)."""
-    angular_momentum: Vector
-    """Angular momentum about the origin (kg m^2/s)."""
-    block_count: int
-    """Blocks of 4 x 4 x 4 nodes in use."""
-
-
-@dataclass(frozen=True)
-class Notices:
-    """How often something happened that does not fail a step, but makes its result doubtful."""
-
-    capped_solves: int
-    """Solves of cloth that ended at their largest number of iterations above their tolerance. A scene that fixes the
-    number of iterations has none."""
-    indefinite_solves: int
-    """Solves of cloth that met a curvature or a preconditioner that is not positive."""
-    passed_particles: int
-    """Particles of cloth, pins too, that went through a collider or into it within a step, each once per sub-step in
-    which it did."""
-    rejected_steps: int
-    """Sub-steps of cloth that were not accepted, and taken again shorter."""
-
-
-@dataclass(frozen=True)
-class Diagnostics:
-    """What one step reported."""
-
-    step: int
-    """Steps taken, this one included."""
-    time_seconds: float
-    """Simulated time (s)."""
-    frame: int
-    """Number of the newest frame after the step."""
-    kinetic_energy: float
-    """Kinetic energy (J)."""
-    elastic_energy: float
-    """Elastic energy of springs and snow (J)."""
-    gravitational_energy: float
-    """Gravitational energy (J). 0 at the origin."""
-    momentum: Vector
-    """Linear momentum of the free particles (kg m/s)."""
-    max_stretch: float
-    """Largest ratio of length to rest length among the springs. 0 without springs."""
-    contact_count: int
-    """Particles of cloth in contact with a collider, each once per sub-step, and nodes of the snow's grid."""
-    solve: SolveReport | None
-    """The linear solve of cloth with the largest residual, with the iterations that its body made in the step; the
-    last solve of snow. None with explicit integrators."""
-    stages: dict[str, float]
-    """Wall-clock time of each stage of the step (s), by its name."""
-    step_seconds: float
-    """Wall-clock time of the whole step."""
-    snow: SnowDiagnostics | None
-    """Diagnostics of the snow. None without snow, and before the first step."""
-    notices: Notices
-    """What makes the results of the session doubtful, counted since the session was made; a fork begins with none."""
-    cloth: ClothSteps | None
-    """How the step was divided for the cloths. None without cloth, and before the first step."""
 
 
 @dataclass(frozen=True)
@@ -376,79 +238,3 @@ class Accepted:
     order: int
     """Number of the call among those that changed the session, from 1: changes before one step take effect in this
     order."""
-
-
-_CLASSES: dict[str, type[Any]] = {
-    kind.__name__: kind
-    for kind in (
-        SolveReport,
-        ClothSteps,
-        SnowDiagnostics,
-        Notices,
-        Diagnostics,
-        SpringParameters,
-        ClothParameters,
-        Parameters,
-        SessionRanks,
-        Failure,
-        RejectedStep,
-        Progress,
-        SessionEnd,
-    )
-}
-_CLASSES |= {"Session": SessionInfo, "StateChange": Change, "UpdateParametersResponse": Accepted}
-
-
-def read(kind: type[T], message: Message) -> T:
-    """A message as a value of the class that stands for it."""
-    names = message.DESCRIPTOR.fields_by_name
-    return kind(**{field.name: _value(message, names[field.name]) for field in fields(kind)})  # type: ignore[arg-type]
-
-
-def server_info(message: Message) -> ServerInfo:
-    """What a server says of itself (`GetServerInfoResponse`)."""
-    limits = {field.name: int(getattr(message.limits, field.name)) for field in message.limits.DESCRIPTOR.fields}
-    return ServerInfo(message.version, message.thread_count, limits, tuple(message.scenes))
-
-
-def word(enum: Any, number: int) -> str:
-    """A value of an enum as a word: `paused` for SESSION_STATE_PAUSED."""
-    value = enum.values_by_number.get(number)
-    if value is None:
-        return str(number)
-    common = "".join("_" + c if c.isupper() else c for c in enum.name).upper().lstrip("_") + "_"
-    return str(value.name).removeprefix(common).lower()
-
-
-def _value(message: Message, field: Any) -> Any:
-    """A field of a message, as a value."""
-    if field.message_type is not None and field.message_type.name == "StageTime":
-        return {stage.stage: stage.seconds for stage in getattr(message, field.name)}
-    if is_repeated(field):
-        return tuple(_single(item, field) for item in getattr(message, field.name))
-    if field.has_presence and not message.HasField(field.name):
-        return (0.0, 0.0, 0.0) if is_vector(field) else None
-    return _single(getattr(message, field.name), field)
-
-
-def _single(value: Any, field: Any) -> Any:
-    if field.enum_type is not None:
-        return word(field.enum_type, value)
-    if field.message_type is None:
-        return value
-    if is_vector(field):
-        return (value.x, value.y, value.z)
-    if field.message_type.name == "Timestamp":
-        return datetime.fromtimestamp(value.seconds + value.nanos * 1e-9, tz=timezone.utc)
-    return read(_CLASSES[field.message_type.name], value)
-
-
-def is_vector(field: Any) -> bool:
-    """Whether a field holds three components."""
-    return field.message_type is not None and field.message_type.name == "Vector3"
-
-
-def is_repeated(field: Any) -> bool:
-    """Whether a field holds a list; protobuf says it in another way from version to version."""
-    told = getattr(field, "is_repeated", None)
-    return bool(told) if told is not None else field.label == field.LABEL_REPEATED

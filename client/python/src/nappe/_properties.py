@@ -6,8 +6,9 @@ from typing import Any
 
 from nappe._contract import ENUMS, Message
 from nappe._errors import Error, of_failure, refused
+from nappe._reading import read, word
 from nappe._requests import field_names
-from nappe._values import Failure, Parameters, SessionInfo, read, word
+from nappe._values import Failure, Parameters, SessionInfo
 
 SCALARS_OF_SNOW = ("plastic_ratio", "stress")
 """Arrays that say something of snow alone."""
@@ -157,8 +158,8 @@ class SessionProperties:
 
     def __repr__(self) -> str:
         """What the session is, in a line."""
-        kind = f"{type(self).__module__}.{type(self).__qualname__}".replace("_sync.", "")
-        return f"<{kind} {self.id!r}: {self.state}, step {self.steps_taken}, {self.particle_count} particles>"
+        kind = "nappe.aio" if type(self).__module__.startswith("nappe._aio") else "nappe"
+        return f"<{kind}.Session {self.id!r}: {self.state}, step {self.steps_taken}, {self.particle_count} particles>"
 
     def _repr_html_(self) -> str:
         cells = {

@@ -1,0 +1,137 @@
+"""Streams that are read with `async for`: frames, diagnostics, changes of state."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from contextlib import suppress
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
+
+import grpc
+import grpc.aio
+import numpy as np
+from numpy.typing import NDArray
+
+from nappe._diagnostics import diagnostics_array
+from nappe._errors import Error, Unauthenticated, from_call
+from nappe._frames import Frame
+from nappe._reports import Diagnostics
+from nappe._resume import Reader
+
+if TYPE_CHECKING:
+    from nappe._aio_server import Server
+
+T = TypeVar("T")
+
+_EOF: Any = vars(grpc.aio)["EOF"]
+
+
+class Stream(Generic[T]):
+    """A stream of the server, to be read with `async for`. Leaving the loop, `close()`, or cancelling the task ends
+    it."""
+
+    def __init__(self, server: Server, reader: Reader[T], every: bool) -> None:
+        """Asks for the stream; errors come with the first read."""
+        self._call: Any = None
+        self._server = server
+        self._reader = reader
+        self._every = every
+        self._closed = False
+        self._first: Any = None
+        self._is_reading = False
+        self._open()
+
+    @property
+    def reconnects(self) -> int:
+        return self._reader.reconnects
+
+    @property
+    def end(self) -> Any:
+        return self._reader.end
+
+    async def opened(self) -> None:
+        if self._first is None:
+            with suppress(grpc.RpcError):  # the first read meets it again
+                self._first = await self._call.read()
+
+    def close(self) -> None:
+        self._closed = True
+        if self._call is not None:
+            self._call.cancel()
+
+    def __aiter__(self: S) -> S:
+        """The stream itself."""
+        return self
+
+    async def __anext__(self) -> T:
+        """What comes next. Raises an error where the stream broke for good."""
+        if self._is_reading:
+            raise Error("two tasks read from one stream; give each its own", remedy="Ask for a stream per task.")
+        self._is_reading = True
+        try:
+            return await self._next()
+        except BaseException:
+            self.close()
+            raise
+        finally:
+            self._is_reading = False
+
+    async def _next(self) -> T:
+        while not self._closed and self._reader.end is None:
+            try:
+                message, self._first = self._first or await self._call.read(), None
+                if message is _EOF:
+                    await self._call.code()
+                    self._reader.over()
+                    break
+            except grpc.RpcError as status:
+                await self._broken(from_call(status, self._server.address, self._reader.method, None))
+                continue
+            except asyncio.CancelledError:
+                if self._closed:  # by `close()` in another task, not a cancelled task
+                    break
+                raise
+            item = self._reader.take(message)
+            if item is not None:
+                return item
+        raise StopAsyncIteration
+
+    async def _broken(self, error: Error) -> None:
+        """Waits and asks again, if that can help."""
+        if self._closed:
+            return
+        if not (isinstance(error, Unauthenticated) and self._server._target.find_again()):
+            await asyncio.sleep(self._reader.failed(error, time.monotonic()))
+        self._open()
+
+    def _open(self) -> None:
+        self._call = self._server._stream(self._reader.method, self._reader.request(), self._every)
+
+    async def __aenter__(self: S) -> S:
+        """The stream itself."""
+        return self
+
+    async def __aexit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Ends the stream."""
+        self.close()
+
+    def __del__(self) -> None:
+        """Ends the stream that nobody reads any more."""
+        self.close()
+
+
+S = TypeVar("S", bound=Stream[Any])
+
+
+class Frames(Stream[Frame]):
+    """Frames of a session; see `Session.frames`."""
+
+
+class DiagnosticsStream(Stream[Diagnostics]):
+    """Diagnostics of a session; see `Session.diagnostics`."""
+
+    async def array(self) -> NDArray[np.void]:
+        return diagnostics_array([step async for step in self])

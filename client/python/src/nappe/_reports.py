@@ -1,0 +1,143 @@
+"""What a step reported, as values. Names and units are those of the contract.
+
+Values of enums are words (`converged`), a vector is a tuple of x, y and z, and what is absent is None.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+Vector = tuple[float, float, float]
+"""Three components along right-handed axes, y up."""
+
+
+@dataclass(frozen=True)
+class SolveReport:
+    """How a linear solve ended."""
+
+    outcome: str
+    """How it ended, such as `converged` or `iteration_cap`."""
+    iterations: int
+    """Iterations that were made."""
+    relative_residual: float
+    """Norm of the residual divided by that of the right-hand side: of cloth sqrt(r.z), z = M^-1 r with the
+    preconditioner M; of snow the same with the nodes' masses for M."""
+
+
+@dataclass(frozen=True)
+class ClothSteps:
+    """How one step of the scene was divided into sub-steps, which all cloths share."""
+
+    substeps: int
+    """Sub-steps that were taken."""
+    rejected: int
+    """Sub-steps that were not accepted, and taken again shorter."""
+    dt_seconds: float
+    """Length of the last sub-step (s)."""
+    bound: str
+    """What bounds the next sub-step."""
+    bound_particle: int | None
+    """The particle that sets the bound. None if none does."""
+    bound_seconds: float
+    """Longest sub-step that the bound allows (s)."""
+    error_rms: float
+    """Estimated error that a sub-step makes in positions (m), the largest of all sub-steps and bodies: root of the
+    mean square over the free particles of a body."""
+    error_largest: float
+    """The same of the particle with the largest error."""
+    preconditioner: str | None
+    """Preconditioner of the linear solves, as scenes name it: what "auto" chose, where the scene leaves the choice.
+    None where no linear system is solved."""
+
+
+@dataclass(frozen=True)
+class SnowDiagnostics:
+    """What the snow reported after one step of the scene."""
+
+    substeps: int
+    """Steps of the snow within this step of the scene."""
+    dt_seconds: float
+    """Length of the last step of the snow (s)."""
+    bound: str
+    """What bounds the next step of the snow."""
+    bound_particle: int | None
+    """The particle that sets the bound, over all particles. None if none does."""
+    bound_seconds: float
+    """Longest step that the bound allows (s). The largest finite number if nothing bounds the step."""
+    mass: float
+    """Mass of all particles (kg)."""
+    grid_mass_error: float
+    """Mass on the grid divided by mass of the particles, minus 1."""
+    plastic_count: int
+    """Particles that yielded in the last step."""
+    inverted_count: int
+    """Particles that were inverted."""
+    clamped_count: int
+    """Particles whose plastic volume ratio was clamped to its range."""
+    ballistic_count: int
+    """Particles that are nearly alone on the grid and move without stress."""
+    min_plastic_ratio: float
+    """Smallest plastic volume ratio J_P."""
+    max_plastic_ratio: float
+    """Largest plastic volume ratio J_P."""
+    max_speed: float
+    """Speed of the fastest particle (m/s)."""
+    dropped_momentum: float
+    """Momentum of nodes that are too light to carry a velocity (kg m/s)."""
+    angular_momentum: Vector
+    """Angular momentum about the origin (kg m^2/s)."""
+    block_count: int
+    """Blocks of 4 x 4 x 4 nodes in use."""
+
+
+@dataclass(frozen=True)
+class Notices:
+    """How often something happened that does not fail a step, but makes its result doubtful."""
+
+    capped_solves: int
+    """Solves of cloth that ended at their largest number of iterations above their tolerance. A scene that fixes the
+    number of iterations has none."""
+    indefinite_solves: int
+    """Solves of cloth that met a curvature or a preconditioner that is not positive."""
+    passed_particles: int
+    """Particles of cloth, pins too, that went through a collider or into it within a step, each once per sub-step in
+    which it did."""
+    rejected_steps: int
+    """Sub-steps of cloth that were not accepted, and taken again shorter."""
+
+
+@dataclass(frozen=True)
+class Diagnostics:
+    """What one step reported."""
+
+    step: int
+    """Steps taken, this one included."""
+    time_seconds: float
+    """Simulated time (s)."""
+    frame: int
+    """Number of the newest frame after the step."""
+    kinetic_energy: float
+    """Kinetic energy (J)."""
+    elastic_energy: float
+    """Elastic energy of springs and snow (J)."""
+    gravitational_energy: float
+    """Gravitational energy (J). 0 at the origin."""
+    momentum: Vector
+    """Linear momentum of the free particles (kg m/s)."""
+    max_stretch: float
+    """Largest ratio of length to rest length among the springs. 0 without springs."""
+    contact_count: int
+    """Particles of cloth in contact with a collider, each once per sub-step, and nodes of the snow's grid."""
+    solve: SolveReport | None
+    """The linear solve of cloth with the largest residual, with the iterations that its body made in the step; the
+    last solve of snow. None with explicit integrators."""
+    stages: dict[str, float]
+    """Wall-clock time of each stage of the step (s), by its name."""
+    step_seconds: float
+    """Wall-clock time of the whole step."""
+    snow: SnowDiagnostics | None
+    """Diagnostics of the snow. None without snow, and before the first step."""
+    notices: Notices
+    """What makes the results of the session doubtful, counted since the session was made; a fork begins with none."""
+    cloth: ClothSteps | None
+    """How the step was divided for the cloths. None without cloth, and before the first step."""
