@@ -22,6 +22,10 @@ const CHECKED: &str = "mypy, ruff";
 
 /// Checks and tests the package as far as Python and its libraries are there.
 pub(crate) fn run(shell: &mut Shell, _: &[String]) -> Result<(), Failure> {
+    shell.step("python: server", |shell| match server(shell) {
+        program if program.is_file() => Ok(()),
+        program => Err(Failure(format!("{} is not built: cargo xtask test builds it", program.display()))),
+    })?;
     match shell.python_with(&format!("{TESTED}, {CHECKED}")) {
         Some(python) => shell.step("python", |shell| newest(shell, &python))?,
         None => shell.skip("python", "what the package needs is not installed: .ci/run does"),
