@@ -112,6 +112,26 @@ def test_a_killed_interpreter_takes_its_server_along() -> None:
         eventually(lambda pid=pid: not is_there(pid))
 
 
+def test_a_forked_child_does_not_keep_the_server_of_a_killed_parent() -> None:
+    program = textwrap.dedent("""
+        import os, time, nappe
+        server = nappe.serve()
+        if os.fork() == 0:
+            time.sleep(60)
+            os._exit(0)
+        print(server.process.pid, os.getpgrp(), flush=True)
+        time.sleep(60)
+    """)
+    command = [sys.executable, "-c", program]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, start_new_session=True) as python:
+        assert python.stdout is not None
+        pid, group = map(int, python.stdout.readline().split())
+        python.send_signal(signal.SIGKILL)
+        python.wait()
+        eventually(lambda: not is_there(pid))
+        os.killpg(group, signal.SIGKILL)
+
+
 def test_tokens_that_are_missing_or_wrong_are_refused(server: nappe.Server, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(_targets, "_folders", list)  # where it would be found
     for token, reason in ((None, "TOKEN_MISSING"), ("0" * 32, "TOKEN_WRONG")):

@@ -248,6 +248,13 @@ def test_a_slow_reader_that_is_not_waited_for_is_told(server: nappe.Server) -> N
         assert told.value.oldest_frame is not None and told.value.oldest_frame > first.number
 
 
+def test_a_session_waits_for_the_program_that_made_it_however_it_was_found(server: nappe.Server) -> None:
+    with server.create("flag") as session:
+        assert server.session(session.id).frames(every=True)._reader.request().pace_to_watcher
+        assert not session.frames(every=True, paced=False)._reader.request().pace_to_watcher
+        assert not session.frames()._reader.request().pace_to_watcher
+
+
 def test_diagnostics_resume_like_frames(server: nappe.Server, proxy: Proxy) -> None:
     through = nappe.connect(proxy.address, server.token)
     with server.create("flag", step_limit=40) as session:

@@ -14,6 +14,7 @@ import shutil
 import subprocess
 import tempfile
 import threading
+import weakref
 from collections import deque
 from pathlib import Path
 from queue import Empty, Queue
@@ -65,6 +66,20 @@ def flags(settings: dict[str, Any]) -> list[str]:
     return words
 
 
+def _forget_in_children(server: ServerProcess) -> None:
+    """A process that is forked from this one must not keep the server's input open: the server ends with this one."""
+    known = weakref.ref(server)
+
+    def forget() -> None:
+        held = known()
+        if held is not None and held._process.stdin is not None:
+            with contextlib.suppress(OSError):
+                held._process.stdin.close()
+
+    if hasattr(os, "register_at_fork"):
+        os.register_at_fork(after_in_child=forget)
+
+
 class ServerProcess:
     """A server that runs, until it is ended."""
 
@@ -80,6 +95,7 @@ class ServerProcess:
         try:
             self._process = self._started(flags({"log": "warn", **settings}))
             self.address = self._listens()
+            _forget_in_children(self)
         except BaseException:
             self.end(patience=0.0)
             raise

@@ -14,6 +14,10 @@ SCALARS_OF_SNOW = ("plastic_ratio", "stress")
 """Arrays that say something of snow alone."""
 
 
+# Uids of the sessions that this process made.
+_MADE_HERE: set[str] = set()
+
+
 class SessionProperties:
     """A session as of the last answer of its server; `refresh()` asks again."""
 
@@ -21,7 +25,8 @@ class SessionProperties:
         """A session from the message that describes it."""
         self._raw = raw
         self._scene = scene
-        self._made_here = made_here
+        if made_here:
+            _MADE_HERE.add(raw.uid)
         self._info: SessionInfo | None = None
         self._is_deleted = False
         self.warnings: tuple[str, ...] = tuple(warnings)
@@ -29,6 +34,10 @@ class SessionProperties:
 
     def _told(self, raw: Message) -> None:
         self._raw, self._info = raw, None
+
+    @property
+    def _made_here(self) -> bool:
+        return self._raw.uid in _MADE_HERE
 
     @property
     def _ids(self) -> tuple[str, str]:
