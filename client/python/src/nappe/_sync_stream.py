@@ -32,7 +32,11 @@ PATIENCE = 60.0
 
 
 class Stream(Generic[T]):
-    """A stream of the server, to be read in a loop. Leaving the loop, or `close()`, ends it on the server too."""
+    """A stream of the server, to be read in a loop.
+
+    It ends on the server too with `close()`, with its `with` block, or when nobody holds it any more, as after a loop
+    over `session.frames()` that was left.
+    """
 
     def __init__(self, server: Server, reader: Reader[T], every: bool) -> None:
         """Asks for the stream; errors come with the first read."""
