@@ -19,7 +19,7 @@ def server() -> Iterator[nappe.Server]:
         yield started
 
 
-def eventually(holds: Callable[[], bool], seconds: float = 30.0) -> float:
+def eventually(holds: Callable[[], bool], seconds: float = 120.0) -> float:
     """Waits until something holds, and returns how long that took (s)."""
     begin = time.monotonic()
     while not holds():

@@ -88,7 +88,7 @@ fn install(shell: &mut Shell, python: &Path) -> Result<(), Failure> {
 fn pytest(shell: &Shell, python: &Path) -> Command {
     let mut tests = module(shell, python, "pytest");
     tests.args(["-v", "-p", "no:cacheprovider"]).env("NAPPE_SERVER_PROGRAM", server(shell));
-    tests.env("CARGO_TARGET_DIR", shell.target());
+    tests.env("CARGO_TARGET_DIR", shell.target()).env("PYTHONUNBUFFERED", "1");
     tests
 }
 

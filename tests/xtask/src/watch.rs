@@ -1,7 +1,7 @@
 //! A program of tests under watch: passes on what it prints, and ends it when its tests stand still.
 //!
 //! Reads the lines of libtest on standard output: `test NAME ... ok` when a test ends, and `test NAME has been running
-//! for over 60 seconds`, from which the tests that never end are known by name.
+//! for over 60 seconds`, from which the tests that never end are known by name. Of pytest: `FILE::NAME PASSED`.
 
 use std::{
     collections::BTreeSet,
@@ -88,7 +88,7 @@ impl Watch {
     }
 }
 
-/// What a line of libtest says of a test.
+/// What a line of libtest or of pytest says of a test.
 #[derive(Debug, PartialEq)]
 enum Event<'a> {
     Ended(&'a str),
@@ -96,7 +96,10 @@ enum Event<'a> {
 }
 
 fn event(line: &str) -> Option<Event<'_>> {
-    let line = line.strip_prefix("test ")?;
+    let Some(line) = line.strip_prefix("test ") else {
+        let outcome = [" PASSED", " FAILED", " ERROR", " SKIPPED"].into_iter().find_map(|end| line.find(end));
+        return outcome.map(|end| &line[..end]).filter(|name| name.contains("::")).map(Event::Ended);
+    };
     if let Some((name, _)) = line.split_once(" has been running for over ") {
         return Some(Event::Running(name));
     }
@@ -155,6 +158,8 @@ mod tests {
         assert_eq!(event(over), Some(Event::Running("a::b")));
         assert_eq!(event("test result: ok. 1 passed; 0 failed"), None);
         assert_eq!(event("running 2 tests"), None);
+        assert_eq!(event("tests/x.py::y[a b] PASSED  [ 3%]"), Some(Event::Ended("tests/x.py::y[a b]")));
+        assert_eq!(event("=== 1 PASSED ==="), None);
     }
 
     #[test]
