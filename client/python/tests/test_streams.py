@@ -58,7 +58,9 @@ def test_what_comes_through_three_cuts_is_what_the_rust_client_gets(
             ours = [(frame.number, frame.state_hash or 0, frame.positions.tobytes()) for frame in frames]
             reading.join()
         assert ours == rust_frames(outputs[0])
-        assert len(ours) == steps + 1 and proxy.cuts == 3 == frames.reconnects
+        assert len(ours) == steps + 1 and proxy.cuts == 3
+        # Two cuts are one break where nothing came between them.
+        assert 1 <= frames.reconnects <= 3
         assert frames.end is not None and frames.end.state_hash == session.refresh().state_hash
     through.close()
 
@@ -74,7 +76,7 @@ def test_a_break_is_logged_and_a_partial_frame_is_asked_for_again(
         session.step(session.frame_interval_steps)
         with caplog.at_level(logging.WARNING, "nappe"):
             assert next(frames).number == 1
-        assert frames.reconnects == 1 and "broke and is back" in caplog.text
+        assert frames.reconnects == 1 and "broke and is back: the connection to" in caplog.text
     through.close()
 
 

@@ -188,7 +188,10 @@ def from_status(
     """The error of a call of `method` that ended with a status: its code in words, its message, its packed details."""
     reason, metadata = _info(details)
     if reason is None and code == "UNAVAILABLE":
-        told = f"no server answers at {address}: {message}"
+        never = "failed to connect" in message or "resolution" in message
+        told = (
+            f"no server answers at {address}: {message}" if never else f"the connection to {address} broke: {message}"
+        )
         return Unavailable(
             told, code=code, remedy="Start one with `nappe serve`, or `nappe.serve()`; check the address."
         )
