@@ -13,7 +13,6 @@ import pytest
 import nappe
 from nappe import _requests as requests
 from nappe import v1
-from nappe._contract import METHODS
 
 IDS = ("flag", "u-1")
 PARTICLES = 10
@@ -65,7 +64,7 @@ def test_a_create_with_nothing_given_leaves_all_to_the_scene() -> None:
     call = create()
     uuid.UUID(call.message.request_id)
     assert call.message == v1.CreateSessionRequest(scene_name="flag", request_id=call.message.request_id)
-    assert (call.name, call.method, call.limit) == ("CreateSession", METHODS["CreateSession"], 120.0)
+    assert (call.name, call.limit) == ("CreateSession", 120.0)
     assert create().message.request_id != call.message.request_id
 
 
@@ -349,7 +348,7 @@ def test_a_number_too_large_for_its_type_is_told_as_it_was_given() -> None:
     ("changes", "name"),
     [
         ({"pins": [(0, 0, 0)]}, "pins"),
-        ({"body": 5}, "body"),
+        ({"body": 5, "stiffness": 1.0}, "body"),
         ({"drag": True}, "drag"),
         ({"drag": "5"}, "drag"),
         ({"stiffness": {"bend": False}}, "stiffness['bend']"),

@@ -352,9 +352,9 @@ def test_a_trajectory_says_what_it_is() -> None:
     assert len(whole) == FRAMES
     assert whole.nbytes == 4 * FRAMES * 20 * 4
     snow = whole.body("snow")
-    assert {name: array.shape for name, array in snow.items()} == {"positions": (40, 8, 3), "stress": (40, 8)}
-    assert np.shares_memory(snow["positions"], whole.positions)
-    assert np.array_equal(snow["stress"], whole.stress[:, SHEET:])
+    assert {name: array.shape for name, array in snow.arrays.items()} == {"positions": (40, 8, 3), "stress": (40, 8)}
+    assert np.shares_memory(snow.positions, whole.positions)
+    assert np.array_equal(snow.stress, whole.stress[:, SHEET:])
     assert whole.diagnostics is whole.diagnostics
     with pytest.raises(Error, match=r"no velocities.*fields=\('velocities'"):
         _ = whole.velocities

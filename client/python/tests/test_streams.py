@@ -233,6 +233,29 @@ def test_ctrl_c_ends_a_loop(server: nappe.Server) -> None:
         assert took < 5.0
 
 
+class InterruptedWithinItsLock:
+    """A call of gRPC that Ctrl-C meets where its lock is between two hands."""
+
+    def __next__(self) -> None:
+        try:
+            raise KeyboardInterrupt
+        finally:
+            raise RuntimeError("cannot release un-acquired lock")
+
+    def cancel(self) -> None:
+        pass
+
+
+def test_ctrl_c_is_told_as_such_wherever_it_comes(server: nappe.Server) -> None:
+    with server.create("flag") as session:
+        frames = session.frames()
+        frames.close()
+        frames._closed, frames._call = False, InterruptedWithinItsLock()
+        with pytest.raises(KeyboardInterrupt):
+            next(frames)
+        assert list(frames) == []
+
+
 def test_a_slow_reader_that_is_not_waited_for_is_told(server: nappe.Server) -> None:
     with (
         nappe.serve(history_bytes_per_session=4 << 20) as small,

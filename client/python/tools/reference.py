@@ -29,7 +29,7 @@ LONGEST_LINE = 110
 GROUPS = {
     "Servers and sessions": ("connect", "serve", "Server", "Session", "Changes", "Pending", "Accepted", "Uploaded"),
     "Streams": ("Stream", "Frames", "DiagnosticsStream"),
-    "Frames": ("Frame", "BodyFrame", "Grid", "Topology", "Body", "Collider"),
+    "Frames": ("Frame", "BodyArrays", "Grid", "Topology", "Body", "Collider"),
     "Trajectories": ("Trajectory",),
     "Errors": (
         "Error",
@@ -64,7 +64,7 @@ GROUPS = {
 }
 """What is listed, in this order: every name that the package exports, but `v1`, which docs/contract.md lists."""
 
-TYPES = {"Array": "_frames", "Vector": "_reports", "PerKind": "_requests"}
+TYPES = {"Array": "_arrays", "Vector": "_reports", "PerKind": "_requests"}
 """Names of types that stand in signatures, and the modules that say what they are."""
 
 

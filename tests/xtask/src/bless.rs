@@ -1,7 +1,7 @@
 //! `cargo xtask bless`: writes every file of the repository that is made from the code.
 //!
 //! Pages of docs/ that list what the code has, the tree of files, the drawing of the data's way, the committed hashes,
-//! the table of mutants, the image of the contract. Each but the drawing and the image is written by the test that
+//! the table of mutants, the image of the contract. Each but the drawing, the reference of Python and the image is written by the test that
 //! compares it, which [`VARIABLE`] turns from a judge into a writer. Look at the change before it is committed: a hash
 //! that changed needs a reason in the commit's message.
 //!
@@ -11,7 +11,7 @@
 use std::process::Command;
 
 use crate::{
-    contract, mutants, picture,
+    contract, mutants, picture, python,
     shell::{Failure, Shell, cargo},
 };
 
@@ -55,6 +55,7 @@ pub(crate) fn run(shell: &mut Shell, names: &[String]) -> Result<(), Failure> {
     }
     if asked("pages") {
         picture::run(shell, &[])?;
+        python::bless(shell)?;
     }
     if asked("mutants") {
         mutants::bless(shell, mutants::Which::All)?;

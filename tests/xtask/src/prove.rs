@@ -4,7 +4,7 @@
 //! Slow tests are suites of their own, behind the feature `slow` of nappe-tests.
 
 use crate::{
-    additions, clients, mutants,
+    additions, clients, mutants, python,
     shell::{Failure, Shell},
     suites, tutorials,
 };
@@ -67,7 +67,8 @@ fn service(shell: &mut Shell) -> Result<(), Failure> {
     programs(shell)?;
     shell.cargo("demo", &format!("{NAPPE} --save target/demo.rrd"))?;
     shell.cargo("bench stream", &format!("{NAPPE} bench stream --sizes 10000,100000"))?;
-    clients::examples(shell)
+    clients::examples(shell)?;
+    python::measure(shell)
 }
 
 fn docs(shell: &mut Shell) -> Result<(), Failure> {

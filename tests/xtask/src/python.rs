@@ -63,11 +63,38 @@ fn newest(shell: &mut Shell, python: &Path) -> Result<(), Failure> {
         None => shell.skip("python: types again", "pyright is not installed (npm package pyright)"),
     }
     install(shell, python)?;
-    let mut reference = Command::new(python);
-    shell.run("python: reference", reference.arg(format!("{FOLDER}/tools/reference.py")).arg("--check"))?;
+    shell.run("python: reference", &mut reference(python, "--check"))?;
     let mut tests = pytest(shell, python);
     shell.watched("python: tests", &mut tests, suites::QUICK)?;
     recording(shell, python)
+}
+
+/// Writes the reference of docs/python.md, for which any Python will do.
+pub(crate) fn bless(shell: &mut Shell) -> Result<(), Failure> {
+    let Some(python) = shell.find("python3") else {
+        shell.skip("docs/python.md", "Python is not installed");
+        return Ok(());
+    };
+    shell.run("docs/python.md", &mut reference(&python, "--write"))
+}
+
+/// Throughput and latency of the package on the server that was built, where its libraries are there.
+pub(crate) fn measure(shell: &mut Shell) -> Result<(), Failure> {
+    let title = "python: measure";
+    let Some(python) = shell.python_with("google.rpc, grpc, numpy") else {
+        shell.skip(title, "what the package needs is not installed: .ci/run does");
+        return Ok(());
+    };
+    let mut measure = Command::new(python);
+    measure.arg(format!("{FOLDER}/tools/measure.py")).env("NAPPE_SERVER_PROGRAM", server(shell));
+    shell.run(title, measure.env("PYTHONPATH", shell.root().join(FOLDER).join("src")))
+}
+
+/// Compares the reference of docs/python.md with the docstrings, or writes it.
+fn reference(python: &Path, what: &str) -> Command {
+    let mut command = Command::new(python);
+    command.arg(format!("{FOLDER}/tools/reference.py")).arg(what);
+    command
 }
 
 /// A module of an environment, run in the folder of the package.

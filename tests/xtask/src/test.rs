@@ -5,7 +5,7 @@
 use std::{path::Path, process::Command};
 
 use crate::{
-    frames, ranks,
+    ranks,
     shell::{Failure, Shell, cargo},
     suites,
 };
@@ -23,7 +23,6 @@ pub(crate) fn run(shell: &mut Shell, _: &[String]) -> Result<(), Failure> {
     ranks::build(shell)?;
     suites::run(shell, "tests", ALL, &[], suites::QUICK)?;
     ranks::test(shell)?;
-    frames::decoder(shell)?;
     let mut documents = Command::new(cargo());
     documents.args(["test", "--doc"]).args(ALL.split_whitespace());
     shell.watched("code in documents", &mut documents, suites::QUICK)

@@ -1,7 +1,11 @@
 //! The page of HTML recordings: its types and tests, whether the committed file is what its source makes, and what a
 //! browser shows of a recording.
 
-use std::{fs, path::Path, process::Command};
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    process::Command,
+};
 
 use crate::shell::{Failure, Shell};
 
@@ -13,7 +17,6 @@ const PAGE: &str = "viewer/web/dist/replay.html";
 const BROWSERS: [&str; 3] = ["chromium", "chromium-browser", "google-chrome"];
 /// What is recorded to be looked at: cloth, and snow with cloth.
 const RECORDINGS: [&str; 2] = ["demo", "snow_and_cloth"];
-const NO_BROWSER: &str = "Chromium is not installed (Debian package chromium)";
 
 /// Checks the page, as far as Node, its packages and a browser are there.
 pub(crate) fn page(shell: &mut Shell) -> Result<(), Failure> {
@@ -55,8 +58,8 @@ fn built(shell: &mut Shell, npm: &Path) -> Result<(), Failure> {
 
 /// Opens recordings from disk in a browser without a screen.
 fn browsers(shell: &mut Shell, node: &Path) -> Result<(), Failure> {
-    let Some(browser) = BROWSERS.iter().find_map(|name| shell.find(name)) else {
-        shell.skip("page in a browser", NO_BROWSER);
+    let Some(browser) = browser(shell) else {
+        shell.skip("page in a browser", "Chromium is not installed (Debian package chromium)");
         return Ok(());
     };
     let folder = shell.target().join("page");
@@ -76,9 +79,8 @@ fn browsers(shell: &mut Shell, node: &Path) -> Result<(), Failure> {
 
 /// Opens one recording in a browser, where Node, its packages and a browser are there.
 pub(crate) fn show(shell: &mut Shell, title: &str, file: &Path) -> Result<(), Failure> {
-    let browser = BROWSERS.iter().find_map(|name| shell.find(name));
     let packages = shell.root().join(FOLDER).join("node_modules").is_dir();
-    match (shell.find("node"), browser) {
+    match (shell.find("node"), browser(shell)) {
         (Some(node), Some(browser)) if packages => {
             shell.run(title, &mut script(&node, &browser, "browser", file))
         }
@@ -87,6 +89,10 @@ pub(crate) fn show(shell: &mut Shell, title: &str, file: &Path) -> Result<(), Fa
             Ok(())
         }
     }
+}
+
+fn browser(shell: &Shell) -> Option<PathBuf> {
+    BROWSERS.iter().find_map(|name| shell.find(name))
 }
 
 /// A script of the page's tests on a recording.

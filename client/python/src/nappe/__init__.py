@@ -12,6 +12,7 @@ raw messages of the contract. docs/python.md leads from nothing to a moving clot
 """
 
 from nappe import v1
+from nappe._arrays import BodyArrays
 from nappe._colliders import Collider
 from nappe._errors import (
     REASONS,
@@ -26,7 +27,7 @@ from nappe._errors import (
     Unauthenticated,
     Unavailable,
 )
-from nappe._frames import BodyFrame, Frame, Grid
+from nappe._frames import Frame, Grid
 from nappe._pending import Pending
 from nappe._reports import ClothSteps, Diagnostics, Notices, SnowDiagnostics, SolveReport
 from nappe._requests import Changes
@@ -55,7 +56,7 @@ __all__ = [
     "REASONS",
     "Accepted",
     "Body",
-    "BodyFrame",
+    "BodyArrays",
     "Change",
     "Changes",
     "ClothParameters",

@@ -51,7 +51,7 @@ def serve(threads: int | None = None, **settings: Any) -> Opening[Server]:
             server = Server(targets.read(process.address, process.token), process)
             await server.info()
         except BaseException:
-            process.end()
+            await asyncio.to_thread(process.end)
             raise
         return server
 

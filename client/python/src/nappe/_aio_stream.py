@@ -31,14 +31,14 @@ class Stream(Generic[T]):
     """A stream of the server, to be read with `async for`. Leaving the loop, `close()`, or cancelling the task ends
     it."""
 
-    def __init__(self, server: Server, reader: Reader[T], every: bool) -> None:
+    def __init__(self, server: Server, reader: Reader[T]) -> None:
         """Asks for the stream; errors come with the first read."""
         self._call: Any = None
         self._server = server
         self._reader = reader
-        self._every = every
         self._closed = False
         self._first: Any = None
+        self._begun = False
         self._is_reading = False
         self._open()
 
@@ -51,9 +51,10 @@ class Stream(Generic[T]):
         return self._reader.end
 
     async def opened(self) -> None:
-        if self._first is None:
+        if not self._begun:
             with suppress(grpc.RpcError):  # the first read meets it again
                 self._first = await self._call.read()
+                self._begun = True
 
     def close(self) -> None:
         self._closed = True
@@ -80,7 +81,8 @@ class Stream(Generic[T]):
     async def _next(self) -> T:
         while not self._closed and self._reader.end is None:
             try:
-                message, self._first = self._first or await self._call.read(), None
+                message = await self._call.read() if self._first is None else self._first
+                self._first, self._begun = None, True
                 if message is _EOF:
                     await self._call.code()
                     self._reader.over()
@@ -106,7 +108,7 @@ class Stream(Generic[T]):
         self._open()
 
     def _open(self) -> None:
-        self._call = self._server._stream(self._reader.method, self._reader.request(), self._every)
+        self._call = self._server._stream(self._reader.method, self._reader.request(), self._reader.every)
 
     async def __aenter__(self: S) -> S:
         """The stream itself."""

@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nappe import _requests as requests
+from nappe._arrays import FIELDS, Array
 from nappe._errors import Error, refused
-from nappe._frames import FIELDS, Array, Frame
+from nappe._frames import Frame
 from nappe._properties import SessionProperties
 from nappe._reports import Diagnostics
 from nappe._topology import Topology

@@ -13,17 +13,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from nappe._arrays import FIELDS, Array, Arrays, BodyArrays
 from nappe._contract import Message, number
 from nappe._errors import Error
 from nappe._reading import read
 from nappe._reports import Diagnostics
-from nappe._topology import MAX_PARTICLES, Body, Topology, place
+from nappe._topology import MAX_PARTICLES, Topology, place
 
 MAX_GRID_NODES = 1 << 22
 """Most nodes of the snow's grid in a frame that this package agrees to hold."""
-
-FIELDS = {"positions": 3, "velocities": 3, "plastic_ratio": 1, "stress": 1}
-"""Arrays over the particles that frames can have, and how many numbers each has per particle."""
 
 _NUMBERS = {
     "positions": number("Field", "FIELD_POSITIONS"),
@@ -41,9 +39,6 @@ _TYPES: dict[int, np.dtype[Any]] = {
 # Most bytes of a frame: all arrays in binary64, and the nodes of a grid with all that stands around them.
 _PARTICLE_BYTES = 8 * sum(FIELDS.values())
 _FRAME_BYTES = 28 * MAX_GRID_NODES + (16 << 20)
-
-Array = NDArray[Any]
-"""An array of float32 or float64, as it was asked for."""
 
 
 def field_number(name: str) -> int:
@@ -74,71 +69,15 @@ class Grid:
         return np.asarray(self.cell * self.indices, np.float64)
 
 
-class _Arrays:
-    """The arrays of a frame, or of one body of it."""
-
-    def __init__(self, arrays: dict[str, Array]) -> None:
-        self._arrays = arrays
-
-    @property
-    def positions(self) -> Array:
-        """Positions (n, 3) (m), read-only."""
-        return self._array("positions")
-
-    @property
-    def velocities(self) -> Array:
-        """Velocities (n, 3) (m/s), read-only, if they were asked for."""
-        return self._array("velocities")
-
-    @property
-    def plastic_ratio(self) -> Array:
-        """Plastic volume ratio J_P of snow (n,), 1 for particles of cloth, read-only, if it was asked for."""
-        return self._array("plastic_ratio")
-
-    @property
-    def stress(self) -> Array:
-        """Frobenius norm of the Cauchy stress of snow (n,) (Pa), 0 for cloth, read-only, if it was asked for."""
-        return self._array("stress")
-
-    @property
-    def fields(self) -> tuple[str, ...]:
-        """Names of the arrays that there are."""
-        return tuple(self._arrays)
-
-    def _array(self, name: str) -> Array:
-        if name not in self._arrays:
-            raise Error(f"this frame has no {name}: name it when you ask for frames, fields=({name!r}, ...)")
-        return self._arrays[name]
-
-
-class BodyFrame(_Arrays):
-    """One body at the time of a frame: its arrays are views of the frame's."""
-
-    def __init__(self, body: Body, arrays: dict[str, Array]) -> None:
-        """The part of the arrays that belongs to the body."""
-        super().__init__({name: array[body.particles] for name, array in arrays.items()})
-        self.topology = body
-        """What does not change: triangles, pins, texture coordinates."""
-
-    @property
-    def name(self) -> str:
-        """Its name in the scene."""
-        return self.topology.name
-
-    @property
-    def triangles(self) -> NDArray[np.int64]:
-        """Triangles (m, 3): indices of rows of these arrays, from 0."""
-        return self.topology.triangles.astype(np.int64) - self.topology.first_particle
-
-
-class Frame(_Arrays):
+class Frame(Arrays):
     """The particles at one instant, in the order of the scene's own meshes and objects."""
 
     def __init__(
         self, wire: Message, arrays: dict[str, Array], grid: Grid | None, topology: Topology | None = None
     ) -> None:
         """A whole frame; `wire` is its first piece."""
-        super().__init__(arrays)
+        self.arrays = arrays
+        """Its arrays over the particles, read-only, under their names."""
         self._topology = topology
         self._diagnostics = wire.diagnostics if wire.HasField("diagnostics") else None
         self.number: int = wire.frame
@@ -166,14 +105,14 @@ class Frame(_Arrays):
         """Diagnostics of the step that made the frame."""
         return None if self._diagnostics is None else read(Diagnostics, self._diagnostics)
 
-    def body(self, name: str) -> BodyFrame:
+    def body(self, name: str) -> BodyArrays:
         """The arrays of one body, as views."""
-        return BodyFrame(self.topology.body(name), self._arrays)
+        return BodyArrays(self.topology.body(name), self.arrays)
 
     @property
-    def bodies(self) -> tuple[BodyFrame, ...]:
+    def bodies(self) -> tuple[BodyArrays, ...]:
         """All bodies, in the order of their particles."""
-        return tuple(BodyFrame(body, self._arrays) for body in self.topology.bodies)
+        return tuple(BodyArrays(body, self.arrays) for body in self.topology.bodies)
 
     @property
     def triangles(self) -> NDArray[np.uint32]:
@@ -192,7 +131,7 @@ class Frame(_Arrays):
 
     def __repr__(self) -> str:
         """What the frame is, in a line."""
-        count = len(self.positions) if "positions" in self._arrays else 0
+        count = len(self.positions) if "positions" in self.arrays else 0
         return f"<nappe.Frame {self.number}: step {self.step}, {self.time:g} s, {count} particles>"
 
     def _repr_html_(self) -> str:

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from nappe._arrays import Array
 from nappe._errors import Error
-from nappe._frames import Array
 
 if TYPE_CHECKING:
     from nappe._trajectory import Trajectory

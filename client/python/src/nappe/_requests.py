@@ -14,9 +14,10 @@ from typing import Any, Generic, TypedDict, TypeVar, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nappe._contract import MESSAGES, METHODS, Message, Method, number
+from nappe._arrays import FIELDS
+from nappe._contract import MESSAGES, METHODS, Message, number
 from nappe._errors import Refused, refused
-from nappe._frames import FIELDS, Frame, field_number, read_frame
+from nappe._frames import Frame, field_number, read_frame
 from nappe._reading import read, server_info
 from nappe._values import Accepted, ServerInfo
 
@@ -69,34 +70,25 @@ class Changes(TypedDict, total=False):
 
 @dataclass(frozen=True)
 class Call(Generic[T]):
-    """One call: its method, its message, the seconds that it may take (None: any), how its answer is read."""
+    """One call: its method's name in the contract, its message, the seconds that it may take (None: any), how its
+    answer is read."""
 
-    method: Method
+    name: str
     message: Message
     limit: float | None
     read: Callable[[Message], T]
-
-    @property
-    def name(self) -> str:
-        """The method's name in the contract."""
-        return self.method.path.rpartition("/")[2]
-
-
-def call(name: str, message: Message, limit: float | None, reading: Callable[[Message], T]) -> Call[T]:
-    """A call of a method by its name in the contract."""
-    return Call(METHODS[name], message, limit, reading)
 
 
 def of_session(name: str, ids: tuple[str, str], limit: float | None = None, **fields: Any) -> Call[Message]:
     """A call about a session, by its id and uid, that answers how the session stands."""
     session_id, uid = ids
     message = METHODS[name].request(session_id=session_id, session_uid=uid, **fields)
-    return call(name, message, limit, lambda answer: answer)
+    return Call(name, message, limit, lambda answer: answer)
 
 
 def info() -> Call[ServerInfo]:
     """What the server is."""
-    return call("GetServerInfo", MESSAGES["GetServerInfoRequest"](), CALL_LIMIT, server_info)
+    return Call("GetServerInfo", MESSAGES["GetServerInfoRequest"](), CALL_LIMIT, server_info)
 
 
 def create(
@@ -127,13 +119,13 @@ def create(
         message.scene_text = scene_text
     else:
         message.scene_name = scene_name or ""
-    return call("CreateSession", message, CREATE_LIMIT, lambda answer: answer)
+    return Call("CreateSession", message, CREATE_LIMIT, lambda answer: answer)
 
 
 def sessions(page_token: str) -> Call[Message]:
     """A page of the list of sessions."""
     message = MESSAGES["ListSessionsRequest"](page_size=PAGE_SIZE, page_token=page_token)
-    return call("ListSessions", message, CALL_LIMIT, lambda answer: answer)
+    return Call("ListSessions", message, CALL_LIMIT, lambda answer: answer)
 
 
 def pending(ids: tuple[str, str], page_token: str) -> Call[Message]:
@@ -196,11 +188,9 @@ def frame_of(answer: Message) -> Frame | None:
 
 def update(ids: tuple[str, str], changes: Changes, at_step: int, wait: bool, particles: int) -> Call[Accepted]:
     """Changes between two steps."""
-    session_id, uid = ids
-    message = MESSAGES["UpdateParametersRequest"](session_id=session_id, session_uid=uid, wait=wait)
-    message.at_step = whole(at_step, "at_step")
-    fill(message, changes, particles)
-    return call("UpdateParameters", message, None, lambda answer: read(Accepted, answer))
+    made = _changing(ids, at_step, wait)
+    fill(made.message, changes, particles)
+    return made
 
 
 def path(
@@ -211,16 +201,23 @@ def path(
     where = array(targets, "targets", (-1, 3))
     if len(when) == 0 or len(when) != len(where):
         raise refused(f"{len(when)} times came with {len(where)} targets; as many of each, and at least one", "times")
-    if not (when > 0).all() or not (np.diff(when) > 0).all():
-        at = int(np.argmin(np.diff(when, prepend=0.0) > 0))
+    grows = np.diff(when, prepend=0.0) > 0
+    if not grows.all():
+        at = int(np.argmin(grows))
         raise refused(f"times[{at}] is {when[at]:g} s; allowed: above 0 and above the time before", "times")
+    made = _changing(ids, at_step, wait)
+    one = made.message.paths.add(particle=index(particle, particles, "particle"))
+    one.times_seconds.extend(when.tolist())
+    one.targets.extend(where.ravel().tolist())
+    return made
+
+
+def _changing(ids: tuple[str, str], at_step: int, wait: bool) -> Call[Accepted]:
+    """A call that changes nothing yet."""
     session_id, uid = ids
     message = MESSAGES["UpdateParametersRequest"](session_id=session_id, session_uid=uid, wait=wait)
     message.at_step = whole(at_step, "at_step")
-    one = message.paths.add(particle=index(particle, particles, "particle"))
-    one.times_seconds.extend(when.tolist())
-    one.targets.extend(where.ravel().tolist())
-    return call("UpdateParameters", message, None, lambda answer: read(Accepted, answer))
+    return Call("UpdateParameters", message, None, lambda answer: read(Accepted, answer))
 
 
 def fill(message: Message, changes: Changes, particles: int) -> None:
@@ -236,18 +233,16 @@ def fill(message: Message, changes: Changes, particles: int) -> None:
             getattr(message, name).CopyFrom(MESSAGES["Vector3"](x=x, y=y, z=z))
     if "drag" in changes:
         message.drag = finite(changes["drag"], "drag")
+    body = changes.get("body", "")
+    if not isinstance(body, str):
+        raise refused(f"body is {body!r}; allowed: the name of a cloth", "body")
     for name in ("stiffness", "damping"):
         for kind, value in _per_kind(changes.get(name, {}), name):
-            message.springs.add(body=changes.get("body", ""), kind=kind, **{name: value})
-    duration, pins, body = (
-        finite(changes.get("duration", 0.0), "duration"),
-        changes.get("pins", {}),
-        changes.get("body"),
-    )
+            message.springs.add(body=body, kind=kind, **{name: value})
+    duration = finite(changes.get("duration", 0.0), "duration")
+    pins = changes.get("pins", {})
     if not isinstance(pins, Mapping):
         raise refused(f"pins is {pins!r}; allowed: a dict of targets by the index of the particle", "pins")
-    if body is not None and not isinstance(body, str):
-        raise refused(f"body is {body!r}; allowed: the name of a cloth", "body")
     for particle, target in pins.items():
         at = index(particle, particles, "pins")
         x, y, z = array(target, f"pins[{at}]", (3,)).tolist()

@@ -66,7 +66,8 @@ class Reader(Generic[T]):
         if start is not None and not every:
             raise refused("start goes with every=True; the newest frame is the first otherwise", "start")
         self._ids = ids
-        self._every = every
+        self.every = every
+        """Whether every frame comes, and not the newest alone."""
         self._rate = 0.0 if rate is None else requests.finite(rate, "rate")
         if self._rate < 0:
             raise refused(f"rate is {rate!r}; allowed: frames per second, or 0 for no limit", "rate")
@@ -81,11 +82,11 @@ class Reader(Generic[T]):
     def request(self) -> Message:
         """The request, from where the stream stands."""
         session_id, uid = self._ids
-        delivery = _EVERY if self._every else _LATEST
+        delivery = _EVERY if self.every else _LATEST
         message = MESSAGES[f"{self.method}Request"](
             session_id=session_id, session_uid=uid, delivery=delivery, max_rate_hz=self._rate
         )
-        if self._every:
+        if self.every:
             message.from_frame = self._next
         return message
 
@@ -128,7 +129,7 @@ class Reader(Generic[T]):
 
     def numbered(self, frame: int) -> None:
         """A frame came: the next one is asked for where the stream breaks."""
-        if self._every and frame != self._next:
+        if self.every and frame != self._next:
             raise Error(f"frame {frame} of session {self._ids[0]!r} came where {self._next} was next")
         self._next, self._seeks = frame + 1, False
 
@@ -167,7 +168,7 @@ class FrameReader(Reader[Frame]):
         message = super().request()
         message.fields.extend(self._fields)
         message.encoding = self._encoding
-        message.pace_to_watcher = self._paced and self._every
+        message.pace_to_watcher = self._paced and self.every
         if self._grid is not None:
             message.grid.CopyFrom(self._grid)
         return message

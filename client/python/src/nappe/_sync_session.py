@@ -221,7 +221,7 @@ class Session(SessionProperties):
             grid=grid,
             paced=every and self._made_here if paced is None else paced,
         )
-        return Frames(self._server, reader, every)
+        return Frames(self._server, reader)
 
     def diagnostics(
         self, every: bool = True, start: int | None = None, rate: float | None = None, *, patience: float = PATIENCE
@@ -231,12 +231,12 @@ class Session(SessionProperties):
         `session.diagnostics().array()` reads to the session's end and returns one structured array.
         """
         reader = DiagnosticsReader(self._ids, every=every, start=start, rate=rate, patience=patience)
-        return DiagnosticsStream(self._server, reader, every)
+        return DiagnosticsStream(self._server, reader)
 
     def changes(self, *, patience: float = PATIENCE) -> Stream[Change]:
         """How the session stands, then what happens to it: it plays, is paused, finished, changed, deleted."""
         reader = ChangeReader(self._ids, every=False, start=None, rate=1.0, patience=patience)
-        return Stream(self._server, reader, False)
+        return Stream(self._server, reader)
 
     def trajectory(
         self,

@@ -38,14 +38,14 @@ class Stream(Generic[T]):
     over `session.frames()` that was left.
     """
 
-    def __init__(self, server: Server, reader: Reader[T], every: bool) -> None:
+    def __init__(self, server: Server, reader: Reader[T]) -> None:
         """Asks for the stream; errors come with the first read."""
         self._call: Any = None
         self._server = server
         self._reader = reader
-        self._every = every
         self._closed = False
         self._first: Any = None
+        self._begun = False
         self._reading = threading.Lock()
         self._open()
 
@@ -61,9 +61,10 @@ class Stream(Generic[T]):
 
     def opened(self) -> None:
         """Waits until the server has begun to answer: what is made from then on comes, with all that was asked for."""
-        if self._first is None:
+        if not self._begun:
             with suppress(StopIteration, grpc.RpcError):  # the first read meets it again
                 self._first = next(self._call)
+                self._begun = True
 
     def close(self) -> None:
         """Ends the stream."""
@@ -81,8 +82,11 @@ class Stream(Generic[T]):
             raise Error("two threads read from one stream; give each its own", remedy="Ask for a stream per thread.")
         try:
             return self._next()
-        except BaseException:
+        except BaseException as error:
             self.close()
+            # Ctrl-C within a wait of gRPC comes as an error of the lock that it waits for.
+            if isinstance(error, RuntimeError) and isinstance(error.__context__, KeyboardInterrupt):
+                raise KeyboardInterrupt from None
             raise
         finally:
             self._reading.release()
@@ -92,7 +96,8 @@ class Stream(Generic[T]):
             if self._reader.end is not None:
                 break
             try:
-                message, self._first = self._first or next(self._call), None
+                message = next(self._call) if self._first is None else self._first
+                self._first, self._begun = None, True
             except StopIteration:
                 self._reader.over()
                 break
@@ -113,7 +118,7 @@ class Stream(Generic[T]):
         self._open()
 
     def _open(self) -> None:
-        self._call = self._server._stream(self._reader.method, self._reader.request(), self._every)
+        self._call = self._server._stream(self._reader.method, self._reader.request(), self._reader.every)
 
     def __enter__(self: S) -> S:
         """The stream itself."""

@@ -18,9 +18,9 @@ from typing import Any, BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
+from nappe._arrays import Array, Arrays, BodyArrays
 from nappe._diagnostics import diagnostics_array
-from nappe._errors import Error, refused
-from nappe._frames import Array
+from nappe._errors import refused
 from nappe._html import Page, recording
 from nappe._ply import write_folder
 from nappe._reports import Diagnostics
@@ -31,7 +31,7 @@ _ENDINGS = ".npz (numpy), .html (a page), or no ending (a folder of PLY files)"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Trajectory:
+class Trajectory(Arrays):
     """Frames of a session in the order of time. Arrays are stacked: the first axis is the frame."""
 
     info: SessionInfo
@@ -55,26 +55,6 @@ class Trajectory:
     scene: str | None = None
     """Text of the scene, if it is known."""
 
-    @property
-    def positions(self) -> Array:
-        """Positions (frames, particles, 3) (m)."""
-        return self._array("positions")
-
-    @property
-    def velocities(self) -> Array:
-        """Velocities (frames, particles, 3) (m/s), if they were kept."""
-        return self._array("velocities")
-
-    @property
-    def plastic_ratio(self) -> Array:
-        """Plastic volume ratio J_P of snow (frames, particles), 1 for particles of cloth, if it was kept."""
-        return self._array("plastic_ratio")
-
-    @property
-    def stress(self) -> Array:
-        """Frobenius norm of the Cauchy stress of snow (frames, particles) (Pa), 0 for cloth, if it was kept."""
-        return self._array("stress")
-
     @cached_property
     def diagnostics(self) -> NDArray[np.void]:
         """Diagnostics as a structured array (frames,): `diagnostics["kinetic_energy"]`, `diagnostics["snow_mass"]`.
@@ -88,10 +68,9 @@ class Trajectory:
         """Bytes of all arrays over the particles."""
         return sum(array.nbytes for array in self.arrays.values())
 
-    def body(self, name: str) -> dict[str, Array]:
-        """The arrays of one body, as views, under the names of `arrays`."""
-        particles = self.topology.body(name).particles
-        return {name: array[:, particles] for name, array in self.arrays.items()}
+    def body(self, name: str) -> BodyArrays:
+        """The arrays of one body, as views."""
+        return BodyArrays(self.topology.body(name), self.arrays)
 
     def save(self, path: str | os.PathLike[str], *, color: str | None = None, max_error: float | None = None) -> Path:
         """Writes a file or a folder, and says where it is; what kind, the ending of `path` says.
@@ -155,11 +134,6 @@ class Trajectory:
             "arrays": f"{', '.join(self.arrays) or 'no arrays'} ({self.nbytes / 1e6:.1f} MB)",
             "end": "goes on" if self.end is None else f"finished after {self.end.step} steps",
         }
-
-    def _array(self, name: str) -> Array:
-        if name not in self.arrays:
-            raise Error(f"this trajectory has no {name}: name it when you record, fields=({name!r}, ...)")
-        return self.arrays[name]
 
     def _npz(self) -> dict[str, Any]:
         """What an .npz file holds."""
