@@ -48,12 +48,16 @@ fn a_step_above_the_bound_is_divided_and_gains_no_energy() {
                     assert!(steps.dt <= 0.9 * bound.dt * 1.5, "{label}: {steps:?} after {bound:?}");
                     assert!(f64::from(steps.substeps) >= dt / bound.dt * 0.9, "{label}: {steps:?}");
                     let after = &simulation.step_bounds()[0];
-                    assert_eq!(steps.bound.kind, BoundKind::Stiffness, "{label}");
-                    assert_eq!(steps.bound.particle, Some(after.particle), "{label}");
-                    assert!((steps.bound.dt / (0.9 * after.dt) - 1.0).abs() < 1e-12, "{label}: {steps:?}");
                     let energy = report.diagnostics.total_energy();
                     let moved = report.diagnostics.kinetic_energy + report.diagnostics.elastic_energy;
                     assert!(energy - start < 0.5 * moved, "{label}: {} J gained of {moved}", energy - start);
+                    if steps.bound.kind == BoundKind::SpringSpeed {
+                        assert!(steps.bound.dt <= 0.9 * after.dt, "{label}: {steps:?}");
+                        continue;
+                    }
+                    assert_eq!(steps.bound.kind, BoundKind::Stiffness, "{label}");
+                    assert_eq!(steps.bound.particle, Some(after.particle), "{label}");
+                    assert!((steps.bound.dt / (0.9 * after.dt) - 1.0).abs() < 1e-12, "{label}: {steps:?}");
                 }
             }
         }
@@ -173,12 +177,11 @@ fn a_run_whose_explicit_steps_gain_more_energy_than_their_method_swings_by_is_en
             None => assert!(largest < 1.2 * 47.5, "{integrator:?}: {largest} J"),
             Some(error) => {
                 let StepFailure::EnergyGain { value, limit, .. } = error.failure else { panic!("{error}") };
-                assert!(value > limit && error.step > 100, "{integrator:?}: {error}");
-                assert!(largest < 4.0 * 47.5, "{integrator:?}: {largest} J");
+                assert!(value > limit && error.step > 10, "{integrator:?}: {error}");
+                // What a scene of 47.5 J may gain at the bound, and what comes within one more step.
+                assert!(limit <= 47.5 && largest < 2.1 * 47.5, "{integrator:?}: {largest} J, {error}");
             }
         }
-        let is_verlet = integrator != Integrator::SymplecticEuler;
-        assert_eq!(run(integrator, 0.0).1.is_some(), is_verlet, "{integrator:?}");
         let (largest, error) = run(integrator, 0.01);
         assert!(error.is_none() && largest <= 47.5 * (1.0 + 1e-12), "{integrator:?}: {largest} J, {error:?}");
     }

@@ -4,6 +4,7 @@ mod bounds;
 mod certified;
 mod critical_step;
 mod divergence;
+mod energy;
 mod squash;
 mod sweep;
 mod table;

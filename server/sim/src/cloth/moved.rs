@@ -41,7 +41,7 @@ impl Moved {
 pub(super) struct Motion {
     /// Estimated error of positions.
     pub(super) error: ErrorEstimate,
-    /// |u - V|² m / 2 (J), of an implicit step: of implicit Euler |v' - v|² m / 2.
+    /// |u - V|² m / 2 (J), of an implicit step: of implicit Euler |v' - v|² m / 2. Of explicit Euler |a|² m / 2 (J/s²).
     pub(super) change: f64,
     /// |u|² and u.wind (m²/s²), of an implicit step: of implicit Euler u = v'.
     pub(super) medium: [f64; 2],

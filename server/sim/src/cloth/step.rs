@@ -8,6 +8,7 @@ use super::{
     energies::risen_most,
     gain::Start,
     integrate,
+    integrator::Integrator,
     judge::{fastest, judge},
     model::{Model, Parameters},
     purpose::Purpose,
@@ -160,6 +161,9 @@ impl<R: Real> Stepping<'_, R> {
         let Self { model, settings, around, .. } = *self;
         let work = &mut *self.work;
         let advanced = integrate::advance(model, settings, around.interrupt, self.state, work, watch)?;
+        if settings.integrator == Integrator::ExplicitEuler {
+            work.start.own = work.numbers.dt * work.numbers.dt * advanced.motion.change;
+        }
         let solve = advanced.solve.map(|(solve, _)| solve);
         let starts_anew = settings.integrator.has_past() && self.state.past.dt == 0.0;
         work.tried = ClothReport {
@@ -253,9 +257,8 @@ impl<R: Real> Stepping<'_, R> {
         if !matches!(Purpose::of(settings), Purpose::Bounded(_)) {
             return None;
         }
-        let Workspace { evaluation, numbers, .. } = &*self.work;
-        let moved = evaluation.total.kinetic_energy + evaluation.total.elastic_energy;
-        let (value, limit) = (state.gain.energy, state.gain.limit(settings.integrator, moved));
+        let numbers = &self.work.numbers;
+        let (value, limit) = (state.gain.energy, state.gain.limit(settings.integrator));
         (value > limit).then(|| {
             let particle = risen_most(model, numbers, [self.work.before(), state]);
             StepFailure::EnergyGain { particle, value, limit }

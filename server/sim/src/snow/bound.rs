@@ -18,6 +18,11 @@ const MOVE: f64 = 0.5;
 /// Largest norm of dt grad v: I + dt grad v keeps its orientation below 1.
 const TURN: f64 = 0.2;
 
+/// omega dt = sqrt(3) in place of 2: a mode that symplectic Euler turns by a third of a circle per step returns to its
+/// nonlinear force always at the same three places, and grows without end however small it is (Schlick, Mandziuk, Skeel and
+/// Srinivas 1998, "Nonlinear resonance artifacts in molecular dynamics simulations").
+const THIRD_ORDER: f64 = 0.866_025_403_784_438_6;
+
 /// Greatest values over particles, each of which bounds dt.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Extremes {
@@ -110,16 +115,17 @@ pub(super) fn extremes<P: Pack>(
     [wave * specific, alone * specific, speed2, gradient2, stretch2]
 }
 
-/// Largest stable c dt / h of waves in full blocks, and of a particle alone in units of
-/// h sqrt(rho / (2 mu + 3 lambda)) (docs/laws/snow.md). The linear kernel has no bound for a particle
-/// alone: its slope does not fall off with its weight; the number is for full blocks.
+/// Largest c dt / h of waves in full blocks, and of a particle alone in units of h sqrt(rho / (2 mu + 3 lambda))
+/// (docs/laws/snow.md). A particle alone by MLS damps nothing: its step stays below the resonance of third order,
+/// [`THIRD_ORDER`] of where its linear motion ends. The linear kernel has no bound for a particle alone: its slope
+/// does not fall off with its weight; the number is for full blocks.
 pub(super) fn courant(kernel: Kernel, transfer: Transfer) -> [f64; 2] {
     match (kernel, transfer) {
         (Kernel::Linear, _) => [0.5, 0.35],
-        (Kernel::Quadratic, Transfer::Mls) => [1.306, 1.0],
+        (Kernel::Quadratic, Transfer::Mls) => [1.306, THIRD_ORDER],
         (Kernel::Quadratic, Transfer::Apic) => [1.306, std::f64::consts::FRAC_1_SQRT_2],
         (Kernel::Quadratic, Transfer::PicFlip(_)) => [1.324, 0.577],
-        (Kernel::Cubic, Transfer::Mls) => [1.739, 1.154_700_538],
+        (Kernel::Cubic, Transfer::Mls) => [1.739, 1.154_700_538 * THIRD_ORDER],
         (Kernel::Cubic, Transfer::Apic) => [1.7, 1.10],
         (Kernel::Cubic, Transfer::PicFlip(_)) => [1.543, 0.796],
     }

@@ -20,6 +20,7 @@ use super::{
 };
 use crate::{
     collide::Collider,
+    hold::Hold,
     interrupt::{self, Interrupt},
     math::{LANES, Real, dispatch},
 };
@@ -42,7 +43,7 @@ pub(super) fn build<R: Real>(setup: &SnowSetup) -> Result<Parts<R>, SnowError> {
         mass: 0.0,
         least_mass: masses.fold(f64::INFINITY, f64::min),
     };
-    let (mut state, mut work) = (SnowState { particles }, SnowWorkspace::default());
+    let (mut state, mut work) = (SnowState { particles, hold: Hold::default() }, SnowWorkspace::default());
 
     sort_anew(&model, &state.particles, &mut work);
     interrupt::point();

@@ -6,7 +6,7 @@ use super::{
     particles::Particles,
     transfer::{ChunkDiagnostics, GridDiagnostics, ImplicitWorkspace},
 };
-use crate::{math::Real, report::Work};
+use crate::{hold::Hold, math::Real, report::Work};
 
 /// Kinetic, elastic, gravitational energy; momentum; angular momentum; mass.
 pub(super) const SUMS: usize = 10;
@@ -16,6 +16,8 @@ pub(super) const SUMS: usize = 10;
 #[derive(Clone, Debug)]
 pub struct SnowState<R: Real> {
     pub(super) particles: Particles<R>,
+    /// How long its steps are.
+    pub(super) hold: Hold,
 }
 
 /// What follows from the state, and scratch memory: a step allocates nothing once it has its size.

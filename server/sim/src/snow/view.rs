@@ -7,6 +7,7 @@ use super::{
     step::sort_anew,
 };
 use crate::{
+    hold::Hold,
     math::{Real, vec3},
     parallel::{hash_numbers, sum_hashes},
 };
@@ -111,12 +112,13 @@ impl<R: Real> Snow<R> {
         out
     }
 
-    /// Puts particles, in the user's numbering, in place of those that are there.
+    /// Puts particles, in the user's numbering, in place of those that are there. The length of certified steps begins anew.
     ///
     /// # Panics
     /// When there are more or fewer than the snow has.
     pub fn restore(&mut self, states: &[ParticleState]) {
         assert_eq!(states.len(), self.particle_count(), "as many particles as there are");
+        self.state.hold = Hold::default();
         let particles = &mut self.state.particles;
         for place in 0..particles.len() {
             let state = &states[particles.id[place] as usize];
@@ -166,11 +168,12 @@ impl<R: Real> Snow<R> {
         }
     }
 
-    /// Wrapping sum of a hash per particle: position, velocity, F_E and C by rows, J_P; the stress follows from them. `first` is the number of its first
-    /// particle among all.
+    /// Wrapping sum of a hash per particle: position, velocity, F_E and C by rows, J_P; the stress follows from them; and of
+    /// the length that is held. `first` is the number of its first particle among all.
     pub(crate) fn hash(&self, first: u64) -> u64 {
         let particles = &self.state.particles;
-        sum_hashes(&particles.id, |place, id| {
+        let held = self.state.hold.numbers().map_or(0, |numbers| hash_numbers(first, numbers));
+        let of_particles = sum_hashes(&particles.id, |place, id| {
             let mut numbers = [0.0; 25];
             let (f_e, c) = (particles.f_e(place), particles.c(place));
             let vectors = [particles.x(place), particles.v(place)].into_iter().chain(f_e).chain(c);
@@ -179,6 +182,7 @@ impl<R: Real> Snow<R> {
             }
             numbers[24] = particles.plastic_ratio(place).to_f64();
             hash_numbers(first + u64::from(*id), numbers)
-        })
+        });
+        of_particles.wrapping_add(held)
     }
 }

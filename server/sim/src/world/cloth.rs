@@ -347,8 +347,8 @@ impl<R: Real> Cloth<R> {
         let pins = sum_hashes(&moving, |_, motion| {
             motion.hash(self.owner(self.model.user[motion.particle as usize]))
         });
-        let Gain { energy, ratio } = self.state.gain;
-        let gained = if energy == 0.0 { 0 } else { hash_numbers(self.owner(0), [energy, ratio]) };
+        let Gain { energy, ratio, motion } = self.state.gain;
+        let gained = if energy == 0.0 { 0 } else { hash_numbers(self.owner(0), [energy, ratio, motion]) };
         particles.wrapping_add(pins).wrapping_add(gained)
     }
 

@@ -3,7 +3,9 @@
 use super::{body::Body, cloth::Cloth, division::Division, pace::Pace, report::BodyReport};
 use crate::{
     math::Real,
-    report::{ClothSteps, ErrorEstimate, Rejection, StepFailure, StepReport, Stopwatch, TimeBound},
+    report::{
+        BoundKind, ClothSteps, ErrorEstimate, Rejection, StepFailure, StepReport, Stopwatch, TimeBound,
+    },
     surroundings::Surroundings,
 };
 
@@ -31,10 +33,11 @@ pub(super) fn step<R: Real>(
 
     cloths(bodies).for_each(|(_, cloth)| cloth.begin(around));
     let mut division = Division::of(around.dt);
+    pace.begin();
     let (mut substeps, mut rejected) = (0, 0);
     let mut next = shortest(bodies, pace, asked, around, watch)?;
     let dt = loop {
-        division.fit(next.bound.dt.min(asked));
+        division.fit(pace.length(around.dt, asked, next.certified).min(asked));
         if f64::from(substeps) + division.left() > f64::from(MAX_SUBSTEPS) {
             return Err(next.too_many());
         }
@@ -88,6 +91,8 @@ struct Shortest {
     /// Particles of the body.
     bound: TimeBound,
     body: usize,
+    /// The least that certified steps are allowed (s).
+    certified: f64,
 }
 
 impl Shortest {
@@ -114,11 +119,14 @@ fn shortest<R: Real>(
     around: &Surroundings<'_>,
     watch: &mut dyn Stopwatch,
 ) -> Result<Shortest, Failure> {
-    let mut least = Shortest { bound: pace.bound(asked), body: 0 };
+    let mut least = Shortest { bound: pace.bound(asked), body: 0, certified: f64::INFINITY };
     for (body, cloth) in cloths(bodies) {
         let bound = cloth.bound(around, watch).map_err(|failure| (body, failure))?;
+        if bound.kind != BoundKind::Fixed {
+            least.certified = least.certified.min(bound.dt);
+        }
         if bound.dt < least.bound.dt {
-            least = Shortest { bound, body };
+            (least.bound, least.body) = (bound, body);
         }
     }
     Ok(least)

@@ -7,7 +7,10 @@ use serde::{Deserialize, Serialize};
 
 use xxhash_rust::xxh3::Xxh3;
 
-use crate::report::{BoundKind, TimeBound};
+use crate::{
+    hold::Hold,
+    report::{BoundKind, TimeBound},
+};
 
 /// How often a sub-step may be halved: a step below a 64th of what the scene asks for fails.
 const HALVINGS: u32 = 6;
@@ -30,6 +33,8 @@ pub(super) struct Pace {
     good: u32,
     /// What the tolerance asks for (s), and the strain of the last accepted sub-step; none without tolerance.
     controlled: Option<[f64; 2]>,
+    /// What the bounds of explicit cloths allow.
+    hold: Hold,
 }
 
 impl Pace {
@@ -45,6 +50,17 @@ impl Pace {
             (BoundKind::Frame, f64::INFINITY)
         };
         TimeBound { kind, dt, particle: None }
+    }
+
+    /// Begins a step of the world.
+    pub(super) fn begin(&mut self) {
+        self.hold.begin();
+    }
+
+    /// The longest next sub-step (s) of a step of the world of `dt` (s), of which the scene asks for `asked` (s) and bounds
+    /// allow `certified` (s).
+    pub(super) fn length(&mut self, dt: f64, asked: f64, certified: f64) -> f64 {
+        self.bound(asked).dt.min(self.hold.length(dt, certified))
     }
 
     /// Takes over that a sub-step of `dt` (s) was accepted. `strain` is the largest of all cloths: how much longer it
@@ -82,7 +98,10 @@ impl Pace {
 
     /// Adds it to a hash of the state, unless nothing ever changed it.
     pub(super) fn hash(&self, hasher: &mut Xxh3) {
-        let Self { halvings, good, controlled } = *self;
+        let Self { halvings, good, controlled, hold } = *self;
+        if let Some(numbers) = hold.numbers() {
+            hasher.update(numbers.map(f64::to_le_bytes).as_flattened());
+        }
         if halvings > 0 || controlled.is_some() {
             let [length, last] = controlled.unwrap_or_default();
             hasher.update(

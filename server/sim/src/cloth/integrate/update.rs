@@ -60,7 +60,9 @@ impl<R: Real> Step<'_, R> {
     pub(super) fn kick_and_drift(&mut self, h: R, by: MovedBy) {
         let dt = self.dt();
         let Workspace { evaluation, next, moved, .. } = &mut *self.work;
-        let change = Change { a: &evaluation.rows, h, dt, by, wind: None };
+        // Of explicit Euler, what it adds to a fall is told apart: |a|² m / 2 is summed.
+        let wind = (by == MovedBy::Old).then_some([0.0; 3]);
+        let change = Change { a: &evaluation.rows, h, dt, by, wind };
         write_next(self.model, self.state, next, &change, moved);
         self.watch.lap(Stage::Position);
     }

@@ -188,13 +188,16 @@ fn logarithm<P: Pack>(j: P) -> (P, P) {
 
 /// Upper bounds of the stiffnesses (Pa) that bound the time step (docs/laws/snow.md), from the
 /// square of the largest singular value and J: rho c_p² of the elastic wave, and that of a particle
-/// alone, in which all directions act at once.
+/// alone, in which all directions act at once. Each part is the greater of its form in compression
+/// and of the tangent of the Kirchhoff stress, d tau / d ln s, which is more in tension.
 #[inline(always)]
 pub(crate) fn stiffness<P: Pack>(largest2: P, j: P, hardening: P, m: &Moduli<P>) -> [P; 2] {
     let (one, three) = (P::one(), P::of(3.0));
     let (mu, lambda) = (m.mu * hardening, m.lambda * hardening);
-    let shear = (mu + mu) * largest2;
-    let volumetric = lambda * j * j;
+
+    // d tau / d ln s = 2 mu (2 s² - s) + lambda J (2 J - 1).
+    let shear = (mu + mu) * largest2.max(largest2 + largest2 - largest2.sqrt());
+    let volumetric = lambda * (j * j).max(j * (j + j - one));
     let corotated = [shear + volumetric, shear + three * volumetric];
     if !m.neo_hookean.any() {
         return corotated;
@@ -202,8 +205,9 @@ pub(crate) fn stiffness<P: Pack>(largest2: P, j: P, hardening: P, m: &Moduli<P>)
 
     let (log, slope) = logarithm(j);
 
-    // s² psi'' = mu (s² + 1) + lambda (1 - ln J); where the logarithm is its tangent, no more.
-    let shear = mu * (largest2 + slope.max(one));
+    // s² psi'' = mu (s² + 1) + lambda (1 - ln J), d tau / d ln s = 2 mu s² + lambda; where the
+    // logarithm is its tangent, no more.
+    let shear = mu * (largest2 + largest2.max(slope.max(one)));
     let volumetric = lambda * ((one - log).max(one) * (slope * slope));
     let neo_hookean = [shear + volumetric, shear + three * volumetric];
     let zero = P::zero();

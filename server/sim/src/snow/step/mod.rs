@@ -50,6 +50,7 @@ pub fn step<R: Real>(
     watch: &mut dyn Stopwatch,
 ) -> Result<SnowStep, StepFailure> {
     let mut division = Division::of(around);
+    state.hold.begin();
     let mut solve = None;
     work.spent = Work::default();
     while !division.is_done() {

@@ -26,14 +26,12 @@ pub(crate) struct Division<'a> {
     pub(crate) dt: f64,
     /// Equal steps that are left, this one among them.
     steps: f64,
-    /// By how much the next step is shorter than allowed, since nodes would have moved too far.
-    shorter: f64,
 }
 
 impl<'a> Division<'a> {
     /// Nothing done yet.
     pub(crate) fn of(around: &'a Surroundings<'a>) -> Self {
-        Self { around, left: around.dt, substeps: 0, dt: 0.0, steps: 0.0, shorter: 1.0 }
+        Self { around, left: around.dt, substeps: 0, dt: 0.0, steps: 0.0 }
     }
 
     /// Whether the world's step is done.
@@ -50,7 +48,7 @@ impl<'a> Division<'a> {
     pub(crate) fn next<R: Real>(
         &mut self,
         model: &SnowModel<R>,
-        state: &SnowState<R>,
+        state: &mut SnowState<R>,
         work: &SnowWorkspace<R>,
     ) -> Result<StepContext<'a>, StepFailure> {
         let Surroundings { gravity, colliders, time, dt, interrupt, .. } = *self.around;
@@ -60,7 +58,7 @@ impl<'a> Division<'a> {
 
         let (kind, bound) = check_time_step(model, state, work, colliders)?;
         let allowed = match model.settings.time_step {
-            TimeStep::Certified { safety } => safety * bound * self.shorter,
+            TimeStep::Certified { safety } => state.hold.length(dt, safety * bound),
             TimeStep::Fixed(dt) | TimeStep::Unchecked(dt) => dt,
         };
 
@@ -78,7 +76,6 @@ impl<'a> Division<'a> {
 
     /// The step was taken.
     pub(crate) fn go_on(&mut self) {
-        self.shorter = 1.0;
         self.substeps += 1;
         self.left = if self.is_last() { 0.0 } else { self.left - self.dt };
     }
@@ -88,7 +85,7 @@ impl<'a> Division<'a> {
     pub(crate) fn retry<R: Real>(
         &mut self,
         model: &SnowModel<R>,
-        state: &SnowState<R>,
+        state: &mut SnowState<R>,
         work: &SnowWorkspace<R>,
         moved: f64,
         node: [i32; 3],
@@ -96,7 +93,7 @@ impl<'a> Division<'a> {
         if !moved.is_finite() || !matches!(model.settings.time_step, TimeStep::Certified { .. }) {
             return Err(node_failure(model, state, work, moved, node));
         }
-        self.shorter = self.shorter * 0.5 * MOVE / moved;
+        state.hold.shorten(self.around.dt, self.dt * 0.5 * MOVE / moved);
         self.substeps += 1;
         Ok(())
     }
