@@ -185,8 +185,8 @@ reasons! {
         "Reduce dt, choose hessian = absolute if it is another, or mark the step unchecked and accept that it may diverge."
 
     EnergyGain "ENERGY_GAIN" FailedPrecondition diverged
-        "A cloth gains energy that nothing accounts for: in an implicit step, at a 64th of it too, or over the explicit steps of the run."
-        "Reduce dt, choose hessian = absolute if it is another, or mark the step unchecked and accept that it may diverge."
+        "A cloth or snow gains energy that nothing accounts for: in an implicit step of cloth, at a 64th of it too, or over the explicit steps of the run."
+        "Of explicit steps: fix substeps = n, or take a smaller safety. Of implicit ones: reduce dt, or choose hessian = absolute if it is another. Or mark the step unchecked and accept that it may diverge."
 
     MomentumBalance "MOMENTUM_BALANCE" FailedPrecondition diverged
         "The sweeps of vertex block descent do not bring the momentum of a cloth into balance with gravity, the medium and pins: 16 times as many as asked for, at a 64th of the step too."

@@ -47,6 +47,7 @@ fn scene(golden: &Golden, volume: Vec<f64>) -> SnowScene {
         name: "snow".to_owned(),
         x: golden.x0.clone(),
         v: golden.v0.clone(),
+        angular_velocity: [0.0; 3],
         mass: vec![golden.mass; golden.x0.len()],
         volume,
         stiffness: Vec::new(),

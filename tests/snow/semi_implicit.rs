@@ -7,11 +7,12 @@ use nappe_sim::{
     math::Precision,
     report::{NoStopwatch, StepFailure},
     snow::{Blend, Integration, Kernel, ParticleState, Transfer},
+    time_step::TimeStep,
     world::Simulation,
 };
 use nappe_tests::{
     networks::scatter,
-    scene::{difference, norm},
+    scene::{cross, difference, norm},
     snow::{SnowScene, Variant, elastic, lattice, object, order, rework, step_once, wave_modulus},
 };
 
@@ -123,6 +124,57 @@ fn backward_euler_is_stable_and_loses_energy_at_ten_times_the_explicit_limit() {
             let failed = (0..100).any(|_| explicit.step(&mut NoStopwatch).is_err());
             assert!(failed, "{}: the explicit step bears it", variant.name());
         }
+    }
+}
+
+#[test]
+fn what_turns_in_free_flight_never_gains_a_hundredth_of_its_energy() {
+    let flip = Transfer::PicFlip(Blend::PerStep(0.95));
+    for (kernel, transfer, beta) in [
+        (Kernel::Quadratic, Transfer::Mls, 0.5),
+        (Kernel::Quadratic, Transfer::Mls, 1.0),
+        (Kernel::Cubic, Transfer::Apic, 0.5),
+        (Kernel::Quadratic, flip, 0.5),
+    ] {
+        // Two cells by four by two, in frames of 48 times what elastic waves allow an explicit step.
+        let spin = [0.0, 0.0, 2.0];
+        let x = lattice([-H, -2.0 * H, -H], [4, 8, 4], [0.5 * H; 3]);
+        let mut body = object("block", x, (0.5 * H).powi(3), DENSITY, elastic(1.4e5, 0.2));
+        body.angular_velocity = spin;
+        let variant = Variant { kernel, transfer };
+        let mut scene = SnowScene::new(vec![body], H, 0.1).by(variant).moving(|x| cross(spin, x));
+        scene.settings.time_step = TimeStep::Certified { safety: 1.0 };
+        let stop = Stop::Residual { tolerance: 1e-4, max_iterations: 500 };
+        scene.settings.integration = Integration::SemiImplicit { beta, stop };
+
+        let mut simulation = scene.simulate(Precision::F64);
+        let start = simulation.diagnose().total_energy();
+        let energies = (0..100).map(|_| step_once(&mut simulation).diagnostics.total_energy() / start);
+        let most = energies.fold(0.0, f64::max);
+        println!("{} beta {beta}: at most {most:.5} of the energy at the start", variant.name());
+        assert!(most < 1.01, "{} beta {beta}: {most} times the energy at the start", variant.name());
+    }
+}
+
+#[test]
+fn a_beta_that_elastic_waves_bound_is_refused() {
+    let variant = Variant { kernel: Kernel::Quadratic, transfer: Transfer::Mls };
+    let (mut scene, _) = block(variant, Integration::Explicit, 0.2, 0.0);
+    for (beta, is_allowed) in [
+        (0.0, true),
+        (0.25, false),
+        (0.499, false),
+        (0.5, true),
+        (1.0, true),
+        (1.01, false),
+        (f64::NAN, false),
+    ] {
+        scene.settings.integration = Integration::SemiImplicit { beta, stop: EXACT };
+        let refused = Simulation::new(&scene.setup(), Precision::F64).err().map(|error| error.to_string());
+        let message = format!(
+            "snow: beta is {beta}: 0 or 0.5 to 1 is needed; below 0.5 elastic waves bound the step as they bound an explicit one"
+        );
+        assert_eq!(refused, (!is_allowed).then_some(message));
     }
 }
 

@@ -112,6 +112,26 @@ fn a_velocity_gradient_bounds_the_step_to_a_fifth() {
 }
 
 #[test]
+fn stiffness_bounds_a_semi_implicit_step_of_what_turns() {
+    let material = elastic(1.4e5, 0.2);
+    let mut scene = cube(material);
+    let stop = Stop::Residual { tolerance: 1e-10, max_iterations: 200 };
+    scene.settings.integration = Integration::SemiImplicit { beta: 0.5, stop };
+    let mut simulation = scene.simulate(Precision::F64);
+    let gradient = [[0.0, -4.0, 0.0], [4.0, 0.0, 2.0], [0.0, -2.0, 0.0]];
+    rework(&mut simulation, |_, p| {
+        p.affine = gradient;
+        p.v = [0, 1, 2].map(|a| gradient[a].iter().zip(p.x).map(|(g, x)| g * (x - 0.15)).sum());
+    });
+    let found = bound(&mut simulation);
+    assert_eq!(found.kind, BoundKind::VelocityGradient);
+
+    // The geometric mean of half of what the gradient allows and of what a particle alone does.
+    let alone = H * (DENSITY / (2.0 * material.mu() + 3.0 * material.lambda())).sqrt();
+    near("what turns", found.dt, SAFETY * (0.5 * 0.2 / 40.0_f64.sqrt() * THIRD_ORDER * alone).sqrt());
+}
+
+#[test]
 fn a_fast_collider_bounds_the_step_to_half_a_cell() {
     let mut scene = cube(elastic(1.0, 0.2));
     let floor = plane([0.0, -50.0, 0.0], [0.0, 1.0, 0.0], Contact::Sticky, 0.0);

@@ -36,7 +36,7 @@ pub struct Snow {
     /// Takes the fixed step whatever the bound says.
     #[serde(default)]
     pub unchecked: bool,
-    /// Share of the forces that is taken at the end of the step, 0 to 1; 0: an explicit step.
+    /// Share of the step after which forces are taken, 0.5 to 1; 0: an explicit step.
     #[serde(default)]
     pub beta: f64,
     /// Linear solver of a semi-implicit step.

@@ -31,6 +31,11 @@ const ERRORS: &[(&str, &str, &str)] = &[
     ),
     (
         "cell = 0.1",
+        "cell = 0.1\nbeta = 0.49",
+        "scene.toml:6:8: snow.beta: is 0.49; allowed: 0, or 0.5 to 1: below 0.5 elastic waves bound the step as they bound an explicit one",
+    ),
+    (
+        "cell = 0.1",
         "cell = 0.1\nflip = 0.9",
         "scene.toml:6:8: snow.flip: works only with transfer = \"pic_flip\"; the transfer here is \"mls\"",
     ),
@@ -62,7 +67,7 @@ const ERRORS: &[(&str, &str, &str)] = &[
     (
         "cell = 0.1",
         "cell = 0.1\nsolver = { tolerance = 1e-6 }",
-        "scene.toml:6:10: snow.solver: is for a semi-implicit step: give beta above 0, at most 1",
+        "scene.toml:6:10: snow.solver: is for a semi-implicit step: give beta, 0.5 to 1",
     ),
     (
         "cell = 0.1",

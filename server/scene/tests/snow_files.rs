@@ -122,6 +122,7 @@ fn mass_is_density_times_volume_whatever_the_sampling_and_the_noise() {
 #[test]
 fn a_spinning_object_turns_about_its_centre() {
     let spun = object(&with("velocity = [1, 0, 0]\nangular_velocity = [0, 0, 2]"));
+    assert_eq!(spun.angular_velocity, [0.0, 0.0, 2.0], "its affine velocity");
     for (x, v) in spun.x.iter().zip(&spun.v) {
         assert_eq!(*v, [1.0 - 2.0 * (x[1] - 1.0), 2.0 * x[0], 0.0]);
     }

@@ -13,7 +13,7 @@ pub mod mesh;
 pub mod collide;
 pub mod surroundings;
 pub mod time_step;
-mod hold;
+mod held_length;
 pub mod cloth;
 pub mod snow;
 pub mod world;

@@ -27,6 +27,7 @@ pub fn split(object: &SnowObject, cell: f64) -> SnowObject {
         name: object.name.clone(),
         x: object.x.iter().enumerate().flat_map(place).collect(),
         v: object.v.iter().flat_map(|v| [*v; CHILDREN]).collect(),
+        angular_velocity: object.angular_velocity,
         mass: shared(&object.mass, eighth),
         volume: shared(&object.volume, eighth),
         stiffness: shared(&object.stiffness, 1.0),

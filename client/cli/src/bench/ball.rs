@@ -54,6 +54,7 @@ impl Throw {
             name: "ball".to_owned(),
             x: self.points(),
             v: vec![self.velocity; count],
+            angular_velocity: [0.0; 3],
             mass: vec![preset.density * volume; count],
             volume: vec![volume; count],
             stiffness: Vec::new(),

@@ -4,9 +4,11 @@ pub mod shape;
 mod collider;
 mod contact;
 mod velocity;
+mod corner;
 
 pub use collider::{Collider, Contact};
 pub use shape::Shape;
 
 pub(crate) use contact::{Contacts, Met, Passed, resolve};
+pub(crate) use corner::{Corner, SAME_NORMAL};
 pub(crate) use velocity::velocity_after;

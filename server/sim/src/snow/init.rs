@@ -13,14 +13,14 @@ use super::{
     particles::{Group, Motion, Particles},
     setup::{SnowError, SnowSetup},
     state::{SnowState, SnowWorkspace},
-    step::{check_grid, check_time_step, lost, renew_places, sort_anew, sums},
+    step::{Book, check_grid, check_time_step, lost, renew_places, sort_anew, sums},
     transfer::{
         Arrival, Deformation, StepContext, TOGETHER, Tally, Update, particles_to_grid, update_grid, weights,
     },
 };
 use crate::{
     collide::Collider,
-    hold::Hold,
+    held_length::HeldLength,
     interrupt::{self, Interrupt},
     math::{LANES, Real, dispatch},
 };
@@ -43,7 +43,10 @@ pub(super) fn build<R: Real>(setup: &SnowSetup) -> Result<Parts<R>, SnowError> {
         mass: 0.0,
         least_mass: masses.fold(f64::INFINITY, f64::min),
     };
-    let (mut state, mut work) = (SnowState { particles, hold: Hold::default() }, SnowWorkspace::default());
+    let (mut state, mut work) = (
+        SnowState { particles, hold: HeldLength::default(), book: Book::default() },
+        SnowWorkspace::default(),
+    );
 
     sort_anew(&model, &state.particles, &mut work);
     interrupt::point();

@@ -132,9 +132,10 @@ pub enum Integration {
     #[default]
     Explicit,
     /// (M + beta dt² H) v = M v* (Stomakhin et al. 2013, eq. 9; Brasseur 2014, eq. 2.7), by
-    /// MINRES, matrix-free; the elastic bounds do not limit dt then.
+    /// MINRES, matrix-free; the elastic bounds alone do not limit dt then.
     SemiImplicit {
-        /// 0: explicit; 1/2: trapezoidal; 1: backward Euler.
+        /// Forces are those after this share of the step, to first order. 0: explicit; 1: backward Euler;
+        /// [`Integration::LEAST_BETA`] to 1 is allowed. Every one is of order 1.
         beta: f64,
         /// When the solve stops; one that stops above its tolerance fails the step.
         stop: Stop,
@@ -142,6 +143,9 @@ pub enum Integration {
 }
 
 impl Integration {
+    /// The least beta above 0 whose steps no elastic wave bounds (docs/laws/snow.md).
+    pub const LEAST_BETA: f64 = 0.5;
+
     /// Whether velocities are solved for.
     pub(super) fn is_implicit(&self) -> bool {
         matches!(self, Self::SemiImplicit { beta, .. } if *beta > 0.0)

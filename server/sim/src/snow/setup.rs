@@ -17,6 +17,9 @@ pub struct SnowObject {
     pub x: Vec<[f64; 3]>,
     /// Velocities (m/s), as many.
     pub v: Vec<[f64; 3]>,
+    /// Angular velocity (rad/s) that `v` holds: the velocity around each particle varies as it says from the
+    /// first step on. 0: the velocity around a particle is its own.
+    pub angular_velocity: [f64; 3],
     /// Masses (kg), as many, above 0.
     pub mass: Vec<f64>,
     /// Volumes at rest (m³), as many, above 0; empty: from the density on the grid before the
@@ -26,6 +29,15 @@ pub struct SnowObject {
     pub stiffness: Vec<f64>,
     /// What all of its particles are made of.
     pub material: Material,
+}
+
+impl SnowObject {
+    /// C (1/s) of its particles at the start, by rows: C d = w x d.
+    pub(super) fn affine_velocity(&self) -> [[f64; 3]; 3] {
+        // 0 less a number: what does not turn has zeros without a sign.
+        let [x, y, z] = self.angular_velocity;
+        [[0.0, 0.0 - z, y], [z, 0.0, 0.0 - x], [0.0 - y, x, 0.0]]
+    }
 }
 
 /// Snow: objects on one grid.
@@ -94,7 +106,7 @@ fn settings_error(settings: &SnowSettings) -> Option<String> {
             TimeStep::Fixed(dt) | TimeStep::Unchecked(dt) => above("the fixed step", dt, 0.0, 1.0),
         })
         .or_else(|| match settings.integration {
-            Integration::SemiImplicit { beta, .. } => within("beta", beta, 0.0, 1.0),
+            Integration::SemiImplicit { beta, .. } => beta_error(beta),
             Integration::Explicit => None,
         })
         .or_else(|| within("ballistic_below", settings.ballistic_below, 0.0, 1.0))
@@ -102,6 +114,16 @@ fn settings_error(settings: &SnowSettings) -> Option<String> {
             (settings.max_substeps == 0).then(|| "max_substeps is 0: at least 1 is needed".to_owned())
         })
         .or_else(|| settings.invalid_combination())
+}
+
+fn beta_error(beta: f64) -> Option<String> {
+    let least = Integration::LEAST_BETA;
+    let fits = beta == 0.0 || (least..=1.0).contains(&beta);
+    (!fits).then(|| {
+        format!(
+            "beta is {beta}: 0 or {least} to 1 is needed; below {least} elastic waves bound the step as they bound an explicit one"
+        )
+    })
 }
 
 fn object_error(object: &SnowObject) -> Option<String> {
@@ -122,6 +144,13 @@ fn object_error(object: &SnowObject) -> Option<String> {
         if let Some(i) = values.iter().position(|v| v.iter().any(|c| !c.is_finite())) {
             return Some(format!("the {what} of particle {i} is {:?}: finite numbers are needed", values[i]));
         }
+    }
+
+    if object.angular_velocity.iter().any(|c| !c.is_finite()) {
+        return Some(format!(
+            "its angular velocity is {:?}: finite numbers are needed",
+            object.angular_velocity
+        ));
     }
 
     let numbers =

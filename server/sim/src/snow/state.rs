@@ -4,12 +4,14 @@ use super::{
     bound::{Culprits, Extremes},
     grid::{Grid, Sorter},
     particles::Particles,
+    step::Book,
     transfer::{ChunkDiagnostics, GridDiagnostics, ImplicitWorkspace},
 };
-use crate::{hold::Hold, math::Real, report::Work};
+use crate::{held_length::HeldLength, math::Real, report::Work};
 
-/// Kinetic, elastic, gravitational energy; momentum; angular momentum; mass.
-pub(super) const SUMS: usize = 10;
+/// Kinetic, elastic, gravitational energy; momentum; angular momentum; mass; energy of affine velocities; moment; and the
+/// gravitational energy of each particle without its sign.
+pub(super) const SUMS: usize = 15;
 
 /// What changes from step to step, and what a checkpoint saves: particles. All else follows from
 /// them and from the model.
@@ -17,7 +19,9 @@ pub(super) const SUMS: usize = 10;
 pub struct SnowState<R: Real> {
     pub(super) particles: Particles<R>,
     /// How long its steps are.
-    pub(super) hold: Hold,
+    pub(super) hold: HeldLength,
+    /// What energy they gained.
+    pub(super) book: Book,
 }
 
 /// What follows from the state, and scratch memory: a step allocates nothing once it has its size.
@@ -45,6 +49,8 @@ pub struct SnowWorkspace<R: Real> {
     pub(super) partials: Vec<[f64; SUMS]>,
     /// What the steps since the step of the world began cost.
     pub(super) spent: Work,
+    /// Energy (J) that colliders which move, and hardening, gave since then.
+    pub(super) given: f64,
 }
 
 impl<R: Real> SnowWorkspace<R> {

@@ -4,10 +4,10 @@ use super::{
     body::Snow,
     grid::{CELLS, block_of, node_of},
     init::settle,
-    step::sort_anew,
+    step::{Book, sort_anew},
 };
 use crate::{
-    hold::Hold,
+    held_length::HeldLength,
     math::{Real, vec3},
     parallel::{hash_numbers, sum_hashes},
 };
@@ -112,13 +112,14 @@ impl<R: Real> Snow<R> {
         out
     }
 
-    /// Puts particles, in the user's numbering, in place of those that are there. The length of certified steps begins anew.
+    /// Puts particles, in the user's numbering, in place of those that are there. The length of certified steps and the book of
+    /// energy begin anew.
     ///
     /// # Panics
     /// When there are more or fewer than the snow has.
     pub fn restore(&mut self, states: &[ParticleState]) {
         assert_eq!(states.len(), self.particle_count(), "as many particles as there are");
-        self.state.hold = Hold::default();
+        (self.state.hold, self.state.book) = (HeldLength::default(), Book::default());
         let particles = &mut self.state.particles;
         for place in 0..particles.len() {
             let state = &states[particles.id[place] as usize];
@@ -153,6 +154,7 @@ impl<R: Real> Snow<R> {
 
         self.work.extremes.speed2 = fastest;
         self.work.culprits = None;
+        self.state.book.close();
     }
 
     /// Nodes with mass as the last step left them; clears `out` first.
@@ -169,10 +171,11 @@ impl<R: Real> Snow<R> {
     }
 
     /// Wrapping sum of a hash per particle: position, velocity, F_E and C by rows, J_P; the stress follows from them; and of
-    /// the length that is held. `first` is the number of its first particle among all.
+    /// the length that is held and what energy is owed. `first` is the number of its first particle among all.
     pub(crate) fn hash(&self, first: u64) -> u64 {
         let particles = &self.state.particles;
         let held = self.state.hold.numbers().map_or(0, |numbers| hash_numbers(first, numbers));
+        let owed = self.state.book.numbers().map_or(0, |numbers| hash_numbers(first, numbers));
         let of_particles = sum_hashes(&particles.id, |place, id| {
             let mut numbers = [0.0; 25];
             let (f_e, c) = (particles.f_e(place), particles.c(place));
@@ -183,6 +186,6 @@ impl<R: Real> Snow<R> {
             numbers[24] = particles.plastic_ratio(place).to_f64();
             hash_numbers(first + u64::from(*id), numbers)
         });
-        of_particles.wrapping_add(held)
+        of_particles.wrapping_add(held).wrapping_add(owed)
     }
 }

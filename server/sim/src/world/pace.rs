@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use xxhash_rust::xxh3::Xxh3;
 
 use crate::{
-    hold::Hold,
+    held_length::HeldLength,
     report::{BoundKind, TimeBound},
 };
 
@@ -34,7 +34,7 @@ pub(super) struct Pace {
     /// What the tolerance asks for (s), and the strain of the last accepted sub-step; none without tolerance.
     controlled: Option<[f64; 2]>,
     /// What the bounds of explicit cloths allow.
-    hold: Hold,
+    hold: HeldLength,
 }
 
 impl Pace {

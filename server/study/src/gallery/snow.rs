@@ -36,6 +36,7 @@ pub fn object(name: &str, x: Vec<[f64; 3]>, volume: f64, density: f64, material:
         name: name.to_owned(),
         x,
         v: vec![[0.0; 3]; count],
+        angular_velocity: [0.0; 3],
         mass: vec![density * volume; count],
         volume: vec![volume; count],
         stiffness: Vec::new(),

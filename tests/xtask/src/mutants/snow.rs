@@ -6,10 +6,11 @@
 use super::patch::{Patch, expression, text};
 
 /// Parts of the names of tests that are left out.
-pub(super) const SLOW: [&str; 12] = [
+pub(super) const SLOW: [&str; 13] = [
     "statics",
     "dissipation",
     "semi_implicit",
+    "corners",
     "measured_limits",
     "step_bounds",
     "friction",

@@ -92,6 +92,7 @@ impl<'a> Plan<'a> {
         let object = SnowObject {
             name: text.name.clone(),
             v: velocities(text, &x, self.solid.center()),
+            angular_velocity: text.angular_velocity,
             mass: masses(density * volume, &noise(Stream::Density, text.density_noise), &x),
             volume: match text.volume {
                 VolumeFrom::Source => vec![volume; x.len()],

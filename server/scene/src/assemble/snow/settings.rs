@@ -7,7 +7,7 @@ use nappe_sim::{
 };
 
 use crate::{
-    error::SceneError,
+    error::{ErrorKind, SceneError},
     location::Location,
     snow::{AdvectionName, Snow, TransferName},
 };
@@ -91,12 +91,20 @@ fn time_step(snow: &Snow, at: &Location<'_>) -> Result<TimeStep, SceneError> {
 fn integration(snow: &Snow, at: &Location<'_>) -> Result<Integration, SceneError> {
     if snow.beta == 0.0 {
         return match snow.solver {
-            Some(_) => {
-                at.key("solver").inconsistent("is for a semi-implicit step: give beta above 0, at most 1")
-            }
+            Some(_) => at.key("solver").inconsistent("is for a semi-implicit step: give beta, 0.5 to 1"),
             None => Ok(Integration::Explicit),
         };
     }
+
+    let least = Integration::LEAST_BETA;
+    if snow.beta < least {
+        let message = format!(
+            "is {}; allowed: 0, or {least} to 1: below {least} elastic waves bound the step as they bound an explicit one",
+            snow.beta
+        );
+        return Err(at.key("beta").error(ErrorKind::OutOfRange, message));
+    }
+
     let solver = snow.solver.unwrap_or_default();
     let stop = Stop::Residual { tolerance: solver.tolerance, max_iterations: solver.max_iterations };
     Ok(Integration::SemiImplicit { beta: snow.beta, stop })

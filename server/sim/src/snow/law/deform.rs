@@ -2,7 +2,9 @@
 //!
 //! Reads F_E, J_P and the velocity gradient of sixteen particles; writes F_E, J_P and V0 tau.
 
-use super::constitutive::{Moduli, Returned, hardened, plastic_return, principal_stress, stiffness};
+use super::constitutive::{
+    Moduli, Returned, energy_density, hardened, plastic_return, principal_stress, stiffness,
+};
 use crate::math::{Columns, Pack, Svd, cross3, dot3, orthogonalize, svd};
 
 /// F_E and J_P after a step.
@@ -18,6 +20,8 @@ pub(crate) struct Deformed<P> {
     pub(crate) yielded: P,
     pub(crate) clamped: P,
     pub(crate) inverted: P,
+    /// Elastic energy (J) that hardening adds in the return, where that is more than yielding takes.
+    pub(crate) given: P,
 }
 
 /// (I + dt grad v) F, by columns; the gradient by columns too: `gradient[axis][component]`.
@@ -106,11 +110,13 @@ fn from_left<P: Pack>(
         }
     }
 
+    let before = plastic_ratio;
     let Returned { sigma: held, plastic_ratio, yielded, clamped, inverted } =
         plastic_return(&sigma, plastic_ratio, m);
 
     let mut change = [one; 3];
     let hardening = hardened(plastic_ratio, m);
+    let given = given([&sigma, &held], [before, hardening], yielded, m) * volume;
     let t = principal_stress(&held, hardening, m);
     let mut force = t;
     for k in 0..3 {
@@ -129,16 +135,17 @@ fn from_left<P: Pack>(
     }
 
     let volume_stress = in_frame(&u, &force);
-    Deformed { elastic, plastic_ratio, hardening, volume_stress, yielded, clamped, inverted }
+    Deformed { elastic, plastic_ratio, hardening, volume_stress, yielded, clamped, inverted, given }
 }
 
 /// From the full decomposition.
 #[inline(always)]
 fn from_svd<P: Pack>(trial: &Columns<P>, plastic_ratio: P, volume: P, m: &Moduli<P>) -> Deformed<P> {
     let zero = P::zero();
-    let Svd { u, sigma, v } = svd(trial);
+    let Svd { u, sigma: stretched, v } = svd(trial);
+    let before = plastic_ratio;
     let Returned { sigma, plastic_ratio, yielded, clamped, inverted } =
-        plastic_return(&sigma, plastic_ratio, m);
+        plastic_return(&stretched, plastic_ratio, m);
 
     let mut elastic = *trial;
     for column in 0..3 {
@@ -151,9 +158,27 @@ fn from_svd<P: Pack>(trial: &Columns<P>, plastic_ratio: P, volume: P, m: &Moduli
     }
 
     let hardening = hardened(plastic_ratio, m);
+    let given = given([&stretched, &sigma], [before, hardening], yielded, m) * volume;
     let t = principal_stress(&sigma, hardening, m);
     let volume_stress = in_frame(&u, &[t[0] * volume, t[1] * volume, t[2] * volume]);
-    Deformed { elastic, plastic_ratio, hardening, volume_stress, yielded, clamped, inverted }
+    Deformed { elastic, plastic_ratio, hardening, volume_stress, yielded, clamped, inverted, given }
+}
+
+/// Energy density (J/m³) by which a return from one deformation to another, of J_P before and hardening after it, adds to
+/// what was there; 0 where it takes.
+#[inline(always)]
+fn given<P: Pack>(
+    [from, to]: [&[P; 3]; 2],
+    [plastic_ratio, hardening]: [P; 2],
+    yielded: P,
+    m: &Moduli<P>,
+) -> P {
+    let zero = P::zero();
+    if !yielded.any() {
+        return zero;
+    }
+    let change = energy_density(to, hardening, m) - energy_density(from, hardened(plastic_ratio, m), m);
+    zero.if_less(yielded, change.max(zero), zero)
 }
 
 impl<P: Pack> Deformed<P> {
@@ -168,6 +193,7 @@ impl<P: Pack> Deformed<P> {
             yielded: zero,
             clamped: zero,
             inverted: zero,
+            given: zero,
         }
     }
 
@@ -191,6 +217,7 @@ impl<P: Pack> Deformed<P> {
         out.yielded = zero.if_less(gate, a.yielded, b.yielded);
         out.clamped = zero.if_less(gate, a.clamped, b.clamped);
         out.inverted = zero.if_less(gate, a.inverted, b.inverted);
+        out.given = zero.if_less(gate, a.given, b.given);
         out
     }
 }

@@ -33,7 +33,7 @@ pub(crate) struct Particles<R> {
 }
 
 impl<R: Real> Particles<R> {
-    /// The particles of all objects at rest, in the user's order: F_E = I, C = 0, J_P = 1, no stress.
+    /// The particles of all objects, in the user's order: F_E = I, C as the object turns, J_P = 1, no stress.
     pub(crate) fn of(objects: &[SnowObject]) -> Self {
         let count = objects.iter().map(|object| object.x.len()).sum();
         let mut particles = Self {
@@ -47,8 +47,7 @@ impl<R: Real> Particles<R> {
             for i in 0..object.x.len() {
                 let ([x, y, z], [vx, vy, vz]) = (object.x[i].map(R::of), object.v[i].map(R::of));
                 particles.motion.push([[x, y, z, R::of(object.mass[i])], [vx, vy, vz, R::one()]]);
-                let volume = object.volume.get(i).copied().unwrap_or(1.0);
-                let factor = object.stiffness.get(i).copied().unwrap_or(1.0);
+                let [volume, factor] = [&object.volume, &object.stiffness].map(|n| *n.get(i).unwrap_or(&1.0));
                 particles.fixed.push([R::of(volume), R::of(factor)]);
                 particles.id.push(particles.id.len() as u32);
                 particles.object.push(index as u16);
@@ -59,7 +58,8 @@ impl<R: Real> Particles<R> {
         let identity = [[one, zero, zero], [zero, one, zero], [zero, zero, one]];
         for at in 0..count {
             interrupt::point();
-            particles.set_tensors(at, identity, [[zero; 3]; 3], [zero; 6]);
+            let c = objects[usize::from(particles.object[at])].affine_velocity().map(|row| row.map(R::of));
+            particles.set_tensors(at, identity, c, [zero; 6]);
         }
 
         particles
@@ -263,10 +263,10 @@ impl<R: Real> Motion<R> {
         (self.quads[0][lane], self.quads[1][lane]) = (pair[0], pair[1]);
     }
 
-    /// Position (m) of one particle of the group.
-    pub(crate) fn x(&self, lane: usize) -> [R; 3] {
-        let [x, y, z, _] = self.quads[0][lane];
-        [x, y, z]
+    /// Position (m) and mass (kg) of one particle of the group.
+    pub(crate) fn of_one(&self, lane: usize) -> ([R; 3], R) {
+        let [x, y, z, m] = self.quads[0][lane];
+        ([x, y, z], m)
     }
 
     /// Positions (m) and masses (kg).

@@ -45,6 +45,12 @@ pub(crate) struct SnowSums {
     pub(crate) angular_momentum: [f64; 3],
     /// Mass of all particles (kg).
     pub(crate) mass: f64,
+    /// Kinetic energy of affine velocities (J).
+    pub(crate) affine_energy: f64,
+    /// Mass times position (kg m).
+    pub(crate) moment: [f64; 3],
+    /// Gravitational energy of each particle without its sign (J).
+    pub(crate) lifted: f64,
 }
 
 /// Adds up all particles; `partials` is scratch.
@@ -58,8 +64,9 @@ pub(crate) fn sums<R: Real>(
     partials.resize(sorted.cells.len(), [0.0; SUMS]);
     let of_block = |block| block_sums(model, particles, sorted.places(block), gravity);
     partials.par_iter_mut().enumerate().for_each(|(block, sums)| *sums = of_block(block));
-    let [kinetic_energy, elastic_energy, gravitational_energy, px, py, pz, lx, ly, lz, mass] =
+    let [kinetic_energy, elastic_energy, gravitational_energy, px, py, pz, lx, ly, lz, mass, rest @ ..] =
         parallel::sum(partials);
+    let [affine_energy, mx, my, mz, lifted] = rest;
     let diagnostics = Diagnostics {
         kinetic_energy,
         elastic_energy,
@@ -67,7 +74,14 @@ pub(crate) fn sums<R: Real>(
         momentum: [px, py, pz],
         max_stretch: 0.0,
     };
-    SnowSums { diagnostics, angular_momentum: [lx, ly, lz], mass }
+    SnowSums {
+        diagnostics,
+        angular_momentum: [lx, ly, lz],
+        mass,
+        affine_energy,
+        moment: [mx, my, mz],
+        lifted,
+    }
 }
 
 /// The sums over one block, whose particles are at the places of a list.
@@ -96,9 +110,12 @@ fn block_sums<R: Real>(
             sums[1] += energy[lane].to_f64();
             sums[2] -= m * dot(gravity, x);
             sums[9] += m;
+            sums[10] += 0.5 * m * second_moment * c.iter().map(|row| dot(*row, *row)).sum::<f64>();
+            sums[14] += (m * dot(gravity, x)).abs();
             for a in 0..3 {
                 let (j, k) = ((a + 1) % 3, (a + 2) % 3);
                 sums[3 + a] += m * v[a];
+                sums[11 + a] += m * x[a];
                 sums[6 + a] += m * (x[j] * v[k] - x[k] * v[j] + second_moment * (c[k][j] - c[j][k]));
             }
         }

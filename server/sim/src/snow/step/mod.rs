@@ -9,17 +9,20 @@ mod failure;
 mod time_step;
 mod order;
 mod diagnose;
+mod book;
 
 pub use diagnose::SnowStep;
 
+pub(super) use book::Book;
 pub(super) use diagnose::sums;
 pub(super) use failure::{check_grid, check_time_step, lost};
 pub(super) use order::{renew_places, sort_anew};
 
 use self::{
+    book::Taken,
     culprit::culprits_in_chunks,
     diagnose::report,
-    failure::{MOVE, check_energy, check_mass, check_stretch},
+    failure::{MOVE, check_energy, check_mass, check_stretch, culprits},
     order::renew_order,
     time_step::Division,
 };
@@ -34,6 +37,7 @@ use super::{
 use crate::{
     linalg::SolveReport,
     math::Real,
+    parallel,
     report::{Stage, StepFailure, Stopwatch, Work},
     surroundings::Surroundings,
 };
@@ -51,8 +55,12 @@ pub fn step<R: Real>(
 ) -> Result<SnowStep, StepFailure> {
     let mut division = Division::of(around);
     state.hold.begin();
+    if !state.book.is_open() {
+        let sums = sums(model, &state.particles, work.sorter.sorted(), around.gravity, &mut work.partials);
+        state.book.open(&sums);
+    }
     let mut solve = None;
-    work.spent = Work::default();
+    (work.spent, work.given) = (Work::default(), 0.0);
     while !division.is_done() {
         check_stretch(model, state, work)?;
         check_grid(model, &state.particles, work)?;
@@ -76,6 +84,18 @@ pub fn step<R: Real>(
     let report = report(model, state, work, taken, &sums, around.colliders);
     watch.lap(Stage::Diagnose);
     check_energy(model, state, work, sums.diagnostics.kinetic_energy + sums.diagnostics.elastic_energy)?;
+    let moving = around.colliders.iter().any(|collider| collider.velocity != [0.0; 3]);
+    let taken = Taken {
+        gravity: around.gravity,
+        substeps: division.substeps,
+        dt: division.dt,
+        given: work.given,
+        rounding: R::ROUNDING,
+        // What a collider that moves gives nodes which a solve then pushes is not told apart.
+        is_known: !(moving && model.settings.integration.is_implicit()),
+    };
+    let fastest = culprits(model, state, work).fastest();
+    state.book.enter(&model.settings, &sums, &taken, fastest)?;
     let contact_count = work.grid_diagnostics.contacts;
     Ok(SnowStep { diagnostics: sums.diagnostics, report, contact_count, solve, work: work.spent })
 }
@@ -155,6 +175,9 @@ fn advance_particles<R: Real>(
     let SnowWorkspace { sorter, grid, chunk_diagnostics, .. } = work;
     update_particles(model, context, particles, sorter, grid, chunk_diagnostics);
     watch.lap(Stage::GridToParticles);
+
+    let given = parallel::sum_by(chunk_diagnostics, &|chunk| [chunk.given]);
+    work.given += work.grid_diagnostics.given + given[0];
 
     // What bounds the next step. Chunks are those of the old order: looked up before it changes.
     work.extremes = chunk_diagnostics.iter().fold(Extremes::default(), |all, chunk| all.max(chunk.extremes));

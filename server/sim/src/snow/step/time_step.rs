@@ -70,6 +70,7 @@ impl<'a> Division<'a> {
         }
 
         self.dt = self.left / self.steps;
+        state.book.note(self.dt / bound);
         let end = time + dt;
         Ok(StepContext { dt: self.dt, time: end - self.left + self.dt, gravity, colliders, interrupt })
     }

@@ -5,10 +5,10 @@
 
 use rayon::prelude::*;
 
-use super::context::StepContext;
+use super::{context::StepContext, hold::Hold};
 use crate::{
-    collide::{Collider, Contact, velocity_after},
-    math::{LANES, Pack, Real, Vec3, WithSimd, dispatch},
+    collide::{Collider, Contact, Corner, velocity_after},
+    math::{LANES, Pack, Real, WithSimd, array::dot, dispatch},
     parallel,
     snow::{
         grid::{
@@ -19,30 +19,8 @@ use crate::{
     },
 };
 
-/// What a collider leaves free of a node's velocity.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Hold<R> {
-    /// The node is free: all of its velocity.
-    Free,
-    /// What lies along the surface with this normal.
-    Across([R; 3]),
-    /// The node sticks: nothing of its velocity.
-    All,
-}
-
-impl<R: Real> Hold<R> {
-    /// The free part of a vector.
-    pub(crate) fn free(&self, v: &Vec3<R>) -> Vec3<R> {
-        match self {
-            Self::Free => *v,
-            Self::Across(normal) => {
-                let normal = Vec3::from(*normal);
-                v - normal * normal.dot(v)
-            }
-            Self::All => Vec3::zeros(),
-        }
-    }
-}
+/// Roundings that a velocity which answered to several colliders may be off by.
+const ROUNDINGS: f64 = 8.0;
 
 /// What does not change from node to node.
 pub(crate) struct GridStep<'a> {
@@ -72,6 +50,8 @@ pub(crate) struct GridDiagnostics {
     pub(crate) fastest: [i32; 3],
     /// Nodes within a collider.
     pub(crate) contacts: u64,
+    /// Kinetic energy (J) that nodes gained from colliders, of those that gained any.
+    pub(crate) given: f64,
 }
 
 /// Momenta and impulses of all nodes to velocities at the end of a step; `diagnostics` is scratch.
@@ -153,7 +133,10 @@ impl GridStep<'_> {
                 }
 
                 if near != 0 {
+                    let free = v;
                     diagnostics.contacts += u64::from(self.collide(near, block, i, &mut v));
+                    let [after, free] = [v, free].map(|v| v.map(Real::to_f64));
+                    diagnostics.given += 0.5 * m.to_f64() * (dot(after, after) - dot(free, free)).max(0.0);
                 }
 
                 nodes[i] = [v[0], v[1], v[2], m];
@@ -197,7 +180,7 @@ impl GridStep<'_> {
     /// Lets a node's velocity answer to colliders; says whether it was inside one.
     fn collide<R: Real>(&self, near: u64, block: Coordinate, i: usize, v: &mut [R; 3]) -> bool {
         let place = node_of(block, i).map(|c| f64::from(c) * self.cell);
-        let mut touched = false;
+        let (before, mut corner) = (*v, Corner::default());
         for (k, collider) in
             self.context.colliders.iter().enumerate().filter(|(k, _)| near >> (*k).min(63) & 1 == 1)
         {
@@ -205,11 +188,19 @@ impl GridStep<'_> {
             let (distance, normal) = collider.distance(place, self.context.time);
             if distance <= collider.margin {
                 *v = velocity_after(collider, v.map(Real::to_f64), normal).map(R::of);
-                touched = true;
+                corner.add(collider, normal);
             }
         }
 
-        touched
+        if corner.count() > 1 {
+            let [before, after] = [before, *v].map(|v| v.map(Real::to_f64));
+            let settled = corner.velocity(before, after, ROUNDINGS * R::ROUNDING);
+            if settled != after {
+                *v = settled.map(R::of);
+            }
+        }
+
+        corner.count() > 0
     }
 }
 
@@ -217,22 +208,23 @@ impl GridStep<'_> {
     /// What colliders leave free of a node whose velocity has answered to them.
     pub(crate) fn hold<R: Real>(&self, near: u64, block: Coordinate, i: usize, v: &[R; 4]) -> Hold<R> {
         let place = node_of(block, i).map(|c| f64::from(c) * self.cell);
-        let mut hold = Hold::Free;
+        // A speed that moves the node by less than it is rounded by is none: of what was pushed with great
+        // forces, as much may be left.
+        let least = self.cell / self.context.dt;
+        let mut hold = Hold::<f64>::Free;
         for (_, collider) in
             self.context.colliders.iter().enumerate().filter(|(k, _)| near >> (*k).min(63) & 1 == 1)
         {
             let (distance, normal) = collider.distance(place, self.context.time);
             let leaving: f64 = (0..3).map(|k| (v[k].to_f64() - collider.velocity[k]) * normal[k]).sum();
-            let scale: f64 = (0..3).map(|k| v[k].to_f64().abs()).fold(0.0, f64::max);
-            let free = collider.contact == Contact::Separating && leaving > 8.0 * R::ROUNDING * scale;
-            if distance > collider.margin || free {
-                continue;
+            let scale: f64 = (0..3).map(|k| v[k].to_f64().abs()).fold(least, f64::max);
+            let free = collider.contact == Contact::Separating && leaving > ROUNDINGS * R::ROUNDING * scale;
+            if distance <= collider.margin && !free {
+                hold = hold.and(collider.contact, normal);
             }
-            let one = hold == Hold::Free && collider.contact != Contact::Sticky;
-            hold = if one { Hold::Across(normal.map(R::of)) } else { Hold::All };
         }
 
-        hold
+        hold.of()
     }
 }
 
@@ -246,7 +238,8 @@ fn collect(diagnostics: &[GridDiagnostics]) -> GridDiagnostics {
         }
     }
 
-    [total.mass, total.dropped] = parallel::sum_by(diagnostics, &|block| [block.mass, block.dropped]);
+    [total.mass, total.dropped, total.given] =
+        parallel::sum_by(diagnostics, &|block| [block.mass, block.dropped, block.given]);
     total
 }
 

@@ -12,7 +12,8 @@ use rayon::prelude::*;
 use super::{
     context::StepContext,
     grid_to_particles::{Arrival, GridToGroup, InterpolationScale},
-    grid_update::{GridStep, Hold, sum_tiles},
+    grid_update::{GridStep, sum_tiles},
+    hold::Hold,
     particles_to_grid::{BlockParticles, Contributions, add, flush, row_weights},
     scheme::{FlipScheme, MlsScheme, Scheme},
     stencil::{Stencil, StencilNodes, TILE},

@@ -6,6 +6,7 @@ mod weights;
 mod stencil;
 mod tally;
 mod particles_to_grid;
+mod hold;
 mod grid_update;
 mod grid_to_particles;
 mod implicit_solve;

@@ -5,7 +5,7 @@
 use super::{context::StepContext, grid_to_particles::Arrival};
 use crate::{
     collide::velocity_after,
-    math::Real,
+    math::{Real, array::dot},
     snow::{
         grid::{SIDE, block_of},
         particles::Motion,
@@ -48,15 +48,16 @@ fn particles_near(context: &StepContext<'_>, block: [i32; 3], h: f64) -> bool {
 }
 
 /// Lets velocities of the first `count` particles of a group answer to colliders where they would
-/// enter one (step 9).
+/// enter one (step 9); returns the kinetic energy (J) that those gained which gained any.
 pub(crate) fn collide<R: Real>(
     context: &StepContext<'_>,
     motion: &Motion<R>,
     count: usize,
     arrival: &mut Arrival<R>,
-) {
+) -> f64 {
+    let mut given = 0.0;
     for lane in 0..count {
-        let x = motion.x(lane);
+        let (x, m) = motion.of_one(lane);
 
         for collider in context.colliders {
             let at: [f64; 3] =
@@ -67,6 +68,7 @@ pub(crate) fn collide<R: Real>(
             }
             let before = [0, 1, 2].map(|k| arrival.v[k][lane].to_f64());
             let after: [f64; 3] = velocity_after(collider, before, normal);
+            given += 0.5 * m.to_f64() * (dot(after, after) - dot(before, before)).max(0.0);
             for k in 0..3 {
                 arrival.v[k][lane] = R::of(after[k]);
                 let drift = arrival.drift[k][lane].to_f64() + (after[k] - before[k]);
@@ -74,4 +76,5 @@ pub(crate) fn collide<R: Real>(
             }
         }
     }
+    given
 }

@@ -64,6 +64,7 @@ fn update_chunks<R: Real, S: Scheme, const N: usize>(
         let mut stencil = Stencil::new(sorted, StencilNodes::of(grid, tiles), block);
         let mut contact = Nearness::new(context, h, block);
         let (mut tally, mut arrivals) = (Tally::new(), [Arrival::new(); TOGETHER]);
+        let mut given = 0.0;
         let (mut motions, mut codes) = ([Motion::new(); TOGETHER], [[0; LANES]; TOGETHER]);
 
         for start in (0..list.len()).step_by(LANES * TOGETHER) {
@@ -83,7 +84,7 @@ fn update_chunks<R: Real, S: Scheme, const N: usize>(
                     scheme: PhantomData,
                 });
                 if contact.reaches(&grid.blocks, stencil.block) {
-                    collide(context, &motions[k], group.count, &mut arrivals[k]);
+                    given += collide(context, &motions[k], group.count, &mut arrivals[k]);
                 }
             }
 
@@ -108,6 +109,7 @@ fn update_chunks<R: Real, S: Scheme, const N: usize>(
             }
         }
         *diagnostics = tally.finish();
+        diagnostics.given += given;
     });
 }
 
@@ -236,7 +238,7 @@ impl<R: Real> Update<'_, '_, R> {
 
         let counts = [new.yielded, new.clamped, new.inverted, ballistic];
         let extremes = extremes(&new.elastic, new.hardening, &v, &c, volume / mass, moduli);
-        self.tally.include(group.count, extremes, plastic_ratio, counts);
+        self.tally.include(group.count, extremes, plastic_ratio, counts, new.given);
 
         let mut node = position;
         for axis in 0..3 {

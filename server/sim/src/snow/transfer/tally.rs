@@ -16,6 +16,8 @@ pub(crate) struct Tally<R> {
     plastic_ratio_range: [Lanes<R>; 2],
     /// Yielded, clamped, inverted, ballistic.
     counts: [Lanes<R>; 4],
+    /// Energy (J) that hardening gave.
+    given: Lanes<R>,
 }
 
 /// The same after the last group.
@@ -26,13 +28,15 @@ pub(crate) struct ChunkDiagnostics {
     pub(crate) plastic_ratio_range: [f64; 2],
     /// Yielded, clamped, inverted, ballistic.
     pub(crate) counts: [u32; 4],
+    /// Energy (J) that hardening, and colliders that move, gave particles.
+    pub(crate) given: f64,
 }
 
 impl<R: Real> Tally<R> {
     pub(crate) fn new() -> Self {
         let (zero, largest) = ([R::zero(); LANES], [R::of(R::LARGEST); LANES]);
         let lowest = [R::of(-R::LARGEST); LANES];
-        Self { extremes: [zero; 5], plastic_ratio_range: [largest, lowest], counts: [zero; 4] }
+        Self { extremes: [zero; 5], plastic_ratio_range: [largest, lowest], counts: [zero; 4], given: zero }
     }
 
     pub(crate) fn finish(&self) -> ChunkDiagnostics {
@@ -47,6 +51,7 @@ impl<R: Real> Tally<R> {
                 greatest(&self.plastic_ratio_range[1]),
             ],
             counts: self.counts.each_ref().map(count),
+            given: self.given.iter().map(|x| x.to_f64()).fold(0.0, |sum, x| sum + x),
         }
     }
 
@@ -59,6 +64,7 @@ impl<R: Real> Tally<R> {
         extremes: [P; 5],
         plastic_ratio: P,
         counts: [P; 4],
+        given: P,
     ) {
         let mut active = [R::zero(); LANES];
         active[..count].fill(R::one());
@@ -70,6 +76,7 @@ impl<R: Real> Tally<R> {
             self.extremes[k] = P::load(&self.extremes[k]).max(own).store();
         }
 
+        self.given = (P::load(&self.given) + zero.if_less(active, given, zero)).store();
         let [least, most] = [P::load(&self.plastic_ratio_range[0]), P::load(&self.plastic_ratio_range[1])];
         self.plastic_ratio_range[0] = zero.if_less(active, least.min(plastic_ratio), least).store();
         self.plastic_ratio_range[1] = zero.if_less(active, most.max(plastic_ratio), most).store();

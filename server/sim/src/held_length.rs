@@ -21,14 +21,14 @@ const PATIENCE: u32 = 256;
 
 /// The length that is held: part of the state, since further steps depend on it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Hold {
+pub(crate) struct HeldLength {
     /// Equal parts of a step of the world; 0 before the first.
     parts: f64,
     /// Steps in a row that would have allowed fewer.
     good: u32,
 }
 
-impl Hold {
+impl HeldLength {
     /// Begins a step of the world, in which a longer length may begin.
     pub(crate) fn begin(&mut self) {
         if self.good >= PATIENCE {
@@ -67,11 +67,11 @@ impl Hold {
 
 #[cfg(test)]
 mod tests {
-    use super::{Hold, PATIENCE};
+    use super::{HeldLength, PATIENCE};
 
     #[test]
     fn a_length_is_held_while_a_bound_moves_and_grows_only_after_many_steps() {
-        let mut hold = Hold::default();
+        let mut hold = HeldLength::default();
         assert_eq!(hold.length(1.0, 0.26), 0.25);
         // A bound that oscillates above it changes nothing.
         for step in 0..1000 {
@@ -97,7 +97,7 @@ mod tests {
 
     #[test]
     fn a_whole_number_of_parts_is_held_where_its_quotient_is_rounded() {
-        let mut hold = Hold::default();
+        let mut hold = HeldLength::default();
         let allowed = 1.0 / 3.0 * (1.0 - 1e-12);
         for _ in 0..10 {
             assert_eq!(hold.length(1.0, allowed), 1.0 / 3.0);

@@ -1,0 +1,219 @@
+//! A book of the energy of snow: what it gains that nothing gave, over the steps of a run.
+//!
+//! Enters: sums over the particles after each step of the world, and what colliders that move and hardening gave within
+//! it. Leaves: why the run ends, where more is owed than the method swings by (docs/laws/snow.md).
+
+use super::diagnose::SnowSums;
+use crate::{
+    math::array::dot,
+    report::StepFailure,
+    snow::settings::{Integration, SnowSettings},
+};
+
+/// Share of the motion that semi-implicit steps may gain: they damp, and swing by nothing.
+const SEMI_IMPLICIT: f64 = 0.1;
+
+/// What particles add up to after a step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Entry {
+    /// Kinetic energy, that of affine velocities too, and elastic energy (J).
+    moved: f64,
+    /// kg m/s and kg m.
+    momentum: [f64; 3],
+    moment: [f64; 3],
+}
+
+impl Entry {
+    fn of(sums: &SnowSums) -> Self {
+        let found = &sums.diagnostics;
+        let moved = found.kinetic_energy + sums.affine_energy + found.elastic_energy;
+        Self { moved, momentum: found.momentum, moment: sums.moment }
+    }
+
+    /// Kinetic, elastic and gravitational energy (J), as a fall by steps of `dt` (s) keeps it: symplectic Euler keeps
+    /// v² / 2 - g x + dt g v / 2 per mass.
+    fn energy(&self, gravity: [f64; 3], dt: f64) -> f64 {
+        self.moved - dot(gravity, self.moment) + 0.5 * dt * dot(gravity, self.momentum)
+    }
+}
+
+/// What is known of the energy over a run: part of the state.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Book {
+    /// After the last step; none where particles were changed since.
+    last: Option<Entry>,
+    /// What was gained and not lost again (J).
+    owed: f64,
+    /// The most that moved so far (J), less what was owed then.
+    motion: f64,
+    /// The longest step so far over the bound of elastic motion, 1 at most.
+    ratio: f64,
+}
+
+/// What a step of the world tells the book.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Taken {
+    pub(crate) gravity: [f64; 3],
+    /// Steps of the snow, and the length of the last (s).
+    pub(crate) substeps: u32,
+    pub(crate) dt: f64,
+    /// What colliders that move and hardening gave (J).
+    pub(crate) given: f64,
+    /// Unit round-off of the state.
+    pub(crate) rounding: f64,
+    /// Whether that is all that was given.
+    pub(crate) is_known: bool,
+}
+
+impl Book {
+    /// Whether it knows the state that the next step starts from.
+    pub(crate) fn is_open(&self) -> bool {
+        self.last.is_some()
+    }
+
+    /// Takes over the state that a step starts from.
+    pub(crate) fn open(&mut self, sums: &SnowSums) {
+        let entry = Entry::of(sums);
+        self.last = Some(entry);
+        self.motion = self.motion.max(entry.moved - self.owed);
+    }
+
+    /// Takes over that particles are changed by something else than a step.
+    pub(crate) fn close(&mut self) {
+        self.last = None;
+    }
+
+    /// Takes over a step of the snow, by its length over the bound of elastic motion.
+    pub(crate) fn note(&mut self, ratio: f64) {
+        self.ratio = self.ratio.max(ratio.min(1.0));
+    }
+
+    /// Takes over a step of the world, after which a particle is the fastest; says if more is owed than may be.
+    pub(crate) fn enter(
+        &mut self,
+        settings: &SnowSettings,
+        sums: &SnowSums,
+        taken: &Taken,
+        particle: u64,
+    ) -> Result<(), StepFailure> {
+        let Taken { gravity, substeps, dt, given, rounding, is_known } = *taken;
+        let entry = Entry::of(sums);
+        let Some(before) = self.last.replace(entry) else { return Ok(()) };
+        if settings.time_step.is_unchecked() || !is_known {
+            return Ok(());
+        }
+        let gain = entry.energy(gravity, dt) - before.energy(gravity, dt) - given;
+        let scale = entry.moved.max(before.moved) + sums.lifted;
+        let gain = gain - f64::from(substeps) * rounding * scale;
+        self.owed = (self.owed + gain).max(0.0);
+        self.motion = self.motion.max(entry.moved - self.owed);
+
+        let limit = self.share(settings) * self.motion + rounding * scale;
+        if self.owed <= limit {
+            return Ok(());
+        }
+        Err(StepFailure::EnergyGain { particle, value: self.owed, limit })
+    }
+
+    /// Share of the motion by which the energy may swing: of one mode symplectic Euler keeps v² + w² x² - y w x v,
+    /// y = w dt, and the energy swings about a mean by s = y / 2 of it.
+    fn share(&self, settings: &SnowSettings) -> f64 {
+        match settings.integration {
+            Integration::SemiImplicit { beta, .. } if beta > 0.0 => SEMI_IMPLICIT,
+            _ => 2.0 * self.ratio / (1.0 + self.ratio),
+        }
+    }
+
+    /// Its numbers for a hash of the state, where it owes something.
+    pub(crate) fn numbers(&self) -> Option<[f64; 3]> {
+        (self.owed > 0.0).then_some([self.owed, self.motion, self.ratio])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Book, Taken};
+    use crate::{
+        report::{Diagnostics, StepFailure},
+        snow::{settings::SnowSettings, step::diagnose::SnowSums},
+        time_step::TimeStep,
+    };
+
+    const GRAVITY: [f64; 3] = [0.0, -10.0, 0.0];
+
+    /// A mass of 2 kg at a height (m) with a speed upwards (m/s) and elastic energy (J).
+    fn sums(height: f64, speed: f64, elastic_energy: f64) -> SnowSums {
+        let diagnostics = Diagnostics {
+            kinetic_energy: speed * speed,
+            elastic_energy,
+            gravitational_energy: 20.0 * height,
+            momentum: [0.0, 2.0 * speed, 0.0],
+            max_stretch: 0.0,
+        };
+        let lifted = (20.0 * height).abs();
+        SnowSums { diagnostics, mass: 2.0, moment: [0.0, 2.0 * height, 0.0], lifted, ..SnowSums::default() }
+    }
+
+    fn step(
+        book: &mut Book,
+        settings: &SnowSettings,
+        after: &SnowSums,
+        given: f64,
+    ) -> Result<(), StepFailure> {
+        let rounding = f64::from(f32::EPSILON);
+        let taken = Taken { gravity: GRAVITY, substeps: 1, dt: 1e-3, given, rounding, is_known: true };
+        book.enter(settings, after, &taken, 0)
+    }
+
+    /// A book that knows a state, of steps of half the bound: 2/3 of the motion may be gained.
+    fn opened(sums: &SnowSums) -> Book {
+        let mut book = Book::default();
+        book.open(sums);
+        book.note(0.5);
+        book
+    }
+
+    #[test]
+    fn what_falls_and_what_is_thrown_owes_nothing() {
+        let settings = SnowSettings::new(0.1);
+        for start in [0.0, 3.0] {
+            let (mut height, mut speed) = (0.5, start);
+            let mut book = opened(&sums(height, speed, 0.0));
+            for _ in 0..600 {
+                speed -= 1e-3 * 10.0;
+                height += 1e-3 * speed;
+                step(&mut book, &settings, &sums(height, speed, 0.0), 0.0).expect("a fall");
+                assert!(book.owed < 1e-9, "{book:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_rises_without_a_source_is_owed_until_it_is_lost_and_ends_the_run_above_the_swing() {
+        let settings = SnowSettings::new(0.1);
+        let mut book = opened(&sums(0.0, 1.0, 0.0));
+        for elastic in [0.3, 0.1, 0.6, 0.0, 0.64] {
+            step(&mut book, &settings, &sums(0.0, 1.0, elastic), 0.0).expect("a swing");
+        }
+        let failure =
+            step(&mut book, &settings, &sums(0.0, 1.0, 0.7), 0.0).expect_err("more than it swings by");
+        let StepFailure::EnergyGain { value, limit, .. } = failure else { panic!("{failure}") };
+        assert!((value - 0.7).abs() < 1e-6 && (limit - 2.0 / 3.0).abs() < 1e-6, "{value} J, {limit} J");
+
+        // The same without end, by little each time: the motion that was there counts, not what was gained.
+        let mut book = opened(&sums(0.0, 1.0, 0.0));
+        let ended = (1..1000)
+            .find(|n| step(&mut book, &settings, &sums(0.0, 1.0, 1e-2 * f64::from(*n)), 0.0).is_err());
+        assert!(ended.is_some_and(|n| (60..80).contains(&n)), "{ended:?}");
+    }
+
+    #[test]
+    fn what_was_given_is_not_owed_and_unchecked_steps_are_not_judged() {
+        let mut settings = SnowSettings::new(0.1);
+        let mut book = opened(&sums(0.0, 1.0, 0.0));
+        step(&mut book, &settings, &sums(0.0, 3.0, 0.0), 8.0).expect("it was given");
+        assert!(step(&mut book.clone(), &settings, &sums(0.0, 5.0, 0.0), 0.0).is_err(), "it was not");
+        settings.time_step = TimeStep::Unchecked(1e-3);
+        step(&mut book, &settings, &sums(0.0, 5.0, 0.0), 0.0).expect("nobody asks");
+    }
+}
