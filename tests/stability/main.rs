@@ -3,6 +3,7 @@
 mod bounds;
 mod certified;
 mod critical_step;
+mod verlet;
 mod divergence;
 mod energy;
 mod squash;

@@ -10,7 +10,7 @@ use super::service_error::ServiceError;
 /// The reason that stands for the failure of a step.
 pub(crate) const fn step_reason(failure: &StepFailure) -> Reason {
     match failure {
-        StepFailure::NotFinite { .. } => Reason::NotFinite,
+        StepFailure::NotFinite { .. } | StepFailure::Collapsed { .. } => Reason::NotFinite,
         StepFailure::Stretch { .. } => Reason::StretchLimit,
         StepFailure::Energy { .. } => Reason::EnergyLimit,
         StepFailure::Solver { .. } => Reason::SolverFailed,
@@ -87,6 +87,7 @@ mod tests {
     fn every_failure_of_a_step_has_a_reason() {
         let failures = [
             StepFailure::NotFinite { particle: 0, quantity: "x".into(), value: f64::NAN },
+            StepFailure::Collapsed { particle: 0, other: 1, value: 1e-9, rest_length: 1.0 },
             StepFailure::Stretch { particle: 0, other: 1, value: 2.0, limit: 1.0 },
             StepFailure::Energy { particle: 0, value: 2.0, limit: 1.0 },
             StepFailure::Solver { outcome: Outcome::Singular { iteration: 1 } },

@@ -47,6 +47,14 @@ impl Method {
         Integrator::ALL.into_iter().flat_map(of).collect()
     }
 
+    /// Those that charts and plans compare: all of them, and both other implicit integrators with the exact tangent, which
+    /// is what one linear solve is nearest to where steps are small.
+    pub(crate) fn compared() -> Vec<Self> {
+        let exact = [Integrator::ImplicitMidpoint, Integrator::Bdf2]
+            .map(|integrator| Self::new(integrator, Hessian::Full));
+        Self::all().into_iter().chain(exact).collect()
+    }
+
     /// Those that runs with controlled steps are made by.
     pub(crate) fn controlled() -> [Self; 3] {
         let newton = Self { minimizer: NEWTON, ..Self::new(Integrator::Bdf2, Hessian::Absolute) };

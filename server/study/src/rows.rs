@@ -26,9 +26,9 @@ pub(crate) fn line_names() -> Vec<String> {
     lines(&[Precision::F64], 1).iter().map(Line::name).collect()
 }
 
-/// Every method, and those whose steps are controlled, in every precision, for so many intervals.
+/// All methods, and those whose steps are controlled, in every precision, for so many intervals.
 fn lines(precisions: &[Precision], intervals: u64) -> Vec<Line> {
-    let fixed = Method::all().into_iter().map(|method| (method, false));
+    let fixed = Method::compared().into_iter().map(|method| (method, false));
     let all = fixed.chain(Method::controlled().into_iter().map(|method| (method, true)));
     all.flat_map(|(method, is_controlled)| {
         precisions.iter().map(move |&precision| {

@@ -32,6 +32,8 @@ const SHARE: f64 = 0.1;
 const BEYOND_SHARE: f64 = 1e-3;
 /// The same of a midpoint that one linear solve led to: it stretches what turns, and damps nothing that would take that back.
 const MIDDLE_SHARE: f64 = 0.01;
+/// Share of the kinetic and elastic energy that may be owed for such midpoints, one after the other.
+const MIDDLE_OWED: f64 = 0.05;
 
 /// What is known before a step, to judge it by.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -78,6 +80,8 @@ pub(super) struct After<'a, R: Real> {
     pub(super) evaluation: &'a Evaluation<R>,
     /// The state before the step, and that to which it leads.
     pub(super) states: [&'a State<R>; 2],
+    /// What was gained before and not lost again (J).
+    pub(super) owed: f64,
 }
 
 /// What energy a step may have that is accepted.
@@ -121,10 +125,17 @@ pub(super) fn accept<R: Real>(
         Found::Middle { .. } => MIDDLE_SHARE,
         Found::Iterate { .. } | Found::End => SHARE,
     };
-    let limit = given + share * predicted.max(0.0) + rounding;
+    // What a midpoint gains adds up, since it damps nothing: over the run, no more than a share of what moves.
+    let moved = |total: &Total| total.kinetic_energy + total.elastic_energy;
+    let room = match after.found {
+        Found::Middle { .. } => (MIDDLE_OWED * moved(old).max(moved(new)) - after.owed).max(0.0),
+        Found::Iterate { .. } | Found::End => f64::INFINITY,
+    };
+    let limit = given + (share * predicted.max(0.0)).min(room) + rounding;
     if gain > limit {
         return Err(StepFailure::EnergyGain { particle: particle(), value: gain, limit });
     }
     let most = most_owed(old.kinetic_energy + old.elastic_energy, after.motion.change);
-    Ok(Allowance { given: given + rounding, limit, most })
+    let owes = matches!(after.found, Found::Middle { .. });
+    Ok(Allowance { given: given + rounding, limit, most, owes })
 }

@@ -10,6 +10,8 @@ pub(super) trait Aim {
     const FREEZES: bool = Self::HAS_MATRIX;
     /// The right-hand side takes what the matrix makes of the velocities: it is that of a step from the state.
     const IS_STEP: bool = false;
+    /// There it takes the exact derivative, whatever the matrix makes of compressed springs.
+    const IS_EXACT: bool = false;
     /// What bounds an explicit step.
     const IS_BOUNDED: bool = false;
 }
@@ -20,6 +22,8 @@ pub(super) struct Explicit;
 pub(super) struct Bounded;
 /// The linear solve of a step from the state.
 pub(super) struct Implicit;
+/// The same of a step that ends beyond its minimum.
+pub(super) struct Middle;
 /// A linear solve from an iterate: forces and the matrix.
 pub(super) struct Iterate;
 /// Particles that move one by one: forces and the diagonal of the matrix.
@@ -34,6 +38,12 @@ impl Aim for Bounded {
 impl Aim for Implicit {
     const HAS_MATRIX: bool = true;
     const IS_STEP: bool = true;
+}
+
+impl Aim for Middle {
+    const HAS_MATRIX: bool = true;
+    const IS_STEP: bool = true;
+    const IS_EXACT: bool = true;
 }
 
 impl Aim for Iterate {

@@ -1,13 +1,19 @@
 //! The longest explicit step of a cloth, certified: from the stiffness and the damping of what acts on each particle, at
 //! the state as it is. No eigenvalue of the whole is needed.
 //!
-//! A mode with stiffness w² and damping c, both per mass, obeys z² - (2 - h c - h² w²) z + 1 - h c = 0 under symplectic
-//! Euler, whose roots lie within the unit circle for h² w² + 2 h c <= 4; both forms of velocity Verlet allow more. Each of
-//! w² and c is at most the largest over particles i of what acts there: (n.(a - b))² <= 2 (n.a)² + 2 (n.b)² gives
-//! w² <= (2 lambda_max(K_i) + e_i) / m_i and c <= (2 lambda_max(C_i) + d_i + drag) / m_i. K_i and C_i are the sums of
-//! k (u uᵀ + g (I - u uᵀ)), g = max(0, 1 - l0/l), and of nu u uᵀ over its springs; e_i and d_i what elements add. So
+//! With Y = h² K and C' = h C, stiffness and damping of all particles per mass, a step of symplectic Euler is
+//! x₊ - 2 x + x₋ + C' (x - x₋) + Y x = 0. A mode n of it obeys a scalar equation with n.Y n and n.C' n, whose roots lie within
+//! the unit circle where n.(Y + 2 C') n <= 4 n.n. One of velocity Verlet is the same with the mass P = (I - C' / 4)⁻¹:
+//! P (x₊ - 2 x + x₋) + C' (x - x₋) + Y x = 0, stable for Y + 2 C' <= 4 P. Since 4 / (1 - c / 4) - 2 c is no less than 4 - c, nor
+//! than 8 sqrt(2) - 8, from 0 to 4, it is so where Y + C' <= 4, and where Y <= 8 sqrt(2) - 8 and C' <= 4. With the end velocity
+//! predicted a mode of one direction is stable for Y <= 4 - 2 C' + C'², C' <= 2: where Y + 2 C' <= 4, and where Y <= 3 and
+//! C' <= 2. That these hold where Y and C' have no modes in common too was tried, not proven (docs/laws/integrators.md).
 //!
-//!   h = 4 m / (c + sqrt(c² + 4 w² m)), with c and w² times m, is stable: [`rate`] is its inverse, the greatest of all.
+//! Each is an inequality of sums over particles i, which holds where it does for what acts at each:
+//! (n.(a - b))² <= 2 (n.a)² + 2 (n.b)² gives w² <= (2 lambda_max(K_i) + e_i) / m_i and
+//! c <= (2 lambda_max(C_i) + d_i + drag) / m_i. K_i and C_i are the sums of k (u uᵀ + g (I - u uᵀ)), g = max(0, 1 - l0/l), and of
+//! nu u uᵀ over its springs; e_i and d_i what elements add. The inverse of the longest step is the greatest over particles
+//! for one of the two regions, the lesser of both: a particle in one and another in the other prove nothing.
 //!
 //! Explicit Euler gives z² - (2 - h c) z + 1 - h c + h² w² = 0: stable for h w² <= c and h c <= 2. Springs along
 //! themselves meet the first for h <= nu / k; across themselves, under tension, only the drag of the medium damps.
@@ -38,6 +44,28 @@ pub(super) struct SpringBounds<R> {
 /// grows below it.
 pub(super) const MOVES: f64 = 0.25;
 
+/// Where steps of an integrator are stable, h times stiffness w² and damping c at each particle: a line and a corner, one of
+/// which is enough for all particles together.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+struct Region {
+    /// s of h² w² + 2 s h c <= 4.
+    slope: f64,
+    /// Or h² w² up to the first, and h c up to the second.
+    corner: Option<[f64; 2]>,
+}
+
+impl Region {
+    fn of(integrator: Integrator) -> Self {
+        match integrator {
+            Integrator::VelocityVerlet => {
+                Self { slope: 0.5, corner: Some([8.0 * std::f64::consts::SQRT_2 - 8.0, 4.0]) }
+            }
+            Integrator::VelocityVerletPredicted => Self { slope: 1.0, corner: Some([3.0, 2.0]) },
+            _ => Self { slope: 1.0, corner: None },
+        }
+    }
+}
+
 /// What bounds the steps of an explicit integrator, from the parameters.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub(super) struct Bounds<R: Real> {
@@ -49,6 +77,8 @@ pub(super) struct Bounds<R: Real> {
     drag: f64,
     /// Of explicit Euler: the largest k / nu of all laws whose springs are damped enough (1/s).
     own_rate: Option<f64>,
+    /// Of the others.
+    region: Region,
 }
 
 /// The particle at which steps are bounded.
@@ -65,12 +95,18 @@ impl Bound {
     pub(super) fn or(self, other: Self) -> Self {
         if other.rate > self.rate { other } else { self }
     }
+
+    /// The lesser of two: of equal ones the first.
+    pub(super) fn either(self, other: Self) -> Self {
+        if other.rate < self.rate { other } else { self }
+    }
 }
 
 impl<R: Real> Bounds<R> {
     /// Takes over parameters.
     pub(super) fn refresh(&mut self, model: &Model<R>, parameters: &Parameters, integrator: Integrator) {
         self.drag = parameters.drag;
+        self.region = Region::of(integrator);
         self.own_rate = (integrator == Integrator::ExplicitEuler).then(|| own_rate(parameters)).flatten();
         let is_damped = self.own_rate.is_some();
         let of_law = |law: u16| parameters.laws[law as usize].law;
@@ -103,7 +139,8 @@ impl<R: Real> Bounds<R> {
     }
 
     /// Inverse of the longest step (1/s) at sixteen free particles from `first` on, of these masses (kg), from the
-    /// entries of K and C.
+    /// entries of K and C, for each of two regions: a step is stable that is no longer than one of them allows at all
+    /// particles.
     #[inline(always)]
     pub(super) fn rates<W: Pack<Number = f64>>(
         &self,
@@ -111,7 +148,7 @@ impl<R: Real> Bounds<R> {
         [k, c]: [[W; 6]; 2],
         [m, inv_m]: [W; 2],
         kind: BoundKind,
-    ) -> W {
+    ) -> [W; 2] {
         let two = W::of(2.0);
         let (mut stiffness, mut damping) = (two * largest_eigenvalue(k), two * largest_eigenvalue(c));
         damping += W::of(self.drag);
@@ -125,10 +162,15 @@ impl<R: Real> Bounds<R> {
             let inverse_drag = W::of(if self.drag > 0.0 { 1.0 / self.drag } else { f64::MAX });
             let growing = (stiffness * inverse_drag).where_positive(stiffness);
             let own = W::of(self.own_rate.unwrap_or(0.0));
-            return growing.max(damping * inv_m * W::of(0.5)).max(own).where_positive(inv_m);
+            let rate = growing.max(damping * inv_m * W::of(0.5)).max(own).where_positive(inv_m);
+            return [rate, rate];
         }
-        let root = (damping * damping + W::of(4.0) * stiffness * m).sqrt();
-        ((damping + root) * inv_m * W::of(0.25)).where_positive(inv_m)
+        let part = damping * W::of(self.region.slope);
+        let root = (part * part + W::of(4.0) * stiffness * m).sqrt();
+        let line = ((part + root) * inv_m * W::of(0.25)).where_positive(inv_m);
+        let Some([most_stiffness, most_damping]) = self.region.corner else { return [line, line] };
+        let stiff = (stiffness * inv_m * W::of(1.0 / most_stiffness)).sqrt();
+        [line, stiff.max(damping * inv_m * W::of(1.0 / most_damping)).where_positive(inv_m)]
     }
 }
 

@@ -65,6 +65,33 @@ impl Components {
     }
 }
 
+/// The free rows of components without pins: what gravity and the medium alone move as one.
+#[derive(Clone, Debug)]
+pub(super) struct Loose<R> {
+    /// Mass (kg) of each such row, 0 of all others: as many numbers as masses.
+    pub(super) m: Vec<R>,
+    /// Their mass (kg).
+    pub(super) mass: f64,
+    /// Their number.
+    pub(super) count: usize,
+}
+
+impl<R: Real> Loose<R> {
+    /// From the masses of rows; none where there is no such row.
+    pub(super) fn new(m: &[R], components: &Components) -> Option<Self> {
+        let mut of_loose = vec![R::zero(); m.len()];
+        let (mut mass, mut count) = (0.0, 0);
+        for row in 0..components.of_row.len() {
+            if !components.is_pinned(components.of_row(row)) {
+                of_loose[row] = m[row];
+                mass += m[row].to_f64();
+                count += 1;
+            }
+        }
+        (count > 0).then_some(Self { m: of_loose, mass, count })
+    }
+}
+
 /// The first row of the component of a row, as far as is known; shortens the way to it.
 fn first(before: &mut [u32], mut row: u32) -> u32 {
     while before[row as usize] != row {
@@ -77,7 +104,7 @@ fn first(before: &mut [u32], mut row: u32) -> u32 {
 
 #[cfg(test)]
 mod tests {
-    use super::Components;
+    use super::{Components, Loose};
 
     #[test]
     fn what_is_joined_is_one_component_and_pins_are_left_out() {
@@ -91,5 +118,10 @@ mod tests {
         let expected = [(vec![0, 2, 4, 6], false), (vec![1], true), (vec![5], false), (vec![], true)];
         assert_eq!(all, expected);
         assert_eq!([0, 6, 1, 3, 5, 7].map(|row| components.of_row(row)), [0, 0, 1, 1, 2, 3]);
+
+        let m = [1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 128.0, 0.0, 0.0];
+        let loose = Loose::new(&m, &components).expect("components without pins");
+        assert_eq!(loose.m, [1.0, 0.0, 4.0, 0.0, 16.0, 32.0, 64.0, 0.0, 0.0, 0.0]);
+        assert_eq!((loose.mass, loose.count), (117.0, 5));
     }
 }

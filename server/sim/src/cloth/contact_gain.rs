@@ -18,6 +18,8 @@ pub(super) struct Allowance {
     pub(super) limit: f64,
     /// What may be owed for contacts after it (J).
     pub(super) most: f64,
+    /// Whether what it gains without a contact is owed too.
+    pub(super) owes: bool,
 }
 
 /// What may be owed after a sub-step (J), by the energy that moves and is stretched before it and that of the change of
@@ -48,7 +50,7 @@ mod tests {
 
     #[test]
     fn what_contacts_give_is_owed_until_it_is_lost() {
-        let allowed = Allowance { given: 0.5, limit: 0.5, most: 1.0 };
+        let allowed = Allowance { given: 0.5, limit: 0.5, most: 1.0, owes: false };
         let gained = owed(1.0, 2.5, &allowed, Judged::Yes);
         assert_eq!(gained, 3.0);
         assert_eq!(owed(gained, 2.5, &allowed, Judged::No), 3.0);

@@ -10,7 +10,7 @@ use std::marker::PhantomData;
 use rayon::prelude::*;
 
 use super::{
-    aim::{Aim, Bounded, Explicit, Implicit, Iterate},
+    aim::{Aim, Bounded, Explicit, Implicit, Iterate, Middle},
     bound::{Bound, Fastest, MOVES},
     elements::{BlockOfRows, Elements},
     figures::{Figures, Partial, Total},
@@ -51,7 +51,8 @@ pub(super) struct Evaluation<R: Real> {
     pub(super) speed: Bound,
     /// Evaluations since the step of the world began.
     pub(super) runs: u64,
-    partials: Vec<(Partial, [Bound; 2])>,
+    /// With them those of the two regions of the first bound, and the second.
+    partials: Vec<(Partial, [Bound; 3])>,
 }
 
 impl<R: Real> Evaluation<R> {
@@ -112,6 +113,9 @@ impl<R: Real> Evaluation<R> {
             *partial = match purpose {
                 Purpose::Explicit => dispatch(Sweep::new(work, Explicit, identity, none)),
                 Purpose::Bounded(kind) => dispatch(Sweep::new(work, Bounded, identity, kind)),
+                Purpose::Implicit(kind) if numbers.scheme.beyond > 1.0 => {
+                    dispatch(Sweep::new(work, Middle, kind, none))
+                }
                 Purpose::Implicit(kind) => dispatch(Sweep::new(work, Implicit, kind, none)),
                 Purpose::Iterate(kind) => dispatch(Sweep::new(work, Iterate, kind, none)),
             };
@@ -121,20 +125,24 @@ impl<R: Real> Evaluation<R> {
         let of_own = own.blocks(partials);
         let greatest =
             |of: fn(&Partial) -> f64| of_own.iter().map(|(block, _)| of(block)).fold(0.0, f64::max);
-        let bounds = of_own.iter().map(|(_, bounds)| *bounds);
-        let [bound, speed] = bounds.fold([Bound::default(); 2], |[a, b], [c, d]| [a.or(c), b.or(d)]);
+        let greater = |a: [Bound; 3], b: [Bound; 3]| three!(|i| a[i].or(b[i]));
+        let [a, b, c] =
+            of_own.iter().fold([Bound::default(); 3], |all, (_, of_block)| greater(all, *of_block));
         let [stretch, reach] = [greatest(|block| block.stretch), greatest(|block| block.reach)];
-        let told = [stretch, reach, bound.rate, bound.particle.into(), speed.rate, speed.particle.into()];
+        let [p, q, r] = [a, b, c].map(|bound| f64::from(bound.particle));
+        let told = [stretch, reach, a.rate, p, b.rate, q, c.rate, r];
         (self.max_stretch, self.reach) = (0.0, 0.0);
-        [self.bound, self.speed] = [Bound::default(); 2];
-        let Self { partials, max_stretch, reach, bound, speed, .. } = self;
+        let mut bounds = [Bound::default(); 3];
+        let Self { partials, max_stretch, reach, .. } = self;
         let sums = model.share.gather(partials, &|(block, _)| block.sums, told, |told| {
-            let [stretch, far, rate, particle, faster, fastest] = told;
+            let [stretch, far, a, p, b, q, c, r] = told;
             (*max_stretch, *reach) = (max_stretch.max(stretch), reach.max(far));
-            *bound = bound.or(Bound { rate, particle: particle as u32 });
-            *speed = speed.or(Bound { rate: faster, particle: fastest as u32 });
+            let of_rank = [(a, p), (b, q), (c, r)];
+            bounds =
+                greater(bounds, of_rank.map(|(rate, particle)| Bound { rate, particle: particle as u32 }));
         });
         self.total = Total::of(sums);
+        (self.bound, self.speed) = (bounds[0].either(bounds[1]), bounds[2]);
     }
 
     pub(super) fn diagnostics(&self) -> Diagnostics {
@@ -175,10 +183,10 @@ impl<'a, R: Real, A: Aim> Sweep<'a, R, A> {
 }
 
 impl<R: Real, A: Aim> WithSimd<R> for Sweep<'_, R, A> {
-    type Output = (Partial, [Bound; 2]);
+    type Output = (Partial, [Bound; 3]);
 
     #[inline(always)]
-    fn run<P: Pack<Number = R>>(self) -> (Partial, [Bound; 2]) {
+    fn run<P: Pack<Number = R>>(self) -> (Partial, [Bound; 3]) {
         self.block.sums::<P, A>(self.kind, self.bound)
     }
 }
@@ -189,7 +197,7 @@ impl<R: Real> Block<'_, R> {
         mut self,
         kind: PreconditionerKind,
         bound: BoundKind,
-    ) -> (Partial, [Bound; 2]) {
+    ) -> (Partial, [Bound; 3]) {
         let springs = &self.model.springs;
         self.rows.fill(Sixteen::default());
         if A::HAS_MATRIX {
@@ -227,7 +235,7 @@ impl<R: Real> Block<'_, R> {
         }
 
         let mut figures = Figures::<P::Wide>::new::<R, A>(self.numbers);
-        let [mut stiffest, mut fastest] = [Fastest::none(); 2];
+        let [mut line, mut corner, mut fastest] = [Fastest::none(); 3];
         for group in 0..self.rows.len() {
             if A::IS_BOUNDED {
                 let place = self.number * self.model.block_size + group * LANES;
@@ -237,14 +245,16 @@ impl<R: Real> Block<'_, R> {
                 let sums = &self.scratch.bounds[group];
                 let entries = [widen_six::<P>(&sums[0]), widen_six::<P>(&sums[1])];
                 let rates = self.numbers.bounds.rates(place, entries, masses, bound);
-                stiffest.look(group, rates);
+                line.look(group, rates[0]);
+                corner.look(group, rates[1]);
                 let speed = P::load(&self.scratch.rates[group]).widen().sqrt() * P::Wide::of(1.0 / MOVES);
                 fastest.look(group, speed.where_positive(masses[1]));
             }
             self.finish::<P, A>(group, kind, &mut figures);
         }
         let first = self.number * self.model.block_size;
-        (figures.partial(elastic, stretch.greatest()), [stiffest.bound(first), fastest.bound(first)])
+        let bounds = [line.bound(first), corner.bound(first), fastest.bound(first)];
+        (figures.partial(elastic, stretch.greatest()), bounds)
     }
 
     /// Adds the elements to the sums of the rows; returns their energy (J), and what they say beside it.

@@ -6,6 +6,9 @@ use crate::{
     report::{Diagnostics, StepFailure},
 };
 
+/// What share of its rest length a spring is at least whose ends do not nearly meet.
+const APART: f64 = 1e-3;
+
 /// Finds what is wrong with diagnostics that leave what is allowed. Particles are the user's.
 pub(super) fn judge<R: Real>(
     model: &Model<R>,
@@ -84,4 +87,35 @@ fn longest<R: Real>(model: &Model<R>, state: &State<R>, stretch: f64, limit: f64
     let [ratio, particle, other] = model.share.greatest(best);
     let (particle, other) = (particle as u64, other as u64);
     (ratio > 0.0).then_some(StepFailure::Stretch { particle, other, value: stretch, limit })
+}
+
+/// Why a step failed, from the state that it started from: where numbers left their range and the ends of a spring nearly
+/// met, that is it, and a shorter step would change nothing.
+pub(super) fn cause<R: Real>(model: &Model<R>, state: &State<R>, failure: StepFailure) -> StepFailure {
+    match failure {
+        StepFailure::NotFinite { .. } | StepFailure::Solver { .. } => {
+            collapsed(model, state).unwrap_or(failure)
+        }
+        _ => failure,
+    }
+}
+
+/// The user's first spring of those that are the least share of their rest length, where its ends nearly meet.
+fn collapsed<R: Real>(model: &Model<R>, state: &State<R>) -> Option<StepFailure> {
+    let at = |i: usize| state.x[i].vector().map(R::to_f64);
+    let mut best = [0.0; 5];
+    for (user, i) in own_particles(model) {
+        for spring in model.springs.row(i).filter(|spring| spring.rest_length > R::zero()) {
+            let other = spring.other as usize;
+            let (value, rest_length) = ((at(i) - at(other)).norm(), spring.rest_length.to_f64());
+            // Infinite where the ends are in one place.
+            if rest_length / value > best[0] {
+                best = [rest_length / value, user as f64, f64::from(model.user[other]), value, rest_length];
+            }
+        }
+    }
+
+    let [ratio, particle, other, value, rest_length] = model.share.greatest(best);
+    let (particle, other) = (particle as u64, other as u64);
+    (ratio > 1.0 / APART).then_some(StepFailure::Collapsed { particle, other, value, rest_length })
 }

@@ -70,8 +70,9 @@ pub fn diagnose<R: Real>(
     evaluate(model, parameters, settings, around, state, Purpose::Explicit).diagnostics()
 }
 
-/// The longest step (s) of symplectic Euler or velocity Verlet that is stable for small motions about a state, and the
-/// particle that sets it, in the user's numbering; infinite where nothing acts on any free particle.
+/// The longest step (s) that is stable for small motions about a state, of velocity Verlet where the settings ask for it, of
+/// symplectic Euler otherwise, and the particle that sets it, in the user's numbering; infinite where nothing acts on any
+/// free particle.
 pub(crate) fn step_bound<R: Real>(
     model: &Model<R>,
     parameters: &Parameters,
@@ -79,7 +80,11 @@ pub(crate) fn step_bound<R: Real>(
     around: &Surroundings<'_>,
     state: &State<R>,
 ) -> (f64, u32) {
-    let settings = ClothSettings { integrator: Integrator::SymplecticEuler, ..*settings };
+    let integrator = match settings.integrator {
+        verlet @ (Integrator::VelocityVerlet | Integrator::VelocityVerletPredicted) => verlet,
+        _ => Integrator::SymplecticEuler,
+    };
+    let settings = ClothSettings { integrator, ..*settings };
     let purpose = Purpose::Bounded(BoundKind::Stiffness);
     let bound = evaluate(model, parameters, &settings, around, state, purpose).bound;
     (1.0 / bound.rate, model.user[bound.particle as usize])

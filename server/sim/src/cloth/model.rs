@@ -9,7 +9,7 @@ use std::collections::BTreeSet;
 
 use super::{
     colours::{Colours, spread},
-    components::Components,
+    components::{Components, Loose},
     elements::Elements,
     network::{Network, Spring, SpringKind, SpringLaw},
     rows::{Joint, Springs, sort_rows},
@@ -59,6 +59,8 @@ pub struct Model<R: Real> {
     pub(super) colours: Option<Colours>,
     /// What moves as a whole, likewise.
     pub(super) components: Option<Components>,
+    /// What no pin holds, where the settings have steps solve linear systems.
+    pub(super) loose: Option<Loose<R>>,
 }
 
 /// Stiffness and damping of the springs of one entry of a model's table of laws.
@@ -152,17 +154,26 @@ impl<R: Real> Model<R> {
             coarse: None,
             colours: None,
             components: None,
+            loose: None,
         };
-
-        if settings.has_coarse_space() {
-            model.coarse = Some(model.coarse_layout(network)?);
-        }
-        if settings.has_sweeps() {
-            model.colours = Some(Colours::new(count, settings.block_size, network.pairs(&model.place)));
-            model.components = Some(Components::new(count, &model.inv_m, network.pairs(&model.place)));
-        }
+        model.lay_out(network, settings)?;
         let elements = network.elements.iter().map(|list| list.law).collect();
         Ok((model, Parameters { laws, elements, drag: network.drag }, warnings::<R>(network, spacing)))
+    }
+
+    /// Lays out what the settings ask for.
+    fn lay_out(&mut self, network: &Network, settings: &ClothSettings) -> Result<(), String> {
+        if settings.has_coarse_space() {
+            self.coarse = Some(self.coarse_layout(network)?);
+        }
+        let components = || Components::new(self.count, &self.inv_m, network.pairs(&self.place));
+        if settings.has_sweeps() {
+            self.components = Some(components());
+            self.colours = Some(Colours::new(self.count, self.block_size, network.pairs(&self.place)));
+        } else if settings.solves() {
+            self.loose = Loose::new(&self.m, &components());
+        }
+        Ok(())
     }
 
     /// Affine functions on the parts of each block, and which parts are joined.

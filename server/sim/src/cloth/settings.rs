@@ -230,7 +230,7 @@ impl ClothSettings {
     }
 
     /// Whether steps solve linear systems.
-    fn solves(&self) -> bool {
+    pub(super) fn solves(&self) -> bool {
         self.integrator.is_implicit() && !self.has_sweeps()
     }
 

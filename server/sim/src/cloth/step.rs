@@ -9,7 +9,7 @@ use super::{
     gain::Start,
     integrate,
     integrator::Integrator,
-    judge::{fastest, judge},
+    judge::{cause, fastest, judge},
     model::{Model, Parameters},
     purpose::Purpose,
     report::ClothReport,
@@ -117,9 +117,13 @@ impl<R: Real> Stepping<'_, R> {
         [dt, time]: [f64; 2],
         watch: &mut dyn Stopwatch,
     ) -> Result<(), StepFailure> {
-        self.work.allowed = self.go(dt, watch)?;
+        self.work.allowed = match self.go(dt, watch) {
+            Ok(allowed) => allowed,
+            Err(failure) => return Err(cause(self.model, self.state, failure)),
+        };
         let met = self.meet(time, watch)?;
-        self.work.judged = Judged::No;
+        let owes = met.touched == 0 && self.work.allowed.is_some_and(|allowed| allowed.owes);
+        self.work.judged = if owes { Judged::Yes } else { Judged::No };
         match self.work.allowed {
             Some(allowed) if met.touched > 0 && met.inside == 0 => self.judge_contacts(&allowed, watch),
             _ => Ok(()),
@@ -193,7 +197,9 @@ impl<R: Real> Stepping<'_, R> {
             return Err(failure);
         }
         let states = [&*self.state, next];
-        let after = After { motion: &advanced.motion, descent: cg.descent(), found, evaluation, states };
+        let owed = self.state.gain.energy;
+        let after =
+            After { motion: &advanced.motion, descent: cg.descent(), found, evaluation, states, owed };
         accept(model, numbers, &before, &after).map(Some)
     }
 

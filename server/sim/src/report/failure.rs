@@ -32,6 +32,10 @@ pub enum StepFailure {
     )]
     NotFinite { particle: u64, quantity: Cow<'static, str>, value: f64 },
     #[error(
+        "no step can be taken: the spring from particle {particle} to {other} is {value:.4e} m long, of {rest_length:.4e} m at rest, and its direction is lost to rounding (move its ends apart)"
+    )]
+    Collapsed { particle: u64, other: u64, value: f64, rest_length: f64 },
+    #[error(
         "the spring from particle {particle} to {other} is {value:.4} times its rest length, more than the limit of {limit}"
     )]
     Stretch { particle: u64, other: u64, value: f64, limit: f64 },
@@ -96,7 +100,7 @@ pub enum StepFailure {
 impl StepFailure {
     /// The same with a body's particles numbered over all bodies, of which `first` is its first.
     pub(crate) fn shifted(mut self, first: u64) -> Self {
-        if let Self::Stretch { other, .. } = &mut self {
+        if let Self::Stretch { other, .. } | Self::Collapsed { other, .. } = &mut self {
             *other += first;
         }
         if let Some(particle) = self.particle_mut() {
@@ -113,6 +117,7 @@ impl StepFailure {
     fn particle_mut(&mut self) -> Option<&mut u64> {
         match self {
             Self::NotFinite { particle, .. }
+            | Self::Collapsed { particle, .. }
             | Self::Stretch { particle, .. }
             | Self::Energy { particle, .. }
             | Self::Descent { particle, .. }
@@ -134,7 +139,7 @@ impl StepFailure {
     /// A stable word for programs, such as `NOT_FINITE`.
     pub const fn reason(&self) -> &'static str {
         match self {
-            Self::NotFinite { .. } => "NOT_FINITE",
+            Self::NotFinite { .. } | Self::Collapsed { .. } => "NOT_FINITE",
             Self::Stretch { .. } => "STRETCH_LIMIT",
             Self::Energy { .. } => "ENERGY_LIMIT",
             Self::Solver { .. } => "SOLVER_FAILED",
@@ -159,6 +164,7 @@ impl StepFailure {
     pub const fn value(&self) -> Option<f64> {
         match self {
             Self::NotFinite { value, .. }
+            | Self::Collapsed { value, .. }
             | Self::Stretch { value, .. }
             | Self::Energy { value, .. }
             | Self::Descent { value, .. }

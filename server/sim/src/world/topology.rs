@@ -24,8 +24,8 @@ pub struct BodyTopology {
 pub struct StepBound {
     /// Name of the body.
     pub body: String,
-    /// Largest stable dt (s) of the symplectic integrators for small motions about rest, a lower
-    /// bound: sqrt(2 min m_i / lambda_max(D_i)), D_i = sum_j k_ij u u^T. Infinite without springs.
+    /// Largest stable dt (s) for small motions about the state as it is, a lower bound: of velocity Verlet where the body is
+    /// stepped by it, of symplectic Euler otherwise. Infinite without springs.
     pub dt: f64,
     /// The particle that sets it, over all bodies.
     pub particle: u64,

@@ -34,7 +34,7 @@ pub(super) struct Search<'a> {
     pub(super) candidates: Vec<Candidate>,
 }
 
-/// Every method, and those whose steps are controlled. Explicit steps begin within a certified bound (s).
+/// All methods, and those whose steps are controlled. Explicit steps begin within a certified bound (s).
 fn candidates(case: &Case, request: &Request, bound: f64, steps: u64) -> Vec<Candidate> {
     let first = (case.dt() / bound).log2().ceil().max(0.0) as u32;
     let of = |method: Method, precision: Precision| {
@@ -43,7 +43,7 @@ fn candidates(case: &Case, request: &Request, bound: f64, steps: u64) -> Vec<Can
     };
     let mut all = Vec::new();
     for &precision in &request.precisions {
-        all.extend(Method::all().into_iter().map(|method| of(method, precision)));
+        all.extend(Method::compared().into_iter().map(|method| of(method, precision)));
         all.extend(Method::controlled().map(|method| Candidate::controlled(method, precision, steps)));
     }
     all.retain(|candidate| request.methods.is_empty() || request.methods.contains(&candidate.name()));

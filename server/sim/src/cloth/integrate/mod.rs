@@ -8,6 +8,7 @@ mod update;
 mod explicit_euler;
 mod symplectic_euler;
 mod velocity_verlet;
+mod common_part;
 mod solve;
 mod iterate;
 mod one_step;

@@ -1,7 +1,8 @@
 //! One linear solve per step, the first step of Newton's method from the state as it is: (M - h df/dv - h² df/dx) dv =
 //! h (f + h df/dx v) (Baraff and Witkin 1998; Zara 2001, eq. 1-3).
 //!
-//! df/dx is the elastic part alone; compressed springs as the settings' `hessian` says.
+//! df/dx is the elastic part alone; compressed springs as the settings' `hessian` says, but on the right-hand side of the
+//! implicit midpoint, where it is exact: that is its order.
 
 use super::{
     iterate::Start,

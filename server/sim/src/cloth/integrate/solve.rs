@@ -29,6 +29,7 @@ impl<R: Real> Step<'_, R> {
     /// Solves for the change of velocity, into the `dv` of the next state.
     pub(super) fn solve(&mut self, at: At, settings: &ClothSettings, interrupt: &Interrupt) -> SolveReport {
         let (model, state) = (self.model, self.state);
+        let common = self.take_common_part();
         let warm_start = at == At::State && settings.solver.warm_start;
         let solver = &SolverSettings { warm_start, ..settings.solver };
         let Workspace { evaluation, numbers, next, assembled, coarse, cg, scratches, .. } = &mut *self.work;
@@ -37,6 +38,9 @@ impl<R: Real> Step<'_, R> {
         let begin = |dv: &mut [Sixteen<R>]| {
             if warm_start && state.dv.len() == groups {
                 dv.copy_from_slice(&state.dv);
+                if let Some(common) = &common {
+                    common.take_off(model, dv);
+                }
             } else {
                 dv.fill(Sixteen::default());
             }
@@ -78,6 +82,10 @@ impl<R: Real> Step<'_, R> {
             let iterations = report.iterations.saturating_add(again.iterations);
             let products = report.products.saturating_add(again.products);
             report = SolveReport { iterations, products, ..again };
+        }
+        if let Some(common) = &common {
+            common.add(model, &mut next.dv);
+            cg.lower(common.descent);
         }
         self.work.products += u64::from(report.products);
         self.watch.lap(Stage::Solve);

@@ -1,11 +1,22 @@
 //! The spring: f_i = -k (l - l0) u - nu ((v_i - v_j).u) u, with d = x_i - x_j, l = |d|, u = d/l.
 //!
-//! At l = 0 the direction is undefined: the force is 0 and the elastic derivative -k I, the limit for l0 = 0.
+//! At l = 0, and where l is below what the precision can square twice, the direction is undefined: the force is 0 and the
+//! elastic derivative -k I, the limit for l0 = 0. The stiffness across a spring is that of one no shorter than the root of
+//! a rounding of its rest length.
 
 use crate::{
     cloth::settings::Hessian,
-    math::{Mat3, Pack, Portable, Real, Vec3, array::dot},
+    math::{Mat3, Pack, Portable, Precision, Real, Vec3, array::dot},
 };
+
+/// The greatest l0 / l that the stiffness across a spring is computed from, about the root of an inverse rounding: a of the
+/// block a I + b d dᵀ is then known to the root of a rounding of h² k. Beyond, a stiff spring would lose that to rounding.
+const fn most_compressed<R: Real>() -> f64 {
+    match R::PRECISION {
+        Precision::F32 => 4096.0,
+        Precision::F64 => 67_108_864.0,
+    }
+}
 
 /// Sixteen springs: where they are, and what they are at rest.
 #[derive(Clone, Copy)]
@@ -17,7 +28,7 @@ pub(crate) struct Spring<P> {
     pub(crate) square: P,
     /// |d| (m).
     pub(crate) length: P,
-    /// 1 / |d| (1/m), 0 where that is 0.
+    /// 1 / |d| (1/m), 0 where |d| is too small to have a direction.
     inverse: P,
 }
 
@@ -26,7 +37,9 @@ impl<P: Pack> Spring<P> {
     pub(crate) fn new(d: [P; 3], rest_length: P) -> Self {
         let square = dot(d, d);
         let length = square.sqrt();
-        Self { d, rest_length, square, length, inverse: length.inverse_or_zero() }
+        let has_direction = length - P::of(P::Number::SMALLEST);
+        let inverse = length.where_positive(has_direction).inverse_or_zero();
+        Self { d, rest_length, square, length, inverse }
     }
 
     /// What d is multiplied by for the force on the other end (N/m), at the relative velocity w = v_i - v_j (m/s).
@@ -42,7 +55,7 @@ impl<P: Pack> Spring<P> {
         damping * along * self.inverse * self.inverse
     }
 
-    /// u, 0 where |d| is 0.
+    /// u, 0 where |d| is too small.
     #[inline(always)]
     pub(crate) fn direction(&self) -> [P; 3] {
         [self.d[0] * self.inverse, self.d[1] * self.inverse, self.d[2] * self.inverse]
@@ -68,7 +81,8 @@ impl<P: Pack> Spring<P> {
     /// With a transverse ratio that is not negative (`mirror` is 0 or -1), that difference is not negative either.
     #[inline(always)]
     pub(crate) fn tangent(&self, elastic: P, viscous: P, mirror: P) -> [P; 2] {
-        let ratio = P::one() - self.rest_length * self.inverse;
+        let shorter = (self.rest_length * self.inverse).min(P::of(most_compressed::<P::Number>()));
+        let ratio = P::one() - shorter;
         let across = elastic * (mirror * ratio).max(ratio);
         let b = (elastic - across + viscous) * self.inverse * self.inverse;
 
@@ -161,8 +175,7 @@ pub fn spring_jacobian_x<R: Real>(d: &Vec3<R>, rest_length: R, stiffness: R, hes
 
 /// Derivative of the damping force on i by v_i (N s/m): -nu u uᵀ.
 pub fn spring_jacobian_v<R: Real>(d: &Vec3<R>, damping: R) -> Mat3<R> {
-    let length = d.norm();
-    let inverse = if length > R::zero() { R::one() / length } else { R::zero() };
+    let inverse = alone(d, R::zero()).inverse.store()[0];
     -(d * d.transpose() * (damping * inverse * inverse))
 }
 

@@ -70,6 +70,11 @@ impl<R: Real> CgWorkspace<R> {
     pub(crate) fn descent(&self) -> f64 {
         self.descent
     }
+
+    /// Adds what a part of the solution lowers that was taken out of the solve.
+    pub(crate) fn lower(&mut self, descent: f64) {
+        self.descent += descent;
+    }
 }
 
 /// Solves A x = b by conjugate gradient, in the blocks of a share; from the `x` given if the settings ask for a
