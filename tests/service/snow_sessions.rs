@@ -199,15 +199,15 @@ async fn a_divergence_of_snow_names_reason_particle_and_step_and_keeps_the_last_
 #[tokio::test(flavor = "multi_thread")]
 async fn a_fixed_step_that_packing_makes_too_long_ends_the_session_with_both_numbers() {
     let mut server = Server::start().await;
-    let id = server.session(too_long(0.0036, "")).await;
+    let id = server.session(too_long(0.0031, "")).await;
     let step = v1::StepSessionRequest { step_count: 1000, wait: true, ..v1::StepSessionRequest::of(&id) };
     let status = server.client.step_session(step).await.expect_err("it hardens");
     let metadata = assert_reason(&status, Reason::TimeStepLimit);
-    assert_eq!((metadata["value"].as_str(), metadata["body"].as_str()), ("0.0036", "ball"));
-    assert!(status.message().contains("3.6000e-3 s is above the bound"), "{}", status.message());
+    assert_eq!((metadata["value"].as_str(), metadata["body"].as_str()), ("0.0031", "ball"));
+    assert!(status.message().contains("3.1000e-3 s is above the bound"), "{}", status.message());
     let session = server.get(&id).await;
     let failure = session.failure.expect("a failed session says why");
-    assert!(failure.step > 0 && failure.particle.is_some() && failure.value == Some(0.0036), "{failure:?}");
+    assert!(failure.step > 0 && failure.particle.is_some() && failure.value == Some(0.0031), "{failure:?}");
     assert_eq!((session.step, session.frame), (failure.step, failure.step));
 }
 

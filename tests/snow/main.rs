@@ -3,6 +3,7 @@
 mod reference;
 mod affine;
 mod brasseur;
+mod clumps;
 mod conservation;
 mod corners;
 mod dissipation;

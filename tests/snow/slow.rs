@@ -3,6 +3,8 @@
 mod bars;
 mod beam;
 mod bounce;
+mod clumps;
 mod impact;
 mod manufactured;
 mod refinement;
+mod thousand_clumps;

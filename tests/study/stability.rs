@@ -196,6 +196,7 @@ fn contacts_in_long_steps_give_no_energy_without_a_word() {
     let found = with_threads(2, || stability(&case, &request, &Budget::new(None), &|_| {}));
     let runs: Vec<_> = found.rows.iter().filter(|row| row.stepping == Stepping::Certified).collect();
     assert_eq!(runs.len(), 12);
-    assert!(runs.iter().any(|row| row.fate == Fate::Recovered));
+    // Whether they are right is another question: steps were taken again, and the run went on.
+    assert!(runs.iter().any(|row| row.fate.holds() && row.taken[1] > 0));
     assert_eq!(found.lost().collect::<Vec<_>>(), Vec::<&StabilityRow>::new());
 }

@@ -21,10 +21,11 @@ const TOP: f64 = 84.0;
 const GAP: [f64; 2] = [14.0, 8.0];
 
 /// Verdicts as legends list them: name, letter, fill, ink. In grey the fills differ too.
-const LOOKS: [(&str, char, &str, &str); 5] = [
+const LOOKS: [(&str, char, &str, &str); 6] = [
     ("survived", 'S', "#DDF0E6", "black"),
     ("recovered in shorter steps", 'R', "#7FB8DA", "black"),
     ("detected: ended with a reason", 'D', "#D98A1C", "black"),
+    ("wrong", 'X', "#8A5FA8", "white"),
     ("warned of before the first step", 'W', "#F4E37A", "black"),
     ("lost without a word", 'L', "#7A1010", "white"),
 ];
@@ -143,11 +144,13 @@ fn sentence(tables: &[Table]) -> String {
     let survived = count(|verdict| matches!(verdict, Verdict::Survived(_)));
     let recovered = count(|verdict| matches!(verdict, Verdict::Recovered(_)));
     let detected = count(|verdict| matches!(verdict, Verdict::Detected(_)));
+    let wrong = count(|verdict| matches!(verdict, Verdict::Wrong(_)));
     let warned = count(|verdict| matches!(verdict, Verdict::Warned(_)));
     let counts = [
         format!("{survived} survive"),
         format!("{recovered} recover in shorter steps"),
         format!("{detected} end with a reason"),
+        format!("{wrong} end without one and are wrong"),
         format!("{warned} are warned of before their first step"),
     ];
     let lost = match count(|verdict| matches!(verdict, Verdict::Lost(_))) {

@@ -1,4 +1,4 @@
-//! How long a scene determines its answer: the spread of runs that start a hair apart, and the reference's own error.
+//! The predictability horizon of a scene: the spread of runs that start 1e-8 m apart, and the reference's own error.
 
 use nappe_study::{Chart, DISPLACEMENT};
 
@@ -46,7 +46,7 @@ pub(crate) fn picture(scene: &str, chart: &Chart) -> Result<Picture, String> {
     let title = if spread.is_empty() {
         format!("{scene}: what its cells leave open")
     } else {
-        format!("{scene}: how long it determines its answer")
+        format!("{scene}: predictability horizon for a displacement of 1e-8 m")
     };
     let mut canvas = Canvas::new("window", title, sentence(chart), [x, y]);
     if chart.until() > 0.0 {
@@ -86,15 +86,16 @@ fn sentence(chart: &Chart) -> String {
         );
     }
     let grown = chart.scan.largest_until(chart.until()) / DISPLACEMENT;
-    let until = chart.until();
+    let (until, rate) = (chart.until(), chart.growth_rate());
     if until == 0.0 {
         return "Copies that start 1e-8 m away part before the first time: nothing can be compared."
             .to_owned();
     }
     format!(
-        "Runs are compared until {:.2} s, shaded: copies that start 1e-8 m away are by then at most {} times as far; the reference's own error is at most {}.",
+        "Runs are compared until {:.2} s, shaded: copies that start 1e-8 m away are by then at most {} times as far{}; the reference's own error is at most {}.",
         until,
         two(grown),
+        rate.map_or_else(String::new, |rate| format!(", at a mean growth rate of {} 1/s", two(rate))),
         chart.reference.as_ref().map_or_else(String::new, |reference| length(reference.error()))
     )
 }

@@ -71,6 +71,11 @@ impl Chart {
         self.reference.as_ref().map_or(0.0, |reference| reference.times.end())
     }
 
+    /// The mean rate (1/s) at which copies grow apart until then; none of snow.
+    pub fn growth_rate(&self) -> Option<f64> {
+        self.scan.growth_rate(self.until())
+    }
+
     /// The finest row of an implicit method: how near another family comes to the reference.
     pub fn other_family(&self) -> Option<&Row> {
         let is_implicit = |row: &&Row| match row.stepped {
@@ -105,7 +110,7 @@ pub(crate) fn without_rows(case: &Case, request: &Request, budget: &Budget, tell
     let allowed = OPEN * request.tolerance;
     let end = request.times.as_ref().map_or(request.end, Times::end);
     let most = if request.times.is_some() { f64::INFINITY } else { allowed };
-    tell("looking how long the scene determines its answer");
+    tell("looking for the predictability horizon");
     let scan = scan(case, end, most, &budget.until(SCAN));
     let is_late = scan.end == ScanEnd::Stopped;
     let mut chart = Chart {
@@ -164,7 +169,7 @@ impl Chart {
             found.kept(count, 1 << (count / 16).max(1).ilog2())
         };
         let error = kept.error();
-        // Within a window the scene determines its answer; at times that were asked for it may not.
+        // Within a window copies stay within a quarter of the tolerance; at times that were asked for they may not.
         self.floor = match request.times {
             Some(_) => error.max(self.scan.largest_until(kept.times.end())),
             None => error,

@@ -1,4 +1,4 @@
-//! Methods of cloth or snow compared on a scene: how long the scene determines its answer, error against cost, where each method fails.
+//! Methods of cloth or snow compared on a scene: the predictability horizon of the scene, error against cost, where each method fails.
 //!
 //! Reads a world as a scene builds it; writes rows, one per run. It brings the clock, and draws nothing. Work is divided
 //! over the rayon pool that the caller installs; but for seconds, results are the same for any number of threads.

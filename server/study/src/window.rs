@@ -1,6 +1,6 @@
-//! How long a scene determines its answer: the window.
+//! The predictability horizon of a scene for a displacement of 1e-8 m: the window.
 //!
-//! Two copies whose particles start a hair away run beside the scene as it is. What that grows to is what the scene itself
+//! Two copies whose particles start so far away run beside the scene as it is. What that grows to is what the scene itself
 //! leaves open, whatever the method; steps are far below the certified bound, so that it is not the method.
 
 use nappe_sim::{
@@ -78,6 +78,14 @@ impl Scan {
     pub fn largest_until(&self, end: f64) -> f64 {
         let count = (end / self.spacing).round() as usize;
         self.spread.iter().take(count).copied().fold(0.0, f64::max)
+    }
+
+    /// The mean rate (1/s) at which copies grow apart until a time (s), ln(spread / displacement) / time: the finite-time
+    /// Lyapunov exponent. None where they were not looked at then.
+    pub fn growth_rate(&self, end: f64) -> Option<f64> {
+        let count = (end / self.spacing).round() as usize;
+        let spread = *self.spread.get(count.checked_sub(1)?)?;
+        (spread > 0.0).then(|| (spread / DISPLACEMENT).ln() / (self.spacing * count as f64))
     }
 }
 
@@ -205,5 +213,21 @@ impl Copies {
             }
         }
         None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_growth_rate_is_that_of_an_exponential() {
+        let spread = (1..=8).map(|i| DISPLACEMENT * (2.5 * 0.1 * f64::from(i)).exp()).collect();
+        let scan = Scan { spacing: 0.1, spread, step: 1e-3, bound: f64::INFINITY, end: ScanEnd::Reached };
+        for end in [0.1, 0.4, 0.8] {
+            let rate = scan.growth_rate(end).expect("a time that was looked at");
+            assert!((rate - 2.5).abs() < 1e-12, "{rate} 1/s until {end} s");
+        }
+        assert_eq!([0.0, 0.9].map(|end| scan.growth_rate(end)), [None, None]);
     }
 }

@@ -45,6 +45,7 @@ pub(crate) fn document(subject: &Subject, chart: &Chart) -> Value {
         "window": {
             "spacing_s": chart.scan.spacing,
             "spread_m": chart.scan.spread,
+            "growth_rate_per_s": chart.growth_rate(),
             "dt": chart.scan.step,
             "certified_bound_s": finite(chart.scan.bound),
         },

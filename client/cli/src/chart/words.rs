@@ -61,10 +61,24 @@ pub(crate) fn cheapest_rows(chart: &Chart) -> String {
     table(&columns, &rows)
 }
 
-/// What limits the time in which runs are compared, what it would take to go further, and of snow what its cells leave open.
+/// What limits the time in which runs are compared, what it would take to go further, how fast copies of cloth grow apart, and of
+/// snow what its cells leave open.
 pub(crate) fn summary(chart: &Chart) -> String {
-    let limit = limit(chart);
-    cells(chart).map_or_else(|| limit.clone(), |cells| format!("{limit} {cells}"))
+    let parts = [Some(limit(chart)), chart.growth_rate().map(growth), cells(chart)];
+    parts.into_iter().flatten().collect::<Vec<_>>().join(" ")
+}
+
+/// How fast (1/s) what starts 1e-8 m apart grows apart, and what another displacement makes of the predictability horizon.
+fn growth(rate: f64) -> String {
+    if rate > 0.0 {
+        let shorter = std::f64::consts::LN_10 / rate;
+        format!(
+            "What starts 1e-8 m apart grows apart at a mean rate of {rate:.2} 1/s until then: ten times the displacement would \
+             shorten the predictability horizon by {shorter:.3} s."
+        )
+    } else {
+        format!("What starts 1e-8 m apart does not grow apart until then (mean growth rate {rate:.2} 1/s).")
+    }
 }
 
 /// What the cells of snow leave open, by how far the scene as it is written is from its reference.
@@ -129,7 +143,7 @@ pub(crate) fn limit(chart: &Chart) -> String {
         ),
         Limit::Scene => format!("Compared until {until}, the end of the scene."),
         Limit::Spread => format!(
-            "Compared until {until}: after that, runs that start 1e-8 m apart are more than {quarter} apart, and no method has an answer to {}.",
+            "Compared until {until}, the predictability horizon for a displacement of 1e-8 m: after that, runs that start so far apart are more than {quarter} apart, and no method has an answer to {}.",
             length(chart.tolerance)
         ),
         Limit::Reference => {
@@ -147,6 +161,13 @@ pub(crate) fn limit(chart: &Chart) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_growth_rate_says_how_the_horizon_scales() {
+        let told = growth(9.74);
+        assert!(told.contains("9.74 1/s") && told.ends_with("by 0.236 s."), "{told}");
+        assert!(growth(-1.5).ends_with("(mean growth rate -1.50 1/s)."));
+    }
 
     #[test]
     fn lengths_have_three_digits() {

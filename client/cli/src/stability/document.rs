@@ -1,6 +1,6 @@
 //! What a study of stability says beside its rows, as JSON.
 
-use nappe_study::{Fate, Over, SEED, Stability, StabilityRow};
+use nappe_study::{DISPLACEMENT, Fate, Over, SEED, Stability, StabilityRow};
 use serde_json::{Value, json};
 
 use super::words;
@@ -20,6 +20,8 @@ pub(super) fn document(subject: &Subject, study: &Stability) -> Value {
         "cut": study.is_cut,
         "interrupted": study.is_stopped,
         "window_s": study.window,
+        "displacement_m": DISPLACEMENT,
+        "growth_rate_per_s": study.growth_rate,
         "certified_bound_s": study.bound.is_finite().then_some(study.bound),
         "frequency_rad_s": study.theory.as_ref().map(nappe_study::Theory::frequency),
         "missing": study.missing,

@@ -75,6 +75,7 @@ pub(crate) fn document(tables: &[Table], written: &[PathBuf]) -> Value {
         "survived": count(tables, "survived"),
         "recovered": count(tables, "recovered"),
         "detected": count(tables, "detected"),
+        "wrong": count(tables, "wrong"),
         "warned": count(tables, "warned"),
         "lost": count(tables, "lost"),
         "files": written,
@@ -114,12 +115,13 @@ pub(crate) fn text(tables: &[Table]) -> String {
         };
         let _ = write!(text, "\n{name}: {}", table.methods.join(", "));
     }
-    let [survived, recovered, detected, warned, lost] =
-        ["survived", "recovered", "detected", "warned", "lost"].map(|name| count(tables, name));
+    let [survived, recovered, detected, wrong, warned, lost] =
+        ["survived", "recovered", "detected", "wrong", "warned", "lost"].map(|name| count(tables, name));
     let _ = write!(
         text,
-        "\n\n{survived} survived (S), {recovered} recovered in shorter steps (R), {detected} ended with a reason (D), {warned} were \
-         warned of (W); {lost} lost their way without a word (L). A dot is no concern of the method."
+        "\n\n{survived} survived (S), {recovered} recovered in shorter steps (R), {detected} ended with a reason (D), {wrong} ended \
+         without one and are wrong (X), {warned} were warned of (W); {lost} lost their way without a word (L). A dot is no \
+         concern of the method."
     );
     text
 }

@@ -73,12 +73,14 @@ pub(crate) fn summary(study: &Stability) -> String {
     let mut text = match &study.missing {
         Some(cause) => format!("Nothing could be judged under load: {cause}."),
         None if study.window == 0.0 => format!(
-            "{stable}; what is wrong could not be told: there was no time for a reference, or the scene leaves its answer open at once."
+            "{stable}; what is wrong could not be told: there was no time for a reference, or what starts 1e-8 m apart parts at once."
         ),
         None => format!(
-            "{stable}, and right while it is within {} mm for {}, as long as the scene determines its answer.",
+            "{stable}, and right while it is within {} mm of a reference until {}, the predictability horizon for a displacement \
+             of 1e-8 m{}.",
             1e3 * WRONG * study.tolerance,
-            time(study.window)
+            time(study.window),
+            study.growth_rate.map_or_else(String::new, |rate| format!(" (mean growth rate {rate:.1} 1/s)"))
         ),
     };
     let lost = study.lost().count();

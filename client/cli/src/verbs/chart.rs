@@ -25,11 +25,11 @@ Examples:
   nappe chart drap10                                a shipped scene, one minute, files in chart-drap10
   nappe chart my.toml --budget 10min --out study    a scene of your own, with more time for finer steps
   nappe chart flag --tolerance 0.1mm                to a tenth of a millimetre
-  nappe chart flag --until 0.5 --precision f64      until a time, although the scene may not determine it so long
+  nappe chart flag --until 0.5 --precision f64      until a time, although it may lie beyond the predictability horizon
   nappe chart drap10 --method velocity_verlet,bdf2_newton --json
   nappe chart brasseur                              a scene of snow: every transfer and kernel on its cells and twice those
 
-It finds out how long the scene determines its answer at all, computes a reference, and runs every method
+It finds the predictability horizon of the scene, computes a reference until then, and runs every method
 at ever shorter steps within the budget. Of snow the reference has cells that are halved, with each particle split
 into eight, for as long as the budget has time for it. Let the machine be idle: seconds are measured.
 
@@ -47,7 +47,7 @@ pub(crate) struct ChartArgs {
     /// Error of positions that matters: 1mm, 0.1mm
     #[arg(long, value_name = "LENGTH", default_value = "1mm", value_parser = units::length)]
     tolerance: f64,
-    /// Compare until this time (s) [default: for as long as the scene determines its answer]
+    /// Compare until this time (s) [default: the predictability horizon]
     #[arg(long, value_name = "S", conflicts_with = "times")]
     until: Option<f64>,
     /// Compare at these times (s)

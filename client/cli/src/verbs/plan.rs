@@ -25,7 +25,7 @@ Examples:
   nappe plan my.toml --tolerance 0.1mm --write planned.toml
   nappe plan flag --tolerance 1mm --method velocity_verlet,bdf2_absolute --json
 
-It finds out how long the scene determines its answer at all, computes a reference, and shortens the steps of every
+It finds the predictability horizon of the scene, computes a reference until then, and shortens the steps of every
 method in both precisions until one is right enough and the others would cost more. That one is run as a scene runs it,
 over the whole time, and with half its step. Where nothing is right enough, it says what it would take.
 

@@ -146,7 +146,7 @@ fn a_fixed_step_above_the_bound_is_refused_with_the_bound() {
     let scene = write_scene(folder.path(), &SNOW_SCENE.replace("cell = 0.1", "cell = 0.1\nsubstep = 0.01"));
     let done = nappe(&["run", &scene, "--json"]);
     assert_eq!(done.code, Some(5), "{done:?}");
-    assert!(done.stderr.contains("'isolated_particle' of 4."), "{}", done.stderr);
+    assert!(done.stderr.contains("'isolated_particle' of 3.5857e-3 s"), "{}", done.stderr);
 }
 
 #[test]

@@ -147,8 +147,8 @@ fn the_gallery_is_a_row_per_scene_and_method_and_none_is_lost() {
     let mut rows = table.lines();
     assert_eq!(rows.next(), Some("number,scene,method,verdict,detail"));
     let of = |name: &str| rows.clone().filter(|row| row.contains(&format!(",{name},"))).count();
-    let counts =
-        ["survived", "recovered", "detected", "warned", "lost"].map(|name| (said[name].as_u64(), of(name)));
+    let counts = ["survived", "recovered", "detected", "wrong", "warned", "lost"]
+        .map(|name| (said[name].as_u64(), of(name)));
     for (told, counted) in counts {
         assert_eq!(told, Some(counted as u64), "{said}");
     }

@@ -45,7 +45,7 @@ pub(super) static BODY: Section = Section {
         key("newton_iterations", Whole(1, 10_000), "linear solves", Absent("50, with newton"), "cap on the solves of a sub-step"),
         key("sweeps", Whole(1, 10_000), "per sub-step", Absent("20, with vertex_block_descent"), "how often vertex block descent moves all particles; up to 16 times as often where the momentum does not balance"),
         key("hessian", Choice(|| Hessian::ALL.map(Hessian::name).to_vec()), "", Default("\"absolute\""), "what an implicit step does with the negative transverse stiffness of compressed springs"),
-        key("safety", Number(Range(1e-3, 1.0)), "", Absent("0.9, unless the sub-steps are fixed"), "share of the certified bound that an explicit sub-step takes"),
+        key("safety", Number(Range(1e-3, 1.0)), "", Absent("0.9, unless the sub-steps are fixed"), "share of the bound that an explicit sub-step takes; below the bound small motions stay bounded, large ones are not certified"),
         key("substeps", Whole(1, 10_000), "", Absent("as many as are needed"), "sub-steps of one length within one step of the scene. All cloths share them: they take the most that one of them asks for. Explicit ones are refused, with the number, where they are above the bound; implicit ones that are not accepted are divided further"),
         key("substep", Number(Range(1e-12, 1.0)), "s", Absent("see substeps"), "length of the sub-steps, in place of their number"),
         key("unchecked", Flag, "", Default("false"), "takes the sub-steps (one per step of the scene, unless substeps or substep says otherwise) whatever is known of them; runs may diverge, and say so"),

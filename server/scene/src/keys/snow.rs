@@ -19,7 +19,7 @@ const NOISE: Range = Range(0.0, 0.95);
 #[rustfmt::skip] // one line per key
 pub(super) static SNOW: Section = Section {
     name: "snow",
-    about: "Snow, by the material point method (Stomakhin et al. 2013). All objects are on one grid, and so they collide. A step of the scene is divided into steps of the snow, each as long as a certified bound allows; give `substep` for steps of one length.",
+    about: "Snow, by the material point method after Stomakhin et al. 2013. All objects are on one grid, and so they collide. A step of the scene is divided into steps of the snow, each as long as a bound allows below which small motions about rest stay bounded; give `substep` for steps of one length.",
     keys: &[
         key("cell", Number(SIZE), "m", Required, "side of a cell of the grid, which follows the snow wherever it goes"),
         key("kernel", Choice(|| Kernel::ALL.map(Kernel::name).to_vec()), "", Default("\"quadratic\""), "B-spline that spreads a particle over nodes; linear, with pic_flip alone, is here to show how it fails"),
@@ -27,7 +27,7 @@ pub(super) static SNOW: Section = Section {
         key("flip", Number(SHARE), "", Absent("0.95 with pic_flip, unless flip_time is given"), "share of FLIP in each step of the snow, with pic_flip alone: the damping per second then doubles when the step is halved"),
         key("flip_time", Number(Range(1e-9, 1e9)), "s", Absent("see flip"), "with pic_flip, in place of flip: the share of FLIP in a step dt is exp(-dt / flip_time), so that the damping per second does not depend on dt"),
         key("advection", Choice(|| vec!["particle", "grid"]), "", Absent("particle, with pic_flip"), "which velocity moves a particle, with pic_flip alone: its own (Stomakhin et al. 2013), or that of the grid around it, which keeps positions and deformation together"),
-        key("safety", Number(Range(1e-3, 1.0)), "", Absent("0.9, unless substep is given"), "share of the certified bound that a step of the snow takes"),
+        key("safety", Number(Range(1e-3, 1.0)), "", Absent("0.9, unless substep is given"), "share of the bound that a step of the snow takes; below the bound small motions about rest stay bounded, large ones are not certified"),
         key("substep", Number(Range(1e-12, 1.0)), "s", Absent("as long as the bound allows"), "length of the steps of the snow; refused, with the number, where it is above the bound"),
         key("unchecked", Flag, "", Default("false"), "with substep: takes such steps whatever the bound says; runs may diverge, and say so"),
         key("beta", Number(SHARE), "", Default("0.0"), "0: explicit steps; 0.5 to 1: semi-implicit ones, with the forces that act after this share of the step (1: backward Euler, linearised). Every beta is of order 1; a wave of angular frequency w that is slow against the step is damped by exp(-beta w^2 dt t / 2). Elastic waves do not bound the step then: what turns and deforms does"),
@@ -120,7 +120,7 @@ static MATERIAL: Section = Section {
     name: "snow.object.material",
     about: "A preset, and what differs from it. The presets and where their numbers come from are in the table under \"Presets of snow\".",
     keys: &[
-        key("preset", Choice(|| Preset::ALL.map(|preset| preset.name).to_vec()), "", Default("\"stomakhin\""), "a material by name"),
+        key("preset", Choice(|| Preset::ALL.map(|preset| preset.name).to_vec()), "", Default("\"stomakhin\""), "a material by name. It sets the material alone: the method of Stomakhin et al. 2013 is kernel = cubic, transfer = pic_flip and flip = 0.95 besides"),
         key("law", Choice(|| Law::ALL.map(Law::name).to_vec()), "", Absent("of the preset"), "elastic law: fixed_corotated (Stomakhin et al. 2012, 2013) or neo_hookean"),
         key("young", Number(Range(1e-3, 1e13)), "Pa", Absent("of the preset"), "Young's modulus of snow that is not packed"),
         key("poisson", Number(Range(0.0, 0.49)), "", Absent("of the preset"), "Poisson's ratio"),

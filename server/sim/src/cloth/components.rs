@@ -72,7 +72,7 @@ pub(super) struct Loose<R> {
     pub(super) m: Vec<R>,
     /// Their mass (kg).
     pub(super) mass: f64,
-    /// Their number.
+    /// How many rows these are.
     pub(super) count: usize,
 }
 

@@ -6,6 +6,7 @@
 use rayon::prelude::*;
 
 use super::{
+    book::Book,
     bound::Extremes,
     grid::{Grid, REACH, Sorted, block_of},
     law::MaterialConstants,
@@ -13,7 +14,7 @@ use super::{
     particles::{Group, Motion, Particles},
     setup::{SnowError, SnowSetup},
     state::{SnowState, SnowWorkspace},
-    step::{Book, check_grid, check_time_step, lost, renew_places, sort_anew, sums},
+    step::{check_grid, check_time_step, lost, renew_places, sort_anew, sums},
     transfer::{
         Arrival, Deformation, StepContext, TOGETHER, Tally, Update, particles_to_grid, update_grid, weights,
     },

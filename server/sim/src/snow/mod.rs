@@ -1,4 +1,4 @@
-//! Snow: particles over a sparse grid, the material point method (Stomakhin et al. 2013).
+//! Snow: particles over a sparse grid, the material point method after Stomakhin et al. 2013.
 //!
 //! [`step()`] takes the stages in the paper's order; each is a file of `transfer`, whose formulas of the
 //! material are in `law`.
@@ -8,6 +8,7 @@ mod law;
 mod setup;
 mod particles;
 mod bound;
+mod book;
 mod model;
 mod grid;
 mod transfer;

@@ -1,10 +1,10 @@
 //! The state of snow, what a checkpoint saves; and what a step works with.
 
 use super::{
+    book::Book,
     bound::{Culprits, Extremes},
     grid::{Grid, Sorter},
     particles::Particles,
-    step::Book,
     transfer::{ChunkDiagnostics, GridDiagnostics, ImplicitWorkspace},
 };
 use crate::{held_length::HeldLength, math::Real, report::Work};

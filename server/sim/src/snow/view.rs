@@ -2,9 +2,10 @@
 
 use super::{
     body::Snow,
+    book::Book,
     grid::{CELLS, block_of, node_of},
     init::settle,
-    step::{Book, sort_anew},
+    step::sort_anew,
 };
 use crate::{
     held_length::HeldLength,

@@ -43,7 +43,7 @@ fn block(count: usize, variant: Variant) -> SnowScene {
 }
 
 /// Runs a scene whose particles are changed before the first step. All must stay finite, and no energy may come from nowhere.
-fn run(
+pub(super) fn run(
     scene: &SnowScene,
     steps: u64,
     change: impl FnMut(usize, &mut ParticleState),

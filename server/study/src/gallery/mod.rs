@@ -14,6 +14,7 @@ mod states;
 mod motions;
 pub mod squeezed;
 mod blocks;
+mod pieces;
 mod tables;
 
 pub use tables::{Exhibit, Family, Table, gallery};

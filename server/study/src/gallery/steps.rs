@@ -19,7 +19,7 @@ use crate::method::{Method, NEWTON};
 /// The critical step of the course's cloth at rest (s), of which its linear motion bears 2 / w.
 const CRITICAL: f64 = 6.71e-3;
 
-pub(super) const SCENES: [Row<Method>; 8] = [
+pub(super) const SCENES: [Row<Method>; 9] = [
     Row {
         number: 1,
         what: "a step 1.5 times the critical one (course cloth, small velocities)",
@@ -36,6 +36,11 @@ pub(super) const SCENES: [Row<Method>; 8] = [
     Row { number: 6, what: "a chain with an end 1000 times as heavy", run: heavy_end },
     Row { number: 7, what: "order on a damped spring", run: order },
     Row { number: 8, what: "20 000 steps in f32", run: long },
+    Row {
+        number: 41,
+        what: "the undamped cloth of the course, in steps of 10 ms for 4 s",
+        run: undamped_cloth,
+    },
 ];
 
 fn probed(damping: f64) -> Network {
@@ -49,6 +54,11 @@ fn probed(damping: f64) -> Network {
 
 fn beyond_the_critical_step(method: Method) -> Verdict {
     Trial::new(stepped(probed(0.0), 1.5 * CRITICAL, method), 200).run()
+}
+
+fn undamped_cloth(method: Method) -> Verdict {
+    let network = drap(10, DrapSprings::Faces, 0.0);
+    Trial::new(stepped(network, 0.01, method).under(GRAVITY), 400).run()
 }
 
 fn loaded(method: Method) -> Verdict {

@@ -3,7 +3,7 @@
 use nappe_sim::cloth::{Hessian, Integrator, Minimizer, NewtonSettings};
 use rayon::prelude::*;
 
-use super::{blocks, motions, row::Row, squeezed, states, steps, verdict::Verdict};
+use super::{blocks, motions, pieces, row::Row, squeezed, states, steps, verdict::Verdict};
 use crate::{budget::Budget, method::Method, variant::Variant};
 
 /// Scenes over methods of a kind.
@@ -51,7 +51,8 @@ pub fn gallery(budget: &Budget, tell: &dyn Fn(&str)) -> Vec<Table> {
     let squeezed = table(Family::Squeezed, &implicit, Method::name, &squeezed::SCENES, budget);
     let implicit = table(Family::Implicit, &implicit, Method::name, &cloth(), budget);
     tell("snow");
-    let snow = table(Family::Snow, &Variant::per_step(), Variant::name, &blocks::SCENES, budget);
+    let scenes: Vec<_> = blocks::SCENES.into_iter().chain(pieces::SCENES).collect();
+    let snow = table(Family::Snow, &Variant::per_step(), Variant::name, &scenes, budget);
     vec![explicit, implicit, squeezed, snow]
 }
 

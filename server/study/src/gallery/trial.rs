@@ -23,16 +23,19 @@ pub(super) struct Trial {
     pub(super) given: f64,
 }
 
+/// Share of the kinetic and elastic energy by which a run may gain energy; beyond it, it is wrong.
+const WRONG: f64 = 0.1;
+
 /// How much energy a run may have above that of its start without saying so, and at all, as shares of what moves or is
 /// stretched now. Of implicit methods rounding, and what acceptance lets one linear solve gain; of explicit ones the error of
 /// a fine step, and what they swing by in theory at 0.9 of the bound, y = 1.8 (docs/laws/steps.md).
 fn gains(integrator: Integrator) -> [f64; 2] {
     let swing = match integrator {
-        _ if integrator.is_implicit() => return [1e-6, 0.1],
+        _ if integrator.is_implicit() => return [1e-6, WRONG],
         Integrator::VelocityVerlet | Integrator::VelocityVerletPredicted => 0.81,
         _ => 0.9,
     };
-    [0.1, 2.0 * swing / (1.0 + swing)]
+    [WRONG, 2.0 * swing / (1.0 + swing)]
 }
 
 impl Trial {
@@ -85,7 +88,9 @@ impl Trial {
         } else {
             Verdict::taken(rejected)
         };
-        if gained > silent { taken.with(format!("gains {gained:.0e} of its energy")) } else { taken }
+        let told =
+            if gained > silent { taken.with(format!("gains {gained:.0e} of its energy")) } else { taken };
+        told.right_if(|| gained <= WRONG)
     }
 
     /// Runs it, without a look.

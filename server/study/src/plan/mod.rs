@@ -1,7 +1,7 @@
 //! The cheapest setting that is right enough for a scene.
 //!
-//! Enters: a case and a tolerance. Leaves: a setting as a scene can ask for it, verified over the time for which the scene determines
-//! its answer; or what it would take. A plan is a chart that looks only where it must. Modules in reading order:
+//! Enters: a case and a tolerance. Leaves: a setting as a scene can ask for it, verified until the predictability horizon
+//! of the scene; or what it would take. A plan is a chart that looks only where it must. Modules in reading order:
 
 mod candidate;
 mod search;

@@ -1,4 +1,4 @@
-//! What runs under load are judged against: a fine run of the scene, and the time for which the scene determines its answer.
+//! What runs under load are judged against: a fine run of the scene, and a reference until its predictability horizon.
 
 use nappe_sim::{
     cloth::{Hessian, Integrator},
@@ -30,11 +30,13 @@ const FINEST: u32 = 8;
 const SCAN: f64 = 0.4;
 const REFERENCE: f64 = 0.5;
 
-/// A fine run of a scene, and a reference for as long as the scene determines its answer.
+/// A fine run of a scene, and a reference until its predictability horizon.
 #[derive(Clone, Debug)]
 pub(super) struct Ground {
     /// For how long (s) the answer is known to a quarter of the tolerance; 0 where it is not.
     pub(super) window: f64,
+    /// The mean rate (1/s) at which what starts 1e-8 m apart grows apart until then.
+    pub(super) growth_rate: Option<f64>,
     /// The largest kinetic and elastic energy (J).
     scale: f64,
     /// Between times (s).
@@ -72,6 +74,7 @@ impl Ground {
         let moved = |runner: &Runner| runner.now.kinetic_energy + runner.now.elastic_energy;
         let mut ground = Self {
             window: 0.0,
+            growth_rate: None,
             scale: moved(&runner),
             spacing,
             energies: vec![runner.now.total_energy()],
@@ -92,6 +95,7 @@ impl Ground {
             let good = known.own_error.iter().take_while(|error| **error <= OPEN * tolerance).count();
             ground.states.extend(known.states.into_iter().take(good));
             ground.window = (scan.spacing * good as f64).min(ground.end());
+            ground.growth_rate = scan.growth_rate(ground.window);
         }
         let first = place(ground.window / spacing, ground.energies.len())[0] as usize;
         let mut largest = f64::NEG_INFINITY;

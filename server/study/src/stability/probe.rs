@@ -208,7 +208,7 @@ fn cause(fate: Fate, over: Over) -> Option<String> {
         (Fate::Grows, _) => {
             "its energy rises above that of a fine run by more than half of the largest kinetic and elastic energy"
         }
-        (Fate::Wrong, _) => "its error exceeds ten times the tolerance while the scene determines its answer",
+        (Fate::Wrong, _) => "its error exceeds ten times the tolerance before the predictability horizon",
         (Fate::Indefinite, _) => "a linear solve met a curvature that is not positive",
         (Fate::Stopped, _) => "its time was over",
         _ => return None,

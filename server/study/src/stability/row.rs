@@ -9,7 +9,7 @@ pub enum Fate {
     Stable,
     /// Its numbers are finite, its energy is above what is allowed.
     Grows,
-    /// Its energy stayed, its error did not.
+    /// Its energy stayed, its error did not; of steps as the program takes them too.
     Wrong,
     /// A step led to what is no state.
     Diverged,

@@ -33,8 +33,8 @@ pub(super) fn run(
     let row = probe.run_as(setting, &mut AsRun(UnderLoad::new(case, ground, tolerance)), phase);
     let [substeps, rejected] = row.taken;
     let (fate, cause) = match row.fate {
-        Fate::Stable | Fate::Wrong if rejected == 0 && substeps == probe.steps => (Fate::Survived, None),
-        Fate::Stable | Fate::Wrong => {
+        Fate::Stable if rejected == 0 && substeps == probe.steps => (Fate::Survived, None),
+        Fate::Stable => {
             let per_step = substeps as f64 / probe.steps as f64;
             (Fate::Recovered, Some(format!("{per_step:.1} sub-steps per step, {rejected} taken again")))
         }

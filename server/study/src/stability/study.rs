@@ -65,8 +65,10 @@ pub struct Stability {
     pub bound: f64,
     /// What theory says at rest, where it says anything.
     pub theory: Option<Theory>,
-    /// For how long (s) the scene determines its answer.
+    /// The predictability horizon (s) for a displacement of 1e-8 m; 0 where it is not known.
     pub window: f64,
+    /// The mean rate (1/s) at which what starts so far apart grows apart until then.
+    pub growth_rate: Option<f64>,
     /// Why nothing could be judged under load.
     pub missing: Option<String>,
     /// Runs and limits, in the order of parts, methods and steps.
@@ -137,6 +139,7 @@ pub fn stability(case: &Case, request: &StabilityRequest, budget: &Budget, tell:
         bound: bound(&rest, &budget.until(1.0)),
         theory: Theory::of(&rest),
         window: 0.0,
+        growth_rate: None,
         missing: None,
         rows: Vec::new(),
         is_cut: false,
@@ -154,7 +157,7 @@ pub fn stability(case: &Case, request: &StabilityRequest, budget: &Budget, tell:
     tell("a fine run of the scene");
     match Ground::new(case, request.end, request.tolerance, &budget.until(GROUND)) {
         Ok(ground) => {
-            study.window = ground.window;
+            (study.window, study.growth_rate) = (ground.window, ground.growth_rate);
             parts.load(&ground, &mut study, &budget.until(LOAD), tell);
             parts.as_run(&ground, &mut study, &budget.until(STEPPING), tell);
         }

@@ -12,6 +12,7 @@ use crate::{
     parallel,
     report::{BoundKind, Diagnostics, SnowReport, TimeBound, Work},
     snow::{
+        book::Entry,
         bound::smallest,
         grid::Sorted,
         law::{MaterialConstants, Moduli, energy_density, hardened},
@@ -51,6 +52,15 @@ pub(crate) struct SnowSums {
     pub(crate) moment: [f64; 3],
     /// Gravitational energy of each particle without its sign (J).
     pub(crate) lifted: f64,
+}
+
+impl SnowSums {
+    /// For the book of energy.
+    pub(in crate::snow) fn entry(&self) -> Entry {
+        let Diagnostics { kinetic_energy, elastic_energy, momentum, .. } = self.diagnostics;
+        let moved = kinetic_energy + self.affine_energy + elastic_energy;
+        Entry { moved, momentum, moment: self.moment, lifted: self.lifted }
+    }
 }
 
 /// Adds up all particles; `partials` is scratch.

@@ -9,17 +9,14 @@ mod failure;
 mod time_step;
 mod order;
 mod diagnose;
-mod book;
 
 pub use diagnose::SnowStep;
 
-pub(super) use book::Book;
 pub(super) use diagnose::sums;
 pub(super) use failure::{check_grid, check_time_step, lost};
 pub(super) use order::{renew_places, sort_anew};
 
 use self::{
-    book::Taken,
     culprit::culprits_in_chunks,
     diagnose::report,
     failure::{MOVE, check_energy, check_mass, check_stretch, culprits},
@@ -27,6 +24,7 @@ use self::{
     time_step::Division,
 };
 use super::{
+    book::Taken,
     bound::Extremes,
     model::SnowModel,
     state::{SnowState, SnowWorkspace},
@@ -57,7 +55,7 @@ pub fn step<R: Real>(
     state.hold.begin();
     if !state.book.is_open() {
         let sums = sums(model, &state.particles, work.sorter.sorted(), around.gravity, &mut work.partials);
-        state.book.open(&sums);
+        state.book.open(sums.entry());
     }
     let mut solve = None;
     (work.spent, work.given) = (Work::default(), 0.0);
@@ -95,7 +93,7 @@ pub fn step<R: Real>(
         is_known: !(moving && model.settings.integration.is_implicit()),
     };
     let fastest = culprits(model, state, work).fastest();
-    state.book.enter(&model.settings, &sums, &taken, fastest)?;
+    state.book.enter(&model.settings, sums.entry(), &taken, fastest)?;
     let contact_count = work.grid_diagnostics.contacts;
     Ok(SnowStep { diagnostics: sums.diagnostics, report, contact_count, solve, work: work.spent })
 }

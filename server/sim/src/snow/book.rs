@@ -3,33 +3,26 @@
 //! Enters: sums over the particles after each step of the world, and what colliders that move and hardening gave within
 //! it. Leaves: why the run ends, where more is owed than the method swings by (docs/laws/snow.md).
 
-use super::diagnose::SnowSums;
-use crate::{
-    math::array::dot,
-    report::StepFailure,
-    snow::settings::{Integration, SnowSettings},
-};
+use super::settings::{Integration, SnowSettings};
+use crate::{math::array::dot, report::StepFailure};
 
 /// Share of the motion that semi-implicit steps may gain: they damp, and swing by nothing.
 const SEMI_IMPLICIT: f64 = 0.1;
 
-/// What particles add up to after a step.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Entry {
+/// What particles add up to.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Entry {
     /// Kinetic energy, that of affine velocities too, and elastic energy (J).
-    moved: f64,
-    /// kg m/s and kg m.
-    momentum: [f64; 3],
-    moment: [f64; 3],
+    pub(super) moved: f64,
+    /// Mass times velocity (kg m/s).
+    pub(super) momentum: [f64; 3],
+    /// Mass times position (kg m).
+    pub(super) moment: [f64; 3],
+    /// Gravitational energy of each particle without its sign (J).
+    pub(super) lifted: f64,
 }
 
 impl Entry {
-    fn of(sums: &SnowSums) -> Self {
-        let found = &sums.diagnostics;
-        let moved = found.kinetic_energy + sums.affine_energy + found.elastic_energy;
-        Self { moved, momentum: found.momentum, moment: sums.moment }
-    }
-
     /// Kinetic, elastic and gravitational energy (J), as a fall by steps of `dt` (s) keeps it: symplectic Euler keeps
     /// v² / 2 - g x + dt g v / 2 per mass.
     fn energy(&self, gravity: [f64; 3], dt: f64) -> f64 {
@@ -39,7 +32,7 @@ impl Entry {
 
 /// What is known of the energy over a run: part of the state.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Book {
+pub(super) struct Book {
     /// After the last step; none where particles were changed since.
     last: Option<Entry>,
     /// What was gained and not lost again (J).
@@ -52,58 +45,56 @@ pub(crate) struct Book {
 
 /// What a step of the world tells the book.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Taken {
-    pub(crate) gravity: [f64; 3],
+pub(super) struct Taken {
+    pub(super) gravity: [f64; 3],
     /// Steps of the snow, and the length of the last (s).
-    pub(crate) substeps: u32,
-    pub(crate) dt: f64,
+    pub(super) substeps: u32,
+    pub(super) dt: f64,
     /// What colliders that move and hardening gave (J).
-    pub(crate) given: f64,
+    pub(super) given: f64,
     /// Unit round-off of the state.
-    pub(crate) rounding: f64,
+    pub(super) rounding: f64,
     /// Whether that is all that was given.
-    pub(crate) is_known: bool,
+    pub(super) is_known: bool,
 }
 
 impl Book {
     /// Whether it knows the state that the next step starts from.
-    pub(crate) fn is_open(&self) -> bool {
+    pub(super) fn is_open(&self) -> bool {
         self.last.is_some()
     }
 
     /// Takes over the state that a step starts from.
-    pub(crate) fn open(&mut self, sums: &SnowSums) {
-        let entry = Entry::of(sums);
+    pub(super) fn open(&mut self, entry: Entry) {
         self.last = Some(entry);
         self.motion = self.motion.max(entry.moved - self.owed);
     }
 
     /// Takes over that particles are changed by something else than a step.
-    pub(crate) fn close(&mut self) {
+    pub(super) fn close(&mut self) {
         self.last = None;
     }
 
     /// Takes over a step of the snow, by its length over the bound of elastic motion.
-    pub(crate) fn note(&mut self, ratio: f64) {
+    pub(super) fn note(&mut self, ratio: f64) {
         self.ratio = self.ratio.max(ratio.min(1.0));
     }
 
     /// Takes over a step of the world, after which a particle is the fastest; says if more is owed than may be.
-    pub(crate) fn enter(
+    pub(super) fn enter(
         &mut self,
         settings: &SnowSettings,
-        sums: &SnowSums,
+        entry: Entry,
         taken: &Taken,
         particle: u64,
     ) -> Result<(), StepFailure> {
         let Taken { gravity, substeps, dt, given, rounding, is_known } = *taken;
-        let entry = Entry::of(sums);
         let Some(before) = self.last.replace(entry) else { return Ok(()) };
         if settings.time_step.is_unchecked() || !is_known {
             return Ok(());
         }
         let gain = entry.energy(gravity, dt) - before.energy(gravity, dt) - given;
-        let scale = entry.moved.max(before.moved) + sums.lifted;
+        let scale = entry.moved.max(before.moved) + entry.lifted;
         let gain = gain - f64::from(substeps) * rounding * scale;
         self.owed = (self.owed + gain).max(0.0);
         self.motion = self.motion.max(entry.moved - self.owed);
@@ -125,48 +116,36 @@ impl Book {
     }
 
     /// Its numbers for a hash of the state, where it owes something.
-    pub(crate) fn numbers(&self) -> Option<[f64; 3]> {
+    pub(super) fn numbers(&self) -> Option<[f64; 3]> {
         (self.owed > 0.0).then_some([self.owed, self.motion, self.ratio])
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Book, Taken};
-    use crate::{
-        report::{Diagnostics, StepFailure},
-        snow::{settings::SnowSettings, step::diagnose::SnowSums},
-        time_step::TimeStep,
-    };
+    use super::{Book, Entry, Taken};
+    use crate::{report::StepFailure, snow::settings::SnowSettings, time_step::TimeStep};
 
     const GRAVITY: [f64; 3] = [0.0, -10.0, 0.0];
 
     /// A mass of 2 kg at a height (m) with a speed upwards (m/s) and elastic energy (J).
-    fn sums(height: f64, speed: f64, elastic_energy: f64) -> SnowSums {
-        let diagnostics = Diagnostics {
-            kinetic_energy: speed * speed,
-            elastic_energy,
-            gravitational_energy: 20.0 * height,
+    fn sums(height: f64, speed: f64, elastic_energy: f64) -> Entry {
+        Entry {
+            moved: speed * speed + elastic_energy,
             momentum: [0.0, 2.0 * speed, 0.0],
-            max_stretch: 0.0,
-        };
-        let lifted = (20.0 * height).abs();
-        SnowSums { diagnostics, mass: 2.0, moment: [0.0, 2.0 * height, 0.0], lifted, ..SnowSums::default() }
+            moment: [0.0, 2.0 * height, 0.0],
+            lifted: (20.0 * height).abs(),
+        }
     }
 
-    fn step(
-        book: &mut Book,
-        settings: &SnowSettings,
-        after: &SnowSums,
-        given: f64,
-    ) -> Result<(), StepFailure> {
+    fn step(book: &mut Book, settings: &SnowSettings, after: Entry, given: f64) -> Result<(), StepFailure> {
         let rounding = f64::from(f32::EPSILON);
         let taken = Taken { gravity: GRAVITY, substeps: 1, dt: 1e-3, given, rounding, is_known: true };
         book.enter(settings, after, &taken, 0)
     }
 
     /// A book that knows a state, of steps of half the bound: 2/3 of the motion may be gained.
-    fn opened(sums: &SnowSums) -> Book {
+    fn opened(sums: Entry) -> Book {
         let mut book = Book::default();
         book.open(sums);
         book.note(0.5);
@@ -178,11 +157,11 @@ mod tests {
         let settings = SnowSettings::new(0.1);
         for start in [0.0, 3.0] {
             let (mut height, mut speed) = (0.5, start);
-            let mut book = opened(&sums(height, speed, 0.0));
+            let mut book = opened(sums(height, speed, 0.0));
             for _ in 0..600 {
                 speed -= 1e-3 * 10.0;
                 height += 1e-3 * speed;
-                step(&mut book, &settings, &sums(height, speed, 0.0), 0.0).expect("a fall");
+                step(&mut book, &settings, sums(height, speed, 0.0), 0.0).expect("a fall");
                 assert!(book.owed < 1e-9, "{book:?}");
             }
         }
@@ -191,29 +170,29 @@ mod tests {
     #[test]
     fn what_rises_without_a_source_is_owed_until_it_is_lost_and_ends_the_run_above_the_swing() {
         let settings = SnowSettings::new(0.1);
-        let mut book = opened(&sums(0.0, 1.0, 0.0));
+        let mut book = opened(sums(0.0, 1.0, 0.0));
         for elastic in [0.3, 0.1, 0.6, 0.0, 0.64] {
-            step(&mut book, &settings, &sums(0.0, 1.0, elastic), 0.0).expect("a swing");
+            step(&mut book, &settings, sums(0.0, 1.0, elastic), 0.0).expect("a swing");
         }
         let failure =
-            step(&mut book, &settings, &sums(0.0, 1.0, 0.7), 0.0).expect_err("more than it swings by");
+            step(&mut book, &settings, sums(0.0, 1.0, 0.7), 0.0).expect_err("more than it swings by");
         let StepFailure::EnergyGain { value, limit, .. } = failure else { panic!("{failure}") };
         assert!((value - 0.7).abs() < 1e-6 && (limit - 2.0 / 3.0).abs() < 1e-6, "{value} J, {limit} J");
 
         // The same without end, by little each time: the motion that was there counts, not what was gained.
-        let mut book = opened(&sums(0.0, 1.0, 0.0));
+        let mut book = opened(sums(0.0, 1.0, 0.0));
         let ended = (1..1000)
-            .find(|n| step(&mut book, &settings, &sums(0.0, 1.0, 1e-2 * f64::from(*n)), 0.0).is_err());
+            .find(|n| step(&mut book, &settings, sums(0.0, 1.0, 1e-2 * f64::from(*n)), 0.0).is_err());
         assert!(ended.is_some_and(|n| (60..80).contains(&n)), "{ended:?}");
     }
 
     #[test]
     fn what_was_given_is_not_owed_and_unchecked_steps_are_not_judged() {
         let mut settings = SnowSettings::new(0.1);
-        let mut book = opened(&sums(0.0, 1.0, 0.0));
-        step(&mut book, &settings, &sums(0.0, 3.0, 0.0), 8.0).expect("it was given");
-        assert!(step(&mut book.clone(), &settings, &sums(0.0, 5.0, 0.0), 0.0).is_err(), "it was not");
+        let mut book = opened(sums(0.0, 1.0, 0.0));
+        step(&mut book, &settings, sums(0.0, 3.0, 0.0), 8.0).expect("it was given");
+        assert!(step(&mut book.clone(), &settings, sums(0.0, 5.0, 0.0), 0.0).is_err(), "it was not");
         settings.time_step = TimeStep::Unchecked(1e-3);
-        step(&mut book, &settings, &sums(0.0, 5.0, 0.0), 0.0).expect("nobody asks");
+        step(&mut book, &settings, sums(0.0, 5.0, 0.0), 0.0).expect("nobody asks");
     }
 }
