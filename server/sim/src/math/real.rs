@@ -300,8 +300,13 @@ pub(crate) trait Pack:
     fn abs(self) -> Self;
     /// The greater of two; the other where one is NaN or both are zero.
     fn max(self, other: Self) -> Self;
+    /// 1 / x where x is greater than `least`, else 0.
+    fn inverse_above(self, least: Self) -> Self;
     /// 1 / x where x > 0, else 0.
-    fn inverse_or_zero(self) -> Self;
+    #[inline(always)]
+    fn inverse_or_zero(self) -> Self {
+        self.inverse_above(Self::zero())
+    }
     /// The lane where `gate` > 0, else 0.
     fn where_positive(self, gate: Self) -> Self;
     fn widen(self) -> Self::Wide;

@@ -37,8 +37,7 @@ impl<P: Pack> Spring<P> {
     pub(crate) fn new(d: [P; 3], rest_length: P) -> Self {
         let square = dot(d, d);
         let length = square.sqrt();
-        let has_direction = length - P::of(P::Number::SMALLEST);
-        let inverse = length.where_positive(has_direction).inverse_or_zero();
+        let inverse = length.inverse_above(P::of(P::Number::SMALLEST));
         Self { d, rest_length, square, length, inverse }
     }
 

@@ -85,9 +85,10 @@ macro_rules! lanewise {
             Self(unsafe { [$($max(self.0[$i], other.0[$i])),+] })
         }
         #[inline(always)]
-        fn inverse_or_zero(self) -> Self {
-            let inverse = Self(unsafe { [$($div($splat(1.0), self.0[$i])),+] });
-            inverse.where_positive(self)
+        fn inverse_above(self, least: Self) -> Self {
+            Self(unsafe {
+                [$($and($cmp::<_CMP_GT_OQ>(self.0[$i], least.0[$i]), $div($splat(1.0), self.0[$i]))),+]
+            })
         }
         #[inline(always)]
         fn where_positive(self, gate: Self) -> Self {

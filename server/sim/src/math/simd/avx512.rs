@@ -71,10 +71,10 @@ impl Pack for F32x16 {
         Self(unsafe { _mm512_max_ps(self.0, other.0) })
     }
     #[inline(always)]
-    fn inverse_or_zero(self) -> Self {
+    fn inverse_above(self, least: Self) -> Self {
         unsafe {
-            let positive = _mm512_cmp_ps_mask::<_CMP_GT_OQ>(self.0, _mm512_setzero_ps());
-            Self(_mm512_maskz_div_ps(positive, _mm512_set1_ps(1.0), self.0))
+            let greater = _mm512_cmp_ps_mask::<_CMP_GT_OQ>(self.0, least.0);
+            Self(_mm512_maskz_div_ps(greater, _mm512_set1_ps(1.0), self.0))
         }
     }
     #[inline(always)]
@@ -309,11 +309,13 @@ impl Pack for F64x16 {
         Self(unsafe { [_mm512_max_pd(self.0[0], other.0[0]), _mm512_max_pd(self.0[1], other.0[1])] })
     }
     #[inline(always)]
-    fn inverse_or_zero(self) -> Self {
-        let one = Self::splat(1.0);
-        let inverse =
-            Self(unsafe { [_mm512_div_pd(one.0[0], self.0[0]), _mm512_div_pd(one.0[1], self.0[1])] });
-        inverse.where_positive(self)
+    fn inverse_above(self, least: Self) -> Self {
+        unsafe {
+            let one = _mm512_set1_pd(1.0);
+            let low = _mm512_cmp_pd_mask::<_CMP_GT_OQ>(self.0[0], least.0[0]);
+            let high = _mm512_cmp_pd_mask::<_CMP_GT_OQ>(self.0[1], least.0[1]);
+            Self([_mm512_maskz_div_pd(low, one, self.0[0]), _mm512_maskz_div_pd(high, one, self.0[1])])
+        }
     }
     #[inline(always)]
     fn where_positive(self, gate: Self) -> Self {

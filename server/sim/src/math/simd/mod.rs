@@ -256,7 +256,14 @@ mod tests {
         let power = P::load(&counts.map(|n| P::Number::of(P::Number::MAGIC.to_f64() + n)));
         let whole = P::load(&counts.map(|n| P::Number::of(4369.0 * n))).whole();
         let x = P::load(x);
-        let same = [x.sqrt(), x.abs(), x.inverse_or_zero(), x.floor(), power.power_of_two()];
+        let same = [
+            x.sqrt(),
+            x.abs(),
+            x.inverse_or_zero(),
+            x.inverse_above(P::one()),
+            x.floor(),
+            power.power_of_two(),
+        ];
         let singles = P::from_singles(&x.to_singles());
         let packs = same.into_iter().chain([singles]).map(bits).collect();
         (packs, bits(x.widen()), whole)

@@ -66,8 +66,8 @@ impl<R: Real> Pack for Portable<R> {
         self.zip(other, |a, b| if a > b { a } else { b })
     }
     #[inline(always)]
-    fn inverse_or_zero(self) -> Self {
-        self.map(|x| if x > R::zero() { R::one() / x } else { R::zero() })
+    fn inverse_above(self, least: Self) -> Self {
+        self.zip(least, |x, least| if x > least { R::one() / x } else { R::zero() })
     }
     #[inline(always)]
     fn where_positive(self, gate: Self) -> Self {
