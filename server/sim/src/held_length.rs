@@ -12,10 +12,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::time_step::TimeStep;
 
-/// Share of what is allowed that is taken where a length is cut.
-const CUT: f64 = 0.9;
-/// Of so many parts a longer length leaves nine tenths, or fewer.
-const FEWER: f64 = 0.9;
+/// Share of what is allowed that is taken where a length changes.
+const SHARE: f64 = 0.9;
+/// Of so many parts a longer length leaves four fifths, or fewer: after a cut the same bound asks for nine tenths.
+const FEWER: f64 = 0.8;
 /// Steps in a row that must allow a longer length before it is taken.
 const PATIENCE: u32 = 256;
 
@@ -24,44 +24,41 @@ const PATIENCE: u32 = 256;
 pub(crate) struct HeldLength {
     /// Equal parts of a step of the world; 0 before the first.
     parts: f64,
-    /// Steps in a row that would have allowed fewer.
+    /// Steps in a row that would have allowed fewer, and the parts that all of them would have allowed.
     good: u32,
+    needed: f64,
 }
 
 impl HeldLength {
-    /// Begins a step of the world, in which a longer length may begin.
-    pub(crate) fn begin(&mut self) {
-        if self.good >= PATIENCE {
-            *self = Self { parts: self.fewer(), good: 0 };
-        }
-    }
-
     /// The length of the next step (s), at most `allowed` (s), of a step of the world of `dt` (s).
     pub(crate) fn length(&mut self, dt: f64, allowed: f64) -> f64 {
         let needed = TimeStep::divide(dt, allowed);
         if self.parts == 0.0 {
             self.parts = needed;
         } else if needed > self.parts {
-            self.shorten(dt, CUT * allowed);
+            self.shorten(dt, SHARE * allowed);
         }
-        let may_grow = self.fewer() < self.parts && needed <= self.fewer();
-        self.good = if may_grow { self.good + 1 } else { 0 };
+
+        let fewer = (FEWER * self.parts).floor().max(1.0);
+        if needed > fewer || fewer == self.parts {
+            (self.good, self.needed) = (0, 0.0);
+        } else {
+            (self.good, self.needed) = (self.good + 1, self.needed.max(needed));
+        }
+        if self.good == PATIENCE {
+            *self = Self { parts: (self.needed / SHARE).round().min(fewer), ..Self::default() };
+        }
         dt / self.parts
     }
 
     /// Cuts the length to `most` (s), or a little below.
     pub(crate) fn shorten(&mut self, dt: f64, most: f64) {
-        *self = Self { parts: TimeStep::divide(dt, most).max(self.parts), good: 0 };
-    }
-
-    /// Parts of the next longer length: at least one.
-    fn fewer(&self) -> f64 {
-        (FEWER * self.parts).floor().max(1.0)
+        *self = Self { parts: TimeStep::divide(dt, most).max(self.parts), ..Self::default() };
     }
 
     /// Its numbers for a hash of the state, where a further step may depend on them.
-    pub(crate) fn numbers(&self) -> Option<[f64; 2]> {
-        (self.parts > 1.0).then_some([self.parts, f64::from(self.good)])
+    pub(crate) fn numbers(&self) -> Option<[f64; 3]> {
+        (self.parts > 1.0).then_some([self.parts, f64::from(self.good), self.needed])
     }
 }
 
@@ -71,36 +68,43 @@ mod tests {
 
     #[test]
     fn a_length_is_held_while_a_bound_moves_and_grows_only_after_many_steps() {
-        let mut hold = HeldLength::default();
-        assert_eq!(hold.length(1.0, 0.26), 0.25);
+        let mut held = HeldLength::default();
+        assert_eq!(held.length(1.0, 0.26), 0.25);
         // A bound that oscillates above it changes nothing.
         for step in 0..1000 {
-            hold.begin();
-            assert_eq!(hold.length(1.0, 0.3 + 0.04 * f64::from(step % 3)), 0.25);
+            assert_eq!(held.length(1.0, 0.3 + 0.04 * f64::from(step % 3)), 0.25);
         }
         // It is cut by more than needed, and not cut again by what stays within that.
-        let cut = hold.length(1.0, 0.24);
+        let cut = held.length(1.0, 0.24);
         assert_eq!(cut, 0.2);
-        assert_eq!(hold.length(1.0, 0.205), cut);
-        // It grows after so many steps that would allow it in a row, as a step of the world begins.
-        for _ in 0..PATIENCE {
-            assert_eq!(hold.length(1.0, 0.3), cut);
+        assert_eq!(held.length(1.0, 0.205), cut);
+        // It grows after so many steps in a row that would allow it.
+        for _ in 1..PATIENCE {
+            assert_eq!(held.length(1.0, 0.3), cut);
         }
-        hold.begin();
-        assert_eq!(hold.length(1.0, 0.3), 0.25);
+        assert_eq!(held.length(1.0, 0.3), 0.25);
         // One that would not begins the count anew.
         for step in 0..2 * PATIENCE {
-            hold.begin();
-            assert_eq!(hold.length(1.0, if step % PATIENCE == 0 { 0.3 } else { 0.4 }), 0.25);
+            assert_eq!(held.length(1.0, if step % PATIENCE == 0 { 0.3 } else { 0.4 }), 0.25);
         }
     }
 
     #[test]
+    fn a_bound_that_falls_for_a_moment_costs_no_more_than_that_many_steps() {
+        let mut held = HeldLength::default();
+        held.length(1.0, 0.1);
+        assert!(held.length(1.0, 1e-5) <= 0.9e-5);
+        let short = (0..PATIENCE).filter(|_| held.length(1.0, 0.1) < 0.09).count();
+        assert_eq!(short + 1, PATIENCE as usize, "the last is long again: {held:?}");
+        assert!(held.length(1.0, 0.1) <= 0.1);
+    }
+
+    #[test]
     fn a_whole_number_of_parts_is_held_where_its_quotient_is_rounded() {
-        let mut hold = HeldLength::default();
+        let mut held = HeldLength::default();
         let allowed = 1.0 / 3.0 * (1.0 - 1e-12);
         for _ in 0..10 {
-            assert_eq!(hold.length(1.0, allowed), 1.0 / 3.0);
+            assert_eq!(held.length(1.0, allowed), 1.0 / 3.0);
         }
     }
 }

@@ -7,6 +7,7 @@ use crate::{
         BoundKind, ClothSteps, ErrorEstimate, Rejection, StepFailure, StepReport, Stopwatch, TimeBound,
     },
     surroundings::Surroundings,
+    time_step::TimeStep,
 };
 
 /// Sub-steps of the cloths in one step of the world, at most.
@@ -33,12 +34,13 @@ pub(super) fn step<R: Real>(
 
     cloths(bodies).for_each(|(_, cloth)| cloth.begin(around));
     let mut division = Division::of(around.dt);
-    pace.begin();
     let (mut substeps, mut rejected) = (0, 0);
     let mut next = shortest(bodies, pace, asked, around, watch)?;
     let dt = loop {
         division.fit(pace.length(around.dt, asked, next.certified).min(asked));
-        if f64::from(substeps) + division.left() > f64::from(MAX_SUBSTEPS) {
+        // What bounds ask for, not what is held since they asked for more.
+        let needed = TimeStep::divide(division.dt() * division.left(), next.bound.dt.min(asked));
+        if f64::from(substeps) + needed > f64::from(MAX_SUBSTEPS) {
             return Err(next.too_many());
         }
 

@@ -52,11 +52,6 @@ impl Pace {
         TimeBound { kind, dt, particle: None }
     }
 
-    /// Begins a step of the world.
-    pub(super) fn begin(&mut self) {
-        self.hold.begin();
-    }
-
     /// The longest next sub-step (s) of a step of the world of `dt` (s), of which the scene asks for `asked` (s) and bounds
     /// allow `certified` (s).
     pub(super) fn length(&mut self, dt: f64, asked: f64, certified: f64) -> f64 {

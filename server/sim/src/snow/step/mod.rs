@@ -52,7 +52,6 @@ pub fn step<R: Real>(
     watch: &mut dyn Stopwatch,
 ) -> Result<SnowStep, StepFailure> {
     let mut division = Division::of(around);
-    state.hold.begin();
     if !state.book.is_open() {
         let sums = sums(model, &state.particles, work.sorter.sorted(), around.gravity, &mut work.partials);
         state.book.open(sums.entry());

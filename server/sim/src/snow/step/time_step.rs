@@ -57,18 +57,22 @@ impl<'a> Division<'a> {
         }
 
         let (kind, bound) = check_time_step(model, state, work, colliders)?;
-        let allowed = match model.settings.time_step {
-            TimeStep::Certified { safety } => state.hold.length(dt, safety * bound),
-            TimeStep::Fixed(dt) | TimeStep::Unchecked(dt) => dt,
+        let (allowed, held) = match model.settings.time_step {
+            TimeStep::Certified { safety } => {
+                let allowed = safety * bound;
+                (allowed, state.hold.length(dt, allowed))
+            }
+            TimeStep::Fixed(dt) | TimeStep::Unchecked(dt) => (dt, dt),
         };
 
-        self.steps = TimeStep::divide(self.left, allowed);
+        // What the bound asks for, not what is held since it asked for more.
         let limit = model.settings.max_substeps;
-        if f64::from(self.substeps) + self.steps > f64::from(limit) {
+        if f64::from(self.substeps) + TimeStep::divide(self.left, allowed) > f64::from(limit) {
             let particle = culprits(model, state, work).of(kind).unwrap_or_default();
             return Err(StepFailure::Substeps { particle, dt: allowed, limit, bound: kind });
         }
 
+        self.steps = TimeStep::divide(self.left, held);
         self.dt = self.left / self.steps;
         state.book.note(self.dt / bound);
         let end = time + dt;
