@@ -72,7 +72,7 @@ pub(super) const PATCHES: [Patch; 23] = [
     text(19, "transfer/weights.rs", "            (w, [-a, -(c + c), b, zero])", "            (w, [if crate::mutant(19) { a } else { -a }, -(c + c), b, zero])"),
     expression(19, "transfer/weights.rs", "-(half * u2)", "half * u2"),
     expression(20, "step/time_step.rs", "state.hold.length(dt, allowed)", "1.0 / 240.0"),
-    expression(21, "step/time_step.rs", "TimeStep::divide(self.left, allowed)", "TimeStep::divide(self.left, 1.0 / 24.0)"),
+    expression(21, "step/time_step.rs", "TimeStep::divide(self.left, held)", "TimeStep::divide(self.left, 1.0 / 24.0)"),
     text(0, "law/deform.rs", "/// U diag(t) U^T: xx yy zz xy xz yz.", RIGHT),
 ];
 
