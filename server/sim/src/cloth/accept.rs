@@ -137,5 +137,5 @@ pub(super) fn accept<R: Real>(
     }
     let most = most_owed(old.kinetic_energy + old.elastic_energy, after.motion.change);
     let owes = matches!(after.found, Found::Middle { .. });
-    Ok(Allowance { given: given + rounding, limit, most, owes })
+    Ok(Allowance { given: given + rounding, limit: gain.max(given) + rounding, most, owes })
 }

@@ -1,20 +1,19 @@
-//! The energy that contacts give an implicit step: what pushes particles out of a solid, one by one, stretches springs.
+//! The energy that contacts give an implicit step: what keeps particles out of a solid, one by one, stretches springs.
 //!
 //! It is more the longer a step is, and it adds up. So it is kept in a book: what contacts give is owed, what is lost later pays
 //! it back, and a sub-step after which more is owed than a share of what moves and is stretched is not accepted.
 
-/// Share of the kinetic and elastic energy that may be owed. The demo comes to 0.11 once, in step 102.
-const SHARE: f64 = 0.125;
-/// Times the energy of the change of velocities that may be owed too: a particle that rests is put back by what it would have
-/// come to at its end velocity, which by methods of order 2 is twice as far as it fell, and lifts it by just that energy.
-const FALL: f64 = 1.1;
+/// Share of the kinetic and elastic energy that may be owed.
+const SHARE: f64 = 0.05;
+/// Times the energy of the change of velocities that may be owed too: what rests is put on a surface to rounding alone.
+const RESTING: f64 = 1e-6;
 
 /// What energy a step that is accepted may have, before contacts and after them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Allowance {
     /// What pins and the medium gave, and rounding (J).
     pub(super) given: f64,
-    /// By how much the energy may rise before contacts (J).
+    /// By how much the energy rises before contacts, at least by what was given (J).
     pub(super) limit: f64,
     /// What may be owed for contacts after it (J).
     pub(super) most: f64,
@@ -25,7 +24,7 @@ pub(super) struct Allowance {
 /// What may be owed after a sub-step (J), by the energy that moves and is stretched before it and that of the change of
 /// velocities.
 pub(super) fn most_owed(moved: f64, change: f64) -> f64 {
-    SHARE * moved + FALL * change
+    SHARE * moved + RESTING * change
 }
 
 /// What is owed (J) after a sub-step of which the energy rose by `rise` (J).
@@ -44,6 +43,12 @@ pub(super) enum Judged {
     No,
 }
 
+impl From<bool> for Judged {
+    fn from(is_judged: bool) -> Self {
+        if is_judged { Self::Yes } else { Self::No }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -56,6 +61,6 @@ mod tests {
         assert_eq!(owed(gained, 2.5, &allowed, Judged::No), 3.0);
         assert_eq!(owed(gained, -0.5, &allowed, Judged::No), 2.0);
         assert_eq!(owed(gained, -9.0, &allowed, Judged::Yes), 0.0);
-        assert_eq!(most_owed(8.0, 2.0), 1.0 + 2.0 * FALL);
+        assert_eq!(most_owed(8.0, 2.0), 8.0 * SHARE + 2.0 * RESTING);
     }
 }

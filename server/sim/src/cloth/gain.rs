@@ -9,7 +9,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::{
-    evaluation::Evaluation, integrator::Integrator, model::Model, numbers::StepNumbers, rounding::rounding,
+    contact_gain::Judged, evaluation::Evaluation, integrator::Integrator, model::Model, numbers::StepNumbers,
+    rounding::rounding,
 };
 use crate::math::Real;
 
@@ -51,19 +52,19 @@ impl Start {
 
 impl Gain {
     /// After a sub-step. What pins and the medium give at its start and its end counts whole: together more than they gave.
-    /// Where something touched a collider only a loss counts: what contact does to springs is not told apart.
+    /// Where what contacts give is not told apart only a loss counts.
     pub(super) fn after<R: Real>(
         self,
         model: &Model<R>,
         numbers: &StepNumbers<R>,
         start: &Start,
         end: &Evaluation<R>,
-        touched: u64,
+        judged: Judged,
     ) -> Self {
         let Start { energy, power, rate, .. } = Start::of(end);
         let given = numbers.dt * (start.power + power) + start.own;
         let gain = energy - start.energy - given - 2.0 * rounding(model, numbers, &end.total, end.reach);
-        let counted = if touched > 0 { gain.min(0.0) } else { gain };
+        let counted = if judged == Judged::Yes { gain } else { gain.min(0.0) };
         let ratio = numbers.dt * start.rate.max(rate);
         let energy = self.energy + counted;
         let moved = end.total.kinetic_energy + end.total.elastic_energy;

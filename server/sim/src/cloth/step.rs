@@ -122,21 +122,30 @@ impl<R: Real> Stepping<'_, R> {
             Err(failure) => return Err(cause(self.model, self.state, failure)),
         };
         let met = self.meet(time, watch)?;
-        let owes = met.touched == 0 && self.work.allowed.is_some_and(|allowed| allowed.owes);
-        self.work.judged = if owes { Judged::Yes } else { Judged::No };
+        // What bounces add, because a method's velocities are not those of its way, the method took before.
+        self.work.start.own += met.swing;
+        if let Some(allowed) = self.work.allowed.as_mut().filter(|_| met.touched > 0) {
+            // What rests gives the medium nothing.
+            let given = allowed.given.max(0.0) + met.swing;
+            allowed.limit += given - allowed.given;
+            allowed.given = given;
+        }
+        let moves = self.around.colliders.iter().any(|collider| collider.velocity != [0.0; 3]);
+        self.work.judged = match self.work.allowed {
+            Some(allowed) if met.touched == 0 => allowed.owes.into(),
+            _ => (met.touched == 0 || met.inside == 0 && !moves).into(),
+        };
         match self.work.allowed {
-            Some(allowed) if met.touched > 0 && met.inside == 0 => self.judge_contacts(&allowed, watch),
+            Some(allowed) if met.touched > 0 && self.work.judged == Judged::Yes => {
+                self.judge_contacts(&allowed, watch)
+            }
             _ => Ok(()),
         }
     }
 
     /// Refuses what contacts made of a sub-step, if more is owed for their energy after it than may be.
     fn judge_contacts(&mut self, allowed: &Allowance, watch: &mut dyn Stopwatch) -> Result<(), StepFailure> {
-        let Self { model, settings, around, .. } = *self;
-        if around.colliders.iter().any(|collider| collider.velocity != [0.0; 3]) {
-            return Ok(());
-        }
-        self.work.judged = Judged::Yes;
+        let Self { model, settings, .. } = *self;
         self.work.evaluate_next(model, Purpose::of(settings));
         watch.lap(Stage::Force);
         let Workspace { evaluation, next, numbers, start, .. } = &*self.work;
@@ -211,11 +220,12 @@ impl<R: Real> Stepping<'_, R> {
     /// Lets what was tried meet colliders, at `time` (s).
     fn meet(&mut self, time: f64, watch: &mut dyn Stopwatch) -> Result<Met, StepFailure> {
         let Self { model, settings, around, .. } = *self;
-        let Workspace { next: State { x, v, past, .. }, numbers, tried, .. } = &mut *self.work;
+        let Workspace { next: State { x, v, past, .. }, numbers, tried, met, .. } = &mut *self.work;
         let (colliders, share, user) = (around.colliders, &model.share, &model.user);
         let contacts = Contacts { colliders, time, dt: numbers.dt, share, user };
         let past = (past.dt > 0.0).then_some([&mut past.x[..], &mut past.v[..]]);
-        let met = resolve(contacts, &model.inv_m, &self.state.x, [x, v], past);
+        let from = [&self.state.x[..], &self.state.v[..]];
+        let met = resolve(contacts, &model.inv_m, from, [x, v], past, met);
         let Met { touched, passed, first_passed, .. } = met;
         watch.lap(Stage::Collide);
 
@@ -246,8 +256,8 @@ impl<R: Real> Stepping<'_, R> {
             watch.lap(Stage::Force);
         }
         if matches!(Purpose::of(settings), Purpose::Bounded(_)) {
-            let Workspace { start, evaluation, numbers, tried, .. } = &*self.work;
-            self.state.gain = self.state.gain.after(model, numbers, start, evaluation, tried.contact_count);
+            let Workspace { start, evaluation, numbers, judged, .. } = &*self.work;
+            self.state.gain = self.state.gain.after(model, numbers, start, evaluation, *judged);
         }
         if let Some(allowed) = self.work.allowed {
             let Workspace { start, evaluation, judged, .. } = &*self.work;

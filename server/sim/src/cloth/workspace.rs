@@ -15,6 +15,7 @@ use super::{
     state::{PinMotion, State},
 };
 use crate::{
+    collide::Met,
     linalg::{BlockCsr, CgWorkspace, CoarseMatrix, Inverse3},
     math::{Padded, Real, Vec3},
     parallel::block_count,
@@ -66,6 +67,8 @@ pub struct Workspace<R: Real> {
     pub(super) judged: Judged,
     /// What a sub-step that is tried found of its motion, block by block.
     pub(super) moved: Vec<Moved>,
+    /// What each block of it met.
+    pub(super) met: Vec<Met>,
     /// What the sub-step that is tried tells, and what those before it in the step told.
     pub(super) tried: ClothReport,
     pub(super) report: ClothReport,

@@ -1,15 +1,18 @@
-//! Contact of cloth: friction, restitution, and particles put back on the surface. A particle that would end
-//! inside a collider loses its approach speed, is slowed by Coulomb friction, and is put on the surface.
+//! Contact of cloth: which particles would end a step inside a collider, and what comes of them.
 //!
-//! Reads and writes positions (m) and velocities (m/s) at the end of a step; colliders are met in
-//! their order. The impulse of the normal bounds that of friction: `|dv_t| <= mu |dv_n|`.
+//! Reads positions (m) and velocities (m/s) at the start of a step, and reads and writes those at its end. What one particle
+//! does is in [`super::answer`].
 
 use rayon::prelude::*;
 
-use super::Collider;
+use super::{
+    Collider,
+    answer::{Answer, SubStep},
+    passed::{REACHED, has_passed},
+};
 use crate::{
     math::{Padded, Real, Vec3, array3, vec3},
-    parallel::Share,
+    parallel::{Share, block_count},
 };
 
 /// Where, when and for how long particles may have met colliders: the end of a step.
@@ -36,7 +39,7 @@ pub(crate) struct Passed {
 }
 
 /// What met colliders in a step.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Met {
     /// Particles that touched one.
     pub(crate) touched: u64,
@@ -46,6 +49,8 @@ pub(crate) struct Met {
     pub(crate) passed: u64,
     /// The first of these in the user's numbering.
     pub(crate) first_passed: Option<Passed>,
+    /// Energy (J) that bounces add where a method's velocities are not those of its way: it took as much before.
+    pub(crate) swing: f64,
 }
 
 impl Met {
@@ -57,55 +62,53 @@ impl Met {
             inside: self.inside + other.inside,
             passed: self.passed + other.passed,
             first_passed: first,
+            swing: self.swing + other.swing,
         }
     }
 
-    /// What all ranks met.
-    fn of_all(self, share: &Share) -> Self {
+    /// What all blocks of all ranks met.
+    fn of_all(share: &Share, blocks: &[Self]) -> Self {
+        let own = share.own().blocks(blocks).iter().copied().fold(Self::default(), Self::and);
         let Passed { particle, collider } =
-            self.first_passed.unwrap_or(Passed { particle: u32::MAX, collider: u32::MAX });
-        let told = [self.touched, self.inside, self.passed].map(|count| count as f64);
-        let [touched, inside, passed] = told;
+            own.first_passed.unwrap_or(Passed { particle: u32::MAX, collider: u32::MAX });
+        let [touched, inside, passed] = [own.touched, own.inside, own.passed].map(|count| count as f64);
         let mut all = Self::default();
         let told = [touched, inside, passed, particle.into(), collider.into()];
-        share.tell(told, |[touched, inside, passed, particle, collider]| {
-            let first = Passed { particle: particle as u32, collider: collider as u32 };
-            let first_passed = (passed > 0.0).then_some(first);
-            let [touched, inside, passed] = [touched, inside, passed].map(|count| count as u64);
-            all = all.and(Self { touched, inside, passed, first_passed });
-        });
-        all
-    }
-
-    /// What one particle met.
-    fn of(near: Near, was_inside: impl FnOnce() -> bool, first_passed: Option<Passed>) -> Self {
-        Self {
-            touched: u64::from(near == Near::Touched),
-            inside: u64::from(near == Near::Touched && was_inside()),
-            passed: u64::from(first_passed.is_some()),
-            first_passed,
-        }
+        let [swing] = share.gather(
+            blocks,
+            &|block: &Self| [block.swing],
+            told,
+            |[touched, inside, passed, particle, collider]| {
+                let first = Passed { particle: particle as u32, collider: collider as u32 };
+                let first_passed = (passed > 0.0).then_some(first);
+                let [touched, inside, passed] = [touched, inside, passed].map(|count| count as u64);
+                all = all.and(Self { touched, inside, passed, first_passed, swing: 0.0 });
+            },
+        );
+        Self { swing, ..all }
     }
 }
 
-/// What contact changes of a particle.
+/// A particle, and what contact changes of it.
 struct Moved<'a, R: Real> {
+    /// Position and velocity at the start of the step.
+    from: [&'a Padded<R>; 2],
     x: &'a mut Padded<R>,
     v: &'a mut Padded<R>,
     /// Position and velocity at the start of the step, of steps that go on from it.
     past: Option<[&'a mut Padded<R>; 2]>,
 }
 
-/// Resolves the contacts of all free particles (`inv_m` > 0), which were at `from` before the step; tells how many there
-/// were, and how many particles, pins too, went through a collider. Of steps that go on from the past, that of what was
-/// touched takes over the change: it is then that of a particle which moved so before.
-#[allow(clippy::disallowed_methods, reason = "whole numbers add to the same in any order")]
+/// Resolves the contacts of all free particles (`inv_m` > 0), of which position and velocity were `from` before the step; tells
+/// what met, block by block in `met`. Of steps that go on from the past, that of what was touched becomes that of a particle
+/// which moved so before.
 pub(crate) fn resolve<R: Real>(
     contacts: Contacts<'_>,
     inv_m: &[R],
-    from: &[Padded<R>],
+    from: [&[Padded<R>]; 2],
     [x, v]: [&mut [Padded<R>]; 2],
     past: Option<[&mut [Padded<R>]; 2]>,
+    met: &mut Vec<Met>,
 ) -> Met {
     if contacts.colliders.is_empty() {
         return Met::default();
@@ -113,27 +116,40 @@ pub(crate) fn resolve<R: Real>(
 
     let (size, own) = (contacts.share.block_size(), contacts.share.own());
     let user = own.rows(contacts.user);
-    let constants =
-        (user.par_chunks(size), own.rows(inv_m).par_chunks(size), own.rows(from).par_chunks(size));
+    let [from_x, from_v] = from.map(|field| own.rows(field).par_chunks(size));
+    let constants = (user.par_chunks(size), own.rows(inv_m).par_chunks(size), (from_x, from_v));
     let [past_x, past_v] = past.unwrap_or_default().map(|field| own.rows_mut(field).par_chunks_mut(size));
     let pasts = past_x.zip(past_v).map(Some);
     let pasts = pasts.chain(rayon::iter::repeat_n((), user.len().div_ceil(size)).map(|()| None));
     let [x, v] = [x, v].map(|field| own.rows_mut(field).par_chunks_mut(size));
-    let met = (constants, (x, v), pasts)
-        .into_par_iter()
-        .map(|((user, inv_m, from), (x, v), mut past)| {
-            let particles = user.iter().zip(inv_m).zip(from).zip(x.iter_mut().zip(v)).enumerate();
-            let met = particles.map(|(row, (((user, inv_m), from), (x, v)))| {
+    met.resize(block_count(contacts.user.len(), size), Met::default());
+    (own.blocks_mut(met).par_iter_mut(), constants, (x, v), pasts).into_par_iter().for_each(
+        |(met, (user, inv_m, (from_x, from_v)), (x, v), mut past)| {
+            *met = Met::default();
+            for (row, (user, inv_m)) in user.iter().zip(inv_m).enumerate() {
                 let past = past.as_mut().map(|(x, v)| [&mut x[row], &mut v[row]]);
-                let is_free = *inv_m > R::zero();
-                let near = if is_free { meet(contacts, Moved { x, v, past }) } else { Near::Untold };
-                let way = [from.vector(), x.vector()];
-                Met::of(near, || was_inside(contacts, way), passed(contacts, *user, near, way))
-            });
-            met.fold(Met::default(), Met::and)
-        })
-        .reduce(Met::default, Met::and);
-    met.of_all(contacts.share)
+                let moved =
+                    Moved { from: [&from_x[row], &from_v[row]], x: &mut x[row], v: &mut v[row], past };
+                *met = met.and(of_one(contacts, *user, *inv_m, moved));
+            }
+        },
+    );
+    Met::of_all(contacts.share, met)
+}
+
+/// Resolves the contacts of one particle.
+fn of_one<R: Real>(contacts: Contacts<'_>, user: u32, inv_m: R, mut moved: Moved<'_, R>) -> Met {
+    let is_free = inv_m > R::zero();
+    let near = if is_free { nearness(contacts, &moved) } else { Near::Untold };
+    let mut met = Met::default();
+    if near == Near::Touched {
+        let answer = moved.answer(contacts);
+        met.touched = 1;
+        met.inside = u64::from(answer.was_inside);
+        met.swing = answer.swing / inv_m.to_f64();
+    }
+    let first_passed = passed(contacts, user, near, [moved.from[0].vector(), moved.x.vector()]);
+    Met { passed: u64::from(first_passed.is_some()), first_passed, ..met }
 }
 
 /// How near a particle is to colliders at the end of a step.
@@ -145,53 +161,40 @@ enum Near {
     Untold,
 }
 
-/// Resolves the contacts of one particle.
-fn meet<R: Real>(contacts: Contacts<'_>, moved: Moved<'_, R>) -> Near {
-    let (mut x, mut v) = (moved.x.vector(), moved.v.vector());
-    let (mut touched, mut pushed, mut change) = (false, Vec3::zeros(), Vec3::zeros());
+fn nearness<R: Real>(contacts: Contacts<'_>, moved: &Moved<'_, R>) -> Near {
+    let x = array3(&moved.x.vector());
     let mut nearest = f64::INFINITY;
     for collider in contacts.colliders {
-        let (distance, normal) = collider.distance(array3(&x), contacts.time);
-        if distance >= collider.margin {
-            nearest = nearest.min(distance);
-            continue;
-        }
-
-        touched = true;
-
-        let by = velocity_change(collider, &v.map(R::to_f64), &vec3(normal));
-
-        // The step moved the particle with the velocity that it no longer has.
-        let mut position = x.map(R::to_f64) + by * contacts.dt;
-        let (distance, normal) = collider.distance(array3(&position), contacts.time);
+        let (distance, _) = collider.distance(x, contacts.time);
         if distance < collider.margin {
-            let push = vec3::<f64>(normal) * (collider.margin - distance);
-            position += push;
-            pushed += push;
+            return Near::Touched;
         }
-
-        x = position.map(R::of);
-        v = (v.map(R::to_f64) + by).map(R::of);
-        change += by;
+        nearest = nearest.min(distance);
     }
-
-    if touched {
-        (*moved.x, *moved.v) = (Padded::new(&x), Padded::new(&v));
-        if let Some([x, v]) = moved.past {
-            let add = |to: &mut Padded<R>, by: Vec3<f64>| {
-                *to = Padded::new(&(to.vector().map(R::to_f64) + by).map(R::of));
-            };
-            add(x, pushed);
-            add(v, change);
-        }
-    }
-    if touched { Near::Touched } else { Near::Free(nearest) }
+    Near::Free(nearest)
 }
 
-/// Steps of a search along the way of a particle, at most.
-const SEARCH_STEPS: u32 = 64;
-/// Distance from a surface at which a way has come to it, or within it at which it has gone in, over the length of the way.
-const REACHED: f64 = 1e-3;
+impl<R: Real> Moved<'_, R> {
+    /// Takes over what contact makes of the step.
+    fn answer(&mut self, contacts: Contacts<'_>) -> Answer {
+        let wide = |vector: &Padded<R>| vector.vector().map(R::to_f64);
+        let x = [wide(self.from[0]), wide(self.x)];
+        let v = [wide(self.from[1]), wide(self.v)];
+        let way = x[1] - x[0];
+        let spare = REACHED * way.norm() + 4.0 * R::ROUNDING * x[0].amax();
+        let Contacts { colliders, time, dt, .. } = contacts;
+        let answer = SubStep { colliders, x, v, dt, end_time: time, spare }.answer();
+
+        let narrow = |vector: Vec3<f64>| Padded::new(&vector.map(R::of));
+        (*self.x, *self.v) = (narrow(answer.x), narrow(answer.v));
+        if let Some([past_x, past_v]) = &mut self.past {
+            let change = answer.v - v[1];
+            **past_x = narrow(answer.x - way - change * dt);
+            **past_v = narrow(wide(past_v) + change);
+        }
+        answer
+    }
+}
 
 /// The first collider that a particle went through or into on its way, which has a start and an end.
 fn passed<R: Real>(contacts: Contacts<'_>, particle: u32, near: Near, way: [Vec3<R>; 2]) -> Option<Passed> {
@@ -202,78 +205,8 @@ fn passed<R: Real>(contacts: Contacts<'_>, particle: u32, near: Near, way: [Vec3
         // No surface is nearer: neither comes to the other.
         let is_far =
             matches!(near, Near::Free(d) if d >= length + vec3::<f64>(collider.velocity).norm() * dt);
-        !is_far && has_passed(collider, contacts, way, rounding)
+        !is_far && has_passed(collider, [contacts.time, dt], way, rounding)
     };
     let first = contacts.colliders.iter().position(is_passed)?;
     Some(Passed { particle, collider: first as u32 })
-}
-
-/// Whether a particle that touches a collider was inside one at the start of its way already.
-fn was_inside<R: Real>(contacts: Contacts<'_>, way: [Vec3<R>; 2]) -> bool {
-    let [start, end] = way.map(|point| point.map(R::to_f64));
-    let spare = REACHED * (end - start).norm() + 4.0 * R::ROUNDING * start.amax();
-    let start = array3(&start);
-    let distance = |collider: &Collider| collider.distance(start, contacts.time - contacts.dt).0;
-    contacts.colliders.iter().any(|collider| distance(collider) < collider.margin - spare)
-}
-
-/// Whether a particle went through a collider from `start` to `end`. At the start it was outside; at the end it is
-/// within, or it came to the surface on its way and the nearest of it looked the other way at the start than at the end.
-/// `rounding` (m) is that of positions.
-fn has_passed(
-    collider: &Collider,
-    contacts: Contacts<'_>,
-    [start, end]: [Vec3<f64>; 2],
-    rounding: f64,
-) -> bool {
-    // As the collider sees it, which stands where it is at the end.
-    let way = end - start - vec3::<f64>(collider.velocity) * contacts.dt;
-    let length = way.norm();
-    let at = |share: f64| collider.distance(array3(&(end - way * share)), contacts.time);
-    let (distance, normal) = at(0.0);
-    // No point of the surface is nearer than `distance`.
-    if distance >= length || !length.is_finite() {
-        return false;
-    }
-
-    let within = -REACHED * length - rounding;
-    let (start, came_from) = at(1.0);
-    if start < within {
-        return false;
-    }
-    if distance < within {
-        return true;
-    }
-    if vec3::<f64>(came_from).dot(&vec3(normal)) >= 0.0 {
-        return false;
-    }
-
-    // Back from the end, by as much as is free of the surface in every direction.
-    let mut gone = distance.max(0.0) / length;
-    for _ in 0..SEARCH_STEPS {
-        if gone >= 1.0 {
-            return false;
-        }
-        let distance = at(gone).0;
-        if distance <= REACHED * length {
-            return true;
-        }
-        gone += distance / length;
-    }
-    false
-}
-
-/// What a collider adds to the velocity of a particle that touches it.
-fn velocity_change(collider: &Collider, v: &Vec3<f64>, normal: &Vec3<f64>) -> Vec3<f64> {
-    let relative = v - vec3::<f64>(collider.velocity);
-    let approach = relative.dot(normal);
-    if approach >= 0.0 {
-        return Vec3::zeros();
-    }
-
-    let push = -(1.0 + collider.restitution) * approach;
-    let sliding = relative - normal * approach;
-    let speed = sliding.norm();
-    let slowed = if speed > 0.0 { (collider.friction * push / speed).min(1.0) } else { 0.0 };
-    normal * push - sliding * slowed
 }

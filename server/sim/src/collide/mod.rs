@@ -2,6 +2,9 @@
 
 pub mod shape;
 mod collider;
+mod flight;
+mod answer;
+mod passed;
 mod contact;
 mod velocity;
 mod corner;

@@ -1,0 +1,143 @@
+//! The way of a particle within a sub-step: the parabola through its ends, and where it meets a surface.
+//!
+//! A method gives positions x0, x1 (m) and velocities v0, v1 (m/s) at the ends of a sub-step of h seconds. With
+//! a = (v1 - v0) / h the one parabola of that acceleration through both positions begins at
+//! w = (x1 - x0) / h - h a / 2. Of methods of order 2 that is v0 in free fall; of those that move with an older or a newer
+//! velocity it differs from it by half of what the sub-step adds, which is how they keep time. Energy is
+//! conserved along it, whatever the method.
+
+use crate::{
+    collide::Collider,
+    math::{Vec3, array3, vec3},
+};
+
+/// Steps of the search for the place where a way meets a surface, at most.
+const SEARCH_STEPS: u32 = 64;
+/// Distance (m) at which a surface is met, over the size of the numbers of which it is made.
+const MET: f64 = 4.0 * f64::EPSILON;
+
+/// A particle on its way to the end of a sub-step.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Flight {
+    /// Position (m).
+    pub(super) x: Vec3<f64>,
+    /// Velocity along the parabola (m/s).
+    pub(super) w: Vec3<f64>,
+    /// Acceleration (m/s²).
+    pub(super) a: Vec3<f64>,
+    /// Time (s) until the end of the sub-step.
+    pub(super) left: f64,
+    /// Time (s) at its end.
+    pub(super) end_time: f64,
+}
+
+/// Where a way meets a surface.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Meeting {
+    /// Time (s) from now until then.
+    pub(super) after: f64,
+    /// Normal of the surface there.
+    pub(super) normal: Vec3<f64>,
+    /// How far (m) the particle is inside already, beyond the margin.
+    pub(super) depth: f64,
+}
+
+impl Flight {
+    /// The way from `x[0]` to `x[1]` (m) in `dt` seconds that end at `end_time`, over which the velocity becomes
+    /// `v[1]` from `v[0]` (m/s).
+    pub(super) fn new(x: [Vec3<f64>; 2], v: [Vec3<f64>; 2], dt: f64, end_time: f64) -> Self {
+        let change = v[1] - v[0];
+        let w = (x[1] - x[0]) / dt - change * 0.5;
+        Self { x: x[0], w, a: change / dt, left: dt, end_time }
+    }
+
+    /// Position (m) after some seconds.
+    pub(super) fn position(&self, after: f64) -> Vec3<f64> {
+        self.x + (self.w + self.a * (0.5 * after)) * after
+    }
+
+    /// Position (m) at the end of the sub-step.
+    pub(super) fn end(&self) -> Vec3<f64> {
+        self.position(self.left)
+    }
+
+    /// Velocity (m/s) along the parabola at the end of the sub-step.
+    pub(super) fn end_velocity(&self) -> Vec3<f64> {
+        self.w + self.a * self.left
+    }
+
+    /// Goes on for some seconds.
+    pub(super) fn go(&mut self, after: f64) {
+        let x = self.position(after);
+        self.w += self.a * after;
+        self.x = x;
+        self.left -= after;
+    }
+
+    /// Distance (m) of a position, after some seconds, from where a particle touches, and the normal there.
+    fn gap(&self, collider: &Collider, after: f64) -> (f64, Vec3<f64>) {
+        let time = self.end_time - (self.left - after);
+        let (distance, normal) = collider.distance(array3(&self.position(after)), time);
+        (distance - collider.margin, vec3(normal))
+    }
+
+    /// Where the particle meets a collider that it ends inside of; none where it ends outside. What is inside by no more
+    /// than `spare` (m) is on the surface.
+    pub(super) fn meets(&self, collider: &Collider, spare: f64) -> Option<Meeting> {
+        let (end, normal_at_end) = self.gap(collider, self.left);
+        if end >= 0.0 {
+            return None;
+        }
+
+        let (start, normal) = self.gap(collider, 0.0);
+        if start < -spare {
+            return Some(Meeting { after: 0.0, normal: normal_at_end, depth: -start });
+        }
+        let met = |after: f64, normal| Some(Meeting { after, normal, depth: 0.0 });
+        let (mut low, mut above) = (0.0, start);
+        if start <= spare {
+            // What leaves the surface comes back after the highest point of its way.
+            let leaving = (self.w - vec3::<f64>(collider.velocity)).dot(&normal);
+            let pulled = -self.a.dot(&normal);
+            if leaving <= 0.0 || pulled <= 0.0 || leaving >= pulled * self.left {
+                return met(0.0, normal);
+            }
+            low = leaving / pulled;
+            above = self.gap(collider, low).0;
+            if above <= spare {
+                return met(0.0, normal);
+            }
+        }
+        let after = self.root(collider, [low, self.left], [above, end]);
+        met(after, self.gap(collider, after).1)
+    }
+
+    /// The time (s) at which the gap is 0, between one where it is above and one where it is below: by false position, which
+    /// halves the weight of an end that stays (Dowell and Jarratt 1971, the Illinois method).
+    fn root(
+        &self,
+        collider: &Collider,
+        [mut low, mut high]: [f64; 2],
+        [mut above, mut below]: [f64; 2],
+    ) -> f64 {
+        let size = self.x.amax() + self.w.amax() * self.left + collider.margin;
+        let mut stayed = 0;
+        for _ in 0..SEARCH_STEPS {
+            let after = low + (high - low) * (above / (above - below));
+            let (gap, _) = self.gap(collider, after);
+            if gap.abs() <= MET * size || after <= low || after >= high {
+                return after;
+            }
+            if gap > 0.0 {
+                (low, above) = (after, gap);
+                below *= if stayed > 0 { 0.5 } else { 1.0 };
+                stayed = 1;
+            } else {
+                (high, below) = (after, gap);
+                above *= if stayed < 0 { 0.5 } else { 1.0 };
+                stayed = -1;
+            }
+        }
+        low
+    }
+}
