@@ -10,7 +10,7 @@ use std::{
 
 use nappe_sim::{
     cloth::{ElementKind, ElementList, Hessian, Integrator, NewtonSettings, SpringLaw},
-    collide::{Collider, Contact, Shape, shape::Sphere},
+    collide::{Collider, Contact, Shape, StartInside, shape::Sphere},
     linalg::{OperatorKind, PreconditionerKind, SolverSettings, Stop},
     math::Precision,
     mesh::TriangleMesh,
@@ -74,6 +74,8 @@ fn scene(method: Method, solver: SolverSettings) -> Scene {
         restitution: 0.0,
         margin: 0.005,
         contact: Contact::default(),
+        recovery: Collider::RECOVERY,
+        on_start_inside: StartInside::Warn,
     }];
     scene
 }

@@ -3,7 +3,7 @@
 use nappe_sim::{
     cloth::{Hessian, Integrator, Minimizer},
     collide::{
-        Collider, Contact, Shape,
+        Collider, Contact, Shape, StartInside,
         shape::{Cuboid, Plane, Sphere},
     },
     math::Precision,
@@ -38,6 +38,8 @@ fn grounds() -> Vec<(Vec<Collider>, [f64; 3])> {
         restitution,
         margin: MARGIN,
         contact: Contact::default(),
+        recovery: Collider::RECOVERY,
+        on_start_inside: StartInside::default(),
     };
     let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     let moving = [0.3, 0.2, -0.1];

@@ -3,7 +3,7 @@
 use nappe_sim::{
     cloth::{Hessian, Integrator},
     collide::{
-        Collider, Contact, Shape,
+        Collider, Contact, Shape, StartInside,
         shape::{Cuboid, Plane, Sphere},
     },
     linalg::Stop,
@@ -27,6 +27,8 @@ fn collider(shape: Shape) -> Collider {
         restitution: 0.0,
         margin: MARGIN,
         contact: Contact::default(),
+        recovery: Collider::RECOVERY,
+        on_start_inside: StartInside::Warn,
     }
 }
 

@@ -3,7 +3,7 @@
 use nappe_sim::{
     cloth::{Hessian, Integrator, Minimizer, Network, NewtonSettings, spring_jacobian_x},
     collide::{
-        Collider, Contact, Shape,
+        Collider, Contact, Shape, StartInside,
         shape::{Cuboid, Plane},
     },
     linalg::{PreconditionerKind, SolverSettings, Stop},
@@ -121,6 +121,8 @@ fn solid(shape: Shape, margin: f64) -> Collider {
         restitution: 0.0,
         margin,
         contact: Contact::default(),
+        recovery: Collider::RECOVERY,
+        on_start_inside: StartInside::Warn,
     }
 }
 

@@ -3,7 +3,7 @@
 use nappe_sim::{
     cloth::{Hessian, Integrator, OnPass},
     collide::{
-        Collider, Contact, Shape,
+        Collider, Contact, Shape, StartInside,
         shape::{Cuboid, Sphere},
     },
     linalg::Stop,
@@ -29,6 +29,8 @@ fn table() -> Collider {
         restitution: 0.0,
         margin: 1e-3,
         contact: Contact::default(),
+        recovery: Collider::RECOVERY,
+        on_start_inside: StartInside::Warn,
     }
 }
 

@@ -3,7 +3,7 @@
 use nappe_sim::{
     cloth::Integrator,
     collide::{
-        Collider, Contact, Shape,
+        Collider, Contact, Shape, StartInside,
         shape::{Plane, Sphere},
     },
     math::{Precision, Vec3},
@@ -29,6 +29,8 @@ fn ground(shape: Shape, restitution: f64) -> Collider {
         restitution,
         margin: 0.0,
         contact: Contact::default(),
+        recovery: Collider::RECOVERY,
+        on_start_inside: StartInside::default(),
     }
 }
 

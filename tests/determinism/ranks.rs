@@ -5,7 +5,7 @@ use std::sync::Arc;
 use nappe_cluster::Cluster;
 use nappe_sim::{
     cloth::{Hessian, Integrator, Minimizer, NewtonSettings, OnPass, StateLimits},
-    collide::{Collider, Contact, Shape, shape::Sphere},
+    collide::{Collider, Contact, Shape, StartInside, shape::Sphere},
     linalg::{OperatorKind, PreconditionerKind, Stop},
     math::Precision,
     parallel::Communicator,
@@ -130,6 +130,8 @@ fn troubled() -> Vec<(&'static str, Scene, Vec<Change>)> {
         restitution: 0.0,
         margin: 0.001,
         contact: Contact::default(),
+        recovery: Collider::RECOVERY,
+        on_start_inside: StartInside::Warn,
     }];
     falling.settings.on_pass = OnPass::Reject;
     // A shell that is thinner than a step is long.

@@ -3,7 +3,7 @@
 use nappe_sim::{
     cloth::{ElementKind, ElementList, Integrator, Minimizer, Network, NewtonSettings, SpringLaw},
     collide::{
-        Collider, Contact, Shape,
+        Collider, Contact, Shape, StartInside,
         shape::{Plane, Sphere},
     },
     linalg::{PreconditionerKind, SolverSettings},
@@ -99,6 +99,8 @@ fn sheet_on_sphere() -> Scene {
         restitution: 0.2,
         margin: 0.004,
         contact: Contact::default(),
+        recovery: Collider::RECOVERY,
+        on_start_inside: StartInside::Warn,
     };
     let mut scene = Scene::new(network, 2e-3).in_substeps(2);
     scene.colliders = vec![

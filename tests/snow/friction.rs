@@ -2,7 +2,7 @@
 #![allow(clippy::print_stdout, reason = "figures beside the limits")]
 
 use nappe_sim::{
-    collide::{Collider, Contact, Shape, shape::HalfPipe},
+    collide::{Collider, Contact, Shape, StartInside, shape::HalfPipe},
     math::Precision,
     snow::{Kernel, Material, ParticleState, Preset, Transfer},
     time_step::TimeStep,
@@ -104,6 +104,8 @@ fn a_particle_in_a_half_pipe_is_as_fast_as_it_fell() {
             restitution: 0.0,
             margin: 0.0,
             contact: Contact::Slip,
+            recovery: Collider::RECOVERY,
+            on_start_inside: StartInside::Warn,
         }];
         let mut simulation = scene.simulate(Precision::F64);
         let mut last = simulation.snow_particles()[0];

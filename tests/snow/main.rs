@@ -2,6 +2,7 @@
 
 mod reference;
 mod affine;
+mod blade;
 mod brasseur;
 mod clumps;
 mod conservation;

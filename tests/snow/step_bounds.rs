@@ -1,7 +1,7 @@
 //! The certified step: its closed forms, every bound by name, what is refused, ballistic particles.
 
 use nappe_sim::{
-    collide::{Collider, Contact},
+    collide::{Collider, Contact, Shape, shape::Cuboid},
     linalg::Stop,
     math::Precision,
     report::{BoundKind, NoStopwatch, StepFailure, TimeBound},
@@ -139,6 +139,24 @@ fn a_fast_collider_bounds_the_step_to_half_a_cell() {
     let found = bound(&mut scene.simulate(Precision::F64));
     assert_eq!((found.kind, found.particle), (BoundKind::ColliderSpeed, None));
     near("collider", found.dt, SAFETY * 0.5 * H / 50.0);
+}
+
+#[test]
+fn a_fast_collider_thinner_than_a_cell_bounds_the_step_to_half_of_its_thickness() {
+    let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let blade = |half: f64| Cuboid { center: [-50.0, 0.0, 0.0], half_extent: [half, 1.0, 2.0], axes };
+    for (half, length) in [(0.01 * H, 0.02 * H), (0.49 * H, 0.98 * H), (H, H)] {
+        let mut scene = cube(elastic(1.0, 0.2));
+        let still = plane([0.0; 3], [0.0, 1.0, 0.0], Contact::Sticky, 0.0);
+        let (shape, velocity) = (blade(half).into(), [0.0, -30.0, 40.0]);
+        // One that stands bounds nothing, however thin.
+        let wire = Shape::from(Cuboid { half_extent: [1e-6; 3], ..blade(half) });
+        scene.colliders =
+            vec![Collider { shape, velocity, ..still.clone() }, Collider { shape: wire, ..still }];
+        let found = bound(&mut scene.simulate(Precision::F64));
+        assert_eq!((found.kind, found.particle), (BoundKind::ColliderSpeed, None));
+        near("collider", found.dt, SAFETY * 0.5 * length / 50.0);
+    }
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use nappe_sim::{
     cloth::{ClothSettings, Hessian, Integrator, Network},
-    collide::{Collider, Contact, Shape, shape::Sphere},
+    collide::{Collider, Contact, Shape, StartInside, shape::Sphere},
     math::Precision,
     world::{BodySetup, WorldSetup},
 };
@@ -186,6 +186,8 @@ fn contacts_in_long_steps_give_no_energy_without_a_word() {
         restitution: 0.0,
         margin: 5e-3,
         contact: Contact::default(),
+        recovery: Collider::RECOVERY,
+        on_start_inside: StartInside::Warn,
     };
     let (gravity, wind) = (GRAVITY, [0.0; 3]);
     let setup =

@@ -6,7 +6,7 @@
 use std::f64::consts::PI;
 
 use nappe_sim::{
-    collide::{Collider, Contact, Shape, shape::Plane},
+    collide::{Collider, Contact, Shape, StartInside, shape::Plane},
     report::{NoStopwatch, StepReport},
     snow::{Kernel, Law, Material, ParticleState},
     world::Simulation,
@@ -61,6 +61,8 @@ pub fn plane(point: [f64; 3], normal: [f64; 3], contact: Contact, friction: f64)
         restitution: 0.0,
         margin: 0.0,
         contact,
+        recovery: Collider::RECOVERY,
+        on_start_inside: StartInside::Warn,
     }
 }
 

@@ -5,7 +5,7 @@
 
 use nappe_sim::{
     collide::{
-        Collider, Contact, Shape,
+        Collider, Contact, Shape, StartInside,
         shape::{Capsule, Cuboid, Cylinder, HalfPipe, Plane, Sphere},
     },
     math::array::{dot, length},
@@ -46,6 +46,16 @@ pub struct ColliderText {
     /// How snow meets it; cloth always separates.
     #[serde(default, with = "names::contact")]
     pub contact: Contact,
+    /// Speed (m/s) at which cloth that is inside is pushed out.
+    #[serde(default = "recovery")]
+    pub recovery: f64,
+    /// What becomes of cloth and snow that begin inside.
+    #[serde(default, with = "names::start_inside")]
+    pub on_start_inside: StartInside,
+}
+
+fn recovery() -> f64 {
+    Collider::RECOVERY
 }
 
 /// Shape of a collider.
@@ -124,6 +134,8 @@ pub(crate) static COLLIDER: Section = Section {
         key("restitution", Number(Range(0.0, 1.0)), "", Default("0.0"), "share of the normal approach speed that comes back to a particle of cloth; snow takes 0"),
         key("margin", Number(Range(0.0, 1e3)), "m", Default("0.0"), "distance from the surface at which a particle touches: half the cloth's thickness"),
         key("contact", Choice(|| Contact::ALL.map(Contact::name).to_vec()), "", Default("\"separating\""), "how snow meets it: sticky (it moves with the surface), slip (it neither enters nor leaves, and slides with friction), separating (it may leave, and slides with friction while pressed on); cloth always separates"),
+        key("recovery", Number(Range(1e-6, 1e3)), "m/s", Default("1.0"), "speed at which cloth that is inside at the start of a sub-step is pushed out, which gives it no velocity"),
+        key("on_start_inside", Choice(|| StartInside::ALL.map(StartInside::name).to_vec()), "", Default("\"warn\""), "what becomes of cloth that begins inside, and of snow that begins inside by more than a cell: warn (it begins there, and is told), refuse (the scene is refused), lift (cloth is moved out along the nearest way, before its springs are made; snow that begins inside at all is left out; both are told). Pins may begin inside"),
     ],
     alternatives: Alternatives::OneChosen,
 };
@@ -210,6 +222,8 @@ impl ColliderText {
             restitution: self.restitution,
             margin: self.margin,
             contact: self.contact,
+            recovery: self.recovery,
+            on_start_inside: self.on_start_inside,
         })
     }
 }

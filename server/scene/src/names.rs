@@ -59,6 +59,9 @@ by_name!(
 by_name!(
     /// How snow meets a collider.
     contact, nappe_sim::collide::Contact);
+by_name!(
+    /// What becomes of what begins inside a collider.
+    start_inside, nappe_sim::collide::StartInside);
 
 /// A law, or none.
 pub(crate) mod maybe_law {

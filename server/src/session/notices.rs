@@ -46,7 +46,7 @@ fn passed(report: &StepReport) -> String {
     let Notices { passed_count, first_passed, .. } = report.notices;
     format!(
         "step {}: particle {} went through a collider within one step, and {passed_count} in all: shorten dt, or choose \
-         more substeps",
+         more substeps; for snow, lower safety or substep",
         report.step,
         first_passed.unwrap_or_default()
     )

@@ -6,7 +6,7 @@
 use std::f64::consts::PI;
 
 use nappe_sim::{
-    collide::{Collider, Contact, Shape, shape::Plane},
+    collide::{Collider, Contact, Shape, StartInside, shape::Plane},
     snow::{Preset, SnowObject, SnowSettings, SnowSetup},
     world::WorldSetup,
 };
@@ -80,6 +80,8 @@ impl Throw {
             restitution: 0.0,
             margin: 0.0,
             contact: Contact::Separating,
+            recovery: Collider::RECOVERY,
+            on_start_inside: StartInside::Warn,
         }
     }
 

@@ -100,7 +100,7 @@ class Notices:
     indefinite_solves: int
     """Solves of cloth that met a curvature or a preconditioner that is not positive."""
     passed_particles: int
-    """Particles of cloth, pins too, that went through a collider or into it within a step, each once per sub-step in
+    """Particles, pins of cloth too, that went through a collider or into it within a step, each once per sub-step in
     which it did."""
     rejected_steps: int
     """Sub-steps of cloth that were not accepted, and taken again shorter."""

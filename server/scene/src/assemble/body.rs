@@ -14,10 +14,12 @@ use nappe_sim::{
 };
 
 use super::{
+    inside::Solid,
     mass,
     meshes::{MeshSource, load},
     pins::{self, Layout},
     size::{self, Owner, Size},
+    start::ClothStart,
 };
 use crate::{
     body::{Body, ElementLaw, GridPlane, Mesh, Pattern, SpringLaw, Springs},
@@ -33,6 +35,8 @@ pub(super) struct BodyText<'a> {
     pub(super) at: Location<'a>,
     /// Time step of the scene (s).
     pub(super) dt: f64,
+    /// The colliders of the scene.
+    pub(super) solids: &'a [Solid<'a>],
 }
 
 impl BodyText<'_> {
@@ -61,6 +65,13 @@ pub(super) fn build(
     let mut warnings = check(&mesh, layout, &text.at.key("mesh"))?;
     move_mesh(&mut mesh, &body.transform, &text.at.key("transform"))?;
     let mut pinned = mass::apply(body.mass, &mut mesh, &text.at.key("mass"))?;
+    pinned.extend(pins::particles(&body.pins, layout, mesh.points.len(), &text.at.key("pins"))?);
+    pinned.sort_unstable();
+    pinned.dedup();
+    let is_free = |i: usize| mesh.masses[i] != 0.0 && pinned.binary_search(&(i as u32)).is_err();
+    let free: Vec<bool> = (0..mesh.points.len()).map(is_free).collect();
+    let start = ClothStart { name: &body.name, on_pass: body.on_pass, free: &free };
+    warnings.extend(start.settle(&mut mesh.points, text.solids)?);
 
     let mut network = make_network(text, &mesh, layout, size)?;
     network.elements = make_elements(text, &mesh, size, &mut warnings)?;
@@ -68,11 +79,6 @@ pub(super) fn build(
         warnings.push("there are no springs: the particles are free of each other".to_owned());
     }
 
-    pinned.extend(pins::particles(&body.pins, layout, mesh.points.len(), &text.at.key("pins"))?);
-    pinned.sort_unstable();
-    pinned.dedup();
-    let is_free = |i: usize| network.masses[i] != 0.0 && pinned.binary_search(&(i as u32)).is_err();
-    let free: Vec<bool> = (0..network.x.len()).map(is_free).collect();
     if !free.contains(&true) {
         warnings.push("every particle is pinned: nothing moves by itself".to_owned());
     }

@@ -7,6 +7,8 @@ mod size;
 mod names;
 mod mass;
 mod pins;
+mod inside;
+mod start;
 mod body;
 mod snow;
 mod estimate;

@@ -4,6 +4,7 @@ use nappe_sim::world::{Change, WorldSetup};
 
 use super::{
     body::{self, BodyText},
+    inside::Solid,
     meshes::MeshSource,
     names,
     size::{SceneLimits, Size},
@@ -37,10 +38,20 @@ impl Scene {
         let (mut found, mut warnings) = (Found::default(), self.warnings());
         names::check(self, &root, &mut found);
 
+        let list = root.key("collider");
+        let colliders = self.colliders.iter().enumerate();
+        let solids: Vec<Solid<'_>> = colliders
+            .filter_map(|(i, text)| {
+                let at = list.index(i);
+                let collider = found.take(text.assemble(&at))?;
+                Some(Solid { collider, at })
+            })
+            .collect();
+
         let mut size = Size::new(limits);
         let (mut bodies, mut initial_changes) = (Vec::new(), Vec::new());
         for (i, body) in self.bodies.iter().enumerate() {
-            let text = BodyText { body, at: root.key("body").index(i), dt: self.dt };
+            let text = BodyText { body, at: root.key("body").index(i), dt: self.dt, solids: &solids };
             let Some(made) = found.take(body::build(&text, meshes, &mut size)) else { continue };
             initial_changes.extend(made.changes);
             warnings.extend(made.warnings.iter().map(|warning| format!("body '{}': {warning}", body.name)));
@@ -49,7 +60,7 @@ impl Scene {
 
         let at = root.key("snow");
         let snow = self.snow.as_ref().and_then(|text| {
-            snow::build(text, &at, meshes, &mut size, &mut found).map(|(snow, odd)| {
+            snow::build(text, &at, &solids, meshes, &mut size, &mut found).map(|(snow, odd)| {
                 warnings.extend(odd);
                 snow
             })
@@ -59,10 +70,7 @@ impl Scene {
             warnings.push("cloth and snow pass through each other: they are not coupled yet".to_owned());
         }
 
-        let list = root.key("collider");
-        let colliders = self.colliders.iter().enumerate();
-        let colliders = colliders.filter_map(|(i, text)| found.take(text.assemble(&list.index(i)))).collect();
-
+        let colliders = solids.into_iter().map(|solid| solid.collider).collect();
         let Self { dt, gravity, wind, .. } = *self;
         let setup = WorldSetup { dt, gravity, wind, colliders, bodies, snow };
         found.or(Built { setup, initial_changes, warnings })

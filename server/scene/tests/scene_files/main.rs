@@ -1,6 +1,7 @@
 //! Scenes from text: every shipped one builds, every message says what, where and what is allowed.
 
 mod messages;
+mod starts;
 
 use std::sync::Arc;
 

@@ -16,8 +16,6 @@ const MOST_BOUNCES: u32 = 2;
 const SLOWEST: f64 = 2.0;
 /// Cosine between the normals at entry and at the end below which the end is nearest to another side.
 const SAME_SIDE: f64 = 0.5;
-/// Speed (m/s) at which what began inside a collider comes out.
-const RECOVERY: f64 = 1.0;
 /// Rounds over all colliders that a particle between several is given to satisfy them.
 const ROUNDS: u32 = 16;
 
@@ -120,7 +118,7 @@ impl SubStep<'_> {
         let (start, _) = collider.distance(array3(&self.x[0]), self.end_time - self.dt);
         let start = collider.margin - start;
         // What is there from the start is taken back little by little.
-        let allowed = if start > self.spare { (start - RECOVERY * self.dt).max(0.0) } else { 0.0 };
+        let allowed = if start > self.spare { (start - collider.recovery * self.dt).max(0.0) } else { 0.0 };
         let here = vec3::<f64>(normal);
         let through = entry.filter(|entry| entry.dot(&here) < SAME_SIDE);
         let normal = through.unwrap_or(here);

@@ -30,6 +30,32 @@ impl Contact {
     }
 }
 
+/// What becomes of cloth and snow that begin inside a collider, when a scene is built.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+pub enum StartInside {
+    /// They are told in a warning, and begin there.
+    #[default]
+    Warn,
+    /// The scene is refused.
+    Refuse,
+    /// Cloth is moved out before its springs are made; snow that begins inside is left out.
+    Lift,
+}
+
+impl StartInside {
+    /// All of them, the mildest first.
+    pub const ALL: [Self; 3] = [Self::Warn, Self::Refuse, Self::Lift];
+
+    /// Its name in scene files.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Warn => "warn",
+            Self::Refuse => "refuse",
+            Self::Lift => "lift",
+        }
+    }
+}
+
 /// Share of a ball's radius that rounding of a distance may take.
 const CLEARANCE_ROUNDING: f64 = 1e-9;
 
@@ -50,9 +76,17 @@ pub struct Collider {
     pub margin: f64,
     /// How snow meets it; cloth always separates.
     pub contact: Contact,
+    /// Speed (m/s), above 0, at which cloth that is inside at the start of a sub-step is pushed out; it gets no velocity
+    /// from that.
+    pub recovery: f64,
+    /// What becomes of cloth and snow that begin inside. It is read where a scene is built, not by steps.
+    pub on_start_inside: StartInside,
 }
 
 impl Collider {
+    /// Recovery (m/s) of colliders that name none.
+    pub const RECOVERY: f64 = 1.0;
+
     /// Signed distance (m) of a point from the surface at `time` (s), negative inside, and the
     /// unit outward normal there: the direction in which the distance grows. Where there is none,
     /// as at a sphere's centre, it is one of those beside.
@@ -83,13 +117,20 @@ impl Collider {
             }
         }
 
+        if !self.recovery.is_finite() || self.recovery <= 0.0 {
+            return Some(format!(
+                "its recovery is {}: a finite number of m/s above 0 is needed",
+                self.recovery
+            ));
+        }
+
         self.shape.invalid()
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Collider, Contact, Shape};
+    use super::{Collider, Contact, Shape, StartInside};
     use crate::collide::shape::Sphere;
 
     fn colliders() -> Vec<Collider> {
@@ -101,6 +142,8 @@ mod tests {
             restitution: 0.0,
             margin: 0.03,
             contact: Contact::Separating,
+            recovery: Collider::RECOVERY,
+            on_start_inside: StartInside::Warn,
         };
 
         Shape::examples().into_iter().map(collider).collect()
@@ -160,11 +203,14 @@ mod tests {
     #[test]
     fn numbers_that_a_collider_cannot_have_are_named() {
         type Spoil = fn(&mut Collider);
-        let invalid: [(Spoil, &str); 5] = [
+        let invalid: [(Spoil, &str); 8] = [
             (|c| c.velocity[1] = f64::NAN, "velocity"),
             (|c| c.friction = -0.1, "friction"),
             (|c| c.restitution = 1.1, "restitution"),
             (|c| c.margin = f64::INFINITY, "margin"),
+            (|c| c.recovery = 0.0, "recovery"),
+            (|c| c.recovery = f64::INFINITY, "recovery"),
+            (|c| c.recovery = f64::NAN, "recovery"),
             (|c| c.shape = Sphere { center: [0.0; 3], radius: 0.0 }.into(), "radius"),
         ];
         for (spoil, named) in invalid {

@@ -200,12 +200,13 @@ impl<R: Real> Moved<'_, R> {
 fn passed<R: Real>(contacts: Contacts<'_>, particle: u32, near: Near, way: [Vec3<R>; 2]) -> Option<Passed> {
     let rounding = 4.0 * R::ROUNDING * way[1].map(R::to_f64).amax();
     let way = way.map(|point| point.map(R::to_f64));
-    let (length, dt) = ((way[1] - way[0]).norm(), contacts.dt);
+    let (length, Contacts { time, dt, .. }) = ((way[1] - way[0]).norm(), contacts);
+    let way = way.map(|point| array3(&point));
     let is_passed = |collider: &Collider| {
         // No surface is nearer: neither comes to the other.
         let is_far =
             matches!(near, Near::Free(d) if d >= length + vec3::<f64>(collider.velocity).norm() * dt);
-        !is_far && has_passed(collider, [contacts.time, dt], way, rounding)
+        !is_far && has_passed(collider, time, dt, way, rounding)
     };
     let first = contacts.colliders.iter().position(is_passed)?;
     Some(Passed { particle, collider: first as u32 })

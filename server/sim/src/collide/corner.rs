@@ -156,7 +156,7 @@ impl<'a> Held<'a> {
 mod tests {
     use super::Corner;
     use crate::{
-        collide::{Collider, Contact, Shape, shape::Plane, velocity_after},
+        collide::{Collider, Contact, Shape, StartInside, shape::Plane, velocity_after},
         math::array::{cross, dot, length, minus},
     };
 
@@ -172,6 +172,8 @@ mod tests {
             restitution: 0.0,
             margin: 0.0,
             contact,
+            recovery: Collider::RECOVERY,
+            on_start_inside: StartInside::Warn,
         }
     }
 

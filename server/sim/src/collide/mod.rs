@@ -9,9 +9,10 @@ mod contact;
 mod velocity;
 mod corner;
 
-pub use collider::{Collider, Contact};
+pub use collider::{Collider, Contact, StartInside};
 pub use shape::Shape;
 
 pub(crate) use contact::{Contacts, Met, Passed, resolve};
 pub(crate) use corner::{Corner, SAME_NORMAL};
+pub(crate) use passed::has_passed;
 pub(crate) use velocity::velocity_after;

@@ -1,33 +1,37 @@
-//! Whether a particle went through a collider within a step.
+//! Passages: whether a particle went through a collider, or into it, on its way within a step.
+//!
+//! Reads where the way starts and ends (m), and how the collider moves meanwhile.
 
 use super::Collider;
-use crate::math::{Vec3, array3, vec3};
+use crate::math::array::{dot, length};
 
 /// Steps of a search along the way of a particle, at most.
 const SEARCH_STEPS: u32 = 64;
+
 /// Distance from a surface at which a way has come to it, or within it at which it has gone in, over the length of the way.
 pub(super) const REACHED: f64 = 1e-3;
 
-/// Whether a particle went through a collider from `start` to `end`, in `dt` (s) that end at `time` (s). At the start it was
-/// outside; at the end it is within, or it came to the surface on its way and the nearest of it looked the other way at the
-/// start than at the end. `rounding` (m) is that of positions.
+/// Whether a particle went through a collider on its way, which has a start and an end (m): over the `dt` (s) before
+/// `time` (s). At the start it was outside; at the end it is within, or it came to the surface on its way and the nearest
+/// of it looked the other way at the start than at the end. No deeper inside than `spare` (m), it counts as outside.
 pub(crate) fn has_passed(
     collider: &Collider,
-    [time, dt]: [f64; 2],
-    [start, end]: [Vec3<f64>; 2],
-    rounding: f64,
+    time: f64,
+    dt: f64,
+    [start, end]: [[f64; 3]; 2],
+    spare: f64,
 ) -> bool {
     // As the collider sees it, which stands where it is at the end.
-    let way = end - start - vec3::<f64>(collider.velocity) * dt;
-    let length = way.norm();
-    let at = |share: f64| collider.distance(array3(&(end - way * share)), time);
+    let way = [0, 1, 2].map(|c| end[c] - start[c] - collider.velocity[c] * dt);
+    let length = length(way);
+    let at = |share: f64| collider.distance([0, 1, 2].map(|c| end[c] - way[c] * share), time);
     let (distance, normal) = at(0.0);
     // No point of the surface is nearer than `distance`.
     if distance >= length || !length.is_finite() {
         return false;
     }
 
-    let within = -REACHED * length - rounding;
+    let within = -REACHED * length - spare;
     let (start, came_from) = at(1.0);
     if start < within {
         return false;
@@ -35,7 +39,7 @@ pub(crate) fn has_passed(
     if distance < within {
         return true;
     }
-    if vec3::<f64>(came_from).dot(&vec3(normal)) >= 0.0 {
+    if dot(came_from, normal) >= 0.0 {
         return false;
     }
 
@@ -52,4 +56,86 @@ pub(crate) fn has_passed(
         gone += distance / length;
     }
     false
+}
+
+#[cfg(test)]
+mod tests {
+    use super::has_passed;
+    use crate::collide::{
+        Collider, Contact, Shape, StartInside,
+        shape::{Cuboid, Plane, Sphere},
+    };
+
+    const TIME: f64 = 0.3;
+    const DT: f64 = 0.1;
+
+    /// A collider that stands at `time` [`TIME`] where its shape says.
+    fn moving(shape: impl Fn([f64; 3]) -> Shape, velocity: [f64; 3]) -> Collider {
+        Collider {
+            name: "it".to_owned(),
+            shape: shape(velocity.map(|v| -v * TIME)),
+            velocity,
+            friction: 0.0,
+            restitution: 0.0,
+            margin: 0.0,
+            contact: Contact::default(),
+            recovery: Collider::RECOVERY,
+            on_start_inside: StartInside::Warn,
+        }
+    }
+
+    /// A blade 2 mm thick, upright at x = 0 at the end of the step.
+    fn blade(velocity: [f64; 3]) -> Collider {
+        let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        moving(|center| Cuboid { center, half_extent: [1e-3, 1.0, 1.0], axes }.into(), velocity)
+    }
+
+    fn passes(collider: &Collider, from: f64, to: f64) -> bool {
+        has_passed(collider, TIME, DT, [[from, 0.1, 0.2], [to, 0.1, 0.2]], 1e-4)
+    }
+
+    #[test]
+    fn what_jumps_over_a_blade_or_ends_in_it_has_passed_and_what_stays_in_front_has_not() {
+        let still = blade([0.0; 3]);
+        for (from, to, expected) in [
+            (0.5, -0.5, true),
+            (-0.5, 0.5, true),
+            (0.5, 0.0, true),
+            (0.5, -0.0005, true),
+            (0.5, 0.0015, false),
+            (0.5, 0.00095, false),
+            (0.5, 0.5, false),
+            (0.0, -0.5, false),
+            (-0.5, -0.6, false),
+        ] {
+            assert_eq!(passes(&still, from, to), expected, "from {from} to {to}");
+        }
+    }
+
+    #[test]
+    fn a_blade_that_moves_passes_what_stands_and_not_what_goes_with_it() {
+        for speed in [10.0, -10.0] {
+            let blade = blade([speed, 0.0, 0.0]);
+            let ahead = 0.5 * speed * DT;
+            assert!(passes(&blade, -ahead, -ahead), "it stood, and the blade went by");
+            assert!(!passes(&blade, -0.5 * ahead, 1.5 * ahead), "it kept ahead");
+            assert!(!passes(&blade, -3.0 * ahead, -3.0 * ahead), "it was behind");
+        }
+    }
+
+    #[test]
+    fn what_goes_round_a_ball_has_not_passed_and_nothing_comes_out_behind_a_plane() {
+        let ball = moving(|center| Sphere { center, radius: 0.1 }.into(), [0.0; 3]);
+        let by = |y: f64| has_passed(&ball, TIME, DT, [[-0.5, y, 0.0], [0.5, y, 0.0]], 1e-4);
+        assert!(by(0.05) && !by(0.15), "through it, and past it");
+        let floor = moving(|point| Plane { point, normal: [1.0, 0.0, 0.0] }.into(), [0.0; 3]);
+        assert!(passes(&floor, 0.5, -0.5) && !passes(&floor, -0.5, -0.7) && !passes(&floor, -0.5, 0.5));
+    }
+
+    #[test]
+    fn a_way_that_is_not_finite_has_not_passed() {
+        for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            assert!(!passes(&blade([0.0; 3]), 0.5, bad) && !passes(&blade([0.0; 3]), bad, -0.5), "{bad}");
+        }
+    }
 }

@@ -34,7 +34,7 @@ pub(crate) fn velocity_after(collider: &Collider, v: [f64; 3], normal: [f64; 3])
 #[allow(clippy::disallowed_methods, reason = "angles of the tests, not of a step")]
 mod tests {
     use super::velocity_after;
-    use crate::collide::{Collider, Contact, Shape, shape::Plane};
+    use crate::collide::{Collider, Contact, Shape, StartInside, shape::Plane};
 
     const NORMAL: [f64; 3] = [0.6, 0.0, 0.8];
     /// Directions along the surface.
@@ -50,6 +50,8 @@ mod tests {
             restitution: 0.7,
             margin: 0.0,
             contact,
+            recovery: Collider::RECOVERY,
+            on_start_inside: StartInside::Warn,
         }
     }
 

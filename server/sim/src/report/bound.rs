@@ -15,7 +15,7 @@ pub enum BoundKind {
     ParticleSpeed,
     /// I + dt grad v keeps its orientation.
     VelocityGradient,
-    /// A collider moves by half a cell at most.
+    /// A collider moves by half a cell at most, or by half of its thickness where that is less.
     ColliderSpeed,
     /// The step that the scene fixes is below every bound.
     Fixed,

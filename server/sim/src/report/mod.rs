@@ -165,7 +165,7 @@ pub struct Notices {
     pub capped_solves: u32,
     /// Solves of cloth that met a curvature or a preconditioner that is not positive.
     pub indefinite_solves: u32,
-    /// Particles of cloth that went through a collider, each once per sub-step in which it did.
+    /// Particles, pins of cloth too, that went through a collider or into it, each once per sub-step in which it did.
     pub passed_count: u64,
     /// The first of them.
     pub first_passed: Option<u64>,

@@ -13,7 +13,7 @@ use crate::{
     report::BoundKind,
 };
 
-/// Cells that a particle may move in a step.
+/// Cells that a particle may move in a step; a collider too, or as large a part of its thickness.
 const MOVE: f64 = 0.5;
 /// Largest norm of dt grad v: I + dt grad v keeps its orientation below 1.
 const TURN: f64 = 0.2;
@@ -143,7 +143,10 @@ pub(super) fn smallest(
     let h = settings.cell;
     let [wave, alone] = courant(settings.kernel, settings.transfer);
     let per = |length: f64, speed2: f64| if speed2 > 0.0 { length / speed2.sqrt() } else { f64::INFINITY };
-    let fastest = colliders.iter().map(|c| c.velocity.iter().map(|v| v * v).sum()).fold(0.0, f64::max);
+    let by_collider = |collider: &Collider| {
+        let speed2: f64 = collider.velocity.iter().map(|v| v * v).sum();
+        per(MOVE * h.min(collider.shape.thickness()), speed2)
+    };
     let mut elastic = [
         per(wave * h, extremes.wave2),
         // Ballistic particles have no stress: full blocks alone bound the step.
@@ -164,7 +167,7 @@ pub(super) fn smallest(
         (BoundKind::IsolatedParticle, elastic[1]),
         (BoundKind::ParticleSpeed, per(MOVE * h, extremes.speed2)),
         (BoundKind::VelocityGradient, gradient),
-        (BoundKind::ColliderSpeed, per(MOVE * h, fastest)),
+        (BoundKind::ColliderSpeed, colliders.iter().map(by_collider).fold(f64::INFINITY, f64::min)),
     ]
     .into_iter()
     .fold((BoundKind::Frame, f64::INFINITY), |least, bound| if bound.1 < least.1 { bound } else { least })

@@ -7,7 +7,11 @@ use super::{
     particles::Particles,
     transfer::{ChunkDiagnostics, GridDiagnostics, ImplicitWorkspace},
 };
-use crate::{held_length::HeldLength, math::Real, report::Work};
+use crate::{
+    held_length::HeldLength,
+    math::Real,
+    report::{Notices, Work},
+};
 
 /// Kinetic, elastic, gravitational energy; momentum; angular momentum; mass; energy of affine velocities; moment; and the
 /// gravitational energy of each particle without its sign.
@@ -51,6 +55,8 @@ pub struct SnowWorkspace<R: Real> {
     pub(super) spent: Work,
     /// Energy (J) that colliders which move, and hardening, gave since then.
     pub(super) given: f64,
+    /// Particles that went through a collider since then.
+    pub(super) notices: Notices,
 }
 
 impl<R: Real> SnowWorkspace<R> {

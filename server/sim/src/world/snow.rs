@@ -35,12 +35,16 @@ impl<R: Real> SnowBody<R> {
         watch: &mut dyn Stopwatch,
     ) -> Result<BodyReport, StepFailure> {
         let step = self.snow.step(around, watch)?;
+        let first = u64::from(self.first_particle);
         Ok(BodyReport {
             diagnostics: step.diagnostics,
             contact_count: step.contact_count,
             solve: step.solve,
-            snow: Some(step.report.shifted(u64::from(self.first_particle))),
-            notices: Notices::default(),
+            snow: Some(step.report.shifted(first)),
+            notices: Notices {
+                first_passed: step.notices.first_passed.map(|particle| particle + first),
+                ..step.notices
+            },
             work: step.work,
         })
     }

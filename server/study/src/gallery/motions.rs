@@ -2,7 +2,7 @@
 
 use nappe_sim::{
     cloth::OnPass,
-    collide::{Collider, Contact, Shape, shape::Cuboid},
+    collide::{Collider, Contact, Shape, StartInside, shape::Cuboid},
     world::Change,
 };
 
@@ -51,6 +51,8 @@ fn table(half_extent: [f64; 3]) -> Collider {
         restitution: 0.0,
         margin: 5e-3,
         contact: Contact::default(),
+        recovery: Collider::RECOVERY,
+        on_start_inside: StartInside::Warn,
     }
 }
 

@@ -1,7 +1,7 @@
 //! Pieces of snow whose motion is what fails: two particles that meet, a block between two planes, one that spins.
 
 use nappe_sim::{
-    collide::{Collider, Contact, Shape, shape::Plane},
+    collide::{Collider, Contact, Shape, StartInside, shape::Plane},
     linalg::Stop,
     snow::{Integration, Kernel},
     time_step::TimeStep,
@@ -62,6 +62,8 @@ fn slip_plane(normal: [f64; 3]) -> Collider {
         restitution: 0.0,
         margin: 0.0,
         contact: Contact::Slip,
+        recovery: Collider::RECOVERY,
+        on_start_inside: StartInside::Warn,
     }
 }
 

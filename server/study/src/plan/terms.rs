@@ -104,7 +104,17 @@ fn removals(setup: &WorldSetup, precision: Precision) -> Vec<(String, Removal)> 
         }
     }
     for (place, collider) in colliders.iter().enumerate() {
-        let Collider { name, shape: _, velocity: _, friction, restitution, margin: _, contact: _ } = collider;
+        let Collider {
+            name,
+            shape: _,
+            velocity: _,
+            friction,
+            restitution,
+            margin: _,
+            contact: _,
+            recovery: _,
+            on_start_inside: _,
+        } = collider;
         found.push((format!("collider {name}"), Removal::Collider(place)));
         if *friction > 0.0 {
             found.push((format!("friction of {name}"), Removal::Friction(place)));

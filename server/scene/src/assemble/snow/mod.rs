@@ -10,8 +10,10 @@ pub(super) use object::{Plan, particles_per_volume};
 pub(super) use settings::settings;
 
 use super::{
+    inside::Solid,
     meshes::{MeshSource, load},
     size::{Owner, Size},
+    start::settle_snow,
 };
 use crate::{
     error::{Found, SceneError},
@@ -23,6 +25,7 @@ use crate::{
 pub(super) fn build(
     text: &Snow,
     at: &Location<'_>,
+    solids: &[Solid<'_>],
     meshes: &dyn MeshSource,
     size: &mut Size<'_>,
     found: &mut Found,
@@ -31,7 +34,11 @@ pub(super) fn build(
     let list = at.key("object");
     let (mut objects, mut warnings) = (Vec::new(), Vec::new());
     for (i, body) in text.objects.iter().enumerate() {
-        let built = build_object(body, text.cell, &list.index(i), meshes, size);
+        let built =
+            build_object(body, text.cell, &list.index(i), meshes, size).and_then(|(mut object, mut odd)| {
+                odd.extend(settle_snow(&mut object, text.cell, solids)?);
+                Ok((object, odd))
+            });
         let Some((object, odd)) = found.take(built) else { continue };
         warnings.extend(odd.iter().map(|warning| format!("snow '{}': {warning}", body.name)));
         objects.push(object);

@@ -28,6 +28,10 @@ impl SignedDistance for Capsule {
         let (length, normal) = length_and_direction(from_axis, across(along));
         (length - self.radius, normal)
     }
+
+    fn thickness(&self) -> f64 {
+        2.0 * self.radius
+    }
 }
 
 #[cfg(test)]

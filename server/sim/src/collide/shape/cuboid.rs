@@ -38,6 +38,10 @@ impl SignedDistance for Cuboid {
         let outward = |k: usize| self.axes[k].map(|c| c * own[k].signum());
         between_faces(beyond, [outward(0), outward(1), outward(2)])
     }
+
+    fn thickness(&self) -> f64 {
+        2.0 * self.half_extent.into_iter().fold(f64::INFINITY, f64::min)
+    }
 }
 
 fn is_right_handed([x, y, z]: [[f64; 3]; 3]) -> bool {

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::geometry::{
     Nearest, Probe, SignedDistance, across, between_faces, invalid_rod, length_and_direction,
 };
-use crate::math::array::{dot, minus};
+use crate::math::array::{dot, length, minus};
 
 /// A solid cylinder with flat ends.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -36,6 +36,10 @@ impl SignedDistance for Cylinder {
         let beyond = [r - self.radius, middle.abs() - 0.5 * length, f64::NEG_INFINITY];
         between_faces(beyond, [radial, end, end])
     }
+
+    fn thickness(&self) -> f64 {
+        length(minus(self.end, self.start)).min(2.0 * self.radius)
+    }
 }
 
 #[cfg(test)]
@@ -43,7 +47,7 @@ mod sample {
     use std::f64::consts::TAU;
 
     use super::{super::sample::*, *};
-    use crate::math::array::{cross, length};
+    use crate::math::array::cross;
 
     impl Sample for Cylinder {
         fn example() -> Self {

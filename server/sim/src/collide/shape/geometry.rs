@@ -30,6 +30,9 @@ pub(super) trait SignedDistance {
     /// Distance and normal, exact inside and outside. Where several points of the surface are nearest
     /// the normal is that of one of them.
     fn nearest(&self, probe: Probe) -> Nearest;
+
+    /// Least way (m) through its middle, from one side to the other; infinite where there is no other side.
+    fn thickness(&self) -> f64;
 }
 
 /// Length and direction of a vector; `none` is the direction of one without length.

@@ -58,6 +58,10 @@ impl SignedDistance for HalfPipe {
         }
         (wall, if r > 0.0 { toward(-across / r, -height / r) } else { up })
     }
+
+    fn thickness(&self) -> f64 {
+        f64::INFINITY
+    }
 }
 
 #[cfg(test)]

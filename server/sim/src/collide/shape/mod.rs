@@ -42,6 +42,13 @@ macro_rules! shapes {
                     $(Self::$name(shape) => shape.nearest(probe),)*
                 }
             }
+
+            /// Least way (m) through its middle, from one side to the other; infinite where there is no other side.
+            pub(crate) fn thickness(&self) -> f64 {
+                match self {
+                    $(Self::$name(shape) => shape.thickness(),)*
+                }
+            }
         }
 
         $(impl From<$shape> for Shape {

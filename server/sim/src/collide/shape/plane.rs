@@ -25,6 +25,10 @@ impl SignedDistance for Plane {
     fn nearest(&self, probe: Probe) -> Nearest {
         (dot(probe.relative_to(self.point), self.normal), self.normal)
     }
+
+    fn thickness(&self) -> f64 {
+        f64::INFINITY
+    }
 }
 
 #[cfg(test)]

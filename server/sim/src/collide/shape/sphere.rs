@@ -25,6 +25,10 @@ impl SignedDistance for Sphere {
         let (length, normal) = length_and_direction(probe.relative_to(self.center), [0.0, 1.0, 0.0]);
         (length - self.radius, normal)
     }
+
+    fn thickness(&self) -> f64 {
+        2.0 * self.radius
+    }
 }
 
 #[cfg(test)]

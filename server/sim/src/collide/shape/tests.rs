@@ -76,6 +76,22 @@ fn a_distance_changes_by_no_more_than_the_way_gone() {
 }
 
 #[test]
+fn no_point_of_a_shape_is_deeper_than_half_its_thickness() {
+    for shape in Shape::examples() {
+        let thickness = shape.thickness();
+        let far = TURNED.iter().flat_map(|way| [1e3, -1e3].map(|length| along(&[(length, *way)])));
+        let deepest_far = far.map(|point| -at(&shape, point).0).fold(f64::NEG_INFINITY, f64::max);
+        assert_eq!(thickness.is_infinite(), deepest_far > 900.0, "{shape:?}: {deepest_far} m deep far away");
+        if thickness.is_finite() {
+            let deepest = points(20_000).map(|point| -at(&shape, point).0).fold(f64::NEG_INFINITY, f64::max);
+            let spare = 0.5 * thickness - deepest;
+            // One of the points is nearer than 0.15 m to the middle.
+            assert!((-1e-12..0.15).contains(&spare), "{shape:?}: {deepest} m deep, {thickness} m thick");
+        }
+    }
+}
+
+#[test]
 fn points_with_several_nearest_ones_have_a_finite_distance_and_a_unit_normal() {
     let [x, y, z] = TURNED;
     for shape in Shape::examples() {

@@ -301,17 +301,20 @@ pub(crate) struct SharedParticles<'a, R> {
     tensors: [Disjoint<'a, Pair<R>>; 3],
     fixed: &'a [[R; 2]],
     object: &'a [u16],
+    /// The user's number of each particle.
+    pub(crate) id: &'a [u32],
 }
 
 impl<R: Real> Particles<R> {
     /// Shares particles among threads; the sorted order keeps these apart.
     pub(crate) fn share(&mut self) -> SharedParticles<'_, R> {
-        let Self { motion, tensors, fixed, object, .. } = self;
+        let Self { motion, tensors, fixed, object, id } = self;
         SharedParticles {
             motion: Disjoint::new(motion),
             tensors: tensors.each_mut().map(|plane| Disjoint::new(plane)),
             fixed,
             object,
+            id,
         }
     }
 }
@@ -337,8 +340,7 @@ impl<R: Real> SharedParticles<'_, R> {
     pub(crate) fn read_motion(&self, group: &Group, out: &mut Motion<R>) {
         self.motion.hold_all(&group.at);
         for lane in 0..LANES {
-            // SAFETY: held above; the sorted order names each particle once, and a chunk of blocks is
-            // worked on by one thread.
+            // SAFETY: held above; the sorted order names each particle once, and one thread works on a chunk.
             let pair = unsafe { *self.motion.held_slot(group.at[lane] as usize) };
             out.set(lane, pair);
         }
@@ -378,8 +380,7 @@ fn read_shared<P: Pack>(plane: &Disjoint<'_, Pair<P::Number>>, group: &Group) ->
     let mut quads = [[[P::Number::default(); 4]; LANES]; 2];
     plane.hold_all(&group.at);
     for lane in 0..LANES {
-        // SAFETY: held above; the sorted order names each particle once, and a chunk of blocks is
-        // worked on by one thread.
+        // SAFETY: held above; the sorted order names each particle once, and one thread works on a chunk.
         let pair = unsafe { *plane.held_slot(group.at[lane] as usize) };
         (quads[0][lane], quads[1][lane]) = (pair[0], pair[1]);
     }
@@ -393,8 +394,7 @@ fn write<P: Pack>(plane: &Disjoint<'_, Pair<P::Number>>, group: &Group, pair: [[
     let (first, second) = (P::rows(pair[0]), P::rows(pair[1]));
     plane.hold_all(&group.at);
     for lane in 0..group.count {
-        // SAFETY: held above; the sorted order names each particle once, and a chunk of blocks is
-        // worked on by one thread.
+        // SAFETY: held above; the sorted order names each particle once, and one thread works on a chunk.
         unsafe { *plane.held_slot(group.at[lane] as usize) = [first[lane], second[lane]] };
     }
 }

@@ -10,7 +10,7 @@ use crate::{
     linalg::SolveReport,
     math::{LANES, Pack, Real, WithSimd, array::dot, dispatch, svd},
     parallel,
-    report::{BoundKind, Diagnostics, SnowReport, TimeBound, Work},
+    report::{BoundKind, Diagnostics, Notices, SnowReport, TimeBound, Work},
     snow::{
         book::Entry,
         bound::smallest,
@@ -34,6 +34,8 @@ pub struct SnowStep {
     pub contact_count: u64,
     /// The last linear solve of a semi-implicit run.
     pub solve: Option<SolveReport>,
+    /// Particles that went through a collider, over all steps of the snow.
+    pub notices: Notices,
     /// What the steps of the snow cost.
     pub work: Work,
 }

@@ -36,7 +36,7 @@ use crate::{
     linalg::SolveReport,
     math::Real,
     parallel,
-    report::{Stage, StepFailure, Stopwatch, Work},
+    report::{Notices, Stage, StepFailure, Stopwatch, Work},
     surroundings::Surroundings,
 };
 
@@ -57,7 +57,7 @@ pub fn step<R: Real>(
         state.book.open(sums.entry());
     }
     let mut solve = None;
-    (work.spent, work.given) = (Work::default(), 0.0);
+    (work.spent, work.given, work.notices) = (Work::default(), 0.0, Notices::default());
     while !division.is_done() {
         check_stretch(model, state, work)?;
         check_grid(model, &state.particles, work)?;
@@ -94,7 +94,8 @@ pub fn step<R: Real>(
     let fastest = culprits(model, state, work).fastest();
     state.book.enter(&model.settings, sums.entry(), &taken, fastest)?;
     let contact_count = work.grid_diagnostics.contacts;
-    Ok(SnowStep { diagnostics: sums.diagnostics, report, contact_count, solve, work: work.spent })
+    let (diagnostics, notices) = (sums.diagnostics, work.notices);
+    Ok(SnowStep { diagnostics, report, contact_count, solve, notices, work: work.spent })
 }
 
 /// What a step finds on the grid.
@@ -175,6 +176,7 @@ fn advance_particles<R: Real>(
 
     let given = parallel::sum_by(chunk_diagnostics, &|chunk| [chunk.given]);
     work.given += work.grid_diagnostics.given + given[0];
+    work.notices = chunk_diagnostics.iter().fold(work.notices, |all, chunk| all.and(chunk.notices));
 
     // What bounds the next step. Chunks are those of the old order: looked up before it changes.
     work.extremes = chunk_diagnostics.iter().fold(Extremes::default(), |all, chunk| all.max(chunk.extremes));

@@ -1,16 +1,24 @@
 //! Collisions of particles: the second stage, after that of the grid (Stomakhin et al. 2013, step 9).
 //!
-//! Reads velocities that a group brought from the grid; writes them after contact.
+//! Reads velocities that a group brought from the grid; writes them after contact, and counts what went through a collider.
 
 use super::{context::StepContext, grid_to_particles::Arrival};
 use crate::{
-    collide::velocity_after,
-    math::{Real, array::dot},
+    collide::{has_passed, velocity_after},
+    math::{
+        Real,
+        array::{dot, length, minus},
+    },
+    report::Notices,
     snow::{
         grid::{SIDE, block_of},
         particles::Motion,
     },
 };
+
+/// Share of a cell, or of a collider that is thinner, by which snow may be inside and still count as in front: what slides
+/// over a round solid goes in by less.
+const WITHIN: f64 = 0.1;
 
 /// Says which groups of particles may meet a collider, block after block.
 pub(crate) struct Nearness<'a> {
@@ -47,34 +55,94 @@ fn particles_near(context: &StepContext<'_>, block: [i32; 3], h: f64) -> bool {
     context.colliders.iter().any(|c| c.distance(center, context.time).0 <= radius + c.margin)
 }
 
-/// Lets velocities of the first `count` particles of a group answer to colliders where they would
-/// enter one (step 9); returns the kinetic energy (J) that those gained which gained any.
-pub(crate) fn collide<R: Real>(
-    context: &StepContext<'_>,
-    motion: &Motion<R>,
-    count: usize,
-    arrival: &mut Arrival<R>,
-) -> f64 {
-    let mut given = 0.0;
-    for lane in 0..count {
-        let (x, m) = motion.of_one(lane);
+/// What colliders did to the particles of a chunk.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Collided {
+    /// Side of a cell (m).
+    cell: f64,
+    /// Kinetic energy (J) that those gained which gained any.
+    pub(crate) given: f64,
+    /// Particles that went through a collider, or into it.
+    pub(crate) notices: Notices,
+}
 
+impl Collided {
+    /// Nothing so far, on cells of side `cell` (m).
+    pub(crate) fn new(cell: f64) -> Self {
+        Self { cell, given: 0.0, notices: Notices::default() }
+    }
+
+    /// Lets velocities of the particles of a group, which have these numbers, answer to colliders where they would
+    /// enter one (step 9), and counts those that go through one all the same.
+    pub(crate) fn collide<R: Real>(
+        &mut self,
+        context: &StepContext<'_>,
+        motion: &Motion<R>,
+        ids: &[u32],
+        arrival: &mut Arrival<R>,
+    ) {
+        let speeds = context.colliders.iter().map(|collider| length(collider.velocity));
+        let shift = context.dt * speeds.fold(0.0, f64::max);
+        // Added group by group.
+        let given = std::mem::take(&mut self.given);
+        for (lane, id) in ids.iter().enumerate() {
+            let (x, m) = motion.of_one(lane);
+            let x = x.map(Real::to_f64);
+            let nearest = self.answer(context, (x, m.to_f64()), lane, arrival);
+
+            let end = position(context, x, lane, arrival);
+            if nearest < length(minus(end, x)) + shift && self.has_passed::<R>(context, [x, end]) {
+                let first_passed = Some(u64::from(*id));
+                self.notices =
+                    self.notices.and(Notices { passed_count: 1, first_passed, ..Notices::default() });
+            }
+        }
+        self.given += given;
+    }
+
+    /// Lets the velocity of one particle of a place (m) and a mass (kg) answer. Gives the distance (m) of the nearest
+    /// surface from where it goes, or less where the particle was touched.
+    fn answer<R: Real>(
+        &mut self,
+        context: &StepContext<'_>,
+        (x, m): ([f64; 3], f64),
+        lane: usize,
+        arrival: &mut Arrival<R>,
+    ) -> f64 {
+        let mut nearest = f64::INFINITY;
         for collider in context.colliders {
-            let at: [f64; 3] =
-                [0, 1, 2].map(|k| x[k].to_f64() + context.dt * arrival.drift[k][lane].to_f64());
+            let at = position(context, x, lane, arrival);
             let (distance, normal) = collider.distance(at, context.time);
             if distance >= collider.margin {
+                nearest = nearest.min(distance);
                 continue;
             }
+            // Those before it were measured from another place.
+            nearest = f64::NEG_INFINITY;
+
             let before = [0, 1, 2].map(|k| arrival.v[k][lane].to_f64());
             let after: [f64; 3] = velocity_after(collider, before, normal);
-            given += 0.5 * m.to_f64() * (dot(after, after) - dot(before, before)).max(0.0);
+            self.given += 0.5 * m * (dot(after, after) - dot(before, before)).max(0.0);
             for k in 0..3 {
                 arrival.v[k][lane] = R::of(after[k]);
                 let drift = arrival.drift[k][lane].to_f64() + (after[k] - before[k]);
                 arrival.drift[k][lane] = R::of(drift);
             }
         }
+        nearest
     }
-    given
+
+    /// Whether a particle goes through a collider, or into it, on its way from one place (m) to another.
+    fn has_passed<R: Real>(&self, context: &StepContext<'_>, way: [[f64; 3]; 2]) -> bool {
+        let rounding = 4.0 * R::ROUNDING * way[1].into_iter().fold(0.0, |most: f64, c| most.max(c.abs()));
+        context.colliders.iter().any(|collider| {
+            let spare = rounding + WITHIN * self.cell.min(collider.shape.thickness());
+            has_passed(collider, context.time, context.dt, way, spare)
+        })
+    }
+}
+
+/// Where a particle of a group goes (m) from `x` (m).
+fn position<R: Real>(context: &StepContext<'_>, x: [f64; 3], lane: usize, arrival: &Arrival<R>) -> [f64; 3] {
+    [0, 1, 2].map(|k| x[k] + context.dt * arrival.drift[k][lane].to_f64())
 }

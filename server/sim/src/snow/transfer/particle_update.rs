@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use super::{
     context::StepContext,
     grid_to_particles::{Arrival, GridToGroup, InterpolationScale},
-    particle_collision::{Nearness, collide},
+    particle_collision::{Collided, Nearness},
     scheme::{Scheme, with_scheme},
     stencil::{Stencil, StencilNodes, TILE},
     tally::{ChunkDiagnostics, Tally},
@@ -64,7 +64,7 @@ fn update_chunks<R: Real, S: Scheme, const N: usize>(
         let mut stencil = Stencil::new(sorted, StencilNodes::of(grid, tiles), block);
         let mut contact = Nearness::new(context, h, block);
         let (mut tally, mut arrivals) = (Tally::new(), [Arrival::new(); TOGETHER]);
-        let mut given = 0.0;
+        let mut collided = Collided::new(h);
         let (mut motions, mut codes) = ([Motion::new(); TOGETHER], [[0; LANES]; TOGETHER]);
 
         for start in (0..list.len()).step_by(LANES * TOGETHER) {
@@ -84,7 +84,8 @@ fn update_chunks<R: Real, S: Scheme, const N: usize>(
                     scheme: PhantomData,
                 });
                 if contact.reaches(&grid.blocks, stencil.block) {
-                    given += collide(context, &motions[k], group.count, &mut arrivals[k]);
+                    let ids = group.at.map(|at| particles.id[at as usize]);
+                    collided.collide(context, &motions[k], &ids[..group.count], &mut arrivals[k]);
                 }
             }
 
@@ -109,7 +110,8 @@ fn update_chunks<R: Real, S: Scheme, const N: usize>(
             }
         }
         *diagnostics = tally.finish();
-        diagnostics.given += given;
+        diagnostics.given += collided.given;
+        diagnostics.notices = collided.notices;
     });
 }
 

@@ -4,6 +4,7 @@
 
 use crate::{
     math::{LANES, Pack, Real},
+    report::Notices,
     snow::{bound::Extremes, particles::Lanes},
 };
 
@@ -30,6 +31,8 @@ pub(crate) struct ChunkDiagnostics {
     pub(crate) counts: [u32; 4],
     /// Energy (J) that hardening, and colliders that move, gave particles.
     pub(crate) given: f64,
+    /// Particles that went through a collider, in the user's numbering of the snow.
+    pub(crate) notices: Notices,
 }
 
 impl<R: Real> Tally<R> {
@@ -52,6 +55,7 @@ impl<R: Real> Tally<R> {
             ],
             counts: self.counts.each_ref().map(count),
             given: self.given.iter().map(|x| x.to_f64()).fold(0.0, |sum, x| sum + x),
+            notices: Notices::default(),
         }
     }
 
