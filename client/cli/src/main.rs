@@ -12,6 +12,7 @@ mod args;
 mod remote;
 mod ssh;
 mod meshes;
+mod mesh_info;
 mod scene;
 mod viewer;
 mod save;

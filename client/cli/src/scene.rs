@@ -140,7 +140,7 @@ impl Written {
         let scene = Scene::parse(&text, name)?;
         let mut meshes = BTreeMap::new();
         for mesh in scene.meshes() {
-            if let Mesh::File { file } = mesh
+            if let Mesh::File { file, .. } = mesh
                 && !meshes.contains_key(file)
             {
                 let loaded = meshes::load(&folder.join(file), MissingMass::default())?;
@@ -167,8 +167,8 @@ impl Written {
 
         let mut scene = self.scene.clone();
         for mesh in scene.meshes_mut() {
-            if let Mesh::File { file } = mesh {
-                *mesh = Mesh::Upload { upload: ids[file.as_str()].clone() };
+            if let Mesh::File { file, repair } = mesh {
+                *mesh = Mesh::Upload { upload: ids[file.as_str()].clone(), repair: *repair };
             }
         }
         Ok(Sent::Text(scene.to_toml()))

@@ -154,12 +154,58 @@ pub enum Mesh {
     Upload {
         /// The id that the server gave to it.
         upload: String,
+        /// What is put in order before it is used.
+        #[serde(flatten)]
+        repair: MeshRepair,
     },
     /// A mesh file beside the scene.
     File {
         /// Its path, relative to the scene's folder.
         file: String,
+        /// What is put in order before it is used.
+        #[serde(flatten)]
+        repair: MeshRepair,
     },
+}
+
+impl Mesh {
+    /// The mesh in a file, as it is.
+    pub fn file(path: impl Into<String>) -> Self {
+        Self::File { file: path.into(), repair: MeshRepair::default() }
+    }
+
+    /// An uploaded mesh, as it is.
+    pub fn upload(id: impl Into<String>) -> Self {
+        Self::Upload { upload: id.into(), repair: MeshRepair::default() }
+    }
+}
+
+/// What is put in order in a mesh from outside before it is used; default: nothing.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct MeshRepair {
+    /// What becomes of points that no triangle names.
+    #[serde(skip_serializing_if = "is_default")]
+    pub unused: Unused,
+    /// Points that are nearer to each other than this become one (m, before the transform); 0: none do.
+    #[serde(skip_serializing_if = "is_default")]
+    pub weld: f64,
+}
+
+/// What becomes of points that no triangle names.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Unused {
+    /// They are particles like all others.
+    #[default]
+    Keep,
+    /// They are left out, and the others are numbered anew.
+    Drop,
+}
+
+impl Unused {
+    /// Names in scene files.
+    pub const NAMES: [&str; 2] = ["keep", "drop"];
 }
 
 /// How a grid lies.

@@ -27,18 +27,20 @@ pub mod files;
 
 pub use assemble::{Built, MeshSource, NoMeshes, SceneLimits, SceneSize};
 pub use body::{
-    Body, ElementLaw, GridPlane, Limits, Mass, Mesh, MovingPin, Pattern, Pin, Solver, SpringLaw, Springs,
+    Body, ElementLaw, GridPlane, Limits, Mass, Mesh, MeshRepair, MovingPin, Pattern, Pin, Solver, SpringLaw,
+    Springs, Unused,
 };
 pub use collider::{ColliderText, ShapeText};
 pub use edit::EditError;
 pub use error::{ErrorKind, SceneError, SceneErrors, suggestion};
+pub use fill::enclosed_volume;
 pub use keys::page as reference_page;
 pub use printable::{is_printable, printable};
 pub use scene::{Scene, VERSION};
 pub use shipped::shipped_scenes;
 pub use snow::{
-    AdvectionName, BoxText, MaterialText, Sampling, Snow, SnowBody, SnowSolver, SnowSource, TransferName,
-    VolumeFrom,
+    AdvectionName, BoxText, MaterialText, Overlap, Sampling, Snow, SnowBody, SnowSolver, SnowSource,
+    TransferName, VolumeFrom,
 };
 pub use source::Source;
 pub use transform::{Rotate, Transform};

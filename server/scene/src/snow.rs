@@ -165,6 +165,9 @@ pub struct SnowBody {
     /// Where the particles' volumes come from.
     #[serde(default)]
     pub volume: VolumeFrom,
+    /// What becomes of space that it shares with earlier objects, or that parts of its mesh share.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub overlap: Overlap,
 }
 
 impl SnowBody {
@@ -186,6 +189,7 @@ impl SnowBody {
             stiffness_noise: 0.0,
             noise_length: None,
             volume: VolumeFrom::default(),
+            overlap: Overlap::default(),
         }
     }
 
@@ -284,6 +288,22 @@ pub enum VolumeFrom {
 impl VolumeFrom {
     /// Names in scene files.
     pub const NAMES: [&str; 2] = ["source", "grid"];
+}
+
+/// What becomes of space that an object shares with earlier ones, or that parts of its mesh share.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Overlap {
+    /// It counts for each.
+    #[default]
+    Keep,
+    /// It counts once: for the earlier object.
+    Drop,
+}
+
+impl Overlap {
+    /// Names in scene files.
+    pub const NAMES: [&str; 2] = ["keep", "drop"];
 }
 
 /// A material: a preset, and what differs from it.

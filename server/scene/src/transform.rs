@@ -77,6 +77,13 @@ impl RigidMotion {
             row[0] * point[0] + row[1] * point[1] + row[2] * point[2] + self.shift[i]
         })
     }
+
+    /// Where a point came from.
+    pub(crate) fn undo(&self, point: [f64; 3]) -> [f64; 3] {
+        let [x, y, z] = [0, 1, 2].map(|i| point[i] - self.shift[i]);
+        let [a, b, c] = self.rotation;
+        [0, 1, 2].map(|i| a[i] * x + b[i] * y + c[i] * z)
+    }
 }
 
 impl Transform {

@@ -226,7 +226,7 @@ fn the_courses_command_line_becomes_a_scene_that_builds() {
     });
     let meshes = parameters.each_ref().map(|object| {
         files::load_object(object, &course, &ReadOptions::default()).unwrap();
-        Mesh::File { file: object.points.clone() }
+        Mesh::file(object.points.clone())
     });
     let objects: Vec<CourseObject<'_>> =
         parameters.iter().zip(&meshes).map(|(parameters, mesh)| CourseObject { parameters, mesh }).collect();

@@ -24,7 +24,7 @@ pub(super) async fn cloud(
     let body = Body {
         mass: Some(Mass::Particle(0.01)),
         integrator: Integrator::SymplecticEuler,
-        ..Body::new("cloud", Mesh::Upload { upload })
+        ..Body::new("cloud", Mesh::upload(upload))
     };
     let title = "free particles".to_owned();
     let scene = Scene { title, dt, frame_interval, bodies: vec![body], ..Scene::default() };

@@ -88,7 +88,7 @@ fn input(args: &MecasimArgs) -> Result<scene::Input> {
         meshes::note(&object.warnings);
         // The object's number keeps two objects with the same file apart.
         let file = format!("{}#{number}", path.display());
-        objects.push((parameters, Mesh::File { file: file.clone() }));
+        objects.push((parameters, Mesh::file(file.clone())));
         loaded.insert(file, object.mesh);
     }
 

@@ -4,18 +4,15 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
 use nappe_client::MeshFile;
-use nappe_scene::{
-    files::{self, ReadOptions},
-    mesh::{EtiOptions, Loaded, course_grid},
-};
+use nappe_scene::{files, mesh::course_grid};
 use nappe_sim::mesh::TriangleMesh;
-use serde::Serialize;
 
 use crate::{
     args::ServerArgs,
     error::{CliError, Result},
+    mesh_info,
     meshes::{self, MissingMass},
-    output::{self, Column, Format, OutputArgs},
+    output::{self, Format, OutputArgs},
     remote,
 };
 
@@ -27,7 +24,7 @@ Examples:
   nappe mesh grid 40x60 --spacing 0.02 --out sheet.obj        a flat sheet
   nappe mesh convert cow.off cow.ply                          by extension
   nappe mesh convert data/vache vache.obj                     a folder of .eti files
-  nappe mesh info data/pull                                   counts, size, what is odd or missing
+  nappe mesh info data/pull                                   counts, size, parts, borders, volume, what is odd
   nappe mesh info *.obj --json                                one JSON object per line
   nappe mesh upload cow.obj                                   prints the id that a scene names
 
@@ -43,7 +40,8 @@ enum Action {
     Grid(GridArgs),
     /// Convert a mesh from one format to another
     Convert(ConvertArgs),
-    /// Describe meshes: counts, bounding box, what is odd, masses that are missing
+    /// Describe meshes: counts, size, parts, open edges, volume, what is odd or missing; one that cannot be read does
+    /// not keep the others from it
     Info(InfoArgs),
     /// Upload a mesh file, which the server reads; print its id
     Upload(UploadArgs),
@@ -186,110 +184,25 @@ fn lost(mesh: &TriangleMesh, path: &Path) -> Option<String> {
     Some(format!("the format .{extension} holds no {what}: they are left out"))
 }
 
-#[derive(Serialize)]
-struct Info {
-    mesh: PathBuf,
-    points: usize,
-    triangles: usize,
-    edges: usize,
-    masses: usize,
-    missing_masses: usize,
-    pinned: usize,
-    total_mass: f64,
-    texture_coordinates: usize,
-    min: [f64; 3],
-    max: [f64; 3],
-    warnings: Vec<String>,
-}
-
+/// Describes meshes, also those after one that cannot be described.
 fn info(args: &InfoArgs) -> Result<()> {
-    for (number, path) in args.inputs.iter().enumerate() {
-        let info = describe(path)?;
+    let (mut described, mut failures) = (0, Vec::new());
+    for path in &args.inputs {
+        let info = match mesh_info::describe(path) {
+            Ok(info) => info,
+            Err(error) => {
+                failures.push(error.to_string());
+                continue;
+            }
+        };
         match args.output.format() {
             Format::Json => output::json(&info)?,
-            Format::Text if number == 0 => output::line(&text(&info))?,
-            Format::Text => output::line(&format!("\n{}", text(&info)))?,
+            Format::Text if described == 0 => output::line(&mesh_info::table(&info))?,
+            Format::Text => output::line(&format!("\n{}", mesh_info::table(&info)))?,
         }
+        described += 1;
     }
-    Ok(())
-}
-
-fn describe(path: &Path) -> Result<Info> {
-    let (loaded, missing_masses) = load_incomplete(path)?;
-    let mesh = &loaded.mesh;
-    let mut warnings = loaded.warnings;
-    let odd = mesh.check().map_err(|error| CliError::failure(format!("{}: {error}", path.display())))?;
-    warnings.extend(odd.iter().map(ToString::to_string));
-    if mesh.masses.is_empty() {
-        warnings.push("no masses: a scene must give them".to_owned());
-    }
-
-    let corner = |pick: fn(f64, f64) -> f64, start: f64| {
-        [0, 1, 2].map(|axis| mesh.points.iter().map(|point| point[axis]).fold(start, pick))
-    };
-    // The missing ones stand at the end.
-    let masses = &mesh.masses[..mesh.masses.len() - missing_masses];
-    Ok(Info {
-        mesh: path.to_owned(),
-        points: mesh.points.len(),
-        triangles: mesh.triangles.len(),
-        edges: mesh.edges().len(),
-        masses: masses.len(),
-        missing_masses,
-        pinned: masses.iter().filter(|mass| **mass == 0.0).count(),
-        total_mass: masses.iter().fold(0.0, |sum, mass| sum + mass),
-        texture_coordinates: mesh.uv.len(),
-        min: corner(f64::min, f64::INFINITY),
-        max: corner(f64::max, f64::NEG_INFINITY),
-        warnings,
-    })
-}
-
-/// A mesh, and how many masses it lacks: a mesh without some of its masses is described all the same.
-fn load_incomplete(path: &Path) -> Result<(Loaded, usize)> {
-    let error = match files::load_mesh(path, &ReadOptions::default()) {
-        Ok(loaded) => return Ok((loaded, 0)),
-        Err(error) if meshes::lacks_masses(&error) => error,
-        Err(error) => return Err(error.into()),
-    };
-
-    // Where two fillings differ, there was nothing.
-    let filled = |mass: f64| {
-        let eti = EtiOptions { missing_mass: Some(mass) };
-        files::load_mesh(path, &ReadOptions { eti, ..ReadOptions::default() })
-    };
-
-    let (mut loaded, other) = (filled(0.0)?, filled(1.0)?);
-    let missing = loaded.mesh.masses.iter().zip(&other.mesh.masses).filter(|(a, b)| a != b).count();
-    loaded.warnings = vec![error.to_string()];
-    Ok((loaded, missing))
-}
-
-fn text(info: &Info) -> String {
-    let point = |[x, y, z]: [f64; 3]| format!("({x}, {y}, {z}) m");
-    let mut rows = vec![
-        ("file", info.mesh.display().to_string()),
-        ("points", output::count(info.points as u64)),
-        ("triangles", output::count(info.triangles as u64)),
-        ("edges", output::count(info.edges as u64)),
-        (
-            "masses",
-            format!(
-                "{}, {} kg, {} pinned by mass 0, {} missing",
-                output::count(info.masses as u64),
-                info.total_mass,
-                info.pinned,
-                info.missing_masses
-            ),
-        ),
-        ("texture", format!("{} coordinates", info.texture_coordinates)),
-        ("from", point(info.min)),
-        ("to", point(info.max)),
-    ];
-
-    rows.extend(info.warnings.iter().map(|warning| ("warning", warning.clone())));
-    let rows: Vec<Vec<String>> = rows.into_iter().map(|(name, value)| vec![name.to_owned(), value]).collect();
-    output::table(&[Column::Left("mesh"), Column::Left(" ")], &rows)
+    if failures.is_empty() { Ok(()) } else { Err(CliError::failure(failures.join("\n"))) }
 }
 
 fn size(text: &str) -> std::result::Result<[usize; 2], String> {

@@ -2,7 +2,7 @@
 
 use std::{fs, path::Path};
 
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use crate::support::{course, folder, nappe, nappe_in};
 
@@ -109,4 +109,75 @@ fn what_cannot_be_read_or_written_is_named() {
     assert!(unknown.stderr.contains(".obj"), "{}", unknown.stderr);
     assert_eq!(nappe(&["mesh", "grid", "1x70", "--out", "x"]).code, Some(2));
     assert_eq!(nappe(&["mesh", "grid", "7x7", "--spacing", "0", "--out", "x"]).code, Some(2));
+}
+
+/// A triangle above an edge and two below it, which meet in its middle; and a tetrahedron.
+const TWO_PARTS: &str = "v 0 0 0\nv 2 0 0\nv 1 1 0\nv 1 0 0\nv 1 -1 0\nv 0 0 1\nv 1 0 1\nv 0 1 1\nv 0 0 2\n\
+    f 1 2 3\nf 1 5 4\nf 4 5 2\nf 6 8 7\nf 6 7 9\nf 6 9 8\nf 7 8 9\n";
+
+#[test]
+fn a_mesh_is_described_with_parts_borders_junctions_and_size() {
+    let folder = folder();
+    fs::write(folder.path().join("two.obj"), TWO_PARTS).expect("written");
+    let text = nappe_in(folder.path(), &["mesh", "info", "two.obj"]).ok().stdout;
+    assert_eq!(
+        text,
+        "mesh\n\
+         file         two.obj\n\
+         points       9\n\
+         triangles    7, repeated: 0\n\
+         edges        14\n\
+         open edges   7, in loops: 1\n\
+         T-junctions  1, the first: point 3 on the edge 0 to 1\n\
+         parts        2\n\
+         volume       none: the mesh is not closed: the edge from point 0 at (0, 0, 0) to point 1 at (2, 0, 0) has \
+         1 triangle, and each edge of a closed surface has two; 6 other edges are open too\n\
+         masses       0, 0 kg, 0 pinned by mass 0, 0 missing\n\
+         texture      0 coordinates\n\
+         from         (0, -1, 0) m\n\
+         to           (2, 1, 2) m\n\
+         size         2 x 2 x 2 m, diagonal 3.4641016151377544 m\n\
+         warning      two.obj: no masses: a scene must give them\n"
+    );
+
+    let described = nappe_in(folder.path(), &["mesh", "info", "two.obj", "--json"]).ok().json();
+    let expected = json!({
+        "mesh": "two.obj", "points": 9, "triangles": 7, "edges": 14,
+        "masses": 0, "missing_masses": 0, "pinned": 0, "total_mass": 0.0, "texture_coordinates": 0,
+        "min": [0.0, -1.0, 0.0], "max": [2.0, 1.0, 2.0], "size": [2.0, 2.0, 2.0], "diagonal": 12.0_f64.sqrt(),
+        "parts": 2, "open_edges": 7, "boundary_loops": 1, "t_junctions": 1, "repeated_triangles": 0,
+        "volume": null, "warnings": ["two.obj: no masses: a scene must give them"],
+    });
+    assert_eq!(described, expected);
+}
+
+#[test]
+fn a_file_that_cannot_be_read_does_not_keep_others_from_being_described() {
+    let folder = folder();
+    let (open, closed) = TWO_PARTS.split_once("f 6 8 7").expect("the tetrahedron");
+    let solid = format!("{}f 6 8 7{closed}f 7 9 8\n", &open[..open.find('f').expect("faces")]);
+    for (name, text) in [("solid.obj", solid.as_str()), ("bad.obj", "v 0 0 zero\n")] {
+        fs::write(folder.path().join(name), text).expect("written");
+    }
+    let done = nappe_in(folder.path(), &["mesh", "info", "bad.obj", "none.obj", "solid.obj", "--json"]);
+    assert_eq!(done.code, Some(1));
+    assert!(done.stderr.contains("bad.obj:1") && done.stderr.contains("none.obj"), "{}", done.stderr);
+    assert_eq!(done.stdout.lines().count(), 1, "{}", done.stdout);
+    // One face is there twice, the other way round, and so the solid is not closed.
+    let described = done.json();
+    assert_eq!((&described["repeated_triangles"], &described["volume"]), (&1.into(), &Value::Null));
+    let told = |part: &str| {
+        described["warnings"]
+            .as_array()
+            .expect("a list")
+            .iter()
+            .any(|w| w.as_str().is_some_and(|w| w.starts_with("solid.obj: ") && w.contains(part)))
+    };
+    assert!(told("1 of them run the other way round") && told("5 isolated points"), "{described}");
+
+    fs::write(folder.path().join("solid.obj"), solid.replace("f 7 9 8\n", "")).expect("written");
+    let closed = nappe_in(folder.path(), &["mesh", "info", "solid.obj", "--json"]).ok().json();
+    let volume = closed["volume"].as_f64().expect("a volume");
+    assert!((volume - 1.0 / 6.0).abs() < 1e-15, "{closed}");
+    assert_eq!((&closed["open_edges"], &closed["parts"]), (&0.into(), &1.into()));
 }

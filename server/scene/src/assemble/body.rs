@@ -18,11 +18,13 @@ use super::{
     mass,
     meshes::{MeshSource, load},
     pins::{self, Layout},
+    repair,
     size::{self, Owner, Size},
     start::ClothStart,
+    units,
 };
 use crate::{
-    body::{Body, ElementLaw, GridPlane, Mesh, Pattern, SpringLaw, Springs},
+    body::{Body, ElementLaw, GridPlane, Mesh, MeshRepair, Pattern, SpringLaw, Springs},
     error::{ErrorKind, SceneError},
     location::Location,
     mesh::course_grid,
@@ -61,9 +63,9 @@ pub(super) fn build(
     size: &mut Size<'_>,
 ) -> Result<Made, SceneError> {
     let (body, first_particle) = (text.body, size.particles());
-    let (mut mesh, layout) = make_mesh(text, meshes, size)?;
-    let mut warnings = check(&mesh, layout, &text.at.key("mesh"))?;
+    let (mut mesh, layout, mut warnings) = make_mesh(text, meshes, size)?;
     move_mesh(&mut mesh, &body.transform, &text.at.key("transform"))?;
+    warnings.extend(units::questions(&mesh, body.mass));
     let mut pinned = mass::apply(body.mass, &mut mesh, &text.at.key("mass"))?;
     pinned.extend(pins::particles(&body.pins, layout, mesh.points.len(), &text.at.key("pins"))?);
     pinned.sort_unstable();
@@ -94,15 +96,6 @@ pub(super) fn build(
     Ok(Made { setup: BodySetup { name: body.name.clone(), network, settings }, changes, warnings })
 }
 
-/// What is odd about a mesh that came from outside; formulas give sound ones.
-fn check(mesh: &TriangleMesh, layout: Layout, at: &Location<'_>) -> Result<Vec<String>, SceneError> {
-    if layout != Layout::Free {
-        return Ok(Vec::new());
-    }
-    let odd = mesh.check().map_err(|error| at.error(ErrorKind::BadMesh, error.to_string()))?;
-    Ok(odd.iter().map(ToString::to_string).collect())
-}
-
 fn move_mesh(mesh: &mut TriangleMesh, transform: &Transform, at: &Location<'_>) -> Result<(), SceneError> {
     if *transform == Transform::default() {
         return Ok(());
@@ -114,35 +107,41 @@ fn move_mesh(mesh: &mut TriangleMesh, transform: &Transform, at: &Location<'_>) 
     Ok(())
 }
 
+/// The mesh, how its points are numbered, and what is odd about one that came from outside; formulas give sound ones.
 fn make_mesh(
     text: &BodyText<'_>,
     meshes: &dyn MeshSource,
     size: &mut Size<'_>,
-) -> Result<(TriangleMesh, Layout), SceneError> {
-    let mesh = match &text.body.mesh {
+) -> Result<(TriangleMesh, Layout, Vec<String>), SceneError> {
+    match &text.body.mesh {
         &Mesh::Grid { grid: [columns, rows], spacing, plane, ripple } => {
             size.add_particles(&text.owner(), "mesh", u64::from(columns) * u64::from(rows))?;
             let mesh = grid([columns, rows], spacing, plane, ripple);
-            return Ok((mesh, Layout::Grid { columns, rows }));
+            Ok((mesh, Layout::Grid { columns, rows }, Vec::new()))
         }
         &Mesh::CourseGrid { course_grid: side } => {
             size.add_particles(&text.owner(), "mesh", u64::from(side).pow(2))?;
             let mesh = course_grid(side as usize, side as usize, 0.1);
-            return Ok((mesh, Layout::Grid { columns: side, rows: side }));
+            Ok((mesh, Layout::Grid { columns: side, rows: side }, Vec::new()))
         }
         &Mesh::Chain { chain, spacing } => {
             size.add_particles(&text.owner(), "mesh", u64::from(chain))?;
             let points = (0..chain).map(|i| [f64::from(i) * spacing, 0.0, 0.0]).collect();
-            return Ok((TriangleMesh { points, ..TriangleMesh::default() }, Layout::Chain));
+            Ok((TriangleMesh { points, ..TriangleMesh::default() }, Layout::Chain, Vec::new()))
         }
-        Mesh::Upload { .. } | Mesh::File { .. } => {
-            let mesh = load(&text.body.mesh, meshes, &text.at.key("mesh"))?;
+        Mesh::Upload { repair, .. } | Mesh::File { repair, .. } => {
+            let at = text.at.key("mesh");
+            let mesh = load(&text.body.mesh, meshes, &at)?;
+            // A repair may leave fewer points; without one, all of them are about to be copied.
+            if *repair == MeshRepair::default() {
+                size.check_particles(&text.owner(), "mesh", mesh.points.len() as u64)?;
+            }
+            let mut mesh = Arc::unwrap_or_clone(mesh);
+            let told = repair::put_in_order(&mut mesh, *repair, &at)?;
             size.add_particles(&text.owner(), "mesh", mesh.points.len() as u64)?;
-            Arc::unwrap_or_clone(mesh)
+            Ok((mesh, Layout::Free, told))
         }
-    };
-
-    Ok((mesh, Layout::Free))
+    }
 }
 
 fn grid([columns, rows]: [u32; 2], spacing: f64, plane: GridPlane, ripple: f64) -> TriangleMesh {

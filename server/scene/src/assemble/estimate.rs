@@ -48,7 +48,7 @@ pub struct SceneSize {
     pub triangles: u64,
     /// Particles of snow.
     pub snow_particles: u64,
-    /// Triangles of the largest mesh that is filled with snow.
+    /// Triangles of the two largest meshes that are filled with snow: both are there while it is seen whether they overlap.
     pub solid_triangles: u64,
     /// Bytes of the snow's grid, in binary32 and in binary64.
     pub snow_grid_bytes: [u64; 2],
@@ -64,6 +64,7 @@ impl Scene {
         }
         let at = Location::root(&self.source).key("snow");
         if let Some(snow) = &self.snow {
+            size.solid_triangles = solid_triangles(&snow.objects, meshes);
             let (list, side) = (at.key("object"), BLOCK_SIDE as f64 * snow.cell);
             let mut blocks = [0.0; 2];
             for (i, object) in snow.objects.iter().enumerate() {
@@ -89,7 +90,7 @@ impl SceneSize {
                 let chain = u64::from(chain);
                 (chain, 0, [chain, 0, chain])
             }
-            Mesh::Upload { upload } => match meshes.upload(upload) {
+            Mesh::Upload { upload, .. } => match meshes.upload(upload) {
                 Some(mesh) => free(&mesh),
                 None => return,
             },
@@ -145,12 +146,11 @@ impl SceneSize {
     ) -> [f64; 2] {
         let (count, [blocks, node_blocks]) = if let SnowSource::Mesh(mesh) = &object.source {
             // A plan of a mesh would take memory: its volume and its surface do not.
-            let Mesh::Upload { upload } = mesh else { return [0.0; 2] };
+            let Mesh::Upload { upload, .. } = mesh else { return [0.0; 2] };
             let Some(mesh) = meshes.upload(upload) else { return [0.0; 2] };
             let scale = object.transform.scale;
             let (volume, area) = (volume(&mesh) * scale.powi(3), area(&mesh) * scale * scale);
             let by_volume = || (volume * particles_per_volume(object, cell)).max(1.0) as u64;
-            self.solid_triangles = self.solid_triangles.max(mesh.triangles.len() as u64);
             let blocks = [area, 2.0 * area].map(|area| met_blocks(volume, area, side));
             (object.particles.map_or_else(by_volume, u64::from), blocks)
         } else {
@@ -164,6 +164,19 @@ impl SceneSize {
         self.snow_particles = self.snow_particles.saturating_add(count);
         [blocks.min(count as f64), node_blocks.min(8.0 * count as f64)]
     }
+}
+
+/// Triangles of the two largest uploaded meshes that are filled.
+fn solid_triangles(objects: &[SnowBody], meshes: &dyn MeshSource) -> u64 {
+    let uploads = objects.iter().filter_map(|object| match object.mesh()? {
+        Mesh::Upload { upload, .. } => meshes.upload(upload),
+        _ => None,
+    });
+    let [first, second] = uploads.fold([0; 2], |[first, second], mesh| {
+        let count = mesh.triangles.len() as u64;
+        if count > first { [count, first] } else { [first, second.max(count)] }
+    });
+    first + second
 }
 
 /// Whether the preconditioner `auto` is `two_level`: where the mass is not known before the mesh is, it may be.

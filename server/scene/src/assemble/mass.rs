@@ -37,8 +37,15 @@ pub(super) fn apply(
     };
 
     if let Some(i) = mesh.masses.iter().position(|m| *m <= 0.0 || !m.is_finite()) {
+        let is_unused =
+            !mesh.triangles.is_empty() && !mesh.triangles.iter().flatten().any(|p| *p as usize == i);
+        let (why, other) = if is_unused {
+            ("no triangle names it", "unused = \"drop\" in its mesh, which leaves such points out, ")
+        } else {
+            ("its triangles have no area", "")
+        };
         let message = format!(
-            "gives particle {i} the mass {}: its triangles have no area; allowed here: {{ particle = kg }} or {{ total = kg }}",
+            "gives particle {i} the mass {}: {why}; allowed here: {other}{{ particle = kg }} or {{ total = kg }}",
             mesh.masses[i]
         );
         return at.inconsistent(message);

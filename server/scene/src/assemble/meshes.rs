@@ -44,11 +44,11 @@ pub(super) fn load(
     at: &Location<'_>,
 ) -> Result<Arc<TriangleMesh>, SceneError> {
     match mesh {
-        Mesh::Upload { upload } => meshes.upload(upload).ok_or_else(|| {
+        Mesh::Upload { upload, .. } => meshes.upload(upload).ok_or_else(|| {
             let message = format!("no mesh with the id '{upload}' was uploaded, or it is no longer kept");
             at.key("upload").error(ErrorKind::MeshNotFound, message)
         }),
-        Mesh::File { file } => meshes.file(file).map(Arc::new),
+        Mesh::File { file, .. } => meshes.file(file).map(Arc::new),
         Mesh::Grid { .. } | Mesh::Chain { .. } | Mesh::CourseGrid { .. } => {
             at.inconsistent("is a formula; allowed here: { file = \"...\" } or { upload = \"...\" }")
         }

@@ -9,6 +9,8 @@ mod mass;
 mod pins;
 mod inside;
 mod start;
+mod repair;
+mod units;
 mod body;
 mod snow;
 mod estimate;

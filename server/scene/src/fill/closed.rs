@@ -6,7 +6,12 @@
 
 use std::fmt;
 
-use nappe_sim::{interrupt, mesh::TriangleMesh};
+use nappe_sim::{
+    interrupt,
+    mesh::{Groups, TriangleMesh},
+};
+
+use super::parts::{Part, parts, tetrahedron};
 
 /// The surface of a solid.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,6 +22,10 @@ pub(crate) struct Closed {
     pub(super) volume: f64,
     /// Centre of mass (m).
     pub(super) center: [f64; 3],
+    /// Its parts, which no edge joins.
+    pub(super) parts: Vec<Part>,
+    /// The part of each triangle.
+    pub(super) part_of: Vec<u32>,
 }
 
 /// Why a mesh encloses no solid.
@@ -64,7 +73,15 @@ impl fmt::Display for NotClosed {
     }
 }
 
-/// One side of a triangle: its ends in ascending order, whether it runs that way, its triangle.
+/// The volume (m³) that a mesh encloses. Points with the same coordinates count as one.
+///
+/// # Errors
+/// Why it encloses none, in words that go on after "the mesh".
+pub fn enclosed_volume(mesh: &TriangleMesh) -> Result<f64, String> {
+    Closed::new(mesh).map(|closed| closed.volume).map_err(|error| error.to_string())
+}
+
+/// One side of a triangle: its ends in ascending order, whether it runs that way, the triangle's place among those looked at.
 type Side = ([u32; 2], bool, u32);
 
 impl Closed {
@@ -78,10 +95,20 @@ impl Closed {
         if kept.is_empty() {
             return Err(NotClosed::Empty);
         }
-        check_edges(&kept, &mesh.points)?;
+        let joined = check_edges(&kept, &mesh.points)?;
+        let (part_of, parts) = parts(&mesh.points, &kept, joined);
         let triangles: Vec<[u32; 3]> = kept.into_iter().map(|(_, t)| t).collect();
         let (volume, center) = moments(&mesh.points, &triangles).ok_or(NotClosed::Flat)?;
-        Ok(Self { points: mesh.points.clone(), triangles, volume, center })
+        Ok(Self { points: mesh.points.clone(), triangles, volume, center, parts, part_of })
+    }
+
+    /// Takes a volume (m³) with its first moment (m⁴) off, which was counted too often.
+    pub(super) fn take_off(&mut self, volume: f64, moment: [f64; 3]) {
+        let left = self.volume - volume;
+        if left > 0.0 {
+            self.center = [0, 1, 2].map(|c| (self.volume * self.center[c] - moment[c]) / left);
+            self.volume = left;
+        }
     }
 
     /// Lower and upper corner of the box around the triangles (m).
@@ -111,10 +138,12 @@ fn welded(points: &[[f64; 3]]) -> Vec<u32> {
     same
 }
 
-fn check_edges(triangles: &[(u32, [u32; 3])], points: &[[f64; 3]]) -> Result<(), NotClosed> {
+/// Checks that each edge has two triangles that run along it in opposite directions; gives the groups of those that share one.
+fn check_edges(triangles: &[(u32, [u32; 3])], points: &[[f64; 3]]) -> Result<Groups, NotClosed> {
     let side = |t: u32, from: u32, to: u32| -> Side { ([from.min(to), from.max(to)], from < to, t) };
-    let mut sides: Vec<Side> =
-        triangles.iter().flat_map(|&(t, [a, b, c])| [side(t, a, b), side(t, b, c), side(t, c, a)]).collect();
+    let of_one =
+        |(t, &(_, [a, b, c])): (u32, &(u32, [u32; 3]))| [side(t, a, b), side(t, b, c), side(t, c, a)];
+    let mut sides: Vec<Side> = (0u32..).zip(triangles).flat_map(of_one).collect();
     interrupt::point();
     sides.sort_unstable();
     interrupt::point();
@@ -128,10 +157,14 @@ fn check_edges(triangles: &[(u32, [u32; 3])], points: &[[f64; 3]]) -> Result<(),
 
     match edges().find(|edge| edge[0].1 == edge[1].1) {
         Some(turned) => Err(NotClosed::Turned {
-            triangles: [turned[0].2, turned[1].2],
+            triangles: [0, 1].map(|side| triangles[turned[side].2 as usize].0),
             positions: positions(turned[0].0),
         }),
-        None => Ok(()),
+        None => {
+            let mut joined = Groups::new(triangles.len());
+            edges().for_each(|edge| joined.join([edge[0].2, edge[1].2]));
+            Ok(joined)
+        }
     }
 }
 
@@ -142,13 +175,11 @@ fn moments(points: &[[f64; 3]], triangles: &[[u32; 3]]) -> Option<(f64, [f64; 3]
     let (mut six_volumes, mut size, mut moment) = (0.0_f64, 0.0_f64, [0.0; 3]);
     for corners in triangles {
         let [a, b, c] = corners.map(|i| [0, 1, 2].map(|k| points[i as usize][k] - apex[k]));
-        let tetrahedron = a[0] * (b[1] * c[2] - b[2] * c[1])
-            + a[1] * (b[2] * c[0] - b[0] * c[2])
-            + a[2] * (b[0] * c[1] - b[1] * c[0]);
-        six_volumes += tetrahedron;
-        size += tetrahedron.abs();
+        let six = tetrahedron([a, b, c]);
+        six_volumes += six;
+        size += six.abs();
         for k in 0..3 {
-            moment[k] += tetrahedron * (a[k] + b[k] + c[k]) / 4.0;
+            moment[k] += six * (a[k] + b[k] + c[k]) / 4.0;
         }
     }
 

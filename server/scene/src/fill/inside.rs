@@ -20,6 +20,8 @@ pub(crate) struct Inside {
     scale: f64,
     /// Projected corners in whole steps, and heights (m).
     corners: Vec<([[i64; 2]; 3], [f64; 3])>,
+    /// The part of the mesh to which each of these triangles belongs.
+    parts: Vec<u32>,
     /// Bins along x and y.
     side: i64,
     /// Steps of a bin.
@@ -38,18 +40,20 @@ impl Inside {
             low,
             scale,
             corners: Vec::with_capacity(mesh.triangles.len()),
+            parts: Vec::with_capacity(mesh.triangles.len()),
             side: 1,
             width: 1,
             first: Vec::new(),
             entries: Vec::new(),
         };
 
-        for triangle in &mesh.triangles {
+        for (triangle, part) in mesh.triangles.iter().zip(&mesh.part_of) {
             let points = triangle.map(|i| mesh.points[i as usize]);
             let flat = points.map(|p| this.steps(p));
             // A triangle upright to the plane has no area there: no ray crosses it.
             if side_of(flat[0], flat[1], flat[2]) != 0 {
                 this.corners.push((flat, points.map(|p| p[2])));
+                this.parts.push(*part);
             }
         }
 
@@ -79,17 +83,34 @@ impl Inside {
 
     /// Whether a point (m) is inside.
     pub(super) fn contains(&self, point: [f64; 3]) -> bool {
+        let mut winding = 0;
+        self.crossings(point, |_, turn| winding += turn);
+        winding != 0
+    }
+
+    /// How often two parts of the mesh wind around a point (m), and how often all of it does.
+    pub(super) fn windings(&self, point: [f64; 3], pair: [u32; 2]) -> [i32; 3] {
+        let [mut a, mut b, mut all] = [0; 3];
+        self.crossings(point, |triangle, turn| {
+            let part = self.parts[triangle as usize];
+            a += if part == pair[0] { turn } else { 0 };
+            b += if part == pair[1] { turn } else { 0 };
+            all += turn;
+        });
+        [a, b, all]
+    }
+
+    /// Calls `note` for the triangles below which a point (m) may lie: with 1 or -1 where its ray crosses one, else 0.
+    fn crossings(&self, point: [f64; 3], mut note: impl FnMut(u32, i32)) {
         let projected = self.steps(point);
         let [x, y] = projected.map(|c| c.div_euclid(self.width));
         if !(0..self.side).contains(&x) || !(0..self.side).contains(&y) {
-            return false;
+            return;
         }
-        let mut winding = 0;
         for &triangle in self.bin(x, y) {
             let (flat, heights) = &self.corners[triangle as usize];
-            winding += crossing(flat, heights, projected, point[2]);
+            note(triangle, crossing(flat, heights, projected, point[2]));
         }
-        winding != 0
     }
 
     fn steps(&self, point: [f64; 3]) -> [i64; 2] {

@@ -5,18 +5,22 @@
 
 mod hash;
 mod noise;
+mod parts;
 mod closed;
 mod inside;
 mod solid;
 mod lattice;
 mod poisson;
 mod sample;
+mod overlap;
 #[cfg(test)]
 mod tests;
 
 pub(crate) use closed::Closed;
+pub use closed::enclosed_volume;
 pub(crate) use hash::Stream;
 pub(crate) use lattice::{Jitter, TooMuch};
 pub(crate) use noise::Noise;
+pub(crate) use overlap::{SharedByParts, TOLD, count_once, shared_box, shared_by_parts, shared_volume};
 pub(crate) use sample::{Arrangement, Count, estimate, fill};
 pub(crate) use solid::{Solid, met_blocks};

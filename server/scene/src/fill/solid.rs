@@ -63,6 +63,13 @@ impl Solid {
         }
     }
 
+    /// Corners of the box around it (m), where it stands in the world.
+    pub(crate) fn world_bounds(&self) -> [[f64; 3]; 2] {
+        let Self::Box { half, motion } = self else { return self.bounds() };
+        let reach = motion.rotation.map(|row| (0..3).map(|c| row[c].abs() * half[c]).sum::<f64>());
+        [[0, 1, 2].map(|c| motion.shift[c] - reach[c]), [0, 1, 2].map(|c| motion.shift[c] + reach[c])]
+    }
+
     /// Heights (m) between which it lies over a rectangle of the plane; none: nowhere.
     pub(super) fn heights(&self, from: [f64; 2], to: [f64; 2]) -> Option<[f64; 2]> {
         if let Self::Mesh { inside, .. } = self {
@@ -89,6 +96,14 @@ impl Solid {
                     <= radius * radius
             }
             Self::Mesh { inside, .. } => inside.contains(point),
+        }
+    }
+
+    /// Whether a point of the world (m) is inside.
+    pub(crate) fn holds(&self, point: [f64; 3]) -> bool {
+        match self {
+            Self::Box { motion, .. } => self.contains(motion.undo(point)),
+            _ => self.contains(point),
         }
     }
 

@@ -7,7 +7,7 @@ use nappe_sim::{
 };
 
 use crate::{
-    body::{GridPlane, Pattern},
+    body::{GridPlane, Pattern, Unused},
     schema::{Alternative, Alternatives, LENGTH, Presence, Range, SPEED, Section, ValueKind, key},
     transform::TRANSFORM,
 };
@@ -17,6 +17,8 @@ use ValueKind::{Choice, Flag, Number, Pin, Pins, Table, Tables, Text, Vector, Wh
 
 /// A distance between particles (m).
 const SPACING: Range = Range(1e-6, 1e3);
+/// A distance over which points are joined (m).
+const WELD: Range = Range(0.0, 1e3);
 /// A mass (kg).
 const MASS: Range = Range(1e-12, 1e9);
 /// A stiffness (N/m).
@@ -68,6 +70,8 @@ static MESH: Section = Section {
         key("course_grid", Whole(2, 10_000), "particles", Chosen, "the course's square grid with this many particles per side, 0.1 m apart: x = 0.1 c, y = -0.1 r, z = 0.1 sin(-2.5 c), all with 6 significant digits; mass 0 at the two upper corners, 1 kg elsewhere"),
         key("upload", Text(200), "", Chosen, "id of an uploaded mesh"),
         key("file", Text(1000), "", Chosen, "a mesh file beside the scene: .obj, .off, .ply, or a folder of .eti files"),
+        key("unused", Choice(|| Unused::NAMES.to_vec()), "", Default("\"keep\""), "points that no triangle names: keep makes particles of them, which fall freely and have no mass by density; drop leaves them out before anything else, so that indices of particles count the points that stay"),
+        key("weld", Number(WELD), "m", Default("0.0"), "points nearer to each other than this become one, before the transform and after unused; 0: none do. Points that only others between them join become one too. The first by index stays, with its texture coordinates; masses add up (0 stays 0); triangles that lose a corner are left out; indices of particles count the points that stay. At most a tenth of the mesh's median edge; 1e-6 joins points at the same place"),
         key("spacing", Number(SPACING), "m", Chosen, "distance between neighbours"),
         key("plane", Choice(|| GridPlane::NAMES.to_vec()), "", Default("\"horizontal\""), "how a grid lies: horizontal (y = 0) or upright (z = 0, row 0 on top, at y = 0)"),
         key("ripple", Number(Range(-1e3, 1e3)), "m", Default("0.0"), "height of a ripple across a grid's columns: ripple * sin(-2.5 c), off the plane"),
@@ -76,8 +80,8 @@ static MESH: Section = Section {
         Alternative { key: "grid", needs: &["spacing"], may: &["plane", "ripple"] },
         Alternative { key: "chain", needs: &["spacing"], may: &[] },
         Alternative { key: "course_grid", needs: &[], may: &[] },
-        Alternative { key: "upload", needs: &[], may: &[] },
-        Alternative { key: "file", needs: &[], may: &[] },
+        Alternative { key: "upload", needs: &[], may: &["unused", "weld"] },
+        Alternative { key: "file", needs: &[], may: &["unused", "weld"] },
     ]),
 };
 
@@ -88,7 +92,7 @@ static MASSES: Section = Section {
     keys: &[
         key("particle", Number(MASS), "kg", Chosen, "mass of each particle"),
         key("total", Number(MASS), "kg", Chosen, "mass of the body, the same share for each particle"),
-        key("density", Number(MASS), "kg/m^2", Chosen, "mass per area: each particle gets a third of its triangles' area"),
+        key("density", Number(MASS), "kg/m^2", Chosen, "mass per area: each particle gets a third of its triangles' area; a triangle that is there twice counts once"),
     ],
     alternatives: Alternatives::OneChosen,
 };

@@ -4,7 +4,7 @@ use nappe_sim::snow::{Kernel, Law, Preset, Transfer};
 
 use crate::{
     schema::{Alternative, Alternatives, LENGTH, Presence, Range, SIZE, SPEED, Section, ValueKind, key},
-    snow::{Sampling, VolumeFrom},
+    snow::{Overlap, Sampling, VolumeFrom},
     transform::TRANSFORM,
 };
 
@@ -73,6 +73,7 @@ static OBJECT: Section = Section {
         key("stiffness_noise", Number(NOISE), "", Default("0.0"), "relative amplitude of noise on Young's modulus, from 1 - noise to 1 + noise"),
         key("noise_length", Number(SIZE), "m", Absent("each particle has its own value"), "distance over which noise changes: values on a lattice of that spacing, blended between"),
         key("volume", Choice(|| VolumeFrom::NAMES.to_vec()), "", Default("\"source\""), "volumes at rest: source (the solid's volume, evenly) or grid (mass over the density on the grid before the first step, as Stomakhin et al. 2013; larger at the surface)"),
+        key("overlap", Choice(|| Overlap::NAMES.to_vec()), "", Default("\"keep\""), "space that it shares with earlier objects, or that parts of its mesh share: keep counts it for each, with a warning above 1 % of the smaller one; drop leaves out its particles that lie in an earlier object, so that it may have fewer than were asked for, and counts once what parts of its mesh share"),
     ],
     alternatives: Alternatives::OneChosen,
 };
@@ -107,7 +108,7 @@ static SPHERE: Section = Section {
 #[rustfmt::skip] // one line per key
 static MESH: Section = Section {
     name: "snow.object.mesh",
-    about: "A closed triangle mesh. A part inside another is a hole when it is turned inside out. Parts that overlap are filled once, while the volume counts them twice, which gives a warning: join them first.",
+    about: "A closed triangle mesh. A part inside another is a hole when it is turned inside out. Parts that overlap are filled once, while the volume counts what they share twice, which gives a warning above 1 % of the smaller one: join them first, or give the object overlap = \"drop\".",
     keys: &[
         key("upload", Text(200), "", Chosen, "id of an uploaded mesh"),
         key("file", Text(1000), "", Chosen, "a mesh file beside the scene: .obj, .off, .ply, or a folder of .eti files"),

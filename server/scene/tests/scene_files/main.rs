@@ -2,6 +2,8 @@
 
 mod messages;
 mod starts;
+mod outside;
+mod overlap;
 
 use std::sync::Arc;
 

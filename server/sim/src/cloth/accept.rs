@@ -135,7 +135,7 @@ pub(super) fn accept<R: Real>(
     if gain > limit {
         return Err(StepFailure::EnergyGain { particle: particle(), value: gain, limit });
     }
-    let most = most_owed(old.kinetic_energy + old.elastic_energy, after.motion.change);
+    let most = most_owed(moved(old).max(moved(new)));
     let owes = matches!(after.found, Found::Middle { .. });
     Ok(Allowance { given: given + rounding, limit: gain.max(given) + rounding, most, owes })
 }

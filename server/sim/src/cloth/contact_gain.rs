@@ -5,8 +5,6 @@
 
 /// Share of the kinetic and elastic energy that may be owed.
 const SHARE: f64 = 0.05;
-/// Times the energy of the change of velocities that may be owed too: what rests is put on a surface to rounding alone.
-const RESTING: f64 = 1e-6;
 
 /// What energy a step that is accepted may have, before contacts and after them.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,10 +19,9 @@ pub(super) struct Allowance {
     pub(super) owes: bool,
 }
 
-/// What may be owed after a sub-step (J), by the energy that moves and is stretched before it and that of the change of
-/// velocities.
-pub(super) fn most_owed(moved: f64, change: f64) -> f64 {
-    SHARE * moved + RESTING * change
+/// What may be owed after a sub-step (J), by the greatest energy that moves and is stretched in it without contact.
+pub(super) fn most_owed(moved: f64) -> f64 {
+    SHARE * moved
 }
 
 /// What is owed (J) after a sub-step of which the energy rose by `rise` (J).
@@ -61,6 +58,6 @@ mod tests {
         assert_eq!(owed(gained, 2.5, &allowed, Judged::No), 3.0);
         assert_eq!(owed(gained, -0.5, &allowed, Judged::No), 2.0);
         assert_eq!(owed(gained, -9.0, &allowed, Judged::Yes), 0.0);
-        assert_eq!(most_owed(8.0, 2.0), 8.0 * SHARE + 2.0 * RESTING);
+        assert_eq!(most_owed(8.0), 8.0 * SHARE);
     }
 }

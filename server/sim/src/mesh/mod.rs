@@ -2,16 +2,22 @@
 
 mod by_point;
 mod corners;
+mod groups;
 mod repeats;
 mod slivers;
+mod kept;
+mod weld;
+mod junctions;
+mod survey;
 
 use thiserror::Error;
 
 pub(crate) use self::by_point::sorted;
+pub use self::{groups::Groups, junctions::TJunctions, survey::Survey, weld::Welded};
 
 use self::{
     corners::{corner_edges, is_degenerate},
-    repeats::{crowded_edges, repeated_triangles},
+    repeats::{Repeats, crowded_edges, drop_repeats, repeated_triangles},
     slivers::{CANDIDATES, Close, close},
 };
 
@@ -48,6 +54,14 @@ pub enum MeshError {
     UvNotFinite { point: usize, value: [f64; 2] },
     #[error("{uv} texture coordinates for {points} points: one pair a point is needed, or none")]
     UvCount { uv: usize, points: usize },
+    #[error(
+        "points cannot be joined over {distance} m; allowed for this mesh: {least:.1e} to {most:.1e} m, a tenth of its median edge"
+    )]
+    WeldRange { distance: f64, least: f64, most: f64 },
+    #[error(
+        "points cannot be joined over {distance} m: too many lie about that far from each other to be compared; allowed: less"
+    )]
+    WeldTooDense { distance: f64 },
 }
 
 /// Something odd in a mesh that does not stop a simulation.
@@ -58,8 +72,10 @@ pub enum MeshWarning {
     Isolated { count: usize, first: usize },
     /// Triangles that name a point twice: they give the edges that remain.
     Degenerate { count: usize, first: usize },
-    /// Triangles whose three points an earlier one has: they add nothing.
-    Repeated { count: usize, first: usize },
+    /// Triangles whose three points an earlier one has; `turned` of them run the other way round.
+    Repeated { count: usize, first: usize, turned: usize },
+    /// Triangles of which no two share a point.
+    Scattered { triangles: usize },
     /// Edges with more than two triangles.
     NonManifold { count: usize, first: [u32; 2] },
     /// Edges below 1/50 of the median edge (lengths in m).
@@ -74,15 +90,27 @@ impl std::fmt::Display for MeshWarning {
             Self::Isolated { count, first } => {
                 write!(
                     f,
-                    "{count} isolated points, the first is {first}: no triangle names them, so they fall freely"
+                    "{count} isolated points, the first is {first}: no triangle names them, so they fall freely; \
+                     unused = \"drop\" in the body's mesh leaves them out"
                 )
             }
             Self::Degenerate { count, first } => {
                 write!(f, "{count} degenerate triangles, the first is {first}: they name a point twice")
             }
-            Self::Repeated { count, first } => {
-                write!(f, "{count} repeated triangles, the first is {first}: they add no springs")
+            Self::Repeated { count, first, turned } => {
+                write!(f, "{count} repeated triangles, the first is {first}: each counts once")?;
+                match turned {
+                    0 => Ok(()),
+                    _ => {
+                        write!(f, "; {turned} of them run the other way round, as on a sheet with two sides")
+                    }
+                }
             }
+            Self::Scattered { triangles } => write!(
+                f,
+                "no two of the {triangles} triangles share a point, so that a cloth of them falls apart: weld = 1e-6 in the \
+                 body's mesh joins points at the same place"
+            ),
             Self::NonManifold { count, first } => {
                 write!(
                     f,
@@ -102,6 +130,12 @@ impl std::fmt::Display for MeshWarning {
                  the closest are {a} and {b}, {distance:.3e} m apart: points of a seam that was to be closed?"
             ),
         }
+    }
+}
+
+impl MeshWarning {
+    fn repeated(Repeats { count, first, turned }: Repeats) -> Self {
+        Self::Repeated { count, first, turned }
     }
 }
 
@@ -140,6 +174,15 @@ impl TriangleMesh {
     /// # Errors
     /// The first error that makes the mesh unusable.
     pub fn check(&self) -> Result<Vec<MeshWarning>, MeshError> {
+        self.validate()?;
+        Ok(self.warnings())
+    }
+
+    /// Checks ranges and numbers alone.
+    ///
+    /// # Errors
+    /// The first error that makes the mesh unusable.
+    pub fn validate(&self) -> Result<(), MeshError> {
         let count = self.points.len();
         if count == 0 {
             return Err(MeshError::Empty);
@@ -171,7 +214,17 @@ impl TriangleMesh {
         if let Some(point) = self.uv.iter().position(|uv| uv.iter().any(|c| !c.is_finite())) {
             return Err(MeshError::UvNotFinite { point, value: self.uv[point] });
         }
-        Ok(self.warnings())
+        Ok(())
+    }
+
+    /// Leaves out triangles whose points an earlier one has, whatever their order; the warning says how many are gone.
+    ///
+    /// # Panics
+    /// On a mesh that [`TriangleMesh::validate`] refuses.
+    pub fn drop_repeated(&mut self) -> Option<MeshWarning> {
+        let repeats = repeated_triangles(&self.triangles, self.points.len())?;
+        drop_repeats(&mut self.triangles, self.points.len());
+        Some(MeshWarning::repeated(repeats))
     }
 
     /// Edges of the triangles, each once, the smaller index first, in ascending order.
@@ -185,24 +238,34 @@ impl TriangleMesh {
     /// Pairs of triangles that share an edge, in the order of their edges. Where more than two
     /// triangles meet, neighbours in the order of their opposite points are paired.
     pub fn pairs(&self) -> Vec<Pair> {
-        let sound = self.triangles.iter().filter(|t| !is_degenerate(t));
-        let fans = sound.flat_map(|&[a, b, c]| {
-            [(a, b, c), (b, c, a), (c, a, b)].map(|(p, q, opposite)| (p.min(q), (p.max(q), opposite)))
-        });
-        let mut fans = sorted(fans, self.points.len());
-        fans.dedup();
-
+        let sides = self.sides();
         let next = |pair: &[(u32, (u32, u32))]| {
             let [(p, (q, first)), (r, (s, second))] = [pair[0], pair[1]];
             ([p, q] == [r, s]).then_some(Pair { edge: [p, q], opposite: [first, second] })
         };
-        fans.windows(2).filter_map(next).collect()
+        sides.windows(2).filter_map(next).collect()
+    }
+
+    /// The sides of all triangles, in the order of their edges: an edge, the smaller point first, and the point opposite to
+    /// it. Sides of the same three points are one.
+    fn sides(&self) -> Vec<(u32, (u32, u32))> {
+        let sound = self.triangles.iter().filter(|t| !is_degenerate(t));
+        let sides = sound.flat_map(|&[a, b, c]| {
+            [(a, b, c), (b, c, a), (c, a, b)].map(|(p, q, opposite)| (p.min(q), (p.max(q), opposite)))
+        });
+        let mut sides = sorted(sides, self.points.len());
+        sides.dedup();
+        sides
     }
 
     fn warnings(&self) -> Vec<MeshWarning> {
         let mut warnings = Vec::new();
         let mut used = vec![false; self.points.len()];
-        self.triangles.iter().flatten().for_each(|&p| used[p as usize] = true);
+        let mut share_points = false;
+        for corners in &self.triangles {
+            share_points |= corners.iter().any(|&p| used[p as usize]);
+            corners.iter().for_each(|&p| used[p as usize] = true);
+        }
 
         let isolated = used.iter().filter(|u| !**u).count();
         if let Some(first) = used.iter().position(|u| !u) {
@@ -215,8 +278,9 @@ impl TriangleMesh {
         }
 
         let points = self.points.len();
-        if let Some((count, first)) = repeated_triangles(&self.triangles, points) {
-            warnings.push(MeshWarning::Repeated { count, first });
+        warnings.extend(repeated_triangles(&self.triangles, points).map(MeshWarning::repeated));
+        if self.triangles.len() > 1 && !share_points {
+            warnings.push(MeshWarning::Scattered { triangles: self.triangles.len() });
         }
         if let Some((count, first)) = crowded_edges(&self.triangles, points) {
             warnings.push(MeshWarning::NonManifold { count, first });

@@ -1,6 +1,6 @@
 //! What repeats in a mesh, found in little memory: edges of more than two triangles, triangles of the same points.
 //!
-//! Reads triangles; gives counts and the first. Corners are looked at in ranges of their smallest point, so that one
+//! Reads triangles; gives counts and the first, or leaves those out that repeat others. Corners are looked at in ranges of their smallest point, so that one
 //! range at a time is sorted: a few bytes per point and a sixteenth of the triangles, whatever their order.
 
 use std::ops::Range;
@@ -41,8 +41,43 @@ pub(super) fn crowded_edges(triangles: &[[u32; 3]], points: usize) -> Option<(us
     first.map(|first| (count, first))
 }
 
-/// Triangles whose points an earlier one has: how many, and the first.
-pub(super) fn repeated_triangles(triangles: &[[u32; 3]], points: usize) -> Option<(usize, usize)> {
+/// Triangles whose points an earlier one has.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Repeats {
+    pub(super) count: usize,
+    /// The first of them.
+    pub(super) first: usize,
+    /// Those that run the other way round than the earlier one.
+    pub(super) turned: usize,
+}
+
+/// Triangles whose points an earlier one has, if there are any.
+pub(super) fn repeated_triangles(triangles: &[[u32; 3]], points: usize) -> Option<Repeats> {
+    let mut found = Repeats { count: 0, first: usize::MAX, turned: 0 };
+    for_each_repeat(triangles, points, |place, is_turned| {
+        found.count += 1;
+        found.first = found.first.min(place as usize);
+        found.turned += usize::from(is_turned);
+    });
+    (found.count > 0).then_some(found)
+}
+
+/// Leaves out the triangles whose points an earlier one has; the others keep their order.
+pub(super) fn drop_repeats(triangles: &mut Vec<[u32; 3]>, points: usize) {
+    let mut repeats = Vec::new();
+    for_each_repeat(triangles, points, |place, _| repeats.push(place));
+    repeats.sort_unstable();
+    let mut repeats = repeats.into_iter().peekable();
+    let mut places = 0u32..;
+    triangles.retain(|_| {
+        let place = places.next();
+        repeats.next_if(|repeat| Some(*repeat) == place).is_none()
+    });
+}
+
+/// Calls `note` for each triangle whose points an earlier one has, with its place and whether it runs the other way
+/// round than the first of them; not in the order of the triangles.
+fn for_each_repeat(triangles: &[[u32; 3]], points: usize, mut note: impl FnMut(u32, bool)) {
     let corners = |t: &[u32; 3]| {
         let mut corners = *t;
         corners.sort_unstable();
@@ -50,7 +85,6 @@ pub(super) fn repeated_triangles(triangles: &[[u32; 3]], points: usize) -> Optio
     };
     let least = |t: &[u32; 3]| corners(t)[0];
 
-    let (mut count, mut first) = (0, usize::MAX);
     for (range, entries) in ranges(triangles.iter().map(least), points) {
         interrupt::point();
         // Places take a third of the memory of triangles.
@@ -59,12 +93,19 @@ pub(super) fn repeated_triangles(triangles: &[[u32; 3]], points: usize) -> Optio
         places.extend(own.map(|(place, _)| place));
         let key = |place: u32| (corners(&triangles[place as usize]), place);
         places.sort_unstable_by_key(|place| key(*place));
-        for pair in places.windows(2).filter(|pair| key(pair[0]).0 == key(pair[1]).0) {
-            count += 1;
-            first = first.min(pair[1] as usize);
+        for same in places.chunk_by(|a, b| key(*a).0 == key(*b).0) {
+            let first = is_ascending(&triangles[same[0] as usize]);
+            for &place in &same[1..] {
+                note(place, is_ascending(&triangles[place as usize]) != first);
+            }
         }
     }
-    (count > 0).then_some((count, first))
+}
+
+/// Whether the corners of a triangle ascend when the smallest is put first: two triangles of the same points run the
+/// same way round if that holds for both or for neither. One that names a point twice has no way round.
+fn is_ascending([a, b, c]: &[u32; 3]) -> bool {
+    (a < b && b < c) || (b < c && c < a) || (c < a && a < b)
 }
 
 /// Ranges of points that have about as many entries each, and how many; a point of many is a range by itself.
@@ -117,7 +158,23 @@ mod tests {
             !seen.insert(corners)
         });
         let again: Vec<usize> = again.collect();
-        assert_eq!(repeated_triangles(triangles, points), again.first().map(|first| (again.len(), *first)));
+        let found = repeated_triangles(triangles, points);
+        assert_eq!(
+            found.map(|found| (found.count, found.first)),
+            again.first().map(|first| (again.len(), *first))
+        );
+
+        let mut dropped = triangles.to_vec();
+        drop_repeats(&mut dropped, points);
+        let kept = triangles.iter().enumerate().filter(|(place, _)| again.binary_search(place).is_err());
+        assert_eq!(dropped, kept.map(|(_, t)| *t).collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn repeats_that_run_the_other_way_round_are_counted() {
+        let sheet = [[0, 1, 2], [2, 1, 3], [1, 2, 0], [2, 1, 0], [3, 1, 2], [3, 2, 1], [5, 5, 4], [4, 5, 5]];
+        let expected = Repeats { count: 5, first: 2, turned: 2 };
+        assert_eq!(repeated_triangles(&sheet, 6), Some(expected));
     }
 
     #[test]

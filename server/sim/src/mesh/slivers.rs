@@ -49,7 +49,7 @@ fn length(points: &[[f64; 3]], [a, b]: [u32; 2]) -> f64 {
 }
 
 /// The median length of the edges of a sample of triangles; none without edges, or if it is 0.
-fn median_edge(points: &[[f64; 3]], triangles: &[[u32; 3]]) -> Option<f64> {
+pub(super) fn median_edge(points: &[[f64; 3]], triangles: &[[u32; 3]]) -> Option<f64> {
     let sample = triangles.iter().step_by(triangles.len().div_ceil(SAMPLE).max(1));
     let mut lengths: Vec<f64> = sample.flat_map(corner_edges).map(|edge| length(points, edge)).collect();
     let middle = lengths.len() / 2;

@@ -3,12 +3,14 @@
 mod settings;
 mod material;
 mod object;
+mod overlap;
 
 use nappe_sim::snow::{SnowObject, SnowSetup};
 
 pub(super) use object::{Plan, particles_per_volume};
 pub(super) use settings::settings;
 
+use self::overlap::{EarlierObjects, parts_in_words};
 use super::{
     inside::Solid,
     meshes::{MeshSource, load},
@@ -32,13 +34,15 @@ pub(super) fn build(
 ) -> Option<(SnowSetup, Vec<String>)> {
     let settings = found.take(settings(text, at));
     let list = at.key("object");
-    let (mut objects, mut warnings) = (Vec::new(), Vec::new());
-    for (i, body) in text.objects.iter().enumerate() {
-        let built =
-            build_object(body, text.cell, &list.index(i), meshes, size).and_then(|(mut object, mut odd)| {
+    let places: Vec<Location<'_>> = (0..text.objects.len()).map(|i| list.index(i)).collect();
+    let (mut objects, mut warnings, mut earlier) = (Vec::new(), Vec::new(), EarlierObjects::default());
+    for (body, at) in text.objects.iter().zip(&places) {
+        let built = build_object(body, text.cell, at, &mut earlier, meshes, size).and_then(
+            |(mut object, mut odd)| {
                 odd.extend(settle_snow(&mut object, text.cell, solids)?);
                 Ok((object, odd))
-            });
+            },
+        );
         let Some((object, odd)) = found.take(built) else { continue };
         warnings.extend(odd.iter().map(|warning| format!("snow '{}': {warning}", body.name)));
         objects.push(object);
@@ -46,10 +50,11 @@ pub(super) fn build(
     Some((SnowSetup { objects, settings: settings? }, warnings))
 }
 
-fn build_object(
-    text: &SnowBody,
+fn build_object<'a>(
+    text: &'a SnowBody,
     cell: f64,
-    at: &Location<'_>,
+    at: &'a Location<'a>,
+    earlier: &mut EarlierObjects<'a>,
     meshes: &dyn MeshSource,
     size: &mut Size<'_>,
 ) -> Result<(SnowObject, Vec<String>), SceneError> {
@@ -65,7 +70,13 @@ fn build_object(
     // Before memory is taken for them; the number is exact but where a lattice meets a curved
     // surface.
     size.check_particles(&owner, key, plan.estimate())?;
-    let (object, warnings) = plan.build()?;
+    let (mut object, mut warnings) = plan.build()?;
+    if let Some(shared) = plan.shared() {
+        let density = object.mass.iter().sum::<f64>() / plan.solid().volume();
+        warnings.extend(parts_in_words(shared, text.overlap, density));
+    }
+    warnings.extend(earlier.compare(&plan, &mut object, at)?);
+    earlier.add(&plan, at, mesh);
     size.add_particles(&owner, key, object.x.len() as u64)?;
     Ok((object, warnings))
 }

@@ -8,9 +8,9 @@ use nappe_sim::{mesh::TriangleMesh, snow::SnowObject};
 use super::material::material;
 use crate::{
     error::{ErrorKind, SceneError},
-    fill::{self, Arrangement, Closed, Count, Jitter, Noise, Solid, Stream, TooMuch},
+    fill::{self, Arrangement, Closed, Count, Jitter, Noise, SharedByParts, Solid, Stream, TooMuch},
     location::Location,
-    snow::{BoxText, Sampling, SnowBody, SnowSource, VolumeFrom},
+    snow::{BoxText, Overlap, Sampling, SnowBody, SnowSource, VolumeFrom},
     transform::RigidMotion,
 };
 
@@ -28,6 +28,8 @@ pub(crate) struct Plan<'a> {
     solid: Solid,
     arrangement: Arrangement,
     count: Count,
+    /// What parts of its mesh share.
+    shared: Option<SharedByParts>,
 }
 
 impl<'a> Plan<'a> {
@@ -39,22 +41,29 @@ impl<'a> Plan<'a> {
         cell: f64,
         mesh: Option<&TriangleMesh>,
     ) -> Result<Self, SceneError> {
-        let scale = text.transform.scale;
-        let motion = text.transform.motion(&at.key("transform"))?;
-        let solid = match (&text.source, mesh) {
-            (SnowSource::Box(text), _) => boxed(*text, scale, &motion, at)?,
-            (&SnowSource::Sphere { center, radius }, _) => {
-                Solid::Ball { center: motion.apply(center.map(|c| scale * c)), radius: scale * radius }
-            }
-            (SnowSource::Mesh(_), Some(mesh)) => meshed(mesh, scale, &motion, at)?,
-            (SnowSource::Mesh(_), None) => {
-                return Err(at.key("mesh").error(ErrorKind::MeshNotFound, "was not loaded"));
-            }
-        };
-
+        let mut solid = solid(text, at, mesh)?;
         let arrangement = arrangement(text, at)?;
         let count = count(text, cell, at)?;
-        Ok(Self { text, at, solid, arrangement, count })
+        let shared = fill::shared_by_parts(&solid);
+        if let (Overlap::Drop, Some(shared)) = (text.overlap, &shared) {
+            fill::count_once(&mut solid, shared);
+        }
+        Ok(Self { text, at, solid, arrangement, count, shared })
+    }
+
+    /// The object as it is written.
+    pub(super) fn text(&self) -> &'a SnowBody {
+        self.text
+    }
+
+    /// What is filled.
+    pub(super) fn solid(&self) -> &Solid {
+        &self.solid
+    }
+
+    /// What parts of its mesh share.
+    pub(super) fn shared(&self) -> Option<&SharedByParts> {
+        self.shared.as_ref()
     }
 
     /// Particles that it will have: exactly, or nearly where its lattice meets a curved surface.
@@ -68,7 +77,7 @@ impl<'a> Plan<'a> {
     }
 
     /// Makes the object; the strings are warnings.
-    pub(crate) fn build(self) -> Result<(SnowObject, Vec<String>), SceneError> {
+    pub(crate) fn build(&self) -> Result<(SnowObject, Vec<String>), SceneError> {
         let (text, source) = (self.text, self.at.key(self.text.source_key()));
         let (density, material) = material(&text.material, &self.at.key("material"))?;
 
@@ -113,13 +122,36 @@ impl<'a> Plan<'a> {
     /// Surfaces that cross each other enclose another volume than the divergence theorem gives.
     fn odd_filling(&self, expected: u64, found: usize) -> Option<String> {
         let share = found as f64 / expected as f64;
-        let odd = matches!(self.solid, Solid::Mesh { .. }) && (share - 1.0).abs() > ODD_FILLING;
+        // What parts share is told by itself.
+        let shared = match (self.text.overlap, &self.shared) {
+            (Overlap::Keep, Some(shared)) => shared.volume / self.solid.volume(),
+            _ => 0.0,
+        };
+        let odd = matches!(self.solid, Solid::Mesh { .. }) && (share - (1.0 - shared)).abs() > ODD_FILLING;
         (odd && expected > 1000).then(|| {
             format!(
                 "its particles fill {:.0} % of the volume that its mesh encloses: does the mesh cross itself?",
                 100.0 * share
             )
         })
+    }
+}
+
+/// The solid of an object. `mesh` is its mesh, as it was loaded, where it has one; `at` is where the object stands.
+pub(super) fn solid(
+    text: &SnowBody,
+    at: &Location<'_>,
+    mesh: Option<&TriangleMesh>,
+) -> Result<Solid, SceneError> {
+    let scale = text.transform.scale;
+    let motion = text.transform.motion(&at.key("transform"))?;
+    match (&text.source, mesh) {
+        (SnowSource::Box(text), _) => boxed(*text, scale, &motion, at),
+        (&SnowSource::Sphere { center, radius }, _) => {
+            Ok(Solid::Ball { center: motion.apply(center.map(|c| scale * c)), radius: scale * radius })
+        }
+        (SnowSource::Mesh(_), Some(mesh)) => meshed(mesh, scale, &motion, at),
+        (SnowSource::Mesh(_), None) => Err(at.key("mesh").error(ErrorKind::MeshNotFound, "was not loaded")),
     }
 }
 

@@ -1,0 +1,198 @@
+//! What `nappe mesh info` says of a mesh: counts, size, parts and borders, volume, masses, what is odd.
+//!
+//! Enters: a path. Leaves: a description, for programs and as a table.
+
+use std::path::{Path, PathBuf};
+
+use nappe_scene::{
+    enclosed_volume,
+    files::{self, ReadOptions},
+    mesh::{EtiOptions, Loaded},
+};
+use nappe_sim::{
+    math::array::{length, minus},
+    mesh::{MeshWarning, TJunctions, TriangleMesh},
+};
+use serde::Serialize;
+
+use crate::{
+    error::{CliError, Result},
+    meshes,
+    output::{self, Column},
+};
+
+/// A mesh, described.
+#[derive(Debug, Serialize)]
+pub(crate) struct Info {
+    mesh: PathBuf,
+    points: usize,
+    triangles: usize,
+    edges: usize,
+    masses: usize,
+    missing_masses: usize,
+    pinned: usize,
+    total_mass: f64,
+    texture_coordinates: usize,
+    min: [f64; 3],
+    max: [f64; 3],
+    size: [f64; 3],
+    diagonal: f64,
+    parts: usize,
+    open_edges: usize,
+    boundary_loops: usize,
+    t_junctions: usize,
+    repeated_triangles: usize,
+    /// Volume (m³); none where the mesh encloses none.
+    volume: Option<f64>,
+    warnings: Vec<String>,
+    /// Why there is no volume.
+    #[serde(skip)]
+    no_volume: String,
+    #[serde(skip)]
+    first_t_junction: Option<(u32, [u32; 2])>,
+}
+
+/// Describes the mesh in a file.
+///
+/// # Errors
+/// When it cannot be read, or not be simulated.
+pub(crate) fn describe(path: &Path) -> Result<Info> {
+    let (loaded, missing_masses) = load_incomplete(path)?;
+    let mesh = &loaded.mesh;
+    let odd = mesh.check().map_err(|error| CliError::failure(format!("{}: {error}", path.display())))?;
+    let survey = mesh.survey();
+    let TJunctions { count: t_junctions, first: first_t_junction, is_cut_off } = survey.t_junctions;
+    let mut warnings = loaded.warnings;
+    warnings.extend(odd.iter().map(ToString::to_string));
+    if is_cut_off {
+        warnings.push("not all open edges were searched for T-junctions: there may be more".to_owned());
+    }
+    if mesh.masses.is_empty() {
+        warnings.push("no masses: a scene must give them".to_owned());
+    }
+
+    let (volume, no_volume) = match enclosed_volume(mesh) {
+        Ok(volume) => (Some(volume), String::new()),
+        Err(reason) => (None, reason),
+    };
+    // The missing ones stand at the end.
+    let masses = &mesh.masses[..mesh.masses.len() - missing_masses];
+    let [min, max] = corners(mesh);
+    let size = minus(max, min);
+    Ok(Info {
+        mesh: path.to_owned(),
+        points: mesh.points.len(),
+        triangles: mesh.triangles.len(),
+        edges: mesh.edges().len(),
+        masses: masses.len(),
+        missing_masses,
+        pinned: masses.iter().filter(|mass| **mass == 0.0).count(),
+        total_mass: masses.iter().fold(0.0, |sum, mass| sum + mass),
+        texture_coordinates: mesh.uv.len(),
+        min,
+        max,
+        size,
+        diagonal: length(size),
+        parts: survey.parts,
+        open_edges: survey.open_edges,
+        boundary_loops: survey.boundary_loops,
+        t_junctions,
+        repeated_triangles: odd.iter().map(repeats).sum(),
+        volume,
+        warnings: of_file(path, warnings),
+        no_volume,
+        first_t_junction,
+    })
+}
+
+/// Lower and upper corner of the box around a mesh (m).
+fn corners(mesh: &TriangleMesh) -> [[f64; 3]; 2] {
+    let corner = |pick: fn(f64, f64) -> f64, start: f64| {
+        [0, 1, 2].map(|axis| mesh.points.iter().map(|point| point[axis]).fold(start, pick))
+    };
+    [corner(f64::min, f64::INFINITY), corner(f64::max, f64::NEG_INFINITY)]
+}
+
+fn repeats(warning: &MeshWarning) -> usize {
+    if let MeshWarning::Repeated { count, .. } = warning { *count } else { 0 }
+}
+
+/// Warnings with the name of their file, each once.
+fn of_file(path: &Path, warnings: Vec<String>) -> Vec<String> {
+    let name = path.display().to_string();
+    let mut named: Vec<String> = Vec::new();
+    for warning in warnings {
+        let warning = if warning.starts_with(&name) { warning } else { format!("{name}: {warning}") };
+        if !named.contains(&warning) {
+            named.push(warning);
+        }
+    }
+    named
+}
+
+/// A mesh, and how many masses it lacks: a mesh without some of its masses is described all the same.
+fn load_incomplete(path: &Path) -> Result<(Loaded, usize)> {
+    let error = match files::load_mesh(path, &ReadOptions::default()) {
+        Ok(loaded) => return Ok((loaded, 0)),
+        Err(error) if meshes::lacks_masses(&error) => error,
+        Err(error) => return Err(error.into()),
+    };
+
+    // Where two fillings differ, there was nothing.
+    let filled = |mass: f64| {
+        let eti = EtiOptions { missing_mass: Some(mass) };
+        files::load_mesh(path, &ReadOptions { eti, ..ReadOptions::default() })
+    };
+
+    let (mut loaded, other) = (filled(0.0)?, filled(1.0)?);
+    let missing = loaded.mesh.masses.iter().zip(&other.mesh.masses).filter(|(a, b)| a != b).count();
+    loaded.warnings = vec![error.to_string()];
+    Ok((loaded, missing))
+}
+
+/// The description as a table.
+pub(crate) fn table(info: &Info) -> String {
+    let count = |count: usize| output::count(count as u64);
+    let point = |[x, y, z]: [f64; 3]| format!("({x}, {y}, {z}) m");
+    let [x, y, z] = info.size;
+    let masses = format!(
+        "{}, {} kg, {} pinned by mass 0, {} missing",
+        count(info.masses),
+        info.total_mass,
+        info.pinned,
+        info.missing_masses
+    );
+    let open_edges = match info.open_edges {
+        0 => "0".to_owned(),
+        edges => format!("{}, in loops: {}", count(edges), count(info.boundary_loops)),
+    };
+    let t_junctions = match info.first_t_junction {
+        Some((point, [a, b])) => {
+            format!("{}, the first: point {point} on the edge {a} to {b}", count(info.t_junctions))
+        }
+        None => count(info.t_junctions),
+    };
+    let volume = match info.volume {
+        Some(volume) => format!("{volume} m^3"),
+        None => format!("none: the mesh {}", info.no_volume),
+    };
+
+    let mut rows = vec![
+        ("file", info.mesh.display().to_string()),
+        ("points", count(info.points)),
+        ("triangles", format!("{}, repeated: {}", count(info.triangles), count(info.repeated_triangles))),
+        ("edges", count(info.edges)),
+        ("open edges", open_edges),
+        ("T-junctions", t_junctions),
+        ("parts", count(info.parts)),
+        ("volume", volume),
+        ("masses", masses),
+        ("texture", format!("{} coordinates", info.texture_coordinates)),
+        ("from", point(info.min)),
+        ("to", point(info.max)),
+        ("size", format!("{x} x {y} x {z} m, diagonal {} m", info.diagonal)),
+    ];
+    rows.extend(info.warnings.iter().map(|warning| ("warning", warning.clone())));
+    let rows: Vec<Vec<String>> = rows.into_iter().map(|(name, value)| vec![name.to_owned(), value]).collect();
+    output::table(&[Column::Left("mesh"), Column::Left(" ")], &rows)
+}

@@ -1,0 +1,54 @@
+//! A mesh from outside, put in order before a body is made of it: points without triangles, points that are to be one,
+//! triangles that are there twice.
+
+use nappe_sim::mesh::{MeshError, TriangleMesh, Welded};
+
+use crate::{
+    body::{MeshRepair, Unused},
+    error::{ErrorKind, SceneError},
+    location::Location,
+};
+
+/// Checks a mesh and does what its scene asks for; what was done and what is odd are told. `at` is where the mesh stands.
+pub(super) fn put_in_order(
+    mesh: &mut TriangleMesh,
+    repair: MeshRepair,
+    at: &Location<'_>,
+) -> Result<Vec<String>, SceneError> {
+    let bad = |error: MeshError| at.error(ErrorKind::BadMesh, error.to_string());
+    mesh.validate().map_err(bad)?;
+
+    let mut told = Vec::new();
+    if repair.unused == Unused::Drop {
+        let count = mesh.drop_unused();
+        if mesh.points.is_empty() {
+            let message = "is \"drop\", and no triangle names any point of this mesh: nothing is left; allowed here: keep";
+            return at.key("unused").inconsistent(message);
+        }
+        if count > 0 {
+            told.push(format!("unused = \"drop\" leaves out {count} points, which no triangle names"));
+        }
+    }
+
+    if repair.weld > 0.0 {
+        let out_of_range = |error: MeshError| at.key("weld").error(ErrorKind::OutOfRange, error.to_string());
+        let welded = mesh.weld(repair.weld).map_err(out_of_range)?;
+        told.push(weld_in_words(repair.weld, welded, mesh.points.len()));
+    }
+
+    told.extend(mesh.drop_repeated().map(|warning| warning.to_string()));
+    let odd = mesh.check().map_err(bad)?;
+    told.extend(odd.iter().map(ToString::to_string));
+    Ok(told)
+}
+
+fn weld_in_words(distance: f64, Welded { joined, dropped }: Welded, left: usize) -> String {
+    let flattened = match dropped {
+        0 => String::new(),
+        _ => format!("; {dropped} triangles have two corners at one point then and are left out"),
+    };
+    match joined {
+        0 => format!("weld = {distance:e} joins no points: no two are that near to each other"),
+        _ => format!("weld = {distance:e} joins {joined} points to earlier ones, {left} are left{flattened}"),
+    }
+}
