@@ -9,6 +9,11 @@ use nappe_proto::v1::{self, FileFormat};
 
 use crate::upload::pieces;
 
+/// How every file begins that gzip has packed.
+const PACKED: [u8; 2] = [0x1f, 0x8b];
+/// Why such a file is not sent.
+const UNPACK: &str = "is packed by gzip, and files are sent as they are: unpack it first (gunzip); allowed: .obj, .off, .ply, .stl";
+
 /// A mesh file to send, or the files of a set of the MecaSim course.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MeshFile {
@@ -25,8 +30,8 @@ pub struct MeshFile {
 }
 
 impl MeshFile {
-    /// Reads a file whose format follows from its extension: .obj, .off, .ply, or a set of the course (its points.eti or
-    /// the folder that holds it).
+    /// Reads a file whose format follows from its extension: .obj, .off, .ply, .stl, or a set of the course (its
+    /// points.eti or the folder that holds it).
     ///
     /// # Errors
     /// A file that cannot be read, or an extension that is none of these.
@@ -38,15 +43,20 @@ impl MeshFile {
             "obj" => FileFormat::Obj,
             "off" => FileFormat::Off,
             "ply" => FileFormat::Ply,
+            "stl" => FileFormat::Stl,
             "eti" => return Self::read_set(path.parent().unwrap_or(Path::new(".")), name),
+            "gz" => return Err(io::Error::new(io::ErrorKind::InvalidInput, UNPACK)),
             other => {
                 let message = format!(
-                    "has the extension '{other}'; allowed: .obj, .off, .ply, points.eti or its folder"
+                    "has the extension '{other}'; allowed: .obj, .off, .ply, .stl, points.eti or its folder"
                 );
                 return Err(io::Error::new(io::ErrorKind::InvalidInput, message));
             }
         };
-        let file = fs::read(path)?.into();
+        let file: Bytes = fs::read(path)?.into();
+        if file.starts_with(&PACKED) {
+            return Err(io::Error::new(io::ErrorKind::InvalidInput, UNPACK));
+        }
         Ok(Self { name, format, file, others: Default::default(), missing_mass: None })
     }
 
@@ -105,7 +115,9 @@ mod tests {
 
     #[test]
     fn an_extension_that_is_no_format_is_refused_with_those_that_are() {
-        let refused = MeshFile::read(Path::new("cow.stl")).expect_err("no format").to_string();
-        assert!(refused.contains("'stl'") && refused.contains(".obj"), "{refused}");
+        let refused = MeshFile::read(Path::new("cow.glb")).expect_err("no format").to_string();
+        assert!(refused.contains("'glb'") && refused.contains(".obj"), "{refused}");
+        let refused = MeshFile::read(Path::new("cow.obj.gz")).expect_err("it is packed").to_string();
+        assert!(refused.contains("gunzip"), "{refused}");
     }
 }

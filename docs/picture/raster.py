@@ -14,6 +14,7 @@ FRESH, PACKED, LOOSE = np.array([0.97, 0.98, 1.0]), np.array([0.12, 0.36, 0.80])
 LIGHT = np.array([0.45, 0.85, 0.35])
 LIGHT = LIGHT / np.linalg.norm(LIGHT)
 AMBIENT = 0.42
+NUMBERS = {"float": "<f4", "double": "<f8"}  # of PLY files
 FIELD_OF_VIEW = 0.62  # rad, of the picture's height
 
 
@@ -26,11 +27,11 @@ def read_ply(path):
         words = line.split()
         if words[0] == "element":
             counts[words[1]] = int(words[2])
-        elif words[0] == "property" and words[1] == "float":
-            names.append(words[2])
-    vertices = np.frombuffer(body, "<f4", counts["vertex"] * len(names)).reshape(-1, len(names))
+        elif words[0] == "property" and words[1] in NUMBERS:
+            names.append((words[2], NUMBERS[words[1]]))
+    vertices = np.frombuffer(body, np.dtype(names), counts["vertex"])
     faces = np.frombuffer(body[vertices.nbytes :], np.dtype([("n", "u1"), ("corners", "<u4", 3)]), counts["face"])
-    return dict(zip(names, vertices.T.astype(float))), faces["corners"].astype(int)
+    return {name: vertices[name].astype(float) for name, _ in names}, faces["corners"].astype(int)
 
 
 class Camera:

@@ -9,6 +9,8 @@
 mod scenes;
 mod history;
 mod meshes;
+mod mutations;
+mod mesh_files;
 mod requests;
 mod estimates;
 

@@ -1,21 +1,13 @@
-//! Meshes and mesh files without sense: each is refused or used within memory that is known beforehand.
+//! Meshes without sense: each is refused or used within memory that its limits explain.
 
 use std::{sync::Arc, thread, time::Instant};
 
 use fastrand::Rng;
-use nappe_scene::{
-    MeshSource, Scene, SceneError,
-    mesh::{EtiOptions, MeshFile, write_eti, write_obj, write_off, write_ply},
-};
+use nappe_scene::{MeshSource, Scene, SceneError};
 use nappe_sim::mesh::TriangleMesh;
 use nappe_tests::threads::with_threads;
 
 use crate::{BUDGET, COUNT, LIMITS, PATIENCE, SEEDS, alone, own_peak, scenes::coordinate};
-
-/// Memory (bytes) that a file may announce to take and still be read.
-const READ_BUDGET: u64 = 4 << 20;
-/// Memory (bytes) beside that of the mesh: messages, names.
-const SLACK: u64 = 64 << 10;
 
 /// One mesh under every id.
 struct One(Arc<TriangleMesh>);
@@ -30,7 +22,7 @@ impl MeshSource for One {
     }
 }
 
-fn mesh(random: &mut Rng) -> TriangleMesh {
+pub(crate) fn mesh(random: &mut Rng) -> TriangleMesh {
     let count = random.usize(1..80);
     let mut points: Vec<[f64; 3]> = (0..count).map(|_| [0; 3].map(|_| coordinate(random))).collect();
     if random.u8(0..30) == 0 {
@@ -90,85 +82,8 @@ fn meshes_of(seed: u64) -> [u64; 2] {
     ends
 }
 
-/// The bytes of a mesh file, spoiled here and there.
-fn spoiled(random: &mut Rng, mut bytes: Vec<u8>) -> Vec<u8> {
-    const WORDS: [&str; 8] = [
-        "999999999999",
-        "-1",
-        "nan",
-        "\n",
-        "element vertex 4000000000\n",
-        "property list uchar int v\n",
-        "f 1 1 1 1 1 1 1\n",
-        "\u{fffd}",
-    ];
-    for _ in 0..random.usize(0..4) {
-        let at = random.usize(0..=bytes.len());
-        match random.u8(0..5) {
-            0 => bytes.truncate(at),
-            1 => drop(bytes.splice(at..at, WORDS[random.usize(0..8)].bytes())),
-            2 => {
-                let end = (at + random.usize(0..200)).min(bytes.len());
-                let twice = bytes[at..end].to_vec();
-                drop(bytes.splice(
-                    at..at,
-                    twice.into_iter().cycle().take(random.usize(0..2000).min(50 * (end - at))),
-                ));
-            }
-            _ if at < bytes.len() => bytes[at] = random.u8(..),
-            _ => {}
-        }
-    }
-    bytes
-}
-
-/// How many files of a seed were not tried, refused, read.
-fn files_of(seed: u64) -> [u64; 3] {
-    let (mut random, mut ends) = (Rng::with_seed(seed), [0; 3]);
-    for _ in 0..COUNT / SEEDS {
-        let (mesh, mut bytes) = (mesh(&mut random), Vec::new());
-        let kind = random.u8(0..4);
-        let written = match kind {
-            0 => write_obj(&mesh, &mut bytes),
-            1 => write_off(&mesh, &mut bytes),
-            2 => write_ply(&mesh, &mut bytes),
-            _ => {
-                bytes.extend(write_eti(&mesh).points.bytes());
-                Ok(())
-            }
-        };
-        written.expect("memory takes it");
-        let (bytes, other) =
-            (spoiled(&mut random, bytes), spoiled(&mut random, write_eti(&mesh).faceset.into_bytes()));
-        let file = match kind {
-            0 => MeshFile::Obj(&bytes),
-            1 => MeshFile::Off(&bytes),
-            2 => MeshFile::Ply(&bytes),
-            _ => MeshFile::Eti {
-                points: &bytes,
-                others: [Some(&other), None, None],
-                options: EtiOptions::default(),
-            },
-        };
-
-        let announced = file.memory_bytes();
-        if announced > READ_BUDGET {
-            ends[0] += 1;
-            continue;
-        }
-        let start = Instant::now();
-        let (took, read) = own_peak(|| file.read("hostile").is_ok());
-        ends[1 + usize::from(read)] += 1;
-        let seconds = start.elapsed().as_secs_f64();
-        let text = || String::from_utf8_lossy(&bytes).into_owned();
-        assert!(took as u64 <= announced + SLACK, "{took} bytes, {announced} announced:\n{}", text());
-        assert!(seconds < PATIENCE, "{seconds} s for\n{}", text());
-    }
-    ends
-}
-
 /// Works on all seeds side by side, and adds up what they came to.
-fn tally<const N: usize>(of: impl Fn(u64) -> [u64; N] + Copy + Send + Sync + 'static) -> [u64; N] {
+pub(crate) fn tally<const N: usize>(of: impl Fn(u64) -> [u64; N] + Copy + Send + Sync + 'static) -> [u64; N] {
     let work = |seed| move || with_threads(1, || of(seed));
     let workers: Vec<_> = (0..SEEDS).map(|seed| thread::spawn(work(seed))).collect();
     let ends = workers.into_iter().map(|worker| worker.join().expect("no panic"));
@@ -181,14 +96,4 @@ fn no_mesh_takes_more_memory_than_its_limits_explain() {
     let [refused, built] = tally(meshes_of);
     println!("{refused} meshes refused, {built} built");
     assert!(refused > COUNT / 20 && built > COUNT / 20, "both ends are met");
-}
-
-#[test]
-fn no_mesh_file_takes_more_memory_than_is_known_before() {
-    let _alone = alone();
-    let [announced, refused, read] = tally(files_of);
-    println!("{announced} files announce too much, {refused} refused, {read} read");
-    assert!(refused > COUNT / 20 && read > COUNT / 20, "both ends are met");
-    // One file in some thousands.
-    assert!(announced > 0 || COUNT < 100_000, "some announce too much");
 }

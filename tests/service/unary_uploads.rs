@@ -35,6 +35,19 @@ fn obj() -> (FileHeader, Bytes) {
     (header, bytes.into())
 }
 
+/// The triangles of a mesh as facets.
+fn stl(mesh: &TriangleMesh) -> Vec<u8> {
+    let mut bytes = vec![0; 80];
+    bytes.extend((mesh.triangles.len() as u32).to_le_bytes());
+    for corners in &mesh.triangles {
+        bytes.extend([0; 12]);
+        let points = corners.iter().flat_map(|i| mesh.points[*i as usize]);
+        bytes.extend(points.flat_map(|x| (x as f32).to_le_bytes()));
+        bytes.extend([0; 2]);
+    }
+    bytes
+}
+
 async fn begin(server: &mut Server, header: Header) -> Result<v1::BeginUploadResponse, Status> {
     let request = v1::BeginUploadRequest { header: Some(header) };
     server.client.begin_upload(request).await.map(tonic::Response::into_inner)
@@ -149,7 +162,8 @@ async fn files_of_every_format_are_read_by_the_server() {
     let files = [
         (FileFormat::Obj, obj.into(), none.clone()),
         (FileFormat::Off, off.into(), none.clone()),
-        (FileFormat::Ply, ply.into(), none),
+        (FileFormat::Ply, ply.into(), none.clone()),
+        (FileFormat::Stl, stl(&mesh).into(), none),
         (FileFormat::Eti, Bytes::from(set.points), eti),
     ];
     for (format, file, others) in files {
@@ -177,13 +191,15 @@ async fn a_fault_of_a_file_names_its_line() {
         (FileFormat::Off, "OFF\n1 0 0\n0 0 inf\n", Reason::InvalidMesh, Some("3")),
         (FileFormat::Eti, "2\n0 0 0\n", Reason::InvalidMesh, Some("1")),
         (FileFormat::Unspecified, "v 0 0 0\n", Reason::InvalidField, None),
-        // Four thousand million elements of no bytes.
+        // Four thousand million points, of which none follows.
         (
             FileFormat::Ply,
-            "ply\nformat binary_little_endian 1.0\nelement nothing 4000000000\nend_header\n",
-            Reason::RequestMemoryFull,
-            None,
+            "ply\nformat binary_little_endian 1.0\nelement vertex 4000000000\nproperty float x\nproperty float y\n\
+             property float z\nend_header\n",
+            Reason::InvalidMesh,
+            Some("3"),
         ),
+        (FileFormat::Stl, "solid\nfacet\nouter\nvertex 0 0\n", Reason::InvalidMesh, Some("4")),
     ];
     for (format, text, reason, line) in cases {
         let refused = client.upload_file(&broken(format, text)).await.expect_err("refused");
@@ -191,6 +207,31 @@ async fn a_fault_of_a_file_names_its_line() {
         assert_eq!(error.reason.as_deref(), Some(reason.name()), "{text}: {error:?}");
         assert_eq!(error.metadata.get("line").map(String::as_str), line, "{text}: {error:?}");
         assert_eq!(error.metadata.contains_key("violation"), line.is_some(), "{text}: {error:?}");
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_file_is_refused_before_it_is_read_where_that_would_take_too_much_memory_or_gzip_has_packed_it() {
+    let limits = Limits { max_request_bytes: 1 << 20, ..Limits::default() };
+    let server = Server::with(limits).await;
+    let client = Client::connect(&server.app.url()).await.expect("it answers");
+    let file = |file: Vec<u8>| MeshFile {
+        name: "cow.obj".into(),
+        format: FileFormat::Obj,
+        file: file.into(),
+        others: Default::default(),
+        missing_mass: None,
+    };
+    // One polygon of 50 000 corners: 100 kB of text, and 600 kB of triangles, three times while they grow.
+    let large = format!("v 0 0 0\nf {}\n", "1 ".repeat(50_000));
+    for (bytes, reason) in [
+        (large.into_bytes(), Reason::RequestMemoryFull),
+        (vec![0x1f, 0x8b, 8, 0, 0, 0, 0, 0, 0, 3], Reason::InvalidMesh),
+    ] {
+        let refused = client.upload_file(&file(bytes)).await.expect_err("refused");
+        let ClientError::Server(error) = refused else { panic!("{refused}") };
+        assert_eq!(error.reason.as_deref(), Some(reason.name()), "{error:?}");
+        assert_eq!(error.message.contains("gzip"), reason == Reason::InvalidMesh, "{error:?}");
     }
 }
 

@@ -9,7 +9,7 @@ use nappe_client::{CreateSession, Scene};
 use nappe_server::RankSettings;
 use nappe_sim::math::Precision;
 
-use crate::{fields::FieldsArgs, output::OutputArgs};
+use crate::{fields::FieldsArgs, output::OutputArgs, write::ForceArgs};
 
 /// Where a server listens unless told otherwise.
 const DEFAULT_SERVER: &str = "http://127.0.0.1:6277";
@@ -97,6 +97,8 @@ pub(crate) struct ComputeArgs {
     /// Keep the frames: a page FILE.html, a Rerun recording FILE.rrd, or a folder of PLY files
     #[arg(long, value_name = "FILE.html|FILE.rrd|FOLDER")]
     pub(crate) save: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) force: ForceArgs,
     #[command(flatten)]
     pub(crate) fields: FieldsArgs,
     #[command(flatten, next_help_heading = "Ranks of the server in this command")]

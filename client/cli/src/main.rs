@@ -4,6 +4,7 @@
 
 mod error;
 mod output;
+mod write;
 mod paths;
 mod diagnostics;
 mod session;

@@ -13,7 +13,7 @@ use nappe_scene::{
 
 use crate::{
     error::{CliError, Result},
-    output,
+    output, write,
 };
 
 /// What to do about points without a mass.
@@ -63,7 +63,10 @@ pub(crate) fn lacks_masses(error: &SceneError) -> bool {
 
 impl From<SceneError> for CliError {
     fn from(error: SceneError) -> Self {
-        Self::failure(error)
+        match error.kind {
+            ErrorKind::Exists => write::stays(Path::new(&error.file)),
+            _ => Self::failure(error),
+        }
     }
 }
 

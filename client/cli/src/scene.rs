@@ -3,14 +3,15 @@
 //! Reads scene files and the meshes beside them; sends the meshes to the server and writes their
 //! ids into the scene, so that a server never opens a client's files.
 
-use std::{collections::BTreeMap, fs, path::Path};
+use std::{collections::BTreeMap, path::Path};
 
-use nappe_client::{Client, MeshUpload, Scene as Sent};
-use nappe_scene::{Mesh, Scene};
+use nappe_client::{Client, ClientError, MeshUpload, Scene as Sent, v1};
+use nappe_scene::{Mesh, Scene, files};
 use nappe_sim::mesh::TriangleMesh;
 use serde::Serialize;
 
 use crate::{
+    args::OverrideArgs,
     error::{CliError, Result},
     meshes::{self, MissingMass},
     paths,
@@ -80,8 +81,19 @@ pub(crate) struct Written {
     scene: Scene,
     /// The text as it was written; a server's messages then have the lines of the file.
     text: String,
+    /// Whether there is such a file, or the program made the text.
+    origin: Origin,
     /// Meshes to send, by the path in the scene.
     meshes: BTreeMap<String, TriangleMesh>,
+}
+
+/// Where the text of a scene comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Origin {
+    /// A file that the command line names.
+    File,
+    /// This program: nobody sees its lines.
+    Program,
 }
 
 impl Input {
@@ -92,7 +104,7 @@ impl Input {
     pub(crate) fn read(name: &str, names: Names) -> Result<Self> {
         let path = Path::new(name);
         if paths::is_scene(path) {
-            let text = fs::read_to_string(path).map_err(|error| CliError::file("read", path, &error))?;
+            let text = files::read_scene(path)?;
             return Written::parse(name, text, path.parent().unwrap_or(Path::new("")));
         }
         if names == Names::Ours {
@@ -103,8 +115,8 @@ impl Input {
 
     /// A scene made by the program, with its meshes by the path that it names.
     pub(crate) fn made(name: String, scene: Scene, meshes: BTreeMap<String, TriangleMesh>) -> Self {
-        let text = scene.to_toml();
-        Self::Written(Box::new(Written { name, scene, text, meshes }))
+        let (text, origin) = (scene.to_toml(), Origin::Program);
+        Self::Written(Box::new(Written { name, scene, text, origin, meshes }))
     }
 
     /// The scene as the command line names it.
@@ -123,15 +135,52 @@ impl Input {
         }
     }
 
-    /// Sends the meshes; the scene that then names them by their ids.
+    /// Makes a session of the scene on a server, which gets its meshes first; tells what is odd about it. With an empty
+    /// id, the server chooses one.
     ///
     /// # Errors
-    /// When the server refuses a mesh.
-    pub(crate) async fn send(&self, client: &Client) -> Result<Sent> {
-        match self {
-            Self::Named(name) => Ok(Sent::Named(name.clone())),
-            Self::Written(written) => written.send(client).await,
+    /// When the server refuses a mesh or the scene.
+    pub(crate) async fn create(
+        &self,
+        client: &Client,
+        id: String,
+        overrides: &OverrideArgs,
+    ) -> Result<v1::Session> {
+        let sent = match self {
+            Self::Named(name) => Sent::Named(name.clone()),
+            Self::Written(written) => Sent::Text(written.send(client).await?),
+        };
+        let created = client.create_session(overrides.session(id, sent)).await;
+        let created = created.map_err(|error| self.refused(error))?;
+        let warnings: Vec<_> = created.warnings.iter().map(|warning| self.as_named(warning)).collect();
+        meshes::note(&warnings);
+        Ok(created.session)
+    }
+
+    /// A refusal of the scene, in which it is called as the command line calls it.
+    fn refused(&self, error: ClientError) -> CliError {
+        match error {
+            ClientError::Server(mut refusal) if refusal.metadata.contains_key("violation") => {
+                refusal.message = self.as_named(&refusal.message);
+                ClientError::Server(refusal).into()
+            }
+            error => error.into(),
         }
+    }
+
+    /// What a server says of the scene, with its name here: a server sees its text alone and calls it `scene`.
+    fn as_named(&self, said: &str) -> String {
+        let Self::Written(written) = self else { return said.to_owned() };
+        let Written { name, origin, .. } = written.as_ref();
+        let named = |line: &str| match (line.strip_prefix("scene:"), origin) {
+            (None, _) => line.to_owned(),
+            (Some(rest), Origin::File) => format!("{name}:{rest}"),
+            (Some(rest), Origin::Program) => {
+                let place = |c: char| c.is_ascii_digit() || c == ':';
+                format!("{name}: {}", rest.trim_start_matches(place).trim_start())
+            }
+        };
+        said.lines().map(named).collect::<Vec<_>>().join("\n")
     }
 }
 
@@ -147,15 +196,12 @@ impl Written {
                 meshes.insert(file.clone(), loaded.mesh);
             }
         }
-        Ok(Input::Written(Box::new(Self { name: name.to_owned(), scene, text, meshes })))
+        let (name, origin) = (name.to_owned(), Origin::File);
+        Ok(Input::Written(Box::new(Self { name, scene, text, origin, meshes })))
     }
 
-    async fn send(&self, client: &Client) -> Result<Sent> {
-        if self.meshes.is_empty() {
-            return Ok(Sent::Text(self.text.clone()));
-        }
-        // The server reads the scene as it is written anew below, and sees no old names.
-        meshes::note(&self.scene.warnings());
+    /// Sends the meshes; the text that then names them by their ids.
+    async fn send(&self, client: &Client) -> Result<String> {
         let mut ids = BTreeMap::new();
         for (file, mesh) in &self.meshes {
             let uploaded = client.upload_mesh(&upload(file, mesh)).await?;
@@ -164,14 +210,10 @@ impl Written {
             meshes::note(&warnings);
             ids.insert(file.as_str(), uploaded.mesh_id);
         }
-
-        let mut scene = self.scene.clone();
-        for mesh in scene.meshes_mut() {
-            if let Mesh::File { file, repair } = mesh {
-                *mesh = Mesh::Upload { upload: ids[file.as_str()].clone(), repair: *repair };
-            }
+        if ids.is_empty() {
+            return Ok(self.text.clone());
         }
-        Ok(Sent::Text(scene.to_toml()))
+        Ok(self.scene.text_with_uploads(|file| ids.get(file).cloned()))
     }
 }
 
@@ -182,5 +224,29 @@ fn upload(name: &str, mesh: &TriangleMesh) -> MeshUpload {
         triangles: mesh.triangles.clone(),
         masses: mesh.masses.clone(),
         uv: mesh.uv.iter().map(|&[u, v]| [u as f32, v as f32]).collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_server_s_messages_have_the_name_of_the_file_and_no_lines_of_a_text_that_nobody_sees() {
+        let written = |origin| {
+            let (name, text) = ("drap.toml".to_owned(), String::new());
+            let (scene, meshes) = (Scene::default(), BTreeMap::new());
+            Input::Written(Box::new(Written { name, scene, text, origin, meshes }))
+        };
+        let said = "scene:21:1: dt: is 2; allowed: 1\nscene: mesh: scene:3 is odd\na.obj:1: is empty";
+        assert_eq!(
+            written(Origin::File).as_named(said),
+            "drap.toml:21:1: dt: is 2; allowed: 1\ndrap.toml: mesh: scene:3 is odd\na.obj:1: is empty"
+        );
+        assert_eq!(
+            written(Origin::Program).as_named(said),
+            "drap.toml: dt: is 2; allowed: 1\ndrap.toml: mesh: scene:3 is odd\na.obj:1: is empty"
+        );
+        assert_eq!(Input::Named("flag".to_owned()).as_named("flag:3:1: x"), "flag:3:1: x");
     }
 }

@@ -265,6 +265,15 @@ def test_a_folder_holds_the_bytes_that_the_command_writes(tmp_path: Path) -> Non
     assert (folder / "frame-000006.ply").read_bytes() == header.encode() + particles + faces
 
 
+def test_numbers_in_float64_are_written_as_they_are(tmp_path: Path) -> None:
+    whole = trajectory(np.float64, "positions", "velocities")
+    folder = whole.save(tmp_path / "run")
+    header, body = (folder / "frame-000003.ply").read_bytes().split(b"end_header\n", 1)
+    assert header.count(b"property double ") == 6 and b"property float " not in header
+    rows = zip(whole.positions[3], whole.velocities[3], strict=True)
+    assert body.startswith(b"".join(struct.pack("<6d", *position, *velocity) for position, velocity in rows))
+
+
 def test_times_in_a_folder_are_written_as_the_command_does(tmp_path: Path) -> None:
     time = np.full(FRAMES, 0.1)
     time[:4] = 0.0, 1e-7, 2.0, 1e21

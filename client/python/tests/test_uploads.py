@@ -129,7 +129,7 @@ def test_a_mesh_that_cannot_be_is_named(given: Any, field: str, told: str) -> No
     assert told in refusal(field, **given)
 
 
-@pytest.mark.parametrize("ending", ["obj", "off", "ply", "OBJ", "Ply"])
+@pytest.mark.parametrize("ending", ["obj", "off", "ply", "stl", "OBJ", "Ply"])
 def test_a_file_is_sent_as_it_is_and_its_ending_says_what_it_is(tmp_path: Path, ending: str) -> None:
     data = bytes(range(256)) * 5000
     (tmp_path / f"cow.v2.{ending}").write_bytes(data)
@@ -139,12 +139,12 @@ def test_a_file_is_sent_as_it_is_and_its_ending_says_what_it_is(tmp_path: Path, 
     assert b"".join(pieces) == data and [len(piece) for piece in pieces] == [MEBIBYTE, len(data) - MEBIBYTE]
 
 
-@pytest.mark.parametrize("name", ["cow.stl", "cow", ".obj", "cow.obj.gz"])
+@pytest.mark.parametrize("name", ["cow.glb", "cow", ".obj", "cow.obj.gz"])
 def test_an_ending_that_is_no_format_is_refused_with_those_that_are(tmp_path: Path, name: str) -> None:
     (tmp_path / name).write_bytes(b"solid")
     with pytest.raises(nappe.Refused) as told:
         from_file(tmp_path / name)
-    assert told.value.field == "path" and ".obj, .off, .ply, points.eti or its folder" in str(told.value)
+    assert told.value.field == "path" and ".obj, .off, .ply, .stl, points.eti or its folder" in str(told.value)
     assert str(tmp_path / name) in str(told.value)
 
 

@@ -29,6 +29,8 @@ pub enum ErrorKind {
     MeshNotFound,
     /// A mesh that cannot be simulated.
     BadMesh,
+    /// A file that is there already, and stays.
+    Exists,
     /// A file that cannot be read or written.
     Io,
 }
@@ -47,6 +49,7 @@ impl ErrorKind {
             Self::TooLarge => "TOO_LARGE",
             Self::MeshNotFound => "MESH_NOT_FOUND",
             Self::BadMesh => "BAD_MESH",
+            Self::Exists => "EXISTS",
             Self::Io => "IO",
         }
     }

@@ -4,7 +4,8 @@
 //! here. None of it may serve a path that came over the network: scenes from clients name uploads.
 
 use std::{
-    fs, io,
+    fs::{self, File},
+    io::{self, Write as _},
     path::{Path, PathBuf},
     sync::Arc,
 };
@@ -16,10 +17,11 @@ use crate::{
     course::{ObjectParameters, SimuParameters},
     error::{ErrorKind, SceneError, SceneErrors},
     mesh::{
-        EtiOptions, EtiTexts, Loaded, NamedText, read_eti, read_obj, read_off, read_ply, write_eti,
+        EtiOptions, EtiTexts, Loaded, MeshFile, NamedText, endings, gzip, read_eti, text, write_eti,
         write_obj, write_off, write_ply,
     },
     scene::Scene,
+    utf8::utf8,
 };
 
 /// How files are read.
@@ -27,7 +29,7 @@ use crate::{
 pub struct ReadOptions {
     /// What to do about errors of `.eti` sets.
     pub eti: EtiOptions,
-    /// Bytes of one file.
+    /// Bytes of one file, also once gzip has unpacked it.
     pub max_bytes: u64,
 }
 
@@ -38,25 +40,25 @@ impl Default for ReadOptions {
     }
 }
 
-/// Formats of mesh files.
-const FORMATS: &str = ".obj, .off, .ply, points.eti or the folder that holds it";
-
 /// Reads a scene file.
 ///
 /// # Errors
 /// A file that cannot be read, or a scene that cannot.
 pub fn load_scene(path: &Path) -> Result<Scene, SceneErrors> {
-    let bytes = read(path, &ReadOptions { max_bytes: 16 << 20, ..ReadOptions::default() })?;
-    let file = path.display().to_string();
-    let text = String::from_utf8(bytes).map_err(|error| {
-        let valid = &error.as_bytes()[..error.utf8_error().valid_up_to()];
-        let line = valid.split(|byte| *byte == b'\n').count();
-        SceneError::new(ErrorKind::Syntax, &file, "is not UTF-8").at_line(line)
-    })?;
-    Scene::parse(&text, &file)
+    Scene::parse(&read_scene(path)?, &path.display().to_string())
 }
 
-/// Reads a mesh by its extension: .obj, .off, .ply, or an `.eti` set (its points.eti or its folder).
+/// Reads the text of a scene file, of at most 16 MiB.
+///
+/// # Errors
+/// A file that cannot be read, or is not UTF-8.
+pub fn read_scene(path: &Path) -> Result<String, SceneError> {
+    let bytes = read(path, &ReadOptions { max_bytes: 16 << 20, ..ReadOptions::default() })?;
+    utf8(&bytes, &path.display().to_string())
+}
+
+/// Reads a mesh by its extension: .obj, .off, .ply or .stl, also as gzip has packed it (.obj.gz, or by its first bytes),
+/// or an `.eti` set (its points.eti or its folder).
 ///
 /// # Errors
 /// A file that cannot be read, an unknown extension, a mesh that cannot be read.
@@ -65,42 +67,71 @@ pub fn load_mesh(path: &Path, options: &ReadOptions) -> Result<Loaded, SceneErro
     if path.is_dir() {
         return load_eti_folder(path, options);
     }
-    match extension(path).as_str() {
-        "obj" => read_obj(&text(path, options)?, &file),
-        "off" => read_off(&text(path, options)?, &file),
-        "ply" => read_ply(&read(path, options)?, &file),
-        "eti" => load_eti_folder(path.parent().unwrap_or(Path::new(".")), options),
-        other => Err(SceneError::new(
-            ErrorKind::Unsupported,
-            &file,
-            format!("has the extension '{other}'; allowed: {FORMATS}"),
-        )),
+    let is_packed = extension(path) == "gz";
+    let ending = if is_packed { extension(&path.with_extension("")) } else { extension(path) };
+    let bytes = || gzip::unpacked(read(path, options)?, options.max_bytes, &file);
+    match ending.as_str() {
+        "obj" => MeshFile::Obj(&bytes()?).read(&file),
+        "off" => MeshFile::Off(&bytes()?).read(&file),
+        "ply" => MeshFile::Ply(&bytes()?).read(&file),
+        "stl" => MeshFile::Stl(&bytes()?).read(&file),
+        "eti" if !is_packed => load_eti_folder(path.parent().unwrap_or(Path::new(".")), options),
+        other => {
+            let ending = if is_packed { format!("{other}.gz") } else { other.to_owned() };
+            Err(SceneError::new(ErrorKind::Unsupported, &file, endings::not_read(&ending)))
+        }
     }
+}
+
+/// What becomes of a file that is there where one is to be written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Existing {
+    /// It stays, and nothing is written.
+    Kept,
+    /// It is overwritten.
+    Overwritten,
+}
+
+/// Makes a file, empty. A device or a pipe holds nothing that could be lost, and is opened as it is.
+///
+/// # Errors
+/// Those of the system; [`io::ErrorKind::AlreadyExists`] where a file stays.
+pub fn create(path: &Path, existing: Existing) -> io::Result<File> {
+    let is_special = fs::metadata(path).is_ok_and(|there| !there.is_file());
+    let mut options = File::options();
+    options.write(true);
+    if existing == Existing::Kept && !is_special {
+        options.create_new(true);
+    } else {
+        options.create(true).truncate(true);
+    }
+    options.open(path)
 }
 
 /// Writes a mesh by its extension; an existing folder, or a name without an extension, becomes the folder of an
 /// `.eti` set. Returns the files written.
 ///
 /// # Errors
-/// A file that cannot be written, an unknown extension.
-pub fn save_mesh(path: &Path, mesh: &TriangleMesh) -> Result<Vec<PathBuf>, SceneError> {
+/// A file that cannot be written, one that stays ([`ErrorKind::Exists`]), an unknown extension.
+pub fn save_mesh(path: &Path, mesh: &TriangleMesh, existing: Existing) -> Result<Vec<PathBuf>, SceneError> {
     if path.is_dir() {
-        return save_eti(path, mesh);
+        return save_eti(path, mesh, existing);
     }
     let mut bytes = Vec::new();
     let written = match extension(path).as_str() {
         "obj" => write_obj(mesh, &mut bytes),
         "off" => write_off(mesh, &mut bytes),
         "ply" => write_ply(mesh, &mut bytes),
-        "" => return save_eti(path, mesh),
-        "eti" => return save_eti(path.parent().unwrap_or(Path::new(".")), mesh),
+        "" => return save_eti(path, mesh, existing),
+        "eti" => return save_eti(path.parent().unwrap_or(Path::new(".")), mesh, existing),
         other => {
-            let message = format!("has the extension '{other}'; allowed: {FORMATS}");
+            let message = format!("has the extension '{other}'; allowed: {}", endings::WRITTEN);
             return Err(SceneError::new(ErrorKind::Unsupported, &path.display().to_string(), message));
         }
     };
 
-    written.and_then(|()| fs::write(path, &bytes)).map_err(|error| io_error(path, &error))?;
+    written.map_err(|error| io_error(path, &error))?;
+    write(path, &bytes, existing)?;
     Ok(vec![path.to_owned()])
 }
 
@@ -191,7 +222,8 @@ fn load_eti(
     read_eti(&texts, &options.eti)
 }
 
-fn save_eti(folder: &Path, mesh: &TriangleMesh) -> Result<Vec<PathBuf>, SceneError> {
+/// Writes a set. Of one that is there nothing is left beside it: its masses would be taken for those of the new one.
+fn save_eti(folder: &Path, mesh: &TriangleMesh, existing: Existing) -> Result<Vec<PathBuf>, SceneError> {
     fs::create_dir_all(folder).map_err(|error| io_error(folder, &error))?;
     let set = write_eti(mesh);
     let files = [
@@ -200,24 +232,43 @@ fn save_eti(folder: &Path, mesh: &TriangleMesh) -> Result<Vec<PathBuf>, SceneErr
         ("masses.eti", set.masses),
         ("texcoord.eti", set.texcoord),
     ];
+    for path in files.iter().map(|(name, _)| folder.join(name)).filter(|path| path.is_file()) {
+        match existing {
+            Existing::Kept => return Err(stays(&path)),
+            Existing::Overwritten => fs::remove_file(&path).map_err(|error| io_error(&path, &error))?,
+        }
+    }
     let mut written = Vec::new();
     for (name, text) in files {
         let Some(text) = text else { continue };
         let path = folder.join(name);
-        fs::write(&path, text).map_err(|error| io_error(&path, &error))?;
+        write(&path, text.as_bytes(), existing)?;
         written.push(path);
     }
 
     Ok(written)
 }
 
+fn write(path: &Path, bytes: &[u8], existing: Existing) -> Result<(), SceneError> {
+    let written = create(path, existing).and_then(|mut file| file.write_all(bytes));
+    written.map_err(|error| match error.kind() {
+        io::ErrorKind::AlreadyExists => stays(path),
+        _ => io_error(path, &error),
+    })
+}
+
+/// A file that is there and stays.
+fn stays(path: &Path) -> SceneError {
+    SceneError::new(ErrorKind::Exists, &path.display().to_string(), "is there already")
+}
+
 fn extension(path: &Path) -> String {
     path.extension().unwrap_or_default().to_string_lossy().to_lowercase()
 }
 
-/// Text of a mesh or parameter file: comments may be in any encoding, numbers are ASCII.
+/// Text of a mesh or parameter file.
 fn text(path: &Path, options: &ReadOptions) -> Result<String, SceneError> {
-    Ok(String::from_utf8_lossy(&read(path, options)?).into_owned())
+    Ok(text::text(&read(path, options)?, &path.display().to_string())?.into_owned())
 }
 
 fn read(path: &Path, options: &ReadOptions) -> Result<Vec<u8>, SceneError> {

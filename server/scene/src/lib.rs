@@ -7,6 +7,7 @@
 
 mod printable;
 mod error;
+mod utf8;
 mod source;
 mod location;
 mod names;
@@ -19,6 +20,7 @@ mod collider;
 mod keys;
 mod scene;
 mod edit;
+mod uploads;
 mod fill;
 mod assemble;
 mod shipped;

@@ -87,10 +87,13 @@ impl Scene {
     /// # Errors
     /// Everything that is wrong with the text, each with line, column and key.
     pub fn parse(text: &str, file: &str) -> Result<Self, SceneErrors> {
+        // Some editors put a mark at the beginning of a text in UTF-8.
+        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         let source = Source::new(file, text);
         let syntax = |error: &toml::de::Error| {
             let span = error.span().unwrap_or_default();
-            let message = format!("is not TOML: {}", error.message());
+            let hint = hint(error.message(), text, span.start);
+            let message = format!("is not TOML: {}{hint}", error.message());
             source.error_at(ErrorKind::Syntax, &Path::default(), &span, message)
         };
 
@@ -132,6 +135,20 @@ impl Scene {
         })?;
         check(&table, &self.source.without_text())?;
         Ok(())
+    }
+}
+
+/// What helps against an error of TOML at a byte of a text: a table that stands there twice may have been meant as
+/// an element of an array.
+fn hint(error: &str, text: &str, byte: usize) -> String {
+    let before = text.get(..byte).unwrap_or_default();
+    let line = &text[before.rfind('\n').map_or(0, |end| end + 1)..];
+    let header = line.trim_start().strip_prefix('[').and_then(|rest| rest.split(']').next());
+    match header {
+        Some(header) if error.starts_with("duplicate key") && ROOT.is_array(header) => {
+            format!("; write [[{header}]], in double brackets, for each of several")
+        }
+        _ => String::new(),
     }
 }
 

@@ -34,6 +34,15 @@ impl Path {
         parts.push(Part::Index(index));
         Self(parts)
     }
+
+    /// The path as the header of a table has it, without places in arrays: `body.springs`.
+    pub(crate) fn header(&self) -> String {
+        let name = |part: &Part| match part {
+            Part::Key(name) => Some(name.clone()),
+            Part::Index(_) => None,
+        };
+        self.0.iter().filter_map(name).collect::<Vec<_>>().join(".")
+    }
 }
 
 impl fmt::Display for Path {
@@ -77,6 +86,11 @@ impl PartialEq for Source {
 impl Source {
     pub(crate) fn new(file: &str, text: &str) -> Self {
         Self { file: file.to_owned(), text: text.into(), old_keys: Vec::new() }
+    }
+
+    /// The text; empty for a scene made by a program.
+    pub(crate) fn text(&self) -> &str {
+        &self.text
     }
 
     /// The same text, in which these keys have old names.
@@ -128,7 +142,11 @@ impl Source {
     }
 
     fn line_and_column(&self, byte: usize) -> (usize, usize) {
-        let end = (0..=byte.min(self.text.len())).rev().find(|i| self.text.is_char_boundary(*i)).unwrap_or(0);
+        // The end of a text is the end of its last line, and not a line after it that no editor shows.
+        let last = self.text.strip_suffix('\n').unwrap_or(&self.text);
+        let last = last.strip_suffix('\r').unwrap_or(last).len();
+        let byte = if byte < self.text.len() { byte } else { last };
+        let end = (0..=byte).rev().find(|i| self.text.is_char_boundary(*i)).unwrap_or(0);
         let before = &self.text[..end];
         let line_start = before.rfind('\n').map_or(0, |i| i + 1);
         (before.matches('\n').count() + 1, before[line_start..].chars().count() + 1)

@@ -3,8 +3,9 @@
 use nappe_scene::{
     SceneError,
     mesh::{
-        EtiOptions, EtiTexts, Loaded, NamedText, PlyFrame, PlyProperty, course_grid, read_eti, read_obj,
-        read_off, read_ply, six_digits, write_eti, write_obj, write_off, write_ply, write_ply_frame,
+        EtiOptions, EtiTexts, Loaded, NamedText, PlyFrame, PlyNumbers, PlyProperty, course_grid, read_eti,
+        read_obj, read_off, read_ply, read_stl, six_digits, write_eti, write_obj, write_off, write_ply,
+        write_ply_frame,
     },
 };
 use nappe_sim::mesh::TriangleMesh;
@@ -159,7 +160,7 @@ fn obj_off_and_ply_give_back_what_was_written() {
 }
 
 #[test]
-fn errors_of_obj_off_and_ply_are_named() {
+fn errors_of_obj_and_off_are_named() {
     for (text, wanted) in [
         ("", "a.obj: holds no vertices"),
         ("v 0 0\n", "a.obj:1: a vertex has 2 numbers; allowed: 3"),
@@ -169,7 +170,15 @@ fn errors_of_obj_off_and_ply_are_named() {
         ("v 0 0 0\nf 1 1 0\n", "a.obj:2: a face names vertex '0'"),
         ("v 0 0 0\nf 1 1 -2\n", "a.obj:2: a face names vertex '-2'"),
         ("v 0 0 0\nf 1 1 -9223372036854775808\n", "a.obj:2: a face names vertex"),
-        ("v 0 0 0\nf 1/1 1 1\n", "a.obj:2: a face names texture coordinate '1'"),
+        (
+            "v 0 0 0\nf 1/1 1 1\n",
+            "a.obj:2: a face names texture coordinate '1'; allowed: none, there are none above",
+        ),
+        ("f 1 2 3\n", "a.obj:1: a face names vertex '1'; allowed: none, there are none above this line"),
+        // The last line is cut in the middle.
+        ("v 0 0 0\nv 1 0", "a.obj:2: a vertex has 2 numbers; allowed: 3"),
+        ("v 0 0 0\nv 1 0 -", "a.obj:2: a vertex is '-'; allowed: a finite number"),
+        ("v 0 0 0\nf 1 1", "a.obj:2: a face has 2 corners; allowed: 3 or more"),
     ] {
         let found = read_obj(text, "a.obj").unwrap_err().to_string();
         assert!(found.starts_with(wanted), "\nwanted {wanted}\nfound  {found}");
@@ -177,7 +186,8 @@ fn errors_of_obj_off_and_ply_are_named() {
     for (text, wanted) in [
         ("", "a.off: ends before its counts"),
         ("OFF", "a.off: ends before its counts"),
-        ("COFF\n", "a.off:1: begins with 'COFF'; allowed: OFF"),
+        ("COFF\n", "a.off: ends before its counts"),
+        ("XOFF\n", "a.off:1: begins with 'XOFF'; allowed: OFF"),
         ("OFF BINARY\n", "a.off:1: is a binary OFF; allowed: text"),
         ("OFF\n3\n", "a.off:2: has one count"),
         ("OFF\n3 x 0\n", "a.off:2: the number of faces is 'x'; allowed: a whole number"),
@@ -190,40 +200,42 @@ fn errors_of_obj_off_and_ply_are_named() {
         ),
         ("OFF 1 1 0\n0 0 0\n3 0 0\n", "a.off:3: announces 3 corners, but 2 follow"),
         ("OFF 1 1 0\n0 0 0\n3 0 0 1\n", "a.off:3: names point '1'; allowed: 0 to 0"),
+        ("OFF 0 1 0\n3 0 0 0\n", "a.off:2: names point '0'; allowed: none, there are no points"),
+        ("OFF 2 0 0\n0 0 0\n1 0", "a.off:3: a point has 2 numbers; allowed: 3"),
+        ("OFF 1 1 0\n0 0 0\n3 0 0", "a.off:3: announces 3 corners, but 2 follow"),
     ] {
         let found = read_off(text, "a.off").unwrap_err().to_string();
         assert!(found.starts_with(wanted), "\nwanted {wanted}\nfound  {found}");
     }
-    let header = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n";
-    for (text, wanted) in [
-        ("", "a.ply: is not a PLY that can be read"),
-        ("ply\nformat ascii 1.0\nend_header\n", "a.ply: has no element 'vertex'"),
-        (
-            &format!("{header}end_header\n0 0\n"),
-            "a.ply: vertex 0 lacks a coordinate; allowed: properties x, y and z",
-        ),
-        (
-            &format!("{header}property float z\nend_header\n0 0 nan\n"),
-            "a.ply:8: is not a PLY that can be read: ",
-        ),
-        (
-            &format!(
-                "{header}property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n3 0 0 -1\n"
-            ),
-            "a.ply: face 0 names a point that is not there; allowed: 0 to 0",
-        ),
-        (
-            &format!("{header}property float z\nelement face 1\nproperty uchar q\nend_header\n0 0 0\n3\n"),
-            "a.ply: face 0 lacks its corners",
-        ),
-        (
-            "ply\nformat binary_little_endian 1.0\nelement vertex 4000000000\nproperty float x\nend_header\n",
-            "a.ply:6: is not a PLY that can be read",
-        ),
+}
+
+#[test]
+fn a_set_whose_last_line_is_cut_is_refused_with_the_line() {
+    for (points, faces, uv, wanted) in [
+        ("3\n0 0 0\n1 0 0\n0 1", "", "", "points.eti:4: a point has 2 numbers; allowed: 3"),
+        ("3\n0 0 0\n1 0 0\n0 1 -", "", "", "points.eti:4: a point is '-'; allowed: a finite number"),
+        (P, "0 1 2\n0 1", "", "faceset.eti:2: has 2 indices; allowed: three, a triangle"),
+        (P, "", "0 0\n0 1\n1", "texcoord.eti:3: a texture coordinate has 1 numbers; allowed: 2"),
     ] {
-        let found = read_ply(text.as_bytes(), "a.ply").unwrap_err().to_string();
+        let found = eti(points, faces, M, uv, None).unwrap_err().to_string();
         assert!(found.starts_with(wanted), "\nwanted {wanted}\nfound  {found}");
     }
+}
+
+#[test]
+fn meshes_whose_last_line_has_no_end_and_integers_are_read() {
+    let points = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.5], [0.0, 1.0, 0.0]];
+    let fan = [[0, 1, 2], [0, 2, 3]];
+    let obj = "v 0 0 0\nv 1 0 0\nv 1 1 0.5\nv 0 1 0\nf 1 2 3 4";
+    let off = "OFF\n4 1 0\n0 0 0\n1 0 0\n1 1 0.5\n0 1 0\n4 0 1 2 3";
+    let ply = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nelement face 1\n\
+               property list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n1 1 0.5\n0 1 0\n4 0 1 2 3";
+    for read in [read_obj(obj, "a.obj"), read_off(off, "a.off"), read_ply(ply.as_bytes(), "a.ply")] {
+        let mesh = read.unwrap().mesh;
+        assert_eq!((&mesh.points[..], &mesh.triangles[..]), (&points[..], &fan[..]));
+    }
+    let set = eti("3\n0 0 0\n1 0 0\n0 1 0.5", "0 1 2", M, "", None).unwrap().mesh;
+    assert_eq!((set.points[2], set.triangles), ([0.0, 1.0, 0.5], vec![[0, 1, 2]]));
 }
 
 #[test]
@@ -233,19 +245,16 @@ fn a_binary_ply_with_a_number_that_is_none_is_refused() {
     let mut bytes = Vec::new();
     write_ply(&mesh, &mut bytes).unwrap();
     let error = read_ply(&bytes, "a.ply").unwrap_err().to_string();
-    assert_eq!(error, "a.ply: vertex 3 is 1 NaN 1; allowed: finite numbers");
-    bytes.truncate(bytes.len() - 1);
-    let error = read_ply(&bytes, "a.ply").unwrap_err().to_string();
-    assert!(error.contains("binary element 'face' (expected 2, got 1)"), "{error}");
+    assert_eq!(error, "a.ply: the 'y' of vertex 3 is 'NaN'; allowed: a finite number");
 }
 
 #[test]
 fn a_frame_reads_back_as_the_positions_it_shows() {
     let frame = PlyFrame {
-        positions: &[0.5, 1.0, -2.0, 3.0, 4.0, 5.0],
+        positions: PlyNumbers::F32(&[0.5, 1.0, -2.0, 3.0, 4.0, 5.0]),
         properties: &[
-            PlyProperty { names: &["vx", "vy"], values: &[6.0, 7.0, 8.0, 9.0] },
-            PlyProperty { names: &["mass"], values: &[0.25, 0.75] },
+            PlyProperty { names: &["vx", "vy"], values: PlyNumbers::F32(&[6.0, 7.0, 8.0, 9.0]) },
+            PlyProperty { names: &["mass"], values: PlyNumbers::F32(&[0.25, 0.75]) },
         ],
         triangles: &[[0, 1, 1]],
         step: 7,
@@ -261,6 +270,25 @@ fn a_frame_reads_back_as_the_positions_it_shows() {
     let numbers: Vec<u8> =
         [3.0_f32, 4.0, 5.0, 8.0, 9.0, 0.75].into_iter().flat_map(f32::to_le_bytes).collect();
     assert!(bytes.windows(numbers.len()).any(|window| window == numbers));
+}
+
+#[test]
+fn a_frame_in_binary64_holds_its_bits_beside_numbers_in_binary32() {
+    let positions = [1.0 / 3.0, -0.0, 1e-300, f64::MIN_POSITIVE, 1e300, -2.0 / 3.0];
+    let frame = PlyFrame {
+        positions: PlyNumbers::F64(&positions),
+        properties: &[PlyProperty { names: &["mass"], values: PlyNumbers::F32(&[0.25, 0.75]) }],
+        triangles: &[],
+        step: 1,
+        time: 0.5,
+    };
+    let mut bytes = Vec::new();
+    write_ply_frame(&frame, &mut bytes).unwrap();
+    assert!(String::from_utf8_lossy(&bytes).contains("property double z\nproperty float mass\n"));
+    let mesh = read_ply(&bytes, "frame.ply").unwrap().mesh;
+    let bits = |numbers: &[f64]| numbers.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+    assert_eq!(bits(mesh.points.as_flattened()), bits(&positions));
+    assert_eq!(mesh.masses, [0.25, 0.75]);
 }
 
 /// Text made of the pieces of the formats, so that it goes deep into the readers.
@@ -287,6 +315,12 @@ fn near_mesh() -> impl Strategy<Value = String> {
         Just("property float x\n"),
         Just("end_header\n"),
         Just("property list uchar int vertex_indices\n"),
+        Just("solid\n"),
+        Just("facet\n"),
+        Just("outer loop\n"),
+        Just("vertex 0 0 1\n"),
+        Just("endloop\nendfacet\n"),
+        Just("endsolid\n"),
         Just("é"),
     ];
     prop::collection::vec(word, 0..60).prop_map(|words| words.join(" "))
@@ -298,6 +332,7 @@ proptest! {
     #[test]
     fn no_text_makes_a_reader_panic_and_what_it_reads_has_indices_in_range(text in near_mesh(), bytes in prop::collection::vec(any::<u8>(), 0..200)) {
         let mut read = vec![read_obj(&text, "a"), read_off(&text, "a"), read_ply(text.as_bytes(), "a"), read_ply(&bytes, "a")];
+        read.extend([read_stl(text.as_bytes(), "a"), read_stl(&bytes, "a")]);
         read.push(eti(&text, &text, &text, &text, None));
         read.push(eti(P, &text, M, &text, Some(1.0)));
         for loaded in read.into_iter().flatten() {

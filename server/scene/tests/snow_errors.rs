@@ -77,7 +77,7 @@ const ERRORS: &[(&str, &str, &str)] = &[
     (
         "cell = 0.1",
         "",
-        "scene.toml:4:1: snow.cell: is missing: side of a cell of the grid, which follows the snow wherever it goes (a number, 1e-6 to 1e6)",
+        "scene.toml:4:1: snow.cell: is missing: side of a cell of the grid, which follows the snow wherever it goes (a number, 1e-6 to 1000000)",
     ),
     (
         "name = \"ball\"",

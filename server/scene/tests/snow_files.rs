@@ -222,7 +222,7 @@ fn a_collider_that_makes_no_shape_is_named() {
         (
             "size = [2, 4, 6]",
             "size = [2, 0, 6]",
-            "scene.toml:17:40: collider[1].box.size[1]: is 0; allowed: a number, 1e-6 to 1e6",
+            "scene.toml:17:40: collider[1].box.size[1]: is 0; allowed: a number, 1e-6 to 1000000",
         ),
     ] {
         let error = build(&text.replace(old, new)).expect_err("an error").to_string();

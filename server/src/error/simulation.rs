@@ -3,7 +3,7 @@
 //! Enters: why a step failed, or why a change was refused. Leaves: a reason, or the whole error.
 
 use nappe_proto::Reason;
-use nappe_sim::{interrupt::Interrupted, report::StepFailure, world::ChangeError};
+use nappe_sim::{interrupt::Interrupted, math::number, report::StepFailure, world::ChangeError};
 
 use super::service_error::ServiceError;
 
@@ -37,6 +37,11 @@ impl From<Interrupted> for ServiceError {
     }
 }
 
+/// What is allowed, both ends included.
+fn range([low, high]: [f64; 2]) -> String {
+    format!("{} to {}", number(low), number(high))
+}
+
 impl From<&ChangeError> for ServiceError {
     fn from(error: &ChangeError) -> Self {
         let message = error.to_string();
@@ -45,8 +50,8 @@ impl From<&ChangeError> for ServiceError {
             ChangeError::OutOfRange { field, value, allowed } => refused
                 .with("field", field)
                 .with("value", value)
-                .with("allowed", format!("{:e} to {:e}", allowed[0], allowed[1]))
-                .at_field(*field, format!("is {value:e}: allowed are {:e} to {:e}", allowed[0], allowed[1])),
+                .with("allowed", range(*allowed))
+                .at_field(*field, format!("is {}: allowed are {}", number(*value), range(*allowed))),
             ChangeError::UnknownBody { name, known } => {
                 refused.with("body", name).with("known", known).at_field("springs.body", message)
             }
@@ -67,7 +72,7 @@ impl From<&ChangeError> for ServiceError {
                 .with("particle", particle)
                 .with("point", point)
                 .with("value", time)
-                .with("allowed", format!("above {after:e}"))
+                .with("allowed", format!("above {}", number(*after)))
                 .at_field("paths.times_seconds", message),
             ChangeError::NoSuchParticle { particle, count } => refused
                 .with("particle", particle)

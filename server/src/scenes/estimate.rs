@@ -41,7 +41,7 @@ const COARSE_TOP: f64 = 0.8e6;
 const SPRING: [Cost; 2] = [cost(108.0, 29.0), cost(14.0, 18.0)];
 const MESH_SPRING: Cost = cost(46.0, 0.0);
 const TRIANGLE: Cost = cost(50.0, 31.0);
-const SNOW_PARTICLE: [Cost; 2] = [cost(305.0, 219.0), cost(205.0, 172.0)];
+const SNOW_PARTICLE: [Cost; 2] = [cost(305.0, 223.0), cost(205.0, 176.0)];
 const SOLID_TRIANGLE: Cost = cost(300.0, 0.0);
 
 /// Sessions may have claimed one part in so many of their memory without having taken it yet: what their first steps

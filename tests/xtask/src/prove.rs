@@ -65,7 +65,7 @@ fn snow(shell: &mut Shell) -> Result<(), Failure> {
 fn service(shell: &mut Shell) -> Result<(), Failure> {
     slow(shell, "hostile")?;
     programs(shell)?;
-    shell.cargo("demo", &format!("{NAPPE} --save target/demo.rrd"))?;
+    shell.cargo("demo", &format!("{NAPPE} --save target/demo.rrd --force"))?;
     shell.cargo("bench stream", &format!("{NAPPE} bench stream --sizes 10000,100000"))?;
     clients::examples(shell)?;
     python::measure(shell)

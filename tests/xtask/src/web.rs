@@ -69,7 +69,7 @@ fn browsers(shell: &mut Shell, node: &Path) -> Result<(), Failure> {
     for scene in RECORDINGS {
         let file = folder.join(format!("{scene}.html"));
         let mut record = Command::new(&nappe);
-        record.args(["run", scene, "--steps", "400", "--json", "--save"]).arg(&file);
+        record.args(["run", scene, "--steps", "400", "--json", "--force", "--save"]).arg(&file);
         shell.run(&format!("page: record {scene}"), &mut record)?;
         shell.run(&format!("page: show {scene}"), &mut script(node, &browser, "browser", &file))?;
     }

@@ -6,7 +6,7 @@ pub(crate) mod words;
 pub(crate) mod table;
 mod document;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use nappe_study::Chart;
 
@@ -15,18 +15,21 @@ use crate::{
     study::{Subject, files},
 };
 
+/// Names of the files of a chart.
+pub(crate) const FILES: [&str; 4] = ["chart", "work_precision", "convergence", "window"];
+
 /// Writes the files of a chart into a folder; their paths.
 ///
 /// # Errors
 /// A file that cannot be written.
-pub(crate) fn write(folder: &Path, subject: &Subject, chart: &Chart) -> Result<Vec<PathBuf>> {
+pub(crate) fn write(folder: &files::Folder, subject: &Subject, chart: &Chart) -> Result<Vec<PathBuf>> {
     let document = serde_json::to_string_pretty(&document::document(subject, chart))
         .map_err(|error| CliError::failure(format!("cannot write the chart as JSON: {error}")))?;
     let files = [
         ("chart.csv".to_owned(), table::text(&subject.name, subject.threads, chart).into_bytes()),
         ("chart.json".to_owned(), (document + "\n").into_bytes()),
     ];
-    files::write(folder, files.into_iter().chain(pictures(&subject.name, chart)?))
+    folder.write(files.into_iter().chain(pictures(&subject.name, chart)?))
 }
 
 /// Pictures, each as SVG and PNG.

@@ -15,7 +15,6 @@ use self::{drive::Driven, summary::Summary};
 use crate::{
     args::{ComputeArgs, OtherServerArgs, TokenArgs},
     error::Result,
-    meshes,
     output::Format,
     remote,
     save::Destination,
@@ -60,7 +59,10 @@ pub(crate) async fn compute(
     // First, so that a path that cannot be written is known before hours are computed.
     args.fields.check(args.save.as_deref())?;
     let destination = match &args.save {
-        Some(path) => Some(Destination::open(path, &args.fields, scene.text()).await?),
+        Some(path) => {
+            let existing = args.force.existing();
+            Some(Destination::open(path, existing, &args.fields, scene.text()).await?)
+        }
         None => None,
     };
     let (driven, summary) = match server {
@@ -87,16 +89,13 @@ async fn compute_on(
     args: &ComputeArgs,
     mut destination: Option<Destination>,
 ) -> Result<(Driven, Summary)> {
-    let wanted = args.overrides.session(String::new(), scene.send(client).await?);
-    let created = client.create_session(wanted).await?;
-    meshes::note(&created.warnings);
-
-    let driven = drive::drive(client, place, &created.session, destination.as_mut()).await;
+    let session = scene.create(client, String::new(), &args.overrides).await?;
+    let driven = drive::drive(client, place, &session, destination.as_mut()).await;
     let told = driven.as_ref().ok().and_then(|driven| driven.told);
     let saved = destination.map(|destination| destination.finish(told));
 
     // A remote server is left as it was found, also after a failure. An error of the drive is reported first.
-    let deleted = client.delete_session(&created.session.session_id).await;
+    let deleted = client.delete_session(&session.session_id).await;
     let driven = driven?;
     deleted?;
     let summary = Summary::new(scene.name().to_owned(), &driven, saved.transpose()?);

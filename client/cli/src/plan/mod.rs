@@ -6,7 +6,7 @@ pub(crate) mod words;
 mod document;
 pub(crate) mod scene;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use nappe_scene::Scene;
 use nappe_study::Plan;
@@ -19,18 +19,21 @@ use crate::{
     study::{Subject, files},
 };
 
+/// Names of the files of a plan.
+pub(crate) const FILES: [&str; 2] = ["plan", "terms"];
+
 /// Writes the files of a plan into a folder; their paths.
 ///
 /// # Errors
 /// A file that cannot be written.
-pub(crate) fn write(folder: &Path, subject: &Subject, plan: &Plan) -> Result<Vec<PathBuf>> {
+pub(crate) fn write(folder: &files::Folder, subject: &Subject, plan: &Plan) -> Result<Vec<PathBuf>> {
     let document = serde_json::to_string_pretty(&document::document(subject, plan))
         .map_err(|error| CliError::failure(format!("cannot write the plan as JSON: {error}")))?;
     let files = [
         ("plan.csv".to_owned(), table::text(&subject.name, subject.threads, &plan.chart).into_bytes()),
         ("plan.json".to_owned(), (document + "\n").into_bytes()),
     ];
-    files::write(folder, files.into_iter().chain(pictures(&subject.name, plan)?))
+    folder.write(files.into_iter().chain(pictures(&subject.name, plan)?))
 }
 
 /// The first fields of a plan, and where its files are.
@@ -38,16 +41,9 @@ pub(crate) fn said(subject: &Subject, plan: &Plan, written: &[PathBuf]) -> impl 
     document::Document::new(subject, plan, serde_json::json!({ "files": written }))
 }
 
-/// Writes the scene as a plan has it; whether there was one to be written.
-///
-/// # Errors
-/// A file that cannot be written.
-pub(crate) fn write_scene(path: &Path, name: &str, scene: &Scene, plan: &Plan, terms: Terms) -> Result<bool> {
-    let Some(text) = scene::planned(scene, name, plan, terms).filter(|_| plan.is_met) else {
-        return Ok(false);
-    };
-    std::fs::write(path, text).map_err(|error| CliError::file("write", path, &error))?;
-    Ok(true)
+/// The text of the scene as a plan has it; none where nothing is right enough.
+pub(crate) fn scene_text(name: &str, scene: &Scene, plan: &Plan, terms: Terms) -> Option<String> {
+    scene::planned(scene, name, plan, terms).filter(|_| plan.is_met)
 }
 
 /// Pictures, each as SVG and PNG.

@@ -13,7 +13,12 @@ use nappe_client::{Frame, SessionEnd, Topology, WatchOptions, v1};
 
 pub(crate) use self::recording::Recording;
 use self::{folder::Folder, html::Html};
-use crate::{error::Result, fields::FieldsArgs, paths};
+use crate::{
+    error::Result,
+    fields::FieldsArgs,
+    paths,
+    write::{self, Existing},
+};
 
 /// Where the frames of a session go.
 pub(crate) struct Destination {
@@ -45,15 +50,21 @@ impl Destination {
     ///
     /// # Errors
     /// When the path names none of them; when there is no viewer to record, the file or the folder cannot be made, or
-    /// the folder holds frames already.
-    pub(crate) async fn open(path: &Path, fields: &FieldsArgs, scene: Option<&str>) -> Result<Self> {
+    /// a file or frames that are there stay.
+    pub(crate) async fn open(
+        path: &Path,
+        existing: Existing,
+        fields: &FieldsArgs,
+        scene: Option<&str>,
+    ) -> Result<Self> {
         paths::check_save(path)?;
         let form = if paths::is_recording(path) {
+            write::check(path, existing)?;
             Form::Recording(Recording::prepare(fields).await?)
         } else if paths::is_html(path) {
-            Form::Sink(Sink::Html(Box::new(Html::create(path, fields, scene)?)))
+            Form::Sink(Sink::Html(Box::new(Html::create(path, existing, fields, scene)?)))
         } else {
-            Form::Sink(Sink::Folder(Folder::create(path, fields)?))
+            Form::Sink(Sink::Folder(Folder::create(path, existing, fields)?))
         };
         Ok(Self { path: path.to_owned(), form })
     }
@@ -74,7 +85,7 @@ impl Sink {
     /// These watch options with what is kept of a session's frames.
     pub(crate) fn watch(&mut self, options: WatchOptions, session: &v1::Session) -> WatchOptions {
         match self {
-            Self::Folder(folder) => folder.watch(options),
+            Self::Folder(folder) => folder.watch(options, session),
             Self::Html(html) => html.watch(options, session),
         }
     }

@@ -1,9 +1,6 @@
 //! The gallery on its way out: gallery.csv and its picture, words on standard output.
 
-use std::{
-    fmt::Write as _,
-    path::{Path, PathBuf},
-};
+use std::{fmt::Write as _, path::PathBuf};
 
 use nappe_study::gallery::{Exhibit, Family, Table, Verdict};
 use serde_json::{Value, json};
@@ -16,13 +13,16 @@ use crate::{
     study::files::{self, quoted},
 };
 
+/// Names of the files of the gallery.
+pub(crate) const FILES: [&str; 1] = ["gallery"];
+
 /// Writes the files of the gallery into a folder; their paths.
 ///
 /// # Errors
 /// A file that cannot be written.
-pub(crate) fn write(folder: &Path, tables: &[Table]) -> Result<Vec<PathBuf>> {
+pub(crate) fn write(folder: &files::Folder, tables: &[Table]) -> Result<Vec<PathBuf>> {
     let csv = ("gallery.csv".to_owned(), csv(tables).into_bytes());
-    files::write(folder, std::iter::once(csv).chain(pictures(tables)?))
+    folder.write(std::iter::once(csv).chain(pictures(tables)?))
 }
 
 #[cfg(feature = "charts")]

@@ -7,7 +7,7 @@ mod table;
 mod document;
 pub(crate) mod gallery;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use nappe_study::Stability;
 
@@ -16,18 +16,21 @@ use crate::{
     study::{Subject, files},
 };
 
+/// Names of the files of a study.
+pub(crate) const FILES: [&str; 4] = ["stability", "limits", "map_damping", "map_compression"];
+
 /// Writes the files of a study into a folder; their paths.
 ///
 /// # Errors
 /// A file that cannot be written.
-pub(crate) fn write(folder: &Path, subject: &Subject, study: &Stability) -> Result<Vec<PathBuf>> {
+pub(crate) fn write(folder: &files::Folder, subject: &Subject, study: &Stability) -> Result<Vec<PathBuf>> {
     let document = serde_json::to_string_pretty(&document::document(subject, study))
         .map_err(|error| CliError::failure(format!("cannot write the study as JSON: {error}")))?;
     let files = [
         ("stability.csv".to_owned(), table::text(&subject.name, &study.rows).into_bytes()),
         ("stability.json".to_owned(), (document + "\n").into_bytes()),
     ];
-    files::write(folder, files.into_iter().chain(pictures(&subject.name, study)?))
+    folder.write(files.into_iter().chain(pictures(&subject.name, study)?))
 }
 
 /// Pictures, each as SVG and PNG.

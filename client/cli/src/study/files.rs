@@ -5,7 +5,58 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use crate::error::{CliError, Result};
+use crate::{
+    error::{CliError, Result},
+    write::{self, Existing},
+};
+
+/// The folder of a study's files.
+pub(crate) struct Folder {
+    path: PathBuf,
+    /// What a study may write, without extensions.
+    names: &'static [&'static str],
+    existing: Existing,
+}
+
+impl Folder {
+    /// Makes it, where there is none, and checks that files of these names, without extension, can be written into it.
+    ///
+    /// # Errors
+    /// A path that is a file, or that cannot be written; a file that is there and stays.
+    pub(crate) fn open(path: PathBuf, names: &'static [&'static str], existing: Existing) -> Result<Self> {
+        check_folder(&path)?;
+        let folder = Self { path, names, existing };
+        folder.files().iter().try_for_each(|file| write::check(file, existing))?;
+        Ok(folder)
+    }
+
+    /// Files of these names.
+    fn files(&self) -> Vec<PathBuf> {
+        let of = |name: &&str| {
+            ["csv", "json", "svg", "png"].map(|extension| self.path.join(format!("{name}.{extension}")))
+        };
+        self.names.iter().flat_map(of).collect()
+    }
+
+    /// Writes files; their paths. Nothing of an earlier study is left beside them.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub(crate) fn write(&self, files: impl Iterator<Item = (String, Vec<u8>)>) -> Result<Vec<PathBuf>> {
+        if self.existing == Existing::Overwritten {
+            for old in self.files().iter().filter(|file| file.is_file()) {
+                fs::remove_file(old).map_err(|error| CliError::file("remove", old, &error))?;
+            }
+        }
+        let mut written = Vec::new();
+        for (name, bytes) in files {
+            let path = self.path.join(name);
+            write::write(&path, &bytes, self.existing)?;
+            written.push(path);
+        }
+        Ok(written)
+    }
+}
 
 /// Makes a folder, where there is none, and checks that files can be written into it.
 ///
@@ -20,20 +71,6 @@ pub(crate) fn check_folder(folder: &Path) -> Result<()> {
     fs::write(&probe, [])
         .and_then(|()| fs::remove_file(&probe))
         .map_err(|error| CliError::file("write into", folder, &error))
-}
-
-/// Writes files into a folder; their paths.
-///
-/// # Errors
-/// A file that cannot be written.
-pub(crate) fn write(folder: &Path, files: impl Iterator<Item = (String, Vec<u8>)>) -> Result<Vec<PathBuf>> {
-    let mut written = Vec::new();
-    for (name, bytes) in files {
-        let path = folder.join(name);
-        fs::write(&path, bytes).map_err(|error| CliError::file("write", &path, &error))?;
-        written.push(path);
-    }
-    Ok(written)
 }
 
 /// Says where files are.

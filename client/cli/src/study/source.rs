@@ -31,8 +31,7 @@ impl Source {
     pub(crate) fn read(name: &str, verb: &str) -> Result<Self> {
         let path = Path::new(name);
         let (text, folder) = if paths::is_scene(path) {
-            let text = std::fs::read_to_string(path).map_err(|error| CliError::file("read", path, &error))?;
-            (text, path.parent().unwrap_or(Path::new("")))
+            (files::read_scene(path)?, path.parent().unwrap_or(Path::new("")))
         } else {
             (scene::shipped_text(name)?.to_owned(), Path::new(""))
         };

@@ -1,10 +1,10 @@
 //! One run of a sweep, from a scene to its row.
 
-use std::{fs::File, io::BufWriter, path::Path, time::Instant};
+use std::{io::BufWriter, path::Path, time::Instant};
 
 use nappe_scene::{
     Scene, SceneLimits, files,
-    mesh::{PlyFrame, write_ply_frame},
+    mesh::{PlyFrame, PlyNumbers, write_ply_frame},
 };
 use nappe_sim::{report::NoStopwatch, world::Simulation};
 
@@ -12,6 +12,7 @@ use crate::{
     error::{CliError, Result},
     output,
     study::files::quoted,
+    write::{self, Existing},
 };
 
 /// What a run came to.
@@ -107,22 +108,30 @@ fn built(scene: &Scene, meshes: &Path) -> std::result::Result<Simulation, String
     Ok(simulation)
 }
 
-/// Writes where particles are as a PLY file.
+/// Writes where particles are as a PLY file, in the precision of the simulation.
 fn keep(simulation: &Simulation, path: &Path) -> Result<()> {
-    let mut positions = Vec::new();
-    simulation.positions_f64(&mut positions);
-    let positions: Vec<f32> = positions.into_iter().map(|c| c as f32).collect();
+    let (mut single, mut double) = (Vec::new(), Vec::new());
+    let positions = match simulation {
+        Simulation::F32(_) => {
+            simulation.positions_f32(&mut single);
+            PlyNumbers::F32(&single)
+        }
+        Simulation::F64(_) => {
+            simulation.positions_f64(&mut double);
+            PlyNumbers::F64(&double)
+        }
+    };
     let triangles: Vec<[u32; 3]> =
         simulation.topology().into_iter().flat_map(|body| body.triangles).collect();
     let frame = PlyFrame {
-        positions: &positions,
+        positions,
         properties: &[],
         triangles: &triangles,
         step: simulation.step_count(),
         time: simulation.time(),
     };
-    let file = File::create(path).map_err(|error| CliError::file("write", path, &error))?;
-    let mut file = BufWriter::new(file);
+    // A run that was cut before its row has left one, which is the sweep's own.
+    let mut file = BufWriter::new(write::create(path, Existing::Overwritten)?);
     write_ply_frame(&frame, &mut file)
         .and_then(|()| std::io::Write::flush(&mut file))
         .map_err(|error| CliError::file("write", path, &error))

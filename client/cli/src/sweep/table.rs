@@ -3,7 +3,7 @@
 use std::{
     collections::BTreeMap,
     fs::{self, File, OpenOptions},
-    io::Write as _,
+    io::{self, Write as _},
     path::{Path, PathBuf},
 };
 
@@ -13,6 +13,7 @@ use super::run::COLUMNS;
 use crate::{
     error::{CliError, Result},
     study::files::quoted,
+    write::{self, Existing},
 };
 
 /// Rows of a sweep in a folder.
@@ -25,23 +26,31 @@ pub(crate) struct Table {
 }
 
 impl Table {
-    /// Begins a sweep in a folder, or goes on with one of the same description.
+    /// Begins a sweep in a folder, or goes on with one of the same description where that is not to be overwritten.
     ///
     /// # Errors
-    /// A folder that holds another sweep, and files that cannot be read or written.
-    pub(crate) fn open(folder: &Path, description: &Value, keys: &[&str]) -> Result<Self> {
+    /// A folder that holds another sweep, which stays, and files that cannot be read or written.
+    pub(crate) fn open(
+        folder: &Path,
+        description: &Value,
+        keys: &[&str],
+        existing: Existing,
+    ) -> Result<Self> {
         let told = folder.join("sweep.json");
         let path = folder.join("sweep.csv");
         let text = format!("{description:#}\n");
         match fs::read_to_string(&told) {
-            Ok(there) if there != text => {
+            Ok(there) if existing == Existing::Kept && there == text => {}
+            Ok(_) if existing == Existing::Kept => {
                 return Err(CliError::usage(format!(
-                    "--out {}: holds another sweep, of other arguments or of another version",
+                    "--out {}: holds another sweep, of other arguments or of another version: --force overwrites it",
                     folder.display()
                 )));
             }
-            Ok(_) => {}
-            Err(_) => fs::write(&told, &text).map_err(|error| CliError::file("write", &told, &error))?,
+            _ => {
+                clear(folder, existing)?;
+                write::write(&told, text.as_bytes(), existing)?;
+            }
         }
         let columns: Vec<String> =
             ["run"].iter().chain(keys).chain(COLUMNS.iter()).map(|name| quoted(name)).collect();
@@ -92,6 +101,21 @@ impl Table {
         self.file = writer(&self.path)?;
         Ok(())
     }
+}
+
+/// Takes files of another sweep out of a folder, if they do not stay.
+fn clear(folder: &Path, existing: Existing) -> Result<()> {
+    let unread = |error: io::Error| CliError::file("read the folder", folder, &error);
+    for entry in fs::read_dir(folder).map_err(unread)? {
+        let path = entry.map_err(unread)?.path();
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        let is_end = name.strip_prefix("run-").is_some_and(|rest| rest.ends_with(".ply"));
+        if is_end || ["sweep.csv", "sweep.json"].contains(&name.as_ref()) {
+            write::check(&path, existing)?;
+            fs::remove_file(&path).map_err(|error| CliError::file("remove", &path, &error))?;
+        }
+    }
+    Ok(())
 }
 
 fn writer(path: &Path) -> Result<File> {

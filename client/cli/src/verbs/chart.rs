@@ -16,6 +16,7 @@ use crate::{
     error::{CliError, Exit, Result},
     output::{self, Format, OutputArgs},
     study::{self, Source, Subject, asked, files, units},
+    write::ForceArgs,
 };
 
 /// Chart error against cost: every method, on a scene of cloth or snow
@@ -63,6 +64,8 @@ pub(crate) struct ChartArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     threads: Option<u16>,
     #[command(flatten)]
+    force: ForceArgs,
+    #[command(flatten)]
     output: OutputArgs,
 }
 
@@ -76,7 +79,7 @@ pub(crate) fn run(args: &ChartArgs) -> Result<()> {
     let Source { name, hash: scene_hash, scene, case } = Source::read(&args.scene, "chart")?;
     let request = request(args, &scene, &case)?;
     let folder = args.out.clone().unwrap_or_else(|| PathBuf::from(format!("chart-{name}")));
-    files::check_folder(&folder)?;
+    let folder = files::Folder::open(folder, &chart::FILES, args.force.existing())?;
 
     let threads = args.threads.map_or_else(rayon::current_num_threads, usize::from);
     let subject =

@@ -5,7 +5,6 @@ use clap::Args;
 use crate::{
     args::{OverrideArgs, ServerArgs},
     error::Result,
-    meshes,
     output::OutputArgs,
     remote, scene, session as words,
 };
@@ -35,9 +34,7 @@ pub(crate) fn run(args: &CreateArgs) -> Result<()> {
     remote::block_on(async {
         let client = remote::connect(&args.server).await?;
         let id = args.id.clone().unwrap_or_default();
-        let wanted = args.overrides.session(id, scene.send(&client).await?);
-        let created = client.create_session(wanted).await?;
-        meshes::note(&created.warnings);
-        words::print(&created.session, args.output.format())
+        let session = scene.create(&client, id, &args.overrides).await?;
+        words::print(&session, args.output.format())
     })
 }

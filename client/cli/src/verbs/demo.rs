@@ -14,6 +14,7 @@ use crate::{
     output::{self, Format, OutputArgs},
     paths, remote,
     scene::{Input, Names},
+    write::ForceArgs,
 };
 
 /// The scene shown.
@@ -37,6 +38,10 @@ pub(crate) struct DemoArgs {
 pub(crate) fn run(args: &DemoArgs) -> Result<()> {
     let scene = Input::read(SCENE, Names::Ours)?;
     let mut compute = args.compute.clone();
+    if compute.save.is_none() {
+        // The name is the demo's own: what is there is the page of an earlier one.
+        compute.force = ForceArgs::GIVEN;
+    }
     let saved = compute.save.unwrap_or_else(|| PathBuf::from(PAGE));
     compute.save = Some(saved.clone());
 

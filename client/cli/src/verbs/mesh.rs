@@ -14,6 +14,7 @@ use crate::{
     meshes::{self, MissingMass},
     output::{self, Format, OutputArgs},
     remote,
+    write::ForceArgs,
 };
 
 /// Make, convert, describe and upload meshes
@@ -26,9 +27,11 @@ Examples:
   nappe mesh convert data/vache vache.obj                     a folder of .eti files
   nappe mesh info data/pull                                   counts, size, parts, borders, volume, what is odd
   nappe mesh info *.obj --json                                one JSON object per line
+  nappe mesh info ear.stl cow.ply.gz                          STL joins corners; gzip is unpacked
   nappe mesh upload cow.obj                                   prints the id that a scene names
 
-Formats, by extension: .obj, .off, .ply. A folder, or a name without an extension, holds .eti files.")]
+Formats, by extension: .obj, .off, .ply; .stl is read only. What gzip has packed is read too, as .obj.gz and so on,
+but not uploaded. A folder, or a name without an extension, holds .eti files.")]
 pub(crate) struct MeshArgs {
     #[command(subcommand)]
     action: Action,
@@ -62,6 +65,8 @@ struct GridArgs {
     #[arg(long, value_name = "FILE|FOLDER")]
     out: PathBuf,
     #[command(flatten)]
+    force: ForceArgs,
+    #[command(flatten)]
     output: OutputArgs,
 }
 
@@ -71,6 +76,8 @@ struct ConvertArgs {
     input: PathBuf,
     /// Mesh to write
     out: PathBuf,
+    #[command(flatten)]
+    force: ForceArgs,
     #[command(flatten)]
     masses: MissingMass,
     #[command(flatten)]
@@ -108,7 +115,7 @@ pub(crate) fn run(args: &MeshArgs) -> Result<()> {
         Action::Grid(args) => grid(args),
         Action::Convert(args) => {
             let loaded = meshes::load(&args.input, args.masses)?;
-            write(&loaded.mesh, &args.out, args.output.format())
+            write(&loaded.mesh, &args.out, args.force, args.output.format())
         }
         Action::Info(args) => info(args),
         Action::Upload(args) => upload(args),
@@ -144,11 +151,11 @@ fn grid(args: &GridArgs) -> Result<()> {
     } else {
         TriangleMesh::grid(columns, rows, args.spacing)
     };
-    write(&mesh, &args.out, args.output.format())
+    write(&mesh, &args.out, args.force, args.output.format())
 }
 
-fn write(mesh: &TriangleMesh, path: &Path, format: Format) -> Result<()> {
-    let files = files::save_mesh(path, mesh)?;
+fn write(mesh: &TriangleMesh, path: &Path, force: ForceArgs, format: Format) -> Result<()> {
+    let files = files::save_mesh(path, mesh, force.existing())?;
     if let Some(lost) = lost(mesh, path) {
         meshes::note(&[format!("{}: {lost}", path.display())]);
     }

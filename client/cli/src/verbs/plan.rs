@@ -15,6 +15,7 @@ use crate::{
     output::{self, Format, OutputArgs},
     plan::{self, scene::Terms, words},
     study::{self, Source, Subject, asked, files, units},
+    write::{self, ForceArgs},
 };
 
 /// Find the cheapest method, step and precision that is right enough for a scene
@@ -55,12 +56,11 @@ pub(crate) struct PlanArgs {
     /// Leave out of the scene that is written what it can do without
     #[arg(long, requires = "write")]
     leave_out: bool,
-    /// Write over a file that is there
-    #[arg(long, requires = "write")]
-    force: bool,
     /// Threads [default: all cores]; results do not depend on them, seconds do
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     threads: Option<u16>,
+    #[command(flatten)]
+    force: ForceArgs,
     #[command(flatten)]
     output: OutputArgs,
 }
@@ -76,7 +76,7 @@ pub(crate) fn run(args: &PlanArgs) -> Result<()> {
     let request = request(args, &scene, &case)?;
     check_written(args, &case)?;
     let folder = args.out.clone().unwrap_or_else(|| PathBuf::from(format!("plan-{name}")));
-    files::check_folder(&folder)?;
+    let folder = files::Folder::open(folder, &plan::FILES, args.force.existing())?;
 
     let threads = args.threads.map_or_else(rayon::current_num_threads, usize::from);
     let processor = study::processor();
@@ -87,10 +87,12 @@ pub(crate) fn run(args: &PlanArgs) -> Result<()> {
     let mut written = plan::write(&folder, &subject, &found)?;
     if let Some(path) = &args.write {
         let terms = if args.leave_out { Terms::LeftOut } else { Terms::Kept };
-        if plan::write_scene(path, &subject.name, &scene, &found, terms)? {
-            written.push(path.clone());
-        } else {
-            output::note("no scene is written: nothing that was tried is right enough");
+        match plan::scene_text(&subject.name, &scene, &found, terms) {
+            Some(text) => {
+                write::write(path, text.as_bytes(), args.force.existing())?;
+                written.push(path.clone());
+            }
+            None => output::note("no scene is written: nothing that was tried is right enough"),
         }
     }
     say(args.output.format(), &subject, &found, &written)
@@ -99,12 +101,8 @@ pub(crate) fn run(args: &PlanArgs) -> Result<()> {
 /// Refuses a file that would be lost, and a scene of snow, whose plan is its cells.
 fn check_written(args: &PlanArgs, case: &Case) -> Result<()> {
     let Some(path) = &args.write else { return Ok(()) };
-    if path.exists() && !args.force {
-        return Err(CliError::usage(format!(
-            "--write {}: is there already; --force writes over it",
-            path.display()
-        )));
-    }
+    write::check(path, args.force.existing())
+        .map_err(|error| CliError::usage(format!("--write {}", error.message)))?;
     if case.is_snow() {
         return Err(CliError::usage("--write: plans of snow are not written as scenes yet"));
     }

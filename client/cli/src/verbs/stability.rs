@@ -14,6 +14,7 @@ use crate::{
     output::{self, Format, OutputArgs},
     stability::{self, gallery, words},
     study::{self, Source, Subject, asked, files, units},
+    write::ForceArgs,
 };
 
 /// Find where every method fails, on a scene of cloth
@@ -64,6 +65,8 @@ pub(crate) struct StabilityArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     threads: Option<u16>,
     #[command(flatten)]
+    force: ForceArgs,
+    #[command(flatten)]
     output: OutputArgs,
 }
 
@@ -99,7 +102,7 @@ pub(crate) fn run(args: &StabilityArgs) -> Result<()> {
     check(&case, args)?;
     let request = StabilityRequest { maps: maps(&case, args), ..request };
     let folder = args.out.clone().unwrap_or_else(|| PathBuf::from(format!("stability-{name}")));
-    files::check_folder(&folder)?;
+    let folder = files::Folder::open(folder, &stability::FILES, args.force.existing())?;
 
     let budget = args.budget;
     let subject = Subject { name, scene_hash, processor: study::processor(), threads, budget, begin };
@@ -113,7 +116,7 @@ pub(crate) fn run(args: &StabilityArgs) -> Result<()> {
 /// Every scene of the gallery over every method.
 fn run_gallery(args: &StabilityArgs, threads: usize) -> Result<()> {
     let folder = args.out.clone().unwrap_or_else(|| PathBuf::from("stability-gallery"));
-    files::check_folder(&folder)?;
+    let folder = files::Folder::open(folder, &gallery::FILES, args.force.existing())?;
     let (tables, is_stopped) = study::compute(threads, None, |budget, tell| {
         let tables = nappe_study::gallery::gallery(budget, tell);
         (tables, budget.is_stopped())

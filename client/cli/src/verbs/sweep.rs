@@ -13,6 +13,7 @@ use crate::{
     paths, scene,
     study::{self, files},
     sweep::{Set, Sweep, Table, combinations, folder_of},
+    write::ForceArgs,
 };
 
 /// Run a scene with other values of its keys, side by side, a row per run
@@ -26,7 +27,7 @@ Keys are those of the scene file with a dot between them, bodies, objects and co
 their places from 0 on. Values go through the schema before anything runs.
 
 It writes sweep.csv, a row per run as it ends, in the order of the combinations in the end, and sweep.json, what was asked for.
-Started again with the same arguments it goes on where it was. With --json the last line is one object with the paths.")]
+Started again with the same arguments it goes on where it was, and with --force it begins anew. With --json the last line is one object with the paths.")]
 pub(crate) struct SweepArgs {
     /// A shipped scene's name, or a scene file (.toml) with its meshes beside it
     scene: String,
@@ -52,6 +53,8 @@ pub(crate) struct SweepArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     threads: Option<u16>,
     #[command(flatten)]
+    force: ForceArgs,
+    #[command(flatten)]
     output: OutputArgs,
 }
 
@@ -63,7 +66,7 @@ pub(crate) struct SweepArgs {
 pub(crate) fn run(args: &SweepArgs) -> Result<()> {
     let path = Path::new(&args.scene);
     let text = if paths::is_scene(path) {
-        std::fs::read_to_string(path).map_err(|error| CliError::file("read", path, &error))?
+        nappe_scene::files::read_scene(path)?
     } else {
         scene::shipped_text(&args.scene)?.to_owned()
     };
@@ -86,8 +89,8 @@ pub(crate) fn run(args: &SweepArgs) -> Result<()> {
         "steps": steps,
         "save": args.save,
     });
-    let mut table =
-        Table::open(&args.out, &description, &keys.iter().map(String::as_str).collect::<Vec<_>>())?;
+    let names: Vec<&str> = keys.iter().map(String::as_str).collect();
+    let mut table = Table::open(&args.out, &description, &names, args.force.existing())?;
 
     let threads = args.threads.map_or_else(rayon::current_num_threads, usize::from);
     let ends = args.save.then(|| args.out.clone());

@@ -11,6 +11,7 @@ use crate::{
     output::{self, Format},
     paths, remote,
     viewer::{self, Form, Place, Shown, Viewer},
+    write::{self, ForceArgs},
 };
 
 /// Show a session in Rerun
@@ -33,6 +34,8 @@ pub(crate) struct ViewArgs {
     #[arg(long, value_name = "FILE.rrd", conflicts_with = "connect")]
     pub(crate) save: Option<PathBuf>,
     #[command(flatten)]
+    pub(crate) force: ForceArgs,
+    #[command(flatten)]
     pub(crate) shown: ShownArgs,
 }
 
@@ -45,6 +48,9 @@ const DEFAULT_VIEWER: &str = "rerun+http://127.0.0.1:9876/proxy";
 /// When there is no such session, no server, no viewer, or the recording cannot be written.
 pub(crate) fn run(args: &ViewArgs) -> Result<()> {
     let options = options(args)?;
+    if let Some(path) = &args.save {
+        write::check(path, args.force.existing())?;
+    }
     let form = if args.save.is_some() { Form::Recording } else { Form::View };
     let SessionArgs { id, server, .. } = &args.session;
     remote::block_on(async {

@@ -19,6 +19,7 @@ use crate::{
     save::{Destination, Form, Recording, Sink},
     session,
     viewer::Place,
+    write::ForceArgs,
 };
 
 /// Follow a session's diagnostics, or save its frames
@@ -43,6 +44,8 @@ pub(crate) struct WatchArgs {
     /// Keep every frame: a page FILE.html, a Rerun recording FILE.rrd, or a folder of PLY files
     #[arg(long, value_name = "FILE.html|FILE.rrd|FOLDER")]
     save: Option<PathBuf>,
+    #[command(flatten)]
+    force: ForceArgs,
     /// First frame to save [default: the newest]
     #[arg(long, value_name = "FRAME", requires = "save")]
     from: Option<u64>,
@@ -63,7 +66,7 @@ pub(crate) fn run(args: &WatchArgs) -> Result<()> {
         let Some(path) = &args.save else {
             return follow(&remote::connect(&args.session.server).await?, args).await;
         };
-        let destination = Destination::open(path, &args.fields, None).await?;
+        let destination = Destination::open(path, args.force.existing(), &args.fields, None).await?;
         let client = remote::connect(&args.session.server).await?;
         let count = match destination.form {
             Form::Sink(sink) => save(&client, args, sink).await?,

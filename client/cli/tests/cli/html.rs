@@ -181,13 +181,19 @@ fn a_session_elsewhere_is_watched_into_a_page() {
     assert_eq!((&done["frames"], &done["saved"]), (&21.into(), &path.into()));
     assert_eq!(Page::read(&file).frames().len(), 21);
 
-    // Who mistypes keeps what he had.
+    // Who mistypes keeps what he had, and is left with no file where there was none.
     let kept = fs::read(&file).expect("the page");
-    let refused = server.nappe(&["watch", "nobody", "--save", path]);
+    let refused = server.nappe(&["watch", "nobody", "--save", path, "--force"]);
     assert_eq!((refused.code, fs::read(&file).expect("the page") == kept), (Some(5), true), "{refused:?}");
+    let other = here.path().join("other.html");
+    let refused = server.nappe(&["watch", "nobody", "--save", other.to_str().expect("UTF-8")]);
+    assert_eq!((refused.code, other.exists()), (Some(5), false), "{refused:?}");
+    let refused = server.nappe(&["watch", "seen", "--save", path]);
+    assert_eq!((refused.code, fs::read(&file).expect("the page") == kept), (Some(1), true), "{refused:?}");
+    assert!(refused.stderr.contains("seen.html is there already: --force overwrites it"), "{refused:?}");
 
     // Speeds are in the newest frame alone: nobody asked for them before.
-    server.nappe(&["watch", "seen", "--save", path, "--color", "speed"]).ok();
+    server.nappe(&["watch", "seen", "--save", path, "--force", "--color", "speed"]).ok();
     let page = Page::read(&file);
     assert_eq!((&page.head["color"], &page.head["scene"]), (&"speed".into(), &Value::Null));
     let frames = list(&page.blocks[0]["frames"]);
@@ -197,10 +203,14 @@ fn a_session_elsewhere_is_watched_into_a_page() {
 }
 
 #[test]
-fn the_demo_writes_a_small_page() {
+fn the_demo_writes_a_small_page_over_its_own_and_no_other() {
     let here = folder();
+    nappe_in(here.path(), &["demo", "--steps", "4"]).ok();
     let done = nappe_in(here.path(), &["demo"]).ok();
     assert!(done.stdout.contains("open nappe-demo.html in a browser"), "{}", done.stdout);
     let bytes = fs::metadata(here.path().join("nappe-demo.html")).expect("the page").len();
     assert!(bytes <= 3_000_000, "{bytes} bytes");
+    let refused = nappe_in(here.path(), &["demo", "--steps", "4", "--save", "nappe-demo.html"]);
+    assert_eq!(refused.code, Some(1), "{refused:?}");
+    assert!(refused.stderr.contains("nappe-demo.html is there already"), "{refused:?}");
 }

@@ -4,6 +4,7 @@ mod support;
 mod help;
 mod run;
 mod html;
+mod ply_frames;
 mod mesh;
 mod mecasim;
 mod service;

@@ -82,6 +82,50 @@ fn several_meshes_are_described_one_per_line() {
     assert!(missing.stderr.contains("none.obj"), "{}", missing.stderr);
 }
 
+/// Four facets of a tetrahedron, as text.
+fn tetrahedron() -> String {
+    let points = ["0 0 0", "1 0 0", "0 1 0", "0 0 1"];
+    let facets = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]].map(|corners: [usize; 3]| {
+        let corners = corners.map(|corner| format!("vertex {}\n", points[corner])).concat();
+        format!("facet normal 0 0 0\nouter loop\n{corners}endloop\nendfacet\n")
+    });
+    format!("solid\n{}endsolid\n", facets.concat())
+}
+
+#[test]
+fn a_solid_of_facets_is_described_converted_and_simulated() {
+    let folder = folder();
+    fs::write(folder.path().join("a.stl"), tetrahedron()).expect("written");
+    let info = nappe_in(folder.path(), &["mesh", "info", "a.stl", "--json"]).ok().json();
+    assert_eq!(
+        (&info["points"], &info["triangles"], &info["edges"]),
+        (&4.into(), &4.into(), &6.into()),
+        "{info}"
+    );
+    nappe_in(folder.path(), &["mesh", "convert", "a.stl", "a.ply"]).ok();
+    let scene = "version = 1\ndt = 0.001\n[[body]]\nname = \"a\"\nmesh = { file = \"a.stl\" }\n\
+                 mass = { particle = 0.1 }\nsprings = { stretch = { stiffness = 10 } }\n";
+    fs::write(folder.path().join("scene.toml"), scene).expect("written");
+    let ran = nappe_in(folder.path(), &["run", "scene.toml", "--steps", "2", "--json"]).ok().json();
+    assert_eq!(ran["particles"], 4, "{ran}");
+}
+
+#[test]
+fn a_file_that_gzip_has_packed_is_read_and_not_sent() {
+    // Three points and a triangle, as gzip writes them.
+    const PACKED: [u8; 40] = [
+        31, 139, 8, 0, 0, 0, 0, 0, 2, 255, 43, 83, 48, 0, 65, 174, 50, 5, 67, 40, 109, 0, 98, 113, 165, 1,
+        73, 35, 5, 99, 46, 0, 67, 249, 110, 42, 32, 0, 0, 0,
+    ];
+    let folder = folder();
+    fs::write(folder.path().join("a.obj.gz"), PACKED).expect("written");
+    let info = nappe_in(folder.path(), &["mesh", "info", "a.obj.gz", "--json"]).ok().json();
+    assert_eq!((&info["points"], &info["triangles"]), (&3.into(), &1.into()), "{info}");
+    let refused = nappe_in(folder.path(), &["mesh", "upload", "a.obj.gz"]);
+    assert_eq!(refused.code, Some(1), "{refused:?}");
+    assert!(refused.stderr.contains("gunzip"), "{}", refused.stderr);
+}
+
 #[test]
 fn a_folder_whose_name_has_a_dot_is_a_folder() {
     let folder = folder();
@@ -98,15 +142,39 @@ fn a_folder_whose_name_has_a_dot_is_a_folder() {
 }
 
 #[test]
+fn a_mesh_that_is_there_stays_unless_it_is_to_be_overwritten() {
+    let folder = folder();
+    let run = |args: &[&str]| nappe_in(folder.path(), args);
+    run(&["mesh", "grid", "3x3", "--course", "--out", "set"]).ok();
+    for out in ["a.obj", "b.ply", "other"] {
+        run(&["mesh", "convert", "set", out]).ok();
+        let file =
+            if out == "other" { folder.path().join("other/points.eti") } else { folder.path().join(out) };
+        let kept = fs::read(&file).expect("it is written");
+        let grid = ["mesh", "grid", "4x4", "--out", out];
+        for args in [&["mesh", "convert", "set", out][..], &grid] {
+            let refused = run(args);
+            assert_eq!(refused.code, Some(1), "{refused:?}");
+            assert!(refused.stderr.contains("is there already: --force overwrites it"), "{}", refused.stderr);
+            assert_eq!(fs::read(&file).expect("it stays"), kept);
+        }
+        run(&[&grid[..], &["--force"]].concat()).ok();
+        let info = run(&["mesh", "info", out, "--json"]).ok().json();
+        // The grid has no masses, and those of the set before it are not taken for its own.
+        assert_eq!((&info["points"], &info["masses"]), (&16.into(), &0.into()), "{out}");
+    }
+}
+
+#[test]
 fn what_cannot_be_read_or_written_is_named() {
     let missing = nappe(&["mesh", "info", "no-such.obj"]);
     assert_eq!(missing.code, Some(1));
     assert!(missing.stderr.contains("no-such.obj"), "{}", missing.stderr);
     let folder = folder();
-    fs::write(folder.path().join("a.stl"), "solid").expect("written");
-    let unknown = nappe_in(folder.path(), &["mesh", "info", "a.stl"]);
+    fs::write(folder.path().join("a.glb"), "glTF").expect("written");
+    let unknown = nappe_in(folder.path(), &["mesh", "info", "a.glb"]);
     assert_eq!(unknown.code, Some(1));
-    assert!(unknown.stderr.contains(".obj"), "{}", unknown.stderr);
+    assert!(unknown.stderr.contains("glTF: export the mesh as .obj or .ply"), "{}", unknown.stderr);
     assert_eq!(nappe(&["mesh", "grid", "1x70", "--out", "x"]).code, Some(2));
     assert_eq!(nappe(&["mesh", "grid", "7x7", "--spacing", "0", "--out", "x"]).code, Some(2));
 }

@@ -4,7 +4,7 @@ use std::fs;
 
 use serde_json::Value;
 
-use crate::support::{SMALL_SCENE, check_pictures, folder, nappe, nappe_in, write_scene};
+use crate::support::{SMALL_SCENE, check_kept, check_pictures, folder, nappe, nappe_in, write_scene};
 
 /// The first fields of an answer, in their order.
 const FIRST: [&str; 8] =
@@ -37,6 +37,7 @@ fn a_plan_has_an_answer_files_and_a_scene_that_runs_as_it_says() {
         said["files"].as_array().expect("files").iter().filter_map(Value::as_str).collect();
     assert_eq!(files.len(), 7, "{files:?}");
     check_pictures(folder.path(), &files);
+    check_kept(folder.path(), &files, &["plan", &scene, "--tolerance", "1mm", "--budget", "1s"]);
 
     // The scene says what it is, and makes the steps of the plan.
     let planned = read("planned.toml");
@@ -78,7 +79,7 @@ fn a_plan_has_an_answer_files_and_a_scene_that_runs_as_it_says() {
     let refused = nappe_in(folder.path(), &again);
     assert_eq!(refused.code, Some(2), "{refused:?}");
     assert!(
-        refused.stderr.contains("planned.toml: is there already; --force writes over it"),
+        refused.stderr.contains("planned.toml is there already: --force overwrites it"),
         "{}",
         refused.stderr
     );
@@ -101,7 +102,6 @@ fn what_cannot_be_planned_is_refused_before_anything_is_computed() {
         "did you mean 'velocity_verlet'?",
     );
     refused(&[&scene, "--tolerance", "1mm", "--until=-1"], "a number of seconds above 0 is needed");
-    refused(&[&scene, "--tolerance", "1mm", "--force"], "--write <FILE>");
     refused(&[&scene, "--tolerance", "1mm", "--leave-out"], "--write <FILE>");
     refused(&["brasseur", "--tolerance", "1mm", "--write", "x.toml"], "plans of snow are not written");
     assert!(!folder.path().join("out/plan.csv").exists(), "nothing was computed");

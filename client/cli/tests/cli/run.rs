@@ -91,7 +91,11 @@ fn frames_of_another_run_are_not_mixed_up() {
     nappe_in(folder.path(), &args).ok();
     let again = nappe_in(folder.path(), &args);
     assert_eq!(again.code, Some(1), "{again:?}");
-    assert!(again.stderr.contains("frames"), "{}", again.stderr);
+    assert!(again.stderr.contains("frames") && again.stderr.contains("--force"), "{}", again.stderr);
+    let fewer = ["run", &scene, "--steps", "2", "--save", "frames", "--force"];
+    nappe_in(folder.path(), &fewer).ok();
+    let files = fs::read_dir(folder.path().join("frames")).expect("the folder").count();
+    assert_eq!(files, 2, "nothing is left of the longer run");
 }
 
 #[test]
@@ -126,6 +130,50 @@ fn a_scene_that_cannot_be_read_names_file_line_and_field() {
     for part in ["scene.toml:6", "frame_intervall", "frame_interval"] {
         assert!(done.stderr.contains(part), "'{part}' is missing in: {}", done.stderr);
     }
+}
+
+#[test]
+fn what_a_server_says_of_a_scene_names_the_file_and_a_line_of_it() {
+    let folder = folder();
+    nappe_in(folder.path(), &["mesh", "grid", "12x12", "--spacing", "0.05", "--out", "sheet.obj"]).ok();
+    let from_file = SMALL_SCENE.replace("{ grid = [12, 12], spacing = 0.05 }", "{ file = \"sheet.obj\" }");
+    for text in [SMALL_SCENE, from_file.as_str()] {
+        // The schema allows it, and only who builds the scene knows better.
+        let text = text.replace("[\"top_left\", \"top_right\"]", "[0,\n144]");
+        fs::write(folder.path().join("drap.toml"), text).expect("written");
+        let done = nappe_in(folder.path(), &["run", "drap.toml"]);
+        assert_eq!(done.code, Some(5), "{done:?}");
+        let part = "drap.toml:13:1: body[0].pins[1]: is 144; allowed: 0 to 143, the particles of this body";
+        assert!(done.stderr.contains(part), "{}", done.stderr);
+    }
+}
+
+#[test]
+fn a_scene_that_is_not_utf_8_is_named_with_line_and_column() {
+    let folder = folder();
+    let file = folder.path().join("a.toml");
+    let in_utf_16: Vec<u8> = "\u{feff}dt = 1".encode_utf16().flat_map(u16::to_le_bytes).collect();
+    for (bytes, part) in [
+        (
+            &b"# one\n# caf\xe9\n"[..],
+            "a.toml:2:6: is not UTF-8 from the byte 0xe9 on: save the file as UTF-8",
+        ),
+        (&in_utf_16[..], "a.toml:1:1: is UTF-16: save the file as UTF-8"),
+    ] {
+        fs::write(&file, bytes).expect("written");
+        for args in [
+            &["run", "a.toml"][..],
+            &["chart", "a.toml"],
+            &["sweep", "a.toml", "--set", "dt=1", "--out", "x"],
+        ] {
+            let done = nappe_in(folder.path(), args);
+            assert_eq!(done.code, Some(1), "{done:?}");
+            assert!(done.stderr.contains(part), "{}", done.stderr);
+        }
+    }
+    let marked = format!("\u{feff}{SMALL_SCENE}");
+    fs::write(&file, marked).expect("written");
+    nappe_in(folder.path(), &["run", "a.toml", "--steps", "1"]).ok();
 }
 
 #[test]

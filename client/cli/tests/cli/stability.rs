@@ -10,7 +10,8 @@ use std::{
 use serde_json::Value;
 
 use crate::support::{
-    Lines, SMALL_SCENE, check_pictures, command, end_by, folder, nappe, nappe_in, until, write_scene,
+    Lines, SMALL_SCENE, check_kept, check_pictures, command, end_by, folder, nappe, nappe_in, until,
+    write_scene,
 };
 
 /// What scripts read, in its order.
@@ -52,6 +53,7 @@ fn a_study_has_limits_runs_maps_and_pictures() {
         said["files"].as_array().expect("files").iter().filter_map(Value::as_str).collect();
     assert_eq!(files.len(), 8, "{files:?}");
     check_pictures(folder.path(), &files);
+    check_kept(folder.path(), &files, &["stability", &scene, "--budget", "1s"]);
 }
 
 #[test]

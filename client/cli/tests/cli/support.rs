@@ -339,3 +339,16 @@ pub(crate) fn check_pictures(folder: &Path, files: &[&str]) {
         }
     }
 }
+
+/// A study refuses a folder that holds one of the files of another, before anything is computed.
+pub(crate) fn check_kept(folder: &Path, files: &[&str], args: &[&str]) {
+    for (number, file) in files.iter().filter_map(|file| file.strip_prefix("out/")).enumerate() {
+        let out = format!("taken-{number}");
+        fs::create_dir(folder.join(&out)).expect("a folder");
+        fs::write(folder.join(&out).join(file), "kept").expect("a file");
+        let done = nappe_in(folder, &[args, &["--out", &out]].concat());
+        assert_eq!(done.code, Some(1), "{file}: {done:?}");
+        let part = format!("{out}/{file} is there already: --force overwrites it");
+        assert!(done.stderr.contains(&part), "{}", done.stderr);
+    }
+}

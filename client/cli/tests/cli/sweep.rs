@@ -46,6 +46,10 @@ fn a_row_per_combination_and_each_is_the_run_of_that_scene() {
     let other = nappe_in(folder.path(), &["sweep", &scene, "--out", "out", "--set", "gravity.1=0"]);
     assert_eq!(other.code, Some(2), "{other:?}");
     assert!(other.stderr.contains("holds another sweep"), "{}", other.stderr);
+    let forced = ["sweep", &scene, "--out", "out", "--set", "gravity.1=0", "--force"];
+    nappe_in(folder.path(), &forced).ok();
+    assert_eq!(rows(&out).len(), 2, "a header and a row: nothing is left of the other sweep");
+    assert!(!out.join("run-000000.ply").exists(), "nor of its ends");
 }
 
 #[test]

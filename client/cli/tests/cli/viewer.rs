@@ -203,6 +203,12 @@ fn a_run_that_is_ended_closes_its_recording_which_nobody_else_may_write() {
     let (mut run, pid) = endless(here.path(), &viewer);
     let second = nappe_in(here.path(), &["run", "flag", "--save", "endless.rrd"]);
     assert_eq!(
+        (second.code, second.stderr.contains("endless.rrd is there already: --force overwrites it")),
+        (Some(1), true),
+        "{second:?}"
+    );
+    let second = nappe_in(here.path(), &["run", "flag", "--save", "endless.rrd", "--force"]);
+    assert_eq!(
         (second.code, second.stderr.contains("endless.rrd is being written")),
         (Some(1), true),
         "{second:?}"

@@ -1,7 +1,8 @@
 """A folder of PLY files: one per frame, with the particles, what is kept of them, and the triangles.
 
-Particles: x, y, z (m) and, where they are kept, vx, vy, vz (m/s), plastic_ratio (1) and stress_norm (Pa), as binary32.
-Step and time stand in comments. The command's `--save FOLDER` writes the same bytes.
+Particles: x, y, z (m) and, where they are kept, vx, vy, vz (m/s), plastic_ratio (1) and stress_norm (Pa), each in its
+precision: float32 as `float`, float64 as `double`. Step and time stand in comments. The command's `--save FOLDER` writes
+the same bytes, in the precision of the session.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ _PROPERTIES = {
     "plastic_ratio": ("plastic_ratio",),
     "stress": ("stress_norm",),
 }
+_NUMBERS = {"float": "<f4", "double": "<f8"}
 _TRIANGLE = np.dtype([("count", "u1"), ("corners", "<u4", (3,))])
 
 
@@ -40,16 +42,20 @@ def write_folder(trajectory: Trajectory, path: Path) -> None:
             )
     faces = _faces(trajectory.topology.triangles)
     for index, number in enumerate(trajectory.number):
-        # What binary32 does not reach becomes infinite, as in the command.
-        with np.errstate(over="ignore"):
-            columns = [array[index].astype("<f4").reshape(-1, len(words)) for words, array in kept.items()]
-        particles = np.concatenate(columns, axis=1)
-        words = [word for words in kept for word in words]
-        header = _header(trajectory, index, words, len(particles), len(faces))
+        columns = {
+            word: array[index].reshape(-1, len(words))[:, column]
+            for words, array in kept.items()
+            for column, word in enumerate(words)
+        }
+        types = {word: "double" if column.dtype.itemsize == 8 else "float" for word, column in columns.items()}
+        particles = np.zeros(trajectory.topology.particle_count, [(word, _NUMBERS[types[word]]) for word in columns])
+        for word, column in columns.items():
+            particles[word] = column
+        header = _header(trajectory, index, types, len(particles), len(faces))
         (path / f"frame-{int(number):06}.ply").write_bytes(header + particles.tobytes() + faces.tobytes())
 
 
-def _header(trajectory: Trajectory, index: int, words: list[str], particle_count: int, face_count: int) -> bytes:
+def _header(trajectory: Trajectory, index: int, types: dict[str, str], particle_count: int, face_count: int) -> bytes:
     """The lines of a frame's file that say what follows."""
     lines = [
         "ply",
@@ -57,7 +63,7 @@ def _header(trajectory: Trajectory, index: int, words: list[str], particle_count
         f"comment step {int(trajectory.step[index])}",
         f"comment time_seconds {np.format_float_positional(trajectory.time[index], trim='-')}",
         f"element vertex {particle_count}",
-        *(f"property float {word}" for word in words),
+        *(f"property {kind} {word}" for word, kind in types.items()),
         f"element face {face_count}",
         "property list uchar uint vertex_indices",
         "end_header\n",

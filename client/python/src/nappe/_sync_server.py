@@ -152,7 +152,7 @@ class Server:
         return self._upload(uploads.from_arrays(points, triangles, masses, uv, name))
 
     def upload_file(self, path: str | os.PathLike[str], *, missing_mass: float | None = None) -> uploads.Uploaded:
-        """Uploads a mesh file as it is: OBJ, OFF, PLY, or a set of the MecaSim course.
+        """Uploads a mesh file as it is: OBJ, OFF, PLY, STL, or a set of the MecaSim course.
 
         `missing_mass`: the mass (kg) of points that a masses.eti leaves out; without it, such a set is refused.
         """

@@ -27,6 +27,7 @@ _FORMATS = {
     ".obj": number("FileFormat", "FILE_FORMAT_OBJ"),
     ".off": number("FileFormat", "FILE_FORMAT_OFF"),
     ".ply": number("FileFormat", "FILE_FORMAT_PLY"),
+    ".stl": number("FileFormat", "FILE_FORMAT_STL"),
 }
 _SET = number("FileFormat", "FILE_FORMAT_ETI")
 
@@ -107,12 +108,13 @@ def _corners(triangles: ArrayLike) -> NDArray[np.int64]:
 
 
 def from_file(path: Path, missing_mass: float | None = None) -> Mesh:
-    """A mesh file as it is: OBJ, OFF, PLY, or a set of the MecaSim course (its points.eti, or its folder)."""
+    """A mesh file as it is: OBJ, OFF, PLY, STL, or a set of the MecaSim course (its points.eti, or its folder)."""
     suffix = path.suffix.lower()
     if path.is_dir() or suffix == ".eti":
         return _set(path if path.is_dir() else path.parent, missing_mass)
     if suffix not in _FORMATS:
-        raise refused(f"{path} has the ending {suffix!r}; allowed: .obj, .off, .ply, points.eti or its folder", "path")
+        allowed = ".obj, .off, .ply, .stl, points.eti or its folder"
+        raise refused(f"{path} has the ending {suffix!r}; allowed: {allowed}", "path")
     data = _read(path)
     header = MESSAGES["FileHeader"](name=path.name, format=_FORMATS[suffix], byte_count=len(data))
     return Mesh(header, (memoryview(data),))

@@ -79,11 +79,11 @@ fn resolve(pin: &Pin, layout: Layout, count: usize, at: &Location<'_>) -> Result
     match (pin, layout) {
         (Pin::Index(index), _) if (*index as usize) < count => Ok(vec![*index]),
         (Pin::Index(index), _) => {
-            let last = count.saturating_sub(1);
-            error(
-                ErrorKind::OutOfRange,
-                format!("is {index}; allowed: 0 to {last}, the particles of this body"),
-            )
+            let allowed = match count {
+                0 => "none, this body has no particles".to_owned(),
+                _ => format!("0 to {}, the particles of this body", count - 1),
+            };
+            error(ErrorKind::OutOfRange, format!("is {index}; allowed: {allowed}"))
         }
         (Pin::Name(name), Layout::Grid { columns, rows }) => match on_grid(name, columns, rows) {
             Some(particles) => Ok(particles),

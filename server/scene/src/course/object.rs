@@ -1,5 +1,7 @@
 //! An object file: mesh files, springs, time step, integration.
 
+use nappe_sim::math::number;
+
 use super::parameter_file::ParameterFile;
 use crate::error::{ErrorKind, SceneError, excerpt};
 
@@ -93,7 +95,7 @@ impl ObjectParameters {
             Some(entry) => {
                 let dt = entry.number()?;
                 if dt <= 0.0 {
-                    let message = format!("is {dt}; allowed: a number of seconds above 0");
+                    let message = format!("is {}; allowed: a number of seconds above 0", number(dt));
                     return Err(entry.error(ErrorKind::OutOfRange, message));
                 }
                 dt

@@ -3,7 +3,10 @@
 //! The course advances each object by its own dt at each iteration, so that their clocks part.
 //! Here the scene advances by the largest dt and the others sub-step.
 
-use nappe_sim::{cloth::Integrator, math::Precision};
+use nappe_sim::{
+    cloth::Integrator,
+    math::{Precision, number},
+};
 
 use super::{
     object::{ObjectIntegration, ObjectParameters},
@@ -130,8 +133,11 @@ fn substeps(
     // dt has a few digits in the file: their quotient is whole to rounding, or not at all.
     if (ratio - whole).abs() > 1e-9 * ratio || whole > 10_000.0 {
         let message = format!(
-            "is {}, and the largest, of {}, is {largest}: {ratio} times as long; allowed: a whole number of times, up to 10000",
-            parameters.dt, slowest.file
+            "is {}, and the largest, of {}, is {}: {} times as long; allowed: a whole number of times, up to 10000",
+            number(parameters.dt),
+            slowest.file,
+            number(largest),
+            number(ratio)
         );
         return Err(SceneError::new(ErrorKind::Inconsistent, &parameters.file, message).for_key("dt"));
     }

@@ -8,10 +8,12 @@ use std::fmt;
 
 use nappe_sim::{
     interrupt,
+    math::number,
     mesh::{Groups, TriangleMesh},
 };
 
 use super::parts::{Part, parts, tetrahedron};
+use crate::mesh::to_six_digits;
 
 /// The surface of a solid.
 #[derive(Clone, Debug, PartialEq)]
@@ -43,9 +45,7 @@ pub(crate) enum NotClosed {
 
 impl fmt::Display for NotClosed {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let near = |v: [f64; 3]| {
-            v.map(|c| format!("{c:.6}").trim_end_matches('0').trim_end_matches('.').to_owned()).join(", ")
-        };
+        let near = |v: [f64; 3]| v.map(|c| number(to_six_digits(c))).join(", ");
         match self {
             Self::Empty => f.write_str("has no triangles: only the inside of a closed surface can be filled"),
             Self::Edge { points: [a, b], positions: [p, q], triangles, others } => {

@@ -2,10 +2,10 @@
 
 use std::fmt::Write;
 
-use nappe_sim::snow::Preset;
+use nappe_sim::{math::number, snow::Preset};
 
 use super::scene::ROOT;
-use crate::schema::{Alternatives, Presence, Section, ValueKind, number};
+use crate::schema::{Alternatives, Presence, Section, ValueKind};
 
 /// The reference part of docs/scenes.md: every section, every key with unit, default and range.
 pub fn page() -> String {
@@ -89,4 +89,31 @@ fn write_section(text: &mut String, section: &Section) {
 /// A text in a cell of a table, where a bar would end the cell.
 fn cell(text: &str) -> String {
     text.replace('|', "\\|")
+}
+
+#[cfg(test)]
+mod tests {
+    use toml::{
+        Spanned,
+        de::{DeTable, DeValue},
+    };
+
+    use super::*;
+    use crate::{error::Found, schema, source::Source};
+
+    #[test]
+    fn every_example_of_a_table_is_allowed() {
+        let mut sections = Vec::new();
+        collect(&ROOT, &mut sections);
+        for section in sections {
+            let text = format!("example = {}", section.example());
+            let table = DeTable::parse(&text).expect("it is TOML");
+            let Some(DeValue::Table(example)) = table.get_ref().get("example").map(Spanned::get_ref) else {
+                panic!("{text}")
+            };
+            let mut found = Found::default();
+            let _ = schema::check(section, example, &Source::new("example", ""), &mut found);
+            assert!(found.or(()).is_ok(), "{}: {text}", section.name);
+        }
+    }
 }

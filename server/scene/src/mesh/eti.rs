@@ -5,7 +5,7 @@
 
 use std::fmt::Write;
 
-use nappe_sim::mesh::TriangleMesh;
+use nappe_sim::{math::number, mesh::TriangleMesh};
 
 use super::{
     loaded::Loaded,
@@ -119,7 +119,8 @@ fn read_masses(
         exactly(&line, 1, "a mass")?;
         let mass = line.number(line.text, "a mass")?;
         if mass < 0.0 {
-            let message = format!("the mass of point {} is {mass}; allowed: 0 (pinned) or more", out.len());
+            let (point, found) = (out.len(), number(mass));
+            let message = format!("the mass of point {point} is {found}; allowed: 0 (pinned) or more");
             return Err(line.error(ErrorKind::OutOfRange, message));
         }
         if out.len() == count {
@@ -158,10 +159,11 @@ fn read_masses(
     };
 
     warnings.push(format!(
-        "{} {found}: points {} to {} get the mass {value} kg",
+        "{} {found}: points {} to {} get the mass {} kg",
         masses.file,
         out.len(),
-        count - 1
+        count - 1,
+        number(value)
     ));
 
     out.resize(count, value);

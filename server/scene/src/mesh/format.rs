@@ -5,15 +5,20 @@
 
 use super::{
     eti::{EtiOptions, EtiTexts, NamedText, read_eti},
+    gzip,
     loaded::Loaded,
     obj::read_obj,
     off::read_off,
-    ply::{ELEMENT_BYTES, read_ply},
+    ply::{self, read_ply},
+    stl::{self, read_stl},
+    text::{text, without_mark},
 };
-use crate::error::SceneError;
+use crate::error::{ErrorKind, SceneError};
 
 /// A vector that grows has at most so many times the bytes of its elements, while it is copied.
 const GROWTH: u64 = 3;
+/// Bytes for each word of one line while it is read: the word, its corner twice, and what cutting a polygon keeps of it.
+const WORD_BYTES: u64 = 16 + 4 + 4 + 48;
 
 /// A mesh file, or the files of a set of the course.
 #[derive(Clone, Copy, Debug)]
@@ -24,6 +29,8 @@ pub enum MeshFile<'a> {
     Off(&'a [u8]),
     /// Polygon File Format, as text or binary.
     Ply(&'a [u8]),
+    /// STL, as text or binary.
+    Stl(&'a [u8]),
     /// A set of the course: points, triangles, masses and texture coordinates.
     Eti {
         /// The file of the points, without which there is no set.
@@ -39,27 +46,40 @@ impl MeshFile<'_> {
     /// Reads the mesh; `file` is its name in messages.
     ///
     /// # Errors
-    /// The first error, with its line where it has one.
+    /// The first error, with its line where it has one. A file that gzip has packed.
     pub fn read(&self, file: &str) -> Result<Loaded, SceneError> {
+        if gzip::is_packed(self.first()) {
+            let message = "is packed by gzip; allowed: the file itself, which `gunzip` unpacks";
+            return Err(SceneError::new(ErrorKind::Unsupported, file, message));
+        }
         match *self {
-            Self::Obj(bytes) => read_obj(&String::from_utf8_lossy(bytes), file),
-            Self::Off(bytes) => read_off(&String::from_utf8_lossy(bytes), file),
+            Self::Obj(bytes) => read_obj(&text(bytes, file)?, file),
+            Self::Off(bytes) => read_off(&text(bytes, file)?, file),
             Self::Ply(bytes) => read_ply(bytes, file),
+            Self::Stl(bytes) => read_stl(bytes, file),
             Self::Eti { points, others, options } => {
-                let names = ["faceset", "masses", "texcoord"].map(|name| format!("{file}/{name}.eti"));
-                let texts = others.map(|bytes| bytes.map(String::from_utf8_lossy));
-                let text = |i: usize| texts[i].as_deref().map(|text| NamedText { file: &names[i], text });
+                let name = |part: &str| format!("{file}/{part}.eti");
+                let (first, names) = (name("points"), ["faceset", "masses", "texcoord"].map(name));
+                let points = text(points, &first)?;
+                let other = |i: usize| others[i].map(|bytes| text(bytes, &names[i])).transpose();
+                let others = [other(0)?, other(1)?, other(2)?];
+                let named = |i: usize| others[i].as_deref().map(|text| NamedText { file: &names[i], text });
                 let texts = EtiTexts {
-                    points: NamedText {
-                        file: &format!("{file}/points.eti"),
-                        text: &String::from_utf8_lossy(points),
-                    },
-                    faceset: text(0),
-                    masses: text(1),
-                    texcoord: text(2),
+                    points: NamedText { file: &first, text: &points },
+                    faceset: named(0),
+                    masses: named(1),
+                    texcoord: named(2),
                 };
                 read_eti(&texts, &options)
             }
+        }
+    }
+
+    /// The bytes of the file, or of the points of a set.
+    fn first(&self) -> &[u8] {
+        match *self {
+            Self::Obj(bytes) | Self::Off(bytes) | Self::Ply(bytes) | Self::Stl(bytes) => bytes,
+            Self::Eti { points, .. } => points,
         }
     }
 
@@ -68,17 +88,22 @@ impl MeshFile<'_> {
         match *self {
             Self::Obj(bytes) => copy_of(bytes).saturating_add(obj_bytes(bytes)),
             Self::Off(bytes) => copy_of(bytes).saturating_add(off_bytes(bytes)),
-            Self::Ply(bytes) => ply_bytes(bytes),
+            Self::Ply(bytes) => ply::memory_bytes(bytes, GROWTH),
+            Self::Stl(bytes) if stl::is_text(bytes) => {
+                copy_of(bytes).saturating_add(stl::memory_bytes(bytes))
+            }
+            Self::Stl(bytes) => stl::memory_bytes(bytes),
             Self::Eti { points, others, .. } => {
                 let texts = std::iter::once(points).chain(others.into_iter().flatten());
-                texts.map(|bytes| copy_of(bytes) + GROWTH * 24 * lines(bytes).count() as u64).sum()
+                texts.map(|bytes| text_bytes(bytes) + GROWTH * 24 * lines(bytes).count() as u64).sum()
             }
         }
     }
 }
 
+/// Lines of a text that are not empty, whatever ends them.
 fn lines(bytes: &[u8]) -> impl Iterator<Item = &[u8]> {
-    bytes.split(|byte| *byte == b'\n')
+    bytes.split(|byte| matches!(*byte, b'\n' | b'\r')).filter(|line| !line.is_empty())
 }
 
 fn words(line: &[u8]) -> u64 {
@@ -90,49 +115,38 @@ fn copy_of(bytes: &[u8]) -> u64 {
     if std::str::from_utf8(bytes).is_ok() { 0 } else { 2 * GROWTH * bytes.len() as u64 }
 }
 
-/// Points with what joins them to texture coordinates, texture coordinates, triangles of faces.
+/// The same with the widest line, which is held as words.
+fn text_bytes(bytes: &[u8]) -> u64 {
+    copy_of(bytes) + GROWTH * WORD_BYTES * lines(bytes).map(words).max().unwrap_or(0)
+}
+
+/// Points with what joins them to texture coordinates, texture coordinates, triangles of faces; the widest line.
 fn obj_bytes(bytes: &[u8]) -> u64 {
-    let of_line = |line: &[u8]| match line.trim_ascii_start() {
-        [b'v', b't', ..] => 16,
-        [b'v', ..] => 24 + 16 + 16,
-        [b'f', ..] => 12 * words(line),
-        _ => 0,
-    };
-    GROWTH * lines(bytes).map(of_line).sum::<u64>()
-}
-
-/// Each line is a point, or a face of as many triangles as it has words.
-fn off_bytes(bytes: &[u8]) -> u64 {
-    GROWTH * lines(bytes).map(|line| 24.max(12 * words(line))).sum::<u64>()
-}
-
-/// Elements as the parser keeps them, lists as they are read and as triangles, and the mesh.
-fn ply_bytes(bytes: &[u8]) -> u64 {
-    let (mut elements, mut list_factor, mut header) = (0_u64, 0_u64, 0_usize);
-    for line in lines(bytes) {
-        header += line.len() + 1;
-        let line: Vec<&[u8]> = line.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty()).collect();
-        match line[..] {
-            [b"element", _, count] => {
-                let count = std::str::from_utf8(count).ok().and_then(|count| count.parse::<u64>().ok());
-                elements = elements.saturating_add(count.unwrap_or(u64::MAX));
-            }
-            // A number of one byte becomes one of eight bytes, and a triangle of twelve.
-            [b"property", b"list", _, item, ..] => {
-                let size = match item {
-                    b"char" | b"uchar" | b"int8" | b"uint8" => 1,
-                    b"short" | b"ushort" | b"int16" | b"uint16" => 2,
-                    _ => 4,
-                };
-                list_factor = list_factor.max((8 + GROWTH * 12) / size);
-            }
-            [b"end_header"] => break,
-            _ => {}
-        }
+    const POINT: u64 = 24 + 16 + 16;
+    let (mut arrays, mut widest, mut joined) = (0_u64, 0_u64, 0_u64);
+    for line in lines(without_mark(bytes)) {
+        let line = line.split(|byte| *byte == b'#').next().unwrap_or(line).trim_ascii();
+        let count = words(line);
+        arrays += match line {
+            // The line above it goes on here, whatever it is.
+            _ if joined > 0 => POINT.max(12 * count),
+            [b'v', b't', ..] => 16,
+            [b'v', ..] => POINT,
+            [b'f', ..] => 12 * count,
+            _ => 0,
+        };
+        widest = widest.max(joined + count);
+        joined = if line.ends_with(b"\\") { joined + count } else { 0 };
     }
-    let body = bytes.len().saturating_sub(header) as u64;
-    let of_element = GROWTH * (ELEMENT_BYTES + 24 + 24);
-    elements.saturating_mul(of_element).saturating_add(body.saturating_mul(list_factor))
+    GROWTH * (arrays + WORD_BYTES * widest)
+}
+
+/// Each line is a point, or a face of as many triangles as it has words; the widest line.
+fn off_bytes(bytes: &[u8]) -> u64 {
+    let (arrays, widest) = lines(bytes)
+        .map(words)
+        .fold((0_u64, 0_u64), |(arrays, widest), count| (arrays + (12 * count).max(24), widest.max(count)));
+    GROWTH * (arrays + WORD_BYTES * widest)
 }
 
 #[cfg(test)]
@@ -144,7 +158,7 @@ mod tests {
 
     #[test]
     fn bytes_are_read_as_files_are_and_their_memory_is_known_before() {
-        let mesh = TriangleMesh { masses: vec![0.5; 12], ..TriangleMesh::grid(4, 3, 0.5) };
+        let mesh = TriangleMesh { masses: vec![0.5; 300], ..TriangleMesh::grid(20, 15, 0.5) };
         let [mut obj, mut off, mut ply] = [const { Vec::new() }; 3];
         write_obj(&mesh, &mut obj).expect("memory takes it");
         write_off(&mesh, &mut off).expect("memory takes it");
@@ -157,7 +171,7 @@ mod tests {
             options: EtiOptions::default(),
         };
 
-        let arrays = 12 * 24 + mesh.triangles.len() as u64 * 12;
+        let arrays = 300 * 24 + mesh.triangles.len() as u64 * 12;
         for file in [MeshFile::Obj(&obj), MeshFile::Off(&off), MeshFile::Ply(&ply), eti] {
             let loaded = file.read("test").expect("it was just written");
             assert_eq!((&loaded.mesh.points, &loaded.mesh.triangles), (&mesh.points, &mesh.triangles));
@@ -167,11 +181,20 @@ mod tests {
     }
 
     #[test]
-    fn elements_of_no_bytes_are_counted_before_they_are_made() {
-        let text = b"ply\nformat binary_little_endian 1.0\nelement nothing 4000000000\nend_header\n";
-        assert!(MeshFile::Ply(text).memory_bytes() > 400_000_000_000);
+    fn what_a_header_announces_takes_no_memory_and_what_a_line_holds_does() {
+        let header = "ply\nformat binary_little_endian 1.0\nelement nothing 4000000000\nelement vertex 4000000000\n\
+                      property float x\nproperty float y\nproperty float z\nend_header\n";
+        assert!(MeshFile::Ply(header.as_bytes()).memory_bytes() < 4096);
         let corners = format!("OFF\n1 1 0\n0 0 0\n9 {}\n", "0 ".repeat(1000));
         assert!(MeshFile::Off(corners.as_bytes()).memory_bytes() > 998 * 12);
+    }
+
+    #[test]
+    fn long_lines_are_counted() {
+        let line = "0 ".repeat(1000);
+        for file in [MeshFile::Obj(line.as_bytes()), MeshFile::Off(line.as_bytes())] {
+            assert!(file.memory_bytes() > 1000 * 16, "{file:?}");
+        }
     }
 
     #[test]

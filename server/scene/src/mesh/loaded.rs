@@ -11,6 +11,23 @@ pub struct Loaded {
     pub warnings: Vec<String>,
 }
 
+/// How often something odd was met in a file, and where first: a line, or the index of a face.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Met {
+    pub(super) count: usize,
+    pub(super) first: usize,
+}
+
+impl Met {
+    /// Counts what was met at `place`; places come in the order of the file.
+    pub(super) fn add(&mut self, place: usize) {
+        if self.count == 0 {
+            self.first = place;
+        }
+        self.count += 1;
+    }
+}
+
 /// A polygon as a fan of triangles from its first corner.
 pub(super) fn fan(corners: &[u32]) -> impl Iterator<Item = [u32; 3]> {
     let first = corners.first().copied().unwrap_or(0);

@@ -5,12 +5,20 @@
 
 pub(crate) mod numbers;
 mod loaded;
+pub(crate) mod text;
+mod ears;
+mod polygon;
 mod grid;
 mod eti;
 mod obj;
 mod off;
 mod ply;
+mod stl;
+pub(crate) mod endings;
+pub(crate) mod gzip;
 mod format;
+#[cfg(test)]
+mod tests;
 
 pub use eti::{EtiOptions, EtiTexts, EtiWritten, NamedText, read_eti, write_eti};
 pub use format::MeshFile;
@@ -19,4 +27,5 @@ pub use loaded::Loaded;
 pub use numbers::{six_digits, to_six_digits};
 pub use obj::{read_obj, write_obj};
 pub use off::{read_off, write_off};
-pub use ply::{PlyFrame, PlyProperty, read_ply, write_ply, write_ply_frame};
+pub use ply::{PlyFrame, PlyNumbers, PlyProperty, read_ply, write_ply, write_ply_frame};
+pub use stl::read_stl;

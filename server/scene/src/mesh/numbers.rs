@@ -46,12 +46,26 @@ pub(crate) fn lines<'a>(
     comment: Option<char>,
 ) -> impl Iterator<Item = Line<'a>> {
     (1..)
-        .zip(text.lines())
+        .zip(ended(text))
         .map(move |(number, text)| {
             let text = comment.and_then(|c| text.split_once(c)).map_or(text, |(before, _)| before);
-            Line { file, number, text: text.trim() }
+            Line { file, number, text: text.trim_ascii() }
         })
         .filter(|line| !line.text.is_empty())
+}
+
+/// The lines of a text, each of which ends with LF, CR LF or CR.
+fn ended(text: &str) -> impl Iterator<Item = &str> {
+    let mut rest = text;
+    std::iter::from_fn(move || {
+        if rest.is_empty() {
+            return None;
+        }
+        let end = rest.bytes().position(|byte| matches!(byte, b'\n' | b'\r')).unwrap_or(rest.len());
+        let (line, after) = rest.split_at(end);
+        rest = after.strip_prefix("\r\n").or_else(|| after.get(1..)).unwrap_or("");
+        Some(line)
+    })
 }
 
 impl<'a> Line<'a> {
@@ -60,7 +74,7 @@ impl<'a> Line<'a> {
     }
 
     pub(crate) fn words(&self) -> Vec<&'a str> {
-        self.text.split_whitespace().collect()
+        self.text.split_ascii_whitespace().collect()
     }
 
     /// A finite number. `what` names it in the message.

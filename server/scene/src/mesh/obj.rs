@@ -1,70 +1,193 @@
 //! Wavefront OBJ: positions, texture coordinates and faces; groups, normals and materials are
-//! ignored.
+//! ignored, and other elements are told.
 //!
 //! Positions keep their order and their number, because masses and pins name them by index: this
 //! is why the reader is ours (those on offer drop or renumber points, and their errors name no
-//! line). Polygons become fans of triangles.
+//! line).
 
-use std::io::{self, Write};
+use std::{
+    io::{self, Write},
+    iter::Peekable,
+};
 
 use nappe_sim::mesh::TriangleMesh;
 
 use super::{
-    loaded::{Loaded, fan},
+    loaded::{Loaded, Met},
     numbers::{Line, lines},
+    polygon::{Placed, Polygons},
 };
-use crate::error::{ErrorKind, SceneError, excerpt};
+use crate::{
+    error::{ErrorKind, SceneError, excerpt},
+    printable::printable,
+};
+
+/// Elements that a mesh has no use for; of lines, which are the first, more is told than of the others.
+const ELEMENTS: [&str; 11] = ["l", "p", "curv", "curv2", "surf", "call", "bzp", "bsp", "cdc", "cdp", "res"];
+
+/// What a mesh of positions and faces loses nothing without: names, normals, materials, and details of the elements
+/// that are told.
+const HARMLESS: &str = "vn o g s usemtl mtllib vp mg usemap maplib bevel c_interp d_interp lod shadow_obj trace_obj \
+                        ctech stech cstype deg bmat step parm trim hole scrv sp end con";
 
 /// Reads an OBJ. Texture coordinates are kept where every point has one and only one.
 ///
 /// # Errors
 /// The first error, with its line.
 pub fn read_obj(text: &str, file: &str) -> Result<Loaded, SceneError> {
-    let mut mesh = TriangleMesh::default();
-    let mut uv: Vec<[f64; 2]> = Vec::new();
-    let mut uv_of_point: Vec<Option<usize>> = Vec::new();
-    let mut seams = 0;
-    for line in lines(file, text, Some('#')) {
-        let words = line.words();
-        match words[0] {
-            "v" => mesh.points.push(line.numbers(&words[1..], "a vertex")?),
-            "vt" => uv.push(texture(&line, &words[1..])?),
-            "f" => {
-                let corners = face(&line, &words[1..], mesh.points.len(), uv.len())?;
-                uv_of_point.resize(mesh.points.len(), None);
-                for &(point, texture) in &corners {
-                    let slot = &mut uv_of_point[point as usize];
-                    seams += usize::from(texture.is_some() && slot.is_some() && *slot != texture);
-                    *slot = slot.or(texture);
+    let mut parts = Parts::default();
+    let mut rest = lines(file, text, Some('#')).peekable();
+    while let Some(line) = rest.next() {
+        let words = joined(&line, &mut rest);
+        let Some((&keyword, words)) = words.split_first() else { continue };
+        match keyword {
+            "v" => parts.mesh.points.push(line.numbers(words, "a vertex")?),
+            "vt" => parts.uv.push(texture(&line, words)?),
+            "f" => parts.face(&line, words)?,
+            _ => parts.other(&line, keyword)?,
+        }
+    }
+    parts.loaded(file)
+}
+
+/// The words of a line, and of the lines below it that a `\` at its end joins to it.
+fn joined<'a>(line: &Line<'a>, rest: &mut Peekable<impl Iterator<Item = Line<'a>>>) -> Vec<&'a str> {
+    let (mut words, mut number) = (line.words(), line.number);
+    while let Some(last) = words.last().copied().and_then(|last| last.strip_suffix('\\')) {
+        words.pop();
+        if !last.is_empty() {
+            words.push(last);
+        }
+        number += 1;
+        let Some(next) = rest.next_if(|next| next.number == number) else { break };
+        words.extend(next.words());
+    }
+    words
+}
+
+/// What was read of a file.
+#[derive(Debug, Default)]
+struct Parts {
+    mesh: TriangleMesh,
+    uv: Vec<[f64; 2]>,
+    uv_of_point: Vec<Option<usize>>,
+    /// Corners of the face that is being read.
+    corners: Vec<u32>,
+    polygons: Polygons,
+    seams: Met,
+    elements: [Met; ELEMENTS.len()],
+    unknown: Met,
+    /// The first of the unknown keywords.
+    unknown_keyword: String,
+}
+
+impl Parts {
+    /// The corners of a face: point, and texture coordinate where given.
+    fn face(&mut self, line: &Line<'_>, words: &[&str]) -> Result<(), SceneError> {
+        if words.len() < 3 {
+            let message = format!("a face has {} corners; allowed: 3 or more", words.len());
+            return Err(line.error(ErrorKind::Syntax, message));
+        }
+
+        let points = self.mesh.points.len();
+        self.uv_of_point.resize(points, None);
+        self.corners.clear();
+        for word in words {
+            let mut parts = word.split('/');
+            let point = index(line, parts.next().unwrap_or(""), points, "vertex")?;
+            self.corners.push(point as u32);
+
+            if let Some(part) = parts.next().filter(|part| !part.is_empty()) {
+                let texture = index(line, part, self.uv.len(), "texture coordinate")?;
+                if *self.uv_of_point[point].get_or_insert(texture) != texture {
+                    self.seams.add(line.number);
                 }
-                let points: Vec<u32> = corners.iter().map(|(point, _)| *point).collect();
-                mesh.triangles.extend(fan(&points));
             }
-            _ => {}
         }
+        self.polygons.cut(&self.mesh.points, &self.corners, line.number, &mut self.mesh.triangles);
+        Ok(())
     }
 
-    if mesh.points.is_empty() {
-        return Err(SceneError::new(ErrorKind::BadMesh, file, "holds no vertices ('v x y z')"));
-    }
-    let mut warnings = Vec::new();
-    if seams > 0 {
-        warnings.push(format!(
-            "{file}: {seams} corners give a point another texture coordinate: the first one is kept"
-        ));
-    }
-
-    uv_of_point.resize(mesh.points.len(), None);
-    let all: Option<Vec<[f64; 2]>> = uv_of_point.iter().map(|t| t.map(|t| uv[t])).collect();
-    match all {
-        Some(all) => mesh.uv = all,
-        None if !uv.is_empty() => {
-            warnings.push(format!("{file}: some points have no texture coordinate: none are kept"));
+    /// A line that gives a mesh nothing.
+    fn other(&mut self, line: &Line<'_>, keyword: &str) -> Result<(), SceneError> {
+        if let Some(element) = ELEMENTS.iter().position(|element| *element == keyword) {
+            self.elements[element].add(line.number);
+            return Ok(());
         }
-        None => {}
+        if HARMLESS.split(' ').any(|harmless| harmless == keyword) {
+            return Ok(());
+        }
+
+        let is_text = keyword.chars().all(|c| !c.is_control() && c != char::REPLACEMENT_CHARACTER);
+        if !is_text && self.mesh.points.is_empty() {
+            let message = format!(
+                "begins with '{}', which is not text: this may be a binary file; allowed: an OBJ, which is text",
+                excerpt(keyword)
+            );
+            return Err(line.error(ErrorKind::Unsupported, message));
+        }
+        if self.unknown.count == 0 {
+            self.unknown_keyword = printable(&excerpt(keyword)).into_owned();
+        }
+        self.unknown.add(line.number);
+        Ok(())
     }
 
-    Ok(Loaded { mesh, warnings })
+    fn loaded(mut self, file: &str) -> Result<Loaded, SceneError> {
+        if self.mesh.points.is_empty() {
+            return Err(SceneError::new(ErrorKind::BadMesh, file, "holds no vertices ('v x y z')"));
+        }
+        let mut warnings = self.ignored(file);
+        warnings.extend(self.polygons.warnings(file, Placed::Lines));
+        let Met { count, first } = self.seams;
+        if count > 0 {
+            warnings.push(format!(
+                "{file}:{first}: corners that give a point another texture coordinate ({count}, the first here): \
+                 each point keeps its first one"
+            ));
+        }
+
+        self.uv_of_point.resize(self.mesh.points.len(), None);
+        let all: Option<Vec<[f64; 2]>> = self.uv_of_point.iter().map(|t| t.map(|t| self.uv[t])).collect();
+        match all {
+            Some(all) => self.mesh.uv = all,
+            None if !self.uv.is_empty() => {
+                warnings.push(format!("{file}: some points have no texture coordinate: none are kept"));
+            }
+            None => {}
+        }
+        Ok(Loaded { mesh: self.mesh, warnings })
+    }
+
+    /// What is told of the lines that give a mesh nothing.
+    fn ignored(&self, file: &str) -> Vec<String> {
+        let mut warnings = Vec::new();
+        let Met { count, first } = self.elements[0];
+        if count > 0 {
+            warnings.push(format!(
+                "{file}:{first}: the elements 'l' ({count}, the first here) are ignored: lines give no springs. A row \
+                 of particles that springs join is written in the scene as mesh = {{ chain = n, spacing = s }}"
+            ));
+        }
+
+        let met = || ELEMENTS.into_iter().zip(&self.elements).skip(1).filter(|(_, met)| met.count > 0);
+        if let Some(first) = met().map(|(_, met)| met.first).min() {
+            let names: Vec<_> = met().map(|(name, met)| format!("'{name}' ({})", met.count)).collect();
+            warnings.push(format!(
+                "{file}:{first}: the elements {} are ignored (the first here): a mesh is made from 'v', 'vt' and 'f'",
+                names.join(", ")
+            ));
+        }
+        let Met { count, first } = self.unknown;
+        if count > 0 {
+            warnings.push(format!(
+                "{file}:{first}: lines that begin with no keyword of OBJ are ignored ({count}, the first here, with \
+                 '{}'): is it misspelt?",
+                self.unknown_keyword
+            ));
+        }
+        warnings
+    }
 }
 
 fn texture(line: &Line<'_>, words: &[&str]) -> Result<[f64; 2], SceneError> {
@@ -72,31 +195,6 @@ fn texture(line: &Line<'_>, words: &[&str]) -> Result<[f64; 2], SceneError> {
     let u = line.numbers::<1>(words, "a texture coordinate")?[0];
     let v = words.get(1).map_or(Ok(0.0), |word| line.number(word, "a texture coordinate"))?;
     Ok([u, v])
-}
-
-/// The corners of a face: point, and texture coordinate where given.
-fn face(
-    line: &Line<'_>,
-    words: &[&str],
-    points: usize,
-    textures: usize,
-) -> Result<Vec<(u32, Option<usize>)>, SceneError> {
-    if words.len() < 3 {
-        let message = format!("a face has {} corners; allowed: 3 or more", words.len());
-        return Err(line.error(ErrorKind::Syntax, message));
-    }
-
-    words
-        .iter()
-        .map(|word| {
-            let mut parts = word.split('/');
-            let point = index(line, parts.next().unwrap_or(""), points, "vertex")?;
-            let texture = parts.next().filter(|part| !part.is_empty());
-            let texture =
-                texture.map(|part| index(line, part, textures, "texture coordinate")).transpose()?;
-            Ok((point as u32, texture))
-        })
-        .collect()
 }
 
 /// From 1, or back from the last with a minus sign.
@@ -108,7 +206,10 @@ fn index(line: &Line<'_>, word: &str, count: usize, what: &str) -> Result<usize,
         _ => None,
     };
     index.filter(|i| *i < count).ok_or_else(|| {
-        let allowed = format!("1 to {count} (those above this line), or -1 to -{count} from the last");
+        let allowed = match count {
+            0 => "none, there are none above this line".to_owned(),
+            _ => format!("1 to {count} (those above this line), or -1 to -{count} from the last"),
+        };
         let message = format!("a face names {what} '{}'; allowed: {allowed}", excerpt(word));
         line.error(ErrorKind::OutOfRange, message)
     })

@@ -147,6 +147,13 @@ impl Checker<'_> {
     fn value(&mut self, key: &SceneKey, value: &Value<'_>, at: &At) {
         match (key.kind, value.get_ref()) {
             (ValueKind::Table(section), DeValue::Table(table)) => self.section(section, table, at),
+            (ValueKind::Table(section), value) => self.not_a_table(key, section, value, at),
+            (ValueKind::Tables(..), DeValue::Table(_)) => {
+                let (allowed, header) = (key.kind.allowed(), at.path.header());
+                let message =
+                    format!("is a table; allowed: {allowed}: write [[{header}]], in double brackets");
+                self.error(ErrorKind::WrongType, at, message);
+            }
             (ValueKind::Tables(section, most), DeValue::Array(items)) => {
                 if items.len() > most || (items.is_empty() && key.presence == Presence::Required) {
                     let tables = format!("{} tables", items.len());
@@ -174,6 +181,22 @@ impl Checker<'_> {
             }
             (kind, value) => self.scalar(kind, value, at),
         }
+    }
+
+    /// A value of a key that holds a table: the message says how a table is written.
+    fn not_a_table(&mut self, key: &SceneKey, section: &Section, value: &DeValue<'_>, at: &At) {
+        let of_tables =
+            matches!(value, DeValue::Array(items) if items.iter().any(|item| item.get_ref().is_table()));
+        let message = if of_tables {
+            format!(
+                "is an array of tables; allowed: a table: write [{}], in single brackets",
+                at.path.header()
+            )
+        } else {
+            let (name, example) = (key.name, section.example());
+            format!("is {}; allowed: a table, such as {name} = {example}", in_words(value))
+        };
+        self.error(ErrorKind::WrongType, at, message);
     }
 
     fn items(

@@ -1,6 +1,8 @@
 //! A scene's keys as data: each with what it holds, its unit, default, range and meaning.
 
-use super::range::{Range, number};
+use nappe_sim::math::number;
+
+use super::range::Range;
 
 /// What a key holds.
 #[derive(Clone, Copy)]
@@ -90,6 +92,27 @@ impl SceneKey {
         );
         Self { old_name: Some(old_name), ..self }
     }
+
+    /// A value that it allows, as one writes it in a scene.
+    fn example(&self) -> String {
+        let near = |Range(low, high): Range, value: f64| number(value.clamp(low, high));
+        match self.kind {
+            ValueKind::Whole(low, high) => 2_u64.clamp(low, high).to_string(),
+            ValueKind::WholePair(low, high) => format!("[{0}, {0}]", 2_u64.clamp(low, high)),
+            // A turn of one degree is nothing that one sees.
+            ValueKind::Number(range) if self.unit == "degrees" => near(range, 90.0),
+            ValueKind::Number(range) => near(range, 1.0),
+            ValueKind::Pair(range) => format!("[{0}, {0}]", near(range, 1.0)),
+            ValueKind::Vector(range) => format!("[{0}, {1}, {0}]", near(range, 0.0), near(range, 1.0)),
+            ValueKind::Text(_) => "\"name\"".to_owned(),
+            ValueKind::Choice(names) => format!("\"{}\"", names().first().copied().unwrap_or_default()),
+            ValueKind::Flag => "true".to_owned(),
+            ValueKind::Pin => "0".to_owned(),
+            ValueKind::Pins => "[0]".to_owned(),
+            ValueKind::Table(section) => section.example(),
+            ValueKind::Tables(section, _) => format!("[{}]", section.example()),
+        }
+    }
 }
 
 /// Which of a section's keys exclude each other.
@@ -131,6 +154,35 @@ impl Section {
             }
             Alternatives::OneOf(list) => list.iter().map(|alternative| alternative.key).collect(),
         }
+    }
+
+    /// A table that it allows, as one writes it in a scene: the keys that must be there, or else its first.
+    pub(crate) fn example(&self) -> String {
+        let chosen: Vec<&str> = match self.alternatives {
+            Alternatives::OneOf([first, ..]) => [&[first.key][..], first.needs].concat(),
+            _ => self.choices().into_iter().take(1).collect(),
+        };
+        let is_needed = |key: &&SceneKey| key.presence == Presence::Required || chosen.contains(&key.name);
+        let mut keys: Vec<&SceneKey> = self.keys.iter().filter(is_needed).collect();
+        if keys.is_empty() {
+            keys.extend(self.keys.first());
+        }
+        let pairs: Vec<String> = keys.iter().map(|key| format!("{} = {}", key.name, key.example())).collect();
+        format!("{{ {} }}", pairs.join(", "))
+    }
+
+    /// Whether the header of a table, `body.springs`, names an array of tables.
+    pub(crate) fn is_array(&self, header: &str) -> bool {
+        let (mut section, mut is_array) = (self, false);
+        for name in header.split('.') {
+            let key = section.keys.iter().find(|key| key.name == name.trim());
+            (section, is_array) = match key.map(|key| key.kind) {
+                Some(ValueKind::Table(inner)) => (inner, false),
+                Some(ValueKind::Tables(inner, _)) => (inner, true),
+                _ => return false,
+            };
+        }
+        is_array
     }
 }
 

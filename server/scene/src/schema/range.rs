@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use nappe_sim::world::allowed;
+use nappe_sim::{math::number, world::allowed};
 
 /// The numbers that a key allows: from the first to the second, both included.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,14 +31,5 @@ impl Range {
 impl fmt::Display for Range {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} to {}", number(self.0), number(self.1))
-    }
-}
-
-/// A number as people write it, short and exact: 1e-6, 200, 0.5.
-pub(crate) fn number(value: f64) -> String {
-    if value != 0.0 && !(1e-3..1e5).contains(&value.abs()) {
-        format!("{value:e}")
-    } else {
-        format!("{value}")
     }
 }

@@ -202,6 +202,28 @@ duration = 2
     assert!(built.warnings.is_empty(), "{:?}", built.warnings);
 }
 
+#[test]
+fn integers_where_numbers_are_wanted_and_a_last_line_without_an_end_are_read() {
+    let of = |one: &str, half: &str| {
+        let text = format!(
+            "version = 1\ndt = {one}\ngravity = [0, {half}, 0]\nwind = [{one}, {one}, {one}]\n[[body]]\nname = \"a\"\n\
+             mesh = {{ grid = [3, 2], spacing = {one} }}\nmass = {{ particle = {one} }}\nvelocity = [0, {half}, {one}]\n\
+             transform = {{ scale = {one}, rotate = {{ axis = [0, {one}, 0], degrees = {one} }}, translate = [{one}, {half}, 0] }}\n\
+             springs = {{ stretch = {{ stiffness = {one}, damping = {one} }} }}\npins = [0]\nlimits = {{ max_stretch = {one} }}\n\
+             [[body.moving_pin]]\npin = 0\noffset = [{one}, 0, {half}]\nduration = {one}\n\
+             [snow]\ncell = {one}\n[[snow.object]]\nname = \"s\"\nsphere = {{ center = [0, {half}, {one}], radius = {one} }}\n\
+             material = {{ young = {one}, density = {one}, plastic_ratio_range = [{half}, {one}] }}\n\
+             [[collider]]\nname = \"c\"\nplane = {{ point = [0, {half}, 0], normal = [0, {one}, 0] }}\nfriction = {one}"
+        );
+        parse(&text).unwrap_or_else(|error| panic!("{error}"))
+    };
+    let scene = of("1", "0.5");
+    assert_eq!(scene, of("1.0", "5e-1"));
+    assert_eq!(scene.bodies[0].velocity, [0.0, 0.5, 1.0]);
+    assert_eq!(parse(&SMALL.replace("stiffness = 10", "stiffness = 1_0")).unwrap(), parse(SMALL).unwrap());
+    assert_eq!(parse(SMALL.trim_end()).unwrap(), parse(SMALL).unwrap());
+}
+
 /// One uploaded mesh, `m`.
 struct Uploaded(Arc<TriangleMesh>);
 

@@ -134,6 +134,51 @@ const ERRORS: &[(&str, &str, &str)] = &[
     ),
     ("name = \"cloth\"", "name = \" \"", "scene.toml:5:8: body[0].name: is empty: a name is needed"),
     ("[[body]]", "body = 1", "scene.toml:4:8: body: is 1; allowed: an array of tables, at most 1000"),
+    (
+        "[[body]]",
+        "[body]",
+        "scene.toml:4:1: body: is a table; allowed: an array of tables, at most 1000: write [[body]], in double brackets",
+    ),
+    (
+        "dt = 0.01",
+        "dt = 0.01\n[collider]\nname = \"a\"",
+        "scene.toml:3:1: collider: is a table; allowed: an array of tables, at most 1000: write [[collider]], in double brackets",
+    ),
+    (
+        "dt = 0.01",
+        "dt = 0.01\n[collider]\nname = \"a\"\n[collider]\nname = \"b\"",
+        "scene.toml:5:2: is not TOML: duplicate key; write [[collider]], in double brackets, for each of several",
+    ),
+    (
+        "dt = 0.01",
+        "dt = 0.01\n[snow]\ncell = 0.1\n[snow.object]\nname = \"a\"",
+        "scene.toml:5:1: snow.object: is a table; allowed: an array of tables, at most 1000: write [[snow.object]], in double brackets",
+    ),
+    (
+        "mass = { particle = 0.01 }",
+        "mass = { particle = 0.01 }\nlaw = { name = \"area\" }",
+        "scene.toml:8:7: body[0].law: is a table; allowed: an array of tables, at most 100: write [[body.law]], in double brackets",
+    ),
+    (
+        "dt = 0.01",
+        "dt = 0.01\n[[snow]]\ncell = 0.1",
+        "scene.toml:3:1: snow: is an array of tables; allowed: a table: write [snow], in single brackets",
+    ),
+    (
+        "mass = { particle = 0.01 }",
+        "mass = { particle = 0.01 }\ntransform = { rotate = [0, 90, 0] }",
+        "scene.toml:8:24: body[0].transform.rotate: is an array of 3; allowed: a table, such as rotate = { axis = [0, 1, 0], degrees = 90 }",
+    ),
+    (
+        "mesh = { grid = [3, 2], spacing = 0.1 }",
+        "mesh = \"cow.obj\"",
+        "scene.toml:6:8: body[0].mesh: is 'cow.obj'; allowed: a table, such as mesh = { grid = [2, 2], spacing = 1 }",
+    ),
+    (
+        "mass = { particle = 0.01 }",
+        "mass = 0.01",
+        "scene.toml:7:8: body[0].mass: is 0.01; allowed: a table, such as mass = { particle = 1 }",
+    ),
 ];
 
 #[test]
@@ -144,6 +189,31 @@ fn a_message_names_file_line_column_field_finding_and_range() {
         let found = message(&text);
         assert!(found.starts_with(wanted), "\nwanted {wanted}\nfound  {found}");
     }
+}
+
+#[test]
+fn an_error_points_at_a_line_that_the_file_has() {
+    let broken = ["gravity = [0,", "title = \"\"\"", "[[collider", "dt =", "wind = {", "unknown = 1", ""];
+    for text in broken
+        .iter()
+        .flat_map(|end| ["", "\n", "\r\n", "\n\n\n"].map(|last| format!("version = 1\n{end}{last}")))
+    {
+        for error in &build(&text).expect_err("no scene") {
+            assert!(
+                (1..=text.lines().count()).contains(&error.line),
+                "line {} of {text:?}: {error}",
+                error.line
+            );
+        }
+    }
+}
+
+#[test]
+fn a_scene_with_the_mark_of_utf_8_is_read_and_its_columns_are_those_that_one_sees() {
+    let marked = format!("\u{feff}{SMALL}");
+    assert_eq!(parse(&marked).unwrap(), parse(SMALL).unwrap());
+    let error = parse(&marked.replace("version = 1", "version = 2")).unwrap_err();
+    assert_eq!((error.first().line, error.first().column), (1, 11));
 }
 
 #[test]

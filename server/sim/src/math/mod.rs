@@ -1,5 +1,6 @@
-//! Numbers and small vectors: the precision of a state, 3-vectors over it, packs of lanes.
+//! Numbers and small vectors: numbers as text, the precision of a state, 3-vectors over it, packs of lanes.
 
+mod number;
 mod vector;
 mod real;
 pub(crate) mod bytes;
@@ -8,6 +9,7 @@ mod simd;
 mod svd;
 mod exp;
 
+pub use number::number;
 pub use real::{Padded, Precision, Real, Sixteen};
 pub use simd::{MissingInstructions, SimdLevel, check_processor, force_simd_level, simd_level};
 pub use vector::{Mat3, Vec3};

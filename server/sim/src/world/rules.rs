@@ -9,7 +9,10 @@ use std::sync::Arc;
 use thiserror::Error;
 
 use super::body::Body;
-use crate::{cloth::SpringKind, math::Real};
+use crate::{
+    cloth::SpringKind,
+    math::{Real, number},
+};
 
 /// A change between two steps, its numbers within [`allowed`]. Particles are in the user's numbering, over all
 /// bodies.
@@ -83,7 +86,7 @@ pub mod allowed {
 #[derive(Clone, Debug, PartialEq, Error)]
 #[allow(missing_docs, reason = "the messages say what the fields are")]
 pub enum ChangeError {
-    #[error("{field} is {value:e}: allowed are {low:e} to {high:e}", low = allowed[0], high = allowed[1])]
+    #[error("{field} is {}: allowed are {} to {}", number(*value), number(allowed[0]), number(allowed[1]))]
     OutOfRange { field: &'static str, value: f64, allowed: [f64; 2] },
     #[error("no body is named '{name}'; there are: {known}")]
     UnknownBody { name: String, known: String },
@@ -100,7 +103,9 @@ pub enum ChangeError {
     #[error("the path of particle {particle} has no points: one or more are needed")]
     EmptyPath { particle: u32 },
     #[error(
-        "point {point} of the path of particle {particle} is at {time:e} s: a time after {after:e} s is needed"
+        "point {point} of the path of particle {particle} is at {} s: a time after {} s is needed",
+        number(*time),
+        number(*after)
     )]
     TimesOfPath { particle: u32, point: usize, time: f64, after: f64 },
 }

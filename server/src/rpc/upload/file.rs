@@ -40,7 +40,10 @@ impl FileUpload {
         check_name("file.name", &header.name)?;
         let format = match FileFormat::try_from(header.format) {
             Ok(FileFormat::Unspecified) => {
-                return Err(ServiceError::field("file.format", "is missing: OBJ, OFF, PLY or ETI is needed"));
+                return Err(ServiceError::field(
+                    "file.format",
+                    "is missing: OBJ, OFF, PLY, STL or ETI is needed",
+                ));
             }
             Ok(format) => format,
             Err(_unknown) => {
@@ -116,6 +119,7 @@ impl FileUpload {
             FileFormat::Obj => MeshFile::Obj(file),
             FileFormat::Off => MeshFile::Off(file),
             FileFormat::Ply => MeshFile::Ply(file),
+            FileFormat::Stl => MeshFile::Stl(file),
             FileFormat::Eti | FileFormat::Unspecified => MeshFile::Eti {
                 points: file,
                 others: [faceset, masses, texcoord].map(|bytes| (!bytes.is_empty()).then_some(bytes)),

@@ -6,7 +6,7 @@ mod head;
 mod block;
 
 use std::{
-    fs::File,
+    fs::{self, File},
     io::{self, BufWriter, Write as _},
     path::{Path, PathBuf},
 };
@@ -22,6 +22,7 @@ use crate::{
     error::{CliError, Result},
     fields::{ColorName, FieldsArgs},
     output,
+    write::{self, Existing},
 };
 
 /// The page that shows what follows it; it ends with its own script, so that data can follow.
@@ -36,6 +37,8 @@ const LARGE: u64 = 200_000_000;
 /// An HTML file in the making.
 pub(crate) struct Html {
     path: PathBuf,
+    /// Whether the file was not there before.
+    is_new: bool,
     out: BufWriter<File>,
     bytes: u64,
     fields: FieldsArgs,
@@ -54,13 +57,18 @@ impl Html {
     /// Opens the file. What it holds stays until there is something to write.
     ///
     /// # Errors
-    /// When it cannot be opened.
-    pub(super) fn create(path: &Path, fields: &FieldsArgs, scene: Option<&str>) -> Result<Self> {
-        let file = File::options().write(true).create(true).truncate(false).open(path);
-        let file = file.map_err(|error| CliError::file("write", path, &error))?;
+    /// When it cannot be opened, or is there and stays.
+    pub(super) fn create(
+        path: &Path,
+        existing: Existing,
+        fields: &FieldsArgs,
+        scene: Option<&str>,
+    ) -> Result<Self> {
+        let is_new = !path.exists();
         Ok(Self {
             path: path.to_owned(),
-            out: BufWriter::new(file),
+            is_new,
+            out: BufWriter::new(write::open(path, existing)?),
             bytes: 0,
             fields: fields.clone(),
             about: About { scene: scene.map(str::to_owned), ..About::default() },
@@ -219,6 +227,16 @@ impl Html {
 
     fn refused(&self, error: &io::Error) -> CliError {
         CliError::file("write", &self.path, error)
+    }
+}
+
+impl Drop for Html {
+    /// A new file in which nothing was written is taken away: it would keep the next run from its name.
+    fn drop(&mut self) {
+        if self.is_new && self.bytes == 0 {
+            // An empty file that stays is in the way, and no more than that.
+            let _ = fs::remove_file(&self.path);
+        }
     }
 }
 

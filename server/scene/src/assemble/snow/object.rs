@@ -3,7 +3,7 @@
 //! Volume and mass are the solid's: each particle has the same share of the volume, and the masses
 //! add up to density times volume whatever their noise.
 
-use nappe_sim::{mesh::TriangleMesh, snow::SnowObject};
+use nappe_sim::{math::number, mesh::TriangleMesh, snow::SnowObject};
 
 use super::material::material;
 use crate::{
@@ -161,9 +161,9 @@ fn boxed(text: BoxText, scale: f64, motion: &RigidMotion, at: &Location<'_>) -> 
             if let Some(c) = (0..3).find(|c| max[*c] <= min[*c]) {
                 let message = format!(
                     "is {} along {}, and min is {}: a box needs max above min along each axis",
-                    max[c],
+                    number(max[c]),
                     ["x", "y", "z"][c],
-                    min[c]
+                    number(min[c])
                 );
                 return at.key("box").key("max").inconsistent(message);
             }

@@ -2,6 +2,7 @@
 
 use nappe_sim::{
     linalg::Stop,
+    math::number,
     snow::{Advection, Blend, Integration, Kernel, SnowSettings, Transfer},
     time_step::TimeStep,
 };
@@ -100,7 +101,7 @@ fn integration(snow: &Snow, at: &Location<'_>) -> Result<Integration, SceneError
     if snow.beta < least {
         let message = format!(
             "is {}; allowed: 0, or {least} to 1: below {least} elastic waves bound the step as they bound an explicit one",
-            snow.beta
+            number(snow.beta)
         );
         return Err(at.key("beta").error(ErrorKind::OutOfRange, message));
     }

@@ -1,0 +1,167 @@
+//! Reading of a PLY: points, texture coordinates, masses, and triangles of faces, strips and fans.
+
+use nappe_sim::mesh::TriangleMesh;
+
+use super::{
+    header::{Element, Encoding, Header, MASS, Place, U, V},
+    payload::{Payload, Row, named},
+};
+use crate::{
+    error::{ErrorKind, SceneError},
+    mesh::{
+        loaded::Loaded,
+        polygon::{Placed, Polygons},
+    },
+};
+
+/// What stands between strips, and between fans, of one list.
+const END: i64 = -1;
+
+/// Reads a PLY.
+///
+/// # Errors
+/// The first error; with its line where it is in the header or in a payload of text.
+pub fn read_ply(bytes: &[u8], file: &str) -> Result<Loaded, SceneError> {
+    let header = Header::read(bytes, file)?;
+    let mut payload = Payload::new(&header, file);
+    let mut mesh = TriangleMesh::default();
+    let (mut row, mut has_points, mut before) = (Row::default(), false, Vec::new());
+    let mut polygons = Polygons::new();
+
+    // Elements without properties take no place, however many there are.
+    for element in header.elements.iter().filter(|element| !element.properties.is_empty()) {
+        if element.name == b"vertex" {
+            read_points(&mut payload, element, &mut mesh)?;
+            has_points = true;
+        } else if element.has(Place::Corners) && has_points {
+            read_triangles(&mut payload, element, &mut polygons, &mut mesh)?;
+        } else {
+            if element.has(Place::Corners) {
+                before.push((element, payload.clone()));
+            }
+            for index in 0..element.count {
+                payload.read(element, index, &mut row)?;
+            }
+        }
+    }
+    // Faces that stand before their points.
+    for (element, mut payload) in before {
+        read_triangles(&mut payload, element, &mut polygons, &mut mesh)?;
+    }
+
+    let placed = if header.encoding == Encoding::Text { Placed::Lines } else { Placed::Faces };
+    let mut warnings = header.warnings;
+    warnings.extend(polygons.warnings(file, placed));
+    match payload.left_bytes() {
+        0 => {}
+        left => warnings.push(format!("{file}: {left} bytes after the last element are ignored")),
+    }
+    Ok(Loaded { mesh, warnings })
+}
+
+fn read_points(
+    payload: &mut Payload<'_>,
+    element: &Element<'_>,
+    mesh: &mut TriangleMesh,
+) -> Result<(), SceneError> {
+    let (has_uv, has_mass) = (element.has(U) && element.has(V), element.has(MASS));
+    let mut row = Row::default();
+    for index in 0..element.count {
+        payload.read(element, index, &mut row)?;
+        let [x, y, z, u, v, mass] = row.numbers;
+        mesh.points.push([x, y, z]);
+        if has_uv {
+            mesh.uv.push([u, v]);
+        }
+        if has_mass {
+            mesh.masses.push(mass);
+        }
+    }
+    Ok(())
+}
+
+/// Faces are polygons; a strip or a fan ends at -1 or with its list.
+fn read_triangles(
+    payload: &mut Payload<'_>,
+    element: &Element<'_>,
+    polygons: &mut Polygons,
+    mesh: &mut TriangleMesh,
+) -> Result<(), SceneError> {
+    let is_face = element.name == b"face";
+    let (mut row, mut corners) = (Row::default(), Vec::new());
+    for index in 0..element.count {
+        payload.read(element, index, &mut row)?;
+        for piece in row.corners.split(|corner| *corner == END && !is_face) {
+            corners.clear();
+            for corner in piece {
+                corners.push(point(payload, (element, index), *corner, mesh.points.len())?);
+            }
+            match element.name {
+                b"face" => {
+                    let place = payload.line().unwrap_or(index as usize);
+                    polygons.cut(&mesh.points, &corners, place, &mut mesh.triangles);
+                }
+                b"tristrips" => mesh.triangles.extend(strip(&corners)),
+                _ => mesh.triangles.extend(around_first(&corners)),
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The index of a point, below `count`.
+fn point(
+    payload: &Payload<'_>,
+    (element, index): (&Element<'_>, u64),
+    corner: i64,
+    count: usize,
+) -> Result<u32, SceneError> {
+    let point = u32::try_from(corner).ok().filter(|point| (*point as usize) < count);
+    point.ok_or_else(|| {
+        let allowed = match (count, element.name) {
+            (0, _) => "none, there are no points".to_owned(),
+            (_, b"face") => format!("0 to {}, the points of this mesh", count - 1),
+            _ => format!("0 to {}, the points of this mesh, and -1 at an end", count - 1),
+        };
+        let message = format!("{} names point {corner}; allowed: {allowed}", named(element, index));
+        payload.error(ErrorKind::OutOfRange, message)
+    })
+}
+
+/// Triangles of a strip: every second one runs the other way round. Those that name a point twice join its parts.
+fn strip(corners: &[u32]) -> impl Iterator<Item = [u32; 3]> {
+    let triangles = corners.windows(3).enumerate().map(|(i, corners)| match i % 2 {
+        0 => [corners[0], corners[1], corners[2]],
+        _ => [corners[1], corners[0], corners[2]],
+    });
+    triangles.filter(has_three_points)
+}
+
+/// Triangles of a fan about its first point.
+fn around_first(corners: &[u32]) -> impl Iterator<Item = [u32; 3]> {
+    let pairs = corners.windows(2).skip(1);
+    pairs.map(move |pair| [corners[0], pair[0], pair[1]]).filter(has_three_points)
+}
+
+fn has_three_points(&[a, b, c]: &[u32; 3]) -> bool {
+    a != b && b != c && a != c
+}
+
+/// Bytes that reading takes at most beside the file's own, where a vector that grows takes `growth` times its
+/// elements.
+pub(in crate::mesh) fn memory_bytes(bytes: &[u8], growth: u64) -> u64 {
+    let Ok(header) = Header::read(bytes, "") else { return Header::most_bytes(bytes.len(), growth) };
+    let taken = header.elements.iter().flat_map(|element| &element.properties).map(|property| {
+        let taken: u64 = match property.place {
+            Place::Nothing => 0,
+            Place::Number(_) => 8,
+            // As it is read, as the corner of a polygon, and as a triangle.
+            Place::Corners => 8 + 4 + 12,
+        };
+        // In a text, a number has a digit and what ends it.
+        let size = if header.encoding == Encoding::Text { 2 } else { property.number.size() as u64 };
+        (growth * taken).div_ceil(size)
+    });
+    let of_payload = taken.max().unwrap_or(0).saturating_mul(header.payload.rest.len() as u64);
+    header.memory_bytes(growth).saturating_add(of_payload)
+}

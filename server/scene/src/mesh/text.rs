@@ -1,0 +1,54 @@
+//! Mesh files as text: byte order marks, and encodings that are not UTF-8.
+
+use std::borrow::Cow;
+
+use crate::error::{ErrorKind, SceneError};
+
+/// A file without the byte order mark of UTF-8, where it has one.
+pub(super) fn without_mark(bytes: &[u8]) -> &[u8] {
+    bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes)
+}
+
+/// A file as text. Bytes that are not UTF-8 become U+FFFD: comments and names may be in any encoding of bytes, and
+/// numbers are ASCII.
+///
+/// # Errors
+/// UTF-16, which has two bytes for each character.
+pub(crate) fn text<'a>(bytes: &'a [u8], file: &str) -> Result<Cow<'a, str>, SceneError> {
+    // Without a mark, one byte of an ASCII character is 0.
+    if matches!(bytes, [0xff, 0xfe, ..] | [0xfe, 0xff, ..] | [0, 1..=255, ..] | [1..=255, 0, ..]) {
+        let message = "is text in UTF-16; allowed: UTF-8, of which ASCII is a part. Save it as UTF-8";
+        return Err(SceneError::new(ErrorKind::Unsupported, file, message).at_line(1));
+    }
+    Ok(String::from_utf8_lossy(without_mark(bytes)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_mark_of_utf_8_is_no_part_of_the_text_and_latin_1_stays_readable() {
+        let cases: [(&[u8], &str); 5] = [
+            (b"\xef\xbb\xbfv 0 0 0\n", "v 0 0 0\n"),
+            (b"v 0 0 0\n", "v 0 0 0\n"),
+            (b"\xef\xbb\xbf", ""),
+            (b"", ""),
+            (b"o caf\xe9\nv 0 0 0", "o caf\u{fffd}\nv 0 0 0"),
+        ];
+        for (bytes, wanted) in cases {
+            assert_eq!(text(bytes, "a.obj").expect("it is text"), wanted);
+        }
+    }
+
+    #[test]
+    fn utf_16_is_refused_by_name_with_a_mark_and_without_one() {
+        for bytes in [&b"\xff\xfev\0 \0"[..], b"\xfe\xff\0v\0 ", b"v\0 \0", b"\0v\0 "] {
+            let error = text(bytes, "a.obj").expect_err("two bytes for each character").to_string();
+            assert_eq!(
+                error,
+                "a.obj:1: is text in UTF-16; allowed: UTF-8, of which ASCII is a part. Save it as UTF-8"
+            );
+        }
+    }
+}

@@ -1,0 +1,167 @@
+//! Mesh files that were damaged, by every reader: each is refused or read within memory that is known beforehand.
+
+use std::{fmt::Write as _, time::Instant};
+
+use fastrand::Rng;
+use nappe_scene::mesh::{EtiOptions, MeshFile, write_eti, write_obj, write_off, write_ply};
+use nappe_sim::mesh::TriangleMesh;
+
+use crate::{
+    COUNT, PATIENCE, SEEDS, alone,
+    meshes::{mesh, tally},
+    mutations::damage,
+    own_peak,
+};
+
+/// Memory (bytes) that a file may announce to take and still be read.
+const READ_BUDGET: u64 = 4 << 20;
+/// Memory (bytes) beside that of the mesh: messages, names.
+const SLACK: u64 = 64 << 10;
+
+/// A format of mesh files.
+struct Reader {
+    /// Writes a mesh in the format, as one file or several.
+    write: fn(&TriangleMesh) -> Vec<Vec<u8>>,
+    /// The files as they are read.
+    file: fn(&[Vec<u8>]) -> MeshFile<'_>,
+}
+
+/// Every format that is read: a new one takes a line here.
+const READERS: [Reader; 8] = [
+    Reader { write: |mesh| one(|out| write_obj(mesh, out)), file: |files| MeshFile::Obj(&files[0]) },
+    Reader { write: |mesh| one(|out| write_off(mesh, out)), file: |files| MeshFile::Off(&files[0]) },
+    Reader { write: |mesh| one(|out| write_ply(mesh, out)), file: |files| MeshFile::Ply(&files[0]) },
+    Reader { write: ply_in_text, file: |files| MeshFile::Ply(&files[0]) },
+    Reader { write: big_endian_ply, file: |files| MeshFile::Ply(&files[0]) },
+    Reader { write: stl_in_text, file: |files| MeshFile::Stl(&files[0]) },
+    Reader { write: binary_stl, file: |files| MeshFile::Stl(&files[0]) },
+    Reader { write: set, file: eti },
+];
+
+/// One file, as a writer makes it.
+fn one(write: impl FnOnce(&mut Vec<u8>) -> std::io::Result<()>) -> Vec<Vec<u8>> {
+    let mut bytes = Vec::new();
+    write(&mut bytes).expect("memory takes it");
+    vec![bytes]
+}
+
+/// The head of a PLY of points and faces.
+fn ply_head(mesh: &TriangleMesh, format: &str) -> String {
+    format!(
+        "ply\nformat {format} 1.0\ncomment made\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\n\
+         element face {}\nproperty list uchar int vertex_indices\nend_header\n",
+        mesh.points.len(),
+        mesh.triangles.len()
+    )
+}
+
+fn ply_in_text(mesh: &TriangleMesh) -> Vec<Vec<u8>> {
+    let mut text = ply_head(mesh, "ascii");
+    for [x, y, z] in &mesh.points {
+        writeln!(text, "{x} {y} {z}").expect("a string takes it");
+    }
+    for [a, b, c] in &mesh.triangles {
+        writeln!(text, "3 {a} {b} {c}").expect("a string takes it");
+    }
+    vec![text.into_bytes()]
+}
+
+fn big_endian_ply(mesh: &TriangleMesh) -> Vec<Vec<u8>> {
+    let mut bytes = ply_head(mesh, "binary_big_endian").into_bytes();
+    bytes.extend(mesh.points.as_flattened().iter().flat_map(|c| (*c as f32).to_be_bytes()));
+    for corners in &mesh.triangles {
+        bytes.push(3);
+        bytes.extend(corners.iter().flat_map(|corner| corner.to_be_bytes()));
+    }
+    vec![bytes]
+}
+
+/// The triangles of a mesh by the places of their corners (m), but for those that name a point that is not there.
+fn facets(mesh: &TriangleMesh) -> impl Iterator<Item = [[f64; 3]; 3]> {
+    let place = |corner: u32| mesh.points.get(corner as usize).copied();
+    mesh.triangles.iter().filter_map(move |&[a, b, c]| Some([place(a)?, place(b)?, place(c)?]))
+}
+
+fn stl_in_text(mesh: &TriangleMesh) -> Vec<Vec<u8>> {
+    let facet = |corners: [[f64; 3]; 3]| {
+        let corner = |[x, y, z]: [f64; 3]| format!("vertex {x} {y} {z}\n");
+        format!("facet\nouter\n{}endloop\nendfacet\n", corners.map(corner).concat())
+    };
+    vec![format!("solid\n{}endsolid\n", facets(mesh).map(facet).collect::<String>()).into_bytes()]
+}
+
+fn binary_stl(mesh: &TriangleMesh) -> Vec<Vec<u8>> {
+    let mut bytes = [[0; 80].as_slice(), &(facets(mesh).count() as u32).to_le_bytes()].concat();
+    for corners in facets(mesh) {
+        bytes.extend([0; 12]);
+        bytes.extend(corners.as_flattened().iter().flat_map(|x| (*x as f32).to_le_bytes()));
+        bytes.extend([0; 2]);
+    }
+    vec![bytes]
+}
+
+/// A set of the course. What a mesh lacks is a file that is empty.
+fn set(mesh: &TriangleMesh) -> Vec<Vec<u8>> {
+    let set = write_eti(mesh);
+    let texts = [Some(set.points), Some(set.faceset), set.masses, set.texcoord];
+    texts.into_iter().map(|text| text.unwrap_or_default().into_bytes()).collect()
+}
+
+fn eti(files: &[Vec<u8>]) -> MeshFile<'_> {
+    let other = |place: usize| files.get(place).map(Vec::as_slice).filter(|bytes| !bytes.is_empty());
+    MeshFile::Eti {
+        points: &files[0],
+        others: [other(1), other(2), other(3)],
+        options: EtiOptions::default(),
+    }
+}
+
+/// What became of the files of one reader: not tried, refused, read.
+type Ends = [u64; 3];
+
+/// Damages files of a seed, of each format as many, and reads them.
+fn files_of(seed: u64) -> [u64; 3 * READERS.len()] {
+    let (mut random, mut ends) = (Rng::with_seed(seed), [0; 3 * READERS.len()]);
+    for number in 0..COUNT / SEEDS {
+        let place = number as usize % READERS.len();
+        let mut files = (READERS[place].write)(&mesh(&mut random));
+        // Of a set mostly one file, so that all of them are read.
+        let (chosen, is_all) = (random.usize(0..files.len()), random.u8(0..8) == 0);
+        for (file, bytes) in files.iter_mut().enumerate() {
+            if file == chosen || is_all {
+                damage(&mut random, bytes);
+            }
+        }
+        ends[3 * place + end_of(&(READERS[place].file)(&files))] += 1;
+    }
+    ends
+}
+
+/// What becomes of a file, by its place among the ends.
+fn end_of(file: &MeshFile<'_>) -> usize {
+    let announced = file.memory_bytes();
+    if announced > READ_BUDGET {
+        return 0;
+    }
+    let start = Instant::now();
+    let (took, read) = own_peak(|| file.read("hostile").is_ok());
+    let seconds = start.elapsed().as_secs_f64();
+    assert!(took as u64 <= announced + SLACK, "{took} bytes, {announced} announced: {file:?}");
+    assert!(seconds < PATIENCE, "{seconds} s for {file:?}");
+    1 + usize::from(read)
+}
+
+#[test]
+fn no_damaged_mesh_file_takes_more_memory_than_is_known_before() {
+    let _alone = alone();
+    let ends = tally(files_of);
+    let (by_reader, _) = ends.as_chunks::<3>();
+    let sum = |end: usize| by_reader.iter().map(|ends: &Ends| ends[end]).sum::<u64>();
+    println!("files that announce too much, are refused, are read, by reader: {by_reader:?}");
+    let each = COUNT / READERS.len() as u64;
+    for [_, refused, read] in by_reader {
+        assert!(*refused > each / 20 && *read > each / 20, "both ends are met by every reader");
+    }
+    // One file in some thousands.
+    assert!(sum(0) > 0 || COUNT < 100_000, "some announce too much");
+}
