@@ -50,7 +50,9 @@ fn binary(order: &str, [x, index]: [(&str, usize); 2]) -> Vec<u8> {
     }
     for corners in [[0, 1, 2], [0, 2, 3]] {
         put(3, 2);
-        corners.into_iter().for_each(|corner| put(corner, index.1));
+        for corner in corners {
+            put(corner, index.1);
+        }
         put(9, 4);
     }
     bytes
@@ -129,10 +131,17 @@ fn no_file_that_was_cut_is_taken_for_a_whole_one() {
     }
 }
 
+/// Asserts that each text is refused with a short message that begins so.
+fn told(cases: &[(String, &str)]) {
+    for (text, wanted) in cases {
+        let found = read_ply(text.as_bytes(), "a.ply").expect_err(wanted).to_string();
+        assert!(found.starts_with(wanted) && found.len() < 400, "\nwanted {wanted}\nfound  {found}");
+    }
+}
+
 #[test]
-fn what_is_wrong_is_told_with_its_line_and_what_is_allowed() {
-    let long = "9".repeat(100_000);
-    let cases = [
+fn what_is_wrong_with_a_header_is_told_with_its_line_and_what_is_allowed() {
+    told(&[
         (square().replace("ply\n", "plx\n"), "a.ply:1: begins with 'plx'; allowed: ply"),
         (square().replace("ascii 1.0", "ascii 2.0"), "a.ply:2: has the version '2.0' of PLY; allowed: 1.0"),
         (square().replace("ascii 1.0", "utf8 1.0"), "a.ply:2: has the format 'utf8'; allowed: ascii, binary"),
@@ -162,6 +171,17 @@ fn what_is_wrong_is_told_with_its_line_and_what_is_allowed() {
         (square().replace("element vertex 4\n", ""), "a.ply:4: has a property before any element; allowed:"),
         (square().replace("comment", "command"), "a.ply:3: says 'command hand made'; allowed in a header: "),
         (square().replace("end_header\n", ""), "a.ply:10: says '0 0 0'; allowed in a header: "),
+        (
+            with("range_grid", 1, "1 0\n"),
+            "a.ply:7: holds a range scan (the element 'range_grid'), which has no triangles: convert",
+        ),
+    ]);
+}
+
+#[test]
+fn what_is_wrong_behind_a_header_is_told_with_its_line_and_what_is_allowed() {
+    let long = "9".repeat(100_000);
+    told(&[
         (square().replace("vertex 4", "vertex 5"), "a.ply:15: vertex 4 goes on with '2'; allowed: "),
         (square().replace("face 2", "face 3"), "a.ply:8: announces 3 faces, but the file ends after 2"),
         (
@@ -195,15 +215,7 @@ fn what_is_wrong_is_told_with_its_line_and_what_is_allowed() {
             with("tristrips", 1, "3 0 1 4\n"),
             "a.ply:14: tristrips 0 names point 4; allowed: 0 to 3, the points of this mesh, and -1",
         ),
-        (
-            with("range_grid", 1, "1 0\n"),
-            "a.ply:7: holds a range scan (the element 'range_grid'), which has no triangles: convert",
-        ),
-    ];
-    for (text, wanted) in cases {
-        let found = read_ply(text.as_bytes(), "a.ply").expect_err(wanted).to_string();
-        assert!(found.starts_with(wanted) && found.len() < 400, "\nwanted {wanted}\nfound  {found}");
-    }
+    ]);
     let mut bytes = binary("little", [("float", 4), ("int", 4)]);
     // The last corner stands before four bytes of flags.
     let at = bytes.len() - 8;

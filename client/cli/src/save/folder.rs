@@ -136,7 +136,9 @@ fn frames(folder: &Path) -> io::Result<Vec<PathBuf>> {
     for entry in fs::read_dir(folder)? {
         let entry = entry?;
         let name = entry.file_name().to_string_lossy().into_owned();
-        if (name.starts_with("frame-") || name.starts_with("grid-")) && name.ends_with(".ply") {
+        if (name.starts_with("frame-") || name.starts_with("grid-"))
+            && entry.path().extension().is_some_and(|ending| ending == "ply")
+        {
             found.push(entry.path());
         }
     }

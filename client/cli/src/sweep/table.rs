@@ -109,7 +109,7 @@ fn clear(folder: &Path, existing: Existing) -> Result<()> {
     for entry in fs::read_dir(folder).map_err(unread)? {
         let path = entry.map_err(unread)?.path();
         let name = path.file_name().unwrap_or_default().to_string_lossy();
-        let is_end = name.strip_prefix("run-").is_some_and(|rest| rest.ends_with(".ply"));
+        let is_end = name.starts_with("run-") && path.extension().is_some_and(|ending| ending == "ply");
         if is_end || ["sweep.csv", "sweep.json"].contains(&name.as_ref()) {
             write::check(&path, existing)?;
             fs::remove_file(&path).map_err(|error| CliError::file("remove", &path, &error))?;

@@ -155,16 +155,15 @@ fn check_edges(triangles: &[(u32, [u32; 3])], points: &[[f64; 3]]) -> Result<Gro
         return Err(NotClosed::Edge { points, positions: positions(points), triangles: first.len(), others });
     }
 
-    match edges().find(|edge| edge[0].1 == edge[1].1) {
-        Some(turned) => Err(NotClosed::Turned {
+    if let Some(turned) = edges().find(|edge| edge[0].1 == edge[1].1) {
+        Err(NotClosed::Turned {
             triangles: [0, 1].map(|side| triangles[turned[side].2 as usize].0),
             positions: positions(turned[0].0),
-        }),
-        None => {
-            let mut joined = Groups::new(triangles.len());
-            edges().for_each(|edge| joined.join([edge[0].2, edge[1].2]));
-            Ok(joined)
-        }
+        })
+    } else {
+        let mut joined = Groups::new(triangles.len());
+        edges().for_each(|edge| joined.join([edge[0].2, edge[1].2]));
+        Ok(joined)
     }
 }
 

@@ -60,7 +60,9 @@ pub(super) fn parts(
 
     // A mesh may be turned inside out as a whole.
     if parts.iter().map(|part| part.volume).sum::<f64>() < 0.0 {
-        parts.iter_mut().for_each(|part| part.volume = -part.volume);
+        for part in &mut parts {
+            part.volume = -part.volume;
+        }
     }
     (of_triangle, parts)
 }

@@ -264,7 +264,9 @@ impl TriangleMesh {
         let mut share_points = false;
         for corners in &self.triangles {
             share_points |= corners.iter().any(|&p| used[p as usize]);
-            corners.iter().for_each(|&p| used[p as usize] = true);
+            for &p in corners {
+                used[p as usize] = true;
+            }
         }
 
         let isolated = used.iter().filter(|u| !**u).count();

@@ -105,7 +105,8 @@ fn for_each_repeat(triangles: &[[u32; 3]], points: usize, mut note: impl FnMut(u
 /// Whether the corners of a triangle ascend when the smallest is put first: two triangles of the same points run the
 /// same way round if that holds for both or for neither. One that names a point twice has no way round.
 fn is_ascending([a, b, c]: &[u32; 3]) -> bool {
-    (a < b && b < c) || (b < c && c < a) || (c < a && a < b)
+    // Of three numbers that differ, two go up around the ring, or one.
+    [a < b, b < c, c < a].into_iter().filter(|goes_up| *goes_up).count() == 2
 }
 
 /// Ranges of points that have about as many entries each, and how many; a point of many is a range by itself.

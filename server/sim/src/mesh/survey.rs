@@ -54,7 +54,9 @@ fn pieces(points: usize, pairs: impl Iterator<Item = [u32; 2]>) -> usize {
     let mut is_named = vec![false; points];
     for pair in pairs {
         groups.join(pair);
-        pair.iter().for_each(|&point| is_named[point as usize] = true);
+        for point in pair {
+            is_named[point as usize] = true;
+        }
     }
     (0u32..).zip(is_named).filter(|&(point, is_named)| is_named && groups.first(point) == point).count()
 }

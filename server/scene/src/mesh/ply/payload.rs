@@ -75,19 +75,18 @@ impl<'a> Payload<'a> {
         let line = self.lines.find(|line| !line.trim_ascii().is_empty());
         let mut words = words(line.ok_or_else(|| self.ended(element, index))?);
         for property in &element.properties {
-            let count = match property.count {
-                None => 1,
-                Some(_) => {
-                    let word = words.next().unwrap_or_default();
-                    parsed::<u64>(word).ok_or_else(|| {
-                        let (who, name) = (named(element, index), quoted(property.name));
-                        let message = format!(
-                            "{who} says that '{name}' has '{}' numbers; allowed: 0 or more",
-                            quoted(word)
-                        );
-                        self.error(ErrorKind::Syntax, message)
-                    })?
-                }
+            let count = if property.count.is_none() {
+                1
+            } else {
+                let word = words.next().unwrap_or_default();
+                parsed::<u64>(word).ok_or_else(|| {
+                    let (who, name) = (named(element, index), quoted(property.name));
+                    let message = format!(
+                        "{who} says that '{name}' has '{}' numbers; allowed: 0 or more",
+                        quoted(word)
+                    );
+                    self.error(ErrorKind::Syntax, message)
+                })?
             };
 
             for read in 0..count {

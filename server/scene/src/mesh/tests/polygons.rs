@@ -52,7 +52,7 @@ fn a_thousand_simple_polygons_keep_their_area_their_corners_and_the_way_they_tur
         let shape = round % SHAPES.len();
         let count = random.between(3, 40);
         let mut polygon = SHAPES[shape](&mut random, count);
-        if round / SHAPES.len() % 2 == 0 {
+        if (round / SHAPES.len()).is_multiple_of(2) {
             polygon.reverse();
         }
         let start = random.between(0, polygon.len() - 1);
@@ -145,6 +145,9 @@ fn two_corners_at_one_place_are_both_in_a_triangle() {
 const FANNED: &str = "each becomes a fan of triangles from its first corner, which may overlap; cut them into \
                       triangles in the program that made the file";
 
+/// Points and corners of a polygon, its triangles, and what is told.
+type Case<'a> = ([[f64; 3]; 5], &'a [u32], &'a [[u32; 3]], Vec<String>);
+
 #[test]
 fn what_is_odd_about_a_polygon_is_told_with_its_face() {
     let points = [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [2.0, 2.0, 0.2], [0.0, 2.0, 0.0], [1.0, 0.0, 0.0]];
@@ -157,7 +160,7 @@ fn what_is_odd_about_a_polygon_is_told_with_its_face() {
         "polygons that are not flat (1, the first here): a corner is off the mean plane by more than 1 % of \
                 the polygon's size, and other triangles of the same corners have another shape"
             .to_owned();
-    let cases: [(_, &[u32], &[[u32; 3]], Vec<String>); 10] = [
+    let cases: [Case<'_>; 10] = [
         (points, &[0, 1, 2, 3], &[[0, 1, 2], [0, 2, 3]], vec![bent]),
         (flat, &[0, 1, 3, 2], &[[0, 1, 3], [0, 3, 2]], vec![fanned.clone()]),
         (flat, &[0, 1, 4, 0, 4], &[[0, 1, 4], [0, 4, 0], [0, 0, 4]], vec![fanned.clone()]),
