@@ -6,7 +6,7 @@
 use std::{collections::BTreeMap, path::Path};
 
 use nappe_client::{Client, ClientError, MeshUpload, Scene as Sent, v1};
-use nappe_scene::{Mesh, Scene, files};
+use nappe_scene::{Body, Mesh, Scene, files};
 use nappe_sim::mesh::TriangleMesh;
 use serde::Serialize;
 
@@ -152,9 +152,22 @@ impl Input {
         };
         let created = client.create_session(overrides.session(id, sent)).await;
         let created = created.map_err(|error| self.refused(error))?;
-        let warnings: Vec<_> = created.warnings.iter().map(|warning| self.as_named(warning)).collect();
+        let named = |warning: &String| self.with_file(&self.as_named(warning));
+        let warnings: Vec<_> = created.warnings.iter().map(named).collect();
         meshes::note(&warnings);
         Ok(created.session)
+    }
+
+    /// A warning about a body, with the file of its mesh if it has one.
+    fn with_file(&self, warning: &str) -> String {
+        let Self::Written(written) = self else { return warning.to_owned() };
+        let named = |body: &Body| {
+            let Mesh::File { file, .. } = &body.mesh else { return None };
+            let name = format!("body '{}'", body.name);
+            let rest = warning.strip_prefix(&name)?.strip_prefix(": ")?;
+            Some(format!("{name} ({file}): {rest}"))
+        };
+        written.scene.bodies.iter().find_map(named).unwrap_or_else(|| warning.to_owned())
     }
 
     /// A refusal of the scene, in which it is called as the command line calls it.
@@ -204,10 +217,8 @@ impl Written {
     async fn send(&self, client: &Client) -> Result<String> {
         let mut ids = BTreeMap::new();
         for (file, mesh) in &self.meshes {
+            // What is odd about it is told of the body that is made of it, once it is in order.
             let uploaded = client.upload_mesh(&upload(file, mesh)).await?;
-            let warnings: Vec<_> =
-                uploaded.warnings.iter().map(|warning| format!("{file}: {warning}")).collect();
-            meshes::note(&warnings);
             ids.insert(file.as_str(), uploaded.mesh_id);
         }
         if ids.is_empty() {

@@ -1,7 +1,10 @@
 //! A mesh from outside, put in order before a body is made of it: points without triangles, points that are to be one,
 //! triangles that are there twice.
 
-use nappe_sim::mesh::{MeshError, TriangleMesh, Welded};
+use nappe_sim::{
+    math::number,
+    mesh::{MeshError, TriangleMesh, Welded},
+};
 
 use crate::{
     body::{MeshRepair, Unused},
@@ -43,12 +46,13 @@ pub(super) fn put_in_order(
 }
 
 fn weld_in_words(distance: f64, Welded { joined, dropped }: Welded, left: usize) -> String {
+    let distance = number(distance);
     let flattened = match dropped {
         0 => String::new(),
         _ => format!("; {dropped} triangles have two corners at one point then and are left out"),
     };
     match joined {
-        0 => format!("weld = {distance:e} joins no points: no two are that near to each other"),
-        _ => format!("weld = {distance:e} joins {joined} points to earlier ones, {left} are left{flattened}"),
+        0 => format!("weld = {distance} joins no points: no two are that near to each other"),
+        _ => format!("weld = {distance} joins {joined} points to earlier ones, {left} are left{flattened}"),
     }
 }

@@ -1,7 +1,10 @@
 //! Sizes and densities of cloth that look as if they were meant in other units.
 
 use nappe_sim::{
-    math::array::{length, minus},
+    math::{
+        array::{length, minus},
+        four_digits,
+    },
     mesh::TriangleMesh,
 };
 
@@ -18,8 +21,9 @@ pub(super) fn questions(mesh: &TriangleMesh, mass: Option<Mass>) -> Vec<String> 
     let diagonal = diagonal(&mesh.points);
     if diagonal > LARGE {
         questions.push(format!(
-            "the box around it has a diagonal of {diagonal:.3e} m: is it meant to be so large? Lengths are metres: \
-             transform.scale = 0.001 reads millimetres"
+            "the box around it has a diagonal of {} m: is it meant to be so large? Lengths are metres: \
+             transform.scale = 0.001 reads millimetres",
+            four_digits(diagonal)
         ));
     }
     if let Some(Mass::Density(density)) = mass

@@ -87,7 +87,7 @@ fn weld_makes_one_part_of_a_flat_shaded_mesh_with_its_springs() {
     let error = build(FLAT_SHADED, ", weld = 0.5", density).unwrap_err();
     assert_eq!(
         error.to_string(),
-        "scene.toml:5:31: body[0].mesh.weld: points cannot be joined over 0.5 m; allowed for this mesh: 1.0e-12 to 1.0e-1 m, \
+        "scene.toml:5:31: body[0].mesh.weld: points cannot be joined over 0.5 m; allowed for this mesh: 1e-12 to 0.1 m, \
          a tenth of its median edge"
     );
 }
@@ -151,7 +151,7 @@ fn sizes_and_densities_that_look_like_other_units_are_asked_about() {
     assert_eq!(
         asked("spacing = 448 }", "density = 1000"),
         [
-            "body 'cloth': the box around it has a diagonal of 1.002e3 m: is it meant to be so large? Lengths are metres: \
+            "body 'cloth': the box around it has a diagonal of 1002 m: is it meant to be so large? Lengths are metres: \
           transform.scale = 0.001 reads millimetres",
             "body 'cloth': its density is 1000 kg/m^2: is it meant to be so heavy? Densities are kilograms per square metre: \
           cloths have 0.05 to 1"

@@ -9,7 +9,7 @@ mod simd;
 mod svd;
 mod exp;
 
-pub use number::number;
+pub use number::{four_digits, number};
 pub use real::{Padded, Precision, Real, Sixteen};
 pub use simd::{MissingInstructions, SimdLevel, check_processor, force_simd_level, simd_level};
 pub use vector::{Mat3, Vec3};

@@ -17,6 +17,11 @@ pub fn number(value: f64) -> String {
     }
 }
 
+/// The same with four digits, for what was measured.
+pub fn four_digits(value: f64) -> String {
+    number(format!("{value:.3e}").parse().unwrap_or(value))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -39,6 +44,15 @@ mod tests {
             (f64::NAN, "NaN"),
         ] {
             assert_eq!(number(value), written);
+        }
+    }
+
+    #[test]
+    fn what_was_measured_has_four_digits() {
+        for (value, written) in
+            [(0.0, "0"), (1.0, "1"), (1.234_567, "1.235"), (123_456.0, "123500"), (2e-7, "2e-7")]
+        {
+            assert_eq!(four_digits(value), written);
         }
     }
 }

@@ -12,6 +12,8 @@ mod survey;
 
 use thiserror::Error;
 
+use crate::math::four_digits;
+
 pub(crate) use self::by_point::sorted;
 pub use self::{groups::Groups, junctions::TJunctions, survey::Survey, weld::Welded};
 
@@ -55,7 +57,9 @@ pub enum MeshError {
     #[error("{uv} texture coordinates for {points} points: one pair a point is needed, or none")]
     UvCount { uv: usize, points: usize },
     #[error(
-        "points cannot be joined over {distance} m; allowed for this mesh: {least:.1e} to {most:.1e} m, a tenth of its median edge"
+        "points cannot be joined over {distance} m; allowed for this mesh: {} to {} m, a tenth of its median edge",
+        four_digits(*least),
+        four_digits(*most)
     )]
     WeldRange { distance: f64, least: f64, most: f64 },
     #[error(
@@ -120,14 +124,18 @@ impl std::fmt::Display for MeshWarning {
             }
             Self::Slivers { count, worst: [a, b], length, median } => write!(
                 f,
-                "{}{count} edges shorter than 1/50 of the median edge ({median:.3e} m), the shortest is {a} to {b}: {length:.3e} m; \
+                "{}{count} edges shorter than 1/50 of the median edge ({} m), the shortest is {a} to {b}: {} m; \
                  they make the largest stretch mean little, and explicit steps tiny",
-                if *count < CANDIDATES { "" } else { "at least " }
+                if *count < CANDIDATES { "" } else { "at least " },
+                four_digits(*median),
+                four_digits(*length)
             ),
             Self::NearPoints { count, worst: [a, b], distance, median } => write!(
                 f,
-                "{count} points nearly coincide with others (1/50 of the median edge, {median:.3e} m) and no edge joins them, \
-                 the closest are {a} and {b}, {distance:.3e} m apart: points of a seam that was to be closed?"
+                "{count} points nearly coincide with others (1/50 of the median edge, {} m) and no edge joins them, \
+                 the closest are {a} and {b}, {} m apart: points of a seam that was to be closed?",
+                four_digits(*median),
+                four_digits(*distance)
             ),
         }
     }
