@@ -122,7 +122,7 @@ impl<R: Real> Stepping<'_, R> {
             Err(failure) => return Err(cause(self.model, self.state, failure)),
         };
         let met = self.meet(time, watch)?;
-        // What bounces add, because a method's velocities are not those of its way, the method took before.
+        // What bounces add, because a method's velocities are not those of its way, the method takes in flight.
         self.work.start.own += met.swing;
         if let Some(allowed) = self.work.allowed.as_mut().filter(|_| met.touched > 0) {
             // What rests gives the medium nothing.

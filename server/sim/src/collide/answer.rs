@@ -17,7 +17,7 @@ const SLOWEST: f64 = 2.0;
 /// Cosine between the normals at entry and at the end below which the end is nearest to another side.
 const SAME_SIDE: f64 = 0.5;
 /// Rounds over all colliders that a particle between several is given to satisfy them.
-const ROUNDS: u32 = 16;
+const ROUNDS: usize = 16;
 
 /// A sub-step of one particle as its method has it, and what contact made of it.
 #[derive(Clone, Copy, Debug)]
@@ -44,12 +44,14 @@ pub(super) struct SubStep<'a> {
     pub(super) end_time: f64,
     /// What is inside by no more than this (m) is on the surface.
     pub(super) spare: f64,
+    /// Rounding (m) of positions.
+    pub(super) rounding: f64,
 }
 
 impl SubStep<'_> {
     /// What comes of it.
     pub(super) fn answer(&self) -> Answer {
-        let mut flight = Flight::new(self.x, self.v, self.dt, self.end_time);
+        let mut flight = Flight::new(self.x, self.v, self.dt, self.end_time, self.rounding);
         let lag = self.v[0] - flight.w;
         let free = flight.end_velocity();
         let slowest = SLOWEST * (self.v[1] - self.v[0]).norm();
@@ -61,7 +63,8 @@ impl SubStep<'_> {
             let approach = -relative.dot(&meeting.normal);
             let is_bounce = collider.restitution > 0.0 && meeting.depth == 0.0 && approach >= slowest;
             if !is_bounce || approach <= 0.0 || bounces == MOST_BOUNCES {
-                return self.stay(&flight, lag, (collider, meeting));
+                let end = self.stay(&flight, lag, (collider, meeting));
+                return Answer { swing: lag.dot(&(flight.end_velocity() - free)), ..end };
             }
             let push = (1.0 + collider.restitution) * approach;
             flight.w += change(collider, &relative, &meeting.normal, push);
@@ -70,14 +73,24 @@ impl SubStep<'_> {
         Answer { x: flight.end(), v: w + lag, swing: lag.dot(&(w - free)), was_inside: false }
     }
 
-    /// The collider that is met first of those that the way ends inside of.
+    /// The collider that is met first: of those that the way ends inside of, and those that it passes before.
     fn first(&self, flight: &Flight) -> Option<(&Collider, Meeting)> {
-        let mut first: Option<(&Collider, Meeting)> = None;
-        for collider in self.colliders {
-            let Some(meeting) = flight.meets(collider, self.spare) else { continue };
-            if first.is_none_or(|(_, other)| meeting.after < other.after) {
-                first = Some((collider, meeting));
+        let (mut way, mut first) = (*flight, None::<(&Collider, Meeting)>);
+        for _ in self.colliders {
+            let among = self.colliders.iter();
+            let others = among.filter(|other| first.is_none_or(|(found, _)| !std::ptr::eq(found, *other)));
+            let met = others.filter_map(|other| Some((other, way.meets(other, self.spare)?)));
+            let Some((found, meeting)) = met.min_by(|(_, a), (_, b)| a.after.total_cmp(&b.after)) else {
+                break;
+            };
+            if first.is_some_and(|(_, before)| meeting.after >= before.after) {
+                break;
             }
+            first = Some((found, meeting));
+            if meeting.after == 0.0 {
+                break;
+            }
+            way = flight.until(meeting.after);
         }
         first
     }
@@ -92,45 +105,56 @@ impl SubStep<'_> {
             was_inside: meeting.depth > 0.0,
         };
         let added = self.v[1] - self.v[0];
-        let felt = if added == Vec3::zeros() { 0.5 } else { 0.5 - lag.dot(&added) / added.norm_squared() };
-        for _ in 0..ROUNDS {
-            let mut is_right = true;
-            for collider in self.colliders {
-                let entry = (meeting.depth == 0.0 && std::ptr::eq(collider, met)).then_some(meeting.normal);
-                let Some(touch) = self.touch(collider, &end, entry) else { continue };
-                is_right &= !touch.hold(flight, felt.clamp(0.0, 1.0), &mut end);
-                end.was_inside |= touch.allowed > 0.0;
-            }
-            if is_right || self.colliders.len() == 1 {
+        let square = added.norm_squared();
+        let felt = if square > 0.0 { 0.5 - lag.dot(&added) / square } else { 0.5 };
+        // The collider that changed it last: nothing is to be done once all others were looked at since then.
+        let mut last: Option<&Collider> = None;
+        for collider in std::iter::repeat_n(self.colliders, ROUNDS).flatten() {
+            if last.is_some_and(|last| std::ptr::eq(last, collider)) {
                 break;
             }
+            let is_met = std::ptr::eq(collider, met);
+            let Some(touch) = self.touch(collider, flight, &end, is_met.then_some(&meeting)) else {
+                continue;
+            };
+            if touch.hold(flight, felt.clamp(0.0, 1.0), &mut end) || last.is_none() {
+                last = Some(collider);
+            }
+            end.was_inside |= touch.allowed > 0.0;
         }
         end
     }
 
-    /// How a particle that ends somewhere touches a collider there, if it does. `entry` is the normal where it met it.
-    fn touch<'a>(&self, collider: &'a Collider, end: &Answer, entry: Option<Vec3<f64>>) -> Option<Touch<'a>> {
+    /// How a particle that ends somewhere touches a collider there, if it does. `meeting` is where it met it.
+    fn touch<'a>(
+        &self,
+        collider: &'a Collider,
+        flight: &Flight,
+        end: &Answer,
+        meeting: Option<&Meeting>,
+    ) -> Option<Touch<'a>> {
         let (distance, normal) = collider.distance(array3(&end.x), self.end_time);
         let depth = collider.margin - distance;
         if depth < -self.spare {
             return None;
         }
-        let (start, _) = collider.distance(array3(&self.x[0]), self.end_time - self.dt);
-        let start = collider.margin - start;
+        let start = meeting.map_or_else(|| self.depth_at_start(collider), |meeting| meeting.depth);
         // What is there from the start is taken back little by little.
-        let allowed = if start > self.spare { (start - collider.recovery * self.dt).max(0.0) } else { 0.0 };
+        let allowed = if start > 0.0 { (start - collider.recovery * self.dt).max(0.0) } else { 0.0 };
         let here = vec3::<f64>(normal);
-        let through = entry.filter(|entry| entry.dot(&here) < SAME_SIDE);
-        let normal = through.unwrap_or(here);
-        Some(Touch {
-            collider,
-            normal,
-            is_through: through.is_some(),
-            depth,
-            allowed,
-            spare: self.spare,
-            end_time: self.end_time,
-        })
+        let entry = meeting.filter(|meeting| meeting.depth == 0.0).map(|meeting| meeting.normal);
+        let way = end.x - flight.x - vec3::<f64>(collider.velocity) * flight.left;
+        let through = entry.filter(|entry| entry.dot(&here) < SAME_SIDE && way.dot(entry) <= 0.0);
+        let (normal, is_through) = (through.unwrap_or(here), through.is_some());
+        let (spare, end_time) = (self.spare, self.end_time);
+        Some(Touch { collider, normal, is_through, depth, allowed, spare, end_time })
+    }
+
+    /// How deep (m) the particle began inside a collider: 0 on its surface.
+    fn depth_at_start(&self, collider: &Collider) -> f64 {
+        let (distance, _) = collider.distance(array3(&self.x[0]), self.end_time - self.dt);
+        let depth = collider.margin - distance;
+        if depth > self.spare { depth } else { 0.0 }
     }
 }
 
@@ -155,23 +179,27 @@ impl Touch<'_> {
         let relative = end.v - moving;
         let approach = -relative.dot(normal);
         let presses = approach > f64::EPSILON * end.v.amax();
+        let (mut lift, mut out) = (self.depth - self.allowed, *normal);
         if presses {
             let by = change(collider, &relative, normal, approach);
             end.v += by;
-            self.slow(flight, felt, &(by - normal * approach), approach, end);
-        }
-
-        let mut lift = self.depth - self.allowed;
-        if presses || self.is_through {
-            let (distance, _) = collider.distance(array3(&end.x), self.end_time);
-            lift = collider.margin - distance - self.allowed;
+            let slowing = by - normal * approach;
+            if slowing.norm_squared() > 0.0 {
+                self.slow(flight, felt, &slowing, approach, end);
+                let (distance, here) = collider.distance(array3(&end.x), self.end_time);
+                lift = collider.margin - distance - self.allowed;
+                if !self.is_through {
+                    out = vec3(here);
+                    end.v += out * (moving - end.v).dot(&out).max(0.0);
+                }
+            }
         }
         if self.is_through {
             let way = end.x - flight.x - moving * flight.left;
             lift = -way.dot(normal);
         }
         if lift > 0.0 {
-            end.x += normal * lift;
+            end.x += out * lift;
         }
         presses || lift > self.spare
     }
@@ -179,9 +207,6 @@ impl Touch<'_> {
     /// Takes back the way along the surface that friction takes: what stops the particle as it comes, from then on; what it
     /// takes later, as the method lets positions feel a change of velocity.
     fn slow(&self, flight: &Flight, felt: f64, slowing: &Vec3<f64>, pushed: f64, end: &mut Answer) {
-        if *slowing == Vec3::zeros() {
-            return;
-        }
         let Self { collider, normal, .. } = self;
         let moving = vec3::<f64>(collider.velocity);
         let coming = flight.w - moving;
@@ -189,12 +214,14 @@ impl Touch<'_> {
         let sliding = coming - normal * coming.dot(normal);
         let left = end.v - moving;
         let rests = left.norm() <= f64::EPSILON * slowing.norm();
+        let way = end.x - flight.x - moving * flight.left;
         if rests && sliding.norm() <= collider.friction * impact {
-            let way = end.x - flight.x - moving * flight.left;
             end.x -= way - normal * way.dot(normal);
         } else {
             let share = (impact + (pushed - impact) * felt) / pushed;
-            end.x += slowing * (flight.left * share);
+            // No farther back than where it met the surface.
+            let most = (-way.dot(slowing) / slowing.norm_squared()).max(0.0);
+            end.x += slowing * (flight.left * share).min(most);
         }
     }
 }
@@ -205,4 +232,106 @@ fn change(collider: &Collider, relative: &Vec3<f64>, normal: &Vec3<f64>, push: f
     let speed = sliding.norm();
     let slowed = if speed > 0.0 { (collider.friction * push / speed).min(1.0) } else { 0.0 };
     normal * push - sliding * slowed
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::collide::{
+        Contact, Shape, StartInside,
+        shape::{Cuboid, HalfPipe, Plane, Sphere},
+    };
+
+    const DT: f64 = 0.01;
+
+    fn collider(shape: Shape, restitution: f64, friction: f64) -> Collider {
+        Collider {
+            name: "thing".into(),
+            shape,
+            velocity: [0.0; 3],
+            friction,
+            restitution,
+            margin: 0.0,
+            contact: Contact::Separating,
+            recovery: Collider::RECOVERY,
+            on_start_inside: StartInside::Warn,
+        }
+    }
+
+    /// A particle without acceleration, which moves at `v` (m/s) from `x` (m).
+    fn answer(colliders: &[Collider], x: [f64; 3], v: [f64; 3]) -> Answer {
+        let (x, v) = (vec3::<f64>(x), vec3::<f64>(v));
+        let spare = 1e-3 * v.norm() * DT;
+        let (x, v) = ([x, x + v * DT], [v, v]);
+        SubStep { colliders, x, v, dt: DT, end_time: 0.3, spare, rounding: 1e-15 }.answer()
+    }
+
+    #[test]
+    fn a_particle_that_ends_in_a_shape_is_put_on_its_surface_with_friction_too() {
+        let mut random = 1_u64;
+        let mut number = || {
+            random ^= random << 13;
+            random ^= random >> 7;
+            random ^= random << 17;
+            (random >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+        };
+        let hollow = |shape: &Shape| matches!(shape, Shape::HalfPipe(_));
+        let (mut met, dt, end_time) = (0, DT, 0.0);
+        for shape in Shape::examples().into_iter().filter(|shape| !hollow(shape)) {
+            for case in 0..10_000 {
+                let mut collider =
+                    collider(shape.clone(), f64::from(case % 3) / 2.0, f64::from(case % 4) / 3.0);
+                collider.velocity = [number(), number(), number()];
+                let [mut x, v, w] = [(); 3].map(|()| Vec3::new(number(), number(), number()));
+                x *= 1.5;
+                let gap = |x: &Vec3<f64>, time: f64| collider.distance(array3(x), time).0;
+                let (v, end) = ([v * 20.0, v * 20.0 + w], x + (v * 20.0 + w * 0.5) * dt);
+                if gap(&x, -dt) <= 0.0 || gap(&end, 0.0) >= 0.0 {
+                    continue;
+                }
+                met += 1;
+                let colliders = std::slice::from_ref(&collider);
+                let substep =
+                    SubStep { colliders, x: [x, end], v, dt, end_time, spare: 1e-4, rounding: 1e-15 };
+                let Answer { x: after, was_inside, .. } = substep.answer();
+                let depth = -gap(&after, 0.0);
+                assert!(
+                    depth < 1e-12 && !was_inside,
+                    "{:?}, case {case}: {depth:e} m inside",
+                    collider.shape
+                );
+                let way = (v[0].norm() + v[1].norm() + 2.0 * vec3::<f64>(collider.velocity).norm()) * dt;
+                assert!((after - x).norm() < way, "{:?}, case {case}: {after} from {x}", collider.shape);
+            }
+        }
+        assert!(met > 500, "{met}");
+    }
+
+    #[test]
+    fn what_rubs_on_a_ball_stays_on_it() {
+        let ball = Shape::Sphere(Sphere { center: [0.0; 3], radius: 0.1 });
+        let end = answer(&[collider(ball, 0.0, 1.0)], [-0.05, 0.1, 0.0], [6.0, -4.0, 0.0]);
+        assert!((end.x.norm() - 0.1).abs() < 1e-12 && end.v.dot(&end.x).abs() < 1e-12, "{end:?}");
+    }
+
+    #[test]
+    fn a_dead_mat_is_met_before_the_floor_below_it() {
+        let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        let floor = Shape::Plane(Plane { point: [0.0; 3], normal: [0.0, 1.0, 0.0] });
+        let mat = Cuboid { center: [0.0, 0.005, 0.0], half_extent: [1.0, 0.015, 1.0], axes };
+        let colliders = [collider(floor, 1.0, 0.0), collider(Shape::Box(mat), 0.0, 0.0)];
+        for speed in [4.0, 6.5, 8.0] {
+            let end = answer(&colliders, [0.0, 0.05, 0.0], [0.0, -speed, 0.0]);
+            assert!((end.x.y - 0.02).abs() < 1e-12 && end.v.norm() < 1e-12, "{speed} m/s: {end:?}");
+        }
+    }
+
+    #[test]
+    fn what_leaves_the_wall_of_a_half_pipe_meets_the_other_wall() {
+        let axis = [0.0, 0.0, 1.0];
+        let pipe = HalfPipe { point: [0.0; 3], axis, up: [0.0, 1.0, 0.0], radius: 0.1 };
+        let at = -0.1 * 0.5_f64.sqrt();
+        let end = answer(&[collider(Shape::HalfPipe(pipe), 1.0, 0.0)], [at, at, 0.0], [20.0, 0.0, 0.0]);
+        assert!((end.v - Vec3::new(0.0, 20.0, 0.0)).norm() < 1e-9, "{end:?}");
+    }
 }

@@ -49,7 +49,7 @@ pub(crate) struct Met {
     pub(crate) passed: u64,
     /// The first of these in the user's numbering.
     pub(crate) first_passed: Option<Passed>,
-    /// Energy (J) that bounces add where a method's velocities are not those of its way: it took as much before.
+    /// Energy (J) that bounces add where a method's velocities are not those of its way: it takes as much in flight.
     pub(crate) swing: f64,
 }
 
@@ -130,15 +130,18 @@ pub(crate) fn resolve<R: Real>(
                 let past = past.as_mut().map(|(x, v)| [&mut x[row], &mut v[row]]);
                 let moved =
                     Moved { from: [&from_x[row], &from_v[row]], x: &mut x[row], v: &mut v[row], past };
-                *met = met.and(of_one(contacts, *user, *inv_m, moved));
+                if let Some(one) = of_one(contacts, *user, *inv_m, moved) {
+                    *met = met.and(one);
+                }
             }
         },
     );
     Met::of_all(contacts.share, met)
 }
 
-/// Resolves the contacts of one particle.
-fn of_one<R: Real>(contacts: Contacts<'_>, user: u32, inv_m: R, mut moved: Moved<'_, R>) -> Met {
+/// Resolves the contacts of one particle; none where it met nothing.
+#[inline]
+fn of_one<R: Real>(contacts: Contacts<'_>, user: u32, inv_m: R, mut moved: Moved<'_, R>) -> Option<Met> {
     let is_free = inv_m > R::zero();
     let near = if is_free { nearness(contacts, &moved) } else { Near::Untold };
     let mut met = Met::default();
@@ -148,8 +151,9 @@ fn of_one<R: Real>(contacts: Contacts<'_>, user: u32, inv_m: R, mut moved: Moved
         met.inside = u64::from(answer.was_inside);
         met.swing = answer.swing / inv_m.to_f64();
     }
-    let first_passed = passed(contacts, user, near, [moved.from[0].vector(), moved.x.vector()]);
-    Met { passed: u64::from(first_passed.is_some()), first_passed, ..met }
+    met.first_passed = passed(contacts, user, near, [moved.from[0].vector(), moved.x.vector()]);
+    met.passed = u64::from(met.first_passed.is_some());
+    (met != Met::default()).then_some(met)
 }
 
 /// How near a particle is to colliders at the end of a step.
@@ -181,9 +185,10 @@ impl<R: Real> Moved<'_, R> {
         let x = [wide(self.from[0]), wide(self.x)];
         let v = [wide(self.from[1]), wide(self.v)];
         let way = x[1] - x[0];
-        let spare = REACHED * way.norm() + 4.0 * R::ROUNDING * x[0].amax();
+        let rounding = 4.0 * R::ROUNDING * x[0].amax().max(x[1].amax());
+        let spare = REACHED * way.norm() + rounding;
         let Contacts { colliders, time, dt, .. } = contacts;
-        let answer = SubStep { colliders, x, v, dt, end_time: time, spare }.answer();
+        let answer = SubStep { colliders, x, v, dt, end_time: time, spare, rounding }.answer();
 
         let narrow = |vector: Vec3<f64>| Padded::new(&vector.map(R::of));
         (*self.x, *self.v) = (narrow(answer.x), narrow(answer.v));

@@ -13,6 +13,8 @@ use crate::{
 
 /// Steps of the search for the place where a way meets a surface, at most.
 const SEARCH_STEPS: u32 = 64;
+/// Halvings of a way that leaves a surface, at most, to find a place of it that is outside.
+const MOST_HALVINGS: u32 = 10;
 /// Distance (m) at which a surface is met, over the size of the numbers of which it is made.
 const MET: f64 = 4.0 * f64::EPSILON;
 
@@ -44,11 +46,18 @@ pub(super) struct Meeting {
 
 impl Flight {
     /// The way from `x[0]` to `x[1]` (m) in `dt` seconds that end at `end_time`, over which the velocity becomes
-    /// `v[1]` from `v[0]` (m/s).
-    pub(super) fn new(x: [Vec3<f64>; 2], v: [Vec3<f64>; 2], dt: f64, end_time: f64) -> Self {
+    /// `v[1]` from `v[0]` (m/s). `rounding` (m) is that of positions.
+    pub(super) fn new(x: [Vec3<f64>; 2], v: [Vec3<f64>; 2], dt: f64, end_time: f64, rounding: f64) -> Self {
         let change = v[1] - v[0];
         let w = (x[1] - x[0]) / dt - change * 0.5;
+        // What differs by rounding alone is the same.
+        let w = if (w - v[0]).amax() * dt <= rounding { v[0] } else { w };
         Self { x: x[0], w, a: change / dt, left: dt, end_time }
+    }
+
+    /// The same up to some seconds from now.
+    pub(super) fn until(&self, after: f64) -> Self {
+        Self { left: after, end_time: self.end_time - (self.left - after), ..*self }
     }
 
     /// Position (m) after some seconds.
@@ -96,14 +105,22 @@ impl Flight {
         let met = |after: f64, normal| Some(Meeting { after, normal, depth: 0.0 });
         let (mut low, mut above) = (0.0, start);
         if start <= spare {
-            // What leaves the surface comes back after the highest point of its way.
             let leaving = (self.w - vec3::<f64>(collider.velocity)).dot(&normal);
-            let pulled = -self.a.dot(&normal);
-            if leaving <= 0.0 || pulled <= 0.0 || leaving >= pulled * self.left {
+            if leaving <= 0.0 {
                 return met(0.0, normal);
             }
-            low = leaving / pulled;
+            // What leaves the surface comes back after the highest point of its way; in a hollow it may meet the other side.
+            let pulled = -self.a.dot(&normal);
+            let comes_back = leaving < pulled * self.left;
+            low = if comes_back { leaving / pulled } else { 0.5 * self.left };
             above = self.gap(collider, low).0;
+            for _ in 0..MOST_HALVINGS {
+                if above > spare {
+                    break;
+                }
+                low *= 0.5;
+                above = self.gap(collider, low).0;
+            }
             if above <= spare {
                 return met(0.0, normal);
             }
