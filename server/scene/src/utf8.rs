@@ -64,7 +64,7 @@ mod tests {
     #[test]
     fn a_byte_that_is_not_utf_8_is_named_with_its_line_and_column() {
         assert_eq!(
-            refusal(b"dt = 1\ntitle = \"caf\xe9\"\n"),
+            refusal(b"dt = 1\ntitle = \"the\xe9\"\n"),
             "a.toml:2:13: is not UTF-8 from the byte 0xe9 on: save the file as UTF-8"
         );
         let second = "# \u{e9}\n".as_bytes();

@@ -155,7 +155,7 @@ fn a_scene_that_is_not_utf_8_is_named_with_line_and_column() {
     let in_utf_16: Vec<u8> = "\u{feff}dt = 1".encode_utf16().flat_map(u16::to_le_bytes).collect();
     for (bytes, part) in [
         (
-            &b"# one\n# caf\xe9\n"[..],
+            &b"# one\n# the\xe9\n"[..],
             "a.toml:2:6: is not UTF-8 from the byte 0xe9 on: save the file as UTF-8",
         ),
         (&in_utf_16[..], "a.toml:1:1: is UTF-16: save the file as UTF-8"),

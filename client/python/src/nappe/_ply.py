@@ -1,8 +1,8 @@
 """A folder of PLY files: one per frame, with the particles, what is kept of them, and the triangles.
 
 Particles: x, y, z (m) and, where they are kept, vx, vy, vz (m/s), plastic_ratio (1) and stress_norm (Pa), each in its
-precision: float32 as `float`, float64 as `double`. Step and time stand in comments. The command's `--save FOLDER` writes
-the same bytes, in the precision of the session.
+precision: float32 as `float`, float64 as `double`. Step and time stand in comments. The command's `--save FOLDER`
+writes the same bytes, in the precision of the session.
 """
 
 from __future__ import annotations

@@ -34,7 +34,7 @@ mod tests {
             (b"v 0 0 0\n", "v 0 0 0\n"),
             (b"\xef\xbb\xbf", ""),
             (b"", ""),
-            (b"o caf\xe9\nv 0 0 0", "o caf\u{fffd}\nv 0 0 0"),
+            (b"o \xe9\nv 0 0 0", "o \u{fffd}\nv 0 0 0"),
         ];
         for (bytes, wanted) in cases {
             assert_eq!(text(bytes, "a.obj").expect("it is text"), wanted);

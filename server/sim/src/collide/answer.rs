@@ -279,8 +279,7 @@ mod tests {
         let (mut met, dt, end_time) = (0, DT, 0.0);
         for shape in Shape::examples().into_iter().filter(|shape| !hollow(shape)) {
             for case in 0..10_000 {
-                let mut collider =
-                    collider(shape.clone(), f64::from(case % 3) / 2.0, f64::from(case % 4) / 3.0);
+                let mut collider = collider(shape, f64::from(case % 3) / 2.0, f64::from(case % 4) / 3.0);
                 collider.velocity = [number(), number(), number()];
                 let [mut x, v, w] = [(); 3].map(|()| Vec3::new(number(), number(), number()));
                 x *= 1.5;
