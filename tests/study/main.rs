@@ -2,6 +2,7 @@
 //! steps against theory.
 
 mod support;
+mod budgets;
 mod golden;
 mod window;
 mod rows;

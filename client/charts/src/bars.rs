@@ -14,7 +14,7 @@ pub(crate) enum Kind {
 impl Kind {
     const fn of(fate: Fate) -> Self {
         match fate {
-            Fate::Stopped => Self::Unknown,
+            Fate::NotKnown => Self::Unknown,
             Fate::Wrong => Self::Wrong,
             Fate::Stable | Fate::Survived | Fate::Recovered => Self::Stable,
             Fate::Grows | Fate::Diverged | Fate::Indefinite | Fate::Refused | Fate::Detected | Fate::Lost => {
@@ -62,13 +62,18 @@ impl Bar<'_> {
     /// What it bears.
     pub(crate) fn bears(&self) -> Bears {
         match self.limit {
-            Some(row) if row.fate != Fate::Stopped => match row.limit {
+            Some(row) if row.fate != Fate::NotKnown => match row.limit {
                 Some(limit) if limit > 0.0 => Bears::UpTo(limit),
                 Some(_) => Bears::Nothing,
                 None => Bears::All(row.dt),
             },
             _ => Bears::Unfinished,
         }
+    }
+
+    /// Why its limit is not known, where it is not.
+    pub(crate) fn cause(&self) -> Option<String> {
+        self.limit.filter(|limit| limit.fate == Fate::NotKnown)?.cause.clone()
     }
 
     /// The certified bound (s), where there is one.
@@ -125,12 +130,16 @@ pub(crate) fn of(stability: &Stability, over: Over) -> Vec<Bar<'_>> {
                 stability.rows.iter().filter(|probe| is_probe(probe, over) && probe.method == row.method);
             let mut probes: Vec<_> = probes.map(|probe| (probe.dt, Kind::of(probe.fate))).collect();
             probes.sort_by(|a, b| a.0.total_cmp(&b.0));
+            let limit = of_method(over);
+            // Of a limit that was not found, single steps say nothing that a bar could show.
+            let is_known = limit.is_some_and(|limit| limit.fate != Fate::NotKnown);
+            let unknown = || vec![Part { kind: Kind::Unknown, from: 0.0, to: end }];
             bars.push(Bar {
                 name: row.method.name(),
                 method: row.method,
-                limit: of_method(over),
+                limit,
                 at_rest: of_method(Over::Rest),
-                parts: parts(&probes, end),
+                parts: if is_known { parts(&probes, end) } else { unknown() },
             });
         }
     }

@@ -25,7 +25,7 @@ pub(crate) enum Outcome {
     Diverged,
     Indefinite,
     Refused,
-    Stopped,
+    NotKnown,
 }
 
 impl Outcome {
@@ -37,7 +37,7 @@ impl Outcome {
         Self::Diverged,
         Self::Indefinite,
         Self::Refused,
-        Self::Stopped,
+        Self::NotKnown,
     ];
 
     /// That of a fate.
@@ -49,7 +49,7 @@ impl Outcome {
             Fate::Diverged | Fate::Detected => Self::Diverged,
             Fate::Indefinite => Self::Indefinite,
             Fate::Refused => Self::Refused,
-            Fate::Stopped => Self::Stopped,
+            Fate::NotKnown => Self::NotKnown,
         }
     }
 
@@ -62,7 +62,7 @@ impl Outcome {
             Self::Diverged => "diverged",
             Self::Indefinite => "indefinite",
             Self::Refused => "refused",
-            Self::Stopped => "not finished",
+            Self::NotKnown => "not known",
         }
     }
 
@@ -73,7 +73,7 @@ impl Outcome {
 
     /// Whether nothing is known of the method.
     pub(crate) const fn is_unknown(self) -> bool {
-        matches!(self, Self::Refused | Self::Stopped)
+        matches!(self, Self::Refused | Self::NotKnown)
     }
 
     /// A growth that such runs often have, for legends.
@@ -106,7 +106,7 @@ pub(crate) fn draw(sheet: &mut Sheet, room: [f64; 4], outcome: Outcome, growth: 
         Outcome::Diverged => ("#8B1A1A".to_owned(), "white"),
         Outcome::Indefinite => ("#CC79A7".to_owned(), "black"),
         Outcome::Refused => ("#C4C4C4".to_owned(), "black"),
-        Outcome::Stopped => ("#F0F0F0".to_owned(), "black"),
+        Outcome::NotKnown => ("#FFFFFF".to_owned(), "black"),
     };
     sheet.rectangle(room, &fill);
     let [left, right, above, below] = room;
@@ -122,7 +122,6 @@ fn draw_sign(sheet: &mut Sheet, outcome: Outcome, [x, y]: [f64; 2], half: f64, i
     let stroke = Stroke { colour: ink, width: 1.1, dashes: "" };
     let across = [[x - half, y], [x + half, y]];
     match outcome {
-        Outcome::Stable => {}
         Outcome::Grows => {
             sheet.line(&across, stroke);
             sheet.line(&[[x, y - half], [x, y + half]], stroke);
@@ -134,6 +133,6 @@ fn draw_sign(sheet: &mut Sheet, outcome: Outcome, [x, y]: [f64; 2], half: f64, i
         Outcome::Diverged => hatch::cross(sheet, [x, y], 0.8 * half, stroke),
         Outcome::Indefinite => sheet.line(&across, stroke),
         Outcome::Refused => sheet.words("r", [x, y + 3.0], Anchor::Middle, ink),
-        Outcome::Stopped => sheet.words("?", [x, y + 4.0], Anchor::Middle, ink),
+        Outcome::Stable | Outcome::NotKnown => {}
     }
 }

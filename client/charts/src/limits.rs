@@ -1,6 +1,6 @@
 //! The longest steps of each method: what is stable, what is wrong, what fails, and what was expected.
 
-use nappe_study::{Over, Stability, WRONG};
+use nappe_study::{NoReference, Over, Stability, WRONG};
 
 use crate::{
     axes::{self, LEGEND_LINE, Legend},
@@ -143,7 +143,7 @@ fn borne_by(bar: &Bar<'_>) -> String {
         Bears::UpTo(limit) => finer_time(limit),
         Bears::Nothing => "no step holds".to_owned(),
         Bears::All(longest) => format!("none to {}", finer_time(longest)),
-        Bears::Unfinished => "not finished".to_owned(),
+        Bears::Unfinished => "not known".to_owned(),
     }
 }
 
@@ -184,9 +184,13 @@ fn sentence(stability: &Stability, bars: &[Bar<'_>], over: Over) -> String {
         let wrong = length(WRONG * stability.tolerance);
         clauses.push(format!("hatched steps are stable but more than {wrong} off"));
     }
-    let missing = stability.missing.as_ref().map_or_else(String::new, |cause| {
-        format!("Nothing could be judged under load: {}. ", cause.trim_end_matches('.'))
-    });
+    let missing = match &stability.missing {
+        Some(NoReference::Failed(cause)) => {
+            format!("Nothing could be judged under load: {}. ", cause.trim_end_matches('.'))
+        }
+        Some(NoReference::Time(_)) => "Nothing could be judged under load: out of time. ".to_owned(),
+        None => String::new(),
+    };
     match over {
         Over::Rest => format!("{missing}At rest {}.", clauses.join("; ")),
         Over::Load | Over::Scene => format!("Under load {}.", clauses.join("; ")),
@@ -247,10 +251,18 @@ fn others(bars: &[Bar<'_>]) -> Option<String> {
     }
     let unfinished = names_of(Bears::Unfinished);
     if !unfinished.is_empty() {
-        let verb = if unfinished.len() == 1 { "was" } else { "were" };
-        clauses.push(format!("{} {verb} not finished", few(unfinished)));
+        let verb = if unfinished.len() == 1 { "is" } else { "are" };
+        clauses.push(format!("{} {verb} not known: {}", few(unfinished), why(bars)));
     }
     (!clauses.is_empty()).then(|| clauses.join("; "))
+}
+
+/// Why limits are not known.
+fn why(bars: &[Bar<'_>]) -> String {
+    let causes = bars.iter().filter(|bar| bar.bears() == Bears::Unfinished).filter_map(Bar::cause);
+    let mut causes: Vec<String> = causes.collect();
+    causes.dedup();
+    listed(&causes)
 }
 
 /// Names one after another; of many, how many more there are.

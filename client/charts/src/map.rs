@@ -214,8 +214,8 @@ fn draw_colours(sheet: &mut Sheet, [left, y]: [f64; 2]) {
 }
 
 fn sentence(stability: &Stability, shown: Shown, panels: &[Panel<'_>], border: Border) -> String {
-    let outcomes: Vec<Outcome> =
-        panels.iter().flat_map(|panel| &panel.rows).map(|row| Outcome::of(row.fate)).collect();
+    let cells = || stability.rows.iter().filter(|row| shown.has(row));
+    let outcomes: Vec<Outcome> = cells().map(|row| Outcome::of(row.fate)).collect();
     let count =
         |is_one: &dyn Fn(Outcome) -> bool| outcomes.iter().filter(|outcome| is_one(**outcome)).count();
     let be = |count: usize| if count == 1 { "is" } else { "are" };
@@ -234,7 +234,9 @@ fn sentence(stability: &Stability, shown: Shown, panels: &[Panel<'_>], border: B
         more => format!("{more} fail"),
     });
     if unknown > 0 {
-        counts.push(format!("{unknown} {} not known", be(unknown)));
+        let cut = cells().find_map(|row| row.cut);
+        let why = cut.map_or_else(String::new, |cut| format!(", {}", cut.why()));
+        counts.push(format!("{unknown} {} not known{why}", be(unknown)));
     }
     let theory = match border {
         Border::Drawn => " The white line is the limit that theory sets at rest.",

@@ -121,7 +121,16 @@ pub(crate) fn step(row: &StabilityRow) -> f64 {
 /// The cells of a map, in the order in which methods first appear.
 pub(crate) fn of(stability: &Stability, shown: Shown) -> Vec<Panel<'_>> {
     let mut methods: Vec<(Method, Vec<&StabilityRow>)> = Vec::new();
-    for row in stability.rows.iter().filter(|row| shown.has(row)) {
+    // Values at which nothing is known are left out: what is known has their room.
+    let known: Vec<f64> = stability
+        .rows
+        .iter()
+        .filter(|row| shown.has(row) && row.cut.is_none())
+        .map(|row| shown.value(row))
+        .collect();
+    let is_shown =
+        |row: &&StabilityRow| shown.has(row) && (known.is_empty() || known.contains(&shown.value(row)));
+    for row in stability.rows.iter().filter(is_shown) {
         match methods.iter_mut().find(|(method, _)| *method == row.method) {
             Some((_, rows)) => rows.push(row),
             None => methods.push((row.method, vec![row])),

@@ -32,6 +32,25 @@ pub struct Phase {
     end: Option<Instant>,
 }
 
+/// Why something was not followed to its end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cut {
+    /// Its time was over.
+    Time,
+    /// Somebody ended the study.
+    Interrupted,
+}
+
+impl Cut {
+    /// What tables and files say of it.
+    pub const fn why(self) -> &'static str {
+        match self {
+            Self::Time => "out of time",
+            Self::Interrupted => "interrupted",
+        }
+    }
+}
+
 /// A simulation that is given up when its phase is over, for as long as this value lives.
 #[derive(Debug)]
 pub(crate) struct Watched {
@@ -135,6 +154,11 @@ impl Phase {
     /// Whether its time is over, or the study was ended.
     pub(crate) fn is_over(&self) -> bool {
         self.shared.is_stopped() || self.end.is_some_and(|end| Instant::now() >= end)
+    }
+
+    /// Why what does not run to its end in it is given up.
+    pub(crate) fn cut(&self) -> Cut {
+        if self.shared.is_stopped() { Cut::Interrupted } else { Cut::Time }
     }
 
     /// Seconds that are left; infinite without a budget.

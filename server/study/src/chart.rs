@@ -1,5 +1,7 @@
 //! The chart of a scene of cloth: its window, a reference within it, and rows of every method against it.
 
+use std::time::Instant;
+
 use crate::{
     budget::Budget,
     case::Case,
@@ -14,9 +16,8 @@ use crate::{
     window::{OPEN, Scan, ScanEnd, scan},
 };
 
-/// Shares of the budget at whose end each part is over.
-const SCAN: f64 = 0.10;
-const REFERENCE: f64 = 0.35;
+/// Shares of the budget at whose end each part is over: the reference is known then, or nothing is.
+pub(crate) const REFERENCE: f64 = 0.7;
 const ROWS: f64 = 0.85;
 const AGAIN: f64 = 0.98;
 
@@ -34,8 +35,8 @@ pub enum Limit {
     Spread,
     /// The reference is not good enough further on.
     Reference,
-    /// The time for it was over.
-    Budget,
+    /// A reference would take too much work further on.
+    Work,
     /// A step of a reference run failed.
     Failed(String),
 }
@@ -111,8 +112,10 @@ pub(crate) fn without_rows(case: &Case, request: &Request, budget: &Budget, tell
     let end = request.times.as_ref().map_or(request.end, Times::end);
     let most = if request.times.is_some() { f64::INFINITY } else { allowed };
     tell("looking for the predictability horizon");
-    let scan = scan(case, end, most, &budget.until(SCAN));
-    let is_late = scan.end == ScanEnd::Stopped;
+    let phase = budget.until(REFERENCE);
+    let begin = Instant::now();
+    let scan = scan(case, end, most, &phase);
+    let seconds = begin.elapsed().as_secs_f64();
     let mut chart = Chart {
         tolerance: request.tolerance,
         limit: limit(&scan, request),
@@ -122,9 +125,15 @@ pub(crate) fn without_rows(case: &Case, request: &Request, budget: &Budget, tell
         reference: None,
         floor: 0.0,
         rows: Vec::new(),
-        is_cut: is_late,
+        is_cut: false,
         is_stopped: false,
     };
+    if chart.scan.end == ScanEnd::Stopped {
+        chart.is_cut = true;
+        // The scan has three copies of the scene; the reference takes longer.
+        chart.missing = Some(NoReference::Time(2.0 * chart.scan.needed(seconds, end)));
+        return chart;
+    }
 
     let times = request
         .times
@@ -133,12 +142,13 @@ pub(crate) fn without_rows(case: &Case, request: &Request, budget: &Budget, tell
     if times.count() > 0 {
         tell("computing the reference");
         let wanted = GOOD_REFERENCE * request.tolerance;
-        match reference(case, &times, chart.scan.step, wanted, &budget.until(REFERENCE)) {
+        match reference(case, &times, chart.scan.step, wanted, &phase) {
             Ok(found) => chart.keep(found, request),
-            Err(missing) => {
-                chart.is_cut |= matches!(missing, NoReference::Time(_));
-                chart.missing = Some(missing);
+            Err(NoReference::Time(needed)) => {
+                chart.is_cut = true;
+                chart.missing = Some(NoReference::Time(seconds + needed));
             }
+            Err(missing) => chart.missing = Some(missing),
         }
     }
     chart
@@ -147,9 +157,9 @@ pub(crate) fn without_rows(case: &Case, request: &Request, budget: &Budget, tell
 fn limit(scan: &Scan, request: &Request) -> Limit {
     match &scan.end {
         _ if request.times.is_some() => Limit::Asked,
-        ScanEnd::Reached => Limit::Scene,
+        // Where its time was over nothing is compared.
+        ScanEnd::Reached | ScanEnd::Stopped => Limit::Scene,
         ScanEnd::Spread => Limit::Spread,
-        ScanEnd::Stopped => Limit::Budget,
         ScanEnd::Failed(cause) => Limit::Failed(cause.clone()),
     }
 }
@@ -157,14 +167,13 @@ fn limit(scan: &Scan, request: &Request) -> Limit {
 impl Chart {
     /// Takes a reference over, and of its times those that runs are compared at.
     fn keep(&mut self, found: Reference, request: &Request) {
-        self.is_cut |= found.is_cut;
         let kept = if request.times.is_some() {
             found.clone()
         } else {
             let is_within = |error: &&f64| **error <= OPEN * self.tolerance;
             let count = found.own_error.iter().take_while(is_within).count() as u64;
             if count < found.times.count() {
-                self.limit = if found.is_cut { Limit::Budget } else { Limit::Reference };
+                self.limit = Limit::Reference;
             }
             found.kept(count, 1 << (count / 16).max(1).ilog2())
         };

@@ -11,15 +11,17 @@ use crate::{
     reference::{NoReference, Reference},
     run::{End, Run, run},
     snow::SnowSetting,
+    split::CHILDREN,
     times::Times,
 };
 
 /// How often cells are halved, at most: particles are 512 times as many then.
 const HALVINGS: u32 = 3;
-/// How many times as long a run takes whose cells are half as long, with room for a busy machine: 8 times as many particles
-/// make twice as many steps.
+/// How many times as much work a run takes whose cells are half as long: 8 times as many particles make twice as many steps.
 pub(crate) const COST: f64 = 16.0;
-const ROOM: f64 = 1.2;
+/// Steps of particles that a run of a reference takes at most, beyond which cells are not halved again. They are counted, so
+/// that no clock decides how good a reference is.
+pub(crate) const MOST_WORK: f64 = 1e8;
 /// How many times as long a run takes in f64.
 pub(crate) const F64_COST: f64 = 2.5;
 /// Orders by which the error of a run follows from its distance to the one before.
@@ -28,23 +30,25 @@ const ORDERS: std::ops::RangeInclusive<f64> = 0.7..=2.3;
 const F32_ERROR: f64 = 2e-5;
 const FAR: f64 = 5.0;
 
-/// The reference of the snow of a case, in f32, or in f64 where its own error comes near that of f32. Its times end where the
-/// first halving did not get further in its phase.
+/// The reference of the snow of a case, in f32, or in f64 where its own error comes near that of f32 and that takes no more work
+/// than is allowed. Its times end where a step of the first halving failed.
 ///
 /// # Errors
-/// When the first halving reached no time, or a step failed before.
+/// When time was over, or a step failed before the first time.
 pub(crate) fn halved(case: &Case, times: &Times, phase: &Phase) -> Result<Reference, NoReference> {
     let Some(snow) = &case.setup.snow else {
         return Err(NoReference::Failed("there is no snow".to_owned()));
     };
-    let (mut found, seconds) = Ladder::new(case, snow, Precision::F32).climb(times, phase)?;
+    let (mut found, work) = Ladder::new(case, snow, Precision::F32).climb(times, phase)?;
     let is_near = found.error() < FAR * F32_ERROR;
-    if is_near
-        && ROOM * F64_COST * seconds < phase.left()
-        && let Ok((finer, _)) = Ladder::new(case, snow, Precision::F64).climb(&found.times, phase)
-        && finer.times == found.times
-    {
-        return Ok(Reference { work: found.work.and(finer.work), ..finer });
+    if is_near && F64_COST * work <= MOST_WORK {
+        match Ladder::new(case, snow, Precision::F64).climb(&found.times, phase) {
+            Ok((finer, _)) if finer.times == found.times => {
+                return Ok(Reference { work: found.work.and(finer.work), ..finer });
+            }
+            Err(NoReference::Time(seconds)) => return Err(NoReference::Time(seconds)),
+            Ok(_) | Err(NoReference::Failed(_)) => {}
+        }
     }
     found.own_error.iter_mut().for_each(|error| *error = error.max(F32_ERROR));
     Ok(found)
@@ -60,62 +64,63 @@ struct Ladder<'a> {
     /// How far (rms, m) each run is from the one before, at each time.
     distances: Vec<Vec<f64>>,
     work: Work,
-    /// Seconds of all runs.
-    seconds: f64,
 }
 
 impl<'a> Ladder<'a> {
     fn new(case: &'a Case, snow: &'a SnowSetup, precision: Precision) -> Self {
         let (states, distances) = (Vec::new(), Vec::new());
-        Self { case, snow, precision, states, distances, work: Work::default(), seconds: 0.0 }
+        Self { case, snow, precision, states, distances, work: Work::default() }
     }
 
-    /// Halves cells as often as a phase allows, once at least; the reference, and the seconds that its runs took.
+    /// Halves cells as often as the work is allowed, once at least; the reference, and the steps of particles of its last run.
     fn climb(mut self, times: &Times, phase: &Phase) -> Result<(Reference, f64), NoReference> {
         let mut times = times.clone();
-        let mut is_cut = false;
         let first = self.run(0, &times, phase);
         if first.end != End::Reached {
             return Err(missing(&first, times.end(), 1.0 + COST));
         }
+        let mut steps = self.steps(&first, 0);
         self.states = first.states;
         let mut last = (SnowSetting::own(self.snow, self.precision, 0), first.dt);
-        let mut seconds = first.elapsed;
         for halving in 1..=HALVINGS {
-            if halving > 1 && ROOM * COST * seconds > phase.left() {
+            if halving > 1 && COST * steps > MOST_WORK {
                 break;
             }
             let made = self.run(halving, &times, phase);
-            let is_whole = made.end == End::Reached;
-            if !is_whole && halving > 1 {
-                break;
-            }
-            if made.states.is_empty() {
+            let has_failed = matches!(made.end, End::Failed(_));
+            if made.states.is_empty() || (made.end != End::Reached && !has_failed) {
                 return Err(missing(&made, times.end(), 1.0));
             }
-            is_cut |= made.end == End::Stopped;
-            seconds = made.elapsed;
+            if has_failed && halving > 1 {
+                break;
+            }
+            steps = self.steps(&made, halving);
             times.marks.truncate(made.states.len());
             self.states.truncate(made.states.len());
             let pairs = self.states.iter().zip(&made.states);
             self.distances.push(pairs.map(|(coarse, fine)| self.case.rms(coarse, fine)).collect());
             last = (SnowSetting::own(self.snow, self.precision, halving), made.dt);
             self.states = made.states;
-            if !is_whole {
+            if has_failed {
                 break;
             }
         }
         let (own_error, orders) = (0..times.marks.len()).map(|place| self.own_error(place)).unzip();
         let stepped = (&last.0).into();
         let (states, work, step) = (self.states, self.work, last.1);
-        Ok((Reference { times, states, own_error, orders, stepped, step, work, is_cut }, self.seconds))
+        Ok((Reference { times, states, own_error, orders, stepped, step, work }, steps))
+    }
+
+    /// Steps of particles that a run took.
+    fn steps(&self, made: &Run, halvings: u32) -> f64 {
+        let particles = self.case.particle_count() as f64 * (CHILDREN as f64).powi(halvings as i32);
+        made.work.force_evaluations as f64 * particles
     }
 
     fn run(&mut self, halvings: u32, times: &Times, phase: &Phase) -> Run {
         let setting = SnowSetting::own(self.snow, self.precision, halvings);
         let made = run(self.case, &setting, times, phase);
         self.work = self.work.and(made.work);
-        self.seconds += made.elapsed;
         made
     }
 
@@ -134,11 +139,9 @@ impl<'a> Ladder<'a> {
 
 /// Why there is no reference: a run did not reach an end (s). All of them would take so many times as long as it.
 fn missing(made: &Run, end: f64, ratio: f64) -> NoReference {
-    match &made.end {
-        End::Failed(failure) => NoReference::Failed(failure.cause.clone()),
-        End::Stopped | End::Reached => {
-            let whole = if made.tried > 0.0 { made.elapsed * end / made.tried } else { 0.0 };
-            NoReference::Time(whole * ratio)
-        }
+    if let End::Failed(failure) = &made.end {
+        return NoReference::Failed(failure.cause.clone());
     }
+    let whole = if made.tried > 0.0 { made.elapsed * end / made.tried } else { f64::INFINITY };
+    NoReference::Time(whole * ratio)
 }

@@ -33,7 +33,7 @@ mod plan;
 mod stability;
 pub mod gallery;
 
-pub use budget::{Budget, Phase, Stop};
+pub use budget::{Budget, Cut, Phase, Stop};
 pub use case::{Case, NothingToStudy};
 pub use chart::{Chart, Limit};
 pub use compare::{chart, line_names};

@@ -5,7 +5,7 @@ use nappe_sim::report::Work;
 use crate::{
     budget::Phase,
     case::Case,
-    run::{End, run},
+    run::{End, Run, run},
     setting::{Setting, Steps},
     stepped::Stepped,
     times::Times,
@@ -16,6 +16,10 @@ use crate::{
 const NEAR: f64 = 0.2;
 /// How often steps are halved, at most.
 const HALVINGS: u32 = 14;
+/// Evaluations of the force on a particle that a run takes at most, beyond which steps are not halved again; a step of few
+/// particles takes as long as one of so many more. It is counted, so that no clock decides how good a reference is.
+const MOST_WORK: u64 = 200_000_000;
+const OVERHEAD: u64 = 100;
 /// How many times as long a run takes as that of steps twice as long, with room for a busy machine.
 const COST: f64 = 2.2;
 
@@ -37,14 +41,12 @@ pub struct Reference {
     pub step: f64,
     /// What its runs cost.
     pub work: Work,
-    /// Whether its time was over before its error was as small as wanted.
-    pub is_cut: bool,
 }
 
-/// No two runs of a reference were made.
+/// Why there is no reference.
 #[derive(Clone, Debug, PartialEq)]
 pub enum NoReference {
-    /// Their time was over; so many seconds would have been needed for two.
+    /// Its time was over; about so many seconds would have been needed, infinite where that cannot be told.
     Time(f64),
     /// A step failed.
     Failed(String),
@@ -71,11 +73,11 @@ impl Reference {
     }
 }
 
-/// Halves steps, which begin at most `step` (s) long, until the own error is below `wanted` (m) at all times or a phase is
-/// over.
+/// Halves steps, which begin at most `step` (s) long, until the own error is below `wanted` (m) at all times, or the next run
+/// would take too much work: a reference is the same whatever time there is for it, or there is none.
 ///
 /// # Errors
-/// When not even two runs could be made.
+/// When a step failed, or time was over before that.
 pub fn reference(
     case: &Case,
     times: &Times,
@@ -91,36 +93,47 @@ pub fn reference(
     let mut ladder = Ladder { case, runs: Vec::new(), extrapolated: Vec::new(), distances: Vec::new() };
     let mut found: Option<Reference> = None;
     let mut work = Work::default();
-    let mut seconds = 0.0;
+    let [mut seconds, mut all] = [0.0; 2];
     for _ in 0..HALVINGS {
         let setting = Setting { steps: Steps::Divided(level), ..REFERENCE };
-        let is_late = phase.is_over() || COST * seconds > phase.left();
-        if is_late || !setting.fits(case, times.interval) {
+        if !setting.fits(case, times.interval) {
             break;
+        }
+        if COST * seconds > phase.left() {
+            return Err(NoReference::Time(all + COST * seconds));
         }
         let made = run(case, &setting, times, phase);
         match made.end {
             End::Reached => {}
-            End::Stopped => break,
             End::Failed(failure) => return Err(NoReference::Failed(failure.cause)),
+            _ => return Err(NoReference::Time(all + (COST * seconds).max(whole(&made, times.end())))),
         }
         seconds = made.seconds.iter().sum();
+        all += seconds;
         work = work.and(made.work);
         level += 1;
-        if let Some((states, own_error, orders)) = ladder.add(made.states) {
-            let is_cut = false;
-            let stepped = (&setting).into();
-            let orders = orders.into_iter().map(f64::from).collect();
-            let (times, step) = (times.clone(), made.dt);
-            let new = Reference { times, states, own_error, orders, stepped, step, work, is_cut };
-            let is_good = new.error() < wanted;
-            found = Some(new);
-            if is_good {
-                return found.ok_or(NoReference::Time(0.0));
-            }
+        let Some((states, own_error, orders)) = ladder.add(made.states) else { continue };
+        let stepped = (&setting).into();
+        let orders = orders.into_iter().map(f64::from).collect();
+        let (times, step) = (times.clone(), made.dt);
+        let new = Reference { times, states, own_error, orders, stepped, step, work };
+        let next = 2 * made.work.force_evaluations * (case.particle_count() as u64 + OVERHEAD);
+        let is_last = new.error() < wanted || next > MOST_WORK;
+        found = Some(new);
+        if is_last {
+            break;
         }
     }
-    found.map(|found| Reference { is_cut: true, ..found }).ok_or(NoReference::Time((1.0 + COST) * seconds))
+    found.ok_or_else(|| {
+        NoReference::Failed(
+            "where pins move, a step of the scene has no room for steps that are short enough".to_owned(),
+        )
+    })
+}
+
+/// The seconds that a run would have taken to an end (s), of one that was given up.
+fn whole(made: &Run, end: f64) -> f64 {
+    if made.tried > 0.0 { made.elapsed * end / made.tried } else { f64::INFINITY }
 }
 
 /// Positions at each time.

@@ -3,6 +3,7 @@
 use nappe_sim::report::Work;
 
 use crate::{
+    budget::Cut,
     case::Case,
     reference::Reference,
     run::{End, Failure, Run},
@@ -18,7 +19,7 @@ pub enum Outcome {
     Diverged,
     /// A step was not taken.
     Refused,
-    /// Its time was over.
+    /// It was given up, and nothing is known of it.
     Stopped,
 }
 
@@ -29,7 +30,7 @@ impl Outcome {
             Self::Ok => "ok",
             Self::Diverged => "diverged",
             Self::Refused => "refused",
-            Self::Stopped => "stopped",
+            Self::Stopped => "not_known",
         }
     }
 }
@@ -63,6 +64,8 @@ pub struct Row {
     pub outcome: Outcome,
     /// Why it did not reach its end.
     pub failure: Option<Failure>,
+    /// Why it was given up, if it was for want of time.
+    pub cut: Option<Cut>,
     /// Whether its error is less than what can be told.
     pub below_floor: bool,
     /// Whether no other row is better in error and seconds.
@@ -131,6 +134,7 @@ impl Row {
             state_hash,
             outcome,
             failure,
+            cut: run.cut,
             below_floor: false,
             front: false,
             own: stepped.is_own(),

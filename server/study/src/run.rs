@@ -8,7 +8,7 @@ use nappe_sim::{
 };
 
 use crate::{
-    budget::{Phase, Watched},
+    budget::{Cut, Phase, Watched},
     case::Case,
     setting::Plan,
     stepped::Stepped,
@@ -64,6 +64,8 @@ pub struct Run {
     pub state_hash: u64,
     /// How it ended.
     pub end: End,
+    /// Why it was given up, if it was for want of time.
+    pub cut: Option<Cut>,
 }
 
 /// A run on its way, an interval at a time.
@@ -215,6 +217,7 @@ pub(crate) fn run_within(case: &Case, stepped: Stepped, times: &Times, phase: &P
         max_stretch: 0.0,
         state_hash: 0,
         end: End::Reached,
+        cut: None,
     };
     let mut runner = match Runner::start(case, stepped, times, phase) {
         Ok(runner) => runner,
@@ -226,6 +229,7 @@ pub(crate) fn run_within(case: &Case, stepped: Stepped, times: &Times, phase: &P
         match runner.advance() {
             Ok(seconds) => run.seconds.push(seconds),
             Err(end) => {
+                run.cut = (end == End::Stopped).then(|| phase.cut());
                 run.end = end;
                 break;
             }

@@ -10,13 +10,13 @@ use nappe_sim::{
 use crate::{
     budget::{Budget, Phase},
     case::Case,
-    chart::{Chart, Limit},
+    chart::{Chart, Limit, REFERENCE},
     front,
-    halved::{COST, F64_COST, halved},
-    reference::NoReference,
+    halved::{COST, F64_COST, MOST_WORK, halved},
+    reference::{NoReference, Reference},
     request::Request,
     row::{Outcome, Row},
-    run::{End, Run, run},
+    run::{End, run, run_within},
     snow::{SnowSetting, SnowSteps, variants},
     times::Times,
     timing,
@@ -25,12 +25,8 @@ use crate::{
 };
 
 /// Shares of the budget at whose end each part is over.
-const FIRST: f64 = 0.05;
-const REFERENCE: f64 = 0.35;
 const ROWS: f64 = 0.85;
 const AGAIN: f64 = 0.98;
-/// How much longer all runs may take than is expected from the first.
-const ROOM: f64 = 1.3;
 /// Shares of the certified bound that steps of rows have.
 const SHARES: [f64; 2] = [TimeStep::SAFETY, 0.5 * TimeStep::SAFETY];
 /// Cells of rows, times those of the scene.
@@ -53,26 +49,19 @@ pub(crate) fn of_snow(
 ) -> Chart {
     let settings = settings(snow, request);
     tell("the scene as it is written");
-    let (times, limit) = window(case, snow, request, &settings, budget);
-    let mut chart = empty(case, request, limit);
-    chart.is_cut = chart.limit == Limit::Budget;
-    if times.count() > 0 {
-        tell("computing the reference on halved cells");
-        match halved(case, &times, &budget.until(REFERENCE)) {
-            Ok(found) => {
-                if found.times != times {
-                    chart.limit = if found.is_cut { Limit::Budget } else { Limit::Reference };
-                }
-                chart.is_cut |= found.is_cut;
-                chart.floor = found.error();
-                chart.scan.step = found.step;
-                chart.whole = Some(found.clone());
-                chart.reference = Some(found);
+    let mut chart = empty(case, request);
+    let phase = budget.until(REFERENCE);
+    match window(case, snow, request, &phase) {
+        Ok((times, limit)) => {
+            chart.limit = limit;
+            if times.count() > 0 {
+                tell("computing the reference on halved cells");
+                chart.take(halved(case, &times, &phase), &times);
             }
-            Err(missing) => {
-                chart.is_cut |= matches!(missing, NoReference::Time(_));
-                chart.missing = Some(missing);
-            }
+        }
+        Err(needed) => {
+            chart.is_cut = true;
+            chart.missing = Some(NoReference::Time(needed));
         }
     }
     add_rows(&mut chart, case, snow, &settings, &budget.until(ROWS), tell);
@@ -86,7 +75,28 @@ pub(crate) fn of_snow(
     chart
 }
 
-fn empty(case: &Case, request: &Request, limit: Limit) -> Chart {
+impl Chart {
+    /// Takes over a reference that was looked for at some times.
+    fn take(&mut self, reference: Result<Reference, NoReference>, times: &Times) {
+        match reference {
+            Ok(found) => {
+                if found.times != *times {
+                    self.limit = Limit::Reference;
+                }
+                self.floor = found.error();
+                self.scan.step = found.step;
+                self.whole = Some(found.clone());
+                self.reference = Some(found);
+            }
+            Err(missing) => {
+                self.is_cut |= matches!(missing, NoReference::Time(_));
+                self.missing = Some(missing);
+            }
+        }
+    }
+}
+
+fn empty(case: &Case, request: &Request) -> Chart {
     // Copies that start a hair apart tell nothing that halved cells do not.
     let scan = Scan {
         spacing: case.dt(),
@@ -101,7 +111,7 @@ fn empty(case: &Case, request: &Request, limit: Limit) -> Chart {
         whole: None,
         missing: None,
         reference: None,
-        limit,
+        limit: Limit::Scene,
         floor: 0.0,
         rows: Vec::new(),
         is_cut: false,
@@ -144,47 +154,30 @@ fn cost(setting: &SnowSetting, scene: &SnowSettings) -> f64 {
     precision * kernel * scene.cell / (setting.cell * share)
 }
 
-/// The times at which runs are compared, and what ends them: those that were asked for, or as many steps of the scene as all
-/// runs have time for, by the seconds that it takes as it is written.
-fn window(
-    case: &Case,
-    snow: &SnowSetup,
-    request: &Request,
-    settings: &[SnowSetting],
-    budget: &Budget,
-) -> (Times, Limit) {
+/// The times at which runs are compared, and what ends them: those that were asked for, or as many steps of the scene as a
+/// reference on cells half as long makes with the work that it is allowed.
+///
+/// # Errors
+/// Time was over; about how many seconds the reference takes.
+fn window(case: &Case, snow: &SnowSetup, request: &Request, phase: &Phase) -> Result<(Times, Limit), f64> {
     if let Some(times) = &request.times {
-        return (times.clone(), Limit::Asked);
+        return Ok((times.clone(), Limit::Asked));
     }
     let steps = (request.end / case.dt()).round() as u64;
     let own = SnowSetting::own(snow, case.precision, 0);
     let last = Times { interval: case.dt(), marks: vec![steps] };
-    let made = run(case, &own, &last, &budget.until(FIRST));
-    let scene = &snow.settings;
-    let rows: f64 = settings.iter().map(|setting| cost(setting, scene)).sum();
-    let reference = (1.0 + COST) * cost(&SnowSetting { precision: Precision::F32, ..own }, scene);
-    let count = count(&made, cost(&own, scene), [reference, reference + rows], budget);
+    let most = (MOST_WORK / (COST * case.particle_count() as f64)) as u64;
+    let made = run_within(case, (&own).into(), &last, phase, most);
     let limit = match &made.end {
-        _ if count < made.seconds.len() => Limit::Budget,
         End::Reached => Limit::Scene,
         End::Failed(failure) => Limit::Failed(failure.cause.clone()),
-        End::Stopped => Limit::Budget,
+        _ if made.work.force_evaluations > most => Limit::Work,
+        _ => {
+            let share = made.work.force_evaluations as f64 / most as f64;
+            return Err(if share > 0.0 { COST * made.elapsed / share } else { f64::INFINITY });
+        }
     };
-    (Times::of_first(count as u64, case.dt()), limit)
-}
-
-/// How many steps of a run of a cost the reference, and all runs, of these costs have time for: all without a budget.
-fn count(made: &Run, own: f64, [reference, all]: [f64; 2], budget: &Budget) -> usize {
-    let [of_reference, of_all] = [REFERENCE, ROWS].map(|share| budget.until(share).left());
-    let allowed = (of_reference / reference).min(of_all / all) * own / ROOM;
-    let mut seconds = 0.0;
-    made.seconds
-        .iter()
-        .take_while(|step| {
-            seconds += **step;
-            seconds <= allowed
-        })
-        .count()
+    Ok((Times::of_first(made.seconds.len() as u64, case.dt()), limit))
 }
 
 /// Adds the scene as it is written, and the rows of all settings, what is cheap first.

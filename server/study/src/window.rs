@@ -80,6 +80,13 @@ impl Scan {
         self.spread.iter().take(count).copied().fold(0.0, f64::max)
     }
 
+    /// The seconds that it would have taken to a time (s), where it took so many until it was given up; infinite where it did
+    /// not get far enough to tell.
+    pub(crate) fn needed(&self, seconds: f64, end: f64) -> f64 {
+        let reached = self.spacing * self.spread.len() as f64;
+        if reached > 0.0 { seconds * end / reached } else { f64::INFINITY }
+    }
+
     /// The mean rate (1/s) at which copies grow apart until a time (s), ln(spread / displacement) / time: the finite-time
     /// Lyapunov exponent. None where they were not looked at then.
     pub fn growth_rate(&self, end: f64) -> Option<f64> {

@@ -37,7 +37,6 @@ pub(crate) fn document(subject: &Subject, chart: &Chart) -> Value {
             "cell_m": reference.stepped.cell(),
             "own_error_m": reference.own_error,
             "order": reference.orders,
-            "cut": reference.is_cut,
             "force_evaluations": reference.work.force_evaluations,
         })),
         "missing": chart.missing.as_ref().map(missing),
@@ -72,14 +71,14 @@ const fn limit(limit: &Limit) -> &'static str {
         Limit::Scene => "scene",
         Limit::Spread => "spread",
         Limit::Reference => "reference",
-        Limit::Budget => "budget",
+        Limit::Work => "work",
         Limit::Failed(_) => "failed",
     }
 }
 
 fn missing(missing: &NoReference) -> Value {
     match missing {
-        NoReference::Time(seconds) => json!({ "needed_s": seconds }),
+        NoReference::Time(seconds) => json!({ "cut_reason": "out of time", "needed_s": seconds }),
         NoReference::Failed(cause) => json!({ "cause": cause }),
     }
 }

@@ -2,12 +2,12 @@
 
 use std::fmt::Write as _;
 
-use nappe_study::{Chart, Row};
+use nappe_study::{Chart, Outcome, Row};
 
 use crate::study::files::quoted;
 
 /// Names of the columns: they stay.
-const COLUMNS: [&str; 23] = [
+const COLUMNS: [&str; 24] = [
     "scene",
     "method",
     "precision",
@@ -31,6 +31,7 @@ const COLUMNS: [&str; 23] = [
     "front",
     "own",
     "cell_m",
+    "cut_reason",
 ];
 
 /// All rows, with a header.
@@ -48,23 +49,27 @@ fn fields(scene: &str, threads: usize, row: &Row) -> [String; COLUMNS.len()] {
     let number = |value: f64| format!("{value:?}");
     let known = |value: Option<f64>| value.map(number).unwrap_or_default();
     let failure = row.failure.as_ref();
+    // How far a run came that was given up is a matter of time.
+    let is_known = row.outcome != Outcome::Stopped;
+    let told = |value: f64| if is_known { number(value) } else { String::new() };
+    let counted = |value: u64| if is_known { value.to_string() } else { String::new() };
     [
         scene.to_owned(),
         row.stepped.name(),
         row.stepped.precision().to_string(),
         threads.to_string(),
-        number(row.dt),
+        if is_known || row.stepped.is_even() { number(row.dt) } else { String::new() },
         known(row.tolerance),
         known(row.rms_error),
-        known(row.seconds),
-        row.work.force_evaluations.to_string(),
-        row.work.matrix_products.to_string(),
+        known(row.seconds.filter(|_| is_known)),
+        counted(row.work.force_evaluations),
+        counted(row.work.matrix_products),
         row.outcome.name().to_owned(),
         known(row.stepped.step_tolerance()),
         known(row.centre_error),
-        known(row.minimum_seconds),
-        number(row.energy_drift),
-        number(row.max_stretch),
+        known(row.minimum_seconds.filter(|_| is_known)),
+        told(row.energy_drift),
+        told(row.max_stretch),
         failure.map(|failure| failure.cause.clone()).unwrap_or_default(),
         known(failure.map(|failure| failure.time)),
         failure.and_then(|failure| failure.particle).map(|particle| particle.to_string()).unwrap_or_default(),
@@ -72,5 +77,6 @@ fn fields(scene: &str, threads: usize, row: &Row) -> [String; COLUMNS.len()] {
         row.front.to_string(),
         row.own.to_string(),
         known(row.stepped.cell()),
+        row.cut.map(|cut| cut.why().to_owned()).unwrap_or_default(),
     ]
 }

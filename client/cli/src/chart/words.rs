@@ -64,8 +64,19 @@ pub(crate) fn cheapest_rows(chart: &Chart) -> String {
 /// What limits the time in which runs are compared, what it would take to go further, how fast copies of cloth grow apart, and of
 /// snow what its cells leave open.
 pub(crate) fn summary(chart: &Chart) -> String {
-    let parts = [Some(limit(chart)), chart.growth_rate().map(growth), cells(chart)];
+    let parts = [Some(limit(chart)), cut(chart), chart.growth_rate().map(growth), cells(chart)];
     parts.into_iter().flatten().collect::<Vec<_>>().join(" ")
+}
+
+/// What is not known for want of time, where something is.
+fn cut(chart: &Chart) -> Option<String> {
+    let is_cut = chart.is_cut && chart.reference.is_some();
+    is_cut.then(|| {
+        let runs = chart.rows.iter().filter(|row| row.cut.is_some()).count();
+        let why = if chart.is_stopped { "Interrupted" } else { "Out of time" };
+        let runs = if runs == 1 { "1 run".to_owned() } else { format!("{runs} runs") };
+        format!("{why}: not every method was followed to its end, and of {runs} nothing is known; no other number depends on that.")
+    })
 }
 
 /// How fast (1/s) what starts 1e-8 m apart grows apart, and what another displacement makes of the predictability horizon.
@@ -97,18 +108,35 @@ fn cells(chart: &Chart) -> Option<String> {
     ))
 }
 
+/// What a part of a study needs (s), of which nothing is known for want of time.
+pub(crate) fn needed(what: &str, seconds: f64) -> String {
+    // What is needed is allowed two thirds of a budget.
+    let budget = (2.0 * seconds).ceil().max(2.0);
+    if budget.is_finite() && budget < 1e6 {
+        format!("{what} take about {} s: try --budget {budget:.0}s.", three(seconds))
+    } else {
+        format!("{what} did not come far enough to tell how long they take: try --budget 10min.")
+    }
+}
+
+/// A number with three digits that count.
+fn three(value: f64) -> String {
+    let digits = (2 - value.abs().max(1e-3).log10().floor() as i32).clamp(0, 4) as usize;
+    format!("{value:.digits$}")
+}
+
 /// What limits the time in which runs are compared.
 pub(crate) fn limit(chart: &Chart) -> String {
     let until = format!("{:.3} s", chart.until());
     let quarter = length(0.25 * chart.tolerance);
     if let Some(missing) = &chart.missing {
         return match missing {
-            NoReference::Time(seconds) if *seconds > 0.0 => format!(
-                "There was no time for a reference: its first two runs alone take about {seconds:.1} s, and a reference \
-                 gets a third of the budget; try --budget {:.0}s.",
-                (5.0 * seconds).max(2.0)
-            ),
-            NoReference::Time(_) => "There was no time for a reference; try a budget of minutes.".to_owned(),
+            NoReference::Time(seconds) => {
+                format!(
+                    "Nothing is known: out of time. {}",
+                    needed("The predictability horizon and the reference", *seconds)
+                )
+            }
             NoReference::Failed(cause) => format!("There is no reference: {cause}."),
         };
     }
@@ -125,9 +153,6 @@ pub(crate) fn limit(chart: &Chart) -> String {
         );
         return match &chart.limit {
             Limit::Failed(cause) => format!("Nothing can be compared: {cause}."),
-            Limit::Budget => {
-                format!("Nothing can be compared in this budget: {first}; try --budget 60s or more.")
-            }
             _ => {
                 format!("Nothing can be compared: {first}, more than {quarter}, a quarter of the tolerance.")
             }
@@ -149,8 +174,8 @@ pub(crate) fn limit(chart: &Chart) -> String {
         Limit::Reference => {
             format!("Compared until {until}: after that, the reference is not known to {quarter}.")
         }
-        Limit::Budget => format!(
-            "Compared until {until}, which is as far as the budget reached; a larger one goes further."
+        Limit::Work => format!(
+            "Compared until {until}: a reference on cells half as long would take too much work further on; --until asks for it."
         ),
         Limit::Failed(cause) => {
             format!("Compared until {until}: after that a reference run failed, {cause}.")

@@ -1,6 +1,6 @@
 //! What a study of stability says beside its rows, as JSON.
 
-use nappe_study::{DISPLACEMENT, Fate, Over, SEED, Stability, StabilityRow};
+use nappe_study::{DISPLACEMENT, Fate, NoReference, Over, SEED, Stability, StabilityRow};
 use serde_json::{Value, json};
 
 use super::words;
@@ -24,7 +24,11 @@ pub(super) fn document(subject: &Subject, study: &Stability) -> Value {
         "growth_rate_per_s": study.growth_rate,
         "certified_bound_s": study.bound.is_finite().then_some(study.bound),
         "frequency_rad_s": study.theory.as_ref().map(nappe_study::Theory::frequency),
-        "missing": study.missing,
+        "missing": words::missing(study),
+        "needed_s": match study.missing {
+            Some(NoReference::Time(seconds)) if seconds.is_finite() => Some(seconds),
+            _ => None,
+        },
         "limits": {
             "at_rest": study.limits(Over::Rest).map(limit).collect::<Vec<_>>(),
             "under_load": study.limits(Over::Load).map(limit).collect::<Vec<_>>(),
@@ -37,10 +41,13 @@ pub(super) fn document(subject: &Subject, study: &Stability) -> Value {
 fn limit(row: &StabilityRow) -> Value {
     json!({
         "method": row.method.name(),
+        "outcome": row.fate.name(),
+        "cut_reason": row.cut.map(nappe_study::Cut::why),
         "limit_s": row.limit,
         "holds_up_to_s": (row.limit.is_none() && row.fate.holds()).then_some(row.dt),
+        "right_up_to_s": row.right,
         "theory_s": row.theory,
         "bound_s": row.bound,
-        "finished": row.fate != Fate::Stopped,
+        "finished": row.fate != Fate::NotKnown,
     })
 }

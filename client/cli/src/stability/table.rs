@@ -2,12 +2,12 @@
 
 use std::fmt::Write as _;
 
-use nappe_study::StabilityRow;
+use nappe_study::{Fate, StabilityRow};
 
 use crate::study::files::quoted;
 
 /// Names of the columns: they stay.
-const COLUMNS: [&str; 15] = [
+const COLUMNS: [&str; 17] = [
     "scene",
     "method",
     "x_axis",
@@ -23,6 +23,8 @@ const COLUMNS: [&str; 15] = [
     "step",
     "particle",
     "bound_s",
+    "right_s",
+    "cut_reason",
 ];
 
 /// All rows, with a header.
@@ -44,7 +46,7 @@ fn fields(scene: &str, row: &StabilityRow) -> [String; COLUMNS.len()] {
         scene.to_owned(),
         row.method.name(),
         row.over.name().to_owned(),
-        number(row.dt),
+        if row.is_limit && row.fate == Fate::NotKnown { String::new() } else { number(row.dt) },
         row.across.map(|(across, _)| across.name().to_owned()).unwrap_or_default(),
         known(row.across.map(|(_, value)| value)),
         row.fate.name().to_owned(),
@@ -56,5 +58,7 @@ fn fields(scene: &str, row: &StabilityRow) -> [String; COLUMNS.len()] {
         whole(row.step),
         whole(row.particle),
         known(row.bound),
+        known(row.right),
+        row.cut.map(|cut| cut.why().to_owned()).unwrap_or_default(),
     ]
 }

@@ -1,8 +1,11 @@
 //! A study of stability in words: the limits of every method, and what it found.
 
-use nappe_study::{Fate, Method, Over, Stability, StabilityRow, Stepping, WRONG};
+use nappe_study::{Fate, NoReference, Over, Stability, StabilityRow, Stepping, WRONG};
 
-use crate::output::{Column, table};
+use crate::{
+    chart::words::needed,
+    output::{Column, table},
+};
 
 /// A time (s) as people write it, in three digits.
 fn time(seconds: f64) -> String {
@@ -15,11 +18,14 @@ fn time(seconds: f64) -> String {
     format!("{value:.digits$} {unit}")
 }
 
+/// What stands in place of what was not followed to its end.
+const NOT_KNOWN: &str = "not known";
+
 /// What a limit is.
 fn limit(row: Option<&StabilityRow>) -> String {
     match row {
         None => String::new(),
-        Some(row) if row.fate == Fate::Stopped => "not finished".to_owned(),
+        Some(row) if row.fate == Fate::NotKnown => NOT_KNOWN.to_owned(),
         Some(row) => match row.limit {
             Some(0.0) => "none holds".to_owned(),
             Some(limit) => time(limit),
@@ -28,10 +34,19 @@ fn limit(row: Option<&StabilityRow>) -> String {
     }
 }
 
-/// The longest step (s) of a method under load that was stable and right.
-fn right(study: &Stability, method: Method) -> Option<f64> {
-    let probes = study.rows.iter().filter(|row| row.over == Over::Load && row.method == method);
-    probes.filter(|row| row.fate == Fate::Stable).map(|row| row.dt).reduce(f64::max)
+/// The longest step of a method under load that was stable and right.
+fn right(study: &Stability, load: Option<&StabilityRow>) -> String {
+    match load {
+        None => String::new(),
+        // Without a window there is nothing to be right by.
+        Some(row) if row.fate == Fate::NotKnown || study.window == 0.0 => NOT_KNOWN.to_owned(),
+        Some(row) => match row.right {
+            Some(0.0) => "none is".to_owned(),
+            Some(right) => time(right),
+            None if row.fate.holds() => NOT_KNOWN.to_owned(),
+            None => String::new(),
+        },
+    }
 }
 
 /// Limits of every method, and what becomes of it as the program runs it.
@@ -42,7 +57,8 @@ pub(crate) fn limits(study: &Stability) -> String {
         let load = study.limits(Over::Load).find(|row| row.method == method);
         let runs =
             study.rows.iter().filter(|row| row.stepping == Stepping::Certified && row.method == method);
-        let runs: Vec<_> = runs.map(|row| row.fate.name()).collect();
+        let named = |fate: Fate| if fate == Fate::NotKnown { NOT_KNOWN } else { fate.name() };
+        let runs: Vec<_> = runs.map(|row| named(row.fate)).collect();
         vec![
             method.name(),
             rest.theory
@@ -51,7 +67,7 @@ pub(crate) fn limits(study: &Stability) -> String {
             limit(Some(rest)),
             rest.bound.map(time).unwrap_or_default(),
             limit(load),
-            right(study, method).map(time).unwrap_or_default(),
+            right(study, load),
             runs.join(", "),
         ]
     };
@@ -71,9 +87,9 @@ pub(crate) fn limits(study: &Stability) -> String {
 pub(crate) fn summary(study: &Stability) -> String {
     let stable = "Under load a method is stable while its energy stays near that of a fine run";
     let mut text = match &study.missing {
-        Some(cause) => format!("Nothing could be judged under load: {cause}."),
+        Some(_) => missing(study).unwrap_or_default(),
         None if study.window == 0.0 => format!(
-            "{stable}; what is wrong could not be told: there was no time for a reference, or what starts 1e-8 m apart parts at once."
+            "{stable}; what is wrong could not be told: what starts 1e-8 m apart parts at once, or the reference is not known."
         ),
         None => format!(
             "{stable}, and right while it is within {} mm of a reference until {}, the predictability horizon for a displacement \
@@ -90,10 +106,44 @@ pub(crate) fn summary(study: &Stability) -> String {
              stability.csv."
         );
     }
-    if study.is_cut {
-        text.push_str(" The budget was too short for all of it; a larger one goes further.");
+    if study.is_cut && study.missing.is_none() {
+        text = format!("{text} {}", cut(study));
     }
     text
+}
+
+/// Why nothing could be judged under load, if nothing could.
+pub(super) fn missing(study: &Stability) -> Option<String> {
+    Some(match study.missing.as_ref()? {
+        NoReference::Failed(cause) => {
+            format!("Nothing could be judged under load: {}.", cause.trim_end_matches('.'))
+        }
+        NoReference::Time(_) if study.is_stopped => "Nothing is known: interrupted.".to_owned(),
+        NoReference::Time(seconds) => format!(
+            "Nothing is known: out of time. {}",
+            needed("The predictability horizon and a fine run of the scene", *seconds)
+        ),
+    })
+}
+
+/// What is not known for want of time.
+fn cut(study: &Stability) -> String {
+    let count = |is_one: &dyn Fn(&StabilityRow) -> bool| {
+        study.rows.iter().filter(|row| row.fate == Fate::NotKnown && row.cut.is_some() && is_one(row)).count()
+    };
+    let limits = count(&|row| row.is_limit);
+    let runs = count(&|row| row.stepping == Stepping::Certified);
+    let cells = count(&|row| row.across.is_some());
+    let rights = study
+        .rows
+        .iter()
+        .filter(|row| row.is_limit && row.fate != Fate::NotKnown && row.cut.is_some())
+        .count();
+    let why = if study.is_stopped { "Interrupted" } else { "Out of time" };
+    format!(
+        "{why}: {limits} limits, {rights} steps up to which a method is right, {runs} runs as the program makes them and {cells} cells of maps are not known; a larger --budget goes \
+         further, and changes nothing of what is known."
+    )
 }
 
 #[cfg(test)]

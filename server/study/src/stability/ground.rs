@@ -1,5 +1,7 @@
 //! What runs under load are judged against: a fine run of the scene, and a reference until its predictability horizon.
 
+use std::time::Instant;
+
 use nappe_sim::{
     cloth::{Hessian, Integrator},
     math::Precision,
@@ -9,11 +11,11 @@ use crate::{
     budget::Phase,
     case::Case,
     method::Method,
-    reference::reference,
+    reference::{NoReference, reference},
     run::{End, Runner},
     setting::{Setting, Steps},
     times::Times,
-    window::{OPEN, ScanEnd, scan},
+    window::{OPEN, Scan, ScanEnd, scan},
 };
 
 /// The method of the fine run, certified at a share of the bound.
@@ -26,11 +28,13 @@ const FINE: Setting = Setting::new(
 const TIMES: f64 = 200.0;
 /// Shortest spacing of times, as a power of two that divides the time step of the scene.
 const FINEST: u32 = 8;
-/// Shares of the time that is left which the window, then the reference may take.
-const SCAN: f64 = 0.4;
-const REFERENCE: f64 = 0.5;
+/// Steps that a run is judged by, at least.
+pub(super) const STEPS: f64 = 200.0;
+/// The fine run ends with the scene, or after so many windows and so many steps of the scene.
+const WINDOWS: f64 = 2.0;
+const SCENE_STEPS: f64 = 2.0 * STEPS;
 
-/// A fine run of a scene, and a reference until its predictability horizon.
+/// A fine run of a scene, and a reference until its predictability horizon. No clock has a part in it.
 #[derive(Clone, Debug)]
 pub(super) struct Ground {
     /// For how long (s) the answer is known to a quarter of the tolerance; 0 where it is not.
@@ -52,25 +56,48 @@ pub(super) struct Ground {
 }
 
 impl Ground {
-    /// Runs a case until a time (s), or as far as the time for it reaches; the window is that of an error (m).
+    /// Runs a case until a time (s); the window is that of an error (m).
     ///
     /// # Errors
-    /// Why there is none, in a sentence.
-    pub(super) fn new(case: &Case, end: f64, tolerance: f64, phase: &Phase) -> Result<Self, String> {
-        let scan = scan(case, end, OPEN * tolerance, &phase.share(SCAN));
-        if let ScanEnd::Failed(cause) = scan.end {
-            return Err(cause);
+    /// Why there is none: a step failed, or time was over before all of it was known.
+    pub(super) fn new(case: &Case, end: f64, tolerance: f64, phase: &Phase) -> Result<Self, NoReference> {
+        let allowed = OPEN * tolerance;
+        let begin = Instant::now();
+        let scan = scan(case, end, allowed, phase);
+        let seconds = begin.elapsed().as_secs_f64();
+        match &scan.end {
+            ScanEnd::Failed(cause) => return Err(NoReference::Failed(cause.clone())),
+            // The scan has three copies of the scene; the reference, and the fine run, take more than as long.
+            ScanEnd::Stopped => return Err(NoReference::Time(2.0 * scan.needed(seconds, end))),
+            ScanEnd::Reached | ScanEnd::Spread => {}
         }
-        let count = scan.count_within(OPEN * tolerance);
-        let times = Times::even(scan.spacing, count);
-        let known = reference(case, &times, scan.step, OPEN * tolerance, &phase.share(REFERENCE));
+        let times = Times::even(scan.spacing, scan.count_within(allowed));
+        let known = match reference(case, &times, scan.step, allowed, phase) {
+            Err(NoReference::Time(needed)) => return Err(NoReference::Time(2.0 * seconds + needed)),
+            Err(NoReference::Failed(cause)) => return Err(NoReference::Failed(cause)),
+            Ok(known) => known,
+        };
+        let good = known.own_error.iter().take_while(|error| **error <= allowed).count();
+        let window = scan.spacing * good as f64;
+        let end = end.min((WINDOWS * window).max(SCENE_STEPS * case.dt()));
+        let mut ground = Self::fine(case, [window, end], phase).map_err(|missing| match missing {
+            NoReference::Time(needed) => NoReference::Time(begin.elapsed().as_secs_f64() + needed),
+            NoReference::Failed(cause) => NoReference::Failed(cause),
+        })?;
+        ground.keep(&scan, known.states.into_iter().take(good));
+        Ok(ground)
+    }
+
+    /// A fine run until an end (s), looked at often enough within a window (s).
+    fn fine(case: &Case, [window, end]: [f64; 2], phase: &Phase) -> Result<Self, NoReference> {
         let mut spacing = case.dt();
         for _ in 0..FINEST {
-            if spacing * TIMES > times.end() && !case.has_moving_pins() {
+            if spacing * TIMES > window && !case.has_moving_pins() {
                 spacing *= 0.5;
             }
         }
-        let mut runner = Runner::start(case, &FINE, &Times::even(spacing, 1), phase).map_err(|f| f.cause)?;
+        let runner = Runner::start(case, &FINE, &Times::even(spacing, 1), phase);
+        let mut runner = runner.map_err(|failure| NoReference::Failed(failure.cause))?;
         let moved = |runner: &Runner| runner.now.kinetic_energy + runner.now.elastic_energy;
         let mut ground = Self {
             window: 0.0,
@@ -79,33 +106,39 @@ impl Ground {
             spacing,
             energies: vec![runner.now.total_energy()],
             highest: Vec::new(),
-            interval: scan.spacing,
+            interval: spacing,
             states: vec![runner.positions()],
         };
+        let begin = Instant::now();
         for _ in 0..(end / spacing - 1e-6).ceil() as u64 {
             match runner.advance() {
                 Ok(_) => {}
-                Err(End::Failed(failure)) => return Err(failure.cause),
-                Err(End::Stopped | End::Reached) => break,
+                Err(End::Failed(failure)) => return Err(NoReference::Failed(failure.cause)),
+                Err(_) => {
+                    let share = (runner.time() / end).max(f64::MIN_POSITIVE);
+                    return Err(NoReference::Time((1.0 / share - 1.0) * begin.elapsed().as_secs_f64()));
+                }
             }
             ground.scale = ground.scale.max(moved(&runner));
             ground.energies.push(runner.now.total_energy());
         }
-        if let Ok(known) = known {
-            let good = known.own_error.iter().take_while(|error| **error <= OPEN * tolerance).count();
-            ground.states.extend(known.states.into_iter().take(good));
-            ground.window = (scan.spacing * good as f64).min(ground.end());
-            ground.growth_rate = scan.growth_rate(ground.window);
-        }
-        let first = place(ground.window / spacing, ground.energies.len())[0] as usize;
+        Ok(ground)
+    }
+
+    /// Takes over states of the reference at the times of a scan.
+    fn keep(&mut self, scan: &Scan, states: impl Iterator<Item = Vec<f64>>) {
+        self.interval = scan.spacing;
+        self.states.extend(states);
+        self.window = (scan.spacing * (self.states.len() - 1) as f64).min(self.end());
+        self.growth_rate = scan.growth_rate(self.window);
+        let first = place(self.window / self.spacing, self.energies.len())[0] as usize;
         let mut largest = f64::NEG_INFINITY;
-        ground.highest.extend(ground.energies.iter().enumerate().map(|(i, energy)| {
+        self.highest.extend(self.energies.iter().enumerate().map(|(i, energy)| {
             if i >= first {
                 largest = largest.max(*energy);
             }
             largest
         }));
-        Ok(ground)
     }
 
     /// The time (s) that the fine run reached.
@@ -115,7 +148,7 @@ impl Ground {
 
     /// Steps (s) of a run that is judged: two hundred, and to the end of the window, but not beyond the fine run.
     pub(super) fn steps(&self, dt: f64) -> u64 {
-        let wanted = (self.window / dt - 1e-9).ceil().max(200.0);
+        let wanted = (self.window / dt - 1e-9).ceil().max(STEPS);
         wanted.min((self.end() / dt + 1e-9).floor()).max(1.0) as u64
     }
 

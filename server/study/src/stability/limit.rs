@@ -2,7 +2,7 @@
 
 use super::{
     bisect::{Bisection, TimeIsOver},
-    row::{Fate, StabilityRow},
+    row::{Fate, Over, StabilityRow},
 };
 use crate::budget::Phase;
 
@@ -21,7 +21,7 @@ pub(super) struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// Looks for the limit from a step (s) on. The last row is the limit.
+    /// Looks for the limit from a step (s) on. The last row is the limit; it is not known where a run was not followed to its end.
     pub(super) fn find(mut self, start: f64, phase: &Phase) -> Vec<StabilityRow> {
         let range = self.range;
         let mut holds = |dt: f64| self.fate(dt, phase).map(Fate::holds);
@@ -31,7 +31,7 @@ impl Search<'_> {
             Ok([below, above]) => {
                 shown(if below > 0.0 { below } else { above }).map(|row| limit_row(row, [below, above]))
             }
-            Err(TimeIsOver) => self.rows.last().cloned().map(|row| StabilityRow { is_limit: true, ..row }),
+            Err(TimeIsOver) => self.rows.last().map(unknown),
         };
         self.rows.extend(limit);
         self.rows
@@ -41,24 +41,23 @@ impl Search<'_> {
         let row = (self.run)(dt, phase);
         let fate = row.fate;
         self.rows.push(row);
-        if fate == Fate::Stopped { Err(TimeIsOver) } else { Ok(fate) }
+        if fate == Fate::NotKnown { Err(TimeIsOver) } else { Ok(fate) }
     }
 
     /// Looks for the longest step whose error is within what is allowed, where the longest that holds is wrong: below it, by
-    /// halves, until one is right, and between.
-    pub(super) fn find_right(mut self, from: f64, phase: &Phase) -> Vec<StabilityRow> {
-        // Time that is over leaves what was found.
-        let _ = self.narrow_right(from, phase);
-        self.rows
+    /// halves, until one is right, and between. That step (s), 0 where none is right; none where time was over.
+    pub(super) fn find_right(mut self, from: f64, phase: &Phase) -> (Vec<StabilityRow>, Option<f64>) {
+        let right = self.narrow_right(from, phase).ok();
+        (self.rows, right)
     }
 
-    fn narrow_right(&mut self, from: f64, phase: &Phase) -> Result<(), TimeIsOver> {
+    fn narrow_right(&mut self, from: f64, phase: &Phase) -> Result<f64, TimeIsOver> {
         let mut above = from;
         let mut below = 0.5 * from;
         while self.fate(below, phase)? != Fate::Stable {
             (above, below) = (below, 0.5 * below);
             if below < self.range[0] {
-                return Ok(());
+                return Ok(0.0);
             }
         }
         while above > NEAR_RIGHT * below {
@@ -66,8 +65,14 @@ impl Search<'_> {
             let is_right = self.fate(middle, phase)? == Fate::Stable;
             *(if is_right { &mut below } else { &mut above }) = middle;
         }
-        Ok(())
+        Ok(below)
     }
+}
+
+/// The limit that is not known, from the row of the run that ended the search.
+fn unknown(last: &StabilityRow) -> StabilityRow {
+    let StabilityRow { method, over, theory, bound, cause, cut, .. } = last.clone();
+    StabilityRow { is_limit: true, theory, bound, cause, cut, ..StabilityRow::new(method, over, 0.0) }
 }
 
 /// The limit that lies between two steps (s), the first of which holds, from the row of one of them.
@@ -79,7 +84,8 @@ fn limit_row(row: &StabilityRow, [below, above]: [f64; 2]) -> StabilityRow {
     } else {
         (None, Some("it holds at the longest step that was tried".to_owned()))
     };
-    StabilityRow { is_limit: true, limit, cause, ..row.clone() }
+    let right = (row.over == Over::Load && row.fate == Fate::Stable).then_some(row.dt);
+    StabilityRow { is_limit: true, limit, cause, right, ..row.clone() }
 }
 
 #[cfg(test)]

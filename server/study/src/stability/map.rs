@@ -1,36 +1,21 @@
 //! Maps: the length of steps against damping, or against how far the start is pressed together.
 
-use std::time::Instant;
-
-use nappe_sim::{
-    cloth::{Hessian, Integrator},
-    math::Precision,
-};
+use nappe_sim::cloth::{Hessian, Integrator};
 use rayon::prelude::*;
 
 use super::{
     ground::Ground,
-    probe::{Probe, UnderLoad},
+    probe::Probe,
     row::{Across, Fate, Over, StabilityRow},
 };
-use crate::{
-    budget::Phase,
-    case::Case,
-    method::Method,
-    setting::{Setting, Steps},
-};
+use crate::{budget::Phase, case::Case, method::Method, reference::NoReference};
 
-/// Cells along each side of a map that is made first.
-const COARSE: usize = 8;
+/// Columns that are made first, at least.
+const FEW: usize = 6;
 /// The strongest compression.
 const PRESSED: f64 = 0.4;
 /// Decades of the factor on damping, from the smallest above 0.
 const DECADES: [f64; 2] = [-3.0, 3.0];
-/// Share of the time that is left which the cells of a finer map may be expected to take.
-const SPARE: f64 = 0.7;
-/// Share of its time that a column may take for its fine run.
-const GROUND: f64 = 0.4;
-
 /// What is mapped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Map {
@@ -63,6 +48,8 @@ pub(super) struct Mapped {
 /// A map on its way.
 pub(super) struct Mapping<'a> {
     pub(super) case: &'a Case,
+    /// The fine run of the scene itself.
+    pub(super) ground: &'a Ground,
     pub(super) across: Across,
     pub(super) methods: Vec<Mapped>,
     /// Cells along each side.
@@ -79,61 +66,67 @@ pub(super) fn hessians() -> impl Iterator<Item = Method> {
 }
 
 impl Mapping<'_> {
-    /// Makes the cells: few of them first, then as many as the time allows. Says whether that is fewer than asked for.
-    pub(super) fn make(&self, phase: &Phase) -> (Vec<StabilityRow>, bool) {
-        let least = COARSE.min(self.cells);
-        let begin = Instant::now();
-        let is_whole = |rows: &[StabilityRow]| rows.iter().all(|row| row.fate != Fate::Stopped);
-        let coarse = if phase.left().is_finite() { self.grid(least, phase) } else { Vec::new() };
-        let ratio = (SPARE * phase.left() / begin.elapsed().as_secs_f64()).sqrt();
-        let fitting = (least as f64 * ratio).min(self.cells as f64) as usize;
-        if coarse.is_empty() || (fitting > least && is_whole(&coarse)) {
-            let fine = self.grid(fitting, phase);
-            if coarse.is_empty() || is_whole(&fine) {
-                return (fine, fitting < self.cells);
-            }
+    /// Makes the cells column by column, a few far apart first: those that there is no time for are not known.
+    pub(super) fn make(&self, phase: &Phase) -> Vec<StabilityRow> {
+        let mut columns = Vec::new();
+        for column in order(self.cells) {
+            columns.push((column, self.column(self.value(column, self.cells), phase)));
         }
-        (coarse, least < self.cells)
-    }
-
-    /// So many cells along each side.
-    fn grid(&self, cells: usize, phase: &Phase) -> Vec<StabilityRow> {
-        let columns = (0..cells).map(|column| {
-            let value = self.value(column, cells);
-            self.column(value, cells, &phase.share(1.0 / (cells - column) as f64))
-        });
-        let mut rows: Vec<_> = columns.flatten().collect();
+        columns.sort_by_key(|(column, _)| *column);
+        let mut rows: Vec<StabilityRow> = columns.into_iter().flat_map(|(_, rows)| rows).collect();
         let method = |row: &StabilityRow| self.methods.iter().position(|mapped| mapped.method == row.method);
         rows.sort_by_key(method);
         rows
     }
 
     /// Cells at one value of what is varied beside the step.
-    fn column(&self, value: f64, cells: usize, phase: &Phase) -> Vec<StabilityRow> {
+    fn column(&self, value: f64, phase: &Phase) -> Vec<StabilityRow> {
         let case = self.case.across(self.across, value);
-        let of_method =
-            |Mapped { method, range }: Mapped| (0..cells).map(move |i| (method, dt(range, i, cells)));
+        let of_method = |Mapped { method, range }: Mapped| {
+            (0..self.cells).map(move |i| (method, dt(range, i, self.cells)))
+        };
         let cells: Vec<_> = self.methods.iter().copied().flat_map(of_method).collect();
-        let ground = match Ground::new(&case, self.end, self.tolerance, &phase.share(GROUND)) {
-            Ok(ground) => ground,
-            Err(cause) => {
-                let refused = |(method, dt): (Method, f64)| StabilityRow {
-                    across: Some((self.across, value)),
-                    fate: Fate::Refused,
-                    cause: Some(format!("no fine run to compare with: {cause}")),
-                    ..Probe { case: &case, method, dt, steps: 0, over: Over::Scene }.row()
+        let is_scene = case.setup == self.case.setup;
+        let ground = if is_scene {
+            Ok(self.ground.clone())
+        } else if phase.is_over() {
+            Err(NoReference::Time(f64::INFINITY))
+        } else {
+            Ground::new(&case, self.end, self.tolerance, phase)
+        };
+        let across = Some((self.across, value));
+        let probe = |(method, dt): (Method, f64), steps: u64| Probe {
+            case: &case,
+            method,
+            dt,
+            steps,
+            over: Over::Scene,
+        };
+        match ground {
+            Ok(ground) => {
+                let run = |cell: (Method, f64)| {
+                    let row = probe(cell, ground.steps(cell.1)).judged(&ground, self.tolerance, phase);
+                    StabilityRow { across, ..row }
                 };
-                return cells.into_iter().map(refused).collect();
+                cells.into_par_iter().map(run).collect()
             }
-        };
-        let run = |(method, dt): (Method, f64)| {
-            let probe = Probe { case: &case, method, dt, steps: ground.steps(dt), over: Over::Scene };
-            let setting = Setting::new(method, Precision::F64, Steps::Divided(0));
-            let setting = setting.solved(&case, self.tolerance, ground.window.max(dt));
-            let row = probe.run_as(setting, &mut UnderLoad::new(&case, &ground, self.tolerance), phase);
-            StabilityRow { across: Some((self.across, value)), ..row }
-        };
-        cells.into_par_iter().map(run).collect()
+            Err(missing) => {
+                let (fate, cut, cause) = match missing {
+                    NoReference::Time(_) => (Fate::NotKnown, Some(phase.cut()), phase.cut().why().to_owned()),
+                    NoReference::Failed(cause) => {
+                        (Fate::Refused, None, format!("no fine run to compare with: {cause}"))
+                    }
+                };
+                let without = |cell: (Method, f64)| StabilityRow {
+                    across,
+                    fate,
+                    cut,
+                    cause: Some(cause.clone()),
+                    ..probe(cell, 0).row()
+                };
+                cells.into_iter().map(without).collect()
+            }
+        }
     }
 
     /// The value of what is varied beside the step, in one of so many columns.
@@ -149,7 +142,37 @@ impl Mapping<'_> {
     }
 }
 
+/// Columns in the order in which they are made: every so many-th, then those halfway between them, and so on.
+fn order(columns: usize) -> Vec<usize> {
+    let mut stride = 1;
+    while columns >= FEW * 2 * stride {
+        stride *= 2;
+    }
+    let mut order: Vec<usize> = (0..columns).step_by(stride).collect();
+    while stride > 1 {
+        order.extend((stride / 2..columns).step_by(stride));
+        stride /= 2;
+    }
+    order
+}
+
 /// One of so many steps (s) between the shortest and the longest, each as many times as long as the last.
 fn dt([low, high]: [f64; 2], place: usize, cells: usize) -> f64 {
     low * (high / low).powf(place as f64 / (cells - 1).max(1) as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_column_is_made_once_and_the_first_ones_lie_far_apart() {
+        for columns in [1, 4, 6, 11, 12, 24, 31] {
+            let mut order = order(columns);
+            let (first, second) = (order[0], order.get(1).copied());
+            assert!(columns < 24 || second.is_some_and(|second| second - first >= 4), "{order:?}");
+            order.sort_unstable();
+            assert_eq!(order, (0..columns).collect::<Vec<_>>());
+        }
+    }
 }

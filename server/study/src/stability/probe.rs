@@ -154,6 +154,13 @@ impl Probe<'_> {
         self.run_as(setting, judge, phase)
     }
 
+    /// The same of a scene, judged by a fine run of it and by an error that matters (m): limits and cells of maps are.
+    pub(super) fn judged(&self, ground: &Ground, tolerance: f64, phase: &Phase) -> StabilityRow {
+        let setting = Setting::new(self.method, Precision::F64, Steps::Divided(0));
+        let setting = setting.solved(self.case, tolerance, ground.window.max(self.dt));
+        self.run_as(setting, &mut UnderLoad::new(self.case, ground, tolerance), phase)
+    }
+
     /// The same as a setting says.
     pub(super) fn run_as(&self, setting: Setting, judge: &mut dyn Judge, phase: &Phase) -> StabilityRow {
         let case = self.case.with_dt(self.dt);
@@ -177,10 +184,16 @@ impl Probe<'_> {
                 }
                 Ok(_) => judge.look(&runner),
                 Err(End::Failed(failure)) => Some(failed(&mut row, &runner, failure)),
-                Err(End::Stopped | End::Reached) => Some(Fate::Stopped),
+                Err(_) => Some(Fate::NotKnown),
             };
         }
         row.fate = ended.unwrap_or_else(|| judge.fate(&runner));
+        if row.fate == Fate::NotKnown {
+            // How far it came is nothing but a matter of time.
+            let cut = phase.cut();
+            (row.cut, row.cause) = (Some(cut), Some(cut.why().to_owned()));
+            return row;
+        }
         row.growth = Some(judge.growth()).filter(|growth| growth.is_finite());
         if !row.fate.holds() && row.step.is_none() {
             row.step = Some(runner.step_count().saturating_sub(1));
@@ -210,7 +223,6 @@ fn cause(fate: Fate, over: Over) -> Option<String> {
         }
         (Fate::Wrong, _) => "its error exceeds ten times the tolerance before the predictability horizon",
         (Fate::Indefinite, _) => "a linear solve met a curvature that is not positive",
-        (Fate::Stopped, _) => "its time was over",
         _ => return None,
     };
     Some(text.to_owned())

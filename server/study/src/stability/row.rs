@@ -1,6 +1,6 @@
 //! A row of a study of stability: one run, or the limit that some runs show.
 
-use crate::method::Method;
+use crate::{budget::Cut, method::Method};
 
 /// What became of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -17,8 +17,8 @@ pub enum Fate {
     Indefinite,
     /// It could not begin.
     Refused,
-    /// Its time was over.
-    Stopped,
+    /// It was not followed to its end, or cannot be judged: why stands beside it.
+    NotKnown,
     /// Of steps as the program takes them: each as it was asked for.
     Survived,
     /// The program made them shorter.
@@ -39,7 +39,7 @@ impl Fate {
             Self::Diverged => "diverged",
             Self::Indefinite => "indefinite",
             Self::Refused => "refused",
-            Self::Stopped => "stopped",
+            Self::NotKnown => "not_known",
             Self::Survived => "survived",
             Self::Recovered => "recovered",
             Self::Detected => "detected",
@@ -123,7 +123,7 @@ pub struct StabilityRow {
     pub method: Method,
     /// What the length of steps is varied for.
     pub over: Over,
-    /// Length of its steps (s); of a limit, the longest that held.
+    /// Length of its steps (s); of a limit, the longest that held; of one that is not known, it says nothing.
     pub dt: f64,
     /// What a map varies beside it, and its value.
     pub across: Option<(Across, f64)>,
@@ -138,6 +138,10 @@ pub struct StabilityRow {
     pub limit: Option<f64>,
     /// Whether it is a limit.
     pub is_limit: bool,
+    /// Of a limit under load: the longest step (s) that was tried, stable and right; 0 where none was, none where it is not known.
+    pub right: Option<f64>,
+    /// Why it was not followed to its end.
+    pub cut: Option<Cut>,
     /// What theory says of it (s).
     pub theory: Option<f64>,
     /// Whether steps are taken whatever is known of them.
@@ -160,11 +164,13 @@ impl StabilityRow {
             over,
             dt,
             across: None,
-            fate: Fate::Stopped,
+            fate: Fate::NotKnown,
             cause: None,
             growth: None,
             limit: None,
             is_limit: false,
+            right: None,
+            cut: None,
             theory: None,
             stepping: Stepping::Raw,
             step: None,
@@ -172,5 +178,11 @@ impl StabilityRow {
             bound: None,
             taken: [0; 2],
         }
+    }
+
+    /// A limit that is not known, of a search that was given up.
+    pub(super) fn unknown_limit(method: Method, over: Over, cut: Cut) -> Self {
+        let cause = Some(cut.why().to_owned());
+        Self { is_limit: true, cut: Some(cut), cause, ..Self::new(method, over, 0.0) }
     }
 }

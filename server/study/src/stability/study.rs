@@ -10,7 +10,7 @@ use super::{
     ground::Ground,
     limit::Search,
     map::{Map, Mapped, Mapping, hessians},
-    probe::{AtRest, Probe, UnderLoad},
+    probe::{AtRest, Probe},
     row::{Across, Fate, Over, StabilityRow},
     stepping,
 };
@@ -18,17 +18,19 @@ use crate::{
     budget::{Budget, Phase},
     case::Case,
     method::Method,
+    reference::NoReference,
     run::Runner,
     setting::{Setting, Steps},
     times::Times,
 };
 
-/// Shares of the budget at whose end each part is over.
-const REST: f64 = 0.12;
-const GROUND: f64 = 0.22;
-const LOAD: f64 = 0.58;
-const STEPPING: f64 = 0.70;
-const IMPLICIT_REST: f64 = 0.76;
+/// Share of the budget at whose end what runs are judged against is known, or nothing is.
+const GROUND: f64 = 0.7;
+/// Shares of the seconds that are left then which each part may take.
+const REST: f64 = 0.15;
+const LOAD: f64 = 0.55;
+const STEPPING: f64 = 0.35;
+const IMPLICIT_REST: f64 = 0.25;
 const MAPS: f64 = 0.97;
 
 /// Steps of explicit methods at rest: a damped mode a percent beyond its limit grows by some percents per step, and begins as one of
@@ -70,10 +72,10 @@ pub struct Stability {
     /// The mean rate (1/s) at which what starts so far apart grows apart until then.
     pub growth_rate: Option<f64>,
     /// Why nothing could be judged under load.
-    pub missing: Option<String>,
+    pub missing: Option<NoReference>,
     /// Runs and limits, in the order of parts, methods and steps.
     pub rows: Vec<StabilityRow>,
-    /// Whether anything was left out for want of time.
+    /// Whether anything is not known for want of time.
     pub is_cut: bool,
     /// Whether somebody ended it.
     pub is_stopped: bool,
@@ -106,7 +108,7 @@ pub fn probe_under_load(
     dt: f64,
     request: &StabilityRequest,
     budget: &Budget,
-) -> Result<StabilityRow, String> {
+) -> Result<StabilityRow, NoReference> {
     let phase = budget.until(1.0);
     let ground = Ground::new(case, request.end, request.tolerance, &phase)?;
     Ok(under_load(case, method, dt, (&ground, request.tolerance), &phase))
@@ -119,10 +121,7 @@ fn under_load(
     (ground, tolerance): (&Ground, f64),
     phase: &Phase,
 ) -> StabilityRow {
-    let setting = Setting::new(method, Precision::F64, Steps::Divided(0));
-    let setting = setting.solved(case, tolerance, ground.window.max(dt));
-    let probe = Probe { case, method, dt, steps: ground.steps(dt), over: Over::Load };
-    probe.run_as(setting, &mut UnderLoad::new(case, ground, tolerance), phase)
+    Probe { case, method, dt, steps: ground.steps(dt), over: Over::Load }.judged(ground, tolerance, phase)
 }
 
 fn at_rest(rest: &Case, method: Method, dt: f64, phase: &Phase) -> StabilityRow {
@@ -151,28 +150,28 @@ pub fn stability(case: &Case, request: &StabilityRequest, budget: &Budget, tell:
     let scale = if study.bound.is_finite() { study.bound } else { case.dt() };
     let parts = Parts { case, request, methods, scale };
 
-    let (implicit, explicit): (Vec<Method>, Vec<Method>) =
-        parts.methods.iter().partition(|method| method.integrator.is_implicit());
-    parts.rest((&rest, &explicit), &mut study, &budget.until(REST), tell);
-    tell("a fine run of the scene");
+    tell("the predictability horizon, and a fine run of the scene");
     match Ground::new(case, request.end, request.tolerance, &budget.until(GROUND)) {
         Ok(ground) => {
             (study.window, study.growth_rate) = (ground.window, ground.growth_rate);
-            parts.load(&ground, &mut study, &budget.until(LOAD), tell);
-            parts.as_run(&ground, &mut study, &budget.until(STEPPING), tell);
+            parts.all(&rest, Some(&ground), &mut study, &budget.until(1.0), tell);
         }
-        Err(cause) => study.missing = Some(cause),
+        Err(missing) => {
+            let is_late = matches!(missing, NoReference::Time(_));
+            study.missing = Some(missing);
+            if is_late {
+                // What needs no fine run would take the time that it needs.
+                let cut = budget.until(1.0).cut();
+                let of_method = |method: &Method| {
+                    [Over::Rest, Over::Load].map(|over| StabilityRow::unknown_limit(*method, over, cut))
+                };
+                study.rows = parts.methods.iter().flat_map(of_method).collect();
+            } else {
+                parts.all(&rest, None, &mut study, &budget.until(1.0), tell);
+            }
+        }
     }
-    // They should have none, and take the longest to show it.
-    parts.rest((&rest, &implicit), &mut study, &budget.until(IMPLICIT_REST), tell);
-    for (i, map) in request.maps.iter().enumerate() {
-        tell(&format!("the map over {}", map.name()));
-        let left = budget.until(MAPS).share(1.0 / (request.maps.len() - i) as f64);
-        let (rows, is_cut) = parts.mapping(*map, &study).make(&left);
-        study.rows.extend(rows);
-        study.is_cut |= is_cut;
-    }
-    study.is_cut |= study.rows.iter().any(|row| row.fate == Fate::Stopped);
+    study.is_cut = study.rows.iter().any(|row| row.cut.is_some());
     study.is_stopped = budget.is_stopped();
     study
 }
@@ -195,6 +194,34 @@ struct Parts<'a> {
 }
 
 impl Parts<'_> {
+    /// Every part, those under load where there is something to judge them against. The order of work does not depend on the time
+    /// that there is.
+    fn all(
+        &self,
+        rest: &Case,
+        ground: Option<&Ground>,
+        study: &mut Stability,
+        phase: &Phase,
+        tell: &dyn Fn(&str),
+    ) {
+        let (implicit, explicit): (Vec<Method>, Vec<Method>) =
+            self.methods.iter().partition(|method| method.integrator.is_implicit());
+        self.rest((rest, &explicit), study, &phase.share(REST), tell);
+        if let Some(ground) = ground {
+            self.load(ground, study, &phase.share(LOAD), tell);
+            self.as_run(ground, study, &phase.share(STEPPING), tell);
+        }
+        // They should have none, and take the longest to show it.
+        self.rest((rest, &implicit), study, &phase.share(IMPLICIT_REST), tell);
+        let Some(ground) = ground else { return };
+        for (i, map) in self.request.maps.iter().enumerate() {
+            tell(&format!("the map over {}", map.name()));
+            let left = phase.share(MAPS / (self.request.maps.len() - i) as f64);
+            let rows = self.mapping(*map, ground, study).make(&left);
+            study.rows.extend(rows);
+        }
+    }
+
     /// The shortest and the longest step (s) that are tried.
     fn range(&self) -> [f64; 2] {
         [SHORTEST * self.scale, LONGEST * self.scale.max(self.case.dt())]
@@ -231,10 +258,14 @@ impl Parts<'_> {
             let mut run = |dt: f64, phase: &Phase| under_load(self.case, *method, dt, against, phase);
             let search = Search { run: &mut run, rows: Vec::new(), range: self.range() };
             let mut rows = search.find(self.start(*method), &share);
-            if let Some(limit) = rows.last().filter(|row| row.fate == Fate::Wrong).cloned() {
+            if let Some(mut limit) = rows.pop_if(|row| row.fate == Fate::Wrong) {
                 let search = Search { run: &mut run, rows: Vec::new(), range: [1e-3 * self.scale, limit.dt] };
-                let right = search.find_right(limit.dt, &share);
-                rows.splice(rows.len() - 1..rows.len() - 1, right);
+                let (right, longest) = search.find_right(limit.dt, &share);
+                limit.right = longest;
+                if longest.is_none() {
+                    limit.cut = Some(share.cut());
+                }
+                rows.extend(right.into_iter().chain([limit]));
             }
             study.rows.extend(rows);
         }
@@ -251,7 +282,7 @@ impl Parts<'_> {
         }
     }
 
-    fn mapping(&self, map: Map, study: &Stability) -> Mapping<'_> {
+    fn mapping<'a>(&'a self, map: Map, ground: &'a Ground, study: &Stability) -> Mapping<'a> {
         let explicit = [self.scale / 16.0, 4.0 * self.scale];
         let implicit = [self.scale / 4.0, self.range()[1]];
         let with_range = |method: Method| Mapped {
@@ -269,6 +300,7 @@ impl Parts<'_> {
         };
         Mapping {
             case: self.case,
+            ground,
             across,
             methods: methods.into_iter().map(with_range).collect(),
             cells: self.request.cells,
