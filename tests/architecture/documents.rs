@@ -102,6 +102,12 @@ fn the_changelog_and_the_decisions_are_in_order() {
 }
 
 #[test]
+fn the_citation_names_the_version_that_is_built() {
+    let version = format!("\nversion: {}\n", env!("CARGO_PKG_VERSION"));
+    assert!(tree::text("CITATION.cff").contains(&version), "CITATION.cff has no line{version}");
+}
+
+#[test]
 fn the_rules_find_what_they_are_for() {
     let page = Source::example("docs/x.md", "[a](../Cargo.toml#b) [c](nowhere.md) [d](https://e.org)");
     assert_eq!(against_links(&page), ["docs/x.md: the link to nowhere.md leads nowhere"]);

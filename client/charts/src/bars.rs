@@ -135,7 +135,7 @@ pub(crate) fn of(stability: &Stability, over: Over) -> Vec<Bar<'_>> {
             let is_known = limit.is_some_and(|limit| limit.fate != Fate::NotKnown);
             let unknown = || vec![Part { kind: Kind::Unknown, from: 0.0, to: end }];
             bars.push(Bar {
-                name: row.method.name(),
+                name: row.method.reader_name(),
                 method: row.method,
                 limit,
                 at_rest: of_method(Over::Rest),

@@ -1,8 +1,6 @@
 //! A picture on its way: axes by the plotter, marks and words where they are put.
 
 use kuva::{
-    PngBackend,
-    backend::svg::SvgBackend,
     plot::{
         annotations::{ReferenceLine, ShadedRegion},
         line::{LinePlot, LineStyle},
@@ -10,22 +8,35 @@ use kuva::{
     },
     render::{
         color::Color,
-        layout::{ComputedLayout, Layout, TickFormat},
+        layout::{AxisLabelOverlap, ComputedLayout, Layout, TickFormat},
         plots::Plot,
-        render::{Primitive, Scene, TextAnchor, render_multiple},
+        render::{Primitive, TextAnchor, render_multiple},
     },
 };
 
-use crate::{look::INK, picture::Picture};
+pub(crate) use crate::page::{TEXT, width};
+use crate::{
+    key::Key,
+    look::INK,
+    page::{self, SMALL, TITLE, TITLE_LINE, width_at},
+    picture::Picture,
+    style::Style,
+};
 
-/// Width and height (px), without the sentence.
-const SIZE: [f64; 2] = [860.0, 580.0];
-/// Around the data (px): left, right, above, below.
-const MARGINS: [f64; 4] = [80.0, 36.0, 50.0, 56.0];
-/// Size of words (px).
-pub(crate) const TEXT: u32 = 12;
-/// Between the lines of the sentence below (px).
-const LINE: f64 = 16.0;
+/// Width (px) where none is asked for.
+const WIDTH: f64 = 860.0;
+/// Height of the data over its width, and the least (px).
+const SHARE: f64 = 474.0 / 744.0;
+const LEAST: f64 = 240.0;
+/// Beside the data (px): left and right; the same of narrow pictures.
+const BESIDE: [f64; 2] = [80.0, 36.0];
+const NARROWLY: [f64; 2] = [72.0, 20.0];
+/// Above the data without a title, and below it (px).
+const ABOVE: f64 = 31.0;
+const BELOW: f64 = 56.0;
+/// Where the first line of a title stands (px), and between titles and the edges.
+const FIRST: f64 = 26.42;
+const EDGE: f64 = 8.0;
 
 /// An axis: what it shows, from where to where, and whether its scale is logarithmic.
 #[derive(Clone, Copy, Debug)]
@@ -43,6 +54,9 @@ pub(crate) struct Canvas {
     name: &'static str,
     title: String,
     sentence: String,
+    style: Style,
+    /// What the numbers mean that stand at lines.
+    pub(crate) key: Key,
     layout: Layout,
     place: ComputedLayout,
     regions: Vec<ShadedRegion>,
@@ -74,22 +88,55 @@ pub(crate) struct Stroke<'a> {
 }
 
 impl Canvas {
-    /// Axes without data.
-    pub(crate) fn new(name: &'static str, title: String, sentence: String, [x, y]: [Axis; 2]) -> Self {
-        let layout = layout(&title, [x, y]);
+    /// Axes without data, with a title that the style may replace.
+    pub(crate) fn new(
+        name: &'static str,
+        title: String,
+        sentence: String,
+        [x, y]: [Axis; 2],
+        style: &Style,
+    ) -> Self {
+        let title = style.title_or(title);
+        let [left, right] = beside(style);
+        let width = style.pixels().unwrap_or(WIDTH);
+        let middle = f64::midpoint(left, width - right);
+        let lines = page::wrapped(&title, TITLE, 2.0 * (middle.min(width - middle) - EDGE));
+        let above = ABOVE + TITLE_LINE * lines.len() as f64;
+        let height = above + (SHARE * data_width(style)).round().max(LEAST) + BELOW;
+        let layout = layout([width, height], [left, right, above, BELOW], [x, y]);
         let place = ComputedLayout::from_layout(&layout);
         let (regions, references) = (Vec::new(), Vec::new());
-        Self {
+        let mut canvas = Self {
             name,
             title,
             sentence,
+            style: style.clone(),
+            key: Key::default(),
             layout,
             place,
             regions,
             references,
             plots: Vec::new(),
             above: Vec::new(),
+        };
+        for (i, line) in lines.into_iter().enumerate() {
+            canvas.above.push(Primitive::Text {
+                x: middle,
+                y: FIRST + TITLE_LINE * i as f64,
+                content: line,
+                size: TITLE,
+                anchor: TextAnchor::Middle,
+                rotate: None,
+                bold: false,
+                color: None,
+            });
         }
+        canvas
+    }
+
+    /// Whether there is no room for names beside lines.
+    pub(crate) fn is_narrow(&self) -> bool {
+        self.style.is_narrow()
     }
 
     /// Where a point of the data is (px).
@@ -170,9 +217,18 @@ impl Canvas {
     }
 
     /// Words at a place (px), on a white ground.
-    pub(crate) fn words(&mut self, text: &str, [x, y]: [f64; 2], anchor: TextAnchor, colour: &str) {
+    pub(crate) fn words(&mut self, text: &str, at: [f64; 2], anchor: TextAnchor, colour: &str) {
+        self.write(text, at, anchor, (TEXT, colour));
+    }
+
+    /// The same, small.
+    pub(crate) fn small_words(&mut self, text: &str, at: [f64; 2], anchor: TextAnchor, colour: &str) {
+        self.write(text, at, anchor, (SMALL, colour));
+    }
+
+    fn write(&mut self, text: &str, [x, y]: [f64; 2], anchor: TextAnchor, (size, colour): (u32, &str)) {
         let (content, color) = (text.to_owned(), Some(Color::from(colour)));
-        let width = width(text);
+        let width = width_at(text, size);
         let left = match anchor {
             TextAnchor::Start => x,
             TextAnchor::Middle => x - 0.5 * width,
@@ -180,29 +236,21 @@ impl Canvas {
         };
         self.above.push(Primitive::Rect {
             x: left - 1.0,
-            y: y - 10.5,
+            y: y - f64::from(size) + 1.5,
             width: width + 2.0,
-            height: 13.0,
+            height: f64::from(size) + 1.0,
             fill: Color::from("white"),
             stroke: None,
             stroke_width: None,
             opacity: Some(0.75),
         });
-        self.above.push(Primitive::Text {
-            x,
-            y,
-            content,
-            size: TEXT,
-            anchor,
-            rotate: None,
-            bold: false,
-            color,
-        });
+        self.above.push(Primitive::Text { x, y, content, size, anchor, rotate: None, bold: false, color });
     }
 
-    /// Draws what was put on it.
+    /// Draws what was put on it, and the key and the sentence below.
     pub(crate) fn finish(self) -> Result<Picture, String> {
-        let Self { name, title, sentence, mut layout, above, plots, regions, references, .. } = self;
+        let Self { name, title, sentence, style, key, mut layout, above, plots, regions, references, .. } =
+            self;
         for region in regions {
             layout = layout.with_shaded_region(region);
         }
@@ -213,50 +261,34 @@ impl Canvas {
         for primitive in above {
             scene.add(primitive);
         }
-        picture(name, &title, sentence, scene)
+        key.write_below(&mut scene);
+        page::picture(name, &title, sentence, scene, &style)
     }
 }
 
-/// A picture of what was drawn, with the sentence below it.
-pub(crate) fn picture(
-    name: &'static str,
-    title: &str,
-    sentence: String,
-    mut scene: Scene,
-) -> Result<Picture, String> {
-    write_below(&mut scene, &sentence);
-    let png = PngBackend::new().with_scale(2.0).render_scene(&scene)?;
-    let svg = named(&SvgBackend::new().render_scene(&scene), title, &sentence);
-    Ok(Picture { name, svg, png, sentence })
+/// Beside the data (px): left and right.
+fn beside(style: &Style) -> [f64; 2] {
+    if style.is_narrow() { NARROWLY } else { BESIDE }
 }
 
-/// How wide words are (px).
-pub(crate) fn width(text: &str) -> f64 {
-    // Shares of the size that letters of DejaVu Sans take, which pixels are made with; other fonts are narrower.
-    let share = |letter: char| match letter {
-        'i' | 'j' | 'l' | '.' | ',' | ':' | ';' | ' ' | '\'' => 0.32,
-        'f' | 'r' | 't' | '(' | ')' | '-' | '/' => 0.40,
-        'm' | 'w' | 'M' | 'W' => 0.97,
-        _ => 0.63,
-    };
-    f64::from(TEXT) * text.chars().map(share).sum::<f64>()
+/// The width of the data (px).
+pub(crate) fn data_width(style: &Style) -> f64 {
+    style.pixels().unwrap_or(WIDTH) - beside(style).iter().sum::<f64>()
 }
 
-fn layout(title: &str, [x, y]: [Axis; 2]) -> Layout {
-    let [width, height] = SIZE;
-    let [left, right, above, below] = MARGINS;
+/// The axes of a picture of this size (px), with so much around the data: left, right, above, below.
+fn layout([width, height]: [f64; 2], [left, right, above, below]: [f64; 4], [x, y]: [Axis; 2]) -> Layout {
     let mut layout = Layout::new((x.range[0], x.range[1]), (y.range[0], y.range[1]))
         .with_width(width)
         .with_height(height)
         .with_force_margins(left, right)
         .with_force_margins_y(above, below)
-        .with_title(title)
-        .with_title_size(15)
         .with_label_size(13)
         .with_tick_size(TEXT)
         .with_body_size(TEXT)
         .with_x_label(x.label)
         .with_y_label(y.label)
+        .with_x_label_overlap(AxisLabelOverlap::Thin)
         .with_clamp_axis()
         .with_x_axis_min(x.range[0])
         .with_x_axis_max(x.range[1])
@@ -274,39 +306,4 @@ fn layout(title: &str, [x, y]: [Axis; 2]) -> Layout {
 /// A number of a logarithmic axis: in full where that is short.
 pub(crate) fn tick(value: f64) -> String {
     if (1e-3..1e5).contains(&value) { format!("{value}") } else { format!("{value:e}") }
-}
-
-/// Writes the sentence below the axes, in as many lines as it takes.
-fn write_below(scene: &mut Scene, sentence: &str) {
-    let room = scene.width - 40.0;
-    scene.height += 0.5 * LINE;
-    let mut lines: Vec<String> = Vec::new();
-    for word in sentence.split(' ') {
-        match lines.last_mut() {
-            Some(last) if width(last) + width(word) + width(" ") <= room => *last = format!("{last} {word}"),
-            _ => lines.push(word.to_owned()),
-        }
-    }
-    for line in lines {
-        scene.height += LINE;
-        scene.add(Primitive::Text {
-            x: 20.0,
-            y: scene.height - LINE + 4.0,
-            content: line,
-            size: TEXT,
-            anchor: TextAnchor::Start,
-            rotate: None,
-            bold: false,
-            color: Some(Color::from(INK)),
-        });
-    }
-    scene.height += 0.5 * LINE;
-}
-
-/// The graphic with a title and a description, for those who do not see it.
-fn named(svg: &str, title: &str, sentence: &str) -> String {
-    let escaped = |text: &str| text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
-    let names = format!("<title>{}</title><desc>{}</desc>", escaped(title), escaped(sentence));
-    let start = svg.find("<svg").and_then(|begin| Some(begin + svg[begin..].find('>')? + 1)).unwrap_or(0);
-    format!("{}{names}{}", &svg[..start], &svg[start..])
 }

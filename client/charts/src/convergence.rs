@@ -8,7 +8,8 @@ use crate::{
     lines::{self, around},
     look::INK,
     picture::Picture,
-    words::{length, time},
+    style::Style,
+    words::{length, time, within},
 };
 
 /// What errors below the floor are shaded with.
@@ -19,14 +20,14 @@ fn point(row: &Row) -> Option<[f64; 2]> {
     row.stepped.is_even().then_some([row.dt * 1e3, row.error()? * 1e3])
 }
 
-pub(crate) fn picture(scene: &str, chart: &Chart) -> Result<Picture, String> {
+pub(crate) fn picture(scene: &str, chart: &Chart, style: &Style) -> Result<Picture, String> {
     let points = || chart.rows.iter().filter_map(point);
     let tolerance = chart.tolerance * 1e3;
     let x = Axis { label: "step (ms)", range: around(points().map(|[dt, _]| dt)), is_log: true };
     let errors = around(points().map(|[_, error]| error).chain(std::iter::once(tolerance)));
     let y = Axis { label: "rms error (mm)", range: errors, is_log: true };
     let title = format!("{scene}: error against step, until {:.2} s", chart.until());
-    let mut canvas = Canvas::new("convergence", title, sentence(chart), [x, y]);
+    let mut canvas = Canvas::new("convergence", title, sentence(chart), [x, y], style);
     if chart.floor * 1e3 > errors[0] {
         canvas.shade(Along::Y, [errors[0], chart.floor * 1e3], FLOOR);
     }
@@ -53,10 +54,13 @@ pub(crate) fn picture(scene: &str, chart: &Chart) -> Result<Picture, String> {
         labels.write(&mut canvas, &format!("certified bound, {}", time(chart.scan.bound)), at, INK);
     }
     draw_slopes(&mut canvas);
-    for line in lines.iter().rev().filter(|line| line.look.is_some()) {
+    for line in lines.iter().rev() {
         let finest = line.rows.iter().rev().find_map(|row| point(row)).map(|point| canvas.at(point));
-        if let Some(place) = finest {
-            labels.write(&mut canvas, &line.title(), place, line.colour());
+        let named = finest.filter(|_| line.look.is_some() && !canvas.is_narrow());
+        let is_named =
+            named.is_some_and(|place| labels.write(&mut canvas, &line.title(), place, line.colour()));
+        if !is_named {
+            line.number(&mut canvas, &mut labels, &point);
         }
     }
     canvas.finish()
@@ -64,14 +68,16 @@ pub(crate) fn picture(scene: &str, chart: &Chart) -> Result<Picture, String> {
 
 /// Triangles of slope 1 and 2, half a decade wide.
 fn draw_slopes(canvas: &mut Canvas) {
-    let [_, right, _, below] = canvas.frame();
+    let [left, right, _, below] = canvas.frame();
     let decade = [
         canvas.at([10.0, 1.0])[0] - canvas.at([1.0, 1.0])[0],
         canvas.at([1.0, 1.0])[1] - canvas.at([1.0, 10.0])[1],
     ];
-    let width = 0.4 * decade[0];
+    // Two of them and their numbers fit between the sides.
+    let share = f64::min(0.4, (0.5 * (right - left) - 55.0) / decade[0]);
+    let width = share * decade[0];
     for (order, x) in [(1.0, right - 2.0 * width - 70.0), (2.0, right - width - 30.0)] {
-        let [y, height] = [below - 12.0, 0.4 * order * decade[1]];
+        let [y, height] = [below - 12.0, share * order * decade[1]];
         canvas.segment([[x, y], [x + width, y]], INK, 1.2);
         canvas.segment([[x + width, y], [x + width, y - height]], INK, 1.2);
         canvas.segment([[x, y], [x + width, y - height]], INK, 1.2);
@@ -84,7 +90,7 @@ fn sentence(chart: &Chart) -> String {
     let near = implicit.map_or_else(String::new, |(row, error)| {
         format!(
             " The nearest implicit run, {} in {} with steps of {}, comes within {} of it.",
-            row.stepped.name(),
+            within(&row.stepped.reader_name()),
             row.stepped.precision(),
             time(row.dt),
             length(error)
@@ -98,6 +104,6 @@ fn sentence(chart: &Chart) -> String {
         )
     });
     format!(
-        "{reference}{near} Filled marks are f64, hollow ones f32; triangles have the slopes of order 1 and 2."
+        "{reference}{near} Filled marks are f64, hollow ones f32; numbers are named below the data; triangles have the slopes of order 1 and 2."
     )
 }

@@ -6,8 +6,10 @@ use crate::{
     axes::Legend,
     canvas::{Anchor, width},
     look::INK,
+    names::reader,
     picture::Picture,
     sheet::Sheet,
+    style::Style,
     words::listed,
 };
 
@@ -31,7 +33,7 @@ const LOOKS: [(&str, char, &str, &str); 6] = [
 ];
 
 /// Draws all tables below each other, and a sentence made from their verdicts.
-pub(crate) fn picture(tables: &[Table]) -> Result<Picture, String> {
+pub(crate) fn picture(tables: &[Table], style: &Style) -> Result<Picture, String> {
     let all = |families: &'static [Family]| {
         tables.iter().filter(move |table| families.contains(&table.family)).collect::<Vec<_>>()
     };
@@ -42,19 +44,15 @@ pub(crate) fn picture(tables: &[Table]) -> Result<Picture, String> {
     let left = MARGIN + labels;
     let columns = count(tables, Family::Explicit) + count(tables, Family::Implicit);
     let right = left + columns as f64 * CELL[0] + GAP[0];
-    let mut bottom = TOP;
-    for row in &rows {
-        bottom += head(row) + cells(row) + GAP[1];
-    }
-
-    let mut sheet = Sheet::new([right + MARGIN, bottom]);
-    sheet.title("Scenes in which programs of this kind fail", [0.5 * (right + MARGIN), 30.0]);
-    let mut legend = Legend::new([MARGIN, right], 52.0);
+    let title = style.title_or("Scenes in which programs of this kind fail".to_owned());
+    let mut sheet = Sheet::new([right + MARGIN, 0.0]);
+    let lower = sheet.title(&title);
+    let mut legend = Legend::new([MARGIN, right], 52.0 + lower);
     for look in LOOKS {
         let [left, right, above, below] = legend.entry(&mut sheet, look.0);
         draw(&mut sheet, [left, right, above - 2.0, below + 2.0], look);
     }
-    let mut y = TOP;
+    let mut y = TOP + lower;
     for row in &rows {
         y += head(row);
         let mut x = if row.iter().all(|table| is_named(table)) { left } else { left + indent };
@@ -70,7 +68,8 @@ pub(crate) fn picture(tables: &[Table]) -> Result<Picture, String> {
         }
         y += cells(row) + GAP[1];
     }
-    sheet.finish("gallery", "Scenes in which programs of this kind fail", sentence(tables))
+    sheet.end_at(y);
+    sheet.finish("gallery", &title, sentence(tables), style)
 }
 
 /// The methods of a family.
@@ -85,7 +84,8 @@ fn is_named(table: &Table) -> bool {
 
 /// How high the names of methods above a row of panels are (px).
 fn head(row: &[&Table]) -> f64 {
-    let names = row.iter().filter(|table| is_named(table)).flat_map(|table| &table.methods).cloned();
+    let names =
+        row.iter().filter(|table| is_named(table)).flat_map(|table| &table.methods).map(|name| reader(name));
     longest(names) + 6.0
 }
 
@@ -112,7 +112,7 @@ fn write_scenes(sheet: &mut Sheet, scenes: &[Exhibit], [right, above]: [f64; 2])
 
 fn write_methods(sheet: &mut Sheet, table: &Table, [left, below]: [f64; 2]) {
     for (i, method) in table.methods.iter().enumerate() {
-        sheet.words_upwards(method, [left + (i as f64 + 0.5) * CELL[0] + 4.0, below - 6.0]);
+        sheet.words_upwards(&reader(method), [left + (i as f64 + 0.5) * CELL[0] + 4.0, below - 6.0]);
     }
 }
 

@@ -1,6 +1,9 @@
 //! Words beside points, where nothing else is written.
 
-use crate::canvas::{Anchor, Canvas, TEXT, width};
+use crate::{
+    canvas::{Anchor, Canvas, TEXT},
+    page::{SMALL, width_at},
+};
 
 /// Words that were placed.
 #[derive(Debug, Default)]
@@ -28,8 +31,27 @@ const PLACES: [([f64; 2], Anchor); 12] = [
 impl Labels {
     /// Writes words beside a point (px), if there is room; says whether there was.
     pub(crate) fn write(&mut self, canvas: &mut Canvas, text: &str, at: [f64; 2], colour: &str) -> bool {
-        let size = [width(text), f64::from(TEXT)];
-        let [left, right, above, below] = canvas.frame();
+        let place = self.place(canvas.frame(), [width_at(text, TEXT), f64::from(TEXT)], at);
+        if let Some((place, anchor)) = place {
+            canvas.words(text, place, anchor, colour);
+        }
+        place.is_some()
+    }
+
+    /// Writes a number beside the first of some points (px) that has room for it, over the first of all where none has.
+    pub(crate) fn number(&mut self, canvas: &mut Canvas, number: usize, points: &[[f64; 2]], colour: &str) {
+        let text = number.to_string();
+        let size = [width_at(&text, SMALL), f64::from(SMALL)];
+        let place = points.iter().find_map(|point| self.place(canvas.frame(), size, *point));
+        let over = || points.first().map(|[x, y]| ([*x, y + 4.0], Anchor::Middle));
+        if let Some((place, anchor)) = place.or_else(over) {
+            canvas.small_words(&text, place, anchor, colour);
+        }
+    }
+
+    /// Where words of this width and height (px) stand beside a point (px) within a frame, if there is room, which they take.
+    fn place(&mut self, frame: [f64; 4], size: [f64; 2], at: [f64; 2]) -> Option<([f64; 2], Anchor)> {
+        let [left, right, above, below] = frame;
         for ([dx, dy], anchor) in PLACES {
             let [x, y] = [at[0] + dx, at[1] + dy];
             let from = match anchor {
@@ -42,11 +64,10 @@ impl Labels {
                 room[0] > left + 2.0 && room[1] < right - 2.0 && room[2] > above && room[3] < below;
             if is_inside && !self.taken.iter().any(|other| overlap(&room, other)) {
                 self.taken.push(room);
-                canvas.words(text, [x, y], anchor, colour);
-                return true;
+                return Some(([x, y], anchor));
             }
         }
-        false
+        None
     }
 
     /// Keeps words away from a point (px).

@@ -1,10 +1,14 @@
 //! Pictures of studies, as SVG and PNG: the only crate that names the plotter.
 //!
-//! Reads a chart, a study of stability, or the gallery; writes pictures, each with a sentence made from its rows. Errors and lengths are
-//! drawn in millimetres. Modules in reading order:
+//! Reads a chart, a study of stability, the gallery, or a profile of several scenes; writes pictures in a style, each with a sentence
+//! made from its rows. Errors and lengths are drawn in millimetres. Modules in reading order:
 
 mod picture;
+mod style;
 mod look;
+mod names;
+mod page;
+mod key;
 mod canvas;
 mod labels;
 mod words;
@@ -23,8 +27,11 @@ mod panels;
 mod map;
 mod gallery;
 mod terms;
+mod profile;
 
 pub use picture::Picture;
+pub use profile::{Profile, ProfileLine};
+pub use style::Style;
 
 use nappe_study::{Chart, Plan, Stability, gallery::Table};
 
@@ -34,17 +41,17 @@ use panels::Shown;
 ///
 /// # Errors
 /// What the plotter cannot make pixels of.
-pub fn pictures(scene: &str, chart: &Chart) -> Result<Vec<Picture>, String> {
+pub fn pictures(scene: &str, chart: &Chart, style: &Style) -> Result<Vec<Picture>, String> {
     let mut pictures = Vec::new();
     if chart.rows.iter().any(|row| row.error().is_some()) {
-        pictures.push(work_precision::picture(scene, chart)?);
+        pictures.push(work_precision::picture(scene, chart, style)?);
     }
     // Steps of snow alone converge to nothing.
     if chart.rows.iter().any(|row| row.stepped.is_even() && row.error().is_some()) {
-        pictures.push(convergence::picture(scene, chart)?);
+        pictures.push(convergence::picture(scene, chart, style)?);
     }
     if window::is_known(chart) {
-        pictures.push(window::picture(scene, chart)?);
+        pictures.push(window::picture(scene, chart, style)?);
     }
     Ok(pictures)
 }
@@ -53,13 +60,13 @@ pub fn pictures(scene: &str, chart: &Chart) -> Result<Vec<Picture>, String> {
 ///
 /// # Errors
 /// What the plotter cannot make pixels of.
-pub fn plan_pictures(scene: &str, plan: &Plan) -> Result<Vec<Picture>, String> {
+pub fn plan_pictures(scene: &str, plan: &Plan, style: &Style) -> Result<Vec<Picture>, String> {
     if plan.chart.rows.iter().all(|row| row.error().is_none()) {
         return Ok(Vec::new());
     }
-    let mut pictures = vec![work_precision::planned(scene, plan)?];
+    let mut pictures = vec![work_precision::planned(scene, plan, style)?];
     if plan.terms.iter().any(|term| term.change.is_some()) {
-        pictures.push(terms::picture(scene, plan)?);
+        pictures.push(terms::picture(scene, plan, style)?);
     }
     Ok(pictures)
 }
@@ -68,23 +75,31 @@ pub fn plan_pictures(scene: &str, plan: &Plan) -> Result<Vec<Picture>, String> {
 ///
 /// # Errors
 /// What the plotter cannot make pixels of.
-pub fn stability_pictures(scene: &str, stability: &Stability) -> Result<Vec<Picture>, String> {
+pub fn stability_pictures(scene: &str, stability: &Stability, style: &Style) -> Result<Vec<Picture>, String> {
     let mut pictures = Vec::new();
     if bars::longest(stability, bars::drawn(stability)) > 0.0 {
-        pictures.push(limits::picture(scene, stability)?);
+        pictures.push(limits::picture(scene, stability, style)?);
     }
     for shown in [Shown::Damping, Shown::Compression] {
         if stability.rows.iter().any(|row| shown.has(row)) {
-            pictures.push(map::picture(scene, stability, shown)?);
+            pictures.push(map::picture(scene, stability, shown, style)?);
         }
     }
     Ok(pictures)
 }
 
-/// The gallery: scenes by methods, verdicts by colour and letter.
+/// On what share of several scenes each method is within a factor of the cheapest that is right enough.
 ///
 /// # Errors
 /// What the plotter cannot make pixels of.
-pub fn gallery_picture(tables: &[Table]) -> Result<Picture, String> {
-    gallery::picture(tables)
+pub fn profile_picture(profile: &Profile, style: &Style) -> Result<Picture, String> {
+    profile::picture(profile, style)
+}
+
+/// The gallery: scenes by methods, verdicts by colour and letter. It has no room for a width below 160 mm: words are small there.
+///
+/// # Errors
+/// What the plotter cannot make pixels of.
+pub fn gallery_picture(tables: &[Table], style: &Style) -> Result<Picture, String> {
+    gallery::picture(tables, style)
 }

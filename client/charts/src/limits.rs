@@ -11,7 +11,8 @@ use crate::{
     picture::Picture,
     scale::{Scale, Spacing},
     sheet::Sheet,
-    words::{finer_time, length, listed, three},
+    style::Style,
+    words::{finer_time, length, listed, three, within},
 };
 
 /// Width of the picture (px).
@@ -20,8 +21,12 @@ const WIDTH: f64 = 980.0;
 const RIGHT: f64 = 144.0;
 /// Where the legend begins (px).
 const LEGEND: f64 = 58.0;
-/// Height of a method, and of its bar (px).
+/// Least width of the data (px) beside which names stand; below it they stand above the bars, so far from the edges.
+const BESIDE: f64 = 300.0;
+const EDGE: f64 = 24.0;
+/// Height of a method, of its name where that stands above its bar, and of its bar (px).
 const ROW: f64 = 32.0;
+const NAME: f64 = 16.0;
 const BAR: f64 = 13.0;
 /// By how much ticks are longer than a bar (px).
 const TICK: f64 = 6.0;
@@ -33,39 +38,70 @@ const LEAST: f64 = 1e-7;
 /// Methods that a sentence names, at most.
 const NAMED: usize = 4;
 
+/// Where names stand.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Names {
+    Beside,
+    Above,
+}
+
 /// What the limits are, for a study that tried steps.
-pub(crate) fn picture(scene: &str, stability: &Stability) -> Result<Picture, String> {
+pub(crate) fn picture(scene: &str, stability: &Stability, style: &Style) -> Result<Picture, String> {
     let over = bars::drawn(stability);
     let bars = bars::of(stability, over);
-    let left = bars.iter().map(|bar| width(&bar.name)).fold(100.0, f64::max) + 26.0;
-    let right = WIDTH - RIGHT;
-    // The legend takes two lines.
-    let above = LEGEND + LEGEND_LINE + 22.0;
-    let below = above + ROW * bars.len() as f64;
-    let mut sheet = Sheet::new([WIDTH, below + BELOW]);
+    let page = style.pixels().unwrap_or(WIDTH);
+    let beside = bars.iter().map(|bar| width(&bar.name)).fold(100.0, f64::max) + 26.0;
+    let (names, left, right, row) = if page - RIGHT - beside < BESIDE {
+        (Names::Above, EDGE, page - EDGE, ROW + NAME)
+    } else {
+        (Names::Beside, beside, page - RIGHT, ROW)
+    };
+    let title = style.title_or(match over {
+        Over::Rest => format!("{scene}: longest steps at rest"),
+        Over::Load | Over::Scene => format!("{scene}: longest steps under load"),
+    });
+    let mut sheet = Sheet::new([page, 0.0]);
+    let legend = LEGEND + sheet.title(&title);
+    let end = draw_legend(&mut sheet, &bars, over, WRONG * stability.tolerance, legend);
+    // Room for a legend of two lines at least.
+    let above = end.max(legend + LEGEND_LINE) + 22.0;
+    let below = above + row * bars.len() as f64;
+    sheet.end_at(below + BELOW);
     let scale = Scale {
         spacing: Spacing::Log,
         ends: ends(&bars, bars::longest(stability, over)),
         places: [left, right],
     };
-    let title = match over {
-        Over::Rest => format!("{scene}: longest steps at rest"),
-        Over::Load | Over::Scene => format!("{scene}: longest steps under load"),
-    };
-    sheet.title(&title, [0.5 * WIDTH, 30.0]);
-    draw_legend(&mut sheet, &bars, over, WRONG * stability.tolerance);
     axes::grid(&mut sheet, &scale, [above, below]);
     for (i, bar) in bars.iter().enumerate() {
-        let y = above + ROW * (i as f64 + 0.5);
-        sheet.words(&bar.name, [left - 10.0, y + 4.0], Anchor::End, "black");
+        let y = above + row * (i as f64 + 1.0) - 0.5 * ROW;
         draw_parts(&mut sheet, bar, &scale, y);
         draw_marks(&mut sheet, bar, over, &scale, y);
-        sheet.words(&borne_by(bar), [right + 10.0, y + 4.0], Anchor::Start, "black");
+        write_names(&mut sheet, bar, names, [left, right], y);
     }
-    sheet.words("limit", [right + 10.0, above - 8.0], Anchor::Start, INK);
     sheet.outline([left, right, above, below], "black");
     axes::below(&mut sheet, &scale, below, "step (ms)");
-    sheet.finish("limits", &title, sentence(stability, &bars, over))
+    match names {
+        Names::Beside => sheet.words("limit", [right + 10.0, above - 8.0], Anchor::Start, INK),
+        Names::Above => sheet.words("limit", [right, above - 8.0], Anchor::End, INK),
+    }
+    sheet.finish("limits", &title, sentence(stability, &bars, over), style)
+}
+
+/// Writes the name of a method and what it bears, at both sides of the data (px) or above its bar, whose middle is at a height (px).
+fn write_names(sheet: &mut Sheet, bar: &Bar<'_>, names: Names, [left, right]: [f64; 2], y: f64) {
+    let borne = borne_by(bar);
+    match names {
+        Names::Beside => {
+            sheet.words(&bar.name, [left - 10.0, y + 4.0], Anchor::End, "black");
+            sheet.words(&borne, [right + 10.0, y + 4.0], Anchor::Start, "black");
+        }
+        Names::Above => {
+            let y = y - 0.5 * BAR - TICK - 4.0;
+            sheet.small_words(&bar.name, [left + 4.0, y], Anchor::Start, "black");
+            sheet.small_words(&borne, [right - 4.0, y], Anchor::End, "black");
+        }
+    }
 }
 
 /// Both ends of the axis (ms): from below the shortest limit to the longest step that was tried.
@@ -147,9 +183,9 @@ fn borne_by(bar: &Bar<'_>) -> String {
     }
 }
 
-/// What colours and ticks mean, of those that are drawn.
-fn draw_legend(sheet: &mut Sheet, bars: &[Bar<'_>], over: Over, wrong: f64) {
-    let mut legend = Legend::new([24.0, WIDTH - 10.0], LEGEND);
+/// What colours and ticks mean, of those that are drawn, from a height (px) on; the height of its last line.
+fn draw_legend(sheet: &mut Sheet, bars: &[Bar<'_>], over: Over, wrong: f64, above: f64) -> f64 {
+    let mut legend = Legend::new([EDGE, sheet.width() - 10.0], above);
     let has = |kind: Kind| bars.iter().any(|bar| bar.parts.iter().any(|part| part.kind == kind));
     let kinds = [
         (Kind::Stable, "stable".to_owned()),
@@ -174,6 +210,7 @@ fn draw_legend(sheet: &mut Sheet, bars: &[Bar<'_>], over: Over, wrong: f64) {
         let [left, right, above, below] = legend.entry(sheet, text);
         draw_mark(sheet, *mark, [f64::midpoint(left, right), f64::midpoint(above, below)]);
     }
+    legend.end()
 }
 
 fn sentence(stability: &Stability, bars: &[Bar<'_>], over: Over) -> String {
@@ -213,7 +250,7 @@ fn borne(bars: &[Bar<'_>]) -> Option<String> {
             let of_what = if i == 0 { " times the certified bound" } else { " times" };
             format!(" ({}{of_what})", three(limit / bound))
         });
-        clauses.push(format!("{}{verb} {}{ratio}", bar.name, finer_time(*limit)));
+        clauses.push(format!("{}{verb} {}{ratio}", within(&bar.name), finer_time(*limit)));
     }
     match limits.len().saturating_sub(NAMED) {
         0 => {}
@@ -229,7 +266,7 @@ fn unlimited(bars: &[Bar<'_>]) -> Option<String> {
     let mut least = f64::INFINITY;
     for bar in bars {
         if let Bears::All(longest) = bar.bears() {
-            names.push(bar.name.clone());
+            names.push(within(&bar.name));
             least = least.min(longest);
         }
     }
@@ -240,7 +277,7 @@ fn unlimited(bars: &[Bar<'_>]) -> Option<String> {
 /// Methods that bear nothing, and those that were not finished.
 fn others(bars: &[Bar<'_>]) -> Option<String> {
     let names_of = |bears: Bears| {
-        let of_them = bars.iter().filter(|bar| bar.bears() == bears).map(|bar| bar.name.clone());
+        let of_them = bars.iter().filter(|bar| bar.bears() == bears).map(|bar| within(&bar.name));
         of_them.collect::<Vec<_>>()
     };
     let mut clauses = Vec::new();

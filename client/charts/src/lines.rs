@@ -7,13 +7,14 @@ use nappe_study::{Chart, Row};
 
 use crate::{
     canvas::{Canvas, Fill, Stroke},
-    look::{self, GREY, Look, NAMED},
+    labels::Labels,
+    look::{self, GREY, Look, NAMED, NUMBER},
     words::length,
 };
 
 /// Rows of one method in one precision, of snow on cells of one length.
 pub(crate) struct Line<'a> {
-    /// That of the method; of snow with the length of its cells.
+    /// That of the method for readers; of snow with the length of its cells.
     pub(crate) name: String,
     precision: Precision,
     pub(crate) rows: Vec<&'a Row>,
@@ -53,14 +54,14 @@ pub(crate) fn of(chart: &Chart) -> Vec<Line<'_>> {
 }
 
 fn name(row: &Row) -> String {
-    let name = row.stepped.name();
-    row.stepped.cell().map_or_else(|| name.clone(), |cell| format!("{name} {}", length(cell)))
+    let name = row.stepped.reader_name();
+    row.stepped.cell().map_or_else(|| name.clone(), |cell| format!("{name}, {}", length(cell)))
 }
 
 impl Line<'_> {
     /// Its name with the precision.
     pub(crate) fn title(&self) -> String {
-        format!("{} {}", self.name, self.precision)
+        format!("{}, {}", self.name, self.precision)
     }
 
     pub(crate) fn colour(&self) -> &'static str {
@@ -73,12 +74,40 @@ impl Line<'_> {
         if points.is_empty() {
             return;
         }
-        let look = self.look.unwrap_or(Look { colour: GREY, dashes: "", ..look::of(0) });
-        let (width, size) = if self.look.is_some() { (1.8, 4.5) } else { (1.0, 2.5) };
-        canvas.line(&points, Stroke { colour: look.colour, width, dashes: look.dashes });
-        let fill = if self.precision == Precision::F64 { Fill::Full } else { Fill::Hollow };
-        canvas.marks(&points, look.mark, look.colour, size, fill);
+        trace(canvas, (self.look, self.precision), &points, &points);
     }
+
+    /// Writes the number of its method at the finest of its points that has room, and what it means into the key: of a line
+    /// that has points, and no name beside them.
+    pub(crate) fn number(
+        &self,
+        canvas: &mut Canvas,
+        labels: &mut Labels,
+        point: &dyn Fn(&Row) -> Option<[f64; 2]>,
+    ) {
+        let finest_first = self.rows.iter().rev().filter_map(|row| point(row));
+        let places: Vec<[f64; 2]> = finest_first.map(|point| canvas.at(point)).collect();
+        if places.is_empty() {
+            return;
+        }
+        let (colour, dashes) = self.look.map_or((GREY, ""), |look| (look.colour, look.dashes));
+        let number = canvas.key.number(&self.name, colour, dashes);
+        labels.number(canvas, number, &places, if self.look.is_some() { colour } else { NUMBER });
+    }
+}
+
+/// Draws a line through points and marks at others, in a look if it is named, full in f64.
+pub(crate) fn trace(
+    canvas: &mut Canvas,
+    (look, precision): (Option<Look>, Precision),
+    points: &[[f64; 2]],
+    marks: &[[f64; 2]],
+) {
+    let (width, size) = if look.is_some() { (1.8, 4.5) } else { (1.0, 2.5) };
+    let look = look.unwrap_or(Look { colour: GREY, dashes: "", ..look::of(0) });
+    canvas.line(points, Stroke { colour: look.colour, width, dashes: look.dashes });
+    let fill = if precision == Precision::F64 { Fill::Full } else { Fill::Hollow };
+    canvas.marks(marks, look.mark, look.colour, size, fill);
 }
 
 /// The decades around numbers.

@@ -27,6 +27,8 @@ const LOOKS: [Look; NAMED] = [
 
 /// Lines that are not named, and what belongs to no line.
 pub(crate) const GREY: &str = "#C4C4C4";
+/// Numbers of lines that are not named.
+pub(crate) const NUMBER: &str = "#6B6B6B";
 /// Words and lines beside the data.
 pub(crate) const INK: &str = "#333333";
 

@@ -11,17 +11,23 @@ use crate::{
     picture::Picture,
     scale::{Scale, Spacing, Tick},
     sheet::Sheet,
-    words::{finer_time, length, listed, two},
+    style::Style,
+    words::{finer_time, length, listed, two, within},
 };
 
-/// At the left, above and below the data, and at the right (px).
+/// At the left, below the data, and at the right (px).
 const LEFT: f64 = 78.0;
-const ABOVE: f64 = 138.0;
 const BELOW: f64 = 50.0;
 const RIGHT: f64 = 30.0;
-/// Height of the data, and what lies between panels (px).
+/// From the first line of the legend to the data at least, and from its last one (px).
+const ABOVE: f64 = 80.0;
+const UNDER: f64 = 40.0;
+/// Height of the data, at most, and least width of a panel (px).
 const HEIGHT: f64 = 380.0;
+const LEAST: f64 = 250.0;
+/// Between panels (px), across and down; down there is the name of the next one.
 const GAP: f64 = 28.0;
+const DOWN: f64 = 24.0;
 /// Where the legend begins (px).
 const LEGEND: f64 = 58.0;
 /// Width of the colours of growth (px), and how many there are.
@@ -37,54 +43,107 @@ struct Scales {
     y: Scale,
 }
 
+/// Where panels stand (px).
+#[derive(Clone, Copy, Debug)]
+struct Places {
+    page: f64,
+    /// How many stand side by side.
+    columns: usize,
+    width: f64,
+    height: f64,
+}
+
+impl Places {
+    /// Those of so many panels: all side by side, unless a width is asked for in which there is no room for them.
+    fn of(panels: usize, style: &Style) -> Self {
+        let count = panels.max(1);
+        let Some(page) = style.pixels() else {
+            let width = match panels {
+                0 | 1 => 640.0,
+                2 => 400.0,
+                3 => 300.0,
+                _ => 260.0,
+            };
+            let page = LEFT + count as f64 * (width + GAP) - GAP + RIGHT;
+            return Self { page, columns: count, width, height: HEIGHT };
+        };
+        let room = page - LEFT - RIGHT + GAP;
+        let columns = ((room / (LEAST + GAP)).floor() as usize).clamp(1, count);
+        let width = room / columns as f64 - GAP;
+        Self { page, columns, width, height: width.min(HEIGHT) }
+    }
+
+    /// Where the data of a panel lie (left, right, above, below), the first of which begins at a height.
+    fn data(&self, panel: usize, above: f64) -> [f64; 4] {
+        let left = LEFT + (panel % self.columns) as f64 * (self.width + GAP);
+        let above = above + (panel / self.columns) as f64 * (self.height + BELOW + DOWN);
+        [left, left + self.width, above, above + self.height]
+    }
+}
+
 /// What a map shows, for a study that has cells of it.
-pub(crate) fn picture(scene: &str, stability: &Stability, shown: Shown) -> Result<Picture, String> {
+pub(crate) fn picture(
+    scene: &str,
+    stability: &Stability,
+    shown: Shown,
+    style: &Style,
+) -> Result<Picture, String> {
     let panels = panels::of(stability, shown);
-    let rows = || panels.iter().flat_map(|panel| &panel.rows).copied();
-    let values = Bands::of(rows().map(|row| shown.value(row)), shown.spacing());
-    let panel_width = match panels.len() {
-        0 | 1 => 640.0,
-        2 => 400.0,
-        3 => 300.0,
-        _ => 260.0,
-    };
-    let count = panels.len().max(1) as f64;
-    let size = [LEFT + count * (panel_width + GAP) - GAP + RIGHT, ABOVE + HEIGHT + BELOW];
-    let mut sheet = Sheet::new(size);
+    let rows: Vec<&StabilityRow> = panels.iter().flat_map(|panel| &panel.rows).copied().collect();
+    let values = Bands::of(rows.iter().map(|row| shown.value(row)), shown.spacing());
+    let places = Places::of(panels.len(), style);
     let (name, title) = match shown {
         Shown::Damping => ("map_damping", format!("{scene}: what steps are stable with what damping")),
         Shown::Compression => {
             ("map_compression", format!("{scene}: what steps are stable from a start pressed together"))
         }
     };
-    sheet.title(&title, [0.5 * size[0], 30.0]);
-
-    let y = Scale { spacing: shown.spacing(), ends: values.ends(), places: [ABOVE + HEIGHT, ABOVE] };
-    let mut border_of_theory = Border::Unknown;
+    let title = style.title_or(title);
+    let mut sheet = Sheet::new([places.page, 0.0]);
+    let legend = LEGEND + sheet.title(&title);
+    let scales = |panel: &Panel<'_>, [left, right, above, below]: [f64; 4]| Scales {
+        x: Scale { spacing: Spacing::Log, ends: panel.steps.ends(), places: [left, right] },
+        y: Scale { spacing: shown.spacing(), ends: values.ends(), places: [below, above] },
+    };
+    // Whether theory has a line hangs on no height.
+    let has_border =
+        |panel: &Panel<'_>| !border(stability, panel, &values, scales(panel, places.data(0, 0.0))).is_empty();
+    let border_of_theory = if panels.iter().any(has_border) { Border::Drawn } else { Border::Unknown };
+    let end = draw_legend(&mut sheet, &rows, border_of_theory, legend);
+    let first = (legend + ABOVE).max(end + UNDER);
+    let label = rows.first().map_or("", |row| label(row));
+    let mut bottom = first;
     for (i, panel) in panels.iter().enumerate() {
-        let left = LEFT + i as f64 * (panel_width + GAP);
-        let places = [left, left + panel_width];
-        let x = Scale { spacing: Spacing::Log, ends: panel.steps.ends(), places };
-        let scales = Scales { x, y };
-        draw_cells(&mut sheet, panel, shown, &values, scales);
-        if draw_border(&mut sheet, &border(stability, panel, &values, scales)) {
-            border_of_theory = Border::Drawn;
+        let room = places.data(i, first);
+        let column = i % places.columns;
+        draw_cells(&mut sheet, panel, shown, &values, scales(panel, room));
+        draw_border(&mut sheet, &border(stability, panel, &values, scales(panel, room)));
+        draw_frame(&mut sheet, panel, &values, (scales(panel, room), room), column);
+        let [_, _, above, below] = room;
+        if column == 0 {
+            sheet.label_upwards(label, [20.0, f64::midpoint(above, below)]);
         }
-        sheet.words(
-            &panel.method.name(),
-            [f64::midpoint(places[0], places[1]), ABOVE - 9.0],
-            Anchor::Middle,
-            INK,
-        );
-        sheet.outline([places[0], places[1], ABOVE, ABOVE + HEIGHT], "black");
-        axes::below(&mut sheet, &x, ABOVE + HEIGHT, "step (ms)");
-        axes::left(&mut sheet, &marks(&values, &y, i), left);
+        bottom = below;
     }
-    let label = rows().next().map_or("", label);
-    sheet.label_upwards(label, [20.0, ABOVE + 0.5 * HEIGHT]);
-    draw_legend(&mut sheet, &rows().collect::<Vec<_>>(), border_of_theory, size[0] - 10.0);
+    sheet.end_at(bottom + BELOW);
     let sentence = sentence(stability, shown, &panels, border_of_theory);
-    sheet.finish(name, &title, sentence)
+    sheet.finish(name, &title, sentence, style)
+}
+
+/// The name of a panel, its frame (left, right, above, below) and its axes.
+fn draw_frame(
+    sheet: &mut Sheet,
+    panel: &Panel<'_>,
+    values: &Bands,
+    (scales, room): (Scales, [f64; 4]),
+    column: usize,
+) {
+    let [left, right, above, below] = room;
+    let name = panel.method.reader_name();
+    sheet.words(&name, [f64::midpoint(left, right), above - 9.0], Anchor::Middle, INK);
+    sheet.outline(room, "black");
+    axes::below(sheet, &scales.x, below, "step (ms)");
+    axes::left(sheet, &marks(values, &scales.y, column), left);
 }
 
 /// What an axis says of what is varied.
@@ -97,8 +156,8 @@ fn label(row: &StabilityRow) -> &'static str {
     }
 }
 
-/// Ticks of what is varied; numbers at the first panel alone.
-fn marks(values: &Bands, y: &Scale, panel: usize) -> Vec<Tick> {
+/// Ticks of what is varied; numbers at the first column alone.
+fn marks(values: &Bands, y: &Scale, column: usize) -> Vec<Tick> {
     let [low, high] = values.others();
     let mut ticks = Vec::new();
     if low < high {
@@ -108,7 +167,7 @@ fn marks(values: &Bands, y: &Scale, panel: usize) -> Vec<Tick> {
     if let Some([low, high]) = values.apart() {
         ticks.push(Tick { place: y.place(f64::midpoint(low, high)), number: Some("0".to_owned()) });
     }
-    if panel > 0 {
+    if column > 0 {
         for tick in &mut ticks {
             tick.number = None;
         }
@@ -179,9 +238,9 @@ enum Border {
     Unknown,
 }
 
-/// What colours and signs mean, of those that are drawn.
-fn draw_legend(sheet: &mut Sheet, rows: &[&StabilityRow], border: Border, right: f64) {
-    let mut legend = Legend::new([24.0, right], LEGEND);
+/// What colours and signs mean, of those that are drawn, from a height (px) on; the height of its last line.
+fn draw_legend(sheet: &mut Sheet, rows: &[&StabilityRow], border: Border, above: f64) -> f64 {
+    let mut legend = Legend::new([24.0, sheet.width() - 10.0], above);
     for outcome in Outcome::ALL {
         if rows.iter().any(|row| Outcome::of(row.fate) == outcome) {
             let room = legend.entry(sheet, outcome.name());
@@ -194,13 +253,21 @@ fn draw_legend(sheet: &mut Sheet, rows: &[&StabilityRow], border: Border, right:
         let y = f64::midpoint(above, below);
         draw_border(sheet, &[vec![[left, y], [right, y]]]);
     }
-    draw_colours(sheet, [24.0, legend.end() + LEGEND_LINE]);
+    draw_colours(sheet, [24.0, legend.end() + LEGEND_LINE])
 }
 
-/// The colours of growth from a place (px) on, with the growth at both ends.
-fn draw_colours(sheet: &mut Sheet, [left, y]: [f64; 2]) {
-    let [least, greatest] = GROWTH.map(|decades| 10_f64.powf(decades));
-    let before = format!("rise of the energy, as a share of the largest: {} or less", two(least));
+/// The colours of growth from a place (px) on, with the growth at both ends, in one line or two; the height of the last one.
+fn draw_colours(sheet: &mut Sheet, [left, y]: [f64; 2]) -> f64 {
+    let [least, greatest] = GROWTH.map(|decades| two(10_f64.powf(decades)));
+    let what = "rise of the energy, as a share of the largest:";
+    let [before, after] = [format!("{least} or less"), format!("{greatest} or more")];
+    let room = width(what) + width(&before) + COLOURS + width(&after) + 20.0;
+    let (before, y) = if left + room > sheet.width() {
+        sheet.words(what, [left, y], Anchor::Start, INK);
+        (before, y + LEGEND_LINE)
+    } else {
+        (format!("{what} {before}"), y)
+    };
     sheet.words(&before, [left, y], Anchor::Start, INK);
     let from = left + width(&before) + 8.0;
     let slice = COLOURS / f64::from(SHADES);
@@ -209,8 +276,8 @@ fn draw_colours(sheet: &mut Sheet, [left, y]: [f64; 2]) {
         let colour = fates::colour((f64::from(shade) + 0.5) / f64::from(SHADES));
         sheet.rectangle([place, place + slice, y - 10.0, y + 2.0], &colour);
     }
-    let words = format!("{} or more", two(greatest));
-    sheet.words(&words, [from + COLOURS + 8.0, y], Anchor::Start, INK);
+    sheet.words(&after, [from + COLOURS + 8.0, y], Anchor::Start, INK);
+    y
 }
 
 fn sentence(stability: &Stability, shown: Shown, panels: &[Panel<'_>], border: Border) -> String {
@@ -250,7 +317,7 @@ fn failures(shown: Shown, panels: &[Panel<'_>]) -> String {
     let mut first = Vec::new();
     let mut never = Vec::new();
     for panel in panels {
-        let name = panel.method.name();
+        let name = within(&panel.method.reader_name());
         match panel.first_failure(shown) {
             Some(row) => {
                 let (what, unit) = match row.across {

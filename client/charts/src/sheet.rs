@@ -6,13 +6,16 @@ use kuva::render::{
 };
 
 use crate::{
-    canvas::{self, Anchor, Stroke, TEXT},
+    canvas::{Anchor, Stroke, TEXT},
     look::INK,
+    page::{self, SMALL, TITLE, TITLE_LINE},
     picture::Picture,
+    style::Style,
 };
 
-/// Size of titles (px).
-const TITLE: u32 = 15;
+/// Where the first line of a title stands (px), and between titles and the edges.
+const FIRST: f64 = 30.0;
+const EDGE: f64 = 8.0;
 /// Size of the words along axes (px).
 const LABEL: u32 = 13;
 
@@ -27,6 +30,16 @@ impl Sheet {
     /// Nothing, on white.
     pub(crate) fn new(size: [f64; 2]) -> Self {
         Self { size, elements: Vec::new() }
+    }
+
+    /// How wide it is (px).
+    pub(crate) const fn width(&self) -> f64 {
+        self.size[0]
+    }
+
+    /// Has it end below at a height (px).
+    pub(crate) fn end_at(&mut self, height: f64) {
+        self.size[1] = height;
     }
 
     /// A rectangle (left, right, above, below) without an edge.
@@ -73,9 +86,15 @@ impl Sheet {
         })));
     }
 
-    /// The words above everything, about a place.
-    pub(crate) fn title(&mut self, text: &str, at: [f64; 2]) {
-        self.write(text, at, Anchor::Middle, (TITLE, "black"), None);
+    /// The words above everything, in as many lines as they take. By how much (px) what stands below is to be lower than it is
+    /// below one line.
+    pub(crate) fn title(&mut self, text: &str) -> f64 {
+        let lines = page::wrapped(text, TITLE, self.size[0] - 2.0 * EDGE);
+        for (i, line) in lines.iter().enumerate() {
+            let at = [0.5 * self.size[0], FIRST + TITLE_LINE * i as f64];
+            self.write(line, at, Anchor::Middle, (TITLE, "black"), None);
+        }
+        TITLE_LINE * (lines.len() as f64 - 1.0)
     }
 
     /// The words along an axis, about a place.
@@ -91,6 +110,11 @@ impl Sheet {
     /// Words at a place.
     pub(crate) fn words(&mut self, text: &str, at: [f64; 2], anchor: Anchor, colour: &str) {
         self.write(text, at, anchor, (TEXT, colour), None);
+    }
+
+    /// The same, small.
+    pub(crate) fn small_words(&mut self, text: &str, at: [f64; 2], anchor: Anchor, colour: &str) {
+        self.write(text, at, anchor, (SMALL, colour), None);
     }
 
     /// Words that begin at a place and go upwards.
@@ -111,11 +135,17 @@ impl Sheet {
     }
 
     /// Draws what was put on it, and the sentence below.
-    pub(crate) fn finish(self, name: &'static str, title: &str, sentence: String) -> Result<Picture, String> {
+    pub(crate) fn finish(
+        self,
+        name: &'static str,
+        title: &str,
+        sentence: String,
+        style: &Style,
+    ) -> Result<Picture, String> {
         let mut scene = Scene::new(self.size[0], self.size[1]);
         for element in self.elements {
             scene.add(element);
         }
-        canvas::picture(name, title, sentence, scene)
+        page::picture(name, title, sentence, scene, style)
     }
 }

@@ -9,6 +9,7 @@ use crate::{
     lines::around,
     look::{GREY, INK},
     picture::Picture,
+    style::Style,
     words::{length, listed},
 };
 
@@ -23,7 +24,7 @@ fn point(term: &Term) -> Option<[f64; 2]> {
     Some([100.0 * term.saving, (term.change? * 1e3).max(LEAST)])
 }
 
-pub(crate) fn picture(scene: &str, plan: &Plan) -> Result<Picture, String> {
+pub(crate) fn picture(scene: &str, plan: &Plan, style: &Style) -> Result<Picture, String> {
     let points = || plan.terms.iter().filter_map(point);
     let tolerance = plan.chart.tolerance * 1e3;
     let savings = points().map(|[saving, _]| saving);
@@ -32,7 +33,7 @@ pub(crate) fn picture(scene: &str, plan: &Plan) -> Result<Picture, String> {
     let changes = around(points().map(|[_, change]| change).chain([tolerance]));
     let y = Axis { label: "the answer moves by (mm)", range: changes, is_log: true };
     let title = format!("{scene}: what it can do without");
-    let mut canvas = Canvas::new("terms", title, sentence(plan), [x, y]);
+    let mut canvas = Canvas::new("terms", title, sentence(plan), [x, y], style);
     canvas.mark(Along::Y, tolerance);
     let mut labels = Labels::default();
     let [left, ..] = canvas.frame();
@@ -48,7 +49,10 @@ pub(crate) fn picture(scene: &str, plan: &Plan) -> Result<Picture, String> {
         canvas.marks(&[at], shape, colour, 6.0, fill);
         let place = canvas.at(at);
         labels.keep_off(place);
-        labels.write(&mut canvas, &term.name, place, INK);
+        if !labels.write(&mut canvas, &term.name, place, INK) {
+            let number = canvas.key.number(&term.name, colour, "");
+            labels.number(&mut canvas, number, &[place], INK);
+        }
     }
     canvas.finish()
 }

@@ -4,9 +4,11 @@ use nappe_study::{Chart, DISPLACEMENT};
 
 use crate::{
     canvas::{Along, Anchor, Axis, Canvas, Stroke},
+    labels::Labels,
     lines::around,
     look::{self, INK},
     picture::Picture,
+    style::Style,
     words::{length, two},
 };
 
@@ -21,7 +23,7 @@ pub(crate) fn is_known(chart: &Chart) -> bool {
         || chart.reference.as_ref().is_some_and(|known| known.stepped.cell().is_some())
 }
 
-pub(crate) fn picture(scene: &str, chart: &Chart) -> Result<Picture, String> {
+pub(crate) fn picture(scene: &str, chart: &Chart, style: &Style) -> Result<Picture, String> {
     let scan = &chart.scan;
     let spread: Vec<_> = scan
         .spread
@@ -48,11 +50,12 @@ pub(crate) fn picture(scene: &str, chart: &Chart) -> Result<Picture, String> {
     } else {
         format!("{scene}: predictability horizon for a displacement of 1e-8 m")
     };
-    let mut canvas = Canvas::new("window", title, sentence(chart), [x, y]);
+    let mut canvas = Canvas::new("window", title, sentence(chart), [x, y], style);
     if chart.until() > 0.0 {
         canvas.shade(Along::X, [0.0, chart.until()], SHADE);
     }
     canvas.mark(Along::Y, quarter);
+    let mut labels = Labels::default();
     for (points, number, name) in [(&spread, 1, "spread of copies"), (&error, 0, "the reference's own error")]
     {
         let look = look::of(number);
@@ -62,7 +65,12 @@ pub(crate) fn picture(scene: &str, chart: &Chart) -> Result<Picture, String> {
         canvas.line(points, Stroke { colour: look.colour, width: 2.0, dashes: look.dashes });
         let middle = points[points.len() / 2];
         let place = canvas.at(middle);
-        canvas.words(name, [place[0] - 8.0, place[1] - 8.0], Anchor::End, look.colour);
+        if canvas.is_narrow() {
+            let number = canvas.key.number(name, look.colour, look.dashes);
+            labels.number(&mut canvas, number, &[place], look.colour);
+        } else {
+            canvas.words(name, [place[0] - 8.0, place[1] - 8.0], Anchor::End, look.colour);
+        }
     }
     let [_, right, ..] = canvas.frame();
     let at = canvas.at([0.0, quarter]);

@@ -62,13 +62,18 @@ fn rounded(value: f64, count: i32) -> String {
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
 }
 
+/// A name of a method as it stands within a sentence, where commas part names: what specifies it is in parentheses.
+pub(crate) fn within(name: &str) -> String {
+    name.split_once(", ").map_or_else(|| name.to_owned(), |(first, rest)| format!("{first} ({rest})"))
+}
+
 /// What is cheapest to a tolerance (m), as a clause.
 pub(crate) fn cheapest_to(rows: &[Row], tolerance: f64) -> String {
     match cheapest(rows, tolerance) {
         None => format!("no row comes within {}", length(tolerance)),
         Some(row) => format!(
             "{} in {} with steps of {} is the cheapest to {}: {} s per simulated second",
-            row.stepped.name(),
+            within(&row.stepped.reader_name()),
             row.stepped.precision(),
             time(row.dt),
             length(tolerance),
@@ -88,6 +93,12 @@ mod tests {
         }
         assert_eq!([length(1e-3), length(2.5), length(3e-9)], ["1 mm", "2.5 m", "3e-9 m"]);
         assert_eq!([time(2e-5), time(0.0025), time(1.5)], ["20 µs", "2.5 ms", "1.5 s"]);
+    }
+
+    #[test]
+    fn names_within_sentences_have_no_comma_that_parts_names() {
+        let names = ["velocity Verlet", "BDF2, Newton, controlled steps"].map(within);
+        assert_eq!(names, ["velocity Verlet", "BDF2 (Newton, controlled steps)"]);
     }
 
     #[test]

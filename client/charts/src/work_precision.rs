@@ -4,12 +4,13 @@ use kuva::plot::scatter::MarkerShape;
 use nappe_study::{Chart, Plan, Row, Tried};
 
 use crate::{
-    canvas::{Along, Anchor, Axis, Canvas, Fill, Stroke},
+    canvas::{Along, Anchor, Axis, Canvas, Fill, Stroke, data_width},
     labels::Labels,
     lines::{self, Line, around},
     look::INK,
     picture::Picture,
-    words::{cheapest_to, length, time},
+    style::Style,
+    words::{cheapest_to, length, time, within},
 };
 
 /// What the front is drawn on.
@@ -26,13 +27,13 @@ fn point(row: &Row) -> Option<[f64; 2]> {
     Some([row.error()? * 1e3, row.seconds?])
 }
 
-pub(crate) fn picture(scene: &str, chart: &Chart) -> Result<Picture, String> {
+pub(crate) fn picture(scene: &str, chart: &Chart, style: &Style) -> Result<Picture, String> {
     let title = format!("{scene}: error against cost, until {:.2} s", chart.until());
-    drawn(("work_precision", title, sentence(chart)), chart, None, &[])
+    drawn(("work_precision", title, sentence(chart)), chart, None, &[], style)
 }
 
 /// The rows that a plan tried, with a ring around that which it recommends.
-pub(crate) fn planned(scene: &str, plan: &Plan) -> Result<Picture, String> {
+pub(crate) fn planned(scene: &str, plan: &Plan, style: &Style) -> Result<Picture, String> {
     let chart = &plan.chart;
     let tolerance = length(chart.tolerance);
     let title = format!("{scene}: what is cheapest within {tolerance} until {:.2} s", chart.until());
@@ -42,19 +43,19 @@ pub(crate) fn planned(scene: &str, plan: &Plan) -> Result<Picture, String> {
         |row| {
             format!(
                 "the ring is {} in {}, {} off",
-                row.stepped.name(),
+                within(&row.stepped.reader_name()),
                 row.stepped.precision(),
                 length(row.error().unwrap_or(0.0))
             )
         },
     );
     let words = format!(
-        "Of {} runs {answer}. Steps of each line are halved until it is right or would cost more. Filled marks are f64, hollow ones f32.",
+        "Of {} runs {answer}. Steps of each line are halved until it is right or would cost more. Filled marks are f64, hollow ones f32; numbers are named below the data.",
         chart.rows.len()
     );
     let reason = |one: &Tried| Some((point(chart.rows.get(one.row?)?)?, one.dropped?.why()));
     let reasons: Vec<_> = plan.tried.iter().filter_map(reason).collect();
-    drawn(("plan", title, words), chart, row.and_then(point), &reasons)
+    drawn(("plan", title, words), chart, row.and_then(point), &reasons, style)
 }
 
 /// A picture by its name, title and sentence, with a ring around a point, and reasons beside others where there is room.
@@ -63,9 +64,10 @@ fn drawn(
     chart: &Chart,
     ring: Option<[f64; 2]>,
     reasons: &[([f64; 2], &str)],
+    style: &Style,
 ) -> Result<Picture, String> {
-    let [x, y] = axes(chart);
-    let mut canvas = Canvas::new(name, title, sentence, [x, y]);
+    let [x, y] = axes(chart, style);
+    let mut canvas = Canvas::new(name, title, sentence, [x, y], style);
     if chart.floor * 1e3 > x.range[0] {
         canvas.shade(Along::X, [x.range[0], chart.floor * 1e3], FLOOR);
     }
@@ -82,8 +84,11 @@ fn drawn(
     }
     draw_own(&mut canvas, &mut labels, chart);
     draw_marks(&mut canvas, &mut labels, chart, [x, y]);
-    for line in lines.iter().rev().filter(|line| line.look.is_some()) {
-        write_ends(&mut canvas, &mut labels, line);
+    for line in lines.iter().rev() {
+        let is_named = line.look.is_some() && write_ends(&mut canvas, &mut labels, line);
+        if !is_named {
+            line.number(&mut canvas, &mut labels, &point);
+        }
     }
     draw_failures(&mut canvas, &lines, y.range);
     for (at, reason) in reasons {
@@ -96,13 +101,13 @@ fn drawn(
     canvas.finish()
 }
 
-fn axes(chart: &Chart) -> [Axis; 2] {
+fn axes(chart: &Chart, style: &Style) -> [Axis; 2] {
     let points = || chart.rows.iter().filter_map(point);
     let tolerance = std::iter::once(chart.tolerance * 1e3);
     let errors = around(points().map(|[error, _]| error).chain(tolerance));
     let seconds = around(points().map(|[_, seconds]| seconds));
     // The rail of failures takes its share of the width.
-    let stretch = (errors[1] / errors[0]).powf(RAIL / 700.0);
+    let stretch = (errors[1] / errors[0]).powf(RAIL / (data_width(style) - RAIL));
     [
         Axis { label: "rms error (mm)", range: [errors[0], errors[1] * stretch], is_log: true },
         Axis { label: "seconds per simulated second", range: seconds, is_log: true },
@@ -143,18 +148,21 @@ fn draw_marks(canvas: &mut Canvas, labels: &mut Labels, chart: &Chart, [x, y]: [
     }
 }
 
-/// The name of a line at its finest end, and the length of its steps at both.
-fn write_ends(canvas: &mut Canvas, labels: &mut Labels, line: &Line<'_>) {
+/// The name of a line at its finest end, and the length of its steps at both, if there is room; says whether its name is there.
+fn write_ends(canvas: &mut Canvas, labels: &mut Labels, line: &Line<'_>) -> bool {
     let held: Vec<_> = line.rows.iter().filter_map(|row| Some((row, point(row)?))).collect();
-    let (Some((coarse, first)), Some((fine, last))) = (held.first(), held.last()) else { return };
+    let (Some((coarse, first)), Some((fine, last))) = (held.first(), held.last()) else { return false };
+    if canvas.is_narrow() {
+        return false;
+    }
     let [first, last] = [canvas.at(*first), canvas.at(*last)];
     let name = format!("{}, {}", line.title(), time(fine.dt));
-    if !labels.write(canvas, &name, last, line.colour()) {
-        labels.write(canvas, &line.title(), last, line.colour());
-    }
+    let is_named = labels.write(canvas, &name, last, line.colour())
+        || labels.write(canvas, &line.title(), last, line.colour());
     if held.len() > 1 {
         labels.write(canvas, &time(coarse.dt), first, line.colour());
     }
+    is_named
 }
 
 /// A cross for each run that failed, at what it cost.
@@ -190,7 +198,7 @@ fn sentence(chart: &Chart) -> String {
         )
     });
     format!(
-        "Of {} runs {failed} failed; {}{own}. Filled marks are f64, hollow ones f32; the band is the front, what no other run beats in both; grey lines are the other methods.{floor}",
+        "Of {} runs {failed} failed; {}{own}. Filled marks are f64, hollow ones f32; the band is the front, what no other run beats in both; grey lines are the other methods; numbers are named below the data.{floor}",
         chart.rows.len(),
         cheapest_to(&chart.rows, chart.tolerance)
     )

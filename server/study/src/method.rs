@@ -125,6 +125,27 @@ impl Method {
         }
     }
 
+    /// The same as a reader writes it: `velocity Verlet`, `implicit Euler, exact Hessian`, `BDF2, Newton`, ...
+    pub fn reader_name(self) -> String {
+        let integrator = match self.integrator {
+            Integrator::ExplicitEuler => "explicit Euler",
+            Integrator::SymplecticEuler => "symplectic Euler",
+            Integrator::VelocityVerlet => "velocity Verlet",
+            Integrator::VelocityVerletPredicted => "velocity Verlet, predicted",
+            Integrator::ImplicitEuler => "implicit Euler",
+            Integrator::ImplicitMidpoint => "implicit midpoint",
+            Integrator::Bdf2 => "BDF2",
+        };
+        let way = match (self.minimizer, self.hessian) {
+            (Minimizer::OneStep, Hessian::Full) => "exact Hessian",
+            (Minimizer::OneStep, Hessian::Clamped) => "clamped Hessian",
+            (Minimizer::OneStep, Hessian::Absolute) => "absolute Hessian",
+            (Minimizer::Newton(_), _) => "Newton",
+            (Minimizer::VertexBlockDescent { .. }, _) => "vertex block descent",
+        };
+        if self.integrator.is_implicit() { format!("{integrator}, {way}") } else { integrator.to_owned() }
+    }
+
     /// Order of convergence with springs of this damping (N s/m): plain Verlet takes the damping
     /// force with the velocity of the half step, which costs it an order.
     pub fn order(self, damping: f64) -> f64 {

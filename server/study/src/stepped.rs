@@ -45,6 +45,17 @@ impl Stepped {
         }
     }
 
+    /// The same as a reader writes it: `BDF2, Newton, controlled steps`, `MLS, quadratic kernel`, ...
+    pub fn reader_name(&self) -> String {
+        match self {
+            Self::Cloth(Setting { method, steps: Steps::Controlled(_), .. }) => {
+                format!("{}, controlled steps", method.reader_name())
+            }
+            Self::Cloth(setting) => setting.method.reader_name(),
+            Self::Snow(setting) => setting.variant.reader_name(),
+        }
+    }
+
     /// Of positions and velocities.
     pub const fn precision(&self) -> Precision {
         match self {
@@ -104,5 +115,49 @@ impl Stepped {
             Self::Cloth(_) => positions,
             Self::Snow(setting) => split::parents(positions, setting.halvings),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{method::Method, snow::SnowSteps, variant::Variant};
+
+    /// Every method of cloth at even and at controlled steps, and every variant of snow.
+    fn all() -> Vec<Stepped> {
+        let cloth = Method::compared().into_iter().flat_map(|method| {
+            [Steps::Divided(0), Steps::Controlled(1e-3)]
+                .map(|steps| Stepped::Cloth(Setting::new(method, Precision::F64, steps)))
+        });
+        let snow = Variant::all().into_iter().map(|variant| {
+            let (precision, steps) = (Precision::F64, SnowSteps::Share(0.9));
+            Stepped::Snow(SnowSetting { variant, precision, cell: 0.1, steps, halvings: 0 })
+        });
+        cloth.chain(snow).collect()
+    }
+
+    #[test]
+    fn methods_of_different_names_have_different_names_for_readers() {
+        let all = all();
+        for (place, one) in all.iter().enumerate() {
+            for other in &all[place + 1..] {
+                let [names, readers] = [one.name() == other.name(), one.reader_name() == other.reader_name()];
+                assert_eq!(names, readers, "{} and {}", one.name(), other.name());
+            }
+        }
+    }
+
+    #[test]
+    fn a_name_for_readers_is_in_words() {
+        let names: Vec<_> = all().iter().map(Stepped::reader_name).collect();
+        for name in [
+            "velocity Verlet",
+            "implicit midpoint, Newton",
+            "BDF2, exact Hessian, controlled steps",
+            "MLS, cubic kernel",
+        ] {
+            assert!(names.iter().any(|known| known == name), "{name} in {names:?}");
+        }
+        assert!(names.iter().all(|name| !name.contains('_')), "{names:?}");
     }
 }

@@ -54,4 +54,14 @@ impl Variant {
         };
         format!("{}{blend}_{}", self.transfer.name(), self.kernel.name())
     }
+    /// The same as a reader writes it: `MLS, quadratic kernel`, `PIC/FLIP with a time constant, cubic kernel`, ...
+    pub fn reader_name(self) -> String {
+        let transfer = match self.transfer {
+            Transfer::PicFlip(Blend::PerStep(_)) => "PIC/FLIP",
+            Transfer::PicFlip(Blend::TimeConstant(_)) => "PIC/FLIP with a time constant",
+            Transfer::Apic => "APIC",
+            Transfer::Mls => "MLS",
+        };
+        format!("{transfer}, {} kernel", self.kernel.name())
+    }
 }

@@ -4,7 +4,7 @@ use nappe_study::{Chart, DISPLACEMENT, Limit, NoReference, Row, SEED};
 use serde_json::{Value, json};
 
 use super::words;
-use crate::study::Subject;
+use crate::study::{HASH_OF, Subject};
 
 /// The document. Its names stay.
 pub(crate) fn document(subject: &Subject, chart: &Chart) -> Value {
@@ -13,6 +13,7 @@ pub(crate) fn document(subject: &Subject, chart: &Chart) -> Value {
     json!({
         "scene": subject.name,
         "scene_hash": subject.scene_hash,
+        "hash_of": HASH_OF,
         "version": env!("CARGO_PKG_VERSION"),
         "machine": { "processor": subject.processor, "threads": subject.threads },
         "seed": SEED,

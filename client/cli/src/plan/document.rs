@@ -5,7 +5,10 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::words;
-use crate::{output, study::Subject};
+use crate::{
+    output,
+    study::{HASH_OF, Subject},
+};
 
 /// The first fields, which the last line of output begins with too. Their names and their order stay.
 #[derive(Debug, Serialize)]
@@ -104,6 +107,7 @@ pub(super) fn document(subject: &Subject, plan: &Plan) -> Document {
         "reference_error_m": plan.chart.reference.as_ref().map(nappe_study::Reference::error),
         "floor_m": plan.chart.floor,
         "scene_hash": subject.scene_hash,
+        "hash_of": HASH_OF,
         "version": env!("CARGO_PKG_VERSION"),
         "machine": { "processor": subject.processor, "threads": subject.threads },
         "budget_s": subject.budget.as_secs_f64(),

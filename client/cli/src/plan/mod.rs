@@ -16,7 +16,7 @@ use self::scene::Terms;
 use crate::{
     chart::table,
     error::{CliError, Result},
-    study::{Subject, files},
+    study::{HASH_OF, LookArgs, Subject, files},
 };
 
 /// Names of the files of a plan.
@@ -26,19 +26,25 @@ pub(crate) const FILES: [&str; 2] = ["plan", "terms"];
 ///
 /// # Errors
 /// A file that cannot be written.
-pub(crate) fn write(folder: &files::Folder, subject: &Subject, plan: &Plan) -> Result<Vec<PathBuf>> {
+pub(crate) fn write(
+    folder: &files::Folder,
+    subject: &Subject,
+    plan: &Plan,
+    look: &LookArgs,
+) -> Result<Vec<PathBuf>> {
     let document = serde_json::to_string_pretty(&document::document(subject, plan))
         .map_err(|error| CliError::failure(format!("cannot write the plan as JSON: {error}")))?;
     let files = [
         ("plan.csv".to_owned(), table::text(&subject.name, subject.threads, &plan.chart).into_bytes()),
         ("plan.json".to_owned(), (document + "\n").into_bytes()),
     ];
-    folder.write(files.into_iter().chain(pictures(&subject.name, plan)?))
+    folder.write(files.into_iter().chain(pictures(&subject.name, plan, look)?))
 }
 
-/// The first fields of a plan, and where its files are.
+/// The first fields of a plan, the hash of its scene, and where its files are.
 pub(crate) fn said(subject: &Subject, plan: &Plan, written: &[PathBuf]) -> impl Serialize {
-    document::Document::new(subject, plan, serde_json::json!({ "files": written }))
+    let rest = serde_json::json!({ "scene_hash": subject.scene_hash, "hash_of": HASH_OF, "files": written });
+    document::Document::new(subject, plan, rest)
 }
 
 /// The text of the scene as a plan has it; none where nothing is right enough.
@@ -48,15 +54,15 @@ pub(crate) fn scene_text(name: &str, scene: &Scene, plan: &Plan, terms: Terms) -
 
 /// Pictures, each as SVG and PNG.
 #[cfg(feature = "charts")]
-fn pictures(scene: &str, plan: &Plan) -> Result<Vec<(String, Vec<u8>)>> {
-    nappe_charts::plan_pictures(scene, plan)
+fn pictures(scene: &str, plan: &Plan, look: &LookArgs) -> Result<Vec<(String, Vec<u8>)>> {
+    nappe_charts::plan_pictures(scene, plan, &look.style())
         .map(files::of_pictures)
         .map_err(|error| CliError::failure(format!("cannot draw the plan: {error}")))
 }
 
 /// None: this build draws nothing, and says so.
 #[cfg(not(feature = "charts"))]
-fn pictures(_: &str, _: &Plan) -> Result<Vec<(String, Vec<u8>)>> {
+fn pictures(_: &str, _: &Plan, _: &LookArgs) -> Result<Vec<(String, Vec<u8>)>> {
     files::note_without_pictures();
     Ok(Vec::new())
 }

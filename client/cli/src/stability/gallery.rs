@@ -10,8 +10,14 @@ use crate::error::CliError;
 use crate::{
     error::Result,
     output::{Column, table},
-    study::files::{self, quoted},
+    study::{
+        LookArgs,
+        files::{self, quoted},
+    },
 };
+
+/// The least width in print (mm): below it, words would be smaller than 6 pt beside a column per method.
+pub(crate) const LEAST_WIDTH: f64 = 160.0;
 
 /// Names of the files of the gallery.
 pub(crate) const FILES: [&str; 1] = ["gallery"];
@@ -20,21 +26,21 @@ pub(crate) const FILES: [&str; 1] = ["gallery"];
 ///
 /// # Errors
 /// A file that cannot be written.
-pub(crate) fn write(folder: &files::Folder, tables: &[Table]) -> Result<Vec<PathBuf>> {
+pub(crate) fn write(folder: &files::Folder, tables: &[Table], look: &LookArgs) -> Result<Vec<PathBuf>> {
     let csv = ("gallery.csv".to_owned(), csv(tables).into_bytes());
-    folder.write(std::iter::once(csv).chain(pictures(tables)?))
+    folder.write(std::iter::once(csv).chain(pictures(tables, look)?))
 }
 
 #[cfg(feature = "charts")]
-fn pictures(tables: &[Table]) -> Result<Vec<(String, Vec<u8>)>> {
-    nappe_charts::gallery_picture(tables)
+fn pictures(tables: &[Table], look: &LookArgs) -> Result<Vec<(String, Vec<u8>)>> {
+    nappe_charts::gallery_picture(tables, &look.style())
         .map(|picture| files::of_pictures(vec![picture]))
         .map_err(|error| CliError::failure(format!("cannot draw the gallery: {error}")))
 }
 
 /// None: this build draws nothing, and says so.
 #[cfg(not(feature = "charts"))]
-fn pictures(_: &[Table]) -> Result<Vec<(String, Vec<u8>)>> {
+fn pictures(_: &[Table], _: &LookArgs) -> Result<Vec<(String, Vec<u8>)>> {
     files::note_without_pictures();
     Ok(Vec::new())
 }

@@ -4,6 +4,7 @@
 
 pub(crate) mod units;
 pub(crate) mod asked;
+mod look;
 pub(crate) mod files;
 mod subject;
 mod source;
@@ -11,6 +12,7 @@ mod drive;
 
 pub(crate) use self::{
     drive::compute,
+    look::LookArgs,
     source::Source,
-    subject::{Subject, processor},
+    subject::{HASH_OF, Subject, processor},
 };

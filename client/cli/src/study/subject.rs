@@ -5,6 +5,9 @@ use std::{
     time::{Duration, Instant},
 };
 
+/// What the hash of a scene is made from, and how.
+pub(crate) const HASH_OF: &str = "the text of the scene file, xxh3 64";
+
 /// What is studied, where and when.
 pub(crate) struct Subject {
     /// The scene as the command line names it, without folder and extension.

@@ -12,14 +12,18 @@ use nappe_study::{Case, Chart, Request, Times, TimesError, line_names};
 
 use crate::{
     args::PrecisionName,
-    chart::{self, words},
+    chart::{
+        self,
+        several::{self, Charted},
+        words,
+    },
     error::{CliError, Exit, Result},
     output::{self, Format, OutputArgs},
-    study::{self, Source, Subject, asked, files, units},
+    study::{self, HASH_OF, LookArgs, Source, Subject, asked, files, units},
     write::ForceArgs,
 };
 
-/// Chart error against cost: every method, on a scene of cloth or snow
+/// Chart error against cost: every method, on scenes of cloth or snow
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Examples:
@@ -29,20 +33,26 @@ Examples:
   nappe chart flag --until 0.5 --precision f64      until a time, although it may lie beyond the predictability horizon
   nappe chart drap10 --method velocity_verlet,bdf2_newton --json
   nappe chart brasseur                              a scene of snow: every transfer and kernel on its cells and twice those
+  nappe chart drap10 flag hanging_sheet --out study a chart of each, and on what share of them each method is the cheapest
+  nappe chart drap10 --width 85 --no-caption        pictures for a column of a journal
 
 It finds the predictability horizon of the scene, computes a reference until then, and runs every method
 at ever shorter steps within the budget. Of snow the reference has cells that are halved, with each particle split
 into eight, for as long as the budget has time for it. Let the machine be idle: seconds are measured.
 
 It writes chart.csv, a row per run, chart.json, and pictures: work_precision, convergence and window, each as
-SVG and PNG. docs/charts.md says how to read them. With --json the last line is one object with their paths.")]
+SVG and PNG. docs/charts.md says how to read them. With --json the last line is one object with their paths.
+
+Of several scenes each has a budget of its own and a folder of its name, and a performance profile is written beside
+these: profile.csv, profile.json and a picture.")]
 pub(crate) struct ChartArgs {
-    /// A shipped scene's name, or a scene file (.toml) with its meshes beside it
-    scene: String,
-    /// Folder for the files [default: chart-SCENE]
+    /// Shipped scenes' names, or scene files (.toml) with their meshes beside them; of several a profile is made too
+    #[arg(required = true, value_name = "SCENE")]
+    scenes: Vec<String>,
+    /// Folder for the files [default: chart-SCENE, of several chart-profile]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Time that it may take: 60s, 10min
+    /// Time that each scene may take: 60s, 10min
     #[arg(long, value_name = "TIME", default_value = "60s", value_parser = units::duration)]
     budget: Duration,
     /// Error of positions that matters: 1mm, 0.1mm
@@ -64,31 +74,123 @@ pub(crate) struct ChartArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     threads: Option<u16>,
     #[command(flatten)]
+    look: LookArgs,
+    #[command(flatten)]
     force: ForceArgs,
     #[command(flatten)]
     output: OutputArgs,
 }
 
+/// A scene, and what is asked of its chart.
+struct Asked {
+    source: Source,
+    request: Request,
+}
+
 /// Runs `nappe chart`.
 ///
 /// # Errors
-/// When the scene cannot be read or has neither cloth nor snow, an option asks for what does not exist, a file cannot be written, or the
+/// When a scene cannot be read or has neither cloth nor snow, an option asks for what does not exist, a file cannot be written, or the
 /// user ends it: what was found is then written all the same.
 pub(crate) fn run(args: &ChartArgs) -> Result<()> {
-    let begin = Instant::now();
-    let Source { name, hash: scene_hash, scene, case } = Source::read(&args.scene, "chart")?;
-    let request = request(args, &scene, &case)?;
-    let folder = args.out.clone().unwrap_or_else(|| PathBuf::from(format!("chart-{name}")));
-    let folder = files::Folder::open(folder, &chart::FILES, args.force.existing())?;
+    match args.scenes.as_slice() {
+        [scene] => run_one(args, scene),
+        scenes => run_several(args, scenes),
+    }
+}
 
+fn run_one(args: &ChartArgs, scene: &str) -> Result<()> {
+    let begin = Instant::now();
+    let asked = read(args, scene)?;
+    let folder = args.out.clone().unwrap_or_else(|| PathBuf::from(format!("chart-{}", asked.source.name)));
+    let folder = files::Folder::open(folder, &chart::FILES, args.force.existing())?;
+    let (subject, chart) = compute(args, asked, begin)?;
+    let written = chart::write(&folder, &subject, &chart, &args.look)?;
+    say(args.output.format(), &subject, &chart, &written)
+}
+
+/// A chart of each scene in a folder of its name, and the profile of all.
+fn run_several(args: &ChartArgs, scenes: &[String]) -> Result<()> {
+    let named = |scene: &String| {
+        let said = |error: CliError| CliError { message: format!("{scene}: {}", error.message), ..error };
+        read(args, scene).map_err(said)
+    };
+    let asked = scenes.iter().map(named).collect::<Result<Vec<_>>>()?;
+    check_together(&asked)?;
+    let existing = args.force.existing();
+    let out = args.out.clone().unwrap_or_else(|| PathBuf::from("chart-profile"));
+    let folder = files::Folder::open(out.clone(), &several::FILES, existing)?;
+    let of_scene = |one: &Asked| files::Folder::open(out.join(&one.source.name), &chart::FILES, existing);
+    let folders = asked.iter().map(of_scene).collect::<Result<Vec<_>>>()?;
+
+    let (mut charts, mut written, mut is_stopped) = (Vec::new(), Vec::new(), false);
+    for (one, folder) in asked.into_iter().zip(&folders) {
+        let (subject, chart) = compute(args, one, Instant::now())?;
+        written.extend(chart::write(folder, &subject, &chart, &args.look)?);
+        is_stopped = chart.is_stopped;
+        charts.push(Charted::new(subject, &chart));
+        if is_stopped {
+            break;
+        }
+    }
+    let profile = several::profile(&charts);
+    if !is_stopped {
+        written.extend(several::write(&folder, &charts, (&profile, args.tolerance), &args.look)?);
+    }
+    match args.output.format() {
+        Format::Json => output::json(&several::said(&charts, args.tolerance, is_stopped, &written))?,
+        Format::Text => {
+            if !is_stopped {
+                output::line(&several::text(&profile, args.tolerance))?;
+            }
+            output::line(&files::told(&written))?;
+        }
+    }
+    if is_stopped {
+        let message = "interrupted: the charts that were made until then are written, and no profile of them";
+        return Err(CliError::new(Exit::Interrupted, message));
+    }
+    Ok(())
+}
+
+/// Reads a scene, and what is asked of it.
+fn read(args: &ChartArgs, scene: &str) -> Result<Asked> {
+    let source = Source::read(scene, "chart")?;
+    let request = request(args, &source.scene, &source.case)?;
+    Ok(Asked { source, request })
+}
+
+/// Refuses scenes whose charts would be written into one folder, and cloth beside snow, which have no method in common.
+fn check_together(asked: &[Asked]) -> Result<()> {
+    for (place, one) in asked.iter().enumerate() {
+        let name = &one.source.name;
+        if asked[..place].iter().any(|other| other.source.name == *name) {
+            return Err(CliError::usage(format!(
+                "two scenes are called {name}, and the chart of each goes into a folder of its name: rename one of the files"
+            )));
+        }
+    }
+    let (snow, cloth): (Vec<_>, Vec<_>) = asked.iter().partition(|one| one.source.case.is_snow());
+    if let (Some(snow), Some(cloth)) = (snow.first(), cloth.first()) {
+        return Err(CliError::usage(format!(
+            "{} is snow and {} is cloth, which have no method in common: chart them apart",
+            snow.source.name, cloth.source.name
+        )));
+    }
+    Ok(())
+}
+
+/// Computes the chart of a scene, whose budget began then.
+fn compute(args: &ChartArgs, asked: Asked, begin: Instant) -> Result<(Subject, Chart)> {
+    let Asked { source: Source { name, hash: scene_hash, case, .. }, request } = asked;
     let threads = args.threads.map_or_else(rayon::current_num_threads, usize::from);
+    let told = name.clone();
     let subject =
         Subject { name, scene_hash, processor: study::processor(), threads, budget: args.budget, begin };
     let chart = study::compute(threads, Some(subject.left()), move |budget, tell| {
-        nappe_study::chart(&case, &request, budget, tell)
+        nappe_study::chart(&case, &request, budget, &|what| tell(&format!("{told}: {what}")))
     })?;
-    let written = chart::write(&folder, &subject, &chart)?;
-    say(args.output.format(), &subject, &chart, &written)
+    Ok((subject, chart))
 }
 
 /// What is asked for.
@@ -120,6 +222,8 @@ fn say(format: Format, subject: &Subject, chart: &Chart, written: &[PathBuf]) ->
     match format {
         Format::Json => output::json(&serde_json::json!({
             "scene": subject.name,
+            "scene_hash": subject.scene_hash,
+            "hash_of": HASH_OF,
             "rows": chart.rows.len(),
             "until_s": chart.until(),
             "cut": chart.is_cut,

@@ -14,7 +14,7 @@ use crate::{
     error::{CliError, Exit, Result},
     output::{self, Format, OutputArgs},
     plan::{self, scene::Terms, words},
-    study::{self, Source, Subject, asked, files, units},
+    study::{self, LookArgs, Source, Subject, asked, files, units},
     write::{self, ForceArgs},
 };
 
@@ -60,6 +60,8 @@ pub(crate) struct PlanArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     threads: Option<u16>,
     #[command(flatten)]
+    look: LookArgs,
+    #[command(flatten)]
     force: ForceArgs,
     #[command(flatten)]
     output: OutputArgs,
@@ -84,7 +86,7 @@ pub(crate) fn run(args: &PlanArgs) -> Result<()> {
     let found = study::compute(threads, Some(subject.left()), move |budget, tell| {
         nappe_study::plan(&case, &request, budget, tell)
     })?;
-    let mut written = plan::write(&folder, &subject, &found)?;
+    let mut written = plan::write(&folder, &subject, &found, &args.look)?;
     if let Some(path) = &args.write {
         let terms = if args.leave_out { Terms::LeftOut } else { Terms::Kept };
         match plan::scene_text(&subject.name, &scene, &found, terms) {

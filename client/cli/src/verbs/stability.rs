@@ -13,7 +13,7 @@ use crate::{
     error::{CliError, Exit, Result},
     output::{self, Format, OutputArgs},
     stability::{self, gallery, words},
-    study::{self, Source, Subject, asked, files, units},
+    study::{self, LookArgs, Source, Subject, asked, files, units},
     write::ForceArgs,
 };
 
@@ -65,6 +65,8 @@ pub(crate) struct StabilityArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     threads: Option<u16>,
     #[command(flatten)]
+    look: LookArgs,
+    #[command(flatten)]
     force: ForceArgs,
     #[command(flatten)]
     output: OutputArgs,
@@ -109,12 +111,19 @@ pub(crate) fn run(args: &StabilityArgs) -> Result<()> {
     let found = study::compute(threads, Some(subject.left()), move |budget, tell| {
         nappe_study::stability(&case, &request, budget, tell)
     })?;
-    let written = stability::write(&folder, &subject, &found)?;
+    let written = stability::write(&folder, &subject, &found, &args.look)?;
     say(args.output.format(), &subject, &found, &written)
 }
 
 /// Every scene of the gallery over every method.
 fn run_gallery(args: &StabilityArgs, threads: usize) -> Result<()> {
+    if let Some(width) = args.look.width().filter(|width| *width < gallery::LEAST_WIDTH) {
+        return Err(CliError::usage(format!(
+            "--width {width}: the gallery has a column per method beside the names of its scenes; from {} mm on its words are \
+             legible",
+            gallery::LEAST_WIDTH
+        )));
+    }
     let folder = args.out.clone().unwrap_or_else(|| PathBuf::from("stability-gallery"));
     let folder = files::Folder::open(folder, &gallery::FILES, args.force.existing())?;
     let (tables, is_stopped) = study::compute(threads, None, |budget, tell| {
@@ -124,7 +133,7 @@ fn run_gallery(args: &StabilityArgs, threads: usize) -> Result<()> {
     if is_stopped {
         return Err(CliError::new(Exit::Interrupted, "interrupted: nothing is written"));
     }
-    let written = gallery::write(&folder, &tables)?;
+    let written = gallery::write(&folder, &tables, &args.look)?;
     match args.output.format() {
         Format::Json => output::json(&gallery::document(&tables, &written)),
         Format::Text => {

@@ -18,6 +18,7 @@ mod tokens;
 mod connect;
 mod bench;
 mod chart;
+mod pictures;
 mod plan;
 mod stability;
 mod sweep;

@@ -1,0 +1,265 @@
+//! A performance profile: on what share of several scenes each method is within a factor of the cheapest (Dolan and Moré 2002).
+
+use nappe_sim::math::Precision;
+
+use crate::{
+    canvas::{Axis, Canvas},
+    labels::Labels,
+    lines::trace,
+    look::{self, GREY, Look, NAMED, NUMBER},
+    picture::Picture,
+    style::Style,
+    words::{length, listed, within},
+};
+
+/// The largest ratio that is drawn, at least.
+const LEAST: f64 = 2.0;
+/// Room beyond the largest ratio, as a factor, and above the largest share.
+const BEYOND: f64 = 1.05;
+const TOP: f64 = 1.04;
+
+/// What several scenes say of methods.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Profile {
+    /// Error (m) within which a run is right enough.
+    pub tolerance: f64,
+    /// How many scenes there are.
+    pub scenes: usize,
+    /// Names of those on which nothing is right enough.
+    pub unsolved: Vec<String>,
+    /// Methods, the best first.
+    pub lines: Vec<ProfileLine>,
+}
+
+/// A method in a precision over several scenes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ProfileLine {
+    /// The name of the method, as a reader writes it.
+    pub name: String,
+    /// Of positions and velocities.
+    pub precision: Precision,
+    /// Its cost over that of the cheapest, from 1 on and ascending, on the scenes on which it is right enough.
+    pub ratios: Vec<f64>,
+}
+
+impl ProfileLine {
+    /// On how many scenes it is within a factor of the cheapest.
+    fn count(&self, factor: f64) -> usize {
+        self.ratios.iter().filter(|ratio| **ratio <= factor).count()
+    }
+
+    /// The upper corners of its steps: ratios, and on what share of so many scenes it is within them.
+    fn tops(&self, scenes: usize) -> Vec<[f64; 2]> {
+        self.ratios.iter().map(|ratio| [*ratio, self.count(*ratio) as f64 / scenes as f64]).collect()
+    }
+
+    /// All corners of its steps until an end; none where it is nowhere right enough.
+    fn corners(&self, scenes: usize, end: f64) -> Vec<[f64; 2]> {
+        let mut corners = Vec::new();
+        let mut share = 0.0;
+        for [ratio, next] in self.tops(scenes) {
+            // What is the cheapest somewhere begins at its share.
+            if ratio > 1.0 {
+                corners.push([ratio, share]);
+            }
+            corners.push([ratio, next]);
+            share = next;
+        }
+        corners.extend((!corners.is_empty()).then_some([end, share]));
+        corners
+    }
+}
+
+/// Draws the profile and a sentence made from it.
+pub(crate) fn picture(profile: &Profile, style: &Style) -> Result<Picture, String> {
+    let ratios = profile.lines.iter().flat_map(|line| &line.ratios);
+    let end = ratios.copied().fold(LEAST, f64::max) * BEYOND;
+    let x = Axis { label: "cost over that of the cheapest", range: [1.0, end], is_log: true };
+    let y = Axis { label: "share of scenes", range: [0.0, TOP], is_log: false };
+    let title = format!(
+        "{} scenes: cost within {}, over that of the cheapest",
+        profile.scenes,
+        length(profile.tolerance)
+    );
+    let mut canvas = Canvas::new("profile", title, sentence(profile), [x, y], style);
+    let lines = looks(profile);
+    let mut labels = Labels::default();
+    // The best are drawn above the others.
+    for (line, look) in lines.iter().rev() {
+        let tops = line.tops(profile.scenes);
+        trace(&mut canvas, (*look, line.precision), &line.corners(profile.scenes, end), &tops);
+        for top in tops {
+            labels.keep_off(canvas.at(top));
+        }
+    }
+    for (line, look) in &lines {
+        let (colour, dashes) = look.map_or((GREY, ""), |look| (look.colour, look.dashes));
+        let number = canvas.key.number(&line.name, colour, dashes);
+        let places = middles(&canvas, &line.corners(profile.scenes, end));
+        labels.number(&mut canvas, number, &places, look.map_or(NUMBER, |look| look.colour));
+    }
+    canvas.finish()
+}
+
+/// The lines that are right enough somewhere, with the looks of the best of them.
+fn looks(profile: &Profile) -> Vec<(&ProfileLine, Option<Look>)> {
+    let mut methods: Vec<&str> = Vec::new();
+    let mut lines = Vec::new();
+    for (place, line) in profile.lines.iter().filter(|line| !line.ratios.is_empty()).enumerate() {
+        if place >= NAMED {
+            lines.push((line, None));
+            continue;
+        }
+        let number = methods.iter().position(|name| *name == line.name).unwrap_or_else(|| {
+            methods.push(&line.name);
+            methods.len() - 1
+        });
+        lines.push((line, Some(look::of(number))));
+    }
+    lines
+}
+
+/// The middles (px) of the level pieces of a line, the last one first.
+fn middles(canvas: &Canvas, corners: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    let level = corners.windows(2).rev().filter(|pair| pair[0][1] == pair[1][1]);
+    let middle = |pair: &[[f64; 2]]| {
+        let [from, to] = [canvas.at(pair[0]), canvas.at(pair[1])];
+        [f64::midpoint(from[0], to[0]), from[1]]
+    };
+    level.map(middle).collect()
+}
+
+fn sentence(profile: &Profile) -> String {
+    let tolerance = length(profile.tolerance);
+    // Of several that are alike the first one, which is the best.
+    let most = |factor: f64| {
+        let best = profile.lines.iter().rev().max_by_key(|line| line.count(factor));
+        best.filter(|line| line.count(factor) > 0)
+            .map(|line| (format!("{} in {}", within(&line.name), line.precision), line.count(factor)))
+    };
+    let of = profile.scenes;
+    let best = match (most(1.0), most(2.0)) {
+        (Some((cheapest, count)), Some((near, more))) => format!(
+            "{cheapest} is the cheapest on {count} of {of}, {near} takes at most twice as long as the cheapest on {more}."
+        ),
+        _ => "No method is on any.".to_owned(),
+    };
+    let unsolved = if profile.unsolved.is_empty() {
+        String::new()
+    } else {
+        format!(" On {} nothing is; they count for no method.", listed(&profile.unsolved))
+    };
+    format!(
+        "On what share of {of} scenes a method is within {tolerance} in at most so many times the seconds of the cheapest that is (Dolan and Moré 2002). {best}{unsolved} Filled marks are f64, hollow ones f32; numbers are named below the data."
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn line(name: &str, precision: Precision, ratios: &[f64]) -> ProfileLine {
+        ProfileLine { name: name.to_owned(), precision, ratios: ratios.to_vec() }
+    }
+
+    /// Four scenes and twelve methods in both precisions, with a scene that none is right on.
+    fn example() -> Profile {
+        let names = ["velocity Verlet, predicted", "implicit midpoint, vertex block descent", "BDF2, Newton"];
+        let of = |number: usize| {
+            let name = format!("{} {number}", names[number % 3]);
+            let first = 1.0 + number as f64 * 0.5;
+            let precision = if number.is_multiple_of(2) { Precision::F64 } else { Precision::F32 };
+            line(&name, precision, &[first, first, 3.0 * first])
+        };
+        Profile {
+            tolerance: 1e-3,
+            scenes: 4,
+            unsolved: vec!["hard".to_owned()],
+            lines: (0..12).map(of).chain([line("nowhere right", Precision::F64, &[])]).collect(),
+        }
+    }
+
+    /// The elements of text of a graphic: where, how large (px), from which end, whether upwards, and the words.
+    fn texts(svg: &str) -> Vec<([f64; 2], u32, String, bool, String)> {
+        let texts = svg.split("<text ").skip(1).filter_map(|rest| rest.split_once("</text>"));
+        let read = |(element, _): (&str, &str)| {
+            let (head, words) = element.split_once('>').expect("the end of a tag");
+            let value = |name: &str| {
+                let (_, rest) = head.split_once(&format!("{name}=\"")).expect("an attribute");
+                rest.split_once('"').expect("its end").0.to_owned()
+            };
+            let number = |name: &str| value(name).parse::<f64>().expect("a number");
+            let size = value("font-size").parse().expect("a size");
+            let place = [number("x"), number("y")];
+            (place, size, value("text-anchor"), head.contains("rotate(-90"), words.to_owned())
+        };
+        texts.map(read).collect()
+    }
+
+    #[test]
+    fn steps_rise_where_a_method_is_within_a_ratio() {
+        let steps = line("a", Precision::F64, &[1.0, 2.0, 2.0]);
+        assert_eq!(steps.tops(4), [[1.0, 0.25], [2.0, 0.75], [2.0, 0.75]]);
+        let corners = steps.corners(4, 5.0);
+        assert_eq!([corners[0], corners[1], corners[2]], [[1.0, 0.25], [2.0, 0.25], [2.0, 0.75]]);
+        assert_eq!(corners.last(), Some(&[5.0, 0.75]));
+        assert!(line("b", Precision::F64, &[]).corners(4, 5.0).is_empty());
+    }
+
+    #[test]
+    fn a_profile_in_a_style_has_its_title_its_width_its_font_and_no_caption() {
+        let style = Style {
+            title: Some("Cost & error".to_owned()),
+            is_without_caption: true,
+            width: Some(85.0),
+            font: Some("Libertinus".to_owned()),
+        };
+        let picture = picture(&example(), &style).expect("a picture");
+        let (head, rest) = picture.svg.split_once('>').expect("a tag");
+        assert!(head.contains(" width=\"85mm\"") && head.contains(" viewBox=\"0 0 386.00 "), "{head}");
+        assert!(head.contains("font-family=\"&apos;Libertinus&apos;, DejaVu Sans"), "{head}");
+        assert!(rest.contains("<title>Cost &amp; error</title>"), "{rest}");
+        let texts = texts(&picture.svg);
+        assert!(texts.iter().any(|text| text.4 == "Cost &amp; error"), "{texts:?}");
+        assert!(!texts.iter().any(|text| text.4.contains("Filled marks")), "{texts:?}");
+        for name in ["velocity Verlet, predicted 0", "implicit midpoint, vertex block descent 10"] {
+            assert!(texts.iter().any(|text| text.4 == name), "{name} in {texts:?}");
+        }
+        assert!(!texts.iter().any(|text| text.4 == "nowhere right"), "{texts:?}");
+    }
+
+    #[test]
+    fn every_word_of_a_picture_is_inside_it() {
+        for width in [None, Some(80.0), Some(85.0), Some(180.0)] {
+            let title = (width == Some(80.0)).then(|| "a title that is too long for one line ".repeat(4));
+            let style = Style { width, title, ..Style::default() };
+            let picture = picture(&example(), &style).expect("a picture");
+            let size: Vec<f64> = match width {
+                None => vec![860.0, f64::INFINITY],
+                Some(_) => {
+                    let (_, rest) = picture.svg.split_once("viewBox=\"0 0 ").expect("a frame");
+                    let frame = rest.split_once('"').expect("its end").0;
+                    frame.split(' ').map(|side| side.parse().expect("a number")).collect()
+                }
+            };
+            let texts = texts(&picture.svg);
+            assert!(texts.len() > 20, "{texts:?}");
+            for ([x, y], height, anchor, is_upwards, words) in texts {
+                let long = crate::page::width_at(&words, height);
+                let back = match anchor.as_str() {
+                    "start" => 0.0,
+                    "middle" => 0.5 * long,
+                    _ => long,
+                };
+                let high = f64::from(height);
+                let [left, right, above, below] = if is_upwards {
+                    [x - high, x + 3.0, y - (long - back), y + back]
+                } else {
+                    [x - back, x - back + long, y - high, y + 3.0]
+                };
+                let is_inside = left >= 0.0 && right <= size[0] && above >= 0.0 && below <= size[1];
+                assert!(is_inside, "{words} at {x}, {y} of {size:?} px, {width:?} mm");
+            }
+        }
+    }
+}
