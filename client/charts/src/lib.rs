@@ -1,7 +1,7 @@
 //! Pictures of studies, as SVG and PNG: the only crate that names the plotter.
 //!
-//! Reads a chart, a study of stability, the gallery, or a profile of several scenes; writes pictures in a style, each with a sentence
-//! made from its rows. Errors and lengths are drawn in millimetres. Modules in reading order:
+//! Reads a chart, a study of stability, the gallery, a sweep, or a profile of several scenes; writes pictures in a style, each with a
+//! sentence made from its rows. Errors and lengths are drawn in millimetres. Modules in reading order:
 
 mod picture;
 mod style;
@@ -28,10 +28,12 @@ mod map;
 mod gallery;
 mod terms;
 mod profile;
+mod sweep;
 
 pub use picture::Picture;
 pub use profile::{Profile, ProfileLine};
 pub use style::Style;
+pub use sweep::{Sweep, SweepRun};
 
 use nappe_study::{Chart, Plan, Stability, gallery::Table};
 
@@ -102,4 +104,12 @@ pub fn profile_picture(profile: &Profile, style: &Style) -> Result<Picture, Stri
 /// What the plotter cannot make pixels of.
 pub fn gallery_picture(tables: &[Table], style: &Style) -> Result<Picture, String> {
     gallery::picture(tables, style)
+}
+
+/// A sweep over one key, its quantities against it, or over two, the first quantity in colours over both.
+///
+/// # Errors
+/// A sweep over more keys, and what the plotter cannot make pixels of.
+pub fn sweep_picture(sweep: &Sweep) -> Result<Picture, String> {
+    sweep::picture(sweep)
 }

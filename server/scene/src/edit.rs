@@ -4,7 +4,7 @@ use thiserror::Error;
 use toml::{Table, Value};
 
 use crate::{
-    error::{SceneErrors, suggestion},
+    error::{SceneError, SceneErrors, suggestion},
     scene::Scene,
 };
 
@@ -19,8 +19,11 @@ pub enum EditError {
         /// The nearest, or all.
         hint: String,
     },
-    /// The key holds other keys, and no value.
-    #[error("{key}: is a table or an array; a key of a single value is needed, such as {key}.{inner}")]
+    /// The key holds other keys, and the value is not of its kind.
+    #[error(
+        "{key}: is a table or an array; allowed are a whole one, such as [1, 2] or {{ a = 1 }}, or a key of a single value, such as \
+         {key}.{inner}"
+    )]
     NoValue {
         /// As it was asked for.
         key: String,
@@ -30,10 +33,18 @@ pub enum EditError {
     /// The schema does not allow the value.
     #[error("{key} = {value}: {errors}")]
     NotAllowed {
-        /// The key that was set last.
+        /// The key whose value is refused.
         key: String,
         /// As it was written.
         value: String,
+        /// What is allowed.
+        errors: SceneErrors,
+    },
+    /// The schema does not allow the values together, each of which it allows alone.
+    #[error("{values}, together: {errors}")]
+    NotTogether {
+        /// All keys with their values, as they were written.
+        values: String,
         /// What is allowed.
         errors: SceneErrors,
     },
@@ -42,22 +53,71 @@ pub enum EditError {
 impl Scene {
     /// The same scene with values in place of others: keys are those of the scene file with a dot between them, bodies, objects
     /// and colliders by their names, numbers of a list by their places from 0 on: `body.cloth.springs.bend.stiffness`, `gravity.1`.
+    /// An array takes the place of an array, `[0, -1, 0]`, and a table that of a table, `{ grid = [4, 4], spacing = 0.1 }`.
     ///
     /// # Errors
-    /// A key that the scene does not have, one of no single value, and a value that the schema does not allow.
+    /// A key that the scene does not have, a single value for a table or an array, and a value that the schema does not allow,
+    /// by the name of its key.
     pub fn with_values(&self, values: &[(String, String)]) -> Result<Self, EditError> {
-        let mut root = Value::Table(toml::from_str::<Table>(&self.to_toml()).unwrap_or_default());
-        for (key, value) in values {
-            let place = find(&mut root, key)?;
-            *place = parsed(value);
-        }
-        let text = toml::to_string(&root).unwrap_or_default();
-        let mut scene = Self::parse(&text, "").map_err(|errors| {
-            let (key, value) = values.last().cloned().unwrap_or_default();
-            EditError::NotAllowed { key, value, errors }
-        })?;
+        let mut root = self.table();
+        values.iter().try_for_each(|(key, value)| put(&mut root, key, value))?;
+        self.read(&root).map_err(|errors| self.not_allowed(values, errors))
+    }
+
+    /// All that it holds, as a table.
+    fn table(&self) -> Value {
+        Value::Table(toml::from_str::<Table>(&self.to_toml()).unwrap_or_default())
+    }
+
+    /// The scene that a table holds, as if it was read from the same text.
+    fn read(&self, root: &Value) -> Result<Self, SceneErrors> {
+        let mut scene = Self::parse(&toml::to_string(root).unwrap_or_default(), "")?;
         scene.source = self.source.clone();
         Ok(scene)
+    }
+
+    /// Which of several values is refused: the first that alone has one of the errors that all have, or all of them.
+    fn not_allowed(&self, values: &[(String, String)], errors: SceneErrors) -> EditError {
+        let is_shared = |alone: &SceneErrors| {
+            let same = |error: &SceneError, other: &SceneError| {
+                error.key == other.key && error.message == other.message
+            };
+            alone.iter().any(|error| errors.iter().any(|other| same(error, other)))
+        };
+        for (key, value) in values {
+            let mut root = self.table();
+            // A key that is there with the others alone is no reason.
+            let Ok(()) = put(&mut root, key, value) else { continue };
+            if let Err(alone) = self.read(&root)
+                && is_shared(&alone)
+            {
+                return EditError::NotAllowed { key: key.clone(), value: value.clone(), errors: alone };
+            }
+        }
+        match values {
+            [(key, value)] => EditError::NotAllowed { key: key.clone(), value: value.clone(), errors },
+            values => {
+                let all: Vec<String> = values.iter().map(|(key, value)| format!("{key} = {value}")).collect();
+                EditError::NotTogether { values: all.join(", "), errors }
+            }
+        }
+    }
+}
+
+/// Puts a value where its key leads.
+fn put(root: &mut Value, key: &str, value: &str) -> Result<(), EditError> {
+    let (place, value) = (find(root, key)?, parsed(value));
+    let is_alike = match place {
+        Value::Table(_) => value.is_table(),
+        Value::Array(_) => value.is_array(),
+        _ => true,
+    };
+    match names(place).into_iter().next() {
+        Some(inner) if !is_alike => Err(EditError::NoValue { key: key.to_owned(), inner }),
+        _ => {
+            *place = value;
+            Ok(())
+        }
     }
 }
 
@@ -80,10 +140,7 @@ fn find<'a>(root: &'a mut Value, key: &str) -> Result<&'a mut Value, EditError> 
         })?;
         way = format!("{way}{part}.");
     }
-    match names(place).into_iter().next() {
-        Some(inner) => Err(EditError::NoValue { key: key.to_owned(), inner }),
-        None => Ok(place),
-    }
+    Ok(place)
 }
 
 /// What a part of a key leads to.
@@ -121,8 +178,9 @@ fn names(place: &Value) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::body::Mesh;
 
-    const TEXT: &str = "version = 1\ndt = 0.01\nsteps = 10\n[[body]]\nname = \"cloth\"\nmesh = { grid = [4, 4], spacing = 0.1 }\n\
+    const TEXT: &str = "version = 1\ndt = 0.01\nsteps = 10\n[[body]]\nname = \"cloth\"\npins = [\"top\"]\nmesh = { grid = [4, 4], spacing = 0.1 }\n\
         springs = { stretch = { stiffness = 100 }, bend = { stiffness = 5 } }\n";
 
     fn with(key: &str, value: &str) -> Result<Scene, String> {
@@ -142,12 +200,39 @@ mod tests {
     }
 
     #[test]
+    fn an_array_and_a_table_take_the_place_of_their_like() {
+        assert_eq!(with("wind", "[1, 0.5, 0]").expect("an array").wind, [1.0, 0.5, 0.0]);
+        let scene = with("body.cloth.mesh", "{ grid = [3, 5], spacing = 0.2 }").expect("a table");
+        let Mesh::Grid { grid, spacing, .. } = scene.bodies[0].mesh else { panic!("it is a grid") };
+        assert_eq!((grid, spacing), ([3, 5], 0.2));
+        let scene = with("body.cloth.pins", "[\"top_left\", 3]").expect("an array of names and numbers");
+        assert_eq!(scene.bodies[0].pins.len(), 2);
+    }
+
+    #[test]
+    fn the_key_whose_value_is_refused_is_named_wherever_it_stands() {
+        let scene = Scene::parse(TEXT, "small.toml").expect("a scene");
+        let with = |values: &[(&str, &str)]| {
+            let values: Vec<(String, String)> =
+                values.iter().map(|(key, value)| ((*key).to_owned(), (*value).to_owned())).collect();
+            scene.with_values(&values).expect_err("an error").to_string()
+        };
+        let [wrong, right, other] = [("body.cloth.drag", "-1"), ("gravity.1", "-1"), ("dt", "0.02")];
+        for values in [[wrong, right, other], [right, wrong, other], [right, other, wrong]] {
+            let error = with(&values);
+            assert!(error.starts_with("body.cloth.drag = -1: "), "{error}");
+        }
+    }
+
+    #[test]
     fn what_cannot_be_set_says_why() {
         for (key, value, part) in [
             ("body.cloth.springs.bend.stifness", "1", "did you mean 'body.cloth.springs.bend.stiffness'?"),
             ("body.sail.drag", "1", "the scene has no such key"),
             ("body.cloth.springs", "1", "is a table or an array"),
             ("gravity", "1", "such as gravity.0"),
+            ("gravity", "[1, 2]", "gravity = [1, 2]"),
+            ("body.cloth.mesh", "[4, 4]", "is a table or an array"),
             ("body.cloth.drag", "-1", "drag"),
             ("dt", "soon", "dt = soon"),
         ] {

@@ -63,19 +63,36 @@ pub fn read_scene(path: &Path) -> Result<String, SceneError> {
 /// # Errors
 /// A file that cannot be read, an unknown extension, a mesh that cannot be read.
 pub fn load_mesh(path: &Path, options: &ReadOptions) -> Result<Loaded, SceneError> {
+    load_mesh_and_tell(path, options, &mut |_, _| {})
+}
+
+/// The same, and calls `tell` with the path and the bytes of each file that is read, as they are on disk. An `.eti` set has
+/// several files.
+///
+/// # Errors
+/// As [`load_mesh`].
+pub fn load_mesh_and_tell(
+    path: &Path,
+    options: &ReadOptions,
+    tell: &mut dyn FnMut(&Path, &[u8]),
+) -> Result<Loaded, SceneError> {
     let file = path.display().to_string();
     if path.is_dir() {
-        return load_eti_folder(path, options);
+        return load_eti_folder(path, options, tell);
     }
     let is_packed = extension(path) == "gz";
     let ending = if is_packed { extension(&path.with_extension("")) } else { extension(path) };
-    let bytes = || gzip::unpacked(read(path, options)?, options.max_bytes, &file);
+    let mut bytes = || {
+        let bytes = read(path, options)?;
+        tell(path, &bytes);
+        gzip::unpacked(bytes, options.max_bytes, &file)
+    };
     match ending.as_str() {
         "obj" => MeshFile::Obj(&bytes()?).read(&file),
         "off" => MeshFile::Off(&bytes()?).read(&file),
         "ply" => MeshFile::Ply(&bytes()?).read(&file),
         "stl" => MeshFile::Stl(&bytes()?).read(&file),
-        "eti" if !is_packed => load_eti_folder(path.parent().unwrap_or(Path::new(".")), options),
+        "eti" if !is_packed => load_eti_folder(path.parent().unwrap_or(Path::new(".")), options, tell),
         other => {
             let ending = if is_packed { format!("{other}.gz") } else { other.to_owned() };
             Err(SceneError::new(ErrorKind::Unsupported, &file, endings::not_read(&ending)))
@@ -151,6 +168,7 @@ pub fn load_object(
         Some(&folder.join(&object.masses)),
         join(&object.textures).as_deref(),
         options,
+        &mut |_, _| {},
     )
 }
 
@@ -189,7 +207,11 @@ impl MeshSource for Folder {
     }
 }
 
-fn load_eti_folder(folder: &Path, options: &ReadOptions) -> Result<Loaded, SceneError> {
+fn load_eti_folder(
+    folder: &Path,
+    options: &ReadOptions,
+    tell: &mut dyn FnMut(&Path, &[u8]),
+) -> Result<Loaded, SceneError> {
     let existing = |name: &str| Some(folder.join(name)).filter(|path| path.exists());
     load_eti(
         &folder.join("points.eti"),
@@ -197,6 +219,7 @@ fn load_eti_folder(folder: &Path, options: &ReadOptions) -> Result<Loaded, Scene
         existing("masses.eti").as_deref(),
         existing("texcoord.eti").as_deref(),
         options,
+        tell,
     )
 }
 
@@ -206,11 +229,17 @@ fn load_eti(
     masses: Option<&Path>,
     texcoord: Option<&Path>,
     options: &ReadOptions,
+    tell: &mut dyn FnMut(&Path, &[u8]),
 ) -> Result<Loaded, SceneError> {
-    let named = |path: &Path| Ok::<_, SceneError>((path.display().to_string(), text(path, options)?));
+    let mut named = |path: &Path| {
+        let (file, bytes) = (path.display().to_string(), read(path, options)?);
+        tell(path, &bytes);
+        let text = text::text(&bytes, &file)?.into_owned();
+        Ok::<_, SceneError>((file, text))
+    };
     let points = named(points)?;
     let others = [faceset, masses, texcoord];
-    let [faceset, masses, texcoord] = others.map(|path| path.map(named).transpose());
+    let [faceset, masses, texcoord] = others.map(|path| path.map(&mut named).transpose());
     let (faceset, masses, texcoord) = (faceset?, masses?, texcoord?);
     let texts = EtiTexts {
         points: NamedText { file: &points.0, text: &points.1 },

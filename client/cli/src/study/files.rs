@@ -1,7 +1,7 @@
 //! Files of a study: the folder that they are written into, tables and pictures.
 
 use std::{
-    fs,
+    fs, io,
     path::{Path, PathBuf},
 };
 
@@ -38,21 +38,21 @@ impl Folder {
         self.names.iter().flat_map(of).collect()
     }
 
-    /// Writes files; their paths. Nothing of an earlier study is left beside them.
+    /// Writes files, each of them whole; their paths. Nothing of an earlier study is left beside them.
     ///
     /// # Errors
     /// A file that cannot be written.
     pub(crate) fn write(&self, files: impl Iterator<Item = (String, Vec<u8>)>) -> Result<Vec<PathBuf>> {
-        if self.existing == Existing::Overwritten {
-            for old in self.files().iter().filter(|file| file.is_file()) {
-                fs::remove_file(old).map_err(|error| CliError::file("remove", old, &error))?;
-            }
-        }
         let mut written = Vec::new();
         for (name, bytes) in files {
             let path = self.path.join(name);
-            write::write(&path, &bytes, self.existing)?;
+            write::write_whole(&path, &bytes, self.existing)?;
             written.push(path);
+        }
+        if self.existing == Existing::Overwritten {
+            for old in self.files().iter().filter(|file| file.is_file() && !written.contains(file)) {
+                fs::remove_file(old).map_err(|error| CliError::file("remove", old, &error))?;
+            }
         }
         Ok(written)
     }
@@ -68,9 +68,12 @@ pub(crate) fn check_folder(folder: &Path) -> Result<()> {
     }
     fs::create_dir_all(folder).map_err(|error| CliError::file("make the folder", folder, &error))?;
     let probe = folder.join(".nappe-study");
-    fs::write(&probe, [])
-        .and_then(|()| fs::remove_file(&probe))
-        .map_err(|error| CliError::file("write into", folder, &error))
+    let probed = fs::write(&probe, []).and_then(|()| match fs::remove_file(&probe) {
+        // Another study that begins here has removed it.
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
+        removed => removed,
+    });
+    probed.map_err(|error| CliError::file("write into", folder, &error))
 }
 
 /// Says where files are.
@@ -106,13 +109,33 @@ pub(crate) fn quoted(field: &str) -> String {
     }
 }
 
+/// The fields of a row of comma-separated values, as they were before they were quoted.
+pub(crate) fn fields(row: &str) -> Vec<String> {
+    let (mut fields, mut field, mut is_quoted) = (Vec::new(), String::new(), false);
+    let mut letters = row.chars().peekable();
+    while let Some(letter) = letters.next() {
+        match letter {
+            '"' if is_quoted && letters.next_if_eq(&'"').is_some() => field.push('"'),
+            '"' => is_quoted = !is_quoted,
+            ',' if !is_quoted => fields.push(std::mem::take(&mut field)),
+            letter => field.push(letter),
+        }
+    }
+    fields.push(field);
+    fields
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn what_would_end_a_field_is_quoted() {
+    fn what_would_end_a_field_is_quoted_and_read_back() {
         assert_eq!(quoted("plain"), "plain");
         assert_eq!(quoted("a, \"b\""), "\"a, \"\"b\"\"\"");
+        for row in [&["plain", "", "a, \"b\"", "[1,2]"][..], &["\"", "\"\"", ","], &[""]] {
+            let text: Vec<String> = row.iter().map(|field| quoted(field)).collect();
+            assert_eq!(fields(&text.join(",")), row);
+        }
     }
 }

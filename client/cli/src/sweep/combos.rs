@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use super::split;
 use crate::error::{CliError, Result};
 
 /// Combinations, at most.
@@ -22,22 +23,22 @@ enum Values {
 }
 
 impl Set {
-    /// `KEY=V,V,...`, or `KEY=LOW..HIGH`.
+    /// `KEY=V,V,...`, or `KEY=LOW..HIGH`. A value may be a list in brackets, a table in braces or a text in quotes.
     pub(crate) fn parse(text: &str) -> std::result::Result<Self, String> {
         let (key, values) = text
             .split_once('=')
             .filter(|(key, values)| !key.trim().is_empty() && !values.trim().is_empty())
             .ok_or_else(|| format!("'{text}' is no KEY=V,V,... and no KEY=LOW..HIGH"))?;
-        let range =
-            values.split_once("..").map(|(low, high)| [low, high].map(|end| end.trim().parse::<f64>()));
-        let values = match range {
-            Some([Ok(low), Ok(high)]) if low.is_finite() && high.is_finite() && low < high => {
-                Values::Range([low, high])
-            }
+        // A row of the table is a line.
+        if text.contains(char::is_control) {
+            return Err(format!("{text:?} holds a control character; a value is a line of text"));
+        }
+        let values = match range(values) {
+            Some([Some(low), Some(high)]) if low < high => Values::Range([low, high]),
             Some(_) => {
                 return Err(format!("'{values}' is no range: two numbers are needed, the lower first"));
             }
-            None => Values::List(values.split(',').map(|value| value.trim().to_owned()).collect()),
+            None => Values::List(distinct(split::parts(values)?)?),
         };
         Ok(Self { key: key.trim().to_owned(), values })
     }
@@ -56,6 +57,22 @@ impl Set {
             Values::Range([low, high]) => format!("{:?}", low + (high - low) * rng.f64()),
         }
     }
+}
+
+/// Both ends of what is written as a range, as far as they are numbers. Without a number at either side it is none: `../a.obj`.
+fn range(values: &str) -> Option<[Option<f64>; 2]> {
+    let (low, high) = values.split_once("..")?;
+    let ends = [low, high].map(|end| end.trim().parse().ok().filter(|end: &f64| end.is_finite()));
+    ends.iter().any(Option::is_some).then_some(ends)
+}
+
+/// The same values, each of which is there once.
+fn distinct(values: Vec<String>) -> std::result::Result<Vec<String>, String> {
+    let mut known = BTreeSet::new();
+    if let Some(twice) = values.iter().find(|value| !known.insert(value.as_str())) {
+        return Err(format!("the value {twice} is there twice: each is needed once"));
+    }
+    Ok(values)
 }
 
 /// The values of all keys in each run: every combination, the last key the fastest, or so many samples that follow from a seed.
@@ -122,9 +139,11 @@ mod tests {
 
     #[test]
     fn what_is_no_set_of_values_is_refused() {
-        for wrong in ["a", "=1", "a=", "a=2..1", "a=1..x"] {
+        for wrong in ["a", "=1", "a=", "a=2..1", "a=1..x", "a=1,2,1", "a=[1,2", "a=1,\n2"] {
             assert!(Set::parse(wrong).is_err(), "{wrong}");
         }
+        let paths = Set::parse("a=../a.obj,../b.obj").expect("two texts").examples();
+        assert_eq!(paths, ["../a.obj", "../b.obj"]);
         let many = (0..400).map(|i| i.to_string()).collect::<Vec<_>>().join(",");
         let many = [format!("a={many}"), format!("b={many}")].map(|text| Set::parse(&text).expect("a set"));
         for (sets, part) in [

@@ -1,10 +1,17 @@
 //! A sweep: runs of one scene with other values, side by side, a row per run.
 //!
-//! Enters: a scene and values of its keys. Leaves: sweep.csv, sweep.json, the ends of runs where they are kept.
+//! Enters: a scene and values of its keys. Leaves: sweep.csv, sweep.json, a picture, the ends of runs where they are kept.
 
+mod split;
 mod combos;
+mod end;
+mod measure;
+mod meshes;
 mod run;
+mod description;
+pub(crate) mod lock;
 mod table;
+mod picture;
 
 use std::{
     path::{Path, PathBuf},
@@ -20,7 +27,13 @@ use rayon::ThreadPoolBuilder;
 
 pub(crate) use self::{
     combos::{Set, combinations},
-    table::Table,
+    description::Description,
+    end::End,
+    measure::{Measure, check_distinct},
+    meshes::{Meshes, named, named_by_any},
+    picture::picture_files,
+    run::Common,
+    table::{Columns, Table},
 };
 use crate::{
     error::{CliError, Result},
@@ -30,12 +43,10 @@ use crate::{
 /// What is run.
 pub(crate) struct Sweep {
     pub(crate) scene: Scene,
-    /// Where its meshes are.
-    pub(crate) meshes: PathBuf,
     pub(crate) keys: Vec<String>,
     /// Values of the keys in each run.
     pub(crate) values: Vec<Vec<String>>,
-    pub(crate) steps: u64,
+    pub(crate) common: Common,
     /// Where ends of runs are kept, if they are.
     pub(crate) ends: Option<PathBuf>,
 }
@@ -48,18 +59,27 @@ impl Sweep {
         self.scene.with_values(&values).map_err(|error| error.to_string())
     }
 
+    /// Refuses measures that the first run does not have. Where others lack them, their rows say so.
+    ///
+    /// # Errors
+    /// The first of them, with what the scene has.
+    pub(crate) fn check_measures(&self) -> Result<()> {
+        self.scene(0).map_or(Ok(()), |scene| run::check_measures(&scene, &self.common))
+    }
+
     /// What becomes of a run; none where the sweep was told to stop.
     fn run(&self, run: usize, is_stopped: &dyn Fn() -> bool) -> Result<Option<Vec<String>>> {
         let end = self.ends.as_ref().map(|folder| folder.join(format!("run-{run:06}.ply")));
         let ran = match self.scene(run) {
-            Ok(scene) => run::run(&scene, &self.meshes, self.steps, end.as_deref(), is_stopped)?,
+            Ok(scene) => run::run(&scene, &self.common, end.as_deref(), is_stopped)?,
             Err(cause) => Some(run::Ran::refused(cause)),
         };
         let values = self.values[run].iter().map(|value| quoted(value));
-        Ok(ran.map(|ran| values.chain(ran.fields()).collect()))
+        let measures = self.common.measures.len();
+        Ok(ran.map(|ran| values.chain(ran.fields(measures)).collect()))
     }
 
-    /// Runs all that have no row yet, as many side by side as there are threads, each on one; whether it was told to stop. `tell` is
+    /// Runs all that have no row yet, as many side by side as there are threads, each on one, until it is told to stop. `tell` is
     /// called with what is done.
     ///
     /// # Errors
@@ -70,7 +90,7 @@ impl Sweep {
         threads: usize,
         budget: &Budget,
         tell: &dyn Fn(&str),
-    ) -> Result<bool> {
+    ) -> Result<()> {
         let open: Vec<usize> = (0..self.values.len()).filter(|run| !table.has(*run)).collect();
         let next = AtomicUsize::new(0);
         let (sender, rows) = mpsc::channel();
@@ -105,8 +125,7 @@ impl Sweep {
             }
             Ok(())
         });
-        ended.and_then(|()| table.rewrite())?;
-        Ok(budget.is_stopped())
+        ended.and_then(|()| table.rewrite())
     }
 }
 

@@ -1,19 +1,32 @@
 //! One run of a sweep, from a scene to its row.
 
-use std::{io::BufWriter, path::Path, time::Instant};
+use std::{path::Path, time::Instant};
 
 use nappe_scene::{
-    Scene, SceneLimits, files,
+    Scene, SceneLimits,
     mesh::{PlyFrame, PlyNumbers, write_ply_frame},
 };
 use nappe_sim::{report::NoStopwatch, world::Simulation};
 
+use super::{
+    end::End,
+    measure::{self, Bodies, Measure},
+    meshes::Meshes,
+};
 use crate::{
     error::{CliError, Result},
     output,
     study::files::quoted,
     write::{self, Existing},
 };
+
+/// What all runs of a sweep have in common.
+pub(crate) struct Common {
+    pub(crate) meshes: Meshes,
+    pub(crate) end: End,
+    /// What is measured at the end of each.
+    pub(crate) measures: Vec<Measure>,
+}
 
 /// What a run came to.
 #[derive(Clone, Debug, Default)]
@@ -22,15 +35,18 @@ pub(crate) struct Ran {
     time: f64,
     energy: f64,
     max_stretch: f64,
+    /// As many as there are measures; none of what is refused.
+    measured: Vec<f64>,
     state_hash: u64,
     outcome: &'static str,
     cause: String,
     seconds: f64,
 }
 
-/// Names of the columns after the keys: they stay.
-pub(crate) const COLUMNS: [&str; 8] =
-    ["steps", "time_s", "energy_j", "max_stretch", "state_hash", "outcome", "cause", "seconds"];
+/// Names of the columns after the keys and before the measures: they stay.
+pub(crate) const BEFORE: [&str; 4] = ["steps", "time_s", "energy_j", "max_stretch"];
+/// Names of the columns after the measures: they stay.
+pub(crate) const AFTER: [&str; 4] = ["state_hash", "outcome", "cause", "seconds"];
 
 impl Ran {
     /// Of a scene that cannot be built, and why.
@@ -38,38 +54,38 @@ impl Ran {
         Self { outcome: "refused", cause, ..Self::default() }
     }
 
-    /// What stands in the columns after the keys.
-    pub(crate) fn fields(&self) -> [String; COLUMNS.len()] {
+    /// What stands in the columns after the keys, with those of so many measures.
+    pub(crate) fn fields(&self, measures: usize) -> Vec<String> {
         // A row is a line.
         let cause = self.cause.replace(['\n', '\r'], " ");
-        [
-            self.steps.to_string(),
-            format!("{:?}", self.time),
-            format!("{:?}", self.energy),
-            format!("{:?}", self.max_stretch),
+        let number = |number: f64| format!("{number:?}");
+        let before =
+            [self.steps.to_string(), number(self.time), number(self.energy), number(self.max_stretch)];
+        let measured =
+            (0..measures).map(|place| self.measured.get(place).copied().map_or_else(String::new, number));
+        let after = [
             output::hash(self.state_hash),
             self.outcome.to_owned(),
             quoted(&cause),
             format!("{:.3}", self.seconds),
-        ]
+        ];
+        before.into_iter().chain(measured).chain(after).collect()
     }
 }
 
-/// Runs a scene, whose meshes are in a folder, for so many steps on one thread, and keeps its end where that is asked for. None where
-/// it was told to stop.
+/// Runs a scene on one thread, and keeps its end where that is asked for. None where it was told to stop.
 ///
 /// # Errors
 /// An end that cannot be written. That a scene fails is a result.
 pub(crate) fn run(
     scene: &Scene,
-    meshes: &Path,
-    steps: u64,
+    common: &Common,
     end: Option<&Path>,
     is_stopped: &dyn Fn() -> bool,
 ) -> Result<Option<Ran>> {
     let begin = Instant::now();
-    let mut simulation = match built(scene, meshes) {
-        Ok(simulation) => simulation,
+    let Ready { mut simulation, bodies, steps } = match ready(scene, common) {
+        Ok(ready) => ready,
         Err(cause) => return Ok(Some(Ran::refused(cause))),
     };
     let mut ran = Ran { outcome: "ok", ..Ran::default() };
@@ -91,6 +107,7 @@ pub(crate) fn run(
         }
     }
     (ran.steps, ran.time) = (simulation.step_count(), simulation.time());
+    ran.measured = measure::values(&common.measures, &bodies, &simulation);
     ran.state_hash = simulation.state_hash();
     ran.seconds = begin.elapsed().as_secs_f64();
     if let Some(path) = end {
@@ -99,13 +116,35 @@ pub(crate) fn run(
     Ok(Some(ran))
 }
 
-fn built(scene: &Scene, meshes: &Path) -> std::result::Result<Simulation, String> {
-    let source = files::Folder { folder: meshes.to_owned(), options: files::ReadOptions::default() };
-    let built = scene.build(&source, &SceneLimits::default()).map_err(|error| error.to_string())?;
+/// A run before its first step.
+struct Ready {
+    simulation: Simulation,
+    bodies: Bodies,
+    steps: u64,
+}
+
+fn ready(scene: &Scene, common: &Common) -> std::result::Result<Ready, String> {
+    let steps = common.end.steps(scene)?;
+    let built = scene.build(&common.meshes, &SceneLimits::default()).map_err(|error| error.to_string())?;
+    let bodies = Bodies::of(&built.setup);
+    common.measures.iter().try_for_each(|measure| measure.check(&bodies))?;
     let (mut simulation, _) =
         Simulation::new(&built.setup, scene.precision).map_err(|error| error.to_string())?;
     simulation.apply(&built.initial_changes).map_err(|error| error.to_string())?;
-    Ok(simulation)
+    Ok(Ready { simulation, bodies, steps })
+}
+
+/// Refuses measures that a scene does not have. Of one that cannot be built nothing is said: its run is refused.
+///
+/// # Errors
+/// The first of them, with what the scene has.
+pub(crate) fn check_measures(scene: &Scene, common: &Common) -> Result<()> {
+    if common.measures.is_empty() {
+        return Ok(());
+    }
+    let Ok(built) = scene.build(&common.meshes, &SceneLimits::default()) else { return Ok(()) };
+    let bodies = Bodies::of(&built.setup);
+    common.measures.iter().try_for_each(|measure| measure.check(&bodies)).map_err(CliError::usage)
 }
 
 /// Writes where particles are as a PLY file, in the precision of the simulation.
@@ -130,9 +169,8 @@ fn keep(simulation: &Simulation, path: &Path) -> Result<()> {
         step: simulation.step_count(),
         time: simulation.time(),
     };
+    let mut bytes = Vec::new();
+    write_ply_frame(&frame, &mut bytes).map_err(|error| CliError::file("write", path, &error))?;
     // A run that was cut before its row has left one, which is the sweep's own.
-    let mut file = BufWriter::new(write::create(path, Existing::Overwritten)?);
-    write_ply_frame(&frame, &mut file)
-        .and_then(|()| std::io::Write::flush(&mut file))
-        .map_err(|error| CliError::file("write", path, &error))
+    write::write_whole(path, &bytes, Existing::Overwritten)
 }

@@ -7,55 +7,80 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use serde_json::Value;
-
-use super::run::COLUMNS;
+use super::{
+    description::Description,
+    measure::Measure,
+    run::{AFTER, BEFORE},
+};
 use crate::{
     error::{CliError, Result},
-    study::files::quoted,
+    study::files::{fields, quoted},
     write::{self, Existing},
 };
 
 /// Rows of a sweep in a folder.
 pub(crate) struct Table {
+    folder: PathBuf,
     path: PathBuf,
+    description: Description,
+    runs: usize,
     header: String,
     file: File,
     /// Lines by the numbers of their runs.
     lines: BTreeMap<usize, String>,
 }
 
+/// What stands in the rows of a sweep.
+pub(crate) struct Columns<'a> {
+    pub(crate) keys: &'a [String],
+    pub(crate) measures: &'a [Measure],
+}
+
+impl Columns<'_> {
+    /// Their names, in a line.
+    fn header(&self) -> String {
+        let keys = self.keys.iter().map(String::as_str);
+        let measures = self.measures.iter().map(|measure| measure.name.as_str());
+        let names = ["run"].into_iter().chain(keys).chain(BEFORE).chain(measures).chain(AFTER);
+        names.map(quoted).collect::<Vec<_>>().join(",") + "\n"
+    }
+}
+
 impl Table {
-    /// Begins a sweep in a folder, or goes on with one of the same description where that is not to be overwritten.
+    /// Begins a sweep of so many runs in a folder, or goes on with one of the same description where that is not to be overwritten.
     ///
     /// # Errors
     /// A folder that holds another sweep, which stays, and files that cannot be read or written.
     pub(crate) fn open(
         folder: &Path,
-        description: &Value,
-        keys: &[&str],
+        description: Description,
+        columns: &Columns<'_>,
+        runs: usize,
         existing: Existing,
     ) -> Result<Self> {
         let told = folder.join("sweep.json");
         let path = folder.join("sweep.csv");
-        let text = format!("{description:#}\n");
+        let header = columns.header();
         match fs::read_to_string(&told) {
-            Ok(there) if existing == Existing::Kept && there == text => {}
-            Ok(_) if existing == Existing::Kept => {
-                return Err(CliError::usage(format!(
-                    "--out {}: holds another sweep, of other arguments or of another version: --force overwrites it",
-                    folder.display()
-                )));
+            Ok(there) if existing == Existing::Kept => {
+                let differences = description.differences(&there);
+                if !differences.is_empty() {
+                    return Err(CliError::usage(format!(
+                        "--out {}: holds another sweep: {}; --force begins anew",
+                        folder.display(),
+                        differences.join("; ")
+                    )));
+                }
             }
             _ => {
                 clear(folder, existing)?;
-                write::write(&told, text.as_bytes(), existing)?;
+                write::write_whole(&told, description.text(0, runs).as_bytes(), existing)?;
+                write::write_whole(&path, header.as_bytes(), existing)?;
             }
         }
-        let columns: Vec<String> =
-            ["run"].iter().chain(keys).chain(COLUMNS.iter()).map(|name| quoted(name)).collect();
-        let header = columns.join(",") + "\n";
-        let mut table = Self { lines: lines(&path, &header), file: writer(&path)?, path, header };
+        let lines = lines(&path, &header, runs)?;
+        let (folder, file) = (folder.to_owned(), writer(&path)?);
+        let mut table = Self { folder, path, description, runs, header, file, lines };
         // A line that was cut off is made again.
         table.rewrite()?;
         Ok(table)
@@ -66,14 +91,29 @@ impl Table {
         self.lines.contains_key(&run)
     }
 
+    /// How many runs there are.
+    pub(crate) fn runs(&self) -> usize {
+        self.runs
+    }
+
     /// How many runs have their lines.
     pub(crate) fn len(&self) -> usize {
         self.lines.len()
     }
 
-    /// How many runs came to their end: they have no cause.
+    /// Whether all runs have their lines.
+    pub(crate) fn is_complete(&self) -> bool {
+        self.len() == self.runs
+    }
+
+    /// The fields of each row, in the order of runs.
+    pub(crate) fn rows(&self) -> impl Iterator<Item = Vec<String>> {
+        self.lines.values().map(|line| fields(line.trim_end()))
+    }
+
+    /// How many runs came to their end.
     pub(crate) fn ok_count(&self) -> usize {
-        self.lines.values().filter(|line| line.contains(",ok,,")).count()
+        self.rows().filter(|row| is_ok(row)).count()
     }
 
     /// Adds the line of a run.
@@ -88,19 +128,23 @@ impl Table {
         Ok(())
     }
 
-    /// Writes all lines in the order of runs, in place of what is there, at once.
+    /// Writes all lines in the order of runs in place of what is there, and whether all runs have theirs.
     ///
     /// # Errors
     /// A file that cannot be written.
     pub(crate) fn rewrite(&mut self) -> Result<()> {
         let text: String = std::iter::once(&self.header).chain(self.lines.values()).cloned().collect();
-        let new = self.path.with_extension("csv.new");
-        fs::write(&new, text)
-            .and_then(|()| fs::rename(&new, &self.path))
-            .map_err(|error| CliError::file("write", &self.path, &error))?;
+        write::write_whole(&self.path, text.as_bytes(), Existing::Overwritten)?;
         self.file = writer(&self.path)?;
-        Ok(())
+        let told = self.description.text(self.len(), self.runs);
+        write::write_whole(&self.folder.join("sweep.json"), told.as_bytes(), Existing::Overwritten)
     }
+}
+
+/// Whether the run of a row came to its end.
+pub(crate) fn is_ok(row: &[String]) -> bool {
+    let place = AFTER.iter().rev().position(|name| *name == "outcome");
+    place.and_then(|place| row.iter().rev().nth(place)).is_some_and(|outcome| outcome == "ok")
 }
 
 /// Takes files of another sweep out of a folder, if they do not stay.
@@ -110,7 +154,7 @@ fn clear(folder: &Path, existing: Existing) -> Result<()> {
         let path = entry.map_err(unread)?.path();
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         let is_end = name.starts_with("run-") && path.extension().is_some_and(|ending| ending == "ply");
-        if is_end || ["sweep.csv", "sweep.json"].contains(&name.as_ref()) {
+        if is_end || ["sweep.csv", "sweep.json", "sweep.svg", "sweep.png"].contains(&name.as_ref()) {
             write::check(&path, existing)?;
             fs::remove_file(&path).map_err(|error| CliError::file("remove", &path, &error))?;
         }
@@ -124,9 +168,31 @@ fn writer(path: &Path) -> Result<File> {
 }
 
 /// Whole lines of runs that are there.
-fn lines(path: &Path, header: &str) -> BTreeMap<usize, String> {
-    let text = fs::read_to_string(path).unwrap_or_default();
-    let Some(rows) = text.strip_prefix(header) else { return BTreeMap::new() };
+///
+/// # Errors
+/// A table that cannot be read, or has other columns.
+fn lines(path: &Path, header: &str, runs: usize) -> Result<BTreeMap<usize, String>> {
+    let text = match fs::read_to_string(path) {
+        Ok(text) => text,
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(BTreeMap::new()),
+        Err(error) => return Err(CliError::file("read", path, &error)),
+    };
+    let Some(rows) = text.strip_prefix(header) else {
+        if header.starts_with(&text) {
+            return Ok(BTreeMap::new());
+        }
+        return Err(CliError::usage(format!(
+            "{} does not begin with the columns of this sweep: {}; another folder for --out keeps it, --force begins anew",
+            path.display(),
+            header.trim_end()
+        )));
+    };
+    let columns = fields(header.trim_end()).len();
     let whole = rows.split_inclusive('\n').filter(|line| line.ends_with('\n'));
-    whole.filter_map(|line| Some((line.split(',').next()?.parse().ok()?, line.to_owned()))).collect()
+    let numbered = whole.filter_map(|line| {
+        let fields = fields(line.trim_end());
+        let run = fields.first()?.parse::<usize>().ok().filter(|run| *run < runs)?;
+        (fields.len() == columns).then(|| (run, line.to_owned()))
+    });
+    Ok(numbered.collect())
 }

@@ -91,7 +91,7 @@ pub(crate) fn run(args: &PlanArgs) -> Result<()> {
         let terms = if args.leave_out { Terms::LeftOut } else { Terms::Kept };
         match plan::scene_text(&subject.name, &scene, &found, terms) {
             Some(text) => {
-                write::write(path, text.as_bytes(), args.force.existing())?;
+                write::write_whole(path, text.as_bytes(), args.force.existing())?;
                 written.push(path.clone());
             }
             None => output::note("no scene is written: nothing that was tried is right enough"),

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use nappe_scene::Scene;
-use serde_json::json;
+use serde_json::{Value, json};
 use xxhash_rust::xxh3::xxh3_64;
 
 use crate::{
@@ -12,8 +12,11 @@ use crate::{
     output::{self, Format, OutputArgs},
     paths, scene,
     study::{self, files},
-    sweep::{Set, Sweep, Table, combinations, folder_of},
-    write::ForceArgs,
+    sweep::{
+        Columns, Common, Description, End, Measure, Meshes, Set, Sweep, Table, check_distinct, combinations,
+        folder_of, lock, named, named_by_any, picture_files,
+    },
+    write::{self, Existing, ForceArgs},
 };
 
 /// Run a scene with other values of its keys, side by side, a row per run
@@ -22,12 +25,19 @@ use crate::{
 Examples:
   nappe sweep flag --set body.flag.springs.bend.stiffness=1,5,20 --set wind.0=2,4 --out study
   nappe sweep my.toml --set body.cloth.drag=0.001..0.1 --sample 50 --seed 1 --out study --save
+  nappe sweep my.toml --set dt=0.01,0.005 --until 2 --measure body.cloth.lowest,body.cloth.particle.17.y --out study
+  nappe sweep flag --set 'wind=[1,0,0],[4,0,0]' --set body.flag.integrator=bdf2,implicit_euler --out study
 
 Keys are those of the scene file with a dot between them, bodies, objects and colliders by their names, numbers of a list by
-their places from 0 on. Values go through the schema before anything runs.
+their places from 0 on. A list in brackets takes the place of a list, a table in braces that of a table. Values go through the
+schema before anything runs, and meshes are read once, at the start.
 
-It writes sweep.csv, a row per run as it ends, in the order of the combinations in the end, and sweep.json, what was asked for.
-Started again with the same arguments it goes on where it was, and with --force it begins anew. With --json the last line is one object with the paths.")]
+Measures are taken at the end of each run: of a body NAME, body.NAME.lowest and .highest (y, m), .centre.x, .y and .z (of mass, m),
+.fastest (m/s), .particle.N.x, .y and .z (m, N from 0 on); the same of an object of snow, snow.NAME.lowest and so on.
+
+It writes sweep.csv, a row per run as it ends, in the order of the combinations in the end, sweep.json, what was asked for, and
+with one key or two a picture, sweep.svg and sweep.png. Started again with the same arguments, scene and meshes it goes on where it
+was, and with --force it begins anew. With --json the last line is one object with the paths.")]
 pub(crate) struct SweepArgs {
     /// A shipped scene's name, or a scene file (.toml) with its meshes beside it
     scene: String,
@@ -43,9 +53,15 @@ pub(crate) struct SweepArgs {
     /// Where samples come from
     #[arg(long, value_name = "N", default_value_t = 1, requires = "sample")]
     seed: u64,
-    /// Steps of each run [default: to the end of the scene]
+    /// Steps of each run [default: to the end of the scene; its time where dt is a key, each run's own steps where steps is]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     steps: Option<u64>,
+    /// Run until this time (s), whatever the step of each run; runs whose step does not divide it are refused
+    #[arg(long, value_name = "S", conflicts_with = "steps")]
+    until: Option<f64>,
+    /// What is measured at the end of each run, a column each: body.NAME.lowest, snow.NAME.centre.x, ...
+    #[arg(long = "measure", value_name = "MEASURE,...", value_delimiter = ',', value_parser = Measure::parse)]
+    measures: Vec<Measure>,
     /// Keep the end of each run as a PLY file
     #[arg(long)]
     save: bool,
@@ -61,8 +77,8 @@ pub(crate) struct SweepArgs {
 /// Runs `nappe sweep`.
 ///
 /// # Errors
-/// When the scene cannot be read, a key or a value is not allowed, the folder holds another sweep, a file cannot be written, or the
-/// user ends it: rows that are there stay. That a run fails is a row, and no error.
+/// When the scene cannot be read, a key, a value or a measure is not allowed, the folder holds another sweep or one is running there,
+/// a file cannot be written, or the user ends it: rows that are there stay. That a run fails is a row, and no error.
 pub(crate) fn run(args: &SweepArgs) -> Result<()> {
     let path = Path::new(&args.scene);
     let text = if paths::is_scene(path) {
@@ -70,69 +86,110 @@ pub(crate) fn run(args: &SweepArgs) -> Result<()> {
     } else {
         scene::shipped_text(&args.scene)?.to_owned()
     };
-    let scene = Scene::parse(&text, &args.scene)?;
+    let sweep = asked(args, &text)?;
+    let description = description(args, &text, &sweep);
+    files::check_folder(&args.out)?;
+    let _lock = lock::take(&args.out)?;
+    let (runs, existing) = (sweep.values.len(), args.force.existing());
+    let mut table = Table::open(&args.out, description, &columns(&sweep), runs, existing)?;
+
+    let threads = args.threads.map_or_else(rayon::current_num_threads, usize::from);
+    let (sweep, table) = study::compute(threads, None, move |budget, tell| {
+        sweep.go(&mut table, threads, budget, tell).map(|()| (sweep, table))
+    })??;
+    let mut written = vec![args.out.join("sweep.csv"), args.out.join("sweep.json")];
+    let name = path.file_stem().unwrap_or_default().to_string_lossy();
+    for (name, bytes) in picture_files(&name, &columns(&sweep), &table)? {
+        let path = args.out.join(name);
+        write::write_whole(&path, &bytes, Existing::Overwritten)?;
+        written.push(path);
+    }
+    say(args, &table, &written)?;
+    if !table.is_complete() {
+        let message = format!(
+            "interrupted: sweep.csv has {} of {runs} runs; started again it goes on where it was",
+            table.len()
+        );
+        return Err(CliError::new(Exit::Interrupted, message));
+    }
+    Ok(())
+}
+
+/// What is asked for, with its meshes.
+fn asked(args: &SweepArgs, text: &str) -> Result<Sweep> {
+    let scene = Scene::parse(text, &args.scene)?;
     let sample = args.sample.map(|count| (count, args.seed));
     let values = combinations(&args.sets, sample)?;
-    check(&scene, &args.scene, &args.sets)?;
-    let steps = args.steps.unwrap_or(scene.steps);
-    if steps == 0 {
-        return Err(CliError::usage("the scene has no end, steps = 0: say how many with --steps N"));
-    }
-    files::check_folder(&args.out)?;
+    let choosing = check(&scene, &args.scene, &args.sets)?;
+    check_distinct(&args.measures)?;
     let keys: Vec<String> = args.sets.iter().map(|set| set.key.clone()).collect();
-    let description = json!({
+    let end = End::asked(args.steps, args.until, &scene, &keys)?;
+    let names = named_by_any(&scene, &keys, &values, &choosing);
+    let meshes = Meshes::read(&names, &folder_of(Path::new(&args.scene)));
+    let common = Common { meshes, end, measures: args.measures.clone() };
+    let ends = args.save.then(|| args.out.clone());
+    let sweep = Sweep { scene, keys, values, common, ends };
+    sweep.check_measures()?;
+    Ok(sweep)
+}
+
+/// What a sweep has to have in common with one that goes on.
+fn description(args: &SweepArgs, text: &str, sweep: &Sweep) -> Description {
+    let Sweep { keys, values, common, .. } = sweep;
+    let measures: Vec<&str> = common.measures.iter().map(|measure| measure.name.as_str()).collect();
+    let file = |(file, hash): (&String, &Option<String>)| json!({ "file": file, "hash": hash });
+    let files: Vec<Value> = common.meshes.hashes.iter().map(file).collect();
+    Description::new(json!({
         "scene": args.scene,
         "scene_hash": output::hash(xxh3_64(text.as_bytes())),
         "version": env!("CARGO_PKG_VERSION"),
         "keys": keys,
         "values": values,
-        "steps": steps,
+        "steps": common.end.same_steps(),
+        "until_s": common.end.time(),
         "save": args.save,
-    });
-    let names: Vec<&str> = keys.iter().map(String::as_str).collect();
-    let mut table = Table::open(&args.out, &description, &names, args.force.existing())?;
-
-    let threads = args.threads.map_or_else(rayon::current_num_threads, usize::from);
-    let ends = args.save.then(|| args.out.clone());
-    let sweep = Sweep { scene, meshes: folder_of(path), keys, values, steps, ends };
-    let (table, is_stopped) = study::compute(threads, None, move |budget, tell| {
-        sweep.go(&mut table, threads, budget, tell).map(|is_stopped| (table, is_stopped))
-    })??;
-    say(args, &table, description["values"].as_array().map_or(0, Vec::len))?;
-    if is_stopped {
-        return Err(CliError::new(Exit::Interrupted, "interrupted: started again it goes on where it was"));
-    }
-    Ok(())
+        "measures": measures,
+        "files": files,
+    }))
 }
 
-/// Refuses keys that the scene lacks and values that its schema does not allow, all of them at once.
-fn check(scene: &Scene, file: &str, sets: &[Set]) -> Result<()> {
-    let mut wrong = Vec::new();
-    for set in sets {
+fn columns(sweep: &Sweep) -> Columns<'_> {
+    Columns { keys: &sweep.keys, measures: &sweep.common.measures }
+}
+
+/// Refuses keys that the scene lacks and values that its schema does not allow, all of them at once; the places of keys that
+/// choose meshes.
+fn check(scene: &Scene, file: &str, sets: &[Set]) -> Result<Vec<usize>> {
+    let (mut wrong, mut choosing) = (Vec::new(), Vec::new());
+    let meshes = named(scene);
+    for (place, set) in sets.iter().enumerate() {
         for value in set.examples() {
-            if let Err(error) = scene.with_values(&[(set.key.clone(), value)]) {
-                wrong.push(format!("{file}: {error}"));
+            match scene.with_values(&[(set.key.clone(), value)]) {
+                Ok(other) if named(&other) != meshes => choosing.push(place),
+                Ok(_) => {}
+                Err(error) => wrong.push(format!("{file}: {error}")),
             }
         }
     }
     wrong.dedup();
-    if wrong.is_empty() { Ok(()) } else { Err(CliError::usage(wrong.join("\n"))) }
+    choosing.dedup();
+    if wrong.is_empty() { Ok(choosing) } else { Err(CliError::usage(wrong.join("\n"))) }
 }
 
-fn say(args: &SweepArgs, table: &Table, runs: usize) -> Result<()> {
-    let written = [args.out.join("sweep.csv"), args.out.join("sweep.json")];
-    let (rows, ok) = (table.len(), table.ok_count());
+fn say(args: &SweepArgs, table: &Table, written: &[PathBuf]) -> Result<()> {
+    let (runs, rows, ok) = (table.runs(), table.len(), table.ok_count());
     match args.output.format() {
         Format::Json => output::json(&json!({
             "scene": args.scene,
             "runs": runs,
             "rows": rows,
             "ok": ok,
+            "complete": table.is_complete(),
             "files": written,
         })),
         Format::Text => {
             output::line(&format!("{rows} of {runs} runs: {ok} came to their end, {} did not.", rows - ok))?;
-            output::line(&files::told(&written))
+            output::line(&files::told(written))
         }
     }
 }

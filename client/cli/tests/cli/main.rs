@@ -22,4 +22,5 @@ mod pictures;
 mod plan;
 mod stability;
 mod sweep;
+mod sweep_files;
 mod snow;

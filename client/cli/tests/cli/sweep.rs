@@ -2,6 +2,7 @@
 
 use std::{fs, path::Path, process::Stdio};
 
+use nappe_scene::mesh::read_ply;
 use serde_json::Value;
 
 use crate::support::{SMALL_SCENE, command, folder, nappe_in, until, write_scene};
@@ -45,7 +46,7 @@ fn a_row_per_combination_and_each_is_the_run_of_that_scene() {
     assert_eq!(rows(&out), found);
     let other = nappe_in(folder.path(), &["sweep", &scene, "--out", "out", "--set", "gravity.1=0"]);
     assert_eq!(other.code, Some(2), "{other:?}");
-    assert!(other.stderr.contains("holds another sweep"), "{}", other.stderr);
+    assert!(other.stderr.contains("holds another sweep: the arguments are others"), "{}", other.stderr);
     let forced = ["sweep", &scene, "--out", "out", "--set", "gravity.1=0", "--force"];
     nappe_in(folder.path(), &forced).ok();
     assert_eq!(rows(&out).len(), 2, "a header and a row: nothing is left of the other sweep");
@@ -114,6 +115,10 @@ fn what_cannot_be_swept_is_refused_before_anything_runs() {
         (&["dt=0.01", "dt=0.02"], "the key is set twice"),
         (&["dt=0.01..0.02"], "--sample N"),
         (&["dt"], "is no KEY=V,V,..."),
+        (&["dt=0.01,0.02,0.01"], "the value 0.01 is there twice"),
+        (&["wind=[1,0,0],[2,0"], "ends before ]"),
+        (&["wind=1,[2,0,0]"], "such as wind.0"),
+        (&["wind=[1,0]"], "wind = [1,0]"),
         (&[&many[0], &many[1]], "more than 100000 combinations"),
     ] {
         let sets: Vec<&str> = sets.iter().flat_map(|set| ["--set", set]).collect();
@@ -122,4 +127,154 @@ fn what_cannot_be_swept_is_refused_before_anything_runs() {
         assert!(done.stderr.contains(part), "{sets:?}: {}", done.stderr);
     }
     assert!(!folder.path().join("out").exists(), "nothing was run");
+}
+
+/// The fields of a row that has no quotes.
+fn fields(row: &str) -> Vec<&str> {
+    row.split(',').collect()
+}
+
+#[test]
+fn lists_are_values_of_keys_that_lead_to_lists() {
+    let folder = folder();
+    let scene = write_scene(folder.path(), SMALL_SCENE);
+    let run = |out: &str, sets: &[&str]| {
+        let sets = sets.iter().flat_map(|set| ["--set", set]);
+        let args = ["sweep", &scene, "--steps", "3", "--out", out];
+        nappe_in(folder.path(), &args.into_iter().chain(sets).collect::<Vec<_>>()).ok();
+        rows(&folder.path().join(out))
+    };
+    let lists = run(
+        "lists",
+        &["wind=[1,0,0],[2,0,0]", "body.sheet.pins=[\"top_left\"],[\"top_left\", \"top_right\"]"],
+    );
+    assert_eq!(lists.len(), 5);
+    assert!(lists[1].starts_with("0,\"[1,0,0]\",\"[\"\"top_left\"\"]\","), "{lists:?}");
+    assert!(lists[1..].iter().all(|row| row.ends_with(",ok,")), "{lists:?}");
+    // The scene has both pins.
+    let single = run("single", &["wind.0=2"]);
+    let hash = fields(&single[1])[6];
+    assert!(lists[4].contains(hash) && !lists[3].contains(hash), "{hash} in {lists:?}");
+}
+
+#[test]
+fn runs_with_other_steps_end_at_the_same_time_or_are_refused() {
+    let folder = folder();
+    let scene = write_scene(folder.path(), SMALL_SCENE);
+    // The scene ends at 0.2 s.
+    for (name, asked, ends) in [
+        ("until", &["--until", "0.1"][..], [("20", 0.1), ("10", 0.1)]),
+        ("own", &[], [("40", 0.2), ("20", 0.2)]),
+    ] {
+        let args = ["sweep", &scene, "--set", "dt=0.005,0.01,0.03", "--out", name];
+        nappe_in(folder.path(), &[&args[..], asked].concat()).ok();
+        let found = rows(&folder.path().join(name));
+        for (row, (steps, time)) in found[1..].iter().zip(ends) {
+            let row = fields(row);
+            assert_eq!(row[2], steps, "{found:?}");
+            assert!((row[3].parse::<f64>().expect("a time") - time).abs() < 1e-12, "{found:?}");
+        }
+        assert!(found[3].contains("refused") && found[3].contains("is no multiple"), "{found:?}");
+        assert!(found[3].contains("the nearest are "), "{found:?}");
+    }
+    let own = ["sweep", &scene, "--set", "steps=2,3", "--out", "steps"];
+    nappe_in(folder.path(), &own).ok();
+    let found = rows(&folder.path().join("steps"));
+    assert_eq!([fields(&found[1])[2], fields(&found[2])[2]], ["2", "3"]);
+    for wrong in [&["--until", "1", "--steps", "3"][..], &["--until", "0"]] {
+        let args = ["sweep", &scene, "--set", "dt=0.005,0.01", "--out", "wrong"];
+        let done = nappe_in(folder.path(), &[&args[..], wrong].concat());
+        assert_eq!(done.code, Some(2), "{done:?}");
+    }
+}
+
+/// The small scene in f64, with an object of snow beside it.
+fn with_snow() -> String {
+    let scene = SMALL_SCENE.replace("dt = 0.005", "dt = 0.005\nprecision = \"f64\"");
+    scene
+        + "\n[snow]\ncell = 0.1\n[[snow.object]]\nname = \"ball\"\nbox = { center = [3, 0, 0], size = [0.3, 0.3, 0.3] }\n\
+           particles = 100\nmaterial = { young = 1.4e5, poisson = 0.2, density = 400 }\n"
+}
+
+#[test]
+fn measures_are_those_of_the_end_that_is_kept() {
+    let folder = folder();
+    let scene = write_scene(folder.path(), &with_snow());
+    let measures = [
+        "body.sheet.lowest",
+        "body.sheet.highest",
+        "body.sheet.centre.x",
+        "body.sheet.centre.y",
+        "body.sheet.particle.17.y",
+        "snow.ball.lowest",
+        "snow.ball.particle.3.z",
+        "snow.ball.fastest",
+    ];
+    let (first, others) = (measures[0], measures[1..].join(","));
+    let args = ["sweep", &scene, "--set", "gravity.1=-9.81,-1", "--steps", "4", "--out", "out", "--save"];
+    let asked = ["--measure", first, "--measure", &others];
+    nappe_in(folder.path(), &[&args[..], &asked].concat()).ok();
+    let out = folder.path().join("out");
+    let found = rows(&out);
+    let columns = fields(&found[0]);
+    let before = columns.iter().position(|name| *name == "max_stretch").expect("a column");
+    assert_eq!(columns[before + 1..before + 1 + measures.len()], measures);
+    for (run, gravity) in [9.81, 1.0].into_iter().enumerate() {
+        let bytes = fs::read(out.join(format!("run-{run:06}.ply"))).expect("an end");
+        let points = read_ply(&bytes, "end.ply").expect("a mesh").mesh.points;
+        let (sheet, snow) = points.split_at(144);
+        assert_eq!(snow.len(), 100);
+        let heights = |points: &[[f64; 3]]| points.iter().map(|point| point[1]).collect::<Vec<_>>();
+        let least = |points: &[[f64; 3]]| heights(points).into_iter().fold(f64::INFINITY, f64::min);
+        let most = |points: &[[f64; 3]]| heights(points).into_iter().fold(f64::NEG_INFINITY, f64::max);
+        // All of its particles have one mass.
+        let mean = |axis: usize| sheet.iter().map(|point| point[axis]).sum::<f64>() / 144.0;
+        // Snow falls freely for four steps of 5 ms.
+        let speed = gravity * 0.02;
+        let exact = |value: f64| (value, 0.0);
+        let expected = [
+            exact(least(sheet)),
+            exact(most(sheet)),
+            (mean(0), 1e-12),
+            (mean(1), 1e-12),
+            exact(sheet[17][1]),
+            exact(least(snow)),
+            exact(snow[3][2]),
+            (speed, 1e-6),
+        ];
+        let row = fields(&found[run + 1]);
+        for (place, (value, tolerance)) in expected.into_iter().enumerate() {
+            let measured: f64 = row[before + 1 + place].parse().expect("a number");
+            assert!((measured - value).abs() <= tolerance, "{}: {measured} {value}", measures[place]);
+        }
+    }
+    let described = fs::read_to_string(out.join("sweep.json")).expect("sweep.json");
+    let described: Value = serde_json::from_str(&described).expect("JSON");
+    assert_eq!(described["measures"].as_array().map(Vec::len), Some(measures.len()));
+}
+
+#[test]
+fn what_cannot_be_measured_is_refused_before_anything_runs() {
+    let folder = folder();
+    let scene = write_scene(folder.path(), SMALL_SCENE);
+    for (measure, part) in [
+        ("body.shet.lowest", "the scene has no body 'shet'; did you mean 'sheet'?"),
+        ("body.sheet.lowst", "did you mean 'lowest'?"),
+        ("body.sheet.particle.144.x", "body 'sheet' has 144 particles"),
+        ("snow.ball.lowest", "the scene has no object of snow"),
+        ("body.sheet.lowest,body.sheet.lowest", "is asked for twice"),
+    ] {
+        let args = ["sweep", &scene, "--set", "gravity.1=0,-1", "--out", "out", "--measure", measure];
+        let done = nappe_in(folder.path(), &args);
+        assert_eq!(done.code, Some(2), "{measure}: {done:?}");
+        assert!(done.stderr.contains(part), "{measure}: {}", done.stderr);
+    }
+    assert!(!folder.path().join("out").exists(), "nothing was run");
+    // A run whose body has fewer particles is refused; others run.
+    let sets = ["--set", "body.sheet.mesh.grid.0=12,6", "--measure", "body.sheet.particle.100.y"];
+    let args = [&["sweep", &scene, "--steps", "2", "--out", "out"], &sets[..]].concat();
+    nappe_in(folder.path(), &args).ok();
+    let found = rows(&folder.path().join("out"));
+    assert!(found[1].ends_with(",ok,"), "{found:?}");
+    assert!(found[2].contains("refused") && found[2].contains("has 72 particles"), "{found:?}");
 }

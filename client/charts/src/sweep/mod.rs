@@ -1,0 +1,71 @@
+//! A sweep of a scene over one key or two: what was measured of its runs.
+
+mod runs;
+mod values;
+mod curves;
+mod cells;
+
+pub use self::runs::{Sweep, SweepRun};
+use crate::picture::Picture;
+
+pub(crate) fn picture(sweep: &Sweep) -> Result<Picture, String> {
+    match sweep.keys.as_slice() {
+        [key] => curves::picture(sweep, key),
+        [across, upwards] => cells::picture(sweep, [across, upwards]),
+        keys => Err(format!("a sweep over {} keys has no picture: one key or two can be drawn", keys.len())),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A sweep in which a quantity is the sum of the keys, and a run failed.
+    fn sweep(keys: &[&str], values: &[&[&str]]) -> Sweep {
+        let run = |(place, values): (usize, &&[&str])| SweepRun {
+            values: values.iter().map(|value| (*value).to_owned()).collect(),
+            measured: (place != 1).then(|| vec![place as f64, 1.0]),
+        };
+        Sweep {
+            scene: "flag".to_owned(),
+            keys: keys.iter().map(|key| (*key).to_owned()).collect(),
+            quantities: vec!["sum".to_owned(), "max_stretch".to_owned()],
+            runs: values.iter().enumerate().map(run).collect(),
+            count: values.len(),
+        }
+    }
+
+    #[test]
+    fn a_picture_names_its_keys_and_quantities_whatever_their_values_are() {
+        let one: [&[&[&str]]; 4] = [
+            &[&["1"], &["5"], &["20"]],
+            &[&["bdf2"], &["[1, 0]"], &["a < b & c"]],
+            &[&["1e300"], &["-1e300"], &["0"]],
+            &[&["7"], &["7"]],
+        ];
+        for values in one {
+            let picture = picture(&sweep(&["drag"], values)).expect("a picture");
+            for words in ["drag", "sum", "max_stretch", "came to their end", "crossed"] {
+                assert!(picture.svg.contains(words), "{words}: {values:?}");
+            }
+        }
+        let two: [&[&[&str]]; 3] = [
+            &[&["1", "a"], &["1", "b"], &["2", "a"], &["2", "b"]],
+            &[&["0.1", "0.5"], &["0.25", "30"], &["0.3", "700"], &["0.4", "1"], &["0.6", "2"]],
+            &[&["1e90", "1"], &["1e90", "1"]],
+        ];
+        for values in two {
+            let picture = picture(&sweep(&["drag", "wind.0"], values)).expect("a picture");
+            for words in ["drag", "wind.0", "sum", "crossed"] {
+                assert!(picture.svg.contains(words), "{words}: {values:?}");
+            }
+            assert!(!picture.svg.contains("NaN"), "{values:?}");
+        }
+    }
+
+    #[test]
+    fn more_keys_than_two_are_refused() {
+        let error = picture(&sweep(&["a", "b", "c"], &[&["1", "2", "3"]])).expect_err("no picture");
+        assert!(error.contains("3 keys"), "{error}");
+    }
+}

@@ -1,0 +1,273 @@
+//! What `--measure` asks of the end of a run: heights, centres, speeds, single particles.
+//!
+//! Enters: a measure as it is typed, a simulation at its end. Leaves: numbers, in m and m/s.
+
+use std::ops::Range;
+
+use nappe_scene::suggestion;
+use nappe_sim::world::{Simulation, WorldSetup};
+
+use crate::error::{CliError, Result};
+
+/// Quantities as they are typed, with N for the number of a particle.
+const QUANTITIES: [&str; 9] = [
+    "lowest",
+    "highest",
+    "centre.x",
+    "centre.y",
+    "centre.z",
+    "fastest",
+    "particle.N.x",
+    "particle.N.y",
+    "particle.N.z",
+];
+const AXES: [&str; 3] = ["x", "y", "z"];
+
+/// What a body is, by the first part of measures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    Cloth,
+    Snow,
+}
+
+impl Kind {
+    const ALL: [Self; 2] = [Self::Cloth, Self::Snow];
+
+    const fn name(self) -> &'static str {
+        match self {
+            Self::Cloth => "body",
+            Self::Snow => "snow",
+        }
+    }
+
+    /// The same for people.
+    const fn words(self) -> &'static str {
+        match self {
+            Self::Cloth => "body",
+            Self::Snow => "object of snow",
+        }
+    }
+}
+
+/// What is measured of a body.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Quantity {
+    /// y of its lowest particle (m).
+    Lowest,
+    /// y of its highest particle (m).
+    Highest,
+    /// The centre of its mass along an axis (m).
+    Centre(usize),
+    /// The largest speed of its particles (m/s).
+    Fastest,
+    /// Where a particle is along an axis (m), in the user's numbering of the body.
+    Particle(u32, usize),
+}
+
+/// A quantity of a body or of an object of snow.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Measure {
+    /// As it was typed, which is the name of its column.
+    pub(crate) name: String,
+    kind: Kind,
+    body: String,
+    quantity: Quantity,
+}
+
+impl Measure {
+    /// `body.NAME.QUANTITY` or `snow.NAME.QUANTITY`.
+    pub(crate) fn parse(text: &str) -> std::result::Result<Self, String> {
+        let text = text.trim();
+        let (kind, rest) = text.split_once('.').unwrap_or((text, ""));
+        let Some(kind) = Kind::ALL.into_iter().find(|known| known.name() == kind) else {
+            let near = suggestion(kind, Kind::ALL.map(Kind::name));
+            return Err(format!("'{text}' begins with '{kind}'; {near}"));
+        };
+        let parts: Vec<&str> = rest.split('.').collect();
+        let (body, quantity) = match parts.as_slice() {
+            [body @ .., "lowest"] => (body, Quantity::Lowest),
+            [body @ .., "highest"] => (body, Quantity::Highest),
+            [body @ .., "fastest"] => (body, Quantity::Fastest),
+            [body @ .., "centre", along] => (body, Quantity::Centre(axis(text, along)?)),
+            [body @ .., "particle", number, along] => {
+                let number = number.parse::<u32>().map_err(|error| {
+                    format!("'{text}': '{number}' is no number of a particle, which count from 0: {error}")
+                })?;
+                (body, Quantity::Particle(number, axis(text, along)?))
+            }
+            parts => {
+                let asked = parts.get(1..).unwrap_or_default().join(".");
+                return Err(format!(
+                    "'{text}': '{asked}' is nothing that is measured; {}",
+                    suggestion(&asked, QUANTITIES)
+                ));
+            }
+        };
+        let body = body.join(".");
+        if body.is_empty() {
+            return Err(format!("'{text}' names no {}: {}.NAME.lowest", kind.words(), kind.name()));
+        }
+        Ok(Self { name: text.to_owned(), kind, body, quantity })
+    }
+
+    /// Refuses what a world does not have.
+    ///
+    /// # Errors
+    /// What it has.
+    pub(crate) fn check(&self, bodies: &Bodies) -> std::result::Result<(), String> {
+        let Self { name, kind, body, quantity } = self;
+        let Some(found) = bodies.find(self) else {
+            let others: Vec<&str> = bodies.names(*kind).collect();
+            let missing = format!("--measure {name}: the scene has no {}", kind.words());
+            return Err(if others.is_empty() {
+                missing
+            } else {
+                format!("{missing} '{body}'; {}", suggestion(body, others))
+            });
+        };
+        match quantity {
+            Quantity::Particle(number, _) if *number as usize >= found.len() => Err(format!(
+                "--measure {name}: {} '{body}' has {} particles, numbered from 0",
+                kind.words(),
+                found.len()
+            )),
+            _ => Ok(()),
+        }
+    }
+
+    /// What it is (m or m/s) for particles at places with velocities; not a number of what the world does not have.
+    fn value(&self, bodies: &Bodies, x: &[[f64; 3]], v: &[[f64; 3]]) -> f64 {
+        let Some(range) = bodies.find(self) else { return f64::NAN };
+        let (x, v, masses) = (&x[range.clone()], &v[range.clone()], &bodies.masses[range]);
+        let heights = x.iter().map(|[_, y, _]| *y);
+        match self.quantity {
+            Quantity::Lowest => heights.fold(f64::INFINITY, f64::min),
+            Quantity::Highest => heights.fold(f64::NEG_INFINITY, f64::max),
+            Quantity::Centre(axis) => centre(x, masses, axis),
+            Quantity::Fastest => {
+                let squares = v.iter().map(|[x, y, z]| x * x + y * y + z * z);
+                squares.fold(0.0, f64::max).sqrt()
+            }
+            Quantity::Particle(number, axis) => x.get(number as usize).map_or(f64::NAN, |x| x[axis]),
+        }
+    }
+}
+
+/// The number of an axis.
+fn axis(text: &str, name: &str) -> std::result::Result<usize, String> {
+    let place = AXES.iter().position(|known| *known == name);
+    place.ok_or_else(|| format!("'{text}': '{name}' is no axis; allowed: {}", AXES.join(", ")))
+}
+
+/// The centre of masses (kg) along an axis (m); of particles without a mass, which are all pinned, their mean.
+fn centre(x: &[[f64; 3]], masses: &[f64], axis: usize) -> f64 {
+    let mass: f64 = masses.iter().sum();
+    if mass > 0.0 {
+        x.iter().zip(masses).map(|(x, m)| m * x[axis]).sum::<f64>() / mass
+    } else {
+        x.iter().map(|x| x[axis]).sum::<f64>() / x.len() as f64
+    }
+}
+
+/// A body or an object of snow: its name and its particles among all.
+#[derive(Clone, Debug)]
+struct Body {
+    kind: Kind,
+    name: String,
+    particles: Range<usize>,
+}
+
+/// The bodies and the objects of snow of a world, in the order of their particles.
+#[derive(Clone, Debug)]
+pub(crate) struct Bodies {
+    bodies: Vec<Body>,
+    /// Masses (kg) of all particles.
+    masses: Vec<f64>,
+}
+
+impl Bodies {
+    pub(crate) fn of(setup: &WorldSetup) -> Self {
+        let cloths = setup.bodies.iter().map(|cloth| (Kind::Cloth, &cloth.name, &cloth.network.masses));
+        let objects = setup.snow.iter().flat_map(|snow| &snow.objects);
+        let snow = objects.map(|object| (Kind::Snow, &object.name, &object.mass));
+        let (mut bodies, mut masses) = (Vec::new(), Vec::new());
+        for (kind, name, own) in cloths.chain(snow) {
+            let particles = masses.len()..masses.len() + own.len();
+            bodies.push(Body { kind, name: name.clone(), particles });
+            masses.extend_from_slice(own);
+        }
+        Self { bodies, masses }
+    }
+
+    /// The particles of the body that a measure names.
+    fn find(&self, measure: &Measure) -> Option<Range<usize>> {
+        let is_it = |body: &&Body| body.kind == measure.kind && body.name == measure.body;
+        self.bodies.iter().find(is_it).map(|body| body.particles.clone())
+    }
+
+    fn names(&self, kind: Kind) -> impl Iterator<Item = &str> {
+        self.bodies.iter().filter(move |body| body.kind == kind).map(|body| body.name.as_str())
+    }
+}
+
+/// What measures are at the present state of a simulation.
+pub(crate) fn values(measures: &[Measure], bodies: &Bodies, simulation: &Simulation) -> Vec<f64> {
+    if measures.is_empty() {
+        return Vec::new();
+    }
+    let (mut x, mut v) = (Vec::new(), Vec::new());
+    simulation.positions_f64(&mut x);
+    simulation.velocities_f64(&mut v);
+    let (x, v) = (x.as_chunks::<3>().0, v.as_chunks::<3>().0);
+    measures.iter().map(|measure| measure.value(bodies, x, v)).collect()
+}
+
+/// Refuses a measure that is asked for twice.
+///
+/// # Errors
+/// The second of them.
+pub(crate) fn check_distinct(measures: &[Measure]) -> Result<()> {
+    for (place, measure) in measures.iter().enumerate() {
+        if measures[..place].iter().any(|other| other.name == measure.name) {
+            return Err(CliError::usage(format!("--measure {}: is asked for twice", measure.name)));
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn measures_name_a_body_and_a_quantity() {
+        let measure = |text: &str| Measure::parse(text).expect(text);
+        assert_eq!(measure("body.sheet.lowest").quantity, Quantity::Lowest);
+        assert_eq!(measure("snow.ball.centre.z").quantity, Quantity::Centre(2));
+        let dotted = measure("body.a.b.particle.17.y");
+        assert_eq!((dotted.body.as_str(), dotted.quantity), ("a.b", Quantity::Particle(17, 1)));
+    }
+
+    #[test]
+    fn what_is_no_measure_says_what_is_near() {
+        for (text, part) in [
+            ("sheet.lowest", "begins with 'sheet'; allowed: body, snow"),
+            ("bodi.sheet.lowest", "did you mean 'body'?"),
+            ("body.sheet.lowst", "did you mean 'lowest'?"),
+            ("body.sheet", "allowed: lowest, highest"),
+            ("body.lowest", "names no body"),
+            ("body.sheet.centre.w", "'w' is no axis; allowed: x, y, z"),
+            ("body.sheet.particle.-1.x", "'-1' is no number of a particle"),
+        ] {
+            let error = Measure::parse(text).expect_err(text);
+            assert!(error.contains(part), "{text}: {error}");
+        }
+    }
+
+    #[test]
+    fn the_centre_is_that_of_masses() {
+        let x = [[0.0, 1.0, 0.0], [3.0, 5.0, 0.0]];
+        assert_eq!([0, 1].map(|axis| centre(&x, &[1.0, 2.0], axis)), [2.0, 11.0 / 3.0]);
+        assert_eq!(centre(&x, &[0.0, 0.0], 1), 3.0);
+    }
+}
