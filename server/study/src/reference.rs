@@ -99,14 +99,17 @@ pub fn reference(
         if !setting.fits(case, times.interval) {
             break;
         }
+        let needed = |error: Option<f64>| all + seconds * runs(error, wanted);
+        let error = found.as_ref().map(Reference::error);
         if COST * seconds > phase.left() {
-            return Err(NoReference::Time(all + COST * seconds));
+            return Err(NoReference::Time(needed(error)));
         }
         let made = run(case, &setting, times, phase);
         match made.end {
             End::Reached => {}
             End::Failed(failure) => return Err(NoReference::Failed(failure.cause)),
-            _ => return Err(NoReference::Time(all + (COST * seconds).max(whole(&made, times.end())))),
+            _ if seconds > 0.0 => return Err(NoReference::Time(needed(error))),
+            _ => return Err(NoReference::Time(whole(&made, times.end()) * (1.0 + runs(None, wanted)))),
         }
         seconds = made.seconds.iter().sum();
         all += seconds;
@@ -129,6 +132,13 @@ pub fn reference(
             "where pins move, a step of the scene has no room for steps that are short enough".to_owned(),
         )
     })
+}
+
+/// How many times as long all further runs take as the last one, whose error (m) is to come down to another (m): an error
+/// falls by order 2, and one that is not known yet takes three.
+fn runs(error: Option<f64>, wanted: f64) -> f64 {
+    let halvings = error.map_or(3.0, |error| (0.5 * (error / wanted).log2()).ceil().clamp(1.0, f64::from(HALVINGS)));
+    2.0 * (halvings.exp2() - 1.0)
 }
 
 /// The seconds that a run would have taken to an end (s), of one that was given up.

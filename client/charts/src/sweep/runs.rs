@@ -63,17 +63,21 @@ impl Sweep {
         let failed = self.runs.len() - ok;
         let mut text = format!("{ok} of {} runs came to their end", self.count);
         if failed > 0 {
-            text = format!("{text}; {failed} failed or were refused, and are crossed");
+            let verb = if failed == 1 { "did not, and is crossed" } else { "did not, and are crossed" };
+            text = format!("{text}; {failed} {verb}");
         }
         let open = self.count.saturating_sub(self.runs.len());
         if open > 0 {
             text = format!("{text}; {open} have not run yet");
         }
         let Some((least, greatest)) = self.extremes(place) else { return text + "." };
+        // As many digits as tell them apart.
+        let is_told = short(least.1) != short(greatest.1);
         let at = |(run, number): &Extreme<'_>| {
             let values = self.keys.iter().zip(&run.values);
             let values: Vec<String> = values.map(|(key, value)| format!("{key} = {value}")).collect();
-            format!("{}, at {}", short(*number), values.join(", "))
+            let number = if is_told { short(*number) } else { format!("{number:?}") };
+            format!("{number}, at {}", values.join(", "))
         };
         let name = self.quantities.get(place).map_or("", String::as_str);
         format!("{text}. The least {name} is {}; the greatest is {}.", at(&least), at(&greatest))
