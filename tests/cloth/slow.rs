@@ -1,9 +1,11 @@
-//! The shipped scenes over most of what they show, which takes long. `shipped.rs` looks at how they begin.
+//! The shipped scenes over most of what they show, and without each of their terms, which takes long. `shipped.rs` looks at how they
+//! begin.
 
 mod scenes;
 mod bounces;
 
-use nappe_sim::math::Precision;
+use nappe_scene::{NoMeshes, Scene, SceneLimits, shipped_scenes};
+use nappe_sim::{math::Precision, report::NoStopwatch, world::Simulation};
 use nappe_tests::threads::with_threads;
 
 use crate::bounces::bounces_fall_by_the_square_of_their_restitution;
@@ -12,6 +14,32 @@ use crate::scenes::scenes_run_keep_their_pins_and_gain_no_energy;
 #[test]
 fn every_shipped_scene_runs_keeps_its_pins_and_gains_no_energy() {
     with_threads(0, || scenes_run_keep_their_pins_and_gain_no_energy(&Precision::ALL, 300_000));
+}
+
+#[test]
+fn every_shipped_scene_takes_a_step_without_each_of_its_terms() {
+    with_threads(0, || {
+        for (name, text) in shipped_scenes() {
+            let scene = Scene::parse(text, name).unwrap_or_else(|error| panic!("{error}"));
+            // Half of the digits are a term too.
+            let scene = Scene { precision: Precision::F64, ..scene };
+            let terms = scene.terms();
+            assert!(!terms.is_empty(), "{name}");
+            let each = terms.iter().map(|term| vec![term.removal]);
+            let all = terms.iter().map(|term| term.removal).collect();
+            for removals in each.chain([all]) {
+                let left = scene.without(&removals);
+                let built = left
+                    .build(&NoMeshes, &SceneLimits::default())
+                    .unwrap_or_else(|error| panic!("{name} without {removals:?}: {error}"));
+                let (mut simulation, _) = Simulation::new(&built.setup, left.precision)
+                    .unwrap_or_else(|error| panic!("{name} without {removals:?}: {error}"));
+                simulation.apply(&built.initial_changes).expect("changes of a scene that is shipped");
+                let taken = simulation.step(&mut NoStopwatch);
+                taken.unwrap_or_else(|error| panic!("{name} without {removals:?}: {error}"));
+            }
+        }
+    });
 }
 
 #[test]

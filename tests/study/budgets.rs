@@ -116,6 +116,7 @@ fn charted(budget: &Budget) -> Chart {
     let request = Request {
         tolerance: 1e-3,
         end: 0.5,
+        scene_steps: 50,
         times: None,
         methods: methods.map(str::to_owned).to_vec(),
         precisions: vec![Precision::F64],

@@ -23,6 +23,7 @@ fn request(times: Option<Times>, methods: &[&str]) -> Request {
     Request {
         tolerance: 1e-3,
         end: 0.4,
+        scene_steps: 0,
         times,
         methods: methods.iter().map(|&name| name.to_owned()).collect(),
         precisions: vec![Precision::F64],

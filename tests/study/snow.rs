@@ -39,6 +39,7 @@ fn charted(scene: &SnowScene, methods: &[&str]) -> Chart {
     let request = Request {
         tolerance: 1e-3,
         end: END,
+        scene_steps: 4,
         times: Some(Times::until(END, DT).expect("a multiple")),
         methods: methods.iter().map(|&name| name.to_owned()).collect(),
         precisions: Precision::ALL.to_vec(),

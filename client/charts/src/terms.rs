@@ -21,7 +21,7 @@ const LEAST: f64 = 1e-9;
 
 /// Percent of the time, and millimetres.
 fn point(term: &Term) -> Option<[f64; 2]> {
-    Some([100.0 * term.saving, (term.change? * 1e3).max(LEAST)])
+    Some([100.0 * term.saving?, (term.change? * 1e3).max(LEAST)])
 }
 
 pub(crate) fn picture(scene: &str, plan: &Plan, style: &Style) -> Result<Picture, String> {
@@ -61,10 +61,16 @@ fn sentence(plan: &Plan) -> String {
     let gone: Vec<String> =
         plan.terms.iter().filter(|term| term.is_left_out).map(|term| term.name.clone()).collect();
     let tolerance = length(plan.chart.tolerance);
-    let answer = if gone.is_empty() {
-        format!("No term can go: each moves the answer by more than the tolerance of {tolerance} leaves.")
-    } else {
-        format!("Together {} can go, and the answer stays within {tolerance}.", listed(&gone))
+    let answer = match plan.together_change {
+        Some(change) => format!(
+            "Together {} can go: without them the answer moves by {}, and stays within {tolerance}.",
+            listed(&gone),
+            if change == 0.0 { "nothing".to_owned() } else { length(change) }
+        ),
+        None if plan.is_terms_cut => "Nothing is left out: out of time.".to_owned(),
+        None => {
+            format!("No term can go: each moves the answer by more than its error leaves of {tolerance}.")
+        }
     };
     format!(
         "{answer} Hollow circles can go, filled squares are needed, triangles are small alone, and not together."

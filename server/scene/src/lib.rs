@@ -20,6 +20,7 @@ mod collider;
 mod keys;
 mod scene;
 mod edit;
+mod terms;
 mod uploads;
 mod fill;
 mod assemble;
@@ -45,4 +46,5 @@ pub use snow::{
     TransferName, VolumeFrom,
 };
 pub use source::Source;
+pub use terms::{Removal, SceneTerm};
 pub use transform::{Rotate, Transform};

@@ -66,6 +66,18 @@ pub struct Chart {
     pub is_stopped: bool,
 }
 
+/// Times at which a reference is kept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Kept {
+    /// 16 to 31.
+    Few,
+    /// Every step of the scene.
+    EveryStep,
+}
+
+/// Coordinates of a reference at every step of a scene, at most (256 MiB); of more only every second, fourth, ... step is kept.
+const MOST_COORDINATES: u64 = 1 << 25;
+
 impl Chart {
     /// The last comparison time (s); 0 without any.
     pub fn until(&self) -> f64 {
@@ -91,7 +103,7 @@ impl Chart {
 
 /// Charts the cloths of a case. `tell` is called with what is done now.
 pub(crate) fn of_cloth(case: &Case, request: &Request, budget: &Budget, tell: &dyn Fn(&str)) -> Chart {
-    let mut chart = without_rows(case, request, budget, tell);
+    let mut chart = without_rows(case, request, Kept::Few, budget, tell);
     if let Some(reference) = chart.reference.clone() {
         let rows = Rows::new(case, request, &reference, chart.floor);
         let (rows, is_cut) = rows.make(&budget.until(ROWS), tell);
@@ -107,7 +119,13 @@ pub(crate) fn of_cloth(case: &Case, request: &Request, budget: &Budget, tell: &d
 }
 
 /// The window of the cloths of a case and the reference within it: a chart on which no run is yet.
-pub(crate) fn without_rows(case: &Case, request: &Request, budget: &Budget, tell: &dyn Fn(&str)) -> Chart {
+pub(crate) fn without_rows(
+    case: &Case,
+    request: &Request,
+    kept: Kept,
+    budget: &Budget,
+    tell: &dyn Fn(&str),
+) -> Chart {
     let allowed = OPEN * request.tolerance;
     let end = request.times.as_ref().map_or(request.end, Times::end);
     let most = if request.times.is_some() { f64::INFINITY } else { allowed };
@@ -135,15 +153,20 @@ pub(crate) fn without_rows(case: &Case, request: &Request, budget: &Budget, tell
         return chart;
     }
 
-    let times = request
-        .times
-        .clone()
-        .unwrap_or_else(|| Times::even(chart.scan.spacing, chart.scan.count_within(allowed)));
+    let within = Times::even(chart.scan.spacing, chart.scan.count_within(allowed));
+    let times = match (&request.times, kept) {
+        (Some(times), _) => times.clone(),
+        (None, Kept::Few) => within,
+        (None, Kept::EveryStep) => {
+            let most = MOST_COORDINATES / (3 * case.particle_count().max(1)) as u64;
+            Times::every_step(within.end(), case.dt(), most)
+        }
+    };
     if times.count() > 0 {
         tell("computing the reference");
         let wanted = GOOD_REFERENCE * request.tolerance;
         match reference(case, &times, chart.scan.step, wanted, &phase) {
-            Ok(found) => chart.keep(found, request),
+            Ok(found) => chart.keep(found, request, kept),
             Err(NoReference::Time(needed)) => {
                 chart.is_cut = true;
                 chart.missing = Some(NoReference::Time(seconds + needed));
@@ -166,7 +189,7 @@ fn limit(scan: &Scan, request: &Request) -> Limit {
 
 impl Chart {
     /// Takes a reference over, and of its times those that runs are compared at.
-    fn keep(&mut self, found: Reference, request: &Request) {
+    fn keep(&mut self, found: Reference, request: &Request, kept: Kept) {
         let kept = if request.times.is_some() {
             found.clone()
         } else {
@@ -175,7 +198,11 @@ impl Chart {
             if count < found.times.count() {
                 self.limit = Limit::Reference;
             }
-            found.kept(count, 1 << (count / 16).max(1).ilog2())
+            let stride = match kept {
+                Kept::Few => 1 << (count / 16).max(1).ilog2(),
+                Kept::EveryStep => 1,
+            };
+            found.kept(count, stride)
         };
         let error = kept.error();
         // Within a window copies stay within a quarter of the tolerance; at times that were asked for they may not.

@@ -137,7 +137,8 @@ pub fn reference(
 /// How many times as long all further runs take as the last one, whose error (m) is to come down to another (m): an error
 /// falls by order 2, and one that is not known yet takes three.
 fn runs(error: Option<f64>, wanted: f64) -> f64 {
-    let halvings = error.map_or(3.0, |error| (0.5 * (error / wanted).log2()).ceil().clamp(1.0, f64::from(HALVINGS)));
+    let halvings =
+        error.map_or(3.0, |error| (0.5 * (error / wanted).log2()).ceil().clamp(1.0, f64::from(HALVINGS)));
     2.0 * (halvings.exp2() - 1.0)
 }
 

@@ -9,8 +9,10 @@ use crate::times::Times;
 pub struct Request {
     /// Error that matters (m).
     pub tolerance: f64,
-    /// The end of the scene as it is written (s).
+    /// The end of what is looked at (s): that of the scene, or an earlier one.
     pub end: f64,
+    /// Steps after which the scene ends; 0: it has no end of its own.
+    pub scene_steps: u64,
     /// Times that are asked for, in place of a window.
     pub times: Option<Times>,
     /// Names of methods; empty: all.

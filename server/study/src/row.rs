@@ -21,6 +21,8 @@ pub enum Outcome {
     Refused,
     /// It was given up, and nothing is known of it.
     Stopped,
+    /// It took more evaluations and products than another that is right enough.
+    Costly,
 }
 
 impl Outcome {
@@ -31,6 +33,7 @@ impl Outcome {
             Self::Diverged => "diverged",
             Self::Refused => "refused",
             Self::Stopped => "not_known",
+            Self::Costly => "costly",
         }
     }
 }
@@ -92,10 +95,11 @@ impl Row {
         let rms_error = largest(&|a, b| case.rms(a, b));
         let centre_error = largest(&|a, b| case.centre_distance(a, b));
         let (outcome, failure) = match (&run.end, rms_error) {
-            (End::Reached, Some(error)) if error <= case.diagonal() => (Outcome::Ok, None),
+            (End::Reached, Some(error)) if is_near(case, error) => (Outcome::Ok, None),
             (End::Reached, Some(_)) => (Outcome::Diverged, Some(far(case, run))),
             (End::Reached, None) => (Outcome::Refused, Some(too_long(case))),
             (End::Stopped, _) => (Outcome::Stopped, None),
+            (End::Costly, _) => (Outcome::Costly, None),
             (End::Failed(failure), _) if failure.is_refusal => (Outcome::Refused, Some(failure.clone())),
             (End::Failed(failure), _) => (Outcome::Diverged, Some(failure.clone())),
         };
@@ -105,6 +109,7 @@ impl Row {
         let interval = reference.times.interval;
         let (seconds, minimum_seconds) = match run.end {
             End::Reached => costs(&run.seconds, run.time),
+            End::Costly => (None, None),
             _ if run.tried > 0.0 => {
                 let cost = Some(run.elapsed / run.tried);
                 (cost, cost)
@@ -161,6 +166,12 @@ impl Row {
     pub fn error(&self) -> Option<f64> {
         self.rms_error.filter(|_| self.outcome == Outcome::Ok)
     }
+}
+
+/// Whether an error (m) is that of an answer at all. Where all particles start at one place, every finite one is.
+fn is_near(case: &Case, error: f64) -> bool {
+    let length = case.diagonal();
+    error <= length || (length == 0.0 && error.is_finite())
 }
 
 fn far(case: &Case, run: &Run) -> Failure {

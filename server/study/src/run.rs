@@ -24,6 +24,8 @@ pub enum End {
     Failed(Failure),
     /// Given up: its time was over, or the study was ended.
     Stopped,
+    /// Given up: it took more evaluations and products than it was allowed.
+    Costly,
 }
 
 /// Why a run did not reach its end.
@@ -83,6 +85,7 @@ pub(crate) struct Runner {
     /// Of the state as it is.
     pub(crate) now: Diagnostics,
     max_stretch: f64,
+    phase: Phase,
     _watched: Watched,
 }
 
@@ -106,8 +109,12 @@ impl Runner {
         phase: &Phase,
     ) -> Result<Self, Failure> {
         let stepped = stepped.into();
+        Self::of_plan(case, stepped, stepped.plan(case, times.interval), phase)
+    }
+
+    fn of_plan(case: &Case, stepped: Stepped, plan: Plan, phase: &Phase) -> Result<Self, Failure> {
         let refused = |cause: String| Failure { cause, time: 0.0, particle: None, is_refusal: true };
-        let Plan { setup, steps } = stepped.plan(case, times.interval);
+        let Plan { setup, steps } = plan;
         let (mut simulation, _) =
             Simulation::new(&setup, stepped.precision()).map_err(|error| refused(error.to_string()))?;
         simulation.apply(&case.changes).map_err(|error| refused(error.to_string()))?;
@@ -123,6 +130,7 @@ impl Runner {
             start: start.total_energy(),
             now: start,
             max_stretch: start.max_stretch,
+            phase: phase.clone(),
             _watched: watched,
         })
     }
@@ -205,6 +213,22 @@ pub fn run(case: &Case, stepped: impl Into<Stepped>, times: &Times, phase: &Phas
 
 /// The same, given up as soon as it has taken more evaluations and products than these.
 pub(crate) fn run_within(case: &Case, stepped: Stepped, times: &Times, phase: &Phase, most: u64) -> Run {
+    driven(case, Runner::start(case, stepped, times, phase), (stepped, times), most)
+}
+
+/// The same within what the scene allows of its state and of its steps, as it runs when it is written so.
+pub(crate) fn run_as_written(case: &Case, stepped: Stepped, times: &Times, phase: &Phase) -> Run {
+    let plan = stepped.plan(case, times.interval).limited_as(case);
+    driven(case, Runner::of_plan(case, stepped, plan, phase), (stepped, times), u64::MAX)
+}
+
+/// Takes what was started to the last of the times.
+fn driven(
+    case: &Case,
+    started: Result<Runner, Failure>,
+    (stepped, times): (Stepped, &Times),
+    most: u64,
+) -> Run {
     let mut run = Run {
         states: Vec::new(),
         seconds: Vec::new(),
@@ -219,7 +243,7 @@ pub(crate) fn run_within(case: &Case, stepped: Stepped, times: &Times, phase: &P
         end: End::Reached,
         cut: None,
     };
-    let mut runner = match Runner::start(case, stepped, times, phase) {
+    let mut runner = match started {
         Ok(runner) => runner,
         Err(failure) => return Run { end: End::Failed(failure), ..run },
     };
@@ -229,7 +253,7 @@ pub(crate) fn run_within(case: &Case, stepped: Stepped, times: &Times, phase: &P
         match runner.advance() {
             Ok(seconds) => run.seconds.push(seconds),
             Err(end) => {
-                run.cut = (end == End::Stopped).then(|| phase.cut());
+                run.cut = (end == End::Stopped).then(|| runner.phase.cut());
                 run.end = end;
                 break;
             }
@@ -238,7 +262,7 @@ pub(crate) fn run_within(case: &Case, stepped: Stepped, times: &Times, phase: &P
             run.states.push(runner.positions());
         }
         if runner.work.force_evaluations + runner.work.matrix_products > most {
-            run.end = End::Stopped;
+            run.end = End::Costly;
             break;
         }
     }

@@ -22,6 +22,10 @@ const SUBSTEPS: u32 = 256;
 /// The same where the scene says how long steps of the world are: what the numerics allow.
 const MOST_SUBSTEPS: u32 = 8192;
 
+/// What a scene can ask for: an acceleration (m/s²) that Newton's method leaves, a relative residual of linear solves.
+const NEWTON_TOLERANCES: [f64; 2] = [1e-12, 1e6];
+const LEAST_RESIDUAL: f64 = 1e-15;
+
 /// How long steps are.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Steps {
@@ -57,6 +61,20 @@ pub(crate) struct Plan {
     pub(crate) steps: u64,
 }
 
+impl Plan {
+    /// The same within what the scene allows of its state, and of the steps of its snow.
+    pub(crate) fn limited_as(mut self, case: &Case) -> Self {
+        for (body, own) in self.setup.bodies.iter_mut().zip(&case.setup.bodies) {
+            body.settings.limits = own.settings.limits;
+        }
+        if let (Some(snow), Some(own)) = (&mut self.setup.snow, &case.setup.snow) {
+            snow.settings.max_energy = own.settings.max_energy;
+            snow.settings.max_substeps = own.settings.max_substeps;
+        }
+        self
+    }
+}
+
 impl Setting {
     /// With linear solves that are enough for an error of a millimetre.
     pub const fn new(method: Method, precision: Precision, steps: Steps) -> Self {
@@ -66,14 +84,16 @@ impl Setting {
     /// The same with linear solves that are enough for an error (m).
     #[must_use]
     pub fn good_to(self, error: f64) -> Self {
-        Self { solver_tolerance: SOLVER_TOLERANCE * (error / ENOUGH_FOR).min(1.0), ..self }
+        let solver_tolerance = (SOLVER_TOLERANCE * (error / ENOUGH_FOR).min(1.0)).max(LEAST_RESIDUAL);
+        Self { solver_tolerance, ..self }
     }
 
     /// The same with solves as good as a comparison to an error (m) until a time (s) needs, and as many sweeps as the scene
     /// asks for.
     pub(crate) fn solved(self, case: &Case, error: f64, until: f64) -> Self {
-        let newton =
-            NewtonSettings { tolerance: error / (50.0 * until * until), ..NewtonSettings::default() };
+        let [least, most] = NEWTON_TOLERANCES;
+        let tolerance = (error / (50.0 * until * until)).clamp(least, most);
+        let newton = NewtonSettings { tolerance, ..NewtonSettings::default() };
         let own = case.setup.bodies.iter().find_map(|body| match body.settings.minimizer {
             Minimizer::VertexBlockDescent { sweeps } => Some(sweeps),
             _ => None,

@@ -32,7 +32,7 @@ const SHARES: [f64; 2] = [TimeStep::SAFETY, 0.5 * TimeStep::SAFETY];
 /// Cells of rows, times those of the scene.
 const CELLS: [f64; 2] = [1.0, 2.0];
 /// How many times as long a step by the cubic kernel takes as one by the quadratic.
-const CUBIC: f64 = 1.6;
+pub(crate) const CUBIC: f64 = 1.6;
 
 /// Names of all transfers with kernels that the snow of a scene is compared by.
 pub(crate) fn names(snow: &SnowSetup) -> Vec<String> {

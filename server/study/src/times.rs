@@ -66,6 +66,22 @@ impl Times {
         Self::even(dt * stride as f64, steps / stride)
     }
 
+    /// Every step (s) until a time (s); every second, fourth, ... of them where all are more than so many.
+    pub(crate) fn every_step(end: f64, dt: f64, most: u64) -> Self {
+        let steps = (end / dt + 1e-6) as u64;
+        let mut stride = 1;
+        while steps / stride > most.max(1) {
+            stride *= 2;
+        }
+        Self::even(dt * stride as f64, steps / stride)
+    }
+
+    /// The same times in steps (s) that divide the interval.
+    pub(crate) fn in_steps(&self, dt: f64) -> Self {
+        let ratio = (self.interval / dt).round().max(1.0) as u64;
+        Self { interval: dt, marks: self.marks.iter().map(|mark| mark * ratio).collect() }
+    }
+
     /// The longest interval, a power of two of steps, that all of these numbers of steps are multiples of.
     fn of_steps(steps: &[u64], dt: f64) -> Self {
         let zeros = steps.iter().map(|step| step.trailing_zeros()).min().unwrap_or(0);
@@ -135,6 +151,23 @@ mod tests {
 
         let (coarse, places) = Times { interval: 0.25, marks: vec![1, 2, 3, 4] }.coarser(0.5);
         assert_eq!((coarse.interval, coarse.marks, places), (0.5, vec![1, 2], vec![1, 3]));
+    }
+
+    #[test]
+    fn a_window_of_every_step_ends_at_the_last_step_within_it() {
+        for (end, dt, most, count, interval) in [
+            (0.145, 0.01, 1000, 14, 0.01),
+            (0.15, 0.01, 1000, 15, 0.01),
+            (0.009, 0.01, 1000, 0, 0.01),
+            (1.0, 0.001, 300, 250, 0.004),
+            (1.0, 0.001, 0, 1, 0.512),
+        ] {
+            let times = Times::every_step(end, dt, most);
+            assert_eq!((times.count(), times.interval), (count, interval), "{end} s in steps of {dt} s");
+            assert!(times.end() <= end * (1.0 + 1e-9), "{end} s in steps of {dt} s");
+        }
+        let times = Times { interval: 0.04, marks: vec![1, 3] };
+        assert_eq!(times.in_steps(0.01), Times { interval: 0.01, marks: vec![4, 12] });
     }
 
     #[test]

@@ -216,7 +216,7 @@ impl Copies {
             match runner.advance() {
                 Ok(_) => {}
                 Err(End::Failed(failure)) => return Some(ScanEnd::Failed(failure.cause)),
-                Err(End::Stopped | End::Reached) => return Some(ScanEnd::Stopped),
+                Err(End::Stopped | End::Costly | End::Reached) => return Some(ScanEnd::Stopped),
             }
         }
         None

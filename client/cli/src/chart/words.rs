@@ -127,7 +127,8 @@ fn three(value: f64) -> String {
 
 /// What limits the time in which runs are compared.
 pub(crate) fn limit(chart: &Chart) -> String {
-    let until = format!("{:.3} s", chart.until());
+    let count = chart.reference.as_ref().map_or(0, |reference| reference.times.marks.len());
+    let until = format!("at {count} times until {:.3} s", chart.until());
     let quarter = length(0.25 * chart.tolerance);
     if let Some(missing) = &chart.missing {
         return match missing {
@@ -160,25 +161,25 @@ pub(crate) fn limit(chart: &Chart) -> String {
     }
     match &chart.limit {
         Limit::Asked if chart.scan.spread.is_empty() => {
-            format!("Compared until {until}, as was asked for.")
+            format!("Compared {until}, as was asked for.")
         }
         Limit::Asked => format!(
-            "Compared until {until}, as was asked for; what starts 1e-8 m apart is then up to {} apart.",
+            "Compared {until}, as was asked for; what starts 1e-8 m apart is then up to {} apart.",
             length(chart.scan.spread.iter().copied().fold(0.0, f64::max))
         ),
-        Limit::Scene => format!("Compared until {until}, the end of the scene."),
+        Limit::Scene => format!("Compared {until}, the end of the scene."),
         Limit::Spread => format!(
-            "Compared until {until}, the predictability horizon for a displacement of 1e-8 m: after that, runs that start so far apart are more than {quarter} apart, and no method has an answer to {}.",
+            "Compared {until}, the predictability horizon for a displacement of 1e-8 m: after that, runs that start so far apart are more than {quarter} apart, and no method has an answer to {}.",
             length(chart.tolerance)
         ),
         Limit::Reference => {
-            format!("Compared until {until}: after that, the reference is not known to {quarter}.")
+            format!("Compared {until}: after that, the reference is not known to {quarter}.")
         }
         Limit::Work => format!(
-            "Compared until {until}: a reference on cells half as long would take too much work further on; --until asks for it."
+            "Compared {until}: a reference on cells half as long would take too much work further on; --until asks for it."
         ),
         Limit::Failed(cause) => {
-            format!("Compared until {until}: after that a reference run failed, {cause}.")
+            format!("Compared {until}: after that a reference run failed, {cause}.")
         }
     }
 }

@@ -1,6 +1,6 @@
 //! What a plan says, as JSON.
 
-use nappe_study::{Plan, Row};
+use nappe_study::{Dropped, Plan, ReachEnd, Row, Term, Tried};
 use serde::Serialize;
 use serde_json::{Value, json};
 
@@ -35,7 +35,7 @@ pub(super) struct Document {
 impl Document {
     /// The first fields of a plan, and others.
     pub(super) fn new(subject: &Subject, plan: &Plan, rest: Value) -> Self {
-        let row = plan.row.as_ref();
+        let row = plan.written();
         let first = First {
             scene: subject.name.clone(),
             tolerance_m: plan.chart.tolerance,
@@ -50,29 +50,44 @@ impl Document {
     }
 }
 
+/// A row, as far as it takes to find it.
+fn place(row: &Row) -> Value {
+    json!({
+        "method": row.stepped.name(),
+        "precision": row.stepped.precision().to_string(),
+        "dt": row.dt,
+        "error_m": row.error(),
+        "seconds_per_simulated_second": row.seconds,
+    })
+}
+
+fn candidate(plan: &Plan, one: &Tried) -> Value {
+    let row = one.row.and_then(|place| plan.chart.rows.get(place));
+    json!({
+        "method": one.name,
+        "precision": one.precision.to_string(),
+        "dt": row.map(|row| row.dt),
+        "error_m": row.and_then(Row::error),
+        "seconds_per_simulated_second": row.and_then(|row| row.seconds),
+        "dropped": one.dropped.map(Dropped::why),
+    })
+}
+
+fn term(term: &Term) -> Value {
+    json!({
+        "name": term.name,
+        "change_m": term.change,
+        "cause": term.failure,
+        "looked_at": term.is_looked_at,
+        "saving": term.saving,
+        "saved_counts": term.saved_counts,
+        "needed": term.is_needed,
+        "left_out": term.is_left_out,
+    })
+}
+
 /// The document. Its names stay.
 pub(super) fn document(subject: &Subject, plan: &Plan) -> Document {
-    let candidate = |one: &nappe_study::Tried| {
-        let row = one.row.and_then(|place| plan.chart.rows.get(place));
-        json!({
-            "method": one.name,
-            "precision": one.precision.to_string(),
-            "dt": row.map(|row| row.dt),
-            "error_m": row.and_then(Row::error),
-            "seconds_per_simulated_second": row.and_then(|row| row.seconds),
-            "dropped": one.dropped.map(nappe_study::Dropped::why),
-        })
-    };
-    let term = |term: &nappe_study::Term| {
-        json!({
-            "name": term.name,
-            "change_m": term.change,
-            "saving": term.saving,
-            "saved_counts": term.saved_counts,
-            "needed": term.is_needed,
-            "left_out": term.is_left_out,
-        })
-    };
     let verified = plan.verified.map(|verified| {
         json!({
             "error_m": verified.error,
@@ -84,26 +99,28 @@ pub(super) fn document(subject: &Subject, plan: &Plan) -> Document {
     let needed = plan.needed.map(|needed| {
         json!({ "dt": needed.dt, "cell_m": needed.cell, "seconds_per_simulated_second": needed.seconds })
     });
-    let real_time = plan.real_time.as_ref().map(|row| {
-        json!({
-            "method": row.stepped.name(),
-            "precision": row.stepped.precision().to_string(),
-            "dt": row.dt,
-            "error_m": row.error(),
-            "seconds_per_simulated_second": row.seconds,
-        })
-    });
+    let reach = plan.reach.as_ref();
     let rest = json!({
         "until_s": plan.chart.until(),
+        "compared_at": plan.compared_at(),
         "met_until_s": plan.met_until,
-        "state_hash": plan.row.as_ref().map(|row| output::hash(row.state_hash)),
+        "runs_until_s": reach.map(|reach| reach.until),
+        "runs_steps": reach.map(|reach| reach.steps),
+        "runs_end": reach.map(|reach| runs_end(&reach.end)),
+        "runs_cause": reach.and_then(|reach| match &reach.end {
+            ReachEnd::Failed(cause) => Some(cause),
+            ReachEnd::Scene | ReachEnd::Time => None,
+        }),
+        "state_hash": plan.written().map(|row| output::hash(row.state_hash)),
         "cell_m": plan.row.as_ref().and_then(|row| row.stepped.cell()),
         "step_tolerance_m": plan.row.as_ref().and_then(|row| row.stepped.step_tolerance()),
         "needed": needed,
+        "together_change_m": plan.together_change,
         "terms": plan.terms.iter().map(term).collect::<Vec<_>>(),
-        "candidates": plan.tried.iter().map(candidate).collect::<Vec<_>>(),
+        "candidates": plan.tried.iter().map(|one| candidate(plan, one)).collect::<Vec<_>>(),
         "verified": verified,
-        "real_time": real_time,
+        "quicker": plan.quicker.as_ref().map(place),
+        "real_time": plan.real_time.as_ref().map(place),
         "reference_error_m": plan.chart.reference.as_ref().map(nappe_study::Reference::error),
         "floor_m": plan.chart.floor,
         "scene_hash": subject.scene_hash,
@@ -117,4 +134,13 @@ pub(super) fn document(subject: &Subject, plan: &Plan) -> Document {
         "summary": words::answer(plan),
     });
     Document::new(subject, plan, rest)
+}
+
+/// Why it runs no further.
+const fn runs_end(end: &ReachEnd) -> &'static str {
+    match end {
+        ReachEnd::Scene => "scene",
+        ReachEnd::Failed(_) => "failed",
+        ReachEnd::Time => "time",
+    }
 }

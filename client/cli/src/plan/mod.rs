@@ -3,6 +3,7 @@
 //! Enters: a plan of a study. Leaves: plan.csv, plan.json and pictures in a folder, a scene; words on standard output.
 
 pub(crate) mod words;
+pub(crate) mod terms;
 mod document;
 pub(crate) mod scene;
 
@@ -12,7 +13,6 @@ use nappe_scene::Scene;
 use nappe_study::Plan;
 use serde::Serialize;
 
-use self::scene::Terms;
 use crate::{
     chart::table,
     error::{CliError, Result},
@@ -48,8 +48,8 @@ pub(crate) fn said(subject: &Subject, plan: &Plan, written: &[PathBuf]) -> impl 
 }
 
 /// The text of the scene as a plan has it; none where nothing is right enough.
-pub(crate) fn scene_text(name: &str, scene: &Scene, plan: &Plan, terms: Terms) -> Option<String> {
-    scene::planned(scene, name, plan, terms).filter(|_| plan.is_met)
+pub(crate) fn scene_text(name: &str, scene: &Scene, plan: &Plan) -> Option<String> {
+    scene::planned(scene, name, plan).filter(|_| plan.is_met)
 }
 
 /// Pictures, each as SVG and PNG.

@@ -1,81 +1,79 @@
-//! A scene with the method, the steps and the precision of a plan.
+//! A scene with the method, the steps and the precision of a plan, and without what can go.
 
-use nappe_scene::{Scene, Springs};
+use nappe_scene::{MeshSource, Removal, Scene, SceneLimits, Snow, TransferName};
 use nappe_sim::{
-    cloth::{Minimizer, MinimizerKind, SpringKind},
+    cloth::{Minimizer, MinimizerKind},
     linalg::Stop,
-    math::Precision,
+    snow::{Blend, Transfer},
 };
-use nappe_study::{Plan, Removal, Setting, Stepped, Steps, Term};
+use nappe_study::{Case, Plan, ReachEnd, Setting, SnowSetting, SnowSteps, Stepped, Steps, Term};
 
-/// Whether what can go is left out of a scene.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Terms {
-    /// All of them stay.
-    Kept,
-    /// Those that can go together are left out.
-    LeftOut,
+/// The scene as a setting has it, all else as it was.
+fn stepped_by(scene: &Scene, stepped: &Stepped) -> Scene {
+    let mut scene = scene.clone();
+    scene.precision = stepped.precision();
+    match stepped {
+        Stepped::Cloth(setting) => scene.bodies.iter_mut().for_each(|body| configure(body, setting)),
+        Stepped::Snow(setting) => scene.snow.iter_mut().for_each(|snow| configure_snow(snow, setting)),
+    }
+    scene
 }
 
-/// The text of the scene as a plan has it, all else as it was but comments; none where the plan recommends nothing for cloth.
-pub(super) fn planned(scene: &Scene, name: &str, plan: &Plan, terms: Terms) -> Option<String> {
-    let Stepped::Cloth(setting) = plan.row.as_ref()?.stepped else { return None };
-    let mut scene = scene.clone();
-    scene.precision = setting.precision;
-    scene.bodies.iter_mut().for_each(|body| configure(body, &setting));
+/// Names of the terms of a scene that is written with a setting.
+pub(crate) fn term_names(scene: &Scene, stepped: &Stepped) -> Vec<String> {
+    stepped_by(scene, stepped).terms().into_iter().map(|term| term.name).collect()
+}
+
+/// That scene without some of its terms, by their places.
+fn without(scene: &Scene, stepped: &Stepped, places: &[usize]) -> Scene {
+    let scene = stepped_by(scene, stepped);
+    let terms = scene.terms();
+    let gone: Vec<Removal> = places.iter().filter_map(|place| Some(terms.get(*place)?.removal)).collect();
+    scene.without(&gone)
+}
+
+/// The case of that scene, with its meshes.
+///
+/// # Errors
+/// A scene that cannot be built without them.
+pub(crate) fn case_without(
+    (name, scene, meshes): (&str, &Scene, &dyn MeshSource),
+    stepped: &Stepped,
+    places: &[usize],
+) -> Result<Case, String> {
+    let left = without(scene, stepped, places);
+    let built = left.build(meshes, &SceneLimits::default()).map_err(|errors| errors.to_string())?;
+    let case = Case::new(name, built.setup, built.initial_changes, left.precision);
+    case.map_err(|error| error.to_string())
+}
+
+/// The text of the scene as a plan has it, all else as it was but comments; none where nothing is right enough.
+pub(super) fn planned(scene: &Scene, name: &str, plan: &Plan) -> Option<String> {
+    let (row, reach) = (plan.row.as_ref()?, plan.reach.as_ref()?);
+    let is_gone = |term: &&Term| term.is_left_out && plan.reduced.is_some();
+    let gone: Vec<&Term> = plan.terms.iter().filter(is_gone).collect();
     let mut said = format!(
         "# Method, steps and precision by `nappe plan {name}`, good to {:e} m until {:.4} s.\n",
         plan.chart.tolerance,
         plan.chart.until()
     );
-    let gone: Vec<&Term> =
-        plan.terms.iter().filter(|term| term.is_left_out && terms == Terms::LeftOut).collect();
     if !gone.is_empty() {
         let names: Vec<&str> = gone.iter().map(|term| term.name.as_str()).collect();
         said = format!("{said}# Left out: {}.\n", names.join(", "));
-        leave_out(&mut scene, &gone.iter().map(|term| term.removal).collect::<Vec<_>>());
     }
-    Some(said + &scene.to_toml())
-}
-
-/// Leaves terms out of a scene, as the plan left them out of what is built from it.
-fn leave_out(scene: &mut Scene, removals: &[Removal]) {
-    for removal in removals {
-        let springs = scene.bodies.iter_mut().filter_map(|body| body.springs.as_mut());
-        match *removal {
-            Removal::Springs(kind) => springs.for_each(|springs| match kind {
-                SpringKind::Stretch => {}
-                SpringKind::Shear => springs.shear = None,
-                SpringKind::Bend => springs.bend = None,
-            }),
-            Removal::Damping(kind) => {
-                let of_kind = |springs: &'_ mut Springs| match kind {
-                    SpringKind::Stretch => springs.stretch.damping = 0.0,
-                    SpringKind::Shear => springs.shear.iter_mut().for_each(|law| law.damping = 0.0),
-                    SpringKind::Bend => springs.bend.iter_mut().for_each(|law| law.damping = 0.0),
-                };
-                springs.for_each(of_kind);
-            }
-            Removal::ElementDamping(body, kind) => {
-                let laws = scene.bodies[body].laws.iter_mut();
-                laws.filter(|law| law.name == kind).for_each(|law| law.damping = 0.0);
-            }
-            Removal::Drag => scene.bodies.iter_mut().for_each(|body| body.drag = 0.0),
-            Removal::Wind => scene.wind = [0.0; 3],
-            Removal::Friction(place) => scene.colliders[place].friction = 0.0,
-            Removal::Restitution(place) => scene.colliders[place].restitution = 0.0,
-            Removal::Digits => scene.precision = Precision::F32,
-            Removal::Elements(..) | Removal::Collider(_) => {}
+    match &reach.end {
+        ReachEnd::Scene => {}
+        ReachEnd::Failed(cause) => {
+            let cause = cause.split_whitespace().collect::<Vec<_>>().join(" ");
+            said = format!("{said}# It ends after {} steps: the next one fails, {cause}.\n", reach.steps);
+        }
+        ReachEnd::Time => {
+            said = format!("{said}# It ends after {} steps: it was not run beyond them.\n", reach.steps);
         }
     }
-    // Places are those of the whole scene.
-    for (place, body) in scene.bodies.iter_mut().enumerate() {
-        body.laws.retain(|law| !removals.contains(&Removal::Elements(place, law.name)));
-    }
-    let mut places = 0..;
-    scene
-        .colliders
-        .retain(|_| places.next().is_some_and(|place| !removals.contains(&Removal::Collider(place))));
+    let mut written = without(scene, &row.stepped, &gone.iter().map(|term| term.place).collect::<Vec<_>>());
+    written.steps = reach.steps;
+    Some(said + &written.to_toml())
 }
 
 /// Has a body stepped so.
@@ -106,5 +104,20 @@ fn configure(body: &mut nappe_scene::Body, setting: &Setting) {
             body.solver.fixed_iterations = None;
             (body.solver.tolerance, body.solver.max_iterations) = (Some(tolerance), Some(max_iterations));
         }
+    }
+}
+
+/// Has snow stepped so, on its cells.
+fn configure_snow(snow: &mut Snow, setting: &SnowSetting) {
+    snow.kernel = setting.variant.kernel;
+    let advection = snow.advection;
+    (snow.transfer, snow.flip, snow.flip_time, snow.advection) = match setting.variant.transfer {
+        Transfer::PicFlip(Blend::PerStep(share)) => (TransferName::PicFlip, Some(share), None, advection),
+        Transfer::PicFlip(Blend::TimeConstant(time)) => (TransferName::PicFlip, None, Some(time), advection),
+        Transfer::Apic => (TransferName::Apic, None, None, None),
+        Transfer::Mls => (TransferName::Mls, None, None, None),
+    };
+    if let SnowSteps::Share(share) = setting.steps {
+        (snow.safety, snow.substep, snow.unchecked) = (Some(share), None, false);
     }
 }

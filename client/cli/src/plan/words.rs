@@ -1,6 +1,6 @@
 //! A plan in words: what to do, and what was tried.
 
-use nappe_study::{Plan, Row, Term, Tried};
+use nappe_study::{Dropped, Plan, ReachEnd, Row, Tried};
 
 use crate::{
     chart::words::{length, limit},
@@ -39,59 +39,160 @@ fn cost(row: &Row) -> String {
 
 /// A paragraph that a person can act on.
 pub(crate) fn answer(plan: &Plan) -> String {
-    let tolerance = length(plan.chart.tolerance);
-    let Some(row) = &plan.row else { return limit(&plan.chart) };
-    let until = format!("{:.3} s", plan.chart.until());
+    let Some(row) = &plan.row else { return nothing(plan) };
+    let parts = [
+        Some(first(plan, row)),
+        verified(plan),
+        reach(plan),
+        reduced(plan),
+        quicker(plan),
+        needed(plan, row),
+        real_time(plan),
+        cut(plan),
+        Some(limit(&plan.chart)),
+        Some("A plan promises nothing after that.".to_owned()),
+    ];
+    parts.into_iter().flatten().collect::<Vec<_>>().join(" ")
+}
+
+/// Why nothing was tried.
+fn nothing(plan: &Plan) -> String {
+    let chart = &plan.chart;
+    let within = chart.scan.spread.iter().take_while(|spread| **spread <= 0.25 * chart.tolerance).count();
+    if chart.reference.is_some() || chart.missing.is_some() || within == 0 {
+        return limit(chart);
+    }
+    if let Some(own) = chart.whole.as_ref().and_then(|whole| whole.own_error.first()) {
+        return format!(
+            "Nothing can be compared: after the first step of the scene the reference is known to {}, more than {}, a quarter of \
+             the tolerance. Allow a larger --tolerance.",
+            length(*own),
+            length(0.25 * chart.tolerance)
+        );
+    }
+    format!(
+        "Nothing can be compared: the predictability horizon to {} lies within the first step of the scene, after {}. Give the \
+         scene a shorter dt, or allow a larger --tolerance.",
+        length(chart.tolerance),
+        time(within as f64 * chart.scan.spacing)
+    )
+}
+
+/// What is recommended, or else the nearest.
+fn first(plan: &Plan, row: &Row) -> String {
+    let (tolerance, until) = (length(plan.chart.tolerance), format!("{:.3} s", plan.chart.until()));
     let error = row.error().map_or_else(|| "unknown".to_owned(), length);
-    let mut text = if plan.is_met {
-        format!("Take {}: it is {error} off until {until}, within {tolerance},{}.", setting(row), cost(row))
-    } else {
+    let (setting, cost) = (setting(row), cost(row));
+    if plan.is_met {
+        format!("Take {setting}: it is {error} off until {until}, within {tolerance},{cost}.")
+    } else if plan.verified.is_some() {
         format!(
-            "Nothing that was tried is within {tolerance} until {until}. The nearest is {}: {error} off,{}.",
-            setting(row),
-            cost(row)
+            "Nothing is recommended. The cheapest within {tolerance} until {until} is {setting}: {error} off,{cost}."
         )
-    };
-    text.push_str(&verified(plan));
-    if let Some(needed) = plan.needed {
-        let what = needed.cell.map_or_else(
-            || format!("steps of {}", time(needed.dt)),
-            |cell| format!("cells of {}", length(cell)),
-        );
-        text = format!("{text} It would take {what}, about {} per simulated second.", time(needed.seconds));
-        if plan.met_until > 0.0 {
-            text = format!("{text} Until {:.3} s it is within {tolerance}.", plan.met_until);
-        }
+    } else {
+        let within = if row.error().is_some_and(|error| error <= plan.chart.tolerance) {
+            format!("0.7 of {tolerance}, which a plan asks of what it tries,")
+        } else {
+            tolerance
+        };
+        format!(
+            "Nothing that was tried is within {within} until {until}. The nearest is {setting}: {error} off,{cost}."
+        )
     }
-    if let (false, Some(real_time)) = (plan.is_met, &plan.real_time) {
-        let error = real_time.error().map_or_else(String::new, length);
-        text = format!(
-            "{text} Of what keeps up with real time {} is the nearest, {error} off.",
-            setting(real_time)
-        );
-    }
-    format!("{text} {} A plan promises nothing after that.", limit(&plan.chart))
 }
 
 /// What half the step shows.
-fn verified(plan: &Plan) -> String {
-    let Some((verified, half)) =
-        plan.verified.and_then(|verified| Some((verified, verified.half_step_error?)))
-    else {
-        return String::new();
+fn verified(plan: &Plan) -> Option<String> {
+    let (verified, row) = (plan.verified?, plan.row.as_ref()?);
+    let Some(half) = verified.half_step_error else {
+        let what = "It is not verified with half the step: out of time; a larger --budget verifies it.";
+        return verified.is_cut.then(|| what.to_owned());
     };
-    let order = verified.order.map_or_else(String::new, |order| format!(", order {order:.1}"));
-    if verified.is_asymptotic {
-        format!(" With half the step it is {} off{order}, as it should.", length(half))
+    let half = length(half);
+    let order = verified.order.map(|order| format!("order {order:.1}"));
+    Some(match (order, verified.is_asymptotic, row.stepped.cell()) {
+        (Some(order), true, None) => {
+            format!("With half the step it is {half} off, {order}, as it should.")
+        }
+        (Some(order), false, None) => format!(
+            "With half the step it is {half} off, {order}: not yet as its order says, so that its error is less certain."
+        ),
+        _ => format!("With half the step it is {half} off."),
+    })
+}
+
+/// How far it runs as a scene.
+fn reach(plan: &Plan) -> Option<String> {
+    let reach = plan.reach.as_ref()?;
+    let (steps, until) = (reach.steps, format!("{:.3} s", reach.until));
+    Some(match &reach.end {
+        ReachEnd::Scene => format!("The scene was run so to its end, {until}."),
+        ReachEnd::Failed(cause) => {
+            format!("The scene may be run so until {until}, {steps} steps: the next one fails, {cause}.")
+        }
+        ReachEnd::Time => {
+            format!("The scene may be run so until {until}, {steps} steps: not run beyond it: out of time.")
+        }
+    })
+}
+
+/// What becomes of it without what can go.
+fn reduced(plan: &Plan) -> Option<String> {
+    let reduced = plan.reduced.as_ref()?;
+    let error = reduced.error().map_or_else(|| "unknown".to_owned(), length);
+    Some(format!("Without what is left out it is {error} off,{}.", cost(reduced)))
+}
+
+/// What took less time here.
+fn quicker(plan: &Plan) -> Option<String> {
+    let quicker = plan.quicker.as_ref()?;
+    let seconds = time(quicker.seconds?);
+    Some(format!("Here {} took less: {seconds} per simulated second.", setting(quicker)))
+}
+
+/// What it would take, and until when it is right enough as it is.
+fn needed(plan: &Plan, row: &Row) -> Option<String> {
+    let tolerance = length(plan.chart.tolerance);
+    let far = row.error().is_some_and(|error| error > plan.chart.tolerance);
+    let what = match plan.needed {
+        Some(needed) => {
+            let what = needed.cell.map_or_else(
+                || format!("steps of {}", time(needed.dt)),
+                |cell| format!("cells of {}", length(cell)),
+            );
+            format!("It would take {what}, about {} per simulated second.", time(needed.seconds))
+        }
+        None if plan.verified.is_none() && far => {
+            let what = if row.stepped.cell().is_some() { "small cells" } else { "short steps" };
+            format!("How {what} must be cannot be told from what was run: more than four halvings away.")
+        }
+        None => return None,
+    };
+    if plan.met_until > 0.0 {
+        Some(format!("{what} Until {:.3} s it is within {tolerance}.", plan.met_until))
     } else {
-        format!(
-            " With half the step it is {} off{order}: not yet as its order says, so that its error is less certain.",
-            length(half)
-        )
+        Some(what)
     }
 }
 
-/// Every method with its best row, and why it was given up.
+/// What keeps up with real time, where nothing is right enough.
+fn real_time(plan: &Plan) -> Option<String> {
+    let row = plan.real_time.as_ref().filter(|_| !plan.is_met)?;
+    let error = row.error().map_or_else(String::new, length);
+    Some(format!("Of what keeps up with real time {} is the nearest, {error} off.", setting(row)))
+}
+
+/// How many methods were given up for want of time.
+fn cut(plan: &Plan) -> Option<String> {
+    let what = match plan.cut_count() {
+        0 => return None,
+        1 => "1 method was".to_owned(),
+        count => format!("{count} methods were"),
+    };
+    Some(format!("{what} not looked at to the end: out of time, so that a cheaper one may exist."))
+}
+
+/// Every method with its best row, and why it was given up; those that cost more than the cheapest in one line.
 pub(crate) fn tried(plan: &Plan) -> String {
     let row = |one: &Tried| {
         let row = one.row.and_then(|place| plan.chart.rows.get(place));
@@ -110,46 +211,12 @@ pub(crate) fn tried(plan: &Plan) -> String {
         Column::Right("s per simulated s"),
         Column::Left("ended because"),
     ];
-    table(&columns, &plan.tried.iter().map(row).collect::<Vec<_>>())
-}
-
-/// What the scene can do without, as a table and a sentence; nothing where no term was looked at.
-pub(crate) fn terms(plan: &Plan) -> String {
-    if plan.terms.is_empty() {
-        return String::new();
+    let (costly, others): (Vec<&Tried>, Vec<&Tried>) =
+        plan.tried.iter().partition(|one| one.dropped == Some(Dropped::Costly));
+    let table = table(&columns, &others.into_iter().map(row).collect::<Vec<_>>());
+    match costly.len() {
+        0 => table,
+        1 => format!("{table}\n1 other costs more than the cheapest."),
+        count => format!("{table}\n{count} others cost more than the cheapest."),
     }
-    let row = |term: &Term| {
-        let what = match (term.is_left_out, term.is_needed) {
-            (true, _) => "can go",
-            (false, true) => "needed",
-            (false, false) => "small, but not with the others",
-        };
-        vec![
-            term.name.clone(),
-            term.change.map_or_else(|| "fails".to_owned(), moved),
-            format!("{:.0} %", 100.0 * term.saving),
-            what.to_owned(),
-        ]
-    };
-    let columns = [
-        Column::Left("without"),
-        Column::Right("the answer moves by"),
-        Column::Right("time saved"),
-        Column::Left("so it"),
-    ];
-    let table = table(&columns, &plan.terms.iter().map(row).collect::<Vec<_>>());
-    let names: Vec<&str> =
-        plan.terms.iter().filter(|term| term.is_left_out).map(|term| term.name.as_str()).collect();
-    let tolerance = length(plan.chart.tolerance);
-    let sentence = if names.is_empty() {
-        format!("Every term moves the answer by more than the {tolerance} that are allowed leave.")
-    } else {
-        format!("Together these can go, and the answer stays within {tolerance}: {}.", names.join(", "))
-    };
-    format!("{table}\n\n{sentence}")
-}
-
-/// How far an answer moves (m).
-fn moved(change: f64) -> String {
-    if change == 0.0 { "0".to_owned() } else { length(change) }
 }

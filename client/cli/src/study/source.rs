@@ -24,20 +24,28 @@ pub(crate) struct Source {
 }
 
 impl Source {
+    /// Where the meshes of a scene are that the command line names so: beside its file.
+    pub(crate) fn meshes(name: &str) -> files::Folder {
+        let path = Path::new(name);
+        let folder = if paths::is_scene(path) { path.parent() } else { None };
+        let folder = folder.unwrap_or(Path::new("")).to_owned();
+        files::Folder { folder, options: files::ReadOptions::default() }
+    }
+
     /// Reads a shipped scene or a file, and tells what it warns of, and that snow is left out by a verb.
     ///
     /// # Errors
     /// A scene that cannot be read or built, or has neither cloth nor snow.
     pub(crate) fn read(name: &str, verb: &str) -> Result<Self> {
         let path = Path::new(name);
-        let (text, folder) = if paths::is_scene(path) {
-            (files::read_scene(path)?, path.parent().unwrap_or(Path::new("")))
+        let text = if paths::is_scene(path) {
+            files::read_scene(path)?
         } else {
-            (scene::shipped_text(name)?.to_owned(), Path::new(""))
+            scene::shipped_text(name)?.to_owned()
         };
         let scene = Scene::parse(&text, name)?;
-        let source = files::Folder { folder: folder.to_owned(), options: files::ReadOptions::default() };
-        let Built { setup, initial_changes, warnings, .. } = scene.build(&source, &SceneLimits::default())?;
+        let Built { setup, initial_changes, warnings, .. } =
+            scene.build(&Self::meshes(name), &SceneLimits::default())?;
         meshes::note(&warnings);
         let has_snow = setup.snow.is_some();
         let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();

@@ -208,6 +208,7 @@ fn request(args: &ChartArgs, scene: &Scene, case: &Case) -> Result<Request> {
     Ok(Request {
         tolerance: args.tolerance,
         end: scene.steps as f64 * scene.dt,
+        scene_steps: scene.steps,
         times,
         methods: args.methods.clone(),
         precisions: args.precision.map_or_else(|| Precision::ALL.to_vec(), |one| vec![one.into()]),

@@ -1,22 +1,26 @@
 //! `nappe plan`: the cheapest setting that is right enough, for a scene of the user's.
 
 use std::{
-    path::PathBuf,
+    path::{Path, PathBuf},
     time::{Duration, Instant},
 };
 
 use clap::Args;
 use nappe_scene::Scene;
 use nappe_sim::math::Precision;
-use nappe_study::{Case, Plan, Request, line_names};
+use nappe_study::{Case, Plan, Request, SceneTerms, Stepped, Terms, line_names};
 
 use crate::{
+    chart::words::length,
     error::{CliError, Exit, Result},
     output::{self, Format, OutputArgs},
-    plan::{self, scene::Terms, words},
+    plan::{self, scene, terms, words},
     study::{self, LookArgs, Source, Subject, asked, files, units},
     write::{self, ForceArgs},
 };
+
+/// The least error (m) that can be asked for.
+const LEAST_TOLERANCE: f64 = 1e-12;
 
 /// Find the cheapest method, step and precision that is right enough for a scene
 #[derive(Args, Debug)]
@@ -27,8 +31,9 @@ Examples:
   nappe plan flag --tolerance 1mm --method velocity_verlet,bdf2_absolute --json
 
 It finds the predictability horizon of the scene, computes a reference until then, and shortens the steps of every
-method in both precisions until one is right enough and the others would cost more. That one is run as a scene runs it,
-over the whole time, and with half its step. Where nothing is right enough, it says what it would take.
+method in both precisions until one is right enough at every step of the scene and the others would cost more. That one
+is run with half its step, and as a scene to the end of the scene. Where nothing is right enough, it says what it would
+take. Of snow it makes the chart of `nappe chart` and takes the cheapest row on the scene's cells.
 
 It writes plan.csv, a row per run, plan.json, and a picture. docs/plan.md says what a plan promises. With --json the last line
 is one object with the answer and their paths.")]
@@ -50,7 +55,7 @@ pub(crate) struct PlanArgs {
     /// Among these methods alone, by their names in plan.csv
     #[arg(long = "method", value_name = "M,...", value_delimiter = ',')]
     methods: Vec<String>,
-    /// Write the scene with the method, the steps and the precision of the plan
+    /// Write the scene with the method, the steps and the precision of the plan, as far as it was run so
     #[arg(long, value_name = "FILE")]
     write: Option<PathBuf>,
     /// Leave out of the scene that is written what it can do without
@@ -76,53 +81,92 @@ pub(crate) fn run(args: &PlanArgs) -> Result<()> {
     let begin = Instant::now();
     let Source { name, hash: scene_hash, scene, case } = Source::read(&args.scene, "plan")?;
     let request = request(args, &scene, &case)?;
-    check_written(args, &case)?;
     let folder = args.out.clone().unwrap_or_else(|| PathBuf::from(format!("plan-{name}")));
+    check_written(args, &folder)?;
     let folder = files::Folder::open(folder, &plan::FILES, args.force.existing())?;
 
     let threads = args.threads.map_or_else(rayon::current_num_threads, usize::from);
     let processor = study::processor();
     let subject = Subject { name, scene_hash, processor, threads, budget: args.budget, begin };
+    let wanted = if args.leave_out { Terms::LeftOut } else { Terms::Kept };
+    let (name, whole, meshes) = (subject.name.clone(), scene.clone(), Source::meshes(&args.scene));
     let found = study::compute(threads, Some(subject.left()), move |budget, tell| {
-        nappe_study::plan(&case, &request, budget, tell)
+        let names = |stepped: &Stepped| scene::term_names(&whole, stepped);
+        let without = |stepped: &Stepped, places: &[usize]| {
+            scene::case_without((&name, &whole, &meshes), stepped, places)
+        };
+        let terms = SceneTerms { names: &names, without: &without, wanted };
+        nappe_study::plan(&case, &request, &terms, budget, tell)
     })?;
     let mut written = plan::write(&folder, &subject, &found, &args.look)?;
     if let Some(path) = &args.write {
-        let terms = if args.leave_out { Terms::LeftOut } else { Terms::Kept };
-        match plan::scene_text(&subject.name, &scene, &found, terms) {
+        if scene.snow.is_some() && !scene.bodies.is_empty() {
+            output::note(
+                "the scene that is written has its snow too, which no plan looks at: only its cloths are as planned",
+            );
+        }
+        match plan::scene_text(&subject.name, &scene, &found) {
             Some(text) => {
                 write::write_whole(path, text.as_bytes(), args.force.existing())?;
                 written.push(path.clone());
             }
-            None => output::note("no scene is written: nothing that was tried is right enough"),
+            None => output::note("no scene is written: nothing is recommended"),
         }
     }
     say(args.output.format(), &subject, &found, &written)
 }
 
-/// Refuses a file that would be lost, and a scene of snow, whose plan is its cells.
-fn check_written(args: &PlanArgs, case: &Case) -> Result<()> {
+/// Refuses a file that would be lost, and one that cannot be written; the folder of the other files will be there.
+fn check_written(args: &PlanArgs, out: &Path) -> Result<()> {
     let Some(path) = &args.write else { return Ok(()) };
-    write::check(path, args.force.existing())
-        .map_err(|error| CliError::usage(format!("--write {}", error.message)))?;
-    if case.is_snow() {
-        return Err(CliError::usage("--write: plans of snow are not written as scenes yet"));
+    if path.is_dir() || path == out {
+        let what = format!("--write {}: is a folder; the name of a file is needed", path.display());
+        return Err(CliError::usage(what));
     }
-    Ok(())
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    if let Some(folder) = folder.filter(|folder| !folder.is_dir() && *folder != out) {
+        let (path, folder) = (path.display(), folder.display());
+        let what =
+            format!("--write {path}: there is no folder {folder}; make it first, or name another file");
+        return Err(CliError::usage(what));
+    }
+    write::check(path, args.force.existing())
+        .map_err(|error| CliError::usage(format!("--write {}", error.message)))
 }
 
-/// What is asked for.
-fn request(args: &PlanArgs, scene: &Scene, case: &Case) -> Result<Request> {
+/// The error (m) that is allowed: one that positions can have, and that not every answer has.
+fn tolerance(args: &PlanArgs, case: &Case) -> Result<f64> {
+    let refused = |what: String| CliError::usage(format!("--tolerance {}: {what}", args.tolerance));
     let tolerance =
         units::length(&args.tolerance).map_err(|error| CliError::usage(format!("--tolerance: {error}")))?;
     if args.tolerance.trim().parse::<f64>().is_ok() {
         output::note(&format!("--tolerance {}: without a unit it is metres", args.tolerance));
     }
+    let longest = case.diagonal();
+    if tolerance < LEAST_TOLERANCE {
+        return Err(refused(format!(
+            "is less than numbers of 64 bits tell of positions; allowed: {LEAST_TOLERANCE:e} m and more"
+        )));
+    }
+    if longest > 0.0 && tolerance > longest {
+        return Err(refused(format!(
+            "any answer would be within it, since the scene is {} long; a smaller one is needed, such as 1mm",
+            length(longest)
+        )));
+    }
+    Ok(tolerance)
+}
+
+/// What is asked for.
+fn request(args: &PlanArgs, scene: &Scene, case: &Case) -> Result<Request> {
+    let tolerance = tolerance(args, case)?;
     let known = line_names(case);
     asked::check_methods(&args.methods, &known)?;
     let end = asked::end(args.until, scene)?;
+    // A scene is over at its end, whatever is asked for.
+    let end = if scene.steps > 0 { end.min(scene.steps as f64 * scene.dt) } else { end };
     let (methods, precisions) = (args.methods.clone(), Precision::ALL.to_vec());
-    Ok(Request { tolerance, end, times: None, methods, precisions })
+    Ok(Request { tolerance, end, scene_steps: scene.steps, times: None, methods, precisions })
 }
 
 fn say(format: Format, subject: &Subject, plan: &Plan, written: &[PathBuf]) -> Result<()> {
@@ -136,7 +180,7 @@ fn say(format: Format, subject: &Subject, plan: &Plan, written: &[PathBuf]) -> R
             }
             if !plan.terms.is_empty() {
                 output::line("")?;
-                output::line(&words::terms(plan))?;
+                output::line(&terms::terms(plan))?;
                 output::line("")?;
             }
             output::line(&files::told(written))?;

@@ -1,10 +1,37 @@
 //! `nappe plan`: its answer, its files, the scene that it writes, and what it refuses before anything is computed.
 
-use std::fs;
+use std::{fs, path::Path};
 
+use nappe_scene::{NoMeshes, SceneLimits, files};
+use nappe_sim::{report::NoStopwatch, world::Simulation};
 use serde_json::Value;
 
 use crate::support::{SMALL_SCENE, check_kept, check_pictures, folder, nappe, nappe_in, write_scene};
+
+/// A chain of stiff and soft springs that is let go.
+const CHAIN: &str = "version = 1\ndt = 0.01\nsteps = 100\nprecision = \"f64\"\n[[body]]\nname = \"chain\"\n\
+    mesh = { chain = 12, spacing = 0.05 }\nmass = { particle = 0.01 }\npins = [\"first\"]\ndrag = 0.001\n\
+    springs = { stretch = { stiffness = 400, damping = 0.02 }, bend = { stiffness = 5, damping = 0.001 } }\n";
+/// A block of snow that falls freely.
+const SNOW: &str = "version = 1\ndt = 0.01\nsteps = 6\n[snow]\ncell = 0.1\ntransfer = \"pic_flip\"\n[[snow.object]]\n\
+    name = \"block\"\nbox = { min = [0, 1, 0], max = [0.1, 1.1, 0.1] }\nsampling = \"lattice\"\nparticles = 8\n\
+    stiffness_noise = 0.1\n";
+
+/// Runs a scene that was written to its end; the hash of its state at a time (s).
+fn run_whole(path: &Path, until: f64) -> String {
+    let scene = files::load_scene(path).unwrap_or_else(|error| panic!("{error}"));
+    let built = scene.build(&NoMeshes, &SceneLimits::default()).unwrap_or_else(|error| panic!("{error}"));
+    let (mut simulation, _) = Simulation::new(&built.setup, scene.precision).expect("a scene");
+    let mut hash = None;
+    for step in 1..=scene.steps {
+        let taken = simulation.step(&mut NoStopwatch);
+        taken.unwrap_or_else(|error| panic!("step {step} of {}: {error}", scene.steps));
+        if step == (until / scene.dt).round() as u64 {
+            hash = Some(format!("{:016x}", simulation.state_hash()));
+        }
+    }
+    hash.expect("a window that ends at a step of the scene")
+}
 
 /// The first fields of an answer, in their order.
 const FIRST: [&str; 8] =
@@ -45,6 +72,12 @@ fn a_plan_has_an_answer_files_and_a_scene_that_runs_as_it_says() {
     let done = nappe_in(folder.path(), &["run", "planned.toml", "--steps", "20", "--json"]).ok();
     let run: Value = serde_json::from_str(done.stdout.lines().last().expect("a line")).expect("JSON");
     assert_eq!(run["precision"], said["precision"], "{run}");
+    assert_eq!(
+        (&document["compared_at"], &document["runs_end"]),
+        (&20.into(), &"scene".into()),
+        "{document}"
+    );
+    assert_eq!(document["runs_steps"], 40, "{document}");
     // Twenty steps of 5 ms: the end of the window.
     assert_eq!((&document["until_s"], &run["state_hash"]), (&0.1.into(), &document["state_hash"]), "{run}");
     assert!(document["terms"].as_array().is_some_and(|terms| terms.len() >= 3), "{document}");
@@ -73,7 +106,10 @@ fn a_plan_has_an_answer_files_and_a_scene_that_runs_as_it_says() {
         "{left}"
     );
     assert!(!left.contains("[body.springs.bend]"), "{left}");
-    nappe_in(folder.path(), &["run", "weak.toml", "--steps", "20"]).ok();
+    let document: Value = serde_json::from_str(&read("weak/plan.json")).expect("JSON");
+    assert_eq!(document["state_hash"], run_whole(&folder.path().join("weak.toml"), 0.1), "{document}");
+    assert!(document["together_change_m"].as_f64().is_some_and(|change| change < 1e-3), "{document}");
+    assert!(document["error_m"].as_f64().is_some_and(|error| error <= 1e-3), "{document}");
 
     let again = [&args[..], &["--write", "planned.toml"]].concat();
     let refused = nappe_in(folder.path(), &again);
@@ -83,6 +119,33 @@ fn a_plan_has_an_answer_files_and_a_scene_that_runs_as_it_says() {
         "{}",
         refused.stderr
     );
+}
+
+#[test]
+fn a_scene_that_is_written_runs_to_its_end_and_has_the_state_that_the_plan_says() {
+    for (text, tolerance, method) in [(CHAIN, "1mm", None), (SNOW, "5mm", Some("pic_flip_quadratic"))] {
+        for leave_out in [None, Some("--leave-out")] {
+            let folder = folder();
+            let scene = write_scene(folder.path(), text);
+            let mut args =
+                vec!["plan", &scene, "--tolerance", tolerance, "--out", "out", "--write", "planned.toml"];
+            args.extend(method.iter().flat_map(|method| ["--method", *method]));
+            args.extend(leave_out);
+            nappe_in(folder.path(), &args).ok();
+            let document = fs::read_to_string(folder.path().join("out/plan.json")).expect("a plan");
+            let document: Value = serde_json::from_str(&document).expect("JSON");
+            assert_eq!(document["met"], true, "{document}");
+            let half = &document["verified"]["half_step_error_m"];
+            assert!(half.as_f64().is_some(), "{document}");
+            let until = document["until_s"].as_f64().expect("a time");
+            let steps = until / 0.01;
+            assert!((steps - steps.round()).abs() < 1e-9 && steps >= 1.0, "{until} s");
+            let path = folder.path().join("planned.toml");
+            assert_eq!(document["state_hash"], run_whole(&path, until), "{leave_out:?}: {document}");
+            let written = files::load_scene(&path).unwrap_or_else(|error| panic!("{error}"));
+            assert_eq!(document["runs_steps"], written.steps);
+        }
+    }
 }
 
 #[test]
@@ -103,7 +166,16 @@ fn what_cannot_be_planned_is_refused_before_anything_is_computed() {
     );
     refused(&[&scene, "--tolerance", "1mm", "--until=-1"], "a number of seconds above 0 is needed");
     refused(&[&scene, "--tolerance", "1mm", "--leave-out"], "--write <FILE>");
-    refused(&["brasseur", "--tolerance", "1mm", "--write", "x.toml"], "plans of snow are not written");
+    refused(
+        &[&scene, "--tolerance", "1mm", "--write", "missing/x.toml"],
+        "there is no folder missing; make it first",
+    );
+    refused(&[&scene, "--tolerance", "1mm", "--write", "out"], "is a folder; the name of a file is needed");
+    refused(
+        &[&scene, "--tolerance", "1e300"],
+        "any answer would be within it, since the scene is 778 mm long",
+    );
+    refused(&[&scene, "--tolerance", "1e-300"], "allowed: 1e-12 m and more");
     assert!(!folder.path().join("out/plan.csv").exists(), "nothing was computed");
 }
 
@@ -114,11 +186,10 @@ fn a_plan_of_snow_says_no_and_what_it_would_take() {
     let args = ["plan", "brasseur", "--tolerance", "1e-5", "--out", out.to_str().expect("UTF-8")];
     let done = nappe(&[&args[..], &["--until", "0.05", "--budget", "20s"]].concat()).ok();
     assert!(done.stderr.contains("without a unit it is metres"), "{}", done.stderr);
-    for words in [
-        "Nothing that was tried is within 0.01 mm",
-        "It would take cells of",
-        "A plan promises nothing after that",
-    ] {
+    for words in ["Nothing that was tried is within 0.01 mm", "A plan promises nothing after that"] {
         assert!(done.stdout.contains(words), "{words}: {}", done.stdout);
     }
+    // Cells that are near enough to what was run to be told, or that they are not.
+    let needed = ["It would take cells of", "How small cells must be cannot be told from what was run"];
+    assert!(needed.iter().any(|words| done.stdout.contains(words)), "{}", done.stdout);
 }

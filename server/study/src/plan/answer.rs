@@ -3,31 +3,18 @@
 use nappe_sim::math::Precision;
 
 use super::{
-    candidate::{Candidate, Dropped},
-    search::{RIGHT, Search},
-    terms::{Term, terms},
-    verify::{Verified, verified},
+    candidate::Dropped,
+    reach::{Found, Reach},
+    search::RIGHT,
+    terms::{Looked, Term},
+    verify::Verified,
 };
-use crate::{
-    budget::{Budget, Phase},
-    case::Case,
-    chart::{Chart, without_rows},
-    request::Request,
-    row::Row,
-    run::run,
-    snow_chart::of_snow,
-    stepped::Stepped,
-};
+use crate::{chart::Chart, row::Row, stepped::Stepped};
 
-/// Shares of the budget at whose end each part is over, after the reference.
-const SEARCH: f64 = 0.65;
-const TIMED: f64 = 0.72;
-const VERIFIED: f64 = 0.85;
-const TERMS: f64 = 0.98;
-/// Seconds per simulated second of what keeps up with real time.
-const REAL_TIME: f64 = 1.0;
 /// How the cost of snow grows with the number of cells along an axis.
 const SNOW: i32 = 4;
+/// By how much shorter than what was run steps or cells are told at most: four halvings.
+const FARTHEST: f64 = 1.0 / 16.0;
 
 /// A candidate, and what became of it.
 #[derive(Clone, Debug, PartialEq)]
@@ -58,56 +45,126 @@ pub struct Needed {
 pub struct Plan {
     /// Window, reference, and all rows that were tried; that which is recommended is on its front.
     pub chart: Chart,
-    /// How many of the rows are of the search; those after them verify what seconds choose.
+    /// How many of the rows are of the search; those after them verify it.
     pub searched: usize,
     /// Every method in every precision; none of snow, whose rows are those of its chart.
     pub tried: Vec<Tried>,
-    /// Whether the tolerance is met until the end of the window.
+    /// Whether the tolerance is met until the end of the window: by a run, by one with half its step, and by one within what the scene
+    /// allows of its state.
     pub is_met: bool,
-    /// What is recommended; where the tolerance is not met, the most accurate that was found.
+    /// What is recommended; where the tolerance is not met, what may meet it, or else the most accurate that was found.
     pub row: Option<Row>,
     /// How it was verified.
     pub verified: Option<Verified>,
+    /// How far it runs as a scene that is written with it, without what is left out; none where it was not verified.
+    pub reach: Option<Reach>,
+    /// What took less than nine tenths of its seconds when both were timed in turn.
+    pub quicker: Option<Row>,
     /// Until when (s) it meets the tolerance.
     pub met_until: f64,
-    /// What it would take, where it is not met.
+    /// What it would take, where it is not met; none where that is too far from what was run.
     pub needed: Option<Needed>,
-    /// What the scene can do without; none where nothing is right enough, and of snow.
+    /// What the scene can do without; none where nothing is right enough.
     pub terms: Vec<Term>,
+    /// How far (m) the answer moves without all that can go.
+    pub together_change: Option<f64>,
+    /// What is recommended, on the scene without what can go; none where nothing is left out.
+    pub reduced: Option<Row>,
+    /// Whether there was no time to find out what can go.
+    pub is_terms_cut: bool,
     /// The most accurate that keeps up with real time.
     pub real_time: Option<Row>,
 }
 
-/// Plans a case. `tell` is called with what is done now.
-pub fn plan(case: &Case, request: &Request, budget: &Budget, tell: &dyn Fn(&str)) -> Plan {
-    let mut plan = match &case.setup.snow {
-        Some(snow) => of_rows(of_snow(case, snow, request, budget, tell)),
-        None => of_search(case, request, budget, tell),
-    };
-    let keeps_up = |row: &Row| row.seconds.is_some_and(|seconds| seconds <= REAL_TIME);
-    plan.real_time = most_accurate(&plan.chart.rows, plan.chart.floor, keeps_up);
-    plan.chart.is_stopped = budget.is_stopped();
-    plan
+/// What the search for the cheapest came to.
+pub(super) struct Sought {
+    /// What was found, verified and run on.
+    pub(super) found: Option<Found>,
+    /// The cheapest that there was no time to verify.
+    pub(super) unverified: Option<(Row, Verified)>,
+    /// Steps of the window, and of the scene.
+    pub(super) steps: [u64; 2],
 }
 
-fn nothing(chart: Chart) -> Plan {
-    Plan {
-        searched: chart.rows.len(),
-        chart,
-        tried: Vec::new(),
-        is_met: false,
-        row: None,
-        verified: None,
-        met_until: 0.0,
-        needed: None,
-        terms: Vec::new(),
-        real_time: None,
+impl Sought {
+    /// What was found, where it runs to the end of the window within what the scene allows of its state.
+    pub(super) fn met(&self) -> Option<&Found> {
+        self.found.as_ref().filter(|found| found.reach.steps >= self.steps[0])
+    }
+}
+
+impl Plan {
+    /// Of a chart with all of its rows, what was sought, and the terms of what was found; or else the most accurate row.
+    pub(super) fn of(mut chart: Chart, sought: Sought, looked: Looked, nearest: Option<Row>) -> Self {
+        let is_met = sought.met().is_some();
+        let Looked { terms, together_change, reduced, is_cut: is_terms_cut } = looked;
+        let (reduced, reduced_reach) = reduced.unzip();
+        let (row, verified, reach) = match (sought.found, sought.unverified) {
+            (Some(found), _) => (Some(found.row), Some(found.verified), reduced_reach.or(Some(found.reach))),
+            (None, Some((row, verified))) => (Some(row), Some(verified), None),
+            (None, None) => (nearest, None, None),
+        };
+        let is_answer = |one: &&mut Row| is_met && row.as_ref().is_some_and(|row| row.stepped == one.stepped);
+        if let (Some(answer), Some(row)) = (chart.rows.iter_mut().rev().find(is_answer), &row) {
+            *answer = Row { front: true, ..row.clone() };
+        }
+        chart.is_cut |= is_terms_cut;
+        let nearest = row.as_ref().filter(|_| verified.is_none());
+        let needed = nearest.and_then(|row| needed(row, chart.tolerance));
+        Self {
+            is_met,
+            row,
+            verified,
+            reach,
+            needed,
+            terms,
+            together_change,
+            reduced,
+            is_terms_cut,
+            ..Self::nothing(chart)
+        }
+    }
+
+    /// Of a chart, without an answer.
+    pub(super) fn nothing(chart: Chart) -> Self {
+        Self {
+            searched: chart.rows.len(),
+            chart,
+            tried: Vec::new(),
+            is_met: false,
+            row: None,
+            verified: None,
+            reach: None,
+            quicker: None,
+            met_until: 0.0,
+            needed: None,
+            terms: Vec::new(),
+            together_change: None,
+            reduced: None,
+            is_terms_cut: false,
+            real_time: None,
+        }
+    }
+
+    /// The row of the scene that is written: of what is recommended, without what is left out.
+    pub fn written(&self) -> Option<&Row> {
+        self.reduced.as_ref().or(self.row.as_ref())
+    }
+
+    /// How many methods were given up for want of time: a cheaper one may be among them.
+    pub fn cut_count(&self) -> usize {
+        self.tried.iter().filter(|one| one.dropped == Some(Dropped::Time)).count()
+    }
+
+    /// At how many times runs were compared.
+    pub fn compared_at(&self) -> usize {
+        self.chart.reference.as_ref().map_or(0, |reference| reference.times.marks.len())
     }
 }
 
 /// The row of the least error among some, of equal ones the cheapest. Rows of snow are at no less than the floor (m): nothing is
 /// nearer to the truth than its reference is known to be.
-fn most_accurate(rows: &[Row], floor: f64, is_one: impl Fn(&Row) -> bool) -> Option<Row> {
+pub(super) fn most_accurate(rows: &[Row], floor: f64, is_one: impl Fn(&Row) -> bool) -> Option<Row> {
     let known = |row: &Row| {
         let error = if row.is_ranked() { row.error()? } else { floor };
         Some(Row { rms_error: Some(error), ..row.clone() })
@@ -121,102 +178,46 @@ fn most_accurate(rows: &[Row], floor: f64, is_one: impl Fn(&Row) -> bool) -> Opt
         .min_by(|a, b| error(a).total_cmp(&error(b)).then(seconds(a).total_cmp(&seconds(b))))
 }
 
-fn of_search(case: &Case, request: &Request, budget: &Budget, tell: &dyn Fn(&str)) -> Plan {
-    let mut chart = without_rows(case, request, budget, tell);
-    let Some(reference) = chart.reference.clone() else { return nothing(chart) };
-    let mut search = Search::new(case, request, &reference, chart.scan.bound);
-    if search.times.count() == 0 {
-        return nothing(chart);
-    }
-    search.go(&budget.until(SEARCH), tell);
-    let found = verified(&mut search, [&budget.until(TIMED), &budget.until(VERIFIED)], tell);
-    let row = found.as_ref().map(|(row, _)| row.clone());
-    let row = row.or_else(|| most_accurate(&search.rows, 0.0, |_| true));
-    let met_until = row.as_ref().map_or(0.0, |row| met_until(&search, row, &budget.until(VERIFIED)));
-    let terms = found.as_ref().map_or_else(Vec::new, |(row, verified)| match row.stepped {
-        Stepped::Cloth(setting) => {
-            let errors = [verified.error, request.tolerance];
-            terms(case, &setting, &search.times, errors, &budget.until(TERMS), tell)
-        }
-        Stepped::Snow(_) => Vec::new(),
-    });
-    let (rows, tried) = sorted(&search);
-    chart.is_cut |= tried.iter().any(|one| one.dropped == Some(Dropped::Time));
-    let searched = rows.len();
-    chart.rows = rows;
-    chart.rows.extend(search.verification);
-    let is_met = found.is_some();
-    let needed = row.as_ref().filter(|_| !is_met).and_then(|row| needed(row, chart.tolerance));
-    let is_answer = |one: &&mut Row| is_met && row.as_ref().is_some_and(|row| row.stepped == one.stepped);
-    if let Some(answer) = chart.rows.iter_mut().rev().find(is_answer) {
-        answer.front = true;
-    }
-    let verified = found.map(|(_, verified)| verified);
-    Plan { searched, tried, is_met, row, verified, met_until, needed, terms, ..nothing(chart) }
-}
-
-/// Rows in the order of their candidates, and what became of these.
-fn sorted(search: &Search<'_>) -> (Vec<Row>, Vec<Tried>) {
-    let of_row = |row: &Row| {
-        let is_its =
-            |one: &Candidate| (one.name(), one.precision()) == (row.stepped.name(), row.stepped.precision());
-        search.candidates.iter().position(is_its)
-    };
-    let mut order: Vec<usize> = (0..search.rows.len()).collect();
-    order.sort_by_key(|place| of_row(&search.rows[*place]));
-    let tried = search.candidates.iter().map(|one| Tried {
-        name: one.name(),
-        precision: one.precision(),
-        row: order.iter().position(|place| one.row == Some(*place)),
-        dropped: one.dropped,
-    });
-    let tried = tried.collect();
-    (order.iter().map(|place| search.rows[*place].clone()).collect(), tried)
-}
-
-/// Until when (s) a row meets the tolerance: to the end where its error does.
-fn met_until(search: &Search<'_>, row: &Row, phase: &Phase) -> f64 {
-    if row.error().is_some_and(|error| error <= search.tolerance) {
-        return search.times.end();
-    }
-    let made = run(search.case, row.stepped, &search.times, phase);
-    let pairs = made.states.iter().zip(&search.places);
-    let errors = pairs.map(|(found, place)| search.case.rms(found, &search.reference.states[*place]));
-    let count = errors.take_while(|error| *error <= search.tolerance).count();
-    search.times.marks[..count].last().map_or(0.0, |mark| search.times.time(*mark))
-}
-
-/// What it would take by the order of a row: of snow, cells by order 1.
+/// What it would take by the order of a row: of snow, cells by order 1. None where steps or cells are more than four halvings away from
+/// those of the row.
 fn needed(row: &Row, tolerance: f64) -> Option<Needed> {
     let (error, seconds) = (row.error()?, row.seconds?);
     let ratio = RIGHT * tolerance / error;
-    Some(match row.stepped {
+    match row.stepped {
         Stepped::Cloth(setting) => {
-            let shorter = ratio.powf(setting.method.order(1.0).recip());
-            Needed { dt: row.dt * shorter, cell: None, seconds: seconds / shorter }
+            let shorter = shorter(ratio, setting.method.order(1.0))?;
+            Some(Needed { dt: row.dt * shorter, cell: None, seconds: seconds / shorter })
         }
         Stepped::Snow(setting) => {
-            let (dt, cell) = (row.dt * ratio, Some(setting.cell * ratio));
-            Needed { dt, cell, seconds: seconds / ratio.powi(SNOW) }
+            let shorter = shorter(ratio, 1.0)?;
+            let (dt, cell) = (row.dt * shorter, Some(setting.cell * shorter));
+            Some(Needed { dt, cell, seconds: seconds / shorter.powi(SNOW) })
         }
-    })
+    }
 }
 
-/// The plan of a chart of snow: its settings on the scene's cells. What its reference does not know is no promise.
-fn of_rows(mut chart: Chart) -> Plan {
-    let rows = &chart.rows;
-    let cell = rows.iter().find(|row| row.own).and_then(|row| row.stepped.cell());
-    let is_on_cells = |row: &&Row| row.stepped.cell() == cell && !row.own;
-    let is_right = |row: &&Row| row.error().is_some_and(|error| error + chart.floor <= chart.tolerance);
-    let seconds = |row: &Row| row.seconds.unwrap_or(f64::INFINITY);
-    let right = rows.iter().filter(is_on_cells).filter(is_right);
-    let found = right.min_by(|a, b| seconds(a).total_cmp(&seconds(b))).cloned();
-    let is_met = found.is_some();
-    let row = found.or_else(|| most_accurate(rows, chart.floor, |row| row.stepped.cell() == cell));
-    let needed = row.as_ref().filter(|_| !is_met).and_then(|row| needed(row, chart.tolerance));
-    let met_until = if is_met { chart.until() } else { 0.0 };
-    for one in &mut chart.rows {
-        one.front = is_met && row.as_ref().is_some_and(|row| row.stepped == one.stepped);
+/// The share of a length that leaves this share of an error, by an order; none where it is too small to be told, or no share.
+fn shorter(ratio: f64, order: f64) -> Option<f64> {
+    Some(ratio.powf(order.recip())).filter(|shorter| (FARTHEST..1.0).contains(shorter))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn steps_that_are_more_than_four_halvings_away_are_not_told() {
+        for (ratio, order, expected) in [
+            (0.25, 2.0, Some(0.5)),
+            (1.0 / 256.0, 2.0, Some(1.0 / 16.0)),
+            (1.0 / 257.0, 2.0, None),
+            (0.5, 1.0, Some(0.5)),
+            (0.05, 1.0, None),
+            (0.0, 1.0, None),
+            (f64::INFINITY, 1.0, None),
+            (f64::NAN, 2.0, None),
+        ] {
+            assert_eq!(shorter(ratio, order), expected, "{ratio} by order {order}");
+        }
     }
-    Plan { is_met, row, met_until, needed, ..nothing(chart) }
 }

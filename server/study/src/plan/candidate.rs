@@ -1,11 +1,14 @@
 //! A method in a precision on the way to a plan: its steps are halved until it is right enough, or dropped with a reason.
 
-use nappe_sim::{cloth::Minimizer, math::Precision};
+use nappe_sim::{cloth::Minimizer, math::Precision, snow::Kernel};
 
 use crate::{
+    halved::F64_COST,
     method::Method,
     row::Row,
     setting::{Setting, Steps},
+    snow_chart::CUBIC,
+    stepped::Stepped,
 };
 
 /// Errors per step of methods whose steps are controlled, as shares of the tolerance: ten steps of the first are as far off as
@@ -18,6 +21,9 @@ const FALLS: f64 = 0.5;
 const STAYS: f64 = 0.8;
 /// How often the time step of a scene is halved, at most: it is divided into 10 000 at most.
 const HALVINGS: u32 = 13;
+const MOST_PARTS: u32 = 10_000;
+/// Errors per step (m) that a scene can ask for.
+const STEP_TOLERANCES: std::ops::RangeInclusive<f64> = 1e-12..=1e3;
 
 /// Why a candidate was given up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,7 +36,7 @@ pub enum Dropped {
     Flat,
     /// It has no shorter steps.
     Shortest,
-    /// The time was over.
+    /// There was no time for its next row.
     Time,
 }
 
@@ -42,7 +48,7 @@ impl Dropped {
             Self::Fails => "three steps in a row fail",
             Self::Flat => "its error no longer falls",
             Self::Shortest => "it has no shorter steps",
-            Self::Time => "the time was over",
+            Self::Time => "out of time",
         }
     }
 }
@@ -86,9 +92,25 @@ const fn least(method: Method) -> f64 {
     }
 }
 
-/// What a row took, in evaluations and products of f64.
-pub(super) fn cost(row: &Row, method: Method) -> f64 {
-    weight(method, row.stepped.precision()) * row.count() as f64
+/// What a row took, in evaluations and products of f64; of snow in steps by the quadratic kernel in f32.
+pub(super) fn cost(row: &Row) -> f64 {
+    let weight = match row.stepped {
+        Stepped::Cloth(setting) => weight(setting.method, setting.precision),
+        Stepped::Snow(setting) => {
+            let precision = if setting.precision == Precision::F64 { F64_COST } else { 1.0 };
+            precision * if setting.variant.kernel == Kernel::Cubic { CUBIC } else { 1.0 }
+        }
+    };
+    weight * row.count() as f64
+}
+
+/// Whether a scene can ask for such steps.
+pub(super) fn can_be_asked(steps: Steps) -> bool {
+    match steps {
+        Steps::Fixed(parts) => (1..=MOST_PARTS).contains(&parts),
+        Steps::Controlled(tolerance) => STEP_TOLERANCES.contains(&tolerance),
+        Steps::Divided(_) | Steps::Certified(_) | Steps::Own => false,
+    }
 }
 
 impl Candidate {
@@ -139,11 +161,12 @@ impl Candidate {
     /// The setting of its next row for a tolerance (m); none where there is none.
     pub(super) fn setting(&self, tolerance: f64) -> Option<Setting> {
         let steps = if self.is_controlled {
-            Steps::Controlled(0.1 * tolerance * CONTROLLED.get(self.next as usize)?)
+            let longest = 0.1 * tolerance.min(*STEP_TOLERANCES.end());
+            Steps::Controlled(longest * CONTROLLED.get(self.next as usize)?)
         } else {
             (self.next <= HALVINGS).then(|| Steps::Fixed(1 << self.next))?
         };
-        Some(Setting::new(self.method, self.precision, steps))
+        can_be_asked(steps).then(|| Setting::new(self.method, self.precision, steps))
     }
 
     /// Takes note of its next row, which stands at a place among all: its error is to be at most `right` (m).
@@ -151,7 +174,7 @@ impl Candidate {
         self.next += 1;
         // Solves take fewer iterations when steps are shorter; controlled steps are longer by far less.
         let growth = if self.is_controlled || self.method.integrator.is_implicit() { 1.3 } else { 2.0 };
-        let cost = cost(row, self.method);
+        let cost = cost(row);
         self.cost = self.cost.max(growth * cost);
         self.expected = self.cost;
         let Some(error) = row.error() else {

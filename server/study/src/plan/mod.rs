@@ -1,15 +1,22 @@
 //! The cheapest setting that is right enough for a scene.
 //!
-//! Enters: a case and a tolerance. Leaves: a setting as a scene can ask for it, verified until the predictability horizon
-//! of the scene; or what it would take. A plan is a chart that looks only where it must. Modules in reading order:
+//! Enters: a case, what its scene knows of its terms, and a tolerance. Leaves: a setting as a scene can ask for it, verified until the
+//! predictability horizon of the scene and run to its end; or what it would take. A plan is a chart that looks only where it must. Modules
+//! in reading order:
 
 mod candidate;
 mod search;
 mod verify;
+mod reach;
 mod terms;
 mod answer;
+mod of_cloth;
+mod of_snow;
+mod planned;
 
-pub use answer::{Needed, Plan, Tried, plan};
+pub use answer::{Needed, Plan, Tried};
 pub use candidate::Dropped;
-pub use terms::{Removal, Term, without};
+pub use planned::plan;
+pub use reach::{Reach, ReachEnd};
+pub use terms::{SceneTerms, Term, Terms};
 pub use verify::Verified;

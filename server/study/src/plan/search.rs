@@ -13,7 +13,6 @@ use crate::{
     row::{Outcome, Row},
     run::run_within,
     setting::Setting,
-    stepped::Stepped,
     times::Times,
 };
 
@@ -86,10 +85,12 @@ impl<'a> Search<'a> {
             let candidate = &mut self.candidates[place];
             candidate.note(&row, self.rows.len(), RIGHT * self.tolerance);
             if row.outcome == Outcome::Stopped {
-                candidate.dropped = Some(if row.count() > most { Dropped::Costly } else { Dropped::Time });
+                candidate.dropped = Some(Dropped::Time);
+            } else if row.outcome == Outcome::Costly {
+                candidate.dropped = Some(Dropped::Costly);
             }
             if candidate.is_right {
-                best = best.min(cost(&row, setting.method));
+                best = best.min(cost(&row));
             }
             self.rows.push(row);
         }
@@ -117,13 +118,9 @@ impl<'a> Search<'a> {
 
     /// Rows that are right enough, the cheapest first.
     pub(super) fn right(&self) -> Vec<usize> {
-        let cost_of = |row: &Row| match row.stepped {
-            Stepped::Cloth(setting) => cost(row, setting.method),
-            Stepped::Snow(_) => row.count() as f64,
-        };
         let mut right: Vec<usize> =
             self.candidates.iter().filter(|one| one.is_right).filter_map(|one| one.row).collect();
-        right.sort_by(|a, b| cost_of(&self.rows[*a]).total_cmp(&cost_of(&self.rows[*b])));
+        right.sort_by(|a, b| cost(&self.rows[*a]).total_cmp(&cost(&self.rows[*b])));
         right
     }
 }

@@ -1,47 +1,51 @@
 //! What a scene can do without: each of its terms removed in turn, and how far that moves the answer.
 
-use nappe_sim::{
-    cloth::{ElementKind, Network, SpringKind},
-    collide::Collider,
-    math::Precision,
-    world::{BodySetup, WorldSetup},
-};
-
+use super::reach::{Reach, ReachEnd, reach};
 use crate::{
     budget::Phase,
     case::Case,
-    row::median_seconds,
+    reference::Reference,
+    row::{Row, median_seconds},
     run::{End, Run, run},
     setting::Setting,
+    snow::SnowSetting,
+    stepped::Stepped,
     times::Times,
+    variant::Variant,
 };
 
-/// The least share of the time that counts as saved, where terms are put in order.
-const LEAST_SAVING: f64 = 0.01;
-
-/// A part of what a scene states that can be removed.
+/// Whether what can go is left out of the scene that is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Removal {
-    /// All springs of a kind.
-    Springs(SpringKind),
-    /// The damping of all springs of a kind.
-    Damping(SpringKind),
-    /// Elements of a law of a body, which is known by its place.
-    Elements(usize, ElementKind),
-    /// The damping of elements of a law of a body.
-    ElementDamping(usize, ElementKind),
-    /// Drag of the medium on all bodies.
-    Drag,
-    /// The motion of the medium.
-    Wind,
-    /// A collider, by its place.
-    Collider(usize),
-    /// The friction of a collider.
-    Friction(usize),
-    /// The restitution of a collider.
-    Restitution(usize),
-    /// Half of the digits: f64 becomes f32.
-    Digits,
+pub enum Terms {
+    /// All of them stay.
+    Kept,
+    /// Those that can go together are left out.
+    LeftOut,
+}
+
+/// What a scene knows of its terms, which has its text.
+#[derive(Clone, Copy)]
+pub struct SceneTerms<'a> {
+    /// Names of the terms, in words, of the scene that is written with a setting.
+    pub names: &'a (dyn Fn(&Stepped) -> Vec<String> + Sync),
+    /// The case of that scene without some of them, by their places among the names.
+    pub without: &'a (dyn Fn(&Stepped, &[usize]) -> Result<Case, String> + Sync),
+    /// Whether what can go is left out.
+    pub wanted: Terms,
+}
+
+impl SceneTerms<'_> {
+    /// Of a scene of which no term can be removed.
+    pub const NONE: SceneTerms<'static> =
+        SceneTerms { names: &no_names, without: &nothing_without, wanted: Terms::Kept };
+}
+
+fn no_names(_: &Stepped) -> Vec<String> {
+    Vec::new()
+}
+
+fn nothing_without(_: &Stepped, _: &[usize]) -> Result<Case, String> {
+    Err("the scene has no terms".to_owned())
 }
 
 /// A term of a scene, and what becomes of the answer without it.
@@ -49,206 +53,225 @@ pub enum Removal {
 pub struct Term {
     /// In words: `springs of bend`, `friction of table`.
     pub name: String,
-    /// What is removed.
-    pub removal: Removal,
-    /// How far (m) the answer moves: the largest over the comparison times of the rms distance; none where a run without it
-    /// fails.
+    /// Its place among the terms of the scene.
+    pub place: usize,
+    /// How far (m) the answer moves: the largest over the comparison times of the rms distance; none where a run without it fails,
+    /// and where there was no time for one.
     pub change: Option<f64>,
+    /// Why a run without it fails.
+    pub failure: Option<String>,
     /// The share of evaluations and products that is saved.
-    pub saved_counts: f64,
+    pub saved_counts: Option<f64>,
     /// The share of seconds that is saved.
-    pub saving: f64,
-    /// Whether the answer moves by more than the tolerance leaves.
+    pub saving: Option<f64>,
+    /// Whether it was looked at; there was no time otherwise.
+    pub is_looked_at: bool,
+    /// Whether the answer moves by more than the tolerance leaves, as far as is known.
     pub is_needed: bool,
     /// Whether it is among those that can go together.
     pub is_left_out: bool,
 }
 
-/// Terms of the cloths of a setup. A field that is added later does not compile here until it is, or has, a term.
-fn removals(setup: &WorldSetup, precision: Precision) -> Vec<(String, Removal)> {
-    let WorldSetup { dt: _, gravity: _, wind, colliders, bodies, snow: _ } = setup;
-    let mut found = Vec::new();
-    let has = |is_one: &dyn Fn(&Network) -> bool| bodies.iter().any(|body| is_one(&body.network));
-    for kind in SpringKind::ALL {
-        let is_kind = |network: &Network| network.springs.iter().any(|spring| spring.kind == kind);
-        let is_damped =
-            |network: &Network| network.springs.iter().any(|s| s.kind == kind && s.law.damping > 0.0);
-        let name = kind.name();
-        if kind != SpringKind::Stretch && has(&is_kind) {
-            found.push((format!("springs of {name}"), Removal::Springs(kind)));
-        }
-        if has(&is_damped) {
-            found.push((format!("damping of {name}"), Removal::Damping(kind)));
-        }
-    }
-    let mut has_drag = false;
-    for (place, BodySetup { name, network, settings: _ }) in bodies.iter().enumerate() {
-        let Network { x: _, v: _, masses: _, pins: _, springs: _, elements, drag, triangles: _, uv: _ } =
-            network;
-        has_drag |= *drag > 0.0;
-        for list in elements {
-            let kind = list.kind.name();
-            found.push((format!("{kind} of {name}"), Removal::Elements(place, list.kind)));
-            if list.law.damping > 0.0 {
-                found.push((
-                    format!("damping of {kind} of {name}"),
-                    Removal::ElementDamping(place, list.kind),
-                ));
-            }
-        }
-    }
-    if has_drag {
-        found.push(("drag".to_owned(), Removal::Drag));
-        if wind.iter().any(|c| *c != 0.0) {
-            found.push(("wind".to_owned(), Removal::Wind));
-        }
-    }
-    for (place, collider) in colliders.iter().enumerate() {
-        let Collider {
-            name,
-            shape: _,
-            velocity: _,
-            friction,
-            restitution,
-            margin: _,
-            contact: _,
-            recovery: _,
-            on_start_inside: _,
-        } = collider;
-        found.push((format!("collider {name}"), Removal::Collider(place)));
-        if *friction > 0.0 {
-            found.push((format!("friction of {name}"), Removal::Friction(place)));
-        }
-        if *restitution > 0.0 {
-            found.push((format!("restitution of {name}"), Removal::Restitution(place)));
-        }
-    }
-    if precision == Precision::F64 {
-        found.push(("f64: half of its digits".to_owned(), Removal::Digits));
-    }
-    found
+/// What is recommended for a case, of which terms are removed.
+pub(super) struct Recommended<'a> {
+    pub(super) case: &'a Case,
+    pub(super) stepped: Stepped,
+    /// The reference, the times at which runs are compared, and their places in the reference.
+    pub(super) reference: &'a Reference,
+    pub(super) times: &'a Times,
+    pub(super) places: &'a [usize],
+    /// Its error, and what is allowed (m).
+    pub(super) error: f64,
+    pub(super) tolerance: f64,
+    /// Steps of the window, and of the scene.
+    pub(super) steps: [u64; 2],
+    /// How far it runs.
+    pub(super) reach: &'a Reach,
 }
 
-/// A setup without some of its terms: removed, and not set to 0 where that costs what it cost before.
-#[must_use]
-pub fn without(setup: &WorldSetup, removals: &[Removal]) -> WorldSetup {
-    let mut left = setup.clone();
-    // Places are those of the whole scene.
-    let is_kept = |removal: Removal| !removals.contains(&removal);
-    for removal in removals {
-        let bodies = left.bodies.iter_mut();
-        match *removal {
-            Removal::Damping(kind) => {
-                let springs = bodies.flat_map(|body| &mut body.network.springs);
-                springs.filter(|spring| spring.kind == kind).for_each(|spring| spring.law.damping = 0.0);
-            }
-            Removal::ElementDamping(body, kind) => {
-                let elements = left.bodies[body].network.elements.iter_mut();
-                elements.filter(|list| list.kind == kind).for_each(|list| list.law.damping = 0.0);
-            }
-            Removal::Drag => bodies.for_each(|body| body.network.drag = 0.0),
-            Removal::Wind => left.wind = [0.0; 3],
-            Removal::Friction(place) => left.colliders[place].friction = 0.0,
-            Removal::Restitution(place) => left.colliders[place].restitution = 0.0,
-            Removal::Springs(kind) => {
-                bodies.for_each(|body| body.network.springs.retain(|spring| spring.kind != kind));
-            }
-            Removal::Elements(..) | Removal::Collider(_) | Removal::Digits => {}
-        }
-    }
-    for (place, body) in left.bodies.iter_mut().enumerate() {
-        body.network.elements.retain(|list| is_kept(Removal::Elements(place, list.kind)));
-    }
-    let mut place = 0;
-    left.colliders.retain(|_| {
-        place += 1;
-        is_kept(Removal::Collider(place - 1))
-    });
-    left
+/// What was found of the terms of a case.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Looked {
+    pub(super) terms: Vec<Term>,
+    /// How far (m) the answer moves without all that can go.
+    pub(super) together_change: Option<f64>,
+    /// The row of the case without them, and how far it runs; where they are left out.
+    pub(super) reduced: Option<(Row, Reach)>,
+    /// Whether there was no time to find out what can go.
+    pub(super) is_cut: bool,
 }
 
-/// A run without some terms.
-fn run_without(case: &Case, setting: &Setting, times: &Times, removals: &[Removal], phase: &Phase) -> Run {
-    let mut left = case.clone();
-    left.setup = without(&case.setup, removals);
-    let is_halved = removals.contains(&Removal::Digits);
-    let precision = if is_halved { Precision::F32 } else { setting.precision };
-    run(&left, &Setting { precision, ..*setting }, times, phase)
+/// Several terms that can go together.
+struct Together {
+    /// How far (m) the answer moves without them.
+    change: f64,
+    reduced: Option<(Row, Reach)>,
 }
 
-/// How far (m) a run is from another that reached the end; none where it did not.
-fn change(case: &Case, whole: &Run, left: &Run) -> Option<f64> {
-    (left.end == End::Reached).then(|| {
-        let pairs = whole.states.iter().zip(&left.states);
-        pairs.map(|(whole, left)| case.rms(whole, left)).fold(0.0, f64::max)
-    })
-}
+/// There was no time for a run.
+struct Cut;
 
-/// The terms of a case that is run by a setting, whose error (m) leaves the rest of a tolerance (m); what is not run when a phase
-/// is over has no change, and is needed.
+/// The terms of what is recommended, and which of them can go together: those that move the answer least, as many as move it by less
+/// than what the error leaves of the tolerance. Where one was not looked at, nothing can go.
 pub(super) fn terms(
-    case: &Case,
-    setting: &Setting,
-    times: &Times,
-    [error, tolerance]: [f64; 2],
+    recommended: &Recommended<'_>,
+    scene: &SceneTerms<'_>,
     phase: &Phase,
     tell: &dyn Fn(&str),
-) -> Vec<Term> {
-    let whole = run(case, setting, times, phase);
-    if whole.end != End::Reached {
-        return Vec::new();
+) -> Looked {
+    let names = (scene.names)(&recommended.stepped);
+    let mut looked = Looked::default();
+    if names.is_empty() {
+        return looked;
     }
-    let seconds = |run: &Run| median_seconds(&run.seconds).unwrap_or(f64::INFINITY);
-    let counts = |run: &Run| (run.work.force_evaluations + run.work.matrix_products) as f64;
-    let allowed = tolerance - error;
-    let mut terms = Vec::new();
-    for (name, removal) in removals(&case.setup, setting.precision) {
-        if phase.is_over() {
-            break;
-        }
+    let whole = run(recommended.case, recommended.stepped, recommended.times, phase);
+    for (place, name) in names.into_iter().enumerate() {
         tell(&format!("without {name}"));
-        let left = run_without(case, setting, times, &[removal], phase);
-        let change = change(case, &whole, &left);
-        terms.push(Term {
-            name,
-            removal,
-            change,
-            saved_counts: 1.0 - counts(&left) / counts(&whole),
-            saving: 1.0 - seconds(&left) / seconds(&whole),
-            is_needed: change.is_none_or(|change| change >= allowed),
-            is_left_out: false,
-        });
+        looked.terms.push(recommended.without((place, name), scene, &whole, phase));
     }
-    let together = together(case, setting, (times, &whole), &terms, allowed, phase);
-    for term in &mut terms {
-        term.is_left_out = together.contains(&term.removal);
+    looked.is_cut = looked.terms.iter().any(|term| !term.is_looked_at);
+    let mut small: Vec<(usize, f64)> = looked
+        .terms
+        .iter()
+        .filter(|term| !term.is_needed)
+        .filter_map(|term| Some((term.place, term.change?)))
+        .collect();
+    small.sort_by(|(_, a), (_, b)| a.total_cmp(b));
+    let mut places: Vec<usize> = small.into_iter().map(|(place, _)| place).collect();
+    while !looked.is_cut && !places.is_empty() {
+        tell("without all that can go");
+        match recommended.together(&places, scene, &whole, phase) {
+            Ok(Some(Together { change, reduced })) => {
+                (looked.together_change, looked.reduced) = (Some(change), reduced);
+                looked.terms.iter_mut().for_each(|term| term.is_left_out = places.contains(&term.place));
+                break;
+            }
+            Ok(None) => {
+                places.pop();
+            }
+            Err(Cut) => looked.is_cut = true,
+        }
     }
-    terms
+    looked
 }
 
-/// Terms that move the answer by less than what is allowed (m) when all of them are removed: those that move it least for what
-/// they save, as many as are.
-fn together(
-    case: &Case,
-    setting: &Setting,
-    (times, whole): (&Times, &Run),
-    terms: &[Term],
-    allowed: f64,
-    phase: &Phase,
-) -> Vec<Removal> {
-    let mut small: Vec<&Term> = terms.iter().filter(|term| !term.is_needed).collect();
-    let price = |term: &Term| term.change.unwrap_or(f64::INFINITY) / term.saving.max(LEAST_SAVING);
-    small.sort_by(|a, b| price(a).total_cmp(&price(b)));
-    let mut removals: Vec<Removal> = small.iter().map(|term| term.removal).collect();
-    while !removals.is_empty() {
-        let left = run_without(case, setting, times, &removals, phase);
-        if change(case, whole, &left).is_some_and(|change| change < allowed) {
-            break;
+impl Recommended<'_> {
+    /// The case without some terms, and how it is stepped: by the same setting, but for what is removed of it.
+    fn left(&self, places: &[usize], scene: &SceneTerms<'_>) -> Result<(Case, Stepped), String> {
+        let left = (scene.without)(&self.stepped, places)?;
+        if left.particle_count() != self.case.particle_count() {
+            return Err("without it the scene has another number of particles".to_owned());
         }
-        removals.pop();
-        if phase.is_over() {
-            removals.clear();
+        let stepped = match self.stepped {
+            Stepped::Cloth(setting) => Stepped::Cloth(Setting { precision: left.precision, ..setting }),
+            Stepped::Snow(setting) => {
+                let own = left.setup.snow.as_ref().map(|snow| Variant::of(&snow.settings));
+                let variant = own.unwrap_or(setting.variant);
+                Stepped::Snow(SnowSetting { precision: left.precision, variant, ..setting })
+            }
+        };
+        Ok((left, stepped))
+    }
+
+    /// How far (m) a run is from that of the whole case.
+    fn change(&self, whole: &Run, left: &Run) -> f64 {
+        let pairs = whole.states.iter().zip(&left.states);
+        // What is not a number is no answer.
+        let distance = |(whole, left): (&Vec<f64>, &Vec<f64>)| {
+            let distance = self.case.rms(whole, left);
+            if distance.is_nan() { f64::INFINITY } else { distance }
+        };
+        pairs.map(distance).fold(0.0, f64::max)
+    }
+
+    /// What the error leaves of the tolerance (m).
+    fn allowed(&self) -> f64 {
+        self.tolerance - self.error
+    }
+
+    /// The case without a term.
+    fn without(
+        &self,
+        (place, name): (usize, String),
+        scene: &SceneTerms<'_>,
+        whole: &Run,
+        phase: &Phase,
+    ) -> Term {
+        let unknown = Term {
+            name,
+            place,
+            change: None,
+            failure: None,
+            saved_counts: None,
+            saving: None,
+            is_looked_at: false,
+            is_needed: true,
+            is_left_out: false,
+        };
+        if whole.end != End::Reached || phase.is_over() {
+            return unknown;
+        }
+        let failed =
+            |unknown: Term, cause: String| Term { failure: Some(cause), is_looked_at: true, ..unknown };
+        let made = match self.left(&[place], scene) {
+            Ok((case, stepped)) => run(&case, stepped, self.times, phase),
+            Err(cause) => return failed(unknown, cause),
+        };
+        match &made.end {
+            End::Stopped | End::Costly => unknown,
+            End::Failed(failure) => failed(unknown, failure.cause.clone()),
+            End::Reached => {
+                let change = self.change(whole, &made);
+                let counts = |run: &Run| (run.work.force_evaluations + run.work.matrix_products) as f64;
+                let seconds = [&made, whole].map(|run| median_seconds(&run.seconds));
+                let saved =
+                    |left: f64, whole: f64| Some(1.0 - left / whole).filter(|share| share.is_finite());
+                Term {
+                    change: Some(change),
+                    saved_counts: saved(counts(&made), counts(whole)),
+                    saving: seconds[0].zip(seconds[1]).and_then(|(left, whole)| saved(left, whole)),
+                    is_looked_at: true,
+                    is_needed: change >= self.allowed(),
+                    ..unknown
+                }
+            }
         }
     }
-    removals
+
+    /// The case without several terms; none where it fails, moves too far, or ends earlier. Where they are left out, it is also run on
+    /// as a scene.
+    fn together(
+        &self,
+        places: &[usize],
+        scene: &SceneTerms<'_>,
+        whole: &Run,
+        phase: &Phase,
+    ) -> Result<Option<Together>, Cut> {
+        if phase.is_over() {
+            return Err(Cut);
+        }
+        let Ok((case, stepped)) = self.left(places, scene) else { return Ok(None) };
+        let made = run(&case, stepped, self.times, phase);
+        match made.end {
+            End::Stopped | End::Costly => return Err(Cut),
+            End::Failed(_) => return Ok(None),
+            End::Reached => {}
+        }
+        let change = self.change(whole, &made);
+        if change >= self.allowed() {
+            return Ok(None);
+        }
+        if scene.wanted == Terms::Kept {
+            return Ok(Some(Together { change, reduced: None }));
+        }
+        let row = Row::new(&case, stepped, &made, (self.reference, self.places));
+        if row.error().is_none_or(|error| error > self.tolerance) {
+            return Ok(None);
+        }
+        let reach = reach(&case, stepped, self.steps, phase);
+        if matches!(reach.end, ReachEnd::Failed(_)) && reach.steps < self.reach.steps {
+            return Ok(None);
+        }
+        Ok(Some(Together { change, reduced: Some((row, reach)) }))
+    }
 }

@@ -1,21 +1,32 @@
-//! The cheapest setting looked at again: timed beside the next two, with the longest step that is right enough, and with half of it.
+//! A setting that is right enough looked at again: the longest step that is right enough, half of that, and the seconds of the next two.
 
-use super::search::{RIGHT, Search};
+use nappe_sim::math::Precision;
+
+use super::{
+    candidate::{can_be_asked, cost},
+    search::{RIGHT, Search},
+};
 use crate::{
     budget::Phase,
-    row::Row,
+    case::Case,
+    row::{Outcome, Row},
     setting::{Setting, Steps},
     stepped::Stepped,
+    times::Times,
     timing,
 };
 
-/// Rows that are timed in turn, and how many times the evaluations and products of the cheapest they take at most.
+/// Rows that are timed in turn, and how many times the cost of the cheapest they have at most.
 const TIMED: usize = 3;
 const NEAR: f64 = 1.5;
-/// Seconds that differ by less decide nothing: counts do.
-const TIE: f64 = 1.1;
+/// Share of the seconds of what is recommended below which another is quicker.
+const QUICKER: f64 = 0.9;
+/// How much longer the steps of controlled methods are at least, for another run to be worth it.
+const LONGER: f64 = 1.1;
 /// Share of the tolerance that a step between two others may be off by: it was looked for at [`RIGHT`].
 const ALMOST: f64 = 0.8;
+/// Share of the tolerance below which errors show no order: the reference is not known as well.
+const NOTHING: f64 = 0.01;
 /// How many times as large the error per step of the row before is, where steps are controlled.
 const BETWEEN: f64 = 3.0;
 /// Orders that two rows can show.
@@ -32,56 +43,60 @@ const TRIES: u32 = 2;
 pub struct Verified {
     /// Its error (m), run as a scene runs it over the whole window.
     pub error: f64,
-    /// The same with half the step; none where there was no time for it.
+    /// The same with half the step; none where such a run failed, or there was no time for it.
     pub half_step_error: Option<f64>,
-    /// The order that both show.
+    /// The order that both show; none where both are next to nothing, and of snow.
     pub order: Option<f64>,
-    /// Whether the error falls as the order of the method says.
+    /// Whether the error falls as the order of the method says; of snow, whether it falls.
     pub is_asymptotic: bool,
     /// How often its step was halved because that of longer ones did not.
     pub halvings: u32,
+    /// Whether half the step was not run to its end for want of time.
+    pub is_cut: bool,
 }
 
-/// The row to be recommended among those that are right enough, verified, with half the steps: the first that is within the
-/// tolerance after that; none without any.
-pub(super) fn verified(
-    search: &mut Search<'_>,
-    [timed, rest]: [&Phase; 2],
-    tell: &dyn Fn(&str),
-) -> Option<(Row, Verified)> {
-    let mut right = search.right();
-    let count = |place: usize| search.rows[place].count() as f64;
-    let most = right.first().map_or(0.0, |place| NEAR * count(*place));
-    let is_near = |place: &usize| count(*place) <= most;
-    let mut later: Vec<usize> = right.extract_if(.., |place| !is_near(place)).collect();
-    later.splice(..0, right.drain(TIMED.min(right.len())..));
-    tell("timing the cheapest in turn");
-    let mut rows: Vec<Row> =
-        right.iter().map(|place| Row { front: true, ..search.rows[*place].clone() }).collect();
-    timing::again(search.case, &mut rows, &search.times, timed);
-    for (place, row) in right.iter().zip(&rows) {
-        search.rows[*place] = Row { front: false, ..row.clone() };
+impl Verified {
+    /// Of an error (m), and of nothing else yet.
+    pub(super) const fn new(error: f64) -> Self {
+        Self { error, half_step_error: None, order: None, is_asymptotic: false, halvings: 0, is_cut: false }
     }
-    if let Some(best) = cheapest(&rows) {
-        rows[..=best].rotate_right(1);
-    }
-    rows.extend(later.iter().map(|place| search.rows[*place].clone()));
-    tell("verifying the cheapest with half its step");
-    let tolerance = search.tolerance;
-    let mut verified = rows.into_iter().map(|row| {
-        let row = longest(search, row, rest);
-        halved(search, row, rest)
-    });
-    // An error that was small by chance may be large with half the step.
-    verified.find(|(_, verified)| verified.error <= tolerance)
 }
 
-/// The place of the row that takes the fewest seconds; of those within a tenth of them that of the one that takes the fewest
-/// counts, which rows are sorted by.
-fn cheapest(rows: &[Row]) -> Option<usize> {
-    let seconds = |row: &Row| row.seconds.unwrap_or(f64::INFINITY);
-    let least = rows.iter().map(seconds).fold(f64::INFINITY, f64::min);
-    rows.iter().position(|row| seconds(row) <= TIE * least)
+/// A row that is right enough with the longest step that is, verified with half of it.
+pub(super) fn verified(search: &mut Search<'_>, row: Row, phase: &Phase) -> (Row, Verified) {
+    let row = longest(search, row, phase);
+    halved(search, row, phase)
+}
+
+/// Times a row in turn with the next two among others, whose places are in the order of their cost; gives the quickest of them where
+/// it takes less than nine tenths of the seconds.
+pub(super) fn quicker(
+    (case, times): (&Case, &Times),
+    row: &mut Row,
+    others: &mut [Row],
+    places: &[usize],
+    phase: &Phase,
+) -> Option<Row> {
+    let (own, most) = (method(row), NEAR * cost(row));
+    let is_other = |place: &usize| method(&others[*place]) != own && cost(&others[*place]) <= most;
+    let places: Vec<usize> = places.iter().copied().filter(is_other).take(TIMED - 1).collect();
+    let all = std::iter::once(&*row).chain(places.iter().map(|place| &others[*place]));
+    let mut timed: Vec<Row> = all.map(|row| Row { front: true, ..row.clone() }).collect();
+    timing::again(case, &mut timed, times, phase);
+    (row.seconds, row.minimum_seconds) = (timed[0].seconds, timed[0].minimum_seconds);
+    for (place, timed) in places.iter().zip(&timed[1..]) {
+        let (seconds, minimum_seconds) = (timed.seconds, timed.minimum_seconds);
+        others[*place] = Row { seconds, minimum_seconds, ..others[*place].clone() };
+    }
+    let limit = QUICKER * row.seconds?;
+    let seconds = |place: &usize| others[*place].seconds.unwrap_or(f64::INFINITY);
+    let quickest = places.iter().min_by(|a, b| seconds(a).total_cmp(&seconds(b)))?;
+    (seconds(quickest) < limit).then(|| others[*quickest].clone())
+}
+
+/// The method of a row, in its precision.
+fn method(row: &Row) -> (String, Precision) {
+    (row.stepped.name(), row.stepped.precision())
 }
 
 /// The row with the longest step that is right enough: between it and the one before, by the order that both show; controlled
@@ -98,11 +113,12 @@ fn longest(search: &mut Search<'_>, row: Row, phase: &Phase) -> Row {
         }
         Steps::Controlled(tolerance) => {
             let longer = ratio.powf(1.0 + setting.method.order(0.0).recip()).min(BETWEEN);
-            (longer > TIE).then_some(Steps::Controlled(longer * tolerance))
+            (longer > LONGER).then_some(Steps::Controlled(longer * tolerance))
         }
         Steps::Divided(_) | Steps::Certified(_) | Steps::Own => None,
     };
-    let Some(steps) = longer.filter(|_| !phase.is_over()) else { return row };
+    let wanted = longer.filter(|steps| can_be_asked(*steps) && !phase.is_over());
+    let Some(steps) = wanted else { return row };
     let longer = search.verify(Setting { steps, ..setting }, phase);
     if longer.error().is_some_and(|error| error <= ALMOST * search.tolerance) { longer } else { row }
 }
@@ -132,32 +148,31 @@ fn finer(row: &Row) -> Option<Setting> {
 
 /// The row, or one with half or a quarter of its step, whose error falls as it should under half of it.
 fn halved(search: &mut Search<'_>, mut row: Row, phase: &Phase) -> (Row, Verified) {
-    let error = row.error().unwrap_or(f64::INFINITY);
-    let mut verified =
-        Verified { error, half_step_error: None, order: None, is_asymptotic: false, halvings: 0 };
+    let mut verified = Verified::new(row.error().unwrap_or(f64::INFINITY));
     for attempt in 0..=TRIES {
-        let Some(setting) = finer(&row).filter(|_| !phase.is_over()) else { break };
+        let Some(setting) = finer(&row) else { break };
+        if phase.is_over() {
+            verified.is_cut = true;
+            break;
+        }
         let half = search.verify(setting, phase);
+        verified.is_cut = half.outcome == Outcome::Stopped;
         let Some(smaller) = half.error() else { break };
         let ratio = verified.error / smaller;
-        (verified.half_step_error, verified.order) = (Some(smaller), Some(ratio.log2()));
         // With damping an order may be lost.
         let share = match setting.steps {
             Steps::Controlled(_) => ASYMPTOTIC_CONTROLLED,
             _ => ASYMPTOTIC,
         };
-        verified.is_asymptotic = ratio >= share * setting.method.order(1.0).exp2();
-        if verified.is_asymptotic || attempt == TRIES {
+        let is_nothing = verified.error.max(smaller) <= NOTHING * search.tolerance;
+        verified.half_step_error = Some(smaller);
+        verified.order = Some(ratio.log2()).filter(|order| !is_nothing && order.is_finite());
+        verified.is_asymptotic = is_nothing || ratio >= share * setting.method.order(1.0).exp2();
+        if verified.is_asymptotic || attempt == TRIES || !can_be_asked(setting.steps) {
             break;
         }
         row = half;
-        verified = Verified {
-            error: smaller,
-            half_step_error: None,
-            order: None,
-            is_asymptotic: false,
-            halvings: attempt + 1,
-        };
+        verified = Verified { halvings: attempt + 1, ..Verified::new(smaller) };
     }
     (row, verified)
 }

@@ -1,0 +1,102 @@
+//! Terms of bodies of cloth: springs, laws of elements, damping, drag and wind.
+
+use nappe_sim::cloth::{ElementKind, SpringKind};
+
+use super::term::{Removal, SceneTerm};
+use crate::body::{Body, ElementLaw, SpringLaw, Springs};
+
+/// The law of springs of a kind.
+fn law(springs: &Springs, kind: SpringKind) -> Option<SpringLaw> {
+    let Springs { pattern: _, stretch, shear, bend } = *springs;
+    match kind {
+        SpringKind::Stretch => Some(stretch),
+        SpringKind::Shear => shear,
+        SpringKind::Bend => bend,
+    }
+}
+
+/// The same, to be changed.
+pub(super) fn law_mut(springs: &mut Springs, kind: SpringKind) -> Option<&mut SpringLaw> {
+    match kind {
+        SpringKind::Stretch => Some(&mut springs.stretch),
+        SpringKind::Shear => springs.shear.as_mut(),
+        SpringKind::Bend => springs.bend.as_mut(),
+    }
+}
+
+/// What springs of each kind are, and their damping.
+pub(super) fn of_springs(bodies: &[Body]) -> Vec<SceneTerm> {
+    let mut terms = Vec::new();
+    for kind in SpringKind::ALL {
+        let springs = bodies.iter().filter_map(|body| body.springs.as_ref());
+        let laws: Vec<SpringLaw> = springs.filter_map(|springs| law(springs, kind)).collect();
+        if kind != SpringKind::Stretch && !laws.is_empty() {
+            terms.push(SceneTerm::new(format!("springs of {}", kind.name()), Removal::Springs(kind)));
+        }
+        if laws.iter().any(|SpringLaw { stiffness: _, damping }| *damping > 0.0) {
+            terms.push(SceneTerm::new(format!("damping of {}", kind.name()), Removal::Damping(kind)));
+        }
+    }
+    terms
+}
+
+/// The laws of elements of bodies, drag, and the motion (m/s) of the medium, which acts through it.
+pub(super) fn of_bodies(bodies: &[Body], wind: [f64; 3]) -> Vec<SceneTerm> {
+    let mut terms = Vec::new();
+    let mut has_drag = false;
+    for (place, body) in bodies.iter().enumerate() {
+        let Body {
+            name,
+            mesh: _,
+            transform: _,
+            velocity: _,
+            mass: _,
+            springs: _,
+            laws,
+            pins: _,
+            moving_pins: _,
+            drag,
+            integrator: _,
+            minimizer: _,
+            newton_tolerance: _,
+            newton_iterations: _,
+            sweeps: _,
+            hessian: _,
+            substeps: _,
+            substep: _,
+            safety: _,
+            unchecked: _,
+            tolerance: _,
+            on_pass: _,
+            solver: _,
+            limits: _,
+            block_size: _,
+        } = body;
+        has_drag |= *drag > 0.0;
+        for kind in ElementKind::ALL {
+            let mut damping = laws.iter().filter(|law| law.name == kind).map(damping).peekable();
+            if damping.peek().is_none() {
+                continue;
+            }
+            let of = format!("{} of {name}", kind.name());
+            let is_damped = damping.any(|damping| damping > 0.0);
+            terms.push(SceneTerm::new(of.clone(), Removal::Elements(place, kind)));
+            if is_damped {
+                terms.push(SceneTerm::new(format!("damping of {of}"), Removal::ElementDamping(place, kind)));
+            }
+        }
+    }
+    if has_drag {
+        terms.push(SceneTerm::new("drag", Removal::Drag));
+        if wind.iter().any(|c| *c != 0.0) {
+            terms.push(SceneTerm::new("wind", Removal::Wind));
+        }
+    }
+    terms
+}
+
+/// The damping of a law of elements.
+fn damping(law: &ElementLaw) -> f64 {
+    let ElementLaw { name: _, stiffness: _, damping } = *law;
+    damping
+}

@@ -1,0 +1,168 @@
+//! The plan of a scene of snow: its chart, the cheapest row on the scene's cells run as a scene runs it, and the terms of that.
+
+use super::{
+    answer::{Plan, Sought, most_accurate},
+    candidate::cost,
+    of_cloth::steps,
+    reach::{Found, ReachEnd, reach},
+    terms::{Looked, Recommended, SceneTerms, terms},
+    verify::{Verified, quicker},
+};
+use crate::{
+    budget::{Budget, Phase},
+    case::Case,
+    chart::Chart,
+    reference::Reference,
+    request::Request,
+    row::{Outcome, Row},
+    run::run,
+    snow::{SnowSetting, SnowSteps},
+    stepped::Stepped,
+    times::Times,
+};
+
+/// Shares of the budget at whose end each part is over, after the chart.
+const VERIFIED: f64 = 0.90;
+const REACHED: f64 = 0.93;
+const TIMED: f64 = 0.94;
+const TERMS: f64 = 1.0;
+
+/// The plan of a chart of snow: of its settings on the scene's cells. What its reference does not know is no promise.
+pub(super) fn of_snow(
+    case: &Case,
+    mut chart: Chart,
+    request: &Request,
+    scene: &SceneTerms<'_>,
+    budget: &Budget,
+    tell: &dyn Fn(&str),
+) -> Plan {
+    let cell = chart.rows.iter().find(|row| row.own).and_then(|row| row.stepped.cell());
+    let Some(reference) = chart.reference.clone() else { return Plan::nothing(chart) };
+    let mut look = Look {
+        case,
+        reference: &reference,
+        times: reference.times.in_steps(case.dt()),
+        allowed: chart.tolerance - chart.floor,
+        rows: Vec::new(),
+    };
+    let places = look.right(&chart.rows, cell);
+    let steps = steps(case, request, chart.until());
+    let mut sought = look.find(&chart.rows, &places, steps, budget, tell);
+    let quicker = sought.found.as_mut().and_then(|found| {
+        tell("timing the cheapest in turn");
+        let phase = budget.until(TIMED);
+        quicker((case, &look.times), &mut found.row, &mut chart.rows, &places, &phase)
+    });
+    let all: Vec<usize> = (0..reference.states.len()).collect();
+    let looked = sought.met().map_or_else(Looked::default, |found| {
+        let recommended = Recommended {
+            case,
+            stepped: found.row.stepped,
+            reference: &reference,
+            times: &look.times,
+            places: &all,
+            error: found.verified.error,
+            tolerance: look.allowed,
+            steps,
+            reach: &found.reach,
+        };
+        terms(&recommended, scene, &budget.until(TERMS), tell)
+    });
+    let nearest = most_accurate(&chart.rows, chart.floor, |row| row.stepped.cell() == cell);
+    let searched = chart.rows.len();
+    chart.rows.iter_mut().for_each(|row| row.front = false);
+    chart.rows.append(&mut look.rows);
+    let met_until = if sought.met().is_some() { chart.until() } else { 0.0 };
+    Plan { searched, quicker, met_until, ..Plan::of(chart, sought, looked, nearest) }
+}
+
+/// Where rows of a chart are run again, in the steps of the scene.
+struct Look<'a> {
+    case: &'a Case,
+    reference: &'a Reference,
+    /// The times of the reference, in steps of the scene.
+    times: Times,
+    /// The error (m) that is allowed beside what the reference does not know.
+    allowed: f64,
+    /// What was run.
+    rows: Vec<Row>,
+}
+
+impl Look<'_> {
+    /// Places of the rows on cells (m) that are right enough, the cheapest first.
+    fn right(&self, rows: &[Row], cell: Option<f64>) -> Vec<usize> {
+        let is_right = |place: &usize| {
+            let row = &rows[*place];
+            let is_near = row.error().is_some_and(|error| error <= self.allowed);
+            row.stepped.cell() == cell && !row.own && is_near
+        };
+        let mut right: Vec<usize> = (0..rows.len()).filter(is_right).collect();
+        right.sort_by(|a, b| cost(&rows[*a]).total_cmp(&cost(&rows[*b])));
+        right
+    }
+
+    /// The cheapest that is right enough in steps of the scene and with half of them too, and comes to the end of the scene; where none
+    /// does, the one that comes furthest. Beside it the cheapest that there was no time to verify.
+    fn find(
+        &mut self,
+        rows: &[Row],
+        places: &[usize],
+        steps: [u64; 2],
+        budget: &Budget,
+        tell: &dyn Fn(&str),
+    ) -> Sought {
+        let (verifying, reaching) = (budget.until(VERIFIED), budget.until(REACHED));
+        let mut sought = Sought { found: None, unverified: None, steps };
+        for place in places {
+            tell("verifying the cheapest with half its step");
+            let Stepped::Snow(setting) = rows[*place].stepped else { continue };
+            let (row, verified) = self.verified(setting, &rows[*place], &verifying);
+            if verified.error > self.allowed {
+                continue;
+            }
+            if verified.is_cut {
+                sought.unverified = Some((row, verified));
+                break;
+            }
+            if verified.half_step_error.is_none_or(|error| error > self.allowed) {
+                continue;
+            }
+            tell("running the cheapest to the end of the scene");
+            let reach = reach(self.case, row.stepped, steps, &reaching);
+            let is_last = !matches!(reach.end, ReachEnd::Failed(_));
+            sought.found = Some(Found::further(sought.found.take(), Found { row, verified, reach }));
+            if is_last {
+                break;
+            }
+        }
+        sought
+    }
+
+    /// A setting in steps of the scene, and with half of its own steps: no order is known of these, but the error is to stay within what
+    /// is allowed.
+    fn verified(&mut self, setting: SnowSetting, known: &Row, phase: &Phase) -> (Row, Verified) {
+        let row = self.run(setting, phase);
+        if row.outcome == Outcome::Stopped {
+            let error = known.error().unwrap_or(f64::INFINITY);
+            return (known.clone(), Verified { is_cut: true, ..Verified::new(error) });
+        }
+        let error = row.error().unwrap_or(f64::INFINITY);
+        let steps = match setting.steps {
+            SnowSteps::Share(share) => SnowSteps::Share(0.5 * share),
+            SnowSteps::Own => SnowSteps::Own,
+        };
+        let half = self.run(SnowSetting { steps, ..setting }, phase);
+        let is_cut = half.outcome == Outcome::Stopped;
+        let half_step_error = half.error();
+        let is_asymptotic = half_step_error.is_some_and(|smaller| smaller <= error);
+        (row, Verified { half_step_error, is_asymptotic, is_cut, ..Verified::new(error) })
+    }
+
+    fn run(&mut self, setting: SnowSetting, phase: &Phase) -> Row {
+        let made = run(self.case, &setting, &self.times, phase);
+        let places: Vec<usize> = (0..self.reference.states.len()).collect();
+        let row = Row::new(self.case, &setting, &made, (self.reference, &places));
+        self.rows.push(row.clone());
+        row
+    }
+}
