@@ -27,6 +27,8 @@ pub struct Profile {
     pub scenes: usize,
     /// Names of those on which nothing is right enough.
     pub unsolved: Vec<String>,
+    /// Names of those on which methods were not followed to their ends.
+    pub cut: Vec<String>,
     /// Methods, the best first.
     pub lines: Vec<ProfileLine>,
 }
@@ -149,8 +151,13 @@ fn sentence(profile: &Profile) -> String {
     } else {
         format!(" On {} nothing is; they count for no method.", listed(&profile.unsolved))
     };
+    let cut = if profile.cut.is_empty() {
+        String::new()
+    } else {
+        format!(" Out of time: not every method was followed to its end on {}.", listed(&profile.cut))
+    };
     format!(
-        "On what share of {of} scenes a method is within {tolerance} in at most so many times the seconds of the cheapest that is (Dolan and Moré 2002). {best}{unsolved} Filled marks are f64, hollow ones f32; numbers are named below the data."
+        "On what share of {of} scenes a method is within {tolerance} in at most so many times the seconds of the cheapest that is (Dolan and Moré 2002). {best}{unsolved}{cut} Filled marks are f64, hollow ones f32; numbers are named below the data."
     )
 }
 
@@ -175,6 +182,7 @@ mod tests {
             tolerance: 1e-3,
             scenes: 4,
             unsolved: vec!["hard".to_owned()],
+            cut: vec!["long".to_owned()],
             lines: (0..12).map(of).chain([line("nowhere right", Precision::F64, &[])]).collect(),
         }
     }
@@ -232,15 +240,14 @@ mod tests {
     fn every_word_of_a_picture_is_inside_it() {
         for width in [None, Some(80.0), Some(85.0), Some(180.0)] {
             let title = (width == Some(80.0)).then(|| "a title that is too long for one line ".repeat(4));
-            let style = Style { width, title, ..Style::default() };
+            let style = Style { title, width, ..Style::default() };
             let picture = picture(&example(), &style).expect("a picture");
-            let size: Vec<f64> = match width {
-                None => vec![860.0, f64::INFINITY],
-                Some(_) => {
-                    let (_, rest) = picture.svg.split_once("viewBox=\"0 0 ").expect("a frame");
-                    let frame = rest.split_once('"').expect("its end").0;
-                    frame.split(' ').map(|side| side.parse().expect("a number")).collect()
-                }
+            let size: Vec<f64> = if width.is_none() {
+                vec![860.0, f64::INFINITY]
+            } else {
+                let (_, rest) = picture.svg.split_once("viewBox=\"0 0 ").expect("a frame");
+                let frame = rest.split_once('"').expect("its end").0;
+                frame.split(' ').map(|side| side.parse().expect("a number")).collect()
             };
             let texts = texts(&picture.svg);
             assert!(texts.len() > 20, "{texts:?}");

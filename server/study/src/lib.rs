@@ -39,7 +39,9 @@ pub use chart::{Chart, Limit};
 pub use compare::{chart, line_names};
 pub use front::cheapest;
 pub use method::{Method, NEWTON};
-pub use plan::{Dropped, Needed, Plan, Reach, ReachEnd, SceneTerms, Term, Terms, Tried, Verified, plan};
+pub use plan::{
+    Dropped, Needed, Plan, Reach, ReachEnd, SceneTerms, Term, Terms, Tried, Verified, Without, plan,
+};
 pub use reference::{NoReference, Reference, reference};
 pub use request::Request;
 pub use row::{Outcome, Row};

@@ -49,6 +49,8 @@ pub(crate) struct Line {
 pub(crate) struct Profile {
     /// Names of the scenes.
     pub(crate) scenes: Vec<String>,
+    /// Names of those on which methods were not followed to their ends.
+    pub(crate) cut: Vec<String>,
     /// By the area below their shares over the logarithm of the factor, the largest first.
     pub(crate) lines: Vec<Line>,
 }
@@ -91,7 +93,8 @@ impl Profile {
         for scene in 0..scenes.len() {
             rate(&mut lines, scene);
         }
-        let mut profile = Self { scenes: scenes.iter().map(|(name, _)| name.clone()).collect(), lines };
+        let scenes = scenes.iter().map(|(name, _)| name.clone()).collect();
+        let mut profile = Self { scenes, cut: Vec::new(), lines };
         let largest = profile.largest_ratio();
         profile.lines.sort_by(|a, b| {
             let areas = b.area(largest).total_cmp(&a.area(largest));
@@ -158,22 +161,26 @@ impl Line {
 mod tests {
     use super::*;
 
-    fn run(method: &str, is_right: bool, seconds: f64, count: u64) -> Run {
+    fn right(method: &str, seconds: f64, count: u64) -> Run {
         let (method, name) = (method.to_owned(), method.to_owned());
-        Run { method, name, precision: Precision::F64, is_right, seconds: Some(seconds), count }
+        Run { method, name, precision: Precision::F64, is_right: true, seconds: Some(seconds), count }
+    }
+
+    fn wrong(method: &str, seconds: f64, count: u64) -> Run {
+        Run { is_right: false, ..right(method, seconds, count) }
     }
 
     /// Three scenes: a is the cheapest on the first, b on the second, c comes late, and nothing is right on the third.
     fn example() -> Profile {
         let first = [
-            run("a", true, 1.0, 40),
-            run("a", true, 3.0, 90),
-            run("b", true, 5.0, 10),
-            run("b", true, 2.0, 30),
-            run("b", false, 0.1, 1),
+            right("a", 1.0, 40),
+            right("a", 3.0, 90),
+            right("b", 5.0, 10),
+            right("b", 2.0, 30),
+            wrong("b", 0.1, 1),
         ];
-        let second = [run("a", true, 6.0, 60), run("b", true, 2.0, 20), run("c", true, 8.0, 5)];
-        let third = [run("a", false, 1.0, 1), run("c", false, 1.0, 1)];
+        let second = [right("a", 6.0, 60), right("b", 2.0, 20), right("c", 8.0, 5)];
+        let third = [wrong("a", 1.0, 1), wrong("c", 1.0, 1)];
         let names = ["one", "two", "three"].map(str::to_owned);
         let runs = [&first[..], &second[..], &third[..]];
         Profile::new(&names.into_iter().zip(runs).collect::<Vec<_>>())
@@ -210,7 +217,7 @@ mod tests {
 
     #[test]
     fn methods_that_are_right_nowhere_have_no_ratio() {
-        let only = [run("a", false, 1.0, 1)];
+        let only = [wrong("a", 1.0, 1)];
         let profile = Profile::new(&[("one".to_owned(), &only[..])]);
         assert_eq!((profile.lines.len(), profile.largest_ratio()), (1, 1.0));
         assert_eq!(profile.unsolved(), ["one"]);

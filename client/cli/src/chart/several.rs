@@ -31,13 +31,15 @@ pub(crate) struct Charted {
     /// The last comparison time (s).
     until: f64,
     is_cut: bool,
+    is_stopped: bool,
 }
 
 impl Charted {
     /// That of a chart.
     pub(crate) fn new(subject: Subject, chart: &Chart) -> Self {
-        let (rows, until, is_cut) = (chart.rows.len(), chart.until(), chart.is_cut);
-        Self { subject, runs: runs(chart), rows, until, is_cut }
+        let (rows, until) = (chart.rows.len(), chart.until());
+        let (is_cut, is_stopped) = (chart.is_cut, chart.is_stopped);
+        Self { subject, runs: runs(chart), rows, until, is_cut, is_stopped }
     }
 
     /// What scripts are told of it.
@@ -55,7 +57,8 @@ impl Charted {
 /// The profile of charts.
 pub(crate) fn profile(charts: &[Charted]) -> Profile {
     let scenes = charts.iter().map(|chart| (chart.subject.name.clone(), chart.runs.as_slice()));
-    Profile::new(&scenes.collect::<Vec<_>>())
+    let cut = charts.iter().filter(|chart| chart.is_cut).map(|chart| chart.subject.name.clone()).collect();
+    Profile { cut, ..Profile::new(&scenes.collect::<Vec<_>>()) }
 }
 
 /// Writes the files of a profile to a tolerance (m) into a folder; their paths.
@@ -89,6 +92,7 @@ fn pictures(profile: &Profile, tolerance: f64, look: &LookArgs) -> Result<Vec<(S
         tolerance,
         scenes: profile.scenes.len(),
         unsolved: profile.unsolved(),
+        cut: profile.cut.clone(),
         lines: profile.lines.iter().map(line).collect(),
     };
     nappe_charts::profile_picture(&drawn, &look.style())
@@ -153,18 +157,19 @@ fn document(charts: &[Charted], profile: &Profile, tolerance: f64) -> Value {
         "budget_s": charts.first().map(|chart| chart.subject.budget.as_secs_f64()),
         "largest_ratio": largest,
         "unsolved": profile.unsolved(),
+        "cut": profile.cut,
         "methods": profile.lines.iter().map(line).collect::<Vec<_>>(),
         "summary": summary(profile, tolerance),
     })
 }
 
 /// What scripts are told.
-pub(crate) fn said(charts: &[Charted], tolerance: f64, is_stopped: bool, written: &[PathBuf]) -> Value {
+pub(crate) fn said(charts: &[Charted], tolerance: f64, written: &[PathBuf]) -> Value {
     json!({
         "scenes": charts.iter().map(Charted::said).collect::<Vec<_>>(),
         "hash_of": HASH_OF,
         "tolerance_m": tolerance,
-        "interrupted": is_stopped,
+        "interrupted": charts.iter().any(|one| one.is_stopped),
         "files": written,
     })
 }
@@ -193,12 +198,20 @@ pub(crate) fn text(profile: &Profile, tolerance: f64) -> String {
 fn summary(profile: &Profile, tolerance: f64) -> String {
     let (count, tolerance) = (profile.scenes.len(), length(tolerance));
     let unsolved = profile.unsolved();
-    if unsolved.is_empty() {
+    let text = if unsolved.is_empty() {
         format!("On each of {count} scenes some method is within {tolerance}.")
     } else {
         format!(
             "Of {count} scenes no method is within {tolerance} on these, which count for none: {}.",
             unsolved.join(", ")
         )
+    };
+    if profile.cut.is_empty() {
+        return text;
     }
+    format!(
+        "{text} Out of time: not every method was followed to its end on {}, where it counts as one that is not right; a larger --budget \
+         goes further.",
+        profile.cut.join(", ")
+    )
 }

@@ -138,7 +138,7 @@ fn run_several(args: &ChartArgs, scenes: &[String]) -> Result<()> {
         written.extend(several::write(&folder, &charts, (&profile, args.tolerance), &args.look)?);
     }
     match args.output.format() {
-        Format::Json => output::json(&several::said(&charts, args.tolerance, is_stopped, &written))?,
+        Format::Json => output::json(&several::said(&charts, args.tolerance, &written))?,
         Format::Text => {
             if !is_stopped {
                 output::line(&several::text(&profile, args.tolerance))?;

@@ -81,7 +81,23 @@ fn a_plan_has_an_answer_files_and_a_scene_that_runs_as_it_says() {
     // Twenty steps of 5 ms: the end of the window.
     assert_eq!((&document["until_s"], &run["state_hash"]), (&0.1.into(), &document["state_hash"]), "{run}");
     assert!(document["terms"].as_array().is_some_and(|terms| terms.len() >= 3), "{document}");
-    // A scene whose bending does nothing can do without it, and says so.
+
+    let again = [&args[..], &["--write", "planned.toml"]].concat();
+    let refused = nappe_in(folder.path(), &again);
+    assert_eq!(refused.code, Some(2), "{refused:?}");
+    assert!(
+        refused.stderr.contains("planned.toml is there already: --force overwrites it"),
+        "{}",
+        refused.stderr
+    );
+}
+
+#[test]
+fn a_scene_whose_bending_does_nothing_is_written_without_it_and_says_so() {
+    let folder = folder();
+    let read = |name: &str| {
+        fs::read_to_string(folder.path().join(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
+    };
     let weak = write_scene(folder.path(), &SMALL_SCENE.replace("20.0", "1e-6"));
     let weak = [
         "plan",
@@ -110,15 +126,6 @@ fn a_plan_has_an_answer_files_and_a_scene_that_runs_as_it_says() {
     assert_eq!(document["state_hash"], run_whole(&folder.path().join("weak.toml"), 0.1), "{document}");
     assert!(document["together_change_m"].as_f64().is_some_and(|change| change < 1e-3), "{document}");
     assert!(document["error_m"].as_f64().is_some_and(|error| error <= 1e-3), "{document}");
-
-    let again = [&args[..], &["--write", "planned.toml"]].concat();
-    let refused = nappe_in(folder.path(), &again);
-    assert_eq!(refused.code, Some(2), "{refused:?}");
-    assert!(
-        refused.stderr.contains("planned.toml is there already: --force overwrites it"),
-        "{}",
-        refused.stderr
-    );
 }
 
 #[test]

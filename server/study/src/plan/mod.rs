@@ -18,5 +18,5 @@ pub use answer::{Needed, Plan, Tried};
 pub use candidate::Dropped;
 pub use planned::plan;
 pub use reach::{Reach, ReachEnd};
-pub use terms::{SceneTerms, Term, Terms};
+pub use terms::{SceneTerms, Term, Terms, Without};
 pub use verify::Verified;

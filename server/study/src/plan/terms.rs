@@ -23,13 +23,16 @@ pub enum Terms {
     LeftOut,
 }
 
+/// Builds the case of a scene that is written with a setting, without some of its terms, which are known by their places.
+pub type Without<'a> = dyn Fn(&Stepped, &[usize]) -> Result<Case, String> + Sync + 'a;
+
 /// What a scene knows of its terms, which has its text.
 #[derive(Clone, Copy)]
 pub struct SceneTerms<'a> {
     /// Names of the terms, in words, of the scene that is written with a setting.
     pub names: &'a (dyn Fn(&Stepped) -> Vec<String> + Sync),
     /// The case of that scene without some of them, by their places among the names.
-    pub without: &'a (dyn Fn(&Stepped, &[usize]) -> Result<Case, String> + Sync),
+    pub without: &'a Without<'a>,
     /// Whether what can go is left out.
     pub wanted: Terms,
 }
