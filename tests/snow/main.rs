@@ -15,6 +15,7 @@ mod friction;
 mod volumes;
 mod golden_step;
 mod grid_to_particles;
+mod shown_nodes;
 mod kernels;
 mod laws;
 mod measured_limits;

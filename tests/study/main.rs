@@ -10,3 +10,4 @@ mod snow;
 mod plan;
 mod terms;
 mod stability;
+mod eigenvalues;

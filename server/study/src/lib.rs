@@ -9,6 +9,7 @@ mod variant;
 mod scalar;
 mod theory;
 mod spectrum;
+mod eigenvalues;
 mod case;
 mod times;
 mod budget;

@@ -130,6 +130,7 @@ impl<R: Real> Snow<R> {
             particles.set_tensors(place, rows(state.elastic), rows(state.affine), [R::zero(); 6]);
         }
 
+        self.work.grid.written_blocks.clear();
         sort_anew(&self.model, &self.state.particles, &mut self.work);
         settle(&self.model, &mut self.state, &mut self.work);
 
@@ -158,11 +159,12 @@ impl<R: Real> Snow<R> {
         self.state.book.close();
     }
 
-    /// Nodes with mass as the last step left them; clears `out` first.
+    /// Nodes with mass as the last step left them, where they were in it; none after particles were put in place of
+    /// others. Clears `out` first.
     pub fn grid_nodes(&self, out: &mut Vec<GridNode>) {
         out.clear();
         let grid = &self.work.grid;
-        for (key, nodes) in grid.node_blocks.iter().zip(&grid.nodes) {
+        for (key, nodes) in grid.written_blocks.iter().zip(&grid.nodes) {
             let block = block_of(*key);
             for i in (0..CELLS).filter(|i| nodes[*i][3] > R::zero()) {
                 let [x, y, z, mass] = nodes[i].map(Real::to_f64);

@@ -93,6 +93,12 @@ impl Case {
         }
     }
 
+    /// Whether anything is damped: springs, elements, or all particles by the medium.
+    pub(super) fn is_damped(&self) -> bool {
+        let is_dragged = || self.setup.bodies.iter().any(|body| body.network.drag != 0.0);
+        self.damping_axis() == Across::Damping || is_dragged()
+    }
+
     /// Whether anything elastic is there, of which a map over damping can be made.
     pub fn has_springs(&self) -> bool {
         self.setup.bodies.iter().any(|body| body.network.springs.iter().any(|s| s.law.stiffness > 0.0))

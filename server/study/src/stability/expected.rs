@@ -1,6 +1,6 @@
 //! What theory says of a case at rest.
 
-use nappe_sim::cloth::Integrator;
+use nappe_sim::cloth::{Integrator, Network};
 
 use crate::{case::Case, spectrum::largest_frequency, theory::critical_step_of_all};
 
@@ -15,19 +15,9 @@ pub struct Theory {
 impl Theory {
     /// None where springs of a body differ in damping over stiffness, where elements bend, or the medium drags.
     pub(super) fn of(case: &Case) -> Option<Self> {
-        let of_body = |body: &nappe_sim::world::BodySetup| {
-            let network = &body.network;
-            if !network.elements.is_empty() || network.drag != 0.0 {
-                return None;
-            }
-            let mut laws = network.springs.iter().map(|spring| spring.law);
-            let first = laws.next()?;
-            let time = if first.stiffness > 0.0 { first.damping / first.stiffness } else { return None };
-            let is_one =
-                |time_of: f64, stiffness: f64| (time_of - time * stiffness).abs() <= 1e-9 * time * stiffness;
-            laws.all(|law| is_one(law.damping, law.stiffness)).then(|| [largest_frequency(network), time])
-        };
-        let bodies: Option<Vec<_>> = case.setup.bodies.iter().map(of_body).collect();
+        let of_body =
+            |network: &Network| damping_time(network).map(|time| [largest_frequency(network), time]);
+        let bodies: Option<Vec<_>> = case.setup.bodies.iter().map(|body| of_body(&body.network)).collect();
         bodies.map(|bodies| Self { bodies: bodies.into_iter().filter(|[w, _]| *w > 0.0).collect() })
     }
 
@@ -46,4 +36,21 @@ impl Theory {
     pub fn frequency(&self) -> f64 {
         self.bodies.iter().map(|[w, _]| *w).fold(0.0, f64::max)
     }
+}
+
+/// Whether the springs of each body have one damping over stiffness, no element bends, and the medium does not drag.
+pub(super) fn has_one_damping(case: &Case) -> bool {
+    case.setup.bodies.iter().all(|body| damping_time(&body.network).is_some())
+}
+
+/// The damping over stiffness (s) that all springs have, where nothing else acts.
+fn damping_time(network: &Network) -> Option<f64> {
+    if !network.elements.is_empty() || network.drag != 0.0 {
+        return None;
+    }
+    let mut laws = network.springs.iter().map(|spring| spring.law);
+    let first = laws.next()?;
+    let time = if first.stiffness > 0.0 { first.damping / first.stiffness } else { return None };
+    let is_one = |damping: f64, stiffness: f64| (damping - time * stiffness).abs() <= 1e-9 * time * stiffness;
+    laws.all(|law| is_one(law.damping, law.stiffness)).then_some(time)
 }

@@ -7,6 +7,7 @@
 mod row;
 mod cases;
 mod expected;
+mod modes;
 mod ground;
 mod probe;
 mod bisect;

@@ -37,7 +37,7 @@ pub(super) trait Judge {
 }
 
 /// A motion about rest: no more than a hundred times its energy. Explicit Euler without enough damping gains in every step,
-/// however slowly, and has a measure of it.
+/// however slowly, and has a measure of it where there is one damping over stiffness, or none.
 pub(super) struct AtRest<'a> {
     rest: &'a Case,
     start: f64,

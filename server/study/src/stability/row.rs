@@ -131,7 +131,8 @@ pub struct StabilityRow {
     pub fate: Fate,
     /// Why, in a sentence.
     pub cause: Option<String>,
-    /// At rest: the largest energy over that of the start. Otherwise: the greatest rise of the mechanical energy above that of
+    /// At rest: the largest energy over that of the start; where modes tell what becomes of explicit Euler, that of the mode
+    /// that grows most, after as many steps. Otherwise: the greatest rise of the mechanical energy above that of
     /// a fine run at the same time, over the largest kinetic and elastic energy of that.
     pub growth: Option<f64>,
     /// Of a limit alone: the longest step that held (s), 0 where none did; none where all did that were tried.

@@ -10,6 +10,7 @@ use super::{
     ground::Ground,
     limit::Search,
     map::{Map, Mapped, Mapping, hessians},
+    modes::Gain,
     probe::{AtRest, Probe},
     row::{Across, Fate, Over, StabilityRow},
     stepping,
@@ -95,7 +96,8 @@ impl Stability {
 
 /// A motion about rest in raw steps (s): whether it is stable.
 pub fn probe_at_rest(case: &Case, method: Method, dt: f64, budget: &Budget) -> StabilityRow {
-    at_rest(&case.at_rest(), method, dt, &budget.until(1.0))
+    let (rest, phase) = (case.at_rest(), budget.until(1.0));
+    at_rest(&rest, method, dt, &Gain::of(&rest, method, &phase), &phase)
 }
 
 /// The scene itself in raw steps (s), judged as limits are.
@@ -124,10 +126,10 @@ fn under_load(
     Probe { case, method, dt, steps: ground.steps(dt), over: Over::Load }.judged(ground, tolerance, phase)
 }
 
-fn at_rest(rest: &Case, method: Method, dt: f64, phase: &Phase) -> StabilityRow {
+fn at_rest(rest: &Case, method: Method, dt: f64, gain: &Gain, phase: &Phase) -> StabilityRow {
     let steps = if method.integrator.is_implicit() { IMPLICIT_STEPS_AT_REST } else { STEPS_AT_REST };
     let probe = Probe { case: rest, method, dt, steps, over: Over::Rest };
-    probe.run(&mut AtRest::new(rest, method), phase)
+    gain.row(probe.row(), steps).unwrap_or_else(|| probe.run(&mut AtRest::new(rest, method), phase))
 }
 
 /// Studies a case. `tell` is called with what is done now.
@@ -243,8 +245,9 @@ impl Parts<'_> {
             tell(&format!("limit of {} at rest", method.name()));
             let share = phase.share(share(methods.len() - i));
             let theory = study.theory.as_ref().and_then(|theory| theory.limit(method.integrator));
+            let gain = Gain::of(rest, *method, &share);
             let mut run =
-                |dt: f64, phase: &Phase| StabilityRow { theory, ..at_rest(rest, *method, dt, phase) };
+                |dt: f64, phase: &Phase| StabilityRow { theory, ..at_rest(rest, *method, dt, &gain, phase) };
             let search = Search { run: &mut run, rows: Vec::new(), range: self.range() };
             study.rows.extend(search.find(self.start(*method), &share));
         }

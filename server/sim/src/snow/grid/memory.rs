@@ -21,7 +21,7 @@ const LEAST_BYTES: u64 = 16 << 20;
 /// Lists of a block with particles: its cells twice, who leaves it and from where they come, its links and keys.
 const BLOCK_BYTES: usize = 2 * size_of::<CellStarts>() + 8 * AROUND + 128;
 /// Lists of a block of nodes: its links and keys.
-const NODE_BLOCK_BYTES: usize = 48;
+const NODE_BLOCK_BYTES: usize = 56;
 /// Numbers per node, in those of a node: where velocities are solved for, vectors of the solver.
 const SOLVED: usize = 10;
 

@@ -27,6 +27,8 @@ pub(crate) struct Grid<R> {
     spare_blocks: Vec<u64>,
     /// Velocities after forces and colliders, and masses.
     pub(crate) nodes: Vec<NodeBlock<R>>,
+    /// Blocks that `nodes` lie on: those of the last step, whose particles may have moved to others since.
+    pub(crate) written_blocks: Vec<u64>,
     /// Changes of velocity in this step, for FLIP.
     pub(crate) changes: Vec<NodeBlock<R>>,
 }
@@ -85,12 +87,14 @@ impl<R: Real> Grid<R> {
         self.in_front.reserve(blocks);
         self.node_blocks.reserve(8 * blocks);
         self.spare_blocks.reserve(8 * blocks);
+        self.written_blocks.reserve(8 * blocks);
         self.behind.reserve(8 * blocks);
     }
 
     /// Bytes in use.
     pub(crate) fn bytes(&self) -> usize {
-        (self.blocks.capacity() + self.node_blocks.capacity() + self.spare_blocks.capacity()) * 8
+        let keys = [&self.blocks, &self.node_blocks, &self.spare_blocks, &self.written_blocks];
+        keys.map(Vec::capacity).iter().sum::<usize>() * 8
             + (self.in_front.capacity() + self.behind.capacity()) * 32
             + (self.tiles.capacity() + self.impulses.capacity()) * size_of::<R>()
             + (self.nodes.capacity() + self.changes.capacity()) * size_of::<NodeBlock<R>>()

@@ -81,7 +81,8 @@ impl<'a> GridStep<'a> {
 
 impl GridStep<'_> {
     fn run<R: Real>(&self, grid: &mut Grid<R>, diagnostics: &mut Vec<GridDiagnostics>) -> GridDiagnostics {
-        let Grid { node_blocks, behind, tiles, impulses, nodes, changes, .. } = grid;
+        let Grid { node_blocks, behind, tiles, impulses, nodes, changes, written_blocks, .. } = grid;
+        written_blocks.clone_from(node_blocks);
         let count = node_blocks.len();
         diagnostics.resize(count, GridDiagnostics::default());
         let (tiles, impulses) = (tiles.as_slice(), impulses.as_slice());
