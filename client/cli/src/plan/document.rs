@@ -100,18 +100,22 @@ pub(super) fn document(subject: &Subject, plan: &Plan) -> Document {
         json!({ "dt": needed.dt, "cell_m": needed.cell, "seconds_per_simulated_second": needed.seconds })
     });
     let reach = plan.reach.as_ref();
+    // What was not looked at is no promise.
+    let known = reach.filter(|reach| reach.end != ReachEnd::Time);
+    // Snow that no plan looks at is part of the state of the scene that is written.
+    let written = plan.written().filter(|_| subject.is_whole);
     let rest = json!({
         "until_s": plan.chart.until(),
         "compared_at": plan.compared_at(),
         "met_until_s": plan.met_until,
-        "runs_until_s": reach.map(|reach| reach.until),
-        "runs_steps": reach.map(|reach| reach.steps),
+        "runs_until_s": known.map(|reach| reach.until),
+        "runs_steps": known.map(|reach| reach.steps),
         "runs_end": reach.map(|reach| runs_end(&reach.end)),
         "runs_cause": reach.and_then(|reach| match &reach.end {
             ReachEnd::Failed(cause) => Some(cause),
             ReachEnd::Scene | ReachEnd::Time => None,
         }),
-        "state_hash": plan.written().map(|row| output::hash(row.state_hash)),
+        "state_hash": written.map(|row| output::hash(row.state_hash)),
         "cell_m": plan.row.as_ref().and_then(|row| row.stepped.cell()),
         "step_tolerance_m": plan.row.as_ref().and_then(|row| row.stepped.step_tolerance()),
         "needed": needed,

@@ -162,7 +162,7 @@ fn needed(plan: &Plan, row: &Row) -> Option<String> {
             );
             format!("It would take {what}, about {} per simulated second.", time(needed.seconds))
         }
-        None if plan.verified.is_none() && far => {
+        None if plan.verified.is_none() && far && !plan.chart.is_cut => {
             let what = if row.stepped.cell().is_some() { "small cells" } else { "short steps" };
             format!("How {what} must be cannot be told from what was run: more than four halvings away.")
         }

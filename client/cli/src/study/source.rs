@@ -17,6 +17,8 @@ pub(crate) struct Source {
     pub(crate) name: String,
     /// Hash of its text, 16 hexadecimal digits.
     pub(crate) hash: String,
+    /// Whether all of it is studied, and no snow beside cloth is left out.
+    pub(crate) is_whole: bool,
     /// As it is written.
     pub(crate) scene: Scene,
     /// The cloths that are built from it, or the snow.
@@ -50,9 +52,10 @@ impl Source {
         let has_snow = setup.snow.is_some();
         let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         let case = Case::new(&name, setup, initial_changes, scene.precision).map_err(CliError::failure)?;
-        if has_snow && !case.is_snow() {
+        let is_whole = !has_snow || case.is_snow();
+        if !is_whole {
             meshes::note(&[format!("snow is left out: {verb} studies its cloths")]);
         }
-        Ok(Self { name, hash: output::hash(xxh3_64(text.as_bytes())), scene, case })
+        Ok(Self { name, hash: output::hash(xxh3_64(text.as_bytes())), is_whole, scene, case })
     }
 }

@@ -14,6 +14,8 @@ pub(crate) struct Subject {
     pub(crate) name: String,
     /// Hash of its text, 16 hexadecimal digits.
     pub(crate) scene_hash: String,
+    /// Whether all of the scene is studied, and no snow beside cloth is left out.
+    pub(crate) is_whole: bool,
     /// What the system calls the processor.
     pub(crate) processor: String,
     pub(crate) threads: usize,

@@ -182,11 +182,18 @@ fn check_together(asked: &[Asked]) -> Result<()> {
 
 /// Computes the chart of a scene, whose budget began then.
 fn compute(args: &ChartArgs, asked: Asked, begin: Instant) -> Result<(Subject, Chart)> {
-    let Asked { source: Source { name, hash: scene_hash, case, .. }, request } = asked;
+    let Asked { source: Source { name, hash: scene_hash, is_whole, case, .. }, request } = asked;
     let threads = args.threads.map_or_else(rayon::current_num_threads, usize::from);
     let told = name.clone();
-    let subject =
-        Subject { name, scene_hash, processor: study::processor(), threads, budget: args.budget, begin };
+    let subject = Subject {
+        name,
+        scene_hash,
+        is_whole,
+        processor: study::processor(),
+        threads,
+        budget: args.budget,
+        begin,
+    };
     let chart = study::compute(threads, Some(subject.left()), move |budget, tell| {
         nappe_study::chart(&case, &request, budget, &|what| tell(&format!("{told}: {what}")))
     })?;

@@ -79,7 +79,7 @@ pub(crate) struct PlanArgs {
 /// or the user ends it. That nothing is right enough is an answer, and no error.
 pub(crate) fn run(args: &PlanArgs) -> Result<()> {
     let begin = Instant::now();
-    let Source { name, hash: scene_hash, scene, case } = Source::read(&args.scene, "plan")?;
+    let Source { name, hash: scene_hash, is_whole, scene, case } = Source::read(&args.scene, "plan")?;
     let request = request(args, &scene, &case)?;
     let folder = args.out.clone().unwrap_or_else(|| PathBuf::from(format!("plan-{name}")));
     check_written(args, &folder)?;
@@ -87,7 +87,7 @@ pub(crate) fn run(args: &PlanArgs) -> Result<()> {
 
     let threads = args.threads.map_or_else(rayon::current_num_threads, usize::from);
     let processor = study::processor();
-    let subject = Subject { name, scene_hash, processor, threads, budget: args.budget, begin };
+    let subject = Subject { name, scene_hash, is_whole, processor, threads, budget: args.budget, begin };
     let wanted = if args.leave_out { Terms::LeftOut } else { Terms::Kept };
     let (name, whole, meshes) = (subject.name.clone(), scene.clone(), Source::meshes(&args.scene));
     let found = study::compute(threads, Some(subject.left()), move |budget, tell| {
@@ -100,7 +100,7 @@ pub(crate) fn run(args: &PlanArgs) -> Result<()> {
     })?;
     let mut written = plan::write(&folder, &subject, &found, &args.look)?;
     if let Some(path) = &args.write {
-        if scene.snow.is_some() && !scene.bodies.is_empty() {
+        if !subject.is_whole {
             output::note(
                 "the scene that is written has its snow too, which no plan looks at: only its cloths are as planned",
             );

@@ -99,7 +99,7 @@ pub(crate) fn run(args: &StabilityArgs) -> Result<()> {
     let begin = Instant::now();
     let threads = args.threads.map_or_else(rayon::current_num_threads, usize::from);
     let Some(scene) = &args.scene else { return run_gallery(args, threads) };
-    let Source { name, hash: scene_hash, scene, case } = Source::read(scene, "stability")?;
+    let Source { name, hash: scene_hash, is_whole, scene, case } = Source::read(scene, "stability")?;
     let request = request(args, &scene)?;
     check(&case, args)?;
     let request = StabilityRequest { maps: maps(&case, args), ..request };
@@ -107,7 +107,8 @@ pub(crate) fn run(args: &StabilityArgs) -> Result<()> {
     let folder = files::Folder::open(folder, &stability::FILES, args.force.existing())?;
 
     let budget = args.budget;
-    let subject = Subject { name, scene_hash, processor: study::processor(), threads, budget, begin };
+    let subject =
+        Subject { name, scene_hash, is_whole, processor: study::processor(), threads, budget, begin };
     let found = study::compute(threads, Some(subject.left()), move |budget, tell| {
         nappe_study::stability(&case, &request, budget, tell)
     })?;

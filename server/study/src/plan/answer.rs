@@ -4,7 +4,7 @@ use nappe_sim::math::Precision;
 
 use super::{
     candidate::Dropped,
-    reach::{Found, Reach},
+    reach::{Found, Reach, ReachEnd},
     search::RIGHT,
     terms::{Looked, Term},
     verify::Verified,
@@ -108,9 +108,11 @@ impl Plan {
         if let (Some(answer), Some(row)) = (chart.rows.iter_mut().rev().find(is_answer), &row) {
             *answer = Row { front: true, ..row.clone() };
         }
-        chart.is_cut |= is_terms_cut;
+        let is_reach_cut = reach.as_ref().is_some_and(|reach| reach.end == ReachEnd::Time);
+        chart.is_cut |= is_terms_cut || is_reach_cut || verified.is_some_and(|verified| verified.is_cut);
         let nearest = row.as_ref().filter(|_| verified.is_none());
-        let needed = nearest.and_then(|row| needed(row, chart.tolerance));
+        // How far a search came that was cut is a matter of time.
+        let needed = nearest.filter(|_| !chart.is_cut).and_then(|row| needed(row, chart.tolerance));
         Self {
             is_met,
             row,

@@ -129,7 +129,8 @@ fn sorted(search: &Search<'_>) -> (Vec<Row>, Vec<Tried>) {
     let tried = search.candidates.iter().map(|one| Tried {
         name: one.name(),
         precision: one.precision(),
-        row: order.iter().position(|place| one.row == Some(*place)),
+        // How far one came that was cut is a matter of time.
+        row: order.iter().position(|place| one.row == Some(*place) && one.dropped != Some(Dropped::Time)),
         dropped: one.dropped,
     });
     let tried = tried.collect();
