@@ -98,7 +98,7 @@ impl Line {
                     || others().any(|(other, count)| other < BEATEN * error && count <= last.count());
                 self.held >= ROWS && is_beaten()
             }
-            None if last.outcome == Outcome::Stopped => true,
+            None if last.outcome == Outcome::NotKnown => true,
             None => {
                 !self.is_controlled
                     && self.held == 0

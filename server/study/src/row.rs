@@ -19,8 +19,8 @@ pub enum Outcome {
     Diverged,
     /// A step was not taken.
     Refused,
-    /// It was given up, and nothing is known of it.
-    Stopped,
+    /// It was given up for want of time, and nothing is known of it.
+    NotKnown,
     /// It took more evaluations and products than another that is right enough.
     Costly,
 }
@@ -32,7 +32,7 @@ impl Outcome {
             Self::Ok => "ok",
             Self::Diverged => "diverged",
             Self::Refused => "refused",
-            Self::Stopped => "not_known",
+            Self::NotKnown => "not_known",
             Self::Costly => "costly",
         }
     }
@@ -98,7 +98,7 @@ impl Row {
             (End::Reached, Some(error)) if is_near(case, error) => (Outcome::Ok, None),
             (End::Reached, Some(_)) => (Outcome::Diverged, Some(far(case, run))),
             (End::Reached, None) => (Outcome::Refused, Some(too_long(case))),
-            (End::Stopped, _) => (Outcome::Stopped, None),
+            (End::Stopped, _) => (Outcome::NotKnown, None),
             (End::Costly, _) => (Outcome::Costly, None),
             (End::Failed(failure), _) if failure.is_refusal => (Outcome::Refused, Some(failure.clone())),
             (End::Failed(failure), _) => (Outcome::Diverged, Some(failure.clone())),

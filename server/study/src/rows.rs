@@ -110,7 +110,7 @@ impl<'a> Rows<'a> {
     }
 
     fn push(&mut self, mut row: Row) {
-        self.is_cut |= row.outcome == Outcome::Stopped;
+        self.is_cut |= row.outcome == Outcome::NotKnown;
         row.below_floor = row.error().is_some_and(|error| error < self.floor);
         self.made.push(row);
     }

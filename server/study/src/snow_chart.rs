@@ -214,7 +214,7 @@ fn add_rows(
     }
     rows.sort_by_key(|(place, _)| *place);
     for (_, mut row) in rows {
-        chart.is_cut |= row.outcome == Outcome::Stopped;
+        chart.is_cut |= row.outcome == Outcome::NotKnown;
         row.below_floor = row.error().is_some_and(|error| error < chart.floor);
         chart.rows.push(row);
     }

@@ -50,7 +50,7 @@ fn fields(scene: &str, threads: usize, row: &Row) -> [String; COLUMNS.len()] {
     let known = |value: Option<f64>| value.map(number).unwrap_or_default();
     let failure = row.failure.as_ref();
     // How far a run came that was given up is a matter of time, or of what others cost.
-    let is_known = !matches!(row.outcome, Outcome::Stopped | Outcome::Costly);
+    let is_known = !matches!(row.outcome, Outcome::NotKnown | Outcome::Costly);
     let told = |value: f64| if is_known { number(value) } else { String::new() };
     let counted = |value: u64| if is_known { value.to_string() } else { String::new() };
     [

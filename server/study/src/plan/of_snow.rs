@@ -142,7 +142,7 @@ impl Look<'_> {
     /// is allowed.
     fn verified(&mut self, setting: SnowSetting, known: &Row, phase: &Phase) -> (Row, Verified) {
         let row = self.run(setting, phase);
-        if row.outcome == Outcome::Stopped {
+        if row.outcome == Outcome::NotKnown {
             let error = known.error().unwrap_or(f64::INFINITY);
             return (known.clone(), Verified { is_cut: true, ..Verified::new(error) });
         }
@@ -152,7 +152,7 @@ impl Look<'_> {
             SnowSteps::Own => SnowSteps::Own,
         };
         let half = self.run(SnowSetting { steps, ..setting }, phase);
-        let is_cut = half.outcome == Outcome::Stopped;
+        let is_cut = half.outcome == Outcome::NotKnown;
         let half_step_error = half.error();
         let is_asymptotic = half_step_error.is_some_and(|smaller| smaller <= error);
         (row, Verified { half_step_error, is_asymptotic, is_cut, ..Verified::new(error) })

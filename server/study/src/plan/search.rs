@@ -84,7 +84,7 @@ impl<'a> Search<'a> {
             let row = self.run_within(setting, &phase.share(0.5), most);
             let candidate = &mut self.candidates[place];
             candidate.note(&row, self.rows.len(), RIGHT * self.tolerance);
-            if row.outcome == Outcome::Stopped {
+            if row.outcome == Outcome::NotKnown {
                 candidate.dropped = Some(Dropped::Time);
             } else if row.outcome == Outcome::Costly {
                 candidate.dropped = Some(Dropped::Costly);

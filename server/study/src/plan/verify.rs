@@ -156,7 +156,7 @@ fn halved(search: &mut Search<'_>, mut row: Row, phase: &Phase) -> (Row, Verifie
             break;
         }
         let half = search.verify(setting, phase);
-        verified.is_cut = half.outcome == Outcome::Stopped;
+        verified.is_cut = half.outcome == Outcome::NotKnown;
         let Some(smaller) = half.error() else { break };
         let ratio = verified.error / smaller;
         // With damping an order may be lost.

@@ -32,6 +32,7 @@ const REST: f64 = 0.15;
 const LOAD: f64 = 0.55;
 const STEPPING: f64 = 0.35;
 const IMPLICIT_REST: f64 = 0.25;
+const AGAIN: f64 = 0.4;
 const MAPS: f64 = 0.97;
 
 /// Steps of explicit methods at rest: a damped mode a percent beyond its limit grows by some percents per step, and begins as one of
@@ -216,12 +217,14 @@ impl Parts<'_> {
         // They should have none, and take the longest to show it.
         self.rest((rest, &implicit), study, &phase.share(IMPLICIT_REST), tell);
         let Some(ground) = ground else { return };
+        self.again(rest, ground, study, &phase.share(AGAIN), tell);
         for (i, map) in self.request.maps.iter().enumerate() {
             tell(&format!("the map over {}", map.name()));
             let left = phase.share(MAPS / (self.request.maps.len() - i) as f64);
             let rows = self.mapping(*map, ground, study).make(&left);
             study.rows.extend(rows);
         }
+        self.again(rest, ground, study, phase, tell);
     }
 
     /// The shortest and the longest step (s) that are tried.
@@ -243,34 +246,70 @@ impl Parts<'_> {
     ) {
         for (i, method) in methods.iter().enumerate() {
             tell(&format!("limit of {} at rest", method.name()));
-            let share = phase.share(share(methods.len() - i));
-            let theory = study.theory.as_ref().and_then(|theory| theory.limit(method.integrator));
-            let gain = Gain::of(rest, *method, &share);
-            let mut run =
-                |dt: f64, phase: &Phase| StabilityRow { theory, ..at_rest(rest, *method, dt, &gain, phase) };
-            let search = Search { run: &mut run, rows: Vec::new(), range: self.range() };
-            study.rows.extend(search.find(self.start(*method), &share));
+            let rows = self.limit_at_rest(rest, *method, study, &phase.share(share(methods.len() - i)));
+            study.rows.extend(rows);
         }
+    }
+
+    fn limit_at_rest(
+        &self,
+        rest: &Case,
+        method: Method,
+        study: &Stability,
+        phase: &Phase,
+    ) -> Vec<StabilityRow> {
+        let theory = study.theory.as_ref().and_then(|theory| theory.limit(method.integrator));
+        let gain = Gain::of(rest, method, phase);
+        let mut run =
+            |dt: f64, phase: &Phase| StabilityRow { theory, ..at_rest(rest, method, dt, &gain, phase) };
+        let search = Search { run: &mut run, rows: Vec::new(), range: self.range() };
+        search.find(self.start(method), phase)
     }
 
     fn load(&self, ground: &Ground, study: &mut Stability, phase: &Phase, tell: &dyn Fn(&str)) {
         for (i, method) in self.methods.iter().enumerate() {
             tell(&format!("limit of {} under load", method.name()));
             let share = phase.share(share(self.methods.len() - i));
-            let against = (ground, self.request.tolerance);
-            let mut run = |dt: f64, phase: &Phase| under_load(self.case, *method, dt, against, phase);
-            let search = Search { run: &mut run, rows: Vec::new(), range: self.range() };
-            let mut rows = search.find(self.start(*method), &share);
-            if let Some(mut limit) = rows.pop_if(|row| row.fate == Fate::Wrong) {
-                let search = Search { run: &mut run, rows: Vec::new(), range: [1e-3 * self.scale, limit.dt] };
-                let (right, longest) = search.find_right(limit.dt, &share);
-                limit.right = longest;
-                if longest.is_none() {
-                    limit.cut = Some(share.cut());
-                }
-                rows.extend(right.into_iter().chain([limit]));
+            study.rows.extend(self.limit_under_load(ground, *method, &share));
+        }
+    }
+
+    fn limit_under_load(&self, ground: &Ground, method: Method, phase: &Phase) -> Vec<StabilityRow> {
+        let against = (ground, self.request.tolerance);
+        let mut run = |dt: f64, phase: &Phase| under_load(self.case, method, dt, against, phase);
+        let search = Search { run: &mut run, rows: Vec::new(), range: self.range() };
+        let mut rows = search.find(self.start(method), phase);
+        if let Some(mut limit) = rows.pop_if(|row| row.fate == Fate::Wrong) {
+            let search = Search { run: &mut run, rows: Vec::new(), range: [1e-3 * self.scale, limit.dt] };
+            let (right, longest) = search.find_right(limit.dt, phase);
+            limit.right = longest;
+            limit.cut = longest.is_none().then(|| phase.cut());
+            rows.extend(right.into_iter().chain([limit]));
+        }
+        rows
+    }
+
+    /// Looks again for limits that were cut, with the time that others left over.
+    fn again(&self, rest: &Case, ground: &Ground, study: &mut Stability, phase: &Phase, tell: &dyn Fn(&str)) {
+        let cut = study.rows.iter().filter(|row| row.is_limit && row.cut.is_some());
+        let mut cut: Vec<(Method, Over)> = cut.map(|row| (row.method, row.over)).collect();
+        // Explicit Euler often bears no step at all, which takes the longest to show.
+        cut.sort_by_key(|(method, _)| method.integrator == Integrator::ExplicitEuler);
+        for (method, over) in cut {
+            if phase.is_over() {
+                return;
             }
-            study.rows.extend(rows);
+            tell(&format!("limit of {}, with the time that is left", method.name()));
+            // Rather some that are known than all of them cut again.
+            let share = phase.share(0.5);
+            let rows = match over {
+                Over::Rest => self.limit_at_rest(rest, method, study, &share),
+                Over::Load | Over::Scene => self.limit_under_load(ground, method, &share),
+            };
+            let is_its = |row: &StabilityRow| row.method == method && row.over == over;
+            let place = study.rows.iter().position(is_its).unwrap_or(study.rows.len());
+            study.rows.retain(|row| !is_its(row));
+            study.rows.splice(place..place, rows);
         }
     }
 
