@@ -75,6 +75,8 @@ impl<R: Real> Grid<R> {
         let (blocks, node_blocks, tile) = (self.blocks.len(), self.node_blocks.len(), tile_len(n));
         grow(&mut self.tiles, [blocks, tile], R::zero());
         grow(&mut self.nodes, [node_blocks, 1], [[R::zero(); 4]; CELLS]);
+        // As many keys as there are nodes to have one.
+        self.written_blocks.reserve_exact(self.nodes.len().saturating_sub(self.written_blocks.len()));
         if separate == Forces::Apart {
             grow(&mut self.impulses, [blocks, tile], R::zero());
             grow(&mut self.changes, [node_blocks, 1], [[R::zero(); 4]; CELLS]);
@@ -87,7 +89,6 @@ impl<R: Real> Grid<R> {
         self.in_front.reserve(blocks);
         self.node_blocks.reserve(8 * blocks);
         self.spare_blocks.reserve(8 * blocks);
-        self.written_blocks.reserve(8 * blocks);
         self.behind.reserve(8 * blocks);
     }
 
