@@ -22,6 +22,7 @@ use crate::{
     start_error::{MAX_SECONDS, StartError},
     token_keeper,
     transport::{Listener, ListenerSettings, router, serve},
+    trim,
 };
 
 /// Name of the service in health checks.
@@ -82,6 +83,7 @@ impl App {
             }
         });
         runtime.spawn(end_unused(Arc::clone(&shared.registry), draining.clone()));
+        runtime.spawn(trim::keep(Arc::clone(&shared.memory), draining.clone()));
         let server = Some(server);
         Ok(Self { address, shared, draining, server, health, token, token_path, token_keeper })
     }

@@ -1,11 +1,18 @@
 //! The program `nappe-server`: arguments to configuration, server until a signal, drain.
 
-use std::{process::ExitCode, time::Duration};
+use std::{
+    fmt::Display,
+    io::{self, Write as _},
+    process::ExitCode,
+    thread,
+    time::Duration,
+};
 
 use clap::Parser;
-use nappe_server::{App, Config, Signals, check_processor};
+use nappe_server::{
+    App, Config, Log, Signals, check_processor, command_line, outlive_file_limits, runtime, say,
+};
 use tokio::sync::oneshot;
-use tracing_subscriber::EnvFilter;
 
 /// Serves simulations of cloth and snow over gRPC.
 #[derive(Parser)]
@@ -22,19 +29,31 @@ struct Arguments {
 }
 
 fn main() -> ExitCode {
-    let arguments = Arguments::parse();
-    tracing_subscriber::fmt()
-        .with_env_filter(EnvFilter::new(&arguments.log))
-        .with_writer(std::io::stderr)
-        .init();
+    let arguments: Arguments = match command_line() {
+        Ok(arguments) => arguments,
+        Err(code) => return code,
+    };
     if let Err(error) = check_processor() {
-        return failed(&error.to_string());
+        return failed(&error);
     }
-    let runtime = match tokio::runtime::Runtime::new() {
+    // It is dropped last, when nothing is left that could log.
+    let _log = match Log::start(&arguments.log) {
+        Ok(log) => log,
+        Err(error) => return failed(&error),
+    };
+    if let Err(error) = outlive_file_limits() {
+        return failed(&format!("cannot catch signals: {error}"));
+    }
+    let runtime = match runtime() {
         Ok(runtime) => runtime,
         Err(error) => return failed(&format!("no runtime could be started: {error}")),
     };
-    let input = arguments.until_stdin_closes.then(input_closed);
+    let input = match arguments.until_stdin_closes.then(input_closed).transpose() {
+        Ok(input) => input,
+        Err(error) => {
+            return failed(&format!("the system starts no thread that reads standard input: {error}"));
+        }
+    };
     let code = runtime.block_on(run(arguments.config, input));
 
     // Blocking work that hangs must not keep the program alive.
@@ -49,9 +68,11 @@ async fn run(config: Config, input: Option<oneshot::Receiver<()>>) -> ExitCode {
     };
     let app = match App::start(config) {
         Ok(app) => app,
-        Err(error) => return failed(&error.to_string()),
+        Err(error) => return failed(&error),
     };
-    announce(&app.url());
+    if let Err(error) = announce(&app.url()) {
+        return failed(&format!("cannot write the address on standard output: {error}"));
+    }
     match (app.token_path(), app.token()) {
         (Some(path), _) => tracing::info!("clients of this user find the token in {}", path.display()),
         (None, Some(_)) => tracing::info!("clients show the token of the file that was given"),
@@ -77,23 +98,27 @@ async fn run(config: Config, input: Option<oneshot::Receiver<()>>) -> ExitCode {
 }
 
 /// Resolves when the standard input is at its end. It is read on a thread of its own, which ends with the program.
-fn input_closed() -> oneshot::Receiver<()> {
+///
+/// # Errors
+/// When the system starts no thread.
+fn input_closed() -> io::Result<oneshot::Receiver<()>> {
     let (sender, receiver) = oneshot::channel();
-    std::thread::spawn(move || {
+    thread::Builder::new().spawn(move || {
         // What is written to it means nothing, and an input that cannot be read counts as closed.
-        let _ = std::io::copy(&mut std::io::stdin().lock(), &mut std::io::sink());
+        let _ = io::copy(&mut io::stdin().lock(), &mut io::sink());
         let _ = sender.send(());
-    });
-    receiver
+    })?;
+    Ok(receiver)
 }
 
-#[allow(clippy::print_stdout, reason = "a script reads the address from the first line of the output")]
-fn announce(url: &str) {
-    println!("nappe-server listens on {url}");
+/// Scripts read the address from the first line of the output.
+fn announce(url: &str) -> io::Result<()> {
+    let mut out = io::stdout().lock();
+    writeln!(out, "nappe-server listens on {url}")?;
+    out.flush()
 }
 
-#[allow(clippy::print_stderr, reason = "a program tells its user why it did not start")]
-fn failed(message: &str) -> ExitCode {
-    eprintln!("nappe-server: {message}");
+fn failed(message: &impl Display) -> ExitCode {
+    say(&format!("nappe-server: {message}"));
     ExitCode::FAILURE
 }

@@ -1,9 +1,32 @@
-//! The signals that ask a program to end: SIGINT (Ctrl-C) and SIGTERM. The first asks, the second ends it.
+//! The signals that ask a program to end: SIGINT (Ctrl-C) and SIGTERM. The first asks, the second ends it. SIGXFSZ does not.
 
 use std::io;
 
 /// Exit code of a program that a second signal ended.
 const INTERRUPTED: i32 = 130;
+
+/// Has a write beyond the limit on the size of files fail from now on, as one onto a full disk does: SIGXFSZ, which the
+/// system then sends, would end the program without a word.
+///
+/// # Errors
+/// If the system does not let the program catch it.
+#[cfg(unix)]
+pub fn outlive_file_limits() -> io::Result<()> {
+    use tokio::signal::unix::{SignalKind, signal};
+    // The handler stays when this runtime is gone.
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
+    let _entered = runtime.enter();
+    signal(SignalKind::from_raw(rustix::process::Signal::XFSZ.as_raw())).map(drop)
+}
+
+/// Does nothing: such a write fails by itself on this system.
+///
+/// # Errors
+/// None on this system.
+#[cfg(not(unix))]
+pub fn outlive_file_limits() -> io::Result<()> {
+    Ok(())
+}
 
 /// Signals, caught from the moment that this is made: make it before telling anybody the address.
 #[derive(Debug)]

@@ -192,3 +192,78 @@ fn the_environment_sets_what_flags_do_not() {
         assert!(help.contains(knob), "{knob} in {help}");
     }
 }
+
+/// The device of Linux that is always full.
+#[cfg(target_os = "linux")]
+fn full() -> Stdio {
+    std::fs::File::options().write(true).open("/dev/full").expect("Linux has one").into()
+}
+
+/// A pipe whose reader is gone.
+#[cfg(target_os = "linux")]
+fn gone() -> Stdio {
+    let (reader, writer) = std::io::pipe().expect("a pipe");
+    drop(reader);
+    writer.into()
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_server_whose_log_cannot_be_written_answers_and_ends_with_code_0() {
+    for log in [full(), gone()] {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_nappe-server"));
+        command.args(["--address", "127.0.0.1:0", "--no-token", "--log", "trace"]);
+        let mut server = command.stdout(Stdio::piped()).stderr(log).spawn().expect("the program starts");
+        let address = address(&mut server);
+        drop(deaf(&address));
+        terminate(&server);
+        assert_eq!(end(&mut server).code(), Some(0));
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn a_log_that_is_no_terminal_has_no_colours_and_holds_its_last_line() {
+    let mut server = program(&["--address", "127.0.0.1:0", "--no-token", "--log", "info"]);
+    address(&mut server);
+    terminate(&server);
+    let done = server.wait_with_output().expect("it ends");
+    let log = String::from_utf8(done.stderr).expect("a text");
+    assert!(log.contains("SIGTERM: draining") && log.trim_end().ends_with("ended"), "{log}");
+    assert!(!log.contains('\u{1b}'), "{log:?}");
+}
+
+#[cfg(unix)]
+#[test]
+fn a_number_of_workers_that_tokio_refuses_changes_nothing() {
+    for count in ["0", "many"] {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_nappe-server"));
+        command.args(["--address", "127.0.0.1:0", "--no-token"]).env("TOKIO_WORKER_THREADS", count);
+        let mut server =
+            command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the program starts");
+        address(&mut server);
+        terminate(&server);
+        assert_eq!(end(&mut server).code(), Some(0), "{count}");
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_standard_output_that_is_full_is_told_and_ends_with_code_1() {
+    for arguments in [&["--help"][..], &["--version"], &["--address", "127.0.0.1:0", "--no-token"]] {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_nappe-server"));
+        let done = command.args(arguments).stdout(full()).stderr(Stdio::piped()).output().expect("it ends");
+        let told = String::from_utf8_lossy(&done.stderr).into_owned();
+        assert_eq!(done.status.code(), Some(1), "{arguments:?}: {told}");
+        assert!(told.starts_with("nappe-server: cannot write "), "{arguments:?}: {told}");
+        assert_eq!(told.lines().count(), 1, "{arguments:?}: {told}");
+    }
+}
+
+#[test]
+fn a_filter_of_the_log_that_cannot_be_read_is_told() {
+    let refused = program(&["--log", "nappe_server=loud"]).wait_with_output().expect("it ends");
+    let told = String::from_utf8_lossy(&refused.stderr).into_owned();
+    assert_eq!(refused.status.code(), Some(1), "{told}");
+    assert!(told.contains("nappe_server=loud") && told.contains("NAPPE_LOG"), "{told}");
+}

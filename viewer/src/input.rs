@@ -20,12 +20,15 @@ pub(crate) struct Input {
 
 impl Input {
     /// Begins to read: a token in the first line, the end, both or neither.
-    pub(crate) fn read(arguments: &Arguments) -> Self {
+    ///
+    /// # Errors
+    /// When the system starts no thread.
+    pub(crate) fn read(arguments: &Arguments) -> Result<Self, Failure> {
         let (has_token, ends) = (arguments.reads_token(), arguments.until_stdin_closes);
         let (told, line) = oneshot::channel();
         let (ended, closed) = oneshot::channel();
         if has_token || ends {
-            std::thread::spawn(move || {
+            let reader = std::thread::Builder::new().spawn(move || {
                 let mut input = BufReader::new(io::stdin());
                 if has_token {
                     // Nobody listens only when the program ends.
@@ -37,8 +40,11 @@ impl Input {
                     let _ = ended.send(());
                 }
             });
+            reader.map_err(|error| {
+                Failure::new(format!("the system starts no thread that reads standard input: {error}"))
+            })?;
         }
-        Self { line: has_token.then_some(line), closed: ends.then_some(closed) }
+        Ok(Self { line: has_token.then_some(line), closed: ends.then_some(closed) })
     }
 
     /// The token in the first line.
@@ -73,6 +79,25 @@ fn first_line(input: &mut impl io::BufRead) -> io::Result<String> {
     let mut line = String::new();
     input.by_ref().take(LINE_LIMIT).read_line(&mut line)?;
     Ok(line)
+}
+
+/// Has a write beyond the limit on the size of files fail from now on, as one onto a full disk does: SIGXFSZ would end the
+/// program without a word. To be called in a runtime.
+///
+/// # Errors
+/// If the system does not let the program catch it.
+#[cfg(unix)]
+pub(crate) fn outlive_file_limits() -> io::Result<()> {
+    use tokio::signal::unix::{SignalKind, signal};
+    /// The number of SIGXFSZ on Linux, macOS and the BSDs.
+    const FILE_SIZE: i32 = 25;
+    signal(SignalKind::from_raw(FILE_SIZE)).map(drop)
+}
+
+/// Does nothing: such a write fails by itself on this system.
+#[cfg(not(unix))]
+pub(crate) fn outlive_file_limits() -> io::Result<()> {
+    Ok(())
 }
 
 /// Completes on Ctrl-C or SIGTERM. A second signal ends the program at once.

@@ -9,11 +9,12 @@ mod input;
 mod server;
 mod follow;
 
-use std::process::ExitCode;
+use std::{num::NonZeroUsize, process::ExitCode, thread};
 
 use clap::Parser as _;
 use nappe_client::{Event, Token};
 use nappe_rerun::{Shown, show};
+use tokio::runtime::{Builder, Runtime};
 
 use crate::{
     arguments::Arguments,
@@ -22,11 +23,13 @@ use crate::{
     tell::{Audience, Failure},
 };
 
-#[tokio::main]
-async fn main() -> ExitCode {
-    let arguments = Arguments::parse();
+fn main() -> ExitCode {
+    let arguments = match Arguments::try_parse() {
+        Ok(arguments) => arguments,
+        Err(answer) => return tell::answered(&answer),
+    };
     let audience = arguments.audience();
-    let failure = match run(&arguments, audience).await {
+    let failure = match runtime().and_then(|runtime| runtime.block_on(run(&arguments, audience))) {
         Ok(()) => return ExitCode::SUCCESS,
         Err(failure) => failure,
     };
@@ -34,8 +37,17 @@ async fn main() -> ExitCode {
     ExitCode::from(failure.exit as u8)
 }
 
+/// A worker per logical core; `TOKIO_WORKER_THREADS` changes nothing.
+fn runtime() -> Result<Runtime, Failure> {
+    let workers = thread::available_parallelism().map_or(1, NonZeroUsize::get);
+    let runtime = Builder::new_multi_thread().worker_threads(workers).enable_all().build();
+    runtime.map_err(|error| Failure::new(format!("cannot start the runtime: {error}")))
+}
+
 async fn run(arguments: &Arguments, audience: Audience) -> Result<(), Failure> {
-    let mut input = Input::read(arguments);
+    input::outlive_file_limits()
+        .map_err(|error| Failure::new(format!("cannot listen to signals: {error}")))?;
+    let mut input = Input::read(arguments)?;
     let token = match &arguments.token {
         None => None,
         Some(_) if arguments.reads_token() => Some(input.token().await?),

@@ -8,6 +8,7 @@ use std::{
     fmt,
     io::{self, Write as _},
     path::Path,
+    process::ExitCode,
 };
 
 use nappe_client::{ClientError, Event, Exit, Reason};
@@ -126,6 +127,19 @@ impl From<ShowError> for Failure {
     }
 }
 
+/// Tells help, version, or what is wrong with the command line; the code with which the program ends.
+pub(crate) fn answered(answer: &clap::Error) -> ExitCode {
+    let written = answer.print().and_then(|()| io::stdout().flush());
+    match written {
+        // A reader that closes the pipe early has what it wants.
+        Err(error) if !answer.use_stderr() && error.kind() != io::ErrorKind::BrokenPipe => {
+            unwritten(&error);
+            ExitCode::from(Exit::Failure as u8)
+        }
+        _ => ExitCode::from(answer.exit_code() as u8),
+    }
+}
+
 /// Writes a line on standard error; nobody is left to be told when it is closed.
 fn say(text: &str) {
     let _ = writeln!(io::stderr().lock(), "{text}");
@@ -134,5 +148,12 @@ fn say(text: &str) {
 /// Writes a line of JSON on standard output; whoever closed it wants none.
 fn write(value: &Value) {
     let mut out = io::stdout().lock();
-    let _ = writeln!(out, "{value}").and_then(|()| out.flush());
+    match writeln!(out, "{value}").and_then(|()| out.flush()) {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => unwritten(&error),
+        _ => {}
+    }
+}
+
+fn unwritten(error: &io::Error) {
+    say(&format!("nappe-viewer: cannot write on standard output: {error}"));
 }

@@ -28,18 +28,25 @@ mod verbs;
 
 use std::process::ExitCode;
 
-use clap::Parser as _;
-
 use crate::{error::CliError, verbs::Cli};
 
 fn main() -> ExitCode {
-    let cli = Cli::parse();
-    let done = nappe_server::check_processor().map_err(CliError::failure).and_then(|()| verbs::run(&cli));
-    match done {
+    let cli: Cli = match nappe_server::command_line() {
+        Ok(cli) => cli,
+        Err(code) => return code,
+    };
+    match run(&cli) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             output::note(&format!("nappe: {error}"));
             ExitCode::from(error.exit as u8)
         }
     }
+}
+
+fn run(cli: &Cli) -> error::Result<()> {
+    nappe_server::check_processor().map_err(CliError::failure)?;
+    nappe_server::outlive_file_limits()
+        .map_err(|error| CliError::failure(format!("cannot listen to signals: {error}")))?;
+    verbs::run(cli)
 }

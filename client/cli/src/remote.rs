@@ -19,9 +19,7 @@ const PATIENCE: Duration = Duration::from_secs(2);
 /// # Errors
 /// The work's, or when the system refuses threads.
 pub(crate) fn block_on<T>(work: impl Future<Output = Result<T>>) -> Result<T> {
-    let runtime = tokio::runtime::Builder::new_multi_thread()
-        .enable_all()
-        .build()
+    let runtime = nappe_server::runtime()
         .map_err(|error| CliError::failure(format!("cannot start the runtime: {error}")))?;
     let answer = runtime.block_on(work);
     // Tasks that still wait for a connection must not keep the command from ending.

@@ -3,7 +3,13 @@
 //! Reads where the server listens from `NAPPE_LINK` (HOST:PORT/TOKEN/THREADS, the token as 32 hexadecimal digits, the threads
 //! of each rank); steps until the server says that this is the end.
 
-use std::{env, net::TcpStream, process::ExitCode, sync::Arc};
+use std::{
+    env,
+    io::{self, Write as _},
+    net::TcpStream,
+    process::ExitCode,
+    sync::Arc,
+};
 
 use nappe_cluster::{Cluster, LINK, Link, Mpi, abort, follow, lead};
 use nappe_sim::{math::check_processor, parallel::Communicator as _};
@@ -20,9 +26,9 @@ fn main() -> ExitCode {
 }
 
 /// Says what is wrong where the launcher shows it to the server.
-#[allow(clippy::print_stderr, reason = "what a launcher hands on")]
 fn say(message: &str) {
-    eprintln!("nappe-rank: {message}");
+    // Nobody is left to be told when the launcher is gone.
+    let _ = writeln!(io::stderr().lock(), "nappe-rank: {message}");
 }
 
 fn run() -> Result<(), String> {

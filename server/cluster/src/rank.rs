@@ -38,7 +38,7 @@ pub fn lead(cluster: &Arc<dyn Cluster>, token: Token, stream: TcpStream) -> Resu
     send(&mut answers, &hello)?;
 
     let steps = Arc::new(Mutex::new(Interrupt::default()));
-    let orders = read_orders(stream, Arc::clone(&steps));
+    let orders = read_orders(stream, Arc::clone(&steps))?;
     let mut rank = Rank::new(cluster);
     loop {
         let order =
@@ -80,9 +80,15 @@ pub fn follow(cluster: &Arc<dyn Cluster>) -> Result<(), LinkError> {
 }
 
 /// Reads orders as they come, in a thread of its own: an interrupt acts at once, the others wait for their turn.
-fn read_orders(mut stream: TcpStream, steps: Arc<Mutex<Interrupt>>) -> Receiver<Result<Order, LinkError>> {
+///
+/// # Errors
+/// When the system starts no thread.
+fn read_orders(
+    mut stream: TcpStream,
+    steps: Arc<Mutex<Interrupt>>,
+) -> io::Result<Receiver<Result<Order, LinkError>>> {
     let (orders, received) = mpsc::channel();
-    thread::spawn(move || {
+    let body = move || {
         loop {
             let interrupt = || steps.lock().unwrap_or_else(PoisonError::into_inner).request();
             let order = match receive::<Order>(&mut stream) {
@@ -103,8 +109,12 @@ fn read_orders(mut stream: TcpStream, steps: Arc<Mutex<Interrupt>>) -> Receiver<
                 return;
             }
         }
-    });
-    received
+    };
+    let started = thread::Builder::new().spawn(body);
+    started.map_err(|error| {
+        io::Error::new(error.kind(), format!("the system starts no thread that reads it: {error}"))
+    })?;
+    Ok(received)
 }
 
 /// What a rank steps.

@@ -88,11 +88,15 @@ impl Job {
         };
         let mut child = command.spawn().map_err(unavailable)?;
         let group = Group(Pid::from_child(&child));
-        let said = Arc::<Mutex<VecDeque<String>>>::default();
-        if let Some(stderr) = child.stderr.take() {
-            keep_lines(stderr, Arc::clone(&said));
+        let stderr = child.stderr.take();
+        // From here on, an error ends the job.
+        let job = Self { child, group, said: Arc::default() };
+        if let Some(stderr) = stderr {
+            keep_lines(stderr, Arc::clone(&job.said)).map_err(|error| {
+                not_started(&format!("the system starts no thread that reads what they say: {error}"))
+            })?;
         }
-        Ok(Self { child, group, said })
+        Ok(job)
     }
 
     /// Its process group.
@@ -184,8 +188,11 @@ fn greet(stream: TcpStream, token: Token) -> Result<Remote, RemoteError> {
 }
 
 /// Keeps the last lines that a job says, in a thread of its own; the log has them too.
-fn keep_lines(stderr: ChildStderr, said: Arc<Mutex<VecDeque<String>>>) {
-    thread::spawn(move || {
+///
+/// # Errors
+/// When the system starts no thread.
+fn keep_lines(stderr: ChildStderr, said: Arc<Mutex<VecDeque<String>>>) -> io::Result<()> {
+    let body = move || {
         for line in BufReader::new(stderr).split(b'\n').map_while(Result::ok) {
             let line = String::from_utf8_lossy(&line);
             tracing::debug!("ranks: {line}");
@@ -195,7 +202,8 @@ fn keep_lines(stderr: ChildStderr, said: Arc<Mutex<VecDeque<String>>>) {
                 said.pop_front();
             }
         }
-    });
+    };
+    thread::Builder::new().spawn(body).map(drop)
 }
 
 /// Listens where ranks can reach it: on loopback alone where they are told to look there. The text is where they look.

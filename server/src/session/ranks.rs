@@ -3,6 +3,7 @@
 //! Enters: a setup, changes, the wish for a step or a state. Leaves: steps and states, or that a rank is lost.
 
 use std::{
+    io,
     sync::{
         Arc,
         atomic::{AtomicBool, Ordering},
@@ -91,7 +92,9 @@ impl Ranks {
 
         let hosts = remote.hello().hosts.clone();
         let (orders, is_over) = (remote.orders(), Arc::new(AtomicBool::new(false)));
-        watch(watched, orders, job.group(), Arc::clone(&is_over));
+        watch(watched, orders, job.group(), Arc::clone(&is_over)).map_err(|error| {
+            not_started(&format!("the system starts no thread that watches them: {error}"))
+        })?;
         let mut ranks = Self { remote: Some(remote), job, counts, hosts, asked: Asked::default(), is_over };
 
         let system = rustix::system::uname();
@@ -182,9 +185,12 @@ impl Drop for Ranks {
 
 /// Hands interrupts on to ranks, and closes their link when the launcher ends, so that nobody waits for an answer: in a
 /// thread of its own.
-fn watch(watched: Watched, orders: Orders, group: Group, is_over: Arc<AtomicBool>) {
+///
+/// # Errors
+/// When the system starts no thread.
+fn watch(watched: Watched, orders: Orders, group: Group, is_over: Arc<AtomicBool>) -> io::Result<()> {
     let Watched { start, steps, on_end } = watched;
-    thread::spawn(move || {
+    let body = move || {
         let mut is_told = false;
         while !is_over.load(Ordering::Relaxed) {
             if start.is_requested() {
@@ -201,5 +207,6 @@ fn watch(watched: Watched, orders: Orders, group: Group, is_over: Arc<AtomicBool
             }
             thread::sleep(TICK);
         }
-    });
+    };
+    thread::Builder::new().spawn(body).map(drop)
 }

@@ -1,11 +1,12 @@
 //! Seconds that a study may take, and a request to end it: what runs is then given up.
 
 use std::{
+    io,
     sync::{
         Arc, Condvar, Mutex, PoisonError,
         atomic::{AtomicBool, Ordering},
     },
-    thread::JoinHandle,
+    thread::{self, JoinHandle},
     time::{Duration, Instant},
 };
 
@@ -98,8 +99,19 @@ impl Shared {
 }
 
 impl Budget {
-    /// Seconds from now on; none: as many as it takes.
+    /// As [`Self::start`].
+    ///
+    /// # Panics
+    /// If the system starts no thread.
     pub fn new(limit: Option<Duration>) -> Self {
+        Self::start(limit).expect("the system starts a thread")
+    }
+
+    /// Seconds from now on; none: as many as it takes.
+    ///
+    /// # Errors
+    /// If the system starts no thread that looks at the time.
+    pub fn start(limit: Option<Duration>) -> io::Result<Self> {
         let shared = Arc::new(Shared {
             start: Instant::now(),
             limit,
@@ -108,8 +120,8 @@ impl Budget {
             ends: Condvar::new(),
         });
         let watching = Arc::clone(&shared);
-        let thread = Some(std::thread::spawn(move || watching.watch()));
-        Self { shared, thread }
+        let thread = Some(thread::Builder::new().spawn(move || watching.watch())?);
+        Ok(Self { shared, thread })
     }
 
     /// What ends the study from another thread.

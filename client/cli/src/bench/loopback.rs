@@ -28,7 +28,9 @@ pub(super) struct Load {
 /// # Errors
 /// When loopback cannot be used, or the system has no `/proc`.
 pub(super) fn cpu_seconds_per_gb(load: Load) -> Result<f64> {
-    thread::spawn(move || write_all(load)).join().unwrap_or_else(|_panic| Err(failure(&"a thread panicked")))
+    let started = thread::Builder::new().spawn(move || write_all(load));
+    let thread = started.map_err(|error| failure(&format!("the system starts no thread: {error}")))?;
+    thread.join().unwrap_or_else(|_panic| Err(failure(&"a thread panicked")))
 }
 
 /// The thread that is measured.
@@ -57,10 +59,10 @@ fn connect(readers: usize) -> std::io::Result<Vec<TcpStream>> {
     let address = listener.local_addr()?;
     let connection = |_| {
         let mut reader = TcpStream::connect(address)?;
-        thread::spawn(move || {
+        thread::Builder::new().spawn(move || {
             let mut buffer = vec![0; 1 << 18];
             while reader.read(&mut buffer).is_ok_and(|read| read > 0) {}
-        });
+        })?;
         let (writer, _) = listener.accept()?;
         writer.set_nodelay(true)?;
         Ok(writer)

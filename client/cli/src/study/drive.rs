@@ -25,7 +25,9 @@ pub(crate) fn compute<T: Send + 'static>(
         .num_threads(threads)
         .build()
         .map_err(|error| CliError::failure(format!("cannot start {threads} threads: {error}")))?;
-    let budget = Budget::new(seconds);
+    let budget = Budget::start(seconds).map_err(|error| {
+        CliError::failure(format!("cannot start a thread that looks at the time: {error}"))
+    })?;
     let (stop, bar) = (budget.stop(), progress(budget.stop()));
     remote::block_on(async move {
         let signals = remote::catch_signals()?;

@@ -111,11 +111,14 @@ impl Sweep {
         let ended = std::thread::scope(|scope| {
             for _ in 0..threads.min(open.len()) {
                 let sender = sender.clone();
-                let pool = ThreadPoolBuilder::new()
-                    .num_threads(1)
-                    .build()
-                    .map_err(|error| CliError::failure(format!("cannot start a thread: {error}")))?;
-                scope.spawn(move || pool.install(|| work(sender)));
+                let refused = |error: &dyn std::fmt::Display| {
+                    CliError::failure(format!("cannot start a thread: {error}"))
+                };
+                let pool =
+                    ThreadPoolBuilder::new().num_threads(1).build().map_err(|error| refused(&error))?;
+                std::thread::Builder::new()
+                    .spawn_scoped(scope, move || pool.install(|| work(sender)))
+                    .map_err(|error| refused(&error))?;
             }
             drop(sender);
             for row in rows {

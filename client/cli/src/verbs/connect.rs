@@ -142,7 +142,7 @@ fn far_end(args: &ConnectArgs) -> Result<()> {
         };
 
         let ended = tokio::select! {
-            () = input_closed() => Ok(()),
+            ended = input_closed() => ended,
             signal = remote::interrupted_by(signals) => signal,
         };
         if let Some(app) = app {
@@ -167,12 +167,19 @@ fn far_config(args: &ConnectArgs) -> Result<Config> {
 }
 
 /// Waits until nobody can write to the input any more: ssh is gone, or was asked to end.
-async fn input_closed() {
+///
+/// # Errors
+/// When the system starts no thread.
+async fn input_closed() -> Result<()> {
     let (closed, wait) = tokio::sync::oneshot::channel();
-    std::thread::spawn(move || {
+    let reader = std::thread::Builder::new().spawn(move || {
         // Nothing is read here; whatever comes, the end of it is what counts.
         let _ = std::io::stdin().lock().read_to_end(&mut Vec::new());
         let _ = closed.send(());
     });
+    reader.map_err(|error| {
+        CliError::failure(format!("the system starts no thread that reads standard input: {error}"))
+    })?;
     let _ = wait.await;
+    Ok(())
 }

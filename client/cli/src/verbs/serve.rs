@@ -3,10 +3,9 @@
 use std::{convert::Infallible, ffi::OsString, time::Duration};
 
 use clap::Args;
-use nappe_server::{App, Config};
+use nappe_server::{App, Config, Log, LogError};
 use serde_json::json;
 use tokio::time::timeout;
-use tracing_subscriber::EnvFilter;
 
 use crate::{
     error::{CliError, Result},
@@ -54,8 +53,10 @@ pub(crate) fn run(args: &ServeArgs) -> Result<()> {
             Some(_) => Some(Viewer::find().await?),
             None => None,
         };
-        let log = tracing_subscriber::fmt().with_env_filter(EnvFilter::new(&args.log));
-        log.with_writer(std::io::stderr).init();
+        let _log = Log::start(&args.log).map_err(|error| match error {
+            LogError::Filter { .. } => CliError::usage(error),
+            error => CliError::failure(error),
+        })?;
         let signals = remote::catch_signals()?;
         let app = App::start(args.config.clone()).map_err(CliError::failure)?;
         let mut child = match &viewer {

@@ -8,6 +8,8 @@ mod ply_frames;
 mod mesh;
 mod mecasim;
 mod service;
+#[cfg(target_os = "linux")]
+mod unwritable;
 mod disturbed;
 #[cfg(unix)]
 mod viewer;

@@ -13,7 +13,7 @@ use serde_json::Value;
 use crate::support::{Lines, SMALL_SCENE, command, end_by, folder, nappe, nappe_in, until, write_scene};
 
 /// A scene whose explicit step is ten times too long.
-const DIVERGING_SCENE: &str = r#"
+pub(crate) const DIVERGING_SCENE: &str = r#"
 version = 1
 title = "too long a step"
 dt = 0.05

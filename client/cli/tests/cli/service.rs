@@ -41,7 +41,7 @@ fn a_session_lives_from_create_to_delete() {
 }
 
 /// Asks until the session is in this state.
-fn wait_for(server: &Server, id: &str, state: &str) -> Value {
+pub(crate) fn wait_for(server: &Server, id: &str, state: &str) -> Value {
     let mut found = None;
     until(&format!("session {id} is {state}"), || {
         let sessions = server.nappe(&["list"]).ok().json();

@@ -231,7 +231,8 @@ impl Server {
         Self::spawn(server, options, Stdio::null())
     }
 
-    fn begin(options: &[&str], log: Stdio) -> Self {
+    /// A server whose log goes somewhere else.
+    pub(crate) fn begin(options: &[&str], log: Stdio) -> Self {
         Self::spawn(command(), options, log)
     }
 
