@@ -285,8 +285,8 @@ reasons! {
         "Send fewer or shorter headers."
 
     RequestMemoryFull "REQUEST_MEMORY_FULL" ResourceExhausted
-        "The requests in progress, uploads included, hold as many bytes as the server allows; `needed_bytes`, `left_bytes` and `allowed_bytes` say how many."
-        "Try again in a moment, or raise the limit."
+        "The requests in progress, uploads included, hold as many bytes as the server allows; `needed_bytes`, `left_bytes` and `allowed_bytes` say how many. One that never fits says by how much (`over_bytes`), and which option raises the limit (`option`)."
+        "Raise the limit that the message names; where it names none, try again in a moment."
 
     ServerMemoryFull "SERVER_MEMORY_FULL" ResourceExhausted
         "What the call needs does not fit into the memory that the server allows all sessions, meshes and requests; `needed_bytes` and `left_bytes` say how much."

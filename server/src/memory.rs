@@ -29,6 +29,8 @@ pub(crate) struct MemoryAccount {
     reason: Reason,
     /// What it counts, in messages.
     noun: &'static str,
+    /// The option that raises the limit.
+    option: &'static str,
 }
 
 impl MemoryAccount {
@@ -41,6 +43,7 @@ impl MemoryAccount {
             whole: None,
             reason: Reason::ServerMemoryFull,
             noun: "sessions, meshes and requests",
+            option: "--max-server-bytes",
         })
     }
 
@@ -53,6 +56,7 @@ impl MemoryAccount {
             whole: Some(Arc::clone(whole)),
             reason: Reason::RequestMemoryFull,
             noun: "requests in progress",
+            option: "--max-request-bytes",
         })
     }
 
@@ -85,6 +89,28 @@ impl MemoryAccount {
         }
     }
 
+    /// Bytes that a claim of more than a small one may hold while there is no other.
+    fn most(&self) -> u64 {
+        self.limit - self.kept_for_small
+    }
+
+    /// The error of a claim that is refused and comes to `bytes` in all. Where these never fit, however little else is in
+    /// use, it says by how much they are too many, and what raises the limit.
+    fn refused(&self, error: ServiceError, bytes: u64) -> ServiceError {
+        let accounts = [Some(self), self.whole.as_deref()];
+        let Some(account) = accounts.into_iter().flatten().find(|account| bytes > account.most()) else {
+            return error;
+        };
+        let (most, option) = (account.most(), account.option);
+        let over = bytes - most;
+        let message = format!(
+            "{bytes} bytes are needed at a time, {over} more than the {most} that one may have of those for {}: {option} \
+             raises the limit",
+            account.noun
+        );
+        ServiceError { message, ..error }.with("over_bytes", over).with("option", option)
+    }
+
     fn full(&self, needed: u64, left: u64) -> ServiceError {
         let Self { limit, noun, .. } = self;
         let message =
@@ -110,9 +136,9 @@ impl Claim {
     /// If the account has not as many left; nothing is taken then.
     pub(crate) fn grow(&self, bytes: u64) -> Result<(), ServiceError> {
         let account = &self.account;
-        let is_small = self.bytes.load(Ordering::Relaxed).saturating_add(bytes) <= SMALL_BYTES;
-        let kept = if is_small { 0 } else { account.kept_for_small };
-        account.take(bytes, account.limit - kept)?;
+        let all = self.bytes.load(Ordering::Relaxed).saturating_add(bytes);
+        let allowed = if all <= SMALL_BYTES { account.limit } else { account.most() };
+        account.take(bytes, allowed).map_err(|full| account.refused(full, all))?;
         self.bytes.fetch_add(bytes, Ordering::Relaxed);
         Ok(())
     }
@@ -160,6 +186,23 @@ mod tests {
         drop((large, small));
         assert_eq!((account.used(), server.used()), (0, 0));
         account.claim().grow(u64::MAX).expect_err("more than there is");
+    }
+
+    #[test]
+    fn what_never_fits_is_told_with_how_much_is_too_much_and_what_raises_the_limit() {
+        let server = MemoryAccount::of_server(2 << 20);
+        let requests = MemoryAccount::of_requests(1 << 20, &server);
+        let claim = requests.claim();
+        claim.grow(500_000).expect("room");
+        let later = requests.claim().grow(500_000).expect_err("full for now");
+        assert!(!later.metadata.iter().any(|(key, _)| *key == "option"), "{later:?}");
+        let never = claim.grow(500_000).expect_err("seven eighths are 917504 bytes");
+        for wanted in ["1000000 bytes", "82496 more", "917504", "--max-request-bytes"] {
+            assert!(never.message.contains(wanted), "{never:?}");
+        }
+        assert!(never.metadata.contains(&("over_bytes", "82496".to_owned())), "{never:?}");
+        let never = server.claim().grow(3 << 20).expect_err("more than there is");
+        assert!(never.message.contains("--max-server-bytes"), "{never:?}");
     }
 
     #[test]

@@ -21,7 +21,7 @@ struct Watch {
     most: u64,
     last: u64,
     same: u32,
-    /// Whether anything changed since the allocator was asked.
+    /// Whether anything changed since the server was idle last.
     is_open: bool,
 }
 
@@ -33,11 +33,15 @@ impl Watch {
         self.same = if is_same { self.same.saturating_add(1) } else { 0 };
         self.is_open |= !is_same;
         self.last = used;
-        let is_due = self.most - used >= LARGE || (self.is_open && self.same >= IDLE);
-        if is_due {
-            (self.most, self.is_open) = (used, false);
+        let is_idle = self.is_open && self.same >= IDLE;
+        if is_idle {
+            self.is_open = false;
         }
-        is_due
+        let is_large = self.most - used >= LARGE;
+        if is_large || is_idle {
+            self.most = used;
+        }
+        is_large || is_idle
     }
 }
 
@@ -76,13 +80,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_allocator_is_asked_once_after_a_large_session_and_once_when_nothing_changes() {
+    fn the_allocator_is_asked_after_a_large_session_and_once_when_nothing_changes() {
         let mut watch = Watch::default();
         assert!(!watch.look(LARGE));
         assert!(!watch.look(LARGE / 2), "half of it is still in use");
         assert!(watch.look(0));
-        let asked = (0..3 * IDLE).filter(|_| watch.look(0)).count();
-        assert_eq!(asked, 0, "nothing changed since");
+        // Threads of the session may give back more after that.
+        let asked: Vec<u32> = (1..3 * IDLE).filter(|_| watch.look(0)).collect();
+        assert_eq!(asked, [IDLE]);
         // Small sessions come and go.
         assert!(!watch.look(100) && !watch.look(0));
         let asked: Vec<u32> = (1..3 * IDLE).filter(|_| watch.look(0)).collect();

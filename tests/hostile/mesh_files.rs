@@ -151,6 +151,55 @@ fn end_of(file: &MeshFile<'_>) -> usize {
     1 + usize::from(read)
 }
 
+/// A sheet of 100 000 points whose coordinates have many digits.
+fn large_sheet() -> TriangleMesh {
+    TriangleMesh::grid(400, 250, 0.1 / 3.0)
+}
+
+/// Bytes of the arrays of a mesh.
+fn array_bytes(mesh: &TriangleMesh) -> f64 {
+    let TriangleMesh { points, triangles, masses, uv } = mesh;
+    (24 * points.len() + 12 * triangles.len() + 8 * masses.len() + 16 * uv.len()) as f64
+}
+
+#[test]
+fn a_large_mesh_takes_what_is_claimed_for_it_and_little_beside_its_arrays() {
+    let _alone = alone();
+    let sheet = large_sheet();
+    // Those of OBJ, OFF, and PLY, binary and text.
+    for Reader { write, file } in &READERS[..4] {
+        let files = write(&sheet);
+        let (file, size) = (file(&files), files[0].len() as f64);
+        let claimed = file.memory_bytes();
+        let (took, loaded) = own_peak(|| file.read("sheet").expect("it was just written"));
+        let arrays = array_bytes(&loaded.mesh);
+        println!("{size} bytes, arrays of {arrays}, {claimed} claimed, {took} taken");
+        assert_eq!((loaded.mesh.points.len(), &loaded.mesh.triangles), (100_000, &sheet.triangles));
+        assert!(took as u64 <= claimed, "{took} bytes, {claimed} claimed");
+        assert!(
+            claimed as f64 <= 1.3 * size + arrays,
+            "{claimed} claimed, {arrays} of arrays, {size} of the file"
+        );
+    }
+}
+
+#[test]
+fn elements_that_a_file_cannot_hold_are_refused_before_memory_is_taken_for_them() {
+    let _alone = alone();
+    for file in [
+        MeshFile::Off(b"OFF\n4000000000 1 0\n0 0 0\n"),
+        MeshFile::Off(b"OFF\n1 4000000000 0\n0 0 0\n"),
+        MeshFile::Ply(
+            b"ply\nformat ascii 1.0\nelement vertex 4000000000\nproperty float x\nproperty float y\n\
+                        property float z\nend_header\n0 0 0\n",
+        ),
+    ] {
+        let (took, read) = own_peak(|| file.read("hostile").expect_err("one line follows").to_string());
+        assert!(took as u64 <= SLACK && file.memory_bytes() <= SLACK, "{took} bytes: {file:?}");
+        assert!(read.contains("4000000000"), "{read}");
+    }
+}
+
 #[test]
 fn no_damaged_mesh_file_takes_more_memory_than_is_known_before() {
     let _alone = alone();

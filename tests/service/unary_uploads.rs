@@ -222,7 +222,7 @@ async fn a_file_is_refused_before_it_is_read_where_that_would_take_too_much_memo
         others: Default::default(),
         missing_mass: None,
     };
-    // One polygon of 50 000 corners: 100 kB of text, and 600 kB of triangles, three times while they grow.
+    // One polygon of 50 000 corners: 100 kB of text, 600 kB of triangles, and its words while they are read.
     let large = format!("v 0 0 0\nf {}\n", "1 ".repeat(50_000));
     for (bytes, reason) in [
         (large.into_bytes(), Reason::RequestMemoryFull),
@@ -232,6 +232,8 @@ async fn a_file_is_refused_before_it_is_read_where_that_would_take_too_much_memo
         let ClientError::Server(error) = refused else { panic!("{refused}") };
         assert_eq!(error.reason.as_deref(), Some(reason.name()), "{error:?}");
         assert_eq!(error.message.contains("gzip"), reason == Reason::InvalidMesh, "{error:?}");
+        let never_fits = error.message.contains("--max-request-bytes raises the limit");
+        assert_eq!(never_fits, reason == Reason::RequestMemoryFull, "{error:?}");
     }
 }
 

@@ -16,6 +16,7 @@ from nappe import v1
 
 IDS = ("flag", "u-1")
 PARTICLES = 10
+LIMITS = {"max_changes_per_call": 4}
 NO_WHOLE_NUMBERS: list[Any] = [-1, True, False, 1.0, 1.5, "1", None, math.nan, np.True_, np.float64(1), 2**63, [1]]
 NOT_FINITE: list[Any] = [math.nan, math.inf, -math.inf, "x", None, [1.0], 1j, 10**400]
 
@@ -57,7 +58,7 @@ def update(at_step: Any = 0, wait: bool = False, **changes: Any) -> Any:
 
 
 def path(particle: Any = 3, times: Any = (0.5, 1.0), targets: Any = ((0, 1, 2), (3, 4, 5)), at_step: Any = 0) -> Any:
-    return requests.path(IDS, particle, times, targets, at_step, False, PARTICLES)
+    return requests.path(IDS, particle, times, targets, at_step, False, PARTICLES, LIMITS)
 
 
 def test_a_create_with_nothing_given_leaves_all_to_the_scene() -> None:
@@ -279,6 +280,7 @@ def test_a_path_is_sent_point_after_point() -> None:
         ({"times": (math.nan, 1.0)}, "times", "times[0] is nan"),
         ({"times": (1.0,)}, "times", "1 times came with 2 targets"),
         ({"times": (), "targets": np.zeros((0, 3))}, "times", "0 times came with 0 targets"),
+        ({"times": range(1, 6), "targets": np.zeros((5, 3))}, "times", "times has 5 points; allowed: at most 4 in one"),
         ({"times": 1.0}, "times", "times is of shape (); allowed: (n)"),
         ({"targets": (0, 1, 2)}, "targets", "targets is of shape (3,); allowed: (n, 3)"),
         ({"targets": ((0, 1), (2, 3))}, "targets", "targets is of shape (2, 2); allowed: (n, 3)"),

@@ -67,6 +67,9 @@ def test_changes_wait_for_their_step_and_can_be_dropped(server: nappe.Server) ->
         pin = int(next(session.frames()).pins[0])
         accepted = session.update(wind=(5, 0, 0), stiffness={"bend": 5}, drag=0.1, at_step=100)
         session.path(pin, [0.1, 0.2], [(0, 1, 0), (0, 2, 0)], at_step=200)
+        most = server.info().limits["max_changes_per_call"]
+        with pytest.raises(nappe.Refused, match=f"times has {most + 1} points; allowed: at most {most} in one call"):
+            session.path(pin, range(1, most + 2), np.zeros((most + 1, 3)))
         first, second = session.pending()
         assert (first.effective_step, first.order) == (100, accepted.order) == (accepted.effective_step, 1)
         assert first.changes["wind"] == (5.0, 0.0, 0.0)

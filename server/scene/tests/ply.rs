@@ -183,6 +183,14 @@ fn what_is_wrong_behind_a_header_is_told_with_its_line_and_what_is_allowed() {
     let long = "9".repeat(100_000);
     told(&[
         (square().replace("vertex 4", "vertex 5"), "a.ply:15: vertex 4 goes on with '2'; allowed: "),
+        (
+            square().replace("vertex 4", "vertex 4000000000"),
+            "a.ply:4: announces 4000000000 vertices of 6 bytes or more each, but 40 bytes follow the header (the",
+        ),
+        (
+            square().replace("face 2", "face 26"),
+            "a.ply:8: announces 26 faces of 2 bytes or more each, but 40 bytes",
+        ),
         (square().replace("face 2", "face 3"), "a.ply:8: announces 3 faces, but the file ends after 2"),
         (
             square().replace("1 1 0\n", "1 1\n"),

@@ -159,8 +159,20 @@ const ERRORS: &[(&str, &str, &str)] = &[
         "name = \"ball\"\nparticles = 4000001",
         "scene.toml:9:13: snow.object[0].particles: this object has 4000001 particles; allowed: at most 4000000",
     ),
+    (
+        "radius = 0.3 }",
+        "radius = 1e-6 }\nparticles = 4000000",
+        "scene.toml:10:13: snow.object[0].particles: is 4000000, and a cell of the grid holds 4000000 of them; allowed: at most 16777 in a cell, since a node adds up their masses in binary32: fewer particles, a larger object, or a smaller cell",
+    ),
     ("name = \"ball\"", "name = \"\"", "scene.toml:8:8: snow.object[0].name: is empty: a name is needed"),
 ];
+
+#[test]
+fn as_many_particles_as_a_cell_may_hold_are_accepted() {
+    let text = SMALL.replace("radius = 0.3 }", "radius = 1e-6 }\nparticles = 16777");
+    build(&text).expect("a cell may hold so many");
+    build(&text.replace("16777", "16778")).expect_err("one too many");
+}
 
 #[test]
 fn a_message_names_file_line_column_field_finding_and_what_is_allowed() {

@@ -91,7 +91,10 @@ impl From<ServiceError> for Status {
             details.add_bad_request_violation(shortened(field), shortened(problem));
         }
 
+        // What an option of the server alone lets pass is not asked for again.
+        let may_pass = !error.metadata.iter().any(|(key, _)| *key == "option");
         if matches!(error.reason, Reason::ServerDraining | Reason::TooManyUploads | Reason::RequestMemoryFull)
+            && may_pass
         {
             details.set_retry_info(Some(Duration::from_secs(1)));
         }

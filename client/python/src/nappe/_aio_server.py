@@ -70,6 +70,7 @@ class Server:
         self._closed = False
         self._channels: dict[bool, Any] = {}
         self._methods: dict[tuple[bool, str], Any] = {}
+        self._limits: dict[str, int] = {}
 
     @property
     def address(self) -> str:
@@ -80,7 +81,9 @@ class Server:
         return self._target.token
 
     async def info(self) -> ServerInfo:
-        return await self._call(requests.info())
+        found = await self._call(requests.info())
+        self._limits = found.limits
+        return found
 
     async def sessions(self) -> list[Session]:
         found: list[Session] = []

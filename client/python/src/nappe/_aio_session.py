@@ -146,7 +146,8 @@ class Session(SessionProperties):
     async def path(
         self, particle: int, times: ArrayLike, targets: ArrayLike, *, at_step: int = 0, wait: bool = False
     ) -> Accepted:
-        call = requests.path(self._ids, particle, times, targets, at_step, wait, self.particle_count)
+        limits = self._server._limits or (await self._server.info()).limits
+        call = requests.path(self._ids, particle, times, targets, at_step, wait, self.particle_count, limits)
         return await self._server._call(call)
 
     async def pending(self) -> list[Pending]:

@@ -194,10 +194,24 @@ def update(ids: tuple[str, str], changes: Changes, at_step: int, wait: bool, par
 
 
 def path(
-    ids: tuple[str, str], particle: int, times: ArrayLike, targets: ArrayLike, at_step: int, wait: bool, particles: int
+    ids: tuple[str, str],
+    particle: int,
+    times: ArrayLike,
+    targets: ArrayLike,
+    at_step: int,
+    wait: bool,
+    particles: int,
+    limits: Mapping[str, int],
 ) -> Call[Accepted]:
-    """The way of a pin, point after point."""
+    """The way of a pin, point after point: no more of them than the server lets one call have."""
     when = array(times, "times", (-1,))
+    most = limits["max_changes_per_call"]
+    if len(when) > most:
+        raise refused(
+            f"times has {len(when)} points; allowed: at most {most} in one call, the server's max_changes_per_call. "
+            "Send the way in several calls, or raise the limit (--max-changes-per-call)",
+            "times",
+        )
     where = array(targets, "targets", (-1, 3))
     if len(when) == 0 or len(when) != len(where):
         raise refused(f"{len(when)} times came with {len(where)} targets; as many of each, and at least one", "times")

@@ -74,6 +74,7 @@ class Server:
         self._lock = threading.Lock()
         self._channels: dict[bool, Any] = {}
         self._methods: dict[tuple[bool, str], Any] = {}
+        self._limits: dict[str, int] = {}
 
     @property
     def address(self) -> str:
@@ -87,7 +88,9 @@ class Server:
 
     def info(self) -> ServerInfo:
         """Version, limits and shipped scenes of the server."""
-        return self._call(requests.info())
+        found = self._call(requests.info())
+        self._limits = found.limits
+        return found
 
     def sessions(self) -> list[Session]:
         """All sessions, in the order of their ids."""

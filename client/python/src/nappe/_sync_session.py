@@ -168,9 +168,11 @@ class Session(SessionProperties):
         """Sends a pin along a way, at constant speed from point to point.
 
         `times` (n,): simulated times after the change takes effect (s), above 0 and growing. `targets` (n, 3): where
-        the pinned particle is at each (m).
+        the pinned particle is at each (m). There are at most `max_changes_per_call` of them in one call, a limit of the
+        server.
         """
-        call = requests.path(self._ids, particle, times, targets, at_step, wait, self.particle_count)
+        limits = self._server._limits or self._server.info().limits
+        call = requests.path(self._ids, particle, times, targets, at_step, wait, self.particle_count, limits)
         return self._server._call(call)
 
     def pending(self) -> list[Pending]:

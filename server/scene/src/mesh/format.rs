@@ -7,18 +7,14 @@ use super::{
     eti::{EtiOptions, EtiTexts, NamedText, read_eti},
     gzip,
     loaded::Loaded,
-    obj::read_obj,
-    off::read_off,
+    memory::{GROWTH, Widest, lines},
+    obj::{self, read_obj},
+    off::{self, read_off},
     ply::{self, read_ply},
     stl::{self, read_stl},
-    text::{text, without_mark},
+    text::text,
 };
 use crate::error::{ErrorKind, SceneError};
-
-/// A vector that grows has at most so many times the bytes of its elements, while it is copied.
-const GROWTH: u64 = 3;
-/// Bytes for each word of one line while it is read: the word, its corner twice, and what cutting a polygon keeps of it.
-const WORD_BYTES: u64 = 16 + 4 + 4 + 48;
 
 /// A mesh file, or the files of a set of the course.
 #[derive(Clone, Copy, Debug)]
@@ -86,9 +82,9 @@ impl MeshFile<'_> {
     /// Bytes that reading takes at most, beside the file's own.
     pub fn memory_bytes(&self) -> u64 {
         match *self {
-            Self::Obj(bytes) => copy_of(bytes).saturating_add(obj_bytes(bytes)),
-            Self::Off(bytes) => copy_of(bytes).saturating_add(off_bytes(bytes)),
-            Self::Ply(bytes) => ply::memory_bytes(bytes, GROWTH),
+            Self::Obj(bytes) => copy_of(bytes).saturating_add(obj::memory_bytes(bytes)),
+            Self::Off(bytes) => copy_of(bytes).saturating_add(off::memory_bytes(bytes)),
+            Self::Ply(bytes) => ply::memory_bytes(bytes),
             Self::Stl(bytes) if stl::is_text(bytes) => {
                 copy_of(bytes).saturating_add(stl::memory_bytes(bytes))
             }
@@ -101,15 +97,6 @@ impl MeshFile<'_> {
     }
 }
 
-/// Lines of a text that are not empty, whatever ends them.
-fn lines(bytes: &[u8]) -> impl Iterator<Item = &[u8]> {
-    bytes.split(|byte| matches!(*byte, b'\n' | b'\r')).filter(|line| !line.is_empty())
-}
-
-fn words(line: &[u8]) -> u64 {
-    line.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty()).count() as u64
-}
-
 /// A text that is not UTF-8 is copied, and each byte that is not may take three.
 fn copy_of(bytes: &[u8]) -> u64 {
     if std::str::from_utf8(bytes).is_ok() { 0 } else { 2 * GROWTH * bytes.len() as u64 }
@@ -117,36 +104,9 @@ fn copy_of(bytes: &[u8]) -> u64 {
 
 /// The same with the widest line, which is held as words.
 fn text_bytes(bytes: &[u8]) -> u64 {
-    copy_of(bytes) + GROWTH * WORD_BYTES * lines(bytes).map(words).max().unwrap_or(0)
-}
-
-/// Points with what joins them to texture coordinates, texture coordinates, triangles of faces; the widest line.
-fn obj_bytes(bytes: &[u8]) -> u64 {
-    const POINT: u64 = 24 + 16 + 16;
-    let (mut arrays, mut widest, mut joined) = (0_u64, 0_u64, 0_u64);
-    for line in lines(without_mark(bytes)) {
-        let line = line.split(|byte| *byte == b'#').next().unwrap_or(line).trim_ascii();
-        let count = words(line);
-        arrays += match line {
-            // The line above it goes on here, whatever it is.
-            _ if joined > 0 => POINT.max(12 * count),
-            [b'v', b't', ..] => 16,
-            [b'v', ..] => POINT,
-            [b'f', ..] => 12 * count,
-            _ => 0,
-        };
-        widest = widest.max(joined + count);
-        joined = if line.ends_with(b"\\") { joined + count } else { 0 };
-    }
-    GROWTH * (arrays + WORD_BYTES * widest)
-}
-
-/// Each line is a point, or a face of as many triangles as it has words; the widest line.
-fn off_bytes(bytes: &[u8]) -> u64 {
-    let (arrays, widest) = lines(bytes)
-        .map(words)
-        .fold((0_u64, 0_u64), |(arrays, widest), count| (arrays + (12 * count).max(24), widest.max(count)));
-    GROWTH * (arrays + WORD_BYTES * widest)
+    let mut widest = Widest::default();
+    lines(bytes).for_each(|line| widest.see(line));
+    copy_of(bytes) + widest.bytes()
 }
 
 #[cfg(test)]
@@ -185,7 +145,7 @@ mod tests {
         let header = "ply\nformat binary_little_endian 1.0\nelement nothing 4000000000\nelement vertex 4000000000\n\
                       property float x\nproperty float y\nproperty float z\nend_header\n";
         assert!(MeshFile::Ply(header.as_bytes()).memory_bytes() < 4096);
-        let corners = format!("OFF\n1 1 0\n0 0 0\n9 {}\n", "0 ".repeat(1000));
+        let corners = format!("OFF\n1 1 0\n0 0 0\n1000 {}\n", "0 ".repeat(1000));
         assert!(MeshFile::Off(corners.as_bytes()).memory_bytes() > 998 * 12);
     }
 

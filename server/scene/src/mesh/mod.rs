@@ -8,6 +8,7 @@ mod loaded;
 pub(crate) mod text;
 mod ears;
 mod polygon;
+mod memory;
 mod grid;
 mod eti;
 mod obj;

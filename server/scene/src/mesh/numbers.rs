@@ -44,7 +44,7 @@ pub(crate) fn lines<'a>(
     file: &'a str,
     text: &'a str,
     comment: Option<char>,
-) -> impl Iterator<Item = Line<'a>> {
+) -> impl Iterator<Item = Line<'a>> + Clone {
     (1..)
         .zip(ended(text))
         .map(move |(number, text)| {
@@ -55,17 +55,25 @@ pub(crate) fn lines<'a>(
 }
 
 /// The lines of a text, each of which ends with LF, CR LF or CR.
-fn ended(text: &str) -> impl Iterator<Item = &str> {
+fn ended(text: &str) -> impl Iterator<Item = &str> + Clone {
     let mut rest = text;
     std::iter::from_fn(move || {
         if rest.is_empty() {
             return None;
         }
-        let end = rest.bytes().position(|byte| matches!(byte, b'\n' | b'\r')).unwrap_or(rest.len());
-        let (line, after) = rest.split_at(end);
+        let (line, after) = rest.split_at(line_length(rest.as_bytes()));
         rest = after.strip_prefix("\r\n").or_else(|| after.get(1..)).unwrap_or("");
         Some(line)
     })
+}
+
+/// Bytes before the first end of a line, LF or CR. Sixteen bytes without one are passed over together.
+pub(super) fn line_length(bytes: &[u8]) -> usize {
+    let is_end = |byte: u8| matches!(byte, b'\n' | b'\r');
+    let (chunks, _) = bytes.as_chunks::<16>();
+    let has_none = |chunk: &&[u8; 16]| !chunk.iter().fold(false, |has, byte| has | is_end(*byte));
+    let from = 16 * chunks.iter().take_while(has_none).count();
+    bytes[from..].iter().position(|byte| is_end(*byte)).map_or(bytes.len(), |at| from + at)
 }
 
 impl<'a> Line<'a> {
@@ -75,6 +83,12 @@ impl<'a> Line<'a> {
 
     pub(crate) fn words(&self) -> Vec<&'a str> {
         self.text.split_ascii_whitespace().collect()
+    }
+
+    /// Puts its words in place of those of another line, so that one vector serves all lines of a file.
+    pub(crate) fn words_into(&self, words: &mut Vec<&'a str>) {
+        words.clear();
+        words.extend(self.text.split_ascii_whitespace());
     }
 
     /// A finite number. `what` names it in the message.
@@ -115,5 +129,23 @@ impl<'a> Line<'a> {
             let message = format!("the number of {what} is '{}'; allowed: a whole number", excerpt(word));
             self.error(ErrorKind::Syntax, message)
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_ends_at_its_first_end_wherever_that_stands() {
+        for end in [b'\n', b'\r'] {
+            for length in 0..50 {
+                let mut bytes = vec![b'0'; length];
+                assert_eq!(line_length(&bytes), length, "without an end");
+                bytes.push(end);
+                bytes.extend_from_slice(b"1\n\r2");
+                assert_eq!(line_length(&bytes), length);
+            }
+        }
     }
 }

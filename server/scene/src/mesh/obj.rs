@@ -14,8 +14,10 @@ use nappe_sim::mesh::TriangleMesh;
 
 use super::{
     loaded::{Loaded, Met},
+    memory::{self, BESIDE, POINT, TRIANGLE, UV, Widest, make_room},
     numbers::{Line, lines},
     polygon::{Placed, Polygons},
+    text::without_mark,
 };
 use crate::{
     error::{ErrorKind, SceneError, excerpt},
@@ -35,10 +37,11 @@ const HARMLESS: &str = "vn o g s usemtl mtllib vp mg usemap maplib bevel c_inter
 /// # Errors
 /// The first error, with its line.
 pub fn read_obj(text: &str, file: &str) -> Result<Loaded, SceneError> {
-    let mut parts = Parts::default();
+    let mut parts = Parts::with_room(&Counts::of(text.as_bytes()));
     let mut rest = lines(file, text, Some('#')).peekable();
+    let mut words = Vec::new();
     while let Some(line) = rest.next() {
-        let words = joined(&line, &mut rest);
+        joined(&line, &mut rest, &mut words);
         let Some((&keyword, words)) = words.split_first() else { continue };
         match keyword {
             "v" => parts.mesh.points.push(line.numbers(words, "a vertex")?),
@@ -51,8 +54,13 @@ pub fn read_obj(text: &str, file: &str) -> Result<Loaded, SceneError> {
 }
 
 /// The words of a line, and of the lines below it that a `\` at its end joins to it.
-fn joined<'a>(line: &Line<'a>, rest: &mut Peekable<impl Iterator<Item = Line<'a>>>) -> Vec<&'a str> {
-    let (mut words, mut number) = (line.words(), line.number);
+fn joined<'a>(
+    line: &Line<'a>,
+    rest: &mut Peekable<impl Iterator<Item = Line<'a>>>,
+    words: &mut Vec<&'a str>,
+) {
+    line.words_into(words);
+    let mut number = line.number;
     while let Some(last) = words.last().copied().and_then(|last| last.strip_suffix('\\')) {
         words.pop();
         if !last.is_empty() {
@@ -60,9 +68,61 @@ fn joined<'a>(line: &Line<'a>, rest: &mut Peekable<impl Iterator<Item = Line<'a>
         }
         number += 1;
         let Some(next) = rest.next_if(|next| next.number == number) else { break };
-        words.extend(next.words());
+        words.extend(next.text.split_ascii_whitespace());
     }
-    words
+}
+
+/// What a file holds at most, from a look at the first word of each line.
+#[derive(Clone, Copy, Debug, Default)]
+struct Counts {
+    points: usize,
+    uv: usize,
+    triangles: usize,
+    widest: Widest,
+}
+
+impl Counts {
+    fn of(bytes: &[u8]) -> Self {
+        // Words of the lines above that the next one goes on.
+        let (mut counts, mut joined) = (Self::default(), 0);
+        for line in memory::lines(bytes) {
+            let line = line.split(|byte| *byte == b'#').next().unwrap_or(line).trim_ascii();
+            let keyword = line.split(u8::is_ascii_whitespace).next().unwrap_or(line);
+            match keyword {
+                // Whatever the line above is, one of its kind was counted at most.
+                _ if joined > 0 => {
+                    counts.points += 1;
+                    counts.uv += 1;
+                    counts.triangles += memory::words(line);
+                }
+                b"v" => counts.points += 1,
+                b"vt" => counts.uv += 1,
+                b"f" => counts.triangles += memory::words(line).saturating_sub(3),
+                _ => {}
+            }
+
+            let goes_on = line.ends_with(b"\\");
+            if joined > 0 || goes_on {
+                joined += memory::words(line);
+                counts.widest.see_words(joined);
+            } else {
+                counts.widest.see(line);
+            }
+            if !goes_on {
+                joined = 0;
+            }
+        }
+        counts
+    }
+}
+
+/// Bytes that reading takes at most, beside the file's own and the copy of a text.
+pub(super) fn memory_bytes(bytes: &[u8]) -> u64 {
+    let Counts { points, uv, triangles, widest } = Counts::of(without_mark(bytes));
+    // With what joins each point to its texture coordinates.
+    let of_point = POINT + size_of::<Option<usize>>() as u64 + if uv > 0 { UV } else { 0 };
+    let arrays = of_point * points as u64 + UV * uv as u64 + TRIANGLE * triangles as u64;
+    arrays + widest.bytes() + BESIDE
 }
 
 /// What was read of a file.
@@ -82,6 +142,16 @@ struct Parts {
 }
 
 impl Parts {
+    /// Nothing yet, with room for what was counted.
+    fn with_room(counts: &Counts) -> Self {
+        let mut parts = Self::default();
+        make_room(&mut parts.mesh.points, counts.points);
+        make_room(&mut parts.mesh.triangles, counts.triangles);
+        make_room(&mut parts.uv, counts.uv);
+        make_room(&mut parts.uv_of_point, counts.points);
+        parts
+    }
+
     /// The corners of a face: point, and texture coordinate where given.
     fn face(&mut self, line: &Line<'_>, words: &[&str]) -> Result<(), SceneError> {
         if words.len() < 3 {
@@ -148,13 +218,10 @@ impl Parts {
         }
 
         self.uv_of_point.resize(self.mesh.points.len(), None);
-        let all: Option<Vec<[f64; 2]>> = self.uv_of_point.iter().map(|t| t.map(|t| self.uv[t])).collect();
-        match all {
-            Some(all) => self.mesh.uv = all,
-            None if !self.uv.is_empty() => {
-                warnings.push(format!("{file}: some points have no texture coordinate: none are kept"));
-            }
-            None => {}
+        if self.uv_of_point.iter().all(Option::is_some) {
+            self.mesh.uv = self.uv_of_point.iter().map(|at| at.map_or([0.0; 2], |at| self.uv[at])).collect();
+        } else if !self.uv.is_empty() {
+            warnings.push(format!("{file}: some points have no texture coordinate: none are kept"));
         }
         Ok(Loaded { mesh: self.mesh, warnings })
     }

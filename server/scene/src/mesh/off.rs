@@ -9,8 +9,10 @@ use nappe_sim::mesh::TriangleMesh;
 
 use super::{
     loaded::Loaded,
+    memory::{self, BESIDE, POINT, TRIANGLE, UV, Widest, make_room},
     numbers::{Line, lines},
     polygon::{Placed, Polygons},
+    text::without_mark,
 };
 use crate::error::{ErrorKind, SceneError, excerpt};
 
@@ -32,7 +34,14 @@ struct Header<'a> {
 pub fn read_off(text: &str, file: &str) -> Result<Loaded, SceneError> {
     let mut rest = lines(file, text, Some('#'));
     let header = header(&mut rest, file)?;
+    let counts = Counts::of(&header, rest.clone());
+    counts.check(&header)?;
     let mut mesh = TriangleMesh::default();
+    make_room(&mut mesh.points, header.point_count);
+    make_room(&mut mesh.triangles, counts.triangles);
+    if header.textured.is_some() {
+        make_room(&mut mesh.uv, header.point_count);
+    }
     read_points(&header, &mut rest, &mut mesh)?;
 
     let mut polygons = Polygons::new();
@@ -42,6 +51,82 @@ pub fn read_off(text: &str, file: &str) -> Result<Loaded, SceneError> {
         warnings.push(format!("{file}:{}: lines after the last face are ignored", line.number));
     }
     Ok(Loaded { mesh, warnings })
+}
+
+/// What follows the counts of a header, from a look at the first word of each face.
+#[derive(Clone, Copy, Debug, Default)]
+struct Counts {
+    lines: usize,
+    /// Triangles of the faces, at most.
+    triangles: usize,
+    widest: Widest,
+}
+
+impl Counts {
+    fn of<'a>(header: &Header<'a>, rest: impl Iterator<Item = Line<'a>>) -> Self {
+        let faces = header.point_count..header.point_count.saturating_add(header.face_count);
+        let mut counts = Self::default();
+        for Line { text, .. } in rest {
+            if faces.contains(&counts.lines) {
+                let first = text.split_ascii_whitespace().next().unwrap_or("");
+                counts.triangles += triangles(first, text.len());
+            }
+            counts.widest.see(text.as_bytes());
+            counts.lines += 1;
+        }
+        counts
+    }
+
+    /// Refuses a file of fewer lines than its header announces, before memory is taken for them.
+    fn check(&self, header: &Header<'_>) -> Result<(), SceneError> {
+        let (points, faces) = (header.point_count, header.face_count);
+        let (what, announced, found) = match self.lines.checked_sub(points) {
+            None => ("points", points, self.lines),
+            Some(left) if left < faces => ("faces", faces, left),
+            Some(_) => return Ok(()),
+        };
+        let message = format!("announces {announced} {what}, but {found} follow");
+        Err(header.line.error(ErrorKind::Inconsistent, message))
+    }
+}
+
+/// Bytes that reading takes at most, beside the file's own and the copy of a text.
+pub(super) fn memory_bytes(bytes: &[u8]) -> u64 {
+    let bytes = without_mark(bytes);
+    let Ok(text) = std::str::from_utf8(bytes) else { return most_bytes(bytes) };
+    let mut rest = lines("", text, Some('#'));
+    let mut of_header = Widest::default();
+    rest.clone().take(2).for_each(|line| of_header.see(line.text.as_bytes()));
+    let beside = of_header.bytes() + BESIDE;
+    let Ok(header) = header(&mut rest, "") else { return beside };
+    let counts = Counts::of(&header, rest);
+    if counts.check(&header).is_err() {
+        return beside;
+    }
+    let of_point = POINT + if header.textured.is_some() { UV } else { 0 };
+    let arrays = of_point * header.point_count as u64 + TRIANGLE * counts.triangles as u64;
+    arrays + counts.widest.bytes() + beside
+}
+
+/// The same of a file whose counts are not read before it is copied: each line is a point, or a face.
+fn most_bytes(bytes: &[u8]) -> u64 {
+    let (mut widest, mut arrays) = (Widest::default(), 0);
+    for line in memory::lines(bytes) {
+        widest.see(line);
+        let line = line.split(|byte| *byte == b'#').next().unwrap_or(line).trim_ascii();
+        let first = line.split(u8::is_ascii_whitespace).next().unwrap_or(line);
+        // A byte that is not UTF-8 has three in the copy.
+        let length = if line.is_ascii() { line.len() } else { 3 * line.len() };
+        let triangles = triangles(std::str::from_utf8(first).unwrap_or(""), length);
+        arrays += (POINT + UV).max(TRIANGLE * triangles as u64);
+    }
+    arrays + widest.bytes() + BESIDE
+}
+
+/// Triangles that a face gives at most, from the first word of its line and the bytes of the line: a corner has a digit and
+/// what stands before it.
+fn triangles(first: &str, length: usize) -> usize {
+    first.parse::<usize>().unwrap_or(0).min(length / 2).saturating_sub(2)
 }
 
 /// The kind of the file and its counts, on one line or two. The word `OFF` may be absent, and the first count may
@@ -119,13 +204,9 @@ fn read_points<'a>(
     rest: &mut impl Iterator<Item = Line<'a>>,
     mesh: &mut TriangleMesh,
 ) -> Result<(), SceneError> {
-    let count = header.point_count;
-    for read in 0..count {
-        let line = rest.next().ok_or_else(|| {
-            let message = format!("announces {count} points, but {read} follow");
-            header.line.error(ErrorKind::Inconsistent, message)
-        })?;
-        let words = line.words();
+    let mut words = Vec::new();
+    for line in rest.take(header.point_count) {
+        line.words_into(&mut words);
         mesh.points.push(line.numbers(&words, "a point")?);
 
         let Some(least) = header.textured else { continue };
@@ -147,13 +228,9 @@ fn read_faces<'a>(
     mesh: &mut TriangleMesh,
     polygons: &mut Polygons,
 ) -> Result<(), SceneError> {
-    let (count, mut corners) = (header.face_count, Vec::new());
-    for read in 0..count {
-        let line = rest.next().ok_or_else(|| {
-            let message = format!("announces {count} faces, but {read} follow");
-            header.line.error(ErrorKind::Inconsistent, message)
-        })?;
-        let words = line.words();
+    let (mut corners, mut words) = (Vec::new(), Vec::new());
+    for line in rest.take(header.face_count) {
+        line.words_into(&mut words);
         let corner_count = line.count(words[0], "corners")?;
         let Some(found) = corner_count.checked_add(1).and_then(|end| words.get(1..end)) else {
             let message = format!("announces {corner_count} corners, but {} follow", words.len() - 1);

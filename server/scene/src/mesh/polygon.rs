@@ -9,7 +9,7 @@ use super::{
 };
 
 /// Corners of a polygon that is cut by its ears, at most: the time for one grows with their square.
-const MOST_CORNERS: usize = 2000;
+pub(super) const MOST_CORNERS: usize = 2000;
 
 /// What places are in warnings.
 #[derive(Clone, Copy, Debug)]

@@ -84,7 +84,10 @@ pub(super) fn check_points(points: u64, limits: &Limits) -> Result<(), ServiceEr
     if points <= allowed {
         return Ok(());
     }
-    let message = format!("the mesh has {points} points; allowed: at most {allowed} particles");
+    let message = format!(
+        "the mesh has {points} points, {} too many; allowed: at most {allowed} particles (--max-particles raises the limit)",
+        points - allowed
+    );
     Err(ServiceError::new(Reason::MeshTooLarge, message).with("points", points).with("allowed", allowed))
 }
 
@@ -97,7 +100,10 @@ pub(super) fn check_size(total: u64, limits: &Limits) -> Result<(), ServiceError
     if total <= allowed {
         return Ok(());
     }
-    let message = format!("the upload has {total} bytes; allowed: at most {allowed}");
+    let message = format!(
+        "the upload has {total} bytes, {} too many; allowed: at most {allowed} (--max-mesh-bytes raises the limit)",
+        total - allowed
+    );
     Err(ServiceError::new(Reason::MeshTooLarge, message).with("bytes", total).with("allowed", allowed))
 }
 

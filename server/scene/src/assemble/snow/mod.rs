@@ -70,6 +70,7 @@ fn build_object<'a>(
     // Before memory is taken for them; the number is exact but where a lattice meets a curved
     // surface.
     size.check_particles(&owner, key, plan.estimate())?;
+    plan.check_crowding(cell)?;
     let (mut object, mut warnings) = plan.build()?;
     if let Some(shared) = plan.shared() {
         let density = object.mass.iter().sum::<f64>() / plan.solid().volume();

@@ -18,6 +18,9 @@ use crate::{
 const PARTICLES_PER_CELL: f64 = 8.0;
 /// Part of a lattice's cell over which its particle may lie, of an object that names none.
 const JITTER: f64 = 0.5;
+/// Particles of an object in a cell of the grid, at most, as a mean over the cells of the box around it: a node adds up masses
+/// in binary32, whose sum of so many may be off by a thousandth, and a step that loses more ends with `MASS_LOST`.
+const MOST_PER_CELL: f64 = 16_777.0;
 /// Share of the volume that particles of a lattice may fail to fill before it gives a warning.
 const ODD_FILLING: f64 = 0.2;
 
@@ -69,6 +72,24 @@ impl<'a> Plan<'a> {
     /// Particles that it will have: exactly, or nearly where its lattice meets a curved surface.
     pub(crate) fn estimate(&self) -> u64 {
         fill::estimate(&self.solid, self.arrangement, self.count)
+    }
+
+    /// Checks how many particles a cell of the grid, of side `cell` (m), holds. Only a number of particles can be too large
+    /// for its object.
+    pub(super) fn check_crowding(&self, cell: f64) -> Result<(), SceneError> {
+        let Some(count) = self.text.particles else { return Ok(()) };
+        let [low, high] = self.solid.world_bounds();
+        let cells: f64 =
+            [0, 1, 2].map(|axis: usize| ((high[axis] - low[axis]) / cell).max(1.0)).iter().product();
+        let per_cell = f64::from(count) / cells;
+        if per_cell <= MOST_PER_CELL {
+            return Ok(());
+        }
+        let message = format!(
+            "is {count}, and a cell of the grid holds {per_cell:.0} of them; allowed: at most {MOST_PER_CELL} in a cell, \
+             since a node adds up their masses in binary32: fewer particles, a larger object, or a smaller cell"
+        );
+        Err(self.at.key("particles").error(ErrorKind::OutOfRange, message))
     }
 
     /// Blocks of the grid, of this side (m), that it takes, and blocks of nodes.

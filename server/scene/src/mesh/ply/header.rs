@@ -122,6 +122,21 @@ impl Element<'_> {
     pub(super) fn has(&self, place: Place) -> bool {
         self.properties.iter().any(|property| property.place == place)
     }
+
+    /// Its elements in a message.
+    pub(super) fn plural(&self) -> String {
+        match self.name {
+            b"vertex" => "vertices".to_owned(),
+            b"face" => "faces".to_owned(),
+            name => format!("elements '{}'", quoted(name)),
+        }
+    }
+
+    /// Bytes of one, at least: in a text a number has a digit and what ends it, and a list may be empty.
+    pub(super) fn least_bytes(&self, encoding: Encoding) -> usize {
+        let size = |number: NumberType| if encoding == Encoding::Text { 2 } else { number.size() };
+        self.properties.iter().map(|property| size(property.count.unwrap_or(property.number))).sum()
+    }
 }
 
 impl<'a> Header<'a> {
@@ -180,6 +195,28 @@ impl<'a> Header<'a> {
         };
         check(end, &elements, &mut warnings)?;
         Ok(Self { encoding, elements, warnings, payload: lines })
+    }
+
+    /// Elements that the payload can hold, the last of them perhaps cut; all where they take no place.
+    fn most_elements(&self, element: &Element<'_>) -> u64 {
+        let whole = self.payload.rest.len().checked_div(element.least_bytes(self.encoding));
+        whole.map_or(u64::MAX, |whole| whole as u64 + 1)
+    }
+
+    /// Refuses elements that are more than the payload can hold, before memory is taken for them.
+    ///
+    /// # Errors
+    /// The first such element, at the line that announces it.
+    pub(super) fn check_counts(&self, file: &str) -> Result<(), SceneError> {
+        let too_many = |element: &&Element<'_>| element.count > self.most_elements(element);
+        let Some(element) = self.elements.iter().find(too_many) else { return Ok(()) };
+        let (what, least) = (element.plural(), element.least_bytes(self.encoding));
+        let message = format!(
+            "announces {} {what} of {least} bytes or more each, but {} bytes follow the header (the file may be cut)",
+            element.count,
+            self.payload.rest.len()
+        );
+        Err(Here { file, line: element.line }.error(ErrorKind::Inconsistent, message))
     }
 
     /// Bytes that reading it took at most, where a vector that grows takes `growth` times its elements.

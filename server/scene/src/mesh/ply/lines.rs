@@ -1,6 +1,6 @@
 //! Lines of bytes with any end of line, LF, CR LF or CR, and their numbers.
 
-use crate::error::excerpt;
+use crate::{error::excerpt, mesh::numbers::line_length};
 
 /// The lines of a text, behind which binary numbers may follow.
 #[derive(Clone, Debug)]
@@ -17,8 +17,8 @@ impl<'a> Lines<'a> {
     /// The lines of a text, without a byte order mark. The first end of line tells whether a CR stands alone.
     pub(super) fn new(bytes: &'a [u8]) -> Self {
         let rest = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-        let first = rest.iter().position(|byte| is_end(*byte)).map(|at| &rest[at..]);
-        let has_cr_alone = first.is_some_and(|end| end.starts_with(b"\r") && !end.starts_with(b"\r\n"));
+        let first = &rest[line_length(rest)..];
+        let has_cr_alone = first.starts_with(b"\r") && !first.starts_with(b"\r\n");
         Self { rest, number: 0, has_cr_alone }
     }
 
@@ -37,8 +37,7 @@ impl<'a> Iterator for Lines<'a> {
         if self.rest.is_empty() {
             return None;
         }
-        let length = self.rest.iter().position(|byte| is_end(*byte)).unwrap_or(self.rest.len());
-        let (line, end) = self.rest.split_at(length);
+        let (line, end) = self.rest.split_at(line_length(self.rest));
         let end_length = match end {
             [] => 0,
             [b'\r', b'\n', ..] if !self.has_cr_alone => 2,
@@ -48,10 +47,6 @@ impl<'a> Iterator for Lines<'a> {
         self.number += 1;
         Some(line)
     }
-}
-
-fn is_end(byte: u8) -> bool {
-    matches!(byte, b'\n' | b'\r')
 }
 
 /// The words of a line.

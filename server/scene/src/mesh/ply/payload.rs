@@ -25,6 +25,15 @@ pub(super) struct Row {
     pub(super) corners: Vec<i64>,
 }
 
+/// What is known of lists of points before they are read.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Lists {
+    /// Triangles that they give, at most.
+    pub(super) triangles: usize,
+    /// Points of the longest.
+    pub(super) longest: usize,
+}
+
 impl<'a> Payload<'a> {
     /// All that follows a header; `file` is its name in messages.
     pub(super) fn new(header: &Header<'a>, file: &'a str) -> Self {
@@ -46,6 +55,70 @@ impl<'a> Payload<'a> {
             Encoding::Text => self.read_text(element, index, row),
             Encoding::LittleEndian | Encoding::BigEndian => self.read_binary(element, index, row),
         }
+    }
+
+    /// Passes over the elements of a kind and looks at their lists of points. It ends at one that is not whole, at which
+    /// reading ends too; no number of a list is read.
+    pub(super) fn pass(&mut self, element: &Element<'_>) -> Lists {
+        let mut lists = Lists::default();
+        let is_fixed = element.properties.iter().all(|property| property.count.is_none());
+        if is_fixed && self.encoding != Encoding::Text {
+            let size = element.least_bytes(self.encoding);
+            let length = usize::try_from(element.count).ok().and_then(|count| count.checked_mul(size));
+            if let Some(length) = length {
+                self.lines.take_bytes(length);
+            }
+            return lists;
+        }
+        for _ in 0..element.count {
+            let length = match self.encoding {
+                Encoding::Text => self.pass_text(element),
+                Encoding::LittleEndian | Encoding::BigEndian => self.pass_binary(element),
+            };
+            let Some(length) = length else { break };
+            lists.triangles += length.saturating_sub(2);
+            lists.longest = lists.longest.max(length);
+        }
+        lists
+    }
+
+    /// Passes over an element of a text, and gives the length of its list of points: 0 where it has none.
+    fn pass_text(&mut self, element: &Element<'_>) -> Option<usize> {
+        let line = self.lines.find(|line| !line.trim_ascii().is_empty())?;
+        if !element.has(Place::Corners) {
+            return Some(0);
+        }
+        let mut words = words(line);
+        for property in &element.properties {
+            let count = if property.count.is_some() { parsed::<u64>(words.next()?)? } else { 1 };
+            if property.place == Place::Corners {
+                // A number has a digit and what stands before it.
+                return Some(usize::try_from(count).unwrap_or(usize::MAX).min(line.len() / 2));
+            }
+            for _ in 0..count {
+                words.next()?;
+            }
+        }
+        Some(0)
+    }
+
+    /// The same of a binary element.
+    fn pass_binary(&mut self, element: &Element<'_>) -> Option<usize> {
+        let mut length = 0;
+        for property in &element.properties {
+            let count = match property.count {
+                None => 1,
+                Some(number) => {
+                    let bytes = self.lines.take_bytes(number.size())?;
+                    usize::try_from(whole(number, bytes, self.encoding)).ok()?
+                }
+            };
+            self.lines.take_bytes(count.checked_mul(property.number.size())?)?;
+            if property.place == Place::Corners {
+                length = count;
+            }
+        }
+        Some(length)
     }
 
     /// Bytes that are left; blanks after a text do not count.
@@ -171,12 +244,8 @@ impl<'a> Payload<'a> {
     }
 
     fn ended(&self, element: &Element<'_>, read: u64) -> SceneError {
-        let what = match element.name {
-            b"vertex" => "vertices".to_owned(),
-            b"face" => "faces".to_owned(),
-            name => format!("elements '{}'", quoted(name)),
-        };
-        let message = format!("announces {} {what}, but the file ends after {read}", element.count);
+        let (count, what) = (element.count, element.plural());
+        let message = format!("announces {count} {what}, but the file ends after {read}");
         SceneError::new(ErrorKind::Inconsistent, self.file, message).at_line(element.line)
     }
 }

@@ -10,6 +10,7 @@ use crate::{
     error::{ErrorKind, SceneError},
     mesh::{
         loaded::Loaded,
+        memory::{self, BESIDE, GROWTH, corner_bytes, make_room},
         polygon::{Placed, Polygons},
     },
 };
@@ -23,6 +24,7 @@ const END: i64 = -1;
 /// The first error; with its line where it is in the header or in a payload of text.
 pub fn read_ply(bytes: &[u8], file: &str) -> Result<Loaded, SceneError> {
     let header = Header::read(bytes, file)?;
+    header.check_counts(file)?;
     let mut payload = Payload::new(&header, file);
     let mut mesh = TriangleMesh::default();
     let (mut row, mut has_points, mut before) = (Row::default(), false, Vec::new());
@@ -64,7 +66,11 @@ fn read_points(
     element: &Element<'_>,
     mesh: &mut TriangleMesh,
 ) -> Result<(), SceneError> {
-    let (has_uv, has_mass) = (element.has(U) && element.has(V), element.has(MASS));
+    let (has_uv, has_mass) = (has_uv(element), element.has(MASS));
+    let room = |is_read: bool| if is_read { element.count as usize } else { 0 };
+    make_room(&mut mesh.points, room(true));
+    make_room(&mut mesh.uv, room(has_uv));
+    make_room(&mut mesh.masses, room(has_mass));
     let mut row = Row::default();
     for index in 0..element.count {
         payload.read(element, index, &mut row)?;
@@ -80,6 +86,10 @@ fn read_points(
     Ok(())
 }
 
+fn has_uv(element: &Element<'_>) -> bool {
+    element.has(U) && element.has(V)
+}
+
 /// Faces are polygons; a strip or a fan ends at -1 or with its list.
 fn read_triangles(
     payload: &mut Payload<'_>,
@@ -88,6 +98,7 @@ fn read_triangles(
     mesh: &mut TriangleMesh,
 ) -> Result<(), SceneError> {
     let is_face = element.name == b"face";
+    make_room(&mut mesh.triangles, payload.clone().pass(element).triangles);
     let (mut row, mut corners) = (Row::default(), Vec::new());
     for index in 0..element.count {
         payload.read(element, index, &mut row)?;
@@ -147,21 +158,30 @@ fn has_three_points(&[a, b, c]: &[u32; 3]) -> bool {
     a != b && b != c && a != c
 }
 
-/// Bytes that reading takes at most beside the file's own, where a vector that grows takes `growth` times its
-/// elements.
-pub(in crate::mesh) fn memory_bytes(bytes: &[u8], growth: u64) -> u64 {
-    let Ok(header) = Header::read(bytes, "") else { return Header::most_bytes(bytes.len(), growth) };
-    let taken = header.elements.iter().flat_map(|element| &element.properties).map(|property| {
-        let taken: u64 = match property.place {
-            Place::Nothing => 0,
-            Place::Number(_) => 8,
-            // As it is read, as the corner of a polygon, and as a triangle.
-            Place::Corners => 8 + 4 + 12,
-        };
-        // In a text, a number has a digit and what ends it.
-        let size = if header.encoding == Encoding::Text { 2 } else { property.number.size() as u64 };
-        (growth * taken).div_ceil(size)
-    });
-    let of_payload = taken.max().unwrap_or(0).saturating_mul(header.payload.rest.len() as u64);
-    header.memory_bytes(growth).saturating_add(of_payload)
+/// Bytes that reading takes at most, beside the file's own.
+pub(in crate::mesh) fn memory_bytes(bytes: &[u8]) -> u64 {
+    let Ok(header) = Header::read(bytes, "") else { return Header::most_bytes(bytes.len(), GROWTH) };
+    let beside = header.memory_bytes(GROWTH) + BESIDE;
+    if header.check_counts("").is_err() {
+        return beside;
+    }
+
+    let mut payload = Payload::new(&header, "");
+    let (mut arrays, mut triangles, mut longest, mut kinds) = (0, 0, 0, 0);
+    for element in header.elements.iter().filter(|element| !element.properties.is_empty()) {
+        if element.name == b"vertex" {
+            let (uv, mass) = (has_uv(element), element.has(MASS));
+            let of_point =
+                memory::POINT + if uv { memory::UV } else { 0 } + if mass { memory::MASS } else { 0 };
+            arrays = of_point * element.count;
+        }
+        let lists = payload.pass(element);
+        triangles += lists.triangles as u64;
+        longest = longest.max(lists.longest);
+        kinds += u64::from(element.has(Place::Corners));
+    }
+    // Triangles of a second kind of faces are put behind those of the first, which are copied.
+    let copies = if kinds > 1 { 2 } else { 1 };
+    let row = GROWTH * size_of::<i64>() as u64 * longest as u64;
+    beside + arrays + copies * memory::TRIANGLE * triangles + row + corner_bytes(longest)
 }
