@@ -170,9 +170,10 @@ async fn an_update_answers_when_it_takes_effect_if_asked_to_wait() {
 async fn a_panic_between_steps_reaches_those_who_wait_for_it() {
     let mut server = Server::start().await;
     let id = server.session(sheet(4)).await;
+    server.step(&id, 1).await;
     assert!(server.app.inject_panic(&id));
     let fields = vec![v1::Field::Velocities.into()];
-    let watch = v1::WatchFramesRequest { fields, ..every(&id, 0) };
+    let watch = v1::WatchFramesRequest { fields, ..every(&id, 1) };
     let status = server.client.watch_frames(watch).await.expect_err("completing the frame panics");
     assert_reason(&status, Reason::SessionPanicked);
     assert_eq!(server.get(&id).await.state(), SessionState::Failed);

@@ -194,6 +194,41 @@ async fn velocities_asked_for_late_come_with_the_state_that_stands() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
+async fn the_first_frame_keeps_every_field_until_the_second_is_made() {
+    let mut server = Server::start().await;
+    let wide = |id: &str, field: Field| v1::WatchFramesRequest {
+        fields: vec![field.into()],
+        encoding: v1::Encoding::RawF64.into(),
+        ..every(id, 0)
+    };
+    let fields = [(Field::Velocities, 48), (Field::PlasticRatio, 16), (Field::StressNorm, 16)];
+    // It plays before anybody watches: at a rate at which no step begins for hours, then between two frames.
+    for steps_before in [0, 3] {
+        let id = server.session(sheet_with(4, "frame_interval = 5")).await;
+        if steps_before > 0 {
+            server.step(&id, steps_before).await;
+        }
+        let play = v1::PlaySessionRequest { real_time_factor: 1e-7, ..v1::PlaySessionRequest::of(&id) };
+        server.client.play_session(play).await.expect("it plays");
+        for (field, count) in fields {
+            let first = server.watch(wide(&id, field)).await.frame().await;
+            assert_eq!((first.head.frame, first.head.step), (0, 0));
+            assert_eq!(first.numbers(field, f64::from_le_bytes).len(), count, "{field:?}");
+        }
+    }
+
+    // With the second frame goes what nobody asked for; what somebody did is in both.
+    let id = server.session(sheet(4)).await;
+    let watch = server.watch(wide(&id, Field::Velocities)).await;
+    server.step(&id, 1).await;
+    let mut again = server.watch(wide(&id, Field::Velocities)).await;
+    assert_eq!((again.frame().await.head.frame, again.frame().await.head.frame), (0, 1));
+    let refused = server.client.watch_frames(wide(&id, Field::StressNorm)).await.expect_err("not kept");
+    assert_reason(&refused, Reason::FrameExpired);
+    drop(watch);
+}
+
+#[tokio::test(flavor = "multi_thread")]
 async fn diagnostics_come_for_every_frame_or_at_a_rate() {
     let mut server = Server::start().await;
     let id = server.session(sheet_with(5, "steps = 30\nframe_interval = 3")).await;

@@ -16,8 +16,8 @@ use nappe_sim::{
 use tokio::sync::oneshot;
 
 use super::{
-    desk::{Copied, Desk, Ending, InProgress, Injected, is_stepping},
-    failure::{interrupted, refused},
+    desk::{Copied, Desk, Ending, InProgress, Injected},
+    failure::refused,
     pace::Pace,
     pending_changes::{Accepted, PendingChange, PendingChanges},
     status::Status,
@@ -77,26 +77,23 @@ impl Control {
 
     /// Steps from now on at `real_time_factor` simulated seconds per second; 0: as fast as possible.
     pub(super) fn play(&self, real_time_factor: f64) -> Result<v1::Session, ServiceError> {
-        let mut desk = self.lock();
+        let mut desk = self.open()?;
         self.change(&mut desk, Event::Play)?;
         self.set_pace(&mut desk, real_time_factor);
+        self.answer_waiting(&mut desk);
         Ok(self.status.describe())
     }
 
     /// Pauses after the step in progress. Returns the session as of now, and the steps that it will have taken; the
     /// answer comes once it stands there.
     pub(super) fn pause(&self, answer: Option<Answer>) -> Result<(v1::Session, u64), ServiceError> {
-        let mut desk = self.lock();
+        let mut desk = self.open()?;
         self.check_room(&mut desk, answer.as_ref())?;
         self.change(&mut desk, Event::Pause)?;
-        match answer {
-            Some(answer) if desk.is_settled => {
-                // Whoever asked may be gone.
-                let _ = answer.send(Ok(self.status.describe()));
-            }
-            Some(answer) => desk.waiting.push(For::Rest, answer),
-            None => {}
+        if let Some(answer) = answer {
+            desk.waiting.push(For::Rest, answer);
         }
+        self.answer_waiting(&mut desk);
         Ok((self.status.describe(), desk.next_step))
     }
 
@@ -105,15 +102,14 @@ impl Control {
         let StepOrder { steps, changes, frame } = order;
         self.rules.check(&changes).map_err(|error| ServiceError::from(&error))?;
 
-        let mut desk = self.lock();
+        let mut desk = self.open()?;
         self.check_room(&mut desk, answer.as_ref())?;
-        let session = self.status.describe();
         let coming = desk.coming_step();
-        let count = match steps {
-            Steps::Until(step) if step <= session.step => return Ok(self.stand(&mut desk, frame, answer)),
-            Steps::Until(step) => step.saturating_sub(coming),
-            Steps::More(count) => count,
+        let target = match steps {
+            Steps::Until(step) => step,
+            Steps::More(count) => coming.saturating_add(count),
         };
+        let count = target.saturating_sub(coming);
         if count > 0 {
             let is_idle = desk.state == State::Paused;
             self.check_change(&desk, Event::Step(count))?;
@@ -127,54 +123,46 @@ impl Control {
             }
         }
 
+        let target = self.within_limit(&desk, target);
         if let Some((fields, done)) = frame {
-            let step = desk.coming_step();
-            desk.frames.push(FrameWish { fields, step, done });
+            self.show(&mut desk, target, fields, done);
         }
         if let Some(answer) = answer {
-            let what = if desk.state == State::Paused { For::Rest } else { For::Steps };
-            desk.waiting.push(what, answer);
+            desk.waiting.push(For::Steps(target), answer);
         }
+        self.answer_waiting(&mut desk);
         Ok(self.status.describe())
     }
 
-    /// Answers a call whose steps were taken before; a frame is made only if the session stands.
-    fn stand(
-        &self,
-        desk: &mut Desk,
-        frame: Option<(FieldSet, oneshot::Sender<Arc<EncodedFrame>>)>,
-        answer: Option<Answer>,
-    ) -> v1::Session {
-        let session = self.status.describe();
-        let stands =
-            matches!(desk.state, State::Paused | State::Finished) && desk.in_progress == InProgress::Nothing;
-        match (answer, frame) {
-            (Some(answer), Some((fields, done))) if stands => {
-                desk.frames.push(FrameWish { fields, step: session.step, done });
-                desk.waiting.push(For::Rest, answer);
-                desk.is_settled = false;
-                self.changed.notify_one();
-            }
-            // Whoever asked may be gone.
-            (Some(answer), _) => drop(answer.send(Ok(session.clone()))),
-            (None, _) => {}
+    /// Steps after which a session stands that was asked to step until `target`: it may come to its end before.
+    fn within_limit(&self, desk: &Desk, target: u64) -> u64 {
+        match self.status.properties.step_limit {
+            0 => target,
+            limit => target.min(limit.max(desk.taken().saturating_add(1))),
         }
-        session
+    }
+
+    /// Has the frame made of the state after `target` steps, or of the present state if they were taken; of none if
+    /// a step away from that is in progress.
+    fn show(&self, desk: &mut Desk, target: u64, fields: FieldSet, done: oneshot::Sender<Arc<EncodedFrame>>) {
+        let taken = desk.taken();
+        let passes = target <= taken && desk.in_progress != InProgress::Nothing;
+        if !passes && desk.state != State::Failed {
+            desk.frames.push(FrameWish { fields, step: target.max(taken), done });
+            self.changed.notify_one();
+        }
     }
 
     /// Ends the simulation after the step in progress; the answer comes then.
     pub(super) fn stop(&self, answer: Answer) -> Result<(), ServiceError> {
-        let mut desk = self.lock();
-        if matches!(desk.state, State::Finished | State::Failed) {
-            // Whoever asked may be gone.
-            let _ = answer.send(Ok(self.status.describe()));
-            return Ok(());
-        }
-
+        let mut desk = self.open()?;
         self.check_room(&mut desk, Some(&answer))?;
-        desk.ending = desk.ending.max(Ending::Simulation);
+        if !matches!(desk.state, State::Finished | State::Failed) {
+            desk.ending = desk.ending.max(Ending::Simulation);
+            self.changed.notify_one();
+        }
         desk.waiting.push(For::End, answer);
-        self.changed.notify_one();
+        self.answer_waiting(&mut desk);
         Ok(())
     }
 
@@ -187,7 +175,7 @@ impl Control {
     ) -> Result<Accepted, ServiceError> {
         self.rules.check(&changes).map_err(|error| ServiceError::from(&error))?;
 
-        let mut desk = self.lock();
+        let mut desk = self.open()?;
         self.check_room(&mut desk, answer.as_ref())?;
         self.change(&mut desk, Event::Update)?;
         let latest = desk.next_step.saturating_add(MAX_STEPS_AHEAD);
@@ -201,7 +189,7 @@ impl Control {
         let step = at_step.max(desk.next_step);
         let accepted = desk.pending.push(step, changes)?;
         if let Some(answer) = answer {
-            desk.waiting.push(For::Step(step), answer);
+            desk.waiting.push(For::Begin(step), answer);
         }
         Ok(accepted)
     }
@@ -223,7 +211,7 @@ impl Control {
 
     /// Asks for a copy, between two steps.
     pub(super) fn copy(&self) -> Result<oneshot::Receiver<Copied>, ServiceError> {
-        let mut desk = self.lock();
+        let mut desk = self.open()?;
         if desk.state == State::Failed {
             let failure = self.status.progress().failure;
             return Err(refused(&self.status.properties.id, Reason::SessionFailed, failure));
@@ -239,8 +227,8 @@ impl Control {
     /// has it.
     pub(super) fn complete_newest(&self) -> Result<Option<oneshot::Receiver<()>>, ServiceError> {
         let mut desk = self.lock();
-        if desk.ending == Ending::Thread || desk.in_progress != InProgress::Nothing || is_stepping(desk.state)
-        {
+        let is_stepping = desk.in_progress != InProgress::Nothing || desk.state.is_stepping();
+        if desk.ending == Ending::Thread || is_stepping {
             return Ok(None);
         }
 
@@ -262,7 +250,7 @@ impl Control {
     /// Whether it takes steps, or is asked to.
     pub(super) fn is_stepping(&self) -> bool {
         let desk = self.lock();
-        is_stepping(desk.state) || desk.in_progress != InProgress::Nothing
+        desk.state.is_stepping() || desk.in_progress != InProgress::Nothing
     }
 
     /// Whether the session is being deleted.
@@ -331,11 +319,22 @@ impl Control {
             }
             self.changed.notify_one();
         }
-        if effect == Effect::StepsInterrupted {
-            let cut_short = Err(interrupted(&self.status.properties.id, desk.next_step));
-            desk.waiting.answer(|what| what == For::Steps, &cut_short);
-        }
         Ok(effect)
+    }
+
+    /// Answers the calls whose time has come: after whatever may have brought it.
+    pub(super) fn answer_waiting(&self, desk: &mut Desk) {
+        let now = desk.standing();
+        desk.waiting.answer(now, || self.status.describe());
+    }
+
+    /// The desk for a call, unless the session is being deleted: nobody would answer the call.
+    fn open(&self) -> Result<MutexGuard<'_, Desk>, ServiceError> {
+        let desk = self.lock();
+        if desk.ending == Ending::Thread {
+            return Err(ServiceError::session_deleted(&self.status.properties.id));
+        }
+        Ok(desk)
     }
 
     pub(super) fn lock(&self) -> MutexGuard<'_, Desk> {

@@ -10,7 +10,7 @@ use super::{
     pending_changes::PendingChanges,
     status::Progress,
     transition::State,
-    waiting::{FrameWish, Waiting},
+    waiting::{FrameWish, Standing, Waiting},
 };
 
 /// What calls and thread share, each for a moment.
@@ -30,7 +30,7 @@ pub(super) struct Desk {
     /// Who waits for a frame of the state after his steps.
     pub(super) frames: Vec<FrameWish>,
     pub(super) ending: Ending,
-    /// Whether the hash of the state at which the session stands is known.
+    /// Whether the session stands, the hash of its state is known, and an end has been told.
     pub(super) is_settled: bool,
     pub(super) injected: Injected,
     /// Whether the ranks that step it have ended by themselves.
@@ -54,6 +54,21 @@ impl Desk {
             is_settled: true,
             injected: Injected::Nothing,
             are_ranks_lost: false,
+        }
+    }
+
+    /// Steps that were taken.
+    pub(super) fn taken(&self) -> u64 {
+        self.next_step - u64::from(self.in_progress != InProgress::Nothing)
+    }
+
+    /// How the session stands, as far as calls wait for it.
+    pub(super) fn standing(&self) -> Standing {
+        Standing {
+            state: self.state,
+            taken: self.taken(),
+            begun: self.next_step,
+            is_settled: self.is_settled,
         }
     }
 
@@ -106,8 +121,4 @@ pub(super) enum InProgress {
 pub(super) struct Copied {
     pub(super) simulation: Simulation,
     pub(super) pending: PendingChanges,
-}
-
-pub(super) fn is_stepping(state: State) -> bool {
-    matches!(state, State::Playing | State::Stepping { .. })
 }

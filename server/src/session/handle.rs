@@ -201,7 +201,7 @@ impl Session {
 
         let Some(fields) = frame else { return Ok((session, None)) };
         let made: Result<Arc<EncodedFrame>, _> = made.await;
-        let made = made.map_err(|_unmade| interrupted(self.id(), session.step))?;
+        let made = made.map_err(|_unmade| self.unmade(session.step))?;
         Ok((session, Some(made.whole(fields))))
     }
 
@@ -331,6 +331,11 @@ impl Session {
         let message =
             format!("session '{id}' stands within a step that was given up or failed: it cannot be copied");
         ServiceError::new(Reason::SessionFailed, message).with("session_id", id)
+    }
+
+    /// A frame of an answer that was not made, of a session that had taken so many steps.
+    fn unmade(&self, step: u64) -> ServiceError {
+        if self.is_ending() { self.gone() } else { interrupted(self.id(), step) }
     }
 
     fn gone(&self) -> ServiceError {

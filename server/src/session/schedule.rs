@@ -11,11 +11,10 @@ use tokio::sync::oneshot;
 
 use super::{
     control::Control,
-    desk::{Copied, Desk, Ending, InProgress, Injected, is_stepping},
-    failure::interrupted,
+    desk::{Copied, Desk, Ending, InProgress, Injected},
     pending_changes::PendingChanges,
     transition::{Effect, Event, State},
-    waiting::{For, FrameWish},
+    waiting::FrameWish,
 };
 use crate::error::ServiceError;
 
@@ -68,9 +67,16 @@ impl Control {
                 return Task::Copy { to, pending: desk.pending.clone() };
             }
 
-            if is_stepping(desk.state) {
+            desk.frames.retain(|wish| !wish.done.is_closed());
+            if desk.state.is_stepping() {
                 // The next frame has what they wait for.
                 desk.completions.clear();
+                // The state that an answer shows passes with the next step.
+                let step = desk.next_step;
+                if desk.frames.iter().any(|wish| wish.step == step) {
+                    let frames = desk.frames.extract_if(.., |wish| wish.step == step).collect();
+                    return Task::Settle { frames };
+                }
                 let wait = desk.pace.wait(Instant::now(), end_time);
                 let wait = if room() { wait } else { wait.max(PATIENCE) };
                 if wait.is_zero() {
@@ -83,7 +89,7 @@ impl Control {
                 continue;
             }
 
-            if !desk.is_settled {
+            if !desk.is_settled || !desk.frames.is_empty() {
                 return Task::Settle { frames: std::mem::take(&mut desk.frames) };
             }
             if !desk.completions.is_empty() {
@@ -100,10 +106,9 @@ impl Control {
         desk.in_progress = InProgress::Asked;
         let changes = desk.pending.take_due(index);
 
-        // Whoever waited for the session to stand still has seen it pass.
+        // Frames of the state that this step leaves are made or given up.
         desk.frames.retain(|wish| wish.step > index);
-        let reached = |what| what == For::Rest || matches!(what, For::Step(step) if step <= index);
-        desk.waiting.answer(reached, &Ok(self.status.describe()));
+        self.answer_waiting(desk);
         Task::Step { changes, injected: std::mem::take(&mut desk.injected) }
     }
 
@@ -111,60 +116,51 @@ impl Control {
     pub(super) fn stepped(&self, event: Event) -> Effect {
         let mut desk = self.lock();
         let in_progress = std::mem::replace(&mut desk.in_progress, InProgress::Nothing);
-        if event == Event::Stepped && (in_progress == InProgress::Left || !is_stepping(desk.state)) {
-            return Effect::None;
-        }
-
-        let effect = self.change(&mut desk, event).expect("a session that stepped may step");
-        if effect == Effect::StepsDone {
-            desk.waiting.turn(For::Steps, For::Rest);
-        }
+        let is_asked = in_progress == InProgress::Asked && desk.state.is_stepping();
+        let effect = if event == Event::Stepped && !is_asked {
+            Effect::None
+        } else {
+            self.change(&mut desk, event).expect("a session that stepped may step")
+        };
+        self.answer_waiting(&mut desk);
         effect
     }
 
     /// A step was given up, since the session is to stop or was deleted.
     pub(super) fn interrupted(&self) {
-        self.lock().in_progress = InProgress::Nothing;
+        let mut desk = self.lock();
+        desk.in_progress = InProgress::Nothing;
+        desk.next_step = self.status.progress().step;
     }
 
     /// The session stands, at a state with this hash.
     pub(super) fn settled(&self, hash: Option<u64>) {
         let mut desk = self.lock();
-        if is_stepping(desk.state) {
+        if desk.state.is_stepping() {
             return;
         }
         desk.is_settled = true;
         self.status.update(|progress| progress.state_hash = hash);
-        desk.waiting.answer(|what| what == For::Rest, &Ok(self.status.describe()));
+        self.answer_waiting(&mut desk);
     }
 
     /// Moves on to the end, unless the session has come there; whether it had not.
     pub(super) fn stop_now(&self) -> bool {
         let mut desk = self.lock();
         let effect = self.change(&mut desk, Event::Stop).expect("a session can be stopped in every state");
-        if effect == Effect::None {
-            desk.waiting.answer(|what| what == For::End, &Ok(self.status.describe()));
-        }
+        self.answer_waiting(&mut desk);
         effect != Effect::None
     }
 
-    /// The simulation came to its end, at a state with this hash, as `effect` says.
-    pub(super) fn finished(&self, effect: Effect, hash: Option<u64>) {
+    /// The simulation came to its end, at a state with this hash.
+    pub(super) fn finished(&self, hash: Option<u64>) {
         let mut desk = self.lock();
-        // Frames of answers are made when the session settles.
-        desk.is_settled = desk.frames.is_empty();
+        desk.is_settled = true;
         self.status.update(|progress| {
             progress.state = State::Finished;
             progress.state_hash = hash;
         });
-
-        let session = self.status.describe();
-        let cut_short = Err(interrupted(&session.session_id, session.step));
-        if effect == Effect::Finish {
-            desk.waiting.answer(|what| what == For::Steps, &Ok(session.clone()));
-        }
-        desk.waiting.answer(|what| matches!(what, For::Rest | For::End), &Ok(session));
-        desk.waiting.answer(|_| true, &cut_short);
+        self.answer_waiting(&mut desk);
     }
 
     /// The session failed: `note` writes how, and everybody who waits is told.
@@ -178,7 +174,8 @@ impl Control {
             progress.state_hash = hash;
             progress.failure = Some(failure);
         });
-        desk.waiting.answer(|_| true, &Err(error.clone()));
+        desk.next_step = self.status.progress().step;
+        desk.waiting.fail(error);
         desk.completions.clear();
         desk.copies.clear();
         desk.frames.clear();
@@ -188,7 +185,7 @@ impl Control {
     pub(super) fn ended(&self, error: &ServiceError) {
         let mut desk = self.lock();
         desk.ending = Ending::Thread;
-        desk.waiting.answer(|_| true, &Err(error.clone()));
+        desk.waiting.fail(error);
         desk.completions.clear();
         desk.copies.clear();
         desk.frames.clear();

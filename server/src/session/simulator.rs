@@ -231,11 +231,11 @@ impl Simulator {
         let newest = self.status.feed.newest().frame;
         let stands = newest.head.step == self.simulation.step_count() && !self.is_torn;
         if stands && !newest.fields().covers(self.status.feed.demand()) {
-            let wanted = newest.fields().union(self.status.feed.demand());
+            let missing = self.status.feed.demand().without(newest.fields());
 
             // A number that cannot be encoded fails the session at its next frame, if there is one.
-            if let Ok(encoded) = self.encode(wanted, newest.head.clone()) {
-                self.status.feed.publish(encoded);
+            if let Ok(more) = self.encode(missing, newest.head.clone()) {
+                self.status.feed.publish(newest.with_more(more));
             }
         }
     }

@@ -246,8 +246,8 @@ fn stand(
     let diagnostics = pool.install(|| initial_diagnostics(&simulation));
     interrupt::point();
     let arrays = Arrays::new(streams.memory());
-    let (first, state_hash) = pool.install(|| first_frame(&simulation, &diagnostics, &arrays))?;
     let budget = limits.history_bytes_per_session;
+    let (first, state_hash) = pool.install(|| first_frame(&simulation, &diagnostics, budget, streams))?;
     let feed = Arc::new(Feed::new(&properties.uid, first, budget, Arc::clone(streams)));
 
     let progress = Progress {
@@ -330,17 +330,25 @@ fn properties(options: &SessionOptions, scene: &Scene, simulation: &Simulation) 
     }
 }
 
-/// Frame 0 has what every frame has. Until the first step, a watcher who wants more finds it completed.
+/// Frame 0 has every field if the `budget` (bytes) of frames holds them: whoever opens a stream after a call that plays
+/// finds it complete until the next frame is made. Its nodes of a grid are made for who asks before the first step.
 fn first_frame(
     simulation: &Simulation,
     diagnostics: &v1::Diagnostics,
-    arrays: &Arc<Arrays>,
+    budget: u64,
+    streams: &Streams,
 ) -> Result<(EncodedFrame, u64), ServiceError> {
     let state_hash = simulation.state_hash();
     let head =
         FrameHead { state_hash: Some(state_hash), ..FrameHead::of(simulation, 0, diagnostics.clone()) };
 
-    let first = EncodedFrame::encode(simulation, FieldSet::ALWAYS, head, arrays).map_err(|error| {
+    // Arrays of their own, which are freed: no later frame may need as many.
+    let arrays = Arrays::new(streams.memory());
+    let encode = |wanted| EncodedFrame::encode(simulation, wanted, head.clone(), &arrays);
+    let bytes = FieldSet::FIELDS.stride() * simulation.particle_count();
+    let complete = if bytes as u64 <= budget { encode(FieldSet::FIELDS).ok() } else { None };
+    // A field that is not finite is missed by who asks for it; positions are needed.
+    let first = complete.map_or_else(|| encode(FieldSet::ALWAYS), Ok).map_err(|error| {
         let refused = ServiceError::new(Reason::InvalidScene, format!("at the start, {error}"));
         match error.particle() {
             Some(particle) => refused.with("particle", particle),

@@ -82,7 +82,7 @@ impl Stepper {
             Task::Complete { done, injected } => self.complete(done, injected),
             Task::Stop => {
                 if self.control.stop_now() {
-                    self.finish(Effect::Stopped);
+                    self.finish();
                 }
             }
             Task::End => return Flow::End,
@@ -180,7 +180,7 @@ impl Stepper {
         let event = if last { Event::SteppedLast } else { Event::Stepped };
         let effect = self.control.stepped(event);
         if effect == Effect::Finish {
-            self.finish(effect);
+            self.finish();
         }
     }
 
@@ -202,7 +202,7 @@ impl Stepper {
     }
 
     /// Publishes the last frame, ends the streams, and answers the calls that wait.
-    fn finish(&mut self, effect: Effect) {
+    fn finish(&mut self) {
         if !self.catch_up() {
             return;
         }
@@ -214,7 +214,7 @@ impl Stepper {
         }
 
         // Told before the streams end, so that who sees the end has seen the change of state.
-        self.control.finished(effect, self.simulator.hash_if_intact());
+        self.control.finished(self.simulator.hash_if_intact());
         let head = &self.status().feed.newest().frame.head;
         self.status().feed.end(Ending::Finished(v1::SessionEnd {
             frame: head.frame,

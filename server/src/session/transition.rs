@@ -22,6 +22,13 @@ pub(crate) enum State {
     Failed,
 }
 
+impl State {
+    /// Whether more steps are to come.
+    pub(super) fn is_stepping(self) -> bool {
+        matches!(self, Self::Playing | Self::Stepping { .. })
+    }
+}
+
 /// What happens to a session: a client's command, or the outcome of a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Event {
@@ -43,15 +50,9 @@ pub(crate) enum Effect {
     None,
     /// Puts the changes into the queue.
     Enqueue,
-    /// Tells the calls that wait for steps that they are taken.
-    StepsDone,
-    /// Tells the calls that wait for steps that they will not be taken.
-    StepsInterrupted,
-    /// Makes the last frame, ends the streams without an error, and tells the calls that wait for
-    /// steps that they were cut short.
+    /// Makes the last frame and ends the streams without an error, since a call asked for it.
     Stopped,
-    /// Makes the last frame, ends the streams without an error, and answers the calls that wait for
-    /// steps.
+    /// Makes the last frame and ends the streams without an error, since the last step was taken.
     Finish,
 }
 
@@ -63,11 +64,8 @@ pub(crate) enum Effect {
 pub(crate) fn transition(state: State, event: Event) -> Result<(State, Effect), Reason> {
     use State::{Failed, Finished, Paused, Playing, Stepping};
     match (state, event) {
-        (Paused | Playing, Event::Play) => Ok((Playing, Effect::None)),
-        (Stepping { .. }, Event::Play) => Ok((Playing, Effect::StepsInterrupted)),
-
-        (Paused | Playing, Event::Pause) => Ok((Paused, Effect::None)),
-        (Stepping { .. }, Event::Pause) => Ok((Paused, Effect::StepsInterrupted)),
+        (Paused | Playing | Stepping { .. }, Event::Play) => Ok((Playing, Effect::None)),
+        (Paused | Playing | Stepping { .. }, Event::Pause) => Ok((Paused, Effect::None)),
 
         (Paused, Event::Step(count)) => Ok((Stepping { remaining: count.max(1) }, Effect::None)),
         (Stepping { remaining }, Event::Step(count)) => {
@@ -82,7 +80,7 @@ pub(crate) fn transition(state: State, event: Event) -> Result<(State, Effect), 
         (Stepping { remaining }, Event::Stepped) if remaining > 1 => {
             Ok((Stepping { remaining: remaining - 1 }, Effect::None))
         }
-        (Stepping { .. }, Event::Stepped) => Ok((Paused, Effect::StepsDone)),
+        (Stepping { .. }, Event::Stepped) => Ok((Paused, Effect::None)),
         // A session may be paused while its last step is in progress.
         (Paused | Playing | Stepping { .. }, Event::SteppedLast) => Ok((Finished, Effect::Finish)),
 
@@ -132,8 +130,8 @@ mod tests {
             (
                 five,
                 [
-                    Ok((Playing, Effect::StepsInterrupted)),
-                    Ok((Paused, Effect::StepsInterrupted)),
+                    Ok((Playing, Effect::None)),
+                    Ok((Paused, Effect::None)),
                     Ok((Stepping { remaining: 8 }, Effect::None)),
                     Ok((Finished, Effect::Stopped)),
                     Ok((five, Effect::Enqueue)),
@@ -157,7 +155,7 @@ mod tests {
         use State::{Finished, Paused, Playing, Stepping};
         let one = Stepping { remaining: 1 };
         assert_eq!(transition(Stepping { remaining: 2 }, Event::Stepped), Ok((one, Effect::None)));
-        assert_eq!(transition(one, Event::Stepped), Ok((Paused, Effect::StepsDone)));
+        assert_eq!(transition(one, Event::Stepped), Ok((Paused, Effect::None)));
         assert_eq!(transition(Playing, Event::Stepped), Ok((Playing, Effect::None)));
         for state in [Paused, Playing, one] {
             assert_eq!(transition(state, Event::SteppedLast), Ok((Finished, Effect::Finish)));

@@ -130,6 +130,12 @@ impl FieldSet {
     pub(crate) const NONE: Self = Self([false; Self::PARTS]);
     /// What every frame has.
     pub(crate) const ALWAYS: Self = Self::of_part(EncodedField::POSITIONS_F32.index());
+    /// Every field in every encoding, without the grid's nodes.
+    pub(crate) const FIELDS: Self = {
+        let mut set = Self([true; Self::PARTS]);
+        set.0[EncodedField::COUNT] = false;
+        set
+    };
     /// The grid's nodes.
     pub(crate) const GRID: Self = Self::of_part(EncodedField::COUNT);
     /// Every field in every encoding, and the grid's nodes.
@@ -162,6 +168,17 @@ impl FieldSet {
     /// Whether it has all of `other`.
     pub(crate) fn covers(self, other: Self) -> bool {
         self.union(other) == self
+    }
+
+    /// What it has beyond `other`.
+    #[must_use]
+    pub(crate) fn without(self, other: Self) -> Self {
+        Self(std::array::from_fn(|part| self.0[part] && !other.0[part]))
+    }
+
+    /// Bytes of its fields for each particle.
+    pub(crate) fn stride(self) -> usize {
+        self.fields().map(EncodedField::stride).sum()
     }
 
     /// Its fields, in their order; the grid is none of them.
@@ -202,6 +219,9 @@ mod tests {
         assert!(FieldSet::ALL.covers(FieldSet::GRID) && !set.covers(FieldSet::GRID));
         assert_eq!(set.union(FieldSet::GRID).fields().count(), 2, "the grid is no field");
         assert_eq!(FieldSet::ALL.fields().count(), EncodedField::COUNT);
+        assert_eq!(FieldSet::FIELDS.union(FieldSet::GRID), FieldSet::ALL);
+        assert_eq!(FieldSet::ALL.without(FieldSet::FIELDS), FieldSet::GRID);
+        assert_eq!((set.stride(), FieldSet::FIELDS.stride()), (36, 96));
     }
 
     #[test]

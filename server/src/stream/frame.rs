@@ -87,6 +87,26 @@ impl EncodedFrame {
         Self { head, ..self.clone() }
     }
 
+    /// The same frame with what another one of its state holds too.
+    pub(crate) fn with_more(&self, more: Self) -> Self {
+        let mut frame = self.clone();
+        for (field, other) in frame.fields.iter_mut().zip(more.fields) {
+            *field = field.take().or(other);
+        }
+        frame.grid = frame.grid.or(more.grid);
+        frame
+    }
+
+    /// The same frame with nothing but what is `kept` of it.
+    pub(super) fn only(&self, kept: FieldSet) -> Self {
+        let mut frame = self.clone();
+        for dropped in EncodedField::all().filter(|field| !kept.has_part(field.index())) {
+            frame.fields[dropped.index()] = None;
+        }
+        frame.grid = frame.grid.filter(|_| kept.covers(FieldSet::GRID));
+        frame
+    }
+
     /// What it holds.
     pub(crate) fn fields(&self) -> FieldSet {
         let grid = if self.grid.is_some() { FieldSet::GRID } else { FieldSet::NONE };

@@ -59,19 +59,24 @@ impl History {
 
     /// Adds a frame, or replaces the newest if it has the same number. Returns the frames that made room for it.
     pub(super) fn push(&mut self, frame: Arc<EncodedFrame>, needed: Needed) -> Vec<Arc<EncodedFrame>> {
+        let (number, held) = (frame.head.frame, frame.fields());
         let mut outdated = Vec::new();
-        if self.frames.back().is_some_and(|newest| newest.head.frame == frame.head.frame) {
-            outdated.extend(self.frames.pop_back());
+        if let Some(newest) = self.frames.back() {
+            // The first frame has every field until the second is made.
+            let narrow = (newest.head.frame == 0 && number > 0).then(|| newest.only(held));
+            if narrow.is_some() || newest.head.frame == number {
+                outdated.extend(self.frames.pop_back());
+            }
+            if let Some(narrow) = narrow {
+                self.keep(Arc::new(narrow));
+            }
         }
 
-        let (number, held) = (frame.head.frame, frame.fields());
         for (part, from) in self.complete_from.iter_mut().enumerate() {
             *from = if held.has_part(part) { (*from).min(number) } else { number + 1 };
         }
 
-        self.bytes += frame.size() as u64;
-        self.memory.keep(frame.array_bytes() as u64);
-        self.frames.push_back(frame);
+        self.keep(frame);
         for frame in &outdated {
             self.forget(frame);
         }
@@ -90,6 +95,12 @@ impl History {
             outdated.push(frame);
         }
         outdated
+    }
+
+    fn keep(&mut self, frame: Arc<EncodedFrame>) {
+        self.bytes += frame.size() as u64;
+        self.memory.keep(frame.array_bytes() as u64);
+        self.frames.push_back(frame);
     }
 
     fn forget(&mut self, frame: &EncodedFrame) {

@@ -163,6 +163,7 @@ impl<S: StreamKind> Watcher<S> {
             } else if has_news {
                 let dropped = sent.map_or(0, |sent: u64| number.saturating_sub(sent + 1));
                 let messages = self.messages(&newest.frame, dropped).await?;
+                drop(newest);
                 self.within_frame = messages.len() > 1;
                 for message in messages {
                     self.send(message).await?;
@@ -216,6 +217,7 @@ impl<S: StreamKind> Watcher<S> {
             match found {
                 Lookup::Found(frame) => {
                     let messages = self.messages(&frame, 0).await?;
+                    drop(frame);
                     self.within_frame = messages.len() > 1;
                     for message in messages {
                         self.send_or_fall_behind(message, next).await?;

@@ -19,6 +19,9 @@ const COMMITTED: [&str; 1] = ["every_run_has_its_committed_hash"];
 /// Tests of a suite that compare widths of vectors, the portable packs among them.
 const WIDTHS: [&str; 1] = ["every_width_of_vector"];
 
+/// The test of the service that makes more sequences of calls with the feature `slow`.
+const CALLS: [&str; 1] = ["every_call_that_waits"];
+
 /// A part of the program: its name, and the proofs of it.
 type Part = (&'static str, fn(&mut Shell) -> Result<(), Failure>);
 
@@ -64,6 +67,8 @@ fn snow(shell: &mut Shell) -> Result<(), Failure> {
 
 fn service(shell: &mut Shell) -> Result<(), Failure> {
     slow(shell, "hostile")?;
+    let waiting = "--release --workspace --features nappe-tests/slow --test service";
+    suites::run(shell, "calls that wait", waiting, &CALLS, suites::SLOW)?;
     programs(shell)?;
     shell.cargo("demo", &format!("{NAPPE} --save target/demo.rrd --force"))?;
     shell.cargo("bench stream", &format!("{NAPPE} bench stream --sizes 10000,100000"))?;

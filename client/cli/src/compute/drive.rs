@@ -27,6 +27,8 @@ pub(crate) struct Driven {
     pub(crate) end: DriveEnd,
     /// The end that the frames' stream told, if frames were saved here until then.
     pub(crate) told: Option<SessionEnd>,
+    /// Frames that were saved, if they go anywhere: an interrupted session has made more of them.
+    pub(crate) saved: Option<u64>,
 }
 
 /// Why a drive ended.
@@ -56,10 +58,10 @@ pub(crate) async fn drive(
     match form {
         Form::Sink(sink) => {
             let progress = Progress::start(session.step_limit);
-            let mut told = None;
-            let saved = Box::pin(save(client, session, sink, &progress, &mut told));
+            let mut kept = Kept::default();
+            let saved = Box::pin(save(client, session, sink, &progress, &mut kept));
             let driven = until_end(client, id, &progress, saved).await?;
-            Ok(Driven { told, ..driven })
+            Ok(Driven { told: kept.told, saved: Some(kept.frame_count), ..driven })
         }
         Form::Recording(recording) => {
             let mut child = record::begin(recording, place, id, path).await?;
@@ -69,11 +71,13 @@ pub(crate) async fn drive(
             let driven = until_end(client, id, &progress, recorded).await;
             let closed = child.finish().await;
             let driven = driven?;
-            // A session that came to its end was waited for already.
-            if driven.end == DriveEnd::Interrupted {
-                closed?;
-            }
-            Ok(driven)
+            let saved = match closed {
+                Ok(shown) => Some(shown.frames),
+                // A session that came to its end was waited for already.
+                Err(_) if driven.end == DriveEnd::Session => None,
+                Err(failure) => return Err(failure.into()),
+            };
+            Ok(Driven { saved, ..driven })
         }
     }
 }
@@ -94,7 +98,7 @@ async fn until_end(
         DriveEnd::Session => client.get_session(id).await?,
         DriveEnd::Interrupted => client.pause(id, Wait::Yes).await?.session,
     };
-    Ok(Driven { session, end, told: None })
+    Ok(Driven { session, end, told: None, saved: None })
 }
 
 /// Plays and saves every frame.
@@ -103,14 +107,14 @@ async fn save(
     session: &v1::Session,
     sink: &mut Sink,
     progress: &Progress,
-    told: &mut Option<SessionEnd>,
+    kept: &mut Kept,
 ) -> Result<()> {
     let id = session.session_id.as_str();
     let options = WatchOptions { pace_to_watcher: true, ..WatchOptions::every_from(0) };
     let frames = client.watch(id, sink.watch(options, session)).await?;
     client.play(id, 0.0).await?;
 
-    let mut saving = Saving { id, frames, sink, progress, told, newest: None, broken: None };
+    let mut saving = Saving { id, frames, sink, progress, kept, newest: None, broken: None };
     while saving.receive().await? == Arrival::Saved {}
     let session = client.get_session(id).await?;
     saving.nothing_lost(&session)
@@ -139,13 +143,20 @@ fn has_ended(session: &v1::Session) -> bool {
     matches!(session.state(), v1::SessionState::Finished | v1::SessionState::Failed)
 }
 
+/// What was kept of a session's frames, also if the user ends it.
+#[derive(Clone, Copy, Debug, Default)]
+struct Kept {
+    frame_count: u64,
+    told: Option<SessionEnd>,
+}
+
 /// A drive that saves.
 struct Saving<'a> {
     id: &'a str,
     frames: FrameStream,
     sink: &'a mut Sink,
     progress: &'a Progress,
-    told: &'a mut Option<SessionEnd>,
+    kept: &'a mut Kept,
     /// Newest frame saved.
     newest: Option<u64>,
     /// Why the stream stopped, if it did.
@@ -186,9 +197,10 @@ impl Saving<'_> {
                 }
                 self.newest = Some(frame.frame);
                 self.sink.frame(&frame)?;
+                self.kept.frame_count += 1;
             }
             Some(Ok(Event::End(end))) => {
-                *self.told = Some(end);
+                self.kept.told = Some(end);
                 return Ok(Arrival::Over);
             }
             None => return Ok(Arrival::Over),

@@ -59,6 +59,7 @@ pub(crate) struct Summary {
     gathers: u64,
     precision: String,
     dt: f64,
+    /// Frames that were saved; if none were to be, those that the session made.
     frames: u64,
     /// Where the frames were saved.
     saved: Option<PathBuf>,
@@ -109,7 +110,7 @@ impl Summary {
             gathers: ranks.gather_count,
             precision: session.precision().word(),
             dt: session.dt_seconds,
-            frames: session.frame + 1,
+            frames: driven.saved.unwrap_or(session.frame + 1),
             saved,
         }
     }

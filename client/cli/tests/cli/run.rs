@@ -227,6 +227,8 @@ fn ctrl_c_ends_a_run_with_130() {
     let saved = |_: &Child| until("a frame is saved", || frame.exists());
     let result = interrupted(folder.path(), &["run", &scene, "--json", "--save", "frames"], saved);
     assert!(result["steps"].as_u64().is_some_and(|steps| steps > 0), "{result}");
+    let files = fs::read_dir(folder.path().join("frames")).expect("the folder").count();
+    assert_eq!(result["frames"], files, "each frame that is counted is there: {result}");
 
     // Nothing tells from outside that a step was taken: on a busy machine, it may need more time.
     let mut time = Duration::from_millis(200);
