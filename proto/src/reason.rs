@@ -305,11 +305,11 @@ reasons! {
         "Install MPI, build the program with `cargo ranks`, or name both (`--launcher`, `--rank-program`)."
 
     RanksNotStarted "RANKS_NOT_STARTED" FailedPrecondition
-        "The launcher ended, or no rank of this version connected within 30 s; the message ends with the last lines of the launcher."
+        "The launcher ended, no rank of this version connected within 30 s, or another number of ranks was started; the message ends with the last lines of the launcher."
         "Look at these lines: hosts, slots, versions, and whether rank 0 reaches the server (`--link-address`)."
 
     RankLost "RANK_LOST" Aborted
-        "A rank that stepped the session ended, or its link did. The session failed; what it streamed until then stands."
+        "A rank that stepped the session ended or hangs, or its link ended or was altered; the message says which. The session failed; what it streamed until then stands."
         "Look at the log of the server for the last lines of the launcher, and create the session again."
 
     BuildTooLong "BUILD_TOO_LONG" ResourceExhausted

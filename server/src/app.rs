@@ -19,7 +19,7 @@ use crate::{
     config::Config,
     rpc::{Shared, UploadTimes},
     session::Registry,
-    start_error::{MAX_SECONDS, StartError},
+    start_error::{LEAST_RANK_SILENCE, MAX_SECONDS, StartError},
     token_keeper,
     transport::{Listener, ListenerSettings, router, serve},
     trim,
@@ -188,6 +188,10 @@ impl Config {
         let launcher = &self.ranks.launcher;
         if !launcher.contains("{ranks}") || !launcher.contains("{program}") {
             return Err(StartError::Launcher(launcher.clone()));
+        }
+        let silence = self.ranks.rank_silence;
+        if silence < LEAST_RANK_SILENCE || f64::from(silence) > MAX_SECONDS {
+            return Err(StartError::RankSilence(silence));
         }
         Ok(())
     }

@@ -78,6 +78,10 @@ pub struct RankSettings {
     /// What starts ranks, words apart by blanks: {ranks} stands for their number, {program} for the program.
     #[arg(long, env = "NAPPE_LAUNCHER", value_name = "TEXT", default_value_t = RankSettings::default().launcher)]
     pub launcher: String,
+    /// Seconds without a word of ranks that work after which they are lost, 5 or more; rank 0 gives a sign of life every 2 s,
+    /// unless it waits for another rank.
+    #[arg(long, env = "NAPPE_RANK_SILENCE", value_name = "SECONDS", default_value_t = RankSettings::default().rank_silence)]
+    pub rank_silence: u32,
 }
 
 impl Default for RankSettings {
@@ -86,6 +90,7 @@ impl Default for RankSettings {
             rank_program: None,
             link_address: "127.0.0.1".to_owned(),
             launcher: "mpirun -n {ranks} --oversubscribe --bind-to none -x NAPPE_LINK {program}".to_owned(),
+            rank_silence: 60,
         }
     }
 }

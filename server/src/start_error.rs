@@ -9,6 +9,9 @@ use crate::address::Address;
 /// Longest time in a configuration: a day.
 pub(crate) const MAX_SECONDS: f64 = 86_400.0;
 
+/// Shortest time in which nothing may be heard of ranks (s): signs of life are 2 s apart.
+pub(crate) const LEAST_RANK_SILENCE: u32 = 5;
+
 /// A server that could not be started.
 #[derive(Debug, Error)]
 pub enum StartError {
@@ -38,6 +41,9 @@ pub enum StartError {
     /// A launcher of ranks that does not say where their number or their program stands.
     #[error("the launcher of ranks is '{0}': it needs both {{ranks}} and {{program}}")]
     Launcher(String),
+    /// A silence of ranks that is shorter than signs of life are apart, or too long.
+    #[error("rank_silence is {0}: allowed are {LEAST_RANK_SILENCE} to {MAX_SECONDS} seconds")]
+    RankSilence(u32),
     /// No token can be read or drawn.
     #[error("there is no token to ask for: {0}")]
     Token(io::Error),

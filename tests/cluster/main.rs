@@ -1,12 +1,14 @@
 //! Ranks that a server steps over a link: the same results, changes, failures, interrupts, and links that end.
 
+mod job;
+mod strangers;
+
 use std::{
-    net::{TcpListener, TcpStream},
     thread,
     time::{Duration, Instant},
 };
 
-use nappe_cluster::{Remote, RemoteError, Token, VERSION, follow, lead};
+use nappe_cluster::{RemoteError, VERSION};
 use nappe_sim::{
     math::Precision,
     report::{NoStopwatch, Stage, StepFailure},
@@ -15,11 +17,10 @@ use nappe_sim::{
 use nappe_tests::{
     Scene,
     networks::{scatter, sheet, sheet_rules},
-    ranks::on_ranks,
     threads::with_threads,
 };
 
-const TOKEN: Token = [7; 16];
+use job::ranks;
 
 /// A sheet of ten blocks on two pins, shaken.
 fn setup() -> WorldSetup {
@@ -43,27 +44,6 @@ fn changes() -> Vec<Change> {
     ]
 }
 
-/// Starts so many ranks, which are threads, and takes over their link. They end by themselves; the handle says whether well.
-fn ranks(size: usize, token: Token) -> (Result<Remote, RemoteError>, thread::JoinHandle<bool>) {
-    let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
-    let address = listener.local_addr().expect("an address");
-    let handle = thread::spawn(move || {
-        let ends = on_ranks(size, 1, |cluster| {
-            if cluster.rank() == 0 {
-                let stream = TcpStream::connect(address).expect("the server listens");
-                // As a rank does: a link that ends aborts the job.
-                assert!(lead(&cluster, token, stream).is_ok(), "the link ended");
-                true
-            } else {
-                follow(&cluster).is_ok()
-            }
-        });
-        ends.into_iter().all(|(end, _)| end)
-    });
-    let (stream, _) = listener.accept().expect("rank 0 connects");
-    (Remote::accept(stream, TOKEN), handle)
-}
-
 fn positions(simulation: &Simulation) -> Vec<f64> {
     let mut all = Vec::new();
     simulation.positions_f64(&mut all);
@@ -73,9 +53,8 @@ fn positions(simulation: &Simulation) -> Vec<f64> {
 #[test]
 fn a_simulation_over_a_link_goes_as_one_in_the_process() {
     for precision in Precision::ALL {
-        let (remote, handle) = ranks(3, TOKEN);
-        let mut remote = remote.expect("the ranks");
-        assert_eq!((remote.hello().hosts.len(), remote.hello().version.as_str()), (3, VERSION));
+        let (mut remote, handle) = ranks(3);
+        assert_eq!((remote.hello().ranks.len(), remote.hello().version.as_str()), (3, VERSION));
         let (mut alone, warnings) = Simulation::new(&setup(), precision).expect("a sheet");
         let (mut copy, _) = Simulation::new(&setup(), precision).expect("a sheet");
         assert_eq!(remote.build(setup(), precision).expect("a sheet"), warnings);
@@ -114,8 +93,7 @@ fn a_simulation_over_a_link_goes_as_one_in_the_process() {
 
 #[test]
 fn what_ranks_refuse_comes_back_in_words_and_they_go_on() {
-    let (remote, handle) = ranks(2, TOKEN);
-    let mut remote = remote.expect("the ranks");
+    let (mut remote, handle) = ranks(2);
     let mut bad = setup();
     bad.dt = -1.0;
     let refused = remote.build(bad, Precision::F64).expect_err("a step backwards");
@@ -134,8 +112,7 @@ fn an_interrupt_acts_within_a_step() {
     // A step of the world of many thousand sub-steps.
     long.dt = 1.0;
     long.bodies[0].settings.time_step = nappe_sim::time_step::TimeStep::Unchecked(1.1e-4);
-    let (remote, handle) = ranks(2, TOKEN);
-    let mut remote = remote.expect("the ranks");
+    let (mut remote, handle) = ranks(2);
     remote.build(long, Precision::F64).expect("a sheet");
     let orders = remote.orders();
     let asks = thread::spawn(move || {
@@ -152,13 +129,8 @@ fn an_interrupt_acts_within_a_step() {
 }
 
 #[test]
-fn strangers_are_refused_and_a_link_that_ends_aborts_the_ranks() {
-    let (remote, handle) = ranks(2, [8; 16]);
-    assert!(matches!(remote, Err(RemoteError::Stranger)), "{remote:?}");
-    assert!(handle.join().is_err(), "its link ended");
-
-    let (remote, handle) = ranks(3, TOKEN);
-    let mut remote = remote.expect("the ranks");
+fn a_link_that_ends_aborts_the_ranks() {
+    let (mut remote, handle) = ranks(3);
     remote.build(setup(), Precision::F32).expect("a sheet");
     drop(remote);
     assert!(handle.join().is_err(), "its link ended");

@@ -6,7 +6,7 @@ use bytes::Bytes;
 use nappe_proto::v1::{
     self, MeshHeader, UploadMeshRequest, create_session_request::Scene, upload_mesh_request::Part,
 };
-use nappe_server::{Address, App, Config, Limits, Reason, StartError};
+use nappe_server::{Address, App, Config, Limits, RankSettings, Reason, StartError};
 use tokio::{io::AsyncReadExt as _, net::TcpStream};
 use tonic::{Response, Status};
 
@@ -211,6 +211,9 @@ async fn an_address_that_other_machines_reach_needs_a_flag() {
         .await;
     let bad = Config { drain_seconds: f64::NAN, ..Config::default() };
     assert!(matches!(App::start(bad), Err(StartError::BadSeconds { .. })));
+    let ranks = RankSettings { rank_silence: 4, ..RankSettings::default() };
+    let refused = App::start(Config { ranks, ..Config::default() }).expect_err("signs of life are 2 s apart");
+    assert!(refused.to_string().contains("rank_silence is 4: allowed are 5 to 86400"), "{refused}");
     let taken =
         App::start(Config { address: "127.0.0.1:0".parse().expect("an address"), ..Config::default() });
     let taken = taken.expect("a free port");

@@ -31,6 +31,7 @@ mod failed_sessions;
 mod stalled_watchers;
 mod crowded;
 mod long_steps;
+mod hung_ranks;
 mod shared_control;
 mod waiting_calls;
 mod waiting_model;

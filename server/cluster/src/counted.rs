@@ -16,11 +16,31 @@ pub(crate) struct Counted {
     gathers: AtomicU64,
     messages: AtomicU64,
     bytes: AtomicU64,
+    /// Begins and ends of calls so far: odd within one.
+    bounds: AtomicU64,
 }
 
 impl Counted {
     pub(crate) fn new(inner: Arc<dyn Cluster>) -> Self {
-        Self { inner, gathers: AtomicU64::new(0), messages: AtomicU64::new(0), bytes: AtomicU64::new(0) }
+        let [gathers, messages, bytes, bounds] = [(); 4].map(|()| AtomicU64::new(0));
+        Self { inner, gathers, messages, bytes, bounds }
+    }
+
+    /// Begins and ends of calls so far: as long as it stays at one odd number, one call waits for the others.
+    pub(crate) fn bounds(&self) -> u64 {
+        self.bounds.load(Relaxed)
+    }
+
+    /// Hands what rank 0 has to all others.
+    pub(crate) fn broadcast(&self, bytes: &mut Vec<u8>) {
+        self.within(|cluster| cluster.broadcast(bytes));
+    }
+
+    fn within<T>(&self, call: impl FnOnce(&dyn Cluster) -> T) -> T {
+        self.bounds.fetch_add(1, Relaxed);
+        let result = call(&*self.inner);
+        self.bounds.fetch_add(1, Relaxed);
+        result
     }
 
     /// What it was asked so far.
@@ -42,17 +62,17 @@ impl Communicator for Counted {
 
     fn gather(&self, own: &[f64], lengths: &[usize], all: &mut Vec<f64>) {
         self.gathers.fetch_add(1, Relaxed);
-        self.inner.gather(own, lengths, all);
+        self.within(|cluster| cluster.gather(own, lengths, all));
     }
 
     fn exchange(&self, messages: &mut [Message]) {
         self.messages.fetch_add(messages.len() as u64, Relaxed);
         let bytes: u64 = messages.iter().fold(0, |bytes, message| bytes + message.sent.len() as u64);
         self.bytes.fetch_add(bytes, Relaxed);
-        self.inner.exchange(messages);
+        self.within(|cluster| cluster.exchange(messages));
     }
 
     fn collect(&self, own: &[u8], lengths: &[usize]) -> Vec<u8> {
-        self.inner.collect(own, lengths)
+        self.within(|cluster| cluster.collect(own, lengths))
     }
 }

@@ -8,14 +8,17 @@ mod place;
 mod link;
 mod cluster;
 mod counted;
+mod signs;
 mod rank;
 mod remote;
+mod meeting;
 #[cfg(feature = "mpi")]
 mod mpi;
 
 pub use cluster::Cluster;
 pub use link::LinkError;
-pub use message::{Asked, Hello, Stepped, Token, VERSION};
+pub use meeting::Meeting;
+pub use message::{Asked, Hello, RankPlace, Stepped, Token, VERSION};
 #[cfg(feature = "mpi")]
 pub use mpi::{Mpi, abort};
 pub use place::{LINK, Link};

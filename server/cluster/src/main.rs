@@ -9,11 +9,17 @@ use std::{
     net::TcpStream,
     process::ExitCode,
     sync::Arc,
+    thread,
+    time::Duration,
 };
 
 use nappe_cluster::{Cluster, LINK, Link, Mpi, abort, follow, lead};
 use nappe_sim::{math::check_processor, parallel::Communicator as _};
 use rayon::ThreadPoolBuilder;
+use rustix::process::{Signal, getpid, kill_process};
+
+/// How long a job may take to end by itself once the link of rank 0 has ended.
+const ABORT_TIME: Duration = Duration::from_millis(500);
 
 fn main() -> ExitCode {
     match run() {
@@ -31,7 +37,24 @@ fn say(message: &str) {
     let _ = writeln!(io::stderr().lock(), "nappe-rank: {message}");
 }
 
+/// Ends this process, whose link has ended: whoever waits in MPI for a rank that hangs does not come back to do so. Without
+/// a word: a launcher that hangs reads none, and who writes would wait for it.
+fn end_soon() {
+    thread::sleep(ABORT_TIME);
+    // A process can always end itself.
+    let _ = kill_process(getpid(), Signal::KILL);
+}
+
+/// Has the system end this process when the one that started it ends, even while this one is stopped.
+fn follow_parent() -> Result<(), String> {
+    #[cfg(target_os = "linux")]
+    rustix::process::set_parent_process_death_signal(Some(Signal::KILL))
+        .map_err(|error| format!("cannot be told of the end of the launcher: {error}"))?;
+    Ok(())
+}
+
 fn run() -> Result<(), String> {
+    follow_parent()?;
     check_processor().map_err(|error| error.to_string())?;
     let Link { address, token, threads } = Link::read(&env::var(LINK).unwrap_or_default())?;
     let (_universe, mpi) = Mpi::join()?;
@@ -46,7 +69,7 @@ fn run() -> Result<(), String> {
         if is_first {
             let stream =
                 TcpStream::connect(&address).map_err(|error| format!("cannot reach {address}: {error}"))?;
-            lead(&cluster, token, stream).map_err(|error| error.to_string())
+            lead(&cluster, token, stream, end_soon).map_err(|error| error.to_string())
         } else {
             follow(&cluster).map_err(|error| error.to_string())
         }

@@ -8,22 +8,31 @@ use nappe_sim::{
 use serde::{Deserialize, Serialize};
 
 /// Version of the messages: both ends are of the same program.
-pub const VERSION: &str = env!("CARGO_PKG_VERSION");
+pub const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), ", link 2");
 
 /// What shows that a connection is the one that was expected.
 pub type Token = [u8; 16];
 
-/// The first message of a connection, from rank 0.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+/// The first message of a connection, from rank 0, after the token.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Hello {
-    /// What it was given when it was started.
-    pub token: Token,
     /// [`VERSION`] of rank 0.
     pub version: String,
-    /// The host of each rank.
-    pub hosts: Vec<String>,
+    /// Where each rank runs.
+    pub ranks: Vec<RankPlace>,
     /// Threads of each rank.
     pub threads: u32,
+}
+
+/// Where a rank runs.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct RankPlace {
+    /// The name of its host.
+    pub host: String,
+    /// The number of its process there.
+    pub process: u32,
+    /// The number of its process group there.
+    pub group: u32,
 }
 
 /// What ranks are told, one after another: each but an interrupt is answered.
@@ -60,6 +69,11 @@ pub(crate) enum Answer {
     Looked(Positions),
     /// The last message.
     Ended,
+    /// A sign of life, which answers nothing.
+    Alive {
+        /// Whether rank 0 is in one call to the other ranks since the sign before.
+        waits: bool,
+    },
 }
 
 /// A step that ranks took together.

@@ -18,8 +18,9 @@ use ::mpi::{
     traits::{Communicator as _, CommunicatorCollectives as _, Destination as _, Root as _, Source as _},
 };
 use nappe_sim::parallel::{Communicator, Message};
+use rustix::process::getpgrp;
 
-use crate::cluster::Cluster;
+use crate::{cluster::Cluster, message::RankPlace};
 
 /// Tags: particles for neighbours, and what rank 0 tells all.
 const EXCHANGE: i32 = 1;
@@ -35,7 +36,7 @@ const SLEEP: Duration = Duration::from_micros(500);
 pub struct Mpi {
     rank: usize,
     size: usize,
-    hosts: Vec<String>,
+    places: Vec<RankPlace>,
 }
 
 impl Mpi {
@@ -56,24 +57,27 @@ impl Mpi {
         }));
         let world = SimpleCommunicator::world();
         let (rank, size) = (world.rank() as usize, world.size() as usize);
-        let mut joined = Self { rank, size, hosts: Vec::new() };
-        joined.hosts = joined.names(processor_name().unwrap_or_default().as_bytes());
+        let mut joined = Self { rank, size, places: Vec::new() };
+        joined.places = joined.gather_places(&processor_name().unwrap_or_default());
         Ok((universe, joined))
     }
 
-    /// What each rank says, on rank 0.
-    fn names(&self, own: &[u8]) -> Vec<String> {
+    /// Where each rank runs, on rank 0.
+    fn gather_places(&self, host: &str) -> Vec<RankPlace> {
+        let own = [host.len() as u32, std::process::id(), getpgrp().as_raw_pid() as u32].map(f64::from);
         let mut all = Vec::new();
-        self.gather(&[own.len() as f64], &vec![1; self.size], &mut all);
-        let lengths: Vec<usize> = all.iter().map(|length| *length as usize).collect();
-        let bytes = self.collect(own, &lengths);
-        let starts = lengths.iter().scan(0, |next, length| {
-            *next += length;
-            Some(*next - length)
-        });
-        let name = |(start, length): (usize, &usize)| bytes.get(start..start + length);
-        let names = starts.zip(&lengths).filter_map(name);
-        names.map(|name| String::from_utf8_lossy(name).into_owned()).collect()
+        self.gather(&own, &vec![own.len(); self.size], &mut all);
+        let numbers: Vec<[u32; 3]> =
+            all.as_chunks::<3>().0.iter().map(|own| own.map(|number| number as u32)).collect();
+        let lengths: Vec<usize> = numbers.iter().map(|[length, ..]| *length as usize).collect();
+        let names = self.collect(host.as_bytes(), &lengths);
+        let mut rest = &names[..];
+        let place = |[length, process, group]: [u32; 3]| {
+            let (name, after) = rest.split_at_checked(length as usize)?;
+            rest = after;
+            Some(RankPlace { host: String::from_utf8_lossy(name).into_owned(), process, group })
+        };
+        numbers.into_iter().map_while(place).collect()
     }
 }
 
@@ -166,7 +170,7 @@ impl Cluster for Mpi {
         *bytes = message.matched_receive_vec().0;
     }
 
-    fn hosts(&self) -> Vec<String> {
-        self.hosts.clone()
+    fn places(&self) -> Vec<RankPlace> {
+        self.places.clone()
     }
 }

@@ -1,7 +1,7 @@
 //! A rank: does what the server tells rank 0, and rank 0 all.
 
 use std::{
-    io,
+    io::{self, Write as _},
     net::TcpStream,
     sync::{
         Arc, Mutex, PoisonError,
@@ -21,30 +21,39 @@ use nappe_sim::{
 use crate::{
     cluster::Cluster,
     counted::Counted,
-    link::{LinkError, receive, send},
+    link::{LinkError, MOST_BYTES, Receiver as LinkReceiver},
     message::{Answer, Hello, Order, Stepped, Token, VERSION},
+    signs::{Voice, give_signs},
 };
 
 /// Does what the server tells at the other end of a link, until it says that this is the end. To be called on rank 0, on the
-/// rayon pool that steps are to run on.
+/// rayon pool that steps are to run on. `on_loss` is called in another thread as soon as the link has ended: this one may
+/// then wait for a rank that hangs.
 ///
 /// # Errors
 /// When the link fails, or ends before its end was said: the job is then to be aborted, since other ranks wait.
-pub fn lead(cluster: &Arc<dyn Cluster>, token: Token, stream: TcpStream) -> Result<(), LinkError> {
+pub fn lead(
+    cluster: &Arc<dyn Cluster>,
+    token: Token,
+    mut stream: TcpStream,
+    on_loss: impl FnOnce() + Send + 'static,
+) -> Result<(), LinkError> {
     stream.set_nodelay(true)?;
     let threads = rayon::current_num_threads() as u32;
-    let mut answers = stream.try_clone()?;
-    let hello = Hello { token, version: VERSION.to_owned(), hosts: cluster.hosts(), threads };
-    send(&mut answers, &hello)?;
+    stream.write_all(&token)?;
+    let voice = Arc::new(Voice::new(stream.try_clone()?));
+    voice.say(&Hello { version: VERSION.to_owned(), ranks: cluster.places(), threads })?;
 
     let steps = Arc::new(Mutex::new(Interrupt::default()));
-    let orders = read_orders(stream, Arc::clone(&steps))?;
+    let orders = read_orders(stream, Arc::clone(&steps), on_loss)?;
     let mut rank = Rank::new(cluster);
+    give_signs(&voice, &rank.communicator);
     loop {
         let order =
             orders.recv().unwrap_or_else(|_| Err(io::Error::from(io::ErrorKind::UnexpectedEof).into()))?;
+        voice.begin();
         let mut bytes = postcard::to_stdvec(&order)?;
-        cluster.broadcast(&mut bytes);
+        rank.communicator.broadcast(&mut bytes);
         let answer = rank.obey(order);
         if let Some(simulation) = &rank.simulation {
             let wanted = std::mem::replace(
@@ -56,7 +65,7 @@ pub fn lead(cluster: &Arc<dyn Cluster>, token: Token, stream: TcpStream) -> Resu
                 simulation.interrupt().request();
             }
         }
-        send(&mut answers, &answer)?;
+        voice.answer(&answer)?;
         if answer == Answer::Ended {
             return Ok(());
         }
@@ -86,12 +95,14 @@ pub fn follow(cluster: &Arc<dyn Cluster>) -> Result<(), LinkError> {
 fn read_orders(
     mut stream: TcpStream,
     steps: Arc<Mutex<Interrupt>>,
+    on_loss: impl FnOnce() + Send + 'static,
 ) -> io::Result<Receiver<Result<Order, LinkError>>> {
     let (orders, received) = mpsc::channel();
     let body = move || {
+        let mut receiver = LinkReceiver::new(MOST_BYTES);
         loop {
             let interrupt = || steps.lock().unwrap_or_else(PoisonError::into_inner).request();
-            let order = match receive::<Order>(&mut stream) {
+            let order = match receiver.receive::<Order>(&mut stream) {
                 Ok(Some(Order::Interrupt)) => {
                     interrupt();
                     continue;
@@ -101,11 +112,15 @@ fn read_orders(
                 Err(error) => Err(error),
             };
             let is_last = !matches!(order, Ok(ref order) if *order != Order::End);
-            if order.is_err() {
+            let is_lost = order.is_err();
+            if is_lost {
                 interrupt();
             }
             // Nobody receives once the rank has ended.
             if orders.send(order).is_err() || is_last {
+                if is_lost {
+                    on_loss();
+                }
                 return;
             }
         }

@@ -1,27 +1,40 @@
 //! Ranks as a server sees them: a simulation at the other end of a link.
 
 use std::{
+    io::ErrorKind,
     net::{Shutdown, TcpStream},
     sync::{Arc, Mutex, PoisonError},
-    time::Duration,
+    time::{Duration, Instant},
 };
 
 use nappe_sim::{
     math::Precision,
-    world::{Change, Positions, WorldSetup, WorldState},
+    world::{BodySetup, Change, Positions, WorldSetup, WorldState},
 };
 
 use crate::{
-    link::{LinkError, receive, send},
-    message::{Answer, Hello, Order, Stepped, Token, VERSION},
+    link::{LinkError, Receiver, Sender},
+    message::{Answer, Hello, Order, Stepped, VERSION},
 };
+
+/// Bytes of an answer that do not grow with the scene: reports of a step, warnings.
+const ANSWER_BYTES: u64 = 64 << 20;
+/// Bytes of the state of a particle, at most: five vectors of doubles, and what fills up the last sixteen.
+const PARTICLE_BYTES: u64 = 256;
+/// Bytes of the state of a law of springs, a pin or a point of its path, at most.
+const LAW_BYTES: u64 = 128;
+/// Laws of a cloth, at most.
+const MOST_LAWS: usize = 1 << 16;
 
 /// A simulation that ranks step.
 #[derive(Debug)]
 pub struct Remote {
     answers: TcpStream,
+    receiver: Receiver,
     orders: Orders,
     hello: Hello,
+    /// How long nothing may be heard of them while they work.
+    silence: Duration,
 }
 
 /// Where orders are sent; shared by who waits for answers and who may interrupt.
@@ -29,7 +42,7 @@ pub struct Remote {
 pub struct Orders {
     stream: Arc<TcpStream>,
     /// Held while an order is sent.
-    turn: Arc<Mutex<()>>,
+    turn: Arc<Mutex<Sender>>,
 }
 
 /// Why ranks do not step.
@@ -41,6 +54,30 @@ pub enum RemoteError {
     /// Who connected showed another token.
     #[error("who connected to the link of the ranks did not show its token")]
     Stranger,
+    /// Rank 0 showed the token, and not all of its greeting.
+    #[error("rank 0 did not end its greeting within {seconds} s")]
+    Late {
+        /// How long was waited for it (s).
+        seconds: u64,
+    },
+    /// Nothing is heard of rank 0.
+    #[error("no word came from rank 0, on host {host}, for {seconds} s (--rank-silence)")]
+    Silent {
+        /// Its host.
+        host: String,
+        /// How long was waited for it (s).
+        seconds: f64,
+    },
+    /// Rank 0 lives, and a rank that it waits for says nothing.
+    #[error("rank 0, on host {host}, waited {seconds} s (--rank-silence) for a rank on {others}")]
+    Waits {
+        /// The host of rank 0.
+        host: String,
+        /// How long it waited (s).
+        seconds: f64,
+        /// The hosts of the others.
+        others: String,
+    },
     /// Rank 0 is of another version.
     #[error("the ranks are of version {found}; {VERSION} is needed")]
     Version {
@@ -71,29 +108,28 @@ impl Orders {
     }
 
     fn send(&self, order: &Order) -> Result<(), LinkError> {
-        let _turn = self.turn.lock().unwrap_or_else(PoisonError::into_inner);
-        send(&mut &*self.stream, order)
+        let mut sender = self.turn.lock().unwrap_or_else(PoisonError::into_inner);
+        sender.send(&mut &*self.stream, order)
     }
 }
 
 impl Remote {
-    /// Takes over a connection that rank 0 made.
+    /// Takes over the connection of rank 0, which has said who it is.
     ///
     /// # Errors
-    /// When somebody else connected, or another version.
-    pub fn accept(stream: TcpStream, token: Token) -> Result<Self, RemoteError> {
-        stream.set_nodelay(true).map_err(LinkError::from)?;
-        let sending = stream.try_clone().map_err(LinkError::from)?;
-        let orders = Orders { stream: Arc::new(sending), turn: Arc::default() };
-        let mut answers = stream;
-        let hello: Hello = receive(&mut answers)?.ok_or(RemoteError::OutOfTurn)?;
-        if hello.token != token {
-            return Err(RemoteError::Stranger);
-        }
-        if hello.version != VERSION {
-            return Err(RemoteError::Version { found: hello.version });
-        }
-        Ok(Self { answers, orders, hello })
+    /// When the connection has failed meanwhile.
+    pub(crate) fn new(
+        stream: TcpStream,
+        receiver: Receiver,
+        hello: Hello,
+        silence: Duration,
+    ) -> Result<Self, LinkError> {
+        stream.set_nonblocking(false)?;
+        stream.set_nodelay(true)?;
+        stream.set_read_timeout(Some(silence))?;
+        stream.set_write_timeout(Some(silence))?;
+        let orders = Orders { stream: Arc::new(stream.try_clone()?), turn: Arc::default() };
+        Ok(Self { answers: stream, receiver, orders, hello, silence })
     }
 
     /// What rank 0 said of the job.
@@ -107,8 +143,43 @@ impl Remote {
     }
 
     fn ask(&mut self, order: &Order) -> Result<Answer, RemoteError> {
-        self.orders.send(order)?;
-        receive(&mut self.answers)?.ok_or(RemoteError::OutOfTurn)
+        if let Err(error) = self.orders.send(order) {
+            return Err(self.why(error));
+        }
+        let mut last_word = Instant::now();
+        loop {
+            let heard: Result<Option<Answer>, _> = self.receiver.receive(&mut self.answers);
+            let heard = heard.map_err(|error| self.why(error))?;
+            match heard.ok_or(RemoteError::OutOfTurn)? {
+                Answer::Alive { waits: false } => last_word = Instant::now(),
+                Answer::Alive { waits: true } if last_word.elapsed() < self.silence => {}
+                Answer::Alive { waits: true } => return Err(self.waits()),
+                answer => return Ok(answer),
+            }
+        }
+    }
+
+    /// A link that failed since a time was over is one over which nothing is heard.
+    fn why(&self, error: LinkError) -> RemoteError {
+        match error {
+            LinkError::Io(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) => {
+                RemoteError::Silent { host: self.host(), seconds: self.silence.as_secs_f64() }
+            }
+            error => error.into(),
+        }
+    }
+
+    fn waits(&self) -> RemoteError {
+        let mut others: Vec<&str> = self.hello.ranks.iter().skip(1).map(|rank| rank.host.as_str()).collect();
+        others.sort_unstable();
+        others.dedup();
+        let (host, seconds) = (self.host(), self.silence.as_secs_f64());
+        RemoteError::Waits { host, seconds, others: others.join(" or ") }
+    }
+
+    /// The host of rank 0.
+    fn host(&self) -> String {
+        self.hello.ranks.first().map(|rank| rank.host.clone()).unwrap_or_default()
     }
 
     /// Builds a simulation; the strings are warnings.
@@ -116,6 +187,7 @@ impl Remote {
     /// # Errors
     /// What the ranks refuse, or a link that fails.
     pub fn build(&mut self, setup: WorldSetup, precision: Precision) -> Result<Vec<String>, RemoteError> {
+        self.receiver.allowed = answer_bytes(&setup);
         match self.ask(&Order::Build(Box::new(setup), precision))? {
             Answer::Built(built) => built.map_err(RemoteError::Refused),
             _ => Err(RemoteError::OutOfTurn),
@@ -127,6 +199,8 @@ impl Remote {
     /// # Errors
     /// What the ranks refuse, or a link that fails.
     pub fn apply(&mut self, changes: Vec<Change>) -> Result<(), RemoteError> {
+        let points: usize = changes.iter().map(Change::weight).sum();
+        self.receiver.allowed += LAW_BYTES * points as u64;
         match self.ask(&Order::Apply(changes))? {
             Answer::Applied(applied) => applied.map_err(RemoteError::Refused),
             _ => Err(RemoteError::OutOfTurn),
@@ -185,4 +259,14 @@ impl Remote {
         self.answers.set_read_timeout(Some(patience)).map_err(LinkError::from)?;
         self.end()
     }
+}
+
+/// Bytes of an answer about a scene, at most.
+fn answer_bytes(setup: &WorldSetup) -> u64 {
+    let of_cloth = |BodySetup { network, .. }: &BodySetup| {
+        let laws = network.springs.len().min(MOST_LAWS) + network.elements.len();
+        // A state has room for a multiple of sixteen particles.
+        PARTICLE_BYTES * (network.x.len() as u64 + 16) + LAW_BYTES * laws as u64
+    };
+    ANSWER_BYTES + setup.bodies.iter().map(of_cloth).sum::<u64>()
 }

@@ -6,7 +6,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use nappe_cluster::{LINK, Link, Remote, Token};
+use nappe_cluster::{LINK, Link, Meeting, Remote, Token};
 use nappe_sim::{
     cloth::{ClothSettings, Network, SpringLaw, SpringRules},
     math::Precision,
@@ -54,8 +54,15 @@ fn start(size: usize) -> (Job, Remote) {
         .spawn()
         .expect("mpirun is installed where this feature is built");
     let job = Job(job);
-    let (stream, _) = listener.accept().expect("rank 0 connects");
-    (job, Remote::accept(stream, TOKEN).expect("the ranks"))
+    let mut meeting = Meeting::new(listener, TOKEN, Duration::from_mins(1)).expect("it can be asked");
+    let begin = Instant::now();
+    loop {
+        if let Some(remote) = meeting.look().expect("the ranks") {
+            return (job, remote);
+        }
+        assert!(begin.elapsed() < Duration::from_mins(1), "rank 0 does not connect");
+        std::thread::sleep(Duration::from_millis(10));
+    }
 }
 
 /// Waits for the end of a job; whether it was a good one.
@@ -81,7 +88,7 @@ fn ranks_of_a_job_have_the_bits_of_one_process() {
         let reports: Vec<_> = (0..20).map(|_| alone.step(&mut NoStopwatch).expect("it is stable")).collect();
         for size in [1, 2, 4] {
             let (job, mut remote) = start(size);
-            assert_eq!(remote.hello().hosts.len(), size);
+            assert_eq!(remote.hello().ranks.len(), size);
             remote.build(setup.clone(), precision).expect("a sheet");
             for report in &reports {
                 let stepped = remote.step().expect("the link holds");

@@ -6,7 +6,7 @@
 use std::{
     collections::VecDeque,
     io::{self, BufRead as _, BufReader},
-    net::{IpAddr, Ipv4Addr, TcpListener, TcpStream},
+    net::{IpAddr, Ipv4Addr, TcpListener},
     os::unix::process::CommandExt as _,
     path::{Path, PathBuf},
     process::{Child, ChildStderr, Command, Stdio},
@@ -15,10 +15,11 @@ use std::{
     time::{Duration, Instant},
 };
 
-use nappe_cluster::{LINK, Link, Remote, RemoteError, Token, VERSION};
+use nappe_cluster::{LINK, Link, Meeting, Remote, RemoteError, VERSION};
 use nappe_sim::interrupt::Interrupt;
 use rustix::process::{Pid, Signal, WaitId, WaitIdOptions, kill_process_group, waitid};
 
+use super::remains::Remains;
 use crate::{
     config::RankSettings,
     error::{Reason, ServiceError},
@@ -27,8 +28,6 @@ use crate::{
 
 /// How long ranks may take to start.
 const START: Duration = Duration::from_secs(30);
-/// How long who connects may take to say who it is.
-const GREETING: Duration = Duration::from_secs(5);
 /// How long what a job said last may be on its way.
 const LAST_WORDS: Duration = Duration::from_millis(100);
 /// How often is looked at what cannot be waited for.
@@ -41,6 +40,10 @@ const LINE: usize = 500;
 pub(super) struct Job {
     child: Child,
     group: Group,
+    guard: Child,
+    ranks: u32,
+    /// What it may leave behind; nothing before rank 0 has come.
+    remains: Remains,
     said: Arc<Mutex<VecDeque<String>>>,
 }
 
@@ -88,9 +91,15 @@ impl Job {
         };
         let mut child = command.spawn().map_err(unavailable)?;
         let group = Group(Pid::from_child(&child));
+        let guard = guard(group).map_err(|error| {
+            // Without a guard it would outlive a server that is killed.
+            let _ = kill_process_group(group.0, Signal::KILL);
+            let _ = child.wait();
+            not_started(&format!("no shell (sh) can be started to guard the launcher: {error}"))
+        })?;
         let stderr = child.stderr.take();
         // From here on, an error ends the job.
-        let job = Self { child, group, said: Arc::default() };
+        let job = Self { child, group, guard, ranks, remains: Remains::default(), said: Arc::default() };
         if let Some(stderr) = stderr {
             keep_lines(stderr, Arc::clone(&job.said)).map_err(|error| {
                 not_started(&format!("the system starts no thread that reads what they say: {error}"))
@@ -107,25 +116,25 @@ impl Job {
     /// Waits for rank 0.
     ///
     /// # Errors
-    /// When it does not come in time, or is of another version; when the job ends, or nobody wants it any more.
+    /// When it does not come in time, is of another version, or leads another number of ranks; when the job ends, or nobody
+    /// wants it any more.
     pub(super) fn meet(
-        &self,
-        listener: &TcpListener,
-        token: Token,
+        &mut self,
+        mut meeting: Meeting,
+        link: &Link,
         interrupt: &Interrupt,
     ) -> Result<Remote, ServiceError> {
         let begin = Instant::now();
         loop {
-            match listener.accept() {
-                Ok((stream, _)) => match greet(stream, token) {
-                    Ok(remote) => return Ok(remote),
-                    Err(error @ RemoteError::Version { .. }) => {
-                        return Err(self.not_started(&format!("{error}, that of the server")));
-                    }
-                    // Somebody else: rank 0 may still come.
-                    Err(_stranger) => {}
-                },
-                Err(error) if error.kind() == io::ErrorKind::WouldBlock => thread::sleep(TICK),
+            match meeting.look() {
+                Ok(Some(remote)) => {
+                    self.remains = Remains::of(&remote.hello().ranks, link);
+                    return self.counted(remote);
+                }
+                Ok(None) => thread::sleep(TICK),
+                Err(error @ RemoteError::Version { .. }) => {
+                    return Err(self.not_started(&format!("{error}, that of the server")));
+                }
                 Err(error) => return Err(self.not_started(&error)),
             }
             if self.group.has_ended() {
@@ -141,6 +150,20 @@ impl Job {
                 return Err(not_started(&"nobody waits for them any more"));
             }
         }
+    }
+
+    /// The ranks, if there are as many as were asked for.
+    fn counted(&self, remote: Remote) -> Result<Remote, ServiceError> {
+        let (found, asked) = (remote.hello().ranks.len(), self.ranks);
+        if found == asked as usize {
+            return Ok(remote);
+        }
+        let message = format!(
+            "the launcher started a job of {found} instead of {asked}. Jobs of 1 are what the launcher of another MPI \
+             starts: take that of the MPI with which nappe-rank was built (--launcher), and see that its text hands \
+             {{ranks}} on"
+        );
+        Err(self.not_started(&message))
     }
 
     /// An error that ends with what the job said last.
@@ -166,25 +189,24 @@ impl Job {
 }
 
 impl Drop for Job {
-    /// Ends the launcher and all that it left in its group.
+    /// Ends the launcher and all that it left in its group, then what ranks left outside of it.
     fn drop(&mut self) {
-        // The group may be empty by now.
+        // The group may be empty by now, and each process may have ended.
         let _ = kill_process_group(self.group.0, Signal::KILL);
+        self.remains.end();
+        let _ = self.guard.kill();
+        let _ = self.guard.wait();
         let _ = self.child.wait();
     }
 }
 
-/// Takes over a connection, if it is that of rank 0.
-fn greet(stream: TcpStream, token: Token) -> Result<Remote, RemoteError> {
-    let set = |stream: &TcpStream, time| {
-        let done = stream.set_nonblocking(false).and_then(|()| stream.set_read_timeout(time));
-        done.map_err(|_closed| RemoteError::OutOfTurn)
-    };
-    set(&stream, Some(GREETING))?;
-    let kept = stream.try_clone().map_err(|_closed| RemoteError::OutOfTurn)?;
-    let remote = Remote::accept(stream, token)?;
-    set(&kept, None)?;
-    Ok(remote)
+/// Starts a process that ends the job when this one ends without doing so, as when it is killed: its input then closes. A
+/// second later, since a launcher whose ranks do not hang ends by itself, and removes its files.
+fn guard(Group(group): Group) -> io::Result<Child> {
+    let script = format!("read -r _; sleep 1; kill -s KILL -- -{}", group.as_raw_pid());
+    let mut command = Command::new("sh");
+    command.args(["-c", &script]).process_group(0);
+    command.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::null()).spawn()
 }
 
 /// Keeps the last lines that a job says, in a thread of its own; the log has them too.
@@ -219,7 +241,6 @@ pub(super) fn listen(host: &str) -> io::Result<(TcpListener, String)> {
         _ => Ipv4Addr::UNSPECIFIED.into(),
     };
     let listener = TcpListener::bind((bound, 0))?;
-    listener.set_nonblocking(true)?;
     let port = listener.local_addr()?.port();
     let place = match address {
         Ok(IpAddr::V6(address)) => format!("[{address}]:{port}"),

@@ -16,6 +16,7 @@ mod waiting;
 mod desk;
 mod control;
 mod schedule;
+mod remains;
 mod launcher;
 mod ranks;
 mod simulator;

@@ -5,14 +5,14 @@
 use std::{
     io,
     sync::{
-        Arc,
+        Arc, Mutex, PoisonError,
         atomic::{AtomicBool, Ordering},
     },
     thread,
-    time::Duration,
+    time::{Duration, Instant},
 };
 
-use nappe_cluster::{Asked, Link, Orders, Remote, RemoteError, Stepped, Token};
+use nappe_cluster::{Asked, Link, Meeting, Orders, Remote, RemoteError, Stepped, Token};
 use nappe_proto::v1;
 use nappe_sim::{
     interrupt::Interrupt,
@@ -26,8 +26,13 @@ use crate::{
     error::{Reason, ServiceError},
 };
 
-/// How long ranks may take to end by themselves.
-const FAREWELL: Duration = Duration::from_secs(2);
+/// How long ranks of a session that is deleted may take to give up what they do, and any to say that they end.
+const PATIENCE: Duration = Duration::from_millis(250);
+/// How long those of a session that is stopped may take, which keeps what they computed: with each million of particles as
+/// long again.
+const STOP_PATIENCE: Duration = Duration::from_secs(1);
+/// How long a job may take to end by itself, once it said that it does.
+const FAREWELL: Duration = Duration::from_millis(600);
 /// How long a launcher may take to say which rank was lost.
 const LAST_WORDS: Duration = Duration::from_millis(1500);
 
@@ -52,8 +57,33 @@ pub(super) struct Watched {
     pub start: Interrupt,
     /// Gives up the step in progress.
     pub steps: Interrupt,
+    /// Whether the session is deleted: nobody looks at it any more.
+    pub is_deleted: Box<dyn Fn() -> bool + Send>,
     /// Called once if the launcher ends by itself.
     pub on_end: Box<dyn Fn() + Send>,
+}
+
+/// What the thread that steps and the one that watches know of each other.
+#[derive(Debug, Default)]
+struct Watch {
+    /// Whether nothing is watched any more.
+    is_over: AtomicBool,
+    /// Since when an answer is waited for.
+    asked: Mutex<Option<Instant>>,
+    /// Whether the link was cut since no answer came.
+    is_cut: AtomicBool,
+}
+
+impl Watch {
+    fn set_asked(&self, since: Option<Instant>) {
+        *self.asked.lock().unwrap_or_else(PoisonError::into_inner) = since;
+    }
+
+    /// How long an answer has been waited for since `told`; none if it is not.
+    fn waited(&self, told: Instant) -> Option<Duration> {
+        let asked = *self.asked.lock().unwrap_or_else(PoisonError::into_inner);
+        asked.map(|asked| asked.max(told).elapsed())
+    }
 }
 
 /// Ranks that step a session; they end with this value.
@@ -64,8 +94,7 @@ pub(super) struct Ranks {
     counts: RankCounts,
     hosts: Vec<String>,
     asked: Asked,
-    /// Told when nothing is watched any more.
-    is_over: Arc<AtomicBool>,
+    watch: Arc<Watch>,
 }
 
 impl Ranks {
@@ -85,17 +114,21 @@ impl Ranks {
         let mut token = Token::default();
         getrandom::fill(&mut token).map_err(|error| not_started(&error))?;
         let (listener, address) = listen(&settings.link_address).map_err(|error| not_started(&error))?;
+        let silence = Duration::from_secs(settings.rank_silence.into());
+        let meeting = Meeting::new(listener, token, silence).map_err(|error| not_started(&error))?;
         let link = Link { address, token, threads: counts.threads as usize };
-        let job = Job::launch(settings, &program, counts.ranks, &link)?;
-        let remote = job.meet(&listener, token, &watched.start)?;
-        drop(listener);
+        let mut job = Job::launch(settings, &program, counts.ranks, &link)?;
+        let remote = job.meet(meeting, &link, &watched.start)?;
 
-        let hosts = remote.hello().hosts.clone();
-        let (orders, is_over) = (remote.orders(), Arc::new(AtomicBool::new(false)));
-        watch(watched, orders, job.group(), Arc::clone(&is_over)).map_err(|error| {
+        let hosts: Vec<String> = remote.hello().ranks.iter().map(|rank| rank.host.clone()).collect();
+        let (orders, is_watched) = (remote.orders(), Arc::<Watch>::default());
+        let particles: usize = begin.setup.bodies.iter().map(|body| body.network.x.len()).sum();
+        let patience = STOP_PATIENCE.mul_f64(1.0 + particles as f64 / 1e6);
+        watch(watched, orders, job.group(), Arc::clone(&is_watched), patience).map_err(|error| {
             not_started(&format!("the system starts no thread that watches them: {error}"))
         })?;
-        let mut ranks = Self { remote: Some(remote), job, counts, hosts, asked: Asked::default(), is_over };
+        let remote = Some(remote);
+        let mut ranks = Self { remote, job, counts, hosts, asked: Asked::default(), watch: is_watched };
 
         let system = rustix::system::uname();
         let here = ranks.hosts.iter().filter(|host| host.as_bytes() == system.nodename().to_bytes()).count();
@@ -114,15 +147,26 @@ impl Ranks {
 
     /// A rank is gone: nothing more is asked of the others.
     pub(super) fn lost(&mut self, error: &impl std::fmt::Display) -> ServiceError {
-        self.is_over.store(true, Ordering::Relaxed);
+        self.watch.is_over.store(true, Ordering::Relaxed);
         self.remote = None;
-        self.job.wait(LAST_WORDS);
+        let error = if self.watch.is_cut.load(Ordering::Relaxed) {
+            let mut hosts = self.hosts.clone();
+            hosts.sort_unstable();
+            hosts.dedup();
+            format!("the ranks on {} did not give up their step when they were told to", hosts.join(", "))
+        } else {
+            self.job.wait(LAST_WORDS);
+            error.to_string()
+        };
         let message = format!("a rank was lost: {error}{}", self.job.last_lines());
         ServiceError::new(Reason::RankLost, message)
     }
 
     fn ask<T>(&mut self, ask: impl FnOnce(&mut Remote) -> Result<T, RemoteError>) -> Result<T, ServiceError> {
-        ask(self.remote()?).map_err(|error| self.lost(&error))
+        self.watch.set_asked(Some(Instant::now()));
+        let answer = ask(self.remote()?);
+        self.watch.set_asked(None);
+        answer.map_err(|error| self.lost(&error))
     }
 
     /// Applies changes, which were applied to the copy of the server.
@@ -174,32 +218,45 @@ impl Ranks {
 
 impl Drop for Ranks {
     fn drop(&mut self) {
-        self.is_over.store(true, Ordering::Relaxed);
-        if let Some(remote) = self.remote.take() {
-            // Ranks that do not answer are killed all the same.
-            let _ = remote.end_within(FAREWELL);
+        self.watch.is_over.store(true, Ordering::Relaxed);
+        // Ranks that do not answer are killed with their job.
+        if let Some(remote) = self.remote.take()
+            && remote.end_within(PATIENCE).is_ok()
+        {
             self.job.wait(FAREWELL);
         }
     }
 }
 
-/// Hands interrupts on to ranks, and closes their link when the launcher ends, so that nobody waits for an answer: in a
-/// thread of its own.
+/// Hands interrupts on to ranks, and closes their link when they do not answer one within `patience`, or the launcher ends,
+/// so that nobody waits for an answer: in a thread of its own.
 ///
 /// # Errors
 /// When the system starts no thread.
-fn watch(watched: Watched, orders: Orders, group: Group, is_over: Arc<AtomicBool>) -> io::Result<()> {
-    let Watched { start, steps, on_end } = watched;
+fn watch(
+    watched: Watched,
+    orders: Orders,
+    group: Group,
+    shared: Arc<Watch>,
+    patience: Duration,
+) -> io::Result<()> {
+    let Watched { start, steps, is_deleted, on_end } = watched;
     let body = move || {
-        let mut is_told = false;
-        while !is_over.load(Ordering::Relaxed) {
+        let mut told = None;
+        while !shared.is_over.load(Ordering::Relaxed) {
             if start.is_requested() {
                 return orders.cut();
             }
-            if steps.is_requested() && !is_told {
-                is_told = true;
-                // A link that is gone shows where answers are waited for.
-                let _ = orders.interrupt();
+            if steps.is_requested() {
+                let told = *told.get_or_insert_with(|| {
+                    interrupt(&orders);
+                    Instant::now()
+                });
+                let patience = if is_deleted() { PATIENCE } else { patience };
+                if shared.waited(told).is_some_and(|waited| waited > patience) {
+                    shared.is_cut.store(true, Ordering::Relaxed);
+                    return orders.cut();
+                }
             }
             if group.has_ended() {
                 orders.cut();
@@ -209,4 +266,11 @@ fn watch(watched: Watched, orders: Orders, group: Group, is_over: Arc<AtomicBool
         }
     };
     thread::Builder::new().spawn(body).map(drop)
+}
+
+/// Sends an interrupt, in a thread of its own: a rank 0 that hangs may not have read the order before.
+fn interrupt(orders: &Orders) {
+    let orders = orders.clone();
+    // A link that is gone shows where answers are waited for.
+    thread::spawn(move || drop(orders.interrupt()));
 }

@@ -255,10 +255,11 @@ impl Stepper {
         begin: &Begin<'_>,
         start: &Interrupt,
     ) -> Result<(), ServiceError> {
-        let control = Arc::clone(&self.control);
+        let [control, deleted] = [(); 2].map(|()| Arc::clone(&self.control));
         let watched = Watched {
             start: start.clone(),
             steps: self.simulator.simulation.interrupt().clone(),
+            is_deleted: Box::new(move || deleted.is_deleted()),
             on_end: Box::new(move || control.lose_ranks()),
         };
         let (memory, bytes) = (&self.simulator.memory, self.status().properties.claimed_bytes);

@@ -15,6 +15,7 @@ mod disturbed;
 mod viewer;
 mod ranks;
 mod ranks_lost;
+mod ranks_hung;
 mod ranks_hosts;
 mod tokens;
 mod connect;

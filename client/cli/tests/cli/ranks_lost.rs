@@ -10,7 +10,7 @@ use crate::{
 };
 
 /// Numbers of the processes whose program has this name, below process `root`.
-fn processes(root: u32, name: &str) -> Vec<u32> {
+pub(crate) fn processes(root: u32, name: &str) -> Vec<u32> {
     let parent = |id: u32| {
         let stat = fs::read_to_string(format!("/proc/{id}/stat")).ok()?;
         let after = stat.rsplit_once(')')?.1;
@@ -34,7 +34,7 @@ fn processes(root: u32, name: &str) -> Vec<u32> {
 }
 
 /// Whether none of these runs any more.
-fn are_gone(ids: &[u32]) -> bool {
+pub(crate) fn are_gone(ids: &[u32]) -> bool {
     ids.iter().all(|id| {
         let stat = fs::read_to_string(format!("/proc/{id}/stat")).unwrap_or_default();
         stat.rsplit_once(')').is_none_or(|(_, after)| after.trim_start().starts_with('Z'))
@@ -42,8 +42,13 @@ fn are_gone(ids: &[u32]) -> bool {
 }
 
 fn kill(id: u32) {
-    let killed = command_of("kill").args(["-KILL", &id.to_string()]).status();
-    assert!(killed.expect("kill starts").success());
+    send("KILL", id);
+}
+
+/// Sends a signal to a process.
+pub(crate) fn send(signal: &str, id: u32) {
+    let sent = command_of("kill").args([&format!("-{signal}"), &id.to_string()]).status();
+    assert!(sent.expect("kill starts").success());
 }
 
 fn command_of(program: &str) -> std::process::Command {
