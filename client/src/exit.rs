@@ -20,7 +20,7 @@ pub enum Exit {
     Unreachable = 4,
     /// The server answered and refused.
     Refused = 5,
-    /// Ctrl-C or SIGTERM.
+    /// Ctrl-C, SIGTERM, or a terminal that closed.
     Interrupted = 130,
 }
 

@@ -33,6 +33,7 @@ mod reason_pages;
 mod contract_page;
 mod descriptors;
 pub mod packed;
+mod permissions;
 pub mod token;
 
 pub use contract_page::contract_page;

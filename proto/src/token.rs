@@ -16,6 +16,8 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use crate::permissions::{check_readers, is_private, is_same, make_private, own_uid, private_file};
+
 /// Fewest characters of a token, and most.
 const LENGTHS: std::ops::RangeInclusive<usize> = 16..=512;
 /// Most bytes that are read of a file.
@@ -42,12 +44,14 @@ impl Token {
     /// The token in the first line of a file.
     ///
     /// # Errors
-    /// If the file cannot be read or holds no token; the path is in the error.
+    /// If the file cannot be read, every user of the machine may read or write it, or it holds no token; the path is
+    /// in the error.
     pub fn read(path: &Path) -> io::Result<Self> {
         let named = |error: io::Error| {
             io::Error::new(error.kind(), format!("token file {}: {error}", path.display()))
         };
-        let text = File::open(path).and_then(|mut file| text_of(&mut file)).map_err(named)?;
+        let read = |mut file: File| check_readers(&file, path).and_then(|()| text_of(&mut file));
+        let text = File::open(path).and_then(read).map_err(named)?;
         Self::parse(text.lines().next().unwrap_or_default()).map_err(named)
     }
 
@@ -217,93 +221,6 @@ fn invalid(message: String) -> io::Error {
     io::Error::new(io::ErrorKind::InvalidData, message)
 }
 
-#[cfg(unix)]
-use unix::{is_private, is_same, make_private, own_uid, private_file};
-
-/// Owners and permissions as Unix has them.
-#[cfg(unix)]
-mod unix {
-    use std::{
-        env, fs,
-        fs::{DirBuilder, File, Metadata, OpenOptions},
-        io,
-        os::unix::fs::{DirBuilderExt as _, MetadataExt as _, OpenOptionsExt as _},
-        path::Path,
-    };
-
-    /// The user that this process runs as: the owner of its entry in /proc, or of the home folder where there is
-    /// no /proc.
-    pub(super) fn own_uid() -> io::Result<u32> {
-        let home = || env::home_dir().ok_or(io::ErrorKind::NotFound.into()).and_then(fs::metadata);
-        Ok(fs::metadata("/proc/self").or_else(|_none| home())?.uid())
-    }
-
-    /// Whether the user alone can read and enter it.
-    pub(super) fn is_private(metadata: &Metadata) -> bool {
-        (metadata.mode() | 0o700) & 0o777 == 0o700 && own_uid().is_ok_and(|uid| metadata.uid() == uid)
-    }
-
-    /// Makes a folder that the user alone can enter, or finds that it is one.
-    pub(super) fn make_private(folder: &Path) -> io::Result<()> {
-        match DirBuilder::new().mode(0o700).create(folder) {
-            Err(error) if error.kind() != io::ErrorKind::AlreadyExists => return Err(error),
-            _ => {}
-        }
-        // Of the folder itself: a link could lead to somebody else's.
-        let metadata = fs::symlink_metadata(folder)?;
-        if metadata.is_dir() && is_private(&metadata) {
-            return Ok(());
-        }
-        Err(super::invalid("it is not a folder that this user owns and nobody else can enter".to_owned()))
-    }
-
-    pub(super) fn private_file(path: &Path) -> io::Result<File> {
-        // A process of the same number may have died here.
-        let _ = fs::remove_file(path);
-        OpenOptions::new().read(true).write(true).create_new(true).mode(0o600).open(path)
-    }
-
-    /// Whether the file is the one that has this path.
-    pub(super) fn is_same(file: &File, path: &Path) -> bool {
-        let place = |metadata: Metadata| (metadata.dev(), metadata.ino());
-        let (file, path) = (file.metadata().map(place), fs::metadata(path).map(place));
-        matches!((file, path), (Ok(file), Ok(path)) if file == path)
-    }
-}
-
-#[cfg(not(unix))]
-use elsewhere::{is_private, is_same, make_private, own_uid, private_file};
-
-/// Systems where temporary files are each user's own.
-#[cfg(not(unix))]
-mod elsewhere {
-    use std::{
-        fs::{self, File, Metadata, OpenOptions},
-        io,
-        path::Path,
-    };
-
-    pub(super) fn own_uid() -> io::Result<u32> {
-        Ok(0)
-    }
-
-    pub(super) fn is_private(_: &Metadata) -> bool {
-        true
-    }
-
-    pub(super) fn make_private(folder: &Path) -> io::Result<()> {
-        fs::create_dir_all(folder)
-    }
-
-    pub(super) fn private_file(path: &Path) -> io::Result<File> {
-        OpenOptions::new().read(true).write(true).create(true).truncate(true).open(path)
-    }
-
-    pub(super) fn is_same(_: &File, path: &Path) -> bool {
-        path.exists()
-    }
-}
-
 #[cfg(all(test, unix))]
 mod tests {
     use std::os::unix::fs::PermissionsExt as _;
@@ -378,6 +295,24 @@ mod tests {
         let link = folder.join("link");
         std::os::unix::fs::symlink(&folder, &link).expect("a link");
         TokenFile::leave_in(&link, &token, address).expect_err("a link leads anywhere");
+        fs::remove_dir_all(folder).expect("removed");
+    }
+
+    #[test]
+    fn a_file_that_every_user_may_read_is_refused_with_the_command_that_mends_it() {
+        let folder = folder("shared");
+        fs::create_dir(&folder).expect("made");
+        let file = folder.join("my.token");
+        fs::write(&file, format!("{TEXT}\n")).expect("written");
+        for (mode, is_allowed) in [(0o644, false), (0o602, false), (0o640, true), (0o600, true)] {
+            fs::set_permissions(&file, fs::Permissions::from_mode(mode)).expect("set");
+            let read = Token::read(&file).map_err(|error| error.to_string());
+            let mends = format!("`chmod 600 {}`", file.display());
+            match read {
+                Ok(token) => assert!(is_allowed && token.reveal() == TEXT, "{mode:o}"),
+                Err(told) => assert!(!is_allowed && told.contains(&mends) && !told.contains(TEXT), "{told}"),
+            }
+        }
         fs::remove_dir_all(folder).expect("removed");
     }
 }

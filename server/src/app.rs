@@ -68,6 +68,7 @@ impl App {
             handshake: Duration::from_secs_f64(config.handshake_seconds),
             idle: Duration::from_secs_f64(config.idle_seconds),
             drain: Duration::from_secs_f64(config.drain_seconds),
+            drain_stall: Duration::from_secs_f64(config.drain_stall_seconds),
             draining: draining.clone(),
         };
 
@@ -120,7 +121,8 @@ impl App {
     }
 
     /// Drains: health turns NOT_SERVING, new calls are refused, streams end with `SERVER_DRAINING`,
-    /// sessions end. Connections that are left after `drain_seconds` are cut.
+    /// sessions end. Connections whose peers take nothing for `drain_stall_seconds` are cut, and so are those that are
+    /// left after `drain_seconds`.
     pub async fn shutdown(mut self) {
         self.health.set_service_status(SERVICE, ServingStatus::NotServing).await;
         self.health.set_service_status("", ServingStatus::NotServing).await;
@@ -175,6 +177,7 @@ impl Config {
 
         for (name, value) in [
             ("drain_seconds", self.drain_seconds),
+            ("drain_stall_seconds", self.drain_stall_seconds),
             ("handshake_seconds", self.handshake_seconds),
             ("idle_seconds", self.idle_seconds),
             ("request_seconds", self.request_seconds),

@@ -41,6 +41,9 @@ pub struct Config {
     /// Seconds that a drain may take before connections are cut.
     #[arg(long, env = "NAPPE_DRAIN_SECONDS", default_value_t = Config::default().drain_seconds)]
     pub drain_seconds: f64,
+    /// Seconds in which a connection writes nothing before a drain cuts it: its peer takes nothing any more.
+    #[arg(long, env = "NAPPE_DRAIN_STALL_SECONDS", default_value_t = Config::default().drain_stall_seconds)]
+    pub drain_stall_seconds: f64,
     /// Seconds that a new connection may stay silent before it is closed.
     #[arg(long, env = "NAPPE_HANDSHAKE_SECONDS", default_value_t = Config::default().handshake_seconds)]
     pub handshake_seconds: f64,
@@ -106,6 +109,7 @@ impl Default for Config {
             allowed_origins: Vec::new(),
             allowed_hosts: Vec::new(),
             drain_seconds: 4.0,
+            drain_stall_seconds: 0.4,
             handshake_seconds: 10.0,
             idle_seconds: 300.0,
             request_seconds: 10.0,

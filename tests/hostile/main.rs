@@ -142,6 +142,7 @@ pub(crate) const HANGS: Duration = Duration::from_mins(5);
 pub(crate) fn patient() -> Config {
     Config {
         drain_seconds: 300.0,
+        drain_stall_seconds: 300.0,
         handshake_seconds: 300.0,
         request_seconds: 300.0,
         upload_idle_seconds: 300.0,

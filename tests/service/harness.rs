@@ -136,6 +136,7 @@ impl Server {
 pub(crate) fn config() -> Config {
     Config {
         drain_seconds: 300.0,
+        drain_stall_seconds: 300.0,
         handshake_seconds: 300.0,
         request_seconds: 300.0,
         upload_idle_seconds: 300.0,

@@ -73,6 +73,21 @@ async fn a_drain_cuts_stalled_watchers_when_its_time_is_over() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
+async fn a_drain_cuts_sixty_stalled_watchers_long_before_its_time_is_over() {
+    let mut server = Server::configured(Config { drain_stall_seconds: 0.4, ..config() }).await;
+    let busy = server.session(dust(300, "")).await;
+    let mut stalled = Vec::new();
+    for _ in 0..60 {
+        let mut client = connect(&server.app).await;
+        stalled.push(client.watch_frames(every(&busy, 0)).await.expect("the stream opens"));
+    }
+    server.step(&busy, 5).await;
+    // The time of this drain is minutes.
+    in_time(server.app.shutdown()).await;
+    drop(stalled);
+}
+
+#[tokio::test(flavor = "multi_thread")]
 async fn a_drain_without_stubborn_clients_is_quick() {
     let mut server = Server::start().await;
     let id = server.session(sheet(4)).await;

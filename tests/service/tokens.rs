@@ -106,6 +106,8 @@ async fn a_client_shows_the_new_token_of_a_server_that_was_started_again() {
 async fn a_token_can_be_fixed_or_left_out() {
     let file = temporary("fixed");
     std::fs::write(&file, "a-token-of-my-own-choice\n").expect("written");
+    #[cfg(unix)]
+    make_private(&file);
     let app = guarded(Config { token_file: Some(file.clone()), ..config() });
     assert_eq!(token(&app), "a-token-of-my-own-choice");
     ask(&app, None).await.expect_err("it is asked for");
@@ -147,6 +149,12 @@ async fn health_answers_probes_and_web_pages_may_show_a_token() {
 
 fn temporary(name: &str) -> PathBuf {
     Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}-{}.token", std::process::id()))
+}
+
+#[cfg(unix)]
+fn make_private(path: &Path) {
+    use std::os::unix::fs::PermissionsExt as _;
+    std::fs::set_permissions(path, std::fs::Permissions::from_mode(0o600)).expect("set");
 }
 
 #[cfg(unix)]

@@ -120,7 +120,7 @@ async fn make(client: &mut Client, id: &str, plan: Plan) -> Result<Option<Shown>
 /// The same, with its reason if it is refused, and its times.
 async fn ask(mut client: Client, id: String, plan: Plan, shared: Arc<Shared>, asked: u64) -> Answered {
     let answer = make(&mut client, &id, plan).await;
-    let answered = shared.now();
+    let replied = shared.now();
     let answer = answer.map_err(|status| {
         let info = status.get_details_error_info();
         let reason = info.and_then(|info| Reason::of(&info.reason));
@@ -130,7 +130,7 @@ async fn ask(mut client: Client, id: String, plan: Plan, shared: Arc<Shared>, as
         shared.seen.fetch_max(shown.step, Ordering::SeqCst);
     }
     let Plan { call, waits, has_frame } = plan;
-    Answered { call, waits, has_frame, asked, answered, answer }
+    Answered { call, waits, has_frame, asked, replied, answer }
 }
 
 /// A sequence of calls to a session of its own.
@@ -167,13 +167,13 @@ async fn run(seed: u64, clients: &mut [Client; 3]) {
     let shared = Arc::new(Shared::default());
     // It stands at its start, as after a pause.
     let start = Shown { state: SessionState::Paused, step: 0, is_hashed: true, frame_step: None };
-    let (asked, answered) = (shared.now(), shared.now());
+    let (asked, replied) = (shared.now(), shared.now());
     let start = Answered {
         call: Call::Pause,
         waits: true,
         has_frame: false,
         asked,
-        answered,
+        replied,
         answer: Ok(Some(start)),
     };
     let history = History { calls: vec![start], limit };

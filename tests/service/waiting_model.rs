@@ -51,7 +51,7 @@ pub(crate) struct Answered {
     pub(crate) has_frame: bool,
     /// When it was made and when it was answered, by one clock of all clients.
     pub(crate) asked: u64,
-    pub(crate) answered: u64,
+    pub(crate) replied: u64,
     /// Nothing is shown of a session that was deleted.
     pub(crate) answer: Result<Option<Shown>, Reason>,
 }
@@ -100,30 +100,30 @@ impl History {
     /// The others that took effect before a call was made.
     fn before(&self, at: usize) -> impl Iterator<Item = &Answered> {
         let asked = self.calls[at].asked;
-        self.others(at).filter(move |other| other.answered < asked)
+        self.others(at).filter(move |other| other.replied < asked)
     }
 
     /// The others that may have taken effect before a call was answered.
     fn so_far(&self, at: usize) -> impl Iterator<Item = &Answered> {
-        let answered = self.calls[at].answered;
+        let answered = self.calls[at].replied;
         self.others(at).filter(move |other| other.asked < answered)
     }
 
     /// The others that may have taken effect between a call and its answer.
     fn meanwhile(&self, at: usize) -> impl Iterator<Item = &Answered> {
         let asked = self.calls[at].asked;
-        self.so_far(at).filter(move |other| other.answered > asked)
+        self.so_far(at).filter(move |other| other.replied > asked)
     }
 
     /// The step at which the session surely stands until this call takes effect, alone.
     fn undisturbed(&self, at: usize) -> Option<u64> {
         let own = &self.calls[at];
-        let rest = self.before(at).filter(|other| other.stood()).max_by_key(|other| other.answered)?;
+        let rest = self.before(at).filter(|other| other.stood()).max_by_key(|other| other.replied)?;
         let keeps_out = |other: &Answered| {
             other.call == Call::Fork
                 || other.asked == rest.asked
-                || other.answered < rest.asked
-                || other.asked > own.answered
+                || other.replied < rest.asked
+                || other.asked > own.replied
         };
         self.others(at).all(keeps_out).then_some(rest.shown()?.step)
     }
@@ -168,7 +168,7 @@ impl History {
     /// Whether a call may find the session playing.
     fn may_play(&self, at: usize) -> bool {
         let pauses: Vec<_> = self.before(at).filter(|other| other.call == Call::Pause).collect();
-        let goes_on = |play: &Answered| pauses.iter().all(|pause| pause.asked < play.answered);
+        let goes_on = |play: &Answered| pauses.iter().all(|pause| pause.asked < play.replied);
         self.so_far(at).any(|other| matches!(other.call, Call::Play(_)) && goes_on(other))
     }
 

@@ -80,7 +80,11 @@ async fn guarded(steps: u64) -> (App, Client, String) {
 
 /// The program with these options, which was told the token on its standard input.
 fn told(app: &App, options: &[&str]) -> Child {
-    let mut viewer = Command::new(env!("CARGO_BIN_EXE_nappe-viewer"));
+    started(Command::new(env!("CARGO_BIN_EXE_nappe-viewer")), app, options)
+}
+
+/// The same, started by a command that ends where its options begin.
+fn started(mut viewer: Command, app: &App, options: &[&str]) -> Child {
     viewer.args(["--server", &app.url(), "--token", "-", "--json"]).args(options);
     viewer.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
     let mut viewer = viewer.spawn().expect("it starts");
@@ -154,5 +158,32 @@ fn a_failure_has_the_exit_code_of_the_command_and_the_reason_of_the_server() {
         .output()
         .expect("it runs");
     assert_eq!(output.status.code(), Some(2), "{output:?}");
+    runtime.block_on(app.shutdown());
+}
+
+#[test]
+fn a_file_that_takes_no_more_is_named_with_the_cause_and_its_frames() {
+    let runtime = tokio::runtime::Runtime::new().expect("a runtime");
+    let (app, client, id) = runtime.block_on(guarded(40));
+    let file = Path::new(env!("CARGO_TARGET_TMPDIR")).join("full.rrd");
+    // One of an earlier run, if there is one.
+    let _ = std::fs::remove_file(&file);
+    let path = file.to_str().expect("a UTF-8 path");
+    // A file of some kilobytes is as large as it may be, as on a full disk.
+    let mut limited = Command::new("sh");
+    limited.args([
+        "-c",
+        "trap '' XFSZ; ulimit -f 32; exec \"$0\" \"$@\"",
+        env!("CARGO_BIN_EXE_nappe-viewer"),
+    ]);
+    let viewer = started(limited, &app, &["--session", &id, "--paced", "--save", path]);
+    let session = || runtime.block_on(client.get_session(&id)).expect("it is there");
+    until("it is watched", || session().watcher_count == 1);
+    runtime.block_on(client.play(&id, 0.0)).expect("it plays");
+
+    let (code, said) = last(viewer);
+    let error = said["error"].as_str().unwrap_or_default();
+    let parts = [path, "File too large", " frames that came, the first "];
+    assert!(code == Some(1) && parts.iter().all(|part| error.contains(part)), "{said}");
     runtime.block_on(app.shutdown());
 }

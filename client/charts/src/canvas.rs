@@ -46,6 +46,14 @@ pub(crate) struct Axis {
     pub(crate) is_log: bool,
 }
 
+impl Axis {
+    /// Where it has a value: one beyond an end of a logarithmic axis stands at that end.
+    fn held(&self, value: f64) -> f64 {
+        let [low, high] = self.range;
+        if self.is_log { value.max(low).min(high) } else { value }
+    }
+}
+
 /// Where words stand beside their point.
 pub(crate) use kuva::render::render::TextAnchor as Anchor;
 
@@ -57,6 +65,7 @@ pub(crate) struct Canvas {
     style: Style,
     /// What the numbers mean that stand at lines.
     pub(crate) key: Key,
+    axes: [Axis; 2],
     layout: Layout,
     place: ComputedLayout,
     regions: Vec<ShadedRegion>,
@@ -112,6 +121,7 @@ impl Canvas {
             sentence,
             style: style.clone(),
             key: Key::default(),
+            axes: [x, y],
             layout,
             place,
             regions,
@@ -140,8 +150,28 @@ impl Canvas {
     }
 
     /// Where a point of the data is (px).
-    pub(crate) fn at(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+    pub(crate) fn at(&self, point: [f64; 2]) -> [f64; 2] {
+        let [x, y] = self.held(point);
         [self.place.map_x(x), self.place.map_y(y)]
+    }
+
+    /// How long a decade is along each axis, if both are logarithmic (px).
+    pub(crate) fn decade(&self) -> [f64; 2] {
+        let place = &self.place;
+        [place.map_x(10.0) - place.map_x(1.0), place.map_y(1.0) - place.map_y(10.0)]
+    }
+
+    /// A point where the axes have it.
+    fn held(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        let [along_x, along_y] = self.axes;
+        [along_x.held(x), along_y.held(y)]
+    }
+
+    /// Points where the axes have them, without those that are nowhere.
+    fn all_held(&self, points: &[[f64; 2]]) -> Vec<(f64, f64)> {
+        let numbers = points.iter().filter(|point| !point.iter().any(|value| value.is_nan()));
+        let held = numbers.map(|point| self.held(*point)).filter(|[x, y]| x.is_finite() && y.is_finite());
+        held.map(|[x, y]| (x, y)).collect()
     }
 
     /// The frame of the data (px): left, right, above, below.
@@ -179,7 +209,7 @@ impl Canvas {
             "" => LineStyle::Solid,
             dashes => LineStyle::Custom(dashes.to_owned()),
         };
-        let line = LinePlot::new().with_data(points.iter().map(|[x, y]| (*x, *y))).with_color(stroke.colour);
+        let line = LinePlot::new().with_data(self.all_held(points)).with_color(stroke.colour);
         self.plots.push(line.with_stroke_width(stroke.width).with_line_style(style).into());
     }
 
@@ -192,8 +222,9 @@ impl Canvas {
         size: f64,
         fill: Fill,
     ) {
+        let points = self.all_held(points);
         let mut layer = |size: f64, colour: &str| {
-            let marks = ScatterPlot::new().with_data(points.iter().map(|[x, y]| (*x, *y)));
+            let marks = ScatterPlot::new().with_data(points.iter().copied());
             self.plots.push(marks.with_marker(mark).with_size(size).with_color(colour).into());
         };
         layer(size, colour);

@@ -69,10 +69,7 @@ pub(crate) fn picture(scene: &str, chart: &Chart, style: &Style) -> Result<Pictu
 /// Triangles of slope 1 and 2, half a decade wide.
 fn draw_slopes(canvas: &mut Canvas) {
     let [left, right, _, below] = canvas.frame();
-    let decade = [
-        canvas.at([10.0, 1.0])[0] - canvas.at([1.0, 1.0])[0],
-        canvas.at([1.0, 1.0])[1] - canvas.at([1.0, 10.0])[1],
-    ];
+    let decade = canvas.decade();
     // Two of them and their numbers fit between the sides.
     let share = f64::min(0.4, (0.5 * (right - left) - 55.0) / decade[0]);
     let width = share * decade[0];

@@ -110,7 +110,12 @@ pub(crate) fn trace(
     canvas.marks(marks, look.mark, look.colour, size, fill);
 }
 
-/// The decades around numbers.
+/// What a logarithmic axis holds: powers of ten from and to, and how many from its high end down. The plotter draws nothing below
+/// the first.
+const POWERS: [f64; 2] = [-10.0, 300.0];
+const DECADES: f64 = 30.0;
+
+/// The decades around numbers, as far as an axis can hold them: others stand at its ends.
 pub(crate) fn around(values: impl Iterator<Item = f64>) -> [f64; 2] {
     let positive = values.filter(|value| value.is_finite() && *value > 0.0);
     let [low, high] = positive
@@ -118,8 +123,29 @@ pub(crate) fn around(values: impl Iterator<Item = f64>) -> [f64; 2] {
     if low > high {
         return [0.1, 10.0];
     }
+    let [least, most] = POWERS;
+    let [low, high] = [low, high].map(|value| value.log10().clamp(least, most));
     // At least a decade, with room at both ends.
-    let [low, high] = [low.log10() - 0.15, high.log10() + 0.15];
+    let [low, high] = [low.max(high - DECADES) - 0.15, high + 0.15];
     let spare = (0.5 * (1.0 - (high - low))).max(0.0);
     [10_f64.powf(low - spare), 10_f64.powf(high + spare)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_axis_holds_what_numbers_there_are_within_thirty_decades() {
+        let decades = |values: &[f64]| around(values.iter().copied()).map(f64::log10);
+        let near = |found: [f64; 2], expected: [f64; 2]| {
+            assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-9), "{found:?} {expected:?}");
+        };
+        near(decades(&[1e-3, 10.0]), [-3.15, 1.15]);
+        near(decades(&[1.0]), [-0.5, 0.5]);
+        near(decades(&[]), [-1.0, 1.0]);
+        near(decades(&[f64::NAN, f64::INFINITY, -1.0, 0.0, 1.0, 100.0]), [-0.15, 2.15]);
+        near(decades(&[f64::MIN_POSITIVE, 1.0]), [-10.15, 0.15]);
+        near(decades(&[1.0, f64::MAX]), [269.85, 300.15]);
+    }
 }

@@ -1,11 +1,13 @@
 //! What the command writes on standard output: JSON for programs, tables and sentences for people.
 //!
+//! All of it is made printable here: titles and names come from others, and have no say over a terminal.
 //! A reader that closes the pipe early (`nappe list | head`) ends the output without an error.
 
 use std::io::{self, Write};
 
 use clap::Args;
 use comfy_table::{CellAlignment, Table};
+use nappe_scene::{printable, printable_json};
 use serde::Serialize;
 
 use crate::error::{CliError, Result};
@@ -34,11 +36,24 @@ impl OutputArgs {
     }
 }
 
-/// Writes a line on standard output.
+/// Writes a line on standard output, or several.
 ///
 /// # Errors
 /// When standard output cannot be written, a full disk for instance.
 pub(crate) fn line(text: &str) -> Result<()> {
+    verbatim(&shown(text))
+}
+
+/// A text of several lines, each of them printable.
+fn shown(text: &str) -> String {
+    text.split('\n').map(printable).collect::<Vec<_>>().join("\n")
+}
+
+/// Writes a text that this program made itself, as it is.
+///
+/// # Errors
+/// As [`line()`].
+pub(crate) fn verbatim(text: &str) -> Result<()> {
     let mut out = io::stdout().lock();
     // In one piece: who reads the first line of several and leaves has got them all.
     match out.write_all(format!("{text}\n").as_bytes()).and_then(|()| out.flush()) {
@@ -55,14 +70,14 @@ pub(crate) fn line(text: &str) -> Result<()> {
 pub(crate) fn json(value: &impl Serialize) -> Result<()> {
     let text = serde_json::to_string(value)
         .map_err(|error| CliError::failure(format!("cannot write the answer as JSON: {error}")))?;
-    line(&text)
+    verbatim(&printable_json(&text))
 }
 
 /// Writes a sentence for the person at the terminal on standard error, where it cannot mix with
 /// output that a program reads.
 pub(crate) fn note(text: &str) {
     // Nobody is left to be told when standard error is closed.
-    let _ = writeln!(io::stderr().lock(), "{text}");
+    let _ = writeln!(io::stderr().lock(), "{}", shown(text));
 }
 
 /// The name of a column, and to which side its cells go.
@@ -80,7 +95,8 @@ pub(crate) fn table(columns: &[Column], rows: &[Vec<String>]) -> String {
         Column::Left(name) | Column::Right(name) => *name,
     }));
     for row in rows {
-        table.add_row(row);
+        // A line end in a name would make rows of its own.
+        table.add_row(row.iter().map(|cell| printable(cell)));
     }
 
     for (index, column) in columns.iter().enumerate() {
@@ -156,5 +172,12 @@ mod tests {
     #[test]
     fn hashes_have_sixteen_digits() {
         assert_eq!(hash(255), "00000000000000ff");
+    }
+
+    #[test]
+    fn names_of_others_have_no_say_over_a_terminal() {
+        let text = table(&[Column::Left("title")], &[vec!["a\nb\u{1b}[2J\u{202e}".into()]]);
+        assert_eq!(text, "title\na\\u{a}b\\u{1b}[2J\\u{202e}");
+        assert_eq!(shown("one\ntwo\u{9b}\n"), "one\ntwo\\u{9b}\n");
     }
 }

@@ -47,7 +47,8 @@ pub(crate) async fn connect_to(server: &str, token: &TokenArgs) -> Result<Client
     client.map_err(CliError::from)
 }
 
-/// Waits for Ctrl-C or SIGTERM. After the first, a second one ends the process at once.
+/// Waits for Ctrl-C, SIGTERM, or the end of the terminal. After the first, a second Ctrl-C or SIGTERM ends the process at
+/// once.
 ///
 /// # Errors
 /// When the system refuses the handlers.

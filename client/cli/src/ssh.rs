@@ -4,7 +4,7 @@
 //! Keys, passwords, known hosts and the user's configuration are ssh's own business, and so is what it refuses.
 
 use std::{
-    io::{BufRead as _, BufReader},
+    io::{BufRead as _, BufReader, Read as _},
     net::{Ipv4Addr, SocketAddr, TcpListener},
     path::{Path, PathBuf},
     process::{Child, ChildStdin, Command, ExitStatus, Stdio},
@@ -19,6 +19,11 @@ use crate::error::{CliError, Exit, Result};
 const END_TIME: Duration = Duration::from_secs(8);
 /// How often it is asked whether it has ended.
 const INTERVAL: Duration = Duration::from_millis(50);
+/// How long an end of ssh is kept back: Ctrl-C at a terminal ends ssh as well, and whoever waits for both hears of the
+/// signal first.
+const SIGNAL_TIME: Duration = Duration::from_millis(50);
+/// Most bytes of the first line that are read.
+const LINE_BYTES: u64 = 64 << 10;
 /// Attempts to forward a free port that somebody else may take meanwhile.
 const ATTEMPTS: usize = 3;
 /// What ssh ends with when it is ssh that failed.
@@ -52,11 +57,11 @@ pub(crate) struct FarCommand {
 }
 
 impl FarCommand {
-    /// Runs a command there and reads the first line of its output. `folder` is this user's alone.
+    /// Starts a command there. `folder` is this user's alone.
     ///
     /// # Errors
-    /// When ssh does not come through, or the command ends without a line.
-    pub(crate) fn run(args: &SshArgs, folder: &Path, words: &[&str]) -> Result<(Self, String)> {
+    /// When there is no ssh, or the destination is none.
+    pub(crate) fn start(args: &SshArgs, folder: &Path, words: &[&str]) -> Result<Self> {
         if args.destination.starts_with('-') {
             return Err(CliError::usage(format!("'{}' is no machine", args.destination)));
         }
@@ -70,14 +75,32 @@ impl FarCommand {
             .spawn()
             .map_err(|error| CliError::failure(format!("ssh cannot be started: {error}")))?;
 
-        let (input, output) = (process.stdin.take(), process.stdout.take());
-        let mut far = Self { args: args.clone(), process, input, control };
-        let mut line = String::new();
-        let read = output.map(|output| BufReader::new(output).read_line(&mut line));
-        match read {
-            Some(Ok(1..)) => Ok((far, line)),
-            _ => Err(far.silent(words[0])),
+        let input = process.stdin.take();
+        Ok(Self { args: args.clone(), process, input, control })
+    }
+
+    /// Waits for the first line that the command, which runs `program`, writes: ssh may ask for a password meanwhile.
+    ///
+    /// # Errors
+    /// When ssh does not come through, or the command ends without a line.
+    pub(crate) async fn first_line(&mut self, program: &str) -> Result<String> {
+        let output = self.process.stdout.take();
+        let read = tokio::task::spawn_blocking(move || {
+            let mut line = String::new();
+            let read = output.map(|output| BufReader::new(output.take(LINE_BYTES)).read_line(&mut line));
+            matches!(read, Some(Ok(1..))).then_some(line)
+        });
+        if let Ok(Some(line)) = read.await {
+            return Ok(line);
         }
+        tokio::time::sleep(SIGNAL_TIME).await;
+        Err(self.silent(program))
+    }
+
+    /// Ends ssh at once, and with it what it started.
+    pub(crate) fn abort(mut self) {
+        // It may have ended already.
+        let _ = self.process.kill();
     }
 
     /// Forwards a port of this machine's loopback, 0 for a free one, to an address there.
@@ -104,6 +127,7 @@ impl FarCommand {
     pub(crate) async fn broken(&mut self) -> CliError {
         loop {
             if let Ok(Some(status)) = self.process.try_wait() {
+                tokio::time::sleep(SIGNAL_TIME).await;
                 let message = format!("the connection to {} ended ({status})", self.args.destination);
                 return CliError::new(Exit::Unreachable, message);
             }

@@ -145,8 +145,29 @@ def test_a_token_is_never_printed(typed: str, folder: Path) -> None:
 @pytest.mark.parametrize("text", ["x" * 16, "x" * 512, "!~0123456789abcdef"])
 def test_a_token_has_16_to_512_printable_characters(text: str, tmp_path: Path) -> None:
     assert read("a:1", text).token == text
-    (tmp_path / "t").write_text(f"  {text}\t\r\nsecond line\n")
-    assert read("a:1", tmp_path / "t").token == text
+    file = private(tmp_path / "t", f"  {text}\t\r\nsecond line\n")
+    assert read("a:1", file).token == text
+
+
+def private(path: Path, text: str) -> Path:
+    """A file that its user alone can read."""
+    path.touch(mode=0o600)
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize(("mode", "is_allowed"), [(0o644, False), (0o602, False), (0o640, True), (0o600, True)])
+def test_a_token_that_every_user_may_read_is_refused_with_the_command_that_mends_it(
+    mode: int, is_allowed: bool, tmp_path: Path
+) -> None:
+    file = private(tmp_path / "t", TOKEN)
+    file.chmod(mode)
+    if is_allowed:
+        assert read("a:1", file).token == TOKEN
+        return
+    with pytest.raises(nappe.Error) as told:
+        read("a:1", file)
+    assert f"`chmod 600 {file}`" in str(told.value) and TOKEN not in str(told.value)
 
 
 @pytest.mark.parametrize(
@@ -155,8 +176,7 @@ def test_a_token_has_16_to_512_printable_characters(text: str, tmp_path: Path) -
 )
 def test_what_is_no_token_is_refused_and_not_told(text: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     told = [refusal("token", "a:1", text)]
-    file = tmp_path / "t"
-    file.write_text(text + "\n", encoding="utf-8")
+    file = private(tmp_path / "t", text + "\n")
     told.append(refusal("token", "a:1", file))
     monkeypatch.setenv("NAPPE_TOKEN_FILE", str(file))
     told.append(refusal("token", "a:1"))
@@ -171,7 +191,7 @@ def test_an_argument_with_blanks_around_it_is_no_token() -> None:
 
 def test_a_token_is_given_in_a_file_or_by_the_variable(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for name, token in (("one", TOKEN), ("two", OTHER)):
-        (tmp_path / name).write_text(f"{token}\n127.0.0.1:6277\n")
+        private(tmp_path / name, f"{token}\n127.0.0.1:6277\n")
     assert read("a:1", tmp_path / "one").token == TOKEN
     monkeypatch.setenv("NAPPE_TOKEN_FILE", str(tmp_path / "two"))
     for typed in ("a:1", HERE, "unix:/run/nappe.sock"):

@@ -65,9 +65,10 @@ impl Voice {
         way.send(answer)
     }
 
-    fn sign(&self, waits: bool) -> Result<(), LinkError> {
+    /// Gives a sign of life while an answer is being made.
+    fn sign(&self, alive: &Answer) -> Result<(), LinkError> {
         let mut way = self.way();
-        if way.is_busy { way.send(&Answer::Alive { waits }) } else { Ok(()) }
+        if way.is_busy { way.send(alive) } else { Ok(()) }
     }
 
     fn way(&self) -> MutexGuard<'_, Way> {
@@ -86,7 +87,7 @@ pub(crate) fn give_signs(voice: &Arc<Voice>, counted: &Arc<Counted>) {
             let bounds = counted.bounds();
             let waits = bounds % 2 == 1 && bounds == before;
             before = bounds;
-            if voice.sign(waits).is_err() {
+            if voice.sign(&Answer::Alive { waits }).is_err() {
                 return;
             }
         }

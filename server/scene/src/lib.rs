@@ -38,7 +38,7 @@ pub use edit::EditError;
 pub use error::{ErrorKind, SceneError, SceneErrors, suggestion};
 pub use fill::enclosed_volume;
 pub use keys::page as reference_page;
-pub use printable::{is_printable, printable};
+pub use printable::{is_printable, printable, printable_json};
 pub use scene::{Scene, VERSION};
 pub use shipped::shipped_scenes;
 pub use snow::{

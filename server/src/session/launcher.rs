@@ -5,7 +5,7 @@
 
 use std::{
     collections::VecDeque,
-    io::{self, BufRead as _, BufReader},
+    io::{self, BufRead, BufReader, Read as _},
     net::{IpAddr, Ipv4Addr, TcpListener},
     os::unix::process::CommandExt as _,
     path::{Path, PathBuf},
@@ -35,6 +35,8 @@ pub(super) const TICK: Duration = Duration::from_millis(10);
 /// Lines of a job that are kept, and characters of each.
 const LINES: usize = 20;
 const LINE: usize = 500;
+/// Most bytes of a line that are kept for a moment: one without an end takes no more memory.
+const LINE_BYTES: u64 = 64 << 10;
 
 /// A launcher and all that it started.
 pub(super) struct Job {
@@ -215,7 +217,8 @@ fn guard(Group(group): Group) -> io::Result<Child> {
 /// When the system starts no thread.
 fn keep_lines(stderr: ChildStderr, said: Arc<Mutex<VecDeque<String>>>) -> io::Result<()> {
     let body = move || {
-        for line in BufReader::new(stderr).split(b'\n').map_while(Result::ok) {
+        let mut pipe = BufReader::new(stderr);
+        while let Ok(Some(line)) = next_line(&mut pipe) {
             let line = String::from_utf8_lossy(&line);
             tracing::debug!("ranks: {line}");
             let mut said = said.lock().unwrap_or_else(PoisonError::into_inner);
@@ -226,6 +229,16 @@ fn keep_lines(stderr: ChildStderr, said: Arc<Mutex<VecDeque<String>>>) -> io::Re
         }
     };
     thread::Builder::new().spawn(body).map(drop)
+}
+
+/// The next line of a pipe, as far as [`LINE_BYTES`]; what follows until its end is read and left out. None at the end.
+fn next_line(pipe: &mut impl BufRead) -> io::Result<Option<Vec<u8>>> {
+    let mut line = Vec::new();
+    let read = pipe.by_ref().take(LINE_BYTES).read_until(b'\n', &mut line)?;
+    if line.pop_if(|byte| *byte == b'\n').is_none() {
+        pipe.skip_until(b'\n')?;
+    }
+    Ok((read > 0).then_some(line))
 }
 
 /// Listens where ranks can reach it: on loopback alone where they are told to look there. The text is where they look.
@@ -274,4 +287,20 @@ pub(super) fn program(settings: &RankSettings) -> Result<PathBuf, ServiceError> 
 /// An error of ranks that did not start.
 pub(super) fn not_started(what: &impl std::fmt::Display) -> ServiceError {
     ServiceError::new(Reason::RanksNotStarted, format!("the ranks did not start: {what}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_without_an_end_is_kept_as_far_as_64_kb() {
+        let text = format!("first\n\n{}\nlast", "x".repeat(1_000_000));
+        let mut pipe = text.as_bytes();
+        let mut lengths = Vec::new();
+        while let Some(line) = next_line(&mut pipe).expect("it can be read") {
+            lengths.push(line.len() as u64);
+        }
+        assert_eq!(lengths, [5, 0, LINE_BYTES, 4]);
+    }
 }

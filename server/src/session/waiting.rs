@@ -143,8 +143,13 @@ mod tests {
     const STEPPING: State = State::Stepping { remaining: 3 };
 
     /// A session that has taken 5 steps, and begun one more if `begun` is 6.
-    fn standing(state: State, begun: u64, is_settled: bool) -> Standing {
-        Standing { state, taken: 5, begun, is_settled }
+    fn standing(state: State, begun: u64) -> Standing {
+        Standing { state, taken: 5, begun, is_settled: false }
+    }
+
+    /// The same, settled.
+    fn settled(state: State, begun: u64) -> Standing {
+        Standing { is_settled: true, ..standing(state, begun) }
     }
 
     /// The table of docs/service.md: a row for each way to stand, a cell for each thing to wait for.
@@ -152,19 +157,16 @@ mod tests {
     fn every_call_is_answered_as_the_table_says() {
         let calls = [For::Rest, For::Steps(5), For::Steps(6), For::Steps(7), For::End, For::Begin(5)];
         let rows = [
-            (standing(State::Paused, 5, true), [Happened, Happened, CutShort, CutShort, Waits, Waits]),
-            (standing(State::Paused, 5, false), [Waits, Waits, CutShort, CutShort, Waits, Waits]),
-            (standing(State::Paused, 6, false), [Waits, Happened, Waits, CutShort, Waits, Happened]),
-            (standing(State::Playing, 5, false), [Happened, Happened, CutShort, CutShort, Waits, Waits]),
-            (standing(State::Playing, 6, false), [Happened, Happened, Waits, CutShort, Waits, Happened]),
-            (standing(STEPPING, 5, false), [Happened, Happened, Waits, Waits, Waits, Waits]),
-            (standing(STEPPING, 6, false), [Happened, Happened, Waits, Waits, Waits, Happened]),
-            (standing(State::Finished, 5, false), [Waits; 6]),
-            (
-                standing(State::Finished, 5, true),
-                [Happened, Happened, CutShort, CutShort, Happened, CutShort],
-            ),
-            (standing(State::Failed, 5, true), [Happened, Happened, CutShort, CutShort, Happened, CutShort]),
+            (settled(State::Paused, 5), [Happened, Happened, CutShort, CutShort, Waits, Waits]),
+            (standing(State::Paused, 5), [Waits, Waits, CutShort, CutShort, Waits, Waits]),
+            (standing(State::Paused, 6), [Waits, Happened, Waits, CutShort, Waits, Happened]),
+            (standing(State::Playing, 5), [Happened, Happened, CutShort, CutShort, Waits, Waits]),
+            (standing(State::Playing, 6), [Happened, Happened, Waits, CutShort, Waits, Happened]),
+            (standing(STEPPING, 5), [Happened, Happened, Waits, Waits, Waits, Waits]),
+            (standing(STEPPING, 6), [Happened, Happened, Waits, Waits, Waits, Happened]),
+            (standing(State::Finished, 5), [Waits; 6]),
+            (settled(State::Finished, 5), [Happened, Happened, CutShort, CutShort, Happened, CutShort]),
+            (settled(State::Failed, 5), [Happened, Happened, CutShort, CutShort, Happened, CutShort]),
         ];
         for (now, row) in rows {
             for (call, expected) in calls.into_iter().zip(row) {

@@ -7,41 +7,59 @@ use std::{net::IpAddr, sync::Arc};
 
 use http::{Request, header, uri::Authority};
 
-/// Names besides addresses and `localhost`, in lower case.
-#[derive(Clone, Debug, Default)]
-pub(super) struct AllowedHosts(Arc<[String]>);
+use crate::address::Address;
+
+/// Names besides addresses and `localhost`, in lower case. None where every host is as good as any other.
+#[derive(Clone, Debug)]
+pub(super) struct AllowedHosts(Option<Arc<[String]>>);
 
 impl AllowedHosts {
-    /// The machine's own name, and `extra`.
-    pub(super) fn new(extra: &[String]) -> Self {
+    /// Of a server at an address: the machine's own name, and `extra`. No web page reaches a Unix socket, and its callers
+    /// name whatever host they like.
+    pub(super) fn new(address: &Address, extra: &[String]) -> Self {
+        if matches!(address, Address::Unix(_)) {
+            return Self(None);
+        }
         let own = std::fs::read_to_string("/proc/sys/kernel/hostname").ok();
         let own = own.iter().map(|name| name.trim());
-        Self(own.chain(extra.iter().map(String::as_str)).map(str::to_ascii_lowercase).collect())
+        Self(Some(own.chain(extra.iter().map(String::as_str)).map(str::to_ascii_lowercase).collect()))
     }
 
-    /// Whether a request is addressed to this server; otherwise the host that it names, as it stands there.
+    /// Whether a request is addressed to this server; otherwise the host that it names, as it stands there. One that
+    /// names its host twice, as authority and in a header, has to name the same one.
     pub(super) fn check<B>(&self, request: &Request<B>) -> Result<(), String> {
-        let named = match request.uri().authority() {
-            Some(authority) => authority.as_str().to_owned(),
-            None => match request.headers().get(header::HOST) {
-                Some(host) => String::from_utf8_lossy(host.as_bytes()).into_owned(),
-                // HTTP/1.0: browsers speak later versions.
-                None => return Ok(()),
-            },
-        };
-        let allowed = named.parse::<Authority>().is_ok_and(|authority| self.allow(authority.host()));
-        if allowed { Ok(()) } else { Err(named) }
+        let Some(names) = &self.0 else { return Ok(()) };
+        let authority = request.uri().authority().map(|authority| authority.as_str().to_owned());
+        let headers = request.headers().get_all(header::HOST).iter();
+        let headers = headers.map(|host| String::from_utf8_lossy(host.as_bytes()).into_owned());
+        // Without any, it is HTTP/1.0: browsers speak later versions.
+        let mut hosts = Vec::new();
+        for named in authority.into_iter().chain(headers) {
+            match host_of(&named).filter(|host| is_allowed(names, host)) {
+                Some(host) => hosts.push((host, named)),
+                None => return Err(named),
+            }
+        }
+        match hosts.windows(2).find(|pair| pair[0].0 != pair[1].0) {
+            Some(pair) => Err(format!("{} and {}", pair[0].1, pair[1].1)),
+            None => Ok(()),
+        }
     }
+}
 
-    /// An address cannot be rebound: only names are.
-    fn allow(&self, host: &str) -> bool {
-        let host = host.trim_end_matches('.').to_ascii_lowercase();
-        let address = host.trim_start_matches('[').trim_end_matches(']');
-        host == "localhost"
-            || host.ends_with(".localhost")
-            || address.parse::<IpAddr>().is_ok()
-            || self.0.contains(&host)
-    }
+/// The host of an authority, in lower case and without the dot of the root.
+fn host_of(named: &str) -> Option<String> {
+    let authority: Authority = named.parse().ok()?;
+    Some(authority.host().trim_end_matches('.').to_ascii_lowercase())
+}
+
+/// An address cannot be rebound: only names are.
+fn is_allowed(names: &[String], host: &str) -> bool {
+    let address = host.trim_start_matches('[').trim_end_matches(']');
+    host == "localhost"
+        || host.ends_with(".localhost")
+        || address.parse::<IpAddr>().is_ok()
+        || names.iter().any(|name| name == host)
 }
 
 #[cfg(test)]
@@ -50,7 +68,7 @@ mod tests {
 
     #[test]
     fn addresses_and_own_names_are_allowed_and_no_others() {
-        let hosts = AllowedHosts::new(&["Node7.cluster.example".to_owned()]);
+        let hosts = AllowedHosts::new(&Address::default(), &["Node7.cluster.example".to_owned()]);
         let check = |host: &str| {
             let request =
                 Request::builder().uri("/x").header(header::HOST, host).body(()).expect("a request");
@@ -74,5 +92,30 @@ mod tests {
 
         let request = Request::builder().uri("http://evil.example:50051/x").body(()).expect("a request");
         assert_eq!(hosts.check(&request), Err("evil.example:50051".to_owned()), "the authority of HTTP/2");
+    }
+
+    #[test]
+    fn a_request_that_names_two_hosts_is_refused_unless_they_are_the_same() {
+        let hosts = AllowedHosts::new(&Address::default(), &[]);
+        let check = |authority: &str, header: &str| {
+            let request =
+                Request::builder().uri(format!("http://{authority}/x")).header(header::HOST, header);
+            hosts.check(&request.body(()).expect("a request"))
+        };
+        assert_eq!(check("localhost:1", "LOCALHOST."), Ok(()));
+        assert_eq!(check("127.0.0.1:1", "127.0.0.1:1"), Ok(()));
+        assert_eq!(check("localhost:1", "evil.example"), Err("evil.example".to_owned()));
+        assert_eq!(check("evil.example", "localhost"), Err("evil.example".to_owned()));
+        assert_eq!(check("localhost:1", "127.0.0.1:1"), Err("localhost:1 and 127.0.0.1:1".to_owned()));
+    }
+
+    #[test]
+    fn every_host_is_that_of_a_unix_socket() {
+        let hosts = AllowedHosts::new(&Address::Unix("nappe.sock".into()), &[]);
+        for host in ["localhost", "run%2Fnappe.sock", "other.example", ""] {
+            let request =
+                Request::builder().uri("/x").header(header::HOST, host).body(()).expect("a request");
+            assert_eq!(hosts.check(&request), Ok(()), "{host}");
+        }
     }
 }

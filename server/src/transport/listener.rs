@@ -26,6 +26,7 @@ use tower::{ServiceExt as _, util::BoxCloneSyncService};
 use super::{
     activity::Activity,
     connections::{Connections, Full, Place},
+    progress::Progress,
 };
 #[cfg(unix)]
 use crate::address::SocketFile;
@@ -126,6 +127,8 @@ pub(crate) struct ListenerSettings {
     pub idle: Duration,
     /// How long connections may take to end after `draining`.
     pub drain: Duration,
+    /// How long a connection may write nothing after `draining`.
+    pub drain_stall: Duration,
     /// Cancelled when the server begins to end.
     pub draining: CancellationToken,
 }
@@ -233,13 +236,13 @@ async fn connection(
     handler: Handler,
     settings: &ListenerSettings,
 ) {
-    let (activity, cut) = (Activity::new(), Cut::default());
+    let (activity, progress, cut) = (Activity::new(), Progress::default(), Cut::default());
     let service = service_fn(|mut request: Request<Incoming>| {
         request.extensions_mut().insert(cut.clone());
         let (call, handler) = (activity.begin(), handler.clone());
         async move { handler.oneshot(request).await.map(|answer| answer.map(|body| call.answered(body))) }
     });
-    let connection = builder.serve_connection(TokioIo::new(stream), service);
+    let connection = builder.serve_connection(TokioIo::new(progress.counted(stream)), service);
     tokio::pin!(connection);
     let ended = tokio::select! {
         ended = connection.as_mut() => ended,
@@ -250,6 +253,10 @@ async fn connection(
             tokio::select! {
                 ended = connection => ended,
                 () = activity.idle(GOODBYE_TIME) => return,
+                () = stalled_in_drain(&progress, settings) => {
+                    tracing::debug!("a connection is cut: its peer takes nothing while the server drains");
+                    return;
+                }
             }
         }
     };
@@ -264,6 +271,13 @@ async fn asked_to_end(activity: &Activity, settings: &ListenerSettings) {
         () = activity.idle(settings.idle) => {}
         () = settings.draining.cancelled() => {}
     }
+}
+
+/// Waits until the server drains and a connection writes nothing any more: its peer takes nothing, and would take the
+/// drain's whole time.
+async fn stalled_in_drain(progress: &Progress, settings: &ListenerSettings) {
+    settings.draining.cancelled().await;
+    progress.stalled(settings.drain_stall).await;
 }
 
 /// A frame must not wait for the next one to fill a packet, and a peer whose machine is gone must be noticed:

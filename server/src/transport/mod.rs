@@ -2,6 +2,7 @@
 
 mod connections;
 mod activity;
+mod progress;
 mod listener;
 mod cors;
 mod host;

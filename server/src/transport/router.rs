@@ -51,7 +51,7 @@ pub(crate) fn router(shared: &Arc<Shared>, health: &HealthReporter, token: Optio
     let routes = MapResponseLayer::new(with_frames).layer(routes);
 
     let origins = AllowedOrigins::new(&shared.config.allowed_origins);
-    let hosts = AllowedHosts::new(&shared.config.allowed_hosts);
+    let hosts = AllowedHosts::new(&shared.config.address, &shared.config.allowed_hosts);
     let max_elements = shared.config.limits.max_changes_per_call.into();
     let guarded = RequestGuard::new(routes, Arc::clone(&shared.requests), max_elements);
     let intercepted =

@@ -10,6 +10,7 @@
 mod sdk;
 mod error;
 mod lock;
+mod full;
 mod geometry;
 mod spacing;
 mod coloring;

@@ -4,10 +4,11 @@
 //! when the consumer is slow, so that a file holds every frame; for a live viewer see `live`.
 
 use std::{
+    error::Error,
     fs::File,
     io::{Read as _, Seek as _, SeekFrom},
     path::{Path, PathBuf},
-    time::Duration,
+    time::{Duration, Instant},
 };
 
 use nappe_client::{Frame, Topology, v1};
@@ -18,6 +19,7 @@ use crate::{
     collider::ColliderView,
     coloring::{ColorBy, Coloring},
     error::{RerunError, refused},
+    full::why_unwritten,
     geometry::Bounds,
     grid::GridView,
     layout::{self, APPLICATION, BodyKinds, TIME},
@@ -34,6 +36,8 @@ use crate::{
 const STEP: &str = "step";
 /// Longest time that a viewer may take to answer.
 const VIEWER_LIMIT: Duration = Duration::from_secs(10);
+/// Time between two looks at whether a file takes what it is given: the SDK goes on without a word when it does not.
+const LOOK_INTERVAL: Duration = Duration::from_secs(1);
 
 /// Where a recording goes.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -54,6 +58,15 @@ pub struct Recorder {
     _lock: Option<File>,
     coloring: Coloring,
     scene: Option<SceneView>,
+    kept: Kept,
+}
+
+/// How many frames were recorded, and how many of them are surely in the file.
+struct Kept {
+    frames: u64,
+    in_file: u64,
+    /// When the file was looked at.
+    looked: Instant,
 }
 
 struct SceneView {
@@ -86,7 +99,7 @@ impl Recorder {
             Sink::Connect(_) | Sink::Spawn => None,
         };
         let stream = match &sink {
-            Sink::Save(path) => builder.save(path).map_err(|error| file_error(path, &error))?,
+            Sink::Save(path) => builder.save(path).map_err(|error| file_error(path, &error, ""))?,
             Sink::Connect(url) => {
                 let refuse = |cause: String| RerunError::Connect { url: url.clone(), cause };
                 let stream =
@@ -102,7 +115,8 @@ impl Recorder {
         stream.set_log_time_enabled(false);
         stream.log_static("world", &ViewCoordinates::RIGHT_HAND_Y_UP()).map_err(refused("world"))?;
         plots::describe(&stream, &GENERAL)?;
-        Ok(Self { stream, sink, _lock: lock, coloring: Coloring::new(color_by), scene: None })
+        let kept = Kept { frames: 0, in_file: 0, looked: Instant::now() };
+        Ok(Self { stream, sink, _lock: lock, coloring: Coloring::new(color_by), scene: None, kept })
     }
 
     /// Records what does not change: meshes, pins, colliders.
@@ -133,9 +147,27 @@ impl Recorder {
     /// Records a frame, on the timelines `step` and `time`.
     ///
     /// # Errors
-    /// If the frame has not as many particles as the topology, a position is not finite, or the SDK refuses the
-    /// data.
+    /// If the frame has not as many particles as the topology, a position is not finite, the SDK refuses the data, or
+    /// the file took no more than earlier frames.
     pub fn frame(&mut self, frame: &Frame) -> Result<(), RerunError> {
+        self.log_frame(frame)?;
+        self.kept.frames += 1;
+        if self.kept.looked.elapsed() >= LOOK_INTERVAL {
+            self.flush_file()?;
+        }
+        Ok(())
+    }
+
+    /// Has the file take what it was given so far, if there is a file.
+    fn flush_file(&mut self) -> Result<(), RerunError> {
+        if let Sink::Save(path) = &self.sink {
+            self.stream.flush_blocking().map_err(|error| file_error(path, &error, &self.kept.told()))?;
+        }
+        self.kept = Kept { in_file: self.kept.frames, looked: Instant::now(), ..self.kept };
+        Ok(())
+    }
+
+    fn log_frame(&mut self, frame: &Frame) -> Result<(), RerunError> {
         let (found, expected) =
             (frame.positions.len(), self.scene.as_ref().map_or(0, |scene| scene.particle_count));
         let Some(scene) = self.scene.as_mut().filter(|_| found == expected) else {
@@ -171,19 +203,26 @@ impl Recorder {
     ///
     /// # Errors
     /// If the file is not complete, or the viewer does not take the rest within 10 s.
-    pub fn finish(self) -> Result<(), RerunError> {
+    pub fn finish(mut self) -> Result<(), RerunError> {
+        self.flush_file()?;
         match &self.sink {
             Sink::Save(path) => {
-                self.stream.flush_blocking().map_err(|error| file_error(path, &error))?;
                 // Closes the file: its end is written only now.
                 self.stream.disconnect();
-                check_end(path).map_err(|cause| RerunError::File { path: path.clone(), cause })
+                check_end(path).map_err(|error| file_error(path, &*error, &self.kept.told()))
             }
             Sink::Connect(_) | Sink::Spawn => self
                 .stream
                 .flush_with_timeout(VIEWER_LIMIT)
                 .map_err(|_late| RerunError::Stalled { seconds: VIEWER_LIMIT.as_secs_f64() }),
         }
+    }
+}
+
+impl Kept {
+    /// They, as the end of a message.
+    fn told(&self) -> String {
+        format!("; of {} frames that came, the first {} are surely in it", self.frames, self.in_file)
     }
 }
 
@@ -289,12 +328,14 @@ fn reach(stream: &RecordingStream) -> Result<(), String> {
     stream.flush_with_timeout(VIEWER_LIMIT).map_err(|error| error.to_string())
 }
 
-fn file_error(path: &Path, error: &dyn std::error::Error) -> RerunError {
-    RerunError::File { path: path.to_owned(), cause: error.to_string() }
+/// Why a file is not complete, with what is told of its frames.
+fn file_error(path: &Path, error: &dyn Error, frames: &str) -> RerunError {
+    let why = why_unwritten(path).unwrap_or_else(|| error.to_string());
+    RerunError::File { path: path.to_owned(), cause: format!("{why}{frames}") }
 }
 
 /// The SDK only logs an error that it meets while it ends a file: look at the end itself.
-fn check_end(path: &Path) -> Result<(), String> {
+fn check_end(path: &Path) -> Result<(), Box<dyn Error>> {
     let read = || -> std::io::Result<Vec<u8>> {
         let mut file = File::open(path)?;
         file.seek(SeekFrom::End(-i64::try_from(StreamFooter::ENCODED_SIZE_BYTES).unwrap_or(i64::MAX)))?;
@@ -302,7 +343,6 @@ fn check_end(path: &Path) -> Result<(), String> {
         file.read_to_end(&mut end)?;
         Ok(end)
     };
-    let end = read().map_err(|error| error.to_string())?;
-    StreamFooter::from_rrd_bytes(&end).map_err(|error| error.to_string())?;
+    StreamFooter::from_rrd_bytes(&read()?)?;
     Ok(())
 }

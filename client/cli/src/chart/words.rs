@@ -3,23 +3,10 @@
 use nappe_study::{Chart, Limit, NoReference, Row, cheapest};
 
 use crate::output::{Column, table};
+pub(crate) use crate::study::units::told as length;
 
 /// Errors (m) to which the cheapest row is told.
 const ERRORS: [f64; 3] = [1e-2, 1e-3, 1e-4];
-
-/// A length (m) as people write it.
-pub(crate) fn length(metres: f64) -> String {
-    let (value, unit) = match metres {
-        m if m >= 1.0 => (m, "m"),
-        m if m >= 1e-6 => (m * 1e3, "mm"),
-        m => return format!("{m:.1e} m"),
-    };
-    // Three digits that count.
-    let digits = (2 - value.abs().log10().floor() as i32).clamp(0, 6) as usize;
-    let text = format!("{value:.digits$}");
-    let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
-    format!("{text} {unit}")
-}
 
 /// What steps a row makes.
 fn steps(row: &Row) -> String {
@@ -193,20 +180,5 @@ mod tests {
         let told = growth(9.74);
         assert!(told.contains("9.74 1/s") && told.ends_with("by 0.236 s."), "{told}");
         assert!(growth(-1.5).ends_with("(mean growth rate -1.50 1/s)."));
-    }
-
-    #[test]
-    fn lengths_have_three_digits() {
-        for (metres, text) in [
-            (1e-3, "1 mm"),
-            (0.25e-3, "0.25 mm"),
-            (0.012_345, "12.3 mm"),
-            (2.5, "2.5 m"),
-            (0.1, "100 mm"),
-            (1.2e-6, "0.0012 mm"),
-            (3e-9, "3.0e-9 m"),
-        ] {
-            assert_eq!(length(metres), text);
-        }
     }
 }

@@ -36,7 +36,7 @@ pub(crate) struct Driven {
 pub(crate) enum DriveEnd {
     /// The session came to its end, or failed.
     Session,
-    /// Ctrl-C or SIGTERM.
+    /// Ctrl-C, SIGTERM, or a terminal that closed.
     Interrupted,
 }
 

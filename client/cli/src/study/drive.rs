@@ -3,6 +3,7 @@
 use std::{sync::Arc, time::Duration};
 
 use indicatif::{ProgressBar, ProgressState, ProgressStyle};
+use nappe_scene::printable;
 use nappe_study::{Budget, Stop};
 use rayon::ThreadPoolBuilder;
 
@@ -34,7 +35,7 @@ pub(crate) fn compute<T: Send + 'static>(
         let shown = Arc::new(bar);
         let told = Arc::clone(&shown);
         let mut work = tokio::task::spawn_blocking(move || {
-            pool.install(|| work(&budget, &|what| told.set_message(what.to_owned())))
+            pool.install(|| work(&budget, &|what| told.set_message(printable(what).into_owned())))
         });
         let ended = tokio::select! {
             ended = &mut work => ended,

@@ -56,8 +56,8 @@ pub(crate) struct ChartArgs {
     #[arg(long, value_name = "TIME", default_value = "60s", value_parser = units::duration)]
     budget: Duration,
     /// Error of positions that matters: 1mm, 0.1mm
-    #[arg(long, value_name = "LENGTH", default_value = "1mm", value_parser = units::length)]
-    tolerance: f64,
+    #[arg(long, value_name = "LENGTH", default_value = "1mm")]
+    tolerance: String,
     /// Compare until this time (s) [default: the predictability horizon]
     #[arg(long, value_name = "S", conflicts_with = "times")]
     until: Option<f64>,
@@ -117,6 +117,8 @@ fn run_several(args: &ChartArgs, scenes: &[String]) -> Result<()> {
     };
     let asked = scenes.iter().map(named).collect::<Result<Vec<_>>>()?;
     check_together(&asked)?;
+    // All have the same.
+    let tolerance = asked.first().map_or(0.0, |one| one.request.tolerance);
     let existing = args.force.existing();
     let out = args.out.clone().unwrap_or_else(|| PathBuf::from("chart-profile"));
     let folder = files::Folder::open(out.clone(), &several::FILES, existing)?;
@@ -135,13 +137,13 @@ fn run_several(args: &ChartArgs, scenes: &[String]) -> Result<()> {
     }
     let profile = several::profile(&charts);
     if !is_stopped {
-        written.extend(several::write(&folder, &charts, (&profile, args.tolerance), &args.look)?);
+        written.extend(several::write(&folder, &charts, (&profile, tolerance), &args.look)?);
     }
     match args.output.format() {
-        Format::Json => output::json(&several::said(&charts, args.tolerance, &written))?,
+        Format::Json => output::json(&several::said(&charts, tolerance, &written))?,
         Format::Text => {
             if !is_stopped {
-                output::line(&several::text(&profile, args.tolerance))?;
+                output::line(&several::text(&profile, tolerance))?;
             }
             output::line(&files::told(&written))?;
         }
@@ -213,7 +215,7 @@ fn request(args: &ChartArgs, scene: &Scene, case: &Case) -> Result<Request> {
         return Err(CliError::usage("the scene has no end, steps = 0: say until when with --until S"));
     }
     Ok(Request {
-        tolerance: args.tolerance,
+        tolerance: asked::tolerance(&args.tolerance, case)?,
         end: scene.steps as f64 * scene.dt,
         scene_steps: scene.steps,
         times,

@@ -21,5 +21,5 @@ pub(crate) struct CompletionsArgs {
 pub(crate) fn run(args: &CompletionsArgs, mut command: Command) -> Result<()> {
     let mut script = io::Cursor::new(Vec::new());
     clap_complete::generate(args.shell, &mut command, "nappe", &mut script);
-    output::line(String::from_utf8_lossy(script.get_ref()).trim_end())
+    output::verbatim(String::from_utf8_lossy(script.get_ref()).trim_end())
 }

@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::json;
 
 use crate::{
-    error::{CliError, Result},
+    error::{CliError, Exit, Result},
     output::{self, Format, OutputArgs},
     remote,
     ssh::{FarCommand, SshArgs},
@@ -84,8 +84,17 @@ fn near_end(args: &ConnectArgs) -> Result<()> {
     let mut words = vec![args.program.as_str(), "connect", "--far-end", "--far-port", &far_port, "-", "--"];
     words.extend(args.serve.iter().map(String::as_str));
     remote::block_on(async {
-        let signals = remote::catch_signals()?;
-        let (mut far, line) = FarCommand::run(&args.ssh, &folder, &words)?;
+        let mut signal = std::pin::pin!(remote::interrupted_by(remote::catch_signals()?));
+        let mut far = FarCommand::start(&args.ssh, &folder, &words)?;
+        let line = tokio::select! {
+            biased;
+            signal = signal.as_mut() => {
+                signal?;
+                far.abort();
+                return Err(CliError::new(Exit::Interrupted, "interrupted before the other end answered"));
+            }
+            line = far.first_line(&args.program) => line?,
+        };
         let answer: Answer = serde_json::from_str(&line).map_err(|_no_answer| {
             CliError::failure("the nappe there does not know `connect`: it is older, or no nappe")
         })?;
@@ -101,7 +110,8 @@ fn near_end(args: &ConnectArgs) -> Result<()> {
         };
         announce(args, here, &answer)?;
         tokio::select! {
-            signal = remote::interrupted_by(signals) => signal,
+            biased;
+            signal = signal.as_mut() => signal,
             broken = far.broken() => Err(broken),
         }
     })

@@ -24,7 +24,7 @@ Exit codes:
     3  the simulation diverged (with --json the result is printed all the same)
     4  no server answers at the address
     5  the server refused: the message ends with its reason, a word in capitals
-  130  ended by Ctrl-C or SIGTERM
+  130  ended by Ctrl-C, SIGTERM or a terminal that closed; serve and connect, which run until then, end with 0
 
 Environment:
   NAPPE_SERVER  address of the server for the verbs that talk to one

@@ -11,16 +11,12 @@ use nappe_sim::math::Precision;
 use nappe_study::{Case, Plan, Request, SceneTerms, Stepped, Terms, line_names};
 
 use crate::{
-    chart::words::length,
     error::{CliError, Exit, Result},
     output::{self, Format, OutputArgs},
     plan::{self, scene, terms, words},
     study::{self, LookArgs, Source, Subject, asked, files, units},
     write::{self, ForceArgs},
 };
-
-/// The least error (m) that can be asked for.
-const LEAST_TOLERANCE: f64 = 1e-12;
 
 /// Find the cheapest method, step and precision that is right enough for a scene
 #[derive(Args, Debug)]
@@ -134,32 +130,12 @@ fn check_written(args: &PlanArgs, out: &Path) -> Result<()> {
         .map_err(|error| CliError::usage(format!("--write {}", error.message)))
 }
 
-/// The error (m) that is allowed: one that positions can have, and that not every answer has.
-fn tolerance(args: &PlanArgs, case: &Case) -> Result<f64> {
-    let refused = |what: String| CliError::usage(format!("--tolerance {}: {what}", args.tolerance));
-    let tolerance =
-        units::length(&args.tolerance).map_err(|error| CliError::usage(format!("--tolerance: {error}")))?;
+/// What is asked for.
+fn request(args: &PlanArgs, scene: &Scene, case: &Case) -> Result<Request> {
+    let tolerance = asked::tolerance(&args.tolerance, case)?;
     if args.tolerance.trim().parse::<f64>().is_ok() {
         output::note(&format!("--tolerance {}: without a unit it is metres", args.tolerance));
     }
-    let longest = case.diagonal();
-    if tolerance < LEAST_TOLERANCE {
-        return Err(refused(format!(
-            "is less than numbers of 64 bits tell of positions; allowed: {LEAST_TOLERANCE:e} m and more"
-        )));
-    }
-    if longest > 0.0 && tolerance > longest {
-        return Err(refused(format!(
-            "any answer would be within it, since the scene is {} long; a smaller one is needed, such as 1mm",
-            length(longest)
-        )));
-    }
-    Ok(tolerance)
-}
-
-/// What is asked for.
-fn request(args: &PlanArgs, scene: &Scene, case: &Case) -> Result<Request> {
-    let tolerance = tolerance(args, case)?;
     let known = line_names(case);
     asked::check_methods(&args.methods, &known)?;
     let end = asked::end(args.until, scene)?;

@@ -1,4 +1,4 @@
-//! `nappe serve`: a server in this process until Ctrl-C or SIGTERM, perhaps with a Rerun viewer.
+//! `nappe serve`: a server in this process until Ctrl-C, SIGTERM or the end of its terminal, perhaps with a Rerun viewer.
 
 use std::{convert::Infallible, ffi::OsString, time::Duration};
 

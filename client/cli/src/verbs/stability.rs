@@ -47,8 +47,8 @@ pub(crate) struct StabilityArgs {
     #[arg(long, value_name = "TIME", default_value = "60s", value_parser = units::duration)]
     budget: Duration,
     /// Error of positions that matters: a stable run is wrong beyond ten times it
-    #[arg(long, value_name = "LENGTH", default_value = "1mm", value_parser = units::length)]
-    tolerance: f64,
+    #[arg(long, value_name = "LENGTH", default_value = "1mm")]
+    tolerance: String,
     /// Judge runs until this time (s) at most [default: the end of the scene]
     #[arg(long, value_name = "S")]
     until: Option<f64>,
@@ -100,7 +100,7 @@ pub(crate) fn run(args: &StabilityArgs) -> Result<()> {
     let threads = args.threads.map_or_else(rayon::current_num_threads, usize::from);
     let Some(scene) = &args.scene else { return run_gallery(args, threads) };
     let Source { name, hash: scene_hash, is_whole, scene, case } = Source::read(scene, "stability")?;
-    let request = request(args, &scene)?;
+    let request = request(args, &scene, &case)?;
     check(&case, args)?;
     let request = StabilityRequest { maps: maps(&case, args), ..request };
     let folder = args.out.clone().unwrap_or_else(|| PathBuf::from(format!("stability-{name}")));
@@ -145,12 +145,12 @@ fn run_gallery(args: &StabilityArgs, threads: usize) -> Result<()> {
 }
 
 /// What is asked for, but for maps.
-fn request(args: &StabilityArgs, scene: &Scene) -> Result<StabilityRequest> {
+fn request(args: &StabilityArgs, scene: &Scene, case: &Case) -> Result<StabilityRequest> {
     let known: Vec<String> = Method::all().into_iter().map(Method::name).collect();
     asked::check_methods(&args.methods, &known)?;
     let end = asked::end(args.until, scene)?;
     Ok(StabilityRequest {
-        tolerance: args.tolerance,
+        tolerance: asked::tolerance(&args.tolerance, case)?,
         end,
         methods: args.methods.clone(),
         maps: Vec::new(),

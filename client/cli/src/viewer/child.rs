@@ -12,15 +12,16 @@ use std::{
 };
 
 use nappe_client::{Reason, Token};
+use nappe_scene::printable;
 use serde::Deserialize;
 use tokio::{
-    io::{AsyncBufReadExt as _, AsyncWriteExt as _, BufReader},
+    io::AsyncWriteExt as _,
     process::{self, ChildStderr, ChildStdin, ChildStdout, Command},
-    sync::watch,
+    sync::{Notify, watch},
     time::timeout,
 };
 
-use super::Form;
+use super::{Form, lines::Lines};
 use crate::{
     error::{CliError, Exit},
     output, remote,
@@ -31,6 +32,9 @@ const LINES: usize = 20;
 const LINE: usize = 500;
 /// How long what a viewer said last may be on its way.
 const LAST_WORDS: Duration = Duration::from_millis(200);
+/// How long one that was asked to end may take to close its recording, or to hand the rest to Rerun, for which it takes 10 s
+/// itself. One that hangs does not keep this command.
+const GOODBYE: Duration = Duration::from_secs(15);
 
 /// A viewer that was started.
 #[derive(Debug)]
@@ -39,6 +43,8 @@ pub(crate) struct Child {
     input: Option<ChildStdin>,
     state: watch::Receiver<State>,
     said: Tail,
+    /// Told when it is to be killed.
+    kill: Arc<Notify>,
 }
 
 /// How far a viewer is.
@@ -96,8 +102,11 @@ impl Child {
             let _ = input.write_all(format!("{}\n", token.reveal()).as_bytes()).await;
         }
         let (told, state) = watch::channel(State::Started);
-        tokio::spawn(Running { process, told, answer: None, said: said.clone(), form }.end(stdout));
-        Ok(Self { input, state, said })
+        let kill = Arc::<Notify>::default();
+        let running =
+            Running { process, told, answer: None, said: said.clone(), form, kill: Arc::clone(&kill) };
+        tokio::spawn(running.end(stdout));
+        Ok(Self { input, state, said, kill })
     }
 
     /// Waits until the frames of its session come, or it has ended.
@@ -118,13 +127,29 @@ impl Child {
         }
     }
 
-    /// Asks it to end, which closes a recording properly, and waits for that.
+    /// Asks it to end, which closes a recording properly, and waits for that. One that hangs is killed.
     ///
     /// # Errors
-    /// As [`Self::end`].
+    /// As [`Self::end`], and when it had to be killed.
     pub(crate) async fn finish(&mut self) -> Result<Shown, Failure> {
+        self.finish_within(GOODBYE).await
+    }
+
+    async fn finish_within(&mut self, patience: Duration) -> Result<Shown, Failure> {
         drop(self.input.take());
-        self.end().await
+        if let Ok(ended) = timeout(patience, self.end()).await {
+            return ended;
+        }
+        self.kill.notify_one();
+        match self.end().await {
+            // It ended by itself after all.
+            Ok(shown) => Ok(shown),
+            Err(failure) => {
+                let (seconds, how) = (patience.as_secs_f64(), failure.message);
+                let message = format!("nappe-viewer did not end within {seconds} s and was killed: {how}");
+                Err(Failure { exit: Exit::Interrupted, message, reason: failure.reason })
+            }
+        }
     }
 
     /// What it said last on standard error, as the end of a message.
@@ -140,6 +165,7 @@ struct Running {
     answer: Option<Line>,
     said: Tail,
     form: Form,
+    kill: Arc<Notify>,
 }
 
 /// A line that a viewer says.
@@ -163,17 +189,22 @@ enum Line {
 impl Running {
     /// Hears what it says until it ends. What it started may hold its standard output for longer.
     async fn end(mut self, stdout: ChildStdout) {
-        let mut lines = BufReader::new(stdout).lines();
+        let mut lines = Lines::of(stdout);
+        let mut is_open = true;
         let status = loop {
             tokio::select! {
-                line = lines.next_line() => match line {
+                line = lines.next(), if is_open => match line {
                     Ok(Some(line)) => self.hear(&line),
-                    Ok(None) | Err(_) => break self.process.wait().await,
+                    Ok(None) | Err(_) => is_open = false,
                 },
                 status = self.process.wait() => break status,
+                () = self.kill.notified() => {
+                    // It may have ended already.
+                    let _ = self.process.start_kill();
+                }
             }
         };
-        while let Ok(Ok(Some(line))) = timeout(LAST_WORDS, lines.next_line()).await {
+        while let Ok(Ok(Some(line))) = timeout(LAST_WORDS, lines.next()).await {
             self.hear(&line);
         }
         let result = match status {
@@ -246,10 +277,11 @@ struct Tail(Arc<Mutex<VecDeque<String>>>);
 impl Tail {
     /// Keeps them until the pipe ends.
     async fn keep(self, pipe: ChildStderr) {
-        let mut lines = BufReader::new(pipe).split(b'\n');
-        while let Ok(Some(line)) = lines.next_segment().await {
+        let mut lines = Lines::of(pipe);
+        while let Ok(Some(line)) = lines.next().await {
+            let line: String = line.chars().take(LINE).collect();
             let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-            kept.push_back(String::from_utf8_lossy(&line).chars().take(LINE).collect());
+            kept.push_back(printable(&line).into_owned());
             if kept.len() > LINES {
                 kept.pop_front();
             }
@@ -279,5 +311,19 @@ mod tests {
         let failed = heard(r#"{"error":"no","reason":null}"#);
         assert!(matches!(failed, Some(Line::Failed { reason: None, .. })));
         assert!(heard("rerun is listening").is_none() && heard("{}").is_none());
+    }
+
+    #[cfg(unix)]
+    #[tokio::test]
+    async fn a_viewer_that_hangs_is_killed_when_it_is_asked_to_end() {
+        let mut command = Command::new("sh");
+        // Nothing but a kill ends it, as one that was stopped.
+        command.args(["-c", "trap '' INT TERM; echo '{\"watching\":\"first\"}'; exec sleep 60"]);
+        let mut child = Child::start(command, None, Form::Recording).await.expect("there is a shell");
+        child.watches().await;
+        let failure = child.finish_within(Duration::from_millis(20)).await.expect_err("it was killed");
+        let parts = ["within 0.02 s and was killed", "signal: 9", "what was written until then"];
+        assert!(parts.iter().all(|part| failure.message.contains(part)), "{}", failure.message);
+        assert_eq!(failure.exit, Exit::Interrupted);
     }
 }

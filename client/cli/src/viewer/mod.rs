@@ -3,6 +3,7 @@
 //! Enters: `NAPPE_VIEWER`, what stands beside this command or on PATH; a server, a session, what is kept of it. Leaves:
 //! a child, which is told by its command line and its standard input, and answers in lines of JSON.
 
+mod lines;
 mod child;
 mod program;
 

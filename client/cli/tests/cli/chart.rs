@@ -84,6 +84,8 @@ fn what_does_not_exist_is_refused_before_anything_is_computed() {
     refused(&[&scene, "--times", "0.1,0.0512"], 2, "--times: 0.0512 s is no multiple of the time step");
     refused(&[&scene, "--method", "velocity_verlett"], 2, "did you mean 'velocity_verlet'?");
     refused(&[&scene, "--tolerance", "0mm"], 2, "'0mm' is not a length above 0");
+    refused(&[&scene, "--tolerance", "1e300"], 2, "since the scene is 778 mm long; a smaller one is needed");
+    refused(&[&scene, "--tolerance", "1e-300"], 2, "allowed: 1e-12 m and more");
     refused(&[&scene, "--budget", "0s"], 2, "not a time above 0");
     let endless = write_scene(folder.path(), &SMALL_SCENE.replace("steps = 40", "steps = 0"));
     refused(&[&endless], 2, "say until when with --until S");

@@ -193,3 +193,27 @@ fn a_machine_without_nappe_says_so() {
     assert_eq!(refused.code, Some(1), "{refused:?}");
     assert!(refused.stderr.contains("no-such-nappe") && refused.stderr.contains("--program"), "{refused:?}");
 }
+
+#[test]
+fn ctrl_c_ends_a_connection_that_does_not_come_about_and_its_ssh() {
+    let folder = folder();
+    // A shell writes it: a file that a process of this test still holds open for writing cannot be started.
+    let text = "#!/bin/sh\necho $$ > \"$0.pid\"\nexec sleep 60\n";
+    let write = ["-c", "printf %s \"$1\" > \"$2\" && chmod +x \"$2\"", "sh", text];
+    let status = Command::new("sh").args(write).arg(folder.path().join("ssh")).status();
+    assert!(status.expect("there is a shell").success());
+
+    let path = std::env::var_os("PATH").unwrap_or_default();
+    let path =
+        std::env::join_paths([folder.path().to_owned()].into_iter().chain(std::env::split_paths(&path)));
+    let mut connecting = command();
+    connecting.args(["connect", "nowhere"]).env("PATH", path.expect("a list of folders"));
+    let mut process = connecting.stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("it starts");
+    let pid = folder.path().join("ssh.pid");
+    until("ssh runs", || fs::read_to_string(&pid).is_ok_and(|pid| pid.ends_with('\n')));
+
+    assert_eq!(end_by(&mut process, "INT"), Some(130));
+    let pid = fs::read_to_string(&pid).expect("its number");
+    let is_there = Command::new("kill").args(["-0", pid.trim()]).stderr(Stdio::null()).status();
+    assert!(!is_there.expect("it can be asked").success(), "ssh has ended");
+}

@@ -60,7 +60,7 @@ fn endless(server: &Server) {
 
 #[test]
 fn a_second_signal_ends_a_server_at_once() {
-    let server = Server::with(&["--no-token", "--drain-seconds", "300"]);
+    let server = Server::with(&["--no-token", "--drain-seconds", "300", "--drain-stall-seconds", "300"]);
     let address = server.url.trim_start_matches("http://").to_owned();
     let deaf = deaf(&address);
 

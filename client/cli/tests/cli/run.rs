@@ -3,7 +3,7 @@
 use std::{
     fs,
     path::Path,
-    process::{Child, Stdio},
+    process::{Child, Command, Stdio},
     thread,
     time::Duration,
 };
@@ -225,7 +225,7 @@ fn ctrl_c_ends_a_run_with_130() {
     let scene = write_scene(folder.path(), &SMALL_SCENE.replace("steps = 40", "steps = 0"));
     let frame = folder.path().join("frames/frame-000001.ply");
     let saved = |_: &Child| until("a frame is saved", || frame.exists());
-    let result = interrupted(folder.path(), &["run", &scene, "--json", "--save", "frames"], saved);
+    let result = interrupted(folder.path(), &["run", &scene, "--json", "--save", "frames"], "INT", saved);
     assert!(result["steps"].as_u64().is_some_and(|steps| steps > 0), "{result}");
     let files = fs::read_dir(folder.path().join("frames")).expect("the folder").count();
     assert_eq!(result["frames"], files, "each frame that is counted is there: {result}");
@@ -237,7 +237,7 @@ fn ctrl_c_ends_a_run_with_130() {
             until("it catches Ctrl-C", || catches_ctrl_c(process));
             thread::sleep(time);
         };
-        let result = interrupted(folder.path(), &["run", &scene, "--json"], caught);
+        let result = interrupted(folder.path(), &["run", &scene, "--json"], "INT", caught);
         if result["steps"].as_u64().is_some_and(|steps| steps > 0) {
             break;
         }
@@ -246,14 +246,33 @@ fn ctrl_c_ends_a_run_with_130() {
     }
 }
 
-/// Runs the command in a folder, and ends it by Ctrl-C once it `runs`; gives its object.
-fn interrupted(folder: &Path, args: &[&str], runs: impl FnOnce(&Child)) -> Value {
+#[test]
+fn a_terminal_that_closes_ends_a_run_whose_page_is_whole() {
+    let folder = folder();
+    let scene = write_scene(folder.path(), &SMALL_SCENE.replace("steps = 40", "steps = 0"));
+    let page = folder.path().join("page.html");
+    // The terminal and its shell both say that it closes.
+    let said_once = |process: &Child| {
+        until("something of the page is written", || fs::metadata(&page).is_ok_and(|page| page.len() > 0));
+        let status = Command::new("kill").args(["-HUP", &process.id().to_string()]).status();
+        assert!(status.expect("the signal is sent").success());
+    };
+    let result =
+        interrupted(folder.path(), &["run", &scene, "--json", "--save", "page.html"], "HUP", said_once);
+    assert_eq!(result["saved"], "page.html", "{result}");
+    let text = fs::read_to_string(&page).expect("the page");
+    let last = text.lines().last().unwrap_or_default();
+    assert!(last.contains("class=\"nappe-end\""), "{last}");
+}
+
+/// Runs the command in a folder, and ends it by a signal once it `runs`; gives its object.
+fn interrupted(folder: &Path, args: &[&str], signal: &str, runs: impl FnOnce(&Child)) -> Value {
     let mut run = command();
     run.current_dir(folder).args(args).stdout(Stdio::piped()).stderr(Stdio::null());
     let mut process = run.spawn().expect("the command starts");
     let lines = Lines::of(process.stdout.take().expect("a pipe"));
     runs(&process);
-    assert_eq!(end_by(&mut process, "INT"), Some(130));
+    assert_eq!(end_by(&mut process, signal), Some(130));
     let line = lines.rest().pop().expect("the object, all the same");
     let result: Value = serde_json::from_str(&line).expect("JSON");
     assert_eq!(result["interrupted"], true);

@@ -168,8 +168,8 @@ fn a_refusal_ends_with_5_and_its_reason() {
 }
 
 #[test]
-fn ctrl_c_and_sigterm_end_a_server_under_a_watcher() {
-    for signal in ["INT", "TERM"] {
+fn ctrl_c_sigterm_and_a_terminal_that_closes_end_a_server_under_a_watcher() {
+    for signal in ["INT", "TERM", "HUP"] {
         let server = Server::start();
         create(&server, "endless", 0);
         server.nappe(&["play", "endless"]).ok();
@@ -191,6 +191,15 @@ fn ctrl_c_and_sigterm_end_a_server_under_a_watcher() {
             end_by(&mut watcher, "INT");
         }
     }
+}
+
+#[test]
+fn a_server_that_nohup_started_outlives_its_terminal() {
+    let server = Server::by_nohup();
+    server.signal("HUP");
+    create(&server, "still-there", 40);
+    assert_eq!(server.nappe(&["step", "still-there", "10"]).ok().json()["step"], 10);
+    assert_eq!(server.end_by("TERM"), Some(0));
 }
 
 #[test]

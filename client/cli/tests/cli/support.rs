@@ -231,6 +231,17 @@ impl Server {
         Self::spawn(server, options, Stdio::null())
     }
 
+    /// A server that was told to outlive its terminal.
+    pub(crate) fn by_nohup() -> Self {
+        let nappe = command();
+        let mut server = Command::new("nohup");
+        server.arg(nappe.get_program()).stdin(Stdio::null());
+        for (variable, _removed) in nappe.get_envs() {
+            server.env_remove(variable);
+        }
+        Self::spawn(server, &[], Stdio::null())
+    }
+
     /// A server whose log goes somewhere else.
     pub(crate) fn begin(options: &[&str], log: Stdio) -> Self {
         Self::spawn(command(), options, log)

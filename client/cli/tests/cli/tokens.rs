@@ -7,7 +7,7 @@ use std::{
     path::Path,
 };
 
-use crate::support::{PATIENCE, Server, folder};
+use crate::support::{PATIENCE, Server, folder, nappe};
 
 /// A token that no server has.
 const WRONG: &str = "0123456789abcdef0123456789abcdef";
@@ -21,7 +21,7 @@ fn the_command_finds_the_token_of_its_users_server() {
 
     let folder = folder();
     let wrong = folder.path().join("wrong.token");
-    fs::write(&wrong, WRONG).expect("written");
+    write_private(&wrong, WRONG);
     let refused = server.nappe(&["list", "--token", wrong.to_str().expect("UTF-8")]);
     assert_eq!(refused.code, Some(5), "{refused:?}");
     assert!(refused.stderr.contains("TOKEN_WRONG") && !refused.stderr.contains(WRONG), "{}", refused.stderr);
@@ -41,10 +41,38 @@ fn a_server_can_ask_for_none_or_for_one_of_a_file() {
 
     let folder = folder();
     let file = folder.path().join("my.token");
-    fs::write(&file, "one-of-my-own-choice\n").expect("written");
+    write_private(&file, "one-of-my-own-choice\n");
     let fixed = Server::with(&["--token", file.to_str().expect("UTF-8")]);
     fixed.nappe(&["list"]).ok();
     fixed.nappe(&["list", "--token", file.to_str().expect("UTF-8")]).ok();
+}
+
+/// Writes a file that its user alone can read.
+fn write_private(path: &Path, text: &str) {
+    fs::write(path, text).expect("written");
+    #[cfg(unix)]
+    set_mode(path, 0o600);
+}
+
+#[cfg(unix)]
+fn set_mode(path: &Path, mode: u32) {
+    use std::os::unix::fs::PermissionsExt as _;
+    fs::set_permissions(path, fs::Permissions::from_mode(mode)).expect("set");
+}
+
+#[test]
+#[cfg(unix)]
+fn a_token_that_every_user_may_read_is_refused_by_server_and_client() {
+    let folder = folder();
+    let file = folder.path().join("my.token");
+    write_private(&file, "one-of-my-own-choice\n");
+    set_mode(&file, 0o644);
+    let path = file.to_str().expect("UTF-8");
+    for verb in [&["serve", "--address", "127.0.0.1:0", "--token", path][..], &["list", "--token", path]] {
+        let refused = nappe(verb);
+        assert_eq!(refused.code, Some(1), "{refused:?}");
+        assert!(refused.stderr.contains(&format!("chmod 600 {path}")), "{}", refused.stderr);
+    }
 }
 
 #[test]
@@ -78,7 +106,7 @@ fn a_token_is_in_no_log_and_no_list_of_processes() {
     server.nappe(&["create", "demo", "--id", "seen"]).ok();
     server.nappe(&["step", "seen", "2"]).ok();
     let wrong = folder.path().join("wrong.token");
-    fs::write(&wrong, WRONG).expect("written");
+    write_private(&wrong, WRONG);
     server.nappe(&["list", "--token", wrong.to_str().expect("UTF-8")]);
     for shown in [token, WRONG, &token[..16]] {
         browse(&server, shown);

@@ -9,6 +9,7 @@ from __future__ import annotations
 import ipaddress
 import os
 import re
+import stat
 import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -111,7 +112,14 @@ def _given(token: str | os.PathLike[str] | None) -> str | None:
     if file is None:
         return None if token is None else _checked(str(token), "token")
     try:
-        text = Path(file).read_text(encoding="ascii", errors="replace")
+        with Path(file).open(encoding="ascii", errors="replace") as opened:
+            mode = os.fstat(opened.fileno()).st_mode
+            if hasattr(os, "getuid") and stat.S_ISREG(mode) and mode & 0o006:
+                raise Error(
+                    f"the token file {os.fspath(file)}: every user of this machine may read or write it "
+                    f"(mode {mode & 0o777:03o}); allowed: its owner, and a group: `chmod 600 {os.fspath(file)}`"
+                )
+            text = opened.read(4096)
     except OSError as error:
         raise Error(f"the token file {os.fspath(file)} cannot be read: {error.strerror}") from error
     return _checked(text.partition("\n")[0].strip(), f"the first line of {os.fspath(file)}")

@@ -163,6 +163,8 @@ fn a_file_in_no_folder_is_refused_by_name() {
 fn a_full_disk_is_reported() {
     let error = record(Path::new("/dev/full")).expect_err("nothing fits");
     assert!(matches!(error, RerunError::File { .. }), "{error}");
+    let message = error.to_string();
+    assert!(message.contains("/dev/full") && message.contains("the disk is full"), "{message}");
 }
 
 #[test]

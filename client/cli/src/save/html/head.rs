@@ -8,6 +8,7 @@ use nappe_client::{
     packed::{Effort, pack},
     v1,
 };
+use nappe_scene::printable;
 use serde_json::{Value, json};
 
 use crate::error::{CliError, Result};
@@ -61,7 +62,7 @@ pub(super) fn head(
 
 fn body(body: &Body) -> Value {
     json!({
-        "name": body.name,
+        "name": printable(&body.name),
         "first_particle": body.first_particle,
         "particle_count": body.particle_count,
         "triangles": indices(&body.triangles),

@@ -12,6 +12,7 @@ use std::{
 };
 
 use nappe_client::{Frame, SessionEnd, Topology, Vectors, WatchOptions, holds_snow, packed::Step, v1};
+use nappe_scene::printable;
 use serde_json::{Value, json};
 
 use self::{
@@ -84,7 +85,7 @@ impl Html {
     /// These watch options with what the colour needs; notes what the session is.
     pub(super) fn watch(&mut self, mut options: WatchOptions, session: &v1::Session) -> WatchOptions {
         let title = if session.title.is_empty() { &session.session_id } else { &session.title };
-        title.clone_into(&mut self.about.title);
+        self.about.title = printable(title).into_owned();
         self.about.dt_seconds = session.dt_seconds;
         self.about.precision = session.precision().word();
         let of_snow = holds_snow(session).then_some(ColorName::PlasticRatio);
