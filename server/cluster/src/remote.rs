@@ -63,7 +63,7 @@ pub enum RemoteError {
     /// Nothing is heard of rank 0.
     #[error("no word came from rank 0, on host {host}, for {seconds} s (--rank-silence)")]
     Silent {
-        /// Its host.
+        /// The host that rank 0 runs on.
         host: String,
         /// How long was waited for it (s).
         seconds: f64,

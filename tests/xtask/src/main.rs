@@ -1,5 +1,5 @@
-//! Project tasks: `cargo xtask check | test | prove | bench | mutants | additions | tutorials | picture | bless | python |
-//! ci`.
+//! Project tasks: `cargo xtask check | test | prove | drill | bench | mutants | additions | tutorials | picture | bless |
+//! python | ci`.
 //!
 //! Reads the task's name; says what it will run and how long that took the last time; runs ordinary commands,
 //! each shown as it starts; ends with a table of what ran and a list of what was not checked. Where the
@@ -25,6 +25,7 @@ mod picture;
 mod web;
 mod python;
 mod bless;
+mod drill;
 mod prove;
 mod ci;
 
@@ -37,7 +38,7 @@ use times::Times;
 type Task = (&'static str, &'static str, fn(&mut Shell, &[String]) -> Result<(), Failure>);
 
 /// Every task, in the order of the help.
-const TASKS: [Task; 11] = [
+const TASKS: [Task; 12] = [
     ("check", "formatting, lints, documentation and the contract's style; changes nothing", check::run),
     ("test", "every quick test of the program, in the release profile", test::run),
     (
@@ -45,6 +46,7 @@ const TASKS: [Task; 11] = [
         "the proofs that take long, of the parts named after it or all: cloth snow service docs",
         prove::run,
     ),
+    ("drill", "a server under load, which holds no more at its end: load, or load --minutes N", drill::run),
     (
         "bench",
         "the benchmarks named after it, or all: zara cloth solver snow stomakhin stream packed serve",

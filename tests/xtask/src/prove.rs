@@ -4,7 +4,7 @@
 //! Slow tests are suites of their own, behind the feature `slow` of nappe-tests.
 
 use crate::{
-    additions, clients, mutants, python,
+    additions, clients, drill, mutants, python,
     shell::{Failure, Shell},
     suites, tutorials,
 };
@@ -70,6 +70,7 @@ fn service(shell: &mut Shell) -> Result<(), Failure> {
     let waiting = "--release --workspace --features nappe-tests/slow --test service";
     suites::run(shell, "calls that wait", waiting, &CALLS, suites::SLOW)?;
     programs(shell)?;
+    drill::run(shell, &["load".to_owned()])?;
     shell.cargo("demo", &format!("{NAPPE} --save target/demo.rrd --force"))?;
     shell.cargo("bench stream", &format!("{NAPPE} bench stream --sizes 10000,100000"))?;
     clients::examples(shell)?;

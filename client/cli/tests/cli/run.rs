@@ -10,7 +10,9 @@ use std::{
 
 use serde_json::Value;
 
-use crate::support::{Lines, SMALL_SCENE, command, end_by, folder, nappe, nappe_in, until, write_scene};
+use crate::support::{
+    Lines, SMALL_SCENE, command, end_by, folder, hears_of_hangups, nappe, nappe_in, until, write_scene,
+};
 
 /// A scene whose explicit step is ten times too long.
 pub(crate) const DIVERGING_SCENE: &str = r#"
@@ -248,6 +250,9 @@ fn ctrl_c_ends_a_run_with_130() {
 
 #[test]
 fn a_terminal_that_closes_ends_a_run_whose_page_is_whole() {
+    if !hears_of_hangups() {
+        return;
+    }
     let folder = folder();
     let scene = write_scene(folder.path(), &SMALL_SCENE.replace("steps = 40", "steps = 0"));
     let page = folder.path().join("page.html");

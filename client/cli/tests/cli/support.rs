@@ -300,6 +300,19 @@ fn send(process: &Child, signal: &str) {
     assert!(status.success());
 }
 
+/// Whether programs that are started here hear of a terminal that closes: not where the tests were started by nohup, whose
+/// wish they follow. Says so then.
+pub(crate) fn hears_of_hangups() -> bool {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    let ignored = ignored.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).unwrap_or(0);
+    let hears = ignored & 1 == 0;
+    if !hears {
+        skipped("SIGHUP is ignored, as nohup has it");
+    }
+    hears
+}
+
 /// Sends a signal to a process and waits up to a minute for its end.
 pub(crate) fn end_by(process: &mut Child, signal: &str) -> Option<i32> {
     send(process, signal);
