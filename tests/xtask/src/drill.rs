@@ -125,8 +125,8 @@ impl Server {
         let ended = loop {
             match self.process.try_wait() {
                 Ok(Some(status)) => break Ok(status),
-                Ok(None) if begin.elapsed() < Duration::from_secs(60) => {
-                    thread::sleep(Duration::from_millis(50))
+                Ok(None) if begin.elapsed() < Duration::from_mins(1) => {
+                    thread::sleep(Duration::from_millis(50));
                 }
                 _ => break Err(Failure("the server does not end".to_owned())),
             }
