@@ -20,7 +20,7 @@ use tokio::{
 /// however busy the machine is.
 const QUIET_LOOKS: u32 = 8;
 
-/// How many bytes a connection has written.
+/// Bytes that a connection has written.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Progress(Arc<AtomicU64>);
 

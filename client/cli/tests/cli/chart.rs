@@ -37,7 +37,7 @@ fn check_files(folder: &Path) -> (Vec<String>, Value) {
 fn a_chart_has_rows_a_document_and_pictures() {
     let folder = folder();
     let scene = write_scene(folder.path(), SMALL_SCENE);
-    let args = ["chart", &scene, "--out", "out", "--budget", "6s", "--threads", "2", "--json"];
+    let args = ["chart", &scene, "--out", "out", "--budget", "60s", "--threads", "2", "--json"];
     let done = nappe_in(folder.path(), &args).ok();
     let said = done.json();
     let (rows, document) = check_files(&folder.path().join("out"));
@@ -152,7 +152,7 @@ fn snow_beside_cloth_is_left_out_with_a_warning() {
 fn a_chart_of_snow_tells_what_its_cells_leave_open() {
     let folder = folder();
     let out = folder.path().join("out");
-    let args = ["chart", "brasseur", "--out", out.to_str().expect("UTF-8"), "--budget", "20s"];
+    let args = ["chart", "brasseur", "--out", out.to_str().expect("UTF-8"), "--budget", "60s"];
     let short = ["--until", "0.0416667", "--method", "mls_quadratic"];
     let done = nappe(&[&args[..], &short].concat()).ok();
     let (rows, document) = check_files(&out);

@@ -32,8 +32,9 @@ fn check_files(folder: &Path) -> (Vec<String>, Value) {
 fn a_study_has_limits_runs_maps_and_pictures() {
     let folder = folder();
     let scene = write_scene(folder.path(), SMALL_SCENE);
-    let args = ["stability", &scene, "--out", "out", "--budget", "8s", "--threads", "2", "--json"];
-    let done = nappe_in(folder.path(), &args).ok();
+    let args = ["stability", &scene, "--out", "out", "--budget", "60s", "--threads", "2", "--json"];
+    let small = ["--until", "0.05", "--cells", "4"];
+    let done = nappe_in(folder.path(), &[&args[..], &small].concat()).ok();
     let said = done.json();
     let (rows, document) = check_files(&folder.path().join("out"));
     assert_eq!(said["rows"].as_u64(), Some(rows.len() as u64));

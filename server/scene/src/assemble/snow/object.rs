@@ -74,7 +74,7 @@ impl<'a> Plan<'a> {
         fill::estimate(&self.solid, self.arrangement, self.count)
     }
 
-    /// Checks how many particles a cell of the grid, of side `cell` (m), holds. Only a number of particles can be too large
+    /// Checks how many particles lie in each cell of the grid, of side `cell` (m). Only a number of particles can be too large
     /// for its object.
     pub(super) fn check_crowding(&self, cell: f64) -> Result<(), SceneError> {
         let Some(count) = self.text.particles else { return Ok(()) };
