@@ -9,6 +9,9 @@ use crate::{
     sheet::Sheet,
 };
 
+/// Width of the colours beside their numbers (px), and how many there are.
+pub(crate) const COLOURS: f64 = 160.0;
+const SHADES: u32 = 80;
 /// Decades of growth at both ends of the colours.
 pub(crate) const GROWTH: [f64; 2] = [-3.0, 1.0];
 /// Share of the colours from which on they are light.
@@ -94,6 +97,16 @@ fn share(growth: Option<f64>) -> f64 {
 /// The colour at a share of the way from the least growth to the greatest.
 pub(crate) fn colour(share: f64) -> String {
     ColorMap::Viridis.map(share)
+}
+
+/// Draws all colours from the least to the greatest beside words that begin at a place (px).
+pub(crate) fn draw_colours(sheet: &mut Sheet, [from, y]: [f64; 2]) {
+    let slice = COLOURS / f64::from(SHADES);
+    for shade in 0..SHADES {
+        let place = from + slice * f64::from(shade);
+        let colour = colour((f64::from(shade) + 0.5) / f64::from(SHADES));
+        sheet.rectangle([place, place + slice, y - 10.0, y + 2.0], &colour);
+    }
 }
 
 /// Draws a cell (left, right, above, below) of a run that grew so, with its sign if there is room.

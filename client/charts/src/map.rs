@@ -30,9 +30,6 @@ const GAP: f64 = 28.0;
 const DOWN: f64 = 24.0;
 /// Where the legend begins (px).
 const LEGEND: f64 = 58.0;
-/// Width of the colours of growth (px), and how many there are.
-const COLOURS: f64 = 160.0;
-const SHADES: u32 = 80;
 /// Places along a line of theory.
 const SAMPLES: u32 = 400;
 
@@ -261,7 +258,7 @@ fn draw_colours(sheet: &mut Sheet, [left, y]: [f64; 2]) -> f64 {
     let [least, greatest] = GROWTH.map(|decades| two(10_f64.powf(decades)));
     let what = "rise of the energy, as a share of the largest:";
     let [before, after] = [format!("{least} or less"), format!("{greatest} or more")];
-    let room = width(what) + width(&before) + COLOURS + width(&after) + 20.0;
+    let room = width(what) + width(&before) + fates::COLOURS + width(&after) + 20.0;
     let (before, y) = if left + room > sheet.width() {
         sheet.words(what, [left, y], Anchor::Start, INK);
         (before, y + LEGEND_LINE)
@@ -270,13 +267,8 @@ fn draw_colours(sheet: &mut Sheet, [left, y]: [f64; 2]) -> f64 {
     };
     sheet.words(&before, [left, y], Anchor::Start, INK);
     let from = left + width(&before) + 8.0;
-    let slice = COLOURS / f64::from(SHADES);
-    for shade in 0..SHADES {
-        let place = from + slice * f64::from(shade);
-        let colour = fates::colour((f64::from(shade) + 0.5) / f64::from(SHADES));
-        sheet.rectangle([place, place + slice, y - 10.0, y + 2.0], &colour);
-    }
-    sheet.words(&after, [from + COLOURS + 8.0, y], Anchor::Start, INK);
+    fates::draw_colours(sheet, [from, y]);
+    sheet.words(&after, [from + fates::COLOURS + 8.0, y], Anchor::Start, INK);
     y
 }
 

@@ -23,9 +23,6 @@ const BELOW: f64 = 50.0;
 const RIGHT: f64 = 30.0;
 /// Where the colours are explained (px).
 const LEGEND: f64 = 62.0;
-/// Width of the colours (px), and how many there are.
-const COLOURS: f64 = 160.0;
-const SHADES: u32 = 80;
 /// Half the side of the mark of a run that has no cell of its own (px).
 const MARK: f64 = 5.0;
 /// What a cell is filled with whose run failed.
@@ -117,11 +114,6 @@ fn draw_colours(sheet: &mut Sheet, sweep: &Sweep, [left, y]: [f64; 2]) {
     let before = format!("{name}: {}", short(low));
     sheet.words(&before, [left, y], Anchor::Start, INK);
     let from = left + width(&before) + 8.0;
-    let slice = COLOURS / f64::from(SHADES);
-    for shade in 0..SHADES {
-        let place = from + slice * f64::from(shade);
-        let colour = fates::colour((f64::from(shade) + 0.5) / f64::from(SHADES));
-        sheet.rectangle([place, place + slice, y - 10.0, y + 2.0], &colour);
-    }
-    sheet.words(&short(high), [from + COLOURS + 8.0, y], Anchor::Start, INK);
+    fates::draw_colours(sheet, [from, y]);
+    sheet.words(&short(high), [from + fates::COLOURS + 8.0, y], Anchor::Start, INK);
 }

@@ -24,7 +24,8 @@ pub(crate) fn document(subject: &Subject, chart: &Chart) -> Value {
         "cut": chart.is_cut,
         "interrupted": chart.is_stopped,
         "until_s": chart.until(),
-        "limit": limit(&chart.limit),
+        // Where nothing is known nothing limits it.
+        "limit": chart.missing.is_none().then(|| limit(&chart.limit)),
         "interval_s": reference.map(|reference| reference.times.interval),
         "times_s": reference.map(|reference| {
             reference.times.marks.iter().map(|mark| reference.times.time(*mark)).collect::<Vec<_>>()

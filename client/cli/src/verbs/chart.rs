@@ -38,7 +38,7 @@ Examples:
 
 It finds the predictability horizon of the scene, computes a reference until then, and runs every method
 at ever shorter steps within the budget. Of snow the reference has cells that are halved, with each particle split
-into eight, for as long as the budget has time for it. Let the machine be idle: seconds are measured.
+into eight. A budget that is too small for window and reference says how much they take. Let the machine be idle: seconds are measured.
 
 It writes chart.csv, a row per run, chart.json, and pictures: work_precision, convergence and window, each as
 SVG and PNG. docs/charts.md says how to read them. With --json the last line is one object with their paths.
