@@ -74,7 +74,7 @@ fn every_shipped_scene_is_described() {
 
 #[test]
 fn every_law_has_its_page() {
-    let integrators = named_variants(&tree::text("server/sim/src/cloth/integrator.rs"));
+    let integrators = named_variants(&tree::text("server/sim/src/cloth/settings/integrator.rs"));
     assert!(integrators.len() > 3, "there are integrators: {integrators:?}");
     assert_none(&against_silence("docs/laws", &integrators, &laws()));
     let mut files = stems("server/sim/src/cloth/laws/", "rs");

@@ -45,7 +45,7 @@ const PURITY_EXCEPTIONS: [(&str, &str, &str); 4] = [
     ),
     ("server/sim/src/interrupt.rs", "thread_local", "the same"),
     (
-        "server/sim/src/cloth/scratch.rs",
+        "server/sim/src/cloth/layout/scratch.rs",
         "Mutex",
         "scratch memory of which each thread takes one that is free: nobody waits, and no result depends on it",
     ),
@@ -55,9 +55,9 @@ const PURITY_EXCEPTIONS: [(&str, &str, &str); 4] = [
 const UNSAFE: [(&str, &str); 14] = [
     ("server/sim/src/math/real.rs", "declares the gather that the SIMD kernels define"),
     ("server/sim/src/math/simd/", "the SIMD kernels: instructions found at run time"),
-    ("server/sim/src/cloth/rows.rs", "gathers whose indices were checked when the rows were built"),
-    ("server/sim/src/cloth/elements/mod.rs", "the same of elements"),
-    ("server/sim/src/cloth/evaluation.rs", "ranges of slots and rows of blocks, which do not meet"),
+    ("server/sim/src/cloth/layout/rows.rs", "gathers whose indices were checked when the rows were built"),
+    ("server/sim/src/cloth/layout/elements/mod.rs", "the same of elements"),
+    ("server/sim/src/cloth/evaluate/evaluation.rs", "ranges of slots and rows of blocks, which do not meet"),
     ("server/sim/src/linalg/dot.rs", "reads 3-vectors as the numbers that they are"),
     ("server/sim/src/parallel/disjoint.rs", "a field written by several threads, each place by one of them"),
     (

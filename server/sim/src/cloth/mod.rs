@@ -1,57 +1,29 @@
 //! Cloth: particles joined by springs. `step` takes the stages of a sub-step in order.
 
-mod integrator;
 mod settings;
-mod scheme;
-mod aim;
 mod laws;
-mod continuations;
 mod network;
-mod auto;
-mod colours;
-mod components;
-mod halo;
-mod rows;
-mod scratch;
-mod elements;
-mod warnings;
-mod model;
-mod bound;
-mod purpose;
-mod numbers;
-mod figures;
-mod spring_sums;
-mod evaluation;
-mod step_matrix;
-mod rounding;
-mod contact_gain;
-mod gain;
+mod layout;
 mod state;
-mod moved;
-mod report;
-mod workspace;
-mod coarse;
-mod energies;
+mod evaluate;
 mod judge;
-mod accept;
 mod integrate;
 mod step;
 
-pub(crate) use auto::resolve;
-pub(crate) use gain::Gain;
-pub use integrator::Integrator;
+pub use evaluate::Workspace;
 pub use laws::{ElementKind, spring_force, spring_jacobian_v, spring_jacobian_x};
-pub use model::{LawEntry, Model, Parameters};
+pub use layout::{LawEntry, Model, Parameters, Springs};
+pub(crate) use network::resolve;
 pub use network::{ElementList, Network, Spring, SpringKind, SpringLaw, SpringRules};
-pub(crate) use report::ClothReport;
-pub use rows::Springs;
-pub use settings::{ClothSettings, Hessian, Minimizer, MinimizerKind, NewtonSettings, OnPass, StateLimits};
+pub use settings::{
+    ClothSettings, Hessian, Integrator, Minimizer, MinimizerKind, NewtonSettings, OnPass, StateLimits,
+};
+pub(crate) use state::{ClothReport, Gain};
 pub use state::{PathPoint, PinMotion, State};
 pub(crate) use step::Stepping;
-pub use workspace::Workspace;
 
-use evaluation::Evaluation;
-use purpose::Purpose;
+use evaluate::Evaluation;
+use settings::Purpose;
 
 use crate::{
     math::Real,

@@ -2,20 +2,12 @@
 //! All cloths of a world take their sub-steps together: the world calls these for each.
 
 use super::{
-    accept::{After, Before, accept},
-    bound::Bounds,
-    contact_gain::{Allowance, Judged, owed},
-    energies::risen_most,
-    gain::Start,
+    evaluate::Workspace,
     integrate,
-    integrator::Integrator,
-    judge::{cause, fastest, judge},
-    model::{Model, Parameters},
-    purpose::Purpose,
-    report::ClothReport,
-    settings::{ClothSettings, OnPass},
-    state::State,
-    workspace::Workspace,
+    judge::{After, Before, accept, cause, fastest, gain_limit, gained, judge, owed, risen_most, start_of},
+    layout::{Model, Parameters},
+    settings::{ClothSettings, Integrator, OnPass, Purpose},
+    state::{Allowance, ClothReport, Judged, State},
 };
 use crate::{
     collide::{Contacts, Met, Passed, resolve},
@@ -70,7 +62,7 @@ impl<R: Real> Stepping<'_, R> {
         }
         let speed = self.work.evaluation.speed;
         let of_speed = u64::from(model.user[speed.particle as usize]);
-        let kind = Bounds::<R>::kind(settings.integrator);
+        let kind = settings.integrator.bound();
         match settings.time_step {
             TimeStep::Certified { safety } => Ok(if speed.rate > bound.rate / safety {
                 TimeBound { kind: BoundKind::SpringSpeed, dt: 1.0 / speed.rate, particle: Some(of_speed) }
@@ -149,7 +141,7 @@ impl<R: Real> Stepping<'_, R> {
         self.work.evaluate_next(model, Purpose::of(settings));
         watch.lap(Stage::Force);
         let Workspace { evaluation, next, numbers, start, .. } = &*self.work;
-        let value = evaluation.total.energy() - start.energy();
+        let value = evaluation.total.energy() - start.energy;
         let limit = allowed.limit + (allowed.most - self.state.gain.energy).max(0.0);
         if value > limit {
             let particle = risen_most(model, numbers, [&*self.state, next]);
@@ -169,7 +161,7 @@ impl<R: Real> Stepping<'_, R> {
         self.evaluate(watch);
 
         let before = Before::of(&self.work.evaluation);
-        self.work.start = Start::of(&self.work.evaluation);
+        self.work.start = start_of(&self.work.evaluation);
         self.work.make_room(self.state);
         let Self { model, settings, around, .. } = *self;
         let work = &mut *self.work;
@@ -257,11 +249,11 @@ impl<R: Real> Stepping<'_, R> {
         }
         if matches!(Purpose::of(settings), Purpose::Bounded(_)) {
             let Workspace { start, evaluation, numbers, judged, .. } = &*self.work;
-            self.state.gain = self.state.gain.after(model, numbers, start, evaluation, *judged);
+            self.state.gain = gained(self.state.gain, model, numbers, start, evaluation, *judged);
         }
         if let Some(allowed) = self.work.allowed {
             let Workspace { start, evaluation, judged, .. } = &*self.work;
-            let rise = evaluation.total.energy() - start.energy();
+            let rise = evaluation.total.energy() - start.energy;
             self.state.gain.energy = owed(self.state.gain.energy, rise, &allowed, *judged);
         }
         self.work.add_to_report();
@@ -274,7 +266,7 @@ impl<R: Real> Stepping<'_, R> {
             return None;
         }
         let numbers = &self.work.numbers;
-        let (value, limit) = (state.gain.energy, state.gain.limit(settings.integrator));
+        let (value, limit) = (state.gain.energy, gain_limit(state.gain, settings.integrator));
         (value > limit).then(|| {
             let particle = risen_most(model, numbers, [self.work.before(), state]);
             StepFailure::EnergyGain { particle, value, limit }

@@ -6,7 +6,11 @@ use rayon::prelude::*;
 
 use super::update::Step;
 use crate::{
-    cloth::{model::Model, numbers::StepNumbers, state::State, workspace::Workspace},
+    cloth::{
+        evaluate::{StepNumbers, Workspace},
+        layout::Model,
+        state::State,
+    },
     linalg::{lanes_at, packs, store_padded},
     math::{LANES, Pack, Padded, Real, Sixteen, Vec3, WithSimd, array3, dispatch, three},
     report::{Stage, StepFailure},

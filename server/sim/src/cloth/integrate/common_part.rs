@@ -8,9 +8,8 @@ use rayon::prelude::*;
 use super::update::Step;
 use crate::{
     cloth::{
-        model::Model,
-        moved::{Moved, of_block},
-        workspace::Workspace,
+        evaluate::{Moved, Workspace, of_block},
+        layout::Model,
     },
     linalg::{add_lanes, lanes_at},
     math::{LANES, Pack, Real, Sixteen, WithSimd, dispatch, three},

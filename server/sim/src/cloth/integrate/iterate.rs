@@ -1,16 +1,13 @@
 //! The sweeps over iterates of an implicit step: velocities u, and the positions X + h u to which they lead. X and h are
-//! those of [`Scheme`](crate::cloth::scheme::Scheme).
+//! those of [`Scheme`](crate::cloth::settings::Scheme).
 
 use rayon::prelude::*;
 
 use crate::{
     cloth::{
-        evaluation::Evaluation,
-        integrator::Integrator,
-        model::Model,
-        moved::{Moved, MovedSums, Weights, of_block},
-        numbers::StepNumbers,
-        scheme::{Scheme, error_constant},
+        evaluate::{Evaluation, Moved, MovedSums, StepNumbers, Weights, of_block},
+        layout::Model,
+        settings::{Integrator, Scheme, error_constant},
         state::State,
     },
     linalg::{add_lanes, lanes_at, packs, packs_at, store_padded},

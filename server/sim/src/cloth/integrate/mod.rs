@@ -23,13 +23,11 @@ mod tests;
 use update::Step;
 
 use super::{
-    accept::Found,
-    integrator::Integrator,
-    model::Model,
-    moved::Motion,
-    settings::{ClothSettings, Minimizer},
+    evaluate::{Motion, Workspace},
+    judge::Found,
+    layout::Model,
+    settings::{ClothSettings, Integrator, Minimizer},
     state::State,
-    workspace::Workspace,
 };
 use crate::{
     interrupt::Interrupt,

@@ -7,10 +7,7 @@ use rayon::prelude::*;
 
 use super::update::Step;
 use crate::{
-    cloth::{
-        moved::{Moved, of_block},
-        workspace::Workspace,
-    },
+    cloth::evaluate::{Moved, Workspace, of_block},
     linalg::{add_lanes, lanes_at, packs, store_padded},
     math::{LANES, Pack, Padded, Real, WithSimd, array::dot, dispatch, three},
     parallel::sum_by,

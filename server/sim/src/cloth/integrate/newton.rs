@@ -11,14 +11,10 @@ use super::{
 };
 use crate::{
     cloth::{
-        accept::Found,
-        energies::risen_most,
-        figures::Total,
-        purpose::Purpose,
-        rounding::rounding,
-        settings::{ClothSettings, Minimizer, NewtonSettings},
+        evaluate::{Total, Workspace},
+        judge::{Found, risen_most, rounding},
+        settings::{ClothSettings, Minimizer, NewtonSettings, Purpose},
         state::State,
-        workspace::Workspace,
     },
     interrupt::Interrupt,
     linalg::{Outcome, SolveReport},

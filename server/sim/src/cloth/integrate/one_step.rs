@@ -10,7 +10,11 @@ use super::{
     update::{Change, MovedBy, Step, write_next},
 };
 use crate::{
-    cloth::{accept::Found, purpose::Purpose, settings::ClothSettings, workspace::Workspace},
+    cloth::{
+        evaluate::Workspace,
+        judge::Found,
+        settings::{ClothSettings, Purpose},
+    },
     interrupt::Interrupt,
     linalg::{Outcome, SolveReport},
     math::{LANES, Real, Vec3, array3},

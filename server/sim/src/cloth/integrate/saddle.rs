@@ -10,7 +10,7 @@ use super::{
     solve::At,
 };
 use crate::{
-    cloth::{moved::Moved, workspace::Workspace},
+    cloth::evaluate::{Moved, Workspace},
     linalg::{Inverse3, Outcome, SolveReport, packs_at},
     math::{LANES, Pack, Padded, Real, Sixteen, Vec3, WithSimd, array::dot, dispatch, three},
     parallel::hash_numbers,

@@ -3,9 +3,8 @@
 use super::update::Step;
 use crate::{
     cloth::{
+        evaluate::{StepMatrix, Workspace, pattern},
         settings::ClothSettings,
-        step_matrix::{StepMatrix, pattern},
-        workspace::Workspace,
     },
     interrupt::Interrupt,
     linalg::{

@@ -9,7 +9,7 @@ use super::{
 use crate::{
     cloth::{
         ClothSettings, Hessian, Minimizer, Model, Network, NewtonSettings, SpringLaw, SpringRules, State,
-        Workspace, purpose::Purpose,
+        Workspace, settings::Purpose,
     },
     interrupt::Interrupt,
     mesh::TriangleMesh,

@@ -4,11 +4,10 @@ use rayon::prelude::*;
 
 use crate::{
     cloth::{
-        model::Model,
-        moved::{Moved, MovedSums, Weights, of_block},
-        purpose::Purpose,
+        evaluate::{Moved, MovedSums, Weights, Workspace, of_block},
+        layout::Model,
+        settings::Purpose,
         state::State,
-        workspace::Workspace,
     },
     linalg::{packs, store_padded},
     math::{LANES, Pack, Padded, Real, Sixteen, WithSimd, dispatch, three},

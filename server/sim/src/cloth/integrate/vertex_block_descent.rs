@@ -15,17 +15,12 @@ use super::{
 };
 use crate::{
     cloth::{
-        accept::Found,
-        aim::Descend,
-        colours::Visit,
-        elements::BlockOfRows,
+        evaluate::{SpringSums, StepNumbers, Workspace, load_six},
+        judge::Found,
         laws::Stretch,
-        model::Model,
-        numbers::StepNumbers,
-        scratch::BlockScratch,
-        settings::ClothSettings,
-        spring_sums::{SpringSums, load_six},
-        workspace::Workspace,
+        layout::{BlockOfRows, BlockScratch, Model},
+        network::Visit,
+        settings::{ClothSettings, Descend},
     },
     interrupt::Interrupt,
     linalg::{Inverse3, Outcome, PreconditionerKind, SolveReport, packs, store_padded},

@@ -1,0 +1,325 @@
+//! The evaluation of a state, in one sweep over springs: what a step starts from, and what it reports.
+//!
+//! Reads positions (m), velocities (m/s) and laws; writes accelerations for an explicit step, or for an implicit one
+//! the right-hand side, the inverse diagonal blocks and the frozen tangent of its matrix; with either the energies, the
+//! momentum, the largest stretch and the check that all is finite. Every sum is binary64 over fixed blocks.
+#![allow(unsafe_code, reason = "blocks write slots that no other block has")]
+
+use std::marker::PhantomData;
+
+use rayon::prelude::*;
+
+use super::{
+    bound::{Bound, Fastest, MOVES},
+    figures::{Figures, Partial, Total},
+    numbers::StepNumbers,
+    spring_sums::{SpringSums, load_six, widen_six},
+};
+use crate::{
+    cloth::{
+        laws::Stretch,
+        layout::{BlockOfRows, BlockScratch, Elements, Model, Scratches},
+        settings::{Aim, Bounded, Explicit, Implicit, Iterate, Middle, Purpose},
+    },
+    linalg::{Inverse3, PreconditionerKind, add_lanes, lanes_at, packs_at},
+    math::{LANES, Pack, Padded, Real, Sixteen, WithSimd, dispatch, three},
+    parallel::{Disjoint, block_count},
+    report::{BoundKind, Diagnostics},
+};
+
+/// What is known of a state.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Evaluation<R: Real> {
+    /// Explicit: accelerations (m/s²). Implicit: h (f + m g + h df/dx v) (N s). Iterate: h (f + m g) (N s). 0 for pins.
+    pub(crate) rows: Vec<Sixteen<R>>,
+    /// With a matrix: inverses of its diagonal blocks (1/kg).
+    pub(crate) inverse: Vec<Inverse3>,
+    /// With a matrix: b of the block a I + b d dᵀ (kg/m²) that each spring adds to the matrix, by slot.
+    pub(crate) tangent: Vec<[R; LANES]>,
+    /// With a matrix: what elements freeze, list after list.
+    pub(crate) frozen: Vec<[R; LANES]>,
+    /// Sums over all particles; the kinetic energy is not a number where anything is not.
+    pub(crate) total: Total,
+    /// The largest length over rest length.
+    pub(crate) max_stretch: f64,
+    /// The largest component of any position (m), without its sign.
+    pub(crate) reach: f64,
+    /// Bounded: what limits the step to what is stable.
+    pub(crate) bound: Bound,
+    /// Bounded: what limits it to what springs can follow.
+    pub(crate) speed: Bound,
+    /// Evaluations since the step of the world began.
+    pub(crate) runs: u64,
+    /// With them those of the two regions of the first bound, and the second.
+    partials: Vec<(Partial, [Bound; 3])>,
+}
+
+impl<R: Real> Evaluation<R> {
+    pub(crate) fn size_for(&mut self, model: &Model<R>, purpose: Purpose) {
+        let groups = Sixteen::<R>::count_for(model.count);
+        self.rows.resize(groups, Sixteen::default());
+        self.partials.resize(block_count(model.count, model.block_size), Default::default());
+        if purpose.has_matrix() {
+            self.inverse.resize(groups, Inverse3::default());
+            self.tangent.resize(model.springs.slot_count(), [R::zero(); LANES]);
+            let frozen = model.elements.iter().map(Elements::frozen_count).sum();
+            self.frozen.resize(frozen, [R::zero(); LANES]);
+        }
+    }
+
+    /// Evaluates positions and velocities, of which neighbours have computed what own rows read.
+    pub(crate) fn run(
+        &mut self,
+        model: &Model<R>,
+        numbers: &StepNumbers<R>,
+        purpose: Purpose,
+        [x, v]: [&mut [Padded<R>]; 2],
+        scratches: &Scratches<R>,
+    ) {
+        model.share.exchange([&mut *x, &mut *v]);
+        self.look(model, numbers, purpose, [x, v], scratches);
+    }
+
+    /// The same where all that is read is known here.
+    pub(crate) fn look(
+        &mut self,
+        model: &Model<R>,
+        numbers: &StepNumbers<R>,
+        purpose: Purpose,
+        [x, v]: [&[Padded<R>]; 2],
+        scratches: &Scratches<R>,
+    ) {
+        self.runs += 1;
+        let Self { rows, inverse, tangent, frozen, partials, .. } = self;
+        let (tangent, inverse) = (Disjoint::new(tangent), Disjoint::new(inverse));
+        let frozen = &Disjoint::new(frozen);
+        let (groups, own) = (model.block_size / LANES, model.share.own());
+        let of_blocks =
+            (own.blocks_mut(partials).par_iter_mut(), own.groups_mut(rows).par_chunks_mut(groups));
+        of_blocks.into_par_iter().enumerate().for_each(|(nth, (partial, rows))| {
+            let block = own.first() + nth;
+            let (inverse, tangent): (&mut [Inverse3], &mut [[R; LANES]]) = if purpose.has_matrix() {
+                let first = block * groups;
+                let groups = first..first + rows.len();
+                // SAFETY: a block has slots and groups of its own.
+                unsafe { (inverse.range(groups), tangent.range(model.springs.slots(block))) }
+            } else {
+                (&mut [], &mut [])
+            };
+            let scratch = &mut *scratches.take();
+            let work = Block { model, numbers, number: block, x, v, rows, inverse, tangent, frozen, scratch };
+            let (none, identity) = (BoundKind::Frame, PreconditionerKind::Identity);
+            *partial = match purpose {
+                Purpose::Explicit => dispatch(Sweep::new(work, Explicit, identity, none)),
+                Purpose::Bounded(kind) => dispatch(Sweep::new(work, Bounded, identity, kind)),
+                Purpose::Implicit(kind) if numbers.scheme.beyond > 1.0 => {
+                    dispatch(Sweep::new(work, Middle, kind, none))
+                }
+                Purpose::Implicit(kind) => dispatch(Sweep::new(work, Implicit, kind, none)),
+                Purpose::Iterate(kind) => dispatch(Sweep::new(work, Iterate, kind, none)),
+            };
+        });
+
+        // A maximum has no order; NaN, which it would lose, shows in the sums.
+        let of_own = own.blocks(partials);
+        let greatest =
+            |of: fn(&Partial) -> f64| of_own.iter().map(|(block, _)| of(block)).fold(0.0, f64::max);
+        let greater = |a: [Bound; 3], b: [Bound; 3]| three!(|i| a[i].or(b[i]));
+        let [a, b, c] =
+            of_own.iter().fold([Bound::default(); 3], |all, (_, of_block)| greater(all, *of_block));
+        let [stretch, reach] = [greatest(|block| block.stretch), greatest(|block| block.reach)];
+        let [p, q, r] = [a, b, c].map(|bound| f64::from(bound.particle));
+        let told = [stretch, reach, a.rate, p, b.rate, q, c.rate, r];
+        (self.max_stretch, self.reach) = (0.0, 0.0);
+        let mut bounds = [Bound::default(); 3];
+        let Self { partials, max_stretch, reach, .. } = self;
+        let sums = model.share.gather(partials, &|(block, _)| block.sums, told, |told| {
+            let [stretch, far, a, p, b, q, c, r] = told;
+            (*max_stretch, *reach) = (max_stretch.max(stretch), reach.max(far));
+            let of_rank = [(a, p), (b, q), (c, r)];
+            bounds =
+                greater(bounds, of_rank.map(|(rate, particle)| Bound { rate, particle: particle as u32 }));
+        });
+        self.total = Total::of(sums);
+        (self.bound, self.speed) = (bounds[0].either(bounds[1]), bounds[2]);
+    }
+
+    pub(crate) fn diagnostics(&self) -> Diagnostics {
+        let Total { kinetic_energy, elastic_energy, gravitational_energy, momentum, .. } = self.total;
+        let max_stretch = self.max_stretch;
+        Diagnostics { kinetic_energy, elastic_energy, gravitational_energy, momentum, max_stretch }
+    }
+}
+
+/// A block, and what is written of it.
+struct Block<'a, R: Real> {
+    model: &'a Model<R>,
+    numbers: &'a StepNumbers<R>,
+    number: usize,
+    x: &'a [Padded<R>],
+    v: &'a [Padded<R>],
+    rows: &'a mut [Sixteen<R>],
+    inverse: &'a mut [Inverse3],
+    tangent: &'a mut [[R; LANES]],
+    frozen: &'a Disjoint<'a, [R; LANES]>,
+    scratch: &'a mut BlockScratch<R>,
+}
+
+/// A block to be evaluated.
+struct Sweep<'a, R: Real, A> {
+    block: Block<'a, R>,
+    /// Of the inverses of the diagonal blocks, with a matrix.
+    kind: PreconditionerKind,
+    /// Of the bound, where there is one.
+    bound: BoundKind,
+    aim: PhantomData<A>,
+}
+
+impl<'a, R: Real, A: Aim> Sweep<'a, R, A> {
+    fn new(block: Block<'a, R>, _: A, kind: PreconditionerKind, bound: BoundKind) -> Self {
+        Self { block, kind, bound, aim: PhantomData }
+    }
+}
+
+impl<R: Real, A: Aim> WithSimd<R> for Sweep<'_, R, A> {
+    type Output = (Partial, [Bound; 3]);
+
+    #[inline(always)]
+    fn run<P: Pack<Number = R>>(self) -> (Partial, [Bound; 3]) {
+        self.block.sums::<P, A>(self.kind, self.bound)
+    }
+}
+
+impl<R: Real> Block<'_, R> {
+    #[inline(always)]
+    fn sums<P: Pack<Number = R>, A: Aim>(
+        mut self,
+        kind: PreconditionerKind,
+        bound: BoundKind,
+    ) -> (Partial, [Bound; 3]) {
+        let springs = &self.model.springs;
+        self.rows.fill(Sixteen::default());
+        if A::HAS_MATRIX {
+            self.scratch.diagonal.fill([[0.0; LANES]; 6]);
+        }
+        if A::IS_BOUNDED {
+            self.scratch.bounds.fill([[[R::zero(); LANES]; 6]; 2]);
+            self.scratch.rates.fill([R::zero(); LANES]);
+        }
+
+        let mut fold = SpringSums::<P, A> {
+            springs,
+            laws: &self.numbers.springs,
+            along: &self.numbers.along,
+            bounds: &self.numbers.bounds.springs,
+            mirror: P::splat(self.numbers.mirror),
+            first_slot: springs.slots(self.number).start,
+            tangent: self.tangent,
+            rows: self.rows,
+            diagonal: &mut self.scratch.diagonal,
+            stiffness: &mut self.scratch.bounds,
+            rates: &mut self.scratch.rates,
+            energy: P::Wide::zero(),
+            power: P::Wide::zero(),
+            stretch: Stretch::none(),
+            aim: PhantomData,
+        };
+        springs.fold_block(self.number, [self.x, self.v], &mut self.scratch.records, &mut fold);
+        let (energy, power, stretch) = (fold.energy, fold.power, fold.stretch);
+        // Both ends count a spring.
+        let mut elastic = [energy, power].map(|lanes| 0.5 * add_lanes(lanes.store()));
+        if !self.model.elements.is_empty() {
+            let [energy, power] = self.add_elements::<P, A>();
+            elastic = [elastic[0] + energy, elastic[1] + power];
+        }
+
+        let mut figures = Figures::<P::Wide>::new::<R, A>(self.numbers);
+        let [mut line, mut corner, mut fastest] = [Fastest::none(); 3];
+        for group in 0..self.rows.len() {
+            if A::IS_BOUNDED {
+                let place = self.number * self.model.block_size + group * LANES;
+                let [m, inv_m] = [&self.model.m, &self.model.inv_m];
+                let masses =
+                    [lanes_at::<P>(m, place / LANES).widen(), lanes_at::<P>(inv_m, place / LANES).widen()];
+                let sums = &self.scratch.bounds[group];
+                let entries = [widen_six::<P>(&sums[0]), widen_six::<P>(&sums[1])];
+                let rates = self.numbers.bounds.rates(place, entries, masses, bound);
+                line.look(group, rates[0]);
+                corner.look(group, rates[1]);
+                let speed = P::load(&self.scratch.rates[group]).widen().sqrt() * P::Wide::of(1.0 / MOVES);
+                fastest.look(group, speed.where_positive(masses[1]));
+            }
+            self.finish::<P, A>(group, kind, &mut figures);
+        }
+        let first = self.number * self.model.block_size;
+        let bounds = [line.bound(first), corner.bound(first), fastest.bound(first)];
+        (figures.partial(elastic, stretch.greatest()), bounds)
+    }
+
+    /// Adds the elements to the sums of the rows; returns their energy (J), and what they say beside it.
+    #[inline(always)]
+    fn add_elements<P: Pack<Number = R>, A: Aim>(&mut self) -> [f64; 2] {
+        let rows = self.rows.len() * LANES;
+        let (mut sums, mut first) = ([0.0; 2], 0);
+        self.scratch.corners.clear(rows);
+        for (elements, numbers) in self.model.elements.iter().zip(&self.numbers.elements) {
+            let range = elements.frozen(self.number);
+            let frozen: &mut [[R; LANES]] = if A::FREEZES {
+                // SAFETY: lists and blocks have ranges of their own.
+                unsafe { self.frozen.range(first + range.start..first + range.end) }
+            } else {
+                &mut []
+            };
+            let at = BlockOfRows { block: self.number, rows, group: None, fields: [self.x, self.v] };
+            let [energy, power] = elements.evaluate::<P, A>(at, numbers, frozen, self.scratch);
+            sums = [sums[0] + energy, sums[1] + power];
+            first += elements.frozen_count();
+        }
+
+        let BlockScratch { corners, diagonal, .. } = &mut *self.scratch;
+        for (group, row) in self.rows.iter_mut().enumerate() {
+            let (own, added) = (row.load::<P>(), corners.sixteen::<P>(group));
+            row.store(three!(|c| own[c] + added[c]));
+            if A::HAS_MATRIX {
+                corners.add_blocks_to(group, &mut diagonal[group]);
+            }
+        }
+        sums
+    }
+
+    /// Adds to the springs of sixteen rows what acts on each particle by itself.
+    #[inline(always)]
+    fn finish<P: Pack<Number = R>, A: Aim>(
+        &mut self,
+        group: usize,
+        kind: PreconditionerKind,
+        figures: &mut Figures<P::Wide>,
+    ) {
+        let StepNumbers { reach, drag, wind, gravity, .. } = *self.numbers;
+        let place = self.number * (self.model.block_size / LANES) + group;
+        let [x, v] = [packs_at::<P>(self.x, place), packs_at::<P>(self.v, place)];
+        let [m, inv_m] = [lanes_at::<P>(&self.model.m, place), lanes_at::<P>(&self.model.inv_m, place)];
+        figures.add([P::widen3(x), P::widen3(v)], m.where_positive(inv_m).widen());
+
+        let springs = self.rows[group].load::<P>();
+        let force = three!(|c| (v[c] - P::splat(wind[c])) * drag);
+        if A::HAS_MATRIX {
+            let h = R::of(reach);
+            let masses = [m.where_positive(inv_m).widen(), inv_m.widen()];
+            figures.predict::<A>(P::widen3(v), P::widen3(springs), masses);
+            self.rows[group]
+                .store(three!(|c| ((m * gravity[c] - force[c]) * h + springs[c]).where_positive(inv_m)));
+            let sums = load_six::<P::Wide>(&self.scratch.diagonal[group]);
+            let own = m.widen() + P::Wide::of(reach * drag.to_f64());
+            let block = [sums[0] + own, sums[1] + own, sums[2] + own, sums[3], sums[4], sums[5]];
+            self.inverse[group] = Inverse3::of_packs(block, kind, inv_m.widen());
+        } else {
+            if A::IS_BOUNDED {
+                figures.work(P::widen3(v), P::widen3(springs), inv_m.widen());
+            }
+            let accelerations =
+                three!(|c| ((springs[c] - force[c]) * inv_m + P::splat(gravity[c])).where_positive(inv_m));
+            self.rows[group].store(accelerations);
+        }
+    }
+}

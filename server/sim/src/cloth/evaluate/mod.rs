@@ -1,0 +1,22 @@
+//! What is known of a state: its forces, its energies, the matrix of an implicit step from it, and how long an explicit one may be.
+//!
+//! Enters: a model, numbers of a step, positions and velocities. Leaves: an evaluation in the scratch memory of a step. Modules in
+//! reading order:
+
+mod bound;
+mod numbers;
+mod figures;
+mod spring_sums;
+mod evaluation;
+mod step_matrix;
+mod moved;
+mod workspace;
+mod coarse;
+
+pub(super) use evaluation::Evaluation;
+pub(super) use figures::Total;
+pub(super) use moved::{Motion, Moved, MovedSums, Weights, of_block};
+pub(super) use numbers::StepNumbers;
+pub(super) use spring_sums::{SpringSums, load_six};
+pub(super) use step_matrix::{StepMatrix, pattern};
+pub use workspace::Workspace;

@@ -1,0 +1,152 @@
+//! Parameters and time step as the kernels of one step read them.
+
+use super::bound::Bounds;
+use crate::{
+    cloth::{
+        layout::{ElementNumbers, Model, Parameters},
+        settings::{ClothSettings, Scheme},
+    },
+    math::{LANES, Real, Vec3, vec3},
+    surroundings::Surroundings,
+};
+
+/// Numbers of the laws of sixteen springs, each with a lane per spring.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct SpringNumbers<R> {
+    /// k (N/m).
+    pub(crate) stiffness: [R; LANES],
+    /// nu (N s/m).
+    pub(crate) damping: [R; LANES],
+    /// h k (N s/m).
+    pub(crate) push: [R; LANES],
+    /// h² k (kg).
+    pub(crate) elastic: [R; LANES],
+    /// h nu (kg).
+    pub(crate) viscous: [R; LANES],
+}
+
+/// Parameters and time step of a step.
+#[derive(Clone, Debug, PartialEq, Default)]
+pub(crate) struct StepNumbers<R: Real> {
+    /// Length of the sub-step (s).
+    pub(crate) dt: f64,
+    /// How an implicit integrator takes it.
+    pub(crate) scheme: Scheme,
+    /// h of the rows and the matrix (s).
+    pub(crate) reach: f64,
+    /// Numbers for each pattern of laws of the model's springs.
+    pub(crate) springs: Vec<SpringNumbers<R>>,
+    /// Numbers for each list of elements.
+    pub(crate) elements: Vec<ElementNumbers<R>>,
+    /// h² k + h nu of each pattern (kg): a + b d.d of a spring's block a I + b d dᵀ.
+    pub(crate) along: Vec<[R; LANES]>,
+    /// What the transverse ratio of a compressed spring is multiplied by, if that makes it greater: 1, 0 or -1.
+    pub(crate) mirror: R,
+    /// Linear drag of the medium (N s/m).
+    pub(crate) drag: R,
+    /// Velocity of the medium (m/s).
+    pub(crate) wind: Vec3<R>,
+    /// Gravity (m/s²).
+    pub(crate) gravity: Vec3<R>,
+    /// What bounds an explicit step.
+    pub(crate) bounds: Bounds<R>,
+    /// Sum of the stiffness of all springs, and of what elements add at all particles (N/m).
+    pub(crate) stiffness: f64,
+    /// What they were made from.
+    parameters: Option<Parameters>,
+}
+
+impl<R: Real> StepNumbers<R> {
+    /// Takes over the parameters and the surroundings of a sub-step of `dt` (s), `before` (s) being the length of the one
+    /// before, 0 without one; says whether anything changed on which an evaluation depends.
+    pub(crate) fn refresh(
+        &mut self,
+        model: &Model<R>,
+        parameters: &Parameters,
+        settings: &ClothSettings,
+        around: &Surroundings<'_>,
+        [dt, before]: [f64; 2],
+    ) -> bool {
+        self.scheme = Scheme::of(settings.integrator, dt, before);
+        let h = self.scheme.reach;
+        let (gravity, wind) = (vec3(around.gravity), vec3(around.wind));
+        let mirror = R::of(settings.hessian.mirror());
+        let is_same = self.parameters.as_ref() == Some(parameters)
+            && (self.gravity, self.wind, self.mirror) == (gravity, wind, mirror);
+        let is_timeless = !settings.integrator.is_implicit();
+        let is_as_long = self.reach.to_bits() == h.to_bits();
+        (self.dt, self.reach) = (dt, h);
+        if is_same && (is_timeless || is_as_long) {
+            return false;
+        }
+
+        (self.gravity, self.wind, self.drag) = (gravity, wind, R::of(parameters.drag));
+        self.mirror = mirror;
+        if !is_same {
+            self.weigh(model, parameters, settings);
+        }
+        self.springs.clear();
+        self.springs.extend(model.springs.patterns.iter().map(|laws| {
+            let of = |number: &dyn Fn(f64, f64) -> f64| {
+                laws.map(|law| {
+                    let law = parameters.laws[law as usize].law;
+                    R::of(number(law.stiffness, law.damping))
+                })
+            };
+            SpringNumbers {
+                stiffness: of(&|k, _| k),
+                damping: of(&|_, nu| nu),
+                push: of(&|k, _| h * k),
+                elastic: of(&|k, _| h * h * k),
+                viscous: of(&|_, nu| h * nu),
+            }
+        }));
+        self.along.clear();
+        self.along.extend(
+            self.springs
+                .iter()
+                .map(|numbers| std::array::from_fn(|lane| numbers.elastic[lane] + numbers.viscous[lane])),
+        );
+        self.elements.clear();
+        self.elements.extend(parameters.elements.iter().map(|law| {
+            let matrix = h * h * law.stiffness + h * law.damping;
+            let [gradient, velocity] = if settings.solves_from_state() {
+                [h * law.stiffness, matrix]
+            } else if settings.integrator.is_implicit() {
+                [h * law.stiffness, h * law.damping]
+            } else {
+                [law.stiffness, law.damping]
+            };
+            let [gradient, velocity, matrix] = [gradient, velocity, matrix].map(R::of);
+            ElementNumbers { energy: law.stiffness, gradient, velocity, matrix }
+        }));
+        match &mut self.parameters {
+            Some(Parameters { laws, elements, drag }) => {
+                laws.clone_from(&parameters.laws);
+                elements.clone_from(&parameters.elements);
+                *drag = parameters.drag;
+            }
+            None => self.parameters = Some(parameters.clone()),
+        }
+        true
+    }
+
+    /// Whether any spring is damped.
+    pub(crate) fn has_damped_springs(&self) -> bool {
+        self.springs.iter().flat_map(|laws| laws.damping).any(|damping| damping > R::zero())
+    }
+
+    /// Takes over what does not depend on the length of the step.
+    fn weigh(&mut self, model: &Model<R>, parameters: &Parameters, settings: &ClothSettings) {
+        let springs = model.springs_of_laws.iter().zip(&parameters.laws);
+        self.stiffness = springs.map(|(count, entry)| f64::from(*count) * entry.law.stiffness).sum();
+        for (elements, law) in model.elements.iter().zip(&parameters.elements) {
+            let mut shares = vec![0.0; model.count];
+            elements.add_shares(&mut shares);
+            self.stiffness += law.stiffness * shares.iter().sum::<f64>();
+        }
+        if !settings.integrator.is_implicit() {
+            self.bounds.refresh(model, parameters, settings.integrator);
+        }
+    }
+}

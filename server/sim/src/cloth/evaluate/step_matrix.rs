@@ -1,0 +1,194 @@
+//! The matrix of an implicit step, frozen at a state: A = M - h df/dv - h² df/dx. Rows of pins are 0: a pin's change of
+//! velocity is 0, its velocity is prescribed.
+//!
+//! Reads the tangent that an evaluation stored; applies A row by row, or assembles it. No law is evaluated again.
+
+use super::{evaluation::Evaluation, numbers::StepNumbers};
+use crate::{
+    cloth::layout::{BlockOfRows, BlockScratch, Fold, Model, Scratches},
+    interrupt::Interrupt,
+    linalg::{BlockCsr, LinearOperator, Sums, lanes_at, packs_at},
+    math::{LANES, Mat3, Pack, Padded, Real, Sixteen, WithSimd, array::dot, dispatch, three},
+};
+
+/// The matrix of a step from the state that was evaluated.
+#[derive(Clone, Copy)]
+pub(crate) struct StepMatrix<'a, R: Real> {
+    pub(crate) model: &'a Model<R>,
+    pub(crate) numbers: &'a StepNumbers<R>,
+    /// Positions (m) of that state.
+    pub(crate) x: &'a [Padded<R>],
+    pub(crate) tangent: &'a [[R; LANES]],
+    pub(crate) frozen: &'a [[R; LANES]],
+    pub(crate) scratches: &'a Scratches<R>,
+    pub(crate) interrupt: &'a Interrupt,
+}
+
+impl<'a, R: Real> StepMatrix<'a, R> {
+    pub(crate) fn new(
+        (model, numbers): (&'a Model<R>, &'a StepNumbers<R>),
+        x: &'a [Padded<R>],
+        evaluation: &'a Evaluation<R>,
+        scratches: &'a Scratches<R>,
+        interrupt: &'a Interrupt,
+    ) -> Self {
+        Self {
+            model,
+            numbers,
+            x,
+            tangent: &evaluation.tangent,
+            frozen: &evaluation.frozen,
+            scratches,
+            interrupt,
+        }
+    }
+
+    /// Writes the matrix into `matrix`, made by [`pattern`].
+    pub(crate) fn assemble(&self, matrix: &mut BlockCsr<R>) {
+        let Self { model, numbers, x, tangent, .. } = *self;
+        let dt = R::of(numbers.reach);
+        matrix.fill_rows(&|i, columns, blocks| {
+            blocks.fill(Mat3::zeros());
+            if model.inv_m[i] == R::zero() {
+                return;
+            }
+
+            let place = |j: u32| columns.binary_search(&j).expect("the pattern holds every spring");
+            let diagonal = place(i as u32);
+            blocks[diagonal] += Mat3::identity() * (model.m[i] + dt * numbers.drag);
+
+            for end in model.springs.row(i) {
+                let d = x[i].vector() - x[end.other as usize].vector();
+                let (slot, lane) = end.place;
+                let b = tangent[slot][lane];
+                let a = numbers.along[model.springs.pattern_of[slot] as usize][lane] - b * d.norm_squared();
+                let block = Mat3::identity() * a + d * d.transpose() * b;
+                blocks[diagonal] += block;
+                blocks[place(end.other)] -= block;
+            }
+
+            let mut first = 0;
+            for (elements, numbers) in model.elements.iter().zip(&numbers.elements) {
+                let frozen = &self.frozen[first..first + elements.frozen_count()];
+                elements.add_row(i, frozen, &mut |j, block| blocks[place(j)] += block * numbers.matrix);
+                first += elements.frozen_count();
+            }
+        });
+    }
+}
+
+/// Room for the matrix of a model.
+pub(crate) fn pattern<R: Real>(model: &Model<R>) -> BlockCsr<R> {
+    let row = |i: usize| {
+        let elements = model.elements.iter().flat_map(|elements| elements.row(i));
+        model.springs.row(i).map(|end| end.other).chain(elements).collect()
+    };
+    BlockCsr::with_pattern((0..model.count).map(row))
+}
+
+impl<R: Real> LinearOperator<R> for StepMatrix<'_, R> {
+    fn apply(&self, first_row: usize, p: &[Padded<R>], q: &mut [Sixteen<R>]) -> [f64; 2] {
+        let scratch = &mut *self.scratches.take();
+        dispatch(Product { matrix: *self, first_row, p, q, scratch })
+    }
+
+    fn is_interrupted(&self) -> bool {
+        self.interrupt.is_requested()
+    }
+}
+
+impl<R: Real> StepMatrix<'_, R> {
+    /// Adds the products of the elements of a block.
+    #[inline(always)]
+    fn add_elements<P: Pack<Number = R>>(
+        &self,
+        block: usize,
+        p: &[Padded<R>],
+        q: &mut [Sixteen<R>],
+        scratch: &mut BlockScratch<R>,
+    ) {
+        let rows = q.len() * LANES;
+        let mut first = 0;
+        scratch.corners.clear(rows);
+        for (elements, numbers) in self.model.elements.iter().zip(&self.numbers.elements) {
+            let range = elements.frozen(block);
+            let frozen = &self.frozen[first + range.start..first + range.end];
+            let at = BlockOfRows { block, rows, group: None, fields: [self.x, p] };
+            elements.multiply::<P>(at, numbers, frozen, scratch);
+            first += elements.frozen_count();
+        }
+        for (group, row) in q.iter_mut().enumerate() {
+            let (own, added) = (row.load::<P>(), scratch.corners.sixteen::<P>(group));
+            row.store(three!(|c| own[c] + added[c]));
+        }
+    }
+}
+
+struct Product<'a, R: Real> {
+    matrix: StepMatrix<'a, R>,
+    first_row: usize,
+    p: &'a [Padded<R>],
+    q: &'a mut [Sixteen<R>],
+    scratch: &'a mut BlockScratch<R>,
+}
+
+impl<R: Real> WithSimd<R> for Product<'_, R> {
+    type Output = [f64; 2];
+
+    #[inline(always)]
+    fn run<P: Pack<Number = R>>(self) -> [f64; 2] {
+        let StepMatrix { model, numbers, x, .. } = self.matrix;
+        self.q.fill(Sixteen::default());
+        let mut fold = SpringProduct { matrix: self.matrix, q: self.q };
+        let block = self.first_row / model.block_size;
+        model.springs.fold_block::<P>(block, [x, self.p], &mut self.scratch.records, &mut fold);
+        if !model.elements.is_empty() {
+            self.matrix.add_elements::<P>(block, self.p, self.q, self.scratch);
+        }
+
+        let drag = R::of(numbers.reach) * numbers.drag;
+        let mut sums = Sums::<P::Wide>::zero();
+        let first = self.first_row / LANES;
+        for (place, q) in (first..).zip(self.q) {
+            let inv_m = lanes_at::<P>(&model.inv_m, place);
+            let m = lanes_at::<P>(&model.m, place) + P::splat(drag);
+            let (springs, p) = (q.load::<P>(), packs_at::<P>(self.p, place));
+            let row = three!(|c| (springs[c] + p[c] * m).where_positive(inv_m));
+            sums.add(p, row);
+            q.store(row);
+        }
+        sums.total()
+    }
+}
+
+/// Adds the springs' blocks a I + b d dᵀ times w = p_i - p_j.
+struct SpringProduct<'a, R: Real> {
+    matrix: StepMatrix<'a, R>,
+    q: &'a mut [Sixteen<R>],
+}
+
+impl<P: Pack> Fold<P> for SpringProduct<'_, P::Number> {
+    type Sums = [P; 3];
+
+    #[inline(always)]
+    fn sums(&self, group: usize) -> [P; 3] {
+        self.q[group].load()
+    }
+
+    #[inline(always)]
+    fn add(&mut self, sums: &mut [P; 3], slot: usize, d: [P; 3], w: [P; 3]) {
+        let StepMatrix { model, numbers, tangent, .. } = self.matrix;
+        let along = P::load(&numbers.along[model.springs.pattern_of[slot] as usize]);
+        let b = P::load(&tangent[slot]);
+        let a = along - b * dot(d, d);
+        let pull = b * dot(w, d);
+        for c in 0..3 {
+            sums[c] += a * w[c] + pull * d[c];
+        }
+    }
+
+    #[inline(always)]
+    fn keep(&mut self, group: usize, sums: [P; 3]) {
+        self.q[group].store(sums);
+    }
+}

@@ -1,0 +1,203 @@
+//! The scratch memory of a step.
+
+use super::{evaluation::Evaluation, moved::Moved, numbers::StepNumbers};
+use crate::{
+    cloth::{
+        layout::{Model, Scratches},
+        settings::{ClothSettings, Integrator, Purpose},
+        state::{Allowance, ClothReport, Judged, PinMotion, Start, State},
+    },
+    collide::Met,
+    linalg::{BlockCsr, CgWorkspace, CoarseMatrix, Inverse3},
+    math::{Padded, Real, Vec3},
+    parallel::block_count,
+};
+
+/// Pins on their way and their velocities, to return to.
+#[derive(Clone, Debug, Default)]
+struct Pins<R: Real> {
+    motions: Vec<PinMotion>,
+    velocities: Vec<Padded<R>>,
+}
+
+impl<R: Real> Pins<R> {
+    fn keep(&mut self, state: &State<R>) {
+        self.motions.clone_from(&state.motions);
+        self.velocities.clear();
+        self.velocities.extend(state.motions.iter().map(|motion| state.v[motion.particle as usize]));
+    }
+
+    fn restore(&self, state: &mut State<R>) {
+        state.motions.clone_from(&self.motions);
+        for (motion, v) in self.motions.iter().zip(&self.velocities) {
+            state.v[motion.particle as usize] = *v;
+        }
+    }
+}
+
+/// Scratch memory of one cloth under one set of settings: a step allocates nothing after the first two, which make the
+/// two or three states that steps take turns in.
+#[derive(Clone, Debug, Default)]
+pub struct Workspace<R: Real> {
+    /// The state before the step, to return to; but for pins on their way.
+    before: State<R>,
+    /// What a sub-step writes.
+    pub(crate) next: State<R>,
+    /// Whether `before` is the state before the step.
+    has_moved: bool,
+    /// Pins on their way before the step, and before the sub-step.
+    pins: Pins<R>,
+    pins_of_substep: Pins<R>,
+    pub(crate) numbers: StepNumbers<R>,
+    pub(crate) evaluation: Evaluation<R>,
+    /// What the evaluation was made for, where it is that of the state, with these numbers.
+    current: Option<Purpose>,
+    /// What is known of the state that the sub-step which is tried starts from.
+    pub(crate) start: Start,
+    /// Of implicit steps that are judged: what energy the sub-step that is tried may have, and whether that holds after contacts.
+    pub(crate) allowed: Option<Allowance>,
+    pub(crate) judged: Judged,
+    /// What a sub-step that is tried found of its motion, block by block.
+    pub(crate) moved: Vec<Moved>,
+    /// What each block of it met.
+    pub(crate) met: Vec<Met>,
+    /// What the sub-step that is tried tells, and what those before it in the step told.
+    pub(crate) tried: ClothReport,
+    pub(crate) report: ClothReport,
+    /// Velocities (m/s) that a force is predicted at; of explicit steps alone.
+    pub(crate) predicted: Vec<Padded<R>>,
+    /// Positions (m) and velocities (m/s) of an iterate that is tried.
+    pub(crate) trial: [Vec<Padded<R>>; 2],
+    /// Of sweeps: velocities (m/s) that the last one began with, and those that the one before it ended with.
+    pub(crate) swept: [Vec<Padded<R>>; 2],
+    /// Of sweeps: by how much each component moves as a whole (m/s).
+    pub(crate) shifts: Vec<Vec3<R>>,
+    /// The inverse diagonal blocks of another evaluation of the same state.
+    pub(crate) other_inverse: Vec<Inverse3>,
+    /// The matrix of an implicit step, where the solver asks for an assembled one.
+    pub(crate) assembled: Option<BlockCsr<R>>,
+    /// Of a preconditioner that has a coarse space.
+    pub(crate) coarse: CoarseMatrix,
+    pub(crate) cg: CgWorkspace<R>,
+    /// Products with the matrix since the step of the world began.
+    pub(crate) products: u64,
+    pub(crate) scratches: Scratches<R>,
+}
+
+impl<R: Real> Workspace<R> {
+    /// Empty: the first step sizes it for its method.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Forgets what is known of the state, which somebody else changed.
+    pub(crate) fn forget(&mut self) {
+        self.current = None;
+    }
+
+    /// The largest error (m) of the sub-step that was tried last.
+    pub(crate) fn tried_error(&self) -> f64 {
+        self.tried.error.largest
+    }
+
+    /// Whether the state was evaluated for a purpose.
+    pub(crate) fn is_current(&self, purpose: Purpose) -> bool {
+        self.current == Some(purpose)
+    }
+
+    pub(crate) fn size_for(&mut self, model: &Model<R>, settings: &ClothSettings, purpose: Purpose) {
+        let blocks = block_count(model.count, model.block_size);
+        let elements = if model.elements.is_empty() { 0 } else { model.block_size };
+        self.scratches.size_for(blocks, [model.block_size, elements], model.room());
+        let has_iterates = settings.has_iterates();
+        let largest = if has_iterates { Purpose::Iterate(settings.solver.preconditioner) } else { purpose };
+        self.evaluation.size_for(model, largest);
+        self.moved.resize(blocks, Moved::default());
+        if settings.integrator == Integrator::VelocityVerletPredicted {
+            self.predicted.resize(model.m.len(), Padded::default());
+        }
+        if has_iterates {
+            self.trial.iter_mut().for_each(|field| field.resize(model.m.len(), Padded::default()));
+        }
+        if settings.has_sweeps() {
+            self.swept.iter_mut().for_each(|field| field.resize(model.m.len(), Padded::default()));
+        }
+        if largest.has_matrix() && self.evaluation.rows.len() != self.cg.len() {
+            self.cg = CgWorkspace::new(model.count, model.block_size);
+        }
+    }
+
+    /// Begins a step from a state.
+    pub(crate) fn begin(&mut self, state: &State<R>) {
+        self.has_moved = false;
+        self.pins.keep(state);
+        self.report = ClothReport::default();
+        (self.evaluation.runs, self.products) = (0, 0);
+    }
+
+    /// Begins a sub-step from a state, before its pins are aimed.
+    pub(crate) fn begin_substep(&mut self, state: &State<R>) {
+        self.pins_of_substep.keep(state);
+    }
+
+    /// Makes room for what a sub-step from `state` writes, without touching what `undo` needs; of two states where
+    /// the step is not divided, of three otherwise.
+    pub(crate) fn make_room(&mut self, state: &State<R>) {
+        if !self.has_moved && self.next.x.is_empty() {
+            std::mem::swap(&mut self.before, &mut self.next);
+        }
+        self.next.succeed(state);
+        if !state.past.x.is_empty() {
+            self.next.size_past();
+        }
+    }
+
+    /// Gives a sub-step up that was not accepted: what it wrote is not the state.
+    pub(crate) fn abandon(&mut self, state: &mut State<R>) {
+        self.pins_of_substep.restore(state);
+        self.forget();
+    }
+
+    /// Ends a sub-step: what it wrote is the state.
+    pub(crate) fn accept(&mut self, state: &mut State<R>) {
+        std::mem::swap(state, &mut self.next);
+        if !self.has_moved {
+            std::mem::swap(&mut self.before, &mut self.next);
+            self.has_moved = true;
+        }
+    }
+
+    /// The state before the step, once a sub-step was accepted.
+    pub(crate) fn before(&self) -> &State<R> {
+        &self.before
+    }
+
+    /// Takes `state` back to where it was before the step.
+    pub(crate) fn undo(&mut self, state: &mut State<R>) {
+        if self.has_moved {
+            std::mem::swap(state, &mut self.before);
+            self.has_moved = false;
+        }
+        self.pins.restore(state);
+        self.forget();
+    }
+
+    /// Takes over that the evaluation is that of what a sub-step wrote, for this purpose too.
+    pub(crate) fn know(&mut self, purpose: Purpose) {
+        self.current = Some(purpose);
+    }
+
+    /// Evaluates what a sub-step wrote.
+    pub(crate) fn evaluate_next(&mut self, model: &Model<R>, purpose: Purpose) {
+        let Self { evaluation, numbers, next, scratches, .. } = self;
+        evaluation.run(model, numbers, purpose, [&mut next.x, &mut next.v], scratches);
+        self.current = Some(purpose);
+    }
+
+    /// Evaluates a state.
+    pub(crate) fn evaluate(&mut self, model: &Model<R>, purpose: Purpose, state: &mut State<R>) {
+        let State { x, v, .. } = state;
+        self.evaluation.run(model, &self.numbers, purpose, [x, v], &self.scratches);
+        self.current = Some(purpose);
+    }
+}

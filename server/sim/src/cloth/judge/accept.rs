@@ -1,0 +1,139 @@
+//! Whether an implicit sub-step is accepted: what its linear solve promised is compared with what came of it.
+//!
+//! An implicit Euler step minimises the incremental potential G(x) = |x - y|²_M / (2 h²) + E(x), y = x_n + h v_n with what
+//! gravity adds, from x = x_n on; one Newton step of it is Baraff and Witkin's. With dv = v' - v, the fall of G is
+//!
+//!   |v|²_M / 2 - |dv|²_M / 2 + P(x_n) - P(x'), P elastic and gravitational energy, less what the medium takes,
+//!
+//! and the fall that the linear solve predicts |v|²_M / 2 + s + b.dv - dv.A dv / 2, where s is that of P and of what
+//! damping takes, to second order, if all goes on at v. The work of pins on their way counts for both, and both come with
+//! the evaluation of a state and the sweeps of the solve. Damping of springs is left out of the fall, which can only
+//! make it greater.
+
+use super::{contact_gain::most_owed, energies::risen_most, rounding::rounding};
+use crate::{
+    cloth::{
+        evaluate::{Evaluation, Motion, StepNumbers, Total},
+        layout::Model,
+        state::{Allowance, State},
+    },
+    math::Real,
+    report::StepFailure,
+};
+
+/// Least share of the predicted fall that the fall must be (Armijo's rule); and of it the most by which the energy may
+/// rise. One linear solve per step carries particles that turn along tangents, and so stretches what turns: a rule
+/// without a share would refuse a sheet that spins freely, at any length of the step.
+const SHARE: f64 = 0.1;
+/// The same of a step that ends beyond its minimum, as the implicit midpoint's does: what turns is no reason there, but the
+/// energy that is kept is that of linear motion alone.
+const BEYOND_SHARE: f64 = 1e-3;
+/// The same of a midpoint that one linear solve led to: it stretches what turns, and damps nothing that would take that back.
+const MIDDLE_SHARE: f64 = 0.01;
+/// Share of the kinetic and elastic energy that may be owed for such midpoints, one after the other.
+const MIDDLE_OWED: f64 = 0.05;
+
+/// What is known before a step, to judge it by.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Before {
+    total: Total,
+    reach: f64,
+}
+
+impl Before {
+    pub(crate) fn of<R: Real>(evaluation: &Evaluation<R>) -> Self {
+        Self { total: evaluation.total, reach: evaluation.reach }
+    }
+}
+
+/// Where what a sub-step minimises was looked at last.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Found {
+    /// One linear solve from the state: at the end of the sub-step.
+    End,
+    /// The same, at the middle.
+    Middle {
+        /// Elastic and gravitational energy there (J).
+        potential: f64,
+        /// Work of pins on their way, by the forces there (J).
+        pin_work: f64,
+    },
+    /// At the last iterate.
+    Iterate {
+        /// |u - V|²_M / 2 where X + h u is x_n, with the potential of the medium (J).
+        inertia: f64,
+        /// Elastic and gravitational energy at the iterate (J).
+        potential: f64,
+        /// Work of pins on their way, by the forces at the first and the last iterate (J).
+        pin_work: f64,
+    },
+}
+
+/// What a step found: how particles moved, by how much the solve lowered b.dv - dv.A dv / 2 (J), where, and the
+/// evaluation of its end.
+pub(crate) struct After<'a, R: Real> {
+    pub(crate) motion: &'a Motion,
+    pub(crate) descent: f64,
+    pub(crate) found: Found,
+    pub(crate) evaluation: &'a Evaluation<R>,
+    /// The state before the step, and that to which it leads.
+    pub(crate) states: [&'a State<R>; 2],
+    /// What was gained before and not lost again (J).
+    pub(crate) owed: f64,
+}
+
+/// What energy a step may have that is accepted.
+///
+/// # Errors
+/// Why it is not accepted. All numbers are finite.
+pub(crate) fn accept<R: Real>(
+    model: &Model<R>,
+    numbers: &StepNumbers<R>,
+    before: &Before,
+    after: &After<'_, R>,
+) -> Result<Allowance, StepFailure> {
+    let (old, new) = (&before.total, &after.evaluation.total);
+    let [own, along] = after.motion.medium;
+    let drag = numbers.drag.to_f64();
+
+    // Forces on pins are those that the old and the new state predict for the end of a step: together more than pins do.
+    let pins = |work: f64| old.pin_work.max(0.0) + work.max(0.0);
+    let (inertia, potential, pins) = match after.found {
+        Found::End => (old.kinetic_energy, new.potential(), pins(new.pin_work)),
+        Found::Middle { potential, pin_work } => (old.kinetic_energy, potential, pins(pin_work)),
+        Found::Iterate { inertia, potential, pin_work } => (inertia, potential, pins(pin_work)),
+    };
+    let medium = numbers.reach * drag * (0.5 * own - along);
+    let fall = inertia - after.motion.change + old.potential() - potential - medium + pins;
+    let predicted = match after.found {
+        Found::Iterate { .. } => fall.max(0.0),
+        Found::End | Found::Middle { .. } => old.kinetic_energy + old.slope() + after.descent + pins,
+    };
+    let rounding =
+        rounding(model, numbers, old, before.reach) + rounding(model, numbers, new, after.evaluation.reach);
+    let particle = || risen_most(model, numbers, after.states);
+    if fall < SHARE * predicted - rounding {
+        return Err(StepFailure::Descent { particle: particle(), value: fall, predicted, limit: SHARE });
+    }
+
+    let gain = new.kinetic_energy - old.kinetic_energy + new.potential() - old.potential();
+    let given = numbers.dt * drag * (along - own) + numbers.dt / numbers.reach * pins;
+    let share = match after.found {
+        Found::Iterate { .. } if numbers.scheme.beyond > 1.0 => BEYOND_SHARE,
+        Found::Middle { .. } => MIDDLE_SHARE,
+        Found::Iterate { .. } | Found::End => SHARE,
+    };
+    // What a midpoint gains adds up, since it damps nothing: over the run, no more than a share of what moves.
+    let moved = |total: &Total| total.kinetic_energy + total.elastic_energy;
+    let room = match after.found {
+        Found::Middle { .. } => (MIDDLE_OWED * moved(old).max(moved(new)) - after.owed).max(0.0),
+        Found::Iterate { .. } | Found::End => f64::INFINITY,
+    };
+    let limit = given + (share * predicted.max(0.0)).min(room) + rounding;
+    if gain > limit {
+        return Err(StepFailure::EnergyGain { particle: particle(), value: gain, limit });
+    }
+    let most = most_owed(moved(old).max(moved(new)));
+    let owes = matches!(after.found, Found::Middle { .. });
+    Ok(Allowance { given: given + rounding, limit: gain.max(given) + rounding, most, owes })
+}

@@ -1,0 +1,393 @@
+//! Elements of three and four particles, listed by block: a block evaluates every element that touches one of its rows,
+//! sixteen at a time, and adds to its own rows in the order of the elements' numbers.
+//!
+//! An element on a border is evaluated by each block that it touches, so that nobody writes where another thread
+//! writes, and the sum of a row depends on neither threads nor ranks.
+#![allow(unsafe_code, reason = "lanes read particles whose range was checked when the elements were listed")]
+
+mod project;
+mod shares;
+
+use std::ops::Range;
+
+use super::{
+    halo::{HaloBuilder, Halos, copy_halo},
+    scratch::BlockScratch,
+};
+use crate::{
+    cloth::{
+        laws::{ElementKind, ElementLaw, Evaluated, QuadraticBending, with_element_laws},
+        network::ElementList,
+        settings::Aim,
+    },
+    interrupt,
+    linalg::{CoarseLayout, NineByNine},
+    math::{LANES, Mat3, Pack, Padded, Portable, Real, Record, array::dot, three},
+};
+
+/// What the stiffness and the damping of a list of elements multiply in a step.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct ElementNumbers<R> {
+    /// Of W in the energy: k.
+    pub(crate) energy: f64,
+    /// Of dW/dx in the row: explicit k, implicit h k.
+    pub(crate) gradient: R,
+    /// Of H v in the row: explicit nu, implicit h nu + h² k, of an iterate h nu.
+    pub(crate) velocity: R,
+    /// Of H in the matrix: h nu + h² k.
+    pub(crate) matrix: R,
+}
+
+/// A block: its number, how many rows it has, the group that is asked for if not all are, and what its elements read.
+#[derive(Clone, Copy)]
+pub(crate) struct BlockOfRows<'a, R> {
+    pub(crate) block: usize,
+    pub(crate) rows: usize,
+    pub(crate) group: Option<usize>,
+    pub(crate) fields: [&'a [Padded<R>]; 2],
+}
+
+/// Elements of `N` particles, in packs of sixteen, with `C` numbers each.
+#[derive(Clone, Debug)]
+pub(crate) struct Packs<R, const N: usize, const C: usize> {
+    /// Particles of the elements of a pack, as their block names them.
+    particles: Vec<[[u16; LANES]; N]>,
+    /// Numbers that never change.
+    rest: Vec<[[R; LANES]; C]>,
+    /// Elements in each pack: the lanes from the first.
+    used: Vec<u8>,
+    /// First pack of each block, and one more.
+    blocks: Vec<u32>,
+    halos: Halos,
+    block_size: usize,
+}
+
+impl<R: Real, const N: usize, const C: usize> Packs<R, N, C> {
+    /// Lists elements by block, each in every block that it touches; `place` gives the model's numbering.
+    fn new(list: &ElementList, block_size: usize, place: &[u32]) -> Self {
+        let particles = list.particles.as_chunks::<N>().0;
+        let rest = list.rest.as_chunks::<C>().0;
+        let mut of_block: Vec<Vec<u32>> = vec![Vec::new(); place.len().div_ceil(block_size)];
+        for (element, particles) in (0u32..).zip(particles) {
+            interrupt::point();
+            for particle in particles {
+                let elements = &mut of_block[place[*particle as usize] as usize / block_size];
+                if elements.last() != Some(&element) {
+                    elements.push(element);
+                }
+            }
+        }
+
+        let mut halos = HaloBuilder::new(place.len(), block_size);
+        let (mut names, mut numbers, mut used, mut blocks) = (Vec::new(), Vec::new(), Vec::new(), vec![0]);
+        for elements in &of_block {
+            halos.begin_block();
+            for elements in elements.chunks(LANES) {
+                interrupt::point();
+                // A lane without an element repeats the first: what it comes to is not added.
+                let of_lane = |lane: usize| elements[if lane < elements.len() { lane } else { 0 }] as usize;
+                let named: [[u32; LANES]; N] = std::array::from_fn(|corner| {
+                    std::array::from_fn(|lane| place[particles[of_lane(lane)][corner] as usize])
+                });
+                let mut local = [[0; LANES]; N];
+                halos.item(named.as_flattened(), local.as_flattened_mut());
+                names.push(local);
+                numbers
+                    .push(std::array::from_fn(|c| std::array::from_fn(|lane| R::of(rest[of_lane(lane)][c]))));
+                used.push(elements.len() as u8);
+            }
+            halos.end_block();
+            blocks.push(names.len() as u32);
+        }
+        Self { particles: names, rest: numbers, used, blocks, halos: halos.finish(), block_size }
+    }
+
+    fn packs(&self, block: usize) -> Range<usize> {
+        self.blocks[block] as usize..self.blocks[block + 1] as usize
+    }
+
+    /// The numbers of a pack and both vectors of its particles.
+    #[inline(always)]
+    fn gather<P: Pack<Number = R>>(
+        &self,
+        pack: usize,
+        records: &[Record<R>],
+    ) -> ([P; C], [[P; 3]; N], [[P; 3]; N]) {
+        let (mut x, mut y, mut rest) = ([[P::zero(); 3]; N], [[P::zero(); 3]; N], [P::zero(); C]);
+        for corner in 0..N {
+            // SAFETY: `new` names particles of the block and of the part of its halo that the pack is in: fewer than
+            // `room`, which is no more than there are records.
+            [x[corner], y[corner]] = unsafe { P::gather(records, &self.particles[pack][corner]) };
+        }
+        for c in 0..C {
+            rest[c] = P::load(&self.rest[pack][c]);
+        }
+        (rest, x, y)
+    }
+
+    /// Whether an element of a pack has a particle in a group of rows.
+    #[inline(always)]
+    fn touches(&self, pack: usize, group: usize) -> bool {
+        self.particles[pack].as_flattened().iter().any(|name| usize::from(*name) / LANES == group)
+    }
+
+    /// Names of a pack's elements at a corner.
+    #[inline(always)]
+    fn names(&self, pack: usize, corner: usize) -> &[u16] {
+        &self.particles[pack][corner][..usize::from(self.used[pack])]
+    }
+
+    /// Adds gradients, tangents and diagonal blocks of a block's elements to the sums of its rows; freezes tangents.
+    /// Returns of the elements whose first particle is the block's the energy (J), and h F.v (J) of a step from the state;
+    /// of an iterate the potential of damping (J), h nu v.H v / 2.
+    #[inline(always)]
+    fn evaluate<L: ElementLaw<N, C, F>, P: Pack<Number = R>, const F: usize, A: Aim>(
+        &self,
+        at: BlockOfRows<'_, R>,
+        numbers: &ElementNumbers<R>,
+        frozen: &mut [[R; LANES]],
+        scratch: &mut BlockScratch<R>,
+    ) -> [f64; 2] {
+        assert!(scratch.records.len() >= self.halos.room(), "room for a block and its halo");
+        let (first, mut energy, mut power) = (self.packs(at.block).start, 0.0, 0.0);
+        for (particles, packs) in self.halos.parts(at.block) {
+            copy_halo(&mut scratch.records[self.block_size..], particles, at.fields);
+            for pack in packs.filter(|&pack| at.group.is_none_or(|group| self.touches(pack, group))) {
+                let (rest, x, v) = self.gather::<P>(pack, &scratch.records);
+                let Evaluated { energy: of_lanes, gradient, frozen: tangent } = L::evaluate(rest, x);
+                let push = L::product(rest, tangent, v);
+                let mut rate = P::Wide::zero();
+                for corner in 0..N {
+                    let along = if A::IS_STEP { gradient[corner] } else { push[corner] };
+                    rate += dot(along, v[corner]).widen();
+                }
+                let (of_lanes, rates) = (of_lanes.store(), rate.store());
+                for (lane, name) in self.names(pack, 0).iter().enumerate() {
+                    if usize::from(*name) < at.rows {
+                        energy += of_lanes[lane];
+                        power -= rates[lane];
+                    }
+                }
+                for corner in 0..N {
+                    let (of_x, of_v) = (gradient[corner], push[corner]);
+                    let row =
+                        three!(|c| P::zero() - (of_x[c] * numbers.gradient + of_v[c] * numbers.velocity));
+                    scratch.corners.add(self.names(pack, corner), row);
+                }
+                if A::HAS_MATRIX {
+                    let blocks = L::diagonal(rest, tangent);
+                    for corner in 0..N {
+                        let mut scaled = [P::Wide::zero(); 6];
+                        for c in 0..6 {
+                            scaled[c] = blocks[corner][c].widen() * numbers.matrix.to_f64();
+                        }
+                        scratch.corners.add_blocks(self.names(pack, corner), scaled);
+                    }
+                }
+                if A::FREEZES {
+                    for f in 0..F {
+                        frozen[(pack - first) * F + f] = tangent[f].store();
+                    }
+                }
+            }
+        }
+        let scale = if A::IS_STEP { numbers.gradient.to_f64() } else { -0.5 * numbers.velocity.to_f64() };
+        [energy * numbers.energy, power * scale]
+    }
+
+    /// Adds H w of a block's elements, times what stands before H in the matrix.
+    #[inline(always)]
+    fn multiply<L: ElementLaw<N, C, F>, P: Pack<Number = R>, const F: usize>(
+        &self,
+        at: BlockOfRows<'_, R>,
+        numbers: &ElementNumbers<R>,
+        frozen: &[[R; LANES]],
+        scratch: &mut BlockScratch<R>,
+    ) {
+        assert!(scratch.records.len() >= self.halos.room(), "room for a block and its halo");
+        let first = self.packs(at.block).start;
+        for (particles, packs) in self.halos.parts(at.block) {
+            copy_halo(&mut scratch.records[self.block_size..], particles, at.fields);
+            for pack in packs {
+                let (rest, _, w) = self.gather::<P>(pack, &scratch.records);
+                let mut tangent = [P::zero(); F];
+                for f in 0..F {
+                    tangent[f] = P::load(&frozen[(pack - first) * F + f]);
+                }
+                let product = L::product(rest, tangent, w);
+                for corner in 0..N {
+                    let of_corner = product[corner];
+                    scratch.corners.add(self.names(pack, corner), three!(|c| of_corner[c] * numbers.matrix));
+                }
+            }
+        }
+    }
+
+    /// Elements that touch a row: pack, lane, and the corner that the row is.
+    fn touching(&self, row: usize) -> impl Iterator<Item = (usize, usize, usize)> {
+        let own = (row % self.block_size) as u16;
+        let packs = self.packs(row / self.block_size);
+        packs.flat_map(move |pack| {
+            (0..N).flat_map(move |corner| {
+                let names = self.names(pack, corner).iter().enumerate();
+                names.filter(move |(_, name)| **name == own).map(move |(lane, _)| (pack, lane, corner))
+            })
+        })
+    }
+
+    fn particle(&self, row: usize, pack: usize, [corner, lane]: [usize; 2]) -> u32 {
+        self.halos.particle(row / self.block_size, pack, self.particles[pack][corner][lane])
+    }
+
+    /// Hands over the blocks of H in a row: `add(other particle, block)`.
+    fn add_row<L: ElementLaw<N, C, F>, const F: usize>(
+        &self,
+        row: usize,
+        frozen: &[[R; LANES]],
+        add: &mut dyn FnMut(u32, Mat3<R>),
+    ) {
+        for (pack, lane, corner) in self.touching(row) {
+            let rest = std::array::from_fn(|c| Portable::load(&self.rest[pack][c]));
+            let tangent = std::array::from_fn(|f| Portable::load(&frozen[pack * F + f]));
+            for other in 0..N {
+                let column = |axis: usize| {
+                    let mut w = [[Portable::zero(); 3]; N];
+                    w[other][axis] = Portable::one();
+                    L::product(rest, tangent, w)[corner].map(|entry| entry.store()[lane])
+                };
+                let columns = [column(0), column(1), column(2)];
+                let block = Mat3::from_fn(|r, c| columns[c][r]);
+                add(self.particle(row, pack, [other, lane]), block);
+            }
+        }
+    }
+}
+
+macro_rules! lists {
+    ($($law:ident($name:literal, $n:literal, $c:literal, $f:literal),)+) => {
+        /// The elements of a body under one law.
+        #[derive(Clone, Debug)]
+        pub(crate) enum Elements<R> {
+            $($law(Packs<R, $n, $c>),)+
+        }
+
+        impl<R: Real> Elements<R> {
+            /// Lists elements by block; `place` gives the model's numbering.
+            pub(crate) fn new(list: &ElementList, block_size: usize, place: &[u32]) -> Self {
+                match list.kind {
+                    $(ElementKind::$law => Self::$law(Packs::new(list, block_size, place)),)+
+                }
+            }
+
+            /// Records that a block copies, at most.
+            pub(crate) fn room(&self) -> usize {
+                match self {
+                    $(Self::$law(packs) => packs.halos.room(),)+
+                }
+            }
+
+            /// Packs of frozen numbers of all blocks.
+            pub(crate) fn frozen_count(&self) -> usize {
+                match self {
+                    $(Self::$law(packs) => packs.particles.len() * $f,)+
+                }
+            }
+
+            /// Those of a block.
+            pub(crate) fn frozen(&self, block: usize) -> Range<usize> {
+                match self {
+                    $(Self::$law(packs) => {
+                        let packs = packs.packs(block);
+                        packs.start * $f..packs.end * $f
+                    })+
+                }
+            }
+
+            /// Adds to the sums of a block's rows and freezes tangents; returns energy and power: see [`Packs::evaluate`].
+            #[inline(always)]
+            pub(crate) fn evaluate<P: Pack<Number = R>, A: Aim>(
+                &self,
+                at: BlockOfRows<'_, R>,
+                numbers: &ElementNumbers<R>,
+                frozen: &mut [[R; LANES]],
+                scratch: &mut BlockScratch<R>,
+            ) -> [f64; 2] {
+                match self {
+                    $(Self::$law(packs) => {
+                        packs.evaluate::<$law, P, $f, A>(at, numbers, frozen, scratch)
+                    })+
+                }
+            }
+
+            /// Adds products to the sums of a block's rows: see [`Packs::multiply`].
+            #[inline(always)]
+            pub(crate) fn multiply<P: Pack<Number = R>>(
+                &self,
+                at: BlockOfRows<'_, R>,
+                numbers: &ElementNumbers<R>,
+                frozen: &[[R; LANES]],
+                scratch: &mut BlockScratch<R>,
+            ) {
+                match self {
+                    $(Self::$law(packs) => packs.multiply::<$law, P, $f>(at, numbers, frozen, scratch),)+
+                }
+            }
+
+            /// Adds to the matrix on a coarse space: see [`Packs::project`].
+            #[inline(always)]
+            pub(crate) fn project<P: Pack<Number = R>>(
+                &self,
+                at: (usize, &CoarseLayout),
+                scale: f64,
+                frozen: &[[R; LANES]],
+                to: &mut [NineByNine],
+            ) {
+                match self {
+                    $(Self::$law(packs) => packs.project::<$law, P::Wide, $f>(at, scale, frozen, to),)+
+                }
+            }
+
+            /// Hands over the blocks of H in a row: see [`Packs::add_row`].
+            pub(crate) fn add_row(
+                &self,
+                row: usize,
+                frozen: &[[R; LANES]],
+                add: &mut dyn FnMut(u32, Mat3<R>),
+            ) {
+                match self {
+                    $(Self::$law(packs) => packs.add_row::<$law, $f>(row, frozen, add),)+
+                }
+            }
+
+            /// Particles that elements join to a row, some more than once.
+            pub(crate) fn row(&self, row: usize) -> Vec<u32> {
+                match self {
+                    $(Self::$law(packs) => packs
+                        .touching(row)
+                        .flat_map(|(pack, lane, _)| {
+                            (0..$n).map(move |corner| packs.particle(row, pack, [corner, lane]))
+                        })
+                        .collect(),)+
+                }
+            }
+
+            /// Adds shares of the energy: see [`Packs::add_energies`].
+            pub(crate) fn add_energies(&self, x: &[Padded<R>], stiffness: f64, energies: &mut [f64]) {
+                match self {
+                    $(Self::$law(packs) => packs.add_energies::<$law, $f>(x, stiffness, energies),)+
+                }
+            }
+
+            /// Adds shares of the bound of an explicit step: see [`Packs::add_shares`].
+            pub(crate) fn add_shares(&self, shares: &mut [f64]) {
+                match self {
+                    $(Self::$law(packs) => packs.add_shares::<$law, $f>(shares),)+
+                }
+            }
+        }
+    };
+}
+with_element_laws!(lists);
+
+#[cfg(test)]
+mod tests;

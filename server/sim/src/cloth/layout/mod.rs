@@ -1,0 +1,15 @@
+//! A network laid out for kernels: rows of particles in blocks, sixteen springs or elements side by side.
+//!
+//! Enters: a network. Leaves: a model, which steps only read. Modules in reading order:
+
+mod halo;
+mod rows;
+mod scratch;
+mod elements;
+mod model;
+
+pub(super) use elements::{BlockOfRows, ElementNumbers, Elements};
+pub use model::{LawEntry, Model, Parameters};
+pub use rows::Springs;
+pub(super) use rows::{Fold, Visit};
+pub(super) use scratch::{BlockScratch, Scratches};

@@ -1,0 +1,363 @@
+//! A cloth laid out for computing: what never changes during a run, and the parameters that may.
+//!
+//! Reads a [`Network`]; writes arrays in Hilbert order, cut into blocks, with springs gathered by
+//! row. Users see their own numbering everywhere; only this folder knows the other.
+
+use serde::{Deserialize, Serialize};
+
+use std::collections::BTreeSet;
+
+use super::{
+    elements::Elements,
+    rows::{Joint, Springs, sort_rows},
+};
+use crate::{
+    cloth::{
+        network::{
+            Colours, Components, Loose, Network, Spring, SpringKind, SpringLaw, spacing, spread, warnings,
+        },
+        settings::ClothSettings,
+    },
+    interrupt,
+    linalg::CoarseLayout,
+    math::{LANES, Padded, Real, vec3},
+    parallel::{Ranks, Share, hilbert_order},
+    time_step::TimeStep,
+};
+
+/// What never changes during a run.
+#[derive(Clone, Debug)]
+pub struct Model<R: Real> {
+    /// Number of particles.
+    pub count: usize,
+    /// Particles per block: the unit of parallel work and of sums.
+    pub block_size: usize,
+    /// The blocks that are computed here.
+    pub share: Share,
+    /// Mass (kg); of a pinned particle: what it would weigh, or 0. A multiple of sixteen numbers, 0 beyond `count`.
+    pub m: Vec<R>,
+    /// 1 / mass (1/kg), 0 pins; as many as masses.
+    pub inv_m: Vec<R>,
+    /// `user[particle]`: the user's number.
+    pub user: Vec<u32>,
+    /// `place[user's number]`: the particle.
+    pub place: Vec<u32>,
+    /// Springs, as rows of a matrix in sliced ELLPACK.
+    pub springs: Springs<R>,
+    /// Number of springs.
+    pub spring_count: usize,
+    /// Number of springs of each law.
+    pub(crate) springs_of_laws: Vec<u32>,
+    /// Number of particles that are not pinned.
+    pub(crate) free_count: usize,
+    /// Mass of these (kg).
+    pub(crate) free_mass: f64,
+    /// Elements, a list per law.
+    pub(crate) elements: Vec<Elements<R>>,
+    /// The coarse space of the preconditioner, where the settings ask for one.
+    pub(crate) coarse: Option<CoarseLayout>,
+    /// Which particles may move at once, where the settings have them move one by one.
+    pub(crate) colours: Option<Colours>,
+    /// What moves as a whole, likewise.
+    pub(crate) components: Option<Components>,
+    /// What no pin holds, where the settings have steps solve linear systems.
+    pub(crate) loose: Option<Loose<R>>,
+}
+
+/// Stiffness and damping of the springs of one entry of a model's table of laws.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LawEntry {
+    /// Kind of the springs.
+    pub kind: SpringKind,
+    /// Their stiffness and damping.
+    pub law: SpringLaw,
+}
+
+/// What may change between two steps.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Parameters {
+    /// Laws of springs: springs name them by index.
+    pub laws: Vec<LawEntry>,
+    /// Stiffness and damping of each list of elements.
+    pub elements: Vec<SpringLaw>,
+    /// Linear drag of the medium on each particle (N s/m).
+    pub drag: f64,
+}
+
+/// The largest number of different laws in one body: indices are 16 bits.
+const MAX_LAWS: usize = u16::MAX as usize - 1;
+
+impl<R: Real> Model<R> {
+    /// Lays out a network. The strings are warnings that do not stop a simulation.
+    ///
+    /// # Errors
+    /// What is wrong with the network, as a sentence.
+    pub fn new(
+        network: &Network,
+        settings: &ClothSettings,
+    ) -> Result<(Self, Parameters, Vec<String>), String> {
+        Self::over(network, settings, None)
+    }
+
+    /// The same for one of several ranks.
+    pub(crate) fn over(
+        network: &Network,
+        settings: &ClothSettings,
+        ranks: Option<&Ranks>,
+    ) -> Result<(Self, Parameters, Vec<String>), String> {
+        check(network, settings)?;
+
+        let count = network.x.len();
+        let (laws, law_of) = table_of_laws(network)?;
+        let spacing = spacing(network);
+        let numbering = hilbert_order(&network.x, spacing);
+        let first = inverse(&numbering);
+        let mut order = sort_rows(count, settings.block_size, &joints(network, &law_of, &first));
+        if settings.has_sweeps() {
+            order = spread(&order, settings.block_size, network.pairs(&first));
+        }
+        let user: Vec<u32> = order.iter().map(|&row| numbering[row as usize]).collect();
+        let place = inverse(&user);
+        let joints = joints(network, &law_of, &place);
+
+        let padded = count.next_multiple_of(LANES);
+        let mut inv_m: Vec<R> = user
+            .iter()
+            .map(|&old| network.masses[old as usize])
+            .map(|m| if m > 0.0 { R::of(1.0 / m) } else { R::zero() })
+            .collect();
+        network.pins.iter().for_each(|&pin| inv_m[place[pin as usize] as usize] = R::zero());
+        inv_m.resize(padded, R::zero());
+        let mut m: Vec<R> = user.iter().map(|&old| R::of(network.masses[old as usize])).collect();
+        m.resize(padded, R::zero());
+
+        let mut model = Self {
+            count,
+            block_size: settings.block_size,
+            share: match ranks {
+                None => Share::whole(count, settings.block_size),
+                Some(ranks) => Share::of(count, settings.block_size, network.pairs(&place), ranks),
+            },
+            springs: Springs::new(count, settings.block_size, &joints),
+            spring_count: joints.len(),
+            springs_of_laws: count_laws(laws.len(), &joints),
+            free_count: inv_m.iter().filter(|inv_m| **inv_m > R::zero()).count(),
+            free_mass: free_mass(&m, &inv_m),
+            elements: network
+                .elements
+                .iter()
+                .map(|list| Elements::new(list, settings.block_size, &place))
+                .collect(),
+            m,
+            inv_m,
+            user,
+            place,
+            coarse: None,
+            colours: None,
+            components: None,
+            loose: None,
+        };
+        model.lay_out(network, settings)?;
+        let elements = network.elements.iter().map(|list| list.law).collect();
+        Ok((model, Parameters { laws, elements, drag: network.drag }, warnings::<R>(network, spacing)))
+    }
+
+    /// Lays out what the settings ask for.
+    fn lay_out(&mut self, network: &Network, settings: &ClothSettings) -> Result<(), String> {
+        if settings.has_coarse_space() {
+            self.coarse = Some(self.coarse_layout(network)?);
+        }
+        let components = || Components::new(self.count, &self.inv_m, network.pairs(&self.place));
+        if settings.has_sweeps() {
+            self.components = Some(components());
+            self.colours = Some(Colours::new(self.count, self.block_size, network.pairs(&self.place)));
+        } else if settings.solves() {
+            self.loose = Loose::new(&self.m, &components());
+        }
+        Ok(())
+    }
+
+    /// Affine functions on the parts of each block, and which parts are joined.
+    fn coarse_layout(&self, network: &Network) -> Result<CoarseLayout, String> {
+        let rest: Vec<_> = self.user.iter().map(|&old| network.x[old as usize]).collect();
+        let is_free: Vec<_> = self.inv_m[..self.count].iter().map(|inv_m| *inv_m > R::zero()).collect();
+        CoarseLayout::new(&rest, &is_free, self.block_size, network.pairs(&self.place))
+    }
+
+    /// Records that a block copies for its springs or elements, at most.
+    pub(crate) fn room(&self) -> usize {
+        self.elements.iter().map(Elements::room).fold(self.springs.room(), usize::max)
+    }
+
+    /// Positions or velocities of the user in the model's order: a multiple of sixteen, 0 beyond `count`.
+    pub fn arrange(&self, values: &[[f64; 3]]) -> Vec<Padded<R>> {
+        let mut vectors: Vec<_> =
+            self.user.iter().map(|&old| Padded::new(&vec3(values[old as usize]))).collect();
+        vectors.resize(self.m.len(), Padded::default());
+        vectors
+    }
+}
+
+/// How many springs each law has.
+fn count_laws(laws: usize, joints: &[Joint]) -> Vec<u32> {
+    let mut counts = vec![0; laws];
+    for joint in joints {
+        counts[joint.law as usize] += 1;
+    }
+    counts
+}
+
+/// Mass of the particles that are not pinned (kg).
+fn free_mass<R: Real>(m: &[R], inv_m: &[R]) -> f64 {
+    m.iter().zip(inv_m).filter(|(_, inv_m)| **inv_m > R::zero()).map(|(m, _)| m.to_f64()).sum()
+}
+
+/// The inverse of a permutation.
+fn inverse(order: &[u32]) -> Vec<u32> {
+    interrupt::point();
+    let mut places = vec![0; order.len()];
+    order.iter().enumerate().for_each(|(new, &old)| places[old as usize] = new as u32);
+    places
+}
+
+/// Springs between different particles, in the numbering that `place` gives.
+fn joints(network: &Network, law_of: &[u16], place: &[u32]) -> Vec<Joint> {
+    network
+        .springs
+        .iter()
+        .zip(law_of)
+        .inspect(|_| interrupt::point())
+        .map(|(spring, &law)| Joint {
+            ends: spring.particles.map(|p| place[p as usize]),
+            rest_length: spring.rest_length,
+            law,
+        })
+        .filter(|joint| joint.ends[0] != joint.ends[1])
+        .collect()
+}
+
+/// How steps are divided.
+fn check_steps(settings: &ClothSettings) -> Result<(), String> {
+    match settings.time_step {
+        TimeStep::Certified { safety } if !(safety > 0.0 && safety <= 1.0) => {
+            return Err(format!("the safety of the step is {safety}: a number above 0, up to 1 is needed"));
+        }
+        TimeStep::Fixed(length) | TimeStep::Unchecked(length) if length.is_nan() || length <= 0.0 => {
+            return Err(format!("the length of sub-steps is {length} s: a number above 0 is needed"));
+        }
+        _ => {}
+    }
+    match settings.tolerance {
+        Some(tolerance) if tolerance.is_nan() || tolerance <= 0.0 => {
+            Err(format!("the tolerance of the step is {tolerance} m: a number above 0 is needed"))
+        }
+        Some(_) if settings.time_step.is_unchecked() => {
+            Err("a tolerance does not go with unchecked steps".into())
+        }
+        _ => Ok(()),
+    }
+}
+
+fn check(network: &Network, settings: &ClothSettings) -> Result<(), String> {
+    let count = network.x.len();
+    if count == 0 {
+        return Err("it has no particles".into());
+    }
+    if !settings.block_size.is_power_of_two() || !(32..=4096).contains(&settings.block_size) {
+        return Err(format!(
+            "the block size is {}: a power of two from 32 to 4096 is needed",
+            settings.block_size
+        ));
+    }
+    check_steps(settings)?;
+
+    if network.v.len() != count || network.masses.len() != count {
+        return Err(format!(
+            "{count} positions, {} velocities and {} masses: one of each per particle is needed",
+            network.v.len(),
+            network.masses.len()
+        ));
+    }
+
+    for (what, values) in [("position", &network.x), ("velocity", &network.v)] {
+        if let Some(i) = values.iter().position(|v| v.iter().any(|c| !c.is_finite())) {
+            return Err(format!("the {what} of particle {i} is not finite: {:?}", values[i]));
+        }
+    }
+
+    if let Some(i) = network.masses.iter().position(|m| !m.is_finite() || *m < 0.0) {
+        return Err(format!(
+            "the mass of particle {i} is {}: a finite number from 0 is needed",
+            network.masses[i]
+        ));
+    }
+
+    if let Some(pin) = network.pins.iter().find(|pin| **pin as usize >= count) {
+        return Err(format!("pin {pin} is no particle: there are {count}, from 0"));
+    }
+
+    if !network.drag.is_finite() || network.drag < 0.0 {
+        return Err(format!("the drag is {} N s/m: a finite number from 0 is needed", network.drag));
+    }
+
+    for list in &network.elements {
+        for (what, value) in [("stiffness", list.law.stiffness), ("damping", list.law.damping)] {
+            if !value.is_finite() || value < 0.0 {
+                return Err(format!(
+                    "the {what} of {} is {value}: a finite number from 0 is needed",
+                    list.kind.name()
+                ));
+            }
+        }
+        if let Some(end) = list.particles.iter().find(|end| **end as usize >= count) {
+            return Err(format!("{} names particle {end}: there are {count}, from 0", list.kind.name()));
+        }
+    }
+
+    network.springs.iter().enumerate().try_for_each(|(i, spring)| {
+        let SpringLaw { stiffness, damping } = spring.law;
+        if let Some(end) = spring.particles.iter().find(|end| **end as usize >= count) {
+            return Err(format!("spring {i} names particle {end}: there are {count}, from 0"));
+        }
+
+        for (what, value) in
+            [("stiffness", stiffness), ("damping", damping), ("rest length", spring.rest_length)]
+        {
+            if !value.is_finite() || value < 0.0 {
+                return Err(format!("the {what} of spring {i} is {value}: a finite number from 0 is needed"));
+            }
+        }
+
+        Ok(())
+    })
+}
+
+/// The different laws, ordered by kind and value, and the law of each spring.
+fn table_of_laws(network: &Network) -> Result<(Vec<LawEntry>, Vec<u16>), String> {
+    let key = |s: &Spring| (s.kind, s.law.stiffness.to_bits(), s.law.damping.to_bits());
+    let runs = || network.springs.chunk_by(|a, b| key(a) == key(b)).inspect(|_| interrupt::point());
+    let keys: BTreeSet<_> = runs().map(|run| key(&run[0])).collect();
+    let keys: Vec<_> = keys.into_iter().collect();
+
+    if keys.len() > MAX_LAWS {
+        return Err(format!(
+            "{} different pairs of stiffness and damping: at most {MAX_LAWS} are allowed",
+            keys.len()
+        ));
+    }
+
+    let laws = keys
+        .iter()
+        .map(|&(kind, stiffness, damping)| LawEntry {
+            kind,
+            law: SpringLaw { stiffness: f64::from_bits(stiffness), damping: f64::from_bits(damping) },
+        })
+        .collect();
+
+    let mut law_of = Vec::with_capacity(network.springs.len());
+    for run in runs() {
+        let law = keys.binary_search(&key(&run[0])).expect("the table holds every spring's law");
+        law_of.extend(run.iter().map(|_| law as u16));
+    }
+    Ok((laws, law_of))
+}

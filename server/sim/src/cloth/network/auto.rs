@@ -1,0 +1,19 @@
+//! What settings leave to the program: decided when a cloth is built, by numbers alone.
+
+use super::description::Network;
+use crate::{cloth::settings::ClothSettings, linalg::PreconditionerKind};
+
+/// Settings whose preconditioner is not `auto`, for a network in steps of the world of `dt` (s).
+pub(crate) fn resolve(settings: &ClothSettings, network: &Network, dt: f64) -> ClothSettings {
+    let mut settings = *settings;
+    if settings.solver.preconditioner == PreconditionerKind::Auto {
+        let laws = network.springs.iter().map(|spring| spring.law);
+        let sums = laws.fold([0.0; 2], |[k, nu], law| [k + law.stiffness, nu + law.damping]);
+        let pinned: f64 = network.pins.iter().filter_map(|pin| network.masses.get(*pin as usize)).sum();
+        let mass = network.masses.iter().sum::<f64>() - pinned;
+        let is_stiff = settings.is_stiff(network.x.len() as u64, mass, sums, dt);
+        settings.solver.preconditioner =
+            if is_stiff { PreconditionerKind::TwoLevel } else { PreconditionerKind::BlockJacobi };
+    }
+    settings
+}

@@ -1,0 +1,239 @@
+//! The description of a cloth before it is laid out for computing: particles, springs, pins, in
+//! the user's own numbering and in binary64.
+//!
+//! A scene builds it; `Model::new` turns it into arrays for the kernels.
+
+use serde::{Deserialize, Serialize};
+
+use std::collections::BTreeSet;
+
+use super::continuations::straight_continuations;
+use crate::{
+    cloth::laws::ElementKind,
+    interrupt,
+    math::array::{length, minus},
+    mesh::TriangleMesh,
+};
+
+/// What a spring resists.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+pub enum SpringKind {
+    /// Along an edge: change of length.
+    Stretch,
+    /// Along the diagonals of a cell, or across a pair of triangles: change of angle.
+    Shear,
+    /// Between particles two apart: folding.
+    Bend,
+}
+
+impl SpringKind {
+    /// Every kind, in the order of the tables of documentation and tests.
+    pub const ALL: [Self; 3] = [Self::Stretch, Self::Shear, Self::Bend];
+
+    /// Its name in scene files.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Stretch => "stretch",
+            Self::Shear => "shear",
+            Self::Bend => "bend",
+        }
+    }
+}
+
+/// Stiffness and damping of a spring: f = -k (l - l0) u - nu ((v_i - v_j).u) u.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SpringLaw {
+    /// Stiffness k (N/m), 0 or more.
+    pub stiffness: f64,
+    /// Damping nu along the spring (N s/m), 0 or more.
+    pub damping: f64,
+}
+
+/// A spring between two particles.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Spring {
+    /// Its ends, user's numbering.
+    pub particles: [u32; 2],
+    /// What it resists.
+    pub kind: SpringKind,
+    /// Rest length l0 (m), 0 or more.
+    pub rest_length: f64,
+    /// Stiffness and damping.
+    pub law: SpringLaw,
+}
+
+/// Elements of a body under one law, with one stiffness and one damping.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ElementList {
+    /// The law that all of them follow.
+    pub kind: ElementKind,
+    /// Stiffness and damping, in the units that the law's page gives.
+    pub law: SpringLaw,
+    /// Their particles in the user's numbering, one element after the other.
+    pub(crate) particles: Vec<u32>,
+    /// Numbers of each element that never change.
+    pub(crate) rest: Vec<f64>,
+}
+
+impl ElementList {
+    /// The elements that a law gives a mesh, at rest as it lies.
+    ///
+    /// # Panics
+    /// On a mesh that [`TriangleMesh::check`] refuses.
+    pub fn new(kind: ElementKind, law: SpringLaw, mesh: &TriangleMesh) -> Self {
+        let (particles, rest) = kind.list(mesh);
+        Self { kind, law, particles, rest }
+    }
+
+    /// Particles of all elements together.
+    pub fn corner_count(&self) -> usize {
+        self.particles.len()
+    }
+}
+
+/// Which springs a mesh gets; `None` leaves a kind out.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SpringRules {
+    /// On edges; on a lattice, between neighbours along rows and columns.
+    pub stretch: SpringLaw,
+    /// Across each pair of triangles; on a lattice, along both diagonals of a cell.
+    pub shear: Option<SpringLaw>,
+    /// Between particles two apart: on a mesh, along the straightest continuation of each edge;
+    /// on a lattice, along rows and columns.
+    pub bend: Option<SpringLaw>,
+}
+
+/// Particles joined by springs.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Network {
+    /// Positions of the particles (m).
+    pub x: Vec<[f64; 3]>,
+    /// Velocities (m/s), as many as positions.
+    pub v: Vec<[f64; 3]>,
+    /// Masses (kg), as many as positions; 0 pins a particle.
+    pub masses: Vec<f64>,
+    /// Particles pinned whatever their mass.
+    pub pins: Vec<u32>,
+    /// Springs between particles, each once.
+    pub springs: Vec<Spring>,
+    /// Elements of three or four particles, a list per law.
+    pub elements: Vec<ElementList>,
+    /// Linear drag of the medium on each particle (N s/m): f = -drag (v - wind).
+    pub drag: f64,
+    /// Triangles, for drawing; empty for a chain.
+    pub triangles: Vec<[u32; 3]>,
+    /// Texture coordinates, for drawing; empty or as many as positions.
+    pub uv: Vec<[f64; 2]>,
+}
+
+impl Network {
+    /// All pairs of particles that springs or elements join, in the numbering that `place` gives; some more than once, and
+    /// particles with themselves.
+    pub(crate) fn pairs<'a>(&'a self, place: &'a [u32]) -> impl Iterator<Item = [u32; 2]> + Clone + 'a {
+        let row = |particle: u32| place[particle as usize];
+        let springs = self.springs.iter().map(move |spring| spring.particles.map(row));
+        let elements = self.elements.iter().flat_map(move |list| {
+            let corners = list.kind.particles();
+            list.particles.chunks_exact(corners).flat_map(move |of_one| {
+                (0..corners * corners).map(move |k| [of_one[k / corners], of_one[k % corners]].map(row))
+            })
+        });
+        springs.chain(elements)
+    }
+
+    /// Springs on a triangle mesh, at rest as it lies. `default_mass` (kg) is the mass of each particle
+    /// of a mesh that carries none.
+    ///
+    /// # Panics
+    /// On a mesh that [`TriangleMesh::check`] refuses.
+    pub fn from_mesh(mesh: &TriangleMesh, rules: &SpringRules, default_mass: f64) -> Self {
+        let mut network = Self::particles_of(mesh, default_mass);
+        let mut joined = BTreeSet::new();
+
+        network.join(&mesh.edges(), SpringKind::Stretch, rules.stretch, &mut joined);
+
+        if let Some(law) = rules.shear {
+            let across: Vec<_> = mesh.pairs().iter().map(|pair| pair.opposite).collect();
+            network.join(&across, SpringKind::Shear, law, &mut joined);
+        }
+
+        if let Some(law) = rules.bend {
+            network.join(&straight_continuations(mesh), SpringKind::Bend, law, &mut joined);
+        }
+        network
+    }
+
+    /// Springs on a grid of `columns` x `rows` points numbered row by row, at rest as it lies.
+    ///
+    /// # Panics
+    /// Unless the mesh has `columns * rows` points.
+    pub fn from_lattice(
+        mesh: &TriangleMesh,
+        [columns, rows]: [usize; 2],
+        rules: &SpringRules,
+        default_mass: f64,
+    ) -> Self {
+        assert_eq!(mesh.points.len(), columns * rows, "a lattice of {columns} x {rows}");
+        let mut network = Self::particles_of(mesh, default_mass);
+
+        let kinds = [
+            (SpringKind::Stretch, Some(rules.stretch), [[1, 0], [0, 1]]),
+            (SpringKind::Shear, rules.shear, [[1, 1], [-1, 1]]),
+            (SpringKind::Bend, rules.bend, [[2, 0], [0, 2]]),
+        ];
+        for (kind, law, offsets) in kinds {
+            let Some(law) = law else { continue };
+            lattice_pairs([columns as i64, rows as i64], offsets)
+                .for_each(|pair| network.add(pair, kind, law));
+        }
+        network
+    }
+
+    fn particles_of(mesh: &TriangleMesh, default_mass: f64) -> Self {
+        let count = mesh.points.len();
+        Self {
+            x: mesh.points.clone(),
+            v: vec![[0.0; 3]; count],
+            masses: if mesh.masses.is_empty() { vec![default_mass; count] } else { mesh.masses.clone() },
+            triangles: mesh.triangles.clone(),
+            uv: mesh.uv.clone(),
+            ..Self::default()
+        }
+    }
+
+    /// Adds a spring at rest between each pair that no spring joins yet.
+    fn join(
+        &mut self,
+        pairs: &[[u32; 2]],
+        kind: SpringKind,
+        law: SpringLaw,
+        joined: &mut BTreeSet<[u32; 2]>,
+    ) {
+        for &[a, b] in pairs {
+            if a != b && joined.insert([a.min(b), a.max(b)]) {
+                self.add([a, b], kind, law);
+            }
+        }
+    }
+
+    /// Adds a spring at rest.
+    fn add(&mut self, [a, b]: [u32; 2], kind: SpringKind, law: SpringLaw) {
+        interrupt::point();
+        let rest_length = distance(self.x[a as usize], self.x[b as usize]);
+        self.springs.push(Spring { particles: [a, b], kind, rest_length, law });
+    }
+}
+
+/// Pairs of points some columns and rows apart, row by row: each once, for different offsets give different pairs.
+fn lattice_pairs([columns, rows]: [i64; 2], offsets: [[i64; 2]; 2]) -> impl Iterator<Item = [u32; 2]> {
+    let points = (0..rows).flat_map(move |r| (0..columns).map(move |c| [c, r]));
+    points.flat_map(move |[c, r]| {
+        let others = offsets.into_iter().map(move |[dc, dr]| [c + dc, r + dr]);
+        let within = others.filter(move |[c2, r2]| (0..columns).contains(c2) && *r2 < rows);
+        within.map(move |[c2, r2]| [(r * columns + c) as u32, (r2 * columns + c2) as u32])
+    })
+}
+
+fn distance(p: [f64; 3], q: [f64; 3]) -> f64 {
+    length(minus(q, p))
+}

@@ -1,0 +1,245 @@
+//! How a cloth is stepped: integrator, linear solver, limits.
+
+use serde::{Deserialize, Serialize};
+
+use super::integrator::Integrator;
+use crate::{
+    linalg::{PreconditionerKind, SolverSettings, Stop},
+    time_step::TimeStep,
+};
+
+/// What springs add to the matrix at a particle, h² k + h nu added up, over its mass on average, from which on `auto` is
+/// `two_level`: docs/decisions/0013-affine-coarse-spaces.md has iterations and times of both.
+const STIFF: f64 = 1000.0;
+
+/// What the matrix of an implicit step does with compressed springs, whose transverse
+/// stiffness k (1 - l0/l) is negative (the matrix can then be indefinite).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+pub enum Hessian {
+    /// Keeps it: exact, and unstable under compression at large steps.
+    Full,
+    /// max(0, 1 - l0/l): positive semi-definite, overshoots under compression.
+    Clamped,
+    /// |1 - l0/l|: positive semi-definite, the safe choice for one solve per step.
+    #[default]
+    Absolute,
+}
+
+impl Hessian {
+    /// Every treatment, from the exact one to the safest.
+    pub const ALL: [Self; 3] = [Self::Full, Self::Clamped, Self::Absolute];
+
+    /// Its name in scene files.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Full => "full",
+            Self::Clamped => "clamped",
+            Self::Absolute => "absolute",
+        }
+    }
+
+    /// What the ratio 1 - l0/l is multiplied by where that makes it greater.
+    pub(crate) fn mirror(self) -> f64 {
+        match self {
+            Self::Full => 1.0,
+            Self::Clamped => 0.0,
+            Self::Absolute => -1.0,
+        }
+    }
+}
+
+/// Ways of solving the minimisation that an implicit step stands for, as scenes name them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
+pub enum MinimizerKind {
+    /// See [`Minimizer`], for all of them.
+    #[default]
+    OneStep,
+    /// Linear solves from iterate to iterate, until forces and inertia balance.
+    Newton,
+    /// Particles one by one, sweep after sweep.
+    VertexBlockDescent,
+}
+
+impl MinimizerKind {
+    /// Every way, the cheapest first.
+    pub const ALL: [Self; 3] = [Self::OneStep, Self::Newton, Self::VertexBlockDescent];
+
+    /// Its name in scene files.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::OneStep => "one_step",
+            Self::Newton => "newton",
+            Self::VertexBlockDescent => "vertex_block_descent",
+        }
+    }
+}
+
+/// How the minimisation that an implicit step stands for is solved.
+#[derive(Clone, Copy, Debug, PartialEq, Default, Serialize, Deserialize)]
+pub enum Minimizer {
+    /// One linear solve, the first step of Newton's method (Baraff and Witkin 1998).
+    #[default]
+    OneStep,
+    /// Newton's method with a line search.
+    Newton(NewtonSettings),
+    /// Vertex block descent (Chen et al. 2024): each particle in turn goes to its own minimum to second order, the others held.
+    VertexBlockDescent {
+        /// How often all particles go.
+        sweeps: u32,
+    },
+}
+
+impl Minimizer {
+    /// Sweeps of vertex block descent where nothing else is asked for.
+    pub const DEFAULT_SWEEPS: u32 = 20;
+
+    /// Which way it is.
+    pub const fn kind(self) -> MinimizerKind {
+        match self {
+            Self::OneStep => MinimizerKind::OneStep,
+            Self::Newton(_) => MinimizerKind::Newton,
+            Self::VertexBlockDescent { .. } => MinimizerKind::VertexBlockDescent,
+        }
+    }
+}
+
+/// When Newton's method ends.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct NewtonSettings {
+    /// Largest acceleration (m/s²) that forces and inertia of a particle may leave over; what the precision cannot
+    /// reach counts as reached.
+    pub tolerance: f64,
+    /// Linear solves, at most.
+    pub max_iterations: u32,
+}
+
+impl Default for NewtonSettings {
+    fn default() -> Self {
+        Self { tolerance: 0.01, max_iterations: 50 }
+    }
+}
+
+/// What becomes of a sub-step in which particles go through or into a collider.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+pub enum OnPass {
+    /// It is taken, counted and told.
+    #[default]
+    Warn,
+    /// It is taken again at half the length, as one that is not accepted.
+    Reject,
+}
+
+impl OnPass {
+    /// Every answer, the milder first.
+    pub const ALL: [Self; 2] = [Self::Warn, Self::Reject];
+
+    /// Its name in scene files.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Warn => "warn",
+            Self::Reject => "reject",
+        }
+    }
+}
+
+/// When a cloth's state counts as having left what the scene allows.
+#[derive(Clone, Copy, Debug, PartialEq, Default, Serialize, Deserialize)]
+pub struct StateLimits {
+    /// Largest length over rest length of any spring.
+    pub max_stretch: Option<f64>,
+    /// Largest kinetic plus elastic energy (J).
+    pub max_energy: Option<f64>,
+}
+
+/// How a cloth is stepped.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ClothSettings {
+    /// How positions and velocities are advanced.
+    pub integrator: Integrator,
+    /// How its minimisation is solved, of implicit integrators.
+    pub minimizer: Minimizer,
+    /// Treatment of compressed springs, for implicit integrators.
+    pub hessian: Hessian,
+    /// Linear solver, for implicit integrators.
+    pub solver: SolverSettings,
+    /// How a step of the world is divided. All cloths of a world share their sub-steps: the shortest that one asks for.
+    pub time_step: TimeStep,
+    /// Largest error (m) that a position may have by the estimate of a sub-step: a step with more is taken again
+    /// shorter. None: any.
+    pub tolerance: Option<f64>,
+    /// What becomes of a sub-step in which particles go through a collider.
+    pub on_pass: OnPass,
+    /// When the state counts as diverged; none by default.
+    pub limits: StateLimits,
+    /// Particles per block: the unit of parallel work and of sums. A power of two, 32 to 4096.
+    /// Part of the scene: results depend on it, never on the number of threads.
+    pub block_size: usize,
+}
+
+impl Default for ClothSettings {
+    fn default() -> Self {
+        Self {
+            integrator: Integrator::ImplicitEuler,
+            minimizer: Minimizer::default(),
+            hessian: Hessian::default(),
+            solver: SolverSettings::default(),
+            time_step: TimeStep::default(),
+            tolerance: None,
+            on_pass: OnPass::default(),
+            limits: StateLimits::default(),
+            block_size: Self::DEFAULT_BLOCK_SIZE,
+        }
+    }
+}
+
+impl ClothSettings {
+    /// The block size of a scene that names none.
+    pub const DEFAULT_BLOCK_SIZE: usize = 256;
+
+    /// Whether steps make their one linear solve from the state itself: BDF2 starts from where the steps before lead.
+    pub(crate) fn solves_from_state(&self) -> bool {
+        self.minimizer == Minimizer::OneStep
+            && matches!(self.integrator, Integrator::ImplicitEuler | Integrator::ImplicitMidpoint)
+    }
+
+    /// When the solves of a step stop: whether a cap was meant.
+    pub(crate) fn stop(&self) -> Stop {
+        match self.minimizer {
+            Minimizer::OneStep => self.solver.stop,
+            Minimizer::Newton(NewtonSettings { tolerance, max_iterations }) => {
+                Stop::Residual { tolerance, max_iterations }
+            }
+            Minimizer::VertexBlockDescent { sweeps } => Stop::Iterations(sweeps),
+        }
+    }
+
+    /// Whether steps evaluate other states than those that they lead to.
+    pub(crate) fn has_iterates(&self) -> bool {
+        self.integrator.is_implicit()
+            && (self.minimizer != Minimizer::OneStep || self.integrator != Integrator::ImplicitEuler)
+    }
+
+    /// Whether steps move particles one by one.
+    pub(crate) fn has_sweeps(&self) -> bool {
+        self.integrator.is_implicit() && matches!(self.minimizer, Minimizer::VertexBlockDescent { .. })
+    }
+
+    /// Whether steps solve with a preconditioner that has a coarse space.
+    pub(crate) fn has_coarse_space(&self) -> bool {
+        self.solves() && self.solver.preconditioner == PreconditionerKind::TwoLevel
+    }
+
+    /// Whether steps solve linear systems.
+    pub(crate) fn solves(&self) -> bool {
+        self.integrator.is_implicit() && !self.has_sweeps()
+    }
+
+    /// Whether `auto` is `two_level` for so many particles, of this mass (kg), with springs whose stiffness (N/m) and damping
+    /// (N s/m) are these in sum, in steps of the world of `dt` (s).
+    pub fn is_stiff(&self, particles: u64, mass: f64, [stiffness, damping]: [f64; 2], dt: f64) -> bool {
+        let h = self.time_step.asked(dt);
+        let is_solved = self.solves() && matches!(self.solver.stop, Stop::Residual { .. });
+        // Both ends of a spring feel it.
+        is_solved && particles > self.block_size as u64 && 2.0 * h * (h * stiffness + damping) > STIFF * mass
+    }
+}

@@ -1,0 +1,12 @@
+//! What changes from step to step, and what steps tell of it: data without rules.
+//!
+//! Modules in reading order:
+
+mod gain;
+mod cloth;
+mod report;
+
+pub use cloth::{PathPoint, PinMotion, State};
+pub(crate) use gain::Gain;
+pub(super) use gain::{Allowance, Judged, Start};
+pub(crate) use report::ClothReport;
