@@ -1,5 +1,5 @@
 //! Rules that the compiler cannot state: layers, module order, headers, lengths, what is absent,
-//! and that documents and deployment files speak of what stands. The tree of docs/ARCHITECTURE.md is drawn here.
+//! and that documents and deployment files speak of what stands. The tree of docs/tree.md is drawn here.
 //!
 //! Each rule is a function from text to complaints. One test applies it to the tree, another to a
 //! small bad example, so that a rule that finds nothing is known to be able to find something.

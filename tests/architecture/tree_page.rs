@@ -1,4 +1,4 @@
-//! The tree of docs/ARCHITECTURE.md, drawn from what the files say of themselves in their first sentence.
+//! The tree of docs/tree.md, drawn from what the files say of themselves in their first sentence.
 //!
 //! Enters: paths and texts of all files, and the order in which crates declare their modules. Leaves: the lines of the
 //! tree, which `cargo xtask bless pages` writes into the page, and complaints about files that say too little or too much.
@@ -11,7 +11,7 @@ use crate::{
 };
 
 /// The page with the tree.
-const PAGE: &str = "docs/ARCHITECTURE.md";
+const PAGE: &str = "docs/tree.md";
 
 /// The page that says of every other page what is in it.
 const INDEX: &str = "docs/index.md";

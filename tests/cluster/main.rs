@@ -10,6 +10,7 @@ use std::{
 
 use nappe_cluster::{RemoteError, VERSION};
 use nappe_sim::{
+    field::Field,
     math::Precision,
     report::{NoStopwatch, Stage, StepFailure},
     world::{Change, Simulation, WorldSetup},
@@ -44,10 +45,10 @@ fn changes() -> Vec<Change> {
     ]
 }
 
-fn positions(simulation: &Simulation) -> Vec<f64> {
-    let mut all = Vec::new();
-    simulation.positions_f64(&mut all);
-    all
+fn read(simulation: &Simulation, field: Field) -> Vec<f64> {
+    let mut numbers = vec![0.0; field.width() * simulation.particle_count()];
+    simulation.read(field, &mut numbers);
+    numbers
 }
 
 #[test]
@@ -71,9 +72,12 @@ fn a_simulation_over_a_link_goes_as_one_in_the_process() {
             assert!(stepped.seconds.iter().sum::<f64>() > 0.0 && stepped.asked.gathers > asked);
             asked = stepped.asked.gathers;
             if step % 7 == 0 {
-                copy.put_positions(&remote.look().expect("the link holds"));
-                assert_eq!(positions(&copy), positions(&alone), "step {step} in {precision}");
-                assert_ne!(copy.state_hash(), alone.state_hash(), "nothing but positions");
+                for field in Field::ALL {
+                    copy.put_field(&remote.look(field).expect("the link holds"));
+                    let own = read(&alone, field);
+                    assert_eq!(read(&copy, field), own, "{field:?} after step {step} in {precision}");
+                }
+                assert_ne!(copy.state_hash(), alone.state_hash(), "nothing but fields");
                 copy.put(&remote.take().expect("the link holds"));
                 assert_eq!(copy.state_hash(), alone.state_hash(), "step {step} in {precision}");
             }

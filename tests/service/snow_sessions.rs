@@ -4,7 +4,7 @@ use nappe_proto::v1::{
     self, Encoding, Field, SessionState, TimeBound, collider_shape::Shape, create_session_request::Scene,
 };
 use nappe_server::{Limits, Reason};
-use nappe_sim::{math::Precision, report::NoStopwatch};
+use nappe_sim::{field, math::Precision, report::NoStopwatch};
 use tonic_types::StatusExt as _;
 
 use crate::{
@@ -37,18 +37,17 @@ async fn every_field_of_snow_arrives_with_the_bits_of_the_simulation() {
         let (frames, _) = watch.until_end().await;
         let (narrow, _) = narrow.until_end().await;
         let mut reference = simulation(&text, precision);
-        let mut expected = Vec::new();
         assert_eq!(frames.len(), 7);
         for (number, frame) in frames.iter().enumerate() {
-            type Read = fn(&nappe_sim::world::Simulation, &mut Vec<f64>);
-            let fields: [(Field, Read); 4] = [
-                (Field::Positions, nappe_sim::world::Simulation::positions_f64),
-                (Field::Velocities, nappe_sim::world::Simulation::velocities_f64),
-                (Field::PlasticRatio, nappe_sim::world::Simulation::plastic_ratios_f64),
-                (Field::StressNorm, nappe_sim::world::Simulation::stress_norms_f64),
+            let fields = [
+                (Field::Positions, field::Field::Positions),
+                (Field::Velocities, field::Field::Velocities),
+                (Field::PlasticRatio, field::Field::PlasticRatios),
+                (Field::StressNorm, field::Field::StressNorms),
             ];
-            for (field, read) in fields {
-                read(&reference, &mut expected);
+            for (field, own) in fields {
+                let mut expected = vec![0.0; own.width() * reference.particle_count()];
+                reference.read::<f64>(own, &mut expected);
                 assert_eq!(frame.numbers(field, f64::from_le_bytes), expected, "{field:?} of frame {number}");
                 let rounded: Vec<f32> = expected.iter().map(|number| *number as f32).collect();
                 assert_eq!(narrow[number].numbers(field, f32::from_le_bytes), rounded, "{field:?}, binary32");

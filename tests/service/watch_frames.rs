@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use nappe_proto::v1::{self, Encoding, Field};
 use nappe_server::Reason;
-use nappe_sim::{math::Precision, report::NoStopwatch};
+use nappe_sim::{field, math::Precision, report::NoStopwatch};
 use tokio_stream::StreamExt as _;
 
 use crate::{
@@ -32,13 +32,14 @@ async fn every_frame_arrives_with_the_bits_of_the_simulation() {
         let (frames, end) = watch.until_end().await;
 
         let mut reference = simulation(&text, precision);
-        let (mut x, mut v) = (Vec::new(), Vec::new());
+        let mut x = vec![0.0; 3 * reference.particle_count()];
+        let mut v = x.clone();
         assert_eq!(frames.len(), 13);
         for (number, frame) in frames.iter().enumerate() {
             assert_eq!((frame.head.frame, frame.head.step), (number as u64, 2 * number as u64));
 
-            reference.positions_f64(&mut x);
-            reference.velocities_f64(&mut v);
+            reference.read::<f64>(field::Field::Positions, &mut x);
+            reference.read::<f64>(field::Field::Velocities, &mut v);
             assert_eq!(frame.numbers(Field::Positions, f64::from_le_bytes), x, "frame {number}");
             assert_eq!(frame.numbers(Field::Velocities, f64::from_le_bytes), v, "frame {number}");
 

@@ -1,7 +1,7 @@
 //! Nodes of the grid that frames show, as smoke and on slices: they stand where the snow is.
 
 use nappe_scene::{NoMeshes, Scene, SceneLimits, shipped_scenes};
-use nappe_sim::{math::Precision, report::NoStopwatch, snow::Kernel, world::Simulation};
+use nappe_sim::{field::Field, math::Precision, report::NoStopwatch, snow::Kernel, world::Simulation};
 
 /// A cell as a number: those along z follow one another.
 fn key(cell: [i32; 3]) -> i64 {
@@ -37,14 +37,15 @@ fn every_node_that_a_frame_of_two_snowballs_shows_has_a_particle_near() {
     let mass: f64 = snow.objects.iter().flat_map(|object| &object.mass).sum();
     let (mut simulation, _) = Simulation::new(&built.setup, Precision::F32).expect("a scene that is shipped");
 
-    let (mut nodes, mut places) = (Vec::new(), Vec::new());
+    let mut nodes = Vec::new();
+    let mut places = vec![[0.0; 3]; simulation.particle_count()];
     for frame in 1..=12 {
         for _ in 0..2 {
             simulation.step(&mut NoStopwatch).unwrap_or_else(|error| panic!("{error}"));
         }
         simulation.grid_nodes(&mut nodes);
-        simulation.positions_f64(&mut places);
-        let mut first: Vec<i64> = places.as_chunks::<3>().0.iter().map(|x| key(first_node(x, h))).collect();
+        simulation.read::<f64>(Field::Positions, places.as_flattened_mut());
+        let mut first: Vec<i64> = places.iter().map(|x| key(first_node(x, h))).collect();
         first.sort_unstable();
         first.dedup();
 

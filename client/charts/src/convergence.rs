@@ -9,7 +9,7 @@ use crate::{
     look::INK,
     picture::Picture,
     style::Style,
-    words::{length, time, within},
+    words::{length, moment, time, within},
 };
 
 /// What errors below the floor are shaded with.
@@ -26,7 +26,7 @@ pub(crate) fn picture(scene: &str, chart: &Chart, style: &Style) -> Result<Pictu
     let x = Axis { label: "step (ms)", range: around(points().map(|[dt, _]| dt)), is_log: true };
     let errors = around(points().map(|[_, error]| error).chain(std::iter::once(tolerance)));
     let y = Axis { label: "rms error (mm)", range: errors, is_log: true };
-    let title = format!("{scene}: error against step, until {:.2} s", chart.until());
+    let title = format!("{scene}: error against step, until {}", moment(chart.until()));
     let mut canvas = Canvas::new("convergence", title, sentence(chart), [x, y], style);
     if chart.floor * 1e3 > errors[0] {
         canvas.shade(Along::Y, [errors[0], chart.floor * 1e3], FLOOR);

@@ -31,11 +31,10 @@ mod profile;
 mod sweep;
 
 pub use picture::Picture;
-pub use profile::{Profile, ProfileLine};
 pub use style::Style;
 pub use sweep::{Sweep, SweepRun};
 
-use nappe_study::{Chart, Plan, Stability, gallery::Table};
+use nappe_study::{Chart, Plan, Stability, gallery::Table, profile::Profile};
 
 use panels::Shown;
 

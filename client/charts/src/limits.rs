@@ -12,7 +12,7 @@ use crate::{
     scale::{Scale, Spacing},
     sheet::Sheet,
     style::Style,
-    words::{finer_time, length, listed, three, within},
+    words::{length, listed, number, time, within},
 };
 
 /// Width of the picture (px).
@@ -80,7 +80,7 @@ pub(crate) fn picture(scene: &str, stability: &Stability, style: &Style) -> Resu
         write_names(&mut sheet, bar, names, [left, right], y);
     }
     sheet.outline([left, right, above, below], "black");
-    axes::below(&mut sheet, &scale, below, "step (ms)");
+    axes::below(&mut sheet, scale.ticks(), scale.places, below, "step (ms)");
     match names {
         Names::Beside => sheet.words("limit", [right + 10.0, above - 8.0], Anchor::Start, INK),
         Names::Above => sheet.words("limit", [right, above - 8.0], Anchor::End, INK),
@@ -176,9 +176,9 @@ fn draw_marks(sheet: &mut Sheet, bar: &Bar<'_>, over: Over, scale: &Scale, y: f6
 /// What a method bears, in a few words.
 fn borne_by(bar: &Bar<'_>) -> String {
     match bar.bears() {
-        Bears::UpTo(limit) => finer_time(limit),
+        Bears::UpTo(limit) => time(limit),
         Bears::Nothing => "no step holds".to_owned(),
-        Bears::All(longest) => format!("none to {}", finer_time(longest)),
+        Bears::All(longest) => format!("none to {}", time(longest)),
         Bears::Unfinished => "not known".to_owned(),
     }
 }
@@ -248,9 +248,9 @@ fn borne(bars: &[Bar<'_>]) -> Option<String> {
         let verb = if i == 0 { " bears" } else { "" };
         let ratio = bar.bound().map_or_else(String::new, |bound| {
             let of_what = if i == 0 { " times the certified bound" } else { " times" };
-            format!(" ({}{of_what})", three(limit / bound))
+            format!(" ({}{of_what})", number(limit / bound))
         });
-        clauses.push(format!("{}{verb} {}{ratio}", within(&bar.name), finer_time(*limit)));
+        clauses.push(format!("{}{verb} {}{ratio}", within(&bar.name), time(*limit)));
     }
     match limits.len().saturating_sub(NAMED) {
         0 => {}
@@ -271,7 +271,7 @@ fn unlimited(bars: &[Bar<'_>]) -> Option<String> {
         }
     }
     let verb = if names.len() == 1 { "has" } else { "have" };
-    (!names.is_empty()).then(|| format!("{} {verb} no limit up to {}", few(names), finer_time(least)))
+    (!names.is_empty()).then(|| format!("{} {verb} no limit up to {}", few(names), time(least)))
 }
 
 /// Methods that bear nothing, and those that were not finished.

@@ -12,7 +12,7 @@ use crate::{
     scale::{Scale, Spacing, Tick},
     sheet::Sheet,
     style::Style,
-    words::{finer_time, length, listed, two, within},
+    words::{length, listed, number, time, within},
 };
 
 /// At the left, below the data, and at the right (px).
@@ -139,8 +139,8 @@ fn draw_frame(
     let name = panel.method.reader_name();
     sheet.words(&name, [f64::midpoint(left, right), above - 9.0], Anchor::Middle, INK);
     sheet.outline(room, "black");
-    axes::below(sheet, &scales.x, below, "step (ms)");
-    axes::left(sheet, &marks(values, &scales.y, column), left);
+    axes::below(sheet, scales.x.ticks(), scales.x.places, below, "step (ms)");
+    axes::left(sheet, marks(values, &scales.y, column), left);
 }
 
 /// What an axis says of what is varied.
@@ -255,7 +255,7 @@ fn draw_legend(sheet: &mut Sheet, rows: &[&StabilityRow], border: Border, above:
 
 /// The colours of growth from a place (px) on, with the growth at both ends, in one line or two; the height of the last one.
 fn draw_colours(sheet: &mut Sheet, [left, y]: [f64; 2]) -> f64 {
-    let [least, greatest] = GROWTH.map(|decades| two(10_f64.powf(decades)));
+    let [least, greatest] = GROWTH.map(|decades| number(10_f64.powf(decades)));
     let what = "rise of the energy, as a share of the largest:";
     let [before, after] = [format!("{least} or less"), format!("{greatest} or more")];
     let room = width(what) + width(&before) + fates::COLOURS + width(&after) + 20.0;
@@ -317,8 +317,8 @@ fn failures(shown: Shown, panels: &[Panel<'_>]) -> String {
                     Some((Across::DampingRatio, _)) => ("damping ratio", ""),
                     Some((Across::Compression, _)) | None => ("pressed together by", " %"),
                 };
-                let value = two(shown.value(row));
-                first.push(format!("{} with {name} ({what} {value}{unit})", finer_time(row.dt)));
+                let value = number(shown.value(row));
+                first.push(format!("{} with {name} ({what} {value}{unit})", time(row.dt)));
             }
             None if panel.rows.iter().all(|row| row.cut.is_some()) => {}
             None => never.push(name),

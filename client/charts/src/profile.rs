@@ -1,6 +1,6 @@
 //! A performance profile: on what share of several scenes each method is within a factor of the cheapest (Dolan and Moré 2002).
 
-use nappe_sim::math::Precision;
+use nappe_study::profile::{Line, Profile};
 
 use crate::{
     canvas::{Axis, Canvas},
@@ -18,69 +18,38 @@ const LEAST: f64 = 2.0;
 const BEYOND: f64 = 1.05;
 const TOP: f64 = 1.04;
 
-/// What several scenes say of methods.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Profile {
-    /// Error (m) within which a run is right enough.
-    pub tolerance: f64,
-    /// How many scenes there are.
-    pub scenes: usize,
-    /// Names of those on which nothing is right enough.
-    pub unsolved: Vec<String>,
-    /// Names of those on which methods were not followed to their ends.
-    pub cut: Vec<String>,
-    /// Methods, the best first.
-    pub lines: Vec<ProfileLine>,
+/// The upper corners of a method's steps: ratios, ascending, and on what share of the scenes it is within them.
+fn tops(line: &Line) -> Vec<[f64; 2]> {
+    let mut ratios: Vec<f64> = line.ratios().collect();
+    ratios.sort_by(f64::total_cmp);
+    let share = |ratio: f64| line.within(ratio) as f64 / line.costs.len() as f64;
+    ratios.into_iter().map(|ratio| [ratio, share(ratio)]).collect()
 }
 
-/// A method in a precision over several scenes.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ProfileLine {
-    /// The name of the method, as a reader writes it.
-    pub name: String,
-    /// Of positions and velocities.
-    pub precision: Precision,
-    /// Its cost over that of the cheapest, from 1 on and ascending, on the scenes on which it is right enough.
-    pub ratios: Vec<f64>,
-}
-
-impl ProfileLine {
-    /// On how many scenes it is within a factor of the cheapest.
-    fn count(&self, factor: f64) -> usize {
-        self.ratios.iter().filter(|ratio| **ratio <= factor).count()
-    }
-
-    /// The upper corners of its steps: ratios, and on what share of so many scenes it is within them.
-    fn tops(&self, scenes: usize) -> Vec<[f64; 2]> {
-        self.ratios.iter().map(|ratio| [*ratio, self.count(*ratio) as f64 / scenes as f64]).collect()
-    }
-
-    /// All corners of its steps until an end; none where it is nowhere right enough.
-    fn corners(&self, scenes: usize, end: f64) -> Vec<[f64; 2]> {
-        let mut corners = Vec::new();
-        let mut share = 0.0;
-        for [ratio, next] in self.tops(scenes) {
-            // What is the cheapest somewhere begins at its share.
-            if ratio > 1.0 {
-                corners.push([ratio, share]);
-            }
-            corners.push([ratio, next]);
-            share = next;
+/// All corners of its steps until an end; none where it is nowhere right enough.
+fn corners(line: &Line, end: f64) -> Vec<[f64; 2]> {
+    let mut corners = Vec::new();
+    let mut share = 0.0;
+    for [ratio, next] in tops(line) {
+        // What is the cheapest somewhere begins at its share.
+        if ratio > 1.0 {
+            corners.push([ratio, share]);
         }
-        corners.extend((!corners.is_empty()).then_some([end, share]));
-        corners
+        corners.push([ratio, next]);
+        share = next;
     }
+    corners.extend((!corners.is_empty()).then_some([end, share]));
+    corners
 }
 
 /// Draws the profile and a sentence made from it.
 pub(crate) fn picture(profile: &Profile, style: &Style) -> Result<Picture, String> {
-    let ratios = profile.lines.iter().flat_map(|line| &line.ratios);
-    let end = ratios.copied().fold(LEAST, f64::max) * BEYOND;
+    let end = profile.largest_ratio().max(LEAST) * BEYOND;
     let x = Axis { label: "cost over that of the cheapest", range: [1.0, end], is_log: true };
     let y = Axis { label: "share of scenes", range: [0.0, TOP], is_log: false };
     let title = format!(
         "{} scenes: cost within {}, over that of the cheapest",
-        profile.scenes,
+        profile.scenes.len(),
         length(profile.tolerance)
     );
     let mut canvas = Canvas::new("profile", title, sentence(profile), [x, y], style);
@@ -88,8 +57,8 @@ pub(crate) fn picture(profile: &Profile, style: &Style) -> Result<Picture, Strin
     let mut labels = Labels::default();
     // The best are drawn above the others.
     for (line, look) in lines.iter().rev() {
-        let tops = line.tops(profile.scenes);
-        trace(&mut canvas, (*look, line.precision), &line.corners(profile.scenes, end), &tops);
+        let tops = tops(line);
+        trace(&mut canvas, (*look, line.precision), &corners(line, end), &tops);
         for top in tops {
             labels.keep_off(canvas.at(top));
         }
@@ -97,17 +66,17 @@ pub(crate) fn picture(profile: &Profile, style: &Style) -> Result<Picture, Strin
     for (line, look) in &lines {
         let (colour, dashes) = look.map_or((GREY, ""), |look| (look.colour, look.dashes));
         let number = canvas.key.number(&line.name, colour, dashes);
-        let places = middles(&canvas, &line.corners(profile.scenes, end));
+        let places = middles(&canvas, &corners(line, end));
         labels.number(&mut canvas, number, &places, look.map_or(NUMBER, |look| look.colour));
     }
     canvas.finish()
 }
 
 /// The lines that are right enough somewhere, with the looks of the best of them.
-fn looks(profile: &Profile) -> Vec<(&ProfileLine, Option<Look>)> {
+fn looks(profile: &Profile) -> Vec<(&Line, Option<Look>)> {
     let mut methods: Vec<&str> = Vec::new();
     let mut lines = Vec::new();
-    for (place, line) in profile.lines.iter().filter(|line| !line.ratios.is_empty()).enumerate() {
+    for (place, line) in profile.lines.iter().filter(|line| line.ratios().next().is_some()).enumerate() {
         if place >= NAMED {
             lines.push((line, None));
             continue;
@@ -135,21 +104,22 @@ fn sentence(profile: &Profile) -> String {
     let tolerance = length(profile.tolerance);
     // Of several that are alike the first one, which is the best.
     let most = |factor: f64| {
-        let best = profile.lines.iter().rev().max_by_key(|line| line.count(factor));
-        best.filter(|line| line.count(factor) > 0)
-            .map(|line| (format!("{} in {}", within(&line.name), line.precision), line.count(factor)))
+        let best = profile.lines.iter().rev().max_by_key(|line| line.within(factor));
+        best.filter(|line| line.within(factor) > 0)
+            .map(|line| (format!("{} in {}", within(&line.name), line.precision), line.within(factor)))
     };
-    let of = profile.scenes;
+    let of = profile.scenes.len();
+    let unsolved = profile.unsolved();
     let best = match (most(1.0), most(2.0)) {
         (Some((cheapest, count)), Some((near, more))) => format!(
             "{cheapest} is the cheapest on {count} of {of}, {near} takes at most twice as long as the cheapest on {more}."
         ),
         _ => "No method is on any.".to_owned(),
     };
-    let unsolved = if profile.unsolved.is_empty() {
+    let unsolved = if unsolved.is_empty() {
         String::new()
     } else {
-        format!(" On {} nothing is; they count for no method.", listed(&profile.unsolved))
+        format!(" On {} nothing is; they count for no method.", listed(&unsolved))
     };
     let cut = if profile.cut.is_empty() {
         String::new()
@@ -163,10 +133,16 @@ fn sentence(profile: &Profile) -> String {
 
 #[cfg(test)]
 mod tests {
+    use nappe_sim::math::Precision;
+    use nappe_study::profile::Cost;
+
     use super::*;
 
-    fn line(name: &str, precision: Precision, ratios: &[f64]) -> ProfileLine {
-        ProfileLine { name: name.to_owned(), precision, ratios: ratios.to_vec() }
+    /// A method on four scenes, with ratios on some of them.
+    fn line(name: &str, precision: Precision, ratios: &[f64]) -> Line {
+        let cost = |place: usize| Cost { seconds_ratio: ratios.get(place).copied(), ..Cost::default() };
+        let (method, name) = (name.to_owned(), name.to_owned());
+        Line { method, name, precision, costs: (0..4).map(cost).collect() }
     }
 
     /// Four scenes and twelve methods in both precisions, with a scene that none is right on.
@@ -180,8 +156,7 @@ mod tests {
         };
         Profile {
             tolerance: 1e-3,
-            scenes: 4,
-            unsolved: vec!["hard".to_owned()],
+            scenes: ["a", "b", "c", "hard"].map(str::to_owned).to_vec(),
             cut: vec!["long".to_owned()],
             lines: (0..12).map(of).chain([line("nowhere right", Precision::F64, &[])]).collect(),
         }
@@ -206,12 +181,12 @@ mod tests {
 
     #[test]
     fn steps_rise_where_a_method_is_within_a_ratio() {
-        let steps = line("a", Precision::F64, &[1.0, 2.0, 2.0]);
-        assert_eq!(steps.tops(4), [[1.0, 0.25], [2.0, 0.75], [2.0, 0.75]]);
-        let corners = steps.corners(4, 5.0);
-        assert_eq!([corners[0], corners[1], corners[2]], [[1.0, 0.25], [2.0, 0.25], [2.0, 0.75]]);
-        assert_eq!(corners.last(), Some(&[5.0, 0.75]));
-        assert!(line("b", Precision::F64, &[]).corners(4, 5.0).is_empty());
+        let steps = line("a", Precision::F64, &[2.0, 1.0, 2.0]);
+        assert_eq!(tops(&steps), [[1.0, 0.25], [2.0, 0.75], [2.0, 0.75]]);
+        let found = corners(&steps, 5.0);
+        assert_eq!([found[0], found[1], found[2]], [[1.0, 0.25], [2.0, 0.25], [2.0, 0.75]]);
+        assert_eq!(found.last(), Some(&[5.0, 0.75]));
+        assert!(corners(&line("b", Precision::F64, &[]), 5.0).is_empty());
     }
 
     #[test]

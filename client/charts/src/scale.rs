@@ -1,6 +1,6 @@
 //! Scales: from values to places along an axis (px), and the ticks between.
 
-use crate::{canvas::tick, words::two};
+use crate::canvas::tick;
 
 /// Spans in decades below which ticks between decades have numbers too.
 const FEW: f64 = 2.5;
@@ -73,14 +73,15 @@ impl Scale {
         let [low, high] = self.ends;
         let least = (high - low) / PARTS;
         let decade = 10_f64.powf(least.log10().floor());
-        let step = [1.0, 2.0, 5.0, 10.0].map(|times| times * decade).into_iter().find(|step| *step >= least);
+        let step = [1.0, 2.0, 5.0].map(|times| times * decade).into_iter().find(|step| *step >= least);
         let step = step.unwrap_or(10.0 * decade);
-        let [first, last] = [(low / step).ceil() as i32, (high / step).floor() as i32];
-        let of = |i: i32| {
-            let value = f64::from(i) * step;
-            Tick { place: self.at(value), number: Some(two(value)) }
+        let first = (low / step).ceil();
+        let count = ((high / step).floor() - first).clamp(0.0, PARTS + 1.0) as u32;
+        let tick = |i: u32| {
+            let number = (first + f64::from(i)) * step;
+            Tick { place: self.at(number), number: Some(written(number, step)) }
         };
-        (first..=last).map(of).collect()
+        (0..=count).map(tick).collect()
     }
 
     fn log_ticks(&self) -> Vec<Tick> {
@@ -109,6 +110,18 @@ impl Scale {
     }
 }
 
+/// A multiple of a step, with as many digits as tell it from the next one.
+fn written(number: f64, step: f64) -> String {
+    let digits = (-step.log10().floor()).max(0.0);
+    if digits <= 5.0 && number.abs() < 1e6 {
+        let digits = digits as usize;
+        return format!("{number:.digits$}");
+    }
+    let decades = [number.abs().max(step), step].map(|number| number.log10().floor());
+    let digits = (decades[0] - decades[1]).clamp(0.0, 15.0) as usize;
+    format!("{number:.digits$e}")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -129,5 +142,14 @@ mod tests {
     fn places_stay_between_the_ends() {
         let scale = Scale { spacing: Spacing::Log, ends: [-1.0, 1.0], places: [10.0, 30.0] };
         assert_eq!([0.0, 0.1, 1.0, 10.0, 1e9].map(|value| scale.at(value)), [10.0, 10.0, 20.0, 30.0, 30.0]);
+    }
+
+    #[test]
+    fn ticks_of_close_numbers_have_the_digits_that_tell_them_apart() {
+        let numbers = |low: f64, high: f64| numbers(Spacing::Even, [low, high]);
+        assert_eq!(numbers(12.31, 12.39), ["12.32", "12.34", "12.36", "12.38"]);
+        assert_eq!(numbers(-3.0, 41.0), ["0", "10", "20", "30", "40"]);
+        let small = numbers(0.0, 2.6e-8);
+        assert_eq!((small.len(), small[3].as_str()), (6, "1.5e-8"));
     }
 }

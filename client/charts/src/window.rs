@@ -9,7 +9,7 @@ use crate::{
     look::{self, INK},
     picture::Picture,
     style::Style,
-    words::{length, two},
+    words::{length, moment, number},
 };
 
 /// What the window is shaded with.
@@ -87,8 +87,8 @@ fn sentence(chart: &Chart) -> String {
     let cell = chart.reference.as_ref().and_then(|reference| Some((reference, reference.stepped.cell()?)));
     if let Some((reference, cell)) = cell {
         return format!(
-            "Runs are compared until {:.2} s, shaded. The reference has cells of {} and is known to {}: as far as it is from the run before, on cells twice as long, or less where three runs show an order.",
-            chart.until(),
+            "Runs are compared until {}, shaded. The reference has cells of {} and is known to {}: as far as it is from the run before, on cells twice as long, or less where three runs show an order.",
+            moment(chart.until()),
             length(cell),
             length(reference.error())
         );
@@ -100,10 +100,10 @@ fn sentence(chart: &Chart) -> String {
             .to_owned();
     }
     format!(
-        "Runs are compared until {:.2} s, shaded: copies that start 1e-8 m away are by then at most {} times as far{}; the reference's own error is at most {}.",
-        until,
-        two(grown),
-        rate.map_or_else(String::new, |rate| format!(", at a mean growth rate of {} 1/s", two(rate))),
+        "Runs are compared until {}, shaded: copies that start 1e-8 m away are by then at most {} times as far{}; the reference's own error is at most {}.",
+        moment(until),
+        number(grown),
+        rate.map_or_else(String::new, |rate| format!(", at a mean growth rate of {} 1/s", number(rate))),
         chart.reference.as_ref().map_or_else(String::new, |reference| length(reference.error()))
     )
 }

@@ -10,7 +10,7 @@ use crate::{
     look::INK,
     picture::Picture,
     style::Style,
-    words::{cheapest_to, length, time, within},
+    words::{cheapest_to, length, moment, time, within},
 };
 
 /// What the front is drawn on.
@@ -28,7 +28,7 @@ fn point(row: &Row) -> Option<[f64; 2]> {
 }
 
 pub(crate) fn picture(scene: &str, chart: &Chart, style: &Style) -> Result<Picture, String> {
-    let title = format!("{scene}: error against cost, until {:.2} s", chart.until());
+    let title = format!("{scene}: error against cost, until {}", moment(chart.until()));
     drawn(("work_precision", title, sentence(chart)), chart, None, &[], style)
 }
 
@@ -36,7 +36,7 @@ pub(crate) fn picture(scene: &str, chart: &Chart, style: &Style) -> Result<Pictu
 pub(crate) fn planned(scene: &str, plan: &Plan, style: &Style) -> Result<Picture, String> {
     let chart = &plan.chart;
     let tolerance = length(chart.tolerance);
-    let title = format!("{scene}: what is cheapest within {tolerance} until {:.2} s", chart.until());
+    let title = format!("{scene}: what is cheapest within {tolerance} until {}", moment(chart.until()));
     let row = plan.row.as_ref().filter(|_| plan.is_met);
     let answer = row.map_or_else(
         || format!("nothing is within {tolerance}"),

@@ -24,7 +24,7 @@ pub(crate) fn substeps(snow: &v1::SnowDiagnostics) -> String {
     format!(
         "{} per step, dt {}; bound: {}{at}",
         output::count(snow.substeps.into()),
-        output::duration(snow.dt_seconds),
+        output::time(snow.dt_seconds),
         snow.bound().word()
     )
 }
@@ -36,7 +36,7 @@ pub(crate) fn cloth_steps(cloth: &v1::ClothSteps) -> String {
     format!(
         "{} per step, dt {}; bound: {}{at}; error {:.1e} m (largest {:.1e} m){solved}",
         output::count(cloth.substeps.into()),
-        output::duration(cloth.dt_seconds),
+        output::time(cloth.dt_seconds),
         cloth.bound().word(),
         cloth.error_rms,
         cloth.error_largest
@@ -78,7 +78,7 @@ pub(crate) fn rejected(step: &v1::RejectedStep) -> String {
     format!(
         "t = {:.6} s: a sub-step of {} was not accepted for body '{}': {}",
         step.time_seconds,
-        output::duration(step.dt_seconds),
+        output::time(step.dt_seconds),
         step.body,
         step.message
     )
@@ -87,7 +87,7 @@ pub(crate) fn rejected(step: &v1::RejectedStep) -> String {
 /// A phrase for a progress bar or a line of diagnostics; empty without snow.
 pub(crate) fn snow_phrase(diagnostics: &v1::Diagnostics) -> String {
     diagnostics.snow.as_ref().map_or_else(String::new, |snow| {
-        let dt = output::duration(snow.dt_seconds);
+        let dt = output::time(snow.dt_seconds);
         let bound = snow.bound().word();
         format!("  {} x {dt} ({bound}), {}, {}", snow.substeps, counts(snow), packing(snow))
     })
@@ -113,12 +113,12 @@ mod tests {
         snow.set_bound(v1::TimeBound::ElasticWave);
         snow.bound_particle = Some(3);
         assert_eq!(counts(&snow), "all elastic");
-        assert_eq!(substeps(&snow), "12 per step, dt 200.0 us; bound: elastic_wave at particle 3");
+        assert_eq!(substeps(&snow), "12 per step, dt 200 µs; bound: elastic_wave at particle 3");
         snow.plastic_count = 1200;
         snow.inverted_count = 1;
         assert_eq!(counts(&snow), "1 200 plastic, 1 inverted");
         let diagnostics = v1::Diagnostics { snow: Some(snow), ..v1::Diagnostics::default() };
-        assert!(snow_phrase(&diagnostics).contains("12 x 200.0 us (elastic_wave)"));
+        assert!(snow_phrase(&diagnostics).contains("12 x 200 µs (elastic_wave)"));
         assert_eq!(snow_phrase(&v1::Diagnostics::default()), "");
     }
 }

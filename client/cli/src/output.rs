@@ -8,6 +8,8 @@ use std::io::{self, Write};
 use clap::Args;
 use comfy_table::{CellAlignment, Table};
 use nappe_scene::{printable, printable_json};
+/// Lengths, times and counts are written here as pictures have them.
+pub(crate) use nappe_study::quantity::{count, length, moment, three, time};
 use serde::Serialize;
 
 use crate::error::{CliError, Result};
@@ -113,28 +115,6 @@ pub(crate) fn table(columns: &[Column], rows: &[Vec<String>]) -> String {
     table.lines().map(|line| line.trim_end().to_owned()).collect::<Vec<_>>().join("\n")
 }
 
-/// Seconds with a unit that suits them.
-pub(crate) fn duration(seconds: f64) -> String {
-    match seconds {
-        s if s >= 1.0 => format!("{s:.2} s"),
-        s if s >= 1e-3 => format!("{:.2} ms", s * 1e3),
-        s => format!("{:.1} us", s * 1e6),
-    }
-}
-
-/// A count with blanks between thousands.
-pub(crate) fn count(value: u64) -> String {
-    let digits = value.to_string();
-    let mut text = String::new();
-    for (index, digit) in digits.chars().enumerate() {
-        if index > 0 && (digits.len() - index).is_multiple_of(3) {
-            text.push(' ');
-        }
-        text.push(digit);
-    }
-    text
-}
-
 /// A state hash as scripts see it: 16 hexadecimal digits.
 pub(crate) fn hash(value: u64) -> String {
     format!("{value:016x}")
@@ -143,22 +123,6 @@ pub(crate) fn hash(value: u64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn counts_are_grouped_by_thousands() {
-        assert_eq!(count(0), "0");
-        assert_eq!(count(999), "999");
-        assert_eq!(count(1_000), "1 000");
-        assert_eq!(count(160_000), "160 000");
-        assert_eq!(count(1_234_567), "1 234 567");
-    }
-
-    #[test]
-    fn durations_carry_a_readable_unit() {
-        assert_eq!(duration(12.5), "12.50 s");
-        assert_eq!(duration(0.0023), "2.30 ms");
-        assert_eq!(duration(0.000_004_5), "4.5 us");
-    }
 
     #[test]
     fn numbers_stand_to_the_right_and_lines_end_without_blanks() {

@@ -57,7 +57,7 @@ pub(crate) fn text(sessions: &[v1::Session]) -> String {
                 session.session_id.clone(),
                 session.state().word(),
                 step,
-                format!("{:.3} s", session.time_seconds),
+                output::moment(session.time_seconds),
                 output::count(session.particle_count),
                 session.thread_count.to_string(),
                 session.precision().word(),

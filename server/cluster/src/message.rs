@@ -1,14 +1,15 @@
 //! What a server tells ranks, and what rank 0 tells it.
 
 use nappe_sim::{
+    field::Field,
     math::Precision,
     report::{StepError, StepReport},
-    world::{Change, Positions, WorldSetup, WorldState},
+    world::{Change, TakenField, WorldSetup, WorldState},
 };
 use serde::{Deserialize, Serialize};
 
 /// Version of the messages: both ends are of the same program.
-pub const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), ", link 2");
+pub const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), ", link 3");
 
 /// What shows that a connection is the one that was expected.
 pub type Token = [u8; 16];
@@ -46,8 +47,8 @@ pub(crate) enum Order {
     Step,
     /// Hand over what further steps depend on.
     Take,
-    /// Hand over where particles are.
-    Look,
+    /// Hand over a field.
+    Look(Field),
     /// Give up the step in progress, and all that follow.
     Interrupt,
     /// Forget the simulation, and end the job.
@@ -65,8 +66,8 @@ pub(crate) enum Answer {
     Stepped(Box<Stepped>),
     /// What further steps depend on.
     Taken(Box<WorldState>),
-    /// Where particles are.
-    Looked(Positions),
+    /// What particles have of the field that was asked for.
+    Looked(TakenField),
     /// The last message.
     Ended,
     /// A sign of life, which answers nothing.

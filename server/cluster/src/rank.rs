@@ -11,12 +11,7 @@ use std::{
     time::Instant,
 };
 
-use nappe_sim::{
-    interrupt::Interrupt,
-    parallel::Communicator,
-    report::{Stage, Stopwatch},
-    world::Simulation,
-};
+use nappe_sim::{interrupt::Interrupt, parallel::Communicator, report::StageClock, world::Simulation};
 
 use crate::{
     cluster::Cluster,
@@ -159,40 +154,19 @@ impl Rank {
                 Answer::Applied(simulation.apply(&changes).map_err(|error| error.to_string()))
             }
             (Order::Step, Some(simulation)) => {
-                let mut clock = StageClock::start();
+                let begin = Instant::now();
+                let mut clock = StageClock::start(|| begin.elapsed().as_secs_f64());
                 let result = simulation.step(&mut clock);
-                let (seconds, asked) = (clock.seconds, self.communicator.asked());
+                let (seconds, asked) = (clock.seconds.to_vec(), self.communicator.asked());
                 Answer::Stepped(Box::new(Stepped { result, seconds, asked }))
             }
             (Order::Take, Some(simulation)) => Answer::Taken(Box::new(simulation.take())),
-            (Order::Look, Some(simulation)) => Answer::Looked(simulation.take_positions()),
+            (Order::Look(field), Some(simulation)) => Answer::Looked(simulation.take_field(field)),
             // A server that asks for a step before there is anything to step is not one of ours.
             (
-                Order::Apply(_) | Order::Step | Order::Take | Order::Look | Order::Interrupt | Order::End,
+                Order::Apply(_) | Order::Step | Order::Take | Order::Look(_) | Order::Interrupt | Order::End,
                 _,
             ) => Answer::Ended,
         }
-    }
-}
-
-/// Seconds in each stage of a step.
-struct StageClock {
-    last: Instant,
-    seconds: Vec<f64>,
-}
-
-impl StageClock {
-    fn start() -> Self {
-        Self { last: Instant::now(), seconds: vec![0.0; Stage::ALL.len()] }
-    }
-}
-
-impl Stopwatch for StageClock {
-    fn lap(&mut self, stage: Stage) {
-        let now = Instant::now();
-        if let Some(place) = Stage::ALL.iter().position(|known| *known == stage) {
-            self.seconds[place] += (now - self.last).as_secs_f64();
-        }
-        self.last = now;
     }
 }

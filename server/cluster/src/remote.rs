@@ -8,8 +8,9 @@ use std::{
 };
 
 use nappe_sim::{
+    field::Field,
     math::Precision,
-    world::{BodySetup, Change, Positions, WorldSetup, WorldState},
+    world::{BodySetup, Change, TakenField, WorldSetup, WorldState},
 };
 
 use crate::{
@@ -229,13 +230,13 @@ impl Remote {
         }
     }
 
-    /// Where particles are.
+    /// A field as it is.
     ///
     /// # Errors
     /// A link that fails.
-    pub fn look(&mut self) -> Result<Positions, RemoteError> {
-        match self.ask(&Order::Look)? {
-            Answer::Looked(positions) => Ok(positions),
+    pub fn look(&mut self, field: Field) -> Result<TakenField, RemoteError> {
+        match self.ask(&Order::Look(field))? {
+            Answer::Looked(taken) => Ok(taken),
             _ => Err(RemoteError::OutOfTurn),
         }
     }

@@ -9,6 +9,7 @@ pub mod interrupt;
 pub mod parallel;
 pub mod linalg;
 pub mod report;
+pub mod field;
 pub mod mesh;
 pub mod collide;
 pub mod surroundings;

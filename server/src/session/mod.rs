@@ -5,7 +5,6 @@
 
 mod transition;
 mod pace;
-mod stopwatch;
 mod lease;
 mod pending_changes;
 mod parameters;

@@ -15,9 +15,10 @@ use std::{
 use nappe_cluster::{Asked, Link, Meeting, Orders, Remote, RemoteError, Stepped, Token};
 use nappe_proto::v1;
 use nappe_sim::{
+    field::Field,
     interrupt::Interrupt,
     math::Precision,
-    world::{Change, Positions, WorldSetup, WorldState},
+    world::{Change, TakenField, WorldSetup, WorldState},
 };
 
 use super::launcher::{Group, Job, TICK, listen, not_started, program};
@@ -195,12 +196,12 @@ impl Ranks {
         self.ask(Remote::take)
     }
 
-    /// Where particles are.
+    /// A field as it is.
     ///
     /// # Errors
     /// When a rank is lost.
-    pub(super) fn look(&mut self) -> Result<Positions, ServiceError> {
-        self.ask(Remote::look)
+    pub(super) fn look(&mut self, field: Field) -> Result<TakenField, ServiceError> {
+        self.ask(|remote| remote.look(field))
     }
 
     /// What is told of them.

@@ -5,16 +5,17 @@
 use std::{cell::Cell, sync::Arc, time::Instant};
 
 use nappe_sim::{
-    report::{StepError, StepReport},
+    field::Field,
+    report::{StageClock, StageSeconds, StepError, StepReport},
     world::{Change, Simulation},
 };
 use rayon::ThreadPool;
 
-use super::{ranks::Ranks, status::Status, stopwatch::StageStopwatch, waiting::FrameWish};
+use super::{ranks::Ranks, status::Status, waiting::FrameWish};
 use crate::{
     error::ServiceError,
     memory::Claim,
-    stream::{Arrays, EncodedFrame, FieldSet, FrameHead, NotFinite, StageSeconds},
+    stream::{Arrays, EncodedFrame, FieldSet, FrameHead, NotFinite},
 };
 
 /// Where a frame stands among those of its session.
@@ -80,16 +81,16 @@ impl Simulator {
     /// # Errors
     /// If the step is not taken; the state of cloth is as before it. Or if a rank is lost.
     pub(super) fn step(&mut self, before: impl FnOnce() + Send) -> Result<TimedStep, NoStep> {
-        let (mut stopwatch, begin) = (StageStopwatch::start(), Instant::now());
+        let begin = Instant::now();
         let simulation = &mut self.simulation;
         let Some(ranks) = &mut self.ranks else {
+            let mut clock = StageClock::start(|| begin.elapsed().as_secs_f64());
             let outcome = self.pool.install(|| {
                 before();
-                simulation.step(&mut stopwatch)
+                simulation.step(&mut clock)
             });
             let seconds = begin.elapsed().as_secs_f64();
-            let stepped =
-                outcome.map(|report| TimedStep { report, seconds, stage_seconds: stopwatch.seconds });
+            let stepped = outcome.map(|report| TimedStep { report, seconds, stage_seconds: clock.seconds });
             return stepped.map_err(|error| NoStep::Failed(Box::new(error)));
         };
 
@@ -100,7 +101,8 @@ impl Simulator {
         self.behind = Behind::All;
         let told = ranks.describe();
         self.status.update(|progress| progress.ranks = Some(told));
-        let stage_seconds = StageStopwatch::of(&stepped.seconds);
+        // What a rank did not tell is 0.
+        let stage_seconds = std::array::from_fn(|stage| stepped.seconds.get(stage).copied().unwrap_or(0.0));
         Ok(TimedStep { report, seconds: begin.elapsed().as_secs_f64(), stage_seconds })
     }
 
@@ -135,7 +137,7 @@ impl Simulator {
         };
         let simulation = &mut self.simulation;
         let fetched = match left {
-            Behind::AllButPositions => ranks.look().map(|positions| simulation.put_positions(&positions)),
+            Behind::AllButPositions => ranks.look(Field::Positions).map(|taken| simulation.put_field(&taken)),
             _ => ranks.take().map(|state| simulation.put(&state)),
         };
         self.is_torn = fetched.is_err();

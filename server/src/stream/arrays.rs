@@ -9,6 +9,7 @@ use std::{
 };
 
 use bytes::Bytes;
+use nappe_sim::math::Real;
 use rayon::prelude::*;
 
 use super::{
@@ -89,9 +90,7 @@ impl Cuts {
 }
 
 /// A number of an array, whose bytes are little-endian on the wire.
-pub(crate) trait Number: bytemuck::Pod + Send + Sync + Default {
-    fn to_f64(self) -> f64;
-
+pub(crate) trait Number: Real + bytemuck::Pod {
     /// The number whose bytes here are those of `self` on the wire.
     fn to_wire(self) -> Self;
 
@@ -100,10 +99,6 @@ pub(crate) trait Number: bytemuck::Pod + Send + Sync + Default {
 }
 
 impl Number for f32 {
-    fn to_f64(self) -> f64 {
-        f64::from(self)
-    }
-
     fn to_wire(self) -> Self {
         Self::from_bits(self.to_bits().to_le())
     }
@@ -114,10 +109,6 @@ impl Number for f32 {
 }
 
 impl Number for f64 {
-    fn to_f64(self) -> f64 {
-        self
-    }
-
     fn to_wire(self) -> Self {
         Self::from_bits(self.to_bits().to_le())
     }

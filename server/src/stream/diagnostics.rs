@@ -5,12 +5,9 @@
 use nappe_proto::v1;
 use nappe_sim::{
     linalg::{Outcome, SolveReport},
-    report::{BoundKind, ClothSteps, Diagnostics, Rejection, SnowReport, Stage, StepReport},
+    report::{BoundKind, ClothSteps, Diagnostics, Rejection, SnowReport, Stage, StageSeconds, StepReport},
     world::Simulation,
 };
-
-/// Wall-clock time (s) of each stage, in the order of `Stage::ALL`.
-pub(crate) type StageSeconds = [f64; Stage::ALL.len()];
 
 /// The diagnostics of a step whose newest frame is `frame`, without notices of it.
 pub(crate) fn diagnostics(

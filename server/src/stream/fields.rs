@@ -6,7 +6,7 @@
 use std::sync::Arc;
 
 use nappe_proto::v1;
-use nappe_sim::world::Simulation;
+use nappe_sim::{field::Field, world::Simulation};
 
 use super::{
     arrays::{Arrays, Number, Segments},
@@ -17,72 +17,65 @@ use super::{
 /// A field of the particles in one encoding: a pair of which every combination exists.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct EncodedField {
-    field: v1::Field,
+    field: Field,
     encoding: v1::Encoding,
 }
-
-/// Every field that a frame can have.
-const FIELDS: [v1::Field; 4] =
-    [v1::Field::Positions, v1::Field::Velocities, v1::Field::PlasticRatio, v1::Field::StressNorm];
 
 /// Every encoding that a field can have.
 const ENCODINGS: [v1::Encoding; 2] = [v1::Encoding::RawF32, v1::Encoding::RawF64];
 
 impl EncodedField {
     /// How many there are.
-    pub(crate) const COUNT: usize = FIELDS.len() * ENCODINGS.len();
+    pub(crate) const COUNT: usize = Field::ALL.len() * ENCODINGS.len();
 
     /// Positions in binary32 (m), which every frame has.
-    pub(crate) const POSITIONS_F32: Self =
-        Self { field: v1::Field::Positions, encoding: v1::Encoding::RawF32 };
+    pub(crate) const POSITIONS_F32: Self = Self { field: Field::Positions, encoding: v1::Encoding::RawF32 };
 
     /// All pairs, field by field; each stands at its index.
     pub(crate) fn all() -> impl Iterator<Item = Self> {
-        FIELDS.into_iter().flat_map(|field| ENCODINGS.map(|encoding| Self { field, encoding }))
+        Field::ALL.into_iter().flat_map(|field| ENCODINGS.map(|encoding| Self { field, encoding }))
     }
 
     /// A field in an encoding; none if a request names one that does not exist.
     pub(crate) fn of(field: v1::Field, encoding: v1::Encoding) -> Option<Self> {
-        Self::all().find(|encoded| encoded.field == field && encoded.encoding == encoding)
+        Self::all().find(|encoded| encoded.field() == field && encoded.encoding == encoding)
     }
 
     /// Its place among all pairs.
     pub(crate) const fn index(self) -> usize {
-        // The numbers of the contract start at 1 and have no gap, which a test checks.
-        (self.field as usize - 1) * ENCODINGS.len() + self.encoding as usize - 1
+        // The numbers of encodings start at 1 and have no gap, which a test checks.
+        self.field as usize * ENCODINGS.len() + self.encoding as usize - 1
     }
 
+    /// The field as the contract names it.
     pub(crate) const fn field(self) -> v1::Field {
-        self.field
+        match self.field {
+            Field::Positions => v1::Field::Positions,
+            Field::Velocities => v1::Field::Velocities,
+            Field::PlasticRatios => v1::Field::PlasticRatio,
+            Field::StressNorms => v1::Field::StressNorm,
+        }
     }
 
     pub(crate) const fn encoding(self) -> v1::Encoding {
         self.encoding
     }
 
-    /// Numbers per particle.
-    const fn width(self) -> usize {
-        match self.field {
-            v1::Field::PlasticRatio | v1::Field::StressNorm => 1,
-            _ => 3,
-        }
-    }
-
     /// Bytes per particle.
     pub(crate) const fn stride(self) -> usize {
         match self.encoding {
-            v1::Encoding::RawF64 => 8 * self.width(),
-            _ => 4 * self.width(),
+            v1::Encoding::RawF64 => 8 * self.field.width(),
+            _ => 4 * self.field.width(),
         }
     }
 
     /// What one of its numbers is called in messages.
     const fn quantity(self) -> &'static str {
         match self.field {
-            v1::Field::Velocities => "velocity",
-            v1::Field::PlasticRatio => "plastic ratio",
-            v1::Field::StressNorm => "stress norm",
-            _ => "position",
+            Field::Positions => "position",
+            Field::Velocities => "velocity",
+            Field::PlasticRatios => "plastic ratio",
+            Field::StressNorms => "stress norm",
         }
     }
 
@@ -91,31 +84,23 @@ impl EncodedField {
     /// # Errors
     /// The first number that is not finite.
     pub(crate) fn encode(self, simulation: &Simulation, arrays: &Arc<Arrays>) -> Result<Segments, NotFinite> {
-        let (particles, width) = (simulation.particle_count(), self.width());
-        if self.encoding == v1::Encoding::RawF64 {
-            let mut numbers = arrays.take(particles, width);
-            match self.field {
-                v1::Field::Velocities => simulation.velocities_f64(&mut numbers),
-                v1::Field::PlasticRatio => simulation.plastic_ratios_f64(&mut numbers),
-                v1::Field::StressNorm => simulation.stress_norms_f64(&mut numbers),
-                _ => simulation.positions_f64(&mut numbers),
-            }
-            return self.share(numbers, arrays);
+        match self.encoding {
+            v1::Encoding::RawF64 => self.encode_in::<f64>(simulation, arrays),
+            _ => self.encode_in::<f32>(simulation, arrays),
         }
-
-        let mut numbers = arrays.take(particles, width);
-        match self.field {
-            v1::Field::Velocities => simulation.velocities_f32(&mut numbers),
-            v1::Field::PlasticRatio => simulation.plastic_ratios_f32(&mut numbers),
-            v1::Field::StressNorm => simulation.stress_norms_f32(&mut numbers),
-            _ => simulation.positions_f32(&mut numbers),
-        }
-        self.share(numbers, arrays)
     }
 
-    fn share<T: Number>(self, mut numbers: Vec<T>, arrays: &Arc<Arrays>) -> Result<Segments, NotFinite> {
-        pack(&mut numbers, self.width(), self.quantity())?;
-        Ok(arrays.share(numbers, self.width()))
+    fn encode_in<T: Number>(
+        self,
+        simulation: &Simulation,
+        arrays: &Arc<Arrays>,
+    ) -> Result<Segments, NotFinite> {
+        let (particles, width) = (simulation.particle_count(), self.field.width());
+        let mut numbers: Vec<T> = arrays.take(particles, width);
+        numbers.resize(particles * width, T::default());
+        simulation.read(self.field, &mut numbers);
+        pack(&mut numbers, width, self.quantity())?;
+        Ok(arrays.share(numbers, width))
     }
 }
 
@@ -207,7 +192,7 @@ mod tests {
     use super::*;
 
     const VELOCITIES_F64: EncodedField =
-        EncodedField { field: v1::Field::Velocities, encoding: v1::Encoding::RawF64 };
+        EncodedField { field: Field::Velocities, encoding: v1::Encoding::RawF64 };
 
     #[test]
     fn a_set_of_fields_knows_its_members() {
@@ -235,8 +220,9 @@ mod tests {
         assert_eq!(EncodedField::of(v1::Field::Positions, v1::Encoding::Unspecified), None);
 
         // A field or an encoding that is added to the contract is added here.
+        let number = |field| i32::from(EncodedField { field, ..EncodedField::POSITIONS_F32 }.field());
         let is_field = |number: &i32| v1::Field::try_from(*number).is_ok();
-        assert_eq!((1..64).filter(is_field).collect::<Vec<_>>(), FIELDS.map(i32::from));
+        assert_eq!((1..64).filter(is_field).collect::<Vec<_>>(), Field::ALL.map(number));
         let is_encoding = |number: &i32| v1::Encoding::try_from(*number).is_ok();
         assert_eq!((1..64).filter(is_encoding).collect::<Vec<_>>(), ENCODINGS.map(i32::from));
     }

@@ -29,7 +29,7 @@ mod frame_body;
 pub(crate) use arrays::Arrays;
 pub(crate) use delivery::{Delivery, Pace};
 pub(crate) use demand::Wish;
-pub(crate) use diagnostics::{StageSeconds, diagnostics, initial_diagnostics, rejected};
+pub(crate) use diagnostics::{diagnostics, initial_diagnostics, rejected};
 pub(crate) use feed::{Ending, Feed};
 pub(crate) use fields::{EncodedField, FieldSet, Wanted};
 pub(crate) use frame::{EncodedFrame, FrameHead};

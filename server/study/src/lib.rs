@@ -4,6 +4,7 @@
 //! over the rayon pool that the caller installs; but for seconds, results are the same for any number of threads.
 //! Modules in reading order:
 
+pub mod quantity;
 mod method;
 mod variant;
 mod scalar;
@@ -30,6 +31,7 @@ mod timing;
 mod chart;
 mod snow_chart;
 mod compare;
+pub mod profile;
 mod plan;
 mod stability;
 pub mod gallery;

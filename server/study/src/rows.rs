@@ -7,6 +7,7 @@ use crate::{
     case::Case,
     line::Line,
     method::Method,
+    quantity::time,
     reference::Reference,
     request::Request,
     row::{Outcome, Row},
@@ -90,7 +91,7 @@ impl<'a> Rows<'a> {
     fn add_next(&mut self, line: &mut Line, setting: Setting, good: f64, phase: &Phase, tell: &dyn Fn(&str)) {
         let (reference, times) = (self.reference, &self.reference.times);
         let dt = setting.dt(times.interval);
-        let steps = dt.map_or_else(String::new, |dt| format!(", steps of {dt:.3e} s"));
+        let steps = dt.map_or_else(String::new, |dt| format!(", steps of {}", time(dt)));
         tell(&format!("{} {}{steps}", setting.name(), setting.precision));
         let made = run(self.case, &setting, times, phase);
         let places: Vec<usize> = (0..reference.states.len()).collect();

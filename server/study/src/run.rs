@@ -3,6 +3,7 @@
 use std::time::Instant;
 
 use nappe_sim::{
+    field::Field,
     report::{Diagnostics, NoStopwatch, StepError, StepFailure, Work},
     world::Simulation,
 };
@@ -159,16 +160,18 @@ impl Runner {
 
     /// Where the particles of the scene are.
     pub(crate) fn positions(&self) -> Vec<f64> {
-        let mut positions = Vec::new();
-        self.simulation.positions_f64(&mut positions);
-        self.stepped.gathered(positions)
+        self.stepped.gathered(self.read(Field::Positions))
     }
 
     /// How fast they are.
     pub(crate) fn velocities(&self) -> Vec<f64> {
-        let mut velocities = Vec::new();
-        self.simulation.velocities_f64(&mut velocities);
-        velocities
+        self.read(Field::Velocities)
+    }
+
+    fn read(&self, field: Field) -> Vec<f64> {
+        let mut numbers = vec![0.0; field.width() * self.simulation.particle_count()];
+        self.simulation.read(field, &mut numbers);
+        numbers
     }
 
     /// Simulated time (s).

@@ -13,6 +13,7 @@ use crate::{
     chart::{Chart, Limit, REFERENCE},
     front,
     halved::{COST, F64_COST, MOST_WORK, halved},
+    quantity::length,
     reference::{NoReference, Reference},
     request::Request,
     row::{Outcome, Row},
@@ -208,7 +209,7 @@ fn add_rows(
             continue;
         }
         let (name, precision) = (setting.variant.name(), setting.precision);
-        tell(&format!("{name} {precision}, cells of {} m", setting.cell));
+        tell(&format!("{name} {precision}, cells of {}", length(setting.cell)));
         let made = run(case, setting, &reference.times, phase);
         rows.push((place + 1, Row::new(case, setting, &made, (&reference, &places))));
     }

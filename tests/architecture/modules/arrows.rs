@@ -97,16 +97,20 @@ pub(super) fn circles<'a>(arrows: &BTreeSet<(&'a str, &'a str)>) -> Vec<BTreeSet
     groups.into_iter().collect()
 }
 
-/// Complaints about circles, a line each.
-pub(super) fn against_circles(krate: &Crate) -> Vec<String> {
-    let arrows = between_files(krate);
+/// Complaints about circles, a line each; the files belong to `whole`.
+pub(super) fn circle_complaints(whole: &str, arrows: &BTreeSet<(&str, &str)>) -> Vec<String> {
     let told = |circle: &BTreeSet<&str>| {
         let within: Vec<_> = arrows
             .iter()
             .filter(|(from, to)| circle.contains(from) && circle.contains(to))
             .map(|(from, to)| format!("{from} -> {to}"))
             .collect();
-        format!("{}: {} files use each other in a circle: {}", krate.root, circle.len(), within.join(", "))
+        format!("{whole}: {} files use each other in a circle: {}", circle.len(), within.join(", "))
     };
-    circles(&arrows).iter().map(told).collect()
+    circles(arrows).iter().map(told).collect()
+}
+
+/// Complaints about circles of a crate.
+pub(super) fn against_circles(krate: &Crate) -> Vec<String> {
+    circle_complaints(&krate.root, &between_files(krate))
 }

@@ -31,7 +31,7 @@ const WRITERS: [(&str, &str, &str); 5] = [
         "docs/stability.md",
         "-p nappe-tests --no-default-features --test stability -- the_page_of_stability",
     ),
-    ("pages", "docs/ARCHITECTURE.md", "-p nappe-architecture -- the_drawn_tree"),
+    ("pages", "docs/tree.md", "-p nappe-architecture -- the_drawn_tree"),
     (
         "hashes",
         "tests/golden/hashes.txt",

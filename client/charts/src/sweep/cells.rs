@@ -3,9 +3,10 @@
 use super::{
     curves::FAILED,
     runs::{Sweep, short},
-    values::{Values, draw_below, draw_left},
+    values::Values,
 };
 use crate::{
+    axes,
     canvas::{Anchor, Stroke, width},
     fates, hatch,
     look::INK,
@@ -55,9 +56,8 @@ pub(super) fn picture(sweep: &Sweep, [across, upwards]: [&str; 2]) -> Result<Pic
     };
     draw_runs(&mut sheet, sweep, &rooms);
     sheet.outline([left, right, above, below], "black");
-    draw_below(&mut sheet, x_values.ticks(&x), below);
-    draw_left(&mut sheet, y_ticks, left);
-    sheet.label(across, [f64::midpoint(left, right), below + 38.0]);
+    axes::below(&mut sheet, x_values.ticks(&x), [left, right], below, across);
+    axes::left(&mut sheet, y_ticks, left);
     sheet.label_upwards(upwards, [18.0, f64::midpoint(above, below)]);
     sheet.finish("sweep", &title, sweep.sentence(0), &Style::default())
 }

@@ -2,9 +2,10 @@
 
 use super::{
     runs::Sweep,
-    values::{Values, draw_below, draw_left, scale, ticks},
+    values::{Values, scale},
 };
 use crate::{
+    axes,
     canvas::{Anchor, Stroke},
     hatch,
     look::{self, INK},
@@ -46,8 +47,7 @@ pub(super) fn picture(sweep: &Sweep, key: &str) -> Result<Picture, String> {
         sheet.words(name, [LEFT, above - 7.0], Anchor::Start, INK);
         draw_panel(&mut sheet, sweep, place, (&values, x), above);
     }
-    draw_below(&mut sheet, values.ticks(&x), bottom);
-    sheet.label(key, [f64::midpoint(LEFT, WIDTH - RIGHT), bottom + 38.0]);
+    axes::below(&mut sheet, values.ticks(&x), x.places, bottom, key);
     let mut sentence = sweep.sentence(0);
     if sweep.quantities.len() > drawn {
         let all = sweep.quantities.len();
@@ -89,5 +89,5 @@ fn draw_panel(sheet: &mut Sheet, sweep: &Sweep, place: usize, (values, x): (&Val
         }
     }
     sheet.outline([LEFT, WIDTH - RIGHT, above, below], "black");
-    draw_left(sheet, ticks(&y), LEFT);
+    axes::left(sheet, y.ticks(), LEFT);
 }

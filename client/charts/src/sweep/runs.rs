@@ -1,6 +1,6 @@
 //! The runs of a sweep, as its picture is told of them.
 
-use crate::words::three;
+use crate::words;
 
 /// Numbers that are larger (in size) are drawn as if they were none.
 pub(super) const LARGEST: f64 = 1e100;
@@ -89,5 +89,9 @@ type Extreme<'a> = (&'a SweepRun, f64);
 
 /// A number with three digits that count, with an exponent where it is small or large.
 pub(super) fn short(number: f64) -> String {
-    if number == 0.0 || (1e-4..1e6).contains(&number.abs()) { three(number) } else { format!("{number:.2e}") }
+    if number == 0.0 || (1e-4..1e6).contains(&number.abs()) {
+        words::number(number)
+    } else {
+        format!("{number:.2e}")
+    }
 }

@@ -4,23 +4,16 @@ use std::collections::BTreeSet;
 
 use super::runs::{LARGEST, Sweep};
 use crate::{
-    canvas::{Anchor, Stroke, width},
     panels::Bands,
     scale::{Scale, Spacing, Tick},
-    sheet::Sheet,
 };
 
 /// How many times the least number the greatest is, from which on an axis is logarithmic.
 const WIDE: f64 = 20.0;
 /// Numbers that are all written along their axis, at most; of more, round ones between them are.
 const FEW: usize = 12;
-/// Parts that round numbers divide an axis into, at most.
-const PARTS: f64 = 6.0;
 /// Letters of a value that are written, at most.
 const LETTERS: usize = 24;
-/// Height of a number beside an axis (px), and what stays free between two (px).
-const HEIGHT: f64 = 10.0;
-const FREE: f64 = 4.0;
 
 /// What the values of a key are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -96,7 +89,7 @@ impl Values {
     /// Ticks at values, or at round numbers between many.
     pub(super) fn ticks(&self, scale: &Scale) -> Vec<Tick> {
         if self.kind == Kind::Numbers && self.known.len() > FEW {
-            return ticks(scale);
+            return scale.ticks();
         }
         let tick =
             |(number, text): &(f64, String)| Tick { place: scale.at(*number), number: Some(cut(text)) };
@@ -125,67 +118,6 @@ pub(super) fn scale(spacing: Spacing, [low, high]: [f64; 2], places: [f64; 2]) -
         _ => 1.0,
     };
     Scale { spacing, ends: [low - room, high + room], places }
-}
-
-/// Round numbers between the ends of a scale, with as many digits as tell them apart.
-pub(super) fn ticks(scale: &Scale) -> Vec<Tick> {
-    if scale.spacing == Spacing::Log {
-        return scale.ticks();
-    }
-    let [low, high] = scale.ends;
-    let least = (high - low) / PARTS;
-    let decade = 10_f64.powf(least.log10().floor());
-    let step = [1.0, 2.0, 5.0].map(|times| times * decade).into_iter().find(|step| *step >= least);
-    let step = step.unwrap_or(10.0 * decade);
-    let first = (low / step).ceil();
-    let count = ((high / step).floor() - first).clamp(0.0, PARTS + 1.0) as u32;
-    let tick = |i: u32| {
-        let number = (first + f64::from(i)) * step;
-        Tick { place: scale.at(number), number: Some(written(number, step)) }
-    };
-    (0..=count).map(tick).collect()
-}
-
-/// A multiple of a step.
-fn written(number: f64, step: f64) -> String {
-    let digits = (-step.log10().floor()).max(0.0);
-    if digits <= 5.0 && number.abs() < 1e6 {
-        let digits = digits as usize;
-        return format!("{number:.digits$}");
-    }
-    let decades = [number.abs().max(step), step].map(|number| number.log10().floor());
-    let digits = (decades[0] - decades[1]).clamp(0.0, 15.0) as usize;
-    format!("{number:.digits$e}")
-}
-
-/// The same ticks, without numbers that would touch others; `extent` is what a number takes along the axis (px).
-fn apart(mut ticks: Vec<Tick>, extent: impl Fn(&str) -> f64) -> Vec<Tick> {
-    let mut last: Option<[f64; 2]> = None;
-    for tick in &mut ticks {
-        let Some(half) = tick.number.as_deref().map(|number| 0.5 * extent(number)) else { continue };
-        let is_taken = |[place, other]: [f64; 2]| (tick.place - place).abs() < other + half + FREE;
-        if last.is_some_and(is_taken) {
-            tick.number = None;
-        } else {
-            last = Some([tick.place, half]);
-        }
-    }
-    ticks
-}
-
-/// Draws ticks below the data, at a height (px).
-pub(super) fn draw_below(sheet: &mut Sheet, ticks: Vec<Tick>, y: f64) {
-    for Tick { place, number } in apart(ticks, width) {
-        sheet.line(&[[place, y], [place, y + 5.0]], Stroke { colour: "black", width: 1.0, dashes: "" });
-        if let Some(number) = number {
-            sheet.words(&number, [place, y + 18.0], Anchor::Middle, "black");
-        }
-    }
-}
-
-/// Draws ticks at the left of the data, at a place (px).
-pub(super) fn draw_left(sheet: &mut Sheet, ticks: Vec<Tick>, x: f64) {
-    crate::axes::left(sheet, &apart(ticks, |_| HEIGHT), x);
 }
 
 #[cfg(test)]
@@ -223,26 +155,11 @@ mod tests {
     }
 
     #[test]
-    fn ticks_of_close_numbers_have_the_digits_that_tell_them_apart() {
-        let numbers = |low: f64, high: f64| {
-            let scale = Scale { spacing: Spacing::Even, ends: [low, high], places: [0.0, 100.0] };
-            ticks(&scale).into_iter().filter_map(|tick| tick.number).collect::<Vec<_>>()
-        };
-        assert_eq!(numbers(12.31, 12.39), ["12.32", "12.34", "12.36", "12.38"]);
-        assert_eq!(numbers(-3.0, 41.0), ["0", "10", "20", "30", "40"]);
-        let small = numbers(0.0, 2.6e-8);
-        assert_eq!((small.len(), small[3].as_str()), (6, "1.5e-8"));
-    }
-
-    #[test]
-    fn no_scale_is_empty_and_no_two_numbers_touch() {
+    fn no_scale_is_empty() {
         for ends in [[0.0, 0.0], [1e90, 1e90], [-3.0, -3.0]] {
             let scale = scale(Spacing::Even, ends, [0.0, 100.0]);
             assert!(scale.ends[0] < scale.ends[1], "{ends:?}");
             assert!((scale.at(ends[0]) - 50.0).abs() < 1e-9, "{ends:?}");
         }
-        let ticks = [0.0, 10.0, 30.0].map(|place| Tick { place, number: Some("1".to_owned()) }).to_vec();
-        let kept = apart(ticks, |_| 12.0).into_iter().map(|tick| tick.number.is_some());
-        assert_eq!(kept.collect::<Vec<_>>(), [true, false, true]);
     }
 }

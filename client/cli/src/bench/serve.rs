@@ -264,7 +264,7 @@ fn text(rows: &[ServeRow]) -> String {
                 row.watchers.to_string(),
                 output::count(row.particles as u64),
                 number(row.step_ratio, 3),
-                row.frame_seconds.map_or_else(|| "-".to_owned(), output::duration),
+                row.frame_seconds.map_or_else(|| "-".to_owned(), output::time),
                 number(row.cpu_seconds_per_gb, 3),
                 number(row.plain_cpu_seconds_per_gb, 3),
                 number(row.core_share, 3),

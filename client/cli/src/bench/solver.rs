@@ -166,7 +166,7 @@ fn text(rows: &[SolverRow]) -> String {
                 row.row.threads.to_string(),
                 format!("{}{}", row.iterations, if row.converged { "" } else { ", given up" }),
                 row.products.to_string(),
-                output::duration(row.row.median_seconds),
+                output::time(row.row.median_seconds),
                 format!("{ratio:.1}"),
             ]
         })

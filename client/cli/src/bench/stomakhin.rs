@@ -134,9 +134,9 @@ fn text(row: &StomakhinRow, radius: f64) -> String {
         format!(" Stomakhin et al. 2013: 5.2 minutes per frame for 300 000 particles, {ratio:.0} times the median here.")
     });
     format!(
-        "{}\n\n{:.2} s per frame of 1/24 s (median), {:.1} million particle-steps per second, {} threads, {}.{beside}\n{} particles, 8 per cell of 5 mm, a ball of radius {:.3} m that hits a wall at 5 m/s.",
+        "{}\n\n{} per frame of 1/24 s (median), {:.1} million particle-steps per second, {} threads, {}.{beside}\n{} particles, 8 per cell of 5 mm, a ball of radius {:.3} m that hits a wall at 5 m/s.",
         output::table(&columns, &cells),
-        row.row.median_seconds,
+        output::time(row.row.median_seconds),
         row.particle_steps_per_second / 1e6,
         row.row.threads,
         row.row.precision,

@@ -150,8 +150,8 @@ fn text(rows: &[StreamRow]) -> String {
             vec![
                 output::count(row.row.particles as u64),
                 format!("{:.2} MB", row.frame_bytes as f64 / 1e6),
-                output::duration(row.row.median_seconds),
-                output::duration(row.row.min_seconds),
+                output::time(row.row.median_seconds),
+                output::time(row.row.min_seconds),
                 format!("{:.1}", row.row.rate),
                 format!("{:.0}", row.megabytes_per_second),
             ]

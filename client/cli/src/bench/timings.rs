@@ -7,12 +7,13 @@ use std::time::Instant;
 
 use nappe_sim::{
     math::Precision,
+    report::StageClock,
     snow::Snow,
     world::{Simulation, WorldSetup},
 };
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-use super::sample::{self, Sample, StageClock};
+use super::sample::{self, Sample};
 use crate::error::{CliError, Exit, Result};
 
 /// Hashes that are timed.
@@ -104,11 +105,12 @@ impl Runner {
     fn step(&mut self) -> Result<Sample> {
         let Self { pool, simulation, .. } = self;
         pool.install(|| {
-            let mut clock = StageClock::start();
+            let begin = Instant::now();
+            let mut clock = StageClock::start(|| begin.elapsed().as_secs_f64());
             let report = simulation.step(&mut clock).map_err(|error| {
                 CliError::new(Exit::Diverged, format!("the timed simulation diverged: {error}"))
             })?;
-            Ok(clock.stop(&report))
+            Ok(Sample::new(&report, begin.elapsed().as_secs_f64(), clock.seconds))
         })
     }
 

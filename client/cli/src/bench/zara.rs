@@ -13,8 +13,7 @@ use serde::Serialize;
 use super::{
     paper::{self, PublishedTime, Scheme},
     row::{Row, thread_counts},
-    sample::{self, Stages},
-    sheet,
+    sample, sheet,
     timings::{self, StepCounts, Timing},
 };
 use crate::{
@@ -98,7 +97,7 @@ fn side(particles: usize) -> Result<usize> {
 
 fn zara_row(timing: &Timing, scheme: Scheme, precision: Precision, network: &Network) -> ZaraRow {
     let median_seconds = sample::median(timing.samples.iter().map(|s| s.seconds));
-    let stages: Stages = sample::median_stages(&timing.samples);
+    let stages = sample::median_stages(&timing.samples);
     let particles = network.x.len();
     ZaraRow {
         row: Row {
@@ -158,7 +157,7 @@ fn text(rows: &[ZaraRow]) -> String {
                 row.row.threads.to_string(),
             ];
             cells.extend(shown.iter().map(|name| stage_cell(row.stages[name])));
-            cells.push(output::duration(row.row.median_seconds));
+            cells.push(output::time(row.row.median_seconds));
             cells.push(paper_cell(&row.paper));
             cells
         })
@@ -172,7 +171,7 @@ fn text(rows: &[ZaraRow]) -> String {
 }
 
 fn stage_cell(seconds: f64) -> String {
-    if seconds > 0.0 { output::duration(seconds) } else { "-".to_owned() }
+    if seconds > 0.0 { output::time(seconds) } else { "-".to_owned() }
 }
 
 fn paper_cell(times: &[PublishedTime]) -> String {

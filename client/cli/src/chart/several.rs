@@ -1,25 +1,34 @@
 //! The profile of several charts on its way out: profile.csv, profile.json, its picture, words.
 
-use std::{fmt::Write as _, path::PathBuf};
+use std::path::PathBuf;
 
-use nappe_study::Chart;
+use nappe_study::{
+    Chart,
+    profile::{Cost, Line, Profile, Run, runs},
+};
 use serde_json::{Value, json};
 
-use super::{
-    profile::{Cost, Line, Profile, Run, runs},
-    words::length,
-};
 use crate::{
-    error::{CliError, Result},
-    output::{Column, table},
+    error::Result,
+    output::{Column, length, table},
     study::{
-        HASH_OF, LookArgs, Subject,
-        files::{self, quoted},
+        Contents, Folder, HASH_OF, LookArgs, Subject,
+        csv::{self, known},
     },
 };
 
 /// Names of the files of a profile.
 pub(crate) const FILES: [&str; 1] = ["profile"];
+/// Names of the columns: they stay.
+const COLUMNS: [&str; 7] = [
+    "scene",
+    "method",
+    "precision",
+    "seconds_per_simulated_second",
+    "seconds_ratio",
+    "counts",
+    "counts_ratio",
+];
 /// Methods that are told of on standard output, at most.
 const TOLD: usize = 8;
 
@@ -54,85 +63,53 @@ impl Charted {
     }
 }
 
-/// The profile of charts.
-pub(crate) fn profile(charts: &[Charted]) -> Profile {
+/// The profile of charts to a tolerance (m).
+pub(crate) fn profile(charts: &[Charted], tolerance: f64) -> Profile {
     let scenes = charts.iter().map(|chart| (chart.subject.name.clone(), chart.runs.as_slice()));
     let cut = charts.iter().filter(|chart| chart.is_cut).map(|chart| chart.subject.name.clone()).collect();
-    Profile { cut, ..Profile::new(&scenes.collect::<Vec<_>>()) }
+    Profile { cut, ..Profile::new(tolerance, &scenes.collect::<Vec<_>>()) }
 }
 
-/// Writes the files of a profile to a tolerance (m) into a folder; their paths.
+/// Writes the files of a profile into a folder; their paths.
 ///
 /// # Errors
-/// A file that cannot be written.
+/// What cannot be drawn, and a file that cannot be written.
 pub(crate) fn write(
-    folder: &files::Folder,
+    folder: &Folder,
     charts: &[Charted],
-    (profile, tolerance): (&Profile, f64),
+    profile: &Profile,
     look: &LookArgs,
 ) -> Result<Vec<PathBuf>> {
-    let document = serde_json::to_string_pretty(&document(charts, profile, tolerance))
-        .map_err(|error| CliError::failure(format!("cannot write the profile as JSON: {error}")))?;
-    let files = [
-        ("profile.csv".to_owned(), csv(profile).into_bytes()),
-        ("profile.json".to_owned(), (document + "\n").into_bytes()),
-    ];
-    folder.write(files.into_iter().chain(pictures(profile, tolerance, look)?))
-}
-
-/// The picture, as SVG and PNG.
-#[cfg(feature = "charts")]
-fn pictures(profile: &Profile, tolerance: f64, look: &LookArgs) -> Result<Vec<(String, Vec<u8>)>> {
-    let line = |line: &Line| {
-        let mut ratios: Vec<f64> = line.ratios().collect();
-        ratios.sort_by(f64::total_cmp);
-        nappe_charts::ProfileLine { name: line.name.clone(), precision: line.precision, ratios }
+    let contents = Contents {
+        name: "profile",
+        table: rows(profile),
+        document: Some(document(charts, profile)),
+        #[cfg(feature = "charts")]
+        draw: &|style| Ok(vec![nappe_charts::profile_picture(profile, style)?]),
     };
-    let drawn = nappe_charts::Profile {
-        tolerance,
-        scenes: profile.scenes.len(),
-        unsolved: profile.unsolved(),
-        cut: profile.cut.clone(),
-        lines: profile.lines.iter().map(line).collect(),
+    folder.write(look, contents)
+}
+
+/// A row per scene and method.
+fn rows(profile: &Profile) -> String {
+    let row = |(place, line): (usize, &Line)| {
+        let Cost { seconds, seconds_ratio, count, count_ratio } = line.costs[place];
+        [
+            profile.scenes[place].clone(),
+            line.method.clone(),
+            line.precision.to_string(),
+            known(seconds),
+            known(seconds_ratio),
+            known(count),
+            known(count_ratio),
+        ]
     };
-    nappe_charts::profile_picture(&drawn, &look.style())
-        .map(|picture| files::of_pictures(vec![picture]))
-        .map_err(|error| CliError::failure(format!("cannot draw the profile: {error}")))
-}
-
-/// None: this build draws nothing, and says so.
-#[cfg(not(feature = "charts"))]
-fn pictures(_: &Profile, _: f64, _: &LookArgs) -> Result<Vec<(String, Vec<u8>)>> {
-    files::note_without_pictures();
-    Ok(Vec::new())
-}
-
-/// A row per scene and method. Names of columns stay.
-fn csv(profile: &Profile) -> String {
-    let mut text =
-        "scene,method,precision,seconds_per_simulated_second,seconds_ratio,counts,counts_ratio\n".to_owned();
-    let known = |value: Option<f64>| value.map(|value| format!("{value:?}")).unwrap_or_default();
-    for (place, scene) in profile.scenes.iter().enumerate() {
-        for line in &profile.lines {
-            let Cost { seconds, seconds_ratio, count, count_ratio } = line.costs[place];
-            let fields = [
-                quoted(scene),
-                line.method.clone(),
-                line.precision.to_string(),
-                known(seconds),
-                known(seconds_ratio),
-                count.map(|count| count.to_string()).unwrap_or_default(),
-                known(count_ratio),
-            ];
-            // Writing into a string does not fail.
-            let _ = writeln!(text, "{}", fields.join(","));
-        }
-    }
-    text
+    let of_scene = |place: usize| profile.lines.iter().map(move |line| (place, line));
+    csv::text(COLUMNS, (0..profile.scenes.len()).flat_map(of_scene).map(row))
 }
 
 /// The document. Its names stay.
-fn document(charts: &[Charted], profile: &Profile, tolerance: f64) -> Value {
+fn document(charts: &[Charted], profile: &Profile) -> Value {
     let largest = profile.largest_ratio();
     let line = |line: &Line| {
         json!({
@@ -153,29 +130,29 @@ fn document(charts: &[Charted], profile: &Profile, tolerance: f64) -> Value {
         "hash_of": HASH_OF,
         "version": env!("CARGO_PKG_VERSION"),
         "machine": machine,
-        "tolerance_m": tolerance,
+        "tolerance_m": profile.tolerance,
         "budget_s": charts.first().map(|chart| chart.subject.budget.as_secs_f64()),
         "largest_ratio": largest,
         "unsolved": profile.unsolved(),
         "cut": profile.cut,
         "methods": profile.lines.iter().map(line).collect::<Vec<_>>(),
-        "summary": summary(profile, tolerance),
+        "summary": summary(profile),
     })
 }
 
 /// What scripts are told.
-pub(crate) fn said(charts: &[Charted], tolerance: f64, written: &[PathBuf]) -> Value {
+pub(crate) fn said(charts: &[Charted], profile: &Profile, written: &[PathBuf]) -> Value {
     json!({
         "scenes": charts.iter().map(Charted::said).collect::<Vec<_>>(),
         "hash_of": HASH_OF,
-        "tolerance_m": tolerance,
+        "tolerance_m": profile.tolerance,
         "interrupted": charts.iter().any(|one| one.is_stopped),
         "files": written,
     })
 }
 
 /// The best methods as a table, and a summary.
-pub(crate) fn text(profile: &Profile, tolerance: f64) -> String {
+pub(crate) fn text(profile: &Profile) -> String {
     let row = |line: &Line| {
         let counts = [line.ratios().count(), line.within(1.0), line.within(2.0)];
         let mut cells = vec![format!("{} {}", line.method, line.precision)];
@@ -190,13 +167,13 @@ pub(crate) fn text(profile: &Profile, tolerance: f64) -> String {
         Column::Right("cheapest"),
         Column::Right("within twice the cheapest"),
     ];
-    let summary = summary(profile, tolerance);
+    let summary = summary(profile);
     if rows.is_empty() { summary } else { format!("{}\n\n{summary}", table(&columns, &rows)) }
 }
 
 /// How many scenes there are, and on which of them nothing is right enough.
-fn summary(profile: &Profile, tolerance: f64) -> String {
-    let (count, tolerance) = (profile.scenes.len(), length(tolerance));
+fn summary(profile: &Profile) -> String {
+    let (count, tolerance) = (profile.scenes.len(), length(profile.tolerance));
     let unsolved = profile.unsolved();
     let text = if unsolved.is_empty() {
         format!("On each of {count} scenes some method is within {tolerance}.")

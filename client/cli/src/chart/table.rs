@@ -1,10 +1,8 @@
 //! The rows of a chart as comma-separated values.
 
-use std::fmt::Write as _;
-
 use nappe_study::{Chart, Outcome, Row};
 
-use crate::study::files::quoted;
+use crate::study::csv::{self, known, number};
 
 /// Names of the columns: they stay.
 const COLUMNS: [&str; 24] = [
@@ -36,18 +34,10 @@ const COLUMNS: [&str; 24] = [
 
 /// All rows, with a header.
 pub(crate) fn text(scene: &str, threads: usize, chart: &Chart) -> String {
-    let mut text = COLUMNS.join(",") + "\n";
-    for row in &chart.rows {
-        let fields = fields(scene, threads, row).map(|field| quoted(&field));
-        // Writing into a string does not fail.
-        let _ = writeln!(text, "{}", fields.join(","));
-    }
-    text
+    csv::text(COLUMNS, chart.rows.iter().map(|row| fields(scene, threads, row)))
 }
 
 fn fields(scene: &str, threads: usize, row: &Row) -> [String; COLUMNS.len()] {
-    let number = |value: f64| format!("{value:?}");
-    let known = |value: Option<f64>| value.map(number).unwrap_or_default();
     let failure = row.failure.as_ref();
     // How far a run came that was given up is a matter of time, or of what others cost.
     let is_known = !matches!(row.outcome, Outcome::NotKnown | Outcome::Costly);
@@ -72,7 +62,7 @@ fn fields(scene: &str, threads: usize, row: &Row) -> [String; COLUMNS.len()] {
         told(row.max_stretch),
         failure.map(|failure| failure.cause.clone()).unwrap_or_default(),
         known(failure.map(|failure| failure.time)),
-        failure.and_then(|failure| failure.particle).map(|particle| particle.to_string()).unwrap_or_default(),
+        known(failure.and_then(|failure| failure.particle)),
         row.below_floor.to_string(),
         row.front.to_string(),
         row.own.to_string(),

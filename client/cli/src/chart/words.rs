@@ -2,15 +2,14 @@
 
 use nappe_study::{Chart, Limit, NoReference, Row, cheapest};
 
-use crate::output::{Column, table};
-pub(crate) use crate::study::units::told as length;
+use crate::output::{Column, length, moment, table, three, time};
 
 /// Errors (m) to which the cheapest row is told.
 const ERRORS: [f64; 3] = [1e-2, 1e-3, 1e-4];
 
 /// What steps a row makes.
-fn steps(row: &Row) -> String {
-    let mean = format!("{:.3} ms", row.dt * 1e3);
+pub(crate) fn steps(row: &Row) -> String {
+    let mean = time(row.dt);
     match (row.stepped.step_tolerance(), row.stepped.cell()) {
         (Some(tolerance), _) => format!("{mean} on average, {} per step", length(tolerance)),
         (_, Some(cell)) => format!("{mean} on average, cells of {}", length(cell)),
@@ -106,16 +105,10 @@ pub(crate) fn needed(what: &str, seconds: f64) -> String {
     }
 }
 
-/// A number with three digits that count.
-fn three(value: f64) -> String {
-    let digits = (2 - value.abs().max(1e-3).log10().floor() as i32).clamp(0, 4) as usize;
-    format!("{value:.digits$}")
-}
-
 /// What limits the time in which runs are compared.
 pub(crate) fn limit(chart: &Chart) -> String {
     let count = chart.reference.as_ref().map_or(0, |reference| reference.times.marks.len());
-    let until = format!("at {count} times until {:.3} s", chart.until());
+    let until = format!("at {count} times until {}", moment(chart.until()));
     let quarter = length(0.25 * chart.tolerance);
     if let Some(missing) = &chart.missing {
         return match missing {

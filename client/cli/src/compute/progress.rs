@@ -3,7 +3,7 @@
 use indicatif::{ProgressBar, ProgressStyle};
 use nappe_client::v1;
 
-use crate::diagnostics;
+use crate::{diagnostics, output};
 
 /// How far a simulation is.
 #[derive(Debug)]
@@ -30,9 +30,9 @@ impl Progress {
     pub(crate) fn show(&self, step: &v1::Diagnostics) {
         self.bar.set_position(step.step);
         self.bar.set_message(format!(
-            "t = {:.3} s, {:.2} ms per step{}",
-            step.time_seconds,
-            step.step_seconds * 1e3,
+            "t = {}, {} per step{}",
+            output::moment(step.time_seconds),
+            output::time(step.step_seconds),
             diagnostics::snow_phrase(step)
         ));
     }

@@ -151,10 +151,10 @@ impl Summary {
                 format!("{}, {} springs", output::count(self.particles), output::count(self.springs)),
             ),
             ("steps", format!("{} of {} s", output::count(self.steps), self.dt)),
-            ("simulated", format!("{:.3} s", self.time)),
+            ("simulated", output::moment(self.time)),
             (
                 "computed in",
-                format!("{}, {} per step", output::duration(self.seconds), output::duration(step_seconds)),
+                format!("{}, {} per step", output::time(self.seconds), output::time(step_seconds)),
             ),
             ("real-time factor", format!("{:.2}", self.time / self.seconds.max(f64::MIN_POSITIVE))),
             ("with", format!("{}{} threads, {}", self.of_ranks(), self.threads, self.precision)),

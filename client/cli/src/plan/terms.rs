@@ -2,10 +2,7 @@
 
 use nappe_study::{Plan, Term};
 
-use crate::{
-    chart::words::length,
-    output::{Column, table},
-};
+use crate::output::{Column, length, table};
 
 /// The least share of the time that is no noise.
 const LEAST_SAVING: f64 = 0.05;

@@ -3,34 +3,13 @@
 use nappe_study::{Dropped, Plan, ReachEnd, Row, Tried};
 
 use crate::{
-    chart::words::{length, limit},
-    output::{Column, table},
+    chart::words::{limit, steps},
+    output::{Column, length, moment, table, time},
 };
-
-/// A time (s) in the unit that suits it, with three digits that count.
-fn time(seconds: f64) -> String {
-    let (value, unit) = match seconds {
-        s if s >= 7200.0 => (s / 3600.0, "h"),
-        s if s >= 120.0 => (s / 60.0, "min"),
-        s if s >= 1.0 => (s, "s"),
-        s if s >= 1e-3 => (s * 1e3, "ms"),
-        s => (s * 1e6, "us"),
-    };
-    let digits = (2 - value.abs().max(1e-3).log10().floor() as i32).clamp(0, 4) as usize;
-    format!("{value:.digits$} {unit}")
-}
 
 /// A method in steps.
 fn setting(row: &Row) -> String {
-    let of = format!("{} in {}", row.stepped.name(), row.stepped.precision());
-    let steps = match (row.stepped.step_tolerance(), row.stepped.cell()) {
-        (Some(tolerance), _) => {
-            format!("with steps of {} on average, {} per step", time(row.dt), length(tolerance))
-        }
-        (_, Some(cell)) => format!("with steps of {} on average, cells of {}", time(row.dt), length(cell)),
-        (None, None) => format!("with steps of {}", time(row.dt)),
-    };
-    format!("{of} {steps}")
+    format!("{} in {} with steps of {}", row.stepped.name(), row.stepped.precision(), steps(row))
 }
 
 fn cost(row: &Row) -> String {
@@ -80,7 +59,7 @@ fn nothing(plan: &Plan) -> String {
 
 /// What is recommended, or else the nearest.
 fn first(plan: &Plan, row: &Row) -> String {
-    let (tolerance, until) = (length(plan.chart.tolerance), format!("{:.3} s", plan.chart.until()));
+    let (tolerance, until) = (length(plan.chart.tolerance), moment(plan.chart.until()));
     let error = row.error().map_or_else(|| "unknown".to_owned(), length);
     let (setting, cost) = (setting(row), cost(row));
     if plan.is_met {
@@ -124,7 +103,7 @@ fn verified(plan: &Plan) -> Option<String> {
 /// How far it runs as a scene.
 fn reach(plan: &Plan) -> Option<String> {
     let reach = plan.reach.as_ref()?;
-    let (steps, until) = (reach.steps, format!("{:.3} s", reach.until));
+    let (steps, until) = (reach.steps, moment(reach.until));
     Some(match &reach.end {
         ReachEnd::Scene => format!("The scene was run so to its end, {until}."),
         ReachEnd::Failed(cause) => {
@@ -169,7 +148,7 @@ fn needed(plan: &Plan, row: &Row) -> Option<String> {
         None => return None,
     };
     if plan.met_until > 0.0 {
-        Some(format!("{what} Until {:.3} s it is within {tolerance}.", plan.met_until))
+        Some(format!("{what} Until {} it is within {tolerance}.", moment(plan.met_until)))
     } else {
         Some(what)
     }

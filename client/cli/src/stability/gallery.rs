@@ -5,15 +5,10 @@ use std::{fmt::Write as _, path::PathBuf};
 use nappe_study::gallery::{Exhibit, Family, Table, Verdict};
 use serde_json::{Value, json};
 
-#[cfg(feature = "charts")]
-use crate::error::CliError;
 use crate::{
     error::Result,
     output::{Column, table},
-    study::{
-        LookArgs,
-        files::{self, quoted},
-    },
+    study::{Contents, Folder, LookArgs, csv},
 };
 
 /// The least width in print (mm): below it, words would be smaller than 6 pt beside a column per method.
@@ -25,24 +20,16 @@ pub(crate) const FILES: [&str; 1] = ["gallery"];
 /// Writes the files of the gallery into a folder; their paths.
 ///
 /// # Errors
-/// A file that cannot be written.
-pub(crate) fn write(folder: &files::Folder, tables: &[Table], look: &LookArgs) -> Result<Vec<PathBuf>> {
-    let csv = ("gallery.csv".to_owned(), csv(tables).into_bytes());
-    folder.write(std::iter::once(csv).chain(pictures(tables, look)?))
-}
-
-#[cfg(feature = "charts")]
-fn pictures(tables: &[Table], look: &LookArgs) -> Result<Vec<(String, Vec<u8>)>> {
-    nappe_charts::gallery_picture(tables, &look.style())
-        .map(|picture| files::of_pictures(vec![picture]))
-        .map_err(|error| CliError::failure(format!("cannot draw the gallery: {error}")))
-}
-
-/// None: this build draws nothing, and says so.
-#[cfg(not(feature = "charts"))]
-fn pictures(_: &[Table], _: &LookArgs) -> Result<Vec<(String, Vec<u8>)>> {
-    files::note_without_pictures();
-    Ok(Vec::new())
+/// What cannot be drawn, and a file that cannot be written.
+pub(crate) fn write(folder: &Folder, tables: &[Table], look: &LookArgs) -> Result<Vec<PathBuf>> {
+    let contents = Contents {
+        name: "gallery",
+        table: rows(tables),
+        document: None::<Value>,
+        #[cfg(feature = "charts")]
+        draw: &|style| Ok(vec![nappe_charts::gallery_picture(tables, style)?]),
+    };
+    folder.write(look, contents)
 }
 
 /// Verdicts with their scenes and methods, but for methods that a scene does not concern.
@@ -59,14 +46,12 @@ fn cells(tables: &[Table]) -> impl Iterator<Item = (&Exhibit, &str, &Verdict)> {
 }
 
 /// A row per scene and method. Names of columns stay.
-fn csv(tables: &[Table]) -> String {
-    let mut text = "number,scene,method,verdict,detail\n".to_owned();
-    for (Exhibit { number, what, .. }, method, verdict) in cells(tables) {
-        let fields = [what, method, verdict.name(), verdict.detail()].map(quoted);
-        // Writing into a string does not fail.
-        let _ = writeln!(text, "{number},{}", fields.join(","));
-    }
-    text
+fn rows(tables: &[Table]) -> String {
+    let row = |(exhibit, method, verdict): (&Exhibit, &str, &Verdict)| {
+        let number = exhibit.number.to_string();
+        [number.as_str(), exhibit.what, method, verdict.name(), verdict.detail()].map(str::to_owned)
+    };
+    csv::text(["number", "scene", "method", "verdict", "detail"], cells(tables).map(row))
 }
 
 /// How many cells have a verdict of a name.

@@ -12,8 +12,8 @@ use std::path::PathBuf;
 use nappe_study::Stability;
 
 use crate::{
-    error::{CliError, Result},
-    study::{LookArgs, Subject, files},
+    error::Result,
+    study::{Contents, Folder, LookArgs, Subject},
 };
 
 /// Names of the files of a study.
@@ -22,33 +22,19 @@ pub(crate) const FILES: [&str; 4] = ["stability", "limits", "map_damping", "map_
 /// Writes the files of a study into a folder; their paths.
 ///
 /// # Errors
-/// A file that cannot be written.
+/// What cannot be drawn, and a file that cannot be written.
 pub(crate) fn write(
-    folder: &files::Folder,
+    folder: &Folder,
     subject: &Subject,
     study: &Stability,
     look: &LookArgs,
 ) -> Result<Vec<PathBuf>> {
-    let document = serde_json::to_string_pretty(&document::document(subject, study))
-        .map_err(|error| CliError::failure(format!("cannot write the study as JSON: {error}")))?;
-    let files = [
-        ("stability.csv".to_owned(), table::text(&subject.name, &study.rows).into_bytes()),
-        ("stability.json".to_owned(), (document + "\n").into_bytes()),
-    ];
-    folder.write(files.into_iter().chain(pictures(&subject.name, study, look)?))
-}
-
-/// Pictures, each as SVG and PNG.
-#[cfg(feature = "charts")]
-fn pictures(scene: &str, study: &Stability, look: &LookArgs) -> Result<Vec<(String, Vec<u8>)>> {
-    nappe_charts::stability_pictures(scene, study, &look.style())
-        .map(files::of_pictures)
-        .map_err(|error| CliError::failure(format!("cannot draw the study: {error}")))
-}
-
-/// None: this build draws nothing, and says so.
-#[cfg(not(feature = "charts"))]
-fn pictures(_: &str, _: &Stability, _: &LookArgs) -> Result<Vec<(String, Vec<u8>)>> {
-    files::note_without_pictures();
-    Ok(Vec::new())
+    let contents = Contents {
+        name: "stability",
+        table: table::text(&subject.name, &study.rows),
+        document: Some(document::document(subject, study)),
+        #[cfg(feature = "charts")]
+        draw: &|style| nappe_charts::stability_pictures(&subject.name, study, style),
+    };
+    folder.write(look, contents)
 }

@@ -1,10 +1,8 @@
 //! The rows of a study of stability as comma-separated values.
 
-use std::fmt::Write as _;
-
 use nappe_study::{Fate, StabilityRow};
 
-use crate::study::files::quoted;
+use crate::study::csv::{self, known, number};
 
 /// Names of the columns: they stay.
 const COLUMNS: [&str; 17] = [
@@ -29,19 +27,10 @@ const COLUMNS: [&str; 17] = [
 
 /// All rows, with a header.
 pub(super) fn text(scene: &str, rows: &[StabilityRow]) -> String {
-    let mut text = COLUMNS.join(",") + "\n";
-    for row in rows {
-        let fields = fields(scene, row).map(|field| quoted(&field));
-        // Writing into a string does not fail.
-        let _ = writeln!(text, "{}", fields.join(","));
-    }
-    text
+    csv::text(COLUMNS, rows.iter().map(|row| fields(scene, row)))
 }
 
 fn fields(scene: &str, row: &StabilityRow) -> [String; COLUMNS.len()] {
-    let number = |value: f64| format!("{value:?}");
-    let known = |value: Option<f64>| value.map(number).unwrap_or_default();
-    let whole = |value: Option<u64>| value.map(|value| value.to_string()).unwrap_or_default();
     [
         scene.to_owned(),
         row.method.name(),
@@ -55,8 +44,8 @@ fn fields(scene: &str, row: &StabilityRow) -> [String; COLUMNS.len()] {
         known(row.limit),
         known(row.theory),
         row.stepping.name().to_owned(),
-        whole(row.step),
-        whole(row.particle),
+        known(row.step),
+        known(row.particle),
         known(row.bound),
         known(row.right),
         row.cut.map(|cut| cut.why().to_owned()).unwrap_or_default(),

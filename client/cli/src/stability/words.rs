@@ -4,19 +4,8 @@ use nappe_study::{Fate, NoReference, Over, Stability, StabilityRow, Stepping, WR
 
 use crate::{
     chart::words::needed,
-    output::{Column, table},
+    output::{Column, length, table, time},
 };
-
-/// A time (s) as people write it, in three digits.
-fn time(seconds: f64) -> String {
-    let (value, unit) = match seconds {
-        s if s >= 1.0 => (s, "s"),
-        s if s >= 1e-3 => (s * 1e3, "ms"),
-        s => (s * 1e6, "us"),
-    };
-    let digits = (2 - value.abs().max(1e-3).log10().floor() as i32).clamp(0, 4) as usize;
-    format!("{value:.digits$} {unit}")
-}
 
 /// What stands in place of what was not followed to its end.
 const NOT_KNOWN: &str = "not known";
@@ -92,9 +81,9 @@ pub(crate) fn summary(study: &Stability) -> String {
             "{stable}; what is wrong could not be told: what starts 1e-8 m apart parts at once, or the reference is not known."
         ),
         None => format!(
-            "{stable}, and right while it is within {} mm of a reference until {}, the predictability horizon for a displacement \
+            "{stable}, and right while it is within {} of a reference until {}, the predictability horizon for a displacement \
              of 1e-8 m{}.",
-            1e3 * WRONG * study.tolerance,
+            length(WRONG * study.tolerance),
             time(study.window),
             study.growth_rate.map_or_else(String::new, |rate| format!(" (mean growth rate {rate:.1} 1/s)"))
         ),
@@ -144,22 +133,4 @@ fn cut(study: &Stability) -> String {
         "{why}: {limits} limits, {rights} steps up to which a method is right, {runs} runs as the program makes them and {cells} cells of maps are not known; a larger --budget goes \
          further, and changes nothing of what is known."
     )
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn times_have_three_digits() {
-        for (seconds, text) in [
-            (5.33e-3, "5.33 ms"),
-            (6.667e-7, "0.667 us"),
-            (0.32, "320 ms"),
-            (2.5, "2.50 s"),
-            (4.2e-4, "420 us"),
-        ] {
-            assert_eq!(time(seconds), text);
-        }
-    }
 }

@@ -4,7 +4,10 @@ use nappe_scene::{Scene, suggestion};
 use nappe_study::Case;
 
 use super::units;
-use crate::error::{CliError, Result};
+use crate::{
+    error::{CliError, Result},
+    output::length,
+};
 
 /// The least error (m) that can be asked for.
 const LEAST_TOLERANCE: f64 = 1e-12;
@@ -56,8 +59,8 @@ pub(crate) fn tolerance(text: &str, case: &Case) -> Result<f64> {
     if longest > 0.0 && tolerance > longest {
         return Err(refused(format!(
             "any answer would be within it, since the scene is {} long; a smaller one is needed, such as {}",
-            units::told(longest),
-            units::told(1e-3 * longest)
+            length(longest),
+            length(1e-3 * longest)
         )));
     }
     if longest == 0.0 && tolerance > LARGEST_OF_A_POINT {

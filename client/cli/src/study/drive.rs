@@ -8,7 +8,7 @@ use nappe_study::{Budget, Stop};
 use rayon::ThreadPoolBuilder;
 
 use crate::{
-    error::{CliError, Result},
+    error::{CliError, Exit, Result},
     remote,
 };
 
@@ -50,6 +50,11 @@ pub(crate) fn compute<T: Send + 'static>(
             CliError::failure(format!("the study ended in an error of this program: {error}"))
         })
     })
+}
+
+/// The end of a study that a signal came to.
+pub(crate) fn interrupted() -> CliError {
+    CliError::new(Exit::Interrupted, "interrupted: what was found until then is written")
 }
 
 /// What is done now, and the time that is left.

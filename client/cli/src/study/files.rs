@@ -1,14 +1,35 @@
-//! Files of a study: the folder that they are written into, tables and pictures.
+//! Files of a study: the folder that they are written into, a table, a document and pictures.
 
 use std::{
     fs, io,
     path::{Path, PathBuf},
 };
 
+use serde::Serialize;
+
+use super::look::LookArgs;
 use crate::{
     error::{CliError, Result},
+    output::{self, Format},
     write::{self, Existing},
 };
+
+/// Pictures, or why there are none.
+#[cfg(feature = "charts")]
+pub(crate) type Drawn = std::result::Result<Vec<nappe_charts::Picture>, String>;
+
+/// What a study leaves.
+pub(crate) struct Contents<'a, D> {
+    /// Name of the table and of the document, without extension.
+    pub(crate) name: &'a str,
+    /// Its rows as CSV, with a line of names first.
+    pub(crate) table: String,
+    /// What is written as JSON, if anything is.
+    pub(crate) document: Option<D>,
+    /// Draws its pictures.
+    #[cfg(feature = "charts")]
+    pub(crate) draw: &'a dyn Fn(&nappe_charts::Style) -> Drawn,
+}
 
 /// The folder of a study's files.
 pub(crate) struct Folder {
@@ -38,13 +59,25 @@ impl Folder {
         self.names.iter().flat_map(of).collect()
     }
 
-    /// Writes files, each of them whole; their paths. Nothing of an earlier study is left beside them.
+    /// Writes what a study leaves, each file whole; their paths. Nothing of an earlier study is left beside them.
     ///
     /// # Errors
-    /// A file that cannot be written.
-    pub(crate) fn write(&self, files: impl Iterator<Item = (String, Vec<u8>)>) -> Result<Vec<PathBuf>> {
+    /// What cannot be drawn, and a file that cannot be written.
+    pub(crate) fn write<D: Serialize>(
+        &self,
+        look: &LookArgs,
+        contents: Contents<'_, D>,
+    ) -> Result<Vec<PathBuf>> {
+        let pictures = contents.pictures(look)?;
+        let Contents { name, table, document, .. } = contents;
+        let mut files = vec![(format!("{name}.csv"), table.into_bytes())];
+        if let Some(document) = document {
+            let text = serde_json::to_string_pretty(&document)
+                .map_err(|error| CliError::failure(format!("cannot write {name}.json: {error}")))?;
+            files.push((format!("{name}.json"), (text + "\n").into_bytes()));
+        }
         let mut written = Vec::new();
-        for (name, bytes) in files {
+        for (name, bytes) in files.into_iter().chain(pictures) {
             let path = self.path.join(name);
             write::write_whole(&path, &bytes, self.existing)?;
             written.push(path);
@@ -76,66 +109,53 @@ pub(crate) fn check_folder(folder: &Path) -> Result<()> {
     probed.map_err(|error| CliError::file("write into", folder, &error))
 }
 
-/// Says where files are.
-pub(crate) fn told(written: &[PathBuf]) -> String {
-    let paths: Vec<_> = written.iter().map(|path| path.display().to_string()).collect();
-    format!("Written: {}", paths.join(", "))
+impl<D> Contents<'_, D> {
+    /// Its pictures as files.
+    #[cfg(feature = "charts")]
+    fn pictures(&self, look: &LookArgs) -> Result<Vec<(String, Vec<u8>)>> {
+        of_pictures(self.name, (self.draw)(&look.style()))
+    }
+
+    /// None: this build draws nothing, and says so.
+    #[cfg(not(feature = "charts"))]
+    fn pictures(&self, _: &LookArgs) -> Result<Vec<(String, Vec<u8>)>> {
+        note_without_pictures();
+        Ok(Vec::new())
+    }
 }
 
-/// Each picture as SVG and PNG.
+/// Pictures of what has a name as files, each as SVG and PNG.
+///
+/// # Errors
+/// Why there are none.
 #[cfg(feature = "charts")]
-pub(crate) fn of_pictures(pictures: Vec<nappe_charts::Picture>) -> Vec<(String, Vec<u8>)> {
+pub(crate) fn of_pictures(name: &str, drawn: Drawn) -> Result<Vec<(String, Vec<u8>)>> {
+    let pictures =
+        drawn.map_err(|error| CliError::failure(format!("cannot draw the pictures of {name}: {error}")))?;
     let files = |picture: nappe_charts::Picture| {
         [
             (format!("{}.svg", picture.name), picture.svg.into_bytes()),
             (format!("{}.png", picture.name), picture.png),
         ]
     };
-    pictures.into_iter().flat_map(files).collect()
+    Ok(pictures.into_iter().flat_map(files).collect())
 }
 
 /// Says that this build draws nothing.
 #[cfg(not(feature = "charts"))]
 pub(crate) fn note_without_pictures() {
-    crate::output::note("no pictures: this command was built without its feature `charts`");
+    output::note("no pictures: this command was built without its feature `charts`");
 }
 
-/// A field of comma-separated values, in quotes where it needs them (RFC 4180).
-pub(crate) fn quoted(field: &str) -> String {
-    if field.contains([',', '"', '\n', '\r']) {
-        format!("\"{}\"", field.replace('"', "\"\""))
-    } else {
-        field.to_owned()
+/// Says what was found: to programs one object, to people words, and where the files are.
+///
+/// # Errors
+/// When standard output cannot be written.
+pub(crate) fn say(format: Format, json: &impl Serialize, words: &str, written: &[PathBuf]) -> Result<()> {
+    if format == Format::Json {
+        return output::json(json);
     }
-}
-
-/// The fields of a row of comma-separated values, as they were before they were quoted.
-pub(crate) fn fields(row: &str) -> Vec<String> {
-    let (mut fields, mut field, mut is_quoted) = (Vec::new(), String::new(), false);
-    let mut letters = row.chars().peekable();
-    while let Some(letter) = letters.next() {
-        match letter {
-            '"' if is_quoted && letters.next_if_eq(&'"').is_some() => field.push('"'),
-            '"' => is_quoted = !is_quoted,
-            ',' if !is_quoted => fields.push(std::mem::take(&mut field)),
-            letter => field.push(letter),
-        }
-    }
-    fields.push(field);
-    fields
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn what_would_end_a_field_is_quoted_and_read_back() {
-        assert_eq!(quoted("plain"), "plain");
-        assert_eq!(quoted("a, \"b\""), "\"a, \"\"b\"\"\"");
-        for row in [&["plain", "", "a, \"b\"", "[1,2]"][..], &["\"", "\"\"", ","], &[""]] {
-            let text: Vec<String> = row.iter().map(|field| quoted(field)).collect();
-            assert_eq!(fields(&text.join(",")), row);
-        }
-    }
+    let paths: Vec<_> = written.iter().map(|path| path.display().to_string()).collect();
+    let told = format!("Written: {}", paths.join(", "));
+    output::line(&if words.is_empty() { told } else { format!("{words}\n{told}") })
 }

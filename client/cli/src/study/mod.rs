@@ -5,14 +5,16 @@
 pub(crate) mod units;
 pub(crate) mod asked;
 mod look;
+pub(crate) mod csv;
 pub(crate) mod files;
 mod subject;
 mod source;
 mod drive;
 
 pub(crate) use self::{
-    drive::compute,
+    drive::{compute, interrupted},
+    files::{Contents, Folder},
     look::LookArgs,
     source::Source,
-    subject::{HASH_OF, Subject, processor},
+    subject::{HASH_OF, Subject, threads},
 };

@@ -1,11 +1,15 @@
 //! A scene that is studied, as the command line names it.
 
-use std::path::Path;
+use std::{
+    path::Path,
+    time::{Duration, Instant},
+};
 
 use nappe_scene::{Built, Scene, SceneLimits, files};
 use nappe_study::Case;
 use xxhash_rust::xxh3::xxh3_64;
 
+use super::subject::{Subject, processor, threads};
 use crate::{
     error::{CliError, Result},
     meshes, output, paths, scene,
@@ -57,5 +61,18 @@ impl Source {
             meshes::note(&[format!("snow is left out: {verb} studies its cloths")]);
         }
         Ok(Self { name, hash: output::hash(xxh3_64(text.as_bytes())), is_whole, scene, case })
+    }
+
+    /// What is studied, on so many threads if they are told, within a budget that began then.
+    pub(crate) fn subject(&self, asked: Option<u16>, budget: Duration, begin: Instant) -> Subject {
+        Subject {
+            name: self.name.clone(),
+            scene_hash: self.hash.clone(),
+            is_whole: self.is_whole,
+            processor: processor(),
+            threads: threads(asked),
+            budget,
+            begin,
+        }
     }
 }

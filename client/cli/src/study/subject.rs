@@ -30,8 +30,13 @@ impl Subject {
     }
 }
 
+/// As many threads as are asked for, or as there are cores.
+pub(crate) fn threads(asked: Option<u16>) -> usize {
+    asked.map_or_else(rayon::current_num_threads, usize::from)
+}
+
 /// What the system calls the processor.
-pub(crate) fn processor() -> String {
+pub(super) fn processor() -> String {
     let text = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let name = text.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':'));
     name.map_or_else(|| std::env::consts::ARCH.to_owned(), |(_, name)| name.trim().to_owned())

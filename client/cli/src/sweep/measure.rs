@@ -5,7 +5,10 @@
 use std::ops::Range;
 
 use nappe_scene::suggestion;
-use nappe_sim::world::{Simulation, WorldSetup};
+use nappe_sim::{
+    field::Field,
+    world::{Simulation, WorldSetup},
+};
 
 use crate::error::{CliError, Result};
 
@@ -215,11 +218,11 @@ pub(crate) fn values(measures: &[Measure], bodies: &Bodies, simulation: &Simulat
     if measures.is_empty() {
         return Vec::new();
     }
-    let (mut x, mut v) = (Vec::new(), Vec::new());
-    simulation.positions_f64(&mut x);
-    simulation.velocities_f64(&mut v);
-    let (x, v) = (x.as_chunks::<3>().0, v.as_chunks::<3>().0);
-    measures.iter().map(|measure| measure.value(bodies, x, v)).collect()
+    let mut x = vec![[0.0; 3]; simulation.particle_count()];
+    let mut v = x.clone();
+    simulation.read::<f64>(Field::Positions, x.as_flattened_mut());
+    simulation.read::<f64>(Field::Velocities, v.as_flattened_mut());
+    measures.iter().map(|measure| measure.value(bodies, &x, &v)).collect()
 }
 
 /// Refuses a measure that is asked for twice.

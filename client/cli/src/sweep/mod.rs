@@ -37,7 +37,7 @@ pub(crate) use self::{
 };
 use crate::{
     error::{CliError, Result},
-    study::files::quoted,
+    study::csv::quoted,
 };
 
 /// What is run.

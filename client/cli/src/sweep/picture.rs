@@ -4,7 +4,7 @@ use super::table::{Columns, Table};
 #[cfg(feature = "charts")]
 use super::{run::BEFORE, table::is_ok};
 #[cfg(feature = "charts")]
-use crate::{error::CliError, output};
+use crate::output;
 use crate::{error::Result, study::files};
 
 /// Runs that are drawn, at most.
@@ -48,9 +48,7 @@ pub(crate) fn picture_files(
         runs: table.rows().map(of_row).collect(),
         count: table.runs(),
     };
-    nappe_charts::sweep_picture(&sweep)
-        .map(|picture| files::of_pictures(vec![picture]))
-        .map_err(|error| CliError::failure(format!("cannot draw the sweep: {error}")))
+    files::of_pictures("sweep", nappe_charts::sweep_picture(&sweep).map(|picture| vec![picture]))
 }
 
 /// Why a sweep has no picture, if it has none.

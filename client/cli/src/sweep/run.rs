@@ -6,7 +6,7 @@ use nappe_scene::{
     Scene, SceneLimits,
     mesh::{PlyFrame, PlyNumbers, write_ply_frame},
 };
-use nappe_sim::{report::NoStopwatch, world::Simulation};
+use nappe_sim::{field::Field, report::NoStopwatch, world::Simulation};
 
 use super::{
     end::End,
@@ -16,7 +16,7 @@ use super::{
 use crate::{
     error::{CliError, Result},
     output,
-    study::files::quoted,
+    study::csv::{known, number, quoted},
     write::{self, Existing},
 };
 
@@ -58,11 +58,9 @@ impl Ran {
     pub(crate) fn fields(&self, measures: usize) -> Vec<String> {
         // A row is a line.
         let cause = self.cause.replace(['\n', '\r'], " ");
-        let number = |number: f64| format!("{number:?}");
         let before =
             [self.steps.to_string(), number(self.time), number(self.energy), number(self.max_stretch)];
-        let measured =
-            (0..measures).map(|place| self.measured.get(place).copied().map_or_else(String::new, number));
+        let measured = (0..measures).map(|place| known(self.measured.get(place)));
         let after = [
             output::hash(self.state_hash),
             self.outcome.to_owned(),
@@ -149,14 +147,17 @@ pub(crate) fn check_measures(scene: &Scene, common: &Common) -> Result<()> {
 
 /// Writes where particles are as a PLY file, in the precision of the simulation.
 fn keep(simulation: &Simulation, path: &Path) -> Result<()> {
-    let (mut single, mut double) = (Vec::new(), Vec::new());
+    let count = Field::Positions.width() * simulation.particle_count();
+    let (mut single, mut double): (Vec<f32>, Vec<f64>) = (Vec::new(), Vec::new());
     let positions = match simulation {
         Simulation::F32(_) => {
-            simulation.positions_f32(&mut single);
+            single.resize(count, 0.0);
+            simulation.read(Field::Positions, &mut single);
             PlyNumbers::F32(&single)
         }
         Simulation::F64(_) => {
-            simulation.positions_f64(&mut double);
+            double.resize(count, 0.0);
+            simulation.read(Field::Positions, &mut double);
             PlyNumbers::F64(&double)
         }
     };

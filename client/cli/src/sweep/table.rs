@@ -14,7 +14,7 @@ use super::{
 };
 use crate::{
     error::{CliError, Result},
-    study::files::{fields, quoted},
+    study::csv::{fields, quoted},
     write::{self, Existing},
 };
 

@@ -18,8 +18,8 @@ use crate::{
         words,
     },
     error::{CliError, Exit, Result},
-    output::{self, Format, OutputArgs},
-    study::{self, HASH_OF, LookArgs, Source, Subject, asked, files, units},
+    output::{Format, OutputArgs},
+    study::{self, Folder, HASH_OF, LookArgs, Source, Subject, asked, files, units},
     write::ForceArgs,
 };
 
@@ -103,7 +103,7 @@ fn run_one(args: &ChartArgs, scene: &str) -> Result<()> {
     let begin = Instant::now();
     let asked = read(args, scene)?;
     let folder = args.out.clone().unwrap_or_else(|| PathBuf::from(format!("chart-{}", asked.source.name)));
-    let folder = files::Folder::open(folder, &chart::FILES, args.force.existing())?;
+    let folder = Folder::open(folder, &chart::FILES, args.force.existing())?;
     let (subject, chart) = compute(args, asked, begin)?;
     let written = chart::write(&folder, &subject, &chart, &args.look)?;
     say(args.output.format(), &subject, &chart, &written)
@@ -121,8 +121,8 @@ fn run_several(args: &ChartArgs, scenes: &[String]) -> Result<()> {
     let tolerance = asked.first().map_or(0.0, |one| one.request.tolerance);
     let existing = args.force.existing();
     let out = args.out.clone().unwrap_or_else(|| PathBuf::from("chart-profile"));
-    let folder = files::Folder::open(out.clone(), &several::FILES, existing)?;
-    let of_scene = |one: &Asked| files::Folder::open(out.join(&one.source.name), &chart::FILES, existing);
+    let folder = Folder::open(out.clone(), &several::FILES, existing)?;
+    let of_scene = |one: &Asked| Folder::open(out.join(&one.source.name), &chart::FILES, existing);
     let folders = asked.iter().map(of_scene).collect::<Result<Vec<_>>>()?;
 
     let (mut charts, mut written, mut is_stopped) = (Vec::new(), Vec::new(), false);
@@ -135,19 +135,12 @@ fn run_several(args: &ChartArgs, scenes: &[String]) -> Result<()> {
             break;
         }
     }
-    let profile = several::profile(&charts);
+    let profile = several::profile(&charts, tolerance);
     if !is_stopped {
-        written.extend(several::write(&folder, &charts, (&profile, tolerance), &args.look)?);
+        written.extend(several::write(&folder, &charts, &profile, &args.look)?);
     }
-    match args.output.format() {
-        Format::Json => output::json(&several::said(&charts, tolerance, &written))?,
-        Format::Text => {
-            if !is_stopped {
-                output::line(&several::text(&profile, tolerance))?;
-            }
-            output::line(&files::told(&written))?;
-        }
-    }
+    let words = if is_stopped { String::new() } else { several::text(&profile) };
+    files::say(args.output.format(), &several::said(&charts, &profile, &written), &words, &written)?;
     if is_stopped {
         let message = "interrupted: the charts that were made until then are written, and no profile of them";
         return Err(CliError::new(Exit::Interrupted, message));
@@ -184,20 +177,11 @@ fn check_together(asked: &[Asked]) -> Result<()> {
 
 /// Computes the chart of a scene, whose budget began then.
 fn compute(args: &ChartArgs, asked: Asked, begin: Instant) -> Result<(Subject, Chart)> {
-    let Asked { source: Source { name, hash: scene_hash, is_whole, case, .. }, request } = asked;
-    let threads = args.threads.map_or_else(rayon::current_num_threads, usize::from);
-    let told = name.clone();
-    let subject = Subject {
-        name,
-        scene_hash,
-        is_whole,
-        processor: study::processor(),
-        threads,
-        budget: args.budget,
-        begin,
-    };
-    let chart = study::compute(threads, Some(subject.left()), move |budget, tell| {
-        nappe_study::chart(&case, &request, budget, &|what| tell(&format!("{told}: {what}")))
+    let Asked { source, request } = asked;
+    let subject = source.subject(args.threads, args.budget, begin);
+    let chart = study::compute(subject.threads, Some(subject.left()), move |budget, tell| {
+        let Source { name, case, .. } = &source;
+        nappe_study::chart(case, &request, budget, &|what| tell(&format!("{name}: {what}")))
     })?;
     Ok((subject, chart))
 }
@@ -229,28 +213,20 @@ fn refused(option: &str, error: &TimesError) -> CliError {
 }
 
 fn say(format: Format, subject: &Subject, chart: &Chart, written: &[PathBuf]) -> Result<()> {
-    match format {
-        Format::Json => output::json(&serde_json::json!({
-            "scene": subject.name,
-            "scene_hash": subject.scene_hash,
-            "hash_of": HASH_OF,
-            "rows": chart.rows.len(),
-            "until_s": chart.until(),
-            "cut": chart.is_cut,
-            "interrupted": chart.is_stopped,
-            "files": written,
-        }))?,
-        Format::Text => {
-            if !chart.rows.is_empty() {
-                output::line(&words::cheapest_rows(chart))?;
-                output::line("")?;
-            }
-            output::line(&words::summary(chart))?;
-            output::line(&files::told(written))?;
-        }
+    let json = serde_json::json!({
+        "scene": subject.name,
+        "scene_hash": subject.scene_hash,
+        "hash_of": HASH_OF,
+        "rows": chart.rows.len(),
+        "until_s": chart.until(),
+        "cut": chart.is_cut,
+        "interrupted": chart.is_stopped,
+        "files": written,
+    });
+    let mut text = words::summary(chart);
+    if !chart.rows.is_empty() {
+        text = format!("{}\n\n{text}", words::cheapest_rows(chart));
     }
-    if chart.is_stopped {
-        return Err(CliError::new(Exit::Interrupted, "interrupted: what was found until then is written"));
-    }
-    Ok(())
+    files::say(format, &json, &text, written)?;
+    if chart.is_stopped { Err(study::interrupted()) } else { Ok(()) }
 }

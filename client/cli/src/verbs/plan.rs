@@ -11,10 +11,10 @@ use nappe_sim::math::Precision;
 use nappe_study::{Case, Plan, Request, SceneTerms, Stepped, Terms, line_names};
 
 use crate::{
-    error::{CliError, Exit, Result},
+    error::{CliError, Result},
     output::{self, Format, OutputArgs},
     plan::{self, scene, terms, words},
-    study::{self, LookArgs, Source, Subject, asked, files, units},
+    study::{self, Folder, LookArgs, Source, Subject, asked, files, units},
     write::{self, ForceArgs},
 };
 
@@ -75,18 +75,17 @@ pub(crate) struct PlanArgs {
 /// or the user ends it. That nothing is right enough is an answer, and no error.
 pub(crate) fn run(args: &PlanArgs) -> Result<()> {
     let begin = Instant::now();
-    let Source { name, hash: scene_hash, is_whole, scene, case } = Source::read(&args.scene, "plan")?;
+    let source = Source::read(&args.scene, "plan")?;
+    let subject = source.subject(args.threads, args.budget, begin);
+    let Source { name, scene, case, .. } = source;
     let request = request(args, &scene, &case)?;
     let folder = args.out.clone().unwrap_or_else(|| PathBuf::from(format!("plan-{name}")));
     check_written(args, &folder)?;
-    let folder = files::Folder::open(folder, &plan::FILES, args.force.existing())?;
+    let folder = Folder::open(folder, &plan::FILES, args.force.existing())?;
 
-    let threads = args.threads.map_or_else(rayon::current_num_threads, usize::from);
-    let processor = study::processor();
-    let subject = Subject { name, scene_hash, is_whole, processor, threads, budget: args.budget, begin };
     let wanted = if args.leave_out { Terms::LeftOut } else { Terms::Kept };
-    let (name, whole, meshes) = (subject.name.clone(), scene.clone(), Source::meshes(&args.scene));
-    let found = study::compute(threads, Some(subject.left()), move |budget, tell| {
+    let (whole, meshes) = (scene.clone(), Source::meshes(&args.scene));
+    let found = study::compute(subject.threads, Some(subject.left()), move |budget, tell| {
         let names = |stepped: &Stepped| scene::term_names(&whole, stepped);
         let without = |stepped: &Stepped, places: &[usize]| {
             scene::case_without((&name, &whole, &meshes), stepped, places)
@@ -146,24 +145,13 @@ fn request(args: &PlanArgs, scene: &Scene, case: &Case) -> Result<Request> {
 }
 
 fn say(format: Format, subject: &Subject, plan: &Plan, written: &[PathBuf]) -> Result<()> {
-    match format {
-        Format::Json => output::json(&plan::said(subject, plan, written))?,
-        Format::Text => {
-            output::line(&words::answer(plan))?;
-            if !plan.tried.is_empty() {
-                output::line("")?;
-                output::line(&words::tried(plan))?;
-            }
-            if !plan.terms.is_empty() {
-                output::line("")?;
-                output::line(&terms::terms(plan))?;
-                output::line("")?;
-            }
-            output::line(&files::told(written))?;
-        }
+    let mut text = words::answer(plan);
+    if !plan.tried.is_empty() {
+        text = format!("{text}\n\n{}", words::tried(plan));
     }
-    if plan.chart.is_stopped {
-        return Err(CliError::new(Exit::Interrupted, "interrupted: what was found until then is written"));
+    if !plan.terms.is_empty() {
+        text = format!("{text}\n\n{}\n", terms::terms(plan));
     }
-    Ok(())
+    files::say(format, &plan::said(subject, plan, written), &text, written)?;
+    if plan.chart.is_stopped { Err(study::interrupted()) } else { Ok(()) }
 }

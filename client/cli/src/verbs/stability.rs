@@ -13,7 +13,7 @@ use crate::{
     error::{CliError, Exit, Result},
     output::{self, Format, OutputArgs},
     stability::{self, gallery, words},
-    study::{self, LookArgs, Source, Subject, asked, files, units},
+    study::{self, Folder, LookArgs, Source, Subject, asked, files, units},
     write::ForceArgs,
 };
 
@@ -97,19 +97,17 @@ impl From<MapName> for Map {
 /// written, or the user ends it: what was found is then written all the same.
 pub(crate) fn run(args: &StabilityArgs) -> Result<()> {
     let begin = Instant::now();
-    let threads = args.threads.map_or_else(rayon::current_num_threads, usize::from);
-    let Some(scene) = &args.scene else { return run_gallery(args, threads) };
-    let Source { name, hash: scene_hash, is_whole, scene, case } = Source::read(scene, "stability")?;
+    let Some(scene) = &args.scene else { return run_gallery(args) };
+    let source = Source::read(scene, "stability")?;
+    let subject = source.subject(args.threads, args.budget, begin);
+    let Source { name, scene, case, .. } = source;
     let request = request(args, &scene, &case)?;
     check(&case, args)?;
     let request = StabilityRequest { maps: maps(&case, args), ..request };
     let folder = args.out.clone().unwrap_or_else(|| PathBuf::from(format!("stability-{name}")));
-    let folder = files::Folder::open(folder, &stability::FILES, args.force.existing())?;
+    let folder = Folder::open(folder, &stability::FILES, args.force.existing())?;
 
-    let budget = args.budget;
-    let subject =
-        Subject { name, scene_hash, is_whole, processor: study::processor(), threads, budget, begin };
-    let found = study::compute(threads, Some(subject.left()), move |budget, tell| {
+    let found = study::compute(subject.threads, Some(subject.left()), move |budget, tell| {
         nappe_study::stability(&case, &request, budget, tell)
     })?;
     let written = stability::write(&folder, &subject, &found, &args.look)?;
@@ -117,7 +115,7 @@ pub(crate) fn run(args: &StabilityArgs) -> Result<()> {
 }
 
 /// Every scene of the gallery over every method.
-fn run_gallery(args: &StabilityArgs, threads: usize) -> Result<()> {
+fn run_gallery(args: &StabilityArgs) -> Result<()> {
     if let Some(width) = args.look.width().filter(|width| *width < gallery::LEAST_WIDTH) {
         return Err(CliError::usage(format!(
             "--width {width}: the gallery has a column per method beside the names of its scenes; from {} mm on its words are \
@@ -126,8 +124,8 @@ fn run_gallery(args: &StabilityArgs, threads: usize) -> Result<()> {
         )));
     }
     let folder = args.out.clone().unwrap_or_else(|| PathBuf::from("stability-gallery"));
-    let folder = files::Folder::open(folder, &gallery::FILES, args.force.existing())?;
-    let (tables, is_stopped) = study::compute(threads, None, |budget, tell| {
+    let folder = Folder::open(folder, &gallery::FILES, args.force.existing())?;
+    let (tables, is_stopped) = study::compute(study::threads(args.threads), None, |budget, tell| {
         let tables = nappe_study::gallery::gallery(budget, tell);
         (tables, budget.is_stopped())
     })?;
@@ -135,13 +133,8 @@ fn run_gallery(args: &StabilityArgs, threads: usize) -> Result<()> {
         return Err(CliError::new(Exit::Interrupted, "interrupted: nothing is written"));
     }
     let written = gallery::write(&folder, &tables, &args.look)?;
-    match args.output.format() {
-        Format::Json => output::json(&gallery::document(&tables, &written)),
-        Format::Text => {
-            output::line(&gallery::text(&tables))?;
-            output::line(&files::told(&written))
-        }
-    }
+    let json = gallery::document(&tables, &written);
+    files::say(args.output.format(), &json, &gallery::text(&tables), &written)
 }
 
 /// What is asked for, but for maps.
@@ -210,24 +203,15 @@ fn maps(case: &Case, args: &StabilityArgs) -> Vec<Map> {
 }
 
 fn say(format: Format, subject: &Subject, study: &Stability, written: &[PathBuf]) -> Result<()> {
-    match format {
-        Format::Json => output::json(&serde_json::json!({
-            "scene": subject.name,
-            "rows": study.rows.len(),
-            "lost": study.lost().count(),
-            "cut": study.is_cut,
-            "interrupted": study.is_stopped,
-            "files": written,
-        }))?,
-        Format::Text => {
-            output::line(&words::limits(study))?;
-            output::line("")?;
-            output::line(&words::summary(study))?;
-            output::line(&files::told(written))?;
-        }
-    }
-    if study.is_stopped {
-        return Err(CliError::new(Exit::Interrupted, "interrupted: what was found until then is written"));
-    }
-    Ok(())
+    let json = serde_json::json!({
+        "scene": subject.name,
+        "rows": study.rows.len(),
+        "lost": study.lost().count(),
+        "cut": study.is_cut,
+        "interrupted": study.is_stopped,
+        "files": written,
+    });
+    let text = format!("{}\n\n{}", words::limits(study), words::summary(study));
+    files::say(format, &json, &text, written)?;
+    if study.is_stopped { Err(study::interrupted()) } else { Ok(()) }
 }

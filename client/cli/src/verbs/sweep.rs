@@ -9,7 +9,7 @@ use xxhash_rust::xxh3::xxh3_64;
 
 use crate::{
     error::{CliError, Exit, Result},
-    output::{self, Format, OutputArgs},
+    output::{self, OutputArgs},
     paths, scene,
     study::{self, files},
     sweep::{
@@ -93,7 +93,7 @@ pub(crate) fn run(args: &SweepArgs) -> Result<()> {
     let (runs, existing) = (sweep.values.len(), args.force.existing());
     let mut table = Table::open(&args.out, description, &columns(&sweep), runs, existing)?;
 
-    let threads = args.threads.map_or_else(rayon::current_num_threads, usize::from);
+    let threads = study::threads(args.threads);
     let (sweep, table) = study::compute(threads, None, move |budget, tell| {
         sweep.go(&mut table, threads, budget, tell).map(|()| (sweep, table))
     })??;
@@ -178,18 +178,14 @@ fn check(scene: &Scene, file: &str, sets: &[Set]) -> Result<Vec<usize>> {
 
 fn say(args: &SweepArgs, table: &Table, written: &[PathBuf]) -> Result<()> {
     let (runs, rows, ok) = (table.runs(), table.len(), table.ok_count());
-    match args.output.format() {
-        Format::Json => output::json(&json!({
-            "scene": args.scene,
-            "runs": runs,
-            "rows": rows,
-            "ok": ok,
-            "complete": table.is_complete(),
-            "files": written,
-        })),
-        Format::Text => {
-            output::line(&format!("{rows} of {runs} runs: {ok} came to their end, {} did not.", rows - ok))?;
-            output::line(&files::told(written))
-        }
-    }
+    let json = json!({
+        "scene": args.scene,
+        "runs": runs,
+        "rows": rows,
+        "ok": ok,
+        "complete": table.is_complete(),
+        "files": written,
+    });
+    let words = format!("{rows} of {runs} runs: {ok} came to their end, {} did not.", rows - ok);
+    files::say(args.output.format(), &json, &words, written)
 }

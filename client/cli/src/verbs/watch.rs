@@ -130,7 +130,7 @@ fn print(step: &v1::Diagnostics, format: Format) -> Result<()> {
             step.time_seconds,
             six_digits(diagnostics::total_energy(step)),
             stretch,
-            output::duration(step.step_seconds),
+            output::time(step.step_seconds),
             step.solve.as_ref().map_or_else(String::new, |solve| {
                 format!("  {} iterations, residual {:.1e}", solve.iterations, solve.relative_residual)
             }),

@@ -3,7 +3,7 @@
 use std::{fs, path::Path};
 
 use nappe_scene::{NoMeshes, Scene, SceneLimits, mesh::read_ply};
-use nappe_sim::{report::NoStopwatch, world::Simulation};
+use nappe_sim::{field::Field, report::NoStopwatch, world::Simulation};
 
 use crate::support::{SMALL_SCENE, Server, folder, nappe_in, write_scene};
 
@@ -21,8 +21,8 @@ fn bits_after(steps: u64) -> Vec<u64> {
     for _ in 0..steps {
         simulation.step(&mut NoStopwatch).expect("it holds");
     }
-    let mut positions = Vec::new();
-    simulation.positions_f64(&mut positions);
+    let mut positions = vec![0.0; Field::Positions.width() * simulation.particle_count()];
+    simulation.read(Field::Positions, &mut positions);
     positions.into_iter().map(f64::to_bits).collect()
 }
 

@@ -174,6 +174,9 @@ class Server:
     async def _call(self, call: Call[T]) -> T:
         return call.read(await self._ask(call.name, lambda: call.message, call.limit))
 
+    async def _known_limits(self) -> dict[str, int]:
+        return self._limits or (await self.info()).limits
+
     async def _ask(self, name: str, message: Any, limit: float | None) -> Any:
         """One call; once more if the server was started anew and left another token."""
         try:
@@ -193,6 +196,9 @@ class Server:
     def _stream(self, name: str, message: Message, every: bool) -> Any:
         """A stream, on the connection of its kind."""
         return self._method(name, every)(message, metadata=self._target.metadata)
+
+    def _find_token_again(self) -> bool:
+        return self._target.find_again()
 
     def _method(self, name: str, bulk: bool) -> Any:
         check_usable(self._pid, self._closed, self.address)

@@ -6,21 +6,19 @@ import asyncio
 import time
 from contextlib import suppress
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 import grpc
 import grpc.aio
 import numpy as np
 from numpy.typing import NDArray
 
+from nappe._calls import StreamServer
 from nappe._diagnostics import diagnostics_array
 from nappe._errors import Error, Unauthenticated, from_call
 from nappe._frames import Frame
 from nappe._reports import Diagnostics
 from nappe._resume import Reader
-
-if TYPE_CHECKING:
-    from nappe._aio_server import Server
 
 T = TypeVar("T")
 
@@ -31,7 +29,7 @@ class Stream(Generic[T]):
     """A stream of the server, to be read with `async for`. Leaving the loop, `close()`, or cancelling the task ends
     it."""
 
-    def __init__(self, server: Server, reader: Reader[T]) -> None:
+    def __init__(self, server: StreamServer, reader: Reader[T]) -> None:
         """Asks for the stream; errors come with the first read."""
         self._call: Any = None
         self._server = server
@@ -103,7 +101,7 @@ class Stream(Generic[T]):
         """Waits and asks again, if that can help."""
         if self._closed:
             return
-        if not (isinstance(error, Unauthenticated) and self._server._target.find_again()):
+        if not (isinstance(error, Unauthenticated) and self._server._find_token_again()):
             await asyncio.sleep(self._reader.failed(error, time.monotonic()))
         self._open()
 

@@ -12,7 +12,7 @@ import json
 import math
 from collections.abc import Iterator
 from importlib import metadata
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,10 +22,8 @@ from nappe._errors import Error, refused
 from nappe._files import packed_bytes
 from nappe._packed import GREATEST_EXPONENT, LIMIT, OutOfReachError, pack, quantize, step_within
 from nappe._reports import Diagnostics
+from nappe._stacked import StackedFrames
 from nappe._topology import Body
-
-if TYPE_CHECKING:
-    from nappe._trajectory import Trajectory
 
 BLOCK_FRAMES = 32
 """Frames of a whole block."""
@@ -44,7 +42,7 @@ _ARRAYS = {"plastic_ratio": "plastic_ratio", "speed": "velocities", "stress": "s
 Json = dict[str, Any]
 
 
-def recording(trajectory: Trajectory, color: str | None = None, max_error: float | None = None) -> str:
+def recording(trajectory: StackedFrames, color: str | None = None, max_error: float | None = None) -> str:
     """The text of an HTML file that shows a trajectory.
 
     `color`: what the colour of snow shows, `plastic_ratio`, `speed`, `stress`, or `body` for one colour per body. By
@@ -83,7 +81,7 @@ class Page:
         return f"<nappe page of {len(self.text) / 1e6:.1f} MB: a notebook shows it>"
 
 
-def _color(trajectory: Trajectory, color: str | None) -> str | None:
+def _color(trajectory: StackedFrames, color: str | None) -> str | None:
     """The colour that is shown; None for one colour per body."""
     if color is None:
         has_ratio = trajectory.info.snow_particle_count > 0 and "plastic_ratio" in trajectory.arrays
@@ -99,7 +97,7 @@ def _color(trajectory: Trajectory, color: str | None) -> str | None:
     return None if color == "body" else color
 
 
-def _step(trajectory: Trajectory, max_error: float | None) -> float:
+def _step(trajectory: StackedFrames, max_error: float | None) -> float:
     """The step of the positions of the first block (m)."""
     if max_error is not None:
         try:
@@ -114,7 +112,7 @@ def _step(trajectory: Trajectory, max_error: float | None) -> float:
     return step_within(extent / _FINENESS if extent > 0.0 else _ERROR_OF_A_POINT)
 
 
-def _head(trajectory: Trajectory, color: str | None, step: float) -> Json:
+def _head(trajectory: StackedFrames, color: str | None, step: float) -> Json:
     info, topology = trajectory.info, trajectory.topology
     if topology.particle_count >= LIMIT:
         raise Error(f"{topology.particle_count} particles are too many for an HTML file, which holds less than {LIMIT}")
@@ -166,7 +164,7 @@ def _collider(collider: Collider) -> Json:
     }
 
 
-def _blocks(trajectory: Trajectory, color: str | None, step: float) -> Iterator[Json]:
+def _blocks(trajectory: StackedFrames, color: str | None, step: float) -> Iterator[Json]:
     """Blocks in order. From the frame on in which a particle is out of reach, their step is larger."""
     frames: list[Json] = []
     before: NDArray[np.int32] | None = None
@@ -209,7 +207,7 @@ def _quantized(positions: NDArray[Any], step: float) -> tuple[NDArray[np.int32],
             step *= 2.0
 
 
-def _scalars(trajectory: Trajectory, color: str, index: int) -> NDArray[np.int32]:
+def _scalars(trajectory: StackedFrames, color: str, index: int) -> NDArray[np.int32]:
     """What the colour shows of a frame, as whole numbers (particles, 1); beyond their reach, as the farthest."""
     with np.errstate(over="ignore", invalid="ignore"):
         values = trajectory.arrays[_ARRAYS[color]][index].astype(np.float32)
@@ -238,7 +236,7 @@ def _plotted(step: Diagnostics | None) -> Json:
     return {name: number if number is not None and math.isfinite(number) else None for name, number in numbers.items()}
 
 
-def _end(trajectory: Trajectory) -> Json:
+def _end(trajectory: StackedFrames) -> Json:
     end = trajectory.end
     last = int(trajectory.step[-1]) if len(trajectory) else 0
     return {

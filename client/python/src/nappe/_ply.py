@@ -8,16 +8,13 @@ writes the same bytes, in the precision of the session.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from nappe._arrays import Array
 from nappe._errors import Error
-
-if TYPE_CHECKING:
-    from nappe._trajectory import Trajectory
+from nappe._stacked import StackedFrames
 
 # What files call the numbers of an array beside the position, in the order in which they stand.
 _PROPERTIES = {
@@ -29,7 +26,7 @@ _NUMBERS = {"float": "<f4", "double": "<f8"}
 _TRIANGLE = np.dtype([("count", "u1"), ("corners", "<u4", (3,))])
 
 
-def write_folder(trajectory: Trajectory, path: Path) -> None:
+def write_folder(trajectory: StackedFrames, path: Path) -> None:
     """Writes frame-000000.ply and so on, by the numbers of the frames, into a folder that holds no frames yet."""
     kept: dict[tuple[str, ...], Array] = {("x", "y", "z"): trajectory.positions}
     kept |= {words: trajectory.arrays[name] for name, words in _PROPERTIES.items() if name in trajectory.arrays}
@@ -55,7 +52,9 @@ def write_folder(trajectory: Trajectory, path: Path) -> None:
         (path / f"frame-{int(number):06}.ply").write_bytes(header + particles.tobytes() + faces.tobytes())
 
 
-def _header(trajectory: Trajectory, index: int, types: dict[str, str], particle_count: int, face_count: int) -> bytes:
+def _header(
+    trajectory: StackedFrames, index: int, types: dict[str, str], particle_count: int, face_count: int
+) -> bytes:
     """The lines of a frame's file that say what follows."""
     lines = [
         "ply",

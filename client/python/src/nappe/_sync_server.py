@@ -195,6 +195,9 @@ class Server:
     def _call(self, call: Call[T]) -> T:
         return call.read(self._ask(call.name, lambda: call.message, call.limit))
 
+    def _known_limits(self) -> dict[str, int]:
+        return self._limits or self.info().limits
+
     def _ask(self, name: str, message: Any, limit: float | None) -> Any:
         """One call; once more if the server was started anew and left another token."""
         try:
@@ -214,6 +217,9 @@ class Server:
     def _stream(self, name: str, message: Message, every: bool) -> Any:
         """A stream, on the connection of its kind."""
         return self._method(name, every)(message, metadata=self._target.metadata)
+
+    def _find_token_again(self) -> bool:
+        return self._target.find_again()
 
     def _method(self, name: str, bulk: bool) -> Any:
         check_usable(self._pid, self._closed, self.address)

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Literal, overload
+from typing import Any, Literal, overload
 
 from numpy.typing import ArrayLike
 
 from nappe import _requests as requests
+from nappe._calls import CallServer
 from nappe._collect import MAX_BYTES, Collector
 from nappe._contract import Message
 from nappe._errors import Error, NotFound
@@ -22,9 +23,6 @@ from nappe._sync_stream import PATIENCE, DiagnosticsStream, Frames, Stream
 from nappe._trajectory import Trajectory
 from nappe._values import Accepted, Change
 
-if TYPE_CHECKING:
-    from nappe._sync_server import Server
-
 
 class Session(SessionProperties):
     """A session on a server. As a context manager it deletes itself at the end of the block.
@@ -32,7 +30,7 @@ class Session(SessionProperties):
     Properties are as of the last answer of the server; `refresh()` asks again.
     """
 
-    def __init__(self, server: Server, raw: Message, scene: str | None = None, **made: Any) -> None:
+    def __init__(self, server: CallServer, raw: Message, scene: str | None = None, **made: Any) -> None:
         """A session from the message that describes it; `Server.create()` is what programs call."""
         super().__init__(raw, scene, **made)
         self._server = server
@@ -171,7 +169,7 @@ class Session(SessionProperties):
         the pinned particle is at each (m). There are at most `max_changes_per_call` of them in one call, a limit of the
         server.
         """
-        limits = self._server._limits or self._server.info().limits
+        limits = self._server._known_limits()
         call = requests.path(self._ids, particle, times, targets, at_step, wait, self.particle_count, limits)
         return self._server._call(call)
 

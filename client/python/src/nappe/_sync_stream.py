@@ -10,20 +10,18 @@ import time
 from collections.abc import Iterator
 from contextlib import suppress
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 import grpc
 import numpy as np
 from numpy.typing import NDArray
 
+from nappe._calls import StreamServer
 from nappe._diagnostics import diagnostics_array
 from nappe._errors import Error, Unauthenticated, from_call
 from nappe._frames import Frame
 from nappe._reports import Diagnostics
 from nappe._resume import Reader
-
-if TYPE_CHECKING:
-    from nappe._sync_server import Server
 
 T = TypeVar("T")
 
@@ -38,7 +36,7 @@ class Stream(Generic[T]):
     over `session.frames()` that was left.
     """
 
-    def __init__(self, server: Server, reader: Reader[T]) -> None:
+    def __init__(self, server: StreamServer, reader: Reader[T]) -> None:
         """Asks for the stream; errors come with the first read."""
         self._call: Any = None
         self._server = server
@@ -113,7 +111,7 @@ class Stream(Generic[T]):
         """Waits and asks again, if that can help."""
         if self._closed:
             return
-        if not (isinstance(error, Unauthenticated) and self._server._target.find_again()):
+        if not (isinstance(error, Unauthenticated) and self._server._find_token_again()):
             time.sleep(self._reader.failed(error, time.monotonic()))
         self._open()
 

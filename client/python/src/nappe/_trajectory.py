@@ -1,6 +1,6 @@
 """A trajectory: frames of a session, stacked into arrays, to be computed with, saved and shown.
 
-Enters: what a session is made of, and its frames. Leaves: numpy arrays; files; a page for a notebook.
+Enters: stacked frames. Leaves: numpy arrays; files; a page for a notebook.
 """
 
 from __future__ import annotations
@@ -11,66 +11,22 @@ import secrets
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 from typing import Any, BinaryIO
 
 import numpy as np
-from numpy.typing import NDArray
 
-from nappe._arrays import Array, Arrays, BodyArrays
-from nappe._diagnostics import diagnostics_array
 from nappe._errors import refused
 from nappe._html import Page, recording
 from nappe._ply import write_folder
-from nappe._reports import Diagnostics
-from nappe._topology import Topology
-from nappe._values import SessionEnd, SessionInfo
+from nappe._stacked import StackedFrames
 
 _ENDINGS = ".npz (numpy), .html (a page), or no ending (a folder of PLY files)"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Trajectory(Arrays):
+class Trajectory(StackedFrames):
     """Frames of a session in the order of time. Arrays are stacked: the first axis is the frame."""
-
-    info: SessionInfo
-    """The session, as of its last answer."""
-    topology: Topology
-    """Bodies, triangles, pins, colliders, which never change."""
-    number: NDArray[np.uint64]
-    """Number of each frame in its session (frames,)."""
-    step: NDArray[np.uint64]
-    """Steps taken before each frame (frames,)."""
-    time: NDArray[np.float64]
-    """Simulated time of each frame (frames,) (s)."""
-    state_hash: tuple[int | None, ...]
-    """Hash of the state of each frame, on which all further steps depend; None where a frame carries none."""
-    arrays: dict[str, Array]
-    """What was kept, under its name: (frames, particles, 3) or (frames, particles)."""
-    steps: tuple[Diagnostics | None, ...]
-    """Diagnostics of the step that made each frame; None where there are none."""
-    end: SessionEnd | None = None
-    """How the session finished; None if it goes on."""
-    scene: str | None = None
-    """Text of the scene, if it is known."""
-
-    @cached_property
-    def diagnostics(self) -> NDArray[np.void]:
-        """Diagnostics as a structured array (frames,): `diagnostics["kinetic_energy"]`, `diagnostics["snow_mass"]`.
-
-        Absent numbers are nan, absent words are "".
-        """
-        return diagnostics_array(self.steps)
-
-    @property
-    def nbytes(self) -> int:
-        """Bytes of all arrays over the particles."""
-        return sum(array.nbytes for array in self.arrays.values())
-
-    def body(self, name: str) -> BodyArrays:
-        """The arrays of one body, as views."""
-        return BodyArrays(self.topology.body(name), self.arrays)
 
     def save(self, path: str | os.PathLike[str], *, color: str | None = None, max_error: float | None = None) -> Path:
         """Writes a file or a folder, and says where it is; what kind, the ending of `path` says.
@@ -110,10 +66,6 @@ class Trajectory(Arrays):
         16384.
         """
         return Page(recording(self, color, max_error), height)
-
-    def __len__(self) -> int:
-        """How many frames there are."""
-        return len(self.number)
 
     def __repr__(self) -> str:
         """What it is, in a line."""

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+mod stage;
 mod bound;
 mod failure;
 mod cloth;
@@ -12,90 +13,10 @@ pub use bound::{BoundKind, TimeBound};
 pub use cloth::{ClothSteps, ErrorEstimate, Rejection};
 pub use failure::{StepError, StepFailure};
 pub use snow::SnowReport;
+pub use stage::{NoStopwatch, Stage, StageClock, StageSeconds, Stopwatch};
 pub use work::Work;
 
 use crate::linalg::{Outcome, SolveReport, Stop};
-
-/// A stage of a step (Zara 2001, section 6, and those of snow).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Stage {
-    /// Evaluation of a state of cloth: forces of springs, gravity and the medium, for an implicit step its matrix too;
-    /// with energies, momentum and stretch.
-    Force,
-    /// Forces to accelerations: within `Force`, and so 0. It stands here, as do `Velocity` and `Matrix`, for those who
-    /// read the table by its names.
-    Acceleration,
-    /// Accelerations to new velocities: within `Position`, and so 0.
-    Velocity,
-    /// New velocities and positions of cloth.
-    Position,
-    /// Preparing the matrix: within `Force`, and so 0.
-    Matrix,
-    /// Solving for the change of velocity.
-    Solve,
-    /// Particles of cloth that touch colliders.
-    Collide,
-    /// Snow: particles sorted by block and cell.
-    Sort,
-    /// Snow: weights, masses and momenta from particles to nodes, forces included.
-    ParticlesToGrid,
-    /// Snow: nodes' velocities, gravity and colliders.
-    GridUpdate,
-    /// Snow: velocities back to particles, elastic predictor, plastic return, positions.
-    GridToParticles,
-    /// Snow: energies, momentum and the checks on them.
-    Diagnose,
-}
-
-impl Stage {
-    /// Every stage, in the order of a table.
-    pub const ALL: [Self; 12] = [
-        Self::Force,
-        Self::Acceleration,
-        Self::Velocity,
-        Self::Position,
-        Self::Matrix,
-        Self::Solve,
-        Self::Collide,
-        Self::Sort,
-        Self::ParticlesToGrid,
-        Self::GridUpdate,
-        Self::GridToParticles,
-        Self::Diagnose,
-    ];
-
-    /// Its name in tables and on the wire.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Force => "force",
-            Self::Acceleration => "acceleration",
-            Self::Velocity => "velocity",
-            Self::Position => "position",
-            Self::Matrix => "matrix",
-            Self::Solve => "solve",
-            Self::Collide => "collide",
-            Self::Sort => "sort",
-            Self::ParticlesToGrid => "particles_to_grid",
-            Self::GridUpdate => "grid_update",
-            Self::GridToParticles => "grid_to_particles",
-            Self::Diagnose => "diagnose",
-        }
-    }
-}
-
-/// A clock that the caller brings: the library reads none.
-pub trait Stopwatch {
-    /// The time since the last call belongs to `stage`.
-    fn lap(&mut self, stage: Stage);
-}
-
-/// The stopwatch of those who measure nothing.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct NoStopwatch;
-
-impl Stopwatch for NoStopwatch {
-    fn lap(&mut self, _: Stage) {}
-}
 
 /// Diagnostics of a state.
 #[derive(Clone, Copy, Debug, PartialEq, Default, Serialize, Deserialize)]

@@ -5,9 +5,11 @@ use super::{
     book::Book,
     grid::{CELLS, block_of, node_of},
     init::settle,
+    particles::Particles,
     step::sort_anew,
 };
 use crate::{
+    field::Field,
     held_length::HeldLength,
     math::{Real, vec3},
     parallel::{hash_numbers, sum_hashes},
@@ -59,37 +61,23 @@ impl<R: Real> Snow<R> {
         self.model.object_of(particle)
     }
 
-    /// Writes positions (m), x y z per particle in the user's numbering, over `out`.
-    pub fn positions<T: Send>(&self, out: &mut [T], convert: impl Fn(R) -> T + Sync) {
+    /// Writes a field over `out`, in the user's numbering of the snow.
+    ///
+    /// # Panics
+    /// Unless `out` has as many numbers as the field.
+    pub fn read<T: Real>(&self, field: Field, out: &mut [T]) {
         let particles = &self.state.particles;
-        particles.write_in_order(out, |place| particles.x(place).map(&convert));
-    }
-
-    /// Writes velocities (m/s), as for positions.
-    pub fn velocities<T: Send>(&self, out: &mut [T], convert: impl Fn(R) -> T + Sync) {
-        let particles = &self.state.particles;
-        particles.write_in_order(out, |place| particles.v(place).map(&convert));
-    }
-
-    /// Writes plastic volume ratios J_P, one per particle in the user's numbering, over `out`.
-    pub fn plastic_ratios<T: Send>(&self, out: &mut [T], convert: impl Fn(R) -> T + Sync) {
-        let particles = &self.state.particles;
-        particles.write_in_order(out, |place| [convert(particles.plastic_ratio(place))]);
-    }
-
-    /// Frobenius norms of the Cauchy stress (Pa), as for plastic ratios: |V0 tau| / (V0 J), J = det F_E J_P.
-    pub fn stress_norms<T: Send>(&self, out: &mut [T], convert: impl Fn(R) -> T + Sync) {
-        let particles = &self.state.particles;
-        particles.write_in_order(out, |place| {
-            let [xx, yy, zz, xy, xz, yz] = particles.v0_tau(place).map(Real::to_f64);
-            let norm2 = xx * xx + yy * yy + zz * zz + 2.0 * (xy * xy + xz * xz + yz * yz);
-            let [a, b, c] = particles.f_e(place).map(|row| vec3::<f64>(row.map(Real::to_f64)));
-
-            let volume = particles.volume(place).to_f64() * a.cross(&b).dot(&c).abs();
-            let volume = volume * particles.plastic_ratio(place).to_f64();
-            let stress = if volume > 0.0 { norm2.sqrt() / volume } else { 0.0 };
-            [convert(R::of(stress.min(R::LARGEST)))]
-        });
+        let number = |value: R| T::of(value.to_f64());
+        match field {
+            Field::Positions => particles.write_in_order(out, |place| particles.x(place).map(number)),
+            Field::Velocities => particles.write_in_order(out, |place| particles.v(place).map(number)),
+            Field::PlasticRatios => {
+                particles.write_in_order(out, |place| [number(particles.plastic_ratio(place))]);
+            }
+            Field::StressNorms => {
+                particles.write_in_order(out, |place| [number(stress_norm(particles, place))]);
+            }
+        }
     }
 
     /// The state of every particle, in the user's numbering.
@@ -191,4 +179,16 @@ impl<R: Real> Snow<R> {
         });
         of_particles.wrapping_add(held).wrapping_add(owed)
     }
+}
+
+/// Frobenius norm of the Cauchy stress (Pa) of the particle at a place: |V0 tau| / (V0 J), J = det F_E J_P.
+fn stress_norm<R: Real>(particles: &Particles<R>, place: usize) -> R {
+    let [xx, yy, zz, xy, xz, yz] = particles.v0_tau(place).map(Real::to_f64);
+    let norm2 = xx * xx + yy * yy + zz * zz + 2.0 * (xy * xy + xz * xz + yz * yz);
+    let [a, b, c] = particles.f_e(place).map(|row| vec3::<f64>(row.map(Real::to_f64)));
+
+    let volume = particles.volume(place).to_f64() * a.cross(&b).dot(&c).abs();
+    let volume = volume * particles.plastic_ratio(place).to_f64();
+    let stress = if volume > 0.0 { norm2.sqrt() / volume } else { 0.0 };
+    R::of(stress.min(R::LARGEST))
 }

@@ -7,6 +7,7 @@ use super::{
     topology::{BodyTopology, StepBound},
 };
 use crate::{
+    field::Field,
     math::Real,
     report::{Diagnostics, StepFailure},
     surroundings::Surroundings,
@@ -77,30 +78,9 @@ impl<R: Real> Body<R> {
         }
     }
 
-    /// Writes positions (m), x y z per particle in the user's numbering, over `out`.
-    pub(super) fn positions<T: Send>(&self, out: &mut [T], convert: &(impl Fn(R) -> T + Sync)) {
-        on_body!(self, body => body.positions(out, convert));
-    }
-
-    /// Writes velocities (m/s), x y z per particle.
-    pub(super) fn velocities<T: Send>(&self, out: &mut [T], convert: &(impl Fn(R) -> T + Sync)) {
-        on_body!(self, body => body.velocities(out, convert));
-    }
-
-    /// Writes plastic volume ratios, one per particle; 1 for cloth.
-    pub(super) fn plastic_ratios<T: Clone + Send>(&self, out: &mut [T], convert: &(impl Fn(R) -> T + Sync)) {
-        match self {
-            Self::Cloth(_) => out.fill(convert(R::one())),
-            Self::Snow(snow) => snow.plastic_ratios(out, convert),
-        }
-    }
-
-    /// Writes Frobenius norms of the Cauchy stress (Pa), one per particle; 0 for cloth.
-    pub(super) fn stress_norms<T: Clone + Send>(&self, out: &mut [T], convert: &(impl Fn(R) -> T + Sync)) {
-        match self {
-            Self::Cloth(_) => out.fill(convert(R::zero())),
-            Self::Snow(snow) => snow.stress_norms(out, convert),
-        }
+    /// Writes a field over `out`, in the user's numbering of the body.
+    pub(super) fn read<T: Real>(&self, field: Field, out: &mut [T]) {
+        on_body!(self, body => body.read(field, out));
     }
 
     /// Adds the parameters that may change to a hash; snow has none.

@@ -4,7 +4,6 @@ use serde::{Deserialize, Serialize};
 
 use std::borrow::Cow;
 
-use rayon::prelude::*;
 use xxhash_rust::xxh3::Xxh3;
 
 use super::{
@@ -19,14 +18,11 @@ use crate::{
         SpringKind, State, Stepping, Workspace,
     },
     linalg::PreconditionerKind,
-    math::{Bytes as _, Padded, Real, Sixteen, array3},
+    math::{Padded, Real, Sixteen, array3},
     parallel::{Ranks, hash_numbers, sum_hashes},
     report::{Diagnostics, ErrorEstimate, StepFailure, Stopwatch, TimeBound},
     surroundings::Surroundings,
 };
-
-/// Particles that a thread copies at a time, when they are looked at.
-const BLOCK_SIZE: usize = 4096;
 
 /// What further steps of a cloth depend on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -44,10 +40,10 @@ pub(super) struct Cloth<R: Real> {
     pub(super) name: String,
     /// Index of its first particle among all.
     pub(super) first_particle: u32,
-    model: Model<R>,
+    pub(super) model: Model<R>,
     parameters: Parameters,
     settings: ClothSettings,
-    state: State<R>,
+    pub(super) state: State<R>,
     work: Workspace<R>,
     /// Pins sent since the last step, in the order in which they were sent.
     sent: Vec<PinMotion>,
@@ -186,22 +182,6 @@ impl<R: Real> Cloth<R> {
         Taken { state, parameters: self.parameters.clone(), sent: self.sent.clone() }
     }
 
-    /// Bytes of its positions; of all on rank 0 of several.
-    pub(super) fn take_positions(&self) -> Vec<u8> {
-        self.model.share.all_bytes(&self.state.x)
-    }
-
-    /// Takes over positions from their bytes.
-    ///
-    /// # Panics
-    /// If they are those of another cloth.
-    pub(super) fn put_positions(&mut self, taken: &[u8]) {
-        assert_eq!(taken.len(), self.state.x.len() * Padded::<R>::BYTES, "the positions of the same cloth");
-        for (x, bytes) in self.state.x.iter_mut().zip(taken.chunks_exact(Padded::<R>::BYTES)) {
-            *x = Padded::read(bytes);
-        }
-    }
-
     /// Goes on from what was taken of the same cloth.
     ///
     /// # Panics
@@ -289,24 +269,6 @@ impl<R: Real> Cloth<R> {
         if !self.sent.is_empty() {
             merge_pins(&mut self.state.motions, &mut self.sent);
         }
-    }
-
-    pub(super) fn positions<T: Send>(&self, out: &mut [T], convert: &(impl Fn(R) -> T + Sync)) {
-        self.vectors(out, &self.state.x, convert);
-    }
-
-    pub(super) fn velocities<T: Send>(&self, out: &mut [T], convert: &(impl Fn(R) -> T + Sync)) {
-        self.vectors(out, &self.state.v, convert);
-    }
-
-    fn vectors<T: Send>(&self, out: &mut [T], values: &[Padded<R>], convert: &(impl Fn(R) -> T + Sync)) {
-        let (blocks, places) = (out.par_chunks_mut(3 * BLOCK_SIZE), self.model.place.par_chunks(BLOCK_SIZE));
-        (blocks, places).into_par_iter().for_each(|(out, places)| {
-            for (out, &place) in out.as_chunks_mut().0.iter_mut().zip(places) {
-                let v = values[place as usize].vector();
-                *out = [convert(v.x), convert(v.y), convert(v.z)];
-            }
-        });
     }
 
     /// Adds what may be changed between two steps to a hash: drag and laws of springs.

@@ -11,6 +11,7 @@ use super::{
 };
 use crate::{
     collide::Collider,
+    field::Field,
     interrupt::Interrupt,
     math::{Precision, Real},
     parallel::{Communicator, Ranks},
@@ -163,24 +164,12 @@ impl Simulation {
         on_world!(self, world => world.parameters())
     }
 
-    /// Positions (m), x y z per particle, in the user's numbering; `out` becomes as long as they are.
-    pub fn positions_f32(&self, out: &mut Vec<f32>) {
-        on_world!(self, world => world.positions(out, |c| c.to_f64() as f32));
-    }
-
-    /// Positions (m), exact.
-    pub fn positions_f64(&self, out: &mut Vec<f64>) {
-        on_world!(self, world => world.positions(out, Real::to_f64));
-    }
-
-    /// Velocities (m/s), x y z per particle, in the user's numbering; `out` becomes as long as they are.
-    pub fn velocities_f32(&self, out: &mut Vec<f32>) {
-        on_world!(self, world => world.velocities(out, |c| c.to_f64() as f32));
-    }
-
-    /// Velocities (m/s), exact.
-    pub fn velocities_f64(&self, out: &mut Vec<f64>) {
-        on_world!(self, world => world.velocities(out, Real::to_f64));
+    /// Writes a field over `out`, in the user's numbering: exact in `f64`, rounded in `f32`.
+    ///
+    /// # Panics
+    /// Unless `out` has [`Field::width`] numbers per particle.
+    pub fn read<T: Real>(&self, field: Field, out: &mut [T]) {
+        on_world!(self, world => world.read(field, out));
     }
 
     /// Hash (XXH3, 64 bits) of all on which further steps depend: steps, parameters, and of each particle its number and
@@ -202,26 +191,6 @@ impl Simulation {
     /// Largest explicit steps, one per cloth.
     pub fn step_bounds(&self) -> Vec<StepBound> {
         on_world!(self, world => world.step_bounds())
-    }
-
-    /// Plastic volume ratios J_P, one per particle; 1 for cloth.
-    pub fn plastic_ratios_f32(&self, out: &mut Vec<f32>) {
-        on_world!(self, world => world.plastic_ratios(out, |c| c.to_f64() as f32));
-    }
-
-    /// Plastic volume ratios, exact.
-    pub fn plastic_ratios_f64(&self, out: &mut Vec<f64>) {
-        on_world!(self, world => world.plastic_ratios(out, Real::to_f64));
-    }
-
-    /// Frobenius norms of the Cauchy stress (Pa), one per particle; 0 for cloth.
-    pub fn stress_norms_f32(&self, out: &mut Vec<f32>) {
-        on_world!(self, world => world.stress_norms(out, |c| c.to_f64() as f32));
-    }
-
-    /// Frobenius norms of the Cauchy stress, exact.
-    pub fn stress_norms_f64(&self, out: &mut Vec<f64>) {
-        on_world!(self, world => world.stress_norms(out, Real::to_f64));
     }
 
     /// Side of the snow's cells (m); none without snow.

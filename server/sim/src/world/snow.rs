@@ -3,6 +3,7 @@
 use super::{report::BodyReport, setup::SetupError, topology::BodyTopology};
 use crate::{
     collide::Collider,
+    field::Field,
     math::Real,
     report::{Diagnostics, Notices, StepFailure, Stopwatch},
     snow::{Snow, SnowSetup},
@@ -62,20 +63,8 @@ impl<R: Real> SnowBody<R> {
         failure.particle().map_or("snow", |particle| self.snow.object_of(particle))
     }
 
-    pub(super) fn positions<T: Send>(&self, out: &mut [T], convert: &(impl Fn(R) -> T + Sync)) {
-        self.snow.positions(out, convert);
-    }
-
-    pub(super) fn velocities<T: Send>(&self, out: &mut [T], convert: &(impl Fn(R) -> T + Sync)) {
-        self.snow.velocities(out, convert);
-    }
-
-    pub(super) fn plastic_ratios<T: Send>(&self, out: &mut [T], convert: &(impl Fn(R) -> T + Sync)) {
-        self.snow.plastic_ratios(out, convert);
-    }
-
-    pub(super) fn stress_norms<T: Send>(&self, out: &mut [T], convert: &(impl Fn(R) -> T + Sync)) {
-        self.snow.stress_norms(out, convert);
+    pub(super) fn read<T: Real>(&self, field: Field, out: &mut [T]) {
+        self.snow.read(field, out);
     }
 
     pub(super) fn hash(&self) -> u64 {

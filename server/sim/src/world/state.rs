@@ -3,16 +3,22 @@
 use serde::{Deserialize, Serialize};
 
 use super::{clock::World, cloth::Taken, pace::Pace, simulation::Simulation};
-use crate::math::{Real, bytes};
+use crate::{
+    field::Field,
+    math::{Real, bytes},
+};
 
 /// What further steps depend on. Of a simulation that several ranks step, that of rank 0 is whole.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct WorldState(Precise);
 
-/// Where all particles are, as bytes: what a look at a simulation needs most often. Of a simulation that several ranks step,
-/// those of rank 0 are whole.
+/// A field of all cloths, as bytes: what a look at a simulation needs. Of a simulation that several ranks step, that of
+/// rank 0 is whole.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Positions(Vec<OfCloth>);
+pub struct TakenField {
+    field: Field,
+    cloths: Vec<OfCloth>,
+}
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct OfCloth(#[serde(with = "bytes::raw")] Vec<u8>);
@@ -50,14 +56,14 @@ impl<R: Real> World<R> {
 }
 
 impl<R: Real> World<R> {
-    fn take_positions(&self) -> Positions {
+    fn take_field(&self, field: Field) -> TakenField {
         let cloths = self.bodies.iter().filter_map(|body| body.as_cloth());
-        Positions(cloths.map(|cloth| OfCloth(cloth.take_positions())).collect())
+        TakenField { field, cloths: cloths.map(|cloth| OfCloth(cloth.take_field(field))).collect() }
     }
 
-    fn put_positions(&mut self, Positions(taken): &Positions) {
+    fn put_field(&mut self, TakenField { field, cloths }: &TakenField) {
         let own = self.bodies.iter_mut().filter_map(|body| body.as_cloth_mut());
-        own.zip(taken).for_each(|(cloth, OfCloth(taken))| cloth.put_positions(taken));
+        own.zip(cloths).for_each(|(cloth, OfCloth(taken))| cloth.put_field(*field, taken));
     }
 }
 
@@ -78,23 +84,23 @@ impl Simulation {
         }
     }
 
-    /// Where the particles of its cloths are. All ranks that step it call this together.
-    pub fn take_positions(&self) -> Positions {
+    /// A field of its cloths. All ranks that step it call this together, with the same field.
+    pub fn take_field(&self, field: Field) -> TakenField {
         match self {
-            Self::F32(world) => world.take_positions(),
-            Self::F64(world) => world.take_positions(),
+            Self::F32(world) => world.take_field(field),
+            Self::F64(world) => world.take_field(field),
         }
     }
 
-    /// Takes over positions of another simulation of the same setup, to be looked at: no step goes on from them before
+    /// Takes over a field of another simulation of the same setup, to be looked at: no step goes on from it before
     /// [`Self::put`].
     ///
     /// # Panics
     /// If the setup or the precision was another one.
-    pub fn put_positions(&mut self, taken: &Positions) {
+    pub fn put_field(&mut self, taken: &TakenField) {
         match self {
-            Self::F32(world) => world.put_positions(taken),
-            Self::F64(world) => world.put_positions(taken),
+            Self::F32(world) => world.put_field(taken),
+            Self::F64(world) => world.put_field(taken),
         }
     }
 

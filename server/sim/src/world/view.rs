@@ -1,4 +1,4 @@
-//! What is read from a world: positions in the user's numbering, topology, hash, step bounds.
+//! What is read from a world: fields in the user's numbering, topology, hash, step bounds.
 
 use super::{
     body::Body,
@@ -7,7 +7,7 @@ use super::{
     parameters::WorldParameters,
     topology::{BodyTopology, StepBound},
 };
-use crate::{collide::Collider, math::Real, snow::Snow};
+use crate::{collide::Collider, field::Field, math::Real, snow::Snow};
 
 impl<R: Real> World<R> {
     /// Number of particles of all bodies.
@@ -46,42 +46,17 @@ impl<R: Real> World<R> {
         &self.colliders
     }
 
-    /// Positions (m), x y z per particle, in the user's numbering; `out` becomes as long as they are.
-    pub fn positions<T: Copy + Default + Send>(&self, out: &mut Vec<T>, convert: impl Fn(R) -> T + Sync) {
-        self.per_body(out, 3, |body, out| body.positions(out, &convert));
-    }
-
-    /// Velocities (m/s), as for positions.
-    pub fn velocities<T: Copy + Default + Send>(&self, out: &mut Vec<T>, convert: impl Fn(R) -> T + Sync) {
-        self.per_body(out, 3, |body, out| body.velocities(out, &convert));
-    }
-
-    /// Plastic volume ratios, one per particle; 1 for cloth.
-    pub fn plastic_ratios<T: Copy + Default + Send>(
-        &self,
-        out: &mut Vec<T>,
-        convert: impl Fn(R) -> T + Sync,
-    ) {
-        self.per_body(out, 1, |body, out| body.plastic_ratios(out, &convert));
-    }
-
-    /// Frobenius norms of the Cauchy stress (Pa), one per particle; 0 for cloth.
-    pub fn stress_norms<T: Copy + Default + Send>(&self, out: &mut Vec<T>, convert: impl Fn(R) -> T + Sync) {
-        self.per_body(out, 1, |body, out| body.stress_norms(out, &convert));
-    }
-
-    /// Resizes `out` to `width` numbers per particle and lets each body write its part.
-    fn per_body<T: Copy + Default + Send>(
-        &self,
-        out: &mut Vec<T>,
-        width: usize,
-        write: impl Fn(&Body<R>, &mut [T]),
-    ) {
-        out.resize(width * self.particle_count(), T::default());
-        let mut left = out.as_mut_slice();
+    /// Writes a field over `out`, in the user's numbering: in `T`, rounded if that is narrower.
+    ///
+    /// # Panics
+    /// Unless `out` has as many numbers as the field.
+    pub fn read<T: Real>(&self, field: Field, out: &mut [T]) {
+        let width = field.width();
+        assert_eq!(out.len(), width * self.particle_count(), "{width} numbers per particle");
+        let mut left = out;
         for body in &self.bodies {
             let (own, others) = left.split_at_mut(width * body.particle_count());
-            write(body, own);
+            body.read(field, own);
             left = others;
         }
     }

@@ -3,6 +3,7 @@
 use nappe_sim::{
     cloth::{ClothSettings, Network},
     collide::Collider,
+    field::Field,
     linalg::{OperatorKind, PreconditionerKind, SolverSettings, Stop},
     math::Precision,
     time_step::TimeStep,
@@ -103,16 +104,18 @@ impl Scene {
 
 /// Positions (m), the user's numbering.
 pub fn positions(simulation: &Simulation) -> Vec<[f64; 3]> {
-    let mut flat = Vec::new();
-    simulation.positions_f64(&mut flat);
-    flat.as_chunks().0.to_vec()
+    vectors(simulation, Field::Positions)
 }
 
 /// Velocities (m/s), the user's numbering.
 pub fn velocities(simulation: &Simulation) -> Vec<[f64; 3]> {
-    let mut flat = Vec::new();
-    simulation.velocities_f64(&mut flat);
-    flat.as_chunks().0.to_vec()
+    vectors(simulation, Field::Velocities)
+}
+
+fn vectors(simulation: &Simulation, field: Field) -> Vec<[f64; 3]> {
+    let mut vectors = vec![[0.0; 3]; simulation.particle_count()];
+    simulation.read::<f64>(field, vectors.as_flattened_mut());
+    vectors
 }
 
 /// Largest distance between two lists of points; infinite if one is not finite.

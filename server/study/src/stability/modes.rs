@@ -9,6 +9,7 @@
 use nalgebra::{DMatrix, SymmetricEigen};
 use nappe_sim::{
     cloth::{Hessian, Integrator, Network},
+    field::Field,
     math::Precision,
     report::NoStopwatch,
     world::{Simulation, WorldSetup},
@@ -225,7 +226,7 @@ fn shortest(setup: &WorldSetup) -> f64 {
 }
 
 /// What is displaced.
-type Field = fn(&mut Network) -> &mut Vec<[f64; 3]>;
+type Vectors = fn(&mut Network) -> &mut Vec<[f64; 3]>;
 
 fn positions(network: &mut Network) -> &mut Vec<[f64; 3]> {
     &mut network.x
@@ -243,10 +244,10 @@ fn columns(setup: &WorldSetup, at: &Coordinate, by: f64) -> Option<[Vec<f64>; 2]
     Some([elastic, slope(setup, at, velocities, 1.0)?])
 }
 
-fn slope(setup: &WorldSetup, at: &Coordinate, field: Field, by: f64) -> Option<Vec<f64>> {
+fn slope(setup: &WorldSetup, at: &Coordinate, vectors: Vectors, by: f64) -> Option<Vec<f64>> {
     let displaced = |by: f64| {
         let mut setup = setup.clone();
-        let value = &mut field(&mut setup.bodies[at.body].network)[at.particle][at.axis];
+        let value = &mut vectors(&mut setup.bodies[at.body].network)[at.particle][at.axis];
         *value += by;
         let value = *value;
         Some((value, accelerations(&setup)?))
@@ -258,10 +259,11 @@ fn slope(setup: &WorldSetup, at: &Coordinate, field: Field, by: f64) -> Option<V
 /// Accelerations (m/s²) of all particles as a setup starts, by a step; none where it cannot be taken.
 fn accelerations(setup: &WorldSetup) -> Option<Vec<f64>> {
     let (mut simulation, _) = Simulation::new(setup, Precision::F64).ok()?;
-    let (mut before, mut after) = (Vec::new(), Vec::new());
-    simulation.velocities_f64(&mut before);
+    let mut before = vec![0.0_f64; Field::Velocities.width() * simulation.particle_count()];
+    let mut after = before.clone();
+    simulation.read(Field::Velocities, &mut before);
     simulation.step(&mut NoStopwatch).ok()?;
-    simulation.velocities_f64(&mut after);
+    simulation.read(Field::Velocities, &mut after);
     Some(after.iter().zip(&before).map(|(after, before)| (after - before) / setup.dt).collect())
 }
 

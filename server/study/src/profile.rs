@@ -3,60 +3,67 @@
 use std::cmp::Reverse;
 
 use nappe_sim::math::Precision;
-use nappe_study::{Chart, Row};
+
+use crate::{chart::Chart, row::Row};
 
 /// A run on a scene.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Run {
-    pub(crate) method: String,
+pub struct Run {
+    /// The name of its method in tables.
+    pub method: String,
     /// The same as a reader writes it.
-    pub(crate) name: String,
-    pub(crate) precision: Precision,
+    pub name: String,
+    /// Of positions and velocities.
+    pub precision: Precision,
     /// Whether it is within the tolerance.
-    pub(crate) is_right: bool,
+    pub is_right: bool,
     /// Seconds per simulated second.
-    pub(crate) seconds: Option<f64>,
+    pub seconds: Option<f64>,
     /// Evaluations of forces and products.
-    pub(crate) count: u64,
+    pub count: u64,
 }
 
 /// What a method costs on a scene, by the cheapest of its runs that are right enough; nothing where none is.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Cost {
+pub struct Cost {
     /// Seconds per simulated second.
-    pub(crate) seconds: Option<f64>,
+    pub seconds: Option<f64>,
     /// The same over those of the cheapest method.
-    pub(crate) seconds_ratio: Option<f64>,
+    pub seconds_ratio: Option<f64>,
     /// Evaluations of forces and products.
-    pub(crate) count: Option<u64>,
+    pub count: Option<u64>,
     /// The same over those of the method that takes the fewest.
-    pub(crate) count_ratio: Option<f64>,
+    pub count_ratio: Option<f64>,
 }
 
 /// A method in a precision.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Line {
-    pub(crate) method: String,
+pub struct Line {
+    /// The name of the method in tables.
+    pub method: String,
     /// The same as a reader writes it.
-    pub(crate) name: String,
-    pub(crate) precision: Precision,
+    pub name: String,
+    /// Of positions and velocities.
+    pub precision: Precision,
     /// What it costs on each scene.
-    pub(crate) costs: Vec<Cost>,
+    pub costs: Vec<Cost>,
 }
 
 /// Methods over several scenes.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Profile {
+pub struct Profile {
+    /// Error (m) within which a run is right enough.
+    pub tolerance: f64,
     /// Names of the scenes.
-    pub(crate) scenes: Vec<String>,
+    pub scenes: Vec<String>,
     /// Names of those on which methods were not followed to their ends.
-    pub(crate) cut: Vec<String>,
+    pub cut: Vec<String>,
     /// By the area below their shares over the logarithm of the factor, the largest first.
-    pub(crate) lines: Vec<Line>,
+    pub lines: Vec<Line>,
 }
 
 /// The runs of a chart, but for the scene as it is written. What is nearer to the reference than that is known is not ranked.
-pub(crate) fn runs(chart: &Chart) -> Vec<Run> {
+pub fn runs(chart: &Chart) -> Vec<Run> {
     let is_ranked = |row: &Row| !(row.below_floor && row.stepped.cell().is_some());
     let run = |row: &Row| Run {
         method: row.stepped.name(),
@@ -70,8 +77,8 @@ pub(crate) fn runs(chart: &Chart) -> Vec<Run> {
 }
 
 impl Profile {
-    /// That of scenes by their names, with the runs on each.
-    pub(crate) fn new(scenes: &[(String, &[Run])]) -> Self {
+    /// That of scenes by their names, with the runs on each that are right enough or not within an error (m).
+    pub fn new(tolerance: f64, scenes: &[(String, &[Run])]) -> Self {
         let mut lines: Vec<Line> = Vec::new();
         for (scene, (_, runs)) in scenes.iter().enumerate() {
             for run in *runs {
@@ -94,7 +101,7 @@ impl Profile {
             rate(&mut lines, scene);
         }
         let scenes = scenes.iter().map(|(name, _)| name.clone()).collect();
-        let mut profile = Self { scenes, cut: Vec::new(), lines };
+        let mut profile = Self { tolerance, scenes, cut: Vec::new(), lines };
         let largest = profile.largest_ratio();
         profile.lines.sort_by(|a, b| {
             let areas = b.area(largest).total_cmp(&a.area(largest));
@@ -104,12 +111,12 @@ impl Profile {
     }
 
     /// The largest ratio of seconds; 1 without any.
-    pub(crate) fn largest_ratio(&self) -> f64 {
+    pub fn largest_ratio(&self) -> f64 {
         self.lines.iter().flat_map(Line::ratios).fold(1.0, f64::max)
     }
 
     /// Names of the scenes on which nothing is right enough.
-    pub(crate) fn unsolved(&self) -> Vec<String> {
+    pub fn unsolved(&self) -> Vec<String> {
         let is_unsolved =
             |scene: usize| self.lines.iter().all(|line| line.costs[scene].seconds_ratio.is_none());
         let named = self.scenes.iter().enumerate().filter(|(scene, _)| is_unsolved(*scene));
@@ -142,17 +149,17 @@ fn rate(lines: &mut [Line], scene: usize) {
 
 impl Line {
     /// Its ratios of seconds, of the scenes on which it is right enough.
-    pub(crate) fn ratios(&self) -> impl Iterator<Item = f64> {
+    pub fn ratios(&self) -> impl Iterator<Item = f64> {
         self.costs.iter().filter_map(|cost| cost.seconds_ratio)
     }
 
     /// On how many scenes it takes at most so many times the seconds of the cheapest.
-    pub(crate) fn within(&self, factor: f64) -> usize {
+    pub fn within(&self, factor: f64) -> usize {
         self.ratios().filter(|ratio| *ratio <= factor).count()
     }
 
     /// The area below its share of the scenes over the natural logarithm of the factor, from 1 to the largest ratio.
-    pub(crate) fn area(&self, largest: f64) -> f64 {
+    pub fn area(&self, largest: f64) -> f64 {
         self.ratios().map(|ratio| (largest / ratio).ln()).sum::<f64>() / self.costs.len() as f64
     }
 }
@@ -183,7 +190,7 @@ mod tests {
         let third = [wrong("a", 1.0, 1), wrong("c", 1.0, 1)];
         let names = ["one", "two", "three"].map(str::to_owned);
         let runs = [&first[..], &second[..], &third[..]];
-        Profile::new(&names.into_iter().zip(runs).collect::<Vec<_>>())
+        Profile::new(1e-3, &names.into_iter().zip(runs).collect::<Vec<_>>())
     }
 
     #[test]
@@ -218,9 +225,9 @@ mod tests {
     #[test]
     fn methods_that_are_right_nowhere_have_no_ratio() {
         let only = [wrong("a", 1.0, 1)];
-        let profile = Profile::new(&[("one".to_owned(), &only[..])]);
+        let profile = Profile::new(1e-3, &[("one".to_owned(), &only[..])]);
         assert_eq!((profile.lines.len(), profile.largest_ratio()), (1, 1.0));
         assert_eq!(profile.unsolved(), ["one"]);
-        assert!(Profile::new(&[]).lines.is_empty());
+        assert!(Profile::new(1e-3, &[]).lines.is_empty());
     }
 }

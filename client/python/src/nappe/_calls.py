@@ -1,0 +1,55 @@
+"""What sessions and streams use of a server.
+
+They are written against these protocols, which the servers of both shells fulfil: so a server uses sessions, sessions
+use streams, and neither uses a server.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Protocol, TypeVar
+
+from nappe._contract import Message
+from nappe._requests import Call
+
+T = TypeVar("T")
+
+
+class StreamServer(Protocol):
+    """A server as its streams use it, with or without asyncio."""
+
+    @property
+    def address(self) -> str:
+        """Where the server listens."""
+        ...
+
+    def _stream(self, name: str, message: Message, every: bool) -> Any:
+        """A stream of the method `name`, on the connection for streams of every frame or on the one for the rest."""
+        ...
+
+    def _find_token_again(self) -> bool:
+        """Looks for the token again, and says whether it is another one."""
+        ...
+
+
+class CallServer(StreamServer, Protocol):
+    """A server as its sessions use it, with calls that wait for their answers."""
+
+    def _call(self, call: Call[T]) -> T:
+        """One call, and what its answer means."""
+        ...
+
+    def _known_limits(self) -> dict[str, int]:
+        """The limits of the server, which is asked for them once."""
+        ...
+
+
+class AwaitedServer(StreamServer, Protocol):
+    """A server as its sessions use it, with calls that are awaited."""
+
+    async def _call(self, call: Call[T]) -> T:
+        """One call, and what its answer means."""
+        ...
+
+    async def _known_limits(self) -> dict[str, int]:
+        """The limits of the server, which is asked for them once."""
+        ...

@@ -1,0 +1,59 @@
+//! Fields of a cloth: read in the user's numbering; taken as bytes, and put into a copy of the cloth.
+
+use rayon::prelude::*;
+
+use super::cloth::Cloth;
+use crate::{
+    field::Field,
+    math::{Bytes as _, Padded, Real},
+};
+
+/// Particles that a thread copies at a time.
+const BLOCK_SIZE: usize = 4096;
+
+impl<R: Real> Cloth<R> {
+    pub(super) fn read<T: Real>(&self, field: Field, out: &mut [T]) {
+        match field {
+            Field::Positions => self.read_vectors(&self.state.x, out),
+            Field::Velocities => self.read_vectors(&self.state.v, out),
+            Field::PlasticRatios => out.fill(T::one()),
+            Field::StressNorms => out.fill(T::zero()),
+        }
+    }
+
+    fn read_vectors<T: Real>(&self, vectors: &[Padded<R>], out: &mut [T]) {
+        let number = |value: R| T::of(value.to_f64());
+        let (blocks, places) = (out.par_chunks_mut(3 * BLOCK_SIZE), self.model.place.par_chunks(BLOCK_SIZE));
+        (blocks, places).into_par_iter().for_each(|(out, places)| {
+            for (out, &place) in out.as_chunks_mut().0.iter_mut().zip(places) {
+                let v = vectors[place as usize].vector();
+                *out = [number(v.x), number(v.y), number(v.z)];
+            }
+        });
+    }
+
+    /// Bytes of a field, of all particles on rank 0 of several; none of one that is the same in every state.
+    pub(super) fn take_field(&self, field: Field) -> Vec<u8> {
+        match field {
+            Field::Positions => self.model.share.all_bytes(&self.state.x),
+            Field::Velocities => self.model.share.all_bytes(&self.state.v),
+            Field::PlasticRatios | Field::StressNorms => Vec::new(),
+        }
+    }
+
+    /// Takes over a field from its bytes.
+    ///
+    /// # Panics
+    /// If it is that of another cloth.
+    pub(super) fn put_field(&mut self, field: Field, taken: &[u8]) {
+        let vectors = match field {
+            Field::Positions => &mut self.state.x,
+            Field::Velocities => &mut self.state.v,
+            Field::PlasticRatios | Field::StressNorms => return,
+        };
+        assert_eq!(taken.len(), vectors.len() * Padded::<R>::BYTES, "a field of the same cloth");
+        for (vector, bytes) in vectors.iter_mut().zip(taken.chunks_exact(Padded::<R>::BYTES)) {
+            *vector = Padded::read(bytes);
+        }
+    }
+}
