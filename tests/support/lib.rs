@@ -13,10 +13,12 @@ pub mod systems;
 
 mod oscillator;
 mod random;
+mod scalar;
 
-pub use nappe_study::{Method, NEWTON, ScalarLaw, gallery::networks};
+pub use nappe_study::{Method, NEWTON, gallery::networks};
 pub use oscillator::Oscillator;
 pub use random::Random;
+pub use scalar::ScalarLaw;
 pub use scene::Scene;
 
 /// The Rust blocks of docs/STYLE.md, compiled and run as doctests.

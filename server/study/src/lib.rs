@@ -1,65 +1,39 @@
-//! Methods of cloth or snow compared on a scene: the predictability horizon of the scene, error against cost, where each method fails.
+//! Methods of cloth or snow compared on a scene.
 //!
-//! Reads a world as a scene builds it; writes rows, one per run. It brings the clock, and draws nothing. Work is divided
-//! over the rayon pool that the caller installs; but for seconds, results are the same for any number of threads.
-//! Modules in reading order:
+//! A study takes a scene as it is written: its [`Case`]. It steps it in every way that the program has: each a [`Setting`] of cloth or
+//! a [`SnowSetting`] of snow. It compares each [`run()`] with a [`Reference`], which is nearest to the truth, up to the predictability
+//! horizon of the scene, which [`scan`] finds. What it leaves is a row per run:
+//!
+//! - [`chart()`]: error against cost;
+//! - [`plan()`]: the cheapest setting that is right enough, and what the scene can do without;
+//! - [`stability()`]: the longest step that each method takes, and maps of it;
+//! - [`gallery`]: scenes in which programs of this kind fail.
+//!
+//! It brings the clock, and draws nothing. Work is divided over the rayon pool that the caller installs; but for seconds, and for what
+//! a budget cuts, results are the same for any number of threads. Modules in reading order:
 
 pub mod quantity;
-mod method;
-mod variant;
-mod scalar;
-mod theory;
-mod spectrum;
-mod eigenvalues;
 mod case;
-mod times;
-mod budget;
-mod setting;
-mod split;
-mod snow;
-mod stepped;
+mod method;
 mod run;
-mod window;
 mod reference;
-mod halved;
-mod row;
-mod front;
-mod line;
-mod request;
-mod rows;
-mod timing;
 mod chart;
-mod snow_chart;
-mod compare;
-pub mod profile;
 mod plan;
 mod stability;
 pub mod gallery;
 
-pub use budget::{Budget, Cut, Phase, Stop};
-pub use case::{Case, NothingToStudy};
-pub use chart::{Chart, Limit};
-pub use compare::{chart, line_names};
-pub use front::cheapest;
-pub use method::{Method, NEWTON};
+pub use case::{Case, NothingToStudy, Times, TimesError};
+pub use chart::{Chart, Limit, Outcome, Request, Row, chart, cheapest, line_names, profile};
+pub use method::{
+    CHILDREN, Method, NEWTON, Setting, SnowSetting, SnowSteps, Stepped, Steps, Variant, parents, split,
+};
 pub use plan::{
     Dropped, Needed, Plan, Reach, ReachEnd, SceneTerms, Term, Terms, Tried, Verified, Without, plan,
 };
-pub use reference::{NoReference, Reference, reference};
-pub use request::Request;
-pub use row::{Outcome, Row};
-pub use run::{End, Failure, Run, run};
-pub use scalar::ScalarLaw;
-pub use setting::{Setting, Steps};
-pub use snow::{SnowSetting, SnowSteps};
-pub use spectrum::largest_frequency;
-pub use split::{CHILDREN, parents, split};
+pub use reference::{DISPLACEMENT, NoReference, Reference, SEED, Scan, ScanEnd, reference, scan};
+pub use run::{Budget, Cut, End, Failure, Phase, Run, Stop, run};
 pub use stability::{
     Across, Fate, Map, Over, Stability, StabilityRequest, StabilityRow, Stepping, Theory, WRONG,
-    longest_step, probe_at_rest, probe_under_load, stability,
+    critical_step, critical_step_of_all, largest_frequency, longest_step, probe_at_rest, probe_under_load,
+    stability,
 };
-pub use stepped::Stepped;
-pub use theory::{critical_step, critical_step_of_all};
-pub use times::{Times, TimesError};
-pub use variant::Variant;
-pub use window::{DISPLACEMENT, SEED, Scan, ScanEnd, scan};

@@ -4,6 +4,7 @@
 mod files;
 mod names;
 mod arrows;
+mod rooms;
 mod lexer;
 mod imports;
 

@@ -10,6 +10,7 @@ mod precondition;
 mod two_level;
 mod dot;
 mod cg;
+mod solve;
 mod minres;
 
 pub use block_csr::BlockCsr;
@@ -21,4 +22,5 @@ pub use operator::{LinearOperator, Preconditioner, WholeOperator};
 pub use precondition::{BlockJacobi, Identity, Inverse3, Symmetric3};
 pub use settings::{OperatorKind, Outcome, PreconditionerKind, SolveReport, SolverSettings, Stop};
 pub(crate) use sixteens::{Sums, add_lanes, lanes_at, packs, packs_at, store_padded};
+pub(crate) use solve::{System, solve};
 pub use two_level::TwoLevel;

@@ -90,8 +90,9 @@ impl<R: Real> World<R> {
         for body in bodies.iter_mut() {
             let name = body.name_for(&StepFailure::Interrupted).to_owned();
             if let Some(cloth) = body.as_cloth_mut() {
-                cloth.begin(&around);
-                let bound = cloth.bound(&around, &mut NoStopwatch);
+                let mut stepping = cloth.stepping(&around);
+                stepping.begin();
+                let bound = stepping.bound(&mut NoStopwatch);
                 bound.map_err(|failure| SetupError::Body { body: name, message: failure.to_string() })?;
             }
         }

@@ -20,7 +20,7 @@ use crate::{
     linalg::PreconditionerKind,
     math::{Padded, Real, Sixteen, array3},
     parallel::{Ranks, hash_numbers, sum_hashes},
-    report::{Diagnostics, ErrorEstimate, StepFailure, Stopwatch, TimeBound},
+    report::{Diagnostics, ErrorEstimate, StepFailure},
     surroundings::Surroundings,
 };
 
@@ -99,7 +99,8 @@ impl<R: Real> Cloth<R> {
         pinned.for_each(|(_, v)| *v = Padded::default());
     }
 
-    fn stepping<'a>(&'a mut self, around: &'a Surroundings<'a>) -> Stepping<'a, R> {
+    /// Itself in the middle of a step.
+    pub(super) fn stepping<'a>(&'a mut self, around: &'a Surroundings<'a>) -> Stepping<'a, R> {
         let Self { model, parameters, settings, state, work, .. } = self;
         Stepping { model, parameters, settings, around, state, work }
     }
@@ -122,53 +123,12 @@ impl<R: Real> Cloth<R> {
         Some(libm::pow(ratio, 1.0 / (order + 1.0)))
     }
 
-    /// Begins a step of the world.
-    pub(super) fn begin(&mut self, around: &Surroundings<'_>) {
-        self.sort_pins();
-        self.stepping(around).begin();
-    }
-
-    /// The bound on its next sub-step.
-    pub(super) fn bound(
-        &mut self,
-        around: &Surroundings<'_>,
-        watch: &mut dyn Stopwatch,
-    ) -> Result<TimeBound, StepFailure> {
-        self.stepping(around).bound(watch)
-    }
-
-    /// Tries a sub-step, of which length and end (s) are given; it changes nothing but the velocities of pins on their way.
-    pub(super) fn attempt(
-        &mut self,
-        around: &Surroundings<'_>,
-        dt_and_end: [f64; 2],
-        watch: &mut dyn Stopwatch,
-    ) -> Result<(), StepFailure> {
-        self.stepping(around).attempt(dt_and_end, watch)
-    }
-
-    /// Gives up the sub-step that was tried.
-    pub(super) fn abandon(&mut self, around: &Surroundings<'_>) {
-        self.stepping(around).abandon();
-    }
-
-    /// Takes the sub-step that was tried.
-    pub(super) fn settle(&mut self, around: &Surroundings<'_>, watch: &mut dyn Stopwatch) {
-        self.stepping(around).settle(watch);
-    }
-
-    /// Ends a step of the world; returns its report, the largest error of its sub-steps, and how many had no history.
-    pub(super) fn finish(
-        &mut self,
-        around: &Surroundings<'_>,
-        watch: &mut dyn Stopwatch,
-    ) -> Result<(BodyReport, ErrorEstimate, u32), StepFailure> {
-        let report = self.stepping(around).finish(watch)?;
+    /// What its step told, as that of a body, the largest error of its sub-steps, and how many had no history.
+    pub(super) fn told(&self, report: ClothReport) -> (BodyReport, ErrorEstimate, u32) {
         let ClothReport { diagnostics, contact_count, solve, error, without_history, mut notices, work } =
             report;
         notices.first_passed = notices.first_passed.map(|particle| particle + u64::from(self.first_particle));
-        let report = BodyReport { diagnostics, contact_count, solve, snow: None, notices, work };
-        Ok((report, error, without_history))
+        (BodyReport { diagnostics, contact_count, solve, snow: None, notices, work }, error, without_history)
     }
 
     pub(super) fn undo(&mut self) {
@@ -265,7 +225,7 @@ impl<R: Real> Cloth<R> {
     }
 
     /// Takes over the pins that were sent.
-    fn sort_pins(&mut self) {
+    pub(super) fn sort_pins(&mut self) {
         if !self.sent.is_empty() {
             merge_pins(&mut self.state.motions, &mut self.sent);
         }

@@ -1,6 +1,6 @@
 //! All cloths of a world, stepped together: they share sub-steps, and none goes on before all have accepted one.
 
-use super::{body::Body, cloth::Cloth, division::Division, pace::Pace, report::BodyReport};
+use super::{body::Body, cloth::Cloth, division::Division, pace::Pace};
 use crate::{
     math::Real,
     report::{
@@ -32,7 +32,10 @@ pub(super) fn step<R: Real>(
         return Ok(());
     }
 
-    cloths(bodies).for_each(|(_, cloth)| cloth.begin(around));
+    for (_, cloth) in cloths(bodies) {
+        cloth.sort_pins();
+        cloth.stepping(around).begin();
+    }
     let mut division = Division::of(around.dt);
     let (mut substeps, mut rejected) = (0, 0);
     let mut next = shortest(bodies, pace, asked, around, watch)?;
@@ -47,13 +50,13 @@ pub(super) fn step<R: Real>(
         let dt = division.dt();
         match attempt(bodies, around, [dt, around.time + division.end()], watch) {
             Ok(strain) => {
-                cloths(bodies).for_each(|(_, cloth)| cloth.settle(around, watch));
+                cloths(bodies).for_each(|(_, cloth)| cloth.stepping(around).settle(watch));
                 division.go_on();
                 substeps += 1;
                 pace.accept(dt, strain, || division.is_even());
             }
             Err((index, failure)) => {
-                cloths(bodies).for_each(|(_, cloth)| cloth.abandon(around));
+                cloths(bodies).for_each(|(_, cloth)| cloth.stepping(around).abandon());
                 if !can_shorten(&bodies[index], &failure, pace, [dt, asked]) {
                     return Err((index, failure));
                 }
@@ -71,8 +74,8 @@ pub(super) fn step<R: Real>(
     let (mut error, mut without_history) = (ErrorEstimate::default(), 0);
     for index in 0..bodies.len() {
         if let Some(cloth) = bodies[index].as_cloth_mut() {
-            let (body, of_cloth, steps): (BodyReport, _, _) =
-                cloth.finish(around, watch).map_err(|failure| (index, failure))?;
+            let told = cloth.stepping(around).finish(watch).map_err(|failure| (index, failure))?;
+            let (body, of_cloth, steps) = cloth.told(told);
             body.add_to(report);
             (error, without_history) = (error.max(of_cloth), without_history + steps);
         }
@@ -123,7 +126,7 @@ fn shortest<R: Real>(
 ) -> Result<Shortest, Failure> {
     let mut least = Shortest { bound: pace.bound(asked), body: 0, certified: f64::INFINITY };
     for (body, cloth) in cloths(bodies) {
-        let bound = cloth.bound(around, watch).map_err(|failure| (body, failure))?;
+        let bound = cloth.stepping(around).bound(watch).map_err(|failure| (body, failure))?;
         if bound.kind != BoundKind::Fixed {
             least.certified = least.certified.min(bound.dt);
         }
@@ -143,7 +146,7 @@ fn attempt<R: Real>(
 ) -> Result<Option<f64>, Failure> {
     let mut largest = None;
     for (index, cloth) in cloths(bodies) {
-        cloth.attempt(around, dt_and_end, watch).map_err(|failure| (index, failure))?;
+        cloth.stepping(around).attempt(dt_and_end, watch).map_err(|failure| (index, failure))?;
         largest = cloth.strain().into_iter().chain(largest).reduce(f64::max);
     }
     Ok(largest)

@@ -13,7 +13,7 @@ use super::{
     snow::{SnowScene, elastic, lattice, object, rework},
     verdict::Verdict,
 };
-use crate::variant::Variant;
+use crate::method::Variant;
 
 /// Side of a cell (m); particles are half of it apart.
 const CELL: f64 = 0.1;

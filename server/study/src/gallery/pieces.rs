@@ -13,7 +13,7 @@ use super::{
     snow::{SnowScene, elastic, lattice, object},
     verdict::Verdict,
 };
-use crate::variant::Variant;
+use crate::method::Variant;
 
 /// Scenes over every transfer with the kernels that go with it; of semi-implicit steps those with a smooth kernel.
 pub(super) const SCENES: [Row<Variant>; 3] = [

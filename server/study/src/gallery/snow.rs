@@ -8,7 +8,7 @@ use nappe_sim::{
     world::{Simulation, WorldSetup},
 };
 
-use crate::variant::Variant;
+use crate::method::Variant;
 
 /// An elastic material of the fixed-corotated law.
 pub const fn elastic(young: f64, poisson: f64) -> Material {

@@ -4,7 +4,10 @@ use nappe_sim::cloth::{Hessian, Integrator, Minimizer, NewtonSettings};
 use rayon::prelude::*;
 
 use super::{blocks, motions, pieces, row::Row, squeezed, states, steps, verdict::Verdict};
-use crate::{budget::Budget, method::Method, variant::Variant};
+use crate::{
+    method::{Method, Variant},
+    run::Budget,
+};
 
 /// Scenes over methods of a kind.
 #[derive(Clone, Debug, PartialEq)]

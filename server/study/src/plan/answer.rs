@@ -9,7 +9,10 @@ use super::{
     terms::{Looked, Term},
     verify::Verified,
 };
-use crate::{chart::Chart, row::Row, stepped::Stepped};
+use crate::{
+    chart::{Chart, Row},
+    method::Stepped,
+};
 
 /// How the cost of snow grows with the number of cells along an axis.
 const SNOW: i32 = 4;

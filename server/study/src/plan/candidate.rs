@@ -3,12 +3,9 @@
 use nappe_sim::{cloth::Minimizer, math::Precision, snow::Kernel};
 
 use crate::{
-    halved::F64_COST,
-    method::Method,
-    row::Row,
-    setting::{Setting, Steps},
-    snow_chart::CUBIC,
-    stepped::Stepped,
+    chart::{CUBIC, Row},
+    method::{Method, Setting, Stepped, Steps},
+    reference::F64_COST,
 };
 
 /// Errors per step of methods whose steps are controlled, as shares of the tolerance: ten steps of the first are as far off as

@@ -9,12 +9,9 @@ use super::{
     verify::{quicker, verified},
 };
 use crate::{
-    budget::{Budget, Phase},
     case::Case,
-    chart::{Kept, without_rows},
-    request::Request,
-    row::Row,
-    run::run,
+    chart::{Kept, Request, Row, without_rows},
+    run::{Budget, Phase, run},
 };
 
 /// Shares of the budget at whose end each part is over, after the reference.

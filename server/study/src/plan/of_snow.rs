@@ -9,16 +9,11 @@ use super::{
     verify::{Verified, quicker},
 };
 use crate::{
-    budget::{Budget, Phase},
-    case::Case,
-    chart::Chart,
+    case::{Case, Times},
+    chart::{Chart, Outcome, Request, Row},
+    method::{SnowSetting, SnowSteps, Stepped},
     reference::Reference,
-    request::Request,
-    row::{Outcome, Row},
-    run::run,
-    snow::{SnowSetting, SnowSteps},
-    stepped::Stepped,
-    times::Times,
+    run::{Budget, Phase, run},
 };
 
 /// Shares of the budget at whose end each part is over, after the chart.

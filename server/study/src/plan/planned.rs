@@ -6,7 +6,11 @@ use super::{
     of_snow::of_snow,
     terms::SceneTerms,
 };
-use crate::{budget::Budget, case::Case, request::Request, row::Row, snow_chart};
+use crate::{
+    case::Case,
+    chart::{Request, Row, of_snow},
+    run::Budget,
+};
 
 /// Seconds per simulated second of what keeps up with real time.
 const REAL_TIME: f64 = 1.0;
@@ -21,7 +25,7 @@ pub fn plan(
 ) -> Plan {
     let mut plan = match &case.setup.snow {
         Some(snow) => {
-            let chart = snow_chart::of_snow(case, snow, request, budget, tell);
+            let chart = of_snow::of_snow(case, snow, request, budget, tell);
             of_snow(case, chart, request, scene, budget, tell)
         }
         None => of_cloth(case, request, scene, budget, tell),

@@ -2,12 +2,10 @@
 
 use super::verify::Verified;
 use crate::{
-    budget::Phase,
-    case::Case,
-    row::Row,
-    run::{End, run_as_written},
-    stepped::Stepped,
-    times::Times,
+    case::{Case, Times},
+    chart::Row,
+    method::Stepped,
+    run::{End, Phase, run_as_written},
 };
 
 /// How far a setting runs as a scene that is written with it, within what the scene allows of its state.

@@ -5,15 +5,11 @@ use nappe_sim::math::Precision;
 
 use super::candidate::{Candidate, Dropped, cost};
 use crate::{
-    budget::Phase,
-    case::Case,
-    method::Method,
+    case::{Case, Times},
+    chart::{Outcome, Request, Row},
+    method::{Method, Setting},
     reference::Reference,
-    request::Request,
-    row::{Outcome, Row},
-    run::run_within,
-    setting::Setting,
-    times::Times,
+    run::{Phase, run_within},
 };
 
 /// Share of the tolerance that the error of a run may have: the rest is for what the reference does not know.

@@ -2,16 +2,11 @@
 
 use super::reach::{Reach, ReachEnd, reach};
 use crate::{
-    budget::Phase,
-    case::Case,
+    case::{Case, Times},
+    chart::{Row, median_seconds},
+    method::{Setting, SnowSetting, Stepped, Variant},
     reference::Reference,
-    row::{Row, median_seconds},
-    run::{End, Run, run},
-    setting::Setting,
-    snow::SnowSetting,
-    stepped::Stepped,
-    times::Times,
-    variant::Variant,
+    run::{End, Phase, Run, run},
 };
 
 /// Whether what can go is left out of the scene that is written.

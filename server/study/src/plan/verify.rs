@@ -7,13 +7,10 @@ use super::{
     search::{RIGHT, Search},
 };
 use crate::{
-    budget::Phase,
-    case::Case,
-    row::{Outcome, Row},
-    setting::{Setting, Steps},
-    stepped::Stepped,
-    times::Times,
-    timing,
+    case::{Case, Times},
+    chart::{Outcome, Row, timing},
+    method::{Setting, Stepped, Steps},
+    run::Phase,
 };
 
 /// Rows that are timed in turn, and how many times the cost of the cheapest they have at most.

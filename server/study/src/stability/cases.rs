@@ -5,11 +5,8 @@ use nappe_sim::{
     mesh::TriangleMesh,
 };
 
-use super::row::Across;
-use crate::{
-    case::{Case, direction, masses},
-    spectrum::largest_frequency,
-};
+use super::{row::Across, spectrum::largest_frequency};
+use crate::case::{Case, direction, masses};
 
 /// Speed (m/s) of the motion about rest.
 const SPEED: f64 = 1e-4;
@@ -166,7 +163,11 @@ mod tests {
     };
 
     use super::*;
-    use crate::{budget::Budget, method::Method, run::Runner, setting::Setting, times::Times};
+    use crate::{
+        case::Times,
+        method::{Method, Setting, Steps},
+        run::{Budget, Runner},
+    };
 
     /// A stretched sheet of 5 x 3 particles with bending, one of them pinned, under gravity.
     fn sheet(damping: f64) -> Case {
@@ -195,7 +196,7 @@ mod tests {
     fn at_rest_nothing_is_stretched_or_bent_and_what_is_free_moves_slowly() {
         let rest = sheet(0.1).at_rest();
         let method = Method::all()[0];
-        let setting = Setting::new(method, Precision::F64, crate::setting::Steps::Divided(0));
+        let setting = Setting::new(method, Precision::F64, Steps::Divided(0));
         let budget = Budget::new(None);
         let runner =
             Runner::start(&rest, &setting, &Times::even(1e-6, 1), &budget.until(1.0)).expect("a start");

@@ -2,7 +2,8 @@
 
 use nappe_sim::cloth::{Integrator, Network};
 
-use crate::{case::Case, spectrum::largest_frequency, theory::critical_step_of_all};
+use super::{spectrum::largest_frequency, theory::critical_step_of_all};
+use crate::case::Case;
 
 /// What theory says of the springs of a case at rest: of each body the fastest mode and the damping over stiffness that its
 /// springs have.

@@ -8,14 +8,10 @@ use nappe_sim::{
 };
 
 use crate::{
-    budget::Phase,
-    case::Case,
-    method::Method,
-    reference::{NoReference, reference},
-    run::{End, Runner},
-    setting::{Setting, Steps},
-    times::Times,
-    window::{OPEN, Scan, ScanEnd, scan},
+    case::{Case, Times},
+    method::{Method, Setting, Steps},
+    reference::{NoReference, OPEN, Scan, ScanEnd, reference, scan},
+    run::{End, Phase, Runner},
 };
 
 /// The method of the fine run, certified at a share of the bound.

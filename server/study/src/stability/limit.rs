@@ -4,7 +4,7 @@ use super::{
     bisect::{Bisection, TimeIsOver},
     row::{Fate, Over, StabilityRow},
 };
-use crate::budget::Phase;
+use crate::run::Phase;
 
 /// The longest step whose error is within what is allowed and the shortest whose error is not are this near in the end.
 const NEAR_RIGHT: f64 = 1.1;
@@ -91,7 +91,7 @@ fn limit_row(row: &StabilityRow, [below, above]: [f64; 2]) -> StabilityRow {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{budget::Budget, method::Method, stability::row::Over};
+    use crate::{method::Method, run::Budget, stability::row::Over};
     use nappe_sim::cloth::{Hessian, Integrator};
 
     fn row(dt: f64, fate: Fate) -> StabilityRow {

@@ -8,7 +8,7 @@ use super::{
     probe::Probe,
     row::{Across, Fate, Over, StabilityRow},
 };
-use crate::{budget::Phase, case::Case, method::Method, reference::NoReference};
+use crate::{case::Case, method::Method, reference::NoReference, run::Phase};
 
 /// Columns that are made first, at least.
 const FEW: usize = 6;

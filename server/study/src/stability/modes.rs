@@ -17,15 +17,14 @@ use nappe_sim::{
 use rayon::prelude::*;
 
 use super::{
+    eigenvalues::eigenvalues,
     expected::has_one_damping,
     row::{Fate, StabilityRow},
 };
 use crate::{
-    budget::{Cut, Phase},
     case::{Case, masses},
-    eigenvalues::eigenvalues,
-    method::Method,
-    setting::{Setting, Steps},
+    method::{Method, Setting, Steps},
+    run::{Cut, Phase},
 };
 
 /// Coordinates of free particles, at most: there are six steps for each.
@@ -286,7 +285,7 @@ mod tests {
     };
 
     use super::*;
-    use crate::{budget::Budget, theory::critical_step};
+    use crate::{run::Budget, stability::theory::critical_step};
 
     const MASS: f64 = 0.01;
 

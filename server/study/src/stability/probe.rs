@@ -7,12 +7,9 @@ use super::{
     row::{Fate, Over, StabilityRow},
 };
 use crate::{
-    budget::Phase,
-    case::Case,
-    method::Method,
-    run::{End, Failure, Runner},
-    setting::{Setting, Steps},
-    times::Times,
+    case::{Case, Times},
+    method::{Method, Setting, Steps},
+    run::{End, Failure, Phase, Runner},
 };
 
 /// Energy over that of the start up to which a motion about rest is stable.

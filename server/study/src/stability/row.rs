@@ -1,6 +1,6 @@
 //! A row of a study of stability: one run, or the limit that some runs show.
 
-use crate::{budget::Cut, method::Method};
+use crate::{method::Method, run::Cut};
 
 /// What became of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

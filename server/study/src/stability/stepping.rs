@@ -6,10 +6,9 @@ use super::{
     row::{Fate, Over, StabilityRow, Stepping},
 };
 use crate::{
-    budget::Phase,
     case::Case,
-    method::Method,
-    setting::{Setting, Steps},
+    method::{Method, Setting, Steps},
+    run::Phase,
 };
 
 /// Times the scene's own step that worlds are stepped at.

@@ -16,13 +16,10 @@ use super::{
     stepping,
 };
 use crate::{
-    budget::{Budget, Phase},
-    case::Case,
-    method::Method,
+    case::{Case, Times},
+    method::{Method, Setting, Steps},
     reference::NoReference,
-    run::Runner,
-    setting::{Setting, Steps},
-    times::Times,
+    run::{Budget, Phase, Runner},
 };
 
 /// Share of the budget at whose end what runs are judged against is known, or nothing is.

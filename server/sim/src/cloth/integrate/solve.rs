@@ -8,8 +8,7 @@ use crate::{
     },
     interrupt::Interrupt,
     linalg::{
-        BlockJacobi, Identity, LinearOperator, OperatorKind, Outcome, Preconditioner, PreconditionerKind,
-        SolveReport, SolverSettings, TwoLevel, conjugate_gradient,
+        LinearOperator, OperatorKind, Outcome, PreconditionerKind, SolveReport, SolverSettings, System, solve,
     },
     math::{Padded, Real, Sixteen},
     report::{Stage, StepFailure},
@@ -31,7 +30,8 @@ impl<R: Real> Step<'_, R> {
         let common = self.take_common_part();
         let warm_start = at == At::State && settings.solver.warm_start;
         let solver = &SolverSettings { warm_start, ..settings.solver };
-        let Workspace { evaluation, numbers, next, assembled, coarse, cg, scratches, .. } = &mut *self.work;
+        let Workspace { evaluation, numbers, next, assembled, coarse: coarse_matrix, cg, scratches, .. } =
+            &mut *self.work;
         let groups = evaluation.rows.len();
         next.dv.resize(groups, Sixteen::default());
         let begin = |dv: &mut [Sixteen<R>]| {
@@ -44,7 +44,6 @@ impl<R: Real> Step<'_, R> {
                 dv.fill(Sixteen::default());
             }
         };
-        begin(&mut next.dv);
 
         let numbers = &*numbers;
         let x = if at == At::State { &state.x } else { &next.x };
@@ -59,36 +58,20 @@ impl<R: Real> Step<'_, R> {
                 &stored
             }
         };
-        let jacobi = BlockJacobi(&evaluation.inverse);
-        let two_level;
-        let preconditioner: &dyn Preconditioner<R> = match solver.preconditioner {
-            PreconditionerKind::Identity => &Identity,
-            PreconditionerKind::Diagonal | PreconditionerKind::BlockJacobi | PreconditionerKind::Auto => {
-                &jacobi
-            }
-            PreconditionerKind::TwoLevel => {
-                let layout = model.coarse.as_ref().expect("laid out for these settings");
-                coarse.fill(layout, &|block, blocks| matrix.project(layout, block, blocks));
-                two_level = TwoLevel::new(&evaluation.inverse, layout, coarse);
-                &two_level
-            }
-        };
-        let (b, share) = (&evaluation.rows, &model.share);
-        let mut report = conjugate_gradient(operator, preconditioner, b, &mut next.dv, solver, share, cg);
-        if solver.preconditioner == PreconditionerKind::TwoLevel && is_unfit(report.outcome) {
-            begin(&mut next.dv);
-            let again = conjugate_gradient(operator, &jacobi, b, &mut next.dv, solver, share, cg);
-            let iterations = report.iterations.saturating_add(again.iterations);
-            let products = report.products.saturating_add(again.products);
-            report = SolveReport { iterations, products, ..again };
-        }
+        let coarse = model.coarse.as_ref().filter(|_| solver.preconditioner == PreconditionerKind::TwoLevel);
+        let coarse = coarse.map(|layout| {
+            coarse_matrix.fill(layout, &|block, blocks| matrix.project(layout, block, blocks));
+            (layout, &*coarse_matrix)
+        });
+        let system = System { operator, b: &evaluation.rows, inverse: &evaluation.inverse, coarse };
+        let report = solve(&system, &mut next.dv, &begin, solver, &model.share, cg);
         if let Some(common) = &common {
             common.add(model, &mut next.dv);
             cg.lower(common.descent);
         }
         self.work.products += u64::from(report.products);
         self.watch.lap(Stage::Solve);
-        SolveReport { preconditioner: Some(solver.preconditioner), ..report }
+        report
     }
 }
 
@@ -106,12 +89,6 @@ pub(super) fn check(report: &SolveReport) -> Result<(), StepFailure> {
         | Outcome::ZeroCurvature { .. }
         | Outcome::IndefinitePreconditioner { .. } => Ok(()),
     }
-}
-
-/// Whether a preconditioner with a coarse space failed: of an indefinite matrix it may be indefinite, where its inverse
-/// diagonal blocks are not.
-fn is_unfit(outcome: Outcome) -> bool {
-    matches!(outcome, Outcome::IndefinitePreconditioner { .. } | Outcome::NotFinite { iteration: 0 })
 }
 
 /// An operator whose solve can be given up.

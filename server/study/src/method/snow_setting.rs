@@ -6,7 +6,8 @@ use nappe_sim::{
     time_step::TimeStep,
 };
 
-use crate::{case::Case, setting::Plan, split::split, variant::Variant};
+use super::{of_snow::Variant, setting::Plan, split::split};
+use crate::case::Case;
 
 /// The share of FLIP of scenes of another transfer.
 const FLIP: Blend = Blend::PerStep(0.95);

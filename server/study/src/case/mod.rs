@@ -1,5 +1,9 @@
 //! What is studied: the cloths of a scene as it is written, or its snow where it has no cloth, and distances between their states.
 
+mod times;
+
+pub use times::{Times, TimesError};
+
 use nappe_sim::{
     cloth::Network,
     math::Precision,

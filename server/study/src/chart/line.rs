@@ -2,11 +2,10 @@
 
 use nappe_sim::math::Precision;
 
+use super::row::{Outcome, Row};
 use crate::{
     case::Case,
-    method::Method,
-    row::{Outcome, Row},
-    setting::{Setting, Steps},
+    method::{Method, Setting, Steps},
 };
 
 /// Errors per step (m) that steps are controlled by, from row to row.

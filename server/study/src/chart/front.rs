@@ -1,6 +1,6 @@
 //! The front of a chart: the rows that no other row beats in error and seconds.
 
-use crate::row::Row;
+use super::row::Row;
 
 /// Marks the rows of the front, of those that are ranked.
 pub(crate) fn mark(rows: &mut [Row]) {

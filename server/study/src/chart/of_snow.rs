@@ -7,22 +7,19 @@ use nappe_sim::{
     time_step::TimeStep,
 };
 
-use crate::{
-    budget::{Budget, Phase},
-    case::Case,
-    chart::{Chart, Limit, REFERENCE},
+use super::{
     front,
-    halved::{COST, F64_COST, MOST_WORK, halved},
-    quantity::length,
-    reference::{NoReference, Reference},
+    of_cloth::{Chart, Limit, REFERENCE},
     request::Request,
     row::{Outcome, Row},
-    run::{End, run, run_within},
-    snow::{SnowSetting, SnowSteps, variants},
-    times::Times,
     timing,
-    variant::Variant,
-    window::{Scan, ScanEnd},
+};
+use crate::{
+    case::{Case, Times},
+    method::{SnowSetting, SnowSteps, Variant, variants},
+    quantity::length,
+    reference::{COST, F64_COST, MOST_WORK, NoReference, Reference, Scan, ScanEnd, halved},
+    run::{Budget, End, Phase, run, run_within},
 };
 
 /// Shares of the budget at whose end each part is over.

@@ -9,12 +9,9 @@ use nappe_sim::{
 };
 
 use crate::{
-    budget::Phase,
-    case::Case,
-    method::Method,
-    run::{End, Runner},
-    setting::{Setting, Steps},
-    times::Times,
+    case::{Case, Times},
+    method::{Method, Setting, Steps},
+    run::{End, Phase, Runner},
 };
 
 /// By how much copies are displaced (m).

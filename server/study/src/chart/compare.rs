@@ -1,13 +1,12 @@
 //! Methods compared on a scene, of cloth or of snow.
 
-use crate::{
-    budget::Budget,
-    case::Case,
-    chart::{Chart, of_cloth},
+use super::{
+    of_cloth::{Chart, of_cloth},
+    of_snow::{self, of_snow},
     request::Request,
     rows,
-    snow_chart::{self, of_snow},
 };
+use crate::{case::Case, run::Budget};
 
 /// Charts a case. `tell` is called with what is done now.
 pub fn chart(case: &Case, request: &Request, budget: &Budget, tell: &dyn Fn(&str)) -> Chart {
@@ -19,5 +18,5 @@ pub fn chart(case: &Case, request: &Request, budget: &Budget, tell: &dyn Fn(&str
 
 /// Names of all lines of a chart of a case, in their order.
 pub fn line_names(case: &Case) -> Vec<String> {
-    case.setup.snow.as_ref().map_or_else(rows::line_names, snow_chart::names)
+    case.setup.snow.as_ref().map_or_else(rows::line_names, of_snow::names)
 }

@@ -8,7 +8,8 @@ use nappe_sim::{
     world::WorldSetup,
 };
 
-use crate::{case::Case, method::Method};
+use super::of_cloth::Method;
+use crate::case::Case;
 
 /// Relative residual at which linear solves end: it changes the error of implicit Euler by less than 0.12 %.
 const SOLVER_TOLERANCE: f64 = 1e-4;

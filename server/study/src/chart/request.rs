@@ -2,7 +2,7 @@
 
 use nappe_sim::math::Precision;
 
-use crate::times::Times;
+use crate::case::Times;
 
 /// What is asked of a chart.
 #[derive(Clone, Debug, PartialEq)]

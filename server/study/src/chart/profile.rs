@@ -4,7 +4,7 @@ use std::cmp::Reverse;
 
 use nappe_sim::math::Precision;
 
-use crate::{chart::Chart, row::Row};
+use super::{of_cloth::Chart, row::Row};
 
 /// A run on a scene.
 #[derive(Clone, Debug, PartialEq)]

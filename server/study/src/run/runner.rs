@@ -8,12 +8,10 @@ use nappe_sim::{
     world::Simulation,
 };
 
+use super::budget::{Cut, Phase, Watched};
 use crate::{
-    budget::{Cut, Phase, Watched},
-    case::Case,
-    setting::Plan,
-    stepped::Stepped,
-    times::Times,
+    case::{Case, Times},
+    method::{Plan, Stepped},
 };
 
 /// How a run ended.

@@ -2,18 +2,12 @@
 
 use std::time::Instant;
 
+use super::{front, request::Request, row::Row, rows::Rows, timing};
 use crate::{
-    budget::Budget,
-    case::Case,
-    front,
-    reference::{NoReference, Reference, reference},
-    request::Request,
-    row::Row,
-    rows::Rows,
-    stepped::Stepped,
-    times::Times,
-    timing,
-    window::{OPEN, Scan, ScanEnd, scan},
+    case::{Case, Times},
+    method::Stepped,
+    reference::{NoReference, OPEN, Reference, Scan, ScanEnd, reference, scan},
+    run::Budget,
 };
 
 /// Shares of the budget at whose end each part is over: the reference is known then, or nothing is.

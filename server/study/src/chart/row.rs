@@ -3,11 +3,10 @@
 use nappe_sim::report::Work;
 
 use crate::{
-    budget::Cut,
     case::Case,
+    method::Stepped,
     reference::Reference,
-    run::{End, Failure, Run},
-    stepped::Stepped,
+    run::{Cut, End, Failure, Run},
 };
 
 /// How a run ended, as charts tell it.

@@ -2,12 +2,12 @@
 
 use nappe_sim::math::Precision;
 
-use crate::{
-    case::Case,
+use super::{
     setting::{Plan, Setting, Steps},
-    snow::{SnowSetting, SnowSteps},
+    snow_setting::{SnowSetting, SnowSteps},
     split,
 };
+use crate::case::Case;
 
 /// How a run is stepped.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -121,7 +121,7 @@ impl Stepped {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{method::Method, snow::SnowSteps, variant::Variant};
+    use crate::method::{Method, Variant};
 
     /// Every method of cloth at even and at controlled steps, and every variant of snow.
     fn all() -> Vec<Stepped> {

@@ -1,6 +1,10 @@
 //! Rows timed again in turn, interval by interval: whatever else the machine does disturbs all of them alike.
 
-use crate::{budget::Phase, case::Case, row::Row, run::Runner, times::Times};
+use super::row::Row;
+use crate::{
+    case::{Case, Times},
+    run::{Phase, Runner},
+};
 
 /// Times the rows of the front and the scene's own again, until all reached their end or a phase is over.
 pub(crate) fn again(case: &Case, rows: &mut [Row], times: &Times, phase: &Phase) {

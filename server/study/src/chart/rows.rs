@@ -2,17 +2,17 @@
 
 use nappe_sim::math::Precision;
 
-use crate::{
-    budget::Phase,
-    case::Case,
+use super::{
     line::Line,
-    method::Method,
-    quantity::time,
-    reference::Reference,
     request::Request,
     row::{Outcome, Row},
-    run::run,
-    setting::{Setting, Steps},
+};
+use crate::{
+    case::Case,
+    method::{Method, Setting, Steps},
+    quantity::time,
+    reference::Reference,
+    run::{Phase, run},
 };
 
 /// How many times as long a row takes as that of steps twice as long, with room for a busy machine.

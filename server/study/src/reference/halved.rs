@@ -5,14 +5,11 @@
 
 use nappe_sim::{math::Precision, report::Work, snow::SnowSetup};
 
+use super::nearest::{NoReference, Reference};
 use crate::{
-    budget::Phase,
-    case::Case,
-    reference::{NoReference, Reference},
-    run::{End, Run, run},
-    snow::SnowSetting,
-    split::CHILDREN,
-    times::Times,
+    case::{Case, Times},
+    method::{CHILDREN, SnowSetting},
+    run::{End, Phase, Run, run},
 };
 
 /// How often cells are halved, at most: particles are 512 times as many then.

@@ -2,14 +2,11 @@
 
 use nappe_sim::report::Work;
 
+use super::window::REFERENCE;
 use crate::{
-    budget::Phase,
-    case::Case,
-    run::{End, Run, run},
-    setting::{Setting, Steps},
-    stepped::Stepped,
-    times::Times,
-    window::REFERENCE,
+    case::{Case, Times},
+    method::{Setting, Stepped, Steps},
+    run::{End, Phase, Run, run},
 };
 
 /// How near to 1 or 2 the order must be that three runs show, for them to be extrapolated.

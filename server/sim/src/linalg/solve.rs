@@ -1,0 +1,71 @@
+//! A linear solve as settings ask for it: conjugate gradient with the preconditioner that they name.
+
+use super::{
+    cg::{CgWorkspace, conjugate_gradient},
+    coarse::{CoarseLayout, CoarseMatrix},
+    operator::{LinearOperator, Preconditioner},
+    precondition::{BlockJacobi, Identity, Inverse3},
+    settings::{Outcome, PreconditionerKind, SolveReport, SolverSettings},
+    two_level::TwoLevel,
+};
+use crate::{
+    math::{Real, Sixteen},
+    parallel::Share,
+};
+
+/// A linear system, with what preconditioners are made of.
+#[derive(Clone, Copy)]
+pub(crate) struct System<'a, R: Real> {
+    pub(crate) operator: &'a dyn LinearOperator<R>,
+    /// The right-hand side, in rows as `x`.
+    pub(crate) b: &'a [Sixteen<R>],
+    /// Inverses of the diagonal blocks, of the kind that the settings name.
+    pub(crate) inverse: &'a [Inverse3],
+    /// The coarse space and the matrix on it; of a preconditioner that has one.
+    pub(crate) coarse: Option<(&'a CoarseLayout, &'a CoarseMatrix)>,
+}
+
+/// Solves a system for `x`, of which `begin` writes the first guess. Where a coarse space fails, since of an indefinite matrix it
+/// may be indefinite where the inverse diagonal blocks are not, the solve begins again without it.
+///
+/// # Panics
+/// If the settings name a preconditioner with a coarse space, and the system has none.
+pub(crate) fn solve<R: Real>(
+    system: &System<'_, R>,
+    x: &mut [Sixteen<R>],
+    begin: &dyn Fn(&mut [Sixteen<R>]),
+    settings: &SolverSettings,
+    share: &Share,
+    work: &mut CgWorkspace<R>,
+) -> SolveReport {
+    let System { operator, b, inverse, coarse } = *system;
+    let jacobi = BlockJacobi(inverse);
+    let mut run = |preconditioner: &dyn Preconditioner<R>| {
+        begin(x);
+        conjugate_gradient(operator, preconditioner, b, x, settings, share, work)
+    };
+    let report = match settings.preconditioner {
+        PreconditionerKind::Identity => run(&Identity),
+        PreconditionerKind::Diagonal | PreconditionerKind::BlockJacobi | PreconditionerKind::Auto => {
+            run(&jacobi)
+        }
+        PreconditionerKind::TwoLevel => {
+            let (layout, matrix) = coarse.expect("laid out for these settings");
+            let report = run(&TwoLevel::new(inverse, layout, matrix));
+            if is_unfit(report.outcome) { again(report, run(&jacobi)) } else { report }
+        }
+    };
+    SolveReport { preconditioner: Some(settings.preconditioner), ..report }
+}
+
+/// Whether a preconditioner with a coarse space failed.
+fn is_unfit(outcome: Outcome) -> bool {
+    matches!(outcome, Outcome::IndefinitePreconditioner { .. } | Outcome::NotFinite { iteration: 0 })
+}
+
+/// What two solves of one system tell, the second of which counts.
+fn again(first: SolveReport, second: SolveReport) -> SolveReport {
+    let iterations = first.iterations.saturating_add(second.iterations);
+    let products = first.products.saturating_add(second.products);
+    SolveReport { iterations, products, ..second }
+}
