@@ -3,8 +3,6 @@
 //! Reads positions (m) and velocities (m/s) at the start of a step, and reads and writes those at its end. What one particle
 //! does is in [`super::answer`].
 
-use rayon::prelude::*;
-
 use super::{
     Collider,
     answer::{Answer, SubStep},
@@ -12,7 +10,7 @@ use super::{
 };
 use crate::{
     math::{Padded, Real, Vec3, array3, vec3},
-    parallel::{Share, block_count},
+    parallel::{Share, block_count, per_block_mut, per_row, per_row_mut},
 };
 
 /// Where, when and for how long particles may have met colliders: the end of a step.
@@ -114,28 +112,21 @@ pub(crate) fn resolve<R: Real>(
         return Met::default();
     }
 
-    let (size, own) = (contacts.share.block_size(), contacts.share.own());
-    let user = own.rows(contacts.user);
-    let [from_x, from_v] = from.map(|field| own.rows(field).par_chunks(size));
-    let constants = (user.par_chunks(size), own.rows(inv_m).par_chunks(size), (from_x, from_v));
-    let [past_x, past_v] = past.unwrap_or_default().map(|field| own.rows_mut(field).par_chunks_mut(size));
-    let pasts = past_x.zip(past_v).map(Some);
-    let pasts = pasts.chain(rayon::iter::repeat_n((), user.len().div_ceil(size)).map(|()| None));
-    let [x, v] = [x, v].map(|field| own.rows_mut(field).par_chunks_mut(size));
-    met.resize(block_count(contacts.user.len(), size), Met::default());
-    (own.blocks_mut(met).par_iter_mut(), constants, (x, v), pasts).into_par_iter().for_each(
-        |(met, (user, inv_m, (from_x, from_v)), (x, v), mut past)| {
-            *met = Met::default();
-            for (row, (user, inv_m)) in user.iter().zip(inv_m).enumerate() {
-                let past = past.as_mut().map(|(x, v)| [&mut x[row], &mut v[row]]);
-                let moved =
-                    Moved { from: [&from_x[row], &from_v[row]], x: &mut x[row], v: &mut v[row], past };
-                if let Some(one) = of_one(contacts, *user, *inv_m, moved) {
-                    *met = met.and(one);
-                }
+    met.resize(block_count(contacts.user.len(), contacts.share.block_size()), Met::default());
+    let constants = (per_row(contacts.user), per_row(inv_m), from.map(per_row));
+    let changed = ([x, v].map(per_row_mut), past.map(|past| past.map(per_row_mut)));
+    let fields = (per_block_mut(met), constants, changed);
+    contacts.share.own().each(fields, |_, (met, (user, inv_m, from), ([x, v], mut past))| {
+        *met = Met::default();
+        for (row, (user, inv_m)) in user.iter().zip(inv_m).enumerate() {
+            let past = past.as_mut().map(|[x, v]| [&mut x[row], &mut v[row]]);
+            let from = from.map(|field| &field[row]);
+            let moved = Moved { from, x: &mut x[row], v: &mut v[row], past };
+            if let Some(one) = of_one(contacts, *user, *inv_m, moved) {
+                *met = met.and(one);
             }
-        },
-    );
+        }
+    });
     Met::of_all(contacts.share, met)
 }
 

@@ -8,8 +8,6 @@
 //! when rounding has taken the recursive one away from it; no iterate that is not finite, or worse
 //! than the one before, is returned. Dot products are binary64 over fixed blocks.
 
-use rayon::prelude::*;
-
 use super::{
     dot::{block_sums, combine},
     operator::WholeOperator,
@@ -17,10 +15,10 @@ use super::{
 };
 use crate::{
     math::{Real, Vec3},
-    parallel::{block_count, sum},
+    parallel::{Own, block_count, per_block_mut, per_row, per_row_mut, sum},
 };
 
-/// Rows per block: work of a few microseconds, which rayon divides well.
+/// Rows per block: work of a few microseconds, which threads share well.
 const BLOCK_SIZE: usize = 1024;
 
 /// Scratch vectors of a solve: they grow to the largest system solved, and are then reused.
@@ -198,9 +196,7 @@ impl<R: Real, A: WholeOperator<R>> Solve<'_, R, A> {
         } else {
             self.products += 1;
             self.a.apply(v, r);
-            (r.par_chunks_mut(BLOCK_SIZE), b.par_chunks(BLOCK_SIZE))
-                .into_par_iter()
-                .for_each(|(r, b)| combine(r, -R::one(), b, R::one()));
+            blocks(r).each((per_row_mut(r), per_row(b)), |_, (r, b)| combine(r, -R::one(), b, R::one()));
         }
 
         self.divide_by_mass()
@@ -209,9 +205,8 @@ impl<R: Real, A: WholeOperator<R>> Solve<'_, R, A> {
     /// z = M⁻¹ r, and r = 0 in rows without mass; returns |r|.
     fn divide_by_mass(&mut self) -> f64 {
         let (mass, MinresWorkspace { r, z, partials, .. }) = (self.mass, &mut *self.work);
-        let vectors =
-            (r.par_chunks_mut(BLOCK_SIZE), z.par_chunks_mut(BLOCK_SIZE), mass.par_chunks(BLOCK_SIZE));
-        (partials.par_iter_mut(), vectors).into_par_iter().for_each(|(partial, (r, z, mass))| {
+        let fields = (per_block_mut(partials), per_row_mut(r), per_row_mut(z), per_row(mass));
+        blocks(mass).each(fields, |_, (partial, r, z, mass)| {
             for ((r, z), m) in r.iter_mut().zip(z.iter_mut()).zip(mass) {
                 if *m > R::zero() {
                     *z = *r / *m;
@@ -267,24 +262,23 @@ impl<R: Real, A: WholeOperator<R>> Solve<'_, R, A> {
         let beta = qr.beta;
         let MinresWorkspace { v, q, before, r, z, partials, .. } = &mut *self.work;
         let inverse = R::of(1.0 / beta);
-        (v.par_chunks_mut(BLOCK_SIZE), z.par_chunks(BLOCK_SIZE))
-            .into_par_iter()
-            .for_each(|(v, z)| v.iter_mut().zip(z).for_each(|(v, z)| *v = z * inverse));
+        let all = blocks(v);
+        all.each((per_row_mut(v), per_row(z)), |_, (v, z)| {
+            v.iter_mut().zip(z).for_each(|(v, z)| *v = z * inverse);
+        });
 
         self.products += 1;
         self.a.apply(v, q);
         let share = R::of(-qr.beta_ratio);
-        let vectors = (q.par_chunks_mut(BLOCK_SIZE), before.par_chunks(BLOCK_SIZE), v.par_chunks(BLOCK_SIZE));
-        (partials.par_iter_mut(), vectors).into_par_iter().for_each(|(partial, (q, before, v))| {
+        let fields = (per_block_mut(partials), per_row_mut(q), per_row(before), per_row(v));
+        all.each(fields, |_, (partial, q, before, v)| {
             combine(q, R::one(), before, share);
             *partial = [block_sums(v, q)[0]];
         });
 
         let alpha = sum(partials)[0];
         let share = R::of(-alpha / beta);
-        (q.par_chunks_mut(BLOCK_SIZE), r.par_chunks(BLOCK_SIZE))
-            .into_par_iter()
-            .for_each(|(q, r)| combine(q, R::one(), r, share));
+        all.each((per_row_mut(q), per_row(r)), |_, (q, r)| combine(q, R::one(), r, share));
 
         std::mem::swap(before, r);
         std::mem::swap(r, q);
@@ -296,9 +290,8 @@ impl<R: Real, A: WholeOperator<R>> Solve<'_, R, A> {
         let MinresWorkspace { v, w_before, w, partials, .. } = &mut *self.work;
         std::mem::swap(w_before, w);
         let [older, old, new] = qr.direction.map(R::of);
-        let vectors =
-            (w.par_chunks_mut(BLOCK_SIZE), w_before.par_chunks(BLOCK_SIZE), v.par_chunks(BLOCK_SIZE));
-        (partials.par_iter_mut(), vectors).into_par_iter().for_each(|(partial, (w, w_before, v))| {
+        let fields = (per_block_mut(partials), per_row_mut(w), per_row(w_before), per_row(v));
+        blocks(v).each(fields, |_, (partial, w, w_before, v)| {
             combine(w, older, v, new);
             combine(w, R::one(), w_before, old);
             *partial = [block_sums(w, w)[0]];
@@ -310,19 +303,23 @@ impl<R: Real, A: WholeOperator<R>> Solve<'_, R, A> {
     /// x += step w.
     fn advance(&self, step: f64, x: &mut [Vec3<R>]) {
         let step = R::of(step);
-        (x.par_chunks_mut(BLOCK_SIZE), self.work.w.par_chunks(BLOCK_SIZE))
-            .into_par_iter()
-            .for_each(|(x, w)| combine(x, R::one(), w, step));
+        let fields = (per_row_mut(x), per_row(&self.work.w));
+        blocks(&self.work.w).each(fields, |_, (x, w)| combine(x, R::one(), w, step));
     }
 
     /// Length of a vector, without the mass.
     fn length(&mut self, x: &[Vec3<R>]) -> f64 {
         let partials = &mut self.work.partials;
-        (partials.par_iter_mut(), x.par_chunks(BLOCK_SIZE))
-            .into_par_iter()
-            .for_each(|(partial, x)| *partial = [block_sums(x, x)[0]]);
+        blocks(x).each((per_block_mut(partials), per_row(x)), |_, (partial, x)| {
+            *partial = [block_sums(x, x)[0]];
+        });
         sum(partials)[0].sqrt()
     }
+}
+
+/// The blocks of a vector.
+fn blocks<T>(vector: &[T]) -> Own {
+    Own::whole(vector.len(), BLOCK_SIZE)
 }
 
 /// QR factorisation of the tridiagonal matrix of the Lanczos vectors, row by row as they come, with one

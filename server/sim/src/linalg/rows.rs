@@ -1,5 +1,7 @@
 //! Compressed rows of blocks, filled in parallel.
 
+use crate::parallel::join;
+
 /// Fills rows of `blocks`: `fill(row, columns, blocks)`. Blocks and columns of row i are from `starts[i]` to
 /// `starts[i + 1]`; a thread takes `grain` rows or more, if there are as many.
 pub(super) fn fill_rows<T: Send>(
@@ -24,7 +26,7 @@ fn fill_range<T: Send>(
     if rows >= 2 * grain {
         let half = rows / 2;
         let (left, right) = blocks.split_at_mut(starts[half] - base);
-        rayon::join(
+        join(
             || fill_range(&starts[..=half], columns, left, [first_row, grain], fill),
             || fill_range(&starts[half..], columns, right, [first_row + half, grain], fill),
         );

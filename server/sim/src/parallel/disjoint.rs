@@ -19,6 +19,11 @@ impl<'a, T> Disjoint<'a, T> {
         Self { start: field.as_mut_ptr(), len: field.len(), field: PhantomData }
     }
 
+    /// How many elements it has.
+    pub(super) fn len(&self) -> usize {
+        self.len
+    }
+
     /// Asks for the element at a place to be brought near: it will be needed soon.
     #[inline(always)]
     pub(crate) fn prefetch(&self, place: usize) {
@@ -67,8 +72,7 @@ impl<'a, T> Disjoint<'a, T> {
     ///
     /// # Panics
     /// When the range is not within the field.
-    #[allow(clippy::mut_from_ref, reason = "the caller keeps places apart")]
-    pub(crate) unsafe fn range(&self, range: Range<usize>) -> &mut [T] {
+    pub(crate) unsafe fn range(&self, range: Range<usize>) -> &'a mut [T] {
         assert!(range.start <= range.end && range.end <= self.len);
         // SAFETY: within the field, which is borrowed; the caller promises that nobody else is there.
         unsafe { std::slice::from_raw_parts_mut(self.start.add(range.start), range.len()) }
@@ -82,8 +86,7 @@ impl<'a, T> Disjoint<'a, T> {
     /// # Panics
     /// When the place is outside of the field.
     #[inline(always)]
-    #[allow(clippy::mut_from_ref, reason = "the caller keeps places apart")]
-    pub(crate) unsafe fn slot(&self, place: usize) -> &mut T {
+    pub(crate) unsafe fn slot(&self, place: usize) -> &'a mut T {
         assert!(place < self.len);
         // SAFETY: within the field, which is borrowed; the caller promises that nobody else is there.
         unsafe { &mut *self.start.add(place) }

@@ -3,6 +3,7 @@
 //! Blocks are cut from the scene alone, so neither the number of threads nor of cluster ranks changes a result.
 
 mod disjoint;
+mod each;
 mod hash;
 mod order;
 mod triad;
@@ -16,6 +17,10 @@ pub use triad::triad;
 
 pub(crate) use communicator::Ranks;
 pub(crate) use disjoint::Disjoint;
+pub(crate) use each::{
+    Own, between_mut, join, per_block, per_block_mut, per_row, per_row_mut, per_sixteen, per_sixteen_mut,
+    several_per_block, several_per_block_mut,
+};
 pub(crate) use hash::{hash_numbers, sum_hashes};
 
 /// Adds one partial result per block in a fixed binary tree over the blocks' numbers.

@@ -3,8 +3,10 @@
 //! Reads positions (m); writes, for each new number, the old one. J. Skilling, "Programming the
 //! Hilbert curve", AIP Conference Proceedings 707 (2004).
 
-use rayon::prelude::*;
+use super::each::{Own, per_row, per_row_mut, sort};
 
+/// Points that a thread takes at a time.
+const BLOCK_SIZE: usize = 4096;
 /// Bits per axis.
 const BITS: u32 = 16;
 /// The greatest coordinate of a cell.
@@ -30,9 +32,14 @@ pub fn hilbert_order(points: &[[f64; 3]], spacing: f64) -> Vec<u32> {
     // Rounded to the nearest cell: a point of a grid is not cut off from its square by a rounding.
     let cell = |p: &[f64; 3]| [0, 1, 2].map(|a| ((p[a] - low[a]) * scale + 0.5).min(LAST) as u32);
 
-    let mut keyed: Vec<(u64, u32)> =
-        points.par_iter().enumerate().map(|(i, p)| (hilbert_index(cell(p)), i as u32)).collect();
-    keyed.par_sort_unstable();
+    let mut keyed: Vec<(u64, u32)> = vec![(0, 0); points.len()];
+    let fields = (per_row_mut(&mut keyed), per_row(points));
+    Own::whole(points.len(), BLOCK_SIZE).each(fields, |block, (keyed, points)| {
+        for (i, (keyed, p)) in keyed.iter_mut().zip(points).enumerate() {
+            *keyed = (hilbert_index(cell(p)), (block * BLOCK_SIZE + i) as u32);
+        }
+    });
+    sort(&mut keyed);
     keyed.into_iter().map(|(_, old)| old).collect()
 }
 

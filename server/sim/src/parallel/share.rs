@@ -6,9 +6,10 @@ use std::{ops::Range, sync::Arc};
 use super::{
     block_count,
     communicator::{Message, Ranks},
+    each::Own,
     sum_by,
 };
-use crate::math::{Bytes, LANES, Padded, Real, bytes};
+use crate::math::{Bytes, Padded, Real, bytes};
 
 /// The part of a body that a rank computes.
 #[derive(Clone, Debug)]
@@ -40,15 +41,6 @@ struct Neighbour {
     sent: Vec<u32>,
     /// Its particles that are joined to own ones, ascending.
     received: Vec<u32>,
-}
-
-/// The blocks of a share, to cut fields by.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Own {
-    first: usize,
-    end: usize,
-    /// Particles per block.
-    size: usize,
 }
 
 impl Share {
@@ -92,7 +84,7 @@ impl Share {
 
     /// The blocks that it computes.
     pub(crate) fn own(&self) -> Own {
-        Own { first: self.own.start, end: self.own.end, size: self.block_size }
+        Own::of(self.own.clone(), self.block_size)
     }
 
     /// Whether a particle is one of its own.
@@ -262,49 +254,6 @@ fn neighbours(
         list.dedup();
     }
     all
-}
-
-impl Own {
-    /// The first block.
-    pub(crate) fn first(&self) -> usize {
-        self.first
-    }
-
-    /// What is its of a list with an element per block.
-    pub(crate) fn blocks<'a, T>(&self, list: &'a [T]) -> &'a [T] {
-        &list[self.first..self.end]
-    }
-
-    /// The same, to be written.
-    pub(crate) fn blocks_mut<'a, T>(&self, list: &'a mut [T]) -> &'a mut [T] {
-        &mut list[self.first..self.end]
-    }
-
-    fn range(&self, size: usize, length: usize) -> Range<usize> {
-        (self.first * size).min(length)..(self.end * size).min(length)
-    }
-
-    /// What is its of a field with an element per particle.
-    pub(crate) fn rows<'a, T>(&self, field: &'a [T]) -> &'a [T] {
-        &field[self.range(self.size, field.len())]
-    }
-
-    /// The same, to be written.
-    pub(crate) fn rows_mut<'a, T>(&self, field: &'a mut [T]) -> &'a mut [T] {
-        let range = self.range(self.size, field.len());
-        &mut field[range]
-    }
-
-    /// What is its of a field with an element per sixteen particles.
-    pub(crate) fn groups<'a, T>(&self, field: &'a [T]) -> &'a [T] {
-        &field[self.range(self.size / LANES, field.len())]
-    }
-
-    /// The same, to be written.
-    pub(crate) fn groups_mut<'a, T>(&self, field: &'a mut [T]) -> &'a mut [T] {
-        let range = self.range(self.size / LANES, field.len());
-        &mut field[range]
-    }
 }
 
 #[cfg(test)]

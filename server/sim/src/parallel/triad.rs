@@ -1,6 +1,6 @@
 //! A triad, a = b + s c: what benchmarks compare the kernels of this library with, compiled as they are.
 
-use rayon::prelude::*;
+use super::each::{Own, per_row, per_row_mut};
 
 /// Numbers that a thread takes at a time.
 const BLOCK_SIZE: usize = 1 << 14;
@@ -11,8 +11,8 @@ const BLOCK_SIZE: usize = 1 << 14;
 /// When their lengths differ.
 pub fn triad(a: &mut [f64], b: &[f64], s: f64, c: &[f64]) {
     assert!(a.len() == b.len() && b.len() == c.len(), "arrays of one length");
-    let blocks = (a.par_chunks_mut(BLOCK_SIZE), b.par_chunks(BLOCK_SIZE), c.par_chunks(BLOCK_SIZE));
-    blocks.into_par_iter().for_each(|(a, b, c)| {
+    let blocks = Own::whole(a.len(), BLOCK_SIZE);
+    blocks.each((per_row_mut(a), per_row(b), per_row(c)), |_, (a, b, c)| {
         for (a, (b, c)) in a.iter_mut().zip(b.iter().zip(c)) {
             *a = b + s * c;
         }

@@ -3,8 +3,6 @@
 //! Reads a setup, or particles in any order; writes the sorted order, stresses, extremes, and volumes
 //! where they come from the grid.
 
-use rayon::prelude::*;
-
 use super::{
     book::Book,
     bound::Extremes,
@@ -24,6 +22,7 @@ use crate::{
     held_length::HeldLength,
     interrupt::{self, Interrupt},
     math::{LANES, Real, dispatch},
+    parallel::{Own, per_block_mut},
 };
 
 /// A model, its state, and what a step works with.
@@ -96,7 +95,8 @@ fn refresh<R: Real>(model: &SnowModel<R>, particles: &mut Particles<R>, work: &m
     let velocity: Vec<_> = (0..particles.len()).map(|at| particles.v(at)).collect();
 
     let (particles, sorted) = (particles.share(), work.sorter.sorted());
-    work.chunk_diagnostics.par_iter_mut().enumerate().for_each(|(chunk, diagnostics)| {
+    let chunks = Own::whole(work.chunk_diagnostics.len(), 1);
+    chunks.each(per_block_mut(&mut work.chunk_diagnostics), |chunk, diagnostics| {
         let (.., list) = sorted.chunk(chunk);
         let (mut tally, mut arrivals) = (Tally::new(), [Arrival::new(); TOGETHER]);
         let (mut motions, mut codes) = ([Motion::new(); TOGETHER], [[0; LANES]; TOGETHER]);

@@ -1,11 +1,10 @@
 //! Fields of a cloth: read in the user's numbering; taken as bytes, and put into a copy of the cloth.
 
-use rayon::prelude::*;
-
 use super::cloth::Cloth;
 use crate::{
     field::Field,
     math::{Bytes as _, Padded, Real},
+    parallel::{Own, per_row, several_per_block_mut},
 };
 
 /// Particles that a thread copies at a time.
@@ -23,8 +22,9 @@ impl<R: Real> Cloth<R> {
 
     fn read_vectors<T: Real>(&self, vectors: &[Padded<R>], out: &mut [T]) {
         let number = |value: R| T::of(value.to_f64());
-        let (blocks, places) = (out.par_chunks_mut(3 * BLOCK_SIZE), self.model.place.par_chunks(BLOCK_SIZE));
-        (blocks, places).into_par_iter().for_each(|(out, places)| {
+        let place = &self.model.place;
+        let fields = (several_per_block_mut(out, 3 * BLOCK_SIZE), per_row(place));
+        Own::whole(place.len(), BLOCK_SIZE).each(fields, |_, (out, places)| {
             for (out, &place) in out.as_chunks_mut().0.iter_mut().zip(places) {
                 let v = vectors[place as usize].vector();
                 *out = [number(v.x), number(v.y), number(v.z)];

@@ -3,7 +3,8 @@
 use super::{CgWorkspace, Solve, pad_all};
 use crate::{
     linalg::{settings::Outcome, sixteens::block_sums},
-    math::{LANES, Real},
+    math::Real,
+    parallel::{per_block_mut, per_row, per_sixteen},
 };
 
 impl<R: Real> Solve<'_, R> {
@@ -27,7 +28,7 @@ impl<R: Real> Solve<'_, R> {
 
         // A p = 0 is judged against the size of A, for which |A b| / |b| stands.
         let [p_norm, q_norm] = self.norms();
-        pad_all(self.b, self.groups, &mut self.work.p);
+        pad_all(self.share.own(), self.b, &mut self.work.p);
         self.apply_operator();
         let [b_norm, product_norm] = self.norms();
 
@@ -37,13 +38,12 @@ impl<R: Real> Solve<'_, R> {
 
     /// |p| and |q|.
     fn norms(&mut self) -> [f64; 2] {
-        let (groups, own) = (self.groups, self.share.own());
         let CgWorkspace { p, q, partials, .. } = &mut *self.work;
-        let rows = own.rows(p).chunks(groups * LANES).zip(own.groups(q).chunks(groups));
-        for (partial, (p, q)) in own.blocks_mut(partials).iter_mut().zip(rows) {
+        let fields = (per_block_mut(partials), per_row(p), per_sixteen(q));
+        self.share.own().each(fields, |_, (partial, p, q)| {
             let of_p = p.iter().map(|p| p.vector().map(R::to_f64).norm_squared());
             *partial = [of_p.fold(0.0, |sum, square| sum + square), block_sums(q, q)[0]];
-        }
+        });
         self.share.sum(partials, &|partial| *partial).map(f64::sqrt)
     }
 }

@@ -9,8 +9,6 @@
 mod curvature;
 mod residual;
 
-use rayon::prelude::*;
-
 use self::residual::{Goal, Residual};
 use super::{
     coarse::{CoarseVectors, Unknowns},
@@ -20,7 +18,10 @@ use super::{
 };
 use crate::{
     math::{LANES, Padded, Real, Sixteen, dispatch},
-    parallel::{Share, block_count},
+    parallel::{
+        Own, Share, block_count, per_block_mut, per_row, per_row_mut, per_sixteen, per_sixteen_mut,
+        several_per_block, several_per_block_mut,
+    },
 };
 
 /// Scratch vectors of a solve: allocated once, reused by every solve of the same size.
@@ -237,14 +238,11 @@ impl<R: Real> Solve<'_, R> {
 
     /// Counts what `x` lowers, from the residual that was computed of it: x.(b + r) / 2.
     fn credit(&mut self, x: &[Sixteen<R>]) {
-        let (groups, own) = (self.groups, self.share.own());
         let CgWorkspace { r, partials, descent, .. } = &mut *self.work;
-        let [x, r, b] = [x, r, self.b].map(|field| own.groups(field).par_chunks(groups));
-        (own.blocks_mut(partials).par_iter_mut(), (x, r, b)).into_par_iter().for_each(
-            |(partial, (x, r, b))| {
-                *partial = [block_sums(x, r)[0], block_sums(x, b)[0]];
-            },
-        );
+        let fields = (per_block_mut(partials), per_sixteen(x), per_sixteen(r), per_sixteen(self.b));
+        self.share.own().each(fields, |_, (partial, x, r, b)| {
+            *partial = [block_sums(x, r)[0], block_sums(x, b)[0]];
+        });
         let [of_r, of_b] = self.share.sum(partials, &|partial| *partial);
         *descent += 0.5 * (of_r + of_b);
     }
@@ -257,12 +255,11 @@ impl<R: Real> Solve<'_, R> {
             None => r.copy_from_slice(b),
             Some(x) => {
                 self.products += 1;
-                pad_all(x, groups, p);
+                pad_all(own, x, p);
                 self.share.exchange([p]);
-                let rows = (own.groups_mut(r).par_chunks_mut(groups), own.groups(b).par_chunks(groups));
-                let rows = (rows, own.groups_mut(q).par_chunks_mut(groups)).into_par_iter().enumerate();
-                rows.for_each(|(nth, ((r, b), q))| {
-                    a.apply((own.first() + nth) * groups * LANES, p, q);
+                let fields = (per_sixteen_mut(r), per_sixteen(b), per_sixteen_mut(q));
+                own.each(fields, |block, (r, b, q)| {
+                    a.apply(block * groups * LANES, p, q);
                     r.copy_from_slice(b);
                     subtract_scaled(r, R::one(), q);
                 });
@@ -277,10 +274,8 @@ impl<R: Real> Solve<'_, R> {
         let (groups, parts, m, own) = (self.groups, self.parts, self.m, self.share.own());
         let coarse = m.coarse();
         let CgWorkspace { r, q, partials, restricted, .. } = &mut *self.work;
-        let rows = (own.groups(r).par_chunks(groups), own.groups_mut(q).par_chunks_mut(groups));
-        let sums = (own.blocks_mut(partials).par_iter_mut(), restricted.par_chunks_mut(parts));
-        (rows, sums).into_par_iter().enumerate().for_each(|(nth, ((r, z), (partial, restricted)))| {
-            let block = own.first() + nth;
+        let sums = (per_block_mut(partials), several_per_block_mut(restricted, parts));
+        own.each((per_sixteen(r), per_sixteen_mut(q), sums), |block, (r, z, (partial, restricted))| {
             m.apply(block * groups * LANES, r, z);
             *partial = block_sums(r, z);
             if let Some(coarse) = coarse {
@@ -290,10 +285,10 @@ impl<R: Real> Solve<'_, R> {
 
         let residual = self.residual();
         let CgWorkspace { q, p, change, .. } = &mut *self.work;
-        let rows = (own.rows_mut(p).par_chunks_mut(groups * LANES), own.groups_mut(q).par_chunks_mut(groups));
-        (rows, change.par_chunks(parts)).into_par_iter().enumerate().for_each(|(nth, ((p, z), change))| {
+        let fields = (per_row_mut(p), per_sixteen_mut(q), several_per_block(change, parts));
+        own.each(fields, |block, (p, z, change)| {
             if let Some(coarse) = coarse {
-                coarse.prolong(own.first() + nth, change, z);
+                coarse.prolong(block, change, z);
             }
             pad(z, p);
         });
@@ -315,15 +310,12 @@ impl<R: Real> Solve<'_, R> {
     /// q = A p; returns (p.q, sum of `|p_c q_c|`).
     fn apply_operator(&mut self) -> [f64; 2] {
         self.products += 1;
-        let (groups, a, own) = (self.groups, self.a, self.share.own());
+        let (groups, a) = (self.groups, self.a);
         let CgWorkspace { p, q, partials, .. } = &mut *self.work;
         self.share.exchange([p]);
-        let rows = own.groups_mut(q).par_chunks_mut(groups);
-        (own.blocks_mut(partials).par_iter_mut(), rows).into_par_iter().enumerate().for_each(
-            |(nth, (partial, q))| {
-                *partial = a.apply((own.first() + nth) * groups * LANES, p, q);
-            },
-        );
+        self.share.own().each((per_block_mut(partials), per_sixteen_mut(q)), |block, (partial, q)| {
+            *partial = a.apply(block * groups * LANES, p, q);
+        });
         self.share.sum(partials, &|partial| *partial)
     }
 
@@ -332,10 +324,8 @@ impl<R: Real> Solve<'_, R> {
         let (groups, parts, m, alpha) = (self.groups, self.parts, self.m, R::of(alpha));
         let (coarse, own) = (m.coarse(), self.share.own());
         let CgWorkspace { r, q, partials, restricted, .. } = &mut *self.work;
-        let rows = (own.groups_mut(r).par_chunks_mut(groups), own.groups_mut(q).par_chunks_mut(groups));
-        let sums = (own.blocks_mut(partials).par_iter_mut(), restricted.par_chunks_mut(parts));
-        (rows, sums).into_par_iter().enumerate().for_each(|(nth, ((r, q), (partial, restricted)))| {
-            let block = own.first() + nth;
+        let sums = (per_block_mut(partials), several_per_block_mut(restricted, parts));
+        own.each((per_sixteen_mut(r), per_sixteen_mut(q), sums), |block, (r, q, (partial, restricted))| {
             *partial = m.advance(block * groups * LANES, alpha, r, q);
             if let Some(coarse) = coarse {
                 coarse.restrict(block, r, restricted);
@@ -346,35 +336,30 @@ impl<R: Real> Solve<'_, R> {
 
     /// x += alpha p, p = q + beta p, where q takes what the coarse space adds to it.
     fn turn(&mut self, alpha: f64, beta: f64, x: &mut [Sixteen<R>]) {
-        let (groups, parts, alpha, beta) = (self.groups, self.parts, R::of(alpha), R::of(beta));
-        let (coarse, own) = (self.m.coarse(), self.share.own());
+        let (parts, coarse) = (self.parts, self.m.coarse());
+        let (alpha, beta) = (R::of(alpha), R::of(beta));
         let CgWorkspace { p, q, change, .. } = &mut *self.work;
-        let [x, q] = [x, &mut q[..]].map(|field| own.groups_mut(field).par_chunks_mut(groups));
-        let rows = (x, q, own.rows_mut(p).par_chunks_mut(groups * LANES));
-        (rows, change.par_chunks(parts)).into_par_iter().enumerate().for_each(
-            |(nth, ((x, z, p), change))| {
-                if let Some(coarse) = coarse {
-                    coarse.prolong(own.first() + nth, change, z);
-                }
-                dispatch(Turn { alpha, beta, x, z, p });
-            },
-        );
+        let change = several_per_block(change, parts);
+        let fields = (per_sixteen_mut(x), per_sixteen_mut(q), per_row_mut(p), change);
+        self.share.own().each(fields, |block, (x, z, p, change)| {
+            if let Some(coarse) = coarse {
+                coarse.prolong(block, change, z);
+            }
+            dispatch(Turn { alpha, beta, x, z, p });
+        });
     }
 
     /// x += alpha p.
     fn go(&self, alpha: f64, x: &mut [Sixteen<R>]) {
-        let (groups, alpha, own) = (self.groups, R::of(alpha), self.share.own());
-        (own.groups_mut(x).par_chunks_mut(groups), own.rows(&self.work.p).par_chunks(groups * LANES))
-            .into_par_iter()
-            .for_each(|(x, p)| add_scaled(x, alpha, p));
+        let alpha = R::of(alpha);
+        let fields = (per_sixteen_mut(x), per_row(&self.work.p));
+        self.share.own().each(fields, |_, (x, p)| add_scaled(x, alpha, p));
     }
 }
 
 /// Copies sixteens into padded vectors.
-fn pad_all<R: Real>(from: &[Sixteen<R>], groups: usize, to: &mut [Padded<R>]) {
-    (to.par_chunks_mut(groups * LANES), from.par_chunks(groups))
-        .into_par_iter()
-        .for_each(|(to, from)| pad(from, to));
+fn pad_all<R: Real>(own: Own, from: &[Sixteen<R>], to: &mut [Padded<R>]) {
+    own.each((per_sixteen(from), per_row_mut(to)), |_, (from, to)| pad(from, to));
 }
 
 #[cfg(test)]

@@ -1,13 +1,14 @@
 //! A V-cycle: smoothing, the level after it, smoothing again.
 
-use rayon::prelude::*;
-
 use super::{
     dense::Dense,
     layout::{CoarseLayout, LevelLayout},
     nine::{NineByNine, Unknowns, add_gathered, add_interpolated, add_product, place, subtract_product},
 };
-use crate::math::{Pack, WithSimd, dispatch};
+use crate::{
+    math::{Pack, WithSimd, dispatch},
+    parallel::{Own, per_block, per_block_mut},
+};
 
 /// Aggregates that a thread takes, at least.
 pub(super) const GRAIN: usize = 32;
@@ -83,7 +84,8 @@ impl Cycle<'_> {
 
         x.fill([0.0; 12]);
         self.smooth(b, x);
-        next_b.par_iter_mut().with_min_len(GRAIN / 4).enumerate().for_each(|(parent, next_b)| {
+        let parents = Own::whole(next_b.len(), 1).in_grains(GRAIN / 4);
+        parents.each(per_block_mut(next_b), |parent, next_b| {
             *next_b = [0.0; 12];
             for &part in self.levels[1].children(parent) {
                 let part = part as usize;
@@ -94,18 +96,18 @@ impl Cycle<'_> {
         let following = Self { levels: &self.levels[1..], matrices: &self.matrices[1..], ..self };
         following.run(next_b, next_x, next_r, others, top);
 
-        (x.par_iter_mut(), level.interpolations.par_iter(), level.parents.par_iter())
-            .into_par_iter()
-            .with_min_len(GRAIN)
-            .for_each(|(x, weights, parent)| add_interpolated(x, weights, &next_x[*parent as usize]));
-        r.par_iter_mut().with_min_len(GRAIN).enumerate().for_each(|(i, r)| *r = self.residual(i, b, x));
+        let all = Own::whole(x.len(), 1).in_grains(GRAIN);
+        let fields = (per_block_mut(x), per_block(&level.interpolations), per_block(&level.parents));
+        all.each(fields, |_, (x, weights, parent)| add_interpolated(x, weights, &next_x[*parent as usize]));
+        all.each(per_block_mut(r), |i, r| *r = self.residual(i, b, x));
         self.smooth(r, x);
     }
 
     /// x += S b, S the damped inverse diagonal blocks.
     fn smooth(self, b: &[Unknowns], x: &mut [Unknowns]) {
-        let sweep = (x.par_iter_mut(), b.par_iter(), self.matrices[0].smoother.par_iter());
-        sweep.into_par_iter().with_min_len(GRAIN).for_each(|(x, b, smoother)| add_product(x, smoother, b));
+        let all = Own::whole(x.len(), 1).in_grains(GRAIN);
+        let fields = (per_block_mut(x), per_block(b), per_block(&self.matrices[0].smoother));
+        all.each(fields, |_, (x, b, smoother)| add_product(x, smoother, b));
     }
 
     /// b - A x of an aggregate.

@@ -1,7 +1,5 @@
 //! The matrix on a coarse space, and on its coarser levels.
 
-use rayon::prelude::*;
-
 use super::{
     cycle::{CoarseVectors, Cycle, GRAIN, LevelMatrix},
     dense::Dense,
@@ -11,6 +9,7 @@ use super::{
 use crate::{
     linalg::rows::fill_rows,
     math::{Pack, WithSimd, dispatch},
+    parallel::{Own, per_block_mut},
 };
 
 /// Pᵀ A P on every level, and what solves with it.
@@ -43,7 +42,8 @@ impl CoarseMatrix {
             let [fine, coarse] = &mut self.levels[number..number + 2] else { unreachable!("two levels") };
             let fine_blocks = &*fine.blocks;
             let [of_fine, of_coarse] = [&pair[0], &pair[1]];
-            fine.smoother.par_iter_mut().with_min_len(GRAIN).enumerate().for_each(|(i, smoother)| {
+            let all = Own::whole(fine.smoother.len(), 1).in_grains(GRAIN);
+            all.each(per_block_mut(&mut fine.smoother), |i, smoother| {
                 *smoother = scaled_inverse(&fine_blocks[of_fine.diagonal(i)], DAMPING);
             });
             let coarsen = |parent: usize, columns: &[u32], blocks: &mut [NineByNine]| {

@@ -3,9 +3,8 @@
 //! Keys sort as coordinates do, so the blocks a fixed step away from the blocks of a list come in
 //! the order of the list: both are done by walking along, without sorting or searching.
 
-use rayon::prelude::*;
-
 use super::blocks::{Coordinate, NONE, block_of, key_of, shifted};
+use crate::parallel::{Own, per_row, per_row_mut};
 
 /// What to add to the key of a block for the key of the block a step away, without periods.
 pub(crate) fn step_of(by: Coordinate) -> u64 {
@@ -80,7 +79,8 @@ pub(crate) fn find_neighbors<const K: usize>(
     by: impl Fn(usize) -> [i32; 3] + Sync,
     periodic: [u32; 3],
 ) {
-    out.par_chunks_mut(TOGETHER).zip(blocks.par_chunks(TOGETHER)).for_each(|(out, blocks)| {
+    let fields = (per_row_mut(out), per_row(blocks));
+    Own::whole(blocks.len(), TOGETHER).each(fields, |_, (out, blocks)| {
         for i in 0..K {
             let (mut finder, by) = (Finder::new(others), by(i));
             let step = step_of(by);

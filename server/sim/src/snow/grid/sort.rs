@@ -5,9 +5,10 @@
 //! nor on the past. A particle moves by less than a block in a step, so a block takes those of its
 //! own that stay and those that come from the 26 around it.
 
-use std::ops::Range;
-
-use rayon::prelude::*;
+use std::{
+    ops::Range,
+    sync::atomic::{AtomicBool, Ordering},
+};
 
 use super::{
     block_keys::{find_neighbors, unite},
@@ -16,7 +17,10 @@ use super::{
     migration::{AROUND, FAR, Migration, STAY, direction},
     sparse_grid::Grid,
 };
-use crate::{math::Real, parallel::Disjoint};
+use crate::{
+    math::Real,
+    parallel::{Disjoint, Own, between_mut, per_block, per_block_mut},
+};
 
 /// The sorted order and what renews it.
 #[derive(Clone, Debug, Default)]
@@ -165,38 +169,38 @@ impl Sorter {
     /// where.
     fn part(&mut self) {
         let Self { order, starts, cells, codes, leaving, settled, .. } = self;
+        let blocks = Own::whole(starts.len() - 1, 1);
         leaving.resize(starts.len() - 1, [0; AROUND]);
         settled.resize(starts.len() - 1, [0; CELLS + 1]);
 
-        let (order, codes) = (Disjoint::new(order), Disjoint::new(codes));
-        let blocks = (leaving, settled, cells).into_par_iter().enumerate();
-        let lost = blocks.map(|(block, (leaving, settled, cells))| {
+        let lost = AtomicBool::new(false);
+        let places = (between_mut(order, starts), between_mut(codes, starts));
+        let fields = (places, per_block_mut(leaving), per_block_mut(settled), per_block(cells));
+        blocks.each(fields, |_, ((order, codes), leaving, settled, cells)| {
             *leaving = [0; AROUND];
-            let first = starts[block] as usize;
-            let (mut kept, mut lost) = (first, false);
+            let mut kept = 0;
             for cell in 0..CELLS {
                 let own = (STAY * CELLS + cell) as u16;
-                for at in first + cells[cell] as usize..first + cells[cell + 1] as usize {
-                    let code = *at_of(&codes, at);
+                for at in cells[cell] as usize..cells[cell + 1] as usize {
+                    let code = codes[at];
                     if code == own {
                         if kept < at {
-                            std::mem::swap(at_of(&order, kept), at_of(&order, at));
-                            *at_of(&codes, at) = *at_of(&codes, kept);
+                            order.swap(kept, at);
+                            codes[at] = codes[kept];
                         }
                         kept += 1;
                     } else if code == FAR {
-                        lost = true;
+                        lost.store(true, Ordering::Relaxed);
                     } else {
                         leaving[usize::from(code) / CELLS] += 1;
                     }
                 }
-                settled[cell + 1] = (kept - first) as u32;
+                settled[cell + 1] = kept as u32;
             }
             leaving[STAY] += settled[CELLS];
-            lost
         });
 
-        self.scattered = lost.filter(|lost| *lost).count() > 0;
+        self.scattered = lost.into_inner();
         let stayed = self.leaving.iter().map(|counts| counts[STAY]).sum::<u32>();
         self.moved += self.order.len() - stayed as usize;
     }
@@ -234,7 +238,8 @@ impl Sorter {
 
         // The last stays 0 and becomes the end.
         next_starts.resize(sources.len() + 1, 0);
-        next_starts.par_iter_mut().zip(&*sources).for_each(|(count, sources)| {
+        let fields = (per_block_mut(next_starts), per_block(sources));
+        Own::whole(sources.len(), 1).each(fields, |_, (count, sources)| {
             *count = (sources.iter().enumerate().filter(|(_, from)| **from != NONE))
                 .map(|(i, from)| leaving[*from as usize][i])
                 .sum();
@@ -252,9 +257,9 @@ impl Sorter {
             self;
         cells.resize(sources.len(), [0; CELLS + 1]);
 
-        let out = Disjoint::new(next_order);
         let (order, codes) = (order.as_slice(), codes.as_slice());
-        cells.par_iter_mut().zip(&*sources).enumerate().for_each(|(block, (cells, sources))| {
+        let fields = (between_mut(next_order, next_starts), per_block_mut(cells), per_block(sources));
+        Own::whole(sources.len(), 1).each(fields, |_, (out, cells, sources)| {
             // Where to look for those that changed their cell, and which direction they went.
             let (mut ranges, mut count) = (std::array::from_fn::<_, AROUND, _>(|i| (0..0_usize, i)), 0);
             for i in (0..AROUND).filter(|i| sources[*i] != NONE) {
@@ -268,7 +273,6 @@ impl Sorter {
             }
 
             let ranges = &ranges[..count];
-            let first = next_starts[block] as usize;
             let (kept, from) = match sources[STAY] {
                 NONE => (&NOBODY, 0),
                 own => (&settled[own as usize], starts[own as usize] as usize),
@@ -280,13 +284,13 @@ impl Sorter {
             }
 
             let mut filled = [0; CELLS];
-            copy_cells(&out, first, cells, &order[from..], kept, &mut filled);
+            copy_cells(out, cells, &order[from..], kept, &mut filled);
             for (range, direction) in ranges {
                 for (code, place) in codes[range.clone()].iter().zip(&order[range.clone()]) {
                     if usize::from(*code) / CELLS == *direction {
                         let cell = usize::from(*code) % CELLS;
-                        let start = first + cells[cell] as usize;
-                        insert(&out, start, start + filled[cell], *place, id);
+                        let start = cells[cell] as usize;
+                        insert(&mut out[start..=start + filled[cell]], *place, id);
                         filled[cell] += 1;
                     }
                 }
@@ -317,8 +321,7 @@ fn starts_after(cells: &mut CellStarts, ranges: &[(Range<usize>, usize)], codes:
 
 /// Copies those that stay in their cells to where these now begin, and counts them.
 fn copy_cells(
-    out: &Disjoint<'_, u32>,
-    first: usize,
+    out: &mut [u32],
     cells: &CellStarts,
     from: &[u32],
     kept: &CellStarts,
@@ -327,29 +330,19 @@ fn copy_cells(
     for cell in 0..CELLS {
         let own = &from[kept[cell] as usize..kept[cell + 1] as usize];
         filled[cell] = own.len();
-        for (i, place) in own.iter().enumerate() {
-            *at_of(out, first + cells[cell] as usize + i) = *place;
-        }
+        out[cells[cell] as usize..][..own.len()].copy_from_slice(own);
     }
 }
 
-/// Inserts a place by the user's number into `start..end`, which is sorted.
+/// Inserts a place by the user's number among those of a cell, which are sorted but for the last: that is free.
 #[inline(always)]
-fn insert(out: &Disjoint<'_, u32>, start: usize, end: usize, place: u32, id: &[u32]) {
-    let mut at = end;
-    while at > start && id[*at_of(out, at - 1) as usize] > id[place as usize] {
-        *at_of(out, at) = *at_of(out, at - 1);
+fn insert(out: &mut [u32], place: u32, id: &[u32]) {
+    let mut at = out.len() - 1;
+    while at > 0 && id[out[at - 1] as usize] > id[place as usize] {
+        out[at] = out[at - 1];
         at -= 1;
     }
-    *at_of(out, at) = place;
-}
-
-/// An element of the order, within the range of the block at work.
-#[inline(always)]
-#[allow(unsafe_code, clippy::mut_from_ref, reason = "ranges of blocks do not meet")]
-fn at_of<'a, T>(order: &'a Disjoint<'_, T>, at: usize) -> &'a mut T {
-    // SAFETY: blocks have ranges of their own in the order, and a block is worked on by one thread.
-    unsafe { order.slot(at) }
+    out[at] = place;
 }
 
 /// Counts to starts.
@@ -363,11 +356,14 @@ impl Sorter {
     /// The order after particles were put in it: every place is its own.
     pub(crate) fn renumber(&mut self, id: &mut [u32], object: &mut [u16]) {
         let Self { order, next_order, codes, moved, .. } = self;
-        next_order.par_iter_mut().zip(&*order).for_each(|(number, place)| *number = id[*place as usize]);
+        let all = Own::whole(order.len(), 1);
+        let fields = (per_block_mut(next_order), per_block(order));
+        all.each(fields, |_, (number, place)| *number = id[*place as usize]);
         id.copy_from_slice(next_order);
-        codes.par_iter_mut().zip(&*order).for_each(|(code, place)| *code = object[*place as usize]);
+        let fields = (per_block_mut(codes), per_block(order));
+        all.each(fields, |_, (code, place)| *code = object[*place as usize]);
         object.copy_from_slice(codes);
-        order.par_iter_mut().enumerate().for_each(|(i, place)| *place = i as u32);
+        all.each(per_block_mut(order), |i, place| *place = i as u32);
         *moved = 0;
     }
 }

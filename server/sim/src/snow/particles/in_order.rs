@@ -1,10 +1,11 @@
 //! What particles carry, written in the user's numbering by all threads.
 #![allow(unsafe_code, reason = "the borrow checker does not see that no two particles have one number")]
 
-use rayon::prelude::*;
-
 use super::Particles;
-use crate::{math::Real, parallel::Disjoint};
+use crate::{
+    math::Real,
+    parallel::{Disjoint, Own, per_row},
+};
 
 /// Particles that a thread takes at a time.
 const BLOCK_SIZE: usize = 4096;
@@ -21,7 +22,7 @@ impl<R: Real> Particles<R> {
     ) {
         assert_eq!(out.len(), N * self.len(), "{N} numbers per particle");
         let out = Disjoint::new(out.as_chunks_mut::<N>().0);
-        self.id.par_chunks(BLOCK_SIZE).enumerate().for_each(|(block, ids)| {
+        Own::whole(self.len(), BLOCK_SIZE).each(per_row(&self.id), |block, ids| {
             for (i, id) in ids.iter().enumerate() {
                 // SAFETY: particles are numbered once, and sorting only permutes them: each number is there once.
                 let place = unsafe { out.slot(*id as usize) };

@@ -4,13 +4,11 @@
 //! sorted order of its block. Numbers lie in planes of two quads per particle, so that no two streams
 //! of the same size move in step (they would alias in the first cache).
 
-use rayon::prelude::*;
-
 use super::group::{Constants, Group, NewLanes};
 use crate::{
     interrupt,
     math::{Columns, LANES, Pack, Real},
-    parallel::Disjoint,
+    parallel::{Disjoint, Own, per_block, per_block_mut},
     snow::setup::SnowObject,
 };
 
@@ -148,22 +146,23 @@ impl<R: Real> Particles<R> {
     pub(crate) fn permute(&mut self, order: &[u32], spare: &mut Vec<[R; 4]>) {
         spare.resize(order.len(), [R::zero(); 4]);
         let Self { motion, tensors: [first, second, third], fixed, .. } = self;
+        let all = Own::whole(order.len(), 1);
         for plane in [motion, first, second, third] {
             for half in 0..2 {
-                spare
-                    .par_iter_mut()
-                    .zip(order)
-                    .for_each(|(quad, place)| *quad = plane[*place as usize][half]);
-                plane.par_iter_mut().zip(&*spare).for_each(|(pair, quad)| pair[half] = *quad);
+                let fields = (per_block_mut(spare), per_block(order));
+                all.each(fields, |_, (quad, place)| *quad = plane[*place as usize][half]);
+                let fields = (per_block_mut(plane), per_block(spare));
+                all.each(fields, |_, (pair, quad)| pair[half] = *quad);
             }
         }
 
-        spare.par_iter_mut().zip(order).for_each(|(quad, place)| {
+        all.each((per_block_mut(spare), per_block(order)), |_, (quad, place)| {
             let [volume, factor] = fixed[*place as usize];
             *quad = [volume, factor, R::zero(), R::zero()];
         });
 
-        fixed.par_iter_mut().zip(&*spare).for_each(|(fixed, quad)| *fixed = [quad[0], quad[1]]);
+        let fields = (per_block_mut(fixed), per_block(spare));
+        all.each(fields, |_, (fixed, quad)| *fixed = [quad[0], quad[1]]);
     }
 
     /// Bytes in use.

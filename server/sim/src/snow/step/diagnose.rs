@@ -2,14 +2,12 @@
 //!
 //! Reads particles in sorted order; writes sums in binary64, added block by block in a fixed tree.
 
-use rayon::prelude::*;
-
 use super::failure::culprits;
 use crate::{
     collide::Collider,
     linalg::SolveReport,
     math::{LANES, Pack, Real, WithSimd, array::dot, dispatch, svd},
-    parallel,
+    parallel::{self, Own, per_block_mut},
     report::{BoundKind, Diagnostics, Notices, SnowReport, TimeBound, Work},
     snow::{
         book::Entry,
@@ -75,7 +73,7 @@ pub(crate) fn sums<R: Real>(
 ) -> SnowSums {
     partials.resize(sorted.cells.len(), [0.0; SUMS]);
     let of_block = |block| block_sums(model, particles, sorted.places(block), gravity);
-    partials.par_iter_mut().enumerate().for_each(|(block, sums)| *sums = of_block(block));
+    Own::whole(partials.len(), 1).each(per_block_mut(partials), |block, sums| *sums = of_block(block));
     let [kinetic_energy, elastic_energy, gravitational_energy, px, py, pz, lx, ly, lz, mass, rest @ ..] =
         parallel::sum(partials);
     let [affine_energy, mx, my, mz, lifted] = rest;

@@ -3,13 +3,11 @@
 //! Reads tiles of the blocks of particles behind each block of nodes, in their order; writes
 //! velocities after forces and colliders, and, for FLIP, their change in the step.
 
-use rayon::prelude::*;
-
 use super::{context::StepContext, hold::Hold};
 use crate::{
     collide::{Collider, Contact, Corner, velocity_after},
     math::{LANES, Pack, Real, WithSimd, array::dot, dispatch},
-    parallel,
+    parallel::{self, Own, per_block, per_block_mut},
     snow::{
         grid::{
             CELLS, Coordinate, Grid, NONE, NodeBlock, SIDE, TILE_ROW, block_of, corner, node_of, tile_len,
@@ -86,21 +84,19 @@ impl GridStep<'_> {
         let count = node_blocks.len();
         diagnostics.resize(count, GridDiagnostics::default());
         let (tiles, impulses) = (tiles.as_slice(), impulses.as_slice());
-        let work = (&mut nodes[..count], &mut diagnostics[..count], &*node_blocks, &*behind);
-        match self.forces {
-            Forces::Fused => work.into_par_iter().for_each(|(nodes, diagnostics, key, behind)| {
-                sum_tiles(tiles, behind, self.width, nodes);
-                *diagnostics = self.velocities(block_of(*key), nodes, None);
-            }),
-            Forces::Apart => {
-                let changes = &mut changes[..count];
-                work.into_par_iter().zip(changes).for_each(|((nodes, diagnostics, key, behind), changes)| {
-                    sum_tiles(tiles, behind, self.width, nodes);
-                    sum_tiles(impulses, behind, self.width, changes);
-                    *diagnostics = self.velocities(block_of(*key), nodes, Some(changes));
-                });
+        let changes = match self.forces {
+            Forces::Fused => None,
+            Forces::Apart => Some(per_block_mut(changes)),
+        };
+        let (nodes, sums) = (per_block_mut(nodes), per_block_mut(diagnostics));
+        let fields = (nodes, sums, per_block(node_blocks), per_block(behind), changes);
+        Own::whole(count, 1).each(fields, |_, (nodes, diagnostics, key, behind, mut changes)| {
+            sum_tiles(tiles, behind, self.width, nodes);
+            if let Some(changes) = changes.as_deref_mut() {
+                sum_tiles(impulses, behind, self.width, changes);
             }
-        }
+            *diagnostics = self.velocities(block_of(*key), nodes, changes);
+        });
 
         collect(diagnostics)
     }

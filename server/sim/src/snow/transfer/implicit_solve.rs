@@ -7,8 +7,6 @@
 
 use std::marker::PhantomData;
 
-use rayon::prelude::*;
-
 use super::{
     context::StepContext,
     grid_to_particles::{Arrival, GridToGroup, InterpolationScale},
@@ -23,6 +21,7 @@ use crate::{
     interrupt::Interrupt,
     linalg::{MinresWorkspace, Outcome, SolveReport, Stop, WholeOperator, minres},
     math::{LANES, Pack, Real, Vec3, WithSimd, dispatch, svd},
+    parallel::{Own, per_block, per_block_mut, several_per_block, several_per_block_mut},
     snow::{
         grid::{CELLS, Grid, NodeBlock, Sorted, block_of, tile_len},
         law::{MaterialConstants, Moduli, hardened, piola_change, product},
@@ -102,9 +101,8 @@ pub(crate) fn solve_velocities<R: Real>(
     let Grid { nodes, changes, .. } = grid;
     let changes = (model.settings.transfer.forces() == Forces::Apart).then_some(changes);
     for nodes in [Some(nodes), changes].into_iter().flatten() {
-        nodes[..blocks].par_iter_mut().zip(change[..count].par_chunks(CELLS)).for_each(|(nodes, change)| {
-            add_change(nodes, change);
-        });
+        let fields = (per_block_mut(nodes), several_per_block(change, CELLS));
+        Own::whole(blocks, 1).each(fields, |_, (nodes, change)| add_change(nodes, change));
     }
 
     Ok(Some(report))
@@ -137,22 +135,21 @@ impl<R: Real> ImplicitWorkspace<R> {
         }
 
         let least = R::of(step.least_mass);
-        let work = (&mut self.mass[..count], &mut self.holds[..count]);
-        let work = (work.0.par_chunks_mut(CELLS), work.1.par_chunks_mut(CELLS));
-        (work.0, work.1, &grid.node_blocks, &grid.nodes[..count / CELLS]).into_par_iter().for_each(
-            |(mass, holds, key, nodes)| {
-                let block = block_of(*key);
-                let near = step.near(block);
-                for i in 0..CELLS {
-                    let m = nodes[i][3];
-                    // A node without mass stays still; any mass will do for it.
-                    (mass[i], holds[i]) = if m > least { (m, Hold::Free) } else { (R::one(), Hold::All) };
-                    if m > least && near != 0 {
-                        holds[i] = step.hold(near, block, i, &nodes[i]);
-                    }
+        let Self { mass, holds, .. } = self;
+        let (mass, holds) = (several_per_block_mut(mass, CELLS), several_per_block_mut(holds, CELLS));
+        let fields = (mass, holds, per_block(&grid.node_blocks), per_block(&grid.nodes));
+        Own::whole(count / CELLS, 1).each(fields, |_, (mass, holds, key, nodes)| {
+            let block = block_of(*key);
+            let near = step.near(block);
+            for i in 0..CELLS {
+                let m = nodes[i][3];
+                // A node without mass stays still; any mass will do for it.
+                (mass[i], holds[i]) = if m > least { (m, Hold::Free) } else { (R::one(), Hold::All) };
+                if m > least && near != 0 {
+                    holds[i] = step.hold(near, block, i, &nodes[i]);
                 }
-            },
-        );
+            }
+        });
     }
 }
 
@@ -173,7 +170,7 @@ impl<R: Real> StepOperator<'_, R> {
     /// Takes the free part of `u`, or the velocities of the grid, as the field to be multiplied.
     fn load(&mut self, u: Option<&[Vec3<R>]>) {
         let (grid, holds) = (self.grid, self.holds);
-        self.nodes.par_iter_mut().zip(&grid.node_blocks).enumerate().for_each(|(block, (nodes, _))| {
+        Own::whole(grid.node_blocks.len(), 1).each(per_block_mut(self.nodes), |block, nodes| {
             for i in 0..CELLS {
                 let at = block * CELLS + i;
                 let [x, y, z, _] = grid.nodes[block][i];
@@ -202,8 +199,7 @@ impl<R: Real> StepOperator<'_, R> {
         let nodes = nodes.as_slice();
         let len = tile_len(N);
         let scale = InterpolationScale::of(settings, 0.0);
-        let blocks = tiles[..grid.blocks.len() * len].par_chunks_mut(len);
-        blocks.enumerate().for_each(|(b, out)| {
+        Own::whole(grid.blocks.len(), 1).each(several_per_block_mut(tiles, len), |b, out| {
             out.fill(R::zero());
             let mut field = [[R::zero(); TILE]; 2];
             let around = StencilNodes { nodes: [nodes; 2], ..StencilNodes::of(grid, &mut field) };
@@ -259,7 +255,9 @@ impl<R: Real> StepOperator<'_, R> {
     fn collect(&self, out: &mut [Vec3<R>], of: impl Fn(usize, Vec3<R>) -> Vec3<R> + Sync) {
         let width = self.system.model.settings.kernel.width();
         let tiles = self.tiles.as_slice();
-        out.par_chunks_mut(CELLS).zip(&self.grid.behind).enumerate().for_each(|(block, (out, behind))| {
+        let blocks = Own::whole(out.len() / CELLS, 1);
+        let fields = (several_per_block_mut(out, CELLS), per_block(&self.grid.behind));
+        blocks.each(fields, |block, (out, behind)| {
             let mut nodes = [[R::zero(); 4]; CELLS];
             sum_tiles(tiles, behind, width, &mut nodes);
             for i in 0..CELLS {

@@ -6,8 +6,6 @@
 
 use std::marker::PhantomData;
 
-use rayon::prelude::*;
-
 use super::{
     context::StepContext,
     grid_to_particles::{Arrival, GridToGroup, InterpolationScale},
@@ -19,6 +17,7 @@ use super::{
 };
 use crate::{
     math::{Columns, LANES, Pack, Real, WithSimd, dispatch},
+    parallel::{Own, per_block_mut},
     snow::{
         bound::extremes,
         grid::{Grid, Sorter, codes},
@@ -59,7 +58,8 @@ fn update_chunks<R: Real, S: Scheme, const N: usize>(
     diagnostics.resize(sorted.chunks.count(), ChunkDiagnostics::default());
 
     let scratch = || [[R::zero(); TILE]; 2];
-    diagnostics.par_iter_mut().enumerate().for_each_init(scratch, |tiles, (chunk, diagnostics)| {
+    let chunks = Own::whole(diagnostics.len(), 1);
+    chunks.each_with(scratch, per_block_mut(diagnostics), |tiles, chunk, diagnostics| {
         let (block, first, list) = sorted.chunk(chunk);
         let mut stencil = Stencil::new(sorted, StencilNodes::of(grid, tiles), block);
         let mut contact = Nearness::new(context, h, block);

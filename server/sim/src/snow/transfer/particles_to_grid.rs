@@ -9,14 +9,13 @@
 
 use std::marker::PhantomData;
 
-use rayon::prelude::*;
-
 use super::{
     scheme::{Scheme, with_scheme},
     weights::{AxisWeights, axis_weights},
 };
 use crate::{
     math::{LANES, Pack, Real, WithSimd, dispatch},
+    parallel::{Own, several_per_block_mut},
     snow::{
         grid::{CELLS, Grid, SIDE, Sorted, TILE_ROW, tile_len},
         model::SnowModel,
@@ -51,33 +50,13 @@ fn fill_tiles<R: Real, S: Scheme, const N: usize>(
     grid: &mut Grid<R>,
 ) {
     let (count, len) = (grid.blocks.len(), tile_len(N));
-    let block = |b: usize| BlockParticles { order: sorted.places(b), cells: &sorted.cells[b] };
-    let tiles = grid.tiles[..count * len].par_chunks_mut(len).enumerate();
-    if S::APART {
-        let impulses = grid.impulses[..count * len].par_chunks_mut(len);
-        tiles.zip(impulses).for_each(|((b, tile), impulses)| {
-            dispatch(BlockToGrid::<R, S, N> {
-                scale,
-                particles,
-                block: block(b),
-                tile,
-                impulses,
-                scheme: PhantomData,
-            });
-        });
-    } else {
-        tiles.for_each(|(b, tile)| {
-            let impulses = &mut [];
-            dispatch(BlockToGrid::<R, S, N> {
-                scale,
-                particles,
-                block: block(b),
-                tile,
-                impulses,
-                scheme: PhantomData,
-            });
-        });
-    }
+    let Grid { tiles, impulses, .. } = grid;
+    let impulses = if S::APART { Some(several_per_block_mut(impulses, len)) } else { None };
+    Own::whole(count, 1).each((several_per_block_mut(tiles, len), impulses), |b, (tile, impulses)| {
+        let block = BlockParticles { order: sorted.places(b), cells: &sorted.cells[b] };
+        let (impulses, scheme) = (impulses.unwrap_or_default(), PhantomData);
+        dispatch(BlockToGrid::<R, S, N> { scale, particles, block, tile, impulses, scheme });
+    });
 }
 
 /// What does not change from block to block.
