@@ -51,13 +51,16 @@ const PURITY_EXCEPTIONS: [(&str, &str, &str); 4] = [
     ),
 ];
 
+/// The one file of the numerics that names the library of threads.
+const PARALLEL_LOOP: &str = "server/sim/src/parallel/each.rs";
+
 /// Files, and folders of files, that may hold `unsafe`, and why.
 const UNSAFE: [(&str, &str); 14] = [
     ("server/sim/src/math/real.rs", "declares the gather that the SIMD kernels define"),
     ("server/sim/src/math/simd/", "the SIMD kernels: instructions found at run time"),
     ("server/sim/src/cloth/layout/rows.rs", "gathers whose indices were checked when the rows were built"),
     ("server/sim/src/cloth/layout/elements/mod.rs", "the same of elements"),
-    ("server/sim/src/cloth/evaluate/evaluation.rs", "ranges of slots and rows of blocks, which do not meet"),
+    ("server/sim/src/cloth/evaluate/evaluation.rs", "slots and frozen elements of blocks, which do not meet"),
     ("server/sim/src/linalg/dot.rs", "reads 3-vectors as the numbers that they are"),
     ("server/sim/src/parallel/disjoint.rs", "a field written by several threads, each place by one of them"),
     ("server/sim/src/parallel/each.rs", "gives each block its part of a field: ranges of blocks do not meet"),
@@ -90,6 +93,13 @@ fn against_purity(source: &Source) -> Vec<String> {
     found.iter().map(|banned| format!("{}: {banned} does not belong to the numerics", source.path)).collect()
 }
 
+fn against_another_loop(source: &Source) -> Option<String> {
+    let names_rayon = tokens::words(tokens::parse(source)).iter().any(|word| word == "rayon");
+    (names_rayon && source.path != PARALLEL_LOOP).then(|| {
+        format!("{}: names rayon; use `Own::each`, or add what is missing to {PARALLEL_LOOP}", source.path)
+    })
+}
+
 fn holds_unsafe(source: &Source) -> bool {
     tokens::words(tokens::parse(source)).iter().any(|word| word == "unsafe")
 }
@@ -112,6 +122,13 @@ fn the_numerics_read_no_clock_no_environment_and_keep_no_global() {
 }
 
 #[test]
+fn one_file_of_the_numerics_names_the_library_of_threads() {
+    let sources = tree::sources(|path| path.starts_with(SIM) && tree::has_extension(path, "rs"));
+    assert!(sources.iter().any(|source| source.path == PARALLEL_LOOP), "{PARALLEL_LOOP} is a file");
+    assert_none(&sources.iter().filter_map(against_another_loop).collect::<Vec<_>>());
+}
+
+#[test]
 fn unsafe_code_stands_only_where_it_is_expected() {
     let sources = tree::rust_sources();
     assert_none(&sources.iter().filter_map(against_unsafe).collect::<Vec<_>>());
@@ -131,6 +148,10 @@ fn the_rules_find_what_they_are_for() {
     let excepted =
         Source::example("server/sim/src/math/simd/mod.rs", "static LEVEL: u8 = 0; async fn f() {}");
     assert_eq!(against_purity(&excepted).len(), 1);
+    let chain = "use rayon::prelude::*; fn f(x: &mut [u8]) { x.par_iter_mut().for_each(g); }";
+    assert!(against_another_loop(&Source::example("server/sim/src/x.rs", chain)).is_some());
+    assert!(against_another_loop(&Source::example(PARALLEL_LOOP, chain)).is_none());
+    assert!(against_another_loop(&Source::example("server/sim/src/x.rs", "/// rayon\nfn f() {}")).is_none());
     assert!(against_unsafe(&Source::example("client/src/x.rs", "fn f() { unsafe { g() } }")).is_some());
     assert!(against_unsafe(&Source::example("client/src/x.rs", "// unsafe\nfn unsafely() {}")).is_none());
 }

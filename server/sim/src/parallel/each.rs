@@ -63,19 +63,9 @@ impl Own {
         });
     }
 
-    /// The first block.
-    pub(crate) fn first(&self) -> usize {
-        self.first
-    }
-
     /// What is its of a list with an element per block.
     pub(crate) fn blocks<'a, T>(&self, list: &'a [T]) -> &'a [T] {
         &list[self.first..self.end]
-    }
-
-    /// The same, to be written.
-    pub(crate) fn blocks_mut<'a, T>(&self, list: &'a mut [T]) -> &'a mut [T] {
-        &mut list[self.first..self.end]
     }
 
     fn range(&self, size: usize, length: usize) -> Range<usize> {
@@ -87,21 +77,9 @@ impl Own {
         &field[self.range(self.size, field.len())]
     }
 
-    /// The same, to be written.
-    pub(crate) fn rows_mut<'a, T>(&self, field: &'a mut [T]) -> &'a mut [T] {
-        let range = self.range(self.size, field.len());
-        &mut field[range]
-    }
-
     /// What is its of a field with an element per sixteen particles.
     pub(crate) fn groups<'a, T>(&self, field: &'a [T]) -> &'a [T] {
         &field[self.range(self.size / LANES, field.len())]
-    }
-
-    /// The same, to be written.
-    pub(crate) fn groups_mut<'a, T>(&self, field: &'a mut [T]) -> &'a mut [T] {
-        let range = self.range(self.size / LANES, field.len());
-        &mut field[range]
     }
 }
 
@@ -125,6 +103,16 @@ pub(crate) fn join<A: Send, B: Send>(
     right: impl FnOnce() -> B + Send,
 ) -> (A, B) {
     rayon::join(left, right)
+}
+
+/// How many threads share what is divided now.
+pub(crate) fn thread_count() -> usize {
+    rayon::current_num_threads()
+}
+
+/// The number of the thread that asks, among these; 0 of one that is none of them.
+pub(crate) fn thread_number() -> usize {
+    rayon::current_thread_index().unwrap_or(0)
 }
 
 /// Sorts by all threads. Equal elements may change places.

@@ -7,8 +7,6 @@
 
 use std::marker::PhantomData;
 
-use rayon::prelude::*;
-
 use super::{
     bound::{Bound, Fastest, MOVES},
     figures::{Figures, Partial, Total},
@@ -23,7 +21,7 @@ use crate::{
     },
     linalg::{Inverse3, PreconditionerKind, add_lanes, lanes_at, packs_at},
     math::{LANES, Pack, Padded, Real, Sixteen, WithSimd, dispatch, three},
-    parallel::{Disjoint, block_count},
+    parallel::{Disjoint, block_count, per_block_mut, per_sixteen_mut},
     report::{BoundKind, Diagnostics},
 };
 
@@ -91,23 +89,17 @@ impl<R: Real> Evaluation<R> {
     ) {
         self.runs += 1;
         let Self { rows, inverse, tangent, frozen, partials, .. } = self;
-        let (tangent, inverse) = (Disjoint::new(tangent), Disjoint::new(inverse));
-        let frozen = &Disjoint::new(frozen);
-        let (groups, own) = (model.block_size / LANES, model.share.own());
-        let of_blocks =
-            (own.blocks_mut(partials).par_iter_mut(), own.groups_mut(rows).par_chunks_mut(groups));
-        of_blocks.into_par_iter().enumerate().for_each(|(nth, (partial, rows))| {
-            let block = own.first() + nth;
-            let (inverse, tangent): (&mut [Inverse3], &mut [[R; LANES]]) = if purpose.has_matrix() {
-                let first = block * groups;
-                let groups = first..first + rows.len();
-                // SAFETY: a block has slots and groups of its own.
-                unsafe { (inverse.range(groups), tangent.range(model.springs.slots(block))) }
+        let (tangent, frozen, own) = (Disjoint::new(tangent), &Disjoint::new(frozen), model.share.own());
+        let fields = (per_block_mut(partials), per_sixteen_mut(rows), per_sixteen_mut(inverse));
+        let scratch = || scratches.take();
+        own.each_with(scratch, fields, |scratch, number, (partial, rows, inverse)| {
+            let tangent: &mut [[R; LANES]] = if purpose.has_matrix() {
+                // SAFETY: a block has slots of its own.
+                unsafe { tangent.range(model.springs.slots(number)) }
             } else {
-                (&mut [], &mut [])
+                &mut []
             };
-            let scratch = &mut *scratches.take();
-            let work = Block { model, numbers, number: block, x, v, rows, inverse, tangent, frozen, scratch };
+            let work = Block { model, numbers, number, x, v, rows, inverse, tangent, frozen, scratch };
             let (none, identity) = (BoundKind::Frame, PreconditionerKind::Identity);
             *partial = match purpose {
                 Purpose::Explicit => dispatch(Sweep::new(work, Explicit, identity, none)),

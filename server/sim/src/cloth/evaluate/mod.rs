@@ -15,7 +15,7 @@ mod coarse;
 
 pub(super) use evaluation::Evaluation;
 pub(super) use figures::Total;
-pub(super) use moved::{Motion, Moved, MovedSums, Weights, of_block};
+pub(super) use moved::{Motion, Moved, MovedSums, Weights};
 pub(super) use numbers::StepNumbers;
 pub(super) use spring_sums::{SpringSums, load_six};
 pub(super) use step_matrix::{StepMatrix, pattern};

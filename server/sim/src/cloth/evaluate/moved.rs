@@ -110,8 +110,3 @@ impl<W: Pack<Number = f64>> MovedSums<W> {
         Moved { sums, largest: (0..LANES).fold(0.0, |greatest, lane| f64::max(greatest, largest[lane])) }
     }
 }
-
-/// The part of a field that is a block's: every block's, one after the other.
-pub(crate) fn of_block<T>(field: &[T], block: usize, size: usize) -> &[T] {
-    &field[block * size..field.len().min((block + 1) * size)]
-}

@@ -2,8 +2,6 @@
 //! hold it: an error that all share it removes at a rate of m / (h² K), next to nothing where the cloth is stiff. So the
 //! first guess falls, components without pins are moved as a whole, and the momentum of others has to balance.
 
-use rayon::prelude::*;
-
 use super::update::Step;
 use crate::{
     cloth::{
@@ -13,6 +11,7 @@ use crate::{
     },
     linalg::{lanes_at, packs, store_padded},
     math::{LANES, Pack, Padded, Real, Sixteen, Vec3, WithSimd, array3, dispatch, three},
+    parallel::{join, per_row, per_row_mut, per_sixteen},
     report::{Stage, StepFailure},
 };
 
@@ -30,7 +29,7 @@ impl<R: Real> Step<'_, R> {
     /// section 3.7).
     pub(super) fn fall(&mut self) {
         let Workspace { evaluation, next, numbers, .. } = &mut *self.work;
-        let (model, size) = (self.model, self.model.block_size);
+        let model = self.model;
         let gravity = array3(&numbers.gravity);
         let square: f64 = gravity.iter().map(|c| c * c).sum();
         if square == 0.0 {
@@ -39,21 +38,16 @@ impl<R: Real> Step<'_, R> {
         let along = gravity.map(|c| R::of(c / square));
         let longest = R::of(numbers.dt / numbers.scheme.beyond);
         let (gravity, reach) = (gravity.map(R::of), R::of(numbers.reach));
-        let rows = evaluation.rows.par_chunks(size / LANES);
-        (rows, next.x.par_chunks_mut(size), next.v.par_chunks_mut(size))
-            .into_par_iter()
-            .enumerate()
-            .for_each(|(block, (rows, x, v))| {
-                let first = block * (size / LANES);
-                dispatch(Fall { inv_m: &model.inv_m, first, rows, x, v, along, gravity, longest, reach });
-            });
+        let iterate = [per_row_mut(&mut next.x), per_row_mut(&mut next.v)];
+        let fields = (per_row(&model.inv_m), per_sixteen(&evaluation.rows), iterate);
+        model.share.own().each(fields, |_, (inv_m, rows, [x, v])| {
+            dispatch(Fall { inv_m, rows, x, v, along, gravity, longest, reach });
+        });
     }
 }
 
 struct Fall<'a, R: Real> {
     inv_m: &'a [R],
-    /// The first group of the block.
-    first: usize,
     rows: &'a [Sixteen<R>],
     x: &'a mut [Padded<R>],
     v: &'a mut [Padded<R>],
@@ -68,10 +62,10 @@ impl<R: Real> WithSimd<R> for Fall<'_, R> {
 
     #[inline(always)]
     fn run<P: Pack<Number = R>>(self) {
-        let Self { inv_m, first, rows, x, v, along, gravity, longest, reach } = self;
+        let Self { inv_m, rows, x, v, along, gravity, longest, reach } = self;
         let (x, v) = (x.as_chunks_mut::<LANES>().0, v.as_chunks_mut::<LANES>().0);
         for (group, ((row, x), v)) in rows.iter().zip(x).zip(v).enumerate() {
-            let inv_m = lanes_at::<P>(inv_m, first + group);
+            let inv_m = lanes_at::<P>(inv_m, group);
             let rest = row.load::<P>();
             let time = rest[0] * along[0] + rest[1] * along[1] + rest[2] * along[2];
             let time = (time * inv_m).max(P::zero()).min(P::splat(longest)).where_positive(inv_m);
@@ -115,7 +109,7 @@ impl<R: Real> Momenta<'_, R> {
     fn sums(&self, rows: &[u32]) -> Sums {
         if rows.len() > ROWS {
             let (left, right) = rows.split_at(rows.len().next_power_of_two() / 2);
-            let (left, right) = rayon::join(|| self.sums(left), || self.sums(right));
+            let (left, right) = join(|| self.sums(left), || self.sums(right));
             return left.and(right);
         }
         let past = &self.state.past;
@@ -177,18 +171,16 @@ impl<R: Real> Step<'_, R> {
         if moves {
             let Workspace { next, numbers, .. } = &mut *self.work;
             let reach = R::of(numbers.reach);
-            let size = model.block_size;
-            (next.x.par_chunks_mut(size), next.v.par_chunks_mut(size)).into_par_iter().enumerate().for_each(
-                |(block, (x, v))| {
-                    for (row, (x, v)) in (block * size..model.count).zip(x.iter_mut().zip(v)) {
-                        if model.inv_m[row] > R::zero() {
-                            let shift = shifts[components.of_row(row)];
-                            *v = Padded::new(&(v.vector() + shift));
-                            *x = Padded::new(&(x.vector() + shift * reach));
-                        }
+            let iterate = [per_row_mut(&mut next.x), per_row_mut(&mut next.v)];
+            model.share.own().each(iterate, |block, [x, v]| {
+                for (row, (x, v)) in (block * model.block_size..model.count).zip(x.iter_mut().zip(v)) {
+                    if model.inv_m[row] > R::zero() {
+                        let shift = shifts[components.of_row(row)];
+                        *v = Padded::new(&(v.vector() + shift));
+                        *x = Padded::new(&(x.vector() + shift * reach));
                     }
-                },
-            );
+                }
+            });
             self.watch.lap(Stage::Position);
         }
         self.work.shifts = shifts;

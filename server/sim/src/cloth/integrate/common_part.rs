@@ -3,16 +3,15 @@
 //!
 //! Reads and writes the right-hand side (N s) before a solve and the change of velocities (m/s) after it.
 
-use rayon::prelude::*;
-
 use super::update::Step;
 use crate::{
     cloth::{
-        evaluate::{Moved, Workspace, of_block},
+        evaluate::{Moved, Workspace},
         layout::Model,
     },
     linalg::{add_lanes, lanes_at},
-    math::{LANES, Pack, Real, Sixteen, WithSimd, dispatch, three},
+    math::{Pack, Real, Sixteen, WithSimd, dispatch, three},
+    parallel::{per_block_mut, per_row, per_sixteen, per_sixteen_mut},
 };
 
 /// A change of velocity that all loose rows have.
@@ -34,14 +33,9 @@ impl<R: Real> Step<'_, R> {
         if numbers.gravity.iter().all(|c| *c == R::zero()) && numbers.drag == R::zero() {
             return None;
         }
-        let (size, own) = (model.block_size / LANES, model.share.own());
-        let rows = own.groups(&evaluation.rows).par_chunks(size);
-        (own.blocks_mut(moved).par_iter_mut(), rows).into_par_iter().enumerate().for_each(
-            |(nth, (moved, rows))| {
-                let m = of_block(&loose.m, own.first() + nth, model.block_size);
-                *moved = dispatch(Momentum { m, rows });
-            },
-        );
+        let own = model.share.own();
+        let fields = (per_block_mut(moved), per_row(&loose.m), per_sixteen(&evaluation.rows));
+        own.each(fields, |_, (moved, m, rows)| *moved = dispatch(Momentum { m, rows }));
         let sum = model.share.sum(&moved[..], &|block: &Moved| {
             let [x, y, z, _] = block.sums();
             [x, y, z]
@@ -54,9 +48,7 @@ impl<R: Real> Step<'_, R> {
         if !change.iter().all(|c| c.to_f64().is_finite()) {
             return None;
         }
-        let rows = own.groups_mut(&mut evaluation.rows).par_chunks_mut(size);
-        rows.enumerate().for_each(|(nth, rows)| {
-            let m = of_block(&loose.m, own.first() + nth, model.block_size);
+        own.each((per_row(&loose.m), per_sixteen_mut(&mut evaluation.rows)), |_, (m, rows)| {
             dispatch(Take { m, rows, change, drag });
         });
         let falls = change.iter().zip(sum).map(|(change, sum)| {
@@ -82,9 +74,7 @@ impl<R: Real> CommonPart<R> {
 /// Adds a vector to those of all loose rows.
 fn shift<R: Real>(model: &Model<R>, vectors: &mut [Sixteen<R>], by: [R; 3]) {
     let Some(loose) = &model.loose else { return };
-    let (size, own) = (model.block_size / LANES, model.share.own());
-    own.groups_mut(vectors).par_chunks_mut(size).enumerate().for_each(|(nth, vectors)| {
-        let m = of_block(&loose.m, own.first() + nth, model.block_size);
+    model.share.own().each((per_row(&loose.m), per_sixteen_mut(vectors)), |_, (m, vectors)| {
         dispatch(Shift { m, vectors, by });
     });
 }

@@ -1,17 +1,16 @@
 //! The sweeps over iterates of an implicit step: velocities u, and the positions X + h u to which they lead. X and h are
 //! those of [`Scheme`](crate::cloth::settings::Scheme).
 
-use rayon::prelude::*;
-
 use crate::{
     cloth::{
-        evaluate::{Evaluation, Moved, MovedSums, StepNumbers, Weights, of_block},
+        evaluate::{Evaluation, Moved, MovedSums, StepNumbers, Weights},
         layout::Model,
         settings::{Integrator, Scheme, error_constant},
         state::State,
     },
     linalg::{add_lanes, lanes_at, packs, packs_at, store_padded},
     math::{LANES, Pack, Padded, Real, Sixteen, WithSimd, array::dot, array3, dispatch, three},
+    parallel::{Own, Parts, per_block_mut, per_row, per_row_mut, per_sixteen, per_sixteen_mut},
 };
 
 /// Where a step starts, and the numbers of its minimisation.
@@ -25,6 +24,10 @@ pub(super) struct Start<'a, R: Real> {
     drag: f64,
     wind: [f64; 3],
 }
+
+/// What a block is made of: positions and velocities, those one sub-step before where these are known, masses and their
+/// inverses.
+type Rows<'a, R> = ([&'a [Padded<R>]; 2], Option<[&'a [Padded<R>]; 2]>, [&'a [R]; 2]);
 
 /// What forces and inertia leave over at an iterate.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -45,24 +48,25 @@ impl<'a, R: Real> Start<'a, R> {
         Self { model, state, dt: *dt, scheme: *scheme, drag: drag.to_f64(), wind: array3(wind) }
     }
 
-    /// The rows of a block.
-    pub(super) fn block(&self, block: usize) -> Block<'a, R> {
-        let size = self.model.block_size;
-        let part = |field: &'a [Padded<R>]| of_block(field, block, size);
-        let state = self.state;
-        let past = (state.past.dt > 0.0).then(|| [part(&state.past.x), part(&state.past.v)]);
-        let [m, inv_m] = [&self.model.m, &self.model.inv_m].map(|field| of_block(field, block, size));
-        Block { x: part(&state.x), v: part(&state.v), past, m, inv_m, start: *self }
+    /// What blocks are made of.
+    pub(super) fn rows(&self) -> impl Parts<Part = Rows<'a, R>> {
+        let (model, state) = (self.model, self.state);
+        let past = (state.past.dt > 0.0).then(|| [per_row(&state.past.x), per_row(&state.past.v)]);
+        let masses = [per_row(&model.m), per_row(&model.inv_m)];
+        ([per_row(&state.x), per_row(&state.v)], past, masses)
+    }
+
+    /// A block, from its part of the rows.
+    pub(super) fn block(&self, ([x, v], past, [m, inv_m]): Rows<'a, R>) -> Block<'a, R> {
+        Block { x, v, past, m, inv_m, start: *self }
     }
 
     /// Writes the iterate at which velocities do not change. Returns the inertia of the start of the step, in the sense of
     /// [`Leftover`], and the potential of the medium there (J).
-    pub(super) fn predict(&self, [x, v]: [&mut [Padded<R>]; 2], partials: &mut [Moved]) -> f64 {
-        let (size, own) = (self.model.block_size, self.model.share.own());
-        let [x, v] = [x, v].map(|field| own.rows_mut(field).par_chunks_mut(size));
-        let of_blocks = (own.blocks_mut(partials).par_iter_mut(), (x, v)).into_par_iter().enumerate();
-        of_blocks.for_each(|(nth, (partial, (x, v)))| {
-            *partial = dispatch(Predict { block: self.block(own.first() + nth), x, v });
+    pub(super) fn predict(&self, to: [&mut [Padded<R>]; 2], partials: &mut [Moved]) -> f64 {
+        let fields = (per_block_mut(partials), self.rows(), to.map(per_row_mut));
+        self.model.share.own().each(fields, |_, (partial, rows, [x, v])| {
+            *partial = dispatch(Predict { block: self.block(rows), x, v });
         });
         self.model.share.sum(partials, &|block| [block.sums()[0]])[0]
     }
@@ -75,16 +79,12 @@ impl<'a, R: Real> Start<'a, R> {
         change: Option<&[Sixteen<R>]>,
         partials: &mut [Moved],
     ) -> Leftover {
-        let (size, own) = (self.model.block_size, self.model.share.own());
-        let rows = own.groups_mut(&mut evaluation.rows).par_chunks_mut(size / LANES);
-        let rows = (rows, own.rows(v).par_chunks(size));
-        (own.blocks_mut(partials).par_iter_mut(), rows).into_par_iter().enumerate().for_each(
-            |(nth, (partial, (rows, v)))| {
-                let block = own.first() + nth;
-                let change = change.map(|change| of_block(change, block, size / LANES));
-                *partial = dispatch(LeaveOver { block: self.block(block), rows, v, change });
-            },
-        );
+        let of_iterate = (per_row(v), change.map(per_sixteen));
+        let residual = per_sixteen_mut(&mut evaluation.rows);
+        let fields = (per_block_mut(partials), self.rows(), of_iterate, residual);
+        self.model.share.own().each(fields, |_, (partial, start_rows, (v, change), rows)| {
+            *partial = dispatch(LeaveOver { block: self.block(start_rows), rows, v, change });
+        });
         let ([inertia, square, along, _], largest) = Moved::gather(&self.model.share, partials);
         let largest = largest.sqrt() / self.scheme.reach;
         Leftover { inertia, square, along, largest }
@@ -93,20 +93,16 @@ impl<'a, R: Real> Start<'a, R> {
     /// Writes the iterate a share of the way along a change of velocities.
     pub(super) fn go(
         &self,
-        [x, v]: [&[Padded<R>]; 2],
+        from: [&[Padded<R>]; 2],
         change: &[Sixteen<R>],
         share: f64,
-        [to_x, to_v]: [&mut [Padded<R>]; 2],
+        to: [&mut [Padded<R>]; 2],
     ) {
-        let (size, own) = (self.model.block_size, self.model.share.own());
         let reach = self.scheme.reach;
-        let [to_x, to_v] = [to_x, to_v].map(|field| own.rows_mut(field).par_chunks_mut(size));
-        let [x, v] = [x, v].map(|field| own.rows(field).par_chunks(size));
-        ((to_x, to_v), (x, v, own.groups(change).par_chunks(size / LANES))).into_par_iter().for_each(
-            |((to_x, to_v), (x, v, change))| {
-                dispatch(Go { from: [x, v], to: [to_x, to_v], change, share, reach });
-            },
-        );
+        let fields = (from.map(per_row), per_sixteen(change), to.map(per_row_mut));
+        self.model.share.own().each(fields, |_, (from, change, to)| {
+            dispatch(Go { from, to, change, share, reach });
+        });
     }
 
     /// Writes where the step ends that an iterate is the solution of, and what the next one has to know of its start;
@@ -114,29 +110,24 @@ impl<'a, R: Real> Start<'a, R> {
     pub(super) fn finish(
         &self,
         integrator: Integrator,
-        [x, v]: [&[Padded<R>]; 2],
+        from: [&[Padded<R>]; 2],
         next: &mut State<R>,
         moved: &mut [Moved],
     ) -> f64 {
-        let (size, own) = (self.model.block_size, self.model.share.own());
         let before = self.state.past.dt;
-        let [to_x, to_v] = [&mut next.x, &mut next.v].map(|field| own.rows_mut(field).par_chunks_mut(size));
-        let [x, v] = [x, v].map(|field| own.rows(field).par_chunks(size));
-        (own.blocks_mut(moved).par_iter_mut(), (to_x, to_v), (x, v)).into_par_iter().enumerate().for_each(
-            |(nth, (moved, (to_x, to_v), (x, v)))| {
-                let block = self.block(own.first() + nth);
-                *moved = dispatch(Finish { block, from: [x, v], to: [to_x, to_v], before });
-            },
-        );
+        let to = [per_row_mut(&mut next.x), per_row_mut(&mut next.v)];
+        let fields = (per_block_mut(moved), self.rows(), from.map(per_row), to);
+        self.model.share.own().each(fields, |_, (moved, rows, from, to)| {
+            *moved = dispatch(Finish { block: self.block(rows), from, to, before });
+        });
 
         if !integrator.has_past() {
             return 0.5 * self.dt;
         }
         next.size_past();
         let copy = |to: &mut [Padded<R>], from: &[Padded<R>]| {
-            (to.par_chunks_mut(size), from.par_chunks(size))
-                .into_par_iter()
-                .for_each(|(to, from)| to.copy_from_slice(from));
+            let all = Own::whole(from.len(), self.model.block_size);
+            all.each((per_row_mut(to), per_row(from)), |_, (to, from)| to.copy_from_slice(from));
         };
         copy(&mut next.past.x, &self.state.x);
         copy(&mut next.past.v, &self.state.v);

@@ -3,14 +3,12 @@
 //! led uphill (O'Donoghue and Candes 2015, the gradient's restart). Errors of wave length n particles then take some n sweeps
 //! in place of some n².
 
-use rayon::prelude::*;
-
 use super::update::Step;
 use crate::{
-    cloth::evaluate::{Moved, Workspace, of_block},
+    cloth::evaluate::{Moved, Workspace},
     linalg::{add_lanes, lanes_at, packs, store_padded},
     math::{LANES, Pack, Padded, Real, WithSimd, array::dot, dispatch, three},
-    parallel::sum_by,
+    parallel::{per_block_mut, per_row, per_row_mut},
     report::Stage,
 };
 
@@ -20,9 +18,9 @@ pub(super) struct Momentum(u32);
 impl<R: Real> Step<'_, R> {
     /// Begins with the iterate in `next`.
     pub(super) fn gather_momentum(&mut self) -> Momentum {
-        let (size, Workspace { next, swept, .. }) = (self.model.block_size, &mut *self.work);
-        let [from, before] = swept.each_mut().map(|field| field.par_chunks_mut(size));
-        (from, before, next.v.par_chunks(size)).into_par_iter().for_each(|(from, before, v)| {
+        let Workspace { next, swept: [from, before], .. } = &mut *self.work;
+        let fields = (per_row_mut(from), per_row_mut(before), per_row(&next.v));
+        self.model.share.own().each(fields, |_, (from, before, v)| {
             from.copy_from_slice(v);
             before.copy_from_slice(v);
         });
@@ -32,27 +30,24 @@ impl<R: Real> Step<'_, R> {
 
     /// Takes the iterate in `next`, to which a sweep led, beyond its end; says whether that sweep moved anything.
     pub(super) fn extrapolate(&mut self, momentum: &mut Momentum) -> bool {
-        let (model, size) = (self.model, self.model.block_size);
+        let (share, m) = (&self.model.share, per_row(&self.model.m));
         let Workspace { next, swept: [from, before], moved, numbers, .. } = &mut *self.work;
-        let fields = (from.par_chunks(size), before.par_chunks(size), next.v.par_chunks(size));
-        (moved.par_iter_mut(), fields).into_par_iter().enumerate().for_each(
-            |(block, (moved, (from, before, v)))| {
-                *moved = dispatch(Uphill { m: of_block(&model.m, block, size), from, before, v });
-            },
-        );
-        let [uphill, way, ..] = sum_by(moved, &|block| block.sums());
+        let fields = (m, [per_row(from), per_row(before), per_row(&next.v)]);
+        share.own().each((per_block_mut(moved), fields), |_, (moved, (m, [from, before, v]))| {
+            *moved = dispatch(Uphill { m, from, before, v });
+        });
+        let [uphill, way, ..] = share.sum(moved, &|block| block.sums());
         if way == 0.0 {
             return false;
         }
         momentum.0 = if uphill > 0.0 { 0 } else { momentum.0.saturating_add(1) };
 
         let k = f64::from(momentum.0);
-        let share = R::of(k / (k + 3.0));
-        let reach = R::of(numbers.reach);
-        let fields = (from.par_chunks_mut(size), before.par_chunks_mut(size));
-        let next = (next.x.par_chunks_mut(size), next.v.par_chunks_mut(size));
-        (fields, next).into_par_iter().for_each(|((from, before), (x, v))| {
-            dispatch(Extrapolate { from, before, x, v, share, reach });
+        let (beyond, reach) = (R::of(k / (k + 3.0)), R::of(numbers.reach));
+        let swept = [per_row_mut(from), per_row_mut(before)];
+        let iterate = [per_row_mut(&mut next.x), per_row_mut(&mut next.v)];
+        share.own().each((swept, iterate), |_, ([from, before], [x, v])| {
+            dispatch(Extrapolate { from, before, x, v, share: beyond, reach });
         });
         self.watch.lap(Stage::Position);
         true

@@ -3,8 +3,6 @@
 //! Conjugate gradient on the exact tangent meets such a direction within a few iterations, where there is one and its
 //! right-hand side is not at right angles to it: velocities at random are not.
 
-use rayon::prelude::*;
-
 use super::{
     newton::{Iterate, Search, Tried},
     solve::At,
@@ -13,7 +11,7 @@ use crate::{
     cloth::evaluate::{Moved, Workspace},
     linalg::{Inverse3, Outcome, SolveReport, packs_at},
     math::{LANES, Pack, Padded, Real, Sixteen, Vec3, WithSimd, array::dot, dispatch, three},
-    parallel::hash_numbers,
+    parallel::{hash_numbers, per_block_mut, per_row, per_sixteen_mut},
     report::StepFailure,
 };
 
@@ -69,7 +67,8 @@ impl<R: Real> Search<'_, '_, R> {
     fn scatter(&mut self) {
         let model = self.step.model;
         let size = model.block_size / LANES;
-        self.step.work.evaluation.rows.par_chunks_mut(size).enumerate().for_each(|(block, rows)| {
+        let rows = per_sixteen_mut(&mut self.step.work.evaluation.rows);
+        model.share.own().each(rows, |block, rows| {
             for (group, row) in rows.iter_mut().enumerate() {
                 for lane in 0..LANES {
                     let place = (block * size + group) * LANES + lane;
@@ -90,19 +89,15 @@ impl<R: Real> Search<'_, '_, R> {
     /// Puts the direction in which the solve met the curvature where changes of velocity are; returns how far the fastest
     /// particle goes by it in the step (m).
     fn follow(&mut self, iteration: u32) -> f64 {
-        let (size, own) = (self.step.model.block_size / LANES, self.step.model.share.own());
+        let share = &self.step.model.share;
         let Workspace { cg, next, numbers, moved, .. } = &mut *self.step.work;
         // Where it was the first direction, the solve has gone along it.
-        let direction = (iteration > 1).then(|| cg.direction());
-        let rows = own.groups_mut(&mut next.dv).par_chunks_mut(size);
-        (own.blocks_mut(moved).par_iter_mut(), rows).into_par_iter().enumerate().for_each(
-            |(nth, (moved, dv))| {
-                let first = (own.first() + nth) * size * LANES;
-                let from = direction.map(|p| &p[first..first + dv.len() * LANES]);
-                *moved = Moved::new([0.0; 4], dispatch(Follow { dv, from }));
-            },
-        );
-        numbers.reach * Moved::gather(&self.step.model.share, moved).1.sqrt()
+        let direction = (iteration > 1).then(|| per_row(cg.direction()));
+        let fields = (per_block_mut(moved), per_sixteen_mut(&mut next.dv), direction);
+        share.own().each(fields, |_, (moved, dv, from)| {
+            *moved = Moved::new([0.0; 4], dispatch(Follow { dv, from }));
+        });
+        numbers.reach * Moved::gather(share, moved).1.sqrt()
     }
 
     /// The mean rest length of the springs (m).

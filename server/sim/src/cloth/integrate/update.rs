@@ -1,16 +1,15 @@
 //! What integrators are made of: new velocities and positions from accelerations, and accelerations in between.
 
-use rayon::prelude::*;
-
 use crate::{
     cloth::{
-        evaluate::{Moved, MovedSums, Weights, Workspace, of_block},
+        evaluate::{Moved, MovedSums, Weights, Workspace},
         layout::Model,
         settings::Purpose,
         state::State,
     },
     linalg::{packs, store_padded},
     math::{LANES, Pack, Padded, Real, Sixteen, WithSimd, dispatch, three},
+    parallel::{per_block_mut, per_row, per_row_mut, per_sixteen},
     report::{Stage, Stopwatch},
 };
 
@@ -85,13 +84,10 @@ impl<R: Real> Step<'_, R> {
     /// v' += h a, the second of two kicks: what it adds beyond the first one is what the error is proportional to.
     pub(super) fn kick_again(&mut self, h: R) {
         let Workspace { evaluation, next, moved, .. } = &mut *self.work;
-        let (size, groups) = (self.model.block_size, self.model.block_size / LANES);
-        let own = self.model.share.own();
-        let v = own.rows_mut(&mut next.v).par_chunks_mut(size);
-        let fields = (v, own.groups(&evaluation.rows).par_chunks(groups));
-        (own.blocks_mut(moved).par_iter_mut(), fields, own.rows(&self.state.v).par_chunks(size))
-            .into_par_iter()
-            .for_each(|(moved, (v, a), from)| *moved = dispatch(SecondKick { from, v, a, h }));
+        let fields = (per_row(&self.state.v), per_row_mut(&mut next.v), per_sixteen(&evaluation.rows));
+        self.model.share.own().each((per_block_mut(moved), fields), |_, (moved, (from, v, a))| {
+            *moved = dispatch(SecondKick { from, v, a, h });
+        });
         self.watch.lap(Stage::Position);
     }
 }
@@ -116,21 +112,16 @@ pub(super) fn write_next<R: Real>(
     change: &Change<'_, R>,
     moved: &mut [Moved],
 ) {
-    let size = model.block_size;
     let &Change { a, h, dt, by, wind } = change;
-    let own = model.share.own();
-    let [to_x, to_v] = [&mut to.x, &mut to.v].map(|field| own.rows_mut(field).par_chunks_mut(size));
-    let [x, v] = [&from.x, &from.v].map(|field| own.rows(field).par_chunks(size));
-    let sources = (x, v, own.groups(a).par_chunks(size / LANES));
-    (own.blocks_mut(moved).par_iter_mut(), (to_x, to_v), sources).into_par_iter().enumerate().for_each(
-        |(nth, (moved, (to_x, to_v), (x, v, a)))| {
-            let block = own.first() + nth;
-            let [m, inv_m] = [&model.m, &model.inv_m].map(|field| of_block(field, block, size));
-            let weights = wind.map(|wind| Weights { m, inv_m, wind });
-            let change = Change { a, h, dt, by, wind };
-            *moved = dispatch(Advance { from: [x, v], to: [to_x, to_v], change, weights });
-        },
-    );
+    let sources = ([per_row(&from.x), per_row(&from.v)], per_sixteen(a));
+    let targets = [per_row_mut(&mut to.x), per_row_mut(&mut to.v)];
+    let masses = [per_row(&model.m), per_row(&model.inv_m)];
+    let fields = (per_block_mut(moved), sources, targets, masses);
+    model.share.own().each(fields, |_, (moved, (from, a), to, [m, inv_m])| {
+        let weights = wind.map(|wind| Weights { m, inv_m, wind });
+        let change = Change { a, h, dt, by, wind };
+        *moved = dispatch(Advance { from, to, change, weights });
+    });
 }
 
 struct Advance<'a, R> {
@@ -170,14 +161,10 @@ impl<R: Real> WithSimd<R> for Advance<'_, R> {
 
 /// to = v + h a.
 fn kick_into<R: Real>(model: &Model<R>, v: &[Padded<R>], a: &[Sixteen<R>], h: R, to: &mut [Padded<R>]) {
-    let (size, own) = (model.block_size, model.share.own());
-    let a = own.groups(a).par_chunks(size / LANES);
-    (own.rows_mut(to).par_chunks_mut(size), own.rows(v).par_chunks(size), a).into_par_iter().for_each(
-        |(to, v, a)| {
-            to.copy_from_slice(v);
-            dispatch(Kick { v: to, a, h });
-        },
-    );
+    model.share.own().each((per_row_mut(to), per_row(v), per_sixteen(a)), |_, (to, v, a)| {
+        to.copy_from_slice(v);
+        dispatch(Kick { v: to, a, h });
+    });
 }
 
 struct Kick<'a, R> {

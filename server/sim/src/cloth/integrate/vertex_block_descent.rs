@@ -6,8 +6,6 @@
 //! with the matrix, but errors that are as long as the cloth take many sweeps: so sweeps [gather momentum](super::momentum),
 //! and [what all particles share](super::common_motion) is not left to them.
 
-use rayon::prelude::*;
-
 use super::{
     iterate::{Block, Start},
     newton::{Search, Tried},
@@ -25,6 +23,7 @@ use crate::{
     interrupt::Interrupt,
     linalg::{Inverse3, Outcome, PreconditionerKind, SolveReport, packs, store_padded},
     math::{LANES, Pack, Padded, Real, Sixteen, WithSimd, dispatch, three},
+    parallel::{per_row, per_row_mut, per_sixteen_mut},
     report::{Stage, StepFailure},
 };
 
@@ -87,40 +86,31 @@ impl<R: Real> Step<'_, R> {
     /// Moves every free particle of the iterate in `next` once.
     fn sweep(&mut self) {
         self.work.evaluation.runs += 1;
-        let (model, size) = (self.model, self.model.block_size);
+        let (model, own) = (self.model, self.model.share.own());
         let colours = model.colours.as_ref().expect("laid out for these settings");
         let Workspace { evaluation, next, numbers, trial: [x, v], scratches, .. } = &mut *self.work;
         let start = Start::new(model, self.state, numbers);
+        let scratch = || scratches.take();
         for colour in 0..colours.count() {
             // What others read rests until all blocks of the colour are done.
-            let rows = evaluation.rows.par_chunks_mut(size / LANES);
-            let blocks = (rows, x.par_chunks_mut(size), v.par_chunks_mut(size)).into_par_iter().enumerate();
-            let of_colour = blocks.filter(|(block, _)| colours.of_block(*block) == colour);
-            of_colour.for_each(|(number, (rows, x, v))| {
-                let (fields, scratch) = ([&*next.x, &*next.v], &mut *scratches.take());
-                let (start, visits) = (start.block(number), colours.visits(number));
-                dispatch(DescendBlock {
-                    model,
-                    numbers,
-                    number,
-                    start,
-                    visits,
-                    fields,
-                    to: [x, v],
-                    rows,
-                    scratch,
-                });
+            let targets = [per_row_mut(x), per_row_mut(v)];
+            let parts = (start.rows(), targets, per_sixteen_mut(&mut evaluation.rows));
+            own.each_with(scratch, parts, |scratch, number, (start_rows, to, rows)| {
+                if colours.of_block(number) != colour {
+                    return;
+                }
+                let (start, visits) = (start.block(start_rows), colours.visits(number));
+                let fields = [&*next.x, &*next.v];
+                dispatch(DescendBlock { model, numbers, number, start, visits, fields, to, rows, scratch });
             });
 
-            let from = (x.par_chunks(size), v.par_chunks(size));
-            let blocks = (next.x.par_chunks_mut(size), next.v.par_chunks_mut(size), from);
-            let of_colour = blocks.into_par_iter().enumerate();
-            of_colour.filter(|(block, _)| colours.of_block(*block) == colour).for_each(
-                |(_, (to_x, to_v, (x, v)))| {
+            let targets = [per_row_mut(&mut next.x), per_row_mut(&mut next.v)];
+            own.each((targets, [per_row(x), per_row(v)]), |block, ([to_x, to_v], [x, v])| {
+                if colours.of_block(block) == colour {
                     to_x.copy_from_slice(x);
                     to_v.copy_from_slice(v);
-                },
-            );
+                }
+            });
         }
         self.watch.lap(Stage::Solve);
     }

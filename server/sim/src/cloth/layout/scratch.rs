@@ -2,7 +2,10 @@
 
 use std::sync::{Mutex, MutexGuard, PoisonError, TryLockError};
 
-use crate::math::{LANES, Pack, Real, Record};
+use crate::{
+    math::{LANES, Pack, Real, Record},
+    parallel::{thread_count, thread_number},
+};
 
 /// What one block needs while it is worked on.
 #[derive(Clone, Debug, Default)]
@@ -90,7 +93,7 @@ impl<R: Real> Scratches<R> {
     /// Makes room for the threads of the pool that works now, which has `blocks` blocks to do, of so many rows, and so
     /// many to which elements add; for a block and its halo there must be `room` records.
     pub(crate) fn size_for(&mut self, blocks: usize, [block_size, rows]: [usize; 2], room: usize) {
-        let threads = rayon::current_num_threads().min(blocks).max(1);
+        let threads = thread_count().min(blocks).max(1);
         while self.0.len() < threads {
             let (record, diagonal) = (Record::default(), [[0.0; LANES]; 6]);
             let (records, diagonal) = (vec![record; room], vec![diagonal; block_size / LANES]);
@@ -105,7 +108,7 @@ impl<R: Real> Scratches<R> {
 
     /// Scratch memory that nobody else uses now. What it holds is what its last user left.
     pub(crate) fn take(&self) -> MutexGuard<'_, BlockScratch<R>> {
-        let first = rayon::current_thread_index().unwrap_or(0);
+        let first = thread_number();
         for i in 0..self.0.len() {
             match self.0[(first + i) % self.0.len()].try_lock() {
                 Ok(scratch) => return scratch,
