@@ -10,11 +10,13 @@ mod spring_sums;
 mod evaluation;
 mod step_matrix;
 mod moved;
+mod iterate_sums;
 mod workspace;
 mod coarse;
 
 pub(super) use evaluation::Evaluation;
 pub(super) use figures::Total;
+pub(super) use iterate_sums::{Leftover, SweepSums};
 pub(super) use moved::{Motion, Moved, MovedSums, Weights};
 pub(super) use numbers::StepNumbers;
 pub(super) use spring_sums::{SpringSums, load_six};

@@ -7,32 +7,32 @@ use crate::{
     report::ErrorEstimate,
 };
 
-/// Sums of a block over its free particles: [`Motion`] says of what.
+/// Sums over the free particles of a block, or of all. `e` is the vector of a particle that its error is proportional to: a
+/// change of velocity (m/s), an acceleration (m/s²), or one divided by a time (m/s³). All but `error` and `largest` are 0 where
+/// no step is judged by them.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Moved {
-    sums: [f64; 4],
+    /// |e|², in the square of the unit of e.
+    error: f64,
+    /// m |u - V|² (J), of an implicit step; m |a|² (J/s²), of explicit Euler.
+    change: f64,
+    /// |u|² (m²/s²).
+    own: f64,
+    /// u.wind (m²/s²).
+    along: f64,
+    /// The greatest |e|², in the square of the unit of e.
     largest: f64,
 }
 
 impl Moved {
-    pub(crate) fn new(sums: [f64; 4], largest: f64) -> Self {
-        Self { sums, largest }
-    }
-
-    pub(crate) fn sums(&self) -> [f64; 4] {
-        self.sums
-    }
-
-    pub(crate) fn largest(&self) -> f64 {
-        self.largest
-    }
-
-    /// The sums of all blocks, and the largest of what they found.
-    pub(crate) fn gather(share: &Share, blocks: &[Self]) -> ([f64; 4], f64) {
-        let own = share.own().blocks(blocks).iter().map(Self::largest).fold(0.0, f64::max);
+    /// That of all blocks of all ranks.
+    fn of_all(share: &Share, blocks: &[Self]) -> Self {
+        let here = share.own().blocks(blocks).iter().map(|block| block.largest).fold(0.0, f64::max);
+        let sums = |block: &Self| [block.error, block.change, block.own, block.along];
         let mut largest = 0.0;
-        let sums = share.gather(blocks, &Self::sums, [own], |[of_rank]| largest = f64::max(largest, of_rank));
-        (sums, largest)
+        let [error, change, own, along] =
+            share.gather(blocks, &sums, [here], |[of_rank]| largest = f64::max(largest, of_rank));
+        Self { error, change, own, along, largest }
     }
 }
 
@@ -43,17 +43,19 @@ pub(crate) struct Motion {
     pub(crate) error: ErrorEstimate,
     /// |u - V|² m / 2 (J), of an implicit step: of implicit Euler |v' - v|² m / 2. Of explicit Euler |a|² m / 2 (J/s²).
     pub(crate) change: f64,
-    /// |u|² and u.wind (m²/s²), of an implicit step: of implicit Euler u = v'.
-    pub(crate) medium: [f64; 2],
+    /// |u|² (m²/s²), of an implicit step: of implicit Euler u = v'.
+    pub(crate) own: f64,
+    /// u.wind (m²/s²), likewise.
+    pub(crate) along: f64,
 }
 
 impl Motion {
     /// From the sums of all blocks: the error of a particle is `scale` times the length of what its block added up.
     pub(crate) fn of(share: &Share, blocks: &[Moved], free_count: usize, scale: f64) -> Self {
-        let ([square, change, own, along], largest) = Moved::gather(share, blocks);
-        let rms = scale * (square / free_count.max(1) as f64).sqrt();
+        let Moved { error, change, own, along, largest } = Moved::of_all(share, blocks);
+        let rms = scale * (error / free_count.max(1) as f64).sqrt();
         let error = ErrorEstimate { rms, largest: scale * largest.sqrt() };
-        Self { error, change: 0.5 * change, medium: [own, along] }
+        Self { error, change: 0.5 * change, own, along }
     }
 }
 
@@ -67,23 +69,27 @@ pub(crate) struct Weights<'a, R> {
     pub(crate) wind: [f64; 3],
 }
 
-/// Sums of a block, in lanes.
+/// Sums of a block, in lanes: those of [`Moved`].
 pub(crate) struct MovedSums<W> {
-    sums: [W; 4],
+    error: W,
+    change: W,
+    own: W,
+    along: W,
     largest: W,
 }
 
 impl<W: Pack<Number = f64>> MovedSums<W> {
     #[inline(always)]
     pub(crate) fn none() -> Self {
-        Self { sums: [W::zero(); 4], largest: W::zero() }
+        let zero = W::zero();
+        Self { error: zero, change: zero, own: zero, along: zero, largest: zero }
     }
 
     /// Adds what the error of sixteen particles is proportional to.
     #[inline(always)]
     pub(crate) fn add_error(&mut self, of: [W; 3]) {
         let square = dot(of, of);
-        self.sums[0] += square;
+        self.error += square;
         self.largest = self.largest.max(square);
     }
 
@@ -98,15 +104,17 @@ impl<W: Pack<Number = f64>> MovedSums<W> {
         let (m, inv_m) =
             (lanes_at::<P>(weights.m, group).widen(), lanes_at::<P>(weights.inv_m, group).widen());
         let wind = weights.wind.map(W::splat);
-        self.sums[1] += m * dot(change, change);
-        self.sums[2] += dot(new, new).where_positive(inv_m);
-        self.sums[3] += dot(new, wind).where_positive(inv_m);
+        self.change += m * dot(change, change);
+        self.own += dot(new, new).where_positive(inv_m);
+        self.along += dot(new, wind).where_positive(inv_m);
     }
 
     #[inline(always)]
     pub(crate) fn block(self) -> Moved {
-        let sums = self.sums.map(|lanes| add_lanes(lanes.store()));
-        let largest = self.largest.store();
-        Moved { sums, largest: (0..LANES).fold(0.0, |greatest, lane| f64::max(greatest, largest[lane])) }
+        let Self { error, change, own, along, largest } = self;
+        let [error, change, own, along] = [error, change, own, along].map(|lanes| add_lanes(lanes.store()));
+        let largest = largest.store();
+        let largest = (0..LANES).fold(0.0, |greatest, lane| f64::max(greatest, largest[lane]));
+        Moved { error, change, own, along, largest }
     }
 }

@@ -1,6 +1,11 @@
 //! The scratch memory of a step.
 
-use super::{evaluation::Evaluation, moved::Moved, numbers::StepNumbers};
+use super::{
+    evaluation::Evaluation,
+    iterate_sums::{Leftover, SweepSums},
+    moved::Moved,
+    numbers::StepNumbers,
+};
 use crate::{
     cloth::{
         layout::{Model, Scratches},
@@ -59,6 +64,15 @@ pub struct Workspace<R: Real> {
     pub(crate) judged: Judged,
     /// What a sub-step that is tried found of its motion, block by block.
     pub(crate) moved: Vec<Moved>,
+    /// Of implicit steps, block by block: inertia where the step starts (J), what is left over at an iterate, and the momentum
+    /// (N s) that forces give to what no pin holds.
+    pub(crate) inertias: Vec<f64>,
+    pub(crate) leftovers: Vec<Leftover>,
+    pub(crate) momenta: Vec<[f64; 3]>,
+    /// On the way out of a saddle, block by block: the greatest square of a change of velocity (m²/s²).
+    pub(crate) squares: Vec<f64>,
+    /// Of sweeps, block by block: where the last one led.
+    pub(crate) sweep_sums: Vec<SweepSums>,
     /// What each block of it met.
     pub(crate) met: Vec<Met>,
     /// What the sub-step that is tried tells, and what those before it in the step told.
@@ -113,6 +127,12 @@ impl<R: Real> Workspace<R> {
         let largest = if has_iterates { Purpose::Iterate(settings.solver.preconditioner) } else { purpose };
         self.evaluation.size_for(model, largest);
         self.moved.resize(blocks, Moved::default());
+        if largest.has_matrix() {
+            self.inertias.resize(blocks, 0.0);
+            self.leftovers.resize(blocks, Leftover::default());
+            self.momenta.resize(blocks, [0.0; 3]);
+            self.squares.resize(blocks, 0.0);
+        }
         if settings.integrator == Integrator::VelocityVerletPredicted {
             self.predicted.resize(model.m.len(), Padded::default());
         }
@@ -120,6 +140,7 @@ impl<R: Real> Workspace<R> {
             self.trial.iter_mut().for_each(|field| field.resize(model.m.len(), Padded::default()));
         }
         if settings.has_sweeps() {
+            self.sweep_sums.resize(blocks, SweepSums::default());
             self.swept.iter_mut().for_each(|field| field.resize(model.m.len(), Padded::default()));
         }
         if largest.has_matrix() && self.evaluation.rows.len() != self.cg.len() {

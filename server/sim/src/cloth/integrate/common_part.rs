@@ -5,10 +5,7 @@
 
 use super::update::Step;
 use crate::{
-    cloth::{
-        evaluate::{Moved, Workspace},
-        layout::Model,
-    },
+    cloth::{evaluate::Workspace, layout::Model},
     linalg::{add_lanes, lanes_at},
     math::{Pack, Real, Sixteen, WithSimd, dispatch, three},
     parallel::{per_block_mut, per_row, per_sixteen, per_sixteen_mut},
@@ -29,17 +26,14 @@ impl<R: Real> Step<'_, R> {
     pub(super) fn take_common_part(&mut self) -> Option<CommonPart<R>> {
         let model = self.model;
         let loose = model.loose.as_ref()?;
-        let Workspace { evaluation, moved, numbers, .. } = &mut *self.work;
+        let Workspace { evaluation, momenta, numbers, .. } = &mut *self.work;
         if numbers.gravity.iter().all(|c| *c == R::zero()) && numbers.drag == R::zero() {
             return None;
         }
         let own = model.share.own();
-        let fields = (per_block_mut(moved), per_row(&loose.m), per_sixteen(&evaluation.rows));
-        own.each(fields, |_, (moved, m, rows)| *moved = dispatch(Momentum { m, rows }));
-        let sum = model.share.sum(&moved[..], &|block: &Moved| {
-            let [x, y, z, _] = block.sums();
-            [x, y, z]
-        });
+        let fields = (per_block_mut(momenta), per_row(&loose.m), per_sixteen(&evaluation.rows));
+        own.each(fields, |_, (momentum, m, rows)| *momentum = dispatch(Momentum { m, rows }));
+        let sum = model.share.sum(momenta, &|momentum| *momentum);
 
         // As the matrix has it, whose product with what all rows share is this alone.
         let drag = R::of(numbers.reach) * numbers.drag;
@@ -79,7 +73,7 @@ fn shift<R: Real>(model: &Model<R>, vectors: &mut [Sixteen<R>], by: [R; 3]) {
     });
 }
 
-/// The sum over the loose rows of a block.
+/// The momentum (N s) that forces give to the loose rows of a block.
 struct Momentum<'a, R: Real> {
     /// Masses of loose rows (kg), 0 for others.
     m: &'a [R],
@@ -87,10 +81,10 @@ struct Momentum<'a, R: Real> {
 }
 
 impl<R: Real> WithSimd<R> for Momentum<'_, R> {
-    type Output = Moved;
+    type Output = [f64; 3];
 
     #[inline(always)]
-    fn run<P: Pack<Number = R>>(self) -> Moved {
+    fn run<P: Pack<Number = R>>(self) -> [f64; 3] {
         let mut sums = [P::Wide::zero(); 3];
         for (group, row) in self.rows.iter().enumerate() {
             let m = lanes_at::<P>(self.m, group);
@@ -99,8 +93,7 @@ impl<R: Real> WithSimd<R> for Momentum<'_, R> {
                 sums[c] += row[c].where_positive(m).widen();
             }
         }
-        let [x, y, z] = sums.map(|lanes| add_lanes(lanes.store()));
-        Moved::new([x, y, z, 0.0], 0.0)
+        sums.map(|lanes| add_lanes(lanes.store()))
     }
 }
 

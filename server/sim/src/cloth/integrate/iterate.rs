@@ -3,7 +3,7 @@
 
 use crate::{
     cloth::{
-        evaluate::{Evaluation, Moved, MovedSums, StepNumbers, Weights},
+        evaluate::{Evaluation, Leftover, Moved, MovedSums, StepNumbers, Weights},
         layout::Model,
         settings::{Integrator, Scheme, error_constant},
         state::State,
@@ -29,19 +29,6 @@ pub(super) struct Start<'a, R: Real> {
 /// inverses.
 type Rows<'a, R> = ([&'a [Padded<R>]; 2], Option<[&'a [Padded<R>]; 2]>, [&'a [R]; 2]);
 
-/// What forces and inertia leave over at an iterate.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Leftover {
-    /// |u - V|²_M / 2 (J).
-    pub(super) inertia: f64,
-    /// The square of the residual, each row by its inverse mass (J).
-    pub(super) square: f64,
-    /// The residual times the change of velocities that was tried, 0 without one (J).
-    pub(super) along: f64,
-    /// The largest residual as an acceleration (m/s²).
-    pub(super) largest: f64,
-}
-
 impl<'a, R: Real> Start<'a, R> {
     pub(super) fn new(model: &'a Model<R>, state: &'a State<R>, numbers: &StepNumbers<R>) -> Self {
         let StepNumbers { dt, scheme, drag, wind, .. } = numbers;
@@ -63,12 +50,13 @@ impl<'a, R: Real> Start<'a, R> {
 
     /// Writes the iterate at which velocities do not change. Returns the inertia of the start of the step, in the sense of
     /// [`Leftover`], and the potential of the medium there (J).
-    pub(super) fn predict(&self, to: [&mut [Padded<R>]; 2], partials: &mut [Moved]) -> f64 {
-        let fields = (per_block_mut(partials), self.rows(), to.map(per_row_mut));
-        self.model.share.own().each(fields, |_, (partial, rows, [x, v])| {
-            *partial = dispatch(Predict { block: self.block(rows), x, v });
+    pub(super) fn predict(&self, to: [&mut [Padded<R>]; 2], inertias: &mut [f64]) -> f64 {
+        let fields = (per_block_mut(inertias), self.rows(), to.map(per_row_mut));
+        self.model.share.own().each(fields, |_, (inertia, rows, [x, v])| {
+            *inertia = dispatch(Predict { block: self.block(rows), x, v });
         });
-        self.model.share.sum(partials, &|block| [block.sums()[0]])[0]
+        let [inertia] = self.model.share.sum(inertias, &|inertia| [*inertia]);
+        inertia
     }
 
     /// Takes the change of momentum off the rows of an evaluation, which are then the residual.
@@ -77,17 +65,15 @@ impl<'a, R: Real> Start<'a, R> {
         evaluation: &mut Evaluation<R>,
         v: &[Padded<R>],
         change: Option<&[Sixteen<R>]>,
-        partials: &mut [Moved],
+        leftovers: &mut [Leftover],
     ) -> Leftover {
         let of_iterate = (per_row(v), change.map(per_sixteen));
         let residual = per_sixteen_mut(&mut evaluation.rows);
-        let fields = (per_block_mut(partials), self.rows(), of_iterate, residual);
-        self.model.share.own().each(fields, |_, (partial, start_rows, (v, change), rows)| {
-            *partial = dispatch(LeaveOver { block: self.block(start_rows), rows, v, change });
+        let fields = (per_block_mut(leftovers), self.rows(), of_iterate, residual);
+        self.model.share.own().each(fields, |_, (leftover, start_rows, (v, change), rows)| {
+            *leftover = dispatch(LeaveOver { block: self.block(start_rows), rows, v, change });
         });
-        let ([inertia, square, along, _], largest) = Moved::gather(&self.model.share, partials);
-        let largest = largest.sqrt() / self.scheme.reach;
-        Leftover { inertia, square, along, largest }
+        Leftover::of_all(&self.model.share, leftovers)
     }
 
     /// Writes the iterate a share of the way along a change of velocities.
@@ -173,10 +159,10 @@ struct Predict<'a, R: Real> {
 }
 
 impl<R: Real> WithSimd<R> for Predict<'_, R> {
-    type Output = Moved;
+    type Output = f64;
 
     #[inline(always)]
-    fn run<P: Pack<Number = R>>(self) -> Moved {
+    fn run<P: Pack<Number = R>>(self) -> f64 {
         let Self { block, x: to_x, v: to_v } = self;
         let Start { scheme, dt, drag, wind, .. } = block.start;
         let wide = P::Wide::of;
@@ -203,7 +189,7 @@ impl<R: Real> WithSimd<R> for Predict<'_, R> {
             let medium = drag * (half * dot(still, still) - dot(still, wind));
             inertia += half * m.widen() * dot(change, change) + medium.where_positive(inv_m.widen());
         }
-        Moved::new([add_lanes(inertia.store()), 0.0, 0.0, 0.0], 0.0)
+        add_lanes(inertia.store())
     }
 }
 
@@ -215,12 +201,11 @@ struct LeaveOver<'a, R: Real> {
 }
 
 impl<R: Real> WithSimd<R> for LeaveOver<'_, R> {
-    type Output = Moved;
+    type Output = Leftover;
 
     #[inline(always)]
-    fn run<P: Pack<Number = R>>(self) -> Moved {
-        let mut sums = [P::Wide::zero(); 3];
-        let mut largest = P::Wide::zero();
+    fn run<P: Pack<Number = R>>(self) -> Leftover {
+        let [mut inertia, mut squares, mut along, mut largest] = [P::Wide::zero(); 4];
         let v = self.v.as_chunks::<LANES>().0;
         for (group, (row, u)) in self.rows.iter_mut().zip(v).enumerate() {
             let ([_, base], [m, inv_m]) = self.block.at::<P>(group);
@@ -231,18 +216,17 @@ impl<R: Real> WithSimd<R> for LeaveOver<'_, R> {
 
             if let Some(tried) = self.change {
                 let tried = P::widen3(tried[group].load::<P>());
-                sums[2] += dot(P::widen3(rest), tried);
+                along += dot(P::widen3(rest), tried);
             }
             let (change, rest, inv_m) = (P::widen3(change), P::widen3(rest), inv_m.widen());
             let square = dot(rest, rest) * inv_m;
-            sums[0] += P::Wide::of(0.5) * m.widen() * dot(change, change);
-            sums[1] += square;
+            inertia += P::Wide::of(0.5) * m.widen() * dot(change, change);
+            squares += square;
             largest = largest.max(square * inv_m);
         }
+        let [inertia, square, along] = [inertia, squares, along].map(|lanes| add_lanes(lanes.store()));
         let largest = largest.store().into_iter().fold(0.0, f64::max);
-        let [inertia, square, along] = sums;
-        let total = |lanes: P::Wide| add_lanes(lanes.store());
-        Moved::new([total(inertia), total(square), total(along), 0.0], largest)
+        Leftover { inertia, square, along, largest: largest.sqrt() / self.block.start.scheme.reach }
     }
 }
 

@@ -5,7 +5,7 @@
 
 use super::update::Step;
 use crate::{
-    cloth::evaluate::{Moved, Workspace},
+    cloth::evaluate::{SweepSums, Workspace},
     linalg::{add_lanes, lanes_at, packs, store_padded},
     math::{LANES, Pack, Padded, Real, WithSimd, array::dot, dispatch, three},
     parallel::{per_block_mut, per_row, per_row_mut},
@@ -31,12 +31,12 @@ impl<R: Real> Step<'_, R> {
     /// Takes the iterate in `next`, to which a sweep led, beyond its end; says whether that sweep moved anything.
     pub(super) fn extrapolate(&mut self, momentum: &mut Momentum) -> bool {
         let (share, m) = (&self.model.share, per_row(&self.model.m));
-        let Workspace { next, swept: [from, before], moved, numbers, .. } = &mut *self.work;
+        let Workspace { next, swept: [from, before], sweep_sums, numbers, .. } = &mut *self.work;
         let fields = (m, [per_row(from), per_row(before), per_row(&next.v)]);
-        share.own().each((per_block_mut(moved), fields), |_, (moved, (m, [from, before, v]))| {
-            *moved = dispatch(Uphill { m, from, before, v });
+        share.own().each((per_block_mut(sweep_sums), fields), |_, (sums, (m, [from, before, v]))| {
+            *sums = dispatch(Led { m, from, before, v });
         });
-        let [uphill, way, ..] = share.sum(moved, &|block| block.sums());
+        let SweepSums { uphill, way } = SweepSums::of_all(share, sweep_sums);
         if way == 0.0 {
             return false;
         }
@@ -54,31 +54,31 @@ impl<R: Real> Step<'_, R> {
     }
 }
 
-/// The sums of m (from - v).(v - before), above 0 where the sweep went back, and of m |from - v|².
-struct Uphill<'a, R: Real> {
+/// Where a sweep led the particles of a block.
+struct Led<'a, R: Real> {
     m: &'a [R],
     from: &'a [Padded<R>],
     before: &'a [Padded<R>],
     v: &'a [Padded<R>],
 }
 
-impl<R: Real> WithSimd<R> for Uphill<'_, R> {
-    type Output = Moved;
+impl<R: Real> WithSimd<R> for Led<'_, R> {
+    type Output = SweepSums;
 
     #[inline(always)]
-    fn run<P: Pack<Number = R>>(self) -> Moved {
+    fn run<P: Pack<Number = R>>(self) -> SweepSums {
         let [from, before, v] = [self.from, self.before, self.v].map(|field| field.as_chunks::<LANES>().0);
-        let mut sums = [P::Wide::zero(); 2];
+        let [mut uphill, mut way] = [P::Wide::zero(); 2];
         for (group, ((from, before), v)) in from.iter().zip(before).zip(v).enumerate() {
             let [from, before, v] = [from, before, v].map(packs::<P>);
             let back = P::widen3(three!(|c| from[c] - v[c]));
             let on = P::widen3(three!(|c| v[c] - before[c]));
             let m = lanes_at::<P>(self.m, group).widen();
-            sums[0] += m * dot(back, on);
-            sums[1] += m * dot(back, back);
+            uphill += m * dot(back, on);
+            way += m * dot(back, back);
         }
-        let [uphill, way] = sums.map(|lanes| add_lanes(lanes.store()));
-        Moved::new([uphill, way, 0.0, 0.0], 0.0)
+        let [uphill, way] = [uphill, way].map(|lanes| add_lanes(lanes.store()));
+        SweepSums { uphill, way }
     }
 }
 

@@ -5,13 +5,13 @@
 //! negative curvature at the end, and followed where there is one (Nocedal and Wright, Numerical Optimization, ch. 3.4).
 
 use super::{
-    iterate::{Leftover, Start},
+    iterate::Start,
     solve::{At, check},
     update::Step,
 };
 use crate::{
     cloth::{
-        evaluate::{Total, Workspace},
+        evaluate::{Leftover, Total, Workspace},
         judge::{Found, risen_most, rounding},
         settings::{ClothSettings, Minimizer, NewtonSettings, Purpose},
         state::State,
@@ -67,8 +67,8 @@ pub(super) fn advance<R: Real>(
         Minimizer::Newton(newton) => newton,
         _ => NewtonSettings { tolerance: 0.0, max_iterations: 1 },
     };
-    let Workspace { next, moved, numbers, .. } = &mut *step.work;
-    let inertia = Start::new(step.model, step.state, numbers).predict([&mut next.x, &mut next.v], moved);
+    let Workspace { next, inertias, numbers, .. } = &mut *step.work;
+    let inertia = Start::new(step.model, step.state, numbers).predict([&mut next.x, &mut next.v], inertias);
     step.watch.lap(Stage::Position);
 
     let mut search = Search { step, settings, interrupt, report: None };
@@ -126,7 +126,7 @@ impl<R: Real> Search<'_, '_, R> {
     pub(super) fn evaluate(&mut self, tried: Tried) -> Iterate {
         let kind = Purpose::Iterate(self.settings.solver.preconditioner);
         let Step { model, state, work, watch } = &mut *self.step;
-        let Workspace { evaluation, next, trial, moved, numbers, scratches, .. } = &mut **work;
+        let Workspace { evaluation, next, trial, leftovers, numbers, scratches, .. } = &mut **work;
         let State { x: next_x, v: next_v, dv, .. } = next;
         let [trial_x, trial_v] = trial;
         let is_lagged = tried == Tried::Trial && numbers.has_damped_springs();
@@ -137,7 +137,7 @@ impl<R: Real> Search<'_, '_, R> {
         let [x, v] = if tried == Tried::Next { [next_x, next_v] } else { [trial_x, trial_v] };
         evaluation.run(model, numbers, kind, [x, &mut *v], scratches);
         let change = (tried == Tried::Trial).then_some(&**dv);
-        let leftover = Start::new(model, state, numbers).leave_over(evaluation, v, change, moved);
+        let leftover = Start::new(model, state, numbers).leave_over(evaluation, v, change, leftovers);
         watch.lap(Stage::Force);
         let total = evaluation.total;
         Iterate { total, leftover, lagged: lagged.unwrap_or(total.dissipation()) }

@@ -83,9 +83,10 @@ impl<R: Real> Step<'_, R> {
 
     /// v' = v + 2 dv, x' = x + H (v + dv), by way of the state in the middle, which is what was solved for.
     fn go_beyond(&mut self, settings: &ClothSettings) -> (Found, f64) {
-        let Workspace { evaluation, next, moved, numbers, trial: [x, v], scratches, .. } = &mut *self.work;
+        let Workspace { evaluation, next, moved, inertias, numbers, trial: [x, v], scratches, .. } =
+            &mut *self.work;
         let start = Start::new(self.model, self.state, numbers);
-        start.predict([&mut next.x, &mut next.v], moved);
+        start.predict([&mut next.x, &mut next.v], inertias);
         start.go([&next.x, &next.v], &next.dv, 1.0, [x, v]);
         self.watch.lap(Stage::Position);
         evaluation.run(

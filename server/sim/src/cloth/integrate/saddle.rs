@@ -8,7 +8,7 @@ use super::{
     solve::At,
 };
 use crate::{
-    cloth::evaluate::{Moved, Workspace},
+    cloth::evaluate::Workspace,
     linalg::{Inverse3, Outcome, SolveReport, packs_at},
     math::{LANES, Pack, Padded, Real, Sixteen, Vec3, WithSimd, array::dot, dispatch, three},
     parallel::{hash_numbers, per_block_mut, per_row, per_sixteen_mut},
@@ -90,14 +90,15 @@ impl<R: Real> Search<'_, '_, R> {
     /// particle goes by it in the step (m).
     fn follow(&mut self, iteration: u32) -> f64 {
         let share = &self.step.model.share;
-        let Workspace { cg, next, numbers, moved, .. } = &mut *self.step.work;
+        let Workspace { cg, next, numbers, squares, .. } = &mut *self.step.work;
         // Where it was the first direction, the solve has gone along it.
         let direction = (iteration > 1).then(|| per_row(cg.direction()));
-        let fields = (per_block_mut(moved), per_sixteen_mut(&mut next.dv), direction);
-        share.own().each(fields, |_, (moved, dv, from)| {
-            *moved = Moved::new([0.0; 4], dispatch(Follow { dv, from }));
-        });
-        numbers.reach * Moved::gather(share, moved).1.sqrt()
+        let fields = (per_block_mut(squares), per_sixteen_mut(&mut next.dv), direction);
+        share.own().each(fields, |_, (square, dv, from)| *square = dispatch(Follow { dv, from }));
+        let here = share.own().blocks(squares).iter().copied().fold(0.0, f64::max);
+        let mut greatest = 0.0;
+        share.tell([here], |[of_rank]| greatest = f64::max(greatest, of_rank));
+        numbers.reach * greatest.sqrt()
     }
 
     /// The mean rest length of the springs (m).
@@ -111,6 +112,7 @@ impl<R: Real> Search<'_, '_, R> {
     }
 }
 
+/// Returns the greatest square of a change of velocity (m²/s²).
 struct Follow<'a, R: Real> {
     dv: &'a mut [Sixteen<R>],
     from: Option<&'a [Padded<R>]>,

@@ -53,8 +53,8 @@ fn what_is_minimised_falls_from_iterate_to_iterate_also_of_damped_cloth() {
             work.begin(&state);
             work.make_room(&state);
 
-            let Workspace { next, moved, numbers, .. } = &mut work;
-            Start::new(&model, &state, numbers).predict([&mut next.x, &mut next.v], moved);
+            let Workspace { next, inertias, numbers, .. } = &mut work;
+            Start::new(&model, &state, numbers).predict([&mut next.x, &mut next.v], inertias);
             let mut step = Step { model: &model, state: &state, work: &mut work, watch: &mut NoStopwatch };
             let mut search =
                 Search { step: &mut step, settings: &settings, interrupt: &interrupt, report: None };

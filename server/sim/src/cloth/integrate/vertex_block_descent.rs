@@ -42,8 +42,8 @@ pub(super) fn advance<R: Real>(
     sweeps: u32,
     interrupt: &Interrupt,
 ) -> Result<(SolveReport, Found, f64), StepFailure> {
-    let Workspace { next, moved, numbers, .. } = &mut *step.work;
-    let inertia = Start::new(step.model, step.state, numbers).predict([&mut next.x, &mut next.v], moved);
+    let Workspace { next, inertias, numbers, .. } = &mut *step.work;
+    let inertia = Start::new(step.model, step.state, numbers).predict([&mut next.x, &mut next.v], inertias);
     step.watch.lap(Stage::Position);
 
     let none = SolveReport::at_once(Outcome::IterationCap, 0.0);

@@ -93,7 +93,7 @@ pub(crate) fn accept<R: Real>(
     after: &After<'_, R>,
 ) -> Result<Allowance, StepFailure> {
     let (old, new) = (&before.total, &after.evaluation.total);
-    let [own, along] = after.motion.medium;
+    let Motion { change, own, along, .. } = *after.motion;
     let drag = numbers.drag.to_f64();
 
     // Forces on pins are those that the old and the new state predict for the end of a step: together more than pins do.
@@ -104,7 +104,7 @@ pub(crate) fn accept<R: Real>(
         Found::Iterate { inertia, potential, pin_work } => (inertia, potential, pins(pin_work)),
     };
     let medium = numbers.reach * drag * (0.5 * own - along);
-    let fall = inertia - after.motion.change + old.potential() - potential - medium + pins;
+    let fall = inertia - change + old.potential() - potential - medium + pins;
     let predicted = match after.found {
         Found::Iterate { .. } => fall.max(0.0),
         Found::End | Found::Middle { .. } => old.kinetic_energy + old.slope() + after.descent + pins,
