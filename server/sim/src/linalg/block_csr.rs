@@ -13,7 +13,7 @@ pub struct BlockCsr<R: Real> {
 }
 
 /// Rows that a thread takes, at least.
-const GRAIN: usize = 128;
+const LEAST_PIECE: usize = 128;
 
 impl<R: Real> BlockCsr<R> {
     /// An empty matrix with room for these columns in each row (the diagonal is added).
@@ -69,7 +69,7 @@ impl<R: Real> BlockCsr<R> {
 
     /// Fills every row, in parallel: `fill(row, columns, blocks)`.
     pub(crate) fn fill_rows(&mut self, fill: &(impl Fn(usize, &[u32], &mut [Mat3<R>]) + Sync)) {
-        fill_rows(&self.starts, &self.columns, &mut self.blocks, GRAIN, fill);
+        fill_rows(&self.starts, &self.columns, &mut self.blocks, LEAST_PIECE, fill);
     }
 }
 

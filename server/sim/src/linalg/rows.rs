@@ -3,15 +3,15 @@
 use crate::parallel::join;
 
 /// Fills rows of `blocks`: `fill(row, columns, blocks)`. Blocks and columns of row i are from `starts[i]` to
-/// `starts[i + 1]`; a thread takes `grain` rows or more, if there are as many.
+/// `starts[i + 1]`; a thread takes `least_piece` rows or more, if there are as many.
 pub(super) fn fill_rows<T: Send>(
     starts: &[usize],
     columns: &[u32],
     blocks: &mut [T],
-    grain: usize,
+    least_piece: usize,
     fill: &(impl Fn(usize, &[u32], &mut [T]) + Sync),
 ) {
-    fill_range(starts, columns, blocks, [0, grain], fill);
+    fill_range(starts, columns, blocks, [0, least_piece], fill);
 }
 
 /// `starts` are those of the range's rows and one more; `blocks` are the range's.
@@ -19,16 +19,16 @@ fn fill_range<T: Send>(
     starts: &[usize],
     columns: &[u32],
     blocks: &mut [T],
-    [first_row, grain]: [usize; 2],
+    [first_row, least_piece]: [usize; 2],
     fill: &(impl Fn(usize, &[u32], &mut [T]) + Sync),
 ) {
     let (rows, base) = (starts.len() - 1, starts[0]);
-    if rows >= 2 * grain {
+    if rows >= 2 * least_piece {
         let half = rows / 2;
         let (left, right) = blocks.split_at_mut(starts[half] - base);
         join(
-            || fill_range(&starts[..=half], columns, left, [first_row, grain], fill),
-            || fill_range(&starts[half..], columns, right, [first_row + half, grain], fill),
+            || fill_range(&starts[..=half], columns, left, [first_row, least_piece], fill),
+            || fill_range(&starts[half..], columns, right, [first_row + half, least_piece], fill),
         );
         return;
     }

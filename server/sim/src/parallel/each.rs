@@ -18,14 +18,14 @@ pub(crate) struct Own {
     end: usize,
     /// Particles per block.
     size: usize,
-    /// Blocks that a thread takes, at least.
-    grain: usize,
+    /// Blocks that a thread takes, at least, if there are as many.
+    least_piece: usize,
 }
 
 impl Own {
     /// Some of the blocks of a body, of `size` particles each.
     pub(super) fn of(blocks: Range<usize>, size: usize) -> Self {
-        Self { first: blocks.start, end: blocks.end, size, grain: 1 }
+        Self { first: blocks.start, end: blocks.end, size, least_piece: 1 }
     }
 
     /// All blocks of `size` rows that `count` rows fill.
@@ -33,9 +33,9 @@ impl Own {
         Self::of(0..block_count(count, size), size)
     }
 
-    /// The same blocks, of which a thread takes `grain` or more, if there are as many.
-    pub(crate) fn in_grains(self, grain: usize) -> Self {
-        Self { grain, ..self }
+    /// The same blocks, of which a thread takes `least_piece` or more, if there are as many.
+    pub(crate) fn in_pieces_of(self, least_piece: usize) -> Self {
+        Self { least_piece, ..self }
     }
 
     /// Calls `work(block, part)` for each block, by all threads: blocks are counted over the whole body, and the part of a
@@ -52,8 +52,8 @@ impl Own {
         parts: P,
         work: impl Fn(&mut S, usize, P::Part) + Sync,
     ) {
-        let Self { first, end, size, grain } = *self;
-        run(first..end, grain, &move |blocks: Range<usize>| {
+        let Self { first, end, size, least_piece } = *self;
+        run(first..end, least_piece, &move |blocks: Range<usize>| {
             let mut scratch = scratch();
             for block in blocks {
                 // SAFETY: pieces do not meet, and a piece names each of its blocks once.
@@ -84,11 +84,11 @@ impl Own {
 }
 
 /// Divides a range among the threads of the pool that works now: into as many pieces as there are threads, and a piece that
-/// another thread took into as many again. None is shorter than `grain`, unless all are.
-fn run(range: Range<usize>, grain: usize, work: &(dyn Fn(Range<usize>) + Sync)) {
+/// another thread took into as many again. None is shorter than `least_piece`, unless all are.
+fn run(range: Range<usize>, least_piece: usize, work: &(dyn Fn(Range<usize>) + Sync)) {
     let halves = |piece: Range<usize>| {
         let half = piece.len() / 2;
-        if half < grain.max(1) {
+        if half < least_piece.max(1) {
             return (piece, None);
         }
         let middle = piece.start + half;
@@ -357,17 +357,17 @@ mod tests {
     }
 
     #[test]
-    fn pieces_cover_their_range_and_none_is_shorter_than_its_grain() {
-        for (count, grain) in [(0, 1), (1, 1), (100, 1), (100, 32), (63, 32), (64, 32)] {
+    fn pieces_cover_their_range_and_none_is_shorter_than_asked_for() {
+        for (count, least_piece) in [(0, 1), (1, 1), (100, 1), (100, 32), (63, 32), (64, 32)] {
             let (covered, shortest) = (AtomicUsize::new(0), AtomicUsize::new(usize::MAX));
             on_threads(8, || {
-                run(5..5 + count, grain, &|piece: Range<usize>| {
+                run(5..5 + count, least_piece, &|piece: Range<usize>| {
                     covered.fetch_add(piece.len(), Relaxed);
                     shortest.fetch_min(piece.len(), Relaxed);
                 });
             });
             assert_eq!(covered.into_inner(), count);
-            assert!(shortest.into_inner() >= grain.min(count), "{count} by {grain}");
+            assert!(shortest.into_inner() >= least_piece.min(count), "{count} by {least_piece}");
         }
     }
 

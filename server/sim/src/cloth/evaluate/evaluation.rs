@@ -41,7 +41,7 @@ pub(crate) struct Evaluation<R: Real> {
     /// The largest length over rest length.
     pub(crate) max_stretch: f64,
     /// The largest component of any position (m), without its sign.
-    pub(crate) reach: f64,
+    pub(crate) largest_coordinate: f64,
     /// Bounded: what limits the step to what is stable.
     pub(crate) bound: Bound,
     /// Bounded: what limits it to what springs can follow.
@@ -119,15 +119,17 @@ impl<R: Real> Evaluation<R> {
         let greater = |a: [Bound; 3], b: [Bound; 3]| three!(|i| a[i].or(b[i]));
         let [a, b, c] =
             of_own.iter().fold([Bound::default(); 3], |all, (_, of_block)| greater(all, *of_block));
-        let [stretch, reach] = [greatest(|block| block.stretch), greatest(|block| block.reach)];
+        let [stretch, coordinate] =
+            [greatest(|block| block.stretch), greatest(|block| block.largest_coordinate)];
         let [p, q, r] = [a, b, c].map(|bound| f64::from(bound.particle));
-        let told = [stretch, reach, a.rate, p, b.rate, q, c.rate, r];
-        (self.max_stretch, self.reach) = (0.0, 0.0);
+        let told = [stretch, coordinate, a.rate, p, b.rate, q, c.rate, r];
+        (self.max_stretch, self.largest_coordinate) = (0.0, 0.0);
         let mut bounds = [Bound::default(); 3];
-        let Self { partials, max_stretch, reach, .. } = self;
+        let Self { partials, max_stretch, largest_coordinate, .. } = self;
         let sums = model.share.gather(partials, &|(block, _)| block.sums, told, |told| {
-            let [stretch, far, a, p, b, q, c, r] = told;
-            (*max_stretch, *reach) = (max_stretch.max(stretch), reach.max(far));
+            let [stretch, coordinate, a, p, b, q, c, r] = told;
+            *max_stretch = max_stretch.max(stretch);
+            *largest_coordinate = largest_coordinate.max(coordinate);
             let of_rank = [(a, p), (b, q), (c, r)];
             bounds =
                 greater(bounds, of_rank.map(|(rate, particle)| Bound { rate, particle: particle as u32 }));
@@ -287,7 +289,7 @@ impl<R: Real> Block<'_, R> {
         kind: PreconditionerKind,
         figures: &mut Figures<P::Wide>,
     ) {
-        let StepNumbers { reach, drag, wind, gravity, .. } = *self.numbers;
+        let StepNumbers { scheme, drag, wind, gravity, .. } = *self.numbers;
         let place = self.number * (self.model.block_size / LANES) + group;
         let [x, v] = [packs_at::<P>(self.x, place), packs_at::<P>(self.v, place)];
         let [m, inv_m] = [lanes_at::<P>(&self.model.m, place), lanes_at::<P>(&self.model.inv_m, place)];
@@ -296,13 +298,13 @@ impl<R: Real> Block<'_, R> {
         let springs = self.rows[group].load::<P>();
         let force = three!(|c| (v[c] - P::splat(wind[c])) * drag);
         if A::HAS_MATRIX {
-            let h = R::of(reach);
+            let h = R::of(scheme.h);
             let masses = [m.where_positive(inv_m).widen(), inv_m.widen()];
             figures.predict::<A>(P::widen3(v), P::widen3(springs), masses);
             self.rows[group]
                 .store(three!(|c| ((m * gravity[c] - force[c]) * h + springs[c]).where_positive(inv_m)));
             let sums = load_six::<P::Wide>(&self.scratch.diagonal[group]);
-            let own = m.widen() + P::Wide::of(reach * drag.to_f64());
+            let own = m.widen() + P::Wide::of(scheme.h * drag.to_f64());
             let block = [sums[0] + own, sums[1] + own, sums[2] + own, sums[3], sums[4], sums[5]];
             self.inverse[group] = Inverse3::of_packs(block, kind, inv_m.widen());
         } else {

@@ -14,7 +14,7 @@ pub(crate) struct Partial {
     /// The largest length over rest length.
     pub(crate) stretch: f64,
     /// The largest component of any position (m), without its sign.
-    pub(crate) reach: f64,
+    pub(crate) largest_coordinate: f64,
 }
 
 /// Sums that a block makes.
@@ -83,7 +83,7 @@ pub(crate) struct Figures<W> {
     gravity: [W; 3],
     wind: [W; 3],
     /// h, and the drag, times h but for an explicit step.
-    dt: W,
+    h: W,
     drag: W,
     kinetic: W,
     gravitational: W,
@@ -94,7 +94,7 @@ pub(crate) struct Figures<W> {
     pins: W,
     /// Of a step from the state: h F.v of gravity and medium.
     straight: W,
-    reach: W,
+    largest_coordinate: W,
     checksum: W,
 }
 
@@ -105,15 +105,15 @@ impl<W: Pack<Number = f64>> Figures<W> {
         Self {
             gravity: array3(&numbers.gravity).map(W::splat),
             wind: array3(&numbers.wind).map(W::splat),
-            dt: W::of(numbers.reach),
-            drag: W::of(if A::HAS_MATRIX { numbers.reach } else { 1.0 } * numbers.drag.to_f64()),
+            h: W::of(numbers.scheme.h),
+            drag: W::of(if A::HAS_MATRIX { numbers.scheme.h } else { 1.0 } * numbers.drag.to_f64()),
             kinetic: zero,
             gravitational: zero,
             momentum: [zero; 3],
             all: zero,
             pins: zero,
             straight: zero,
-            reach: zero,
+            largest_coordinate: zero,
             checksum: zero,
         }
     }
@@ -126,7 +126,7 @@ impl<W: Pack<Number = f64>> Figures<W> {
         for c in 0..3 {
             self.momentum[c] += m * v[c];
         }
-        self.reach = self.reach.max(x[0].abs()).max(x[1].abs()).max(x[2].abs());
+        self.largest_coordinate = self.largest_coordinate.max(x[0].abs()).max(x[1].abs()).max(x[2].abs());
         self.checksum += (x[0] + x[1] + x[2] + v[0] + v[1] + v[2]) * W::zero();
     }
 
@@ -141,7 +141,7 @@ impl<W: Pack<Number = f64>> Figures<W> {
             self.pins += push - push.where_positive(inv_m);
             return;
         }
-        let own = self.dt * m * dot(self.gravity, v) + (self.drag * dot(self.wind, v)).where_positive(inv_m);
+        let own = self.h * m * dot(self.gravity, v) + (self.drag * dot(self.wind, v)).where_positive(inv_m);
         self.all += push + own - (self.drag * square).where_positive(inv_m);
         self.pins += push - push.where_positive(inv_m);
         self.straight += own;
@@ -164,8 +164,8 @@ impl<W: Pack<Number = f64>> Figures<W> {
         let [kinetic, gravitational, checksum] = [self.kinetic, self.gravitational, self.checksum].map(total);
         let [all, pins, own] = [self.all, self.pins, self.straight].map(total);
         let sums = [kinetic, elastic, gravitational, px, py, pz, all, own + straight, pins, checksum];
-        let reach = self.reach.store();
-        let reach = (0..LANES).fold(0.0, |greatest, lane| f64::max(greatest, reach[lane]));
-        Partial { sums, stretch, reach }
+        let coordinates = self.largest_coordinate.store();
+        let largest_coordinate = (0..LANES).fold(0.0, |greatest, lane| f64::max(greatest, coordinates[lane]));
+        Partial { sums, stretch, largest_coordinate }
     }
 }

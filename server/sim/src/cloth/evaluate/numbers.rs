@@ -30,10 +30,8 @@ pub(crate) struct SpringNumbers<R> {
 pub(crate) struct StepNumbers<R: Real> {
     /// Length of the sub-step (s).
     pub(crate) dt: f64,
-    /// How an implicit integrator takes it.
+    /// How an implicit integrator takes it; of an explicit one, h is the length of the sub-step.
     pub(crate) scheme: Scheme,
-    /// h of the rows and the matrix (s).
-    pub(crate) reach: f64,
     /// Numbers for each pattern of laws of the model's springs.
     pub(crate) springs: Vec<SpringNumbers<R>>,
     /// Numbers for each list of elements.
@@ -67,15 +65,15 @@ impl<R: Real> StepNumbers<R> {
         around: &Surroundings<'_>,
         [dt, before]: [f64; 2],
     ) -> bool {
-        self.scheme = Scheme::of(settings.integrator, dt, before);
-        let h = self.scheme.reach;
+        let scheme = Scheme::of(settings.integrator, dt, before);
+        let h = scheme.h;
         let (gravity, wind) = (vec3(around.gravity), vec3(around.wind));
         let mirror = R::of(settings.hessian.mirror());
         let is_same = self.parameters.as_ref() == Some(parameters)
             && (self.gravity, self.wind, self.mirror) == (gravity, wind, mirror);
         let is_timeless = !settings.integrator.is_implicit();
-        let is_as_long = self.reach.to_bits() == h.to_bits();
-        (self.dt, self.reach) = (dt, h);
+        let is_as_long = self.scheme.h.to_bits() == h.to_bits();
+        (self.dt, self.scheme) = (dt, scheme);
         if is_same && (is_timeless || is_as_long) {
             return false;
         }

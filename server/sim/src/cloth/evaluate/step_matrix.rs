@@ -46,7 +46,7 @@ impl<'a, R: Real> StepMatrix<'a, R> {
     /// Writes the matrix into `matrix`, made by [`pattern`].
     pub(crate) fn assemble(&self, matrix: &mut BlockCsr<R>) {
         let Self { model, numbers, x, tangent, .. } = *self;
-        let dt = R::of(numbers.reach);
+        let h = R::of(numbers.scheme.h);
         matrix.fill_rows(&|i, columns, blocks| {
             blocks.fill(Mat3::zeros());
             if model.inv_m[i] == R::zero() {
@@ -55,7 +55,7 @@ impl<'a, R: Real> StepMatrix<'a, R> {
 
             let place = |j: u32| columns.binary_search(&j).expect("the pattern holds every spring");
             let diagonal = place(i as u32);
-            blocks[diagonal] += Mat3::identity() * (model.m[i] + dt * numbers.drag);
+            blocks[diagonal] += Mat3::identity() * (model.m[i] + h * numbers.drag);
 
             for end in model.springs.row(i) {
                 let d = x[i].vector() - x[end.other as usize].vector();
@@ -146,7 +146,7 @@ impl<R: Real> WithSimd<R> for Product<'_, R> {
             self.matrix.add_elements::<P>(block, self.p, self.q, self.scratch);
         }
 
-        let drag = R::of(numbers.reach) * numbers.drag;
+        let drag = R::of(numbers.scheme.h) * numbers.drag;
         let mut sums = Sums::<P::Wide>::zero();
         let first = self.first_row / LANES;
         for (place, q) in (first..).zip(self.q) {

@@ -37,11 +37,11 @@ impl<R: Real> Step<'_, R> {
         }
         let along = gravity.map(|c| R::of(c / square));
         let longest = R::of(numbers.dt / numbers.scheme.beyond);
-        let (gravity, reach) = (gravity.map(R::of), R::of(numbers.reach));
+        let (gravity, h) = (gravity.map(R::of), R::of(numbers.scheme.h));
         let iterate = [per_row_mut(&mut next.x), per_row_mut(&mut next.v)];
         let fields = (per_row(&model.inv_m), per_sixteen(&evaluation.rows), iterate);
         model.share.own().each(fields, |_, (inv_m, rows, [x, v])| {
-            dispatch(Fall { inv_m, rows, x, v, along, gravity, longest, reach });
+            dispatch(Fall { inv_m, rows, x, v, along, gravity, longest, h });
         });
     }
 }
@@ -54,7 +54,7 @@ struct Fall<'a, R: Real> {
     along: [R; 3],
     gravity: [R; 3],
     longest: R,
-    reach: R,
+    h: R,
 }
 
 impl<R: Real> WithSimd<R> for Fall<'_, R> {
@@ -62,7 +62,7 @@ impl<R: Real> WithSimd<R> for Fall<'_, R> {
 
     #[inline(always)]
     fn run<P: Pack<Number = R>>(self) {
-        let Self { inv_m, rows, x, v, along, gravity, longest, reach } = self;
+        let Self { inv_m, rows, x, v, along, gravity, longest, h } = self;
         let (x, v) = (x.as_chunks_mut::<LANES>().0, v.as_chunks_mut::<LANES>().0);
         for (group, ((row, x), v)) in rows.iter().zip(x).zip(v).enumerate() {
             let inv_m = lanes_at::<P>(inv_m, group);
@@ -71,7 +71,7 @@ impl<R: Real> WithSimd<R> for Fall<'_, R> {
             let time = (time * inv_m).max(P::zero()).min(P::splat(longest)).where_positive(inv_m);
             let (old_x, old_v) = (packs::<P>(x), packs::<P>(v));
             store_padded(three!(|c| old_v[c] + time * gravity[c]), v);
-            store_padded(three!(|c| old_x[c] + time * gravity[c] * reach), x);
+            store_padded(three!(|c| old_x[c] + time * gravity[c] * h), x);
         }
     }
 }
@@ -137,13 +137,13 @@ impl<R: Real> Step<'_, R> {
         let model = self.model;
         let components = model.components.as_ref().expect("laid out for these settings");
         let numbers = &self.work.numbers;
-        let gravity = numbers.gravity.map(R::to_f64) * numbers.reach;
+        let gravity = numbers.gravity.map(R::to_f64) * numbers.scheme.h;
         (0..components.count()).filter(|it| components.is_pinned(*it)).find_map(|it| {
             let rows = components.rows(it);
             let Sums { rest, change, mass } = self.momenta().sums(rows);
             let weight = gravity * mass;
             let others = rest + change - weight;
-            let limit = SHARE * (weight.norm() + others.norm()) + LEAST * numbers.reach * mass;
+            let limit = SHARE * (weight.norm() + others.norm()) + LEAST * numbers.scheme.h * mass;
             (rest.norm() > limit).then(|| {
                 let particle = rows.iter().map(|row| model.user[*row as usize]).min().unwrap_or_default();
                 StepFailure::Unbalanced { particle: particle.into(), value: rest.norm(), limit, sweeps }
@@ -164,20 +164,20 @@ impl<R: Real> Step<'_, R> {
                 return Vec3::zeros();
             }
             let Sums { rest, mass, .. } = self.momenta().sums(rows);
-            let StepNumbers { reach, drag, .. } = &self.work.numbers;
-            (rest / (mass + reach * drag.to_f64() * rows.len() as f64)).map(R::of)
+            let StepNumbers { scheme, drag, .. } = &self.work.numbers;
+            (rest / (mass + scheme.h * drag.to_f64() * rows.len() as f64)).map(R::of)
         }));
         let moves = shifts.iter().any(|shift| *shift != Vec3::zeros());
         if moves {
             let Workspace { next, numbers, .. } = &mut *self.work;
-            let reach = R::of(numbers.reach);
+            let h = R::of(numbers.scheme.h);
             let iterate = [per_row_mut(&mut next.x), per_row_mut(&mut next.v)];
             model.share.own().each(iterate, |block, [x, v]| {
                 for (row, (x, v)) in (block * model.block_size..model.count).zip(x.iter_mut().zip(v)) {
                     if model.inv_m[row] > R::zero() {
                         let shift = shifts[components.of_row(row)];
                         *v = Padded::new(&(v.vector() + shift));
-                        *x = Padded::new(&(x.vector() + shift * reach));
+                        *x = Padded::new(&(x.vector() + shift * h));
                     }
                 }
             });

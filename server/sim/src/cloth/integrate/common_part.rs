@@ -36,7 +36,7 @@ impl<R: Real> Step<'_, R> {
         let sum = model.share.sum(momenta, &|momentum| *momentum);
 
         // As the matrix has it, whose product with what all rows share is this alone.
-        let drag = R::of(numbers.reach) * numbers.drag;
+        let drag = R::of(numbers.scheme.h) * numbers.drag;
         let mass = loose.mass + drag.to_f64() * loose.count as f64;
         let change = sum.map(|c| R::of(c / mass));
         if !change.iter().all(|c| c.to_f64().is_finite()) {

@@ -84,10 +84,10 @@ impl<'a, R: Real> Start<'a, R> {
         share: f64,
         to: [&mut [Padded<R>]; 2],
     ) {
-        let reach = self.scheme.reach;
+        let h = self.scheme.h;
         let fields = (from.map(per_row), per_sixteen(change), to.map(per_row_mut));
         self.model.share.own().each(fields, |_, (from, change, to)| {
-            dispatch(Go { from, to, change, share, reach });
+            dispatch(Go { from, to, change, share, h });
         });
     }
 
@@ -167,8 +167,8 @@ impl<R: Real> WithSimd<R> for Predict<'_, R> {
         let Start { scheme, dt, drag, wind, .. } = block.start;
         let wide = P::Wide::of;
         let of_pins = P::of(dt / scheme.beyond);
-        let (drag, wind) = (wide(scheme.reach * drag), wind.map(wide));
-        let (h, inverse) = (P::of(scheme.reach), wide(-1.0 / scheme.reach));
+        let (drag, wind) = (wide(scheme.h * drag), wind.map(wide));
+        let (h, inverse) = (P::of(scheme.h), wide(-1.0 / scheme.h));
         let (to_x, to_v) = (to_x.as_chunks_mut::<LANES>().0, to_v.as_chunks_mut::<LANES>().0);
         let mut inertia = P::Wide::zero();
         for (group, (to_x, to_v)) in to_x.iter_mut().zip(to_v).enumerate() {
@@ -226,7 +226,7 @@ impl<R: Real> WithSimd<R> for LeaveOver<'_, R> {
         }
         let [inertia, square, along] = [inertia, squares, along].map(|lanes| add_lanes(lanes.store()));
         let largest = largest.store().into_iter().fold(0.0, f64::max);
-        Leftover { inertia, square, along, largest: largest.sqrt() / self.block.start.scheme.reach }
+        Leftover { inertia, square, along, largest: largest.sqrt() / self.block.start.scheme.h }
     }
 }
 
@@ -235,7 +235,7 @@ struct Go<'a, R: Real> {
     to: [&'a mut [Padded<R>]; 2],
     change: &'a [Sixteen<R>],
     share: f64,
-    reach: f64,
+    h: f64,
 }
 
 impl<R: Real> WithSimd<R> for Go<'_, R> {
@@ -243,7 +243,7 @@ impl<R: Real> WithSimd<R> for Go<'_, R> {
 
     #[inline(always)]
     fn run<P: Pack<Number = R>>(self) {
-        let (share, reach) = (P::of(self.share), P::of(self.share * self.reach));
+        let (share, time) = (P::of(self.share), P::of(self.share * self.h));
         let [x, v] = self.from.map(|field| field.as_chunks::<LANES>().0);
         let [to_x, to_v] = self.to;
         let (to_x, to_v) = (to_x.as_chunks_mut::<LANES>().0, to_v.as_chunks_mut::<LANES>().0);
@@ -252,7 +252,7 @@ impl<R: Real> WithSimd<R> for Go<'_, R> {
         {
             let (x, v, change) = (packs::<P>(x), packs::<P>(v), change.load::<P>());
             store_padded(three!(|c| v[c] + change[c] * share), to_v);
-            store_padded(three!(|c| x[c] + change[c] * reach), to_x);
+            store_padded(three!(|c| x[c] + change[c] * time), to_x);
         }
     }
 }

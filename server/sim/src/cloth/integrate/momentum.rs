@@ -43,11 +43,11 @@ impl<R: Real> Step<'_, R> {
         momentum.0 = if uphill > 0.0 { 0 } else { momentum.0.saturating_add(1) };
 
         let k = f64::from(momentum.0);
-        let (beyond, reach) = (R::of(k / (k + 3.0)), R::of(numbers.reach));
+        let (beyond, h) = (R::of(k / (k + 3.0)), R::of(numbers.scheme.h));
         let swept = [per_row_mut(from), per_row_mut(before)];
         let iterate = [per_row_mut(&mut next.x), per_row_mut(&mut next.v)];
         share.own().each((swept, iterate), |_, ([from, before], [x, v])| {
-            dispatch(Extrapolate { from, before, x, v, share: beyond, reach });
+            dispatch(Extrapolate { from, before, x, v, share: beyond, h });
         });
         self.watch.lap(Stage::Position);
         true
@@ -88,7 +88,7 @@ struct Extrapolate<'a, R: Real> {
     x: &'a mut [Padded<R>],
     v: &'a mut [Padded<R>],
     share: R,
-    reach: R,
+    h: R,
 }
 
 impl<R: Real> WithSimd<R> for Extrapolate<'_, R> {
@@ -96,7 +96,7 @@ impl<R: Real> WithSimd<R> for Extrapolate<'_, R> {
 
     #[inline(always)]
     fn run<P: Pack<Number = R>>(self) {
-        let Self { from, before, x, v, share, reach } = self;
+        let Self { from, before, x, v, share, h } = self;
         let [from, before, x, v] = [from, before, x, v].map(|field| field.as_chunks_mut::<LANES>().0);
         for ((from, before), (x, v)) in from.iter_mut().zip(before).zip(x.iter_mut().zip(v)) {
             let [last, old, new] = [&*before, &*x, &*v].map(packs::<P>);
@@ -105,7 +105,7 @@ impl<R: Real> WithSimd<R> for Extrapolate<'_, R> {
             store_padded(new, before);
             store_padded(beyond, v);
             store_padded(beyond, from);
-            store_padded(three!(|c| old[c] + on[c] * reach), x);
+            store_padded(three!(|c| old[c] + on[c] * h), x);
         }
     }
 }

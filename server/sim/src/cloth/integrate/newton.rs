@@ -199,7 +199,7 @@ impl<R: Real> Search<'_, '_, R> {
     /// A bound on what rounding does to the difference of two values near this one (J).
     pub(super) fn slack(&self, now: &Iterate) -> f64 {
         let Step { model, work, .. } = &*self.step;
-        2.0 * rounding(model, &work.numbers, &now.total, work.evaluation.reach)
+        2.0 * rounding(model, &work.numbers, &now.total, work.evaluation.largest_coordinate)
     }
 
     /// Writes a share of the change of velocities into `trial`.

@@ -98,7 +98,7 @@ impl<R: Real> Search<'_, '_, R> {
         let here = share.own().blocks(squares).iter().copied().fold(0.0, f64::max);
         let mut greatest = 0.0;
         share.tell([here], |[of_rank]| greatest = f64::max(greatest, of_rank));
-        numbers.reach * greatest.sqrt()
+        numbers.scheme.h * greatest.sqrt()
     }
 
     /// The mean rest length of the springs (m).

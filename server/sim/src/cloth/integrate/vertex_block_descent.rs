@@ -153,17 +153,17 @@ impl<R: Real> DescendBlock<'_, R> {
     fn visit<P: Pack<Number = R>>(&mut self, visit: Visit) {
         let group = usize::from(visit.group);
         let (forces, sums) = self.forces::<P>(group);
-        let StepNumbers { reach, drag, wind, gravity, .. } = *self.numbers;
+        let StepNumbers { scheme, drag, wind, gravity, .. } = *self.numbers;
         let ([_, base], [m, inv_m]) = self.start.at::<P>(group);
         let records = self.scratch.records[group * LANES..].first_chunk::<LANES>();
         let records = records.expect("a group of a block");
         let field = |number: usize| std::array::from_fn(|lane| records[lane].0[number]);
         let (x, u) = (packs::<P>(&field(0)), packs::<P>(&field(1)));
 
-        let h = R::of(reach);
+        let h = R::of(scheme.h);
         let force = three!(|c| (u[c] - P::splat(wind[c])) * drag);
         let rest = three!(|c| (m * gravity[c] - force[c]) * h + forces[c] - m * (u[c] - base[c]));
-        let own = m.widen() + P::Wide::of(reach * drag.to_f64());
+        let own = m.widen() + P::Wide::of(scheme.h * drag.to_f64());
         let block = [sums[0] + own, sums[1] + own, sums[2] + own, sums[3], sums[4], sums[5]];
         let inverse = Inverse3::of_packs(block, PreconditionerKind::BlockJacobi, inv_m.widen());
         let moves = P::from_singles(&visit.mask());

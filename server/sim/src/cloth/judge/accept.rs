@@ -37,12 +37,12 @@ const MIDDLE_OWED: f64 = 0.05;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Before {
     total: Total,
-    reach: f64,
+    largest_coordinate: f64,
 }
 
 impl Before {
     pub(crate) fn of<R: Real>(evaluation: &Evaluation<R>) -> Self {
-        Self { total: evaluation.total, reach: evaluation.reach }
+        Self { total: evaluation.total, largest_coordinate: evaluation.largest_coordinate }
     }
 }
 
@@ -103,21 +103,21 @@ pub(crate) fn accept<R: Real>(
         Found::Middle { potential, pin_work } => (old.kinetic_energy, potential, pins(pin_work)),
         Found::Iterate { inertia, potential, pin_work } => (inertia, potential, pins(pin_work)),
     };
-    let medium = numbers.reach * drag * (0.5 * own - along);
+    let medium = numbers.scheme.h * drag * (0.5 * own - along);
     let fall = inertia - change + old.potential() - potential - medium + pins;
     let predicted = match after.found {
         Found::Iterate { .. } => fall.max(0.0),
         Found::End | Found::Middle { .. } => old.kinetic_energy + old.slope() + after.descent + pins,
     };
-    let rounding =
-        rounding(model, numbers, old, before.reach) + rounding(model, numbers, new, after.evaluation.reach);
+    let rounding = rounding(model, numbers, old, before.largest_coordinate)
+        + rounding(model, numbers, new, after.evaluation.largest_coordinate);
     let particle = || risen_most(model, numbers, after.states);
     if fall < SHARE * predicted - rounding {
         return Err(StepFailure::Descent { particle: particle(), value: fall, predicted, limit: SHARE });
     }
 
     let gain = new.kinetic_energy - old.kinetic_energy + new.potential() - old.potential();
-    let given = numbers.dt * drag * (along - own) + numbers.dt / numbers.reach * pins;
+    let given = numbers.dt * drag * (along - own) + numbers.dt / numbers.scheme.h * pins;
     let share = match after.found {
         Found::Iterate { .. } if numbers.scheme.beyond > 1.0 => BEYOND_SHARE,
         Found::Middle { .. } => MIDDLE_SHARE,

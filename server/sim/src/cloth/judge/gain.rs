@@ -35,7 +35,8 @@ pub(crate) fn gained<R: Real>(
 ) -> Gain {
     let Start { energy, power, rate, .. } = start_of(end);
     let given = numbers.dt * (start.power + power) + start.own;
-    let gain = energy - start.energy - given - 2.0 * rounding(model, numbers, &end.total, end.reach);
+    let rounding = rounding(model, numbers, &end.total, end.largest_coordinate);
+    let gain = energy - start.energy - given - 2.0 * rounding;
     let counted = if judged == Judged::Yes { gain } else { gain.min(0.0) };
     let ratio = numbers.dt * start.rate.max(rate);
     let energy = before.energy + counted;

@@ -8,16 +8,16 @@ use crate::{
     math::Real,
 };
 
-/// A bound on what rounding does to the energies of a state (J), of which no component of a position is more than `reach`
-/// (m): positions are off by a rounding of that, e, against the tensions, which add up to sqrt(2 k E) at most, against
-/// the stiffness itself, and against the weight.
+/// A bound on what rounding does to the energies of a state (J), of which no component of a position is more than
+/// `largest_coordinate` (m): positions are off by a rounding of that, e, against the tensions, which add up to sqrt(2 k E)
+/// at most, against the stiffness itself, and against the weight.
 pub(crate) fn rounding<R: Real>(
     model: &Model<R>,
     numbers: &StepNumbers<R>,
     total: &Total,
-    reach: f64,
+    largest_coordinate: f64,
 ) -> f64 {
-    let e = 4.0 * R::ROUNDING * reach;
+    let e = 4.0 * R::ROUNDING * largest_coordinate;
     let tension = (2.0 * numbers.stiffness * total.elastic_energy).sqrt();
     let weight = model.free_mass * numbers.gravity.map(R::to_f64).norm();
     e * (tension + e * numbers.stiffness + weight) + 8.0 * R::ROUNDING * total.kinetic_energy

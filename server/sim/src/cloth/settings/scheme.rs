@@ -16,7 +16,7 @@ use super::integrator::Integrator;
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub(crate) struct Scheme {
     /// h (s).
-    pub(crate) reach: f64,
+    pub(crate) h: f64,
     /// b: how much of the change in the sub-step before goes on.
     pub(crate) past: f64,
     /// How far the step ends from its start, over how far X + h u is.
@@ -27,19 +27,19 @@ impl Scheme {
     /// Of a sub-step of `dt` (s) after one of `before` (s), 0 where there is none.
     pub(crate) fn of(integrator: Integrator, dt: f64, before: f64) -> Self {
         match integrator {
-            Integrator::ImplicitMidpoint => Self { reach: 0.5 * dt, past: 0.0, beyond: 2.0 },
+            Integrator::ImplicitMidpoint => Self { h: 0.5 * dt, past: 0.0, beyond: 2.0 },
             Integrator::Bdf2 if before > 0.0 => {
                 let ratio = dt / before;
                 let whole = 1.0 + 2.0 * ratio;
-                Self { reach: (1.0 + ratio) * dt / whole, past: ratio * ratio / whole, beyond: 1.0 }
+                Self { h: (1.0 + ratio) * dt / whole, past: ratio * ratio / whole, beyond: 1.0 }
             }
-            _ => Self { reach: dt, past: 0.0, beyond: 1.0 },
+            _ => Self { h: dt, past: 0.0, beyond: 1.0 },
         }
     }
 
     /// X - x_n over v_n, of pins (s): they end where they are to be.
     pub(crate) fn of_pins(&self, dt: f64) -> f64 {
-        dt / self.beyond - self.reach
+        dt / self.beyond - self.h
     }
 }
 

@@ -11,7 +11,7 @@ use crate::{
 };
 
 /// Aggregates that a thread takes, at least.
-pub(super) const GRAIN: usize = 32;
+pub(super) const LEAST_PIECE: usize = 32;
 
 /// The matrix on a level.
 #[derive(Clone, Debug, Default)]
@@ -84,7 +84,7 @@ impl Cycle<'_> {
 
         x.fill([0.0; 12]);
         self.smooth(b, x);
-        let parents = Own::whole(next_b.len(), 1).in_grains(GRAIN / 4);
+        let parents = Own::whole(next_b.len(), 1).in_pieces_of(LEAST_PIECE / 4);
         parents.each(per_block_mut(next_b), |parent, next_b| {
             *next_b = [0.0; 12];
             for &part in self.levels[1].children(parent) {
@@ -96,7 +96,7 @@ impl Cycle<'_> {
         let following = Self { levels: &self.levels[1..], matrices: &self.matrices[1..], ..self };
         following.run(next_b, next_x, next_r, others, top);
 
-        let all = Own::whole(x.len(), 1).in_grains(GRAIN);
+        let all = Own::whole(x.len(), 1).in_pieces_of(LEAST_PIECE);
         let fields = (per_block_mut(x), per_block(&level.interpolations), per_block(&level.parents));
         all.each(fields, |_, (x, weights, parent)| add_interpolated(x, weights, &next_x[*parent as usize]));
         all.each(per_block_mut(r), |i, r| *r = self.residual(i, b, x));
@@ -105,7 +105,7 @@ impl Cycle<'_> {
 
     /// x += S b, S the damped inverse diagonal blocks.
     fn smooth(self, b: &[Unknowns], x: &mut [Unknowns]) {
-        let all = Own::whole(x.len(), 1).in_grains(GRAIN);
+        let all = Own::whole(x.len(), 1).in_pieces_of(LEAST_PIECE);
         let fields = (per_block_mut(x), per_block(b), per_block(&self.matrices[0].smoother));
         all.each(fields, |_, (x, b, smoother)| add_product(x, smoother, b));
     }

@@ -1,7 +1,7 @@
 //! The matrix on a coarse space, and on its coarser levels.
 
 use super::{
-    cycle::{CoarseVectors, Cycle, GRAIN, LevelMatrix},
+    cycle::{CoarseVectors, Cycle, LEAST_PIECE, LevelMatrix},
     dense::Dense,
     layout::{CoarseLayout, LevelLayout},
     nine::{NineByNine, Unknowns, add_coarsened, place, scaled_inverse},
@@ -42,7 +42,7 @@ impl CoarseMatrix {
             let [fine, coarse] = &mut self.levels[number..number + 2] else { unreachable!("two levels") };
             let fine_blocks = &*fine.blocks;
             let [of_fine, of_coarse] = [&pair[0], &pair[1]];
-            let all = Own::whole(fine.smoother.len(), 1).in_grains(GRAIN);
+            let all = Own::whole(fine.smoother.len(), 1).in_pieces_of(LEAST_PIECE);
             all.each(per_block_mut(&mut fine.smoother), |i, smoother| {
                 *smoother = scaled_inverse(&fine_blocks[of_fine.diagonal(i)], DAMPING);
             });
@@ -50,7 +50,7 @@ impl CoarseMatrix {
                 let parts = of_coarse.children(parent);
                 dispatch::<f64, _>(Coarsen { fine: (of_fine, fine_blocks), parts, columns, blocks });
             };
-            fill_rows(&of_coarse.starts, &of_coarse.columns, &mut coarse.blocks, GRAIN, &coarsen);
+            fill_rows(&of_coarse.starts, &of_coarse.columns, &mut coarse.blocks, LEAST_PIECE, &coarsen);
         }
         self.factor_top(&layout.levels[layout.levels.len() - 1]);
     }

@@ -235,7 +235,7 @@ impl<R: Real> StepMatrix<'_, R> {
                 }
             }
         }
-        let drag = R::of(self.numbers.reach) * self.numbers.drag;
+        let drag = R::of(self.numbers.scheme.h) * self.numbers.drag;
         let first = layout.aggregate(rows.start) / layout.per_block() * layout.per_block();
         for row in rows {
             let (mass, f) = ((self.model.m[row] + drag).to_f64(), layout.at(row));
