@@ -4,8 +4,8 @@ use std::time::{Duration, Instant};
 
 use nappe_sim::math::Precision;
 use nappe_study::{
-    Budget, Case, Chart, Fate, Map, NoReference, Outcome, Over, Request, Row, Stability, StabilityRequest,
-    StabilityRow, Stepping, chart, stability,
+    Budget, Case, Chart, Map, NoReference, Over, Request, Row, Stability, StabilityRequest, StabilityRow,
+    Stepping, Verdict, chart, stability,
 };
 use nappe_tests::{
     networks::{sheet, sheet_rules},
@@ -50,7 +50,11 @@ fn is_same(a: &StabilityRow, b: &StabilityRow) -> bool {
 #[test]
 fn what_a_cut_study_of_stability_knows_is_what_a_whole_one_knows() {
     let (whole, cut) = with_shares(&studied);
-    assert!(!whole.is_cut && whole.rows.iter().all(|row| row.fate != Fate::NotKnown), "{:?}", whole.missing);
+    assert!(
+        !whole.is_cut && whole.rows.iter().all(|row| row.verdict != Verdict::NotKnown),
+        "{:?}",
+        whole.missing
+    );
     let mut unknown = 0;
     for study in cut {
         if study.missing.is_some() {
@@ -59,7 +63,7 @@ fn what_a_cut_study_of_stability_knows_is_what_a_whole_one_knows() {
                 "{:?}",
                 study.missing
             );
-            assert!(study.rows.iter().all(|row| row.fate == Fate::NotKnown && row.limit.is_none()));
+            assert!(study.rows.iter().all(|row| row.verdict == Verdict::NotKnown && row.limit.is_none()));
         } else {
             assert_eq!((study.window, study.growth_rate), (whole.window, whole.growth_rate));
         }
@@ -70,7 +74,7 @@ fn what_a_cut_study_of_stability_knows_is_what_a_whole_one_knows() {
         }
         for row in &study.rows {
             let same = whole.rows.iter().find(|known| is_same(known, row));
-            if row.fate == Fate::NotKnown {
+            if row.verdict == Verdict::NotKnown {
                 unknown += 1;
                 assert!(row.cause.is_some() && row.limit.is_none() && row.growth.is_none(), "{row:?}");
                 continue;
@@ -105,7 +109,7 @@ fn a_cell_of_a_map_holds_where_its_step_is_within_the_limit_of_its_column() {
         };
         for cell in study.rows.iter().filter(is_of_scene) {
             compared += 1;
-            assert_eq!(cell.fate.holds(), cell.dt <= 1.002 * longest, "{cell:?}, limit {longest} s");
+            assert_eq!(cell.verdict.holds(), cell.dt <= 1.002 * longest, "{cell:?}, limit {longest} s");
         }
     }
     assert!(compared >= 6, "{compared} cells");
@@ -137,9 +141,8 @@ fn what_a_cut_chart_knows_is_what_a_whole_one_knows() {
         };
         assert_eq!(Some(reference), whole.reference.as_ref());
         for row in &found.rows {
-            assert_eq!(row.outcome == Outcome::NotKnown, row.cut.is_some(), "{row:?}");
-            if row.cut.is_some() {
-                assert!(row.error().is_none() && !row.front, "{row:?}");
+            if row.end.cut().is_some() {
+                assert!(found.is_cut && row.error().is_none() && !row.front, "{row:?}");
                 continue;
             }
             let plain = |row: &Row| Row { seconds: None, minimum_seconds: None, front: false, ..row.clone() };

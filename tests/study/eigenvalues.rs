@@ -6,7 +6,7 @@ use nappe_sim::{
     cloth::{Hessian, Integrator, Network},
     math::array::{length, minus},
 };
-use nappe_study::{Budget, Case, Fate, Method, Over, StabilityRequest, probe_at_rest, stability};
+use nappe_study::{Budget, Case, Method, Over, StabilityRequest, Verdict, probe_at_rest, stability};
 use nappe_tests::networks::{particles, scatter, sheet, sheet_rules, spring};
 use rayon::prelude::*;
 
@@ -169,9 +169,9 @@ fn limit(integrator: Integrator, matrices: &[DMatrix<f64>; 2]) -> f64 {
     below
 }
 
-fn fate(case: &Case, integrator: Integrator, dt: f64) -> Fate {
+fn verdict(case: &Case, integrator: Integrator, dt: f64) -> Verdict {
     let method = Method::new(integrator, Hessian::Absolute);
-    probe_at_rest(case, method, dt, &Budget::new(None)).fate
+    probe_at_rest(case, method, dt, &Budget::new(None)).verdict
 }
 
 #[test]
@@ -181,8 +181,8 @@ fn sixteen_cloths_whose_dampings_differ_bear_at_rest_what_eigenvalues_say_to_hal
         let network = cloth(number);
         let limit = limit(integrator, &matrices(&network));
         let case = case(network, [0.0; 3], 1e-3);
-        for (share, expected) in [(0.995, Fate::Stable), (1.005, Fate::Grows)] {
-            let found = fate(&case, integrator, share * limit);
+        for (share, expected) in [(0.995, Verdict::Stable), (1.005, Verdict::Grows)] {
+            let found = verdict(&case, integrator, share * limit);
             assert_eq!(found, expected, "cloth {number}, {integrator:?}: {share} of {limit:e} s");
         }
     });
@@ -213,8 +213,8 @@ fn a_cloth_without_damping_grows_at_any_step_however_large_it_is_and_a_damped_on
         let method = Method::new(Integrator::ExplicitEuler, Hessian::Absolute);
         probe_at_rest(&case(network, [0.0; 3], 1e-3), method, 1e-5, &Budget::new(None))
     };
-    assert_eq!(probe(0.0).fate, Fate::Grows);
+    assert_eq!(probe(0.0).verdict, Verdict::Grows);
     let row = probe(0.01);
-    assert_eq!(row.fate, Fate::NotKnown);
+    assert_eq!(row.verdict, Verdict::NotKnown);
     assert!(row.cause.expect("why").contains("too large for eigenvalues"));
 }

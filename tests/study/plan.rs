@@ -9,8 +9,8 @@ use nappe_sim::{
     world::{BodySetup, WorldSetup},
 };
 use nappe_study::{
-    Budget, Case, Dropped, Method, NEWTON, Outcome, Plan, ReachEnd, Request, Row, SceneTerms, Setting,
-    Stepped, Steps, Times, chart, run,
+    Budget, Case, Dropped, End, Method, NEWTON, Plan, Request, Row, SceneTerms, Setting, Stepped, Steps,
+    Times, chart, run,
 };
 use nappe_tests::{
     networks::{chain, sheet, sheet_rules},
@@ -93,7 +93,7 @@ fn what_is_recommended_is_right_enough_by_another_family_of_methods() {
     // It was compared at every step of the scene, and run to the end of it.
     assert_eq!((found.compared_at(), (until / DT).round() as usize), (30, 30));
     let reach = found.reach.expect("it was run as a scene");
-    assert_eq!((reach.steps, reach.end), (30, ReachEnd::Scene));
+    assert_eq!((reach.steps, reach.end), (30, End::Reached));
 }
 
 #[test]
@@ -158,7 +158,7 @@ fn a_plan_says_until_when_a_scene_runs_that_ends_by_a_limit_of_its_own() {
     let found = plan(&limited, &Request { end: 0.15, methods, ..request(1e-3) }, &Budget::new(None));
     let reach = found.reach.as_ref().expect("it was run as a scene");
     assert!(found.is_met && (20..30).contains(&reach.steps), "{reach:?}");
-    assert!(matches!(&reach.end, ReachEnd::Failed(cause) if !cause.is_empty()), "{reach:?}");
+    assert!(reach.end.failure().is_some_and(|failure| !failure.cause.is_empty()), "{reach:?}");
     assert!((reach.until - DT * reach.steps as f64).abs() < 1e-12);
 }
 
@@ -262,7 +262,7 @@ fn what_was_tried_is_the_same_on_any_number_of_threads() {
     let [one, two] = [1, 2].map(run);
     assert_eq!(rows(&one), rows(&two));
     assert_eq!((&one.tried, &one.reach, one.verified), (&two.tried, &two.reach, two.verified));
-    let costly = |row: &&Row| row.outcome == Outcome::Costly;
+    let costly = |row: &&Row| row.end == End::Costly;
     assert!(one.chart.rows.iter().filter(costly).all(|row| row.error().is_none() && row.seconds.is_none()));
     assert!(one.tried.iter().any(|one| one.dropped == Some(Dropped::Costly)), "{:?}", one.tried);
     // Nothing that was tried takes more than the cheapest, but where no other was right yet.

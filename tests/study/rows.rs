@@ -7,7 +7,7 @@ use std::{
 
 use nappe_sim::{math::Precision, world::Change};
 use nappe_study::{
-    Budget, Chart, Limit, Method, NoReference, Outcome, Request, Row, Setting, Stepped, Steps, Times, chart,
+    Budget, Chart, End, Limit, Method, NoReference, Request, Row, Setting, Stepped, Steps, Times, chart,
     line_names,
 };
 use nappe_tests::{
@@ -105,13 +105,13 @@ fn every_row_stays_also_those_that_failed() {
                 other => panic!("{name}: {other:?}"),
             }
             assert!(row.dt > 0.0 && row.seconds.is_some_and(|seconds| seconds > 0.0), "{row:?}");
-            assert_eq!(row.outcome == Outcome::Ok, row.failure.is_none(), "{row:?}");
-            failed += usize::from(row.outcome == Outcome::Diverged);
+            assert_eq!(row.end == End::Reached, row.error().is_some(), "{row:?}");
+            failed += usize::from(row.end.name() == "diverged");
         }
         assert!(!rows.is_empty(), "{name}");
     }
     let explicit = chart.rows.iter().find(|row| row.stepped.name() == "symplectic_euler").expect("a row");
-    assert_eq!((explicit.outcome, explicit.dt, explicit.error()), (Outcome::Diverged, interval, None));
+    assert_eq!((explicit.end.name(), explicit.dt, explicit.error()), ("diverged", interval, None));
     assert!(failed >= 4, "{failed} failed");
     assert_eq!(chart.rows.iter().filter(|row| row.own).count(), 1);
 }

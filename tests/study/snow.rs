@@ -62,7 +62,7 @@ fn rows_of_a_block_that_falls_freely_differ_by_the_error_of_symplectic_euler_alo
     for row in &chart.rows {
         let expected = farther(row.dt - reference.step);
         let label = format!("{} {}, {} m, {} s", row.stepped.name(), row.stepped.precision(), CELL, row.dt);
-        let error = row.error().unwrap_or_else(|| panic!("{label}: {:?}", row.failure));
+        let error = row.error().unwrap_or_else(|| panic!("{label}: {:?}", row.end));
         let rounding = if row.stepped.precision() == Precision::F64 { 1e-9 } else { 2e-6 };
         assert!((error - expected).abs() < rounding, "{label}: {error:e} m, not {expected:e} m");
         assert!((row.centre_error.expect("a centre") - expected).abs() < rounding, "{label}");

@@ -7,7 +7,7 @@ use nappe_sim::{
     world::{BodySetup, WorldSetup},
 };
 use nappe_study::{
-    Across, Budget, Case, Fate, Map, Method, Over, Stability, StabilityRequest, StabilityRow, Stepping,
+    Across, Budget, Case, Map, Method, Over, Stability, StabilityRequest, StabilityRow, Stepping, Verdict,
     critical_step_of_all, probe_at_rest, probe_under_load, stability,
 };
 use nappe_tests::{
@@ -40,8 +40,8 @@ fn course_cloth(name: &str, damping: f64) -> Network {
     }
 }
 
-fn at_rest(network: Network, method: Method, dt: f64) -> Fate {
-    probe_at_rest(&case(network, GRAVITY, 2.5e-3), method, dt, &Budget::new(None)).fate
+fn at_rest(network: Network, method: Method, dt: f64) -> Verdict {
+    probe_at_rest(&case(network, GRAVITY, 2.5e-3), method, dt, &Budget::new(None)).verdict
 }
 
 /// Raw steps of 0.99 of the limit of a row hold, and those of 1.01 do not.
@@ -58,14 +58,14 @@ fn check_limits(row: &Row) {
         if limit == 0.0 {
             assert_eq!(
                 at_rest(course_cloth(name, nu), explicit(integrator), 1e-5),
-                Fate::Grows,
+                Verdict::Grows,
                 "{row:?}, {column}"
             );
             continue;
         }
         for (share, holds) in [(0.99, true), (1.01, false)] {
-            let fate = at_rest(course_cloth(name, nu), explicit(integrator), share * limit);
-            assert_eq!(fate.holds(), holds, "{row:?}, {column}: {share} of {limit} s is {fate:?}");
+            let verdict = at_rest(course_cloth(name, nu), explicit(integrator), share * limit);
+            assert_eq!(verdict.holds(), holds, "{row:?}, {column}: {share} of {limit} s is {verdict:?}");
         }
     }
 }
@@ -88,8 +88,8 @@ fn is_judged_as_on_record(row: &Row) -> bool {
         return false;
     }
     let network = course_cloth(row.text("network"), row.number("nu"));
-    let fate = at_rest(network, method, row.number("dt_s"));
-    assert_eq!(fate.holds(), holds, "{row:?}: {fate:?}");
+    let verdict = at_rest(network, method, row.number("dt_s"));
+    assert_eq!(verdict.holds(), holds, "{row:?}: {verdict:?}");
     true
 }
 
@@ -121,8 +121,9 @@ fn the_large_course_cloth_bears_shorter_steps_under_load_than_at_rest() {
 fn what_is_stable_under_load_may_be_wrong_and_halves_of_it_right() {
     let found = study(drap(10, DrapSprings::Faces, 0.01), &request(1.5, 1e-3, &["symplectic_euler"], &[]));
     let of_load = || found.rows.iter().filter(|row| row.over == Over::Load && !row.is_limit);
-    let longest = |fate| of_load().filter(|row| row.fate == fate).map(|row| row.dt).fold(0.0, f64::max);
-    let [right, wrong] = [longest(Fate::Stable), longest(Fate::Wrong)];
+    let longest =
+        |verdict| of_load().filter(|row| row.verdict == verdict).map(|row| row.dt).fold(0.0, f64::max);
+    let [right, wrong] = [longest(Verdict::Stable), longest(Verdict::Wrong)];
     assert!(0.0 < right && right < wrong, "right to {right} s, stable to {wrong} s");
     assert!(found.window > 0.5 && found.window < 1.2, "{} s", found.window);
     let rest = found.limits(Over::Rest).next().and_then(|row| row.limit).expect("a limit");
@@ -138,18 +139,18 @@ fn a_full_tangent_turns_indefinite_where_it_did_and_an_absolute_one_nowhere() {
     let full = Method::new(Integrator::ImplicitEuler, Hessian::Full);
     let probe = |dt| probe_under_load(&case, full, dt, &request, &Budget::new(None)).expect("a fine run");
     let found = probe(1.0 / 30.0);
-    assert_eq!((found.fate, found.step), (Fate::Indefinite, Some(9)));
+    assert_eq!((found.verdict, found.step), (Verdict::Indefinite, Some(9)));
     let shorter = probe(1.0 / 32.0);
-    assert!(shorter.fate.holds(), "{shorter:?}");
+    assert!(shorter.verdict.holds(), "{shorter:?}");
 
     let found = with_threads(2, || stability(&case, &request, &Budget::new(None), &|_| {}));
     let cells: Vec<_> = found.rows.iter().filter(|row| row.across.is_some()).collect();
     assert_eq!(cells.len(), 3 * 4 * 4);
     let absolute = |hessian| cells.iter().filter(move |row| row.method.hessian == hessian);
     for row in absolute(Hessian::Absolute) {
-        assert!(!matches!(row.fate, Fate::Diverged | Fate::Indefinite), "{row:?}");
+        assert!(!matches!(row.verdict, Verdict::Diverged | Verdict::Indefinite), "{row:?}");
     }
-    assert!(absolute(Hessian::Full).any(|row| row.fate == Fate::Indefinite));
+    assert!(absolute(Hessian::Full).any(|row| row.verdict == Verdict::Indefinite));
     assert!(cells.iter().all(|row| matches!(row.across, Some((Across::Compression, y)) if y <= 0.4)));
 }
 
@@ -199,6 +200,6 @@ fn contacts_in_long_steps_give_no_energy_without_a_word() {
     let runs: Vec<_> = found.rows.iter().filter(|row| row.stepping == Stepping::Certified).collect();
     assert_eq!(runs.len(), 12);
     // Whether they are right is another question: steps were taken again, and the run went on.
-    assert!(runs.iter().any(|row| row.fate.holds() && row.taken[1] > 0));
+    assert!(runs.iter().any(|row| row.verdict.holds() && row.taken[1] > 0));
     assert_eq!(found.lost().collect::<Vec<_>>(), Vec::<&StabilityRow>::new());
 }

@@ -1,6 +1,6 @@
 //! How fast what starts a hair away grows apart.
 
-use nappe_study::{Budget, DISPLACEMENT, ScanEnd, scan};
+use nappe_study::{Budget, DISPLACEMENT, End, scan};
 use nappe_tests::golden::Transient;
 
 use crate::support::case;
@@ -13,7 +13,7 @@ fn growth_is_that_of_the_golden_motions() {
         let end = motion.states.iter().map(|state| state.t).fold(0.0, f64::max);
         let budget = Budget::new(None);
         let found = scan(&case, end, f64::INFINITY, &budget.until(1.0));
-        assert_eq!(found.end, ScanEnd::Reached);
+        assert_eq!(found.end, End::Reached);
         assert!(found.spread.len() >= 64, "{name}: {} times", found.spread.len());
         assert!(found.step <= 0.45 * found.bound, "{name}: {found:?}");
         for state in motion.states.iter().filter(|state| state.t > 0.0) {

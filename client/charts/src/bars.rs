@@ -1,6 +1,6 @@
 //! What the steps of each method are, from the runs that were tried: stable, wrong, failed.
 
-use nappe_study::{Fate, Method, Over, Stability, StabilityRow, Stepping};
+use nappe_study::{Method, Over, Stability, StabilityRow, Stepping, Verdict};
 
 /// What steps are; what lies between two of them is the later one of the two.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -12,14 +12,17 @@ pub(crate) enum Kind {
 }
 
 impl Kind {
-    const fn of(fate: Fate) -> Self {
-        match fate {
-            Fate::NotKnown => Self::Unknown,
-            Fate::Wrong => Self::Wrong,
-            Fate::Stable | Fate::Survived | Fate::Recovered => Self::Stable,
-            Fate::Grows | Fate::Diverged | Fate::Indefinite | Fate::Refused | Fate::Detected | Fate::Lost => {
-                Self::Failed
-            }
+    const fn of(verdict: Verdict) -> Self {
+        match verdict {
+            Verdict::NotKnown | Verdict::Warned | Verdict::None => Self::Unknown,
+            Verdict::Wrong => Self::Wrong,
+            Verdict::Stable | Verdict::Survived | Verdict::Recovered => Self::Stable,
+            Verdict::Grows
+            | Verdict::Diverged
+            | Verdict::Indefinite
+            | Verdict::Refused
+            | Verdict::Detected
+            | Verdict::Lost => Self::Failed,
         }
     }
 }
@@ -62,7 +65,7 @@ impl Bar<'_> {
     /// What it bears.
     pub(crate) fn bears(&self) -> Bears {
         match self.limit {
-            Some(row) if row.fate != Fate::NotKnown => match row.limit {
+            Some(row) if row.verdict != Verdict::NotKnown => match row.limit {
                 Some(limit) if limit > 0.0 => Bears::UpTo(limit),
                 Some(_) => Bears::Nothing,
                 None => Bears::All(row.dt),
@@ -73,7 +76,7 @@ impl Bar<'_> {
 
     /// Why its limit is not known, where it is not.
     pub(crate) fn cause(&self) -> Option<String> {
-        self.limit.filter(|limit| limit.fate == Fate::NotKnown)?.cause.clone()
+        self.limit.filter(|limit| limit.verdict == Verdict::NotKnown)?.cause.clone()
     }
 
     /// The certified bound (s), where there is one.
@@ -128,11 +131,11 @@ pub(crate) fn of(stability: &Stability, over: Over) -> Vec<Bar<'_>> {
             let of_method = |over: Over| stability.limits(over).find(|limit| limit.method == row.method);
             let probes =
                 stability.rows.iter().filter(|probe| is_probe(probe, over) && probe.method == row.method);
-            let mut probes: Vec<_> = probes.map(|probe| (probe.dt, Kind::of(probe.fate))).collect();
+            let mut probes: Vec<_> = probes.map(|probe| (probe.dt, Kind::of(probe.verdict))).collect();
             probes.sort_by(|a, b| a.0.total_cmp(&b.0));
             let limit = of_method(over);
             // Of a limit that was not found, single steps say nothing that a bar could show.
-            let is_known = limit.is_some_and(|limit| limit.fate != Fate::NotKnown);
+            let is_known = limit.is_some_and(|limit| limit.verdict != Verdict::NotKnown);
             let unknown = || vec![Part { kind: Kind::Unknown, from: 0.0, to: end }];
             bars.push(Bar {
                 name: row.method.reader_name(),

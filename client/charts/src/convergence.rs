@@ -4,7 +4,6 @@ use nappe_study::{Chart, Row};
 
 use crate::{
     canvas::{Along, Anchor, Axis, Canvas},
-    labels::Labels,
     lines::{self, around},
     look::INK,
     picture::Picture,
@@ -34,15 +33,7 @@ pub(crate) fn picture(scene: &str, chart: &Chart, style: &Style) -> Result<Pictu
 
     let mut lines = lines::of(chart);
     lines.retain(|line| line.rows.iter().any(|row| point(row).is_some()));
-    for line in &lines {
-        line.draw(&mut canvas, &point);
-    }
-    let mut labels = Labels::default();
-    let all_points: Vec<_> = points().map(|point| canvas.at(point)).collect();
-    for place in all_points {
-        labels.keep_off(place);
-    }
-
+    let mut labels = lines::draw(&mut canvas, &lines, chart, &point);
     let [left, _, above, _] = canvas.frame();
     canvas.mark(Along::Y, tolerance);
     let at = [left, canvas.at([x.range[0], tolerance])[1] - 6.0];

@@ -1,16 +1,18 @@
 //! The gallery: scenes by methods, verdicts by colour and by letter.
 
-use nappe_study::gallery::{Exhibit, Family, Table, Verdict};
+use nappe_study::{
+    Verdict,
+    gallery::{Exhibit, Family, Table},
+};
 
 use crate::{
     axes::Legend,
     canvas::{Anchor, width},
     look::INK,
-    names::reader,
     picture::Picture,
     sheet::Sheet,
     style::Style,
-    words::listed,
+    words::{listed, reader},
 };
 
 /// Width and height of a cell (px).
@@ -118,11 +120,11 @@ fn write_methods(sheet: &mut Sheet, table: &Table, [left, below]: [f64; 2]) {
 
 fn draw_cells(sheet: &mut Sheet, table: &Table, [left, above]: [f64; 2]) {
     for (row, exhibit) in table.scenes.iter().enumerate() {
-        for (column, verdict) in exhibit.verdicts.iter().enumerate() {
+        for (column, finding) in exhibit.findings.iter().enumerate() {
             let corner = [left + column as f64 * CELL[0], above + row as f64 * CELL[1]];
             let room =
                 [corner[0] + 0.5, corner[0] + CELL[0] - 0.5, corner[1] + 0.5, corner[1] + CELL[1] - 0.5];
-            if let Some(look) = LOOKS.into_iter().find(|look| look.1 == verdict.letter()) {
+            if let Some(look) = LOOKS.into_iter().find(|look| look.1 == finding.letter()) {
                 draw(sheet, room, look);
             }
         }
@@ -138,22 +140,17 @@ fn draw(sheet: &mut Sheet, room: [f64; 4], (_, letter, fill, ink): (&str, char, 
 }
 
 fn sentence(tables: &[Table]) -> String {
-    let verdicts = || tables.iter().flat_map(|table| &table.scenes).flat_map(|exhibit| &exhibit.verdicts);
-    let count = |is_one: fn(&Verdict) -> bool| verdicts().filter(|verdict| is_one(verdict)).count();
-    let all = count(|verdict| *verdict != Verdict::None);
-    let survived = count(|verdict| matches!(verdict, Verdict::Survived(_)));
-    let recovered = count(|verdict| matches!(verdict, Verdict::Recovered(_)));
-    let detected = count(|verdict| matches!(verdict, Verdict::Detected(_)));
-    let wrong = count(|verdict| matches!(verdict, Verdict::Wrong(_)));
-    let warned = count(|verdict| matches!(verdict, Verdict::Warned(_)));
+    let findings = || tables.iter().flat_map(|table| &table.scenes).flat_map(|exhibit| &exhibit.findings);
+    let count = |verdict: Verdict| findings().filter(|finding| finding.verdict == verdict).count();
+    let all = findings().count() - count(Verdict::None);
     let counts = [
-        format!("{survived} survive"),
-        format!("{recovered} recover in shorter steps"),
-        format!("{detected} end with a reason"),
-        format!("{wrong} end without one and are wrong"),
-        format!("{warned} are warned of before their first step"),
+        format!("{} survive", count(Verdict::Survived)),
+        format!("{} recover in shorter steps", count(Verdict::Recovered)),
+        format!("{} end with a reason", count(Verdict::Detected)),
+        format!("{} end without one and are wrong", count(Verdict::Wrong)),
+        format!("{} are warned of before their first step", count(Verdict::Warned)),
     ];
-    let lost = match count(|verdict| matches!(verdict, Verdict::Lost(_))) {
+    let lost = match count(Verdict::Lost) {
         0 => "none loses its way without a word".to_owned(),
         1 => "1 loses its way without a word, which is an error of this program".to_owned(),
         more => format!("{more} lose their way without a word, which is an error of this program"),

@@ -6,7 +6,6 @@
 mod picture;
 mod style;
 mod look;
-mod names;
 mod page;
 mod key;
 mod canvas;
@@ -22,7 +21,7 @@ mod axes;
 mod hatch;
 mod bars;
 mod limits;
-mod fates;
+mod verdicts;
 mod panels;
 mod map;
 mod gallery;
@@ -34,9 +33,7 @@ pub use picture::Picture;
 pub use style::Style;
 pub use sweep::{Sweep, SweepRun};
 
-use nappe_study::{Chart, Plan, Stability, gallery::Table, profile::Profile};
-
-use panels::Shown;
+use nappe_study::{Chart, Map, Plan, Stability, gallery::Table, profile::Profile};
 
 /// What a chart shows, for those that it has rows or times for.
 ///
@@ -81,9 +78,9 @@ pub fn stability_pictures(scene: &str, stability: &Stability, style: &Style) -> 
     if bars::longest(stability, bars::drawn(stability)) > 0.0 {
         pictures.push(limits::picture(scene, stability, style)?);
     }
-    for shown in [Shown::Damping, Shown::Compression] {
-        if stability.rows.iter().any(|row| shown.has(row)) {
-            pictures.push(map::picture(scene, stability, shown, style)?);
+    for map in Map::ALL {
+        if stability.rows.iter().any(|row| panels::has(map, row)) {
+            pictures.push(map::picture(scene, stability, map, style)?);
         }
     }
     Ok(pictures)

@@ -96,6 +96,23 @@ impl Line<'_> {
     }
 }
 
+/// Draws lines where `point` says that rows are, and keeps labels off all of these points.
+pub(crate) fn draw(
+    canvas: &mut Canvas,
+    lines: &[Line<'_>],
+    chart: &Chart,
+    point: &dyn Fn(&Row) -> Option<[f64; 2]>,
+) -> Labels {
+    for line in lines {
+        line.draw(canvas, point);
+    }
+    let mut labels = Labels::default();
+    for place in chart.rows.iter().filter_map(point) {
+        labels.keep_off(canvas.at(place));
+    }
+    labels
+}
+
 /// Draws a line through points and marks at others, in a look if it is named, full in f64.
 pub(crate) fn trace(
     canvas: &mut Canvas,

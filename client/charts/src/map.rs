@@ -1,17 +1,17 @@
 //! Maps of stability: cells of steps against damping, or against how far the start is pressed together.
 
-use nappe_study::{Across, Stability, StabilityRow, WRONG};
+use nappe_study::{Across, Map, Stability, StabilityRow, Verdict, WRONG};
 
 use crate::{
     axes::{self, LEGEND_LINE, Legend},
     canvas::{Anchor, Stroke, width},
-    fates::{self, GROWTH, Outcome},
     look::INK,
-    panels::{self, Bands, Panel, Shown, step},
+    panels::{self, Bands, Panel, has, spacing, step, value},
     picture::Picture,
     scale::{Scale, Spacing, Tick},
     sheet::Sheet,
     style::Style,
+    verdicts::{self, GROWTH},
     words::{length, listed, number, time, within},
 };
 
@@ -82,16 +82,16 @@ impl Places {
 pub(crate) fn picture(
     scene: &str,
     stability: &Stability,
-    shown: Shown,
+    map: Map,
     style: &Style,
 ) -> Result<Picture, String> {
-    let panels = panels::of(stability, shown);
+    let panels = panels::of(stability, map);
     let rows: Vec<&StabilityRow> = panels.iter().flat_map(|panel| &panel.rows).copied().collect();
-    let values = Bands::of(rows.iter().map(|row| shown.value(row)), shown.spacing());
+    let values = Bands::of(rows.iter().map(|row| value(row)), spacing(map));
     let places = Places::of(panels.len(), style);
-    let (name, title) = match shown {
-        Shown::Damping => ("map_damping", format!("{scene}: what steps are stable with what damping")),
-        Shown::Compression => {
+    let (name, title) = match map {
+        Map::Damping => ("map_damping", format!("{scene}: what steps are stable with what damping")),
+        Map::Compression => {
             ("map_compression", format!("{scene}: what steps are stable from a start pressed together"))
         }
     };
@@ -100,7 +100,7 @@ pub(crate) fn picture(
     let legend = LEGEND + sheet.title(&title);
     let scales = |panel: &Panel<'_>, [left, right, above, below]: [f64; 4]| Scales {
         x: Scale { spacing: Spacing::Log, ends: panel.steps.ends(), places: [left, right] },
-        y: Scale { spacing: shown.spacing(), ends: values.ends(), places: [below, above] },
+        y: Scale { spacing: spacing(map), ends: values.ends(), places: [below, above] },
     };
     // Whether theory has a line hangs on no height.
     let has_border =
@@ -113,7 +113,7 @@ pub(crate) fn picture(
     for (i, panel) in panels.iter().enumerate() {
         let room = places.data(i, first);
         let column = i % places.columns;
-        draw_cells(&mut sheet, panel, shown, &values, scales(panel, room));
+        draw_cells(&mut sheet, panel, &values, scales(panel, room));
         draw_border(&mut sheet, &border(stability, panel, &values, scales(panel, room)));
         draw_frame(&mut sheet, panel, &values, (scales(panel, room), room), column);
         let [_, _, above, below] = room;
@@ -123,7 +123,7 @@ pub(crate) fn picture(
         bottom = below;
     }
     sheet.end_at(bottom + BELOW);
-    let sentence = sentence(stability, shown, &panels, border_of_theory);
+    let sentence = sentence(stability, map, &panels, border_of_theory);
     sheet.finish(name, &title, sentence, style)
 }
 
@@ -172,15 +172,15 @@ fn marks(values: &Bands, y: &Scale, column: usize) -> Vec<Tick> {
     ticks
 }
 
-fn draw_cells(sheet: &mut Sheet, panel: &Panel<'_>, shown: Shown, values: &Bands, scales: Scales) {
+fn draw_cells(sheet: &mut Sheet, panel: &Panel<'_>, values: &Bands, scales: Scales) {
     // Edges between pixels, so that nothing shows between neighbours.
     let whole = |place: f64| (2.0 * place).round() / 2.0;
     for row in &panel.rows {
-        let bands = (panel.steps.band(step(row)), values.band(shown.value(row)));
+        let bands = (panel.steps.band(step(row)), values.band(value(row)));
         let (Some(x), Some(y)) = bands else { continue };
         let [left, right] = x.map(|edge| whole(scales.x.place(edge)));
         let [below, above] = y.map(|edge| whole(scales.y.place(edge)));
-        fates::draw(sheet, [left, right, above, below], Outcome::of(row.fate), row.growth);
+        verdicts::draw(sheet, [left, right, above, below], row.verdict, row.growth);
     }
     if let Some([_, edge]) = values.apart() {
         let y = whole(scales.y.place(edge));
@@ -238,10 +238,10 @@ enum Border {
 /// What colours and signs mean, of those that are drawn, from a height (px) on; the height of its last line.
 fn draw_legend(sheet: &mut Sheet, rows: &[&StabilityRow], border: Border, above: f64) -> f64 {
     let mut legend = Legend::new([24.0, sheet.width() - 10.0], above);
-    for outcome in Outcome::ALL {
-        if rows.iter().any(|row| Outcome::of(row.fate) == outcome) {
-            let room = legend.entry(sheet, outcome.name());
-            fates::draw(sheet, room, outcome, Some(outcome.example()));
+    for verdict in verdicts::ALL {
+        if rows.iter().any(|row| row.verdict == verdict) {
+            let room = legend.entry(sheet, &verdict.name().replace('_', " "));
+            verdicts::draw(sheet, room, verdict, Some(verdicts::example(verdict)));
             sheet.outline(room, INK);
         }
     }
@@ -258,7 +258,7 @@ fn draw_colours(sheet: &mut Sheet, [left, y]: [f64; 2]) -> f64 {
     let [least, greatest] = GROWTH.map(|decades| number(10_f64.powf(decades)));
     let what = "rise of the energy, as a share of the largest:";
     let [before, after] = [format!("{least} or less"), format!("{greatest} or more")];
-    let room = width(what) + width(&before) + fates::COLOURS + width(&after) + 20.0;
+    let room = width(what) + width(&before) + verdicts::COLOURS + width(&after) + 20.0;
     let (before, y) = if left + room > sheet.width() {
         sheet.words(what, [left, y], Anchor::Start, INK);
         (before, y + LEGEND_LINE)
@@ -267,21 +267,19 @@ fn draw_colours(sheet: &mut Sheet, [left, y]: [f64; 2]) -> f64 {
     };
     sheet.words(&before, [left, y], Anchor::Start, INK);
     let from = left + width(&before) + 8.0;
-    fates::draw_colours(sheet, [from, y]);
-    sheet.words(&after, [from + fates::COLOURS + 8.0, y], Anchor::Start, INK);
+    verdicts::draw_colours(sheet, [from, y]);
+    sheet.words(&after, [from + verdicts::COLOURS + 8.0, y], Anchor::Start, INK);
     y
 }
 
-fn sentence(stability: &Stability, shown: Shown, panels: &[Panel<'_>], border: Border) -> String {
-    let cells = || stability.rows.iter().filter(|row| shown.has(row));
-    let outcomes: Vec<Outcome> = cells().map(|row| Outcome::of(row.fate)).collect();
-    let count =
-        |is_one: &dyn Fn(Outcome) -> bool| outcomes.iter().filter(|outcome| is_one(**outcome)).count();
+fn sentence(stability: &Stability, map: Map, panels: &[Panel<'_>], border: Border) -> String {
+    let cells = || stability.rows.iter().filter(|row| has(map, row));
+    let count = |is_one: fn(Verdict) -> bool| cells().filter(|row| is_one(row.verdict)).count();
     let be = |count: usize| if count == 1 { "is" } else { "are" };
-    let stable = count(&|outcome| outcome == Outcome::Stable);
-    let wrong = count(&|outcome| outcome == Outcome::Wrong);
-    let failed = count(&Outcome::is_failure);
-    let unknown = count(&Outcome::is_unknown);
+    let stable = count(|verdict| verdict == Verdict::Stable);
+    let wrong = count(|verdict| verdict == Verdict::Wrong);
+    let failed = count(Verdict::is_failure);
+    let unknown = count(verdicts::is_unknown);
     let mut counts = vec![format!("{stable} {} stable", be(stable))];
     if wrong > 0 {
         let off = length(WRONG * stability.tolerance);
@@ -301,23 +299,23 @@ fn sentence(stability: &Stability, shown: Shown, panels: &[Panel<'_>], border: B
         Border::Drawn => " The white line is the limit that theory sets at rest.",
         Border::Unknown => "",
     };
-    format!("Of {} cells {}{}.{theory}", outcomes.len(), listed(&counts), failures(shown, panels))
+    format!("Of {} cells {}{}.{theory}", cells().count(), listed(&counts), failures(panels))
 }
 
 /// The shortest step that fails with each method, as clauses that follow others.
-fn failures(shown: Shown, panels: &[Panel<'_>]) -> String {
+fn failures(panels: &[Panel<'_>]) -> String {
     let mut first = Vec::new();
     let mut never = Vec::new();
     for panel in panels {
         let name = within(&panel.method.reader_name());
-        match panel.first_failure(shown) {
+        match panel.first_failure() {
             Some(row) => {
                 let (what, unit) = match row.across {
                     Some((Across::Damping, _)) => ("damping factor", ""),
                     Some((Across::DampingRatio, _)) => ("damping ratio", ""),
                     Some((Across::Compression, _)) | None => ("pressed together by", " %"),
                 };
-                let value = number(shown.value(row));
+                let value = number(value(row));
                 first.push(format!("{} with {name} ({what} {value}{unit})", time(row.dt)));
             }
             None if panel.rows.iter().all(|row| row.cut.is_some()) => {}

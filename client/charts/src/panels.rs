@@ -1,8 +1,8 @@
 //! The cells of a map, method by method, and where they lie.
 
-use nappe_study::{Across, Method, Stability, StabilityRow};
+use nappe_study::{Across, Map, Method, Stability, StabilityRow};
 
-use crate::{fates::Outcome, scale::Spacing};
+use crate::scale::Spacing;
 
 /// Share of an axis that the band of 0 takes at least, where the axis is logarithmic.
 const ZERO: f64 = 0.06;
@@ -81,35 +81,29 @@ pub(crate) struct Panel<'a> {
     pub(crate) steps: Bands,
 }
 
-/// What a map varies beside the step, as pictures show it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Shown {
-    Damping,
-    Compression,
+/// Whether a row belongs to a map.
+pub(crate) fn has(map: Map, row: &StabilityRow) -> bool {
+    match row.across {
+        Some((Across::Damping | Across::DampingRatio, _)) => map == Map::Damping,
+        Some((Across::Compression, _)) => map == Map::Compression,
+        None => false,
+    }
 }
 
-impl Shown {
-    /// Whether a row belongs to the map.
-    pub(crate) fn has(self, row: &StabilityRow) -> bool {
-        match row.across {
-            Some((Across::Damping | Across::DampingRatio, _)) => self == Self::Damping,
-            Some((Across::Compression, _)) => self == Self::Compression,
-            None => false,
-        }
+/// What a row varies beside the step, as it is drawn: a factor, a ratio, or percent.
+pub(crate) fn value(row: &StabilityRow) -> f64 {
+    match row.across {
+        Some((Across::Compression, share)) => 100.0 * share,
+        Some((Across::Damping | Across::DampingRatio, value)) => value,
+        None => 0.0,
     }
+}
 
-    /// The value of a row as it is drawn: a factor, a ratio, or percent.
-    pub(crate) fn value(self, row: &StabilityRow) -> f64 {
-        let value = row.across.map_or(0.0, |(_, value)| value);
-        if self == Self::Compression { 100.0 * value } else { value }
-    }
-
-    /// How its values are spaced.
-    pub(crate) const fn spacing(self) -> Spacing {
-        match self {
-            Self::Damping => Spacing::Log,
-            Self::Compression => Spacing::Even,
-        }
+/// How the values of a map are spaced.
+pub(crate) const fn spacing(map: Map) -> Spacing {
+    match map {
+        Map::Damping => Spacing::Log,
+        Map::Compression => Spacing::Even,
     }
 }
 
@@ -119,17 +113,12 @@ pub(crate) fn step(row: &StabilityRow) -> f64 {
 }
 
 /// The cells of a map, in the order in which methods first appear.
-pub(crate) fn of(stability: &Stability, shown: Shown) -> Vec<Panel<'_>> {
+pub(crate) fn of(stability: &Stability, map: Map) -> Vec<Panel<'_>> {
     let mut methods: Vec<(Method, Vec<&StabilityRow>)> = Vec::new();
     // Values at which nothing is known are left out: what is known has their room.
-    let known: Vec<f64> = stability
-        .rows
-        .iter()
-        .filter(|row| shown.has(row) && row.cut.is_none())
-        .map(|row| shown.value(row))
-        .collect();
-    let is_shown =
-        |row: &&StabilityRow| shown.has(row) && (known.is_empty() || known.contains(&shown.value(row)));
+    let known: Vec<f64> =
+        stability.rows.iter().filter(|row| has(map, row) && row.cut.is_none()).map(value).collect();
+    let is_shown = |row: &&StabilityRow| has(map, row) && (known.is_empty() || known.contains(&value(row)));
     for row in stability.rows.iter().filter(is_shown) {
         match methods.iter_mut().find(|(method, _)| *method == row.method) {
             Some((_, rows)) => rows.push(row),
@@ -146,9 +135,9 @@ pub(crate) fn of(stability: &Stability, shown: Shown) -> Vec<Panel<'_>> {
 
 impl Panel<'_> {
     /// The cell of the shortest step that fails, at the least value.
-    pub(crate) fn first_failure(&self, shown: Shown) -> Option<&StabilityRow> {
-        let failed = self.rows.iter().filter(|row| Outcome::of(row.fate).is_failure());
-        let key = |row: &StabilityRow| (row.dt, shown.value(row));
+    pub(crate) fn first_failure(&self) -> Option<&StabilityRow> {
+        let failed = self.rows.iter().filter(|row| row.verdict.is_failure());
+        let key = |row: &StabilityRow| (row.dt, value(row));
         let first = failed.min_by(|a, b| {
             let [a, b] = [key(a), key(b)];
             a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1))

@@ -2,7 +2,7 @@
 
 /// Lengths, times and numbers are written here as the text of the command has them.
 pub(crate) use nappe_study::quantity::{length, moment, number, time};
-use nappe_study::{Row, cheapest};
+use nappe_study::{Method, Row, Variant, cheapest};
 
 /// Names or clauses one after another, the last after "and".
 pub(crate) fn listed(items: &[String]) -> String {
@@ -11,6 +11,13 @@ pub(crate) fn listed(items: &[String]) -> String {
         [only] => only.clone(),
         [first @ .., last] => format!("{} and {last}", first.join(", ")),
     }
+}
+
+/// The name that a reader writes for a method of cloth or a variant of snow with this name; of others, that name itself.
+pub(crate) fn reader(name: &str) -> String {
+    let cloth = Method::all().into_iter().find(|method| method.name() == name).map(Method::reader_name);
+    let snow = || Variant::all().into_iter().find(|variant| variant.name() == name).map(Variant::reader_name);
+    cloth.or_else(snow).unwrap_or_else(|| name.to_owned())
 }
 
 /// A name of a method as it stands within a sentence, where commas part names: what specifies it is in parentheses.
@@ -41,6 +48,13 @@ mod tests {
     fn names_within_sentences_have_no_comma_that_parts_names() {
         let names = ["velocity Verlet", "BDF2, Newton, controlled steps"].map(within);
         assert_eq!(names, ["velocity Verlet", "BDF2 (Newton, controlled steps)"]);
+    }
+
+    #[test]
+    fn names_of_tables_are_read() {
+        assert_eq!(reader("implicit_midpoint_newton"), "implicit midpoint, Newton");
+        assert_eq!(reader("pic_flip_cubic"), "PIC/FLIP, cubic kernel");
+        assert_eq!(reader("something else"), "something else");
     }
 
     #[test]

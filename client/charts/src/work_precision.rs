@@ -73,15 +73,7 @@ fn drawn(
     }
     draw_front(&mut canvas, chart);
     let lines = lines::of(chart);
-    for line in &lines {
-        line.draw(&mut canvas, &point);
-    }
-
-    let mut labels = Labels::default();
-    let all_points: Vec<_> = chart.rows.iter().filter_map(point).map(|point| canvas.at(point)).collect();
-    for place in all_points {
-        labels.keep_off(place);
-    }
+    let mut labels = lines::draw(&mut canvas, &lines, chart, &point);
     draw_own(&mut canvas, &mut labels, chart);
     draw_marks(&mut canvas, &mut labels, chart, [x, y]);
     for line in lines.iter().rev() {
@@ -171,7 +163,9 @@ fn draw_failures(canvas: &mut Canvas, lines: &[Line<'_>], [low, high]: [f64; 2])
     let x = right - 0.5 * RAIL;
     let mut has_any = false;
     for line in lines {
-        for seconds in line.rows.iter().filter(|row| row.failure.is_some()).filter_map(|row| row.seconds) {
+        for seconds in
+            line.rows.iter().filter(|row| row.end.failure().is_some()).filter_map(|row| row.seconds)
+        {
             let y = canvas.at([1.0, seconds.clamp(low, high)])[1];
             canvas.cross([x, y.clamp(above + 5.0, below - 5.0)], line.colour());
             has_any = true;
@@ -184,7 +178,7 @@ fn draw_failures(canvas: &mut Canvas, lines: &[Line<'_>], [low, high]: [f64; 2])
 }
 
 fn sentence(chart: &Chart) -> String {
-    let failed = chart.rows.iter().filter(|row| row.failure.is_some()).count();
+    let failed = chart.rows.iter().filter(|row| row.end.failure().is_some()).count();
     let own = chart.rows.iter().find(|row| row.own).map_or_else(String::new, |own| match own.error() {
         Some(error) => format!("; as written the scene is {} off", length(error)),
         None => "; as written it fails".to_owned(),

@@ -23,17 +23,14 @@ mod stability;
 pub mod gallery;
 
 pub use case::{Case, NothingToStudy, Times, TimesError};
-pub use chart::{Chart, Limit, Outcome, Request, Row, chart, cheapest, line_names, profile};
+pub use chart::{Chart, Dropped, Limit, Request, Row, chart, cheapest, line_names, profile};
 pub use method::{
     CHILDREN, Method, NEWTON, Setting, SnowSetting, SnowSteps, Stepped, Steps, Variant, parents, split,
 };
-pub use plan::{
-    Dropped, Needed, Plan, Reach, ReachEnd, SceneTerms, Term, Terms, Tried, Verified, Without, plan,
-};
-pub use reference::{DISPLACEMENT, NoReference, Reference, SEED, Scan, ScanEnd, reference, scan};
-pub use run::{Budget, Cut, End, Failure, Phase, Run, Stop, run};
+pub use plan::{Needed, Plan, Reach, SceneTerms, Term, Terms, Tried, Verified, Without, plan};
+pub use reference::{DISPLACEMENT, NoReference, Reference, SEED, Scan, reference, scan};
+pub use run::{Budget, Cut, End, Failure, Phase, Run, Stop, Verdict, run};
 pub use stability::{
-    Across, Fate, Map, Over, Stability, StabilityRequest, StabilityRow, Stepping, Theory, WRONG,
-    critical_step, critical_step_of_all, largest_frequency, longest_step, probe_at_rest, probe_under_load,
-    stability,
+    Across, Map, Over, Stability, StabilityRequest, StabilityRow, Stepping, Theory, WRONG, critical_step,
+    critical_step_of_all, largest_frequency, longest_step, probe_at_rest, probe_under_load, stability,
 };

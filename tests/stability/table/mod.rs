@@ -8,8 +8,8 @@ use std::{env, fs, path::PathBuf};
 
 use markdown::table;
 use nappe_study::{
-    Budget,
-    gallery::{Exhibit, Family, Table, Verdict, gallery},
+    Budget, Verdict,
+    gallery::{Exhibit, Family, Finding, Table, gallery},
 };
 use nappe_tests::threads::pool;
 
@@ -19,12 +19,12 @@ fn markdown_of(tables: &[Table], family: Family, lost: &mut Vec<String>) -> Stri
     let head: Vec<_> = table_of_family.methods.iter().map(|method| format!("`{method}`")).collect();
     let line = |exhibit: &Exhibit| {
         let what = format!("{}. {}", exhibit.number, exhibit.what);
-        for (name, verdict) in head.iter().zip(&exhibit.verdicts) {
-            if matches!(verdict, Verdict::Lost(_)) {
-                lost.push(format!("{what} by {name}: {verdict}"));
+        for (name, found) in head.iter().zip(&exhibit.findings) {
+            if found.verdict == Verdict::Lost {
+                lost.push(format!("{what} by {name}: {found}"));
             }
         }
-        std::iter::once(what).chain(exhibit.verdicts.iter().map(Verdict::to_string)).collect()
+        std::iter::once(what).chain(exhibit.findings.iter().map(Finding::to_string)).collect()
     };
     let lines: Vec<Vec<String>> = table_of_family.scenes.iter().map(line).collect();
     let head: Vec<_> = std::iter::once("scene".to_owned()).chain(head).collect();

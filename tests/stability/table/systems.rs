@@ -1,7 +1,7 @@
 //! Linear systems on which solvers fail.
 
 use nappe_sim::linalg::{Outcome, PreconditionerKind, Stop};
-use nappe_study::gallery::Verdict;
+use nappe_study::{Verdict, gallery::Finding};
 use nappe_tests::systems::System;
 
 use super::markdown::table as markdown;
@@ -23,27 +23,26 @@ pub(super) fn table(lost: &mut Vec<String>) -> String {
     let rows: Vec<_> = SYSTEMS
         .iter()
         .map(|(what, name)| {
-            let verdicts = KINDS.map(|kind| verdict(&System::named(name), kind));
-            lost.extend(
-                verdicts.iter().filter(|v| matches!(v, Verdict::Lost(_))).map(|v| format!("{what}: {v}")),
-            );
-            std::iter::once((*what).to_owned()).chain(verdicts.map(|verdict| verdict.to_string())).collect()
+            let findings = KINDS.map(|kind| find(&System::named(name), kind));
+            let is_lost = |found: &&Finding| found.verdict == Verdict::Lost;
+            lost.extend(findings.iter().filter(is_lost).map(|found| format!("{what}: {found}")));
+            std::iter::once((*what).to_owned()).chain(findings.map(|found| found.to_string())).collect()
         })
         .collect();
     markdown(&head, &rows)
 }
 
-fn verdict(system: &System, kind: PreconditionerKind) -> Verdict {
+fn find(system: &System, kind: PreconditionerKind) -> Finding {
     let stop = Stop::Residual { tolerance: 1e-12, max_iterations: 200 };
     let (report, x) = system.solve::<f64>(kind, stop);
     if !x.iter().all(|c| c.is_finite()) {
-        return Verdict::Lost("not finite".to_owned());
+        return Finding::new(Verdict::Lost, "not finite");
     }
     if report.outcome != Outcome::Converged {
-        return Verdict::Detected(report.outcome.to_string());
+        return Finding::new(Verdict::Detected, report.outcome.to_string());
     }
     let is_zero = system.b.iter().all(|b| *b == 0.0);
     let residual = if is_zero { x.iter().map(|c| c.abs()).sum() } else { system.residual(&x) };
-    Verdict::Survived(format!("{} iterations", report.iterations))
+    Finding::new(Verdict::Survived, format!("{} iterations", report.iterations))
         .only_if(|| residual < 1e-9, || format!("a residual of {residual:.1e}"))
 }

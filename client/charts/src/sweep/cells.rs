@@ -8,12 +8,13 @@ use super::{
 use crate::{
     axes,
     canvas::{Anchor, Stroke, width},
-    fates, hatch,
+    hatch,
     look::INK,
     picture::Picture,
     scale::Scale,
     sheet::Sheet,
     style::Style,
+    verdicts,
 };
 
 /// Width and height of the data (px).
@@ -97,7 +98,7 @@ fn draw_runs(sheet: &mut Sheet, sweep: &Sweep, rooms: &[Option<[f64; 4]>]) {
         let Some(room @ [left, right, above, below]) = *room else { continue };
         if let Some(quantity) = run.quantity(0) {
             let share = if high > low { (quantity - low) / (high - low) } else { 0.5 };
-            sheet.rectangle(room, &fates::colour(share));
+            sheet.rectangle(room, &verdicts::colour(share));
         } else {
             sheet.rectangle(room, EMPTY);
             let middle = [f64::midpoint(left, right), f64::midpoint(above, below)];
@@ -114,6 +115,6 @@ fn draw_colours(sheet: &mut Sheet, sweep: &Sweep, [left, y]: [f64; 2]) {
     let before = format!("{name}: {}", short(low));
     sheet.words(&before, [left, y], Anchor::Start, INK);
     let from = left + width(&before) + 8.0;
-    fates::draw_colours(sheet, [from, y]);
-    sheet.words(&short(high), [from + fates::COLOURS + 8.0, y], Anchor::Start, INK);
+    verdicts::draw_colours(sheet, [from, y]);
+    sheet.words(&short(high), [from + verdicts::COLOURS + 8.0, y], Anchor::Start, INK);
 }

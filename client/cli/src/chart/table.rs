@@ -1,6 +1,6 @@
 //! The rows of a chart as comma-separated values.
 
-use nappe_study::{Chart, Outcome, Row};
+use nappe_study::{Chart, Cut, End, Row};
 
 use crate::study::csv::{self, known, number};
 
@@ -38,9 +38,9 @@ pub(crate) fn text(scene: &str, threads: usize, chart: &Chart) -> String {
 }
 
 fn fields(scene: &str, threads: usize, row: &Row) -> [String; COLUMNS.len()] {
-    let failure = row.failure.as_ref();
+    let failure = row.end.failure();
     // How far a run came that was given up is a matter of time, or of what others cost.
-    let is_known = !matches!(row.outcome, Outcome::NotKnown | Outcome::Costly);
+    let is_known = matches!(row.end, End::Reached | End::Failed(_));
     let told = |value: f64| if is_known { number(value) } else { String::new() };
     let counted = |value: u64| if is_known { value.to_string() } else { String::new() };
     [
@@ -54,7 +54,7 @@ fn fields(scene: &str, threads: usize, row: &Row) -> [String; COLUMNS.len()] {
         known(row.seconds.filter(|_| is_known)),
         counted(row.work.force_evaluations),
         counted(row.work.matrix_products),
-        row.outcome.name().to_owned(),
+        row.end.name().to_owned(),
         known(row.stepped.step_tolerance()),
         known(row.centre_error),
         known(row.minimum_seconds.filter(|_| is_known)),
@@ -67,6 +67,6 @@ fn fields(scene: &str, threads: usize, row: &Row) -> [String; COLUMNS.len()] {
         row.front.to_string(),
         row.own.to_string(),
         known(row.stepped.cell()),
-        row.cut.map(|cut| cut.why().to_owned()).unwrap_or_default(),
+        row.end.cut().map(Cut::why).unwrap_or_default().to_owned(),
     ]
 }

@@ -34,8 +34,8 @@ pub(crate) fn cheapest_rows(chart: &Chart) -> String {
         if own.error().is_some() {
             return row("as written".to_owned(), Some(own));
         }
-        let cause = own.failure.as_ref().map_or("it was stopped", |failure| &failure.cause);
-        ["as written", &own.stepped.name(), own.outcome.name(), cause, ""].map(str::to_owned).to_vec()
+        let cause = own.end.failure().map_or("it was stopped", |failure| &failure.cause);
+        ["as written", &own.stepped.name(), own.end.name(), cause, ""].map(str::to_owned).to_vec()
     }));
     let columns = [
         Column::Left("cheapest to"),
@@ -58,7 +58,7 @@ pub(crate) fn summary(chart: &Chart) -> String {
 fn cut(chart: &Chart) -> Option<String> {
     let is_cut = chart.is_cut && chart.reference.is_some();
     is_cut.then(|| {
-        let runs = chart.rows.iter().filter(|row| row.cut.is_some()).count();
+        let runs = chart.rows.iter().filter(|row| row.end.cut().is_some()).count();
         let why = if chart.is_stopped { "Interrupted" } else { "Out of time" };
         let runs = if runs == 1 { "1 run".to_owned() } else { format!("{runs} runs") };
         format!("{why}: not every method was followed to its end, and of {runs} nothing is known; no other number depends on that.")

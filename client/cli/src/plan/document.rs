@@ -1,6 +1,6 @@
 //! What a plan says, as JSON.
 
-use nappe_study::{Dropped, Plan, ReachEnd, Row, Term, Tried};
+use nappe_study::{Dropped, End, Plan, Row, Term, Tried};
 use serde::Serialize;
 use serde_json::{Value, json};
 
@@ -101,7 +101,7 @@ pub(super) fn document(subject: &Subject, plan: &Plan) -> Document {
     });
     let reach = plan.reach.as_ref();
     // What was not looked at is no promise.
-    let known = reach.filter(|reach| reach.end != ReachEnd::Time);
+    let known = reach.filter(|reach| reach.end.cut().is_none());
     // Snow that no plan looks at is part of the state of the scene that is written.
     let written = plan.written().filter(|_| subject.is_whole);
     let rest = json!({
@@ -111,10 +111,7 @@ pub(super) fn document(subject: &Subject, plan: &Plan) -> Document {
         "runs_until_s": known.map(|reach| reach.until),
         "runs_steps": known.map(|reach| reach.steps),
         "runs_end": reach.map(|reach| runs_end(&reach.end)),
-        "runs_cause": reach.and_then(|reach| match &reach.end {
-            ReachEnd::Failed(cause) => Some(cause),
-            ReachEnd::Scene | ReachEnd::Time => None,
-        }),
+        "runs_cause": reach.and_then(|reach| reach.end.failure()).map(|failure| &failure.cause),
         "state_hash": written.map(|row| output::hash(row.state_hash)),
         "cell_m": plan.row.as_ref().and_then(|row| row.stepped.cell()),
         "step_tolerance_m": plan.row.as_ref().and_then(|row| row.stepped.step_tolerance()),
@@ -141,10 +138,10 @@ pub(super) fn document(subject: &Subject, plan: &Plan) -> Document {
 }
 
 /// Why it runs no further.
-const fn runs_end(end: &ReachEnd) -> &'static str {
+const fn runs_end(end: &End) -> &'static str {
     match end {
-        ReachEnd::Scene => "scene",
-        ReachEnd::Failed(_) => "failed",
-        ReachEnd::Time => "time",
+        End::Reached => "scene",
+        End::Failed(_) => "failed",
+        End::Cut(_) | End::Costly => "time",
     }
 }

@@ -6,7 +6,7 @@ use nappe_sim::{
     linalg::Stop,
     snow::{Blend, Transfer},
 };
-use nappe_study::{Case, Plan, ReachEnd, Setting, SnowSetting, SnowSteps, Stepped, Steps, Term};
+use nappe_study::{Case, End, Plan, Setting, SnowSetting, SnowSteps, Stepped, Steps, Term};
 
 /// The scene as a setting has it, all else as it was.
 fn stepped_by(scene: &Scene, stepped: &Stepped) -> Scene {
@@ -62,12 +62,12 @@ pub(super) fn planned(scene: &Scene, name: &str, plan: &Plan) -> Option<String> 
         said = format!("{said}# Left out: {}.\n", names.join(", "));
     }
     match &reach.end {
-        ReachEnd::Scene => {}
-        ReachEnd::Failed(cause) => {
-            let cause = cause.split_whitespace().collect::<Vec<_>>().join(" ");
+        End::Reached => {}
+        End::Failed(failure) => {
+            let cause = failure.cause.split_whitespace().collect::<Vec<_>>().join(" ");
             said = format!("{said}# It ends after {} steps: the next one fails, {cause}.\n", reach.steps);
         }
-        ReachEnd::Time => {
+        End::Cut(_) | End::Costly => {
             said = format!("{said}# It ends after {} steps: it was not run beyond them.\n", reach.steps);
         }
     }

@@ -1,6 +1,6 @@
 //! A plan in words: what to do, and what was tried.
 
-use nappe_study::{Dropped, Plan, ReachEnd, Row, Tried};
+use nappe_study::{Dropped, End, Plan, Row, Tried};
 
 use crate::{
     chart::words::{limit, steps},
@@ -105,11 +105,12 @@ fn reach(plan: &Plan) -> Option<String> {
     let reach = plan.reach.as_ref()?;
     let (steps, until) = (reach.steps, moment(reach.until));
     Some(match &reach.end {
-        ReachEnd::Scene => format!("The scene was run so to its end, {until}."),
-        ReachEnd::Failed(cause) => {
+        End::Reached => format!("The scene was run so to its end, {until}."),
+        End::Failed(failure) => {
+            let cause = &failure.cause;
             format!("The scene may be run so until {until}, {steps} steps: the next one fails, {cause}.")
         }
-        ReachEnd::Time => {
+        End::Cut(_) | End::Costly => {
             format!("The scene may be run so until {until}, {steps} steps: not run beyond it: out of time.")
         }
     })

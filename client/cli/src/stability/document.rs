@@ -1,6 +1,6 @@
 //! What a study of stability says beside its rows, as JSON.
 
-use nappe_study::{DISPLACEMENT, Fate, NoReference, Over, SEED, Stability, StabilityRow};
+use nappe_study::{DISPLACEMENT, NoReference, Over, SEED, Stability, StabilityRow, Verdict};
 use serde_json::{Value, json};
 
 use super::words;
@@ -41,13 +41,13 @@ pub(super) fn document(subject: &Subject, study: &Stability) -> Value {
 fn limit(row: &StabilityRow) -> Value {
     json!({
         "method": row.method.name(),
-        "outcome": row.fate.name(),
+        "outcome": row.verdict.name(),
         "cut_reason": row.cut.map(nappe_study::Cut::why),
         "limit_s": row.limit,
-        "holds_up_to_s": (row.limit.is_none() && row.fate.holds()).then_some(row.dt),
+        "holds_up_to_s": (row.limit.is_none() && row.verdict.holds()).then_some(row.dt),
         "right_up_to_s": row.right,
         "theory_s": row.theory,
         "bound_s": row.bound,
-        "finished": row.fate != Fate::NotKnown,
+        "finished": row.verdict != Verdict::NotKnown,
     })
 }

@@ -2,7 +2,10 @@
 
 use std::{fmt::Write as _, path::PathBuf};
 
-use nappe_study::gallery::{Exhibit, Family, Table, Verdict};
+use nappe_study::{
+    Verdict,
+    gallery::{Exhibit, Family, Finding, Table},
+};
 use serde_json::{Value, json};
 
 use crate::{
@@ -32,43 +35,44 @@ pub(crate) fn write(folder: &Folder, tables: &[Table], look: &LookArgs) -> Resul
     folder.write(look, contents)
 }
 
-/// Verdicts with their scenes and methods, but for methods that a scene does not concern.
-fn cells(tables: &[Table]) -> impl Iterator<Item = (&Exhibit, &str, &Verdict)> {
+/// Findings with their scenes and methods, but for methods that a scene does not concern.
+fn cells(tables: &[Table]) -> impl Iterator<Item = (&Exhibit, &str, &Finding)> {
     tables
         .iter()
         .flat_map(|table| {
             table.scenes.iter().flat_map(|exhibit| {
-                let cells = table.methods.iter().zip(&exhibit.verdicts);
-                cells.map(move |(method, verdict)| (exhibit, method.as_str(), verdict))
+                let cells = table.methods.iter().zip(&exhibit.findings);
+                cells.map(move |(method, finding)| (exhibit, method.as_str(), finding))
             })
         })
-        .filter(|(_, _, verdict)| **verdict != Verdict::None)
+        .filter(|(_, _, finding)| finding.verdict != Verdict::None)
 }
 
 /// A row per scene and method. Names of columns stay.
 fn rows(tables: &[Table]) -> String {
-    let row = |(exhibit, method, verdict): (&Exhibit, &str, &Verdict)| {
+    let row = |(exhibit, method, finding): (&Exhibit, &str, &Finding)| {
         let number = exhibit.number.to_string();
-        [number.as_str(), exhibit.what, method, verdict.name(), verdict.detail()].map(str::to_owned)
+        [number.as_str(), exhibit.what, method, finding.verdict.name(), finding.detail.as_str()]
+            .map(str::to_owned)
     };
     csv::text(["number", "scene", "method", "verdict", "detail"], cells(tables).map(row))
 }
 
-/// How many cells have a verdict of a name.
-fn count(tables: &[Table], name: &str) -> usize {
-    cells(tables).filter(|(_, _, verdict)| verdict.name() == name).count()
+/// How many cells have a verdict.
+fn count(tables: &[Table], verdict: Verdict) -> usize {
+    cells(tables).filter(|(_, _, finding)| finding.verdict == verdict).count()
 }
 
 /// What scripts are told.
 pub(crate) fn document(tables: &[Table], written: &[PathBuf]) -> Value {
     json!({
         "rows": cells(tables).count(),
-        "survived": count(tables, "survived"),
-        "recovered": count(tables, "recovered"),
-        "detected": count(tables, "detected"),
-        "wrong": count(tables, "wrong"),
-        "warned": count(tables, "warned"),
-        "lost": count(tables, "lost"),
+        "survived": count(tables, Verdict::Survived),
+        "recovered": count(tables, Verdict::Recovered),
+        "detected": count(tables, Verdict::Detected),
+        "wrong": count(tables, Verdict::Wrong),
+        "warned": count(tables, Verdict::Warned),
+        "lost": count(tables, Verdict::Lost),
         "files": written,
     })
 }
@@ -77,9 +81,9 @@ pub(crate) fn document(tables: &[Table], written: &[PathBuf]) -> Value {
 fn letters(tables: &[Table], exhibit: &Exhibit, families: &[Family]) -> String {
     let of_family = tables.iter().filter(|table| families.contains(&table.family));
     let same = |other: &&Exhibit| (other.number, other.what) == (exhibit.number, exhibit.what);
-    let verdicts = of_family.flat_map(|table| &table.scenes).find(same).map(|found| &found.verdicts);
+    let findings = of_family.flat_map(|table| &table.scenes).find(same).map(|found| &found.findings);
     let letters: Vec<String> =
-        verdicts.into_iter().flatten().map(|verdict| verdict.letter().to_string()).collect();
+        findings.into_iter().flatten().map(|finding| finding.letter().to_string()).collect();
     letters.join(" ")
 }
 
@@ -106,8 +110,15 @@ pub(crate) fn text(tables: &[Table]) -> String {
         };
         let _ = write!(text, "\n{name}: {}", table.methods.join(", "));
     }
-    let [survived, recovered, detected, wrong, warned, lost] =
-        ["survived", "recovered", "detected", "wrong", "warned", "lost"].map(|name| count(tables, name));
+    let [survived, recovered, detected, wrong, warned, lost] = [
+        Verdict::Survived,
+        Verdict::Recovered,
+        Verdict::Detected,
+        Verdict::Wrong,
+        Verdict::Warned,
+        Verdict::Lost,
+    ]
+    .map(|verdict| count(tables, verdict));
     let _ = write!(
         text,
         "\n\n{survived} survived (S), {recovered} recovered in shorter steps (R), {detected} ended with a reason (D), {wrong} ended \

@@ -1,6 +1,6 @@
 //! The rows of a study of stability as comma-separated values.
 
-use nappe_study::{Fate, StabilityRow};
+use nappe_study::{StabilityRow, Verdict};
 
 use crate::study::csv::{self, known, number};
 
@@ -35,10 +35,10 @@ fn fields(scene: &str, row: &StabilityRow) -> [String; COLUMNS.len()] {
         scene.to_owned(),
         row.method.name(),
         row.over.name().to_owned(),
-        if row.is_limit && row.fate == Fate::NotKnown { String::new() } else { number(row.dt) },
+        if row.is_limit && row.verdict == Verdict::NotKnown { String::new() } else { number(row.dt) },
         row.across.map(|(across, _)| across.name().to_owned()).unwrap_or_default(),
         known(row.across.map(|(_, value)| value)),
-        row.fate.name().to_owned(),
+        row.verdict.name().to_owned(),
         row.cause.clone().unwrap_or_default(),
         known(row.growth),
         known(row.limit),

@@ -1,6 +1,6 @@
 //! A study of stability in words: the limits of every method, and what it found.
 
-use nappe_study::{Fate, NoReference, Over, Stability, StabilityRow, Stepping, WRONG};
+use nappe_study::{NoReference, Over, Stability, StabilityRow, Stepping, Verdict, WRONG};
 
 use crate::{
     chart::words::needed,
@@ -14,7 +14,7 @@ const NOT_KNOWN: &str = "not known";
 fn limit(row: Option<&StabilityRow>) -> String {
     match row {
         None => String::new(),
-        Some(row) if row.fate == Fate::NotKnown => NOT_KNOWN.to_owned(),
+        Some(row) if row.verdict == Verdict::NotKnown => NOT_KNOWN.to_owned(),
         Some(row) => match row.limit {
             Some(0.0) => "none holds".to_owned(),
             Some(limit) => time(limit),
@@ -28,11 +28,11 @@ fn right(study: &Stability, load: Option<&StabilityRow>) -> String {
     match load {
         None => String::new(),
         // Without a window there is nothing to be right by.
-        Some(row) if row.fate == Fate::NotKnown || study.window == 0.0 => NOT_KNOWN.to_owned(),
+        Some(row) if row.verdict == Verdict::NotKnown || study.window == 0.0 => NOT_KNOWN.to_owned(),
         Some(row) => match row.right {
             Some(0.0) => "none is".to_owned(),
             Some(right) => time(right),
-            None if row.fate.holds() => NOT_KNOWN.to_owned(),
+            None if row.verdict.holds() => NOT_KNOWN.to_owned(),
             None => String::new(),
         },
     }
@@ -46,8 +46,8 @@ pub(crate) fn limits(study: &Stability) -> String {
         let load = study.limits(Over::Load).find(|row| row.method == method);
         let runs =
             study.rows.iter().filter(|row| row.stepping == Stepping::Certified && row.method == method);
-        let named = |fate: Fate| if fate == Fate::NotKnown { NOT_KNOWN } else { fate.name() };
-        let runs: Vec<_> = runs.map(|row| named(row.fate)).collect();
+        let named = |verdict: Verdict| if verdict == Verdict::NotKnown { NOT_KNOWN } else { verdict.name() };
+        let runs: Vec<_> = runs.map(|row| named(row.verdict)).collect();
         vec![
             method.name(),
             rest.theory
@@ -118,7 +118,11 @@ pub(super) fn missing(study: &Stability) -> Option<String> {
 /// What is not known for want of time.
 fn cut(study: &Stability) -> String {
     let count = |is_one: &dyn Fn(&StabilityRow) -> bool| {
-        study.rows.iter().filter(|row| row.fate == Fate::NotKnown && row.cut.is_some() && is_one(row)).count()
+        study
+            .rows
+            .iter()
+            .filter(|row| row.verdict == Verdict::NotKnown && row.cut.is_some() && is_one(row))
+            .count()
     };
     let limits = count(&|row| row.is_limit);
     let runs = count(&|row| row.stepping == Stepping::Certified);
@@ -126,7 +130,7 @@ fn cut(study: &Stability) -> String {
     let rights = study
         .rows
         .iter()
-        .filter(|row| row.is_limit && row.fate != Fate::NotKnown && row.cut.is_some())
+        .filter(|row| row.is_limit && row.verdict != Verdict::NotKnown && row.cut.is_some())
         .count();
     let why = if study.is_stopped { "Interrupted" } else { "Out of time" };
     format!(

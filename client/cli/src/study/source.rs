@@ -38,23 +38,31 @@ impl Source {
         files::Folder { folder, options: files::ReadOptions::default() }
     }
 
+    /// The text of a shipped scene or of a file.
+    ///
+    /// # Errors
+    /// A scene that is not shipped, and a file that cannot be read.
+    pub(crate) fn text(name: &str) -> Result<String> {
+        let path = Path::new(name);
+        if paths::is_scene(path) {
+            Ok(files::read_scene(path)?)
+        } else {
+            Ok(scene::shipped_text(name)?.to_owned())
+        }
+    }
+
     /// Reads a shipped scene or a file, and tells what it warns of, and that snow is left out by a verb.
     ///
     /// # Errors
     /// A scene that cannot be read or built, or has neither cloth nor snow.
     pub(crate) fn read(name: &str, verb: &str) -> Result<Self> {
-        let path = Path::new(name);
-        let text = if paths::is_scene(path) {
-            files::read_scene(path)?
-        } else {
-            scene::shipped_text(name)?.to_owned()
-        };
+        let text = Self::text(name)?;
         let scene = Scene::parse(&text, name)?;
         let Built { setup, initial_changes, warnings, .. } =
             scene.build(&Self::meshes(name), &SceneLimits::default())?;
         meshes::note(&warnings);
         let has_snow = setup.snow.is_some();
-        let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let name = Path::new(name).file_stem().unwrap_or_default().to_string_lossy().into_owned();
         let case = Case::new(&name, setup, initial_changes, scene.precision).map_err(CliError::failure)?;
         let is_whole = !has_snow || case.is_snow();
         if !is_whole {

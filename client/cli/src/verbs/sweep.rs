@@ -10,8 +10,7 @@ use xxhash_rust::xxh3::xxh3_64;
 use crate::{
     error::{CliError, Exit, Result},
     output::{self, OutputArgs},
-    paths, scene,
-    study::{self, files},
+    study::{self, Source, files},
     sweep::{
         Columns, Common, Description, End, Measure, Meshes, Set, Sweep, Table, check_distinct, combinations,
         folder_of, lock, named, named_by_any, picture_files,
@@ -80,12 +79,7 @@ pub(crate) struct SweepArgs {
 /// When the scene cannot be read, a key, a value or a measure is not allowed, the folder holds another sweep or one is running there,
 /// a file cannot be written, or the user ends it: rows that are there stay. That a run fails is a row, and no error.
 pub(crate) fn run(args: &SweepArgs) -> Result<()> {
-    let path = Path::new(&args.scene);
-    let text = if paths::is_scene(path) {
-        nappe_scene::files::read_scene(path)?
-    } else {
-        scene::shipped_text(&args.scene)?.to_owned()
-    };
+    let text = Source::text(&args.scene)?;
     let sweep = asked(args, &text)?;
     let description = description(args, &text, &sweep);
     files::check_folder(&args.out)?;
@@ -98,7 +92,7 @@ pub(crate) fn run(args: &SweepArgs) -> Result<()> {
         sweep.go(&mut table, threads, budget, tell).map(|()| (sweep, table))
     })??;
     let mut written = vec![args.out.join("sweep.csv"), args.out.join("sweep.json")];
-    let name = path.file_stem().unwrap_or_default().to_string_lossy();
+    let name = Path::new(&args.scene).file_stem().unwrap_or_default().to_string_lossy();
     for (name, bytes) in picture_files(&name, &columns(&sweep), &table)? {
         let path = args.out.join(name);
         write::write_whole(&path, &bytes, Existing::Overwritten)?;

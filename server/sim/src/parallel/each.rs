@@ -41,7 +41,7 @@ impl Own {
     /// Calls `work(block, part)` for each block, by all threads: blocks are counted over the whole body, and the part of a
     /// block is what it has of `parts`.
     pub(crate) fn each<P: Parts>(&self, parts: P, work: impl Fn(usize, P::Part) + Sync) {
-        self.each_with(|| (), parts, |_, block, part| work(block, part));
+        self.each_with(|| (), parts, |(), block, part| work(block, part));
     }
 
     /// The same with scratch memory, `work(scratch, block, part)`: it is made for a piece of the blocks, and holds what the

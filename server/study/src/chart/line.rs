@@ -1,59 +1,96 @@
-//! A line of a chart: a method in a precision, at steps that are halved from row to row, or at ever smaller errors per step.
+//! A line: a method in a precision on its way to ever shorter steps, or to ever smaller errors per step.
 
 use nappe_sim::math::Precision;
 
-use super::row::{Outcome, Row};
+use super::row::Row;
 use crate::{
     case::Case,
     method::{Method, Setting, Steps},
+    run::End,
 };
 
-/// Errors per step (m) that steps are controlled by, from row to row.
-const STEP_TOLERANCES: [f64; 4] = [1e-3, 1e-4, 1e-5, 1e-6];
-/// Rows that a line has before it may end for being beaten.
-const ROWS: usize = 4;
-/// What share of its error another row must have, for no more work, to beat it: a method of order 2 makes up for more within
-/// two rows.
-const BEATEN: f64 = 0.1;
-/// How often an interval is halved, at most.
-const MOST_LEVELS: u32 = 30;
+/// Why a method was given up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Dropped {
+    /// It takes more evaluations and products than others that are right enough.
+    Costly,
+    /// Three of its rows failed, one after another.
+    Fails,
+    /// Its error no longer falls: rounding, or the reference, is what is left.
+    Flat,
+    /// It has no shorter steps.
+    Shortest,
+    /// There was no time for its next row.
+    Time,
+}
 
-/// A method in a precision, and its rows so far.
+impl Dropped {
+    /// Why, in a few words.
+    pub const fn why(self) -> &'static str {
+        match self {
+            Self::Costly => "costs more than the cheapest",
+            Self::Fails => "three steps in a row fail",
+            Self::Flat => "its error no longer falls",
+            Self::Shortest => "it has no shorter steps",
+            Self::Time => "out of time",
+        }
+    }
+}
+
+/// The steps of lines, from row to row.
+pub(crate) struct Tries {
+    /// Those that are halved so often.
+    pub(crate) halved: fn(u32) -> Steps,
+    /// How many of them there are.
+    pub(crate) count: u32,
+    /// Errors per step (m) by which steps are controlled.
+    pub(crate) tolerances: Vec<f64>,
+}
+
+/// A method in a precision on its way.
 #[derive(Clone, Debug)]
 pub(crate) struct Line {
-    method: Method,
-    precision: Precision,
-    is_controlled: bool,
-    /// Rows that were made or tried.
-    tried: u32,
-    /// Rows that held.
-    held: usize,
-    /// Evaluations and products that its last row took, weighted, or steps that it would have made if it failed; before the
-    /// first one what is expected of it.
-    pub(crate) count: u64,
+    pub(crate) method: Method,
+    pub(crate) precision: Precision,
+    /// Whether its steps are as long as an error allows.
+    pub(crate) is_controlled: bool,
+    /// The halving, or the place among errors per step, of its next row.
+    pub(crate) next: u32,
+    /// Errors (m) of its rows; none of those that did not hold.
+    pub(crate) errors: Vec<Option<f64>>,
+    /// Its last row that held, among all.
+    pub(crate) row: Option<usize>,
     /// Seconds that its last row took.
     pub(crate) seconds: f64,
-    pub(crate) is_done: bool,
+    /// What its next row takes at least, and what is expected of the row that is right enough, in units of the search.
+    pub(crate) cost: f64,
+    pub(crate) expected: f64,
+    pub(crate) is_right: bool,
+    pub(crate) dropped: Option<Dropped>,
+}
+
+/// All methods, and those whose steps are controlled, in every precision. Nothing is known yet of what they cost.
+pub(crate) fn lines(precisions: &[Precision]) -> Vec<Line> {
+    let fixed = Method::compared().into_iter().map(|method| (method, false));
+    let all = fixed.chain(Method::controlled().into_iter().map(|method| (method, true)));
+    all.flat_map(|method| precisions.iter().map(move |&precision| Line::new(method, precision))).collect()
 }
 
 impl Line {
-    /// At steps that are halved, from so many intervals on.
-    pub(crate) fn fixed(method: Method, precision: Precision, intervals: u64) -> Self {
+    fn new((method, is_controlled): (Method, bool), precision: Precision) -> Self {
         Self {
             method,
             precision,
-            is_controlled: false,
-            tried: 0,
-            held: 0,
-            count: method.expected_count() * method.weight() * intervals,
+            is_controlled,
+            next: 0,
+            errors: Vec::new(),
+            row: None,
             seconds: 0.0,
-            is_done: false,
+            cost: 0.0,
+            expected: 0.0,
+            is_right: false,
+            dropped: None,
         }
-    }
-
-    /// At steps that an error allows.
-    pub(crate) fn controlled(method: Method, precision: Precision, intervals: u64) -> Self {
-        Self { is_controlled: true, ..Self::fixed(method, precision, intervals) }
     }
 
     /// Its name, without the precision.
@@ -62,47 +99,45 @@ impl Line {
         Setting::new(self.method, self.precision, steps).name()
     }
 
-    /// The setting of its next row; none where there is none. Where pins move, intervals that are longer than steps of the
-    /// world are left out.
-    pub(crate) fn next(&mut self, case: &Case, interval: f64) -> Option<Setting> {
-        let setting = |steps| Setting::new(self.method, self.precision, steps);
-        if self.is_controlled {
-            let tolerance = STEP_TOLERANCES.get(self.tried as usize)?;
-            self.tried += 1;
-            return Some(setting(Steps::Controlled(*tolerance)));
-        }
-        while self.tried < MOST_LEVELS {
-            let next = setting(Steps::Divided(self.tried));
-            self.tried += 1;
-            if next.fits(case, interval) {
-                return Some(next);
-            }
-        }
-        None
+    /// Whether it has a row that is right enough, or was given up.
+    pub(crate) const fn is_done(&self) -> bool {
+        self.is_right || self.dropped.is_some()
     }
 
-    /// Takes note of its last row, the last of all, and of whether the line ends with it: its error is at most `good` (m); or
-    /// after four rows that held another row has a tenth of its error for no more evaluations and products; or it has not
-    /// held where another line is good for fewer of them than this one makes steps, `planned` of them.
-    pub(crate) fn note(&mut self, rows: &[Row], good: f64, planned: f64) {
-        let Some(last) = rows.last() else { return };
-        let error = last.error();
-        self.held += usize::from(error.is_some());
-        self.count = self.method.weight() * last.count().max(planned as u64);
-        let others = || rows.iter().filter_map(|row| Some((row.error()?, row.count())));
-        self.is_done = match error {
-            Some(error) if error <= good => true,
-            Some(error) => {
-                let is_beaten =
-                    || others().any(|(other, count)| other < BEATEN * error && count <= last.count());
-                self.held >= ROWS && is_beaten()
+    /// How many of its rows held.
+    pub(crate) fn held(&self) -> usize {
+        self.errors.iter().flatten().count()
+    }
+
+    /// The setting of its next row; none where there is none. Where pins move, intervals (s) that are longer than steps of the
+    /// world are left out.
+    pub(crate) fn next_setting(&mut self, tries: &Tries, case: &Case, interval: f64) -> Option<Setting> {
+        loop {
+            let steps = if self.is_controlled {
+                Steps::Controlled(*tries.tolerances.get(self.next as usize)?)
+            } else {
+                (self.next < tries.count).then(|| (tries.halved)(self.next))?
+            };
+            self.next += 1;
+            let setting = Setting::new(self.method, self.precision, steps);
+            if setting.fits(case, interval) {
+                return Some(setting);
             }
-            None if last.outcome == Outcome::NotKnown => true,
-            None => {
-                !self.is_controlled
-                    && self.held == 0
-                    && others().any(|(other, count)| other <= good && (count as f64) < planned)
-            }
+        }
+    }
+
+    /// Takes note of its next row, which stands at a place among all and took some seconds: with an error of at most `right` (m)
+    /// it is right enough.
+    pub(crate) fn take(&mut self, row: &Row, place: usize, seconds: f64, right: f64) {
+        self.seconds = seconds;
+        self.errors.push(row.error());
+        if let Some(error) = row.error() {
+            (self.row, self.is_right) = (Some(place), error <= right);
+        }
+        self.dropped = match row.end {
+            End::Cut(_) => Some(Dropped::Time),
+            End::Costly => Some(Dropped::Costly),
+            End::Reached | End::Failed(_) => None,
         };
     }
 }

@@ -2,12 +2,12 @@
 
 use std::time::Instant;
 
-use super::{front, request::Request, row::Row, rows::Rows, timing};
+use super::{front, request::Request, row::Row, rows::rows, timing};
 use crate::{
     case::{Case, Times},
     method::Stepped,
-    reference::{NoReference, OPEN, Reference, Scan, ScanEnd, reference, scan},
-    run::Budget,
+    reference::{NoReference, OPEN, Reference, Scan, reference, scan},
+    run::{Budget, End},
 };
 
 /// Shares of the budget at whose end each part is over: the reference is known then, or nothing is.
@@ -73,6 +73,22 @@ pub(crate) enum Kept {
 const MOST_COORDINATES: u64 = 1 << 25;
 
 impl Chart {
+    /// Without a reference and rows yet, to a tolerance (m).
+    pub(super) fn new(tolerance: f64, limit: Limit, scan: Scan) -> Self {
+        Self {
+            tolerance,
+            scan,
+            whole: None,
+            missing: None,
+            reference: None,
+            limit,
+            floor: 0.0,
+            rows: Vec::new(),
+            is_cut: false,
+            is_stopped: false,
+        }
+    }
+
     /// The last comparison time (s); 0 without any.
     pub fn until(&self) -> f64 {
         self.reference.as_ref().map_or(0.0, |reference| reference.times.end())
@@ -99,8 +115,7 @@ impl Chart {
 pub(crate) fn of_cloth(case: &Case, request: &Request, budget: &Budget, tell: &dyn Fn(&str)) -> Chart {
     let mut chart = without_rows(case, request, Kept::Few, budget, tell);
     if let Some(reference) = chart.reference.clone() {
-        let rows = Rows::new(case, request, &reference, chart.floor);
-        let (rows, is_cut) = rows.make(&budget.until(ROWS), tell);
+        let (rows, is_cut) = rows(case, request, &reference, chart.floor, &budget.until(ROWS), tell);
         chart.rows = rows;
         chart.is_cut |= is_cut;
         front::mark(&mut chart.rows);
@@ -128,19 +143,8 @@ pub(crate) fn without_rows(
     let begin = Instant::now();
     let scan = scan(case, end, most, &phase);
     let seconds = begin.elapsed().as_secs_f64();
-    let mut chart = Chart {
-        tolerance: request.tolerance,
-        limit: limit(&scan, request),
-        scan,
-        whole: None,
-        missing: None,
-        reference: None,
-        floor: 0.0,
-        rows: Vec::new(),
-        is_cut: false,
-        is_stopped: false,
-    };
-    if chart.scan.end == ScanEnd::Stopped {
+    let mut chart = Chart::new(request.tolerance, limit(&scan, request), scan);
+    if chart.scan.end.cut().is_some() {
         chart.is_cut = true;
         // The scan has three copies of the scene; the reference takes longer.
         chart.missing = Some(NoReference::Time(2.0 * chart.scan.needed(seconds, end)));
@@ -161,11 +165,10 @@ pub(crate) fn without_rows(
         let wanted = GOOD_REFERENCE * request.tolerance;
         match reference(case, &times, chart.scan.step, wanted, &phase) {
             Ok(found) => chart.keep(found, request, kept),
-            Err(NoReference::Time(needed)) => {
-                chart.is_cut = true;
-                chart.missing = Some(NoReference::Time(seconds + needed));
+            Err(missing) => {
+                chart.is_cut = matches!(missing, NoReference::Time(_));
+                chart.missing = Some(missing.after(seconds));
             }
-            Err(missing) => chart.missing = Some(missing),
         }
     }
     chart
@@ -174,10 +177,12 @@ pub(crate) fn without_rows(
 fn limit(scan: &Scan, request: &Request) -> Limit {
     match &scan.end {
         _ if request.times.is_some() => Limit::Asked,
+        End::Failed(failure) => Limit::Failed(failure.cause.clone()),
+        End::Reached if scan.spread.last().is_some_and(|spread| *spread > OPEN * request.tolerance) => {
+            Limit::Spread
+        }
         // Where its time was over nothing is compared.
-        ScanEnd::Reached | ScanEnd::Stopped => Limit::Scene,
-        ScanEnd::Spread => Limit::Spread,
-        ScanEnd::Failed(cause) => Limit::Failed(cause.clone()),
+        End::Reached | End::Cut(_) | End::Costly => Limit::Scene,
     }
 }
 

@@ -11,14 +11,14 @@ use super::{
     front,
     of_cloth::{Chart, Limit, REFERENCE},
     request::Request,
-    row::{Outcome, Row},
+    row::Row,
     timing,
 };
 use crate::{
     case::{Case, Times},
     method::{SnowSetting, SnowSteps, Variant, variants},
     quantity::length,
-    reference::{COST, F64_COST, MOST_WORK, NoReference, Reference, Scan, ScanEnd, halved},
+    reference::{COST, F64_COST, MOST_WORK, NoReference, Reference, Scan, halved},
     run::{Budget, End, Phase, run, run_within},
 };
 
@@ -101,20 +101,9 @@ fn empty(case: &Case, request: &Request) -> Chart {
         spread: Vec::new(),
         step: case.dt(),
         bound: f64::INFINITY,
-        end: ScanEnd::Reached,
+        end: End::Reached,
     };
-    Chart {
-        tolerance: request.tolerance,
-        scan,
-        whole: None,
-        missing: None,
-        reference: None,
-        limit: Limit::Scene,
-        floor: 0.0,
-        rows: Vec::new(),
-        is_cut: false,
-        is_stopped: false,
-    }
+    Chart::new(request.tolerance, Limit::Scene, scan)
 }
 
 /// The settings of all rows, in the order of a chart. A period of an odd number of blocks has no cells twice as long.
@@ -169,8 +158,8 @@ fn window(case: &Case, snow: &SnowSetup, request: &Request, phase: &Phase) -> Re
     let limit = match &made.end {
         End::Reached => Limit::Scene,
         End::Failed(failure) => Limit::Failed(failure.cause.clone()),
-        _ if made.work.force_evaluations > most => Limit::Work,
-        _ => {
+        End::Cut(_) | End::Costly if made.work.force_evaluations > most => Limit::Work,
+        End::Cut(_) | End::Costly => {
             let share = made.work.force_evaluations as f64 / most as f64;
             return Err(if share > 0.0 { COST * made.elapsed / share } else { f64::INFINITY });
         }
@@ -212,7 +201,7 @@ fn add_rows(
     }
     rows.sort_by_key(|(place, _)| *place);
     for (_, mut row) in rows {
-        chart.is_cut |= row.outcome == Outcome::NotKnown;
+        chart.is_cut |= row.end.cut().is_some();
         row.below_floor = row.error().is_some_and(|error| error < chart.floor);
         chart.rows.push(row);
     }

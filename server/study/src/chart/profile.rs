@@ -64,12 +64,11 @@ pub struct Profile {
 
 /// The runs of a chart, but for the scene as it is written. What is nearer to the reference than that is known is not ranked.
 pub fn runs(chart: &Chart) -> Vec<Run> {
-    let is_ranked = |row: &Row| !(row.below_floor && row.stepped.cell().is_some());
     let run = |row: &Row| Run {
         method: row.stepped.name(),
         name: row.stepped.reader_name(),
         precision: row.stepped.precision(),
-        is_right: is_ranked(row) && row.error().is_some_and(|error| error <= chart.tolerance),
+        is_right: row.is_ranked() && row.error().is_some_and(|error| error <= chart.tolerance),
         seconds: row.seconds,
         count: row.count(),
     };

@@ -6,36 +6,8 @@ use crate::{
     case::Case,
     method::Stepped,
     reference::Reference,
-    run::{Cut, End, Failure, Run},
+    run::{End, Failure, Run},
 };
-
-/// How a run ended, as charts tell it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Outcome {
-    /// It reached the last comparison time.
-    Ok,
-    /// It left what is a state, or is farther from the reference than the scene is long.
-    Diverged,
-    /// A step was not taken.
-    Refused,
-    /// It was given up for want of time, and nothing is known of it.
-    NotKnown,
-    /// It took more evaluations and products than another that is right enough.
-    Costly,
-}
-
-impl Outcome {
-    /// Its name in tables.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Ok => "ok",
-            Self::Diverged => "diverged",
-            Self::Refused => "refused",
-            Self::NotKnown => "not_known",
-            Self::Costly => "costly",
-        }
-    }
-}
 
 /// What one run costs, and how far it is from the reference.
 #[derive(Clone, Debug, PartialEq)]
@@ -62,12 +34,8 @@ pub struct Row {
     pub max_stretch: f64,
     /// Hash of the state that it came to.
     pub state_hash: u64,
-    /// How it ended.
-    pub outcome: Outcome,
-    /// Why it did not reach its end.
-    pub failure: Option<Failure>,
-    /// Why it was given up, if it was for want of time.
-    pub cut: Option<Cut>,
+    /// What happened to it: one that comes to its end farther from the reference than the scene is long has failed.
+    pub end: End,
     /// Whether its error is less than what can be told.
     pub below_floor: bool,
     /// Whether no other row is better in error and seconds.
@@ -93,14 +61,11 @@ impl Row {
         };
         let rms_error = largest(&|a, b| case.rms(a, b));
         let centre_error = largest(&|a, b| case.centre_distance(a, b));
-        let (outcome, failure) = match (&run.end, rms_error) {
-            (End::Reached, Some(error)) if is_near(case, error) => (Outcome::Ok, None),
-            (End::Reached, Some(_)) => (Outcome::Diverged, Some(far(case, run))),
-            (End::Reached, None) => (Outcome::Refused, Some(too_long(case))),
-            (End::Stopped, _) => (Outcome::NotKnown, None),
-            (End::Costly, _) => (Outcome::Costly, None),
-            (End::Failed(failure), _) if failure.is_refusal => (Outcome::Refused, Some(failure.clone())),
-            (End::Failed(failure), _) => (Outcome::Diverged, Some(failure.clone())),
+        let end = match (&run.end, rms_error) {
+            (End::Reached, Some(error)) if is_near(case, error) => End::Reached,
+            (End::Reached, Some(_)) => End::Failed(far(case, run)),
+            (End::Reached, None) => End::Failed(too_long(case)),
+            (End::Failed(_) | End::Cut(_) | End::Costly, _) => run.end.clone(),
         };
         // A state that is beyond all numbers when it is squared has no distance.
         let [rms_error, centre_error] =
@@ -109,11 +74,10 @@ impl Row {
         let (seconds, minimum_seconds) = match run.end {
             End::Reached => costs(&run.seconds, run.time),
             End::Costly => (None, None),
-            _ if run.tried > 0.0 => {
-                let cost = Some(run.elapsed / run.tried);
+            End::Failed(_) | End::Cut(_) => {
+                let cost = (run.tried > 0.0).then(|| run.elapsed / run.tried);
                 (cost, cost)
             }
-            _ => (None, None),
         };
         let solver = case.setup.bodies.first().map(|body| body.settings);
         let tolerance = match stepped {
@@ -136,9 +100,7 @@ impl Row {
             energy_drift,
             max_stretch,
             state_hash,
-            outcome,
-            failure,
-            cut: run.cut,
+            end,
             below_floor: false,
             front: false,
             own: stepped.is_own(),
@@ -163,7 +125,7 @@ impl Row {
 
     /// Its error (m), where it reached its end near the reference.
     pub fn error(&self) -> Option<f64> {
-        self.rms_error.filter(|_| self.outcome == Outcome::Ok)
+        self.rms_error.filter(|_| self.end == End::Reached)
     }
 }
 

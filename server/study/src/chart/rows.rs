@@ -3,14 +3,14 @@
 use nappe_sim::math::Precision;
 
 use super::{
-    line::Line,
+    line::{Dropped, Line, Tries, lines},
     request::Request,
-    row::{Outcome, Row},
+    row::Row,
+    search::{Rule, Search},
 };
 use crate::{
-    case::Case,
+    case::{Case, Times},
     method::{Method, Setting, Steps},
-    quantity::time,
     reference::Reference,
     run::{Phase, run},
 };
@@ -21,104 +21,92 @@ const COST: f64 = 2.2;
 const GOOD: f64 = 0.01;
 /// Times the floor below which a line ends.
 const ABOVE_FLOOR: f64 = 3.0;
+/// Errors per step (m) that steps are controlled by, from row to row.
+const STEP_TOLERANCES: [f64; 4] = [1e-3, 1e-4, 1e-5, 1e-6];
+/// Rows that a line has before it may end for being beaten.
+const ROWS: usize = 4;
+/// What share of its error another row must have, for no more work, to beat it: a method of order 2 makes up for more within
+/// two rows.
+const BEATEN: f64 = 0.1;
+/// How many rows a line of steps that are halved has, at most.
+const MOST_LEVELS: u32 = 30;
 
 /// Names of all lines, in their order.
 pub(crate) fn line_names() -> Vec<String> {
-    lines(&[Precision::F64], 1).iter().map(Line::name).collect()
+    lines(&[Precision::F64]).iter().map(Line::name).collect()
 }
 
-/// All methods, and those whose steps are controlled, in every precision, for so many intervals.
-fn lines(precisions: &[Precision], intervals: u64) -> Vec<Line> {
-    let fixed = Method::compared().into_iter().map(|method| (method, false));
-    let all = fixed.chain(Method::controlled().into_iter().map(|method| (method, true)));
-    all.flat_map(|(method, is_controlled)| {
-        precisions.iter().map(move |&precision| {
-            let new = if is_controlled { Line::controlled } else { Line::fixed };
-            new(method, precision, intervals)
-        })
-    })
-    .collect()
+/// Each line until its error is good (m), or until others are so much better that it is not worth its time.
+struct Every<'a> {
+    good: f64,
+    times: &'a Times,
 }
 
-/// Rows on their way.
-pub(crate) struct Rows<'a> {
-    case: &'a Case,
-    request: &'a Request,
-    reference: &'a Reference,
+impl Rule for Every<'_> {
+    fn right(&self) -> f64 {
+        self.good
+    }
+
+    fn most(&self, line: &Line, phase: &Phase) -> Result<u64, Dropped> {
+        let is_late = phase.is_over() || COST * line.seconds > phase.left();
+        if is_late { Err(Dropped::Time) } else { Ok(u64::MAX) }
+    }
+
+    /// A line ends after four rows that held where another row has a tenth of its error for no more evaluations and products; or
+    /// while it has not held, where another line is good for fewer of them than this one makes steps.
+    fn note(&mut self, line: &mut Line, row: &Row, rows: &[Row]) -> Option<Dropped> {
+        let interval = self.times.interval;
+        let planned = self.times.end() / row.stepped.dt(interval).unwrap_or(interval);
+        line.expected = (line.method.weight() * row.count().max(planned as u64)) as f64;
+        let mut others = rows.iter().filter_map(|row| Some((row.error()?, row.count())));
+        let is_costly = if let Some(error) = row.error() {
+            let is_better = |(other, count): (f64, u64)| other < BEATEN * error && count <= row.count();
+            line.held() >= ROWS && others.any(is_better)
+        } else {
+            let is_good = |(other, count): (f64, u64)| other <= self.good && (count as f64) < planned;
+            !line.is_controlled && line.held() == 0 && others.any(is_good)
+        };
+        is_costly.then_some(Dropped::Costly)
+    }
+}
+
+/// The scene as it is written, and the rows of all lines: always the next one of the line whose last row took the least evaluations
+/// and products. Errors below `floor` (m) cannot be told. Says whether any row was left out for want of time.
+pub(crate) fn rows(
+    case: &Case,
+    request: &Request,
+    reference: &Reference,
     floor: f64,
-    made: Vec<Row>,
-    is_cut: bool,
+    phase: &Phase,
+    tell: &dyn Fn(&str),
+) -> (Vec<Row>, bool) {
+    let times = &reference.times;
+    let mut lines = lines(&request.precisions);
+    for line in &mut lines {
+        line.expected = (line.method.expected_count() * line.method.weight() * times.count()) as f64;
+    }
+    let tries = Tries { halved: Steps::Divided, count: MOST_LEVELS, tolerances: STEP_TOLERANCES.to_vec() };
+    let against = (reference, times.clone(), (0..reference.states.len()).collect());
+    let mut search = Search::new(case, request, against, tries, lines);
+    tell("the scene as it is written");
+    search.rows.extend(own(case, reference, phase));
+    let good = (GOOD * request.tolerance).max(ABOVE_FLOOR * floor);
+    search.go(&mut Every { good, times }, phase, tell);
+
+    let is_late = search.lines.iter().any(|line| line.dropped == Some(Dropped::Time));
+    let is_cut = is_late || search.rows.iter().any(|row| row.end.cut().is_some());
+    let marked = |place: usize| {
+        let row = search.rows[place].clone();
+        Row { below_floor: row.error().is_some_and(|error| error < floor), ..row }
+    };
+    (search.order().into_iter().map(marked).collect(), is_cut)
 }
 
-impl<'a> Rows<'a> {
-    /// No rows yet; errors below `floor` (m) cannot be told.
-    pub(crate) fn new(case: &'a Case, request: &'a Request, reference: &'a Reference, floor: f64) -> Self {
-        Self { case, request, reference, floor, made: Vec::new(), is_cut: false }
-    }
-
-    /// Makes the rows of all lines: always the next one of the line whose last row took the least evaluations and
-    /// products. Says whether any was left out for want of time.
-    pub(crate) fn make(mut self, phase: &Phase, tell: &dyn Fn(&str)) -> (Vec<Row>, bool) {
-        tell("the scene as it is written");
-        self.add_own(phase);
-        let mut lines = lines(&self.request.precisions, self.reference.times.count());
-        let wanted = &self.request.methods;
-        lines.retain(|line| wanted.is_empty() || wanted.contains(&line.name()));
-        let good = (GOOD * self.request.tolerance).max(ABOVE_FLOOR * self.floor);
-        while let Some(line) = lines.iter_mut().filter(|line| !line.is_done).min_by_key(|line| line.count) {
-            if phase.is_over() || COST * line.seconds > phase.left() {
-                (line.is_done, self.is_cut) = (true, true);
-                continue;
-            }
-            match line.next(self.case, self.reference.times.interval) {
-                None => line.is_done = true,
-                Some(setting) => self.add_next(
-                    line,
-                    setting.solved(self.case, self.request.tolerance, self.reference.times.end()),
-                    good,
-                    &phase.share(0.5),
-                    tell,
-                ),
-            }
-        }
-        let order = |row: &Row| (!row.own, place(row), row.stepped.precision().name());
-        // Within a line rows stand in the order in which they were made.
-        self.made.sort_by_key(order);
-        (self.made, self.is_cut)
-    }
-
-    /// Adds the next row of a line.
-    fn add_next(&mut self, line: &mut Line, setting: Setting, good: f64, phase: &Phase, tell: &dyn Fn(&str)) {
-        let (reference, times) = (self.reference, &self.reference.times);
-        let dt = setting.dt(times.interval);
-        let steps = dt.map_or_else(String::new, |dt| format!(", steps of {}", time(dt)));
-        tell(&format!("{} {}{steps}", setting.name(), setting.precision));
-        let made = run(self.case, &setting, times, phase);
-        let places: Vec<usize> = (0..reference.states.len()).collect();
-        self.push(Row::new(self.case, &setting, &made, (reference, &places)));
-        line.seconds = made.elapsed;
-        line.note(&self.made, good, times.end() / dt.unwrap_or(times.interval));
-    }
-
-    /// Adds the scene as it is written, at the comparison times at which its steps end.
-    fn add_own(&mut self, phase: &Phase) {
-        let Some(body) = self.case.setup.bodies.first() else { return };
-        let method = Method::of(&body.settings);
-        let setting = Setting::new(method, self.case.precision, Steps::Own);
-        let (times, places) = self.reference.times.coarser(self.case.dt());
-        let made = run(self.case, &setting, &times, phase);
-        self.push(Row::new(self.case, &setting, &made, (self.reference, &places)));
-    }
-
-    fn push(&mut self, mut row: Row) {
-        self.is_cut |= row.outcome == Outcome::NotKnown;
-        row.below_floor = row.error().is_some_and(|error| error < self.floor);
-        self.made.push(row);
-    }
-}
-
-/// Where the line of a row stands among all.
-fn place(row: &Row) -> usize {
-    let name = row.stepped.name();
-    line_names().iter().position(|known| *known == name).unwrap_or(usize::MAX)
+/// The scene as it is written, at the comparison times at which its steps end.
+fn own(case: &Case, reference: &Reference, phase: &Phase) -> Option<Row> {
+    let body = case.setup.bodies.first()?;
+    let setting = Setting::new(Method::of(&body.settings), case.precision, Steps::Own);
+    let (times, places) = reference.times.coarser(case.dt());
+    let made = run(case, &setting, &times, phase);
+    Some(Row::new(case, &setting, &made, (reference, &places)))
 }

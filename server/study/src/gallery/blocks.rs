@@ -9,11 +9,11 @@ use nappe_sim::{
 };
 
 use super::{
+    finding::Finding,
     row::Row,
     snow::{SnowScene, elastic, lattice, object, rework},
-    verdict::Verdict,
 };
-use crate::method::Variant;
+use crate::{method::Variant, run::Verdict};
 
 /// Side of a cell (m); particles are half of it apart.
 const CELL: f64 = 0.1;
@@ -47,10 +47,10 @@ pub(super) fn run(
     scene: &SnowScene,
     steps: u64,
     change: impl FnMut(usize, &mut ParticleState),
-) -> (Verdict, Option<Simulation>) {
+) -> (Finding, Option<Simulation>) {
     let (mut simulation, warnings) = match Simulation::new(&scene.setup(), Precision::F64) {
         Ok(built) => built,
-        Err(error) => return (Verdict::Detected(error.to_string()), None),
+        Err(error) => return (Finding::new(Verdict::Detected, error.to_string()), None),
     };
     rework(&mut simulation, change);
     let start = simulation.diagnose().total_energy();
@@ -58,14 +58,14 @@ pub(super) fn run(
     for step in 0..steps {
         let report = match simulation.step(&mut NoStopwatch) {
             Ok(report) => report,
-            Err(error) => return (Verdict::stopped(&error), None),
+            Err(error) => return (Finding::stopped(&error), None),
         };
         let now = report.diagnostics;
         let gain = now.total_energy() - start - GAIN * (now.kinetic_energy + now.elastic_energy);
         let is_finite =
             simulation.snow_particles().iter().all(|p| p.x.iter().chain(&p.v).all(|c| c.is_finite()));
         if !is_finite || gain.is_nan() || gain > 1e-9 * start.abs() {
-            return (Verdict::Lost(format!("{gain:.1e} J gained at step {step}")), None);
+            return (Finding::new(Verdict::Lost, format!("{gain:.1e} J gained at step {step}")), None);
         }
         if let Some(snow) = report.snow {
             substeps += u64::from(snow.substeps);
@@ -73,20 +73,20 @@ pub(super) fn run(
         }
     }
     let taken = if substeps > steps {
-        Verdict::Recovered("shorter steps".to_owned())
+        Finding::new(Verdict::Recovered, "shorter steps")
     } else {
-        Verdict::Survived(String::new())
+        Finding::new(Verdict::Survived, "")
     };
-    let told = if inverted > 0 { taken.with(format!("{inverted} inverted, told")) } else { taken };
-    let verdict = if warnings.is_empty() { told } else { Verdict::Warned("the kernel".to_owned()) };
-    (verdict, Some(simulation))
+    let told = if inverted > 0 { taken.with(&format!("{inverted} inverted, told")) } else { taken };
+    let finding = if warnings.is_empty() { told } else { Finding::new(Verdict::Warned, "the kernel") };
+    (finding, Some(simulation))
 }
 
-fn compacted(variant: Variant) -> Verdict {
+fn compacted(variant: Variant) -> Finding {
     run(&block(6, variant), 50, |_, particle| particle.plastic_ratio = 0.5).0
 }
 
-fn out_of_range(variant: Variant) -> Verdict {
+fn out_of_range(variant: Variant) -> Finding {
     let scene = block(4, variant);
     run(&scene, 20, |index, particle| {
         if index == 0 {
@@ -97,7 +97,7 @@ fn out_of_range(variant: Variant) -> Verdict {
 }
 
 /// A particle in the middle of a block has a deformation of its own.
-fn deformed(variant: Variant, across: f64) -> Verdict {
+fn deformed(variant: Variant, across: f64) -> Finding {
     run(&block(5, variant), 100, |index, particle| {
         if index == 62 {
             particle.elastic = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, across]];
@@ -106,20 +106,20 @@ fn deformed(variant: Variant, across: f64) -> Verdict {
     .0
 }
 
-fn lone(variant: Variant) -> Verdict {
+fn lone(variant: Variant) -> Finding {
     let scene = block(1, variant).under([0.0, -9.81, 0.0]);
-    let (verdict, simulation) = run(&scene, 100, |_, _| {});
-    let Some(simulation) = simulation else { return verdict };
+    let (finding, simulation) = run(&scene, 100, |_, _| {});
+    let Some(simulation) = simulation else { return finding };
     let fallen = 0.25 * CELL - simulation.snow_particles()[0].x[1];
     let share = fallen / (0.5 * 9.81 * simulation.time().powi(2));
     // Symplectic Euler falls g t h / 2 farther.
-    verdict
-        .with(format!("{share:.3} of g t² / 2"))
+    finding
+        .with(&format!("{share:.3} of g t² / 2"))
         .only_if(|| (share - 1.0).abs() < 0.011, || format!("{share:.3} of g t² / 2"))
 }
 
 /// A block that moves across cells at a constant speed, slightly pressed together.
-fn across_cells(variant: Variant) -> Verdict {
+fn across_cells(variant: Variant) -> Finding {
     let scene = block(4, variant).moving(|_| [2.0, 0.5, 0.0]);
     run(&scene, 100, |_, particle| particle.elastic = [[0.99, 0.0, 0.0], [0.0, 0.99, 0.0], [0.0, 0.0, 0.99]])
         .0

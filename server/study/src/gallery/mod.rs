@@ -6,7 +6,7 @@
 pub mod networks;
 pub mod scene;
 pub mod snow;
-mod verdict;
+mod finding;
 mod trial;
 mod row;
 mod steps;
@@ -17,5 +17,5 @@ mod blocks;
 mod pieces;
 mod tables;
 
+pub use finding::Finding;
 pub use tables::{Exhibit, Family, Table, gallery};
-pub use verdict::Verdict;

@@ -7,11 +7,11 @@ use nappe_sim::{
 };
 
 use super::{
+    finding::Finding,
     networks::{sheet, sheet_rules},
     row::{GRAVITY, Row, stepped},
     scene::{difference, norm, positions},
     trial::Trial,
-    verdict::Verdict,
 };
 use crate::method::Method;
 
@@ -22,7 +22,7 @@ pub(super) const SCENES: [Row<Method>; 4] = [
     Row { number: 30, what: "a hung sheet whose pins are moved by its width", run: moved_pins },
 ];
 
-fn upright(method: Method) -> Verdict {
+fn upright(method: Method) -> Finding {
     let mut network = sheet(16, 0.05, &sheet_rules(1e4, 0.01), 0.005);
     network.pins.clear();
     network.x.iter_mut().for_each(|x| x.swap(1, 2));
@@ -31,11 +31,11 @@ fn upright(method: Method) -> Verdict {
     let height = |x: &[[f64; 3]]| x.iter().map(|x| x[1]).sum::<f64>() / x.len() as f64;
     let (start, mut fallen) = (height(&network.x), 0.0);
     let trial = Trial::new(stepped(network, dt, method).under(GRAVITY), 60);
-    let verdict = trial.run_with(|simulation, _| fallen = start - height(&positions(simulation)));
+    let finding = trial.run_with(|simulation, _| fallen = start - height(&positions(simulation)));
     let share = fallen / (0.5 * 9.81);
     // Methods of order 1 fall g t h / 2 farther.
-    verdict
-        .with(format!("{share:.3}"))
+    finding
+        .with(&format!("{share:.3}"))
         .only_if(|| (share - 1.0).abs() < 1.01 * dt, || format!("{share:.3} of it"))
 }
 
@@ -56,7 +56,7 @@ fn table(half_extent: [f64; 3]) -> Collider {
     }
 }
 
-fn onto_a_table(method: Method) -> Verdict {
+fn onto_a_table(method: Method) -> Finding {
     let mut network = sheet(10, 0.05, &sheet_rules(100.0, 0.02), 0.005);
     network.pins.clear();
     network.x.iter_mut().for_each(|x| *x = [x[0] - 0.225, 0.1, x[2] - 0.225]);
@@ -64,14 +64,14 @@ fn onto_a_table(method: Method) -> Verdict {
     let mut scene = stepped(network, 1.0 / 60.0, method).under(GRAVITY);
     scene.colliders = vec![table([1.0, 0.1, 1.0])];
     let (mut lowest, mut passed) = (f64::INFINITY, 0);
-    let verdict = Trial::new(scene, 60).run_with(|simulation, report| {
+    let finding = Trial::new(scene, 60).run_with(|simulation, report| {
         lowest = positions(simulation).iter().map(|x| x[1]).fold(lowest, f64::min);
         passed += report.notices.passed_count;
     });
-    verdict.only_if(|| lowest > 4e-3 && passed == 0, || format!("at {lowest:.1e} m, {passed} passed"))
+    finding.only_if(|| lowest > 4e-3 && passed == 0, || format!("at {lowest:.1e} m, {passed} passed"))
 }
 
-fn flung(method: Method) -> Verdict {
+fn flung(method: Method) -> Finding {
     let mut network = sheet(10, 0.05, &sheet_rules(100.0, 0.02), 0.005);
     network.pins.clear();
     network.x.iter_mut().for_each(|x| *x = [x[0] - 0.225, 0.3, x[2] - 0.225]);
@@ -81,12 +81,12 @@ fn flung(method: Method) -> Verdict {
     scene.colliders = vec![table([1.0, 0.02, 1.0])];
     scene.settings.on_pass = OnPass::Reject;
     let mut lowest = f64::INFINITY;
-    let verdict = Trial::new(scene, 10)
+    let finding = Trial::new(scene, 10)
         .run_with(|simulation, _| lowest = positions(simulation).iter().map(|x| x[1]).fold(lowest, f64::min));
-    verdict.only_if(|| lowest > 4e-3, || format!("at {lowest:.1e} m"))
+    finding.only_if(|| lowest > 4e-3, || format!("at {lowest:.1e} m"))
 }
 
-fn moved_pins(method: Method) -> Verdict {
+fn moved_pins(method: Method) -> Finding {
     let side = 8;
     let network = sheet(side, 0.1, &sheet_rules(200.0, 0.05), 0.01);
     let pins = network.pins.clone();
@@ -102,11 +102,11 @@ fn moved_pins(method: Method) -> Verdict {
     // They lift it by their way at most, against twice its weight.
     trial.given = 2.0 * 0.7 * weight;
     let mut off = f64::INFINITY;
-    let verdict = trial.run_with(|simulation, _| {
+    let finding = trial.run_with(|simulation, _| {
         let x = positions(simulation);
         let distance = |pin: u32, target: [f64; 3]| norm(difference(x[pin as usize], target));
         let distances = pins.iter().zip(&targets).map(|(pin, target)| distance(*pin, *target));
         off = distances.fold(0.0, f64::max);
     });
-    verdict.only_if(|| off < 1e-12, || format!("{off:.1e} m from where they are sent"))
+    finding.only_if(|| off < 1e-12, || format!("{off:.1e} m from where they are sent"))
 }

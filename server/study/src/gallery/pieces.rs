@@ -9,9 +9,9 @@ use nappe_sim::{
 
 use super::{
     blocks::run,
+    finding::Finding,
     row::Row,
     snow::{SnowScene, elastic, lattice, object},
-    verdict::Verdict,
 };
 use crate::method::Variant;
 
@@ -22,7 +22,7 @@ pub(super) const SCENES: [Row<Variant>; 3] = [
     Row { number: 40, what: "a block that spins freely, semi-implicit with beta = 0.5, 4 s", run: spinning },
 ];
 
-fn meeting(variant: Variant) -> Verdict {
+fn meeting(variant: Variant) -> Finding {
     let x = [[0.03, 0.05, 0.05], [0.07, 0.06, 0.07]];
     let mut body = object("two", x.to_vec(), 1.25e-4, 400.0, elastic(1e6, 0.2));
     body.v = vec![[0.5, 0.0, 0.0], [-0.5, 0.0, 0.0]];
@@ -42,15 +42,15 @@ fn block(variant: Variant, beta: f64) -> Option<SnowScene> {
     (variant.kernel != Kernel::Linear).then_some(scene)
 }
 
-fn corner(variant: Variant) -> Verdict {
-    let Some(scene) = block(variant, 1.0) else { return Verdict::None };
+fn corner(variant: Variant) -> Finding {
+    let Some(scene) = block(variant, 1.0) else { return Finding::NONE };
     let mut scene = scene.moving(|_| [0.0, 1.0, 0.0]);
     scene.colliders = [[1.0, 0.0, 0.0], [0.0, 0.0, 1.0]].map(slip_plane).to_vec();
-    let (verdict, simulation) = run(&scene, 60, |_, _| {});
-    let Some(simulation) = simulation else { return verdict };
+    let (finding, simulation) = run(&scene, 60, |_, _| {});
+    let Some(simulation) = simulation else { return finding };
     // It keeps its 25.6 mJ.
     let off = simulation.diagnose().kinetic_energy / 0.0256 - 1.0;
-    verdict.right_if(|| off.abs() < 1e-6)
+    finding.right_if(|| off.abs() < 1e-6)
 }
 
 fn slip_plane(normal: [f64; 3]) -> Collider {
@@ -67,8 +67,8 @@ fn slip_plane(normal: [f64; 3]) -> Collider {
     }
 }
 
-fn spinning(variant: Variant) -> Verdict {
-    let Some(scene) = block(variant, 0.5) else { return Verdict::None };
+fn spinning(variant: Variant) -> Finding {
+    let Some(scene) = block(variant, 0.5) else { return Finding::NONE };
     let mut scene = scene.moving(|x| [-2.0 * (x[1] - 0.04), 2.0 * (x[0] - 0.02), 0.0]);
     scene.objects[0].angular_velocity = [0.0, 0.0, 2.0];
     run(&scene, 200, |_, _| {}).0

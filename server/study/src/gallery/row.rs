@@ -2,7 +2,7 @@
 
 use nappe_sim::cloth::{ClothSettings, Network};
 
-use super::{scene::Scene, verdict::Verdict};
+use super::{finding::Finding, scene::Scene};
 use crate::method::Method;
 
 /// Of every scene that hangs or falls (m/s²).
@@ -15,7 +15,7 @@ pub(super) struct Row<M> {
     /// What it is.
     pub(super) what: &'static str,
     /// What becomes of a method in it.
-    pub(super) run: fn(M) -> Verdict,
+    pub(super) run: fn(M) -> Finding,
 }
 
 /// The scene of a network with a step of `dt`, in the settings that a scene has that says nothing but its method.

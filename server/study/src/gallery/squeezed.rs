@@ -7,10 +7,10 @@ use nappe_sim::{
 };
 
 use super::{
+    finding::Finding,
     networks::{scatter, sheet},
     row::Row,
     scene::{Scene, positions},
-    verdict::Verdict,
 };
 use crate::method::Method;
 
@@ -49,33 +49,33 @@ pub(super) const SCENES: [Row<Method>; 5] = [
     Row {
         number: 31,
         what: "a squeezed sheet, dt sqrt(k/m) = 0.5",
-        run: |method| verdict(method, 0.5, [0.108, 0.6]),
+        run: |method| finding(method, 0.5, [0.108, 0.6]),
     },
     Row {
         number: 31,
         what: "a squeezed sheet, dt sqrt(k/m) = 2",
-        run: |method| verdict(method, 2.0, [0.087, 0.3]),
+        run: |method| finding(method, 2.0, [0.087, 0.3]),
     },
     Row {
         number: 31,
         what: "a squeezed sheet, dt sqrt(k/m) = 10",
-        run: |method| verdict(method, 10.0, [0.072, 0.3]),
+        run: |method| finding(method, 10.0, [0.072, 0.3]),
     },
     Row {
         number: 31,
         what: "a squeezed sheet, dt sqrt(k/m) = 50",
-        run: |method| verdict(method, 50.0, [1.489, 2.3]),
+        run: |method| finding(method, 50.0, [1.489, 2.3]),
     },
     Row {
         number: 31,
         what: "a squeezed sheet, dt sqrt(k/m) = 200",
-        run: |method| verdict(method, 200.0, [23.825, 25.0]),
+        run: |method| finding(method, 200.0, [23.825, 25.0]),
     },
 ];
 
 /// The sheet after all steps, with what the program does by itself: its height (m), the elastic energy (J) that is left, steps
 /// that were taken again; or why it could not go on.
-fn verdict(method: Method, stiffness_number: f64, [settled, buckled]: [f64; 2]) -> Verdict {
+fn finding(method: Method, stiffness_number: f64, [settled, buckled]: [f64; 2]) -> Finding {
     let mut simulation =
         Scene::new(squashed(stiffness_number), DT).by(method).certified().simulate(Precision::F64);
     let start = simulation.diagnose().total_energy();
@@ -83,7 +83,7 @@ fn verdict(method: Method, stiffness_number: f64, [settled, buckled]: [f64; 2]) 
     for _ in 0..STEPS {
         let report = match simulation.step(&mut NoStopwatch) {
             Ok(report) => report,
-            Err(error) => return Verdict::stopped(&error),
+            Err(error) => return Finding::stopped(&error),
         };
         gain = f64::max(gain, report.diagnostics.total_energy() / start - 1.0);
         rejected += report.cloth.map_or(0, |cloth| cloth.rejected);
@@ -98,8 +98,8 @@ fn verdict(method: Method, stiffness_number: f64, [settled, buckled]: [f64; 2]) 
     let must_buckle = matches!(method.minimizer, Minimizer::Newton(_)) && !is_midpoint;
     // Nothing damps the sheet: the midpoint must keep its energy. The others come to rest in steps as long as these.
     let is_right = if is_midpoint { now.total_energy() >= KEPT * start } else { left <= WRONG * settled };
-    Verdict::taken(rejected)
-        .with(what)
+    Finding::taken(rejected)
+        .with(&what)
         .only_if(|| gain < most, || format!("gains {gain:.1e} of its energy"))
         .only_if(|| !must_buckle || height > SPACING && left < buckled, || format!("{height} m, {left} J"))
         .right_if(|| is_right)

@@ -8,13 +8,16 @@ use nappe_sim::{
 };
 
 use super::{
+    finding::Finding,
     networks::{DrapSprings, chain, drap, scatter, sheet, sheet_rules},
     row::{GRAVITY, Row, stepped},
     scene::positions,
     trial::Trial,
-    verdict::Verdict,
 };
-use crate::method::{Method, NEWTON};
+use crate::{
+    method::{Method, NEWTON},
+    run::Verdict,
+};
 
 /// The critical step of the course's cloth at rest (s), of which its linear motion bears 2 / w.
 const CRITICAL: f64 = 6.71e-3;
@@ -52,16 +55,16 @@ fn probed(damping: f64) -> Network {
     network
 }
 
-fn beyond_the_critical_step(method: Method) -> Verdict {
+fn beyond_the_critical_step(method: Method) -> Finding {
     Trial::new(stepped(probed(0.0), 1.5 * CRITICAL, method), 200).run()
 }
 
-fn undamped_cloth(method: Method) -> Verdict {
+fn undamped_cloth(method: Method) -> Finding {
     let network = drap(10, DrapSprings::Faces, 0.0);
     Trial::new(stepped(network, 0.01, method).under(GRAVITY), 400).run()
 }
 
-fn loaded(method: Method) -> Verdict {
+fn loaded(method: Method) -> Finding {
     let network = drap(10, DrapSprings::Faces, 0.0);
     Trial::new(stepped(network, 0.95 * CRITICAL, method).under(GRAVITY), 200).run()
 }
@@ -73,24 +76,24 @@ fn spring(damping: f64) -> Network {
     network
 }
 
-fn undamped(method: Method) -> Verdict {
+fn undamped(method: Method) -> Finding {
     Trial::new(stepped(spring(0.0), 0.01, method), 1000).run()
 }
 
-fn overdamped(method: Method) -> Verdict {
+fn overdamped(method: Method) -> Finding {
     Trial::new(stepped(probed(1000.0), 0.005, method), 100).run()
 }
 
-fn compressed_with_its_exact_tangent(method: Method) -> Verdict {
+fn compressed_with_its_exact_tangent(method: Method) -> Finding {
     if !method.integrator.is_implicit() {
-        return Verdict::None;
+        return Finding::NONE;
     }
     let method = Method { hessian: Hessian::Full, ..method };
     let network = drap(10, DrapSprings::Faces, 0.0);
     Trial::new(stepped(network, 1.0 / 30.0, method).under(GRAVITY), 60).run()
 }
 
-fn heavy_end(method: Method) -> Verdict {
+fn heavy_end(method: Method) -> Finding {
     let x: Vec<_> = (0..20).map(|i| [0.1 * f64::from(i), 0.0, 0.0]).collect();
     let mut network = chain(&x, 0.1, 1.5e4, 0.0, 0.01);
     network.masses[19] = 10.0;
@@ -98,7 +101,7 @@ fn heavy_end(method: Method) -> Verdict {
     Trial::new(stepped(network, 1.0 / 60.0, method).under(GRAVITY), 60).run()
 }
 
-fn order(method: Method) -> Verdict {
+fn order(method: Method) -> Finding {
     let (damping, time) = (2.0, 0.5_f64);
     let minimizer = if matches!(method.minimizer, Minimizer::Newton(_)) { NEWTON } else { method.minimizer };
     let method = Method { minimizer, ..method };
@@ -117,11 +120,11 @@ fn order(method: Method) -> Verdict {
     };
     let order = (error(512) / error(1024)).log2();
     let expected = method.order(damping);
-    Verdict::Survived(format!("{order:.1}"))
+    Finding::new(Verdict::Survived, format!("{order:.1}"))
         .only_if(|| (order - expected).abs() < 0.05, || format!("{order:.2}, not {expected}"))
 }
 
-fn long(method: Method) -> Verdict {
+fn long(method: Method) -> Finding {
     let mut network = sheet(4, 0.1, &sheet_rules(20.0, 0.0), 0.01);
     // Explicit Euler takes steps in damped motion alone.
     network.drag = if method.integrator == Integrator::ExplicitEuler { 0.01 } else { 0.0 };
@@ -129,10 +132,10 @@ fn long(method: Method) -> Verdict {
     let trial = Trial::new(stepped(network, 2e-3, method).under(GRAVITY), 20_000);
     let trial = Trial { precision: Precision::F32, ..trial };
     let mut strayed = 0.0;
-    let verdict = trial.run_with(|simulation, _| {
+    let finding = trial.run_with(|simulation, _| {
         let x = positions(simulation);
         let distance = held.iter().map(|(pin, at)| (x[*pin][0] - at[0]).abs() + (x[*pin][1] - at[1]).abs());
         strayed = distance.fold(strayed, f64::max);
     });
-    verdict.only_if(|| strayed < 1e-7, || format!("a pin strayed by {strayed:e} m"))
+    finding.only_if(|| strayed < 1e-7, || format!("a pin strayed by {strayed:e} m"))
 }

@@ -3,7 +3,7 @@
 use nappe_sim::cloth::{Hessian, Integrator, Minimizer, NewtonSettings};
 use rayon::prelude::*;
 
-use super::{blocks, motions, pieces, row::Row, squeezed, states, steps, verdict::Verdict};
+use super::{blocks, finding::Finding, motions, pieces, row::Row, squeezed, states, steps};
 use crate::{
     method::{Method, Variant},
     run::Budget,
@@ -40,8 +40,8 @@ pub struct Exhibit {
     pub number: u32,
     /// What it is.
     pub what: &'static str,
-    /// A verdict per method.
-    pub verdicts: Vec<Verdict>,
+    /// What becomes of each method.
+    pub findings: Vec<Finding>,
 }
 
 /// All tables. `tell` is called with what is done now.
@@ -85,18 +85,18 @@ fn table<M: Copy + Sync>(
 ) -> Table {
     let cells: Vec<(&Row<M>, M)> =
         rows.iter().flat_map(|row| methods.iter().map(move |method| (row, *method))).collect();
-    let verdict = |&(row, method): &(&Row<M>, M)| {
-        if budget.is_stopped() { Verdict::None } else { (row.run)(method) }
+    let find = |&(row, method): &(&Row<M>, M)| {
+        if budget.is_stopped() { Finding::NONE } else { (row.run)(method) }
     };
-    let verdicts: Vec<Verdict> = cells.par_iter().map(verdict).collect();
-    let exhibit = |(row, verdicts): (&Row<M>, &[Verdict])| Exhibit {
+    let findings: Vec<Finding> = cells.par_iter().map(find).collect();
+    let exhibit = |(row, findings): (&Row<M>, &[Finding])| Exhibit {
         number: row.number,
         what: row.what,
-        verdicts: verdicts.to_vec(),
+        findings: findings.to_vec(),
     };
     Table {
         family,
         methods: methods.iter().map(|method| name(*method)).collect(),
-        scenes: rows.iter().zip(verdicts.chunks(methods.len())).map(exhibit).collect(),
+        scenes: rows.iter().zip(findings.chunks(methods.len())).map(exhibit).collect(),
     }
 }

@@ -8,9 +8,10 @@ use nappe_sim::{
 };
 
 use super::{
+    finding::Finding,
     scene::{Scene, positions},
-    verdict::Verdict,
 };
+use crate::run::Verdict;
 
 /// A scene, and how long it runs.
 pub(super) struct Trial {
@@ -45,7 +46,7 @@ impl Trial {
     }
 
     /// Runs it. A step that is taken must leave all finite, and no more energy than the scene has; each is shown to `look`.
-    pub(super) fn run_with(self, mut look: impl FnMut(&Simulation, &StepReport)) -> Verdict {
+    pub(super) fn run_with(self, mut look: impl FnMut(&Simulation, &StepReport)) -> Finding {
         let mut simulation = match Simulation::new(&self.scene.setup(), self.precision) {
             Ok((simulation, _)) => simulation,
             Err(error) => return refused(&error),
@@ -59,24 +60,24 @@ impl Trial {
             let due: Vec<_> = due.map(|(_, change)| change.clone()).collect();
             if !due.is_empty() {
                 if let Err(error) = simulation.apply(&due) {
-                    return Verdict::Lost(error.to_string());
+                    return Finding::new(Verdict::Lost, error.to_string());
                 }
                 start = simulation.diagnose().total_energy();
             }
             let report = match simulation.step(&mut NoStopwatch) {
                 Ok(report) => report,
-                Err(error) => return Verdict::stopped(&error),
+                Err(error) => return Finding::stopped(&error),
             };
             let now = report.diagnostics;
             let moved = now.kinetic_energy + now.elastic_energy;
             let gain = now.total_energy() - start - self.given - 1e-9 * start.abs();
             let share = if gain > 0.0 { gain / moved } else { 0.0 };
             if !gain.is_finite() || share > most {
-                return Verdict::Lost(format!("{gain:.1e} J gained at step {step}"));
+                return Finding::new(Verdict::Lost, format!("{gain:.1e} J gained at step {step}"));
             }
             gained = f64::max(gained, share);
             if !positions(&simulation).iter().flatten().all(|c| c.is_finite()) {
-                return Verdict::Lost(format!("not finite at step {step}"));
+                return Finding::new(Verdict::Lost, format!("not finite at step {step}"));
             }
             let steps = report.cloth.map_or([1, 0], |cloth| [cloth.substeps, cloth.rejected]);
             substeps += u64::from(steps[0]);
@@ -84,23 +85,23 @@ impl Trial {
             look(&simulation, &report);
         }
         let taken = if rejected == 0 && substeps > self.steps {
-            Verdict::Recovered("shorter steps".to_owned())
+            Finding::new(Verdict::Recovered, "shorter steps")
         } else {
-            Verdict::taken(rejected)
+            Finding::taken(rejected)
         };
         let told =
-            if gained > silent { taken.with(format!("gains {gained:.0e} of its energy")) } else { taken };
+            if gained > silent { taken.with(&format!("gains {gained:.0e} of its energy")) } else { taken };
         told.right_if(|| gained <= WRONG)
     }
 
     /// Runs it, without a look.
-    pub(super) fn run(self) -> Verdict {
+    pub(super) fn run(self) -> Finding {
         self.run_with(|_, _| ())
     }
 }
 
-fn refused(error: &SetupError) -> Verdict {
+fn refused(error: &SetupError) -> Finding {
     let message = error.to_string();
     let never = "no step is stable";
-    Verdict::Detected(if message.contains(never) { never.to_owned() } else { message })
+    Finding::new(Verdict::Detected, if message.contains(never) { never.to_owned() } else { message })
 }

@@ -3,14 +3,13 @@
 use nappe_sim::math::Precision;
 
 use super::{
-    candidate::Dropped,
-    reach::{Found, Reach, ReachEnd},
+    reach::{Reach, Sought},
     search::RIGHT,
     terms::{Looked, Term},
     verify::Verified,
 };
 use crate::{
-    chart::{Chart, Row},
+    chart::{Chart, Dropped, Row},
     method::Stepped,
 };
 
@@ -19,7 +18,7 @@ const SNOW: i32 = 4;
 /// By how much shorter than what was run steps or cells are told at most: four halvings.
 const FARTHEST: f64 = 1.0 / 16.0;
 
-/// A candidate, and what became of it.
+/// A method in a precision, and what became of it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tried {
     /// The name of its method.
@@ -79,23 +78,6 @@ pub struct Plan {
     pub real_time: Option<Row>,
 }
 
-/// What the search for the cheapest came to.
-pub(super) struct Sought {
-    /// What was found, verified and run on.
-    pub(super) found: Option<Found>,
-    /// The cheapest that there was no time to verify.
-    pub(super) unverified: Option<(Row, Verified)>,
-    /// Steps of the window, and of the scene.
-    pub(super) steps: [u64; 2],
-}
-
-impl Sought {
-    /// What was found, where it runs to the end of the window within what the scene allows of its state.
-    pub(super) fn met(&self) -> Option<&Found> {
-        self.found.as_ref().filter(|found| found.reach.steps >= self.steps[0])
-    }
-}
-
 impl Plan {
     /// Of a chart with all of its rows, what was sought, and the terms of what was found; or else the most accurate row.
     pub(super) fn of(mut chart: Chart, sought: Sought, looked: Looked, nearest: Option<Row>) -> Self {
@@ -111,7 +93,7 @@ impl Plan {
         if let (Some(answer), Some(row)) = (chart.rows.iter_mut().rev().find(is_answer), &row) {
             *answer = Row { front: true, ..row.clone() };
         }
-        let is_reach_cut = reach.as_ref().is_some_and(|reach| reach.end == ReachEnd::Time);
+        let is_reach_cut = reach.as_ref().is_some_and(|reach| reach.end.cut().is_some());
         chart.is_cut |= is_terms_cut || is_reach_cut || verified.is_some_and(|verified| verified.is_cut);
         let nearest = row.as_ref().filter(|_| verified.is_none());
         // How far a search came that was cut is a matter of time.

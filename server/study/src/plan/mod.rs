@@ -4,7 +4,6 @@
 //! predictability horizon of the scene and run to its end; or what it would take. A plan is a chart that looks only where it must. Modules
 //! in reading order:
 
-mod candidate;
 mod search;
 mod verify;
 mod reach;
@@ -15,8 +14,7 @@ mod of_snow;
 mod planned;
 
 pub use answer::{Needed, Plan, Tried};
-pub use candidate::Dropped;
 pub use planned::plan;
-pub use reach::{Reach, ReachEnd};
+pub use reach::Reach;
 pub use terms::{SceneTerms, Term, Terms, Without};
 pub use verify::Verified;

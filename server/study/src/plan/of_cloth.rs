@@ -1,16 +1,15 @@
 //! The plan of a scene of cloth: a search, what it finds verified and run to the end of the scene, and the terms of that.
 
 use super::{
-    answer::{Plan, Sought, Tried, most_accurate},
-    candidate::{Candidate, Dropped},
-    reach::{Found, ReachEnd, reach},
-    search::Search,
+    answer::{Plan, Tried, most_accurate},
+    reach::Sought,
+    search::{right, search},
     terms::{Looked, Recommended, SceneTerms, terms},
-    verify::{quicker, verified},
+    verify::{Verification, quicker},
 };
 use crate::{
     case::Case,
-    chart::{Kept, Request, Row, without_rows},
+    chart::{Dropped, Kept, Line, Request, Row, Search, without_rows},
     run::{Budget, Phase, run},
 };
 
@@ -31,46 +30,38 @@ pub(super) fn of_cloth(
 ) -> Plan {
     let mut chart = without_rows(case, request, Kept::EveryStep, budget, tell);
     let Some(reference) = chart.reference.clone() else { return Plan::nothing(chart) };
-    let mut search = Search::new(case, request, &reference, chart.scan.bound);
-    if search.times.count() == 0 {
+    let against = (&reference, chart.scan.bound);
+    let Some(mut search) = search(case, request, against, &budget.until(SEARCH), tell) else {
         return Plan::nothing(chart);
-    }
-    search.go(&budget.until(SEARCH), tell);
+    };
+    let places = right(&search);
     let steps = steps(case, request, search.times.end());
-    let mut sought = find(&mut search, steps, budget, tell);
+    let mut verification = Verification { search: &search, rows: Vec::new() };
+    let mut verify = |place: usize, phase: &Phase| verification.verified(search.rows[place].clone(), phase);
+    // Of half the step it is enough that its error is known.
+    let allowed = [search.tolerance, f64::INFINITY];
+    let within = (budget, [VERIFIED, REACHED]);
+    let mut sought = Sought::of((case, steps), &places, allowed, &mut verify, within, tell);
+    let mut verifying = verification.rows;
     let quicker = sought.found.as_mut().and_then(|found| {
         tell("timing the cheapest in turn");
-        let places = search.right();
         let phase = budget.until(TIMED);
         quicker((case, &search.times), &mut found.row, &mut search.rows, &places, &phase)
     });
     let looked = sought.met().map_or_else(Looked::default, |found| {
-        terms(&recommended(&search, found, steps), scene, &budget.until(TERMS), tell)
+        let (times, places, tolerance) = (&search.times, &search.places[..], search.tolerance);
+        let recommended = Recommended { case, found, reference: &reference, times, places, tolerance, steps };
+        terms(&recommended, scene, &budget.until(TERMS), tell)
     });
     let (rows, tried) = sorted(&search);
     chart.is_cut |= tried.iter().any(|one| one.dropped == Some(Dropped::Time));
     let searched = rows.len();
     chart.rows = rows;
-    chart.rows.append(&mut search.verification);
+    chart.rows.append(&mut verifying);
     let plan = Plan::of(chart, sought, looked, most_accurate(&search.rows, 0.0, |_| true));
     let met_until = plan.row.as_ref().map_or(0.0, |row| met_until(&search, row, &budget.until(1.0)));
     let met_until = plan.reach.as_ref().map_or(met_until, |reach| met_until.min(reach.until));
     Plan { searched, tried, quicker, met_until, ..plan }
-}
-
-/// What is recommended, for a look at its terms.
-fn recommended<'a>(search: &'a Search<'_>, found: &'a Found, steps: [u64; 2]) -> Recommended<'a> {
-    Recommended {
-        case: search.case,
-        stepped: found.row.stepped,
-        reference: search.reference,
-        times: &search.times,
-        places: &search.places,
-        error: found.verified.error,
-        tolerance: search.tolerance,
-        steps,
-        reach: &found.reach,
-    }
 }
 
 /// The steps of a scene in its window, until a time (s), and until its end: that which was asked for where it has none.
@@ -83,54 +74,17 @@ pub(super) fn steps(case: &Case, request: &Request, until: f64) -> [u64; 2] {
     [window, scene.max(window)]
 }
 
-/// The cheapest of what is right enough that is right enough by half its step too, and comes to the end of the scene; where none does,
-/// the one that comes furthest. Beside it the cheapest that there was no time to verify.
-fn find(search: &mut Search<'_>, steps: [u64; 2], budget: &Budget, tell: &dyn Fn(&str)) -> Sought {
-    let (verifying, reaching) = (budget.until(VERIFIED), budget.until(REACHED));
-    let mut sought = Sought { found: None, unverified: None, steps };
-    for place in search.right() {
-        tell("verifying the cheapest with half its step");
-        let row = search.rows[place].clone();
-        let (row, verified) = verified(search, row, &verifying);
-        // An error that was small by chance may be large with half the step.
-        if verified.error > search.tolerance {
-            continue;
-        }
-        if verified.is_cut {
-            sought.unverified = Some((row, verified));
-            break;
-        }
-        if verified.half_step_error.is_none() {
-            continue;
-        }
-        tell("running the cheapest to the end of the scene");
-        let reach = reach(search.case, row.stepped, steps, &reaching);
-        let is_last = !matches!(reach.end, ReachEnd::Failed(_));
-        sought.found = Some(Found::further(sought.found.take(), Found { row, verified, reach }));
-        if is_last {
-            break;
-        }
-    }
-    sought
-}
-
-/// Rows in the order of their candidates, and what became of these.
+/// Rows in the order of their lines, and what became of these.
 fn sorted(search: &Search<'_>) -> (Vec<Row>, Vec<Tried>) {
-    let of_row = |row: &Row| {
-        let is_its =
-            |one: &Candidate| (one.name(), one.precision()) == (row.stepped.name(), row.stepped.precision());
-        search.candidates.iter().position(is_its)
-    };
-    let mut order: Vec<usize> = (0..search.rows.len()).collect();
-    order.sort_by_key(|place| of_row(&search.rows[*place]));
-    let tried = search.candidates.iter().map(|one| Tried {
-        name: one.name(),
-        precision: one.precision(),
+    let order = search.order();
+    let tried = |line: &Line| Tried {
+        name: line.name(),
+        precision: line.precision,
         // How far one came that was cut is a matter of time.
-        row: order.iter().position(|place| one.row == Some(*place) && one.dropped != Some(Dropped::Time)),
-        dropped: one.dropped,
-    });
-    let tried = tried.collect();
+        row: order.iter().position(|place| line.row == Some(*place) && line.dropped != Some(Dropped::Time)),
+        dropped: line.dropped,
+    };
+    let tried = search.lines.iter().map(tried).collect();
     (order.iter().map(|place| search.rows[*place].clone()).collect(), tried)
 }
 

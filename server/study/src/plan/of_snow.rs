@@ -1,16 +1,16 @@
 //! The plan of a scene of snow: its chart, the cheapest row on the scene's cells run as a scene runs it, and the terms of that.
 
 use super::{
-    answer::{Plan, Sought, most_accurate},
-    candidate::cost,
+    answer::{Plan, most_accurate},
     of_cloth::steps,
-    reach::{Found, ReachEnd, reach},
+    reach::Sought,
+    search::by_cost,
     terms::{Looked, Recommended, SceneTerms, terms},
     verify::{Verified, quicker},
 };
 use crate::{
     case::{Case, Times},
-    chart::{Chart, Outcome, Request, Row},
+    chart::{Chart, Request, Row},
     method::{SnowSetting, SnowSteps, Stepped},
     reference::Reference,
     run::{Budget, Phase, run},
@@ -42,7 +42,10 @@ pub(super) fn of_snow(
     };
     let places = look.right(&chart.rows, cell);
     let steps = steps(case, request, chart.until());
-    let mut sought = look.find(&chart.rows, &places, steps, budget, tell);
+    let allowed = [look.allowed; 2];
+    let mut verify = |place: usize, phase: &Phase| look.verified(&chart.rows[place], phase);
+    let within = (budget, [VERIFIED, REACHED]);
+    let mut sought = Sought::of((case, steps), &places, allowed, &mut verify, within, tell);
     let quicker = sought.found.as_mut().and_then(|found| {
         tell("timing the cheapest in turn");
         let phase = budget.until(TIMED);
@@ -50,17 +53,8 @@ pub(super) fn of_snow(
     });
     let all: Vec<usize> = (0..reference.states.len()).collect();
     let looked = sought.met().map_or_else(Looked::default, |found| {
-        let recommended = Recommended {
-            case,
-            stepped: found.row.stepped,
-            reference: &reference,
-            times: &look.times,
-            places: &all,
-            error: found.verified.error,
-            tolerance: look.allowed,
-            steps,
-            reach: &found.reach,
-        };
+        let (times, places, tolerance) = (&look.times, &all[..], look.allowed);
+        let recommended = Recommended { case, found, reference: &reference, times, places, tolerance, steps };
         terms(&recommended, scene, &budget.until(TERMS), tell)
     });
     let nearest = most_accurate(&chart.rows, chart.floor, |row| row.stepped.cell() == cell);
@@ -91,63 +85,27 @@ impl Look<'_> {
             let is_near = row.error().is_some_and(|error| error <= self.allowed);
             row.stepped.cell() == cell && !row.own && is_near
         };
-        let mut right: Vec<usize> = (0..rows.len()).filter(is_right).collect();
-        right.sort_by(|a, b| cost(&rows[*a]).total_cmp(&cost(&rows[*b])));
-        right
+        by_cost(rows, (0..rows.len()).filter(is_right))
     }
 
-    /// The cheapest that is right enough in steps of the scene and with half of them too, and comes to the end of the scene; where none
-    /// does, the one that comes furthest. Beside it the cheapest that there was no time to verify.
-    fn find(
-        &mut self,
-        rows: &[Row],
-        places: &[usize],
-        steps: [u64; 2],
-        budget: &Budget,
-        tell: &dyn Fn(&str),
-    ) -> Sought {
-        let (verifying, reaching) = (budget.until(VERIFIED), budget.until(REACHED));
-        let mut sought = Sought { found: None, unverified: None, steps };
-        for place in places {
-            tell("verifying the cheapest with half its step");
-            let Stepped::Snow(setting) = rows[*place].stepped else { continue };
-            let (row, verified) = self.verified(setting, &rows[*place], &verifying);
-            if verified.error > self.allowed {
-                continue;
-            }
-            if verified.is_cut {
-                sought.unverified = Some((row, verified));
-                break;
-            }
-            if verified.half_step_error.is_none_or(|error| error > self.allowed) {
-                continue;
-            }
-            tell("running the cheapest to the end of the scene");
-            let reach = reach(self.case, row.stepped, steps, &reaching);
-            let is_last = !matches!(reach.end, ReachEnd::Failed(_));
-            sought.found = Some(Found::further(sought.found.take(), Found { row, verified, reach }));
-            if is_last {
-                break;
-            }
-        }
-        sought
-    }
-
-    /// A setting in steps of the scene, and with half of its own steps: no order is known of these, but the error is to stay within what
-    /// is allowed.
-    fn verified(&mut self, setting: SnowSetting, known: &Row, phase: &Phase) -> (Row, Verified) {
+    /// The setting of a row in steps of the scene, and with half of its own steps: no order is known of these, but the error is to
+    /// stay within what is allowed.
+    fn verified(&mut self, known: &Row, phase: &Phase) -> (Row, Verified) {
+        let error_of = |row: &Row| row.error().unwrap_or(f64::INFINITY);
+        let Stepped::Snow(setting) = known.stepped else {
+            return (known.clone(), Verified::new(f64::INFINITY));
+        };
         let row = self.run(setting, phase);
-        if row.outcome == Outcome::NotKnown {
-            let error = known.error().unwrap_or(f64::INFINITY);
-            return (known.clone(), Verified { is_cut: true, ..Verified::new(error) });
+        if row.end.cut().is_some() {
+            return (known.clone(), Verified { is_cut: true, ..Verified::new(error_of(known)) });
         }
-        let error = row.error().unwrap_or(f64::INFINITY);
+        let error = error_of(&row);
         let steps = match setting.steps {
             SnowSteps::Share(share) => SnowSteps::Share(0.5 * share),
             SnowSteps::Own => SnowSteps::Own,
         };
         let half = self.run(SnowSetting { steps, ..setting }, phase);
-        let is_cut = half.outcome == Outcome::NotKnown;
+        let is_cut = half.end.cut().is_some();
         let half_step_error = half.error();
         let is_asymptotic = half_step_error.is_some_and(|smaller| smaller <= error);
         (row, Verified { half_step_error, is_asymptotic, is_cut, ..Verified::new(error) })

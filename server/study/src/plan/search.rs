@@ -1,122 +1,156 @@
 //! The search for the cheapest setting that is right enough: what promises to be that is tried first, and what cannot be cheaper
 //! any more is dropped.
 
-use nappe_sim::math::Precision;
+use nappe_sim::{cloth::Minimizer, math::Precision, snow::Kernel};
 
-use super::candidate::{Candidate, Dropped, cost};
 use crate::{
-    case::{Case, Times},
-    chart::{Outcome, Request, Row},
-    method::{Method, Setting},
-    reference::Reference,
-    run::{Phase, run_within},
+    case::Case,
+    chart::{CUBIC, Dropped, Line, Request, Row, Rule, Search, Tries, lines},
+    method::{Method, Stepped, Steps},
+    reference::{F64_COST, Reference},
+    run::Phase,
 };
 
 /// Share of the tolerance that the error of a run may have: the rest is for what the reference does not know.
 pub(super) const RIGHT: f64 = 0.7;
+/// Errors per step of methods whose steps are controlled, as shares of the tolerance: ten steps of the first are as far off as
+/// is allowed.
+const CONTROLLED: [f64; 8] = [1.0, 0.3, 0.1, 0.03, 0.01, 3e-3, 1e-3, 3e-4];
+/// Rows one after another that fail before a method is dropped.
+const FAILURES: usize = 3;
+/// What a row leaves of the error of the one before when it falls, and when it no longer does.
+const FALLS: f64 = 0.5;
+const STAYS: f64 = 0.8;
+/// How often the time step of a scene is halved, at most: it is divided into 10 000 at most.
+const HALVINGS: u32 = 13;
+const MOST_PARTS: u32 = 10_000;
+/// Errors per step (m) that a scene can ask for.
+const STEP_TOLERANCES: std::ops::RangeInclusive<f64> = 1e-12..=1e3;
 
-/// What is searched in, and the rows so far.
-pub(super) struct Search<'a> {
-    pub(super) case: &'a Case,
-    pub(super) tolerance: f64,
-    pub(super) reference: &'a Reference,
-    /// The comparison times at which steps of the scene end, and their places among those of the reference.
-    pub(super) times: Times,
-    pub(super) places: Vec<usize>,
-    pub(super) rows: Vec<Row>,
-    /// Rows of the verification.
-    pub(super) verification: Vec<Row>,
-    pub(super) candidates: Vec<Candidate>,
+/// How many times as long an evaluation or product takes as one of all particles at once in f64: one by one takes longer, f32
+/// less.
+fn weight(method: Method, precision: Precision) -> f64 {
+    method.weight() as f64 * if precision == Precision::F32 { 0.6 } else { 1.0 }
 }
 
-/// All methods, and those whose steps are controlled. Explicit steps begin within a certified bound (s).
-fn candidates(case: &Case, request: &Request, bound: f64, steps: u64) -> Vec<Candidate> {
-    let first = (case.dt() / bound).log2().ceil().max(0.0) as u32;
-    let of = |method: Method, precision: Precision| {
-        let first = if method.integrator.is_implicit() { 0 } else { first };
-        Candidate::fixed(method, precision, first, steps)
+/// Evaluations and products of a step, at least.
+const fn least(method: Method) -> f64 {
+    match method.minimizer {
+        _ if !method.integrator.is_implicit() => 1.0,
+        Minimizer::OneStep => 3.0,
+        Minimizer::Newton(_) => 5.0,
+        Minimizer::VertexBlockDescent { sweeps } => sweeps as f64,
+    }
+}
+
+/// What a row took, in evaluations and products of f64; of snow in steps by the quadratic kernel in f32.
+pub(super) fn cost(row: &Row) -> f64 {
+    let weight = match row.stepped {
+        Stepped::Cloth(setting) => weight(setting.method, setting.precision),
+        Stepped::Snow(setting) => {
+            let precision = if setting.precision == Precision::F64 { F64_COST } else { 1.0 };
+            precision * if setting.variant.kernel == Kernel::Cubic { CUBIC } else { 1.0 }
+        }
     };
-    let mut all = Vec::new();
-    for &precision in &request.precisions {
-        all.extend(Method::compared().into_iter().map(|method| of(method, precision)));
-        all.extend(Method::controlled().map(|method| Candidate::controlled(method, precision, steps)));
-    }
-    all.retain(|candidate| request.methods.is_empty() || request.methods.contains(&candidate.name()));
-    all
+    weight * row.count() as f64
 }
 
-impl<'a> Search<'a> {
-    /// No rows yet.
-    pub(super) fn new(case: &'a Case, request: &Request, reference: &'a Reference, bound: f64) -> Self {
-        let (times, places) = reference.times.coarser(case.dt());
-        let steps = (times.end() / case.dt()).round() as u64;
-        let candidates = candidates(case, request, bound, steps);
-        let (rows, verification) = (Vec::new(), Vec::new());
-        Self { case, tolerance: request.tolerance, reference, times, places, rows, verification, candidates }
+/// Some places of rows, the cheapest first.
+pub(super) fn by_cost(rows: &[Row], places: impl Iterator<Item = usize>) -> Vec<usize> {
+    let mut places: Vec<usize> = places.collect();
+    places.sort_by(|a, b| cost(&rows[*a]).total_cmp(&cost(&rows[*b])));
+    places
+}
+
+/// Whether a scene can ask for such steps.
+pub(super) fn can_be_asked(steps: Steps) -> bool {
+    match steps {
+        Steps::Fixed(parts) => (1..=MOST_PARTS).contains(&parts),
+        Steps::Controlled(tolerance) => STEP_TOLERANCES.contains(&tolerance),
+        Steps::Divided(_) | Steps::Certified(_) | Steps::Own => false,
+    }
+}
+
+/// The cheapest line that is right enough: no row takes more than it, in evaluations and products of f64.
+struct Cheapest {
+    right: f64,
+    best: f64,
+}
+
+impl Rule for Cheapest {
+    fn right(&self) -> f64 {
+        self.right
     }
 
-    /// Tries the candidate that is expected to be right for the least, until all are right or dropped. No row takes more than the
-    /// cheapest that is right.
-    pub(super) fn go(&mut self, phase: &Phase, tell: &dyn Fn(&str)) {
-        let mut best = f64::INFINITY;
-        while let Some(place) = self.most_promising() {
-            let candidate = &self.candidates[place];
-            let setting = candidate.setting(self.tolerance);
-            let dropped = if candidate.cost > best {
-                Some(Dropped::Costly)
-            } else if phase.is_over() {
-                Some(Dropped::Time)
-            } else if setting.is_none() {
-                Some(Dropped::Shortest)
-            } else {
-                None
-            };
-            let (Some(setting), None) = (setting, dropped) else {
-                self.candidates[place].dropped = dropped;
-                continue;
-            };
-            tell(&format!("{} {}", setting.name(), setting.precision));
-            let most = candidate.most(best);
-            let row = self.run_within(setting, &phase.share(0.5), most);
-            let candidate = &mut self.candidates[place];
-            candidate.note(&row, self.rows.len(), RIGHT * self.tolerance);
-            if row.outcome == Outcome::NotKnown {
-                candidate.dropped = Some(Dropped::Time);
-            } else if row.outcome == Outcome::Costly {
-                candidate.dropped = Some(Dropped::Costly);
-            }
-            if candidate.is_right {
-                best = best.min(cost(&row));
-            }
-            self.rows.push(row);
+    fn most(&self, line: &Line, phase: &Phase) -> Result<u64, Dropped> {
+        if line.cost > self.best {
+            Err(Dropped::Costly)
+        } else if phase.is_over() {
+            Err(Dropped::Time)
+        } else {
+            Ok((self.best / weight(line.method, line.precision)) as u64)
         }
     }
 
-    fn most_promising(&self) -> Option<usize> {
-        let open = self.candidates.iter().enumerate().filter(|(_, candidate)| !candidate.is_done());
-        open.min_by(|(_, a), (_, b)| a.expected.total_cmp(&b.expected)).map(|(place, _)| place)
+    fn note(&mut self, line: &mut Line, row: &Row, _: &[Row]) -> Option<Dropped> {
+        // Solves take fewer iterations when steps are shorter; controlled steps are longer by far less.
+        let growth = if line.is_controlled || line.method.integrator.is_implicit() { 1.3 } else { 2.0 };
+        let cost = cost(row);
+        line.cost = line.cost.max(growth * cost);
+        line.expected = line.cost;
+        let Some(error) = row.error() else {
+            let failures = line.errors.iter().rev().take_while(|error| error.is_none()).count();
+            return (failures >= FAILURES).then_some(Dropped::Fails);
+        };
+        // Of order 2 at best.
+        line.expected = cost * (error / self.right).sqrt().max(growth);
+        if line.is_right {
+            self.best = self.best.min(cost);
+        }
+        is_flat(&line.errors).then_some(Dropped::Flat)
     }
+}
 
-    /// A row of the verification.
-    pub(super) fn verify(&mut self, setting: Setting, phase: &Phase) -> Row {
-        let row = self.run_within(setting, phase, u64::MAX);
-        self.verification.push(row.clone());
-        row
-    }
+/// Whether errors (m) that have fallen no longer do.
+fn is_flat(errors: &[Option<f64>]) -> bool {
+    let held: Vec<f64> = errors.iter().flatten().copied().collect();
+    let ratios = || held.windows(2).map(|pair| pair[1] / pair[0]);
+    ratios().any(|ratio| ratio < FALLS) && ratios().rev().take_while(|ratio| *ratio > STAYS).count() >= 2
+}
 
-    /// A row of a setting at the times at which steps of the scene end, given up when it has taken more evaluations and products
-    /// than these.
-    fn run_within(&self, setting: Setting, phase: &Phase, most: u64) -> Row {
-        let setting = setting.solved(self.case, self.tolerance, self.times.end());
-        let made = run_within(self.case, (&setting).into(), &self.times, phase, most);
-        Row::new(self.case, &setting, &made, (self.reference, &self.places))
+/// Searches at the times at which steps of the scene end. Explicit steps begin within a certified bound (s). None where there is
+/// no such time.
+pub(super) fn search<'a>(
+    case: &'a Case,
+    request: &Request,
+    (reference, bound): (&'a Reference, f64),
+    phase: &Phase,
+    tell: &dyn Fn(&str),
+) -> Option<Search<'a>> {
+    let (times, places) = reference.times.coarser(case.dt());
+    if times.count() == 0 {
+        return None;
     }
+    let steps = (times.end() / case.dt()).round();
+    let first = (case.dt() / bound).log2().ceil().max(0.0) as u32;
+    let mut lines: Vec<Line> = request.precisions.iter().flat_map(|precision| lines(&[*precision])).collect();
+    for line in &mut lines {
+        line.next = if line.is_controlled || line.method.integrator.is_implicit() { 0 } else { first };
+        let count = steps * f64::from(line.next).exp2();
+        let weight = weight(line.method, line.precision);
+        line.cost = weight * least(line.method) * count;
+        line.expected = weight * line.method.expected_count() as f64 * count;
+    }
+    let longest = 0.1 * request.tolerance.min(*STEP_TOLERANCES.end());
+    let mut tolerances = CONTROLLED.map(|share| longest * share).to_vec();
+    tolerances.retain(|tolerance| can_be_asked(Steps::Controlled(*tolerance)));
+    let tries = Tries { halved: |halvings| Steps::Fixed(1 << halvings), count: HALVINGS + 1, tolerances };
+    let mut search = Search::new(case, request, (reference, times, places), tries, lines);
+    search.go(&mut Cheapest { right: RIGHT * request.tolerance, best: f64::INFINITY }, phase, tell);
+    Some(search)
+}
 
-    /// Rows that are right enough, the cheapest first.
-    pub(super) fn right(&self) -> Vec<usize> {
-        let mut right: Vec<usize> =
-            self.candidates.iter().filter(|one| one.is_right).filter_map(|one| one.row).collect();
-        right.sort_by(|a, b| cost(&self.rows[*a]).total_cmp(&cost(&self.rows[*b])));
-        right
-    }
+/// Rows of a search that are right enough, the cheapest first.
+pub(super) fn right(search: &Search<'_>) -> Vec<usize> {
+    by_cost(&search.rows, search.lines.iter().filter(|line| line.is_right).filter_map(|line| line.row))
 }

@@ -1,12 +1,12 @@
 //! What a scene can do without: each of its terms removed in turn, and how far that moves the answer.
 
-use super::reach::{Reach, ReachEnd, reach};
+use super::reach::{Found, Reach, reach};
 use crate::{
     case::{Case, Times},
     chart::{Row, median_seconds},
     method::{Setting, SnowSetting, Stepped, Variant},
     reference::Reference,
-    run::{End, Phase, Run, run},
+    run::{Cut, End, Phase, Run, run},
 };
 
 /// Whether what can go is left out of the scene that is written.
@@ -73,18 +73,16 @@ pub struct Term {
 /// What is recommended for a case, of which terms are removed.
 pub(super) struct Recommended<'a> {
     pub(super) case: &'a Case,
-    pub(super) stepped: Stepped,
+    /// Its row, how it was verified, and how far it runs.
+    pub(super) found: &'a Found,
     /// The reference, the times at which runs are compared, and their places in the reference.
     pub(super) reference: &'a Reference,
     pub(super) times: &'a Times,
     pub(super) places: &'a [usize],
-    /// Its error, and what is allowed (m).
-    pub(super) error: f64,
+    /// The error (m) that is allowed.
     pub(super) tolerance: f64,
     /// Steps of the window, and of the scene.
     pub(super) steps: [u64; 2],
-    /// How far it runs.
-    pub(super) reach: &'a Reach,
 }
 
 /// What was found of the terms of a case.
@@ -106,9 +104,6 @@ struct Together {
     reduced: Option<(Row, Reach)>,
 }
 
-/// There was no time for a run.
-struct Cut;
-
 /// The terms of what is recommended, and which of them can go together: those that move the answer least, as many as move it by less
 /// than what the error leaves of the tolerance. Where one was not looked at, nothing can go.
 pub(super) fn terms(
@@ -117,12 +112,12 @@ pub(super) fn terms(
     phase: &Phase,
     tell: &dyn Fn(&str),
 ) -> Looked {
-    let names = (scene.names)(&recommended.stepped);
+    let names = (scene.names)(&recommended.found.row.stepped);
     let mut looked = Looked::default();
     if names.is_empty() {
         return looked;
     }
-    let whole = run(recommended.case, recommended.stepped, recommended.times, phase);
+    let whole = run(recommended.case, recommended.found.row.stepped, recommended.times, phase);
     for (place, name) in names.into_iter().enumerate() {
         tell(&format!("without {name}"));
         looked.terms.push(recommended.without((place, name), scene, &whole, phase));
@@ -147,7 +142,7 @@ pub(super) fn terms(
             Ok(None) => {
                 places.pop();
             }
-            Err(Cut) => looked.is_cut = true,
+            Err(_) => looked.is_cut = true,
         }
     }
     looked
@@ -156,11 +151,12 @@ pub(super) fn terms(
 impl Recommended<'_> {
     /// The case without some terms, and how it is stepped: by the same setting, but for what is removed of it.
     fn left(&self, places: &[usize], scene: &SceneTerms<'_>) -> Result<(Case, Stepped), String> {
-        let left = (scene.without)(&self.stepped, places)?;
+        let stepped = self.found.row.stepped;
+        let left = (scene.without)(&stepped, places)?;
         if left.particle_count() != self.case.particle_count() {
             return Err("without it the scene has another number of particles".to_owned());
         }
-        let stepped = match self.stepped {
+        let stepped = match stepped {
             Stepped::Cloth(setting) => Stepped::Cloth(Setting { precision: left.precision, ..setting }),
             Stepped::Snow(setting) => {
                 let own = left.setup.snow.as_ref().map(|snow| Variant::of(&snow.settings));
@@ -184,7 +180,7 @@ impl Recommended<'_> {
 
     /// What the error leaves of the tolerance (m).
     fn allowed(&self) -> f64 {
-        self.tolerance - self.error
+        self.tolerance - self.found.verified.error
     }
 
     /// The case without a term.
@@ -216,7 +212,7 @@ impl Recommended<'_> {
             Err(cause) => return failed(unknown, cause),
         };
         match &made.end {
-            End::Stopped | End::Costly => unknown,
+            End::Cut(_) | End::Costly => unknown,
             End::Failed(failure) => failed(unknown, failure.cause.clone()),
             End::Reached => {
                 let change = self.change(whole, &made);
@@ -246,13 +242,13 @@ impl Recommended<'_> {
         phase: &Phase,
     ) -> Result<Option<Together>, Cut> {
         if phase.is_over() {
-            return Err(Cut);
+            return Err(phase.cut());
         }
         let Ok((case, stepped)) = self.left(places, scene) else { return Ok(None) };
         let made = run(&case, stepped, self.times, phase);
         match made.end {
-            End::Stopped | End::Costly => return Err(Cut),
-            End::Failed(_) => return Ok(None),
+            End::Cut(cut) => return Err(cut),
+            End::Failed(_) | End::Costly => return Ok(None),
             End::Reached => {}
         }
         let change = self.change(whole, &made);
@@ -267,7 +263,7 @@ impl Recommended<'_> {
             return Ok(None);
         }
         let reach = reach(&case, stepped, self.steps, phase);
-        if matches!(reach.end, ReachEnd::Failed(_)) && reach.steps < self.reach.steps {
+        if reach.end.failure().is_some() && reach.steps < self.found.reach.steps {
             return Ok(None);
         }
         Ok(Some(Together { change, reduced: Some((row, reach)) }))

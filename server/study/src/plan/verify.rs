@@ -2,13 +2,10 @@
 
 use nappe_sim::math::Precision;
 
-use super::{
-    candidate::{can_be_asked, cost},
-    search::{RIGHT, Search},
-};
+use super::search::{RIGHT, can_be_asked, cost};
 use crate::{
     case::{Case, Times},
-    chart::{Outcome, Row, timing},
+    chart::{Row, Search, timing},
     method::{Setting, Stepped, Steps},
     run::Phase,
 };
@@ -59,12 +56,6 @@ impl Verified {
     }
 }
 
-/// A row that is right enough with the longest step that is, verified with half of it.
-pub(super) fn verified(search: &mut Search<'_>, row: Row, phase: &Phase) -> (Row, Verified) {
-    let row = longest(search, row, phase);
-    halved(search, row, phase)
-}
-
 /// Times a row in turn with the next two among others, whose places are in the order of their cost; gives the quickest of them where
 /// it takes less than nine tenths of the seconds.
 pub(super) fn quicker(
@@ -96,30 +87,6 @@ fn method(row: &Row) -> (String, Precision) {
     (row.stepped.name(), row.stepped.precision())
 }
 
-/// The row with the longest step that is right enough: between it and the one before, by the order that both show; controlled
-/// ones by that of the method.
-fn longest(search: &mut Search<'_>, row: Row, phase: &Phase) -> Row {
-    let (Stepped::Cloth(setting), Some(error)) = (row.stepped, row.error()) else { return row };
-    let ratio = RIGHT * search.tolerance / error;
-    let longer = match setting.steps {
-        Steps::Fixed(parts) => {
-            let order = shown_order(search, setting, parts, error);
-            let wanted = f64::from(parts) * ratio.powf(-order.recip());
-            let fewer = (wanted.ceil() as u32).max(parts / 2 + 1);
-            (fewer < parts).then_some(Steps::Fixed(fewer))
-        }
-        Steps::Controlled(tolerance) => {
-            let longer = ratio.powf(1.0 + setting.method.order(0.0).recip()).min(BETWEEN);
-            (longer > LONGER).then_some(Steps::Controlled(longer * tolerance))
-        }
-        Steps::Divided(_) | Steps::Certified(_) | Steps::Own => None,
-    };
-    let wanted = longer.filter(|steps| can_be_asked(*steps) && !phase.is_over());
-    let Some(steps) = wanted else { return row };
-    let longer = search.verify(Setting { steps, ..setting }, phase);
-    if longer.error().is_some_and(|error| error <= ALMOST * search.tolerance) { longer } else { row }
-}
-
 /// The order that a setting shows which divides a step of the scene into so many parts, next to half of them.
 fn shown_order(search: &Search<'_>, setting: Setting, parts: u32, error: f64) -> f64 {
     let twice = Setting { steps: Steps::Fixed(parts / 2), ..setting };
@@ -143,33 +110,77 @@ fn finer(row: &Row) -> Option<Setting> {
     Some(Setting { steps, ..setting })
 }
 
-/// The row, or one with half or a quarter of its step, whose error falls as it should under half of it.
-fn halved(search: &mut Search<'_>, mut row: Row, phase: &Phase) -> (Row, Verified) {
-    let mut verified = Verified::new(row.error().unwrap_or(f64::INFINITY));
-    for attempt in 0..=TRIES {
-        let Some(setting) = finer(&row) else { break };
-        if phase.is_over() {
-            verified.is_cut = true;
-            break;
-        }
-        let half = search.verify(setting, phase);
-        verified.is_cut = half.outcome == Outcome::NotKnown;
-        let Some(smaller) = half.error() else { break };
-        let ratio = verified.error / smaller;
-        // With damping an order may be lost.
-        let share = match setting.steps {
-            Steps::Controlled(_) => ASYMPTOTIC_CONTROLLED,
-            _ => ASYMPTOTIC,
-        };
-        let is_nothing = verified.error.max(smaller) <= NOTHING * search.tolerance;
-        verified.half_step_error = Some(smaller);
-        verified.order = Some(ratio.log2()).filter(|order| !is_nothing && order.is_finite());
-        verified.is_asymptotic = is_nothing || ratio >= share * setting.method.order(1.0).exp2();
-        if verified.is_asymptotic || attempt == TRIES || !can_be_asked(setting.steps) {
-            break;
-        }
-        row = half;
-        verified = Verified { halvings: attempt + 1, ..Verified::new(smaller) };
+/// Rows that verify what a search found, and what they are looked for in.
+pub(super) struct Verification<'a> {
+    pub(super) search: &'a Search<'a>,
+    pub(super) rows: Vec<Row>,
+}
+
+impl Verification<'_> {
+    /// A row that is right enough with the longest step that is, verified with half of it.
+    pub(super) fn verified(&mut self, row: Row, phase: &Phase) -> (Row, Verified) {
+        let row = self.longest(row, phase);
+        self.halved(row, phase)
     }
-    (row, verified)
+
+    /// The row with the longest step that is right enough: between it and the one before, by the order that both show; controlled
+    /// ones by that of the method.
+    fn longest(&mut self, row: Row, phase: &Phase) -> Row {
+        let (Stepped::Cloth(setting), Some(error)) = (row.stepped, row.error()) else { return row };
+        let ratio = RIGHT * self.search.tolerance / error;
+        let longer = match setting.steps {
+            Steps::Fixed(parts) => {
+                let order = shown_order(self.search, setting, parts, error);
+                let wanted = f64::from(parts) * ratio.powf(-order.recip());
+                let fewer = (wanted.ceil() as u32).max(parts / 2 + 1);
+                (fewer < parts).then_some(Steps::Fixed(fewer))
+            }
+            Steps::Controlled(tolerance) => {
+                let longer = ratio.powf(1.0 + setting.method.order(0.0).recip()).min(BETWEEN);
+                (longer > LONGER).then_some(Steps::Controlled(longer * tolerance))
+            }
+            Steps::Divided(_) | Steps::Certified(_) | Steps::Own => None,
+        };
+        let wanted = longer.filter(|steps| can_be_asked(*steps) && !phase.is_over());
+        let Some(steps) = wanted else { return row };
+        let longer = self.run(Setting { steps, ..setting }, phase);
+        if longer.error().is_some_and(|error| error <= ALMOST * self.search.tolerance) { longer } else { row }
+    }
+
+    /// The row, or one with half or a quarter of its step, whose error falls as it should under half of it.
+    fn halved(&mut self, mut row: Row, phase: &Phase) -> (Row, Verified) {
+        let mut verified = Verified::new(row.error().unwrap_or(f64::INFINITY));
+        for attempt in 0..=TRIES {
+            let Some(setting) = finer(&row) else { break };
+            if phase.is_over() {
+                verified.is_cut = true;
+                break;
+            }
+            let half = self.run(setting, phase);
+            verified.is_cut = half.end.cut().is_some();
+            let Some(smaller) = half.error() else { break };
+            let ratio = verified.error / smaller;
+            // With damping an order may be lost.
+            let share = match setting.steps {
+                Steps::Controlled(_) => ASYMPTOTIC_CONTROLLED,
+                _ => ASYMPTOTIC,
+            };
+            let is_nothing = verified.error.max(smaller) <= NOTHING * self.search.tolerance;
+            verified.half_step_error = Some(smaller);
+            verified.order = Some(ratio.log2()).filter(|order| !is_nothing && order.is_finite());
+            verified.is_asymptotic = is_nothing || ratio >= share * setting.method.order(1.0).exp2();
+            if verified.is_asymptotic || attempt == TRIES || !can_be_asked(setting.steps) {
+                break;
+            }
+            row = half;
+            verified = Verified { halvings: attempt + 1, ..Verified::new(smaller) };
+        }
+        (row, verified)
+    }
+
+    fn run(&mut self, setting: Setting, phase: &Phase) -> Row {
+        let (row, _) = self.search.run(setting, phase, u64::MAX);
+        self.rows.push(row.clone());
+        row
+    }
 }

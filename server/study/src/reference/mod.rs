@@ -9,4 +9,4 @@ mod halved;
 pub(crate) use halved::{COST, F64_COST, MOST_WORK, halved};
 pub use nearest::{NoReference, Reference, reference};
 pub(crate) use window::OPEN;
-pub use window::{DISPLACEMENT, SEED, Scan, ScanEnd, scan};
+pub use window::{DISPLACEMENT, SEED, Scan, scan};

@@ -49,6 +49,16 @@ pub enum NoReference {
     Failed(String),
 }
 
+impl NoReference {
+    /// The same where so many seconds went before.
+    pub(crate) fn after(self, seconds: f64) -> Self {
+        match self {
+            Self::Time(needed) => Self::Time(seconds + needed),
+            Self::Failed(cause) => Self::Failed(cause),
+        }
+    }
+}
+
 impl Reference {
     /// The same at the first times alone, of which only multiples of a power of two are kept.
     pub(crate) fn kept(&self, count: u64, stride: u64) -> Self {
@@ -105,8 +115,10 @@ pub fn reference(
         match made.end {
             End::Reached => {}
             End::Failed(failure) => return Err(NoReference::Failed(failure.cause)),
-            _ if seconds > 0.0 => return Err(NoReference::Time(needed(error))),
-            _ => return Err(NoReference::Time(whole(&made, times.end()) * (1.0 + runs(None, wanted)))),
+            End::Cut(_) | End::Costly if seconds > 0.0 => return Err(NoReference::Time(needed(error))),
+            End::Cut(_) | End::Costly => {
+                return Err(NoReference::Time(whole(&made, times.end()) * (1.0 + runs(None, wanted))));
+            }
         }
         seconds = made.seconds.iter().sum();
         all += seconds;

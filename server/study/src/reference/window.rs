@@ -48,21 +48,8 @@ pub struct Scan {
     pub step: f64,
     /// The smallest certified bound on explicit steps (s) that was met; infinite where there is none.
     pub bound: f64,
-    /// Why it went no further.
-    pub end: ScanEnd,
-}
-
-/// Why copies went no further.
-#[derive(Clone, Debug, PartialEq)]
-pub enum ScanEnd {
-    /// To the end that was asked for, or that of the scene.
-    Reached,
-    /// The spread was above what is allowed.
-    Spread,
-    /// Their time was over, or the study was ended.
-    Stopped,
-    /// A step failed.
-    Failed(String),
+    /// What happened to the copies, which also came to their end where the spread was above what is allowed.
+    pub end: End,
 }
 
 impl Scan {
@@ -105,7 +92,7 @@ pub fn scan(case: &Case, end: f64, allowed: f64, phase: &Phase) -> Scan {
                 spread: Vec::new(),
                 step: spacing,
                 bound: f64::INFINITY,
-                end: ScanEnd::Failed(failure.cause),
+                end: End::Failed(failure),
             };
         }
     };
@@ -143,7 +130,7 @@ fn shortest(case: &Case, end: f64) -> f64 {
 enum Stop {
     /// Their steps are too long for the bound as it has become.
     Shorter,
-    End(ScanEnd),
+    End(End),
 }
 
 /// The scene as it is and its copies, on their way together.
@@ -160,7 +147,7 @@ impl Copies {
         let times = Times::even(spacing, 1);
         let runners = cases.iter().map(|case| Runner::start(case, &setting, &times, phase));
         let runners = runners.collect::<Result<Vec<_>, _>>();
-        let runners = runners.map_err(|failure| Stop::End(ScanEnd::Failed(failure.cause)))?;
+        let runners = runners.map_err(|failure| Stop::End(End::Failed(failure)))?;
         Ok(Self { runners, spacing, step })
     }
 
@@ -170,13 +157,13 @@ impl Copies {
             spread: Vec::new(),
             step: self.step,
             bound: f64::INFINITY,
-            end: ScanEnd::Reached,
+            end: End::Reached,
         };
         let count = (end / self.spacing + 1e-6) as u64;
         // Times are kept that are multiples of a power of two, which doubles when they are many.
         let mut stride = 1;
         for taken in 1..=count {
-            if let Some(end) = self.advance() {
+            if let Some(end) = self.runners.iter_mut().find_map(|runner| runner.advance().err()) {
                 scan.end = end;
                 break;
             }
@@ -192,7 +179,6 @@ impl Copies {
             let spread = distances.fold(0.0, f64::max);
             scan.spread.push(spread);
             if spread > allowed {
-                scan.end = ScanEnd::Spread;
                 break;
             }
             if scan.spread.len() >= MOST_TIMES {
@@ -207,17 +193,6 @@ impl Copies {
         scan.spacing *= stride as f64;
         Ok(scan)
     }
-
-    fn advance(&mut self) -> Option<ScanEnd> {
-        for runner in &mut self.runners {
-            match runner.advance() {
-                Ok(_) => {}
-                Err(End::Failed(failure)) => return Some(ScanEnd::Failed(failure.cause)),
-                Err(End::Stopped | End::Costly | End::Reached) => return Some(ScanEnd::Stopped),
-            }
-        }
-        None
-    }
 }
 
 #[cfg(test)]
@@ -227,7 +202,7 @@ mod tests {
     #[test]
     fn the_growth_rate_is_that_of_an_exponential() {
         let spread = (1..=8).map(|i| DISPLACEMENT * (2.5 * 0.1 * f64::from(i)).exp()).collect();
-        let scan = Scan { spacing: 0.1, spread, step: 1e-3, bound: f64::INFINITY, end: ScanEnd::Reached };
+        let scan = Scan { spacing: 0.1, spread, step: 1e-3, bound: f64::INFINITY, end: End::Reached };
         for end in [0.1, 0.4, 0.8] {
             let rate = scan.growth_rate(end).expect("a time that was looked at");
             assert!((rate - 2.5).abs() < 1e-12, "{rate} 1/s until {end} s");

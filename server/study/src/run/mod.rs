@@ -4,8 +4,10 @@
 //! order:
 
 mod budget;
+mod end;
 mod runner;
 
 pub use budget::{Budget, Cut, Phase, Stop};
-pub use runner::{End, Failure, Run, run};
+pub use end::{End, Failure, Verdict};
+pub use runner::{Run, run};
 pub(crate) use runner::{Runner, run_as_written, run_within};

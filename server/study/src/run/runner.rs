@@ -8,37 +8,14 @@ use nappe_sim::{
     world::Simulation,
 };
 
-use super::budget::{Cut, Phase, Watched};
+use super::{
+    budget::{Phase, Watched},
+    end::{End, Failure},
+};
 use crate::{
     case::{Case, Times},
     method::{Plan, Stepped},
 };
-
-/// How a run ended.
-#[derive(Clone, Debug, PartialEq)]
-pub enum End {
-    /// At the last comparison time.
-    Reached,
-    /// With a step that could not be taken, or that led to what is no state.
-    Failed(Failure),
-    /// Given up: its time was over, or the study was ended.
-    Stopped,
-    /// Given up: it took more evaluations and products than it was allowed.
-    Costly,
-}
-
-/// Why a run did not reach its end.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Failure {
-    /// In a sentence.
-    pub cause: String,
-    /// Simulated time (s).
-    pub time: f64,
-    /// At which particle, in the user's numbering.
-    pub particle: Option<u64>,
-    /// Whether a step was refused, and none led astray.
-    pub is_refusal: bool,
-}
 
 /// What a run gave.
 #[derive(Clone, Debug, PartialEq)]
@@ -65,8 +42,6 @@ pub struct Run {
     pub state_hash: u64,
     /// How it ended.
     pub end: End,
-    /// Why it was given up, if it was for want of time.
-    pub cut: Option<Cut>,
 }
 
 /// A run on its way, an interval at a time.
@@ -144,7 +119,7 @@ impl Runner {
     }
 
     fn step(&mut self) -> Result<(), End> {
-        let report = self.simulation.step(&mut NoStopwatch).map_err(|error| ended(&error))?;
+        let report = self.simulation.step(&mut NoStopwatch).map_err(|error| ended(&error, &self.phase))?;
         self.work = self.work.and(report.work);
         let steps = report.cloth.map_or([0; 2], |cloth| [cloth.substeps, cloth.rejected]).map(u64::from);
         let snow = report.snow.map_or(0, |snow| u64::from(snow.substeps));
@@ -188,7 +163,7 @@ impl Runner {
     }
 }
 
-fn ended(error: &StepError) -> End {
+fn ended(error: &StepError, phase: &Phase) -> End {
     let refuses = matches!(
         error.failure,
         StepFailure::TimeStep { .. }
@@ -197,7 +172,7 @@ fn ended(error: &StepError) -> End {
             | StepFailure::Inaccurate { .. }
     );
     match error.failure {
-        StepFailure::Interrupted => End::Stopped,
+        StepFailure::Interrupted => End::Cut(phase.cut()),
         _ => End::Failed(Failure {
             cause: error.failure.to_string(),
             time: error.time,
@@ -242,7 +217,6 @@ fn driven(
         max_stretch: 0.0,
         state_hash: 0,
         end: End::Reached,
-        cut: None,
     };
     let mut runner = match started {
         Ok(runner) => runner,
@@ -254,7 +228,6 @@ fn driven(
         match runner.advance() {
             Ok(seconds) => run.seconds.push(seconds),
             Err(end) => {
-                run.cut = (end == End::Stopped).then(|| runner.phase.cut());
                 run.end = end;
                 break;
             }

@@ -10,7 +10,7 @@ use nappe_sim::{
 use crate::{
     case::{Case, Times},
     method::{Method, Setting, Steps},
-    reference::{NoReference, OPEN, Scan, ScanEnd, reference, scan},
+    reference::{NoReference, OPEN, Scan, reference, scan},
     run::{End, Phase, Runner},
 };
 
@@ -62,24 +62,19 @@ impl Ground {
         let scan = scan(case, end, allowed, phase);
         let seconds = begin.elapsed().as_secs_f64();
         match &scan.end {
-            ScanEnd::Failed(cause) => return Err(NoReference::Failed(cause.clone())),
+            End::Failed(failure) => return Err(NoReference::Failed(failure.cause.clone())),
             // The scan has three copies of the scene; the reference, and the fine run, take more than as long.
-            ScanEnd::Stopped => return Err(NoReference::Time(2.0 * scan.needed(seconds, end))),
-            ScanEnd::Reached | ScanEnd::Spread => {}
+            End::Cut(_) | End::Costly => return Err(NoReference::Time(2.0 * scan.needed(seconds, end))),
+            End::Reached => {}
         }
         let times = Times::even(scan.spacing, scan.count_within(allowed));
-        let known = match reference(case, &times, scan.step, allowed, phase) {
-            Err(NoReference::Time(needed)) => return Err(NoReference::Time(2.0 * seconds + needed)),
-            Err(NoReference::Failed(cause)) => return Err(NoReference::Failed(cause)),
-            Ok(known) => known,
-        };
+        let known = reference(case, &times, scan.step, allowed, phase)
+            .map_err(|missing| missing.after(2.0 * seconds))?;
         let good = known.own_error.iter().take_while(|error| **error <= allowed).count();
         let window = scan.spacing * good as f64;
         let end = end.min((WINDOWS * window).max(SCENE_STEPS * case.dt()));
-        let mut ground = Self::fine(case, [window, end], phase).map_err(|missing| match missing {
-            NoReference::Time(needed) => NoReference::Time(begin.elapsed().as_secs_f64() + needed),
-            NoReference::Failed(cause) => NoReference::Failed(cause),
-        })?;
+        let mut ground = Self::fine(case, [window, end], phase)
+            .map_err(|missing| missing.after(begin.elapsed().as_secs_f64()))?;
         ground.keep(&scan, known.states.into_iter().take(good));
         Ok(ground)
     }
@@ -110,7 +105,7 @@ impl Ground {
             match runner.advance() {
                 Ok(_) => {}
                 Err(End::Failed(failure)) => return Err(NoReference::Failed(failure.cause)),
-                Err(_) => {
+                Err(End::Cut(_) | End::Costly | End::Reached) => {
                     let share = (runner.time() / end).max(f64::MIN_POSITIVE);
                     return Err(NoReference::Time((1.0 / share - 1.0) * begin.elapsed().as_secs_f64()));
                 }

@@ -2,9 +2,9 @@
 
 use super::{
     bisect::{Bisection, TimeIsOver},
-    row::{Fate, Over, StabilityRow},
+    row::{Over, StabilityRow},
 };
-use crate::run::Phase;
+use crate::run::{Phase, Verdict};
 
 /// The longest step whose error is within what is allowed and the shortest whose error is not are this near in the end.
 const NEAR_RIGHT: f64 = 1.1;
@@ -24,7 +24,7 @@ impl Search<'_> {
     /// Looks for the limit from a step (s) on. The last row is the limit; it is not known where a run was not followed to its end.
     pub(super) fn find(mut self, start: f64, phase: &Phase) -> Vec<StabilityRow> {
         let range = self.range;
-        let mut holds = |dt: f64| self.fate(dt, phase).map(Fate::holds);
+        let mut holds = |dt: f64| self.verdict(dt, phase).map(Verdict::holds);
         let found = Bisection { holds: &mut holds, range }.lowest(start);
         let shown = |dt: f64| self.rows.iter().rfind(|row| row.dt == dt);
         let limit = match found {
@@ -37,11 +37,11 @@ impl Search<'_> {
         self.rows
     }
 
-    fn fate(&mut self, dt: f64, phase: &Phase) -> Result<Fate, TimeIsOver> {
+    fn verdict(&mut self, dt: f64, phase: &Phase) -> Result<Verdict, TimeIsOver> {
         let row = (self.run)(dt, phase);
-        let fate = row.fate;
+        let verdict = row.verdict;
         self.rows.push(row);
-        if fate == Fate::NotKnown { Err(TimeIsOver) } else { Ok(fate) }
+        if verdict == Verdict::NotKnown { Err(TimeIsOver) } else { Ok(verdict) }
     }
 
     /// Looks for the longest step whose error is within what is allowed, where the longest that holds is wrong: below it, by
@@ -54,7 +54,7 @@ impl Search<'_> {
     fn narrow_right(&mut self, from: f64, phase: &Phase) -> Result<f64, TimeIsOver> {
         let mut above = from;
         let mut below = 0.5 * from;
-        while self.fate(below, phase)? != Fate::Stable {
+        while self.verdict(below, phase)? != Verdict::Stable {
             (above, below) = (below, 0.5 * below);
             if below < self.range[0] {
                 return Ok(0.0);
@@ -62,7 +62,7 @@ impl Search<'_> {
         }
         while above > NEAR_RIGHT * below {
             let middle = (below * above).sqrt();
-            let is_right = self.fate(middle, phase)? == Fate::Stable;
+            let is_right = self.verdict(middle, phase)? == Verdict::Stable;
             *(if is_right { &mut below } else { &mut above }) = middle;
         }
         Ok(below)
@@ -84,7 +84,7 @@ fn limit_row(row: &StabilityRow, [below, above]: [f64; 2]) -> StabilityRow {
     } else {
         (None, Some("it holds at the longest step that was tried".to_owned()))
     };
-    let right = (row.over == Over::Load && row.fate == Fate::Stable).then_some(row.dt);
+    let right = (row.over == Over::Load && row.verdict == Verdict::Stable).then_some(row.dt);
     StabilityRow { is_limit: true, limit, cause, right, ..row.clone() }
 }
 
@@ -94,14 +94,14 @@ mod tests {
     use crate::{method::Method, run::Budget, stability::row::Over};
     use nappe_sim::cloth::{Hessian, Integrator};
 
-    fn row(dt: f64, fate: Fate) -> StabilityRow {
+    fn row(dt: f64, verdict: Verdict) -> StabilityRow {
         let method = Method::new(Integrator::SymplecticEuler, Hessian::Absolute);
-        StabilityRow { fate, ..StabilityRow::new(method, Over::Rest, dt) }
+        StabilityRow { verdict, ..StabilityRow::new(method, Over::Rest, dt) }
     }
 
     fn found(edge: f64, start: f64) -> StabilityRow {
         let budget = Budget::new(None);
-        let mut run = |dt: f64, _: &Phase| row(dt, if dt <= edge { Fate::Stable } else { Fate::Grows });
+        let mut run = |dt: f64, _: &Phase| row(dt, if dt <= edge { Verdict::Stable } else { Verdict::Grows });
         let search = Search { run: &mut run, rows: Vec::new(), range: [1e-9, 1.0] };
         search.find(start, &budget.until(1.0)).pop().expect("a limit")
     }
@@ -121,7 +121,8 @@ mod tests {
     fn what_holds_beyond_a_step_that_does_not_is_no_limit() {
         let budget = Budget::new(None);
         let holds = |dt: f64| dt <= 0.031 || (0.0335..0.0345).contains(&dt);
-        let mut run = |dt: f64, _: &Phase| row(dt, if holds(dt) { Fate::Stable } else { Fate::Indefinite });
+        let mut run =
+            |dt: f64, _: &Phase| row(dt, if holds(dt) { Verdict::Stable } else { Verdict::Indefinite });
         let search = Search { run: &mut run, rows: Vec::new(), range: [1e-9, 1.0] };
         let found = search.find(0.0344, &budget.until(1.0)).pop().and_then(|row| row.limit);
         assert!(found.is_some_and(|limit| (0.0308..=0.031).contains(&limit)), "{found:?}");
@@ -130,8 +131,8 @@ mod tests {
     #[test]
     fn what_holds_at_every_step_and_what_holds_at_none_say_so() {
         let all = found(2.0, 1e-3);
-        assert_eq!((all.limit, all.dt, all.fate), (None, 1.0, Fate::Stable));
+        assert_eq!((all.limit, all.dt, all.verdict), (None, 1.0, Verdict::Stable));
         let none = found(0.0, 1e-3);
-        assert_eq!((none.limit, none.dt, none.fate), (Some(0.0), 1e-9, Fate::Grows));
+        assert_eq!((none.limit, none.dt, none.verdict), (Some(0.0), 1e-9, Verdict::Grows));
     }
 }

@@ -6,9 +6,14 @@ use rayon::prelude::*;
 use super::{
     ground::Ground,
     probe::Probe,
-    row::{Across, Fate, Over, StabilityRow},
+    row::{Across, Over, StabilityRow},
 };
-use crate::{case::Case, method::Method, reference::NoReference, run::Phase};
+use crate::{
+    case::Case,
+    method::Method,
+    reference::NoReference,
+    run::{Phase, Verdict},
+};
 
 /// Columns that are made first, at least.
 const FEW: usize = 6;
@@ -111,15 +116,17 @@ impl Mapping<'_> {
                 cells.into_par_iter().map(run).collect()
             }
             Err(missing) => {
-                let (fate, cut, cause) = match missing {
-                    NoReference::Time(_) => (Fate::NotKnown, Some(phase.cut()), phase.cut().why().to_owned()),
+                let (verdict, cut, cause) = match missing {
+                    NoReference::Time(_) => {
+                        (Verdict::NotKnown, Some(phase.cut()), phase.cut().why().to_owned())
+                    }
                     NoReference::Failed(cause) => {
-                        (Fate::Refused, None, format!("no fine run to compare with: {cause}"))
+                        (Verdict::Refused, None, format!("no fine run to compare with: {cause}"))
                     }
                 };
                 let without = |cell: (Method, f64)| StabilityRow {
                     across,
-                    fate,
+                    verdict,
                     cut,
                     cause: Some(cause.clone()),
                     ..probe(cell, 0).row()

@@ -23,7 +23,7 @@ pub use bisect::longest_step;
 pub use expected::Theory;
 pub use map::Map;
 pub use probe::WRONG;
-pub use row::{Across, Fate, Over, StabilityRow, Stepping};
+pub use row::{Across, Over, StabilityRow, Stepping};
 pub use spectrum::largest_frequency;
 pub use study::{Stability, StabilityRequest, probe_at_rest, probe_under_load, stability};
 pub use theory::{critical_step, critical_step_of_all};

@@ -16,15 +16,11 @@ use nappe_sim::{
 };
 use rayon::prelude::*;
 
-use super::{
-    eigenvalues::eigenvalues,
-    expected::has_one_damping,
-    row::{Fate, StabilityRow},
-};
+use super::{eigenvalues::eigenvalues, expected::has_one_damping, row::StabilityRow};
 use crate::{
     case::{Case, masses},
     method::{Method, Setting, Steps},
-    run::{Cut, Phase},
+    run::{Cut, Phase, Verdict},
 };
 
 /// Coordinates of free particles, at most: there are six steps for each.
@@ -79,7 +75,12 @@ impl Gain {
             Self::Known(modes) => Some(modes.judge(row, steps)),
             Self::Unknown(reason) => {
                 let cut = (*reason == TOO_LONG).then_some(Cut::Time);
-                Some(StabilityRow { fate: Fate::NotKnown, cause: Some((*reason).to_owned()), cut, ..row })
+                Some(StabilityRow {
+                    verdict: Verdict::NotKnown,
+                    cause: Some((*reason).to_owned()),
+                    cut,
+                    ..row
+                })
             }
         }
     }
@@ -150,10 +151,10 @@ impl Modes {
         let growth = (steps as f64 * gain.ln_1p()).exp().max(1.0);
         let growth = Some(growth).filter(|growth| growth.is_finite());
         if row.dt <= self.limit() {
-            return StabilityRow { fate: Fate::Stable, growth, ..row };
+            return StabilityRow { verdict: Verdict::Stable, growth, ..row };
         }
         let cause = format!("each step adds {gain:.1e} of itself to the energy of a mode");
-        StabilityRow { fate: Fate::Grows, cause: Some(cause), growth, step: Some(0), ..row }
+        StabilityRow { verdict: Verdict::Grows, cause: Some(cause), growth, step: Some(0), ..row }
     }
 }
 

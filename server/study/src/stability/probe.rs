@@ -4,12 +4,12 @@ use nappe_sim::{cloth::Integrator, math::Precision};
 
 use super::{
     ground::Ground,
-    row::{Fate, Over, StabilityRow},
+    row::{Over, StabilityRow},
 };
 use crate::{
     case::{Case, Times},
     method::{Method, Setting, Steps},
-    run::{End, Failure, Phase, Runner},
+    run::{End, Failure, Phase, Runner, Verdict},
 };
 
 /// Energy over that of the start up to which a motion about rest is stable.
@@ -26,9 +26,9 @@ const AT_REST: f64 = 1e-6;
 /// Judges a run step by step.
 pub(super) trait Judge {
     /// Looks at the state after a step; what ends the run.
-    fn look(&mut self, runner: &Runner) -> Option<Fate>;
+    fn look(&mut self, runner: &Runner) -> Option<Verdict>;
     /// What became of it when all steps were taken.
-    fn fate(&self, runner: &Runner) -> Fate;
+    fn verdict(&self, runner: &Runner) -> Verdict;
     /// What its energy came to.
     fn growth(&self) -> f64;
 }
@@ -57,18 +57,18 @@ impl<'a> AtRest<'a> {
 }
 
 impl Judge for AtRest<'_> {
-    fn look(&mut self, runner: &Runner) -> Option<Fate> {
+    fn look(&mut self, runner: &Runner) -> Option<Verdict> {
         if runner.step_count() == 0 {
             self.start = moved(runner);
             self.measure = self.measure.map(|_| self.measure(runner));
         }
         self.largest = self.largest.max(moved(runner));
-        (self.largest > MOST_AT_REST * self.start).then_some(Fate::Grows)
+        (self.largest > MOST_AT_REST * self.start).then_some(Verdict::Grows)
     }
 
-    fn fate(&self, runner: &Runner) -> Fate {
+    fn verdict(&self, runner: &Runner) -> Verdict {
         let gains = self.measure.is_some_and(|start| self.measure(runner) > start * (1.0 + ROUNDING));
-        if gains { Fate::Grows } else { Fate::Stable }
+        if gains { Verdict::Grows } else { Verdict::Stable }
     }
 
     fn growth(&self) -> f64 {
@@ -92,18 +92,18 @@ impl<'a> UnderLoad<'a> {
 }
 
 impl Judge for UnderLoad<'_> {
-    fn look(&mut self, runner: &Runner) -> Option<Fate> {
+    fn look(&mut self, runner: &Runner) -> Option<Verdict> {
         let time = runner.time();
         self.growth = self.growth.max(self.ground.rise(time, runner.now.total_energy()));
         if self.error <= WRONG * self.tolerance && time <= self.ground.window * (1.0 + 1e-9) {
             let error = self.ground.error(self.case, time, &runner.positions());
             self.error = self.error.max(error.unwrap_or(0.0));
         }
-        (self.growth > MOST_UNDER_LOAD).then_some(Fate::Grows)
+        (self.growth > MOST_UNDER_LOAD).then_some(Verdict::Grows)
     }
 
-    fn fate(&self, _: &Runner) -> Fate {
-        if self.error > WRONG * self.tolerance { Fate::Wrong } else { Fate::Stable }
+    fn verdict(&self, _: &Runner) -> Verdict {
+        if self.error > WRONG * self.tolerance { Verdict::Wrong } else { Verdict::Stable }
     }
 
     fn growth(&self) -> f64 {
@@ -115,13 +115,13 @@ impl Judge for UnderLoad<'_> {
 pub(super) struct AsRun<'a>(pub(super) UnderLoad<'a>);
 
 impl Judge for AsRun<'_> {
-    fn look(&mut self, runner: &Runner) -> Option<Fate> {
+    fn look(&mut self, runner: &Runner) -> Option<Verdict> {
         let _ = self.0.look(runner);
         None
     }
 
-    fn fate(&self, runner: &Runner) -> Fate {
-        if self.0.growth > MOST_UNDER_LOAD { Fate::Grows } else { self.0.fate(runner) }
+    fn verdict(&self, runner: &Runner) -> Verdict {
+        if self.0.growth > MOST_UNDER_LOAD { Verdict::Grows } else { self.0.verdict(runner) }
     }
 
     fn growth(&self) -> f64 {
@@ -165,7 +165,7 @@ impl Probe<'_> {
         let mut runner = match Runner::start(&case, &setting, &Times::even(self.dt, 1), phase) {
             Ok(runner) => runner,
             Err(failure) => {
-                (row.fate, row.cause) = (Fate::Refused, Some(failure.cause));
+                (row.verdict, row.cause) = (Verdict::Refused, Some(failure.cause));
                 return row;
             }
         };
@@ -177,25 +177,25 @@ impl Probe<'_> {
         while ended.is_none() && runner.step_count() < self.steps {
             ended = match runner.advance() {
                 Ok(_) if setting.steps == Steps::Divided(0) && runner.taken.indefinite > 0 => {
-                    Some(Fate::Indefinite)
+                    Some(Verdict::Indefinite)
                 }
                 Ok(_) => judge.look(&runner),
                 Err(End::Failed(failure)) => Some(failed(&mut row, &runner, failure)),
-                Err(_) => Some(Fate::NotKnown),
+                Err(End::Cut(_) | End::Costly | End::Reached) => Some(Verdict::NotKnown),
             };
         }
-        row.fate = ended.unwrap_or_else(|| judge.fate(&runner));
-        if row.fate == Fate::NotKnown {
+        row.verdict = ended.unwrap_or_else(|| judge.verdict(&runner));
+        if row.verdict == Verdict::NotKnown {
             // How far it came is nothing but a matter of time.
             let cut = phase.cut();
             (row.cut, row.cause) = (Some(cut), Some(cut.why().to_owned()));
             return row;
         }
         row.growth = Some(judge.growth()).filter(|growth| growth.is_finite());
-        if !row.fate.holds() && row.step.is_none() {
+        if !row.verdict.holds() && row.step.is_none() {
             row.step = Some(runner.step_count().saturating_sub(1));
         }
-        row.cause = row.cause.or_else(|| cause(row.fate, self.over));
+        row.cause = row.cause.or_else(|| cause(row.verdict, self.over));
         row.taken = [runner.taken.substeps, runner.taken.rejected];
         row
     }
@@ -206,20 +206,20 @@ impl Probe<'_> {
     }
 }
 
-fn failed(row: &mut StabilityRow, runner: &Runner, failure: Failure) -> Fate {
+fn failed(row: &mut StabilityRow, runner: &Runner, failure: Failure) -> Verdict {
     row.step = Some(runner.step_count());
     (row.cause, row.particle) = (Some(failure.cause), failure.particle);
-    if failure.is_refusal { Fate::Refused } else { Fate::Diverged }
+    if failure.is_refusal { Verdict::Refused } else { Verdict::Diverged }
 }
 
-fn cause(fate: Fate, over: Over) -> Option<String> {
-    let text = match (fate, over) {
-        (Fate::Grows, Over::Rest) => "its energy grows beyond what a stable step leaves",
-        (Fate::Grows, _) => {
+fn cause(verdict: Verdict, over: Over) -> Option<String> {
+    let text = match (verdict, over) {
+        (Verdict::Grows, Over::Rest) => "its energy grows beyond what a stable step leaves",
+        (Verdict::Grows, _) => {
             "its energy rises above that of a fine run by more than half of the largest kinetic and elastic energy"
         }
-        (Fate::Wrong, _) => "its error exceeds ten times the tolerance before the predictability horizon",
-        (Fate::Indefinite, _) => "a linear solve met a curvature that is not positive",
+        (Verdict::Wrong, _) => "its error exceeds ten times the tolerance before the predictability horizon",
+        (Verdict::Indefinite, _) => "a linear solve met a curvature that is not positive",
         _ => return None,
     };
     Some(text.to_owned())

@@ -1,57 +1,9 @@
 //! A row of a study of stability: one run, or the limit that some runs show.
 
-use crate::{method::Method, run::Cut};
-
-/// What became of a run.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Fate {
-    /// Of raw steps: its energy stayed within what is allowed, and its error too where that is known.
-    Stable,
-    /// Its numbers are finite, its energy is above what is allowed.
-    Grows,
-    /// Its energy stayed, its error did not; of steps as the program takes them too.
-    Wrong,
-    /// A step led to what is no state.
-    Diverged,
-    /// A linear solve met a curvature that is not positive.
-    Indefinite,
-    /// It could not begin.
-    Refused,
-    /// It was not followed to its end, or cannot be judged: why stands beside it.
-    NotKnown,
-    /// Of steps as the program takes them: each as it was asked for.
-    Survived,
-    /// The program made them shorter.
-    Recovered,
-    /// The program ended the run with a reason.
-    Detected,
-    /// It lost its way without a word.
-    Lost,
-}
-
-impl Fate {
-    /// Its name in tables.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Stable => "stable",
-            Self::Grows => "grows",
-            Self::Wrong => "wrong",
-            Self::Diverged => "diverged",
-            Self::Indefinite => "indefinite",
-            Self::Refused => "refused",
-            Self::NotKnown => "not_known",
-            Self::Survived => "survived",
-            Self::Recovered => "recovered",
-            Self::Detected => "detected",
-            Self::Lost => "lost",
-        }
-    }
-
-    /// Whether its energy stayed within what is allowed.
-    pub const fn holds(self) -> bool {
-        matches!(self, Self::Stable | Self::Wrong | Self::Survived | Self::Recovered)
-    }
-}
+use crate::{
+    method::Method,
+    run::{Cut, Verdict},
+};
 
 /// What the length of steps is varied for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -128,7 +80,7 @@ pub struct StabilityRow {
     /// What a map varies beside it, and its value.
     pub across: Option<(Across, f64)>,
     /// What became of it.
-    pub fate: Fate,
+    pub verdict: Verdict,
     /// Why, in a sentence.
     pub cause: Option<String>,
     /// At rest: the largest energy over that of the start; where modes tell what becomes of explicit Euler, that of the mode
@@ -165,7 +117,7 @@ impl StabilityRow {
             over,
             dt,
             across: None,
-            fate: Fate::NotKnown,
+            verdict: Verdict::NotKnown,
             cause: None,
             growth: None,
             limit: None,

@@ -3,12 +3,12 @@
 use super::{
     ground::Ground,
     probe::{AsRun, Probe, UnderLoad},
-    row::{Fate, Over, StabilityRow, Stepping},
+    row::{Over, StabilityRow, Stepping},
 };
 use crate::{
     case::Case,
     method::{Method, Setting, Steps},
-    run::Phase,
+    run::{Phase, Verdict},
 };
 
 /// Times the scene's own step that worlds are stepped at.
@@ -31,15 +31,23 @@ pub(super) fn run(
     let setting = setting.solved(case, tolerance, ground.window.max(dt));
     let row = probe.run_as(setting, &mut AsRun(UnderLoad::new(case, ground, tolerance)), phase);
     let [substeps, rejected] = row.taken;
-    let (fate, cause) = match row.fate {
-        Fate::Stable if rejected == 0 && substeps == probe.steps => (Fate::Survived, None),
-        Fate::Stable => {
+    let (verdict, cause) = match row.verdict {
+        Verdict::Stable if rejected == 0 && substeps == probe.steps => (Verdict::Survived, None),
+        Verdict::Stable => {
             let per_step = substeps as f64 / probe.steps as f64;
-            (Fate::Recovered, Some(format!("{per_step:.1} sub-steps per step, {rejected} taken again")))
+            (Verdict::Recovered, Some(format!("{per_step:.1} sub-steps per step, {rejected} taken again")))
         }
-        Fate::Diverged | Fate::Refused => (Fate::Detected, row.cause.clone()),
-        Fate::Grows => (Fate::Lost, row.cause.clone()),
-        other => (other, row.cause.clone()),
+        Verdict::Diverged | Verdict::Refused => (Verdict::Detected, row.cause.clone()),
+        Verdict::Grows => (Verdict::Lost, row.cause.clone()),
+        Verdict::Wrong
+        | Verdict::Indefinite
+        | Verdict::NotKnown
+        | Verdict::Survived
+        | Verdict::Recovered
+        | Verdict::Detected
+        | Verdict::Warned
+        | Verdict::Lost
+        | Verdict::None => (row.verdict, row.cause.clone()),
     };
-    StabilityRow { fate, cause, stepping: Stepping::Certified, method, ..row }
+    StabilityRow { verdict, cause, stepping: Stepping::Certified, method, ..row }
 }

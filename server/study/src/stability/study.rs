@@ -12,14 +12,14 @@ use super::{
     map::{Map, Mapped, Mapping, hessians},
     modes::Gain,
     probe::{AtRest, Probe},
-    row::{Across, Fate, Over, StabilityRow},
+    row::{Across, Over, StabilityRow},
     stepping,
 };
 use crate::{
     case::{Case, Times},
     method::{Method, Setting, Steps},
     reference::NoReference,
-    run::{Budget, Phase, Runner},
+    run::{Budget, Phase, Runner, Verdict},
 };
 
 /// Share of the budget at whose end what runs are judged against is known, or nothing is.
@@ -88,7 +88,7 @@ impl Stability {
 
     /// Runs that say nothing of how they were lost: an error of this program.
     pub fn lost(&self) -> impl Iterator<Item = &StabilityRow> {
-        self.rows.iter().filter(|row| row.fate == Fate::Lost)
+        self.rows.iter().filter(|row| row.verdict == Verdict::Lost)
     }
 }
 
@@ -276,7 +276,7 @@ impl Parts<'_> {
         let mut run = |dt: f64, phase: &Phase| under_load(self.case, method, dt, against, phase);
         let search = Search { run: &mut run, rows: Vec::new(), range: self.range() };
         let mut rows = search.find(self.start(method), phase);
-        if let Some(mut limit) = rows.pop_if(|row| row.fate == Fate::Wrong) {
+        if let Some(mut limit) = rows.pop_if(|row| row.verdict == Verdict::Wrong) {
             let search = Search { run: &mut run, rows: Vec::new(), range: [1e-3 * self.scale, limit.dt] };
             let (right, longest) = search.find_right(limit.dt, phase);
             limit.right = longest;
