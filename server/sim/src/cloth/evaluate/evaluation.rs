@@ -17,7 +17,7 @@ use crate::{
     cloth::{
         laws::Stretch,
         layout::{BlockOfRows, BlockScratch, Elements, Model, Scratches},
-        settings::{Aim, Bounded, Explicit, Implicit, Iterate, Middle, Purpose},
+        settings::{Aim, Bounded, Explicit, Implicit, Purpose, RightHandSide},
     },
     linalg::{Inverse3, PreconditionerKind, add_lanes, lanes_at, packs_at},
     math::{LANES, Pack, Padded, Real, Sixteen, WithSimd, dispatch, three},
@@ -99,16 +99,19 @@ impl<R: Real> Evaluation<R> {
             } else {
                 &mut []
             };
-            let work = Block { model, numbers, number, x, v, rows, inverse, tangent, frozen, scratch };
+            let side = match purpose {
+                Purpose::Implicit(_) if numbers.scheme.beyond > 1.0 => RightHandSide::ExactStep,
+                Purpose::Implicit(_) => RightHandSide::Step,
+                Purpose::Explicit | Purpose::Bounded(_) | Purpose::Iterate(_) => RightHandSide::Forces,
+            };
+            let work = Block { model, numbers, side, number, x, v, rows, inverse, tangent, frozen, scratch };
             let (none, identity) = (BoundKind::Frame, PreconditionerKind::Identity);
             *partial = match purpose {
                 Purpose::Explicit => dispatch(Sweep::new(work, Explicit, identity, none)),
                 Purpose::Bounded(kind) => dispatch(Sweep::new(work, Bounded, identity, kind)),
-                Purpose::Implicit(kind) if numbers.scheme.beyond > 1.0 => {
-                    dispatch(Sweep::new(work, Middle, kind, none))
+                Purpose::Implicit(kind) | Purpose::Iterate(kind) => {
+                    dispatch(Sweep::new(work, Implicit, kind, none))
                 }
-                Purpose::Implicit(kind) => dispatch(Sweep::new(work, Implicit, kind, none)),
-                Purpose::Iterate(kind) => dispatch(Sweep::new(work, Iterate, kind, none)),
             };
         });
 
@@ -149,6 +152,7 @@ impl<R: Real> Evaluation<R> {
 struct Block<'a, R: Real> {
     model: &'a Model<R>,
     numbers: &'a StepNumbers<R>,
+    side: RightHandSide,
     number: usize,
     x: &'a [Padded<R>],
     v: &'a [Padded<R>],
@@ -207,6 +211,7 @@ impl<R: Real> Block<'_, R> {
             along: &self.numbers.along,
             bounds: &self.numbers.bounds.springs,
             mirror: P::splat(self.numbers.mirror),
+            side: self.side,
             first_slot: springs.slots(self.number).start,
             tangent: self.tangent,
             rows: self.rows,
@@ -265,7 +270,7 @@ impl<R: Real> Block<'_, R> {
                 &mut []
             };
             let at = BlockOfRows { block: self.number, rows, group: None, fields: [self.x, self.v] };
-            let [energy, power] = elements.evaluate::<P, A>(at, numbers, frozen, self.scratch);
+            let [energy, power] = elements.evaluate::<P, A>(at, numbers, self.side, frozen, self.scratch);
             sums = [sums[0] + energy, sums[1] + power];
             first += elements.frozen_count();
         }
@@ -300,7 +305,7 @@ impl<R: Real> Block<'_, R> {
         if A::HAS_MATRIX {
             let h = R::of(scheme.h);
             let masses = [m.where_positive(inv_m).widen(), inv_m.widen()];
-            figures.predict::<A>(P::widen3(v), P::widen3(springs), masses);
+            figures.predict(self.side, P::widen3(v), P::widen3(springs), masses);
             self.rows[group]
                 .store(three!(|c| ((m * gravity[c] - force[c]) * h + springs[c]).where_positive(inv_m)));
             let sums = load_six::<P::Wide>(&self.scratch.diagonal[group]);

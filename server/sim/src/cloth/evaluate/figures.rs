@@ -2,7 +2,7 @@
 
 use super::numbers::StepNumbers;
 use crate::{
-    cloth::settings::Aim,
+    cloth::settings::{Aim, RightHandSide},
     linalg::add_lanes,
     math::{LANES, Pack, Real, array::dot, array3},
 };
@@ -133,9 +133,9 @@ impl<W: Pack<Number = f64>> Figures<W> {
     /// Adds what the velocities of sixteen particles predict: `springs` is what springs and elements add to the
     /// right-hand side of their rows (N s), pins included; `inv_m` (1/kg) is 0 for these.
     #[inline(always)]
-    pub(crate) fn predict<A: Aim>(&mut self, v: [W; 3], springs: [W; 3], [m, inv_m]: [W; 2]) {
+    pub(crate) fn predict(&mut self, side: RightHandSide, v: [W; 3], springs: [W; 3], [m, inv_m]: [W; 2]) {
         let [push, square] = [dot(springs, v), dot(v, v)];
-        if !A::IS_STEP {
+        if side == RightHandSide::Forces {
             let medium = W::of(0.5) * square - dot(self.wind, v);
             self.all += (self.drag * medium).where_positive(inv_m);
             self.pins += push - push.where_positive(inv_m);

@@ -11,7 +11,7 @@ use crate::{
     cloth::{
         laws::{Spring, Stretch},
         layout::{Fold, Springs},
-        settings::Aim,
+        settings::{Aim, RightHandSide},
     },
     math::{LANES, Pack, Sixteen, array::dot},
 };
@@ -43,6 +43,7 @@ pub(crate) struct SpringSums<'a, P: Pack, A: Aim> {
     pub(crate) along: &'a [[P::Number; LANES]],
     pub(crate) bounds: &'a [SpringBounds<P::Number>],
     pub(crate) mirror: P,
+    pub(crate) side: RightHandSide,
     pub(crate) first_slot: usize,
     pub(crate) tangent: &'a mut [[P::Number; LANES]],
     pub(crate) rows: &'a mut [Sixteen<P::Number>],
@@ -104,9 +105,9 @@ impl<P: Pack, A: Aim> Fold<P> for SpringSums<'_, P, A> {
 
             // h f, and h² df/dx v without the damping: b d.v holds the damping of both.
             let (elastic_pull, along) = (spring.pull(w, push, P::zero()), dot(w, d));
-            if A::IS_STEP {
+            if self.side != RightHandSide::Forces {
                 // What the matrix makes of compressed springs would cost the midpoint its order here.
-                let [across, b] = if A::IS_EXACT {
+                let [across, b] = if self.side == RightHandSide::ExactStep {
                     spring.tangent(elastic, P::load(&law.viscous), P::one())
                 } else {
                     [across, b]

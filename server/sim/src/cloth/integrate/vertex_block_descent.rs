@@ -18,7 +18,7 @@ use crate::{
         laws::Stretch,
         layout::{BlockOfRows, BlockScratch, Model},
         network::Visit,
-        settings::{ClothSettings, Descend},
+        settings::{ClothSettings, Descend, RightHandSide},
     },
     interrupt::Interrupt,
     linalg::{Inverse3, Outcome, PreconditionerKind, SolveReport, packs, store_padded},
@@ -192,7 +192,7 @@ impl<R: Real> DescendBlock<'_, R> {
             self.scratch.corners.clear(rows);
             let at = BlockOfRows { block: number, rows, group: Some(group), fields };
             for (elements, numbers) in model.elements.iter().zip(&numbers.elements) {
-                elements.evaluate::<P, Descend>(at, numbers, &mut [], self.scratch);
+                elements.evaluate::<P, Descend>(at, numbers, RightHandSide::Forces, &mut [], self.scratch);
             }
             springs.copy_first_halo(number, fields, &mut self.scratch.records);
         }
@@ -204,6 +204,7 @@ impl<R: Real> DescendBlock<'_, R> {
             along: &numbers.along,
             bounds: &numbers.bounds.springs,
             mirror: P::splat(numbers.mirror),
+            side: RightHandSide::Forces,
             first_slot: 0,
             tangent: &mut [],
             rows: self.rows,

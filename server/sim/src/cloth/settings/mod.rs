@@ -9,5 +9,5 @@ mod purpose;
 
 pub use cloth::{ClothSettings, Hessian, Minimizer, MinimizerKind, NewtonSettings, OnPass, StateLimits};
 pub use integrator::Integrator;
-pub(super) use purpose::{Aim, Bounded, Descend, Explicit, Implicit, Iterate, Middle, Purpose};
+pub(super) use purpose::{Aim, Bounded, Descend, Explicit, Implicit, Purpose, RightHandSide};
 pub(super) use scheme::{Scheme, error_constant};

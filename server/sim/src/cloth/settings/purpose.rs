@@ -1,6 +1,4 @@
 //! What an evaluation is made for, and what its kernels add up for that.
-//!
-//! Kernels take it as a type that they are compiled for.
 
 use super::cloth::ClothSettings;
 use crate::{linalg::PreconditionerKind, report::BoundKind};
@@ -35,7 +33,19 @@ impl Purpose {
     }
 }
 
-/// What kernels add up.
+/// The right-hand side of an implicit step, what springs and elements add to it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum RightHandSide {
+    /// h f: that of an iterate.
+    Forces,
+    /// h (f + h df/dx v), with what the matrix makes of compressed springs: that of a step from the state.
+    Step,
+    /// The same with the exact derivative, whatever the matrix makes of compressed springs: of a step that ends beyond its
+    /// minimum.
+    ExactStep,
+}
+
+/// What kernels add up, as types that they are compiled for.
 pub(crate) trait Aim {
     /// A right-hand side, its matrix and the diagonal of it, in place of accelerations.
     const HAS_MATRIX: bool = false;
@@ -43,10 +53,6 @@ pub(crate) trait Aim {
     const HAS_FIGURES: bool = true;
     /// The matrix is kept for products.
     const FREEZES: bool = Self::HAS_MATRIX;
-    /// The right-hand side takes what the matrix makes of the velocities: it is that of a step from the state.
-    const IS_STEP: bool = false;
-    /// There it takes the exact derivative, whatever the matrix makes of compressed springs.
-    const IS_EXACT: bool = false;
     /// What bounds an explicit step.
     const IS_BOUNDED: bool = false;
 }
@@ -55,12 +61,8 @@ pub(crate) trait Aim {
 pub(crate) struct Explicit;
 /// Accelerations, and what bounds the length of their step.
 pub(crate) struct Bounded;
-/// The linear solve of a step from the state.
+/// A linear solve, from the state or an iterate.
 pub(crate) struct Implicit;
-/// The same of a step that ends beyond its minimum.
-pub(crate) struct Middle;
-/// A linear solve from an iterate: forces and the matrix.
-pub(crate) struct Iterate;
 /// Particles that move one by one: forces and the diagonal of the matrix.
 pub(crate) struct Descend;
 
@@ -71,17 +73,6 @@ impl Aim for Bounded {
 }
 
 impl Aim for Implicit {
-    const HAS_MATRIX: bool = true;
-    const IS_STEP: bool = true;
-}
-
-impl Aim for Middle {
-    const HAS_MATRIX: bool = true;
-    const IS_STEP: bool = true;
-    const IS_EXACT: bool = true;
-}
-
-impl Aim for Iterate {
     const HAS_MATRIX: bool = true;
 }
 

@@ -18,7 +18,7 @@ use crate::{
     cloth::{
         laws::{ElementKind, ElementLaw, Evaluated, QuadraticBending, with_element_laws},
         network::ElementList,
-        settings::Aim,
+        settings::{Aim, RightHandSide},
     },
     interrupt,
     linalg::{CoarseLayout, NineByNine},
@@ -145,9 +145,11 @@ impl<R: Real, const N: usize, const C: usize> Packs<R, N, C> {
         &self,
         at: BlockOfRows<'_, R>,
         numbers: &ElementNumbers<R>,
+        side: RightHandSide,
         frozen: &mut [[R; LANES]],
         scratch: &mut BlockScratch<R>,
     ) -> [f64; 2] {
+        let is_step = side != RightHandSide::Forces;
         assert!(scratch.records.len() >= self.halos.room(), "room for a block and its halo");
         let (first, mut energy, mut power) = (self.packs(at.block).start, 0.0, 0.0);
         for (particles, packs) in self.halos.parts(at.block) {
@@ -158,7 +160,7 @@ impl<R: Real, const N: usize, const C: usize> Packs<R, N, C> {
                 let push = L::product(rest, tangent, v);
                 let mut rate = P::Wide::zero();
                 for corner in 0..N {
-                    let along = if A::IS_STEP { gradient[corner] } else { push[corner] };
+                    let along = if is_step { gradient[corner] } else { push[corner] };
                     rate += dot(along, v[corner]).widen();
                 }
                 let (of_lanes, rates) = (of_lanes.store(), rate.store());
@@ -191,7 +193,7 @@ impl<R: Real, const N: usize, const C: usize> Packs<R, N, C> {
                 }
             }
         }
-        let scale = if A::IS_STEP { numbers.gradient.to_f64() } else { -0.5 * numbers.velocity.to_f64() };
+        let scale = if is_step { numbers.gradient.to_f64() } else { -0.5 * numbers.velocity.to_f64() };
         [energy * numbers.energy, power * scale]
     }
 
@@ -309,12 +311,13 @@ macro_rules! lists {
                 &self,
                 at: BlockOfRows<'_, R>,
                 numbers: &ElementNumbers<R>,
+                side: RightHandSide,
                 frozen: &mut [[R; LANES]],
                 scratch: &mut BlockScratch<R>,
             ) -> [f64; 2] {
                 match self {
                     $(Self::$law(packs) => {
-                        packs.evaluate::<$law, P, $f, A>(at, numbers, frozen, scratch)
+                        packs.evaluate::<$law, P, $f, A>(at, numbers, side, frozen, scratch)
                     })+
                 }
             }

@@ -6,7 +6,7 @@ use crate::{
         laws::{ElementKind, ElementLaw, Evaluated},
         layout::scratch::{BlockScratch, Scratches},
         network::{ElementList, SpringLaw},
-        settings::Implicit,
+        settings::{Implicit, RightHandSide},
     },
     math::{LANES, Mat3, Pack, Padded, Portable, Vec3, array::dot, three},
     mesh::TriangleMesh,
@@ -114,7 +114,13 @@ fn what_is_frozen_is_what_the_product_and_the_stored_matrix_take() {
         with_own(scratch, &at);
         let range = packs.packs(block);
         let own = &mut frozen[3 * range.start..3 * range.end];
-        let [energy, power] = packs.evaluate::<Link, Portable<f64>, 3, Implicit>(at, &numbers, own, scratch);
+        let [energy, power] = packs.evaluate::<Link, Portable<f64>, 3, Implicit>(
+            at,
+            &numbers,
+            RightHandSide::Step,
+            own,
+            scratch,
+        );
         sums = [sums[0] + energy, sums[1] + power];
         let row = |scratch: &BlockScratch<f64>, row: usize| {
             Vec3::from(scratch.corners.sixteen::<Portable<f64>>(row / LANES).map(|c| c.store()[row % LANES]))
