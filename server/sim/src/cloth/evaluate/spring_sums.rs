@@ -105,7 +105,16 @@ impl<P: Pack, A: Aim> Fold<P> for SpringSums<'_, P, A> {
 
             // h f, and h² df/dx v without the damping: b d.v holds the damping of both.
             let (elastic_pull, along) = (spring.pull(w, push, P::zero()), dot(w, d));
-            if self.side != RightHandSide::Forces {
+            if self.side == RightHandSide::Forces {
+                let slowing = spring.slowing(along, P::load(&law.viscous));
+                if A::HAS_FIGURES {
+                    self.power += (slowing * along).widen() * P::Wide::of(0.5);
+                }
+                let pull = elastic_pull + slowing;
+                for c in 0..3 {
+                    sums.row[c] -= pull * d[c];
+                }
+            } else {
                 // What the matrix makes of compressed springs would cost the midpoint its order here.
                 let [across, b] = if self.side == RightHandSide::ExactStep {
                     spring.tangent(elastic, P::load(&law.viscous), P::one())
@@ -116,15 +125,6 @@ impl<P: Pack, A: Aim> Fold<P> for SpringSums<'_, P, A> {
                 let pull = elastic_pull + b * along;
                 for c in 0..3 {
                     sums.row[c] -= pull * d[c] + across * w[c];
-                }
-            } else {
-                let slowing = spring.slowing(along, P::load(&law.viscous));
-                if A::HAS_FIGURES {
-                    self.power += (slowing * along).widen() * P::Wide::of(0.5);
-                }
-                let pull = elastic_pull + slowing;
-                for c in 0..3 {
-                    sums.row[c] -= pull * d[c];
                 }
             }
         } else {
