@@ -1,5 +1,7 @@
 //! Preconditioners: none, the inverse diagonal, the inverse 3 x 3 diagonal blocks, factored in binary64.
 
+use bytemuck::Zeroable;
+
 use super::{operator::Preconditioner, settings::PreconditionerKind, sixteens::Sums};
 use crate::math::{LANES, Pack, Portable, Real, Sixteen, WithSimd, dispatch, three};
 
@@ -90,7 +92,7 @@ pub struct Symmetric3 {
 /// Each is positive definite whatever the rounding of its entries, and off by a rounding of binary32 times the square
 /// root of the condition number, where entries of the inverse itself would be off by a rounding times all of it. No
 /// preconditioner needs more, in binary64 neither.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Zeroable)]
 #[repr(C, align(64))]
 pub struct Inverse3 {
     /// D⁻¹.

@@ -25,7 +25,7 @@ pub(crate) struct System<'a, R: Real> {
     pub(crate) coarse: Option<(&'a CoarseLayout, &'a CoarseMatrix)>,
 }
 
-/// Solves a system for `x`, of which `begin` writes the first guess. Where a coarse space fails, since of an indefinite matrix it
+/// Solves a system for `x`, of which `begin` writes the first guess where a solve starts warm. Where a coarse space fails, since of an indefinite matrix it
 /// may be indefinite where the inverse diagonal blocks are not, the solve begins again without it.
 ///
 /// # Panics

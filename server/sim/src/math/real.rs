@@ -3,6 +3,7 @@
 //! The precision is chosen per session at run time; sums are binary64 whatever it is. The two kinds
 //! of number stand in one file since each names the other.
 
+use bytemuck::Zeroable;
 use serde::{Deserialize, Serialize};
 
 use std::{
@@ -80,7 +81,9 @@ impl Rounding for f64 {
 
 /// A floating-point number that a state is made of: `f32` or `f64`, and no other.
 #[allow(private_bounds, reason = "packs are for the kernels of this crate")]
-pub trait Real: Packed + Rounding + nalgebra::RealField + Copy + Default + PartialOrd + 'static {
+pub trait Real:
+    Packed + Rounding + nalgebra::RealField + Zeroable + Copy + Default + PartialOrd + 'static
+{
     /// Which of the two it is.
     const PRECISION: Precision;
     /// Unit round-off: half the distance from 1 to the next number.
@@ -153,7 +156,7 @@ impl Real for f64 {
 pub(crate) const LANES: usize = 16;
 
 /// A vector with a fourth component that means nothing, so that it is loaded at once.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Zeroable)]
 #[repr(C, align(16))]
 pub struct Padded<R>(pub(crate) [R; 4]);
 
@@ -187,7 +190,7 @@ impl<R: Real> Padded<R> {
 pub(crate) struct Record<R>(pub(crate) [Padded<R>; 2]);
 
 /// Sixteen vectors, component by component: what a kernel reads of its own particles at once.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Zeroable)]
 #[repr(C, align(64))]
 pub struct Sixteen<R>(pub [[R; LANES]; 3]);
 

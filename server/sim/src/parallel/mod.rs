@@ -7,6 +7,7 @@ mod each;
 mod hash;
 mod order;
 mod triad;
+mod zeroed;
 mod communicator;
 mod share;
 
@@ -22,6 +23,7 @@ pub(crate) use each::{
     per_sixteen_mut, several_per_block, several_per_block_mut, thread_count, thread_number,
 };
 pub(crate) use hash::{hash_numbers, sum_hashes};
+pub(crate) use zeroed::{size, zeroed};
 
 /// Adds one partial result per block in a fixed binary tree over the blocks' numbers.
 ///

@@ -21,7 +21,7 @@ use crate::{
     },
     linalg::{Inverse3, PreconditionerKind, add_lanes, lanes_at, packs_at},
     math::{LANES, Pack, Padded, Real, Sixteen, WithSimd, dispatch, three},
-    parallel::{Disjoint, block_count, per_block_mut, per_sixteen_mut},
+    parallel::{Disjoint, block_count, per_block_mut, per_sixteen_mut, size},
     report::{BoundKind, Diagnostics},
 };
 
@@ -55,13 +55,13 @@ pub(crate) struct Evaluation<R: Real> {
 impl<R: Real> Evaluation<R> {
     pub(crate) fn size_for(&mut self, model: &Model<R>, purpose: Purpose) {
         let groups = Sixteen::<R>::count_for(model.count);
-        self.rows.resize(groups, Sixteen::default());
+        size(&mut self.rows, groups);
         self.partials.resize(block_count(model.count, model.block_size), Default::default());
         if purpose.has_matrix() {
-            self.inverse.resize(groups, Inverse3::default());
-            self.tangent.resize(model.springs.slot_count(), [R::zero(); LANES]);
+            size(&mut self.inverse, groups);
+            size(&mut self.tangent, model.springs.slot_count());
             let frozen = model.elements.iter().map(Elements::frozen_count).sum();
-            self.frozen.resize(frozen, [R::zero(); LANES]);
+            size(&mut self.frozen, frozen);
         }
     }
 

@@ -15,7 +15,7 @@ use crate::{
     collide::Met,
     linalg::{BlockCsr, CgWorkspace, CoarseMatrix, Inverse3},
     math::{Padded, Real, Vec3},
-    parallel::block_count,
+    parallel::{block_count, size},
 };
 
 /// Pins on their way and their velocities, to return to.
@@ -134,14 +134,14 @@ impl<R: Real> Workspace<R> {
             self.squares.resize(blocks, 0.0);
         }
         if settings.integrator == Integrator::VelocityVerletPredicted {
-            self.predicted.resize(model.m.len(), Padded::default());
+            size(&mut self.predicted, model.m.len());
         }
         if has_iterates {
-            self.trial.iter_mut().for_each(|field| field.resize(model.m.len(), Padded::default()));
+            self.trial.iter_mut().for_each(|field| size(field, model.m.len()));
         }
         if settings.has_sweeps() {
             self.sweep_sums.resize(blocks, SweepSums::default());
-            self.swept.iter_mut().for_each(|field| field.resize(model.m.len(), Padded::default()));
+            self.swept.iter_mut().for_each(|field| size(field, model.m.len()));
         }
         if largest.has_matrix() && self.evaluation.rows.len() != self.cg.len() {
             self.cg = CgWorkspace::new(model.count, model.block_size);

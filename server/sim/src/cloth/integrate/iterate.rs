@@ -10,7 +10,7 @@ use crate::{
     },
     linalg::{add_lanes, lanes_at, packs, packs_at, store_padded},
     math::{LANES, Pack, Padded, Real, Sixteen, WithSimd, array::dot, array3, dispatch, three},
-    parallel::{Own, Parts, per_block_mut, per_row, per_row_mut, per_sixteen, per_sixteen_mut},
+    parallel::{Parts, per_block_mut, per_row, per_row_mut, per_sixteen, per_sixteen_mut},
 };
 
 /// Where a step starts, and the numbers of its minimisation.
@@ -101,22 +101,25 @@ impl<'a, R: Real> Start<'a, R> {
         moved: &mut [Moved],
     ) -> f64 {
         let before = self.state.past.dt;
-        let to = [per_row_mut(&mut next.x), per_row_mut(&mut next.v)];
-        let fields = (per_block_mut(moved), self.rows(), from.map(per_row), to);
-        self.model.share.own().each(fields, |_, (moved, rows, from, to)| {
-            *moved = dispatch(Finish { block: self.block(rows), from, to, before });
+        if integrator.has_past() {
+            next.size_past();
+        }
+        let State { x, v, past, .. } = next;
+        let both = |fields: [_; 2]| fields.map(|field: &mut Vec<Padded<R>>| per_row_mut(field));
+        let (to, past_to) = (both([x, v]), integrator.has_past().then(|| both([&mut past.x, &mut past.v])));
+        let fields = (per_block_mut(moved), self.rows(), from.map(per_row), to, past_to);
+        self.model.share.own().each(fields, |_, (moved, rows, from, to, past)| {
+            let block = self.block(rows);
+            if let Some([x, v]) = past {
+                x.copy_from_slice(block.x);
+                v.copy_from_slice(block.v);
+            }
+            *moved = dispatch(Finish { block, from, to, before });
         });
 
         if !integrator.has_past() {
             return 0.5 * self.dt;
         }
-        next.size_past();
-        let copy = |to: &mut [Padded<R>], from: &[Padded<R>]| {
-            let all = Own::whole(from.len(), self.model.block_size);
-            all.each((per_row_mut(to), per_row(from)), |_, (to, from)| to.copy_from_slice(from));
-        };
-        copy(&mut next.past.x, &self.state.x);
-        copy(&mut next.past.v, &self.state.v);
         next.past.dt = self.dt;
         if before > 0.0 { error_constant(integrator, self.dt, before) } else { 0.5 * self.dt }
     }

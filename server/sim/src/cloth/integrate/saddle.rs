@@ -9,9 +9,9 @@ use super::{
 };
 use crate::{
     cloth::evaluate::Workspace,
-    linalg::{Inverse3, Outcome, SolveReport, packs_at},
+    linalg::{Outcome, SolveReport, packs_at},
     math::{LANES, Pack, Padded, Real, Sixteen, Vec3, WithSimd, array::dot, dispatch, three},
-    parallel::{hash_numbers, per_block_mut, per_row, per_sixteen_mut},
+    parallel::{hash_numbers, per_block_mut, per_row, per_sixteen_mut, size},
     report::StepFailure,
 };
 
@@ -59,7 +59,7 @@ impl<R: Real> Search<'_, '_, R> {
     /// Puts the inverse diagonal blocks aside, or those put aside back.
     fn swap_inverse(&mut self) {
         let Workspace { evaluation, other_inverse, .. } = &mut *self.step.work;
-        other_inverse.resize(evaluation.inverse.len(), Inverse3::default());
+        size(other_inverse, evaluation.inverse.len());
         std::mem::swap(&mut evaluation.inverse, other_inverse);
     }
 

@@ -11,6 +11,7 @@ use crate::{
         LinearOperator, OperatorKind, Outcome, PreconditionerKind, SolveReport, SolverSettings, System, solve,
     },
     math::{Padded, Real, Sixteen},
+    parallel::{per_sixteen, per_sixteen_mut, size},
     report::{Stage, StepFailure},
 };
 
@@ -33,15 +34,17 @@ impl<R: Real> Step<'_, R> {
         let Workspace { evaluation, numbers, next, assembled, coarse: coarse_matrix, cg, scratches, .. } =
             &mut *self.work;
         let groups = evaluation.rows.len();
-        next.dv.resize(groups, Sixteen::default());
+        size(&mut next.dv, groups);
+        let own = model.share.own();
         let begin = |dv: &mut [Sixteen<R>]| {
             if warm_start && state.dv.len() == groups {
-                dv.copy_from_slice(&state.dv);
+                let fields = (per_sixteen_mut(dv), per_sixteen(&state.dv));
+                own.each(fields, |_, (dv, before)| dv.copy_from_slice(before));
                 if let Some(common) = &common {
                     common.take_off(model, dv);
                 }
-            } else {
-                dv.fill(Sixteen::default());
+            } else if warm_start {
+                own.each(per_sixteen_mut(dv), |_, dv| dv.fill(Sixteen::default()));
             }
         };
 

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use super::gain::Gain;
 use crate::{
     math::{LANES, Padded, Real, Sixteen, Vec3, bytes, vec3},
-    parallel::{Share, hash_numbers},
+    parallel::{Share, hash_numbers, size},
 };
 
 /// A pinned particle on its way from point to point.
@@ -64,8 +64,8 @@ pub struct Past<R: Real> {
 
 impl<R: Real> Past<R> {
     fn size_for(&mut self, count: usize) {
-        self.x.resize(count, Padded::default());
-        self.v.resize(count, Padded::default());
+        size(&mut self.x, count);
+        size(&mut self.v, count);
     }
 }
 
@@ -93,9 +93,9 @@ pub struct State<R: Real> {
 impl<R: Real> State<R> {
     /// Makes room for what a step from `other` leads to, and takes over what it does not write.
     pub(crate) fn succeed(&mut self, other: &Self) {
-        self.x.resize(other.x.len(), Padded::default());
-        self.v.resize(other.v.len(), Padded::default());
-        self.dv.resize(other.dv.len(), Sixteen::default());
+        size(&mut self.x, other.x.len());
+        size(&mut self.v, other.v.len());
+        size(&mut self.dv, other.dv.len());
         self.motions.clone_from(&other.motions);
         self.gain = other.gain;
     }

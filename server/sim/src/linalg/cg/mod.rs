@@ -20,7 +20,7 @@ use crate::{
     math::{LANES, Padded, Real, Sixteen, dispatch},
     parallel::{
         Own, Share, block_count, per_block_mut, per_row, per_row_mut, per_sixteen, per_sixteen_mut,
-        several_per_block, several_per_block_mut,
+        several_per_block, several_per_block_mut, zeroed,
     },
 };
 
@@ -44,11 +44,11 @@ pub struct CgWorkspace<R: Real> {
 impl<R: Real> CgWorkspace<R> {
     /// Room for `count` rows in blocks of `block_size`, a multiple of sixteen.
     pub fn new(count: usize, block_size: usize) -> Self {
-        let zeros = vec![Sixteen::default(); Sixteen::<R>::count_for(count)];
+        let groups = Sixteen::<R>::count_for(count);
         Self {
-            r: zeros.clone(),
-            p: vec![Padded::default(); zeros.len() * LANES],
-            q: zeros,
+            r: zeroed(groups),
+            p: zeroed(groups * LANES),
+            q: zeroed(groups),
             partials: vec![[0.0; 2]; block_count(count, block_size)],
             descent: 0.0,
             restricted: Vec::new(),
@@ -122,7 +122,7 @@ pub fn conjugate_gradient<R: Real>(
 
     let start = solve.start(None);
     if start.magnitude == 0.0 {
-        x.fill(Sixteen::default());
+        clear(share.own(), x);
         return SolveReport::at_once(Outcome::Converged, 0.0);
     }
     if let Some(outcome) = start.fault(0) {
@@ -135,7 +135,7 @@ pub fn conjugate_gradient<R: Real>(
         solve.credit(x);
         first
     } else {
-        x.fill(Sixteen::default());
+        clear(share.own(), x);
         start
     };
     let goal = Goal { residual: tolerance * scale, is_rounding: tolerance <= R::ROUNDING, cap };
@@ -252,7 +252,7 @@ impl<R: Real> Solve<'_, R> {
         let (groups, a, b, own) = (self.groups, self.a, self.b, self.share.own());
         let CgWorkspace { r, q, p, .. } = &mut *self.work;
         match x {
-            None => r.copy_from_slice(b),
+            None => own.each((per_sixteen_mut(r), per_sixteen(b)), |_, (r, b)| r.copy_from_slice(b)),
             Some(x) => {
                 self.products += 1;
                 pad_all(own, x, p);
@@ -355,6 +355,11 @@ impl<R: Real> Solve<'_, R> {
         let fields = (per_sixteen_mut(x), per_row(&self.work.p));
         self.share.own().each(fields, |_, (x, p)| add_scaled(x, alpha, p));
     }
+}
+
+/// x = 0.
+fn clear<R: Real>(own: Own, x: &mut [Sixteen<R>]) {
+    own.each(per_sixteen_mut(x), |_, x| x.fill(Sixteen::default()));
 }
 
 /// Copies sixteens into padded vectors.
