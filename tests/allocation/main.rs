@@ -1,12 +1,8 @@
 //! A step allocates nothing after the first ones: counted by the program's own allocator.
-#![allow(unsafe_code, reason = "an allocator that counts hands every request on to the system's")]
 
+mod counting;
+mod ranks;
 mod snow;
-
-use std::{
-    alloc::{GlobalAlloc, Layout, System},
-    sync::atomic::{AtomicU64, Ordering},
-};
 
 use nappe_sim::{
     cloth::{ElementKind, ElementList, Hessian, Integrator, NewtonSettings, SpringLaw},
@@ -22,36 +18,8 @@ use nappe_tests::{
     networks::{sheet, sheet_rules},
     threads::pool,
 };
-use rayon::prelude::*;
 
-struct Counting;
-
-static ALLOCATIONS: AtomicU64 = AtomicU64::new(0);
-
-// SAFETY: every call goes to the system's allocator with the arguments that it came with.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        ALLOCATIONS.fetch_add(1, Ordering::Relaxed);
-
-        // SAFETY: the caller keeps `alloc`'s contract.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: the caller keeps `dealloc`'s contract.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-
-    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        ALLOCATIONS.fetch_add(1, Ordering::Relaxed);
-
-        // SAFETY: the caller keeps `realloc`'s contract.
-        unsafe { System.realloc(pointer, layout, size) }
-    }
-}
-
-#[global_allocator]
-static COUNTING: Counting = Counting;
+use crate::counting::{allocations, warm_up};
 
 /// A sheet of nine blocks that falls on a sphere; of as many as a coarse space of two levels needs, where there is one.
 fn scene(method: Method, solver: SolverSettings) -> Scene {
@@ -80,20 +48,6 @@ fn scene(method: Method, solver: SolverSettings) -> Scene {
     scene
 }
 
-/// Lets every worker of the pool take work from another: the first time, rayon's deques register
-/// the thread, which allocates once per thread, whatever the work.
-fn warm_up(threads: usize) {
-    let seen = AtomicU64::new(0);
-    let wanted = (1_u64 << threads) - 1;
-    while seen.load(Ordering::Relaxed) != wanted {
-        (0..256).into_par_iter().for_each(|_| {
-            let worker = rayon::current_thread_index().expect("work runs on the pool");
-            seen.fetch_or(1 << worker, Ordering::Relaxed);
-            (0..1000).for_each(|_| std::hint::spin_loop());
-        });
-    }
-}
-
 /// Allocations of ten steps after the first `warm` ones: the fewest of three times. On a busy machine one to three were
 /// counted in some runs and none in others, from what is not known; what a step allocates, it does every time.
 fn count(simulation: &mut Simulation, warm: u32) -> u64 {
@@ -113,13 +67,13 @@ fn once(simulation: &mut Simulation, warm: u32) -> u64 {
         step().expect("a stable step");
     }
 
-    let before = ALLOCATIONS.load(Ordering::Relaxed);
+    let before = allocations();
     let mut contacts = 0;
     for _ in 0..10 {
         contacts += step().expect("a stable step");
     }
 
-    let made = ALLOCATIONS.load(Ordering::Relaxed) - before;
+    let made = allocations() - before;
     assert!(contacts > 0, "contacts are part of what is counted");
     made
 }
@@ -127,9 +81,9 @@ fn once(simulation: &mut Simulation, warm: u32) -> u64 {
 // The only test of this program: another one's allocations would be counted too.
 #[test]
 fn a_step_allocates_nothing_after_the_first_ones() {
-    let before = ALLOCATIONS.load(Ordering::Relaxed);
+    let before = allocations();
     let counted = std::hint::black_box(Box::new(1));
-    assert_eq!(ALLOCATIONS.load(Ordering::Relaxed) - before, u64::from(*counted > 0), "the allocator counts");
+    assert_eq!(allocations() - before, u64::from(*counted > 0), "the allocator counts");
 
     let fixed = SolverSettings { stop: Stop::Iterations(10), ..SolverSettings::default() };
     let coarse = SolverSettings { preconditioner: PreconditionerKind::TwoLevel, ..fixed };
@@ -163,6 +117,18 @@ fn a_step_allocates_nothing_after_the_first_ones() {
                     assert_eq!(made, 0, "{}, {precision}, {threads} threads, {solver:?}", method.name());
                 }
             }
+        }
+    }
+
+    for method in Method::all().into_iter().filter(|method| !method.is_by_sweeps()) {
+        let made = ranks::count(&scene(method, fixed), Precision::F32);
+        assert_eq!(made, 0, "{} over ranks", method.name());
+    }
+    for solver in solvers.iter().filter(|solver| solver.operator == OperatorKind::MatrixFree) {
+        let is_in = solver.preconditioner != PreconditionerKind::TwoLevel;
+        for precision in Precision::ALL.into_iter().filter(|_| is_in) {
+            let made = ranks::count(&scene(all_solvers, *solver), precision);
+            assert_eq!(made, 0, "{precision} over ranks, {solver:?}");
         }
     }
 

@@ -249,6 +249,7 @@ fn asked(scene: &Scene, size: usize, steps: u64) -> Vec<Counts> {
     let (before, after) = (after(steps), after(steps + 1));
     let difference = |(((), before), ((), after)): (&((), Counts), &((), Counts))| Counts {
         gathers: after.gathers - before.gathers,
+        told: after.told - before.told,
         exchanges: after.exchanges - before.exchanges,
         messages: after.messages - before.messages,
         bytes: after.bytes - before.bytes,

@@ -44,8 +44,10 @@ struct Rank {
 /// What a rank asked of the others.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
-    /// Calls of gather.
+    /// Calls of all-gather.
     pub gathers: u64,
+    /// Bytes that it told in these.
+    pub told: u64,
     /// Calls of exchange.
     pub exchanges: u64,
     /// Messages in these.
@@ -105,21 +107,23 @@ impl Communicator for Rank {
         self.size
     }
 
-    fn gather(&self, own: &[f64], lengths: &[usize], all: &mut Vec<f64>) {
-        self.count(|counts| counts.gathers += 1);
+    fn all_gather(&self, own: &[u8], lengths: &[usize], all: &mut Vec<u8>) {
+        self.count(|counts| {
+            counts.gathers += 1;
+            counts.told += own.len() as u64;
+        });
         assert_eq!(own.len(), lengths[self.number], "the length that was told");
-        let bytes: Vec<u8> = own.iter().flat_map(|number| number.to_le_bytes()).collect();
         let others = || (0..self.size).filter(|rank| *rank != self.number);
-        others().for_each(|rank| self.shared.send((self.number, rank), bytes.clone()));
+        others().for_each(|rank| self.shared.send((self.number, rank), own.to_vec()));
         all.clear();
         for (rank, length) in lengths.iter().enumerate() {
             if rank == self.number {
                 all.extend(own);
                 continue;
             }
-            let bytes = self.shared.receive((rank, self.number), "gather");
-            assert_eq!(bytes.len(), 8 * length, "rank {rank} is in another call than rank {}", self.number);
-            all.extend(bytes.as_chunks().0.iter().map(|bytes| f64::from_le_bytes(*bytes)));
+            let bytes = self.shared.receive((rank, self.number), "all_gather");
+            assert_eq!(bytes.len(), *length, "rank {rank} is in another call than rank {}", self.number);
+            all.extend(bytes);
         }
     }
 
@@ -139,13 +143,13 @@ impl Communicator for Rank {
         self.count(|counts| counts.exchanges += 1);
     }
 
-    fn collect(&self, own: &[u8], lengths: &[usize]) -> Vec<u8> {
+    fn gather(&self, own: &[u8], lengths: &[usize]) -> Vec<u8> {
         assert_eq!(own.len(), lengths[self.number], "the length that was told");
         if self.number > 0 {
             self.shared.send((self.number, 0), own.to_vec());
             return Vec::new();
         }
-        let others = (1..self.size).flat_map(|rank| self.shared.receive((rank, 0), "collect"));
+        let others = (1..self.size).flat_map(|rank| self.shared.receive((rank, 0), "gather"));
         own.iter().copied().chain(others).collect()
     }
 }

@@ -60,9 +60,9 @@ impl Communicator for Counted {
         self.inner.size()
     }
 
-    fn gather(&self, own: &[f64], lengths: &[usize], all: &mut Vec<f64>) {
+    fn all_gather(&self, own: &[u8], lengths: &[usize], all: &mut Vec<u8>) {
         self.gathers.fetch_add(1, Relaxed);
-        self.within(|cluster| cluster.gather(own, lengths, all));
+        self.within(|cluster| cluster.all_gather(own, lengths, all));
     }
 
     fn exchange(&self, messages: &mut [Message]) {
@@ -72,7 +72,7 @@ impl Communicator for Counted {
         self.within(|cluster| cluster.exchange(messages));
     }
 
-    fn collect(&self, own: &[u8], lengths: &[usize]) -> Vec<u8> {
-        self.within(|cluster| cluster.collect(own, lengths))
+    fn gather(&self, own: &[u8], lengths: &[usize]) -> Vec<u8> {
+        self.within(|cluster| cluster.gather(own, lengths))
     }
 }

@@ -4,6 +4,7 @@
 //! unwinding would leave the others waiting for ever.
 
 use std::{
+    sync::{Mutex, PoisonError},
     thread,
     time::{Duration, Instant},
 };
@@ -15,21 +16,25 @@ use ::mpi::{
     point_to_point::MatchedReceiveVec as _,
     request::multiple_scope,
     topology::SimpleCommunicator,
-    traits::{Communicator as _, CommunicatorCollectives as _, Destination as _, Root as _, Source as _},
+    traits::{Communicator as _, CommunicatorCollectives as _, Destination as _, Source as _},
 };
 use nappe_sim::parallel::{Communicator, Message};
 use rustix::process::getpgrp;
 
 use crate::{cluster::Cluster, message::RankPlace};
 
-/// Tags: particles for neighbours, and what rank 0 tells all.
+/// Tags: particles for neighbours, what rank 0 tells all, and what all tell rank 0.
 const EXCHANGE: i32 = 1;
 const BROADCAST: i32 = 2;
+const GATHER: i32 = 3;
 
 /// How long a rank that waits for rank 0 looks again and again, before it sleeps in between.
 const EAGER: Duration = Duration::from_millis(5);
 /// How long it sleeps at a time.
 const SLEEP: Duration = Duration::from_micros(500);
+
+/// Bytes of a message, at most, where as many may be sent as anybody likes: MPI counts in 31 bits.
+const PIECE: usize = 64 << 20;
 
 /// A process of an MPI job.
 #[derive(Debug)]
@@ -37,6 +42,8 @@ pub struct Mpi {
     rank: usize,
     size: usize,
     places: Vec<RankPlace>,
+    /// Counts of an all-gather, and where each part begins; kept for the next one.
+    parts: Mutex<[Vec<i32>; 2]>,
 }
 
 impl Mpi {
@@ -57,20 +64,21 @@ impl Mpi {
         }));
         let world = SimpleCommunicator::world();
         let (rank, size) = (world.rank() as usize, world.size() as usize);
-        let mut joined = Self { rank, size, places: Vec::new() };
+        let mut joined = Self { rank, size, places: Vec::new(), parts: Mutex::default() };
         joined.places = joined.gather_places(&processor_name().unwrap_or_default());
         Ok((universe, joined))
     }
 
     /// Where each rank runs, on rank 0.
     fn gather_places(&self, host: &str) -> Vec<RankPlace> {
-        let own = [host.len() as u32, std::process::id(), getpgrp().as_raw_pid() as u32].map(f64::from);
+        let own = [host.len() as u32, std::process::id(), getpgrp().as_raw_pid() as u32];
+        let own = own.map(u32::to_le_bytes);
         let mut all = Vec::new();
-        self.gather(&own, &vec![own.len(); self.size], &mut all);
+        self.all_gather(own.as_flattened(), &vec![own.as_flattened().len(); self.size], &mut all);
         let numbers: Vec<[u32; 3]> =
-            all.as_chunks::<3>().0.iter().map(|own| own.map(|number| number as u32)).collect();
+            all.as_chunks().0.as_chunks().0.iter().map(|own| own.map(u32::from_le_bytes)).collect();
         let lengths: Vec<usize> = numbers.iter().map(|[length, ..]| *length as usize).collect();
-        let names = self.collect(host.as_bytes(), &lengths);
+        let names = self.gather(host.as_bytes(), &lengths);
         let mut rest = &names[..];
         let place = |[length, process, group]: [u32; 3]| {
             let (name, after) = rest.split_at_checked(length as usize)?;
@@ -86,17 +94,33 @@ pub fn abort() {
     SimpleCommunicator::world().abort(1);
 }
 
-/// Counts, and where each part begins, as MPI has them.
-fn parts(lengths: &[usize]) -> (Vec<i32>, Vec<i32>) {
-    let count = |length: &usize| i32::try_from(*length).expect("parts of at most 2 GiB");
-    let counts: Vec<i32> = lengths.iter().map(count).collect();
-    let starts = counts.iter().scan(0_i32, |next, count| {
-        let start = *next;
-        *next = start.checked_add(*count).expect("at most 2 GiB together");
-        Some(start)
-    });
-    let starts = starts.collect();
-    (counts, starts)
+/// Writes counts, and where each part begins, as MPI has them.
+fn measure(lengths: &[usize], [counts, starts]: &mut [Vec<i32>; 2]) {
+    counts.clear();
+    starts.clear();
+    let mut start = 0_i32;
+    for length in lengths {
+        let count = i32::try_from(*length).expect("parts of at most 2 GiB");
+        counts.push(count);
+        starts.push(start);
+        start = start.checked_add(count).expect("at most 2 GiB together");
+    }
+}
+
+/// Sends bytes to a rank that knows how many come.
+fn send(bytes: &[u8], rank: usize, tag: i32) {
+    let world = SimpleCommunicator::world();
+    for piece in bytes.chunks(PIECE) {
+        world.process_at_rank(rank as i32).send_with_tag(piece, tag);
+    }
+}
+
+/// Receives as many bytes as there is room for.
+fn receive(bytes: &mut [u8], rank: usize, tag: i32) {
+    let world = SimpleCommunicator::world();
+    for piece in bytes.chunks_mut(PIECE) {
+        world.process_at_rank(rank as i32).receive_into_with_tag(piece, tag);
+    }
 }
 
 impl Communicator for Mpi {
@@ -108,11 +132,12 @@ impl Communicator for Mpi {
         self.size
     }
 
-    fn gather(&self, own: &[f64], lengths: &[usize], all: &mut Vec<f64>) {
-        let (counts, starts) = parts(lengths);
-        all.clear();
-        all.resize(lengths.iter().sum(), 0.0);
-        let mut all = PartitionMut::new(&mut all[..], counts, starts);
+    fn all_gather(&self, own: &[u8], lengths: &[usize], all: &mut Vec<u8>) {
+        let mut parts = self.parts.lock().unwrap_or_else(PoisonError::into_inner);
+        measure(lengths, &mut parts);
+        let [counts, starts] = &*parts;
+        all.resize(lengths.iter().sum(), 0);
+        let mut all = PartitionMut::new(&mut all[..], &counts[..], &starts[..]);
         SimpleCommunicator::world().all_gather_varcount_into(own, &mut all);
     }
 
@@ -128,20 +153,19 @@ impl Communicator for Mpi {
         });
     }
 
-    fn collect(&self, own: &[u8], lengths: &[usize]) -> Vec<u8> {
-        let world = SimpleCommunicator::world();
-        let root = world.process_at_rank(0);
-        // An empty list of bytes may stand at address 1, which MPI takes for a sign (MPI_IN_PLACE).
-        let own = if own.is_empty() { &[0][..0] } else { own };
+    fn gather(&self, own: &[u8], lengths: &[usize]) -> Vec<u8> {
         if self.rank > 0 {
-            root.gather_varcount_into(own);
+            send(own, 0, GATHER);
             return Vec::new();
         }
-        let (counts, starts) = parts(lengths);
-        let total = lengths.iter().sum();
-        let mut all = Vec::with_capacity(total + 1);
-        all.resize(total, 0);
-        root.gather_varcount_into_root(own, &mut PartitionMut::new(&mut all[..], counts, starts));
+        let mut all = own.to_vec();
+        all.resize(lengths.iter().sum(), 0);
+        let mut rest = &mut all[own.len()..];
+        for (rank, length) in lengths.iter().enumerate().skip(1) {
+            let (part, after) = rest.split_at_mut(*length);
+            receive(part, rank, GATHER);
+            rest = after;
+        }
         all
     }
 }
@@ -151,15 +175,16 @@ impl Cluster for Mpi {
         let world = SimpleCommunicator::world();
         if self.rank == 0 {
             for rank in 1..self.size {
-                world.process_at_rank(rank as i32).send_with_tag(&bytes[..], BROADCAST);
+                world.process_at_rank(rank as i32).send_with_tag(&bytes.len().to_le_bytes(), BROADCAST);
+                send(bytes, rank, BROADCAST);
             }
             return;
         }
         // MPI waits by looking again and again, which takes a whole core.
         let (begin, root) = (Instant::now(), world.process_at_rank(0));
-        let message = loop {
+        let length = loop {
             if let Some(message) = root.immediate_matched_probe_with_tag(BROADCAST) {
-                break message;
+                break message.matched_receive_vec::<u8>().0;
             }
             if begin.elapsed() > EAGER {
                 thread::sleep(SLEEP);
@@ -167,7 +192,10 @@ impl Cluster for Mpi {
                 thread::yield_now();
             }
         };
-        *bytes = message.matched_receive_vec().0;
+        let length = length.try_into().map(usize::from_le_bytes).expect("a length comes first");
+        // A setup is long, and what follows it short: its room is given back.
+        *bytes = vec![0; length];
+        receive(bytes, 0, BROADCAST);
     }
 
     fn places(&self) -> Vec<RankPlace> {

@@ -72,7 +72,7 @@ impl Met {
         let [touched, inside, passed] = [own.touched, own.inside, own.passed].map(|count| count as f64);
         let mut all = Self::default();
         let told = [touched, inside, passed, particle.into(), collider.into()];
-        let [swing] = share.gather(
+        let [swing] = share.sum_and_tell(
             blocks,
             &|block: &Self| [block.swing],
             told,

@@ -13,15 +13,15 @@ pub trait Communicator: Debug + Send + Sync {
     /// How many there are.
     fn size(&self) -> usize;
 
-    /// Puts the lists of all ranks into `all`, in their order: `own` is that of this one, `lengths` has how long each is.
-    fn gather(&self, own: &[f64], lengths: &[usize], all: &mut Vec<f64>);
+    /// Puts the bytes of all ranks into `all`, in their order: `own` are those of this one, `lengths` has how many each has.
+    fn all_gather(&self, own: &[u8], lengths: &[usize], all: &mut Vec<u8>);
 
     /// Sends a message to each of some ranks, and receives one from each.
     fn exchange(&self, messages: &mut [Message]);
 
     /// Sends `own` to rank 0, which gets what all sent, in the order of ranks; `lengths` has how long each is. The others
     /// get nothing.
-    fn collect(&self, own: &[u8], lengths: &[usize]) -> Vec<u8>;
+    fn gather(&self, own: &[u8], lengths: &[usize]) -> Vec<u8>;
 }
 
 /// What goes to a rank, and what comes from it.

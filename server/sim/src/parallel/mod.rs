@@ -9,6 +9,9 @@ mod order;
 mod triad;
 mod zeroed;
 mod communicator;
+mod spare;
+mod border;
+mod party;
 mod share;
 
 pub use communicator::{Communicator, Message};

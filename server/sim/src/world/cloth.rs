@@ -138,7 +138,7 @@ impl<R: Real> Cloth<R> {
     /// What further steps depend on; whole on rank 0 of several.
     pub(super) fn take(&self) -> Taken<R> {
         let mut state = self.state.clone();
-        state.collect(&self.model.share);
+        state.gather(&self.model.share);
         Taken { state, parameters: self.parameters.clone(), sent: self.sent.clone() }
     }
 

@@ -129,7 +129,7 @@ impl<R: Real> Evaluation<R> {
         (self.max_stretch, self.largest_coordinate) = (0.0, 0.0);
         let mut bounds = [Bound::default(); 3];
         let Self { partials, max_stretch, largest_coordinate, .. } = self;
-        let sums = model.share.gather(partials, &|(block, _)| block.sums, told, |told| {
+        let sums = model.share.sum_and_tell(partials, &|(block, _)| block.sums, told, |told| {
             let [stretch, coordinate, a, p, b, q, c, r] = told;
             *max_stretch = max_stretch.max(stretch);
             *largest_coordinate = largest_coordinate.max(coordinate);

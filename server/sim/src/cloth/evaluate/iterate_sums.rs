@@ -22,7 +22,7 @@ impl Leftover {
         let sums = |block: &Self| [block.inertia, block.square, block.along];
         let mut largest = 0.0;
         let [inertia, square, along] =
-            share.gather(blocks, &sums, [here], |[of_rank]| largest = f64::max(largest, of_rank));
+            share.sum_and_tell(blocks, &sums, [here], |[of_rank]| largest = f64::max(largest, of_rank));
         Self { inertia, square, along, largest }
     }
 }

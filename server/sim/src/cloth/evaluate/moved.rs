@@ -31,7 +31,7 @@ impl Moved {
         let sums = |block: &Self| [block.error, block.change, block.own, block.along];
         let mut largest = 0.0;
         let [error, change, own, along] =
-            share.gather(blocks, &sums, [here], |[of_rank]| largest = f64::max(largest, of_rank));
+            share.sum_and_tell(blocks, &sums, [here], |[of_rank]| largest = f64::max(largest, of_rank));
         Self { error, change, own, along, largest }
     }
 }

@@ -101,15 +101,15 @@ impl<R: Real> State<R> {
     }
 
     /// Completes its fields on rank 0.
-    pub(crate) fn collect(&mut self, share: &Share) {
+    pub(crate) fn gather(&mut self, share: &Share) {
         let Past { x, v, dt } = &mut self.past;
         let past = if *dt > 0.0 { vec![x, v] } else { Vec::new() };
         for field in [&mut self.x, &mut self.v].into_iter().chain(past) {
-            share.collect(field);
+            share.gather_field(field);
         }
         let lanes = |dv: &Sixteen<R>| std::array::from_fn::<_, LANES, _>(|lane| Padded::new(&dv.get(lane)));
         let mut dv: Vec<Padded<R>> = self.dv.iter().flat_map(lanes).collect();
-        share.collect(&mut dv);
+        share.gather_field(&mut dv);
         for (sixteen, vectors) in self.dv.iter_mut().zip(dv.chunks_exact(LANES)) {
             vectors.iter().enumerate().for_each(|(lane, vector)| sixteen.set(lane, vector.vector()));
         }
