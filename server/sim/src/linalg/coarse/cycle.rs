@@ -27,6 +27,8 @@ pub(super) struct LevelMatrix {
 pub(crate) struct CoarseVectors {
     levels: Vec<LevelVectors>,
     top: Vec<f64>,
+    /// Of each block of rows: the product of right-hand side and solution, and the sum of the magnitudes of its terms.
+    pub(super) products: Vec<[f64; 2]>,
 }
 
 #[derive(Clone, Debug, Default)]
@@ -46,6 +48,7 @@ impl CoarseVectors {
                 vectors.x.resize(level.len(), [0.0; 12]);
             }
         }
+        self.products.resize(layout.levels[0].len() / layout.per_block(), [0.0; 2]);
         self.top.resize(layout.levels[layout.levels.len() - 1].len() * 9, 0.0);
     }
 }
@@ -61,7 +64,7 @@ pub(super) struct Cycle<'a> {
 impl Cycle<'_> {
     /// x, approximately the inverse times b.
     pub(super) fn start(self, b: &[Unknowns], x: &mut [Unknowns], vectors: &mut CoarseVectors) {
-        let CoarseVectors { levels, top } = vectors;
+        let CoarseVectors { levels, top, .. } = vectors;
         let (first, following) = levels.split_first_mut().expect("a level or more");
         self.run(b, x, &mut first.r, following, top);
     }

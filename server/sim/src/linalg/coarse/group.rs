@@ -4,9 +4,10 @@ use std::collections::BTreeSet;
 
 use crate::interrupt;
 
-/// Groups of aggregates that meet, of a size as a rule, by their members. Each aggregate that is left takes neighbours that are left, those of
-/// small number first, and then neighbours of those. One that finds none joins a neighbour's group; those that have no
-/// neighbours are grouped in their order, and those that are empty go with the one before.
+/// Groups of aggregates that meet, of a size as a rule, by their members, in the order of the first ones. Each aggregate that
+/// is left takes neighbours that are left, those of small number first, and then neighbours of those. One that finds none
+/// joins a neighbour's group; those that have no neighbours are grouped in their order, and those that are empty go with the
+/// one before.
 pub(super) fn group(neighbours: &[BTreeSet<u32>], is_empty: &[bool], size: usize) -> Vec<Vec<u32>> {
     let none = u32::MAX;
     let mut group_of = vec![none; neighbours.len()];
@@ -51,6 +52,7 @@ pub(super) fn group(neighbours: &[BTreeSet<u32>], is_empty: &[bool], size: usize
         members.sort_unstable();
     }
     groups.retain(|members| !members.is_empty());
+    groups.sort_unstable_by_key(|members| members[0]);
     groups
 }
 

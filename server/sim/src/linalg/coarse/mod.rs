@@ -25,7 +25,11 @@ pub use matrix::CoarseMatrix;
 pub(crate) use cycle::CoarseVectors;
 pub(crate) use nine::{NineByNine, Unknowns};
 
-use crate::math::{Real, Sixteen};
+use self::cycle::LEAST_PIECE;
+use crate::{
+    math::{Real, Sixteen},
+    parallel::{Own, per_block_mut, several_per_block, sum},
+};
 
 /// The approximate inverse on a coarse space.
 #[derive(Clone, Copy, Debug)]
@@ -59,18 +63,29 @@ impl CoarseInverse<'_> {
         vectors: &mut CoarseVectors,
     ) -> [f64; 2] {
         self.matrix.solve(self.layout, restricted, change, vectors);
-        let (mut signed, mut magnitude) = (0.0, 0.0);
-        for (r, z) in restricted.iter().flatten().zip(change.iter().flatten()) {
-            signed += r * z;
-            magnitude += (r * z).abs();
-        }
-        [signed, magnitude]
+        let per_block = self.per_block();
+        let all = Own::whole(vectors.products.len(), 1).in_pieces_of(LEAST_PIECE);
+        let [r, z] = [&*restricted, change].map(|list| several_per_block(list, per_block));
+        all.each((per_block_mut(&mut vectors.products), r, z), |_, (product, r, z)| {
+            *product = products(r, z)
+        });
+        sum(&vectors.products)
     }
 
     /// z += P c of a block.
     pub(crate) fn prolong<R: Real>(&self, block: usize, change: &[Unknowns], z: &mut [Sixteen<R>]) {
         transfer::prolong(self.layout.basis(block, z.len()), change, z);
     }
+}
+
+/// The product of what a block has of two lists, and the sum of the magnitudes of its terms.
+fn products(r: &[Unknowns], z: &[Unknowns]) -> [f64; 2] {
+    let mut sums = [0.0; 2];
+    for (r, z) in r.iter().flatten().zip(z.iter().flatten()) {
+        let product = r * z;
+        sums = [sums[0] + product, sums[1] + product.abs()];
+    }
+    sums
 }
 
 #[cfg(test)]
