@@ -16,6 +16,7 @@ use nappe_sim::{
 use nappe_tests::{
     Method, Scene,
     networks::{sheet, sheet_rules},
+    ranks::DIVIDES_FROM,
     threads::pool,
 };
 
@@ -121,14 +122,13 @@ fn a_step_allocates_nothing_after_the_first_ones() {
     }
 
     for method in Method::all().into_iter().filter(|method| !method.is_by_sweeps()) {
-        let made = ranks::count(&scene(method, fixed), Precision::F32);
+        let made = ranks::count(&scene(method, fixed), Precision::F32, 0);
         assert_eq!(made, 0, "{} over ranks", method.name());
     }
     for solver in solvers.iter().filter(|solver| solver.operator == OperatorKind::MatrixFree) {
-        let is_in = solver.preconditioner != PreconditionerKind::TwoLevel;
-        for precision in Precision::ALL.into_iter().filter(|_| is_in) {
-            let made = ranks::count(&scene(all_solvers, *solver), precision);
-            assert_eq!(made, 0, "{precision} over ranks, {solver:?}");
+        for (precision, divides_from) in Precision::ALL.into_iter().zip(DIVIDES_FROM) {
+            let made = ranks::count(&scene(all_solvers, *solver), precision, divides_from);
+            assert_eq!(made, 0, "{precision} over ranks that divide from {divides_from}, {solver:?}");
         }
     }
 

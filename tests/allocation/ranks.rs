@@ -9,7 +9,7 @@ use nappe_sim::{
     report::NoStopwatch,
     world::Simulation,
 };
-use nappe_tests::{Scene, ranks::on_ranks};
+use nappe_tests::{Scene, ranks::on_ranks_that_divide};
 
 use crate::counting::{allocations, uncounted, warm_up};
 
@@ -47,6 +47,10 @@ impl Communicator for Apart {
         });
     }
 
+    fn divides_from(&self) -> usize {
+        self.0.divides_from()
+    }
+
     fn exchange(&self, messages: &mut [Message]) {
         self.ask(|ranks| ranks.exchange(messages));
     }
@@ -56,10 +60,11 @@ impl Communicator for Apart {
     }
 }
 
-/// Allocations of five steps after the first two, by all ranks together: the fewest of three times.
-pub(crate) fn count(scene: &Scene, precision: Precision) -> u64 {
+/// Allocations of five steps after the first two, by all ranks together, which divide a coarse space from so many blocks on:
+/// the fewest of three times.
+pub(crate) fn count(scene: &Scene, precision: Precision, divides_from: usize) -> u64 {
     let (setup, barrier) = (scene.setup(), Barrier::new(RANKS));
-    let counts = on_ranks(RANKS, THREADS, |ranks| {
+    let counts = on_ranks_that_divide(divides_from, RANKS, THREADS, |ranks| {
         warm_up(THREADS);
         let made = Simulation::over(&setup, precision, Arc::new(Apart(ranks)));
         let (mut simulation, _) = made.expect("ranks can step it");

@@ -8,5 +8,6 @@ mod snow;
 mod hash;
 mod hashes;
 mod ranks;
+mod coarse_ranks;
 mod numbering;
 mod simd;

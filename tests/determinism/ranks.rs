@@ -6,7 +6,7 @@ use nappe_cluster::Cluster;
 use nappe_sim::{
     cloth::{Hessian, Integrator, Minimizer, NewtonSettings, OnPass, StateLimits},
     collide::{Collider, Contact, Shape, StartInside, shape::Sphere},
-    linalg::{OperatorKind, PreconditionerKind, Stop},
+    linalg::{OperatorKind, Stop},
     math::Precision,
     parallel::Communicator,
     report::{NoStopwatch, StepFailure},
@@ -15,7 +15,7 @@ use nappe_sim::{
 use nappe_tests::{
     Method, Scene,
     networks::{chain, scatter, sheet, sheet_rules},
-    ranks::{Counts, on_ranks},
+    ranks::{Counts, DIVIDES_FROM, on_ranks, on_ranks_that_divide},
     scene::advance,
 };
 
@@ -26,11 +26,6 @@ use crate::{
 
 /// Numbers of ranks over which results must not change.
 const RANK_COUNTS: [usize; 4] = [2, 3, 4, 7];
-
-/// Whether several ranks can step a run.
-fn is_in(name: &str, method: Method) -> bool {
-    name != "coarse_spaces" && !method.is_by_sweeps()
-}
 
 /// Steps a scene as one of several ranks; its state, whole on rank 0, in a simulation of its own.
 fn run(name: &str, method: Method, precision: Precision, communicator: Arc<dyn Communicator>) -> u64 {
@@ -50,11 +45,16 @@ fn every_run_has_its_committed_hash_over_ranks() {
     let committed = committed();
     let mut compared = 0;
     for (key, name, method, precision) in
-        runs().into_iter().filter(|(_, name, method, _)| is_in(name, *method))
+        runs().into_iter().filter(|(_, _, method, _)| !method.is_by_sweeps())
     {
-        for size in RANK_COUNTS {
+        // What ranks divide or all do alike.
+        let ways = if name == "coarse_spaces" { &DIVIDES_FROM[..] } else { &DIVIDES_FROM[..1] };
+        for (size, divides_from) in
+            RANK_COUNTS.iter().flat_map(|size| ways.iter().map(move |way| (*size, *way)))
+        {
             for threads in [1, 2] {
-                let hash = on_ranks(size, threads, |ranks| run(name, method, precision, ranks))[0].0;
+                let work = |ranks: Arc<dyn Cluster>| run(name, method, precision, ranks);
+                let hash = on_ranks_that_divide(divides_from, size, threads, work)[0].0;
                 assert_eq!(committed.get(&key), Some(&hash), "{key} on {size} ranks of {threads} threads");
                 compared += 1;
             }
@@ -67,16 +67,24 @@ fn every_run_has_its_committed_hash_over_ranks() {
 const STEPS_OF_TROUBLE: u64 = 30;
 
 /// Steps a scene until it fails, alone or as one of several ranks: all that it reports, and how it ended.
-fn failure(scene: &Scene, changes: &[Change], communicator: Option<Arc<dyn Communicator>>) -> String {
+pub(crate) fn failure(
+    scene: &Scene,
+    changes: &[Change],
+    steps: u64,
+    communicator: Option<Arc<dyn Cluster>>,
+) -> String {
     let setup = scene.setup();
     let made = match communicator {
         Some(ranks) => Simulation::over(&setup, Precision::F64, ranks),
         None => Simulation::new(&setup, Precision::F64),
     };
-    let (mut simulation, _) = made.expect("it is accepted");
+    let mut simulation = match made {
+        Ok((simulation, _)) => simulation,
+        Err(error) => return error.to_string(),
+    };
     simulation.apply(changes).expect("changes are accepted");
     let mut said = Vec::new();
-    for _ in 0..STEPS_OF_TROUBLE {
+    for _ in 0..steps {
         match simulation.step(&mut NoStopwatch) {
             Ok(report) => said.push(format!("{report:?}")),
             Err(error) => {
@@ -94,7 +102,7 @@ fn spinning(omega: f64, stiffness: f64) -> Scene {
 }
 
 /// The same with so many particles along a side.
-fn spinning_of(side: usize, omega: f64, stiffness: f64) -> Scene {
+pub(crate) fn spinning_of(side: usize, omega: f64, stiffness: f64) -> Scene {
     let mut network = sheet(side, 0.05, &sheet_rules(stiffness, 0.0), 0.01);
     network.pins.clear();
     for (x, v) in network.x.iter().zip(&mut network.v) {
@@ -176,10 +184,11 @@ fn troubled() -> Vec<(&'static str, Scene, Vec<Change>)> {
 #[test]
 fn what_fails_or_is_rejected_says_the_same_over_ranks() {
     for (name, scene, changes) in troubled() {
-        let alone = failure(&scene, &changes, None);
+        let alone = failure(&scene, &changes, STEPS_OF_TROUBLE, None);
         assert!(alone.contains(name), "{name}: {alone}");
         for size in [2, 5] {
-            for (over, _) in on_ranks(size, 1, |ranks| failure(&scene, &changes, Some(ranks))) {
+            let work = |ranks| failure(&scene, &changes, STEPS_OF_TROUBLE, Some(ranks));
+            for (over, _) in on_ranks(size, 1, work) {
                 assert_eq!(over, alone, "{name} on {size} ranks");
             }
         }
@@ -223,11 +232,8 @@ fn what_is_out_is_refused_by_its_name() {
     };
     let mut assembled = scene.clone();
     assembled.settings.solver.operator = OperatorKind::Assembled;
-    let mut coarse = scene.clone();
-    coarse.settings.solver.preconditioner = PreconditionerKind::TwoLevel;
     for (scene, what) in [
         (scene.by(Method::by_sweeps(Integrator::Bdf2, 5)), "minimizer = \"vertex_block_descent\""),
-        (coarse, "preconditioner = \"two_level\""),
         (assembled, "operator = \"assembled\""),
     ] {
         let message = refused(&scene);
@@ -237,9 +243,14 @@ fn what_is_out_is_refused_by_its_name() {
 
 /// What each rank asks of the others in the step after some.
 fn asked(scene: &Scene, size: usize, steps: u64) -> Vec<Counts> {
+    asked_of(64, scene, size, steps)
+}
+
+/// The same of ranks that divide work on a coarse space from so many blocks on.
+pub(crate) fn asked_of(divides_from: usize, scene: &Scene, size: usize, steps: u64) -> Vec<Counts> {
     let setup = scene.setup();
     let after = |steps: u64| {
-        on_ranks(size, 1, |ranks| {
+        on_ranks_that_divide(divides_from, size, 1, |ranks| {
             let (mut simulation, _) = Simulation::over(&setup, Precision::F32, ranks).expect("it is in");
             for _ in 0..steps {
                 simulation.step(&mut NoStopwatch).expect("it is stable");

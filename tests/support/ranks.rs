@@ -37,6 +37,7 @@ struct Board {
 struct Rank {
     number: usize,
     size: usize,
+    divides_from: usize,
     shared: Arc<Shared>,
     counts: Mutex<Counts>,
 }
@@ -127,6 +128,10 @@ impl Communicator for Rank {
         }
     }
 
+    fn divides_from(&self) -> usize {
+        self.divides_from
+    }
+
     fn exchange(&self, messages: &mut [Message]) {
         for message in &*messages {
             self.shared.send((self.number, message.rank), message.sent.clone());
@@ -170,6 +175,9 @@ impl Cluster for Rank {
     }
 }
 
+/// How many blocks ranks must have so that they divide work on a coarse space: none, and more than there are.
+pub const DIVIDES_FROM: [usize; 2] = [0, usize::MAX];
+
 /// Does the same work on some ranks, each with as many threads; what each returns, and what it asked of the others.
 ///
 /// # Panics
@@ -179,10 +187,25 @@ pub fn on_ranks<T: Send>(
     threads: usize,
     work: impl Fn(Arc<dyn Cluster>) -> T + Sync,
 ) -> Vec<(T, Counts)> {
+    on_ranks_that_divide(64, size, threads, work)
+}
+
+/// The same with ranks that divide work on a coarse space from so many blocks on.
+///
+/// # Panics
+/// As the work of any rank does.
+pub fn on_ranks_that_divide<T: Send>(
+    divides_from: usize,
+    size: usize,
+    threads: usize,
+    work: impl Fn(Arc<dyn Cluster>) -> T + Sync,
+) -> Vec<(T, Counts)> {
     let shared = Arc::new(Shared::default());
-    let ranks: Vec<Arc<Rank>> = (0..size)
-        .map(|number| Arc::new(Rank { number, size, shared: Arc::clone(&shared), counts: Mutex::default() }))
-        .collect();
+    let rank = |number| {
+        let (shared, counts) = (Arc::clone(&shared), Mutex::default());
+        Arc::new(Rank { number, size, divides_from, shared, counts })
+    };
+    let ranks: Vec<Arc<Rank>> = (0..size).map(rank).collect();
     let results: Vec<_> = thread::scope(|scope| {
         let run = |rank: &Arc<Rank>| {
             let (own, shared, work) = (Arc::clone(rank), &shared, &work);

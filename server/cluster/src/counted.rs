@@ -65,6 +65,10 @@ impl Communicator for Counted {
         self.within(|cluster| cluster.all_gather(own, lengths, all));
     }
 
+    fn divides_from(&self) -> usize {
+        self.inner.divides_from()
+    }
+
     fn exchange(&self, messages: &mut [Message]) {
         self.messages.fetch_add(messages.len() as u64, Relaxed);
         let bytes: u64 = messages.iter().fold(0, |bytes, message| bytes + message.sent.len() as u64);

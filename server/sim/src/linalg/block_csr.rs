@@ -69,7 +69,7 @@ impl<R: Real> BlockCsr<R> {
 
     /// Fills every row, in parallel: `fill(row, columns, blocks)`.
     pub(crate) fn fill_rows(&mut self, fill: &(impl Fn(usize, &[u32], &mut [Mat3<R>]) + Sync)) {
-        fill_rows(&self.starts, &self.columns, &mut self.blocks, LEAST_PIECE, fill);
+        fill_rows(0..self.len(), &self.starts, &self.columns, &mut self.blocks, LEAST_PIECE, fill);
     }
 }
 

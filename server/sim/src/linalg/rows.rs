@@ -1,17 +1,23 @@
 //! Compressed rows of blocks, filled in parallel.
 
+use std::ops::Range;
+
 use crate::parallel::join;
 
-/// Fills rows of `blocks`: `fill(row, columns, blocks)`. Blocks and columns of row i are from `starts[i]` to
+/// Fills some rows of `blocks`: `fill(row, columns, blocks)`. Blocks and columns of row i are from `starts[i]` to
 /// `starts[i + 1]`; a thread takes `least_piece` rows or more, if there are as many.
 pub(super) fn fill_rows<T: Send>(
+    rows: Range<usize>,
     starts: &[usize],
     columns: &[u32],
     blocks: &mut [T],
     least_piece: usize,
     fill: &(impl Fn(usize, &[u32], &mut [T]) + Sync),
 ) {
-    fill_range(starts, columns, blocks, [0, least_piece], fill);
+    let first = rows.start;
+    let starts = &starts[first..=rows.end];
+    let blocks = &mut blocks[starts[0]..starts[starts.len() - 1]];
+    fill_range(starts, columns, blocks, [first, least_piece], fill);
 }
 
 /// `starts` are those of the range's rows and one more; `blocks` are the range's.

@@ -16,23 +16,6 @@ pub(crate) trait Bytes: Sized {
     fn read(bytes: &[u8]) -> Self;
 }
 
-impl<const K: usize> Bytes for [f64; K] {
-    const BYTES: usize = 8 * K;
-
-    #[inline(always)]
-    fn write(&self, bytes: &mut [u8]) {
-        for (number, bytes) in self.iter().zip(bytes.as_chunks_mut().0) {
-            *bytes = number.to_le_bytes();
-        }
-    }
-
-    #[inline(always)]
-    fn read(bytes: &[u8]) -> Self {
-        let numbers = bytes.as_chunks().0;
-        std::array::from_fn(|k| f64::from_le_bytes(numbers[k]))
-    }
-}
-
 impl<R: Real> Bytes for Padded<R> {
     const BYTES: usize = 3 * R::BYTES;
 

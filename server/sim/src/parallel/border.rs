@@ -14,13 +14,13 @@ pub(crate) struct Border {
     messages: Spare<Vec<(usize, Vec<Message>)>>,
 }
 
-/// A rank with elements that are joined to own ones.
+/// A rank at the other side.
 #[derive(Debug)]
 struct Neighbour {
     rank: usize,
-    /// Own elements that are joined to its, ascending.
+    /// Own elements that it needs, ascending.
     sent: Vec<u32>,
-    /// Its elements that are joined to own ones, ascending.
+    /// Its elements that are needed here, ascending.
     received: Vec<u32>,
 }
 
@@ -34,13 +34,48 @@ impl Neighbour {
 impl Border {
     /// That of `rank`, one of `size`, between elements that are joined by pairs: each pair both ways or one, some more than
     /// once.
-    pub(super) fn new(
+    pub(super) fn between(
         pairs: impl Iterator<Item = [u32; 2]>,
         owner: impl Fn(u32) -> usize,
         rank: usize,
         size: usize,
     ) -> Self {
-        Self { neighbours: neighbours(pairs, owner, rank, size), messages: Spare::default() }
+        let mut lists = vec![[Vec::new(), Vec::new()]; size];
+        for pair in pairs {
+            let owners = pair.map(&owner);
+            if owners[0] == owners[1] {
+                continue;
+            }
+            for (own, other) in [(0, 1), (1, 0)] {
+                if owners[own] == rank {
+                    let [sent, received] = &mut lists[owners[other]];
+                    sent.push(pair[own]);
+                    received.push(pair[other]);
+                }
+            }
+        }
+        Self::of(lists)
+    }
+
+    /// That over which elements go to other ranks, and come from them: two lists for each rank, in which an element may stand
+    /// more than once. A rank has in its first list what another has in its second.
+    pub(crate) fn of(lists: Vec<[Vec<u32>; 2]>) -> Self {
+        let neighbour = |(rank, lists): (usize, [Vec<u32>; 2])| {
+            let [sent, received] = lists.map(|mut list| {
+                list.sort_unstable();
+                list.dedup();
+                list
+            });
+            let has_any = !sent.is_empty() || !received.is_empty();
+            has_any.then_some(Neighbour { rank, sent, received })
+        };
+        let neighbours = lists.into_iter().enumerate().filter_map(neighbour).collect();
+        Self { neighbours, messages: Spare::default() }
+    }
+
+    /// Each rank at the other side, with what is sent to it and what is received from it.
+    pub(crate) fn sides(&self) -> impl Iterator<Item = (usize, [&[u32]; 2])> {
+        self.neighbours.iter().map(|neighbour| (neighbour.rank, [&*neighbour.sent, &neighbour.received]))
     }
 
     /// Writes what neighbours computed of some fields where own elements read it.
@@ -77,53 +112,24 @@ impl Border {
     }
 }
 
-/// The ranks that one shares pairs of elements with.
-fn neighbours(
-    pairs: impl Iterator<Item = [u32; 2]>,
-    owner: impl Fn(u32) -> usize,
-    rank: usize,
-    size: usize,
-) -> Vec<Neighbour> {
-    let new = |rank| Neighbour { rank, sent: Vec::new(), received: Vec::new() };
-    let mut all: Vec<Neighbour> = (0..size).map(new).collect();
-    for pair in pairs {
-        let owners = pair.map(&owner);
-        if owners[0] == owners[1] {
-            continue;
-        }
-        for (own, other) in [(0, 1), (1, 0)] {
-            if owners[own] == rank {
-                all[owners[other]].sent.push(pair[own]);
-                all[owners[other]].received.push(pair[other]);
-            }
-        }
-    }
-    all.retain(|neighbour| !neighbour.sent.is_empty());
-    for list in all.iter_mut().flat_map(|neighbour| [&mut neighbour.sent, &mut neighbour.received]) {
-        list.sort_unstable();
-        list.dedup();
-    }
-    all
-}
-
 #[cfg(test)]
 mod tests {
-    use super::neighbours;
+    use super::Border;
 
     #[test]
     fn both_sides_of_a_border_know_what_goes_over_it() {
         // A ring of 12 particles in blocks of two, on three ranks.
         let pairs = || (0..12_u32).map(|i| [i, (i + 1) % 12]);
         let owner = |particle: u32| particle as usize / 4;
-        let of = |rank| neighbours(pairs(), owner, rank, 3);
+        let of = |rank| Border::between(pairs(), owner, rank, 3);
         for rank in 0..3 {
-            for neighbour in of(rank) {
-                let back = of(neighbour.rank);
-                let back = back.iter().find(|other| other.rank == rank).expect("neighbours are mutual");
-                assert_eq!((&neighbour.sent, &neighbour.received), (&back.received, &back.sent));
-                assert_eq!(neighbour.sent.len(), 1);
+            for (other, [sent, received]) in of(rank).sides() {
+                let back = of(other);
+                let back = back.sides().find(|(other, _)| *other == rank).expect("neighbours are mutual");
+                assert_eq!((sent, received), (back.1[1], back.1[0]));
+                assert_eq!(sent.len(), 1);
             }
-            assert_eq!(of(rank).len(), 2);
+            assert_eq!(of(rank).sides().count(), 2);
         }
     }
 }

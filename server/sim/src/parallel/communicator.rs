@@ -19,6 +19,12 @@ pub trait Communicator: Debug + Send + Sync {
     /// Sends a message to each of some ranks, and receives one from each.
     fn exchange(&self, messages: &mut [Message]);
 
+    /// From how many blocks of a body on ranks divide work on its coarse space that they could as well all do: it costs two
+    /// more calls in each iteration of a solve. Either way has the same bits.
+    fn divides_from(&self) -> usize {
+        64
+    }
+
     /// Sends `own` to rank 0, which gets what all sent, in the order of ranks; `lengths` has how long each is. The others
     /// get nothing.
     fn gather(&self, own: &[u8], lengths: &[usize]) -> Vec<u8>;

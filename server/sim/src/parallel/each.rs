@@ -24,7 +24,7 @@ pub(crate) struct Own {
 
 impl Own {
     /// Some of the blocks of a body, of `size` particles each.
-    pub(super) fn of(blocks: Range<usize>, size: usize) -> Self {
+    pub(crate) fn of(blocks: Range<usize>, size: usize) -> Self {
         Self { first: blocks.start, end: blocks.end, size, least_piece: 1 }
     }
 

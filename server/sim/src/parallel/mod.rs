@@ -19,6 +19,7 @@ pub use order::hilbert_order;
 pub use share::Share;
 pub use triad::triad;
 
+pub(crate) use border::Border;
 pub(crate) use communicator::Ranks;
 pub(crate) use disjoint::Disjoint;
 pub(crate) use each::{

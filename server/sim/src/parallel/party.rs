@@ -10,7 +10,7 @@ use crate::math::Bytes;
 pub(super) struct Party {
     pub(super) ranks: Ranks,
     /// The end of the blocks of each rank.
-    pub(super) ends: Vec<usize>,
+    ends: Vec<usize>,
     /// How many subtrees each rank adds by itself.
     subtrees: Vec<usize>,
     /// What goes from particles to those of other ranks.
@@ -47,9 +47,32 @@ impl Lists {
     }
 }
 
+/// Numbers as they are told.
+pub(super) struct Numbers<const K: usize>(pub(super) [f64; K]);
+
+impl<const K: usize> Bytes for Numbers<K> {
+    const BYTES: usize = 8 * K;
+
+    fn write(&self, bytes: &mut [u8]) {
+        for (number, bytes) in self.0.iter().zip(bytes.as_chunks_mut().0) {
+            *bytes = number.to_le_bytes();
+        }
+    }
+
+    fn read(bytes: &[u8]) -> Self {
+        let numbers = bytes.as_chunks().0;
+        Self(std::array::from_fn(|k| f64::from_le_bytes(numbers[k])))
+    }
+}
+
 /// The end of the blocks of each of `size` ranks.
 pub(super) fn ends(blocks: usize, size: usize) -> Vec<usize> {
     (1..=size).map(|rank| blocks * rank / size).collect()
+}
+
+/// The rank that has a block.
+pub(super) fn owner(ends: &[usize], block: usize) -> usize {
+    ends.partition_point(|end| *end <= block)
 }
 
 impl Party {
@@ -69,6 +92,11 @@ impl Party {
         self.ends.len()
     }
 
+    /// The rank that has a block.
+    pub(super) fn owner(&self, block: usize) -> usize {
+        owner(&self.ends, block)
+    }
+
     /// The blocks of a rank.
     pub(super) fn blocks(&self, rank: usize) -> Range<usize> {
         range(&self.ends, rank)
@@ -79,24 +107,43 @@ impl Party {
         0..self.ends[self.size() - 1]
     }
 
-    /// All-gathers what `tell` adds to the lists, `length(rank)` bytes of each, and has `read` take it from them. All know
-    /// since this call who wants to give up.
-    fn all_gather<T>(
-        &self,
-        tell: impl FnOnce(&mut Lists),
-        length: impl Fn(usize) -> usize,
-        read: impl FnOnce(&mut Lists) -> T,
-    ) -> T {
-        let Ranks { communicator, wanted, agreed } = &self.ranks;
+    /// Begins an all-gather: lists to which is added what this rank tells, and which [`Self::put`] takes back. All know since
+    /// then who wants to give up.
+    pub(super) fn begin(&self) -> Lists {
         let mut lists = self.lists.take();
         lists.own.clear();
-        lists.own.push(u8::from(wanted.is_requested()));
-        tell(&mut lists);
-        lists.lengths.clear();
-        lists.lengths.extend((0..self.size()).map(|rank| 1 + length(rank)));
-        communicator.all_gather(&lists.own, &lists.lengths, &mut lists.all);
+        lists.own.push(u8::from(self.ranks.wanted.is_requested()));
+        lists
+    }
 
-        let Lists { all, lengths, starts, .. } = &mut lists;
+    /// Tells what this rank adds of `of` of each block, those of `own` from `partials`: to begin with.
+    pub(super) fn tell_sums<T, const K: usize>(
+        &self,
+        lists: &mut Lists,
+        own: &Range<usize>,
+        partials: &[T],
+        of: &impl Fn(&T) -> [f64; K],
+    ) {
+        let each = &mut |range| lists.tell(&Numbers(sum_by(&partials[range], of)));
+        if K > 0 {
+            subtrees_of(self.all_blocks(), own, each);
+        }
+    }
+
+    /// Gathers what all tell: `K` sums of each subtree, and then `length(rank)` bytes. Returns the sums of all, added in the
+    /// tree of [`sum_by`].
+    pub(super) fn all_gather<const K: usize>(
+        &self,
+        lists: &mut Lists,
+        length: impl Fn(usize) -> usize,
+    ) -> [f64; K] {
+        let Lists { own, all, lengths, starts } = lists;
+        let Ranks { communicator, agreed, .. } = &self.ranks;
+        let of_sums = |rank: usize| self.subtrees[rank] * Numbers::<K>::BYTES;
+        lengths.clear();
+        lengths.extend((0..self.size()).map(|rank| 1 + of_sums(rank) + length(rank)));
+        communicator.all_gather(own, lengths, all);
+
         starts.clear();
         let mut next = 0;
         for length in lengths {
@@ -106,33 +153,12 @@ impl Party {
             starts.push(next + 1);
             next += *length;
         }
-        let result = read(&mut lists);
-        self.lists.put(lists);
-        result
+        if K > 0 { self.rest(self.all_blocks(), lists) } else { [0.0; K] }
     }
 
-    /// Adds `of` of each block in the tree of [`sum_by`], those of `own` from `partials`, and reads what ranks tell beside
-    /// it, `length(rank)` bytes of each.
-    pub(super) fn sum_and<T, const K: usize>(
-        &self,
-        own: &Range<usize>,
-        (partials, of): (&[T], &impl Fn(&T) -> [f64; K]),
-        tell: impl FnOnce(&mut Lists),
-        length: impl Fn(usize) -> usize,
-        read: impl FnOnce(&mut Lists),
-    ) -> [f64; K] {
-        let tell = |lists: &mut Lists| {
-            if K > 0 {
-                subtrees_of(self.all_blocks(), own, &mut |range| lists.tell(&sum_by(&partials[range], of)));
-            }
-            tell(lists);
-        };
-        let sum = |lists: &mut Lists| {
-            let sum = if K > 0 { self.rest(self.all_blocks(), lists) } else { [0.0; K] };
-            read(lists);
-            sum
-        };
-        self.all_gather(tell, |rank| self.subtrees[rank] * <[f64; K]>::BYTES + length(rank), sum)
+    /// Keeps lists for the next all-gather.
+    pub(super) fn put(&self, lists: Lists) {
+        self.lists.put(lists);
     }
 
     /// Adds what ranks added, in the order of the tree.
@@ -140,9 +166,9 @@ impl Party {
         if range.is_empty() {
             return [0.0; K];
         }
-        let rank = self.ends.partition_point(|end| *end <= range.start);
+        let rank = self.owner(range.start);
         if range.end <= self.ends[rank] {
-            return lists.next(rank);
+            return lists.next::<Numbers<K>>(rank).0;
         }
         let half = range.start + range.len().next_power_of_two() / 2;
         let left: [f64; K] = self.rest(range.start..half, lists);
@@ -185,12 +211,12 @@ mod tests {
             let expected = sum_by(&partials, &of);
             for size in 1..=9 {
                 let blocks = partials.len();
-                let border = Border::new(std::iter::empty(), |_| 0, 0, size);
+                let border = Border::of(Vec::new());
                 let party = Party::new(Ranks::new(Arc::new(Nobody)), ends(blocks, size), border);
                 let mut lists = Lists::default();
                 for rank in 0..size {
                     lists.starts.push(lists.own.len());
-                    let tell = &mut |range| lists.tell(&sum_by(&partials[range], &of));
+                    let tell = &mut |range| lists.tell(&Numbers(sum_by(&partials[range], &of)));
                     subtrees_of(0..blocks, &party.blocks(rank), tell);
                 }
                 lists.all = lists.own.clone();

@@ -8,7 +8,7 @@ use super::{
     border::Border,
     communicator::Ranks,
     each::Own,
-    party::{Lists, Party, ends},
+    party::{Numbers, Party, ends, owner},
     sum_by,
 };
 use crate::math::{Bytes, Padded, Real, bytes};
@@ -45,8 +45,8 @@ impl Share {
             return whole;
         }
         let ends = ends(whole.blocks, size);
-        let owner = |particle: u32| ends.partition_point(|end| *end <= particle as usize / block_size);
-        let border = Border::new(pairs, owner, rank, size);
+        let owner = |particle: u32| owner(&ends, particle as usize / block_size);
+        let border = Border::between(pairs, owner, rank, size);
         let party = Party::new(ranks.clone(), ends, border);
         let own = party.blocks(rank);
         Self { own, party: Some(Arc::new(party)), ..whole }
@@ -100,9 +100,38 @@ impl Share {
             each(told);
             return sum_by(partials, of);
         };
-        let read = |lists: &mut Lists| (0..party.size()).for_each(|rank| each(lists.next(rank)));
-        let length = |_| <[f64; M]>::BYTES;
-        party.sum_and(&self.own, (partials, of), |lists| lists.tell(&told), length, read)
+        let mut lists = party.begin();
+        party.tell_sums(&mut lists, &self.own, partials, of);
+        lists.tell(&Numbers(told));
+        let sums = party.all_gather(&mut lists, |_| Numbers::<M>::BYTES);
+        (0..party.size()).for_each(|rank| each(lists.next::<Numbers<M>>(rank).0));
+        party.put(lists);
+        sums
+    }
+
+    /// Adds as [`Self::sum`] does, and completes a list of which each rank has made the elements that `of_rank` says.
+    pub(crate) fn sum_and_complete<T, B: Bytes, const K: usize>(
+        &self,
+        partials: &[T],
+        of: &impl Fn(&T) -> [f64; K],
+        list: &mut [B],
+        of_rank: impl Fn(usize) -> Range<usize>,
+    ) -> [f64; K] {
+        let Some(party) = &self.party else { return sum_by(partials, of) };
+        let mut lists = party.begin();
+        party.tell_sums(&mut lists, &self.own, partials, of);
+        list[of_rank(party.ranks.communicator.rank())].iter().for_each(|element| lists.tell(element));
+        let sums = party.all_gather(&mut lists, |rank| of_rank(rank).len() * B::BYTES);
+        for rank in 0..party.size() {
+            list[of_rank(rank)].iter_mut().for_each(|element| *element = lists.next(rank));
+        }
+        party.put(lists);
+        sums
+    }
+
+    /// Completes such a list.
+    pub(crate) fn complete<B: Bytes>(&self, list: &mut [B], of_rank: impl Fn(usize) -> Range<usize>) {
+        self.sum_and_complete::<(), B, 0>(&[], &|()| [], list, of_rank);
     }
 
     /// Writes what neighbours computed of some fields where own rows read it.
@@ -110,6 +139,33 @@ impl Share {
         if let Some(party) = &self.party {
             party.border.exchange(&*party.ranks.communicator, fields);
         }
+    }
+
+    /// Writes what other ranks made of some lists where it is needed here.
+    pub(crate) fn exchange_over<T: Bytes, const N: usize>(&self, border: &Border, lists: [&mut [T]; N]) {
+        if let Some(party) = &self.party {
+            border.exchange(&*party.ranks.communicator, lists);
+        }
+    }
+
+    /// The numbers of all ranks, and of this one; none where it computes all.
+    pub(crate) fn ranks(&self) -> Option<(Range<usize>, usize)> {
+        self.party.as_ref().map(|party| (0..party.size(), party.ranks.communicator.rank()))
+    }
+
+    /// The blocks that a rank computes.
+    pub(crate) fn blocks_of(&self, rank: usize) -> Range<usize> {
+        self.party.as_ref().map_or(0..self.blocks, |party| party.blocks(rank))
+    }
+
+    /// The rank that computes a block.
+    pub(crate) fn owner(&self, block: usize) -> usize {
+        self.party.as_ref().map_or(0, |party| party.owner(block))
+    }
+
+    /// Whether ranks divide what they could as well compute alike, of a body with so many blocks.
+    pub(crate) fn divides(&self) -> bool {
+        self.party.as_ref().is_some_and(|party| self.blocks >= party.ranks.communicator.divides_from())
     }
 
     /// Completes a field on rank 0.

@@ -5,9 +5,9 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::{
-    cloth::{self, ClothSettings, Minimizer, Network},
+    cloth::{ClothSettings, Minimizer, Network},
     collide::Collider,
-    linalg::{OperatorKind, PreconditionerKind},
+    linalg::OperatorKind,
     snow::{SnowError, SnowSetup},
 };
 
@@ -72,23 +72,14 @@ impl WorldSetup {
         if let Some(object) = self.snow.iter().flat_map(|snow| &snow.objects).next() {
             return refused(&object.name, "snow");
         }
-        for BodySetup { name, network, settings: asked } in &self.bodies {
-            let settings = cloth::resolve(asked, network, self.dt);
-            let solver = settings.solver;
-            match settings.minimizer {
-                _ if !settings.integrator.is_implicit() => {}
-                Minimizer::VertexBlockDescent { .. } => {
-                    return refused(name, "minimizer = \"vertex_block_descent\"");
-                }
-                _ if solver.preconditioner == PreconditionerKind::TwoLevel => {
-                    let is_chosen = asked.solver.preconditioner == PreconditionerKind::Auto;
-                    let why = if is_chosen { ", which \"auto\" chooses here," } else { "" };
-                    return refused(name, &format!("preconditioner = \"two_level\"{why}"));
-                }
-                _ if solver.operator == OperatorKind::Assembled => {
-                    return refused(name, "operator = \"assembled\"");
-                }
-                _ => {}
+        for BodySetup { name, settings, .. } in
+            self.bodies.iter().filter(|body| body.settings.integrator.is_implicit())
+        {
+            if matches!(settings.minimizer, Minimizer::VertexBlockDescent { .. }) {
+                return refused(name, "minimizer = \"vertex_block_descent\"");
+            }
+            if settings.solver.operator == OperatorKind::Assembled {
+                return refused(name, "operator = \"assembled\"");
             }
         }
         Ok(())

@@ -118,7 +118,7 @@ pub(super) const PATCHES: [Patch; 55] = [
     expression(134, "cloth/layout/rows.rs", "(self.count + lane) as u32", "0"),
     text(135, "linalg/cg/mod.rs", "            let computed = self.start(Some(x));", "            if crate::mutant(135) { return (outcome, iterations, residual); }\n            let computed = self.start(Some(x));"),
     text(136, "collide/passed.rs", "        if distance <= REACHED * length {", "        if !crate::mutant(136) && distance <= REACHED * length {"),
-    text(137, "linalg/coarse/cycle.rs", "        self.smooth(r, x);", "        if !crate::mutant(137) { self.smooth(r, x); }"),
+    text(137, "linalg/coarse/cycle.rs", "        reach.each_own().each(fields, |_, (x, r, smoother)| add_product(x, smoother, r));", "        if !crate::mutant(137) { reach.each_own().each(fields, |_, (x, r, smoother)| add_product(x, smoother, r)); }"),
     expression(138, "cloth/evaluate/coarse/mod.rs", "0.5_f64.sqrt()", "1.0"),
     text(139, "linalg/coarse/parts.rs", "        let (_, other) = most?;", "        let (_, other) = most.filter(|_| !crate::mutant(139))?;"),
     text(140, "cloth/judge/accept.rs", "    if fall < SHARE * predicted - rounding {", "    if !crate::mutant(140) && fall < SHARE * predicted - rounding {"),

@@ -181,7 +181,8 @@ impl<R: Real> Model<R> {
     fn coarse_layout(&self, network: &Network) -> Result<CoarseLayout, String> {
         let rest: Vec<_> = self.user.iter().map(|&old| network.x[old as usize]).collect();
         let is_free: Vec<_> = self.inv_m[..self.count].iter().map(|inv_m| *inv_m > R::zero()).collect();
-        CoarseLayout::new(&rest, &is_free, self.block_size, network.pairs(&self.place))
+        let layout = CoarseLayout::new(&rest, &is_free, self.block_size, network.pairs(&self.place))?;
+        Ok(layout.over(&self.share))
     }
 
     /// Records that a block copies for its springs or elements, at most.

@@ -298,13 +298,11 @@ impl<R: Real> Solve<'_, R> {
     /// r.z from the parts of the blocks, and from the coarse space, on which it solves.
     fn residual(&mut self) -> Residual {
         let CgWorkspace { partials, restricted, change, coarse: vectors, .. } = &mut *self.work;
-        let [mut square, mut magnitude] = self.share.sum(partials, &|partial| *partial);
-        if let Some(coarse) = self.m.coarse() {
-            let [signed, magnitudes] = coarse.solve(restricted, change, vectors);
-            square += signed;
-            magnitude += magnitudes;
-        }
-        Residual { square, magnitude }
+        let [[square, magnitude], [of_coarse, magnitudes]] = match self.m.coarse() {
+            Some(coarse) => coarse.solve(partials, restricted, change, vectors),
+            None => [self.share.sum(partials, &|partial| *partial), [0.0; 2]],
+        };
+        Residual { square: square + of_coarse, magnitude: magnitude + magnitudes }
     }
 
     /// q = A p; returns (p.q, sum of `|p_c q_c|`).

@@ -1,17 +1,16 @@
 //! A V-cycle: smoothing, the level after it, smoothing again.
 
 use super::{
+    affine::Interpolation,
     dense::Dense,
-    layout::{CoarseLayout, LevelLayout},
+    layout::CoarseLayout,
+    level::{LEAST_PIECE, LevelLayout, Reach},
     nine::{NineByNine, Unknowns, add_gathered, add_interpolated, add_product, place, subtract_product},
 };
 use crate::{
     math::{Pack, WithSimd, dispatch},
     parallel::{Own, per_block, per_block_mut},
 };
-
-/// Aggregates that a thread takes, at least.
-pub(super) const LEAST_PIECE: usize = 32;
 
 /// The matrix on a level.
 #[derive(Clone, Debug, Default)]
@@ -53,6 +52,14 @@ impl CoarseVectors {
     }
 }
 
+/// Products of 9 x 9 blocks with nine numbers that a cycle makes here, but for those of the last level.
+#[cfg(test)]
+pub(super) fn products(levels: &[LevelLayout], reach: &Reach<'_>) -> usize {
+    let [level, next, ..] = levels else { return 0 };
+    let (smoothed, left_over) = (2 * reach.own.len() + reach.near.len(), level.rows(reach.own.clone()).len());
+    smoothed + 2 * left_over + products(&levels[1..], &Reach::whole(next))
+}
+
 /// A V-cycle from a level on.
 #[derive(Clone, Copy)]
 pub(super) struct Cycle<'a> {
@@ -62,55 +69,98 @@ pub(super) struct Cycle<'a> {
 }
 
 impl Cycle<'_> {
-    /// x, approximately the inverse times b.
-    pub(super) fn start(self, b: &[Unknowns], x: &mut [Unknowns], vectors: &mut CoarseVectors) {
+    /// x, approximately the inverse times b, where all is known here.
+    pub(super) fn run(self, b: &[Unknowns], x: &mut [Unknowns], vectors: &mut CoarseVectors) {
         let CoarseVectors { levels, top, .. } = vectors;
-        let (first, following) = levels.split_first_mut().expect("a level or more");
-        self.run(b, x, &mut first.r, following, top);
+        self.level(b, x, levels, top);
     }
 
-    /// The same from a level on; `r` and the vectors of the levels that follow are scratch memory.
-    fn run(
+    /// The same where the first level is divided, and has one after it: `complete` makes own residuals on it those of all.
+    pub(super) fn run_divided(
         self,
+        reach: &Reach<'_>,
+        b: &[Unknowns],
+        x: &mut [Unknowns],
+        vectors: &mut CoarseVectors,
+        complete: impl FnOnce(&mut [Unknowns]),
+    ) {
+        let CoarseVectors { levels, top, .. } = vectors;
+        let (first, following) = levels.split_first_mut().expect("a level or more");
+        self.down(reach, b, x, &mut first.r);
+        complete(&mut first.r);
+        self.up(reach, b, x, &mut first.r, following, top);
+    }
+
+    /// A cycle from a level on, of which `vectors` are those, as of all that follow.
+    fn level(self, b: &[Unknowns], x: &mut [Unknowns], vectors: &mut [LevelVectors], top: &mut [f64]) {
+        let (first, following) = vectors.split_first_mut().expect("a level or more");
+        if following.is_empty() {
+            self.solve_top(b, x, top);
+            return;
+        }
+        let reach = &Reach::whole(&self.levels[0]);
+        self.down(reach, b, x, &mut first.r);
+        self.up(reach, b, x, &mut first.r, following, top);
+    }
+
+    /// Smooths once, from x = 0, and writes what is left over.
+    fn down(self, reach: &Reach<'_>, b: &[Unknowns], x: &mut [Unknowns], r: &mut [Unknowns]) {
+        let smoother = &self.matrices[0].smoother;
+        let fields = (per_block_mut(x), per_block(b), per_block(smoother));
+        reach.each_own().each(fields, |_, (x, b, smoother)| {
+            *x = [0.0; 12];
+            add_product(x, smoother, b);
+        });
+        for &i in reach.near {
+            let i = i as usize;
+            x[i] = [0.0; 12];
+            add_product(&mut x[i], &smoother[i], &b[i]);
+        }
+        self.leave_over(reach, b, x, r);
+    }
+
+    /// Adds what the levels that follow make of what is left over, and smooths again.
+    fn up(
+        self,
+        reach: &Reach<'_>,
         b: &[Unknowns],
         x: &mut [Unknowns],
         r: &mut [Unknowns],
         following: &mut [LevelVectors],
         top: &mut [f64],
     ) {
-        let Some((next, others)) = following.split_first_mut() else {
-            self.solve_top(b, x, top);
-            return;
-        };
-        let LevelVectors { b: next_b, x: next_x, r: next_r } = next;
-        let level = &self.levels[0];
-
-        x.fill([0.0; 12]);
-        self.smooth(b, x);
-        let parents = Own::whole(next_b.len(), 1).in_pieces_of(LEAST_PIECE / 4);
-        parents.each(per_block_mut(next_b), |parent, next_b| {
+        let (level, next) = (&self.levels[0], &self.levels[1]);
+        let (next_b, next_x) = (&mut following[0].b, &mut following[0].x);
+        let (mut next_b, mut next_x) = (std::mem::take(next_b), std::mem::take(next_x));
+        let parents = Own::whole(next_b.len(), 1).in_pieces_of(LEAST_PIECE);
+        parents.each(per_block_mut(&mut next_b), |parent, next_b| {
             *next_b = [0.0; 12];
-            for &part in self.levels[1].children(parent) {
-                let part = part as usize;
-                add_gathered(next_b, &level.interpolations[part], &self.residual(part, b, x));
+            for &part in next.children(parent) {
+                add_gathered(next_b, &level.interpolations[part as usize], &r[part as usize]);
             }
         });
+        let cycle = Self { levels: &self.levels[1..], matrices: &self.matrices[1..], ..self };
+        cycle.level(&next_b, &mut next_x, following, top);
 
-        let following = Self { levels: &self.levels[1..], matrices: &self.matrices[1..], ..self };
-        following.run(next_b, next_x, next_r, others, top);
-
-        let all = Own::whole(x.len(), 1).in_pieces_of(LEAST_PIECE);
+        let add = |x: &mut Unknowns, weights: &Interpolation, parent: u32| {
+            add_interpolated(x, weights, &next_x[parent as usize]);
+        };
         let fields = (per_block_mut(x), per_block(&level.interpolations), per_block(&level.parents));
-        all.each(fields, |_, (x, weights, parent)| add_interpolated(x, weights, &next_x[*parent as usize]));
-        all.each(per_block_mut(r), |i, r| *r = self.residual(i, b, x));
-        self.smooth(r, x);
+        reach.each_own().each(fields, |_, (x, weights, parent)| add(x, weights, *parent));
+        for &i in reach.near {
+            let i = i as usize;
+            add(&mut x[i], &level.interpolations[i], level.parents[i]);
+        }
+        (following[0].b, following[0].x) = (next_b, next_x);
+
+        self.leave_over(reach, b, x, r);
+        let fields = (per_block_mut(x), per_block(r), per_block(&self.matrices[0].smoother));
+        reach.each_own().each(fields, |_, (x, r, smoother)| add_product(x, smoother, r));
     }
 
-    /// x += S b, S the damped inverse diagonal blocks.
-    fn smooth(self, b: &[Unknowns], x: &mut [Unknowns]) {
-        let all = Own::whole(x.len(), 1).in_pieces_of(LEAST_PIECE);
-        let fields = (per_block_mut(x), per_block(b), per_block(&self.matrices[0].smoother));
-        all.each(fields, |_, (x, b, smoother)| add_product(x, smoother, b));
+    /// Writes b - A x of own aggregates.
+    fn leave_over(self, reach: &Reach<'_>, b: &[Unknowns], x: &[Unknowns], r: &mut [Unknowns]) {
+        reach.each_own().each(per_block_mut(r), |i, r| *r = self.residual(i, b, x));
     }
 
     /// b - A x of an aggregate.

@@ -1,27 +1,24 @@
 //! What of a coarse space follows from the body as it begins: aggregates of rows, functions on them, and which
 //! aggregates meet.
 
-use std::{collections::BTreeSet, ops::Range};
+use std::{collections::BTreeSet, ops::Range, sync::Arc};
 
 use super::{
-    affine::{Interpolation, Moments},
-    group::group,
+    affine::Moments,
+    division::Division,
+    level::{LevelLayout, Reach, levels},
     parts::{Links, MOST, parts_of_blocks},
     transfer::RowFunctions,
 };
 use crate::{
     interrupt,
     math::{LANES, Vec3, vec3},
+    parallel::Share,
 };
 
-/// Aggregates that the factored level has, at most: nine unknowns each.
-const LARGEST_TOP: usize = 33;
 /// Neighbours of the aggregates of a block together, at most on average: of a sheet there are eight, and ten times as many
 /// where layers lie on each other, which then are fewer blocks.
 const MOST_NEIGHBOURS: usize = 64;
-/// Aggregates of one level that make one of the next, as a rule.
-const PER_PARENT: usize = 4;
-
 /// The functions and the aggregates of a coarse space.
 #[derive(Clone, Debug)]
 pub struct CoarseLayout {
@@ -34,21 +31,10 @@ pub struct CoarseLayout {
     block_starts: Vec<usize>,
     /// The finest first, at least one.
     pub(super) levels: Vec<LevelLayout>,
-}
-
-/// Aggregates of one size.
-#[derive(Clone, Debug)]
-pub(super) struct LevelLayout {
-    /// First neighbour of each aggregate, and one more.
-    pub(super) starts: Vec<usize>,
-    /// Neighbours in ascending order, itself among them.
-    pub(super) columns: Vec<u32>,
-    /// The aggregate of the next level that each is in, and how functions of that one look on it; none at the last level.
-    pub(super) parents: Vec<u32>,
-    pub(super) interpolations: Vec<Interpolation>,
-    /// Those that each aggregate is made of, in ascending order: first, and one more; none at the first level.
-    pub(super) first_children: Vec<usize>,
-    pub(super) children: Vec<u32>,
+    /// The blocks of rows that are computed here.
+    pub(super) share: Share,
+    /// Where ranks divide the finest level.
+    pub(super) division: Option<Arc<Division>>,
 }
 
 impl CoarseLayout {
@@ -96,7 +82,40 @@ impl CoarseLayout {
         }
         let levels = levels(neighbours, moments);
         let block_starts = levels[0].starts.iter().copied().step_by(per_block).collect();
-        Ok(Self { basis, block_size, per_block, block_starts, levels })
+        let share = Share::whole(rest.len(), block_size);
+        Ok(Self { basis, block_size, per_block, block_starts, levels, share, division: None })
+    }
+
+    /// The same for the blocks of rows of a share.
+    pub(crate) fn over(mut self, share: &Share) -> Self {
+        self.division = Division::new(&self.levels, self.per_block, share).map(Arc::new);
+        self.share = share.clone();
+        self
+    }
+
+    /// The aggregates of a rank.
+    pub(super) fn aggregates_of(&self, rank: usize) -> Range<usize> {
+        let blocks = self.share.blocks_of(rank);
+        blocks.start * self.per_block..blocks.end * self.per_block
+    }
+
+    /// The blocks of the matrix in the rows of a rank.
+    pub(super) fn entries_of(&self, rank: usize) -> Range<usize> {
+        let blocks = self.share.blocks_of(rank);
+        self.block_starts[blocks.start]..self.block_starts[blocks.end]
+    }
+
+    /// The number of this rank.
+    pub(super) fn rank(&self) -> usize {
+        self.share.ranks().map_or(0, |(_, rank)| rank)
+    }
+
+    /// The aggregates of the finest level that are worked on here.
+    pub(super) fn reach(&self) -> Reach<'_> {
+        match self.division.as_deref() {
+            Some(division) => Reach { own: self.aggregates_of(self.rank()), near: &division.near },
+            None => Reach::whole(&self.levels[0]),
+        }
     }
 
     /// The functions on sixteens of rows of a block.
@@ -191,84 +210,4 @@ fn neighbours(
         }
     }
     Ok(neighbours)
-}
-
-/// Levels from the aggregates of the finest on.
-fn levels(mut neighbours: Vec<BTreeSet<u32>>, mut moments: Vec<Moments>) -> Vec<LevelLayout> {
-    let mut levels = vec![LevelLayout::new(&neighbours)];
-    while moments.len() > LARGEST_TOP {
-        let is_empty: Vec<bool> = moments.iter().map(Moments::is_empty).collect();
-        // Few enough, but for those that are empty: these are left out, and nothing else changes.
-        let is_small = is_empty.iter().filter(|is_empty| !**is_empty).count() <= LARGEST_TOP;
-        let children = group(&neighbours, &is_empty, if is_small { 1 } else { PER_PARENT });
-        let join = |parts: &Vec<u32>| {
-            let mut parts = parts.iter().map(|part| moments[*part as usize]);
-            let first = parts.next().expect("an aggregate has a part");
-            parts.fold(first, Moments::and)
-        };
-        let of_parents: Vec<Moments> = children.iter().map(join).collect();
-        let mut parents = vec![0; moments.len()];
-        for (parent, parts) in (0..).zip(&children) {
-            for part in parts {
-                parents[*part as usize] = parent;
-            }
-        }
-        let axes: Vec<_> = of_parents.iter().map(Moments::axes).collect();
-        let interpolations = moments
-            .iter()
-            .zip(&parents)
-            .map(|(part, parent)| part.interpolation(&part.axes(), &axes[*parent as usize]))
-            .collect();
-        neighbours = children
-            .iter()
-            .map(|parts| {
-                let others = parts.iter().flat_map(|part| &neighbours[*part as usize]);
-                others.map(|other| parents[*other as usize]).collect()
-            })
-            .collect();
-        let last = levels.last_mut().expect("one or more");
-        (last.parents, last.interpolations) = (parents, interpolations);
-        levels.push(LevelLayout::new(&neighbours));
-        let last = levels.last_mut().expect("one or more");
-        for parts in &children {
-            last.children.extend(parts);
-            last.first_children.push(last.children.len());
-        }
-        moments = of_parents;
-    }
-    levels
-}
-
-impl LevelLayout {
-    fn new(neighbours: &[BTreeSet<u32>]) -> Self {
-        let (mut starts, mut columns) = (vec![0], Vec::new());
-        for of_one in neighbours {
-            columns.extend(of_one);
-            starts.push(columns.len());
-        }
-        let (parents, interpolations, children) = (Vec::new(), Vec::new(), Vec::new());
-        Self { starts, columns, parents, interpolations, first_children: vec![0], children }
-    }
-
-    /// Number of aggregates.
-    pub(super) fn len(&self) -> usize {
-        self.starts.len() - 1
-    }
-
-    /// Blocks of an aggregate's row.
-    pub(super) fn row(&self, aggregate: usize) -> Range<usize> {
-        self.starts[aggregate]..self.starts[aggregate + 1]
-    }
-
-    /// The block of an aggregate itself.
-    pub(super) fn diagonal(&self, aggregate: usize) -> usize {
-        let row = self.row(aggregate);
-        let place = self.columns[row.clone()].binary_search(&(aggregate as u32));
-        row.start + place.expect("every aggregate is its own neighbour")
-    }
-
-    /// The aggregates of the level before that one is made of.
-    pub(super) fn children(&self, aggregate: usize) -> &[u32] {
-        &self.children[self.first_children[aggregate]..self.first_children[aggregate + 1]]
-    }
 }

@@ -1,15 +1,16 @@
 //! The matrix on a coarse space, and on its coarser levels.
 
 use super::{
-    cycle::{CoarseVectors, Cycle, LEAST_PIECE, LevelMatrix},
+    cycle::{Cycle, LevelMatrix},
     dense::Dense,
-    layout::{CoarseLayout, LevelLayout},
-    nine::{NineByNine, Unknowns, add_coarsened, place, scaled_inverse},
+    layout::CoarseLayout,
+    level::{LEAST_PIECE, LevelLayout, Reach},
+    nine::{NineByNine, add_coarsened, place, scaled_inverse},
 };
 use crate::{
     linalg::rows::fill_rows,
     math::{Pack, WithSimd, dispatch},
-    parallel::{Own, per_block_mut},
+    parallel::per_block_mut,
 };
 
 /// Pᵀ A P on every level, and what solves with it.
@@ -26,8 +27,8 @@ pub struct CoarseMatrix {
 const DAMPING: f64 = 0.72;
 
 impl CoarseMatrix {
-    /// Fills the blocks between aggregates, those of a block of rows at a time and in parallel: `fill(block, places)`, where
-    /// [`CoarseLayout::place`] says which is which; then makes what follows from them.
+    /// Fills the blocks between aggregates, those of an own block of rows at a time and in parallel: `fill(block, places)`,
+    /// where [`CoarseLayout::place`] says which is which; then makes what follows from them, with what other ranks made.
     pub(crate) fn fill(&mut self, layout: &CoarseLayout, fill: &(impl Fn(usize, &mut [NineByNine]) + Sync)) {
         self.levels.resize_with(layout.levels.len(), LevelMatrix::default);
         for (matrix, level) in self.levels.iter_mut().zip(&layout.levels) {
@@ -35,22 +36,33 @@ impl CoarseMatrix {
             matrix.smoother.resize(level.len(), [[0.0; 12]; 9]);
         }
 
-        let finest = &layout.levels[0];
+        let (rank, finest) = (layout.rank(), &mut self.levels[0]);
         let fill = |block: usize, _: &[u32], blocks: &mut [NineByNine]| fill(block, blocks);
-        fill_rows(layout.block_starts(), &finest.columns, &mut self.levels[0].blocks, 1, &fill);
+        let (own, columns) = (layout.share.blocks_of(rank), &layout.levels[0].columns);
+        fill_rows(own, layout.block_starts(), columns, &mut finest.blocks, 1, &fill);
+        let division = layout.division.as_deref();
+        match division {
+            Some(division) => layout.share.exchange_over(&division.blocks, [&mut finest.blocks]),
+            None => layout.share.complete(&mut finest.blocks, |rank| layout.entries_of(rank)),
+        }
         for (number, pair) in layout.levels.windows(2).enumerate() {
             let [fine, coarse] = &mut self.levels[number..number + 2] else { unreachable!("two levels") };
-            let fine_blocks = &*fine.blocks;
             let [of_fine, of_coarse] = [&pair[0], &pair[1]];
-            let all = Own::whole(fine.smoother.len(), 1).in_pieces_of(LEAST_PIECE);
-            all.each(per_block_mut(&mut fine.smoother), |i, smoother| {
-                *smoother = scaled_inverse(&fine_blocks[of_fine.diagonal(i)], DAMPING);
-            });
+            let division = division.filter(|_| number == 0);
+            let reach = if number == 0 { layout.reach() } else { Reach::whole(of_fine) };
+            fine.make_smoother(of_fine, &reach);
+            let fine_blocks = &*fine.blocks;
             let coarsen = |parent: usize, columns: &[u32], blocks: &mut [NineByNine]| {
                 let parts = of_coarse.children(parent);
                 dispatch::<f64, _>(Coarsen { fine: (of_fine, fine_blocks), parts, columns, blocks });
             };
-            fill_rows(&of_coarse.starts, &of_coarse.columns, &mut coarse.blocks, LEAST_PIECE, &coarsen);
+            let (columns, blocks) = (&of_coarse.columns, &mut coarse.blocks);
+            let parents = division.map_or(0..of_coarse.len(), |division| division.parents_of(rank));
+            fill_rows(parents, &of_coarse.starts, columns, blocks, LEAST_PIECE, &coarsen);
+            if let Some(division) = division {
+                let of_rank = |rank| of_coarse.rows(division.parents_of(rank));
+                layout.share.complete(blocks, of_rank);
+            }
         }
         self.factor_top(&layout.levels[layout.levels.len() - 1]);
     }
@@ -71,15 +83,19 @@ impl CoarseMatrix {
         self.top.factor();
     }
 
-    /// x, approximately the inverse times b.
-    pub(super) fn solve(
-        &self,
-        layout: &CoarseLayout,
-        b: &[Unknowns],
-        x: &mut [Unknowns],
-        vectors: &mut CoarseVectors,
-    ) {
-        Cycle { levels: &layout.levels, matrices: &self.levels, top: &self.top }.start(b, x, vectors);
+    /// What solves with it from the finest level on.
+    pub(super) fn cycle<'a>(&'a self, layout: &'a CoarseLayout) -> Cycle<'a> {
+        Cycle { levels: &layout.levels, matrices: &self.levels, top: &self.top }
+    }
+}
+
+impl LevelMatrix {
+    /// Inverts the diagonal blocks of what is worked on here.
+    fn make_smoother(&mut self, level: &LevelLayout, reach: &Reach<'_>) {
+        let blocks = &*self.blocks;
+        let inverse = |i: usize| scaled_inverse(&blocks[level.diagonal(i)], DAMPING);
+        reach.each_own().each(per_block_mut(&mut self.smoother), |i, smoother| *smoother = inverse(i));
+        reach.near.iter().for_each(|i| self.smoother[*i as usize] = inverse(*i as usize));
     }
 }
 

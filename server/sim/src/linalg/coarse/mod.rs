@@ -14,6 +14,8 @@ mod nine;
 mod transfer;
 mod group;
 mod parts;
+mod level;
+mod division;
 mod layout;
 mod dense;
 mod cycle;
@@ -25,7 +27,7 @@ pub use matrix::CoarseMatrix;
 pub(crate) use cycle::CoarseVectors;
 pub(crate) use nine::{NineByNine, Unknowns};
 
-use self::cycle::LEAST_PIECE;
+use self::level::LEAST_PIECE;
 use crate::{
     math::{Real, Sixteen},
     parallel::{Own, per_block_mut, several_per_block, sum},
@@ -54,22 +56,40 @@ impl CoarseInverse<'_> {
         transfer::restrict(self.layout.basis(block, r.len()), r, to);
     }
 
-    /// From restricted residuals to the change that they call for. Returns their product, and the sum of the magnitudes
-    /// of its terms.
+    /// From restricted residuals, of which own ones are filled in, to the change that they call for, on own aggregates. Returns
+    /// the sum of `partials`, one per block of rows, of which own ones are filled in too; and the product of residuals and
+    /// change, with the sum of the magnitudes of its terms.
     pub(crate) fn solve(
         &self,
-        restricted: &[Unknowns],
+        partials: &[[f64; 2]],
+        restricted: &mut [Unknowns],
         change: &mut [Unknowns],
         vectors: &mut CoarseVectors,
-    ) -> [f64; 2] {
-        self.matrix.solve(self.layout, restricted, change, vectors);
-        let per_block = self.per_block();
-        let all = Own::whole(vectors.products.len(), 1).in_pieces_of(LEAST_PIECE);
-        let [r, z] = [&*restricted, change].map(|list| several_per_block(list, per_block));
-        all.each((per_block_mut(&mut vectors.products), r, z), |_, (product, r, z)| {
-            *product = products(r, z)
+    ) -> [[f64; 2]; 2] {
+        let Self { layout, matrix } = *self;
+        let (share, cycle, of_rank) =
+            (&layout.share, matrix.cycle(layout), |rank| layout.aggregates_of(rank));
+        let of_rows = |list: &mut [Unknowns]| share.sum_and_complete(partials, &|part| *part, list, of_rank);
+        if let Some(division) = layout.division.as_deref() {
+            share.exchange_over(&division.aggregates, [&mut *restricted]);
+            let (reach, mut sum) = (layout.reach(), [0.0; 2]);
+            cycle.run_divided(&reach, restricted, change, vectors, |r| sum = of_rows(r));
+            self.multiply(share.own(), restricted, change, vectors);
+            return [sum, share.sum(&vectors.products, &|product| *product)];
+        }
+        let sum_of_rows = of_rows(restricted);
+        cycle.run(restricted, change, vectors);
+        let all = Own::whole(vectors.products.len(), 1);
+        self.multiply(all.in_pieces_of(LEAST_PIECE), restricted, change, vectors);
+        [sum_of_rows, sum(&vectors.products)]
+    }
+
+    /// Multiplies what blocks of rows have of two lists.
+    fn multiply(&self, blocks: Own, r: &[Unknowns], z: &[Unknowns], vectors: &mut CoarseVectors) {
+        let [r, z] = [r, z].map(|list| several_per_block(list, self.per_block()));
+        blocks.each((per_block_mut(&mut vectors.products), r, z), |_, (product, r, z)| {
+            *product = products(r, z);
         });
-        sum(&vectors.products)
     }
 
     /// z += P c of a block.

@@ -1,6 +1,7 @@
 //! The nine unknowns of an aggregate, and the 9 x 9 blocks between them.
 
 use super::affine::Interpolation;
+use crate::math::{Bytes, Real};
 
 /// Three components of 1, of u and of v, one after another, each with a fourth number that is 0.
 pub(crate) type Unknowns = [f64; 12];
@@ -14,6 +15,39 @@ pub(crate) type NineByNine = [Column; 9];
 /// Where an unknown is: that of component t of function q has column 3 q + t.
 pub(super) const fn place(column: usize) -> usize {
     4 * (column / 3) + column % 3
+}
+
+/// The nine that are not always 0.
+impl Bytes for Unknowns {
+    const BYTES: usize = 9 * f64::BYTES;
+
+    fn write(&self, bytes: &mut [u8]) {
+        for (column, bytes) in bytes.as_chunks_mut().0.iter_mut().enumerate() {
+            *bytes = self[place(column)].to_le_bytes();
+        }
+    }
+
+    fn read(bytes: &[u8]) -> Self {
+        let mut unknowns = [0.0; 12];
+        for (column, bytes) in bytes.as_chunks().0.iter().enumerate() {
+            unknowns[place(column)] = f64::from_le_bytes(*bytes);
+        }
+        unknowns
+    }
+}
+
+impl Bytes for NineByNine {
+    const BYTES: usize = 9 * Column::BYTES;
+
+    fn write(&self, bytes: &mut [u8]) {
+        for (column, bytes) in self.iter().zip(bytes.chunks_exact_mut(Column::BYTES)) {
+            column.write(bytes);
+        }
+    }
+
+    fn read(bytes: &[u8]) -> Self {
+        std::array::from_fn(|column| Column::read(&bytes[column * Column::BYTES..][..Column::BYTES]))
+    }
 }
 
 /// y += A x.

@@ -1,10 +1,16 @@
 //! The V-cycle: symmetric, positive definite, and near the inverse.
 
+use std::sync::Arc;
+
 use super::{
     CoarseInverse, CoarseLayout, CoarseMatrix, CoarseVectors, NineByNine, Unknowns,
+    cycle::products,
     nine::{add_product, place},
 };
-use crate::math::{LANES, Sixteen, Vec3};
+use crate::{
+    math::{LANES, Sixteen, Vec3},
+    parallel::{Communicator, Message, Ranks, Share, hilbert_order},
+};
 
 const BLOCK_SIZE: usize = 32;
 /// Blocks along each side of a sheet: enough for three levels.
@@ -117,7 +123,7 @@ fn a_cycle_is_symmetric_and_each_takes_a_good_part_of_the_error() {
     inverse.make_room(&mut vectors);
     let mut cycle = |b: &[Unknowns]| {
         let mut x = vec![[0.0; 12]; blocks];
-        inverse.solve(b, &mut x, &mut vectors);
+        inverse.solve(&[], &mut b.to_vec(), &mut x, &mut vectors);
         x
     };
 
@@ -185,5 +191,61 @@ fn restriction_is_the_transpose_of_prolongation_in_blocks_of_several_parts() {
         }
         let transposed = dot(&restricted, &change);
         assert!((product - transposed).abs() < 1e-12, "{product} {transposed}");
+    }
+}
+
+/// One of four ranks, that is not asked to say anything.
+#[derive(Debug)]
+struct Silent {
+    rank: usize,
+    divides_from: usize,
+}
+
+impl Communicator for Silent {
+    fn rank(&self) -> usize {
+        self.rank
+    }
+    fn size(&self) -> usize {
+        4
+    }
+    fn divides_from(&self) -> usize {
+        self.divides_from
+    }
+    fn all_gather(&self, _: &[u8], _: &[usize], _: &mut Vec<u8>) {
+        unreachable!("nothing is summed");
+    }
+    fn exchange(&self, _: &mut [Message]) {
+        unreachable!("nothing is computed");
+    }
+    fn gather(&self, _: &[u8], _: &[usize]) -> Vec<u8> {
+        unreachable!("nothing is looked at");
+    }
+}
+
+#[test]
+fn a_cycle_that_four_ranks_divide_makes_fewer_than_half_of_the_products_of_one() {
+    let (side, block_size) = (240, 256);
+    let points: Vec<_> = (0..side * side).map(|i| [(i % side) as f64, 0.0, (i / side) as f64]).collect();
+    let mut place = vec![0; points.len()];
+    let order = hilbert_order(&points, 1.0);
+    order.iter().enumerate().for_each(|(row, old)| place[*old as usize] = row as u32);
+    let rest: Vec<_> = order.iter().map(|old| points[*old as usize]).collect();
+    let ends = |i: usize| {
+        let (x, z) = (i % side, i / side);
+        let near = [(x + 1, z), (x, z + 1), (x + 1, z + 1), (x + 2, z), (x, z + 2)];
+        near.into_iter().filter(|(x, z)| *x < side && *z < side).map(move |(x, z)| [i, z * side + x])
+    };
+    let pairs = || (0..points.len()).flat_map(ends).map(|pair| pair.map(|i| place[i]));
+    let layout = CoarseLayout::new(&rest, &vec![true; rest.len()], block_size, pairs()).expect("a sheet");
+    let of_rank = |rank: usize, divides_from: usize| {
+        let ranks = Ranks::new(Arc::new(Silent { rank, divides_from }));
+        let share = Share::of(rest.len(), block_size, pairs(), &ranks);
+        let layout = layout.clone().over(&share);
+        products(&layout.levels, &layout.reach())
+    };
+    let alike = of_rank(0, usize::MAX);
+    for rank in 0..4 {
+        let divided = of_rank(rank, 0);
+        assert!(100 * divided <= 45 * alike, "{divided} of {alike} on rank {rank}");
     }
 }
