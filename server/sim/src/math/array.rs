@@ -38,11 +38,13 @@ pub fn cross<T: Copy + Sub<Output = T> + Mul<Output = T>>(a: [T; 3], b: [T; 3]) 
 }
 
 /// a - b.
+#[inline(always)]
 pub fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [0, 1, 2].map(|c| a[c] - b[c])
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
 /// |a|.
+#[inline(always)]
 pub fn length(a: [f64; 3]) -> f64 {
     dot(a, a).sqrt()
 }

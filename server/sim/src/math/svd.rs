@@ -23,6 +23,19 @@ pub(crate) struct Svd<P> {
     pub(crate) v: Columns<P>,
 }
 
+/// The same matrix with +0 in the place of every -0. From there on no sum is -0, and a lane whose columns are orthogonal stays as
+/// it is while others are turned: 1 x - 0 y is x, but for the sign of 0.
+#[inline(always)]
+fn without_negative_zeros<P: Pack>(m: &Columns<P>) -> Columns<P> {
+    let mut out = *m;
+    for column in &mut out {
+        for entry in column {
+            *entry += P::zero();
+        }
+    }
+    out
+}
+
 /// Sweeps of three rotations, at most: each squares what is left of the angles between columns.
 const SWEEPS: usize = 8;
 
@@ -80,6 +93,9 @@ fn any_far<P: Pack>(b: &Columns<P>) -> bool {
 /// waits for the one before.
 #[inline(always)]
 pub(crate) fn orthogonalize<P: Pack, const K: usize>(b: &mut [Columns<P>; K]) {
+    for columns in b.iter_mut() {
+        *columns = without_negative_zeros(columns);
+    }
     for _ in 0..SWEEPS {
         let mut far = false;
         for k in 0..K {
@@ -182,7 +198,7 @@ pub(crate) fn svd<P: Pack>(f: &Columns<P>) -> Svd<P> {
 #[inline(always)]
 fn decompose<P: Pack>(f: &Columns<P>) -> Svd<P> {
     let (zero, one) = (P::zero(), P::one());
-    let mut b = *f;
+    let mut b = without_negative_zeros(f);
     let mut v = [[one, zero, zero], [zero, one, zero], [zero, zero, one]];
     for _ in 0..SWEEPS {
         if !any_far(&b) {
@@ -229,4 +245,40 @@ fn across<P: Pack>(u: &[P; 3]) -> [P; 3] {
     let w = cross3(u, &[by_x, by_y, zero]);
     let inverse = one / dot3(&w, &w).sqrt();
     [w[0] * inverse, w[1] * inverse, w[2] * inverse]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Columns, Svd, orthogonalize, svd};
+    use crate::math::{LANES, Pack, Portable};
+
+    /// A matrix of few different numbers, zeros of both signs among them.
+    fn matrix(salt: usize) -> [f64; 9] {
+        let numbers = [0.0, -0.0, 1.0, -1.0, 0.5, -0.0, 0.0, 1.0 / 3.0, -1e-9, 0.0];
+        std::array::from_fn(|i| numbers[(salt * (7 + 2 * i) + salt / 10 * (3 + i) + i * i) % numbers.len()])
+    }
+
+    /// Bits of the first lane of both decompositions, where the other lanes hold other matrices.
+    fn first(lanes: &[[f64; 9]; LANES]) -> Vec<u64> {
+        let entry = |i: usize| Portable::load(&std::array::from_fn(|lane| lanes[lane][i]));
+        let f: Columns<Portable<f64>> = [0, 1, 2].map(|column| [0, 1, 2].map(|row| entry(3 * column + row)));
+        let Svd { u, sigma, v } = svd(&f);
+        let mut turned = [f];
+        orthogonalize(&mut turned);
+        let all = u.into_iter().chain(v).chain(turned[0]).flatten().chain(sigma);
+        all.map(|pack| pack.store()[0].to_bits()).collect()
+    }
+
+    #[test]
+    fn a_lane_does_not_depend_on_the_others() {
+        for salt in 0..500 {
+            let own = matrix(salt);
+            let alone = first(&[own; LANES]);
+            for others in 1..20 {
+                let mut lanes = std::array::from_fn(|lane| matrix(salt + 31 * lane * others));
+                lanes[0] = own;
+                assert!(first(&lanes) == alone, "{own:?} among {lanes:?}");
+            }
+        }
+    }
 }

@@ -130,6 +130,7 @@ fn refresh<R: Real>(model: &SnowModel<R>, particles: &mut Particles<R>, work: &m
                 tally: &mut tally,
                 periodic: settings.periodic,
                 codes: &mut codes,
+                given: &mut [[R::zero(); LANES]; TOGETHER],
             });
         }
         *diagnostics = tally.finish();

@@ -28,3 +28,6 @@ pub use state::{SnowState, SnowWorkspace};
 pub use step::{SnowStep, step};
 pub use transfer::weights;
 pub use view::{GridNode, ParticleState};
+
+#[cfg(test)]
+mod tests;

@@ -41,6 +41,8 @@ pub struct SnowWorkspace<R: Real> {
     pub(super) culprits: Option<Culprits>,
     /// What each chunk of particles told in the last step.
     pub(super) chunk_diagnostics: Vec<ChunkDiagnostics>,
+    /// Energy (J) that hardening, and colliders that move, gave the particles of each block in the last step.
+    pub(super) block_given: Vec<f64>,
     /// What the grid told in the last step, and each of its blocks.
     pub(super) grid_diagnostics: GridDiagnostics,
     pub(super) block_diagnostics: Vec<GridDiagnostics>,

@@ -6,6 +6,8 @@
 use std::ops::Range;
 
 use super::blocks::CellStarts;
+#[cfg(test)]
+use crate::parallel::hash_numbers;
 
 /// Particles of a chunk, of a snow of many.
 const CHUNK: usize = 1024;
@@ -15,12 +17,20 @@ const CHUNK: usize = 1024;
 pub(crate) struct Chunks {
     /// The first block of each chunk, and the end.
     first_blocks: Vec<u32>,
+    /// Of a test that cuts anywhere: what chunks are drawn from.
+    #[cfg(test)]
+    pub(crate) seed: Option<u64>,
 }
 
 impl Chunks {
     /// How many chunks there are.
     pub(crate) fn count(&self) -> usize {
         self.first_blocks.len() - 1
+    }
+
+    /// The first block of each chunk, and the end.
+    pub(crate) fn starts(&self) -> &[u32] {
+        &self.first_blocks
     }
 
     /// Blocks of a chunk.
@@ -31,7 +41,7 @@ impl Chunks {
     /// Divides blocks into chunks of about as many particles: enough to fill lanes, few enough to
     /// share among threads. `starts` tells where each block begins in the order, and the end.
     pub(crate) fn divide(&mut self, starts: &[u32]) {
-        let Self { first_blocks } = self;
+        let Self { first_blocks, .. } = self;
         let least = (starts[starts.len() - 1] as usize / 256).clamp(64, CHUNK) as u32;
         first_blocks.clear();
         let mut next = 0;
@@ -39,6 +49,10 @@ impl Chunks {
             if start >= next {
                 first_blocks.push(block as u32);
                 next = start + least;
+                #[cfg(test)]
+                if let Some(seed) = self.seed {
+                    next = start + 1 + hash_numbers(seed, [f64::from(start)]) as u32 % (2 * least);
+                }
             }
         }
 

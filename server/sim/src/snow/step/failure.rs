@@ -4,10 +4,11 @@ use super::culprit::culprits_in;
 use crate::{
     collide::Collider,
     math::Real,
+    parallel::sum_by,
     report::{BoundKind, StepFailure},
     snow::{
         bound::{Culprits, smallest},
-        grid::{REACH, allowed_bytes, needed_bytes},
+        grid::{REACH, Sorted, allowed_bytes, needed_bytes},
         model::SnowModel,
         particles::Particles,
         settings::SnowSettings,
@@ -76,14 +77,19 @@ pub(crate) fn check_grid<R: Real>(
     if bytes <= limit {
         return Ok(());
     }
-    let (particle, position) = farthest(particles);
+    let (particle, position) = farthest(particles, work.sorter.sorted());
     Err(StepFailure::GridMemory { particle, position, bytes, limit })
 }
 
 /// The particle, in the user's numbering, that is farthest from the mean of all, and its position (m).
-fn farthest<R: Real>(particles: &Particles<R>) -> (u64, [f64; 3]) {
-    let positions = || (0..particles.len()).map(|at| (particles.id[at], particles.x(at).map(Real::to_f64)));
-    let mean = positions().fold([0.0; 3], |sum, (_, x)| [0, 1, 2].map(|a| sum[a] + x[a]));
+fn farthest<R: Real>(particles: &Particles<R>, sorted: Sorted<'_>) -> (u64, [f64; 3]) {
+    let position = |at: usize| particles.x(at).map(Real::to_f64);
+    let positions = || (0..particles.len()).map(|at| (particles.id[at], position(at)));
+    let blocks: Vec<usize> = (0..sorted.cells.len()).collect();
+    let mean = sum_by(&blocks, &|block| {
+        let places = sorted.places(*block).iter().map(|at| position(*at as usize));
+        places.fold([0.0; 3], |sum, x| [0, 1, 2].map(|a| sum[a] + x[a]))
+    });
     let mean = mean.map(|sum| sum / particles.len() as f64);
     let distance2 = |x: [f64; 3]| (0..3).map(|a| (x[a] - mean[a]).powi(2)).sum::<f64>();
     let farther = |(a, x): &(u32, [f64; 3]), (b, y): &(u32, [f64; 3])| {

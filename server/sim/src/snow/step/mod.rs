@@ -170,11 +170,11 @@ fn advance_particles<R: Real>(
     let particles = &mut state.particles;
 
     // 7 to 10. Deformation gradients; velocities and collisions of particles; positions.
-    let SnowWorkspace { sorter, grid, chunk_diagnostics, .. } = work;
-    update_particles(model, context, particles, sorter, grid, chunk_diagnostics);
+    let SnowWorkspace { sorter, grid, chunk_diagnostics, block_given, .. } = work;
+    update_particles(model, context, particles, sorter, grid, (&mut *chunk_diagnostics, &mut *block_given));
     watch.lap(Stage::GridToParticles);
 
-    let given = parallel::sum_by(chunk_diagnostics, &|chunk| [chunk.given]);
+    let given = parallel::sum_by(block_given, &|given| [*given]);
     work.given += work.grid_diagnostics.given + given[0];
     work.notices = chunk_diagnostics.iter().fold(work.notices, |all, chunk| all.and(chunk.notices));
 

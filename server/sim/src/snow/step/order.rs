@@ -40,6 +40,7 @@ pub(crate) fn sort_anew<R: Real>(
     work.grid.reserve(spare);
     work.chunk_diagnostics.reserve(spare);
     work.partials.reserve(spare);
+    work.block_given.reserve(spare);
     work.block_diagnostics.reserve(8 * spare);
 
     work.culprits = None;

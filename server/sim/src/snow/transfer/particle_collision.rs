@@ -6,13 +6,13 @@ use super::{context::StepContext, grid_to_particles::Arrival};
 use crate::{
     collide::{has_passed, velocity_after},
     math::{
-        Real,
+        LANES, Real,
         array::{dot, length, minus},
     },
     report::Notices,
     snow::{
         grid::{SIDE, block_of},
-        particles::Motion,
+        particles::{Lanes, Motion},
     },
 };
 
@@ -20,30 +20,50 @@ use crate::{
 /// over a round solid goes in by less.
 const WITHIN: f64 = 0.1;
 
-/// Says which groups of particles may meet a collider, block after block.
+/// Says which particles may meet a collider, block after block.
 pub(crate) struct Nearness<'a> {
     context: &'a StepContext<'a>,
+    /// Side of a cell (m).
     cell: f64,
-    /// The first block that was not looked at, and whether the one before it is near.
-    next: usize,
-    last: bool,
+    /// Keys of blocks, and where each begins in the order.
+    blocks: &'a [u64],
+    starts: &'a [u32],
+    /// The block that was asked for last, and whether it is near.
+    block: usize,
+    is_near: Option<bool>,
 }
 
 impl<'a> Nearness<'a> {
     /// From a block on, on cells of side `cell` (m).
-    pub(crate) fn new(context: &'a StepContext<'a>, cell: f64, block: usize) -> Self {
-        Self { context, cell, next: block, last: false }
+    pub(crate) fn new(
+        context: &'a StepContext<'a>,
+        cell: f64,
+        (blocks, starts): (&'a [u64], &'a [u32]),
+        block: usize,
+    ) -> Self {
+        Self { context, cell, blocks, starts, block, is_near: None }
     }
 
-    /// Whether a block after those of the last call is near, up to `block`, or the last of those.
-    pub(crate) fn reaches(&mut self, blocks: &[u64], block: usize) -> bool {
-        let mut any = self.last;
-        for key in &blocks[self.next..=block] {
-            self.last = particles_near(self.context, block_of(*key), self.cell);
-            any |= self.last;
+    /// Which of the particles at some positions of the order are in a block that is near; positions ascend from call to call.
+    pub(crate) fn lanes(&mut self, first: usize, count: usize) -> [bool; LANES] {
+        let Self { context, cell, blocks, starts, block, is_near } = self;
+        let mut lanes = [false; LANES];
+        if context.colliders.is_empty() {
+            return lanes;
         }
-        self.next = block + 1;
-        any
+        if let Some(is_near) = *is_near
+            && first + count <= starts[*block + 1] as usize
+        {
+            return [is_near; LANES];
+        }
+        for (position, lane) in (first..first + count).zip(&mut lanes) {
+            while starts[*block + 1] as usize <= position {
+                (*block, *is_near) = (*block + 1, None);
+            }
+            let key = blocks[*block];
+            *lane = *is_near.get_or_insert_with(|| particles_near(context, block_of(key), *cell));
+        }
+        lanes
     }
 }
 
@@ -60,8 +80,8 @@ fn particles_near(context: &StepContext<'_>, block: [i32; 3], h: f64) -> bool {
 pub(crate) struct Collided {
     /// Side of a cell (m).
     cell: f64,
-    /// Kinetic energy (J) that those gained which gained any.
-    pub(crate) given: f64,
+    /// Kinetic energy (J) that the last one gained, if any.
+    given: f64,
     /// Particles that went through a collider, or into it.
     pub(crate) notices: Notices,
 }
@@ -72,23 +92,25 @@ impl Collided {
         Self { cell, given: 0.0, notices: Notices::default() }
     }
 
-    /// Lets velocities of the particles of a group, which have these numbers, answer to colliders where they would
-    /// enter one (step 9), and counts those that go through one all the same.
+    /// Lets velocities of those particles of a group that are near, all of which have these numbers, answer to colliders where
+    /// they would enter one (step 9), and counts those that go through one all the same. Returns the kinetic energy (J) that each
+    /// gained which gained any.
     pub(crate) fn collide<R: Real>(
         &mut self,
         context: &StepContext<'_>,
         motion: &Motion<R>,
-        ids: &[u32],
+        (ids, near): (&[u32], &[bool; LANES]),
         arrival: &mut Arrival<R>,
-    ) {
+    ) -> Lanes<f64> {
         let speeds = context.colliders.iter().map(|collider| length(collider.velocity));
         let shift = context.dt * speeds.fold(0.0, f64::max);
-        // Added group by group.
-        let given = std::mem::take(&mut self.given);
-        for (lane, id) in ids.iter().enumerate() {
+        let mut given = [0.0; LANES];
+        for (lane, id) in ids.iter().enumerate().filter(|(lane, _)| near[*lane]) {
             let (x, m) = motion.of_one(lane);
-            let x = x.map(Real::to_f64);
+            let x = [x[0].to_f64(), x[1].to_f64(), x[2].to_f64()];
+            self.given = 0.0;
             let nearest = self.answer(context, (x, m.to_f64()), lane, arrival);
+            given[lane] = self.given;
 
             let end = position(context, x, lane, arrival);
             if nearest < length(minus(end, x)) + shift && self.has_passed::<R>(context, [x, end]) {
@@ -97,7 +119,7 @@ impl Collided {
                     self.notices.and(Notices { passed_count: 1, first_passed, ..Notices::default() });
             }
         }
-        self.given += given;
+        given
     }
 
     /// Lets the velocity of one particle of a place (m) and a mass (kg) answer. Gives the distance (m) of the nearest
@@ -143,6 +165,8 @@ impl Collided {
 }
 
 /// Where a particle of a group goes (m) from `x` (m).
+#[inline(always)]
 fn position<R: Real>(context: &StepContext<'_>, x: [f64; 3], lane: usize, arrival: &Arrival<R>) -> [f64; 3] {
-    [0, 1, 2].map(|k| x[k] + context.dt * arrival.drift[k][lane].to_f64())
+    let along = |k: usize| x[k] + context.dt * arrival.drift[k][lane].to_f64();
+    [along(0), along(1), along(2)]
 }

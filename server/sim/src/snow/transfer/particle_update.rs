@@ -17,7 +17,7 @@ use super::{
 };
 use crate::{
     math::{Columns, LANES, Pack, Real, WithSimd, dispatch},
-    parallel::{Own, per_block_mut},
+    parallel::{Own, between_mut, per_block_mut},
     snow::{
         bound::extremes,
         grid::{Grid, Sorter, codes},
@@ -28,19 +28,22 @@ use crate::{
 };
 
 /// Takes velocities from the grid, and with them moves and deforms all particles; notes where they
-/// go, and what each chunk tells.
+/// go, what each chunk tells, and the energy (J) that hardening, and colliders that move, gave those of each block.
 pub(crate) fn update_particles<R: Real>(
     model: &SnowModel<R>,
     context: &StepContext<'_>,
     particles: &mut Particles<R>,
     sorter: &mut Sorter,
     grid: &Grid<R>,
-    diagnostics: &mut Vec<ChunkDiagnostics>,
+    told: Told<'_>,
 ) {
     with_scheme!(model.settings, (S, N) => {
-        update_chunks::<R, S, N>(model, context, particles, sorter, grid, diagnostics);
+        update_chunks::<R, S, N>(model, context, particles, sorter, grid, told);
     });
 }
+
+/// What chunks tell, and the energy (J) that the particles of each block were given.
+pub(crate) type Told<'a> = (&'a mut Vec<ChunkDiagnostics>, &'a mut Vec<f64>);
 
 fn update_chunks<R: Real, S: Scheme, const N: usize>(
     model: &SnowModel<R>,
@@ -48,7 +51,7 @@ fn update_chunks<R: Real, S: Scheme, const N: usize>(
     particles: &mut Particles<R>,
     sorter: &mut Sorter,
     grid: &Grid<R>,
-    diagnostics: &mut Vec<ChunkDiagnostics>,
+    (diagnostics, given): Told<'_>,
 ) {
     let SnowModel { settings, materials, .. } = model;
     let h = settings.cell;
@@ -56,22 +59,27 @@ fn update_chunks<R: Real, S: Scheme, const N: usize>(
     let particles = particles.share();
     let (sorted, migration) = sorter.migrate();
     diagnostics.resize(sorted.chunks.count(), ChunkDiagnostics::default());
+    given.resize(grid.blocks.len(), 0.0);
 
     let scratch = || [[R::zero(); TILE]; 2];
     let chunks = Own::whole(diagnostics.len(), 1);
-    chunks.each_with(scratch, per_block_mut(diagnostics), |tiles, chunk, diagnostics| {
+    let fields = (per_block_mut(diagnostics), between_mut(given, sorted.chunks.starts()));
+    chunks.each_with(scratch, fields, |tiles, chunk, (diagnostics, given)| {
         let (block, first, list) = sorted.chunk(chunk);
+        let mut given = Given::new(given, &sorted.starts[block..]);
         let mut stencil = Stencil::new(sorted, StencilNodes::of(grid, tiles), block);
-        let mut contact = Nearness::new(context, h, block);
+        let mut contact = Nearness::new(context, h, (&grid.blocks, sorted.starts), block);
         let (mut tally, mut arrivals) = (Tally::new(), [Arrival::new(); TOGETHER]);
         let mut collided = Collided::new(h);
         let (mut motions, mut codes) = ([Motion::new(); TOGETHER], [[0; LANES]; TOGETHER]);
+        let mut hardened = [[R::zero(); LANES]; TOGETHER];
 
         for start in (0..list.len()).step_by(LANES * TOGETHER) {
             let groups: [Group; TOGETHER] = std::array::from_fn(|k| Group::from(list, start + k * LANES));
             particles.prefetch(list, start, LANES * TOGETHER);
 
             // 8 and 9. Velocities of particles, and their collisions.
+            let mut kicked = [[0.0; LANES]; TOGETHER];
             for (k, group) in groups.iter().enumerate().filter(|(_, group)| group.count > 0) {
                 particles.read_motion(group, &mut motions[k]);
                 dispatch(GridToGroup::<R, S, N> {
@@ -83,9 +91,11 @@ fn update_chunks<R: Real, S: Scheme, const N: usize>(
                     arrival: &mut arrivals[k],
                     scheme: PhantomData,
                 });
-                if contact.reaches(&grid.blocks, stencil.block) {
+                let near = contact.lanes(first + start + k * LANES, group.count);
+                if near.contains(&true) {
                     let ids = group.at.map(|at| particles.id[at as usize]);
-                    collided.collide(context, &motions[k], &ids[..group.count], &mut arrivals[k]);
+                    let particles = (&ids[..group.count], &near);
+                    kicked[k] = collided.collide(context, &motions[k], particles, &mut arrivals[k]);
                 }
             }
 
@@ -104,15 +114,47 @@ fn update_chunks<R: Real, S: Scheme, const N: usize>(
                 tally: &mut tally,
                 periodic: settings.periodic,
                 codes: &mut codes,
+                given: &mut hardened,
             });
             for (k, group) in groups.iter().enumerate() {
-                migration.note(first + start + k * LANES, &codes[k][..group.count]);
+                let position = first + start + k * LANES;
+                migration.note(position, &codes[k][..group.count]);
+                given.add(position, &kicked[k][..group.count], &hardened[k]);
             }
         }
         *diagnostics = tally.finish();
-        diagnostics.given += collided.given;
         diagnostics.notices = collided.notices;
     });
+}
+
+/// The energy (J) that the particles of each block of a chunk were given, added one by one in their order.
+struct Given<'a> {
+    blocks: &'a mut [f64],
+    /// Where each block begins in the order.
+    starts: &'a [u32],
+    /// The block that was added to last.
+    block: usize,
+}
+
+impl<'a> Given<'a> {
+    fn new(blocks: &'a mut [f64], starts: &'a [u32]) -> Self {
+        blocks.fill(0.0);
+        Self { blocks, starts, block: 0 }
+    }
+
+    /// Adds what colliders and hardening gave particles from a position of the order on, as many as colliders tell of; positions
+    /// ascend from call to call.
+    fn add<R: Real>(&mut self, position: usize, kicked: &[f64], hardened: &Lanes<R>) {
+        for (lane, (kicked, hardened)) in kicked.iter().zip(hardened).enumerate() {
+            let given = kicked + hardened.to_f64();
+            if given != 0.0 {
+                while self.starts[self.block + 1] as usize <= position + lane {
+                    self.block += 1;
+                }
+                self.blocks[self.block] += given;
+            }
+        }
+    }
 }
 
 /// What to do with the deformation.
@@ -147,6 +189,8 @@ pub(crate) struct Update<'a, 'b, R> {
     pub(crate) periodic: [u32; 3],
     /// Where the particles went, see [`codes`].
     pub(crate) codes: &'a mut [[u16; LANES]; TOGETHER],
+    /// Energy (J) that hardening gave each of them.
+    pub(crate) given: &'a mut [Lanes<R>; TOGETHER],
 }
 
 #[inline(always)]
@@ -240,7 +284,8 @@ impl<R: Real> Update<'_, '_, R> {
 
         let counts = [new.yielded, new.clamped, new.inverted, ballistic];
         let extremes = extremes(&new.elastic, new.hardening, &v, &c, volume / mass, moduli);
-        self.tally.include(group.count, extremes, plastic_ratio, counts, new.given);
+        self.tally.include(group.count, extremes, plastic_ratio, counts);
+        self.given[k] = new.given.store();
 
         let mut node = position;
         for axis in 0..3 {

@@ -17,8 +17,6 @@ pub(crate) struct Tally<R> {
     plastic_ratio_range: [Lanes<R>; 2],
     /// Yielded, clamped, inverted, ballistic.
     counts: [Lanes<R>; 4],
-    /// Energy (J) that hardening gave.
-    given: Lanes<R>,
 }
 
 /// The same after the last group.
@@ -29,8 +27,6 @@ pub(crate) struct ChunkDiagnostics {
     pub(crate) plastic_ratio_range: [f64; 2],
     /// Yielded, clamped, inverted, ballistic.
     pub(crate) counts: [u32; 4],
-    /// Energy (J) that hardening, and colliders that move, gave particles.
-    pub(crate) given: f64,
     /// Particles that went through a collider, in the user's numbering of the snow.
     pub(crate) notices: Notices,
 }
@@ -39,7 +35,7 @@ impl<R: Real> Tally<R> {
     pub(crate) fn new() -> Self {
         let (zero, largest) = ([R::zero(); LANES], [R::of(R::LARGEST); LANES]);
         let lowest = [R::of(-R::LARGEST); LANES];
-        Self { extremes: [zero; 5], plastic_ratio_range: [largest, lowest], counts: [zero; 4], given: zero }
+        Self { extremes: [zero; 5], plastic_ratio_range: [largest, lowest], counts: [zero; 4] }
     }
 
     pub(crate) fn finish(&self) -> ChunkDiagnostics {
@@ -54,7 +50,6 @@ impl<R: Real> Tally<R> {
                 greatest(&self.plastic_ratio_range[1]),
             ],
             counts: self.counts.each_ref().map(count),
-            given: self.given.iter().map(|x| x.to_f64()).fold(0.0, |sum, x| sum + x),
             notices: Notices::default(),
         }
     }
@@ -68,7 +63,6 @@ impl<R: Real> Tally<R> {
         extremes: [P; 5],
         plastic_ratio: P,
         counts: [P; 4],
-        given: P,
     ) {
         let mut active = [R::zero(); LANES];
         active[..count].fill(R::one());
@@ -77,13 +71,13 @@ impl<R: Real> Tally<R> {
         let (active, zero) = (P::load(&active), P::zero());
         for k in 0..5 {
             let own = zero.if_less(active, extremes[k], zero);
-            self.extremes[k] = P::load(&self.extremes[k]).max(own).store();
+            // In this order what is not a number is passed over.
+            self.extremes[k] = own.max(P::load(&self.extremes[k])).store();
         }
 
-        self.given = (P::load(&self.given) + zero.if_less(active, given, zero)).store();
         let [least, most] = [P::load(&self.plastic_ratio_range[0]), P::load(&self.plastic_ratio_range[1])];
-        self.plastic_ratio_range[0] = zero.if_less(active, least.min(plastic_ratio), least).store();
-        self.plastic_ratio_range[1] = zero.if_less(active, most.max(plastic_ratio), most).store();
+        self.plastic_ratio_range[0] = zero.if_less(active, plastic_ratio.min(least), least).store();
+        self.plastic_ratio_range[1] = zero.if_less(active, plastic_ratio.max(most), most).store();
         for k in 0..4 {
             self.counts[k] = (P::load(&self.counts[k]) + counts[k] * active).store();
         }
