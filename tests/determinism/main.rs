@@ -9,5 +9,6 @@ mod hash;
 mod hashes;
 mod ranks;
 mod coarse_ranks;
+mod snow_ranks;
 mod numbering;
 mod simd;

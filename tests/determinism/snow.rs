@@ -68,8 +68,13 @@ impl SnowRun {
         runs
     }
 
+    /// Whether velocities are not solved for.
+    pub(crate) fn is_explicit(&self) -> bool {
+        self.integration == Integration::Explicit
+    }
+
     /// Steps of the world.
-    fn steps(&self) -> u64 {
+    pub(crate) fn steps(&self) -> u64 {
         match self.size {
             Size::Whole => 4,
             Size::Small => 2,

@@ -22,6 +22,8 @@ use crate::{
 const ANSWER_BYTES: u64 = 64 << 20;
 /// Bytes of the state of a particle, at most: five vectors of doubles, and what fills up the last sixteen.
 const PARTICLE_BYTES: u64 = 256;
+/// Bytes of the state of a particle of snow, at most: 34 numbers and its own, and what its grid may take.
+const SNOW_PARTICLE_BYTES: u64 = 284 + 2000;
 /// Bytes of the state of a law of springs, a pin or a point of its path, at most.
 const LAW_BYTES: u64 = 128;
 /// Laws of a cloth, at most.
@@ -269,5 +271,8 @@ fn answer_bytes(setup: &WorldSetup) -> u64 {
         // A state has room for a multiple of sixteen particles.
         PARTICLE_BYTES * (network.x.len() as u64 + 16) + LAW_BYTES * laws as u64
     };
-    ANSWER_BYTES + setup.bodies.iter().map(of_cloth).sum::<u64>()
+    // Of snow with the blocks of its grid.
+    let particles = setup.snow.iter().flat_map(|snow| &snow.objects).map(|object| object.x.len() as u64);
+    let of_snow = particles.map(|count| SNOW_PARTICLE_BYTES * count).sum::<u64>();
+    ANSWER_BYTES + setup.bodies.iter().map(of_cloth).sum::<u64>() + of_snow
 }

@@ -123,7 +123,9 @@ impl Ranks {
 
         let hosts: Vec<String> = remote.hello().ranks.iter().map(|rank| rank.host.clone()).collect();
         let (orders, is_watched) = (remote.orders(), Arc::<Watch>::default());
-        let particles: usize = begin.setup.bodies.iter().map(|body| body.network.x.len()).sum();
+        let of_snow = begin.setup.snow.iter().flat_map(|snow| &snow.objects).map(|object| object.x.len());
+        let of_cloths = begin.setup.bodies.iter().map(|body| body.network.x.len());
+        let particles: usize = of_cloths.chain(of_snow).sum();
         let patience = STOP_PATIENCE.mul_f64(1.0 + particles as f64 / 1e6);
         watch(watched, orders, job.group(), Arc::clone(&is_watched), patience).map_err(|error| {
             not_started(&format!("the system starts no thread that watches them: {error}"))

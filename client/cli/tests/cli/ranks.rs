@@ -90,6 +90,55 @@ fn a_stiff_scene_takes_two_levels_over_ranks_with_the_bits_of_one_process() {
     }
 }
 
+/// A heap of snow that falls.
+const SNOW: &str = r#"
+version = 1
+title = "heap"
+dt = 0.01
+steps = 6
+
+[snow]
+cell = 0.05
+
+[[snow.object]]
+name = "heap"
+sphere = { center = [0, 0.6, 0], radius = 0.25 }
+velocity = [3, -2, 0]
+seed = 1
+
+[[collider]]
+name = "floor"
+plane = { point = [0, 0, 0], normal = [0, 1, 0] }
+friction = 0.5
+"#;
+
+#[test]
+fn snow_over_ranks_gives_the_files_of_a_run_without() {
+    if !has_ranks() {
+        return;
+    }
+    let folder_of_scene = folder();
+    let heap = write_scene(folder_of_scene.path(), SNOW);
+    let more = ["--fields", "velocity,plastic_ratio,stress", "--grid", "slice:z=0"];
+    for (scene, steps) in
+        [(&*heap, "6"), ("snowball_wall", "6"), ("sphere_in_bed", "2"), ("snow_and_cloth", "10")]
+    {
+        let alone = folder();
+        let run = |to: &Path, ranks: &[&str]| {
+            let to = to.to_str().expect("UTF-8");
+            nappe(&[&["run", scene, "--steps", steps, "--save", to][..], &more, ranks].concat()).ok().json()
+        };
+        let expected = run(alone.path(), &[]);
+        for ranks in ["1", "2", "4"] {
+            let there = folder();
+            let done = run(there.path(), &["--ranks", ranks]);
+            assert_eq!(done["state_hash"], expected["state_hash"], "{scene} on {ranks} ranks");
+            assert_eq!(done["snow"], expected["snow"], "{scene} on {ranks} ranks");
+            assert!(files(there.path()) == files(alone.path()), "{scene} on {ranks} ranks: other files");
+        }
+    }
+}
+
 /// The session, described after what the command did.
 fn session(server: &Server, id: &str) -> Value {
     let all = server.nappe(&["list"]).ok().json();
@@ -169,7 +218,11 @@ fn ranks_that_cannot_start_are_said_to() {
     launched("mpirun {program}", &["mpirun {program}", "{ranks}"]);
     launched("mpirun {ranks}", &["mpirun {ranks}", "{program}"]);
     launched("ls /{ranks}{program}", &["RANKS_NOT_STARTED", "the launcher ended", "No such file"]);
-    says(&["brasseur", "--rank-program", program], &["RANKS_UNSUPPORTED", "snow"]);
+    let solved = SNOW.replace("cell = 0.05", "cell = 0.05\nbeta = 0.5");
+    says(
+        &[&write_scene(here.path(), &solved), "--rank-program", program],
+        &["RANKS_UNSUPPORTED", "'heap'", "semi-implicit", "beta"],
+    );
     let descent = SMALL_SCENE.replace("mass =", "minimizer = \"vertex_block_descent\"\nmass =");
     says(&[&write_scene(here.path(), &descent)], &["RANKS_UNSUPPORTED", "sheet", "vertex_block_descent"]);
 

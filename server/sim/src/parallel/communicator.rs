@@ -55,4 +55,40 @@ impl Ranks {
     pub(crate) fn new(communicator: Arc<dyn Communicator>) -> Self {
         Self { communicator, wanted: Interrupt::default(), agreed: Interrupt::default() }
     }
+
+    /// How many there are, and the number of this one.
+    pub(crate) fn size_and_rank(&self) -> (usize, usize) {
+        (self.communicator.size(), self.communicator.rank())
+    }
+
+    /// Sends bytes to rank 0, which gets those of all in their order; the others get nothing.
+    pub(crate) fn gather(&self, own: &[u8]) -> Vec<u8> {
+        let mut lengths = Vec::new();
+        let told = (own.len() as u64).to_le_bytes();
+        self.communicator.all_gather(&told, &vec![told.len(); self.communicator.size()], &mut lengths);
+        let lengths = lengths.as_chunks().0.iter().map(|length| u64::from_le_bytes(*length) as usize);
+        self.communicator.gather(own, &lengths.collect::<Vec<_>>())
+    }
+
+    /// Sends bytes to each rank, of which the others do not know how many come, and gives what came from each.
+    pub(crate) fn swap(&self, sent: Vec<Vec<u8>>) -> Vec<Vec<u8>> {
+        let (size, rank) = self.size_and_rank();
+        let told: Vec<u8> = sent.iter().flat_map(|bytes| (bytes.len() as u64).to_le_bytes()).collect();
+        let mut lengths = Vec::new();
+        self.communicator.all_gather(&told, &vec![told.len(); size], &mut lengths);
+        let lengths = lengths.as_chunks().0;
+        let mut messages = Vec::new();
+        for (other, sent) in sent.into_iter().enumerate() {
+            let length = u64::from_le_bytes(lengths[other * size + rank]) as usize;
+            if other != rank && (length > 0 || !sent.is_empty()) {
+                messages.push(Message { rank: other, sent, received: vec![0; length] });
+            }
+        }
+        self.communicator.exchange(&mut messages);
+        let mut received = vec![Vec::new(); size];
+        for message in messages {
+            received[message.rank] = message.received;
+        }
+        received
+    }
 }

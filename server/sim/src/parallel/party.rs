@@ -116,15 +116,18 @@ impl Party {
         lists
     }
 
-    /// Tells what this rank adds of `of` of each block, those of `own` from `partials`: to begin with.
+    /// Tells what this rank adds of `of` of each block, those of `own` from `partials`, the first of which is that of block
+    /// `first`: to begin with.
     pub(super) fn tell_sums<T, const K: usize>(
         &self,
         lists: &mut Lists,
         own: &Range<usize>,
-        partials: &[T],
+        (partials, first): (&[T], usize),
         of: &impl Fn(&T) -> [f64; K],
     ) {
-        let each = &mut |range| lists.tell(&Numbers(sum_by(&partials[range], of)));
+        let each = &mut |range: Range<usize>| {
+            lists.tell(&Numbers(sum_by(&partials[range.start - first..range.end - first], of)));
+        };
         if K > 0 {
             subtrees_of(self.all_blocks(), own, each);
         }

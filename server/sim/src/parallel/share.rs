@@ -101,7 +101,7 @@ impl Share {
             return sum_by(partials, of);
         };
         let mut lists = party.begin();
-        party.tell_sums(&mut lists, &self.own, partials, of);
+        party.tell_sums(&mut lists, &self.own, (partials, 0), of);
         lists.tell(&Numbers(told));
         let sums = party.all_gather(&mut lists, |_| Numbers::<M>::BYTES);
         (0..party.size()).for_each(|rank| each(lists.next::<Numbers<M>>(rank).0));
@@ -119,7 +119,7 @@ impl Share {
     ) -> [f64; K] {
         let Some(party) = &self.party else { return sum_by(partials, of) };
         let mut lists = party.begin();
-        party.tell_sums(&mut lists, &self.own, partials, of);
+        party.tell_sums(&mut lists, &self.own, (partials, 0), of);
         list[of_rank(party.ranks.communicator.rank())].iter().for_each(|element| lists.tell(element));
         let sums = party.all_gather(&mut lists, |rank| of_rank(rank).len() * B::BYTES);
         for rank in 0..party.size() {
@@ -132,6 +132,47 @@ impl Share {
     /// Completes such a list.
     pub(crate) fn complete<B: Bytes>(&self, list: &mut [B], of_rank: impl Fn(usize) -> Range<usize>) {
         self.sum_and_complete::<(), B, 0>(&[], &|()| [], list, of_rank);
+    }
+
+    /// The part of a body of which each rank computes as many blocks as are counted.
+    pub(crate) fn counted(ranks: &Ranks, counts: &[usize]) -> Self {
+        let mut end = 0;
+        let ends: Vec<usize> = counts
+            .iter()
+            .map(|count| {
+                end += count;
+                end
+            })
+            .collect();
+        let party = Party::new(ranks.clone(), ends, Border::of(Vec::new()));
+        let own = party.blocks(ranks.communicator.rank());
+        Self { block_size: 1, blocks: end, own, party: Some(Arc::new(party)) }
+    }
+
+    /// How many blocks the whole body has.
+    pub(crate) fn block_count(&self) -> usize {
+        self.blocks
+    }
+
+    /// The same as [`Self::sum_and_tell`], of a list of own blocks alone.
+    pub(crate) fn sum_own_and_tell<T, const K: usize, const M: usize>(
+        &self,
+        partials: &[T],
+        of: &impl Fn(&T) -> [f64; K],
+        told: [f64; M],
+        mut each: impl FnMut([f64; M]),
+    ) -> [f64; K] {
+        let Some(party) = &self.party else {
+            each(told);
+            return sum_by(partials, of);
+        };
+        let mut lists = party.begin();
+        party.tell_sums(&mut lists, &self.own, (partials, self.own.start), of);
+        lists.tell(&Numbers(told));
+        let sums = party.all_gather(&mut lists, |_| Numbers::<M>::BYTES);
+        (0..party.size()).for_each(|rank| each(lists.next::<Numbers<M>>(rank).0));
+        party.put(lists);
+        sums
     }
 
     /// Writes what neighbours computed of some fields where own rows read it.

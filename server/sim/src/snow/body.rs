@@ -3,14 +3,16 @@
 use super::{
     init::{build, check_first_step},
     model::SnowModel,
+    ranks::SnowRanks,
     settings::SnowSettings,
     setup::{SnowError, SnowSetup, check},
     state::{SnowState, SnowWorkspace},
-    step::{SnowStep, step, sums},
+    step::{SnowStep, step, sums_of},
 };
 use crate::{
     collide::Collider,
     math::Real,
+    parallel::Ranks,
     report::{Diagnostics, StepFailure, Stopwatch},
     surroundings::Surroundings,
 };
@@ -29,8 +31,20 @@ impl<R: Real> Snow<R> {
     /// # Errors
     /// What is wrong with the setup.
     pub fn new(setup: &SnowSetup) -> Result<(Self, Vec<String>), SnowError> {
-        let warnings = check(setup)?;
-        let (model, state, work) = build(setup)?;
+        Self::over(setup, None)
+    }
+
+    /// The same for one of several ranks, of which each has all until its first step.
+    pub(crate) fn over(setup: &SnowSetup, ranks: Option<&Ranks>) -> Result<(Self, Vec<String>), SnowError> {
+        let mut warnings = check(setup)?;
+        let (model, state, mut work) = build(setup)?;
+        let (size, blocks) = (ranks.map_or(1, |ranks| ranks.size_and_rank().0), work.grid.blocks.len());
+        if size > blocks {
+            warnings.push(format!(
+                "snow: {size} ranks share {blocks} blocks of its grid, so that some begin with nothing"
+            ));
+        }
+        work.ranks = ranks.filter(|ranks| ranks.size_and_rank().0 > 1).cloned().map(SnowRanks::new);
         Ok((Self { model, state, work }, warnings))
     }
 
@@ -63,7 +77,7 @@ impl<R: Real> Snow<R> {
 
     /// Energies and momentum of the state as it is.
     pub fn diagnose(&self, gravity: [f64; 3]) -> Diagnostics {
-        let sorted = self.work.sorter.sorted();
-        sums(&self.model, &self.state.particles, sorted, gravity, &mut Vec::new()).diagnostics
+        let sorted = (self.work.sorter.sorted(), self.work.divided());
+        sums_of(&self.model, &self.state.particles, sorted, gravity, &mut Vec::new()).diagnostics
     }
 }

@@ -3,6 +3,8 @@
 //! Enters: sums over the particles after each step of the world, and what colliders that move and hardening gave within
 //! it. Leaves: why the run ends, where more is owed than the method swings by (docs/laws/snow.md).
 
+use serde::{Deserialize, Serialize};
+
 use super::settings::{Integration, SnowSettings};
 use crate::{math::array::dot, report::StepFailure};
 
@@ -10,7 +12,7 @@ use crate::{math::array::dot, report::StepFailure};
 const SEMI_IMPLICIT: f64 = 0.1;
 
 /// What particles add up to.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Entry {
     /// Kinetic energy, that of affine velocities too, and elastic energy (J).
     pub(super) moved: f64,
@@ -31,7 +33,7 @@ impl Entry {
 }
 
 /// What is known of the energy over a run: part of the state.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Book {
     /// After the last step; none where particles were changed since.
     last: Option<Entry>,

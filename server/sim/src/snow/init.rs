@@ -50,7 +50,7 @@ pub(super) fn build<R: Real>(setup: &SnowSetup) -> Result<Parts<R>, SnowError> {
 
     sort_anew(&model, &state.particles, &mut work);
     interrupt::point();
-    if let Some(failure) = lost(&model.settings, &state.particles) {
+    if let Some(failure) = lost(&model.settings, &state.particles, &work) {
         return Err(SnowError::Settings(failure.to_string()));
     }
     check_grid(&model, &state.particles, &work)
@@ -64,7 +64,7 @@ pub(super) fn build<R: Real>(setup: &SnowSetup) -> Result<Parts<R>, SnowError> {
     settle(&model, &mut state, &mut work);
     interrupt::point();
 
-    model.mass = sums(&model, &state.particles, work.sorter.sorted(), [0.0; 3], &mut Vec::new()).mass;
+    model.mass = sums(&model, &state.particles, [0.0; 3], &mut work).mass;
     Ok((model, state, work))
 }
 

@@ -12,11 +12,13 @@ mod book;
 mod model;
 mod grid;
 mod transfer;
+mod ranks;
 mod state;
 mod step;
 mod init;
 mod body;
 mod view;
+mod take;
 
 pub use body::Snow;
 pub use grid::{SIDE as BLOCK_SIDE, grid_bytes};
@@ -26,6 +28,7 @@ pub use settings::{Advection, Blend, Integration, Kernel, SnowSettings, Transfer
 pub use setup::{SnowError, SnowObject, SnowSetup};
 pub use state::{SnowState, SnowWorkspace};
 pub use step::{SnowStep, step};
+pub(crate) use take::TakenSnow;
 pub use transfer::weights;
 pub use view::{GridNode, ParticleState};
 

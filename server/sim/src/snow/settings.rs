@@ -1,9 +1,11 @@
 //! How snow is stepped: kernel, transfer, time step, integration.
 
+use serde::{Deserialize, Serialize};
+
 use crate::{linalg::Stop, time_step::TimeStep};
 
 /// B-spline that spreads a particle over nodes (Steffen, Kirby, Berzins 2008; docs/laws/snow.md).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 pub enum Kernel {
     /// Two nodes per axis, slope with jumps: forces jump when a particle crosses a cell, and the
     /// error grows under refinement. Here to show that, with PIC/FLIP only.
@@ -49,7 +51,7 @@ impl Kernel {
 }
 
 /// How much of the FLIP velocity a particle keeps.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Blend {
     /// The share of FLIP in every step, 0 to 1: 0.95 in Stomakhin et al. 2013. Halving dt doubles
     /// the damping per second.
@@ -60,7 +62,7 @@ pub enum Blend {
 }
 
 /// How velocities go from particles to nodes and back.
-#[derive(Clone, Copy, Debug, PartialEq, Default)]
+#[derive(Clone, Copy, Debug, PartialEq, Default, Serialize, Deserialize)]
 pub enum Transfer {
     /// Velocities alone, blended from PIC and FLIP; forces by the slope of the kernel.
     PicFlip(Blend),
@@ -116,7 +118,7 @@ impl Transfer {
 }
 
 /// Which velocity moves a particle of PIC/FLIP; with affine transfers both are the same.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 pub enum Advection {
     /// Its own (Stomakhin et al. 2013, step 10).
     #[default]
@@ -126,7 +128,7 @@ pub enum Advection {
 }
 
 /// How grid velocities answer to forces.
-#[derive(Clone, Copy, Debug, PartialEq, Default)]
+#[derive(Clone, Copy, Debug, PartialEq, Default, Serialize, Deserialize)]
 pub enum Integration {
     /// Symplectic Euler: forces at the start of the step.
     #[default]
@@ -147,13 +149,13 @@ impl Integration {
     pub const LEAST_BETA: f64 = 0.5;
 
     /// Whether velocities are solved for.
-    pub(super) fn is_implicit(&self) -> bool {
+    pub(crate) fn is_implicit(&self) -> bool {
         matches!(self, Self::SemiImplicit { beta, .. } if *beta > 0.0)
     }
 }
 
 /// How snow is stepped: one grid for all objects.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SnowSettings {
     /// Side of a cell, distance of nodes h (m).
     pub cell: f64,

@@ -1,5 +1,6 @@
 //! What snow is built from, in binary64 and the user's numbering.
 
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::{
@@ -9,7 +10,7 @@ use super::{
 use crate::time_step::TimeStep;
 
 /// An object of snow: particles of one material. Objects share the grid and so collide.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SnowObject {
     /// Name, unique among all bodies of the world.
     pub name: String,
@@ -41,7 +42,7 @@ impl SnowObject {
 }
 
 /// Snow: objects on one grid.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SnowSetup {
     /// Objects, at least one.
     pub objects: Vec<SnowObject>,

@@ -5,6 +5,7 @@ use super::{
     bound::{Culprits, Extremes},
     grid::{Grid, Sorter},
     particles::Particles,
+    ranks::SnowRanks,
     transfer::{ChunkDiagnostics, GridDiagnostics, ImplicitWorkspace},
 };
 use crate::{
@@ -46,8 +47,8 @@ pub struct SnowWorkspace<R: Real> {
     /// What the grid told in the last step, and each of its blocks.
     pub(super) grid_diagnostics: GridDiagnostics,
     pub(super) block_diagnostics: Vec<GridDiagnostics>,
-    /// First nodes, for sorting from nothing.
-    pub(super) first_nodes: Vec<[i32; 3]>,
+    /// The ranks that step it together; none where one does.
+    pub(super) ranks: Option<SnowRanks>,
     /// A quad per particle while places are renewed.
     pub(super) spare: Vec<[R; 4]>,
     pub(super) implicit: ImplicitWorkspace<R>,
@@ -62,11 +63,13 @@ pub struct SnowWorkspace<R: Real> {
 }
 
 impl<R: Real> SnowWorkspace<R> {
+    /// The ranks, where each has its part.
+    pub(super) fn divided(&self) -> Option<&SnowRanks> {
+        self.ranks.as_ref().filter(|ranks| ranks.is_divided())
+    }
+
     /// Bytes in use by the order and the grid.
     pub(super) fn bytes(&self) -> usize {
-        self.sorter.bytes()
-            + self.grid.bytes()
-            + self.spare.capacity() * size_of::<[R; 4]>()
-            + self.first_nodes.capacity() * 12
+        self.sorter.bytes() + self.grid.bytes() + self.spare.capacity() * size_of::<[R; 4]>()
     }
 }

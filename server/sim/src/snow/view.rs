@@ -105,8 +105,9 @@ impl<R: Real> Snow<R> {
     /// energy begin anew.
     ///
     /// # Panics
-    /// When there are more or fewer than the snow has.
+    /// When there are more or fewer than the snow has, or several ranks step it and have begun to.
     pub fn restore(&mut self, states: &[ParticleState]) {
+        assert!(self.work.divided().is_none(), "ranks have begun to step this snow: it is restored before");
         assert_eq!(states.len(), self.particle_count(), "as many particles as there are");
         (self.state.hold, self.state.book) = (HeldLength::default(), Book::default());
         let particles = &mut self.state.particles;
@@ -131,7 +132,11 @@ impl<R: Real> Snow<R> {
     }
 
     /// Adds `dv(particle, x, v)` (m/s) to the velocity of each particle, in the user's numbering.
+    ///
+    /// # Panics
+    /// When several ranks step it and have begun to.
     pub fn kick(&mut self, dv: impl Fn(u32, [f64; 3], [f64; 3]) -> [f64; 3] + Sync) {
+        assert!(self.work.divided().is_none(), "ranks have begun to step this snow: it is kicked before");
         let particles = &mut self.state.particles;
         let mut fastest = self.work.extremes.speed2;
         for place in 0..particles.len() {

@@ -67,7 +67,7 @@ impl<R: Real> World<R> {
         }
 
         if let Some(snow) = snow {
-            let (snow, notes) = SnowBody::new(snow, colliders, first_particle)?;
+            let (snow, notes) = SnowBody::new(snow, colliders, first_particle, ranks.as_ref())?;
             bodies.push(Body::Snow(Box::new(snow)));
             warnings.extend(notes);
         }

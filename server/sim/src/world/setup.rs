@@ -35,9 +35,7 @@ pub struct WorldSetup {
     pub colliders: Vec<Collider>,
     /// Cloths: their particles come first, in this order.
     pub bodies: Vec<BodySetup>,
-    /// Snow; a world has a cloth or snow at least. Cloth and snow do not touch each other yet. It is not sent: ranks
-    /// do not step it.
-    #[serde(skip)]
+    /// Snow; a world has a cloth or snow at least. Cloth and snow do not touch each other yet.
     pub snow: Option<SnowSetup>,
 }
 
@@ -69,8 +67,9 @@ impl WorldSetup {
             let message = format!("{what} cannot be stepped over several ranks");
             Err(SetupError::Body { body: body.to_owned(), message })
         };
-        if let Some(object) = self.snow.iter().flat_map(|snow| &snow.objects).next() {
-            return refused(&object.name, "snow");
+        let solved = self.snow.iter().filter(|snow| snow.settings.integration.is_implicit());
+        if let Some(object) = solved.flat_map(|snow| &snow.objects).next() {
+            return refused(&object.name, "semi-implicit snow (its integration, beta)");
         }
         for BodySetup { name, settings, .. } in
             self.bodies.iter().filter(|body| body.settings.integrator.is_implicit())

@@ -61,8 +61,8 @@ impl Simulation {
     /// blocks. All ranks make the same calls in the same order; results have the bits of one.
     ///
     /// # Errors
-    /// What is wrong with the setup, and where; what several ranks cannot step: snow, vertex block descent, an
-    /// assembled matrix.
+    /// What is wrong with the setup, and where; what several ranks cannot step: semi-implicit snow, vertex block
+    /// descent, an assembled matrix.
     pub fn over(
         setup: &WorldSetup,
         precision: Precision,

@@ -5,6 +5,7 @@ use crate::{
     collide::Collider,
     field::Field,
     math::Real,
+    parallel::Ranks,
     report::{Diagnostics, Notices, StepFailure, Stopwatch},
     snow::{Snow, SnowSetup},
     surroundings::Surroundings,
@@ -24,8 +25,9 @@ impl<R: Real> SnowBody<R> {
         setup: &SnowSetup,
         colliders: &[Collider],
         first_particle: u32,
+        ranks: Option<&Ranks>,
     ) -> Result<(Self, Vec<String>), SetupError> {
-        let (snow, warnings) = Snow::new(setup)?;
+        let (snow, warnings) = Snow::over(setup, ranks)?;
         snow.check_step(colliders)?;
         Ok((Self { first_particle, snow }, warnings))
     }

@@ -6,22 +6,25 @@ use super::{clock::World, cloth::Taken, pace::Pace, simulation::Simulation};
 use crate::{
     field::Field,
     math::{Real, bytes},
+    snow::{Snow, TakenSnow},
 };
 
 /// What further steps depend on. Of a simulation that several ranks step, that of rank 0 is whole.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct WorldState(Precise);
 
-/// A field of all cloths, as bytes: what a look at a simulation needs. Of a simulation that several ranks step, that of
+/// A field of all bodies, of snow its positions alone, as bytes: what a look at a simulation needs. Of a simulation that several ranks step, that of
 /// rank 0 is whole.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TakenField {
     field: Field,
-    cloths: Vec<OfCloth>,
+    cloths: Vec<AsBytes>,
+    /// Of snow; its positions alone.
+    snow: Option<AsBytes>,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-struct OfCloth(#[serde(with = "bytes::raw")] Vec<u8>);
+struct AsBytes(#[serde(with = "bytes::raw")] Vec<u8>);
 
 /// The same in one precision.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -38,32 +41,38 @@ struct State<R: Real> {
     wind: [f64; 3],
     pace: Pace,
     cloths: Vec<Taken<R>>,
+    snow: Option<TakenSnow>,
 }
 
 impl<R: Real> World<R> {
     fn take(&self) -> State<R> {
         let cloths = self.bodies.iter().filter_map(|body| Some(body.as_cloth()?.take())).collect();
         let Self { step_count, gravity, wind, pace, .. } = *self;
-        State { step_count, gravity, wind, pace, cloths }
+        let snow = self.snow().map(Snow::take);
+        State { step_count, gravity, wind, pace, cloths, snow }
     }
 
     fn put(&mut self, state: &State<R>) {
-        let State { step_count, gravity, wind, pace, cloths } = state;
+        let State { step_count, gravity, wind, pace, cloths, snow } = state;
         (self.step_count, self.gravity, self.wind, self.pace) = (*step_count, *gravity, *wind, *pace);
         let own = self.bodies.iter_mut().filter_map(|body| body.as_cloth_mut());
         own.zip(cloths).for_each(|(cloth, taken)| cloth.put(taken));
+        self.snow_mut().into_iter().zip(snow).for_each(|(snow, taken)| snow.put(taken));
     }
 }
 
 impl<R: Real> World<R> {
     fn take_field(&self, field: Field) -> TakenField {
         let cloths = self.bodies.iter().filter_map(|body| body.as_cloth());
-        TakenField { field, cloths: cloths.map(|cloth| OfCloth(cloth.take_field(field))).collect() }
+        let cloths = cloths.map(|cloth| AsBytes(cloth.take_field(field))).collect();
+        let snow = self.snow().filter(|_| field == Field::Positions);
+        TakenField { field, cloths, snow: snow.map(|snow| AsBytes(snow.take_positions())) }
     }
 
-    fn put_field(&mut self, TakenField { field, cloths }: &TakenField) {
+    fn put_field(&mut self, TakenField { field, cloths, snow }: &TakenField) {
         let own = self.bodies.iter_mut().filter_map(|body| body.as_cloth_mut());
-        own.zip(cloths).for_each(|(cloth, OfCloth(taken))| cloth.put_field(*field, taken));
+        own.zip(cloths).for_each(|(cloth, AsBytes(taken))| cloth.put_field(*field, taken));
+        self.snow_mut().into_iter().zip(snow).for_each(|(snow, AsBytes(taken))| snow.put_positions(taken));
     }
 }
 

@@ -69,3 +69,10 @@ pub(crate) const REACHED: Range<i32> = 1 - REACH..REACH - 2;
 pub(crate) fn within_reach(node: i32) -> bool {
     REACHED.contains(&node.div_euclid(SIDE as i32))
 }
+
+/// The block and the cell there of a particle with this first node.
+pub(crate) fn key_and_cell(node: [i32; 3], periodic: [u32; 3]) -> (u64, u32) {
+    let block = [0, 1, 2].map(|a| wrap(node[a].div_euclid(SIDE as i32), periodic[a]));
+    let cell = node.iter().fold(0, |cell, n| SIDE as u32 * cell + n.rem_euclid(SIDE as i32) as u32);
+    (key_of(block), cell)
+}

@@ -15,6 +15,9 @@ pub(crate) const STAY: usize = 13;
 /// The code of a particle that went further than to a block around its own.
 pub(crate) const FAR: u16 = u16::MAX;
 
+/// The code of a particle that went to another rank.
+pub(crate) const GONE: u16 = u16::MAX - 1;
+
 /// A step of -1, 0, 1 along each axis.
 pub(crate) fn direction(i: usize) -> [i32; 3] {
     [(i / 9) as i32 - 1, (i / 3 % 3) as i32 - 1, (i % 3) as i32 - 1]

@@ -5,14 +5,13 @@
 //! nor on the past. A particle moves by less than a block in a step, so a block takes those of its
 //! own that stay and those that come from the 26 around it.
 
-use std::{
-    ops::Range,
-    sync::atomic::{AtomicBool, Ordering},
-};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::{
+    arrivals::{Arrival, arrivals_of},
     block_keys::{find_neighbors, unite},
-    blocks::{CELLS, CellStarts, NONE, REACHED, SIDE, block_of, key_of, shifted, wrap},
+    blocks::{CELLS, CellStarts, NONE, REACHED, block_of, key_and_cell, key_of, shifted},
+    cells::{NOBODY, accumulate, copy_cells, insert, starts_after},
     chunks::{Chunks, Sorted},
     migration::{AROUND, FAR, Migration, STAY, direction},
     sparse_grid::Grid,
@@ -32,11 +31,11 @@ pub(crate) struct Sorter {
     /// Where each cell begins within its block, and the end.
     pub(crate) cells: Vec<CellStarts>,
     /// By position in `order`: 64 times the direction a particle went, plus its cell there.
-    codes: Vec<u16>,
+    pub(super) codes: Vec<u16>,
     /// Of each block, how many went in each direction.
-    leaving: Vec<[u32; AROUND]>,
+    pub(super) leaving: Vec<[u32; AROUND]>,
     /// Of each block, where those of each cell begin that stayed in their cell; they come first.
-    settled: Vec<CellStarts>,
+    pub(super) settled: Vec<CellStarts>,
     next_order: Vec<u32>,
     next_starts: Vec<u32>,
     next_blocks: Vec<u64>,
@@ -50,6 +49,10 @@ pub(crate) struct Sorter {
     pub(crate) moved: usize,
     /// Whether a particle went too far, or is nowhere.
     scattered: bool,
+    /// Particles of other ranks that come.
+    pub(super) arrivals: Vec<Arrival>,
+    /// Whether blocks are others than before the last sort.
+    pub(crate) has_changed: bool,
 }
 
 impl Sorter {
@@ -90,20 +93,18 @@ impl Sorter {
             + (self.next_blocks.capacity() + self.entered.capacity()) * 8
     }
 
-    /// Sorts from nothing: `nodes` holds the first node of the particle at each place.
+    /// Sorts from nothing: `nodes` are the places of particles, with the first node of each.
     pub(crate) fn rebuild<R: Real>(
         &mut self,
-        nodes: &[[i32; 3]],
+        nodes: impl Iterator<Item = (u32, [i32; 3])>,
         id: &[u32],
         grid: &mut Grid<R>,
         periodic: [u32; 3],
     ) {
-        let mut keyed: Vec<(u64, u32, u32, u32)> = (nodes.iter().zip(id).enumerate())
-            .map(|(place, (node, id))| {
-                let block = [0, 1, 2].map(|a| wrap(node[a].div_euclid(SIDE as i32), periodic[a]));
-                let cell =
-                    node.iter().fold(0, |cell, n| SIDE as u32 * cell + n.rem_euclid(SIDE as i32) as u32);
-                (key_of(block), cell, *id, place as u32)
+        let mut keyed: Vec<(u64, u32, u32, u32)> = nodes
+            .map(|(place, node)| {
+                let (key, cell) = key_and_cell(node, periodic);
+                (key, cell, id[place as usize], place)
             })
             .collect();
 
@@ -128,22 +129,48 @@ impl Sorter {
         self.starts.push(self.order.len() as u32);
         self.cells.iter_mut().for_each(accumulate);
 
-        self.codes.resize(nodes.len(), 0);
-        self.next_order.resize(nodes.len(), 0);
+        self.codes.resize(self.order.len(), 0);
+        self.next_order.resize(self.order.len(), 0);
         self.sources.clear();
         self.scattered = false;
+        self.has_changed = true;
         self.chunks.divide(&self.starts);
-        grid.link(periodic);
     }
 
-    /// Sorts after a step, from the migration that was noted; false where a particle went too
-    /// far for that or out of reach, and blocks are as they were.
-    pub(crate) fn renew<R: Real>(&mut self, id: &[u32], grid: &mut Grid<R>, periodic: [u32; 3]) -> bool {
+    /// Whether no particle went too far in the step that was begun with, or is nowhere.
+    pub(crate) fn has_followed(&self) -> bool {
+        !self.scattered
+    }
+
+    /// Parts those that stay in their cell from others, after a step whose migration was noted.
+    pub(crate) fn begin<R: Real>(&mut self, grid: &Grid<R>, periodic: [u32; 3]) {
         self.part();
-        self.find_blocks(&grid.blocks, periodic);
-        if self.scattered {
-            return false;
-        }
+        self.arrivals.clear();
+        let mut entered = std::mem::take(&mut self.entered);
+        entered.clear();
+        entered.extend(self.leavers(&grid.blocks, periodic).map(|(key, ..)| key));
+        self.scattered |= entered.iter().any(|key| !is_reached(*key));
+        self.entered = entered;
+    }
+
+    /// Blocks that particles go to, with the block and the direction from which they go.
+    pub(super) fn leavers<'a>(
+        &'a self,
+        blocks: &'a [u64],
+        periodic: [u32; 3],
+    ) -> impl Iterator<Item = (u64, usize, usize)> + 'a {
+        blocks.iter().zip(&self.leaving).enumerate().flat_map(move |(block, (key, leaving))| {
+            let goes = |i: &usize| *i != STAY && leaving[*i] > 0;
+            (0..AROUND)
+                .filter(goes)
+                .map(move |i| (key_of(shifted(block_of(*key), direction(i), periodic)), block, i))
+        })
+    }
+
+    /// Sorts after a step that was begun, those taken in included.
+    pub(crate) fn renew<R: Real>(&mut self, id: &[u32], grid: &mut Grid<R>, periodic: [u32; 3]) {
+        self.arrivals.sort_unstable();
+        self.find_blocks(grid);
 
         let same = self.next_blocks == grid.blocks;
         if !same || self.sources.len() != self.next_blocks.len() {
@@ -156,13 +183,12 @@ impl Sorter {
         std::mem::swap(&mut self.order, &mut self.next_order);
         std::mem::swap(&mut self.starts, &mut self.next_starts);
         self.chunks.divide(&self.starts);
+        self.codes.resize(self.order.len(), 0);
         if !same {
             std::mem::swap(&mut grid.blocks, &mut self.next_blocks);
             self.sources.clear();
-            grid.link(periodic);
         }
-
-        true
+        self.has_changed = !same;
     }
 
     /// Puts those that stay in their cell first in each block, in their order, and counts who goes
@@ -205,21 +231,14 @@ impl Sorter {
         self.moved += self.order.len() - stayed as usize;
     }
 
-    /// Blocks that have particles now, sorted; notes where one is out of reach.
-    fn find_blocks(&mut self, blocks: &[u64], periodic: [u32; 3]) {
-        let Self { leaving, entered, next_blocks, scattered, .. } = self;
-        entered.clear();
-        let old = || blocks.iter().zip(&*leaving);
-        for (&key, leaving) in old() {
-            let goes = |i: &usize| *i != STAY && leaving[*i] > 0;
-            let to = |i| key_of(shifted(block_of(key), direction(i), periodic));
-            entered.extend((0..AROUND).filter(goes).map(to));
-        }
-
-        *scattered |= entered.iter().any(|key| !block_of(*key).iter().all(|c| REACHED.contains(c)));
-
+    /// Blocks that have particles now, sorted.
+    fn find_blocks<R: Real>(&mut self, grid: &Grid<R>) {
+        let Self { leaving, entered, next_blocks, arrivals, .. } = self;
+        entered.retain(|key| grid.own_keys.contains(key));
+        entered.extend(arrivals.iter().map(|(key, ..)| *key));
         entered.sort_unstable();
         entered.dedup();
+        let old = || grid.blocks.iter().zip(&*leaving);
         let kept = old().filter(|(_, leaving)| leaving[STAY] > 0).map(|(key, _)| *key);
         unite(kept, entered.iter().copied(), next_blocks);
     }
@@ -233,7 +252,7 @@ impl Sorter {
 
     /// Starts of the new blocks.
     fn count(&mut self) {
-        let Self { sources, leaving, next_starts, .. } = self;
+        let Self { sources, leaving, next_starts, next_blocks, arrivals, next_order, .. } = self;
         next_starts.clear();
 
         // The last stays 0 and becomes the end.
@@ -244,22 +263,29 @@ impl Sorter {
                 .map(|(i, from)| leaving[*from as usize][i])
                 .sum();
         });
+        for arrivals in arrivals.chunk_by(|a, b| a.0 == b.0) {
+            let block = next_blocks.binary_search(&arrivals[0].0).expect("blocks that are entered are found");
+            next_starts[block] += arrivals.len() as u32;
+        }
 
         let mut total = 0;
         for start in next_starts.iter_mut() {
             (*start, total) = (total, total + *start);
         }
+        next_order.resize(total as usize, 0);
     }
 
     /// Takes the particles of each new block, by cell and number.
     fn fill(&mut self, id: &[u32]) {
         let Self { order, starts, codes, leaving, settled, sources, next_starts, next_order, cells, .. } =
             self;
+        let (arrivals, next_blocks) = (&self.arrivals[..], &self.next_blocks[..]);
         cells.resize(sources.len(), [0; CELLS + 1]);
 
         let (order, codes) = (order.as_slice(), codes.as_slice());
         let fields = (between_mut(next_order, next_starts), per_block_mut(cells), per_block(sources));
-        Own::whole(sources.len(), 1).each(fields, |_, (out, cells, sources)| {
+        Own::whole(sources.len(), 1).each(fields, |block, (out, cells, sources)| {
+            let arrivals = arrivals_of(arrivals, next_blocks[block]);
             // Where to look for those that changed their cell, and which direction they went.
             let (mut ranges, mut count) = (std::array::from_fn::<_, AROUND, _>(|i| (0..0_usize, i)), 0);
             for i in (0..AROUND).filter(|i| sources[*i] != NONE) {
@@ -279,8 +305,8 @@ impl Sorter {
             };
 
             *cells = *kept;
-            if !ranges.is_empty() {
-                starts_after(cells, ranges, codes);
+            if !ranges.is_empty() || !arrivals.is_empty() {
+                starts_after(cells, ranges, codes, arrivals);
             }
 
             let mut filled = [0; CELLS];
@@ -295,61 +321,19 @@ impl Sorter {
                     }
                 }
             }
+            for (_, cell, place) in arrivals {
+                let cell = usize::from(*cell);
+                let start = cells[cell] as usize;
+                insert(&mut out[start..=start + filled[cell]], *place, id);
+                filled[cell] += 1;
+            }
         });
     }
 }
 
-/// Where cells of a block begin in which nobody is.
-const NOBODY: CellStarts = [0; CELLS + 1];
-
-/// Adds those that come to the starts of those that stay.
-fn starts_after(cells: &mut CellStarts, ranges: &[(Range<usize>, usize)], codes: &[u16]) {
-    let mut coming = NOBODY;
-    for (range, direction) in ranges {
-        for code in &codes[range.clone()] {
-            if usize::from(*code) / CELLS == *direction {
-                coming[usize::from(*code) % CELLS + 1] += 1;
-            }
-        }
-    }
-
-    accumulate(&mut coming);
-    for (start, more) in cells.iter_mut().zip(coming) {
-        *start += more;
-    }
-}
-
-/// Copies those that stay in their cells to where these now begin, and counts them.
-fn copy_cells(
-    out: &mut [u32],
-    cells: &CellStarts,
-    from: &[u32],
-    kept: &CellStarts,
-    filled: &mut [usize; CELLS],
-) {
-    for cell in 0..CELLS {
-        let own = &from[kept[cell] as usize..kept[cell + 1] as usize];
-        filled[cell] = own.len();
-        out[cells[cell] as usize..][..own.len()].copy_from_slice(own);
-    }
-}
-
-/// Inserts a place by the user's number among those of a cell, which are sorted but for the last: that is free.
-#[inline(always)]
-fn insert(out: &mut [u32], place: u32, id: &[u32]) {
-    let mut at = out.len() - 1;
-    while at > 0 && id[out[at - 1] as usize] > id[place as usize] {
-        out[at] = out[at - 1];
-        at -= 1;
-    }
-    out[at] = place;
-}
-
-/// Counts to starts.
-fn accumulate(cells: &mut CellStarts) {
-    for cell in 0..CELLS {
-        cells[cell + 1] += cells[cell];
-    }
+/// Whether a block may hold particles.
+fn is_reached(key: u64) -> bool {
+    block_of(key).iter().all(|c| REACHED.contains(c))
 }
 
 impl Sorter {

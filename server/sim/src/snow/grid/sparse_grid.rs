@@ -2,6 +2,8 @@
 //!
 //! Blocks are kept sorted by key; nothing else is stored or visited.
 
+use std::ops::Range;
+
 use super::{
     block_keys::{find_neighbors, step_of, unite},
     blocks::{CELLS, NONE, NodeBlock, block_of, corner, key_of, shifted, tile_len},
@@ -9,7 +11,7 @@ use super::{
 use crate::{math::Real, snow::settings::Forces};
 
 /// Blocks, sorted by key.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(crate) struct Grid<R> {
     /// Blocks with particles.
     pub(crate) blocks: Vec<u64>,
@@ -23,6 +25,12 @@ pub(crate) struct Grid<R> {
     pub(crate) tiles: Vec<R>,
     /// Impulses of forces alone, where velocities before forces are needed.
     pub(crate) impulses: Vec<R>,
+    /// Blocks with particles of other ranks, sorted: their tiles lie behind those of own ones.
+    pub(crate) others: Vec<u64>,
+    /// Keys of the blocks that are this rank's, with or without particles; all where there are no others.
+    pub(crate) own_keys: Range<u64>,
+    /// Which of the blocks of nodes are this rank's.
+    pub(crate) own_nodes: Range<usize>,
     /// Blocks of nodes, while they are being found.
     spare_blocks: Vec<u64>,
     /// Velocities after forces and colliders, and masses.
@@ -33,16 +41,62 @@ pub(crate) struct Grid<R> {
     pub(crate) changes: Vec<NodeBlock<R>>,
 }
 
+impl<R> Default for Grid<R> {
+    fn default() -> Self {
+        Self {
+            blocks: Vec::new(),
+            node_blocks: Vec::new(),
+            in_front: Vec::new(),
+            behind: Vec::new(),
+            tiles: Vec::new(),
+            impulses: Vec::new(),
+            others: Vec::new(),
+            own_keys: 0..u64::MAX,
+            own_nodes: 0..0,
+            spare_blocks: Vec::new(),
+            nodes: Vec::new(),
+            written_blocks: Vec::new(),
+            changes: Vec::new(),
+        }
+    }
+}
+
 impl<R: Real> Grid<R> {
     /// Finds the blocks of nodes around `self.blocks` and links both.
     pub(crate) fn link(&mut self, periodic: [u32; 3]) {
         self.find_node_blocks(periodic);
-        let Self { blocks, node_blocks, in_front, behind, .. } = self;
+        if !self.others.is_empty() {
+            self.add_nodes_of_others(periodic);
+        }
+        let Self { blocks, node_blocks, in_front, behind, others, own_keys, own_nodes, .. } = self;
+        let place = |key: u64| node_blocks.partition_point(|other| *other < key);
+        *own_nodes = place(own_keys.start)..place(own_keys.end);
 
         in_front.resize(blocks.len(), [NONE; 8]);
         find_neighbors(blocks, node_blocks, in_front, corner, periodic);
         behind.resize(node_blocks.len(), [NONE; 8]);
-        find_neighbors(node_blocks, blocks, behind, |i| corner(i).map(|c| -c), periodic);
+        let back = |i: usize| corner(i).map(|c| -c);
+        find_neighbors(node_blocks, blocks, behind, back, periodic);
+        if !others.is_empty() {
+            let mut behind_others = vec![[NONE; 8]; node_blocks.len()];
+            find_neighbors(node_blocks, others, &mut behind_others, back, periodic);
+            for (own, other) in behind.as_flattened_mut().iter_mut().zip(behind_others.as_flattened()) {
+                if *other != NONE {
+                    *own = blocks.len() as u32 + other;
+                }
+            }
+        }
+    }
+
+    /// Adds own blocks in front of those of others.
+    fn add_nodes_of_others(&mut self, periodic: [u32; 3]) {
+        let Self { others, own_keys, node_blocks, .. } = self;
+        for key in others.iter() {
+            let in_front = (0..8).map(|i| key_of(shifted(block_of(*key), corner(i), periodic)));
+            node_blocks.extend(in_front.filter(|key| own_keys.contains(key)));
+        }
+        node_blocks.sort_unstable();
+        node_blocks.dedup();
     }
 
     /// The blocks in front of every block, sorted.
@@ -72,7 +126,8 @@ impl<R: Real> Grid<R> {
 
     /// Room for the tiles of a kernel of width `n`; never shrinks.
     pub(crate) fn size_for(&mut self, n: usize, separate: Forces) {
-        let (blocks, node_blocks, tile) = (self.blocks.len(), self.node_blocks.len(), tile_len(n));
+        let blocks = self.blocks.len() + self.others.len();
+        let (node_blocks, tile) = (self.node_blocks.len(), tile_len(n));
         grow(&mut self.tiles, [blocks, tile], R::zero());
         grow(&mut self.nodes, [node_blocks, 1], [[R::zero(); 4]; CELLS]);
         // As many keys as there are nodes to have one.

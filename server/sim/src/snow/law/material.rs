@@ -1,7 +1,9 @@
 //! What snow is made of: elastic law, hardening, yield limits; presets with their sources.
 
+use serde::{Deserialize, Serialize};
+
 /// How elastic energy depends on the deformation gradient.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 pub enum Law {
     /// psi = mu |F - R|² + lambda/2 (J - 1)² (Stomakhin et al. 2012, 2013).
     #[default]
@@ -28,7 +30,7 @@ impl Law {
 }
 
 /// Yield and hardening of snow (Stomakhin et al. 2013, section 5).
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Plasticity {
     /// Critical compression: singular values of F stay above 1 - theta_c.
     pub critical_compression: f64,
@@ -41,7 +43,7 @@ pub struct Plasticity {
 }
 
 /// What snow is made of: its elastic law, and where it yields.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Material {
     /// How energy depends on deformation.
     pub law: Law,

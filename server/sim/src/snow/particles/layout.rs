@@ -4,7 +4,10 @@
 //! sorted order of its block. Numbers lie in planes of two quads per particle, so that no two streams
 //! of the same size move in step (they would alias in the first cache).
 
-use super::group::{Constants, Group, NewLanes};
+use super::{
+    group::{Constants, Group, NewLanes},
+    motion::Motion,
+};
 use crate::{
     interrupt,
     math::{Columns, LANES, Pack, Real},
@@ -142,6 +145,18 @@ impl<R: Real> Particles<R> {
         }
     }
 
+    /// All numbers of a particle, in the order in which they are stored.
+    pub(super) fn numbers(&self, at: usize) -> impl Iterator<Item = &R> {
+        let planes = [&self.motion].into_iter().chain(&self.tensors);
+        planes.flat_map(move |plane| plane[at].as_flattened()).chain(&self.fixed[at])
+    }
+
+    /// The same, to be written.
+    pub(super) fn numbers_mut(&mut self, at: usize) -> impl Iterator<Item = &mut R> {
+        let planes = [&mut self.motion].into_iter().chain(&mut self.tensors);
+        planes.flat_map(move |plane| plane[at].as_flattened_mut()).chain(&mut self.fixed[at])
+    }
+
     /// Puts the numbers of particles in a new order, but for `id` and `object`; `spare` is scratch.
     pub(crate) fn permute(&mut self, order: &[u32], spare: &mut Vec<[R; 4]>) {
         spare.resize(order.len(), [R::zero(); 4]);
@@ -242,45 +257,6 @@ fn read<P: Pack, const HALF: usize>(plane: &[Pair<P::Number>], group: &Group) ->
         quads[lane] = plane[group.at[lane] as usize][HALF];
     }
     P::columns(&quads)
-}
-
-/// Positions, masses, velocities and J_P of a group, as they are stored.
-#[derive(Clone, Copy)]
-pub(crate) struct Motion<R> {
-    /// Position and mass; velocity and J_P: a quad per particle.
-    quads: [[[R; 4]; LANES]; 2],
-}
-
-impl<R: Real> Motion<R> {
-    /// To be filled: all numbers are 0.
-    pub(crate) fn new() -> Self {
-        Self { quads: [[[R::zero(); 4]; LANES]; 2] }
-    }
-
-    #[inline(always)]
-    fn set(&mut self, lane: usize, pair: Pair<R>) {
-        (self.quads[0][lane], self.quads[1][lane]) = (pair[0], pair[1]);
-    }
-
-    /// Position (m) and mass (kg) of one particle of the group.
-    pub(crate) fn of_one(&self, lane: usize) -> ([R; 3], R) {
-        let [x, y, z, m] = self.quads[0][lane];
-        ([x, y, z], m)
-    }
-
-    /// Positions (m) and masses (kg).
-    #[inline(always)]
-    pub(crate) fn x_and_mass<P: Pack<Number = R>>(&self) -> ([P; 3], P) {
-        let [x, y, z, mass] = P::columns(&self.quads[0]);
-        ([x, y, z], mass)
-    }
-
-    /// Velocities (m/s) and J_P.
-    #[inline(always)]
-    pub(crate) fn v_and_plastic_ratio<P: Pack<Number = R>>(&self) -> ([P; 3], P) {
-        let [x, y, z, plastic_ratio] = P::columns(&self.quads[1]);
-        ([x, y, z], plastic_ratio)
-    }
 }
 
 #[inline(always)]

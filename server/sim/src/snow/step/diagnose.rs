@@ -16,6 +16,7 @@ use crate::{
         law::{MaterialConstants, Moduli, energy_density, hardened},
         model::SnowModel,
         particles::{Constants, Group, Lanes, Particles},
+        ranks::SnowRanks,
         state::{SUMS, SnowState, SnowWorkspace},
     },
     time_step::TimeStep,
@@ -63,11 +64,23 @@ impl SnowSums {
     }
 }
 
-/// Adds up all particles; `partials` is scratch.
+/// Adds up all particles.
 pub(crate) fn sums<R: Real>(
     model: &SnowModel<R>,
     particles: &Particles<R>,
-    sorted: Sorted<'_>,
+    gravity: [f64; 3],
+    work: &mut SnowWorkspace<R>,
+) -> SnowSums {
+    let SnowWorkspace { sorter, partials, ranks, .. } = work;
+    let ranks = ranks.as_ref().filter(|ranks| ranks.is_divided());
+    sums_of(model, particles, (sorter.sorted(), ranks), gravity, partials)
+}
+
+/// The same; `partials` is scratch.
+pub(crate) fn sums_of<R: Real>(
+    model: &SnowModel<R>,
+    particles: &Particles<R>,
+    (sorted, ranks): (Sorted<'_>, Option<&SnowRanks>),
     gravity: [f64; 3],
     partials: &mut Vec<[f64; SUMS]>,
 ) -> SnowSums {
@@ -75,7 +88,10 @@ pub(crate) fn sums<R: Real>(
     let of_block = |block| block_sums(model, particles, sorted.places(block), gravity);
     Own::whole(partials.len(), 1).each(per_block_mut(partials), |block, sums| *sums = of_block(block));
     let [kinetic_energy, elastic_energy, gravitational_energy, px, py, pz, lx, ly, lz, mass, rest @ ..] =
-        parallel::sum(partials);
+        ranks.map_or_else(
+            || parallel::sum(partials),
+            |ranks| ranks.blocks.sum_own_and_tell(partials, &|partial| *partial, [], |[]| {}),
+        );
     let [affine_energy, mx, my, mz, lifted] = rest;
     let diagnostics = Diagnostics {
         kinetic_energy,
@@ -167,7 +183,22 @@ pub(crate) fn report<R: Real>(
     colliders: &[Collider],
 ) -> SnowReport {
     let chunks = &work.chunk_diagnostics;
-    let count = |k: usize| chunks.iter().map(|chunk| u64::from(chunk.counts[k])).sum();
+    let count = |k: usize| chunks.iter().map(|chunk| u64::from(chunk.counts[k])).sum::<u64>();
+    let mut counts: [u64; 4] = std::array::from_fn(count);
+    let mut plastic_ratio_range =
+        chunks.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], chunk| {
+            [low.min(chunk.plastic_ratio_range[0]), high.max(chunk.plastic_ratio_range[1])]
+        });
+    let mut block_count = work.grid.node_blocks.len();
+    if let Some(ranks) = work.divided() {
+        let [a, b, c, d] = std::mem::take(&mut counts).map(|count| count as f64);
+        let [low, high] = plastic_ratio_range;
+        ranks.blocks.tell([a, b, c, d, low, high], |[own @ .., low, high]: [f64; 6]| {
+            counts.iter_mut().zip(own).for_each(|(all, own)| *all += own as u64);
+            plastic_ratio_range = [plastic_ratio_range[0].min(low), plastic_ratio_range[1].max(high)];
+        });
+        block_count = ranks.nodes.block_count();
+    }
     let (kind, bound) = smallest(&model.settings, &work.extremes, colliders);
     let bound = match model.settings.time_step {
         TimeStep::Certified { safety } => {
@@ -183,16 +214,14 @@ pub(crate) fn report<R: Real>(
         bound,
         mass: sums.mass,
         grid_mass_error: work.grid_diagnostics.mass / model.mass - 1.0,
-        plastic_count: count(0),
-        clamped_count: count(1),
-        inverted_count: count(2),
-        ballistic_count: count(3),
-        plastic_ratio_range: chunks.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], chunk| {
-            [low.min(chunk.plastic_ratio_range[0]), high.max(chunk.plastic_ratio_range[1])]
-        }),
+        plastic_count: counts[0],
+        clamped_count: counts[1],
+        inverted_count: counts[2],
+        ballistic_count: counts[3],
+        plastic_ratio_range,
         max_speed: work.extremes.speed2.sqrt(),
         dropped_momentum: work.grid_diagnostics.dropped,
         angular_momentum: sums.angular_momentum,
-        block_count: work.grid.node_blocks.len() as u64,
+        block_count: block_count as u64,
     }
 }

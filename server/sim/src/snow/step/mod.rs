@@ -12,9 +12,9 @@ mod diagnose;
 
 pub use diagnose::SnowStep;
 
-pub(super) use diagnose::sums;
+pub(super) use diagnose::{sums, sums_of};
 pub(super) use failure::{check_grid, check_time_step, lost};
-pub(super) use order::{renew_places, sort_anew};
+pub(super) use order::{divide, renew_places, sort_anew};
 
 use self::{
     culprit::culprits_in_chunks,
@@ -26,7 +26,10 @@ use self::{
 use super::{
     book::Taken,
     bound::Extremes,
+    grid::tile_len,
     model::SnowModel,
+    ranks::Found,
+    settings::Forces,
     state::{SnowState, SnowWorkspace},
     transfer::{
         StepContext, fastest_node, particles_to_grid, solve_velocities, update_grid, update_particles,
@@ -52,8 +55,9 @@ pub fn step<R: Real>(
     watch: &mut dyn Stopwatch,
 ) -> Result<SnowStep, StepFailure> {
     let mut division = Division::of(around);
+    divide(model, &state.particles, work);
     if !state.book.is_open() {
-        let sums = sums(model, &state.particles, work.sorter.sorted(), around.gravity, &mut work.partials);
+        let sums = sums(model, &state.particles, around.gravity, work);
         state.book.open(sums.entry());
     }
     let mut solve = None;
@@ -76,7 +80,7 @@ pub fn step<R: Real>(
         division.go_on();
     }
 
-    let sums = sums(model, &state.particles, work.sorter.sorted(), around.gravity, &mut work.partials);
+    let sums = sums(model, &state.particles, around.gravity, work);
     let taken = (division.substeps, division.dt);
     let report = report(model, state, work, taken, &sums, around.colliders);
     watch.lap(Stage::Diagnose);
@@ -115,7 +119,8 @@ fn velocities_on_grid<R: Real>(
     context: &StepContext<'_>,
     watch: &mut dyn Stopwatch,
 ) -> Result<Nodes, StepFailure> {
-    let (particles, sorted, grid) = (&state.particles, work.sorter.sorted(), &mut work.grid);
+    let SnowWorkspace { sorter, grid, ranks, .. } = work;
+    let (particles, sorted) = (&state.particles, sorter.sorted());
     let cells_moved = |speed2: f64| speed2.sqrt() * context.dt / model.settings.cell;
 
     // 1 and 3. Masses and momenta of particles to nodes, with what forces add to momenta.
@@ -124,7 +129,17 @@ fn velocities_on_grid<R: Real>(
     watch.lap(Stage::ParticlesToGrid);
 
     // 4 and 5. Velocities of nodes, and their collisions.
-    let total = update_grid(model, context, grid, &mut work.block_diagnostics);
+    if let Some(ranks) = ranks {
+        let (blocks, len) = (grid.blocks.len(), tile_len(model.settings.kernel.width()));
+        ranks.fetch_tiles(blocks, &mut grid.tiles, len);
+        if model.settings.transfer.forces() == Forces::Apart {
+            ranks.fetch_tiles(blocks, &mut grid.impulses, len);
+        }
+    }
+    let mut total = update_grid(model, context, grid, &mut work.block_diagnostics);
+    if let Some(ranks) = ranks {
+        total = ranks.total(total, &work.block_diagnostics[grid.own_nodes.clone()]);
+    }
     work.grid_diagnostics = total;
     watch.lap(Stage::GridUpdate);
 
@@ -174,21 +189,35 @@ fn advance_particles<R: Real>(
     update_particles(model, context, particles, sorter, grid, (&mut *chunk_diagnostics, &mut *block_given));
     watch.lap(Stage::GridToParticles);
 
-    let given = parallel::sum_by(block_given, &|given| [*given]);
-    work.given += work.grid_diagnostics.given + given[0];
-    work.notices = chunk_diagnostics.iter().fold(work.notices, |all, chunk| all.and(chunk.notices));
-
     // What bounds the next step. Chunks are those of the old order: looked up before it changes.
-    work.extremes = chunk_diagnostics.iter().fold(Extremes::default(), |all, chunk| all.max(chunk.extremes));
-    let sorted = work.sorter.sorted();
-    let culprits = || culprits_in_chunks(model, particles, sorted, &work.extremes, &work.chunk_diagnostics);
-    work.culprits = division.is_last().then(culprits);
+    let none = (Extremes::default(), Notices::default());
+    let (extremes, notices) = chunk_diagnostics
+        .iter()
+        .fold(none, |(extremes, notices), chunk| (extremes.max(chunk.extremes), notices.and(chunk.notices)));
+    let culprits = || culprits_in_chunks(model, particles, sorter.sorted(), &extremes, chunk_diagnostics);
+    let culprits = division.is_last().then(culprits).unwrap_or_default();
 
     let followed = renew_order(model, particles, work);
     watch.lap(Stage::Sort);
-    if followed {
+    let (blocks, nodes) = (work.grid.blocks.len(), work.grid.own_nodes.len());
+    let found = Found { blocks, nodes, extremes, culprits, followed, notices };
+    let (found, given) = match &mut work.ranks {
+        None => (found, parallel::sum_by(&work.block_given, &|given| [*given])[0]),
+        Some(ranks) => {
+            let mut all: Option<Found> = None;
+            let given = ranks.count(&found, &work.block_given, |found| {
+                all = Some(all.map_or(*found, |all| all.and(found)));
+            });
+            (all.unwrap_or(found), given)
+        }
+    };
+    work.given += work.grid_diagnostics.given + given;
+    work.notices = work.notices.and(found.notices);
+    work.extremes = found.extremes;
+    work.culprits = division.is_last().then_some(found.culprits);
+    if found.followed {
         return Ok(());
     }
 
-    lost(&model.settings, particles).map_or(Ok(()), Err)
+    lost(&model.settings, particles, work).map_or(Ok(()), Err)
 }

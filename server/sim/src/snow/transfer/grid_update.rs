@@ -98,7 +98,7 @@ impl GridStep<'_> {
             *diagnostics = self.velocities(block_of(*key), nodes, changes);
         });
 
-        collect(diagnostics)
+        collect(&diagnostics[grid.own_nodes.clone()])
     }
 
     /// Momenta and impulses of a block to velocities and their changes.

@@ -1,0 +1,145 @@
+//! The same bits of snow over ranks, which are threads here.
+
+use std::sync::Arc;
+
+use nappe_cluster::Cluster;
+use nappe_sim::{
+    collide::Contact,
+    math::Precision,
+    report::NoStopwatch,
+    snow::{Preset, SnowObject},
+    time_step::TimeStep,
+    world::{Simulation, WorldSetup},
+};
+use nappe_tests::{
+    networks::scatter,
+    ranks::on_ranks,
+    snow::{SnowScene, lattice, object, plane},
+};
+
+use crate::snow::SnowRun;
+
+/// Numbers of ranks over which results must not change.
+const RANK_COUNTS: [usize; 4] = [2, 3, 4, 7];
+
+/// What each step says until one fails, and the hash at the end; whole on rank 0 of several.
+fn run(
+    setup: &WorldSetup,
+    precision: Precision,
+    steps: u64,
+    ranks: Option<Arc<dyn Cluster>>,
+) -> (Vec<String>, u64) {
+    let made = match ranks {
+        Some(ranks) => Simulation::over(setup, precision, ranks),
+        None => Simulation::new(setup, precision),
+    };
+    let (mut simulation, _) = made.expect("it is in");
+    let mut said = Vec::new();
+    for _ in 0..steps {
+        match simulation.step(&mut NoStopwatch) {
+            Ok(report) => said.push(format!("{report:?}")),
+            Err(error) => {
+                said.push(error.to_string());
+                break;
+            }
+        }
+    }
+    let (mut whole, _) = Simulation::new(setup, precision).expect("it is in");
+    whole.put(&simulation.take());
+    (said, whole.state_hash())
+}
+
+#[test]
+fn every_explicit_run_says_the_same_over_ranks_and_has_the_same_hash() {
+    let mut compared = 0;
+    for snow in SnowRun::repeated().into_iter().filter(SnowRun::is_explicit) {
+        let setup = snow.scene().setup();
+        let alone = run(&setup, snow.precision, snow.steps(), None);
+        for size in RANK_COUNTS {
+            let work = |ranks: Arc<dyn Cluster>| run(&setup, snow.precision, snow.steps(), Some(ranks));
+            let over = on_ranks(size, 1 + size % 2, work);
+            assert!(over[0].0.1 == alone.1, "{} on {size} ranks: another hash", snow.key());
+            for ((said, _), _) in over {
+                assert_eq!(said, alone.0, "{} on {size} ranks", snow.key());
+            }
+            compared += 1;
+        }
+    }
+    assert!(compared >= 72, "{compared}");
+}
+
+/// Side of a cell (m).
+const H: f64 = 0.05;
+
+/// A block of snow of so many particles along each axis, at a corner (m), which flies (m/s).
+fn block(name: &str, corner: [f64; 3], counts: [usize; 3], v: [f64; 3]) -> SnowObject {
+    let snow = Preset::from_name("stomakhin").expect("a preset");
+    let x = lattice(corner, counts, [0.5 * H; 3]);
+    let mut body = object(name, x, (0.5 * H).powi(3), snow.density, snow.material);
+    body.v.fill(v);
+    body
+}
+
+fn certified(objects: Vec<SnowObject>) -> SnowScene {
+    let mut scene = SnowScene::new(objects, H, 4e-3).under([0.0, -9.81, 0.0]);
+    scene.settings.time_step = TimeStep::default();
+    scene.colliders = vec![plane([0.0, -0.01, 0.0], [0.0, 1.0, 0.0], Contact::Separating, 0.3)];
+    scene
+}
+
+/// Scenes whose snow goes from rank to rank, each in another way, with steps and a part of what they say.
+fn scenes() -> Vec<(&'static str, WorldSetup, u64)> {
+    let still = || block("still", [0.0; 3], [8, 6, 8], [0.0; 3]);
+    let thrown = block("thrown", [-0.9, 0.1, 0.02], [8, 8, 6], [12.0, 0.0, 0.3]);
+    let third = block("third", [0.5, 0.3, 0.0], [6, 6, 6], [-9.0, -4.0, 0.0]);
+    let crossing = certified(vec![still(), thrown.clone(), third]);
+    let mut spray = certified(vec![block("spray", [0.0, 0.1, 0.0], [7, 7, 7], [0.0; 3])]);
+    let SnowObject { x, v, .. } = &mut spray.objects[0];
+    for (i, (x, v)) in x.iter_mut().zip(v).enumerate() {
+        *x = [1, 2, 3].map(|salt| 0.6 * scatter(i + 1000 * salt) + 0.7);
+        *v = [4, 5, 6].map(|salt| 9.0 * scatter(i + 1000 * salt));
+    }
+    // What flies alone empties the ranks that it comes from.
+    let mut lone = certified(vec![block("lone", [-0.4, 0.2, 0.0], [4, 4, 4], [14.0, 1.0, 0.0])]);
+    lone.colliders.clear();
+    let periodic = |blocks: [u32; 3]| {
+        let mut scene = certified(vec![still(), thrown.clone()]);
+        scene.settings.periodic = blocks;
+        scene
+    };
+    let mut limited = crossing.clone();
+    limited.settings.max_energy = Some(20.0);
+    let mut long = crossing.clone();
+    long.settings.time_step = TimeStep::Unchecked(4e-3);
+    long.dt = 0.04;
+    let mut few = crossing.clone();
+    few.settings.max_substeps = 3;
+    vec![
+        ("StepReport", crossing.setup(), 20),
+        ("StepReport", spray.setup(), 12),
+        ("StepReport", lone.setup(), 16),
+        ("StepReport", periodic([2, 0, 0]).setup(), 12),
+        ("StepReport", periodic([3, 0, 4]).setup(), 12),
+        ("kinetic and elastic energy", limited.setup(), 20),
+        ("node", long.setup(), 10),
+        ("3", few.setup(), 4),
+    ]
+}
+
+#[test]
+fn snow_that_goes_from_rank_to_rank_says_and_becomes_what_it_does_alone() {
+    for (number, (part, setup, steps)) in scenes().into_iter().enumerate() {
+        for (precision, sizes) in [(Precision::F32, &[2, 5, 16][..]), (Precision::F64, &[3])] {
+            let alone = run(&setup, precision, steps, None);
+            assert!(alone.0.concat().contains(part), "{number}: {part}: {:?}", alone.0);
+            for size in sizes.iter().copied() {
+                let work = |ranks: Arc<dyn Cluster>| run(&setup, precision, steps, Some(ranks));
+                let over = on_ranks(size, 1, work);
+                for ((said, _), _) in &over {
+                    assert_eq!(*said, alone.0, "scene {number} on {size} ranks");
+                }
+                assert!(over[0].0.1 == alone.1, "scene {number} on {size} ranks: another hash");
+            }
+        }
+    }
+}
