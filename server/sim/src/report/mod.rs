@@ -69,8 +69,7 @@ pub struct StepReport {
     pub cloth: Option<ClothSteps>,
     /// Sub-steps of the cloths that were not accepted and taken again, in their order.
     pub rejections: Vec<Rejection>,
-    /// Diagnostics of the snow; none without snow. It is not sent: ranks do not step it.
-    #[serde(skip)]
+    /// Diagnostics of the snow; none without snow.
     pub snow: Option<SnowReport>,
     /// What the user should know although the step was taken.
     pub notices: Notices,

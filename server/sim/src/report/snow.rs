@@ -1,9 +1,11 @@
 //! What a step of snow tells.
 
+use serde::{Deserialize, Serialize};
+
 use super::bound::TimeBound;
 
 /// Diagnostics of snow after a step of the world.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SnowReport {
     /// Number of steps of the snow within this step of the world.
     pub substeps: u32,
