@@ -143,3 +143,26 @@ fn snow_that_goes_from_rank_to_rank_says_and_becomes_what_it_does_alone() {
         }
     }
 }
+
+#[test]
+fn a_step_of_snow_asks_as_much_as_its_formula_says() {
+    let (_, setup, _) = scenes().swap_remove(0);
+    let asked = |steps: u64| {
+        let over = on_ranks(3, 1, |ranks| {
+            let (mut simulation, _) = Simulation::over(&setup, Precision::F32, ranks).expect("it is in");
+            let step =
+                |_| simulation.step(&mut NoStopwatch).expect("it is stable").snow.expect("snow").substeps;
+            (0..steps).map(step).last().unwrap_or_default()
+        });
+        over.into_iter().next().expect("a rank")
+    };
+    let ((_, before), (substeps, after)) = (asked(4), asked(5));
+    let substeps = u64::from(substeps);
+    // Who leaves, what is needed, what was found, what nodes add up to; and of the step of the world sums and counts.
+    assert_eq!(after.gathers - before.gathers, 4 * substeps + 2, "{substeps} steps of the snow");
+    // Particles, keys, tiles.
+    assert_eq!(after.exchanges - before.exchanges, 3 * substeps, "{substeps} steps of the snow");
+    // One message to each neighbour, at most: particles and keys that there are, and tiles.
+    let messages = after.messages - before.messages;
+    assert!(messages <= 3 * 2 * substeps && messages >= 2 * substeps, "{messages}");
+}
