@@ -14,7 +14,7 @@ use nappe_sim::{
 use nappe_tests::{
     networks::scatter,
     ranks::on_ranks,
-    snow::{SnowScene, lattice, object, plane},
+    snow::{SnowScene, lattice, object, plane, rework},
 };
 
 use crate::snow::SnowRun;
@@ -29,11 +29,23 @@ fn run(
     steps: u64,
     ranks: Option<Arc<dyn Cluster>>,
 ) -> (Vec<String>, u64) {
+    prepared(setup, precision, steps, ranks, |_| {})
+}
+
+/// The same of a simulation that something is done with before its first step.
+fn prepared(
+    setup: &WorldSetup,
+    precision: Precision,
+    steps: u64,
+    ranks: Option<Arc<dyn Cluster>>,
+    prepare: impl Fn(&mut Simulation),
+) -> (Vec<String>, u64) {
     let made = match ranks {
         Some(ranks) => Simulation::over(setup, precision, ranks),
         None => Simulation::new(setup, precision),
     };
     let (mut simulation, _) = made.expect("it is in");
+    prepare(&mut simulation);
     let mut said = Vec::new();
     for _ in 0..steps {
         match simulation.step(&mut NoStopwatch) {
@@ -165,4 +177,49 @@ fn a_step_of_snow_asks_as_much_as_its_formula_says() {
     // One message to each neighbour, at most: particles and keys that there are, and tiles.
     let messages = after.messages - before.messages;
     assert!(messages <= 3 * 2 * substeps && messages >= 2 * substeps, "{messages}");
+}
+
+type Prepare = fn(&mut Simulation);
+
+/// Snow that something is done with so that a step fails, with a part of what that says.
+fn failures() -> Vec<(&'static str, WorldSetup, Prepare)> {
+    let cube = || certified(vec![block("cube", [-0.2, 0.0, 0.1], [12; 3], [0.0; 3])]).setup();
+    // The last two blocks of the range are a margin.
+    let end = f64::from((1 << 20) - 2) * 4.0 * H;
+    let mut pair = block("pair", [0.0; 3], [1; 3], [0.0; 3]);
+    pair.x.push([0.15, end - 0.025, 0.1]);
+    pair.v.push([0.0, 45.0, 0.0]);
+    pair.mass.push(pair.mass[0]);
+    pair.volume.push(pair.volume[0]);
+    let pair = SnowScene::new(vec![pair], H, 1e-3).setup();
+    let mut cloud = certified(vec![block("cloud", [-0.35; 3], [28; 3], [0.0; 3])]);
+    cloud.colliders.clear();
+    vec![
+        ("velocity", cube(), |simulation| {
+            rework(simulation, |i, p| p.v[2] = if i == 777 { f64::NAN } else { 0.0 });
+        }),
+        ("position", cube(), |simulation| {
+            rework(simulation, |i, p| p.x[1] += if i == 99 { f64::INFINITY } else { 0.0 });
+        }),
+        ("deformation gradient", cube(), |simulation| {
+            rework(simulation, |i, p| p.elastic[0][1] = if i == 1500 { f64::NAN } else { 0.0 });
+        }),
+        ("came to 5.0000e3", cube(), |simulation| {
+            rework(simulation, |i, p| p.elastic[0][0] = if i == 1200 { 5e3 } else { 1.0 });
+        }),
+        ("range", pair, |_| {}),
+        ("flies apart", cloud.setup(), |simulation| rework(simulation, |_, p| p.x = p.x.map(|c| 16.0 * c))),
+    ]
+}
+
+#[test]
+fn snow_that_fails_says_the_same_over_ranks() {
+    for (part, setup, prepare) in failures() {
+        let alone = prepared(&setup, Precision::F64, 20, None, prepare).0;
+        assert!(alone.last().is_some_and(|said| said.contains(part)), "{part}: {alone:?}");
+        let work = |ranks: Arc<dyn Cluster>| prepared(&setup, Precision::F64, 20, Some(ranks), prepare).0;
+        for (said, _) in on_ranks(3, 1, work) {
+            assert_eq!(said, alone, "{part}");
+        }
+    }
 }

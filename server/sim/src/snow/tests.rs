@@ -103,14 +103,17 @@ fn run<R: Real>(transfer: Transfer, seed: Option<u64>) -> (Vec<String>, Vec<Vec<
 #[test]
 fn chunks_that_are_cut_anywhere_have_the_same_bits() {
     let flip = Transfer::PicFlip(Blend::PerStep(0.95));
-    for transfer in [Transfer::Mls, Transfer::Apic, flip] {
+    // Without optimisation a step costs many times as much.
+    let transfers =
+        if cfg!(debug_assertions) { &[Transfer::Mls][..] } else { &[Transfer::Mls, Transfer::Apic, flip] };
+    for &transfer in transfers {
         let expected = run::<f32>(transfer, None);
-        for seed in 1..6 {
+        for seed in 1..if cfg!(debug_assertions) { 2 } else { 6 } {
             assert!(run::<f32>(transfer, Some(seed)) == expected, "{transfer:?}, {seed}");
         }
     }
     let expected = run::<f64>(Transfer::Mls, None);
-    for seed in 1..4 {
+    for seed in 1..if cfg!(debug_assertions) { 2 } else { 4 } {
         assert!(run::<f64>(Transfer::Mls, Some(seed)) == expected, "{seed}");
     }
 }
