@@ -94,19 +94,9 @@ impl Share {
         partials: &[T],
         of: &impl Fn(&T) -> [f64; K],
         told: [f64; M],
-        mut each: impl FnMut([f64; M]),
+        each: impl FnMut([f64; M]),
     ) -> [f64; K] {
-        let Some(party) = &self.party else {
-            each(told);
-            return sum_by(partials, of);
-        };
-        let mut lists = party.begin();
-        party.tell_sums(&mut lists, &self.own, (partials, 0), of);
-        lists.tell(&Numbers(told));
-        let sums = party.all_gather(&mut lists, |_| Numbers::<M>::BYTES);
-        (0..party.size()).for_each(|rank| each(lists.next::<Numbers<M>>(rank).0));
-        party.put(lists);
-        sums
+        self.sum_from((partials, 0), of, told, each)
     }
 
     /// Adds as [`Self::sum`] does, and completes a list of which each rank has made the elements that `of_rank` says.
@@ -160,6 +150,17 @@ impl Share {
         partials: &[T],
         of: &impl Fn(&T) -> [f64; K],
         told: [f64; M],
+        each: impl FnMut([f64; M]),
+    ) -> [f64; K] {
+        self.sum_from((partials, self.own.start), of, told, each)
+    }
+
+    /// The same of a list whose first element is that of block `first`.
+    fn sum_from<T, const K: usize, const M: usize>(
+        &self,
+        (partials, first): (&[T], usize),
+        of: &impl Fn(&T) -> [f64; K],
+        told: [f64; M],
         mut each: impl FnMut([f64; M]),
     ) -> [f64; K] {
         let Some(party) = &self.party else {
@@ -167,7 +168,7 @@ impl Share {
             return sum_by(partials, of);
         };
         let mut lists = party.begin();
-        party.tell_sums(&mut lists, &self.own, (partials, self.own.start), of);
+        party.tell_sums(&mut lists, &self.own, (partials, first), of);
         lists.tell(&Numbers(told));
         let sums = party.all_gather(&mut lists, |_| Numbers::<M>::BYTES);
         (0..party.size()).for_each(|rank| each(lists.next::<Numbers<M>>(rank).0));

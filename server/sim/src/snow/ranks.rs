@@ -4,7 +4,7 @@
 //! list of one process, and sums keep the tree over that list. It computes the particles in its blocks; all others lie in its
 //! arrays as they were when they left it.
 
-use std::cmp::Ordering;
+use std::{cmp::Ordering, ops::Range};
 
 use super::{
     bound::{Culprits, Extremes},
@@ -13,7 +13,7 @@ use super::{
 };
 use crate::{
     math::Real,
-    parallel::{Ranks, Share},
+    parallel::{Message, Ranks, Share},
     report::Notices,
 };
 
@@ -63,8 +63,8 @@ impl SnowRanks {
         let total = weight(blocks.len());
         let first = |rank: usize| {
             let least = total * rank as u64 / size as u64;
-            let block = (0..blocks.len()).collect::<Vec<_>>().partition_point(|block| weight(*block) < least);
-            blocks.get(block).copied().unwrap_or(u64::MAX - 1)
+            let block = (0..blocks.len()).find(|block| weight(*block) >= least);
+            block.map_or(u64::MAX - 1, |block| blocks[block])
         };
         self.cuts = (0..size).map(|rank| if rank == 0 { 0 } else { first(rank) }).chain([u64::MAX]).collect();
     }
@@ -81,7 +81,7 @@ impl SnowRanks {
     }
 
     /// The keys between its own two cuts.
-    pub(super) fn own_keys(&self) -> std::ops::Range<u64> {
+    pub(super) fn own_keys(&self) -> Range<u64> {
         let (_, rank) = self.ranks.size_and_rank();
         self.cuts[rank]..self.cuts[rank + 1]
     }
@@ -129,7 +129,7 @@ impl SnowRanks {
                 let numbers = blocks.flat_map(|block| &tiles[block * len..(block + 1) * len]);
                 numbers.zip(sent.chunks_exact_mut(R::BYTES)).for_each(|(number, bytes)| number.write(bytes));
                 let received = vec![0; self.received[other].len() * bytes];
-                crate::parallel::Message { rank: other, sent, received }
+                Message { rank: other, sent, received }
             })
             .collect();
         self.ranks.communicator.exchange(&mut messages);

@@ -77,7 +77,7 @@ impl<R: Real> World<R> {
 }
 
 impl Simulation {
-    /// What further steps of its cloths depend on. All ranks that step it call this together.
+    /// What further steps depend on. All ranks that step it call this together.
     pub fn take(&self) -> WorldState {
         WorldState(match self {
             Self::F32(world) => Precise::F32(world.take()),
@@ -93,7 +93,7 @@ impl Simulation {
         }
     }
 
-    /// A field of its cloths. All ranks that step it call this together, with the same field.
+    /// A field of its bodies, of snow its positions alone. All ranks that step it call this together, with the same field.
     pub fn take_field(&self, field: Field) -> TakenField {
         match self {
             Self::F32(world) => world.take_field(field),
