@@ -28,6 +28,7 @@ pub(crate) fn sort_anew<R: Real>(
         sort_places(model, particles, 0..particles.len() as u32, work);
         work.grid.link(model.settings.periodic);
     }
+    make_room(work);
 }
 
 /// The first node of the particle at a place, where it is within reach.
@@ -49,7 +50,13 @@ fn sort_places<R: Real>(
         (place, node.map(|node| if within_reach(node) { node } else { 0 }))
     };
     work.sorter.rebuild(places.map(node), &particles.id, &mut work.grid, settings.periodic);
+    work.culprits = None;
+    work.chunk_diagnostics.clear();
+    work.chunk_diagnostics.resize(work.sorter.sorted().chunks.count(), ChunkDiagnostics::default());
+}
 
+/// Room for more blocks than there are.
+fn make_room<R: Real>(work: &mut SnowWorkspace<R>) {
     let spare = work.grid.blocks.len() + ROOM;
     work.sorter.reserve(spare);
     work.grid.reserve(spare);
@@ -57,10 +64,6 @@ fn sort_places<R: Real>(
     work.partials.reserve(spare);
     work.block_given.reserve(spare);
     work.block_diagnostics.reserve(8 * spare);
-
-    work.culprits = None;
-    work.chunk_diagnostics.clear();
-    work.chunk_diagnostics.resize(work.sorter.sorted().chunks.count(), ChunkDiagnostics::default());
 }
 
 /// Puts particles in the sorted order, so that those of a block lie together again.
@@ -97,6 +100,7 @@ pub(crate) fn divide<R: Real>(model: &SnowModel<R>, particles: &Particles<R>, wo
     let places: Vec<u32> = own.flat_map(|(block, _)| sorted.places(block)).copied().collect();
     sort_places(model, particles, places.into_iter(), work);
     meet(model, work);
+    make_room(work);
     let found =
         Found { blocks: work.grid.blocks.len(), nodes: work.grid.own_nodes.len(), ..Found::default() };
     if let Some(ranks) = &mut work.ranks {
