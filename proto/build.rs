@@ -7,12 +7,13 @@ use prost::Message as _;
 const FILES: [&str; 2] = ["nappe/v1/simulation.proto", "nappe/v1/frame.proto"];
 
 /// Messages that are also written as JSON, under the names of their fields.
-const JSON_MESSAGES: [&str; 12] = [
+const JSON_MESSAGES: [&str; 13] = [
     "Session",
     "SessionRanks",
     "Failure",
     "Parameters",
     "ClothParameters",
+    "Air",
     "SpringParameters",
     "Diagnostics",
     "ClothSteps",

@@ -20,6 +20,8 @@ mod bounces;
 mod restitution;
 mod notices;
 mod external;
+mod air;
+mod air_steps;
 mod bodies;
 mod scenes;
 mod shipped;

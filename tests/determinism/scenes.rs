@@ -1,7 +1,9 @@
 //! Scenes of several blocks, small enough for a debug build, that between them use every kernel.
 
 use nappe_sim::{
-    cloth::{ElementKind, ElementList, Integrator, Minimizer, Network, NewtonSettings, SpringLaw},
+    cloth::{
+        Air, ElementKind, ElementList, Integrator, Minimizer, Network, NewtonSettings, SpringKind, SpringLaw,
+    },
     collide::{
         Collider, Contact, Shape, StartInside,
         shape::{Plane, Sphere},
@@ -21,13 +23,13 @@ use nappe_tests::{
 pub(crate) const STEPS: u64 = 15;
 
 /// Names of the scenes.
-pub(crate) const NAMES: [&str; 5] =
-    ["hung_sheet", "course_cloth", "sheet_on_sphere", "carried_chain", "coarse_spaces"];
+pub(crate) const NAMES: [&str; 6] =
+    ["hung_sheet", "course_cloth", "sheet_on_sphere", "carried_chain", "coarse_spaces", "sheet_in_air"];
 
 /// The methods that step a scene: explicit ones solve nothing with a coarse space, and iterates are solved for as a step
 /// from the state is.
 pub(crate) fn methods(name: &str) -> impl Iterator<Item = Method> {
-    let iterates_too = ["hung_sheet", "sheet_on_sphere"].contains(&name);
+    let iterates_too = ["hung_sheet", "sheet_on_sphere", "sheet_in_air"].contains(&name);
     let coarse_alone = name == "coarse_spaces";
     Method::all().into_iter().filter(move |method| {
         let is_plain =
@@ -55,6 +57,18 @@ pub(crate) fn scene(name: &str, method: Method) -> Scene {
             let mut network = chain(&x, 0.02, 50.0, 0.01, 0.002);
             network.pins = vec![0, 70, 149];
             Scene::new(network, 2e-3).under(gravity)
+        }
+        "sheet_in_air" => {
+            let mut network = sheet(20, 0.05, &sheet_rules(100.0, 0.02), 0.005);
+            // Triangles across blocks that no spring joins along their diagonals.
+            network.springs.retain(|spring| spring.kind != SpringKind::Shear);
+            for (i, v) in network.v.iter_mut().enumerate() {
+                *v = [0.3 * scatter(i), 0.0, 0.3 * scatter(i + 1000)];
+            }
+            network.air = Some(Air { tangential: 0.1, ..Air::default() });
+            let mut scene = Scene::new(network, 1e-3).under(gravity);
+            scene.wind = [2.0, -4.0, -1.0];
+            scene
         }
         "coarse_spaces" => Scene::new(folded_sheet(), 4e-4).under(gravity),
         other => panic!("no scene is named {other}"),

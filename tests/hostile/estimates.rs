@@ -127,6 +127,14 @@ fn scenes() -> Vec<(&'static str, String)> {
         ),
         ("cloth, lattice, implicit", cloth("grid = [200, 200], spacing = 0.01", &all, implicit)),
         (
+            "cloth, lattice, air",
+            cloth(
+                "grid = [200, 200], spacing = 0.01",
+                &format!("stretch = {law}"),
+                &format!("{implicit}\nair = {{}}"),
+            ),
+        ),
+        (
             "cloth, two levels",
             cloth(
                 "grid = [200, 200], spacing = 0.01",

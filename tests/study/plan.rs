@@ -152,7 +152,15 @@ fn a_plan_says_until_when_a_scene_runs_that_ends_by_a_limit_of_its_own() {
     let settings = ClothSettings { limits, ..ClothSettings::default() };
     let body = BodySetup { name: "cloth".to_owned(), network: swinging(), settings };
     let (wind, colliders) = ([0.0; 3], Vec::new());
-    let setup = WorldSetup { dt: DT, gravity: GRAVITY, wind, colliders, bodies: vec![body], snow: None };
+    let setup = WorldSetup {
+        dt: DT,
+        gravity: GRAVITY,
+        wind_at: Vec::new(),
+        wind,
+        colliders,
+        bodies: vec![body],
+        snow: None,
+    };
     let limited = Case::new("cloth", setup, Vec::new(), Precision::F64).expect("a cloth");
     let methods = ["symplectic_euler", "velocity_verlet_pc"].map(str::to_owned).to_vec();
     let found = plan(&limited, &Request { end: 0.15, methods, ..request(1e-3) }, &Budget::new(None));

@@ -191,8 +191,15 @@ fn contacts_in_long_steps_give_no_energy_without_a_word() {
         on_start_inside: StartInside::Warn,
     };
     let (gravity, wind) = (GRAVITY, [0.0; 3]);
-    let setup =
-        WorldSetup { dt: 0.005, gravity, wind, colliders: vec![ball], bodies: vec![body], snow: None };
+    let setup = WorldSetup {
+        dt: 0.005,
+        gravity,
+        wind_at: Vec::new(),
+        wind,
+        colliders: vec![ball],
+        bodies: vec![body],
+        snow: None,
+    };
     let case = Case::new("ball", setup, Vec::new(), Precision::F64).expect("a cloth");
     let methods = ["implicit_euler_absolute", "implicit_midpoint_absolute", "bdf2_absolute"];
     let request = request(2.0, 1e-3, &methods, &[]);

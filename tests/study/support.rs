@@ -16,6 +16,7 @@ pub(crate) fn case(network: Network, gravity: [f64; 3], dt: f64) -> Case {
 pub(crate) fn case_with(network: Network, gravity: [f64; 3], dt: f64, changes: Vec<Change>) -> Case {
     let body = BodySetup { name: "cloth".to_owned(), network, settings: ClothSettings::default() };
     let (wind, colliders) = ([0.0; 3], Vec::new());
-    let setup = WorldSetup { dt, gravity, wind, colliders, bodies: vec![body], snow: None };
+    let setup =
+        WorldSetup { dt, gravity, wind_at: Vec::new(), wind, colliders, bodies: vec![body], snow: None };
     Case::new("cloth", setup, changes, Precision::F64).expect("a cloth")
 }

@@ -237,7 +237,15 @@ fn terms_that_are_small_alone_and_large_together_do_not_both_go() {
         }
         let body = BodySetup { name: "cloth".to_owned(), network, settings: ClothSettings::default() };
         let (wind, colliders) = ([1.0, 0.0, 0.5], Vec::new());
-        let setup = WorldSetup { dt: DT, gravity: GRAVITY, wind, colliders, bodies: vec![body], snow: None };
+        let setup = WorldSetup {
+            dt: DT,
+            gravity: GRAVITY,
+            wind_at: Vec::new(),
+            wind,
+            colliders,
+            bodies: vec![body],
+            snow: None,
+        };
         Case::new("sheet", setup, Vec::new(), Precision::F64).expect("a cloth")
     };
     let names = |_: &Stepped| -> Vec<String> { kinds.map(|kind| kind.name().to_owned()).to_vec() };

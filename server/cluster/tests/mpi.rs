@@ -26,7 +26,15 @@ fn setup(side: usize) -> WorldSetup {
     network.pins = vec![0, side as u32 - 1];
     let body = BodySetup { name: "sheet".to_owned(), network, settings: ClothSettings::default() };
     let (gravity, wind) = ([0.0, -9.81, 0.0], [1.0, 0.0, 0.5]);
-    WorldSetup { dt: 5e-3, gravity, wind, colliders: Vec::new(), bodies: vec![body], snow: None }
+    WorldSetup {
+        dt: 5e-3,
+        gravity,
+        wind_at: Vec::new(),
+        wind,
+        colliders: Vec::new(),
+        bodies: vec![body],
+        snow: None,
+    }
 }
 
 /// A job, which is ended with this value.

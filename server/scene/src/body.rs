@@ -3,7 +3,7 @@
 //! Ranges, units and defaults stand in `keys`, against which a text is checked before serde sees it.
 
 use nappe_sim::{
-    cloth::{ClothSettings, ElementKind, Hessian, Integrator, MinimizerKind, OnPass},
+    cloth::{Air, ClothSettings, ElementKind, Hessian, Integrator, MinimizerKind, OnPass},
     linalg::{OperatorKind, PreconditionerKind},
 };
 use serde::{Deserialize, Serialize};
@@ -41,6 +41,9 @@ pub struct Body {
     /// Linear drag of the medium on each particle (N s/m); 0: none.
     #[serde(default)]
     pub drag: f64,
+    /// Air that acts on its triangles; none: it feels none.
+    #[serde(default, with = "air_text", skip_serializing_if = "Option::is_none")]
+    pub air: Option<Air>,
     /// How positions and velocities advance; default: implicit Euler.
     #[serde(default = "default_integrator", with = "names::integrator")]
     pub integrator: Integrator,
@@ -102,6 +105,7 @@ impl Body {
             pins: Vec::new(),
             moving_pins: Vec::new(),
             drag: 0.0,
+            air: None,
             integrator: default_integrator(),
             minimizer: MinimizerKind::default(),
             newton_tolerance: None,
@@ -118,6 +122,39 @@ impl Body {
             limits: Limits::default(),
             block_size: default_block_size(),
         }
+    }
+}
+
+/// The air of a body as a table of a scene.
+mod air_text {
+    use nappe_sim::cloth::Air;
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    #[derive(Deserialize, Serialize)]
+    #[serde(default)]
+    struct Text {
+        density: f64,
+        normal: f64,
+        lift: f64,
+        tangential: f64,
+    }
+
+    impl Default for Text {
+        fn default() -> Self {
+            let Air { density, normal, lift, tangential } = Air::default();
+            Self { density, normal, lift, tangential }
+        }
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(text: D) -> Result<Option<Air>, D::Error> {
+        let Text { density, normal, lift, tangential } = Text::deserialize(text)?;
+        Ok(Some(Air { density, normal, lift, tangential }))
+    }
+
+    #[expect(clippy::ref_option, reason = "serde hands over a reference to the field")]
+    pub(super) fn serialize<S: Serializer>(air: &Option<Air>, to: S) -> Result<S::Ok, S::Error> {
+        let text = |Air { density, normal, lift, tangential }| Text { density, normal, lift, tangential };
+        air.map(text).serialize(to)
     }
 }
 

@@ -39,7 +39,7 @@ pub use error::{ErrorKind, SceneError, SceneErrors, suggestion};
 pub use fill::enclosed_volume;
 pub use keys::page as reference_page;
 pub use printable::{is_printable, printable, printable_json};
-pub use scene::{Scene, VERSION};
+pub use scene::{Scene, VERSION, WindKey};
 pub use shipped::shipped_scenes;
 pub use snow::{
     AdvectionName, BoxText, MaterialText, Overlap, Sampling, Snow, SnowBody, SnowSolver, SnowSource,

@@ -43,8 +43,11 @@ pub struct Scene {
     pub precision: Precision,
     /// Acceleration of gravity (m/s²).
     pub gravity: [f64; 3],
-    /// Velocity of the medium (m/s), which bodies feel through their drag.
+    /// Velocity of the medium (m/s), which bodies feel through their drag and their air.
     pub wind: [f64; 3],
+    /// In its place the velocity of the medium over time.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub wind_at: Vec<WindKey>,
     /// Frames between frames that carry the hash of the state, 1 or more.
     pub hash_interval: u32,
     /// Bodies, in the order of their particles.
@@ -61,6 +64,15 @@ pub struct Scene {
     pub source: Source,
 }
 
+/// What the medium does at a time.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct WindKey {
+    /// Time (s).
+    pub time: f64,
+    /// Velocity of the medium then (m/s).
+    pub velocity: [f64; 3],
+}
+
 impl Default for Scene {
     fn default() -> Self {
         Self {
@@ -72,6 +84,7 @@ impl Default for Scene {
             precision: Precision::F32,
             gravity: [0.0, -9.81, 0.0],
             wind: [0.0; 3],
+            wind_at: Vec::new(),
             hash_interval: 10,
             bodies: Vec::new(),
             snow: None,

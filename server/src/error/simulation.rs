@@ -61,6 +61,8 @@ impl From<&ChangeError> for ServiceError {
             ChangeError::SnowHasNoSprings { name } => {
                 refused.with("body", name).at_field("springs.body", message)
             }
+            ChangeError::NoAir { body } => refused.with("body", body).at_field("air.body", message),
+            ChangeError::NoneFeelsAir => refused.at_field("air", message),
             ChangeError::NoCloth => refused.at_field("springs", message),
             ChangeError::NotPinned { particle } => {
                 refused.with("particle", particle).at_field("pins.particle", message)

@@ -13,8 +13,8 @@ use crate::{
 
 /// The changes of a request to update parameters.
 pub(super) fn of_update(request: v1::UpdateParametersRequest) -> v1::Changes {
-    let v1::UpdateParametersRequest { gravity, wind, drag, springs, pins, paths, .. } = request;
-    v1::Changes { gravity, wind, drag, springs, pins, paths }
+    let v1::UpdateParametersRequest { gravity, wind, drag, springs, pins, paths, air, .. } = request;
+    v1::Changes { gravity, wind, drag, springs, pins, paths, air }
 }
 
 /// Changes in the order of their fields, which `within` stands before in messages.
@@ -27,11 +27,12 @@ pub(super) fn changes(
     limits: &Limits,
 ) -> Result<Vec<Change>, ServiceError> {
     let points = request.paths.iter().map(|path| path.times_seconds.len()).sum::<usize>();
-    let count = request.springs.len() + request.pins.len() + request.paths.len().max(points);
+    let count =
+        request.springs.len() + request.air.len() + request.pins.len() + request.paths.len().max(points);
     let allowed = limits.max_changes_per_call;
     if count > allowed as usize {
         let message = format!(
-            "the call has {count} changes of springs, pins and points of paths; allowed: at most {allowed}"
+            "the call has {count} changes of springs, air, pins and points of paths; allowed: at most {allowed}"
         );
         return Err(ServiceError::new(Reason::TooManyChanges, message)
             .with("changes", count)
@@ -51,6 +52,10 @@ pub(super) fn changes(
         changes.push(Change::Drag(finite(&format!("{within}drag"), drag)?));
     }
 
+    for (i, update) in request.air.iter().enumerate() {
+        changes.push(air(&format!("{within}air[{i}]"), update)?);
+    }
+
     for (i, update) in request.springs.iter().enumerate() {
         changes.push(springs(&format!("{within}springs[{i}]"), update)?);
     }
@@ -65,11 +70,29 @@ pub(super) fn changes(
 
     if changes.is_empty() {
         return Err(ServiceError::field(
-            format!("{within}gravity, wind, drag, springs, pins, paths"),
+            format!("{within}gravity, wind, drag, air, springs, pins, paths"),
             "none is set: an update changes at least one",
         ));
     }
     Ok(changes)
+}
+
+/// Ranges are the simulation's to check.
+fn air(field: &str, update: &v1::AirUpdate) -> Result<Change, ServiceError> {
+    let v1::AirUpdate { body, density, normal, lift, tangential } = update;
+    if [density, normal, lift, tangential].iter().all(|number| number.is_none()) {
+        return Err(ServiceError::field(field, "has neither density nor normal, lift or tangential"));
+    }
+    let number = |name: &str, value: &Option<f64>| {
+        value.map(|value| finite(&format!("{field}.{name}"), value)).transpose()
+    };
+    Ok(Change::Air {
+        body: (!body.is_empty()).then(|| body.clone()),
+        density: number("density", density)?,
+        normal: number("normal", normal)?,
+        lift: number("lift", lift)?,
+        tangential: number("tangential", tangential)?,
+    })
 }
 
 fn springs(field: &str, update: &v1::SpringUpdate) -> Result<Change, ServiceError> {

@@ -47,6 +47,13 @@ fn message(pending: &PendingChange) -> v1::PendingChange {
             Change::Gravity(value) => request.gravity = Some((*value).into()),
             Change::Wind(value) => request.wind = Some((*value).into()),
             Change::Drag(value) => request.drag = Some(*value),
+            Change::Air { body, density, normal, lift, tangential } => request.air.push(v1::AirUpdate {
+                body: body.clone().unwrap_or_default(),
+                density: *density,
+                normal: *normal,
+                lift: *lift,
+                tangential: *tangential,
+            }),
             Change::Springs { body, kind, stiffness, damping } => request.springs.push(v1::SpringUpdate {
                 body: body.clone().unwrap_or_default(),
                 kind: kind_message(*kind).into(),

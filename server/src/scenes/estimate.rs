@@ -41,6 +41,8 @@ const COARSE_TOP: f64 = 0.8e6;
 const SPRING: [Cost; 2] = [cost(108.0, 29.0), cost(14.0, 18.0)];
 const MESH_SPRING: Cost = cost(46.0, 0.0);
 const TRIANGLE: Cost = cost(50.0, 31.0);
+/// Its corners as blocks name them, and its share of what the air does to particles.
+const TRIANGLE_IN_AIR: [Cost; 2] = [cost(22.0, 22.0), cost(13.0, 13.0)];
 const SNOW_PARTICLE: [Cost; 2] = [cost(305.0, 223.0), cost(205.0, 176.0)];
 const SOLID_TRIANGLE: Cost = cost(300.0, 0.0);
 
@@ -81,6 +83,7 @@ impl Estimate {
             (size.springs, by(SPRING)),
             (size.mesh_springs, MESH_SPRING),
             (size.triangles, TRIANGLE),
+            (size.triangles_in_air, by(TRIANGLE_IN_AIR)),
             (size.snow_particles, by(SNOW_PARTICLE)),
             (size.solid_triangles, SOLID_TRIANGLE),
         ];
@@ -153,6 +156,7 @@ mod tests {
         springs: 6000,
         mesh_springs: 0,
         triangles: 2000,
+        triangles_in_air: 0,
         snow_particles: 0,
         solid_triangles: 0,
         snow_grid_bytes: [0; 2],

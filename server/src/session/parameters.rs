@@ -2,7 +2,7 @@
 
 use nappe_proto::v1;
 use nappe_sim::{
-    cloth::SpringKind,
+    cloth::{Air, SpringKind},
     world::{ClothParameters, SpringRange, WorldParameters},
 };
 
@@ -16,8 +16,11 @@ pub(super) fn parameters(now: WorldParameters) -> v1::Parameters {
     }
 }
 
-fn cloth(ClothParameters { name, drag, springs }: ClothParameters) -> v1::ClothParameters {
-    v1::ClothParameters { body: name, drag, springs: springs.into_iter().map(springs_of_kind).collect() }
+fn cloth(ClothParameters { name, drag, air, springs }: ClothParameters) -> v1::ClothParameters {
+    let springs = springs.into_iter().map(springs_of_kind).collect();
+    let air =
+        air.map(|Air { density, normal, lift, tangential }| v1::Air { density, normal, lift, tangential });
+    v1::ClothParameters { body: name, drag, springs, air }
 }
 
 fn springs_of_kind(SpringRange { kind, stiffness, damping }: SpringRange) -> v1::SpringParameters {

@@ -16,8 +16,14 @@ pub(crate) fn diagnostics(
     stage_seconds: &StageSeconds,
     step_seconds: f64,
 ) -> v1::Diagnostics {
-    let Diagnostics { kinetic_energy, elastic_energy, gravitational_energy, momentum, max_stretch } =
-        report.diagnostics;
+    let Diagnostics {
+        kinetic_energy,
+        elastic_energy,
+        gravitational_energy,
+        momentum,
+        max_stretch,
+        external_work,
+    } = report.diagnostics;
 
     v1::Diagnostics {
         step: report.step,
@@ -28,6 +34,7 @@ pub(crate) fn diagnostics(
         gravitational_energy,
         momentum: Some(momentum.into()),
         max_stretch,
+        external_work,
         contact_count: report.contact_count,
         solve: report.solve.as_ref().map(solve),
         stages: stages(stage_seconds),
@@ -108,6 +115,7 @@ fn bound(kind: BoundKind) -> v1::TimeBound {
         BoundKind::Stiffness => v1::TimeBound::Stiffness,
         BoundKind::Damping => v1::TimeBound::Damping,
         BoundKind::SpringSpeed => v1::TimeBound::SpringSpeed,
+        BoundKind::Medium => v1::TimeBound::Medium,
         BoundKind::Acceptance => v1::TimeBound::Acceptance,
         BoundKind::Tolerance => v1::TimeBound::Tolerance,
     }

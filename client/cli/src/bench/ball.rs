@@ -63,6 +63,7 @@ impl Throw {
         Ok(WorldSetup {
             dt: self.dt,
             gravity: [0.0, -9.81, 0.0],
+            wind_at: Vec::new(),
             wind: [0.0; 3],
             colliders: self.normals.iter().map(|normal| self.surface(*normal)).collect(),
             bodies: Vec::new(),

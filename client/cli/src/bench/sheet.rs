@@ -131,6 +131,7 @@ fn world_of(network: Network, settings: ClothSettings, dt: f64) -> WorldSetup {
     WorldSetup {
         dt,
         gravity: [0.0, -9.81, 0.0],
+        wind_at: Vec::new(),
         wind: [0.0; 3],
         colliders: Vec::new(),
         bodies: vec![BodySetup { name: "sheet".to_owned(), network, settings }],

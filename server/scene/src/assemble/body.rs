@@ -90,6 +90,11 @@ pub(super) fn build(
     }
     network.pins = pinned;
     network.drag = body.drag;
+    network.air = body.air;
+    if body.air.is_some() && mesh.triangles.is_empty() {
+        let message = "acts on triangles, and the mesh has none: a chain feels drag";
+        return text.at.key("air").inconsistent(message);
+    }
     let at = text.at.key("moving_pin");
     let settings = settings(text)?;
     let changes = pins::moves(&body.moving_pins, layout, &network, first_particle, &at)?;

@@ -46,6 +46,8 @@ pub struct SceneSize {
     pub mesh_springs: u64,
     /// Triangles of cloth.
     pub triangles: u64,
+    /// Of these, triangles that air acts on.
+    pub triangles_in_air: u64,
     /// Particles of snow.
     pub snow_particles: u64,
     /// Triangles of the two largest meshes that are filled with snow: both are there while it is seen whether they overlap.
@@ -126,6 +128,9 @@ impl SceneSize {
             self.divided_particles = self.divided_particles.saturating_add(points);
         }
         self.triangles = self.triangles.saturating_add(triangles);
+        if body.air.is_some() {
+            self.triangles_in_air = self.triangles_in_air.saturating_add(triangles);
+        }
         // An element counts as a spring, and is looked for in the mesh: one for each edge between two triangles.
         let elements = (3 * triangles / 2).saturating_mul(body.laws.len() as u64);
         self.springs = self.springs.saturating_add(count).saturating_add(elements);

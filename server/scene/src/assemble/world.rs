@@ -11,7 +11,7 @@ use super::{
     snow,
 };
 use crate::{
-    error::{Found, SceneErrors},
+    error::{Found, SceneError, SceneErrors},
     location::Location,
     scene::Scene,
 };
@@ -37,6 +37,7 @@ impl Scene {
         let root = Location::root(&self.source);
         let (mut found, mut warnings) = (Found::default(), self.warnings());
         names::check(self, &root, &mut found);
+        found.take(check_wind(self, &root));
 
         let list = root.key("collider");
         let colliders = self.colliders.iter().enumerate();
@@ -72,7 +73,24 @@ impl Scene {
 
         let colliders = solids.into_iter().map(|solid| solid.collider).collect();
         let Self { dt, gravity, wind, .. } = *self;
-        let setup = WorldSetup { dt, gravity, wind, colliders, bodies, snow };
+        let wind_at = self.wind_at.iter().map(|key| (key.time, key.velocity)).collect();
+        let setup = WorldSetup { dt, gravity, wind, wind_at, colliders, bodies, snow };
         found.or(Built { setup, initial_changes, warnings })
+    }
+}
+
+/// Keys of the wind grow in time, and stand alone.
+fn check_wind(scene: &Scene, root: &Location<'_>) -> Result<(), SceneError> {
+    let (keys, at) = (&scene.wind_at, root.key("wind_at"));
+    if !keys.is_empty() && scene.wind != [0.0; 3] {
+        return root.key("wind").inconsistent("does not go with wind_at, which says the wind at all times");
+    }
+    match (1..keys.len()).find(|i| keys[*i].time <= keys[i - 1].time) {
+        Some(i) => {
+            let (time, before) = (keys[i].time, keys[i - 1].time);
+            let message = format!("is {time}: times grow, and the key before it is at {before} s");
+            at.index(i).key("time").inconsistent(message)
+        }
+        None => Ok(()),
     }
 }

@@ -1,7 +1,7 @@
 //! The keys of a body: mesh, transform, mass, springs, pins, solver, limits.
 
 use nappe_sim::{
-    cloth::{ElementKind, Hessian, Integrator, MinimizerKind, OnPass},
+    cloth::{Air, ElementKind, Hessian, Integrator, MinimizerKind, OnPass},
     linalg::{OperatorKind, PreconditionerKind},
     world::allowed,
 };
@@ -41,6 +41,7 @@ pub(super) static BODY: Section = Section {
         key("pins", Pins, "", Default("[]"), "particles that do not move, by index (from 0) or name: on a grid top_left, top_right, bottom_left, bottom_right, top, bottom, left, right (row 0 is the top); on a chain first, last. A mass of 0 pins too"),
         key("moving_pin", Tables(&MOVING_PIN, 10_000), "", Default("[]"), "pins that move from the start: `[[body.moving_pin]]`"),
         key("drag", Number(Range::of(allowed::DRAG)), "N s/m", Default("0.0"), "linear drag of the medium on each particle: f = -drag (v - wind)"),
+        key("air", Table(&AIR), "", Absent("no air"), "air that acts on the triangles: `[body.air]`; it moves with the wind"),
         key("integrator", Choice(|| Integrator::ALL.map(Integrator::name).to_vec()), "", Default("\"implicit_euler\""), "how positions and velocities advance"),
         key("minimizer", Choice(|| MinimizerKind::ALL.map(MinimizerKind::name).to_vec()), "", Default("\"one_step\""), "how the minimisation is solved that an implicit step stands for: one_step makes one linear solve, newton as many as newton_tolerance needs, vertex_block_descent moves particles one by one"),
         key("newton_tolerance", Number(Range(1e-12, 1e6)), "m/s^2", Absent("0.01, with newton"), "largest acceleration that forces and inertia of a particle may leave over"),
@@ -117,6 +118,19 @@ static SPRING_LAW: Section = Section {
     keys: &[
         key("stiffness", Number(STIFFNESS), "N/m", Required, "stiffness"),
         key("damping", Number(DAMPING), "N s/m", Default("0.0"), "damping along the spring"),
+    ],
+    alternatives: Alternatives::None,
+};
+
+#[rustfmt::skip] // one line per key
+static AIR: Section = Section {
+    name: "body.air",
+    about: "The force of the air on each triangle of area A and normal n, u being the mean velocity of its corners less the wind and u_t what of it is along the triangle: f = -density A / 2 ((normal |u.n| + lift |u_t|) (u.n) n + tangential |u_t| u_t), a third on each corner. The defaults are those of a flat plate in air.",
+    keys: &[
+        key("density", Number(Range::of(Air::DENSITY)), "kg/m^3", Default("1.2"), "density of the air"),
+        key("normal", Number(Range::of(Air::COEFFICIENT)), "", Default("1.2"), "of the velocity across a triangle: what a sheet resists with that moves broadside"),
+        key("lift", Number(Range::of(Air::COEFFICIENT)), "", Default("2.0"), "of the velocity across a triangle that slides: what lifts a sheet at a small angle, and lets a flag flutter"),
+        key("tangential", Number(Range::of(Air::COEFFICIENT)), "", Default("0.02"), "of the velocity along a triangle"),
     ],
     alternatives: Alternatives::None,
 };

@@ -14,6 +14,17 @@ use ValueKind::{Choice, Number, Table, Tables, Text, Vector, Whole};
 /// Bodies or colliders of one scene.
 const MANY: usize = 1000;
 
+#[rustfmt::skip] // one line per key
+static WIND_AT: Section = Section {
+    name: "wind_at",
+    about: "A key of the wind over time: straight between keys, and as at the nearest one before the first and after the last. A step has the wind of its middle.",
+    keys: &[
+        key("time", Number(Range::of(allowed::DURATION)), "s", Required, "when, after the key before it"),
+        key("velocity", Vector(SPEED), "m/s", Required, "velocity of the medium then"),
+    ],
+    alternatives: Alternatives::None,
+};
+
 /// The root of a scene.
 #[rustfmt::skip] // one line per key
 pub(crate) static ROOT: Section = Section {
@@ -27,7 +38,8 @@ pub(crate) static ROOT: Section = Section {
         key("frame_interval", Whole(1, 1_000_000), "steps", Default("1"), "steps between frames"),
         key("precision", Choice(|| Precision::ALL.map(Precision::name).to_vec()), "", Default("\"f32\""), "precision of positions and velocities; sums are f64 whatever it is"),
         key("gravity", Vector(Range::of(allowed::GRAVITY)), "m/s^2", Default("[0.0, -9.81, 0.0]"), "gravity"),
-        key("wind", Vector(SPEED), "m/s", Default("[0.0, 0.0, 0.0]"), "velocity of the medium; bodies feel it through their drag"),
+        key("wind", Vector(SPEED), "m/s", Default("[0.0, 0.0, 0.0]"), "velocity of the medium; bodies feel it through their drag and their air"),
+        key("wind_at", Tables(&WIND_AT, 10_000), "", Default("[]"), "in place of `wind`, its velocity over time: `[[wind_at]]`"),
         key("hash_interval", Whole(1, 1_000_000), "frames", Default("10"), "frames between frames that carry the hash of the state"),
         key("body", Tables(&BODY, MANY), "", Default("[]"), "bodies: `[[body]]`; a scene has at least one body or snow"),
         key("snow", Table(&SNOW), "", Absent("no snow"), "snow: `[snow]` with `[[snow.object]]`; cloth and snow pass through each other, because nothing couples them yet"),

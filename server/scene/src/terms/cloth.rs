@@ -40,10 +40,10 @@ pub(super) fn of_springs(bodies: &[Body]) -> Vec<SceneTerm> {
     terms
 }
 
-/// The laws of elements of bodies, drag, and the motion (m/s) of the medium, which acts through it.
-pub(super) fn of_bodies(bodies: &[Body], wind: [f64; 3]) -> Vec<SceneTerm> {
+/// The laws of elements of bodies, drag, air, and the wind, if it blows, which acts through them.
+pub(super) fn of_bodies(bodies: &[Body], blows: bool) -> Vec<SceneTerm> {
     let mut terms = Vec::new();
-    let mut has_drag = false;
+    let (mut has_drag, mut has_air) = (false, false);
     for (place, body) in bodies.iter().enumerate() {
         let Body {
             name,
@@ -56,6 +56,7 @@ pub(super) fn of_bodies(bodies: &[Body], wind: [f64; 3]) -> Vec<SceneTerm> {
             pins: _,
             moving_pins: _,
             drag,
+            air,
             integrator: _,
             minimizer: _,
             newton_tolerance: _,
@@ -73,6 +74,7 @@ pub(super) fn of_bodies(bodies: &[Body], wind: [f64; 3]) -> Vec<SceneTerm> {
             block_size: _,
         } = body;
         has_drag |= *drag > 0.0;
+        has_air |= air.is_some();
         for kind in ElementKind::ALL {
             let mut damping = laws.iter().filter(|law| law.name == kind).map(damping).peekable();
             if damping.peek().is_none() {
@@ -88,9 +90,12 @@ pub(super) fn of_bodies(bodies: &[Body], wind: [f64; 3]) -> Vec<SceneTerm> {
     }
     if has_drag {
         terms.push(SceneTerm::new("drag", Removal::Drag));
-        if wind.iter().any(|c| *c != 0.0) {
-            terms.push(SceneTerm::new("wind", Removal::Wind));
-        }
+    }
+    if has_air {
+        terms.push(SceneTerm::new("air", Removal::Air));
+    }
+    if (has_drag || has_air) && blows {
+        terms.push(SceneTerm::new("wind", Removal::Wind));
     }
     terms
 }

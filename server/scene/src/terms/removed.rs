@@ -22,6 +22,7 @@ impl Scene {
             precision,
             gravity: _,
             wind,
+            wind_at,
             hash_interval: _,
             bodies,
             snow,
@@ -29,7 +30,8 @@ impl Scene {
             source: _,
         } = self;
         let mut terms = of_springs(bodies);
-        terms.extend(of_bodies(bodies, *wind));
+        let blows = *wind != [0.0; 3] || wind_at.iter().any(|key| key.velocity != [0.0; 3]);
+        terms.extend(of_bodies(bodies, blows));
         let is_of_one = bodies.is_empty() || snow.is_none();
         if bodies.is_empty() {
             terms.extend(snow.iter().flat_map(of_snow));
@@ -96,7 +98,11 @@ impl Scene {
                 laws.filter(|law| law.name == kind).for_each(|law| law.damping = 0.0);
             }
             Removal::Drag => self.bodies.iter_mut().for_each(|body| body.drag = 0.0),
-            Removal::Wind => self.wind = [0.0; 3],
+            Removal::Air => self.bodies.iter_mut().for_each(|body| body.air = None),
+            Removal::Wind => {
+                self.wind = [0.0; 3];
+                self.wind_at.clear();
+            }
             Removal::Friction(place) => {
                 if let Some(collider) = self.colliders.get_mut(place) {
                     collider.friction = 0.0;

@@ -15,6 +15,8 @@ pub enum Removal {
     ElementDamping(usize, ElementKind),
     /// The drag of the medium on all bodies.
     Drag,
+    /// The air around all bodies.
+    Air,
     /// The motion of the medium.
     Wind,
     /// A collider, by its place.

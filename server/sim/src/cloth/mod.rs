@@ -11,7 +11,7 @@ mod integrate;
 mod step;
 
 pub use evaluate::Workspace;
-pub use laws::{ElementKind, spring_force, spring_jacobian_v, spring_jacobian_x};
+pub use laws::{Air, ElementKind, spring_force, spring_jacobian_v, spring_jacobian_x};
 pub use layout::{LawEntry, Model, Parameters, Springs};
 pub(crate) use network::resolve;
 pub use network::{ElementList, Network, Spring, SpringKind, SpringLaw, SpringRules};
@@ -73,7 +73,8 @@ fn evaluate<R: Real>(
     let mut work = Workspace::new();
     work.size_for(model, settings, purpose);
     work.numbers.refresh(model, parameters, settings, around, [around.dt, 0.0]);
-    let Workspace { mut evaluation, numbers, scratches, .. } = work;
+    let Workspace { mut evaluation, mut numbers, scratches, .. } = work;
+    numbers.freeze_air(model, [&state.x, &state.v], &scratches);
     evaluation.look(model, &numbers, purpose, [&state.x, &state.v], &scratches);
     evaluation
 }

@@ -13,7 +13,7 @@ use crate::{
     collide::{Contacts, Met, Passed, resolve},
     linalg::SolveReport,
     math::Real,
-    report::{BoundKind, Stage, StepFailure, Stopwatch, TimeBound, Work},
+    report::{BoundKind, Diagnostics, Stage, StepFailure, Stopwatch, TimeBound, Work},
     surroundings::Surroundings,
     time_step::TimeStep,
 };
@@ -62,7 +62,7 @@ impl<R: Real> Stepping<'_, R> {
         }
         let speed = self.work.evaluation.speed;
         let of_speed = u64::from(model.user[speed.particle as usize]);
-        let kind = settings.integrator.bound();
+        let kind = if bound.by_air { BoundKind::Medium } else { settings.integrator.bound() };
         match settings.time_step {
             TimeStep::Certified { safety } => Ok(if speed.rate > bound.rate / safety {
                 TimeBound { kind: BoundKind::SpringSpeed, dt: 1.0 / speed.rate, particle: Some(of_speed) }
@@ -159,6 +159,9 @@ impl<R: Real> Stepping<'_, R> {
             self.work.forget();
         }
         self.evaluate(watch);
+        if self.settings.integrator.is_implicit() && !self.settings.solves_from_state() {
+            self.work.freeze_air(self.model, self.state);
+        }
 
         let before = Before::of(&self.work.evaluation);
         self.work.start = start_of(&self.work.evaluation);
@@ -169,11 +172,14 @@ impl<R: Real> Stepping<'_, R> {
         if settings.integrator == Integrator::ExplicitEuler {
             work.start.own = work.numbers.dt * work.numbers.dt * advanced.motion.change;
         }
+        let external_work = work.numbers.dt * advanced.motion.external;
+        work.start.own += external_work.max(0.0);
         let solve = advanced.solve.map(|(solve, _)| solve);
         let starts_anew = settings.integrator.has_past() && self.state.past.dt == 0.0;
         work.tried = ClothReport {
             solve,
             error: advanced.motion.error,
+            external_work,
             without_history: u32::from(starts_anew),
             ..ClothReport::default()
         };
@@ -281,6 +287,7 @@ impl<R: Real> Stepping<'_, R> {
         watch.lap(Stage::Force);
         let Workspace { evaluation, products, report, .. } = &*self.work;
         let work = Work { force_evaluations: evaluation.runs, matrix_products: *products };
+        let diagnostics = Diagnostics { external_work: report.external_work, ..diagnostics };
         failure.map_or(Ok(ClothReport { diagnostics, work, ..*report }), Err)
     }
 }
@@ -288,10 +295,12 @@ impl<R: Real> Stepping<'_, R> {
 impl<R: Real> Workspace<R> {
     /// Adds what an accepted sub-step has to tell.
     fn add_to_report(&mut self) {
-        let ClothReport { contact_count, solve, error, without_history, notices, .. } = self.tried;
+        let ClothReport { contact_count, solve, error, without_history, notices, external_work, .. } =
+            self.tried;
         let report = &mut self.report;
         report.contact_count += contact_count;
         report.without_history += without_history;
+        report.external_work += external_work;
         report.notices = report.notices.and(notices);
         report.error = report.error.max(error);
         let with = |solve: SolveReport| report.solve.map_or(solve, |others| others.and(solve));

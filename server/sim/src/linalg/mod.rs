@@ -21,6 +21,6 @@ pub use minres::{MinresWorkspace, minres};
 pub use operator::{LinearOperator, Preconditioner, WholeOperator};
 pub use precondition::{BlockJacobi, Identity, Inverse3, Symmetric3};
 pub use settings::{OperatorKind, Outcome, PreconditionerKind, SolveReport, SolverSettings, Stop};
-pub(crate) use sixteens::{Sums, add_lanes, lanes_at, packs, packs_at, store_padded};
+pub(crate) use sixteens::{Sums, add_lanes, lanes_at, load_six, packs, packs_at, store_padded, widen_six};
 pub(crate) use solve::{System, solve};
 pub use two_level::TwoLevel;

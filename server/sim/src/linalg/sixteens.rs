@@ -43,6 +43,26 @@ pub(crate) fn add_lanes(lanes: [f64; LANES]) -> f64 {
     (four[0] + four[2]) + (four[1] + four[3])
 }
 
+/// The entries of sixteen matrices, in lanes, in binary64.
+#[inline(always)]
+pub(crate) fn widen_six<P: Pack>(lanes: &[[P::Number; LANES]; 6]) -> [P::Wide; 6] {
+    let [a, b, c, d, e, f] = load_six::<P>(lanes);
+    [a.widen(), b.widen(), c.widen(), d.widen(), e.widen(), f.widen()]
+}
+
+/// The same as they are.
+#[inline(always)]
+pub(crate) fn load_six<P: Pack>(lanes: &[[P::Number; LANES]; 6]) -> [P; 6] {
+    [
+        P::load(&lanes[0]),
+        P::load(&lanes[1]),
+        P::load(&lanes[2]),
+        P::load(&lanes[3]),
+        P::load(&lanes[4]),
+        P::load(&lanes[5]),
+    ]
+}
+
 /// Both sums over one block.
 pub(crate) fn block_sums<R: Real>(a: &[Sixteen<R>], b: &[Sixteen<R>]) -> [f64; 2] {
     dispatch(BlockSums { a, b })

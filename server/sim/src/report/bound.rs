@@ -31,6 +31,8 @@ pub enum BoundKind {
     Tolerance,
     /// The ends of a spring of cloth move against each other by a quarter of its rest length at most in an explicit step.
     SpringSpeed,
+    /// The medium slows cloth at a particle: the air more than halves an explicit step.
+    Medium,
 }
 
 impl fmt::Display for BoundKind {
@@ -41,7 +43,7 @@ impl fmt::Display for BoundKind {
 
 impl BoundKind {
     /// Every kind: bounds of snow, what the scene fixes, bounds of cloth.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 13] = [
         Self::ElasticWave,
         Self::IsolatedParticle,
         Self::ParticleSpeed,
@@ -54,6 +56,7 @@ impl BoundKind {
         Self::Acceptance,
         Self::Tolerance,
         Self::SpringSpeed,
+        Self::Medium,
     ];
 
     /// Its name in reports and on the wire.
@@ -71,6 +74,7 @@ impl BoundKind {
             Self::Acceptance => "acceptance",
             Self::Tolerance => "tolerance",
             Self::SpringSpeed => "spring_speed",
+            Self::Medium => "medium",
         }
     }
 }

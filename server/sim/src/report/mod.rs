@@ -31,6 +31,8 @@ pub struct Diagnostics {
     pub momentum: [f64; 3],
     /// Largest length over rest length of any spring; 0 without springs.
     pub max_stretch: f64,
+    /// Work (J) that the air and given forces did on cloth in the step that led here; 0 of a state that no step led to.
+    pub external_work: f64,
 }
 
 impl Diagnostics {
@@ -42,6 +44,7 @@ impl Diagnostics {
             gravitational_energy: self.gravitational_energy + other.gravitational_energy,
             momentum: std::array::from_fn(|c| self.momentum[c] + other.momentum[c]),
             max_stretch: self.max_stretch.max(other.max_stretch),
+            external_work: self.external_work + other.external_work,
         }
     }
 

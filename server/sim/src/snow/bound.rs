@@ -81,6 +81,7 @@ impl Culprits {
             | BoundKind::Stiffness
             | BoundKind::Damping
             | BoundKind::SpringSpeed
+            | BoundKind::Medium
             | BoundKind::Acceptance
             | BoundKind::Tolerance => None,
         }

@@ -8,7 +8,7 @@ use super::{
     cloth::Cloth,
     rules::{Change, ChangeError, ChangeRules},
 };
-use crate::math::Real;
+use crate::{cloth::Air, math::Real};
 
 impl<R: Real> World<R> {
     /// Which changes it accepts.
@@ -35,8 +35,19 @@ impl<R: Real> World<R> {
         }
         match change {
             Change::Gravity(value) => self.gravity = *value,
-            Change::Wind(value) => self.wind = *value,
+            Change::Wind(value) => self.wind.set(*value),
             Change::Drag(value) => self.cloths_mut().for_each(|cloth| cloth.set_drag(*value)),
+            Change::Air { body: name, density, normal, lift, tangential } => {
+                let named = |cloth: &&mut Cloth<R>| name.as_ref().is_none_or(|name| cloth.name == *name);
+                self.cloths_mut().filter(named).for_each(|cloth| {
+                    cloth.change_air(|air| Air {
+                        density: density.unwrap_or(air.density),
+                        normal: normal.unwrap_or(air.normal),
+                        lift: lift.unwrap_or(air.lift),
+                        tangential: tangential.unwrap_or(air.tangential),
+                    });
+                });
+            }
             Change::Springs { body: name, kind, stiffness, damping } => {
                 let named = |cloth: &&mut Cloth<R>| name.as_ref().is_none_or(|name| cloth.name == *name);
                 let cloths = self.cloths_mut().filter(named);

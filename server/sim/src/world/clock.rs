@@ -10,6 +10,7 @@ use super::{
     rules::ChangeRules,
     setup::{SetupError, WorldSetup},
     snow::SnowBody,
+    wind::Wind,
 };
 use crate::{
     collide::Collider,
@@ -27,7 +28,7 @@ pub struct World<R: Real> {
     pub(super) dt: f64,
     pub(super) step_count: u64,
     pub(super) gravity: [f64; 3],
-    pub(super) wind: [f64; 3],
+    pub(super) wind: Wind,
     pub(super) colliders: Vec<Collider>,
     /// Cloths in the order of the setup, then the snow, which goes last: a cloth that fails has then
     /// not moved it.
@@ -56,7 +57,7 @@ impl<R: Real> World<R> {
         if ranks.is_some() {
             setup.check_for_ranks()?;
         }
-        let WorldSetup { dt, gravity, wind, colliders, bodies: cloths, snow } = setup;
+        let WorldSetup { dt, gravity, wind, wind_at, colliders, bodies: cloths, snow } = setup;
         let (mut bodies, mut warnings, mut first_particle) = (Vec::new(), Vec::new(), 0);
 
         for cloth in cloths {
@@ -72,7 +73,7 @@ impl<R: Real> World<R> {
             warnings.extend(notes);
         }
 
-        let (gravity, wind, colliders) = (*gravity, *wind, colliders.clone());
+        let (gravity, wind, colliders) = (*gravity, Wind::new(*wind, wind_at), colliders.clone());
         let rules = Arc::new(ChangeRules::of(&bodies));
         let interrupt = ranks.as_ref().map_or_else(Interrupt::default, |ranks| ranks.agreed.clone());
         let (dt, pace) = (*dt, Pace::default());
@@ -85,8 +86,14 @@ impl<R: Real> World<R> {
     /// Refuses steps of cloth that cannot be taken from the start.
     fn check_steps(&mut self) -> Result<(), SetupError> {
         let Self { dt, gravity, wind, colliders, bodies, interrupt, .. } = self;
-        let around =
-            Surroundings { gravity: *gravity, wind: *wind, colliders, time: 0.0, dt: *dt, interrupt };
+        let around = Surroundings {
+            gravity: *gravity,
+            wind: wind.at(0.5 * *dt),
+            colliders,
+            time: 0.0,
+            dt: *dt,
+            interrupt,
+        };
         for body in bodies.iter_mut() {
             let name = body.name_for(&StepFailure::Interrupted).to_owned();
             if let Some(cloth) = body.as_cloth_mut() {
@@ -109,7 +116,8 @@ impl<R: Real> World<R> {
         let before = self.pace;
         let Self { dt, gravity, wind, colliders, bodies, interrupt, pace, step_count, .. } = self;
         let time = *step_count as f64 * *dt;
-        let around = Surroundings { gravity: *gravity, wind: *wind, colliders, time, dt: *dt, interrupt };
+        let wind = wind.at(time + 0.5 * *dt);
+        let around = Surroundings { gravity: *gravity, wind, colliders, time, dt: *dt, interrupt };
 
         let taken = cloths::step(bodies, pace, &around, &mut report, watch)
             .and_then(|()| step_snow(bodies, &around, &mut report, watch));
@@ -130,7 +138,8 @@ impl<R: Real> World<R> {
     pub(super) fn around(&self) -> Surroundings<'_> {
         let Self { dt, gravity, wind, colliders, interrupt, .. } = self;
         let time = self.time();
-        Surroundings { gravity: *gravity, wind: *wind, colliders, time, dt: *dt, interrupt }
+        let wind = wind.at(time + 0.5 * *dt);
+        Surroundings { gravity: *gravity, wind, colliders, time, dt: *dt, interrupt }
     }
 
     /// Diagnostics of the state as it is.

@@ -14,7 +14,7 @@ use super::{
 };
 use crate::{
     cloth::{
-        self, ClothReport, ClothSettings, Gain, LawEntry, Model, Parameters, PathPoint, PinMotion,
+        self, Air, ClothReport, ClothSettings, Gain, LawEntry, Model, Parameters, PathPoint, PinMotion,
         SpringKind, State, Stepping, Workspace,
     },
     linalg::PreconditionerKind,
@@ -125,8 +125,9 @@ impl<R: Real> Cloth<R> {
 
     /// What its step told, as that of a body, the largest error of its sub-steps, and how many had no history.
     pub(super) fn told(&self, report: ClothReport) -> (BodyReport, ErrorEstimate, u32) {
-        let ClothReport { diagnostics, contact_count, solve, error, without_history, mut notices, work } =
-            report;
+        let ClothReport {
+            diagnostics, contact_count, solve, error, without_history, mut notices, work, ..
+        } = report;
         notices.first_passed = notices.first_passed.map(|particle| particle + u64::from(self.first_particle));
         (BodyReport { diagnostics, contact_count, solve, snow: None, notices, work }, error, without_history)
     }
@@ -176,8 +177,8 @@ impl<R: Real> Cloth<R> {
 
     /// Drag and springs as they are now.
     pub(super) fn parameters(&self) -> ClothParameters {
-        let Parameters { laws, drag, .. } = &self.parameters;
-        ClothParameters { name: self.name.clone(), drag: *drag, springs: ranges(laws) }
+        let Parameters { laws, drag, air, .. } = &self.parameters;
+        ClothParameters { name: self.name.clone(), drag: *drag, air: *air, springs: ranges(laws) }
     }
 
     /// Lets the next step go on from the state alone: forces change from one step to the next.
@@ -187,6 +188,16 @@ impl<R: Real> Cloth<R> {
 
     pub(super) fn set_drag(&mut self, drag: f64) {
         self.parameters.drag = drag;
+    }
+
+    /// Whether the air acts on it.
+    pub(super) fn feels_air(&self) -> bool {
+        self.parameters.air.is_some()
+    }
+
+    /// Changes the air around it, if it feels any.
+    pub(super) fn change_air(&mut self, change: impl Fn(Air) -> Air) {
+        self.parameters.air = self.parameters.air.map(change);
     }
 
     /// Sets stiffness (N/m) and damping (N s/m) of the springs of a kind; `None` leaves one as it is.
@@ -231,10 +242,13 @@ impl<R: Real> Cloth<R> {
         }
     }
 
-    /// Adds what may be changed between two steps to a hash: drag and laws of springs.
+    /// Adds what may be changed between two steps to a hash: drag, air and laws of springs.
     pub(super) fn hash_parameters(&self, hasher: &mut Xxh3) {
-        let Parameters { laws, elements, drag } = &self.parameters;
+        let Parameters { laws, elements, drag, air } = &self.parameters;
         hasher.update(&drag.to_le_bytes());
+        if let Some(air) = air {
+            hasher.update(air.numbers().map(|(_, number)| number.to_le_bytes()).as_flattened());
+        }
         for law in laws.iter().map(|LawEntry { law, .. }| law).chain(elements) {
             hasher.update([law.stiffness, law.damping].map(f64::to_le_bytes).as_flattened());
         }

@@ -3,6 +3,7 @@
 //! Reads a [`WorldSetup`] (binary64, the user's numbering); writes positions, reports, or the
 //! reason why a step was not taken. [`Simulation`] is a world in a precision chosen at run time.
 
+mod wind;
 mod setup;
 mod report;
 mod topology;

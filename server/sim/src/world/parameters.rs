@@ -1,6 +1,6 @@
 //! Parameters as they are now: what changes between steps can change.
 
-use crate::cloth::{LawEntry, SpringKind};
+use crate::cloth::{Air, LawEntry, SpringKind};
 
 /// Gravity, wind, and what each cloth is made of.
 #[derive(Clone, Debug, PartialEq)]
@@ -13,13 +13,15 @@ pub struct WorldParameters {
     pub cloths: Vec<ClothParameters>,
 }
 
-/// Drag and springs of a cloth.
+/// Drag, air and springs of a cloth.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ClothParameters {
     /// Name of the cloth.
     pub name: String,
     /// Linear drag of the medium on each particle (N s/m).
     pub drag: f64,
+    /// The air around it, if it feels any.
+    pub air: Option<Air>,
     /// Its springs, one entry per kind that it has.
     pub springs: Vec<SpringRange>,
 }

@@ -10,7 +10,7 @@ use thiserror::Error;
 
 use super::body::Body;
 use crate::{
-    cloth::SpringKind,
+    cloth::{Air, SpringKind},
     math::{Real, number},
 };
 
@@ -24,6 +24,19 @@ pub enum Change {
     Wind([f64; 3]),
     /// New linear drag of the medium on every particle of cloth (N s/m).
     Drag(f64),
+    /// The air around a cloth that feels it; `None` leaves a number as it is.
+    Air {
+        /// Name of the cloth; `None`: all that feel air.
+        body: Option<String>,
+        /// New density (kg/m³).
+        density: Option<f64>,
+        /// New coefficients, see [`Air`](crate::cloth::Air).
+        normal: Option<f64>,
+        #[allow(missing_docs, reason = "see above")]
+        lift: Option<f64>,
+        #[allow(missing_docs, reason = "see above")]
+        tangential: Option<f64>,
+    },
     /// Stiffness (N/m) and damping (N s/m) of springs; `None` leaves one as it is.
     Springs {
         /// Name of the cloth; `None`: all cloths.
@@ -94,6 +107,10 @@ pub enum ChangeError {
     NoSuchSprings { body: String, kind: &'static str },
     #[error("'{name}' is snow, which has no springs")]
     SnowHasNoSprings { name: String },
+    #[error("body '{body}' feels no air: give it [body.air] in its scene")]
+    NoAir { body: String },
+    #[error("there is no air to change: no body has [body.air] in its scene")]
+    NoneFeelsAir,
     #[error("there are no springs to change: there is no cloth")]
     NoCloth,
     #[error("particle {particle} is not pinned")]
@@ -127,6 +144,7 @@ struct ClothRules {
     name: String,
     /// Kinds of its springs.
     kinds: Vec<SpringKind>,
+    feels_air: bool,
 }
 
 impl ClothRules {
@@ -147,7 +165,8 @@ impl ChangeRules {
             match body {
                 Body::Cloth(cloth) => {
                     let kinds = SpringKind::ALL.into_iter().filter(|kind| cloth.has_springs(Some(*kind)));
-                    rules.cloths.push(ClothRules { name: cloth.name.clone(), kinds: kinds.collect() });
+                    let (name, feels_air) = (cloth.name.clone(), cloth.feels_air());
+                    rules.cloths.push(ClothRules { name, kinds: kinds.collect(), feels_air });
                 }
                 Body::Snow(snow) => {
                     rules.snows.extend(snow.snow.objects().map(|(object, _)| object.to_owned()));
@@ -170,6 +189,13 @@ impl ChangeRules {
             Change::Gravity(value) => within("gravity", value, allowed::GRAVITY),
             Change::Wind(value) => within("wind", value, allowed::SPEED),
             Change::Drag(value) => within("drag", &[*value], allowed::DRAG),
+            Change::Air { body, density, normal, lift, tangential } => {
+                within("density", density.as_slice(), Air::DENSITY)?;
+                for (name, number) in [("normal", normal), ("lift", lift), ("tangential", tangential)] {
+                    within(name, number.as_slice(), Air::COEFFICIENT)?;
+                }
+                self.check_air(body.as_deref())
+            }
             Change::Springs { body, kind, stiffness, damping } => {
                 within("stiffness", stiffness.as_slice(), allowed::STIFFNESS)?;
                 within("damping", damping.as_slice(), allowed::DAMPING)?;
@@ -197,6 +223,26 @@ impl ChangeRules {
         if is_pinned { Ok(()) } else { Err(ChangeError::NotPinned { particle }) }
     }
 
+    fn check_air(&self, name: Option<&str>) -> Result<(), ChangeError> {
+        let Some(name) = name else {
+            let any = self.cloths.iter().any(|cloth| cloth.feels_air);
+            return if any { Ok(()) } else { Err(ChangeError::NoneFeelsAir) };
+        };
+        match self.cloths.iter().find(|cloth| cloth.name == name) {
+            Some(cloth) if cloth.feels_air => Ok(()),
+            Some(_) => Err(ChangeError::NoAir { body: name.into() }),
+            None if self.snows.iter().any(|object| object == name) => {
+                Err(ChangeError::NoAir { body: name.into() })
+            }
+            None => Err(self.unknown_body(name)),
+        }
+    }
+
+    fn unknown_body(&self, name: &str) -> ChangeError {
+        let known = self.cloths.iter().map(|cloth| cloth.name.as_str()).collect::<Vec<_>>().join(", ");
+        ChangeError::UnknownBody { name: name.into(), known }
+    }
+
     fn check_springs(&self, name: Option<&str>, kind: Option<SpringKind>) -> Result<(), ChangeError> {
         if let Some(name) = name.filter(|name| self.snows.iter().any(|object| object == name)) {
             return Err(ChangeError::SnowHasNoSprings { name: name.into() });
@@ -208,8 +254,7 @@ impl ChangeRules {
         let named = |cloth: &&ClothRules| name.is_none_or(|name| cloth.name == name);
         let mut found = self.cloths.iter().filter(named).peekable();
         if found.peek().is_none() {
-            let known = self.cloths.iter().map(|cloth| cloth.name.as_str()).collect::<Vec<_>>().join(", ");
-            return Err(ChangeError::UnknownBody { name: name.unwrap_or_default().into(), known });
+            return Err(self.unknown_body(name.unwrap_or_default()));
         }
 
         if found.any(|cloth| cloth.has_springs(kind)) {

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use thiserror::Error;
 
+use super::wind::Wind;
 use crate::{
     cloth::{ClothSettings, Minimizer, Network},
     collide::Collider,
@@ -31,6 +32,8 @@ pub struct WorldSetup {
     pub gravity: [f64; 3],
     /// Velocity of the medium (m/s).
     pub wind: [f64; 3],
+    /// In its place times (s), growing, each with the velocity then (m/s): straight between them; empty for one velocity.
+    pub wind_at: Vec<(f64, [f64; 3])>,
     /// What particles hit, in the order in which they are met.
     pub colliders: Vec<Collider>,
     /// Cloths: their particles come first, in this order.
@@ -49,6 +52,8 @@ pub enum SetupError {
     BadTimeStep(f64),
     #[error("{what} is not finite: {value:?}")]
     NotFinite { what: String, value: [f64; 3] },
+    #[error("{0}")]
+    Wind(String),
     #[error("body '{body}': {message}")]
     Body { body: String, message: String },
     #[error(transparent)]
@@ -97,6 +102,10 @@ impl WorldSetup {
             if value.iter().any(|c| !c.is_finite()) {
                 return Err(SetupError::NotFinite { what: what.into(), value });
             }
+        }
+
+        if let Some(message) = Wind::invalid(&self.wind_at) {
+            return Err(SetupError::Wind(message));
         }
 
         let objects = self.snow.iter().flat_map(|snow| &snow.objects).map(|object| &object.name);

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{clock::World, cloth::Taken, pace::Pace, simulation::Simulation};
+use super::{clock::World, cloth::Taken, pace::Pace, simulation::Simulation, wind::Wind};
 use crate::{
     field::Field,
     math::{Real, bytes},
@@ -38,7 +38,7 @@ enum Precise {
 struct State<R: Real> {
     step_count: u64,
     gravity: [f64; 3],
-    wind: [f64; 3],
+    wind: Wind,
     pace: Pace,
     cloths: Vec<Taken<R>>,
     snow: Option<TakenSnow>,
@@ -47,14 +47,16 @@ struct State<R: Real> {
 impl<R: Real> World<R> {
     fn take(&self) -> State<R> {
         let cloths = self.bodies.iter().filter_map(|body| Some(body.as_cloth()?.take())).collect();
-        let Self { step_count, gravity, wind, pace, .. } = *self;
+        let Self { step_count, gravity, pace, .. } = *self;
+        let wind = self.wind.clone();
         let snow = self.snow().map(Snow::take);
         State { step_count, gravity, wind, pace, cloths, snow }
     }
 
     fn put(&mut self, state: &State<R>) {
         let State { step_count, gravity, wind, pace, cloths, snow } = state;
-        (self.step_count, self.gravity, self.wind, self.pace) = (*step_count, *gravity, *wind, *pace);
+        (self.step_count, self.gravity, self.pace) = (*step_count, *gravity, *pace);
+        self.wind.clone_from(wind);
         let own = self.bodies.iter_mut().filter_map(|body| body.as_cloth_mut());
         own.zip(cloths).for_each(|(cloth, taken)| cloth.put(taken));
         self.snow_mut().into_iter().zip(snow).for_each(|(snow, taken)| snow.put(taken));

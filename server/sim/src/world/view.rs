@@ -38,7 +38,7 @@ impl<R: Real> World<R> {
     /// Parameters as they are now.
     pub fn parameters(&self) -> WorldParameters {
         let cloths = self.bodies.iter().filter_map(Body::as_cloth).map(Cloth::parameters).collect();
-        WorldParameters { gravity: self.gravity, wind: self.wind, cloths }
+        WorldParameters { gravity: self.gravity, wind: self.around().wind, cloths }
     }
 
     /// What particles hit.
@@ -67,8 +67,8 @@ impl<R: Real> World<R> {
     pub fn state_hash(&self) -> u64 {
         let mut hasher = xxhash_rust::xxh3::Xxh3::new();
         hasher.update(&self.step_count.to_le_bytes());
-        for vector in [self.gravity, self.wind] {
-            hasher.update(vector.map(f64::to_le_bytes).as_flattened());
+        for number in self.gravity.into_iter().chain(self.wind.numbers()) {
+            hasher.update(&number.to_le_bytes());
         }
         self.bodies.iter().for_each(|body| body.hash_parameters(&mut hasher));
         self.pace.hash(&mut hasher);

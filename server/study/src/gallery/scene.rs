@@ -82,6 +82,7 @@ impl Scene {
         WorldSetup {
             dt: self.dt,
             gravity: self.gravity,
+            wind_at: Vec::new(),
             wind: self.wind,
             colliders: self.colliders.clone(),
             bodies: vec![BodySetup {

@@ -109,6 +109,7 @@ impl SnowScene {
         WorldSetup {
             dt: self.dt,
             gravity: self.gravity,
+            wind_at: Vec::new(),
             wind: [0.0; 3],
             colliders: self.colliders.clone(),
             bodies: Vec::new(),

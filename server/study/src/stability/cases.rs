@@ -32,6 +32,7 @@ impl Case {
         let mut case = self.clone();
         let mut rng = fastrand::Rng::with_seed(SEED);
         (case.setup.gravity, case.setup.wind) = ([0.0; 3], [0.0; 3]);
+        case.setup.wind_at.clear();
         case.setup.colliders.clear();
         case.changes.clear();
         for body in &mut case.setup.bodies {
@@ -184,6 +185,7 @@ mod tests {
         let setup = WorldSetup {
             dt: 1e-3,
             gravity: [0.0, -9.8, 0.0],
+            wind_at: Vec::new(),
             wind: [1.0, 0.0, 0.0],
             colliders: Vec::new(),
             bodies: vec![body],

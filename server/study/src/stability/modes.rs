@@ -305,6 +305,7 @@ mod tests {
         let setup = WorldSetup {
             dt: 1e-3,
             gravity: [0.0; 3],
+            wind_at: Vec::new(),
             wind: [0.0; 3],
             colliders: Vec::new(),
             bodies: vec![body],

@@ -11,7 +11,7 @@
 //!
 //! Each is an inequality of sums over particles i, which holds where it does for what acts at each:
 //! (n.(a - b))² <= 2 (n.a)² + 2 (n.b)² gives w² <= (2 lambda_max(K_i) + e_i) / m_i and
-//! c <= (2 lambda_max(C_i) + d_i + drag) / m_i. K_i and C_i are the sums of k (u uᵀ + g (I - u uᵀ)), g = max(0, 1 - l0/l), and of
+//! c <= (2 lambda_max(C_i) + d_i + drag + 2 lambda_max(B_i)) / m_i. K_i and C_i are the sums of k (u uᵀ + g (I - u uᵀ)), g = max(0, 1 - l0/l), and of
 //! nu u uᵀ over its springs; e_i and d_i what elements add. The inverse of the longest step is the greatest over particles
 //! for one of the two regions, the lesser of both: a particle in one and another in the other prove nothing.
 //!
@@ -88,6 +88,8 @@ pub(crate) struct Bound {
     pub(crate) rate: f64,
     /// In the model's numbering.
     pub(crate) particle: u32,
+    /// Whether the air makes it more than twice what it would be.
+    pub(crate) by_air: bool,
 }
 
 impl Bound {
@@ -143,10 +145,14 @@ impl<R: Real> Bounds<R> {
         [k, c]: [[W; 6]; 2],
         [m, inv_m]: [W; 2],
         kind: BoundKind,
+        air: Option<[W; 6]>,
     ) -> [W; 2] {
         let two = W::of(2.0);
         let (mut stiffness, mut damping) = (two * largest_eigenvalue(k), two * largest_eigenvalue(c));
         damping += W::of(self.drag);
+        if let Some(air) = air {
+            damping += two * largest_eigenvalue(air);
+        }
         if let Some(shares) = self.shares.get(first..first + LANES) {
             stiffness += W::load(&std::array::from_fn(|lane| shares[lane][0]));
             damping += W::load(&std::array::from_fn(|lane| shares[lane][1]));
@@ -222,29 +228,36 @@ fn largest_eigenvalue<W: Pack<Number = f64>>([xx, yy, zz, xy, xz, yz]: [W; 6]) -
 pub(crate) struct Fastest<W> {
     rate: W,
     group: W,
+    /// What the rate would be without air.
+    in_vacuum: W,
 }
 
 impl<W: Pack<Number = f64>> Fastest<W> {
     #[inline(always)]
     pub(crate) fn none() -> Self {
-        Self { rate: W::zero(), group: W::zero() }
+        Self { rate: W::zero(), group: W::zero(), in_vacuum: W::zero() }
     }
 
-    /// Looks at the rates of a group.
+    /// Looks at the rates of a group, and at what they would be without air.
     #[inline(always)]
-    pub(crate) fn look(&mut self, group: usize, rate: W) {
+    pub(crate) fn look(&mut self, group: usize, rate: W, in_vacuum: W) {
         self.group = self.rate.if_less(rate, W::of(group as f64), self.group);
+        self.in_vacuum = self.rate.if_less(rate, in_vacuum, self.in_vacuum);
         self.rate = self.rate.max(rate);
     }
 
     /// The bound of a block whose first row is given: of equal ones that of the first row.
     #[inline(always)]
     pub(crate) fn bound(self, first: usize) -> Bound {
-        let (rates, groups) = (self.rate.store(), self.group.store());
-        (0..LANES).fold(Bound { rate: 0.0, particle: first as u32 }, |best, lane| {
+        let (rates, groups, in_vacuum) = (self.rate.store(), self.group.store(), self.in_vacuum.store());
+        (0..LANES).fold(Bound { particle: first as u32, ..Bound::default() }, |best, lane| {
             let particle = (first + groups[lane] as usize * LANES + lane) as u32;
             let is_first = rates[lane] == best.rate && particle < best.particle;
-            if rates[lane] > best.rate || is_first { Bound { rate: rates[lane], particle } } else { best }
+            if rates[lane] > best.rate || is_first {
+                Bound { rate: rates[lane], particle, by_air: rates[lane] > 2.0 * in_vacuum[lane] }
+            } else {
+                best
+            }
         })
     }
 }

@@ -11,7 +11,7 @@ use super::{
     bound::{Bound, Fastest, MOVES},
     figures::{Figures, Partial, Total},
     numbers::StepNumbers,
-    spring_sums::{SpringSums, load_six, widen_six},
+    spring_sums::SpringSums,
 };
 use crate::{
     cloth::{
@@ -19,7 +19,7 @@ use crate::{
         layout::{BlockOfRows, BlockScratch, Elements, Model, Scratches},
         settings::{Aim, Bounded, Explicit, Implicit, Purpose, RightHandSide},
     },
-    linalg::{Inverse3, PreconditionerKind, add_lanes, lanes_at, packs_at},
+    linalg::{Inverse3, PreconditionerKind, add_lanes, lanes_at, load_six, packs_at, widen_six},
     math::{LANES, Pack, Padded, Real, Sixteen, WithSimd, dispatch, three},
     parallel::{Disjoint, block_count, per_block_mut, per_sixteen_mut, size},
     report::{BoundKind, Diagnostics},
@@ -65,7 +65,21 @@ impl<R: Real> Evaluation<R> {
         }
     }
 
-    /// Evaluates positions and velocities, of which neighbours have computed what own rows read.
+    /// Freezes the air at positions and velocities, of which neighbours have computed what own rows read, and evaluates them.
+    pub(crate) fn run_in_air(
+        &mut self,
+        model: &Model<R>,
+        numbers: &mut StepNumbers<R>,
+        purpose: Purpose,
+        [x, v]: [&mut [Padded<R>]; 2],
+        scratches: &Scratches<R>,
+    ) {
+        model.share.exchange([&mut *x, &mut *v]);
+        numbers.freeze_air(model, [x, v], scratches);
+        self.look(model, numbers, purpose, [x, v], scratches);
+    }
+
+    /// Evaluates positions and velocities, of which neighbours have computed what own rows read, with the air as it was frozen.
     pub(crate) fn run(
         &mut self,
         model: &Model<R>,
@@ -125,17 +139,22 @@ impl<R: Real> Evaluation<R> {
         let [stretch, coordinate] =
             [greatest(|block| block.stretch), greatest(|block| block.largest_coordinate)];
         let [p, q, r] = [a, b, c].map(|bound| f64::from(bound.particle));
-        let told = [stretch, coordinate, a.rate, p, b.rate, q, c.rate, r];
+        let [by_a, by_b] = [a, b].map(|bound| f64::from(u8::from(bound.by_air)));
+        let told = [stretch, coordinate, a.rate, p, by_a, b.rate, q, by_b, c.rate, r];
         (self.max_stretch, self.largest_coordinate) = (0.0, 0.0);
         let mut bounds = [Bound::default(); 3];
         let Self { partials, max_stretch, largest_coordinate, .. } = self;
         let sums = model.share.sum_and_tell(partials, &|(block, _)| block.sums, told, |told| {
-            let [stretch, coordinate, a, p, b, q, c, r] = told;
+            let [stretch, coordinate, a, p, by_a, b, q, by_b, c, r] = told;
             *max_stretch = max_stretch.max(stretch);
             *largest_coordinate = largest_coordinate.max(coordinate);
-            let of_rank = [(a, p), (b, q), (c, r)];
-            bounds =
-                greater(bounds, of_rank.map(|(rate, particle)| Bound { rate, particle: particle as u32 }));
+            let of_rank = [(a, p, by_a), (b, q, by_b), (c, r, 0.0)];
+            let of_rank = of_rank.map(|(rate, particle, by_air)| Bound {
+                rate,
+                particle: particle as u32,
+                by_air: by_air > 0.0,
+            });
+            bounds = greater(bounds, of_rank);
         });
         self.total = Total::of(sums);
         (self.bound, self.speed) = (bounds[0].either(bounds[1]), bounds[2]);
@@ -144,7 +163,15 @@ impl<R: Real> Evaluation<R> {
     pub(crate) fn diagnostics(&self) -> Diagnostics {
         let Total { kinetic_energy, elastic_energy, gravitational_energy, momentum, .. } = self.total;
         let max_stretch = self.max_stretch;
-        Diagnostics { kinetic_energy, elastic_energy, gravitational_energy, momentum, max_stretch }
+        let external_work = 0.0;
+        Diagnostics {
+            kinetic_energy,
+            elastic_energy,
+            gravitational_energy,
+            momentum,
+            max_stretch,
+            external_work,
+        }
     }
 }
 
@@ -242,11 +269,17 @@ impl<R: Real> Block<'_, R> {
                     [lanes_at::<P>(m, place / LANES).widen(), lanes_at::<P>(inv_m, place / LANES).widen()];
                 let sums = &self.scratch.bounds[group];
                 let entries = [widen_six::<P>(&sums[0]), widen_six::<P>(&sums[1])];
-                let rates = self.numbers.bounds.rates(place, entries, masses, bound);
-                line.look(group, rates[0]);
-                corner.look(group, rates[1]);
+                let bounds = &self.numbers.bounds;
+                let in_vacuum = bounds.rates(place, entries, masses, bound, None);
+                let acting = self.numbers.external.at::<P>(place / LANES);
+                let rates = acting.map_or(in_vacuum, |acting| {
+                    bounds.rates(place, entries, masses, bound, Some(acting.widen().air))
+                });
+                line.look(group, rates[0], in_vacuum[0]);
+                corner.look(group, rates[1], in_vacuum[1]);
                 let speed = P::load(&self.scratch.rates[group]).widen().sqrt() * P::Wide::of(1.0 / MOVES);
-                fastest.look(group, speed.where_positive(masses[1]));
+                let speed = speed.where_positive(masses[1]);
+                fastest.look(group, speed, speed);
             }
             self.finish::<P, A>(group, kind, &mut figures);
         }
@@ -301,16 +334,25 @@ impl<R: Real> Block<'_, R> {
         figures.add([P::widen3(x), P::widen3(v)], m.where_positive(inv_m).widen());
 
         let springs = self.rows[group].load::<P>();
-        let force = three!(|c| (v[c] - P::splat(wind[c])) * drag);
+        let mut force = three!(|c| (v[c] - P::splat(wind[c])) * drag);
+        let acting = self.numbers.external.at::<P>(place);
+        if let Some(acting) = &acting {
+            let given = acting.force(v, three!(|c| P::splat(wind[c])));
+            force = three!(|c| force[c] - given[c]);
+        }
         if A::HAS_MATRIX {
             let h = R::of(scheme.h);
             let masses = [m.where_positive(inv_m).widen(), inv_m.widen()];
-            figures.predict(self.side, P::widen3(v), P::widen3(springs), masses);
+            let acting = acting.map(|acting| acting.widen());
+            figures.predict(self.side, P::widen3(v), P::widen3(springs), masses, acting);
             self.rows[group]
                 .store(three!(|c| ((m * gravity[c] - force[c]) * h + springs[c]).where_positive(inv_m)));
             let sums = load_six::<P::Wide>(&self.scratch.diagonal[group]);
             let own = m.widen() + P::Wide::of(scheme.h * drag.to_f64());
-            let block = [sums[0] + own, sums[1] + own, sums[2] + own, sums[3], sums[4], sums[5]];
+            let mut block = [sums[0] + own, sums[1] + own, sums[2] + own, sums[3], sums[4], sums[5]];
+            if let Some(acting) = &acting {
+                acting.add_to(&mut block, P::Wide::of(scheme.h));
+            }
             self.inverse[group] = Inverse3::of_packs(block, kind, inv_m.widen());
         } else {
             if A::IS_BOUNDED {

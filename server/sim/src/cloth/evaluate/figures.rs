@@ -1,6 +1,6 @@
 //! What an evaluation adds up over particles: energies, momentum, and what judges the step that comes next.
 
-use super::numbers::StepNumbers;
+use super::{external::Acting, numbers::StepNumbers};
 use crate::{
     cloth::settings::{Aim, RightHandSide},
     linalg::add_lanes,
@@ -38,7 +38,7 @@ pub(crate) struct Total {
 
 impl Total {
     /// From the sums of all blocks. A position that is not finite may not reach an energy (no spring, no gravity): the
-    /// last sum is 0 or NaN, and makes the kinetic energy NaN.
+    /// checksum is 0 or NaN, and makes the kinetic energy NaN.
     pub(crate) fn of(sums: [f64; SUMS]) -> Self {
         let [kinetic, elastic_energy, gravitational_energy, px, py, pz, all, straight, pins, checksum] = sums;
         Self {
@@ -133,16 +133,27 @@ impl<W: Pack<Number = f64>> Figures<W> {
     /// Adds what the velocities of sixteen particles predict: `springs` is what springs and elements add to the
     /// right-hand side of their rows (N s), pins included; `inv_m` (1/kg) is 0 for these.
     #[inline(always)]
-    pub(crate) fn predict(&mut self, side: RightHandSide, v: [W; 3], springs: [W; 3], [m, inv_m]: [W; 2]) {
+    pub(crate) fn predict(
+        &mut self,
+        side: RightHandSide,
+        v: [W; 3],
+        springs: [W; 3],
+        [m, inv_m]: [W; 2],
+        acting: Option<Acting<W>>,
+    ) {
         let [push, square] = [dot(springs, v), dot(v, v)];
+        let (mut taken, mut given) = (self.drag * square, self.drag * dot(self.wind, v));
+        if let Some(acting) = acting {
+            let [of_air, of_all] = acting.powers(v, self.wind);
+            (taken, given) = (taken + self.h * of_air, given + self.h * of_all);
+        }
         if side == RightHandSide::Forces {
-            let medium = W::of(0.5) * square - dot(self.wind, v);
-            self.all += (self.drag * medium).where_positive(inv_m);
+            self.all += (W::of(0.5) * taken - given).where_positive(inv_m);
             self.pins += push - push.where_positive(inv_m);
             return;
         }
-        let own = self.h * m * dot(self.gravity, v) + (self.drag * dot(self.wind, v)).where_positive(inv_m);
-        self.all += push + own - (self.drag * square).where_positive(inv_m);
+        let own = self.h * m * dot(self.gravity, v) + given.where_positive(inv_m);
+        self.all += push + own - taken.where_positive(inv_m);
         self.pins += push - push.where_positive(inv_m);
         self.straight += own;
     }

@@ -4,7 +4,9 @@
 //! reading order:
 
 mod bound;
+mod external;
 mod numbers;
+mod air;
 mod figures;
 mod spring_sums;
 mod evaluation;
@@ -15,10 +17,11 @@ mod workspace;
 mod coarse;
 
 pub(super) use evaluation::Evaluation;
+pub(super) use external::symmetric;
 pub(super) use figures::Total;
 pub(super) use iterate_sums::{Leftover, SweepSums};
 pub(super) use moved::{Motion, Moved, MovedSums, Weights};
 pub(super) use numbers::StepNumbers;
-pub(super) use spring_sums::{SpringSums, load_six};
+pub(super) use spring_sums::SpringSums;
 pub(super) use step_matrix::{StepMatrix, pattern};
 pub use workspace::Workspace;

@@ -1,8 +1,9 @@
 //! How far a sub-step that is tried moves particles, found block by block where velocities are at hand.
 
+use super::numbers::StepNumbers;
 use crate::{
     linalg::{add_lanes, lanes_at},
-    math::{LANES, Pack, array::dot},
+    math::{LANES, Pack, Real, array::dot, array3, three},
     parallel::Share,
     report::ErrorEstimate,
 };
@@ -16,23 +17,30 @@ pub(crate) struct Moved {
     error: f64,
     /// m |u - V|² (J), of an implicit step; m |a|² (J/s²), of explicit Euler.
     change: f64,
-    /// |u|² (m²/s²).
+    /// u.(c I + B) u (W): what drag and air take at u.
     own: f64,
-    /// u.wind (m²/s²).
+    /// u.(c w + B w + f) (W): what they, and given forces, give.
     along: f64,
+    /// Of the air and given forces alone, what they give less what they take (W): at u, or at each kick of an explicit step.
+    external: f64,
     /// The greatest |e|², in the square of the unit of e.
     largest: f64,
 }
 
 impl Moved {
+    /// The same after another kick, whose error it is that counts.
+    pub(crate) fn and(self, kick: Self) -> Self {
+        Self { external: self.external + kick.external, ..kick }
+    }
+
     /// That of all blocks of all ranks.
     fn of_all(share: &Share, blocks: &[Self]) -> Self {
         let here = share.own().blocks(blocks).iter().map(|block| block.largest).fold(0.0, f64::max);
-        let sums = |block: &Self| [block.error, block.change, block.own, block.along];
+        let sums = |block: &Self| [block.error, block.change, block.own, block.along, block.external];
         let mut largest = 0.0;
-        let [error, change, own, along] =
+        let [error, change, own, along, external] =
             share.sum_and_tell(blocks, &sums, [here], |[of_rank]| largest = f64::max(largest, of_rank));
-        Self { error, change, own, along, largest }
+        Self { error, change, own, along, external, largest }
     }
 }
 
@@ -43,30 +51,33 @@ pub(crate) struct Motion {
     pub(crate) error: ErrorEstimate,
     /// |u - V|² m / 2 (J), of an implicit step: of implicit Euler |v' - v|² m / 2. Of explicit Euler |a|² m / 2 (J/s²).
     pub(crate) change: f64,
-    /// |u|² (m²/s²), of an implicit step: of implicit Euler u = v'.
+    /// u.(c I + B) u (W), of an implicit step: of implicit Euler u = v'.
     pub(crate) own: f64,
-    /// u.wind (m²/s²), likewise.
+    /// u.(c w + B w + f) (W), likewise.
     pub(crate) along: f64,
+    /// Mean power (W) of the air and given forces in the sub-step, of any step.
+    pub(crate) external: f64,
 }
 
 impl Motion {
     /// From the sums of all blocks: the error of a particle is `scale` times the length of what its block added up.
     pub(crate) fn of(share: &Share, blocks: &[Moved], free_count: usize, scale: f64) -> Self {
-        let Moved { error, change, own, along, largest } = Moved::of_all(share, blocks);
+        let Moved { error, change, own, along, external, largest } = Moved::of_all(share, blocks);
         let rms = scale * (error / free_count.max(1) as f64).sqrt();
         let error = ErrorEstimate { rms, largest: scale * largest.sqrt() };
-        Self { error, change: 0.5 * change, own, along }
+        Self { error, change: 0.5 * change, own, along, external }
     }
 }
 
 /// Masses and the medium, of an implicit step.
 #[derive(Clone, Copy)]
-pub(crate) struct Weights<'a, R> {
+pub(crate) struct Weights<'a, R: Real> {
     /// Mass (kg) and its inverse, 0 for pins, of the particles of a block.
     pub(crate) m: &'a [R],
     pub(crate) inv_m: &'a [R],
-    /// Velocity of the medium (m/s).
-    pub(crate) wind: [f64; 3],
+    pub(crate) numbers: &'a StepNumbers<R>,
+    /// Which group of sixteen the block begins with.
+    pub(crate) first: usize,
 }
 
 /// Sums of a block, in lanes: those of [`Moved`].
@@ -75,6 +86,7 @@ pub(crate) struct MovedSums<W> {
     change: W,
     own: W,
     along: W,
+    external: W,
     largest: W,
 }
 
@@ -82,7 +94,7 @@ impl<W: Pack<Number = f64>> MovedSums<W> {
     #[inline(always)]
     pub(crate) fn none() -> Self {
         let zero = W::zero();
-        Self { error: zero, change: zero, own: zero, along: zero, largest: zero }
+        Self { error: zero, change: zero, own: zero, along: zero, external: zero, largest: zero }
     }
 
     /// Adds what the error of sixteen particles is proportional to.
@@ -91,6 +103,31 @@ impl<W: Pack<Number = f64>> MovedSums<W> {
         let square = dot(of, of);
         self.error += square;
         self.largest = self.largest.max(square);
+    }
+
+    /// Adds what the air and given forces, as they are at velocities `at`, do in a kick between two velocities: a share of the
+    /// sub-step's mean power.
+    #[inline(always)]
+    pub(crate) fn add_kick<P: Pack<Wide = W>>(
+        &mut self,
+        (numbers, place): (&StepNumbers<P::Number>, usize),
+        at: [P; 3],
+        [before, after]: [[P; 3]; 2],
+        (inv_m, share): (P, f64),
+    ) {
+        if let Some(acting) = numbers.external.at::<P>(place) {
+            let wind = array3(&numbers.wind).map(W::splat);
+            let (before, after) = (P::widen3(before), P::widen3(after));
+            let mean = three!(|c| before[c] + after[c]);
+            let power = dot(acting.widen().force(P::widen3(at), wind), mean);
+            self.external += (power * W::of(0.5 * share)).where_positive(inv_m.widen());
+        }
+    }
+
+    /// Adds the change of sixteen velocities of these masses.
+    #[inline(always)]
+    pub(crate) fn add_change(&mut self, m: W, change: [W; 3]) {
+        self.change += m * dot(change, change);
     }
 
     /// Adds the change of sixteen velocities, and what they become.
@@ -103,18 +140,26 @@ impl<W: Pack<Number = f64>> MovedSums<W> {
     ) {
         let (m, inv_m) =
             (lanes_at::<P>(weights.m, group).widen(), lanes_at::<P>(weights.inv_m, group).widen());
-        let wind = weights.wind.map(W::splat);
-        self.change += m * dot(change, change);
-        self.own += dot(new, new).where_positive(inv_m);
-        self.along += dot(new, wind).where_positive(inv_m);
+        let wind = array3(&weights.numbers.wind).map(W::splat);
+        let drag = W::of(weights.numbers.drag.to_f64());
+        self.add_change(m, change);
+        let (mut own, mut along) = (drag * dot(new, new), drag * dot(new, wind));
+        if let Some(acting) = weights.numbers.external.at::<P>(weights.first + group) {
+            let [taken, given] = acting.widen().powers(new, wind);
+            (own, along) = (own + taken, along + given);
+            self.external += (given - taken).where_positive(inv_m);
+        }
+        self.own += own.where_positive(inv_m);
+        self.along += along.where_positive(inv_m);
     }
 
     #[inline(always)]
     pub(crate) fn block(self) -> Moved {
-        let Self { error, change, own, along, largest } = self;
-        let [error, change, own, along] = [error, change, own, along].map(|lanes| add_lanes(lanes.store()));
+        let Self { error, change, own, along, external, largest } = self;
+        let [error, change, own, along, external] =
+            [error, change, own, along, external].map(|lanes| add_lanes(lanes.store()));
         let largest = largest.store();
         let largest = (0..LANES).fold(0.0, |greatest, lane| f64::max(greatest, largest[lane]));
-        Moved { error, change, own, along, largest }
+        Moved { error, change, own, along, external, largest }
     }
 }

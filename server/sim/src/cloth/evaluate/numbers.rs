@@ -1,6 +1,6 @@
 //! Parameters and time step as the kernels of one step read them.
 
-use super::bound::Bounds;
+use super::{bound::Bounds, external::External};
 use crate::{
     cloth::{
         layout::{ElementNumbers, Model, Parameters},
@@ -42,10 +42,14 @@ pub(crate) struct StepNumbers<R: Real> {
     pub(crate) mirror: R,
     /// Linear drag of the medium (N s/m).
     pub(crate) drag: R,
+    /// Factors of the air, where it acts on triangles (kg/m³).
+    pub(super) air: Option<[R; 3]>,
     /// Velocity of the medium (m/s).
     pub(crate) wind: Vec3<R>,
     /// Gravity (m/s²).
     pub(crate) gravity: Vec3<R>,
+    /// What acts on each particle by itself.
+    pub(crate) external: External<R>,
     /// What bounds an explicit step.
     pub(crate) bounds: Bounds<R>,
     /// Sum of the stiffness of all springs, and of what elements add at all particles (N/m).
@@ -79,6 +83,7 @@ impl<R: Real> StepNumbers<R> {
         }
 
         (self.gravity, self.wind, self.drag) = (gravity, wind, R::of(parameters.drag));
+        self.air = parameters.air.map(|air| air.factors());
         self.mirror = mirror;
         if !is_same {
             self.weigh(model, parameters, settings);
@@ -119,10 +124,10 @@ impl<R: Real> StepNumbers<R> {
             ElementNumbers { energy: law.stiffness, gradient, velocity, matrix }
         }));
         match &mut self.parameters {
-            Some(Parameters { laws, elements, drag }) => {
+            Some(Parameters { laws, elements, drag, air }) => {
                 laws.clone_from(&parameters.laws);
                 elements.clone_from(&parameters.elements);
-                *drag = parameters.drag;
+                (*drag, *air) = (parameters.drag, parameters.air);
             }
             None => self.parameters = Some(parameters.clone()),
         }

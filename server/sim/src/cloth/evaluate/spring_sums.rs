@@ -13,28 +13,9 @@ use crate::{
         layout::{Fold, Springs},
         settings::{Aim, RightHandSide},
     },
+    linalg::load_six,
     math::{LANES, Pack, Sixteen, array::dot},
 };
-
-/// The entries of sixteen matrices, in lanes, in binary64.
-#[inline(always)]
-pub(crate) fn widen_six<P: Pack>(lanes: &[[P::Number; LANES]; 6]) -> [P::Wide; 6] {
-    let [a, b, c, d, e, f] = load_six::<P>(lanes);
-    [a.widen(), b.widen(), c.widen(), d.widen(), e.widen(), f.widen()]
-}
-
-/// The same as they are.
-#[inline(always)]
-pub(crate) fn load_six<P: Pack>(lanes: &[[P::Number; LANES]; 6]) -> [P; 6] {
-    [
-        P::load(&lanes[0]),
-        P::load(&lanes[1]),
-        P::load(&lanes[2]),
-        P::load(&lanes[3]),
-        P::load(&lanes[4]),
-        P::load(&lanes[5]),
-    ]
-}
 
 /// Sums over the springs of a block.
 pub(crate) struct SpringSums<'a, P: Pack, A: Aim> {

@@ -56,6 +56,9 @@ impl<'a, R: Real> StepMatrix<'a, R> {
             let place = |j: u32| columns.binary_search(&j).expect("the pattern holds every spring");
             let diagonal = place(i as u32);
             blocks[diagonal] += Mat3::identity() * (model.m[i] + h * numbers.drag);
+            if let Some(air) = numbers.external.air_of(i) {
+                blocks[diagonal] += air * h;
+            }
 
             for end in model.springs.row(i) {
                 let d = x[i].vector() - x[end.other as usize].vector();
@@ -146,14 +149,20 @@ impl<R: Real> WithSimd<R> for Product<'_, R> {
             self.matrix.add_elements::<P>(block, self.p, self.q, self.scratch);
         }
 
-        let drag = R::of(numbers.scheme.h) * numbers.drag;
+        let h = R::of(numbers.scheme.h);
+        let (drag, has_air) = (h * numbers.drag, !numbers.external.air.is_empty());
         let mut sums = Sums::<P::Wide>::zero();
         let first = self.first_row / LANES;
         for (place, q) in (first..).zip(self.q) {
             let inv_m = lanes_at::<P>(&model.inv_m, place);
             let m = lanes_at::<P>(&model.m, place) + P::splat(drag);
             let (springs, p) = (q.load::<P>(), packs_at::<P>(self.p, place));
-            let row = three!(|c| (springs[c] + p[c] * m).where_positive(inv_m));
+            let mut row = three!(|c| springs[c] + p[c] * m);
+            if let Some(acting) = numbers.external.at::<P>(place).filter(|_| has_air) {
+                let slowing = acting.slowing(p);
+                row = three!(|c| row[c] + slowing[c] * h);
+            }
+            let row = three!(|c| row[c].where_positive(inv_m));
             sums.add(p, row);
             q.store(row);
         }

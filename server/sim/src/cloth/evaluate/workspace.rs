@@ -64,11 +64,11 @@ pub struct Workspace<R: Real> {
     pub(crate) judged: Judged,
     /// What a sub-step that is tried found of its motion, block by block.
     pub(crate) moved: Vec<Moved>,
-    /// Of implicit steps, block by block: inertia where the step starts (J), what is left over at an iterate, and the momentum
-    /// (N s) that forces give to what no pin holds.
+    /// Of implicit steps, block by block: inertia where the step starts (J), what is left over at an iterate, the momentum
+    /// (N s) that forces give to what no pin holds, and B (N s/m) of the air there.
     pub(crate) inertias: Vec<f64>,
     pub(crate) leftovers: Vec<Leftover>,
-    pub(crate) momenta: Vec<[f64; 3]>,
+    pub(crate) momenta: Vec<[f64; 9]>,
     /// On the way out of a saddle, block by block: the greatest square of a change of velocity (m²/s²).
     pub(crate) squares: Vec<f64>,
     /// Of sweeps, block by block: where the last one led.
@@ -122,7 +122,8 @@ impl<R: Real> Workspace<R> {
     pub(crate) fn size_for(&mut self, model: &Model<R>, settings: &ClothSettings, purpose: Purpose) {
         let blocks = block_count(model.count, model.block_size);
         let elements = if model.elements.is_empty() { 0 } else { model.block_size };
-        self.scratches.size_for(blocks, [model.block_size, elements], model.room());
+        let triangles = if model.triangles.is_some() { model.block_size } else { 0 };
+        self.scratches.size_for(blocks, [model.block_size, elements, triangles], model.room());
         let has_iterates = settings.has_iterates();
         let largest = if has_iterates { Purpose::Iterate(settings.solver.preconditioner) } else { purpose };
         self.evaluation.size_for(model, largest);
@@ -130,7 +131,7 @@ impl<R: Real> Workspace<R> {
         if largest.has_matrix() {
             self.inertias.resize(blocks, 0.0);
             self.leftovers.resize(blocks, Leftover::default());
-            self.momenta.resize(blocks, [0.0; 3]);
+            self.momenta.resize(blocks, [0.0; 9]);
             self.squares.resize(blocks, 0.0);
         }
         if settings.integrator == Integrator::VelocityVerletPredicted {
@@ -210,15 +211,36 @@ impl<R: Real> Workspace<R> {
 
     /// Evaluates what a sub-step wrote.
     pub(crate) fn evaluate_next(&mut self, model: &Model<R>, purpose: Purpose) {
-        let Self { evaluation, numbers, next, scratches, .. } = self;
-        evaluation.run(model, numbers, purpose, [&mut next.x, &mut next.v], scratches);
+        let Self { evaluation, numbers, next: State { x, v, .. }, scratches, .. } = self;
+        evaluation.run_in_air(model, numbers, purpose, [x, v], scratches);
         self.current = Some(purpose);
     }
 
     /// Evaluates a state.
     pub(crate) fn evaluate(&mut self, model: &Model<R>, purpose: Purpose, state: &mut State<R>) {
+        let Self { evaluation, numbers, scratches, .. } = self;
         let State { x, v, .. } = state;
-        self.evaluation.run(model, &self.numbers, purpose, [x, v], &self.scratches);
+        evaluation.run_in_air(model, numbers, purpose, [x, v], scratches);
         self.current = Some(purpose);
+    }
+
+    /// Freezes the air at a state, for iterates.
+    pub(crate) fn freeze_air(&mut self, model: &Model<R>, state: &mut State<R>) {
+        if model.triangles.is_some() {
+            model.share.exchange([&mut state.x, &mut state.v]);
+            self.numbers.freeze_air(model, [&state.x, &state.v], &self.scratches);
+        }
+    }
+
+    /// Evaluates accelerations of what a sub-step has written so far.
+    pub(crate) fn evaluate_forces(&mut self, model: &Model<R>) {
+        let Self { evaluation, numbers, next: State { x, v, .. }, scratches, .. } = self;
+        evaluation.run_in_air(model, numbers, Purpose::Explicit, [x, v], scratches);
+    }
+
+    /// The same at the velocities that are predicted.
+    pub(crate) fn evaluate_predicted_forces(&mut self, model: &Model<R>) {
+        let Self { evaluation, numbers, next: State { x, .. }, predicted, scratches, .. } = self;
+        evaluation.run_in_air(model, numbers, Purpose::Explicit, [x, predicted], scratches);
     }
 }

@@ -10,7 +10,7 @@ use crate::{
         state::State,
     },
     linalg::{lanes_at, packs, store_padded},
-    math::{LANES, Pack, Padded, Real, Sixteen, Vec3, WithSimd, array3, dispatch, three},
+    math::{LANES, Mat3, Pack, Padded, Real, Sixteen, Vec3, WithSimd, array3, dispatch, three},
     parallel::{join, per_row, per_row_mut, per_sixteen},
     report::{Stage, StepFailure},
 };
@@ -85,12 +85,14 @@ struct Sums {
     change: Vec3<f64>,
     /// Mass (kg).
     mass: f64,
+    /// B of the air (N s/m).
+    air: Mat3<f64>,
 }
 
 impl Sums {
     fn and(self, other: Self) -> Self {
         let (rest, change) = (self.rest + other.rest, self.change + other.change);
-        Self { rest, change, mass: self.mass + other.mass }
+        Self { rest, change, mass: self.mass + other.mass, air: self.air + other.air }
     }
 }
 
@@ -100,6 +102,7 @@ struct Momenta<'a, R: Real> {
     state: &'a State<R>,
     /// Share of the change in the sub-step before that goes on.
     past: f64,
+    numbers: &'a StepNumbers<R>,
     rest: &'a [Sixteen<R>],
     u: &'a [Padded<R>],
 }
@@ -119,7 +122,8 @@ impl<R: Real> Momenta<'_, R> {
             let (v, mass) = (of(&self.state.v), self.model.m[row].to_f64());
             let base = if past.dt > 0.0 { v + (v - of(&past.v)) * self.past } else { v };
             let rest = self.rest[row / LANES].get(row % LANES).map(R::to_f64);
-            sums.and(Sums { rest, change: (of(self.u) - base) * mass, mass })
+            let air = self.numbers.external.air_of(row).map_or(Mat3::zeros(), |air| air.map(R::to_f64));
+            sums.and(Sums { rest, change: (of(self.u) - base) * mass, mass, air })
         })
     }
 }
@@ -128,7 +132,8 @@ impl<R: Real> Step<'_, R> {
     fn momenta(&self) -> Momenta<'_, R> {
         let Workspace { evaluation, next, numbers, .. } = &*self.work;
         let (model, state) = (self.model, self.state);
-        Momenta { model, state, past: numbers.scheme.past, rest: &evaluation.rows, u: &next.v }
+        let past = numbers.scheme.past;
+        Momenta { model, state, past, numbers, rest: &evaluation.rows, u: &next.v }
     }
 
     /// Whether the momentum of a component with pins does not balance after so many sweeps: what is left over of it is more
@@ -140,7 +145,7 @@ impl<R: Real> Step<'_, R> {
         let gravity = numbers.gravity.map(R::to_f64) * numbers.scheme.h;
         (0..components.count()).filter(|it| components.is_pinned(*it)).find_map(|it| {
             let rows = components.rows(it);
-            let Sums { rest, change, mass } = self.momenta().sums(rows);
+            let Sums { rest, change, mass, .. } = self.momenta().sums(rows);
             let weight = gravity * mass;
             let others = rest + change - weight;
             let limit = SHARE * (weight.norm() + others.norm()) + LEAST * numbers.scheme.h * mass;
@@ -163,9 +168,14 @@ impl<R: Real> Step<'_, R> {
             if components.is_pinned(it) || rows.is_empty() {
                 return Vec3::zeros();
             }
-            let Sums { rest, mass, .. } = self.momenta().sums(rows);
-            let StepNumbers { scheme, drag, .. } = &self.work.numbers;
-            (rest / (mass + scheme.h * drag.to_f64() * rows.len() as f64)).map(R::of)
+            let Sums { rest, mass, air, .. } = self.momenta().sums(rows);
+            let StepNumbers { scheme, drag, external, .. } = &self.work.numbers;
+            let mass = mass + scheme.h * drag.to_f64() * rows.len() as f64;
+            if external.air.is_empty() {
+                return (rest / mass).map(R::of);
+            }
+            let matrix = Mat3::from_diagonal_element(mass) + air * scheme.h;
+            matrix.cholesky().map_or_else(Vec3::zeros, |matrix| matrix.solve(&rest).map(R::of))
         }));
         let moves = shifts.iter().any(|shift| *shift != Vec3::zeros());
         if moves {

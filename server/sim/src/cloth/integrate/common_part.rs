@@ -5,9 +5,12 @@
 
 use super::update::Step;
 use crate::{
-    cloth::{evaluate::Workspace, layout::Model},
+    cloth::{
+        evaluate::{StepNumbers, Workspace, symmetric},
+        layout::Model,
+    },
     linalg::{add_lanes, lanes_at},
-    math::{Pack, Real, Sixteen, WithSimd, dispatch, three},
+    math::{LANES, Mat3, Pack, Real, Sixteen, Vec3, WithSimd, dispatch, three},
     parallel::{per_block_mut, per_row, per_sixteen, per_sixteen_mut},
 };
 
@@ -27,29 +30,41 @@ impl<R: Real> Step<'_, R> {
         let model = self.model;
         let loose = model.loose.as_ref()?;
         let Workspace { evaluation, momenta, numbers, .. } = &mut *self.work;
-        if numbers.gravity.iter().all(|c| *c == R::zero()) && numbers.drag == R::zero() {
+        let is_still = numbers.gravity.iter().all(|c| *c == R::zero()) && numbers.drag == R::zero();
+        if is_still && numbers.external.is_empty() {
             return None;
         }
-        let own = model.share.own();
+        let (own, size) = (model.share.own(), model.block_size / LANES);
         let fields = (per_block_mut(momenta), per_row(&loose.m), per_sixteen(&evaluation.rows));
-        own.each(fields, |_, (momentum, m, rows)| *momentum = dispatch(Momentum { m, rows }));
-        let sum = model.share.sum(momenta, &|momentum| *momentum);
-
+        own.each(fields, |block, (momentum, m, rows)| {
+            *momentum = dispatch(Momentum { m, rows, numbers, first: block * size });
+        });
         // As the matrix has it, whose product with what all rows share is this alone.
-        let drag = R::of(numbers.scheme.h) * numbers.drag;
+        let h = R::of(numbers.scheme.h);
+        let drag = h * numbers.drag;
         let mass = loose.mass + drag.to_f64() * loose.count as f64;
-        let change = sum.map(|c| R::of(c / mass));
+        let (sum, matrix, change);
+        if numbers.external.air.is_empty() {
+            sum = Vec3::from(model.share.sum(momenta, &|[x, y, z, ..]| [*x, *y, *z]));
+            matrix = Mat3::from_diagonal_element(mass);
+            change = sum.map(|c| c / mass);
+        } else {
+            let [x, y, z, air @ ..] = model.share.sum(momenta, &|momentum| *momentum);
+            sum = Vec3::new(x, y, z);
+            matrix = Mat3::from_diagonal_element(mass) + symmetric(air) * h.to_f64();
+            change = matrix.cholesky()?.solve(&sum);
+        }
+        let change = change.map(R::of);
         if !change.iter().all(|c| c.to_f64().is_finite()) {
             return None;
         }
-        own.each((per_row(&loose.m), per_sixteen_mut(&mut evaluation.rows)), |_, (m, rows)| {
-            dispatch(Take { m, rows, change, drag });
+        own.each((per_row(&loose.m), per_sixteen_mut(&mut evaluation.rows)), |block, (m, rows)| {
+            let (first, change) = (block * size, [change.x, change.y, change.z]);
+            dispatch(Take { m, rows, numbers, first, change, drag });
         });
-        let falls = change.iter().zip(sum).map(|(change, sum)| {
-            let change = change.to_f64();
-            change * sum - 0.5 * mass * change * change
-        });
-        Some(CommonPart { change, descent: falls.sum() })
+        let wide = change.map(R::to_f64);
+        let descent = wide.dot(&sum) - 0.5 * wide.dot(&(matrix * wide));
+        Some(CommonPart { change: [change.x, change.y, change.z], descent })
     }
 }
 
@@ -73,24 +88,33 @@ fn shift<R: Real>(model: &Model<R>, vectors: &mut [Sixteen<R>], by: [R; 3]) {
     });
 }
 
-/// The momentum (N s) that forces give to the loose rows of a block.
+/// The momentum (N s) that forces give to the loose rows of a block, and what the air adds there: B (N s/m), xx, yy, zz, xy, xz,
+/// yz.
 struct Momentum<'a, R: Real> {
     /// Masses of loose rows (kg), 0 for others.
     m: &'a [R],
     rows: &'a [Sixteen<R>],
+    numbers: &'a StepNumbers<R>,
+    /// Which group of sixteen the block begins with.
+    first: usize,
 }
 
 impl<R: Real> WithSimd<R> for Momentum<'_, R> {
-    type Output = [f64; 3];
+    type Output = [f64; 9];
 
     #[inline(always)]
-    fn run<P: Pack<Number = R>>(self) -> [f64; 3] {
-        let mut sums = [P::Wide::zero(); 3];
+    fn run<P: Pack<Number = R>>(self) -> [f64; 9] {
+        let mut sums = [P::Wide::zero(); 9];
         for (group, row) in self.rows.iter().enumerate() {
             let m = lanes_at::<P>(self.m, group);
             let row = row.load::<P>();
             for c in 0..3 {
                 sums[c] += row[c].where_positive(m).widen();
+            }
+            if let Some(acting) = self.numbers.external.at::<P>(self.first + group) {
+                for c in 0..6 {
+                    sums[3 + c] += acting.air[c].where_positive(m).widen();
+                }
             }
         }
         sums.map(|lanes| add_lanes(lanes.store()))
@@ -100,6 +124,8 @@ impl<R: Real> WithSimd<R> for Momentum<'_, R> {
 struct Take<'a, R: Real> {
     m: &'a [R],
     rows: &'a mut [Sixteen<R>],
+    numbers: &'a StepNumbers<R>,
+    first: usize,
     change: [R; 3],
     drag: R,
 }
@@ -112,7 +138,13 @@ impl<R: Real> WithSimd<R> for Take<'_, R> {
         for (group, row) in self.rows.iter_mut().enumerate() {
             let m = lanes_at::<P>(self.m, group);
             let (mass, old) = ((m + P::splat(self.drag)).where_positive(m), row.load::<P>());
-            row.store(three!(|c| old[c] - mass * self.change[c]));
+            let mut share = three!(|c| mass * self.change[c]);
+            if let Some(acting) = self.numbers.external.at::<P>(self.first + group) {
+                let slowing = acting.slowing(three!(|c| P::splat(self.change[c])));
+                let h = R::of(self.numbers.scheme.h);
+                share = three!(|c| share[c] + (slowing[c] * h).where_positive(m));
+            }
+            row.store(three!(|c| old[c] - share[c]));
         }
     }
 }

@@ -21,8 +21,7 @@ pub(super) struct Start<'a, R: Real> {
     /// Length of the sub-step (s).
     dt: f64,
     scheme: Scheme,
-    drag: f64,
-    wind: [f64; 3],
+    numbers: &'a StepNumbers<R>,
 }
 
 /// What a block is made of: positions and velocities, those one sub-step before where these are known, masses and their
@@ -30,9 +29,9 @@ pub(super) struct Start<'a, R: Real> {
 type Rows<'a, R> = ([&'a [Padded<R>]; 2], Option<[&'a [Padded<R>]; 2]>, [&'a [R]; 2]);
 
 impl<'a, R: Real> Start<'a, R> {
-    pub(super) fn new(model: &'a Model<R>, state: &'a State<R>, numbers: &StepNumbers<R>) -> Self {
-        let StepNumbers { dt, scheme, drag, wind, .. } = numbers;
-        Self { model, state, dt: *dt, scheme: *scheme, drag: drag.to_f64(), wind: array3(wind) }
+    pub(super) fn new(model: &'a Model<R>, state: &'a State<R>, numbers: &'a StepNumbers<R>) -> Self {
+        let StepNumbers { dt, scheme, .. } = numbers;
+        Self { model, state, dt: *dt, scheme: *scheme, numbers }
     }
 
     /// What blocks are made of.
@@ -43,17 +42,18 @@ impl<'a, R: Real> Start<'a, R> {
         ([per_row(&state.x), per_row(&state.v)], past, masses)
     }
 
-    /// A block, from its part of the rows.
-    pub(super) fn block(&self, ([x, v], past, [m, inv_m]): Rows<'a, R>) -> Block<'a, R> {
-        Block { x, v, past, m, inv_m, start: *self }
+    /// A block, from its number and its part of the rows.
+    pub(super) fn block(&self, number: usize, ([x, v], past, [m, inv_m]): Rows<'a, R>) -> Block<'a, R> {
+        let first = number * (self.model.block_size / LANES);
+        Block { x, v, past, m, inv_m, first, start: *self }
     }
 
     /// Writes the iterate at which velocities do not change. Returns the inertia of the start of the step, in the sense of
     /// [`Leftover`], and the potential of the medium there (J).
     pub(super) fn predict(&self, to: [&mut [Padded<R>]; 2], inertias: &mut [f64]) -> f64 {
         let fields = (per_block_mut(inertias), self.rows(), to.map(per_row_mut));
-        self.model.share.own().each(fields, |_, (inertia, rows, [x, v])| {
-            *inertia = dispatch(Predict { block: self.block(rows), x, v });
+        self.model.share.own().each(fields, |number, (inertia, rows, [x, v])| {
+            *inertia = dispatch(Predict { block: self.block(number, rows), x, v });
         });
         let [inertia] = self.model.share.sum(inertias, &|inertia| [*inertia]);
         inertia
@@ -70,8 +70,8 @@ impl<'a, R: Real> Start<'a, R> {
         let of_iterate = (per_row(v), change.map(per_sixteen));
         let residual = per_sixteen_mut(&mut evaluation.rows);
         let fields = (per_block_mut(leftovers), self.rows(), of_iterate, residual);
-        self.model.share.own().each(fields, |_, (leftover, start_rows, (v, change), rows)| {
-            *leftover = dispatch(LeaveOver { block: self.block(start_rows), rows, v, change });
+        self.model.share.own().each(fields, |number, (leftover, start_rows, (v, change), rows)| {
+            *leftover = dispatch(LeaveOver { block: self.block(number, start_rows), rows, v, change });
         });
         Leftover::of_all(&self.model.share, leftovers)
     }
@@ -108,8 +108,8 @@ impl<'a, R: Real> Start<'a, R> {
         let both = |fields: [_; 2]| fields.map(|field: &mut Vec<Padded<R>>| per_row_mut(field));
         let (to, past_to) = (both([x, v]), integrator.has_past().then(|| both([&mut past.x, &mut past.v])));
         let fields = (per_block_mut(moved), self.rows(), from.map(per_row), to, past_to);
-        self.model.share.own().each(fields, |_, (moved, rows, from, to, past)| {
-            let block = self.block(rows);
+        self.model.share.own().each(fields, |number, (moved, rows, from, to, past)| {
+            let block = self.block(number, rows);
             if let Some([x, v]) = past {
                 x.copy_from_slice(block.x);
                 v.copy_from_slice(block.v);
@@ -132,6 +132,8 @@ pub(super) struct Block<'a, R: Real> {
     past: Option<[&'a [Padded<R>]; 2]>,
     m: &'a [R],
     inv_m: &'a [R],
+    /// Which group of sixteen it begins with.
+    first: usize,
     start: Start<'a, R>,
 }
 
@@ -167,10 +169,10 @@ impl<R: Real> WithSimd<R> for Predict<'_, R> {
     #[inline(always)]
     fn run<P: Pack<Number = R>>(self) -> f64 {
         let Self { block, x: to_x, v: to_v } = self;
-        let Start { scheme, dt, drag, wind, .. } = block.start;
+        let Start { scheme, dt, numbers, .. } = block.start;
         let wide = P::Wide::of;
         let of_pins = P::of(dt / scheme.beyond);
-        let (drag, wind) = (wide(scheme.h * drag), wind.map(wide));
+        let (drag, wind) = (wide(scheme.h * numbers.drag.to_f64()), array3(&numbers.wind).map(wide));
         let (h, inverse) = (P::of(scheme.h), wide(-1.0 / scheme.h));
         let (to_x, to_v) = (to_x.as_chunks_mut::<LANES>().0, to_v.as_chunks_mut::<LANES>().0);
         let mut inertia = P::Wide::zero();
@@ -189,7 +191,11 @@ impl<R: Real> WithSimd<R> for Predict<'_, R> {
             let base = P::widen3(base);
             let change = three!(|c| still[c] - base[c]);
             let half = wide(0.5);
-            let medium = drag * (half * dot(still, still) - dot(still, wind));
+            let mut medium = drag * (half * dot(still, still) - dot(still, wind));
+            if let Some(acting) = numbers.external.at::<P>(block.first + group) {
+                let [taken, given] = acting.widen().powers(still, wind);
+                medium += wide(scheme.h) * (half * taken - given);
+            }
             inertia += half * m.widen() * dot(change, change) + medium.where_positive(inv_m.widen());
         }
         add_lanes(inertia.store())
@@ -274,8 +280,8 @@ impl<R: Real> WithSimd<R> for Finish<'_, R> {
     #[inline(always)]
     fn run<P: Pack<Number = R>>(self) -> Moved {
         let Self { block, from, to: [to_x, to_v], before } = self;
-        let Start { scheme, dt, wind, .. } = block.start;
-        let weights = Weights { m: block.m, inv_m: block.inv_m, wind };
+        let Start { scheme, dt, numbers, .. } = block.start;
+        let weights = Weights { m: block.m, inv_m: block.inv_m, numbers, first: block.first };
         let wide = P::Wide::of;
         let (of_this, of_past, of_both) = (wide(1.0 / dt), wide(-1.0 / before), wide(2.0 / (dt + before)));
         let (beyond, of_pins) = (P::of(scheme.beyond), P::of(dt));

@@ -7,7 +7,7 @@
 use super::{
     iterate::Start,
     solve::{At, check},
-    update::{Change, MovedBy, Step, write_next},
+    update::{Change, MovedBy, Step, Weighed, write_next},
 };
 use crate::{
     cloth::{
@@ -17,7 +17,7 @@ use crate::{
     },
     interrupt::Interrupt,
     linalg::{Outcome, SolveReport},
-    math::{LANES, Real, Vec3, array3},
+    math::{LANES, Real, Vec3},
     report::{Stage, StepFailure},
 };
 
@@ -74,8 +74,7 @@ impl<R: Real> Step<'_, R> {
         let dt = self.dt();
         let Workspace { next, moved, numbers, .. } = &mut *self.work;
         let dv = std::mem::take(&mut next.dv);
-        let wind = Some(array3(&numbers.wind));
-        let change = Change { a: &dv, h: R::one(), dt, by: MovedBy::New, wind };
+        let change = Change { a: &dv, h: R::one(), dt, by: MovedBy::New, weighed: Weighed::All, numbers };
         write_next(self.model, self.state, next, &change, moved);
         next.dv = dv;
         self.watch.lap(Stage::Position);

@@ -2,12 +2,11 @@
 
 use crate::{
     cloth::{
-        evaluate::{Moved, MovedSums, Weights, Workspace},
+        evaluate::{Moved, MovedSums, StepNumbers, Weights, Workspace},
         layout::Model,
-        settings::Purpose,
         state::State,
     },
-    linalg::{packs, store_padded},
+    linalg::{lanes_at, packs, packs_at, store_padded},
     math::{LANES, Pack, Padded, Real, Sixteen, WithSimd, dispatch, three},
     parallel::{per_block_mut, per_row, per_row_mut, per_sixteen},
     report::{Stage, Stopwatch},
@@ -57,51 +56,68 @@ impl<R: Real> Step<'_, R> {
     /// v' = v + h a, x' = x + dt v or x + dt v', from the accelerations of the evaluation.
     pub(super) fn kick_and_drift(&mut self, h: R, by: MovedBy) {
         let dt = self.dt();
-        let Workspace { evaluation, next, moved, .. } = &mut *self.work;
+        let Workspace { evaluation, next, moved, numbers, .. } = &mut *self.work;
         // Of explicit Euler, what it adds to a fall is told apart: |a|² m / 2 is summed.
-        let wind = (by == MovedBy::Old).then_some([0.0; 3]);
-        let change = Change { a: &evaluation.rows, h, dt, by, wind };
+        let weighed = if by == MovedBy::Old { Weighed::Change } else { Weighed::Nothing };
+        let change = Change { a: &evaluation.rows, h, dt, by, weighed, numbers };
         write_next(self.model, self.state, next, &change, moved);
         self.watch.lap(Stage::Position);
     }
 
     /// Accelerations at the new positions and velocities.
     pub(super) fn accelerate(&mut self) {
-        let Workspace { evaluation, numbers, next, scratches, .. } = &mut *self.work;
-        evaluation.run(self.model, numbers, Purpose::Explicit, [&mut next.x, &mut next.v], scratches);
+        self.work.evaluate_forces(self.model);
         self.watch.lap(Stage::Force);
     }
 
     /// Accelerations at the new positions, and at the new velocities after h a more.
     pub(super) fn accelerate_ahead(&mut self, h: R) {
-        let Workspace { evaluation, numbers, next, predicted, scratches, .. } = &mut *self.work;
+        let Workspace { evaluation, next, predicted, .. } = &mut *self.work;
         kick_into(self.model, &next.v, &evaluation.rows, h, predicted);
         self.watch.lap(Stage::Position);
-        evaluation.run(self.model, numbers, Purpose::Explicit, [&mut next.x, predicted], scratches);
+        self.work.evaluate_predicted_forces(self.model);
         self.watch.lap(Stage::Force);
     }
 
-    /// v' += h a, the second of two kicks: what it adds beyond the first one is what the error is proportional to.
+    /// v' += h a, the second of two kicks: what it adds beyond the first one is what the error is proportional to. Forces are
+    /// those at the velocities after the first kick, or at predicted ones.
     pub(super) fn kick_again(&mut self, h: R) {
-        let Workspace { evaluation, next, moved, .. } = &mut *self.work;
+        let (model, share) = (self.model, h.to_f64() / self.work.numbers.dt);
+        let Workspace { evaluation, next, moved, numbers, predicted, .. } = &mut *self.work;
+        let numbers = &*numbers;
+        let at = (!predicted.is_empty()).then(|| per_row(predicted));
         let fields = (per_row(&self.state.v), per_row_mut(&mut next.v), per_sixteen(&evaluation.rows));
-        self.model.share.own().each((per_block_mut(moved), fields), |_, (moved, (from, v, a))| {
-            *moved = dispatch(SecondKick { from, v, a, h });
+        let fields = (per_block_mut(moved), fields, (at, per_row(&model.inv_m)));
+        model.share.own().each(fields, |block, (moved, (from, v, a), (at, inv_m))| {
+            let first = block * (model.block_size / LANES);
+            let kick = dispatch(SecondKick { from, v, a, h, at, inv_m, numbers, first, share });
+            *moved = moved.and(kick);
         });
         self.watch.lap(Stage::Position);
     }
 }
 
+/// What of a change of velocity is added up, to judge the step by, beside what its error is proportional to.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Weighed {
+    /// Nothing: the step is explicit.
+    Nothing,
+    /// Its square, which explicit Euler adds to a fall.
+    Change,
+    /// All that an implicit step is judged by.
+    All,
+}
+
 /// A change of velocity, and how it moves particles.
-pub(super) struct Change<'a, R> {
+pub(super) struct Change<'a, R: Real> {
     /// Accelerations (m/s²), or changes of velocity (m/s) with h = 1.
     pub(super) a: &'a [Sixteen<R>],
     pub(super) h: R,
     /// Time step (s).
     pub(super) dt: R,
     pub(super) by: MovedBy,
-    /// Velocity of the medium (m/s), where the step is to be judged by what it changes.
-    pub(super) wind: Option<[f64; 3]>,
+    pub(super) weighed: Weighed,
+    pub(super) numbers: &'a StepNumbers<R>,
 }
 
 /// Writes positions and velocities one step after `from`; of each block, what `a` adds up to.
@@ -112,23 +128,24 @@ pub(super) fn write_next<R: Real>(
     change: &Change<'_, R>,
     moved: &mut [Moved],
 ) {
-    let &Change { a, h, dt, by, wind } = change;
+    let &Change { a, h, dt, by, weighed, numbers } = change;
     let sources = ([per_row(&from.x), per_row(&from.v)], per_sixteen(a));
     let targets = [per_row_mut(&mut to.x), per_row_mut(&mut to.v)];
     let masses = [per_row(&model.m), per_row(&model.inv_m)];
     let fields = (per_block_mut(moved), sources, targets, masses);
-    model.share.own().each(fields, |_, (moved, (from, a), to, [m, inv_m])| {
-        let weights = wind.map(|wind| Weights { m, inv_m, wind });
-        let change = Change { a, h, dt, by, wind };
+    model.share.own().each(fields, |block, (moved, (from, a), to, [m, inv_m])| {
+        let first = block * (model.block_size / LANES);
+        let weights = Weights { m, inv_m, numbers, first };
+        let change = Change { a, h, dt, by, weighed, numbers };
         *moved = dispatch(Advance { from, to, change, weights });
     });
 }
 
-struct Advance<'a, R> {
+struct Advance<'a, R: Real> {
     from: [&'a [Padded<R>]; 2],
     to: [&'a mut [Padded<R>]; 2],
     change: Change<'a, R>,
-    weights: Option<Weights<'a, R>>,
+    weights: Weights<'a, R>,
 }
 
 impl<R: Real> WithSimd<R> for Advance<'_, R> {
@@ -137,7 +154,8 @@ impl<R: Real> WithSimd<R> for Advance<'_, R> {
     #[inline(always)]
     fn run<P: Pack<Number = R>>(self) -> Moved {
         let mut sums = MovedSums::<P::Wide>::none();
-        let Change { a, h, dt, by, .. } = self.change;
+        let Change { a, h, dt, by, weighed, numbers } = self.change;
+        let share = h.to_f64() / dt.to_f64();
         let [x, v] = self.from;
         let [to_x, to_v] = self.to;
         let (x, v) = (x.as_chunks::<LANES>().0, v.as_chunks::<LANES>().0);
@@ -151,8 +169,15 @@ impl<R: Real> WithSimd<R> for Advance<'_, R> {
             store_padded(three!(|c| x[c] + moved_by[c] * dt), to_x);
             let wide = P::widen3(a);
             sums.add_error(wide);
-            if let Some(weights) = &self.weights {
-                sums.add_weighed::<P>(group, weights, [wide, P::widen3(new)]);
+            let Weights { m, inv_m, first, .. } = self.weights;
+            match weighed {
+                Weighed::All => sums.add_weighed::<P>(group, &self.weights, [wide, P::widen3(new)]),
+                Weighed::Change => sums.add_change(lanes_at::<P>(m, group).widen(), wide),
+                Weighed::Nothing => {}
+            }
+            if weighed != Weighed::All {
+                let inv_m = lanes_at::<P>(inv_m, group);
+                sums.add_kick((numbers, first + group), v, [v, new], (inv_m, share));
             }
         }
         sums.block()
@@ -186,11 +211,19 @@ impl<R: Real> WithSimd<R> for Kick<'_, R> {
 }
 
 /// v' = v + h a, and how much that is beyond what the first kick added to `from`.
-struct SecondKick<'a, R> {
+struct SecondKick<'a, R: Real> {
     from: &'a [Padded<R>],
     v: &'a mut [Padded<R>],
     a: &'a [Sixteen<R>],
     h: R,
+    /// Velocities at which forces were evaluated, where they are others than those before the kick.
+    at: Option<&'a [Padded<R>]>,
+    inv_m: &'a [R],
+    numbers: &'a StepNumbers<R>,
+    /// Which group of sixteen the block begins with.
+    first: usize,
+    /// Length of the kick over that of the sub-step.
+    share: f64,
 }
 
 impl<R: Real> WithSimd<R> for SecondKick<'_, R> {
@@ -200,10 +233,14 @@ impl<R: Real> WithSimd<R> for SecondKick<'_, R> {
     fn run<P: Pack<Number = R>>(self) -> Moved {
         let mut sums = MovedSums::<P::Wide>::none();
         let vectors = self.v.as_chunks_mut::<LANES>().0.iter_mut().zip(self.from.as_chunks::<LANES>().0);
-        for ((v, from), a) in vectors.zip(self.a) {
+        for (group, ((v, from), a)) in vectors.zip(self.a).enumerate() {
             let (old, from, a) = (packs::<P>(v), packs::<P>(from), a.load::<P>());
             let kick = three!(|c| a[c] * self.h);
-            store_padded(three!(|c| old[c] + kick[c]), v);
+            let new = three!(|c| old[c] + kick[c]);
+            store_padded(new, v);
+            let at = self.at.map_or(old, |at| packs_at::<P>(at, group));
+            let inv_m = lanes_at::<P>(self.inv_m, group);
+            sums.add_kick((self.numbers, self.first + group), at, [old, new], (inv_m, self.share));
             sums.add_error(P::widen3(three!(|c| kick[c] - (old[c] - from[c]))));
         }
         sums.block()

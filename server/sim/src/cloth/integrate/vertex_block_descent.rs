@@ -13,7 +13,7 @@ use super::{
 };
 use crate::{
     cloth::{
-        evaluate::{SpringSums, StepNumbers, Workspace, load_six},
+        evaluate::{SpringSums, StepNumbers, Workspace},
         judge::Found,
         laws::Stretch,
         layout::{BlockOfRows, BlockScratch, Model},
@@ -21,7 +21,7 @@ use crate::{
         settings::{ClothSettings, Descend, RightHandSide},
     },
     interrupt::Interrupt,
-    linalg::{Inverse3, Outcome, PreconditionerKind, SolveReport, packs, store_padded},
+    linalg::{Inverse3, Outcome, PreconditionerKind, SolveReport, load_six, packs, store_padded},
     math::{LANES, Pack, Padded, Real, Sixteen, WithSimd, dispatch, three},
     parallel::{per_row, per_row_mut, per_sixteen_mut},
     report::{Stage, StepFailure},
@@ -99,7 +99,7 @@ impl<R: Real> Step<'_, R> {
                 if colours.of_block(number) != colour {
                     return;
                 }
-                let (start, visits) = (start.block(start_rows), colours.visits(number));
+                let (start, visits) = (start.block(number, start_rows), colours.visits(number));
                 let fields = [&*next.x, &*next.v];
                 dispatch(DescendBlock { model, numbers, number, start, visits, fields, to, rows, scratch });
             });
@@ -161,10 +161,19 @@ impl<R: Real> DescendBlock<'_, R> {
         let (x, u) = (packs::<P>(&field(0)), packs::<P>(&field(1)));
 
         let h = R::of(scheme.h);
-        let force = three!(|c| (u[c] - P::splat(wind[c])) * drag);
+        let mut force = three!(|c| (u[c] - P::splat(wind[c])) * drag);
+        let place = self.number * (self.model.block_size / LANES) + group;
+        let acting = self.numbers.external.at::<P>(place);
+        if let Some(acting) = &acting {
+            let given = acting.force(u, three!(|c| P::splat(wind[c])));
+            force = three!(|c| force[c] - given[c]);
+        }
         let rest = three!(|c| (m * gravity[c] - force[c]) * h + forces[c] - m * (u[c] - base[c]));
         let own = m.widen() + P::Wide::of(scheme.h * drag.to_f64());
-        let block = [sums[0] + own, sums[1] + own, sums[2] + own, sums[3], sums[4], sums[5]];
+        let mut block = [sums[0] + own, sums[1] + own, sums[2] + own, sums[3], sums[4], sums[5]];
+        if let Some(acting) = &acting {
+            acting.widen().add_to(&mut block, P::Wide::of(scheme.h));
+        }
         let inverse = Inverse3::of_packs(block, PreconditionerKind::BlockJacobi, inv_m.widen());
         let moves = P::from_singles(&visit.mask());
         let change = inverse.times(three!(|c| rest[c].where_positive(inv_m)));

@@ -94,7 +94,6 @@ pub(crate) fn accept<R: Real>(
 ) -> Result<Allowance, StepFailure> {
     let (old, new) = (&before.total, &after.evaluation.total);
     let Motion { change, own, along, .. } = *after.motion;
-    let drag = numbers.drag.to_f64();
 
     // Forces on pins are those that the old and the new state predict for the end of a step: together more than pins do.
     let pins = |work: f64| old.pin_work.max(0.0) + work.max(0.0);
@@ -103,7 +102,7 @@ pub(crate) fn accept<R: Real>(
         Found::Middle { potential, pin_work } => (old.kinetic_energy, potential, pins(pin_work)),
         Found::Iterate { inertia, potential, pin_work } => (inertia, potential, pins(pin_work)),
     };
-    let medium = numbers.scheme.h * drag * (0.5 * own - along);
+    let medium = numbers.scheme.h * (0.5 * own - along);
     let fall = inertia - change + old.potential() - potential - medium + pins;
     let predicted = match after.found {
         Found::Iterate { .. } => fall.max(0.0),
@@ -117,7 +116,7 @@ pub(crate) fn accept<R: Real>(
     }
 
     let gain = new.kinetic_energy - old.kinetic_energy + new.potential() - old.potential();
-    let given = numbers.dt * drag * (along - own) + numbers.dt / numbers.scheme.h * pins;
+    let given = numbers.dt * (along - own) + numbers.dt / numbers.scheme.h * pins;
     let share = match after.found {
         Found::Iterate { .. } if numbers.scheme.beyond > 1.0 => BEYOND_SHARE,
         Found::Middle { .. } => MIDDLE_SHARE,

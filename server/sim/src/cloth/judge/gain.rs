@@ -3,7 +3,8 @@
 //! Of an undamped mode symplectic Euler keeps v² + w² x² - y w x v, y = h w, and velocity Verlet v² + w² x² (1 - y²/4)
 //! (docs/laws/integrators.md). So the energy swings about a mean by a share s of it, y / 2 or y² / 4: 2 s / (1 + s) of the
 //! motion that a scene had may be gained, which is less than what theory gives to a mode that starts where its energy is
-//! least. At the bound s is 1. Explicit Euler adds h² |a|² m / 2 per step to what falls freely, which is its own first-order
+//! least. At the bound s is 1. What the air and given forces do is known exactly, since they push by what they are at a kick: with
+//! the mean of the velocities before it and after it. Explicit Euler adds h² |a|² m / 2 per step to what falls freely, which is its own first-order
 //! error and no growth.
 
 use super::rounding::rounding;

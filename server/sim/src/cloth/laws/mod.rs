@@ -1,9 +1,12 @@
-//! The laws of cloth: what joins particles, a file each.
+//! The laws of cloth: what joins particles, and what the air does to triangles, a file each.
 
 mod spring;
 mod element;
 mod quadratic_bending;
+mod air;
 
+pub use air::Air;
+pub(super) use air::third;
 pub(super) use element::{ElementLaw, Evaluated};
 pub(super) use quadratic_bending::QuadraticBending;
 pub(super) use spring::{Spring, Stretch};

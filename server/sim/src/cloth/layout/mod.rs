@@ -1,15 +1,20 @@
-//! A network laid out for kernels: rows of particles in blocks, sixteen springs or elements side by side.
+//! A network laid out for kernels: rows of particles in blocks, sixteen springs, elements or triangles side by side.
 //!
 //! Enters: a network. Leaves: a model, which steps only read. Modules in reading order:
 
 mod halo;
 mod rows;
 mod scratch;
+mod lists;
 mod elements;
+mod triangles;
+mod check;
 mod model;
 
 pub(super) use elements::{BlockOfRows, ElementNumbers, Elements};
+pub(super) use halo::copy_own;
 pub use model::{LawEntry, Model, Parameters};
 pub use rows::Springs;
 pub(super) use rows::{Fold, Visit};
 pub(super) use scratch::{BlockScratch, Scratches};
+pub(super) use triangles::Triangles;

@@ -8,11 +8,14 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 
 use super::{
+    check::check,
     elements::Elements,
     rows::{Joint, Springs, sort_rows},
+    triangles::Triangles,
 };
 use crate::{
     cloth::{
+        laws::Air,
         network::{
             Colours, Components, Loose, Network, Spring, SpringKind, SpringLaw, spacing, spread, warnings,
         },
@@ -22,7 +25,6 @@ use crate::{
     linalg::CoarseLayout,
     math::{LANES, Padded, Real, vec3},
     parallel::{Ranks, Share, hilbert_order},
-    time_step::TimeStep,
 };
 
 /// What never changes during a run.
@@ -54,6 +56,8 @@ pub struct Model<R: Real> {
     pub(crate) free_mass: f64,
     /// Elements, a list per law.
     pub(crate) elements: Vec<Elements<R>>,
+    /// Triangles, where the air acts on them.
+    pub(crate) triangles: Option<Triangles>,
     /// The coarse space of the preconditioner, where the settings ask for one.
     pub(crate) coarse: Option<CoarseLayout>,
     /// Which particles may move at once, where the settings have them move one by one.
@@ -82,6 +86,8 @@ pub struct Parameters {
     pub elements: Vec<SpringLaw>,
     /// Linear drag of the medium on each particle (N s/m).
     pub drag: f64,
+    /// The air that acts on its triangles, of a cloth that feels it.
+    pub air: Option<Air>,
 }
 
 /// The largest number of different laws in one body: indices are 16 bits.
@@ -136,7 +142,10 @@ impl<R: Real> Model<R> {
             block_size: settings.block_size,
             share: match ranks {
                 None => Share::whole(count, settings.block_size),
-                Some(ranks) => Share::of(count, settings.block_size, network.pairs(&place), ranks),
+                Some(ranks) => {
+                    let pairs = network.pairs(&place).chain(network.pairs_in_air(&place));
+                    Share::of(count, settings.block_size, pairs, ranks)
+                }
             },
             springs: Springs::new(count, settings.block_size, &joints),
             spring_count: joints.len(),
@@ -148,6 +157,7 @@ impl<R: Real> Model<R> {
                 .iter()
                 .map(|list| Elements::new(list, settings.block_size, &place))
                 .collect(),
+            triangles: network.air.map(|_| Triangles::new(&network.triangles, settings.block_size, &place)),
             m,
             inv_m,
             user,
@@ -159,7 +169,8 @@ impl<R: Real> Model<R> {
         };
         model.lay_out(network, settings)?;
         let elements = network.elements.iter().map(|list| list.law).collect();
-        Ok((model, Parameters { laws, elements, drag: network.drag }, warnings::<R>(network, spacing)))
+        let Network { drag, air, .. } = *network;
+        Ok((model, Parameters { laws, elements, drag, air }, warnings::<R>(network, spacing)))
     }
 
     /// Lays out what the settings ask for.
@@ -187,7 +198,9 @@ impl<R: Real> Model<R> {
 
     /// Records that a block copies for its springs or elements, at most.
     pub(crate) fn room(&self) -> usize {
-        self.elements.iter().map(Elements::room).fold(self.springs.room(), usize::max)
+        let lists =
+            self.elements.iter().map(Elements::room).chain(self.triangles.as_ref().map(Triangles::room));
+        lists.fold(self.springs.room(), usize::max)
     }
 
     /// Positions or velocities of the user in the model's order: a multiple of sixteen, 0 beyond `count`.
@@ -235,102 +248,6 @@ fn joints(network: &Network, law_of: &[u16], place: &[u32]) -> Vec<Joint> {
         })
         .filter(|joint| joint.ends[0] != joint.ends[1])
         .collect()
-}
-
-/// How steps are divided.
-fn check_steps(settings: &ClothSettings) -> Result<(), String> {
-    match settings.time_step {
-        TimeStep::Certified { safety } if !(safety > 0.0 && safety <= 1.0) => {
-            return Err(format!("the safety of the step is {safety}: a number above 0, up to 1 is needed"));
-        }
-        TimeStep::Fixed(length) | TimeStep::Unchecked(length) if length.is_nan() || length <= 0.0 => {
-            return Err(format!("the length of sub-steps is {length} s: a number above 0 is needed"));
-        }
-        _ => {}
-    }
-    match settings.tolerance {
-        Some(tolerance) if tolerance.is_nan() || tolerance <= 0.0 => {
-            Err(format!("the tolerance of the step is {tolerance} m: a number above 0 is needed"))
-        }
-        Some(_) if settings.time_step.is_unchecked() => {
-            Err("a tolerance does not go with unchecked steps".into())
-        }
-        _ => Ok(()),
-    }
-}
-
-fn check(network: &Network, settings: &ClothSettings) -> Result<(), String> {
-    let count = network.x.len();
-    if count == 0 {
-        return Err("it has no particles".into());
-    }
-    if !settings.block_size.is_power_of_two() || !(32..=4096).contains(&settings.block_size) {
-        return Err(format!(
-            "the block size is {}: a power of two from 32 to 4096 is needed",
-            settings.block_size
-        ));
-    }
-    check_steps(settings)?;
-
-    if network.v.len() != count || network.masses.len() != count {
-        return Err(format!(
-            "{count} positions, {} velocities and {} masses: one of each per particle is needed",
-            network.v.len(),
-            network.masses.len()
-        ));
-    }
-
-    for (what, values) in [("position", &network.x), ("velocity", &network.v)] {
-        if let Some(i) = values.iter().position(|v| v.iter().any(|c| !c.is_finite())) {
-            return Err(format!("the {what} of particle {i} is not finite: {:?}", values[i]));
-        }
-    }
-
-    if let Some(i) = network.masses.iter().position(|m| !m.is_finite() || *m < 0.0) {
-        return Err(format!(
-            "the mass of particle {i} is {}: a finite number from 0 is needed",
-            network.masses[i]
-        ));
-    }
-
-    if let Some(pin) = network.pins.iter().find(|pin| **pin as usize >= count) {
-        return Err(format!("pin {pin} is no particle: there are {count}, from 0"));
-    }
-
-    if !network.drag.is_finite() || network.drag < 0.0 {
-        return Err(format!("the drag is {} N s/m: a finite number from 0 is needed", network.drag));
-    }
-
-    for list in &network.elements {
-        for (what, value) in [("stiffness", list.law.stiffness), ("damping", list.law.damping)] {
-            if !value.is_finite() || value < 0.0 {
-                return Err(format!(
-                    "the {what} of {} is {value}: a finite number from 0 is needed",
-                    list.kind.name()
-                ));
-            }
-        }
-        if let Some(end) = list.particles.iter().find(|end| **end as usize >= count) {
-            return Err(format!("{} names particle {end}: there are {count}, from 0", list.kind.name()));
-        }
-    }
-
-    network.springs.iter().enumerate().try_for_each(|(i, spring)| {
-        let SpringLaw { stiffness, damping } = spring.law;
-        if let Some(end) = spring.particles.iter().find(|end| **end as usize >= count) {
-            return Err(format!("spring {i} names particle {end}: there are {count}, from 0"));
-        }
-
-        for (what, value) in
-            [("stiffness", stiffness), ("damping", damping), ("rest length", spring.rest_length)]
-        {
-            if !value.is_finite() || value < 0.0 {
-                return Err(format!("the {what} of spring {i} is {value}: a finite number from 0 is needed"));
-            }
-        }
-
-        Ok(())
-    })
 }
 
 /// The different laws, ordered by kind and value, and the law of each spring.

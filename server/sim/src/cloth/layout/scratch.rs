@@ -21,6 +21,7 @@ pub(crate) struct BlockScratch<R: Real> {
     /// The aggregate of each particle of its halo.
     pub(crate) aggregates: Vec<u32>,
     pub(crate) corners: CornerSums<R>,
+    pub(crate) matrices: MatrixSums<R>,
 }
 
 /// What elements add to the rows of a block, row by row.
@@ -85,14 +86,66 @@ impl<R: Real> CornerSums<R> {
     }
 }
 
+/// Symmetric matrices that triangles add to the rows of a block, row by row.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct MatrixSums<R: Real> {
+    /// xx, yy, zz, xy.
+    first: Vec<[R; 4]>,
+    /// xz, yz, and two that mean nothing.
+    second: Vec<[R; 4]>,
+}
+
+impl<R: Real> MatrixSums<R> {
+    fn with_room(rows: usize) -> Self {
+        Self { first: Vec::with_capacity(rows), second: Vec::with_capacity(rows) }
+    }
+
+    /// Begins with 0 in so many rows.
+    pub(crate) fn clear(&mut self, rows: usize) {
+        for half in [&mut self.first, &mut self.second] {
+            half.clear();
+            half.resize(rows, [R::zero(); 4]);
+        }
+    }
+
+    /// Adds lanes to the rows that they are named for, from the first lane; names of other rows are passed over.
+    #[inline(always)]
+    pub(crate) fn add<P: Pack<Number = R>>(&mut self, names: &[u16], [xx, yy, zz, xy, xz, yz]: [P; 6]) {
+        let first = P::rows([xx, yy, zz, xy]);
+        let second = P::rows([xz, yz, P::zero(), P::zero()]);
+        for ((name, first), second) in names.iter().zip(&first).zip(&second) {
+            let name = usize::from(*name);
+            if let (Some(row), Some(below)) = (self.first.get_mut(name), self.second.get_mut(name)) {
+                for c in 0..4 {
+                    row[c] += first[c];
+                    below[c] += second[c];
+                }
+            }
+        }
+    }
+
+    /// The sums of sixteen rows: xx, yy, zz, xy, xz, yz.
+    #[inline(always)]
+    pub(crate) fn sixteen<P: Pack<Number = R>>(&self, group: usize) -> [P; 6] {
+        let [xx, yy, zz, xy] = P::columns(&self.first.as_chunks::<LANES>().0[group]);
+        let [xz, yz, ..] = P::columns(&self.second.as_chunks::<LANES>().0[group]);
+        [xx, yy, zz, xy, xz, yz]
+    }
+}
+
 /// Scratch memory for as many threads as may work at a time.
 #[derive(Debug, Default)]
 pub(crate) struct Scratches<R: Real>(Vec<Mutex<BlockScratch<R>>>);
 
 impl<R: Real> Scratches<R> {
-    /// Makes room for the threads of the pool that works now, which has `blocks` blocks to do, of so many rows, and so
-    /// many to which elements add; for a block and its halo there must be `room` records.
-    pub(crate) fn size_for(&mut self, blocks: usize, [block_size, rows]: [usize; 2], room: usize) {
+    /// Makes room for the threads of the pool that works now, which has `blocks` blocks to do, of so many rows, so many to
+    /// which elements add, and so many to which triangles do; for a block and its halo there must be `room` records.
+    pub(crate) fn size_for(
+        &mut self,
+        blocks: usize,
+        [block_size, rows, of_triangles]: [usize; 3],
+        room: usize,
+    ) {
         let threads = thread_count().min(blocks).max(1);
         while self.0.len() < threads {
             let (record, diagonal) = (Record::default(), [[0.0; LANES]; 6]);
@@ -101,7 +154,8 @@ impl<R: Real> Scratches<R> {
             let aggregates = vec![0; room];
             let bounds = vec![[[[R::zero(); LANES]; 6]; 2]; block_size / LANES];
             let rates = vec![[R::zero(); LANES]; block_size / LANES];
-            let scratch = BlockScratch { records, diagonal, bounds, rates, aggregates, corners };
+            let matrices = MatrixSums::with_room(of_triangles);
+            let scratch = BlockScratch { records, diagonal, bounds, rates, aggregates, corners, matrices };
             self.0.push(Mutex::new(scratch));
         }
     }

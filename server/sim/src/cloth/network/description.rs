@@ -9,7 +9,7 @@ use std::collections::BTreeSet;
 
 use super::continuations::straight_continuations;
 use crate::{
-    cloth::laws::ElementKind,
+    cloth::laws::{Air, ElementKind},
     interrupt,
     math::array::{length, minus},
     mesh::TriangleMesh,
@@ -120,7 +120,9 @@ pub struct Network {
     pub elements: Vec<ElementList>,
     /// Linear drag of the medium on each particle (N s/m): f = -drag (v - wind).
     pub drag: f64,
-    /// Triangles, for drawing; empty for a chain.
+    /// Air that acts on the triangles.
+    pub air: Option<Air>,
+    /// Triangles, for drawing and for the air; empty for a chain.
     pub triangles: Vec<[u32; 3]>,
     /// Texture coordinates, for drawing; empty or as many as positions.
     pub uv: Vec<[f64; 2]>,
@@ -139,6 +141,17 @@ impl Network {
             })
         });
         springs.chain(elements)
+    }
+
+    /// Pairs of corners of the triangles that the air acts on, in the numbering that `place` gives; some more than once.
+    pub(crate) fn pairs_in_air<'a>(
+        &'a self,
+        place: &'a [u32],
+    ) -> impl Iterator<Item = [u32; 2]> + Clone + 'a {
+        let triangles = if self.air.is_some() { &self.triangles[..] } else { &[] };
+        triangles.iter().flat_map(move |[a, b, c]| {
+            [[a, b], [b, c], [c, a]].map(|pair| pair.map(|corner| place[*corner as usize]))
+        })
     }
 
     /// Springs on a triangle mesh, at rest as it lies. `default_mass` (kg) is the mass of each particle

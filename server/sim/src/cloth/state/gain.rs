@@ -23,7 +23,7 @@ pub(crate) struct Start {
     pub(crate) power: f64,
     /// The inverse of the longest step (1/s), of explicit steps with a bound.
     pub(crate) rate: f64,
-    /// What the method adds to a fall (J), by its definition.
+    /// What the air and given forces add (J) in the sub-step, and what the method adds to a fall, by its definition.
     pub(crate) own: f64,
 }
 

@@ -8,8 +8,10 @@ use crate::{
 /// What the sub-steps of a cloth within one step of the world told.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct ClothReport {
-    /// Diagnostics of the new state.
+    /// Diagnostics of the new state, but for the work.
     pub(crate) diagnostics: Diagnostics,
+    /// Work (J) of the air and given forces.
+    pub(crate) external_work: f64,
     /// Particles that touched a collider, each once per sub-step in which it did.
     pub(crate) contact_count: u64,
     /// The linear solve with the largest residual of all sub-steps, with the iterations of all.

@@ -94,6 +94,7 @@ pub(crate) fn sums_of<R: Real>(
         );
     let [affine_energy, mx, my, mz, lifted] = rest;
     let diagnostics = Diagnostics {
+        external_work: 0.0,
         kinetic_energy,
         elastic_energy,
         gravitational_energy,

@@ -54,6 +54,8 @@ impl<R: Real> WithSimd<R> for Project<'_, R> {
 const PAIR: [[usize; 3]; 3] = [[0, 1, 2], [1, 3, 4], [2, 4, 5]];
 /// Which of xx, yy, zz, xy, xz, yz belongs to two axes.
 const ENTRY: [[usize; 3]; 3] = [[0, 3, 4], [3, 1, 5], [4, 5, 2]];
+/// The two axes of each of them.
+const AXES: [[usize; 2]; 6] = [[0, 0], [1, 1], [2, 2], [0, 1], [0, 2], [1, 2]];
 
 /// Sums over the springs of a block of rows.
 struct Springs<'a, P: Pack> {
@@ -235,14 +237,21 @@ impl<R: Real> StepMatrix<'_, R> {
                 }
             }
         }
-        let drag = R::of(self.numbers.scheme.h) * self.numbers.drag;
+        let h = R::of(self.numbers.scheme.h);
+        let drag = h * self.numbers.drag;
         let first = layout.aggregate(rows.start) / layout.per_block() * layout.per_block();
         for row in rows {
             let (mass, f) = ((self.model.m[row] + drag).to_f64(), layout.at(row));
+            let air = self.numbers.external.air_of(row).map(|air| air.map(|entry| (entry * h).to_f64()));
             for m in 0..3 {
                 for q in m..3 {
                     for axis in 0..3 {
                         sums[layout.part(row)][axis][PAIR[m][q]] += mass * f[m] * f[q];
+                    }
+                    for (entry, [s, t]) in AXES.into_iter().enumerate() {
+                        if let Some(air) = &air {
+                            sums[layout.part(row)][entry][PAIR[m][q]] += air[(s, t)] * f[m] * f[q];
+                        }
                     }
                 }
             }

@@ -1,26 +1,17 @@
-//! Elements of three and four particles, listed by block: a block evaluates every element that touches one of its rows,
-//! sixteen at a time, and adds to its own rows in the order of the elements' numbers.
-//!
-//! An element on a border is evaluated by each block that it touches, so that nobody writes where another thread
-//! writes, and the sum of a row depends on neither threads nor ranks.
-#![allow(unsafe_code, reason = "lanes read particles whose range was checked when the elements were listed")]
+//! Elements of three and four particles: what they add to the rows of a block, and what is frozen of them.
 
 mod project;
 mod shares;
 
 use std::ops::Range;
 
-use super::{
-    halo::{HaloBuilder, Halos, copy_halo},
-    scratch::BlockScratch,
-};
+use super::{halo::copy_halo, lists::Lists, scratch::BlockScratch};
 use crate::{
     cloth::{
         laws::{ElementKind, ElementLaw, Evaluated, QuadraticBending, with_element_laws},
         network::ElementList,
         settings::{Aim, RightHandSide},
     },
-    interrupt,
     linalg::{CoarseLayout, NineByNine},
     math::{LANES, Mat3, Pack, Padded, Portable, Real, Record, array::dot, three},
 };
@@ -50,60 +41,20 @@ pub(crate) struct BlockOfRows<'a, R> {
 /// Elements of `N` particles, in packs of sixteen, with `C` numbers each.
 #[derive(Clone, Debug)]
 pub(crate) struct Packs<R, const N: usize, const C: usize> {
-    /// Particles of the elements of a pack, as their block names them.
-    particles: Vec<[[u16; LANES]; N]>,
+    lists: Lists<N>,
     /// Numbers that never change.
     rest: Vec<[[R; LANES]; C]>,
-    /// Elements in each pack: the lanes from the first.
-    used: Vec<u8>,
-    /// First pack of each block, and one more.
-    blocks: Vec<u32>,
-    halos: Halos,
-    block_size: usize,
 }
 
 impl<R: Real, const N: usize, const C: usize> Packs<R, N, C> {
     /// Lists elements by block, each in every block that it touches; `place` gives the model's numbering.
     fn new(list: &ElementList, block_size: usize, place: &[u32]) -> Self {
-        let particles = list.particles.as_chunks::<N>().0;
-        let rest = list.rest.as_chunks::<C>().0;
-        let mut of_block: Vec<Vec<u32>> = vec![Vec::new(); place.len().div_ceil(block_size)];
-        for (element, particles) in (0u32..).zip(particles) {
-            interrupt::point();
-            for particle in particles {
-                let elements = &mut of_block[place[*particle as usize] as usize / block_size];
-                if elements.last() != Some(&element) {
-                    elements.push(element);
-                }
-            }
-        }
-
-        let mut halos = HaloBuilder::new(place.len(), block_size);
-        let (mut names, mut numbers, mut used, mut blocks) = (Vec::new(), Vec::new(), Vec::new(), vec![0]);
-        for elements in &of_block {
-            halos.begin_block();
-            for elements in elements.chunks(LANES) {
-                interrupt::point();
-                // A lane without an element repeats the first: what it comes to is not added.
-                let of_lane = |lane: usize| elements[if lane < elements.len() { lane } else { 0 }] as usize;
-                let named: [[u32; LANES]; N] = std::array::from_fn(|corner| {
-                    std::array::from_fn(|lane| place[particles[of_lane(lane)][corner] as usize])
-                });
-                let mut local = [[0; LANES]; N];
-                halos.item(named.as_flattened(), local.as_flattened_mut());
-                names.push(local);
-                numbers
-                    .push(std::array::from_fn(|c| std::array::from_fn(|lane| R::of(rest[of_lane(lane)][c]))));
-                used.push(elements.len() as u8);
-            }
-            halos.end_block();
-            blocks.push(names.len() as u32);
-        }
-        Self { particles: names, rest: numbers, used, blocks, halos: halos.finish(), block_size }
-    }
-
-    fn packs(&self, block: usize) -> Range<usize> {
-        self.blocks[block] as usize..self.blocks[block + 1] as usize
+        let (of_element, mut rest) = (list.rest.as_chunks::<C>().0, Vec::new());
+        let mut tell = |of_lanes: &[usize; LANES]| {
+            rest.push(std::array::from_fn(|c| of_lanes.map(|element| R::of(of_element[element][c]))));
+        };
+        let lists = Lists::new(list.particles.as_chunks::<N>().0, block_size, place, &mut tell);
+        Self { lists, rest }
     }
 
     /// The numbers of a pack and both vectors of its particles.
@@ -113,28 +64,12 @@ impl<R: Real, const N: usize, const C: usize> Packs<R, N, C> {
         pack: usize,
         records: &[Record<R>],
     ) -> ([P; C], [[P; 3]; N], [[P; 3]; N]) {
-        let (mut x, mut y, mut rest) = ([[P::zero(); 3]; N], [[P::zero(); 3]; N], [P::zero(); C]);
-        for corner in 0..N {
-            // SAFETY: `new` names particles of the block and of the part of its halo that the pack is in: fewer than
-            // `room`, which is no more than there are records.
-            [x[corner], y[corner]] = unsafe { P::gather(records, &self.particles[pack][corner]) };
-        }
+        let (x, y) = self.lists.gather(pack, records);
+        let mut rest = [P::zero(); C];
         for c in 0..C {
             rest[c] = P::load(&self.rest[pack][c]);
         }
         (rest, x, y)
-    }
-
-    /// Whether an element of a pack has a particle in a group of rows.
-    #[inline(always)]
-    fn touches(&self, pack: usize, group: usize) -> bool {
-        self.particles[pack].as_flattened().iter().any(|name| usize::from(*name) / LANES == group)
-    }
-
-    /// Names of a pack's elements at a corner.
-    #[inline(always)]
-    fn names(&self, pack: usize, corner: usize) -> &[u16] {
-        &self.particles[pack][corner][..usize::from(self.used[pack])]
     }
 
     /// Adds gradients, tangents and diagonal blocks of a block's elements to the sums of its rows; freezes tangents.
@@ -150,11 +85,11 @@ impl<R: Real, const N: usize, const C: usize> Packs<R, N, C> {
         scratch: &mut BlockScratch<R>,
     ) -> [f64; 2] {
         let is_step = side != RightHandSide::Forces;
-        assert!(scratch.records.len() >= self.halos.room(), "room for a block and its halo");
-        let (first, mut energy, mut power) = (self.packs(at.block).start, 0.0, 0.0);
-        for (particles, packs) in self.halos.parts(at.block) {
-            copy_halo(&mut scratch.records[self.block_size..], particles, at.fields);
-            for pack in packs.filter(|&pack| at.group.is_none_or(|group| self.touches(pack, group))) {
+        assert!(scratch.records.len() >= self.lists.room(), "room for a block and its halo");
+        let (first, mut energy, mut power) = (self.lists.packs(at.block).start, 0.0, 0.0);
+        for (particles, packs) in self.lists.halos.parts(at.block) {
+            copy_halo(&mut scratch.records[self.lists.block_size..], particles, at.fields);
+            for pack in packs.filter(|&pack| at.group.is_none_or(|group| self.lists.touches(pack, group))) {
                 let (rest, x, v) = self.gather::<P>(pack, &scratch.records);
                 let Evaluated { energy: of_lanes, gradient, frozen: tangent } = L::evaluate(rest, x);
                 let push = L::product(rest, tangent, v);
@@ -164,7 +99,7 @@ impl<R: Real, const N: usize, const C: usize> Packs<R, N, C> {
                     rate += dot(along, v[corner]).widen();
                 }
                 let (of_lanes, rates) = (of_lanes.store(), rate.store());
-                for (lane, name) in self.names(pack, 0).iter().enumerate() {
+                for (lane, name) in self.lists.names(pack, 0).iter().enumerate() {
                     if usize::from(*name) < at.rows {
                         energy += of_lanes[lane];
                         power -= rates[lane];
@@ -174,7 +109,7 @@ impl<R: Real, const N: usize, const C: usize> Packs<R, N, C> {
                     let (of_x, of_v) = (gradient[corner], push[corner]);
                     let row =
                         three!(|c| P::zero() - (of_x[c] * numbers.gradient + of_v[c] * numbers.velocity));
-                    scratch.corners.add(self.names(pack, corner), row);
+                    scratch.corners.add(self.lists.names(pack, corner), row);
                 }
                 if A::HAS_MATRIX {
                     let blocks = L::diagonal(rest, tangent);
@@ -183,7 +118,7 @@ impl<R: Real, const N: usize, const C: usize> Packs<R, N, C> {
                         for c in 0..6 {
                             scaled[c] = blocks[corner][c].widen() * numbers.matrix.to_f64();
                         }
-                        scratch.corners.add_blocks(self.names(pack, corner), scaled);
+                        scratch.corners.add_blocks(self.lists.names(pack, corner), scaled);
                     }
                 }
                 if A::FREEZES {
@@ -206,10 +141,10 @@ impl<R: Real, const N: usize, const C: usize> Packs<R, N, C> {
         frozen: &[[R; LANES]],
         scratch: &mut BlockScratch<R>,
     ) {
-        assert!(scratch.records.len() >= self.halos.room(), "room for a block and its halo");
-        let first = self.packs(at.block).start;
-        for (particles, packs) in self.halos.parts(at.block) {
-            copy_halo(&mut scratch.records[self.block_size..], particles, at.fields);
+        assert!(scratch.records.len() >= self.lists.room(), "room for a block and its halo");
+        let first = self.lists.packs(at.block).start;
+        for (particles, packs) in self.lists.halos.parts(at.block) {
+            copy_halo(&mut scratch.records[self.lists.block_size..], particles, at.fields);
             for pack in packs {
                 let (rest, _, w) = self.gather::<P>(pack, &scratch.records);
                 let mut tangent = [P::zero(); F];
@@ -219,26 +154,12 @@ impl<R: Real, const N: usize, const C: usize> Packs<R, N, C> {
                 let product = L::product(rest, tangent, w);
                 for corner in 0..N {
                     let of_corner = product[corner];
-                    scratch.corners.add(self.names(pack, corner), three!(|c| of_corner[c] * numbers.matrix));
+                    scratch
+                        .corners
+                        .add(self.lists.names(pack, corner), three!(|c| of_corner[c] * numbers.matrix));
                 }
             }
         }
-    }
-
-    /// Elements that touch a row: pack, lane, and the corner that the row is.
-    fn touching(&self, row: usize) -> impl Iterator<Item = (usize, usize, usize)> {
-        let own = (row % self.block_size) as u16;
-        let packs = self.packs(row / self.block_size);
-        packs.flat_map(move |pack| {
-            (0..N).flat_map(move |corner| {
-                let names = self.names(pack, corner).iter().enumerate();
-                names.filter(move |(_, name)| **name == own).map(move |(lane, _)| (pack, lane, corner))
-            })
-        })
-    }
-
-    fn particle(&self, row: usize, pack: usize, [corner, lane]: [usize; 2]) -> u32 {
-        self.halos.particle(row / self.block_size, pack, self.particles[pack][corner][lane])
     }
 
     /// Hands over the blocks of H in a row: `add(other particle, block)`.
@@ -248,7 +169,7 @@ impl<R: Real, const N: usize, const C: usize> Packs<R, N, C> {
         frozen: &[[R; LANES]],
         add: &mut dyn FnMut(u32, Mat3<R>),
     ) {
-        for (pack, lane, corner) in self.touching(row) {
+        for (pack, lane, corner) in self.lists.touching(row) {
             let rest = std::array::from_fn(|c| Portable::load(&self.rest[pack][c]));
             let tangent = std::array::from_fn(|f| Portable::load(&frozen[pack * F + f]));
             for other in 0..N {
@@ -259,7 +180,7 @@ impl<R: Real, const N: usize, const C: usize> Packs<R, N, C> {
                 };
                 let columns = [column(0), column(1), column(2)];
                 let block = Mat3::from_fn(|r, c| columns[c][r]);
-                add(self.particle(row, pack, [other, lane]), block);
+                add(self.lists.particle(row, pack, [other, lane]), block);
             }
         }
     }
@@ -284,14 +205,14 @@ macro_rules! lists {
             /// Records that a block copies, at most.
             pub(crate) fn room(&self) -> usize {
                 match self {
-                    $(Self::$law(packs) => packs.halos.room(),)+
+                    $(Self::$law(packs) => packs.lists.room(),)+
                 }
             }
 
             /// Packs of frozen numbers of all blocks.
             pub(crate) fn frozen_count(&self) -> usize {
                 match self {
-                    $(Self::$law(packs) => packs.particles.len() * $f,)+
+                    $(Self::$law(packs) => packs.lists.particles.len() * $f,)+
                 }
             }
 
@@ -299,7 +220,7 @@ macro_rules! lists {
             pub(crate) fn frozen(&self, block: usize) -> Range<usize> {
                 match self {
                     $(Self::$law(packs) => {
-                        let packs = packs.packs(block);
+                        let packs = packs.lists.packs(block);
                         packs.start * $f..packs.end * $f
                     })+
                 }
@@ -366,9 +287,10 @@ macro_rules! lists {
             pub(crate) fn row(&self, row: usize) -> Vec<u32> {
                 match self {
                     $(Self::$law(packs) => packs
+                        .lists
                         .touching(row)
                         .flat_map(|(pack, lane, _)| {
-                            (0..$n).map(move |corner| packs.particle(row, pack, [corner, lane]))
+                            (0..$n).map(move |corner| packs.lists.particle(row, pack, [corner, lane]))
                         })
                         .collect(),)+
                 }

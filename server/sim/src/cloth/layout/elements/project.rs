@@ -24,8 +24,8 @@ impl<R: Real, const N: usize, const C: usize> Packs<R, N, C> {
         frozen: &[[R; LANES]],
         blocks: &mut [NineByNine],
     ) {
-        let first = self.packs(block).start;
-        for (particles, packs) in self.halos.parts(block) {
+        let first = self.lists.packs(block).start;
+        for (particles, packs) in self.lists.halos.parts(block) {
             for pack in packs {
                 let corners = self.corners((block, layout), pack, particles);
                 let (mut rest, mut tangent) = ([W::zero(); C], [W::zero(); F]);
@@ -59,13 +59,13 @@ impl<R: Real, const N: usize, const C: usize> Packs<R, N, C> {
             functions: [[[0.0; LANES]; 3]; N],
         };
         for corner in 0..N {
-            for (lane, &name) in self.names(pack, corner).iter().enumerate() {
+            for (lane, &name) in self.lists.names(pack, corner).iter().enumerate() {
                 let name = usize::from(name);
-                let is_own = name < self.block_size;
+                let is_own = name < self.lists.block_size;
                 let particle = if is_own {
-                    block * self.block_size + name
+                    block * self.lists.block_size + name
                 } else {
-                    particles[name - self.block_size] as usize
+                    particles[name - self.lists.block_size] as usize
                 };
                 corners.aggregates[corner][lane] = layout.aggregate(particle);
                 corners.is_own[corner][lane] = is_own;

@@ -103,8 +103,8 @@ fn what_is_frozen_is_what_the_product_and_the_stored_matrix_take() {
     let (packs, [x, v]) = (packs(), fields());
     let numbers = ElementNumbers { energy: 2.0, gradient: 3.0, velocity: 5.0, matrix: 7.0 };
     let mut scratches = Scratches::default();
-    scratches.size_for(1, [BLOCK_SIZE; 2], packs.halos.room());
-    let (mut frozen, mut sums) = (vec![[0.0; LANES]; 3 * packs.particles.len()], [0.0; 2]);
+    scratches.size_for(1, [BLOCK_SIZE, BLOCK_SIZE, 0], packs.lists.room());
+    let (mut frozen, mut sums) = (vec![[0.0; LANES]; 3 * packs.lists.particles.len()], [0.0; 2]);
     let (mut rows, mut products) = (Vec::new(), Vec::new());
 
     for block in 0..COUNT.div_ceil(BLOCK_SIZE) {
@@ -112,7 +112,7 @@ fn what_is_frozen_is_what_the_product_and_the_stored_matrix_take() {
         let rows_of_block = (x.len() - block * BLOCK_SIZE).min(BLOCK_SIZE);
         let at = BlockOfRows { block, rows: rows_of_block, group: None, fields: [&x, &v] };
         with_own(scratch, &at);
-        let range = packs.packs(block);
+        let range = packs.lists.packs(block);
         let own = &mut frozen[3 * range.start..3 * range.end];
         let [energy, power] = packs.evaluate::<Link, Portable<f64>, 3, Implicit>(
             at,

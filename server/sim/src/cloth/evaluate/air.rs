@@ -1,0 +1,65 @@
+//! The air, frozen at a state: what its triangles add to each particle.
+
+use super::numbers::StepNumbers;
+use crate::{
+    cloth::{
+        laws::third,
+        layout::{BlockScratch, Model, Scratches, Triangles, copy_own},
+    },
+    math::{LANES, Pack, Padded, Real, Sixteen, WithSimd, dispatch},
+    parallel::{per_sixteen_mut, size},
+};
+
+impl<R: Real> StepNumbers<R> {
+    /// Freezes the air at positions (m) and velocities (m/s), of which neighbours have computed what own rows read.
+    pub(crate) fn freeze_air(
+        &mut self,
+        model: &Model<R>,
+        fields: [&[Padded<R>]; 2],
+        scratches: &Scratches<R>,
+    ) {
+        let Self { external, wind, air, .. } = self;
+        let (Some(triangles), Some(factors)) = (&model.triangles, *air) else { return };
+        size(&mut external.air, Sixteen::<R>::count_for(model.count));
+        let wind = [wind.x, wind.y, wind.z];
+        let scratch = || scratches.take();
+        let rows = per_sixteen_mut(&mut external.air);
+        model.share.own().each_with(scratch, rows, |scratch, block, rows| {
+            let first = block * model.block_size;
+            dispatch(Freeze { triangles, block, first, factors, wind, fields, rows, scratch });
+        });
+    }
+}
+
+/// A block whose air is frozen.
+struct Freeze<'a, R: Real> {
+    triangles: &'a Triangles,
+    block: usize,
+    /// Its first row.
+    first: usize,
+    factors: [R; 3],
+    wind: [R; 3],
+    fields: [&'a [Padded<R>]; 2],
+    rows: &'a mut [[[R; LANES]; 6]],
+    scratch: &'a mut BlockScratch<R>,
+}
+
+impl<R: Real> WithSimd<R> for Freeze<'_, R> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<P: Pack<Number = R>>(self) {
+        let Self { triangles, block, first, factors, wind, fields, rows, scratch } = self;
+        let count = rows.len() * LANES;
+        copy_own(&mut scratch.records, first..first + count, fields);
+        scratch.matrices.clear(count);
+        let of = |x: [[P; 3]; 3], v: [[P; 3]; 3]| third(factors, wind, x, v);
+        triangles.add_up::<P, R>(block, fields, scratch, of);
+        for (group, row) in rows.iter_mut().enumerate() {
+            let sums = scratch.matrices.sixteen::<P>(group);
+            for c in 0..6 {
+                row[c] = sums[c].store();
+            }
+        }
+    }
+}

@@ -1,0 +1,44 @@
+//! Triangles of a body that the air acts on, listed by block.
+
+use super::{halo::copy_halo, lists::Lists, scratch::BlockScratch};
+use crate::math::{Pack, Padded, Real};
+
+/// Triangles, in packs of sixteen.
+#[derive(Clone, Debug)]
+pub(crate) struct Triangles(Lists<3>);
+
+impl Triangles {
+    /// Lists triangles by block, each in every block that it touches; `place` gives the model's numbering.
+    pub(crate) fn new(triangles: &[[u32; 3]], block_size: usize, place: &[u32]) -> Self {
+        Self(Lists::new(triangles, block_size, place, &mut |_| {}))
+    }
+
+    /// Records that a block copies, at most.
+    pub(crate) fn room(&self) -> usize {
+        self.0.room()
+    }
+
+    /// Adds the symmetric matrix that `of` makes of sixteen triangles, from two vectors of each of their corners, to the
+    /// block's rows at these corners. The block's own particles have been copied.
+    #[inline(always)]
+    pub(crate) fn add_up<P: Pack<Number = R>, R: Real>(
+        &self,
+        block: usize,
+        fields: [&[Padded<R>]; 2],
+        scratch: &mut BlockScratch<R>,
+        of: impl Fn([[P; 3]; 3], [[P; 3]; 3]) -> [P; 6],
+    ) {
+        let Self(lists) = self;
+        assert!(scratch.records.len() >= lists.room(), "room for a block and its halo");
+        for (particles, packs) in lists.halos.parts(block) {
+            copy_halo(&mut scratch.records[lists.block_size..], particles, fields);
+            for pack in packs {
+                let (x, y) = lists.gather::<P>(pack, &scratch.records);
+                let matrix = of(x, y);
+                for corner in 0..3 {
+                    scratch.matrices.add(lists.names(pack, corner), matrix);
+                }
+            }
+        }
+    }
+}
