@@ -52,7 +52,7 @@ impl<R: Real> WithSimd<R> for Freeze<'_, R> {
         let Self { triangles, block, first, factors, wind, fields, rows, scratch } = self;
         let count = rows.len() * LANES;
         copy_own(&mut scratch.records, first..first + count, fields);
-        scratch.matrices.clear(count);
+        scratch.matrices.clear();
         let of = |x: [[P; 3]; 3], v: [[P; 3]; 3]| third(factors, wind, x, v);
         triangles.add_up::<P, R>(block, fields, scratch, of);
         for (group, row) in rows.iter_mut().enumerate() {

@@ -8,7 +8,7 @@ use super::{
 };
 use crate::{
     cloth::{
-        layout::{Model, Scratches},
+        layout::{Model, Scratches, Triangles},
         settings::{ClothSettings, Integrator, Purpose},
         state::{Allowance, ClothReport, Judged, PinMotion, Start, State},
     },
@@ -122,7 +122,7 @@ impl<R: Real> Workspace<R> {
     pub(crate) fn size_for(&mut self, model: &Model<R>, settings: &ClothSettings, purpose: Purpose) {
         let blocks = block_count(model.count, model.block_size);
         let elements = if model.elements.is_empty() { 0 } else { model.block_size };
-        let triangles = if model.triangles.is_some() { model.block_size } else { 0 };
+        let triangles = model.triangles.as_ref().map_or(0, Triangles::room);
         self.scratches.size_for(blocks, [model.block_size, elements, triangles], model.room());
         let has_iterates = settings.has_iterates();
         let largest = if has_iterates { Purpose::Iterate(settings.solver.preconditioner) } else { purpose };

@@ -86,39 +86,31 @@ impl<R: Real> CornerSums<R> {
     }
 }
 
-/// Symmetric matrices that triangles add to the rows of a block, row by row.
+/// Symmetric matrices that triangles add to the particles of a block and its halo.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct MatrixSums<R: Real> {
-    /// xx, yy, zz, xy.
-    first: Vec<[R; 4]>,
-    /// xz, yz, and two that mean nothing.
-    second: Vec<[R; 4]>,
-}
+pub(crate) struct MatrixSums<R: Real>(
+    /// xx, yy, zz, xy, xz, yz, and two that mean nothing.
+    Vec<[R; 8]>,
+);
 
 impl<R: Real> MatrixSums<R> {
-    fn with_room(rows: usize) -> Self {
-        Self { first: Vec::with_capacity(rows), second: Vec::with_capacity(rows) }
+    /// Begins with 0.
+    pub(crate) fn clear(&mut self) {
+        self.0.fill([R::zero(); 8]);
     }
 
-    /// Begins with 0 in so many rows.
-    pub(crate) fn clear(&mut self, rows: usize) {
-        for half in [&mut self.first, &mut self.second] {
-            half.clear();
-            half.resize(rows, [R::zero(); 4]);
-        }
-    }
-
-    /// Adds lanes to the rows that they are named for, from the first lane; names of other rows are passed over.
+    /// Adds the matrix of each lane to the particles that the corners of that lane name, from the first lane.
     #[inline(always)]
-    pub(crate) fn add<P: Pack<Number = R>>(&mut self, names: &[u16], [xx, yy, zz, xy, xz, yz]: [P; 6]) {
+    pub(crate) fn add<P: Pack<Number = R>>(&mut self, names: [&[u16]; 3], matrix: [P; 6]) {
+        let [xx, yy, zz, xy, xz, yz] = matrix;
         let first = P::rows([xx, yy, zz, xy]);
         let second = P::rows([xz, yz, P::zero(), P::zero()]);
-        for ((name, first), second) in names.iter().zip(&first).zip(&second) {
-            let name = usize::from(*name);
-            if let (Some(row), Some(below)) = (self.first.get_mut(name), self.second.get_mut(name)) {
+        for names in names {
+            for ((name, first), second) in names.iter().zip(&first).zip(&second) {
+                let sum = &mut self.0[usize::from(*name)];
                 for c in 0..4 {
-                    row[c] += first[c];
-                    below[c] += second[c];
+                    sum[c] += first[c];
+                    sum[c + 4] += second[c];
                 }
             }
         }
@@ -127,8 +119,15 @@ impl<R: Real> MatrixSums<R> {
     /// The sums of sixteen rows: xx, yy, zz, xy, xz, yz.
     #[inline(always)]
     pub(crate) fn sixteen<P: Pack<Number = R>>(&self, group: usize) -> [P; 6] {
-        let [xx, yy, zz, xy] = P::columns(&self.first.as_chunks::<LANES>().0[group]);
-        let [xz, yz, ..] = P::columns(&self.second.as_chunks::<LANES>().0[group]);
+        let sums = &self.0.as_chunks::<LANES>().0[group];
+        let (mut first, mut second) = ([[R::zero(); 4]; LANES], [[R::zero(); 4]; LANES]);
+        for lane in 0..LANES {
+            for c in 0..4 {
+                first[lane][c] = sums[lane][c];
+                second[lane][c] = sums[lane][c + 4];
+            }
+        }
+        let ([xx, yy, zz, xy], [xz, yz, ..]) = (P::columns(&first), P::columns(&second));
         [xx, yy, zz, xy, xz, yz]
     }
 }
@@ -139,7 +138,7 @@ pub(crate) struct Scratches<R: Real>(Vec<Mutex<BlockScratch<R>>>);
 
 impl<R: Real> Scratches<R> {
     /// Makes room for the threads of the pool that works now, which has `blocks` blocks to do, of so many rows, so many to
-    /// which elements add, and so many to which triangles do; for a block and its halo there must be `room` records.
+    /// which elements add, and so many particles to which triangles do; for a block and its halo there must be `room` records.
     pub(crate) fn size_for(
         &mut self,
         blocks: usize,
@@ -154,7 +153,7 @@ impl<R: Real> Scratches<R> {
             let aggregates = vec![0; room];
             let bounds = vec![[[[R::zero(); LANES]; 6]; 2]; block_size / LANES];
             let rates = vec![[R::zero(); LANES]; block_size / LANES];
-            let matrices = MatrixSums::with_room(of_triangles);
+            let matrices = MatrixSums(vec![[R::zero(); 8]; of_triangles]);
             let scratch = BlockScratch { records, diagonal, bounds, rates, aggregates, corners, matrices };
             self.0.push(Mutex::new(scratch));
         }

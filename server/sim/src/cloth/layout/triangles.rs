@@ -1,7 +1,7 @@
 //! Triangles of a body that the air acts on, listed by block.
 
 use super::{halo::copy_halo, lists::Lists, scratch::BlockScratch};
-use crate::math::{Pack, Padded, Real};
+use crate::math::{Pack, Padded, Real, three};
 
 /// Triangles, in packs of sixteen.
 #[derive(Clone, Debug)]
@@ -35,9 +35,8 @@ impl Triangles {
             for pack in packs {
                 let (x, y) = lists.gather::<P>(pack, &scratch.records);
                 let matrix = of(x, y);
-                for corner in 0..3 {
-                    scratch.matrices.add(lists.names(pack, corner), matrix);
-                }
+                let names = three!(|corner| lists.names(pack, corner));
+                scratch.matrices.add(names, matrix);
             }
         }
     }
