@@ -27,7 +27,7 @@ SIZE, FINER = (320, 240), 2  # pixels; drawn finer and then averaged
 VIEWS = {
     "demo": (0.9, 30, 14),
     "hanging_sheet": (0.35, 40, 8),
-    "flag": (1.2, 150, 8),
+    "flag": (3.0, 150, 12),
     "cloth_over_sphere": (2.0, 30, 22),
     "drap10": (1.0, 50, 12),
     "drap70": (0.6, 55, 12),
