@@ -4,7 +4,7 @@ use nappe_proto::v1;
 use tonic::Request;
 
 use crate::{
-    client::{CALL_LIMIT, Client, PAGE_SIZE},
+    client::{CALL_LIMIT, Client, NO_LIMIT, PAGE_SIZE},
     error::ClientError,
 };
 
@@ -34,6 +34,19 @@ impl Client {
                 return Ok(changes);
             }
         }
+    }
+
+    /// Puts every body, parameter and pin back to the session's start; steps, time and frames go on. Returns the step before
+    /// which it took effect, and its order among all changes.
+    ///
+    /// # Errors
+    /// If there is no such session, or it has ended.
+    pub async fn reset(&self, session_id: &str) -> Result<v1::ResetSessionResponse, ClientError> {
+        let request = v1::ResetSessionRequest::of(session_id);
+        self.call("ResetSession", NO_LIMIT, Request::new(request), async |mut calls, r| {
+            calls.reset_session(r).await
+        })
+        .await
     }
 
     /// Drops the changes of these calls, named by their order, that still wait; none named: all. Returns how many

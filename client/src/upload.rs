@@ -21,6 +21,8 @@ pub struct MeshUpload {
     pub masses: Vec<f64>,
     /// One pair of texture coordinates per point, or none.
     pub uv: Vec<[f32; 2]>,
+    /// One velocity per point (m/s), or none.
+    pub velocities: Vec<[f64; 3]>,
 }
 
 /// A mesh that the server keeps.
@@ -46,11 +48,12 @@ impl MeshUpload {
     /// The messages of the upload.
     ///
     /// # Errors
-    /// If masses or texture coordinates are neither absent nor one per point.
+    /// If masses, texture coordinates or velocities are neither absent nor one per point.
     pub(crate) fn messages(&self) -> Result<Vec<v1::UploadMeshRequest>, MeshError> {
         use v1::upload_mesh_request::Part;
         let points = self.points.len();
-        for (what, count) in [("masses", self.masses.len()), ("texture coordinates", self.uv.len())] {
+        let (masses, uv, velocities) = (self.masses.len(), self.uv.len(), self.velocities.len());
+        for (what, count) in [("masses", masses), ("texture coordinates", uv), ("velocities", velocities)] {
             if count != 0 && count != points {
                 return Err(MeshError::Count { what, count, points });
             }
@@ -62,6 +65,7 @@ impl MeshUpload {
             triangle_count: self.triangles.len() as u64,
             mass_count: self.masses.len() as u64,
             uv_count: self.uv.len() as u64,
+            velocity_count: velocities as u64,
         };
 
         let mut messages = vec![v1::UploadMeshRequest { part: Some(Part::Header(header)) }];
@@ -73,11 +77,13 @@ impl MeshUpload {
     fn packed(&self) -> Bytes {
         let size =
             self.points.len() * 24 + self.triangles.len() * 12 + self.masses.len() * 8 + self.uv.len() * 8;
+        let size = size + self.velocities.len() * 24;
         let mut data = Vec::with_capacity(size);
         data.extend(self.points.as_flattened().iter().flat_map(|value| value.to_le_bytes()));
         data.extend(self.triangles.as_flattened().iter().flat_map(|value| value.to_le_bytes()));
         data.extend(self.masses.iter().flat_map(|value| value.to_le_bytes()));
         data.extend(self.uv.as_flattened().iter().flat_map(|value| value.to_le_bytes()));
+        data.extend(self.velocities.as_flattened().iter().flat_map(|value| value.to_le_bytes()));
         data.into()
     }
 }

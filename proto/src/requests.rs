@@ -22,6 +22,7 @@ requests! {
     StepSessionRequest
     StopSessionRequest
     UpdateParametersRequest
+    ResetSessionRequest
     ListPendingChangesRequest
     DropPendingChangesRequest
     WatchFramesRequest

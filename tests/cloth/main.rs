@@ -22,6 +22,7 @@ mod notices;
 mod external;
 mod air;
 mod air_steps;
+mod forces;
 mod bodies;
 mod scenes;
 mod shipped;

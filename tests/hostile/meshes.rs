@@ -45,7 +45,7 @@ pub(crate) fn mesh(random: &mut Rng) -> TriangleMesh {
     let mass = [0.0, 0.1, -1.0][random.usize(0..3)];
     let masses = each(random, mass);
     let uv = each(random, 0.5).into_iter().map(|u| [u, if random.u8(0..250) == 0 { f64::NAN } else { u }]);
-    TriangleMesh { points, triangles, masses, uv: uv.collect() }
+    TriangleMesh { points, triangles, masses, uv: uv.collect(), ..TriangleMesh::default() }
 }
 
 /// A scene of cloth, or of snow, from an uploaded mesh.

@@ -157,7 +157,8 @@ fn an_upload_takes_little_more_than_its_size() {
         ];
         for [point_count, triangle_count, mass_count, uv_count] in cases {
             let name = "zeros".into();
-            let header = MeshHeader { name, point_count, triangle_count, mass_count, uv_count };
+            let header =
+                MeshHeader { name, point_count, triangle_count, mass_count, uv_count, velocity_count: 0 };
             let (peak, size) = upload(&mut client, header).await;
 
             // What both sides keep to send and to receive: windows and some pieces.

@@ -24,8 +24,13 @@ fn triangle() -> (MeshHeader, Vec<u8>) {
     data.extend(points.as_flattened().iter().flat_map(|c: &f64| c.to_le_bytes()));
     data.extend([0_u32, 1, 2].iter().flat_map(|i| i.to_le_bytes()));
     data.extend([0.0_f64, 0.5, 0.5].iter().flat_map(|m| m.to_le_bytes()));
-    let header =
-        MeshHeader { name: "triangle".into(), point_count: 3, triangle_count: 1, mass_count: 3, uv_count: 0 };
+    let header = MeshHeader {
+        name: "triangle".into(),
+        point_count: 3,
+        triangle_count: 1,
+        mass_count: 3,
+        ..MeshHeader::default()
+    };
     (header, data)
 }
 

@@ -20,6 +20,7 @@ mod kernels;
 mod laws;
 mod measured_limits;
 mod periodic_bar;
+mod placed;
 mod semi_implicit;
 mod spin;
 mod statics;

@@ -150,7 +150,7 @@ fn a_plan_says_until_when_a_scene_runs_that_ends_by_a_limit_of_its_own() {
     assert!(late > early + 0.01, "{early}, {late}");
     let limits = StateLimits { max_stretch: Some(f64::midpoint(early, late)), max_energy: None };
     let settings = ClothSettings { limits, ..ClothSettings::default() };
-    let body = BodySetup { name: "cloth".to_owned(), network: swinging(), settings };
+    let body = BodySetup { name: "cloth".to_owned(), network: swinging(), settings, forces: Vec::new() };
     let (wind, colliders) = ([0.0; 3], Vec::new());
     let setup = WorldSetup {
         dt: DT,

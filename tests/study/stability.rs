@@ -178,7 +178,12 @@ fn contacts_in_long_steps_give_no_energy_without_a_word() {
     let mut network = sheet(20, 0.06, &sheet_rules(100.0, 0.02), 0.0018);
     network.pins.clear();
     network.x.iter_mut().for_each(|x| *x = [x[0] - 0.57, 0.55, x[2] - 0.57]);
-    let body = BodySetup { name: "sheet".to_owned(), network, settings: ClothSettings::default() };
+    let body = BodySetup {
+        name: "sheet".to_owned(),
+        network,
+        settings: ClothSettings::default(),
+        forces: Vec::new(),
+    };
     let ball = Collider {
         name: "ball".to_owned(),
         shape: Shape::Sphere(Sphere { center: [0.0; 3], radius: 0.5 }),

@@ -14,7 +14,12 @@ pub(crate) fn case(network: Network, gravity: [f64; 3], dt: f64) -> Case {
 
 /// The same with changes before the first step.
 pub(crate) fn case_with(network: Network, gravity: [f64; 3], dt: f64, changes: Vec<Change>) -> Case {
-    let body = BodySetup { name: "cloth".to_owned(), network, settings: ClothSettings::default() };
+    let body = BodySetup {
+        name: "cloth".to_owned(),
+        network,
+        settings: ClothSettings::default(),
+        forces: Vec::new(),
+    };
     let (wind, colliders) = ([0.0; 3], Vec::new());
     let setup =
         WorldSetup { dt, gravity, wind_at: Vec::new(), wind, colliders, bodies: vec![body], snow: None };

@@ -235,7 +235,12 @@ fn terms_that_are_small_alone_and_large_together_do_not_both_go() {
             let springs = network.springs.iter_mut().filter(|spring| spring.kind == kinds[*place]);
             springs.for_each(|spring| spring.law.damping = 0.0);
         }
-        let body = BodySetup { name: "cloth".to_owned(), network, settings: ClothSettings::default() };
+        let body = BodySetup {
+            name: "cloth".to_owned(),
+            network,
+            settings: ClothSettings::default(),
+            forces: Vec::new(),
+        };
         let (wind, colliders) = ([1.0, 0.0, 0.5], Vec::new());
         let setup = WorldSetup {
             dt: DT,

@@ -99,6 +99,9 @@ pub(crate) struct ComputeArgs {
     pub(crate) save: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) force: ForceArgs,
+    /// Begin with the positions and velocities of a frame that was saved of the same scene with --fields velocity
+    #[arg(long, value_name = "FILE.ply|FOLDER")]
+    pub(crate) start: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) fields: FieldsArgs,
     #[command(flatten, next_help_heading = "Ranks of the server in this command")]

@@ -235,6 +235,7 @@ fn upload(name: &str, mesh: &TriangleMesh) -> MeshUpload {
         triangles: mesh.triangles.clone(),
         masses: mesh.masses.clone(),
         uv: mesh.uv.iter().map(|&[u, v]| [u as f32, v as f32]).collect(),
+        velocities: mesh.velocities.clone(),
     }
 }
 

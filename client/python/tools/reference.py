@@ -54,6 +54,7 @@ GROUPS = {
         "RejectedStep",
         "Parameters",
         "ClothParameters",
+        "Air",
         "SpringParameters",
         "Diagnostics",
         "ClothSteps",
@@ -64,7 +65,13 @@ GROUPS = {
 }
 """What is listed, in this order: every name that the package exports, but `v1`, which docs/contract.md lists."""
 
-TYPES = {"Array": "_arrays", "Vector": "_reports", "PerKind": "_requests"}
+TYPES = {
+    "Array": "_arrays",
+    "Vector": "_reports",
+    "PerKind": "_requests",
+    "Forces": "_acting",
+    "States": "_acting",
+}
 """Names of types that stand in signatures, and the modules that say what they are."""
 
 

@@ -24,7 +24,12 @@ fn setup(side: usize) -> WorldSetup {
     let mesh = TriangleMesh::grid(side, side, 0.02);
     let mut network = Network::from_lattice(&mesh, [side, side], &rules, 0.002);
     network.pins = vec![0, side as u32 - 1];
-    let body = BodySetup { name: "sheet".to_owned(), network, settings: ClothSettings::default() };
+    let body = BodySetup {
+        name: "sheet".to_owned(),
+        network,
+        settings: ClothSettings::default(),
+        forces: Vec::new(),
+    };
     let (gravity, wind) = ([0.0, -9.81, 0.0], [1.0, 0.0, 0.5]);
     WorldSetup {
         dt: 5e-3,

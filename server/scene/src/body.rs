@@ -8,7 +8,7 @@ use nappe_sim::{
 };
 use serde::{Deserialize, Serialize};
 
-use crate::{names, transform::Transform};
+use crate::{air, names, transform::Transform};
 
 /// Particles joined by springs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -38,11 +38,14 @@ pub struct Body {
     /// Pins that move from the start.
     #[serde(default, rename = "moving_pin", skip_serializing_if = "is_default")]
     pub moving_pins: Vec<MovingPin>,
+    /// Forces on its particles.
+    #[serde(default, rename = "force", skip_serializing_if = "is_default")]
+    pub forces: Vec<ForceText>,
     /// Linear drag of the medium on each particle (N s/m); 0: none.
     #[serde(default)]
     pub drag: f64,
     /// Air that acts on its triangles; none: it feels none.
-    #[serde(default, with = "air_text", skip_serializing_if = "Option::is_none")]
+    #[serde(default, with = "air", skip_serializing_if = "Option::is_none")]
     pub air: Option<Air>,
     /// How positions and velocities advance; default: implicit Euler.
     #[serde(default = "default_integrator", with = "names::integrator")]
@@ -104,6 +107,7 @@ impl Body {
             laws: Vec::new(),
             pins: Vec::new(),
             moving_pins: Vec::new(),
+            forces: Vec::new(),
             drag: 0.0,
             air: None,
             integrator: default_integrator(),
@@ -122,39 +126,6 @@ impl Body {
             limits: Limits::default(),
             block_size: default_block_size(),
         }
-    }
-}
-
-/// The air of a body as a table of a scene.
-mod air_text {
-    use nappe_sim::cloth::Air;
-    use serde::{Deserialize, Deserializer, Serialize, Serializer};
-
-    #[derive(Deserialize, Serialize)]
-    #[serde(default)]
-    struct Text {
-        density: f64,
-        normal: f64,
-        lift: f64,
-        tangential: f64,
-    }
-
-    impl Default for Text {
-        fn default() -> Self {
-            let Air { density, normal, lift, tangential } = Air::default();
-            Self { density, normal, lift, tangential }
-        }
-    }
-
-    pub(super) fn deserialize<'de, D: Deserializer<'de>>(text: D) -> Result<Option<Air>, D::Error> {
-        let Text { density, normal, lift, tangential } = Text::deserialize(text)?;
-        Ok(Some(Air { density, normal, lift, tangential }))
-    }
-
-    #[expect(clippy::ref_option, reason = "serde hands over a reference to the field")]
-    pub(super) fn serialize<S: Serializer>(air: &Option<Air>, to: S) -> Result<S::Ok, S::Error> {
-        let text = |Air { density, normal, lift, tangential }| Text { density, normal, lift, tangential };
-        air.map(text).serialize(to)
     }
 }
 
@@ -350,6 +321,21 @@ pub struct MovingPin {
     pub offset: Option<[f64; 3]>,
     /// How long it takes (s), rounded up to one step.
     pub duration: f64,
+}
+
+/// A force on particles for a time.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ForceText {
+    /// The particle or row of particles that it acts on, or `all`.
+    pub on: Pin,
+    /// The force on each of them (N).
+    pub force: [f64; 3],
+    /// When it begins (s).
+    #[serde(default)]
+    pub from: f64,
+    /// When it ends (s); none: it does not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub until: Option<f64>,
 }
 
 /// Linear solver of an implicit step.

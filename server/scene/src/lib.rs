@@ -14,6 +14,7 @@ mod names;
 mod schema;
 pub mod mesh;
 mod transform;
+mod air;
 mod body;
 mod snow;
 mod collider;
@@ -30,8 +31,8 @@ pub mod files;
 
 pub use assemble::{Built, MeshSource, NoMeshes, SceneLimits, SceneSize};
 pub use body::{
-    Body, ElementLaw, GridPlane, Limits, Mass, Mesh, MeshRepair, MovingPin, Pattern, Pin, Solver, SpringLaw,
-    Springs, Unused,
+    Body, ElementLaw, ForceText, GridPlane, Limits, Mass, Mesh, MeshRepair, MovingPin, Pattern, Pin, Solver,
+    SpringLaw, Springs, Unused,
 };
 pub use collider::{ColliderText, ShapeText};
 pub use edit::EditError;

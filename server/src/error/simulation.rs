@@ -64,6 +64,32 @@ impl From<&ChangeError> for ServiceError {
             ChangeError::NoAir { body } => refused.with("body", body).at_field("air.body", message),
             ChangeError::NoneFeelsAir => refused.at_field("air", message),
             ChangeError::NoCloth => refused.at_field("springs", message),
+            ChangeError::WrongCount { body, what, found, needed } => refused
+                .with("body", body)
+                .with("found", found)
+                .with("allowed", needed)
+                .at_field(format!("states.{what}_f64"), message),
+            ChangeError::StateRange { body, what, particle, value, allowed } => refused
+                .with("body", body)
+                .with("particle", particle)
+                .with("value", value)
+                .with("allowed", range(*allowed))
+                .at_field(format!("states.{what}_f64"), message),
+            ChangeError::ForceCount { body, found, needed } => refused
+                .with("body", body)
+                .with("found", found)
+                .with("allowed", needed)
+                .at_field("forces.forces_f64", message),
+            ChangeError::ForceOnPin { body, particle } => refused
+                .with("body", body)
+                .with("particle", particle)
+                .at_field("forces.particles_u32", message),
+            ChangeError::NotInBody { body, particle, count } => refused
+                .with("body", body)
+                .with("particle", particle)
+                .with("particle_count", count)
+                .at_field("forces.particles_u32", message),
+            ChangeError::SnowOverRanks { body } => refused.with("body", body).at_field("body", message),
             ChangeError::NotPinned { particle } => {
                 refused.with("particle", particle).at_field("pins.particle", message)
             }

@@ -5,7 +5,10 @@
 use nappe_proto::v1;
 use nappe_sim::{cloth::SpringKind, world::Change};
 
-use super::validate::{finite, unknown_value};
+use super::{
+    lists,
+    validate::{finite, finite_vector, unknown_value},
+};
 use crate::{
     config::Limits,
     error::{Reason, ServiceError},
@@ -13,8 +16,10 @@ use crate::{
 
 /// The changes of a request to update parameters.
 pub(super) fn of_update(request: v1::UpdateParametersRequest) -> v1::Changes {
-    let v1::UpdateParametersRequest { gravity, wind, drag, springs, pins, paths, air, .. } = request;
-    v1::Changes { gravity, wind, drag, springs, pins, paths, air }
+    let v1::UpdateParametersRequest {
+        gravity, wind, drag, springs, pins, paths, air, forces, states, ..
+    } = request;
+    v1::Changes { gravity, wind, drag, springs, pins, paths, air, forces, states }
 }
 
 /// Changes in the order of their fields, which `within` stands before in messages.
@@ -25,14 +30,16 @@ pub(super) fn changes(
     request: &v1::Changes,
     within: &str,
     limits: &Limits,
+    mesh: &dyn Fn(&str) -> Result<[Vec<[f64; 3]>; 2], ServiceError>,
 ) -> Result<Vec<Change>, ServiceError> {
     let points = request.paths.iter().map(|path| path.times_seconds.len()).sum::<usize>();
     let count =
         request.springs.len() + request.air.len() + request.pins.len() + request.paths.len().max(points);
+    let count = count + request.forces.len() + request.states.len();
     let allowed = limits.max_changes_per_call;
     if count > allowed as usize {
         let message = format!(
-            "the call has {count} changes of springs, air, pins and points of paths; allowed: at most {allowed}"
+            "the call has {count} changes of springs, air, forces, states, pins and points of paths; allowed: at most {allowed}"
         );
         return Err(ServiceError::new(Reason::TooManyChanges, message)
             .with("changes", count)
@@ -68,9 +75,17 @@ pub(super) fn changes(
         changes.push(pin_path(&format!("{within}paths[{i}]"), path)?);
     }
 
+    for (i, update) in request.forces.iter().enumerate() {
+        changes.push(lists::force(&format!("{within}forces[{i}]"), update)?);
+    }
+
+    for (i, update) in request.states.iter().enumerate() {
+        changes.push(lists::state(&format!("{within}states[{i}]"), update, mesh)?);
+    }
+
     if changes.is_empty() {
         return Err(ServiceError::field(
-            format!("{within}gravity, wind, drag, air, springs, pins, paths"),
+            format!("{within}gravity, wind, drag, air, springs, pins, paths, forces, states"),
             "none is set: an update changes at least one",
         ));
     }
@@ -144,13 +159,4 @@ fn pin_path(field: &str, path: &v1::PinPath) -> Result<Change, ServiceError> {
 
     let points = times.iter().copied().zip(targets.iter().copied()).collect();
     Ok(Change::PinPath { particle: *particle, points })
-}
-
-fn finite_vector(field: &str, vector: v1::Vector3) -> Result<[f64; 3], ServiceError> {
-    let v1::Vector3 { x, y, z } = vector;
-    Ok([
-        finite(&format!("{field}.x"), x)?,
-        finite(&format!("{field}.y"), y)?,
-        finite(&format!("{field}.z"), z)?,
-    ])
 }

@@ -16,7 +16,8 @@ use super::{
     upload, validate,
 };
 use crate::{
-    error::ServiceError,
+    error::{Reason, ServiceError},
+    session::Accepted,
     stream::{self, Cut, Delivery, DiagnosticsOnly, FieldSet, Frames, Seat, WatchStream, watch},
 };
 
@@ -29,6 +30,19 @@ pub(crate) struct Methods {
 impl Methods {
     pub(crate) fn new(shared: Arc<Shared>) -> Self {
         Self { shared }
+    }
+
+    /// Points and velocities of an uploaded mesh, by its id.
+    fn placed(&self) -> impl Fn(&str) -> Result<[Vec<[f64; 3]>; 2], ServiceError> {
+        let meshes = &self.shared.meshes;
+        move |id| match meshes.get(id) {
+            Some(mesh) => Ok([mesh.points.clone(), mesh.velocities.clone()]),
+            None => {
+                let message =
+                    format!("no mesh has the id '{id}': it was never uploaded, or dropped for others");
+                Err(ServiceError::new(Reason::MeshNotFound, message).with("mesh_id", id))
+            }
+        }
     }
 
     /// Starts a watcher, after the session was asked for the fields that it wants.
@@ -203,7 +217,7 @@ impl SimulationService for Methods {
         let session = self.shared.session(&request.session_id, &request.session_uid)?;
         let steps = validate::steps(&request, session.step_count(), &self.shared.config.limits)?;
         let changes = match &request.changes {
-            Some(asked) => changes(asked, "changes.", &self.shared.config.limits)?,
+            Some(asked) => changes(asked, "changes.", &self.shared.config.limits, &self.placed())?,
             None => Vec::new(),
         };
         let frame = validate::answered_fields(&request, session.particle_count())?;
@@ -229,9 +243,20 @@ impl SimulationService for Methods {
         let request = request.into_inner();
         let session = self.shared.session(&request.session_id, &request.session_uid)?;
         let (at_step, when) = (request.at_step, request.wait.into());
-        let changes = changes(&changes::of_update(request), "", &self.shared.config.limits)?;
+        let changes = changes(&changes::of_update(request), "", &self.shared.config.limits, &self.placed())?;
         let updated = session.update(at_step, changes, when).await;
         Ok(Response::new(self.shared.answered(updated)?.into()))
+    }
+
+    async fn reset_session(
+        &self,
+        request: Request<v1::ResetSessionRequest>,
+    ) -> Answer<v1::ResetSessionResponse> {
+        let request = request.into_inner();
+        let session = self.shared.session(&request.session_id, &request.session_uid)?;
+        let reset = session.reset().await;
+        let Accepted { step, order } = self.shared.answered(reset)?;
+        Ok(Response::new(v1::ResetSessionResponse { effective_step: step, order }))
     }
 
     async fn list_pending_changes(

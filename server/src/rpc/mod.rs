@@ -3,6 +3,7 @@
 //! Enters: requests, checked here. Leaves: messages, or a status with a reason.
 
 mod validate;
+mod lists;
 mod changes;
 mod pending;
 mod server_info;

@@ -5,6 +5,7 @@
 use nappe_proto::v1;
 use nappe_sim::{cloth::SpringKind, world::Change};
 
+use super::lists;
 use crate::{
     error::{Reason, ServiceError},
     session::{Accepted, PendingChange},
@@ -60,6 +61,14 @@ fn message(pending: &PendingChange) -> v1::PendingChange {
                 stiffness: *stiffness,
                 damping: *damping,
             }),
+            Change::Force { body, particles, forces } => {
+                request.forces.push(lists::force_message(body, particles, forces));
+            }
+            Change::State { body, positions, velocities } => {
+                request.states.push(lists::state_message(body, positions, velocities.as_deref()));
+            }
+            // It does not wait.
+            Change::Reset => {}
             Change::Pin { particle, target, duration } => request.pins.push(v1::PinUpdate {
                 particle: *particle,
                 target: Some((*target).into()),

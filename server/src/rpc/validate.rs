@@ -335,3 +335,16 @@ mod tests {
         assert!(period(f64::MIN_POSITIVE).expect("a tiny rate").is_some());
     }
 }
+
+/// A vector of finite numbers.
+///
+/// # Errors
+/// The first that is not.
+pub(super) fn finite_vector(field: &str, vector: v1::Vector3) -> Result<[f64; 3], ServiceError> {
+    let v1::Vector3 { x, y, z } = vector;
+    Ok([
+        finite(&format!("{field}.x"), x)?,
+        finite(&format!("{field}.y"), y)?,
+        finite(&format!("{field}.z"), z)?,
+    ])
+}

@@ -223,6 +223,18 @@ impl Control {
         Ok(copied)
     }
 
+    /// Asks for the session to be put back to its start, between two steps.
+    pub(super) fn reset(&self) -> Result<oneshot::Receiver<Accepted>, ServiceError> {
+        self.rules.check(&[Change::Reset]).map_err(|error| ServiceError::from(&error))?;
+        let mut desk = self.open()?;
+        let (done, reset) = oneshot::channel();
+        self.check_room(&mut desk, Some(&done))?;
+        self.change(&mut desk, Event::Update)?;
+        desk.resets.push(done);
+        self.changed.notify_one();
+        Ok(reset)
+    }
+
     /// Asks for the newest frame with everything that watchers want. None if the session is stepping: the next frame
     /// has it.
     pub(super) fn complete_newest(&self) -> Result<Option<oneshot::Receiver<()>>, ServiceError> {
@@ -284,7 +296,9 @@ impl Control {
         desk: &mut Desk,
         answer: Option<&oneshot::Sender<T>>,
     ) -> Result<(), ServiceError> {
-        if answer.is_none() || desk.waiting.has_room(desk.completions.len() + desk.copies.len()) {
+        if answer.is_none()
+            || desk.waiting.has_room(desk.completions.len() + desk.copies.len() + desk.resets.len())
+        {
             return Ok(());
         }
         let (id, allowed) = (&self.status.properties.id, MAX_WAITING);

@@ -7,7 +7,7 @@ use tokio::sync::oneshot;
 
 use super::{
     pace::Pace,
-    pending_changes::PendingChanges,
+    pending_changes::{Accepted, PendingChanges},
     status::Progress,
     transition::State,
     waiting::{FrameWish, Standing, Waiting},
@@ -27,6 +27,8 @@ pub(super) struct Desk {
     pub(super) completions: Vec<oneshot::Sender<()>>,
     /// Who waits for a copy of the session.
     pub(super) copies: Vec<oneshot::Sender<Copied>>,
+    /// Who waits for the session to be put back to its start.
+    pub(super) resets: Vec<oneshot::Sender<Accepted>>,
     /// Who waits for a frame of the state after his steps.
     pub(super) frames: Vec<FrameWish>,
     pub(super) ending: Ending,
@@ -49,6 +51,7 @@ impl Desk {
             waiting: Waiting::default(),
             completions: Vec::new(),
             copies: Vec::new(),
+            resets: Vec::new(),
             frames: Vec::new(),
             ending: Ending::Nothing,
             is_settled: true,

@@ -254,6 +254,14 @@ impl Session {
         Ok(accepted)
     }
 
+    /// Puts the session back to its start, between two steps.
+    ///
+    /// # Errors
+    /// If it is at its end, too many calls wait, or it ends meanwhile.
+    pub(crate) async fn reset(&self) -> Result<Accepted, ServiceError> {
+        self.control.reset()?.await.map_err(|_gone| self.gone())
+    }
+
     /// Up to `count` of the changes that wait, after one, and the last of them if more follow.
     pub(crate) fn pending_changes(
         &self,

@@ -59,6 +59,12 @@ impl PendingChanges {
         Ok(accepted)
     }
 
+    /// Counts a call that changes the session without waiting, before step `step`.
+    pub(super) fn count_call(&mut self, step: u64) -> Accepted {
+        self.last_order += 1;
+        Accepted { step, order: self.last_order }
+    }
+
     /// Takes the groups due before step `step`, in order.
     pub(super) fn take_due(&mut self, step: u64) -> Vec<Vec<Change>> {
         let mut due = Vec::new();

@@ -12,7 +12,7 @@ use tokio::sync::oneshot;
 use super::{
     control::Control,
     desk::{Copied, Desk, Ending, InProgress, Injected},
-    pending_changes::PendingChanges,
+    pending_changes::{Accepted, PendingChanges},
     transition::{Effect, Event, State},
     waiting::FrameWish,
 };
@@ -30,6 +30,8 @@ pub(super) enum Task {
     Settle { frames: Vec<FrameWish> },
     /// Copies the session for those who wait for it, with the changes that wait.
     Copy { to: Vec<oneshot::Sender<Copied>>, pending: PendingChanges },
+    /// Puts the session back to its start, for those who wait for it.
+    Reset { done: Vec<(oneshot::Sender<Accepted>, Accepted)> },
     /// Encodes the newest frame again with everything that watchers want now, for those who wait for it.
     Complete { done: Vec<oneshot::Sender<()>>, injected: Injected },
     /// Fails the session: the ranks that step it have ended.
@@ -66,6 +68,14 @@ impl Control {
                 let to = std::mem::take(&mut desk.copies);
                 return Task::Copy { to, pending: desk.pending.clone() };
             }
+
+            if !desk.resets.is_empty() && !matches!(desk.state, State::Finished | State::Failed) {
+                let (resets, step) = (std::mem::take(&mut desk.resets), desk.next_step);
+                let done = resets.into_iter().map(|done| (done, desk.pending.count_call(step))).collect();
+                return Task::Reset { done };
+            }
+            // Who waits is told that the session is at its end.
+            desk.resets.clear();
 
             desk.frames.retain(|wish| !wish.done.is_closed());
             if desk.state.is_stepping() {
@@ -131,6 +141,12 @@ impl Control {
         let mut desk = self.lock();
         desk.in_progress = InProgress::Nothing;
         desk.next_step = self.status.progress().step;
+    }
+
+    /// The session was put back to its start: the hash of its state is another one.
+    pub(super) fn has_reset(&self) {
+        self.lock().is_settled = false;
+        self.status.update(|progress| progress.state_hash = None);
     }
 
     /// The session stands, at a state with this hash.

@@ -218,6 +218,7 @@ fn build(
     let properties = Properties {
         claimed_bytes: session_bytes,
         claimed_snow_bytes: snow_bytes,
+        initial_changes: built.initial_changes.clone().into(),
         ..properties(options, &scene, &simulation)
     };
     let pending = PendingChanges::new(limits.max_pending_changes);
@@ -325,6 +326,7 @@ fn properties(options: &SessionOptions, scene: &Scene, simulation: &Simulation) 
         snow_particle_count: simulation.snow_particle_count() as u64,
         spring_count: simulation.spring_count() as u64,
         snow_cell: simulation.snow_cell(),
+        initial_changes: Arc::default(),
         claimed_bytes: 0,
         claimed_snow_bytes: 0,
     }

@@ -6,7 +6,7 @@ use std::{
 };
 
 use nappe_proto::v1;
-use nappe_sim::math::Precision;
+use nappe_sim::{math::Precision, world::Change};
 use uuid::Uuid;
 
 use super::transition::State;
@@ -37,6 +37,8 @@ pub(crate) struct Properties {
     pub spring_count: u64,
     /// Side of the cells of the snow's grid (m); none without snow.
     pub snow_cell: Option<f64>,
+    /// Changes with which it begins: moving pins.
+    pub initial_changes: Arc<[Change]>,
     /// Memory of the server that is counted for it (bytes).
     pub claimed_bytes: u64,
     /// Those of them that are counted for its snow, before that grows.

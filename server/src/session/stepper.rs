@@ -19,7 +19,7 @@ use super::{
     failure::{FailurePoint, SessionFailure},
     notices,
     parameters::parameters,
-    pending_changes::PendingChanges,
+    pending_changes::{Accepted, PendingChanges},
     ranks::{Begin, RankCounts, Ranks, Watched},
     schedule::Task,
     simulator::{Behind, FramePosition, NoStep, Simulator, TimedStep},
@@ -29,7 +29,7 @@ use super::{
 use crate::{
     config::RankSettings,
     error::{Reason, ServiceError, step_reason},
-    stream::{Ending, diagnostics, rejected},
+    stream::{Ending, diagnostics, initial_diagnostics, rejected},
 };
 
 /// Whether the thread goes on.
@@ -77,8 +77,9 @@ impl Stepper {
                 self.control.settled(hash);
             }
             Task::Copy { to, pending } if self.catch_up() => self.copy(to, &pending),
+            Task::Reset { done } if self.catch_up() => self.reset(done),
             // Who waits is told of the failure.
-            Task::Settle { .. } | Task::Copy { .. } => {}
+            Task::Settle { .. } | Task::Copy { .. } | Task::Reset { .. } => {}
             Task::Complete { done, injected } => self.complete(done, injected),
             Task::Stop => {
                 if self.control.stop_now() {
@@ -96,6 +97,35 @@ impl Stepper {
             let simulation = self.simulator.simulation.fork();
             // Whoever asked may be gone.
             let _ = copy.send(Copied { simulation, pending: pending.clone() });
+        }
+    }
+
+    /// Puts the session back to its start, and shows it in a frame.
+    fn reset(&mut self, done: Vec<(oneshot::Sender<Accepted>, Accepted)>) {
+        let index = self.step_count();
+        self.status().feed.note(v1::ChangeKind::Reset, index);
+        let changes = [&[Change::Reset], &*self.status().properties.initial_changes].concat();
+        if let Err(error) = self.simulator.apply(&changes) {
+            self.simulator.is_torn |= self.simulator.ranks.is_some();
+            return self.fail(error, index, None, None);
+        }
+        // The copy of what ranks step has been put back too.
+        self.simulator.behind = Behind::Nothing;
+        let frame = self.newest_frame() + 1;
+        let simulation = &self.simulator.simulation;
+        let now = parameters(simulation.parameters());
+        let diagnostics = self.simulator.pool.install(|| initial_diagnostics(simulation));
+        self.status().update(|progress| {
+            progress.parameters = now;
+            let notices = progress.diagnostics.notices.take();
+            progress.diagnostics = v1::Diagnostics { frame, notices, ..diagnostics };
+        });
+        if self.publish(frame, FramePosition::Middle) {
+            self.control.has_reset();
+            for (done, accepted) in done {
+                // Whoever asked may be gone.
+                let _ = done.send(accepted);
+            }
         }
     }
 

@@ -134,7 +134,7 @@ fn world_of(network: Network, settings: ClothSettings, dt: f64) -> WorldSetup {
         wind_at: Vec::new(),
         wind: [0.0; 3],
         colliders: Vec::new(),
-        bodies: vec![BodySetup { name: "sheet".to_owned(), network, settings }],
+        bodies: vec![BodySetup { name: "sheet".to_owned(), network, settings, forces: Vec::new() }],
         snow: None,
     }
 }

@@ -3,6 +3,7 @@
 //! Enters: a scene and the options of the command line. Leaves: saved frames, and a summary on standard output.
 
 mod embedded;
+mod start;
 mod progress;
 mod record;
 mod drive;
@@ -11,7 +12,7 @@ mod summary;
 use nappe_client::Client;
 
 pub(crate) use self::embedded::Embedded;
-use self::{drive::Driven, summary::Summary};
+use self::{drive::Driven, start::SavedFrame, summary::Summary};
 use crate::{
     args::{ComputeArgs, OtherServerArgs, TokenArgs},
     error::Result,
@@ -65,16 +66,19 @@ pub(crate) async fn compute(
         }
         None => None,
     };
+    let start = args.start.as_deref().map(SavedFrame::read).transpose()?;
     let (driven, summary) = match server {
         Server::At(address, token) => {
             let client = remote::connect_to(address, token).await?;
             let place = Place::at(address, token);
-            Box::pin(compute_on(&client, &place, scene, args, destination)).await?
+            Box::pin(compute_on(&client, &place, scene, (args, start.as_ref()), destination)).await?
         }
         Server::Embedded => {
             let embedded = Embedded::start(args.ranks.clone()).await?;
             let place = embedded.place();
-            let done = Box::pin(compute_on(&embedded.client, &place, scene, args, destination)).await;
+            let done =
+                Box::pin(compute_on(&embedded.client, &place, scene, (args, start.as_ref()), destination))
+                    .await;
             embedded.shutdown().await;
             done?
         }
@@ -86,11 +90,18 @@ async fn compute_on(
     client: &Client,
     place: &Place,
     scene: &Input,
-    args: &ComputeArgs,
+    (args, start): (&ComputeArgs, Option<&SavedFrame>),
     mut destination: Option<Destination>,
 ) -> Result<(Driven, Summary)> {
     let session = scene.create(client, String::new(), &args.overrides).await?;
-    let driven = drive::drive(client, place, &session, destination.as_mut()).await;
+    let begun = match start {
+        Some(start) => start.put(client, &session.session_id).await,
+        None => Ok(()),
+    };
+    let driven = match begun {
+        Ok(()) => drive::drive(client, place, &session, destination.as_mut()).await,
+        Err(error) => Err(error),
+    };
     let told = driven.as_ref().ok().and_then(|driven| driven.told);
     let saved = destination.map(|destination| destination.finish(told));
 

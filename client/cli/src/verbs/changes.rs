@@ -77,6 +77,16 @@ fn sets(change: &v1::PendingChange) -> Vec<String> {
     if !request.springs.is_empty() {
         sets.push(format!("springs ({})", request.springs.len()));
     }
+    for (what, count) in [
+        ("air", request.air.len()),
+        ("forces", request.forces.len()),
+        ("states", request.states.len()),
+        ("paths", request.paths.len()),
+    ] {
+        if count > 0 {
+            sets.push(format!("{what} ({count})"));
+        }
+    }
     if !request.pins.is_empty() {
         sets.push(format!("pins ({})", request.pins.len()));
     }

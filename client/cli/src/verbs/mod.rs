@@ -17,6 +17,7 @@ mod play;
 mod pause;
 mod step;
 mod update;
+mod reset;
 mod changes;
 mod fork;
 mod watch;
@@ -63,6 +64,7 @@ enum Verb {
     Pause(pause::PauseArgs),
     Step(step::StepArgs),
     Update(update::UpdateArgs),
+    Reset(reset::ResetArgs),
     Changes(changes::ChangesArgs),
     Fork(fork::ForkArgs),
     Watch(watch::WatchArgs),
@@ -97,6 +99,7 @@ pub(crate) fn run(cli: &Cli) -> Result<()> {
         Some(Verb::Pause(args)) => pause::run(args),
         Some(Verb::Step(args)) => step::run(args),
         Some(Verb::Update(args)) => update::run(args),
+        Some(Verb::Reset(args)) => reset::run(args),
         Some(Verb::Changes(args)) => changes::run(args),
         Some(Verb::Fork(args)) => fork::run(args),
         Some(Verb::Watch(args)) => watch::run(args),

@@ -1,4 +1,4 @@
-//! `nappe update`: changes gravity, wind, springs or pins of a session, all at the same step.
+//! `nappe update`: changes gravity, wind, air, springs, pins or forces of a session, all at the same step.
 
 use clap::Args;
 use nappe_client::v1;
@@ -11,14 +11,16 @@ use crate::{
     remote,
 };
 
-/// Change gravity, wind, springs or pins of a session
+/// Change gravity, wind, air, springs, pins or forces of a session
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Examples:
   nappe update first --gravity 0,-1.62,0          the Moon
   nappe update first --wind 3,0,0 --at-step 500   wind before step 500
   nappe update first --stiffness bend=5           springs against folding only
-  nappe update first --pin 0=0,1,0.5:2            pinned particle 0 goes there within 2 s")]
+  nappe update first --pin 0=0,1,0.5:2            pinned particle 0 goes there within 2 s
+  nappe update first --force sheet:12=0,0.5,0     a force on a particle, until the next one
+  nappe update first --force sheet:all=0,0,0      none on any")]
 pub(crate) struct UpdateArgs {
     #[command(flatten)]
     session: SessionArgs,
@@ -43,12 +45,18 @@ pub(crate) struct UpdateArgs {
     /// Damping of springs (N s/m), of all kinds or of stretch, shear or bend
     #[arg(long, value_name = "[KIND=]VALUE", value_parser = spring_value)]
     damping: Vec<SpringValue>,
-    /// Body whose springs change [default: all]
+    /// Body whose springs or air change [default: all]
     #[arg(long, value_name = "NAME")]
     body: Option<String>,
     /// Move a pinned particle to a position (m) within SECONDS of simulated time [default: one step]
     #[arg(long, value_name = "PARTICLE=X,Y,Z[:SECONDS]", value_parser = pin)]
     pin: Vec<v1::PinUpdate>,
+    /// Force (N) on a particle of a body, by its number there, or on all of them, from then on
+    #[arg(long, value_name = "BODY:PARTICLE=X,Y,Z", value_parser = force)]
+    force: Vec<v1::ForceUpdate>,
+    /// Density (kg/m^3) or a coefficient of the air: density, normal, lift or tangential
+    #[arg(long, value_name = "NAME=VALUE", value_parser = air_value)]
+    air: Vec<(String, f64)>,
 }
 
 /// A stiffness (N/m) or a damping (N s/m) for the springs of a kind.
@@ -88,18 +96,22 @@ fn request(args: &UpdateArgs) -> Result<v1::UpdateParametersRequest> {
         .chain(args.damping.iter().map(|&SpringValue { kind, value }| spring(args, kind, None, Some(value))))
         .collect();
 
-    if args.body.is_some() && springs.is_empty() {
-        return Err(CliError::usage("--body says whose springs change: it needs --stiffness or --damping"));
+    if args.body.is_some() && springs.is_empty() && args.air.is_empty() {
+        let words = "--body says whose springs or air change: it needs --stiffness, --damping or --air";
+        return Err(CliError::usage(words));
     }
 
     let nothing = args.gravity.is_none()
         && args.wind.is_none()
         && args.drag.is_none()
         && springs.is_empty()
+        && args.air.is_empty()
+        && args.force.is_empty()
         && args.pin.is_empty();
     if nothing {
-        return Err(CliError::usage("nothing to change")
-            .hint("give one or more of --gravity, --wind, --drag, --stiffness, --damping, --pin"));
+        return Err(CliError::usage("nothing to change").hint(
+            "give one or more of --gravity, --wind, --drag, --air, --stiffness, --damping, --pin, --force",
+        ));
     }
 
     Ok(v1::UpdateParametersRequest {
@@ -109,9 +121,30 @@ fn request(args: &UpdateArgs) -> Result<v1::UpdateParametersRequest> {
         springs,
         pins: args.pin.clone(),
         drag: args.drag,
+        air: air(args),
+        forces: args.force.clone(),
         wait: args.wait,
         ..v1::UpdateParametersRequest::of(&args.session.id)
     })
+}
+
+/// The new numbers of the air, as one change.
+fn air(args: &UpdateArgs) -> Vec<v1::AirUpdate> {
+    if args.air.is_empty() {
+        return Vec::new();
+    }
+    let body = args.body.clone().unwrap_or_default();
+    let mut update = v1::AirUpdate { body, ..v1::AirUpdate::default() };
+    for (name, value) in &args.air {
+        let number = match name.as_str() {
+            "density" => &mut update.density,
+            "normal" => &mut update.normal,
+            "lift" => &mut update.lift,
+            _ => &mut update.tangential,
+        };
+        *number = Some(*value);
+    }
+    vec![update]
 }
 
 fn spring(
@@ -162,6 +195,33 @@ fn pin(text: &str) -> std::result::Result<v1::PinUpdate, String> {
     Ok(v1::PinUpdate { particle, target: Some(target), duration_seconds })
 }
 
+fn air_value(text: &str) -> std::result::Result<(String, f64), String> {
+    match text.split_once('=') {
+        Some((name @ ("density" | "normal" | "lift" | "tangential"), value)) => {
+            Ok((name.to_owned(), number(value)?))
+        }
+        _ => Err(format!("'{text}' is not NAME=VALUE with density, normal, lift or tangential")),
+    }
+}
+
+fn force(text: &str) -> std::result::Result<v1::ForceUpdate, String> {
+    let parts = text.rsplit_once('=').and_then(|(on, force)| Some((on.rsplit_once(':')?, force)));
+    let ((body, particle), force) = parts.ok_or("a force is BODY:PARTICLE=X,Y,Z or BODY:all=X,Y,Z")?;
+    let particles = match particle {
+        "all" => Vec::new(),
+        particle => match particle.parse::<u32>() {
+            Ok(particle) => particle.to_le_bytes().to_vec(),
+            Err(_) => return Err(format!("'{particle}' is not a particle's number (0, 1, 2 ...), nor all")),
+        },
+    };
+    Ok(v1::ForceUpdate {
+        body: body.to_owned(),
+        particles_u32: particles.into(),
+        force: Some(vector(force)?),
+        ..v1::ForceUpdate::default()
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -173,6 +233,17 @@ mod tests {
         assert_eq!(pin("7=0.5,-1,2:1.5"), Ok(v1::PinUpdate { particle: 7, target, duration_seconds: 1.5 }));
         for wrong in ["7", "x=0,0,0", "-1=0,0,0", "7=0,0", "7=0,0,nan", "7=0,0,0:x"] {
             assert!(pin(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn a_force_names_a_body_and_one_of_its_particles_or_all() {
+        let one = force("a:b:7=0,-1,2").expect("a force");
+        assert_eq!((one.body.as_str(), &one.particles_u32[..]), ("a:b", &7_u32.to_le_bytes()[..]));
+        assert_eq!(one.force, Some(v1::Vector3 { x: 0.0, y: -1.0, z: 2.0 }));
+        assert!(force("sheet:all=1,2,3").expect("a force").particles_u32.is_empty());
+        for wrong in ["sheet=1,2,3", "sheet:1", "sheet:x=1,2,3", "sheet:1=1,2", "sheet:-1=0,0,0"] {
+            assert!(force(wrong).is_err(), "{wrong}");
         }
     }
 

@@ -39,6 +39,7 @@ from nappe._trajectory import Trajectory
 from nappe._uploads import Uploaded
 from nappe._values import (
     Accepted,
+    Air,
     Change,
     ClothParameters,
     Failure,
@@ -55,6 +56,7 @@ __version__ = "0.1.0"
 __all__ = [
     "REASONS",
     "Accepted",
+    "Air",
     "Body",
     "BodyArrays",
     "Change",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from types import TracebackType
 from typing import Any, Literal, overload
@@ -10,6 +10,7 @@ from typing import Any, Literal, overload
 from numpy.typing import ArrayLike
 
 from nappe import _requests as requests
+from nappe._acting import Forces, States
 from nappe._aio_opening import Opening
 from nappe._aio_stream import DiagnosticsStream, Frames, Stream
 from nappe._calls import AwaitedServer
@@ -126,6 +127,9 @@ class Session(SessionProperties):
         body: str | None = None,
         pins: dict[int, ArrayLike] | None = None,
         duration: float | None = None,
+        air: Mapping[str, float] | None = None,
+        forces: Forces | None = None,
+        states: States | None = None,
         at_step: int = 0,
         wait: bool = False,
     ) -> Accepted:
@@ -138,6 +142,9 @@ class Session(SessionProperties):
             body=body,
             pins=pins,
             duration=duration,
+            air=air,
+            forces=forces,
+            states=states,
         )
         return await self._server._call(requests.update(self._ids, changes, at_step, wait, self.particle_count))
 
@@ -147,6 +154,21 @@ class Session(SessionProperties):
         limits = await self._server._known_limits()
         call = requests.path(self._ids, particle, times, targets, at_step, wait, self.particle_count, limits)
         return await self._server._call(call)
+
+    async def place(
+        self,
+        body: str,
+        positions: ArrayLike,
+        velocities: ArrayLike | None = None,
+        *,
+        at_step: int = 0,
+        wait: bool = False,
+    ) -> Accepted:
+        call = requests.place(self._ids, body, positions, velocities, at_step, wait, self.particle_count)
+        return await self._server._call(call)
+
+    async def reset(self) -> Accepted:
+        return await self._server._call(requests.reset(self._ids))
 
     async def pending(self) -> list[Pending]:
         found: list[Pending] = []

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from nappe import _requests as requests
 from nappe._arrays import FIELDS, Array
+from nappe._checks import whole
 from nappe._errors import Error, refused
 from nappe._frames import Frame
 from nappe._properties import SessionProperties
@@ -38,7 +39,7 @@ class Collector:
     ) -> None:
         """Checks that it will end, and how much memory it takes then."""
         self._session = session
-        self._every = requests.whole(every, "every", least=1)
+        self._every = whole(every, "every", least=1)
         requests.field_numbers(fields)
         requests.encoding(precision)
         self._names = requests.field_names(fields)
@@ -49,11 +50,11 @@ class Collector:
                 f"session {session.id!r} has no last step: give stop, the number of steps after which it is enough",
                 "stop",
             )
-        wanted = limit if stop is None else requests.whole(stop, "stop")
+        wanted = limit if stop is None else whole(stop, "stop")
         self.stop = min(wanted, limit) if limit else wanted
         # The session finishes there, and the stream says how.
         self._to_the_end = self.stop == limit
-        self._allowed = requests.whole(max_bytes, "max_bytes")
+        self._allowed = whole(max_bytes, "max_bytes")
         self._capacity = self.stop // session.frame_interval_steps // self._every + 2
         self._check_size()
         self._arrays: dict[str, Array] = {}

@@ -20,8 +20,10 @@ class Pending:
     order: int
     """Its number among the calls that changed the session."""
     changes: dict[str, Any]
-    """What changes: `gravity` (m/s^2), `wind` (m/s), `drag` (N s/m), `springs` (a dict each), `pins` and `paths` (by
-    the index of the particle)."""
+    """What changes: `gravity` (m/s^2), `wind` (m/s), `drag` (N s/m), `springs` and `air` (a dict each), `pins` and
+    `paths` (by the index of the particle), `forces` (by the name of the body: a list of pairs of indices within the
+    body, None for all its particles, and forces, (3,) or one for each) and `states` (by the name of the body: positions
+    and velocities, None where it is at rest, or the id of an uploaded mesh)."""
 
 
 def read_pending(message: Message) -> Pending:
@@ -41,6 +43,15 @@ def read_pending(message: Message) -> Pending:
         changes["paths"] = {
             path.particle: (np.array(path.times_seconds), np.array(path.targets).reshape(-1, 3)) for path in asked.paths
         }
+    if asked.air:
+        changes["air"] = [_air(update) for update in asked.air]
+    if asked.forces:
+        forces: dict[str, list[Any]] = {}
+        for update in asked.forces:
+            forces.setdefault(update.body, []).append(_forces(update))
+        changes["forces"] = forces
+    if asked.states:
+        changes["states"] = {update.body: _state(update) for update in asked.states}
     return Pending(message.accepted.effective_step, message.accepted.order, changes)
 
 
@@ -52,6 +63,30 @@ def _springs(update: Message) -> dict[str, Any]:
         if update.HasField(name):
             told[name] = getattr(update, name)
     return told
+
+
+def _air(update: Message) -> dict[str, Any]:
+    told: dict[str, Any] = {"body": update.body or None}
+    for name in ("density", "normal", "lift", "tangential"):
+        if update.HasField(name):
+            told[name] = getattr(update, name)
+    return told
+
+
+def _forces(update: Message) -> tuple[Any, Any]:
+    """Indices within the body, or None for all, and a force for each of them, or one for all."""
+    indices = np.frombuffer(update.particles_u32, "<u4") if update.particles_u32 else None
+    return indices, _rows(update.forces_f64) if update.forces_f64 else np.array(_vector(update.force))
+
+
+def _state(update: Message) -> Any:
+    if update.upload_id:
+        return update.upload_id
+    return _rows(update.positions_f64), _rows(update.velocities_f64) if update.velocities_f64 else None
+
+
+def _rows(packed: bytes) -> Any:
+    return np.frombuffer(packed, "<f8").reshape(-1, 3)
 
 
 def _vector(message: Message) -> tuple[float, float, float]:

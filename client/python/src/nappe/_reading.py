@@ -10,6 +10,7 @@ from nappe._contract import Message
 from nappe._reports import ClothSteps, Diagnostics, Notices, SnowDiagnostics, SolveReport
 from nappe._values import (
     Accepted,
+    Air,
     Change,
     ClothParameters,
     Failure,
@@ -34,6 +35,7 @@ _CLASSES: dict[str, type[Any]] = {
         Notices,
         Diagnostics,
         SpringParameters,
+        Air,
         ClothParameters,
         Parameters,
         SessionRanks,

@@ -141,3 +141,5 @@ class Diagnostics:
     """What makes the results of the session doubtful, counted since the session was made; a fork begins with none."""
     cloth: ClothSteps | None
     """How the step was divided for the cloths. None without cloth, and before the first step."""
+    external_work: float
+    """Work of the air and of given forces on cloth in the step (J)."""

@@ -14,9 +14,11 @@ from typing import Any, Generic, TypedDict, TypeVar, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
+from nappe._acting import Forces, States, fill_air, fill_forces, fill_state, fill_states
 from nappe._arrays import FIELDS
+from nappe._checks import UINT32, array, finite, index, named, whole
 from nappe._contract import MESSAGES, METHODS, Message, number
-from nappe._errors import Refused, refused
+from nappe._errors import refused
 from nappe._frames import Frame, field_number, read_frame
 from nappe._reading import read, server_info
 from nappe._values import Accepted, ServerInfo
@@ -42,7 +44,6 @@ _PRECISIONS = {
     "f32": number("Precision", "PRECISION_F32"),
     "f64": number("Precision", "PRECISION_F64"),
 }
-_UINT32 = 2**32 - 1
 _AXES = {axis: number("Axis", f"AXIS_{axis.upper()}") for axis in "xyz"}
 
 PerKind = float | Mapping[str, float]
@@ -53,9 +54,15 @@ class Changes(TypedDict, total=False):
     """Changes of parameters; those that are absent stay as they are.
 
     `gravity` (m/s^2), `wind` (m/s), `drag` (N s/m) of the whole session. `stiffness` (N/m) and `damping` (N s/m) of
-    springs: one number, or one for each of `stretch`, `shear` and `bend`; `body` names the cloth that they are of, all
+    springs: one number, or one for each of `stretch`, `shear` and `bend`. `air`: any of `density` (kg/m^3) and the
+    coefficients `normal`, `lift` and `tangential` of the air. `body` names the cloth that springs and air are of, all
     without it. `pins`: for the index of a pinned particle, where it goes (m), at constant speed within `duration`
     (simulated seconds; at least one step).
+
+    `forces` (N): for the name of a body, one vector for all its particles, an array (n, 3) with one for each, or a dict
+    of vectors by the index of the particle within the body. They act until the next ones on the same particles; 0 takes
+    them away. `states`: for the name of a body, the positions (m) of all its particles, which are at rest then, or a
+    tuple of positions and velocities (m/s), each (n, 3).
     """
 
     gravity: ArrayLike
@@ -66,6 +73,9 @@ class Changes(TypedDict, total=False):
     body: str
     pins: Mapping[int, ArrayLike]
     duration: float
+    air: Mapping[str, float]
+    forces: Forces
+    states: States
 
 
 @dataclass(frozen=True)
@@ -108,9 +118,9 @@ def create(
     message = MESSAGES["CreateSessionRequest"](
         session_id=session_id,
         precision=_PRECISIONS[precision],
-        thread_count=whole(thread_count, "thread_count", most=_UINT32),
-        frame_interval_steps=whole(frame_interval_steps, "frame_interval_steps", most=_UINT32),
-        rank_count=whole(rank_count, "rank_count", most=_UINT32),
+        thread_count=whole(thread_count, "thread_count", most=UINT32),
+        frame_interval_steps=whole(frame_interval_steps, "frame_interval_steps", most=UINT32),
+        rank_count=whole(rank_count, "rank_count", most=UINT32),
         request_id=str(uuid.uuid4()),
     )
     if step_limit is not None:
@@ -226,6 +236,27 @@ def path(
     return made
 
 
+def place(
+    ids: tuple[str, str],
+    body: str,
+    positions: ArrayLike,
+    velocities: ArrayLike | None,
+    at_step: int,
+    wait: bool,
+    particles: int,
+) -> Call[Accepted]:
+    """Where all particles of a body are, and how fast."""
+    made = _changing(ids, at_step, wait)
+    fill_state(made.message, named(body, "body"), (positions, velocities), ("positions", "velocities"), particles)
+    return made
+
+
+def reset(ids: tuple[str, str]) -> Call[Accepted]:
+    """Everything as at the session's start."""
+    made = of_session("ResetSession", ids)
+    return Call(made.name, made.message, made.limit, lambda answer: read(Accepted, answer))
+
+
 def _changing(ids: tuple[str, str], at_step: int, wait: bool) -> Call[Accepted]:
     """A call that changes nothing yet."""
     session_id, uid = ids
@@ -253,6 +284,8 @@ def fill(message: Message, changes: Changes, particles: int) -> None:
     for name in ("stiffness", "damping"):
         for kind, value in _per_kind(changes.get(name, {}), name):
             message.springs.add(body=body, kind=kind, **{name: value})
+    if "air" in changes:
+        fill_air(message, changes["air"], body)
     duration = finite(changes.get("duration", 0.0), "duration")
     pins = changes.get("pins", {})
     if not isinstance(pins, Mapping):
@@ -261,6 +294,8 @@ def fill(message: Message, changes: Changes, particles: int) -> None:
         at = index(particle, particles, "pins")
         x, y, z = array(target, f"pins[{at}]", (3,)).tolist()
         message.pins.add(particle=at, target=MESSAGES["Vector3"](x=x, y=y, z=z), duration_seconds=duration)
+    fill_forces(message, changes.get("forces", {}), particles)
+    fill_states(message, changes.get("states", {}), particles)
 
 
 def _per_kind(given: Any, name: str) -> Iterable[tuple[int, float]]:
@@ -318,55 +353,3 @@ def grid_request(grid: str | None) -> Message | None:
         raise refused(f"grid is {grid!r}; {told}", "grid")
     message.slice.axis, message.slice.coordinate = _AXES[axis], at
     return message
-
-
-def whole(value: Any, name: str, least: int = 0, most: int = 2**63 - 1) -> int:
-    """A whole number of at least `least` and at most `most`."""
-    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or not least <= value <= most:
-        allowed = f"a whole number of at least {least}" if most > _UINT32 else f"a whole number, {least} to {most}"
-        raise refused(f"{name} is {value!r}; allowed: {allowed}", name)
-    return int(value)
-
-
-def index(value: Any, particles: int, name: str) -> int:
-    """The index of a particle of the session."""
-    at = whole(value, name)
-    if at >= particles:
-        raise refused(f"{name} names particle {at}; allowed: 0 to {particles - 1}", name)
-    return at
-
-
-def finite(value: Any, name: str) -> float:
-    """A number that is finite."""
-    try:
-        read_value = math.nan if isinstance(value, (bool, str, np.bool_)) else float(value)
-    except (TypeError, ValueError, OverflowError):
-        read_value = math.nan
-    if not math.isfinite(read_value):
-        raise refused(f"{name} is {value!r}; allowed: a finite number", name)
-    return read_value
-
-
-def array(value: Any, name: str, shape: tuple[int, ...], dtype: str = "<f8") -> Any:
-    """A contiguous array of finite numbers of a shape, in which -1 stands for any length."""
-    try:
-        given = np.asarray(value)
-    except (TypeError, ValueError) as error:
-        raise _wrong_shape(name, shape, f"no array ({error})") from None
-    if given.dtype.kind not in "iuf" and given.size:
-        raise refused(f"{name} is an array of {given.dtype}; allowed: numbers", name)
-    fits = given.ndim == len(shape) and all(want in (-1, have) for want, have in zip(shape, given.shape, strict=True))
-    if not fits:
-        raise _wrong_shape(name, shape, f"of shape {given.shape}")
-    with np.errstate(over="ignore"):
-        packed = np.ascontiguousarray(given, dtype)
-    if packed.dtype.kind == "f" and not np.isfinite(packed).all():
-        at = np.unravel_index(int(np.argmin(np.isfinite(packed))), packed.shape)
-        where = "".join(f"[{int(i)}]" for i in at)
-        raise refused(f"{name}{where} is {given[at]!s}; allowed: a finite number", name)
-    return packed
-
-
-def _wrong_shape(name: str, shape: tuple[int, ...], found: str) -> Refused:
-    wanted = ", ".join("n" if length == -1 else str(length) for length in shape)
-    return refused(f"{name} is {found}; allowed: ({wanted})", name)

@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from typing import Any, Generic, TypeVar
 
 from nappe import _requests as requests
+from nappe._checks import finite, whole
 from nappe._contract import MESSAGES, Message, number
 from nappe._errors import Error, Expired, NotFound, TooSlow, refused
 from nappe._frames import Frame, FrameJoiner
@@ -33,7 +34,7 @@ class Patience:
 
     def __init__(self, seconds: float) -> None:
         """Gives up when a stream has been broken for so many seconds; 0: at once."""
-        self._seconds = requests.finite(seconds, "patience")
+        self._seconds = finite(seconds, "patience")
         self._broken_since: float | None = None
         self._failures = 0
 
@@ -68,10 +69,10 @@ class Reader(Generic[T]):
         self._ids = ids
         self.every = every
         """Whether every frame comes, and not the newest alone."""
-        self._rate = 0.0 if rate is None else requests.finite(rate, "rate")
+        self._rate = 0.0 if rate is None else finite(rate, "rate")
         if self._rate < 0:
             raise refused(f"rate is {rate!r}; allowed: frames per second, or 0 for no limit", "rate")
-        self._next = requests.whole(start, "start") if start is not None else 0
+        self._next = whole(start, "start") if start is not None else 0
         # Where the caller named no first frame, the oldest that is kept will do.
         self._seeks = every and start is None
         self._patience = Patience(patience)

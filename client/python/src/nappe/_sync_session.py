@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from types import TracebackType
 from typing import Any, Literal, overload
@@ -10,6 +10,7 @@ from typing import Any, Literal, overload
 from numpy.typing import ArrayLike
 
 from nappe import _requests as requests
+from nappe._acting import Forces, States
 from nappe._calls import CallServer
 from nappe._collect import MAX_BYTES, Collector
 from nappe._contract import Message
@@ -140,6 +141,9 @@ class Session(SessionProperties):
         body: str | None = None,
         pins: dict[int, ArrayLike] | None = None,
         duration: float | None = None,
+        air: Mapping[str, float] | None = None,
+        forces: Forces | None = None,
+        states: States | None = None,
         at_step: int = 0,
         wait: bool = False,
     ) -> Accepted:
@@ -157,6 +161,9 @@ class Session(SessionProperties):
             body=body,
             pins=pins,
             duration=duration,
+            air=air,
+            forces=forces,
+            states=states,
         )
         return self._server._call(requests.update(self._ids, changes, at_step, wait, self.particle_count))
 
@@ -172,6 +179,31 @@ class Session(SessionProperties):
         limits = self._server._known_limits()
         call = requests.path(self._ids, particle, times, targets, at_step, wait, self.particle_count, limits)
         return self._server._call(call)
+
+    def place(
+        self,
+        body: str,
+        positions: ArrayLike,
+        velocities: ArrayLike | None = None,
+        *,
+        at_step: int = 0,
+        wait: bool = False,
+    ) -> Accepted:
+        """Puts all particles of a body somewhere before a step: nothing stays of where and how fast they were.
+
+        `body`: a cloth or an object of snow, which is without deformation then. `positions` and `velocities` (n, 3):
+        one for each of its particles (m, m/s); without velocities it is at rest. Pins stand where they are put.
+        `at_step` and `wait` are as in `update`.
+        """
+        call = requests.place(self._ids, body, positions, velocities, at_step, wait, self.particle_count)
+        return self._server._call(call)
+
+    def reset(self) -> Accepted:
+        """Puts every body, parameter and pin back to the session's start; steps, time and frames go on.
+
+        It happens between two steps, at once where the session stands; watchers get a new frame of it.
+        """
+        return self._server._call(requests.reset(self._ids))
 
     def pending(self) -> list[Pending]:
         """The changes that wait for their step, in the order in which they take effect."""
@@ -234,7 +266,7 @@ class Session(SessionProperties):
         return DiagnosticsStream(self._server, reader)
 
     def changes(self, *, patience: float = PATIENCE) -> Stream[Change]:
-        """How the session stands, then what happens to it: it plays, is paused, finished, changed, deleted."""
+        """How the session stands, then what happens to it: it plays, is paused, finished, changed, reset, deleted."""
         reader = ChangeReader(self._ids, every=False, start=None, rate=1.0, patience=patience)
         return Stream(self._server, reader)
 

@@ -14,9 +14,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from nappe._checks import array, finite
 from nappe._contract import MESSAGES, Message, number
 from nappe._errors import Error, refused
-from nappe._requests import array, finite
 
 PIECE_BYTES = 1 << 20
 """Largest piece of an upload."""

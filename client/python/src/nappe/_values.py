@@ -42,8 +42,22 @@ class SpringParameters:
 
 
 @dataclass(frozen=True)
+class Air:
+    """The air around a body of cloth, and how its triangles feel it: docs/laws/medium.md."""
+
+    density: float
+    """Density (kg/m^3)."""
+    normal: float
+    """Coefficient of the velocity across a triangle."""
+    lift: float
+    """Coefficient of the velocity across a triangle that slides through the air."""
+    tangential: float
+    """Coefficient of the velocity along a triangle."""
+
+
+@dataclass(frozen=True)
 class ClothParameters:
-    """Drag and springs of a body of cloth."""
+    """Drag, air and springs of a body of cloth."""
 
     body: str
     """Name of the body."""
@@ -51,6 +65,8 @@ class ClothParameters:
     """Linear drag of the medium on each of its particles (N s/m)."""
     springs: tuple[SpringParameters, ...]
     """Its springs, one entry for each kind that it has."""
+    air: Air | None
+    """The air that acts on its triangles. None where it feels none."""
 
 
 @dataclass(frozen=True)
@@ -187,8 +203,8 @@ class Change:
     were too many to be kept, or belong to this watcher's past. `present` has the number of the last change, 0 if
     there was none; `draining` has it too, since it is the server's."""
     kind: str
-    """`present` (how it stands where the stream begins), `state`, `parameters`, `notice`, `rejected`, `draining` or
-    `deleted`."""
+    """`present` (how it stands where the stream begins), `state`, `parameters`, `reset` (everything is as at the
+    session's start), `notice`, `rejected`, `draining` or `deleted`."""
     state: str
     """State of the session after the change."""
     failure: Failure | None

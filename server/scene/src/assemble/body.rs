@@ -85,8 +85,10 @@ pub(super) fn build(
         warnings.push("every particle is pinned: nothing moves by itself".to_owned());
     }
 
-    for (v, free) in network.v.iter_mut().zip(free) {
-        *v = if free { body.velocity } else { [0.0; 3] };
+    let forces = pins::forces(&body.forces, layout, &free, &text.at.key("force"))?;
+    for (i, (v, free)) in network.v.iter_mut().zip(free).enumerate() {
+        let own = mesh.velocities.get(i).copied().unwrap_or_default();
+        *v = if free { [0, 1, 2].map(|c| own[c] + body.velocity[c]) } else { [0.0; 3] };
     }
     network.pins = pinned;
     network.drag = body.drag;
@@ -98,7 +100,7 @@ pub(super) fn build(
     let at = text.at.key("moving_pin");
     let settings = settings(text)?;
     let changes = pins::moves(&body.moving_pins, layout, &network, first_particle, &at)?;
-    Ok(Made { setup: BodySetup { name: body.name.clone(), network, settings }, changes, warnings })
+    Ok(Made { setup: BodySetup { name: body.name.clone(), network, settings, forces }, changes, warnings })
 }
 
 fn move_mesh(mesh: &mut TriangleMesh, transform: &Transform, at: &Location<'_>) -> Result<(), SceneError> {
@@ -108,6 +110,11 @@ fn move_mesh(mesh: &mut TriangleMesh, transform: &Transform, at: &Location<'_>) 
     let motion = transform.motion(at)?;
     for point in &mut mesh.points {
         *point = motion.apply(point.map(|c| c * transform.scale));
+    }
+    let origin = motion.apply([0.0; 3]);
+    for velocity in &mut mesh.velocities {
+        let turned = motion.apply(*velocity);
+        *velocity = [0, 1, 2].map(|c| turned[c] - origin[c]);
     }
     Ok(())
 }

@@ -1,9 +1,12 @@
 //! Pins by index or name, and pins that move from the start.
 
-use nappe_sim::{cloth::Network, world::Change};
+use nappe_sim::{
+    cloth::Network,
+    world::{Change, TimedForce},
+};
 
 use crate::{
-    body::{MovingPin, Pin},
+    body::{ForceText, MovingPin, Pin},
     error::{ErrorKind, SceneError, excerpt, suggestion},
     location::Location,
 };
@@ -72,6 +75,34 @@ pub(super) fn moves(
     }
 
     Ok(changes)
+}
+
+/// Forces on particles of a body, which `is_free` says the free ones of; `at` is where they stand.
+pub(super) fn forces(
+    texts: &[ForceText],
+    layout: Layout,
+    is_free: &[bool],
+    at: &Location<'_>,
+) -> Result<Vec<TimedForce>, SceneError> {
+    let mut forces = Vec::new();
+    for (i, ForceText { on, force, from, until }) in texts.iter().enumerate() {
+        let at = at.index(i);
+        let of_all = matches!(on, Pin::Name(name) if name == "all");
+        let particles = if of_all {
+            (0..is_free.len() as u32).filter(|particle| is_free[*particle as usize]).collect()
+        } else {
+            resolve(on, layout, is_free.len(), &at.key("on"))?
+        };
+        if let Some(pinned) = particles.iter().find(|particle| !is_free[**particle as usize]) {
+            return at.key("on").inconsistent(format!("particle {pinned} is pinned, and feels no force"));
+        }
+        let until = until.unwrap_or(f64::INFINITY);
+        if until <= *from {
+            return at.key("until").inconsistent(format!("is {until}: a time after from = {from} is needed"));
+        }
+        forces.push(TimedForce { particles, force: *force, from: *from, until });
+    }
+    Ok(forces)
 }
 
 fn resolve(pin: &Pin, layout: Layout, count: usize, at: &Location<'_>) -> Result<Vec<u32>, SceneError> {

@@ -34,12 +34,13 @@ pub(super) static BODY: Section = Section {
         key("name", Text(64), "", Required, "name, unique among bodies"),
         key("mesh", Table(&MESH), "", Required, "where the particles are"),
         key("transform", Table(&TRANSFORM), "", Absent("the mesh as it lies"), "moves the mesh before springs are made: scale, then rotate, then translate"),
-        key("velocity", Vector(SPEED), "m/s", Default("[0.0, 0.0, 0.0]"), "velocity of every free particle at the start"),
+        key("velocity", Vector(SPEED), "m/s", Default("[0.0, 0.0, 0.0]"), "velocity of every free particle at the start, beside those that its mesh carries (vx, vy, vz of a PLY file)"),
         key("mass", Table(&MASSES), "", Absent("the masses of the mesh; needed where it carries none"), "masses of the particles; those that the mesh gives the mass 0 stay pinned"),
         key("springs", Table(&SPRINGS), "", Absent("no springs: the particles are free of each other"), "springs"),
         key("law", Tables(&LAW, 100), "", Default("[]"), "laws of elements beside the springs: `[[body.law]]`"),
         key("pins", Pins, "", Default("[]"), "particles that do not move, by index (from 0) or name: on a grid top_left, top_right, bottom_left, bottom_right, top, bottom, left, right (row 0 is the top); on a chain first, last. A mass of 0 pins too"),
         key("moving_pin", Tables(&MOVING_PIN, 10_000), "", Default("[]"), "pins that move from the start: `[[body.moving_pin]]`"),
+        key("force", Tables(&FORCE, 10_000), "", Default("[]"), "forces on particles: `[[body.force]]`"),
         key("drag", Number(Range::of(allowed::DRAG)), "N s/m", Default("0.0"), "linear drag of the medium on each particle: f = -drag (v - wind)"),
         key("air", Table(&AIR), "", Absent("no air"), "air that acts on the triangles: `[body.air]`; it moves with the wind"),
         key("integrator", Choice(|| Integrator::ALL.map(Integrator::name).to_vec()), "", Default("\"implicit_euler\""), "how positions and velocities advance"),
@@ -158,6 +159,19 @@ static MOVING_PIN: Section = Section {
         key("duration", Number(Range::of(allowed::DURATION)), "s", Required, "time that it takes, rounded up to one step"),
     ],
     alternatives: Alternatives::OneChosen,
+};
+
+#[rustfmt::skip] // one line per key
+static FORCE: Section = Section {
+    name: "body.force",
+    about: "A force on particles for a time. Forces on one particle add up; in a step that it acts a part of, a force is that share of itself.",
+    keys: &[
+        key("on", Pin, "", Required, "which particle, by index or name as in `pins`, or \"all\", which passes over pins"),
+        key("force", Vector(Range::of(allowed::FORCE)), "N", Required, "force on each of them"),
+        key("from", Number(Range::of(allowed::DURATION)), "s", Default("0.0"), "when it begins"),
+        key("until", Number(Range::of(allowed::DURATION)), "s", Absent("it does not end"), "when it ends, after `from`"),
+    ],
+    alternatives: Alternatives::None,
 };
 
 #[rustfmt::skip] // one line per key

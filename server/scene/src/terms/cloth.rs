@@ -55,6 +55,7 @@ pub(super) fn of_bodies(bodies: &[Body], blows: bool) -> Vec<SceneTerm> {
             laws,
             pins: _,
             moving_pins: _,
+            forces: _,
             drag,
             air,
             integrator: _,

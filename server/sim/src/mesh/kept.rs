@@ -28,6 +28,7 @@ pub(super) fn keep(mesh: &mut TriangleMesh, is_kept: &[bool]) {
     retain(&mut mesh.points, is_kept);
     retain(&mut mesh.masses, is_kept);
     retain(&mut mesh.uv, is_kept);
+    retain(&mut mesh.velocities, is_kept);
     for point in mesh.triangles.iter_mut().flatten() {
         *point = places[*point as usize];
     }
@@ -49,6 +50,7 @@ mod tests {
             triangles: vec![[5, 1, 3]],
             masses: (0..6).map(f64::from).collect(),
             uv: Vec::new(),
+            velocities: Vec::new(),
         };
         assert_eq!(mesh.drop_unused(), 3);
         let expected = TriangleMesh {
@@ -56,6 +58,7 @@ mod tests {
             triangles: vec![[2, 0, 1]],
             masses: vec![1.0, 3.0, 5.0],
             uv: Vec::new(),
+            velocities: Vec::new(),
         };
         assert_eq!(mesh, expected);
         assert_eq!(mesh.drop_unused(), 0);

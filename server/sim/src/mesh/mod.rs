@@ -34,6 +34,8 @@ pub struct TriangleMesh {
     pub masses: Vec<f64>,
     /// Texture coordinates, one pair per point; empty when the mesh carries none.
     pub uv: Vec<[f64; 2]>,
+    /// Velocities (m/s), one per point; empty when the mesh carries none.
+    pub velocities: Vec<[f64; 3]>,
 }
 
 /// A mesh that cannot be simulated.
@@ -56,6 +58,10 @@ pub enum MeshError {
     UvNotFinite { point: usize, value: [f64; 2] },
     #[error("{uv} texture coordinates for {points} points: one pair a point is needed, or none")]
     UvCount { uv: usize, points: usize },
+    #[error("{velocities} velocities for {points} points: one a point is needed, or none")]
+    VelocityCount { velocities: usize, points: usize },
+    #[error("the velocity of point {point} is not finite: {value:?}")]
+    VelocityNotFinite { point: usize, value: [f64; 3] },
     #[error(
         "points cannot be joined over {distance} m; allowed for this mesh: {} to {} m, a tenth of its median edge",
         four_digits(*least),
@@ -216,6 +222,12 @@ impl TriangleMesh {
             return Err(MeshError::BadMass { point, value: self.masses[point] });
         }
 
+        if !self.velocities.is_empty() && self.velocities.len() != count {
+            return Err(MeshError::VelocityCount { velocities: self.velocities.len(), points: count });
+        }
+        if let Some(point) = self.velocities.iter().position(|v| v.iter().any(|c| !c.is_finite())) {
+            return Err(MeshError::VelocityNotFinite { point, value: self.velocities[point] });
+        }
         if !self.uv.is_empty() && self.uv.len() != count {
             return Err(MeshError::UvCount { uv: self.uv.len(), points: count });
         }

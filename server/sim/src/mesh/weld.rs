@@ -170,6 +170,7 @@ mod tests {
             triangles: vec![[0, 1, 2], [3, 4, 5]],
             masses: vec![1.0, 2.0, 0.0, 4.0, 5.0, 6.0],
             uv: (0..6).map(|i| [f64::from(i), 0.5]).collect(),
+            velocities: Vec::new(),
         };
         assert_eq!(mesh.weld(1e-6), Ok(Welded { joined: 2, dropped: 0 }));
         assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3]]);

@@ -31,7 +31,7 @@ pub struct Diagnostics {
     pub momentum: [f64; 3],
     /// Largest length over rest length of any spring; 0 without springs.
     pub max_stretch: f64,
-    /// Work (J) that the air and given forces did on cloth in the step that led here; 0 of a state that no step led to.
+    /// Work (J) that the air and given forces did in the step that led here; 0 of a state that no step led to.
     pub external_work: f64,
 }
 

@@ -19,11 +19,13 @@ mod init;
 mod body;
 mod view;
 mod take;
+mod placed;
 
 pub use body::Snow;
 pub use grid::{SIDE as BLOCK_SIDE, grid_bytes};
 pub use law::{Law, Material, Plasticity, Preset, constitutive_scalar};
 pub use model::SnowModel;
+pub(crate) use placed::Place;
 pub use settings::{Advection, Blend, Integration, Kernel, SnowSettings, Transfer};
 pub use setup::{SnowError, SnowObject, SnowSetup};
 pub use state::{SnowState, SnowWorkspace};

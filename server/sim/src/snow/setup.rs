@@ -34,7 +34,7 @@ pub struct SnowObject {
 
 impl SnowObject {
     /// C (1/s) of its particles at the start, by rows: C d = w x d.
-    pub(super) fn affine_velocity(&self) -> [[f64; 3]; 3] {
+    pub(crate) fn affine_velocity(&self) -> [[f64; 3]; 3] {
         // 0 less a number: what does not turn has zeros without a sign.
         let [x, y, z] = self.angular_velocity;
         [[0.0, 0.0 - z, y], [z, 0.0, 0.0 - x], [0.0 - y, x, 0.0]]

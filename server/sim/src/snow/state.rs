@@ -58,6 +58,10 @@ pub struct SnowWorkspace<R: Real> {
     pub(super) spent: Work,
     /// Energy (J) that colliders which move, and hardening, gave since then.
     pub(super) given: f64,
+    /// Work (J) of given forces since then; it is part of what was given.
+    pub(super) external: f64,
+    /// Forces on particles (N), in the user's numbering; none where all are 0.
+    pub(super) forces: Vec<[f64; 3]>,
     /// Particles that went through a collider since then.
     pub(super) notices: Notices,
 }

@@ -3,6 +3,7 @@
 
 use super::{
     cloth::Cloth,
+    forces::Forces,
     snow::SnowBody,
     topology::{BodyTopology, StepBound},
 };
@@ -70,6 +71,29 @@ impl<R: Real> Body<R> {
         on_body!(self, body => body.diagnose(around))
     }
 
+    /// Sets forces on particles of the cloth or the object of that name.
+    pub(super) fn set_forces(&mut self, name: &str, particles: &[u32], forces: &Forces) {
+        match self {
+            Self::Cloth(cloth) if cloth.name == name => cloth.set_forces(particles, forces),
+            Self::Cloth(_) => {}
+            Self::Snow(snow) => snow.set_forces(name, particles, forces),
+        }
+    }
+
+    /// Puts the particles of the cloth or the object of that name elsewhere (m), with these velocities (m/s).
+    pub(super) fn place(&mut self, name: &str, positions: &[[f64; 3]], velocities: Option<&[[f64; 3]]>) {
+        match self {
+            Self::Cloth(cloth) if cloth.name == name => cloth.place(positions, velocities),
+            Self::Cloth(_) => {}
+            Self::Snow(snow) => snow.place(name, positions, velocities),
+        }
+    }
+
+    /// Puts it back to its start.
+    pub(super) fn reset(&mut self) {
+        on_body!(self, body => body.reset());
+    }
+
     /// Whether the particle of that number in the body is pinned; a number too large is not.
     pub(super) fn is_pinned(&self, particle: u32) -> bool {
         match self {
@@ -83,11 +107,11 @@ impl<R: Real> Body<R> {
         on_body!(self, body => body.read(field, out));
     }
 
-    /// Adds the parameters that may change to a hash; snow has none.
+    /// Adds the parameters that may change to a hash, and forces that calls have set.
     pub(super) fn hash_parameters(&self, hasher: &mut xxhash_rust::xxh3::Xxh3) {
         match self {
             Self::Cloth(cloth) => cloth.hash_parameters(hasher),
-            Self::Snow(_) => {}
+            Self::Snow(snow) => snow.hash_forces(hasher),
         }
     }
 

@@ -4,9 +4,11 @@ use std::sync::Arc;
 
 use super::{
     body::Body,
+    changes::{Change, ChangeError},
     clock::World,
     cloth::Cloth,
-    rules::{Change, ChangeError, ChangeRules},
+    pace::Pace,
+    rules::ChangeRules,
 };
 use crate::{cloth::Air, math::Real};
 
@@ -33,6 +35,9 @@ impl<R: Real> World<R> {
         if !matches!(change, Change::Pin { .. } | Change::PinPath { .. }) {
             self.cloths_mut().for_each(Cloth::forget_past);
         }
+        if matches!(change, Change::State { .. } | Change::Reset) {
+            self.pace = Pace::default();
+        }
         match change {
             Change::Gravity(value) => self.gravity = *value,
             Change::Wind(value) => self.wind.set(*value),
@@ -57,6 +62,21 @@ impl<R: Real> World<R> {
                 self.send_pin(*particle, std::iter::once((*duration, *target)));
             }
             Change::PinPath { particle, points } => self.send_pin(*particle, points.iter().copied()),
+            Change::Force { body, particles, forces } => {
+                for it in &mut self.bodies {
+                    it.set_forces(body, particles, forces);
+                }
+            }
+            Change::State { body, positions, velocities } => {
+                for it in &mut self.bodies {
+                    it.place(body, positions, velocities.as_deref());
+                }
+            }
+            Change::Reset => {
+                self.gravity = self.start.0;
+                self.wind.clone_from(&self.start.1);
+                self.bodies.iter_mut().for_each(Body::reset);
+            }
         }
     }
 

@@ -36,6 +36,8 @@ pub struct World<R: Real> {
     /// How long the sub-steps of the cloths are.
     pub(super) pace: Pace,
     pub(super) rules: Arc<ChangeRules>,
+    /// Gravity and wind at the start.
+    pub(super) start: ([f64; 3], Wind),
     /// What its steps obey.
     pub(super) interrupt: Interrupt,
     /// The ranks that step it together; none where one does.
@@ -74,11 +76,23 @@ impl<R: Real> World<R> {
         }
 
         let (gravity, wind, colliders) = (*gravity, Wind::new(*wind, wind_at), colliders.clone());
-        let rules = Arc::new(ChangeRules::of(&bodies));
+        let start = (gravity, wind.clone());
+        let rules = Arc::new(ChangeRules::of(&bodies, ranks.is_some()));
         let interrupt = ranks.as_ref().map_or_else(Interrupt::default, |ranks| ranks.agreed.clone());
         let (dt, pace) = (*dt, Pace::default());
-        let mut world =
-            Self { dt, step_count: 0, gravity, wind, colliders, bodies, pace, rules, interrupt, ranks };
+        let mut world = Self {
+            dt,
+            step_count: 0,
+            gravity,
+            wind,
+            colliders,
+            bodies,
+            pace,
+            rules,
+            start,
+            interrupt,
+            ranks,
+        };
         world.check_steps()?;
         Ok((world, warnings))
     }
@@ -119,6 +133,9 @@ impl<R: Real> World<R> {
         let wind = wind.at(time + 0.5 * *dt);
         let around = Surroundings { gravity: *gravity, wind, colliders, time, dt: *dt, interrupt };
 
+        for cloth in bodies.iter_mut().filter_map(Body::as_cloth_mut) {
+            cloth.renew_forces(time, around.dt);
+        }
         let taken = cloths::step(bodies, pace, &around, &mut report, watch)
             .and_then(|()| step_snow(bodies, &around, &mut report, watch));
         if let Err((index, failure)) = taken {

@@ -2,11 +2,12 @@
 
 use serde::{Deserialize, Serialize};
 
-use std::borrow::Cow;
+use std::{borrow::Cow, sync::Arc};
 
 use xxhash_rust::xxh3::Xxh3;
 
 use super::{
+    forces::Acting,
     parameters::{ClothParameters, ranges},
     report::BodyReport,
     setup::{BodySetup, SetupError},
@@ -32,6 +33,8 @@ pub(super) struct Taken<R: Real> {
     parameters: Parameters,
     /// Pins sent since the last step.
     sent: Vec<PinMotion>,
+    /// Forces that calls have set (N), of each particle, or none.
+    forces: Vec<[f64; 3]>,
 }
 
 /// A cloth in a world.
@@ -41,16 +44,19 @@ pub(super) struct Cloth<R: Real> {
     /// Index of its first particle among all.
     pub(super) first_particle: u32,
     pub(super) model: Model<R>,
-    parameters: Parameters,
+    pub(super) parameters: Parameters,
     settings: ClothSettings,
     pub(super) state: State<R>,
-    work: Workspace<R>,
+    pub(super) work: Workspace<R>,
     /// Pins sent since the last step, in the order in which they were sent.
-    sent: Vec<PinMotion>,
+    pub(super) sent: Vec<PinMotion>,
     /// For drawing, in the user's numbering of the body.
     triangles: Vec<[u32; 3]>,
     springs: Vec<[u32; 2]>,
     uv: Vec<[f64; 2]>,
+    pub(super) acting: Acting,
+    /// Its state and parameters at the start.
+    pub(super) start: Arc<([Vec<Padded<R>>; 2], Parameters)>,
 }
 
 impl<R: Real> Cloth<R> {
@@ -61,7 +67,7 @@ impl<R: Real> Cloth<R> {
         first_particle: u32,
         ranks: Option<&Ranks>,
     ) -> Result<(Self, Vec<String>), SetupError> {
-        let BodySetup { name, network, settings: asked } = setup;
+        let BodySetup { name, network, settings: asked, forces } = setup;
         let refused = |message| SetupError::Body { body: name.clone(), message };
         let mut settings = cloth::resolve(asked, network, dt);
         let made = match Model::over(network, &settings, ranks) {
@@ -74,6 +80,7 @@ impl<R: Real> Cloth<R> {
         };
         let (model, parameters, warnings) = made.map_err(refused)?;
         let state = State { x: model.arrange(&network.x), v: model.arrange(&network.v), ..State::default() };
+        let start = Arc::new(([state.x.clone(), state.v.clone()], parameters.clone()));
 
         let mut cloth = Self {
             name: name.clone(),
@@ -87,14 +94,22 @@ impl<R: Real> Cloth<R> {
             triangles: network.triangles.clone(),
             springs: network.springs.iter().map(|spring| spring.particles).collect(),
             uv: network.uv.clone(),
+            acting: Acting::new(forces),
+            start,
         };
 
         cloth.still_pins();
+        let count = cloth.particle_count();
+        let wrong =
+            forces.iter().find_map(|force| force.invalid(count, |particle| cloth.is_pinned(particle)));
+        if let Some(message) = wrong {
+            return Err(SetupError::Body { body: name.clone(), message });
+        }
         Ok((cloth, warnings.into_iter().map(|warning| format!("body '{name}': {warning}")).collect()))
     }
 
     /// A pin's velocity is prescribed: 0 until it is sent somewhere.
-    fn still_pins(&mut self) {
+    pub(super) fn still_pins(&mut self) {
         let pinned = self.model.inv_m.iter().zip(&mut self.state.v).filter(|(inv_m, _)| **inv_m == R::zero());
         pinned.for_each(|(_, v)| *v = Padded::default());
     }
@@ -140,7 +155,8 @@ impl<R: Real> Cloth<R> {
     pub(super) fn take(&self) -> Taken<R> {
         let mut state = self.state.clone();
         state.gather(&self.model.share);
-        Taken { state, parameters: self.parameters.clone(), sent: self.sent.clone() }
+        let forces = self.acting.called().to_vec();
+        Taken { state, parameters: self.parameters.clone(), sent: self.sent.clone(), forces }
     }
 
     /// Goes on from what was taken of the same cloth.
@@ -149,7 +165,8 @@ impl<R: Real> Cloth<R> {
     /// If that was another one.
     pub(super) fn put(&mut self, taken: &Taken<R>) {
         assert_eq!(taken.state.x.len(), self.state.x.len(), "the state of the same cloth");
-        let Taken { state, parameters, sent } = taken.clone();
+        let Taken { state, parameters, sent, forces } = taken.clone();
+        self.acting.put(forces);
         (self.state, self.parameters, self.sent) = (state, parameters, sent);
         self.work.forget();
     }
@@ -242,7 +259,7 @@ impl<R: Real> Cloth<R> {
         }
     }
 
-    /// Adds what may be changed between two steps to a hash: drag, air and laws of springs.
+    /// Adds what may be changed between two steps to a hash: drag, air, laws of springs, and forces that calls have set.
     pub(super) fn hash_parameters(&self, hasher: &mut Xxh3) {
         let Parameters { laws, elements, drag, air } = &self.parameters;
         hasher.update(&drag.to_le_bytes());
@@ -252,6 +269,7 @@ impl<R: Real> Cloth<R> {
         for law in laws.iter().map(|LawEntry { law, .. }| law).chain(elements) {
             hasher.update([law.stiffness, law.damping].map(f64::to_le_bytes).as_flattened());
         }
+        self.acting.called().as_flattened().iter().for_each(|c| hasher.update(&c.to_le_bytes()));
     }
 
     /// Wrapping sum of a hash per particle: position and velocity; where a solve starts from it the change of velocity of

@@ -4,17 +4,20 @@
 //! reason why a step was not taken. [`Simulation`] is a world in a precision chosen at run time.
 
 mod wind;
+mod forces;
 mod setup;
 mod report;
 mod topology;
 mod parameters;
 mod cloth;
 mod cloth_fields;
+mod placed;
 mod snow;
 mod body;
 mod division;
 mod pace;
 mod cloths;
+mod changes;
 mod rules;
 mod clock;
 mod change;
@@ -22,9 +25,11 @@ mod view;
 mod simulation;
 mod state;
 
+pub use changes::{Change, ChangeError, allowed};
 pub use clock::World;
+pub use forces::{Forces, TimedForce};
 pub use parameters::{ClothParameters, SpringRange, WorldParameters};
-pub use rules::{Change, ChangeError, ChangeRules, allowed};
+pub use rules::ChangeRules;
 pub use setup::{BodySetup, SetupError, WorldSetup};
 pub use simulation::Simulation;
 pub use state::{TakenField, WorldState};

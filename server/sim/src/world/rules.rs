@@ -1,131 +1,15 @@
-//! Changes between two steps, and which of them a world accepts.
-//!
-//! Bodies, kinds of springs and pins never change, so that changes can be checked while the world steps.
+//! Which changes a world accepts. Bodies, kinds of springs and pins never change, so that changes can be checked while the
+//! world steps.
 
-use serde::{Deserialize, Serialize};
-
-use std::sync::Arc;
-
-use thiserror::Error;
-
-use super::body::Body;
+use super::{
+    body::Body,
+    changes::{Change, ChangeError, allowed},
+    forces::Forces,
+};
 use crate::{
     cloth::{Air, SpringKind},
-    math::{Real, number},
+    math::Real,
 };
-
-/// A change between two steps, its numbers within [`allowed`]. Particles are in the user's numbering, over all
-/// bodies.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub enum Change {
-    /// New gravity of the world (m/s²).
-    Gravity([f64; 3]),
-    /// New velocity of the medium (m/s).
-    Wind([f64; 3]),
-    /// New linear drag of the medium on every particle of cloth (N s/m).
-    Drag(f64),
-    /// The air around a cloth that feels it; `None` leaves a number as it is.
-    Air {
-        /// Name of the cloth; `None`: all that feel air.
-        body: Option<String>,
-        /// New density (kg/m³).
-        density: Option<f64>,
-        /// New coefficients, see [`Air`](crate::cloth::Air).
-        normal: Option<f64>,
-        #[allow(missing_docs, reason = "see above")]
-        lift: Option<f64>,
-        #[allow(missing_docs, reason = "see above")]
-        tangential: Option<f64>,
-    },
-    /// Stiffness (N/m) and damping (N s/m) of springs; `None` leaves one as it is.
-    Springs {
-        /// Name of the cloth; `None`: all cloths.
-        body: Option<String>,
-        /// Kind of spring; `None`: all kinds.
-        kind: Option<SpringKind>,
-        /// New stiffness (N/m).
-        stiffness: Option<f64>,
-        /// New damping (N s/m).
-        damping: Option<f64>,
-    },
-    /// Moves a pinned particle to `target` (m) within `duration` (s), at constant speed.
-    Pin {
-        /// Number of the particle over all bodies, from 0.
-        particle: u32,
-        /// Position at which it arrives (m).
-        target: [f64; 3],
-        /// Time that it takes (s), one step at least.
-        duration: f64,
-    },
-    /// Moves a pinned particle along a path, at constant speed from point to point.
-    PinPath {
-        /// Number of the particle over all bodies, from 0.
-        particle: u32,
-        /// Times from the change on (s), above 0 and growing, each with the position (m) at which it is then. One step
-        /// to the first at least.
-        points: Arc<[(f64, [f64; 3])]>,
-    },
-}
-
-impl Change {
-    /// What it counts for in bounds on changes: 1, or 1 for each point of a path.
-    pub fn weight(&self) -> usize {
-        match self {
-            Self::PinPath { points, .. } => points.len(),
-            _ => 1,
-        }
-    }
-}
-
-/// Numbers that changes and scenes allow, both ends included.
-pub mod allowed {
-    /// Components of gravity (m/s²).
-    pub const GRAVITY: [f64; 2] = [-1e4, 1e4];
-    /// Components of a velocity (m/s).
-    pub const SPEED: [f64; 2] = [-1e4, 1e4];
-    /// Drag of a particle (N s/m).
-    pub const DRAG: [f64; 2] = [0.0, 1e9];
-    /// Stiffness of a spring (N/m).
-    pub const STIFFNESS: [f64; 2] = [0.0, 1e12];
-    /// Damping of a spring (N s/m).
-    pub const DAMPING: [f64; 2] = [0.0, 1e9];
-    /// Coordinates (m).
-    pub const LENGTH: [f64; 2] = [-1e6, 1e6];
-    /// Time that a pin takes (s).
-    pub const DURATION: [f64; 2] = [0.0, 1e9];
-}
-
-/// A change that was refused; nothing was changed.
-#[derive(Clone, Debug, PartialEq, Error)]
-#[allow(missing_docs, reason = "the messages say what the fields are")]
-pub enum ChangeError {
-    #[error("{field} is {}: allowed are {} to {}", number(*value), number(allowed[0]), number(allowed[1]))]
-    OutOfRange { field: &'static str, value: f64, allowed: [f64; 2] },
-    #[error("no body is named '{name}'; there are: {known}")]
-    UnknownBody { name: String, known: String },
-    #[error("body '{body}' has no {kind} springs")]
-    NoSuchSprings { body: String, kind: &'static str },
-    #[error("'{name}' is snow, which has no springs")]
-    SnowHasNoSprings { name: String },
-    #[error("body '{body}' feels no air: give it [body.air] in its scene")]
-    NoAir { body: String },
-    #[error("there is no air to change: no body has [body.air] in its scene")]
-    NoneFeelsAir,
-    #[error("there are no springs to change: there is no cloth")]
-    NoCloth,
-    #[error("particle {particle} is not pinned")]
-    NotPinned { particle: u32 },
-    #[error("there is no particle {particle}: there are {count}, from 0")]
-    NoSuchParticle { particle: u32, count: usize },
-    #[error("the path of particle {particle} has no points: one or more are needed")]
-    EmptyPath { particle: u32 },
-    #[error(
-        "point {point} of the path of particle {particle} is at {} s: a time after {} s is needed",
-        number(*time),
-        number(*after)
-    )]
-    TimesOfPath { particle: u32, point: usize, time: f64, after: f64 },
-}
 
 /// Which changes a world accepts.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -134,14 +18,18 @@ pub struct ChangeRules {
     /// Pinned particles over all bodies, in order.
     pinned: Vec<u32>,
     cloths: Vec<ClothRules>,
-    /// Names of the objects of snow.
-    snows: Vec<String>,
+    /// Names of the objects of snow, and how many particles each has.
+    snows: Vec<(String, usize)>,
+    /// Whether several ranks step the world.
+    over_ranks: bool,
 }
 
 /// What changes of springs a cloth accepts.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct ClothRules {
     name: String,
+    first_particle: u32,
+    particle_count: usize,
     /// Kinds of its springs.
     kinds: Vec<SpringKind>,
     feels_air: bool,
@@ -155,8 +43,9 @@ impl ClothRules {
 
 impl ChangeRules {
     /// The rules of a world of these bodies.
-    pub(super) fn of<R: Real>(bodies: &[Body<R>]) -> Self {
-        let mut rules = Self { particle_count: 0, pinned: Vec::new(), cloths: Vec::new(), snows: Vec::new() };
+    pub(super) fn of<R: Real>(bodies: &[Body<R>], over_ranks: bool) -> Self {
+        let (pinned, cloths, snows) = (Vec::new(), Vec::new(), Vec::new());
+        let mut rules = Self { particle_count: 0, pinned, cloths, snows, over_ranks };
         for body in bodies {
             let first = body.first_particle();
             let own = 0..body.particle_count() as u32;
@@ -165,11 +54,17 @@ impl ChangeRules {
             match body {
                 Body::Cloth(cloth) => {
                     let kinds = SpringKind::ALL.into_iter().filter(|kind| cloth.has_springs(Some(*kind)));
-                    let (name, feels_air) = (cloth.name.clone(), cloth.feels_air());
-                    rules.cloths.push(ClothRules { name, kinds: kinds.collect(), feels_air });
+                    rules.cloths.push(ClothRules {
+                        name: cloth.name.clone(),
+                        first_particle: first,
+                        particle_count: cloth.particle_count(),
+                        kinds: kinds.collect(),
+                        feels_air: cloth.feels_air(),
+                    });
                 }
                 Body::Snow(snow) => {
-                    rules.snows.extend(snow.snow.objects().map(|(object, _)| object.to_owned()));
+                    let objects = snow.snow.objects();
+                    rules.snows.extend(objects.map(|(object, count)| (object.to_owned(), count)));
                 }
             }
         }
@@ -210,6 +105,14 @@ impl ChangeRules {
                 check_path(*particle, points)?;
                 self.check_pin(*particle)
             }
+            Change::Force { body, particles, forces } => self.check_force(body, particles, forces),
+            Change::State { body, positions, velocities } => {
+                self.check_state(body, positions, velocities.as_deref())
+            }
+            Change::Reset => match self.snows.first() {
+                Some((body, _)) if self.over_ranks => Err(ChangeError::SnowOverRanks { body: body.clone() }),
+                _ => Ok(()),
+            },
         }
     }
 
@@ -231,9 +134,7 @@ impl ChangeRules {
         match self.cloths.iter().find(|cloth| cloth.name == name) {
             Some(cloth) if cloth.feels_air => Ok(()),
             Some(_) => Err(ChangeError::NoAir { body: name.into() }),
-            None if self.snows.iter().any(|object| object == name) => {
-                Err(ChangeError::NoAir { body: name.into() })
-            }
+            None if self.is_snow(name) => Err(ChangeError::NoAir { body: name.into() }),
             None => Err(self.unknown_body(name)),
         }
     }
@@ -243,8 +144,72 @@ impl ChangeRules {
         ChangeError::UnknownBody { name: name.into(), known }
     }
 
+    fn is_snow(&self, name: &str) -> bool {
+        self.snows.iter().any(|(object, _)| object == name)
+    }
+
+    /// The number of the first particle of a cloth over all bodies, none for snow, and how many particles there are.
+    fn particles_of(&self, body: &str) -> Result<(Option<u32>, usize), ChangeError> {
+        if let Some(cloth) = self.cloths.iter().find(|cloth| cloth.name == body) {
+            return Ok((Some(cloth.first_particle), cloth.particle_count));
+        }
+        match self.snows.iter().find(|(object, _)| object == body) {
+            Some(_) if self.over_ranks => Err(ChangeError::SnowOverRanks { body: body.into() }),
+            Some((_, count)) => Ok((None, *count)),
+            None => {
+                let cloths = self.cloths.iter().map(|cloth| cloth.name.as_str());
+                let known: Vec<_> =
+                    cloths.chain(self.snows.iter().map(|(object, _)| object.as_str())).collect();
+                Err(ChangeError::UnknownBody { name: body.into(), known: known.join(", ") })
+            }
+        }
+    }
+
+    fn check_force(&self, body: &str, particles: &[u32], forces: &Forces) -> Result<(), ChangeError> {
+        let (first, count) = self.particles_of(body)?;
+        let needed = if particles.is_empty() { count } else { particles.len() };
+        if let Forces::Each(forces) = forces
+            && forces.len() != needed
+        {
+            return Err(ChangeError::ForceCount { body: body.into(), found: forces.len(), needed });
+        }
+        within("force", forces.all().as_flattened(), allowed::FORCE)?;
+        for &particle in particles {
+            if particle as usize >= count {
+                return Err(ChangeError::NotInBody { body: body.into(), particle, count });
+            }
+            if first.is_some_and(|first| self.pinned.binary_search(&(first + particle)).is_ok()) {
+                return Err(ChangeError::ForceOnPin { body: body.into(), particle });
+            }
+        }
+        Ok(())
+    }
+
+    fn check_state(
+        &self,
+        body: &str,
+        positions: &[[f64; 3]],
+        velocities: Option<&[[f64; 3]]>,
+    ) -> Result<(), ChangeError> {
+        let (_, needed) = self.particles_of(body)?;
+        let lists = [("positions", positions, allowed::LENGTH)];
+        let velocities = velocities.map(|velocities| ("velocities", velocities, allowed::SPEED));
+        for (what, values, allowed) in lists.into_iter().chain(velocities) {
+            if values.len() != needed {
+                return Err(ChangeError::WrongCount { body: body.into(), what, found: values.len(), needed });
+            }
+            let [low, high] = allowed;
+            let mut numbers = values.as_flattened().iter();
+            if let Some(at) = numbers.position(|value| !(low..=high).contains(value)) {
+                let (particle, value) = (at / 3, values.as_flattened()[at]);
+                return Err(ChangeError::StateRange { body: body.into(), what, particle, value, allowed });
+            }
+        }
+        Ok(())
+    }
+
     fn check_springs(&self, name: Option<&str>, kind: Option<SpringKind>) -> Result<(), ChangeError> {
-        if let Some(name) = name.filter(|name| self.snows.iter().any(|object| object == name)) {
+        if let Some(name) = name.filter(|name| self.is_snow(name)) {
             return Err(ChangeError::SnowHasNoSprings { name: name.into() });
         }
         if self.cloths.is_empty() {

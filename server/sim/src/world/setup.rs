@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use thiserror::Error;
 
-use super::wind::Wind;
+use super::{forces::TimedForce, wind::Wind};
 use crate::{
     cloth::{ClothSettings, Minimizer, Network},
     collide::Collider,
@@ -21,6 +21,8 @@ pub struct BodySetup {
     pub network: Network,
     /// How it is stepped.
     pub settings: ClothSettings,
+    /// Forces on its particles.
+    pub forces: Vec<TimedForce>,
 }
 
 /// Everything that a simulation starts from.

@@ -3,9 +3,10 @@
 use std::sync::Arc;
 
 use super::{
+    changes::{Change, ChangeError},
     clock::World,
     parameters::WorldParameters,
-    rules::{Change, ChangeError, ChangeRules},
+    rules::ChangeRules,
     setup::{SetupError, WorldSetup},
     topology::{BodyTopology, StepBound},
 };

@@ -1,13 +1,15 @@
 //! Snow as a body of a world: all of its objects on one grid, after the cloths.
 
-use super::{report::BodyReport, setup::SetupError, topology::BodyTopology};
+use std::sync::Arc;
+
+use super::{forces::Forces, report::BodyReport, setup::SetupError, topology::BodyTopology};
 use crate::{
     collide::Collider,
     field::Field,
     math::Real,
     parallel::Ranks,
     report::{Diagnostics, Notices, StepFailure, Stopwatch},
-    snow::{Snow, SnowSetup},
+    snow::{Place, Snow, SnowObject, SnowSetup},
     surroundings::Surroundings,
 };
 
@@ -17,6 +19,8 @@ pub(super) struct SnowBody<R: Real> {
     /// Index of its first particle among all.
     pub(super) first_particle: u32,
     pub(super) snow: Snow<R>,
+    /// Where its particles are at the start, and C (1/s) of those of each object; none over ranks.
+    start: Arc<(Vec<Place<R>>, Vec<[[f64; 3]; 3]>)>,
 }
 
 impl<R: Real> SnowBody<R> {
@@ -29,7 +33,10 @@ impl<R: Real> SnowBody<R> {
     ) -> Result<(Self, Vec<String>), SetupError> {
         let (snow, warnings) = Snow::over(setup, ranks)?;
         snow.check_step(colliders)?;
-        Ok((Self { first_particle, snow }, warnings))
+        let places = if ranks.is_some() { Vec::new() } else { snow.places() };
+        let affine = setup.objects.iter().map(SnowObject::affine_velocity).collect();
+        let start = Arc::new((places, affine));
+        Ok((Self { first_particle, snow, start }, warnings))
     }
 
     pub(super) fn step(
@@ -50,6 +57,61 @@ impl<R: Real> SnowBody<R> {
             },
             work: step.work,
         })
+    }
+
+    /// The first particle of an object, in the snow's numbering, and how many it has.
+    fn object(&self, name: &str) -> Option<(usize, usize)> {
+        let mut first = 0;
+        for (object, count) in self.snow.objects() {
+            if object == name {
+                return Some((first, count));
+            }
+            first += count;
+        }
+        None
+    }
+
+    /// Sets forces on particles of the object of that name, if it is one; on all where there are none.
+    pub(super) fn set_forces(&mut self, name: &str, particles: &[u32], forces: &Forces) {
+        let Some((first, count)) = self.object(name) else { return };
+        if particles.is_empty() {
+            self.snow.set_forces((0..count).map(|place| (first + place, forces.at(place))));
+        } else {
+            let listed = particles.iter().enumerate();
+            self.snow.set_forces(listed.map(|(place, at)| (first + *at as usize, forces.at(place))));
+        }
+    }
+
+    /// Puts the particles of the object of that name, if it is one, elsewhere (m), with these velocities (m/s).
+    pub(super) fn place(&mut self, name: &str, positions: &[[f64; 3]], velocities: Option<&[[f64; 3]]>) {
+        let Some((first, _)) = self.object(name) else { return };
+        let place = |at: usize| {
+            let v = velocities.map_or([0.0; 3], |velocities| velocities[at]);
+            [positions[at], v].map(|vector| vector.map(R::of))
+        };
+        let places: Vec<Place<R>> = (0..positions.len()).map(place).collect();
+        self.snow.put_at(first, &places, &|_| [[0.0; 3]; 3]);
+    }
+
+    /// Puts it back to its start.
+    pub(super) fn reset(&mut self) {
+        let start = self.start.clone();
+        let (places, affine) = &*start;
+        let ends: Vec<usize> = self
+            .snow
+            .objects()
+            .scan(0, |end, (_, count)| {
+                *end += count;
+                Some(*end)
+            })
+            .collect();
+        self.snow.set_forces((0..places.len()).map(|at| (at, [0.0; 3])));
+        self.snow.put_at(0, places, &|id| affine[ends.partition_point(|end| *end <= id)]);
+    }
+
+    /// Adds forces that calls have set to a hash.
+    pub(super) fn hash_forces(&self, hasher: &mut xxhash_rust::xxh3::Xxh3) {
+        self.snow.forces().as_flattened().iter().for_each(|c| hasher.update(&c.to_le_bytes()));
     }
 
     pub(super) fn diagnose(&self, around: &Surroundings<'_>) -> Diagnostics {

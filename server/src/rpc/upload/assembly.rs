@@ -66,6 +66,9 @@ impl Assembly {
         arrays.fill(&mut mesh.masses, layout.masses, |bytes: &[u8; 8]| f64::from_le_bytes(*bytes))?;
         arrays.fill(&mut mesh.uv, layout.uv, |bytes: &[u8; 8]| {
             numbers(bytes, |bytes| f64::from(f32::from_le_bytes(bytes)))
+        })?;
+        arrays.fill(&mut mesh.velocities, layout.velocities, |bytes: &[u8; 24]| {
+            numbers(bytes, f64::from_le_bytes)
         })
     }
 
@@ -172,6 +175,7 @@ mod tests {
             triangle_count,
             mass_count: others,
             uv_count: others,
+            velocity_count: others,
         };
         let layout = Layout::of(&header, &Limits::default()).expect("small");
         Assembly::new(layout, account().claim())
@@ -183,6 +187,7 @@ mod tests {
         data.extend([0_u32, 1, 2].iter().flat_map(|i| i.to_le_bytes()));
         data.extend([0.5_f64, 0.25, 0.0].iter().flat_map(|m| m.to_le_bytes()));
         data.extend([0.0_f32, 0.0, 1.0, 0.0, 0.0, 1.0].iter().flat_map(|c| c.to_le_bytes()));
+        data.extend((10..19).flat_map(|i| f64::from(i).to_le_bytes()));
         for length in 1..=data.len() {
             let mut assembly = assembly(3, 1, 3);
             assert_eq!(assembly.total(), data.len());
@@ -193,6 +198,7 @@ mod tests {
             assert_eq!(mesh.triangles, [[0, 1, 2]]);
             assert_eq!(mesh.masses, [0.5, 0.25, 0.0]);
             assert_eq!(mesh.uv, [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]);
+            assert_eq!(mesh.velocities, [[10.0, 11.0, 12.0], [13.0, 14.0, 15.0], [16.0, 17.0, 18.0]]);
         }
     }
 

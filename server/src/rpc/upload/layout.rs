@@ -18,13 +18,14 @@ pub(super) struct Layout {
     pub(super) triangles: usize,
     pub(super) masses: usize,
     pub(super) uv: usize,
+    pub(super) velocities: usize,
     /// Bytes of all of them.
     pub(super) total: usize,
 }
 
 impl Layout {
     /// Bytes of an element of each array, as it is sent.
-    pub(super) const SIZES: [usize; 4] = [24, 12, 8, 8];
+    pub(super) const SIZES: [usize; 5] = [24, 12, 8, 8, 24];
 
     /// # Errors
     /// A name, counts or a size that are not allowed.
@@ -35,8 +36,12 @@ impl Layout {
             return Err(ServiceError::field("header.point_count", "is 0: a mesh has points"));
         }
 
-        for (field, count) in [("header.mass_count", header.mass_count), ("header.uv_count", header.uv_count)]
-        {
+        let of_points = [
+            ("header.mass_count", header.mass_count),
+            ("header.uv_count", header.uv_count),
+            ("header.velocity_count", header.velocity_count),
+        ];
+        for (field, count) in of_points {
             if count != 0 && count != points {
                 let problem = format!("is {count}: allowed are 0 and the number of points, {points}");
                 return Err(ServiceError::field(field, problem).with("value", count));
@@ -45,16 +50,17 @@ impl Layout {
 
         check_points(points, limits)?;
 
-        let counts = [points, header.triangle_count, header.mass_count, header.uv_count];
-        let sizes = std::array::from_fn::<_, 4, _>(|i| counts[i].saturating_mul(Self::SIZES[i] as u64));
+        let MeshHeader { triangle_count, mass_count, uv_count, velocity_count, .. } = *header;
+        let counts = [points, triangle_count, mass_count, uv_count, velocity_count];
+        let sizes = std::array::from_fn::<_, 5, _>(|i| counts[i].saturating_mul(Self::SIZES[i] as u64));
         let total = sizes.iter().fold(0_u64, |sum, size| sum.saturating_add(*size));
         check_size(total, limits)?;
 
         let whole = |count: u64| {
             usize::try_from(count).expect("the total, which is within the limit, fits into memory")
         };
-        let [points, triangles, masses, uv] = counts.map(whole);
-        Ok(Self { points, triangles, masses, uv, total: whole(total) })
+        let [points, triangles, masses, uv, velocities] = counts.map(whole);
+        Ok(Self { points, triangles, masses, uv, velocities, total: whole(total) })
     }
 }
 

@@ -89,6 +89,7 @@ impl Scene {
                 name: "body".to_owned(),
                 network: self.network.clone(),
                 settings: self.settings,
+                forces: Vec::new(),
             }],
             snow: None,
         }

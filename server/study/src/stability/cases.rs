@@ -181,7 +181,12 @@ mod tests {
         for [x, ..] in &mut network.x {
             *x *= 1.3;
         }
-        let body = BodySetup { name: "sheet".to_owned(), network, settings: ClothSettings::default() };
+        let body = BodySetup {
+            name: "sheet".to_owned(),
+            network,
+            settings: ClothSettings::default(),
+            forces: Vec::new(),
+        };
         let setup = WorldSetup {
             dt: 1e-3,
             gravity: [0.0, -9.8, 0.0],

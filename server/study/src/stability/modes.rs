@@ -301,7 +301,12 @@ mod tests {
             network.springs.push(Spring { particles, kind, rest_length: 0.1, law: *law });
         }
         network.v = vec![[0.0; 3]; network.x.len()];
-        let body = BodySetup { name: "springs".to_owned(), network, settings: ClothSettings::default() };
+        let body = BodySetup {
+            name: "springs".to_owned(),
+            network,
+            settings: ClothSettings::default(),
+            forces: Vec::new(),
+        };
         let setup = WorldSetup {
             dt: 1e-3,
             gravity: [0.0; 3],

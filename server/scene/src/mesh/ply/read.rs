@@ -3,7 +3,7 @@
 use nappe_sim::mesh::TriangleMesh;
 
 use super::{
-    header::{Element, Encoding, Header, MASS, Place, U, V},
+    header::{Element, Encoding, Header, MASS, Place, U, V, VELOCITY},
     payload::{Payload, Row, named},
 };
 use crate::{
@@ -67,14 +67,16 @@ fn read_points(
     mesh: &mut TriangleMesh,
 ) -> Result<(), SceneError> {
     let (has_uv, has_mass) = (has_uv(element), element.has(MASS));
+    let has_velocity = has_velocity(element);
     let room = |is_read: bool| if is_read { element.count as usize } else { 0 };
     make_room(&mut mesh.points, room(true));
     make_room(&mut mesh.uv, room(has_uv));
     make_room(&mut mesh.masses, room(has_mass));
+    make_room(&mut mesh.velocities, room(has_velocity));
     let mut row = Row::default();
     for index in 0..element.count {
         payload.read(element, index, &mut row)?;
-        let [x, y, z, u, v, mass] = row.numbers;
+        let [x, y, z, u, v, mass, vx, vy, vz] = row.numbers;
         mesh.points.push([x, y, z]);
         if has_uv {
             mesh.uv.push([u, v]);
@@ -82,12 +84,19 @@ fn read_points(
         if has_mass {
             mesh.masses.push(mass);
         }
+        if has_velocity {
+            mesh.velocities.push([vx, vy, vz]);
+        }
     }
     Ok(())
 }
 
 fn has_uv(element: &Element<'_>) -> bool {
     element.has(U) && element.has(V)
+}
+
+fn has_velocity(element: &Element<'_>) -> bool {
+    VELOCITY.into_iter().all(|place| element.has(place))
 }
 
 /// Faces are polygons; a strip or a fan ends at -1 or with its list.
@@ -170,9 +179,13 @@ pub(in crate::mesh) fn memory_bytes(bytes: &[u8]) -> u64 {
     let (mut arrays, mut triangles, mut longest, mut kinds) = (0, 0, 0, 0);
     for element in header.elements.iter().filter(|element| !element.properties.is_empty()) {
         if element.name == b"vertex" {
-            let (uv, mass) = (has_uv(element), element.has(MASS));
-            let of_point =
-                memory::POINT + if uv { memory::UV } else { 0 } + if mass { memory::MASS } else { 0 };
+            let parts = [
+                (true, memory::POINT),
+                (has_uv(element), memory::UV),
+                (element.has(MASS), memory::MASS),
+                (has_velocity(element), memory::POINT),
+            ];
+            let of_point: u64 = parts.iter().filter(|(is_read, _)| *is_read).map(|(_, bytes)| bytes).sum();
             arrays = of_point * element.count;
         }
         let lists = payload.pass(element);

@@ -2,6 +2,7 @@
 
 use super::{
     evaluation::Evaluation,
+    external::External,
     iterate_sums::{Leftover, SweepSums},
     moved::Moved,
     numbers::StepNumbers,
@@ -14,7 +15,7 @@ use crate::{
     },
     collide::Met,
     linalg::{BlockCsr, CgWorkspace, CoarseMatrix, Inverse3},
-    math::{Padded, Real, Vec3},
+    math::{LANES, Padded, Real, Sixteen, Vec3, vec3},
     parallel::{block_count, size},
 };
 
@@ -222,6 +223,24 @@ impl<R: Real> Workspace<R> {
         let State { x, v, .. } = state;
         evaluation.run_in_air(model, numbers, purpose, [x, v], scratches);
         self.current = Some(purpose);
+    }
+
+    /// Puts the forces (N) on particles of the user in place of those that there were; those on one particle add up.
+    pub(crate) fn set_forces(&mut self, model: &Model<R>, forces: impl Iterator<Item = (u32, [f64; 3])>) {
+        let External { forces: rows, force_sum, .. } = &mut self.numbers.external;
+        (*force_sum, self.current) = (0.0, None);
+        rows.clear();
+        for (user, force) in forces {
+            rows.resize(Sixteen::<R>::count_for(model.count), Sixteen::default());
+            let (group, lane) = {
+                let place = model.place[user as usize] as usize;
+                (place / LANES, place % LANES)
+            };
+            let force = vec3::<f64>(force);
+            let sum = rows[group].get(lane) + force.map(R::of);
+            rows[group].set(lane, sum);
+            *force_sum += force.norm();
+        }
     }
 
     /// Freezes the air at a state, for iterates.

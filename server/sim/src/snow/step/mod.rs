@@ -9,6 +9,7 @@ mod failure;
 mod time_step;
 mod order;
 mod diagnose;
+mod push;
 
 pub use diagnose::SnowStep;
 
@@ -21,6 +22,7 @@ use self::{
     diagnose::report,
     failure::{MOVE, check_energy, check_mass, check_stretch, culprits},
     order::renew_order,
+    push::push,
     time_step::Division,
 };
 use super::{
@@ -39,7 +41,7 @@ use crate::{
     linalg::SolveReport,
     math::Real,
     parallel,
-    report::{Notices, Stage, StepFailure, Stopwatch, Work},
+    report::{Diagnostics, Notices, Stage, StepFailure, Stopwatch, Work},
     surroundings::Surroundings,
 };
 
@@ -62,6 +64,7 @@ pub fn step<R: Real>(
     }
     let mut solve = None;
     (work.spent, work.given, work.notices) = (Work::default(), 0.0, Notices::default());
+    work.external = 0.0;
     while !division.is_done() {
         check_stretch(model, state, work)?;
         check_grid(model, &state.particles, work)?;
@@ -77,6 +80,10 @@ pub fn step<R: Real>(
         solve = solved.or(solve);
 
         advance_particles(model, state, work, &context, &division, watch)?;
+        if !work.forces.is_empty() {
+            let done = push(state, work, context.dt);
+            (work.given, work.external) = (work.given + done, work.external + done);
+        }
         division.go_on();
     }
 
@@ -98,7 +105,8 @@ pub fn step<R: Real>(
     let fastest = culprits(model, state, work).fastest();
     state.book.enter(&model.settings, sums.entry(), &taken, fastest)?;
     let contact_count = work.grid_diagnostics.contacts;
-    let (diagnostics, notices) = (sums.diagnostics, work.notices);
+    let diagnostics = Diagnostics { external_work: work.external, ..sums.diagnostics };
+    let notices = work.notices;
     Ok(SnowStep { diagnostics, report, contact_count, solve, notices, work: work.spent })
 }
 

@@ -1,0 +1,181 @@
+//! Forces on the particles of a body: those of the scene, each for a time, and those that calls set, until others do.
+
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+
+/// What share of a step is nothing.
+const ROUNDING: f64 = 1e-9;
+
+/// A force of a scene.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TimedForce {
+    /// Particles on which it acts, in the user's numbering of the body, each once.
+    pub particles: Vec<u32>,
+    /// The force on each of them (N).
+    pub force: [f64; 3],
+    /// When it begins to act (s).
+    pub from: f64,
+    /// When it ends to (s): infinite if it does not.
+    pub until: f64,
+}
+
+impl TimedForce {
+    /// Which share of a step from `start` (s) on, of `dt` (s), it acts.
+    fn share(&self, start: f64, dt: f64) -> f64 {
+        let (from, until) = ((self.from - start) / dt, (self.until - start) / dt);
+        let share = until.min(1.0) - from.max(0.0);
+        // Times of whole steps are not exact.
+        if share < ROUNDING {
+            0.0
+        } else if share > 1.0 - ROUNDING {
+            1.0
+        } else {
+            share
+        }
+    }
+
+    /// What is wrong with it, on a body of so many particles, as a sentence.
+    pub(super) fn invalid(&self, count: usize, is_pinned: impl Fn(u32) -> bool) -> Option<String> {
+        let Self { particles, force, from, until } = self;
+        if force.iter().any(|c| !c.is_finite()) || !from.is_finite() {
+            return Some(format!("the force {force:?} N from {from} s on is not finite"));
+        }
+        if until.is_nan() || until <= from {
+            return Some(format!(
+                "a force acts from {from} s until {until} s: a time after {from} s is needed"
+            ));
+        }
+        if let Some(beyond) = particles.iter().find(|particle| **particle as usize >= count) {
+            return Some(format!("a force acts on particle {beyond}: there are {count}, from 0"));
+        }
+        let pinned = particles.iter().find(|particle| is_pinned(**particle))?;
+        Some(format!("a force acts on particle {pinned}, which is pinned"))
+    }
+}
+
+/// Forces that a call sets.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Forces {
+    /// The same on each (N).
+    One([f64; 3]),
+    /// One for each (N).
+    Each(Arc<[[f64; 3]]>),
+}
+
+impl Forces {
+    /// The force on the particle at a place of the list (N).
+    pub(super) fn at(&self, place: usize) -> [f64; 3] {
+        match self {
+            Self::One(force) => *force,
+            Self::Each(forces) => forces[place],
+        }
+    }
+
+    /// All of them.
+    pub(super) fn all(&self) -> &[[f64; 3]] {
+        match self {
+            Self::One(force) => std::slice::from_ref(force),
+            Self::Each(forces) => forces,
+        }
+    }
+}
+
+/// What acts on a body, by the particles of the user's numbering of the body.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Acting {
+    timed: Arc<[TimedForce]>,
+    /// What calls have set (N), of each particle; none where that is 0 for all.
+    called: Vec<[f64; 3]>,
+    /// Share of the step that each timed force acts, and whether what calls have set is known: of the forces now.
+    shares: Vec<f64>,
+    is_known: bool,
+}
+
+impl Acting {
+    /// With the forces of a scene.
+    pub(super) fn new(timed: &[TimedForce]) -> Self {
+        let (timed, shares) = (timed.into(), vec![0.0; timed.len()]);
+        Self { timed, called: Vec::new(), shares, is_known: true }
+    }
+
+    /// Takes over what a call sets on particles; on all of so many where it names none. Those that are pinned stay without.
+    pub(super) fn set(
+        &mut self,
+        particles: &[u32],
+        forces: &Forces,
+        count: usize,
+        is_pinned: impl Fn(u32) -> bool,
+    ) {
+        self.called.resize(count, [0.0; 3]);
+        let mut set = |particle: u32, force: [f64; 3]| {
+            self.called[particle as usize] = if is_pinned(particle) { [0.0; 3] } else { force };
+        };
+        if particles.is_empty() {
+            (0..count).for_each(|particle| set(particle as u32, forces.at(particle)));
+        } else {
+            particles.iter().enumerate().for_each(|(place, particle)| set(*particle, forces.at(place)));
+        }
+        if self.called.iter().all(|force| *force == [0.0; 3]) {
+            self.called = Vec::new();
+        }
+        self.is_known = false;
+    }
+
+    /// What calls have set (N), of each particle, or none.
+    pub(super) fn called(&self) -> &[[f64; 3]] {
+        &self.called
+    }
+
+    /// Puts what calls have set.
+    pub(super) fn put(&mut self, called: Vec<[f64; 3]>) {
+        (self.called, self.is_known) = (called, false);
+    }
+
+    /// Whether the forces in a step from `start` (s) on, of `dt` (s), are others than those of the step that was asked for last.
+    pub(super) fn is_new(&mut self, start: f64, dt: f64) -> bool {
+        let mut is_new = !self.is_known;
+        for (timed, share) in self.timed.iter().zip(&mut self.shares) {
+            let now = timed.share(start, dt);
+            is_new |= now != *share;
+            *share = now;
+        }
+        self.is_known = true;
+        is_new
+    }
+
+    /// Particles with the forces (N) in that step, some more than once.
+    pub(super) fn now(&self) -> impl Iterator<Item = (u32, [f64; 3])> {
+        let timed = self.timed.iter().zip(&self.shares).filter(|(_, share)| **share > 0.0);
+        let timed = timed.flat_map(|(timed, share)| {
+            let force = timed.force.map(|c| c * share);
+            timed.particles.iter().map(move |particle| (*particle, force))
+        });
+        let called = self.called.iter().enumerate().filter(|(_, force)| **force != [0.0; 3]);
+        timed.chain(called.map(|(particle, force)| (particle as u32, *force)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_force_acts_for_its_share_of_a_step_and_calls_add_to_it() {
+        let timed = TimedForce { particles: vec![1, 2], force: [4.0, 0.0, 0.0], from: 0.15, until: 0.3 };
+        let mut acting = Acting::new(&[timed]);
+        assert!(!acting.is_new(0.0, 0.1) && acting.now().next().is_none());
+        assert!(acting.is_new(0.1, 0.1));
+        let found: Vec<_> = acting.now().collect();
+        assert_eq!(found.len(), 2);
+        assert!((found[0].1[0] - 2.0).abs() < 1e-12 && found[1].0 == 2, "{found:?}");
+        assert!(acting.is_new(0.2, 0.1));
+        acting.set(&[0, 2], &Forces::One([0.0, 1.0, 0.0]), 3, |particle| particle == 0);
+        assert!(acting.is_new(0.2, 0.1) && !acting.is_new(0.2, 0.1));
+        let found: Vec<_> = acting.now().collect();
+        assert_eq!(found, [(1, [4.0, 0.0, 0.0]), (2, [4.0, 0.0, 0.0]), (2, [0.0, 1.0, 0.0])]);
+        acting.set(&[], &Forces::One([0.0; 3]), 3, |_| false);
+        assert!(acting.called().is_empty() && acting.is_new(0.3, 0.1));
+        assert!(acting.now().next().is_none());
+    }
+}

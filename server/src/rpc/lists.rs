@@ -1,0 +1,125 @@
+//! Forces and states as messages carry them: packed lists of numbers.
+
+use std::sync::Arc;
+
+use nappe_proto::v1;
+use nappe_sim::world::{Change, Forces};
+use prost::bytes::Bytes;
+
+use super::validate::finite_vector;
+use crate::error::ServiceError;
+
+/// Bytes of a list that are shown of changes that wait, at most.
+const SHOWN: usize = 4096;
+
+/// Ranges and counts are the simulation's to check.
+pub(super) fn force(field: &str, update: &v1::ForceUpdate) -> Result<Change, ServiceError> {
+    let v1::ForceUpdate { body, particles_u32, force, forces_f64 } = update;
+    let of_particles = format!("{field}.particles_u32");
+    let particles = whole::<4>(&of_particles, particles_u32, "a particle")?;
+    let forces = match force {
+        Some(_) if !forces_f64.is_empty() => {
+            return Err(ServiceError::field(field, "has both force and forces_f64: one is needed"));
+        }
+        Some(force) => Forces::One(finite_vector(&format!("{field}.force"), *force)?),
+        None if forces_f64.is_empty() => {
+            return Err(ServiceError::field(field, "has neither force nor forces_f64"));
+        }
+        None => Forces::Each(vectors(&format!("{field}.forces_f64"), forces_f64, "a force")?),
+    };
+    let particles = particles.map(|bytes| u32::from_le_bytes(*bytes)).collect();
+    Ok(Change::Force { body: named(field, body)?, particles, forces })
+}
+
+/// The same of where a body is put. `mesh` gives points and velocities of an uploaded mesh.
+pub(super) fn state(
+    field: &str,
+    update: &v1::StateUpdate,
+    mesh: &dyn Fn(&str) -> Result<[Vec<[f64; 3]>; 2], ServiceError>,
+) -> Result<Change, ServiceError> {
+    let v1::StateUpdate { body, positions_f64, velocities_f64, upload_id } = update;
+    let body = named(field, body)?;
+    if !upload_id.is_empty() {
+        if !positions_f64.is_empty() || !velocities_f64.is_empty() {
+            let problem = "has both an upload and arrays: one is needed";
+            return Err(ServiceError::field(field, problem));
+        }
+        let [positions, velocities] = mesh(upload_id)?;
+        let velocities = (!velocities.is_empty()).then(|| velocities.into());
+        return Ok(Change::State { body, positions: positions.into(), velocities });
+    }
+    let positions = vectors(&format!("{field}.positions_f64"), positions_f64, "a position")?;
+    let velocities = (!velocities_f64.is_empty())
+        .then(|| vectors(&format!("{field}.velocities_f64"), velocities_f64, "a velocity"))
+        .transpose()?;
+    Ok(Change::State { body, positions, velocities })
+}
+
+fn named(field: &str, body: &str) -> Result<String, ServiceError> {
+    if body.is_empty() {
+        return Err(ServiceError::field(format!("{field}.body"), "is empty: the name of a body is needed"));
+    }
+    Ok(body.to_owned())
+}
+
+/// Numbers of `N` bytes each.
+fn whole<'a, const N: usize>(
+    field: &str,
+    bytes: &'a [u8],
+    of: &str,
+) -> Result<impl Iterator<Item = &'a [u8; N]> + Clone, ServiceError> {
+    let (numbers, rest) = bytes.as_chunks::<N>();
+    if !rest.is_empty() {
+        let problem = format!("has {} bytes: {N} for {of} are needed", bytes.len());
+        return Err(ServiceError::field(field, problem).with("bytes", bytes.len()));
+    }
+    Ok(numbers.iter())
+}
+
+fn vectors(field: &str, bytes: &[u8], of: &str) -> Result<Arc<[[f64; 3]]>, ServiceError> {
+    let vector = |bytes: &[u8; 24]| {
+        let numbers = bytes.as_chunks::<8>().0;
+        [0, 1, 2].map(|c| f64::from_le_bytes(numbers[c]))
+    };
+    let vectors: Arc<[[f64; 3]]> = whole::<24>(field, bytes, of)?.map(vector).collect();
+    match vectors.as_flattened().iter().position(|number| !number.is_finite()) {
+        Some(at) => {
+            let value = vectors.as_flattened()[at];
+            let problem = format!("{of}, number {}, is {value}: a finite number is needed", at / 3);
+            Err(ServiceError::field(field, problem).with("particle", at / 3))
+        }
+        None => Ok(vectors),
+    }
+}
+
+/// Forces that wait, without lists that are long.
+pub(super) fn force_message(body: &str, particles: &[u32], forces: &Forces) -> v1::ForceUpdate {
+    let (force, each) = match forces {
+        Forces::One(force) => (Some((*force).into()), Bytes::new()),
+        Forces::Each(forces) => (None, packed(forces)),
+    };
+    let particles = particles.iter().flat_map(|particle| particle.to_le_bytes());
+    let particles_u32 = if particles.size_hint().0 > SHOWN { Bytes::new() } else { particles.collect() };
+    v1::ForceUpdate { body: body.to_owned(), particles_u32, force, forces_f64: each }
+}
+
+/// The same of a state.
+pub(super) fn state_message(
+    body: &str,
+    positions: &[[f64; 3]],
+    velocities: Option<&[[f64; 3]]>,
+) -> v1::StateUpdate {
+    v1::StateUpdate {
+        body: body.to_owned(),
+        positions_f64: packed(positions),
+        velocities_f64: velocities.map_or_else(Bytes::new, packed),
+        upload_id: String::new(),
+    }
+}
+
+fn packed(vectors: &[[f64; 3]]) -> Bytes {
+    if size_of_val(vectors) > SHOWN {
+        return Bytes::new();
+    }
+    vectors.as_flattened().iter().flat_map(|number| number.to_le_bytes()).collect()
+}
