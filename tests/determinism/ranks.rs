@@ -63,6 +63,34 @@ fn every_run_has_its_committed_hash_over_ranks() {
     assert!(compared > 300, "{compared} runs");
 }
 
+#[test]
+fn a_state_and_a_reset_over_ranks_are_those_of_one_process() {
+    let method = Method::all().into_iter().find(|method| method.integrator == Integrator::Bdf2);
+    let scene = scene("sheet_in_air", method.expect("a method"));
+    let elsewhere: Vec<[f64; 3]> = scene.network.x.iter().map(|[x, y, z]| [*x, y + 0.1 * x, *z]).collect();
+    let state = Change::State { body: "body".to_owned(), positions: elsewhere.into(), velocities: None };
+    let go = |simulation: &mut Simulation| {
+        simulation.apply(&changes("sheet_in_air")).expect("a force");
+        for change in [&[][..], std::slice::from_ref(&state), &[Change::Reset]] {
+            simulation.apply(change).expect("accepted");
+            (0..5).for_each(|_| drop(simulation.step(&mut NoStopwatch).expect("it is stable")));
+        }
+    };
+    let mut alone = scene.simulate(Precision::F32);
+    go(&mut alone);
+    for size in RANK_COUNTS {
+        let work = |ranks: Arc<dyn Cluster>| {
+            let (mut simulation, _) =
+                Simulation::over(&scene.setup(), Precision::F32, ranks).expect("it is in");
+            go(&mut simulation);
+            let mut whole = scene.simulate(Precision::F32);
+            whole.put(&simulation.take());
+            whole.state_hash()
+        };
+        assert_eq!(on_ranks(size, 2, work)[0].0, alone.state_hash(), "{size} ranks");
+    }
+}
+
 /// Steps of scenes that fail, unless they fail before.
 const STEPS_OF_TROUBLE: u64 = 30;
 

@@ -11,7 +11,7 @@ use nappe_sim::{
     linalg::{PreconditionerKind, SolverSettings},
     math::Precision,
     mesh::TriangleMesh,
-    world::{Change, Simulation},
+    world::{Change, Forces, Simulation},
 };
 use nappe_tests::{
     Method, Scene,
@@ -135,5 +135,14 @@ pub(crate) fn run(name: &str, method: Method, precision: Precision) -> Simulatio
 /// What happens to a scene before its first step.
 pub(crate) fn changes(name: &str) -> Vec<Change> {
     let carried = Change::Pin { particle: 70, target: [0.1, 0.05, -0.02], duration: 0.02 };
-    if name == "carried_chain" { vec![carried] } else { Vec::new() }
+    let pulled = Change::Force {
+        body: "body".to_owned(),
+        particles: [5, 210, 399].into(),
+        forces: Forces::One([0.02, -0.01, 0.03]),
+    };
+    match name {
+        "carried_chain" => vec![carried],
+        "sheet_in_air" => vec![pulled],
+        _ => Vec::new(),
+    }
 }

@@ -24,6 +24,7 @@ mod bad_input;
 mod limits;
 mod update_parameters;
 mod controllers;
+mod acting;
 mod forks;
 mod abandoned_creates;
 mod memory_growth;

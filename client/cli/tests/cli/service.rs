@@ -112,6 +112,52 @@ fn play_pause_stop_and_update_do_what_they_say() {
 }
 
 #[test]
+fn forces_and_air_are_set_and_a_session_is_put_back_to_its_start() {
+    let server = Server::start();
+    let here = folder();
+    let scene = SMALL_SCENE
+        .replace("steps = 40", "steps = 0")
+        .replace("[body.springs]", "[body.air]\n\n[body.springs]");
+    let scene = write_scene(here.path(), &scene);
+    server.nappe(&["create", &scene, "--id", "pulled"]).ok();
+    let name = scene_body(&scene);
+    let start = server.nappe(&["list"]).ok().json()[0]["state_hash"].clone();
+    let (one, all) = (format!("{name}:20=0,0.1,0"), format!("{name}:all=0,0,0"));
+    let args =
+        ["update", "pulled", "--force", &one, "--air", "density=2", "--air", "lift=0.5", "--at-step", "5"];
+    server.nappe(&args).ok();
+    server.nappe(&["update", "pulled", "--force", &all, "--at-step", "9"]).ok();
+    let waiting = server.nappe(&["changes", "pulled"]).ok().json();
+    assert_eq!(waiting[0]["sets"], serde_json::json!(["air (1)", "forces (1)"]));
+    let stepped = server.nappe(&["step", "pulled", "12"]).ok().json();
+    assert_ne!(stepped["diagnostics"]["external_work"], 0.0, "{stepped}");
+    let reset = server.nappe(&["reset", "pulled"]).ok().json();
+    assert_eq!(reset["effective_step"], 12);
+    let again = server.nappe(&["step", "pulled", "1"]).ok().json();
+    assert_eq!(again["step"], 13);
+    assert_ne!(again["state_hash"], start);
+    for (wrong, told) in [(format!("{name}:500=0,0,0"), "500"), ("sail:0=0,0,0".to_owned(), "sail")] {
+        let refused = server.nappe(&["update", "pulled", "--force", &wrong]);
+        assert_eq!(refused.code, Some(5), "{refused:?}");
+        assert!(
+            refused.stderr.contains(told) && refused.stderr.contains("INVALID_CHANGE"),
+            "{}",
+            refused.stderr
+        );
+    }
+    let refused = server.nappe(&["update", "pulled", "--force", "sail=0,0,0"]);
+    assert!(refused.stderr.contains("BODY:PARTICLE=X,Y,Z"), "{}", refused.stderr);
+    assert_eq!(server.nappe(&["reset", "nobody"]).code, Some(5));
+}
+
+/// The name of the body of a scene file.
+fn scene_body(path: &str) -> String {
+    let text = std::fs::read_to_string(path).expect("a scene");
+    let name = text.lines().find_map(|line| line.strip_prefix("name = \"")).expect("a body has a name");
+    name.trim_end_matches('"').to_owned()
+}
+
+#[test]
 fn an_old_name_of_an_option_works_and_says_its_new_one() {
     let server = Server::start();
     create(&server, "slow", 0);

@@ -1,0 +1,227 @@
+//! Air and forces by call, states from outside, resets: over gRPC, with the bits of a scene that says the same.
+
+use nappe_proto::v1::{self, ChangeKind, SpringKind};
+use nappe_server::Reason;
+
+use crate::{
+    cloth_scenes::{dust, sheet, sheet_with},
+    frames::{Watch, Whole},
+    harness::{Server, assert_reason, every},
+};
+
+fn packed(vectors: &[[f64; 3]]) -> Vec<u8> {
+    vectors.as_flattened().iter().flat_map(|number| number.to_le_bytes()).collect()
+}
+
+fn force(body: &str, particles: &[u32], force: [f64; 3]) -> v1::ForceUpdate {
+    v1::ForceUpdate {
+        body: body.into(),
+        particles_u32: particles.iter().flat_map(|particle| particle.to_le_bytes()).collect(),
+        force: Some(force.into()),
+        ..v1::ForceUpdate::default()
+    }
+}
+
+fn forces(id: &str, at_step: u64, forces: Vec<v1::ForceUpdate>) -> v1::UpdateParametersRequest {
+    v1::UpdateParametersRequest { at_step, forces, ..v1::UpdateParametersRequest::of(id) }
+}
+
+async fn reset(server: &mut Server, id: &str) -> v1::ResetSessionResponse {
+    server.client.reset_session(v1::ResetSessionRequest::of(id)).await.expect("a reset").into_inner()
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn air_and_forces_by_call_have_the_bits_of_a_scene_that_says_the_same() {
+    let mut server = Server::start().await;
+    let timed =
+        "\nair = { lift = 1 }\n[[body.force]]\non = 7\nforce = [0, 0.01, 0]\nfrom = 0.02\nuntil = 0.06\n";
+    let text = sheet_with(6, "wind = [1, 0, 3]").replace("drag = 1e-4", &format!("drag = 1e-4{timed}"));
+    let written = server.session(text).await;
+    let written = server.step(&written, 40).await;
+
+    let called = server
+        .session(sheet_with(6, "wind = [1, 0, 3]").replace("drag = 1e-4", "drag = 1e-4\nair = {}"))
+        .await;
+    let air = v1::AirUpdate { lift: Some(1.0), ..v1::AirUpdate::default() };
+    let request = v1::UpdateParametersRequest { air: vec![air], ..v1::UpdateParametersRequest::of(&called) };
+    server.client.update_parameters(request).await.expect("accepted");
+    for (step, up) in [(10, 0.01), (30, 0.0)] {
+        let request = forces(&called, step, vec![force("sheet", &[7], [0.0, up, 0.0])]);
+        server.client.update_parameters(request).await.expect("accepted");
+    }
+    let called = server.step(&called, 40).await;
+    assert_eq!(written.state_hash, called.state_hash);
+    let air = called.parameters.clone().expect("parameters").cloths[0].air.expect("air");
+    assert_eq!((air.density, air.lift), (1.2, 1.0));
+    let of = |session: v1::Session| session.diagnostics.expect("diagnostics").external_work;
+    assert!(of(called) != 0.0, "the air worked");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_state_by_call_or_by_upload_is_where_the_body_goes_on_from() {
+    let mut server = Server::start().await;
+    let x: Vec<[f64; 3]> = (0..16).map(|i| [f64::from(i), 2.0, -1.0]).collect();
+    let v: Vec<[f64; 3]> = (0..16).map(|i| [0.0, f64::from(i), 0.5]).collect();
+    let mut hashes = Vec::new();
+    for by_upload in [false, true] {
+        let id = server.session(dust(4, "precision = \"f64\"")).await;
+        server.step(&id, 3).await;
+        let mut state = v1::StateUpdate { body: "dust".into(), ..v1::StateUpdate::default() };
+        if by_upload {
+            let mesh =
+                nappe_client::MeshUpload { points: x.clone(), velocities: v.clone(), ..Default::default() };
+            let address = server.app.address();
+            let library =
+                nappe_client::Client::connect(&format!("http://{address}")).await.expect("a client");
+            state.upload_id = library.upload_mesh(&mesh).await.expect("uploaded").mesh_id;
+        } else {
+            (state.positions_f64, state.velocities_f64) = (packed(&x).into(), packed(&v).into());
+        }
+        let request =
+            v1::UpdateParametersRequest { states: vec![state], ..v1::UpdateParametersRequest::of(&id) };
+        server.client.update_parameters(request).await.expect("accepted");
+        let listed = server.client.list_pending_changes(v1::ListPendingChangesRequest::of(&id)).await;
+        let listed = listed.expect("listed").into_inner().changes;
+        assert_eq!(listed[0].changes.as_ref().expect("changes").states[0].positions_f64, packed(&x));
+        hashes.push(server.step(&id, 5).await.state_hash);
+    }
+    assert_eq!(hashes[0], hashes[1]);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_reset_is_the_start_with_its_moving_pins_and_is_told_with_a_frame() {
+    let mut server = Server::start().await;
+    let moving = "pins = [\"top_left\", \"top_right\"]\nmoving_pin = [{ pin = \"top_left\", offset = [0, 0.3, 0], duration = 0.1 }]";
+    let text = sheet(5).replace("pins = [\"top_left\", \"top_right\"]", moving);
+    let id = server.session(text.clone()).await;
+    let mut watch = server.watch(every(&id, 0)).await;
+    let start = watch.frame().await;
+    server.step(&id, 20).await;
+    let stiffer = v1::SpringUpdate {
+        kind: SpringKind::Shear.into(),
+        stiffness: Some(90.0),
+        ..v1::SpringUpdate::default()
+    };
+    let request = v1::UpdateParametersRequest {
+        springs: vec![stiffer],
+        gravity: Some([0.0; 3].into()),
+        ..forces(&id, 0, vec![force("sheet", &[], [0.1, 0.0, 0.0])])
+    };
+    let changed = server.client.update_parameters(request).await.expect("accepted").into_inner();
+    server.step(&id, 10).await;
+    let done = reset(&mut server, &id).await;
+    assert_eq!((done.effective_step, done.order), (30, changed.order + 1));
+
+    // A frame shows it at once, and the change is told before it.
+    let frames = frames_to(&mut watch, 31).await;
+    let last = frames.last().expect("frames");
+    assert_eq!((last.head.step, last.head.frame), (30, 31));
+    assert_eq!(positions(last), positions(&start));
+    let kinds: Vec<_> = watch.changes.iter().map(|change| (change.kind(), change.step)).collect();
+    assert!(kinds.contains(&(ChangeKind::Reset, 30)), "{kinds:?}");
+
+    // From there it goes as a new session does.
+    let new = server.session(text).await;
+    let mut new_watch = server.watch(every(&new, 0)).await;
+    server.step(&new, 60).await;
+    server.step(&id, 60).await;
+    let (again, first) = (frames_to(&mut watch, 91).await, frames_to(&mut new_watch, 60).await);
+    assert_eq!(positions(again.last().expect("frames")), positions(first.last().expect("frames")));
+    let parameters = |session: v1::Session| session.parameters;
+    assert_eq!(parameters(server.get(&id).await), parameters(server.get(&new).await));
+
+    // While it plays, between two steps; a fork goes back to the same start.
+    server.play(&id).await;
+    reset(&mut server, &id).await;
+    server.pause(&id).await;
+    let request = v1::ForkSessionRequest::of(&id);
+    let forked = server.client.fork_session(request).await.expect("a fork").into_inner();
+    let forked = forked.session.expect("a session").session_id;
+    reset(&mut server, &forked).await;
+    let mut watch = server.watch(every(&forked, 1)).await;
+    assert_eq!(positions(&watch.frame().await), positions(&start));
+
+    server.client.stop_session(v1::StopSessionRequest::of(&id)).await.expect("stopped");
+    let refused =
+        server.client.reset_session(v1::ResetSessionRequest::of(&id)).await.expect_err("at its end");
+    assert_reason(&refused, Reason::SessionFinished);
+}
+
+fn positions(frame: &Whole) -> Vec<f32> {
+    frame.numbers(v1::Field::Positions, f32::from_le_bytes)
+}
+
+/// Frames up to that of a number.
+async fn frames_to(watch: &mut Watch, number: u64) -> Vec<Whole> {
+    let mut frames = Vec::new();
+    while frames.last().is_none_or(|frame: &Whole| frame.head.frame < number) {
+        frames.push(watch.frame().await);
+    }
+    frames
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn what_does_not_fit_is_refused_with_its_field_and_changes_nothing() {
+    let mut server = Server::start().await;
+    let id = server.session(sheet(4)).await;
+    let before = server.get(&id).await.state_hash;
+    let state = |positions: Vec<u8>| v1::StateUpdate {
+        body: "sheet".into(),
+        positions_f64: positions.into(),
+        ..v1::StateUpdate::default()
+    };
+    let of = |forces: Vec<v1::ForceUpdate>, states: Vec<v1::StateUpdate>| v1::UpdateParametersRequest {
+        forces,
+        states,
+        ..v1::UpdateParametersRequest::of(&id)
+    };
+    let bytes = |count: usize| v1::ForceUpdate {
+        forces_f64: vec![0; count].into(),
+        force: None,
+        ..force("sheet", &[], [0.0; 3])
+    };
+    let odd = v1::ForceUpdate { particles_u32: vec![0; 7].into(), ..force("sheet", &[], [1.0; 3]) };
+    let both = v1::ForceUpdate { forces_f64: vec![0; 24].into(), ..force("sheet", &[5], [1.0; 3]) };
+    let unknown = v1::StateUpdate { upload_id: "mesh-1".into(), ..state(Vec::new()) };
+    let nan = packed(&[[0.0, f64::NAN, 0.0]; 16]);
+    let air = v1::AirUpdate { density: Some(2.0), ..v1::AirUpdate::default() };
+    let no_air = v1::UpdateParametersRequest { air: vec![air], ..v1::UpdateParametersRequest::of(&id) };
+    for (request, reason, told) in [
+        (
+            of(vec![force("sail", &[], [1.0; 3])], vec![]),
+            Reason::InvalidChange,
+            "no body is named 'sail'; there are: sheet",
+        ),
+        (of(vec![force("", &[], [1.0; 3])], vec![]), Reason::InvalidField, "forces[0].body"),
+        (of(vec![force("sheet", &[0], [1.0; 3])], vec![]), Reason::InvalidChange, "particle 0 is pinned"),
+        (of(vec![force("sheet", &[16], [1.0; 3])], vec![]), Reason::InvalidChange, "there is no particle 16"),
+        (
+            of(vec![force("sheet", &[5], [f64::INFINITY, 0.0, 0.0])], vec![]),
+            Reason::InvalidField,
+            "forces[0].force.x",
+        ),
+        (of(vec![bytes(48)], vec![]), Reason::InvalidChange, "2 forces for 16 particles"),
+        (of(vec![bytes(47)], vec![]), Reason::InvalidField, "has 47 bytes: 24 for a force are needed"),
+        (of(vec![bytes(0)], vec![]), Reason::InvalidField, "neither force nor forces_f64"),
+        (of(vec![odd], vec![]), Reason::InvalidField, "has 7 bytes"),
+        (of(vec![both], vec![]), Reason::InvalidField, "both force and forces_f64"),
+        (
+            of(vec![], vec![state(vec![0; 24])]),
+            Reason::InvalidChange,
+            "positions of 1 particles, and the body has 16",
+        ),
+        (of(vec![], vec![state(nan)]), Reason::InvalidField, "a position, number 0, is NaN"),
+        (
+            of(vec![], vec![state(packed(&[[3e6; 3]; 16]))]),
+            Reason::InvalidChange,
+            "positions of particle 0 is 3000000",
+        ),
+        (of(vec![], vec![unknown]), Reason::MeshNotFound, "mesh-1"),
+        (no_air, Reason::InvalidChange, "no body has [body.air]"),
+    ] {
+        let refused = server.client.update_parameters(request).await.expect_err("refused");
+        assert_reason(&refused, reason);
+        assert!(refused.message().contains(told), "{}, not {told}", refused.message());
+    }
+    assert_eq!(server.get(&id).await.state_hash, before);
+}
