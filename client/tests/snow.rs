@@ -189,7 +189,7 @@ fn every_bound_has_its_name() {
         let word = bound.word();
         assert_eq!(bound.as_str_name(), format!("TIME_BOUND_{}", word.to_uppercase()));
     }
-    assert_eq!(known.len(), 12);
+    assert_eq!(known.len(), 13);
     assert_eq!(v1::TimeBound::Unspecified.word(), "unknown");
 }
 

@@ -13,10 +13,10 @@ use nappe_tests::{
 };
 
 /// The simulation of a scene with forces of the scene.
-fn with_forces(scene: &Scene, forces: Vec<TimedForce>) -> Simulation {
+fn with_forces(scene: &Scene, forces: &[TimedForce]) -> Simulation {
     let setup = scene.setup();
     let bodies =
-        setup.bodies.iter().map(|body| BodySetup { forces: forces.clone(), ..body.clone() }).collect();
+        setup.bodies.iter().map(|body| BodySetup { forces: forces.to_vec(), ..body.clone() }).collect();
     let (simulation, _) =
         Simulation::new(&WorldSetup { bodies, ..setup }, Precision::F64).expect("a fair scene");
     simulation
@@ -40,7 +40,7 @@ fn a_force_changes_the_momentum_by_itself_times_the_time() {
         let masses = scene.network.masses.clone();
         // From the middle of a step to a quarter of another, and by a call from step 20 to 30.
         let timed = TimedForce { particles: vec![0, 2], force: [0.4, -0.2, 0.1], from: 0.035, until: 0.1025 };
-        let mut simulation = with_forces(&scene, vec![timed]);
+        let mut simulation = with_forces(&scene, &[timed]);
         advance(&mut simulation, 20);
         simulation.apply(&[call(&[1], [0.0, 0.0, 3.0])]).expect("a fair force");
         advance(&mut simulation, 10);
@@ -86,7 +86,7 @@ fn the_work_of_forces_is_the_energy_that_they_give() {
         network.v[0] = [1.0, 0.0, 0.0];
         let mut scene = Scene::new(network, 0.01);
         scene.settings.integrator = integrator;
-        let mut simulation = with_forces(&scene, vec![on_all(1, [3.0, 1.0, 0.0])]);
+        let mut simulation = with_forces(&scene, &[on_all(1, [3.0, 1.0, 0.0])]);
         let start = simulation.diagnose().kinetic_energy;
         let (mut work, mut energy) = (0.0, start);
         for _ in 0..100 {
@@ -116,7 +116,7 @@ fn no_step_is_refused_or_gains_energy_for_a_force() {
         let network = sheet(8, 0.1, &sheet_rules(50.0, 0.001), 0.01);
         let scene = Scene::new(network, 5e-3).by(method).certified();
         let pull = TimedForce { particles: vec![63], force: [0.5, -1.0, 0.8], from: 0.1, until: 0.6 };
-        let mut simulation = with_forces(&scene, vec![pull]);
+        let mut simulation = with_forces(&scene, &[pull]);
         let (mut given, mut most, mut moved) = (0.0, f64::NEG_INFINITY, 0.0_f64);
         for _ in 0..300 {
             let report = advance(&mut simulation, 1);

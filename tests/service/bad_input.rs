@@ -41,6 +41,8 @@ async fn with_bad_ids(c: &mut Client) -> Vec<Refusal> {
         all.push(refused("PauseSession", c.pause_session(pause).await, reason));
         let list = v1::ListPendingChangesRequest::of(session_id());
         all.push(refused("ListPendingChanges", c.list_pending_changes(list).await, reason));
+        let reset = v1::ResetSessionRequest::of(session_id());
+        all.push(refused("ResetSession", c.reset_session(reset).await, reason));
         let drop = v1::DropPendingChangesRequest::of(session_id());
         all.push(refused("DropPendingChanges", c.drop_pending_changes(drop).await, reason));
         let fork = v1::ForkSessionRequest::of(session_id());

@@ -6,7 +6,7 @@ use nappe_proto::v1;
 use nappe_sim::{cloth::SpringKind, world::Change};
 
 use super::{
-    lists,
+    lists::{self, MeshById},
     validate::{finite, finite_vector, unknown_value},
 };
 use crate::{
@@ -30,7 +30,7 @@ pub(super) fn changes(
     request: &v1::Changes,
     within: &str,
     limits: &Limits,
-    mesh: &dyn Fn(&str) -> Result<[Vec<[f64; 3]>; 2], ServiceError>,
+    mesh: &MeshById<'_>,
 ) -> Result<Vec<Change>, ServiceError> {
     let points = request.paths.iter().map(|path| path.times_seconds.len()).sum::<usize>();
     let count =

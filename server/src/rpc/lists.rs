@@ -9,6 +9,9 @@ use prost::bytes::Bytes;
 use super::validate::finite_vector;
 use crate::error::ServiceError;
 
+/// Gives points (m) and velocities (m/s) of an uploaded mesh.
+pub(super) type MeshById<'a> = dyn Fn(&str) -> Result<[Vec<[f64; 3]>; 2], ServiceError> + 'a;
+
 /// Bytes of a list that are shown of changes that wait, at most.
 const SHOWN: usize = 4096;
 
@@ -31,11 +34,11 @@ pub(super) fn force(field: &str, update: &v1::ForceUpdate) -> Result<Change, Ser
     Ok(Change::Force { body: named(field, body)?, particles, forces })
 }
 
-/// The same of where a body is put. `mesh` gives points and velocities of an uploaded mesh.
+/// The same of where a body is put.
 pub(super) fn state(
     field: &str,
     update: &v1::StateUpdate,
-    mesh: &dyn Fn(&str) -> Result<[Vec<[f64; 3]>; 2], ServiceError>,
+    mesh: &MeshById<'_>,
 ) -> Result<Change, ServiceError> {
     let v1::StateUpdate { body, positions_f64, velocities_f64, upload_id } = update;
     let body = named(field, body)?;

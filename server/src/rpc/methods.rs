@@ -35,13 +35,13 @@ impl Methods {
     /// Points and velocities of an uploaded mesh, by its id.
     fn placed(&self) -> impl Fn(&str) -> Result<[Vec<[f64; 3]>; 2], ServiceError> {
         let meshes = &self.shared.meshes;
-        move |id| match meshes.get(id) {
-            Some(mesh) => Ok([mesh.points.clone(), mesh.velocities.clone()]),
-            None => {
+        move |id| {
+            let Some(mesh) = meshes.get(id) else {
                 let message =
                     format!("no mesh has the id '{id}': it was never uploaded, or dropped for others");
-                Err(ServiceError::new(Reason::MeshNotFound, message).with("mesh_id", id))
-            }
+                return Err(ServiceError::new(Reason::MeshNotFound, message).with("mesh_id", id));
+            };
+            Ok([mesh.points.clone(), mesh.velocities.clone()])
         }
     }
 

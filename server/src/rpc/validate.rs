@@ -282,6 +282,19 @@ pub(super) fn unknown_value(field: &str, value: i32) -> ServiceError {
     ServiceError::field(field, format!("is {value}, which this version does not know")).with("value", value)
 }
 
+/// A vector of finite numbers.
+///
+/// # Errors
+/// The first that is not.
+pub(super) fn finite_vector(field: &str, vector: v1::Vector3) -> Result<[f64; 3], ServiceError> {
+    let v1::Vector3 { x, y, z } = vector;
+    Ok([
+        finite(&format!("{field}.x"), x)?,
+        finite(&format!("{field}.y"), y)?,
+        finite(&format!("{field}.z"), z)?,
+    ])
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -334,17 +347,4 @@ mod tests {
         assert_eq!(period(50.0).expect("a rate"), Some(Duration::from_millis(20)));
         assert!(period(f64::MIN_POSITIVE).expect("a tiny rate").is_some());
     }
-}
-
-/// A vector of finite numbers.
-///
-/// # Errors
-/// The first that is not.
-pub(super) fn finite_vector(field: &str, vector: v1::Vector3) -> Result<[f64; 3], ServiceError> {
-    let v1::Vector3 { x, y, z } = vector;
-    Ok([
-        finite(&format!("{field}.x"), x)?,
-        finite(&format!("{field}.y"), y)?,
-        finite(&format!("{field}.z"), z)?,
-    ])
 }

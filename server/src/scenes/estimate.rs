@@ -29,7 +29,7 @@ const fn cost(build: f64, session: f64) -> Cost {
 }
 
 /// Costs in binary32, and what binary64 adds.
-const CLOTH_PARTICLE: [Cost; 2] = [cost(150.0, 130.0), cost(60.0, 95.0)];
+const CLOTH_PARTICLE: [Cost; 2] = [cost(166.0, 146.0), cost(76.0, 111.0)];
 const IMPLICIT_PARTICLE: [Cost; 2] = [cost(0.0, 95.0), cost(0.0, 75.0)];
 /// The iterate that is tried, the state before the last one, and the diagonal blocks kept at a saddle.
 const ITERATED_PARTICLE: [Cost; 2] = [cost(0.0, 120.0), cost(0.0, 96.0)];
@@ -43,7 +43,7 @@ const MESH_SPRING: Cost = cost(46.0, 0.0);
 const TRIANGLE: Cost = cost(50.0, 31.0);
 /// Its corners as blocks name them, and its share of what the air does to particles.
 const TRIANGLE_IN_AIR: [Cost; 2] = [cost(22.0, 22.0), cost(13.0, 13.0)];
-const SNOW_PARTICLE: [Cost; 2] = [cost(305.0, 223.0), cost(205.0, 176.0)];
+const SNOW_PARTICLE: [Cost; 2] = [cost(305.0, 250.0), cost(205.0, 200.0)];
 const SOLID_TRIANGLE: Cost = cost(300.0, 0.0);
 
 /// Sessions may have claimed one part in so many of their memory without having taken it yet: what their first steps

@@ -43,7 +43,7 @@ impl SavedFrame {
     /// When the frame has other particles than the session, or a call fails.
     pub(crate) async fn put(&self, client: &Client, session_id: &str) -> Result<()> {
         let topology = topology(client, session_id).await?;
-        let counts: Vec<usize> = topology.bodies.iter().map(|body| body.particle_count as usize).collect();
+        let counts: Vec<usize> = topology.bodies.iter().map(|body| body.particle_count).collect();
         let (found, needed) = (self.positions.len(), counts.iter().sum::<usize>());
         if found != needed {
             let bodies = topology.bodies.iter().map(|body| format!("{} {}", body.name, body.particle_count));
@@ -91,8 +91,7 @@ fn last_frame(folder: &Path) -> Result<PathBuf> {
     let name =
         |path: &PathBuf| path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
     let frames = entries.filter_map(|entry| Some(entry.ok()?.path())).filter(|path| {
-        let name = name(path);
-        name.starts_with("frame-") && name.ends_with(".ply")
+        name(path).starts_with("frame-") && path.extension().is_some_and(|ending| ending == "ply")
     });
     frames.max_by_key(|path| name(path)).ok_or_else(|| {
         CliError::failure(format!("the folder {} holds no frame (frame-000000.ply)", folder.display()))

@@ -34,6 +34,8 @@ pub(crate) struct Summary {
     energy: f64,
     /// Largest length over rest length of a spring in the last state.
     max_stretch: f64,
+    /// Work of air and given forces in the last step (J).
+    external_work: f64,
     /// How the last step was divided for the cloths; none without cloth.
     cloth: Option<v1::ClothSteps>,
     /// Diagnostics of the snow in the last step; none without snow.
@@ -89,6 +91,7 @@ impl Summary {
             state_hash: session.state_hash.map(output::hash),
             energy: diagnostics::total_energy(&last),
             max_stretch: last.max_stretch,
+            external_work: last.external_work,
             cloth: last.cloth,
             snow: last.snow,
             notices: last.notices.unwrap_or_default(),

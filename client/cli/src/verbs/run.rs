@@ -27,7 +27,8 @@ Without --server the scene is computed by a server inside this command; --server
 one and removes the session afterwards. A scene without an end runs until Ctrl-C.
 
 With --json the last line is one object: scene, steps, time (s), seconds (wall clock spent stepping),
-state_hash (16 hexadecimal digits), energy (J), max_stretch, cloth (null, or substeps, rejected, dt_seconds,
+state_hash (16 hexadecimal digits), energy (J), max_stretch, external_work (J, of air and given forces in
+the last step), cloth (null, or substeps, rejected, dt_seconds,
 bound, bound_particle, bound_seconds, error_rms and error_largest of the last step), snow (null, or substeps,
 dt_seconds, bound, plastic_count and the other diagnostics of the snow's last step), notices (counts of what
 makes the results doubtful), diverged (null, or step, particle, cause),

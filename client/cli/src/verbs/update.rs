@@ -75,7 +75,7 @@ pub(crate) fn run(args: &UpdateArgs) -> Result<()> {
     let SessionArgs { id, server, output } = &args.session;
     remote::block_on(async {
         let client = remote::connect(server).await?;
-        let accepted = remote::answer(id, client.update(request)).await?;
+        let accepted = Box::pin(remote::answer(id, client.update(request))).await?;
         let v1::UpdateParametersResponse { effective_step, order } = accepted;
         match output.format() {
             Format::Json => {

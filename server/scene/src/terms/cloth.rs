@@ -40,8 +40,8 @@ pub(super) fn of_springs(bodies: &[Body]) -> Vec<SceneTerm> {
     terms
 }
 
-/// The laws of elements of bodies, drag, air, and the wind, if it blows, which acts through them.
-pub(super) fn of_bodies(bodies: &[Body], blows: bool) -> Vec<SceneTerm> {
+/// The laws of elements of bodies, drag, air, and the wind, if any of its velocities (m/s) is one, which acts through them.
+pub(super) fn of_bodies(bodies: &[Body], mut winds: impl Iterator<Item = [f64; 3]>) -> Vec<SceneTerm> {
     let mut terms = Vec::new();
     let (mut has_drag, mut has_air) = (false, false);
     for (place, body) in bodies.iter().enumerate() {
@@ -95,7 +95,7 @@ pub(super) fn of_bodies(bodies: &[Body], blows: bool) -> Vec<SceneTerm> {
     if has_air {
         terms.push(SceneTerm::new("air", Removal::Air));
     }
-    if (has_drag || has_air) && blows {
+    if (has_drag || has_air) && winds.any(|wind| wind != [0.0; 3]) {
         terms.push(SceneTerm::new("wind", Removal::Wind));
     }
     terms

@@ -30,8 +30,8 @@ impl Scene {
             source: _,
         } = self;
         let mut terms = of_springs(bodies);
-        let blows = *wind != [0.0; 3] || wind_at.iter().any(|key| key.velocity != [0.0; 3]);
-        terms.extend(of_bodies(bodies, blows));
+        let winds = wind_at.iter().map(|key| key.velocity).chain([*wind]);
+        terms.extend(of_bodies(bodies, winds));
         let is_of_one = bodies.is_empty() || snow.is_none();
         if bodies.is_empty() {
             terms.extend(snow.iter().flat_map(of_snow));

@@ -77,7 +77,7 @@ impl<R: Real> World<R> {
 
         let (gravity, wind, colliders) = (*gravity, Wind::new(*wind, wind_at), colliders.clone());
         let start = (gravity, wind.clone());
-        let rules = Arc::new(ChangeRules::of(&bodies, ranks.is_some()));
+        let rules = Arc::new(ChangeRules::of(&bodies, ranks.as_ref()));
         let interrupt = ranks.as_ref().map_or_else(Interrupt::default, |ranks| ranks.agreed.clone());
         let (dt, pace) = (*dt, Pace::default());
         let mut world = Self {

@@ -37,6 +37,9 @@ pub(super) struct Taken<R: Real> {
     forces: Vec<[f64; 3]>,
 }
 
+/// Positions (m) and velocities (m/s) in the model's order, and parameters.
+type Start<R> = ([Vec<Padded<R>>; 2], Parameters);
+
 /// A cloth in a world.
 #[derive(Clone, Debug)]
 pub(super) struct Cloth<R: Real> {
@@ -56,7 +59,7 @@ pub(super) struct Cloth<R: Real> {
     uv: Vec<[f64; 2]>,
     pub(super) acting: Acting,
     /// Its state and parameters at the start.
-    pub(super) start: Arc<([Vec<Padded<R>>; 2], Parameters)>,
+    pub(super) start: Arc<Start<R>>,
 }
 
 impl<R: Real> Cloth<R> {

@@ -9,6 +9,7 @@ use super::{
 use crate::{
     cloth::{Air, SpringKind},
     math::Real,
+    parallel::Ranks,
 };
 
 /// Which changes a world accepts.
@@ -43,8 +44,9 @@ impl ClothRules {
 
 impl ChangeRules {
     /// The rules of a world of these bodies.
-    pub(super) fn of<R: Real>(bodies: &[Body<R>], over_ranks: bool) -> Self {
+    pub(super) fn of<R: Real>(bodies: &[Body<R>], ranks: Option<&Ranks>) -> Self {
         let (pinned, cloths, snows) = (Vec::new(), Vec::new(), Vec::new());
+        let over_ranks = ranks.is_some();
         let mut rules = Self { particle_count: 0, pinned, cloths, snows, over_ranks };
         for body in bodies {
             let first = body.first_particle();

@@ -13,6 +13,9 @@ use crate::{
     surroundings::Surroundings,
 };
 
+/// Where particles are, and C (1/s) of those of each object, by rows.
+type Start<R> = (Vec<Place<R>>, Vec<[[f64; 3]; 3]>);
+
 /// The snow of a world.
 #[derive(Clone, Debug)]
 pub(super) struct SnowBody<R: Real> {
@@ -20,7 +23,7 @@ pub(super) struct SnowBody<R: Real> {
     pub(super) first_particle: u32,
     pub(super) snow: Snow<R>,
     /// Where its particles are at the start, and C (1/s) of those of each object; none over ranks.
-    start: Arc<(Vec<Place<R>>, Vec<[[f64; 3]; 3]>)>,
+    start: Arc<Start<R>>,
 }
 
 impl<R: Real> SnowBody<R> {

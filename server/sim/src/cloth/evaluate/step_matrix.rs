@@ -149,8 +149,8 @@ impl<R: Real> WithSimd<R> for Product<'_, R> {
             self.matrix.add_elements::<P>(block, self.p, self.q, self.scratch);
         }
 
-        let h = R::of(numbers.scheme.h);
-        let (drag, has_air) = (h * numbers.drag, !numbers.external.air.is_empty());
+        let drag = R::of(numbers.scheme.h) * numbers.drag;
+        let (h, has_air) = (R::of(numbers.scheme.h), !numbers.external.air.is_empty());
         let mut sums = Sums::<P::Wide>::zero();
         let first = self.first_row / LANES;
         for (place, q) in (first..).zip(self.q) {
