@@ -163,6 +163,24 @@ fn what_was_read_can_be_set_and_goes_on_with_the_same_bits() {
 }
 
 #[test]
+fn what_was_taken_goes_on_with_the_same_bits_and_forces() {
+    for method in Method::all().into_iter().filter(|method| method.integrator != Integrator::ExplicitEuler) {
+        let scene = hung().by(method);
+        let timed = TimedForce { particles: vec![60], force: [0.05, 0.0, 0.0], from: 0.02, until: 0.2 };
+        let new = || with_forces(&scene, std::slice::from_ref(&timed));
+        let mut first = new();
+        first.apply(&[call(&[5, 70], [0.0, 0.02, 0.0])]).expect("a fair force");
+        advance(&mut first, 15);
+        let mut second = new();
+        second.put(&first.take());
+        assert_eq!(first.state_hash(), second.state_hash());
+        advance(&mut first, 40);
+        advance(&mut second, 40);
+        assert_eq!(first.state_hash(), second.state_hash(), "{}", method.name());
+    }
+}
+
+#[test]
 fn a_reset_is_the_start_whatever_came_before() {
     for method in Method::all() {
         let mut scene = hung().by(method);

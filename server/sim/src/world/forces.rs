@@ -87,16 +87,14 @@ pub(super) struct Acting {
     timed: Arc<[TimedForce]>,
     /// What calls have set (N), of each particle; none where that is 0 for all.
     called: Vec<[f64; 3]>,
-    /// Share of the step that each timed force acts, and whether what calls have set is known: of the forces now.
-    shares: Vec<f64>,
+    /// Whether what calls have set was taken over by a step.
     is_known: bool,
 }
 
 impl Acting {
     /// With the forces of a scene.
     pub(super) fn new(timed: &[TimedForce]) -> Self {
-        let (timed, shares) = (timed.into(), vec![0.0; timed.len()]);
-        Self { timed, called: Vec::new(), shares, is_known: true }
+        Self { timed: timed.into(), called: Vec::new(), is_known: timed.is_empty() }
     }
 
     /// Takes over what a call sets on particles; on all of so many where it names none. Those that are pinned stay without.
@@ -132,22 +130,20 @@ impl Acting {
         (self.called, self.is_known) = (called, false);
     }
 
-    /// Whether the forces in a step from `start` (s) on, of `dt` (s), are others than those of the step that was asked for last.
+    /// Whether timed forces in a step from `start` (s) on, of `dt` (s), are others than in the step before it.
+    pub(super) fn has_changed(&self, start: f64, dt: f64) -> bool {
+        self.timed.iter().any(|timed| timed.share(start, dt) != timed.share(start - dt, dt))
+    }
+
+    /// Whether the step has to take the forces over: they changed, or are not known.
     pub(super) fn is_new(&mut self, start: f64, dt: f64) -> bool {
-        let mut is_new = !self.is_known;
-        for (timed, share) in self.timed.iter().zip(&mut self.shares) {
-            let now = timed.share(start, dt);
-            is_new |= now != *share;
-            *share = now;
-        }
-        self.is_known = true;
-        is_new
+        !std::mem::replace(&mut self.is_known, true) || self.has_changed(start, dt)
     }
 
     /// Particles with the forces (N) in that step, some more than once.
-    pub(super) fn now(&self) -> impl Iterator<Item = (u32, [f64; 3])> {
-        let timed = self.timed.iter().zip(&self.shares).filter(|(_, share)| **share > 0.0);
-        let timed = timed.flat_map(|(timed, share)| {
+    pub(super) fn now(&self, start: f64, dt: f64) -> impl Iterator<Item = (u32, [f64; 3])> {
+        let timed = self.timed.iter().map(move |timed| (timed, timed.share(start, dt)));
+        let timed = timed.filter(|(_, share)| *share > 0.0).flat_map(|(timed, share)| {
             let force = timed.force.map(|c| c * share);
             timed.particles.iter().map(move |particle| (*particle, force))
         });
@@ -164,18 +160,19 @@ mod tests {
     fn a_force_acts_for_its_share_of_a_step_and_calls_add_to_it() {
         let timed = TimedForce { particles: vec![1, 2], force: [4.0, 0.0, 0.0], from: 0.15, until: 0.3 };
         let mut acting = Acting::new(&[timed]);
-        assert!(!acting.is_new(0.0, 0.1) && acting.now().next().is_none());
-        assert!(acting.is_new(0.1, 0.1));
-        let found: Vec<_> = acting.now().collect();
+        assert!(acting.is_new(0.0, 0.1) && acting.now(0.0, 0.1).next().is_none());
+        assert!(acting.is_new(0.1, 0.1) && acting.has_changed(0.1, 0.1));
+        let found: Vec<_> = acting.now(0.1, 0.1).collect();
         assert_eq!(found.len(), 2);
         assert!((found[0].1[0] - 2.0).abs() < 1e-12 && found[1].0 == 2, "{found:?}");
         assert!(acting.is_new(0.2, 0.1));
         acting.set(&[0, 2], &Forces::One([0.0, 1.0, 0.0]), 3, |particle| particle == 0);
-        assert!(acting.is_new(0.2, 0.1) && !acting.is_new(0.2, 0.1));
-        let found: Vec<_> = acting.now().collect();
+        assert!(acting.is_new(0.2, 0.1));
+        let found: Vec<_> = acting.now(0.2, 0.1).collect();
         assert_eq!(found, [(1, [4.0, 0.0, 0.0]), (2, [4.0, 0.0, 0.0]), (2, [0.0, 1.0, 0.0])]);
         acting.set(&[], &Forces::One([0.0; 3]), 3, |_| false);
         assert!(acting.called().is_empty() && acting.is_new(0.3, 0.1));
-        assert!(acting.now().next().is_none());
+        assert!(acting.now(0.3, 0.1).next().is_none());
+        assert!(!acting.is_new(0.4, 0.1) && !acting.has_changed(0.4, 0.1));
     }
 }

@@ -20,8 +20,11 @@ impl<R: Real> Cloth<R> {
             return;
         }
         let Self { acting, model, work, .. } = self;
-        work.set_forces(model, acting.now());
-        self.forget_past();
+        work.set_forces(model, acting.now(time, dt));
+        // Changes of calls have done so.
+        if self.acting.has_changed(time, dt) {
+            self.forget_past();
+        }
     }
 
     /// Puts its particles elsewhere (m), with these velocities (m/s); pins stand.
