@@ -26,13 +26,14 @@ impl Case {
         case
     }
 
-    /// The cloths as they lie, without gravity, wind or colliders: springs are at rest, and each free particle moves at 1e-4 m/s,
+    /// The cloths as they lie, without gravity, wind, forces or colliders: springs are at rest, and each free particle moves at 1e-4 m/s,
     /// in a direction at random. Bending stays what it is: its rest is flat.
     pub(super) fn at_rest(&self) -> Self {
         let mut case = self.clone();
         let mut rng = fastrand::Rng::with_seed(SEED);
         (case.setup.gravity, case.setup.wind) = ([0.0; 3], [0.0; 3]);
         case.setup.wind_at.clear();
+        case.setup.bodies.iter_mut().for_each(|body| body.forces.clear());
         case.setup.colliders.clear();
         case.changes.clear();
         for body in &mut case.setup.bodies {
