@@ -150,6 +150,9 @@ fn the_force_on_an_inclined_plate_is_the_closed_form_in_every_component() {
                 let predicted = if method.integrator == Integrator::VelocityVerlet { w } else { w * 2.0 };
                 half - slowing(normal, predicted - wind) * (predicted - wind) * (0.5 * dt)
             }
+            // One without a closed form here.
+            #[allow(unreachable_patterns, reason = "a new integrator needs none")]
+            _ => continue,
         };
         let error = (momentum - expected).norm() / expected.norm();
         let tolerance = if method.name().contains("sweeps") { 1e-9 } else { 1e-12 };
