@@ -71,7 +71,11 @@ fn browsers(shell: &mut Shell, node: &Path) -> Result<(), Failure> {
         let mut record = Command::new(&nappe);
         record.args(["run", scene, "--steps", "400", "--json", "--force", "--save"]).arg(&file);
         shell.run(&format!("page: record {scene}"), &mut record)?;
-        shell.run(&format!("page: show {scene}"), &mut script(node, &browser, "browser", &file))?;
+        let mut show = script(node, &browser, "browser", &file);
+        if scene == RECORDINGS[0] {
+            show.arg("--grid");
+        }
+        shell.run(&format!("page: show {scene}"), &mut show)?;
     }
     let odd = folder.join(format!("{}.html", RECORDINGS[0]));
     shell.run("page: odd recordings", &mut script(node, &browser, "odd", &odd))

@@ -1,15 +1,21 @@
-// What the first picture holds, and where the camera stands: on the side from which solids hide the bodies least.
+// What the picture holds, and where the camera stands: on the side from which solids hide the bodies least.
 //
-// Enters: a scene, the positions (m) of its first frame. Leaves: bounds, the camera's position and target (m).
+// Enters: a scene, frames of it. Leaves: bounds, the camera's position and target (m).
 
-import { addExtent, addFoot, hides } from './extent.ts';
+import { addExtent, hides } from './extent.ts';
 import { Bounds, along } from './geometry.ts';
-import { type Scene, type Vector, isPoints } from './scene.ts';
+import { type Frame, type Scene, type Vector, isPoints } from './scene.ts';
 
 /** From the centre of the scene to the camera, over the radius of the scene. */
 const EYE: Vector = [0.68, 0.48, 1.28];
 /** Signs along x and z; of sides that hide as little, the first is taken. */
 const SIDES = [[1, 1], [-1, 1], [1, -1], [-1, -1]];
+
+/** Particles of snow that are asked where it is, and the share of them on either side of an axis that counts as spray. */
+const SAMPLES = 4000;
+const SPRAY = 0.01;
+/** The picture holds motion as far as so many radii of the bodies at the start. */
+const FARTHEST = 12;
 
 export interface Camera {
   eye: Vector;
@@ -17,32 +23,34 @@ export interface Camera {
   target: Vector;
 }
 
-/** Bounds of the bodies, with room for those that hang from pins. */
-export function bodyBounds(scene: Scene, position: (particle: number) => Vector): Bounds {
+/** Bounds of all bodies in one frame: of all particles of a mesh, and of most of snow, whose spray flies far. */
+export function bodyBounds(scene: Scene, { numbers, step }: Frame): Bounds {
   const all = new Bounds();
-  for (const { firstParticle, particleCount, pins } of scene.bodies) {
-    const own = new Bounds();
-    for (let i = firstParticle; i < firstParticle + particleCount; i++) own.add(position(i));
-    own.corners().forEach((corner) => all.add(corner));
-
-    let highest: Vector | null = null;
-    for (const pin of pins) {
-      const at = position(pin);
-      if (highest === null || at[1] >= highest[1]) highest = at;
+  for (const body of scene.bodies) {
+    const stride = isPoints(body) ? Math.ceil(body.particleCount / SAMPLES) : 1;
+    const axes: number[][] = [[], [], []];
+    for (let i = body.firstParticle; i < body.firstParticle + body.particleCount; i += stride) {
+      axes.forEach((values, axis) => values.push(numbers[3 * i + axis] * step));
     }
-    if (highest !== null) all.add(along(highest, -2 * own.radius(), [0, 1, 0]));
+    if (axes[0].length === 0) continue;
+    const left = isPoints(body) ? Math.floor(SPRAY * axes[0].length) : 0;
+    for (const values of axes) values.sort((a, b) => a - b);
+    for (const at of [left, axes[0].length - 1 - left]) all.add(axes.map((values) => values[at]));
   }
+  return all;
+}
+
+/** Bounds of the bodies in a whole recording, whose frames may explode: never so far that the start is not seen. */
+export function motionBounds(first: Bounds, others: readonly Bounds[]): Bounds {
+  const all = first.copy();
+  for (const bounds of others) bounds.corners().forEach((corner) => all.add(first.nearest(corner, FARTHEST)));
   return all;
 }
 
 /** Bounds of the bodies and of what the picture should hold around them. */
 export function sceneBounds(scene: Scene, bodies: Bounds): Bounds {
   const all = bodies.copy();
-  const hasPoints = scene.bodies.some(isPoints);
-  for (const { shape } of scene.colliders) {
-    addExtent(shape, all, bodies);
-    if (hasPoints) addFoot(shape, all, bodies);
-  }
+  for (const { shape } of scene.colliders) addExtent(shape, all, bodies);
   return all;
 }
 

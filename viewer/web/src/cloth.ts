@@ -3,11 +3,13 @@
 // Enters: topology once, then positions (m) of all particles at each frame. Leaves: lit meshes, lines, points.
 
 import {
-  BufferAttribute, BufferGeometry, DoubleSide, LineBasicMaterial, LineSegments, Mesh, MeshStandardMaterial, type Object3D,
+  BufferAttribute, BufferGeometry, LineBasicMaterial, LineSegments, type Material, Mesh, MeshBasicMaterial, type Object3D,
   Points,
 } from 'three';
-import { PALETTE, PIN_COLOR } from './coloring.ts';
-import type { Body } from './scene.ts';
+import { PALETTE, PIN_COLOR, type Theme, THEMES } from './coloring.ts';
+import { fabric } from './fabric.ts';
+import { dot, length } from './geometry.ts';
+import type { Body, Vector } from './scene.ts';
 import { sphereMaterial } from './spheres.ts';
 import { rgb } from './stage.ts';
 
@@ -16,11 +18,13 @@ const PIN_PIXELS = 3.5;
 /** Draws all bodies of a scene that are not bare points. */
 export class Cloth {
   readonly objects: Object3D[] = [];
-  private readonly meshes: { body: Body; material: MeshStandardMaterial }[] = [];
+  private readonly meshes: { body: Body; mesh: Mesh; surface: Material }[] = [];
+  /** Edges are not lit, so that they can be read from any side. */
+  private readonly edges = new MeshBasicMaterial({ wireframe: true, color: rgb(THEMES.dark.wire) });
   private readonly normals: BufferAttribute;
 
-  /** `positions` are those of all particles, shared by everything that is drawn. */
-  constructor(bodies: readonly Body[], private readonly positions: BufferAttribute) {
+  /** `positions` are those of all particles, shared by everything that is drawn; the view from the start is along `toEye`. */
+  constructor(bodies: readonly Body[], private readonly positions: BufferAttribute, private readonly toEye: Vector) {
     this.normals = new BufferAttribute(new Float32Array(positions.array.length), 3);
     bodies.forEach((body, index) => this.add(body, index));
   }
@@ -33,19 +37,25 @@ export class Cloth {
     this.normals.needsUpdate = true;
   }
 
-  /** Switches between surfaces and the edges of their triangles. */
-  toggleWireframe(): boolean {
-    for (const { material } of this.meshes) material.wireframe = !material.wireframe;
-    return this.meshes.some(({ material }) => material.wireframe);
+  /** The edges of triangles instead of surfaces. */
+  showEdges(on: boolean): void {
+    for (const { mesh, surface } of this.meshes) {
+      mesh.material = on ? this.edges : surface;
+      mesh.castShadow = !on;
+    }
+  }
+
+  colorEdges(theme: Theme): void {
+    this.edges.color.copy(rgb(THEMES[theme].wire));
   }
 
   private add(body: Body, index: number): void {
     const color = rgb(PALETTE[index % PALETTE.length]);
     if (body.triangles.length > 0) {
-      const material = new MeshStandardMaterial({ color, side: DoubleSide, roughness: 0.82 });
-      const mesh = new Mesh(this.geometry(body.triangles).setAttribute('normal', this.normals), material);
+      const surface = fabric(color, this.outside(body));
+      const mesh = new Mesh(this.geometry(body.triangles).setAttribute('normal', this.normals), surface);
       mesh.castShadow = mesh.receiveShadow = true;
-      this.meshes.push({ body, material });
+      this.meshes.push({ body, mesh, surface });
       this.addObject(mesh, body.name);
     } else if (body.springs.length > 0) {
       const lines = new LineSegments(this.geometry(body.springs), new LineBasicMaterial({ color }));
@@ -56,6 +66,17 @@ export class Cloth {
       const material = sphereMaterial({ pixels: PIN_PIXELS }, rgb(PIN_COLOR), 'one color');
       this.addObject(new Points(this.geometry(body.pins), material), `${body.name}: pins`);
     }
+  }
+
+  /** Which side of a body's triangles is its outside: that which is seen first, unless the surface is closed. */
+  private outside({ triangles }: Body): 'front' | 'back' {
+    let [area, seen] = [0, 0];
+    for (let corner = 0; corner + 2 < triangles.length; corner += 3) {
+      const normal = areaNormal(this.positions.array, triangles, corner);
+      area += length(normal);
+      seen += dot(normal, this.toEye);
+    }
+    return seen < -0.05 * area ? 'back' : 'front';
   }
 
   private geometry(indices: Uint32Array<ArrayBuffer>): BufferGeometry {
@@ -70,6 +91,15 @@ export class Cloth {
   }
 }
 
+/** Twice the area of a triangle times its unit normal. */
+function areaNormal(positions: ArrayLike<number>, triangles: Uint32Array, corner: number): Vector {
+  const [a, b, c] = [3 * triangles[corner], 3 * triangles[corner + 1], 3 * triangles[corner + 2]];
+  const [x, y, z] = [positions[a], positions[a + 1], positions[a + 2]];
+  const [ux, uy, uz] = [positions[b] - x, positions[b + 1] - y, positions[b + 2] - z];
+  const [vx, vy, vz] = [positions[c] - x, positions[c + 1] - y, positions[c + 2] - z];
+  return [uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx];
+}
+
 /** Unit normal of each vertex: the mean of its triangles' normals, weighted by their areas; up where there is none. */
 function writeNormals(normals: Float32Array, positions: Float32Array, body: Body): void {
   const [first, last] = [3 * body.firstParticle, 3 * (body.firstParticle + body.particleCount)];
@@ -77,11 +107,7 @@ function writeNormals(normals: Float32Array, positions: Float32Array, body: Body
   const { triangles } = body;
   for (let corner = 0; corner + 2 < triangles.length; corner += 3) {
     const [a, b, c] = [3 * triangles[corner], 3 * triangles[corner + 1], 3 * triangles[corner + 2]];
-    const [x, y, z] = [positions[a], positions[a + 1], positions[a + 2]];
-    const [ux, uy, uz] = [positions[b] - x, positions[b + 1] - y, positions[b + 2] - z];
-    const [vx, vy, vz] = [positions[c] - x, positions[c + 1] - y, positions[c + 2] - z];
-    // Twice the area times the unit normal.
-    const [nx, ny, nz] = [uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx];
+    const [nx, ny, nz] = areaNormal(positions, triangles, corner);
     normals[a] += nx; normals[a + 1] += ny; normals[a + 2] += nz;
     normals[b] += nx; normals[b + 1] += ny; normals[b + 2] += nz;
     normals[c] += nx; normals[c + 1] += ny; normals[c + 2] += nz;

@@ -3,7 +3,7 @@
 // Enters: colliders, the bounds of the scene (m), then the time (s) of each frame. Leaves: lit objects.
 
 import {
-  BoxGeometry, type BufferGeometry, CapsuleGeometry, CylinderGeometry, Matrix4, Mesh, MeshStandardMaterial, type Object3D,
+  BoxGeometry, type BufferGeometry, CapsuleGeometry, CylinderGeometry, Matrix4, Mesh, MeshLambertMaterial, type Object3D,
   SphereGeometry, Vector3,
 } from 'three';
 import { SOLID_COLOR } from './coloring.ts';
@@ -91,7 +91,7 @@ function turn(object: Object3D, x: Vector, y: Vector): void {
 }
 
 function solid(geometry: BufferGeometry): Mesh {
-  const mesh = new Mesh(geometry, new MeshStandardMaterial({ color: rgb(SOLID_COLOR), roughness: 0.6 }));
+  const mesh = new Mesh(geometry, new MeshLambertMaterial({ color: rgb(SOLID_COLOR) }));
   mesh.castShadow = mesh.receiveShadow = true;
   return mesh;
 }

@@ -9,8 +9,14 @@ export const PALETTE: readonly Rgb[] =
   [[205, 92, 76], [74, 144, 190], [226, 176, 84], [110, 168, 120], [160, 112, 180], [200, 200, 205]];
 export const PIN_COLOR: Rgb = [250, 210, 70];
 export const SOLID_COLOR: Rgb = [150, 158, 170];
-export const GROUND_COLOR: Rgb = [70, 74, 82];
-export const BACKGROUND: Rgb = [22, 25, 30];
+export const SNOW_COLOR: Rgb = [238, 242, 249];
+
+/** Light or dark; the page's own colours are in its style. */
+export type Theme = 'light' | 'dark';
+export const THEMES: Record<Theme, { ground: Rgb; grid: Rgb; wire: Rgb }> = {
+  dark: { ground: [78, 83, 92], grid: [124, 131, 144], wire: [214, 226, 240] },
+  light: { ground: [206, 209, 214], grid: [160, 166, 176], wire: [34, 44, 60] },
+};
 
 /** J_P at which the colours end. */
 const PACKED = 0.8;

@@ -72,8 +72,9 @@ function actionsOf(player: Player, stage: Stage, view: View, seek: (index: numbe
     End: () => seek(frameCount - 1),
     h: toggleHelp,
     w: () => element('wireframe').setAttribute('aria-pressed', String(view.toggleWireframe())),
+    c: () => view.toggleColors(),
     f: toggleScreen,
-    r: () => stage.goHome(),
+    r: () => stage.goHome('eased'),
   };
 }
 

@@ -1,18 +1,12 @@
 // What a collider fills, as coarsely as the camera needs: how far it reaches, and what it hides.
 
-import { type Bounds, along, cross, dot, length, minus, unit } from './geometry.ts';
+import { type Bounds, along, cross, dot, length, minus } from './geometry.ts';
 import type { ColliderShape, Vector } from './scene.ts';
 
 /** A solid adds to the bounds of the scene what lies within so many radii of the bodies. */
 const REACH = 3;
 /** Balls along the axis of a round solid, to see whether it hides something. */
 const BALLS = 9;
-/** The foot of bodies on a plane belongs to the scene, if it is within so many of their radii. */
-const FALL = 12;
-/** How far down a slope bodies slide within the picture, in halves of their smallest extent. */
-const SLIDE = 10;
-/** Height of the unit normal below which a plane is a slope. */
-const LEVEL = 0.99;
 
 /** Grows the bounds of the scene by what a collider fills; endless ones have no bounds. */
 export function addExtent(shape: ColliderShape, scene: Bounds, bodies: Bounds): void {
@@ -37,21 +31,6 @@ export function addExtent(shape: ColliderShape, scene: Bounds, bodies: Bounds): 
     case 'half_pipe':
       break;
   }
-}
-
-/** Grows the bounds by the foot of bodies that fly freely on a plane, and by where they slide to. */
-export function addFoot(shape: ColliderShape, scene: Bounds, bodies: Bounds): void {
-  if (shape.kind !== 'plane') return;
-  const { point, normal } = shape;
-  const height = dot(minus(bodies.center(), point), normal);
-  if (!(height > 0 && height < FALL * bodies.radius())) return;
-
-  const foot = along(bodies.center(), -height, normal);
-  scene.add(foot);
-  const [x, y, z] = normal;
-  // What gravity leaves along the plane: (0, -1, 0) + y normal.
-  const down = unit([x * y, y * y - 1, z * y]);
-  if (down !== null && y > 0 && y < LEVEL) scene.add(along(foot, SLIDE * bodies.halfWidth(), down));
 }
 
 /** Whether a collider stands between the eye and a point that is not in it; endless ones hide nothing. */

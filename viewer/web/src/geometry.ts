@@ -65,12 +65,6 @@ export class Bounds {
     return this.isEmpty ? 0 : this.low[1];
   }
 
-  /** Half of its smallest extent; 0 if the box is empty. */
-  halfWidth(): number {
-    if (this.isEmpty) return 0;
-    return 0.5 * Math.min(...this.high.map((high, axis) => high - this.low[axis]));
-  }
-
   /** Radius of the ball around it; 1 if the box is empty or a point. */
   radius(): number {
     if (this.isEmpty) return 1;

@@ -3,16 +3,16 @@
 // Enters: the collider's numbers (m), the bounds of the scene. Leaves: objects around the collider's own point.
 
 import {
-  BufferAttribute, BufferGeometry, DoubleSide, Group, LineBasicMaterial, LineSegments, Mesh, MeshStandardMaterial,
+  BufferAttribute, BufferGeometry, CircleGeometry, DoubleSide, Matrix4, Mesh, MeshLambertMaterial, Vector2, Vector3,
 } from 'three';
-import { GROUND_COLOR } from './coloring.ts';
+import { type Theme, THEMES } from './coloring.ts';
 import { type Bounds, along, cross, dot, minus, tangents, unit } from './geometry.ts';
 import type { Vector } from './scene.ts';
 import { rgb } from './stage.ts';
 
 /** Radius of the drawn disc over the radius of the scene; the disc is whole up to `SOLID`, and fades beyond. */
 const PLANE_SCALE = 2.4;
-const SOLID = 0.45;
+const SOLID = 0.4;
 const DISC_CORNERS = 96;
 /**
  * The drawn surface lies this far below, over the radius of the scene: between particles that lie on a surface, a
@@ -23,73 +23,82 @@ const TROUGH_FACETS = 48;
 const TROUGH_SCALE = 1.4;
 /** Lines of the grid from the centre to the rim, at least. */
 const GRID_LINES = 8;
-const GRID_COLOR = [118, 124, 136] as const;
+/** A plane that stands steeper than this height of its unit normal is a wall, and is seen through. */
+const STEEP = 0.5;
+const WALL_OPACITY = 0.45;
+
+/** Colours of all that is drawn here, which follow the theme. */
+const ground = { value: rgb(THEMES.dark.ground) };
+const lines = { value: rgb(THEMES.dark.grid) };
+const opacity = { value: 1 };
+
+export function colorGround(theme: Theme): void {
+  ground.value.copy(rgb(THEMES[theme].ground));
+  lines.value.copy(rgb(THEMES[theme].grid));
+}
+
+/** Whether planes have lines. */
+export function showGrid(on: boolean): void {
+  opacity.value = on ? 1 : 0;
+}
 
 /** The part of a plane below the scene. From below it is not seen, so that it hides nothing. */
-export function disc(point: Vector, normal: Vector, scene: Bounds): Group {
+export function disc(point: Vector, normal: Vector, scene: Bounds): Mesh {
   const up = unit(normal) ?? [0, 1, 0];
-  const frame = tangents(up);
+  const [first, second] = tangents(up);
   const toCenter = minus(scene.center(), point);
   const foot = along(along(toCenter, -dot(toCenter, up), up), -DEPTH * scene.radius(), up);
   const radius = PLANE_SCALE * scene.radius();
 
-  const group = new Group();
-  group.add(discMesh(foot, up, frame, radius), grid(foot, frame, radius, point));
-  return group;
-}
-
-function discMesh(foot: Vector, up: Vector, [first, second]: [Vector, Vector], radius: number): Mesh {
-  const [positions, colors, indices] = [[...foot], [1, 1, 1, 1], [] as number[]];
-  for (const [share, alpha] of [[SOLID, 1], [1, 0]]) {
-    for (let corner = 0; corner < DISC_CORNERS; corner++) {
-      const angle = (2 * Math.PI * corner) / DISC_CORNERS;
-      const across = along(foot, share * radius * Math.cos(angle), first);
-      positions.push(...along(across, share * radius * Math.sin(angle), second));
-      colors.push(1, 1, 1, alpha);
-    }
-  }
-  for (let corner = 0; corner < DISC_CORNERS; corner++) {
-    const next = (corner + 1) % DISC_CORNERS;
-    const [a, b] = [1 + corner, 1 + next];
-    const [c, d] = [a + DISC_CORNERS, b + DISC_CORNERS];
-    indices.push(0, a, b, a, c, d, a, d, b);
-  }
-  const geometry = lit(positions, positions.map((_, at) => up[at % 3]), indices);
-  geometry.setAttribute('color', new BufferAttribute(new Float32Array(colors), 4));
-  const mesh = new Mesh(geometry, material({ vertexColors: true, transparent: true }));
+  // The grid stands still in the world, wherever the disc is.
+  const spacing = roundLength(radius / GRID_LINES);
+  const middle = along(point, 1, foot);
+  const offset = new Vector2(...[first, second].map((axis) => dot(middle, axis) % spacing));
+  const mesh = new Mesh(new CircleGeometry(radius, DISC_CORNERS), discMaterial(radius, spacing, offset, Math.abs(up[1]) < STEEP));
+  const [x, y, z] = [first, second, up].map((axis) => new Vector3(...axis));
+  mesh.geometry.applyMatrix4(new Matrix4().makeBasis(x, y, z).setPosition(...foot));
   mesh.receiveShadow = true;
   return mesh;
 }
 
-/** Lines of a length that is one, two or five times a power of ten (m), through the collider's own point. */
-function grid(foot: Vector, frame: [Vector, Vector], radius: number, point: Vector): LineSegments {
-  const spacing = roundLength(radius / GRID_LINES);
-  const [positions, colors] = [[] as number[], [] as number[]];
-  const { r, g, b } = rgb(GRID_COLOR);
-  const alpha = (a: number, c: number) => 0.55 * Math.min(1, Math.max(0, (1 - Math.hypot(a, c) / radius) / (1 - SOLID)));
-  const put = (axis: number, across: number, at: number) => {
-    positions.push(...along(along(foot, across, frame[axis]), at, frame[1 - axis]));
-    colors.push(r, g, b, alpha(across, at));
+/** Lines whose distance is one, two or five times a power of ten (m), drawn as thin as a pixel at any distance. */
+function discMaterial(radius: number, spacing: number, offset: Vector2, wall: boolean): MeshLambertMaterial {
+  const material = new MeshLambertMaterial({ transparent: true });
+  material.onBeforeCompile = (shader) => {
+    Object.assign(shader.uniforms, {
+      ground, lines, gridOpacity: opacity, spacing: { value: spacing }, offset: { value: offset }, rim: { value: radius },
+      whole: { value: wall ? WALL_OPACITY : 1 },
+    });
+    shader.vertexShader = shader.vertexShader
+      .replace('#include <common>', '#include <common>\nvarying vec2 vPlane;')
+      .replace('#include <begin_vertex>', '#include <begin_vertex>\nvPlane = 2.0 * uv - 1.0;');
+    shader.fragmentShader = shader.fragmentShader
+      .replace('#include <common>', `#include <common>\n${DISC_PARS}`)
+      .replace('#include <color_fragment>', DISC_COLOR);
   };
-
-  for (const axis of [0, 1]) {
-    // The grid stands still in the world, wherever the disc is.
-    const middle = dot(along(point, 1, foot), frame[axis]);
-    const offset = Math.ceil(middle / spacing) * spacing - middle;
-    for (let across = offset - spacing * Math.ceil(radius / spacing); across < radius; across += spacing) {
-      const half = Math.sqrt(Math.max(0, radius * radius - across * across));
-      // In pieces, since colours are mixed along each.
-      for (let piece = -8; piece < 8; piece++) {
-        put(axis, across, (half * piece) / 8);
-        put(axis, across, (half * (piece + 1)) / 8);
-      }
-    }
-  }
-  const geometry = new BufferGeometry();
-  geometry.setAttribute('position', new BufferAttribute(new Float32Array(positions), 3));
-  geometry.setAttribute('color', new BufferAttribute(new Float32Array(colors), 4));
-  return new LineSegments(geometry, new LineBasicMaterial({ vertexColors: true, transparent: true, depthWrite: false }));
+  return material;
 }
+
+const DISC_PARS = /* glsl */ `
+  varying vec2 vPlane;
+  uniform vec3 ground;
+  uniform vec3 lines;
+  uniform vec2 offset;
+  uniform float spacing;
+  uniform float rim;
+  uniform float whole;
+  uniform float gridOpacity;
+`;
+
+const DISC_COLOR = /* glsl */ `
+  vec2 cell = (rim * vPlane + offset) / spacing;
+  vec2 pixel = max(fwidth(cell), 1e-6);
+  vec2 line = 1.0 - min(abs(fract(cell - 0.5) - 0.5) / pixel, 1.0);
+  // Lines closer than two pixels would be a grey that flickers.
+  line *= smoothstep(0.5, 0.2, pixel);
+  diffuseColor.rgb = mix(ground, lines, gridOpacity * max(line.x, line.y));
+  diffuseColor.a = whole * (1.0 - smoothstep(${SOLID}, 1.0, length(vPlane)));
+`;
 
 /** The largest of 1, 2, 5, 10 ... times a power of ten that is no more than `length`. */
 function roundLength(length: number): number {
@@ -117,7 +126,7 @@ export function trough(shape: { point: Vector; axis: Vector; up: Vector; radius:
     const a = 2 * strip;
     indices.push(a, a + 1, a + 2, a + 2, a + 1, a + 3);
   }
-  const mesh = new Mesh(lit(positions, normals, indices), material({ side: DoubleSide }));
+  const mesh = new Mesh(lit(positions, normals, indices), plain());
   mesh.receiveShadow = true;
   return mesh;
 }
@@ -147,9 +156,9 @@ function lit(positions: number[], normals: number[], indices: number[]): BufferG
   return geometry;
 }
 
-function material(options: ConstructorParameters<typeof MeshStandardMaterial>[0]): MeshStandardMaterial {
-  // The grid lies in the surface, and is drawn over it.
-  return new MeshStandardMaterial({
-    color: rgb(GROUND_COLOR), roughness: 0.95, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1, ...options,
-  });
+/** The colour of the ground, and no grid. */
+function plain(): MeshLambertMaterial {
+  const material = new MeshLambertMaterial({ side: DoubleSide });
+  material.color = ground.value;
+  return material;
 }

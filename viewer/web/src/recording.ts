@@ -10,6 +10,9 @@ import type { Diagnostics, Frame } from './scene.ts';
 /** Decoded blocks that are kept: no more than so many, nor so many bytes beyond two. */
 const KEPT_BLOCKS = 4;
 const KEPT_BYTES = 400e6;
+/** Frames that are looked at before the first picture, and particles of all frames up to which any may be. */
+const SAMPLES = 12;
+const FEW = 10e6;
 
 /** What is known of a frame without decoding it. */
 export interface FrameFacts extends Diagnostics {
@@ -95,6 +98,24 @@ export class Recording {
     const block = this.blockOf[index];
     const frames = await this.decode(block);
     return frames[index - block.first];
+  }
+
+  /**
+   * Frames that show how far the motion goes: some of all frames if these are few, else the first of some blocks, which
+   * need no other frame. What cannot be read is left out; it is reported when it is shown.
+   */
+  async *samples(): AsyncGenerator<Frame> {
+    const few = this.blocks.length <= KEPT_BLOCKS && this.frameCount * this.head.scene.particleCount <= FEW;
+    const sources = few ? [...this.facts.keys()] : this.blocks;
+    const stride = Math.ceil(sources.length / SAMPLES);
+    for (let at = 0; at < sources.length + stride - 1; at += stride) {
+      const source = sources[Math.min(at, sources.length - 1)];
+      try {
+        yield typeof source === 'number' ? await this.frame(source) : (await decode(source, this.head, 1))[0];
+      } catch {
+        continue;
+      }
+    }
   }
 
   /** Decodes the block after that of a frame, ahead of its use. What fails here is reported when it is asked for. */
@@ -192,15 +213,15 @@ function readEnd(json: unknown): End {
   return { hash: optional(end['hash'], (hash) => text(hash, 'hash')), finished: end['finished'] === true };
 }
 
-/** All frames of a block: inflated side by side, then summed one after another. */
-async function decode(block: Block, head: Head): Promise<Frame[]> {
+/** The first frames of a block, or all: inflated side by side, then summed one after another. */
+async function decode(block: Block, head: Head, most = Infinity): Promise<Frame[]> {
   const parsed = fields(json(block.element), 'a block');
   const step = positive(parsed['step'], 'step of a block');
   const scalarStep = optional(parsed['scalar_step'], (value) => positive(value, 'scalar_step of a block'));
   const particles = head.scene.particleCount;
   const shapes = { positions: { particles, components: 3 }, scalar: { particles, components: 1 } };
 
-  const inflated = list(parsed['frames'], 'frames of a block').map((json, index) => {
+  const inflated = list(parsed['frames'], 'frames of a block').slice(0, most).map((json, index) => {
     const frame = fields(json, `frame ${index} of a block`);
     const positions = inflate(bytes(frame['positions'], 'positions'), shapes.positions);
     const scalar = optional(frame['scalar'], (data) => inflate(bytes(data, 'scalar'), shapes.scalar));

@@ -1,7 +1,9 @@
 // The page that replays a recording: controls, keys, and what stands where.
 
+import { bodyBounds, motionBounds } from './camera.ts';
 import { css } from './coloring.ts';
 import { type Controls, connect } from './controls.ts';
+import type { Bounds } from './geometry.ts';
 import { FormatError } from './json.ts';
 import { PackedError } from './packed.ts';
 import { Player } from './player.ts';
@@ -21,6 +23,8 @@ interface Handles {
   /** Positions of the shown frame (m). */
   positions(): Float32Array;
   litShare(): number;
+  /** Share of the pixels that lines of the grid change, from so many directions. */
+  gridShares(directions: number): number[];
   renderer: string;
   measure(): Promise<{ seconds: number; bytes: number }>;
 }
@@ -79,7 +83,10 @@ async function run(recording: Recording, handles: Handles): Promise<void> {
   const first = await recording.frame(0);
   const stage = new Stage(element<HTMLCanvasElement>('canvas'), element('stage'), !calm, (lost) =>
     say(lost ? 'The graphics were lost. The picture comes back when the browser has them again.' : ''));
-  const view = new View(stage, recording.head.scene, first);
+  const { scene } = recording.head;
+  const bodies: Bounds[] = [];
+  for await (const frame of recording.samples()) bodies.push(bodyBounds(scene, frame));
+  const view = new View(stage, scene, first, motionBounds(bodyBounds(scene, first), bodies));
 
   const shown = (index: number) => {
     plots.show(index);
@@ -119,6 +126,7 @@ async function run(recording: Recording, handles: Handles): Promise<void> {
     seek,
     positions: () => view.positions(),
     litShare: () => stage.litShare(),
+    gridShares: (directions: number) => view.gridShares(directions),
     renderer: stage.rendererName(),
     measure: () => recording.measure(),
   });
@@ -189,6 +197,7 @@ const handles: Handles = {
   frameCount: 0,
   positions: () => new Float32Array(0),
   litShare: () => 0,
+  gridShares: () => [],
   renderer: '',
   measure: () => Promise.resolve({ seconds: 0, bytes: 0 }),
 };

@@ -10,7 +10,8 @@ export const sun = { value: new Vector3(0, 1, 0) };
 /** A radius in metres, or one in pixels of the page at any distance. */
 export type Radius = { metres: number } | { pixels: number };
 
-const SIZE = /* glsl */ `
+/** For shaders: the size of a sphere in the picture. */
+export const SPHERE_SIZE = /* glsl */ `
   uniform float radius;
   uniform float pixels;
   uniform float height;
@@ -25,7 +26,7 @@ const SIZE = /* glsl */ `
 const VERTEX = /* glsl */ `
   #include <common>
   #include <shadowmap_pars_vertex>
-  ${SIZE}
+  ${SPHERE_SIZE}
   uniform vec3 sun;
   varying vec3 vCenter;
   varying float vRadius;
@@ -78,8 +79,10 @@ const FRAGMENT = /* glsl */ `
       vec3 albedo = color;
     #endif
     vec3 irradiance = getHemisphereLightIrradiance(hemisphereLights[0], normal);
-    float facing = max(dot(normal, directionalLights[0].direction), 0.0);
-    irradiance += facing * getShadowMask() * directionalLights[0].color;
+    for (int i = 0; i < NUM_DIR_LIGHTS; i++) {
+      float facing = max(dot(normal, directionalLights[i].direction), 0.0);
+      irradiance += facing * (i == 0 ? getShadowMask() : 1.0) * directionalLights[i].color;
+    }
     gl_FragColor = vec4(RECIPROCAL_PI * irradiance * albedo, 1.0);
     #include <colorspace_fragment>
 
@@ -89,7 +92,7 @@ const FRAGMENT = /* glsl */ `
 `;
 
 const DEPTH_VERTEX = /* glsl */ `
-  ${SIZE}
+  ${SPHERE_SIZE}
   void main() {
     vec4 mvPosition = modelViewMatrix * vec4(position, 1.0);
     gl_Position = projectionMatrix * mvPosition;
@@ -120,13 +123,17 @@ export function sphereMaterial(radius: Radius, color: Color, colored: 'one color
   return material;
 }
 
-/** What spheres of a radius in metres write into a shadow map of some pixels along a side. */
-export function sphereDepthMaterial(metres: number, mapPixels: number): ShaderMaterial {
-  return new ShaderMaterial({
-    uniforms: { ...size({ metres }), height: { value: mapPixels } },
-    vertexShader: DEPTH_VERTEX,
-    fragmentShader: DEPTH_FRAGMENT,
-  });
+/**
+ * Materials of spheres with a radius in metres that only cast shadows: unseen in the picture, discs in a shadow map of
+ * some pixels along a side.
+ */
+export function sphereDepthMaterial(radius: { value: number }, mapPixels: number): { seen: ShaderMaterial; cast: ShaderMaterial } {
+  const uniforms = { radius, pixels: { value: 0 }, height: { value: mapPixels } };
+  const outside = 'void main() { gl_Position = vec4(2.0, 2.0, 2.0, 1.0); gl_PointSize = 1.0; }';
+  return {
+    seen: new ShaderMaterial({ vertexShader: outside, fragmentShader: 'void main() { gl_FragColor = vec4(0.0); }', depthWrite: false }),
+    cast: new ShaderMaterial({ uniforms, vertexShader: DEPTH_VERTEX, fragmentShader: DEPTH_FRAGMENT }),
+  };
 }
 
 function size(radius: Radius) {

@@ -3,24 +3,26 @@
 // Enters: a canvas, objects in metres around the scene's own origin. Leaves: pixels.
 
 import {
-  Color, DirectionalLight, HemisphereLight, MOUSE, type Object3D, PCFShadowMap, PerspectiveCamera, SRGBColorSpace,
-  Scene, TOUCH, Vector3, WebGLRenderer,
+  Color, MOUSE, type Object3D, PCFShadowMap, PerspectiveCamera, SRGBColorSpace, Scene, TOUCH, Vector3, WebGLRenderer,
 } from 'three';
 import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
 import type { Camera } from './camera.ts';
-import { BACKGROUND } from './coloring.ts';
+import { Lights } from './lights.ts';
+import { Occlusion } from './occlusion.ts';
+import { Pace, type Quality } from './pace.ts';
 import type { Vector } from './scene.ts';
-import { height, sun } from './spheres.ts';
+import { height } from './spheres.ts';
 
 const FIELD_OF_VIEW = 50;
 /** The camera stands so much farther than where the picture just holds the scene. */
 const MARGIN = 1.03;
 const MOST_PIXEL_RATIO = 2;
-const SHADOW_PIXELS = 2048;
-/** From the scene to the sun, as the camera sees it: right, up, towards the camera. */
-const SUN = new Vector3(-0.45, 1.3, 0.55).normalize();
-/** A pixel differs from the background if a channel does by more than this. */
+/** Surroundings within so many radii of the scene take light from a crease. */
+const OCCLUSION_REACH = 0.07;
+/** A pixel is lit if it covers more of the background than this, of 255. */
 const LIT_THRESHOLD = 3;
+/** A change of view from the keyboard takes so long (ms). */
+const EASE = 280;
 /** Radians, pixels and share of the distance that one key press moves. */
 const KEY_ANGLE = Math.PI / 24;
 const KEY_PIXELS = 40;
@@ -28,6 +30,8 @@ const KEY_ZOOM = 0.85;
 
 export const rgb = ([red, green, blue]: readonly [number, number, number]): Color =>
   new Color().setRGB(red / 255, green / 255, blue / 255, SRGBColorSpace);
+
+type Prepare = (renderer: WebGLRenderer, camera: PerspectiveCamera, quality: Quality) => void;
 
 /** The view from the start. */
 export interface Home {
@@ -46,22 +50,26 @@ export class Stage {
   private readonly scene = new Scene();
   private readonly camera = new PerspectiveCamera(FIELD_OF_VIEW);
   private readonly controls: OrbitControls;
-  private readonly light = new DirectionalLight(0xfffaf2, 2.6);
+  private readonly lights = new Lights();
+  private readonly occlusion: Occlusion;
+  private readonly pace = new Pace(() => this.draw('fine'));
   private home: Home | null = null;
   private requested = false;
   /** The view is that from the start, which is fitted to the picture. */
   private atHome = true;
 
+  /** What has to be drawn aside before the scene is. */
+  private prepare: Prepare | null = null;
+  private easing: { since: number; eye: Vector3; target: Vector3; toEye: Vector3; toTarget: Vector3 } | null = null;
+
   /** Throws if there is no WebGL 2. `lost` hears that the graphics are gone, or back. */
-  constructor(canvas: HTMLCanvasElement, private readonly host: HTMLElement, damped: boolean, lost: (lost: boolean) => void) {
-    this.renderer = new WebGLRenderer({ canvas, antialias: true, powerPreference: 'high-performance' });
+  constructor(canvas: HTMLCanvasElement, private readonly host: HTMLElement, private readonly damped: boolean, lost: (lost: boolean) => void) {
+    // The page's background shows where nothing is drawn.
+    this.renderer = new WebGLRenderer({ canvas, antialias: true, alpha: true, powerPreference: 'high-performance' });
     this.renderer.shadowMap.enabled = true;
     this.renderer.shadowMap.type = PCFShadowMap;
-    this.scene.background = rgb(BACKGROUND);
-    this.light.castShadow = true;
-    this.light.shadow.mapSize.set(SHADOW_PIXELS, SHADOW_PIXELS);
-    this.light.shadow.autoUpdate = false;
-    this.scene.add(this.light, this.light.target, new HemisphereLight(0xdfe8f5, 0x4a4640, 1.5));
+    this.occlusion = new Occlusion(this.renderer);
+    this.scene.add(...this.lights.objects);
 
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.enableDamping = damped;
@@ -69,7 +77,10 @@ export class Stage {
     this.controls.mouseButtons = { LEFT: MOUSE.ROTATE, MIDDLE: MOUSE.DOLLY, RIGHT: MOUSE.PAN };
     this.controls.touches = { ONE: TOUCH.ROTATE, TWO: TOUCH.DOLLY_PAN };
     this.controls.addEventListener('change', () => this.request());
-    this.controls.addEventListener('start', () => (this.atHome = false));
+    this.controls.addEventListener('start', () => {
+      this.atHome = false;
+      this.easing = null;
+    });
 
     canvas.addEventListener('webglcontextlost', () => lost(true));
     canvas.addEventListener('webglcontextrestored', () => {
@@ -80,35 +91,56 @@ export class Stage {
     this.resize();
   }
 
-  add(...objects: Object3D[]): void {
+  /** Draws these; `prepare` runs before each picture. */
+  add(objects: Object3D[], prepare: Prepare): void {
     this.scene.add(...objects);
+    this.prepare = prepare;
   }
 
   /** Looks at a scene, and lights it. */
   look(home: Home): void {
     const { radius } = home;
     this.home = home;
+    this.lights.aim(home.camera, radius);
     this.camera.near = 0.01 * radius;
     this.camera.far = 100 * radius;
     this.controls.minDistance = 0.03 * radius;
     this.controls.maxDistance = 30 * radius;
-    this.lightUp(radius);
-    this.goHome();
+    this.goHome('at once');
   }
 
   /** The view from the start. */
-  goHome(): void {
+  goHome(how: 'at once' | 'eased'): void {
     if (this.home === null) return;
     this.atHome = true;
     this.stop();
     const { camera, corners } = this.home;
     const target = new Vector3(...camera.target);
     const toEye = new Vector3(...camera.eye).sub(target).normalize();
-    this.controls.target.copy(target);
-    this.camera.position.copy(target).addScaledVector(toEye, MARGIN * this.distance(target, toEye, corners));
+    const eye = target.clone().addScaledVector(toEye, MARGIN * this.distance(target, toEye, corners));
     this.camera.updateProjectionMatrix();
+    if (how === 'eased' && this.damped) {
+      this.easing = { since: performance.now(), eye: this.camera.position.clone(), target: this.controls.target.clone(), toEye: eye, toTarget: target };
+    } else {
+      this.easing = null;
+      this.controls.target.copy(target);
+      this.camera.position.copy(eye);
+    }
     this.controls.update();
     this.request();
+  }
+
+  /** Moves the view along with what it follows, by so much (m). */
+  shift(by: Vector): void {
+    const step = new Vector3(...by);
+    this.controls.target.add(step);
+    this.camera.position.add(step);
+    this.atHome = false;
+  }
+
+  /** The point in the middle of the view. */
+  target(): Vector {
+    return this.controls.target.toArray();
   }
 
   move(move: Move): void {
@@ -132,44 +164,60 @@ export class Stage {
 
   /** Objects moved or look different: their shadows are drawn anew, too. */
   changed(): void {
-    this.light.shadow.needsUpdate = true;
+    this.lights.changed();
     this.request();
   }
 
   /** As `changed`, and at once. */
   drawChanged(): void {
-    this.light.shadow.needsUpdate = true;
-    this.draw();
+    this.lights.changed();
+    this.draw(this.pace.quality('scene'));
   }
 
   /** Draws before the next picture of the screen. */
   request(): void {
     if (this.requested) return;
     this.requested = true;
-    requestAnimationFrame(() => {
+    requestAnimationFrame((now) => {
       this.requested = false;
+      this.ease(now);
       this.controls.update();
-      this.draw();
+      this.draw(this.pace.quality('view'));
     });
   }
 
-  draw(): void {
-    this.renderer.render(this.scene, this.camera);
+  draw(quality: Quality): void {
+    this.sharpen(quality === 'coarse' ? 0.5 : 1);
+    this.prepare?.(this.renderer, this.camera, quality);
+    if (quality === 'fine' && this.home !== null) this.occlusion.render(this.scene, this.camera, OCCLUSION_REACH * this.home.radius);
+    else this.renderer.render(this.scene, this.camera);
+    this.pace.drawn(quality);
   }
 
   /** Share of the pixels that differ from the background. */
   litShare(): number {
-    this.draw();
+    const pixels = this.pixels();
+    let lit = 0;
+    for (let at = 3; at < pixels.length; at += 4) if (pixels[at] > LIT_THRESHOLD) lit++;
+    return lit / Math.max(1, pixels.length / 4);
+  }
+
+  /** Red, green, blue and coverage of each pixel, from rows at the bottom to those at the top. */
+  pixels(quality: Quality = 'plain'): Uint8Array {
+    this.draw(quality);
     const gl = this.renderer.getContext();
     const { drawingBufferWidth: width, drawingBufferHeight: height } = gl;
     const pixels = new Uint8Array(4 * width * height);
     gl.readPixels(0, 0, width, height, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
+    return pixels;
+  }
 
-    let lit = 0;
-    for (let at = 0; at < pixels.length; at += 4) {
-      if (BACKGROUND.some((channel, index) => Math.abs(pixels[at + index] - channel) > LIT_THRESHOLD)) lit++;
-    }
-    return lit / Math.max(1, width * height);
+  /** Turns the view to the left (radians), at once. */
+  turn(angle: number): void {
+    this.stop();
+    this.controls.rotateLeft(angle);
+    this.controls.update();
+    this.atHome = false;
   }
 
   /** What draws, in the words of the browser. */
@@ -200,37 +248,40 @@ export class Stage {
     return Math.max(...distances, this.controls.minDistance);
   }
 
-  private lightUp(radius: number): void {
-    if (this.home === null) return;
-    const { eye, target } = this.home.camera;
-    const toCamera = new Vector3(eye[0] - target[0], 0, eye[2] - target[2]).normalize();
-    const right = new Vector3(0, 1, 0).cross(toCamera);
-    sun.value.set(0, SUN.y, 0).addScaledVector(right, SUN.x).addScaledVector(toCamera, SUN.z);
-    this.light.target.position.set(...target);
-    this.light.position.copy(sun.value).multiplyScalar(4 * radius).add(this.light.target.position);
+  /** Goes on with a change of view: fast at first, then slower. */
+  private ease(now: number): void {
+    if (this.easing === null) return;
+    const { since, eye, target, toEye, toTarget } = this.easing;
+    const left = 1 - Math.min(Math.max(now - since, 0) / EASE, 1);
+    const share = 1 - left ** 3;
+    this.camera.position.lerpVectors(eye, toEye, share);
+    this.controls.target.lerpVectors(target, toTarget, share);
+    if (left === 0) this.easing = null;
+    else this.request();
+  }
 
-    const { camera } = this.light.shadow;
-    const reach = 1.7 * radius;
-    Object.assign(camera, { left: -reach, right: reach, top: reach, bottom: -reach, near: 0.5 * radius, far: 8 * radius });
-    camera.updateProjectionMatrix();
-    this.light.shadow.normalBias = (3 * reach) / SHADOW_PIXELS;
-    this.light.shadow.bias = -0.004;
-    this.changed();
+  /** Pixels of the picture over those of the page. */
+  private sharpen(share: number): void {
+    const ratio = share * Math.min(window.devicePixelRatio, MOST_PIXEL_RATIO);
+    if (this.renderer.getPixelRatio() === ratio) return;
+    this.renderer.setPixelRatio(ratio);
+    height.value = this.renderer.domElement.height;
   }
 
   private resize(): void {
     const width = Math.max(1, this.host.clientWidth);
     const tall = Math.max(1, this.host.clientHeight);
-    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, MOST_PIXEL_RATIO));
+    this.sharpen(1);
     this.renderer.setSize(width, tall, false);
+    this.pace.reset();
     this.camera.aspect = width / tall;
     // It is that of the shorter side, or nearly so: a narrow screen shows the middle of the scene.
     const half = Math.tan((FIELD_OF_VIEW * Math.PI) / 360) / Math.min(1, 1.25 * this.camera.aspect);
     this.camera.fov = (360 / Math.PI) * Math.atan(half);
     this.camera.updateProjectionMatrix();
     height.value = this.renderer.domElement.height;
-    if (this.atHome) this.goHome();
+    if (this.atHome) this.goHome('at once');
     // At once, since the canvas is empty now.
-    this.draw();
+    this.draw('plain');
   }
 }

@@ -1,14 +1,16 @@
 // A scene on a stage: what is drawn of each frame.
 //
-// Enters: a scene and its first frame, then frames. Leaves: a picture. Particles may be far from the world's origin,
-// so everything is drawn relative to an origin of the scene's own, from which positions are exact to the step.
+// Enters: a scene, its first frame, the bounds of its motion, then frames. Leaves: a picture. Particles may be far from
+// the world's origin, so everything is drawn relative to an origin of the scene's own, from which positions are exact to
+// the step.
 
 import { BufferAttribute, DynamicDrawUsage } from 'three';
-import { bodyBounds, cameraOf, sceneBounds } from './camera.ts';
+import { cameraOf, sceneBounds } from './camera.ts';
 import { Cloth } from './cloth.ts';
 import { Colliders } from './colliders.ts';
-import type { Legend } from './coloring.ts';
-import { Bounds, minus } from './geometry.ts';
+import type { Legend, Theme } from './coloring.ts';
+import { type Bounds, minus, unit } from './geometry.ts';
+import { colorGround, showGrid } from './ground.ts';
 import { restore } from './packed.ts';
 import type { Frame, Scene, Vector } from './scene.ts';
 import { Snow } from './snow.ts';
@@ -20,20 +22,28 @@ export class View {
   private readonly cloth: Cloth;
   private readonly snow: Snow;
   private readonly colliders: Colliders;
+  private wireframe = false;
+  private falseColors = false;
+  /** Index of the body that the view follows, and where its middle was; null for none. */
+  private followed: { body: number; middle: Vector } | null = null;
 
-  constructor(private readonly stage: Stage, scene: Scene, private shown: Frame) {
-    this.origin = originOf(shown);
+  /** `bodies` are the bounds of all bodies in the whole recording. */
+  constructor(private readonly stage: Stage, private readonly scene: Scene, private shown: Frame, bodies: Bounds) {
+    const [x, y, z] = bodies.center();
+    this.origin = [Math.round(x), Math.round(y), Math.round(z)];
     this.local = new BufferAttribute(new Float32Array(3 * scene.particleCount), 3).setUsage(DynamicDrawUsage);
     this.writePositions(shown);
 
-    const bodies = bodyBounds(scene, (particle) => position(shown, particle));
     const all = sceneBounds(scene, bodies);
-    this.cloth = new Cloth(scene.bodies, this.local);
+    const { eye, target } = cameraOf(scene, all, bodies);
+    this.cloth = new Cloth(scene.bodies, this.local, unit(minus(eye, target)) ?? [0, 1, 0]);
     this.snow = new Snow(scene, this.local, shown.scalar);
     this.colliders = new Colliders(scene.colliders, all, this.origin);
-    stage.add(...this.colliders.objects, ...this.cloth.objects, ...this.snow.objects);
+    const { surface } = this.snow;
+    stage.add([...this.colliders.objects, ...this.cloth.objects, ...this.snow.objects], (renderer, camera, quality) => {
+      if (this.snow.isSurface) surface!.prepare(renderer, camera, quality);
+    });
 
-    const { eye, target } = cameraOf(scene, all, bodies);
     const local = (point: Vector) => minus(point, this.origin);
     stage.look({ camera: { eye: local(eye), target: local(target) }, corners: all.corners().map(local), radius: all.radius() });
     this.show(shown);
@@ -46,13 +56,63 @@ export class View {
     this.cloth.update();
     this.snow.update(frame.scalar);
     this.colliders.update(frame.time);
+    if (this.followed !== null) {
+      const middle = this.middle(this.followed.body);
+      this.stage.shift(minus(middle, this.followed.middle));
+      this.followed.middle = middle;
+    }
     this.stage.drawChanged();
   }
 
   toggleWireframe(): boolean {
-    const wireframe = this.cloth.toggleWireframe();
+    this.wireframe = !this.wireframe;
+    this.cloth.showEdges(this.wireframe);
+    this.snow.showPoints(this.wireframe);
     this.stage.changed();
-    return wireframe;
+    return this.wireframe;
+  }
+
+  /** Switches between white snow and the colours of what the recording says of each particle. */
+  toggleColors(): boolean {
+    this.falseColors = this.snow.showFalseColors(!this.falseColors);
+    this.stage.changed();
+    return this.falseColors;
+  }
+
+  get hasColors(): boolean {
+    return this.snow.hasColors;
+  }
+
+  /** Follows the middle of the next body, or of none after the last: its name, or null. */
+  followNext(): string | null {
+    const body = this.followed === null ? 0 : this.followed.body + 1;
+    if (body >= this.scene.bodies.length) {
+      this.followed = null;
+      return null;
+    }
+    const middle = this.middle(body);
+    this.stage.shift(minus(middle, this.stage.target()));
+    this.followed = { body, middle };
+    this.stage.request();
+    return this.scene.bodies[body].name;
+  }
+
+  setTheme(theme: Theme): void {
+    colorGround(theme);
+    this.cloth.colorEdges(theme);
+    this.stage.changed();
+  }
+
+  /** Share of the pixels that lines of the grid change, from so many directions around the scene. */
+  gridShares(directions: number): number[] {
+    return Array.from({ length: directions }, () => {
+      this.stage.turn((2 * Math.PI) / directions);
+      const pixels = this.stage.pixels('coarse');
+      showGrid(false);
+      const bare = this.stage.pixels('coarse');
+      showGrid(true);
+      return pixels.filter((value, at) => at % 4 === 0 && value !== bare[at]).length / (pixels.length / 4);
+    });
   }
 
   legend(): Legend | null {
@@ -62,6 +122,14 @@ export class View {
   /** Positions of the shown frame (m), in the world. */
   positions(): Float32Array {
     return restore(this.shown.numbers, this.shown.step);
+  }
+
+  /** Mean position of a body's particles, as it is drawn (m). */
+  private middle(body: number): Vector {
+    const { firstParticle, particleCount } = this.scene.bodies[body];
+    const sum = [0, 0, 0];
+    for (let i = 3 * firstParticle; i < 3 * (firstParticle + particleCount); i++) sum[i % 3] += this.local.array[i];
+    return sum.map((axis) => axis / Math.max(particleCount, 1)) as unknown as Vector;
   }
 
   private writePositions({ numbers, step }: Frame): void {
@@ -74,16 +142,4 @@ export class View {
     }
     this.local.needsUpdate = true;
   }
-}
-
-function position({ numbers, step }: Frame, particle: number): Vector {
-  return [numbers[3 * particle] * step, numbers[3 * particle + 1] * step, numbers[3 * particle + 2] * step];
-}
-
-/** Centre of a frame's bounds, in whole metres. */
-function originOf(frame: Frame): Vector {
-  const bounds = new Bounds();
-  for (let particle = 0; 3 * particle < frame.numbers.length; particle++) bounds.add(position(frame, particle));
-  const [x, y, z] = bounds.center();
-  return [Math.round(x), Math.round(y), Math.round(z)];
 }

@@ -1,5 +1,5 @@
 // Opens a recording from disk in a headless Chromium and checks that it is drawn: node tests/browser.mjs FILE.html
-// [--picture OUT.png --width W --height H --frame N]. Prints a line of JSON. CHROMIUM names the browser.
+// [--picture OUT.png --width W --height H --frame N] [--grid]. Prints a line of JSON. CHROMIUM names the browser.
 
 import assert from 'node:assert/strict';
 import { createHash } from 'node:crypto';
@@ -9,10 +9,14 @@ import { parseArgs } from 'node:util';
 import { chromium } from 'playwright-core';
 
 const LEAST_LIT = 0.05;
+/** Lines of the ground are seen from all of these directions, as this share of the pixels. */
+const DIRECTIONS = 36;
+const LEAST_GRID = 0.004;
 /** The second picture that is compared with that of frame 0. */
 const LATER = 100;
 
 const options = Object.fromEntries(['picture', 'width', 'height', 'frame'].map((name) => [name, { type: 'string' }]));
+options.grid = { type: 'boolean' };
 const { values, positionals: [file] } = parseArgs({ options, allowPositionals: true });
 assert.ok(file, 'a file is needed: node tests/browser.mjs FILE.html');
 const url = pathToFileURL(resolve(file)).href;
@@ -69,6 +73,11 @@ async function check(page) {
   if (later > 0) assert.notEqual(first, second, `frames 0 and ${later} look the same`);
   const lit = await page.evaluate(() => window.nappe.litShare());
   assert.ok(lit >= LEAST_LIT, `${lit} of the pixels are lit, less than ${LEAST_LIT}`);
+
+  if (values.grid) {
+    const shares = await page.evaluate((directions) => window.nappe.gridShares(directions), DIRECTIONS);
+    assert.ok(Math.min(...shares) >= LEAST_GRID, `lines of the grid change ${shares.map((share) => share.toFixed(4))} of the pixels`);
+  }
 
   const { renderer, seconds, bytes, finite } = await page.evaluate(async () => {
     const measured = await window.nappe.measure();
