@@ -1,4 +1,5 @@
-//! Documents speak of what stands: links, scenes, laws, decisions, versions.
+//! Documents speak of what stands: links, scenes, laws, decisions, versions. No comment in them is torn: each that
+//! ends has begun, so that its end is not shown as text.
 
 use crate::{
     assert_none,
@@ -15,6 +16,34 @@ fn against_links(page: &Source) -> Vec<String> {
         !tree::root().join(folder).join(file).exists()
     });
     missing.map(|target| format!("{}: the link to {target} leads nowhere", page.path)).collect()
+}
+
+/// Comments of a page that end without having begun, or begin without an end. Code may hold arrows.
+fn against_torn_comments(page: &Source) -> Vec<String> {
+    let mut complaints = Vec::new();
+    let mut in_code = false;
+    let mut is_open = false;
+    for (index, line) in page.text.lines().enumerate() {
+        if line.trim_start().starts_with("```") {
+            in_code = !in_code;
+        }
+        if in_code || line.starts_with("    ") {
+            continue;
+        }
+        // Every second piece is in backquotes.
+        for text in line.split('`').step_by(2) {
+            let mut marks: Vec<_> = text.match_indices("<!--").chain(text.match_indices("-->")).collect();
+            marks.sort_unstable();
+            for (_, mark) in marks {
+                if mark == "-->" && !is_open {
+                    complaints.push(format!("{}:{}: --> ends no comment", page.path, index + 1));
+                }
+                is_open = mark == "<!--";
+            }
+        }
+    }
+    complaints.extend(is_open.then(|| format!("{}: a comment has no end", page.path)));
+    complaints
 }
 
 /// Names that no page speaks of, each in backquotes or as the end of a path.
@@ -66,6 +95,13 @@ fn every_link_between_pages_leads_somewhere() {
 }
 
 #[test]
+fn no_page_holds_a_torn_comment() {
+    let pages = tree::sources(|path| tree::has_extension(path, "md"));
+    assert!(pages.iter().any(|page| page.text.contains("<!--")), "pages have comments");
+    assert_none(&pages.iter().flat_map(against_torn_comments).collect::<Vec<_>>());
+}
+
+#[test]
 fn every_shipped_scene_is_described() {
     let scenes = stems("server/scenes/", "toml");
     assert!(scenes.len() > 3, "there are scenes: {scenes:?}");
@@ -111,6 +147,11 @@ fn the_citation_names_the_version_that_is_built() {
 fn the_rules_find_what_they_are_for() {
     let page = Source::example("docs/x.md", "[a](../Cargo.toml#b) [c](nowhere.md) [d](https://e.org)");
     assert_eq!(against_links(&page), ["docs/x.md: the link to nowhere.md leads nowhere"]);
+    let torn = |text: &str| against_torn_comments(&Source::example("docs/x.md", text));
+    assert_eq!(torn("## A\" of x.md,\nby a program. -->\n"), ["docs/x.md:2: --> ends no comment"]);
+    assert_eq!(torn("<!-- a -->\n\n-->\n"), ["docs/x.md:3: --> ends no comment"]);
+    assert_eq!(torn("<!-- a\n\ntext\n"), ["docs/x.md: a comment has no end"]);
+    assert_none(&torn("<!-- a\nb -->\n\n    A --> B\n\n`A --> B`\n```text\nA --> B\n```\n"));
     let config = "#[arg(long, env = \"A\")]\npub max_sessions: u32,\n#[arg(long = \"allow-origin\")]\npub origins: u8,\npub plain: u8,";
     assert_eq!(settings(config), ["--max-sessions", "--allow-origin"]);
     assert_eq!(against_silence("p", &["flag".to_owned(), "demo".to_owned()], "the `demo` scene").len(), 1);
