@@ -78,7 +78,7 @@ pub struct RankSettings {
     /// ranks start.
     #[arg(long, env = "NAPPE_LINK_ADDRESS", value_name = "HOST", default_value_t = RankSettings::default().link_address)]
     pub link_address: String,
-    /// What starts ranks, words apart by blanks: {ranks} stands for their number, {program} for the program.
+    /// What starts ranks: words separated by spaces, run without a shell. {ranks} stands for their number, {program} for the program.
     #[arg(long, env = "NAPPE_LAUNCHER", value_name = "TEXT", default_value_t = RankSettings::default().launcher)]
     pub launcher: String,
     /// Seconds without a word of ranks that work after which they are lost, 5 or more; rank 0 gives a sign of life every 2 s,

@@ -1,4 +1,4 @@
-//! Plans: right enough by an independent method, about as cheap as the cheapest row of a whole chart, run to the end of the scene, and
+//! Plans: accurate enough by an independent method, about as cheap as the cheapest row of a whole chart, run to the end of the scene, and
 //! honest where nothing is.
 
 use std::time::Duration;
@@ -180,7 +180,7 @@ fn nothing_is_met_that_there_was_no_time_to_verify() {
         assert!(!found.is_met || half.is_some(), "{milliseconds} ms: {:?}", found.verified);
         let is_run = found.reach.as_ref().is_some_and(|reach| reach.until >= found.chart.until() - 1e-9);
         assert!(!found.is_met || is_run, "{milliseconds} ms: {:?}", found.reach);
-        // What is right enough and not met was cut, and says so.
+        // What is accurate enough and not met was cut, and says so.
         let is_cut = found.verified.is_some_and(|verified| verified.is_cut);
         assert!(
             found.is_met || found.verified.is_none() || is_cut || !is_run,
@@ -244,7 +244,7 @@ fn a_plan_takes_about_as_little_as_the_cheapest_row_of_a_whole_chart() {
             let shorter = times - found.chart.until();
             assert!(shorter > -1e-9 && shorter < DT, "{name}: both windows");
             let good = whole.rows.iter().filter(|row| row.error().is_some_and(|error| error <= tolerance));
-            let least = good.map(Row::count).min().expect("a row that is right enough");
+            let least = good.map(Row::count).min().expect("a row that is accurate enough");
             // A step is halved where the error of the longer one does not fall by its order yet.
             let verified = found.verified.expect("it was verified");
             let limit = 1.5 * f64::from(verified.halvings).exp2();

@@ -86,7 +86,7 @@ pub fn stability_pictures(scene: &str, stability: &Stability, style: &Style) -> 
     Ok(pictures)
 }
 
-/// On what share of several scenes each method is within a factor of the cheapest that is right enough.
+/// On what share of several scenes each method is within a factor of the cheapest that is accurate enough.
 ///
 /// # Errors
 /// What the plotter cannot make pixels of.

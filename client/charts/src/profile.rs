@@ -26,7 +26,7 @@ fn tops(line: &Line) -> Vec<[f64; 2]> {
     ratios.into_iter().map(|ratio| [ratio, share(ratio)]).collect()
 }
 
-/// All corners of its steps until an end; none where it is nowhere right enough.
+/// All corners of its steps until an end; none where it is nowhere accurate enough.
 fn corners(line: &Line, end: f64) -> Vec<[f64; 2]> {
     let mut corners = Vec::new();
     let mut share = 0.0;
@@ -72,7 +72,7 @@ pub(crate) fn picture(profile: &Profile, style: &Style) -> Result<Picture, Strin
     canvas.finish()
 }
 
-/// The lines that are right enough somewhere, with the looks of the best of them.
+/// The lines that are accurate enough somewhere, with the looks of the best of them.
 fn looks(profile: &Profile) -> Vec<(&Line, Option<Look>)> {
     let mut methods: Vec<&str> = Vec::new();
     let mut lines = Vec::new();

@@ -135,7 +135,7 @@ pub(crate) static COLLIDER: Section = Section {
         key("margin", Number(Range(0.0, 1e3)), "m", Default("0.0"), "distance from the surface at which a particle touches: half the cloth's thickness"),
         key("contact", Choice(|| Contact::ALL.map(Contact::name).to_vec()), "", Default("\"separating\""), "how snow meets it: sticky (it moves with the surface), slip (it neither enters nor leaves, and slides with friction), separating (it may leave, and slides with friction while pressed on); cloth always separates"),
         key("recovery", Number(Range(1e-6, 1e3)), "m/s", Default("1.0"), "speed at which cloth that is inside at the start of a sub-step is pushed out, which gives it no velocity"),
-        key("on_start_inside", Choice(|| StartInside::ALL.map(StartInside::name).to_vec()), "", Default("\"warn\""), "what becomes of cloth that begins inside, and of snow that begins inside by more than a cell: warn (it begins there, and is told), refuse (the scene is refused), lift (cloth is moved out along the nearest way, before its springs are made; snow that begins inside at all is left out; both are told). Pins may begin inside"),
+        key("on_start_inside", Choice(|| StartInside::ALL.map(StartInside::name).to_vec()), "", Default("\"warn\""), "what happens to cloth that begins inside, and to snow that begins inside by more than a cell: warn (it begins there, and is told), refuse (the scene is refused), lift (cloth is moved out along the nearest way, before its springs are made; snow that begins inside at all is left out; both are told). Pins may begin inside"),
     ],
     alternatives: Alternatives::OneChosen,
 };

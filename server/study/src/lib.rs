@@ -5,7 +5,7 @@
 //! horizon of the scene, which [`scan`] finds. What it leaves is a row per run:
 //!
 //! - [`chart()`]: error against cost;
-//! - [`plan()`]: the cheapest setting that is right enough, and what the scene can do without;
+//! - [`plan()`]: the cheapest setting that is accurate enough, and what the scene can do without;
 //! - [`stability()`]: the longest step that each method takes, and maps of it;
 //! - [`gallery`]: scenes in which programs of this kind fail.
 //!

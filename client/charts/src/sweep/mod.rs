@@ -45,7 +45,7 @@ mod tests {
         ];
         for values in one {
             let picture = picture(&sweep(&["drag"], values)).expect("a picture");
-            for words in ["drag", "sum", "max_stretch", "came to their end", "crossed"] {
+            for words in ["drag", "sum", "max_stretch", "runs finished", "crossed"] {
                 assert!(picture.svg.contains(words), "{words}: {values:?}");
             }
         }

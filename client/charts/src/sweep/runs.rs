@@ -57,11 +57,11 @@ impl Sweep {
         Some((least, greatest))
     }
 
-    /// How many runs came to their end, and where a quantity is least and greatest, in sentences.
+    /// How many runs finished, and where a quantity is least and greatest, in sentences.
     pub(super) fn sentence(&self, place: usize) -> String {
         let ok = self.runs.iter().filter(|run| run.measured.is_some()).count();
         let failed = self.runs.len() - ok;
-        let mut text = format!("{ok} of {} runs came to their end", self.count);
+        let mut text = format!("{ok} of {} runs finished", self.count);
         if failed > 0 {
             let verb = if failed == 1 { "did not, and is crossed" } else { "did not, and are crossed" };
             text = format!("{text}; {failed} {verb}");

@@ -171,7 +171,7 @@ pub(crate) fn text(profile: &Profile) -> String {
     if rows.is_empty() { summary } else { format!("{}\n\n{summary}", table(&columns, &rows)) }
 }
 
-/// How many scenes there are, and on which of them nothing is right enough.
+/// How many scenes there are, and on which of them nothing is accurate enough.
 fn summary(profile: &Profile) -> String {
     let (count, tolerance) = (profile.scenes.len(), length(profile.tolerance));
     let unsolved = profile.unsolved();

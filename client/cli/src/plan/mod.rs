@@ -48,7 +48,7 @@ pub(crate) fn said(subject: &Subject, plan: &Plan, written: &[PathBuf]) -> impl 
     document::Document::new(subject, plan, rest)
 }
 
-/// The text of the scene as a plan has it; none where nothing is right enough.
+/// The text of the scene as a plan has it; none where nothing is accurate enough.
 pub(crate) fn scene_text(name: &str, scene: &Scene, plan: &Plan) -> Option<String> {
     scene::planned(scene, name, plan).filter(|_| plan.is_met)
 }

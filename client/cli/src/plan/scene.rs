@@ -47,7 +47,7 @@ pub(crate) fn case_without(
     case.map_err(|error| error.to_string())
 }
 
-/// The text of the scene as a plan has it, all else as it was but comments; none where nothing is right enough.
+/// The text of the scene as a plan has it, all else as it was but comments; none where nothing is accurate enough.
 pub(super) fn planned(scene: &Scene, name: &str, plan: &Plan) -> Option<String> {
     let (row, reach) = (plan.row.as_ref()?, plan.reach.as_ref()?);
     let is_gone = |term: &&Term| term.is_left_out && plan.reduced.is_some();

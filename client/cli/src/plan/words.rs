@@ -130,7 +130,7 @@ fn quicker(plan: &Plan) -> Option<String> {
     Some(format!("Here {} took less: {seconds} per simulated second.", setting(quicker)))
 }
 
-/// What it would take, and until when it is right enough as it is.
+/// What it would take, and until when it is accurate enough as it is.
 fn needed(plan: &Plan, row: &Row) -> Option<String> {
     let tolerance = length(plan.chart.tolerance);
     let far = row.error().is_some_and(|error| error > plan.chart.tolerance);
@@ -155,7 +155,7 @@ fn needed(plan: &Plan, row: &Row) -> Option<String> {
     }
 }
 
-/// What keeps up with real time, where nothing is right enough.
+/// What keeps up with real time, where nothing is accurate enough.
 fn real_time(plan: &Plan) -> Option<String> {
     let row = plan.real_time.as_ref().filter(|_| !plan.is_met)?;
     let error = row.error().map_or_else(String::new, length);

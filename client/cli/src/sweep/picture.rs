@@ -59,7 +59,7 @@ fn why_none(columns: &Columns<'_>, table: &Table) -> Option<String> {
         (3.., _) => Some(format!("it shows one key or two, and there are {keys}")),
         (_, 1) => Some("it compares runs, and there is one".to_owned()),
         (_, runs) if runs > MOST => Some(format!("it shows {MOST} runs at most, and there are {runs}")),
-        _ if table.ok_count() == 0 => Some("no run came to its end".to_owned()),
+        _ if table.ok_count() == 0 => Some("no run finished".to_owned()),
         _ => None,
     }
 }

@@ -1,4 +1,4 @@
-//! The rows of a sweep on disk: one line as each run ends, sorted in the end. Started again, it goes on where it was.
+//! The rows of a sweep on disk: one line as each run ends, sorted in the end. Started again, it resumes.
 
 use std::{
     collections::BTreeMap,
@@ -111,7 +111,7 @@ impl Table {
         self.lines.values().map(|line| fields(line.trim_end()))
     }
 
-    /// How many runs came to their end.
+    /// How many runs finished.
     pub(crate) fn ok_count(&self) -> usize {
         self.rows().filter(|row| is_ok(row)).count()
     }
@@ -141,7 +141,7 @@ impl Table {
     }
 }
 
-/// Whether the run of a row came to its end.
+/// Whether the run of a row finished.
 pub(crate) fn is_ok(row: &[String]) -> bool {
     let place = AFTER.iter().rev().position(|name| *name == "outcome");
     place.and_then(|place| row.iter().rev().nth(place)).is_some_and(|outcome| outcome == "ok")

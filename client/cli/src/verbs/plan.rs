@@ -1,4 +1,4 @@
-//! `nappe plan`: the cheapest setting that is right enough, for a scene of the user's.
+//! `nappe plan`: the cheapest setting that is accurate enough, for a scene of the user's.
 
 use std::{
     path::{Path, PathBuf},
@@ -18,7 +18,7 @@ use crate::{
     write::{self, ForceArgs},
 };
 
-/// Find the cheapest method, step and precision that is right enough for a scene
+/// Find the cheapest method, step and precision that is accurate enough for a scene
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Examples:
@@ -27,8 +27,8 @@ Examples:
   nappe plan flag --tolerance 1mm --method velocity_verlet,bdf2_absolute --json
 
 It finds the predictability horizon of the scene, computes a reference until then, and shortens the steps of every
-method in both precisions until one is right enough at every step of the scene and the others would cost more. That one
-is run with half its step, and as a scene to the end of the scene. Where nothing is right enough, it says what it would
+method in both precisions until one is accurate enough at every step of the scene and the others would cost more. That one
+is run with half its step, and as a scene to the end of the scene. Where nothing is accurate enough, it says what it would
 take. Of snow it makes the chart of `nappe chart` and takes the cheapest row on the scene's cells.
 
 It writes plan.csv, a row per run, plan.json, and a picture. docs/plan.md says what a plan promises. With --json the last line
@@ -72,7 +72,7 @@ pub(crate) struct PlanArgs {
 ///
 /// # Errors
 /// When the scene cannot be read or has neither cloth nor snow, an option asks for what does not exist, a file cannot be written,
-/// or the user ends it. That nothing is right enough is an answer, and no error.
+/// or the user ends it. That nothing is accurate enough is an answer, and no error.
 pub(crate) fn run(args: &PlanArgs) -> Result<()> {
     let begin = Instant::now();
     let source = Source::read(&args.scene, "plan")?;

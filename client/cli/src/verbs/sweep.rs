@@ -34,9 +34,9 @@ schema before anything runs, and meshes are read once, at the start.
 Measures are taken at the end of each run: of a body NAME, body.NAME.lowest and .highest (y, m), .centre.x, .y and .z (of mass, m),
 .fastest (m/s), .particle.N.x, .y and .z (m, N from 0 on); the same of an object of snow, snow.NAME.lowest and so on.
 
-It writes sweep.csv, a row per run as it ends, in the order of the combinations in the end, sweep.json, what was asked for, and
-with one key or two a picture, sweep.svg and sweep.png. Started again with the same arguments, scene and meshes it goes on where it
-was, and with --force it begins anew. With --json the last line is one object with the paths.")]
+It writes sweep.csv, one row per run, appended as runs end and sorted when all are done; sweep.json, what was asked for; and with
+one key or two a picture, sweep.svg and sweep.png. An interrupted sweep resumes when it is started again with the same arguments,
+scene and meshes; with --force it begins anew. With --json the last line is one object with the paths.")]
 pub(crate) struct SweepArgs {
     /// A shipped scene's name, or a scene file (.toml) with its meshes beside it
     scene: String,
@@ -101,7 +101,7 @@ pub(crate) fn run(args: &SweepArgs) -> Result<()> {
     say(args, &table, &written)?;
     if !table.is_complete() {
         let message = format!(
-            "interrupted: sweep.csv has {} of {runs} runs; started again it goes on where it was",
+            "interrupted: sweep.csv has {} of {runs} runs; it resumes when it is started again",
             table.len()
         );
         return Err(CliError::new(Exit::Interrupted, message));
@@ -180,6 +180,10 @@ fn say(args: &SweepArgs, table: &Table, written: &[PathBuf]) -> Result<()> {
         "complete": table.is_complete(),
         "files": written,
     });
-    let words = format!("{rows} of {runs} runs: {ok} came to their end, {} did not.", rows - ok);
+    let finished = format!("{ok} of {runs} runs finished");
+    let words = match rows - ok {
+        0 => format!("{finished}."),
+        others => format!("{finished}; {others} did not."),
+    };
     files::say(args.output.format(), &json, &words, written)
 }

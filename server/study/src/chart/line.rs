@@ -12,7 +12,7 @@ use crate::{
 /// Why a method was given up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Dropped {
-    /// It takes more evaluations and products than others that are right enough.
+    /// It takes more evaluations and products than others that are accurate enough.
     Costly,
     /// Three of its rows failed, one after another.
     Fails,
@@ -29,7 +29,7 @@ impl Dropped {
     pub const fn why(self) -> &'static str {
         match self {
             Self::Costly => "costs more than the cheapest",
-            Self::Fails => "three steps in a row fail",
+            Self::Fails => "failed at three step sizes",
             Self::Flat => "its error no longer falls",
             Self::Shortest => "it has no shorter steps",
             Self::Time => "out of time",
@@ -62,7 +62,7 @@ pub(crate) struct Line {
     pub(crate) row: Option<usize>,
     /// Seconds that its last row took.
     pub(crate) seconds: f64,
-    /// What its next row takes at least, and what is expected of the row that is right enough, in units of the search.
+    /// What its next row takes at least, and what is expected of the row that is accurate enough, in units of the search.
     pub(crate) cost: f64,
     pub(crate) expected: f64,
     pub(crate) is_right: bool,
@@ -99,7 +99,7 @@ impl Line {
         Setting::new(self.method, self.precision, steps).name()
     }
 
-    /// Whether it has a row that is right enough, or was given up.
+    /// Whether it has a row that is accurate enough, or was given up.
     pub(crate) const fn is_done(&self) -> bool {
         self.is_right || self.dropped.is_some()
     }
@@ -127,7 +127,7 @@ impl Line {
     }
 
     /// Takes note of its next row, which stands at a place among all and took some seconds: with an error of at most `right` (m)
-    /// it is right enough.
+    /// it is accurate enough.
     pub(crate) fn take(&mut self, row: &Row, place: usize, seconds: f64, right: f64) {
         self.seconds = seconds;
         self.errors.push(row.error());

@@ -25,7 +25,7 @@ pub enum Limit {
     Asked,
     /// The scene ends.
     Scene,
-    /// Runs that start a hair apart part.
+    /// Runs that start almost alike drift apart.
     Spread,
     /// The reference is not good enough further on.
     Reference,

@@ -95,7 +95,7 @@ impl Chart {
 }
 
 fn empty(case: &Case, request: &Request) -> Chart {
-    // Copies that start a hair apart tell nothing that halved cells do not.
+    // Copies that start almost alike tell nothing that halved cells do not.
     let scan = Scan {
         spacing: case.dt(),
         spread: Vec::new(),

@@ -23,7 +23,7 @@ pub struct Run {
     pub count: u64,
 }
 
-/// What a method costs on a scene, by the cheapest of its runs that are right enough; nothing where none is.
+/// What a method costs on a scene, by the cheapest of its runs that are accurate enough; nothing where none is.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Cost {
     /// Seconds per simulated second.
@@ -52,7 +52,7 @@ pub struct Line {
 /// Methods over several scenes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Profile {
-    /// Error (m) within which a run is right enough.
+    /// Error (m) within which a run is accurate enough.
     pub tolerance: f64,
     /// Names of the scenes.
     pub scenes: Vec<String>,
@@ -76,7 +76,7 @@ pub fn runs(chart: &Chart) -> Vec<Run> {
 }
 
 impl Profile {
-    /// That of scenes by their names, with the runs on each that are right enough or not within an error (m).
+    /// That of scenes by their names, with the runs on each that are accurate enough or not within an error (m).
     pub fn new(tolerance: f64, scenes: &[(String, &[Run])]) -> Self {
         let mut lines: Vec<Line> = Vec::new();
         for (scene, (_, runs)) in scenes.iter().enumerate() {
@@ -114,7 +114,7 @@ impl Profile {
         self.lines.iter().flat_map(Line::ratios).fold(1.0, f64::max)
     }
 
-    /// Names of the scenes on which nothing is right enough.
+    /// Names of the scenes on which nothing is accurate enough.
     pub fn unsolved(&self) -> Vec<String> {
         let is_unsolved =
             |scene: usize| self.lines.iter().all(|line| line.costs[scene].seconds_ratio.is_none());
@@ -124,7 +124,7 @@ impl Profile {
 }
 
 impl Cost {
-    /// Takes a run into account that is right enough.
+    /// Takes a run into account that is accurate enough.
     fn take(&mut self, run: &Run) {
         if let Some(seconds) = run.seconds.filter(|seconds| seconds.is_finite() && *seconds > 0.0) {
             self.seconds = Some(self.seconds.map_or(seconds, |least| least.min(seconds)));
@@ -147,7 +147,7 @@ fn rate(lines: &mut [Line], scene: usize) {
 }
 
 impl Line {
-    /// Its ratios of seconds, of the scenes on which it is right enough.
+    /// Its ratios of seconds, of the scenes on which it is accurate enough.
     pub fn ratios(&self) -> impl Iterator<Item = f64> {
         self.costs.iter().filter_map(|cost| cost.seconds_ratio)
     }

@@ -15,7 +15,7 @@ use crate::{
 
 /// When lines end, and what is expected of them.
 pub(crate) trait Rule {
-    /// The error (m) at which a line is right enough.
+    /// The error (m) at which a line is accurate enough.
     fn right(&self) -> f64;
 
     /// Evaluations and products that the next row of a line may take.

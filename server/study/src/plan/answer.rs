@@ -1,4 +1,4 @@
-//! A plan: what is recommended, what was tried, and what it would take where nothing is right enough.
+//! A plan: what is recommended, what was tried, and what it would take where nothing is accurate enough.
 
 use nappe_sim::math::Precision;
 
@@ -27,11 +27,11 @@ pub struct Tried {
     pub precision: Precision,
     /// Its last row that held, among those of the plan.
     pub row: Option<usize>,
-    /// Why it was given up; none where it is right enough.
+    /// Why it was given up; none where it is accurate enough.
     pub dropped: Option<Dropped>,
 }
 
-/// What it would take where nothing is right enough, as errors fall.
+/// What it would take where nothing is accurate enough, as errors fall.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Needed {
     /// Steps (s).
@@ -66,7 +66,7 @@ pub struct Plan {
     pub met_until: f64,
     /// What it would take, where it is not met; none where that is too far from what was run.
     pub needed: Option<Needed>,
-    /// What the scene can do without; none where nothing is right enough.
+    /// What the scene can do without; none where nothing is accurate enough.
     pub terms: Vec<Term>,
     /// How far (m) the answer moves without all that can go.
     pub together_change: Option<f64>,

@@ -1,4 +1,4 @@
-//! The cheapest setting that is right enough for a scene.
+//! The cheapest setting that is accurate enough for a scene.
 //!
 //! Enters: a case, what its scene knows of its terms, and a tolerance. Leaves: a setting as a scene can ask for it, verified until the
 //! predictability horizon of the scene and run to its end; or what it would take. A plan is a chart that looks only where it must. Modules

@@ -78,7 +78,7 @@ struct Look<'a> {
 }
 
 impl Look<'_> {
-    /// Places of the rows on cells (m) that are right enough, the cheapest first.
+    /// Places of the rows on cells (m) that are accurate enough, the cheapest first.
     fn right(&self, rows: &[Row], cell: Option<f64>) -> Vec<usize> {
         let is_right = |place: &usize| {
             let row = &rows[*place];

@@ -20,7 +20,7 @@ pub struct Reach {
     pub end: End,
 }
 
-/// A row that is right enough and verified, and how far it runs.
+/// A row that is accurate enough and verified, and how far it runs.
 #[derive(Clone, Debug)]
 pub(super) struct Found {
     pub(super) row: Row,

@@ -1,4 +1,4 @@
-//! The search for the cheapest setting that is right enough: what promises to be that is tried first, and what cannot be cheaper
+//! The search for the cheapest setting that is accurate enough: what promises to be that is tried first, and what cannot be cheaper
 //! any more is dropped.
 
 use nappe_sim::{cloth::Minimizer, math::Precision, snow::Kernel};
@@ -71,7 +71,7 @@ pub(super) fn can_be_asked(steps: Steps) -> bool {
     }
 }
 
-/// The cheapest line that is right enough: no row takes more than it, in evaluations and products of f64.
+/// The cheapest line that is accurate enough: no row takes more than it, in evaluations and products of f64.
 struct Cheapest {
     right: f64,
     best: f64,
@@ -150,7 +150,7 @@ pub(super) fn search<'a>(
     Some(search)
 }
 
-/// Rows of a search that are right enough, the cheapest first.
+/// Rows of a search that are accurate enough, the cheapest first.
 pub(super) fn right(search: &Search<'_>) -> Vec<usize> {
     by_cost(&search.rows, search.lines.iter().filter(|line| line.is_right).filter_map(|line| line.row))
 }

@@ -1,4 +1,4 @@
-//! A setting that is right enough looked at again: the longest step that is right enough, half of that, and the seconds of the next two.
+//! A setting that is accurate enough looked at again: the longest step that is accurate enough, half of that, and the seconds of the next two.
 
 use nappe_sim::math::Precision;
 
@@ -117,13 +117,13 @@ pub(super) struct Verification<'a> {
 }
 
 impl Verification<'_> {
-    /// A row that is right enough with the longest step that is, verified with half of it.
+    /// A row that is accurate enough with the longest step that is, verified with half of it.
     pub(super) fn verified(&mut self, row: Row, phase: &Phase) -> (Row, Verified) {
         let row = self.longest(row, phase);
         self.halved(row, phase)
     }
 
-    /// The row with the longest step that is right enough: between it and the one before, by the order that both show; controlled
+    /// The row with the longest step that is accurate enough: between it and the one before, by the order that both show; controlled
     /// ones by that of the method.
     fn longest(&mut self, row: Row, phase: &Phase) -> Row {
         let (Stepped::Cloth(setting), Some(error)) = (row.stepped, row.error()) else { return row };
