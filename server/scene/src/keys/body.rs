@@ -44,11 +44,11 @@ pub(super) static BODY: Section = Section {
         key("drag", Number(Range::of(allowed::DRAG)), "N s/m", Default("0.0"), "linear drag of the medium on each particle: f = -drag (v - wind)"),
         key("air", Table(&AIR), "", Absent("no air"), "air that acts on the triangles: `[body.air]`; it moves with the wind"),
         key("integrator", Choice(|| Integrator::ALL.map(Integrator::name).to_vec()), "", Default("\"implicit_euler\""), "how positions and velocities advance"),
-        key("minimizer", Choice(|| MinimizerKind::ALL.map(MinimizerKind::name).to_vec()), "", Default("\"one_step\""), "how the minimisation is solved that an implicit step stands for: one_step makes one linear solve, newton as many as newton_tolerance needs, vertex_block_descent moves particles one by one"),
-        key("newton_tolerance", Number(Range(1e-12, 1e6)), "m/s^2", Absent("0.01, with newton"), "largest acceleration that forces and inertia of a particle may leave over"),
+        key("minimizer", Choice(|| MinimizerKind::ALL.map(MinimizerKind::name).to_vec()), "", Default("\"one_step\""), "how an implicit step solves its minimisation: one_step makes one linear solve, newton as many as newton_tolerance needs, vertex_block_descent moves particles one by one"),
+        key("newton_tolerance", Number(Range(1e-12, 1e6)), "m/s^2", Absent("0.01, with newton"), "largest acceleration by which forces and inertia of a particle may differ"),
         key("newton_iterations", Whole(1, 10_000), "linear solves", Absent("50, with newton"), "cap on the solves of a sub-step"),
         key("sweeps", Whole(1, 10_000), "per sub-step", Absent("20, with vertex_block_descent"), "how often vertex block descent moves all particles; up to 16 times as often where the momentum does not balance"),
-        key("hessian", Choice(|| Hessian::ALL.map(Hessian::name).to_vec()), "", Default("\"absolute\""), "what an implicit step does with the negative transverse stiffness of compressed springs"),
+        key("hessian", Choice(|| Hessian::ALL.map(Hessian::name).to_vec()), "", Default("\"absolute\""), "treatment of the negative transverse stiffness of compressed springs in an implicit step"),
         key("safety", Number(Range(1e-3, 1.0)), "", Absent("0.9, unless the sub-steps are fixed"), "share of the bound that an explicit sub-step takes; below the bound small motions stay bounded, large ones are not certified"),
         key("substeps", Whole(1, 10_000), "", Absent("as many as are needed"), "sub-steps of one length within one step of the scene. All cloths share them: they take the most that one of them asks for. Explicit ones are refused, with the number, where they are above the bound; implicit ones that are not accepted are divided further"),
         key("substep", Number(Range(1e-12, 1.0)), "s", Absent("see substeps"), "length of the sub-steps, in place of their number"),
@@ -129,8 +129,8 @@ static AIR: Section = Section {
     about: "The force of the air on each triangle of area A and normal n, u being the mean velocity of its corners less the wind and u_t what of it is along the triangle: f = -density A / 2 ((normal |u.n| + lift |u_t|) (u.n) n + tangential |u_t| u_t), a third on each corner. The defaults are those of a flat plate in air.",
     keys: &[
         key("density", Number(Range::of(Air::DENSITY)), "kg/m^3", Default("1.2"), "density of the air"),
-        key("normal", Number(Range::of(Air::COEFFICIENT)), "", Default("1.2"), "of the velocity across a triangle: what a sheet resists with that moves broadside"),
-        key("lift", Number(Range::of(Air::COEFFICIENT)), "", Default("2.0"), "of the velocity across a triangle that slides: what lifts a sheet at a small angle, and lets a flag flutter"),
+        key("normal", Number(Range::of(Air::COEFFICIENT)), "", Default("1.2"), "of the velocity across a triangle: the resistance of a sheet that moves broadside"),
+        key("lift", Number(Range::of(Air::COEFFICIENT)), "", Default("2.0"), "of the velocity across a triangle that slides: the lift of a sheet at a small angle, which lets a flag flutter"),
         key("tangential", Number(Range::of(Air::COEFFICIENT)), "", Default("0.02"), "of the velocity along a triangle"),
     ],
     alternatives: Alternatives::None,
@@ -164,7 +164,7 @@ static MOVING_PIN: Section = Section {
 #[rustfmt::skip] // one line per key
 static FORCE: Section = Section {
     name: "body.force",
-    about: "A force on particles for a time. Forces on one particle add up; in a step that it acts a part of, a force is that share of itself.",
+    about: "A force on particles for a time. Forces on one particle add up. A force that acts for a part of a step counts with that share.",
     keys: &[
         key("on", Pin, "", Required, "which particle, by index or name as in `pins`, or \"all\", which passes over pins"),
         key("force", Vector(Range::of(allowed::FORCE)), "N", Required, "force on each of them"),
@@ -192,7 +192,7 @@ static SOLVER: Section = Section {
 #[rustfmt::skip] // one line per key
 static LIMITS: Section = Section {
     name: "body.limits",
-    about: "A step whose result leaves these is not taken: the simulation stops and names the particle.",
+    about: "The simulation takes no step whose result exceeds these: it stops and names the particle.",
     keys: &[
         key("max_stretch", Number(Range(1.0, 1e9)), "", Absent("no limit"), "largest length over rest length of any spring"),
         key("max_energy", Number(Range(0.0, 1e300)), "J", Absent("no limit"), "largest kinetic plus elastic energy of the body"),

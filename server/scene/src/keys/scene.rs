@@ -17,7 +17,7 @@ const MANY: usize = 1000;
 #[rustfmt::skip] // one line per key
 static WIND_AT: Section = Section {
     name: "wind_at",
-    about: "A key of the wind over time: straight between keys, and as at the nearest one before the first and after the last. A step has the wind of its middle.",
+    about: "A key of the wind over time. The wind changes linearly between keys, and is constant before the first and after the last. A step takes the wind at its middle.",
     keys: &[
         key("time", Number(Range::of(allowed::DURATION)), "s", Required, "when, after the key before it"),
         key("velocity", Vector(SPEED), "m/s", Required, "velocity of the medium then"),

@@ -19,7 +19,7 @@ const NOISE: Range = Range(0.0, 0.95);
 #[rustfmt::skip] // one line per key
 pub(super) static SNOW: Section = Section {
     name: "snow",
-    about: "Snow, by the material point method after Stomakhin et al. 2013. All objects are on one grid, and so they collide. A step of the scene is divided into steps of the snow, each as long as a bound allows below which small motions about rest stay bounded; give `substep` for steps of one length.",
+    about: "Snow, by the material point method after Stomakhin et al. 2013. All objects are on one grid, and so they collide. A step of the scene is divided into steps of the snow, each as long as a bound allows. Small motions about rest stay bounded below it. `substep` gives steps of one length.",
     keys: &[
         key("cell", Number(SIZE), "m", Required, "side of a cell of the grid, which follows the snow wherever it goes"),
         key("kernel", Choice(|| Kernel::ALL.map(Kernel::name).to_vec()), "", Default("\"quadratic\""), "B-spline that spreads a particle over nodes; linear, with pic_flip alone, is here to show how it fails"),
@@ -30,7 +30,7 @@ pub(super) static SNOW: Section = Section {
         key("safety", Number(Range(1e-3, 1.0)), "", Absent("0.9, unless substep is given"), "share of the bound that a step of the snow takes; below the bound small motions about rest stay bounded, large ones are not certified"),
         key("substep", Number(Range(1e-12, 1.0)), "s", Absent("as long as the bound allows"), "length of the steps of the snow; refused, with the number, where it is above the bound"),
         key("unchecked", Flag, "", Default("false"), "with substep: skips the check against the bound; the run may diverge, and reports it"),
-        key("beta", Number(SHARE), "", Default("0.0"), "0: explicit steps; 0.5 to 1: semi-implicit ones, with the forces that act after this share of the step (1: backward Euler, linearised). Every beta is of order 1; a wave of angular frequency w that is slow against the step is damped by exp(-beta w^2 dt t / 2). Elastic waves do not bound the step then: what turns and deforms does"),
+        key("beta", Number(SHARE), "", Default("0.0"), "0: explicit steps; 0.5 to 1: semi-implicit ones, with the forces that act after this share of the step (1: backward Euler, linearised). Every beta is of order 1; a wave of angular frequency w that is slow against the step is damped by exp(-beta w^2 dt t / 2). Elastic waves do not bound the step then; rotation and deformation do"),
         key("solver", Table(&SOLVER), "", Absent("its defaults"), "linear solver, with beta above 0 alone"),
         key("max_substeps", Whole(1, 1_000_000), "", Default("10000"), "steps of the snow within one step of the scene: a run that needs more stops"),
         key("ballistic_below", Number(SHARE), "", Default("0.0"), "a particle whose density on the grid is below this share of its own flies without stress, and does not bound the step; 0: none does"),
