@@ -19,7 +19,9 @@ use crate::{
     ssh::{FarCommand, SshArgs},
 };
 
-/// Reach a server on another machine through ssh, started there if none runs
+/// Reach a server on another machine through ssh
+///
+/// It is started there if none runs.
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Examples:

@@ -23,6 +23,9 @@ const SCENE: &str = "demo";
 const PAGE: &str = "nappe-demo.html";
 
 /// Show what nappe does: the same as `nappe` alone
+///
+/// A server inside this command computes how a cloth falls over a sphere, a client reads it through gRPC and keeps a
+/// page to look at. It ends by itself and needs no screen.
 #[derive(Args, Clone, Debug, Default)]
 pub(crate) struct DemoArgs {
     #[command(flatten)]

@@ -4,7 +4,9 @@ use clap::Args;
 
 use crate::{args::SessionArgs, error::Result, remote, session as words};
 
-/// Make a session that stands where another one stands, to go on with other parameters
+/// Copy a session as it stands, to go on with other parameters
+///
+/// The new session has the same step, the same bits and the same parameters; the other one goes on as it was.
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Examples:

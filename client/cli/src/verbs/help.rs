@@ -1,38 +1,50 @@
-//! What `nappe --help` says below the list of verbs: examples, exit codes, environment.
+//! What `nappe --help` shows on one screen: the verbs in groups, where there is more to read, and exit codes.
+//!
+//! Enters: the verbs with their texts. Leaves: a template of clap for the screen, and what stands below the groups.
 
-/// Below the short help, `nappe -h`.
-pub(crate) const EXAMPLES: &str = "\
-Examples:
-  nappe                                   see a cloth fall over a sphere: the demo, in one command
-  nappe scenes                            list the scenes that come with nappe
-  nappe run flag --save flag.html         compute a shipped scene and keep a page that any browser opens
-  nappe run my.toml --steps 100 --json    compute a scene file and end with one JSON object
-  nappe serve                             start a server for other programs and other machines
-  nappe connect anna@cluster              reach a server on another machine through ssh
-  nappe create demo --id first            make a session on that server
-  nappe play first && nappe watch first   let the session run and follow its diagnostics
-  nappe bench zara                        measure the table of Zara 2001 on this machine
-  nappe bench snow                        measure particle-steps per second of snow
+use std::fmt::Write as _;
 
-`nappe VERB --help` says more about a verb.";
+use clap::{Command, builder::Styles};
 
-const EXIT_CODES: &str = "\
-Exit codes:
-    0  done
-    1  failed: a file, a scene or a mesh
-    2  the command line is wrong
-    3  the simulation diverged (with --json the result is printed all the same)
-    4  no server answers at the address
-    5  the server refused: the message ends with its reason, a word in capitals
-  130  ended by Ctrl-C, SIGTERM or a terminal that closed; serve and connect, which run until then, end with 0
+/// The widest that help becomes (columns); on a narrower terminal it wraps there.
+pub(super) const WIDEST: usize = 110;
 
-Environment:
-  NAPPE_SERVER  address of the server for the verbs that talk to one
-  NAPPE_TOKEN_FILE  file with the token that a server asks for and that verbs show
-  NAPPE_VIEWER  the program that records and shows in Rerun [default: nappe-viewer, beside nappe or on PATH]
-  NAPPE_LOG     what `nappe serve` logs";
+/// The verbs by what they are for. Within a group they stand in the order of `Verb`.
+pub(super) const GROUPS: [(&str, &[&str]); 4] = [
+    ("Compute in this command", &["demo", "run", "mecasim", "scenes"]),
+    (
+        "A server and its sessions",
+        &[
+            "serve", "connect", "create", "list", "play", "pause", "step", "update", "reset", "changes",
+            "fork", "watch", "view", "stop", "delete",
+        ],
+    ),
+    ("Study methods and parameters", &["chart", "plan", "stability", "sweep"]),
+    ("Tools", &["mesh", "bench", "completions"]),
+];
 
-/// Below the long help, `nappe --help`.
-pub(crate) fn long() -> String {
-    format!("{EXAMPLES}\n\n{EXIT_CODES}")
+/// Below the groups.
+pub(super) const BELOW: &str = "\
+`nappe VERB --help` says more, with examples. `nappe` alone is `nappe demo`, with its options.
+`nappe run flag --save flag.html` keeps a page that any browser opens.
+`nappe --version` says the version, the commit and the processor level.
+
+Exit codes: 0 done, 1 failed, 2 wrong command line, 3 the simulation diverged,
+4 no server answers, 5 the server refused, 130 ended by Ctrl-C or a signal.";
+
+/// The screen, as a template: clap writes each group, with the texts that the verbs have themselves.
+pub(super) fn screen(verbs: &Command) -> String {
+    let header = *Styles::styled().get_header();
+    let mut screen = "{about-with-newline}\n{usage-heading} {usage}".to_owned();
+    for (title, names) in GROUPS {
+        let found = names.iter().filter_map(|name| verbs.find_subcommand(name)).cloned();
+        let mut group = Command::new("nappe")
+            .help_template("{subcommands}")
+            .max_term_width(WIDEST)
+            .disable_help_subcommand(true)
+            .subcommands(found);
+        let lines = group.render_help().ansi().to_string();
+        let _ = write!(screen, "\n\n{header}{title}:{header:#}\n{}", lines.trim_end());
+    }
+    screen + "{after-help}"
 }

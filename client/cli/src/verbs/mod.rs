@@ -1,7 +1,7 @@
 //! The verbs of the command, one file each: options in, `run` out.
 //!
 //! To add a verb, write its file, with the help text on its options, and add three lines here: its `mod`, its
-//! variant of `Verb`, its arm in `run`.
+//! variant of `Verb`, its arm in `run`. Its name goes into a group of `help.rs` as well.
 
 mod help;
 mod demo;
@@ -30,17 +30,15 @@ mod stability;
 mod sweep;
 mod completions;
 
-use clap::{CommandFactory as _, Parser, Subcommand};
+use clap::{Command, CommandFactory as _, Parser, Subcommand};
 
 use crate::{bench, error::Result};
 
-/// Cloth and snow, computed on a server and watched from elsewhere.
-///
-/// Without a verb, nappe runs a demonstration: a server inside this command, a client that talks to
-/// it through gRPC, and a recording to look at. It ends by itself and needs no screen.
+/// Cloth and snow, computed on a server and watched from elsewhere
 #[derive(Parser, Debug)]
-#[command(name = "nappe", version, after_help = help::EXAMPLES, after_long_help = help::long(),
-          args_conflicts_with_subcommands = true, max_term_width = 110)]
+#[command(name = "nappe", version, help_template = help::screen(&verbs()), after_help = help::BELOW,
+          subcommand_value_name = "VERB", args_conflicts_with_subcommands = true,
+          max_term_width = help::WIDEST)]
 pub(crate) struct Cli {
     #[command(subcommand)]
     verb: Option<Verb>,
@@ -77,6 +75,11 @@ enum Verb {
     Sweep(sweep::SweepArgs),
     Bench(bench::BenchArgs),
     Completions(completions::CompletionsArgs),
+}
+
+/// The verbs alone, without the options of the demo that the command takes without a verb.
+fn verbs() -> Command {
+    Verb::augment_subcommands(Command::new("nappe"))
 }
 
 /// Runs what the command line asks for.
@@ -122,5 +125,17 @@ mod tests {
     #[test]
     fn the_command_line_holds_together() {
         Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn each_verb_stands_in_one_group_of_the_help() {
+        let mut grouped: Vec<&str> =
+            help::GROUPS.iter().flat_map(|(_, names)| names.iter().copied()).collect();
+        let verbs = verbs();
+        let mut visible: Vec<&str> =
+            verbs.get_subcommands().filter(|verb| !verb.is_hide_set()).map(Command::get_name).collect();
+        grouped.sort_unstable();
+        visible.sort_unstable();
+        assert_eq!(grouped, visible);
     }
 }

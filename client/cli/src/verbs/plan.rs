@@ -18,7 +18,9 @@ use crate::{
     write::{self, ForceArgs},
 };
 
-/// Find the cheapest method, step and precision that is accurate enough for a scene
+/// Find the cheapest method that is accurate enough for a scene
+///
+/// A method is an integrator with its step, its solver and its precision.
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Examples:

@@ -18,7 +18,9 @@ use crate::{
     write::{self, Existing, ForceArgs},
 };
 
-/// Run a scene with other values of its keys, side by side, a row per run
+/// Run a scene with other values of its keys, a row per run
+///
+/// Runs are computed side by side.
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Examples:

@@ -23,7 +23,9 @@ Examples:
   nappe view first --connect rerun+http://192.168.1.5:9876/proxy
   nappe view first --save first.rrd   no viewer: every frame that the server keeps and those to come
   nappe view first --color speed --grid smoke          snow coloured by its speed, its mass as smoke
-  nappe view first --grid slice:z=0                    arrows: velocities of the grid on a plane")]
+  nappe view first --grid slice:z=0                    arrows: velocities of the grid on a plane
+
+NAPPE_VIEWER names the program that shows and records [default: nappe-viewer, beside nappe or on PATH].")]
 pub(crate) struct ViewArgs {
     #[command(flatten)]
     pub(crate) session: SessionArgs,

@@ -1,59 +1,92 @@
 //! Help texts and usage errors.
 
-use crate::support::{command, nappe};
+use crate::support::{command, folder, nappe, nappe_in, run_to_end};
 
-const VERBS: [&str; 23] = [
-    "demo",
-    "run",
-    "mecasim",
-    "scenes",
-    "mesh",
-    "serve",
-    "connect",
-    "create",
-    "list",
-    "play",
-    "pause",
-    "step",
-    "update",
-    "changes",
-    "fork",
-    "watch",
-    "view",
-    "stop",
-    "delete",
-    "bench",
-    "completions",
-    "help",
-    "--version",
+/// The groups of the help, and how many verbs stand in each.
+const GROUPS: [(&str, usize); 4] = [
+    ("Compute in this command:", 4),
+    ("A server and its sessions:", 15),
+    ("Study methods and parameters:", 4),
+    ("Tools:", 3),
 ];
 
+/// What `nappe` writes for an argument on a terminal of so many columns.
+fn help_at(columns: u16, args: &[&str]) -> String {
+    run_to_end(command().args(args).env("COLUMNS", columns.to_string())).ok().stdout
+}
+
+/// The verbs of a group of the help, each with its text.
+fn verbs<'a>(help: &'a str, group: &str) -> Vec<(&'a str, &'a str)> {
+    let lines = help.lines().skip_while(|line| *line != group).skip(1);
+    lines
+        .take_while(|line| line.starts_with("  "))
+        .map(|line| line.trim().split_once(' ').expect("a verb and its text"))
+        .map(|(verb, text)| (verb, text.trim()))
+        .collect()
+}
+
 #[test]
-fn every_verb_explains_itself() {
-    for verb in VERBS.iter().filter(|verb| !matches!(**verb, "help" | "--version")) {
-        let done = nappe(&[verb, "--help"]).ok();
-        assert!(done.stdout.contains("Usage: nappe"), "{verb}: {}", done.stdout);
+fn the_help_shows_the_verbs_in_four_groups_on_one_screen() {
+    let help = help_at(80, &["--help"]);
+    assert!(help.lines().count() <= 45, "{} lines:\n{help}", help.lines().count());
+    assert!(help.lines().all(|line| line.chars().count() <= 80), "{help}");
+    for (group, count) in GROUPS {
+        assert_eq!(verbs(&help, group).len(), count, "{group}\n{help}");
+    }
+    assert_eq!(help_at(80, &["-h"]), help);
+    assert_eq!(help_at(80, &["help"]), help);
+}
+
+#[test]
+fn the_help_of_a_verb_begins_with_the_text_that_the_screen_has() {
+    let help = help_at(80, &["--help"]);
+    for (verb, text) in GROUPS.iter().flat_map(|(group, _)| verbs(&help, group)) {
+        let own = help_at(80, &[verb, "--help"]);
+        assert_eq!(own.lines().next(), Some(text), "{verb}: {own}");
+        assert!(own.contains("Usage: nappe"), "{verb}: {own}");
     }
 }
 
 #[test]
-fn the_help_lists_every_verb_every_exit_code_and_examples() {
+fn the_help_wraps_at_the_width_of_the_terminal() {
+    for columns in [60, 80, 100] {
+        for args in [&["--help"][..], &["create", "--help"]] {
+            let help = help_at(columns, args);
+            let widest = help.lines().map(|line| line.chars().count()).max().unwrap_or(0);
+            assert!(widest <= usize::from(columns), "{widest} of {columns} columns:\n{help}");
+        }
+    }
+}
+
+#[test]
+fn options_of_the_demo_are_in_its_own_help_and_work_without_the_verb() {
+    let [all, demo] = [&["--help"][..], &["demo", "--help"]].map(|args| help_at(80, args));
+    for option in ["--steps", "--save", "--precision", "--ranks", "--fields", "--launcher"] {
+        assert!(demo.contains(option) && !all.contains(&format!("{option} <")), "{option}: {all}");
+    }
+    let folder = folder();
+    let shown = nappe_in(folder.path(), &["--steps", "2", "--save", "two.html", "--json"]).ok().json();
+    assert_eq!((&shown["scene"], &shown["steps"]), (&"demo".into(), &2.into()), "{shown}");
+    assert!(folder.path().join("two.html").is_file());
+}
+
+#[test]
+fn the_help_says_every_exit_code_and_where_to_read_on() {
     let help = nappe(&["--help"]).ok().stdout;
-    for verb in VERBS {
-        assert!(help.contains(verb), "{verb} is missing in:\n{help}");
-    }
-    for code in [
-        "0  done",
-        "1  failed",
-        "2  the command line",
-        "3  the simulation diverged",
-        "4  no server",
-        "5  the server refused",
-        "130  ended by Ctrl-C",
+    for part in [
+        "0 done",
+        "1 failed",
+        "2 wrong command line",
+        "3 the simulation diverged",
+        "4 no server",
+        "5 the server refused",
+        "130 ended by Ctrl-C",
+        "nappe run flag",
+        "nappe VERB --help",
+        "nappe --version",
     ] {
-        assert!(help.contains(code), "'{code}' is missing in:\n{help}");
+        assert!(help.contains(part), "'{part}' is missing in:\n{help}");
     }
-    assert!(help.contains("nappe run flag"), "an example of run");
 }
 
 #[test]
