@@ -4,6 +4,7 @@
 
 mod error;
 mod output;
+mod version;
 mod write;
 mod paths;
 mod diagnostics;

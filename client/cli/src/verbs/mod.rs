@@ -32,11 +32,11 @@ mod completions;
 
 use clap::{Command, CommandFactory as _, Parser, Subcommand};
 
-use crate::{bench, error::Result};
+use crate::{bench, error::Result, version};
 
 /// Cloth and snow, computed on a server and watched from elsewhere
 #[derive(Parser, Debug)]
-#[command(name = "nappe", version, help_template = help::screen(&verbs()), after_help = help::BELOW,
+#[command(name = "nappe", version = version::text(), help_template = help::screen(&verbs()), after_help = help::BELOW,
           subcommand_value_name = "VERB", args_conflicts_with_subcommands = true,
           max_term_width = help::WIDEST)]
 pub(crate) struct Cli {

@@ -2,6 +2,8 @@
 
 mod support;
 mod help;
+#[cfg(target_arch = "x86_64")]
+mod version;
 mod run;
 mod html;
 mod ply_frames;
