@@ -25,6 +25,7 @@ mod plan;
 mod stability;
 mod sweep;
 mod bench;
+mod completion;
 mod verbs;
 
 use std::process::ExitCode;

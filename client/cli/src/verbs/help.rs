@@ -25,7 +25,7 @@ pub(super) const GROUPS: [(&str, &[&str]); 4] = [
 
 /// Below the groups.
 pub(super) const BELOW: &str = "\
-`nappe VERB --help` says more, with examples. `nappe` alone is `nappe demo`, with its options.
+`nappe VERB --help` says more, with examples; `nappe` alone is `nappe demo`.
 `nappe run flag --save flag.html` keeps a page that any browser opens.
 `nappe --version` says the version, the commit and the processor level.
 

@@ -30,7 +30,7 @@ mod stability;
 mod sweep;
 mod completions;
 
-use clap::{Command, CommandFactory as _, Parser, Subcommand};
+use clap::{Command, Parser, Subcommand};
 
 use crate::{bench, error::Result, version};
 
@@ -114,12 +114,14 @@ pub(crate) fn run(cli: &Cli) -> Result<()> {
         Some(Verb::Stability(args)) => stability::run(args),
         Some(Verb::Sweep(args)) => sweep::run(args),
         Some(Verb::Bench(args)) => bench::run(args),
-        Some(Verb::Completions(args)) => completions::run(args, Cli::command()),
+        Some(Verb::Completions(args)) => completions::run(args, verbs().version(version::text())),
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use clap::CommandFactory as _;
+
     use super::*;
 
     #[test]

@@ -12,7 +12,7 @@ use crate::{
 #[derive(Args, Debug)]
 pub(crate) struct ScenesArgs {
     /// Print the text of this scene, as a start for one's own
-    #[arg(value_name = "NAME")]
+    #[arg(value_name = "SCENE")]
     name: Option<String>,
     #[command(flatten)]
     output: OutputArgs,

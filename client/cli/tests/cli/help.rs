@@ -168,13 +168,6 @@ fn an_address_that_is_none_ends_with_2() {
 }
 
 #[test]
-fn shells_get_their_completions() {
-    for shell in ["bash", "zsh", "fish"] {
-        assert!(nappe(&["completions", shell]).ok().stdout.contains("mecasim"), "{shell}");
-    }
-}
-
-#[test]
 fn shipped_scenes_are_listed_and_shown() {
     let scenes = nappe(&["scenes", "--json"]).ok().json();
     let names: Vec<&str> =

@@ -2,6 +2,8 @@
 
 mod support;
 mod help;
+#[cfg(unix)]
+mod completions;
 #[cfg(target_arch = "x86_64")]
 mod version;
 mod run;
