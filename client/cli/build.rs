@@ -1,4 +1,4 @@
-//! Tells the command from which commit it is built: enters the repository's HEAD, leaves `NAPPE_COMMIT`.
+//! Tells the command the commit that it is built from: enters HEAD, leaves `NAPPE_COMMIT`.
 
 use std::{path::Path, process::Command};
 

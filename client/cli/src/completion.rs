@@ -1,8 +1,7 @@
-//! The completion script of a shell: what clap writes of verbs and options, and names of scenes and sessions, for which
-//! the script calls this command.
+//! The completion script of a shell, which completes names of scenes and sessions as well.
 //!
-//! Enters: a shell and the verbs. Leaves: the script. An argument takes names by its own name in the help, SCENE or
-//! SESSION.
+//! Enters: a shell and the verbs. Leaves: what clap writes of verbs and options, and calls of this command for names. An
+//! argument takes names if it is called SCENE or SESSION in the help.
 
 use clap::{Arg, Command, ValueEnum, ValueHint};
 use clap_complete::Shell;

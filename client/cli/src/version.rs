@@ -1,4 +1,4 @@
-//! What `nappe --version` says: the version, the commit that it is built from, and the instructions that steps use here.
+//! What `nappe --version` says: the version, the commit that it is built from, and the processor level.
 
 use std::sync::LazyLock;
 

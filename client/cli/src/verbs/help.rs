@@ -1,4 +1,4 @@
-//! What `nappe --help` shows on one screen: the verbs in groups, where there is more to read, and exit codes.
+//! What `nappe --help` shows on one screen: the verbs in groups, where to read on, and exit codes.
 //!
 //! Enters: the verbs with their texts. Leaves: a template of clap for the screen, and what stands below the groups.
 
