@@ -99,6 +99,9 @@ pub(crate) struct ComputeArgs {
     pub(crate) save: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) force: ForceArgs,
+    /// Do not tell on standard error how far it is: no bar on a terminal, no line every 10 s in a file or a pipe
+    #[arg(long, help_heading = "Output")]
+    pub(crate) quiet: bool,
     /// Begin with the positions and velocities of a frame that was saved of the same scene with --fields velocity
     #[arg(long, value_name = "FILE.ply|FOLDER")]
     pub(crate) start: Option<PathBuf>,

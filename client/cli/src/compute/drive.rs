@@ -7,7 +7,10 @@ use std::future::Future;
 
 use nappe_client::{Client, ClientError, Event, FrameStream, SessionEnd, Wait, WatchOptions, v1};
 
-use super::{progress::Progress, record};
+use super::{
+    progress::{Progress, Shown},
+    record,
+};
 use crate::{
     error::{CliError, Result},
     remote,
@@ -49,15 +52,16 @@ pub(crate) async fn drive(
     place: &Place,
     session: &v1::Session,
     destination: Option<&mut Destination>,
+    shown: Shown,
 ) -> Result<Driven> {
     let id = session.session_id.as_str();
     let Some(Destination { path, form }) = destination else {
-        let progress = Progress::start(session.step_limit);
+        let progress = Progress::start(session.step_limit, shown);
         return until_end(client, id, &progress, Box::pin(play(client, id, &progress))).await;
     };
     match form {
         Form::Sink(sink) => {
-            let progress = Progress::start(session.step_limit);
+            let progress = Progress::start(session.step_limit, shown);
             let mut kept = Kept::default();
             let saved = Box::pin(save(client, session, sink, &progress, &mut kept));
             let driven = until_end(client, id, &progress, saved).await?;
@@ -65,7 +69,7 @@ pub(crate) async fn drive(
         }
         Form::Recording(recording) => {
             let mut child = record::begin(recording, place, id, path).await?;
-            let progress = Progress::start(session.step_limit);
+            let progress = Progress::start(session.step_limit, shown);
             let played = Box::pin(play(client, id, &progress));
             let recorded = Box::pin(record::follow(&mut child, client, id, played));
             let driven = until_end(client, id, &progress, recorded).await;
@@ -92,6 +96,7 @@ async fn until_end(
     let end = tokio::select! {
         done = computed => { done?; DriveEnd::Session }
         signal = remote::interrupted() => { signal?; DriveEnd::Interrupted }
+        never = progress.tell() => match never {},
     };
     progress.finish();
     let session = match end {
@@ -120,7 +125,7 @@ async fn save(
     saving.nothing_lost(&session)
 }
 
-/// Plays without frames; diagnostics only move the progress bar.
+/// Plays without frames; diagnostics only tell how far it is.
 async fn play(client: &Client, id: &str, progress: &Progress) -> Result<()> {
     let mut stream = client.watch_diagnostics(id, DIAGNOSTICS_HZ).await?;
     client.play(id, 0.0).await?;

@@ -4,6 +4,7 @@
 
 mod embedded;
 mod start;
+mod pace;
 mod progress;
 mod record;
 mod drive;
@@ -12,7 +13,7 @@ mod summary;
 use nappe_client::Client;
 
 pub(crate) use self::embedded::Embedded;
-use self::{drive::Driven, start::SavedFrame, summary::Summary};
+use self::{drive::Driven, progress::Shown, start::SavedFrame, summary::Summary};
 use crate::{
     args::{ComputeArgs, OtherServerArgs, TokenArgs},
     error::Result,
@@ -98,8 +99,9 @@ async fn compute_on(
         Some(start) => start.put(client, &session.session_id).await,
         None => Ok(()),
     };
+    let shown = if args.quiet { Shown::Nothing } else { Shown::Progress };
     let driven = match begun {
-        Ok(()) => drive::drive(client, place, &session, destination.as_mut()).await,
+        Ok(()) => drive::drive(client, place, &session, destination.as_mut(), shown).await,
         Err(error) => Err(error),
     };
     let told = driven.as_ref().ok().and_then(|driven| driven.told);

@@ -1,46 +1,100 @@
-//! A progress bar on standard error; nothing where standard error is not a terminal.
+//! How far a simulation is, on standard error: a bar on a terminal, a line every 10 s in a file or a pipe.
+
+use std::{
+    convert::Infallible,
+    future,
+    time::{Duration, Instant},
+};
 
 use indicatif::{ProgressBar, ProgressStyle};
 use nappe_client::v1;
 
+use super::pace::Pace;
 use crate::{diagnostics, output};
+
+/// Time between two lines.
+const INTERVAL: Duration = Duration::from_secs(10);
+
+/// Whether progress is shown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Shown {
+    /// As standard error allows it.
+    Progress,
+    /// Not at all.
+    Nothing,
+}
 
 /// How far a simulation is.
 #[derive(Debug)]
-pub(crate) struct Progress {
-    bar: ProgressBar,
+pub(crate) enum Progress {
+    /// For a person at a terminal.
+    Bar(ProgressBar),
+    /// For a file or a pipe.
+    Lines(Pace),
+    /// For nobody.
+    Quiet,
 }
 
 impl Progress {
-    /// Starts a bar of `step_limit` steps; 0 when the simulation does not end by itself.
-    pub(crate) fn start(step_limit: u64) -> Self {
-        let (bar, template) = match step_limit {
-            0 => (ProgressBar::no_length(), "{spinner} step {human_pos}  {elapsed}  {msg}"),
-            limit => (
-                ProgressBar::new(limit),
-                "{wide_bar} step {human_pos} of {human_len}  {elapsed}, {eta} to go  {msg}",
-            ),
-        };
-        let style =
-            ProgressStyle::with_template(template).expect("the templates are right: a test parses them");
-        Self { bar: bar.with_style(style) }
+    /// Starts a simulation of `step_limit` steps; 0 when it does not end by itself.
+    pub(crate) fn start(step_limit: u64, shown: Shown) -> Self {
+        if shown == Shown::Nothing {
+            return Self::Quiet;
+        }
+        let bar = bar(step_limit);
+        if bar.is_hidden() {
+            return Self::Lines(Pace::new(step_limit, INTERVAL, Instant::now()));
+        }
+        Self::Bar(bar)
     }
 
     /// Shows the diagnostics of a step.
     pub(crate) fn show(&self, step: &v1::Diagnostics) {
-        self.bar.set_position(step.step);
-        self.bar.set_message(format!(
-            "t = {}, {} per step{}",
-            output::moment(step.time_seconds),
-            output::time(step.step_seconds),
-            diagnostics::snow_phrase(step)
-        ));
+        match self {
+            Self::Bar(bar) => {
+                bar.set_position(step.step);
+                bar.set_message(format!(
+                    "t = {}, {} per step{}",
+                    output::moment(step.time_seconds),
+                    output::time(step.step_seconds),
+                    diagnostics::snow_phrase(step)
+                ));
+            }
+            Self::Lines(pace) => pace.see(step.step, step.time_seconds),
+            Self::Quiet => {}
+        }
+    }
+
+    /// Writes the lines as they are due, until nobody waits for it any more.
+    pub(crate) async fn tell(&self) -> Infallible {
+        let Self::Lines(pace) = self else { return future::pending().await };
+        loop {
+            tokio::time::sleep(pace.wait(Instant::now())).await;
+            if let Some(line) = pace.line(Instant::now()) {
+                output::note(&line);
+            }
+        }
     }
 
     /// Takes the bar away.
     pub(crate) fn finish(&self) {
-        self.bar.finish_and_clear();
+        if let Self::Bar(bar) = self {
+            bar.finish_and_clear();
+        }
     }
+}
+
+/// A bar of so many steps, which draws nothing where standard error is no terminal.
+fn bar(step_limit: u64) -> ProgressBar {
+    let (bar, template) = match step_limit {
+        0 => (ProgressBar::no_length(), "{spinner} step {human_pos}  {elapsed}  {msg}"),
+        limit => (
+            ProgressBar::new(limit),
+            "{wide_bar} step {human_pos} of {human_len}  {elapsed}, {eta} to go  {msg}",
+        ),
+    };
+    let style = ProgressStyle::with_template(template).expect("the templates are right: a test parses them");
+    bar.with_style(style)
 }
 
 #[cfg(test)]
@@ -50,10 +104,20 @@ mod tests {
     #[test]
     fn both_bars_can_be_drawn() {
         for step_limit in [0, 10] {
-            let progress = Progress::start(step_limit);
+            let bar = bar(step_limit);
+            let progress = Progress::Bar(bar.clone());
             progress.show(&v1::Diagnostics { step: 3, ..v1::Diagnostics::default() });
-            assert_eq!(progress.bar.position(), 3);
+            assert_eq!(bar.position(), 3);
             progress.finish();
+        }
+        assert!(matches!(Progress::start(10, Shown::Nothing), Progress::Quiet));
+    }
+
+    #[tokio::test]
+    async fn a_bar_and_nobody_are_told_no_lines() {
+        for progress in [Progress::Bar(bar(3)), Progress::Quiet] {
+            let told = tokio::time::timeout(Duration::from_millis(5), progress.tell()).await;
+            assert!(told.is_err());
         }
     }
 }

@@ -61,6 +61,18 @@ fn the_scene_says_how_long_unless_the_command_does() {
 }
 
 #[test]
+fn a_short_run_says_nothing_on_a_pipe_whether_it_is_quiet_or_not() {
+    let folder = folder();
+    let scene = write_scene(folder.path(), SMALL_SCENE);
+    for verb in [&["run", &scene][..], &["demo", "--steps", "4"]] {
+        for quiet in [&[][..], &["--quiet"]] {
+            let done = nappe_in(folder.path(), &[verb, quiet].concat()).ok();
+            assert_eq!(done.stderr, "", "{verb:?} {quiet:?}");
+        }
+    }
+}
+
+#[test]
 fn the_number_of_threads_and_saving_change_no_bit() {
     for precision in ["f32", "f64"] {
         let one = small(&["--threads", "1", "--precision", precision]);
