@@ -41,11 +41,27 @@ pub(crate) fn load(path: &Path, missing: MissingMass) -> Result<Loaded> {
     Ok(loaded)
 }
 
-/// Prints warnings on standard error.
+/// Prints warnings on standard error, one that repeats once.
 pub(crate) fn note(warnings: &[String]) {
-    for warning in warnings {
-        output::note(&format!("warning: {warning}"));
+    for line in merged(warnings) {
+        output::note(&format!("warning: {line}"));
     }
+}
+
+/// Warnings in the order in which each comes first, with how often it comes.
+fn merged(warnings: &[String]) -> Vec<String> {
+    let mut counted: Vec<(&str, usize)> = Vec::new();
+    for warning in warnings {
+        match counted.iter_mut().find(|(before, _)| before == warning) {
+            Some((_, count)) => *count += 1,
+            None => counted.push((warning.as_str(), 1)),
+        }
+    }
+    let line = |(warning, count): (&str, usize)| match count {
+        1 => warning.to_owned(),
+        _ => format!("{warning} ({count} times)"),
+    };
+    counted.into_iter().map(line).collect()
 }
 
 /// Names the option that helps, where one does.
@@ -80,5 +96,17 @@ fn mass(text: &str) -> std::result::Result<f64, String> {
     match text.parse::<f64>() {
         Ok(mass) if mass.is_finite() && mass >= 0.0 => Ok(mass),
         _ => Err(format!("'{text}' is not a mass: a number of kilograms, 0 (pinned) or more")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_warning_that_repeats_is_one_line_with_its_count() {
+        let warnings = ["a", "b", "a", "a", "c"].map(str::to_owned);
+        assert_eq!(merged(&warnings), ["a (3 times)", "b", "c"]);
+        assert!(merged(&[]).is_empty());
     }
 }

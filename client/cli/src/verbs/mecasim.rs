@@ -79,13 +79,13 @@ pub(crate) fn run(args: &MecasimArgs) -> Result<()> {
 fn input(args: &MecasimArgs) -> Result<scene::Input> {
     let simu = files::load_simu(&args.simu)?;
 
-    let mut objects = Vec::new();
+    let (mut objects, mut warnings) = (Vec::new(), Vec::new());
     let mut loaded = BTreeMap::new();
     for (number, path) in (1..).zip(&args.objects) {
         let parameters = files::load_object_parameters(path)?;
         let object = files::load_object(&parameters, Path::new(""), &args.masses.options())
             .map_err(meshes::in_words)?;
-        meshes::note(&object.warnings);
+        warnings.extend(object.warnings);
         // The object's number keeps two objects with the same file apart.
         let file = format!("{}#{number}", path.display());
         objects.push((parameters, Mesh::file(file.clone())));
@@ -97,7 +97,8 @@ fn input(args: &MecasimArgs) -> Result<scene::Input> {
     let viscosity = if args.viscosity { Viscosity::Drag } else { Viscosity::Unused };
     let options = MecasimOptions { viscosity, ..MecasimOptions::default() };
 
-    let (scene, warnings) = mecasim_scene(&simu, &objects, &options)?;
+    let (scene, odd) = mecasim_scene(&simu, &objects, &options)?;
+    warnings.extend(odd);
     meshes::note(&warnings);
     Ok(scene::Input::made(args.simu.display().to_string(), scene, loaded))
 }

@@ -6,7 +6,10 @@ use base64::{Engine as _, engine::general_purpose::STANDARD};
 use nappe_client::packed::{Step, unpack};
 use serde_json::Value;
 
-use crate::support::{SMALL_SCENE, Server, folder, nappe_in, write_scene};
+use crate::{
+    run::DIVERGING_SCENE,
+    support::{SMALL_SCENE, Server, folder, nappe_in, write_scene},
+};
 
 /// What an HTML file holds.
 struct Page {
@@ -144,6 +147,23 @@ fn scenes_that_reach_far_are_kept_as_finely_as_they_can_be() {
     let frames = Page::read(&here.path().join("far.html")).frames();
     let (_, bound, positions) = &frames[frames.len() - 1];
     assert!(*bound < 0.002 && (20_000.0 - f64::from(positions[0])).abs() < 1.0, "{bound} {}", positions[0]);
+}
+
+#[test]
+fn a_bound_that_grows_again_and_again_is_told_at_once_and_in_one_line_at_the_end() {
+    let here = folder();
+    let scene = write_scene(here.path(), DIVERGING_SCENE);
+    let done = nappe_in(here.path(), &["run", &scene, "--save", "far.html"]);
+    assert_eq!(done.code, Some(3), "{done:?}");
+    let steps: Vec<f64> =
+        Page::read(&here.path().join("far.html")).frames().iter().map(|frame| frame.1).collect();
+    let grew = steps.windows(2).filter(|pair| pair[0] < pair[1]).count();
+    assert!(grew > 1, "it grows {grew} times");
+    let last = steps[steps.len() - 1];
+    let told: Vec<&str> = done.stderr.lines().filter(|line| line.contains("far.html")).collect();
+    assert_eq!(told.len(), 2, "{}", done.stderr);
+    assert!(told[0].contains("on, far.html holds positions within"), "{}", done.stderr);
+    assert!(told[1].ends_with(&format!("far.html grew {grew} times, to {last} m")), "{}", done.stderr);
 }
 
 #[test]

@@ -49,6 +49,8 @@ pub(crate) struct Html {
     topology: Option<Topology>,
     /// The step of the positions, from the first frame on: the error allows it, and all particles are in its reach.
     step: Option<Step>,
+    /// How often the step grew.
+    coarser: u64,
     block: Option<Block>,
     frame_count: u64,
     last_step: u64,
@@ -76,6 +78,7 @@ impl Html {
             color: None,
             topology: None,
             step: None,
+            coarser: 0,
             block: None,
             frame_count: 0,
             last_step: 0,
@@ -119,7 +122,7 @@ impl Html {
         }
         if block.step() != step {
             self.step = Some(block.step());
-            self.tell_coarser(frame.frame, block.step());
+            self.note_coarser(frame.frame, block.step());
         }
         (self.frame_count, self.last_step) = (self.frame_count + 1, frame.step);
         if block.is_whole() {
@@ -135,6 +138,7 @@ impl Html {
     /// # Errors
     /// When the file cannot be written.
     pub(super) fn finish(mut self, end: Option<SessionEnd>) -> Result<()> {
+        self.tell_coarser();
         if let Some(topology) = self.topology.take() {
             self.write_head(&topology, self.fields.max_error())?;
         }
@@ -182,13 +186,28 @@ impl Html {
         self.write_element("nappe-head", &head)
     }
 
-    /// Says that positions are kept less finely from a frame on.
-    fn tell_coarser(&self, frame: u64, step: Step) {
-        output::note(&format!(
-            "nappe: from frame {frame} on, {} holds positions within {} m: the scene reaches too far for less",
-            self.path.display(),
-            step.bound()
-        ));
+    /// Says that positions are kept less finely from a frame on, the first time that it happens.
+    fn note_coarser(&mut self, frame: u64, step: Step) {
+        self.coarser += 1;
+        if self.coarser == 1 {
+            output::note(&format!(
+                "nappe: from frame {frame} on, {} holds positions within {} m: the scene reaches too far for less",
+                self.path.display(),
+                step.bound()
+            ));
+        }
+    }
+
+    /// Says how coarse they have become, if that happened again.
+    fn tell_coarser(&self) {
+        if let (Some(step), 2..) = (self.step, self.coarser) {
+            output::note(&format!(
+                "nappe: the bound of positions in {} grew {} times, to {} m",
+                self.path.display(),
+                self.coarser,
+                step.bound()
+            ));
+        }
     }
 
     /// Writes a block, unless it is empty, so that all of it is in the file.
