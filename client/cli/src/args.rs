@@ -87,6 +87,13 @@ impl OverrideArgs {
             rank_count: self.ranks.unwrap_or(0),
         }
     }
+
+    /// Puts into a scene what has a key there: steps, precision, steps between frames.
+    pub(crate) fn put_into(&self, scene: &mut nappe_scene::Scene) {
+        scene.steps = self.steps.unwrap_or(scene.steps);
+        scene.frame_interval = self.frame_interval.unwrap_or(scene.frame_interval);
+        scene.precision = self.precision.map_or(scene.precision, Into::into);
+    }
 }
 
 /// How a whole simulation is computed and kept: `run`, `mecasim` and the demo.

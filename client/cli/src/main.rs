@@ -16,6 +16,7 @@ mod ssh;
 mod meshes;
 mod mesh_info;
 mod scene;
+mod scene_files;
 mod viewer;
 mod save;
 mod compute;

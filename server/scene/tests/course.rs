@@ -74,6 +74,14 @@ fn options_and_kinds_change_what_they_say() {
     let made = scene(SIMU, &[&implicit], MecasimOptions::default()).unwrap().0;
     assert_eq!(made.bodies[0].integrator, Integrator::ImplicitEuler);
     assert_eq!(made.bodies[0].solver.fixed_iterations, Some(5));
+    let chosen = |text: &str, integrator| {
+        let options = MecasimOptions { integrator: Some(integrator), ..MecasimOptions::default() };
+        let body = scene(SIMU, &[text], options).unwrap().0.bodies.remove(0);
+        (body.integrator, body.solver.fixed_iterations)
+    };
+    assert_eq!(chosen(&implicit, Integrator::Bdf2), (Integrator::Bdf2, Some(5)));
+    assert_eq!(chosen(&implicit, Integrator::VelocityVerlet), (Integrator::VelocityVerlet, None));
+    assert_eq!(chosen(OBJECT, Integrator::Bdf2), (Integrator::Bdf2, None), "its file says explicite");
     let dust = SIMU.replace("objet1=mss", "objet1=particule");
     assert!(scene(&dust, &[OBJECT], MecasimOptions::default()).unwrap().0.bodies[0].springs.is_none());
     let plain = OBJECT.replace("UseTexture=1", "UseTexture=0");

@@ -1,27 +1,30 @@
 //! `nappe mecasim`: the course's command line, as it is.
 //!
-//! Reads the course's parameter files and meshes, uploads the meshes, and computes the scene that
-//! they describe.
+//! Reads the course's parameter files and meshes, and computes the scene that they describe, or writes it as a scene file.
 
 use std::{
     collections::BTreeMap,
     path::{Path, PathBuf},
 };
 
-use clap::Args;
-use nappe_scene::{
-    Mesh,
-    course::{CourseObject, MecasimOptions, Viscosity, mecasim_scene},
-    files,
+use clap::{
+    Args,
+    builder::{PossibleValuesParser, TypedValueParser},
 };
+use nappe_scene::{
+    Mesh, Scene,
+    course::{CourseObject, MecasimOptions, Viscosity, mecasim_scene},
+    files, printable,
+};
+use nappe_sim::{cloth::Integrator, mesh::TriangleMesh};
 
 use crate::{
     args::{ComputeArgs, OtherServerArgs},
     compute::{self, Server},
     error::{CliError, Result},
     meshes::{self, MissingMass},
-    output::OutputArgs,
-    remote, scene,
+    output::{self, Format, OutputArgs},
+    paths, remote, scene, scene_files,
 };
 
 /// Compute the objects of the MecaSim course from its own files
@@ -30,10 +33,11 @@ use crate::{
 Examples, from the folder that holds the course's data and exec:
   nappe mecasim 1 exec/Fichier_Param.simu exec/Fichier_Param.objet1 --steps 400
   nappe mecasim 2 exec/Fichier_Param.simu exec/Fichier_Param.objet1 exec/Fichier_Param.objet2 --save two.rrd
+  nappe mecasim 1 exec/Fichier_Param.simu exec/Fichier_Param.objet1 --write drap.toml   then: nappe run drap.toml
 
 The files of points, triangles, masses and textures are relative to the current folder, as in the
 course. The steps are NbIter of the simulation file unless --steps says otherwise. --json ends with the
-object of `nappe run --json`.")]
+object of `nappe run --json`; with --write it is {\"written\"}, the paths of the scene file and its meshes.")]
 pub(crate) struct MecasimArgs {
     /// Number of objects, as the course's program has it
     count: usize,
@@ -46,6 +50,13 @@ pub(crate) struct MecasimArgs {
     /// Use viscosite as the drag of the medium (N s/m); the course reads it and leaves it unused
     #[arg(long)]
     viscosity: bool,
+    /// Integrator of every object [default: what its file says]; an implicit one solves by its tolerance, unless the file
+    /// says implicite with NbIterVitImpl
+    #[arg(long, value_name = "NAME", value_parser = integrator())]
+    integrator: Option<Integrator>,
+    /// Write the scene as a scene file of nappe, with its meshes as PLY files beside it, and compute nothing
+    #[arg(long, value_name = "FILE.toml", conflicts_with_all = ["save", "start", "server"], help_heading = "Output")]
+    write: Option<PathBuf>,
     #[command(flatten)]
     masses: MissingMass,
     #[command(flatten)]
@@ -70,13 +81,17 @@ pub(crate) fn run(args: &MecasimArgs) -> Result<()> {
         .hint("nappe mecasim COUNT SCENE.simu OBJECT1 [OBJECT2 ...]"));
     }
 
-    let scene = input(args)?;
+    let (scene, meshes) = read(args)?;
+    if let Some(path) = &args.write {
+        return write(args, path, scene, &meshes);
+    }
+    let scene = scene::Input::made(args.simu.display().to_string(), scene, meshes);
     let server = Server::new(&args.server);
     remote::block_on(compute::compute(&scene, &args.compute, server, args.output.format()))
 }
 
-/// Reads everything that the command line names.
-fn input(args: &MecasimArgs) -> Result<scene::Input> {
+/// Reads everything that the command line names: the scene, and its meshes by the paths in it.
+fn read(args: &MecasimArgs) -> Result<(Scene, BTreeMap<String, TriangleMesh>)> {
     let simu = files::load_simu(&args.simu)?;
 
     let (mut objects, mut warnings) = (Vec::new(), Vec::new());
@@ -95,10 +110,42 @@ fn input(args: &MecasimArgs) -> Result<scene::Input> {
     let objects: Vec<_> =
         objects.iter().map(|(parameters, mesh)| CourseObject { parameters, mesh }).collect();
     let viscosity = if args.viscosity { Viscosity::Drag } else { Viscosity::Unused };
-    let options = MecasimOptions { viscosity, ..MecasimOptions::default() };
+    let options = MecasimOptions { viscosity, integrator: args.integrator, ..MecasimOptions::default() };
 
     let (scene, odd) = mecasim_scene(&simu, &objects, &options)?;
     warnings.extend(odd);
     meshes::note(&warnings);
-    Ok(scene::Input::made(args.simu.display().to_string(), scene, loaded))
+    Ok((scene, loaded))
+}
+
+/// Writes the scene with what the command line says of its keys, and says where.
+fn write(
+    args: &MecasimArgs,
+    path: &Path,
+    mut scene: Scene,
+    meshes: &BTreeMap<String, TriangleMesh>,
+) -> Result<()> {
+    if !paths::is_scene(path) {
+        return Err(CliError::usage(format!("--write {}: a scene file ends in .toml", path.display())));
+    }
+    args.compute.overrides.put_into(&mut scene);
+    let objects: Vec<String> = args.objects.iter().map(|object| object.display().to_string()).collect();
+    let comment = format!("Made by `nappe mecasim` of {} and {}.", args.simu.display(), objects.join(", "));
+    let existing = args.compute.force.existing();
+    let written = scene_files::write(path, &printable(&comment), scene, meshes, existing)?;
+    match args.output.format() {
+        Format::Json => output::json(&serde_json::json!({ "written": written })),
+        Format::Text => {
+            let files: Vec<String> = written.iter().map(|file| file.display().to_string()).collect();
+            let scene = path.display();
+            output::line(&format!("Written: {}; `nappe run {scene}` computes the scene", files.join(", ")))
+        }
+    }
+}
+
+/// An integrator by its name in scene files.
+fn integrator() -> impl TypedValueParser<Value = Integrator> {
+    PossibleValuesParser::new(Integrator::ALL.map(Integrator::name)).try_map(|name| {
+        Integrator::ALL.into_iter().find(|known| known.name() == name).ok_or("no integrator has this name")
+    })
 }

@@ -121,3 +121,104 @@ fn an_object_file_that_is_not_there_is_named() {
     assert_eq!(done.code, Some(1), "{done:?}");
     assert!(done.stderr.contains("no.simu"), "{}", done.stderr);
 }
+
+/// The files of two cloths of our own, in the course's formats; the second takes half of the steps of the first.
+fn cloths(folder: &Path) -> [&'static str; 3] {
+    for (name, size) in [("small", "5x5"), ("large", "8x6")] {
+        let grid = ["mesh", "grid", size, "--spacing", "0.1", "--course", "--out"];
+        nappe_in(folder, &[&grid[..], &[&format!("data/{name}")]].concat()).ok();
+        fs::write(folder.join(name), object_text(folder, name)).expect("written");
+    }
+    let steps = |text: String| text.replace("dt=0.0025", "dt=0.005").replace("15000.0", "150.0");
+    fs::write(folder.join("large"), steps(object_text(folder, "large"))).expect("written");
+    fs::write(folder.join("scene.simu"), "NbIter=20;\nGx=0.0;\nGy=-9.8;\nGz=0;\nobjet1=mss;\nobjet2=mss;\n")
+        .expect("written");
+    ["scene.simu", "small", "large"]
+}
+
+#[test]
+fn a_scene_that_is_written_runs_with_the_bits_of_the_courses_files() {
+    let folder = folder();
+    let [simu, small, large] = cloths(folder.path());
+    let two = ["mecasim", "2", simu, small, large, "--json"];
+    for more in [&[][..], &["--integrator", "bdf2", "--steps", "7", "--precision", "f64"]] {
+        let here = |args: &[&str]| nappe_in(folder.path(), args).ok();
+        let computed = here(&[&two[..], more].concat()).json();
+        let written = here(&[&two[..], more, &["--write", "my.toml", "--force"]].concat()).json();
+        assert_eq!(written["written"], serde_json::json!(["my-small.ply", "my-large.ply", "my.toml"]));
+        // The course's files are not needed any more.
+        let other = crate::support::folder();
+        for file in ["my-small.ply", "my-large.ply", "my.toml"] {
+            fs::copy(folder.path().join(file), other.path().join(file)).expect("it is written");
+        }
+        let run = nappe_in(other.path(), &["run", "my.toml", "--json"]).ok().json();
+        for key in ["state_hash", "steps", "time", "particles", "springs", "precision"] {
+            assert_eq!(run[key], computed[key], "{key} with {more:?}");
+        }
+    }
+    let text = fs::read_to_string(folder.path().join("my.toml")).expect("the scene");
+    assert!(text.starts_with("# Made by `nappe mecasim` of scene.simu and small, large.\n"), "{text}");
+    assert_eq!(text.matches("integrator = \"bdf2\"").count(), 2, "{text}");
+}
+
+#[test]
+fn the_courses_own_cloth_is_written_with_its_bits() {
+    let Some(course) = course() else { return };
+    let folder = folder();
+    let scene = folder.path().join("my.toml").display().to_string();
+    let computed = mecasim(&course, &["drap10"], &[]).ok().json();
+    mecasim(&course, &["drap10"], &["--write", &scene]).ok();
+    let run = nappe_in(folder.path(), &["run", &scene, "--json"]).ok().json();
+    assert_eq!((&run["state_hash"], &run["steps"]), (&computed["state_hash"], &20.into()));
+}
+
+#[test]
+fn a_scene_that_cannot_be_written_leaves_every_file_as_it_was() {
+    let folder = folder();
+    let [simu, small, _] = cloths(folder.path());
+    let write = |path: &str, more: &[&str]| {
+        let args = ["mecasim", "1", simu, small, "--write", path];
+        nappe_in(folder.path(), &[&args[..], more].concat())
+    };
+    let names = || {
+        let entries =
+            fs::read_dir(folder.path()).expect("a folder").map(|entry| entry.expect("one").file_name());
+        let mut names: Vec<_> = entries.collect();
+        names.sort();
+        names
+    };
+    let before = names();
+    for (path, more, code, part) in [
+        ("my.json", &[][..], 2, "--write my.json: a scene file ends in .toml"),
+        ("nowhere/my.toml", &[], 1, "nowhere"),
+        ("my.toml", &["--save", "my.html"], 2, "--save"),
+        ("my.toml", &["--integrator", "leapfrog"], 2, "velocity_verlet"),
+    ] {
+        let done = write(path, more);
+        assert_eq!(done.code, Some(code), "{path} {more:?}: {done:?}");
+        assert!(done.stderr.contains(part), "{path} {more:?}: {}", done.stderr);
+        assert_eq!(names(), before, "{path} {more:?}");
+    }
+    // One of the files is there: none is written.
+    fs::write(folder.path().join("my-small.ply"), "mine").expect("written");
+    let refused = write("my.toml", &[]);
+    assert_eq!(refused.code, Some(1), "{refused:?}");
+    assert!(refused.stderr.contains("my-small.ply is there already: --force overwrites it"), "{refused:?}");
+    assert!(!folder.path().join("my.toml").exists());
+    let done = write("my.toml", &["--force"]).ok();
+    assert!(done.stdout.contains("`nappe run my.toml`"), "{}", done.stdout);
+    let refused = write("my.toml", &[]);
+    assert_eq!(refused.code, Some(1), "{refused:?}");
+}
+
+#[test]
+fn a_warning_of_a_file_that_is_named_twice_is_one_line() {
+    let folder = folder();
+    let [simu, small, _] = cloths(folder.path());
+    let text = fs::read_to_string(folder.path().join(small)).expect("the object");
+    fs::write(folder.path().join(small), text + "colour=3;\n").expect("written");
+    let done = nappe_in(folder.path(), &["mecasim", "2", simu, small, small, "--write", "my.toml"]).ok();
+    let told: Vec<&str> = done.stderr.lines().filter(|line| line.contains("'colour'")).collect();
+    assert_eq!(told.len(), 1, "{}", done.stderr);
+    assert!(told[0].ends_with("(2 times)"), "{}", done.stderr);
+}

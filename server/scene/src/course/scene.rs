@@ -35,11 +35,13 @@ pub struct MecasimOptions {
     pub viscosity: Viscosity,
     /// Precision of positions and velocities; default: f32.
     pub precision: Precision,
+    /// Integrator of every object; none: that of its file.
+    pub integrator: Option<Integrator>,
 }
 
 impl Default for MecasimOptions {
     fn default() -> Self {
-        Self { viscosity: Viscosity::default(), precision: Precision::F32 }
+        Self { viscosity: Viscosity::default(), precision: Precision::F32, integrator: None }
     }
 }
 
@@ -81,7 +83,7 @@ pub fn mecasim_scene(
         body.drag = drag;
         body.substeps = Some(substeps(dt, slowest.parameters, parameters)?).filter(|count| *count > 1);
         body.springs = springs(simu, number, parameters, &mut warnings)?;
-        (body.integrator, body.solver) = solver(parameters, &mut warnings);
+        (body.integrator, body.solver) = solver(parameters, options.integrator, &mut warnings);
         bodies.push(body);
     }
 
@@ -181,17 +183,24 @@ fn springs(
     Ok(Some(Springs { pattern: None, stretch: SpringLaw { stiffness, damping }, shear: None, bend: None }))
 }
 
-fn solver(parameters: &ObjectParameters, warnings: &mut Vec<String>) -> (Integrator, Solver) {
-    match parameters.integration {
-        ObjectIntegration::SymplecticEuler => (Integrator::SymplecticEuler, Solver::default()),
-        ObjectIntegration::ImplicitEuler { iterations } => {
-            if iterations.is_none() {
-                warnings.push(format!(
-                    "{}: NbIterVitImpl is not set: the solver stops by its tolerance",
-                    parameters.file
-                ));
-            }
-            (Integrator::ImplicitEuler, Solver { fixed_iterations: iterations, ..Solver::default() })
-        }
+fn solver(
+    parameters: &ObjectParameters,
+    chosen: Option<Integrator>,
+    warnings: &mut Vec<String>,
+) -> (Integrator, Solver) {
+    let (own, fixed_iterations) = match parameters.integration {
+        ObjectIntegration::SymplecticEuler => (Integrator::SymplecticEuler, None),
+        ObjectIntegration::ImplicitEuler { iterations } => (Integrator::ImplicitEuler, iterations),
+    };
+    let integrator = chosen.unwrap_or(own);
+    if !integrator.is_implicit() {
+        return (integrator, Solver::default());
     }
+    if own.is_implicit() && fixed_iterations.is_none() {
+        warnings.push(format!(
+            "{}: NbIterVitImpl is not set: the solver stops by its tolerance",
+            parameters.file
+        ));
+    }
+    (integrator, Solver { fixed_iterations, ..Solver::default() })
 }
