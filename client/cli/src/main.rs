@@ -6,6 +6,7 @@ mod error;
 mod output;
 mod version;
 mod write;
+mod aside;
 mod paths;
 mod diagnostics;
 mod session;

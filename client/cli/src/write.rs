@@ -40,36 +40,37 @@ pub(crate) fn create(path: &Path, existing: Existing) -> Result<File> {
     files::create(path, existing).map_err(|error| refused(path, &error))
 }
 
-/// Opens a file that may be overwritten, with what it holds until then; makes it where it stays.
-///
-/// # Errors
-/// As [`create`].
-pub(crate) fn open(path: &Path, existing: Existing) -> Result<File> {
-    match existing {
-        Existing::Kept => create(path, existing),
-        Existing::Overwritten => {
-            let opened = File::options().write(true).create(true).truncate(false).open(path);
-            opened.map_err(|error| refused(path, &error))
-        }
-    }
-}
-
-/// Makes a file of these bytes, whole or not at all: they are written beside it, under its name with `.new` behind, which then
-/// takes its place. Where that fails, what was there stays. A device or a pipe is written as it is.
+/// Makes a file of these bytes, whole or not at all, as [`write_by`], and has the disk hold it.
 ///
 /// # Errors
 /// As [`create`].
 pub(crate) fn write_whole(path: &Path, bytes: &[u8], existing: Existing) -> Result<()> {
-    if fs::metadata(path).is_ok_and(|there| !there.is_file()) {
-        return create(path, existing)?.write_all(bytes).map_err(|error| refused(path, &error));
+    write_by(path, existing, |file| {
+        file.write_all(bytes)?;
+        // A device or a pipe has no disk.
+        if file.metadata()?.is_file() { file.sync_all() } else { Ok(()) }
+    })
+}
+
+/// Makes a file of what is written into it, whole or not at all: it is written beside it, under its name with `.new` behind,
+/// which then takes its place. Where that fails, what was there stays. A device or a pipe is written as it is.
+///
+/// # Errors
+/// As [`create`].
+pub(crate) fn write_by(
+    path: &Path,
+    existing: Existing,
+    write: impl FnOnce(&mut File) -> io::Result<()>,
+) -> Result<()> {
+    if is_special(path) {
+        return write(&mut create(path, existing)?).map_err(|error| refused(path, &error));
     }
     check(path, existing)?;
-    // Of a link, what it leads to is replaced.
-    let place = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+    let place = place(path);
     let new = beside(&place);
     let blamed = if new.is_dir() { new.as_path() } else { path };
     let mut file = File::create(&new).map_err(|error| refused(blamed, &error))?;
-    let written = file.write_all(bytes).and_then(|()| file.sync_all());
+    let written = write(&mut file);
     drop(file);
     written.and_then(|()| put(&new, &place, existing)).map_err(|error| {
         // The first error is told; what cannot be removed either is in nobody's way.
@@ -78,15 +79,32 @@ pub(crate) fn write_whole(path: &Path, bytes: &[u8], existing: Existing) -> Resu
     })
 }
 
+/// Whether something is there that is no plain file, so that nothing takes its place.
+pub(crate) fn is_special(path: &Path) -> bool {
+    fs::metadata(path).is_ok_and(|there| !there.is_file())
+}
+
+/// What is replaced at a path: of a link, what it leads to.
+pub(crate) fn place(path: &Path) -> PathBuf {
+    if path.is_symlink() {
+        fs::canonicalize(path).unwrap_or_else(|_| path.to_owned())
+    } else {
+        path.to_owned()
+    }
+}
+
 /// Where a file is written until it is whole.
-fn beside(path: &Path) -> PathBuf {
+pub(crate) fn beside(path: &Path) -> PathBuf {
     let mut name = path.as_os_str().to_owned();
     name.push(".new");
     name.into()
 }
 
 /// Gives a file its place. One that came there meanwhile stays, if files stay.
-fn put(new: &Path, place: &Path, existing: Existing) -> io::Result<()> {
+///
+/// # Errors
+/// Those of the system; [`io::ErrorKind::AlreadyExists`] where a file stays.
+pub(crate) fn put(new: &Path, place: &Path, existing: Existing) -> io::Result<()> {
     if existing == Existing::Overwritten {
         return fs::rename(new, place);
     }
@@ -114,7 +132,8 @@ pub(crate) fn stays(path: &Path) -> CliError {
     CliError::failure(format!("{} is there already: --force overwrites it", path.display()))
 }
 
-fn refused(path: &Path, error: &io::Error) -> CliError {
+/// The failure of a file that cannot be written.
+pub(crate) fn refused(path: &Path, error: &io::Error) -> CliError {
     match error.kind() {
         io::ErrorKind::AlreadyExists => stays(path),
         _ => CliError::file("write", path, error),

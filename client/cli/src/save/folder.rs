@@ -3,6 +3,8 @@
 //! Particles: x, y, z (m) and, where they are kept, vx, vy, vz (m/s), plastic_ratio (1) and stress_norm (Pa), in the
 //! precision of the session: binary64 holds its exact state. Nodes of the grid, in binary32: x, y, z (m), mass (kg),
 //! vx, vy, vz (m/s).
+//!
+//! Each file is whole. Where frames of another run are to be replaced, the new ones stand in a folder within until the end.
 
 use std::{
     fs,
@@ -22,18 +24,28 @@ use crate::{
 /// Properties of a PLY file that hold a velocity (m/s).
 const VELOCITY: [&str; 3] = ["vx", "vy", "vz"];
 
+/// Where the frames are until they replace those of another run, within the folder.
+const ASIDE: &str = "frames.new";
+
 /// PLY files: frame-000000.ply, frame-000001.ply ... and grid-000000.ply ...
 pub(crate) struct Folder {
     path: PathBuf,
+    /// Where the files are written: the folder, or one within it while frames of another run are there.
+    place: PathBuf,
+    /// Folders that were made for it, inner ones first.
+    made: Vec<PathBuf>,
     fields: FieldsArgs,
     triangles: Vec<[u32; 3]>,
-    /// Files of another run, which go when the first frame comes.
-    old: Vec<PathBuf>,
+    frame_count: u64,
+    /// Whether a file is missing.
+    is_torn: bool,
 }
 
 impl Folder {
     /// Makes the folder, or takes one that holds no frames that stay.
     pub(super) fn create(path: &Path, existing: Existing, fields: &FieldsArgs) -> Result<Self> {
+        let missing = |folder: &&Path| !folder.as_os_str().is_empty() && !folder.exists();
+        let made = path.ancestors().take_while(missing).map(Path::to_owned).collect();
         fs::create_dir_all(path).map_err(|error| CliError::file("make the folder", path, &error))?;
         let old = frames(path).map_err(|error| CliError::file("read the folder", path, &error))?;
         if let Some(name) = old.first().and_then(|file| file.file_name())
@@ -46,7 +58,16 @@ impl Folder {
             ))
             .hint("--force removes them; or give another folder"));
         }
-        Ok(Self { path: path.to_owned(), fields: fields.clone(), triangles: Vec::new(), old })
+        let place = if old.is_empty() { path.to_owned() } else { path.join(ASIDE) };
+        Ok(Self {
+            path: path.to_owned(),
+            place,
+            made,
+            fields: fields.clone(),
+            triangles: Vec::new(),
+            frame_count: 0,
+            is_torn: false,
+        })
     }
 
     /// These watch options with what is kept, in the precision of a session.
@@ -68,9 +89,65 @@ impl Folder {
     /// # Errors
     /// When one cannot be written.
     pub(super) fn write(&mut self, frame: &Frame) -> Result<()> {
-        for file in self.old.drain(..) {
-            fs::remove_file(&file).map_err(|error| CliError::file("remove", &file, &error))?;
+        if self.frame_count == 0 && self.is_aside() {
+            self.make_room()?;
         }
+        self.frame_count += 1;
+        let written = self.write_files(frame);
+        self.is_torn |= written.is_err();
+        written.map_err(|error| self.told(error))
+    }
+
+    /// Has the frames take the place of those of another run. None came: those stay.
+    ///
+    /// # Errors
+    /// When a file is missing, or one cannot be removed or renamed.
+    pub(super) fn finish(self) -> Result<()> {
+        if self.frame_count == 0 || !self.is_aside() {
+            return Ok(());
+        }
+        if self.is_torn {
+            return Err(self.told(CliError::failure("a file of a frame could not be written")));
+        }
+        self.replace().map_err(|(verb, file, error)| self.told(CliError::file(verb, &file, &error)))
+    }
+
+    /// Whether frames of another run are there.
+    fn is_aside(&self) -> bool {
+        self.place != self.path
+    }
+
+    /// Makes the folder within, without what a killed run left there.
+    fn make_room(&self) -> Result<()> {
+        let made = fs::create_dir_all(&self.place).and_then(|()| frames(&self.place));
+        let left = made.map_err(|error| CliError::file("make the folder", &self.place, &error))?;
+        remove(&left).map_err(|(verb, file, error)| CliError::file(verb, &file, &error))
+    }
+
+    /// Removes the frames of another run, and moves those of this one.
+    fn replace(&self) -> Moved {
+        let listed =
+            |folder: &Path| frames(folder).map_err(|error| ("read the folder", folder.to_owned(), error));
+        let new = listed(&self.place)?;
+        remove(&listed(&self.path)?)?;
+        for file in new {
+            let Some(name) = file.file_name() else { continue };
+            let moved = fs::rename(&file, self.path.join(name));
+            moved.map_err(|error| ("rename", file, error))?;
+        }
+        fs::remove_dir(&self.place).map_err(|error| ("remove", self.place.clone(), error))
+    }
+
+    /// An error after which the frames of another run stay.
+    fn told(&self, error: CliError) -> CliError {
+        if self.is_aside() && error.hint.is_none() {
+            error.hint(format!("the frames until then are in {}", self.place.display()))
+        } else {
+            error
+        }
+    }
+
+    fn write_files(&self, frame: &Frame) -> Result<()> {
         let properties: Vec<PlyProperty<'_>> = [
             property(&VELOCITY, frame.velocities.as_ref().map(vectors)),
             property(&["plastic_ratio"], frame.plastic_ratios.as_ref().map(scalars)),
@@ -87,7 +164,7 @@ impl Folder {
             step: frame.step,
             time: frame.time,
         };
-        write(&self.path.join(format!("frame-{:06}.ply", frame.frame)), &particles)?;
+        write(&self.place.join(format!("frame-{:06}.ply", frame.frame)), &particles)?;
 
         match &frame.grid {
             Some(grid) => self.write_grid(frame, grid),
@@ -107,7 +184,19 @@ impl Folder {
             step: frame.step,
             time: frame.time,
         };
-        write(&self.path.join(format!("grid-{:06}.ply", frame.frame)), &nodes)
+        write(&self.place.join(format!("grid-{:06}.ply", frame.frame)), &nodes)
+    }
+}
+
+impl Drop for Folder {
+    /// Folders that were made for frames that did not come go.
+    fn drop(&mut self) {
+        if self.frame_count == 0 {
+            for folder in &self.made {
+                // One that holds something meanwhile stays.
+                let _ = fs::remove_dir(folder);
+            }
+        }
     }
 }
 
@@ -146,9 +235,18 @@ fn frames(folder: &Path) -> io::Result<Vec<PathBuf>> {
     Ok(found)
 }
 
+/// What could not be done, with which file, and why.
+type Moved = std::result::Result<(), (&'static str, PathBuf, io::Error)>;
+
+/// Removes files.
+fn remove(files: &[PathBuf]) -> Moved {
+    files.iter().try_for_each(|file| fs::remove_file(file).map_err(|error| ("remove", file.clone(), error)))
+}
+
 fn write(path: &Path, points: &PlyFrame<'_>) -> Result<()> {
-    let mut out = BufWriter::new(write::create(path, Existing::Kept)?);
-    write_ply_frame(points, &mut out)
-        .and_then(|()| out.flush())
-        .map_err(|error| CliError::file("write", path, &error))
+    write::write_by(path, Existing::Kept, |file| {
+        let mut out = BufWriter::new(file);
+        write_ply_frame(points, &mut out)?;
+        out.flush()
+    })
 }

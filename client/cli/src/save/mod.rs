@@ -115,7 +115,7 @@ impl Sink {
     /// When its end cannot be written.
     pub(crate) fn finish(self, end: Option<SessionEnd>) -> Result<()> {
         match self {
-            Self::Folder(_) => Ok(()),
+            Self::Folder(folder) => folder.finish(),
             Self::Html(html) => html.finish(end),
         }
     }

@@ -270,7 +270,8 @@ fn a_terminal_that_closes_ends_a_run_whose_page_is_whole() {
     let page = folder.path().join("page.html");
     // The terminal and its shell both say that it closes.
     let said_once = |process: &Child| {
-        until("something of the page is written", || fs::metadata(&page).is_ok_and(|page| page.len() > 0));
+        let written = || fs::metadata(folder.path().join("page.html.new")).is_ok_and(|page| page.len() > 0);
+        until("something of the page is written", written);
         let status = Command::new("kill").args(["-HUP", &process.id().to_string()]).status();
         assert!(status.expect("the signal is sent").success());
     };

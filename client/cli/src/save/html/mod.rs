@@ -1,15 +1,11 @@
 //! One HTML file that any browser opens, without a server and without a network: a page, and the frames that it shows.
 //!
-//! It is written as frames come. Cut anywhere, it still opens and shows its whole blocks.
+//! It is written as frames come, beside its name. Cut anywhere, it still opens and shows its whole blocks.
 
 mod head;
 mod block;
 
-use std::{
-    fs::{self, File},
-    io::{self, BufWriter, Write as _},
-    path::{Path, PathBuf},
-};
+use std::path::Path;
 
 use nappe_client::{Frame, SessionEnd, Topology, Vectors, WatchOptions, holds_snow, packed::Step, v1};
 use nappe_scene::printable;
@@ -20,10 +16,11 @@ use self::{
     head::{About, head},
 };
 use crate::{
+    aside::Growing,
     error::{CliError, Result},
     fields::{ColorName, FieldsArgs},
     output,
-    write::{self, Existing},
+    write::Existing,
 };
 
 /// The page that shows what follows it; it ends with its own script, so that data can follow.
@@ -37,11 +34,7 @@ const LARGE: u64 = 200_000_000;
 
 /// An HTML file in the making.
 pub(crate) struct Html {
-    path: PathBuf,
-    /// Whether the file was not there before.
-    is_new: bool,
-    out: BufWriter<File>,
-    bytes: u64,
+    file: Growing,
     fields: FieldsArgs,
     about: About,
     color: Option<ColorName>,
@@ -57,7 +50,7 @@ pub(crate) struct Html {
 }
 
 impl Html {
-    /// Opens the file. What it holds stays until there is something to write.
+    /// Opens the file, beside one that is there.
     ///
     /// # Errors
     /// When it cannot be opened, or is there and stays.
@@ -67,12 +60,8 @@ impl Html {
         fields: &FieldsArgs,
         scene: Option<&str>,
     ) -> Result<Self> {
-        let is_new = !path.exists();
         Ok(Self {
-            path: path.to_owned(),
-            is_new,
-            out: BufWriter::new(write::open(path, existing)?),
-            bytes: 0,
+            file: Growing::open(path, existing)?,
             fields: fields.clone(),
             about: About { scene: scene.map(str::to_owned), ..About::default() },
             color: None,
@@ -133,7 +122,7 @@ impl Html {
         Ok(())
     }
 
-    /// Writes what is left.
+    /// Writes what is left, and gives the file its name.
     ///
     /// # Errors
     /// When the file cannot be written.
@@ -142,7 +131,7 @@ impl Html {
         if let Some(topology) = self.topology.take() {
             self.write_head(&topology, self.fields.max_error())?;
         }
-        if self.bytes == 0 {
+        if self.file.bytes() == 0 {
             return Ok(());
         }
         if let Some(block) = self.block.take() {
@@ -155,7 +144,7 @@ impl Html {
             "finished": end.is_some(),
         });
         self.write_element("nappe-end", &end)?;
-        self.flush()
+        self.file.finish()
     }
 
     /// Writes the head, for which the first frame says how large the scene is, and gives the step of the positions.
@@ -173,16 +162,11 @@ impl Html {
         Ok(step)
     }
 
-    /// Empties the file, and writes the page and the head.
+    /// Writes the page and the head.
     fn write_head(&mut self, topology: &Topology, bound: Option<f64>) -> Result<()> {
         let color = self.color.and_then(ColorName::shown);
         let head = head(&self.about, topology, color, bound)?;
-        let file = self.out.get_ref();
-        // What is no plain file has no length, and nothing to be emptied of.
-        if file.metadata().is_ok_and(|file| file.is_file()) {
-            file.set_len(0).map_err(|error| self.refused(&error))?;
-        }
-        self.write(PAGE)?;
+        self.file.write(PAGE.as_bytes())?;
         self.write_element("nappe-head", &head)
     }
 
@@ -192,7 +176,7 @@ impl Html {
         if self.coarser == 1 {
             output::note(&format!(
                 "nappe: from frame {frame} on, {} holds positions within {} m: the scene reaches too far for less",
-                self.path.display(),
+                self.file.path().display(),
                 step.bound()
             ));
         }
@@ -203,7 +187,7 @@ impl Html {
         if let (Some(step), 2..) = (self.step, self.coarser) {
             output::note(&format!(
                 "nappe: the bound of positions in {} grew {} times, to {} m",
-                self.path.display(),
+                self.file.path().display(),
                 self.coarser,
                 step.bound()
             ));
@@ -215,13 +199,13 @@ impl Html {
         if block.is_empty() {
             return Ok(());
         }
-        let was_large = self.bytes > LARGE;
+        let was_large = self.file.bytes() > LARGE;
         self.write_element("nappe-block", &block.json())?;
-        self.flush()?;
-        if self.bytes > LARGE && !was_large {
+        self.file.flush()?;
+        if self.file.bytes() > LARGE && !was_large {
             output::note(&format!(
                 "nappe: {} has more than {} MB and grows: a larger --max-error, a longer --frame-interval or fewer --steps make it smaller",
-                self.path.display(),
+                self.file.path().display(),
                 LARGE / 1_000_000
             ));
         }
@@ -231,32 +215,8 @@ impl Html {
     /// Writes an element of data. No text within can end it.
     fn write_element(&mut self, class: &str, value: &Value) -> Result<()> {
         let text = value.to_string().replace('<', "\\u003c");
-        self.write(&format!("<script type=\"application/json\" class=\"{class}\">{text}</script>\n"))
-    }
-
-    fn write(&mut self, text: &str) -> Result<()> {
-        self.bytes += text.len() as u64;
-        let written = self.out.write_all(text.as_bytes());
-        written.map_err(|error| self.refused(&error))
-    }
-
-    fn flush(&mut self) -> Result<()> {
-        let flushed = self.out.flush();
-        flushed.map_err(|error| self.refused(&error))
-    }
-
-    fn refused(&self, error: &io::Error) -> CliError {
-        CliError::file("write", &self.path, error)
-    }
-}
-
-impl Drop for Html {
-    /// A new file in which nothing was written is taken away: it would keep the next run from its name.
-    fn drop(&mut self) {
-        if self.is_new && self.bytes == 0 {
-            // An empty file that stays is in the way, and no more than that.
-            let _ = fs::remove_file(&self.path);
-        }
+        let element = format!("<script type=\"application/json\" class=\"{class}\">{text}</script>\n");
+        self.file.write(element.as_bytes())
     }
 }
 
