@@ -3,7 +3,7 @@
 //! With frames to save, the session waits for the frames to be written: none is lost, however slow the disk, and the
 //! server keeps no more than it keeps anyway. Without, it plays as fast as it can and only its diagnostics travel.
 
-use std::future::Future;
+use std::{future::Future, path::Path};
 
 use nappe_client::{Client, ClientError, Event, FrameStream, SessionEnd, Wait, WatchOptions, v1};
 
@@ -14,7 +14,7 @@ use super::{
 use crate::{
     error::{CliError, Result},
     remote,
-    save::{Destination, Form, Sink},
+    save::{Destination, Form, Recording, Sink},
     viewer::Place,
 };
 
@@ -68,22 +68,37 @@ pub(crate) async fn drive(
             Ok(Driven { told: kept.told, saved: Some(kept.frame_count), ..driven })
         }
         Form::Recording(recording) => {
-            let mut child = record::begin(recording, place, id, path).await?;
-            let progress = Progress::start(session.step_limit, shown);
-            let played = Box::pin(play(client, id, &progress));
-            let recorded = Box::pin(record::follow(&mut child, client, id, played));
-            let driven = until_end(client, id, &progress, recorded).await;
-            let closed = child.finish().await;
-            let driven = driven?;
-            let saved = match closed {
-                Ok(shown) => Some(shown.frames),
-                // A session that came to its end was waited for already.
-                Err(_) if driven.end == DriveEnd::Session => None,
-                Err(failure) => return Err(failure.into()),
-            };
-            Ok(Driven { saved, ..driven })
+            let recorded = record(client, (place, path.as_path()), session, recording, shown);
+            Box::pin(recorded).await.map_err(|error| recording.file().told(error))
         }
     }
+}
+
+/// Drives a session that a viewer records.
+async fn record(
+    client: &Client,
+    (place, path): (&Place, &Path),
+    session: &v1::Session,
+    recording: &Recording,
+    shown: Shown,
+) -> Result<Driven> {
+    let id = session.session_id.as_str();
+    let mut child = record::begin(recording, place, id, path).await?;
+    let progress = Progress::start(session.step_limit, shown);
+    let played = Box::pin(play(client, id, &progress));
+    let recorded = Box::pin(record::follow(&mut child, client, id, played));
+    let driven = until_end(client, id, &progress, recorded).await;
+    let closed = child.finish().await;
+    let kept = recording.file().keep(&closed);
+    let driven = driven?;
+    let saved = match closed {
+        Ok(shown) => Some(shown.frames),
+        // A session that came to its end was waited for already.
+        Err(_) if driven.end == DriveEnd::Session => None,
+        Err(failure) => return Err(failure.into()),
+    };
+    kept?;
+    Ok(Driven { saved, ..driven })
 }
 
 /// Waits for the end of a session's computation, or for the user's.

@@ -20,7 +20,7 @@ const PATIENCE: Duration = Duration::from_secs(10);
 /// # Errors
 /// When it cannot be started, ends at once, or does not watch in time; nothing is left of it then.
 pub(super) async fn begin(recording: &Recording, place: &Place, id: &str, path: &Path) -> Result<Child> {
-    let mut child = recording.start(place, id, path, ["--paced".into()]).await?;
+    let mut child = recording.start(place, id, ["--paced".into()]).await?;
     if tokio::time::timeout(PATIENCE, child.watches()).await.is_err() {
         let (seconds, lines) = (PATIENCE.as_secs(), child.last_lines());
         return Err(CliError::failure(format!(

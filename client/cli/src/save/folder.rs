@@ -119,9 +119,12 @@ impl Folder {
 
     /// Makes the folder within, without what a killed run left there.
     fn make_room(&self) -> Result<()> {
-        let made = fs::create_dir_all(&self.place).and_then(|()| frames(&self.place));
-        let left = made.map_err(|error| CliError::file("make the folder", &self.place, &error))?;
-        remove(&left).map_err(|(verb, file, error)| CliError::file(verb, &file, &error))
+        let cleared = match fs::remove_dir_all(&self.place) {
+            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
+            removed => removed,
+        };
+        let made = cleared.and_then(|()| fs::create_dir(&self.place));
+        made.map_err(|error| CliError::file("make the folder", &self.place, &error))
     }
 
     /// Removes the frames of another run, and moves those of this one.
@@ -129,7 +132,9 @@ impl Folder {
         let listed =
             |folder: &Path| frames(folder).map_err(|error| ("read the folder", folder.to_owned(), error));
         let new = listed(&self.place)?;
-        remove(&listed(&self.path)?)?;
+        for file in listed(&self.path)? {
+            fs::remove_file(&file).map_err(|error| ("remove", file, error))?;
+        }
         for file in new {
             let Some(name) = file.file_name() else { continue };
             let moved = fs::rename(&file, self.path.join(name));
@@ -237,11 +242,6 @@ fn frames(folder: &Path) -> io::Result<Vec<PathBuf>> {
 
 /// What could not be done, with which file, and why.
 type Moved = std::result::Result<(), (&'static str, PathBuf, io::Error)>;
-
-/// Removes files.
-fn remove(files: &[PathBuf]) -> Moved {
-    files.iter().try_for_each(|file| fs::remove_file(file).map_err(|error| ("remove", file.clone(), error)))
-}
 
 fn write(path: &Path, points: &PlyFrame<'_>) -> Result<()> {
     write::write_by(path, Existing::Kept, |file| {

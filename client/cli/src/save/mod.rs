@@ -11,14 +11,9 @@ use std::path::{Path, PathBuf};
 
 use nappe_client::{Frame, SessionEnd, Topology, WatchOptions, v1};
 
-pub(crate) use self::recording::Recording;
+pub(crate) use self::recording::{File, Recording};
 use self::{folder::Folder, html::Html};
-use crate::{
-    error::Result,
-    fields::FieldsArgs,
-    paths,
-    write::{self, Existing},
-};
+use crate::{error::Result, fields::FieldsArgs, paths, write::Existing};
 
 /// Where the frames of a session go.
 pub(crate) struct Destination {
@@ -59,8 +54,7 @@ impl Destination {
     ) -> Result<Self> {
         paths::check_save(path)?;
         let form = if paths::is_recording(path) {
-            write::check(path, existing)?;
-            Form::Recording(Recording::prepare(fields).await?)
+            Form::Recording(Recording::prepare(path, existing, fields).await?)
         } else if paths::is_html(path) {
             Form::Sink(Sink::Html(Box::new(Html::create(path, existing, fields, scene)?)))
         } else {

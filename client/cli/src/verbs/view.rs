@@ -10,8 +10,9 @@ use crate::{
     fields::ShownArgs,
     output::{self, Format},
     paths, remote,
+    save::File,
     viewer::{self, Form, Place, Shown, Viewer},
-    write::{self, ForceArgs},
+    write::ForceArgs,
 };
 
 /// Show a session in Rerun
@@ -49,11 +50,9 @@ const DEFAULT_VIEWER: &str = "rerun+http://127.0.0.1:9876/proxy";
 /// # Errors
 /// When there is no such session, no server, no viewer, or the recording cannot be written.
 pub(crate) fn run(args: &ViewArgs) -> Result<()> {
-    let options = options(args)?;
-    if let Some(path) = &args.save {
-        write::check(path, args.force.existing())?;
-    }
-    let form = if args.save.is_some() { Form::Recording } else { Form::View };
+    let file = file(args)?;
+    let options = options(args, file.as_ref());
+    let form = if file.is_some() { Form::Recording } else { Form::View };
     let SessionArgs { id, server, .. } = &args.session;
     remote::block_on(async {
         let viewer = Viewer::find().await?;
@@ -63,27 +62,34 @@ pub(crate) fn run(args: &ViewArgs) -> Result<()> {
             ended = child.end() => ended,
             signal = remote::interrupted() => { signal?; child.finish().await }
         };
-        print(args, shown?)
+        let Some(file) = file else { return print(args, shown?) };
+        let kept = file.keep(&shown);
+        let shown = shown.map_err(|failure| file.told(failure.into()))?;
+        kept?;
+        print(args, shown)
     })
 }
 
+/// The file of a recording, if there is to be one.
+fn file(args: &ViewArgs) -> Result<Option<File>> {
+    let Some(path) = &args.save else { return Ok(None) };
+    if paths::is_recording(path) {
+        return File::open(path, args.force.existing()).map(Some);
+    }
+    Err(CliError::usage(format!("--save {}: a Rerun recording is a file FILE.rrd", path.display()))
+        .hint("`nappe watch ID --save FOLDER` keeps PLY meshes"))
+}
+
 /// What the viewer is told.
-fn options(args: &ViewArgs) -> Result<Vec<OsString>> {
+fn options(args: &ViewArgs, file: Option<&File>) -> Vec<OsString> {
     let id = &args.session.id;
-    let mut options = match (&args.save, &args.connect) {
-        (Some(path), _) if paths::is_recording(path) => viewer::saved(id, path),
-        (Some(path), _) => {
-            return Err(CliError::usage(format!(
-                "--save {}: a Rerun recording is a file FILE.rrd",
-                path.display()
-            ))
-            .hint("`nappe watch ID --save FOLDER` keeps PLY meshes"));
-        }
+    let mut options = match (file, &args.connect) {
+        (Some(file), _) => viewer::saved(id, file.place()),
         (None, Some(url)) => [viewer::session(id), vec![format!("--connect={url}").into()]].concat(),
         (None, None) => viewer::session(id),
     };
     options.extend(args.shown.viewer_options());
-    Ok(options)
+    options
 }
 
 fn print(args: &ViewArgs, shown: Shown) -> Result<()> {

@@ -1,9 +1,6 @@
 //! `nappe watch`: follows a session's diagnostics, or saves its frames.
 
-use std::{
-    ffi::OsString,
-    path::{Path, PathBuf},
-};
+use std::{ffi::OsString, path::PathBuf};
 
 use clap::Args;
 use nappe_client::{Client, DiagnosticsEvent, Event, WatchOptions, v1};
@@ -70,7 +67,7 @@ pub(crate) fn run(args: &WatchArgs) -> Result<()> {
         let client = remote::connect(&args.session.server).await?;
         let count = match destination.form {
             Form::Sink(sink) => save(&client, args, sink).await?,
-            Form::Recording(recording) => record(&client, args, &recording, path).await?,
+            Form::Recording(recording) => record(&client, args, &recording).await?,
         };
         match args.session.output.format() {
             Format::Json => output::json(&serde_json::json!({ "frames": count, "saved": path })),
@@ -182,20 +179,21 @@ async fn save(client: &Client, args: &WatchArgs, mut sink: Sink) -> Result<u64> 
 }
 
 /// Records frames until the session ends, the count is reached, or the user ends it; counts them.
-async fn record(client: &Client, args: &WatchArgs, recording: &Recording, path: &Path) -> Result<u64> {
+async fn record(client: &Client, args: &WatchArgs, recording: &Recording) -> Result<u64> {
     let SessionArgs { id, server, .. } = &args.session;
     client.get_session(id).await?;
     let from = args.from.map_or_else(|| "newest".to_owned(), |frame| frame.to_string());
     let words = [Some(format!("--from={from}")), args.count.map(|count| format!("--count={count}"))];
     let options = words.into_iter().flatten().map(OsString::from);
-    let mut child = recording.start(&Place::at(&server.server, &server.token), id, path, options).await?;
+    let mut child = recording.start(&Place::at(&server.server, &server.token), id, options).await?;
     let ended = tokio::select! {
         ended = child.end() => ended,
         signal = remote::interrupted() => { signal?; child.finish().await }
     };
+    let kept = recording.file().keep(&ended);
     match ended {
-        Ok(shown) => Ok(shown.frames),
-        Err(failure) => Err(in_words_of(client, id, failure.into()).await),
+        Ok(shown) => kept.map(|()| shown.frames),
+        Err(failure) => Err(recording.file().told(in_words_of(client, id, failure.into()).await)),
     }
 }
 

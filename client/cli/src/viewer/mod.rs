@@ -79,9 +79,9 @@ impl Place {
     }
 }
 
-/// Options of a session's recording in a file, which is called as the file.
-pub(crate) fn recording(session_id: &str, path: &Path) -> Vec<OsString> {
-    let mut options = saved(session_id, path);
+/// Options of a session's recording, which is called as the file at a path, and written at a place.
+pub(crate) fn recording(session_id: &str, path: &Path, place: &Path) -> Vec<OsString> {
+    let mut options = saved(session_id, place);
     if let Some(stem) = path.file_stem() {
         options.push(joined("--name=", stem));
     }
@@ -124,6 +124,7 @@ mod tests {
 
     #[test]
     fn names_that_look_like_options_stay_names() {
-        assert_eq!(recording("-x", Path::new("-y.rrd")), ["--session=-x", "--save=-y.rrd", "--name=-y"]);
+        let options = recording("-x", Path::new("-y.rrd"), Path::new("-y.rrd.new"));
+        assert_eq!(options, ["--session=-x", "--save=-y.rrd.new", "--name=-y"]);
     }
 }

@@ -8,6 +8,7 @@ mod completions;
 mod version;
 mod run;
 mod html;
+mod kept;
 mod ply_frames;
 mod mesh;
 mod mecasim;

@@ -171,7 +171,7 @@ fn endless(folder: &Path, viewer: &Path) -> (Child, String) {
         .stdout(Stdio::piped())
         .stderr(Stdio::piped());
     let run = run.spawn().expect("it starts");
-    let file = folder.join("endless.rrd");
+    let file = folder.join("endless.rrd.new");
     until("frames are written", || fs::metadata(&file).is_ok_and(|file| file.len() > 100_000));
     (run, fs::read_to_string(folder.join("pid")).expect("its number").trim().to_owned())
 }
@@ -185,7 +185,10 @@ fn done(run: Child) -> Done {
 #[test]
 fn a_viewer_that_ends_in_the_middle_ends_the_run_which_says_so() {
     let Some(viewer) = viewer() else { return };
-    for (signal, part) in [("KILL", "SIGKILL"), ("TERM", "before the session")] {
+    for (signal, part, left) in [
+        ("KILL", "what was written until then is endless.rrd.new", "endless.rrd.new"),
+        ("TERM", "before the session", "endless.rrd"),
+    ] {
         let here = folder();
         let (run, pid) = endless(here.path(), &viewer);
         let sent = Command::new("kill").args([&format!("-{signal}"), &pid]).status();
@@ -193,6 +196,8 @@ fn a_viewer_that_ends_in_the_middle_ends_the_run_which_says_so() {
         let done = done(run);
         assert_eq!((done.code, done.stdout.as_str()), (Some(1), ""), "{done:?}");
         assert!(done.stderr.contains(part) && done.stderr.contains("record"), "{done:?}");
+        let files = ["endless.rrd", "endless.rrd.new"].map(|file| here.path().join(file).exists());
+        assert_eq!(files, [left == "endless.rrd", left == "endless.rrd.new"], "{signal}");
     }
 }
 
@@ -201,23 +206,24 @@ fn a_run_that_is_ended_closes_its_recording_which_nobody_else_may_write() {
     let Some(viewer) = viewer() else { return };
     let here = folder();
     let (mut run, pid) = endless(here.path(), &viewer);
-    let second = nappe_in(here.path(), &["run", "flag", "--save", "endless.rrd"]);
-    assert_eq!(
-        (second.code, second.stderr.contains("endless.rrd is there already: --force overwrites it")),
-        (Some(1), true),
-        "{second:?}"
-    );
-    let second = nappe_in(here.path(), &["run", "flag", "--save", "endless.rrd", "--force"]);
-    assert_eq!(
-        (second.code, second.stderr.contains("endless.rrd is being written")),
-        (Some(1), true),
-        "{second:?}"
-    );
+    for force in [&[][..], &["--force"]] {
+        let second = nappe_in(here.path(), &[&["run", "flag", "--save", "endless.rrd"], force].concat());
+        assert_eq!(
+            (second.code, second.stderr.contains("endless.rrd is being written by another run")),
+            (Some(1), true),
+            "{second:?}"
+        );
+    }
     let stdout = Lines::of(run.stdout.take().expect("a pipe"));
     assert_eq!(end_by(&mut run, "TERM"), Some(130));
     assert!(stdout.with("\"interrupted\":true").contains("endless.rrd"));
     let is_there = Command::new("kill").args(["-0", &pid]).stderr(Stdio::null()).status();
     assert!(!is_there.expect("it can be asked").success(), "the viewer has ended");
+    let [file, new] = ["endless.rrd", "endless.rrd.new"].map(|file| here.path().join(file));
+    assert!(file.is_file() && !new.exists());
+    let second = nappe_in(here.path(), &["run", "flag", "--save", "endless.rrd"]);
+    let part = "endless.rrd is there already: --force overwrites it";
+    assert_eq!((second.code, second.stderr.contains(part)), (Some(1), true), "{second:?}");
 }
 
 #[test]
@@ -231,6 +237,7 @@ fn a_viewer_without_an_answer_is_told_with_its_last_lines() {
         let done = run_to_end(nappe_with(&viewer, here.path()).args(["run", "flag", "--save", "flag.rrd"]));
         assert_eq!(done.code, Some(1), "{done:?}");
         assert!(done.stderr.contains(part) && done.stderr.contains("out of luck"), "{done:?}");
+        assert!(!here.path().join("flag.rrd").exists() && !here.path().join("flag.rrd.new").exists());
     }
 }
 
