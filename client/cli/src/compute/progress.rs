@@ -31,7 +31,7 @@ pub(crate) enum Progress {
     Bar(ProgressBar),
     /// For a file or a pipe.
     Lines(Pace),
-    /// For nobody.
+    /// For nobody, who asked for nothing.
     Quiet,
 }
 

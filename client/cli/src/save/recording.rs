@@ -75,7 +75,7 @@ impl Recording {
         Ok(Self { viewer: Viewer::find().await?, fields: fields.clone(), file })
     }
 
-    /// Its file.
+    /// The file that it is written into.
     pub(crate) fn file(&self) -> &File {
         &self.file
     }
