@@ -5,6 +5,7 @@
 //! using only those above it:
 
 mod address;
+mod caller;
 mod processor;
 mod machine;
 mod program;

@@ -8,6 +8,7 @@ use uuid::Uuid;
 
 use super::{request_ids::CreatedSession, shared::Shared, validate};
 use crate::{
+    caller::Caller,
     config::{Limits, core_count},
     error::{Reason, ServiceError},
     scenes,
@@ -21,9 +22,10 @@ use crate::{
 pub(super) async fn create(
     shared: &Shared,
     request: v1::CreateSessionRequest,
+    caller: Caller,
 ) -> Result<v1::CreateSessionResponse, ServiceError> {
     if request.request_id.is_empty() {
-        let (session, warnings) = make(shared, &request).await?;
+        let (session, warnings) = make(shared, &request, caller).await?;
         return Ok(response(&session, warnings));
     }
 
@@ -46,7 +48,7 @@ pub(super) async fn create(
         return Ok(response(&session, made.warnings.clone()));
     }
 
-    let (session, warnings) = make(shared, &request).await?;
+    let (session, warnings) = make(shared, &request, caller).await?;
     *entry = Some(CreatedSession { request, session: Arc::downgrade(&session), warnings: warnings.clone() });
     Ok(response(&session, warnings))
 }
@@ -58,6 +60,7 @@ fn response(session: &Session, warnings: Vec<String>) -> v1::CreateSessionRespon
 async fn make(
     shared: &Shared,
     request: &v1::CreateSessionRequest,
+    caller: Caller,
 ) -> Result<(Arc<Session>, Vec<String>), ServiceError> {
     let limits = &shared.config.limits;
     if !request.session_id.is_empty() {
@@ -85,7 +88,7 @@ async fn make(
     let (session, warnings) = start(options, resources(shared), place, memory).await?;
 
     let session = Arc::new(session);
-    tracing::info!(session = session.id(), "created");
+    tracing::info!(session = session.id(), %caller, "created");
     reservation.fill(Arc::clone(&session));
     Ok((session, warnings))
 }
@@ -97,6 +100,7 @@ async fn make(
 pub(super) async fn fork(
     shared: &Shared,
     request: v1::ForkSessionRequest,
+    caller: Caller,
 ) -> Result<v1::Session, ServiceError> {
     let original = shared.session(&request.session_id, &request.session_uid)?;
     if !request.new_session_id.is_empty() {
@@ -110,7 +114,7 @@ pub(super) async fn fork(
     let session = session::fork(&original, id, request.step_limit, resources(shared), place, memory).await?;
 
     let session = Arc::new(session);
-    tracing::info!(session = session.id(), original = original.id(), "forked");
+    tracing::info!(session = session.id(), original = original.id(), %caller, "forked");
     reservation.fill(Arc::clone(&session));
     Ok(session.describe())
 }

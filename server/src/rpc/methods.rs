@@ -16,6 +16,7 @@ use super::{
     upload, validate,
 };
 use crate::{
+    caller::Caller,
     error::{Reason, ServiceError},
     session::Accepted,
     stream::{self, Cut, Delivery, DiagnosticsOnly, FieldSet, Frames, Seat, WatchStream, watch},
@@ -142,7 +143,8 @@ impl SimulationService for Methods {
         &self,
         request: Request<v1::CreateSessionRequest>,
     ) -> Answer<v1::CreateSessionResponse> {
-        let made = create::create(&self.shared, request.into_inner()).await;
+        let caller = Caller::of(request.extensions());
+        let made = create::create(&self.shared, request.into_inner(), caller).await;
         Ok(Response::new(self.shared.answered(made)?))
     }
 
@@ -150,7 +152,8 @@ impl SimulationService for Methods {
         &self,
         request: Request<v1::ForkSessionRequest>,
     ) -> Answer<v1::ForkSessionResponse> {
-        let forked = create::fork(&self.shared, request.into_inner()).await;
+        let caller = Caller::of(request.extensions());
+        let forked = create::fork(&self.shared, request.into_inner(), caller).await;
         Ok(Response::new(v1::ForkSessionResponse { session: Some(self.shared.answered(forked)?) }))
     }
 
@@ -179,9 +182,10 @@ impl SimulationService for Methods {
         &self,
         request: Request<v1::DeleteSessionRequest>,
     ) -> Answer<v1::DeleteSessionResponse> {
-        let request = request.into_inner();
+        let (caller, request) = (Caller::of(request.extensions()), request.into_inner());
         validate::session_id(&request.session_id)?;
         let session = self.shared.registry.remove(&request.session_id, &request.session_uid)?;
+        tracing::info!(session = session.id(), %caller, "deleted");
         session.end();
         session.ended().await;
         Ok(Response::new(v1::DeleteSessionResponse {}))

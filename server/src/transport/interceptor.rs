@@ -22,10 +22,8 @@ use tower::Service;
 
 use super::{
     answer::{Answer, reason_for},
-    cors::AllowedOrigins,
-    host::AllowedHosts,
+    door::Door,
     method::Method,
-    token::Guard,
 };
 use crate::error::{Reason, ServiceError, panic_message};
 
@@ -38,38 +36,17 @@ const ENCODINGS: HeaderValue = HeaderValue::from_static("identity");
 #[derive(Clone, Debug)]
 pub(super) struct Interceptor<S> {
     inner: S,
-    origins: AllowedOrigins,
-    hosts: AllowedHosts,
-    guard: Guard,
+    door: Door,
     draining: CancellationToken,
 }
 
 impl<S> Interceptor<S> {
-    pub(super) fn new(
-        inner: S,
-        origins: AllowedOrigins,
-        hosts: AllowedHosts,
-        guard: Guard,
-        draining: CancellationToken,
-    ) -> Self {
-        Self { inner, origins, hosts, guard, draining }
+    pub(super) fn new(inner: S, door: Door, draining: CancellationToken) -> Self {
+        Self { inner, door, draining }
     }
 
     fn refusal<B>(&self, request: &Request<B>, method: &Method) -> Option<ServiceError> {
-        if let Err(host) = self.hosts.check(request) {
-            let message = format!("requests to the host '{host}' are not for this server");
-            return Some(ServiceError::new(Reason::HostNotAllowed, message).with("host", host));
-        }
-
-        if let Some(origin) = request.headers().get(http::header::ORIGIN)
-            && !self.origins.allow(origin)
-        {
-            let origin = String::from_utf8_lossy(origin.as_bytes()).into_owned();
-            let message = format!("web pages of the origin '{origin}' may not call this server");
-            return Some(ServiceError::new(Reason::OriginNotAllowed, message).with("origin", origin));
-        }
-
-        if let Some(refusal) = self.guard.refusal(request.headers(), method) {
+        if let Some(refusal) = self.door.refusal(request, method) {
             return Some(refusal);
         }
 

@@ -4,7 +4,7 @@
 //! for streams without end. Here a connection must say something in time, and a drain that takes
 //! too long cuts what is left.
 
-use std::{convert::Infallible, io, net::IpAddr, sync::Arc, time::Duration};
+use std::{convert::Infallible, io, net::SocketAddr, sync::Arc, time::Duration};
 
 use http::{Request, Response};
 use hyper::{body::Incoming, service::service_fn};
@@ -30,7 +30,7 @@ use super::{
 };
 #[cfg(unix)]
 use crate::address::SocketFile;
-use crate::{address::Address, stream::Cut};
+use crate::{address::Address, caller::Caller, stream::Cut};
 
 /// HTTP/2 flow control: bytes of requests in flight per stream, a piece of an upload.
 const STREAM_WINDOW: u32 = 1 << 20;
@@ -71,9 +71,19 @@ pub(crate) enum Listener {
 
 /// What carries a connection.
 enum Line {
-    Tcp(TcpStream, IpAddr),
+    Tcp(TcpStream, SocketAddr),
     #[cfg(unix)]
     Unix(tokio::net::UnixStream),
+}
+
+impl Line {
+    fn caller(&self) -> Caller {
+        match self {
+            Self::Tcp(_, peer) => Caller::Tcp(*peer),
+            #[cfg(unix)]
+            Self::Unix(_) => Caller::Unix,
+        }
+    }
 }
 
 impl Listener {
@@ -104,7 +114,7 @@ impl Listener {
         match self {
             Self::Tcp(listener) => {
                 let (stream, peer) = listener.accept().await?;
-                Ok(Line::Tcp(stream, peer.ip()))
+                Ok(Line::Tcp(stream, peer))
             }
             #[cfg(unix)]
             Self::Unix { listener, .. } => Ok(Line::Unix(listener.accept().await?.0)),
@@ -150,7 +160,11 @@ pub(crate) async fn serve(listener: Listener, handler: Handler, settings: Listen
 
         match accepted {
             Ok(line) => {
-                let Some(place) = place_for(&line, &places, &settings) else { continue };
+                let caller = line.caller();
+                let Some(place) = place_for(caller, &places, &settings) else { continue };
+                if caller.is_elsewhere() {
+                    tracing::info!(%caller, "connected");
+                }
                 let (builder, handler, settings) = (builder.clone(), handler.clone(), settings.clone());
                 connections.spawn(async move {
                     let _place = place;
@@ -174,20 +188,19 @@ pub(crate) async fn serve(listener: Listener, handler: Handler, settings: Listen
 }
 
 /// A place for a connection, or a line in the log that says why there is none.
-fn place_for(line: &Line, places: &Arc<Connections>, settings: &ListenerSettings) -> Option<Place> {
-    let peer = match line {
-        Line::Tcp(_, peer) => Some(*peer),
-        #[cfg(unix)]
-        Line::Unix(_) => None,
+fn place_for(caller: Caller, places: &Arc<Connections>, settings: &ListenerSettings) -> Option<Place> {
+    let peer = match caller {
+        Caller::Tcp(peer) => Some(peer.ip()),
+        Caller::Unix => None,
     };
     match places.place(peer) {
         Ok(place) => return Some(place),
         Err(Full::Everywhere) => {
-            tracing::warn!(?peer, "refused: {} connections are open", settings.max_connections);
+            tracing::warn!(%caller, "refused: {} connections are open", settings.max_connections);
         }
         Err(Full::FromThere) => {
             let count = settings.max_connections_per_address;
-            tracing::warn!(?peer, "refused: {count} connections are open from this address");
+            tracing::warn!(%caller, "refused: {count} connections are open from this address");
         }
     }
     None
@@ -211,6 +224,7 @@ fn builder(settings: &ListenerSettings) -> Builder<TokioExecutor> {
 
 /// Answers the calls of a connection until it ends.
 async fn answer(line: Line, builder: &Builder<TokioExecutor>, handler: Handler, settings: &ListenerSettings) {
+    let caller = line.caller();
     match line {
         Line::Tcp(stream, _) => {
             if let Err(error) = set_options(&stream) {
@@ -221,17 +235,18 @@ async fn answer(line: Line, builder: &Builder<TokioExecutor>, handler: Handler, 
                 () = settings.draining.cancelled() => false,
             };
             if speaks {
-                connection(stream, builder, handler, settings).await;
+                connection(stream, caller, builder, handler, settings).await;
             }
         }
         // One that stays silent is idle.
         #[cfg(unix)]
-        Line::Unix(stream) => connection(stream, builder, handler, settings).await,
+        Line::Unix(stream) => connection(stream, caller, builder, handler, settings).await,
     }
 }
 
 async fn connection(
     stream: impl AsyncRead + AsyncWrite + Unpin + Send + 'static,
+    caller: Caller,
     builder: &Builder<TokioExecutor>,
     handler: Handler,
     settings: &ListenerSettings,
@@ -239,6 +254,7 @@ async fn connection(
     let (activity, progress, cut) = (Activity::new(), Progress::default(), Cut::default());
     let service = service_fn(|mut request: Request<Incoming>| {
         request.extensions_mut().insert(cut.clone());
+        request.extensions_mut().insert(caller);
         let (call, handler) = (activity.begin(), handler.clone());
         async move { handler.oneshot(request).await.map(|answer| answer.map(|body| call.answered(body))) }
     });

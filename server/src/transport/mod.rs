@@ -9,6 +9,7 @@ mod host;
 mod request_deadline;
 mod method;
 mod token;
+mod door;
 mod answer;
 mod elements;
 mod guard;

@@ -20,6 +20,7 @@ use tower::{
 
 use super::{
     cors::{AllowedOrigins, cors_layer},
+    door::Door,
     grpc::no_call,
     guard::RequestGuard,
     host::AllowedHosts,
@@ -54,8 +55,8 @@ pub(crate) fn router(shared: &Arc<Shared>, health: &HealthReporter, token: Optio
     let hosts = AllowedHosts::new(&shared.config.address, &shared.config.allowed_hosts);
     let max_elements = shared.config.limits.max_changes_per_call.into();
     let guarded = RequestGuard::new(routes, Arc::clone(&shared.requests), max_elements);
-    let intercepted =
-        Interceptor::new(guarded, origins.clone(), hosts, Guard::new(token), shared.draining.clone());
+    let door = Door::new(origins.clone(), hosts, Guard::new(token));
+    let intercepted = Interceptor::new(guarded, door, shared.draining.clone());
     let time = shared.config.request_time();
     let draining = shared.draining.clone();
     let timed = intercepted.map_request(move |request: Request<Body>| {

@@ -1,0 +1,45 @@
+//! Who comes in: requests to the server's own hosts, of pages that may call, with the token. Who does not is logged.
+
+use http::{Request, header};
+
+use super::{cors::AllowedOrigins, host::AllowedHosts, method::Method, token::Guard};
+use crate::{
+    caller::Caller,
+    error::{Reason, ServiceError},
+};
+
+/// Lets requests in.
+#[derive(Clone, Debug)]
+pub(super) struct Door {
+    origins: AllowedOrigins,
+    hosts: AllowedHosts,
+    guard: Guard,
+}
+
+impl Door {
+    pub(super) fn new(origins: AllowedOrigins, hosts: AllowedHosts, guard: Guard) -> Self {
+        Self { origins, hosts, guard }
+    }
+
+    /// Why a request may not come in, if so.
+    pub(super) fn refusal<B>(&self, request: &Request<B>, method: &Method) -> Option<ServiceError> {
+        let refusal = self.of_host(request).or_else(|| self.of_origin(request));
+        let refusal = refusal.or_else(|| self.guard.refusal(request.headers(), method))?;
+        let caller = Caller::of(request.extensions());
+        tracing::info!(%caller, reason = refusal.reason.name(), "refused");
+        Some(refusal)
+    }
+
+    fn of_host<B>(&self, request: &Request<B>) -> Option<ServiceError> {
+        let host = self.hosts.check(request).err()?;
+        let message = format!("requests to the host '{host}' are not for this server");
+        Some(ServiceError::new(Reason::HostNotAllowed, message).with("host", host))
+    }
+
+    fn of_origin<B>(&self, request: &Request<B>) -> Option<ServiceError> {
+        let origin = request.headers().get(header::ORIGIN).filter(|origin| !self.origins.allow(origin))?;
+        let origin = String::from_utf8_lossy(origin.as_bytes()).into_owned();
+        let message = format!("web pages of the origin '{origin}' may not call this server");
+        Some(ServiceError::new(Reason::OriginNotAllowed, message).with("origin", origin))
+    }
+}
