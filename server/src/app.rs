@@ -61,6 +61,8 @@ impl App {
         let token_path = left.as_ref().map(|file| file.path().to_owned());
 
         let draining = CancellationToken::new();
+        let shared = Arc::new(Shared::new(config, draining.clone()));
+        let config = &shared.config;
         let settings = ListenerSettings {
             max_connections: config.limits.max_connections,
             max_connections_per_address: config.limits.max_connections_per_address,
@@ -69,10 +71,10 @@ impl App {
             idle: Duration::from_secs_f64(config.idle_seconds),
             drain: Duration::from_secs_f64(config.drain_seconds),
             drain_stall: Duration::from_secs_f64(config.drain_stall_seconds),
+            counters: Arc::clone(&shared.counters),
             draining: draining.clone(),
         };
 
-        let shared = Arc::new(Shared::new(config, draining.clone()));
         let health = HealthReporter::new();
         let handler = router(&shared, &health, token.clone());
         let token_keeper = left.map(|file| runtime.spawn(token_keeper::keep(file, draining.clone())));

@@ -15,6 +15,7 @@ pub mod config;
 mod runtime;
 mod error;
 mod memory;
+mod counters;
 mod trim;
 mod scenes;
 mod stream;

@@ -70,6 +70,11 @@ impl MemoryAccount {
         self.used.load(Ordering::Relaxed)
     }
 
+    /// Bytes that may be in use.
+    pub(crate) fn limit(&self) -> u64 {
+        self.limit
+    }
+
     /// Takes bytes as long as no more than `limit` are in use then.
     fn take(&self, bytes: u64, limit: u64) -> Result<(), ServiceError> {
         let fits = |used: u64| used.checked_add(bytes).filter(|sum| *sum <= limit);

@@ -10,7 +10,7 @@ use crate::{
 };
 
 /// Explicit Euler far beyond its largest step: it diverges within a few hundred steps.
-fn diverging() -> String {
+pub(crate) fn diverging() -> String {
     sheet(5)
         .replace("dt = 0.002", "dt = 0.5")
         .replace("drag = 1e-4", "integrator = \"explicit_euler\"\nunchecked = true")

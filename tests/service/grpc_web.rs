@@ -36,6 +36,11 @@ impl Answer {
         })
     }
 
+    /// The body as a text.
+    pub(crate) fn text(&self) -> &str {
+        std::str::from_utf8(&self.body).expect("UTF-8")
+    }
+
     /// The reason in the status details, which stand in the headers when there is no body.
     pub(crate) fn reason(&self) -> String {
         let details = self.header("grpc-status-details-bin").expect("details");

@@ -125,6 +125,7 @@ fn resources(shared: &Shared) -> Resources {
         limits: shared.config.limits.clone(),
         streams: Arc::clone(&shared.streams),
         ranks: shared.config.ranks.clone(),
+        counters: Arc::clone(&shared.counters),
     }
 }
 

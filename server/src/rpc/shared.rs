@@ -9,6 +9,7 @@ use tonic::Status;
 use super::{request_ids::RequestIds, upload::UnaryUploads, validate};
 use crate::{
     config::Config,
+    counters::Counters,
     error::{Reason, ServiceError},
     memory::MemoryAccount,
     scenes::MeshStore,
@@ -31,6 +32,7 @@ pub(crate) struct Shared {
     /// One permit per upload that may still start.
     pub uploads: Arc<Semaphore>,
     pub unary_uploads: Arc<UnaryUploads>,
+    pub counters: Arc<Counters>,
     /// Cancelled when the server begins to end.
     pub draining: CancellationToken,
 }
@@ -48,6 +50,7 @@ impl Shared {
             memory,
             uploads: Arc::new(Semaphore::new(limits.max_uploads as usize)),
             unary_uploads: Arc::new(UnaryUploads::default()),
+            counters: Arc::default(),
             draining,
             config,
         }

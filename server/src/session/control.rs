@@ -204,6 +204,11 @@ impl Control {
         self.lock().pending.page(after, count)
     }
 
+    /// How many changes wait.
+    pub(super) fn pending_count(&self) -> usize {
+        self.lock().pending.count()
+    }
+
     /// Drops changes that wait: those of these orders, or all. Returns how many there were.
     pub(super) fn drop_changes(&self, orders: Option<&[u64]>) -> u64 {
         self.lock().pending.drop_groups(orders)

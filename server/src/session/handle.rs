@@ -271,6 +271,11 @@ impl Session {
         self.control.pending_changes(after, count)
     }
 
+    /// How many changes wait.
+    pub(crate) fn pending_count(&self) -> u64 {
+        self.control.pending_count() as u64
+    }
+
     /// Drops changes that wait, those of these orders or all, and returns how many calls had made them.
     pub(crate) fn drop_changes(&self, orders: Option<&[u64]>) -> u64 {
         self.control.drop_changes(orders)

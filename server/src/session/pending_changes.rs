@@ -59,6 +59,11 @@ impl PendingChanges {
         Ok(accepted)
     }
 
+    /// How many changes wait.
+    pub(super) fn count(&self) -> usize {
+        self.count
+    }
+
     /// Counts a call that changes the session without waiting, before step `step`.
     pub(super) fn count_call(&mut self, step: u64) -> Accepted {
         self.last_order += 1;

@@ -91,6 +91,11 @@ impl Registry {
         (page, more)
     }
 
+    /// All sessions.
+    pub(crate) fn all(&self) -> Vec<Arc<Session>> {
+        self.lock().values().flatten().cloned().collect()
+    }
+
     /// Deletes the sessions that nobody has used for as long as they are kept.
     pub(crate) fn end_unused(&self) {
         let mut sessions = self.lock();

@@ -37,6 +37,7 @@ use super::{
 };
 use crate::{
     config::{Limits, RankSettings},
+    counters::Counters,
     error::{Reason, ServiceError},
     memory::Claim,
     scenes::{Asked, Assembled, MeshStore, assemble_scene},
@@ -75,6 +76,7 @@ pub(crate) struct Resources {
     pub streams: Arc<Streams>,
     /// How ranks are started.
     pub ranks: RankSettings,
+    pub counters: Arc<Counters>,
 }
 
 /// A call that waits for a build: if it goes before there is an answer, the build is given up.
@@ -240,7 +242,7 @@ fn stand(
     ended: CancellationToken,
     memory: Claim,
 ) -> Result<(Stepper, Session), ServiceError> {
-    let Resources { limits, streams, .. } = resources;
+    let Resources { limits, streams, counters, .. } = resources;
     let snow_bytes = properties.claimed_snow_bytes;
     let topology = topology(&simulation, &properties.uid);
     interrupt::point();
@@ -282,7 +284,8 @@ fn stand(
         is_torn: false,
     };
     simulator.count_growth()?;
-    Ok((Stepper { simulator, control, completing: Vec::new() }, session))
+    let counters = Arc::clone(counters);
+    Ok((Stepper { simulator, control, counters, completing: Vec::new() }, session))
 }
 
 fn thread_pool(thread_count: u32) -> Result<ThreadPool, ServiceError> {

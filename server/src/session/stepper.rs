@@ -28,6 +28,7 @@ use super::{
 };
 use crate::{
     config::RankSettings,
+    counters::Counters,
     error::{Reason, ServiceError, step_reason},
     stream::{Ending, diagnostics, initial_diagnostics, rejected},
 };
@@ -42,6 +43,7 @@ enum Flow {
 pub(super) struct Stepper {
     pub simulator: Simulator,
     pub control: Arc<Control>,
+    pub counters: Arc<Counters>,
     /// Who waits for the frame that is being completed: told after a panic's failure is noted, not before.
     pub completing: Vec<oneshot::Sender<()>>,
 }
@@ -177,6 +179,7 @@ impl Stepper {
     }
 
     fn stepped(&mut self, step: &TimedStep) {
+        self.counters.steps.add(1);
         let properties = &self.status().properties;
         let TimedStep { report, seconds, stage_seconds } = step;
         let last = properties.step_limit > 0 && report.step >= properties.step_limit;
@@ -327,6 +330,7 @@ impl Stepper {
     }
 
     fn note_failure(&mut self, SessionFailure { failure, error }: SessionFailure) {
+        self.counters.failures.add(1);
         // Of ranks that are lost too, the state is torn, and not looked at.
         let _ = self.simulator.fetch(Behind::Nothing);
         let newest = self.status().feed.newest().frame;

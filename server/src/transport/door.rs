@@ -1,10 +1,13 @@
-//! Who comes in: requests to the server's own hosts, of pages that may call, with the token. Who does not is logged.
+//! Who comes in: requests to the server's own hosts, of pages that may call, with the token. Who does not is counted and logged.
+
+use std::sync::Arc;
 
 use http::{Request, header};
 
 use super::{cors::AllowedOrigins, host::AllowedHosts, method::Method, token::Guard};
 use crate::{
     caller::Caller,
+    counters::Counters,
     error::{Reason, ServiceError},
 };
 
@@ -14,17 +17,24 @@ pub(super) struct Door {
     origins: AllowedOrigins,
     hosts: AllowedHosts,
     guard: Guard,
+    counters: Arc<Counters>,
 }
 
 impl Door {
-    pub(super) fn new(origins: AllowedOrigins, hosts: AllowedHosts, guard: Guard) -> Self {
-        Self { origins, hosts, guard }
+    pub(super) fn new(
+        origins: AllowedOrigins,
+        hosts: AllowedHosts,
+        guard: Guard,
+        counters: Arc<Counters>,
+    ) -> Self {
+        Self { origins, hosts, guard, counters }
     }
 
     /// Why a request may not come in, if so.
     pub(super) fn refusal<B>(&self, request: &Request<B>, method: &Method) -> Option<ServiceError> {
         let refusal = self.of_host(request).or_else(|| self.of_origin(request));
         let refusal = refusal.or_else(|| self.guard.refusal(request.headers(), method))?;
+        self.counters.refused.add(1);
         let caller = Caller::of(request.extensions());
         tracing::info!(%caller, reason = refusal.reason.name(), "refused");
         Some(refusal)

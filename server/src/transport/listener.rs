@@ -30,7 +30,7 @@ use super::{
 };
 #[cfg(unix)]
 use crate::address::SocketFile;
-use crate::{address::Address, caller::Caller, stream::Cut};
+use crate::{address::Address, caller::Caller, counters::Counters, stream::Cut};
 
 /// HTTP/2 flow control: bytes of requests in flight per stream, a piece of an upload.
 const STREAM_WINDOW: u32 = 1 << 20;
@@ -139,6 +139,8 @@ pub(crate) struct ListenerSettings {
     pub drain: Duration,
     /// How long a connection may write nothing after `draining`.
     pub drain_stall: Duration,
+    /// Where bytes that are written are counted.
+    pub counters: Arc<Counters>,
     /// Cancelled when the server begins to end.
     pub draining: CancellationToken,
 }
@@ -251,7 +253,7 @@ async fn connection(
     handler: Handler,
     settings: &ListenerSettings,
 ) {
-    let (activity, progress, cut) = (Activity::new(), Progress::default(), Cut::default());
+    let (activity, progress, cut) = (Activity::new(), Progress::new(&settings.counters), Cut::default());
     let service = service_fn(|mut request: Request<Incoming>| {
         request.extensions_mut().insert(cut.clone());
         request.extensions_mut().insert(caller);

@@ -15,6 +15,7 @@ mod elements;
 mod guard;
 mod interceptor;
 mod grpc;
+mod metrics;
 mod router;
 
 pub(crate) use listener::{Listener, ListenerSettings, serve};

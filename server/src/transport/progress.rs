@@ -16,13 +16,19 @@ use tokio::{
     time::sleep,
 };
 
+use crate::counters::Counters;
+
 /// So many looks in a row see nothing written where a peer takes nothing. Between them calls have their turns to answer,
 /// however busy the machine is.
 const QUIET_LOOKS: u32 = 8;
 
 /// Bytes that a connection has written.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Progress(Arc<AtomicU64>);
+pub(super) struct Progress {
+    written: Arc<AtomicU64>,
+    /// Those of all connections are counted too.
+    counters: Arc<Counters>,
+}
 
 /// A stream whose written bytes are counted.
 #[derive(Debug)]
@@ -32,6 +38,11 @@ pub(super) struct Counted<S> {
 }
 
 impl Progress {
+    /// Of a new connection of a server that counts in `counters`.
+    pub(super) fn new(counters: &Arc<Counters>) -> Self {
+        Self { written: Arc::default(), counters: Arc::clone(counters) }
+    }
+
     /// A stream that is counted here.
     pub(super) fn counted<S>(&self, stream: S) -> Counted<S> {
         Counted { stream, progress: self.clone() }
@@ -49,12 +60,13 @@ impl Progress {
     }
 
     fn written(&self) -> u64 {
-        self.0.load(Ordering::Relaxed)
+        self.written.load(Ordering::Relaxed)
     }
 
     fn note(&self, written: &Poll<io::Result<usize>>) {
         if let Poll::Ready(Ok(bytes)) = written {
-            self.0.fetch_add(*bytes as u64, Ordering::Relaxed);
+            self.written.fetch_add(*bytes as u64, Ordering::Relaxed);
+            self.counters.sent_bytes.add(*bytes as u64);
         }
     }
 }

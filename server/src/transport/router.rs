@@ -1,4 +1,4 @@
-//! What answers a request: layer after layer, then the services. CORS, what is no call, gRPC-Web, the time in which
+//! What answers a request: layer after layer, then the services. CORS, metrics, what is no call, gRPC-Web, the time in which
 //! it arrives, the interceptor; simulation, health, reflection (v1 and v1alpha).
 
 use std::sync::Arc;
@@ -27,6 +27,7 @@ use super::{
     interceptor::Interceptor,
     listener::Handler,
     method::Method,
+    metrics,
     request_deadline::RequestBody,
     token::Guard,
 };
@@ -55,8 +56,8 @@ pub(crate) fn router(shared: &Arc<Shared>, health: &HealthReporter, token: Optio
     let hosts = AllowedHosts::new(&shared.config.address, &shared.config.allowed_hosts);
     let max_elements = shared.config.limits.max_changes_per_call.into();
     let guarded = RequestGuard::new(routes, Arc::clone(&shared.requests), max_elements);
-    let door = Door::new(origins.clone(), hosts, Guard::new(token));
-    let intercepted = Interceptor::new(guarded, door, shared.draining.clone());
+    let door = Door::new(origins.clone(), hosts, Guard::new(token), Arc::clone(&shared.counters));
+    let intercepted = Interceptor::new(guarded, door.clone(), shared.draining.clone());
     let time = shared.config.request_time();
     let draining = shared.draining.clone();
     let timed = intercepted.map_request(move |request: Request<Body>| {
@@ -70,11 +71,13 @@ pub(crate) fn router(shared: &Arc<Shared>, health: &HealthReporter, token: Optio
         })
     });
     let calls = GrpcWebLayer::new().layer(timed);
+    let shared = Arc::clone(shared);
     let calls = service_fn(move |request: Request<Incoming>| {
         let calls = calls.clone();
+        let answer = metrics::answer(&request, &door, &shared).or_else(|| no_call(&request));
         async move {
-            match no_call(&request) {
-                Some(refusal) => Ok(refusal),
+            match answer {
+                Some(answer) => Ok(answer),
                 None => calls.oneshot(request).await,
             }
         }
