@@ -1,4 +1,4 @@
-//! `GET /metrics`: numbers of the server as a page of text in the exposition format of Prometheus, version 0.0.4.
+//! `GET /metrics`: numbers of the server in the exposition format of Prometheus, version 0.0.4.
 //!
 //! Enters: a request, and what calls share. Leaves: the page, or why the request may not come in. A name ends in `_total`
 //! if its number only grows, and has its unit before that.
