@@ -20,7 +20,7 @@ pub(crate) fn examples(shell: &mut Shell) -> Result<(), Failure> {
 
 fn run(shell: &mut Shell) -> Result<(), Failure> {
     let built = shell.target().join("release");
-    let server = Server::start(&built.join("nappe-server"))?;
+    let server = Server::start(&built.join("nappe-server"), &[])?;
     let mut rust = Command::new(built.join("examples/watch"));
     shell.run("example in Rust", rust.arg(format!("http://{}", server.address)).stdout(Stdio::null()))?;
     if let Some(python) = shell.python_with("grpc_tools, numpy") {
@@ -47,17 +47,21 @@ fn python_example(shell: &mut Shell, python: &Path, server: &Server) -> Result<(
 }
 
 /// A server on a free loopback port, ended when dropped.
-struct Server {
+pub(crate) struct Server {
     process: Child,
     /// Host and port, `host:port`.
-    address: String,
+    pub(crate) address: String,
 }
 
 impl Server {
-    fn start(program: &Path) -> Result<Self, Failure> {
+    /// Starts it, with further arguments.
+    ///
+    /// # Errors
+    /// When it does not start, or does not say where it listens.
+    pub(crate) fn start(program: &Path, arguments: &[&str]) -> Result<Self, Failure> {
         let failure = |what: String| Failure(format!("{}: {what}", program.display()));
         let mut command = Command::new(program);
-        command.args(["--address", "127.0.0.1:0", "--log", "warn"]).stdout(Stdio::piped());
+        command.args(["--address", "127.0.0.1:0", "--log", "warn"]).args(arguments).stdout(Stdio::piped());
         let process = command.spawn().map_err(|error| failure(format!("cannot be started: {error}")))?;
         let mut server = Self { process, address: String::new() };
         let mut line = String::new();

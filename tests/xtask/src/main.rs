@@ -18,6 +18,7 @@ mod ranks;
 mod test;
 mod bench;
 mod clients;
+mod nginx;
 mod mutants;
 mod additions;
 mod tutorials;

@@ -4,7 +4,7 @@
 //! Slow tests are suites of their own, behind the feature `slow` of nappe-tests.
 
 use crate::{
-    additions, clients, drill, mutants, python,
+    additions, clients, drill, mutants, nginx, python,
     shell::{Failure, Shell},
     suites, tutorials,
 };
@@ -74,6 +74,7 @@ fn service(shell: &mut Shell) -> Result<(), Failure> {
     shell.cargo("demo", &format!("{NAPPE} --save target/demo.rrd --force"))?;
     shell.cargo("bench stream", &format!("{NAPPE} bench stream --sizes 10000,100000"))?;
     clients::examples(shell)?;
+    nginx::run(shell)?;
     python::measure(shell)
 }
 
