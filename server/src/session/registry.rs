@@ -91,7 +91,7 @@ impl Registry {
         (page, more)
     }
 
-    /// All sessions.
+    /// All sessions that there are.
     pub(crate) fn all(&self) -> Vec<Arc<Session>> {
         self.lock().values().flatten().cloned().collect()
     }
