@@ -105,7 +105,8 @@ async fn compute_on(
         Err(error) => Err(error),
     };
     let told = driven.as_ref().ok().and_then(|driven| driven.told);
-    let saved = destination.map(|destination| destination.finish(told));
+    let failure = driven.as_ref().ok().and_then(|driven| driven.session.failure.as_ref());
+    let saved = destination.map(|destination| destination.finish(told, failure));
 
     // A remote server is left as it was found, also after a failure. An error of the drive is reported first.
     let deleted = client.delete_session(&session.session_id).await;

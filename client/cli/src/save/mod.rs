@@ -63,13 +63,13 @@ impl Destination {
         Ok(Self { path: path.to_owned(), form })
     }
 
-    /// Closes what this command writes.
+    /// Closes what this command writes, with how the session ended or why it failed, if it did.
     ///
     /// # Errors
     /// When its end cannot be written.
-    pub(crate) fn finish(self, end: Option<SessionEnd>) -> Result<PathBuf> {
+    pub(crate) fn finish(self, end: Option<SessionEnd>, failure: Option<&v1::Failure>) -> Result<PathBuf> {
         if let Form::Sink(sink) = self.form {
-            sink.finish(end)?;
+            sink.finish(end, failure)?;
         }
         Ok(self.path)
     }
@@ -103,14 +103,14 @@ impl Sink {
         }
     }
 
-    /// Closes it, with how the session ended, if it did.
+    /// Closes it, with how the session ended or why it failed, if it did.
     ///
     /// # Errors
     /// When its end cannot be written.
-    pub(crate) fn finish(self, end: Option<SessionEnd>) -> Result<()> {
+    pub(crate) fn finish(self, end: Option<SessionEnd>, failure: Option<&v1::Failure>) -> Result<()> {
         match self {
             Self::Folder(folder) => folder.finish(),
-            Self::Html(html) => html.finish(end),
+            Self::Html(html) => html.finish(end, failure),
         }
     }
 }

@@ -146,7 +146,7 @@ async fn save(client: &Client, args: &WatchArgs, mut sink: Sink) -> Result<u64> 
     let session = client.get_session(&args.session.id).await?;
     let mut stream = client.watch(&args.session.id, sink.watch(options, &session)).await?;
 
-    let (mut saved, mut ended) = (0, None);
+    let (mut saved, mut ended, mut failure) = (0, None, None);
     let mut end = std::pin::pin!(remote::interrupted());
     while args.count.is_none_or(|count| saved < count) {
         let next = tokio::select! {
@@ -162,6 +162,7 @@ async fn save(client: &Client, args: &WatchArgs, mut sink: Sink) -> Result<u64> 
             Some(Ok(Event::Reconnected { attempts, cause })) => {
                 output::note(&back(attempts, &cause));
             }
+            Some(Ok(Event::Change(change))) => failure = change.failure,
             Some(Ok(Event::End(end))) => {
                 ended = Some(end);
                 break;
@@ -169,12 +170,13 @@ async fn save(client: &Client, args: &WatchArgs, mut sink: Sink) -> Result<u64> 
             None => break,
             Some(Ok(_)) => {}
             Some(Err(error)) => {
-                sink.finish(None)?;
+                // A session that fails says why, and its stream ends with the same as an error.
+                sink.finish(None, failure.as_ref())?;
                 return Err(in_words_of(client, &args.session.id, error.into()).await);
             }
         }
     }
-    sink.finish(ended)?;
+    sink.finish(ended, None)?;
     Ok(saved)
 }
 

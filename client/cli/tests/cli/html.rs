@@ -107,6 +107,7 @@ fn every_frame_lies_within_the_bound_that_the_file_states() {
             (&end["hash"], &end["frames"], &end["finished"]),
             (&html["state_hash"], &41.into(), &true.into())
         );
+        assert_eq!(end["failure"], Value::Null, "{scene}");
         let color = &page.head["color"];
         assert_eq!(color, &if scene == "two_snowballs" { "plastic_ratio".into() } else { Value::Null });
     }
@@ -164,6 +165,38 @@ fn a_bound_that_grows_again_and_again_is_told_at_once_and_in_one_line_at_the_end
     assert_eq!(told.len(), 2, "{}", done.stderr);
     assert!(told[0].contains("on, far.html holds positions within"), "{}", done.stderr);
     assert!(told[1].ends_with(&format!("far.html grew {grew} times, to {last} m")), "{}", done.stderr);
+}
+
+#[test]
+fn a_diverged_run_says_in_its_page_where_and_why() {
+    let here = folder();
+    let scene = write_scene(here.path(), DIVERGING_SCENE);
+    let done = nappe_in(here.path(), &["run", &scene, "--json", "--save", "failed.html"]);
+    assert_eq!(done.code, Some(3), "{done:?}");
+    let diverged = &done.json()["diverged"];
+    let page = Page::read(&here.path().join("failed.html"));
+    let (frames, end) = (page.frames(), page.end.expect("an end"));
+    assert!(!frames.is_empty(), "the frames until then");
+    assert_eq!((&end["finished"], &end["hash"]), (&false.into(), &Value::Null));
+    let failure = &end["failure"];
+    assert_eq!(failure["diverged"], true, "{failure}");
+    for (name, named) in
+        [("reason", "cause"), ("step", "step"), ("particle", "particle"), ("message", "message")]
+    {
+        assert_eq!(failure[name], diverged[named], "{name}: {failure}");
+    }
+    assert!(failure["time"].as_f64().is_some_and(|time| time > 0.0), "{failure}");
+
+    // Who watches such a session from elsewhere is told the same.
+    let server = Server::start();
+    server.nappe(&["create", &scene, "--id", "lost"]).ok();
+    server.nappe(&["play", "lost"]).ok();
+    let file = here.path().join("watched.html");
+    let path = file.to_str().expect("UTF-8");
+    let watched = server.nappe(&["watch", "lost", "--save", path, "--from", "0"]);
+    assert_ne!(watched.code, Some(0), "{watched:?}");
+    let end = Page::read(&file).end.expect("an end");
+    assert_eq!((&end["failure"]["reason"], &end["failure"]["step"]), (&failure["reason"], &failure["step"]));
 }
 
 #[test]

@@ -19,7 +19,7 @@ use crate::{
     aside::Growing,
     error::{CliError, Result},
     fields::{ColorName, FieldsArgs},
-    output,
+    output, session,
     write::Existing,
 };
 
@@ -122,11 +122,11 @@ impl Html {
         Ok(())
     }
 
-    /// Writes what is left, and gives the file its name.
+    /// Writes what is left and how the session ended or why it failed, if it did; then gives the file its name.
     ///
     /// # Errors
     /// When the file cannot be written.
-    pub(super) fn finish(mut self, end: Option<SessionEnd>) -> Result<()> {
+    pub(super) fn finish(mut self, end: Option<SessionEnd>, failure: Option<&v1::Failure>) -> Result<()> {
         self.tell_coarser();
         if let Some(topology) = self.topology.take() {
             self.write_head(&topology, self.fields.max_error())?;
@@ -142,6 +142,7 @@ impl Html {
             "steps": end.map_or(self.last_step, |end| end.step),
             "hash": end.map(|end| output::hash(end.state_hash)),
             "finished": end.is_some(),
+            "failure": failure.map(failed),
         });
         self.write_element("nappe-end", &end)?;
         self.file.finish()
@@ -218,6 +219,19 @@ impl Html {
         let element = format!("<script type=\"application/json\" class=\"{class}\">{text}</script>\n");
         self.file.write(element.as_bytes())
     }
+}
+
+/// Why a session failed, as the file has it.
+fn failed(failure: &v1::Failure) -> Value {
+    json!({
+        "reason": failure.reason,
+        "message": printable(&failure.message),
+        "diverged": session::diverged(failure),
+        "step": failure.step,
+        "time": failure.time_seconds,
+        "particle": failure.particle,
+        "value": failure.value,
+    })
 }
 
 /// The longest side of the box around all particles (m).
