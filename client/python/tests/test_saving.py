@@ -21,7 +21,7 @@ from nappe._packed import restore, unpack
 from nappe._reports import ClothSteps, Diagnostics, Notices, SnowDiagnostics, SolveReport
 from nappe._topology import Body, Topology
 from nappe._trajectory import Trajectory
-from nappe._values import SessionEnd, SessionInfo
+from nappe._values import Failure, SessionEnd, SessionInfo
 
 FRAMES, SHEET, SNOW = 40, 12, 8
 ELEMENT = re.compile(r'<script type="application/json" class="nappe-(head|block|end)">(.*?)</script>\n', re.DOTALL)
@@ -232,6 +232,25 @@ def test_a_trajectory_without_frames_or_without_an_end_is_written() -> None:
     assert end == {"frames": FRAMES, "steps": 390, "hash": None, "finished": False}
 
 
+def test_a_page_says_why_its_session_failed_where_its_frames_end_there() -> None:
+    failure = Failure("NOT_FINITE", "particle 3 became nan", 391, 0.391, 3, float("nan"))
+    info = replace(trajectory().info, failure=failure, frame=FRAMES - 1)
+    (end,) = elements(trajectory(end=None, info=info).show().text)["end"]
+    assert (end["finished"], end["hash"]) == (False, None)
+    assert end["failure"] == {
+        "reason": "NOT_FINITE",
+        "message": "particle 3 became nan",
+        "diverged": True,
+        "step": 391,
+        "time": 0.391,
+        "particle": 3,
+        "value": None,
+    }
+    later = replace(info, frame=FRAMES + 5)
+    (end,) = elements(trajectory(end=None, info=later).show().text)["end"]
+    assert "failure" not in end
+
+
 def test_a_notebook_gets_the_whole_page_in_a_frame() -> None:
     page = trajectory().show(height=432)
     shown = page._repr_html_()
@@ -239,7 +258,7 @@ def test_a_notebook_gets_the_whole_page_in_a_frame() -> None:
     assert not set("<>'") & set(srcdoc)
     assert html.unescape(srcdoc) == page.text
     assert len(elements(page.text)["block"]) == 2
-    assert 'sandbox="allow-scripts allow-forms"' in rest
+    assert 'sandbox="allow-scripts allow-forms allow-downloads"' in rest
     assert "allow-same-origin" not in rest
     assert "height: 432px" in rest
     with pytest.raises(Refused, match="height"):

@@ -77,8 +77,9 @@ fn browsers(shell: &mut Shell, node: &Path) -> Result<(), Failure> {
         }
         shell.run(&format!("page: show {scene}"), &mut show)?;
     }
-    let odd = folder.join(format!("{}.html", RECORDINGS[0]));
-    shell.run("page: odd recordings", &mut script(node, &browser, "odd", &odd))
+    let demo = folder.join(format!("{}.html", RECORDINGS[0]));
+    shell.run("page: odd recordings", &mut script(node, &browser, "odd", &demo))?;
+    shell.run("page: screens and controls", &mut script(node, &browser, "screens", &demo))
 }
 
 /// Opens one recording in a browser, where Node, its packages and a browser are there.

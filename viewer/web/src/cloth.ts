@@ -6,12 +6,13 @@ import {
   BufferAttribute, BufferGeometry, LineBasicMaterial, LineSegments, type Material, Mesh, MeshBasicMaterial, type Object3D,
   Points,
 } from 'three';
-import { PALETTE, PIN_COLOR, type Theme, THEMES } from './coloring.ts';
+import { PALETTE, PIN_COLOR, THEMES } from './coloring.ts';
 import { fabric } from './fabric.ts';
 import { dot, length } from './geometry.ts';
 import type { Body, Vector } from './scene.ts';
 import { sphereMaterial } from './spheres.ts';
 import { rgb } from './stage.ts';
+import type { Theme } from './theme.ts';
 
 const PIN_PIXELS = 3.5;
 

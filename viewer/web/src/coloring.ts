@@ -1,6 +1,7 @@
 // Numbers of particles to colours, and the legend that explains them.
 
-import type { ColorBy } from './scene.ts';
+import type { ColorBy, Range } from './scene.ts';
+import type { Theme } from './theme.ts';
 
 type Rgb = readonly [number, number, number];
 
@@ -11,8 +12,7 @@ export const PIN_COLOR: Rgb = [250, 210, 70];
 export const SOLID_COLOR: Rgb = [150, 158, 170];
 export const SNOW_COLOR: Rgb = [238, 242, 249];
 
-/** Light or dark; the page's own colours are in its style. */
-export type Theme = 'light' | 'dark';
+/** What the picture shows in each theme; the page's own colours are in its style. */
 export const THEMES: Record<Theme, { ground: Rgb; grid: Rgb; wire: Rgb }> = {
   dark: { ground: [78, 83, 92], grid: [124, 131, 144], wire: [214, 226, 240] },
   light: { ground: [206, 209, 214], grid: [160, 166, 176], wire: [34, 44, 60] },
@@ -55,6 +55,11 @@ export class Coloring {
       colors[3 * i + 1] = rgb[1];
       colors[3 * i + 2] = rgb[2];
     }
+  }
+
+  /** The scale is that of these numbers, instead of those seen so far. */
+  setScale([, largest]: Range): void {
+    this.largest = largest;
   }
 
   private color(number: number): Rgb {

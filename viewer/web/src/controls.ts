@@ -7,6 +7,25 @@ import type { View } from './view.ts';
 /** Frames that Page Up and Page Down skip. */
 const PAGE = 10;
 
+/** What is drawn, and on what. */
+export interface Picture {
+  stage: Stage;
+  view: View;
+}
+
+/** What the controls do besides playing. */
+export interface Deeds {
+  toggleTheme(): void;
+  /** The view was moved by a key or a button. */
+  moved(): void;
+  /** Colours mean something else. */
+  recolored(): void;
+  savePicture(): void;
+  saveNumbers(): void;
+  /** Null if the recording does not hold the scene's text. */
+  saveScene: (() => void) | null;
+}
+
 export interface Controls {
   show(index: number): void;
   playing(playing: boolean): void;
@@ -20,31 +39,44 @@ const MOVES: Record<string, Move> = {
   j: 'pan left', l: 'pan right', i: 'pan up', k: 'pan down', '+': 'in', '=': 'in', '-': 'out',
 };
 
-/** Wires the page's controls to what they do. */
-export function connect(player: Player, stage: Stage, view: View, frameCount: number): Controls {
+/** Buttons by the key that does the same. */
+const PLAYING = { first: 'Home', back: 'ArrowLeft', play: ' ', forward: 'ArrowRight', last: 'End', loop: 'o' };
+const VIEWING = { home: 'r', follow: 'f', wireframe: 'w', colors: 'c' };
+const OTHERS = { theme: 't', screen: 's', 'help-open': 'h' };
+
+/** Wires the page's controls to what they do. There is no picture where nothing can be drawn. */
+export function connect(player: Player, picture: Picture | null, frameCount: number, deeds: Deeds): Controls {
   const seek = (index: number) => {
     player.pause();
     // A failure is told by the player.
     player.seek(index).catch(() => undefined);
   };
-  const actions = actionsOf(player, stage, view, seek, frameCount);
+  const actions: Actions = {
+    ...playing(player, seek, frameCount), ...(picture === null ? {} : viewing(picture, deeds)),
+    h: toggleHelp, s: toggleScreen, t: () => deeds.toggleTheme(),
+  };
   const scrub = element<HTMLInputElement>('scrub');
   scrub.max = String(frameCount - 1);
   scrub.addEventListener('input', () => seek(Number(scrub.value)));
-
-  const buttons = { first: 'Home', back: 'ArrowLeft', play: ' ', forward: 'ArrowRight', last: 'End' };
-  for (const [id, key] of Object.entries(buttons)) {
-    element<HTMLButtonElement>(id).disabled = frameCount < 2;
-    element(id).addEventListener('click', actions[key]);
-  }
   scrub.disabled = frameCount < 2;
-  for (const [id, key] of Object.entries({ wireframe: 'w', home: 'r', screen: 'f', 'help-open': 'h' })) {
-    element(id).addEventListener('click', actions[key]);
+
+  for (const [id, key] of Object.entries({ ...PLAYING, ...VIEWING, ...OTHERS })) {
+    const button = element<HTMLButtonElement>(id);
+    button.disabled = actions[key] === undefined || (id in PLAYING && frameCount < 2);
+    button.addEventListener('click', () => actions[key]?.());
   }
   element('screen').hidden = !document.fullscreenEnabled;
+  element('colors').hidden = picture?.view.hasColors !== true;
+  element('colors').setAttribute('aria-pressed', String(picture?.view.showsColors === true));
   const speed = element<HTMLSelectElement>('speed');
   speed.addEventListener('change', () => (player.speed = Number(speed.value)));
-  listen(actions, stage);
+  wireSaves(picture, deeds);
+  popup('more', 'views');
+  popup('save', 'saves');
+  listen(actions, (move) => {
+    picture?.stage.move(move);
+    deeds.moved();
+  });
 
   return {
     show: (index) => {
@@ -61,7 +93,7 @@ export function connect(player: Player, stage: Stage, view: View, frameCount: nu
 
 type Actions = Record<string, () => void>;
 
-function actionsOf(player: Player, stage: Stage, view: View, seek: (index: number) => void, frameCount: number): Actions {
+function playing(player: Player, seek: (index: number) => void, frameCount: number): Actions {
   return {
     ' ': () => (player.playing ? player.pause() : player.play()),
     ArrowLeft: () => seek(player.index - 1),
@@ -70,25 +102,77 @@ function actionsOf(player: Player, stage: Stage, view: View, seek: (index: numbe
     PageDown: () => seek(player.index + PAGE),
     Home: () => seek(0),
     End: () => seek(frameCount - 1),
-    h: toggleHelp,
-    w: () => element('wireframe').setAttribute('aria-pressed', String(view.toggleWireframe())),
-    c: () => view.toggleColors(),
-    f: toggleScreen,
-    r: () => stage.goHome('eased'),
+    o: () => press('loop', (player.loop = !player.loop)),
+    ',': () => changeSpeed(-1),
+    '.': () => changeSpeed(1),
   };
 }
 
-function listen(actions: Actions, stage: Stage): void {
+function viewing({ stage, view }: Picture, deeds: Deeds): Actions {
+  return {
+    w: () => press('wireframe', view.toggleWireframe()),
+    c: () => {
+      press('colors', view.toggleColors());
+      deeds.recolored();
+    },
+    r: () => {
+      stage.goHome('eased');
+      deeds.moved();
+    },
+    f: () => {
+      const name = view.followNext();
+      press('follow', name !== null);
+      element('follow').textContent = name === null || name === '' ? 'Follow' : `Follow ${name}`;
+    },
+  };
+}
+
+function press(id: string, pressed: boolean): void {
+  element(id).setAttribute('aria-pressed', String(pressed));
+}
+
+/** The next slower or faster one of the list. */
+function changeSpeed(by: number): void {
+  const speed = element<HTMLSelectElement>('speed');
+  speed.selectedIndex = Math.min(Math.max(speed.selectedIndex + by, 0), speed.options.length - 1);
+  speed.dispatchEvent(new Event('change'));
+}
+
+function wireSaves(picture: Picture | null, { savePicture, saveNumbers, saveScene }: Deeds): void {
+  element<HTMLButtonElement>('save-picture').disabled = picture === null;
+  element('save-picture').addEventListener('click', savePicture);
+  element('save-numbers').addEventListener('click', saveNumbers);
+  element('save-scene').hidden = saveScene === null;
+  if (saveScene !== null) element('save-scene').addEventListener('click', saveScene);
+}
+
+/** A button that opens what lies beside it, until something else is pressed. */
+function popup(opener: string, panel: string): void {
+  const open = (isOpen: boolean) => {
+    element(panel).classList.toggle('open', isOpen);
+    element(opener).setAttribute('aria-expanded', String(isOpen));
+  };
+  element(opener).addEventListener('click', () => open(!element(panel).classList.contains('open')));
+  document.addEventListener('pointerdown', (event) => {
+    const target = event.target as Element;
+    if (target.closest(`#${panel}, #${opener}`) === null) open(false);
+  });
+  document.addEventListener('keydown', (event) => {
+    if (event.key === 'Escape') open(false);
+  });
+}
+
+function listen(actions: Actions, move: (move: Move) => void): void {
   document.addEventListener('keydown', (event) => {
     if (event.ctrlKey || event.altKey || event.metaKey) return;
     const target = event.target as HTMLElement;
     const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
-    // A list needs its own keys, and so does the help; a button is pressed by space.
-    if (target instanceof HTMLSelectElement || (element<HTMLDialogElement>('help').open && key !== 'h')) return;
+    // A list and a text need their own keys, and so does the help; a button is pressed by space.
+    if (target.closest('select, pre') !== null || (element<HTMLDialogElement>('help').open && key !== 'h')) return;
     if (key === ' ' && target.closest('button, summary') !== null) return;
 
-    const move = MOVES[event.shiftKey && key.startsWith('Arrow') ? `Shift ${key}` : key];
-    const action = move === undefined ? actions[key] : () => stage.move(move);
+    const moved = MOVES[event.shiftKey && key.startsWith('Arrow') ? `Shift ${key}` : key];
+    const action = moved === undefined ? actions[key] : () => move(moved);
     if (action === undefined) return;
     event.preventDefault();
     action();
@@ -97,8 +181,10 @@ function listen(actions: Actions, stage: Stage): void {
 
 function toggleHelp(): void {
   const help = element<HTMLDialogElement>('help');
-  if (help.open) help.close();
-  else help.showModal();
+  if (help.open) return help.close();
+  help.showModal();
+  // Else the button at its end has the focus, and a small screen begins there.
+  element('help-title').focus();
 }
 
 function toggleScreen(): void {

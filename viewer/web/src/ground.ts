@@ -5,10 +5,11 @@
 import {
   BufferAttribute, BufferGeometry, CircleGeometry, DoubleSide, Matrix4, Mesh, MeshLambertMaterial, Vector2, Vector3,
 } from 'three';
-import { type Theme, THEMES } from './coloring.ts';
+import { THEMES } from './coloring.ts';
 import { type Bounds, along, cross, dot, minus, tangents, unit } from './geometry.ts';
 import type { Vector } from './scene.ts';
 import { rgb } from './stage.ts';
+import type { Theme } from './theme.ts';
 
 /** Radius of the drawn disc over the radius of the scene; the disc is whole up to `SOLID`, and fades beyond. */
 const PLANE_SCALE = 2.4;

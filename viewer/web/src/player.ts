@@ -4,6 +4,8 @@ import type { Frame } from './scene.ts';
 
 /** Seconds that a single picture of the screen may take of the clock: a tab that slept does not jump. */
 const MOST_SECONDS = 0.5;
+/** Seconds that the last frame stays before a loop starts over. */
+const REST = 0.5;
 
 /** Frames by their index. */
 export interface FrameSource {
@@ -27,6 +29,8 @@ export interface PlayerEvents {
 export class Player {
   /** Simulated seconds per second. */
   speed = 1;
+  /** Starts over at the end, until it is paused. */
+  loop = false;
   private shown = -1;
   private wanted = 0;
   private clock = 0;
@@ -81,9 +85,20 @@ export class Player {
       this.wanted = this.source.indexAt(this.clock);
       this.source.prefetchAfter(this.wanted);
       if (this.wanted !== this.shown) this.reach().catch(() => undefined);
-      if (this.shown === this.source.frameCount - 1 && this.wanted === this.shown) return this.pause();
+      if (this.shown === this.source.frameCount - 1 && this.wanted === this.shown && !this.startOver()) return this.pause();
     }
     requestAnimationFrame((next) => this.tick(next));
+  }
+
+  /** At the end of a loop: rests there, then goes back to the start; false if there is no loop. */
+  private startOver(): boolean {
+    const end = this.source.time(this.source.frameCount - 1);
+    if (this.loop && this.clock > end + this.speed * REST) {
+      this.clock = this.source.time(0);
+      this.wanted = 0;
+      this.reach().catch(() => undefined);
+    }
+    return this.loop;
   }
 
   /** Shows the wanted frame: now if it is ready, or else after it is decoded, one block at a time. */

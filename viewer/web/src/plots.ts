@@ -3,62 +3,70 @@
 // Enters: diagnostics of each frame. Leaves: plots in an element; a click or a drag asks for a frame.
 
 import uPlot from 'uplot';
-import { css } from './coloring.ts';
+import { type Axis, isWide, linear, logarithmic } from './axis.ts';
+import { readable } from './numbers.ts';
 import type { Diagnostics } from './scene.ts';
 
 interface Series {
   label: string;
-  color: readonly [number, number, number];
+  /** Name of its colour in the style sheet. */
+  color: string;
+  /** Pixels drawn and left out, in turn: lines differ also where colours look alike. */
+  dash: number[];
   value: (diagnostics: Diagnostics) => number | null;
 }
 
-interface Plot {
+interface Quantity {
   title: string;
   series: Series[];
 }
 
-const PLOTS: readonly Plot[] = [
+const QUANTITIES: readonly Quantity[] = [
   {
     title: 'Energy (J)',
     series: [
-      { label: 'kinetic', color: [232, 93, 79], value: (d) => d.kinetic },
-      { label: 'elastic', color: [86, 156, 230], value: (d) => d.elastic },
-      { label: 'gravitational', color: [110, 190, 120], value: (d) => d.gravitational },
-      { label: 'total', color: [225, 225, 225], value: total },
+      { label: 'kinetic', color: '--kinetic', dash: [], value: (d) => d.kinetic },
+      { label: 'elastic', color: '--elastic', dash: [7, 3], value: (d) => d.elastic },
+      { label: 'gravitational', color: '--gravitational', dash: [2, 3], value: (d) => d.gravitational },
+      { label: 'total', color: '--total', dash: [10, 3, 2, 3], value: total },
     ],
   },
-  { title: 'Largest stretch (1)', series: [{ label: 'stretch', color: [240, 180, 70], value: (d) => d.stretch }] },
-  { title: 'Time step (ms)', series: [{ label: 'dt', color: [70, 190, 190], value: (d) => (d.dt === null ? null : 1e3 * d.dt) }] },
+  { title: 'Largest stretch (1)', series: [{ label: 'stretch', color: '--stretch', dash: [], value: (d) => d.stretch }] },
+  {
+    title: 'Time step (ms)',
+    series: [{ label: 'dt', color: '--dt', dash: [], value: (d) => (d.dt === null ? null : 1e3 * d.dt) }],
+  },
 ];
 
 function total({ kinetic, elastic, gravitational }: Diagnostics): number | null {
   return kinetic === null || elastic === null || gravitational === null ? null : kinetic + elastic + gravitational;
 }
 
-const AXIS_COLOR = '#98a1af';
-const GRID_COLOR = 'rgb(255 255 255 / 0.07)';
-const HEIGHT = 150;
+const SVG = 'http://www.w3.org/2000/svg';
+/** Height of a plot and width of what is beside its axis, over the size of the text. */
+const HEIGHT = 11;
+const BESIDE = 4;
 
 /** A plot that is on the page. */
 interface Drawn {
-  plot: uPlot;
-  cursor: HTMLElement;
-  /** Where the values at the cursor stand, and the series' values. */
-  values: { element: HTMLElement; numbers: (number | null)[] }[];
+  title: string;
+  figure: HTMLElement;
+  series: { label: string; color: string; dash: number[]; numbers: (number | null)[]; shown: HTMLElement }[];
+  isLogarithmic: boolean;
+  plot: uPlot | null;
+  cursor: HTMLElement | null;
 }
 
 export class Plots {
-  private readonly drawn: Drawn[] = [];
+  private readonly drawn: Drawn[];
   private readonly times: number[];
   private index = 0;
+  private textSize = 0;
 
   /** Plots of which no frame has a value are left out. */
   constructor(private readonly host: HTMLElement, diagnostics: readonly Diagnostics[], private readonly seek: (time: number) => void) {
     this.times = diagnostics.map(({ time }) => time);
-    for (const { title, series } of PLOTS) {
-      const known = series.filter(({ value }) => diagnostics.some((d) => value(d) !== null));
-      if (known.length > 0) this.drawn.push(this.build(title, known, diagnostics));
-    }
+    this.drawn = QUANTITIES.flatMap((quantity) => this.figure(quantity, diagnostics));
     new ResizeObserver(() => this.resize()).observe(host);
   }
 
@@ -69,47 +77,109 @@ export class Plots {
   /** Moves the line to a frame. */
   show(index: number): void {
     this.index = index;
-    for (const { plot, cursor, values } of this.drawn) {
-      const left = plot.valToPos(this.times[index], 'x');
-      cursor.style.transform = `translateX(${left}px)`;
-      for (const { element, numbers } of values) element.textContent = readable(numbers[index]);
+    for (const drawn of this.drawn) {
+      this.moveCursor(drawn);
+      for (const { shown, numbers } of drawn.series) shown.textContent = readable(numbers[index]);
     }
   }
 
-  private build(title: string, series: Series[], diagnostics: readonly Diagnostics[]): Drawn {
+  /** Draws all anew, since colours or sizes are others. */
+  redraw(): void {
+    this.textSize = parseFloat(getComputedStyle(document.documentElement).fontSize);
+    for (const drawn of this.drawn) this.draw(drawn);
+  }
+
+  /** What stands around a plot; nothing if no frame has a value. */
+  private figure({ title, series }: Quantity, diagnostics: readonly Diagnostics[]): Drawn[] {
+    const known = series.filter(({ value }) => diagnostics.some((d) => value(d) !== null));
+    if (known.length === 0) return [];
     const figure = append(this.host, 'figure', 'plot');
     const caption = append(figure, 'figcaption');
     append(caption, 'strong').textContent = title;
-    const values = series.map(({ label, color, value }) => {
-      const item = append(caption, 'span', 'series');
-      append(item, 'i').style.background = css(color);
+    const button = append(caption, 'button', 'scale');
+    const keys = append(caption, 'span', 'keys');
+    const shown = known.map(({ label, color, dash, value }) => {
+      const item = append(keys, 'span', 'series');
+      item.append(sample(color, dash));
       append(item, 'span').textContent = label;
-      return { element: append(item, 'b'), numbers: diagnostics.map(value) };
+      return { label, color, dash, numbers: diagnostics.map(value), shown: append(item, 'b') };
     });
 
-    const axis = { stroke: AXIS_COLOR, font: '11px system-ui, sans-serif', grid: { stroke: GRID_COLOR, width: 1 }, ticks: { show: false } };
-    const plot = new uPlot(
-      {
-        width: Math.max(200, this.host.clientWidth),
-        height: HEIGHT,
-        legend: { show: false },
-        cursor: { drag: { x: false, y: false }, y: false, points: { show: false } },
-        scales: { x: { time: false } },
-        axes: [
-          { ...axis, size: 26, values: (_, ticks) => ticks.map((tick) => `${readable(tick)} s`) },
-          { ...axis, size: 56, values: (_, ticks) => ticks.map(readable) },
-        ],
-        series: [
-          {},
-          ...series.map(({ label, color }) => ({ label, stroke: css(color), width: 1.5, points: { show: diagnostics.length === 1 } })),
-        ],
-        hooks: { draw: [() => this.show(this.index)] },
-      },
-      [this.times, ...values.map(({ numbers }) => numbers)] as uPlot.AlignedData,
-      figure,
-    );
+    const isLogarithmic = isWide(shown.map(({ numbers }) => numbers));
+    const drawn: Drawn = { title, figure, series: shown, isLogarithmic, plot: null, cursor: null };
+    Object.assign(button, { type: 'button', textContent: 'log', title: 'Equal ratios are equally long' });
+    button.setAttribute('aria-label', `${title}: logarithmic axis`);
+    const press = () => button.setAttribute('aria-pressed', String(drawn.isLogarithmic));
+    button.addEventListener('click', () => {
+      drawn.isLogarithmic = !drawn.isLogarithmic;
+      press();
+      this.draw(drawn);
+    });
+    press();
+    return [drawn];
+  }
+
+  private draw(drawn: Drawn): void {
+    drawn.plot?.destroy();
+    drawn.plot = drawn.cursor = null;
+    const width = this.host.clientWidth;
+    // A closed panel has no width.
+    if (width === 0) return;
+
+    const { series } = drawn;
+    const all = series.flatMap(({ numbers }) => finite(numbers));
+    const axis = drawn.isLogarithmic ? logarithmic(all) : linear(all);
+    const data = [this.times, ...series.map(({ numbers }) => numbers.map((number) => (number === null ? null : axis.place(number))))];
+    const plot = new uPlot(this.options(drawn, axis, width), data as uPlot.AlignedData, drawn.figure);
+    plot.root.setAttribute('role', 'img');
+    plot.root.setAttribute('aria-label', this.inWords(drawn));
     this.listen(plot);
-    return { plot, cursor: append(plot.over, 'div', 'now'), values };
+    Object.assign(drawn, { plot, cursor: append(plot.over, 'div', 'now') });
+    this.moveCursor(drawn);
+  }
+
+  private options({ series }: Drawn, { range, ticks }: Axis, width: number): uPlot.Options {
+    const style = getComputedStyle(document.documentElement);
+    const color = (name: string) => style.getPropertyValue(name).trim();
+    const rem = this.textSize;
+    const axis = {
+      stroke: color('--dim'), font: `${0.8 * rem}px system-ui, sans-serif`, ticks: { show: false },
+      grid: { stroke: color('--grid'), width: 1 },
+    };
+    return {
+      width,
+      height: HEIGHT * rem,
+      legend: { show: false },
+      cursor: { drag: { x: false, y: false }, y: false, points: { show: false } },
+      scales: { x: { time: false }, y: { range } },
+      axes: [
+        { ...axis, size: 1.9 * rem, values: (_, times) => times.map((time) => `${readable(time)} s`) },
+        { ...axis, size: BESIDE * rem, splits: ticks.map(({ at }) => at), values: ticks.map(({ label }) => label) as never },
+      ],
+      series: [
+        {},
+        ...series.map(({ label, color: name, dash }) => (
+          { label, stroke: color(name), dash, width: rem / 8, points: { show: this.times.length === 1 } }
+        )),
+      ],
+    };
+  }
+
+  /** What a plot shows, for who does not see it. */
+  private inWords({ title, series, isLogarithmic }: Drawn): string {
+    const ranges = series.map(({ label, numbers }) => {
+      const all = finite(numbers);
+      const [least, most] = all.reduce(([a, b], number) => [Math.min(a, number), Math.max(b, number)], [Infinity, -Infinity]);
+      return `${label} from ${readable(least)} to ${readable(most)}`;
+    });
+    const [first, last] = [this.times[0], this.times[this.times.length - 1]];
+    const scale = isLogarithmic ? ', logarithmic' : '';
+    return `${title}${scale}, over time from ${readable(first)} to ${readable(last)} s: ${ranges.join('; ')}`;
+  }
+
+  private moveCursor({ plot, cursor }: Drawn): void {
+    if (plot === null || cursor === null) return;
+    cursor.style.transform = `translateX(${plot.valToPos(this.times[this.index], 'x')}px)`;
   }
 
   private listen(plot: uPlot): void {
@@ -125,25 +195,30 @@ export class Plots {
 
   private resize(): void {
     const width = this.host.clientWidth;
-    // A closed panel has no width.
-    if (width === 0) return;
-    for (const { plot } of this.drawn) {
-      if (plot.width !== width) plot.setSize({ width, height: HEIGHT });
-    }
+    const textSize = parseFloat(getComputedStyle(document.documentElement).fontSize);
+    const isOther = ({ plot }: Drawn) => plot?.width !== width || textSize !== this.textSize;
+    if (width > 0 && this.drawn.some(isOther)) this.redraw();
   }
 }
+
+/** A line as the plot draws it. */
+function sample(color: string, dash: number[]): SVGSVGElement {
+  const svg = document.createElementNS(SVG, 'svg');
+  svg.setAttribute('viewBox', '0 0 24 4');
+  svg.setAttribute('aria-hidden', 'true');
+  const line = document.createElementNS(SVG, 'line');
+  const attributes = { x1: 0, x2: 24, y1: 2, y2: 2, 'stroke-width': 2.5, 'stroke-dasharray': dash.join(' ') };
+  for (const [name, value] of Object.entries(attributes)) line.setAttribute(name, String(value));
+  line.style.stroke = `var(${color})`;
+  svg.append(line);
+  return svg;
+}
+
+const finite = (numbers: readonly (number | null)[]): number[] => numbers.filter((number) => number !== null && Number.isFinite(number)) as number[];
 
 function append<K extends keyof HTMLElementTagNameMap>(parent: HTMLElement, tag: K, name = ''): HTMLElementTagNameMap[K] {
   const element = document.createElement(tag);
   if (name !== '') element.className = name;
   parent.append(element);
   return element;
-}
-
-/** A number of at most four digits. */
-function readable(number: number | null | undefined): string {
-  if (number === null || number === undefined) return '';
-  const size = Math.abs(number);
-  if (size !== 0 && (size < 1e-3 || size >= 1e5)) return number.toExponential(1);
-  return String(Number(number.toPrecision(4)));
 }

@@ -5,7 +5,7 @@
 import { type Head, readHead } from './head.ts';
 import { FormatError, type Fields, bytes, fields, list, number, optional, positive, text, whole } from './json.ts';
 import { addBase, inflate, restore, sum } from './packed.ts';
-import type { Diagnostics, Frame } from './scene.ts';
+import { type Diagnostics, type Frame, type Range, isPoints } from './scene.ts';
 
 /** Decoded blocks that are kept: no more than so many, nor so many bytes beyond two. */
 const KEPT_BLOCKS = 4;
@@ -24,9 +24,27 @@ export interface FrameFacts extends Diagnostics {
   bound: number;
 }
 
+/** Why a session failed. */
+export interface Failure {
+  /** A stable word, such as NOT_FINITE. */
+  reason: string;
+  /** One sentence. */
+  message: string;
+  /** Whether the simulation diverged; otherwise something else went wrong. */
+  diverged: boolean;
+  /** Index of the step that was not taken, from 0. */
+  step: number;
+  /** Before that step (s). */
+  time: number;
+  /** Over all bodies; null if none is known. */
+  particle: number | null;
+}
+
 export interface End {
   hash: string | null;
   finished: boolean;
+  /** Null if it did not fail, or if the file is older than this page. */
+  failure: Failure | null;
 }
 
 interface Block {
@@ -76,7 +94,7 @@ export class Recording {
     }
     makeTimesIncrease(facts, head.dt);
 
-    const end = optional(json(document.querySelector('script.nappe-end')), readEnd);
+    const end = optional(json(document.querySelector('script.nappe-end')), (json) => readEnd(json, head.scene.particleCount));
     return new Recording(head, blocks, facts, end);
   }
 
@@ -131,6 +149,23 @@ export class Recording {
     for (const block of this.blocks) await decode(block, this.head);
     const bytes = 12 * this.head.scene.particleCount * this.frameCount;
     return { seconds: (performance.now() - since) / 1e3, bytes };
+  }
+
+  /** Least and largest scalar of bare points over all frames, which reads them block by block; null if there is none. */
+  async scalarRange(): Promise<Range | null> {
+    const bodies = this.head.scene.bodies.filter(isPoints);
+    let [least, largest] = [Infinity, -Infinity];
+    for (const block of bodies.length === 0 ? [] : this.blocks) {
+      for (const scalars of await decodeScalars(block, this.head)) {
+        for (const { firstParticle, particleCount } of bodies) {
+          for (let i = firstParticle; i < firstParticle + particleCount; i++) {
+            if (scalars[i] < least) least = scalars[i];
+            if (scalars[i] > largest) largest = scalars[i];
+          }
+        }
+      }
+    }
+    return least <= largest ? [least, largest] : null;
   }
 
   private decode(block: Block): Promise<Frame[]> {
@@ -208,9 +243,25 @@ function makeTimesIncrease(facts: FrameFacts[], dt: number): void {
   }
 }
 
-function readEnd(json: unknown): End {
+function readEnd(json: unknown, particles: number): End {
   const end = fields(json, 'the end');
-  return { hash: optional(end['hash'], (hash) => text(hash, 'hash')), finished: end['finished'] === true };
+  return {
+    hash: optional(end['hash'], (hash) => text(hash, 'hash')),
+    finished: end['finished'] === true,
+    failure: optional(end['failure'], (failure) => readFailure(failure, particles)),
+  };
+}
+
+function readFailure(json: unknown, particles: number): Failure {
+  const failure = fields(json, 'the failure');
+  return {
+    reason: text(failure['reason'], 'reason of the failure'),
+    message: text(failure['message'], 'message of the failure'),
+    diverged: failure['diverged'] === true,
+    step: whole(failure['step'], 'step of the failure'),
+    time: number(failure['time'], 'time of the failure'),
+    particle: optional(failure['particle'], (value) => whole(value, 'particle of the failure', particles - 1)),
+  };
 }
 
 /** The first frames of a block, or all: inflated side by side, then summed one after another. */
@@ -239,6 +290,21 @@ async function decode(block: Block, head: Head, most = Infinity): Promise<Frame[
     scalars = scalar === null ? null : added(sum(await scalar, shapes.scalar), scalars);
     const shown = scalars !== null && scalarStep !== null ? restore(scalars, scalarStep) : null;
     frames.push({ time, numbers, step, scalar: shown });
+  }
+  return frames;
+}
+
+/** The scalars alone of all frames of a block that have any. */
+async function decodeScalars(block: Block, head: Head): Promise<Float32Array[]> {
+  const parsed = fields(json(block.element), 'a block');
+  const step = optional(parsed['scalar_step'], (value) => positive(value, 'scalar_step of a block'));
+  const shape = { particles: head.scene.particleCount, components: 1 };
+  const frames: Float32Array[] = [];
+  let numbers: Int32Array | null = null;
+  for (const frame of step === null ? [] : list(parsed['frames'], 'frames of a block')) {
+    const data = fields(frame, 'a frame of a block')['scalar'];
+    numbers = data === null || data === undefined ? null : added(sum(await inflate(bytes(data, 'scalar'), shape), shape), numbers);
+    if (numbers !== null && step !== null) frames.push(restore(numbers, step));
   }
   return frames;
 }

@@ -1,16 +1,20 @@
-// The page that replays a recording: controls, keys, and what stands where.
+// The page that replays a recording: what it is made of, and in which order it begins.
 
 import { bodyBounds, motionBounds } from './camera.ts';
-import { css } from './coloring.ts';
-import { type Controls, connect } from './controls.ts';
+import { type Picture, connect } from './controls.ts';
+import { describe, showFacts } from './facts.ts';
 import type { Bounds } from './geometry.ts';
 import { FormatError } from './json.ts';
+import { showLegend } from './legend.ts';
+import { Links } from './links.ts';
 import { PackedError } from './packed.ts';
 import { Player } from './player.ts';
 import { Plots } from './plots.ts';
 import { Recording, frameAt } from './recording.ts';
+import { csv, download, fileName } from './save.ts';
 import type { Frame } from './scene.ts';
 import { Stage } from './stage.ts';
+import { Themes } from './theme.ts';
 import { View } from './view.ts';
 
 /** What scripts and tests may use. */
@@ -29,7 +33,8 @@ interface Handles {
   measure(): Promise<{ seconds: number; bytes: number }>;
 }
 
-const NARROW = '(max-width: 800px)';
+/** Screens on which the plots would leave too little room for the picture. */
+const NARROW = '(max-width: 800px), (max-height: 480px)';
 const CALM = '(prefers-reduced-motion: reduce)';
 
 function element<T extends HTMLElement>(id: string): T {
@@ -47,20 +52,10 @@ function reason(error: unknown): string {
   return known || error instanceof Error ? error.message : String(error);
 }
 
-/** Why this browser cannot show a recording; null if it can. */
-function obstacle(): string | null {
+async function start(handles: Handles, themes: Themes): Promise<void> {
   if (typeof DecompressionStream === 'undefined') {
-    return 'This browser cannot unpack the recording, since it has no DecompressionStream. Browsers since 2023 have it.';
+    return say('This browser cannot unpack the recording, since it has no DecompressionStream. Browsers since 2023 have it.');
   }
-  if (document.createElement('canvas').getContext('webgl2') === null) {
-    return 'This browser cannot draw the recording, since WebGL 2 is missing or switched off.';
-  }
-  return null;
-}
-
-async function start(handles: Handles): Promise<void> {
-  const missing = obstacle();
-  if (missing !== null) return say(missing);
   let recording: Recording;
   try {
     recording = await Recording.open(document);
@@ -72,67 +67,141 @@ async function start(handles: Handles): Promise<void> {
   handles.frameCount = recording.frameCount;
   if (recording.frameCount === 0) return say('This recording holds no frame.');
   try {
-    await run(recording, handles);
+    await run(recording, handles, themes);
   } catch (error) {
     say(`This recording cannot be shown: ${reason(error)}.`);
   }
 }
 
-async function run(recording: Recording, handles: Handles): Promise<void> {
+async function run(recording: Recording, handles: Handles, themes: Themes): Promise<void> {
   const calm = matchMedia(CALM).matches;
-  const first = await recording.frame(0);
-  const stage = new Stage(element<HTMLCanvasElement>('canvas'), element('stage'), !calm, (lost) =>
-    say(lost ? 'The graphics were lost. The picture comes back when the browser has them again.' : ''));
-  const { scene } = recording.head;
-  const bodies: Bounds[] = [];
-  for await (const frame of recording.samples()) bodies.push(bodyBounds(scene, frame));
-  const view = new View(stage, scene, first, motionBounds(bodyBounds(scene, first), bodies));
+  const picture = draw(recording, await recording.frame(0), await motion(recording), calm);
+  const failed = (error: unknown) => say(`This part of the recording cannot be read: ${reason(error)}.`);
 
-  const shown = (index: number) => {
-    plots.show(index);
-    showFacts(recording, index);
-    showLegend(view);
-    controls.show(index);
-  };
-  const player: Player = new Player(
-    {
-      frameCount: recording.frameCount,
-      time: (index) => recording.facts[index].time,
-      indexAt: (time) => frameAt(recording.facts, time),
-      ready: (index) => recording.ready(index),
-      frame: (index) => recording.frame(index),
-      prefetchAfter: (index) => recording.prefetchAfter(index),
+  const player: Player = new Player(source(recording), {
+    show: (frame: Frame, index) => {
+      picture?.view.show(frame);
+      plots.show(index);
+      showFacts(recording, index);
+      showLegend(element('legend'), picture?.view.legend() ?? null);
+      controls.show(index);
     },
-    {
-      show: (frame: Frame, index) => {
-        view.show(frame);
-        shown(index);
-      },
-      changed: () => controls.playing(player.playing),
-      failed: (error) => say(`This part of the recording cannot be read: ${reason(error)}.`),
+    changed: () => {
+      controls.playing(player.playing);
+      links.note();
     },
-  );
+    failed,
+  });
   const seek = (index: number) => {
     player.pause();
+    links.note();
     return player.seek(index);
   };
-  const plots = new Plots(element('plots'), recording.facts, (time) => void seek(nearest(recording, time)).catch(() => undefined));
-  const controls: Controls = connect(player, stage, view, recording.frameCount);
+  const seekTime = (time: number) => void seek(nearest(recording, time)).catch(() => undefined);
+  const plots = new Plots(element('plots'), recording.facts, seekTime);
+  const links = new Links(element('canvas'), {
+    read: () => ({ time: recording.facts[player.index].time, camera: picture?.view.camera() ?? null }),
+    open: ({ time, camera }) => {
+      picture?.view.lookFrom(camera);
+      if (time !== null) seekTime(time);
+    },
+    isMoving: () => player.playing,
+  });
+  const controls = connect(player, picture, recording.frameCount, {
+    toggleTheme: () => themes.toggle(),
+    moved: () => links.note(),
+    recolored: () => showLegend(element('legend'), picture?.view.legend() ?? null),
+    ...saves(recording, player, picture),
+  });
+  showPlots(plots);
+  themes.follow((theme) => {
+    picture?.view.setTheme(theme);
+    plots.redraw();
+  });
+  hand(handles, recording, picture, seek);
+  element('controls').hidden = false;
+  const linked = links.initial();
+  if (linked.camera !== null) picture?.view.lookFrom(linked.camera);
+  await player.seek(linked.time === null ? 0 : nearest(recording, linked.time));
+  if (!calm && linked.time === null) player.play();
+  if (picture !== null) setScale(recording, picture).catch(failed);
+}
+
+/** The picture of the first frame; null, and a message, if this browser draws none. */
+function draw(recording: Recording, first: Frame, bounds: Bounds, calm: boolean): Picture | null {
+  let stage: Stage;
+  try {
+    stage = new Stage(element<HTMLCanvasElement>('canvas'), element('stage'), !calm, (lost) =>
+      say(lost ? 'The graphics were lost. The picture comes back when the browser has them again.' : ''));
+  } catch {
+    element('canvas').hidden = true;
+    say('This browser cannot draw the recording, since WebGL 2 is missing or switched off. The plots show its numbers.');
+    return null;
+  }
+  const view = new View(stage, recording.head.scene, first, bounds);
+  const particle = recording.end?.failure?.particle ?? null;
+  if (particle !== null) view.markParticle(particle);
+  return { stage, view };
+}
+
+/** Where bodies are in the whole recording, which the view from the start holds. */
+async function motion(recording: Recording): Promise<Bounds> {
+  const { scene } = recording.head;
+  const all: Bounds[] = [];
+  for await (const frame of recording.samples()) all.push(bodyBounds(scene, frame));
+  return motionBounds(bodyBounds(scene, await recording.frame(0)), all);
+}
+
+function source(recording: Recording) {
+  return {
+    frameCount: recording.frameCount,
+    time: (index: number) => recording.facts[index].time,
+    indexAt: (time: number) => frameAt(recording.facts, time),
+    ready: (index: number) => recording.ready(index),
+    frame: (index: number) => recording.frame(index),
+    prefetchAfter: (index: number) => recording.prefetchAfter(index),
+  };
+}
+
+/** What can be saved from the page, and how. */
+function saves(recording: Recording, player: Player, picture: Picture | null) {
+  const { scene, source } = recording.head;
+  const name = (ending: string) => fileName(scene.title, ending);
+  return {
+    savePicture: () => {
+      const time = recording.facts[player.index].time;
+      const background = getComputedStyle(document.body).backgroundColor;
+      void picture?.stage.png(background).then((blob) => {
+        if (blob !== null) download(name(`-${Number(time.toFixed(6))}s.png`), blob);
+      });
+    },
+    saveNumbers: () => download(name('.csv'), csv(recording.facts)),
+    saveScene: source === null ? null : () => download(name('.toml'), source),
+  };
+}
+
+function showPlots(plots: Plots): void {
   const side = element<HTMLDetailsElement>('side');
   side.hidden = plots.isEmpty;
   side.open = !matchMedia(NARROW).matches;
+}
 
-  Object.assign(handles, {
-    seek,
-    positions: () => view.positions(),
-    litShare: () => stage.litShare(),
-    gridShares: (directions: number) => view.gridShares(directions),
-    renderer: stage.rendererName(),
-    measure: () => recording.measure(),
-  });
-  element('facts').hidden = element('controls').hidden = false;
-  await player.seek(0);
-  if (!calm) player.play();
+/** The colours get the scale of all frames, which are read for it after the first is shown. */
+async function setScale(recording: Recording, { view }: Picture): Promise<void> {
+  const { colorBy } = recording.head.scene;
+  // The scale of the others is always the same.
+  const range = colorBy === 'speed' || colorBy === 'stress' ? await recording.scalarRange() : null;
+  if (range === null) return;
+  view.setScale(...range);
+  showLegend(element('legend'), view.legend());
+}
+
+function hand(handles: Handles, recording: Recording, picture: Picture | null, seek: Handles['seek']): void {
+  Object.assign(handles, { seek, measure: () => recording.measure() });
+  if (picture === null) return;
+  const { stage, view } = picture;
+  Object.assign(handles, { positions: () => view.positions(), litShare: () => stage.litShare(), renderer: stage.rendererName() });
+  handles.gridShares = (directions) => view.gridShares(directions);
 }
 
 /** Index of the frame whose time (s) is nearest. */
@@ -140,55 +209,6 @@ function nearest({ facts }: Recording, time: number): number {
   const before = frameAt(facts, time);
   const after = Math.min(before + 1, facts.length - 1);
   return time - facts[before].time <= facts[after].time - time ? before : after;
-}
-
-/** What never changes. */
-function describe(recording: Recording): void {
-  const { scene, program, precision, source } = recording.head;
-  const title = scene.title === '' ? 'Recording' : scene.title;
-  document.title = `${title} – nappe`;
-  element('title').textContent = title;
-  element('end').textContent = endOf(recording);
-  const particles = scene.particleCount.toLocaleString('en');
-  element('about').textContent = `Recorded by ${program}${precision === '' ? '' : `, computed in ${precision}`}: ${particles} particles.`;
-  element('source').hidden = source === null;
-  element('source-text').textContent = source;
-}
-
-function endOf({ end, frameCount }: Recording): string {
-  const whole = `${frameCount} whole ${frameCount === 1 ? 'frame is' : 'frames are'} shown`;
-  if (end === null) return `This file was cut off: ${whole}.`;
-  const parts = end.finished ? [] : ['Recorded up to here; the session went on.'];
-  if (end.hash !== null) parts.push(`State hash ${end.hash}`);
-  return parts.join(' ');
-}
-
-/** What changes with each frame. */
-function showFacts(recording: Recording, index: number): void {
-  const { time, bound } = recording.facts[index];
-  element('frame').textContent = `Frame ${index + 1} of ${recording.frameCount}`;
-  element('time').textContent = `${time.toFixed(3)} s`;
-  element('bound').textContent = `Each coordinate within ${readableLength(bound)}`;
-}
-
-function readableLength(metres: number): string {
-  const digits = (value: number) => String(Number(value.toPrecision(2)));
-  if (metres < 1e-3) return metres < 1e-5 ? `${digits(1e6 * metres)} µm` : `${digits(1e3 * metres)} mm`;
-  return metres < 1 ? `${digits(1e3 * metres)} mm` : `${digits(metres)} m`;
-}
-
-function showLegend(view: View): void {
-  const legend = view.legend();
-  const host = element('legend');
-  host.hidden = legend === null;
-  if (legend === null) return;
-  if (host.childElementCount === 0) {
-    host.append(...['title', 'bar', 'labels'].map((name) => Object.assign(document.createElement('div'), { className: name })));
-  }
-  const [title, bar, labels] = host.children as unknown as HTMLElement[];
-  title.textContent = legend.title;
-  bar.style.background = `linear-gradient(to right, ${legend.colors.map(css).join(', ')})`;
-  labels.replaceChildren(...legend.labels.map((label) => Object.assign(document.createElement('span'), { textContent: label })));
 }
 
 const handles: Handles = {
@@ -201,8 +221,9 @@ const handles: Handles = {
   renderer: '',
   measure: () => Promise.resolve({ seconds: 0, bytes: 0 }),
 };
+const themes = new Themes();
 // The data elements stand after this script.
 handles.ready = new Promise((resolve) => {
-  document.addEventListener('DOMContentLoaded', () => void start(handles).then(resolve), { once: true });
+  document.addEventListener('DOMContentLoaded', () => void start(handles, themes).then(resolve), { once: true });
 });
 (window as unknown as { nappe: Handles }).nappe = handles;

@@ -36,6 +36,9 @@ export interface Collider {
   shape: ColliderShape;
 }
 
+/** From the least to the largest. */
+export type Range = readonly [number, number];
+
 export interface Scene {
   title: string;
   particleCount: number;

@@ -5,7 +5,7 @@
 import { BufferAttribute, BufferGeometry, type Object3D, Points } from 'three';
 import { Coloring, type Legend, SNOW_COLOR } from './coloring.ts';
 import { SHADOW_PIXELS } from './lights.ts';
-import { type Scene, isPoints } from './scene.ts';
+import { type Range, type Scene, isPoints } from './scene.ts';
 import { spacing } from './spacing.ts';
 import { sphereDepthMaterial, sphereMaterial } from './spheres.ts';
 import { rgb } from './stage.ts';
@@ -36,7 +36,8 @@ export class Snow {
   private readonly coloring: Coloring | null;
   private readonly tint: BufferAttribute;
   private scalar: Float32Array | null = null;
-  private falseColors = false;
+  /** Where the recording was made with other colours than the usual ones, they are shown from the start. */
+  private falseColors: boolean;
   private wireframe = false;
 
   /** `positions` are those of the first frame; `scalar` says whether frames have one. */
@@ -45,6 +46,7 @@ export class Snow {
     const bodies = scene.bodies.filter((body) => isPoints(body) && body.particleCount > 0);
     this.tint = new BufferAttribute(new Uint8Array(bodies.length > 0 ? positions.array.length : 0).fill(255), 3, true);
     this.surface = bodies.length > 0 ? new Surface(rgb(SNOW_COLOR)) : null;
+    this.falseColors = this.hasColors && scene.colorBy !== 'plastic_ratio';
     for (const { name, firstParticle, particleCount } of bodies) {
       const side = spacing(this.own(firstParticle, particleCount));
       this.addPoints(name, firstParticle, particleCount, side === null);
@@ -63,9 +65,14 @@ export class Snow {
     if (this.falseColors) this.paint();
   }
 
+  /** Colours are those of a scale from the least to the largest number. */
+  setScale(range: Range): void {
+    this.coloring?.setScale(range);
+  }
+
   /** White, or the colours of what the recording says of each particle; false if it says nothing. */
   showFalseColors(on: boolean): boolean {
-    this.falseColors = on && this.coloring !== null && this.surface !== null;
+    this.falseColors = on && this.hasColors;
     if (this.falseColors) this.paint();
     else {
       (this.tint.array as Uint8Array).fill(255);
@@ -84,6 +91,10 @@ export class Snow {
   /** What the colours mean; null if there are none. */
   legend(): Legend | null {
     return this.falseColors ? this.coloring!.legend() : null;
+  }
+
+  get showsColors(): boolean {
+    return this.falseColors;
   }
 
   get hasColors(): boolean {

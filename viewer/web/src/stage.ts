@@ -91,9 +91,12 @@ export class Stage {
     this.resize();
   }
 
-  /** Draws these; `prepare` runs before each picture. */
-  add(objects: Object3D[], prepare: Prepare): void {
+  add(objects: readonly Object3D[]): void {
     this.scene.add(...objects);
+  }
+
+  /** Draws what the scene needs aside, before each picture. */
+  before(prepare: Prepare): void {
     this.prepare = prepare;
   }
 
@@ -126,6 +129,21 @@ export class Stage {
       this.controls.target.copy(target);
       this.camera.position.copy(eye);
     }
+    this.controls.update();
+    this.request();
+  }
+
+  /** Where the camera stands, around the scene's origin (m); null for the view from the start. */
+  viewpoint(): Camera | null {
+    return this.atHome ? null : { eye: this.camera.position.toArray(), target: this.controls.target.toArray() };
+  }
+
+  /** Looks from a place around the scene's origin (m). */
+  lookFrom({ eye, target }: Camera): void {
+    this.atHome = false;
+    this.stop();
+    this.camera.position.set(...eye);
+    this.controls.target.set(...target);
     this.controls.update();
     this.request();
   }
@@ -200,6 +218,18 @@ export class Stage {
     let lit = 0;
     for (let at = 3; at < pixels.length; at += 4) if (pixels[at] > LIT_THRESHOLD) lit++;
     return lit / Math.max(1, pixels.length / 4);
+  }
+
+  /** What is on the canvas, before a colour, as PNG; null if the browser cannot make it. */
+  png(background: string): Promise<Blob | null> {
+    this.draw('fine');
+    const { domElement } = this.renderer;
+    const copy = Object.assign(document.createElement('canvas'), { width: domElement.width, height: domElement.height });
+    const paper = copy.getContext('2d')!;
+    paper.fillStyle = background;
+    paper.fillRect(0, 0, copy.width, copy.height);
+    paper.drawImage(domElement, 0, 0);
+    return new Promise((resolve) => copy.toBlob(resolve));
   }
 
   /** Red, green, blue and coverage of each pixel, from rows at the bottom to those at the top. */

@@ -5,16 +5,18 @@
 // the step.
 
 import { BufferAttribute, DynamicDrawUsage } from 'three';
-import { cameraOf, sceneBounds } from './camera.ts';
+import { type Camera, cameraOf, sceneBounds } from './camera.ts';
 import { Cloth } from './cloth.ts';
 import { Colliders } from './colliders.ts';
-import type { Legend, Theme } from './coloring.ts';
-import { type Bounds, minus, unit } from './geometry.ts';
+import type { Legend } from './coloring.ts';
+import { type Bounds, along, minus, unit } from './geometry.ts';
 import { colorGround, showGrid } from './ground.ts';
+import { mark } from './mark.ts';
 import { restore } from './packed.ts';
 import type { Frame, Scene, Vector } from './scene.ts';
 import { Snow } from './snow.ts';
 import type { Stage } from './stage.ts';
+import type { Theme } from './theme.ts';
 
 export class View {
   private readonly origin: Vector;
@@ -23,7 +25,6 @@ export class View {
   private readonly snow: Snow;
   private readonly colliders: Colliders;
   private wireframe = false;
-  private falseColors = false;
   /** Index of the body that the view follows, and where its middle was; null for none. */
   private followed: { body: number; middle: Vector } | null = null;
 
@@ -40,7 +41,8 @@ export class View {
     this.snow = new Snow(scene, this.local, shown.scalar);
     this.colliders = new Colliders(scene.colliders, all, this.origin);
     const { surface } = this.snow;
-    stage.add([...this.colliders.objects, ...this.cloth.objects, ...this.snow.objects], (renderer, camera, quality) => {
+    stage.add([...this.colliders.objects, ...this.cloth.objects, ...this.snow.objects]);
+    stage.before((renderer, camera, quality) => {
       if (this.snow.isSurface) surface!.prepare(renderer, camera, quality);
     });
 
@@ -64,6 +66,30 @@ export class View {
     this.stage.drawChanged();
   }
 
+  /** Colours are those of this scale, which is that of the whole recording. */
+  setScale(least: number, largest: number): void {
+    this.snow.setScale([least, largest]);
+    this.show(this.shown);
+  }
+
+  /** Draws a red point at a particle from now on. */
+  markParticle(particle: number): void {
+    this.stage.add(mark(particle, this.local));
+    this.stage.changed();
+  }
+
+  /** Where the camera stands, in the world (m); null for the view from the start. */
+  camera(): Camera | null {
+    const camera = this.stage.viewpoint();
+    return camera && { eye: along(this.origin, 1, camera.eye), target: along(this.origin, 1, camera.target) };
+  }
+
+  /** Looks from a place in the world (m), or from that of the start. */
+  lookFrom(camera: Camera | null): void {
+    if (camera === null) return this.stage.goHome('at once');
+    this.stage.lookFrom({ eye: minus(camera.eye, this.origin), target: minus(camera.target, this.origin) });
+  }
+
   toggleWireframe(): boolean {
     this.wireframe = !this.wireframe;
     this.cloth.showEdges(this.wireframe);
@@ -74,9 +100,13 @@ export class View {
 
   /** Switches between white snow and the colours of what the recording says of each particle. */
   toggleColors(): boolean {
-    this.falseColors = this.snow.showFalseColors(!this.falseColors);
+    const shows = this.snow.showFalseColors(!this.snow.showsColors);
     this.stage.changed();
-    return this.falseColors;
+    return shows;
+  }
+
+  get showsColors(): boolean {
+    return this.snow.showsColors;
   }
 
   get hasColors(): boolean {

@@ -1,4 +1,5 @@
-// Opens recordings that are cut off, empty or hostile, and browsers that lack something: node tests/odd.mjs FILE.html.
+// Opens recordings that are cut off, empty, hostile, or of a run that failed, and browsers that lack something:
+// node tests/odd.mjs FILE.html.
 // FILE is a recording of several blocks. CHROMIUM names the browser.
 
 import assert from 'node:assert/strict';
@@ -7,6 +8,7 @@ import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { pathToFileURL } from 'node:url';
 import { chromium } from 'playwright-core';
+import { sample } from './sample.mjs';
 
 const CUTS = 20;
 const ELEMENT = /<script type="application\/json" class="nappe-(\w+)">(.*)<\/script>\n/g;
@@ -25,6 +27,8 @@ try {
   await cuts();
   await empty();
   await hostile();
+  await ended();
+  await scaled();
   await lacking();
   console.log(JSON.stringify({ cuts: CUTS, blocks: elements.filter(({ kind }) => kind === 'block').length }));
 } finally {
@@ -32,11 +36,11 @@ try {
   await rm(folder, { recursive: true });
 }
 
-/** What a page says of a file: its frames, its message, and whether a script of the file ran. */
-async function opened(content, before = () => {}) {
+/** What a page says of a file: its frames, its message, its plots, and whether a script of the file ran. */
+async function opened(content, before = () => {}, then = () => null) {
   const file = join(folder, 'odd.html');
   await writeFile(file, content);
-  const page = await browser.newPage({ viewport: { width: 480, height: 480 } });
+  const page = await browser.newPage({ viewport: { width: 820, height: 500 } });
   const errors = [];
   page.on('pageerror', (error) => errors.push(String(error)));
   page.on('dialog', (dialog) => { errors.push('a script of the file ran'); void dialog.dismiss(); });
@@ -48,9 +52,12 @@ async function opened(content, before = () => {}) {
   });
   const message = (await page.isVisible('#message')) ? await page.textContent('#message') : '';
   const body = await page.evaluate(() => document.body.innerText);
+  const banner = (await page.isVisible('#banner')) ? await page.textContent('#failure') : '';
+  const plots = await page.evaluate(() => [...document.querySelectorAll('.plot .uplot')].map((plot) => plot.getAttribute('aria-label')));
+  const more = await page.evaluate(then);
   await page.close();
   assert.deepEqual(errors, []);
-  return { frames, message, body };
+  return { frames, message, body, banner, plots, more };
 }
 
 async function cuts() {
@@ -91,6 +98,61 @@ async function hostile() {
   assert.ok(frames > 0 && body.includes(title), 'the title is text');
 }
 
+/** The recording with another end, and with what is done to its frames. */
+function changed(end, change = (frames) => frames) {
+  const blocks = elements.filter(({ kind }) => kind === 'block').slice(0, 1).map(({ json }) => {
+    const block = JSON.parse(json);
+    return element('block', { ...block, frames: change(block.frames) });
+  });
+  const { failure } = end;
+  return text.slice(0, elements[0].end) + blocks.join('') + element('end', { frames: 1, steps: 0, hash: null, finished: false, failure, ...end });
+}
+
+async function ended() {
+  const evil = '<img src=x onerror=alert(3)>';
+  const failure = { reason: 'NOT_FINITE', message: `it diverged ${evil}`, diverged: true, step: 218, time: 0.545, particle: 23, value: null };
+  const diverged = await opened(changed({ failure }), undefined, () => [window.nappe.litShare() > 0, document.querySelector('#scrub').max]);
+  assert.equal(diverged.banner, 'Diverged at 0.545 s: step 218, particle 23 (NOT_FINITE)');
+  assert.ok(diverged.body.includes(evil) && !diverged.body.includes('went on'), diverged.body);
+  assert.deepEqual(diverged.more, [true, String(diverged.frames - 1)], 'the slider ends with the frames');
+
+  const first = await opened(changed({ failure: { ...failure, step: 0, time: 0, particle: null } }, (frames) => frames.slice(0, 1)));
+  assert.deepEqual([first.frames, first.banner, first.message], [1, 'Diverged at 0 s: step 0 (NOT_FINITE)', '']);
+  const lost = await opened(changed({ failure: { ...failure, reason: 'RANK_LOST', diverged: false } }));
+  assert.match(lost.banner, /^Failed at .*RANK_LOST/);
+  const nonsense = await opened(changed({ failure: { ...failure, particle: 1e9 } }));
+  assert.match(nonsense.message, /particle of the failure/);
+
+  const paused = await opened(changed({}));
+  assert.equal(paused.banner, '');
+  assert.match(paused.body, /Recorded up to step \d+, before the session's end/);
+  const whole = await opened(changed({ finished: true }));
+  assert.ok(whole.banner === '' && !whole.body.includes('Recorded up to'), whole.body);
+  await exploded();
+}
+
+/** Energies up to 10^40 J: each plot has labels, and the energies a logarithm. */
+async function exploded() {
+  const energies = (frames) => frames.map((frame, i) => ({ ...frame, kinetic: 10 ** (40 * i / frames.length), elastic: 3, gravitational: -(10 ** ((30 * i) / frames.length)) }));
+  const huge = await opened(changed({}, energies));
+  assert.match(huge.plots[0], /^Energy \(J\), logarithmic, over time from .* s: kinetic from 1 to .*e3\d; elastic from 3 to 3/);
+  const alike = await opened(changed({}, (frames) => frames.map((frame, i) => ({ ...frame, kinetic: 1e40 * (1 + i), elastic: 1e40, gravitational: 1e40 }))));
+  assert.ok(!alike.plots[0].includes('logarithmic'), alike.plots[0]);
+}
+
+/** Colours have the scale of all frames, also while the first is shown. */
+async function scaled() {
+  const speeds = sample(text.slice(0, start), { frames: 40, side: 8, color: 'speed' });
+  const { more } = await opened(speeds, undefined, async () => {
+    const legend = () => [...document.querySelectorAll('#legend .labels span')].map((label) => label.textContent).join(' ');
+    await window.nappe.seek(0);
+    // The frames are read for it after the first is shown.
+    for (let wait = 0; wait < 100 && legend() !== '0 58.5'; wait++) await new Promise((done) => setTimeout(done, 50));
+    return legend();
+  });
+  assert.equal(more, '0 58.5', 'the largest speed is 39 x 1.5');
+}
+
 async function lacking() {
   const inflate = await opened(text, () => { delete window.DecompressionStream; });
   assert.match(inflate.body, /DecompressionStream|decompress/i);
@@ -99,6 +161,11 @@ async function lacking() {
     HTMLCanvasElement.prototype.getContext = function (kind, ...rest) {
       return kind === 'webgl2' ? null : original.call(this, kind, ...rest);
     };
+  }, async () => {
+    await window.nappe.seek(3);
+    return document.querySelector('#scrub').value;
   });
-  assert.match(graphics.body, /WebGL/);
+  assert.match(graphics.message, /WebGL 2 is missing/);
+  assert.ok(graphics.frames > 0 && graphics.plots.length >= 2, 'the plots work without it');
+  assert.equal(graphics.more, '3', 'they follow the slider');
 }

@@ -1,5 +1,5 @@
 // Writes a recording of a cloth that falls on a ball, a rope of springs, and snow: node tests/sample.mjs OUT.html
-// [--frames N] [--far METRES] [--side PARTICLES] [--shapes] [--cut]. None of it was simulated.
+// [--frames N] [--far METRES] [--side PARTICLES] [--color NAME] [--shapes] [--cut]. None of it was simulated.
 
 import { readFileSync, writeFileSync } from 'node:fs';
 import { parseArgs } from 'node:util';
@@ -60,7 +60,8 @@ function snow(time) {
   });
 }
 
-const scalars = (frame) => Array.from({ length: SNOW_SIDE ** 3 }, (_, i) => 1 + 0.5 * Math.sin(i * 0.002 + frame * 0.1));
+/** Around 1; a speed grows with the frames. */
+const scalars = (frame, color) => Array.from({ length: SNOW_SIDE ** 3 }, (_, i) => (color === 'speed' ? frame : 1) * (1 + 0.5 * Math.sin(i * 0.002 + frame * 0.1)));
 
 function colliders(far, shapes) {
   const at = (x, y, z) => [x + far, y, z];
@@ -85,7 +86,7 @@ function head(side, particles, options) {
   const first = side * side;
   return {
     format: 1, program: 'nappe 0.1.0', title: 'A sample </script> that was not simulated', scene: 'title = "a sample"\n# <b>no markup</b>',
-    particles, dt_seconds: DT, precision: 'f32', bound: 1.2e-4, color: 'plastic_ratio',
+    particles, dt_seconds: DT, precision: 'f32', bound: 1.2e-4, color: options.color,
     bodies: [
       { name: 'cloth', first_particle: 0, particle_count: first, triangles: packed(clothTriangles(side)), springs: null, pins: [0, side - 1] },
       { name: 'rope', first_particle: first, particle_count: ROPE, triangles: null, pins: [first],
@@ -98,10 +99,10 @@ function head(side, particles, options) {
 
 /** The text of a recording: the page, then its data. */
 export function sample(page, options = {}) {
-  const { frames = 40, far = 0, side = 48, shapes = false, cut = false } = options;
+  const { frames = 40, far = 0, side = 48, color = 'plastic_ratio', shapes = false, cut = false } = options;
   const particles = side * side + ROPE + SNOW_SIDE ** 3;
   const [step, scalarStep] = [far === 0 ? 2 ** -12 : 2 ** -8, 2 ** -10];
-  const lines = [page, line('head', head(side, particles, { far, shapes }))];
+  const lines = [page, line('head', head(side, particles, { far, color, shapes }))];
 
   let base = null;
   for (let first = 0; first < frames; first += KEY_EVERY) {
@@ -111,7 +112,7 @@ export function sample(page, options = {}) {
       const time = frame * DT;
       const points = [...cloth(side, time), ...rope(time), ...snow(time)].map(([x, y, z]) => [x + far, y, z]);
       const numbers = Int32Array.from(points.flat(), (x) => Math.round(x / step));
-      const scalar = Int32Array.from([...new Array(side * side + ROPE).fill(1), ...scalars(frame)], (x) => Math.round(x / scalarStep));
+      const scalar = Int32Array.from([...new Array(side * side + ROPE).fill(1), ...scalars(frame, color)], (x) => Math.round(x / scalarStep));
       block.frames.push({
         frame, step: frame, time, positions: base64(pack(numbers, particles, 3, base?.numbers)), scalar: base64(pack(scalar, particles, 1, base?.scalar)),
         kinetic: 12 * time ** 2, elastic: 3 * Math.sin(4 * time) ** 2, gravitational: 30 - 14 * time ** 2, stretch: 0.02 * Math.sin(5 * time) ** 2, dt: DT / 4,
@@ -128,7 +129,7 @@ export function sample(page, options = {}) {
 }
 
 if (process.argv[1] === new URL(import.meta.url).pathname) {
-  const options = { frames: { type: 'string' }, far: { type: 'string' }, side: { type: 'string' }, shapes: { type: 'boolean' }, cut: { type: 'boolean' } };
+  const options = { frames: { type: 'string' }, far: { type: 'string' }, side: { type: 'string' }, color: { type: 'string' }, shapes: { type: 'boolean' }, cut: { type: 'boolean' } };
   const { values, positionals } = parseArgs({ options, allowPositionals: true });
   const numbers = Object.fromEntries(['frames', 'far', 'side'].filter((name) => values[name] !== undefined).map((name) => [name, Number(values[name])]));
   const page = readFileSync(new URL('../dist/replay.html', import.meta.url), 'utf8');

@@ -18,12 +18,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nappe._colliders import Collider
-from nappe._errors import Error, refused
+from nappe._errors import REASONS, Error, refused
 from nappe._files import packed_bytes
 from nappe._packed import GREATEST_EXPONENT, LIMIT, OutOfReachError, pack, quantize, step_within
 from nappe._reports import Diagnostics
 from nappe._stacked import StackedFrames
 from nappe._topology import Body
+from nappe._values import Failure
 
 BLOCK_FRAMES = 32
 """Frames of a whole block."""
@@ -70,10 +71,11 @@ class Page:
         """How tall it is shown (CSS pixels)."""
 
     def _repr_html_(self) -> str:
-        # Scripts may run, the help's form may close it, and nothing of the notebook is in reach.
+        # Scripts may run, the help's form may close it, files may be saved, and nothing of the notebook is in reach.
         return (
-            f'<iframe srcdoc="{html.escape(self.text, quote=True)}" sandbox="allow-scripts allow-forms" '
-            f'allow="fullscreen" style="width: 100%; height: {self.height}px; border: 0"></iframe>'
+            f'<iframe srcdoc="{html.escape(self.text, quote=True)}" '
+            f'sandbox="allow-scripts allow-forms allow-downloads" allow="fullscreen" '
+            f'style="width: 100%; height: {self.height}px; border: 0"></iframe>'
         )
 
     def __repr__(self) -> str:
@@ -239,11 +241,29 @@ def _plotted(step: Diagnostics | None) -> Json:
 def _end(trajectory: StackedFrames) -> Json:
     end = trajectory.end
     last = int(trajectory.step[-1]) if len(trajectory) else 0
-    return {
+    told: Json = {
         "frames": len(trajectory),
         "steps": last if end is None else end.step,
         "hash": None if end is None else f"{end.state_hash:016x}",
         "finished": end is not None,
+    }
+    failure = trajectory.info.failure
+    # Frames that end before the failure do not show it.
+    if failure and len(trajectory) and int(trajectory.number[-1]) == trajectory.info.frame:
+        told["failure"] = _failure(failure)
+    return told
+
+
+def _failure(failure: Failure) -> Json:
+    reason = REASONS.get(failure.reason)
+    return {
+        "reason": failure.reason,
+        "message": failure.message,
+        "diverged": reason is not None and reason.is_divergence,
+        "step": failure.step,
+        "time": failure.time_seconds,
+        "particle": failure.particle,
+        "value": failure.value if failure.value is not None and math.isfinite(failure.value) else None,
     }
 
 
