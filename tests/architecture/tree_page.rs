@@ -50,7 +50,7 @@ const ORDER: [&str; 18] = [
 ];
 
 /// What is said of entries that cannot say it themselves.
-const SAID: [(&str, &str); 37] = [
+const SAID: [(&str, &str); 38] = [
     ("Cargo.lock", "Versions of all dependencies, committed since this is a program"),
     ("LICENSE", "MIT or Apache-2.0, at your option"),
     ("LICENSE-APACHE", "The text of Apache-2.0"),
@@ -79,6 +79,10 @@ const SAID: [(&str, &str); 37] = [
     ("deploy/", "Runs a server somewhere"),
     ("docs/", "What is written for readers"),
     ("docs/decisions/", "Why things are as they are, in a page each"),
+    (
+        "docs/guides/",
+        "A page for each use: which numbers to start from, teaching, learning, Blender; questions",
+    ),
     ("docs/images/", "Pictures"),
     ("docs/index.md", "Every document, by purpose"),
     ("docs/laws/", "A page per law: equation, units, limits, proof; mutants, and the tests that catch them"),

@@ -63,7 +63,11 @@ const TASKS: [Task; 12] = [
         "patches that each add one thing to a copy of the program, which must build",
         additions::run,
     ),
-    ("tutorials", "what docs/tutorials tell a reader to do; names after it choose pages", tutorials::run),
+    (
+        "tutorials",
+        "what docs/tutorials and docs/guides tell a reader to do; names after it choose pages",
+        tutorials::run,
+    ),
     ("picture", "draws the way of the data into docs/images/data-flow.svg", picture::run),
     (
         "bless",

@@ -1,4 +1,4 @@
-//! `cargo xtask tutorials`: does what `docs/tutorials/*.md` tell a reader to do.
+//! `cargo xtask tutorials`: does what `docs/tutorials/*.md` and `docs/guides/*.md` tell a reader to do.
 //!
 //! Reads the pages; runs their blocks in order in a fresh copy of the repository, with the programs that
 //! were built on PATH; fails at the first block that does not do what its page says. The word after a
@@ -27,7 +27,7 @@ use crate::{
 };
 
 /// Where the pages are.
-const PAGES: &str = "docs/tutorials";
+const FOLDERS: [&str; 2] = ["docs/tutorials", "docs/guides"];
 
 /// A fenced block of a page.
 #[derive(Debug, PartialEq)]
@@ -50,22 +50,30 @@ enum Action {
 
 /// Runs every page, or those that are named.
 pub(crate) fn run(shell: &mut Shell, names: &[String]) -> Result<(), Failure> {
-    let folder = shell.root().join(PAGES);
-    let mut pages: Vec<PathBuf> = listed(&folder)?;
+    let mut pages: Vec<PathBuf> = Vec::new();
+    for folder in FOLDERS {
+        pages.extend(listed(&shell.root().join(folder))?);
+    }
     pages.retain(|page| names.is_empty() || names.iter().any(|name| page.file_stem() == Some(name.as_ref())));
     if pages.is_empty() {
-        return Err(Failure(format!("{PAGES} has no page {}", names.join(", "))));
+        return Err(Failure(format!("{} have no page {}", FOLDERS.join(" and "), names.join(", "))));
     }
 
     for page in pages {
         let name = page.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let place = page.strip_prefix(shell.root()).unwrap_or(&page).display().to_string();
         let title = format!("tutorial {name}");
         let text = fs::read_to_string(&page).map_err(|error| failure(&page, &error))?;
-        if text.contains("import nappe") && shell.python_with("google.rpc, grpc, numpy").is_none() {
+        let modules = if text.contains("gymnasium") {
+            "google.rpc, grpc, gymnasium, numpy"
+        } else {
+            "google.rpc, grpc, numpy"
+        };
+        if text.contains("import nappe") && shell.python_with(modules).is_none() {
             shell.skip(&title, "what the package for Python needs is not installed: .ci/run does");
             continue;
         }
-        let within = |Failure(what)| Failure(format!("{PAGES}/{name}.md:{what}"));
+        let within = |Failure(what)| Failure(format!("{place}:{what}"));
         shell.step(&title, |shell| follow(shell, &text).map_err(within))?;
     }
     Ok(())
