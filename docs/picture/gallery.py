@@ -89,13 +89,13 @@ def written(names):
         lines = (ROOT / f"server/scenes/{name}.toml").read_text().splitlines()
         comment = " ".join(line.removeprefix("#").strip() for line in lines[: lines.index("version = 1")])
         picture = f"![{scene['title']}](images/gallery/{name}.png)"
-        rows.append(f"| {picture} | **{name}**, at {seconds:g} s. {comment}<br>`nappe run {name} --save {name}.rrd` |")
+        rows.append(f"| {picture} | **{name}**, at {seconds:g} s. {comment}<br>`nappe run {name} --save {name}.html` |")
     return f"""# Gallery
 
-These scenes come with nappe. `nappe scenes NAME` prints the text of one, as a start for your own;
-[the format](scenes.md) has every key, and [a tutorial](tutorials/scene.md) writes one. Snow is white as it fell, blue where
-it is packed and amber where it has come apart. `python3 docs/picture/gallery.py` computes the scenes, draws the pictures and
-writes this page.
+These scenes come with nappe. The command beside a picture computes the scene and writes a page, which any browser opens without a network.
+`nappe scenes NAME` prints the text of a scene, as a start for your own. [The format](scenes.md) has every key, and
+[a tutorial](tutorials/scene.md) writes a scene. In the pictures snow is white as it fell, blue where it is packed and amber where it has come apart.
+`python3 docs/picture/gallery.py` computes the scenes, draws the pictures and writes this page.
 
 | picture | scene |
 |---|---|
