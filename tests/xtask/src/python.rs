@@ -1,7 +1,8 @@
 //! `cargo xtask python`: the package for Python, installed and tested against the server that was built.
 //!
 //! Two environments under `target/tools`, which `.ci/run` makes: one with the newest versions of the libraries, and one
-//! with the oldest that the package declares. Types and style are checked in the first.
+//! with the oldest that the package declares. Types and style, and what pandas and Gymnasium make of the package, are
+//! checked in the first.
 
 use std::{
     fs,
@@ -16,9 +17,9 @@ use crate::{
 
 /// Where the package is.
 const FOLDER: &str = "client/python";
-/// What the environments have: for tests in both, for checks in the first.
+/// What the environments have: for tests in both, for checks and some tests in the first.
 const TESTED: &str = "google.rpc, grpc, hatchling, numpy, pytest, pytest_asyncio";
-const CHECKED: &str = "mypy, ruff";
+const CHECKED: &str = "gymnasium, mypy, pandas, ruff";
 
 /// Checks and tests the package as far as Python and its libraries are there.
 pub(crate) fn run(shell: &mut Shell, _: &[String]) -> Result<(), Failure> {

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nappe._calls import StreamServer
-from nappe._diagnostics import diagnostics_array
+from nappe._diagnostics import diagnostics_array, diagnostics_table
 from nappe._errors import Error, Unauthenticated, from_call
 from nappe._frames import Frame
 from nappe._reports import Diagnostics
@@ -135,3 +135,6 @@ class DiagnosticsStream(Stream[Diagnostics]):
 
     async def array(self) -> NDArray[np.void]:
         return diagnostics_array([step async for step in self])
+
+    async def table(self) -> dict[str, NDArray[Any]]:
+        return diagnostics_table([step async for step in self])

@@ -58,7 +58,7 @@ class Collector:
         self._capacity = self.stop // session.frame_interval_steps // self._every + 2
         self._check_size()
         self._arrays: dict[str, Array] = {}
-        self._frames: list[tuple[int, int, float, int | None]] = []
+        self._frames: list[tuple[int, int, float, str | None]] = []
         self._steps: list[Diagnostics | None] = []
         self._topology: Topology | None = None
 

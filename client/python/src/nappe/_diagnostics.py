@@ -1,7 +1,9 @@
-"""Diagnostics of many steps as a numpy structured array: a row per step, a column per number or word.
+"""Diagnostics of many steps as numpy arrays: a row per step, a column per number or word.
 
 The columns follow from the fields of `Diagnostics`: what is nested has a prefix, such as `snow_mass`. Stages are left
-out. Any entry may lack any value, so that all numbers are float64 and an absent one is nan; an absent word is "".
+out. An absent number is nan, an absent word is "". In the structured array all numbers are float64, and a vector is
+one column. In the table a vector is three columns and a whole number is int64, which has no nan: an absent count is 0,
+an absent index is -1.
 """
 
 from __future__ import annotations
@@ -26,6 +28,8 @@ class _Column:
 
     path: tuple[str, ...]
     kind: Any
+    is_index: bool
+    """A whole number that says which, so that 0 stands for the first."""
 
     @property
     def name(self) -> str:
@@ -37,23 +41,53 @@ class _Column:
         return (3,) if self.kind == Vector else ()
 
     def value(self, entry: Any) -> Any:
-        """Its value in an entry; what stands for none where there is none."""
+        """Its value in an entry, or None."""
         for name in self.path:
             entry = None if entry is None else getattr(entry, name)
-        if entry is not None:
-            return entry
+        return entry
+
+    def values(self, entries: Sequence[Diagnostics | None]) -> list[Any]:
+        """Its value in each entry, or None."""
+        return [self.value(entry) for entry in entries]
+
+    @property
+    def absent(self) -> Any:
+        """What stands for none in an array."""
         return "" if self.kind is str else np.full(self.width, np.nan)
 
 
 def diagnostics_array(entries: Sequence[Diagnostics | None]) -> NDArray[np.void]:
     """One row per entry, under the names of the fields; an entry that is None has absent values only."""
     columns = _columns()
-    values = {column: [column.value(entry) for entry in entries] for column in columns}
+    values = {column: _filled(column.values(entries), column.absent) for column in columns}
     rows = np.empty(len(entries), [_described(column, values[column]) for column in columns])
     for column, of_column in values.items():
         if of_column:
             rows[column.name] = of_column
     return rows
+
+
+def diagnostics_table(entries: Sequence[Diagnostics | None]) -> dict[str, NDArray[Any]]:
+    """Flat columns under their names, a row per entry; a column that has no value in any row is left out."""
+    table: dict[str, NDArray[Any]] = {}
+    for column in _columns():
+        values = column.values(entries)
+        if values and all(value is None for value in values):
+            continue
+        if column.kind is int:
+            table[column.name] = np.array(_filled(values, -1 if column.is_index else 0), np.int64)
+        elif column.kind is str:
+            table[column.name] = np.array(_filled(values, ""), np.str_)
+        else:
+            names = [f"{column.name}_{axis}" for axis in "xyz"] if column.width else [column.name]
+            numbers = np.array(_filled(values, column.absent), np.float64).reshape(len(values), len(names))
+            # Each on its own, so that one that is kept keeps no other.
+            table.update(zip(names, map(np.array, numbers.T), strict=True))
+    return table
+
+
+def _filled(values: list[Any], absent: Any) -> list[Any]:
+    return [absent if value is None else value for value in values]
 
 
 def _described(column: _Column, values: list[Any]) -> tuple[str, str, tuple[int, ...]]:
@@ -75,6 +109,6 @@ def _columns_of(kind: type[Any], path: tuple[str, ...]) -> Iterator[_Column]:
         if is_dataclass(held) and isinstance(held, type):
             yield from _columns_of(held, (*path, name))
         elif held in (int, float, str, Vector):
-            yield _Column((*path, name), held)
+            yield _Column((*path, name), held, held is int and held is not hint)
         elif held != _STAGES:
             raise TypeError(f"{kind.__name__}.{name} is {hint}, which has no place in a column")

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from nappe._arrays import FIELDS, Array, Arrays, BodyArrays
 from nappe._contract import Message, number
 from nappe._errors import Error
-from nappe._reading import read
+from nappe._reading import hexadecimal, read
 from nappe._reports import Diagnostics
 from nappe._topology import MAX_PARTICLES, Topology, place
 
@@ -86,8 +86,8 @@ class Frame(Arrays):
         """Steps taken before this frame."""
         self.time: float = wire.time_seconds
         """Simulated time (s)."""
-        self.state_hash: int | None = wire.state_hash if wire.HasField("state_hash") else None
-        """Hash of all on which further steps depend; None in frames that carry none."""
+        self.state_hash: str | None = hexadecimal(wire.state_hash) if wire.HasField("state_hash") else None
+        """Hash of all on which further steps depend, 16 hexadecimal digits; None in frames that carry none."""
         self.dropped: int = wire.dropped_count
         """Frames that were left out since the one before, of a stream of the newest."""
         self.grid = grid

@@ -244,7 +244,7 @@ def _end(trajectory: StackedFrames) -> Json:
     told: Json = {
         "frames": len(trajectory),
         "steps": last if end is None else end.step,
-        "hash": None if end is None else f"{end.state_hash:016x}",
+        "hash": None if end is None else end.state_hash,
         "finished": end is not None,
     }
     failure = trajectory.info.failure

@@ -6,7 +6,7 @@ from typing import Any
 
 from nappe._contract import ENUMS, Message
 from nappe._errors import Error, of_failure, refused
-from nappe._reading import read, word
+from nappe._reading import hexadecimal, read, word
 from nappe._requests import field_names
 from nappe._values import Failure, Parameters, SessionInfo
 
@@ -146,9 +146,9 @@ class SessionProperties:
         return int(self._raw.watcher_count)
 
     @property
-    def state_hash(self) -> int | None:
-        """Hash of the state at `step`; None while the session is playing."""
-        return int(self._raw.state_hash) if self._raw.HasField("state_hash") else None
+    def state_hash(self) -> str | None:
+        """Hash of the state at `step`, 16 hexadecimal digits; None while the session is playing."""
+        return hexadecimal(self._raw.state_hash) if self._raw.HasField("state_hash") else None
 
     @property
     def parameters(self) -> Parameters | None:

@@ -84,12 +84,17 @@ def _single(value: Any, field: Any) -> Any:
     if field.enum_type is not None:
         return word(field.enum_type, value)
     if field.message_type is None:
-        return value
+        return hexadecimal(value) if field.name == "state_hash" else value
     if is_vector(field):
         return (value.x, value.y, value.z)
     if field.message_type.name == "Timestamp":
         return datetime.fromtimestamp(value.seconds + value.nanos * 1e-9, tz=timezone.utc)
     return read(_CLASSES[field.message_type.name], value)
+
+
+def hexadecimal(state_hash: int) -> str:
+    """A hash of a state as 16 hexadecimal digits, as the command writes it."""
+    return f"{state_hash:016x}"
 
 
 def is_vector(field: Any) -> bool:

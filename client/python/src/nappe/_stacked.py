@@ -7,12 +7,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from nappe._arrays import Array, Arrays, BodyArrays
-from nappe._diagnostics import diagnostics_array
+from nappe._diagnostics import diagnostics_array, diagnostics_table
 from nappe._reports import Diagnostics
 from nappe._topology import Topology
 from nappe._values import SessionEnd, SessionInfo
@@ -32,8 +33,9 @@ class StackedFrames(Arrays):
     """Steps taken before each frame (frames,)."""
     time: NDArray[np.float64]
     """Simulated time of each frame (frames,) (s)."""
-    state_hash: tuple[int | None, ...]
-    """Hash of the state of each frame, on which all further steps depend; None where a frame carries none."""
+    state_hash: tuple[str | None, ...]
+    """Hash of the state of each frame, on which all further steps depend, 16 hexadecimal digits; None where a frame
+    carries none."""
     arrays: dict[str, Array]
     """What was kept, under its name: (frames, particles, 3) or (frames, particles)."""
     steps: tuple[Diagnostics | None, ...]
@@ -50,6 +52,20 @@ class StackedFrames(Arrays):
         Absent numbers are nan, absent words are "".
         """
         return diagnostics_array(self.steps)
+
+    def table(self) -> dict[str, NDArray[Any]]:
+        """A row per frame, as flat columns by their names: `pandas.DataFrame(trajectory.table())`.
+
+        `step`, `time_seconds`, `frame` and `state_hash` of the frame, then what its step reported, as
+        `DiagnosticsStream.table` has it. The hash of a frame that carries none is "".
+        """
+        table: dict[str, NDArray[Any]] = {
+            "step": self.step.astype(np.int64),
+            "time_seconds": self.time.copy(),
+            "frame": self.number.astype(np.int64),
+            "state_hash": np.array([value or "" for value in self.state_hash], "<U16"),
+        }
+        return table | {name: values for name, values in diagnostics_table(self.steps).items() if name not in table}
 
     @property
     def nbytes(self) -> int:

@@ -260,7 +260,8 @@ class Session(SessionProperties):
     ) -> DiagnosticsStream:
         """Diagnostics of frames as they are made, without particles, by the rules of `frames`.
 
-        `session.diagnostics().array()` reads to the session's end and returns one structured array.
+        Both `session.diagnostics().table()` and `.array()` read to the session's end: flat columns, for pandas too, or
+        one structured array.
         """
         reader = DiagnosticsReader(self._ids, every=every, start=start, rate=rate, patience=patience)
         return DiagnosticsStream(self._server, reader)

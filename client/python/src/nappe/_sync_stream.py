@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nappe._calls import StreamServer
-from nappe._diagnostics import diagnostics_array
+from nappe._diagnostics import diagnostics_array, diagnostics_table
 from nappe._errors import Error, Unauthenticated, from_call
 from nappe._frames import Frame
 from nappe._reports import Diagnostics
@@ -146,3 +146,12 @@ class DiagnosticsStream(Stream[Diagnostics]):
     def array(self) -> NDArray[np.void]:
         """All that come until the session ends, as one structured array: a row per frame, a column per number."""
         return diagnostics_array(list(self))
+
+    def table(self) -> dict[str, NDArray[Any]]:
+        """All that come until the session ends, as flat columns by their names: `pandas.DataFrame(...)` takes them.
+
+        A vector is three columns, such as `momentum_x`; a whole number is int64. Where a row lacks a value, as that of
+        the first frame does, which no step made, a number is nan, a count is 0, a particle is -1, and a word is "". A
+        column is left out if no row has a value for it, as those of snow are without snow.
+        """
+        return diagnostics_table(list(self))

@@ -153,8 +153,8 @@ class SessionInfo:
     """Springs of all cloths together."""
     watcher_count: int
     """Streams that watch the session now."""
-    state_hash: int | None
-    """Hash of the state at `step`. None while the session is playing."""
+    state_hash: str | None
+    """Hash of the state at `step`, 16 hexadecimal digits. None while the session is playing."""
     diagnostics: Diagnostics | None
     """Diagnostics of the newest step."""
     stepping_seconds: float
@@ -241,8 +241,8 @@ class SessionEnd:
     """Number of the newest frame."""
     step: int
     """Steps taken in all."""
-    state_hash: int
-    """Hash of the final state."""
+    state_hash: str
+    """Hash of the final state, 16 hexadecimal digits."""
 
 
 @dataclass(frozen=True)
