@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import errno
 import math
+import pickle
 import struct
 from pathlib import Path
 from typing import Any
@@ -151,9 +153,33 @@ def test_an_ending_that_is_no_format_is_refused_with_those_that_are(tmp_path: Pa
 def test_a_file_that_is_not_there_is_named(tmp_path: Path) -> None:
     for path in (tmp_path / "cow.obj", tmp_path / "points.eti", tmp_path, tmp_path / "scene.toml"):
         read = read_scene if path.suffix == ".toml" else from_file
-        with pytest.raises(nappe.Error, match="cannot be read: No such file") as told:
+        with pytest.raises(FileNotFoundError, match="there is no file") as told:
             read(path)
-        assert str(path) in str(told.value) and not isinstance(told.value, nappe.Refused)
+        error = told.value
+        assert isinstance(error, nappe.FileNotFound) and isinstance(error, nappe.NotFound) and error.reason is None
+        named = path / "points.eti" if path == tmp_path else path
+        assert (error.filename, error.errno) == (str(named), errno.ENOENT) and str(named) in error.message
+        again = pickle.loads(pickle.dumps(error))
+        assert (str(again), again.filename, again.errno) == (str(error), error.filename, error.errno)
+
+
+def test_a_missing_scene_is_told_as_python_tells_a_missing_file(
+    server: nappe.Server, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for scene in ("flag.toml", Path("flag"), tmp_path / "flag.toml"):
+        with pytest.raises(FileNotFoundError) as told:
+            server.create(scene)
+        assert str(scene) in str(told.value) and str(tmp_path) in str(told.value)
+    with pytest.raises(nappe.FileNotFound, match="named without an ending, such as 'flag'"):
+        server.create("flag.toml")
+    Path("mine.toml").write_text(SCENE)
+    with pytest.raises(FileNotFoundError, match=r"cow\.obj"):
+        server.create("mine.toml")
+    Path("cow.toml").mkdir()
+    with pytest.raises(nappe.Error, match="cannot be read: Is a directory") as other:
+        server.create("cow.toml")
+    assert not isinstance(other.value, OSError)
 
 
 def course_set(folder: Path, **files: bytes) -> Path:

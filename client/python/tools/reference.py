@@ -36,6 +36,7 @@ GROUPS = {
         "Diverged",
         "Refused",
         "NotFound",
+        "FileNotFound",
         "Full",
         "Expired",
         "TooSlow",

@@ -5,6 +5,7 @@ Enters: how a call ended. Leaves: an exception.
 
 from __future__ import annotations
 
+import errno
 import json
 import re
 from collections.abc import Mapping
@@ -89,6 +90,20 @@ class Unavailable(Error):
 
 class NotFound(Error):
     """There is no session, scene, mesh or upload of this name, or it was deleted."""
+
+
+class FileNotFound(NotFound, FileNotFoundError):
+    """A file of this machine, a scene or a mesh, is not there. It is a `FileNotFoundError` too."""
+
+    @property
+    def errno(self) -> int:  # type: ignore[override]
+        """The number of the system for it (ENOENT)."""
+        return errno.ENOENT
+
+    @property
+    def filename(self) -> str | None:
+        """The path that was looked for."""
+        return self.metadata.get("path")
 
 
 class Refused(Error):

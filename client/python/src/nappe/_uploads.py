@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from nappe._checks import array, finite
 from nappe._contract import MESSAGES, Message, number
-from nappe._errors import Error, refused
+from nappe._errors import Error, FileNotFound, refused
 
 PIECE_BYTES = 1 << 20
 """Largest piece of an upload."""
@@ -175,5 +175,13 @@ def _path(found: re.Match[str]) -> str | None:
 def _read(path: Path) -> bytes:
     try:
         return path.read_bytes()
+    except FileNotFoundError:
+        raise FileNotFound(
+            f"there is no file {path}, looked for in {path.parent.absolute()}",
+            metadata={"path": str(path)},
+            remedy="A scene that the server ships is named without an ending, such as 'flag'."
+            if path.suffix == ".toml"
+            else None,
+        ) from None
     except OSError as error:
         raise Error(f"{path} cannot be read: {error.strerror}") from error
