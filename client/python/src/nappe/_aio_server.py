@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 from nappe import _requests as requests
 from nappe import _targets as targets
 from nappe import _uploads as uploads
+from nappe._aio_loop import OwnLoop
 from nappe._aio_opening import Opening
 from nappe._aio_session import Session
 from nappe._contract import METHODS, Message
@@ -39,7 +40,7 @@ def connect(url: str | None = None, token: str | os.PathLike[str] | None = None)
             raise
         return server
 
-    return Opening(make)
+    return Opening("nappe.aio.connect(...)", make)
 
 
 def serve(threads: int | None = None, **settings: Any) -> Opening[Server]:
@@ -55,7 +56,7 @@ def serve(threads: int | None = None, **settings: Any) -> Opening[Server]:
             raise
         return server
 
-    return Opening(make)
+    return Opening("nappe.aio.serve(...)", make)
 
 
 class Server:
@@ -68,6 +69,7 @@ class Server:
         """The server's process, if `serve()` started it."""
         self._pid = os.getpid()
         self._closed = False
+        self._loop = OwnLoop()
         self._channels: dict[bool, Any] = {}
         self._methods: dict[tuple[bool, str], Any] = {}
         self._limits: dict[str, int] = {}
@@ -127,7 +129,7 @@ class Server:
             )
             return Session(self, answer.session, given.text, made_here=True, warnings=answer.warnings)
 
-        return Opening(make)
+        return Opening("server.create(...)", make)
 
     async def upload(
         self,
@@ -148,7 +150,7 @@ class Server:
         if os.getpid() != self._pid:
             return
         channels, self._channels, self._methods = list(self._channels.values()), {}, {}
-        for channel in channels:
+        for channel in channels if self._loop.is_running else ():
             await channel.close()
         if self.process is not None:
             await asyncio.to_thread(self.process.end)
@@ -200,8 +202,12 @@ class Server:
     def _find_token_again(self) -> bool:
         return self._target.find_again()
 
-    def _method(self, name: str, bulk: bool) -> Any:
+    def _check_usable(self) -> None:
         check_usable(self._pid, self._closed, self.address)
+        self._loop.check(self.address)
+
+    def _method(self, name: str, bulk: bool) -> Any:
+        self._check_usable()
         if (bulk, name) not in self._methods:
             if bulk not in self._channels:
                 options = self._target.options(bulk)

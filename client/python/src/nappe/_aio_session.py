@@ -114,7 +114,7 @@ class Session(SessionProperties):
             answer = await self._server._call(requests.fork(self._ids, id, step_limit))
             return Session(self._server, answer.session, self._scene, made_here=True)
 
-        return Opening(make)
+        return Opening("session.fork(...)", make)
 
     async def update(
         self,

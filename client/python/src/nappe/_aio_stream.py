@@ -6,14 +6,14 @@ import asyncio
 import time
 from contextlib import suppress
 from types import TracebackType
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, NoReturn, TypeVar
 
 import grpc
 import grpc.aio
 import numpy as np
 from numpy.typing import NDArray
 
-from nappe._calls import StreamServer
+from nappe._calls import AwaitedServer
 from nappe._diagnostics import diagnostics_array, diagnostics_table
 from nappe._errors import Error, Unauthenticated, from_call
 from nappe._frames import Frame
@@ -29,7 +29,7 @@ class Stream(Generic[T]):
     """A stream of the server, to be read with `async for`. Leaving the loop, `close()`, or cancelling the task ends
     it."""
 
-    def __init__(self, server: StreamServer, reader: Reader[T]) -> None:
+    def __init__(self, server: AwaitedServer, reader: Reader[T]) -> None:
         """Asks for the stream; errors come with the first read."""
         self._call: Any = None
         self._server = server
@@ -59,12 +59,18 @@ class Stream(Generic[T]):
         if self._call is not None:
             self._call.cancel()
 
+    def __iter__(self) -> NoReturn:
+        """What a loop without `async` comes to."""
+        raise TypeError("a stream of nappe.aio is read with `async for`, not `for`")
+
     def __aiter__(self: S) -> S:
         """The stream itself."""
         return self
 
     async def __anext__(self) -> T:
         """What comes next. Raises an error where the stream broke for good."""
+        if not self._closed:
+            self._server._check_usable()
         if self._is_reading:
             raise Error("two tasks read from one stream; give each its own", remedy="Ask for a stream per task.")
         self._is_reading = True

@@ -44,7 +44,11 @@ class CallServer(StreamServer, Protocol):
 
 
 class AwaitedServer(StreamServer, Protocol):
-    """A server as its sessions use it, with calls that are awaited."""
+    """A server as its sessions and streams use it, with calls that are awaited."""
+
+    def _check_usable(self) -> None:
+        """Refuses a connection that is closed, or of another process or event loop."""
+        ...
 
     async def _call(self, call: Call[T]) -> T:
         """One call, and what its answer means."""
