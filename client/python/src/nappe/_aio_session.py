@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from contextlib import suppress
+import asyncio
+import logging
+from collections.abc import AsyncIterator, Iterable, Mapping, Sequence
+from contextlib import asynccontextmanager, suppress
 from types import TracebackType
 from typing import Any, Literal, overload
 
@@ -16,6 +18,7 @@ from nappe._aio_stream import DiagnosticsStream, Frames, Stream
 from nappe._calls import AwaitedServer
 from nappe._collect import MAX_BYTES, Collector
 from nappe._contract import Message
+from nappe._ctrl_c import paused_words
 from nappe._errors import Error, NotFound
 from nappe._frames import Frame
 from nappe._pending import Pending, read_pending
@@ -25,6 +28,8 @@ from nappe._resume import ChangeReader, DiagnosticsReader, FrameReader
 from nappe._sync_stream import PATIENCE
 from nappe._trajectory import Trajectory
 from nappe._values import Accepted, Change
+
+_log = logging.getLogger("nappe")
 
 
 class Session(SessionProperties):
@@ -86,19 +91,19 @@ class Session(SessionProperties):
     ) -> Frame | None:
         if frame:
             self._check_fields(fields, None)
-        answer = await self._server._call(
-            requests.step(
-                self._ids,
-                n,
-                to=to,
-                wait=wait,
-                changes=changes,
-                frame=frame,
-                fields=fields,
-                precision=precision,
-                particles=self.particle_count,
-            )
+        call = requests.step(
+            self._ids,
+            n,
+            to=to,
+            wait=wait,
+            changes=changes,
+            frame=frame,
+            fields=fields,
+            precision=precision,
+            particles=self.particle_count,
         )
+        async with self._pausing(wait):
+            answer = await self._server._call(call)
         self._told(answer.session)
         return requests.frame_of(answer)
 
@@ -229,7 +234,7 @@ class Session(SessionProperties):
         max_bytes: int = MAX_BYTES,
     ) -> Trajectory:
         collector = Collector(await self.refresh(), stop, every, fields, precision, max_bytes)
-        async with self.frames(every=True, fields=fields, precision=precision) as frames:
+        async with self._pausing(), self.frames(every=True, fields=fields, precision=precision) as frames:
             await frames.opened()
             if self.state == "paused" and self.steps_taken < collector.stop:
                 await self.step(to=collector.stop, wait=False)
@@ -239,6 +244,21 @@ class Session(SessionProperties):
             end = frames.end
         await self.refresh()
         return collector.trajectory(end)
+
+    @asynccontextmanager
+    async def _pausing(self, is_waiting: bool = True) -> AsyncIterator[None]:
+        """A wait for steps: Ctrl-C, which cancels it, pauses the session, which would go on unseen otherwise."""
+        try:
+            yield
+        except asyncio.CancelledError:
+            if is_waiting:
+                met: Error | None = None
+                try:
+                    await self._answered(requests.of_session("PauseSession", self._ids, requests.CALL_LIMIT, wait=True))
+                except Error as other:
+                    met = other
+                _log.warning("%s", paused_words(self, met))
+            raise
 
     async def __aenter__(self) -> Session:
         """The session itself."""

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from types import TracebackType
 from typing import Any, Literal, overload
 
@@ -14,6 +14,7 @@ from nappe._acting import Forces, States
 from nappe._calls import CallServer
 from nappe._collect import MAX_BYTES, Collector
 from nappe._contract import Message
+from nappe._ctrl_c import is_ctrl_c, paused_words
 from nappe._errors import Error, NotFound
 from nappe._frames import Frame
 from nappe._pending import Pending, read_pending
@@ -93,23 +94,23 @@ class Session(SessionProperties):
         `to`: instead, steps until the session has taken so many since its initial state, so that a call can be
         repeated. `changes`: parameters that change before the first step, all of them or none (see `Changes`).
         `frame`: returns the state after the steps, with the arrays of `fields`, whether a frame of the streams is due
-        there or not; at most 3 MiB of it. Without `wait`, answers at once.
+        there or not; at most 3 MiB of it. Without `wait`, answers at once. Ctrl-C pauses the session, and says so.
         """
         if frame:
             self._check_fields(fields, None)
-        answer = self._server._call(
-            requests.step(
-                self._ids,
-                n,
-                to=to,
-                wait=wait,
-                changes=changes,
-                frame=frame,
-                fields=fields,
-                precision=precision,
-                particles=self.particle_count,
-            )
+        call = requests.step(
+            self._ids,
+            n,
+            to=to,
+            wait=wait,
+            changes=changes,
+            frame=frame,
+            fields=fields,
+            precision=precision,
+            particles=self.particle_count,
         )
+        with self._pausing(wait):
+            answer = self._server._call(call)
         self._told(answer.session)
         return requests.frame_of(answer)
 
@@ -282,10 +283,10 @@ class Session(SessionProperties):
         """Frames from the first that is kept to the one at step `stop`, or to the session's end, as stacked arrays.
 
         A session that is paused is stepped until then. `every`: one frame of so many. Refused before more than
-        `max_bytes` of memory would be taken.
+        `max_bytes` of memory would be taken. Ctrl-C pauses the session, and says so.
         """
         collector = Collector(self.refresh(), stop, every, fields, precision, max_bytes)
-        with self.frames(every=True, fields=fields, precision=precision) as frames:
+        with self._pausing(), self.frames(every=True, fields=fields, precision=precision) as frames:
             frames.opened()
             if self.state == "paused" and self.steps_taken < collector.stop:
                 self.step(to=collector.stop, wait=False)
@@ -295,6 +296,21 @@ class Session(SessionProperties):
             end = frames.end
         self.refresh()
         return collector.trajectory(end)
+
+    @contextmanager
+    def _pausing(self, is_waiting: bool = True) -> Iterator[None]:
+        """A wait for steps: Ctrl-C, which ends it, pauses the session, which would go on unseen otherwise."""
+        try:
+            yield
+        except BaseException as error:
+            if not is_waiting or not is_ctrl_c(error):
+                raise
+            met: Error | None = None
+            try:
+                self._answered(requests.of_session("PauseSession", self._ids, requests.CALL_LIMIT, wait=True))
+            except Error as other:
+                met = other
+            raise KeyboardInterrupt(paused_words(self, met)) from None
 
     def __enter__(self) -> Session:
         """The session itself."""

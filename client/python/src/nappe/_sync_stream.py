@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nappe._calls import StreamServer
+from nappe._ctrl_c import is_ctrl_c
 from nappe._diagnostics import diagnostics_array, diagnostics_table
 from nappe._errors import Error, Unauthenticated, from_call
 from nappe._frames import Frame
@@ -82,8 +83,7 @@ class Stream(Generic[T]):
             return self._next()
         except BaseException as error:
             self.close()
-            # Ctrl-C within a wait of gRPC comes as an error of the lock that it waits for.
-            if isinstance(error, RuntimeError) and isinstance(error.__context__, KeyboardInterrupt):
+            if is_ctrl_c(error) and not isinstance(error, KeyboardInterrupt):
                 raise KeyboardInterrupt from None
             raise
         finally:
