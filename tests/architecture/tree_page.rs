@@ -50,7 +50,7 @@ const ORDER: [&str; 18] = [
 ];
 
 /// What is said of entries that cannot say it themselves.
-const SAID: [(&str, &str); 38] = [
+const SAID: [(&str, &str); 40] = [
     ("Cargo.lock", "Versions of all dependencies, committed since this is a program"),
     ("LICENSE", "MIT or Apache-2.0, at your option"),
     ("LICENSE-APACHE", "The text of Apache-2.0"),
@@ -69,6 +69,11 @@ const SAID: [(&str, &str); 38] = [
         "The contract as data, of which messages are made; made from `proto/nappe`",
     ),
     ("client/python/src/nappe/py.typed", "Says that the package has types"),
+    ("client/python/src/nappe/reasons.json", "Why a call can fail; made from `proto/src/reason.rs`"),
+    (
+        "client/python/src/nappe/replay.html",
+        "The page of HTML recordings, a copy of the one that `viewer/web` builds",
+    ),
     (
         "client/python/src/nappe/examples/notebook.ipynb",
         "A session in a notebook: arrays, and the run as a page in a cell",

@@ -21,6 +21,7 @@ fn compare(file: &str, made: impl AsRef<[u8]>) {
 fn the_page_of_errors_and_the_constants_of_other_languages_are_what_the_code_says() {
     compare("docs/errors.md", errors_page());
     compare("proto/nappe/v1/reasons.json", reasons_json());
+    compare("client/python/src/nappe/reasons.json", reasons_json());
 }
 
 #[test]

@@ -1,4 +1,5 @@
-// Builds dist/replay.html: one file that needs no other. The same sources give the same bytes.
+// Builds dist/replay.html: one file that needs no other. The same sources give the same bytes. The package for Python
+// has a copy, so that it can be installed without the rest of the repository.
 
 import { createHash } from 'node:crypto';
 import { mkdir, readFile, writeFile } from 'node:fs/promises';
@@ -51,5 +52,7 @@ const hash = `sha256-${createHash('sha256').update(code).digest('base64')}`;
 const parts = { HASH: hash, NOTICES: await notices(), STYLE: await style(), SCRIPT: code };
 const page = (await read('src/page.html')).replace(/{{(\w+)}}/g, (_, name) => parts[name]);
 await mkdir(new URL('dist', import.meta.url), { recursive: true });
-await writeFile(new URL('dist/replay.html', import.meta.url), page);
+for (const path of ['dist/replay.html', '../../client/python/src/nappe/replay.html']) {
+  await writeFile(new URL(path, import.meta.url), page);
+}
 console.log(`dist/replay.html: ${Buffer.byteLength(page)} bytes`);
