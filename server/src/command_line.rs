@@ -1,18 +1,24 @@
 //! Reads the command line of a program: what it asks for, or the code with which the program ends after help or an error.
 
 use std::{
+    any::TypeId,
     io::{self, Write as _},
+    path::PathBuf,
     process::ExitCode,
 };
 
-use clap::Parser;
+use clap::{Command, Parser};
 
 /// Reads the command line of this program. Help and version are written on standard output, errors on standard error.
 ///
 /// # Errors
 /// The code with which the program is to end: 0 after help, 1 if standard output did not take it, 2 after an error.
 pub fn command_line<T: Parser>() -> Result<T, ExitCode> {
-    T::try_parse().map_err(|answer| {
+    let matches = with_negative_numbers(T::command()).try_get_matches();
+    let read = matches.and_then(|mut matches| {
+        T::from_arg_matches_mut(&mut matches).map_err(|error| error.format(&mut T::command()))
+    });
+    read.map_err(|answer| {
         let written = answer.print().and_then(|()| io::stdout().flush());
         match written {
             // A reader that closes the pipe early (`nappe --help | head`) has what it wants.
@@ -24,6 +30,15 @@ pub fn command_line<T: Parser>() -> Result<T, ExitCode> {
             _ => ExitCode::from(answer.exit_code() as u8),
         }
     })
+}
+
+/// The same command, whose options take `-5` as a value, so that each says what it needs instead; what is a path stays a word.
+fn with_negative_numbers(command: Command) -> Command {
+    let command = command.mut_args(|arg| {
+        let is_path = arg.get_value_parser().type_id() == TypeId::of::<PathBuf>();
+        if arg.get_action().takes_values() && !is_path { arg.allow_negative_numbers(true) } else { arg }
+    });
+    command.mut_subcommands(with_negative_numbers)
 }
 
 /// Writes a sentence on standard error; nobody is left to be told when it cannot be written.

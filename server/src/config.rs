@@ -5,7 +5,11 @@
 
 use std::path::PathBuf;
 
-use crate::{address::Address, machine::memory_bytes};
+use crate::{
+    address::Address,
+    machine::memory_bytes,
+    numbers::{Least, SECONDS, real, whole},
+};
 
 /// Largest piece of a mesh upload, and largest message of a frame (bytes).
 pub const PIECE_BYTES: usize = 1 << 20;
@@ -39,26 +43,26 @@ pub struct Config {
     #[arg(long = "allow-host", env = "NAPPE_ALLOW_HOST", value_delimiter = ',')]
     pub allowed_hosts: Vec<String>,
     /// Seconds that a drain may take before connections are cut.
-    #[arg(long, env = "NAPPE_DRAIN_SECONDS", default_value_t = Config::default().drain_seconds)]
+    #[arg(long, env = "NAPPE_DRAIN_SECONDS", default_value_t = Config::default().drain_seconds, value_parser = real(SECONDS, Least::From0))]
     pub drain_seconds: f64,
     /// Seconds in which a connection writes nothing before a drain cuts it: its peer takes nothing any more.
-    #[arg(long, env = "NAPPE_DRAIN_STALL_SECONDS", default_value_t = Config::default().drain_stall_seconds)]
+    #[arg(long, env = "NAPPE_DRAIN_STALL_SECONDS", default_value_t = Config::default().drain_stall_seconds, value_parser = real(SECONDS, Least::From0))]
     pub drain_stall_seconds: f64,
     /// Seconds that a new connection may stay silent before it is closed.
-    #[arg(long, env = "NAPPE_HANDSHAKE_SECONDS", default_value_t = Config::default().handshake_seconds)]
+    #[arg(long, env = "NAPPE_HANDSHAKE_SECONDS", default_value_t = Config::default().handshake_seconds, value_parser = real(SECONDS, Least::From0))]
     pub handshake_seconds: f64,
     /// Seconds that a connection may be open without a call in progress before it is closed. An open stream is
     /// a call.
-    #[arg(long, env = "NAPPE_IDLE_SECONDS", default_value_t = Config::default().idle_seconds)]
+    #[arg(long, env = "NAPPE_IDLE_SECONDS", default_value_t = Config::default().idle_seconds, value_parser = real(SECONDS, Least::From0))]
     pub idle_seconds: f64,
     /// Seconds that a request may take to arrive whole; uploads have limits of their own.
-    #[arg(long, env = "NAPPE_REQUEST_SECONDS", default_value_t = Config::default().request_seconds)]
+    #[arg(long, env = "NAPPE_REQUEST_SECONDS", default_value_t = Config::default().request_seconds, value_parser = real(SECONDS, Least::From0))]
     pub request_seconds: f64,
     /// Seconds that an upload may pause before it is dropped.
-    #[arg(long, env = "NAPPE_UPLOAD_IDLE_SECONDS", default_value_t = Config::default().upload_idle_seconds)]
+    #[arg(long, env = "NAPPE_UPLOAD_IDLE_SECONDS", default_value_t = Config::default().upload_idle_seconds, value_parser = real(SECONDS, Least::From0))]
     pub upload_idle_seconds: f64,
     /// Seconds that a message may wait for a watcher to fetch it, before the watcher's stream ends.
-    #[arg(long, env = "NAPPE_WATCHER_STALL_SECONDS", default_value_t = Config::default().watcher_stall_seconds)]
+    #[arg(long, env = "NAPPE_WATCHER_STALL_SECONDS", default_value_t = Config::default().watcher_stall_seconds, value_parser = real(SECONDS, Least::From0))]
     pub watcher_stall_seconds: f64,
     /// How ranks are started.
     #[command(flatten)]
@@ -83,7 +87,7 @@ pub struct RankSettings {
     pub launcher: String,
     /// Seconds without a word of ranks that work after which they are lost, 5 or more; rank 0 gives a sign of life every 2 s,
     /// unless it waits for another rank.
-    #[arg(long, env = "NAPPE_RANK_SILENCE", value_name = "SECONDS", default_value_t = RankSettings::default().rank_silence)]
+    #[arg(long, env = "NAPPE_RANK_SILENCE", value_name = "SECONDS", default_value_t = RankSettings::default().rank_silence, value_parser = whole::<u32>(0..))]
     pub rank_silence: u32,
 }
 
@@ -135,86 +139,86 @@ pub enum TokenPlace {
 #[derive(Clone, Debug, PartialEq, Eq, clap::Args)]
 pub struct Limits {
     /// Sessions at a time.
-    #[arg(long, env = "NAPPE_MAX_SESSIONS", default_value_t = Limits::default().max_sessions)]
+    #[arg(long, env = "NAPPE_MAX_SESSIONS", default_value_t = Limits::default().max_sessions, value_parser = whole::<u32>(0..))]
     pub max_sessions: u32,
     /// Seconds after which a session is deleted that nobody calls, watches or plays; 0: never.
-    #[arg(long, env = "NAPPE_IDLE_SESSION_SECONDS", default_value_t = Limits::default().idle_session_seconds)]
+    #[arg(long, env = "NAPPE_IDLE_SESSION_SECONDS", default_value_t = Limits::default().idle_session_seconds, value_parser = whole::<u32>(0..))]
     pub idle_session_seconds: u32,
     /// Watchers of one session at a time.
-    #[arg(long, env = "NAPPE_MAX_WATCHERS", default_value_t = Limits::default().max_watchers_per_session)]
+    #[arg(long, env = "NAPPE_MAX_WATCHERS", default_value_t = Limits::default().max_watchers_per_session, value_parser = whole::<u32>(0..))]
     pub max_watchers_per_session: u32,
     /// Particles of one session.
-    #[arg(long, env = "NAPPE_MAX_PARTICLES", default_value_t = Limits::default().max_particles)]
+    #[arg(long, env = "NAPPE_MAX_PARTICLES", default_value_t = Limits::default().max_particles, value_parser = whole::<u64>(0..))]
     pub max_particles: u64,
     /// Springs of one session.
-    #[arg(long, env = "NAPPE_MAX_SPRINGS", default_value_t = Limits::default().max_springs)]
+    #[arg(long, env = "NAPPE_MAX_SPRINGS", default_value_t = Limits::default().max_springs, value_parser = whole::<u64>(0..))]
     pub max_springs: u64,
     /// Bytes of one mesh upload.
-    #[arg(long, env = "NAPPE_MAX_MESH_BYTES", default_value_t = Limits::default().max_mesh_bytes)]
+    #[arg(long, env = "NAPPE_MAX_MESH_BYTES", default_value_t = Limits::default().max_mesh_bytes, value_parser = whole::<u64>(0..))]
     pub max_mesh_bytes: u64,
     /// Bytes of one scene text.
-    #[arg(long, env = "NAPPE_MAX_SCENE_BYTES", default_value_t = Limits::default().max_scene_bytes)]
+    #[arg(long, env = "NAPPE_MAX_SCENE_BYTES", default_value_t = Limits::default().max_scene_bytes, value_parser = whole::<u64>(0..))]
     pub max_scene_bytes: u64,
     /// Uploaded meshes kept at a time; the one longest unused goes first.
-    #[arg(long, env = "NAPPE_MAX_MESHES", default_value_t = Limits::default().max_meshes)]
+    #[arg(long, env = "NAPPE_MAX_MESHES", default_value_t = Limits::default().max_meshes, value_parser = whole::<u32>(0..))]
     pub max_meshes: u32,
     /// Bytes of all uploaded meshes kept; the one longest unused goes first.
-    #[arg(long, env = "NAPPE_MAX_MESH_STORE_BYTES", default_value_t = Limits::default().max_mesh_store_bytes)]
+    #[arg(long, env = "NAPPE_MAX_MESH_STORE_BYTES", default_value_t = Limits::default().max_mesh_store_bytes, value_parser = whole::<u64>(0..))]
     pub max_mesh_store_bytes: u64,
     /// Uploads in progress at a time.
-    #[arg(long, env = "NAPPE_MAX_UPLOADS", default_value_t = Limits::default().max_uploads)]
+    #[arg(long, env = "NAPPE_MAX_UPLOADS", default_value_t = Limits::default().max_uploads, value_parser = whole::<u32>(0..))]
     pub max_uploads: u32,
     /// Seconds that an upload may take.
-    #[arg(long, env = "NAPPE_UPLOAD_SECONDS", default_value_t = Limits::default().upload_seconds)]
+    #[arg(long, env = "NAPPE_UPLOAD_SECONDS", default_value_t = Limits::default().upload_seconds, value_parser = whole::<u32>(0..))]
     pub upload_seconds: u32,
     /// Bytes per second that an upload has to send once its first 10 s are over; 0 means any.
-    #[arg(long, env = "NAPPE_MIN_UPLOAD_RATE", default_value_t = Limits::default().min_upload_rate)]
+    #[arg(long, env = "NAPPE_MIN_UPLOAD_RATE", default_value_t = Limits::default().min_upload_rate, value_parser = whole::<u64>(0..))]
     pub min_upload_rate: u64,
     /// Bytes of all requests in progress, uploads included.
-    #[arg(long, env = "NAPPE_MAX_REQUEST_BYTES", default_value_t = Limits::default().max_request_bytes)]
+    #[arg(long, env = "NAPPE_MAX_REQUEST_BYTES", default_value_t = Limits::default().max_request_bytes, value_parser = whole::<u64>(0..))]
     pub max_request_bytes: u64,
     /// Bytes of all sessions, meshes, histories and requests together; 0 means 80 % of the memory that this
     /// machine, its control group and the limits of the process allow.
-    #[arg(long, env = "NAPPE_MAX_SERVER_BYTES", default_value_t = Limits::default().max_server_bytes)]
+    #[arg(long, env = "NAPPE_MAX_SERVER_BYTES", default_value_t = Limits::default().max_server_bytes, value_parser = whole::<u64>(0..))]
     pub max_server_bytes: u64,
     /// Seconds that building a session may be estimated to take.
-    #[arg(long, env = "NAPPE_MAX_BUILD_SECONDS", default_value_t = Limits::default().max_build_seconds)]
+    #[arg(long, env = "NAPPE_MAX_BUILD_SECONDS", default_value_t = Limits::default().max_build_seconds, value_parser = whole::<u32>(0..))]
     pub max_build_seconds: u32,
     /// Threads of one session; 0 means as many as there are logical cores.
-    #[arg(long, env = "NAPPE_MAX_THREADS", default_value_t = Limits::default().max_threads_per_session)]
+    #[arg(long, env = "NAPPE_MAX_THREADS", default_value_t = Limits::default().max_threads_per_session, value_parser = whole::<u32>(0..))]
     pub max_threads_per_session: u32,
     /// Ranks of one session, 0: none are started [default: as many as there are logical cores]
-    #[arg(long, env = "NAPPE_MAX_RANKS")]
+    #[arg(long, env = "NAPPE_MAX_RANKS", value_parser = whole::<u32>(0..))]
     pub max_ranks: Option<u32>,
     /// Steps in one `StepSession` call.
-    #[arg(long, env = "NAPPE_MAX_STEPS_PER_CALL", default_value_t = Limits::default().max_steps_per_call)]
+    #[arg(long, env = "NAPPE_MAX_STEPS_PER_CALL", default_value_t = Limits::default().max_steps_per_call, value_parser = whole::<u64>(0..))]
     pub max_steps_per_call: u64,
     /// Bytes of frames that a session keeps for watchers that lag or resume.
-    #[arg(long, env = "NAPPE_HISTORY_BYTES", default_value_t = Limits::default().history_bytes_per_session)]
+    #[arg(long, env = "NAPPE_HISTORY_BYTES", default_value_t = Limits::default().history_bytes_per_session, value_parser = whole::<u64>(0..))]
     pub history_bytes_per_session: u64,
     /// Bytes of frames that watchers hold beyond those that sessions keep; above it, the watcher stalled longest ends.
-    #[arg(long, env = "NAPPE_MAX_HELD_BYTES", default_value_t = Limits::default().max_held_bytes)]
+    #[arg(long, env = "NAPPE_MAX_HELD_BYTES", default_value_t = Limits::default().max_held_bytes, value_parser = whole::<u64>(0..))]
     pub max_held_bytes: u64,
     /// Bytes of one request message.
-    #[arg(long, env = "NAPPE_MAX_MESSAGE_BYTES", default_value_t = Limits::default().max_message_bytes)]
+    #[arg(long, env = "NAPPE_MAX_MESSAGE_BYTES", default_value_t = Limits::default().max_message_bytes, value_parser = whole::<u64>(0..))]
     pub max_message_bytes: u64,
     /// Connections at a time.
-    #[arg(long, env = "NAPPE_MAX_CONNECTIONS", default_value_t = Limits::default().max_connections)]
+    #[arg(long, env = "NAPPE_MAX_CONNECTIONS", default_value_t = Limits::default().max_connections, value_parser = whole::<u32>(0..))]
     pub max_connections: u32,
     /// Connections at a time from one address.
-    #[arg(long, env = "NAPPE_MAX_CONNECTIONS_PER_ADDRESS", default_value_t = Limits::default().max_connections_per_address)]
+    #[arg(long, env = "NAPPE_MAX_CONNECTIONS_PER_ADDRESS", default_value_t = Limits::default().max_connections_per_address, value_parser = whole::<u32>(0..))]
     pub max_connections_per_address: u32,
     /// Calls in progress on one connection.
-    #[arg(long, env = "NAPPE_MAX_STREAMS", default_value_t = Limits::default().max_streams_per_connection)]
+    #[arg(long, env = "NAPPE_MAX_STREAMS", default_value_t = Limits::default().max_streams_per_connection, value_parser = whole::<u32>(0..))]
     pub max_streams_per_connection: u32,
     /// Changes of parameters that wait for their step, in one session.
-    #[arg(long, env = "NAPPE_MAX_PENDING_CHANGES", default_value_t = Limits::default().max_pending_changes)]
+    #[arg(long, env = "NAPPE_MAX_PENDING_CHANGES", default_value_t = Limits::default().max_pending_changes, value_parser = whole::<u32>(0..))]
     pub max_pending_changes: u32,
     /// Changes of parameters in one `UpdateParameters` call.
-    #[arg(long, env = "NAPPE_MAX_CHANGES_PER_CALL", default_value_t = Limits::default().max_changes_per_call)]
+    #[arg(long, env = "NAPPE_MAX_CHANGES_PER_CALL", default_value_t = Limits::default().max_changes_per_call, value_parser = whole::<u32>(0..))]
     pub max_changes_per_call: u32,
     /// Nodes of the snow's grid in one frame, for each watcher.
-    #[arg(long, env = "NAPPE_MAX_GRID_NODES", default_value_t = Limits::default().max_grid_nodes)]
+    #[arg(long, env = "NAPPE_MAX_GRID_NODES", default_value_t = Limits::default().max_grid_nodes, value_parser = whole::<u32>(0..))]
     pub max_grid_nodes: u32,
 }
 

@@ -10,6 +10,7 @@ mod processor;
 mod machine;
 mod program;
 mod command_line;
+pub mod numbers;
 mod log;
 pub mod config;
 mod runtime;

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use nappe_client::{CreateSession, Scene};
-use nappe_server::RankSettings;
+use nappe_server::{RankSettings, numbers::whole};
 use nappe_sim::math::Precision;
 
 use crate::{fields::FieldsArgs, output::OutputArgs, write::ForceArgs};
@@ -58,19 +58,19 @@ pub(crate) struct SessionArgs {
 #[derive(Args, Clone, Debug, Default)]
 pub(crate) struct OverrideArgs {
     /// Steps until the session ends [default: as the scene says]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, value_name = "N", value_parser = whole::<u64>(1..))]
     steps: Option<u64>,
     /// Threads [default: all cores of the server]; results do not depend on them
-    #[arg(long, value_name = "T", value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "T", value_parser = whole::<u32>(1..))]
     threads: Option<u32>,
     /// Precision of positions and velocities [default: as the scene says]
     #[arg(long, value_enum)]
     precision: Option<PrecisionName>,
     /// Steps between frames [default: as the scene says]
-    #[arg(long, alias = "frame-every", value_name = "STEPS", value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, alias = "frame-every", value_name = "STEPS", value_parser = whole::<u32>(1..))]
     frame_interval: Option<u32>,
     /// Ranks of a cluster that step it, with --threads each [default: none, the server steps it]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "N", value_parser = whole::<u32>(1..))]
     ranks: Option<u32>,
 }
 

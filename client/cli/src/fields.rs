@@ -8,6 +8,7 @@ use std::{ffi::OsString, path::Path};
 
 use clap::{Args, ValueEnum};
 use nappe_client::{Field, GridOptions, WatchOptions, packed::Step};
+use nappe_server::numbers::{Least, METRES, real, whole};
 
 use crate::{
     error::{CliError, Result},
@@ -22,7 +23,7 @@ pub(crate) struct FieldsArgs {
     fields: Vec<FieldName>,
     /// How far a coordinate in an HTML file may be from what it was (m) [default: the extent of the first frame over
     /// 16384]
-    #[arg(long, value_name = "METRES")]
+    #[arg(long, value_name = "METRES", value_parser = real(METRES, Least::Above0))]
     max_error: Option<f64>,
     #[command(flatten)]
     shown: ShownArgs,
@@ -37,7 +38,7 @@ pub(crate) struct ShownArgs {
     grid: Option<GridOptions>,
     /// Most nodes of the grid per frame; of more, every second, third ... along each axis is kept [default: as
     /// many as the server allows]
-    #[arg(long, value_name = "N", requires = "grid", value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "N", requires = "grid", value_parser = whole::<u32>(1..))]
     grid_nodes: Option<u32>,
     /// What the colour of snow shows in Rerun [default: plastic_ratio]
     #[arg(long, value_enum)]

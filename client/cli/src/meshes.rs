@@ -10,6 +10,7 @@ use nappe_scene::{
     files::{self, ReadOptions},
     mesh::{EtiOptions, Loaded},
 };
+use nappe_server::numbers::{KILOGRAMS, Least, real};
 
 use crate::{
     error::{CliError, Result},
@@ -19,8 +20,8 @@ use crate::{
 /// What to do about points without a mass.
 #[derive(Args, Clone, Copy, Debug, Default)]
 pub(crate) struct MissingMass {
-    /// Mass (kg) of the points that a masses.eti leaves out; without it, that is an error
-    #[arg(long = "missing-mass", value_name = "KG", value_parser = mass)]
+    /// Mass (kg) of the points that a masses.eti leaves out, 0 for pinned ones; without it, that is an error
+    #[arg(long = "missing-mass", value_name = "KG", value_parser = real(KILOGRAMS, Least::From0))]
     value: Option<f64>,
 }
 
@@ -89,13 +90,6 @@ impl From<SceneError> for CliError {
 impl From<SceneErrors> for CliError {
     fn from(errors: SceneErrors) -> Self {
         Self::failure(errors)
-    }
-}
-
-fn mass(text: &str) -> std::result::Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(mass) if mass.is_finite() && mass >= 0.0 => Ok(mass),
-        _ => Err(format!("'{text}' is not a mass: a number of kilograms, 0 (pinned) or more")),
     }
 }
 

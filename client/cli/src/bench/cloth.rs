@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 
 use clap::Args;
+use nappe_server::numbers::whole;
 use nappe_sim::{
     cloth::{Integrator, Network},
     math::Precision,
@@ -27,13 +28,13 @@ use crate::{
 #[derive(Args, Debug)]
 pub(crate) struct ClothArgs {
     /// Particles along a side of the sheet
-    #[arg(long, value_name = "N", default_value_t = 400, value_parser = clap::value_parser!(u32).range(8..=2000))]
+    #[arg(long, value_name = "N", default_value_t = 400, value_parser = whole::<u32>(8..=2000))]
     side: u32,
     /// Steps timed in each precision, on each number of threads
-    #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "N", default_value_t = 20, value_parser = whole::<u32>(1..))]
     repetitions: u32,
     /// Threads of the second measurement [default: all cores]
-    #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..))]
+    #[arg(long, value_name = "T", value_parser = whole::<u16>(1..))]
     threads: Option<u16>,
     #[command(flatten)]
     output: OutputArgs,

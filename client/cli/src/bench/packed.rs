@@ -9,6 +9,7 @@ use nappe_client::{
     Client, CreateSession, Event, Wait, WatchOptions,
     packed::{Effort, Step, pack, unpack},
 };
+use nappe_server::numbers::{Least, METRES, real};
 use serde::Serialize;
 
 use super::sample;
@@ -35,7 +36,7 @@ pub(crate) struct PackedArgs {
           default_values = ["demo", "flag", "two_snowballs", "rolling_snowball"])]
     scenes: Vec<String>,
     /// How far a packed coordinate may be from what it was (m)
-    #[arg(long, value_name = "METRES", default_value_t = 6.2e-5)]
+    #[arg(long, value_name = "METRES", default_value_t = 6.2e-5, value_parser = real(METRES, Least::Above0))]
     max_error: f64,
     #[command(flatten)]
     output: OutputArgs,

@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 
 use clap::Args;
 use nappe_client::{Client, CreateSession, Event, FrameStream, Precision, Wait, WatchOptions, v1};
+use nappe_server::numbers::whole;
 use serde::Serialize;
 
 use super::{
@@ -41,7 +42,7 @@ const PARTICLE_BYTES: f64 = 12.0;
 #[derive(Args, Debug)]
 pub(crate) struct ServeArgs {
     /// Seconds for which live watchers are measured
-    #[arg(long, value_name = "S", default_value_t = 10)]
+    #[arg(long, value_name = "S", default_value_t = 10, value_parser = whole::<u64>(1..))]
     seconds: u64,
     #[command(flatten)]
     output: OutputArgs,

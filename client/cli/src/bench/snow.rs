@@ -7,6 +7,7 @@
 use std::collections::BTreeMap;
 
 use clap::Args;
+use nappe_server::numbers::whole;
 use nappe_sim::{math::Precision, report::Stage};
 use serde::Serialize;
 
@@ -35,13 +36,13 @@ const STAGES: [Stage; 5] =
 pub(crate) struct SnowArgs {
     /// Particles of each ball
     #[arg(long, value_name = "N,N,...", value_delimiter = ',', default_values_t = [200_000, 1_000_000],
-          value_parser = clap::value_parser!(u32).range(1_000..=20_000_000))]
+          value_parser = whole::<u32>(1_000..=20_000_000))]
     particles: Vec<u32>,
     /// Steps of the world timed, after two that are not; each is several steps of the snow
-    #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "N", default_value_t = 10, value_parser = whole::<u32>(1..))]
     repetitions: u32,
     /// Threads of the second measurement [default: all cores]
-    #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..))]
+    #[arg(long, value_name = "T", value_parser = whole::<u16>(1..))]
     threads: Option<u16>,
     /// Precision of the state [default: f32, and f64 up to 200 000 particles]
     #[arg(long, value_enum)]

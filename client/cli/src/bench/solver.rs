@@ -2,6 +2,7 @@
 //! thread and on all, straight on the simulation library.
 
 use clap::Args;
+use nappe_server::numbers::whole;
 use nappe_sim::{
     cloth::Network,
     linalg::{OperatorKind, Outcome, PreconditionerKind, SolverSettings, Stop},
@@ -24,16 +25,16 @@ use crate::{
 #[derive(Args, Debug)]
 pub(crate) struct SolverArgs {
     /// Particles along a side of each sheet
-    #[arg(long, value_name = "N,...", value_delimiter = ',', default_values_t = [60, 120, 240], value_parser = clap::value_parser!(u32).range(8..=1000))]
+    #[arg(long, value_name = "N,...", value_delimiter = ',', default_values_t = [60, 120, 240], value_parser = whole::<u32>(8..=1000))]
     sides: Vec<u32>,
     /// Relative residuals that solves go to
     #[arg(long, value_name = "T,...", value_delimiter = ',', default_values_t = [1e-3, 1e-8], value_parser = tolerance)]
     tolerances: Vec<f64>,
     /// Solves timed of each kind, on each number of threads
-    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = whole::<u32>(1..))]
     repetitions: u32,
     /// Threads of the second measurement [default: all cores]
-    #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..))]
+    #[arg(long, value_name = "T", value_parser = whole::<u16>(1..))]
     threads: Option<u16>,
     #[command(flatten)]
     output: OutputArgs,

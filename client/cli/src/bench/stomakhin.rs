@@ -5,6 +5,7 @@
 //! into steps of the snow as the certified bound asks.
 
 use clap::Args;
+use nappe_server::numbers::whole;
 use nappe_sim::math::Precision;
 use serde::Serialize;
 
@@ -27,13 +28,13 @@ const PUBLISHED_SECONDS: f64 = 312.0;
 #[derive(Args, Debug)]
 pub(crate) struct StomakhinArgs {
     /// Particles of the ball
-    #[arg(long, value_name = "N", default_value_t = 300_000, value_parser = clap::value_parser!(u32).range(1_000..=20_000_000))]
+    #[arg(long, value_name = "N", default_value_t = 300_000, value_parser = whole::<u32>(1_000..=20_000_000))]
     particles: u32,
     /// Frames computed, from the moment before the ball meets the wall
-    #[arg(long, value_name = "N", default_value_t = 6, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "N", default_value_t = 6, value_parser = whole::<u32>(1..))]
     frames: u32,
     /// Threads [default: all cores]
-    #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..))]
+    #[arg(long, value_name = "T", value_parser = whole::<u16>(1..))]
     threads: Option<u16>,
     /// Precision of the state
     #[arg(long, value_enum, default_value = "f32")]

@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 
 use clap::Args;
 use nappe_client::{Client, CreateSession, Event, Precision, Wait, WatchOptions, v1};
+use nappe_server::numbers::whole;
 use serde::Serialize;
 
 use super::{cloud::cloud, row::Row, sample};
@@ -32,7 +33,7 @@ const PASSES_SECONDS: f64 = 3.0;
 pub(crate) struct StreamArgs {
     /// Particles of a frame
     #[arg(long, value_name = "N,N,...", value_delimiter = ',', default_values_t = [10_000, 100_000, 1_000_000],
-          value_parser = clap::value_parser!(u32).range(1..=2_000_000))]
+          value_parser = whole::<u32>(1..=2_000_000))]
     sizes: Vec<u32>,
     #[command(flatten)]
     output: OutputArgs,

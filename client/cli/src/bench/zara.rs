@@ -7,6 +7,7 @@
 use std::collections::BTreeMap;
 
 use clap::Args;
+use nappe_server::numbers::whole;
 use nappe_sim::{cloth::Network, math::Precision, report::Stage};
 use serde::Serialize;
 
@@ -30,10 +31,10 @@ pub(crate) struct ZaraArgs {
           default_values_t = [2_500, 10_000, 22_500, 90_000, 122_500, 160_000])]
     sizes: Vec<usize>,
     /// Steps timed, after one that is not
-    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = whole::<u32>(1..))]
     steps: u32,
     /// Threads of the second measurement [default: all cores]
-    #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..))]
+    #[arg(long, value_name = "T", value_parser = whole::<u16>(1..))]
     threads: Option<u16>,
     /// Precision of positions and velocities
     #[arg(long, value_enum, default_value = "f64")]

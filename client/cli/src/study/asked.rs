@@ -31,12 +31,9 @@ pub(crate) fn check_methods(asked: &[String], known: &[String]) -> Result<()> {
 /// The end (s) of a study: as it is asked for, or that of the scene.
 ///
 /// # Errors
-/// A time that is not above 0, and a scene without end.
+/// A scene without end, where no time is asked for.
 pub(crate) fn end(until: Option<f64>, scene: &Scene) -> Result<f64> {
     let end = until.unwrap_or(scene.steps as f64 * scene.dt);
-    if until.is_some_and(|until| !(until.is_finite() && until > 0.0)) {
-        return Err(CliError::usage(format!("--until {end}: a number of seconds above 0 is needed")));
-    }
     if end == 0.0 {
         return Err(CliError::usage("the scene has no end, steps = 0: say until when with --until S"));
     }

@@ -2,30 +2,21 @@
 
 use std::time::Duration;
 
+use nappe_server::numbers::{METRES, SECONDS};
+
 /// A length in metres: `1mm`, `0.5 cm`, `2e-4m`; without a unit, metres.
 pub(crate) fn length(text: &str) -> Result<f64, String> {
-    let metres =
-        with_unit(text, &[("mm", 1e-3), ("cm", 1e-2), ("µm", 1e-6), ("um", 1e-6), ("m", 1.0), ("", 1.0)]);
-    metres.filter(|metres| *metres > 0.0).ok_or_else(|| {
+    METRES.read(text).filter(|metres| *metres > 0.0).ok_or_else(|| {
         format!("'{text}' is not a length above 0: a number with mm, cm, µm or m, such as 1mm")
     })
 }
 
 /// A time: `60s`, `500ms`, `2min`, `1h`; without a unit, seconds.
 pub(crate) fn duration(text: &str) -> Result<Duration, String> {
-    let units = [("ms", 1e-3), ("min", 60.0), ("h", 3600.0), ("s", 1.0), ("", 1.0)];
-    let seconds = with_unit(text, &units).filter(|seconds| *seconds > 0.0);
+    let seconds = SECONDS.read(text).filter(|seconds| *seconds > 0.0);
     seconds
         .and_then(|seconds| Duration::try_from_secs_f64(seconds).ok())
         .ok_or_else(|| format!("'{text}' is not a time above 0: a number with ms, s, min or h, such as 60s"))
-}
-
-/// A number with the first of these units that it ends in, times what the unit is worth.
-fn with_unit(text: &str, units: &[(&str, f64)]) -> Option<f64> {
-    let (number, worth) = units.iter().find_map(|(unit, worth)| Some((text.strip_suffix(unit)?, worth)))?;
-    // A unit that is a hundredth divides: 0.1 mm is the number that 0.0001 is.
-    let number = number.trim().parse::<f64>().ok().filter(|number| number.is_finite())?;
-    Some(if *worth < 1.0 { number / (1.0 / worth).round() } else { number * worth })
 }
 
 #[cfg(test)]

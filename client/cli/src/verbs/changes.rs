@@ -2,6 +2,7 @@
 
 use clap::Args;
 use nappe_client::v1;
+use nappe_server::numbers::whole;
 use serde_json::json;
 
 use crate::{
@@ -22,7 +23,7 @@ pub(crate) struct ChangesArgs {
     #[command(flatten)]
     session: SessionArgs,
     /// Numbers of the changes to drop, separated by commas
-    #[arg(long, value_name = "ORDER", value_delimiter = ',', conflicts_with = "drop_all")]
+    #[arg(long, value_name = "ORDER", value_delimiter = ',', conflicts_with = "drop_all", value_parser = whole::<u64>(0..))]
     drop: Vec<u64>,
     /// Drop all of them
     #[arg(long)]

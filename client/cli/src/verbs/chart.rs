@@ -7,6 +7,7 @@ use std::{
 
 use clap::Args;
 use nappe_scene::Scene;
+use nappe_server::numbers::{Least, SECONDS, real, whole};
 use nappe_sim::math::Precision;
 use nappe_study::{Case, Chart, Request, Times, TimesError, line_names};
 
@@ -59,10 +60,10 @@ pub(crate) struct ChartArgs {
     #[arg(long, value_name = "LENGTH", default_value = "1mm")]
     tolerance: String,
     /// Compare until this time (s) [default: the predictability horizon]
-    #[arg(long, value_name = "S", conflicts_with = "times")]
+    #[arg(long, value_name = "S", conflicts_with = "times", value_parser = real(SECONDS, Least::Above0))]
     until: Option<f64>,
     /// Compare at these times (s)
-    #[arg(long, value_name = "S,...", value_delimiter = ',')]
+    #[arg(long, value_name = "S,...", value_delimiter = ',', value_parser = real(SECONDS, Least::Above0))]
     times: Vec<f64>,
     /// These methods alone, by their names in chart.csv
     #[arg(long = "method", value_name = "M,...", value_delimiter = ',')]
@@ -71,7 +72,7 @@ pub(crate) struct ChartArgs {
     #[arg(long, value_enum)]
     precision: Option<PrecisionName>,
     /// Threads [default: all cores]; results do not depend on them, seconds do
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    #[arg(long, value_name = "N", value_parser = whole::<u16>(1..))]
     threads: Option<u16>,
     #[command(flatten)]
     look: LookArgs,

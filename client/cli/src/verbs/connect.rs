@@ -8,7 +8,7 @@ use std::{io::Read as _, net::SocketAddr};
 
 use clap::{Args, Parser};
 use nappe_client::token::{Token, TokenFile, local_servers, private_folder};
-use nappe_server::{Address, App, Config, DEFAULT_PORT, TokenPlace};
+use nappe_server::{Address, App, Config, DEFAULT_PORT, TokenPlace, numbers::whole};
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
@@ -35,10 +35,10 @@ pub(crate) struct ConnectArgs {
     #[command(flatten)]
     ssh: SshArgs,
     /// Port here [default: a free one]
-    #[arg(long, value_name = "PORT", default_value_t = 0, hide_default_value = true)]
+    #[arg(long, value_name = "PORT", default_value_t = 0, hide_default_value = true, value_parser = whole::<u16>(0..))]
     port: u16,
     /// Port there at which a running server is looked for
-    #[arg(long, value_name = "PORT", default_value_t = DEFAULT_PORT)]
+    #[arg(long, value_name = "PORT", default_value_t = DEFAULT_PORT, value_parser = whole::<u16>(0..))]
     far_port: u16,
     /// The command there
     #[arg(long, value_name = "PATH", default_value = "nappe")]

@@ -1,6 +1,7 @@
 //! `nappe fork`: makes a session that stands where another one stands.
 
 use clap::Args;
+use nappe_server::numbers::whole;
 
 use crate::{args::SessionArgs, error::Result, remote, session as words};
 
@@ -21,7 +22,7 @@ pub(crate) struct ForkArgs {
     new_id: String,
     /// Steps since the start of the other session until the new one ends; 0: never [default: as the other one, never
     /// if that one is at its end]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = whole::<u64>(0..))]
     steps: Option<u64>,
 }
 

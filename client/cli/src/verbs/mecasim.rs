@@ -16,6 +16,7 @@ use nappe_scene::{
     course::{CourseObject, MecasimOptions, Viscosity, mecasim_scene},
     files, printable,
 };
+use nappe_server::numbers::whole;
 use nappe_sim::{cloth::Integrator, mesh::TriangleMesh};
 
 use crate::{
@@ -40,6 +41,7 @@ course. The steps are NbIter of the simulation file unless --steps says otherwis
 object of `nappe run --json`; with --write it is {\"written\"}, the paths of the scene file and its meshes.")]
 pub(crate) struct MecasimArgs {
     /// Number of objects, as the course's program has it
+    #[arg(value_parser = whole::<usize>(1..))]
     count: usize,
     /// Simulation file of the course
     #[arg(value_name = "SCENE.simu")]

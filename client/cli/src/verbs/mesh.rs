@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::{Args, Subcommand};
 use nappe_client::MeshFile;
 use nappe_scene::{files, mesh::course_grid};
+use nappe_server::numbers::{Least, METRES, real};
 use nappe_sim::mesh::TriangleMesh;
 
 use crate::{
@@ -56,7 +57,7 @@ struct GridArgs {
     #[arg(value_name = "COLUMNSxROWS", value_parser = size)]
     size: [usize; 2],
     /// Distance between neighbours (m)
-    #[arg(long, value_name = "METRES", default_value_t = 0.1)]
+    #[arg(long, value_name = "METRES", default_value_t = 0.1, value_parser = real(METRES, Least::Above0))]
     spacing: f64,
     /// The course's grid: upright, with its ripple, and mass 0 at the two upper corners
     #[arg(long)]
@@ -139,12 +140,6 @@ fn upload(args: &UploadArgs) -> Result<()> {
 }
 
 fn grid(args: &GridArgs) -> Result<()> {
-    if !(args.spacing.is_finite() && args.spacing > 0.0) {
-        return Err(CliError::usage(format!(
-            "--spacing is {}: it must be a distance above 0 (m)",
-            args.spacing
-        )));
-    }
     let [columns, rows] = args.size;
     let mesh = if args.course {
         course_grid(columns, rows, args.spacing)

@@ -7,6 +7,7 @@ use std::{
 
 use clap::Args;
 use nappe_scene::Scene;
+use nappe_server::numbers::{Least, SECONDS, real, whole};
 use nappe_sim::math::Precision;
 use nappe_study::{Case, Plan, Request, SceneTerms, Stepped, Terms, line_names};
 
@@ -48,7 +49,7 @@ pub(crate) struct PlanArgs {
     #[arg(long, value_name = "TIME", default_value = "60s", value_parser = units::duration)]
     budget: Duration,
     /// Plan until this time (s) at most [default: the end of the scene]
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", value_parser = real(SECONDS, Least::Above0))]
     until: Option<f64>,
     /// Among these methods alone, by their names in plan.csv
     #[arg(long = "method", value_name = "M,...", value_delimiter = ',')]
@@ -60,7 +61,7 @@ pub(crate) struct PlanArgs {
     #[arg(long, requires = "write")]
     leave_out: bool,
     /// Threads [default: all cores]; results do not depend on them, seconds do
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    #[arg(long, value_name = "N", value_parser = whole::<u16>(1..))]
     threads: Option<u16>,
     #[command(flatten)]
     look: LookArgs,

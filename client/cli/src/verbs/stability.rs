@@ -7,6 +7,7 @@ use std::{
 
 use clap::{Args, ValueEnum};
 use nappe_scene::Scene;
+use nappe_server::numbers::{Least, SECONDS, real, whole};
 use nappe_study::{Case, Map, Method, Stability, StabilityRequest};
 
 use crate::{
@@ -50,7 +51,7 @@ pub(crate) struct StabilityArgs {
     #[arg(long, value_name = "LENGTH", default_value = "1mm")]
     tolerance: String,
     /// Judge runs until this time (s) at most [default: the end of the scene]
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", value_parser = real(SECONDS, Least::Above0))]
     until: Option<f64>,
     /// These methods alone, by their names in stability.csv
     #[arg(long = "method", value_name = "M,...", value_delimiter = ',')]
@@ -59,10 +60,10 @@ pub(crate) struct StabilityArgs {
     #[arg(long = "map", value_name = "MAP,...", value_delimiter = ',')]
     maps: Vec<MapName>,
     /// Cells along each side of a map, at most
-    #[arg(long, value_name = "N", default_value_t = 24, value_parser = clap::value_parser!(u16).range(2..=64))]
+    #[arg(long, value_name = "N", default_value_t = 24, value_parser = whole::<u16>(2..=64))]
     cells: u16,
     /// Threads [default: all cores]; results do not depend on them
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    #[arg(long, value_name = "N", value_parser = whole::<u16>(1..))]
     threads: Option<u16>,
     #[command(flatten)]
     look: LookArgs,

@@ -2,6 +2,7 @@
 
 use clap::Args;
 use nappe_client::Wait;
+use nappe_server::numbers::whole;
 
 use crate::{args::SessionArgs, error::Result, remote, session as words};
 
@@ -11,10 +12,10 @@ pub(crate) struct StepArgs {
     #[command(flatten)]
     session: SessionArgs,
     /// Number of steps
-    #[arg(value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(value_name = "N", default_value_t = 1, value_parser = whole::<u64>(1..))]
     count: u64,
     /// Take the steps that are left until STEP are taken since the start: a call that can be repeated
-    #[arg(long, value_name = "STEP", conflicts_with = "count")]
+    #[arg(long, value_name = "STEP", conflicts_with = "count", value_parser = whole::<u64>(0..))]
     to: Option<u64>,
     /// Answer at once instead of waiting until the steps are taken
     #[arg(long)]

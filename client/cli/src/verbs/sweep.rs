@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use nappe_scene::Scene;
+use nappe_server::numbers::{Least, SECONDS, real, whole};
 use serde_json::{Value, json};
 use xxhash_rust::xxh3::xxh3_64;
 
@@ -49,16 +50,16 @@ pub(crate) struct SweepArgs {
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
     /// So many combinations at random, in place of every one
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    #[arg(long, value_name = "N", value_parser = whole::<u32>(1..=100_000))]
     sample: Option<u32>,
     /// Where samples come from
-    #[arg(long, value_name = "N", default_value_t = 1, requires = "sample")]
+    #[arg(long, value_name = "N", default_value_t = 1, requires = "sample", value_parser = whole::<u64>(0..))]
     seed: u64,
     /// Steps of each run [default: to the end of the scene; its time where dt is a key, each run's own steps where steps is]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, value_name = "N", value_parser = whole::<u64>(1..))]
     steps: Option<u64>,
     /// Run until this time (s), whatever the step of each run; runs whose step does not divide it are refused
-    #[arg(long, value_name = "S", conflicts_with = "steps")]
+    #[arg(long, value_name = "S", conflicts_with = "steps", value_parser = real(SECONDS, Least::Above0))]
     until: Option<f64>,
     /// What is measured at the end of each run, a column each: body.NAME.lowest, snow.NAME.centre.x, ...
     #[arg(long = "measure", value_name = "MEASURE,...", value_delimiter = ',', value_parser = Measure::parse)]
@@ -67,7 +68,7 @@ pub(crate) struct SweepArgs {
     #[arg(long)]
     save: bool,
     /// Runs side by side, each on one thread [default: all cores]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    #[arg(long, value_name = "N", value_parser = whole::<u16>(1..))]
     threads: Option<u16>,
     #[command(flatten)]
     force: ForceArgs,

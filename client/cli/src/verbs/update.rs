@@ -2,6 +2,7 @@
 
 use clap::Args;
 use nappe_client::v1;
+use nappe_server::numbers::{Least, NEWTON_SECONDS_PER_METRE, real, whole};
 use serde_json::json;
 
 use crate::{
@@ -25,7 +26,7 @@ pub(crate) struct UpdateArgs {
     #[command(flatten)]
     session: SessionArgs,
     /// Change before the step with this index, counted from 0 [default: the next step]
-    #[arg(long, value_name = "STEP", default_value_t = 0, hide_default_value = true)]
+    #[arg(long, value_name = "STEP", default_value_t = 0, hide_default_value = true, value_parser = whole::<u64>(0..))]
     at_step: u64,
     /// Answer only when the change takes effect
     #[arg(long)]
@@ -37,7 +38,7 @@ pub(crate) struct UpdateArgs {
     #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true)]
     wind: Option<v1::Vector3>,
     /// Linear drag of the medium on every particle (N s/m)
-    #[arg(long, value_name = "VALUE")]
+    #[arg(long, value_name = "VALUE", value_parser = real(NEWTON_SECONDS_PER_METRE, Least::From0))]
     drag: Option<f64>,
     /// Stiffness of springs (N/m), of all kinds or of stretch, shear or bend
     #[arg(long, value_name = "[KIND=]VALUE", value_parser = spring_value)]

@@ -5,6 +5,7 @@ use std::{ffi::OsString, path::PathBuf};
 use clap::Args;
 use nappe_client::{Client, DiagnosticsEvent, Event, WatchOptions, v1};
 use nappe_scene::mesh::six_digits;
+use nappe_server::numbers::{HERTZ, Least, real, whole};
 
 use crate::{
     args::SessionArgs,
@@ -33,10 +34,10 @@ pub(crate) struct WatchArgs {
     #[command(flatten)]
     session: SessionArgs,
     /// Largest rate of the diagnostics (Hz); 0: those of every frame
-    #[arg(long, value_name = "HZ", default_value_t = 5.0, conflicts_with = "save")]
+    #[arg(long, value_name = "HZ", default_value_t = 5.0, conflicts_with = "save", value_parser = real(HERTZ, Least::From0))]
     rate: f64,
     /// End after N diagnostics, or N frames saved
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, value_name = "N", value_parser = whole::<u64>(1..))]
     count: Option<u64>,
     /// Keep every frame: a page FILE.html, a Rerun recording FILE.rrd, or a folder of PLY files
     #[arg(long, value_name = "FILE.html|FILE.rrd|FOLDER")]
@@ -44,7 +45,7 @@ pub(crate) struct WatchArgs {
     #[command(flatten)]
     force: ForceArgs,
     /// First frame to save [default: the newest]
-    #[arg(long, value_name = "FRAME", requires = "save")]
+    #[arg(long, value_name = "FRAME", requires = "save", value_parser = whole::<u64>(0..))]
     from: Option<u64>,
     #[command(flatten)]
     fields: FieldsArgs,
@@ -55,9 +56,6 @@ pub(crate) struct WatchArgs {
 /// # Errors
 /// When the session fails or was never there, a frame cannot be saved, or there is no server.
 pub(crate) fn run(args: &WatchArgs) -> Result<()> {
-    if !(args.rate.is_finite() && args.rate >= 0.0) {
-        return Err(CliError::usage(format!("--rate is {}: it is a number, 0 or more (Hz)", args.rate)));
-    }
     args.fields.check(args.save.as_deref())?;
     remote::block_on(async {
         let Some(path) = &args.save else {

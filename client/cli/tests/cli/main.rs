@@ -29,6 +29,7 @@ mod chart;
 mod pictures;
 mod plan;
 mod stability;
+mod numbers;
 mod sweep;
 mod sweep_files;
 mod snow;

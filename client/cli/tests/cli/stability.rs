@@ -74,7 +74,7 @@ fn what_does_not_exist_is_refused_before_anything_is_computed() {
     refused(&[&scene, "--tolerance", "1e300"], 2, "since the scene is 778 mm long; a smaller one is needed");
     refused(&[&scene, "--tolerance", "1e-300"], 2, "allowed: 1e-12 m and more");
     refused(&[&scene, "--map", "stiffness"], 2, "invalid value 'stiffness'");
-    refused(&[&scene, "--cells", "1"], 2, "1 is not in 2..=64");
+    refused(&[&scene, "--cells", "1"], 2, "a whole number from 2 to 64 is needed");
     refused(&[&scene, "--until", "0"], 2, "a number of seconds above 0 is needed");
     let pinned = SMALL_SCENE
         .replace("[12, 12]", "[2, 2]")
