@@ -57,8 +57,8 @@ pub(crate) struct SessionArgs {
 /// What a session takes from the command line instead of its scene.
 #[derive(Args, Clone, Debug, Default)]
 pub(crate) struct OverrideArgs {
-    /// Steps until the session ends [default: as the scene says]
-    #[arg(long, value_name = "N", value_parser = whole::<u64>(1..))]
+    /// Steps until the session ends; 0: never [default: as the scene says]
+    #[arg(long, value_name = "N", value_parser = whole::<u64>(0..))]
     steps: Option<u64>,
     /// Threads [default: all cores of the server]; results do not depend on them
     #[arg(long, value_name = "T", value_parser = whole::<u32>(1..))]

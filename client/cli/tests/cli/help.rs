@@ -118,7 +118,7 @@ fn a_wrong_command_line_ends_with_2_and_says_what_is_near() {
     assert_eq!(done.code, Some(2));
     assert!(done.stderr.contains("'run'"), "{}", done.stderr);
     assert_eq!(nappe(&["run"]).code, Some(2));
-    assert_eq!(nappe(&["run", "demo", "--steps", "0"]).code, Some(2));
+    assert_eq!(nappe(&["run", "demo", "--steps", "-1"]).code, Some(2));
     assert_eq!(nappe(&["run", "demo", "--precision", "f16"]).code, Some(2));
     assert_eq!(nappe(&["play", "x", "--real-time-factor", "-1"]).code, Some(2));
     let still = nappe(&["play", "x", "--real-time-factor", "0"]);

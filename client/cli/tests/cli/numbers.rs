@@ -15,12 +15,12 @@ fn refused(args: &[&str], option: &str, needed: &str) {
 #[test]
 fn a_whole_number_says_where_it_begins_and_what_was_meant() {
     for (typed, needed) in [
-        ("-5", "a whole number from 1 is needed"),
-        ("1e3", "a whole number from 1 is needed, such as 1000"),
-        ("10 000", "a whole number from 1 is needed, such as 10000"),
-        ("12,5", "a whole number from 1 is needed"),
-        ("5 ms", "a whole number from 1 is needed"),
-        ("many", "a whole number from 1 is needed"),
+        ("-5", "a whole number from 0 is needed"),
+        ("1e3", "a whole number from 0 is needed, such as 1000"),
+        ("10 000", "a whole number from 0 is needed, such as 10000"),
+        ("12,5", "a whole number from 0 is needed"),
+        ("5 ms", "a whole number from 0 is needed"),
+        ("many", "a whole number from 0 is needed"),
     ] {
         refused(&["run", "flag", "--steps", typed], "--steps", needed);
     }

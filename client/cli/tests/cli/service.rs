@@ -42,6 +42,21 @@ fn a_session_lives_from_create_to_delete() {
     assert_eq!(server.nappe(&["list"]).ok().json(), serde_json::json!([]));
 }
 
+#[test]
+fn no_steps_mean_that_a_session_never_ends_for_create_as_for_fork() {
+    let server = Server::start();
+    let here = folder();
+    let scene = write_scene(here.path(), SMALL_SCENE);
+    let made = server.nappe(&["create", &scene, "--id", "endless", "--steps", "0"]).ok().json();
+    assert_eq!(made["step_limit"], 0, "{made}");
+    let stepped = server.nappe(&["step", "endless", "50"]).ok().json();
+    assert_eq!((&stepped["step"], &stepped["state"]), (&50.into(), &"paused".into()), "the scene has 40");
+    let copy = server.nappe(&["fork", "endless", "--id", "copy", "--steps", "60"]).ok().json();
+    assert_eq!(copy["step_limit"], 60, "{copy}");
+    let copy = server.nappe(&["fork", "copy", "--id", "again", "--steps", "0"]).ok().json();
+    assert_eq!(copy["step_limit"], 0, "{copy}");
+}
+
 /// Asks until the session is in this state.
 pub(crate) fn wait_for(server: &Server, id: &str, state: &str) -> Value {
     let mut found = None;
