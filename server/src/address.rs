@@ -58,10 +58,19 @@ impl FromStr for Address {
         match text.strip_prefix(UNIX).map(|path| path.strip_prefix("//").unwrap_or(path)) {
             Some("") => Err("after unix: stands the path of a socket".to_owned()),
             Some(path) => Ok(Self::Unix(path.into())),
-            None => text.parse().map(Self::Tcp).map_err(|error| {
-                format!("{error}; expected an address and a port, as 127.0.0.1:{DEFAULT_PORT}, or unix:PATH")
+            None => tcp(text).map(Self::Tcp).ok_or_else(|| {
+                format!("an address and a port are needed, as 127.0.0.1:{DEFAULT_PORT} or localhost:{DEFAULT_PORT}, or unix:PATH")
             }),
         }
+    }
+}
+
+/// An address and a port, perhaps as clients write them; `localhost` is the first of the two addresses that it means.
+fn tcp(text: &str) -> Option<SocketAddr> {
+    let text = text.strip_prefix("http://").unwrap_or(text);
+    match text.strip_prefix("localhost:") {
+        Some(port) => Some(SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), port.parse().ok()?)),
+        None => text.parse().ok(),
     }
 }
 
@@ -150,7 +159,12 @@ mod tests {
         assert_eq!("unix:///run/nappe.sock".parse(), Ok(Address::Unix("/run/nappe.sock".into())));
         assert!("0.0.0.0:1".parse::<Address>().expect("an address").is_remote());
         assert!(!"unix:x".parse::<Address>().expect("an address").is_remote());
-        for bad in ["", "unix:", "localhost", "127.0.0.1"] {
+        for same in ["localhost:6277", "http://127.0.0.1:6277", "http://localhost:6277"] {
+            assert_eq!(same.parse(), Ok(Address::default()), "{same}");
+        }
+        for bad in
+            ["", "unix:", "localhost", "localhost:", "localhost:66000", "https://127.0.0.1:1", "127.0.0.1"]
+        {
             assert!(bad.parse::<Address>().is_err(), "{bad}");
         }
     }

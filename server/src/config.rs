@@ -17,7 +17,7 @@ pub const PIECE_BYTES: usize = 1 << 20;
 /// Where the server listens, whom it answers, how it ends.
 #[derive(Clone, Debug, PartialEq, clap::Args)]
 pub struct Config {
-    /// Address and port to listen on, port 0 for a free one; or unix:PATH, a socket that its user alone can
+    /// Address and port to listen on, as localhost:6277, port 0 for a free one; or unix:PATH, a socket that its user alone can
     /// open, and that asks for no token unless one is given.
     #[arg(long, env = "NAPPE_ADDRESS", default_value_t = Config::default().address)]
     pub address: Address,

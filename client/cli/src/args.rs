@@ -17,7 +17,7 @@ const DEFAULT_SERVER: &str = "http://127.0.0.1:6277";
 /// The server that a verb talks to.
 #[derive(Args, Clone, Debug)]
 pub(crate) struct ServerArgs {
-    /// Address of the server: http://HOST:PORT or unix:PATH
+    /// Address of the server: HOST:PORT, http://HOST:PORT or unix:PATH
     #[arg(long, env = "NAPPE_SERVER", value_name = "URL", default_value = DEFAULT_SERVER)]
     pub(crate) server: String,
     #[command(flatten)]

@@ -11,7 +11,7 @@ use crate::{
     error::{CliError, Result},
     output::{self, Format, OutputArgs},
     remote,
-    viewer::{Child, Form, Place, Viewer},
+    viewer::{self, Child, Form, Place, Viewer},
 };
 
 /// How long the viewer may take to leave.
@@ -33,8 +33,8 @@ With --json the first line is an object with `url`, `version` and `token_file`. 
 pub(crate) struct ServeArgs {
     #[command(flatten)]
     config: Config,
-    /// Show every session in Rerun: in the viewer at URL, or in one that is started here
-    #[arg(long, value_name = "URL", num_args = 0..=1, default_missing_value = "")]
+    /// Show every session in Rerun: in the viewer at HOST:PORT, or in one that is started here
+    #[arg(long, value_name = "URL", num_args = 0..=1, default_missing_value = "", value_parser = viewer::address)]
     rerun: Option<String>,
     /// What is logged, in the syntax of tracing: error, warn, info, debug, nappe_server=debug
     #[arg(long, env = "NAPPE_LOG", default_value = "info")]

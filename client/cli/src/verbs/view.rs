@@ -30,8 +30,8 @@ NAPPE_VIEWER names the program that shows and records [default: nappe-viewer, be
 pub(crate) struct ViewArgs {
     #[command(flatten)]
     pub(crate) session: SessionArgs,
-    /// Connect to a running viewer instead of starting one
-    #[arg(long, value_name = "URL", num_args = 0..=1, default_missing_value = DEFAULT_VIEWER)]
+    /// Connect to a running viewer instead of starting one: HOST:PORT, or rerun+http://HOST:PORT/proxy
+    #[arg(long, value_name = "URL", num_args = 0..=1, default_missing_value = DEFAULT_VIEWER, value_parser = viewer::address)]
     pub(crate) connect: Option<String>,
     /// Write a recording, until the session ends or Ctrl-C
     #[arg(long, value_name = "FILE.rrd", conflicts_with = "connect")]

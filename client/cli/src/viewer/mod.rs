@@ -79,6 +79,22 @@ impl Place {
     }
 }
 
+/// The address of a viewer that runs: `HOST:PORT`, or as Rerun writes it; an empty text stands for none.
+///
+/// # Errors
+/// What is an address of something else.
+pub(crate) fn address(typed: &str) -> Result<String, String> {
+    match typed.split_once("://") {
+        None if typed.is_empty() => Ok(String::new()),
+        None => Ok(format!("rerun+http://{typed}/proxy")),
+        Some((scheme, _)) if scheme.starts_with("rerun") => Ok(typed.to_owned()),
+        Some((_, rest)) => {
+            let place = rest.split('/').next().unwrap_or_default();
+            Err(format!("a Rerun viewer is reached at {place}, or in full at rerun+http://{place}/proxy"))
+        }
+    }
+}
+
 /// Options of a session's recording, which is called as the file at a path, and written at a place.
 pub(crate) fn recording(session_id: &str, path: &Path, place: &Path) -> Vec<OsString> {
     let mut options = saved(session_id, place);
@@ -120,6 +136,15 @@ mod tests {
         let file = TokenArgs { file: Some("my.token".into()) };
         assert_eq!(Place::at("unix:s", &file).options(), ["--server", "unix:s", "--token", "my.token"]);
         assert_eq!(Place::at("unix:s", &TokenArgs::default()).options(), ["--server", "unix:s"]);
+    }
+
+    #[test]
+    fn a_viewer_is_reached_at_a_host_and_a_port() {
+        let full = "rerun+http://localhost:9876/proxy";
+        assert_eq!(address("localhost:9876").as_deref(), Ok(full));
+        assert_eq!(address(full).as_deref(), Ok(full));
+        assert_eq!(address("").as_deref(), Ok(""));
+        assert!(address("http://localhost:9876/x").is_err_and(|error| error.contains(full)));
     }
 
     #[test]
