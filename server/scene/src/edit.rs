@@ -4,7 +4,7 @@ use thiserror::Error;
 use toml::{Table, Value};
 
 use crate::{
-    error::{SceneError, SceneErrors, suggestion},
+    error::{SceneError, SceneErrors, nearest},
     scene::Scene,
 };
 
@@ -106,7 +106,10 @@ impl Scene {
 
 /// Puts a value where its key leads.
 fn put(root: &mut Value, key: &str, value: &str) -> Result<(), EditError> {
-    let (place, value) = (find(root, key)?, parsed(value));
+    let value = parsed(value);
+    let Some(place) = find(root, key) else {
+        return Err(EditError::NoKey { key: key.to_owned(), hint: hint(root, key) });
+    };
     let is_alike = match place {
         Value::Table(_) => value.is_table(),
         Value::Array(_) => value.is_array(),
@@ -128,31 +131,80 @@ fn parsed(text: &str) -> Value {
 }
 
 /// The place of a value.
-fn find<'a>(root: &'a mut Value, key: &str) -> Result<&'a mut Value, EditError> {
-    let mut place = root;
-    let mut way = String::new();
-    for part in key.split('.') {
-        let names = names(place);
-        place = entry(place, part).ok_or_else(|| {
-            let names: Vec<String> = names.iter().map(|name| format!("{way}{name}")).collect();
-            let hint = suggestion(&format!("{way}{part}"), names.iter().map(String::as_str));
-            EditError::NoKey { key: key.to_owned(), hint }
-        })?;
-        way = format!("{way}{part}.");
-    }
-    Ok(place)
-}
-
-/// What a part of a key leads to.
-fn entry<'a>(place: &'a mut Value, part: &str) -> Option<&'a mut Value> {
-    match place {
+fn find<'a>(root: &'a mut Value, key: &str) -> Option<&'a mut Value> {
+    key.split('.').try_fold(root, |place, part| match place {
         Value::Table(table) => table.get_mut(part),
         Value::Array(values) => {
-            let index =
-                values.iter().position(|value| named(value) == Some(part)).or_else(|| part.parse().ok());
-            values.get_mut(index?)
+            let index = index(values, part)?;
+            values.get_mut(index)
         }
         _ => None,
+    })
+}
+
+/// The place in an array to which a part of a key leads: that of a name, or the one with this number.
+fn index(values: &[Value], part: &str) -> Option<usize> {
+    values.iter().position(|value| named(value) == Some(part)).or_else(|| part.parse().ok())
+}
+
+/// What is near to a key that leads nowhere: at the part that is wrong, or further in, where parts before it are missing.
+fn hint(root: &Value, key: &str) -> String {
+    let (mut place, mut way, mut rest) = (root, String::new(), key);
+    loop {
+        let (part, after) = rest.split_once('.').unwrap_or((rest, ""));
+        let next = match place {
+            Value::Table(table) => table.get(part),
+            Value::Array(values) => index(values, part).and_then(|index| values.get(index)),
+            _ => None,
+        };
+        let Some(next) = next else {
+            let names = names(place);
+            if let Some(name) =
+                nearest(part, names.iter().map(String::as_str).filter(|name| !is_number(name)))
+            {
+                return format!("did you mean '{way}{name}'?");
+            }
+            break;
+        };
+        (place, way, rest) = (next, format!("{way}{part}."), after);
+    }
+    let count = rest.split('.').count();
+    let mut keys = Vec::new();
+    add_keys(place, "", &mut keys);
+    match nearest(rest, keys.iter().map(|key| end(key, count))) {
+        Some(near) => {
+            let keys = keys.iter().filter(|key| end(key, count) == near);
+            let keys: Vec<String> = keys.map(|key| format!("'{way}{key}'")).collect();
+            format!("did you mean {}?", keys.join(" or "))
+        }
+        None => {
+            let names: Vec<String> = names(place).iter().map(|name| format!("{way}{name}")).collect();
+            format!("allowed: {}", names.join(", "))
+        }
+    }
+}
+
+/// The last parts of a key, so many of them.
+fn end(key: &str, count: usize) -> &str {
+    key.rmatch_indices('.').nth(count - 1).map_or(key, |(dot, _)| &key[dot + 1..])
+}
+
+/// Whether a part of a key is the number of a place, which has nothing near.
+fn is_number(part: &str) -> bool {
+    part.parse::<usize>().is_ok()
+}
+
+/// Adds every key below a place, which the way leads to, but for places in lists.
+fn add_keys(place: &Value, way: &str, keys: &mut Vec<String>) {
+    let values: Vec<&Value> = match place {
+        Value::Table(table) => table.values().collect(),
+        Value::Array(values) => values.iter().collect(),
+        _ => Vec::new(),
+    };
+    for (name, value) in names(place).iter().zip(values).filter(|(name, _)| !is_number(name)) {
+        let key = format!("{way}{name}");
+        add_keys(value, &format!("{key}."), keys);
+        keys.push(key);
     }
 }
 
@@ -228,7 +280,15 @@ mod tests {
     fn what_cannot_be_set_says_why() {
         for (key, value, part) in [
             ("body.cloth.springs.bend.stifness", "1", "did you mean 'body.cloth.springs.bend.stiffness'?"),
-            ("body.sail.drag", "1", "the scene has no such key"),
+            ("body.sail.drag", "1", "the scene has no such key; allowed: body.cloth"),
+            ("drga", "1", "did you mean 'body.cloth.drag'?"),
+            ("cloth.drag", "1", "did you mean 'body.cloth.drag'?"),
+            ("springs.bend.stifness", "1", "did you mean 'body.cloth.springs.bend.stiffness'?"),
+            ("body.0.stiffness", "1", "did you mean 'body.0.springs.bend.stiffness' or 'body.0.springs.s"),
+            ("body.cloth.springs.twist", "1", "allowed: body.cloth.springs.bend, "),
+            ("Gravity.1", "1", "did you mean 'gravity'?"),
+            ("gravity.y", "1", "allowed: gravity.0, gravity.1, gravity.2"),
+            ("x", "1", "allowed: body, "),
             ("body.cloth.springs", "1", "is a table or an array"),
             ("gravity", "1", "such as gravity.0"),
             ("gravity", "[1, 2]", "gravity = [1, 2]"),
