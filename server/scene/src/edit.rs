@@ -177,6 +177,7 @@ fn hint(root: &Value, key: &str) -> String {
             let keys: Vec<String> = keys.map(|key| format!("'{way}{key}'")).collect();
             format!("did you mean {}?", keys.join(" or "))
         }
+        None if names(place).is_empty() => format!("'{}' is a single value", way.trim_end_matches('.')),
         None => {
             let names: Vec<String> = names(place).iter().map(|name| format!("{way}{name}")).collect();
             format!("allowed: {}", names.join(", "))
@@ -289,6 +290,7 @@ mod tests {
             ("Gravity.1", "1", "did you mean 'gravity'?"),
             ("gravity.y", "1", "allowed: gravity.0, gravity.1, gravity.2"),
             ("x", "1", "allowed: body, "),
+            ("dt.x", "1", "'dt' is a single value"),
             ("body.cloth.springs", "1", "is a table or an array"),
             ("gravity", "1", "such as gravity.0"),
             ("gravity", "[1, 2]", "gravity = [1, 2]"),
