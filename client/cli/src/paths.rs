@@ -4,6 +4,8 @@
 
 use std::path::Path;
 
+use nappe_scene::suggestion;
+
 use crate::error::{CliError, Result};
 
 /// Whether a path names a Rerun recording.
@@ -33,9 +35,9 @@ pub(crate) fn check_save(path: &Path) -> Result<()> {
     if is_recording(path) || is_html(path) || path.extension().is_none() || path.is_dir() {
         return Ok(());
     }
-    Err(CliError::usage(format!(
-        "--save {}: frames are kept in an HTML file, FILE.html, in a Rerun recording, FILE.rrd, or in a folder of PLY meshes",
-        path.display()
+    let ending = format!(".{}", path.extension().unwrap_or_default().to_string_lossy());
+    let near = suggestion(&ending, [".html", ".rrd"]);
+    Err(CliError::usage(format!("--save {}: no frames are kept in a {ending}; {near}", path.display())).hint(
+        "an HTML page ends in .html, a Rerun recording in .rrd; the name of a new folder of PLY meshes has no extension",
     ))
-    .hint("the name of a new folder has no extension"))
 }

@@ -6,7 +6,7 @@
 use std::{collections::BTreeMap, path::Path};
 
 use nappe_client::{Client, ClientError, MeshUpload, Scene as Sent, v1};
-use nappe_scene::{Body, Mesh, Scene, files};
+use nappe_scene::{Body, Mesh, Scene, files, suggestion};
 use nappe_sim::mesh::TriangleMesh;
 use serde::Serialize;
 
@@ -49,10 +49,31 @@ pub(crate) fn shipped() -> Result<Vec<Shipped>> {
 pub(crate) fn shipped_text(name: &str) -> Result<&'static str> {
     let scenes = nappe_scene::shipped_scenes();
     scenes.iter().find(|(known, _)| *known == name).map(|(_, text)| *text).ok_or_else(|| {
-        let names: Vec<&str> = scenes.iter().map(|(name, _)| *name).collect();
-        CliError::failure(format!("no scene '{name}' comes with nappe: there are {}", names.join(", ")))
-            .hint("a scene of your own is a file: its path ends in .toml")
+        let near = suggestion(name, scenes.iter().map(|(name, _)| *name));
+        let file = format!("{name}.toml");
+        let hint = if Path::new(&file).is_file() {
+            format!("there is a file {file}, which is named with its ending")
+        } else {
+            "`nappe scenes` lists them; a scene of your own is a file: its path ends in .toml".to_owned()
+        };
+        CliError::failure(format!("no scene '{name}' comes with nappe; {near}")).hint(hint)
     })
+}
+
+/// The text of a scene file.
+///
+/// # Errors
+/// When it cannot be read; a file that is not there and is called as a shipped scene is told so.
+pub(crate) fn file_text(path: &Path) -> Result<String> {
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy().to_lowercase();
+    let shipped = nappe_scene::shipped_scenes().iter().find(|(name, _)| *name == stem);
+    match shipped {
+        Some((name, _)) if !path.exists() => Err(CliError::failure(format!(
+            "there is no file {}; '{name}' is a scene that comes with nappe, and is named without an ending",
+            path.display()
+        ))),
+        _ => Ok(files::read_scene(path)?),
+    }
 }
 
 /// Who must know the name of a shipped scene.
@@ -104,7 +125,7 @@ impl Input {
     pub(crate) fn read(name: &str, names: Names) -> Result<Self> {
         let path = Path::new(name);
         if paths::is_scene(path) {
-            let text = files::read_scene(path)?;
+            let text = file_text(path)?;
             return Written::parse(name, text, path.parent().unwrap_or(Path::new("")));
         }
         if names == Names::Ours {

@@ -1,6 +1,6 @@
 //! The scenes that the server ships, by name.
 
-use nappe_scene::shipped_scenes;
+use nappe_scene::{shipped_scenes, suggestion};
 
 use crate::error::{Reason, ServiceError};
 
@@ -15,9 +15,9 @@ pub(crate) fn scene_names() -> Vec<String> {
 /// If there is none of this name.
 pub(crate) fn shipped_scene(name: &str) -> Result<&'static str, ServiceError> {
     shipped_scenes().iter().find(|(known, _)| *known == name).map(|(_, text)| *text).ok_or_else(|| {
-        let known = scene_names().join(", ");
-        ServiceError::new(Reason::SceneNotFound, format!("no scene is named '{name}'; there are: {known}"))
+        let near = suggestion(name, shipped_scenes().iter().map(|(known, _)| *known));
+        ServiceError::new(Reason::SceneNotFound, format!("no scene is named '{name}'; {near}"))
             .with("scene", name)
-            .with("known", known)
+            .with("known", scene_names().join(", "))
     })
 }

@@ -44,11 +44,7 @@ impl Source {
     /// A scene that is not shipped, and a file that cannot be read.
     pub(crate) fn text(name: &str) -> Result<String> {
         let path = Path::new(name);
-        if paths::is_scene(path) {
-            Ok(files::read_scene(path)?)
-        } else {
-            Ok(scene::shipped_text(name)?.to_owned())
-        }
+        if paths::is_scene(path) { scene::file_text(path) } else { Ok(scene::shipped_text(name)?.to_owned()) }
     }
 
     /// Reads a shipped scene or a file, and tells what it warns of, and that snow is left out by a verb.

@@ -30,6 +30,7 @@ mod pictures;
 mod plan;
 mod stability;
 mod numbers;
+mod names;
 mod sweep;
 mod sweep_files;
 mod snow;
