@@ -12,6 +12,7 @@ mod diagnostics;
 mod session;
 mod fields;
 mod args;
+mod particles;
 mod remote;
 mod ssh;
 mod meshes;

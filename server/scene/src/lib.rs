@@ -29,7 +29,7 @@ mod shipped;
 pub mod course;
 pub mod files;
 
-pub use assemble::{Built, MeshSource, NoMeshes, SceneLimits, SceneSize};
+pub use assemble::{Built, Layout, MeshSource, NoMeshes, SceneLimits, SceneSize};
 pub use body::{
     Body, ElementLaw, ForceText, GridPlane, Limits, Mass, Mesh, MeshRepair, MovingPin, Pattern, Pin, Solver,
     SpringLaw, Springs, Unused,

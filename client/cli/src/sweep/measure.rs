@@ -4,15 +4,18 @@
 
 use std::ops::Range;
 
-use nappe_scene::suggestion;
+use nappe_scene::{Layout, suggestion};
 use nappe_sim::{
     field::Field,
     world::{Simulation, WorldSetup},
 };
 
-use crate::error::{CliError, Result};
+use crate::{
+    error::{CliError, Result},
+    particles::{self, Particle},
+};
 
-/// Quantities as they are typed, with N for the number of a particle.
+/// Quantities as they are typed, with N for the number or the name of a particle.
 const QUANTITIES: [&str; 9] = [
     "lowest",
     "highest",
@@ -53,7 +56,7 @@ impl Kind {
 }
 
 /// What is measured of a body.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 enum Quantity {
     /// y of its lowest particle (m).
     Lowest,
@@ -63,8 +66,8 @@ enum Quantity {
     Centre(usize),
     /// The largest speed of its particles (m/s).
     Fastest,
-    /// Where a particle is along an axis (m), in the user's numbering of the body.
-    Particle(u32, usize),
+    /// Where a particle is along an axis (m), in the user's numbering of the body, or by its name.
+    Particle(Particle, usize),
 }
 
 /// A quantity of a body or of an object of snow.
@@ -93,10 +96,8 @@ impl Measure {
             [body @ .., "fastest"] => (body, Quantity::Fastest),
             [body @ .., "centre", along] => (body, Quantity::Centre(axis(text, along)?)),
             [body @ .., "particle", number, along] => {
-                let number = number.parse::<u32>().map_err(|error| {
-                    format!("'{text}': '{number}' is no number of a particle, which count from 0: {error}")
-                })?;
-                (body, Quantity::Particle(number, axis(text, along)?))
+                let particle = Particle::parse(number).map_err(|error| format!("'{text}': {error}"))?;
+                (body, Quantity::Particle(particle, axis(text, along)?))
             }
             parts => {
                 let asked = parts.get(1..).unwrap_or_default().join(".");
@@ -129,29 +130,38 @@ impl Measure {
             });
         };
         match quantity {
-            Quantity::Particle(number, _) if *number as usize >= found.len() => Err(format!(
-                "--measure {name}: {} '{body}' has {} particles, numbered from 0",
-                kind.words(),
-                found.len()
-            )),
+            Quantity::Particle(particle, _) => match particle.among(found.layout, found.particles.len()) {
+                Ok(one) if one.len() == 1 => Ok(()),
+                Ok(several) => Err(format!(
+                    "--measure {name}: '{particle}' means {} particles; one is measured",
+                    several.len()
+                )),
+                Err(message) => {
+                    Err(format!("--measure {name}: the particle of {} '{body}' {message}", kind.words()))
+                }
+            },
             _ => Ok(()),
         }
     }
 
     /// What it is (m or m/s) for particles at places with velocities; not a number of what the world does not have.
     fn value(&self, bodies: &Bodies, x: &[[f64; 3]], v: &[[f64; 3]]) -> f64 {
-        let Some(range) = bodies.find(self) else { return f64::NAN };
+        let Some(body) = bodies.find(self) else { return f64::NAN };
+        let range = body.particles.clone();
         let (x, v, masses) = (&x[range.clone()], &v[range.clone()], &bodies.masses[range]);
         let heights = x.iter().map(|[_, y, _]| *y);
-        match self.quantity {
+        match &self.quantity {
             Quantity::Lowest => heights.fold(f64::INFINITY, f64::min),
             Quantity::Highest => heights.fold(f64::NEG_INFINITY, f64::max),
-            Quantity::Centre(axis) => centre(x, masses, axis),
+            Quantity::Centre(axis) => centre(x, masses, *axis),
             Quantity::Fastest => {
                 let squares = v.iter().map(|[x, y, z]| x * x + y * y + z * z);
                 squares.fold(0.0, f64::max).sqrt()
             }
-            Quantity::Particle(number, axis) => x.get(number as usize).map_or(f64::NAN, |x| x[axis]),
+            Quantity::Particle(particle, axis) => match particle.among(body.layout, x.len()).as_deref() {
+                Ok([one]) => x[*one as usize][*axis],
+                _ => f64::NAN,
+            },
         }
     }
 }
@@ -178,6 +188,8 @@ struct Body {
     kind: Kind,
     name: String,
     particles: Range<usize>,
+    /// How they are numbered.
+    layout: Layout,
 }
 
 /// The bodies and the objects of snow of a world, in the order of their particles.
@@ -190,22 +202,26 @@ pub(crate) struct Bodies {
 
 impl Bodies {
     pub(crate) fn of(setup: &WorldSetup) -> Self {
-        let cloths = setup.bodies.iter().map(|cloth| (Kind::Cloth, &cloth.name, &cloth.network.masses));
+        let cloths = setup.bodies.iter().map(|cloth| {
+            let network = &cloth.network;
+            let springs = network.springs.iter().map(|spring| spring.particles).collect();
+            let layout = particles::layout(network.masses.len(), network.triangles.clone(), springs);
+            (Kind::Cloth, &cloth.name, &network.masses, layout)
+        });
         let objects = setup.snow.iter().flat_map(|snow| &snow.objects);
-        let snow = objects.map(|object| (Kind::Snow, &object.name, &object.mass));
+        let snow = objects.map(|object| (Kind::Snow, &object.name, &object.mass, Layout::Free));
         let (mut bodies, mut masses) = (Vec::new(), Vec::new());
-        for (kind, name, own) in cloths.chain(snow) {
+        for (kind, name, own, layout) in cloths.chain(snow) {
             let particles = masses.len()..masses.len() + own.len();
-            bodies.push(Body { kind, name: name.clone(), particles });
+            bodies.push(Body { kind, name: name.clone(), particles, layout });
             masses.extend_from_slice(own);
         }
         Self { bodies, masses }
     }
 
-    /// The particles of the body that a measure names.
-    fn find(&self, measure: &Measure) -> Option<Range<usize>> {
-        let is_it = |body: &&Body| body.kind == measure.kind && body.name == measure.body;
-        self.bodies.iter().find(is_it).map(|body| body.particles.clone())
+    /// The body that a measure names.
+    fn find(&self, measure: &Measure) -> Option<&Body> {
+        self.bodies.iter().find(|body| body.kind == measure.kind && body.name == measure.body)
     }
 
     fn names(&self, kind: Kind) -> impl Iterator<Item = &str> {
@@ -248,7 +264,10 @@ mod tests {
         assert_eq!(measure("body.sheet.lowest").quantity, Quantity::Lowest);
         assert_eq!(measure("snow.ball.centre.z").quantity, Quantity::Centre(2));
         let dotted = measure("body.a.b.particle.17.y");
-        assert_eq!((dotted.body.as_str(), dotted.quantity), ("a.b", Quantity::Particle(17, 1)));
+        let number = Quantity::Particle(Particle::Number(17), 1);
+        assert_eq!((dotted.body.as_str(), dotted.quantity), ("a.b", number));
+        let corner = Quantity::Particle(Particle::Name("top_left".to_owned()), 2);
+        assert_eq!(measure("body.sheet.particle.top_left.z").quantity, corner);
     }
 
     #[test]
@@ -260,7 +279,8 @@ mod tests {
             ("body.sheet", "allowed: lowest, highest"),
             ("body.lowest", "names no body"),
             ("body.sheet.centre.w", "'w' is no axis; allowed: x, y, z"),
-            ("body.sheet.particle.-1.x", "'-1' is no number of a particle"),
+            ("body.sheet.particle.-1.x", "'-1' is not a particle's number"),
+            ("body.sheet.particle.topleft.x", "did you mean 'top_left'?"),
         ] {
             let error = Measure::parse(text).expect_err(text);
             assert!(error.contains(part), "{text}: {error}");

@@ -35,7 +35,7 @@ their places from 0 on. A list in brackets takes the place of a list, a table in
 schema before anything runs, and meshes are read once, at the start.
 
 Measures are taken at the end of each run: of a body NAME, body.NAME.lowest and .highest (y, m), .centre.x, .y and .z (of mass, m),
-.fastest (m/s), .particle.N.x, .y and .z (m, N from 0 on); the same of an object of snow, snow.NAME.lowest and so on.
+.fastest (m/s), .particle.N.x, .y and .z (m, N from 0 on, or a name: top_left); the same of an object of snow, snow.NAME.lowest and so on.
 
 It writes sweep.csv, one row per run, appended as runs end and sorted when all are done; sweep.json, what was asked for; and with
 one key or two a picture, sweep.svg and sweep.png. An interrupted sweep resumes when it is started again with the same arguments,

@@ -1,14 +1,15 @@
 //! `nappe update`: changes gravity, wind, air, springs, pins or forces of a session, all at the same step.
 
 use clap::Args;
-use nappe_client::v1;
-use nappe_server::numbers::{Least, NEWTON_SECONDS_PER_METRE, real, whole};
+use nappe_client::{Client, Topology, v1};
+use nappe_server::numbers::{Least, NEWTON_SECONDS_PER_METRE, SECONDS, real, whole};
 use serde_json::json;
 
 use crate::{
     args::SessionArgs,
     error::{CliError, Result},
     output::{self, Format},
+    particles::{self, Particle},
     remote,
 };
 
@@ -20,6 +21,7 @@ Examples:
   nappe update first --wind 3,0,0 --at-step 500   wind before step 500
   nappe update first --stiffness bend=5           springs against folding only
   nappe update first --pin 0=0,1,0.5:2            pinned particle 0 goes there within 2 s
+  nappe update first --pin top_left=0,1,0         names of grids and chains; of several bodies flag:top_left
   nappe update first --force sheet:12=0,0.5,0     a force on a particle, until the next one
   nappe update first --force sheet:all=0,0,0      none on any")]
 pub(crate) struct UpdateArgs {
@@ -49,12 +51,13 @@ pub(crate) struct UpdateArgs {
     /// Body whose springs or air change [default: all]
     #[arg(long, value_name = "NAME")]
     body: Option<String>,
-    /// Move a pinned particle to a position (m) within SECONDS of simulated time [default: one step]
-    #[arg(long, value_name = "PARTICLE=X,Y,Z[:SECONDS]", value_parser = pin)]
-    pin: Vec<v1::PinUpdate>,
-    /// Force (N) on a particle of a body, by its number there, or on all of them, from then on
+    /// Move a pinned particle to a position (m) within SECONDS of simulated time [default: one step]; a number counts over
+    /// all bodies, and with BODY: within that one
+    #[arg(long, value_name = "[BODY:]PARTICLE=X,Y,Z[:SECONDS]", value_parser = pin)]
+    pin: Vec<Pin>,
+    /// Force (N) on a particle of a body, by its number there or its name, or on all of them, from then on
     #[arg(long, value_name = "BODY:PARTICLE=X,Y,Z", value_parser = force)]
-    force: Vec<v1::ForceUpdate>,
+    force: Vec<Force>,
     /// Density (kg/m^3) or a coefficient of the air: density, normal, lift or tangential
     #[arg(long, value_name = "NAME=VALUE", value_parser = air_value)]
     air: Vec<(String, f64)>,
@@ -67,15 +70,95 @@ struct SpringValue {
     value: f64,
 }
 
+/// Where a pinned particle goes.
+#[derive(Clone, Debug, PartialEq)]
+struct Pin {
+    /// Body whose particles are counted; none: all are.
+    body: Option<String>,
+    particle: Particle,
+    target: v1::Vector3,
+    duration_seconds: f64,
+}
+
+/// A force on particles of a body.
+#[derive(Clone, Debug, PartialEq)]
+struct Force {
+    body: String,
+    /// None: all of them.
+    particle: Option<Particle>,
+    force: v1::Vector3,
+}
+
+impl Pin {
+    /// The change, of which the session may have to say which particle it is.
+    async fn update(&self, session: &mut Named<'_>) -> Result<v1::PinUpdate> {
+        let Self { body, particle, target, duration_seconds } = self.clone();
+        let particle = match (body, particle) {
+            (None, Particle::Number(number)) => number,
+            (body, particle) => {
+                let body = particles::body(session.topology().await?, body.as_deref(), &particle)?;
+                match particle.on(body)?.as_slice() {
+                    [one] => body.first_particle as u32 + one,
+                    several => {
+                        return Err(CliError::usage(format!(
+                            "--pin {particle}: sends {} particles to one point; name one of them",
+                            several.len()
+                        )));
+                    }
+                }
+            }
+        };
+        Ok(v1::PinUpdate { particle, target: Some(target), duration_seconds })
+    }
+}
+
+impl Force {
+    /// The change, of which the session may have to say which particles are meant.
+    async fn update(&self, session: &mut Named<'_>) -> Result<v1::ForceUpdate> {
+        let Self { body, particle, force } = self.clone();
+        let on = match &particle {
+            None => Vec::new(),
+            Some(Particle::Number(number)) => vec![*number],
+            Some(name) => name.on(particles::body(session.topology().await?, Some(&body), name)?)?,
+        };
+        let particles_u32: Vec<u8> = on.into_iter().flat_map(u32::to_le_bytes).collect();
+        let particles_u32 = particles_u32.into();
+        Ok(v1::ForceUpdate { body, particles_u32, force: Some(force), ..v1::ForceUpdate::default() })
+    }
+}
+
+/// What a session is made of, asked for once a name needs it.
+struct Named<'a> {
+    client: &'a Client,
+    id: &'a str,
+    found: Option<Topology>,
+}
+
+impl Named<'_> {
+    async fn topology(&mut self) -> Result<&Topology> {
+        if self.found.is_none() {
+            self.found = Some(Box::pin(particles::topology(self.client, self.id)).await?);
+        }
+        Ok(self.found.as_ref().expect("it was found"))
+    }
+}
+
 /// Runs `nappe update`.
 ///
 /// # Errors
 /// When nothing is to be changed, a change is refused, or there is no such session or no server.
 pub(crate) fn run(args: &UpdateArgs) -> Result<()> {
-    let request = request(args)?;
+    let mut request = request(args)?;
     let SessionArgs { id, server, output } = &args.session;
     remote::block_on(async {
         let client = remote::connect(server).await?;
+        let mut session = Named { client: &client, id, found: None };
+        for pin in &args.pin {
+            request.pins.push(pin.update(&mut session).await?);
+        }
+        for force in &args.force {
+            request.forces.push(force.update(&mut session).await?);
+        }
         let accepted = Box::pin(remote::answer(id, client.update(request))).await?;
         let v1::UpdateParametersResponse { effective_step, order } = accepted;
         match output.format() {
@@ -89,6 +172,7 @@ pub(crate) fn run(args: &UpdateArgs) -> Result<()> {
     })
 }
 
+/// What is asked for, but for pins and forces.
 fn request(args: &UpdateArgs) -> Result<v1::UpdateParametersRequest> {
     let springs: Vec<_> = args
         .stiffness
@@ -120,10 +204,8 @@ fn request(args: &UpdateArgs) -> Result<v1::UpdateParametersRequest> {
         gravity: args.gravity,
         wind: args.wind,
         springs,
-        pins: args.pin.clone(),
         drag: args.drag,
         air: air(args),
-        forces: args.force.clone(),
         wait: args.wait,
         ..v1::UpdateParametersRequest::of(&args.session.id)
     })
@@ -183,17 +265,19 @@ fn spring_value(text: &str) -> std::result::Result<SpringValue, String> {
     Ok(SpringValue { kind, value: number(value)? })
 }
 
-fn pin(text: &str) -> std::result::Result<v1::PinUpdate, String> {
+fn pin(text: &str) -> std::result::Result<Pin, String> {
     let (particle, position) =
         text.split_once('=').ok_or("a pin is PARTICLE=X,Y,Z or PARTICLE=X,Y,Z:SECONDS")?;
-    let Ok(particle) = particle.trim().parse::<u32>() else {
-        return Err(format!("'{particle}' is not a particle's number (0, 1, 2 ...)"));
+    let (body, particle) = match particle.rsplit_once(':') {
+        None => (None, particle),
+        Some((body, particle)) => (Some(body.to_owned()), particle),
     };
+    let particle = Particle::parse(particle)?;
     let (target, duration_seconds) = match position.split_once(':') {
         None => (vector(position)?, 0.0),
-        Some((target, seconds)) => (vector(target)?, number(seconds)?),
+        Some((target, seconds)) => (vector(target)?, real(SECONDS, Least::From0)(seconds)?),
     };
-    Ok(v1::PinUpdate { particle, target: Some(target), duration_seconds })
+    Ok(Pin { body, particle, target, duration_seconds })
 }
 
 fn air_value(text: &str) -> std::result::Result<(String, f64), String> {
@@ -205,22 +289,14 @@ fn air_value(text: &str) -> std::result::Result<(String, f64), String> {
     }
 }
 
-fn force(text: &str) -> std::result::Result<v1::ForceUpdate, String> {
+fn force(text: &str) -> std::result::Result<Force, String> {
     let parts = text.rsplit_once('=').and_then(|(on, force)| Some((on.rsplit_once(':')?, force)));
     let ((body, particle), force) = parts.ok_or("a force is BODY:PARTICLE=X,Y,Z or BODY:all=X,Y,Z")?;
-    let particles = match particle {
-        "all" => Vec::new(),
-        particle => match particle.parse::<u32>() {
-            Ok(particle) => particle.to_le_bytes().to_vec(),
-            Err(_) => return Err(format!("'{particle}' is not a particle's number (0, 1, 2 ...), nor all")),
-        },
+    let particle = match particle {
+        "all" => None,
+        particle => Some(Particle::parse(particle).map_err(|error| format!("neither all nor one: {error}"))?),
     };
-    Ok(v1::ForceUpdate {
-        body: body.to_owned(),
-        particles_u32: particles.into(),
-        force: Some(vector(force)?),
-        ..v1::ForceUpdate::default()
-    })
+    Ok(Force { body: body.to_owned(), particle, force: vector(force)? })
 }
 
 #[cfg(test)]
@@ -229,10 +305,16 @@ mod tests {
 
     #[test]
     fn a_pin_has_a_particle_a_position_and_perhaps_a_duration() {
-        let target = Some(v1::Vector3 { x: 0.5, y: -1.0, z: 2.0 });
-        assert_eq!(pin("7=0.5,-1,2"), Ok(v1::PinUpdate { particle: 7, target, duration_seconds: 0.0 }));
-        assert_eq!(pin("7=0.5,-1,2:1.5"), Ok(v1::PinUpdate { particle: 7, target, duration_seconds: 1.5 }));
-        for wrong in ["7", "x=0,0,0", "-1=0,0,0", "7=0,0", "7=0,0,nan", "7=0,0,0:x"] {
+        let target = v1::Vector3 { x: 0.5, y: -1.0, z: 2.0 };
+        let seven = Pin { body: None, particle: Particle::Number(7), target, duration_seconds: 0.0 };
+        assert_eq!(pin("7=0.5,-1,2"), Ok(seven.clone()));
+        assert_eq!(pin("7=0.5,-1,2:1.5"), Ok(Pin { duration_seconds: 1.5, ..seven.clone() }));
+        assert_eq!(pin("a:7=0.5,-1,2"), Ok(Pin { body: Some("a".to_owned()), ..seven.clone() }));
+        let left = Particle::Name("left".to_owned());
+        assert_eq!(pin("left=0.5,-1,2"), Ok(Pin { particle: left, ..seven }));
+        for wrong in
+            ["7", "x=0,0,0", "-1=0,0,0", "7=0,0", "7=0,0,nan", "7=0,0,0:x", "7=0,0,0:-1", "lft=0,0,0"]
+        {
             assert!(pin(wrong).is_err(), "{wrong}");
         }
     }
@@ -240,9 +322,9 @@ mod tests {
     #[test]
     fn a_force_names_a_body_and_one_of_its_particles_or_all() {
         let one = force("a:b:7=0,-1,2").expect("a force");
-        assert_eq!((one.body.as_str(), &one.particles_u32[..]), ("a:b", &7_u32.to_le_bytes()[..]));
-        assert_eq!(one.force, Some(v1::Vector3 { x: 0.0, y: -1.0, z: 2.0 }));
-        assert!(force("sheet:all=1,2,3").expect("a force").particles_u32.is_empty());
+        assert_eq!((one.body.as_str(), one.particle), ("a:b", Some(Particle::Number(7))));
+        assert_eq!(one.force, v1::Vector3 { x: 0.0, y: -1.0, z: 2.0 });
+        assert_eq!(force("sheet:all=1,2,3").expect("a force").particle, None);
         for wrong in ["sheet=1,2,3", "sheet:1", "sheet:x=1,2,3", "sheet:1=1,2", "sheet:-1=0,0,0"] {
             assert!(force(wrong).is_err(), "{wrong}");
         }

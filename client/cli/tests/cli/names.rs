@@ -87,6 +87,82 @@ fn a_key_of_a_sweep_gets_the_nearest_one_wherever_it_stands() {
 }
 
 #[test]
+fn particles_have_the_names_of_the_scene_wherever_they_have_numbers() {
+    let here = folder();
+    let rope = "[[body]]\nname = \"rope\"\nmesh = { chain = 5, spacing = 0.1 }\nmass = { particle = 0.01 }\n\
+        pins = [\"last\"]\nsprings = { stretch = { stiffness = 100.0 } }\n";
+    let two = SMALL_SCENE.replace("steps = 40", "steps = 0") + rope;
+    let (scene, server) = (write_scene(here.path(), &two), Server::start());
+    // What is named has the bits of what is numbered: the sheet has 12 x 12 particles, the rope comes after it.
+    let pairs = [
+        ["--pin", "top_left=0,0.5,0:0.05", "0=0,0.5,0:0.05"],
+        ["--pin", "sheet:top_right=0.5,0.5,0", "11=0.5,0.5,0"],
+        ["--pin", "last=0,1,0:0.1", "148=0,1,0:0.1"],
+        ["--pin", "rope:4=0,1,0:0.1", "148=0,1,0:0.1"],
+        ["--force", "sheet:bottom_right=0,0.5,0", "sheet:143=0,0.5,0"],
+        ["--force", "rope:first=0,0.5,0", "rope:0=0,0.5,0"],
+    ];
+    for (number, [option, named, numbered]) in pairs.into_iter().enumerate() {
+        let hashes = [named, numbered].map(|change| {
+            let id = format!("pair-{number}-{}", usize::from(change == named));
+            server.nappe(&["create", &scene, "--id", &id]).ok();
+            server.nappe(&["update", &id, option, change]).ok();
+            let stepped = server.nappe(&["step", &id, "8"]).ok().json()["state_hash"].clone();
+            server.nappe(&["delete", &id]).ok();
+            stepped
+        });
+        assert!(hashes[0].is_string(), "{hashes:?}");
+        assert_eq!(hashes[0], hashes[1], "{named} is {numbered}");
+    }
+    server.nappe(&["create", &scene, "--id", "here"]).ok();
+    let changes = [
+        ("--pin", "top_lft=0,0,0", "did you mean 'top_left'?"),
+        ("--pin", "top=0,0,0", "--pin top: sends 12 particles to one point"),
+        ("--pin", "shet:top_left=0,0,0", "no body is named 'shet'; did you mean 'sheet'?"),
+        ("--pin", "rope:top_left=0,0,0", "the particle of body 'rope' is 'top_left'; allowed: first, last"),
+        ("--pin", "sheet:144=0,0,0", "the particle of body 'sheet' is 144; allowed: 0 to 143"),
+        ("--force", "sheet:lft=0,0,0", "did you mean 'left'?"),
+    ];
+    for (option, change, told) in changes {
+        let refused = server.nappe(&["update", "here", option, change]);
+        assert_eq!(refused.code, Some(2), "{refused:?}");
+        assert!(refused.stderr.contains(told), "{}", refused.stderr);
+    }
+    server.nappe(&["create", "two_snowballs", "--id", "snow"]).ok();
+    let refused = server.nappe(&["update", "snow", "--pin", "top_left=0,0,0"]);
+    assert!(refused.stderr.contains("no body has a particle 'top_left'"), "{}", refused.stderr);
+}
+
+#[test]
+fn a_measure_of_a_sweep_names_a_particle_as_the_scene_does() {
+    let here = folder();
+    let scene = write_scene(here.path(), SMALL_SCENE);
+    let measures = "body.sheet.particle.bottom_left.y,body.sheet.particle.132.y";
+    let args = [
+        "sweep",
+        &scene,
+        "--set",
+        "gravity.1=-1,-9.81",
+        "--steps",
+        "8",
+        "--out",
+        "out",
+        "--measure",
+        measures,
+    ];
+    nappe_in(here.path(), &args).ok();
+    let rows = fs::read_to_string(here.path().join("out/sweep.csv")).expect("a table");
+    let mut rows = rows.lines().map(|row| row.split(',').map(str::to_owned).collect::<Vec<_>>());
+    let head = rows.next().expect("names of columns");
+    let place = |name: &str| head.iter().position(|column| column == name).expect(name);
+    let [named, numbered] = ["body.sheet.particle.bottom_left.y", "body.sheet.particle.132.y"].map(place);
+    for row in rows {
+        assert_eq!(row[named], row[numbered], "{row:?}");
+        assert!(row[named].parse::<f64>().is_ok_and(|y| y < 0.0), "it falls: {row:?}");
+    }
+}
+
+#[test]
 fn an_address_needs_no_scheme() {
     let server = Server::with(&["--address", "localhost:0"]);
     let place = server.url.strip_prefix("http://127.0.0.1:").expect("it listens on loopback");

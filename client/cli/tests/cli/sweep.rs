@@ -260,7 +260,10 @@ fn what_cannot_be_measured_is_refused_before_anything_runs() {
     for (measure, part) in [
         ("body.shet.lowest", "the scene has no body 'shet'; did you mean 'sheet'?"),
         ("body.sheet.lowst", "did you mean 'lowest'?"),
-        ("body.sheet.particle.144.x", "body 'sheet' has 144 particles"),
+        ("body.sheet.particle.144.x", "the particle of body 'sheet' is 144; allowed: 0 to 143"),
+        ("body.sheet.particle.topleft.x", "did you mean 'top_left'?"),
+        ("body.sheet.particle.first.x", "the particle of body 'sheet' is 'first'; allowed: top_left, "),
+        ("body.sheet.particle.top.x", "'top' means 12 particles; one is measured"),
         ("snow.ball.lowest", "the scene has no object of snow"),
         ("body.sheet.lowest,body.sheet.lowest", "is asked for twice"),
     ] {
@@ -276,5 +279,5 @@ fn what_cannot_be_measured_is_refused_before_anything_runs() {
     nappe_in(folder.path(), &args).ok();
     let found = rows(&folder.path().join("out"));
     assert!(found[1].ends_with(",ok,"), "{found:?}");
-    assert!(found[2].contains("refused") && found[2].contains("has 72 particles"), "{found:?}");
+    assert!(found[2].contains("refused") && found[2].contains("allowed: 0 to 71"), "{found:?}");
 }

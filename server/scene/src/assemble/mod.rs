@@ -18,5 +18,6 @@ mod world;
 
 pub use estimate::SceneSize;
 pub use meshes::{MeshSource, NoMeshes};
+pub use pins::Layout;
 pub use size::SceneLimits;
 pub use world::Built;

@@ -15,15 +15,45 @@ const ON_GRIDS: [&str; 8] =
     ["top_left", "top_right", "bottom_left", "bottom_right", "top", "bottom", "left", "right"];
 const ON_CHAINS: [&str; 2] = ["first", "last"];
 
-/// How a body's particles are numbered, which says what names its pins may have.
+/// How a body's particles are numbered, which says what names they have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Layout {
+pub enum Layout {
     /// Row by row.
-    Grid { columns: u32, rows: u32 },
+    Grid {
+        /// Particles of a row.
+        columns: u32,
+        /// Rows, the top one first.
+        rows: u32,
+    },
     /// One after the other.
     Chain,
     /// As a file has them: there are no names.
     Free,
+}
+
+impl Layout {
+    /// The names that particles have on any body.
+    pub fn names() -> impl Iterator<Item = &'static str> {
+        ON_GRIDS.into_iter().chain(ON_CHAINS)
+    }
+
+    /// The particles of a name on a body of `count`, in ascending order.
+    ///
+    /// # Errors
+    /// What the name is, and which there are: `is 'topp'; did you mean 'top'?`
+    pub fn particles(self, name: &str, count: usize) -> Result<Vec<u32>, String> {
+        match (self, name) {
+            (Self::Grid { columns, rows }, name) => {
+                on_grid(name, columns, rows).ok_or_else(|| unknown(name, &ON_GRIDS))
+            }
+            (Self::Chain, "first") => Ok(vec![0]),
+            (Self::Chain, "last") => Ok(vec![count as u32 - 1]),
+            (Self::Chain, name) => Err(unknown(name, &ON_CHAINS)),
+            (Self::Free, name) => {
+                Err(format!("is '{}': names are for grids and chains; allowed here: an index", excerpt(name)))
+            }
+        }
+    }
 }
 
 /// The particles of `count` that pins name, in ascending order, each once; `at` is where the pins stand.
@@ -116,19 +146,10 @@ fn resolve(pin: &Pin, layout: Layout, count: usize, at: &Location<'_>) -> Result
             };
             error(ErrorKind::OutOfRange, format!("is {index}; allowed: {allowed}"))
         }
-        (Pin::Name(name), Layout::Grid { columns, rows }) => match on_grid(name, columns, rows) {
-            Some(particles) => Ok(particles),
-            None => error(ErrorKind::OutOfRange, unknown(name, &ON_GRIDS)),
-        },
-        (Pin::Name(name), Layout::Chain) => match name.as_str() {
-            "first" => Ok(vec![0]),
-            "last" => Ok(vec![count as u32 - 1]),
-            _ => error(ErrorKind::OutOfRange, unknown(name, &ON_CHAINS)),
-        },
-        (Pin::Name(name), Layout::Free) => error(
-            ErrorKind::Inconsistent,
-            format!("is '{}': names are for grids and chains; allowed here: an index", excerpt(name)),
-        ),
+        (Pin::Name(name), _) => layout.particles(name, count).or_else(|message| {
+            let kind = if layout == Layout::Free { ErrorKind::Inconsistent } else { ErrorKind::OutOfRange };
+            error(kind, message)
+        }),
     }
 }
 
