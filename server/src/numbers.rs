@@ -16,27 +16,27 @@ pub struct Unit {
     endings: &'static [(&'static str, f64)],
 }
 
-/// A pure number.
+/// Numbers without a unit.
 pub const PLAIN: Unit = Unit { words: "a number", example: 1.0, endings: &[("", 1.0)] };
-/// A time.
+/// Times, in seconds.
 pub const SECONDS: Unit = Unit {
     words: "a number of seconds",
     example: 0.5,
     endings: &[("ms", 1e-3), ("min", 60.0), ("h", 3600.0), ("s", 1.0), ("", 1.0)],
 };
-/// A length.
+/// Lengths, in metres.
 pub const METRES: Unit = Unit {
     words: "a number of metres",
     example: 0.01,
     endings: &[("mm", 1e-3), ("cm", 1e-2), ("µm", 1e-6), ("um", 1e-6), ("m", 1.0), ("", 1.0)],
 };
-/// A mass.
+/// Masses, in kilograms.
 pub const KILOGRAMS: Unit =
     Unit { words: "a number of kilograms", example: 0.01, endings: &[("kg", 1.0), ("g", 1e-3), ("", 1.0)] };
-/// A rate.
+/// Frequencies, in hertz.
 pub const HERTZ: Unit =
     Unit { words: "a number of hertz", example: 5.0, endings: &[("kHz", 1e3), ("Hz", 1.0), ("", 1.0)] };
-/// Drag and damping.
+/// Drag and damping of springs, in N s/m.
 pub const NEWTON_SECONDS_PER_METRE: Unit =
     Unit { words: "a number of N s/m", example: 0.001, endings: &[("N s/m", 1.0), ("Ns/m", 1.0), ("", 1.0)] };
 

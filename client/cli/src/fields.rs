@@ -40,7 +40,7 @@ pub(crate) struct ShownArgs {
     /// many as the server allows]
     #[arg(long, value_name = "N", requires = "grid", value_parser = whole::<u32>(1..))]
     grid_nodes: Option<u32>,
-    /// What the colour of snow shows in Rerun [default: plastic_ratio]
+    /// What the colour of snow shows, in Rerun and on pages [default: plastic_ratio]
     #[arg(long, value_enum)]
     color: Option<ColorName>,
 }

@@ -14,7 +14,7 @@ use crate::error::{CliError, Result};
 /// A particle, or those of a name, on a body that is said elsewhere.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Particle {
-    /// Its number.
+    /// The number that the body or the scene gives it, from 0.
     Number(u32),
     /// A name: `top_left`, `top`, `first`.
     Name(String),

@@ -22,8 +22,9 @@ mod nginx;
 mod mutants;
 mod additions;
 mod tutorials;
-mod picture;
 mod web;
+mod moving;
+mod picture;
 mod python;
 mod bless;
 mod drill;
@@ -68,7 +69,11 @@ const TASKS: [Task; 12] = [
         "what docs/tutorials and docs/guides tell a reader to do; names after it choose pages",
         tutorials::run,
     ),
-    ("picture", "draws the way of the data into docs/images/data-flow.svg", picture::run),
+    (
+        "picture",
+        "draws the way of the data, the picture that moves and the page, in docs/images",
+        picture::run,
+    ),
     (
         "bless",
         "writes every file that is made from the code; names after it choose: pages hashes mutants new-mutants contract",

@@ -1,11 +1,7 @@
 //! `deploy/nginx.conf` as it stands, but for names and places, before a server that was built: calls of gRPC and gRPC-Web,
 //! metrics and the page of a run through nginx.
 
-use std::{
-    fs,
-    path::PathBuf,
-    process::Command,
-};
+use std::{fs, path::PathBuf, process::Command};
 
 use crate::{
     clients::Server,

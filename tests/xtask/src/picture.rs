@@ -1,11 +1,15 @@
-//! `cargo xtask picture`: the way of the data through nappe, drawn into `docs/images/data-flow.svg`.
+//! `cargo xtask picture`: the way of the data through nappe, drawn into `docs/images/data-flow.svg`, and the pictures
+//! of pages.
 //!
 //! Reads nothing; gives the text of an SVG. [`run`] writes it, and a test compares it with the committed
 //! file, so that the picture and the words in this file cannot part.
 
 use std::{fmt::Write as _, fs};
 
-use crate::shell::{Failure, Shell};
+use crate::{
+    moving,
+    shell::{Failure, Shell},
+};
 
 /// Where the picture is kept.
 pub(crate) const FILE: &str = "docs/images/data-flow.svg";
@@ -119,11 +123,12 @@ const ARROWS: [Arrow; 11] = [
 const COMMANDS: Arrow =
     Arrow { corners: &[[457, 312], [457, 220]], words: "read between steps", at: [520, 272] };
 
-/// Writes the picture.
+/// Writes the picture, and draws those of pages.
 pub(crate) fn run(shell: &mut Shell, _: &[String]) -> Result<(), Failure> {
     shell.step(FILE, |shell| {
         fs::write(shell.root().join(FILE), svg()).map_err(|error| Failure(format!("{FILE}: {error}")))
-    })
+    })?;
+    moving::draw(shell)
 }
 
 /// The picture as SVG. A background of its own keeps it readable on dark pages.

@@ -84,11 +84,31 @@ fn browsers(shell: &mut Shell, node: &Path) -> Result<(), Failure> {
 
 /// Opens one recording in a browser, where Node, its packages and a browser are there.
 pub(crate) fn show(shell: &mut Shell, title: &str, file: &Path) -> Result<(), Failure> {
+    in_a_browser(shell, title, |node, browser| script(node, browser, "browser", file))
+}
+
+/// Draws recordings into a picture, where Node, its packages and a browser are there.
+pub(crate) fn picture<'a>(
+    shell: &mut Shell,
+    out: &str,
+    arguments: impl IntoIterator<Item = &'a str>,
+) -> Result<(), Failure> {
+    in_a_browser(shell, out, |node, browser| {
+        let mut command = script(node, browser, "picture", Path::new(out));
+        command.args(arguments);
+        command
+    })
+}
+
+/// Runs a command of Node and a browser, where both and the page's packages are there.
+fn in_a_browser(
+    shell: &mut Shell,
+    title: &str,
+    command: impl FnOnce(&Path, &Path) -> Command,
+) -> Result<(), Failure> {
     let packages = shell.root().join(FOLDER).join("node_modules").is_dir();
     match (shell.find("node"), browser(shell)) {
-        (Some(node), Some(browser)) if packages => {
-            shell.run(title, &mut script(&node, &browser, "browser", file))
-        }
+        (Some(node), Some(browser)) if packages => shell.run(title, &mut command(&node, &browser)),
         _ => {
             shell.skip(title, "Node, its packages or Chromium are not installed");
             Ok(())

@@ -1,4 +1,4 @@
-"""What Ctrl-C comes to while a call of gRPC is waited for, and what is said of the session that it pauses."""
+"""Ctrl-C while a call of gRPC is waited for, and what is said of the session that it pauses."""
 
 from __future__ import annotations
 
