@@ -137,7 +137,9 @@ pub(crate) fn layout(count: usize, triangles: Vec<[u32; 3]>, springs: Vec<[u32; 
 
 /// The same triangles, whatever the order in which they and their corners came.
 fn sorted(mut triangles: Vec<[u32; 3]>) -> Vec<[u32; 3]> {
-    triangles.iter_mut().for_each(|corners| corners.sort_unstable());
+    for corners in &mut triangles {
+        corners.sort_unstable();
+    }
     triangles.sort_unstable();
     triangles
 }

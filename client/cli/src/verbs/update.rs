@@ -86,7 +86,7 @@ struct Force {
     body: String,
     /// None: all of them.
     particle: Option<Particle>,
-    force: v1::Vector3,
+    vector: v1::Vector3,
 }
 
 impl Pin {
@@ -115,7 +115,7 @@ impl Pin {
 impl Force {
     /// The change, of which the session may have to say which particles are meant.
     async fn update(&self, session: &mut Named<'_>) -> Result<v1::ForceUpdate> {
-        let Self { body, particle, force } = self.clone();
+        let Self { body, particle, vector } = self.clone();
         let on = match &particle {
             None => Vec::new(),
             Some(Particle::Number(number)) => vec![*number],
@@ -123,7 +123,7 @@ impl Force {
         };
         let particles_u32: Vec<u8> = on.into_iter().flat_map(u32::to_le_bytes).collect();
         let particles_u32 = particles_u32.into();
-        Ok(v1::ForceUpdate { body, particles_u32, force: Some(force), ..v1::ForceUpdate::default() })
+        Ok(v1::ForceUpdate { body, particles_u32, force: Some(vector), ..v1::ForceUpdate::default() })
     }
 }
 
@@ -296,7 +296,7 @@ fn force(text: &str) -> std::result::Result<Force, String> {
         "all" => None,
         particle => Some(Particle::parse(particle).map_err(|error| format!("neither all nor one: {error}"))?),
     };
-    Ok(Force { body: body.to_owned(), particle, force: vector(force)? })
+    Ok(Force { body: body.to_owned(), particle, vector: vector(force)? })
 }
 
 #[cfg(test)]
@@ -323,7 +323,7 @@ mod tests {
     fn a_force_names_a_body_and_one_of_its_particles_or_all() {
         let one = force("a:b:7=0,-1,2").expect("a force");
         assert_eq!((one.body.as_str(), one.particle), ("a:b", Some(Particle::Number(7))));
-        assert_eq!(one.force, v1::Vector3 { x: 0.0, y: -1.0, z: 2.0 });
+        assert_eq!(one.vector, v1::Vector3 { x: 0.0, y: -1.0, z: 2.0 });
         assert_eq!(force("sheet:all=1,2,3").expect("a force").particle, None);
         for wrong in ["sheet=1,2,3", "sheet:1", "sheet:x=1,2,3", "sheet:1=1,2", "sheet:-1=0,0,0"] {
             assert!(force(wrong).is_err(), "{wrong}");
