@@ -54,6 +54,14 @@ def test_a_program_that_is_not_there_is_named(monkeypatch: pytest.MonkeyPatch) -
         nappe.serve()
 
 
+def test_without_a_program_it_says_how_to_install_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("NAPPE_SERVER_PROGRAM", raising=False)
+    monkeypatch.setenv("PATH", str(tmp_path))
+    monkeypatch.setenv("CARGO_TARGET_DIR", str(tmp_path))
+    with pytest.raises(nappe.Error, match="cargo install --locked --path server"):
+        nappe.serve()
+
+
 def test_settings_are_flags_and_a_wrong_one_is_told_in_the_servers_words() -> None:
     with nappe.serve(threads=1, max_sessions=2, allow_host=["a.example", "b.example"]) as server:
         limits = server.info().limits

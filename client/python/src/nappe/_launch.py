@@ -46,8 +46,8 @@ def program() -> str:
         return str(built)
     raise Error(
         f"the program {_PROGRAM} is not found",
-        remedy=f"Build it with `cargo build --release`, put it on PATH, or name it in NAPPE_SERVER_PROGRAM "
-        f"(looked for {built} too).",
+        remedy="`cargo install --locked --path server`, in a clone of nappe, puts it on PATH; "
+        "or name it in NAPPE_SERVER_PROGRAM.",
     )
 
 
