@@ -43,6 +43,7 @@ mod exit;
 mod target;
 mod client;
 mod pending;
+mod link;
 mod step;
 mod resume;
 mod watch;

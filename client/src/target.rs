@@ -57,18 +57,19 @@ impl Target {
             return Err(refuse("only http:// and unix: are spoken; put TLS in a proxy".to_owned()));
         }
         let (host, port) = (target.uri().host().unwrap_or_default(), target.uri().port_u16().unwrap_or(80));
-        let (endpoint, bearer) = match (token, host) {
-            (Some(_), _) => (target, given),
+        let (endpoint, address, bearer) = match (token, host) {
+            (Some(_), _) => (target, address, given),
             // The name means two addresses, and somebody else may listen on one of them.
             (None, "localhost") => match local_servers(port).first() {
-                None => (target, given),
+                None => (target, address, given),
                 Some(server) => {
-                    (endpoint(&format!("http://{}", server.address))?, Bearer::of(server.address))
+                    let address = format!("http://{}", server.address);
+                    (endpoint(&address)?, address, Bearer::of(server.address))
                 }
             },
             (None, host) => match host.trim_matches(['[', ']']).parse::<IpAddr>() {
-                Ok(ip) if ip.is_loopback() => (target, Bearer::of(SocketAddr::new(ip, port))),
-                _ => (target, given),
+                Ok(ip) if ip.is_loopback() => (target, address, Bearer::of(SocketAddr::new(ip, port))),
+                _ => (target, address, given),
             },
         };
         Ok(Self { endpoint, address: address.into(), bearer })

@@ -120,6 +120,10 @@ reasons! {
         "No upload in progress has this id: it paused for too long, took too long or came too slowly, or the server restarted."
         "Begin the upload again, and send its pieces without pausing."
 
+    LinkNotFound "LINK_NOT_FOUND" NotFound
+        "No link has this code: it was opened before, is too old, gave way to newer ones, or is of another server."
+        "Make a new link (`nappe view --web`), or show the token itself."
+
     UnknownMethod "UNKNOWN_METHOD" Unimplemented
         "The server has no such service or method."
         "Compare the versions of client and server (`GetServerInfo`)."

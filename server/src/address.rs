@@ -4,7 +4,7 @@
 
 use std::{
     fmt, io,
-    net::{IpAddr, Ipv4Addr, SocketAddr},
+    net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr},
     path::PathBuf,
     str::FromStr,
 };
@@ -36,6 +36,17 @@ impl Address {
             Self::Tcp(address) => format!("http://{address}"),
             Self::Unix(_) => self.to_string(),
         }
+    }
+
+    /// Where a browser on this machine finds the page; nowhere on a Unix socket.
+    pub(crate) fn page_url(&self) -> Option<String> {
+        let Self::Tcp(address) = self else { return None };
+        let ip = match address.ip() {
+            ip if !ip.is_unspecified() => ip,
+            IpAddr::V4(_) => Ipv4Addr::LOCALHOST.into(),
+            IpAddr::V6(_) => Ipv6Addr::LOCALHOST.into(),
+        };
+        Some(format!("http://{}/", SocketAddr::new(ip, address.port())))
     }
 }
 
@@ -167,6 +178,20 @@ mod tests {
         {
             assert!(bad.parse::<Address>().is_err(), "{bad}");
         }
+    }
+
+    #[test]
+    fn a_browser_of_this_machine_opens_an_address_that_it_can_reach() {
+        let page = |text: &str| text.parse::<Address>().expect(text).page_url();
+        for (address, url) in [
+            ("127.0.0.1:6277", "http://127.0.0.1:6277/"),
+            ("0.0.0.0:6277", "http://127.0.0.1:6277/"),
+            ("[::]:6277", "http://[::1]:6277/"),
+            ("192.0.2.7:6277", "http://192.0.2.7:6277/"),
+        ] {
+            assert_eq!(page(address).as_deref(), Some(url));
+        }
+        assert_eq!(page("unix:nappe.sock"), None);
     }
 
     #[cfg(unix)]

@@ -3,10 +3,11 @@
 //! Enters: a configuration. Leaves: a running server, until it is shut down or dropped.
 
 use std::{
+    io,
     net::SocketAddr,
     path::{Path, PathBuf},
     sync::Arc,
-    time::Duration,
+    time::{Duration, Instant},
 };
 
 use nappe_proto::token::Token;
@@ -61,7 +62,7 @@ impl App {
         let token_path = left.as_ref().map(|file| file.path().to_owned());
 
         let draining = CancellationToken::new();
-        let shared = Arc::new(Shared::new(config, draining.clone()));
+        let shared = Arc::new(Shared::new(config, token.clone(), draining.clone()));
         let config = &shared.config;
         let settings = ListenerSettings {
             max_connections: config.limits.max_connections,
@@ -110,6 +111,20 @@ impl App {
     /// What clients connect to: a URL, or `unix:PATH`.
     pub fn url(&self) -> String {
         self.address.url()
+    }
+
+    /// What a browser on this machine opens, once: the address of the page, with a code where a token is asked for. None for
+    /// a Unix socket, which no browser opens.
+    ///
+    /// # Errors
+    /// If the system has no random numbers.
+    pub fn page_link(&self) -> io::Result<Option<String>> {
+        let Some(url) = self.address.page_url() else { return Ok(None) };
+        if self.token.is_none() {
+            return Ok(Some(url));
+        }
+        let code = self.shared.links.make(Instant::now())?;
+        Ok(Some(format!("{url}#{}", code.reveal())))
     }
 
     /// What callers must show; none if everybody may call.

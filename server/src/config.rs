@@ -3,7 +3,7 @@
 //! Reads nothing by itself: a program parses it with clap (flags win over the environment, which wins
 //! over defaults), and a test writes it down.
 
-use std::path::PathBuf;
+use std::{path::PathBuf, time::Duration};
 
 use crate::{
     address::Address,
@@ -34,6 +34,9 @@ pub struct Config {
     /// Where clients of the same user find the token.
     #[arg(skip)]
     pub token_place: TokenPlace,
+    /// How long a link to the page is good.
+    #[arg(skip = Config::default().link_time)]
+    pub link_time: Duration,
     /// Web origins whose pages may call the server (scheme://host:port, separated by commas). Pages
     /// served from loopback always may.
     #[arg(long = "allow-origin", env = "NAPPE_ALLOW_ORIGIN", value_delimiter = ',')]
@@ -110,6 +113,7 @@ impl Default for Config {
             token_file: None,
             no_token: false,
             token_place: TokenPlace::default(),
+            link_time: Duration::from_mins(10),
             allowed_origins: Vec::new(),
             allowed_hosts: Vec::new(),
             drain_seconds: 4.0,

@@ -17,6 +17,8 @@ mod runtime;
 mod error;
 mod memory;
 mod counters;
+mod secret;
+mod links;
 mod trim;
 mod scenes;
 mod stream;

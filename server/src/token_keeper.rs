@@ -10,8 +10,8 @@ use tokio_util::sync::CancellationToken;
 use crate::{
     address::Address,
     config::{Config, TokenPlace},
+    secret,
     start_error::StartError,
-    transport::draw_token,
 };
 
 /// How often the file is looked for: a runtime directory goes away when its user logs out.
@@ -27,7 +27,7 @@ pub(crate) fn token(config: &Config) -> Result<Option<Token>, StartError> {
         // Nobody else can open the socket.
         None if matches!(config.address, Address::Unix(_)) => Ok(None),
         Some(path) => Token::read(path).map(Some).map_err(StartError::Token),
-        None => draw_token().map(Some).map_err(StartError::Token),
+        None => secret::draw().map(Some).map_err(StartError::Token),
     }
 }
 

@@ -235,6 +235,22 @@ fn a_log_that_is_no_terminal_has_no_colours_and_holds_its_last_line() {
 
 #[cfg(unix)]
 #[test]
+fn the_address_is_all_that_the_output_says_and_no_link_is_in_it_or_in_the_log() {
+    use std::io::{BufRead as _, BufReader};
+    let mut server = program(&["--address", "127.0.0.1:0"]);
+    let mut output = BufReader::new(server.stdout.take().expect("its output"));
+    let (mut first, mut rest) = (String::new(), String::new());
+    output.read_line(&mut first).expect("it can be read");
+    terminate(&server);
+    output.read_to_string(&mut rest).expect("it can be read");
+    let done = server.wait_with_output().expect("it ends");
+    let log = String::from_utf8(done.stderr).expect("a text");
+    assert!(first.starts_with("nappe-server listens on http://") && rest.is_empty(), "{first}{rest}");
+    assert!(!first.contains('#') && !log.contains('#'), "{first}{log}");
+}
+
+#[cfg(unix)]
+#[test]
 fn a_number_of_workers_that_tokio_refuses_changes_nothing() {
     for count in ["0", "many"] {
         let mut command = Command::new(env!("CARGO_BIN_EXE_nappe-server"));

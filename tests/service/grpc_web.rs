@@ -41,6 +41,11 @@ impl Answer {
         std::str::from_utf8(&self.body).expect("UTF-8")
     }
 
+    /// The first message of an answer that is one.
+    pub(crate) fn message<M: prost::Message + Default>(&self) -> M {
+        M::decode(unframed(&self.body)[0].1.as_slice()).expect("the message")
+    }
+
     /// The reason in the status details, which stand in the headers when there is no body.
     pub(crate) fn reason(&self) -> String {
         let details = self.header("grpc-status-details-bin").expect("details");
@@ -101,7 +106,7 @@ fn unchunk(mut bytes: &[u8]) -> Vec<u8> {
 }
 
 /// A message with its gRPC prefix: not compressed, length, bytes.
-fn framed(message: &[u8]) -> Vec<u8> {
+pub(crate) fn framed(message: &[u8]) -> Vec<u8> {
     let mut bytes = vec![0];
     bytes.extend((message.len() as u32).to_be_bytes());
     bytes.extend(message);

@@ -42,6 +42,7 @@ mod grpc_web;
 mod idle_connections;
 mod refused_requests;
 mod tokens;
+mod links;
 mod metrics;
 mod health_and_reflection;
 mod client_library;

@@ -14,6 +14,7 @@ mod fields;
 mod args;
 mod particles;
 mod remote;
+mod web;
 mod ssh;
 mod meshes;
 mod mesh_info;

@@ -2,7 +2,7 @@
 //!
 //! Enters: messages, checked here. Leaves: messages, or a status with a reason.
 
-use std::sync::Arc;
+use std::{sync::Arc, time::Instant};
 
 use nappe_proto::v1::{self, simulation_service_server::SimulationService};
 use tokio_stream::{Empty, StreamExt as _};
@@ -320,5 +320,31 @@ impl SimulationService for Methods {
             cut,
             self.shared.draining.clone(),
         )))
+    }
+
+    async fn make_link(&self, request: Request<v1::MakeLinkRequest>) -> Answer<v1::MakeLinkResponse> {
+        let links = &self.shared.links;
+        let code = links.make(Instant::now()).map_err(|error| {
+            ServiceError::internal(format!("the system gives no random numbers: {error}"))
+        })?;
+        tracing::info!(caller = %Caller::of(request.extensions()), "link made");
+        Ok(Response::new(v1::MakeLinkResponse {
+            code: code.reveal().to_owned(),
+            expires_in_seconds: links.time().as_secs_f64(),
+        }))
+    }
+
+    async fn open_link(&self, request: Request<v1::OpenLinkRequest>) -> Answer<v1::OpenLinkResponse> {
+        let (caller, links) = (Caller::of(request.extensions()), &self.shared.links);
+        if !links.open(&request.into_inner().code, Instant::now()) {
+            let reason = Reason::LinkNotFound;
+            tracing::info!(%caller, reason = reason.name(), "refused");
+            let message =
+                "no link has this code: it was opened before, is too old, or gave way to newer ones";
+            return Err(ServiceError::new(reason, message).into());
+        }
+        tracing::info!(%caller, "link opened");
+        let token = links.token().map_or_else(String::new, |token| token.reveal().to_owned());
+        Ok(Response::new(v1::OpenLinkResponse { token }))
     }
 }

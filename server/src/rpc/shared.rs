@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use nappe_proto::token::Token;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use tokio_util::sync::CancellationToken;
 use tonic::Status;
@@ -11,6 +12,7 @@ use crate::{
     config::Config,
     counters::Counters,
     error::{Reason, ServiceError},
+    links::Links,
     memory::MemoryAccount,
     scenes::MeshStore,
     session::{Registry, Session},
@@ -33,12 +35,13 @@ pub(crate) struct Shared {
     pub uploads: Arc<Semaphore>,
     pub unary_uploads: Arc<UnaryUploads>,
     pub counters: Arc<Counters>,
+    pub links: Links,
     /// Cancelled when the server begins to end.
     pub draining: CancellationToken,
 }
 
 impl Shared {
-    pub(crate) fn new(config: Config, draining: CancellationToken) -> Self {
+    pub(crate) fn new(config: Config, token: Option<Token>, draining: CancellationToken) -> Self {
         let limits = &config.limits;
         let memory = MemoryAccount::of_server(limits.server_bytes());
         Self {
@@ -51,6 +54,7 @@ impl Shared {
             uploads: Arc::new(Semaphore::new(limits.max_uploads as usize)),
             unary_uploads: Arc::new(UnaryUploads::default()),
             counters: Arc::default(),
+            links: Links::new(token, config.link_time),
             draining,
             config,
         }

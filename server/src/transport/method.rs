@@ -11,6 +11,9 @@ const HEALTH: &str = "/grpc.health.v1.Health/";
 /// The method whose requests end when the client likes, within limits of their own.
 const UPLOAD: &str = "/nappe.v1.SimulationService/UploadMesh";
 
+/// The method that gives the token for a code.
+const OPEN_LINK: &str = "/nappe.v1.SimulationService/OpenLink";
+
 /// The path of a call.
 #[derive(Clone, Debug)]
 pub(super) struct Method(Arc<str>);
@@ -38,6 +41,11 @@ impl Method {
         self.0.strip_prefix(HEALTH) == Some("Check")
     }
 
+    /// Whether the caller has a code, and no token yet.
+    pub(super) fn opens_a_link(&self) -> bool {
+        &*self.0 == OPEN_LINK
+    }
+
     /// Whether the request is a stream that need not arrive within the time of a message.
     pub(super) fn takes_a_stream(&self) -> bool {
         &*self.0 == UPLOAD || self.is_reflection()
@@ -55,7 +63,8 @@ mod tests {
         let reflection = Method::new("/grpc.reflection.v1.ServerReflection/ServerReflectionInfo");
         assert!(reflection.is_reflection() && reflection.takes_a_stream() && !reflection.is_simulation());
         let get = Method::new("/nappe.v1.SimulationService/GetSession");
-        assert!(get.is_simulation() && !get.takes_a_stream());
+        assert!(get.is_simulation() && !get.takes_a_stream() && !get.opens_a_link());
+        assert!(Method::new(OPEN_LINK).opens_a_link());
         let health =
             |method: &str| Method::new(&format!("/grpc.health.v1.Health/{method}")).is_health_check();
         assert!(health("Check") && !health("Watch"));

@@ -20,4 +20,3 @@ mod router;
 
 pub(crate) use listener::{Listener, ListenerSettings, serve};
 pub(crate) use router::router;
-pub(crate) use token::draw as draw_token;

@@ -1,7 +1,5 @@
 //! Who may call: whoever shows the token. What does not never reaches a method.
 
-use std::io;
-
 use http::{HeaderMap, header};
 use nappe_proto::token::Token;
 use subtle::ConstantTimeEq as _;
@@ -11,16 +9,6 @@ use crate::error::{Reason, ServiceError};
 
 /// How a token is sent, in the header `authorization`.
 const SCHEME: &str = "bearer ";
-
-/// A token of 128 bits that the system drew.
-///
-/// # Errors
-/// If the system has no random numbers.
-pub(crate) fn draw() -> io::Result<Token> {
-    let mut bytes = [0; 16];
-    getrandom::fill(&mut bytes).map_err(io::Error::other)?;
-    Token::parse(&bytes.map(|byte| format!("{byte:02x}")).concat())
-}
 
 /// Lets calls in that show the token.
 #[derive(Clone, Debug)]
@@ -35,8 +23,9 @@ impl Guard {
     /// Why a call may not come in, if so.
     pub(super) fn refusal(&self, headers: &HeaderMap, method: &Method) -> Option<ServiceError> {
         let token = self.0.as_ref()?;
-        // Whoever watches over the process asks whether it serves, and has no token. The answer is one bit.
-        if method.is_health_check() {
+        // Whoever watches over the process asks whether it serves, and has no token. The answer is one bit. And whoever
+        // opens a link wants the token.
+        if method.is_health_check() || method.opens_a_link() {
             return None;
         }
 
@@ -60,6 +49,7 @@ fn bearer(value: &[u8]) -> Option<&[u8]> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::secret::draw;
 
     #[test]
     fn the_token_alone_lets_a_call_in() {
@@ -86,12 +76,12 @@ mod tests {
         assert!(guard.refusal(&HeaderMap::new(), &check).is_none(), "probes have no token");
         let watch = Method::new("/grpc.health.v1.Health/Watch");
         assert!(guard.refusal(&HeaderMap::new(), &watch).is_some(), "a stream takes a place");
+        let link = |method: &str| Method::new(&format!("/nappe.v1.SimulationService/{method}"));
+        assert!(
+            guard.refusal(&HeaderMap::new(), &link("OpenLink")).is_none(),
+            "a code is shown for the token"
+        );
+        assert!(guard.refusal(&HeaderMap::new(), &link("MakeLink")).is_some());
         assert!(Guard::new(None).refusal(&HeaderMap::new(), &method).is_none());
-    }
-
-    #[test]
-    fn tokens_are_drawn_anew() {
-        let [a, b] = [draw(), draw()].map(|token| token.expect("random numbers"));
-        assert!(a != b && a.reveal().len() == 32);
     }
 }

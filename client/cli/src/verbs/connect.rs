@@ -7,7 +7,10 @@
 use std::{io::Read as _, net::SocketAddr};
 
 use clap::{Args, Parser};
-use nappe_client::token::{Token, TokenFile, local_servers, private_folder};
+use nappe_client::{
+    Client,
+    token::{Token, TokenFile, local_servers, private_folder},
+};
 use nappe_server::{Address, App, Config, DEFAULT_PORT, TokenPlace, numbers::whole};
 use serde::{Deserialize, Serialize};
 use serde_json::json;
@@ -17,6 +20,7 @@ use crate::{
     output::{self, Format, OutputArgs},
     remote,
     ssh::{FarCommand, SshArgs},
+    web::Link,
 };
 
 /// Reach a server on another machine through ssh
@@ -110,7 +114,7 @@ fn near_end(args: &ConnectArgs) -> Result<()> {
                 Some(left.map_err(CliError::failure)?)
             }
         };
-        announce(args, here, &answer)?;
+        announce(args, here, &answer).await?;
         tokio::select! {
             biased;
             signal = signal.as_mut() => signal,
@@ -119,7 +123,8 @@ fn near_end(args: &ConnectArgs) -> Result<()> {
     })
 }
 
-fn announce(args: &ConnectArgs, here: SocketAddr, answer: &Answer) -> Result<()> {
+/// Says where the server is, and a link that lets a browser in, once. A program makes a link when it wants one.
+async fn announce(args: &ConnectArgs, here: SocketAddr, answer: &Answer) -> Result<()> {
     let (url, machine) = (format!("http://{here}"), &args.ssh.destination);
     let Answer { address, version, started, token: _ } = answer;
     match args.output.format() {
@@ -128,12 +133,20 @@ fn announce(args: &ConnectArgs, here: SocketAddr, answer: &Answer) -> Result<()>
         })),
         Format::Text => {
             let server = if *started { "was started and ends with this" } else { "ran already and goes on" };
+            let page = link(&url).await.unwrap_or_default();
             output::line(&format!(
                 "nappe {version} on {machine}: the server at {address} there {server}. In another terminal:\n\n  \
-                 export NAPPE_SERVER={url}\n  nappe list\n\nCtrl-C ends the connection."
+                 export NAPPE_SERVER={url}\n  nappe list\n\n{page}Ctrl-C ends the connection."
             ))
         }
     }
+}
+
+/// What is said of a link to the page. None if the server there makes none: it is older.
+async fn link(url: &str) -> Option<String> {
+    let client = Client::connect(url).await.ok()?;
+    let link = Link::make(&client, None).await.ok()?;
+    Some(format!("In a browser, {}:\n\n  {}\n\n", link.told(), link.url))
 }
 
 /// Says where a server is and what it asks for, and goes on until the input is closed.

@@ -27,7 +27,8 @@ Examples:
   nappe serve --rerun                  with a Rerun viewer that shows every session
   nappe serve --rerun rerun+http://192.168.1.5:9876/proxy
 
-Callers show a token, which is drawn at each start and left where clients of the same user on this machine find it.
+Callers show a token, which is drawn at each start and left where clients of the same user on this machine find it. The
+link that is printed lets a browser in, once and within 10 minutes; `nappe view --web` makes another.
 
 With --json the first line is an object with `url`, `version` and `token_file`. The log goes to standard error.")]
 pub(crate) struct ServeArgs {
@@ -95,7 +96,8 @@ async fn followed(child: Option<&mut Child>) -> Infallible {
     std::future::pending().await
 }
 
-/// Says where the server listens, and where its token is: the token itself is never printed.
+/// Says where the server listens, where its token is, and a link that lets a browser in, once: the token itself is never
+/// printed. A program, whose output may go to a log, makes a link when it wants one.
 fn announce(app: &App, format: Format) -> Result<()> {
     let (url, version, file) = (app.url(), env!("CARGO_PKG_VERSION"), app.token_path());
     match format {
@@ -106,7 +108,10 @@ fn announce(app: &App, format: Format) -> Result<()> {
                 (None, Some(_)) => "clients show the token of the file that it was given".to_owned(),
                 (None, None) => "it asks for no token: whoever reaches the address may call".to_owned(),
             };
-            output::line(&format!("nappe {version} serves on {url}; Ctrl-C ends it\n{token}"))
+            let link = app.page_link().map_err(CliError::failure)?;
+            let once = if app.token().is_some() { ", good once and for 10 minutes" } else { "" };
+            let page = link.map(|link| format!("\nin a browser{once}: {link}")).unwrap_or_default();
+            output::line(&format!("nappe {version} serves on {url}; Ctrl-C ends it\n{token}{page}"))
         }
     }
 }

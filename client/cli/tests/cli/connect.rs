@@ -13,7 +13,10 @@ use std::{
 
 use serde_json::Value;
 
-use crate::support::{Folder, Lines, Server, command, end_by, folder, nappe, skipped, until};
+use crate::{
+    links::opened,
+    support::{Folder, Lines, Server, command, end_by, folder, nappe, skipped, until},
+};
 
 /// A daemon that lets its own user in with one key.
 struct Sshd {
@@ -172,6 +175,21 @@ fn a_server_that_runs_is_found_and_goes_on() {
     let refused = nappe(&["create", "demo", "--server", said["url"].as_str().expect("an address")]);
     assert!(refused.stderr.contains("TOO_MANY_SESSIONS"), "{}", refused.stderr);
     end_by(&mut own, "TERM");
+}
+
+#[test]
+fn a_link_to_a_server_elsewhere_opens_from_here() {
+    let Some(sshd) = Sshd::start() else { return };
+    let mut connecting = command();
+    connecting.args(sshd.options(&sshd.folder.path().join("known"))).args(["--far-port", "1"]);
+    let mut process = connecting.stdout(Stdio::piped()).stderr(Stdio::null()).spawn().expect("it starts");
+    let lines = Lines::of(process.stdout.take().expect("a pipe"));
+    lines.with("In a browser, good once");
+    let link = lines.with("http://");
+    assert!(opened(link.trim()).contains("grpc-status:0"), "{link}");
+    assert!(opened(link.trim()).contains("grpc-status: 5"), "once");
+    let code = end_by(&mut process, "TERM");
+    assert_eq!(code, Some(0), "{}", sshd.logs());
 }
 
 #[test]

@@ -22,6 +22,7 @@ mod ranks;
 mod ranks_lost;
 mod ranks_hung;
 mod ranks_hosts;
+mod links;
 mod tokens;
 mod connect;
 mod bench;

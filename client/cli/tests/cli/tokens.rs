@@ -7,7 +7,10 @@ use std::{
     path::Path,
 };
 
-use crate::support::{PATIENCE, Server, folder, nappe};
+use crate::{
+    links::opened,
+    support::{PATIENCE, Server, folder, nappe},
+};
 
 /// A token that no server has.
 const WRONG: &str = "0123456789abcdef0123456789abcdef";
@@ -112,6 +115,13 @@ fn a_token_is_in_no_log_and_no_list_of_processes() {
         browse(&server, shown);
     }
 
+    // Given for a link, of which the second was never good.
+    let made = server.nappe(&["view", "--web"]).ok().json();
+    let link = made["url"].as_str().expect("an address");
+    let code = link.rsplit('#').next().expect("a code");
+    assert!(opened(link).contains(token));
+    opened(&link.replace(code, WRONG));
+
     for place in ["cmdline", "environ"] {
         let place = format!("/proc/{}/{place}", server.id());
         if let Ok(text) = fs::read(place) {
@@ -121,7 +131,7 @@ fn a_token_is_in_no_log_and_no_list_of_processes() {
     server.end_by("TERM");
     let log = fs::read_to_string(log).expect("the log");
     assert!(log.contains("TRACE"), "everything is logged");
-    for secret in [token, WRONG, &token[..16], &token[16..]] {
+    for secret in [token, WRONG, &token[..16], &token[16..], code] {
         let line = log.lines().find(|line| line.contains(secret));
         assert!(line.is_none(), "{line:?}");
     }
