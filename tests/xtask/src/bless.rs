@@ -54,7 +54,7 @@ pub(crate) fn run(shell: &mut Shell, names: &[String]) -> Result<(), Failure> {
         shell.run(title, &mut writer)?;
     }
     if asked("pages") {
-        picture::run(shell, &[])?;
+        picture::data_flow(shell)?;
         python::bless(shell)?;
     }
     if asked("mutants") {

@@ -125,10 +125,15 @@ const COMMANDS: Arrow =
 
 /// Writes the picture, and draws those of pages.
 pub(crate) fn run(shell: &mut Shell, _: &[String]) -> Result<(), Failure> {
+    data_flow(shell)?;
+    moving::draw(shell)
+}
+
+/// Writes the way of the data.
+pub(crate) fn data_flow(shell: &mut Shell) -> Result<(), Failure> {
     shell.step(FILE, |shell| {
         fs::write(shell.root().join(FILE), svg()).map_err(|error| Failure(format!("{FILE}: {error}")))
-    })?;
-    moving::draw(shell)
+    })
 }
 
 /// The picture as SVG. A background of its own keeps it readable on dark pages.
