@@ -7,18 +7,20 @@ use std::{
     process::ExitCode,
 };
 
-use clap::{Command, Parser};
+use clap::{Command, Error, Parser};
 
-/// Reads the command line of this program. Help and version are written on standard output, errors on standard error.
+/// Reads the command line of this program. Help and version are written on standard output, errors on standard error,
+/// as `improved` leaves them.
 ///
 /// # Errors
 /// The code with which the program is to end: 0 after help, 1 if standard output did not take it, 2 after an error.
-pub fn command_line<T: Parser>() -> Result<T, ExitCode> {
+pub fn command_line<T: Parser>(improved: impl FnOnce(Error) -> Error) -> Result<T, ExitCode> {
     let matches = with_negative_numbers(T::command()).try_get_matches();
     let read = matches.and_then(|mut matches| {
         T::from_arg_matches_mut(&mut matches).map_err(|error| error.format(&mut T::command()))
     });
     read.map_err(|answer| {
+        let answer = improved(answer);
         let written = answer.print().and_then(|()| io::stdout().flush());
         match written {
             // A reader that closes the pipe early (`nappe --help | head`) has what it wants.

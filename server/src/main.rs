@@ -1,6 +1,7 @@
 //! The program `nappe-server`: arguments to configuration, server until a signal, drain.
 
 use std::{
+    convert::identity,
     fmt::Display,
     io::{self, Write as _},
     process::ExitCode,
@@ -29,7 +30,7 @@ struct Arguments {
 }
 
 fn main() -> ExitCode {
-    let arguments: Arguments = match command_line() {
+    let arguments: Arguments = match command_line(identity) {
         Ok(arguments) => arguments,
         Err(code) => return code,
     };

@@ -37,7 +37,7 @@ use std::process::ExitCode;
 use crate::{error::CliError, verbs::Cli};
 
 fn main() -> ExitCode {
-    let cli: Cli = match nappe_server::command_line() {
+    let cli: Cli = match nappe_server::command_line(verbs::improved) {
         Ok(cli) => cli,
         Err(code) => return code,
     };

@@ -30,7 +30,11 @@ mod stability;
 mod sweep;
 mod completions;
 
-use clap::{Command, Parser, Subcommand};
+use clap::{
+    Command, Parser, Subcommand,
+    error::{ContextKind, ContextValue},
+};
+use nappe_scene::shipped_scenes;
 
 use crate::{bench, error::Result, version};
 
@@ -80,6 +84,18 @@ enum Verb {
 /// The verbs alone, without the options of the demo that the command takes without a verb.
 fn verbs() -> Command {
     Verb::augment_subcommands(Command::new("nappe"))
+}
+
+/// An error of the command line. A scene in the place of a verb is told how it is run.
+pub(crate) fn improved(mut error: clap::Error) -> clap::Error {
+    if let Some(ContextValue::String(typed)) = error.get(ContextKind::InvalidSubcommand)
+        && (typed.ends_with(".toml") || shipped_scenes().iter().any(|(name, _)| name == typed))
+    {
+        let told = format!("'{typed}' is a scene: nappe run {typed}");
+        error.remove(ContextKind::SuggestedSubcommand);
+        error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![told.into()]));
+    }
+    error
 }
 
 /// Runs what the command line asks for.

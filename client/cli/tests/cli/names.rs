@@ -56,6 +56,15 @@ fn a_verb_that_is_not_there_gets_those_that_are_near() {
 }
 
 #[test]
+fn a_scene_in_the_place_of_a_verb_is_told_how_it_is_run() {
+    for typed in ["flag", "two_snowballs", "my.toml"] {
+        says(&[typed], 2, &[&format!("'{typed}' is a scene: nappe run {typed}")]);
+    }
+    let done = nappe(&["flags"]);
+    assert!(done.code == Some(2) && !done.stderr.contains("nappe run"), "{done:?}");
+}
+
+#[test]
 fn a_place_for_frames_says_which_endings_there_are() {
     let all = "an HTML page ends in .html, a Rerun recording in .rrd";
     for (typed, near) in [
