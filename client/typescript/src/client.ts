@@ -1,0 +1,132 @@
+// Calls with one answer: what the server is, sessions, control, parameters.
+//
+// Enters: an address and a token. Leaves: answers of the contract.
+
+import { create, type DescMessage, type MessageShape } from '@bufbuild/protobuf';
+import { broken } from './errors.ts';
+import {
+  DeleteSessionRequestSchema, GetServerInfoRequestSchema, GetSessionRequestSchema, ListSessionsRequestSchema, PauseSessionRequestSchema,
+  PlaySessionRequestSchema, SimulationService, type GetServerInfoResponse, type Session, type UpdateParametersResponse,
+} from './gen/nappe/v1/simulation_pb.ts';
+import { call, type Method, type Target } from './grpcweb.ts';
+import {
+  createRequest, forkRequest, named, stepRequest, updateRequest,
+  type CreateOptions, type ForkOptions, type SessionRef, type StepOptions, type UpdateOptions,
+} from './requests.ts';
+import { readTarget, readToken, type ConnectOptions } from './target.ts';
+
+/** Longest time of a call that the server answers at once (s). */
+const CALL_SECONDS = 10;
+/** Longest time that the building of a large scene may take (s). */
+const CREATE_SECONDS = 120;
+/** Sessions in a page of the list. */
+const PAGE_SIZE = 200;
+
+const { method: METHODS } = SimulationService;
+
+/** A new session, and what is odd about its scene but does not stop a simulation. */
+export type Created = Session & { warnings: string[] };
+
+/** A client of the server at an address: `HOST:PORT`, `http://...`, or relative to the page, such as `.`. Sends nothing yet. */
+export function connect(url: string, options: ConnectOptions = {}): Client {
+  return new Client(readTarget(url, options));
+}
+
+/** A server, with its sessions. */
+export class Client {
+  readonly #target: Target;
+
+  constructor(target: Target) {
+    this.#target = target;
+  }
+
+  /** Where calls go. */
+  get address(): string {
+    return this.#target.address;
+  }
+
+  /** What the server is shown from now on. */
+  setToken(token: string | null): void {
+    this.#target.token = readToken(token);
+  }
+
+  /** Version, limits and shipped scenes of the server. */
+  info(signal?: AbortSignal): Promise<GetServerInfoResponse> {
+    return this.#call(METHODS.getServerInfo, create(GetServerInfoRequestSchema), signal, CALL_SECONDS);
+  }
+
+  /** Names of the scenes that the server ships. */
+  async shippedScenes(signal?: AbortSignal): Promise<string[]> {
+    return (await this.info(signal)).scenes;
+  }
+
+  /** All sessions, in the order of their ids. */
+  async list(signal?: AbortSignal): Promise<Session[]> {
+    const found: Session[] = [];
+    let pageToken = '';
+    for (;;) {
+      const request = create(ListSessionsRequestSchema, { pageSize: PAGE_SIZE, pageToken });
+      const page = await this.#call(METHODS.listSessions, request, signal, CALL_SECONDS);
+      found.push(...page.sessions);
+      pageToken = page.nextPageToken;
+      // A page that holds nothing and promises more would never end.
+      if (pageToken === '' || page.sessions.length === 0) return found;
+    }
+  }
+
+  /** How a session stands. */
+  async get(session: SessionRef, signal?: AbortSignal): Promise<Session> {
+    const request = create(GetSessionRequestSchema, named(session));
+    return present(await this.#call(METHODS.getSession, request, signal, CALL_SECONDS));
+  }
+
+  /** Makes a session, paused before its first step. */
+  async create(options: CreateOptions, signal?: AbortSignal): Promise<Created> {
+    const answer = await this.#call(METHODS.createSession, createRequest(options), signal, CREATE_SECONDS);
+    return Object.assign(present(answer), { warnings: answer.warnings });
+  }
+
+  /** Steps on, at so many simulated seconds per second of wall clock; 0: as fast as possible. */
+  async play(session: SessionRef, { realTimeFactor = 0 }: { realTimeFactor?: number } = {}, signal?: AbortSignal): Promise<Session> {
+    const request = create(PlaySessionRequestSchema, { ...named(session), realTimeFactor });
+    return present(await this.#call(METHODS.playSession, request, signal));
+  }
+
+  /** Stops stepping after the step in progress; answers once the session stands, unless `wait` is false. */
+  async pause(session: SessionRef, { wait = true }: { wait?: boolean } = {}, signal?: AbortSignal): Promise<Session> {
+    const request = create(PauseSessionRequestSchema, { ...named(session), wait });
+    return present(await this.#call(METHODS.pauseSession, request, signal));
+  }
+
+  /** Takes so many steps, then pauses. */
+  async step(session: SessionRef, count = 1, options: StepOptions = {}, signal?: AbortSignal): Promise<Session> {
+    return present(await this.#call(METHODS.stepSession, stepRequest(session, count, options), signal));
+  }
+
+  /** Changes parameters between two steps, all of them or none. */
+  async update(session: SessionRef, options: UpdateOptions, signal?: AbortSignal): Promise<UpdateParametersResponse> {
+    return this.#call(METHODS.updateParameters, updateRequest(session, options), signal);
+  }
+
+  /** Makes a session that stands where this one stands, to the bit, paused. */
+  async fork(session: SessionRef, options: ForkOptions = {}, signal?: AbortSignal): Promise<Session> {
+    return present(await this.#call(METHODS.forkSession, forkRequest(session, options), signal));
+  }
+
+  /** Ends a session and forgets it. */
+  async delete(session: SessionRef, signal?: AbortSignal): Promise<void> {
+    await this.#call(METHODS.deleteSession, create(DeleteSessionRequestSchema, named(session)), signal);
+  }
+
+  #call<I extends DescMessage, O extends DescMessage>(
+    method: Method<I, O>, message: MessageShape<I>, signal: AbortSignal | undefined, seconds?: number,
+  ): Promise<MessageShape<O>> {
+    return call(this.#target, method, message, { signal, seconds });
+  }
+}
+
+/** The session in an answer, which the contract promises. */
+function present({ session, $typeName }: { session?: Session | undefined; $typeName: string }): Session {
+  if (session === undefined) throw broken(`${$typeName} lacks its session`);
+  return session;
+}

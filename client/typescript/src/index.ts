@@ -1,0 +1,11 @@
+// The client of nappe for browsers and Node: `connect` gives a `Client`.
+
+export { Client, connect, type Created } from './client.ts';
+export { Code, failureError, NappeError, type Reason } from './errors.ts';
+export type { Changes, CreateOptions, ForkOptions, PrecisionName, SessionRef, StepOptions, UpdateOptions } from './requests.ts';
+export type { ConnectOptions } from './target.ts';
+export type { ColliderShape, Diagnostics, Vector3 } from './gen/nappe/v1/frame_pb.ts';
+export {
+  ChangeKind, SessionState, type Failure, type GetServerInfoResponse, type Limits, type Parameters, type Progress, type Session, type SessionEnd,
+  type StateChange, type UpdateParametersResponse,
+} from './gen/nappe/v1/simulation_pb.ts';

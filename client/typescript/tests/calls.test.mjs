@@ -1,0 +1,112 @@
+// Calls on the real server: sessions are made, steered, changed, copied and deleted.
+
+import assert from 'node:assert/strict';
+import { readFileSync } from 'node:fs';
+import { after, before, test } from 'node:test';
+import { load } from './bundle.mjs';
+import { eventually, serve } from './server.mjs';
+
+const { ChangeKind, Code, connect, NappeError, SessionState } = await load('src/index.ts');
+
+let server;
+let client;
+before(async () => {
+  server = await serve({ words: ['--max-sessions', '300', '--history-bytes-per-session', String(8 << 20)] });
+  client = connect(server.address, { token: server.token });
+});
+after(() => server.stop());
+
+test('the server says what it is', async () => {
+  const info = await client.info();
+  assert.match(info.version, /^\d+\.\d+\.\d+/);
+  assert.equal(info.limits.maxSessions, 300);
+  assert.deepEqual(await client.shippedScenes(), info.scenes);
+  assert.ok(info.scenes.includes('demo') && info.scenes.includes('snow_and_cloth'));
+  assert.equal(client.address, `http://${server.address}`);
+});
+
+test('a session is made, stepped, played, paused and deleted', async () => {
+  const made = await client.create({ scene: 'flag', sessionId: 'steered', precision: 'f64', stepLimit: 0n, threadCount: 1 });
+  assert.deepEqual([made.sessionId, made.state, made.warnings], ['steered', SessionState.PAUSED, []]);
+  assert.equal((await client.step(made)).step, 1n);
+  assert.equal((await client.step(made, 9)).step, 10n);
+  assert.equal((await client.step(made, 1, { to: 12n })).step, 12n);
+  assert.equal((await client.step('steered', 1, { to: 12n })).step, 12n, 'a repeated call takes no step twice');
+
+  assert.equal((await client.play(made, { realTimeFactor: 1 })).state, SessionState.PLAYING);
+  await eventually(async () => (await client.get(made)).step > 12n);
+  const paused = await client.pause(made);
+  assert.equal(paused.state, SessionState.PAUSED);
+  assert.equal((await client.get('steered')).stateHash, paused.stateHash);
+
+  await client.delete(made);
+  await assert.rejects(client.get(made), { reason: 'SESSION_NOT_FOUND' });
+});
+
+test('parameters change, all or none, and a copy has them', async () => {
+  const made = await client.create({ scene: 'flag' });
+  const accepted = await client.update(made, { gravity: { x: 0, y: -1.5, z: 0 }, drag: 0.25 });
+  assert.deepEqual([accepted.effectiveStep, accepted.order], [0n, 1n]);
+  await assert.rejects(client.update(made, { wind: { x: 1 }, drag: -1 }), { code: Code.INVALID_ARGUMENT });
+  const stepped = await client.step(made, 3, { changes: { wind: { x: 0, y: 0, z: 2 } } });
+  assert.deepEqual([stepped.parameters.gravity.y, stepped.parameters.wind.z, stepped.parameters.cloths[0].drag], [-1.5, 2, 0.25]);
+
+  const copy = await client.fork(made, { newSessionId: 'copied', stepLimit: 5n });
+  assert.deepEqual([copy.sessionId, copy.stateHash, copy.step, copy.stepLimit], ['copied', stepped.stateHash, 3n, 5n]);
+  const [one, other] = [await client.step(made, 2), await client.step(copy, 2)];
+  assert.equal(one.stateHash, other.stateHash);
+  assert.equal(other.state, SessionState.FINISHED);
+  await Promise.all([client.delete(made), client.delete(copy)]);
+});
+
+test('a list of more than a page is whole', async () => {
+  const text = readFileSync(new URL('../../../server/scenes/drap10.toml', import.meta.url), 'utf8');
+  const made = [];
+  for (let i = 0; i < 203; i += 7) {
+    // A server takes so many connections of one address.
+    const ids = Array.from({ length: 7 }, (_, j) => `many-${i + j}`);
+    made.push(...(await Promise.all(ids.map((sessionId) => client.create({ sceneText: text, sessionId, threadCount: 1 })))));
+  }
+  const found = new Set((await client.list()).map(({ sessionId }) => sessionId));
+  assert.ok(made.every(({ sessionId }) => found.has(sessionId)));
+  for (const session of made) await client.delete(session);
+});
+
+test('a call that is given up ends at once, here and on the server', async () => {
+  const made = await client.create({ scene: 'demo', stepLimit: 0n });
+  const giveUp = new AbortController();
+  const waiting = client.step(made, 1_000_000, {}, giveUp.signal);
+  await eventually(async () => (await client.get(made)).step > 0n);
+  giveUp.abort(new Error('enough'));
+  const error = await waiting.catch((met) => met);
+  assert.ok(error instanceof NappeError);
+  assert.deepEqual([error.code, error.codeName, error.cause.message], [Code.CANCELLED, 'CANCELLED', 'enough']);
+  await assert.rejects(client.get(made, AbortSignal.abort()), { code: Code.CANCELLED });
+  await client.delete(made);
+});
+
+test('what is no address, no token and no scene is refused before anything is sent', async () => {
+  for (const url of ['', 'ftp://127.0.0.1', 'unix:/run/x', 'http://user:pass@127.0.0.1:1', 'http://']) {
+    assert.throws(() => connect(url), { code: Code.INVALID_ARGUMENT, metadata: { field: 'url' } }, url);
+  }
+  for (const token of ['', 'short', 'with a blank in it', 'line\nafter line of it', 'ü'.repeat(20)]) {
+    assert.throws(() => connect(server.address, { token }), { metadata: { field: 'token' } }, token);
+  }
+  await assert.rejects(client.create({}), { metadata: { field: 'scene' } });
+  await assert.rejects(client.create({ scene: 'demo', sceneText: '' }), { metadata: { field: 'scene' } });
+  await assert.rejects(client.step('none', 0), { metadata: { field: 'count' } });
+  assert.equal(connect('http://127.0.0.1:6277/behind/a/proxy/').address, 'http://127.0.0.1:6277/behind/a/proxy');
+  assert.equal(connect('[::1]:6277').address, 'http://[::1]:6277');
+  assert.ok(ChangeKind.PRESENT === 1);
+});
+
+test('an address is relative to the page', async () => {
+  globalThis.location = { href: 'http://host:1234/behind/?session=a#b' };
+  try {
+    assert.equal(connect('.').address, 'http://host:1234/behind');
+    assert.equal(connect('').address, 'http://host:1234/behind');
+    assert.equal(connect('/').address, 'http://host:1234');
+  } finally {
+    delete globalThis.location;
+  }
+});
