@@ -3,7 +3,7 @@
 // Enters: its JSON, which is not trusted. Leaves: a scene, and facts about the file.
 
 import { FormatError, type Fields, bytes, fields, list, number, optional, positive, text, vector, whole } from './json.ts';
-import { unpack } from './packed.ts';
+import { unpack } from '../../../client/typescript/src/packed.ts';
 import type { Body, Collider, ColliderShape, ColorBy, Scene } from './scene.ts';
 
 const FORMAT = 1;

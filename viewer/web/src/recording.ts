@@ -4,7 +4,7 @@
 
 import { type Head, readHead } from './head.ts';
 import { FormatError, type Fields, bytes, fields, list, number, optional, positive, text, whole } from './json.ts';
-import { addBase, inflate, restore, sum } from './packed.ts';
+import { addBase, inflate, restore, sum } from '../../../client/typescript/src/packed.ts';
 import { type Diagnostics, type Frame, type Range, isPoints } from './scene.ts';
 
 /** Decoded blocks that are kept: no more than so many, nor so many bytes beyond two. */

@@ -7,7 +7,7 @@ import type { Bounds } from './geometry.ts';
 import { FormatError } from './json.ts';
 import { showLegend } from './legend.ts';
 import { Links } from './links.ts';
-import { PackedError } from './packed.ts';
+import { PackedError } from '../../../client/typescript/src/packed.ts';
 import { Player } from './player.ts';
 import { Plots } from './plots.ts';
 import { Recording, frameAt } from './recording.ts';

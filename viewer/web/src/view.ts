@@ -12,7 +12,7 @@ import type { Legend } from './coloring.ts';
 import { type Bounds, along, minus, unit } from './geometry.ts';
 import { colorGround, showGrid } from './ground.ts';
 import { mark } from './mark.ts';
-import { restore } from './packed.ts';
+import { restore } from '../../../client/typescript/src/packed.ts';
 import type { Frame, Scene, Vector } from './scene.ts';
 import { Snow } from './snow.ts';
 import type { Stage } from './stage.ts';

@@ -3,7 +3,7 @@
 
 import { readFileSync, writeFileSync } from 'node:fs';
 import { parseArgs } from 'node:util';
-import { pack } from './pack.mjs';
+import { pack } from '../../../client/typescript/tests/pack.mjs';
 
 const KEY_EVERY = 12;
 const DT = 1 / 60;
