@@ -1,4 +1,4 @@
-// Calls with one answer: what the server is, sessions, control, parameters.
+// A server, with its sessions: calls with one answer, and streams.
 //
 // Enters: an address and a token. Leaves: answers of the contract.
 
@@ -13,7 +13,11 @@ import {
   createRequest, forkRequest, named, stepRequest, updateRequest,
   type CreateOptions, type ForkOptions, type SessionRef, type StepOptions, type UpdateOptions,
 } from './requests.ts';
+import { diagnostics, frames, topology, type FrameOptions, type StreamOptions } from './streams.ts';
 import { readTarget, readToken, type ConnectOptions } from './target.ts';
+import type { LiveFrame } from './frame.ts';
+import type { Diagnostics } from './gen/nappe/v1/frame_pb.ts';
+import type { Topology } from './topology.ts';
 
 /** Longest time of a call that the server answers at once (s). */
 const CALL_SECONDS = 10;
@@ -116,6 +120,21 @@ export class Client {
   /** Ends a session and forgets it. */
   async delete(session: SessionRef, signal?: AbortSignal): Promise<void> {
     await this.#call(METHODS.deleteSession, create(DeleteSessionRequestSchema, named(session)), signal);
+  }
+
+  /** What a session is made of. */
+  topology(session: SessionRef, signal?: AbortSignal): Promise<Topology> {
+    return topology(this.#target, session, signal);
+  }
+
+  /** Frames as they are made, until the session ends. Leaving the loop ends the stream on the server too. */
+  frames(session: SessionRef, options: FrameOptions = {}): AsyncIterableIterator<LiveFrame> {
+    return frames(this.#target, session, options);
+  }
+
+  /** Diagnostics of frames as they are made, without particles, by the same rules. */
+  diagnostics(session: SessionRef, options: StreamOptions = {}): AsyncIterableIterator<Diagnostics> {
+    return diagnostics(this.#target, session, options);
   }
 
   #call<I extends DescMessage, O extends DescMessage>(

@@ -104,6 +104,7 @@ export class Answer {
   /** The next message, a view that the one after it may overwrite; null at the end. */
   async next(): Promise<Uint8Array | null> {
     try {
+      if (this.#ended !== null) throw this.#ended;
       const piece = await this.#pieces.next();
       if (piece !== null && !piece.isTrailers) return piece.bytes;
       const status = piece === null ? null : readStatus(readTrailers(piece.bytes));
@@ -124,8 +125,7 @@ export class Answer {
     this.#signal?.removeEventListener('abort', this.#cancel);
     if (this.#isOver) return;
     this.#isOver = true;
-    this.#cancelBody();
-    this.#controller.abort();
+    this.#abort();
   }
 
   async #send(message: Uint8Array, seconds: number | undefined): Promise<void> {
@@ -176,7 +176,13 @@ export class Answer {
 
   #end(why: NappeError): void {
     this.#ended ??= why;
+    this.#abort();
+  }
+
+  /** In Node, a signal no longer reaches a body whose request was collected as garbage: its reader does. */
+  #abort(): void {
     this.#controller.abort();
+    this.#cancelBody();
   }
 
   #check(status: Status): void {

@@ -2,8 +2,12 @@
 
 export { Client, connect, type Created } from './client.ts';
 export { Code, failureError, NappeError, type Reason } from './errors.ts';
+export type { Numbers } from './arrays.ts';
+export type { FieldName, LiveFrame } from './frame.ts';
 export type { Changes, CreateOptions, ForkOptions, PrecisionName, SessionRef, StepOptions, UpdateOptions } from './requests.ts';
+export type { FrameOptions, StreamOptions } from './streams.ts';
 export type { ConnectOptions } from './target.ts';
+export type { Body, Topology } from './topology.ts';
 export type { ColliderShape, Diagnostics, Vector3 } from './gen/nappe/v1/frame_pb.ts';
 export {
   ChangeKind, SessionState, type Failure, type GetServerInfoResponse, type Limits, type Parameters, type Progress, type Session, type SessionEnd,
