@@ -1,0 +1,175 @@
+// Made messages: what the joiners accept comes back as it was sent, whatever the pieces; what they refuse, they name.
+
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import { create } from '@bufbuild/protobuf';
+import { load } from './bundle.mjs';
+
+const { FrameJoiner } = await load('src/frame.ts');
+const { Pieces } = await load('src/framing.ts');
+const { sameTopology, TopologyJoiner } = await load('src/topology.ts');
+const { Encoding, Field, FrameSchema, TopologySchema } = await load('src/gen/nappe/v1/frame_pb.ts');
+
+/** Repeatable, uniform in 0 to 1. */
+function random(seed) {
+  let state = seed >>> 0;
+  return () => {
+    state = (Math.imul(state, 1664525) + 1013904223) >>> 0;
+    return state / 2 ** 32;
+  };
+}
+
+const bytes = (array) => new Uint8Array(array.buffer);
+const topology = (id, particles, bodies = [{ name: 'all', firstParticle: 0, particleCount: particles }], more = {}) =>
+  create(TopologySchema, { topologyId: id, particleCount: particles, bodies, ...more });
+
+test('messages are cut from chunks of any size', async () => {
+  const draw = random(1);
+  for (let round = 0; round < 200; round++) {
+    const messages = Array.from({ length: 1 + Math.floor(8 * draw()) }, () => Uint8Array.from({ length: Math.floor(300 * draw()) }, () => 256 * draw()));
+    const body = Buffer.concat(messages.map((message, i) => Buffer.concat([Buffer.from([i + 1 === messages.length ? 0x80 : 0, 0, 0, message.length >> 8, message.length & 255]), message])));
+    const chunks = [];
+    for (let at = 0; at < body.length; ) {
+      const end = at + Math.floor(40 * draw());
+      chunks.push(new Uint8Array(body.subarray(at, end)));
+      at = end;
+    }
+    const pieces = new Pieces(async () => chunks.shift() ?? null);
+    for (const [i, message] of messages.entries()) {
+      const piece = await pieces.next();
+      assert.deepEqual([piece.isTrailers, Uint8Array.from(piece.bytes)], [i + 1 === messages.length, message]);
+    }
+    assert.equal(await pieces.next(), null);
+  }
+});
+
+/** The pieces of a frame of random numbers, cut at random particles. */
+function pieces(draw, particles, encoding) {
+  const make = encoding === Encoding.RAW_F64 ? Float64Array : Float32Array;
+  const arrays = [[Field.POSITIONS, 3], [Field.STRESS_NORM, 1]].map(([field, width]) => ({ field, width, numbers: make.from({ length: width * particles }, () => draw() - 0.5) }));
+  const parts = arrays.flatMap(({ field, width, numbers }) => {
+    const cut = Math.floor(draw() * (particles + 1));
+    const data = (from, to) => ({ field, encoding, firstParticle: from, data: bytes(numbers.slice(width * from, width * to)) });
+    return [data(0, cut), data(cut, particles)];
+  });
+  const messages = [];
+  for (const part of parts) {
+    if (messages.length > 0 && draw() < 0.5) messages.at(-1).push(part);
+    else messages.push([part]);
+  }
+  const count = messages.length;
+  const wire = messages.map((fields, index) => create(FrameSchema, { frame: 7n, topologyId: 3, timeSeconds: 0.5, fields, ...(count === 1 ? {} : { chunk: { index, count } }) }));
+  return { wire, positions: arrays[0].numbers, stress: arrays[1].numbers };
+}
+
+test('a frame comes back as it was sent, whatever its pieces', () => {
+  const draw = random(2);
+  for (let round = 0; round < 300; round++) {
+    const particles = Math.floor(20 * draw());
+    const joiner = new FrameJoiner(['stress']);
+    joiner.begin(new TopologyJoiner().add(topology(3, particles)));
+    const made = pieces(draw, particles, draw() < 0.5 ? Encoding.RAW_F64 : Encoding.RAW_F32);
+    const frames = made.wire.map((piece) => joiner.add(piece, 10, null));
+    const frame = frames.pop();
+    assert.ok(frames.every((none) => none === null));
+    assert.deepEqual([frame.frame, frame.positions, frame.fields.stress, frame.bytes], [7n, made.positions, made.stress, 10 * made.wire.length]);
+    frame.release();
+  }
+});
+
+test('a frame that does not fit is refused by name', () => {
+  const points = (numbers, more = {}) => ({ field: Field.POSITIONS, encoding: Encoding.RAW_F32, data: bytes(Float32Array.from(numbers)), ...more });
+  const whole = [1, 2, 3, 4, 5, 6];
+  const frame = (fields, more = {}) => create(FrameSchema, { frame: 7n, topologyId: 3, fields, ...more });
+  const refusal = (...wire) => {
+    const joiner = new FrameJoiner([]);
+    joiner.begin(new TopologyJoiner().add(topology(3, 2)));
+    assert.throws(() => wire.forEach((piece) => joiner.add(piece, 0, null)), ({ codeName, message }) => codeName === 'DATA_LOSS' && (refusal.words = message) !== '');
+    return refusal.words;
+  };
+  const first = { chunk: { index: 0, count: 2 } };
+  assert.match(refusal(frame([points(whole)], { topologyId: 4 })), /topology 4/);
+  assert.match(refusal(frame([points(whole)], { timeSeconds: Number.NaN })), /time is NaN/);
+  assert.match(refusal(frame([points(whole)], { chunk: { index: 1, count: 2 } })), /piece 1 of 2 came where piece 0/);
+  assert.match(refusal(frame([points(whole)], { chunk: { index: 0, count: 0 } })), /piece 0 of 0/);
+  assert.match(refusal(frame([points(whole)], first), frame([], { chunk: { index: 1, count: 3 } })), /piece 1 of 3/);
+  assert.match(refusal(frame([points(whole)], first), frame([points(whole)], { frame: 8n })), /frame 7 broke off after 1 of 2 pieces: frame 8/);
+  assert.match(refusal(frame([])), /positions of 0 of 2/);
+  assert.match(refusal(frame([points(whole.slice(0, 3))])), /positions of 1 of 2/);
+  assert.match(refusal(frame([points(whole.slice(0, 4))])), /16 bytes of positions, no multiple of 12/);
+  assert.match(refusal(frame([points([...whole, 7, 8, 9])])), /go on at particle 0 of 2/);
+  assert.match(refusal(frame([points(whole, { firstParticle: 1 })])), /go on at particle 1/);
+  assert.match(refusal(frame([points(whole, { encoding: 9 })])), /encoding 9/);
+  assert.match(refusal(frame([points(whole.slice(0, 3)), points(whole.slice(0, 3), { encoding: Encoding.RAW_F64, firstParticle: 1 })])), /change their encoding/);
+  for (const number of [Number.NaN, Infinity, -Infinity]) assert.match(refusal(frame([points([1, 2, 3, 4, number, 6])])), /positions of particle 1 is (NaN|-?Infinity)/);
+
+  const before = new FrameJoiner([]);
+  assert.throws(() => before.add(frame([points(whole)]), 0, null), /did not come/);
+});
+
+test('a frame in the making is void where a stream begins anew', () => {
+  const draw = random(3);
+  const joiner = new FrameJoiner(['stress']);
+  joiner.begin(new TopologyJoiner().add(topology(3, 4)));
+  let made;
+  do made = pieces(draw, 4, Encoding.RAW_F32);
+  while (made.wire.length < 2);
+  assert.equal(joiner.add(made.wire[0], 1, null), null);
+  joiner.begin(new TopologyJoiner().add(topology(3, 4)));
+  assert.deepEqual(made.wire.map((piece) => joiner.add(piece, 1, null)).at(-1).positions, made.positions);
+});
+
+const u32 = (...numbers) => bytes(Uint32Array.from(numbers));
+
+test('a body goes on from piece to piece, and begins anew with piece 0', () => {
+  const body = (name, firstParticle, particleCount, triangles) => ({ name, firstParticle, particleCount, trianglesU32: triangles });
+  const joiner = new TopologyJoiner();
+  const piece = (index, bodies) => topology(1, 7, bodies, { chunk: { index, count: 3 }, colliders: index === 0 ? [{ name: 'ball', shape: { case: 'sphere', value: { radius: 1 } } }] : [] });
+  const lent = u32(0, 1, 2);
+  const one = piece(0, [body('a', 0, 5, lent), body('b', 5, 1, u32(5, 5))]);
+  assert.equal(joiner.add(piece(0, [])), null);
+  assert.equal(joiner.add(one), null);
+  // The memory of a message is that of the next one.
+  lent.fill(9);
+  assert.equal(joiner.add(piece(1, [body('b', 5, 1, u32(5))])), null);
+  const whole = joiner.add(piece(2, [body('c', 6, 1, u32())]));
+  const lists = whole.bodies.map(({ name, triangles }) => [name, ...triangles]);
+  assert.deepEqual(lists, [['a', 0, 1, 2], ['b', 5, 5, 5], ['c']]);
+  assert.equal(whole.colliders[0].name, 'ball');
+  assert.ok(sameTopology(whole, { ...whole, bodies: structuredClone(whole.bodies) }));
+  const other = structuredClone(whole.bodies);
+  other[1].triangles[2] = 4;
+  assert.ok(!sameTopology(whole, { ...whole, bodies: other }) && !sameTopology(whole, { ...whole, id: 2 }));
+});
+
+test('a topology that does not fit is refused by name', () => {
+  const refused = (wire, words) => assert.throws(() => new TopologyJoiner().add(wire), ({ message }) => words.test(message), String(words));
+  const body = { name: 'a', firstParticle: 0, particleCount: 2 };
+  refused(topology(1, (1 << 24) + 1), /16777217 particles are announced/);
+  refused(topology(1, 3, [body]), /hold 2 of 3/);
+  refused(topology(1, 1, [body]), /body 'a' starts at particle 0 and has 2/);
+  refused(topology(1, 2, [{ ...body, firstParticle: 1 }]), /starts at particle 1/);
+  refused(topology(1, 2, [{ ...body, trianglesU32: u32(0, 1) }]), /trianglesU32 of body 'a' take 8 bytes, no multiple of 12/);
+  refused(topology(1, 2, [{ ...body, trianglesU32: u32(0, 1, 2) }]), /triangles of body 'a' name particle 2; allowed: 0 to 1/);
+  refused(topology(1, 2, [{ ...body, springsU32: u32(0, 7) }]), /springs of body 'a' name particle 7/);
+  refused(topology(1, 2, [{ ...body, pinsU32: u32(4294967295) }]), /pins of body 'a' name particle 4294967295/);
+  refused(topology(1, 2, [{ ...body, uvF32: u32(0, 0) }]), /1 texture coordinates for 2/);
+  refused(topology(1, 2, [body], { chunk: { index: 1, count: 2 } }), /piece 1 of 2 came where piece 0/);
+  refused(topology(1, 2, [body], { chunk: { index: 0, count: 0 } }), /piece 0 of 0/);
+});
+
+test('a collider that cannot be drawn is refused by name', () => {
+  const [x, y] = [{ x: 1, y: 0, z: 0 }, { x: 0, y: 1, z: 0 }];
+  const shape = (kind, value) => ({ name: 'it', shape: { case: kind, value } });
+  const refused = (collider, words) => assert.throws(() => new TopologyJoiner().add(topology(1, 0, [], { colliders: [collider] })), words);
+  refused({ name: 'it', velocity: { x: Number.NaN } }, /collider 'it': a coordinate is not finite/);
+  refused(shape('plane', { normal: { x: 2 } }), /not of length 1/);
+  refused(shape('sphere', { radius: 0 }), /radius/);
+  refused(shape('capsule', { end: { x: Infinity }, radius: 1 }), /not finite/);
+  refused(shape('box', { halfExtent: { x: 1, y: 1, z: 0 }, axisX: x, axisY: y }), /extent/);
+  refused(shape('box', { halfExtent: { x: 1, y: 1, z: 1 }, axisX: x, axisY: x }), /right angles/);
+  refused(shape('cylinder', { start: x, end: x, radius: 1 }), /one point/);
+  refused(shape('halfPipe', { axis: x, up: y, radius: Number.NaN }), /radius/);
+  const fine = [shape('plane', { normal: y }), shape('halfPipe', { axis: x, up: y, radius: 1 }), { name: 'of a newer server' }];
+  assert.equal(new TopologyJoiner().add(topology(1, 0, [], { colliders: fine })).colliders.length, 3);
+});
