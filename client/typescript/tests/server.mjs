@@ -3,11 +3,11 @@
 import { spawn } from 'node:child_process';
 import { existsSync, mkdtempSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
-import { join } from 'node:path';
+import { join, resolve } from 'node:path';
 import { createInterface } from 'node:readline';
 
 const ROOT = new URL('../../../', import.meta.url).pathname;
-const BUILT = join(ROOT, process.env.CARGO_TARGET_DIR ?? 'target', 'release');
+const BUILT = resolve(ROOT, process.env.CARGO_TARGET_DIR ?? 'target', 'release');
 
 /** The program of `NAPPE_SERVER_PROGRAM`, or the one that was built. */
 function program() {
@@ -30,10 +30,10 @@ export async function serve({ address = '127.0.0.1:0', token = '0123456789abcdef
   const child = spawn(program(), ['--address', address, '--token', tokenFile, '--until-stdin-closes', '--log', 'error', ...words], {
     stdio: ['pipe', 'pipe', 'inherit'],
   });
-  const ended = new Promise((resolve) => child.once('exit', resolve));
-  const line = await new Promise((resolve, reject) => {
-    createInterface({ input: child.stdout }).once('line', resolve);
-    child.once('exit', (code) => reject(new Error(`the server ended with ${code}`)));
+  const ended = new Promise((end) => child.once('exit', end));
+  const line = await new Promise((found, failed) => {
+    createInterface({ input: child.stdout }).once('line', found);
+    child.once('exit', (code) => failed(new Error(`the server ended with ${code}`)));
   });
   const [, listens] = /http:\/\/(\S+)/.exec(line) ?? [];
   const stop = async (signal = 'SIGKILL') => {
@@ -49,7 +49,7 @@ export async function eventually(holds, seconds = 60) {
   const begin = performance.now();
   while (!(await holds())) {
     if (performance.now() - begin > 1000 * seconds) throw new Error(`it does not come to hold: ${holds}`);
-    await new Promise((resolve) => setTimeout(resolve, 5));
+    await new Promise((passed) => setTimeout(passed, 5));
   }
   return (performance.now() - begin) / 1000;
 }
