@@ -50,7 +50,7 @@ const ORDER: [&str; 18] = [
 ];
 
 /// What is said of entries that cannot say it themselves.
-const SAID: [(&str, &str); 40] = [
+const SAID: [(&str, &str); 41] = [
     ("Cargo.lock", "Versions of all dependencies, committed since this is a program"),
     ("LICENSE", "MIT or Apache-2.0, at your option"),
     ("LICENSE-APACHE", "The text of Apache-2.0"),
@@ -80,6 +80,10 @@ const SAID: [(&str, &str); 40] = [
     ),
     ("client/python/tools/", "Writes the reference of docs/python.md; measures the package"),
     ("client/python/tests/", "Its tests: the core on made messages, the rest on the real server"),
+    (
+        "client/typescript/",
+        "The package for browsers and Node: gRPC-Web over `fetch`, streams that resume, types of the contract",
+    ),
     ("client/tests/", "Frames from made messages, as a program meets them"),
     ("deploy/", "Runs a server somewhere"),
     ("docs/", "What is written for readers"),
@@ -109,7 +113,7 @@ const SAID: [(&str, &str); 40] = [
 ];
 
 /// Folders of files of one kind, which take one line.
-const ONE_LINE: [&str; 3] = ["proto/tests/packed/", "server/scenes/", "viewer/web/"];
+const ONE_LINE: [&str; 4] = ["client/typescript/", "proto/tests/packed/", "server/scenes/", "viewer/web/"];
 
 /// What the tree is drawn from.
 struct Repository {

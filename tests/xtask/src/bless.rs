@@ -1,9 +1,9 @@
 //! `cargo xtask bless`: writes every file of the repository that is made from the code.
 //!
 //! Pages of docs/ that list what the code has, the tree of files, the drawing of the data's way, the committed hashes,
-//! the table of mutants, the image of the contract. Each but the drawing, the reference of Python and the image is written by the test that
-//! compares it, which [`VARIABLE`] turns from a judge into a writer. Look at the change before it is committed: a hash
-//! that changed needs a reason in the commit's message.
+//! the table of mutants, the image of the contract, what TypeScript has of it. Each but the drawing, the reference of
+//! Python and the last two is written by the test that compares it, which [`VARIABLE`] turns from a judge into a writer.
+//! Look at the change before it is committed: a hash that changed needs a reason in the commit's message.
 //!
 //! The image is what clients were compiled from: a contract that breaks them is not written over it, unless `contract`
 //! is named.
@@ -13,6 +13,7 @@ use std::process::Command;
 use crate::{
     contract, mutants, picture, python,
     shell::{Failure, Shell, cargo},
+    typescript,
 };
 
 /// The environment variable that makes a test write what it compares.
@@ -56,6 +57,7 @@ pub(crate) fn run(shell: &mut Shell, names: &[String]) -> Result<(), Failure> {
     if asked("pages") {
         picture::data_flow(shell)?;
         python::bless(shell)?;
+        typescript::bless(shell)?;
     }
     if asked("mutants") {
         mutants::bless(shell, mutants::Which::All)?;

@@ -3,13 +3,14 @@
 use crate::{
     check, python,
     shell::{Failure, Shell},
-    test, web,
+    test, typescript, web,
 };
 
 /// Runs the checks and the quick tests.
 pub(crate) fn run(shell: &mut Shell, arguments: &[String]) -> Result<(), Failure> {
     check::run(shell, arguments)?;
     test::run(shell, arguments)?;
+    typescript::run(shell)?;
     web::page(shell)?;
     python::run(shell, arguments)
 }

@@ -22,6 +22,7 @@ mod nginx;
 mod mutants;
 mod additions;
 mod tutorials;
+mod typescript;
 mod web;
 mod moving;
 mod picture;
@@ -86,7 +87,7 @@ const TASKS: [Task; 12] = [
     ),
     (
         "ci",
-        "all that must hold before a change lands: check, test, python and the page of recordings",
+        "all that must hold before a change lands: check, test, python, the client for TypeScript and the page",
         ci::run,
     ),
 ];
