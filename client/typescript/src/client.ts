@@ -5,8 +5,9 @@
 import { create, type DescMessage, type MessageShape } from '@bufbuild/protobuf';
 import { broken } from './errors.ts';
 import {
-  DeleteSessionRequestSchema, GetServerInfoRequestSchema, GetSessionRequestSchema, ListSessionsRequestSchema, PauseSessionRequestSchema,
-  PlaySessionRequestSchema, SimulationService, type GetServerInfoResponse, type Session, type UpdateParametersResponse,
+  DeleteSessionRequestSchema, GetServerInfoRequestSchema, GetSessionRequestSchema, ListSessionsRequestSchema, MakeLinkRequestSchema,
+  OpenLinkRequestSchema, PauseSessionRequestSchema, PlaySessionRequestSchema, SimulationService, type GetServerInfoResponse,
+  type MakeLinkResponse, type Session, type UpdateParametersResponse,
 } from './gen/nappe/v1/simulation_pb.ts';
 import { call, type Method, type Target } from './grpcweb.ts';
 import {
@@ -62,6 +63,16 @@ export class Client {
   /** Names of the scenes that the server ships. */
   async shippedScenes(signal?: AbortSignal): Promise<string[]> {
     return (await this.info(signal)).scenes;
+  }
+
+  /** A code that is good for the token once, and for how long. It stands behind the address of the server's page, after a `#`. */
+  makeLink(signal?: AbortSignal): Promise<MakeLinkResponse> {
+    return this.#call(METHODS.makeLink, create(MakeLinkRequestSchema), signal, CALL_SECONDS);
+  }
+
+  /** The token for a code, which is good for it once; empty if the server asks for none. */
+  async openLink(code: string, signal?: AbortSignal): Promise<string> {
+    return (await this.#call(METHODS.openLink, create(OpenLinkRequestSchema, { code }), signal, CALL_SECONDS)).token;
   }
 
   /** All sessions, in the order of their ids. */

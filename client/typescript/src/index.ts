@@ -10,6 +10,6 @@ export type { ConnectOptions } from './target.ts';
 export type { Body, Topology } from './topology.ts';
 export type { ColliderShape, Diagnostics, Vector3 } from './gen/nappe/v1/frame_pb.ts';
 export {
-  ChangeKind, SessionState, type Failure, type GetServerInfoResponse, type Limits, type Parameters, type Progress, type Session, type SessionEnd,
-  type StateChange, type UpdateParametersResponse,
+  ChangeKind, SessionState, type Failure, type GetServerInfoResponse, type Limits, type MakeLinkResponse, type Parameters, type Progress, type Session,
+  type SessionEnd, type StateChange, type UpdateParametersResponse,
 } from './gen/nappe/v1/simulation_pb.ts';

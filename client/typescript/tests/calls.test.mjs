@@ -25,6 +25,19 @@ test('the server says what it is', async () => {
   assert.equal(client.address, `http://${server.address}`);
 });
 
+test('a code is traded for the token once', async () => {
+  const { code, expiresInSeconds } = await client.makeLink();
+  assert.match(code, /^[0-9a-f]{32}$/);
+  assert.ok(expiresInSeconds > 0);
+  const other = connect(server.address);
+  await assert.rejects(other.makeLink(), { reason: 'TOKEN_MISSING' });
+  const token = await other.openLink(code);
+  assert.equal(token, server.token);
+  other.setToken(token);
+  assert.deepEqual(await other.list(), []);
+  for (const wrong of [code, '0'.repeat(32), '', 'x'.repeat(1000)]) await assert.rejects(connect(server.address).openLink(wrong), ({ reason }) => reason !== null, wrong);
+});
+
 test('a session is made, stepped, played, paused and deleted', async () => {
   const made = await client.create({ scene: 'flag', sessionId: 'steered', precision: 'f64', stepLimit: 0n, threadCount: 1 });
   assert.deepEqual([made.sessionId, made.state, made.warnings], ['steered', SessionState.PAUSED, []]);
