@@ -43,6 +43,7 @@ export async function proxy(port) {
     }
   });
   await new Promise((resolve) => listener.listen(0, '127.0.0.1', resolve));
+  listener.unref();
   between.address = `127.0.0.1:${listener.address().port}`;
   return between;
 }

@@ -36,7 +36,10 @@ export async function serve({ address = '127.0.0.1:0', token = '0123456789abcdef
     child.once('exit', (code) => failed(new Error(`the server ended with ${code}`)));
   });
   const [, listens] = /http:\/\/(\S+)/.exec(line) ?? [];
+  // A test that failed before it stopped its server does not keep Node from ending, which ends the server.
+  for (const held of [child, child.stdin, child.stdout]) held.unref();
   const stop = async (signal = 'SIGKILL') => {
+    child.ref();
     child.kill(signal);
     await ended;
     rmSync(folder, { recursive: true, force: true });
