@@ -16,6 +16,7 @@ export const REASONS = {
   SCENE_NOT_FOUND: { code: 'NOT_FOUND', isDivergence: false, remedy: 'Choose one of the names, or send the scene\'s text.' },
   MESH_NOT_FOUND: { code: 'NOT_FOUND', isDivergence: false, remedy: 'Upload the mesh again and name the new id: only the newest are kept, within `max_meshes` and `max_mesh_store_bytes`.' },
   UPLOAD_NOT_FOUND: { code: 'NOT_FOUND', isDivergence: false, remedy: 'Begin the upload again, and send its pieces without pausing.' },
+  LINK_NOT_FOUND: { code: 'NOT_FOUND', isDivergence: false, remedy: 'Make a new link (`nappe view --web`), or show the token itself.' },
   UNKNOWN_METHOD: { code: 'UNIMPLEMENTED', isDivergence: false, remedy: 'Compare the versions of client and server (`GetServerInfo`).' },
   UNKNOWN_SERVICE: { code: 'NOT_FOUND', isDivergence: false, remedy: 'Ask about "" or `nappe.v1.SimulationService`.' },
   UNKNOWN_SYMBOL: { code: 'NOT_FOUND', isDivergence: false, remedy: 'List the services first; extensions are not used.' },
