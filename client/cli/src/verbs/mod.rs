@@ -30,6 +30,8 @@ mod stability;
 mod sweep;
 mod completions;
 
+use std::path::Path;
+
 use clap::{
     Command, Parser, Subcommand,
     error::{ContextKind, ContextValue},
@@ -86,10 +88,15 @@ fn verbs() -> Command {
     Verb::augment_subcommands(Command::new("nappe"))
 }
 
+/// Whether a word is the name of a scene file.
+fn is_scene_file(typed: &str) -> bool {
+    Path::new(typed).extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml"))
+}
+
 /// An error of the command line. A scene in the place of a verb is told how it is run.
 pub(crate) fn improved(mut error: clap::Error) -> clap::Error {
     if let Some(ContextValue::String(typed)) = error.get(ContextKind::InvalidSubcommand)
-        && (typed.ends_with(".toml") || shipped_scenes().iter().any(|(name, _)| name == typed))
+        && (is_scene_file(typed) || shipped_scenes().iter().any(|(name, _)| name == typed))
     {
         let told = format!("'{typed}' is a scene: nappe run {typed}");
         error.remove(ContextKind::SuggestedSubcommand);
