@@ -114,12 +114,12 @@ impl App {
     }
 
     /// What a browser on this machine opens, once: the address of the page, with a code where a token is asked for. None for
-    /// a Unix socket, which no browser opens.
+    /// a Unix socket, which no browser opens, and without the feature `page`.
     ///
     /// # Errors
     /// If the system has no random numbers.
     pub fn page_link(&self) -> io::Result<Option<String>> {
-        let Some(url) = self.address.page_url() else { return Ok(None) };
+        let Some(url) = self.address.page_url().filter(|_| cfg!(feature = "page")) else { return Ok(None) };
         if self.token.is_none() {
             return Ok(Some(url));
         }

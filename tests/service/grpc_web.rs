@@ -36,6 +36,18 @@ impl Answer {
         })
     }
 
+    /// The body as it came.
+    pub(crate) fn bytes(&self) -> &[u8] {
+        &self.body
+    }
+
+    /// Whether one of the headers of a name has a value among others.
+    pub(crate) fn lists(&self, name: &str, value: &str) -> bool {
+        let headers = self.headers.to_ascii_lowercase();
+        let lists = headers.lines().filter_map(|line| line.strip_prefix(name)?.strip_prefix(':'));
+        lists.flat_map(|list| list.split(',')).any(|entry| entry.trim() == value)
+    }
+
     /// The body as a text.
     pub(crate) fn text(&self) -> &str {
         std::str::from_utf8(&self.body).expect("UTF-8")
@@ -74,11 +86,22 @@ pub(crate) async fn exchange_at(
     headers: &str,
     body: &[u8],
 ) -> Answer {
+    let headers = format!("Host: localhost\r\n{headers}");
+    exchange_bare(server, method, path, &headers, body).await
+}
+
+/// The same, without a host besides that of the headers.
+pub(crate) async fn exchange_bare(
+    server: SocketAddr,
+    method: &str,
+    path: &str,
+    headers: &str,
+    body: &[u8],
+) -> Answer {
     let mut stream = TcpStream::connect(server).await.expect("accepted");
     let length = body.len();
-    let head = format!(
-        "{method} {path} HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\nContent-Length: {length}\r\n{headers}\r\n"
-    );
+    let head =
+        format!("{method} {path} HTTP/1.1\r\nConnection: close\r\nContent-Length: {length}\r\n{headers}\r\n");
     stream.write_all(head.as_bytes()).await.expect("sent");
     stream.write_all(body).await.expect("sent");
     let mut bytes = Vec::new();

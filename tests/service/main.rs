@@ -43,6 +43,7 @@ mod idle_connections;
 mod refused_requests;
 mod tokens;
 mod links;
+mod page;
 mod metrics;
 mod health_and_reflection;
 mod client_library;

@@ -1,4 +1,5 @@
-//! Which web pages may call the server: those served from loopback, and those of configured origins.
+//! Which web pages may call the server: those served from loopback, and those of configured origins. Whether a page is the
+//! server's own is told by the host that its requests name, and needs no leave of CORS.
 //!
 //! A page of any origin can send requests to a server on its visitor's machine; without this
 //! check, every page on the web could drive simulations there.

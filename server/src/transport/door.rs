@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use http::{Request, header};
+use http::{HeaderValue, Request, header};
 
 use super::{cors::AllowedOrigins, host::AllowedHosts, method::Method, token::Guard};
 use crate::{
@@ -34,10 +34,22 @@ impl Door {
     pub(super) fn refusal<B>(&self, request: &Request<B>, method: &Method) -> Option<ServiceError> {
         let refusal = self.of_host(request).or_else(|| self.of_origin(request));
         let refusal = refusal.or_else(|| self.guard.refusal(request.headers(), method))?;
+        Some(self.told(request, refusal))
+    }
+
+    /// The same of what is open to those who have no token.
+    #[cfg(feature = "page")]
+    pub(super) fn refusal_without_token<B>(&self, request: &Request<B>) -> Option<ServiceError> {
+        let refusal = self.of_host(request).or_else(|| self.of_origin(request))?;
+        Some(self.told(request, refusal))
+    }
+
+    /// Counts and logs a refusal.
+    fn told<B>(&self, request: &Request<B>, refusal: ServiceError) -> ServiceError {
         self.counters.refused.add(1);
         let caller = Caller::of(request.extensions());
         tracing::info!(%caller, reason = refusal.reason.name(), "refused");
-        Some(refusal)
+        refusal
     }
 
     fn of_host<B>(&self, request: &Request<B>) -> Option<ServiceError> {
@@ -47,7 +59,9 @@ impl Door {
     }
 
     fn of_origin<B>(&self, request: &Request<B>) -> Option<ServiceError> {
-        let origin = request.headers().get(header::ORIGIN).filter(|origin| !self.origins.allow(origin))?;
+        let is_allowed =
+            |origin: &HeaderValue| self.origins.allow(origin) || self.hosts.is_own_origin(request, origin);
+        let origin = request.headers().get(header::ORIGIN).filter(|origin| !is_allowed(origin))?;
         let origin = String::from_utf8_lossy(origin.as_bytes()).into_owned();
         let message = format!("web pages of the origin '{origin}' may not call this server");
         Some(ServiceError::new(Reason::OriginNotAllowed, message).with("origin", origin))

@@ -5,7 +5,7 @@
 
 use std::{net::IpAddr, sync::Arc};
 
-use http::{Request, header, uri::Authority};
+use http::{HeaderValue, Request, Uri, header, uri::Authority};
 
 use crate::address::Address;
 
@@ -29,12 +29,9 @@ impl AllowedHosts {
     /// names its host twice, as authority and in a header, has to name the same one.
     pub(super) fn check<B>(&self, request: &Request<B>) -> Result<(), String> {
         let Some(names) = &self.0 else { return Ok(()) };
-        let authority = request.uri().authority().map(|authority| authority.as_str().to_owned());
-        let headers = request.headers().get_all(header::HOST).iter();
-        let headers = headers.map(|host| String::from_utf8_lossy(host.as_bytes()).into_owned());
         // Without any, it is HTTP/1.0: browsers speak later versions.
         let mut hosts = Vec::new();
-        for named in authority.into_iter().chain(headers) {
+        for named in named_hosts(request) {
             match host_of(&named).filter(|host| is_allowed(names, host)) {
                 Some(host) => hosts.push((host, named)),
                 None => return Err(named),
@@ -45,6 +42,36 @@ impl AllowedHosts {
             None => Ok(()),
         }
     }
+
+    /// Whether a page of `origin` was loaded from where the request goes, so that it is the server's own: [`Self::check`] has
+    /// let the request in. No page is loaded from a Unix socket, whose every host is allowed.
+    pub(super) fn is_own_origin<B>(&self, request: &Request<B>, origin: &HeaderValue) -> bool {
+        let Some(origin) = self.0.as_ref().and_then(|_| origin.to_str().ok()?.parse::<Uri>().ok()) else {
+            return false;
+        };
+        let usual = match origin.scheme_str() {
+            Some("http") => 80,
+            Some("https") => 443,
+            _ => return false,
+        };
+        let place = |authority: &Authority| {
+            (authority.host().to_ascii_lowercase(), authority.port_u16().unwrap_or(usual))
+        };
+        let named = named_hosts(request);
+        let is_same = |named: &String| {
+            let named = named.parse::<Authority>().ok();
+            named.is_some_and(|named| origin.authority().map(place) == Some(place(&named)))
+        };
+        !named.is_empty() && named.iter().all(is_same)
+    }
+}
+
+/// The hosts that a request names, with their ports: as authority, and in headers.
+fn named_hosts<B>(request: &Request<B>) -> Vec<String> {
+    let authority = request.uri().authority().map(|authority| authority.as_str().to_owned());
+    let headers = request.headers().get_all(header::HOST).iter();
+    let headers = headers.map(|host| String::from_utf8_lossy(host.as_bytes()).into_owned());
+    authority.into_iter().chain(headers).collect()
 }
 
 /// The host of an authority, in lower case and without the dot of the root.
@@ -107,6 +134,50 @@ mod tests {
         assert_eq!(check("localhost:1", "evil.example"), Err("evil.example".to_owned()));
         assert_eq!(check("evil.example", "localhost"), Err("evil.example".to_owned()));
         assert_eq!(check("localhost:1", "127.0.0.1:1"), Err("localhost:1 and 127.0.0.1:1".to_owned()));
+    }
+
+    #[test]
+    fn a_page_is_the_servers_own_where_its_origin_is_the_host_of_the_request() {
+        let request =
+            |host: &str| Request::builder().uri("/x").header(header::HOST, host).body(()).expect("a request");
+        let is_own = |address: &Address, host: &str, origin: &str| {
+            let hosts = AllowedHosts::new(address, &[]);
+            hosts.is_own_origin(&request(host), &origin.parse().expect("a header"))
+        };
+        let tcp = Address::default();
+        for (host, origin) in [
+            ("192.0.2.7:6277", "http://192.0.2.7:6277"),
+            ("[2001:db8::7]:6277", "http://[2001:db8::7]:6277"),
+            ("NODE7:6277", "http://node7:6277"),
+            ("node7", "http://node7"),
+            ("node7:80", "http://node7"),
+            ("node7", "https://node7"),
+            ("node7", "https://node7:443"),
+        ] {
+            assert!(is_own(&tcp, host, origin), "{host} {origin}");
+            assert!(!is_own(&Address::Unix("nappe.sock".into()), host, origin), "{host} {origin}");
+        }
+        for (host, origin) in [
+            ("192.0.2.7:6277", "http://192.0.2.7:8000"),
+            ("192.0.2.7:6277", "http://192.0.2.7"),
+            ("192.0.2.7:6277", "http://192.0.2.8:6277"),
+            ("192.0.2.7:6277", "null"),
+            ("192.0.2.7:6277", ""),
+            ("192.0.2.7:6277", "192.0.2.7:6277"),
+            ("192.0.2.7:6277", "ftp://192.0.2.7:6277"),
+            ("node7", "http://node7:443"),
+            ("", "http://node7"),
+            ("node7", "http://node7.evil.example"),
+        ] {
+            assert!(!is_own(&tcp, host, origin), "{host} {origin}");
+        }
+
+        let both = Request::builder().uri("http://node7:1/x").header(header::HOST, "node7:2").body(());
+        let (both, hosts) = (both.expect("a request"), AllowedHosts::new(&tcp, &[]));
+        for port in [1, 2] {
+            let origin: HeaderValue = format!("http://node7:{port}").parse().expect("a header");
+            assert!(!hosts.is_own_origin(&both, &origin), "it names two places");
+        }
     }
 
     #[test]

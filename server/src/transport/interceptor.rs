@@ -137,7 +137,8 @@ pub(super) fn refused(error: ServiceError) -> Response<Body> {
     response
 }
 
-fn too_large(headers: &HeaderMap) -> Option<ServiceError> {
+/// Why headers are too large, if they are.
+pub(super) fn too_large(headers: &HeaderMap) -> Option<ServiceError> {
     let bytes: usize = headers.iter().map(|(name, value)| name.as_str().len() + value.len() + 32).sum();
     (bytes > HEADER_BYTES).then(|| {
         let message = format!("the headers have {bytes} bytes; allowed: at most {HEADER_BYTES}");

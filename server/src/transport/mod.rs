@@ -16,6 +16,8 @@ mod guard;
 mod interceptor;
 mod grpc;
 mod metrics;
+#[cfg(feature = "page")]
+mod page;
 mod router;
 
 pub(crate) use listener::{Listener, ListenerSettings, serve};

@@ -1,5 +1,5 @@
-//! What answers a request: layer after layer, then the services. CORS, metrics, what is no call, gRPC-Web, the time in which
-//! it arrives, the interceptor; simulation, health, reflection (v1 and v1alpha).
+//! What answers a request: layer after layer, then the services. CORS, metrics, the page for browsers, what is no call, gRPC-Web,
+//! the time in which it arrives, the interceptor; simulation, health, reflection (v1 and v1alpha).
 
 use std::sync::Arc;
 
@@ -18,6 +18,8 @@ use tower::{
     util::{BoxCloneSyncService, MapResponseLayer},
 };
 
+#[cfg(feature = "page")]
+use super::page;
 use super::{
     cors::{AllowedOrigins, cors_layer},
     door::Door,
@@ -74,7 +76,10 @@ pub(crate) fn router(shared: &Arc<Shared>, health: &HealthReporter, token: Optio
     let shared = Arc::clone(shared);
     let calls = service_fn(move |request: Request<Incoming>| {
         let calls = calls.clone();
-        let answer = metrics::answer(&request, &door, &shared).or_else(|| no_call(&request));
+        let answer = metrics::answer(&request, &door, &shared);
+        #[cfg(feature = "page")]
+        let answer = answer.or_else(|| page::answer(&request, &door));
+        let answer = answer.or_else(|| no_call(&request));
         async move {
             match answer {
                 Some(answer) => Ok(answer),

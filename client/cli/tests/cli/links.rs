@@ -9,23 +9,25 @@ use std::{
 
 use crate::support::{Lines, PATIENCE, Server, command, end_by, folder, nappe};
 
+/// What a server answers to a request of HTTP/1.1, given without its line ends.
+fn answer(server: &str, head: &str, body: &[u8]) -> String {
+    let head = format!("{head}\nHost: {server}\nConnection: close\nContent-Length: {}\n\n", body.len());
+    let mut stream = TcpStream::connect(server).expect("accepted");
+    stream.set_read_timeout(Some(PATIENCE)).expect("set");
+    stream.write_all(&[head.replace('\n', "\r\n").as_bytes(), body].concat()).expect("sent");
+    let mut answer = Vec::new();
+    stream.read_to_end(&mut answer).expect("answered");
+    String::from_utf8_lossy(&answer).into_owned()
+}
+
 /// What the server of an address answers to a code without a token, as a web page asks it.
 pub(crate) fn opened(link: &str) -> String {
     let (place, code) = link.strip_prefix("http://").and_then(|rest| rest.split_once('#')).expect(link);
     let server = place.split('/').next().expect("an address");
     let message = [&[0x0a, code.len() as u8][..], code.as_bytes()].concat();
     let frame = [&[0, 0, 0, 0, message.len() as u8][..], &message].concat();
-    let head = format!(
-        "POST /nappe.v1.SimulationService/OpenLink HTTP/1.1\r\nHost: {server}\r\nConnection: close\r\n\
-         Content-Type: application/grpc-web+proto\r\nContent-Length: {}\r\n\r\n",
-        frame.len()
-    );
-    let mut stream = TcpStream::connect(server).expect("accepted");
-    stream.set_read_timeout(Some(PATIENCE)).expect("set");
-    stream.write_all(&[head.as_bytes(), &frame].concat()).expect("sent");
-    let mut answer = Vec::new();
-    stream.read_to_end(&mut answer).expect("answered");
-    String::from_utf8_lossy(&answer).into_owned()
+    let head = "POST /nappe.v1.SimulationService/OpenLink HTTP/1.1\nContent-Type: application/grpc-web+proto";
+    answer(server, head, &frame)
 }
 
 /// The token in the file that a server left.
@@ -138,6 +140,9 @@ fn serve_prints_a_link_for_people_and_none_for_programs() {
     let link = line.rsplit(' ').next().expect("an address");
     assert!(opened(link).contains("grpc-status:0"), "it is good: {line}");
     assert!(opened(link).contains("grpc-status: 5"), "once");
+    let (server, _) = link.trim_start_matches("http://").split_once('/').expect("an address");
+    let page = answer(server, "GET / HTTP/1.1", b"");
+    assert!(page.starts_with("HTTP/1.1 200 ") && page.contains("<!doctype html"), "it leads to the page");
     end_by(&mut process, "TERM");
     assert!(lines.rest().is_empty(), "and nothing else");
 
