@@ -54,7 +54,7 @@ async fn requests_that_are_no_calls_are_answered_as_http_and_as_grpc() {
     assert_eq!((json.status, json.reason().as_str()), (415, Reason::NotACall.name()));
     let grpc = exchange(&server, "POST", INFO, "Content-Type: application/grpc\r\n", &[0; 5]).await;
     assert_eq!((grpc.status, grpc.reason().as_str()), (415, Reason::NotACall.name()));
-    let page = exchange(&server, "GET", "/", "", b"").await;
+    let page = exchange(&server, "GET", "/index.html", "", b"").await;
     assert_eq!((page.status, page.reason().as_str()), (405, Reason::NotACall.name()));
 }
 

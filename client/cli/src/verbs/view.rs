@@ -1,4 +1,4 @@
-//! `nappe view`: shows a session in Rerun, live or as a recording, or makes a link to the server's page.
+//! `nappe view`: shows a session in Rerun, live or as a recording; or makes a link to the server's page.
 
 use std::{ffi::OsString, path::PathBuf};
 
@@ -26,8 +26,8 @@ Examples:
   nappe view first --save first.rrd   no viewer: every frame that the server keeps and those to come
   nappe view first --color speed --grid smoke          snow coloured by its speed, its mass as smoke
   nappe view first --grid slice:z=0                    arrows: velocities of the grid on a plane
-  nappe view first --web              a link that lets one browser in, once; without a session: to the list of all
-  nappe view --web --open             and starts the browser: other users of this machine can read the link meanwhile
+  nappe view first --web              a link to the server's page, which lets one browser in, once
+  nappe view --web --open             and starts the browser; other users of this machine can see the link
 
 NAPPE_VIEWER names the program that shows and records [default: nappe-viewer, beside nappe or on PATH].")]
 pub(crate) struct ViewArgs {
