@@ -1,5 +1,5 @@
-//! The page of HTML recordings: its types and tests, whether the committed file is what its source makes, and what a
-//! browser shows of a recording.
+//! The pages of HTML recordings and of the server: their types and tests, whether the committed files are what their
+//! source makes, and what a browser shows of recordings and of a running server.
 
 use std::{
     fs,
@@ -9,25 +9,29 @@ use std::{
 
 use crate::shell::{Failure, Shell};
 
-/// Where its source is.
+/// Where their source is.
 const FOLDER: &str = "viewer/web";
-/// The file that the command holds.
-const PAGE: &str = "viewer/web/dist/replay.html";
+/// Where the client is that a page calls the server with.
+const CLIENT: &str = "client/typescript";
+/// The files that the command and the server hold.
+const PAGES: [&str; 2] = ["viewer/web/dist/replay.html", "viewer/web/dist/live.html"];
 /// Who runs recordings in a browser.
 const BROWSERS: [&str; 3] = ["chromium", "chromium-browser", "google-chrome"];
 /// What is recorded to be looked at: cloth, and snow with cloth.
 const RECORDINGS: [&str; 2] = ["demo", "snow_and_cloth"];
 
-/// Checks the page, as far as Node, its packages and a browser are there.
+/// Checks the pages, as far as Node, their packages and a browser are there.
 pub(crate) fn page(shell: &mut Shell) -> Result<(), Failure> {
     let (node, npm) = (shell.find("node"), shell.find("npm"));
     let (Some(node), Some(npm)) = (node, npm) else {
         shell.skip("page", "Node is not installed (Debian package npm)");
         return Ok(());
     };
-    if !shell.root().join(FOLDER).join("node_modules").is_dir() {
-        shell.skip("page", "its packages are not installed: npm ci --prefix viewer/web");
-        return Ok(());
+    for folder in [FOLDER, CLIENT] {
+        if !shell.root().join(folder).join("node_modules").is_dir() {
+            shell.skip("page", &format!("its packages are not installed: npm ci --prefix {folder}"));
+            return Ok(());
+        }
     }
     shell.step("page", |shell| {
         for script in ["check", "test"] {
@@ -44,19 +48,25 @@ fn run(npm: &Path, script: &str) -> Command {
     command
 }
 
-/// Builds it again: the committed bytes must come out.
+/// Builds them again: the committed bytes must come out.
 fn built(shell: &mut Shell, npm: &Path) -> Result<(), Failure> {
-    let path = shell.root().join(PAGE);
-    let read = || fs::read(&path).map_err(|error| Failure(format!("{PAGE} cannot be read: {error}")));
-    let committed = read()?;
+    let root = shell.root().to_owned();
+    let read = |page: &str| {
+        fs::read(root.join(page)).map_err(|error| Failure(format!("{page} cannot be read: {error}")))
+    };
+    let committed = PAGES.into_iter().map(read).collect::<Result<Vec<_>, _>>()?;
     shell.run("page: build", &mut run(npm, "build"))?;
-    if read()? == committed {
-        return Ok(());
+    for (page, before) in PAGES.into_iter().zip(committed) {
+        if read(page)? != before {
+            return Err(Failure(format!(
+                "{page} is not what its source makes; it is now: look at the change and commit it"
+            )));
+        }
     }
-    Err(Failure(format!("{PAGE} is not what its source makes; it is now: look at the change and commit it")))
+    Ok(())
 }
 
-/// Opens recordings from disk in a browser without a screen.
+/// Opens recordings from disk, and the page of the built server, in a browser without a screen.
 fn browsers(shell: &mut Shell, node: &Path) -> Result<(), Failure> {
     let Some(browser) = browser(shell) else {
         shell.skip("page in a browser", "Chromium is not installed (Debian package chromium)");
@@ -79,7 +89,9 @@ fn browsers(shell: &mut Shell, node: &Path) -> Result<(), Failure> {
     }
     let demo = folder.join(format!("{}.html", RECORDINGS[0]));
     shell.run("page: odd recordings", &mut script(node, &browser, "odd", &demo))?;
-    shell.run("page: screens and controls", &mut script(node, &browser, "screens", &demo))
+    shell.run("page: screens and controls", &mut script(node, &browser, "screens", &demo))?;
+    let server = shell.target().join("release/nappe-server");
+    shell.run("page: live, on a server", &mut script(node, &browser, "live", &server))
 }
 
 /// Opens one recording in a browser, where Node, its packages and a browser are there.
@@ -120,7 +132,7 @@ fn browser(shell: &Shell) -> Option<PathBuf> {
     BROWSERS.iter().find_map(|name| shell.find(name))
 }
 
-/// A script of the page's tests on a recording.
+/// A script of the pages' tests on a recording, or on a program.
 fn script(node: &Path, browser: &Path, name: &str, file: &Path) -> Command {
     let mut command = Command::new(node);
     command.arg(format!("{FOLDER}/tests/{name}.mjs")).arg(file).env("CHROMIUM", browser);

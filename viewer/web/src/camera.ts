@@ -3,7 +3,7 @@
 // Enters: a scene, frames of it. Leaves: bounds, the camera's position and target (m).
 
 import { addExtent, hides } from './extent.ts';
-import { Bounds, along } from './geometry.ts';
+import { Bounds, along, dot, minus } from './geometry.ts';
 import { type Frame, type Scene, type Vector, isPoints } from './scene.ts';
 
 /** From the centre of the scene to the camera, over the radius of the scene. */
@@ -16,6 +16,9 @@ const SAMPLES = 4000;
 const SPRAY = 0.01;
 /** The picture holds motion as far as so many radii of the bodies at the start. */
 const FARTHEST = 12;
+/** Planes that bodies fall on have a unit normal with at least this height, and are at most so many radii below. */
+const LEVEL = 0.7;
+const DEEPEST = 4;
 
 export interface Camera {
   eye: Vector;
@@ -26,16 +29,34 @@ export interface Camera {
 /** Bounds of all bodies in one frame: of all particles of a mesh, and of most of snow, whose spray flies far. */
 export function bodyBounds(scene: Scene, { numbers, step }: Frame): Bounds {
   const all = new Bounds();
+  const at = (i: number): Vector => [numbers[3 * i] * step, numbers[3 * i + 1] * step, numbers[3 * i + 2] * step];
   for (const body of scene.bodies) {
-    const stride = isPoints(body) ? Math.ceil(body.particleCount / SAMPLES) : 1;
+    const last = body.firstParticle + body.particleCount;
+    if (!isPoints(body)) {
+      for (let i = body.firstParticle; i < last; i++) all.add(at(i));
+      continue;
+    }
     const axes: number[][] = [[], [], []];
-    for (let i = body.firstParticle; i < body.firstParticle + body.particleCount; i += stride) {
-      axes.forEach((values, axis) => values.push(numbers[3 * i + axis] * step));
+    for (let i = body.firstParticle; i < last; i += Math.ceil(body.particleCount / SAMPLES)) {
+      at(i).forEach((value, axis) => axes[axis].push(value));
     }
     if (axes[0].length === 0) continue;
-    const left = isPoints(body) ? Math.floor(SPRAY * axes[0].length) : 0;
+    const left = Math.floor(SPRAY * axes[0].length);
     for (const values of axes) values.sort((a, b) => a - b);
-    for (const at of [left, axes[0].length - 1 - left]) all.add(axes.map((values) => values[at]));
+    for (const end of [left, axes[0].length - 1 - left]) all.add(axes.map((values) => values[end]));
+  }
+  return all;
+}
+
+/** Bounds of the bodies, and of where they come to when they fall on a plane that is not far below. */
+export function fallBounds(scene: Scene, bodies: Bounds): Bounds {
+  const all = bodies.copy();
+  for (const { shape } of scene.colliders) {
+    if (shape.kind !== 'plane' || shape.normal[1] < LEVEL) continue;
+    for (const corner of bodies.corners()) {
+      const depth = dot(minus(corner, shape.point), shape.normal) / shape.normal[1];
+      if (depth > 0 && depth < DEEPEST * bodies.radius()) all.add([corner[0], corner[1] - depth, corner[2]]);
+    }
   }
   return all;
 }

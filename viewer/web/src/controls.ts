@@ -1,25 +1,15 @@
-// Buttons, the slider, and keys.
+// Buttons, the slider, and keys of a recording.
 
+import { element } from './dom.ts';
+import { type Actions, choose, listen, popup, press, wireButtons } from './keys.ts';
 import type { Player } from './player.ts';
-import type { Move, Stage } from './stage.ts';
-import type { View } from './view.ts';
+import { type Picture, VIEW_BUTTONS, type ViewDeeds, viewing } from './viewing.ts';
 
 /** Frames that Page Up and Page Down skip. */
 const PAGE = 10;
 
-/** What is drawn, and on what. */
-export interface Picture {
-  stage: Stage;
-  view: View;
-}
-
 /** What the controls do besides playing. */
-export interface Deeds {
-  toggleTheme(): void;
-  /** The view was moved by a key or a button. */
-  moved(): void;
-  /** Colours mean something else. */
-  recolored(): void;
+export interface Deeds extends ViewDeeds {
   savePicture(): void;
   saveNumbers(): void;
   /** Null if the recording does not hold the scene's text. */
@@ -31,18 +21,8 @@ export interface Controls {
   playing(playing: boolean): void;
 }
 
-const element = <T extends HTMLElement>(id: string) => document.getElementById(id) as T;
-
-/** Keys that move the view; those with `Shift` stand for arrows with it. */
-const MOVES: Record<string, Move> = {
-  'Shift ArrowLeft': 'left', 'Shift ArrowRight': 'right', 'Shift ArrowUp': 'up', 'Shift ArrowDown': 'down',
-  j: 'pan left', l: 'pan right', i: 'pan up', k: 'pan down', '+': 'in', '=': 'in', '-': 'out',
-};
-
 /** Buttons by the key that does the same. */
 const PLAYING = { first: 'Home', back: 'ArrowLeft', play: ' ', forward: 'ArrowRight', last: 'End', loop: 'o' };
-const VIEWING = { home: 'r', follow: 'f', wireframe: 'w', colors: 'c' };
-const OTHERS = { theme: 't', screen: 's', 'help-open': 'h' };
 
 /** Wires the page's controls to what they do. There is no picture where nothing can be drawn. */
 export function connect(player: Player, picture: Picture | null, frameCount: number, deeds: Deeds): Controls {
@@ -51,32 +31,20 @@ export function connect(player: Player, picture: Picture | null, frameCount: num
     // A failure is told by the player.
     player.seek(index).catch(() => undefined);
   };
-  const actions: Actions = {
-    ...playing(player, seek, frameCount), ...(picture === null ? {} : viewing(picture, deeds)),
-    h: toggleHelp, s: toggleScreen, t: () => deeds.toggleTheme(),
-  };
+  const actions: Actions = { ...playing(player, seek, frameCount), ...viewing(picture, deeds) };
   const scrub = element<HTMLInputElement>('scrub');
   scrub.max = String(frameCount - 1);
   scrub.addEventListener('input', () => seek(Number(scrub.value)));
   scrub.disabled = frameCount < 2;
 
-  for (const [id, key] of Object.entries({ ...PLAYING, ...VIEWING, ...OTHERS })) {
-    const button = element<HTMLButtonElement>(id);
-    button.disabled = actions[key] === undefined || (id in PLAYING && frameCount < 2);
-    button.addEventListener('click', () => actions[key]?.());
-  }
-  element('screen').hidden = !document.fullscreenEnabled;
-  element('colors').hidden = picture?.view.hasColors !== true;
-  element('colors').setAttribute('aria-pressed', String(picture?.view.showsColors === true));
+  wireButtons({ ...PLAYING, ...VIEW_BUTTONS }, actions);
+  for (const id of Object.keys(PLAYING)) element<HTMLButtonElement>(id).disabled = frameCount < 2;
   const speed = element<HTMLSelectElement>('speed');
   speed.addEventListener('change', () => (player.speed = Number(speed.value)));
   wireSaves(picture, deeds);
   popup('more', 'views');
   popup('save', 'saves');
-  listen(actions, (move) => {
-    picture?.stage.move(move);
-    deeds.moved();
-  });
+  listen(actions);
 
   return {
     show: (index) => {
@@ -91,8 +59,6 @@ export function connect(player: Player, picture: Picture | null, frameCount: num
   };
 }
 
-type Actions = Record<string, () => void>;
-
 function playing(player: Player, seek: (index: number) => void, frameCount: number): Actions {
   return {
     ' ': () => (player.playing ? player.pause() : player.play()),
@@ -103,39 +69,9 @@ function playing(player: Player, seek: (index: number) => void, frameCount: numb
     Home: () => seek(0),
     End: () => seek(frameCount - 1),
     o: () => press('loop', (player.loop = !player.loop)),
-    ',': () => changeSpeed(-1),
-    '.': () => changeSpeed(1),
+    ',': () => choose('speed', -1),
+    '.': () => choose('speed', 1),
   };
-}
-
-function viewing({ stage, view }: Picture, deeds: Deeds): Actions {
-  return {
-    w: () => press('wireframe', view.toggleWireframe()),
-    c: () => {
-      press('colors', view.toggleColors());
-      deeds.recolored();
-    },
-    r: () => {
-      stage.goHome('eased');
-      deeds.moved();
-    },
-    f: () => {
-      const name = view.followNext();
-      press('follow', name !== null);
-      element('follow').textContent = name === null || name === '' ? 'Follow' : `Follow ${name}`;
-    },
-  };
-}
-
-function press(id: string, pressed: boolean): void {
-  element(id).setAttribute('aria-pressed', String(pressed));
-}
-
-/** The next slower or faster one of the list. */
-function changeSpeed(by: number): void {
-  const speed = element<HTMLSelectElement>('speed');
-  speed.selectedIndex = Math.min(Math.max(speed.selectedIndex + by, 0), speed.options.length - 1);
-  speed.dispatchEvent(new Event('change'));
 }
 
 function wireSaves(picture: Picture | null, { savePicture, saveNumbers, saveScene }: Deeds): void {
@@ -144,51 +80,4 @@ function wireSaves(picture: Picture | null, { savePicture, saveNumbers, saveScen
   element('save-numbers').addEventListener('click', saveNumbers);
   element('save-scene').hidden = saveScene === null;
   if (saveScene !== null) element('save-scene').addEventListener('click', saveScene);
-}
-
-/** A button that opens what lies beside it, until something else is pressed. */
-function popup(opener: string, panel: string): void {
-  const open = (isOpen: boolean) => {
-    element(panel).classList.toggle('open', isOpen);
-    element(opener).setAttribute('aria-expanded', String(isOpen));
-  };
-  element(opener).addEventListener('click', () => open(!element(panel).classList.contains('open')));
-  document.addEventListener('pointerdown', (event) => {
-    const target = event.target as Element;
-    if (target.closest(`#${panel}, #${opener}`) === null) open(false);
-  });
-  document.addEventListener('keydown', (event) => {
-    if (event.key === 'Escape') open(false);
-  });
-}
-
-function listen(actions: Actions, move: (move: Move) => void): void {
-  document.addEventListener('keydown', (event) => {
-    if (event.ctrlKey || event.altKey || event.metaKey) return;
-    const target = event.target as HTMLElement;
-    const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
-    // A list and a text need their own keys, and so does the help; a button is pressed by space.
-    if (target.closest('select, pre') !== null || (element<HTMLDialogElement>('help').open && key !== 'h')) return;
-    if (key === ' ' && target.closest('button, summary') !== null) return;
-
-    const moved = MOVES[event.shiftKey && key.startsWith('Arrow') ? `Shift ${key}` : key];
-    const action = moved === undefined ? actions[key] : () => move(moved);
-    if (action === undefined) return;
-    event.preventDefault();
-    action();
-  });
-}
-
-function toggleHelp(): void {
-  const help = element<HTMLDialogElement>('help');
-  if (help.open) return help.close();
-  help.showModal();
-  // Else the button at its end has the focus, and a small screen begins there.
-  element('help-title').focus();
-}
-
-function toggleScreen(): void {
-  // A browser that refuses leaves all as it was.
-  const change = document.fullscreenElement === null ? document.documentElement.requestFullscreen() : document.exitFullscreen();
-  change.catch(() => undefined);
 }

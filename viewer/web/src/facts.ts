@@ -1,9 +1,8 @@
 // What the page says of a recording in words: its title and time, how it ended, and what it is.
 
+import { element, make } from './dom.ts';
 import { readableLength, timeDigits } from './numbers.ts';
 import type { Failure, Recording } from './recording.ts';
-
-const element = (id: string) => document.getElementById(id) as HTMLElement;
 
 /** Says what never changes. */
 export function describe(recording: Recording): void {
@@ -19,7 +18,7 @@ export function describe(recording: Recording): void {
     element('banner').hidden = false;
     element('app').classList.add('failed');
   }
-  element('about-rows').append(...rows(recording).flatMap(([name, value]) => [tag('dt', name), tag('dd', value)]));
+  element('about-rows').append(...rows(recording).flatMap(([name, value]) => [make('dt', '', name), make('dd', '', value)]));
   element('source').hidden = source === null;
   element('source-text').textContent = source;
   element('about').hidden = false;
@@ -68,5 +67,3 @@ function say(id: string, sentence: string): void {
   element(id).hidden = sentence === '';
   element(id).textContent = sentence;
 }
-
-const tag = (name: 'dt' | 'dd', text: string) => Object.assign(document.createElement(name), { textContent: text });

@@ -43,6 +43,11 @@ export class Bounds {
     }
   }
 
+  /** Whether a point lies in the box, grown by a length on every side. */
+  holds(point: ArrayLike<number>, beyond: number): boolean {
+    return this.low.every((low, axis) => point[axis] >= low - beyond && point[axis] <= this.high[axis] + beyond);
+  }
+
   get isEmpty(): boolean {
     return this.low[0] > this.high[0];
   }

@@ -1,6 +1,7 @@
 // Plots over time: energies, the largest stretch, the time step, with a line at the time that is shown.
 //
-// Enters: diagnostics of each frame. Leaves: plots in an element; a click or a drag asks for a frame.
+// Enters: diagnostics of each frame, which may be others later. Leaves: plots in an element; a click or a drag asks for a
+// frame, if any can be asked for.
 
 import uPlot from 'uplot';
 import { type Axis, isWide, linear, logarithmic } from './axis.ts';
@@ -51,23 +52,46 @@ const BESIDE = 4;
 interface Drawn {
   title: string;
   figure: HTMLElement;
-  series: { label: string; color: string; dash: number[]; numbers: (number | null)[]; shown: HTMLElement }[];
+  series: { of: Series; numbers: (number | null)[]; shown: HTMLElement }[];
   isLogarithmic: boolean;
+  axis: Axis;
   plot: uPlot | null;
   cursor: HTMLElement | null;
 }
 
 export class Plots {
-  private readonly drawn: Drawn[];
-  private readonly times: number[];
+  private drawn: Drawn[];
+  private times: number[];
   private index = 0;
   private textSize = 0;
 
-  /** Plots of which no frame has a value are left out. */
-  constructor(private readonly host: HTMLElement, diagnostics: readonly Diagnostics[], private readonly seek: (time: number) => void) {
+  /** Plots of which no frame has a value are left out. `seek` is null where only the newest frame can be shown. */
+  constructor(private readonly host: HTMLElement, diagnostics: readonly Diagnostics[], private readonly seek: ((time: number) => void) | null) {
     this.times = diagnostics.map(({ time }) => time);
     this.drawn = QUANTITIES.flatMap((quantity) => this.figure(quantity, diagnostics));
     new ResizeObserver(() => this.resize()).observe(host);
+  }
+
+  /** Shows these from now on, up to the last of them. */
+  replace(diagnostics: readonly Diagnostics[]): void {
+    this.times = diagnostics.map(({ time }) => time);
+    const known = QUANTITIES.map(({ series }) => knownOf(series, diagnostics)).filter((series) => series.length > 0).flat();
+    const shown = this.drawn.flatMap(({ series }) => series.map(({ of }) => of));
+    if (known.length !== shown.length || known.some((series, at) => series !== shown[at])) {
+      for (const { plot, figure } of this.drawn) {
+        plot?.destroy();
+        figure.remove();
+      }
+      this.drawn = QUANTITIES.flatMap((quantity) => this.figure(quantity, diagnostics));
+      this.redraw();
+    }
+    for (const drawn of this.drawn) {
+      for (const series of drawn.series) series.numbers = diagnostics.map(series.of.value);
+      drawn.axis = axisOf(drawn);
+      drawn.plot?.setData(this.data(drawn));
+      drawn.plot?.root.setAttribute('aria-label', this.inWords(drawn));
+    }
+    this.show(diagnostics.length - 1);
   }
 
   get isEmpty(): boolean {
@@ -91,22 +115,23 @@ export class Plots {
 
   /** What stands around a plot; nothing if no frame has a value. */
   private figure({ title, series }: Quantity, diagnostics: readonly Diagnostics[]): Drawn[] {
-    const known = series.filter(({ value }) => diagnostics.some((d) => value(d) !== null));
+    const known = knownOf(series, diagnostics);
     if (known.length === 0) return [];
     const figure = append(this.host, 'figure', 'plot');
     const caption = append(figure, 'figcaption');
     append(caption, 'strong').textContent = title;
     const button = append(caption, 'button', 'scale');
     const keys = append(caption, 'span', 'keys');
-    const shown = known.map(({ label, color, dash, value }) => {
+    const shown = known.map((of) => {
       const item = append(keys, 'span', 'series');
-      item.append(sample(color, dash));
-      append(item, 'span').textContent = label;
-      return { label, color, dash, numbers: diagnostics.map(value), shown: append(item, 'b') };
+      item.append(sample(of.color, of.dash));
+      append(item, 'span').textContent = of.label;
+      return { of, numbers: diagnostics.map(of.value), shown: append(item, 'b') };
     });
 
     const isLogarithmic = isWide(shown.map(({ numbers }) => numbers));
-    const drawn: Drawn = { title, figure, series: shown, isLogarithmic, plot: null, cursor: null };
+    const axis = axisOf({ series: shown, isLogarithmic });
+    const drawn: Drawn = { title, figure, series: shown, isLogarithmic, axis, plot: null, cursor: null };
     Object.assign(button, { type: 'button', textContent: 'log', title: 'Equal ratios are equally long' });
     button.setAttribute('aria-label', `${title}: logarithmic axis`);
     const press = () => button.setAttribute('aria-pressed', String(drawn.isLogarithmic));
@@ -126,19 +151,24 @@ export class Plots {
     // A closed panel has no width.
     if (width === 0) return;
 
-    const { series } = drawn;
-    const all = series.flatMap(({ numbers }) => finite(numbers));
-    const axis = drawn.isLogarithmic ? logarithmic(all) : linear(all);
-    const data = [this.times, ...series.map(({ numbers }) => numbers.map((number) => (number === null ? null : axis.place(number))))];
-    const plot = new uPlot(this.options(drawn, axis, width), data as uPlot.AlignedData, drawn.figure);
+    drawn.axis = axisOf(drawn);
+    const plot = new uPlot(this.options(drawn, width), this.data(drawn), drawn.figure);
     plot.root.setAttribute('role', 'img');
     plot.root.setAttribute('aria-label', this.inWords(drawn));
-    this.listen(plot);
-    Object.assign(drawn, { plot, cursor: append(plot.over, 'div', 'now') });
+    drawn.plot = plot;
+    if (this.seek === null) return;
+    this.listen(plot, this.seek);
+    drawn.cursor = append(plot.over, 'div', 'now');
     this.moveCursor(drawn);
   }
 
-  private options({ series }: Drawn, { range, ticks }: Axis, width: number): uPlot.Options {
+  private data({ series, axis }: Drawn): uPlot.AlignedData {
+    const places = series.map(({ numbers }) => numbers.map((number) => (number === null ? null : axis.place(number))));
+    return [this.times, ...places] as uPlot.AlignedData;
+  }
+
+  /** The axis is asked for anew with other data. */
+  private options(drawn: Drawn, width: number): uPlot.Options {
     const style = getComputedStyle(document.documentElement);
     const color = (name: string) => style.getPropertyValue(name).trim();
     const rem = this.textSize;
@@ -151,15 +181,18 @@ export class Plots {
       height: HEIGHT * rem,
       legend: { show: false },
       cursor: { drag: { x: false, y: false }, y: false, points: { show: false } },
-      scales: { x: { time: false }, y: { range } },
+      scales: { x: { time: false }, y: { range: () => drawn.axis.range } },
       axes: [
         { ...axis, size: 1.9 * rem, values: (_, times) => times.map((time) => `${readable(time)} s`) },
-        { ...axis, size: BESIDE * rem, splits: ticks.map(({ at }) => at), values: ticks.map(({ label }) => label) as never },
+        {
+          ...axis, size: BESIDE * rem, splits: () => drawn.axis.ticks.map(({ at }) => at),
+          values: () => drawn.axis.ticks.map(({ label }) => label),
+        },
       ],
       series: [
         {},
-        ...series.map(({ label, color: name, dash }) => (
-          { label, stroke: color(name), dash, width: rem / 8, points: { show: this.times.length === 1 } }
+        ...drawn.series.map(({ of: { label, color: name, dash } }) => (
+          { label, stroke: color(name), dash, width: rem / 8, points: { show: () => this.times.length === 1 } }
         )),
       ],
     };
@@ -167,7 +200,7 @@ export class Plots {
 
   /** What a plot shows, for who does not see it. */
   private inWords({ title, series, isLogarithmic }: Drawn): string {
-    const ranges = series.map(({ label, numbers }) => {
+    const ranges = series.map(({ of: { label }, numbers }) => {
       const all = finite(numbers);
       const [least, most] = all.reduce(([a, b], number) => [Math.min(a, number), Math.max(b, number)], [Infinity, -Infinity]);
       return `${label} from ${readable(least)} to ${readable(most)}`;
@@ -182,8 +215,8 @@ export class Plots {
     cursor.style.transform = `translateX(${plot.valToPos(this.times[this.index], 'x')}px)`;
   }
 
-  private listen(plot: uPlot): void {
-    const ask = (event: PointerEvent) => this.seek(plot.posToVal(event.clientX - plot.over.getBoundingClientRect().left, 'x'));
+  private listen(plot: uPlot, seek: (time: number) => void): void {
+    const ask = (event: PointerEvent) => seek(plot.posToVal(event.clientX - plot.over.getBoundingClientRect().left, 'x'));
     plot.over.addEventListener('pointerdown', (event) => {
       plot.over.setPointerCapture(event.pointerId);
       ask(event);
@@ -199,6 +232,15 @@ export class Plots {
     const isOther = ({ plot }: Drawn) => plot?.width !== width || textSize !== this.textSize;
     if (width > 0 && this.drawn.some(isOther)) this.redraw();
   }
+}
+
+/** Those of which some frame has a value. */
+const knownOf = (series: readonly Series[], diagnostics: readonly Diagnostics[]): Series[] =>
+  series.filter(({ value }) => diagnostics.some((d) => value(d) !== null));
+
+function axisOf({ series, isLogarithmic }: Pick<Drawn, 'series' | 'isLogarithmic'>): Axis {
+  const all = series.flatMap(({ numbers }) => finite(numbers));
+  return isLogarithmic ? logarithmic(all) : linear(all);
 }
 
 /** A line as the plot draws it. */

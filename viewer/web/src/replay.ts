@@ -1,7 +1,8 @@
 // The page that replays a recording: what it is made of, and in which order it begins.
 
 import { bodyBounds, motionBounds } from './camera.ts';
-import { type Picture, connect } from './controls.ts';
+import { connect } from './controls.ts';
+import { element } from './dom.ts';
 import { describe, showFacts } from './facts.ts';
 import type { Bounds } from './geometry.ts';
 import { FormatError } from './json.ts';
@@ -16,6 +17,7 @@ import type { Frame } from './scene.ts';
 import { Stage } from './stage.ts';
 import { Themes } from './theme.ts';
 import { View } from './view.ts';
+import type { Picture } from './viewing.ts';
 
 /** What scripts and tests may use. */
 interface Handles {
@@ -36,10 +38,6 @@ interface Handles {
 /** Screens on which the plots would leave too little room for the picture. */
 const NARROW = '(max-width: 800px), (max-height: 480px)';
 const CALM = '(prefers-reduced-motion: reduce)';
-
-function element<T extends HTMLElement>(id: string): T {
-  return document.getElementById(id) as T;
-}
 
 function say(sentence: string): void {
   const message = element('message');
@@ -138,7 +136,9 @@ function draw(recording: Recording, first: Frame, bounds: Bounds, calm: boolean)
     say('This browser cannot draw the recording, since WebGL 2 is missing or switched off. The plots show its numbers.');
     return null;
   }
-  const view = new View(stage, recording.head.scene, first, bounds);
+  const { scene } = recording.head;
+  // Frames may lack what the head says of their colours.
+  const view = new View(stage, first.scalar === null ? { ...scene, colorBy: null } : scene, first, bounds);
   const particle = recording.end?.failure?.particle ?? null;
   if (particle !== null) view.markParticle(particle);
   return { stage, view };

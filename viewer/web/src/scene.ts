@@ -51,8 +51,11 @@ export interface Scene {
 export interface Frame {
   /** s. */
   time: number;
-  /** Positions are these whole numbers, x y z of each particle, times `step` (m). */
-  numbers: Int32Array;
+  /**
+   * Positions are these, x y z of each particle, times `step` (m): whole numbers of a recording, or numbers of binary32
+   * with a step of 1.
+   */
+  numbers: Int32Array | Float32Array;
   step: number;
   /** What the scene's colour shows, of each particle. */
   scalar: Float32Array<ArrayBuffer> | null;

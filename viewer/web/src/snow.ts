@@ -40,9 +40,9 @@ export class Snow {
   private falseColors: boolean;
   private wireframe = false;
 
-  /** `positions` are those of the first frame; `scalar` says whether frames have one. */
-  constructor(scene: Scene, private readonly positions: BufferAttribute, scalar: Float32Array | null) {
-    this.coloring = scene.colorBy !== null && scalar !== null ? new Coloring(scene.colorBy) : null;
+  /** `positions` are those of the first frame. */
+  constructor(scene: Scene, private readonly positions: BufferAttribute) {
+    this.coloring = scene.colorBy !== null ? new Coloring(scene.colorBy) : null;
     const bodies = scene.bodies.filter((body) => isPoints(body) && body.particleCount > 0);
     this.tint = new BufferAttribute(new Uint8Array(bodies.length > 0 ? positions.array.length : 0).fill(255), 3, true);
     this.surface = bodies.length > 0 ? new Surface(rgb(SNOW_COLOR)) : null;

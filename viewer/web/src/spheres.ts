@@ -4,6 +4,8 @@ import { Color, ShaderMaterial, UniformsLib, UniformsUtils, Vector3 } from 'thre
 
 /** Pixels along the height of the picture. */
 export const height = { value: 1 };
+/** Pixels of the picture over those of the page. */
+export const ratio = { value: 1 };
 /** Unit vector from the scene to the sun. */
 export const sun = { value: new Vector3(0, 1, 0) };
 
@@ -27,6 +29,7 @@ const VERTEX = /* glsl */ `
   #include <common>
   #include <shadowmap_pars_vertex>
   ${SPHERE_SIZE}
+  uniform float ratio;
   uniform vec3 sun;
   varying vec3 vCenter;
   varying float vRadius;
@@ -38,7 +41,7 @@ const VERTEX = /* glsl */ `
   void main() {
     vec4 mvPosition = modelViewMatrix * vec4(position, 1.0);
     float scale = pixelsPerMetre(-mvPosition.z);
-    vRadius = radius > 0.0 ? radius : pixels / scale;
+    vRadius = radius > 0.0 ? radius : pixels * ratio / scale;
     vCenter = mvPosition.xyz;
     gl_Position = projectionMatrix * mvPosition;
     gl_PointSize = max(2.0 * vRadius * scale, 1.5);
@@ -119,6 +122,7 @@ export function sphereMaterial(radius: Radius, color: Color, colored: 'one color
   });
   // Shared by all, after the clone.
   material.uniforms['height'] = height;
+  material.uniforms['ratio'] = ratio;
   material.uniforms['sun'] = sun;
   return material;
 }
@@ -138,5 +142,5 @@ export function sphereDepthMaterial(radius: { value: number }, mapPixels: number
 
 function size(radius: Radius) {
   const [metres, pixels] = 'metres' in radius ? [radius.metres, 0] : [0, radius.pixels];
-  return { radius: { value: metres }, pixels: { value: pixels * Math.min(window.devicePixelRatio, 2) } };
+  return { radius: { value: metres }, pixels: { value: pixels } };
 }

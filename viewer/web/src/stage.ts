@@ -3,15 +3,16 @@
 // Enters: a canvas, objects in metres around the scene's own origin. Leaves: pixels.
 
 import {
-  Color, MOUSE, type Object3D, PCFShadowMap, PerspectiveCamera, SRGBColorSpace, Scene, TOUCH, Vector3, WebGLRenderer,
+  Color, MOUSE, Mesh, type Object3D, PCFShadowMap, PerspectiveCamera, SRGBColorSpace, Scene, TOUCH, Vector3, WebGLRenderer,
 } from 'three';
 import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
 import type { Camera } from './camera.ts';
 import { Lights } from './lights.ts';
 import { Occlusion } from './occlusion.ts';
 import { Pace, type Quality } from './pace.ts';
+import { type Ray, rayThrough } from './ray.ts';
 import type { Vector } from './scene.ts';
-import { height } from './spheres.ts';
+import { height, ratio } from './spheres.ts';
 
 const FIELD_OF_VIEW = 50;
 /** The camera stands so much farther than where the picture just holds the scene. */
@@ -92,7 +93,19 @@ export class Stage {
   }
 
   add(objects: readonly Object3D[]): void {
-    this.scene.add(...objects);
+    for (const object of objects) this.scene.add(object);
+  }
+
+  /** Takes objects away, with what the graphics hold of them. */
+  remove(objects: readonly Object3D[]): void {
+    for (const object of objects) {
+      this.scene.remove(object);
+      object.traverse((part) => {
+        if (!(part instanceof Mesh)) return;
+        part.geometry.dispose();
+        part.material.dispose();
+      });
+    }
   }
 
   /** Draws what the scene needs aside, before each picture. */
@@ -100,8 +113,8 @@ export class Stage {
     this.prepare = prepare;
   }
 
-  /** Looks at a scene, and lights it. */
-  look(home: Home): void {
+  /** Looks at a scene, and lights it. A reader who moved the view keeps it. */
+  look(home: Home, how: 'at once' | 'eased' = 'at once'): void {
     const { radius } = home;
     this.home = home;
     this.lights.aim(home.camera, radius);
@@ -109,7 +122,8 @@ export class Stage {
     this.camera.far = 100 * radius;
     this.controls.minDistance = 0.03 * radius;
     this.controls.maxDistance = 30 * radius;
-    this.goHome('at once');
+    this.camera.updateProjectionMatrix();
+    if (this.atHome) this.goHome(how);
   }
 
   /** The view from the start. */
@@ -212,6 +226,12 @@ export class Stage {
     this.pace.drawn(quality);
   }
 
+  /** The half-line that is seen at a place of the window (CSS pixels), around the scene's own origin (m). */
+  ray(x: number, y: number): Ray {
+    this.camera.updateMatrixWorld();
+    return rayThrough(this.camera, this.renderer.domElement.getBoundingClientRect(), x, y);
+  }
+
   /** Share of the pixels that differ from the background. */
   litShare(): number {
     const pixels = this.pixels();
@@ -292,9 +312,9 @@ export class Stage {
 
   /** Pixels of the picture over those of the page. */
   private sharpen(share: number): void {
-    const ratio = share * Math.min(window.devicePixelRatio, MOST_PIXEL_RATIO);
-    if (this.renderer.getPixelRatio() === ratio) return;
-    this.renderer.setPixelRatio(ratio);
+    ratio.value = share * Math.min(window.devicePixelRatio, MOST_PIXEL_RATIO);
+    if (this.renderer.getPixelRatio() === ratio.value) return;
+    this.renderer.setPixelRatio(ratio.value);
     height.value = this.renderer.domElement.height;
   }
 

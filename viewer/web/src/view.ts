@@ -12,10 +12,10 @@ import type { Legend } from './coloring.ts';
 import { type Bounds, along, minus, unit } from './geometry.ts';
 import { colorGround, showGrid } from './ground.ts';
 import { mark } from './mark.ts';
-import { restore } from '../../../client/typescript/src/packed.ts';
+import type { Ray } from './ray.ts';
 import type { Frame, Scene, Vector } from './scene.ts';
 import { Snow } from './snow.ts';
-import type { Stage } from './stage.ts';
+import type { Home, Stage } from './stage.ts';
 import type { Theme } from './theme.ts';
 
 export class View {
@@ -23,7 +23,9 @@ export class View {
   private readonly local: BufferAttribute;
   private readonly cloth: Cloth;
   private readonly snow: Snow;
-  private readonly colliders: Colliders;
+  private colliders: Colliders;
+  /** Towards the camera, from the start. */
+  private readonly toEye: Vector;
   private wireframe = false;
   /** Index of the body that the view follows, and where its middle was; null for none. */
   private followed: { body: number; middle: Vector } | null = null;
@@ -37,8 +39,9 @@ export class View {
 
     const all = sceneBounds(scene, bodies);
     const { eye, target } = cameraOf(scene, all, bodies);
-    this.cloth = new Cloth(scene.bodies, this.local, unit(minus(eye, target)) ?? [0, 1, 0]);
-    this.snow = new Snow(scene, this.local, shown.scalar);
+    this.toEye = unit(minus(eye, target)) ?? [0, 1, 0];
+    this.cloth = new Cloth(scene.bodies, this.local, this.toEye);
+    this.snow = new Snow(scene, this.local);
     this.colliders = new Colliders(scene.colliders, all, this.origin);
     const { surface } = this.snow;
     stage.add([...this.colliders.objects, ...this.cloth.objects, ...this.snow.objects]);
@@ -46,9 +49,18 @@ export class View {
       if (this.snow.isSurface) surface!.prepare(renderer, camera, quality);
     });
 
-    const local = (point: Vector) => minus(point, this.origin);
-    stage.look({ camera: { eye: local(eye), target: local(target) }, corners: all.corners().map(local), radius: all.radius() });
+    stage.look(this.home(all));
     this.show(shown);
+  }
+
+  /** The picture holds more: bodies went beyond the bounds that were known. */
+  refit(bodies: Bounds): void {
+    const all = sceneBounds(this.scene, bodies);
+    this.stage.remove(this.colliders.objects);
+    this.colliders = new Colliders(this.scene.colliders, all, this.origin);
+    this.colliders.update(this.shown.time);
+    this.stage.add(this.colliders.objects);
+    this.stage.look(this.home(all), 'eased');
   }
 
   /** Draws a frame at once. */
@@ -76,6 +88,12 @@ export class View {
   markParticle(particle: number): void {
     this.stage.add(mark(particle, this.local));
     this.stage.changed();
+  }
+
+  /** The half-line that is seen at a place of the window (CSS pixels), in the world (m). */
+  ray(x: number, y: number): Ray {
+    const { origin, direction } = this.stage.ray(x, y);
+    return { origin: along(this.origin, 1, origin), direction };
   }
 
   /** Where the camera stands, in the world (m); null for the view from the start. */
@@ -151,7 +169,16 @@ export class View {
 
   /** Positions of the shown frame (m), in the world. */
   positions(): Float32Array {
-    return restore(this.shown.numbers, this.shown.step);
+    const { numbers, step } = this.shown;
+    return Float32Array.from(numbers, (number) => number * step);
+  }
+
+  /** The view that holds all of some bounds, from the side that was chosen at the start. */
+  private home(all: Bounds): Home {
+    const local = (point: Vector) => minus(point, this.origin);
+    const target = local(all.center());
+    const eye = along(target, all.radius(), this.toEye);
+    return { camera: { eye, target }, corners: all.corners().map(local), radius: all.radius() };
   }
 
   /** Mean position of a body's particles, as it is drawn (m). */

@@ -1,0 +1,40 @@
+// Opens the page that the server brings along in a headless Chromium, against a real server:
+// node tests/live.mjs NAPPE-SERVER [--page FILE.html] [--only PART] [--pictures FOLDER]. --page serves that file in place of the
+// server's own page. Prints a line of JSON. CHROMIUM names the browser.
+
+import assert from 'node:assert/strict';
+import { parseArgs } from 'node:util';
+import { door } from './live/door.mjs';
+import { list } from './live/list.mjs';
+import { odd } from './live/odd.mjs';
+import { picture } from './live/picture.mjs';
+import { launch, lineTo, serve } from './live/start.mjs';
+import { steering } from './live/steering.mjs';
+import { troubles } from './live/troubles.mjs';
+
+const PARTS = { picture, steering, list, odd, troubles, door };
+
+const { values, positionals: [program] } = parseArgs({
+  allowPositionals: true, options: { page: { type: 'string' }, only: { type: 'string' }, pictures: { type: 'string' } },
+});
+assert.ok(program, 'node tests/live.mjs NAPPE-SERVER');
+const browser = await launch();
+const report = {};
+try {
+  for (const [name, part] of Object.entries(PARTS)) {
+    if (values.only !== undefined && values.only !== name) continue;
+    const server = await serve(program);
+    const line = await lineTo(server.port, values.page);
+    const begin = performance.now();
+    try {
+      const found = await part({ browser, server, line, program, page: values.page, pictures: values.pictures });
+      report[name] = { ...found, seconds: Math.round((performance.now() - begin) / 100) / 10 };
+    } finally {
+      line.close();
+      await server.stop();
+    }
+  }
+  console.log(JSON.stringify(report));
+} finally {
+  await browser.close();
+}

@@ -1,0 +1,144 @@
+// The picture of a session: it comes, it moves, it fits narrow screens, and is looked at as that of a recording.
+
+import assert from 'node:assert/strict';
+import { join } from 'node:path';
+import { eventually, open, sleep } from './start.mjs';
+
+const LEAST_LIT = 0.05;
+/** Least width and height of what a finger presses (CSS pixels). */
+const FINGER = 44;
+/** From the load to the first picture (ms), of a machine that has much else to do. */
+const FIRST = 15_000;
+
+export async function picture({ browser, server, line, pictures }) {
+  await server.client.create({ scene: 'demo', sessionId: 'cloth', stepLimit: 0n });
+  await server.client.create({ scene: 'snow_and_cloth', sessionId: 'snow', stepLimit: 0n });
+  const shoot = (page, name) => (pictures === undefined ? null : page.screenshot({ path: join(pictures, `${name}.png`) }));
+
+  const begin = performance.now();
+  const tab = await open(browser, `${line.address}?session=cloth`, { viewport: { width: 1280, height: 800 }, colorScheme: 'dark' });
+  await tab.ready();
+  const first = performance.now() - begin;
+  assert.ok(first < FIRST, `the first picture comes after ${first} ms`);
+  const lit = await tab.page.evaluate(() => window.nappe.litShare());
+  assert.ok(lit > LEAST_LIT, `${lit} of the pixels are lit`);
+  const renderer = await tab.page.evaluate(() => window.nappe.renderer());
+  assert.notEqual(renderer, '');
+  assert.ok(await tab.page.evaluate(() => window.nappe.positions().length > 0 && window.nappe.positions().every(Number.isFinite)));
+  await rays(tab.page);
+  const perSecond = await moves(tab);
+  await shoot(tab.page, 'session-dark');
+  await views(tab);
+  await tab.close();
+
+  const light = await open(browser, `${line.address}?session=snow`, { viewport: { width: 1280, height: 800 }, colorScheme: 'light' });
+  await light.ready();
+  await colors(light, server);
+  await shoot(light.page, 'session-light');
+  await light.close();
+  await narrow(browser, line, shoot);
+  return { first_ms: Math.round(first), lit_share: Number(lit.toFixed(3)), pictures_per_second: perSecond, renderer };
+}
+
+/** A ray through a pixel starts at the camera; rays through neighbours part, and all have length 1. */
+async function rays(page) {
+  const [middle, beside] = await page.evaluate(() => {
+    const { left, top, width, height } = document.getElementById('canvas').getBoundingClientRect();
+    return [0, 100].map((by) => window.nappe.ray(left + width / 2 + by, top + height / 2));
+  });
+  assert.deepEqual(middle.origin, beside.origin);
+  const angle = Math.acos(middle.direction.reduce((sum, part, axis) => sum + part * beside.direction[axis], 0));
+  assert.ok(angle > 0.02 && angle < 0.3, `100 pixels are ${angle} radians apart`);
+  // The scene is seen in the middle: the ray passes near the ball of the demo.
+  const away = [0, 0.6, 0].map((at, axis) => at - middle.origin[axis]);
+  const along = away.reduce((sum, part, axis) => sum + part * middle.direction[axis], 0);
+  const apart = Math.hypot(...away.map((part, axis) => part - along * middle.direction[axis]));
+  assert.ok(along > 0 && apart < 1, `the ball is ${apart} m beside what is seen in the middle`);
+}
+
+/** Pictures per second while it plays. */
+async function moves(tab) {
+  await tab.page.keyboard.press(' ');
+  const before = await tab.page.evaluate(() => [...window.nappe.positions().slice(0, 300)]);
+  // Until the browser knows how finely it can draw.
+  await sleep(2_500);
+  const [from, since] = [await tab.drawn(), performance.now()];
+  await sleep(3_000);
+  const perSecond = (await tab.drawn() - from) / ((performance.now() - since) / 1e3);
+  assert.notDeepEqual(await tab.page.evaluate(() => [...window.nappe.positions().slice(0, 300)]), before);
+  assert.ok(perSecond > 0.5, `${perSecond} pictures per second`);
+  assert.match(await tab.text('corner'), /^\d+ pictures?\/s[\d.]+ [kM]?B\/s[\d,]+ left out/);
+  const plots = await tab.page.evaluate(() => [...document.querySelectorAll('.plot .uplot')].map((plot) => plot.getAttribute('aria-label')));
+  assert.ok(plots.length >= 2 && plots.every((label) => /over time from .* to .* s: .* from .* to /.test(label)), `${plots}`);
+  assert.match(await tab.text('stages'), /Time of a step[\d.]+ ms.*force.*solve/);
+  await tab.page.keyboard.press(' ');
+  return Number(perSecond.toFixed(1));
+}
+
+/** Follow, Edges, Theme and Reset view, by button and by key. */
+async function views({ page }) {
+  const pressed = (id) => page.getAttribute(`#${id}`, 'aria-pressed');
+  const theme = () => page.evaluate(() => document.documentElement.dataset.theme);
+  await page.click('#wireframe');
+  assert.equal(await pressed('wireframe'), 'true');
+  await page.keyboard.press('w');
+  assert.equal(await pressed('wireframe'), 'false');
+  const was = await theme();
+  await page.keyboard.press('t');
+  assert.notEqual(await theme(), was);
+  await page.click('#theme');
+  assert.equal(await theme(), was);
+  await page.keyboard.press('f');
+  assert.equal(await page.textContent('#follow'), 'Follow cloth');
+  await page.keyboard.press('f');
+  assert.equal(await page.textContent('#follow'), 'Follow');
+
+  const camera = () => page.evaluate(() => window.nappe.session.picture.view.camera());
+  await page.keyboard.press('Shift+ArrowLeft');
+  assert.notEqual(await camera(), null, 'the view was moved');
+  await page.click('#home');
+  assert.equal(await camera(), null, 'it is that from the start');
+  await page.keyboard.press('h');
+  assert.ok(await page.isVisible('#help'));
+  await page.keyboard.press('h');
+}
+
+/** What snow carries is asked for once its colours are. */
+async function colors(tab, server) {
+  const { page } = tab;
+  await server.client.step('snow', 60, { wait: true });
+  await eventually(async () => (await tab.text('frame')) === 'step 60', 'the steps of another client are shown');
+  assert.equal(await page.isVisible('#legend'), false);
+  await page.click('#colors');
+  assert.equal(await page.getAttribute('#colors', 'aria-pressed'), 'true');
+  assert.match(await tab.text('legend'), /plastic ratio/);
+  await eventually(() => page.evaluate(() => window.nappe.session.newest.fields.plastic_ratio !== undefined), 'frames have them');
+  await page.keyboard.press('c');
+  assert.equal(await page.isVisible('#legend'), false);
+}
+
+/** 360 pixels of width: nothing is cut off, and all that is pressed is large enough. */
+async function narrow(browser, line, shoot) {
+  for (const [path, name] of [['?session=cloth', 'session-narrow'], ['', 'list-narrow']]) {
+    const tab = await open(browser, line.address + path, { viewport: { width: 360, height: 640 }, colorScheme: 'light' });
+    await tab.ready();
+    assert.ok(await tab.page.evaluate(() => document.documentElement.scrollWidth <= innerWidth), `${name} is wider than the screen`);
+    await fingers(tab.page, name);
+    await shoot(tab.page, name);
+    if (path !== '') {
+      await tab.page.click('#more');
+      await fingers(tab.page, `${name}, more`);
+      for (const id of ['rate', 'home', 'theme', 'fork', 'delete', 'help-open']) assert.ok(await tab.page.isVisible(`#${id}`), `${name}: ${id}`);
+      await shoot(tab.page, `${name}-more`);
+    }
+    await tab.close();
+  }
+}
+
+async function fingers(page, name) {
+  const small = await page.evaluate((least) => [...document.querySelectorAll('button, select, summary, .card, .up')].flatMap((target) => {
+    const { width, height } = target.getBoundingClientRect();
+    return width === 0 || (width >= least && height >= least) ? [] : [`${target.id || target.textContent}: ${width} x ${height}`];
+  }), FINGER);
+  assert.deepEqual(small, [], name);
+}
