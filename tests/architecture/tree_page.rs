@@ -109,7 +109,7 @@ const SAID: [(&str, &str); 41] = [
     ("tests/golden/", "Reference data, and the committed hashes"),
     ("tests/peers/", "Other programs on the same work, for comparison"),
     ("tests/xtask/", "`cargo xtask`: checks, tests, proofs, and the files that are made from the code"),
-    ("viewer/web/", "The page of HTML recordings, in TypeScript; what is built of it is in `dist`"),
+    ("viewer/web/", "The pages of recordings and of the server, in TypeScript; what is built is in `dist`"),
 ];
 
 /// Folders of files of one kind, which take one line.

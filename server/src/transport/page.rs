@@ -58,7 +58,7 @@ pub(super) fn answer<B>(request: &Request<B>, door: &Door) -> Option<Response<Bo
     }
     let headers = request.headers();
     if let Some(refusal) = door.refusal_without_token(request).or_else(|| too_large(headers)) {
-        return Some(refused(&refusal, is_head));
+        return Some(refused(&refusal, request.method()));
     }
 
     let is_packed = takes_gzip(headers);
@@ -91,10 +91,10 @@ pub(super) fn answer<B>(request: &Request<B>, door: &Door) -> Option<Response<Bo
 }
 
 /// Why the page is not given, for the person who reads it.
-fn refused(refusal: &ServiceError, is_head: bool) -> Response<Body> {
+fn refused(refusal: &ServiceError, method: &Method) -> Response<Body> {
     let is_large = refusal.reason == Reason::HeadersTooLarge;
     let text = format!("{}: {}\n", refusal.reason.name(), refusal.message);
-    let mut response = Response::new(if is_head { Body::empty() } else { Body::new(text) });
+    let mut response = Response::new(if method == Method::HEAD { Body::empty() } else { Body::new(text) });
     *response.status_mut() =
         if is_large { StatusCode::REQUEST_HEADER_FIELDS_TOO_LARGE } else { StatusCode::FORBIDDEN };
     set(response.headers_mut(), header::CONTENT_TYPE, "text/plain; charset=utf-8");
