@@ -6,7 +6,7 @@
 use crate::{
     additions, clients, drill, mutants, nginx, python,
     shell::{Failure, Shell},
-    suites, tutorials, typescript,
+    suites, tutorials, typescript, web,
 };
 
 /// The `nappe` command, as `cargo nappe` runs it.
@@ -75,6 +75,7 @@ fn service(shell: &mut Shell) -> Result<(), Failure> {
     shell.cargo("bench stream", &format!("{NAPPE} bench stream --sizes 10000,100000"))?;
     clients::examples(shell)?;
     nginx::run(shell)?;
+    web::loads(shell)?;
     python::measure(shell)?;
     typescript::measure(shell)
 }

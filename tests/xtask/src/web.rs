@@ -99,6 +99,16 @@ pub(crate) fn show(shell: &mut Shell, title: &str, file: &Path) -> Result<(), Fa
     in_a_browser(shell, title, |node, browser| script(node, browser, "browser", file))
 }
 
+/// Loads and closes the page of the built server a hundred times.
+pub(crate) fn loads(shell: &mut Shell) -> Result<(), Failure> {
+    let server = shell.target().join("release/nappe-server");
+    in_a_browser(shell, "page: loads", |node, browser| {
+        let mut command = script(node, browser, "live", &server);
+        command.args(["--only", "loads"]);
+        command
+    })
+}
+
 /// Draws recordings into a picture, where Node, its packages and a browser are there.
 pub(crate) fn picture<'a>(
     shell: &mut Shell,

@@ -45,7 +45,7 @@ export async function serve(program, { port = 0, token = TOKEN } = {}) {
   });
   const address = /http:\/\/(\S+)/.exec(line)[1];
   return {
-    port: Number(address.split(':').pop()), client: connect(address, { token }), signal: (name) => child.kill(name),
+    port: Number(address.split(':').pop()), client: connect(address, { token }), pid: child.pid, signal: (name) => child.kill(name),
     stop: async (name = 'SIGKILL') => {
       child.kill(name);
       await ended;
