@@ -224,12 +224,14 @@ impl<R: Real> Stepping<'_, R> {
         let past = (past.dt > 0.0).then_some([&mut past.x[..], &mut past.v[..]]);
         let from = [&self.state.x[..], &self.state.v[..]];
         let met = resolve(contacts, &model.inv_m, from, [x, v], past, met);
-        let Met { touched, passed, first_passed, .. } = met;
+        let Met { touched, passed, first_passed, pinched, first_pinched, .. } = met;
         watch.lap(Stage::Collide);
 
         tried.contact_count = touched;
         tried.notices.passed_count = passed;
         tried.notices.first_passed = first_passed.map(|first| u64::from(first.particle));
+        tried.notices.pinched_count = pinched;
+        tried.notices.first_pinched = first_pinched.map(u64::from);
         if touched > 0 {
             self.work.forget();
         }

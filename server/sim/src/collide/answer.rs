@@ -6,7 +6,9 @@
 
 use super::{
     Collider,
+    crease::Crease,
     flight::{Flight, Meeting},
+    touch::{Answer, Touch, change},
 };
 use crate::math::{Vec3, array3, vec3};
 
@@ -18,18 +20,6 @@ const SLOWEST: f64 = 2.0;
 const SAME_SIDE: f64 = 0.5;
 /// Rounds over all colliders that a particle between several is given to satisfy them.
 const ROUNDS: usize = 16;
-
-/// A sub-step of one particle as its method has it, and what contact made of it.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Answer {
-    /// Position (m) and velocity (m/s) at the end.
-    pub(super) x: Vec3<f64>,
-    pub(super) v: Vec3<f64>,
-    /// Energy (J per kg) that bounces add by the method's own difference between its velocities and its way.
-    pub(super) swing: f64,
-    /// Whether it was inside a collider at the start.
-    pub(super) was_inside: bool,
-}
 
 /// A sub-step that ends inside a collider.
 #[derive(Clone, Copy, Debug)]
@@ -70,7 +60,8 @@ impl SubStep<'_> {
             flight.w += change(collider, &relative, &meeting.normal, push);
         }
         let w = flight.end_velocity();
-        Answer { x: flight.end(), v: w + lag, swing: lag.dot(&(w - free)), was_inside: false }
+        let swing = lag.dot(&(w - free));
+        Answer { x: flight.end(), v: w + lag, swing, was_inside: false, is_pinched: false }
     }
 
     /// The collider that is met first: of those that the way ends inside of, and those that it passes before.
@@ -103,6 +94,7 @@ impl SubStep<'_> {
             v: flight.end_velocity() + lag,
             swing: 0.0,
             was_inside: meeting.depth > 0.0,
+            is_pinched: false,
         };
         let added = self.v[1] - self.v[0];
         let square = added.norm_squared();
@@ -117,7 +109,13 @@ impl SubStep<'_> {
             let Some(touch) = self.touch(collider, flight, &end, is_met.then_some(&meeting)) else {
                 continue;
             };
-            if touch.hold(flight, felt.clamp(0.0, 1.0), &mut end) || last.is_none() {
+            let felt = felt.clamp(0.0, 1.0);
+            let is_changed = if collider.shape.has_creases() {
+                Crease::new(&touch, self.rounding).hold(flight, felt, &mut end)
+            } else {
+                touch.hold(flight, felt, &mut end)
+            };
+            if is_changed || last.is_none() {
                 last = Some(collider);
             }
             end.was_inside |= touch.allowed > 0.0;
@@ -156,82 +154,6 @@ impl SubStep<'_> {
         let depth = collider.margin - distance;
         if depth > self.spare { depth } else { 0.0 }
     }
-}
-
-/// A collider that a particle must stay out of at the end of a sub-step.
-struct Touch<'a> {
-    collider: &'a Collider,
-    normal: Vec3<f64>,
-    /// Whether the nearest side is another one than that at which it came.
-    is_through: bool,
-    /// How far (m) it is inside, and how far it may be.
-    depth: f64,
-    allowed: f64,
-    spare: f64,
-    end_time: f64,
-}
-
-impl Touch<'_> {
-    /// Takes the approach away, slows what slides, and puts the particle on the surface; whether that changed anything.
-    fn hold(&self, flight: &Flight, felt: f64, end: &mut Answer) -> bool {
-        let Self { collider, normal, .. } = self;
-        let moving = vec3::<f64>(collider.velocity);
-        let relative = end.v - moving;
-        let approach = -relative.dot(normal);
-        let presses = approach > f64::EPSILON * end.v.amax();
-        let (mut lift, mut out) = (self.depth - self.allowed, *normal);
-        if presses {
-            let by = change(collider, &relative, normal, approach);
-            end.v += by;
-            let slowing = by - normal * approach;
-            if slowing.norm_squared() > 0.0 {
-                self.slow(flight, felt, &slowing, approach, end);
-                let (distance, here) = collider.distance(array3(&end.x), self.end_time);
-                lift = collider.margin - distance - self.allowed;
-                if !self.is_through {
-                    out = vec3(here);
-                    end.v += out * (moving - end.v).dot(&out).max(0.0);
-                }
-            }
-        }
-        if self.is_through {
-            let way = end.x - flight.x - moving * flight.left;
-            lift = -way.dot(normal);
-        }
-        if lift > 0.0 {
-            end.x += out * lift;
-        }
-        presses || lift > self.spare
-    }
-
-    /// Takes back the way along the surface that friction takes: what stops the particle as it comes, from then on; what it
-    /// takes later, as the method lets positions feel a change of velocity.
-    fn slow(&self, flight: &Flight, felt: f64, slowing: &Vec3<f64>, pushed: f64, end: &mut Answer) {
-        let Self { collider, normal, .. } = self;
-        let moving = vec3::<f64>(collider.velocity);
-        let coming = flight.w - moving;
-        let impact = (-coming.dot(normal)).clamp(0.0, pushed);
-        let sliding = coming - normal * coming.dot(normal);
-        let left = end.v - moving;
-        let rests = left.norm() <= f64::EPSILON * slowing.norm();
-        let way = end.x - flight.x - moving * flight.left;
-        if rests && sliding.norm() <= collider.friction * impact {
-            end.x -= way - normal * way.dot(normal);
-        } else {
-            let share = (impact + (pushed - impact) * felt) / pushed;
-            // No farther back than where it met the surface.
-            let most = (-way.dot(slowing) / slowing.norm_squared()).max(0.0);
-            end.x += slowing * (flight.left * share).min(most);
-        }
-    }
-}
-
-/// What a collider adds to a velocity relative to it (m/s) by a push along the normal.
-fn change(collider: &Collider, relative: &Vec3<f64>, normal: &Vec3<f64>, push: f64) -> Vec3<f64> {
-    let sliding = relative - normal * relative.dot(normal);
-    let speed = sliding.norm();
-    let slowed = if speed > 0.0 { (collider.friction * push / speed).min(1.0) } else { 0.0 };
-    normal * push - sliding * slowed
 }
 
 #[cfg(test)]
@@ -279,7 +201,8 @@ mod tests {
         let (mut met, dt, end_time) = (0, DT, 0.0);
         for shape in Shape::examples().into_iter().filter(|shape| !hollow(shape)) {
             for case in 0..10_000 {
-                let mut collider = collider(shape, f64::from(case % 3) / 2.0, f64::from(case % 4) / 3.0);
+                let mut collider =
+                    collider(shape.clone(), f64::from(case % 3) / 2.0, f64::from(case % 4) / 3.0);
                 collider.velocity = [number(), number(), number()];
                 let [mut x, v, w] = [(); 3].map(|()| Vec3::new(number(), number(), number()));
                 x *= 1.5;

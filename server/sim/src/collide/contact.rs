@@ -5,8 +5,9 @@
 
 use super::{
     Collider,
-    answer::{Answer, SubStep},
+    answer::SubStep,
     passed::{REACHED, has_passed},
+    touch::Answer,
 };
 use crate::{
     math::{Padded, Real, Vec3, array3, vec3},
@@ -47,6 +48,9 @@ pub(crate) struct Met {
     pub(crate) passed: u64,
     /// The first of these in the user's numbering.
     pub(crate) first_passed: Option<Passed>,
+    /// Particles that a collider with creases leaves no room, and the first of them in the user's numbering.
+    pub(crate) pinched: u64,
+    pub(crate) first_pinched: Option<u32>,
     /// Energy (J) that bounces add where a method's velocities are not those of its way: it takes as much in flight.
     pub(crate) swing: f64,
 }
@@ -55,11 +59,14 @@ impl Met {
     /// What two disjoint sets of particles met.
     fn and(self, other: Self) -> Self {
         let first = self.first_passed.into_iter().chain(other.first_passed).min();
+        let first_pinched = self.first_pinched.into_iter().chain(other.first_pinched).min();
         Self {
             touched: self.touched + other.touched,
             inside: self.inside + other.inside,
             passed: self.passed + other.passed,
             first_passed: first,
+            pinched: self.pinched + other.pinched,
+            first_pinched,
             swing: self.swing + other.swing,
         }
     }
@@ -69,18 +76,24 @@ impl Met {
         let own = share.own().blocks(blocks).iter().copied().fold(Self::default(), Self::and);
         let Passed { particle, collider } =
             own.first_passed.unwrap_or(Passed { particle: u32::MAX, collider: u32::MAX });
-        let [touched, inside, passed] = [own.touched, own.inside, own.passed].map(|count| count as f64);
+        let pinched = own.first_pinched.unwrap_or(u32::MAX);
+        let counts = [own.touched, own.inside, own.passed, own.pinched].map(|count| count as f64);
+        let [touched, inside, passed, held] = counts;
         let mut all = Self::default();
-        let told = [touched, inside, passed, particle.into(), collider.into()];
+        let told = [touched, inside, passed, particle.into(), collider.into(), held, pinched.into()];
         let [swing] = share.sum_and_tell(
             blocks,
             &|block: &Self| [block.swing],
             told,
-            |[touched, inside, passed, particle, collider]| {
+            |[touched, inside, passed, particle, collider, held, pinched]| {
                 let first = Passed { particle: particle as u32, collider: collider as u32 };
                 let first_passed = (passed > 0.0).then_some(first);
-                let [touched, inside, passed] = [touched, inside, passed].map(|count| count as u64);
-                all = all.and(Self { touched, inside, passed, first_passed, swing: 0.0 });
+                let first_pinched = (held > 0.0).then_some(pinched as u32);
+                let [touched, inside, passed, held] =
+                    [touched, inside, passed, held].map(|count| count as u64);
+                let other =
+                    Self { touched, inside, passed, first_passed, pinched: held, first_pinched, swing: 0.0 };
+                all = all.and(other);
             },
         );
         Self { swing, ..all }
@@ -140,6 +153,8 @@ fn of_one<R: Real>(contacts: Contacts<'_>, user: u32, inv_m: R, mut moved: Moved
         let answer = moved.answer(contacts);
         met.touched = 1;
         met.inside = u64::from(answer.was_inside);
+        met.pinched = u64::from(answer.is_pinched);
+        met.first_pinched = answer.is_pinched.then_some(user);
         met.swing = answer.swing / inv_m.to_f64();
     }
     met.first_passed = passed(contacts, user, near, [moved.from[0].vector(), moved.x.vector()]);

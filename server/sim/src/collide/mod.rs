@@ -3,6 +3,9 @@
 pub mod shape;
 mod collider;
 mod flight;
+mod planes;
+mod touch;
+mod crease;
 mod answer;
 mod passed;
 mod contact;

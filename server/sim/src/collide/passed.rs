@@ -11,6 +11,9 @@ const SEARCH_STEPS: u32 = 64;
 /// Distance from a surface at which a way has come to it, or within it at which it has gone in, over the length of the way.
 pub(super) const REACHED: f64 = 1e-3;
 
+/// Distance inside a surface that is rounding, over the length of the way.
+const ROUNDING: f64 = 1e-9;
+
 /// Whether a particle went through a collider on its way, which has a start and an end (m): over the `dt` (s) before
 /// `time` (s). At the start it was outside; at the end it is within, or it came to the surface on its way and the nearest
 /// of it looked the other way at the start than at the end. No deeper inside than `spare` (m), it counts as outside.
@@ -43,6 +46,10 @@ pub(crate) fn has_passed(
         return false;
     }
 
+    if collider.shape.has_creases() {
+        return is_within(|share| at(share).0, length);
+    }
+
     // Back from the end, by as much as is free of the surface in every direction.
     let mut gone = distance.max(0.0) / length;
     for _ in 0..SEARCH_STEPS {
@@ -54,6 +61,20 @@ pub(crate) fn has_passed(
             return true;
         }
         gone += distance / length;
+    }
+    false
+}
+
+/// Whether a way (m) leads through a solid, given the distance at each share of it from its end: both sides of a crease may be
+/// reached from outside. A solid thinner than a thousandth of the way is not seen.
+fn is_within(distance: impl Fn(f64) -> f64, length: f64) -> bool {
+    let mut gone = 0.0;
+    while gone < 1.0 {
+        let here = distance(gone);
+        if here < -ROUNDING * length {
+            return true;
+        }
+        gone += (here / length).max(REACHED);
     }
     false
 }

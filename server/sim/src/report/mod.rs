@@ -92,6 +92,11 @@ pub struct Notices {
     pub passed_count: u64,
     /// The first of them.
     pub first_passed: Option<u64>,
+    /// Particles of cloth that the faces of a mesh collider leave no room: they end a sub-step nearer to it than its margin, by
+    /// more than 1e-9 m, each once per sub-step in which it does.
+    pub pinched_count: u64,
+    /// The first of them.
+    pub first_pinched: Option<u64>,
 }
 
 impl Notices {
@@ -103,6 +108,8 @@ impl Notices {
             indefinite_solves: self.indefinite_solves + other.indefinite_solves,
             passed_count: self.passed_count + other.passed_count,
             first_passed: self.first_passed.into_iter().chain(other.first_passed).min(),
+            pinched_count: self.pinched_count + other.pinched_count,
+            first_pinched: self.first_pinched.into_iter().chain(other.first_pinched).min(),
         }
     }
 

@@ -146,7 +146,9 @@ impl<R: Real> Cloth<R> {
         let ClothReport {
             diagnostics, contact_count, solve, error, without_history, mut notices, work, ..
         } = report;
-        notices.first_passed = notices.first_passed.map(|particle| particle + u64::from(self.first_particle));
+        let of_all = |particle: u64| particle + u64::from(self.first_particle);
+        notices.first_passed = notices.first_passed.map(of_all);
+        notices.first_pinched = notices.first_pinched.map(of_all);
         (BodyReport { diagnostics, contact_count, solve, snow: None, notices, work }, error, without_history)
     }
 

@@ -33,6 +33,11 @@ pub(super) trait SignedDistance {
 
     /// Least way (m) through its middle, from one side to the other; infinite where there is no other side.
     fn thickness(&self) -> f64;
+
+    /// Whether a particle outside may touch it at several places that look different ways.
+    fn has_creases(&self) -> bool {
+        false
+    }
 }
 
 /// Length and direction of a vector; `none` is the direction of one without length.

@@ -11,6 +11,7 @@ mod capsule;
 mod cuboid;
 mod cylinder;
 mod half_pipe;
+mod mesh;
 #[cfg(test)]
 mod tests;
 
@@ -22,7 +23,7 @@ macro_rules! shapes {
         $(pub use $module::$shape;)*
 
         /// A shape at time 0; it moves with a constant velocity.
-        #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+        #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
         pub enum Shape {
             $($(#[$about])* $name($shape),)*
         }
@@ -47,6 +48,13 @@ macro_rules! shapes {
             pub(crate) fn thickness(&self) -> f64 {
                 match self {
                     $(Self::$name(shape) => shape.thickness(),)*
+                }
+            }
+
+            /// Whether a particle outside may touch it at several places that look different ways.
+            pub(crate) fn has_creases(&self) -> bool {
+                match self {
+                    $(Self::$name(shape) => shape.has_creases(),)*
                 }
             }
         }
@@ -102,4 +110,6 @@ shapes! {
     Cylinder(cylinder::Cylinder),
     /// The ground below a trough.
     HalfPipe(half_pipe::HalfPipe),
+    /// The solid within a closed mesh of triangles.
+    Mesh(mesh::MeshSolid),
 }

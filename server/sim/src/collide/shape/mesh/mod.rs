@@ -1,0 +1,179 @@
+//! The solid within a closed surface of triangles: its signed distance, from the nearest triangle.
+//!
+//! Reads points (m) and triangles turned outwards. Everything is binary64, and a distance follows from the mesh and the
+//! point alone. Which side a point is on is told by the pseudonormal of what is nearest: a face, an edge or a corner.
+
+mod normals;
+mod nearest;
+mod tree;
+mod depth;
+#[cfg(test)]
+mod sample;
+#[cfg(test)]
+mod tests;
+
+use std::{
+    fmt,
+    sync::{Arc, OnceLock},
+};
+
+use serde::{Deserialize, Serialize};
+
+use self::{nearest::On, normals::Normals, tree::Tree};
+use super::geometry::{Nearest, Probe, SignedDistance, is_finite};
+use crate::math::array::{cross, dot, length, minus};
+
+/// Distance from an edge or a corner, over the size of the mesh, below which its direction is rounding.
+const NO_WAY: f64 = 1e-9;
+/// 1 less the cosine of the angle below which a direction is that of the pseudonormal.
+const SAME_WAY: f64 = 1e-14;
+
+/// A solid whose surface is a closed mesh of triangles. Copies share it.
+#[derive(Clone, Serialize, Deserialize)]
+#[serde(try_from = "Parts", into = "Parts")]
+pub struct MeshSolid(Arc<Surface>);
+
+/// What a solid is made of, and what is made of that once.
+struct Surface {
+    points: Vec<[f64; 3]>,
+    triangles: Vec<[u32; 3]>,
+    normals: Normals,
+    tree: Tree,
+    /// Largest coordinate (m).
+    size: f64,
+    thickness: OnceLock<f64>,
+}
+
+/// A solid as it is sent: whoever gets it builds the rest again.
+#[derive(Serialize, Deserialize)]
+struct Parts {
+    points: Vec<[f64; 3]>,
+    triangles: Vec<[u32; 3]>,
+}
+
+impl TryFrom<Parts> for MeshSolid {
+    type Error = String;
+
+    fn try_from(Parts { points, triangles }: Parts) -> Result<Self, String> {
+        Self::new(points, triangles)
+    }
+}
+
+impl From<MeshSolid> for Parts {
+    fn from(MeshSolid(surface): MeshSolid) -> Self {
+        Self { points: surface.points.clone(), triangles: surface.triangles.clone() }
+    }
+}
+
+impl PartialEq for MeshSolid {
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.0, &other.0)
+            || (self.0.triangles == other.0.triangles && self.0.points == other.0.points)
+    }
+}
+
+impl fmt::Debug for MeshSolid {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "MeshSolid({} points, {} triangles)", self.0.points.len(), self.0.triangles.len())
+    }
+}
+
+impl MeshSolid {
+    /// The solid within a closed surface: points (m) at time 0, and triangles whose corners turn to the left as they are
+    /// seen from outside. A point may be a corner of none.
+    ///
+    /// # Errors
+    /// What is wrong: no triangles, a point that is not there or not finite, an edge without exactly two triangles
+    /// that run along it in opposite directions, no volume.
+    pub fn new(points: Vec<[f64; 3]>, triangles: Vec<[u32; 3]>) -> Result<Self, String> {
+        if let Some((i, point)) = points.iter().enumerate().find(|(_, point)| !is_finite(**point)) {
+            return Err(format!("point {i} is {point:?}: finite coordinates are needed"));
+        }
+        if triangles.is_empty() {
+            return Err("it has no triangles: a closed surface is needed".to_owned());
+        }
+        let is_out = |t: &[u32; 3]| t.iter().any(|i| *i as usize >= points.len());
+        if let Some((i, triangle)) = triangles.iter().enumerate().find(|(_, t)| is_out(t)) {
+            return Err(format!("triangle {i} is {triangle:?}: points 0 to {} are there", points.len() - 1));
+        }
+        let normals = Normals::new(&points, &triangles)?;
+        let volume = volume(&points, &triangles);
+        if volume.is_nan() || volume <= 0.0 {
+            return Err(format!(
+                "its volume is {volume} m³: triangles turned outwards around a volume are needed"
+            ));
+        }
+        let tree = Tree::new(&points, &triangles, &normals.faces);
+        let size = tree.bounds().as_flattened().iter().fold(0.0, |most: f64, c| most.max(c.abs()));
+        let thickness = OnceLock::new();
+        Ok(Self(Arc::new(Surface { points, triangles, normals, tree, size, thickness })))
+    }
+
+    /// Its points (m) at time 0.
+    pub fn points(&self) -> &[[f64; 3]] {
+        &self.0.points
+    }
+
+    /// Its triangles: indices of points.
+    pub fn triangles(&self) -> &[[u32; 3]] {
+        &self.0.triangles
+    }
+
+    /// Bytes that a solid of so many points and triangles takes.
+    pub const fn bytes(points: u64, triangles: u64) -> u64 {
+        let per_triangle = 12 + 24 + 72 + (size_of::<nearest::Triangles>() as u64 + 96) / 4;
+        48 * points + per_triangle * triangles
+    }
+
+    /// Signed distance (m) of a point (m) from the surface at time 0, and the normal there.
+    fn at(&self, p: [f64; 3]) -> Nearest {
+        let Surface { triangles, normals, tree, size, .. } = &*self.0;
+        let Some((_, found)) = tree.nearest(p) else { return (f64::NAN, [0.0, 1.0, 0.0]) };
+        let leaf = &tree.leaves[found.leaf];
+        let place = leaf.place(found.lane, p);
+        let number = leaf.number[found.lane] as usize;
+        let pseudonormal = match place.on {
+            On::Face => return (place.height, leaf.normal(found.lane)),
+            On::Edge(k) => normals.edges[number][k],
+            On::Corner(k) => normals.corners[triangles[number][k] as usize],
+        };
+        let (length, share) = (length(place.way), dot(place.way, pseudonormal));
+        let is_told = length > NO_WAY * size && share.abs() < (1.0 - SAME_WAY) * length;
+        if !is_told && pseudonormal != [0.0; 3] {
+            return (if share < 0.0 { -length } else { length }, pseudonormal);
+        }
+        let side = if share < 0.0 { -1.0 } else { 1.0 };
+        let direction =
+            if length > 0.0 { place.way.map(|c| side * c / length) } else { leaf.normal(found.lane) };
+        (side * length, direction)
+    }
+}
+
+impl SignedDistance for MeshSolid {
+    fn invalid(&self) -> Option<String> {
+        // What would be wrong is found where it is made.
+        None
+    }
+
+    fn nearest(&self, probe: Probe) -> Nearest {
+        self.at(probe.relative_to([0.0; 3]))
+    }
+
+    fn thickness(&self) -> f64 {
+        *self.0.thickness.get_or_init(|| 2.0 * depth::deepest(self.0.tree.bounds(), |p| -self.at(p).0))
+    }
+
+    fn has_creases(&self) -> bool {
+        true
+    }
+}
+
+/// Volume (m³) within a closed surface by the divergence theorem, with a point of it as the apex of tetrahedra.
+fn volume(points: &[[f64; 3]], triangles: &[[u32; 3]]) -> f64 {
+    let apex = points[triangles[0][0] as usize];
+    let of_one = |triangle: &[u32; 3]| {
+        let [a, b, c] = triangle.map(|i| minus(points[i as usize], apex));
+        dot(a, cross(b, c))
+    };
+    triangles.iter().map(of_one).sum::<f64>() / 6.0
+}

@@ -1,0 +1,187 @@
+//! The tree against every triangle in turn, distances against another formula, sides against winding numbers.
+
+use std::f64::consts::TAU;
+
+use super::{MeshSolid, Parts, tree::Leaf};
+use crate::{
+    collide::shape::sample::Sample,
+    math::array::{cross, dot, length, minus},
+};
+
+/// A box of 12 triangles.
+fn cube(half: [f64; 3]) -> MeshSolid {
+    let points = (0..8_u32).map(|i| [0, 1, 2].map(|c| if i >> c & 1 == 1 { half[c] } else { -half[c] }));
+    let faces = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
+    let triangles = faces.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]);
+    MeshSolid::new(points.collect(), triangles.collect()).expect("it is closed")
+}
+
+/// A surface around the origin whose radius is a function of the direction: a refined octahedron.
+fn round(levels: u32, radius: impl Fn([f64; 3]) -> f64) -> MeshSolid {
+    let axis = |c: usize, s: f64| [0, 1, 2].map(|k| if k == c { s } else { 0.0 });
+    let mut points: Vec<[f64; 3]> = (0..3).flat_map(|c| [axis(c, 1.0), axis(c, -1.0)]).collect();
+    let mut triangles = Vec::new();
+    for i in 0..8_u32 {
+        let [x, y, z] = [i & 1, 2 + (i >> 1 & 1), 4 + (i >> 2 & 1)];
+        triangles.push(if i.count_ones() % 2 == 0 { [x, y, z] } else { [x, z, y] });
+    }
+    for _ in 0..levels {
+        let mut between = std::collections::BTreeMap::new();
+        let mut finer = Vec::new();
+        for [a, b, c] in triangles {
+            let mut middle = |a: u32, b: u32| {
+                *between.entry((a.min(b), a.max(b))).or_insert_with(|| {
+                    let sum = [0, 1, 2].map(|c| points[a as usize][c] + points[b as usize][c]);
+                    points.push(sum.map(|c| c / length(sum)));
+                    points.len() as u32 - 1
+                })
+            };
+            let [ab, bc, ca] = [middle(a, b), middle(b, c), middle(c, a)];
+            finer.extend([[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]);
+        }
+        triangles = finer;
+    }
+    let points = points.into_iter().map(|p| p.map(|c| c * radius(p))).collect();
+    MeshSolid::new(points, triangles).expect("it is closed")
+}
+
+/// A ball with bumps and dents.
+fn bumpy(levels: u32) -> MeshSolid {
+    round(levels, |[x, y, z]| 1.0 + 0.4 * (3.0 * x).sin() * (2.0 * y + 1.0).cos() + 0.2 * (5.0 * z).sin())
+}
+
+fn solids() -> Vec<MeshSolid> {
+    vec![cube([0.5, 0.3, 0.7]), MeshSolid::example(), round(3, |_| 1.0), bumpy(4)]
+}
+
+/// Points all over a cube about a solid, and near its corners, edges and faces.
+fn points(solid: &MeshSolid, count: usize) -> impl Iterator<Item = [f64; 3]> {
+    let mut random = 7_u64;
+    let mut number = move || {
+        random ^= random << 13;
+        random ^= random >> 7;
+        random ^= random << 17;
+        (random >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+    };
+    let corners: Vec<[[f64; 3]; 3]> =
+        solid.triangles().iter().map(|t| t.map(|i| solid.points()[i as usize])).collect();
+    (0..count).map(move |i| {
+        let away = [1e-1, 1e-4, 1e-8, 1e-13, 0.0][i / 4 % 5];
+        let [a, b, c] = corners[i * 7919 % corners.len()];
+        let (s, t) = (number().abs(), number().abs());
+        let at = |s: f64, t: f64| [0, 1, 2].map(|k| a[k] + s * (b[k] - a[k]) + t * (c[k] - a[k]));
+        let on = match i % 4 {
+            0 => return [2.0 * number(), 2.0 * number(), 2.0 * number()],
+            1 => a,
+            2 => at(s, 0.0),
+            _ => at(s * (1.0 - t), t),
+        };
+        on.map(|c| c + away * number())
+    })
+}
+
+#[test]
+fn the_tree_finds_what_looking_at_every_triangle_finds() {
+    for solid in solids() {
+        let tree = &solid.0.tree;
+        for p in points(&solid, 20_000) {
+            let mut best = (f64::INFINITY, u32::MAX, Leaf { leaf: 0, lane: 0 });
+            for (leaf, triangles) in tree.leaves.iter().enumerate() {
+                for (lane, square) in triangles.squares(p).into_iter().enumerate() {
+                    if (square, triangles.number[lane]) < (best.0, best.1) {
+                        best = (square, triangles.number[lane], Leaf { leaf, lane });
+                    }
+                }
+            }
+            let (square, leaf) = tree.nearest(p).expect("a point is given");
+            assert_eq!((square.to_bits(), leaf), (best.0.to_bits(), best.2), "{solid:?} at {p:?}");
+        }
+    }
+}
+
+/// Distance (m) of a point from a triangle: over it that of its plane, elsewhere of an edge.
+fn distance_from(p: [f64; 3], corners: [[f64; 3]; 3]) -> f64 {
+    let normal = cross(minus(corners[1], corners[0]), minus(corners[2], corners[0]));
+    let mut nearest = f64::INFINITY;
+    let mut is_over = true;
+    for k in 0..3 {
+        let (a, b) = (corners[k], corners[(k + 1) % 3]);
+        let edge = minus(b, a);
+        let t = (dot(minus(p, a), edge) / dot(edge, edge)).clamp(0.0, 1.0);
+        nearest = nearest.min(length([0, 1, 2].map(|c| p[c] - a[c] - t * edge[c])));
+        is_over &= dot(cross(normal, edge), minus(p, a)) >= 0.0;
+    }
+    if is_over { dot(minus(p, corners[0]), normal).abs() / length(normal) } else { nearest }
+}
+
+/// How often a surface goes round a point: the sum of solid angles (Van Oosterom and Strackee 1983).
+fn winding(solid: &MeshSolid, p: [f64; 3]) -> f64 {
+    let of_one = |t: &[u32; 3]| {
+        let [a, b, c] = t.map(|i| minus(solid.points()[i as usize], p));
+        let [la, lb, lc] = [a, b, c].map(length);
+        let below = la * lb * lc + dot(a, b) * lc + dot(b, c) * la + dot(c, a) * lb;
+        2.0 * dot(a, cross(b, c)).atan2(below)
+    };
+    solid.triangles().iter().map(of_one).sum::<f64>() / (2.0 * TAU)
+}
+
+#[test]
+fn distances_and_sides_are_those_of_another_formula() {
+    for solid in solids() {
+        for p in points(&solid, 2_000) {
+            let corners = |t: &[u32; 3]| t.map(|i| solid.points()[i as usize]);
+            let nearest =
+                solid.triangles().iter().map(|t| distance_from(p, corners(t))).fold(f64::INFINITY, f64::min);
+            let (distance, normal) = solid.at(p);
+            assert!(
+                (distance.abs() - nearest).abs() < 1e-14,
+                "{solid:?} at {p:?}: {distance}, not {nearest}"
+            );
+            assert!((length(normal) - 1.0).abs() < 1e-14, "{solid:?} at {p:?}: {normal:?}");
+            if nearest > 1e-9 {
+                let inside = winding(&solid, p) > 0.5;
+                assert_eq!(distance < 0.0, inside, "{solid:?} at {p:?}: {distance}");
+            }
+        }
+    }
+}
+
+#[test]
+fn what_is_not_a_place_has_no_distance() {
+    for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+        let (distance, _) = cube([0.5; 3]).at([0.0, bad, 0.0]);
+        assert!(!distance.is_finite() || distance > 1e300, "{bad}: {distance}");
+    }
+}
+
+#[test]
+fn surfaces_that_enclose_no_solid_are_refused_with_the_reason() {
+    let sound = cube([0.5; 3]);
+    let (points, triangles) = (sound.points().to_vec(), sound.triangles().to_vec());
+    let refused = |points: &[[f64; 3]], triangles: &[[u32; 3]], named: &str| {
+        let reason = MeshSolid::new(points.to_vec(), triangles.to_vec()).expect_err("it is wrong");
+        assert!(reason.contains(named), "{reason}");
+    };
+    refused(&points, &[], "no triangles");
+    refused(&points, &triangles[1..], "1 triangles have the edge");
+    let turned: Vec<_> = triangles.iter().map(|&[a, b, c]| [a, c, b]).collect();
+    refused(&points, &turned, "its volume is -1 m³");
+    refused(&points, &[&triangles[..11], &[[4, 6, 7]]].concat(), "opposite directions");
+    refused(&points[..7], &triangles, "points 0 to 6");
+    refused(&[&points[..7], &[[f64::NAN; 3]]].concat(), &triangles, "point 7");
+    refused(&[&points[..7], &[[f64::INFINITY; 3]]].concat(), &triangles, "finite");
+}
+
+#[test]
+fn a_solid_that_is_sent_is_the_same_one() {
+    let solid = bumpy(2);
+    let sent = Parts::from(solid.clone());
+    let back = MeshSolid::try_from(sent).expect("it was sent");
+    assert_eq!(back, solid);
+    for p in points(&solid, 500) {
+        assert_eq!(back.at(p), solid.at(p));
+    }
+    let mut open = Parts::from(solid);
+    open.triangles.pop();
+    assert!(MeshSolid::try_from(open).is_err(), "an open surface is refused as it comes");
+}

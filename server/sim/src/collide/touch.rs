@@ -1,0 +1,109 @@
+//! A particle that touches a collider at the end of its sub-step: it leaves its approach there, is rubbed, and lies on the surface.
+//!
+//! The impulse along the normal bounds that of friction: `|dv_t| <= friction |dv_n|`.
+
+use super::{Collider, flight::Flight};
+use crate::math::{Vec3, array3, vec3};
+
+/// A sub-step of one particle as its method has it, and what contact made of it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Answer {
+    /// Position (m) and velocity (m/s) at the end.
+    pub(super) x: Vec3<f64>,
+    pub(super) v: Vec3<f64>,
+    /// Energy (J per kg) that bounces add by the method's own difference between its velocities and its way.
+    pub(super) swing: f64,
+    /// Whether it was inside a collider at the start.
+    pub(super) was_inside: bool,
+    /// Whether it is nearer to a surface with creases than it may be, since they leave no room.
+    pub(super) is_pinched: bool,
+}
+
+/// A collider that a particle must stay out of at the end of a sub-step.
+pub(super) struct Touch<'a> {
+    pub(super) collider: &'a Collider,
+    pub(super) normal: Vec3<f64>,
+    /// Whether the nearest side is another one than that at which it came.
+    pub(super) is_through: bool,
+    /// How far (m) it is inside, and how far it may be.
+    pub(super) depth: f64,
+    pub(super) allowed: f64,
+    /// What is inside by no more than this (m) is on the surface.
+    pub(super) spare: f64,
+    pub(super) end_time: f64,
+}
+
+/// What slows a particle along a surface: the change of its velocity (m/s), and the push (m/s) along a normal that allows it.
+pub(super) struct Rub<'a> {
+    pub(super) collider: &'a Collider,
+    pub(super) normal: Vec3<f64>,
+    pub(super) slowing: Vec3<f64>,
+    pub(super) pushed: f64,
+    /// Share of a change of velocity that the method lets positions feel.
+    pub(super) felt: f64,
+}
+
+impl Touch<'_> {
+    /// Takes the approach away, slows what slides, and puts the particle on the surface; whether that changed anything.
+    pub(super) fn hold(&self, flight: &Flight, felt: f64, end: &mut Answer) -> bool {
+        let Self { collider, normal, .. } = self;
+        let moving = vec3::<f64>(collider.velocity);
+        let relative = end.v - moving;
+        let approach = -relative.dot(normal);
+        let presses = approach > f64::EPSILON * end.v.amax();
+        let (mut lift, mut out) = (self.depth - self.allowed, *normal);
+        if presses {
+            let by = change(collider, &relative, normal, approach);
+            end.v += by;
+            let slowing = by - normal * approach;
+            if slowing.norm_squared() > 0.0 {
+                let rub = Rub { collider, normal: *normal, slowing, pushed: approach, felt };
+                rub.slow(flight, |v| v - normal * v.dot(normal), end);
+                let (distance, here) = collider.distance(array3(&end.x), self.end_time);
+                lift = collider.margin - distance - self.allowed;
+                if !self.is_through {
+                    out = vec3(here);
+                    end.v += out * (moving - end.v).dot(&out).max(0.0);
+                }
+            }
+        }
+        if self.is_through {
+            let way = end.x - flight.x - moving * flight.left;
+            lift = -way.dot(normal);
+        }
+        if lift > 0.0 {
+            end.x += out * lift;
+        }
+        presses || lift > self.spare
+    }
+}
+
+impl Rub<'_> {
+    /// Takes back the way along the surface that friction takes: what stops the particle as it comes, from then on; what it
+    /// takes later, as the method lets positions feel a change of velocity.
+    pub(super) fn slow(&self, flight: &Flight, along: impl Fn(&Vec3<f64>) -> Vec3<f64>, end: &mut Answer) {
+        let Self { collider, normal, slowing, pushed, felt } = *self;
+        let moving = vec3::<f64>(collider.velocity);
+        let coming = flight.w - moving;
+        let impact = (-coming.dot(&normal)).clamp(0.0, pushed);
+        let left = end.v - moving;
+        let rests = left.norm() <= f64::EPSILON * slowing.norm();
+        let way = end.x - flight.x - moving * flight.left;
+        if rests && along(&coming).norm() <= collider.friction * impact {
+            end.x -= along(&way);
+        } else {
+            let share = (impact + (pushed - impact) * felt) / pushed;
+            // No farther back than where it met the surface.
+            let most = (-way.dot(&slowing) / slowing.norm_squared()).max(0.0);
+            end.x += slowing * (flight.left * share).min(most);
+        }
+    }
+}
+
+/// What a collider adds to a velocity relative to it (m/s) by a push along the normal.
+pub(super) fn change(collider: &Collider, relative: &Vec3<f64>, normal: &Vec3<f64>, push: f64) -> Vec3<f64> {
+    let sliding = relative - normal * relative.dot(normal);
+    let speed = sliding.norm();
+    let slowed = if speed > 0.0 { (collider.friction * push / speed).min(1.0) } else { 0.0 };
+    normal * push - sliding * slowed
+}
