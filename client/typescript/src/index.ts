@@ -1,6 +1,7 @@
 // The client of nappe for browsers and Node: `connect` gives a `Client`.
 
 export { Client, connect, type Created } from './client.ts';
+export { meshOf, type Mesh } from './colliders.ts';
 export { Code, failureError, NappeError, type Reason } from './errors.ts';
 export type { Numbers } from './arrays.ts';
 export type { FieldName, LiveFrame } from './frame.ts';
@@ -8,7 +9,7 @@ export type { Changes, CreateOptions, ForkOptions, PrecisionName, SessionRef, St
 export type { FrameOptions, StreamOptions } from './streams.ts';
 export type { ConnectOptions } from './target.ts';
 export type { Body, Topology } from './topology.ts';
-export type { ColliderShape, Diagnostics, Vector3 } from './gen/nappe/v1/frame_pb.ts';
+export type { ColliderShape, Diagnostics, MeshShape, Vector3 } from './gen/nappe/v1/frame_pb.ts';
 export {
   ChangeKind, SessionState, type Failure, type GetServerInfoResponse, type Limits, type MakeLinkResponse, type Parameters, type Progress, type Session,
   type SessionEnd, type StateChange, type UpdateParametersResponse,

@@ -3,7 +3,8 @@
 // Enters: the topology of a stream, in pieces, from a server that is not trusted. Leaves: a Topology whose indices are
 // all in range, so that a page can follow them without looking.
 
-import { complaint } from './colliders.ts';
+import { concatenated } from './bytes.ts';
+import { colliderArrays, joinedColliders, keepArrays, wrongCollider } from './colliders.ts';
 import { broken } from './errors.ts';
 import type { BodyTopology, Chunk, ColliderShape, Topology as Wire } from './gen/nappe/v1/frame_pb.ts';
 
@@ -49,6 +50,7 @@ function kept(wire: Wire): Wire {
   for (const body of wire.bodies) {
     for (const array of ARRAYS) body[array] = body[array].slice();
   }
+  for (const collider of wire.colliders) keepArrays(collider);
   return wire;
 }
 
@@ -85,7 +87,8 @@ const belongs = (piece: Wire, first: Wire): boolean =>
 function size({ bodies, colliders }: Wire): number {
   const arrays = (body: BodyTopology): number => ARRAYS.reduce((sum, array) => sum + body[array].length, 0);
   const held = bodies.reduce((sum, body) => sum + 256 + body.name.length + arrays(body), 0);
-  return colliders.reduce((sum, { name }) => sum + 256 + name.length, held);
+  const surface = (collider: ColliderShape): number => colliderArrays(collider).reduce((sum, array) => sum + array.length, 0);
+  return colliders.reduce((sum, collider) => sum + 256 + collider.name.length + surface(collider), held);
 }
 
 function read(pieces: Wire[]): Topology {
@@ -99,11 +102,9 @@ function read(pieces: Wire[]): Topology {
   });
   if (held !== particleCount) throw broken(`topology: the bodies hold ${held} of ${particleCount} particles`);
 
-  const colliders = pieces.flatMap((piece) => piece.colliders);
-  for (const collider of colliders) {
-    const wrong = complaint(collider);
-    if (wrong !== null) throw broken(`topology: collider '${collider.name}': ${wrong}`);
-  }
+  const colliders = joinedColliders(pieces.flatMap((piece) => piece.colliders));
+  const wrong = wrongCollider(colliders);
+  if (wrong !== null) throw broken(`topology: collider '${wrong.name}': ${wrong.what}`);
   return { id: topologyId, particleCount, sessionUid, bodies, colliders };
 }
 
@@ -147,23 +148,14 @@ function readBody(parts: BodyTopology[], expected: number, particles: number): B
   return body;
 }
 
-function concatenated(parts: Uint8Array[]): ArrayBuffer {
-  const all = new Uint8Array(parts.reduce((sum, part) => sum + part.length, 0));
-  let at = 0;
-  for (const part of parts) {
-    all.set(part, at);
-    at += part.length;
-  }
-  return all.buffer;
-}
-
 /** Whether two topologies say the same. */
 export function sameTopology(a: Topology, b: Topology): boolean {
-  const text = (topology: Topology): string => JSON.stringify({ ...topology, bodies: topology.bodies.map((body) => ({ ...body, ...EMPTY })) });
-  const lists = ['triangles', 'springs', 'pins', 'uv'] as const;
-  const same = (one: Uint32Array | Float32Array, other: Uint32Array | Float32Array): boolean =>
-    one.length === other.length && one.every((number, i) => number === other[i]);
-  return text(a) === text(b) && a.bodies.every((body, i) => lists.every((list) => same(body[list], b.bodies[i][list])));
+  const text = (topology: Topology): string => JSON.stringify(topology, (_, value: unknown) => (ArrayBuffer.isView(value) ? value.byteLength : value));
+  const arrays = ({ bodies, colliders }: Topology): Numbers[] =>
+    [...bodies.flatMap(({ triangles, springs, pins, uv }) => [triangles, springs, pins, uv]), ...colliders.flatMap(colliderArrays)];
+  const others = arrays(b);
+  // The texts say how many arrays there are, and how long each is.
+  return text(a) === text(b) && arrays(a).every((array, i) => array.every((number, at) => number === others[i][at]));
 }
 
-const EMPTY = { triangles: null, springs: null, pins: null, uv: null };
+type Numbers = Uint32Array | Float32Array | Uint8Array;

@@ -8,6 +8,7 @@ import { load } from './bundle.mjs';
 const { FrameJoiner } = await load('src/frame.ts');
 const { Pieces } = await load('src/framing.ts');
 const { sameTopology, TopologyJoiner } = await load('src/topology.ts');
+const { meshOf } = await load('src/colliders.ts');
 const { Encoding, Field, FrameSchema, TopologySchema } = await load('src/gen/nappe/v1/frame_pb.ts');
 
 /** Repeatable, uniform in 0 to 1. */
@@ -172,4 +173,52 @@ test('a collider that cannot be drawn is refused by name', () => {
   refused(shape('halfPipe', { axis: x, up: y, radius: Number.NaN }), /radius/);
   const fine = [shape('plane', { normal: y }), shape('halfPipe', { axis: x, up: y, radius: 1 }), { name: 'of a newer server' }];
   assert.equal(new TopologyJoiner().add(topology(1, 0, [], { colliders: fine })).colliders.length, 3);
+});
+
+const CORNERS = [0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1];
+const TRIANGLES = [0, 2, 1, 0, 1, 3, 1, 2, 3, 0, 3, 2];
+
+/** A tetrahedron, with these arrays in place of its own. */
+const mesh = (points = bytes(Float32Array.from(CORNERS)), triangles = u32(...TRIANGLES), name = 'it') =>
+  ({ name, velocity: { z: 2 }, shape: { case: 'mesh', value: { pointsF32: points, trianglesU32: triangles } } });
+
+test('a mesh goes on from piece to piece', () => {
+  const [ball, whole] = [{ name: 'ball', shape: { case: 'sphere', value: { radius: 1 } } }, mesh()];
+  const { pointsF32, trianglesU32 } = whole.shape.value;
+  const expected = new TopologyJoiner().add(topology(1, 0, [], { colliders: [ball, whole, mesh(pointsF32, trianglesU32, 'other')] }));
+  for (const size of [1, 7, 12, 48]) {
+    const count = Math.ceil(48 / size);
+    const joiner = new TopologyJoiner();
+    let read = null;
+    for (let index = 0; index < count; index++) {
+      const part = (array) => array.slice(size * index, size * (index + 1));
+      const lent = [part(pointsF32), part(trianglesU32)];
+      const colliders = [...(index === 0 ? [ball] : []), mesh(...lent), ...(index + 1 === count ? [mesh(pointsF32, trianglesU32, 'other')] : [])];
+      read = joiner.add(topology(1, 0, [], { chunk: { index, count }, colliders }));
+      assert.equal(read !== null, index + 1 === count);
+      // The memory of a message is that of the next one.
+      for (const array of lent) array.fill(255);
+    }
+    assert.deepEqual(read.colliders.map(({ name }) => name), ['ball', 'it', 'other']);
+    const { kind, points, triangles } = meshOf(read.colliders[1].shape.value);
+    assert.deepEqual([kind, [...points], [...triangles]], ['mesh', CORNERS, TRIANGLES], `parts of ${size} bytes`);
+    assert.equal(read.colliders[1].velocity.z, 2);
+    assert.ok(sameTopology(read, expected));
+  }
+  const other = (at, value) => {
+    const points = CORNERS.with(at, value);
+    return new TopologyJoiner().add(topology(1, 0, [], { colliders: [ball, mesh(bytes(Float32Array.from(points))), mesh(pointsF32, trianglesU32, 'other')] }));
+  };
+  assert.ok(sameTopology(other(5, 0), expected) && !sameTopology(other(5, 0.5), expected));
+});
+
+test('a mesh that cannot be drawn is refused by name', () => {
+  const refused = (colliders, words) => assert.throws(() => new TopologyJoiner().add(topology(1, 0, [], { colliders })), ({ message }) => message.includes(`collider 'it': `) && words.test(message), String(words));
+  refused([mesh(bytes(Float32Array.from(CORNERS.with(3, Number.NaN))))], /not finite/);
+  refused([{ ...mesh(), velocity: { x: Infinity } }], /not finite/);
+  refused([mesh(undefined, u32(0, 1, 4))], /names a point that is not there/);
+  refused([mesh(undefined, u32(0, 1))], /no whole number of points and triangles/);
+  refused([mesh(new Uint8Array(49))], /no whole number of points and triangles/);
+  refused([mesh(undefined, u32())], /no triangles/);
+  refused([mesh(), mesh(undefined, undefined, 'other'), mesh()], /go on behind another collider/);
 });
