@@ -6,8 +6,10 @@
 use nappe_proto::v1::{self, collider_shape::Shape as Message};
 use nappe_sim::collide::{
     Collider, Shape,
-    shape::{Capsule, Cuboid, Cylinder, HalfPipe, Plane, Sphere},
+    shape::{Capsule, Cuboid, Cylinder, HalfPipe, MeshSolid, Plane, Sphere},
 };
+
+use super::packing::packed;
 
 /// The message of a collider.
 pub(super) fn collider(collider: &Collider) -> v1::ColliderShape {
@@ -38,5 +40,12 @@ fn shape(collider: &Collider) -> Message {
             let (point, axis, up) = (v(point), v(axis), v(up));
             Message::HalfPipe(v1::HalfPipeShape { point, axis, up, radius })
         }
+        Shape::Mesh(ref mesh) => Message::Mesh(self::mesh(mesh)),
     }
+}
+
+fn mesh(mesh: &MeshSolid) -> v1::MeshShape {
+    let points_f32 = packed(mesh.points().as_flattened().iter().map(|c| (*c as f32).to_le_bytes()));
+    let triangles_u32 = packed(mesh.triangles().as_flattened().iter().map(|i| i.to_le_bytes()));
+    v1::MeshShape { points_f32, triangles_u32 }
 }

@@ -12,6 +12,7 @@ mod fields;
 mod demand;
 mod diagnostics;
 mod collider;
+mod topology_pieces;
 mod topology;
 mod frame;
 mod history;

@@ -5,6 +5,7 @@
 
 use std::fmt;
 
+use bytes::Bytes;
 use rayon::prelude::*;
 
 use super::arrays::Number;
@@ -49,6 +50,11 @@ impl fmt::Display for NotFinite {
         }
         write!(f, " is not finite in the frame's encoding: {value}")
     }
+}
+
+/// Numbers of four bytes each, one after the other.
+pub(super) fn packed(numbers: impl Iterator<Item = [u8; 4]>) -> Bytes {
+    numbers.flatten().collect::<Vec<u8>>().into()
 }
 
 /// Checks an array over the particles, `width` numbers each, and turns it into what is on the wire; by all threads of
