@@ -68,6 +68,7 @@ pub(crate) fn doubts(notices: &v1::Notices) -> String {
         ("solves of a matrix that is not positive definite", notices.indefinite_solves),
         ("passages through a collider", notices.passed_particles),
         ("sub-steps that were not accepted", notices.rejected_steps),
+        ("pinched particles", notices.pinched_particles),
     ];
     let told = counts.iter().filter(|(_, count)| *count > 0);
     told.map(|(name, count)| format!("{} {name}", output::count(*count))).collect::<Vec<_>>().join(", ")
@@ -120,5 +121,9 @@ mod tests {
         let diagnostics = v1::Diagnostics { snow: Some(snow), ..v1::Diagnostics::default() };
         assert!(snow_phrase(&diagnostics).contains("12 x 200 µs (elastic_wave)"));
         assert_eq!(snow_phrase(&v1::Diagnostics::default()), "");
+
+        let notices = v1::Notices { passed_particles: 1, pinched_particles: 2000, ..v1::Notices::default() };
+        assert_eq!(doubts(&notices), "1 passages through a collider, 2 000 pinched particles");
+        assert_eq!(doubts(&v1::Notices::default()), "");
     }
 }

@@ -11,18 +11,22 @@ type Kind = (u64, u64, fn(&StepReport) -> String);
 
 /// The counts up to a step, and what happened in it for the first time.
 pub(super) fn add(before: v1::Notices, report: &StepReport) -> (v1::Notices, Vec<String>) {
-    let Notices { capped_solves, indefinite_solves, passed_count, .. } = report.notices;
+    let Notices { capped_solves, indefinite_solves, passed_count, pinched_count, .. } = report.notices;
     let rejected_steps = before.rejected_steps + report.rejections.len() as u64;
-    let kinds: [Kind; 3] = [
+    let kinds: [Kind; 4] = [
         (before.capped_solves, capped_solves.into(), capped),
         (before.indefinite_solves, indefinite_solves.into(), indefinite),
         (before.passed_particles, passed_count, passed),
+        (before.pinched_particles, pinched_count, pinched),
     ];
     let first =
         kinds.iter().filter(|(before, now, _)| *before == 0 && *now > 0).map(|(.., text)| text(report));
 
-    let [capped_solves, indefinite_solves, passed_particles] = kinds.map(|(before, now, _)| before + now);
-    (v1::Notices { capped_solves, indefinite_solves, passed_particles, rejected_steps }, first.collect())
+    let [capped_solves, indefinite_solves, passed_particles, pinched_particles] =
+        kinds.map(|(before, now, _)| before + now);
+    let counts =
+        v1::Notices { capped_solves, indefinite_solves, passed_particles, rejected_steps, pinched_particles };
+    (counts, first.collect())
 }
 
 fn capped(report: &StepReport) -> String {
@@ -52,6 +56,16 @@ fn passed(report: &StepReport) -> String {
     )
 }
 
+fn pinched(report: &StepReport) -> String {
+    let Notices { pinched_count, first_pinched, .. } = report.notices;
+    format!(
+        "step {}: particle {} is pinched between surfaces of a mesh collider that leave no place for its margin, and \
+         {pinched_count} in all: lower margin, or make the gap wider than twice the margin",
+        report.step,
+        first_pinched.unwrap_or_default()
+    )
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -73,5 +87,12 @@ mod tests {
         let (counts, told) = add(counts, &report);
         assert_eq!((counts.capped_solves, counts.indefinite_solves, counts.passed_particles), (4, 1, 6));
         assert!(told.len() == 1 && told[0].contains("positive definite"), "{told:?}");
+
+        report.notices = Notices { pinched_count: 2, first_pinched: Some(5), ..Notices::default() };
+        let (counts, told) = add(counts, &report);
+        assert!(told.len() == 1 && told[0].contains("particle 5 is pinched"), "{told:?}");
+        assert!(told[0].contains("2 in all"), "{told:?}");
+        assert_eq!(add(counts, &report).0.pinched_particles, 4);
+        assert!(add(counts, &report).1.is_empty());
     }
 }

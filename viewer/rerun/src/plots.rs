@@ -112,17 +112,24 @@ pub(crate) const CLOTH: [Plot; 7] = [
     },
     Plot {
         path: "plots/notices",
-        title: "Doubtful solves, passages and steps taken again",
+        title: "Doubtful solves, passages, steps taken again and pinched particles",
         series: &[
             ("at their cap", AMBER),
             ("not positive definite", RED),
             ("through a collider", BLUE),
             ("taken again", GREEN),
+            ("pinched", LIGHT),
         ],
         values: |d| {
-            let v1::Notices { capped_solves, indefinite_solves, passed_particles, rejected_steps } =
-                d.notices?;
-            let counts = [capped_solves, indefinite_solves, passed_particles, rejected_steps];
+            let v1::Notices {
+                capped_solves,
+                indefinite_solves,
+                passed_particles,
+                rejected_steps,
+                pinched_particles,
+            } = d.notices?;
+            let counts =
+                [capped_solves, indefinite_solves, passed_particles, rejected_steps, pinched_particles];
             Some(counts.map(|count| count as f64).to_vec())
         },
     },
