@@ -1,9 +1,13 @@
 //! Colliders: the contract's own shapes, checked so that they can be drawn.
 //!
 //! Enters: `v1::ColliderShape`, from the wire. Leaves: [`Collider`], whose shape has finite numbers, lengths
-//! above 0, and directions of length 1 that are at right angles where they must be.
+//! above 0, and directions of length 1 that are at right angles where they must be; triangles name points that are there.
+
+use std::collections::HashSet;
 
 use nappe_proto::v1;
+
+use crate::collider_mesh;
 
 pub use v1::collider_shape::Shape;
 
@@ -22,9 +26,24 @@ pub struct Collider {
     pub velocity: [f64; 3],
 }
 
+/// The colliders of a whole topology; an error is the name of the first that is wrong, and what is.
+pub(crate) fn read(wire: Vec<v1::ColliderShape>) -> Result<Vec<Collider>, (String, &'static str)> {
+    let mut meshes = HashSet::new();
+    let mut colliders = Vec::with_capacity(wire.len());
+    for collider in wire {
+        let collider = Collider::from_wire(collider)?;
+        // Parts that followed each other are one by now.
+        if matches!(collider.shape, Some(Shape::Mesh(_))) && !meshes.insert(collider.name.clone()) {
+            return Err((collider.name, "its arrays go on behind another collider"));
+        }
+        colliders.push(collider);
+    }
+    Ok(colliders)
+}
+
 impl Collider {
     /// Takes the message and checks its numbers; an error is the collider's name and what is wrong.
-    pub(crate) fn from_wire(wire: v1::ColliderShape) -> Result<Self, (String, &'static str)> {
+    fn from_wire(wire: v1::ColliderShape) -> Result<Self, (String, &'static str)> {
         let v1::ColliderShape { name, velocity, shape } = wire;
         match finite(&[velocity]).and(shape.as_ref().map_or(Ok(()), check)) {
             Ok(()) => Ok(Self { name, shape, velocity: components(velocity) }),
@@ -49,6 +68,7 @@ fn check(shape: &Shape) -> Checked {
         Shape::Box(s) => finite(&[s.center]).and(extent(s.half_extent)).and(right_angles(s.axis_x, s.axis_y)),
         Shape::Cylinder(s) => finite(&[s.start, s.end]).and(radius(s.radius)).and(apart(s.start, s.end)),
         Shape::HalfPipe(s) => finite(&[s.point]).and(radius(s.radius)).and(right_angles(s.axis, s.up)),
+        Shape::Mesh(s) => collider_mesh::check(s),
     }
 }
 

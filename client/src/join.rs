@@ -3,7 +3,8 @@
 //! Enters: `v1::Topology` messages, each the whole or a piece. Leaves: one whole message. Memory grows
 //! with what has arrived, and stays below a limit.
 
-use nappe_proto::v1;
+use bytes::Bytes;
+use nappe_proto::v1::{self, collider_shape::Shape};
 
 use crate::topology::TopologyError;
 
@@ -48,22 +49,25 @@ impl Pieces {
 
 fn size(piece: &v1::Topology) -> usize {
     let arrays = |body: &v1::BodyTopology| {
-        [&body.triangles_u32, &body.springs_u32, &body.pins_u32, &body.uv_f32].map(bytes::Bytes::len)
+        [&body.triangles_u32, &body.springs_u32, &body.pins_u32, &body.uv_f32].map(Bytes::len)
     };
     // What a body or a collider takes in memory without its arrays counts as well.
     let bodies = piece.bodies.iter().map(|body| 256 + body.name.len() + arrays(body).iter().sum::<usize>());
-    let colliders = piece.colliders.iter().map(|collider| 256 + collider.name.len());
+    let surface = |mesh: &v1::MeshShape| mesh.points_f32.len() + mesh.triangles_u32.len();
+    let colliders =
+        piece.colliders.iter().map(|collider| 256 + collider.name.len() + mesh(collider).map_or(0, surface));
     bodies.chain(colliders).sum()
 }
 
-/// The whole: parts of a body stand under the same first particle, one after the other.
+/// The whole: parts of a body stand under the same first particle, those of a mesh under the same name, one after the other.
 fn join(pieces: Vec<v1::Topology>) -> Option<v1::Topology> {
     let mut pieces = pieces.into_iter();
     let mut whole = pieces.next()?;
     let mut parts = std::mem::take(&mut whole.bodies);
+    let mut colliders = std::mem::take(&mut whole.colliders);
     for piece in pieces {
         parts.extend(piece.bodies);
-        whole.colliders.extend(piece.colliders);
+        colliders.extend(piece.colliders);
     }
     let same =
         |a: &v1::BodyTopology, b: &v1::BodyTopology| a.first_particle == b.first_particle && a.name == b.name;
@@ -80,11 +84,37 @@ fn join(pieces: Vec<v1::Topology>) -> Option<v1::Topology> {
             },
         });
     }
+    whole.colliders = colliders.chunk_by(continues).map(join_mesh).collect();
     whole.chunk = None;
     Some(whole)
 }
 
-fn concat(parts: &[v1::BodyTopology], array: impl Fn(&v1::BodyTopology) -> &bytes::Bytes) -> bytes::Bytes {
+/// The arrays of a mesh; none of another collider.
+fn mesh(collider: &v1::ColliderShape) -> Option<&v1::MeshShape> {
+    match &collider.shape {
+        Some(Shape::Mesh(mesh)) => Some(mesh),
+        _ => None,
+    }
+}
+
+/// Whether a collider is the next part of the one before it.
+fn continues(before: &v1::ColliderShape, next: &v1::ColliderShape) -> bool {
+    before.name == next.name && mesh(before).is_some() && mesh(next).is_some()
+}
+
+/// A collider of its parts, which are several only of a mesh.
+fn join_mesh(parts: &[v1::ColliderShape]) -> v1::ColliderShape {
+    let first = parts[0].clone();
+    let meshes: Vec<&v1::MeshShape> = parts.iter().filter_map(mesh).collect();
+    if meshes.len() < 2 {
+        return first;
+    }
+    let points_f32 = concat(&meshes, |mesh| &mesh.points_f32);
+    let triangles_u32 = concat(&meshes, |mesh| &mesh.triangles_u32);
+    v1::ColliderShape { shape: Some(Shape::Mesh(v1::MeshShape { points_f32, triangles_u32 })), ..first }
+}
+
+fn concat<T>(parts: &[T], array: impl Fn(&T) -> &Bytes) -> Bytes {
     parts.iter().flat_map(|part| array(part).iter().copied()).collect::<Vec<u8>>().into()
 }
 
@@ -120,6 +150,42 @@ mod tests {
         let whole = whole.expect("in order").expect("complete");
         let expected = piece(0, 1, &[("a", 0, &[1, 2]), ("b", 5, &[3, 4, 5, 6]), ("c", 7, &[])]);
         assert_eq!(whole, v1::Topology { chunk: None, ..expected });
+    }
+
+    #[test]
+    fn a_mesh_continues_the_collider_before_it_and_no_other() {
+        let part = |name: &str, points: &[u8], triangles: &[u8]| {
+            let (points_f32, triangles_u32) = (points.to_vec().into(), triangles.to_vec().into());
+            let shape = Some(Shape::Mesh(v1::MeshShape { points_f32, triangles_u32 }));
+            v1::ColliderShape { name: name.to_owned(), velocity: None, shape }
+        };
+        let floor = v1::ColliderShape { name: "floor".to_owned(), ..v1::ColliderShape::default() };
+        let with = |index: u32, colliders: &[v1::ColliderShape]| v1::Topology {
+            colliders: colliders.to_vec(),
+            ..piece(index, 3, &[("a", index, &[])])
+        };
+        let sent = [
+            with(0, &[floor.clone(), part("cow", &[1, 2], &[])]),
+            with(1, &[part("cow", &[3], &[4])]),
+            with(
+                2,
+                &[part("cow", &[], &[5]), part("box", &[6], &[7]), floor.clone(), part("cow", &[8], &[9])],
+            ),
+        ];
+        let mut pieces = Pieces::default();
+        let all = sent.map(|piece| pieces.add(piece, 10_000).expect("in order"));
+        let whole = all.into_iter().flatten().next().expect("complete");
+        let expected = [
+            floor.clone(),
+            part("cow", &[1, 2, 3], &[4, 5]),
+            part("box", &[6], &[7]),
+            floor,
+            part("cow", &[8], &[9]),
+        ];
+        assert_eq!(whole.colliders, expected);
+
+        let large = Pieces::default().add(with(0, &[part("cow", &[0; 500], &[0; 400])]), 1000);
+        assert!(matches!(large, Err(TopologyError::TooLarge { allowed: 1000, .. })), "{large:?}");
     }
 
     #[test]

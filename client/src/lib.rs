@@ -32,6 +32,7 @@ mod reconnect;
 mod selection;
 mod options;
 mod frame;
+mod collider_mesh;
 mod collider;
 mod topology;
 mod join;
@@ -51,6 +52,7 @@ mod watch_diagnostics;
 
 pub use client::{Client, CreatedSession, Paused};
 pub use collider::{Collider, Shape, components};
+pub use collider_mesh::{mesh_points, mesh_triangles};
 pub use decode::{DecodeError, Decoder};
 pub use error::{ClientError, ServerError};
 pub use exit::Exit;

@@ -5,7 +5,7 @@
 
 use nappe_proto::v1;
 
-use crate::collider::Collider;
+use crate::collider::{self, Collider};
 
 /// What a session is made of.
 #[derive(Debug, Clone, PartialEq)]
@@ -115,7 +115,8 @@ impl Topology {
         if held != particle_count {
             return Err(TopologyError::Uncovered { held, particles: particle_count });
         }
-        let colliders = wire.colliders.into_iter().map(collider).collect::<Result<_, _>>()?;
+        let colliders = collider::read(wire.colliders)
+            .map_err(|(collider, what)| TopologyError::Collider { collider, what })?;
         Ok(Self { id: wire.topology_id, particle_count, bodies, colliders })
     }
 }
@@ -178,9 +179,4 @@ fn unpack<T: Copy, const N: usize>(
     let value =
         |chunk: &[u8], i: usize| read([chunk[4 * i], chunk[4 * i + 1], chunk[4 * i + 2], chunk[4 * i + 3]]);
     Ok(bytes.chunks_exact(element).map(|chunk| std::array::from_fn(|i| value(chunk, i))).collect())
-}
-
-/// A collider that can be drawn.
-fn collider(wire: v1::ColliderShape) -> Result<Collider, TopologyError> {
-    Collider::from_wire(wire).map_err(|(collider, what)| TopologyError::Collider { collider, what })
 }

@@ -2,7 +2,8 @@
 //! bytes make it panic.
 
 use nappe_client::{
-    DecodeError, DecodeLimits, Decoder, Field, Fields, Frame, Topology, TopologyError, Vectors, v1,
+    DecodeError, DecodeLimits, Decoder, Field, Fields, Frame, Shape, Topology, TopologyError, Vectors,
+    mesh_points, mesh_triangles, v1,
 };
 use proptest::prelude::*;
 use prost::Message as _;
@@ -200,8 +201,76 @@ fn a_collider_is_drawable_or_refused_and_a_new_shape_is_unknown() {
     let colliders = [shape(None), shape(Some(ball(0.5)))].concat();
     let topology = v1::Topology { colliders, ..topology_of(1) };
     let read = Decoder::new(Fields::positions(), DecodeLimits::default()).topology(topology);
-    let shapes: Vec<_> = read.expect("good").expect("whole").colliders.iter().map(|c| c.shape).collect();
+    let shapes: Vec<_> =
+        read.expect("good").expect("whole").colliders.iter().map(|c| c.shape.clone()).collect();
     assert_eq!(shapes, [None, Some(ball(0.5))]);
+}
+
+/// A collider of a tetrahedron, with these arrays in place of its own.
+fn tetrahedron(points: Option<Vec<f32>>, triangles: Option<Vec<u32>>) -> v1::ColliderShape {
+    let points = points.unwrap_or_else(|| vec![0., 0., 0., 1., 0., 0., 0., 1., 0., 0., 0., 1.]);
+    let points_f32 = points.iter().flat_map(|c| c.to_le_bytes()).collect::<Vec<u8>>().into();
+    let triangles_u32 = packed(&triangles.unwrap_or_else(|| vec![0, 2, 1, 0, 1, 3, 1, 2, 3, 0, 3, 2]));
+    let shape = v1::collider_shape::Shape::Mesh(v1::MeshShape { points_f32, triangles_u32 });
+    v1::ColliderShape { name: "it".to_owned(), shape: Some(shape), velocity: None }
+}
+
+#[test]
+fn a_mesh_is_whole_over_any_pieces_and_its_arrays_are_read() {
+    let whole = tetrahedron(None, None);
+    let Some(Shape::Mesh(mesh)) = &whole.shape else { panic!("a mesh") };
+    let wall = v1::ColliderShape { name: "wall".to_owned(), ..v1::ColliderShape::default() };
+    for size in [1, 7, 12, 48] {
+        // Points and triangles side by side, in parts of so many bytes each.
+        let cut = |array: &bytes::Bytes, i: usize| {
+            let at = |i: usize| (size * i).min(array.len());
+            array.slice(at(i)..at(i + 1))
+        };
+        let count = 48_usize.div_ceil(size);
+        let mut decoder = Decoder::new(Fields::positions(), DecodeLimits::default());
+        let mut read = None;
+        for i in 0..count {
+            let (points_f32, triangles_u32) = (cut(&mesh.points_f32, i), cut(&mesh.triangles_u32, i));
+            let shape = Some(Shape::Mesh(v1::MeshShape { points_f32, triangles_u32 }));
+            let mut colliders = vec![v1::ColliderShape { shape, ..whole.clone() }];
+            if i + 1 == count {
+                colliders.push(wall.clone());
+            }
+            let chunk = Some(v1::Chunk { index: i as u32, count: count as u32 });
+            let bodies = if i + 1 == count { topology_of(1).bodies } else { Vec::new() };
+            read =
+                decoder.topology(v1::Topology { colliders, chunk, bodies, ..topology_of(1) }).expect("good");
+            assert_eq!(read.is_some(), i + 1 == count);
+        }
+        let colliders = read.expect("whole").colliders;
+        assert_eq!(colliders.iter().map(|c| c.name.as_str()).collect::<Vec<_>>(), ["it", "wall"]);
+        assert_eq!(colliders[0].shape, whole.shape, "parts of {size} bytes");
+        assert_eq!(mesh_points(mesh)[3], [0.0, 0.0, 1.0]);
+        assert_eq!(mesh_triangles(mesh), [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]]);
+    }
+}
+
+#[test]
+fn a_mesh_that_cannot_be_drawn_is_refused() {
+    let ball = v1::SphereShape { radius: 0.5, ..v1::SphereShape::default() };
+    let ball = v1::ColliderShape {
+        name: "ball".to_owned(),
+        shape: Some(Shape::Sphere(ball)),
+        ..v1::ColliderShape::default()
+    };
+    let nan = vec![0.0, f32::NAN, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
+    for (colliders, part) in [
+        (vec![tetrahedron(Some(nan), None)], "not finite"),
+        (vec![tetrahedron(None, Some(vec![0, 2, 1, 0, 1, 4]))], "names a point that is not there"),
+        (vec![tetrahedron(None, Some(vec![0, 2, u32::MAX]))], "names a point that is not there"),
+        (vec![tetrahedron(None, Some(vec![0, 2]))], "no whole number"),
+        (vec![tetrahedron(Some(vec![0.0; 13]), None)], "no whole number"),
+        (vec![tetrahedron(None, Some(Vec::new()))], "no triangles"),
+        (vec![tetrahedron(None, None), ball, tetrahedron(None, None)], "go on behind another"),
+    ] {
+        let refused = refuse_topology(|t| t.colliders = colliders).to_string();
+        assert!(refused.contains("collider \"it\"") && refused.contains(part), "{refused}, not {part}");
+    }
 }
 
 /// Cuts both arrays of `count` particles at the same places, one piece for each part.

@@ -234,8 +234,8 @@ fn every_shape_is_handed_on_as_it_was_sent() {
         Wire::Box(turned),
         Wire::HalfPipe(v1::HalfPipeShape { point: start, axis, up, radius }),
     ] {
-        assert_eq!(read(sent), Ok(sent));
-        let moving = read_moving(sent, vector([0.0, 0.0, 4.0])).expect("it can be drawn");
+        assert_eq!(read(sent.clone()), Ok(sent.clone()));
+        let moving = read_moving(sent.clone(), vector([0.0, 0.0, 4.0])).expect("it can be drawn");
         assert_eq!((moving.shape, moving.velocity), (Some(sent), [0.0, 0.0, 4.0]));
     }
     assert_eq!((components(start), components(None)), ([0.0, 1.0, 0.0], [0.0; 3]));

@@ -117,7 +117,8 @@ async fn the_topology_has_a_body_for_each_cloth_and_object_and_every_shape_of_co
     assert!(snow.triangles_u32.is_empty() && snow.springs_u32.is_empty() && snow.pins_u32.is_empty());
     assert_eq!(session.particle_count, 25 + u64::from(snow.particle_count));
 
-    let shapes: Vec<_> = watch.topology.colliders.iter().filter_map(|collider| collider.shape).collect();
+    let shapes: Vec<_> =
+        watch.topology.colliders.iter().filter_map(|collider| collider.shape.clone()).collect();
     assert!(shapes.iter().any(|s| matches!(s, Shape::Capsule(c) if c.radius == 0.1)));
     for collider in &watch.topology.colliders {
         let velocity = if collider.name == "capsule" { [0.0, 0.0, 0.25] } else { [0.0; 3] };
