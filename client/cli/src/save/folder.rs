@@ -2,7 +2,7 @@
 //!
 //! Particles: x, y, z (m) and, where they are kept, vx, vy, vz (m/s), plastic_ratio (1) and stress_norm (Pa), in the
 //! precision of the session: binary64 holds its exact state. Nodes of the grid, in binary32: x, y, z (m), mass (kg),
-//! vx, vy, vz (m/s).
+//! vx, vy, vz (m/s). The surfaces of all mesh colliders at time 0 stand once in colliders.ply, if there are any.
 //!
 //! Each file is whole. Where frames of another run are to be replaced, the new ones stand in a folder within until the end.
 
@@ -15,6 +15,7 @@ use std::{
 use nappe_client::{Encoding, Frame, GridFrame, Scalars, Topology, Vectors, WatchOptions, v1};
 use nappe_scene::mesh::{PlyFrame, PlyNumbers, PlyProperty, write_ply_frame};
 
+use super::surfaces::Surfaces;
 use crate::{
     error::{CliError, Result},
     fields::FieldsArgs,
@@ -27,6 +28,9 @@ const VELOCITY: [&str; 3] = ["vx", "vy", "vz"];
 /// Where the frames are until they replace those of another run, within the folder.
 const ASIDE: &str = "frames.new";
 
+/// The file of all mesh colliders.
+const COLLIDERS: &str = "colliders.ply";
+
 /// PLY files: frame-000000.ply, frame-000001.ply ... and grid-000000.ply ...
 pub(crate) struct Folder {
     path: PathBuf,
@@ -36,6 +40,7 @@ pub(crate) struct Folder {
     made: Vec<PathBuf>,
     fields: FieldsArgs,
     triangles: Vec<[u32; 3]>,
+    surfaces: Surfaces,
     frame_count: u64,
     /// Whether a file is missing.
     is_torn: bool,
@@ -65,6 +70,7 @@ impl Folder {
             made,
             fields: fields.clone(),
             triangles: Vec::new(),
+            surfaces: Surfaces::default(),
             frame_count: 0,
             is_torn: false,
         })
@@ -79,12 +85,13 @@ impl Folder {
         WatchOptions { encoding, ..self.fields.watch(options) }
     }
 
-    /// Keeps the triangles, which every file repeats.
+    /// Keeps the triangles, which every file repeats, and the surfaces of colliders.
     pub(super) fn topology(&mut self, topology: Topology) {
+        self.surfaces = Surfaces::of(&topology.colliders);
         self.triangles = topology.bodies.into_iter().flat_map(|body| body.triangles).collect();
     }
 
-    /// Writes the files of a frame.
+    /// Writes the files of a frame; with the first one, that of the mesh colliders.
     ///
     /// # Errors
     /// When one cannot be written.
@@ -92,8 +99,9 @@ impl Folder {
         if self.frame_count == 0 && self.is_aside() {
             self.make_room()?;
         }
+        let written = if self.frame_count == 0 { self.write_surfaces() } else { Ok(()) };
         self.frame_count += 1;
-        let written = self.write_files(frame);
+        let written = written.and_then(|()| self.write_files(frame));
         self.is_torn |= written.is_err();
         written.map_err(|error| self.told(error))
     }
@@ -177,6 +185,16 @@ impl Folder {
         }
     }
 
+    fn write_surfaces(&self) -> Result<()> {
+        let Surfaces { points, triangles } = &self.surfaces;
+        if triangles.is_empty() {
+            return Ok(());
+        }
+        let surfaces =
+            PlyFrame { positions: PlyNumbers::F32(points), properties: &[], triangles, step: 0, time: 0.0 };
+        write(&self.place.join(COLLIDERS), &surfaces)
+    }
+
     fn write_grid(&self, frame: &Frame, grid: &GridFrame) -> Result<()> {
         let positions: Vec<f32> = grid.positions().flatten().collect();
         let nodes = PlyFrame {
@@ -224,14 +242,15 @@ fn scalars(scalars: &Scalars) -> PlyNumbers<'_> {
     }
 }
 
-/// The files of frames and grids in a folder.
+/// The files of a run in a folder: frames, grids, colliders.
 fn frames(folder: &Path) -> io::Result<Vec<PathBuf>> {
     let mut found = Vec::new();
     for entry in fs::read_dir(folder)? {
         let entry = entry?;
         let name = entry.file_name().to_string_lossy().into_owned();
-        if (name.starts_with("frame-") || name.starts_with("grid-"))
-            && entry.path().extension().is_some_and(|ending| ending == "ply")
+        let is_numbered = name.starts_with("frame-") || name.starts_with("grid-");
+        if name == COLLIDERS
+            || (is_numbered && entry.path().extension().is_some_and(|ending| ending == "ply"))
         {
             found.push(entry.path());
         }

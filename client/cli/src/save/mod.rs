@@ -3,6 +3,7 @@
 //! Every frame that comes is kept. The first two are written here; a recording by `nappe-viewer`, which this command
 //! starts.
 
+mod surfaces;
 mod folder;
 mod html;
 mod recording;

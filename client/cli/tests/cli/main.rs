@@ -10,6 +10,7 @@ mod run;
 mod html;
 mod kept;
 mod ply_frames;
+mod colliders;
 mod mesh;
 mod mecasim;
 mod service;
