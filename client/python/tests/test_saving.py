@@ -48,7 +48,7 @@ def diagnostics_of(step: int) -> Diagnostics:
         solve=SolveReport("converged", 9, 1e-7),
         stages={"forces": 0.5},
         snow=None if step % 3 == 0 else snow,
-        notices=Notices(1, 2, 3, 4),
+        notices=Notices(1, 2, 3, 4, 5),
         cloth=None if step % 3 == 0 else cloth,
     )
 
@@ -91,6 +91,13 @@ def trajectory(dtype: type[Any] = np.float32, *names: str, **changed: Any) -> Tr
         "scene": 'title = "a <b>"\n',
     }
     return Trajectory(**{**given, **changed})
+
+
+def tetrahedron(name: str, at: float) -> Collider:
+    """A mesh collider with a corner at so much along x, and edges of 1 m along the axes."""
+    points = np.array([(at, 0, 0), (at + 1, 0, 0), (at, 1, 0), (at, 0, 1)], np.float32)
+    triangles = np.array([(0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)], np.uint32)
+    return Collider(name, "mesh", (0.0, 0.0, 2.0), {"points": points, "triangles": triangles})
 
 
 def elements(text: str) -> dict[str, list[Any]]:
@@ -281,6 +288,44 @@ def test_a_folder_holds_the_bytes_that_the_command_writes(tmp_path: Path) -> Non
     particles = b"".join(struct.pack("<7f", *position, *velocity, stress) for position, velocity, stress in rows)
     faces = b"".join(struct.pack("<B3I", 3, *corners) for corners in whole.topology.triangles)
     assert (folder / "frame-000006.ply").read_bytes() == header.encode() + particles + faces
+
+
+def test_a_folder_holds_the_mesh_colliders_once_as_the_command_writes_them(tmp_path: Path) -> None:
+    whole = trajectory()
+    colliders = (tetrahedron("left", -3.0), *whole.topology.colliders, tetrahedron("right", 0.1))
+    whole = replace(whole, topology=replace(whole.topology, colliders=colliders))
+    folder = whole.save(tmp_path / "run")
+    assert len(list(folder.iterdir())) == FRAMES + 1
+    header = (
+        "ply\nformat binary_little_endian 1.0\ncomment step 0\ncomment time_seconds 0\nelement vertex 8\n"
+        "property float x\nproperty float y\nproperty float z\nelement face 8\n"
+        "property list uchar uint vertex_indices\nend_header\n"
+    )
+    points = b"".join(
+        struct.pack("<3f", *point) for mesh in (colliders[0], colliders[2]) for point in mesh.shape["points"]
+    )
+    corners = [(0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2), (4, 6, 5), (4, 5, 7), (5, 6, 7), (4, 7, 6)]
+    faces = b"".join(struct.pack("<B3I", 3, *triangle) for triangle in corners)
+    assert (folder / "colliders.ply").read_bytes() == header.encode() + points + faces
+
+    for path in folder.glob("frame-*"):
+        path.unlink()
+    with pytest.raises(Error, match=r"holds frames already \(colliders.ply\)"):
+        whole.save(folder)
+
+
+def test_a_page_holds_the_arrays_of_a_mesh_collider() -> None:
+    whole, mesh = trajectory(), tetrahedron("cow", 0.1)
+    whole = replace(whole, topology=replace(whole.topology, colliders=(mesh,)))
+    (collider,) = elements(whole.show().text)["head"][0]["colliders"]
+    shape = collider.pop("shape")
+    assert collider == {"name": "cow", "velocity": [0.0, 0.0, 2.0]}
+    assert (shape.keys(), shape["kind"]) == ({"kind", "points", "triangles"}, "mesh")
+    points = np.frombuffer(base64.b64decode(shape["points"], validate=True), "<f4")
+    assert points.tolist() == mesh.shape["points"].reshape(-1).tolist()
+    packed = base64.b64decode(shape["triangles"]["data"], validate=True)
+    assert shape["triangles"]["count"] == 4
+    assert restore(unpack(packed, 4, 3, None), 1.0).astype(int).tolist() == mesh.shape["triangles"].tolist()
 
 
 def test_numbers_in_float64_are_written_as_they_are(tmp_path: Path) -> None:

@@ -273,7 +273,8 @@ def test_a_collider_of_each_kind_comes_with_its_numbers(kind: str) -> None:
 
 
 def test_every_kind_of_the_contract_is_tested_and_colliders_keep_their_order() -> None:
-    assert {field.name for field in v1.ColliderShape.DESCRIPTOR.oneofs_by_name["shape"].fields} == set(SHAPES)
+    shapes = {field.name for field in v1.ColliderShape.DESCRIPTOR.oneofs_by_name["shape"].fields}
+    assert shapes == {*SHAPES, "mesh"}
     topology = joined(whole(body(), colliders=[collider(kind) for kind in SHAPES]))
     assert [read.kind for read in topology.colliders] == list(SHAPES)
 
@@ -309,3 +310,64 @@ def test_a_collider_of_a_newer_shape_is_left_out() -> None:
 )
 def test_a_collider_that_cannot_be_drawn_is_refused_as_by_the_client_in_rust(kind: str, other: dict[str, Any]) -> None:
     assert "collider 'c'" in refusal(whole(body(), colliders=[collider(kind, **other)]))
+
+
+POINTS = (0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1)
+TRIANGLES = (0, 2, 1, 0, 1, 3, 1, 2, 3, 0, 3, 2)
+
+
+def mesh(points: bytes | None = None, triangles: bytes | None = None, name: str = "c") -> Any:
+    """A mesh collider of a tetrahedron, with these arrays in place of its own."""
+    points_f32 = packed(*POINTS, dtype="<f4") if points is None else points
+    triangles_u32 = packed(*TRIANGLES) if triangles is None else triangles
+    shape = v1.MeshShape(points_f32=points_f32, triangles_u32=triangles_u32)
+    return v1.ColliderShape(name=name, velocity=vector((0, 0, 0.5)), mesh=shape)
+
+
+def test_a_mesh_comes_with_its_arrays() -> None:
+    (read,) = joined(whole(body(), colliders=[mesh()])).colliders
+    assert (read.name, read.kind, read.velocity, set(read.shape)) == ("c", "mesh", (0, 0, 0.5), {"points", "triangles"})
+    points, triangles = read.shape["points"], read.shape["triangles"]
+    assert isinstance(points, np.ndarray) and isinstance(triangles, np.ndarray)
+    assert (points.dtype, triangles.dtype) == (np.dtype("<f4"), np.dtype("<u4"))
+    assert (points.reshape(-1).tolist(), triangles.reshape(-1).tolist()) == (list(POINTS), list(TRIANGLES))
+    assert points.shape == triangles.shape == (4, 3) and not points.flags.writeable
+
+
+@pytest.mark.parametrize("size", [1, 7, 12, 48])
+def test_a_mesh_that_continues_over_pieces_is_that_of_the_whole(size: int) -> None:
+    arrays = mesh().mesh
+    starts = range(0, 48, size)
+    parts = [mesh(arrays.points_f32[at : at + size], arrays.triangles_u32[at : at + size]) for at in starts]
+    other = [collider("box"), mesh(name="d")]
+    pieces = [piece(index=at, count=len(parts) + 1, colliders=[part]) for at, part in enumerate(parts)]
+    pieces[0].colliders.insert(0, collider("plane"))
+    pieces.append(piece(body(), index=len(parts), count=len(parts) + 1, colliders=other))
+    topology = joined(*pieces)
+    expected = joined(whole(body(), colliders=[collider("plane"), mesh(), *other]))
+    assert topology.colliders == expected.colliders and topology.packed == expected.packed
+    assert [(read.name, read.kind) for read in topology.colliders] == [
+        ("c", "plane"), ("c", "mesh"), ("c", "box"), ("d", "mesh"),
+    ]  # fmt: skip
+    # Colliders with other numbers are others.
+    changed = joined(whole(body(), colliders=[mesh(packed(*reversed(POINTS), dtype="<f4"))])).colliders
+    assert changed[0] != expected.colliders[1] and expected.colliders[0] != expected.colliders[1]
+
+
+@pytest.mark.parametrize(
+    ("colliders", "words"),
+    [
+        ([mesh(points=packed(*POINTS[:-1], math.nan, dtype="<f4"))], "not finite"),
+        ([mesh(triangles=packed(0, 1, 4))], "names a point that is not there"),
+        ([mesh(points=b"")], "names a point that is not there"),
+        ([mesh(triangles=packed(0, 1))], "no whole number of points and triangles"),
+        ([mesh(points=bytes(49))], "no whole number of points and triangles"),
+        ([mesh(triangles=b"")], "no triangles"),
+        ([mesh(), mesh(name="d"), mesh()], "go on behind another collider"),
+        ([v1.ColliderShape(name="c", velocity=vector((math.inf, 0, 0)), mesh=mesh().mesh)], "not finite"),
+    ],
+    ids=str,
+)
+def test_a_mesh_that_cannot_be_drawn_is_refused(colliders: list[Any], words: str) -> None:
+    told = refusal(whole(body(), colliders=colliders))
+    assert "collider 'c': " in told and words in told

@@ -159,10 +159,14 @@ def _indices(elements: NDArray[np.uint32]) -> Json | None:
 
 
 def _collider(collider: Collider) -> Json:
+    shape: Json = dict(collider.shape)
+    if collider.kind == "mesh":
+        points = np.asarray(shape["points"], "<f4").tobytes()
+        shape = {"points": base64.b64encode(points).decode("ascii"), "triangles": _indices(shape["triangles"])}
     return {
         "name": collider.name,
         "velocity": collider.velocity,
-        "shape": {"kind": collider.kind, **collider.shape},
+        "shape": {"kind": collider.kind, **shape},
     }
 
 

@@ -1,18 +1,22 @@
 """A folder of PLY files: one per frame, with the particles, what is kept of them, and the triangles.
 
 Particles: x, y, z (m) and, where they are kept, vx, vy, vz (m/s), plastic_ratio (1) and stress_norm (Pa), each in its
-precision: float32 as `float`, float64 as `double`. Step and time stand in comments. The command's `--save FOLDER`
-writes the same bytes, in the precision of the session.
+precision: float32 as `float`, float64 as `double`. Step and time stand in comments. The surfaces of all mesh colliders
+at time 0 stand once in colliders.ply, if there are any. The command's `--save FOLDER` writes the same bytes, in the
+precision of the session.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from nappe._arrays import Array
+from nappe._colliders import Collider
 from nappe._errors import Error
 from nappe._stacked import StackedFrames
 
@@ -23,6 +27,7 @@ _PROPERTIES = {
     "stress": ("stress_norm",),
 }
 _NUMBERS = {"float": "<f4", "double": "<f8"}
+_COLLIDERS = "colliders.ply"
 _TRIANGLE = np.dtype([("count", "u1"), ("corners", "<u4", (3,))])
 
 
@@ -32,7 +37,7 @@ def write_folder(trajectory: StackedFrames, path: Path) -> None:
     kept |= {words: trajectory.arrays[name] for name, words in _PROPERTIES.items() if name in trajectory.arrays}
     path.mkdir(parents=True, exist_ok=True)
     for entry in sorted(path.iterdir()):
-        if entry.name.startswith(("frame-", "grid-")):
+        if entry.name.startswith(("frame-", "grid-")) or entry.name == _COLLIDERS:
             raise Error(
                 f"the folder {path} holds frames already ({entry.name}): two runs would be mixed up",
                 remedy="Remove them, or give another folder.",
@@ -48,20 +53,37 @@ def write_folder(trajectory: StackedFrames, path: Path) -> None:
         particles = np.zeros(trajectory.topology.particle_count, [(word, _NUMBERS[types[word]]) for word in columns])
         for word, column in columns.items():
             particles[word] = column
-        header = _header(trajectory, index, types, len(particles), len(faces))
+        step, time = int(trajectory.step[index]), float(trajectory.time[index])
+        header = _header(step, time, types, len(particles), len(faces))
         (path / f"frame-{int(number):06}.ply").write_bytes(header + particles.tobytes() + faces.tobytes())
+    _write_surfaces(trajectory.topology.colliders, path / _COLLIDERS)
 
 
-def _header(
-    trajectory: StackedFrames, index: int, types: dict[str, str], particle_count: int, face_count: int
-) -> bytes:
-    """The lines of a frame's file that say what follows."""
+def _write_surfaces(colliders: Iterable[Collider], path: Path) -> None:
+    """Writes the surfaces of all mesh colliders at time 0 as one, if there are any."""
+    points: list[Array] = [np.zeros((0, 3), "<f4")]
+    triangles: list[NDArray[np.uint32]] = [np.zeros((0, 3), np.uint32)]
+    count = 0
+    for collider in colliders:
+        if collider.kind == "mesh":
+            shape: dict[str, Any] = collider.shape
+            points.append(np.asarray(shape["points"], "<f4"))
+            triangles.append(shape["triangles"] + np.uint32(count))
+            count += len(shape["points"])
+    faces = _faces(np.concatenate(triangles))
+    if len(faces):
+        header = _header(0, 0.0, dict.fromkeys("xyz", "float"), count, len(faces))
+        path.write_bytes(header + np.concatenate(points).tobytes() + faces.tobytes())
+
+
+def _header(step: int, time: float, types: dict[str, str], point_count: int, face_count: int) -> bytes:
+    """The lines of a file that say what follows."""
     lines = [
         "ply",
         "format binary_little_endian 1.0",
-        f"comment step {int(trajectory.step[index])}",
-        f"comment time_seconds {np.format_float_positional(trajectory.time[index], trim='-')}",
-        f"element vertex {particle_count}",
+        f"comment step {step}",
+        f"comment time_seconds {np.format_float_positional(time, trim='-')}",
+        f"element vertex {point_count}",
         *(f"property {kind} {word}" for word, kind in types.items()),
         f"element face {face_count}",
         "property list uchar uint vertex_indices",

@@ -104,6 +104,9 @@ class Notices:
     which it did."""
     rejected_steps: int
     """Sub-steps of cloth that were not accepted, and taken again shorter."""
+    pinched_particles: int
+    """Particles of cloth that touch a mesh collider and are still nearer to it than its margin after contact, by more
+    than 1e-9 m, each once per sub-step in which it was: surfaces that meet there leave no place for the margin."""
 
 
 @dataclass(frozen=True)

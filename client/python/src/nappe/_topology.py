@@ -6,13 +6,14 @@ follow them without looking.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from nappe._colliders import Collider, read_collider
+from nappe._colliders import Collider, read_colliders
 from nappe._contract import MESSAGES, Message
 from nappe._errors import Error
 
@@ -22,6 +23,7 @@ MAX_TOPOLOGY_BYTES = 192 << 20
 """Most bytes of all pieces of a topology together."""
 
 _ARRAYS = ("triangles_u32", "springs_u32", "pins_u32", "uv_f32")
+_MESH_ARRAYS = ("points_f32", "triangles_u32")
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,7 +122,7 @@ class TopologyJoiner:
         if index + 1 < count:
             return None
         pieces, self._pieces = self._pieces, []
-        return read_topology(pieces[0] if count == 1 else _joined(pieces))
+        return read_topology(_joined(pieces))
 
 
 def place(message: Message) -> tuple[int, int]:
@@ -145,7 +147,7 @@ def read_topology(wire: Message) -> Topology:
         held += body.particle_count
     if held != count:
         raise _broken(f"the bodies hold {held} of {count} particles")
-    colliders = tuple(collider for wire_collider in wire.colliders if (collider := read_collider(wire_collider)))
+    colliders = read_colliders(wire.colliders)
     return Topology(wire.topology_id, count, tuple(bodies), colliders, wire.SerializeToString(deterministic=True))
 
 
@@ -172,27 +174,45 @@ def _body(wire: Message) -> Body:
 
 
 def _joined(pieces: list[Message]) -> Message:
-    """The whole: parts of a body stand under the same first particle, one after the other."""
+    """The whole: parts of a body have one first particle, those of a mesh one name, and stand one after the other."""
     whole = MESSAGES["Topology"]()
     whole.CopyFrom(pieces[0])
-    whole.ClearField("chunk")
-    whole.ClearField("bodies")
-    parts: list[list[Message]] = []
-    for piece in pieces:
-        for body in piece.bodies:
-            last = parts[-1][0] if parts else None
-            if last is not None and (last.first_particle, last.name) == (body.first_particle, body.name):
-                parts[-1].append(body)
-            else:
-                parts.append([body])
-        if piece is not pieces[0]:
-            whole.colliders.extend(piece.colliders)
-    for part in parts:
+    for name in ("chunk", "bodies", "colliders"):
+        whole.ClearField(name)
+    for parts in _runs((body for piece in pieces for body in piece.bodies), _body_continues):
         body = whole.bodies.add()
-        body.CopyFrom(part[0])
-        for name in _ARRAYS:
-            setattr(body, name, b"".join(getattr(piece, name) for piece in part))
+        body.CopyFrom(parts[0])
+        _put(body, _ARRAYS, parts)
+    for parts in _runs((collider for piece in pieces for collider in piece.colliders), _mesh_continues):
+        collider = whole.colliders.add()
+        collider.CopyFrom(parts[0])
+        if len(parts) > 1:
+            _put(collider.mesh, _MESH_ARRAYS, [part.mesh for part in parts])
     return whole
+
+
+def _body_continues(before: Message, part: Message) -> bool:
+    return bool(before.first_particle == part.first_particle and before.name == part.name)
+
+
+def _mesh_continues(before: Message, part: Message) -> bool:
+    return bool(before.name == part.name and before.WhichOneof("shape") == part.WhichOneof("shape") == "mesh")
+
+
+def _runs(parts: Iterable[Message], continues: Callable[[Message, Message], bool]) -> list[list[Message]]:
+    """What follows each other and continues, together."""
+    runs: list[list[Message]] = []
+    for part in parts:
+        if runs and continues(runs[-1][0], part):
+            runs[-1].append(part)
+        else:
+            runs.append([part])
+    return runs
+
+
+def _put(whole: Message, names: tuple[str, ...], parts: list[Message]) -> None:
+    for name in names:
+        setattr(whole, name, b"".join(getattr(part, name) for part in parts))
 
 
 def _broken(what: str) -> Error:
