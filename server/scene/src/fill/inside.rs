@@ -5,7 +5,7 @@
 //! edge or below a corner is moved by an infinitesimal step in x and a smaller one in y. Each ray
 //! then crosses each closed surface as often into it as out of it, whatever it meets.
 
-use super::closed::Closed;
+use crate::mesh::Closed;
 
 /// Steps in the extent of the mesh.
 const STEPS: f64 = (1u64 << 40) as f64;

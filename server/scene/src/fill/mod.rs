@@ -5,8 +5,6 @@
 
 mod hash;
 mod noise;
-mod parts;
-mod closed;
 mod inside;
 mod solid;
 mod lattice;
@@ -16,8 +14,6 @@ mod overlap;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use closed::Closed;
-pub use closed::enclosed_volume;
 pub(crate) use hash::Stream;
 pub(crate) use lattice::{Jitter, TooMuch};
 pub(crate) use noise::Noise;

@@ -2,7 +2,8 @@
 
 use nappe_sim::interrupt;
 
-use super::{inside::Inside, lattice::divided_for, parts::Part, solid::Solid};
+use super::{inside::Inside, lattice::divided_for, solid::Solid};
+use crate::mesh::Part;
 
 /// Share of the smaller of two solids from which on their overlap is told.
 pub(crate) const TOLD: f64 = 0.01;

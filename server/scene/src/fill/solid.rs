@@ -1,7 +1,7 @@
 //! Solids that can be filled with particles: boxes, balls, the insides of closed meshes.
 
-use super::{closed::Closed, inside::Inside};
-use crate::transform::RigidMotion;
+use super::inside::Inside;
+use crate::{mesh::Closed, transform::RigidMotion};
 
 /// A solid that is filled with particles.
 #[derive(Clone, Debug)]

@@ -2,10 +2,12 @@
 
 use nappe_sim::mesh::TriangleMesh;
 
-use crate::transform::RigidMotion;
+use crate::{
+    mesh::{Closed, NotClosed},
+    transform::RigidMotion,
+};
 
 use super::{
-    closed::{Closed, NotClosed},
     lattice::Jitter,
     sample::{self, Arrangement, Count},
     solid::Solid,

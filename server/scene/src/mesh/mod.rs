@@ -1,4 +1,5 @@
-//! Meshes from formulas and texts, and back: each format in its file. Nothing here opens files.
+//! Meshes from formulas and texts, and back: each format in its file; the solids that closed ones enclose. Nothing here
+//! opens files.
 //!
 //! Readers take a text or bytes and a name for messages; no memory is taken for a count before
 //! the file has shown what it counts. Writers give text or write to an `impl Write`.
@@ -18,15 +19,26 @@ mod stl;
 pub(crate) mod endings;
 pub(crate) mod gzip;
 mod format;
+mod parts;
+mod closed;
+mod holes;
+mod mended;
+mod torus;
 #[cfg(test)]
 mod tests;
 
+pub use closed::enclosed_volume;
+pub(crate) use closed::{Closed, NotClosed};
 pub use eti::{EtiOptions, EtiTexts, EtiWritten, NamedText, read_eti, write_eti};
 pub use format::MeshFile;
 pub use grid::course_grid;
+pub(crate) use holes::{Holes, MOST_EDGES};
 pub use loaded::Loaded;
+pub(crate) use mended::{Mended, mend};
 pub use numbers::{six_digits, to_six_digits};
 pub use obj::{read_obj, write_obj};
 pub use off::{read_off, write_off};
+pub(crate) use parts::Part;
 pub use ply::{PlyFrame, PlyNumbers, PlyProperty, read_ply, write_ply, write_ply_frame};
 pub use stl::read_stl;
+pub(crate) use torus::shipped_torus;

@@ -8,8 +8,9 @@ use nappe_sim::{math::number, mesh::TriangleMesh, snow::SnowObject};
 use super::material::material;
 use crate::{
     error::{ErrorKind, SceneError},
-    fill::{self, Arrangement, Closed, Count, Jitter, Noise, SharedByParts, Solid, Stream, TooMuch},
+    fill::{self, Arrangement, Count, Jitter, Noise, SharedByParts, Solid, Stream, TooMuch},
     location::Location,
+    mesh::Closed,
     snow::{BoxText, Overlap, Sampling, SnowBody, SnowSource, VolumeFrom},
     transform::RigidMotion,
 };

@@ -1,7 +1,7 @@
 //! Closed triangle meshes: whether a mesh encloses a solid, and the solid's volume and centre.
 //!
 //! Reads a mesh; writes its triangles without points twice at one position, or says which edge
-//! is open. A mesh is closed when each edge has two triangles that run along it in opposite
+//! is open. Snow is filled into it, and it is the surface of a collider. A mesh is closed when each edge has two triangles that run along it in opposite
 //! directions. Points with the same coordinates count as one, so that seams of texture are no gaps.
 
 use std::fmt;
@@ -12,22 +12,26 @@ use nappe_sim::{
     mesh::{Groups, TriangleMesh},
 };
 
-use super::parts::{Part, parts, tetrahedron};
-use crate::mesh::to_six_digits;
+use super::{
+    numbers::to_six_digits,
+    parts::{Part, parts, tetrahedron},
+};
 
 /// The surface of a solid.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Closed {
-    pub(super) points: Vec<[f64; 3]>,
-    pub(super) triangles: Vec<[u32; 3]>,
+    pub(crate) points: Vec<[f64; 3]>,
+    pub(crate) triangles: Vec<[u32; 3]>,
     /// Volume (m³) by the divergence theorem, above 0.
-    pub(super) volume: f64,
+    pub(crate) volume: f64,
     /// Centre of mass (m).
-    pub(super) center: [f64; 3],
+    pub(crate) center: [f64; 3],
     /// Its parts, which no edge joins.
-    pub(super) parts: Vec<Part>,
+    pub(crate) parts: Vec<Part>,
     /// The part of each triangle.
-    pub(super) part_of: Vec<u32>,
+    pub(crate) part_of: Vec<u32>,
+    /// Whether its triangles are turned inwards as a whole.
+    pub(crate) is_inside_out: bool,
 }
 
 /// Why a mesh encloses no solid.
@@ -39,15 +43,19 @@ pub(crate) enum NotClosed {
     Edge { points: [u32; 2], positions: [[f64; 3]; 2], triangles: usize, others: usize },
     /// Two triangles run along an edge in the same direction.
     Turned { triangles: [u32; 2], positions: [[f64; 3]; 2] },
+    /// A hole with too many edges to be filled, and the first of its points.
+    LongHole { edges: usize, allowed: usize, point: u32, position: [f64; 3] },
     /// It encloses no volume.
     Flat,
+    /// One of its parts encloses no volume: the one of this triangle.
+    FlatPart { triangle: u32 },
 }
 
 impl fmt::Display for NotClosed {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let near = |v: [f64; 3]| v.map(|c| number(to_six_digits(c))).join(", ");
         match self {
-            Self::Empty => f.write_str("has no triangles: only the inside of a closed surface can be filled"),
+            Self::Empty => f.write_str("has no triangles with an area: only a closed surface has an inside"),
             Self::Edge { points: [a, b], positions: [p, q], triangles, others } => {
                 let plural = if *triangles == 1 { "" } else { "s" };
                 write!(
@@ -68,7 +76,15 @@ impl fmt::Display for NotClosed {
                 near(*p),
                 near(*q)
             ),
+            Self::LongHole { edges, allowed, point, position } => write!(
+                f,
+                "has a hole of {edges} open edges, which begins at point {point} at ({}); holes of at most {allowed} edges are closed",
+                near(*position)
+            ),
             Self::Flat => f.write_str("encloses no volume"),
+            Self::FlatPart { triangle } => {
+                write!(f, "has a part that encloses no volume: that of triangle {triangle}")
+            }
         }
     }
 }
@@ -81,29 +97,33 @@ pub fn enclosed_volume(mesh: &TriangleMesh) -> Result<f64, String> {
     Closed::new(mesh).map(|closed| closed.volume).map_err(|error| error.to_string())
 }
 
+/// A triangle by its corners, with its number in the file.
+pub(super) type Numbered = (u32, [u32; 3]);
+
 /// One side of a triangle: its ends in ascending order, whether it runs that way, the triangle's place among those looked at.
-type Side = ([u32; 2], bool, u32);
+pub(super) type Side = ([u32; 2], bool, u32);
 
 impl Closed {
     /// The solid that a mesh encloses.
     pub(crate) fn new(mesh: &TriangleMesh) -> Result<Self, NotClosed> {
-        let same = welded(&mesh.points);
-        let corners = |t: &[u32; 3]| t.map(|i| same[i as usize]);
-        let whole = |t: &[u32; 3]| t[0] != t[1] && t[1] != t[2] && t[2] != t[0];
-        let kept: Vec<(u32, [u32; 3])> =
-            (0u32..).zip(mesh.triangles.iter().map(corners)).filter(|(_, t)| whole(t)).collect();
+        Self::of(&mesh.points, whole_triangles(mesh))
+    }
+
+    /// The solid that triangles enclose whose corners are the first of the points at each place.
+    pub(super) fn of(points: &[[f64; 3]], kept: Vec<Numbered>) -> Result<Self, NotClosed> {
         if kept.is_empty() {
             return Err(NotClosed::Empty);
         }
-        let joined = check_edges(&kept, &mesh.points)?;
-        let (part_of, parts) = parts(&mesh.points, &kept, joined);
+        let joined = check_edges(&kept, points)?;
+        let (part_of, parts) = parts(points, &kept, joined);
         let triangles: Vec<[u32; 3]> = kept.into_iter().map(|(_, t)| t).collect();
-        let (volume, center) = moments(&mesh.points, &triangles).ok_or(NotClosed::Flat)?;
-        Ok(Self { points: mesh.points.clone(), triangles, volume, center, parts, part_of })
+        let (volume, center) = moments(points, &triangles).ok_or(NotClosed::Flat)?;
+        let (is_inside_out, volume) = (volume < 0.0, volume.abs());
+        Ok(Self { points: points.to_vec(), triangles, volume, center, parts, part_of, is_inside_out })
     }
 
     /// Takes a volume (m³) with its first moment (m⁴) off, which was counted too often.
-    pub(super) fn take_off(&mut self, volume: f64, moment: [f64; 3]) {
+    pub(crate) fn take_off(&mut self, volume: f64, moment: [f64; 3]) {
         let left = self.volume - volume;
         if left > 0.0 {
             self.center = [0, 1, 2].map(|c| (self.volume * self.center[c] - moment[c]) / left);
@@ -112,12 +132,20 @@ impl Closed {
     }
 
     /// Lower and upper corner of the box around the triangles (m).
-    pub(super) fn bounds(&self) -> [[f64; 3]; 2] {
+    pub(crate) fn bounds(&self) -> [[f64; 3]; 2] {
         let corners = self.triangles.iter().flatten().map(|i| self.points[*i as usize]);
         corners.fold([[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]], |[low, high], p| {
             [[0, 1, 2].map(|c| low[c].min(p[c])), [0, 1, 2].map(|c| high[c].max(p[c]))]
         })
     }
+}
+
+/// The triangles of a mesh by the first of the points at each place; those that name one twice are left out.
+pub(super) fn whole_triangles(mesh: &TriangleMesh) -> Vec<Numbered> {
+    let same = welded(&mesh.points);
+    let corners = |t: &[u32; 3]| t.map(|i| same[i as usize]);
+    let whole = |t: &[u32; 3]| t[0] != t[1] && t[1] != t[2] && t[2] != t[0];
+    (0u32..).zip(mesh.triangles.iter().map(corners)).filter(|(_, t)| whole(t)).collect()
 }
 
 /// For each point the first point of the mesh with the same coordinates.
@@ -139,36 +167,51 @@ fn welded(points: &[[f64; 3]]) -> Vec<u32> {
 }
 
 /// Checks that each edge has two triangles that run along it in opposite directions; gives the groups of those that share one.
-fn check_edges(triangles: &[(u32, [u32; 3])], points: &[[f64; 3]]) -> Result<Groups, NotClosed> {
+fn check_edges(triangles: &[Numbered], points: &[[f64; 3]]) -> Result<Groups, NotClosed> {
+    let sides = sides(triangles);
+    check_sides(&sides, triangles, points, |count| count == 2)?;
+    let mut joined = Groups::new(triangles.len());
+    sides.chunk_by(|a, b| a.0 == b.0).for_each(|edge| joined.join([edge[0].2, edge[1].2]));
+    Ok(joined)
+}
+
+/// The sides of triangles, those of one edge beside each other.
+pub(super) fn sides(triangles: &[Numbered]) -> Vec<Side> {
     let side = |t: u32, from: u32, to: u32| -> Side { ([from.min(to), from.max(to)], from < to, t) };
-    let of_one =
-        |(t, &(_, [a, b, c])): (u32, &(u32, [u32; 3]))| [side(t, a, b), side(t, b, c), side(t, c, a)];
+    let of_one = |(t, &(_, [a, b, c])): (u32, &Numbered)| [side(t, a, b), side(t, b, c), side(t, c, a)];
     let mut sides: Vec<Side> = (0u32..).zip(triangles).flat_map(of_one).collect();
     interrupt::point();
     sides.sort_unstable();
     interrupt::point();
+    sides
+}
+
+/// Checks that each edge has a number of triangles that is allowed, and that two run along it in opposite directions.
+pub(super) fn check_sides(
+    sides: &[Side],
+    triangles: &[Numbered],
+    points: &[[f64; 3]],
+    is_allowed: impl Fn(usize) -> bool,
+) -> Result<(), NotClosed> {
     let positions = |edge: [u32; 2]| edge.map(|i| points[i as usize]);
     let edges = || sides.chunk_by(|a, b| a.0 == b.0);
-    let mut open = edges().filter(|edge| edge.len() != 2);
-    if let Some(first) = open.next() {
-        let (points, others) = (first[0].0, open.count());
+    let mut odd = edges().filter(|edge| !is_allowed(edge.len()));
+    if let Some(first) = odd.next() {
+        let (points, others) = (first[0].0, odd.count());
         return Err(NotClosed::Edge { points, positions: positions(points), triangles: first.len(), others });
     }
-
-    if let Some(turned) = edges().find(|edge| edge[0].1 == edge[1].1) {
-        Err(NotClosed::Turned {
+    match edges().find(|edge| edge.len() == 2 && edge[0].1 == edge[1].1) {
+        Some(turned) => Err(NotClosed::Turned {
             triangles: [0, 1].map(|side| triangles[turned[side].2 as usize].0),
             positions: positions(turned[0].0),
-        })
-    } else {
-        let mut joined = Groups::new(triangles.len());
-        edges().for_each(|edge| joined.join([edge[0].2, edge[1].2]));
-        Ok(joined)
+        }),
+        None => Ok(()),
     }
 }
 
 /// Volume and centre of mass by the divergence theorem: a tetrahedron for each triangle, with its
-/// apex at a point of the mesh, so that meshes far from the origin lose no digits.
+/// apex at a point of the mesh, so that meshes far from the origin lose no digits. The volume of a
+/// mesh that is turned inside out is below 0.
 fn moments(points: &[[f64; 3]], triangles: &[[u32; 3]]) -> Option<(f64, [f64; 3])> {
     let apex = points[triangles[0][0] as usize];
     let (mut six_volumes, mut size, mut moment) = (0.0_f64, 0.0_f64, [0.0; 3]);
@@ -186,5 +229,5 @@ fn moments(points: &[[f64; 3]], triangles: &[[u32; 3]]) -> Option<(f64, [f64; 3]
     if !six_volumes.is_finite() || six_volumes.abs() <= 1e-12 * size {
         return None;
     }
-    Some((six_volumes.abs() / 6.0, [0, 1, 2].map(|k| apex[k] + moment[k] / six_volumes)))
+    Some((six_volumes / 6.0, [0, 1, 2].map(|k| apex[k] + moment[k] / six_volumes)))
 }

@@ -4,13 +4,13 @@ use nappe_sim::mesh::Groups;
 
 /// A part of a closed mesh.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Part {
+pub(crate) struct Part {
     /// Its first triangle, as the file numbers them.
-    pub(super) first: u32,
+    pub(crate) first: u32,
     /// Volume (m³) by the divergence theorem: above 0 for a solid, below 0 for a hole.
-    pub(super) volume: f64,
+    pub(crate) volume: f64,
     /// Lower and upper corner of the box around it (m).
-    pub(super) bounds: [[f64; 3]; 2],
+    pub(crate) bounds: [[f64; 3]; 2],
     /// The apex of its tetrahedra (m).
     apex: [f64; 3],
 }
