@@ -1,7 +1,7 @@
 //! Colliders: how a scene writes them, the keys that it may use, and what the simulation gets.
 //!
 //! To add a shape: its variant of [`ShapeText`], its line in `COLLIDER`, its section, its arm in
-//! [`ColliderText::assemble`].
+//! [`ColliderText::assemble`]. The solid of a mesh is made in `assemble`, where meshes come from.
 
 use nappe_sim::{
     collide::{
@@ -13,15 +13,16 @@ use nappe_sim::{
 use serde::{Deserialize, Serialize};
 
 use crate::{
+    body::Mesh,
     error::{ErrorKind, SceneError},
     location::Location,
     names,
     schema::{Alternatives, DIRECTION, LENGTH, Presence, Range, SIZE, SPEED, Section, ValueKind, key},
-    transform::{ROTATE, Rotate, rotation},
+    transform::{ROTATE, Rotate, TRANSFORM, Transform, rotation},
 };
 
 use Presence::{Absent, Chosen, Default, Required};
-use ValueKind::{Choice, Number, Table, Text, Vector};
+use ValueKind::{Choice, Flag, Number, Table, Text, Vector};
 
 /// Something that particles collide with.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -59,7 +60,7 @@ fn recovery() -> f64 {
 }
 
 /// Shape of a collider.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ShapeText {
     /// The half-space behind a plane.
@@ -104,6 +105,8 @@ pub enum ShapeText {
         /// Radius (m).
         radius: f64,
     },
+    /// The inside of a closed mesh.
+    Mesh(ColliderMesh),
     /// The ground below a trough, endless along its axis.
     HalfPipe {
         /// A point of the axis (m).
@@ -115,6 +118,46 @@ pub enum ShapeText {
         /// Inner radius (m).
         radius: f64,
     },
+}
+
+/// The mesh of a collider: a file or an upload.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ColliderMesh {
+    /// Where it comes from.
+    #[serde(flatten)]
+    pub mesh: Mesh,
+    /// Moves it.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub transform: Transform,
+    /// Fills loops of at most 64 open edges.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub close_holes: bool,
+}
+
+impl ColliderMesh {
+    /// Triangles in the meshes of all colliders of a scene, at most.
+    pub const MOST_TRIANGLES: u64 = 200_000;
+
+    /// A mesh as it lies, without holes.
+    pub fn new(mesh: Mesh) -> Self {
+        Self { mesh, transform: Transform::default(), close_holes: false }
+    }
+}
+
+impl ColliderText {
+    /// Its mesh, if it has one.
+    pub(crate) fn mesh(&self) -> Option<&ColliderMesh> {
+        if let ShapeText::Mesh(mesh) = &self.shape { Some(mesh) } else { None }
+    }
+
+    /// The same, to be changed.
+    pub(crate) fn mesh_mut(&mut self) -> Option<&mut ColliderMesh> {
+        if let ShapeText::Mesh(mesh) = &mut self.shape { Some(mesh) } else { None }
+    }
+}
+
+fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
 }
 
 #[rustfmt::skip] // one line per key
@@ -129,6 +172,7 @@ pub(crate) static COLLIDER: Section = Section {
         key("box", Table(&BOX), "", Chosen, "a box"),
         key("cylinder", Table(&CYLINDER), "", Chosen, "a solid cylinder with flat ends"),
         key("half_pipe", Table(&HALF_PIPE), "", Chosen, "the ground below a trough"),
+        key("mesh", Table(&MESH), "", Chosen, "the inside of a closed mesh"),
         key("velocity", Vector(SPEED), "m/s", Default("[0.0, 0.0, 0.0]"), "constant velocity"),
         key("friction", Number(Range(0.0, 100.0)), "", Default("0.0"), "Coulomb's friction coefficient"),
         key("restitution", Number(Range(0.0, 1.0)), "", Default("0.0"), "share of the normal approach speed that comes back to a particle of cloth; snow takes 0"),
@@ -211,12 +255,29 @@ static HALF_PIPE: Section = Section {
     alternatives: Alternatives::None,
 };
 
+#[rustfmt::skip] // one line per key
+static MESH: Section = Section {
+    name: "collider.mesh",
+    about: "A closed triangle mesh: each edge has two triangles, which run along it in opposite directions. Points with the same coordinates count as one, a triangle that is there twice counts once, and a mesh that is turned inside out is turned round; masses mean nothing here. A scene has at most 200000 triangles in the meshes of its colliders.",
+    keys: &[
+        key("file", Text(1000), "", Chosen, "a mesh file beside the scene: .obj, .off, .ply or .stl, also packed as .obj.gz and so on, or a folder of .eti files"),
+        key("upload", Text(200), "", Chosen, "id of an uploaded mesh, or torus: a mesh that comes with nappe"),
+        key("transform", Table(&TRANSFORM), "", Absent("the mesh as it lies"), "moves the mesh: scale, then rotate, then translate"),
+        key("close_holes", Flag, "", Default("false"), "true: each loop of at most 64 open edges is filled by a fan of triangles from its first point; false: a mesh with an open edge is refused"),
+    ],
+    alternatives: Alternatives::OneChosen,
+};
+
 impl ColliderText {
-    /// The collider that the text describes; `at` is where it stands.
-    pub(crate) fn assemble(&self, at: &Location<'_>) -> Result<Collider, SceneError> {
+    /// The collider that the text describes; `at` is where it stands, and `solid` makes the shape of a mesh.
+    pub(crate) fn assemble(
+        &self,
+        at: &Location<'_>,
+        solid: impl FnOnce(&ColliderMesh) -> Result<Shape, SceneError>,
+    ) -> Result<Collider, SceneError> {
         Ok(Collider {
             name: self.name.clone(),
-            shape: self.shape.assemble(at)?,
+            shape: self.shape.assemble(at, solid)?,
             velocity: self.velocity,
             friction: self.friction,
             restitution: self.restitution,
@@ -229,8 +290,13 @@ impl ColliderText {
 }
 
 impl ShapeText {
-    fn assemble(&self, at: &Location<'_>) -> Result<Shape, SceneError> {
+    fn assemble(
+        &self,
+        at: &Location<'_>,
+        solid: impl FnOnce(&ColliderMesh) -> Result<Shape, SceneError>,
+    ) -> Result<Shape, SceneError> {
         Ok(match self {
+            Self::Mesh(mesh) => solid(mesh)?,
             &Self::Plane { point, normal } => {
                 Plane { point, normal: unit(normal, "normal", &at.key("plane"))? }.into()
             }

@@ -29,16 +29,16 @@ mod shipped;
 pub mod course;
 pub mod files;
 
-pub use assemble::{Built, Layout, MeshSource, NoMeshes, SceneLimits, SceneSize};
+pub use assemble::{Built, ColliderSolid, Layout, MeshSource, NoMeshes, SceneLimits, SceneSize};
 pub use body::{
     Body, ElementLaw, ForceText, GridPlane, Limits, Mass, Mesh, MeshRepair, MovingPin, Pattern, Pin, Solver,
     SpringLaw, Springs, Unused,
 };
-pub use collider::{ColliderText, ShapeText};
+pub use collider::{ColliderMesh, ColliderText, ShapeText};
 pub use edit::EditError;
 pub use error::{ErrorKind, SceneError, SceneErrors, suggestion};
-pub use fill::enclosed_volume;
 pub use keys::page as reference_page;
+pub use mesh::enclosed_volume;
 pub use printable::{is_printable, printable, printable_json};
 pub use scene::{Scene, VERSION, WindKey};
 pub use shipped::shipped_scenes;

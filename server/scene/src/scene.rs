@@ -122,16 +122,19 @@ impl Scene {
         self.source.warnings()
     }
 
-    /// The meshes of its bodies and of its snow.
+    /// The meshes of its bodies, of its snow and of its colliders.
     pub fn meshes(&self) -> impl Iterator<Item = &Mesh> {
-        let snow = self.snow.iter().flat_map(|snow| &snow.objects);
-        self.bodies.iter().map(|body| &body.mesh).chain(snow.filter_map(SnowBody::mesh))
+        let snow = self.snow.iter().flat_map(|snow| &snow.objects).filter_map(SnowBody::mesh);
+        let colliders = self.colliders.iter().filter_map(ColliderText::mesh).map(|mesh| &mesh.mesh);
+        self.bodies.iter().map(|body| &body.mesh).chain(snow).chain(colliders)
     }
 
     /// The same, to be changed.
     pub fn meshes_mut(&mut self) -> impl Iterator<Item = &mut Mesh> {
-        let snow = self.snow.iter_mut().flat_map(|snow| &mut snow.objects);
-        self.bodies.iter_mut().map(|body| &mut body.mesh).chain(snow.filter_map(SnowBody::mesh_mut))
+        let snow = self.snow.iter_mut().flat_map(|snow| &mut snow.objects).filter_map(SnowBody::mesh_mut);
+        let colliders =
+            self.colliders.iter_mut().filter_map(ColliderText::mesh_mut).map(|mesh| &mut mesh.mesh);
+        self.bodies.iter_mut().map(|body| &mut body.mesh).chain(snow).chain(colliders)
     }
 
     /// Writes the scene; [`Scene::parse`] gives it back.

@@ -37,7 +37,7 @@ fn places(root: &DeTable<'_>, id_of: &impl Fn(&str) -> Option<String>) -> Vec<(R
     let objects = objects.map(|snow| tables(snow, "object")).unwrap_or_default();
 
     let mut places = Vec::new();
-    for owner in tables(root, "body").into_iter().chain(objects) {
+    for owner in tables(root, "body").into_iter().chain(objects).chain(tables(root, "collider")) {
         let mesh = owner.get("mesh").and_then(|mesh| mesh.get_ref().as_table());
         for (key, value) in mesh.into_iter().flatten() {
             let name: &str = key.get_ref().as_ref();
@@ -84,14 +84,16 @@ mod tests {
     fn uploads_stand_where_files_stood_and_all_else_stays_in_its_line() {
         let text = "version = 1 # one\ndt = 1\n\n[[body]]\nname = \"a\" # file = \"a.obj\"\nmesh = { file = \"a.obj\" }\n\
             [[body]]\nname = \"b\"\n[body.mesh]\nfile = \"\"\"\\\n  b.obj\"\"\"\n[[body]]\nname = \"c\"\nmesh.file = 'a.obj'\n\
-            [snow]\ncell = 0.1\n[[snow.object]]\nname = \"d\"\nmesh = { file = \"other.obj\" }\n";
+            [snow]\ncell = 0.1\n[[snow.object]]\nname = \"d\"\nmesh = { file = \"other.obj\" }\n\
+            [[collider]]\nname = \"e\"\nmesh = { close_holes = true, file = \"c.obj\" } # file = \"c.obj\"\n";
         let scene = Scene::parse(text, "a.toml").expect("a scene");
         let id_of = |file: &str| (file != "other.obj").then(|| format!("id-{file}"));
         let uploaded = scene.text_with_uploads(id_of);
         let expected = text
             .replace("mesh = { file = \"a.obj\"", "mesh = { upload = \"id-a.obj\"")
             .replace("file = \"\"\"\\\n  b.obj\"\"\"\n", "upload = \"id-b.obj\"\n\n")
-            .replace("mesh.file = 'a.obj'", "mesh.upload = \"id-a.obj\"");
+            .replace("mesh.file = 'a.obj'", "mesh.upload = \"id-a.obj\"")
+            .replace("true, file = \"c.obj\"", "true, upload = \"id-c.obj\"");
         assert_eq!(uploaded, expected);
         // A scene without a text is written.
         let made = Scene { source: crate::Source::default(), ..scene.clone() };

@@ -45,6 +45,9 @@ const TRIANGLE: Cost = cost(50.0, 31.0);
 const TRIANGLE_IN_AIR: [Cost; 2] = [cost(22.0, 22.0), cost(13.0, 13.0)];
 const SNOW_PARTICLE: [Cost; 2] = [cost(305.0, 250.0), cost(205.0, 200.0)];
 const SOLID_TRIANGLE: Cost = cost(300.0, 0.0);
+/// A point and a triangle of a collider's mesh while it is closed; what its solid takes is counted in bytes.
+const COLLIDER_POINT: Cost = cost(80.0, 0.0);
+const COLLIDER_TRIANGLE: Cost = cost(200.0, 0.0);
 
 /// Sessions may have claimed one part in so many of their memory without having taken it yet: what their first steps
 /// and their frames need.
@@ -53,7 +56,7 @@ const UNTAKEN_SHARE: u64 = 2;
 const SPARE: u64 = 128 << 20;
 
 /// Nanoseconds that each takes on one thread.
-const NANOSECONDS: [f64; 5] = [1000.0, 1000.0, 200.0, 3000.0, 1000.0];
+const NANOSECONDS: [f64; 6] = [1000.0, 1000.0, 200.0, 3000.0, 1000.0, 4000.0];
 
 /// What a session is estimated to take.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -86,16 +89,24 @@ impl Estimate {
             (size.triangles_in_air, by(TRIANGLE_IN_AIR)),
             (size.snow_particles, by(SNOW_PARTICLE)),
             (size.solid_triangles, SOLID_TRIANGLE),
+            (size.collider_points, COLLIDER_POINT),
+            (size.collider_triangles, COLLIDER_TRIANGLE),
         ];
         let grid = size.snow_grid_bytes[usize::from(precision == Precision::F64)] as f64;
         let top = if size.coarse_blocks > 0 { COARSE_TOP } else { 0.0 };
-        let fixed = SESSION + THREAD * f64::from(thread_count) + grid + top;
+        let fixed = SESSION + THREAD * f64::from(thread_count) + grid + top + size.collider_bytes as f64;
         let sum = |bytes: fn(&Cost) -> f64| {
             parts.iter().map(|(count, cost)| *count as f64 * bytes(cost)).sum::<f64>()
         };
 
-        let counts =
-            [size.cloth_particles, size.springs, size.triangles, size.snow_particles, size.solid_triangles];
+        let counts = [
+            size.cloth_particles,
+            size.springs,
+            size.triangles,
+            size.snow_particles,
+            size.solid_triangles,
+            size.collider_triangles,
+        ];
         let nanoseconds =
             counts.iter().zip(NANOSECONDS).map(|(count, each)| *count as f64 * each).sum::<f64>();
         Self {
@@ -159,6 +170,9 @@ mod tests {
         triangles_in_air: 0,
         snow_particles: 0,
         solid_triangles: 0,
+        collider_points: 0,
+        collider_triangles: 0,
+        collider_bytes: 0,
         snow_grid_bytes: [0; 2],
     };
 
@@ -176,6 +190,14 @@ mod tests {
         assert!(refused.metadata.contains(&("left_bytes", "500".to_owned())), "{refused:?}");
         let needed = (estimate.build_bytes + 1000).to_string();
         assert!(refused.metadata.contains(&("needed_bytes", needed)), "{refused:?}");
+
+        let solid =
+            SceneSize { collider_triangles: 1000, collider_points: 502, collider_bytes: 200_000, ..SIZE };
+        let with_solid = Estimate::of(&solid, Precision::F64, 2);
+        assert_eq!(with_solid.session_bytes, estimate.session_bytes + 200_000);
+        assert!(
+            with_solid.build_bytes > estimate.build_bytes + 200_000 && with_solid.seconds > estimate.seconds
+        );
 
         let huge = SceneSize { snow_particles: u64::MAX, ..SIZE };
         let refused = Estimate::of(&huge, Precision::F32, 1).claim(&account.claim(), &limits);

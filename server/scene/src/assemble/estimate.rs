@@ -4,6 +4,7 @@
 
 use nappe_sim::{
     cloth::{ClothSettings, Integrator, Minimizer, MinimizerKind},
+    collide::shape::MeshSolid,
     linalg::{PreconditionerKind, Stop},
     math::{
         Precision,
@@ -15,12 +16,13 @@ use nappe_sim::{
 };
 
 use super::{
-    meshes::MeshSource,
+    meshes::{MeshSource, uploaded},
     size::lattice_springs,
     snow::{Plan, particles_per_volume, settings},
 };
 use crate::{
     body::{Body, Mass, Mesh, Pattern, Springs},
+    collider::{ColliderMesh, ColliderText},
     fill::met_blocks,
     location::Location,
     scene::Scene,
@@ -52,6 +54,12 @@ pub struct SceneSize {
     pub snow_particles: u64,
     /// Triangles of the two largest meshes that are filled with snow: both are there while it is seen whether they overlap.
     pub solid_triangles: u64,
+    /// Points of meshes that are colliders.
+    pub collider_points: u64,
+    /// Triangles of meshes that are colliders.
+    pub collider_triangles: u64,
+    /// Bytes of the solids that are made of them.
+    pub collider_bytes: u64,
     /// Bytes of the snow's grid, in binary32 and in binary64.
     pub snow_grid_bytes: [u64; 2],
 }
@@ -63,6 +71,9 @@ impl Scene {
         let mut size = SceneSize::default();
         for body in &self.bodies {
             size.add_body(body, self.dt, meshes);
+        }
+        for mesh in self.colliders.iter().filter_map(ColliderText::mesh) {
+            size.add_collider(mesh, meshes);
         }
         let at = Location::root(&self.source).key("snow");
         if let Some(snow) = &self.snow {
@@ -92,7 +103,7 @@ impl SceneSize {
                 let chain = u64::from(chain);
                 (chain, 0, [chain, 0, chain])
             }
-            Mesh::Upload { upload, .. } => match meshes.upload(upload) {
+            Mesh::Upload { upload, .. } => match uploaded(upload, meshes) {
                 Some(mesh) => free(&mesh),
                 None => return,
             },
@@ -140,6 +151,20 @@ impl SceneSize {
         }
     }
 
+    fn add_collider(&mut self, text: &ColliderMesh, meshes: &dyn MeshSource) {
+        let Mesh::Upload { upload, .. } = &text.mesh else { return };
+        let Some(mesh) = uploaded(upload, meshes) else { return };
+        let (points, triangles) = (mesh.points.len() as u64, mesh.triangles.len() as u64);
+        // Nothing is made of a mesh that is refused.
+        if self.collider_triangles.saturating_add(triangles) > ColliderMesh::MOST_TRIANGLES {
+            return;
+        }
+        self.collider_points = self.collider_points.saturating_add(points);
+        self.collider_triangles += triangles;
+        let bytes = MeshSolid::bytes(points.min(3 * triangles), triangles);
+        self.collider_bytes = self.collider_bytes.saturating_add(bytes);
+    }
+
     /// Gives the blocks of the grid, of this side (m), that the object takes, and its blocks of nodes.
     fn add_snow(
         &mut self,
@@ -152,7 +177,7 @@ impl SceneSize {
         let (count, [blocks, node_blocks]) = if let SnowSource::Mesh(mesh) = &object.source {
             // A plan of a mesh would take memory: its volume and its surface do not.
             let Mesh::Upload { upload, .. } = mesh else { return [0.0; 2] };
-            let Some(mesh) = meshes.upload(upload) else { return [0.0; 2] };
+            let Some(mesh) = uploaded(upload, meshes) else { return [0.0; 2] };
             let scale = object.transform.scale;
             let (volume, area) = (volume(&mesh) * scale.powi(3), area(&mesh) * scale * scale);
             let by_volume = || (volume * particles_per_volume(object, cell)).max(1.0) as u64;
@@ -174,7 +199,7 @@ impl SceneSize {
 /// Triangles of the two largest uploaded meshes that are filled.
 fn solid_triangles(objects: &[SnowBody], meshes: &dyn MeshSource) -> u64 {
     let uploads = objects.iter().filter_map(|object| match object.mesh()? {
-        Mesh::Upload { upload, .. } => meshes.upload(upload),
+        Mesh::Upload { upload, .. } => uploaded(upload, meshes),
         _ => None,
     });
     let [first, second] = uploads.fold([0; 2], |[first, second], mesh| {

@@ -1,4 +1,5 @@
-//! Where the meshes of a scene come from: formulas stand in the scene, others are brought by the caller.
+//! Where the meshes of a scene come from: formulas stand in the scene, one comes with nappe, others are brought by the
+//! caller.
 
 use std::sync::Arc;
 
@@ -8,6 +9,7 @@ use crate::{
     body::Mesh,
     error::{ErrorKind, SceneError},
     location::Location,
+    mesh::shipped_torus,
 };
 
 /// Where a scene's meshes come from.
@@ -37,6 +39,14 @@ impl MeshSource for NoMeshes {
     }
 }
 
+/// The name under which scenes find the mesh that comes with nappe among the uploads.
+const TORUS: &str = "torus";
+
+/// The uploaded mesh with this id, or the one that comes with nappe.
+pub(super) fn uploaded(id: &str, meshes: &dyn MeshSource) -> Option<Arc<TriangleMesh>> {
+    meshes.upload(id).or_else(|| (id == TORUS).then(|| Arc::new(shipped_torus())))
+}
+
 /// A mesh that came from outside; one by formula is an error. `at` is where the scene names it.
 pub(super) fn load(
     mesh: &Mesh,
@@ -44,7 +54,7 @@ pub(super) fn load(
     at: &Location<'_>,
 ) -> Result<Arc<TriangleMesh>, SceneError> {
     match mesh {
-        Mesh::Upload { upload, .. } => meshes.upload(upload).ok_or_else(|| {
+        Mesh::Upload { upload, .. } => uploaded(upload, meshes).ok_or_else(|| {
             let message = format!("no mesh with the id '{upload}' was uploaded, or it is no longer kept");
             at.key("upload").error(ErrorKind::MeshNotFound, message)
         }),

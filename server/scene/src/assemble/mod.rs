@@ -11,11 +11,13 @@ mod inside;
 mod start;
 mod repair;
 mod units;
+mod collider;
 mod body;
 mod snow;
 mod estimate;
 mod world;
 
+pub use collider::ColliderSolid;
 pub use estimate::SceneSize;
 pub use meshes::{MeshSource, NoMeshes};
 pub use pins::Layout;

@@ -1,6 +1,7 @@
-//! Counts particles and springs against the caller's limits, before memory is taken for them.
+//! Counts particles, springs and triangles of colliders against limits, before memory is taken for them.
 
 use crate::{
+    collider::ColliderMesh,
     error::{ErrorKind, SceneError},
     location::Location,
 };
@@ -28,16 +29,17 @@ pub(super) struct Owner<'a> {
     pub(super) noun: &'static str,
 }
 
-/// What the bodies so far hold.
+/// What the bodies and the colliders so far hold.
 pub(super) struct Size<'a> {
     limits: &'a SceneLimits,
     particles: u64,
     springs: u64,
+    collider_triangles: u64,
 }
 
 impl<'a> Size<'a> {
     pub(super) fn new(limits: &'a SceneLimits) -> Self {
-        Self { limits, particles: 0, springs: 0 }
+        Self { limits, particles: 0, springs: 0, collider_triangles: 0 }
     }
 
     pub(super) fn particles(&self) -> u64 {
@@ -68,6 +70,19 @@ impl<'a> Size<'a> {
         self.springs = self.springs.saturating_add(count);
         check(owner, ["springs", "springs"], count, self.springs, self.limits.max_springs)
     }
+
+    /// Triangles of a collider that are there, or are about to be.
+    pub(super) fn add_collider_triangles(&mut self, owner: &Owner<'_>, count: u64) -> Result<(), SceneError> {
+        self.check_collider_triangles(owner, count)?;
+        self.collider_triangles += count;
+        Ok(())
+    }
+
+    /// Checks triangles of a collider against the limit without adding them.
+    pub(super) fn check_collider_triangles(&self, owner: &Owner<'_>, count: u64) -> Result<(), SceneError> {
+        let total = self.collider_triangles.saturating_add(count);
+        check(owner, ["mesh", "triangles"], count, total, ColliderMesh::MOST_TRIANGLES)
+    }
 }
 
 fn check(
@@ -91,7 +106,11 @@ fn check(
 }
 
 fn plural(noun: &str) -> &'static str {
-    if noun == "body" { "bodies" } else { "bodies and objects" }
+    match noun {
+        "body" => "bodies",
+        "collider" => "colliders",
+        _ => "bodies and objects",
+    }
 }
 
 /// Springs of a lattice of `columns` x `rows`: stretch, shear, bend.

@@ -4,6 +4,7 @@ use nappe_sim::world::{Change, WorldSetup};
 
 use super::{
     body::{self, BodyText},
+    collider::{self, ColliderSolid},
     inside::Solid,
     meshes::MeshSource,
     names,
@@ -23,6 +24,8 @@ pub struct Built {
     pub setup: WorldSetup,
     /// Changes before the first step: moving pins.
     pub initial_changes: Vec<Change>,
+    /// What became of the meshes of colliders, in the order of the scene.
+    pub collider_solids: Vec<ColliderSolid>,
     /// What is odd and does not stop a simulation.
     pub warnings: Vec<String>,
 }
@@ -39,17 +42,17 @@ impl Scene {
         names::check(self, &root, &mut found);
         found.take(check_wind(self, &root));
 
-        let list = root.key("collider");
-        let colliders = self.colliders.iter().enumerate();
-        let solids: Vec<Solid<'_>> = colliders
-            .filter_map(|(i, text)| {
-                let at = list.index(i);
-                let collider = found.take(text.assemble(&at))?;
-                Some(Solid { collider, at })
-            })
-            .collect();
-
         let mut size = Size::new(limits);
+        let (list, mut solids, mut collider_solids) = (root.key("collider"), Vec::new(), Vec::new());
+        for (i, text) in self.colliders.iter().enumerate() {
+            let at = list.index(i);
+            let Some(made) = found.take(collider::build(text, &at, meshes, &mut size)) else { continue };
+            warnings
+                .extend(made.warnings.iter().map(|warning| format!("collider '{}': {warning}", text.name)));
+            collider_solids.extend(made.solid);
+            solids.push(Solid { collider: made.collider, at });
+        }
+
         let (mut bodies, mut initial_changes) = (Vec::new(), Vec::new());
         for (i, body) in self.bodies.iter().enumerate() {
             let text = BodyText { body, at: root.key("body").index(i), dt: self.dt, solids: &solids };
@@ -75,7 +78,7 @@ impl Scene {
         let Self { dt, gravity, wind, .. } = *self;
         let wind_at = self.wind_at.iter().map(|key| (key.time, key.velocity)).collect();
         let setup = WorldSetup { dt, gravity, wind, wind_at, colliders, bodies, snow };
-        found.or(Built { setup, initial_changes, warnings })
+        found.or(Built { setup, initial_changes, collider_solids, warnings })
     }
 }
 

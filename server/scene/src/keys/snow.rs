@@ -110,7 +110,7 @@ static MESH: Section = Section {
     name: "snow.object.mesh",
     about: "A closed triangle mesh. A part inside another is a hole when it is turned inside out. Parts that overlap are filled once, while the volume counts what they share twice, which gives a warning above 1 % of the smaller one: join them first, or give the object overlap = \"drop\".",
     keys: &[
-        key("upload", Text(200), "", Chosen, "id of an uploaded mesh"),
+        key("upload", Text(200), "", Chosen, "id of an uploaded mesh, or torus: a mesh that comes with nappe"),
         key("file", Text(1000), "", Chosen, "a mesh file beside the scene: .obj, .off, .ply or .stl, also packed as .obj.gz and so on, or a folder of .eti files"),
     ],
     alternatives: Alternatives::OneChosen,
