@@ -1,8 +1,9 @@
 //! Closed triangle meshes: whether a mesh encloses a solid, and the solid's volume and centre.
 //!
 //! Reads a mesh; writes its triangles without points twice at one position, or says which edge
-//! is open. Snow is filled into it, and it is the surface of a collider. A mesh is closed when each edge has two triangles that run along it in opposite
-//! directions. Points with the same coordinates count as one, so that seams of texture are no gaps.
+//! is open. Snow fills such solids, and colliders are such solids. A mesh is closed when each edge
+//! has two triangles that run along it in opposite directions. Points with the same coordinates
+//! count as one, so that seams of texture are no gaps.
 
 use std::fmt;
 

@@ -85,7 +85,7 @@ fn errors_between_bodies_and_colliders_are_named() {
     );
     assert_eq!(
         message(&both),
-        "scene.toml:10:1: collider[0]: has plane and sphere of plane, sphere, capsule, box, cylinder, half_pipe: exactly one is needed"
+        "scene.toml:10:1: collider[0]: has plane and sphere of plane, sphere, capsule, box, cylinder, half_pipe, mesh: exactly one is needed"
     );
 }
 
