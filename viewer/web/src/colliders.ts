@@ -7,8 +7,9 @@ import {
   SphereGeometry, Vector3,
 } from 'three';
 import { SOLID_COLOR } from './coloring.ts';
+import { facets } from './facets.ts';
 import { type Bounds, along, cross, length, minus, tangents, unit } from './geometry.ts';
-import { disc, trough } from './ground.ts';
+import { disc, lit, trough } from './ground.ts';
 import type { Collider, ColliderShape, Vector } from './scene.ts';
 import { rgb } from './stage.ts';
 
@@ -68,6 +69,11 @@ function outlineOf(shape: ColliderShape, scene: Bounds): Outline {
       const object = solid(new BoxGeometry(x, y, z));
       turn(object, shape.axis_x, shape.axis_y);
       return { origin: shape.center, object };
+    }
+    case 'mesh': {
+      const origin = along(shape.low, 0.5, minus(shape.high, shape.low));
+      const { positions, normals, triangles } = facets(shape, origin);
+      return { origin, object: solid(lit(positions, normals, triangles)) };
     }
   }
 }

@@ -1,12 +1,20 @@
 // What a collider fills, as coarsely as the camera needs: how far it reaches, and what it hides.
 
-import { type Bounds, along, cross, dot, length, minus } from './geometry.ts';
-import type { ColliderShape, Vector } from './scene.ts';
+import { Bounds, along, cross, dot, length, minus } from './geometry.ts';
+import type { ColliderShape, MeshShape, Vector } from './scene.ts';
 
 /** A solid adds to the bounds of the scene what lies within so many radii of the bodies. */
 const REACH = 3;
 /** Balls along the axis of a round solid, to see whether it hides something. */
 const BALLS = 9;
+
+/** A mesh, with the box around all of its triangles. */
+export function meshShape(points: Float32Array<ArrayBuffer>, triangles: Uint32Array<ArrayBuffer>): MeshShape {
+  const box = new Bounds();
+  for (const point of triangles) box.add(points.subarray(3 * point, 3 * point + 3));
+  const corners = box.corners();
+  return { kind: 'mesh', points, triangles, low: corners[0], high: corners[7] };
+}
 
 /** Grows the bounds of the scene by what a collider fills; endless ones have no bounds. */
 export function addExtent(shape: ColliderShape, scene: Bounds, bodies: Bounds): void {
@@ -26,6 +34,9 @@ export function addExtent(shape: ColliderShape, scene: Bounds, bodies: Bounds): 
       break;
     case 'box':
       addBall(shape.center, length(shape.half_extent));
+      break;
+    case 'mesh':
+      for (const corner of [shape.low, shape.high]) scene.add(bodies.nearest(corner, REACH));
       break;
     case 'plane':
     case 'half_pipe':
@@ -49,6 +60,11 @@ export function hides(shape: ColliderShape, eye: Vector, at: Vector): boolean {
       const local = (from: Vector) => axes.map((axis) => dot(minus(from, shape.center), axis));
       return crosses(local(eye), local(at), shape.half_extent);
     }
+    case 'mesh': {
+      const half = along([0, 0, 0], 0.5, minus(shape.high, shape.low));
+      const center = along(shape.low, 1, half);
+      return crosses(minus(eye, center), minus(at, center), half);
+    }
     case 'plane':
     case 'half_pipe':
       return false;
@@ -56,7 +72,7 @@ export function hides(shape: ColliderShape, eye: Vector, at: Vector): boolean {
 }
 
 /** Whether a segment goes through the box of a half extent around the origin, and does not end in it. */
-function crosses(from: number[], to: number[], half: Vector): boolean {
+function crosses(from: readonly number[], to: readonly number[], half: Vector): boolean {
   let enter = 0;
   let leave = 1;
   for (let axis = 0; axis < 3; axis++) {

@@ -149,7 +149,8 @@ function troughProfile(radius: number, bank: number): ProfilePoint[] {
   return [flat(-radius - bank), flat(-radius), ...round, flat(radius), flat(radius + bank)];
 }
 
-function lit(positions: number[], normals: number[], indices: number[]): BufferGeometry {
+/** Flat arrays: x y z of each corner, three corners of each triangle. */
+export function lit(positions: number[], normals: number[], indices: number[]): BufferGeometry {
   const geometry = new BufferGeometry();
   geometry.setAttribute('position', new BufferAttribute(new Float32Array(positions), 3));
   geometry.setAttribute('normal', new BufferAttribute(new Float32Array(normals), 3));

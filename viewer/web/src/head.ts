@@ -4,6 +4,7 @@
 
 import { FormatError, type Fields, bytes, fields, list, number, optional, positive, text, vector, whole } from './json.ts';
 import { unpack } from '../../../client/typescript/src/packed.ts';
+import { meshShape } from './extent.ts';
 import type { Body, Collider, ColliderShape, ColorBy, Scene } from './scene.ts';
 
 const FORMAT = 1;
@@ -28,12 +29,13 @@ export async function readHead(json: unknown): Promise<Head> {
   }
   const particleCount = whole(head['particles'], 'particles', MOST_PARTICLES);
   const bodies = list(head['bodies'], 'bodies');
+  const colliders = list(head['colliders'], 'colliders');
   const scene: Scene = {
     title: text(head['title'], 'title'),
     particleCount,
     colorBy: COLORS.find((by) => by === head['color']) ?? null,
     bodies: await Promise.all(bodies.map((body, index) => readBody(body, `body ${index}`, particleCount))),
-    colliders: list(head['colliders'], 'colliders').flatMap((collider, index) => readCollider(collider, `collider ${index}`)),
+    colliders: (await Promise.all(colliders.map((collider, index) => readCollider(collider, `collider ${index}`)))).flat(),
   };
   return {
     scene,
@@ -74,19 +76,19 @@ async function readIndices(json: unknown, name: string, components: number): Pro
   const packed = fields(json, name);
   const count = whole(packed['count'], `count of ${name}`, 4 * MOST_PARTICLES);
   const numbers = await unpack(bytes(packed['data'], name), { particles: count, components }, null);
-  // A negative number becomes a large one, which is no particle of the body.
+  // A negative number becomes a large one, which is no particle of the body and no point of the mesh.
   return Uint32Array.from(numbers);
 }
 
 /** A shape that is newer than this page is left out. */
-function readCollider(json: unknown, name: string): Collider[] {
+async function readCollider(json: unknown, name: string): Promise<Collider[]> {
   const collider = fields(json, name);
-  const shape = readShape(fields(collider['shape'], `shape of ${name}`), name);
+  const shape = await readShape(fields(collider['shape'], `shape of ${name}`), name);
   if (shape === null) return [];
   return [{ name: text(collider['name'], `name of ${name}`), velocity: vector(collider['velocity'], `velocity of ${name}`), shape }];
 }
 
-function readShape(shape: Fields, name: string): ColliderShape | null {
+async function readShape(shape: Fields, name: string): Promise<ColliderShape | null> {
   const at = (field: string) => vector(shape[field], `${field} of ${name}`);
   const radius = () => positive(shape['radius'], `radius of ${name}`);
   switch (shape['kind']) {
@@ -102,7 +104,20 @@ function readShape(shape: Fields, name: string): ColliderShape | null {
       return { kind: 'box', center: at('center'), half_extent: at('half_extent'), axis_x: at('axis_x'), axis_y: at('axis_y') };
     case 'half_pipe':
       return { kind: 'half_pipe', point: at('point'), axis: at('axis'), up: at('up'), radius: radius() };
+    case 'mesh':
+      return readMesh(shape, name);
     default:
       return null;
   }
+}
+
+async function readMesh(shape: Fields, name: string): Promise<ColliderShape> {
+  const packed = bytes(shape['points'], `points of ${name}`);
+  if (packed.length % 12 !== 0) throw new FormatError(`points of ${name} take ${packed.length} bytes, no multiple of 12`);
+  const points = new Float32Array(packed.buffer);
+  if (!points.every(Number.isFinite)) throw new FormatError(`a point of ${name} is not finite`);
+  const triangles = await readIndices(shape['triangles'], `triangles of ${name}`, 3);
+  if (triangles.length === 0) throw new FormatError(`${name} has no triangles`);
+  if (triangles.some((index) => index >= points.length / 3)) throw new FormatError(`triangles of ${name} name points that it has not`);
+  return meshShape(points, triangles);
 }

@@ -2,7 +2,10 @@
 //
 // Enters: messages of the contract, whose indices and numbers the client has checked. Leaves: what a view draws.
 
-import type { ColliderShape as Shape, Diagnostics as Reported, Topology, Vector3 } from '../../../client/typescript/src/index.ts';
+import {
+  type ColliderShape as Shape, type Diagnostics as Reported, type Topology, type Vector3, surface,
+} from '../../../client/typescript/src/index.ts';
+import { meshShape } from './extent.ts';
 import { type Body, type Collider, type ColliderShape, type Diagnostics, type Scene, type Vector, isPoints } from './scene.ts';
 
 export function sceneOf(title: string, { particleCount, bodies, colliders }: Topology): Scene {
@@ -50,6 +53,10 @@ function shapeOf(shape: Shape['shape']): ColliderShape | null {
     case 'halfPipe': {
       const { point, axis, up, radius } = shape.value;
       return { kind: 'half_pipe', point: vector(point), axis: vector(axis), up: vector(up), radius };
+    }
+    case 'mesh': {
+      const { points, triangles } = surface(shape.value);
+      return meshShape(points, triangles);
     }
     default:
       return null;

@@ -20,8 +20,21 @@ export interface Body {
 /** True for bare points, as snow is. */
 export const isPoints = (body: Body): boolean => body.triangles.length === 0 && body.springs.length === 0;
 
+/** A closed surface at time 0. */
+export interface MeshShape {
+  kind: 'mesh';
+  /** x y z of each (m). */
+  points: Float32Array<ArrayBuffer>;
+  /** Three points each, turned outwards. */
+  triangles: Uint32Array<ArrayBuffer>;
+  /** The box around all triangles (m). */
+  low: Vector;
+  high: Vector;
+}
+
 /** A collider's shape at time 0 (m). */
 export type ColliderShape =
+  | MeshShape
   | { kind: 'plane'; point: Vector; normal: Vector }
   | { kind: 'sphere'; center: Vector; radius: number }
   | { kind: 'capsule'; start: Vector; end: Vector; radius: number }
