@@ -218,12 +218,12 @@ impl<R: Real> Stepping<'_, R> {
     /// Lets what was tried meet colliders, at `time` (s).
     fn meet(&mut self, time: f64, watch: &mut dyn Stopwatch) -> Result<Met, StepFailure> {
         let Self { model, settings, around, .. } = *self;
-        let Workspace { next: State { x, v, past, .. }, numbers, tried, met, .. } = &mut *self.work;
+        let Workspace { next: State { x, v, past, .. }, numbers, tried, contacts: kept, .. } = &mut *self.work;
         let (colliders, share, user) = (around.colliders, &model.share, &model.user);
         let contacts = Contacts { colliders, time, dt: numbers.dt, share, user };
         let past = (past.dt > 0.0).then_some([&mut past.x[..], &mut past.v[..]]);
         let from = [&self.state.x[..], &self.state.v[..]];
-        let met = resolve(contacts, &model.inv_m, from, [x, v], past, met);
+        let met = resolve(contacts, &model.inv_m, from, [x, v], past, kept);
         let Met { touched, passed, first_passed, pinched, first_pinched, .. } = met;
         watch.lap(Stage::Collide);
 

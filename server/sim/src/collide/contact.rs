@@ -6,12 +6,13 @@
 use super::{
     Collider,
     answer::SubStep,
+    clear::Clear,
     passed::{REACHED, has_passed},
     touch::Answer,
 };
 use crate::{
     math::{Padded, Real, Vec3, array3, vec3},
-    parallel::{Share, block_count, per_block_mut, per_row, per_row_mut},
+    parallel::{Share, block_count, per_block_mut, per_row, per_row_mut, several_per_block_mut},
 };
 
 /// Where, when and for how long particles may have met colliders: the end of a step.
@@ -100,6 +101,15 @@ impl Met {
     }
 }
 
+/// What is kept between steps: memory, and what spares questions.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Kept {
+    /// What each block met.
+    met: Vec<Met>,
+    /// For each particle and each mesh among the colliders, a ball that holds nothing of it.
+    clear: Vec<Clear>,
+}
+
 /// A particle, and what contact changes of it.
 struct Moved<'a, R: Real> {
     /// Position and velocity at the start of the step.
@@ -111,7 +121,7 @@ struct Moved<'a, R: Real> {
 }
 
 /// Resolves the contacts of all free particles (`inv_m` > 0), of which position and velocity were `from` before the step; tells
-/// what met, block by block in `met`. Of steps that go on from the past, that of what was touched becomes that of a particle
+/// what met. Of steps that go on from the past, that of what was touched becomes that of a particle
 /// which moved so before.
 pub(crate) fn resolve<R: Real>(
     contacts: Contacts<'_>,
@@ -119,23 +129,27 @@ pub(crate) fn resolve<R: Real>(
     from: [&[Padded<R>]; 2],
     [x, v]: [&mut [Padded<R>]; 2],
     past: Option<[&mut [Padded<R>]; 2]>,
-    met: &mut Vec<Met>,
+    Kept { met, clear }: &mut Kept,
 ) -> Met {
     if contacts.colliders.is_empty() {
         return Met::default();
     }
 
-    met.resize(block_count(contacts.user.len(), contacts.share.block_size()), Met::default());
+    let (count, size) = (contacts.user.len(), contacts.share.block_size());
+    met.resize(block_count(count, size), Met::default());
+    let meshes = contacts.colliders.iter().filter(|collider| collider.shape.is_costly()).count();
+    clear.resize(count * meshes, Clear::default());
     let constants = (per_row(contacts.user), per_row(inv_m), from.map(per_row));
     let changed = ([x, v].map(per_row_mut), past.map(|past| past.map(per_row_mut)));
-    let fields = (per_block_mut(met), constants, changed);
-    contacts.share.own().each(fields, |_, (met, (user, inv_m, from), ([x, v], mut past))| {
+    let fields = (per_block_mut(met), several_per_block_mut(clear, size * meshes), constants, changed);
+    contacts.share.own().each(fields, |_, (met, clear, (user, inv_m, from), ([x, v], mut past))| {
         *met = Met::default();
         for (row, (user, inv_m)) in user.iter().zip(inv_m).enumerate() {
             let past = past.as_mut().map(|[x, v]| [&mut x[row], &mut v[row]]);
             let from = from.map(|field| &field[row]);
             let moved = Moved { from, x: &mut x[row], v: &mut v[row], past };
-            if let Some(one) = of_one(contacts, *user, *inv_m, moved) {
+            let clear = &mut clear[row * meshes..(row + 1) * meshes];
+            if let Some(one) = of_one(contacts, *user, *inv_m, moved, clear) {
                 *met = met.and(one);
             }
         }
@@ -145,9 +159,15 @@ pub(crate) fn resolve<R: Real>(
 
 /// Resolves the contacts of one particle; none where it met nothing.
 #[inline]
-fn of_one<R: Real>(contacts: Contacts<'_>, user: u32, inv_m: R, mut moved: Moved<'_, R>) -> Option<Met> {
+fn of_one<R: Real>(
+    contacts: Contacts<'_>,
+    user: u32,
+    inv_m: R,
+    mut moved: Moved<'_, R>,
+    clear: &mut [Clear],
+) -> Option<Met> {
     let is_free = inv_m > R::zero();
-    let near = if is_free { nearness(contacts, &moved) } else { Near::Untold };
+    let near = if is_free { nearness(contacts, &moved, clear) } else { Near::Untold };
     let mut met = Met::default();
     if near == Near::Touched {
         let answer = moved.answer(contacts);
@@ -171,17 +191,43 @@ enum Near {
     Untold,
 }
 
-fn nearness<R: Real>(contacts: Contacts<'_>, moved: &Moved<'_, R>) -> Near {
+fn nearness<R: Real>(contacts: Contacts<'_>, moved: &Moved<'_, R>, clear: &mut [Clear]) -> Near {
     let x = array3(&moved.x.vector());
     let mut nearest = f64::INFINITY;
+    let mut balls = clear.iter_mut();
     for collider in contacts.colliders {
-        let (distance, _) = collider.distance(x, contacts.time);
+        let ball = if collider.shape.is_costly() { balls.next() } else { None };
+        let distance = match ball {
+            Some(ball) => beyond(contacts, collider, moved, ball),
+            None => collider.distance(x, contacts.time).0,
+        };
         if distance < collider.margin {
             return Near::Touched;
         }
         nearest = nearest.min(distance);
     }
     Near::Free(nearest)
+}
+
+/// The distance (m) of a particle from a mesh at the end of a step, or one that it certainly has and that is all there is to know.
+fn beyond<R: Real>(
+    contacts: Contacts<'_>,
+    collider: &Collider,
+    moved: &Moved<'_, R>,
+    ball: &mut Clear,
+) -> f64 {
+    let Contacts { time, dt, .. } = contacts;
+    let wide = |vector: &Padded<R>| vector.vector().map(R::to_f64);
+    let (x, velocity) = (wide(moved.x), vec3::<f64>(collider.velocity));
+    let place = array3(&(x - velocity * time));
+    let way = (x - wide(moved.from[0])).norm() + velocity.norm() * dt;
+    let least = ball.at_least(place);
+    if least >= way.max(collider.margin) {
+        return least;
+    }
+    let (distance, _) = collider.distance(array3(&x), time);
+    *ball = Clear::of(place, distance);
+    distance
 }
 
 impl<R: Real> Moved<'_, R> {

@@ -8,6 +8,7 @@ mod touch;
 mod crease;
 mod answer;
 mod passed;
+mod clear;
 mod contact;
 mod velocity;
 mod corner;
@@ -15,7 +16,7 @@ mod corner;
 pub use collider::{Collider, Contact, StartInside};
 pub use shape::Shape;
 
-pub(crate) use contact::{Contacts, Met, Passed, resolve};
+pub(crate) use contact::{Contacts, Kept, Met, Passed, resolve};
 pub(crate) use corner::{Corner, SAME_NORMAL};
 pub(crate) use passed::has_passed;
 pub(crate) use velocity::velocity_after;

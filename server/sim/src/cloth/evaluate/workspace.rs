@@ -13,7 +13,7 @@ use crate::{
         settings::{ClothSettings, Integrator, Purpose},
         state::{Allowance, ClothReport, Judged, PinMotion, Start, State},
     },
-    collide::Met,
+    collide,
     linalg::{BlockCsr, CgWorkspace, CoarseMatrix, Inverse3},
     math::{LANES, Padded, Real, Sixteen, Vec3, vec3},
     parallel::{block_count, size},
@@ -74,8 +74,8 @@ pub struct Workspace<R: Real> {
     pub(crate) squares: Vec<f64>,
     /// Of sweeps, block by block: where the last one led.
     pub(crate) sweep_sums: Vec<SweepSums>,
-    /// What each block of it met.
-    pub(crate) met: Vec<Met>,
+    /// What its contacts keep.
+    pub(crate) contacts: collide::Kept,
     /// What the sub-step that is tried tells, and what those before it in the step told.
     pub(crate) tried: ClothReport,
     pub(crate) report: ClothReport,

@@ -51,6 +51,11 @@ macro_rules! shapes {
                 }
             }
 
+            /// Whether its distance takes so long that it is better not asked for in vain.
+            pub(crate) fn is_costly(&self) -> bool {
+                matches!(self, Self::Mesh(_))
+            }
+
             /// Whether a particle outside may touch it at several places that look different ways.
             pub(crate) fn has_creases(&self) -> bool {
                 match self {
