@@ -5,6 +5,7 @@
 pub mod threads;
 pub mod course;
 pub mod golden;
+pub mod meshes;
 pub mod ranks;
 pub mod scene;
 pub mod snow;
