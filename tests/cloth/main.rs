@@ -16,6 +16,8 @@ mod pendulums;
 mod transients;
 mod pins;
 mod contact;
+mod solids;
+mod creases;
 mod bounces;
 mod restitution;
 mod notices;
