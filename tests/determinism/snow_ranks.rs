@@ -7,7 +7,7 @@ use nappe_sim::{
     collide::Contact,
     math::Precision,
     report::NoStopwatch,
-    snow::{Preset, SnowObject},
+    snow::{Blend, Preset, SnowObject, Transfer},
     time_step::TimeStep,
     world::{Simulation, WorldSetup},
 };
@@ -99,6 +99,20 @@ fn certified(objects: Vec<SnowObject>) -> SnowScene {
     scene
 }
 
+/// Steps in which the particle of [`stray`] stays among the others.
+const STRAY_STEPS: u64 = 3;
+
+/// A bar that is pressed, and through it a light particle that goes by more than two blocks in a step: the last one.
+fn stray() -> SnowScene {
+    let bar = block("bar", [-0.8, 0.0, 0.0], [64, 4, 4], [0.0; 3]);
+    let press = block("press", [-0.8, 0.1, 0.0], [64, 4, 4], [0.0, -8.0, 0.0]);
+    let mut light = block("light", [-0.7, 0.0875, 0.0375], [1; 3], [900.0, 0.0, 0.0]);
+    light.mass[0] *= 1e-5;
+    let mut scene = SnowScene::new(vec![bar, press, light], H, 5e-4);
+    scene.settings.transfer = Transfer::PicFlip(Blend::PerStep(1.0));
+    scene
+}
+
 /// Scenes whose snow goes from rank to rank, each in another way, with steps and a part of what they say.
 fn scenes() -> Vec<(&'static str, WorldSetup, u64)> {
     let still = || block("still", [0.0; 3], [8, 6, 8], [0.0; 3]);
@@ -132,6 +146,7 @@ fn scenes() -> Vec<(&'static str, WorldSetup, u64)> {
         ("StepReport", lone.setup(), 16),
         ("StepReport", periodic([2, 0, 0]).setup(), 12),
         ("StepReport", periodic([3, 0, 4]).setup(), 12),
+        ("plastic_ratio_range: [0.9", stray().setup(), STRAY_STEPS),
         ("kinetic and elastic energy", limited.setup(), 20),
         ("node", long.setup(), 10),
         ("3", few.setup(), 4),
@@ -153,6 +168,21 @@ fn snow_that_goes_from_rank_to_rank_says_and_becomes_what_it_does_alone() {
                 assert!(over[0].0.1 == alone.1, "scene {number} on {size} ranks: another hash");
             }
         }
+    }
+}
+
+#[test]
+fn a_particle_that_goes_too_far_to_be_followed_takes_no_count_from_the_report() {
+    let mut simulation = stray().simulate(Precision::F32);
+    let far = |simulation: &Simulation| simulation.snow_particles().last().expect("a particle").x[0];
+    for _ in 0..STRAY_STEPS {
+        let before = far(&simulation);
+        let report = simulation.step(&mut NoStopwatch).expect("it is stable").snow.expect("snow");
+        // Two blocks of four cells.
+        assert!(far(&simulation) - before > 8.0 * H);
+        assert!(report.plastic_count > 500, "{report:?}");
+        let [least, most] = report.plastic_ratio_range;
+        assert!((0.5..1.0).contains(&least) && (1.0..1.5).contains(&most), "{report:?}");
     }
 }
 

@@ -14,7 +14,8 @@ use super::{
     state::{SnowState, SnowWorkspace},
     step::{check_grid, check_time_step, lost, renew_places, sort_anew, sums},
     transfer::{
-        Arrival, Deformation, StepContext, TOGETHER, Tally, Update, particles_to_grid, update_grid, weights,
+        Arrival, ChunkDiagnostics, Deformation, StepContext, TOGETHER, Tally, Update, particles_to_grid,
+        update_grid, weights,
     },
 };
 use crate::{
@@ -95,6 +96,8 @@ fn refresh<R: Real>(model: &SnowModel<R>, particles: &mut Particles<R>, work: &m
     let velocity: Vec<_> = (0..particles.len()).map(|at| particles.v(at)).collect();
 
     let (particles, sorted) = (particles.share(), work.sorter.sorted());
+    work.chunk_diagnostics.clear();
+    work.chunk_diagnostics.resize(sorted.chunks.count(), ChunkDiagnostics::default());
     let chunks = Own::whole(work.chunk_diagnostics.len(), 1);
     chunks.each(per_block_mut(&mut work.chunk_diagnostics), |chunk, diagnostics| {
         let (.., list) = sorted.chunk(chunk);

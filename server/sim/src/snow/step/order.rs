@@ -11,7 +11,7 @@ use crate::{
         particles::Particles,
         ranks::Found,
         state::SnowWorkspace,
-        transfer::{ChunkDiagnostics, weights},
+        transfer::weights,
     },
 };
 
@@ -51,8 +51,6 @@ fn sort_places<R: Real>(
     };
     work.sorter.rebuild(places.map(node), &particles.id, &mut work.grid, settings.periodic);
     work.culprits = None;
-    work.chunk_diagnostics.clear();
-    work.chunk_diagnostics.resize(work.sorter.sorted().chunks.count(), ChunkDiagnostics::default());
 }
 
 /// Room for more blocks than there are.
