@@ -1,7 +1,7 @@
 //! Ranks that hang, and links that are altered: a session, its place and its launcher are got rid of all the same.
 //!
-//! The launcher is a script that writes down the link which it was given. A thread of this process is then the only rank,
-//! behind a connection that the test can hold up or alter.
+//! The launcher is a script that writes down the link which it was given. Threads of this process are then the ranks, behind a
+//! connection that the test can hold up or alter.
 
 use std::{
     fs,
@@ -16,7 +16,7 @@ use std::{
     time::Duration,
 };
 
-use nappe_cluster::{Link, lead};
+use nappe_cluster::{Link, follow, lead};
 use nappe_proto::v1::{self, SessionState, create_session_request::Scene};
 use nappe_server::{Config, Limits, RankSettings, Reason};
 use nappe_tests::ranks::on_ranks;
@@ -43,45 +43,67 @@ enum Fault {
     Altered,
 }
 
-/// A launcher, and the rank that it does not start.
-struct StandIn {
+/// A launcher, and the ranks that it does not start.
+pub(crate) struct StandIn {
     script: PathBuf,
     fault: Arc<Mutex<Fault>>,
+    /// How many ranks there are, whatever is asked for.
+    ranks: usize,
 }
 
 impl StandIn {
     fn new() -> Self {
+        Self::of(1)
+    }
+
+    /// A job of so many ranks.
+    pub(crate) fn of(ranks: usize) -> Self {
         static COUNT: AtomicU32 = AtomicU32::new(0);
         let number = COUNT.fetch_add(1, Ordering::Relaxed);
         let name = format!("launcher-{}-{number}.sh", std::process::id());
         let script = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
         fs::write(&script, LAUNCHER).expect("the script is written");
-        Self { script, fault: Arc::new(Mutex::new(Fault::Nothing)) }
+        Self { script, fault: Arc::new(Mutex::new(Fault::Nothing)), ranks }
     }
 
     /// A server that starts it, and has room for one session. Nothing is lost for being silent.
     async fn server(&self) -> Server {
+        self.server_of(1).await
+    }
+
+    /// The same with room for so many.
+    pub(crate) async fn server_of(&self, max_sessions: u32) -> Server {
         let ranks = RankSettings {
             rank_program: Some(self.script.clone()),
             launcher: format!("sh {} {{ranks}} {{program}}", self.script.display()),
             rank_silence: 3600,
             ..RankSettings::default()
         };
-        let limits = Limits { max_sessions: 1, max_ranks: Some(2), ..Limits::default() };
+        let limits = Limits { max_sessions, max_ranks: Some(2), ..Limits::default() };
         Server::configured(Config { ranks, limits, ..config() }).await
     }
 
     /// Creates a session, whose rank joins it: its id, and the number of the launcher.
     async fn create(&self, server: &Server, rank_count: u32) -> Result<(String, u32), Status> {
-        let mut client = connect(&server.app).await;
-        let scene = Some(Scene::SceneText(sheet(5)));
-        let create = client.create_session(v1::CreateSessionRequest { scene, rank_count, ..request() });
-        let (made, launcher) = tokio::join!(create, self.join());
-        let session = made?.into_inner().session.expect("the answer has the session");
-        Ok((session.session_id, launcher))
+        let (made, launcher) = self.make(server, sheet(5), rank_count).await?;
+        Ok((made.session.expect("the answer has the session").session_id, launcher))
     }
 
-    /// Reads what the launcher wrote, and has a rank join that job; the number of the launcher.
+    /// The same of a scene's text: the whole answer, and the number of the launcher.
+    pub(crate) async fn make(
+        &self,
+        server: &Server,
+        text: String,
+        rank_count: u32,
+    ) -> Result<(v1::CreateSessionResponse, u32), Status> {
+        let mut client = connect(&server.app).await;
+        let scene = Some(Scene::SceneText(text));
+        let create = client.create_session(v1::CreateSessionRequest { scene, rank_count, ..request() });
+        let (made, launcher) = tokio::join!(create, self.join());
+        Ok((made?.into_inner(), launcher))
+    }
+
+    /// Reads what the launcher wrote, and has ranks join that job; the number of the launcher.
     async fn join(&self) -> u32 {
         let path = self.script.with_extension("sh.link");
         let written = async {
@@ -95,7 +117,7 @@ impl StandIn {
         let written = in_time(written).await;
         let (number, link) = written.split_once(' ').expect("two words");
         let link = Link::read(link).expect("a link");
-        run_rank(&link, &self.fault);
+        run_ranks(self.ranks, &link, &self.fault);
         number.parse().expect("a number")
     }
 
@@ -113,15 +135,19 @@ impl Drop for StandIn {
     }
 }
 
-/// Starts a rank in threads of its own, behind a proxy.
-fn run_rank(link: &Link, fault: &Arc<Mutex<Fault>>) {
+/// Starts ranks in threads of their own, the first behind a proxy.
+fn run_ranks(count: usize, link: &Link, fault: &Arc<Mutex<Fault>>) {
     let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
     let (address, token) = (listener.local_addr().expect("an address"), link.token);
     thread::spawn(move || {
-        on_ranks(1, 1, |cluster| {
-            let stream = TcpStream::connect(address).expect("the proxy listens");
+        on_ranks(count, 1, |cluster| {
             // How it ends is what the tests are about.
-            drop(lead(&cluster, token, stream, || {}));
+            if cluster.rank() == 0 {
+                let stream = TcpStream::connect(address).expect("the proxy listens");
+                drop(lead(&cluster, token, stream, || {}));
+            } else {
+                drop(follow(&cluster));
+            }
         });
     });
     let (rank, _) = listener.accept().expect("the rank connects");

@@ -33,6 +33,7 @@ mod stalled_watchers;
 mod crowded;
 mod long_steps;
 mod hung_ranks;
+mod snow_over_ranks;
 mod shared_control;
 mod waiting_calls;
 mod waiting_model;

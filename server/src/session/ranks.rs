@@ -99,8 +99,8 @@ pub(super) struct Ranks {
 }
 
 impl Ranks {
-    /// Starts ranks and has them build the same simulation. `count` is told how many of them run on this host, before
-    /// they take memory.
+    /// Starts ranks and has them build the same simulation; the strings are their warnings. `count` is told how many of
+    /// them run on this host, before they take memory.
     ///
     /// # Errors
     /// When there is no launcher or program, or they do not start, or refuse the setup; or when `count` refuses.
@@ -110,7 +110,7 @@ impl Ranks {
         begin: &Begin<'_>,
         watched: Watched,
         count: impl FnOnce(u64) -> Result<(), ServiceError>,
-    ) -> Result<Self, ServiceError> {
+    ) -> Result<(Self, Vec<String>), ServiceError> {
         let program = program(settings)?;
         let mut token = Token::default();
         getrandom::fill(&mut token).map_err(|error| not_started(&error))?;
@@ -137,11 +137,10 @@ impl Ranks {
         let here = ranks.hosts.iter().filter(|host| host.as_bytes() == system.nodename().to_bytes()).count();
         count(here as u64)?;
         let remote = ranks.remote()?;
-        let built = remote.build(begin.setup.clone(), begin.precision);
-        built
-            .and_then(|_warnings| remote.apply(begin.changes.to_vec()))
-            .map_err(|error| not_started(&error))?;
-        Ok(ranks)
+        let warnings =
+            remote.build(begin.setup.clone(), begin.precision).map_err(|error| not_started(&error))?;
+        remote.apply(begin.changes.to_vec()).map_err(|error| not_started(&error))?;
+        Ok((ranks, warnings))
     }
 
     fn remote(&mut self) -> Result<&mut Remote, ServiceError> {

@@ -227,7 +227,12 @@ fn build(
     let (mut stepper, session) = stand(simulation, pool, properties, pending, resources, ended, memory)?;
     if let Some(counts) = options.ranks {
         let begin = Begin { setup: &built.setup, precision, changes: &built.initial_changes };
-        stepper.hand_to_ranks(&resources.ranks, counts, &begin, interrupt)?;
+        for warning in stepper.hand_to_ranks(&resources.ranks, counts, &begin, interrupt)? {
+            // Ranks also warn of what the copy of the server warned of.
+            if !warnings.contains(&warning) {
+                warnings.push(warning);
+            }
+        }
     }
     Ok((stepper, session, warnings))
 }

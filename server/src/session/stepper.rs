@@ -277,7 +277,7 @@ impl Stepper {
         self.completing.clear();
     }
 
-    /// Has ranks step it from here, which start now.
+    /// Has ranks step it from here, which start now; the strings are their warnings.
     ///
     /// # Errors
     /// When they do not start, or the server has no memory left for them.
@@ -287,7 +287,7 @@ impl Stepper {
         counts: RankCounts,
         begin: &Begin<'_>,
         start: &Interrupt,
-    ) -> Result<(), ServiceError> {
+    ) -> Result<Vec<String>, ServiceError> {
         let [control, deleted] = [(); 2].map(|()| Arc::clone(&self.control));
         let watched = Watched {
             start: start.clone(),
@@ -298,10 +298,10 @@ impl Stepper {
         let (memory, bytes) = (&self.simulator.memory, self.status().properties.claimed_bytes);
         // Each has the whole scene.
         let count = |here: u64| memory.grow(bytes.saturating_mul(here));
-        let ranks = Ranks::start(settings, counts, begin, watched, count)?;
+        let (ranks, warnings) = Ranks::start(settings, counts, begin, watched, count)?;
         self.status().update(|progress| progress.ranks = Some(ranks.describe()));
         self.simulator.ranks = Some(ranks);
-        Ok(())
+        Ok(warnings)
     }
 
     /// Fails the session, whose ranks have ended.
