@@ -16,7 +16,7 @@ use nappe_scene::Scene;
 use nappe_sim::{
     interrupt::{self, Interrupt},
     math::Precision,
-    world::Simulation,
+    world::{ChangeRules, Simulation},
 };
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use tokio::sync::oneshot;
@@ -136,7 +136,8 @@ pub(crate) async fn fork(
     let name = properties.id.clone();
     let build = move |_: &Interrupt, ended, memory| {
         let pool = thread_pool(properties.thread_count)?;
-        let (stepper, session) = stand(simulation, pool, properties, pending, &resources, ended, memory)?;
+        let asked = (Arc::clone(simulation.rules()), pending);
+        let (stepper, session) = stand(simulation, pool, properties, asked, &resources, ended, memory)?;
         Ok((stepper, session, Vec::new()))
     };
     Ok(launch(name, place, memory, build).await?.0)
@@ -223,8 +224,13 @@ fn build(
         initial_changes: built.initial_changes.clone().into(),
         ..properties(options, &scene, &simulation)
     };
-    let pending = PendingChanges::new(limits.max_pending_changes);
-    let (mut stepper, session) = stand(simulation, pool, properties, pending, resources, ended, memory)?;
+    // The copy of what ranks step accepts more than they do.
+    let rules = match options.ranks {
+        Some(_) => Arc::new(simulation.rules().over_ranks()),
+        None => Arc::clone(simulation.rules()),
+    };
+    let asked = (rules, PendingChanges::new(limits.max_pending_changes));
+    let (mut stepper, session) = stand(simulation, pool, properties, asked, resources, ended, memory)?;
     if let Some(counts) = options.ranks {
         let begin = Begin { setup: &built.setup, precision, changes: &built.initial_changes };
         for warning in stepper.hand_to_ranks(&resources.ranks, counts, &begin, interrupt)? {
@@ -237,12 +243,12 @@ fn build(
     Ok((stepper, session, warnings))
 }
 
-/// A session that stands, paused, with its first frame.
+/// A session that stands, paused, with its first frame: with the changes that it accepts, and those that wait.
 fn stand(
     simulation: Simulation,
     pool: ThreadPool,
     properties: Properties,
-    pending: PendingChanges,
+    (rules, pending): (Arc<ChangeRules>, PendingChanges),
     resources: &Resources,
     ended: CancellationToken,
     memory: Claim,
@@ -271,7 +277,7 @@ fn stand(
     };
     let status = Arc::new(Status::new(properties, feed, progress));
 
-    let (rules, step_interrupt) = (Arc::clone(simulation.rules()), simulation.interrupt().clone());
+    let step_interrupt = simulation.interrupt().clone();
     let control = Arc::new(Control::new(Arc::clone(&status), rules, step_interrupt, pending));
     let session = Session::new(Arc::clone(&status), topology, Arc::clone(&control), ended, limits);
 

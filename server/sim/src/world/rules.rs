@@ -73,6 +73,12 @@ impl ChangeRules {
         rules
     }
 
+    /// The same rules where several ranks step the world.
+    #[must_use]
+    pub fn over_ranks(&self) -> Self {
+        Self { over_ranks: true, ..self.clone() }
+    }
+
     /// Checks changes without applying them.
     ///
     /// # Errors
