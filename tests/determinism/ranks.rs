@@ -10,7 +10,7 @@ use nappe_sim::{
     math::Precision,
     parallel::Communicator,
     report::{NoStopwatch, StepFailure},
-    world::{Change, Simulation},
+    world::{Change, Forces, Simulation},
 };
 use nappe_tests::{
     Method, Scene,
@@ -64,15 +64,24 @@ fn every_run_has_its_committed_hash_over_ranks() {
 }
 
 #[test]
-fn a_state_and_a_reset_over_ranks_are_those_of_one_process() {
+fn a_state_forces_and_a_reset_over_ranks_are_those_of_one_process() {
     let method = Method::all().into_iter().find(|method| method.integrator == Integrator::Bdf2);
     let scene = scene("sheet_in_air", method.expect("a method"));
     let elsewhere: Vec<[f64; 3]> = scene.network.x.iter().map(|[x, y, z]| [*x, y + 0.1 * x, *z]).collect();
     let state = Change::State { body: "body".to_owned(), positions: elsewhere.into(), velocities: None };
+    let pull = |particles: &[u32], force: [f64; 3]| Change::Force {
+        body: "body".to_owned(),
+        particles: particles.into(),
+        forces: Forces::One(force),
+    };
+    let on_all = [state, pull(&[], [0.01, 0.02, -0.01])];
+    let on_few = [pull(&[], [0.0; 3]), pull(&[30, 215, 390], [-0.02, 0.01, 0.03])];
+    let on_none = [Change::Reset];
+    let parts: [&[Change]; 4] = [&[], &on_all, &on_few, &on_none];
     let go = |simulation: &mut Simulation| {
         simulation.apply(&changes("sheet_in_air")).expect("a force");
-        for change in [&[][..], std::slice::from_ref(&state), &[Change::Reset]] {
-            simulation.apply(change).expect("accepted");
+        for part in parts {
+            simulation.apply(part).expect("accepted");
             (0..5).for_each(|_| drop(simulation.step(&mut NoStopwatch).expect("it is stable")));
         }
     };

@@ -16,7 +16,7 @@ use crate::{
     collide,
     linalg::{BlockCsr, CgWorkspace, CoarseMatrix, Inverse3},
     math::{LANES, Padded, Real, Sixteen, Vec3, vec3},
-    parallel::{block_count, size},
+    parallel::{block_count, per_sixteen_mut, size},
 };
 
 /// Pins on their way and their velocities, to return to.
@@ -225,21 +225,23 @@ impl<R: Real> Workspace<R> {
         self.current = Some(purpose);
     }
 
-    /// Puts the forces (N) on particles of the user in place of those that there were; those on one particle add up.
+    /// Puts the forces (N) on particles of the user in place of those that there were; those on one particle add up. Rows of
+    /// other ranks are left alone.
     pub(crate) fn set_forces(&mut self, model: &Model<R>, forces: impl Iterator<Item = (u32, [f64; 3])>) {
         let External { forces: rows, force_sum, .. } = &mut self.numbers.external;
         (*force_sum, self.current) = (0.0, None);
-        rows.clear();
+        let mut forces = forces.peekable();
+        let groups = forces.peek().map_or(0, |_| Sixteen::<R>::count_for(model.count));
+        size(rows, groups);
+        model.share.own().each(per_sixteen_mut(rows), |_, rows| rows.fill(Sixteen::default()));
         for (user, force) in forces {
-            rows.resize(Sixteen::<R>::count_for(model.count), Sixteen::default());
-            let (group, lane) = {
-                let place = model.place[user as usize] as usize;
-                (place / LANES, place % LANES)
-            };
-            let force = vec3::<f64>(force);
-            let sum = rows[group].get(lane) + force.map(R::of);
-            rows[group].set(lane, sum);
+            let (place, force) = (model.place[user as usize] as usize, vec3::<f64>(force));
             *force_sum += force.norm();
+            if model.share.has(place) {
+                let (group, lane) = (place / LANES, place % LANES);
+                let sum = rows[group].get(lane) + force.map(R::of);
+                rows[group].set(lane, sum);
+            }
         }
     }
 
