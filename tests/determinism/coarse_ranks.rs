@@ -2,12 +2,12 @@
 //! they divide the finest level of its coarse space or all do the same.
 
 use nappe_sim::{
-    cloth::{Hessian, Minimizer, NewtonSettings},
+    cloth::{Hessian, Minimizer, NewtonSettings, Spring},
     linalg::{PreconditionerKind, Stop},
     math::Precision,
     report::NoStopwatch,
     time_step::TimeStep,
-    world::Simulation,
+    world::{Change, Simulation},
 };
 use nappe_tests::{
     Scene,
@@ -16,7 +16,7 @@ use nappe_tests::{
     scene::advance,
 };
 
-use crate::ranks::{asked_of, failure, spinning_of};
+use crate::ranks::{asked_of, drawn_of, failure, falling_of, spinning_of};
 
 /// Steps of each scene, unless it fails before.
 const STEPS: u64 = 6;
@@ -80,18 +80,33 @@ fn scenes() -> Vec<(&'static str, Scene)> {
     ]
 }
 
+/// Steps a scene alone and over ranks, in all of which it says the same, a part of which is known.
+fn says_the_same(part: &str, scene: &Scene, changes: &[Change]) {
+    let alone = failure(scene, changes, STEPS, None);
+    assert!(alone.contains(part), "{part}: {alone}");
+    for (size, divides_from) in
+        [(2, DIVIDES_FROM[0]), (2, DIVIDES_FROM[1]), (5, DIVIDES_FROM[0]), (5, DIVIDES_FROM[1])]
+    {
+        let work = |ranks| failure(scene, changes, STEPS, Some(ranks));
+        for (over, _) in on_ranks_that_divide(divides_from, size, 1, work) {
+            assert_eq!(over, alone, "{part} on {size} ranks, divided from {divides_from} blocks on");
+        }
+    }
+}
+
 #[test]
 fn all_reports_and_words_are_those_of_one() {
     for (part, scene) in scenes() {
-        let alone = failure(&scene, &[], STEPS, None);
-        assert!(alone.contains(part), "{part}: {alone}");
-        for (size, divides_from) in [(2, DIVIDES_FROM[0]), (5, DIVIDES_FROM[0]), (5, DIVIDES_FROM[1])] {
-            let work = |ranks| failure(&scene, &[], STEPS, Some(ranks));
-            for (over, _) in on_ranks_that_divide(divides_from, size, 1, work) {
-                assert_eq!(over, alone, "{part} on {size} ranks, divided from {divides_from} blocks on");
-            }
-        }
+        says_the_same(part, &scene, &[]);
     }
+}
+
+#[test]
+fn what_fails_or_is_rejected_says_the_same_with_two_levels() {
+    let (drawn, draw) = drawn_of(1200);
+    says_the_same("the spring from particle 43 to 44", &coarse(drawn), &[draw]);
+    says_the_same("Passed", &coarse(falling_of(40)), &[]);
+    says_the_same("Rejection {", &spinning(20.0, 1e4).certified(), &[]);
 }
 
 #[test]
@@ -106,20 +121,74 @@ fn a_solve_with_an_indefinite_coarse_space_is_made_without() {
     assert!(ends[0].0 == ends[1].0 && ends[0].1 > ends[1].1, "{ends:?}");
 }
 
-#[test]
-fn what_is_too_entangled_is_refused_in_the_words_of_one() {
-    let mut scene = coarse(spinning_of(80, 1.0, 500.0));
+/// A stiff sheet with springs at random, which join all of its blocks.
+fn entangled(preconditioner: PreconditionerKind) -> Scene {
+    let mut scene = spinning_of(80, 1.0, 1e4);
+    scene.settings.solver.preconditioner = preconditioner;
+    scene.settings.solver.stop = Stop::Residual { tolerance: 1e-3, max_iterations: 200 };
     let (like, count) = (scene.network.springs[0], scene.network.x.len());
     scene.network.springs.extend((0..40_000_usize).map(|i| {
         let particles =
             [(i * 7919) % count, (i * 104_729 + i / count * 911 + 1) % count].map(|row| row as u32);
-        nappe_sim::cloth::Spring { particles, rest_length: 1.0, ..like }
+        Spring { particles, rest_length: 1.0, ..like }
     }));
     scene.network.springs.retain(|spring| spring.particles[0] != spring.particles[1]);
-    let alone = failure(&scene, &[], 1, None);
-    assert!(alone.contains("too entangled"), "{alone}");
-    for (over, _) in on_ranks_that_divide(0, 3, 1, |ranks| failure(&scene, &[], 1, Some(ranks))) {
+    scene
+}
+
+#[test]
+fn what_is_too_entangled_is_refused_by_name_and_goes_without_by_auto() {
+    let named = failure(&entangled(PreconditionerKind::TwoLevel), &[], 1, None);
+    assert!(named.contains("too entangled"), "{named}");
+    let chosen = failure(&entangled(PreconditionerKind::Auto), &[], 1, None);
+    assert!(chosen.contains("Some(BlockJacobi)"), "{chosen}");
+    assert_eq!(chosen, failure(&entangled(PreconditionerKind::BlockJacobi), &[], 1, None));
+    for (preconditioner, alone) in [(PreconditionerKind::TwoLevel, named), (PreconditionerKind::Auto, chosen)]
+    {
+        let scene = entangled(preconditioner);
+        for (over, _) in on_ranks_that_divide(0, 3, 1, |ranks| failure(&scene, &[], 1, Some(ranks))) {
+            assert_eq!(over, alone);
+        }
+    }
+    // It is the tangle alone that keeps "auto" from two levels.
+    let mut plain = entangled(PreconditionerKind::Auto);
+    plain.network.springs.retain(|spring| spring.rest_length < 1.0);
+    assert!(failure(&plain, &[], 1, None).contains("Some(TwoLevel)"));
+}
+
+/// Sheets of 36 particles, one on the other, of which each block has a part: nine blocks of eight parts.
+fn pile() -> Scene {
+    let mut scene = spinning_of(6, 1.0, 1e4);
+    let one = scene.network.clone();
+    let network = &mut scene.network;
+    for layer in 1..8_u32 {
+        let first = network.x.len() as u32;
+        network.x.extend(one.x.iter().map(|[x, y, z]| [*x, y + 0.002 * f64::from(layer), *z]));
+        network.v.extend(&one.v);
+        network.masses.extend(&one.masses);
+        network.springs.extend(one.springs.iter().map(|spring| {
+            let particles = spring.particles.map(|particle| particle + first);
+            Spring { particles, ..*spring }
+        }));
+    }
+    coarse(scene)
+}
+
+#[test]
+fn ranks_without_blocks_take_part_where_the_finest_level_is_divided() {
+    let (size, empty) = (11, [0, 5]);
+    let mut scene = pile();
+    scene.settings.solver.stop = Stop::Residual { tolerance: 1e-6, max_iterations: 200 };
+    let alone = failure(&scene, &[], 2, None);
+    assert!(alone.contains("Converged") && alone.contains("Some(TwoLevel)"), "{alone}");
+    let work = |ranks| failure(&scene, &[], 2, Some(ranks));
+    for (over, _) in on_ranks_that_divide(DIVIDES_FROM[0], size, 1, work) {
         assert_eq!(over, alone);
+    }
+    scene.settings.solver.stop = Stop::Iterations(4);
+    for (rank, counts) in asked_of(DIVIDES_FROM[0], &scene, size, 1).iter().enumerate() {
+        assert_eq!((counts.exchanges, counts.gathers), (2 * 4 + 3, 3 * 4 + 5), "rank {rank}");
+        assert_eq!(counts.messages == 0, empty.contains(&rank), "rank {rank}: {counts:?}");
     }
 }
 
