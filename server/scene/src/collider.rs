@@ -21,7 +21,7 @@ use crate::{
     transform::{ROTATE, Rotate, TRANSFORM, Transform, rotation},
 };
 
-use Presence::{Absent, Chosen, Default, Required};
+use Presence::{Absent, Chosen, Default as Preset, Required};
 use ValueKind::{Choice, Flag, Number, Table, Text, Vector};
 
 /// Something that particles collide with.
@@ -173,13 +173,13 @@ pub(crate) static COLLIDER: Section = Section {
         key("cylinder", Table(&CYLINDER), "", Chosen, "a solid cylinder with flat ends"),
         key("half_pipe", Table(&HALF_PIPE), "", Chosen, "the ground below a trough"),
         key("mesh", Table(&MESH), "", Chosen, "the inside of a closed mesh"),
-        key("velocity", Vector(SPEED), "m/s", Default("[0.0, 0.0, 0.0]"), "constant velocity"),
-        key("friction", Number(Range(0.0, 100.0)), "", Default("0.0"), "Coulomb's friction coefficient"),
-        key("restitution", Number(Range(0.0, 1.0)), "", Default("0.0"), "share of the normal approach speed that comes back to a particle of cloth; snow takes 0"),
-        key("margin", Number(Range(0.0, 1e3)), "m", Default("0.0"), "distance from the surface at which a particle touches: half the cloth's thickness"),
-        key("contact", Choice(|| Contact::ALL.map(Contact::name).to_vec()), "", Default("\"separating\""), "how snow meets it: sticky (it moves with the surface), slip (it neither enters nor leaves, and slides with friction), separating (it may leave, and slides with friction while pressed on); cloth always separates"),
-        key("recovery", Number(Range(1e-6, 1e3)), "m/s", Default("1.0"), "speed at which cloth that is inside at the start of a sub-step is pushed out, which gives it no velocity"),
-        key("on_start_inside", Choice(|| StartInside::ALL.map(StartInside::name).to_vec()), "", Default("\"warn\""), "what happens to cloth that begins inside, and to snow that begins inside by more than a cell: warn (it begins there, and is told), refuse (the scene is refused), lift (cloth is moved out along the nearest way, before its springs are made; snow that begins inside at all is left out; both are told). Pins may begin inside"),
+        key("velocity", Vector(SPEED), "m/s", Preset("[0.0, 0.0, 0.0]"), "constant velocity"),
+        key("friction", Number(Range(0.0, 100.0)), "", Preset("0.0"), "Coulomb's friction coefficient"),
+        key("restitution", Number(Range(0.0, 1.0)), "", Preset("0.0"), "share of the normal approach speed that comes back to a particle of cloth; snow takes 0"),
+        key("margin", Number(Range(0.0, 1e3)), "m", Preset("0.0"), "distance from the surface at which a particle touches: half the cloth's thickness"),
+        key("contact", Choice(|| Contact::ALL.map(Contact::name).to_vec()), "", Preset("\"separating\""), "how snow meets it: sticky (it moves with the surface), slip (it neither enters nor leaves, and slides with friction), separating (it may leave, and slides with friction while pressed on); cloth always separates"),
+        key("recovery", Number(Range(1e-6, 1e3)), "m/s", Preset("1.0"), "speed at which cloth that is inside at the start of a sub-step is pushed out, which gives it no velocity"),
+        key("on_start_inside", Choice(|| StartInside::ALL.map(StartInside::name).to_vec()), "", Preset("\"warn\""), "what happens to cloth that begins inside, and to snow that begins inside by more than a cell: warn (it begins there, and is told), refuse (the scene is refused), lift (cloth is moved out along the nearest way, before its springs are made; snow that begins inside at all is left out; both are told). Pins may begin inside"),
     ],
     alternatives: Alternatives::OneChosen,
 };
@@ -263,7 +263,7 @@ static MESH: Section = Section {
         key("file", Text(1000), "", Chosen, "a mesh file beside the scene: .obj, .off, .ply or .stl, also packed as .obj.gz and so on, or a folder of .eti files"),
         key("upload", Text(200), "", Chosen, "id of an uploaded mesh, or torus: a mesh that comes with nappe"),
         key("transform", Table(&TRANSFORM), "", Absent("the mesh as it lies"), "moves the mesh: scale, then rotate, then translate"),
-        key("close_holes", Flag, "", Default("false"), "true: each loop of at most 64 open edges is filled by a fan of triangles from its first point; false: a mesh with an open edge is refused"),
+        key("close_holes", Flag, "", Preset("false"), "true: each loop of at most 64 open edges is filled by a fan of triangles from its first point; false: a mesh with an open edge is refused"),
     ],
     alternatives: Alternatives::OneChosen,
 };
