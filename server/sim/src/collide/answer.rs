@@ -8,6 +8,7 @@ use super::{
     Collider,
     crease::Crease,
     flight::{Flight, Meeting},
+    passed::REACHED,
     touch::{Answer, Touch, change},
 };
 use crate::math::{Vec3, array3, vec3};
@@ -70,7 +71,7 @@ impl SubStep<'_> {
         for _ in self.colliders {
             let among = self.colliders.iter();
             let others = among.filter(|other| first.is_none_or(|(found, _)| !std::ptr::eq(found, *other)));
-            let met = others.filter_map(|other| Some((other, way.meets(other, self.spare)?)));
+            let met = others.filter_map(|other| Some((other, way.meets(other, self.spare_of(other))?)));
             let Some((found, meeting)) = met.min_by(|(_, a), (_, b)| a.after.total_cmp(&b.after)) else {
                 break;
             };
@@ -133,7 +134,8 @@ impl SubStep<'_> {
     ) -> Option<Touch<'a>> {
         let (distance, normal) = collider.distance(array3(&end.x), self.end_time);
         let depth = collider.margin - distance;
-        if depth < -self.spare {
+        let spare = self.spare_of(collider);
+        if depth < -spare {
             return None;
         }
         let start = meeting.map_or_else(|| self.depth_at_start(collider), |meeting| meeting.depth);
@@ -144,15 +146,25 @@ impl SubStep<'_> {
         let way = end.x - flight.x - vec3::<f64>(collider.velocity) * flight.left;
         let through = entry.filter(|entry| entry.dot(&here) < SAME_SIDE && way.dot(entry) <= 0.0);
         let (normal, is_through) = (through.unwrap_or(here), through.is_some());
-        let (spare, end_time) = (self.spare, self.end_time);
+        let end_time = self.end_time;
         Some(Touch { collider, normal, is_through, depth, allowed, spare, end_time })
+    }
+
+    /// What is inside a collider by no more than this (m) is on its surface. Of one with creases it follows from the way that
+    /// the collider sees.
+    fn spare_of(&self, collider: &Collider) -> f64 {
+        if !collider.shape.has_creases() {
+            return self.spare;
+        }
+        let way = self.x[1] - self.x[0] - vec3::<f64>(collider.velocity) * self.dt;
+        REACHED * way.norm() + self.rounding
     }
 
     /// How deep (m) the particle began inside a collider: 0 on its surface.
     fn depth_at_start(&self, collider: &Collider) -> f64 {
         let (distance, _) = collider.distance(array3(&self.x[0]), self.end_time - self.dt);
         let depth = collider.margin - distance;
-        if depth > self.spare { depth } else { 0.0 }
+        if depth > self.spare_of(collider) { depth } else { 0.0 }
     }
 }
 

@@ -58,7 +58,8 @@ impl<'a> Crease<'a> {
             if let Some(least) = least
                 && slowing.norm_squared() > 0.0
             {
-                let rub = Rub { collider, normal: push / pushed, slowing, pushed, felt };
+                let rests = slowed >= 1.0;
+                let rub = Rub { collider, normal: push / pushed, slowing, pushed, rests, felt };
                 rub.slow(flight, |v| found.planes.along(&least, v), end);
                 found = self.look(flight, end);
                 if !self.touch.is_through {

@@ -3,11 +3,11 @@
 pub mod shape;
 mod collider;
 mod flight;
+mod passed;
 mod planes;
 mod touch;
 mod crease;
 mod answer;
-mod passed;
 mod clear;
 mod contact;
 mod velocity;

@@ -39,6 +39,8 @@ pub(super) struct Rub<'a> {
     pub(super) normal: Vec3<f64>,
     pub(super) slowing: Vec3<f64>,
     pub(super) pushed: f64,
+    /// Whether nothing is left of what slid.
+    pub(super) rests: bool,
     /// Share of a change of velocity that the method lets positions feel.
     pub(super) felt: f64,
 }
@@ -57,7 +59,8 @@ impl Touch<'_> {
             end.v += by;
             let slowing = by - normal * approach;
             if slowing.norm_squared() > 0.0 {
-                let rub = Rub { collider, normal: *normal, slowing, pushed: approach, felt };
+                let rests = (end.v - moving).norm() <= f64::EPSILON * slowing.norm();
+                let rub = Rub { collider, normal: *normal, slowing, pushed: approach, rests, felt };
                 rub.slow(flight, |v| v - normal * v.dot(normal), end);
                 let (distance, here) = collider.distance(array3(&end.x), self.end_time);
                 lift = collider.margin - distance - self.allowed;
@@ -82,12 +85,10 @@ impl Rub<'_> {
     /// Takes back the way along the surface that friction takes: what stops the particle as it comes, from then on; what it
     /// takes later, as the method lets positions feel a change of velocity.
     pub(super) fn slow(&self, flight: &Flight, along: impl Fn(&Vec3<f64>) -> Vec3<f64>, end: &mut Answer) {
-        let Self { collider, normal, slowing, pushed, felt } = *self;
+        let Self { collider, normal, slowing, pushed, rests, felt } = *self;
         let moving = vec3::<f64>(collider.velocity);
         let coming = flight.w - moving;
         let impact = (-coming.dot(&normal)).clamp(0.0, pushed);
-        let left = end.v - moving;
-        let rests = left.norm() <= f64::EPSILON * slowing.norm();
         let way = end.x - flight.x - moving * flight.left;
         if rests && along(&coming).norm() <= collider.friction * impact {
             end.x -= along(&way);
