@@ -11,4 +11,5 @@ mod ranks;
 mod coarse_ranks;
 mod snow_ranks;
 mod numbering;
+mod solids;
 mod simd;

@@ -15,6 +15,7 @@ use nappe_sim::{
 };
 use nappe_tests::{
     Method, Scene,
+    meshes::{TRAY_HALF, tray},
     networks::{DrapSprings, chain, drap, scatter, sheet, sheet_rules},
     scene::advance,
 };
@@ -23,8 +24,15 @@ use nappe_tests::{
 pub(crate) const STEPS: u64 = 15;
 
 /// Names of the scenes.
-pub(crate) const NAMES: [&str; 6] =
-    ["hung_sheet", "course_cloth", "sheet_on_sphere", "carried_chain", "coarse_spaces", "sheet_in_air"];
+pub(crate) const NAMES: [&str; 7] = [
+    "hung_sheet",
+    "course_cloth",
+    "sheet_on_sphere",
+    "carried_chain",
+    "coarse_spaces",
+    "sheet_in_air",
+    "sheet_in_tray",
+];
 
 /// The methods that step a scene: explicit ones solve nothing with a coarse space, and iterates are solved for as a step
 /// from the state is.
@@ -51,6 +59,7 @@ pub(crate) fn scene(name: &str, method: Method) -> Scene {
         }
         "course_cloth" => Scene::new(drap(14, DrapSprings::Full, 0.01), 2.5e-3).under(gravity),
         "sheet_on_sphere" => sheet_on_sphere().under(gravity),
+        "sheet_in_tray" => sheet_in_tray(),
         "carried_chain" => {
             let x: Vec<_> =
                 (0..150).map(|i| [0.02 * f64::from(i), 0.01 * scatter(i as usize), 0.0]).collect();
@@ -121,6 +130,21 @@ fn sheet_on_sphere() -> Scene {
         collider("ball", Shape::Sphere(Sphere { center: [0.45, -0.21, 0.4], radius: 0.2 })),
         collider("floor", Shape::Plane(Plane { point: [0.0, -0.012, 0.0], normal: [0.0, 1.0, 0.0] })),
     ];
+    scene
+}
+
+/// A sheet that slides over the floor of a moving tray of triangles, and is pressed with its edge into the crease below a wall
+/// that leans over it.
+fn sheet_in_tray() -> Scene {
+    let mut network = sheet(13, 0.01, &sheet_rules(100.0, 0.02), 2e-3);
+    network.pins.clear();
+    network.x.iter_mut().for_each(|x| *x = [x[0] + TRAY_HALF - 0.14, 0.0045, x[2] - 0.06]);
+    for (i, v) in network.v.iter_mut().enumerate() {
+        *v = [2.0, -0.5 + 0.3 * scatter(i), 0.3 * scatter(i + 1000)];
+    }
+    let tray = tray(60.0).collider(0.4, 0.004);
+    let mut scene = Scene::new(network, 1e-3).in_substeps(2).under([40.0, -25.0, 0.0]);
+    scene.colliders = vec![Collider { velocity: [0.1, 0.0, 0.0], restitution: 0.2, ..tray }];
     scene
 }
 
