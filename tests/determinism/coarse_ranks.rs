@@ -1,8 +1,10 @@
 //! The preconditioner on two levels over ranks, which are threads here: the same words, reports and bits as by one, whether
 //! they divide the finest level of its coarse space or all do the same.
 
+use std::collections::BTreeSet;
+
 use nappe_sim::{
-    cloth::{Hessian, Minimizer, NewtonSettings, Spring},
+    cloth::{Hessian, Minimizer, Model, NewtonSettings, Spring},
     linalg::{PreconditionerKind, Stop},
     math::Precision,
     report::NoStopwatch,
@@ -12,7 +14,7 @@ use nappe_sim::{
 use nappe_tests::{
     Scene,
     networks::scatter,
-    ranks::{Counts, DIVIDES_FROM, on_ranks_that_divide},
+    ranks::{DIVIDES_FROM, on_ranks_that_divide},
     scene::advance,
 };
 
@@ -192,45 +194,120 @@ fn ranks_without_blocks_take_part_where_the_finest_level_is_divided() {
     }
 }
 
+/// The sheet whose calls are counted, solved so.
+fn counted(preconditioner: PreconditionerKind, stop: Stop) -> Scene {
+    let mut scene = spinning(1.0, 500.0);
+    scene.settings.solver.preconditioner = preconditioner;
+    scene.settings.solver.stop = stop;
+    scene
+}
+
 #[test]
 fn a_step_asks_as_much_as_its_formula_says() {
-    let size = 3;
-    let blocks = 50_usize;
+    let tolerance = Stop::Residual { tolerance: 1e-3, max_iterations: 200 };
+    for stop in [Stop::Iterations(4), Stop::Iterations(10), tolerance] {
+        for preconditioner in [PreconditionerKind::BlockJacobi, PreconditionerKind::TwoLevel] {
+            let scene = counted(preconditioner, stop);
+            let solve = advance(&mut scene.simulate(Precision::F32), 3).solve.expect("a solve");
+            let k = u64::from(solve.iterations);
+            // Residuals that are computed from a solution, where one has to be believed.
+            let again = u64::from(solve.products) - k;
+            assert_eq!(again > 0, stop == tolerance, "{solve:?}");
+            for (divides_from, is_divided) in DIVIDES_FROM.into_iter().zip([true, false]) {
+                let expected = match preconditioner {
+                    PreconditionerKind::TwoLevel if is_divided => {
+                        (2 * (k + again) + 3, 3 * k + 2 * again + 5)
+                    }
+                    PreconditionerKind::TwoLevel => (k + again + 1, 2 * k + again + 4),
+                    _ => (k + again + 1, 2 * k + again + 3),
+                };
+                for counts in asked_of(divides_from, &scene, 3, 2) {
+                    assert_eq!((counts.exchanges, counts.gathers), expected, "{divides_from}, {solve:?}");
+                }
+            }
+        }
+    }
+}
+
+/// What of a sheet goes over the borders of a rank.
+#[derive(Clone, Copy, Debug)]
+struct Borders {
+    /// Its blocks.
+    blocks: u64,
+    /// Its particles that others need, once for each of them.
+    ghosts: u64,
+    /// Its blocks that are joined to those of others, once for each of them.
+    at_border: u64,
+    /// Pairs of a block of its own and one that springs join to it, itself among them.
+    pairs: u64,
+}
+
+/// Counts from springs alone what goes over the borders of each of some ranks.
+fn borders(scene: &Scene, size: usize) -> Vec<Borders> {
+    let Scene { network, settings, .. } = scene;
+    let (model, ..) = Model::<f32>::new(network, settings).expect("it is laid out");
+    let blocks = model.count.div_ceil(model.block_size);
+    let range = |rank: usize| blocks * rank / size..blocks * (rank + 1) / size;
+    let owner = |block: usize| (0..size).find(|rank| range(*rank).contains(&block)).expect("a rank");
+    let [mut ghosts, mut at_border, mut pairs] = <[BTreeSet<[usize; 2]>; 3]>::default();
+    for spring in &network.springs {
+        let [a, b] = spring.particles.map(|particle| model.place[particle as usize] as usize);
+        for [own, other] in [[a, b], [b, a]] {
+            let [block, joined] = [own, other].map(|row| row / model.block_size);
+            pairs.extend([[block, block], [block, joined]]);
+            let to = owner(joined);
+            if to != owner(block) {
+                ghosts.insert([own, to]);
+                at_border.insert([block, to]);
+            }
+        }
+    }
+    let of = |set: &BTreeSet<[usize; 2]>, per_block: usize, rank: usize| {
+        set.iter().filter(|[own, _]| range(rank).contains(&(own / per_block))).count() as u64
+    };
+    let of_rank = |rank: usize| Borders {
+        blocks: range(rank).len() as u64,
+        ghosts: of(&ghosts, model.block_size, rank),
+        at_border: of(&at_border, 1, rank),
+        pairs: of(&pairs, 1, rank),
+    };
+    (0..size).map(of_rank).collect()
+}
+
+#[test]
+fn a_step_sends_as_many_bytes_as_its_formula_says() {
+    let (size, ks) = (3, [4, 10]);
+    let borders = borders(&counted(PreconditionerKind::TwoLevel, Stop::Iterations(ks[0])), size);
     for (divides_from, is_divided) in DIVIDES_FROM.into_iter().zip([true, false]) {
-        let of = |k: u32, preconditioner: PreconditionerKind| {
-            let mut scene = spinning(1.0, 500.0);
-            scene.settings.solver.preconditioner = preconditioner;
-            scene.settings.solver.stop = Stop::Iterations(k);
-            asked_of(divides_from, &scene, size, 2)
-        };
-        let [few, many] = [4, 10].map(|k| {
-            let counts = of(k, PreconditionerKind::TwoLevel);
-            let k = u64::from(k);
-            let expected = if is_divided { (2 * k + 3, 3 * k + 5) } else { (k + 1, 2 * k + 4) };
-            assert!(counts.iter().all(|all| (all.exchanges, all.gathers) == expected), "{k}: {counts:?}");
-            counts
-        });
-        let per_iteration = |few: &[Counts], many: &[Counts], rank: usize| {
-            [many[rank].told - few[rank].told, many[rank].bytes - few[rank].bytes].map(|bytes| bytes / 6)
-        };
-        let [few_plain, many_plain] = [4, 10].map(|k| of(k, PreconditionerKind::BlockJacobi));
-        for rank in 0..size {
-            let own = (blocks * (rank + 1) / size - blocks * rank / size) as u64;
-            let [told, sent] = per_iteration(&few, &many, rank);
-            let [plain_told, plain_sent] = per_iteration(&few_plain, &many_plain, rank);
+        let of = |kind| ks.map(|k| asked_of(divides_from, &counted(kind, Stop::Iterations(k)), size, 2));
+        let [plain, coarse] = [PreconditionerKind::BlockJacobi, PreconditionerKind::TwoLevel].map(of);
+        for (rank, borders) in borders.iter().enumerate() {
+            let Borders { blocks, ghosts, at_border, pairs } = *borders;
+            let [plain, coarse] = [&plain, &coarse].map(|of_ks| [of_ks[0][rank], of_ks[1][rank]]);
+            // Positions and velocities before the evaluation, and the direction of each iteration.
+            let of_particles = ks.map(|k| 12 * ghosts * (2 + u64::from(k)));
+            assert_eq!(plain.map(|counts| counts.bytes), of_particles, "rank {rank}");
+            // What is restricted of b and in each iteration; and once per solve blocks of the matrix.
+            let restrictions = |k: u32| if is_divided { 72 * at_border * (u64::from(k) + 1) } else { 0 };
+            let once = [0, 1].map(|i| coarse[i].bytes - of_particles[i] - restrictions(ks[i]));
+            assert!(once[0] == once[1] && once[0].is_multiple_of(648), "rank {rank}: {once:?}");
+            // Those of blocks at the border, and rows that another rank adds to the next level.
+            let is_right = if is_divided { once[0] >= 648 * at_border } else { once[0] == 0 };
+            assert!(is_right, "rank {rank}: {once:?} with {borders:?}");
+
             // Nine numbers per block, beside sums; those of r.z on the coarse space, where it is divided.
+            let [plain_told, told] = [plain, coarse].map(|[few, many]| (many.told - few.told) / 6);
             let sums = if is_divided { plain_told + plain_told / 2 } else { plain_told };
-            assert_eq!(told, sums + 72 * own, "rank {rank}");
-            let at_border = (sent - plain_sent) / 72;
-            assert_eq!(sent, plain_sent + 72 * at_border, "rank {rank}");
-            assert!(if is_divided { (4..2 * own).contains(&at_border) } else { at_border == 0 });
+            assert_eq!(told, sums + 72 * blocks, "rank {rank}");
             // Once per solve: 81 numbers for each pair of blocks that meet, or of the next level.
-            let once = |few: &Counts, told: u64| few.told - 4 * told;
-            let once = once(&few[rank], told) - once(&few_plain[rank], plain_told) - 72 * own;
-            let pairs = (once - 1 - (sums - plain_told)) / 648;
-            assert_eq!(once, 648 * pairs + 1 + (sums - plain_told), "rank {rank}");
-            let range = if is_divided { 4..2 * own } else { 4 * own..9 * own };
-            assert!(range.contains(&pairs), "{pairs} pairs of {own} blocks");
+            let once = (coarse[0].told - 4 * told) - (plain[0].told - 4 * plain_told);
+            let of_matrix = once - 72 * blocks - (sums - plain_told) - 1;
+            if is_divided {
+                let pairs = of_matrix / 648;
+                assert!(of_matrix == 648 * pairs && (4..2 * blocks).contains(&pairs), "{pairs} pairs");
+            } else {
+                assert_eq!(of_matrix, 648 * pairs, "rank {rank}");
+            }
         }
     }
 }
