@@ -76,17 +76,20 @@ fn a_stiff_scene_takes_two_levels_over_ranks_with_the_bits_of_one_process() {
     if !has_ranks() {
         return;
     }
-    // More than 64 blocks, from which on ranks divide the finest level.
-    let stiff = SMALL_SCENE.replace("[12, 12]", "[130, 130]").replace("steps = 40", "steps = 3");
-    let stiff = stiff.replace("stiffness = 200.0", "stiffness = 2e5");
     let folder = folder();
-    let scene = write_scene(folder.path(), &stiff);
-    let expected = nappe(&["run", &scene]).ok().json();
-    assert_eq!(expected["cloth"]["preconditioner"], "two_level", "what \"auto\" chooses");
-    for ranks in ["1", "2", "4"] {
-        let done = nappe(&["run", &scene, "--ranks", ranks]).ok().json();
-        assert_eq!(done["state_hash"], expected["state_hash"], "{ranks} ranks");
-        assert_eq!(done["cloth"], expected["cloth"], "{ranks} ranks");
+    // More than 64 blocks, from which on ranks divide the finest level, and 50, which they all do alike.
+    for (side, block_size) in [(130, 256), (40, 32)] {
+        let stiff = SMALL_SCENE.replace("[12, 12]", &format!("[{side}, {side}]"));
+        let stiff = stiff.replace("mass =", &format!("block_size = {block_size}\nmass ="));
+        let stiff = stiff.replace("steps = 40", "steps = 3").replace("stiffness = 200.0", "stiffness = 2e5");
+        let scene = write_scene(folder.path(), &stiff);
+        let expected = nappe(&["run", &scene]).ok().json();
+        assert_eq!(expected["cloth"]["preconditioner"], "two_level", "what \"auto\" chooses");
+        for ranks in ["1", "2", "4"] {
+            let done = nappe(&["run", &scene, "--ranks", ranks]).ok().json();
+            assert_eq!(done["state_hash"], expected["state_hash"], "{side} x {side} on {ranks} ranks");
+            assert_eq!(done["cloth"], expected["cloth"], "{side} x {side} on {ranks} ranks");
+        }
     }
 }
 
