@@ -117,6 +117,24 @@ fn ranks_of_a_job_have_the_bits_of_one_process() {
 }
 
 #[test]
+fn a_setup_of_several_pieces_reaches_all_ranks_whole() {
+    // MPI is handed 64 MiB at a time: keys of 32 bytes, the last of which are in a second piece and set the last step.
+    let mut setup = setup(40);
+    let key = |number: u32| (5e-9 * f64::from(number), [1.0, 1e-6 * f64::from(number), 0.5]);
+    setup.wind_at = (0..2_200_000).map(key).collect();
+    setup.bodies[0].network.drag = 0.01;
+    let (mut alone, _) = Simulation::new(&setup, Precision::F32).expect("a sheet");
+    let (job, mut remote) = start(3);
+    remote.build(setup, Precision::F32).expect("a sheet");
+    for _ in 0..3 {
+        let report = alone.step(&mut NoStopwatch).expect("it is stable");
+        assert_eq!(remote.step().expect("the link holds").result, Ok(report));
+    }
+    remote.end().expect("the link holds");
+    assert!(end(job));
+}
+
+#[test]
 fn a_link_that_ends_ends_the_job() {
     let (job, mut remote) = start(3);
     remote.build(setup(40), Precision::F32).expect("a sheet");
