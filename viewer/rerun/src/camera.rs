@@ -94,4 +94,22 @@ mod tests {
         // In front, towards the first side.
         assert_ne!(side(ball([0.8, 0.8, 1.3], 0.7)), [true, true]);
     }
+
+    #[test]
+    fn a_mesh_hides_what_the_ball_in_its_box_does() {
+        let (center, radius) = ([0.8_f32, 0.8, 1.3], 0.7_f32);
+        let tip = |i: usize| {
+            let mut at = center;
+            at[i / 2] += if i.is_multiple_of(2) { radius } else { -radius };
+            at
+        };
+        let points = (0..6).flat_map(tip).flat_map(f32::to_le_bytes);
+        let triangles =
+            [[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]];
+        let triangles = triangles.into_iter().flatten().flat_map(u32::to_le_bytes);
+        let (points_f32, triangles_u32) = (points.collect::<Vec<u8>>(), triangles.collect::<Vec<u8>>());
+        let mesh = v1::MeshShape { points_f32: points_f32.into(), triangles_u32: triangles_u32.into() };
+        let ball = v1::SphereShape { center: vector(center.map(f64::from)), radius: f64::from(radius) };
+        assert_eq!(side(Shape::Mesh(mesh)), side(Shape::Sphere(ball)));
+    }
 }

@@ -17,6 +17,8 @@ pub(crate) enum Extent {
     Rod { start: [f32; 3], end: [f32; 3], radius: f32 },
     /// A box with its own axes, one per row.
     Box { center: [f32; 3], half: [f32; 3], axes: [[f32; 3]; 3] },
+    /// The ellipsoid in a box along the world's axes, or what reaches as far.
+    Ellipsoid(Bounds),
     /// A half-space or the like, which the scene cannot hold.
     Endless,
 }
@@ -40,6 +42,12 @@ impl Extent {
                 add_ball(end, radius);
             }
             Self::Box { center, half, .. } => add_ball(center, length(half)),
+            Self::Ellipsoid(held) => {
+                let corners = held.corners();
+                for corner in [corners[0], corners[7]] {
+                    scene.add(bodies.nearest(corner, REACH));
+                }
+            }
             Self::Endless => {}
         }
     }
@@ -59,6 +67,15 @@ impl Extent {
                     let center = along(start, ball as f32 / (BALLS - 1) as f32, step);
                     meets_ball(eye, at, center, radius)
                 })
+            }
+            Self::Ellipsoid(held) => {
+                // As a ball of radius 1.
+                let (center, corner) = (held.center(), held.corners()[7]);
+                let local = |point: [f32; 3]| {
+                    let from_center = minus(point, center);
+                    std::array::from_fn(|axis| from_center[axis] / (corner[axis] - center[axis]))
+                };
+                meets_ball(local(eye), local(at), [0.0; 3], 1.0)
             }
             Self::Endless => false,
         }

@@ -19,6 +19,7 @@ mod snow_plots;
 mod body;
 mod grid;
 mod ground;
+mod facets;
 mod extent;
 mod outline;
 mod collider;

@@ -3,10 +3,11 @@
 //! Enters: the contract's shape, checked by the client. Leaves: an [`Outline`], after which no shape is told
 //! from another but by these parts. To add a shape: its arm in [`Outline::of`].
 
-use nappe_client::{Shape, components, v1::Vector3};
+use nappe_client::{Shape, components, mesh_points, mesh_triangles, v1::Vector3};
 
 use crate::{
     extent::Extent,
+    facets::Facets,
     geometry::{cross, length, minus, narrow, tangents, unit},
     ground::{Ground, Trough},
     sdk::{AsComponents, Boxes3D, Capsules3D, Color, Cylinders3D, Ellipsoids3D, FillMode},
@@ -69,6 +70,15 @@ impl Outline {
                 let drawn = Cylinders3D::from_lengths_and_radii([length], [drawn(s.radius)]);
                 let drawn = drawn.with_colors([solid()]).with_fill_mode(FULL);
                 Self::rod([s.start, s.end], s.radius, 0.5, drawn)
+            }
+            Shape::Mesh(s) => {
+                let facets = Facets::of(&mesh_points(s), &mesh_triangles(s));
+                Self {
+                    origin: facets.bounds.center().map(f64::from),
+                    axes: None,
+                    extent: Extent::Ellipsoid(facets.bounds),
+                    drawing: Drawing::Solid(Box::new(facets.mesh().with_albedo_factor(*solid()))),
+                }
             }
             Shape::HalfPipe(s) => {
                 let [point, axis, up] = [s.point, s.axis, s.up].map(direction);

@@ -30,6 +30,7 @@ fn scene() -> Topology {
         ("box", Shape::Box(v1::BoxShape { center: start, half_extent, axis_x: x, axis_y: y })),
         ("cylinder", Shape::Cylinder(v1::CylinderShape { start, end, radius })),
         ("pipe", Shape::HalfPipe(v1::HalfPipeShape { point: None, axis: z, up: y, radius: 3.0 })),
+        ("pyramid", Shape::Mesh(pyramid())),
         ("floor", Shape::Plane(v1::PlaneShape { point: vector([0.0, -1.0, 0.0]), normal: y })),
     ];
     let collider = |(name, shape): (&str, Shape)| {
@@ -38,6 +39,16 @@ fn scene() -> Topology {
     };
     let colliders = shapes.map(collider).to_vec();
     Topology { id: 1, particle_count: COUNT, bodies: vec![block], colliders }
+}
+
+/// Four triangles over four points.
+fn pyramid() -> v1::MeshShape {
+    let points = [[2.0_f32, 0.0, 0.0], [3.0, 0.0, 0.0], [2.0, 1.0, 0.0], [2.0, 0.0, 1.0]];
+    let triangles = [[0_u32, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
+    let points = points.into_iter().flatten().flat_map(f32::to_le_bytes);
+    let triangles = triangles.into_iter().flatten().flat_map(u32::to_le_bytes);
+    let (points_f32, triangles_u32) = (points.collect::<Vec<u8>>(), triangles.collect::<Vec<u8>>());
+    v1::MeshShape { points_f32: points_f32.into(), triangles_u32: triangles_u32.into() }
 }
 
 /// Two rows of nodes, one above the other in every second frame, side by side, as in a slice, in the others.
@@ -122,9 +133,13 @@ fn a_file_holds_snow_its_grid_and_its_diagnostics_on_both_timelines() {
             assert_eq!(recorded.count(entity, timeline), 2, "{entity}: two bounds bind");
         }
     }
-    for still in ["1_box", "2_cylinder", "3_pipe", "4_floor"] {
+    for still in ["1_box", "2_cylinder", "3_pipe", "4_pyramid", "5_floor"] {
         let entity = format!("/world/colliders/{still}");
         assert_eq!((recorded.count(&entity, ""), recorded.count(&entity, "step")), (2, 0), "{entity}");
+    }
+    for part in ["vertex_positions", "vertex_normals", "triangle_indices", "albedo_factor"] {
+        let component = ("/world/colliders/4_pyramid".to_owned(), format!("Mesh3D:{part}"), true);
+        assert!(recorded.components.contains(&component), "{part} of a mesh");
     }
     let cloth = recorded.rows.keys().find(|(entity, _)| entity == "/plots/stretch");
     assert_eq!(cloth, None, "there is no cloth");
