@@ -4,7 +4,7 @@
 
 use base64::{Engine as _, engine::general_purpose::STANDARD};
 use nappe_client::{
-    Body, Collider, Shape, Topology, components,
+    Body, Collider, Shape, Topology, components, mesh_triangles,
     packed::{Effort, pack},
     v1,
 };
@@ -94,6 +94,9 @@ fn collider(collider: &Collider) -> Option<Value> {
         Shape::Cylinder(s) => {
             json!({ "kind": "cylinder", "start": at(s.start), "end": at(s.end), "radius": s.radius })
         }
+        Shape::Mesh(s) => json!({
+            "kind": "mesh", "points": STANDARD.encode(&s.points_f32), "triangles": indices(&mesh_triangles(s)),
+        }),
         Shape::HalfPipe(s) => json!({
             "kind": "half_pipe", "point": at(s.point), "axis": at(s.axis), "up": at(s.up), "radius": s.radius,
         }),
