@@ -61,9 +61,10 @@ export function hides(shape: ColliderShape, eye: Vector, at: Vector): boolean {
       return crosses(local(eye), local(at), shape.half_extent);
     }
     case 'mesh': {
+      // The ellipsoid in its box, as a ball of radius 1.
       const half = along([0, 0, 0], 0.5, minus(shape.high, shape.low));
-      const center = along(shape.low, 1, half);
-      return crosses(minus(eye, center), minus(at, center), half);
+      const [from, to] = [eye, at].map((point) => minus(point, along(shape.low, 1, half)).map((part, axis) => part / half[axis]) as unknown as Vector);
+      return meetsBall(from, to, [0, 0, 0], 1);
     }
     case 'plane':
     case 'half_pipe':
@@ -72,7 +73,7 @@ export function hides(shape: ColliderShape, eye: Vector, at: Vector): boolean {
 }
 
 /** Whether a segment goes through the box of a half extent around the origin, and does not end in it. */
-function crosses(from: readonly number[], to: readonly number[], half: Vector): boolean {
+function crosses(from: number[], to: number[], half: Vector): boolean {
   let enter = 0;
   let leave = 1;
   for (let axis = 0; axis < 3; axis++) {

@@ -3,7 +3,7 @@
 // Enters: messages of the contract, whose indices and numbers the client has checked. Leaves: what a view draws.
 
 import {
-  type ColliderShape as Shape, type Diagnostics as Reported, type Topology, type Vector3, surface,
+  type ColliderShape as Shape, type Diagnostics as Reported, type Topology, type Vector3, meshOf,
 } from '../../../client/typescript/src/index.ts';
 import { meshShape } from './extent.ts';
 import { type Body, type Collider, type ColliderShape, type Diagnostics, type Scene, type Vector, isPoints } from './scene.ts';
@@ -55,7 +55,7 @@ function shapeOf(shape: Shape['shape']): ColliderShape | null {
       return { kind: 'half_pipe', point: vector(point), axis: vector(axis), up: vector(up), radius };
     }
     case 'mesh': {
-      const { points, triangles } = surface(shape.value);
+      const { points, triangles } = meshOf(shape.value);
       return meshShape(points, triangles);
     }
     default:

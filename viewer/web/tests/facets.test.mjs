@@ -20,7 +20,7 @@ function drawn(solid, origin = [0, 0, 0]) {
 
 test('a box has six flat sides, a little within the solid', () => {
   const half = [2, 1, 3];
-  const { positions, normals } = drawn(box(half));
+  const { positions, normals } = drawn(box([0, 0, 0], half));
   assert.equal(positions.length, 24, 'three normals at each corner');
   for (const normal of normals) assert.deepEqual([...normal].map(Math.abs).sort(), [0, 0, 1]);
   for (const at of positions) {
@@ -58,7 +58,7 @@ test('a thin part is not turned inside out', () => {
   // A needle of 1 mm on a ball of 1 m.
   const solid = ball([0, 0, 0], 1, 2);
   const first = solid.points.length;
-  const needle = box([0.0005, 1.5, 0.0005]);
+  const needle = box([0, 0, 0], [0.0005, 1.5, 0.0005]);
   solid.points.push(...needle.points);
   solid.triangles.push(...needle.triangles.map((triangle) => triangle.map((index) => index + first)));
   const { positions, triangles } = drawn(solid);
@@ -69,7 +69,7 @@ test('a thin part is not turned inside out', () => {
 });
 
 test('points of no triangle do not count, and a triangle of no area does no harm', () => {
-  const solid = box([1, 1, 1]);
+  const solid = box([0, 0, 0], [1, 1, 1]);
   solid.points.unshift([1000, 0, 0], [0, -1000, 0]);
   solid.triangles = [...solid.triangles.map((triangle) => triangle.map((index) => index + 2)), [2, 2, 3]];
   const { low, high } = shape(solid);

@@ -1,5 +1,5 @@
-// Opens recordings that are cut off, empty, hostile, or of a run that failed, and browsers that lack something:
-// node tests/odd.mjs FILE.html.
+// Opens recordings that are cut off, empty, hostile, or of a run that failed, or whose colliders are meshes, and browsers
+// that lack something: node tests/odd.mjs FILE.html.
 // FILE is a recording of several blocks. CHROMIUM names the browser.
 
 import assert from 'node:assert/strict';
@@ -8,9 +8,15 @@ import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { pathToFileURL } from 'node:url';
 import { chromium } from 'playwright-core';
-import { sample } from './sample.mjs';
+import UPNG from 'upng-js';
+import { mesh, sample } from './sample.mjs';
+import { ball } from './solids.mjs';
 
 const CUTS = 20;
+/** Two colours are another if red, green or blue differ by more, of 255. */
+const OTHER = 24;
+/** From above one side, at the first frame. */
+const VIEW = '#t=0&view=3,2,4,0,0.6,0.5';
 const ELEMENT = /<script type="application\/json" class="nappe-(\w+)">(.*)<\/script>\n/g;
 
 const text = await readFile(process.argv[2], 'utf8');
@@ -29,6 +35,7 @@ try {
   await hostile();
   await ended();
   await scaled();
+  await meshes();
   await lacking();
   console.log(JSON.stringify({ cuts: CUTS, blocks: elements.filter(({ kind }) => kind === 'block').length }));
 } finally {
@@ -36,8 +43,8 @@ try {
   await rm(folder, { recursive: true });
 }
 
-/** What a page says of a file: its frames, its message, its plots, and whether a script of the file ran. */
-async function opened(content, before = () => {}, then = () => null) {
+/** What a page says of a file: its frames, its message, its plots, its picture, and whether a script of the file ran. */
+async function opened(content, before = () => {}, then = () => null, hash = '') {
   const file = join(folder, 'odd.html');
   await writeFile(file, content);
   const page = await browser.newPage({ viewport: { width: 820, height: 500 } });
@@ -45,7 +52,7 @@ async function opened(content, before = () => {}, then = () => null) {
   page.on('pageerror', (error) => errors.push(String(error)));
   page.on('dialog', (dialog) => { errors.push('a script of the file ran'); void dialog.dismiss(); });
   await page.addInitScript(before);
-  await page.goto(pathToFileURL(file).href);
+  await page.goto(pathToFileURL(file).href + hash);
   const frames = await page.evaluate(async () => {
     await window.nappe?.ready;
     return window.nappe?.frameCount ?? 0;
@@ -55,9 +62,10 @@ async function opened(content, before = () => {}, then = () => null) {
   const banner = (await page.isVisible('#banner')) ? await page.textContent('#failure') : '';
   const plots = await page.evaluate(() => [...document.querySelectorAll('.plot .uplot')].map((plot) => plot.getAttribute('aria-label')));
   const more = await page.evaluate(then);
+  const picture = frames > 0 ? await page.locator('#canvas').screenshot() : null;
   await page.close();
   assert.deepEqual(errors, []);
-  return { frames, message, body, banner, plots, more };
+  return { frames, message, body, banner, plots, more, picture };
 }
 
 async function cuts() {
@@ -151,6 +159,44 @@ async function scaled() {
     return legend();
   });
   assert.equal(more, '0 58.5', 'the largest speed is 39 x 1.5');
+}
+
+/** A ball of triangles is seen as an exact one, where the light falls on it too; what is no mesh is said. */
+async function meshes() {
+  const recording = sample(text.slice(0, start), { frames: 2, side: 8 });
+  const [line, json] = recording.match(/<script type="application\/json" class="nappe-head">(.*)<\/script>\n/);
+  const head = JSON.parse(json);
+  const seen = async (...shapes) => {
+    const colliders = shapes.map((shape, index) => ({ name: `${index}`, velocity: [0, 0, 0], shape }));
+    return opened(recording.replace(line, () => element('head', { ...head, colliders })), undefined, undefined, VIEW);
+  };
+  const plane = { kind: 'plane', point: [0, 0, 0], normal: [0, 1, 0] };
+  const bare = await seen(plane);
+  const [center, radius] = [[-0.2, 0.6, 0.5], 0.4];
+  const [exact, made] = [await seen(plane, { kind: 'sphere', center, radius }), await seen(plane, mesh(ball(center, radius, 4)))];
+  const [shown, apart] = [share(bare.picture, exact.picture), share(exact.picture, made.picture)];
+  assert.ok(shown > 0.03 && apart < 0.05 * shown, `${shown} of the pixels show the ball, and ${apart} differ from it`);
+
+  const whole = mesh(ball(center, radius, 0));
+  const broken = {
+    'collider 0 has no triangles': { ...whole, triangles: null },
+    'triangles of collider 0 name points that it has not': { ...whole, points: mesh({ points: [[0, 0, 0]], triangles: [[0, 0, 0]] }).points },
+    'points of collider 0 take 16 bytes, no multiple of 12': { ...whole, points: Buffer.alloc(16).toString('base64') },
+    'a point of collider 0 is not finite': mesh({ points: [[0, 0, NaN], [1, 0, 0], [0, 1, 0]], triangles: [[0, 1, 2]] }),
+  };
+  for (const [what, shape] of Object.entries(broken)) {
+    const { frames, message } = await seen(shape);
+    assert.ok(frames === 0 && message.includes(what), `${what}: ${message}`);
+  }
+}
+
+/** Share of the pixels whose colours differ. */
+function share(one, other) {
+  const [a, b] = [one, other].map((png) => new Uint8Array(UPNG.toRGBA8(UPNG.decode(png))[0]));
+  assert.equal(a.length, b.length);
+  let differ = 0;
+  for (let at = 0; at < a.length; at += 4) differ += [0, 1, 2].some((color) => Math.abs(a[at + color] - b[at + color]) > OTHER) ? 1 : 0;
+  return (4 * differ) / a.length;
 }
 
 async function lacking() {

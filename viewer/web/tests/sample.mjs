@@ -4,6 +4,7 @@
 import { readFileSync, writeFileSync } from 'node:fs';
 import { parseArgs } from 'node:util';
 import { pack } from '../../../client/typescript/tests/pack.mjs';
+import { torus } from './solids.mjs';
 
 const KEY_EVERY = 12;
 const DT = 1 / 60;
@@ -18,6 +19,11 @@ function packed(rows) {
   const components = rows[0].length;
   return { count: rows.length, data: base64(pack(Int32Array.from(rows.flat()), rows.length, components)) };
 }
+
+/** A closed surface as a shape of the head. */
+export const mesh = ({ points, triangles }) => (
+  { kind: 'mesh', points: base64(Float32Array.from(points.flat()).buffer), triangles: packed(triangles) }
+);
 
 function clothTriangles(side) {
   const triangles = [];
@@ -79,6 +85,7 @@ function colliders(far, shapes) {
     { name: 'box', velocity: still, shape: { kind: 'box', center: at(0.7, 0.25, -1.2), half_extent: [0.4, 0.25, 0.2], axis_x: [Math.SQRT1_2, 0, Math.SQRT1_2], axis_y: [0, 1, 0] } },
     { name: 'cylinder', velocity: still, shape: { kind: 'cylinder', start: at(-1.4, 0, -1), end: at(-1.4, 0.7, -0.8), radius: 0.2 } },
     { name: 'pipe', velocity: still, shape: { kind: 'half_pipe', point: at(0, 0, -2.4), axis: [1, 0, 0], up: [0, 1, 0], radius: 0.6 } },
+    { name: 'ring', velocity: [0, 0, 0.2], shape: mesh(torus(at(1.5, 0.3, 1), 0.35, 0.12, 32, 16)) },
   ];
 }
 

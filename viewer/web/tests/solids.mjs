@@ -1,8 +1,8 @@
 // Closed surfaces for tests: points (m), and triangles turned outwards.
 
 /** A box of 12 triangles. */
-export function box([x, y, z]) {
-  const points = Array.from({ length: 8 }, (_, i) => [i & 1 ? x : -x, i & 2 ? y : -y, i & 4 ? z : -z]);
+export function box(center, [x, y, z]) {
+  const points = Array.from({ length: 8 }, (_, i) => [i & 1 ? x : -x, i & 2 ? y : -y, i & 4 ? z : -z].map((part, axis) => part + center[axis]));
   const sides = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
   return { points, triangles: sides.flatMap(([a, b, c, d]) => [[a, b, c], [a, c, d]]) };
 }
