@@ -138,6 +138,52 @@ fn texts_cannot_leave_their_place_and_an_error_that_is_allowed_is_kept() {
     assert_eq!(page.frames().len(), 21);
 }
 
+/// Four points and four triangles.
+const PYRAMID: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+
+#[test]
+fn a_mesh_collider_is_in_the_head_with_its_points_and_triangles() {
+    let here = folder();
+    fs::write(here.path().join("pyramid.obj"), PYRAMID).expect("the mesh is written");
+    let collider = r#"
+[[collider]]
+name = "pyramid"
+mesh = { file = "pyramid.obj", transform = { scale = 0.1, translate = [2, -1, 0] } }
+velocity = [0, 0.5, 0]
+"#;
+    let scene = write_scene(here.path(), &format!("{SMALL_SCENE}{collider}"));
+    nappe_in(here.path(), &["run", &scene, "--steps", "2", "--save", "page.html"]).ok();
+    let page = Page::read(&here.path().join("page.html"));
+    let collider = &page.head["colliders"][0];
+    assert_eq!((&collider["name"], &collider["velocity"][1]), (&"pyramid".into(), &0.5.into()));
+    let shape = &collider["shape"];
+    assert_eq!(shape["kind"], "mesh");
+
+    let bytes = |value: &Value| STANDARD.decode(value.as_str().expect("a text")).expect("base64");
+    let packed = bytes(&shape["points"]);
+    let (words, _) = packed.as_chunks::<4>();
+    let numbers: Vec<f32> = words.iter().map(|word| f32::from_le_bytes(*word)).collect();
+    let (points, _) = numbers.as_chunks::<3>();
+    let mut sorted = points.to_vec();
+    sorted.sort_by(|a, b| a.partial_cmp(b).expect("numbers"));
+    assert_eq!(sorted, [[2.0, -1.0, 0.0], [2.0, -1.0, 0.1], [2.0, -0.9, 0.0], [2.1, -1.0, 0.0]]);
+
+    assert_eq!(shape["triangles"]["count"], 4);
+    let corners = unpack(&bytes(&shape["triangles"]["data"]), 4, 3, None).expect("a packed array");
+    let (triangles, _) = corners.as_chunks::<3>();
+    // Six times the volume, which is above 0 where triangles are turned outwards.
+    let volume: f32 =
+        triangles.iter().map(|triangle| six_volumes(triangle.map(|i| points[i as usize]))).sum();
+    assert!((volume - 1e-3).abs() < 1e-6, "{volume}");
+}
+
+/// Six times the volume between a triangle and the origin.
+fn six_volumes([a, b, c]: [[f32; 3]; 3]) -> f32 {
+    a[0] * (b[1] * c[2] - b[2] * c[1])
+        + a[1] * (b[2] * c[0] - b[0] * c[2])
+        + a[2] * (b[0] * c[1] - b[1] * c[0])
+}
+
 #[test]
 fn scenes_that_reach_far_are_kept_as_finely_as_they_can_be() {
     let here = folder();
