@@ -55,7 +55,8 @@ function rows(session: Session): [string, string][] {
   const { snowParticleCount: snow, particleCount, stepLimit, notices } = { ...session, notices: session.diagnostics?.notices };
   const doubts: [string, bigint][] = notices === undefined ? [] : [
     ['Solves cut short', notices.cappedSolves], ['Indefinite solves', notices.indefiniteSolves],
-    ['Particles through colliders', notices.passedParticles], ['Steps taken again', notices.rejectedSteps],
+    ['Particles through colliders', notices.passedParticles], ['Pinched particles', notices.pinchedParticles],
+    ['Steps taken again', notices.rejectedSteps],
   ];
   const known: [string, string | null][] = [
     ['Id', session.sessionId],

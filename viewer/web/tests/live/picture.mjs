@@ -36,6 +36,7 @@ export async function picture({ browser, server, line, pictures }) {
   await colors(light, server);
   await shoot(light.page, 'session-light');
   await light.close();
+  await mesh(browser, server, line);
   await narrow(browser, line, shoot);
   return { first_ms: Math.round(first), lit_share: Number(lit.toFixed(3)), pictures_per_second: perSecond, renderer };
 }
@@ -115,6 +116,25 @@ async function colors(tab, server) {
   await eventually(() => page.evaluate(() => window.nappe.session.newest.fields.plastic_ratio !== undefined), 'frames have them');
   await page.keyboard.press('c');
   assert.equal(await page.isVisible('#legend'), false);
+}
+
+/** A collider of triangles is drawn: without it, pixels are others. */
+async function mesh(browser, server, line) {
+  await server.client.create({ scene: 'cloth_on_torus', sessionId: 'ring', stepLimit: 0n });
+  const tab = await open(browser, `${line.address}?session=ring`, { viewport: { width: 800, height: 600 }, colorScheme: 'dark' });
+  await tab.ready();
+  const { kinds, share } = await tab.page.evaluate(() => {
+    const { stage, view } = window.nappe.session.picture;
+    const meshes = view.scene.colliders.flatMap(({ shape }, index) => (shape.kind === 'mesh' ? [view.colliders.objects[index]] : []));
+    const shown = stage.pixels();
+    for (const mesh of meshes) mesh.visible = false;
+    const bare = stage.pixels();
+    for (const mesh of meshes) mesh.visible = true;
+    const others = shown.filter((value, at) => at % 4 === 1 && Math.abs(value - bare[at]) > 16);
+    return { kinds: view.scene.colliders.map(({ shape }) => shape.kind), share: others.length / (shown.length / 4) };
+  });
+  assert.ok(kinds.includes('mesh') && share > 0.005, `${kinds}: ${share} of the pixels show it`);
+  await tab.close();
 }
 
 /** 360 pixels of width: nothing is cut off, and all that is pressed is large enough. */
