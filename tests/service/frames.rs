@@ -2,7 +2,7 @@
 
 use std::{collections::BTreeMap, time::Duration};
 
-use nappe_proto::v1::{self, watch_frames_response::Event};
+use nappe_proto::v1::{self, collider_shape::Shape, watch_frames_response::Event};
 use tokio_stream::StreamExt as _;
 use tonic::{Status, Streaming};
 
@@ -91,6 +91,7 @@ impl Watch {
             let piece = first_piece(&mut stream).await;
             assert_eq!(piece.chunk, Some(v1::Chunk { index, count }));
             piece.bodies.into_iter().for_each(|body| append(&mut topology.bodies, body));
+            piece.colliders.into_iter().for_each(|part| append_collider(&mut topology.colliders, part));
         }
         Self { topology, topology_piece_count: count, changes: Vec::new(), stream }
     }
@@ -191,6 +192,20 @@ fn append(bodies: &mut Vec<v1::BodyTopology>, part: v1::BodyTopology) {
             body.springs_u32 = [&body.springs_u32[..], &part.springs_u32].concat().into();
             body.pins_u32 = [&body.pins_u32[..], &part.pins_u32].concat().into();
             body.uv_f32 = [&body.uv_f32[..], &part.uv_f32].concat().into();
+        }
+    }
+}
+
+/// Adds a collider, or the next bytes of the last one.
+fn append_collider(colliders: &mut Vec<v1::ColliderShape>, part: v1::ColliderShape) {
+    match colliders.last_mut().filter(|collider| collider.name == part.name) {
+        None => colliders.push(part),
+        Some(collider) => {
+            let (Some(Shape::Mesh(mesh)), Some(Shape::Mesh(part))) = (&mut collider.shape, part.shape) else {
+                panic!("only a mesh continues");
+            };
+            mesh.points_f32 = [&mesh.points_f32[..], &part.points_f32].concat().into();
+            mesh.triangles_u32 = [&mesh.triangles_u32[..], &part.triangles_u32].concat().into();
         }
     }
 }

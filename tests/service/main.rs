@@ -15,6 +15,7 @@ mod upload_mesh;
 mod unary_uploads;
 mod watch_frames;
 mod snow_sessions;
+mod mesh_colliders;
 mod grid_nodes;
 mod resuming_watchers;
 mod watch_journal;
