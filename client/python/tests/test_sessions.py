@@ -106,6 +106,35 @@ def test_meshes_come_as_arrays_and_with_scene_files(server: nappe.Server, tmp_pa
         assert next(session.frames()).body("sheet").triangles.shape == (32, 3)
 
 
+def test_a_mesh_collider_comes_with_its_arrays(server: nappe.Server) -> None:
+    points = np.array([(0, -3, 0), (0.1, -3, 0), (0, -2.9, 0), (0, -3, 0.1)])
+    triangles = np.array([(0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)])
+    uploaded = server.upload(points, triangles, name="tetrahedron")
+    text = """version = 1
+dt = 0.001
+
+[[body]]
+name = "sheet"
+mesh = { grid = [4, 4], spacing = 0.1 }
+mass = { particle = 0.01 }
+[body.springs]
+stretch = { stiffness = 10 }
+
+[[collider]]
+name = "solid"
+mesh = { upload = "ID" }
+velocity = [0, 0, 0.5]
+"""
+    with server.create(text.replace("ID", uploaded.mesh_id)) as session:
+        (collider,) = next(session.frames()).topology.colliders
+        assert (collider.name, collider.kind, collider.velocity) == ("solid", "mesh", (0.0, 0.0, 0.5))
+        assert np.array_equal(collider.shape["points"], points.astype(np.float32))
+        assert np.array_equal(collider.shape["triangles"], triangles)
+        session.step(2)
+        told = session.refresh().info.diagnostics
+        assert told is not None and told.notices.pinched_particles == 0
+
+
 def shipped_like(folder: Path) -> Path:
     """A scene file beside its mesh."""
     path = folder / "sheet.toml"
