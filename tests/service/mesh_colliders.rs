@@ -1,5 +1,5 @@
-//! Mesh colliders as a client meets them that knows the contract alone, and as the client library does: their arrays come
-//! over several pieces of a topology, and are those that were uploaded, in binary32.
+//! Mesh colliders as they reach a client of the contract alone, and the client library: arrays that come over several
+//! pieces of a topology are those that were uploaded, in binary32.
 
 use std::{
     collections::BTreeSet,
