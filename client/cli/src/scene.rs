@@ -6,7 +6,7 @@
 use std::{collections::BTreeMap, path::Path};
 
 use nappe_client::{Client, ClientError, MeshUpload, Scene as Sent, v1};
-use nappe_scene::{Body, Mesh, Scene, files, suggestion};
+use nappe_scene::{Body, ColliderText, Mesh, Scene, files, suggestion};
 use nappe_sim::mesh::TriangleMesh;
 use serde::Serialize;
 
@@ -179,16 +179,20 @@ impl Input {
         Ok(created.session)
     }
 
-    /// A warning about a body, with the file of its mesh if it has one.
+    /// A warning about a body or a collider, with the file of its mesh if it has one.
     fn with_file(&self, warning: &str) -> String {
         let Self::Written(written) = self else { return warning.to_owned() };
-        let named = |body: &Body| {
-            let Mesh::File { file, .. } = &body.mesh else { return None };
-            let name = format!("body '{}'", body.name);
+        let named = |what: &str, name: &str, mesh: &Mesh| {
+            let Mesh::File { file, .. } = mesh else { return None };
+            let name = format!("{what} '{name}'");
             let rest = warning.strip_prefix(&name)?.strip_prefix(": ")?;
             Some(format!("{name} ({file}): {rest}"))
         };
-        written.scene.bodies.iter().find_map(named).unwrap_or_else(|| warning.to_owned())
+        let of_body = |body: &Body| named("body", &body.name, &body.mesh);
+        let of_collider = |collider: &ColliderText| named("collider", &collider.name, &collider.mesh()?.mesh);
+        let Scene { bodies, colliders, .. } = &written.scene;
+        let found = bodies.iter().find_map(of_body).or_else(|| colliders.iter().find_map(of_collider));
+        found.unwrap_or_else(|| warning.to_owned())
     }
 
     /// A refusal of the scene, in which it is called as the command line calls it.

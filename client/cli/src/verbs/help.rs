@@ -20,14 +20,13 @@ pub(super) const GROUPS: [(&str, &[&str]); 4] = [
         ],
     ),
     ("Study methods and parameters", &["chart", "plan", "stability", "sweep"]),
-    ("Tools", &["mesh", "bench", "completions"]),
+    ("Tools", &["mesh", "check", "bench", "completions"]),
 ];
 
 /// Below the groups.
 pub(super) const BELOW: &str = "\
-`nappe VERB --help` says more, with examples; `nappe` alone is `nappe demo`.
-`nappe run flag --save flag.html` keeps a page that any browser opens.
-`nappe --version` says the version, the commit and the processor level.
+`nappe VERB --help` says more, with examples; `nappe --version` says which one.
+`nappe` alone is `nappe demo`; `nappe run flag --save flag.html` keeps a page.
 
 Exit codes: 0 done, 1 failed, 2 wrong command line, 3 the simulation diverged,
 4 no server answers, 5 the server refused, 130 ended by Ctrl-C or a signal.";

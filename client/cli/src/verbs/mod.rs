@@ -9,6 +9,7 @@ mod run;
 mod mecasim;
 mod scenes;
 mod mesh;
+mod check;
 mod serve;
 mod connect;
 mod create;
@@ -60,6 +61,7 @@ enum Verb {
     Mecasim(mecasim::MecasimArgs),
     Scenes(scenes::ScenesArgs),
     Mesh(mesh::MeshArgs),
+    Check(check::CheckArgs),
     Serve(serve::ServeArgs),
     Connect(connect::ConnectArgs),
     Create(create::CreateArgs),
@@ -117,6 +119,7 @@ pub(crate) fn run(cli: &Cli) -> Result<()> {
         Some(Verb::Mecasim(args)) => mecasim::run(args),
         Some(Verb::Scenes(args)) => scenes::run(args),
         Some(Verb::Mesh(args)) => mesh::run(args),
+        Some(Verb::Check(args)) => check::run(args),
         Some(Verb::Serve(args)) => serve::run(args),
         Some(Verb::Connect(args)) => connect::run(args),
         Some(Verb::Create(args)) => create::run(args),

@@ -60,7 +60,7 @@ fn bash_completes_verbs_options_and_scenes() {
     let offered = |words: &[&str]| in_bash(&folder, NOBODY, words);
     assert_eq!(offered(&["nappe", "mec"]), ["mecasim"]);
     assert!(!offered(&["nappe", ""]).iter().any(|word| word == "--steps"), "of the demo");
-    for verb in ["run", "create", "chart", "plan", "stability", "sweep", "scenes"] {
+    for verb in ["run", "create", "chart", "plan", "stability", "sweep", "scenes", "check"] {
         assert_eq!(offered(&["nappe", verb, "two_snow"]), ["two_snowballs"], "{verb}");
         assert!(offered(&["nappe", verb, ""]).len() > 5, "{verb}");
     }

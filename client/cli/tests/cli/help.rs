@@ -7,7 +7,7 @@ const GROUPS: [(&str, usize); 4] = [
     ("Compute in this command:", 4),
     ("A server and its sessions:", 15),
     ("Study methods and parameters:", 4),
-    ("Tools:", 3),
+    ("Tools:", 4),
 ];
 
 /// What `nappe` writes for an argument on a terminal of so many columns.
@@ -93,7 +93,7 @@ fn the_help_says_every_exit_code_and_where_to_read_on() {
 fn verbs_that_print_take_json() {
     for verb in [
         "run", "mecasim", "scenes", "create", "list", "play", "pause", "step", "update", "changes", "fork",
-        "watch", "stop", "delete", "serve", "connect", "view", "demo",
+        "watch", "stop", "delete", "serve", "connect", "view", "demo", "check",
     ] {
         assert!(nappe(&[verb, "--help"]).ok().stdout.contains("--json"), "{verb}");
     }

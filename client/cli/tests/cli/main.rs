@@ -12,6 +12,7 @@ mod kept;
 mod ply_frames;
 mod colliders;
 mod mesh;
+mod check;
 mod mecasim;
 mod service;
 #[cfg(target_os = "linux")]

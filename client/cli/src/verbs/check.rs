@@ -1,0 +1,103 @@
+//! `nappe check`: a scene is read and built and not computed; what it holds, and what is wrong with it.
+
+use clap::Args;
+use nappe_scene::{Built, Scene, SceneLimits};
+use nappe_sim::{math::four_digits, world::Simulation};
+use serde::Serialize;
+
+use crate::{
+    error::{CliError, Result},
+    meshes,
+    output::{self, Column, Format, OutputArgs},
+    study::Source,
+};
+
+/// Check a scene without computing it
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Examples:
+  nappe check my.toml          every error with its line; else particles, springs and meshes of colliders
+  nappe check my.toml --json   one object, with the warnings
+
+Of each collider that is a mesh it says the triangles, the holes that close_holes filled, and the volume.")]
+pub(crate) struct CheckArgs {
+    /// A shipped scene's name, or a scene file (.toml) with its meshes beside it
+    scene: String,
+    #[command(flatten)]
+    output: OutputArgs,
+}
+
+/// What a scene without errors holds. Names stay.
+#[derive(Debug, Serialize)]
+struct Checked<'a> {
+    scene: &'a str,
+    particles: usize,
+    springs: usize,
+    colliders: Vec<Collider>,
+    warnings: Vec<String>,
+}
+
+/// A collider that is a mesh.
+#[derive(Debug, Serialize)]
+struct Collider {
+    name: String,
+    triangles: usize,
+    holes_closed: usize,
+    /// Volume (m³).
+    volume: f64,
+}
+
+/// Runs `nappe check`.
+///
+/// # Errors
+/// When the scene or a mesh of it cannot be read, or no simulation can be made of it.
+pub(crate) fn run(args: &CheckArgs) -> Result<()> {
+    let scene = Scene::parse(&Source::text(&args.scene)?, &args.scene)?;
+    let Built { setup, initial_changes: _, collider_solids, mut warnings } =
+        scene.build(&Source::meshes(&args.scene), &SceneLimits::default())?;
+    // Steps that are too long are known once a simulation is made.
+    let (simulation, odd) = Simulation::new(&setup, scene.precision).map_err(CliError::failure)?;
+    warnings.extend(odd);
+
+    let colliders = collider_solids.into_iter().map(|solid| Collider {
+        name: solid.name,
+        triangles: solid.triangles,
+        holes_closed: solid.holes_closed,
+        volume: solid.volume,
+    });
+    let checked = Checked {
+        scene: &args.scene,
+        particles: simulation.particle_count(),
+        springs: setup.bodies.iter().map(|body| body.network.springs.len()).sum(),
+        colliders: colliders.collect(),
+        warnings,
+    };
+    meshes::note(&checked.warnings);
+    match args.output.format() {
+        Format::Json => output::json(&checked),
+        Format::Text => output::line(&in_words(&checked)),
+    }
+}
+
+/// A sentence, and a table of the meshes of colliders.
+fn in_words(checked: &Checked<'_>) -> String {
+    let count = |count: usize| output::count(count as u64);
+    let Checked { scene, particles, springs, colliders, .. } = checked;
+    let sentence =
+        format!("{scene}: no errors; {} particles, {} springs", count(*particles), count(*springs));
+    if colliders.is_empty() {
+        return sentence;
+    }
+    let row = |collider: &Collider| {
+        let Collider { name, triangles, holes_closed, volume } = collider;
+        vec![name.clone(), count(*triangles), count(*holes_closed), format!("{} m^3", four_digits(*volume))]
+    };
+    let columns = [
+        Column::Left("collider"),
+        Column::Right("triangles"),
+        Column::Right("holes closed"),
+        Column::Right("volume"),
+    ];
+    let rows: Vec<Vec<String>> = colliders.iter().map(row).collect();
+    format!("{sentence}\n\n{}", output::table(&columns, &rows))
+}
