@@ -146,7 +146,7 @@ impl ColliderMesh {
 
 impl ColliderText {
     /// Its mesh, if it has one.
-    pub(crate) fn mesh(&self) -> Option<&ColliderMesh> {
+    pub fn mesh(&self) -> Option<&ColliderMesh> {
         if let ShapeText::Mesh(mesh) = &self.shape { Some(mesh) } else { None }
     }
 
