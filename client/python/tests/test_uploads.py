@@ -38,6 +38,10 @@ file="cow.obj"
 [[body]]
 name = "sheet"
 mesh = { grid = [2, 2], spacing = 0.1 }
+
+[[collider]]
+name = "post"
+mesh = { file = "cow.obj", close_holes = true }
 """
 
 
@@ -254,6 +258,7 @@ def test_uploads_stand_in_place_of_files_and_lines_stay_where_they_are(tmp_path:
         ('mesh = { file = "cow.obj" }  # file = "old.obj"', 'mesh = { upload = "m-1" }  # file = "old.obj"'),
         ("mesh = { file = 'herd/calf.ply' }", 'mesh = { upload = "m-2" }'),
         ('file="cow.obj"', 'upload = "m-1"'),
+        ('mesh = { file = "cow.obj", close_holes = true }', 'mesh = { upload = "m-1", close_holes = true }'),
     ]
 
 
