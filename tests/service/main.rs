@@ -12,6 +12,7 @@ mod session_lifecycle;
 mod session_identity;
 mod create_session;
 mod upload_mesh;
+mod refused_colliders;
 mod unary_uploads;
 mod watch_frames;
 mod snow_sessions;
