@@ -53,7 +53,7 @@ async fn a_collider_that_is_none_is_refused_with_its_key() {
             "is not closed: the edge from point 0 at (0, 0, 0)",
         ),
         (
-            &many,
+            many.as_str(),
             Reason::SceneTooLarge,
             "TOO_LARGE",
             "this collider has 200001 triangles; allowed: at most 200000",

@@ -61,7 +61,7 @@ fn loops(mut edges: Vec<[u32; 2]>) -> Vec<Vec<u32>> {
     let mut loops = Vec::new();
     for start in 0..edges.len() {
         // Where each point of the way stands in it.
-        let (mut way, mut places) = (Vec::new(), BTreeMap::new());
+        let (mut way, mut places) = (Vec::<u32>::new(), BTreeMap::<u32, usize>::new());
         let mut at = edges[start][0];
         loop {
             interrupt::point();
