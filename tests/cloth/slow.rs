@@ -3,6 +3,7 @@
 
 mod scenes;
 mod bounces;
+mod animals;
 
 use nappe_scene::{NoMeshes, Scene, SceneLimits, shipped_scenes};
 use nappe_sim::{math::Precision, report::NoStopwatch, world::Simulation};

@@ -12,6 +12,7 @@ mod errors;
 mod forces;
 mod free_fall;
 mod friction;
+mod solids;
 mod volumes;
 mod golden_step;
 mod grid_to_particles;

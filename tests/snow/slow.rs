@@ -1,5 +1,6 @@
 //! Snow against closed forms and itself, where that takes long: waves, bending, impacts, and grids made finer.
 
+mod animals;
 mod bars;
 mod beam;
 mod bounce;
