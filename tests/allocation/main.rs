@@ -15,6 +15,7 @@ use nappe_sim::{
 };
 use nappe_tests::{
     Method, Scene,
+    meshes::{TRAY_HALF, tray},
     networks::{sheet, sheet_rules},
     ranks::DIVIDES_FROM,
     threads::pool,
@@ -46,6 +47,15 @@ fn scene(method: Method, solver: SolverSettings) -> Scene {
         recovery: Collider::RECOVERY,
         on_start_inside: StartInside::Warn,
     }];
+    scene
+}
+
+/// The same sheet on the floor of a tray of triangles, its edge in the crease below a wall that leans over it.
+fn in_tray(method: Method, solver: SolverSettings) -> Scene {
+    let mut scene = scene(method, solver);
+    let place =
+        |[x, y, z]: [f64; 3]| [4.0 * (x - TRAY_HALF) + 1.1575, 4.0 * y - 0.005, 4.0 * z + 0.575];
+    scene.colliders = vec![tray(60.0).mapped(place).collider(0.3, 0.005)];
     scene
 }
 
@@ -118,6 +128,14 @@ fn a_step_allocates_nothing_after_the_first_ones() {
                     assert_eq!(made, 0, "{}, {precision}, {threads} threads, {solver:?}", method.name());
                 }
             }
+        }
+    }
+
+    for precision in Precision::ALL {
+        for (threads, pool) in &pools {
+            let mut simulation = in_tray(all_solvers, fixed).simulate(precision);
+            let made = pool.install(|| count(&mut simulation, 3));
+            assert_eq!(made, 0, "in a tray of triangles, {precision}, {threads} threads");
         }
     }
 
