@@ -53,8 +53,7 @@ fn scene(method: Method, solver: SolverSettings) -> Scene {
 /// The same sheet on the floor of a tray of triangles, its edge in the crease below a wall that leans over it.
 fn in_tray(method: Method, solver: SolverSettings) -> Scene {
     let mut scene = scene(method, solver);
-    let place =
-        |[x, y, z]: [f64; 3]| [4.0 * (x - TRAY_HALF) + 1.1575, 4.0 * y - 0.005, 4.0 * z + 0.575];
+    let place = |[x, y, z]: [f64; 3]| [4.0 * (x - TRAY_HALF) + 1.1575, 4.0 * y - 0.005, 4.0 * z + 0.575];
     scene.colliders = vec![tray(60.0).mapped(place).collider(0.3, 0.005)];
     scene
 }
