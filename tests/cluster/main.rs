@@ -10,6 +10,7 @@ use std::{
 
 use nappe_cluster::{RemoteError, VERSION};
 use nappe_sim::{
+    collide::Collider,
     field::Field,
     math::Precision,
     report::{NoStopwatch, Stage, StepFailure},
@@ -17,6 +18,7 @@ use nappe_sim::{
 };
 use nappe_tests::{
     Scene,
+    meshes::torus,
     networks::{scatter, sheet, sheet_rules},
     threads::with_threads,
 };
@@ -90,6 +92,39 @@ fn a_simulation_over_a_link_goes_as_one_in_the_process() {
             }
         }
         assert_eq!(copy.state_hash(), alone.state_hash());
+        remote.end().expect("the link holds");
+        assert!(handle.join().expect("no rank fails"));
+    }
+}
+
+/// A sheet that falls on a ring of triangles which moves.
+fn on_ring() -> WorldSetup {
+    let mut network = sheet(17, 0.05, &sheet_rules(200.0, 0.02), 0.01);
+    network.pins.clear();
+    let ring = torus([0.41, -0.09, 0.4], 0.25, 0.08, [32, 16]).collider(0.4, 0.005);
+    let mut scene = Scene::new(network, 2e-3).under([0.0, -9.81, 0.0]).certified();
+    scene.settings.block_size = 32;
+    scene.colliders = vec![Collider { velocity: [0.3, 0.2, -0.1], ..ring }];
+    scene.setup()
+}
+
+#[test]
+fn cloth_on_a_solid_goes_over_a_link_as_in_the_process() {
+    for precision in Precision::ALL {
+        let (mut remote, handle) = ranks(3);
+        let (mut alone, warnings) = Simulation::new(&on_ring(), precision).expect("a sheet");
+        let (mut copy, _) = Simulation::new(&on_ring(), precision).expect("a sheet");
+        assert_eq!(remote.build(on_ring(), precision).expect("a sheet"), warnings);
+        let mut touched = 0;
+        for step in 0..40 {
+            let stepped = remote.step().expect("the link holds");
+            let own = with_threads(1, || alone.step(&mut NoStopwatch));
+            assert_eq!(stepped.result, own, "step {step}");
+            touched += own.expect("it is stable").contact_count;
+        }
+        assert!(touched > 20, "{touched} contacts");
+        copy.put(&remote.take().expect("the link holds"));
+        assert_eq!(copy.state_hash(), alone.state_hash(), "in {precision}");
         remote.end().expect("the link holds");
         assert!(handle.join().expect("no rank fails"));
     }
