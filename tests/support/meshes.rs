@@ -3,10 +3,7 @@
 //! Distances here are those of all triangles one after the other, with the sign of the winding number: slow, and apart from
 //! what the program does.
 
-use std::{
-    collections::BTreeMap,
-    f64::consts::{PI, TAU},
-};
+use std::{collections::BTreeMap, f64::consts::TAU};
 
 use nappe_sim::{
     collide::{Collider, Contact, Shape, StartInside, shape::MeshSolid},
@@ -213,7 +210,7 @@ pub fn tray(degrees: f64) -> Surface {
     let (outer, inner) = (0.8, TRAY_HALF);
     let x = vec![-outer, -inner, inner, outer];
     let solid = |cell: [usize; 3]| cell != [1, 1, 1];
-    let lean = TRAY_DEPTH / (degrees * PI / 180.0).tan();
+    let lean = TRAY_DEPTH / degrees.to_radians().tan();
     cells(&[x.clone(), vec![-0.2, 0.0, TRAY_DEPTH], x], solid).mapped(|[x, y, z]| {
         let is_rim = y == TRAY_DEPTH && x.abs() == inner && z.abs() == inner;
         [if is_rim { x - lean * x.signum() } else { x }, y, z]
