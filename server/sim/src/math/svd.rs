@@ -23,8 +23,7 @@ pub(crate) struct Svd<P> {
     pub(crate) v: Columns<P>,
 }
 
-/// The same matrix with +0 in the place of every -0. From there on no sum is -0, and a lane whose columns are orthogonal stays as
-/// it is while others are turned: 1 x - 0 y is x, but for the sign of 0.
+/// The same matrix with +0 in the place of every -0: what comes of a zero does not depend on its sign.
 #[inline(always)]
 fn without_negative_zeros<P: Pack>(m: &Columns<P>) -> Columns<P> {
     let mut out = *m;
@@ -49,20 +48,24 @@ pub(crate) fn cross3<P: Pack>(a: &[P; 3], b: &[P; 3]) -> [P; 3] {
     cross(*a, *b)
 }
 
-/// Columns p and q turned by (c, s).
+/// A turn of two columns: cosine, sine, and 1 in the lanes that need it, else 0.
+type Turn<P> = (P, P, P);
+
+/// Columns p and q turned where they need it. Others stay as they are: 1 x - 0 y is not x where y is infinite.
 #[inline(always)]
-fn turn<P: Pack>(m: &mut Columns<P>, p: usize, q: usize, c: P, s: P) {
+fn turn<P: Pack>(m: &mut Columns<P>, p: usize, q: usize, (c, s, far): Turn<P>) {
+    let zero = P::zero();
     for k in 0..3 {
         let (a, b) = (m[p][k], m[q][k]);
-        m[p][k] = c * a - s * b;
-        m[q][k] = s * a + c * b;
+        m[p][k] = zero.if_less(far, c * a - s * b, a);
+        m[q][k] = zero.if_less(far, s * a + c * b, b);
     }
 }
 
-/// Cosine and sine that make columns p and q orthogonal: (1, 0) where they are, to rounding.
+/// The turn that makes columns p and q orthogonal, needed where they are not, to rounding.
 #[inline(always)]
-fn rotation<P: Pack>(b: &Columns<P>, p: usize, q: usize) -> (P, P) {
-    let (zero, one) = (P::zero(), P::one());
+fn rotation<P: Pack>(b: &Columns<P>, p: usize, q: usize) -> Turn<P> {
+    let one = P::one();
     let (pp, qq, pq) = (dot3(&b[p], &b[p]), dot3(&b[q], &b[q]), dot3(&b[p], &b[q]));
     let far = is_far(pp, qq, pq);
     // tan of the smaller angle: 2 pq / (|qq - pp| + sqrt((qq - pp)² + 4 pq²)), with a sign.
@@ -70,7 +73,7 @@ fn rotation<P: Pack>(b: &Columns<P>, p: usize, q: usize) -> (P, P) {
     let twice = (pq + pq) * one.with_sign_of(difference);
     let reach = difference.abs() + (difference * difference + twice * twice).sqrt();
     let inverse = one / (reach * reach + twice * twice).sqrt();
-    (zero.if_less(far, reach * inverse, one), zero.if_less(far, twice * inverse, zero))
+    (reach * inverse, twice * inverse, far)
 }
 
 /// 1 where |cos| of the angle between two columns is above rounding, else 0.
@@ -113,12 +116,12 @@ pub(crate) fn orthogonalize<P: Pack, const K: usize>(b: &mut [Columns<P>; K]) {
 /// Turns columns `A` and `B` of each pack: constants, so that columns stay in registers.
 #[inline(always)]
 fn turn_all<P: Pack, const K: usize, const A: usize, const B: usize>(b: &mut [Columns<P>; K]) {
-    let mut turns = [(P::zero(), P::zero()); K];
+    let mut turns = [(P::zero(), P::zero(), P::zero()); K];
     for k in 0..K {
         turns[k] = rotation(&b[k], A, B);
     }
     for k in 0..K {
-        turn(&mut b[k], A, B, turns[k].0, turns[k].1);
+        turn(&mut b[k], A, B, turns[k]);
     }
 }
 
@@ -205,9 +208,9 @@ fn decompose<P: Pack>(f: &Columns<P>) -> Svd<P> {
             break;
         }
         for (p, q) in [(0, 1), (0, 2), (1, 2)] {
-            let (c, s) = rotation(&b, p, q);
-            turn(&mut b, p, q, c, s);
-            turn(&mut v, p, q, c, s);
+            let by = rotation(&b, p, q);
+            turn(&mut b, p, q, by);
+            turn(&mut v, p, q, by);
         }
     }
     let mut length2 = [dot3(&b[0], &b[0]), dot3(&b[1], &b[1]), dot3(&b[2], &b[2])];
@@ -252,9 +255,15 @@ mod tests {
     use super::{Columns, Svd, orthogonalize, svd};
     use crate::math::{LANES, Pack, Portable};
 
-    /// A matrix of few different numbers, zeros of both signs among them.
-    fn matrix(salt: usize) -> [f64; 9] {
-        let numbers = [0.0, -0.0, 1.0, -1.0, 0.5, -0.0, 0.0, 1.0 / 3.0, -1e-9, 0.0];
+    /// What entries are: zeros of both signs among others; infinite ones; what underflows, to zeros of both signs, and overflows.
+    const NUMBERS: [[f64; 10]; 3] = [
+        [0.0, -0.0, 1.0, -1.0, 0.5, -0.0, 0.0, 1.0 / 3.0, -1e-9, 0.0],
+        [0.0, -0.0, 1.0, f64::INFINITY, 0.5, -1.0, f64::NEG_INFINITY, 1.0 / 3.0, -1e-9, 0.0],
+        [0.0, -5e-324, 1.0, -1e-310, 0.5, -1e200, 3e-162, 1.0 / 3.0, -1e90, 2e-308],
+    ];
+
+    /// A matrix of few different numbers.
+    fn matrix(numbers: &[f64; 10], salt: usize) -> [f64; 9] {
         std::array::from_fn(|i| numbers[(salt * (7 + 2 * i) + salt / 10 * (3 + i) + i * i) % numbers.len()])
     }
 
@@ -271,11 +280,12 @@ mod tests {
 
     #[test]
     fn a_lane_does_not_depend_on_the_others() {
-        for salt in 0..500 {
-            let own = matrix(salt);
+        for (numbers, salt) in NUMBERS.iter().flat_map(|numbers| (0..500).map(move |salt| (numbers, salt))) {
+            let own = matrix(numbers, salt);
             let alone = first(&[own; LANES]);
             for others in 1..20 {
-                let mut lanes = std::array::from_fn(|lane| matrix(salt + 31 * lane * others));
+                let mut lanes =
+                    std::array::from_fn(|lane| matrix(&NUMBERS[lane % 3], salt + 31 * lane * others));
                 lanes[0] = own;
                 assert!(first(&lanes) == alone, "{own:?} among {lanes:?}");
             }
