@@ -13,7 +13,7 @@ use nappe_sim::{
 };
 use nappe_tests::{
     networks::scatter,
-    ranks::on_ranks,
+    ranks::{on_ranks, on_ranks_with_drawn_parts},
     snow::{SnowScene, lattice, object, plane, rework},
 };
 
@@ -64,12 +64,13 @@ fn prepared(
 #[test]
 fn every_explicit_run_says_the_same_over_ranks_and_has_the_same_hash() {
     let mut compared = 0;
-    for snow in SnowRun::repeated().into_iter().filter(SnowRun::is_explicit) {
+    for (seed, snow) in (0..).zip(SnowRun::repeated().into_iter().filter(SnowRun::is_explicit)) {
         let setup = snow.scene().setup();
         let alone = run(&setup, snow.precision, snow.steps(), None);
-        for size in RANK_COUNTS {
-            let work = |ranks: Arc<dyn Cluster>| run(&setup, snow.precision, snow.steps(), Some(ranks));
-            let over = on_ranks(size, 1 + size % 2, work);
+        let work = |ranks: Arc<dyn Cluster>| run(&setup, snow.precision, snow.steps(), Some(ranks));
+        let equal = RANK_COUNTS.map(|size| (size, on_ranks(size, 1 + size % 2, work)));
+        let drawn = [4, 7].map(|size| (size, on_ranks_with_drawn_parts(seed, size, 1 + size % 2, work)));
+        for (size, over) in equal.into_iter().chain(drawn) {
             assert!(over[0].0.1 == alone.1, "{} on {size} ranks: another hash", snow.key());
             for ((said, _), _) in over {
                 assert_eq!(said, alone.0, "{} on {size} ranks", snow.key());
@@ -77,7 +78,8 @@ fn every_explicit_run_says_the_same_over_ranks_and_has_the_same_hash() {
             compared += 1;
         }
     }
-    assert!(compared >= 72, "{compared}");
+    // Eighteen rows, four counts of ranks, and two with parts that are drawn.
+    assert_eq!(compared, 108);
 }
 
 /// Side of a cell (m).

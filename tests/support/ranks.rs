@@ -38,6 +38,7 @@ struct Rank {
     number: usize,
     size: usize,
     divides_from: usize,
+    parts_drawn_from: Option<u64>,
     shared: Arc<Shared>,
     counts: Mutex<Counts>,
 }
@@ -132,6 +133,10 @@ impl Communicator for Rank {
         self.divides_from
     }
 
+    fn parts_drawn_from(&self) -> Option<u64> {
+        self.parts_drawn_from
+    }
+
     fn exchange(&self, messages: &mut [Message]) {
         for message in &*messages {
             self.shared.send((self.number, message.rank), message.sent.clone());
@@ -200,10 +205,32 @@ pub fn on_ranks_that_divide<T: Send>(
     threads: usize,
     work: impl Fn(Arc<dyn Cluster>) -> T + Sync,
 ) -> Vec<(T, Counts)> {
+    on_ranks_of((divides_from, None), size, threads, work)
+}
+
+/// The same with ranks that begin with parts of snow which are drawn, from an odd seed with some that are empty.
+///
+/// # Panics
+/// As the work of any rank does.
+pub fn on_ranks_with_drawn_parts<T: Send>(
+    seed: u64,
+    size: usize,
+    threads: usize,
+    work: impl Fn(Arc<dyn Cluster>) -> T + Sync,
+) -> Vec<(T, Counts)> {
+    on_ranks_of((64, Some(seed)), size, threads, work)
+}
+
+fn on_ranks_of<T: Send>(
+    (divides_from, parts_drawn_from): (usize, Option<u64>),
+    size: usize,
+    threads: usize,
+    work: impl Fn(Arc<dyn Cluster>) -> T + Sync,
+) -> Vec<(T, Counts)> {
     let shared = Arc::new(Shared::default());
     let rank = |number| {
         let (shared, counts) = (Arc::clone(&shared), Mutex::default());
-        Arc::new(Rank { number, size, divides_from, shared, counts })
+        Arc::new(Rank { number, size, divides_from, parts_drawn_from, shared, counts })
     };
     let ranks: Vec<Arc<Rank>> = (0..size).map(rank).collect();
     let results: Vec<_> = thread::scope(|scope| {

@@ -69,6 +69,10 @@ impl Communicator for Counted {
         self.inner.divides_from()
     }
 
+    fn parts_drawn_from(&self) -> Option<u64> {
+        self.inner.parts_drawn_from()
+    }
+
     fn exchange(&self, messages: &mut [Message]) {
         self.messages.fetch_add(messages.len() as u64, Relaxed);
         let bytes: u64 = messages.iter().fold(0, |bytes, message| bytes + message.sent.len() as u64);

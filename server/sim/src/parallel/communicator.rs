@@ -25,6 +25,11 @@ pub trait Communicator: Debug + Send + Sync {
         64
     }
 
+    /// What the parts of snow are drawn from that ranks begin with; none: they are about equal. Either way has the same bits.
+    fn parts_drawn_from(&self) -> Option<u64> {
+        None
+    }
+
     /// Sends `own` to rank 0, which gets what all sent, in the order of ranks; `lengths` has how long each is. The others
     /// get nothing.
     fn gather(&self, own: &[u8], lengths: &[usize]) -> Vec<u8>;

@@ -13,7 +13,7 @@ use super::{
 };
 use crate::{
     math::Real,
-    parallel::{Message, Ranks, Share},
+    parallel::{Message, Ranks, Share, hash_numbers},
     report::Notices,
 };
 
@@ -56,7 +56,8 @@ impl SnowRanks {
         !self.cuts.is_empty()
     }
 
-    /// Cuts the list of all blocks, of which `starts` says where particles begin, into parts of about equal weight.
+    /// Cuts the list of all blocks, of which `starts` says where particles begin, into parts of about equal weight, or into
+    /// such as are drawn.
     pub(super) fn cut(&mut self, blocks: &[u64], starts: &[u32]) {
         let (size, _) = self.ranks.size_and_rank();
         let weight = |block: usize| u64::from(starts[block]) + BLOCK_WEIGHT * block as u64;
@@ -66,7 +67,12 @@ impl SnowRanks {
             let block = (0..blocks.len()).find(|block| weight(*block) >= least);
             block.map_or(u64::MAX - 1, |block| blocks[block])
         };
-        self.cuts = (0..size).map(|rank| if rank == 0 { 0 } else { first(rank) }).chain([u64::MAX]).collect();
+        let mut cuts: Vec<u64> = match self.ranks.communicator.parts_drawn_from() {
+            None => (1..size).map(first).collect(),
+            Some(seed) => (1..size).map(|rank| drawn(blocks, seed, rank)).collect(),
+        };
+        cuts.sort_unstable();
+        self.cuts = std::iter::once(0).chain(cuts).chain([u64::MAX]).collect();
     }
 
     /// Takes over where each particle is: `id` has the user's number of each place.
@@ -176,6 +182,13 @@ impl SnowRanks {
             });
         total
     }
+}
+
+/// A key to cut at: that of a block, or the one behind it. From an odd seed two ranks at a time have the same.
+fn drawn(blocks: &[u64], seed: u64, rank: usize) -> u64 {
+    let rank = if seed.is_multiple_of(2) { rank } else { rank / 2 * 2 };
+    let number = hash_numbers(seed, [rank as f64]);
+    blocks[(number >> 1) as usize % blocks.len()] + number % 2
 }
 
 /// What a rank found in a step, for all to know.
