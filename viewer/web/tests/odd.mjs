@@ -43,7 +43,7 @@ try {
   await rm(folder, { recursive: true });
 }
 
-/** What a page says of a file: its frames, its message, its plots, its picture, and whether a script of the file ran. */
+/** What a page says of a file: its frames, its message, its plots, its picture where a view is asked for, and whether a script of the file ran. */
 async function opened(content, before = () => {}, then = () => null, hash = '') {
   const file = join(folder, 'odd.html');
   await writeFile(file, content);
@@ -62,7 +62,7 @@ async function opened(content, before = () => {}, then = () => null, hash = '') 
   const banner = (await page.isVisible('#banner')) ? await page.textContent('#failure') : '';
   const plots = await page.evaluate(() => [...document.querySelectorAll('.plot .uplot')].map((plot) => plot.getAttribute('aria-label')));
   const more = await page.evaluate(then);
-  const picture = frames > 0 ? await page.locator('#canvas').screenshot() : null;
+  const picture = hash !== '' && frames > 0 ? await page.locator('#canvas').screenshot() : null;
   await page.close();
   assert.deepEqual(errors, []);
   return { frames, message, body, banner, plots, more, picture };
