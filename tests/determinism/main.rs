@@ -10,6 +10,8 @@ mod hashes;
 mod ranks;
 mod coarse_ranks;
 mod snow_ranks;
+mod snow_ranks_failures;
+mod snow_ranks_states;
 mod numbering;
 mod solids;
 mod simd;

@@ -134,7 +134,7 @@ pub(crate) fn failure(
 }
 
 /// A sheet of ten blocks that spins.
-fn spinning(omega: f64, stiffness: f64) -> Scene {
+pub(crate) fn spinning(omega: f64, stiffness: f64) -> Scene {
     spinning_of(17, omega, stiffness)
 }
 
@@ -310,6 +310,7 @@ pub(crate) fn asked_of(divides_from: usize, scene: &Scene, size: usize, steps: u
         exchanges: after.exchanges - before.exchanges,
         messages: after.messages - before.messages,
         bytes: after.bytes - before.bytes,
+        given: after.given,
     };
     before.iter().zip(&after).map(difference).collect()
 }

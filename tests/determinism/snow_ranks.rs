@@ -6,24 +6,48 @@ use nappe_cluster::Cluster;
 use nappe_sim::{
     collide::Contact,
     math::Precision,
-    report::NoStopwatch,
-    snow::{Blend, Preset, SnowObject, Transfer},
+    report::{NoStopwatch, Stopwatch},
+    snow::{Blend, Kernel, Preset, SnowObject, Transfer},
     time_step::TimeStep,
     world::{Simulation, WorldSetup},
 };
 use nappe_tests::{
     networks::scatter,
     ranks::{on_ranks, on_ranks_with_drawn_parts},
-    snow::{SnowScene, lattice, object, plane, rework},
+    snow::{SnowScene, Variant, lattice, object, plane},
 };
 
-use crate::snow::SnowRun;
+use crate::{ranks::spinning, snow::SnowRun};
 
 /// Numbers of ranks over which results must not change.
 const RANK_COUNTS: [usize; 4] = [2, 3, 4, 7];
 
+/// A simulation of one process, or of one of several ranks.
+pub(crate) fn made(setup: &WorldSetup, precision: Precision, ranks: Option<Arc<dyn Cluster>>) -> Simulation {
+    let made = match ranks {
+        Some(ranks) => Simulation::over(setup, precision, ranks),
+        None => Simulation::new(setup, precision),
+    };
+    made.expect("it is in").0
+}
+
+/// What each of so many steps says until one fails.
+pub(crate) fn said(simulation: &mut Simulation, steps: u64, watch: &mut dyn Stopwatch) -> Vec<String> {
+    let mut said = Vec::new();
+    for _ in 0..steps {
+        match simulation.step(watch) {
+            Ok(report) => said.push(format!("{report:?}")),
+            Err(error) => {
+                said.push(error.to_string());
+                break;
+            }
+        }
+    }
+    said
+}
+
 /// What each step says until one fails, and the hash at the end; whole on rank 0 of several.
-fn run(
+pub(crate) fn run(
     setup: &WorldSetup,
     precision: Precision,
     steps: u64,
@@ -33,29 +57,16 @@ fn run(
 }
 
 /// The same of a simulation that something is done with before its first step.
-fn prepared(
+pub(crate) fn prepared(
     setup: &WorldSetup,
     precision: Precision,
     steps: u64,
     ranks: Option<Arc<dyn Cluster>>,
     prepare: impl Fn(&mut Simulation),
 ) -> (Vec<String>, u64) {
-    let made = match ranks {
-        Some(ranks) => Simulation::over(setup, precision, ranks),
-        None => Simulation::new(setup, precision),
-    };
-    let (mut simulation, _) = made.expect("it is in");
+    let mut simulation = made(setup, precision, ranks);
     prepare(&mut simulation);
-    let mut said = Vec::new();
-    for _ in 0..steps {
-        match simulation.step(&mut NoStopwatch) {
-            Ok(report) => said.push(format!("{report:?}")),
-            Err(error) => {
-                said.push(error.to_string());
-                break;
-            }
-        }
-    }
+    let said = said(&mut simulation, steps, &mut NoStopwatch);
     let (mut whole, _) = Simulation::new(setup, precision).expect("it is in");
     whole.put(&simulation.take());
     (said, whole.state_hash())
@@ -83,10 +94,10 @@ fn every_explicit_run_says_the_same_over_ranks_and_has_the_same_hash() {
 }
 
 /// Side of a cell (m).
-const H: f64 = 0.05;
+pub(crate) const H: f64 = 0.05;
 
 /// A block of snow of so many particles along each axis, at a corner (m), which flies (m/s).
-fn block(name: &str, corner: [f64; 3], counts: [usize; 3], v: [f64; 3]) -> SnowObject {
+pub(crate) fn block(name: &str, corner: [f64; 3], counts: [usize; 3], v: [f64; 3]) -> SnowObject {
     let snow = Preset::from_name("stomakhin").expect("a preset");
     let x = lattice(corner, counts, [0.5 * H; 3]);
     let mut body = object(name, x, (0.5 * H).powi(3), snow.density, snow.material);
@@ -94,7 +105,7 @@ fn block(name: &str, corner: [f64; 3], counts: [usize; 3], v: [f64; 3]) -> SnowO
     body
 }
 
-fn certified(objects: Vec<SnowObject>) -> SnowScene {
+pub(crate) fn certified(objects: Vec<SnowObject>) -> SnowScene {
     let mut scene = SnowScene::new(objects, H, 4e-3).under([0.0, -9.81, 0.0]);
     scene.settings.time_step = TimeStep::default();
     scene.colliders = vec![plane([0.0, -0.01, 0.0], [0.0, 1.0, 0.0], Contact::Separating, 0.3)];
@@ -115,12 +126,28 @@ fn stray() -> SnowScene {
     scene
 }
 
+fn still() -> SnowObject {
+    block("still", [0.0; 3], [8, 6, 8], [0.0; 3])
+}
+
+fn thrown() -> SnowObject {
+    block("thrown", [-0.9, 0.1, 0.02], [8, 8, 6], [12.0, 0.0, 0.3])
+}
+
+/// Two blocks that are thrown at one that lies.
+pub(crate) fn crossing() -> SnowScene {
+    let third = block("third", [0.5, 0.3, 0.0], [6, 6, 6], [-9.0, -4.0, 0.0]);
+    certified(vec![still(), thrown(), third])
+}
+
+/// The same by PIC/FLIP and the cubic kernel.
+pub(crate) fn cubic_crossing() -> SnowScene {
+    crossing().by(Variant { kernel: Kernel::Cubic, transfer: Transfer::PicFlip(Blend::PerStep(0.95)) })
+}
+
 /// Scenes whose snow goes from rank to rank, each in another way, with steps and a part of what they say.
 fn scenes() -> Vec<(&'static str, WorldSetup, u64)> {
-    let still = || block("still", [0.0; 3], [8, 6, 8], [0.0; 3]);
-    let thrown = block("thrown", [-0.9, 0.1, 0.02], [8, 8, 6], [12.0, 0.0, 0.3]);
-    let third = block("third", [0.5, 0.3, 0.0], [6, 6, 6], [-9.0, -4.0, 0.0]);
-    let crossing = certified(vec![still(), thrown.clone(), third]);
+    let crossing = crossing();
     let mut spray = certified(vec![block("spray", [0.0, 0.1, 0.0], [7, 7, 7], [0.0; 3])]);
     let SnowObject { x, v, .. } = &mut spray.objects[0];
     for (i, (x, v)) in x.iter_mut().zip(v).enumerate() {
@@ -131,10 +158,12 @@ fn scenes() -> Vec<(&'static str, WorldSetup, u64)> {
     let mut lone = certified(vec![block("lone", [-0.4, 0.2, 0.0], [4, 4, 4], [14.0, 1.0, 0.0])]);
     lone.colliders.clear();
     let periodic = |blocks: [u32; 3]| {
-        let mut scene = certified(vec![still(), thrown.clone()]);
+        let mut scene = certified(vec![still(), thrown()]);
         scene.settings.periodic = blocks;
         scene
     };
+    let mut beside_cloth = crossing.setup();
+    beside_cloth.bodies = spinning(1.0, 500.0).setup().bodies;
     let mut limited = crossing.clone();
     limited.settings.max_energy = Some(20.0);
     let mut long = crossing.clone();
@@ -144,6 +173,8 @@ fn scenes() -> Vec<(&'static str, WorldSetup, u64)> {
     few.settings.max_substeps = 3;
     vec![
         ("StepReport", crossing.setup(), 20),
+        ("StepReport", cubic_crossing().setup(), 16),
+        ("StepReport", beside_cloth, 12),
         ("StepReport", spray.setup(), 12),
         ("StepReport", lone.setup(), 16),
         ("StepReport", periodic([2, 0, 0]).setup(), 12),
@@ -209,49 +240,4 @@ fn a_step_of_snow_asks_as_much_as_its_formula_says() {
     // One message to each neighbour, at most: particles and keys that there are, and tiles.
     let messages = after.messages - before.messages;
     assert!(messages <= 3 * 2 * substeps && messages >= 2 * substeps, "{messages}");
-}
-
-type Prepare = fn(&mut Simulation);
-
-/// Snow that something is done with so that a step fails, with a part of what that says.
-fn failures() -> Vec<(&'static str, WorldSetup, Prepare)> {
-    let cube = || certified(vec![block("cube", [-0.2, 0.0, 0.1], [12; 3], [0.0; 3])]).setup();
-    // The last two blocks of the range are a margin.
-    let end = f64::from((1 << 20) - 2) * 4.0 * H;
-    let mut pair = block("pair", [0.0; 3], [1; 3], [0.0; 3]);
-    pair.x.push([0.15, end - 0.025, 0.1]);
-    pair.v.push([0.0, 45.0, 0.0]);
-    pair.mass.push(pair.mass[0]);
-    pair.volume.push(pair.volume[0]);
-    let pair = SnowScene::new(vec![pair], H, 1e-3).setup();
-    let mut cloud = certified(vec![block("cloud", [-0.35; 3], [28; 3], [0.0; 3])]);
-    cloud.colliders.clear();
-    vec![
-        ("velocity", cube(), |simulation| {
-            rework(simulation, |i, p| p.v[2] = if i == 777 { f64::NAN } else { 0.0 });
-        }),
-        ("position", cube(), |simulation| {
-            rework(simulation, |i, p| p.x[1] += if i == 99 { f64::INFINITY } else { 0.0 });
-        }),
-        ("deformation gradient", cube(), |simulation| {
-            rework(simulation, |i, p| p.elastic[0][1] = if i == 1500 { f64::NAN } else { 0.0 });
-        }),
-        ("came to 5.0000e3", cube(), |simulation| {
-            rework(simulation, |i, p| p.elastic[0][0] = if i == 1200 { 5e3 } else { 1.0 });
-        }),
-        ("range", pair, |_| {}),
-        ("flies apart", cloud.setup(), |simulation| rework(simulation, |_, p| p.x = p.x.map(|c| 16.0 * c))),
-    ]
-}
-
-#[test]
-fn snow_that_fails_says_the_same_over_ranks() {
-    for (part, setup, prepare) in failures() {
-        let alone = prepared(&setup, Precision::F64, 20, None, prepare).0;
-        assert!(alone.last().is_some_and(|said| said.contains(part)), "{part}: {alone:?}");
-        let work = |ranks: Arc<dyn Cluster>| prepared(&setup, Precision::F64, 20, Some(ranks), prepare).0;
-        for (said, _) in on_ranks(3, 1, work) {
-            assert_eq!(said, alone, "{part}");
-        }
-    }
 }

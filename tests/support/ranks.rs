@@ -56,6 +56,8 @@ pub struct Counts {
     pub messages: u64,
     /// Bytes of these.
     pub bytes: u64,
+    /// Bytes that it gave to the last gather on rank 0.
+    pub given: u64,
 }
 
 impl Shared {
@@ -155,6 +157,7 @@ impl Communicator for Rank {
 
     fn gather(&self, own: &[u8], lengths: &[usize]) -> Vec<u8> {
         assert_eq!(own.len(), lengths[self.number], "the length that was told");
+        self.count(|counts| counts.given = own.len() as u64);
         if self.number > 0 {
             self.shared.send((self.number, 0), own.to_vec());
             return Vec::new();
