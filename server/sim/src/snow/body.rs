@@ -7,7 +7,7 @@ use super::{
     settings::SnowSettings,
     setup::{SnowError, SnowSetup, check},
     state::{SnowState, SnowWorkspace},
-    step::{SnowStep, step, sums_of},
+    step::{NOTHING, SnowStep, step, sums_of},
 };
 use crate::{
     collide::Collider,
@@ -78,6 +78,7 @@ impl<R: Real> Snow<R> {
     /// Energies and momentum of the state as it is.
     pub fn diagnose(&self, gravity: [f64; 3]) -> Diagnostics {
         let sorted = (self.work.sorter.sorted(), self.work.divided());
-        sums_of(&self.model, &self.state.particles, sorted, gravity, &mut Vec::new()).diagnostics
+        let scratch = (&mut Vec::new(), NOTHING);
+        sums_of(&self.model, &self.state.particles, sorted, gravity, scratch).diagnostics
     }
 }

@@ -53,6 +53,18 @@ pub(crate) struct SnowSums {
     pub(crate) moment: [f64; 3],
     /// Gravitational energy of each particle without its sign (J).
     pub(crate) lifted: f64,
+    /// What the last step counted.
+    counted: Counted,
+}
+
+/// Yielded, clamped, inverted and ballistic particles; the least and the greatest J_P.
+type Counted = [f64; 6];
+
+/// Of no particles.
+pub(crate) const NOTHING: Counted = [0.0, 0.0, 0.0, 0.0, f64::INFINITY, f64::NEG_INFINITY];
+
+fn both([a, b, c, d, low, high]: Counted, other: Counted) -> Counted {
+    [a + other[0], b + other[1], c + other[2], d + other[3], low.min(other[4]), high.max(other[5])]
 }
 
 impl SnowSums {
@@ -71,27 +83,34 @@ pub(crate) fn sums<R: Real>(
     gravity: [f64; 3],
     work: &mut SnowWorkspace<R>,
 ) -> SnowSums {
-    let SnowWorkspace { sorter, partials, ranks, .. } = work;
+    let SnowWorkspace { sorter, partials, ranks, chunk_diagnostics, .. } = work;
     let ranks = ranks.as_ref().filter(|ranks| ranks.is_divided());
-    sums_of(model, particles, (sorter.sorted(), ranks), gravity, partials)
+    let counted = chunk_diagnostics.iter().fold(NOTHING, |all, chunk| {
+        let ([a, b, c, d], [low, high]) = (chunk.counts.map(f64::from), chunk.plastic_ratio_range);
+        both(all, [a, b, c, d, low, high])
+    });
+    sums_of(model, particles, (sorter.sorted(), ranks), gravity, (partials, counted))
 }
 
-/// The same; `partials` is scratch.
+/// The same, with what was counted here; `partials` is scratch.
 pub(crate) fn sums_of<R: Real>(
     model: &SnowModel<R>,
     particles: &Particles<R>,
     (sorted, ranks): (Sorted<'_>, Option<&SnowRanks>),
     gravity: [f64; 3],
-    partials: &mut Vec<[f64; SUMS]>,
+    (partials, counted): (&mut Vec<[f64; SUMS]>, Counted),
 ) -> SnowSums {
     partials.resize(sorted.cells.len(), [0.0; SUMS]);
     let of_block = |block| block_sums(model, particles, sorted.places(block), gravity);
     Own::whole(partials.len(), 1).each(per_block_mut(partials), |block, sums| *sums = of_block(block));
+    let mut all = NOTHING;
     let [kinetic_energy, elastic_energy, gravitational_energy, px, py, pz, lx, ly, lz, mass, rest @ ..] =
-        ranks.map_or_else(
-            || parallel::sum(partials),
-            |ranks| ranks.blocks.sum_own_and_tell(partials, &|partial| *partial, [], |[]| {}),
-        );
+        if let Some(ranks) = ranks {
+            ranks.blocks.sum_own_and_tell(partials, &|partial| *partial, counted, |own| all = both(all, own))
+        } else {
+            all = counted;
+            parallel::sum(partials)
+        };
     let [affine_energy, mx, my, mz, lifted] = rest;
     let diagnostics = Diagnostics {
         external_work: 0.0,
@@ -108,6 +127,7 @@ pub(crate) fn sums_of<R: Real>(
         affine_energy,
         moment: [mx, my, mz],
         lifted,
+        counted: all,
     }
 }
 
@@ -183,23 +203,10 @@ pub(crate) fn report<R: Real>(
     sums: &SnowSums,
     colliders: &[Collider],
 ) -> SnowReport {
-    let chunks = &work.chunk_diagnostics;
-    let count = |k: usize| chunks.iter().map(|chunk| u64::from(chunk.counts[k])).sum::<u64>();
-    let mut counts: [u64; 4] = std::array::from_fn(count);
-    let mut plastic_ratio_range =
-        chunks.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], chunk| {
-            [low.min(chunk.plastic_ratio_range[0]), high.max(chunk.plastic_ratio_range[1])]
-        });
-    let mut block_count = work.grid.node_blocks.len();
-    if let Some(ranks) = work.divided() {
-        let [a, b, c, d] = std::mem::take(&mut counts).map(|count| count as f64);
-        let [low, high] = plastic_ratio_range;
-        ranks.blocks.tell([a, b, c, d, low, high], |[own @ .., low, high]: [f64; 6]| {
-            counts.iter_mut().zip(own).for_each(|(all, own)| *all += own as u64);
-            plastic_ratio_range = [plastic_ratio_range[0].min(low), plastic_ratio_range[1].max(high)];
-        });
-        block_count = ranks.nodes.block_count();
-    }
+    let [counts @ .., low, high] = sums.counted;
+    let counts = counts.map(|count| count as u64);
+    let own_blocks = work.grid.node_blocks.len();
+    let block_count = work.divided().map_or(own_blocks, |ranks| ranks.nodes.block_count());
     let (kind, bound) = smallest(&model.settings, &work.extremes, colliders);
     let bound = match model.settings.time_step {
         TimeStep::Certified { safety } => {
@@ -219,7 +226,7 @@ pub(crate) fn report<R: Real>(
         clamped_count: counts[1],
         inverted_count: counts[2],
         ballistic_count: counts[3],
-        plastic_ratio_range,
+        plastic_ratio_range: [low, high],
         max_speed: work.extremes.speed2.sqrt(),
         dropped_momentum: work.grid_diagnostics.dropped,
         angular_momentum: sums.angular_momentum,

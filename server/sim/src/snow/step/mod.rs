@@ -13,7 +13,7 @@ mod push;
 
 pub use diagnose::SnowStep;
 
-pub(super) use diagnose::{sums, sums_of};
+pub(super) use diagnose::{NOTHING, sums, sums_of};
 pub(super) use failure::{check_grid, check_time_step, lost};
 pub(super) use order::{divide, renew_places, sort_anew};
 
