@@ -232,7 +232,7 @@ fn a_step_asks_as_much_as_its_formula_says() {
 /// What of a sheet goes over the borders of a rank.
 #[derive(Clone, Copy, Debug)]
 struct Borders {
-    /// Its blocks.
+    /// Blocks that it owns.
     blocks: u64,
     /// Its particles that others need, once for each of them.
     ghosts: u64,

@@ -126,7 +126,7 @@ pub struct ColliderMesh {
     /// Where it comes from.
     #[serde(flatten)]
     pub mesh: Mesh,
-    /// Moves it.
+    /// Scales, turns and shifts the mesh, in this order.
     #[serde(default, skip_serializing_if = "is_default")]
     pub transform: Transform,
     /// Fills loops of at most 64 open edges.

@@ -134,17 +134,18 @@ impl SubStep<'_> {
     ) -> Option<Touch<'a>> {
         let (distance, normal) = collider.distance(array3(&end.x), self.end_time);
         let depth = collider.margin - distance;
+        let here = vec3::<f64>(normal);
+        let entry = meeting.filter(|meeting| meeting.depth == 0.0).map(|meeting| meeting.normal);
+        let way = end.x - flight.x - vec3::<f64>(collider.velocity) * flight.left;
+        let through = entry.filter(|entry| entry.dot(&here) < SAME_SIDE && way.dot(entry) <= 0.0);
         let spare = self.spare_of(collider);
-        if depth < -spare {
+        // What went through a solid may be far behind it.
+        if depth < -spare && !(through.is_some() && collider.shape.has_creases()) {
             return None;
         }
         let start = meeting.map_or_else(|| self.depth_at_start(collider), |meeting| meeting.depth);
         // What is there from the start is taken back little by little.
         let allowed = if start > 0.0 { (start - collider.recovery * self.dt).max(0.0) } else { 0.0 };
-        let here = vec3::<f64>(normal);
-        let entry = meeting.filter(|meeting| meeting.depth == 0.0).map(|meeting| meeting.normal);
-        let way = end.x - flight.x - vec3::<f64>(collider.velocity) * flight.left;
-        let through = entry.filter(|entry| entry.dot(&here) < SAME_SIDE && way.dot(entry) <= 0.0);
         let (normal, is_through) = (through.unwrap_or(here), through.is_some());
         let end_time = self.end_time;
         Some(Touch { collider, normal, is_through, depth, allowed, spare, end_time })

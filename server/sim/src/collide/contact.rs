@@ -197,11 +197,11 @@ fn nearness<R: Real>(contacts: Contacts<'_>, moved: &Moved<'_, R>, clear: &mut [
     let mut balls = clear.iter_mut();
     for collider in contacts.colliders {
         let ball = if collider.shape.is_costly() { balls.next() } else { None };
-        let distance = match ball {
+        let (distance, is_met) = match ball {
             Some(ball) => beyond(contacts, collider, moved, ball),
-            None => collider.distance(x, contacts.time).0,
+            None => (collider.distance(x, contacts.time).0, false),
         };
-        if distance < collider.margin {
+        if is_met || distance < collider.margin {
             return Near::Touched;
         }
         nearest = nearest.min(distance);
@@ -209,25 +209,28 @@ fn nearness<R: Real>(contacts: Contacts<'_>, moved: &Moved<'_, R>, clear: &mut [
     Near::Free(nearest)
 }
 
-/// The distance (m) of a particle from a mesh at the end of a step, or one that it certainly has and that is all there is to know.
+/// The distance (m) of a particle from a mesh at the end of a step, or one that it certainly has and that is all there is to
+/// know; and whether its way led through the mesh.
 fn beyond<R: Real>(
     contacts: Contacts<'_>,
     collider: &Collider,
     moved: &Moved<'_, R>,
     ball: &mut Clear,
-) -> f64 {
+) -> (f64, bool) {
     let Contacts { time, dt, .. } = contacts;
     let wide = |vector: &Padded<R>| vector.vector().map(R::to_f64);
-    let (x, velocity) = (wide(moved.x), vec3::<f64>(collider.velocity));
+    let ([from, x], velocity) = ([moved.from[0], &*moved.x].map(wide), vec3::<f64>(collider.velocity));
     let place = array3(&(x - velocity * time));
-    let way = (x - wide(moved.from[0])).norm() + velocity.norm() * dt;
+    let way = (x - from).norm() + velocity.norm() * dt;
     let least = ball.at_least(place);
     if least >= way.max(collider.margin) {
-        return least;
+        return (least, false);
     }
     let (distance, _) = collider.distance(array3(&x), time);
     *ball = Clear::of(place, distance);
-    distance
+    let rounding = 4.0 * R::ROUNDING * x.amax();
+    let is_met = distance < way && has_passed(collider, time, dt, [from, x].map(|x| array3(&x)), rounding);
+    (distance, is_met)
 }
 
 impl<R: Real> Moved<'_, R> {

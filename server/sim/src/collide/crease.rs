@@ -5,6 +5,7 @@
 
 use super::{
     flight::Flight,
+    passed::has_passed,
     planes::Planes,
     touch::{Answer, Rub, Touch},
 };
@@ -69,6 +70,12 @@ impl<'a> Crease<'a> {
             }
         }
         end.x += found.shift;
+        let way = [flight.x, end.x].map(|x| array3(&x));
+        if has_passed(collider, self.touch.end_time, flight.left, way, self.rounding) {
+            // Out of one face it would be in front of another, behind a solid: it stays where it met the first.
+            end.x = flight.x + moving * flight.left;
+            found.depth = self.margin - collider.distance(array3(&end.x), self.touch.end_time).0;
+        }
         end.is_pinched = found.depth > PINCHED;
         presses || found.shift.norm() > self.touch.spare
     }

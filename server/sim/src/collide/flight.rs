@@ -6,10 +6,8 @@
 //! velocity it differs from it by half of what the sub-step adds, which is how they keep time. Energy is
 //! conserved along it, whatever the method.
 
-use crate::{
-    collide::Collider,
-    math::{Vec3, array3, vec3},
-};
+use super::{Collider, passed::first_within};
+use crate::math::{Vec3, array3, vec3};
 
 /// Steps of the search for the place where a way meets a surface, at most.
 const SEARCH_STEPS: u32 = 64;
@@ -90,12 +88,23 @@ impl Flight {
         (distance - collider.margin, vec3(normal))
     }
 
-    /// Where the particle meets a collider that it ends inside of; none where it ends outside. What is inside by no more
+    /// A time (s) from now at which the way leads through a solid that it ends outside of.
+    fn goes_through(&self, collider: &Collider) -> Option<f64> {
+        let speed = (self.w - vec3::<f64>(collider.velocity)).norm() + self.a.norm() * self.left;
+        let distance = |share: f64| self.gap(collider, share * self.left).0 + collider.margin;
+        first_within(distance, speed * self.left).map(|share| share * self.left)
+    }
+
+    /// Where the particle meets a collider that it ends inside of, or goes through if that has creases; none otherwise. What is inside by no more
     /// than `spare` (m) is on the surface.
     pub(super) fn meets(&self, collider: &Collider, spare: f64) -> Option<Meeting> {
-        let (end, normal_at_end) = self.gap(collider, self.left);
+        let (mut high, (mut end, mut normal_at_end)) = (self.left, self.gap(collider, self.left));
         if end >= 0.0 {
-            return None;
+            if !collider.shape.has_creases() {
+                return None;
+            }
+            high = self.goes_through(collider)?;
+            (end, normal_at_end) = self.gap(collider, high);
         }
 
         let (start, normal) = self.gap(collider, 0.0);
@@ -111,8 +120,8 @@ impl Flight {
             }
             // What leaves the surface comes back after the highest point of its way; in a hollow it may meet the other side.
             let pulled = -self.a.dot(&normal);
-            let comes_back = leaving < pulled * self.left;
-            low = if comes_back { leaving / pulled } else { 0.5 * self.left };
+            let comes_back = leaving < pulled * high;
+            low = if comes_back { leaving / pulled } else { 0.5 * high };
             above = self.gap(collider, low).0;
             for _ in 0..MOST_HALVINGS {
                 if above > spare {
@@ -125,7 +134,7 @@ impl Flight {
                 return met(0.0, normal);
             }
         }
-        let after = self.root(collider, [low, self.left], [above, end]);
+        let after = self.root(collider, [low, high], [above, end]);
         met(after, self.gap(collider, after).1)
     }
 

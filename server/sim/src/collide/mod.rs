@@ -2,8 +2,8 @@
 
 pub mod shape;
 mod collider;
-mod flight;
 mod passed;
+mod flight;
 mod planes;
 mod touch;
 mod crease;

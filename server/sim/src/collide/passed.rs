@@ -47,7 +47,7 @@ pub(crate) fn has_passed(
     }
 
     if collider.shape.has_creases() {
-        return is_within(|share| at(share).0, length);
+        return first_within(|share| at(share).0, length).is_some();
     }
 
     // Back from the end, by as much as is free of the surface in every direction.
@@ -65,18 +65,19 @@ pub(crate) fn has_passed(
     false
 }
 
-/// Whether a way (m) leads through a solid, given the distance at each share of it from its end: both sides of a crease may be
-/// reached from outside. A solid thinner than a thousandth of the way is not seen.
-fn is_within(distance: impl Fn(f64) -> f64, length: f64) -> bool {
+/// The share of a way, no longer than `length` (m), at which it is first seen within a solid, given the distance (m) at each share:
+/// both sides of a crease may be reached from outside. A solid thinner than a thousandth of the way is not seen.
+pub(super) fn first_within(distance: impl Fn(f64) -> f64, length: f64) -> Option<f64> {
     let mut gone = 0.0;
     while gone < 1.0 {
         let here = distance(gone);
         if here < -ROUNDING * length {
-            return true;
+            return Some(gone);
         }
+        // What is not finite ends here.
         gone += (here / length).max(REACHED);
     }
-    false
+    None
 }
 
 #[cfg(test)]

@@ -12,10 +12,7 @@ mod sample;
 #[cfg(test)]
 mod tests;
 
-use std::{
-    fmt,
-    sync::{Arc, OnceLock},
-};
+use std::{fmt, sync::Arc};
 
 use serde::{Deserialize, Serialize};
 
@@ -41,7 +38,8 @@ struct Surface {
     tree: Tree,
     /// Largest coordinate (m).
     size: f64,
-    thickness: OnceLock<f64>,
+    /// Twice the depth (m) of its deepest point.
+    thickness: f64,
 }
 
 /// A solid as it is sent: whoever gets it builds the rest again.
@@ -105,8 +103,9 @@ impl MeshSolid {
         }
         let tree = Tree::new(&points, &triangles, &normals.faces);
         let size = tree.bounds().as_flattened().iter().fold(0.0, |most: f64, c| most.max(c.abs()));
-        let thickness = OnceLock::new();
-        Ok(Self(Arc::new(Surface { points, triangles, normals, tree, size, thickness })))
+        let mut surface = Surface { points, triangles, normals, tree, size, thickness: 0.0 };
+        surface.thickness = 2.0 * depth::deepest(surface.tree.bounds(), |p| -surface.at(p).0);
+        Ok(Self(Arc::new(surface)))
     }
 
     /// Its points (m) at time 0.
@@ -124,10 +123,12 @@ impl MeshSolid {
         let per_triangle = 12 + 24 + 72 + (size_of::<nearest::Triangles>() as u64 + 96) / 4;
         48 * points + per_triangle * triangles
     }
+}
 
+impl Surface {
     /// Signed distance (m) of a point (m) from the surface at time 0, and the normal there.
     fn at(&self, p: [f64; 3]) -> Nearest {
-        let Surface { triangles, normals, tree, size, .. } = &*self.0;
+        let Surface { triangles, normals, tree, size, .. } = self;
         let Some((_, found)) = tree.nearest(p) else { return (f64::NAN, [0.0, 1.0, 0.0]) };
         let leaf = &tree.leaves[found.leaf];
         let place = leaf.place(found.lane, p);
@@ -156,11 +157,11 @@ impl SignedDistance for MeshSolid {
     }
 
     fn nearest(&self, probe: Probe) -> Nearest {
-        self.at(probe.relative_to([0.0; 3]))
+        self.0.at(probe.relative_to([0.0; 3]))
     }
 
     fn thickness(&self) -> f64 {
-        *self.0.thickness.get_or_init(|| 2.0 * depth::deepest(self.0.tree.bounds(), |p| -self.at(p).0))
+        self.0.thickness
     }
 
     fn has_creases(&self) -> bool {

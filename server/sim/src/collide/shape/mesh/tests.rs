@@ -1,4 +1,4 @@
-//! The tree against every triangle in turn, distances against another formula, sides against winding numbers.
+//! The tree against all triangles in turn, distances and sides against other formulas.
 
 use std::f64::consts::TAU;
 
@@ -132,7 +132,7 @@ fn distances_and_sides_are_those_of_another_formula() {
             let corners = |t: &[u32; 3]| t.map(|i| solid.points()[i as usize]);
             let nearest =
                 solid.triangles().iter().map(|t| distance_from(p, corners(t))).fold(f64::INFINITY, f64::min);
-            let (distance, normal) = solid.at(p);
+            let (distance, normal) = solid.0.at(p);
             assert!(
                 (distance.abs() - nearest).abs() < 1e-14,
                 "{solid:?} at {p:?}: {distance}, not {nearest}"
@@ -149,7 +149,7 @@ fn distances_and_sides_are_those_of_another_formula() {
 #[test]
 fn what_is_not_a_place_has_no_distance() {
     for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
-        let (distance, _) = cube([0.5; 3]).at([0.0, bad, 0.0]);
+        let (distance, _) = cube([0.5; 3]).0.at([0.0, bad, 0.0]);
         assert!(!distance.is_finite() || distance > 1e300, "{bad}: {distance}");
     }
 }
@@ -179,7 +179,7 @@ fn a_solid_that_is_sent_is_the_same_one() {
     let back = MeshSolid::try_from(sent).expect("it was sent");
     assert_eq!(back, solid);
     for p in points(&solid, 500) {
-        assert_eq!(back.at(p), solid.at(p));
+        assert_eq!(back.0.at(p), solid.0.at(p));
     }
     let mut open = Parts::from(solid);
     open.triangles.pop();

@@ -16,7 +16,7 @@ const ROUNDING: f64 = 16.0 * f64::EPSILON;
 /// A box along the axes (m): lower and upper corner.
 type Bounds = [[f64; 3]; 2];
 
-/// The tree.
+/// Boxes over all triangles of a surface, and the triangles themselves.
 #[derive(Clone, Debug)]
 pub(super) struct Tree {
     /// Triangles, four to a leaf.
