@@ -4,7 +4,7 @@
 
 use nappe_sim::{
     cloth::{ClothSettings, Integrator, Minimizer, MinimizerKind},
-    collide::shape::MeshSolid,
+    collide::{CLEAR_BYTES, shape::MeshSolid},
     linalg::{PreconditionerKind, Stop},
     math::{
         Precision,
@@ -58,7 +58,7 @@ pub struct SceneSize {
     pub collider_points: u64,
     /// Triangles of meshes that are colliders.
     pub collider_triangles: u64,
-    /// Bytes of the solids that are made of them.
+    /// Bytes of the solids that are made of them, and of what each particle of cloth keeps of each.
     pub collider_bytes: u64,
     /// Bytes of the snow's grid, in binary32 and in binary64.
     pub snow_grid_bytes: [u64; 2],
@@ -162,7 +162,8 @@ impl SceneSize {
         self.collider_points = self.collider_points.saturating_add(points);
         self.collider_triangles += triangles;
         let bytes = MeshSolid::bytes(points.min(3 * triangles), triangles);
-        self.collider_bytes = self.collider_bytes.saturating_add(bytes);
+        let kept = CLEAR_BYTES.saturating_mul(self.cloth_particles);
+        self.collider_bytes = self.collider_bytes.saturating_add(bytes).saturating_add(kept);
     }
 
     /// Gives the blocks of the grid, of this side (m), that the object takes, and its blocks of nodes.

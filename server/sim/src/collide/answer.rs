@@ -101,7 +101,7 @@ impl SubStep<'_> {
         let square = added.norm_squared();
         let felt = if square > 0.0 { 0.5 - lag.dot(&added) / square } else { 0.5 };
         // The collider that changed it last: nothing is to be done once all others were looked at since then.
-        let mut last: Option<&Collider> = None;
+        let (mut last, mut pinching) = (None::<&Collider>, None::<&Collider>);
         for collider in std::iter::repeat_n(self.colliders, ROUNDS).flatten() {
             if last.is_some_and(|last| std::ptr::eq(last, collider)) {
                 break;
@@ -112,7 +112,12 @@ impl SubStep<'_> {
             };
             let felt = felt.clamp(0.0, 1.0);
             let is_changed = if collider.shape.has_creases() {
-                Crease::new(&touch, self.rounding).hold(flight, felt, &mut end)
+                let is_changed = Crease::new(&touch, self.rounding).hold(flight, felt, &mut end);
+                // Of several, one may pinch that is not looked at again.
+                let others = pinching.filter(|other| !std::ptr::eq(*other, collider));
+                pinching = if end.is_pinched { Some(collider) } else { others };
+                end.is_pinched = pinching.is_some();
+                is_changed
             } else {
                 touch.hold(flight, felt, &mut end)
             };

@@ -8,6 +8,9 @@ use crate::math::array::{length, minus};
 /// Share of a radius that is given up for rounding to binary32.
 const ROUNDING: f64 = 1e-6;
 
+/// Bytes that a particle of cloth keeps of each mesh among the colliders.
+pub const CLEAR_BYTES: u64 = size_of::<Clear>() as u64;
+
 /// A ball about a place outside of a collider, as the collider sees it.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Clear {

@@ -89,10 +89,10 @@ impl Flight {
     }
 
     /// A time (s) from now at which the way leads through a solid that it ends outside of.
-    fn goes_through(&self, collider: &Collider) -> Option<f64> {
+    fn goes_through(&self, collider: &Collider, spare: f64) -> Option<f64> {
         let speed = (self.w - vec3::<f64>(collider.velocity)).norm() + self.a.norm() * self.left;
         let distance = |share: f64| self.gap(collider, share * self.left).0 + collider.margin;
-        first_within(distance, speed * self.left).map(|share| share * self.left)
+        first_within(distance, speed * self.left, spare).map(|share| share * self.left)
     }
 
     /// Where the particle meets a collider that it ends inside of, or goes through if that has creases; none otherwise. What is inside by no more
@@ -103,7 +103,7 @@ impl Flight {
             if !collider.shape.has_creases() {
                 return None;
             }
-            high = self.goes_through(collider)?;
+            high = self.goes_through(collider, spare)?;
             (end, normal_at_end) = self.gap(collider, high);
         }
 

@@ -13,6 +13,7 @@ mod contact;
 mod velocity;
 mod corner;
 
+pub use clear::CLEAR_BYTES;
 pub use collider::{Collider, Contact, StartInside};
 pub use shape::Shape;
 

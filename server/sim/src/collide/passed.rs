@@ -11,9 +11,6 @@ const SEARCH_STEPS: u32 = 64;
 /// Distance from a surface at which a way has come to it, or within it at which it has gone in, over the length of the way.
 pub(super) const REACHED: f64 = 1e-3;
 
-/// Distance inside a surface that is rounding, over the length of the way.
-const ROUNDING: f64 = 1e-9;
-
 /// Whether a particle went through a collider on its way, which has a start and an end (m): over the `dt` (s) before
 /// `time` (s). At the start it was outside; at the end it is within, or it came to the surface on its way and the nearest
 /// of it looked the other way at the start than at the end. No deeper inside than `spare` (m), it counts as outside.
@@ -47,7 +44,7 @@ pub(crate) fn has_passed(
     }
 
     if collider.shape.has_creases() {
-        return first_within(|share| at(share).0, length).is_some();
+        return first_within(|share| at(share).0, length, -within).is_some();
     }
 
     // Back from the end, by as much as is free of the surface in every direction.
@@ -65,16 +62,16 @@ pub(crate) fn has_passed(
     false
 }
 
-/// The share of a way, no longer than `length` (m), at which it is first seen within a solid, given the distance (m) at each share:
-/// both sides of a crease may be reached from outside. A solid thinner than a thousandth of the way is not seen.
-pub(super) fn first_within(distance: impl Fn(f64) -> f64, length: f64) -> Option<f64> {
+/// The share of a way, no longer than `length` (m), at which it is first seen within a solid by more than `spare` (m), given the
+/// distance (m) at each share: both sides of a crease may be reached from outside.
+pub(super) fn first_within(distance: impl Fn(f64) -> f64, length: f64, spare: f64) -> Option<f64> {
     let mut gone = 0.0;
     while gone < 1.0 {
         let here = distance(gone);
-        if here < -ROUNDING * length {
+        if here < -spare {
             return Some(gone);
         }
-        // What is not finite ends here.
+        // A distance that is not finite ends it.
         gone += (here / length).max(REACHED);
     }
     None
