@@ -4,7 +4,10 @@ use std::sync::Arc;
 
 use nappe_scene::{Built, ErrorKind, MeshSource, NoMeshes, Scene, SceneError, SceneErrors, SceneLimits};
 use nappe_sim::{
-    collide::{Shape, shape::MeshSolid},
+    collide::{
+        Shape,
+        shape::{MeshSolid, NEAR_BYTES},
+    },
     mesh::TriangleMesh,
 };
 
@@ -302,7 +305,7 @@ fn the_size_of_a_scene_has_its_colliders_before_they_are_made() {
     let size = |mesh: TriangleMesh| parse(&with("upload = \"m\"")).size(&One(Arc::new(mesh)));
     let found = size(tetrahedron());
     assert_eq!((found.collider_points, found.collider_triangles), (4, 4));
-    assert_eq!(found.collider_bytes, MeshSolid::bytes(4, 4) + 16 * found.cloth_particles);
+    assert_eq!(found.collider_bytes, MeshSolid::bytes(4, 4) + NEAR_BYTES * found.cloth_particles);
     assert!(found.collider_bytes > 4 * 24 + 4 * 12);
     // What is refused takes nothing.
     let refused = TriangleMesh { triangles: vec![[0, 2, 1]; 200_001], ..tetrahedron() };

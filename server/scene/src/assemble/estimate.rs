@@ -4,7 +4,7 @@
 
 use nappe_sim::{
     cloth::{ClothSettings, Integrator, Minimizer, MinimizerKind},
-    collide::{CLEAR_BYTES, shape::MeshSolid},
+    collide::shape::{MeshSolid, NEAR_BYTES},
     linalg::{PreconditionerKind, Stop},
     math::{
         Precision,
@@ -162,7 +162,7 @@ impl SceneSize {
         self.collider_points = self.collider_points.saturating_add(points);
         self.collider_triangles += triangles;
         let bytes = MeshSolid::bytes(points.min(3 * triangles), triangles);
-        let kept = CLEAR_BYTES.saturating_mul(self.cloth_particles);
+        let kept = NEAR_BYTES.saturating_mul(self.cloth_particles);
         self.collider_bytes = self.collider_bytes.saturating_add(bytes).saturating_add(kept);
     }
 

@@ -7,8 +7,10 @@
 use super::{
     Collider,
     crease::Crease,
+    facing::{Facing, facing},
     flight::{Flight, Meeting},
     passed::REACHED,
+    shape::Near,
     touch::{Answer, Touch, change},
 };
 use crate::math::{Vec3, array3, vec3};
@@ -26,6 +28,8 @@ const ROUNDS: usize = 16;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SubStep<'a> {
     pub(super) colliders: &'a [Collider],
+    /// What is known of the meshes among them.
+    pub(super) near: &'a [Near],
     /// Position (m) at its start and at its end without contact.
     pub(super) x: [Vec3<f64>; 2],
     /// Velocity (m/s) then.
@@ -39,7 +43,7 @@ pub(super) struct SubStep<'a> {
     pub(super) rounding: f64,
 }
 
-impl SubStep<'_> {
+impl<'a> SubStep<'a> {
     /// What comes of it.
     pub(super) fn answer(&self) -> Answer {
         let mut flight = Flight::new(self.x, self.v, self.dt, self.end_time, self.rounding);
@@ -58,7 +62,7 @@ impl SubStep<'_> {
                 return Answer { swing: lag.dot(&(flight.end_velocity() - free)), ..end };
             }
             let push = (1.0 + collider.restitution) * approach;
-            flight.w += change(collider, &relative, &meeting.normal, push);
+            flight.w += change(&collider, &relative, &meeting.normal, push);
         }
         let w = flight.end_velocity();
         let swing = lag.dot(&(w - free));
@@ -66,11 +70,11 @@ impl SubStep<'_> {
     }
 
     /// The collider that is met first: of those that the way ends inside of, and those that it passes before.
-    fn first(&self, flight: &Flight) -> Option<(&Collider, Meeting)> {
-        let (mut way, mut first) = (*flight, None::<(&Collider, Meeting)>);
+    fn first(&self, flight: &Flight) -> Option<(Facing<'a>, Meeting)> {
+        let (mut way, mut first) = (*flight, None::<(Facing<'_>, Meeting)>);
         for _ in self.colliders {
-            let among = self.colliders.iter();
-            let others = among.filter(|other| first.is_none_or(|(found, _)| !std::ptr::eq(found, *other)));
+            let among = facing(self.colliders, self.near);
+            let others = among.filter(|other| first.is_none_or(|(found, _)| found != *other));
             let met = others.filter_map(|other| Some((other, way.meets(other, self.spare_of(other))?)));
             let Some((found, meeting)) = met.min_by(|(_, a), (_, b)| a.after.total_cmp(&b.after)) else {
                 break;
@@ -89,7 +93,7 @@ impl SubStep<'_> {
 
     /// Stays on the surface that it met from now on, and out of all others. What began inside comes out at the collider's own
     /// pace, and gets no velocity from it.
-    fn stay(&self, flight: &Flight, lag: Vec3<f64>, (met, meeting): (&Collider, Meeting)) -> Answer {
+    fn stay(&self, flight: &Flight, lag: Vec3<f64>, (met, meeting): (Facing<'_>, Meeting)) -> Answer {
         let mut end = Answer {
             x: flight.end(),
             v: flight.end_velocity() + lag,
@@ -101,12 +105,13 @@ impl SubStep<'_> {
         let square = added.norm_squared();
         let felt = if square > 0.0 { 0.5 - lag.dot(&added) / square } else { 0.5 };
         // The collider that changed it last: nothing is to be done once all others were looked at since then.
-        let (mut last, mut pinching) = (None::<&Collider>, None::<&Collider>);
-        for collider in std::iter::repeat_n(self.colliders, ROUNDS).flatten() {
-            if last.is_some_and(|last| std::ptr::eq(last, collider)) {
+        let (mut last, mut pinching) = (None::<Facing<'_>>, None::<Facing<'_>>);
+        let all = facing(self.colliders, self.near);
+        for collider in std::iter::repeat_n(all, ROUNDS).flatten() {
+            if last == Some(collider) {
                 break;
             }
-            let is_met = std::ptr::eq(collider, met);
+            let is_met = collider == met;
             let Some(touch) = self.touch(collider, flight, &end, is_met.then_some(&meeting)) else {
                 continue;
             };
@@ -114,7 +119,7 @@ impl SubStep<'_> {
             let is_changed = if collider.shape.has_creases() {
                 let is_changed = Crease::new(&touch, self.rounding).hold(flight, felt, &mut end);
                 // Of several, one may pinch that is not looked at again.
-                let others = pinching.filter(|other| !std::ptr::eq(*other, collider));
+                let others = pinching.filter(|other| *other != collider);
                 pinching = if end.is_pinched { Some(collider) } else { others };
                 end.is_pinched = pinching.is_some();
                 is_changed
@@ -130,9 +135,9 @@ impl SubStep<'_> {
     }
 
     /// How a particle that ends somewhere touches a collider there, if it does. `meeting` is where it met it.
-    fn touch<'a>(
+    fn touch(
         &self,
-        collider: &'a Collider,
+        collider: Facing<'a>,
         flight: &Flight,
         end: &Answer,
         meeting: Option<&Meeting>,
@@ -158,7 +163,7 @@ impl SubStep<'_> {
 
     /// What is inside a collider by no more than this (m) is on its surface. Of one with creases it follows from the way that
     /// the collider sees.
-    fn spare_of(&self, collider: &Collider) -> f64 {
+    fn spare_of(&self, collider: Facing<'_>) -> f64 {
         if !collider.shape.has_creases() {
             return self.spare;
         }
@@ -167,7 +172,7 @@ impl SubStep<'_> {
     }
 
     /// How deep (m) the particle began inside a collider: 0 on its surface.
-    fn depth_at_start(&self, collider: &Collider) -> f64 {
+    fn depth_at_start(&self, collider: Facing<'_>) -> f64 {
         let (distance, _) = collider.distance(array3(&self.x[0]), self.end_time - self.dt);
         let depth = collider.margin - distance;
         if depth > self.spare_of(collider) { depth } else { 0.0 }
@@ -203,7 +208,7 @@ mod tests {
         let (x, v) = (vec3::<f64>(x), vec3::<f64>(v));
         let spare = 1e-3 * v.norm() * DT;
         let (x, v) = ([x, x + v * DT], [v, v]);
-        SubStep { colliders, x, v, dt: DT, end_time: 0.3, spare, rounding: 1e-15 }.answer()
+        SubStep { colliders, near: &[], x, v, dt: DT, end_time: 0.3, spare, rounding: 1e-15 }.answer()
     }
 
     #[test]
@@ -231,8 +236,16 @@ mod tests {
                 }
                 met += 1;
                 let colliders = std::slice::from_ref(&collider);
-                let substep =
-                    SubStep { colliders, x: [x, end], v, dt, end_time, spare: 1e-4, rounding: 1e-15 };
+                let substep = SubStep {
+                    colliders,
+                    near: &[],
+                    x: [x, end],
+                    v,
+                    dt,
+                    end_time,
+                    spare: 1e-4,
+                    rounding: 1e-15,
+                };
                 let Answer { x: after, was_inside, .. } = substep.answer();
                 let depth = -gap(&after, 0.0);
                 assert!(

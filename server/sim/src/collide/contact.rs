@@ -6,14 +6,18 @@
 use super::{
     Collider,
     answer::SubStep,
-    clear::Clear,
+    facing::{Facing, facing, mesh, place},
     passed::{REACHED, has_passed},
+    shape::{MeshSolid, Near},
     touch::Answer,
 };
 use crate::{
     math::{Padded, Real, Vec3, array3, vec3},
     parallel::{Share, block_count, per_block_mut, per_row, per_row_mut, several_per_block_mut},
 };
+
+/// Reach of a look around, over what is needed: a particle that comes nearer soon asks less.
+const LOOK: f64 = 4.0;
 
 /// Where, when and for how long particles may have met colliders: the end of a step.
 #[derive(Clone, Copy)]
@@ -106,8 +110,8 @@ impl Met {
 pub(crate) struct Kept {
     /// What each block met.
     met: Vec<Met>,
-    /// For each particle and each mesh among the colliders, a ball that holds nothing of it.
-    clear: Vec<Clear>,
+    /// What each particle knows of each mesh among the colliders.
+    near: Vec<Near>,
 }
 
 /// A particle, and what contact changes of it.
@@ -129,7 +133,7 @@ pub(crate) fn resolve<R: Real>(
     from: [&[Padded<R>]; 2],
     [x, v]: [&mut [Padded<R>]; 2],
     past: Option<[&mut [Padded<R>]; 2]>,
-    Kept { met, clear }: &mut Kept,
+    Kept { met, near }: &mut Kept,
 ) -> Met {
     if contacts.colliders.is_empty() {
         return Met::default();
@@ -137,19 +141,19 @@ pub(crate) fn resolve<R: Real>(
 
     let (count, size) = (contacts.user.len(), contacts.share.block_size());
     met.resize(block_count(count, size), Met::default());
-    let meshes = contacts.colliders.iter().filter(|collider| collider.shape.is_costly()).count();
-    clear.resize(count * meshes, Clear::default());
+    let meshes = contacts.colliders.iter().filter(|collider| mesh(collider).is_some()).count();
+    near.resize(count * meshes, Near::default());
     let constants = (per_row(contacts.user), per_row(inv_m), from.map(per_row));
     let changed = ([x, v].map(per_row_mut), past.map(|past| past.map(per_row_mut)));
-    let fields = (per_block_mut(met), several_per_block_mut(clear, size * meshes), constants, changed);
-    contacts.share.own().each(fields, |_, (met, clear, (user, inv_m, from), ([x, v], mut past))| {
+    let fields = (per_block_mut(met), several_per_block_mut(near, size * meshes), constants, changed);
+    contacts.share.own().each(fields, |_, (met, near, (user, inv_m, from), ([x, v], mut past))| {
         *met = Met::default();
         for (row, (user, inv_m)) in user.iter().zip(inv_m).enumerate() {
             let past = past.as_mut().map(|[x, v]| [&mut x[row], &mut v[row]]);
             let from = from.map(|field| &field[row]);
             let moved = Moved { from, x: &mut x[row], v: &mut v[row], past };
-            let clear = &mut clear[row * meshes..(row + 1) * meshes];
-            if let Some(one) = of_one(contacts, *user, *inv_m, moved, clear) {
+            let near = &mut near[row * meshes..(row + 1) * meshes];
+            if let Some(one) = of_one(contacts, *user, *inv_m, moved, near) {
                 *met = met.and(one);
             }
         }
@@ -164,78 +168,83 @@ fn of_one<R: Real>(
     user: u32,
     inv_m: R,
     mut moved: Moved<'_, R>,
-    clear: &mut [Clear],
+    near: &mut [Near],
 ) -> Option<Met> {
     let is_free = inv_m > R::zero();
-    let near = if is_free { nearness(contacts, &moved, clear) } else { Near::Untold };
+    let reach = if is_free { reach(contacts, &moved, near) } else { Reach::Untold };
     let mut met = Met::default();
-    if near == Near::Touched {
-        let answer = moved.answer(contacts);
+    if reach == Reach::Touched {
+        let answer = moved.answer(contacts, near);
         met.touched = 1;
         met.inside = u64::from(answer.was_inside);
         met.pinched = u64::from(answer.is_pinched);
         met.first_pinched = answer.is_pinched.then_some(user);
         met.swing = answer.swing / inv_m.to_f64();
     }
-    met.first_passed = passed(contacts, user, near, [moved.from[0].vector(), moved.x.vector()]);
+    met.first_passed = passed(contacts, near, user, reach, [moved.from[0].vector(), moved.x.vector()]);
     met.passed = u64::from(met.first_passed.is_some());
     (met != Met::default()).then_some(met)
 }
 
 /// How near a particle is to colliders at the end of a step.
 #[derive(Clone, Copy, PartialEq)]
-enum Near {
+enum Reach {
     Touched,
     /// No surface is nearer than this (m).
     Free(f64),
     Untold,
 }
 
-fn nearness<R: Real>(contacts: Contacts<'_>, moved: &Moved<'_, R>, clear: &mut [Clear]) -> Near {
+fn reach<R: Real>(contacts: Contacts<'_>, moved: &Moved<'_, R>, near: &mut [Near]) -> Reach {
     let x = array3(&moved.x.vector());
     let mut nearest = f64::INFINITY;
-    let mut balls = clear.iter_mut();
+    let mut near = near.iter_mut();
     for collider in contacts.colliders {
-        let ball = if collider.shape.is_costly() { balls.next() } else { None };
-        let (distance, is_met) = match ball {
-            Some(ball) => beyond(contacts, collider, moved, ball),
+        let known = mesh(collider).and_then(|mesh| Some((mesh, near.next()?)));
+        let (distance, is_met) = match known {
+            Some((mesh, near)) => reach_of_mesh(contacts, (collider, mesh), moved, near),
             None => (collider.distance(x, contacts.time).0, false),
         };
         if is_met || distance < collider.margin {
-            return Near::Touched;
+            return Reach::Touched;
         }
         nearest = nearest.min(distance);
     }
-    Near::Free(nearest)
+    Reach::Free(nearest)
 }
 
 /// The distance (m) of a particle from a mesh at the end of a step, or one that it certainly has and that is all there is to
-/// know; and whether its way led through the mesh.
-fn beyond<R: Real>(
+/// know; and whether its way led through the mesh. Looks around where not enough is known.
+fn reach_of_mesh<R: Real>(
     contacts: Contacts<'_>,
-    collider: &Collider,
+    (collider, mesh): (&Collider, &MeshSolid),
     moved: &Moved<'_, R>,
-    ball: &mut Clear,
+    near: &mut Near,
 ) -> (f64, bool) {
     let Contacts { time, dt, .. } = contacts;
     let wide = |vector: &Padded<R>| vector.vector().map(R::to_f64);
     let ([from, x], velocity) = ([moved.from[0], &*moved.x].map(wide), vec3::<f64>(collider.velocity));
-    let place = array3(&(x - velocity * time));
+    let place = place(collider, array3(&x), time);
     let way = (x - from).norm() + velocity.norm() * dt;
-    let least = ball.at_least(place);
-    if least >= way.max(collider.margin) {
+    let needed = way.max(collider.margin);
+    let least = near.at_least(place);
+    if least >= needed {
         return (least, false);
     }
-    let (distance, _) = collider.distance(array3(&x), time);
-    *ball = Clear::of(place, distance);
+    let (distance, _) = mesh.by_near(place, near).unwrap_or_else(|| {
+        let (looked, nearest) = mesh.look(place, LOOK * needed);
+        *near = looked;
+        nearest
+    });
     let rounding = 4.0 * R::ROUNDING * x.amax();
-    let is_met = distance < way && has_passed(collider, time, dt, [from, x].map(|x| array3(&x)), rounding);
+    let ends = [from, x].map(|x| array3(&x));
+    let is_met = distance < way && has_passed(collider.into(), time, dt, ends, rounding);
     (distance, is_met)
 }
 
 impl<R: Real> Moved<'_, R> {
     /// Takes over what contact makes of the step.
-    fn answer(&mut self, contacts: Contacts<'_>) -> Answer {
+    fn answer(&mut self, contacts: Contacts<'_>, near: &[Near]) -> Answer {
         let wide = |vector: &Padded<R>| vector.vector().map(R::to_f64);
         let x = [wide(self.from[0]), wide(self.x)];
         let v = [wide(self.from[1]), wide(self.v)];
@@ -243,7 +252,7 @@ impl<R: Real> Moved<'_, R> {
         let rounding = 4.0 * R::ROUNDING * x[0].amax().max(x[1].amax());
         let spare = REACHED * way.norm() + rounding;
         let Contacts { colliders, time, dt, .. } = contacts;
-        let answer = SubStep { colliders, x, v, dt, end_time: time, spare, rounding }.answer();
+        let answer = SubStep { colliders, near, x, v, dt, end_time: time, spare, rounding }.answer();
 
         let narrow = |vector: Vec3<f64>| Padded::new(&vector.map(R::of));
         (*self.x, *self.v) = (narrow(answer.x), narrow(answer.v));
@@ -257,17 +266,23 @@ impl<R: Real> Moved<'_, R> {
 }
 
 /// The first collider that a particle went through or into on its way, which has a start and an end.
-fn passed<R: Real>(contacts: Contacts<'_>, particle: u32, near: Near, way: [Vec3<R>; 2]) -> Option<Passed> {
+fn passed<R: Real>(
+    contacts: Contacts<'_>,
+    near: &[Near],
+    particle: u32,
+    reach: Reach,
+    way: [Vec3<R>; 2],
+) -> Option<Passed> {
     let rounding = 4.0 * R::ROUNDING * way[1].map(R::to_f64).amax();
     let way = way.map(|point| point.map(R::to_f64));
-    let (length, Contacts { time, dt, .. }) = ((way[1] - way[0]).norm(), contacts);
+    let (length, Contacts { colliders, time, dt, .. }) = ((way[1] - way[0]).norm(), contacts);
     let way = way.map(|point| array3(&point));
-    let is_passed = |collider: &Collider| {
+    let is_passed = |collider: Facing<'_>| {
         // No surface is nearer: neither comes to the other.
         let is_far =
-            matches!(near, Near::Free(d) if d >= length + vec3::<f64>(collider.velocity).norm() * dt);
+            matches!(reach, Reach::Free(d) if d >= length + vec3::<f64>(collider.velocity).norm() * dt);
         !is_far && has_passed(collider, time, dt, way, rounding)
     };
-    let first = contacts.colliders.iter().position(is_passed)?;
+    let first = facing(colliders, near).position(is_passed)?;
     Some(Passed { particle, collider: first as u32 })
 }

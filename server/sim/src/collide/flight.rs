@@ -6,7 +6,7 @@
 //! velocity it differs from it by half of what the sub-step adds, which is how they keep time. Energy is
 //! conserved along it, whatever the method.
 
-use super::{Collider, passed::first_within};
+use super::{facing::Facing, passed::first_within};
 use crate::math::{Vec3, array3, vec3};
 
 /// Steps of the search for the place where a way meets a surface, at most.
@@ -82,14 +82,14 @@ impl Flight {
     }
 
     /// Distance (m) of a position, after some seconds, from where a particle touches, and the normal there.
-    fn gap(&self, collider: &Collider, after: f64) -> (f64, Vec3<f64>) {
+    fn gap(&self, collider: Facing<'_>, after: f64) -> (f64, Vec3<f64>) {
         let time = self.end_time - (self.left - after);
         let (distance, normal) = collider.distance(array3(&self.position(after)), time);
         (distance - collider.margin, vec3(normal))
     }
 
     /// A time (s) from now at which the way leads through a solid that it ends outside of.
-    fn goes_through(&self, collider: &Collider, spare: f64) -> Option<f64> {
+    fn goes_through(&self, collider: Facing<'_>, spare: f64) -> Option<f64> {
         let speed = (self.w - vec3::<f64>(collider.velocity)).norm() + self.a.norm() * self.left;
         let distance = |share: f64| self.gap(collider, share * self.left).0 + collider.margin;
         first_within(distance, speed * self.left, spare).map(|share| share * self.left)
@@ -97,7 +97,7 @@ impl Flight {
 
     /// Where the particle meets a collider that it ends inside of, or goes through if that has creases; none otherwise. What is inside by no more
     /// than `spare` (m) is on the surface.
-    pub(super) fn meets(&self, collider: &Collider, spare: f64) -> Option<Meeting> {
+    pub(super) fn meets(&self, collider: Facing<'_>, spare: f64) -> Option<Meeting> {
         let (mut high, (mut end, mut normal_at_end)) = (self.left, self.gap(collider, self.left));
         if end >= 0.0 {
             if !collider.shape.has_creases() {
@@ -142,7 +142,7 @@ impl Flight {
     /// halves the weight of an end that stays (Dowell and Jarratt 1971, the Illinois method).
     fn root(
         &self,
-        collider: &Collider,
+        collider: Facing<'_>,
         [mut low, mut high]: [f64; 2],
         [mut above, mut below]: [f64; 2],
     ) -> f64 {

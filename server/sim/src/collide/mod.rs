@@ -2,18 +2,17 @@
 
 pub mod shape;
 mod collider;
+mod facing;
 mod passed;
 mod flight;
 mod planes;
 mod touch;
 mod crease;
 mod answer;
-mod clear;
 mod contact;
 mod velocity;
 mod corner;
 
-pub use clear::CLEAR_BYTES;
 pub use collider::{Collider, Contact, StartInside};
 pub use shape::Shape;
 

@@ -2,7 +2,7 @@
 //!
 //! Reads where the way starts and ends (m), and how the collider moves meanwhile.
 
-use super::Collider;
+use super::facing::Facing;
 use crate::math::array::{dot, length};
 
 /// Steps of a search along the way of a particle, at most.
@@ -15,7 +15,7 @@ pub(super) const REACHED: f64 = 1e-3;
 /// `time` (s). At the start it was outside; at the end it is within, or it came to the surface on its way and the nearest
 /// of it looked the other way at the start than at the end. No deeper inside than `spare` (m), it counts as outside.
 pub(crate) fn has_passed(
-    collider: &Collider,
+    collider: Facing<'_>,
     time: f64,
     dt: f64,
     [start, end]: [[f64; 3]; 2],
@@ -110,7 +110,7 @@ mod tests {
     }
 
     fn passes(collider: &Collider, from: f64, to: f64) -> bool {
-        has_passed(collider, TIME, DT, [[from, 0.1, 0.2], [to, 0.1, 0.2]], 1e-4)
+        has_passed(collider.into(), TIME, DT, [[from, 0.1, 0.2], [to, 0.1, 0.2]], 1e-4)
     }
 
     #[test]
@@ -145,7 +145,7 @@ mod tests {
     #[test]
     fn what_goes_round_a_ball_has_not_passed_and_nothing_comes_out_behind_a_plane() {
         let ball = moving(|center| Sphere { center, radius: 0.1 }.into(), [0.0; 3]);
-        let by = |y: f64| has_passed(&ball, TIME, DT, [[-0.5, y, 0.0], [0.5, y, 0.0]], 1e-4);
+        let by = |y: f64| has_passed((&ball).into(), TIME, DT, [[-0.5, y, 0.0], [0.5, y, 0.0]], 1e-4);
         assert!(by(0.05) && !by(0.15), "through it, and past it");
         let floor = moving(|point| Plane { point, normal: [1.0, 0.0, 0.0] }.into(), [0.0; 3]);
         assert!(passes(&floor, 0.5, -0.5) && !passes(&floor, -0.5, -0.7) && !passes(&floor, -0.5, 0.5));

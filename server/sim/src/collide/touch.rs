@@ -2,7 +2,7 @@
 //!
 //! The impulse along the normal bounds that of friction: `|dv_t| <= friction |dv_n|`.
 
-use super::{Collider, flight::Flight};
+use super::{Collider, facing::Facing, flight::Flight};
 use crate::math::{Vec3, array3, vec3};
 
 /// A sub-step of one particle as its method has it, and what contact made of it.
@@ -21,7 +21,7 @@ pub(super) struct Answer {
 
 /// A collider that a particle must stay out of at the end of a sub-step.
 pub(super) struct Touch<'a> {
-    pub(super) collider: &'a Collider,
+    pub(super) collider: Facing<'a>,
     pub(super) normal: Vec3<f64>,
     /// Whether the nearest side is another one than that at which it came.
     pub(super) is_through: bool,
@@ -35,7 +35,7 @@ pub(super) struct Touch<'a> {
 
 /// What slows a particle along a surface: the change of its velocity (m/s), and the push (m/s) along a normal that allows it.
 pub(super) struct Rub<'a> {
-    pub(super) collider: &'a Collider,
+    pub(super) collider: Facing<'a>,
     pub(super) normal: Vec3<f64>,
     pub(super) slowing: Vec3<f64>,
     pub(super) pushed: f64,
@@ -48,14 +48,14 @@ pub(super) struct Rub<'a> {
 impl Touch<'_> {
     /// Takes the approach away, slows what slides, and puts the particle on the surface; whether that changed anything.
     pub(super) fn hold(&self, flight: &Flight, felt: f64, end: &mut Answer) -> bool {
-        let Self { collider, normal, .. } = self;
+        let Self { collider, ref normal, .. } = *self;
         let moving = vec3::<f64>(collider.velocity);
         let relative = end.v - moving;
         let approach = -relative.dot(normal);
         let presses = approach > f64::EPSILON * end.v.amax();
         let (mut lift, mut out) = (self.depth - self.allowed, *normal);
         if presses {
-            let by = change(collider, &relative, normal, approach);
+            let by = change(&collider, &relative, normal, approach);
             end.v += by;
             let slowing = by - normal * approach;
             if slowing.norm_squared() > 0.0 {

@@ -15,6 +15,10 @@ mod mesh;
 #[cfg(test)]
 mod tests;
 
+pub use mesh::NEAR_BYTES;
+
+pub(super) use mesh::Near;
+
 use geometry::{Probe, SignedDistance};
 
 /// Makes the closed set of shapes from a list, and hands each question on to the shape's own file.
@@ -49,11 +53,6 @@ macro_rules! shapes {
                 match self {
                     $(Self::$name(shape) => shape.thickness(),)*
                 }
-            }
-
-            /// Whether its distance takes so long that it is better not asked for in vain.
-            pub(crate) fn is_costly(&self) -> bool {
-                matches!(self, Self::Mesh(_))
             }
 
             /// Whether a particle outside may touch it at several places that look different ways.

@@ -159,7 +159,7 @@ impl Collided {
         let rounding = 4.0 * R::ROUNDING * way[1].into_iter().fold(0.0, |most: f64, c| most.max(c.abs()));
         context.colliders.iter().any(|collider| {
             let spare = rounding + WITHIN * self.cell.min(collider.shape.thickness());
-            has_passed(collider, context.time, context.dt, way, spare)
+            has_passed(collider.into(), context.time, context.dt, way, spare)
         })
     }
 }

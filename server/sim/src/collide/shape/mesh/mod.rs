@@ -4,9 +4,11 @@
 //! point alone. Which side a point is on is told by the pseudonormal of what is nearest: a face, an edge or a corner.
 
 mod normals;
+mod four;
 mod nearest;
 mod tree;
 mod depth;
+mod near;
 #[cfg(test)]
 mod sample;
 #[cfg(test)]
@@ -16,7 +18,14 @@ use std::{fmt, sync::Arc};
 
 use serde::{Deserialize, Serialize};
 
-use self::{nearest::On, normals::Normals, tree::Tree};
+pub use self::near::NEAR_BYTES;
+pub(in crate::collide) use self::near::Near;
+
+use self::{
+    nearest::{On, Place},
+    normals::Normals,
+    tree::{Leaf, Tree},
+};
 use super::geometry::{Nearest, Probe, SignedDistance, is_finite};
 use crate::math::array::{cross, dot, length, minus};
 
@@ -120,7 +129,7 @@ impl MeshSolid {
 
     /// Bytes that a solid of so many points and triangles takes.
     pub const fn bytes(points: u64, triangles: u64) -> u64 {
-        let per_triangle = 12 + 24 + 72 + (size_of::<nearest::Triangles>() as u64 + 96) / 4;
+        let per_triangle = 12 + 24 + 72 + Tree::bytes_per_leaf() / 4;
         48 * points + per_triangle * triangles
     }
 }
@@ -128,10 +137,14 @@ impl MeshSolid {
 impl Surface {
     /// Signed distance (m) of a point (m) from the surface at time 0, and the normal there.
     fn at(&self, p: [f64; 3]) -> Nearest {
-        let Surface { triangles, normals, tree, size, .. } = self;
-        let Some((_, found)) = tree.nearest(p) else { return (f64::NAN, [0.0, 1.0, 0.0]) };
+        let Some((_, found)) = self.tree.nearest(p) else { return (f64::NAN, [0.0, 1.0, 0.0]) };
+        self.signed(found, self.tree.leaves[found.leaf].place(found.lane, p))
+    }
+
+    /// The same where the nearest place is known, and its triangle.
+    fn signed(&self, found: Leaf, place: Place) -> Nearest {
+        let Self { triangles, normals, tree, size, .. } = self;
         let leaf = &tree.leaves[found.leaf];
-        let place = leaf.place(found.lane, p);
         let number = leaf.number[found.lane] as usize;
         let pseudonormal = match place.on {
             On::Face => return (place.height, leaf.normal(found.lane)),

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::{MeshSolid, Parts, tree::Leaf};
+use super::{MeshSolid, Near, Parts, tree::Leaf};
 use crate::{
     collide::shape::sample::Sample,
     math::array::{cross, dot, length, minus},
@@ -184,4 +184,34 @@ fn a_solid_that_is_sent_is_the_same_one() {
     let mut open = Parts::from(solid);
     open.triangles.pop();
     assert!(MeshSolid::try_from(open).is_err(), "an open surface is refused as it comes");
+}
+
+#[test]
+fn what_is_known_around_a_place_gives_the_same_bits_or_nothing() {
+    let (mut told, mut untold, mut cleared) = (0, 0, 0);
+    for solid in solids() {
+        for (i, place) in points(&solid, 3_000).enumerate() {
+            let (near, nearest) = solid.look(place, 0.3);
+            assert_eq!(nearest, solid.0.at(place));
+            for (k, away) in [0.0, 1e-9, 1e-3, 1e-2, 0.1].into_iter().enumerate() {
+                let way = [i % 7, i % 5, i % 3 + k].map(|c| c as f64 - 2.0);
+                let other = [0, 1, 2].map(|c| place[c] + away * way[c]);
+                let expected = solid.0.at(other);
+                let least = near.at_least(other);
+                assert!(least <= expected.0.max(0.0), "{solid:?} at {other:?}: {least}, not {expected:?}");
+                cleared += usize::from(least > 0.0);
+                match solid.by_near(other, &near) {
+                    Some(found) => {
+                        told += 1;
+                        assert_eq!(found, expected, "{solid:?} at {other:?} from {place:?}");
+                    }
+                    None => untold += 1,
+                }
+            }
+        }
+    }
+    assert!(told > 10_000 && untold > 1_000 && cleared > 5_000, "{told} told, {untold} not, {cleared} clear");
+    let (near, _) = cube([0.5; 3]).look([f64::NAN; 3], 1.0);
+    assert!(cube([0.5; 3]).by_near([f64::NAN; 3], &near).is_none() && !(near.at_least([1.0; 3]) >= 0.0));
+    assert!(cube([0.5; 3]).by_near([0.6; 3], &Near::default()).is_none(), "nothing is known");
 }

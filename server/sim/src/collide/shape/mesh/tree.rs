@@ -1,17 +1,25 @@
 //! A tree of boxes around the triangles of a surface, and the triangle that is nearest to a point.
 //!
-//! Reads points (m) and triangles; writes the nearest triangle by (square of the distance, number). Triangles stand in the
-//! order of a Hilbert curve through their centres, four to a leaf; above the leaves each box holds a half of the range
-//! of the box above it. So the tree follows from the mesh alone, and the nearest one from the mesh and the point: how it
-//! was found plays no part.
+//! Reads points (m) and triangles; writes the nearest triangle by (square of the distance, number). Ranges of
+//! triangles are halved across their longest sides, down to four in a leaf; a node has boxes around quarters of a range. So
+//! the tree follows from the mesh alone, and the nearest one from the mesh and the point: how it was found plays no part.
 
-use super::nearest::{Triangles, WIDTH};
-use crate::parallel::hilbert_order;
+use super::{
+    four::{Four, WIDTH},
+    nearest::Triangles,
+};
+use crate::math::{Pack, WithSimd, dispatch};
 
-/// Boxes that wait to be looked at, at most: one for each level of a tree over 2^32 leaves.
-const DEPTH: usize = 34;
+/// Nodes and leaves that wait to be looked at, at most: three for each level of a tree over 2^32 leaves.
+const DEPTH: usize = 64;
+/// Triangles that are kept around a place.
+pub(super) const KEPT: usize = 4;
 /// Share of a distance that rounding may take of it.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
+/// What tells a leaf from a node.
+const LEAF: u32 = 1 << 31;
+/// No child.
+const NONE: u32 = u32::MAX;
 
 /// A box along the axes (m): lower and upper corner.
 type Bounds = [[f64; 3]; 2];
@@ -21,8 +29,51 @@ type Bounds = [[f64; 3]; 2];
 pub(super) struct Tree {
     /// Triangles, four to a leaf.
     pub(super) leaves: Vec<Triangles>,
-    /// Boxes, each before those of its first half, and these before those of its second.
-    boxes: Vec<Bounds>,
+    /// The first one is over all leaves.
+    nodes: Vec<Node>,
+    bounds: Bounds,
+}
+
+/// Four boxes and what is within them.
+#[derive(Clone, Debug)]
+pub(super) struct Node {
+    low: [Four; 3],
+    high: [Four; 3],
+    /// Numbers of nodes, or of leaves.
+    children: [u32; WIDTH],
+}
+
+impl Node {
+    /// Lets those children wait that may hold a triangle nearer to a point (m) than the best one (m²). The nearest of them comes
+    /// last: it is looked at first.
+    #[inline(always)]
+    fn children(&self, p: [f64; 3], best: f64, waiting: &mut [(f64, u32); DEPTH], count: &mut usize) {
+        let Four(squares) = self.beside(p);
+        let first = *count;
+        for (square, child) in squares.into_iter().zip(self.children) {
+            if child == NONE || !may_hold(square, best) {
+                continue;
+            }
+            let mut place = *count;
+            while place > first && waiting[place - 1].0 < square {
+                waiting[place] = waiting[place - 1];
+                place -= 1;
+            }
+            waiting[place] = (square, child);
+            *count += 1;
+        }
+    }
+
+    /// Squares (m²) of the distances of a point (m) from the boxes: 0 within one.
+    #[inline(always)]
+    fn beside(&self, p: [f64; 3]) -> Four {
+        let gap = |c: usize| {
+            let p = Four::all(p[c]);
+            (self.low[c] - p).max(p - self.high[c]).max(Four::all(0.0))
+        };
+        let [x, y, z] = [gap(0), gap(1), gap(2)];
+        x * x + y * y + z * z
+    }
 }
 
 /// A triangle: its leaf, and its place there.
@@ -41,98 +92,189 @@ impl Tree {
             [0, 1, 2].map(|k| (a[k] + b[k] + c[k]) / 3.0)
         };
         let centers: Vec<[f64; 3]> = (0_u32..).take(triangles.len()).map(center).collect();
-        let order = hilbert_order(&centers, 0.0);
+        let mut order: Vec<u32> = (0_u32..).take(triangles.len()).collect();
+        sort(&mut order, &centers);
         let leaf = |numbers: &[u32]| {
             let parts: Vec<_> = numbers.iter().map(|t| (*t, corners(*t), faces[*t as usize])).collect();
             Triangles::new(&parts)
         };
-        let leaves: Vec<Triangles> = order.chunks(WIDTH).map(leaf).collect();
+        let leaves = order.chunks(WIDTH).map(leaf).collect();
 
-        let around = |numbers: &[u32]| {
-            let all = numbers.iter().flat_map(|t| corners(*t));
-            all.fold([[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]], |[low, high], p| {
-                [[0, 1, 2].map(|c| low[c].min(p[c])), [0, 1, 2].map(|c| high[c].max(p[c]))]
-            })
-        };
+        let around = |numbers: &[u32]| around(numbers.iter().flat_map(|t| corners(*t)).map(|p| [p, p]));
         let held: Vec<Bounds> = order.chunks(WIDTH).map(around).collect();
-        let size = held.iter().flatten().flatten().fold(0.0, |most: f64, c| most.max(c.abs()));
-        let mut boxes = Vec::with_capacity(2 * leaves.len() - 1);
-        enclose(&held, ROUNDING * size, &mut boxes);
-        Self { leaves, boxes }
+        let size = held.as_flattened().as_flattened().iter().fold(0.0, |most: f64, c| most.max(c.abs()));
+        let wider =
+            |[low, high]: Bounds| [low.map(|c| c - ROUNDING * size), high.map(|c| c + ROUNDING * size)];
+        let held: Vec<Bounds> = held.into_iter().map(wider).collect();
+        let mut nodes = Vec::new();
+        let bounds = enclose(&held, 0, &mut nodes);
+        Self { leaves, nodes, bounds }
     }
 
     /// The box around all of it (m), no smaller than it.
     pub(super) fn bounds(&self) -> Bounds {
-        self.boxes[0]
+        self.bounds
+    }
+
+    /// Bytes for each leaf, nearly.
+    pub(super) const fn bytes_per_leaf() -> u64 {
+        // A node has two children at least, and nearly always four.
+        (size_of::<Triangles>() + size_of::<Node>() / 2) as u64
     }
 
     /// The nearest triangle, and the square (m²) of its distance; none where the point (m) is not finite.
     pub(super) fn nearest(&self, p: [f64; 3]) -> Option<(f64, Leaf)> {
-        let mut best = (f64::INFINITY, u32::MAX);
-        let mut found = None;
-        let mut waiting = [(0_usize, 0_usize, 0.0_f64); DEPTH];
+        dispatch(Nearest { tree: self, p })
+    }
+
+    /// The triangles that are nearest to a point (m), the nearest first, with their distances (m), and a distance that no other
+    /// one comes nearer than.
+    pub(super) fn around(&self, p: [f64; 3]) -> ([Option<(Leaf, f64)>; KEPT], f64) {
+        let mut nearest = [(f64::INFINITY, None); KEPT + 1];
+        let mut waiting = [(0.0_f64, 0_u32); DEPTH];
         let mut count = 1;
-        waiting[0] = (0, self.leaves.len(), beside(&self.boxes[0], p));
-        // The range of a box begins where that of the waiting one begins.
-        let mut firsts = [0_usize; DEPTH];
         while count > 0 {
             count -= 1;
-            let (mut node, mut size, square) = waiting[count];
-            let mut first = firsts[count];
-            if !may_hold(square, best.0) {
+            let (square, child) = waiting[count];
+            if !may_hold(square, nearest[KEPT].0) {
                 continue;
             }
-            while size > 1 {
-                let half = size / 2;
-                let (left, right) = (node + 1, node + 2 * half);
-                let [to_left, to_right] = [beside(&self.boxes[left], p), beside(&self.boxes[right], p)];
-                let (goes_left, later) =
-                    if to_left <= to_right { (true, to_right) } else { (false, to_left) };
-                let other = if goes_left { (right, size - half, later) } else { (left, half, later) };
-                if may_hold(later, best.0) {
-                    waiting[count] = other;
-                    firsts[count] = if goes_left { first + half } else { first };
-                    count += 1;
-                }
-                if goes_left {
-                    (node, size) = (left, half);
-                } else {
-                    (node, size, first) = (right, size - half, first + half);
-                }
+            if child & LEAF == 0 {
+                self.nodes[child as usize].children(p, nearest[KEPT].0, &mut waiting, &mut count);
+                continue;
             }
-            let triangles = &self.leaves[first];
+            let leaf = (child & !LEAF) as usize;
+            let triangles = &self.leaves[leaf];
             for (lane, square) in triangles.squares(p).into_iter().enumerate() {
-                let this = (square, triangles.number[lane]);
-                if this < best {
-                    best = this;
-                    found = Some((square, Leaf { leaf: first, lane }));
+                // A leaf that is not full has its last triangle several times.
+                let is_repeated = triangles.number[..lane].contains(&triangles.number[lane]);
+                if square < nearest[KEPT].0 && !is_repeated {
+                    let place = nearest.iter().filter(|(other, _)| *other <= square).count();
+                    nearest[place..].rotate_right(1);
+                    nearest[place] = (square, Some(Leaf { leaf, lane }));
                 }
             }
         }
-        found
+        let shorter = |square: f64| square.sqrt() * (1.0 - ROUNDING);
+        let kept = std::array::from_fn(|k| nearest[k].1.map(|leaf| (leaf, shorter(nearest[k].0))));
+        (kept, shorter(nearest[KEPT].0))
     }
 }
 
-/// Writes the box around a range of leaves, which is wider by `spare` (m), and those of its halves after it.
-fn enclose(leaves: &[Bounds], spare: f64, boxes: &mut Vec<Bounds>) -> Bounds {
-    let place = boxes.len();
-    boxes.push([[0.0; 3]; 2]);
-    boxes[place] = if let [[low, high]] = leaves {
-        [low.map(|c| c - spare), high.map(|c| c + spare)]
-    } else {
-        let (left, right) = leaves.split_at(leaves.len() / 2);
-        let [a, b] = [left, right].map(|half| enclose(half, spare, boxes));
-        [[0, 1, 2].map(|c| a[0][c].min(b[0][c])), [0, 1, 2].map(|c| a[1][c].max(b[1][c]))]
-    };
-    boxes[place]
+/// The nearest triangle so far.
+struct Best {
+    square: f64,
+    number: u32,
+    leaf: Option<Leaf>,
 }
 
-/// Square (m²) of the distance of a point from a box: 0 within it.
-#[inline(always)]
-fn beside([low, high]: &Bounds, p: [f64; 3]) -> f64 {
-    let gap = |c: usize| (low[c] - p[c]).max(p[c] - high[c]).max(0.0);
-    let [x, y, z] = [gap(0), gap(1), gap(2)];
-    x * x + y * y + z * z
+impl Best {
+    #[inline(always)]
+    fn none() -> Self {
+        Self { square: f64::INFINITY, number: u32::MAX, leaf: None }
+    }
+
+    /// Looks at the triangles of a leaf.
+    #[inline(always)]
+    fn look(&mut self, tree: &Tree, leaf: usize, p: [f64; 3]) {
+        let triangles = &tree.leaves[leaf];
+        for (lane, square) in triangles.squares(p).into_iter().enumerate() {
+            let number = triangles.number[lane];
+            if square < self.square || (square == self.square && number < self.number) {
+                *self = Self { square, number, leaf: Some(Leaf { leaf, lane }) };
+            }
+        }
+    }
+
+    fn found(&self) -> Option<(f64, Leaf)> {
+        self.leaf.map(|leaf| (self.square, leaf))
+    }
+}
+
+/// The search for the nearest triangle.
+struct Nearest<'a> {
+    tree: &'a Tree,
+    p: [f64; 3],
+}
+
+impl WithSimd<f64> for Nearest<'_> {
+    const WIDE_BINARY64: bool = false;
+    type Output = Option<(f64, Leaf)>;
+
+    #[inline(always)]
+    fn run<P: Pack<Number = f64>>(self) -> Self::Output {
+        let Self { tree, p } = self;
+        let mut best = Best::none();
+        let mut waiting = [(0.0_f64, 0_u32); DEPTH];
+        let mut count = 1;
+        while count > 0 {
+            count -= 1;
+            let (square, child) = waiting[count];
+            if !may_hold(square, best.square) {
+                continue;
+            }
+            if child & LEAF != 0 {
+                best.look(tree, (child & !LEAF) as usize, p);
+                continue;
+            }
+            tree.nodes[child as usize].children(p, best.square, &mut waiting, &mut count);
+        }
+        best.found()
+    }
+}
+
+/// Sorts triangles so that leaves, and halves of ranges of them, are apart: each range is divided across its longest side,
+/// between leaves.
+fn sort(order: &mut [u32], centers: &[[f64; 3]]) {
+    let leaves = order.len().div_ceil(WIDTH);
+    if leaves <= 1 {
+        return;
+    }
+    let [low, high] = around(order.iter().map(|t| [centers[*t as usize]; 2]));
+    let side = |c: usize| high[c] - low[c];
+    let axis = (1..3).fold(0, |axis, c| if side(c) > side(axis) { c } else { axis });
+    let middle = halves(0..leaves)[0].end * WIDTH;
+    let by = |t: &u32| centers[*t as usize][axis];
+    order.select_nth_unstable_by(middle, |a, b| by(a).total_cmp(&by(b)).then(a.cmp(b)));
+    let (left, right) = order.split_at_mut(middle);
+    sort(left, centers);
+    sort(right, centers);
+}
+
+/// The box around boxes.
+fn around(boxes: impl Iterator<Item = Bounds>) -> Bounds {
+    boxes.fold([[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]], |[low, high], [from, to]| {
+        [[0, 1, 2].map(|c| low[c].min(from[c])), [0, 1, 2].map(|c| high[c].max(to[c]))]
+    })
+}
+
+/// Writes the node over some leaves, of which the first has this number, and those below it; gives the box around it.
+fn enclose(leaves: &[Bounds], first: usize, nodes: &mut Vec<Node>) -> Bounds {
+    let place = nodes.len();
+    let nowhere = Four::all(f64::NAN);
+    nodes.push(Node { low: [nowhere; 3], high: [nowhere; 3], children: [NONE; WIDTH] });
+    let [left, right] = halves(0..leaves.len());
+    let quarters = [left, right].map(halves).into_iter().flatten();
+    for (lane, range) in quarters.filter(|range| !range.is_empty()).enumerate() {
+        let start = first + range.start;
+        let (child, bounds) = if let [bounds] = &leaves[range.clone()] {
+            (start as u32 | LEAF, *bounds)
+        } else {
+            (nodes.len() as u32, enclose(&leaves[range], start, nodes))
+        };
+        let node = &mut nodes[place];
+        node.children[lane] = child;
+        for c in 0..3 {
+            (node.low[c].0[lane], node.high[c].0[lane]) = (bounds[0][c], bounds[1][c]);
+        }
+    }
+    around(leaves.iter().copied())
+}
+
+/// The two halves of a range.
+fn halves(range: std::ops::Range<usize>) -> [std::ops::Range<usize>; 2] {
+    let middle = range.start.midpoint(range.end);
+    [range.start..middle, middle..range.end]
 }
 
 /// Whether a box so far away (m²) may hold a triangle that is as near as the best one.

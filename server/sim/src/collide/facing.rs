@@ -1,0 +1,76 @@
+//! Colliders as a particle of cloth asks them: with what it knows of those that are meshes.
+
+use std::ops::Deref;
+
+use super::{
+    Collider, Shape,
+    shape::{MeshSolid, Near},
+};
+use crate::math::array::minus;
+
+/// A collider, and what is known of it around a particle.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Facing<'a> {
+    pub(super) collider: &'a Collider,
+    near: Option<&'a Near>,
+}
+
+impl<'a> From<&'a Collider> for Facing<'a> {
+    fn from(collider: &'a Collider) -> Self {
+        Self { collider, near: None }
+    }
+}
+
+impl Deref for Facing<'_> {
+    type Target = Collider;
+
+    fn deref(&self) -> &Collider {
+        self.collider
+    }
+}
+
+impl PartialEq for Facing<'_> {
+    /// Whether both are the same collider.
+    fn eq(&self, other: &Self) -> bool {
+        std::ptr::eq(self.collider, other.collider)
+    }
+}
+
+impl Facing<'_> {
+    /// [`Collider::distance`], from what is known if that is enough.
+    #[inline]
+    pub(super) fn distance(&self, point: [f64; 3], time: f64) -> (f64, [f64; 3]) {
+        if let Some(near) = self.near
+            && let Some(mesh) = mesh(self.collider)
+            && let Some(nearest) = mesh.by_near(place(self.collider, point, time), near)
+        {
+            return nearest;
+        }
+        self.collider.distance(point, time)
+    }
+}
+
+/// The mesh that a collider is, if it is one.
+pub(super) fn mesh(collider: &Collider) -> Option<&MeshSolid> {
+    match &collider.shape {
+        Shape::Mesh(mesh) => Some(mesh),
+        _ => None,
+    }
+}
+
+/// A point (m) at a time (s), as the collider sees it.
+pub(super) fn place(collider: &Collider, point: [f64; 3], time: f64) -> [f64; 3] {
+    minus(minus(point, [0.0; 3]), collider.velocity.map(|v| v * time))
+}
+
+/// Colliders with what is known of the meshes among them, one after the other; nothing is known where the list is empty.
+pub(super) fn facing<'a>(
+    colliders: &'a [Collider],
+    near: &'a [Near],
+) -> impl Iterator<Item = Facing<'a>> + Clone {
+    let mut near = near.iter();
+    colliders.iter().map(move |collider| {
+        let near = mesh(collider).and_then(|_| near.next());
+        Facing { collider, near }
+    })
+}
