@@ -6,13 +6,13 @@
 use super::{
     Collider,
     answer::SubStep,
-    facing::{Facing, facing, mesh, place},
+    facing::{facing, mesh, place},
     passed::{REACHED, has_passed},
     shape::{MeshSolid, Near},
     touch::Answer,
 };
 use crate::{
-    math::{Padded, Real, Vec3, array3, vec3},
+    math::{Padded, Real, Vec3, array::length, array3, vec3},
     parallel::{Share, block_count, per_block_mut, per_row, per_row_mut, several_per_block_mut},
 };
 
@@ -170,8 +170,13 @@ fn of_one<R: Real>(
     mut moved: Moved<'_, R>,
     near: &mut [Near],
 ) -> Option<Met> {
+    let wide = |vector: &Padded<R>| vector.vector().map(R::to_f64);
+    let way = (wide(moved.x) - wide(moved.from[0])).norm();
     let is_free = inv_m > R::zero();
-    let reach = if is_free { reach(contacts, &moved, near) } else { Reach::Untold };
+    let reach = if is_free { reach(contacts, &moved, way, near) } else { Reach::Untold };
+    if reach == Reach::Far {
+        return None;
+    }
     let mut met = Met::default();
     if reach == Reach::Touched {
         let answer = moved.answer(contacts, near);
@@ -181,7 +186,7 @@ fn of_one<R: Real>(
         met.first_pinched = answer.is_pinched.then_some(user);
         met.swing = answer.swing / inv_m.to_f64();
     }
-    met.first_passed = passed(contacts, near, user, reach, [moved.from[0].vector(), moved.x.vector()]);
+    met.first_passed = passed(contacts, near, user, [moved.from[0].vector(), moved.x.vector()]);
     met.passed = u64::from(met.first_passed.is_some());
     (met != Met::default()).then_some(met)
 }
@@ -190,42 +195,45 @@ fn of_one<R: Real>(
 #[derive(Clone, Copy, PartialEq)]
 enum Reach {
     Touched,
-    /// No surface is nearer than this (m).
-    Free(f64),
+    /// Neither it nor a surface went as far as they are apart.
+    Far,
     Untold,
 }
 
-fn reach<R: Real>(contacts: Contacts<'_>, moved: &Moved<'_, R>, near: &mut [Near]) -> Reach {
+/// Whether a particle whose way is so long (m) touches a collider.
+#[inline]
+fn reach<R: Real>(contacts: Contacts<'_>, moved: &Moved<'_, R>, way: f64, near: &mut [Near]) -> Reach {
     let x = array3(&moved.x.vector());
-    let mut nearest = f64::INFINITY;
+    let mut is_far = true;
     let mut near = near.iter_mut();
     for collider in contacts.colliders {
         let known = mesh(collider).and_then(|mesh| Some((mesh, near.next()?)));
+        let way = way + length(collider.velocity) * contacts.dt;
         let (distance, is_met) = match known {
-            Some((mesh, near)) => reach_of_mesh(contacts, (collider, mesh), moved, near),
+            Some((mesh, near)) => reach_of_mesh(contacts, (collider, mesh), moved, way, near),
             None => (collider.distance(x, contacts.time).0, false),
         };
         if is_met || distance < collider.margin {
             return Reach::Touched;
         }
-        nearest = nearest.min(distance);
+        // What is not a number is not far.
+        is_far &= distance >= way;
     }
-    Reach::Free(nearest)
+    if is_far { Reach::Far } else { Reach::Untold }
 }
 
 /// The distance (m) of a particle from a mesh at the end of a step, or one that it certainly has and that is all there is to
-/// know; and whether its way led through the mesh. Looks around where not enough is known.
+/// know; and whether its way, so long (m) as the mesh sees it at most, led through the mesh. Looks around where not enough is known.
 fn reach_of_mesh<R: Real>(
     contacts: Contacts<'_>,
     (collider, mesh): (&Collider, &MeshSolid),
     moved: &Moved<'_, R>,
+    way: f64,
     near: &mut Near,
 ) -> (f64, bool) {
     let Contacts { time, dt, .. } = contacts;
-    let wide = |vector: &Padded<R>| vector.vector().map(R::to_f64);
-    let ([from, x], velocity) = ([moved.from[0], &*moved.x].map(wide), vec3::<f64>(collider.velocity));
-    let place = place(collider, array3(&x), time);
-    let way = (x - from).norm() + velocity.norm() * dt;
+    let ends = [moved.from[0], &*moved.x].map(|x| array3(&x.vector()));
+    let place = place(collider, ends[1], time);
     let needed = way.max(collider.margin);
     let least = near.at_least(place);
     if least >= needed {
@@ -236,8 +244,7 @@ fn reach_of_mesh<R: Real>(
         *near = looked;
         nearest
     });
-    let rounding = 4.0 * R::ROUNDING * x.amax();
-    let ends = [from, x].map(|x| array3(&x));
+    let rounding = 4.0 * R::ROUNDING * vec3::<f64>(ends[1]).amax();
     let is_met = distance < way && has_passed(collider.into(), time, dt, ends, rounding);
     (distance, is_met)
 }
@@ -270,19 +277,11 @@ fn passed<R: Real>(
     contacts: Contacts<'_>,
     near: &[Near],
     particle: u32,
-    reach: Reach,
     way: [Vec3<R>; 2],
 ) -> Option<Passed> {
-    let rounding = 4.0 * R::ROUNDING * way[1].map(R::to_f64).amax();
-    let way = way.map(|point| point.map(R::to_f64));
-    let (length, Contacts { colliders, time, dt, .. }) = ((way[1] - way[0]).norm(), contacts);
+    let Contacts { colliders, time, dt, .. } = contacts;
     let way = way.map(|point| array3(&point));
-    let is_passed = |collider: Facing<'_>| {
-        // No surface is nearer: neither comes to the other.
-        let is_far =
-            matches!(reach, Reach::Free(d) if d >= length + vec3::<f64>(collider.velocity).norm() * dt);
-        !is_far && has_passed(collider, time, dt, way, rounding)
-    };
-    let first = facing(colliders, near).position(is_passed)?;
+    let rounding = 4.0 * R::ROUNDING * vec3::<f64>(way[1]).amax();
+    let first = facing(colliders, near).position(|collider| has_passed(collider, time, dt, way, rounding))?;
     Some(Passed { particle, collider: first as u32 })
 }

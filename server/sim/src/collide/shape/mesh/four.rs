@@ -5,7 +5,7 @@ use std::ops::{Add, Mul, Sub};
 /// Numbers that are computed at once.
 pub(super) const WIDTH: usize = 4;
 
-/// Four numbers.
+/// Four numbers, each with its own lane of a vector register.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(32))]
 pub(super) struct Four(pub(super) [f64; WIDTH]);

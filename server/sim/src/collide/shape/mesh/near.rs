@@ -37,7 +37,7 @@ pub(crate) struct Near {
     distances: [f32; KEPT],
 }
 
-/// No triangle.
+/// Stands where fewer triangles are known.
 const NONE: u32 = u32::MAX;
 
 impl Default for Near {

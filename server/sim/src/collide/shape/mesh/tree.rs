@@ -18,7 +18,7 @@ pub(super) const KEPT: usize = 4;
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 /// What tells a leaf from a node.
 const LEAF: u32 = 1 << 31;
-/// No child.
+/// Stands where a node has fewer children.
 const NONE: u32 = u32::MAX;
 
 /// A box along the axes (m): lower and upper corner.
