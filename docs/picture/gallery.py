@@ -24,6 +24,7 @@ VIEWS = {
     "hanging_sheet": (0.35, 2),
     "flag": (3.0, 2),
     "cloth_over_sphere": (2.0, 3),
+    "cloth_on_torus": (1.2, 3),
     "drap10": (1.0, 1),
     "drap70": (0.6, 1),
     "snowball_wall": (0.2, 5),

@@ -16,7 +16,7 @@ import type { Message } from "@bufbuild/protobuf";
  * Describes the file nappe/v1/frame.proto.
  */
 export const file_nappe_v1_frame: GenFile = /*@__PURE__*/
-  fileDesc("ChRuYXBwZS92MS9mcmFtZS5wcm90bxIIbmFwcGUudjEimgEKDEJvZHlUb3BvbG9neRIMCgRuYW1lGAEgASgJEhYKDmZpcnN0X3BhcnRpY2xlGAIgASgNEhYKDnBhcnRpY2xlX2NvdW50GAMgASgNEhUKDXRyaWFuZ2xlc191MzIYBCABKAwSEwoLc3ByaW5nc191MzIYBSABKAwSEAoIcGluc191MzIYBiABKAwSDgoGdXZfZjMyGAcgASgMIsQCCg1Db2xsaWRlclNoYXBlEgwKBG5hbWUYASABKAkSIwoIdmVsb2NpdHkYCCABKAsyES5uYXBwZS52MS5WZWN0b3IzEiUKBXBsYW5lGAIgASgLMhQubmFwcGUudjEuUGxhbmVTaGFwZUgAEicKBnNwaGVyZRgDIAEoCzIVLm5hcHBlLnYxLlNwaGVyZVNoYXBlSAASKQoHY2Fwc3VsZRgEIAEoCzIWLm5hcHBlLnYxLkNhcHN1bGVTaGFwZUgAEiEKA2JveBgFIAEoCzISLm5hcHBlLnYxLkJveFNoYXBlSAASKwoIY3lsaW5kZXIYBiABKAsyFy5uYXBwZS52MS5DeWxpbmRlclNoYXBlSAASLAoJaGFsZl9waXBlGAcgASgLMhcubmFwcGUudjEuSGFsZlBpcGVTaGFwZUgAQgcKBXNoYXBlIlEKClBsYW5lU2hhcGUSIAoFcG9pbnQYASABKAsyES5uYXBwZS52MS5WZWN0b3IzEiEKBm5vcm1hbBgCIAEoCzIRLm5hcHBlLnYxLlZlY3RvcjMiQAoLU3BoZXJlU2hhcGUSIQoGY2VudGVyGAEgASgLMhEubmFwcGUudjEuVmVjdG9yMxIOCgZyYWRpdXMYAiABKAEiYAoMQ2Fwc3VsZVNoYXBlEiAKBXN0YXJ0GAEgASgLMhEubmFwcGUudjEuVmVjdG9yMxIeCgNlbmQYAiABKAsyES5uYXBwZS52MS5WZWN0b3IzEg4KBnJhZGl1cxgDIAEoASKbAQoIQm94U2hhcGUSIQoGY2VudGVyGAEgASgLMhEubmFwcGUudjEuVmVjdG9yMxImCgtoYWxmX2V4dGVudBgCIAEoCzIRLm5hcHBlLnYxLlZlY3RvcjMSIQoGYXhpc194GAMgASgLMhEubmFwcGUudjEuVmVjdG9yMxIhCgZheGlzX3kYBCABKAsyES5uYXBwZS52MS5WZWN0b3IzImEKDUN5bGluZGVyU2hhcGUSIAoFc3RhcnQYASABKAsyES5uYXBwZS52MS5WZWN0b3IzEh4KA2VuZBgCIAEoCzIRLm5hcHBlLnYxLlZlY3RvcjMSDgoGcmFkaXVzGAMgASgBIoEBCg1IYWxmUGlwZVNoYXBlEiAKBXBvaW50GAEgASgLMhEubmFwcGUudjEuVmVjdG9yMxIfCgRheGlzGAIgASgLMhEubmFwcGUudjEuVmVjdG9yMxIdCgJ1cBgDIAEoCzIRLm5hcHBlLnYxLlZlY3RvcjMSDgoGcmFkaXVzGAQgASgBIioKB1ZlY3RvcjMSCQoBeBgBIAEoARIJCgF5GAIgASgBEgkKAXoYAyABKAEiwAEKCFRvcG9sb2d5EhMKC3RvcG9sb2d5X2lkGAEgASgNEhYKDnBhcnRpY2xlX2NvdW50GAIgASgNEiYKBmJvZGllcxgDIAMoCzIWLm5hcHBlLnYxLkJvZHlUb3BvbG9neRIqCgljb2xsaWRlcnMYBCADKAsyFy5uYXBwZS52MS5Db2xsaWRlclNoYXBlEh4KBWNodW5rGAUgASgLMg8ubmFwcGUudjEuQ2h1bmsSEwoLc2Vzc2lvbl91aWQYBiABKAkivwEKCUZpZWxkRGF0YRIeCgVmaWVsZBgBIAEoDjIPLm5hcHBlLnYxLkZpZWxkEiQKCGVuY29kaW5nGAIgASgOMhIubmFwcGUudjEuRW5jb2RpbmcSFgoOZmlyc3RfcGFydGljbGUYAyABKA0SDAoEZGF0YRgEIAEoDBISCgVzY2FsZRgFIAEoAUgAiAEBEhgKC2Vycm9yX2JvdW5kGAYgASgBSAGIAQFCCAoGX3NjYWxlQg4KDF9lcnJvcl9ib3VuZCIlCgVDaHVuaxINCgVpbmRleBgBIAEoDRINCgVjb3VudBgCIAEoDSKiAgoFRnJhbWUSDQoFZnJhbWUYASABKAQSDAoEc3RlcBgCIAEoBBIUCgx0aW1lX3NlY29uZHMYAyABKAESFwoKc3RhdGVfaGFzaBgEIAEoBkgAiAEBEhMKC3RvcG9sb2d5X2lkGAUgASgNEiMKBmZpZWxkcxgGIAMoCzITLm5hcHBlLnYxLkZpZWxkRGF0YRIeCgVjaHVuaxgHIAEoCzIPLm5hcHBlLnYxLkNodW5rEhUKDWRyb3BwZWRfY291bnQYCCABKAQSKgoLZGlhZ25vc3RpY3MYCSABKAsyFS5uYXBwZS52MS5EaWFnbm9zdGljcxIhCgRncmlkGAogASgLMhMubmFwcGUudjEuR3JpZEZpZWxkQg0KC19zdGF0ZV9oYXNoIncKC0dyaWRSZXF1ZXN0EiEKA2FsbBgBIAEoCzISLm5hcHBlLnYxLkFsbE5vZGVzSAASJQoFc2xpY2UYAiABKAsyFC5uYXBwZS52MS5TbGljZU5vZGVzSAASEQoJbWF4X25vZGVzGAMgASgNQgsKCXNlbGVjdGlvbiIKCghBbGxOb2RlcyI+CgpTbGljZU5vZGVzEhwKBGF4aXMYASABKA4yDi5uYXBwZS52MS5BeGlzEhIKCmNvb3JkaW5hdGUYAiABKAEieAoJR3JpZEZpZWxkEgwKBGNlbGwYASABKAESEQoJaW5kZXhfaTMyGAIgASgMEhAKCG1hc3NfZjMyGAMgASgMEhQKDHZlbG9jaXR5X2YzMhgEIAEoDBIOCgZzdHJpZGUYBSABKA0SEgoKbm9kZV9jb3VudBgGIAEoBCLJAwoLRGlhZ25vc3RpY3MSDAoEc3RlcBgBIAEoBBIUCgx0aW1lX3NlY29uZHMYAiABKAESDQoFZnJhbWUYAyABKAQSFgoOa2luZXRpY19lbmVyZ3kYBCABKAESFgoOZWxhc3RpY19lbmVyZ3kYBSABKAESHAoUZ3Jhdml0YXRpb25hbF9lbmVyZ3kYBiABKAESIwoIbW9tZW50dW0YByABKAsyES5uYXBwZS52MS5WZWN0b3IzEhMKC21heF9zdHJldGNoGAggASgBEhUKDWNvbnRhY3RfY291bnQYCSABKAQSJAoFc29sdmUYCiABKAsyFS5uYXBwZS52MS5Tb2x2ZVJlcG9ydBIjCgZzdGFnZXMYCyADKAsyEy5uYXBwZS52MS5TdGFnZVRpbWUSFAoMc3RlcF9zZWNvbmRzGAwgASgBEicKBHNub3cYDSABKAsyGS5uYXBwZS52MS5Tbm93RGlhZ25vc3RpY3MSIgoHbm90aWNlcxgOIAEoCzIRLm5hcHBlLnYxLk5vdGljZXMSIwoFY2xvdGgYDyABKAsyFC5uYXBwZS52MS5DbG90aFN0ZXBzEhUKDWV4dGVybmFsX3dvcmsYECABKAEibQoHTm90aWNlcxIVCg1jYXBwZWRfc29sdmVzGAEgASgEEhkKEWluZGVmaW5pdGVfc29sdmVzGAIgASgEEhgKEHBhc3NlZF9wYXJ0aWNsZXMYAyABKAQSFgoOcmVqZWN0ZWRfc3RlcHMYBCABKAQiiQIKCkNsb3RoU3RlcHMSEAoIc3Vic3RlcHMYASABKA0SEAoIcmVqZWN0ZWQYAiABKA0SEgoKZHRfc2Vjb25kcxgDIAEoARIiCgVib3VuZBgEIAEoDjITLm5hcHBlLnYxLlRpbWVCb3VuZBIbCg5ib3VuZF9wYXJ0aWNsZRgFIAEoBEgAiAEBEhUKDWJvdW5kX3NlY29uZHMYBiABKAESEQoJZXJyb3Jfcm1zGAcgASgBEhUKDWVycm9yX2xhcmdlc3QYCCABKAESGwoOcHJlY29uZGl0aW9uZXIYCSABKAlIAYgBAUIRCg9fYm91bmRfcGFydGljbGVCEQoPX3ByZWNvbmRpdGlvbmVyIs0DCg9Tbm93RGlhZ25vc3RpY3MSEAoIc3Vic3RlcHMYASABKA0SEgoKZHRfc2Vjb25kcxgCIAEoARIiCgVib3VuZBgDIAEoDjITLm5hcHBlLnYxLlRpbWVCb3VuZBIbCg5ib3VuZF9wYXJ0aWNsZRgEIAEoBEgAiAEBEhUKDWJvdW5kX3NlY29uZHMYBSABKAESDAoEbWFzcxgGIAEoARIXCg9ncmlkX21hc3NfZXJyb3IYByABKAESFQoNcGxhc3RpY19jb3VudBgIIAEoBBIWCg5pbnZlcnRlZF9jb3VudBgJIAEoBBIVCg1jbGFtcGVkX2NvdW50GAogASgEEhcKD2JhbGxpc3RpY19jb3VudBgLIAEoBBIZChFtaW5fcGxhc3RpY19yYXRpbxgMIAEoARIZChFtYXhfcGxhc3RpY19yYXRpbxgNIAEoARIRCgltYXhfc3BlZWQYDiABKAESGAoQZHJvcHBlZF9tb21lbnR1bRgPIAEoARIrChBhbmd1bGFyX21vbWVudHVtGBAgASgLMhEubmFwcGUudjEuVmVjdG9yMxITCgtibG9ja19jb3VudBgRIAEoBEIRCg9fYm91bmRfcGFydGljbGUiZQoLU29sdmVSZXBvcnQSJwoHb3V0Y29tZRgBIAEoDjIWLm5hcHBlLnYxLlNvbHZlT3V0Y29tZRISCgppdGVyYXRpb25zGAIgASgNEhkKEXJlbGF0aXZlX3Jlc2lkdWFsGAMgASgBIisKCVN0YWdlVGltZRINCgVzdGFnZRgBIAEoCRIPCgdzZWNvbmRzGAIgASgBKlAKCEVuY29kaW5nEhgKFEVOQ09ESU5HX1VOU1BFQ0lGSUVEEAASFAoQRU5DT0RJTkdfUkFXX0YzMhABEhQKEEVOQ09ESU5HX1JBV19GNjQQAip5CgVGaWVsZBIVChFGSUVMRF9VTlNQRUNJRklFRBAAEhMKD0ZJRUxEX1BPU0lUSU9OUxABEhQKEEZJRUxEX1ZFTE9DSVRJRVMQAhIXChNGSUVMRF9QTEFTVElDX1JBVElPEAMSFQoRRklFTERfU1RSRVNTX05PUk0QBCpACgRBeGlzEhQKEEFYSVNfVU5TUEVDSUZJRUQQABIKCgZBWElTX1gQARIKCgZBWElTX1kQAhIKCgZBWElTX1oQAyqNAwoJVGltZUJvdW5kEhoKFlRJTUVfQk9VTkRfVU5TUEVDSUZJRUQQABIbChdUSU1FX0JPVU5EX0VMQVNUSUNfV0FWRRABEiAKHFRJTUVfQk9VTkRfSVNPTEFURURfUEFSVElDTEUQAhIdChlUSU1FX0JPVU5EX1BBUlRJQ0xFX1NQRUVEEAMSIAocVElNRV9CT1VORF9WRUxPQ0lUWV9HUkFESUVOVBAEEh0KGVRJTUVfQk9VTkRfQ09MTElERVJfU1BFRUQQBRIUChBUSU1FX0JPVU5EX0ZJWEVEEAYSFAoQVElNRV9CT1VORF9GUkFNRRAHEhgKFFRJTUVfQk9VTkRfU1RJRkZORVNTEAgSFgoSVElNRV9CT1VORF9EQU1QSU5HEAkSGQoVVElNRV9CT1VORF9BQ0NFUFRBTkNFEAoSGAoUVElNRV9CT1VORF9UT0xFUkFOQ0UQCxIbChdUSU1FX0JPVU5EX1NQUklOR19TUEVFRBAMEhUKEVRJTUVfQk9VTkRfTUVESVVNEA0qmgIKDFNvbHZlT3V0Y29tZRIdChlTT0xWRV9PVVRDT01FX1VOU1BFQ0lGSUVEEAASGwoXU09MVkVfT1VUQ09NRV9DT05WRVJHRUQQARIfChtTT0xWRV9PVVRDT01FX0lURVJBVElPTl9DQVAQAhIkCiBTT0xWRV9PVVRDT01FX05FR0FUSVZFX0NVUlZBVFVSRRADEiAKHFNPTFZFX09VVENPTUVfWkVST19DVVJWQVRVUkUQBBIaChZTT0xWRV9PVVRDT01FX1NJTkdVTEFSEAUSHAoYU09MVkVfT1VUQ09NRV9OT1RfRklOSVRFEAYSKwonU09MVkVfT1VUQ09NRV9JTkRFRklOSVRFX1BSRUNPTkRJVElPTkVSEAdiBnByb3RvMw");
+  fileDesc("ChRuYXBwZS92MS9mcmFtZS5wcm90bxIIbmFwcGUudjEimgEKDEJvZHlUb3BvbG9neRIMCgRuYW1lGAEgASgJEhYKDmZpcnN0X3BhcnRpY2xlGAIgASgNEhYKDnBhcnRpY2xlX2NvdW50GAMgASgNEhUKDXRyaWFuZ2xlc191MzIYBCABKAwSEwoLc3ByaW5nc191MzIYBSABKAwSEAoIcGluc191MzIYBiABKAwSDgoGdXZfZjMyGAcgASgMIukCCg1Db2xsaWRlclNoYXBlEgwKBG5hbWUYASABKAkSIwoIdmVsb2NpdHkYCCABKAsyES5uYXBwZS52MS5WZWN0b3IzEiUKBXBsYW5lGAIgASgLMhQubmFwcGUudjEuUGxhbmVTaGFwZUgAEicKBnNwaGVyZRgDIAEoCzIVLm5hcHBlLnYxLlNwaGVyZVNoYXBlSAASKQoHY2Fwc3VsZRgEIAEoCzIWLm5hcHBlLnYxLkNhcHN1bGVTaGFwZUgAEiEKA2JveBgFIAEoCzISLm5hcHBlLnYxLkJveFNoYXBlSAASKwoIY3lsaW5kZXIYBiABKAsyFy5uYXBwZS52MS5DeWxpbmRlclNoYXBlSAASLAoJaGFsZl9waXBlGAcgASgLMhcubmFwcGUudjEuSGFsZlBpcGVTaGFwZUgAEiMKBG1lc2gYCSABKAsyEy5uYXBwZS52MS5NZXNoU2hhcGVIAEIHCgVzaGFwZSJRCgpQbGFuZVNoYXBlEiAKBXBvaW50GAEgASgLMhEubmFwcGUudjEuVmVjdG9yMxIhCgZub3JtYWwYAiABKAsyES5uYXBwZS52MS5WZWN0b3IzIkAKC1NwaGVyZVNoYXBlEiEKBmNlbnRlchgBIAEoCzIRLm5hcHBlLnYxLlZlY3RvcjMSDgoGcmFkaXVzGAIgASgBImAKDENhcHN1bGVTaGFwZRIgCgVzdGFydBgBIAEoCzIRLm5hcHBlLnYxLlZlY3RvcjMSHgoDZW5kGAIgASgLMhEubmFwcGUudjEuVmVjdG9yMxIOCgZyYWRpdXMYAyABKAEimwEKCEJveFNoYXBlEiEKBmNlbnRlchgBIAEoCzIRLm5hcHBlLnYxLlZlY3RvcjMSJgoLaGFsZl9leHRlbnQYAiABKAsyES5uYXBwZS52MS5WZWN0b3IzEiEKBmF4aXNfeBgDIAEoCzIRLm5hcHBlLnYxLlZlY3RvcjMSIQoGYXhpc195GAQgASgLMhEubmFwcGUudjEuVmVjdG9yMyJhCg1DeWxpbmRlclNoYXBlEiAKBXN0YXJ0GAEgASgLMhEubmFwcGUudjEuVmVjdG9yMxIeCgNlbmQYAiABKAsyES5uYXBwZS52MS5WZWN0b3IzEg4KBnJhZGl1cxgDIAEoASKBAQoNSGFsZlBpcGVTaGFwZRIgCgVwb2ludBgBIAEoCzIRLm5hcHBlLnYxLlZlY3RvcjMSHwoEYXhpcxgCIAEoCzIRLm5hcHBlLnYxLlZlY3RvcjMSHQoCdXAYAyABKAsyES5uYXBwZS52MS5WZWN0b3IzEg4KBnJhZGl1cxgEIAEoASI2CglNZXNoU2hhcGUSEgoKcG9pbnRzX2YzMhgBIAEoDBIVCg10cmlhbmdsZXNfdTMyGAIgASgMIioKB1ZlY3RvcjMSCQoBeBgBIAEoARIJCgF5GAIgASgBEgkKAXoYAyABKAEiwAEKCFRvcG9sb2d5EhMKC3RvcG9sb2d5X2lkGAEgASgNEhYKDnBhcnRpY2xlX2NvdW50GAIgASgNEiYKBmJvZGllcxgDIAMoCzIWLm5hcHBlLnYxLkJvZHlUb3BvbG9neRIqCgljb2xsaWRlcnMYBCADKAsyFy5uYXBwZS52MS5Db2xsaWRlclNoYXBlEh4KBWNodW5rGAUgASgLMg8ubmFwcGUudjEuQ2h1bmsSEwoLc2Vzc2lvbl91aWQYBiABKAkivwEKCUZpZWxkRGF0YRIeCgVmaWVsZBgBIAEoDjIPLm5hcHBlLnYxLkZpZWxkEiQKCGVuY29kaW5nGAIgASgOMhIubmFwcGUudjEuRW5jb2RpbmcSFgoOZmlyc3RfcGFydGljbGUYAyABKA0SDAoEZGF0YRgEIAEoDBISCgVzY2FsZRgFIAEoAUgAiAEBEhgKC2Vycm9yX2JvdW5kGAYgASgBSAGIAQFCCAoGX3NjYWxlQg4KDF9lcnJvcl9ib3VuZCIlCgVDaHVuaxINCgVpbmRleBgBIAEoDRINCgVjb3VudBgCIAEoDSKiAgoFRnJhbWUSDQoFZnJhbWUYASABKAQSDAoEc3RlcBgCIAEoBBIUCgx0aW1lX3NlY29uZHMYAyABKAESFwoKc3RhdGVfaGFzaBgEIAEoBkgAiAEBEhMKC3RvcG9sb2d5X2lkGAUgASgNEiMKBmZpZWxkcxgGIAMoCzITLm5hcHBlLnYxLkZpZWxkRGF0YRIeCgVjaHVuaxgHIAEoCzIPLm5hcHBlLnYxLkNodW5rEhUKDWRyb3BwZWRfY291bnQYCCABKAQSKgoLZGlhZ25vc3RpY3MYCSABKAsyFS5uYXBwZS52MS5EaWFnbm9zdGljcxIhCgRncmlkGAogASgLMhMubmFwcGUudjEuR3JpZEZpZWxkQg0KC19zdGF0ZV9oYXNoIncKC0dyaWRSZXF1ZXN0EiEKA2FsbBgBIAEoCzISLm5hcHBlLnYxLkFsbE5vZGVzSAASJQoFc2xpY2UYAiABKAsyFC5uYXBwZS52MS5TbGljZU5vZGVzSAASEQoJbWF4X25vZGVzGAMgASgNQgsKCXNlbGVjdGlvbiIKCghBbGxOb2RlcyI+CgpTbGljZU5vZGVzEhwKBGF4aXMYASABKA4yDi5uYXBwZS52MS5BeGlzEhIKCmNvb3JkaW5hdGUYAiABKAEieAoJR3JpZEZpZWxkEgwKBGNlbGwYASABKAESEQoJaW5kZXhfaTMyGAIgASgMEhAKCG1hc3NfZjMyGAMgASgMEhQKDHZlbG9jaXR5X2YzMhgEIAEoDBIOCgZzdHJpZGUYBSABKA0SEgoKbm9kZV9jb3VudBgGIAEoBCLJAwoLRGlhZ25vc3RpY3MSDAoEc3RlcBgBIAEoBBIUCgx0aW1lX3NlY29uZHMYAiABKAESDQoFZnJhbWUYAyABKAQSFgoOa2luZXRpY19lbmVyZ3kYBCABKAESFgoOZWxhc3RpY19lbmVyZ3kYBSABKAESHAoUZ3Jhdml0YXRpb25hbF9lbmVyZ3kYBiABKAESIwoIbW9tZW50dW0YByABKAsyES5uYXBwZS52MS5WZWN0b3IzEhMKC21heF9zdHJldGNoGAggASgBEhUKDWNvbnRhY3RfY291bnQYCSABKAQSJAoFc29sdmUYCiABKAsyFS5uYXBwZS52MS5Tb2x2ZVJlcG9ydBIjCgZzdGFnZXMYCyADKAsyEy5uYXBwZS52MS5TdGFnZVRpbWUSFAoMc3RlcF9zZWNvbmRzGAwgASgBEicKBHNub3cYDSABKAsyGS5uYXBwZS52MS5Tbm93RGlhZ25vc3RpY3MSIgoHbm90aWNlcxgOIAEoCzIRLm5hcHBlLnYxLk5vdGljZXMSIwoFY2xvdGgYDyABKAsyFC5uYXBwZS52MS5DbG90aFN0ZXBzEhUKDWV4dGVybmFsX3dvcmsYECABKAEiiAEKB05vdGljZXMSFQoNY2FwcGVkX3NvbHZlcxgBIAEoBBIZChFpbmRlZmluaXRlX3NvbHZlcxgCIAEoBBIYChBwYXNzZWRfcGFydGljbGVzGAMgASgEEhYKDnJlamVjdGVkX3N0ZXBzGAQgASgEEhkKEXBpbmNoZWRfcGFydGljbGVzGAUgASgEIokCCgpDbG90aFN0ZXBzEhAKCHN1YnN0ZXBzGAEgASgNEhAKCHJlamVjdGVkGAIgASgNEhIKCmR0X3NlY29uZHMYAyABKAESIgoFYm91bmQYBCABKA4yEy5uYXBwZS52MS5UaW1lQm91bmQSGwoOYm91bmRfcGFydGljbGUYBSABKARIAIgBARIVCg1ib3VuZF9zZWNvbmRzGAYgASgBEhEKCWVycm9yX3JtcxgHIAEoARIVCg1lcnJvcl9sYXJnZXN0GAggASgBEhsKDnByZWNvbmRpdGlvbmVyGAkgASgJSAGIAQFCEQoPX2JvdW5kX3BhcnRpY2xlQhEKD19wcmVjb25kaXRpb25lciLNAwoPU25vd0RpYWdub3N0aWNzEhAKCHN1YnN0ZXBzGAEgASgNEhIKCmR0X3NlY29uZHMYAiABKAESIgoFYm91bmQYAyABKA4yEy5uYXBwZS52MS5UaW1lQm91bmQSGwoOYm91bmRfcGFydGljbGUYBCABKARIAIgBARIVCg1ib3VuZF9zZWNvbmRzGAUgASgBEgwKBG1hc3MYBiABKAESFwoPZ3JpZF9tYXNzX2Vycm9yGAcgASgBEhUKDXBsYXN0aWNfY291bnQYCCABKAQSFgoOaW52ZXJ0ZWRfY291bnQYCSABKAQSFQoNY2xhbXBlZF9jb3VudBgKIAEoBBIXCg9iYWxsaXN0aWNfY291bnQYCyABKAQSGQoRbWluX3BsYXN0aWNfcmF0aW8YDCABKAESGQoRbWF4X3BsYXN0aWNfcmF0aW8YDSABKAESEQoJbWF4X3NwZWVkGA4gASgBEhgKEGRyb3BwZWRfbW9tZW50dW0YDyABKAESKwoQYW5ndWxhcl9tb21lbnR1bRgQIAEoCzIRLm5hcHBlLnYxLlZlY3RvcjMSEwoLYmxvY2tfY291bnQYESABKARCEQoPX2JvdW5kX3BhcnRpY2xlImUKC1NvbHZlUmVwb3J0EicKB291dGNvbWUYASABKA4yFi5uYXBwZS52MS5Tb2x2ZU91dGNvbWUSEgoKaXRlcmF0aW9ucxgCIAEoDRIZChFyZWxhdGl2ZV9yZXNpZHVhbBgDIAEoASIrCglTdGFnZVRpbWUSDQoFc3RhZ2UYASABKAkSDwoHc2Vjb25kcxgCIAEoASpQCghFbmNvZGluZxIYChRFTkNPRElOR19VTlNQRUNJRklFRBAAEhQKEEVOQ09ESU5HX1JBV19GMzIQARIUChBFTkNPRElOR19SQVdfRjY0EAIqeQoFRmllbGQSFQoRRklFTERfVU5TUEVDSUZJRUQQABITCg9GSUVMRF9QT1NJVElPTlMQARIUChBGSUVMRF9WRUxPQ0lUSUVTEAISFwoTRklFTERfUExBU1RJQ19SQVRJTxADEhUKEUZJRUxEX1NUUkVTU19OT1JNEAQqQAoEQXhpcxIUChBBWElTX1VOU1BFQ0lGSUVEEAASCgoGQVhJU19YEAESCgoGQVhJU19ZEAISCgoGQVhJU19aEAMqjQMKCVRpbWVCb3VuZBIaChZUSU1FX0JPVU5EX1VOU1BFQ0lGSUVEEAASGwoXVElNRV9CT1VORF9FTEFTVElDX1dBVkUQARIgChxUSU1FX0JPVU5EX0lTT0xBVEVEX1BBUlRJQ0xFEAISHQoZVElNRV9CT1VORF9QQVJUSUNMRV9TUEVFRBADEiAKHFRJTUVfQk9VTkRfVkVMT0NJVFlfR1JBRElFTlQQBBIdChlUSU1FX0JPVU5EX0NPTExJREVSX1NQRUVEEAUSFAoQVElNRV9CT1VORF9GSVhFRBAGEhQKEFRJTUVfQk9VTkRfRlJBTUUQBxIYChRUSU1FX0JPVU5EX1NUSUZGTkVTUxAIEhYKElRJTUVfQk9VTkRfREFNUElORxAJEhkKFVRJTUVfQk9VTkRfQUNDRVBUQU5DRRAKEhgKFFRJTUVfQk9VTkRfVE9MRVJBTkNFEAsSGwoXVElNRV9CT1VORF9TUFJJTkdfU1BFRUQQDBIVChFUSU1FX0JPVU5EX01FRElVTRANKpoCCgxTb2x2ZU91dGNvbWUSHQoZU09MVkVfT1VUQ09NRV9VTlNQRUNJRklFRBAAEhsKF1NPTFZFX09VVENPTUVfQ09OVkVSR0VEEAESHwobU09MVkVfT1VUQ09NRV9JVEVSQVRJT05fQ0FQEAISJAogU09MVkVfT1VUQ09NRV9ORUdBVElWRV9DVVJWQVRVUkUQAxIgChxTT0xWRV9PVVRDT01FX1pFUk9fQ1VSVkFUVVJFEAQSGgoWU09MVkVfT1VUQ09NRV9TSU5HVUxBUhAFEhwKGFNPTFZFX09VVENPTUVfTk9UX0ZJTklURRAGEisKJ1NPTFZFX09VVENPTUVfSU5ERUZJTklURV9QUkVDT05ESVRJT05FUhAHYgZwcm90bzM");
 
 /**
  * One body of the scene, and which particles are its own.
@@ -148,6 +148,14 @@ export type ColliderShape = Message<"nappe.v1.ColliderShape"> & {
      */
     value: HalfPipeShape;
     case: "halfPipe";
+  } | {
+    /**
+     * A closed surface of triangles.
+     *
+     * @generated from field: nappe.v1.MeshShape mesh = 9;
+     */
+    value: MeshShape;
+    case: "mesh";
   } | { case: undefined; value?: undefined };
 };
 
@@ -365,6 +373,36 @@ export const HalfPipeShapeSchema: GenMessage<HalfPipeShape> = /*@__PURE__*/
   messageDesc(file_nappe_v1_frame, 7);
 
 /**
+ * A closed surface of triangles, turned outwards: counter-clockwise seen from outside. Over several pieces of a topology
+ * it continues as a body does: a mesh that has the name of the collider right before it, in the same piece or as the last
+ * of an earlier one, continues its two arrays. Names of colliders are unique.
+ *
+ * @generated from message nappe.v1.MeshShape
+ */
+export type MeshShape = Message<"nappe.v1.MeshShape"> & {
+  /**
+   * Points at time 0 (m) as packed little-endian f32 triples.
+   *
+   * @generated from field: bytes points_f32 = 1;
+   */
+  pointsF32: Uint8Array;
+
+  /**
+   * Triangles as packed little-endian u32 triples of indices into the points.
+   *
+   * @generated from field: bytes triangles_u32 = 2;
+   */
+  trianglesU32: Uint8Array;
+};
+
+/**
+ * Describes the message nappe.v1.MeshShape.
+ * Use `create(MeshShapeSchema)` to create a new message.
+ */
+export const MeshShapeSchema: GenMessage<MeshShape> = /*@__PURE__*/
+  messageDesc(file_nappe_v1_frame, 8);
+
+/**
  * Three components along right-handed axes.
  *
  * @generated from message nappe.v1.Vector3
@@ -395,14 +433,15 @@ export type Vector3 = Message<"nappe.v1.Vector3"> & {
  * Use `create(Vector3Schema)` to create a new message.
  */
 export const Vector3Schema: GenMessage<Vector3> = /*@__PURE__*/
-  messageDesc(file_nappe_v1_frame, 8);
+  messageDesc(file_nappe_v1_frame, 9);
 
 /**
  * What does not change from frame to frame. Each stream begins with it.
  *
  * A topology above 1 MiB comes in several pieces. A body whose arrays do not fit into one piece
  * continues in the next ones: each has the same `first_particle` and the next bytes of the arrays.
- * Colliders are in the first piece.
+ * Colliders come before the bodies, in the first piece; where the arrays of a mesh do not fit into it, it
+ * continues in the next ones, and what is behind it follows there.
  *
  * @generated from message nappe.v1.Topology
  */
@@ -453,7 +492,7 @@ export type Topology = Message<"nappe.v1.Topology"> & {
  * Use `create(TopologySchema)` to create a new message.
  */
 export const TopologySchema: GenMessage<Topology> = /*@__PURE__*/
-  messageDesc(file_nappe_v1_frame, 9);
+  messageDesc(file_nappe_v1_frame, 10);
 
 /**
  * One field, or one piece of it. `field` and `encoding` are a pair: together they say what a number of `data`
@@ -510,7 +549,7 @@ export type FieldData = Message<"nappe.v1.FieldData"> & {
  * Use `create(FieldDataSchema)` to create a new message.
  */
 export const FieldDataSchema: GenMessage<FieldData> = /*@__PURE__*/
-  messageDesc(file_nappe_v1_frame, 10);
+  messageDesc(file_nappe_v1_frame, 11);
 
 /**
  * Position of a message among the pieces of one frame or topology, of which there are several above 1 MiB.
@@ -538,7 +577,7 @@ export type Chunk = Message<"nappe.v1.Chunk"> & {
  * Use `create(ChunkSchema)` to create a new message.
  */
 export const ChunkSchema: GenMessage<Chunk> = /*@__PURE__*/
-  messageDesc(file_nappe_v1_frame, 11);
+  messageDesc(file_nappe_v1_frame, 12);
 
 /**
  * One frame, or one piece of it.
@@ -620,7 +659,7 @@ export type Frame = Message<"nappe.v1.Frame"> & {
  * Use `create(FrameSchema)` to create a new message.
  */
 export const FrameSchema: GenMessage<Frame> = /*@__PURE__*/
-  messageDesc(file_nappe_v1_frame, 12);
+  messageDesc(file_nappe_v1_frame, 13);
 
 /**
  * Which nodes of the snow's grid a watcher wants.
@@ -663,7 +702,7 @@ export type GridRequest = Message<"nappe.v1.GridRequest"> & {
  * Use `create(GridRequestSchema)` to create a new message.
  */
 export const GridRequestSchema: GenMessage<GridRequest> = /*@__PURE__*/
-  messageDesc(file_nappe_v1_frame, 13);
+  messageDesc(file_nappe_v1_frame, 14);
 
 /**
  * Selects all nodes with mass.
@@ -678,7 +717,7 @@ export type AllNodes = Message<"nappe.v1.AllNodes"> & {
  * Use `create(AllNodesSchema)` to create a new message.
  */
 export const AllNodesSchema: GenMessage<AllNodes> = /*@__PURE__*/
-  messageDesc(file_nappe_v1_frame, 14);
+  messageDesc(file_nappe_v1_frame, 15);
 
 /**
  * Selects the plane of nodes that is nearest to a coordinate along an axis.
@@ -704,7 +743,7 @@ export type SliceNodes = Message<"nappe.v1.SliceNodes"> & {
  * Use `create(SliceNodesSchema)` to create a new message.
  */
 export const SliceNodesSchema: GenMessage<SliceNodes> = /*@__PURE__*/
-  messageDesc(file_nappe_v1_frame, 15);
+  messageDesc(file_nappe_v1_frame, 16);
 
 /**
  * Nodes of the grid that carry mass, or one piece of them, in the order of the grid's blocks. An empty
@@ -761,7 +800,7 @@ export type GridField = Message<"nappe.v1.GridField"> & {
  * Use `create(GridFieldSchema)` to create a new message.
  */
 export const GridFieldSchema: GenMessage<GridField> = /*@__PURE__*/
-  messageDesc(file_nappe_v1_frame, 16);
+  messageDesc(file_nappe_v1_frame, 17);
 
 /**
  * What one step reported.
@@ -888,7 +927,7 @@ export type Diagnostics = Message<"nappe.v1.Diagnostics"> & {
  * Use `create(DiagnosticsSchema)` to create a new message.
  */
 export const DiagnosticsSchema: GenMessage<Diagnostics> = /*@__PURE__*/
-  messageDesc(file_nappe_v1_frame, 17);
+  messageDesc(file_nappe_v1_frame, 18);
 
 /**
  * How often something happened that does not fail a step, but makes its result doubtful.
@@ -924,6 +963,14 @@ export type Notices = Message<"nappe.v1.Notices"> & {
    * @generated from field: uint64 rejected_steps = 4;
    */
   rejectedSteps: bigint;
+
+  /**
+   * Particles of cloth that touch a mesh collider and are still nearer to it than its margin after contact, by more than
+   * 1e-9 m, each once per sub-step in which it was: surfaces that meet there leave no place for the margin.
+   *
+   * @generated from field: uint64 pinched_particles = 5;
+   */
+  pinchedParticles: bigint;
 };
 
 /**
@@ -931,7 +978,7 @@ export type Notices = Message<"nappe.v1.Notices"> & {
  * Use `create(NoticesSchema)` to create a new message.
  */
 export const NoticesSchema: GenMessage<Notices> = /*@__PURE__*/
-  messageDesc(file_nappe_v1_frame, 18);
+  messageDesc(file_nappe_v1_frame, 19);
 
 /**
  * How one step of the scene was divided into sub-steps, which all cloths share.
@@ -1010,7 +1057,7 @@ export type ClothSteps = Message<"nappe.v1.ClothSteps"> & {
  * Use `create(ClothStepsSchema)` to create a new message.
  */
 export const ClothStepsSchema: GenMessage<ClothSteps> = /*@__PURE__*/
-  messageDesc(file_nappe_v1_frame, 19);
+  messageDesc(file_nappe_v1_frame, 20);
 
 /**
  * What the snow reported after one step of the scene.
@@ -1143,7 +1190,7 @@ export type SnowDiagnostics = Message<"nappe.v1.SnowDiagnostics"> & {
  * Use `create(SnowDiagnosticsSchema)` to create a new message.
  */
 export const SnowDiagnosticsSchema: GenMessage<SnowDiagnostics> = /*@__PURE__*/
-  messageDesc(file_nappe_v1_frame, 20);
+  messageDesc(file_nappe_v1_frame, 21);
 
 /**
  * @generated from message nappe.v1.SolveReport
@@ -1173,7 +1220,7 @@ export type SolveReport = Message<"nappe.v1.SolveReport"> & {
  * Use `create(SolveReportSchema)` to create a new message.
  */
 export const SolveReportSchema: GenMessage<SolveReport> = /*@__PURE__*/
-  messageDesc(file_nappe_v1_frame, 21);
+  messageDesc(file_nappe_v1_frame, 22);
 
 /**
  * Wall-clock time of one stage of a step.
@@ -1200,7 +1247,7 @@ export type StageTime = Message<"nappe.v1.StageTime"> & {
  * Use `create(StageTimeSchema)` to create a new message.
  */
 export const StageTimeSchema: GenMessage<StageTime> = /*@__PURE__*/
-  messageDesc(file_nappe_v1_frame, 22);
+  messageDesc(file_nappe_v1_frame, 23);
 
 /**
  * How the fields of a frame are packed.
