@@ -105,8 +105,11 @@ fn snow_that_fails_says_the_same_over_ranks() {
     }
 }
 
+/// One of the numbers of a particle.
+type Number = fn(&mut ParticleState) -> &mut f64;
+
 /// Numbers of a particle by what they are called where they are not finite.
-const NUMBERS: [(&str, fn(&mut ParticleState) -> &mut f64); 5] = [
+const NUMBERS: [(&str, Number); 5] = [
     ("position", |particle| &mut particle.x[1]),
     ("velocity", |particle| &mut particle.v[2]),
     ("deformation gradient", |particle| &mut particle.elastic[0][1]),

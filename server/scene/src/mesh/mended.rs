@@ -42,7 +42,9 @@ pub(crate) fn mend(mesh: &TriangleMesh, holes: Holes) -> Result<Mended, NotClose
 
     let Closed { points, mut triangles, volume, is_inside_out, .. } = closed;
     if is_inside_out {
-        triangles.iter_mut().for_each(|corners| corners.swap(1, 2));
+        for corners in &mut triangles {
+            corners.swap(1, 2);
+        }
     }
     let mut surface = TriangleMesh { points, triangles, ..TriangleMesh::default() };
     surface.drop_unused();

@@ -218,7 +218,8 @@ impl<R: Real> Stepping<'_, R> {
     /// Lets what was tried meet colliders, at `time` (s).
     fn meet(&mut self, time: f64, watch: &mut dyn Stopwatch) -> Result<Met, StepFailure> {
         let Self { model, settings, around, .. } = *self;
-        let Workspace { next: State { x, v, past, .. }, numbers, tried, contacts: kept, .. } = &mut *self.work;
+        let Workspace { next: State { x, v, past, .. }, numbers, tried, contacts: kept, .. } =
+            &mut *self.work;
         let (colliders, share, user) = (around.colliders, &model.share, &model.user);
         let contacts = Contacts { colliders, time, dt: numbers.dt, share, user };
         let past = (past.dt > 0.0).then_some([&mut past.x[..], &mut past.v[..]]);

@@ -136,7 +136,7 @@ mod tests {
         let mut vector = || Vec3::new(number(), number(), number());
         let (mut moved, mut held) = (0, 0);
         for case in 0..20_000 {
-            let normals: Vec<_> = (0..1 + case % 3).map(|_| vector().normalize()).collect();
+            let normals: Vec<_> = (0..=case % 3).map(|_| vector().normalize()).collect();
             let planes = planes(&normals);
             let bounds = array(vector());
             let Some(Least { way, set }) = planes.least(bounds) else { continue };
@@ -191,7 +191,7 @@ mod tests {
         let mut number = numbers(9);
         let mut vector = || Vec3::new(number(), number(), number());
         for case in 0..3_000 {
-            let normals: Vec<_> = (0..1 + case % 3).map(|_| vector().normalize()).collect();
+            let normals: Vec<_> = (0..=case % 3).map(|_| vector().normalize()).collect();
             let planes = planes(&normals);
             let v = vector();
             let Some(least) = planes.least(planes.approach(&v)) else { continue };

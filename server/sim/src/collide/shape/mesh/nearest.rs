@@ -6,6 +6,16 @@
 use super::four::{Four, WIDTH};
 use crate::math::array::{cross, dot, minus};
 
+/// A triangle of a mesh.
+#[derive(Clone, Copy)]
+pub(super) struct Part {
+    pub(super) number: u32,
+    /// Places (m).
+    pub(super) corners: [[f64; 3]; 3],
+    /// Of length 1, or zero of a triangle without area.
+    pub(super) normal: [f64; 3],
+}
+
 /// A vector of each of four.
 type Vectors = [Four; 3];
 
@@ -27,11 +37,11 @@ pub(super) struct Triangles {
 }
 
 impl Triangles {
-    /// Of at most four triangles: each its number, its corners (m) and its unit normal.
-    pub(super) fn new(parts: &[(u32, [[f64; 3]; 3], [f64; 3])]) -> Self {
+    /// Of one to four triangles.
+    pub(super) fn new(parts: &[Part]) -> Self {
         let mut four = Self::default();
         for lane in 0..WIDTH {
-            let (number, [a, b, c], normal) = parts[lane.min(parts.len() - 1)];
+            let Part { number, corners: [a, b, c], normal } = parts[lane.min(parts.len() - 1)];
             let [ab, ac, bc] = [minus(b, a), minus(c, a), minus(minus(c, a), minus(b, a))];
             for k in 0..3 {
                 four.a[k].0[lane] = a[k];

@@ -6,7 +6,7 @@
 
 use super::{
     four::{Four, WIDTH},
-    nearest::Triangles,
+    nearest::{Part, Triangles},
 };
 use crate::math::{Pack, WithSimd, dispatch};
 
@@ -95,7 +95,8 @@ impl Tree {
         let mut order: Vec<u32> = (0_u32..).take(triangles.len()).collect();
         sort(&mut order, &centers);
         let leaf = |numbers: &[u32]| {
-            let parts: Vec<_> = numbers.iter().map(|t| (*t, corners(*t), faces[*t as usize])).collect();
+            let part = |t: &u32| Part { number: *t, corners: corners(*t), normal: faces[*t as usize] };
+            let parts: Vec<Part> = numbers.iter().map(part).collect();
             Triangles::new(&parts)
         };
         let leaves = order.chunks(WIDTH).map(leaf).collect();
