@@ -35,7 +35,7 @@ pub(crate) enum Form {
 /// What this command writes.
 pub(crate) enum Sink {
     /// One PLY file per frame.
-    Folder(Folder),
+    Folder(Box<Folder>),
     /// One page that holds its frames.
     Html(Box<Html>),
 }
@@ -59,7 +59,7 @@ impl Destination {
         } else if paths::is_html(path) {
             Form::Sink(Sink::Html(Box::new(Html::create(path, existing, fields, scene)?)))
         } else {
-            Form::Sink(Sink::Folder(Folder::create(path, existing, fields)?))
+            Form::Sink(Sink::Folder(Box::new(Folder::create(path, existing, fields)?)))
         };
         Ok(Self { path: path.to_owned(), form })
     }

@@ -115,7 +115,7 @@ pub(super) const PATCHES: [Patch; 55] = [
     expression(128, "collide/touch.rs", "(collider.friction * push / speed).min(1.0)", "collider.friction * push / speed"),
     expression(129, "collide/answer.rs", "(1.0 + collider.restitution) * approach", "approach"),
     text(130, "collide/touch.rs", "        let relative = end.v - moving;", "        let relative = if crate::mutant(130) { end.v } else { end.v - moving };"),
-    text(131, "collide/contact.rs", "        if distance < collider.margin {", "        if distance < (if crate::mutant(131) { 0.0 } else { collider.margin }) {"),
+    text(131, "collide/contact.rs", "        if is_met || distance < collider.margin {", "        if is_met || distance < (if crate::mutant(131) { 0.0 } else { collider.margin }) {"),
     expression(132, "parallel/mod.rs", "elements.len().next_power_of_two() / 2", "elements.len() / 2"),
     text(133, "parallel/order.rs", "                axes[0] ^= below;", "                if !crate::mutant(133) { axes[0] ^= below; }"),
     expression(134, "cloth/layout/rows.rs", "(self.count + lane) as u32", "0"),
