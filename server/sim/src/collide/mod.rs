@@ -1,5 +1,7 @@
 //! What particles hit: signed distances, and the answer of a particle that touches one.
 
+mod pose;
+mod motion;
 pub mod shape;
 mod collider;
 mod facing;
@@ -14,6 +16,8 @@ mod velocity;
 mod corner;
 
 pub use collider::{Collider, Contact, StartInside};
+pub use motion::{PoseKey, Way};
+pub use pose::Pose;
 pub use shape::Shape;
 
 pub(crate) use contact::{Contacts, Kept, Met, Passed, resolve};
