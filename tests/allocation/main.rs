@@ -40,6 +40,7 @@ fn scene(method: Method, solver: SolverSettings) -> Scene {
         name: "ball".to_owned(),
         shape: Shape::Sphere(Sphere { center: [0.5, -0.205, 0.5], radius: 0.2 }),
         velocity: [0.0; 3],
+        way: None,
         friction: 0.3,
         restitution: 0.0,
         margin: 0.005,

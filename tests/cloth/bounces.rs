@@ -34,6 +34,7 @@ fn grounds() -> Vec<(Vec<Collider>, [f64; 3])> {
         name: "ground".to_owned(),
         shape,
         velocity,
+        way: None,
         friction: 0.3,
         restitution,
         margin: MARGIN,

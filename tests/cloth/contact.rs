@@ -23,6 +23,7 @@ fn collider(shape: Shape) -> Collider {
         name: "collider".to_owned(),
         shape,
         velocity: [0.0; 3],
+        way: None,
         friction: 0.0,
         restitution: 0.0,
         margin: MARGIN,

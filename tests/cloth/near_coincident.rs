@@ -117,6 +117,7 @@ fn solid(shape: Shape, margin: f64) -> Collider {
         name: "solid".to_owned(),
         shape,
         velocity: [0.0; 3],
+        way: None,
         friction: 0.0,
         restitution: 0.0,
         margin,

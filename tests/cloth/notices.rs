@@ -25,6 +25,7 @@ fn table() -> Collider {
         name: "table".to_owned(),
         shape: Shape::Box(top),
         velocity: [0.0; 3],
+        way: None,
         friction: 0.0,
         restitution: 0.0,
         margin: 1e-3,

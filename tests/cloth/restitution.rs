@@ -25,6 +25,7 @@ fn ground(shape: Shape, restitution: f64) -> Collider {
         name: "ground".to_owned(),
         shape,
         velocity: [0.0; 3],
+        way: None,
         friction: 0.0,
         restitution,
         margin: 0.0,

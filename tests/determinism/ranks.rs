@@ -158,6 +158,7 @@ pub(crate) fn falling_of(side: usize) -> Scene {
         name: "ball".to_owned(),
         shape: Shape::Sphere(ball),
         velocity: [0.0; 3],
+        way: None,
         friction: 0.3,
         restitution: 0.0,
         margin: 0.001,

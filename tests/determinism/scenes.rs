@@ -118,6 +118,7 @@ fn sheet_on_sphere() -> Scene {
         name: name.to_owned(),
         shape,
         velocity: [0.1, 0.0, 0.0],
+        way: None,
         friction: 0.4,
         restitution: 0.2,
         margin: 0.004,

@@ -100,6 +100,7 @@ fn a_particle_in_a_half_pipe_is_as_fast_as_it_fell() {
                 radius,
             }),
             velocity: [0.0; 3],
+            way: None,
             friction: 0.0,
             restitution: 0.0,
             margin: 0.0,

@@ -188,6 +188,7 @@ fn contacts_in_long_steps_give_no_energy_without_a_word() {
         name: "ball".to_owned(),
         shape: Shape::Sphere(Sphere { center: [0.0; 3], radius: 0.5 }),
         velocity: [0.0; 3],
+        way: None,
         friction: 0.3,
         restitution: 0.0,
         margin: 5e-3,

@@ -31,6 +31,7 @@ impl Surface {
             name: "solid".to_owned(),
             shape: self.shape(),
             velocity: [0.0; 3],
+            way: None,
             friction,
             restitution: 0.0,
             margin,

@@ -57,6 +57,7 @@ pub fn plane(point: [f64; 3], normal: [f64; 3], contact: Contact, friction: f64)
         name: format!("plane {point:?} {normal:?}"),
         shape: Shape::Plane(Plane { point, normal }),
         velocity: [0.0; 3],
+        way: None,
         friction,
         restitution: 0.0,
         margin: 0.0,

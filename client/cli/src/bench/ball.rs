@@ -77,6 +77,7 @@ impl Throw {
             name: format!("surface {normal:?}"),
             shape: Shape::Plane(Plane { point: normal.map(|c| -c * distance), normal }),
             velocity: [0.0; 3],
+            way: None,
             friction: 0.4,
             restitution: 0.0,
             margin: 0.0,

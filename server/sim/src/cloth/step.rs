@@ -122,7 +122,7 @@ impl<R: Real> Stepping<'_, R> {
             allowed.limit += given - allowed.given;
             allowed.given = given;
         }
-        let moves = self.around.colliders.iter().any(|collider| collider.velocity != [0.0; 3]);
+        let moves = self.around.colliders.iter().any(|collider| collider.moves([time - dt, time]));
         self.work.judged = match self.work.allowed {
             Some(allowed) if met.touched == 0 => allowed.owes.into(),
             _ => (met.touched == 0 || met.inside == 0 && !moves).into(),

@@ -54,7 +54,7 @@ impl<'a> SubStep<'a> {
         for bounces in 0.. {
             let Some((collider, meeting)) = self.first(&flight) else { break };
             flight.go(meeting.after);
-            let relative = flight.w - vec3::<f64>(collider.velocity);
+            let relative = flight.w - flight.moving(collider);
             let approach = -relative.dot(&meeting.normal);
             let is_bounce = collider.restitution > 0.0 && meeting.depth == 0.0 && approach >= slowest;
             if !is_bounce || approach <= 0.0 || bounces == MOST_BOUNCES {
@@ -146,7 +146,7 @@ impl<'a> SubStep<'a> {
         let depth = collider.margin - distance;
         let here = vec3::<f64>(normal);
         let entry = meeting.filter(|meeting| meeting.depth == 0.0).map(|meeting| meeting.normal);
-        let way = end.x - flight.x - vec3::<f64>(collider.velocity) * flight.left;
+        let way = flight.way_to(&end.x, collider);
         let through = entry.filter(|entry| entry.dot(&here) < SAME_SIDE && way.dot(entry) <= 0.0);
         let spare = self.spare_of(collider);
         // What went through a solid may be far behind it.
@@ -167,8 +167,8 @@ impl<'a> SubStep<'a> {
         if !collider.shape.has_creases() {
             return self.spare;
         }
-        let way = self.x[1] - self.x[0] - vec3::<f64>(collider.velocity) * self.dt;
-        REACHED * way.norm() + self.rounding
+        let way = collider.way_of(self.x.map(|x| array3(&x)), self.dt, self.end_time);
+        REACHED * vec3::<f64>(way).norm() + self.rounding
     }
 
     /// How deep (m) the particle began inside a collider: 0 on its surface.
@@ -194,6 +194,7 @@ mod tests {
             name: "thing".into(),
             shape,
             velocity: [0.0; 3],
+            way: None,
             friction,
             restitution,
             margin: 0.0,

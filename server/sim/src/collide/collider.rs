@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::Shape;
+use super::{Shape, motion::Way};
 
 /// What happens to the velocity of snow at a surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
@@ -66,8 +66,10 @@ pub struct Collider {
     pub name: String,
     /// Shape at time 0.
     pub shape: Shape,
-    /// Constant velocity of the shape (m/s).
+    /// Constant velocity of the shape (m/s); 0 of one with a way.
     pub velocity: [f64; 3],
+    /// The way that it goes, if it has keys.
+    pub way: Option<Way>,
     /// Coulomb friction coefficient, 0 or more.
     pub friction: f64,
     /// Share of the normal approach speed that comes back, 0 to 1.
@@ -87,13 +89,6 @@ impl Collider {
     /// Recovery (m/s) of colliders that name none.
     pub const RECOVERY: f64 = 1.0;
 
-    /// Signed distance (m) of a point from the surface at `time` (s), negative inside, and the
-    /// unit outward normal there: the direction in which the distance grows. Where there is none,
-    /// as at a sphere's centre, it is one of those beside.
-    pub fn distance(&self, point: [f64; 3], time: f64) -> (f64, [f64; 3]) {
-        self.shape.distance(point, self.velocity.map(|v| v * time))
-    }
-
     /// Whether no point of a ball comes within the margin of the surface at `time` (s), nor inside.
     pub fn clears(&self, center: [f64; 3], radius: f64, time: f64) -> bool {
         // Distances are exact, so over the ball they change by its radius at most.
@@ -104,6 +99,15 @@ impl Collider {
     pub fn invalid(&self) -> Option<String> {
         if !self.velocity.iter().all(|v| v.is_finite()) {
             return Some(format!("its velocity is not finite: {:?}", self.velocity));
+        }
+
+        if let Some(way) = &self.way {
+            if self.velocity != [0.0; 3] {
+                return Some("it has both a velocity and a way: one of them is needed".to_owned());
+            }
+            if let Some(message) = way.invalid() {
+                return Some(message);
+            }
         }
 
         for (what, value, high) in [
@@ -130,7 +134,7 @@ impl Collider {
 
 #[cfg(test)]
 mod tests {
-    use super::{Collider, Contact, Shape, StartInside};
+    use super::{Collider, Contact, Shape, StartInside, Way};
     use crate::collide::shape::Sphere;
 
     fn colliders() -> Vec<Collider> {
@@ -138,6 +142,7 @@ mod tests {
             name: "thing".into(),
             shape,
             velocity: [0.4, -1.5, 0.25],
+            way: None,
             friction: 0.0,
             restitution: 0.0,
             margin: 0.03,
@@ -203,8 +208,9 @@ mod tests {
     #[test]
     fn numbers_that_a_collider_cannot_have_are_named() {
         type Spoil = fn(&mut Collider);
-        let invalid: [(Spoil, &str); 8] = [
+        let invalid: [(Spoil, &str); 9] = [
             (|c| c.velocity[1] = f64::NAN, "velocity"),
+            (|c| c.way = Some(Way { keys: Vec::new() }), "velocity and a way"),
             (|c| c.friction = -0.1, "friction"),
             (|c| c.restitution = 1.1, "restitution"),
             (|c| c.margin = f64::INFINITY, "margin"),

@@ -6,7 +6,7 @@
 use super::{
     Collider,
     answer::SubStep,
-    facing::{facing, mesh, place},
+    facing::{facing, mesh},
     passed::{REACHED, has_passed},
     shape::{MeshSolid, Near},
     touch::Answer,
@@ -208,7 +208,7 @@ fn reach<R: Real>(contacts: Contacts<'_>, moved: &Moved<'_, R>, way: f64, near: 
     let mut near = near.iter_mut();
     for collider in contacts.colliders {
         let known = mesh(collider).and_then(|mesh| Some((mesh, near.next()?)));
-        let way = way + length(collider.velocity) * contacts.dt;
+        let way = way + length(collider.velocity_at(x, contacts.time)) * contacts.dt;
         let (distance, is_met) = match known {
             Some((mesh, near)) => reach_of_mesh(contacts, (collider, mesh), moved, way, near),
             None => (collider.distance(x, contacts.time).0, false),
@@ -233,7 +233,7 @@ fn reach_of_mesh<R: Real>(
 ) -> (f64, bool) {
     let Contacts { time, dt, .. } = contacts;
     let ends = [moved.from[0], &*moved.x].map(|x| array3(&x.vector()));
-    let place = place(collider, ends[1], time);
+    let place = collider.place(ends[1], time);
     let needed = way.max(collider.margin);
     let least = near.at_least(place);
     if least >= needed {

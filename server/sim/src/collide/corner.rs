@@ -1,6 +1,6 @@
 //! Corners: the velocity of snow inside several colliders at once, which must satisfy them all.
 //!
-//! Reads colliders, their normals, and the velocity (m/s) before and after it answered to one after the
+//! Reads colliders, their normals and velocities, and the velocity (m/s) before and after it answered to one after the
 //! other. Where normals are oblique, what the second takes may push snow into the first again.
 
 use super::{Collider, Contact, velocity::velocity_after};
@@ -13,8 +13,13 @@ pub(crate) const SAME_NORMAL: f64 = 0.01;
 /// The most colliders that a corner takes in; those after them have their say in turn alone.
 const MOST: usize = 8;
 
-/// A collider that snow is inside of, and its outward normal there.
-type Touch<'a> = (&'a Collider, [f64; 3]);
+/// A collider that snow is inside of, and its outward normal and velocity (m/s) there.
+#[derive(Clone, Copy)]
+struct Touch<'a> {
+    collider: &'a Collider,
+    normal: [f64; 3],
+    moving: [f64; 3],
+}
 
 /// The colliders that snow is inside of at one place.
 #[derive(Clone, Copy, Default)]
@@ -24,10 +29,10 @@ pub(crate) struct Corner<'a> {
 }
 
 impl<'a> Corner<'a> {
-    /// Takes in one more.
-    pub(crate) fn add(&mut self, collider: &'a Collider, normal: [f64; 3]) {
+    /// Takes in one more, with its outward normal and its velocity (m/s) there.
+    pub(crate) fn add(&mut self, collider: &'a Collider, normal: [f64; 3], moving: [f64; 3]) {
         if let Some(touch) = self.touches.get_mut(self.count) {
-            *touch = Some((collider, normal));
+            *touch = Some(Touch { collider, normal, moving });
             self.count += 1;
         }
     }
@@ -43,11 +48,11 @@ impl<'a> Corner<'a> {
     /// take all there is, so that the last of them is right as it stands.
     pub(crate) fn velocity(&self, before: [f64; 3], after: [f64; 3], rounding: f64) -> [f64; 3] {
         let mut left = self.touches;
-        if left.iter().flatten().any(|(collider, _)| collider.contact == Contact::Sticky) {
+        if left.iter().flatten().any(|touch| touch.collider.contact == Contact::Sticky) {
             return after;
         }
 
-        let speeds = left.iter().flatten().map(|(collider, _)| length(collider.velocity));
+        let speeds = left.iter().flatten().map(|touch| length(touch.moving));
         let spare = rounding * speeds.fold(length(before), f64::max);
         if worst(&left, after, spare).is_none() {
             return after;
@@ -69,8 +74,8 @@ impl<'a> Corner<'a> {
 fn worst(touches: &[Option<Touch<'_>>], v: [f64; 3], spare: f64) -> Option<usize> {
     let mut most = (spare, None);
     for (index, touch) in touches.iter().enumerate() {
-        let Some((collider, normal)) = touch else { continue };
-        let leaving = dot(minus(v, collider.velocity), *normal);
+        let Some(Touch { collider, normal, moving }) = touch else { continue };
+        let leaving = dot(minus(v, *moving), *normal);
         let violation = if collider.contact == Contact::Separating { -leaving } else { leaving.abs() };
         if violation > most.0 {
             most = (violation, Some(index));
@@ -92,12 +97,13 @@ struct Held<'a> {
 
 impl<'a> Held<'a> {
     /// Takes in a surface; says whether it fixes a direction that was free.
-    fn hold(&mut self, (collider, normal): Touch<'a>) -> bool {
+    fn hold(&mut self, touch: Touch<'a>) -> bool {
         if self.count == 3 {
             return false;
         }
 
-        let (mut axis, mut speed) = (normal, dot(normal, collider.velocity));
+        let Touch { normal, moving, .. } = touch;
+        let (mut axis, mut speed) = (normal, dot(normal, moving));
         for (other, fixed) in self.axes[..self.count].iter().zip(self.speeds) {
             let share = dot(normal, *other);
             axis = [0, 1, 2].map(|c| axis[c] - share * other[c]);
@@ -108,7 +114,7 @@ impl<'a> Held<'a> {
             return false;
         }
 
-        self.touches[self.count] = Some((collider, normal));
+        self.touches[self.count] = Some(touch);
         self.axes[self.count] = axis.map(|c| c / sine);
         self.speeds[self.count] = speed / sine;
         self.count += 1;
@@ -121,7 +127,9 @@ impl<'a> Held<'a> {
         let along = |k: usize, c: usize| self.speeds[k] * self.axes[k][c];
         match self.touches {
             [None, ..] => before,
-            [Some((collider, normal)), None, _] => velocity_after(collider, before, normal),
+            [Some(Touch { collider, normal, moving }), None, _] => {
+                velocity_after(collider, moving, before, normal)
+            }
             [Some(first), Some(second), None] => {
                 let (way, sliding) = self.sliding([first, second], before);
                 [0, 1, 2].map(|c| along(0, c) + along(1, c) + sliding * way[c])
@@ -139,12 +147,12 @@ impl<'a> Held<'a> {
 
         // The change of velocity is push_1 n_1 + push_2 n_2, and n_1 is the first axis.
         let change = [0, 1].map(|k| self.speeds[k] - dot(self.axes[k], before));
-        let push_2 = change[1] / dot(self.axes[1], second.1);
-        let push_1 = change[0] - push_2 * dot(self.axes[0], second.1);
+        let push_2 = change[1] / dot(self.axes[1], second.normal);
+        let push_1 = change[0] - push_2 * dot(self.axes[0], second.normal);
 
         let mut sliding = dot(way, before);
-        for ((collider, _), push) in [(first, push_1), (second, push_2)] {
-            let relative = sliding - dot(way, collider.velocity);
+        for (Touch { collider, moving, .. }, push) in [(first, push_1), (second, push_2)] {
+            let relative = sliding - dot(way, moving);
             sliding -= (collider.friction * push.max(0.0)).min(relative.abs()).copysign(relative);
         }
         (way, sliding)
@@ -168,6 +176,7 @@ mod tests {
             name: "plane".into(),
             shape: Shape::Plane(Plane { point: [0.0; 3], normal: normal.map(|c| c / size) }),
             velocity,
+            way: None,
             friction,
             restitution: 0.0,
             margin: 0.0,
@@ -185,8 +194,8 @@ mod tests {
     fn answers(colliders: &[Collider], before: [f64; 3]) -> [[f64; 3]; 2] {
         let (mut after, mut corner) = (before, Corner::default());
         for collider in colliders {
-            after = velocity_after(collider, after, normal(collider));
-            corner.add(collider, normal(collider));
+            after = velocity_after(collider, collider.velocity, after, normal(collider));
+            corner.add(collider, normal(collider), collider.velocity);
         }
         [after, corner.velocity(before, after, ROUNDING)]
     }

@@ -42,7 +42,7 @@ impl<'a> Crease<'a> {
     /// changed anything.
     pub(super) fn hold(&self, flight: &Flight, felt: f64, end: &mut Answer) -> bool {
         let collider = self.touch.collider;
-        let moving = vec3::<f64>(collider.velocity);
+        let moving = vec3::<f64>(collider.velocity_at(array3(&end.x), self.touch.end_time));
         let mut found = self.look(flight, end);
         let relative = end.v - moving;
         let least = found.planes.least(found.planes.approach(&relative));
@@ -73,7 +73,7 @@ impl<'a> Crease<'a> {
         let way = [flight.x, end.x].map(|x| array3(&x));
         if has_passed(collider, self.touch.end_time, flight.left, way, self.rounding) {
             // Out of one face it would be in front of another, behind a solid: it stays where it met the first.
-            end.x = flight.x + moving * flight.left;
+            end.x = vec3(collider.carried(array3(&flight.x), flight.left, self.touch.end_time));
             found.depth = self.margin - collider.distance(array3(&end.x), self.touch.end_time).0;
         }
         end.is_pinched = found.depth > PINCHED;
@@ -85,8 +85,7 @@ impl<'a> Crease<'a> {
         let Touch { collider, end_time, is_through, normal, .. } = *self.touch;
         let (mut planes, mut shift) = (Planes::default(), Vec3::zeros());
         if is_through {
-            let way = end.x - flight.x - vec3::<f64>(collider.velocity) * flight.left;
-            planes.add(normal, -way.dot(&normal), &shift);
+            planes.add(normal, -flight.way_to(&end.x, collider).dot(&normal), &shift);
             shift = planes.least(planes.bounds).map_or(shift, |least| least.way);
         }
         let mut depth = f64::INFINITY;

@@ -6,7 +6,6 @@ use super::{
     Collider, Shape,
     shape::{MeshSolid, Near},
 };
-use crate::math::array::minus;
 
 /// A collider, and what is known of it around a particle.
 #[derive(Clone, Copy, Debug)]
@@ -42,9 +41,9 @@ impl Facing<'_> {
     pub(super) fn distance(&self, point: [f64; 3], time: f64) -> (f64, [f64; 3]) {
         if let Some(near) = self.near
             && let Some(mesh) = mesh(self.collider)
-            && let Some(nearest) = mesh.by_near(place(self.collider, point, time), near)
+            && let Some((distance, normal)) = mesh.by_near(self.collider.place(point, time), near)
         {
-            return nearest;
+            return (distance, self.collider.outward(normal, time));
         }
         self.collider.distance(point, time)
     }
@@ -56,11 +55,6 @@ pub(super) fn mesh(collider: &Collider) -> Option<&MeshSolid> {
         Shape::Mesh(mesh) => Some(mesh),
         _ => None,
     }
-}
-
-/// A point (m) at a time (s), as the collider sees it.
-pub(super) fn place(collider: &Collider, point: [f64; 3], time: f64) -> [f64; 3] {
-    minus(minus(point, [0.0; 3]), collider.velocity.map(|v| v * time))
 }
 
 /// Colliders with what is known of the meshes among them, one after the other; nothing is known where the list is empty.

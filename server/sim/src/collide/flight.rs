@@ -81,6 +81,16 @@ impl Flight {
         self.left -= after;
     }
 
+    /// Velocity (m/s) of the surface of a collider where the particle is.
+    pub(super) fn moving(&self, collider: Facing<'_>) -> Vec3<f64> {
+        vec3(collider.velocity_at(array3(&self.x), self.end_time - self.left))
+    }
+
+    /// Its way (m) from here to an end (m), as a collider sees it that stands where it is at the end of the sub-step.
+    pub(super) fn way_to(&self, end: &Vec3<f64>, collider: Facing<'_>) -> Vec3<f64> {
+        vec3(collider.way_of([array3(&self.x), array3(end)], self.left, self.end_time))
+    }
+
     /// Distance (m) of a position, after some seconds, from where a particle touches, and the normal there.
     fn gap(&self, collider: Facing<'_>, after: f64) -> (f64, Vec3<f64>) {
         let time = self.end_time - (self.left - after);
@@ -90,7 +100,9 @@ impl Flight {
 
     /// A time (s) from now at which the way leads through a solid that it ends outside of.
     fn goes_through(&self, collider: Facing<'_>, spare: f64) -> Option<f64> {
-        let speed = (self.w - vec3::<f64>(collider.velocity)).norm() + self.a.norm() * self.left;
+        let at_end = vec3::<f64>(collider.velocity_at(array3(&self.end()), self.end_time));
+        let speed = (self.w - self.moving(collider)).norm().max((self.w - at_end).norm());
+        let speed = speed + self.a.norm() * self.left;
         let distance = |share: f64| self.gap(collider, share * self.left).0 + collider.margin;
         first_within(distance, speed * self.left, spare).map(|share| share * self.left)
     }
@@ -114,7 +126,7 @@ impl Flight {
         let met = |after: f64, normal| Some(Meeting { after, normal, depth: 0.0 });
         let (mut low, mut above) = (0.0, start);
         if start <= spare {
-            let leaving = (self.w - vec3::<f64>(collider.velocity)).dot(&normal);
+            let leaving = (self.w - self.moving(collider)).dot(&normal);
             if leaving <= 0.0 {
                 return met(0.0, normal);
             }

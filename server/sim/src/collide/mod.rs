@@ -4,6 +4,7 @@ mod pose;
 mod motion;
 pub mod shape;
 mod collider;
+mod moving;
 mod facing;
 mod passed;
 mod flight;
@@ -22,5 +23,7 @@ pub use shape::Shape;
 
 pub(crate) use contact::{Contacts, Kept, Met, Passed, resolve};
 pub(crate) use corner::{Corner, SAME_NORMAL};
+pub(crate) use motion::Motion;
+pub(crate) use moving::Moved;
 pub(crate) use passed::has_passed;
 pub(crate) use velocity::velocity_after;

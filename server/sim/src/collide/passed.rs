@@ -22,7 +22,7 @@ pub(crate) fn has_passed(
     spare: f64,
 ) -> bool {
     // As the collider sees it, which stands where it is at the end.
-    let way = [0, 1, 2].map(|c| end[c] - start[c] - collider.velocity[c] * dt);
+    let way = collider.way_of([start, end], dt, time);
     let length = length(way);
     let at = |share: f64| collider.distance([0, 1, 2].map(|c| end[c] - way[c] * share), time);
     let (distance, normal) = at(0.0);
@@ -94,6 +94,7 @@ mod tests {
             name: "it".to_owned(),
             shape: shape(velocity.map(|v| -v * TIME)),
             velocity,
+            way: None,
             friction: 0.0,
             restitution: 0.0,
             margin: 0.0,

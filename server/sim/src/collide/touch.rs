@@ -5,6 +5,11 @@
 use super::{Collider, facing::Facing, flight::Flight};
 use crate::math::{Vec3, array3, vec3};
 
+/// Roundings of velocities that are taken to be the same.
+const ROUNDINGS: f64 = 8.0;
+/// Changes of the velocity of a surface that turns, from a sub-step to the next, by which what rests on it may differ from it.
+const FOLLOWS: f64 = 2.0;
+
 /// A sub-step of one particle as its method has it, and what contact made of it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Answer {
@@ -49,7 +54,7 @@ impl Touch<'_> {
     /// Takes the approach away, slows what slides, and puts the particle on the surface; whether that changed anything.
     pub(super) fn hold(&self, flight: &Flight, felt: f64, end: &mut Answer) -> bool {
         let Self { collider, ref normal, .. } = *self;
-        let moving = vec3::<f64>(collider.velocity);
+        let moving = vec3::<f64>(collider.velocity_at(array3(&end.x), self.end_time));
         let relative = end.v - moving;
         let approach = -relative.dot(normal);
         let presses = approach > f64::EPSILON * end.v.amax();
@@ -59,7 +64,11 @@ impl Touch<'_> {
             end.v += by;
             let slowing = by - normal * approach;
             if slowing.norm_squared() > 0.0 {
-                let rests = (end.v - moving).norm() <= f64::EPSILON * slowing.norm();
+                let left = (end.v - moving).norm();
+                let turning = collider.turning(array3(&flight.x), self.end_time - flight.left);
+                // What goes round is slowed by little beside its velocity, which is rounded.
+                let is_round = turning > 0.0 && left <= ROUNDINGS * f64::EPSILON * (moving.norm() + approach);
+                let rests = is_round || left <= f64::EPSILON * slowing.norm();
                 let rub = Rub { collider, normal: *normal, slowing, pushed: approach, rests, felt };
                 rub.slow(flight, |v| v - normal * v.dot(normal), end);
                 let (distance, here) = collider.distance(array3(&end.x), self.end_time);
@@ -71,8 +80,7 @@ impl Touch<'_> {
             }
         }
         if self.is_through {
-            let way = end.x - flight.x - moving * flight.left;
-            lift = -way.dot(normal);
+            lift = -flight.way_to(&end.x, collider).dot(normal);
         }
         if lift > 0.0 {
             end.x += out * lift;
@@ -86,11 +94,12 @@ impl Rub<'_> {
     /// takes later, as the method lets positions feel a change of velocity.
     pub(super) fn slow(&self, flight: &Flight, along: impl Fn(&Vec3<f64>) -> Vec3<f64>, end: &mut Answer) {
         let Self { collider, normal, slowing, pushed, rests, felt } = *self;
-        let moving = vec3::<f64>(collider.velocity);
-        let coming = flight.w - moving;
+        let coming = flight.w - flight.moving(collider);
         let impact = (-coming.dot(&normal)).clamp(0.0, pushed);
-        let way = end.x - flight.x - moving * flight.left;
-        if rests && along(&coming).norm() <= collider.friction * impact {
+        let way = flight.way_to(&end.x, collider);
+        // What rests on a surface that turns comes with the velocity that this had before.
+        let turning = collider.turning(array3(&flight.x), flight.end_time - flight.left);
+        if rests && along(&coming).norm() <= collider.friction * impact + FOLLOWS * turning {
             end.x -= along(&way);
         } else {
             let share = (impact + (pushed - impact) * felt) / pushed;

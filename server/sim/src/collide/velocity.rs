@@ -1,12 +1,12 @@
 //! What contact does to the velocity of snow, at a node of the grid or at a particle.
 //!
-//! Reads a velocity (m/s) and the outward normal of the collider that it is inside of; writes the
+//! Reads a velocity (m/s), and the velocity and the outward normal of the collider that it is inside of; writes the
 //! velocity after contact (Stomakhin et al. 2013, section 8).
 
 use super::{Collider, Contact};
 use crate::math::array::dot;
 
-/// The velocity (m/s) of snow inside a collider after contact with it. With `v_n` the part of the
+/// The velocity (m/s) of snow inside a collider, which moves there with `moving` (m/s), after contact with it. With `v_n` the part of the
 /// relative velocity along the normal and `v_t` that along the surface,
 ///
 /// - sticky: both become 0,
@@ -14,12 +14,17 @@ use crate::math::array::dot;
 /// - separating: the same while `v_n < 0`, else nothing changes.
 ///
 /// Friction is Coulomb's: `|v_t|` falls by `mu |v_n|`, to 0 at most. Restitution plays no part.
-pub(crate) fn velocity_after(collider: &Collider, v: [f64; 3], normal: [f64; 3]) -> [f64; 3] {
-    let relative = [0, 1, 2].map(|c| v[c] - collider.velocity[c]);
+pub(crate) fn velocity_after(
+    collider: &Collider,
+    moving: [f64; 3],
+    v: [f64; 3],
+    normal: [f64; 3],
+) -> [f64; 3] {
+    let relative = [0, 1, 2].map(|c| v[c] - moving[c]);
     let approach = dot(relative, normal);
     let slowed = match collider.contact {
         // 0 times the velocity, so that one which is not finite stays one to be reported.
-        Contact::Sticky => return [0, 1, 2].map(|c| collider.velocity[c] + 0.0 * v[c]),
+        Contact::Sticky => return [0, 1, 2].map(|c| moving[c] + 0.0 * v[c]),
         Contact::Separating if approach >= 0.0 => return v,
         Contact::Slip | Contact::Separating => collider.friction * (-approach).max(0.0),
     };
@@ -27,7 +32,7 @@ pub(crate) fn velocity_after(collider: &Collider, v: [f64; 3], normal: [f64; 3])
     let sliding = [0, 1, 2].map(|c| relative[c] - approach * normal[c]);
     let speed = dot(sliding, sliding).sqrt();
     let left = if speed > slowed { 1.0 - slowed / speed } else { 0.0 };
-    [0, 1, 2].map(|c| collider.velocity[c] + left * sliding[c])
+    [0, 1, 2].map(|c| moving[c] + left * sliding[c])
 }
 
 #[cfg(test)]
@@ -46,6 +51,7 @@ mod tests {
             name: "ground".into(),
             shape: Shape::Plane(Plane { point: [0.0; 3], normal: NORMAL }),
             velocity,
+            way: None,
             friction,
             restitution: 0.7,
             margin: 0.0,
@@ -65,7 +71,7 @@ mod tests {
         for velocity in [[0.0; 3], [3.0, -2.0, 0.5]] {
             let start = of(before[0], before[1], before[2]);
             let v = [0, 1, 2].map(|c| start[c] + velocity[c]);
-            let found = velocity_after(&collider(contact, friction, velocity), v, NORMAL);
+            let found = velocity_after(&collider(contact, friction, velocity), velocity, v, NORMAL);
             let wanted = of(after[0], after[1], after[2]);
             for c in 0..3 {
                 let error = (found[c] - velocity[c] - wanted[c]).abs();
@@ -99,7 +105,7 @@ mod tests {
 
         // Exactly: not a bit of it is touched.
         let v = [0.1, 0.2, 0.3];
-        assert_eq!(velocity_after(&collider(Contact::Separating, 0.5, [0.0; 3]), v, NORMAL), v);
+        assert_eq!(velocity_after(&collider(Contact::Separating, 0.5, [0.0; 3]), [0.0; 3], v, NORMAL), v);
     }
 
     #[test]
@@ -129,7 +135,7 @@ mod tests {
             let (sin, cos) = degrees.to_radians().sin_cos();
             let friction = 15.0_f64.to_radians().tan();
             let ground = collider(Contact::Separating, friction, [0.0; 3]);
-            let after = velocity_after(&ground, of(-cos, sin, 0.0), NORMAL);
+            let after = velocity_after(&ground, [0.0; 3], of(-cos, sin, 0.0), NORMAL);
             let speed = after.iter().map(|c| c * c).sum::<f64>().sqrt();
             assert_eq!(speed > 0.0, slides, "{degrees} degrees: {speed}");
             let left = (sin - friction * cos).max(0.0);
@@ -141,7 +147,8 @@ mod tests {
     fn a_velocity_that_is_not_finite_is_not_hidden() {
         for contact in Contact::ALL {
             for bad in [f64::NAN, f64::INFINITY] {
-                let after = velocity_after(&collider(contact, 0.5, [0.0; 3]), [bad, 0.0, 0.0], NORMAL);
+                let ground = collider(contact, 0.5, [0.0; 3]);
+                let after = velocity_after(&ground, [0.0; 3], [bad, 0.0, 0.0], NORMAL);
                 assert!(after.iter().any(|c| !c.is_finite()), "{contact:?}, {bad}: {after:?}");
             }
         }

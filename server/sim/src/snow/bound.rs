@@ -135,17 +135,27 @@ pub(super) fn courant(kernel: Kernel, transfer: Transfer) -> [f64; 2] {
     }
 }
 
+/// Colliders from one time (s) to another, and a box around all particles, given by its least and its greatest coordinates (m).
+pub(super) struct Around<'a> {
+    pub(super) colliders: &'a [Collider],
+    pub(super) times: [f64; 2],
+    pub(super) reach: [[f64; 3]; 2],
+}
+
 /// The smallest bound, without safety, and the kind that binds.
 pub(super) fn smallest(
     settings: &SnowSettings,
     extremes: &Extremes,
-    colliders: &[Collider],
+    &Around { colliders, times, reach }: &Around<'_>,
 ) -> (BoundKind, f64) {
     let h = settings.cell;
     let [wave, alone] = courant(settings.kernel, settings.transfer);
     let per = |length: f64, speed2: f64| if speed2 > 0.0 { length / speed2.sqrt() } else { f64::INFINITY };
     let by_collider = |collider: &Collider| {
-        let speed2: f64 = collider.velocity.iter().map(|v| v * v).sum();
+        let speed2: f64 = match &collider.way {
+            None => collider.velocity.iter().map(|v| v * v).sum(),
+            Some(way) => way.fastest(times, reach).powi(2),
+        };
         per(MOVE * h.min(collider.shape.thickness()), speed2)
     };
     let mut elastic = [

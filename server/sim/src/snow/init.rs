@@ -76,7 +76,7 @@ pub(super) fn check_first_step<R: Real>(
     work: &SnowWorkspace<R>,
     colliders: &[Collider],
 ) -> Result<(), SnowError> {
-    let checked = check_time_step(model, state, work, colliders);
+    let checked = check_time_step(model, state, work, colliders, [0.0; 2]);
     checked.map(|_| ()).map_err(|failure| SnowError::Settings(failure.to_string()))
 }
 

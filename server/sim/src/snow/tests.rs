@@ -54,6 +54,7 @@ fn colliders() -> Vec<Collider> {
         name: name.to_owned(),
         shape,
         velocity,
+        way: None,
         friction: 0.3,
         restitution: 0.0,
         margin: 0.0,

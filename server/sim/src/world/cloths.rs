@@ -2,6 +2,7 @@
 
 use super::{body::Body, cloth::Cloth, division::Division, pace::Pace};
 use crate::{
+    collide::Moved,
     math::Real,
     report::{
         BoundKind, ClothSteps, ErrorEstimate, Rejection, StepFailure, StepReport, Stopwatch, TimeBound,
@@ -36,7 +37,7 @@ pub(super) fn step<R: Real>(
         cloth.sort_pins();
         cloth.stepping(around).begin();
     }
-    let mut division = Division::of(around.dt);
+    let (mut division, mut moved) = (Division::of(around.dt), Moved::of(around.colliders));
     let (mut substeps, mut rejected) = (0, 0);
     let mut next = shortest(bodies, pace, asked, around, watch)?;
     let dt = loop {
@@ -48,7 +49,9 @@ pub(super) fn step<R: Real>(
         }
 
         let dt = division.dt();
-        match attempt(bodies, around, [dt, around.time + division.end()], watch) {
+        let end = around.time + division.end();
+        let colliders = moved.over(around.colliders, [end - dt, end]);
+        match attempt(bodies, &Surroundings { colliders, ..*around }, [dt, end], watch) {
             Ok(strain) => {
                 cloths(bodies).for_each(|(_, cloth)| cloth.stepping(around).settle(watch));
                 division.go_on();

@@ -47,6 +47,7 @@ fn table(half_extent: [f64; 3]) -> Collider {
         name: "table".to_owned(),
         shape: Shape::Box(top),
         velocity: [0.0; 3],
+        way: None,
         friction: 0.3,
         restitution: 0.0,
         margin: 5e-3,

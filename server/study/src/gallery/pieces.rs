@@ -58,6 +58,7 @@ fn slip_plane(normal: [f64; 3]) -> Collider {
         name: format!("{normal:?}"),
         shape: Shape::Plane(Plane { point: [0.0; 3], normal }),
         velocity: [0.0; 3],
+        way: None,
         friction: 0.0,
         restitution: 0.0,
         margin: 0.0,

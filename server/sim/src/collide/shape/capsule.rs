@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::geometry::{Nearest, Probe, SignedDistance, across, invalid_rod, length_and_direction};
+use super::geometry::{Nearest, Probe, SignedDistance, across, invalid_rod, length_and_direction, middle};
 use crate::math::array::{dot, minus};
 
 /// All points within `radius` of a segment.
@@ -27,6 +27,10 @@ impl SignedDistance for Capsule {
         let from_axis = [0, 1, 2].map(|c| p[c] - share * along[c]);
         let (length, normal) = length_and_direction(from_axis, across(along));
         (length - self.radius, normal)
+    }
+
+    fn reference(&self) -> [f64; 3] {
+        middle(self.start, self.end)
     }
 
     fn thickness(&self) -> f64 {

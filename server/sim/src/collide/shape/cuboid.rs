@@ -39,6 +39,10 @@ impl SignedDistance for Cuboid {
         between_faces(beyond, [outward(0), outward(1), outward(2)])
     }
 
+    fn reference(&self) -> [f64; 3] {
+        self.center
+    }
+
     fn thickness(&self) -> f64 {
         2.0 * self.half_extent.into_iter().fold(f64::INFINITY, f64::min)
     }

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::geometry::{
-    Nearest, Probe, SignedDistance, across, between_faces, invalid_rod, length_and_direction,
+    Nearest, Probe, SignedDistance, across, between_faces, invalid_rod, length_and_direction, middle,
 };
 use crate::math::array::{dot, length, minus};
 
@@ -35,6 +35,10 @@ impl SignedDistance for Cylinder {
         // Two faces at right angles; the third is never the nearest.
         let beyond = [r - self.radius, middle.abs() - 0.5 * length, f64::NEG_INFINITY];
         between_faces(beyond, [radial, end, end])
+    }
+
+    fn reference(&self) -> [f64; 3] {
+        middle(self.start, self.end)
     }
 
     fn thickness(&self) -> f64 {

@@ -31,6 +31,9 @@ pub(super) trait SignedDistance {
     /// the normal is that of one of them.
     fn nearest(&self, probe: Probe) -> Nearest;
 
+    /// The point (m) at time 0 that its position is that of, and about which it turns.
+    fn reference(&self) -> [f64; 3];
+
     /// Least way (m) through its middle, from one side to the other; infinite where there is no other side.
     fn thickness(&self) -> f64;
 
@@ -88,6 +91,11 @@ pub(super) fn is_unit(v: [f64; 3]) -> bool {
 /// Whether two directions are at right angles.
 pub(super) fn is_square(a: [f64; 3], b: [f64; 3]) -> bool {
     dot(a, b).abs() < SQUARE
+}
+
+/// The middle of a segment.
+pub(super) fn middle(start: [f64; 3], end: [f64; 3]) -> [f64; 3] {
+    [0, 1, 2].map(|c| 0.5 * (start[c] + end[c]))
 }
 
 /// Says why two ends and a radius make no rod, if they do not.

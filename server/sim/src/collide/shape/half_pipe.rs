@@ -59,6 +59,10 @@ impl SignedDistance for HalfPipe {
         (wall, if r > 0.0 { toward(-across / r, -height / r) } else { up })
     }
 
+    fn reference(&self) -> [f64; 3] {
+        self.point
+    }
+
     fn thickness(&self) -> f64 {
         f64::INFINITY
     }

@@ -26,7 +26,7 @@ macro_rules! shapes {
     ($($(#[$about:meta])* $name:ident($module:ident::$shape:ident),)*) => {
         $(pub use $module::$shape;)*
 
-        /// A shape at time 0; it moves with a constant velocity.
+        /// A shape at time 0.
         #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
         pub enum Shape {
             $($(#[$about])* $name($shape),)*
@@ -45,6 +45,14 @@ macro_rules! shapes {
                 let probe = Probe { point, shift };
                 match self {
                     $(Self::$name(shape) => shape.nearest(probe),)*
+                }
+            }
+
+            /// The point (m) at time 0 that its position is that of, and about which it turns: its centre, the middle of its
+            /// segment, the point that it is given by, or of a mesh where its transform puts the origin.
+            pub fn reference(&self) -> [f64; 3] {
+                match self {
+                    $(Self::$name(shape) => shape.reference(),)*
                 }
             }
 

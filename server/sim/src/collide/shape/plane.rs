@@ -26,6 +26,10 @@ impl SignedDistance for Plane {
         (dot(probe.relative_to(self.point), self.normal), self.normal)
     }
 
+    fn reference(&self) -> [f64; 3] {
+        self.point
+    }
+
     fn thickness(&self) -> f64 {
         f64::INFINITY
     }

@@ -26,6 +26,10 @@ impl SignedDistance for Sphere {
         (length - self.radius, normal)
     }
 
+    fn reference(&self) -> [f64; 3] {
+        self.center
+    }
+
     fn thickness(&self) -> f64 {
         2.0 * self.radius
     }

@@ -2,7 +2,7 @@
 //!
 //! Reads particles in sorted order; writes sums in binary64, added block by block in a fixed tree.
 
-use super::failure::culprits;
+use super::{failure::culprits, reach::around};
 use crate::{
     collide::Collider,
     linalg::SolveReport,
@@ -201,13 +201,14 @@ pub(crate) fn report<R: Real>(
     work: &SnowWorkspace<R>,
     (substeps, dt): (u32, f64),
     sums: &SnowSums,
-    colliders: &[Collider],
+    (colliders, times): (&[Collider], [f64; 2]),
 ) -> SnowReport {
     let [counts @ .., low, high] = sums.counted;
     let counts = counts.map(|count| count as u64);
     let own_blocks = work.grid.node_blocks.len();
     let block_count = work.divided().map_or(own_blocks, |ranks| ranks.nodes.block_count());
-    let (kind, bound) = smallest(&model.settings, &work.extremes, colliders);
+    let around = around(model, work, colliders, times);
+    let (kind, bound) = smallest(&model.settings, &work.extremes, &around);
     let bound = match model.settings.time_step {
         TimeStep::Certified { safety } => {
             TimeBound { kind, dt: safety * bound, particle: culprits(model, state, work).of(kind) }

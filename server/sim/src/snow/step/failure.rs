@@ -1,6 +1,6 @@
 //! Why a step is not taken: what is checked, and the particle or the node at fault.
 
-use super::culprit::culprits_in;
+use super::{culprit::culprits_in, reach::around};
 use crate::{
     collide::Collider,
     math::Real,
@@ -44,14 +44,16 @@ pub(crate) fn culprits<R: Real>(
     work.culprits.unwrap_or_else(all)
 }
 
-/// Refuses a fixed step (s) above the bound; gives the smallest bound and its kind.
+/// Refuses a fixed step (s) above the bound between two times (s); gives the smallest bound and its kind.
 pub(crate) fn check_time_step<R: Real>(
     model: &SnowModel<R>,
     state: &SnowState<R>,
     work: &SnowWorkspace<R>,
     colliders: &[Collider],
+    times: [f64; 2],
 ) -> Result<(BoundKind, f64), StepFailure> {
-    let (kind, limit) = smallest(&model.settings, &work.extremes, colliders);
+    let around = around(model, work, colliders, times);
+    let (kind, limit) = smallest(&model.settings, &work.extremes, &around);
     match model.settings.time_step {
         TimeStep::Fixed(dt) if dt > limit => {
             let particle = culprits(model, state, work).of(kind).unwrap_or_default();

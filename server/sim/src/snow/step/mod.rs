@@ -5,6 +5,7 @@
 //! stays finite.
 
 mod culprit;
+mod reach;
 mod failure;
 mod time_step;
 mod order;
@@ -38,6 +39,7 @@ use super::{
     },
 };
 use crate::{
+    collide::Moved,
     linalg::SolveReport,
     math::Real,
     parallel,
@@ -56,7 +58,7 @@ pub fn step<R: Real>(
     around: &Surroundings<'_>,
     watch: &mut dyn Stopwatch,
 ) -> Result<SnowStep, StepFailure> {
-    let mut division = Division::of(around);
+    let (mut division, mut moved) = (Division::of(around), Moved::of(around.colliders));
     divide(model, &state.particles, work);
     if !state.book.is_open() {
         let sums = sums(model, &state.particles, around.gravity, work);
@@ -69,6 +71,8 @@ pub fn step<R: Real>(
         check_stretch(model, state, work)?;
         check_grid(model, &state.particles, work)?;
         let context = division.next(model, state, work)?;
+        let colliders = moved.over(around.colliders, [context.time - context.dt, context.time]);
+        let context = StepContext { colliders, ..context };
 
         let solved = match velocities_on_grid(model, state, work, &context, watch)? {
             Nodes::Ready { solve } => solve,
@@ -89,10 +93,11 @@ pub fn step<R: Real>(
 
     let sums = sums(model, &state.particles, around.gravity, work);
     let taken = (division.substeps, division.dt);
-    let report = report(model, state, work, taken, &sums, around.colliders);
+    let times = [around.time, around.time + around.dt];
+    let report = report(model, state, work, taken, &sums, (around.colliders, times));
     watch.lap(Stage::Diagnose);
     check_energy(model, state, work, sums.diagnostics.kinetic_energy + sums.diagnostics.elastic_energy)?;
-    let moving = around.colliders.iter().any(|collider| collider.velocity != [0.0; 3]);
+    let moving = around.colliders.iter().any(|collider| collider.moves(times));
     let taken = Taken {
         gravity: around.gravity,
         substeps: division.substeps,

@@ -56,7 +56,7 @@ impl<'a> Division<'a> {
             return Err(StepFailure::Interrupted);
         }
 
-        let (kind, bound) = check_time_step(model, state, work, colliders)?;
+        let (kind, bound) = check_time_step(model, state, work, colliders, [time, time + dt])?;
         let (allowed, held) = match model.settings.time_step {
             TimeStep::Certified { safety } => {
                 let allowed = safety * bound;

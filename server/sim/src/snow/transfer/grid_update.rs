@@ -184,8 +184,9 @@ impl GridStep<'_> {
             debug_assert!(k < self.context.colliders.len());
             let (distance, normal) = collider.distance(place, self.context.time);
             if distance <= collider.margin {
-                *v = velocity_after(collider, v.map(Real::to_f64), normal).map(R::of);
-                corner.add(collider, normal);
+                let moving = collider.velocity_at(place, self.context.time);
+                *v = velocity_after(collider, moving, v.map(Real::to_f64), normal).map(R::of);
+                corner.add(collider, normal, moving);
             }
         }
 
@@ -213,7 +214,8 @@ impl GridStep<'_> {
             self.context.colliders.iter().enumerate().filter(|(k, _)| near >> (*k).min(63) & 1 == 1)
         {
             let (distance, normal) = collider.distance(place, self.context.time);
-            let leaving: f64 = (0..3).map(|k| (v[k].to_f64() - collider.velocity[k]) * normal[k]).sum();
+            let moving = collider.velocity_at(place, self.context.time);
+            let leaving: f64 = (0..3).map(|k| (v[k].to_f64() - moving[k]) * normal[k]).sum();
             let scale: f64 = (0..3).map(|k| v[k].to_f64().abs()).fold(least, f64::max);
             let free = collider.contact == Contact::Separating && leaving > ROUNDINGS * R::ROUNDING * scale;
             if distance <= collider.margin && !free {

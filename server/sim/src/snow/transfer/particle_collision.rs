@@ -4,7 +4,7 @@
 
 use super::{context::StepContext, grid_to_particles::Arrival};
 use crate::{
-    collide::{has_passed, velocity_after},
+    collide::{Collider, has_passed, velocity_after},
     math::{
         LANES, Real,
         array::{dot, length, minus},
@@ -102,8 +102,12 @@ impl Collided {
         (ids, near): (&[u32], &[bool; LANES]),
         arrival: &mut Arrival<R>,
     ) -> Lanes<f64> {
-        let speeds = context.colliders.iter().map(|collider| length(collider.velocity));
-        let shift = context.dt * speeds.fold(0.0, f64::max);
+        let speed = |collider: &Collider, at| length(collider.velocity_at(at, context.time));
+        let shift_at = |at: [f64; 3]| {
+            context.dt * context.colliders.iter().map(|collider| speed(collider, at)).fold(0.0, f64::max)
+        };
+        let turns = context.colliders.iter().any(|collider| collider.way.is_some());
+        let shift = shift_at([0.0; 3]);
         let mut given = [0.0; LANES];
         for (lane, id) in ids.iter().enumerate().filter(|(lane, _)| near[*lane]) {
             let (x, m) = motion.of_one(lane);
@@ -113,6 +117,7 @@ impl Collided {
             given[lane] = self.given;
 
             let end = position(context, x, lane, arrival);
+            let shift = if turns { shift_at(end) } else { shift };
             if nearest < length(minus(end, x)) + shift && self.has_passed::<R>(context, [x, end]) {
                 let first_passed = Some(u64::from(*id));
                 self.notices =
@@ -143,7 +148,8 @@ impl Collided {
             nearest = f64::NEG_INFINITY;
 
             let before = [0, 1, 2].map(|k| arrival.v[k][lane].to_f64());
-            let after: [f64; 3] = velocity_after(collider, before, normal);
+            let moving = collider.velocity_at(at, context.time);
+            let after: [f64; 3] = velocity_after(collider, moving, before, normal);
             self.given += 0.5 * m * (dot(after, after) - dot(before, before)).max(0.0);
             for k in 0..3 {
                 arrival.v[k][lane] = R::of(after[k]);

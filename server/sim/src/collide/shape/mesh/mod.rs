@@ -34,10 +34,10 @@ const NO_WAY: f64 = 1e-9;
 /// 1 less the cosine of the angle below which a direction is that of the pseudonormal.
 const SAME_WAY: f64 = 1e-14;
 
-/// A solid whose surface is a closed mesh of triangles. Copies share it.
+/// A solid whose surface is a closed mesh of triangles, and the point (m) about which it turns. Copies share the surface.
 #[derive(Clone, Serialize, Deserialize)]
 #[serde(try_from = "Parts", into = "Parts")]
-pub struct MeshSolid(Arc<Surface>);
+pub struct MeshSolid(Arc<Surface>, [f64; 3]);
 
 /// What a solid is made of, and what is made of that once.
 struct Surface {
@@ -56,26 +56,28 @@ struct Surface {
 struct Parts {
     points: Vec<[f64; 3]>,
     triangles: Vec<[u32; 3]>,
+    origin: [f64; 3],
 }
 
 impl TryFrom<Parts> for MeshSolid {
     type Error = String;
 
-    fn try_from(Parts { points, triangles }: Parts) -> Result<Self, String> {
-        Self::new(points, triangles)
+    fn try_from(Parts { points, triangles, origin }: Parts) -> Result<Self, String> {
+        Ok(Self::new(points, triangles)?.with_origin(origin))
     }
 }
 
 impl From<MeshSolid> for Parts {
-    fn from(MeshSolid(surface): MeshSolid) -> Self {
-        Self { points: surface.points.clone(), triangles: surface.triangles.clone() }
+    fn from(MeshSolid(surface, origin): MeshSolid) -> Self {
+        Self { points: surface.points.clone(), triangles: surface.triangles.clone(), origin }
     }
 }
 
 impl PartialEq for MeshSolid {
     fn eq(&self, other: &Self) -> bool {
-        Arc::ptr_eq(&self.0, &other.0)
-            || (self.0.triangles == other.0.triangles && self.0.points == other.0.points)
+        let is_same = Arc::ptr_eq(&self.0, &other.0)
+            || (self.0.triangles == other.0.triangles && self.0.points == other.0.points);
+        is_same && self.1 == other.1
     }
 }
 
@@ -114,7 +116,18 @@ impl MeshSolid {
         let size = tree.bounds().as_flattened().iter().fold(0.0, |most: f64, c| most.max(c.abs()));
         let mut surface = Surface { points, triangles, normals, tree, size, thickness: 0.0 };
         surface.thickness = 2.0 * depth::deepest(surface.tree.bounds(), |p| -surface.at(p).0);
-        Ok(Self(Arc::new(surface)))
+        Ok(Self(Arc::new(surface), [0.0; 3]))
+    }
+
+    /// The same about another point (m) than the world's origin: where its transform puts the origin of its file.
+    #[must_use]
+    pub fn with_origin(self, origin: [f64; 3]) -> Self {
+        Self(self.0, origin)
+    }
+
+    /// The point (m) at time 0 about which it turns.
+    pub fn origin(&self) -> [f64; 3] {
+        self.1
     }
 
     /// Its points (m) at time 0.
@@ -171,6 +184,10 @@ impl SignedDistance for MeshSolid {
 
     fn nearest(&self, probe: Probe) -> Nearest {
         self.0.at(probe.relative_to([0.0; 3]))
+    }
+
+    fn reference(&self) -> [f64; 3] {
+        self.1
     }
 
     fn thickness(&self) -> f64 {
