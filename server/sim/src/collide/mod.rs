@@ -23,7 +23,8 @@ pub use shape::Shape;
 
 pub(crate) use contact::{Contacts, Kept, Met, Passed, resolve};
 pub(crate) use corner::{Corner, SAME_NORMAL};
-pub(crate) use motion::Motion;
+pub(crate) use motion::{FASTEST, Motion};
 pub(crate) use moving::Moved;
 pub(crate) use passed::has_passed;
+pub(crate) use pose::{turn_length, unit};
 pub(crate) use velocity::velocity_after;

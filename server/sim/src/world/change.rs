@@ -7,10 +7,11 @@ use super::{
     changes::{Change, ChangeError},
     clock::World,
     cloth::Cloth,
+    collider_move::ColliderMove,
     pace::Pace,
     rules::ChangeRules,
 };
-use crate::{cloth::Air, math::Real};
+use crate::{cloth::Air, collide::Motion, math::Real};
 
 impl<R: Real> World<R> {
     /// Which changes it accepts.
@@ -32,7 +33,7 @@ impl<R: Real> World<R> {
     }
 
     fn apply_one(&mut self, change: &Change) {
-        if !matches!(change, Change::Pin { .. } | Change::PinPath { .. }) {
+        if !matches!(change, Change::Pin { .. } | Change::PinPath { .. } | Change::Collider(_)) {
             self.cloths_mut().for_each(Cloth::forget_past);
         }
         if matches!(change, Change::State { .. } | Change::Reset) {
@@ -62,6 +63,7 @@ impl<R: Real> World<R> {
                 self.send_pin(*particle, std::iter::once((*duration, *target)));
             }
             Change::PinPath { particle, points } => self.send_pin(*particle, points.iter().copied()),
+            Change::Collider(asked) => self.send_collider(asked),
             Change::Force { body, particles, forces } => {
                 for it in &mut self.bodies {
                     it.set_forces(body, particles, forces);
@@ -75,6 +77,8 @@ impl<R: Real> World<R> {
             Change::Reset => {
                 self.gravity = self.start.0;
                 self.wind.clone_from(&self.start.1);
+                let own = self.colliders.iter_mut().zip(&self.start.2);
+                own.for_each(|(collider, motion)| collider.put_motion(motion));
                 self.bodies.iter_mut().for_each(Body::reset);
             }
         }
@@ -84,6 +88,15 @@ impl<R: Real> World<R> {
         let (body, own) = self.find(particle);
         if let Some(cloth) = self.bodies[body].as_cloth_mut() {
             cloth.send_pin(own, points, self.dt);
+        }
+    }
+
+    fn send_collider(&mut self, asked: &ColliderMove) {
+        let (time, steps, dt) = (self.time(), self.step_count, self.dt);
+        let mut colliders = self.colliders.iter_mut();
+        if let Some(collider) = colliders.find(|collider| collider.name == asked.collider) {
+            let way = Some(asked.way(collider.pose(time), steps, dt));
+            collider.put_motion(&Motion { velocity: [0.0; 3], way });
         }
     }
 

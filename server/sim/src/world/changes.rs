@@ -6,7 +6,10 @@ use std::sync::Arc;
 
 use thiserror::Error;
 
-use super::forces::Forces;
+use super::{
+    collider_move::{ColliderMove, MoveError},
+    forces::Forces,
+};
 use crate::{cloth::SpringKind, math::number};
 
 /// A change between two steps, its numbers within [`allowed`]. Particles are in the user's numbering, over all
@@ -60,6 +63,8 @@ pub enum Change {
         /// to the first at least.
         points: Arc<[(f64, [f64; 3])]>,
     },
+    /// Moves a collider along a way, from where it is.
+    Collider(ColliderMove),
     /// Sets forces on particles of a body, from now on until the next ones on the same particles. They add to those of the
     /// scene.
     Force {
@@ -88,10 +93,11 @@ pub enum Change {
 const BYTES_PER_CHANGE: usize = 1024;
 
 impl Change {
-    /// What it counts for in bounds on changes: 1, or 1 for each point of a path, or for each KiB of forces or of a state.
+    /// What it counts for in bounds on changes: 1, or 1 for each point of a path or of a way, or for each KiB of forces or of a state.
     pub fn weight(&self) -> usize {
         match self {
             Self::PinPath { points, .. } => points.len(),
+            Self::Collider(asked) => asked.keys.len(),
             Self::Force { particles, forces, .. } => {
                 1 + (size_of_val(&**particles) + size_of_val(forces.all())) / BYTES_PER_CHANGE
             }
@@ -118,7 +124,7 @@ pub mod allowed {
     pub const DAMPING: [f64; 2] = [0.0, 1e9];
     /// Coordinates (m).
     pub const LENGTH: [f64; 2] = [-1e6, 1e6];
-    /// Time that a pin takes (s).
+    /// Time that a pin or a collider takes (s).
     pub const DURATION: [f64; 2] = [0.0, 1e9];
     /// Components of a force (N).
     pub const FORCE: [f64; 2] = [-1e9, 1e9];
@@ -158,6 +164,8 @@ pub enum ChangeError {
     NotPinned { particle: u32 },
     #[error("there is no particle {particle}: there are {count}, from 0")]
     NoSuchParticle { particle: u32, count: usize },
+    #[error(transparent)]
+    Collider(#[from] MoveError),
     #[error("the path of particle {particle} has no points: one or more are needed")]
     EmptyPath { particle: u32 },
     #[error(

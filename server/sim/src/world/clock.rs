@@ -13,7 +13,7 @@ use super::{
     wind::Wind,
 };
 use crate::{
-    collide::Collider,
+    collide::{Collider, Motion},
     interrupt::Interrupt,
     math::Real,
     parallel::Ranks,
@@ -36,8 +36,8 @@ pub struct World<R: Real> {
     /// How long the sub-steps of the cloths are.
     pub(super) pace: Pace,
     pub(super) rules: Arc<ChangeRules>,
-    /// Gravity and wind at the start.
-    pub(super) start: ([f64; 3], Wind),
+    /// Gravity, wind, and how colliders move at the start.
+    pub(super) start: ([f64; 3], Wind, Vec<Motion>),
     /// What its steps obey.
     pub(super) interrupt: Interrupt,
     /// The ranks that step it together; none where one does.
@@ -76,8 +76,9 @@ impl<R: Real> World<R> {
         }
 
         let (gravity, wind, colliders) = (*gravity, Wind::new(*wind, wind_at), colliders.clone());
-        let start = (gravity, wind.clone());
-        let rules = Arc::new(ChangeRules::of(&bodies, ranks.as_ref()));
+        let motions = colliders.iter().map(Collider::motion).collect();
+        let start = (gravity, wind.clone(), motions);
+        let rules = Arc::new(ChangeRules::of(&bodies, &colliders, ranks.as_ref()));
         let interrupt = ranks.as_ref().map_or_else(Interrupt::default, |ranks| ranks.agreed.clone());
         let (dt, pace) = (*dt, Pace::default());
         let mut world = Self {

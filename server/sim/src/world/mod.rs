@@ -17,6 +17,7 @@ mod body;
 mod division;
 mod pace;
 mod cloths;
+mod collider_move;
 mod changes;
 mod rules;
 mod clock;
@@ -27,6 +28,7 @@ mod state;
 
 pub use changes::{Change, ChangeError, allowed};
 pub use clock::World;
+pub use collider_move::{ColliderMove, MoveError, MoveKey};
 pub use forces::{Forces, TimedForce};
 pub use parameters::{ClothParameters, SpringRange, WorldParameters};
 pub use rules::ChangeRules;

@@ -1,8 +1,11 @@
 //! Parameters as they are now: what changes between steps can change.
 
-use crate::cloth::{Air, LawEntry, SpringKind};
+use crate::{
+    cloth::{Air, LawEntry, SpringKind},
+    collide::Pose,
+};
 
-/// Gravity, wind, and what each cloth is made of.
+/// Gravity, wind, what each cloth is made of, and where colliders are.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WorldParameters {
     /// Gravity (m/s²).
@@ -11,6 +14,8 @@ pub struct WorldParameters {
     pub wind: [f64; 3],
     /// The cloths, in the order of the setup.
     pub cloths: Vec<ClothParameters>,
+    /// Names of the colliders with their poses now, in the order of the setup.
+    pub colliders: Vec<(String, Pose)>,
 }
 
 /// Drag, air and springs of a cloth.

@@ -4,10 +4,12 @@
 use super::{
     body::Body,
     changes::{Change, ChangeError, allowed},
+    collider_move::{ColliderMove, MoveError, MoveKey},
     forces::Forces,
 };
 use crate::{
     cloth::{Air, SpringKind},
+    collide::Collider,
     math::Real,
     parallel::Ranks,
 };
@@ -21,6 +23,8 @@ pub struct ChangeRules {
     cloths: Vec<ClothRules>,
     /// Names of the objects of snow, and how many particles each has.
     snows: Vec<(String, usize)>,
+    /// Names of the colliders.
+    colliders: Vec<String>,
     /// Whether several ranks step the world.
     over_ranks: bool,
 }
@@ -43,11 +47,12 @@ impl ClothRules {
 }
 
 impl ChangeRules {
-    /// The rules of a world of these bodies.
-    pub(super) fn of<R: Real>(bodies: &[Body<R>], ranks: Option<&Ranks>) -> Self {
+    /// The rules of a world of these bodies and colliders.
+    pub(super) fn of<R: Real>(bodies: &[Body<R>], colliders: &[Collider], ranks: Option<&Ranks>) -> Self {
         let (pinned, cloths, snows) = (Vec::new(), Vec::new(), Vec::new());
         let over_ranks = ranks.is_some();
-        let mut rules = Self { particle_count: 0, pinned, cloths, snows, over_ranks };
+        let colliders = colliders.iter().map(|collider| collider.name.clone()).collect();
+        let mut rules = Self { particle_count: 0, pinned, cloths, snows, colliders, over_ranks };
         for body in bodies {
             let first = body.first_particle();
             let own = 0..body.particle_count() as u32;
@@ -84,7 +89,17 @@ impl ChangeRules {
     /// # Errors
     /// The first change that would be refused.
     pub fn check(&self, changes: &[Change]) -> Result<(), ChangeError> {
-        changes.iter().try_for_each(|change| self.check_one(change))
+        changes.iter().try_for_each(|change| self.check_one(change))?;
+        let moves = changes.iter().filter_map(|change| match change {
+            Change::Collider(asked) => Some(&asked.collider),
+            _ => None,
+        });
+        let mut moved: Vec<&String> = moves.collect();
+        moved.sort_unstable();
+        match moved.windows(2).find(|pair| pair[0] == pair[1]) {
+            Some(pair) => Err(MoveError::ColliderTwice { name: pair[0].clone() }.into()),
+            None => Ok(()),
+        }
     }
 
     fn check_one(&self, change: &Change) -> Result<(), ChangeError> {
@@ -112,6 +127,10 @@ impl ChangeRules {
             Change::PinPath { particle, points } => {
                 check_path(*particle, points)?;
                 self.check_pin(*particle)
+            }
+            Change::Collider(asked) => {
+                asked.check(&self.colliders)?;
+                check_keys(asked)
             }
             Change::Force { body, particles, forces } => self.check_force(body, particles, forces),
             Change::State { body, positions, velocities } => {
@@ -252,6 +271,16 @@ fn check_path(particle: u32, points: &[(f64, [f64; 3])]) -> Result<(), ChangeErr
             return Err(ChangeError::TimesOfPath { particle, point, time: *time, after });
         }
         after = *time;
+    }
+    Ok(())
+}
+
+/// Times and positions of a move within their ranges.
+fn check_keys(ColliderMove { keys, .. }: &ColliderMove) -> Result<(), ChangeError> {
+    let of_time = if keys.len() == 1 { "duration" } else { "times" };
+    for MoveKey { time, position, .. } in keys.iter() {
+        within(of_time, &[*time], allowed::DURATION)?;
+        within("position", position.as_slice().as_flattened(), allowed::LENGTH)?;
     }
     Ok(())
 }

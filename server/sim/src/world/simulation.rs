@@ -11,7 +11,7 @@ use super::{
     topology::{BodyTopology, StepBound},
 };
 use crate::{
-    collide::Collider,
+    collide::{Collider, Pose},
     field::Field,
     interrupt::Interrupt,
     math::{Precision, Real},
@@ -187,6 +187,14 @@ impl Simulation {
     /// What particles hit.
     pub fn colliders(&self) -> &[Collider] {
         on_world!(self, world => world.colliders())
+    }
+
+    /// The pose that a collider has now, by its index in the setup.
+    ///
+    /// # Panics
+    /// If there are not so many colliders.
+    pub fn collider_pose(&self, index: usize) -> Pose {
+        on_world!(self, world => world.collider_pose(index))
     }
 
     /// Largest explicit steps, one per cloth.

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{clock::World, cloth::Taken, pace::Pace, simulation::Simulation, wind::Wind};
 use crate::{
+    collide::{Collider, Motion},
     field::Field,
     math::{Real, bytes},
     snow::{Snow, TakenSnow},
@@ -39,6 +40,8 @@ struct State<R: Real> {
     step_count: u64,
     gravity: [f64; 3],
     wind: Wind,
+    /// How the colliders move.
+    motions: Vec<Motion>,
     pace: Pace,
     cloths: Vec<Taken<R>>,
     snow: Option<TakenSnow>,
@@ -50,13 +53,16 @@ impl<R: Real> World<R> {
         let Self { step_count, gravity, pace, .. } = *self;
         let wind = self.wind.clone();
         let snow = self.snow().map(Snow::take);
-        State { step_count, gravity, wind, pace, cloths, snow }
+        let motions = self.colliders.iter().map(Collider::motion).collect();
+        State { step_count, gravity, wind, motions, pace, cloths, snow }
     }
 
     fn put(&mut self, state: &State<R>) {
-        let State { step_count, gravity, wind, pace, cloths, snow } = state;
+        let State { step_count, gravity, wind, motions, pace, cloths, snow } = state;
         (self.step_count, self.gravity, self.pace) = (*step_count, *gravity, *pace);
         self.wind.clone_from(wind);
+        let own = self.colliders.iter_mut().zip(motions);
+        own.for_each(|(collider, motion)| collider.put_motion(motion));
         let own = self.bodies.iter_mut().filter_map(|body| body.as_cloth_mut());
         own.zip(cloths).for_each(|(cloth, taken)| cloth.put(taken));
         self.snow_mut().into_iter().zip(snow).for_each(|(snow, taken)| snow.put(taken));

@@ -7,7 +7,12 @@ use super::{
     parameters::WorldParameters,
     topology::{BodyTopology, StepBound},
 };
-use crate::{collide::Collider, field::Field, math::Real, snow::Snow};
+use crate::{
+    collide::{Collider, Pose},
+    field::Field,
+    math::Real,
+    snow::Snow,
+};
 
 impl<R: Real> World<R> {
     /// Number of particles of all bodies.
@@ -38,12 +43,27 @@ impl<R: Real> World<R> {
     /// Parameters as they are now.
     pub fn parameters(&self) -> WorldParameters {
         let cloths = self.bodies.iter().filter_map(Body::as_cloth).map(Cloth::parameters).collect();
-        WorldParameters { gravity: self.gravity, wind: self.around().wind, cloths }
+        let time = self.time();
+        let poses = self.colliders.iter().map(|collider| (collider.name.clone(), collider.pose(time)));
+        WorldParameters {
+            gravity: self.gravity,
+            wind: self.around().wind,
+            cloths,
+            colliders: poses.collect(),
+        }
     }
 
     /// What particles hit.
     pub fn colliders(&self) -> &[Collider] {
         &self.colliders
+    }
+
+    /// The pose that a collider has now.
+    ///
+    /// # Panics
+    /// If there are not so many colliders.
+    pub fn collider_pose(&self, index: usize) -> Pose {
+        self.colliders[index].pose(self.time())
     }
 
     /// Writes a field over `out`, in the user's numbering: in `T`, rounded if that is narrower.
@@ -61,7 +81,7 @@ impl<R: Real> World<R> {
         }
     }
 
-    /// Hash (XXH3, 64 bits) of all on which further steps depend: of the steps taken, the parameters, and the wrapping sum
+    /// Hash (XXH3, 64 bits) of all on which further steps depend: of the steps taken, the parameters, the ways of colliders, and the wrapping sum
     /// of one XXH3 per particle, seeded with its number. Positions and velocities, and what else a body carries, are
     /// read as little-endian binary64. It runs on the rayon pool that the caller installed.
     pub fn state_hash(&self) -> u64 {
@@ -71,10 +91,22 @@ impl<R: Real> World<R> {
             hasher.update(&number.to_le_bytes());
         }
         self.bodies.iter().for_each(|body| body.hash_parameters(&mut hasher));
+        self.hash_ways(&mut hasher);
         self.pace.hash(&mut hasher);
         let particles = self.bodies.iter().map(Body::hash).fold(0, u64::wrapping_add);
         hasher.update(&particles.to_le_bytes());
         hasher.digest()
+    }
+
+    /// Adds the colliders that keys or calls move to a hash.
+    fn hash_ways(&self, hasher: &mut xxhash_rust::xxh3::Xxh3) {
+        let time = self.time();
+        for (number, collider) in (0_u64..).zip(&self.colliders) {
+            if let Some(way) = &collider.way {
+                hasher.update(&number.to_le_bytes());
+                way.numbers(time).for_each(|number| hasher.update(&number.to_le_bytes()));
+            }
+        }
     }
 
     /// What frames refer to.
