@@ -19,10 +19,11 @@ use crate::{
     names,
     schema::{Alternatives, DIRECTION, LENGTH, Presence, Range, SIZE, SPEED, Section, ValueKind, key},
     transform::{ROTATE, Rotate, TRANSFORM, Transform, rotation},
+    way::{ColliderKey, KEY, way},
 };
 
 use Presence::{Absent, Chosen, Default as Preset, Required};
-use ValueKind::{Choice, Flag, Number, Table, Text, Vector};
+use ValueKind::{Choice, Flag, Number, Table, Tables, Text, Vector};
 
 /// Something that particles collide with.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -53,6 +54,9 @@ pub struct ColliderText {
     /// What becomes of cloth and snow that begin inside.
     #[serde(default, with = "names::start_inside")]
     pub on_start_inside: StartInside,
+    /// Its way, in place of a velocity.
+    #[serde(default, rename = "key", skip_serializing_if = "Vec::is_empty")]
+    pub keys: Vec<ColliderKey>,
 }
 
 fn recovery() -> f64 {
@@ -180,6 +184,7 @@ pub(crate) static COLLIDER: Section = Section {
         key("contact", Choice(|| Contact::ALL.map(Contact::name).to_vec()), "", Preset("\"separating\""), "how snow meets it: sticky (it moves with the surface), slip (it neither enters nor leaves, and slides with friction), separating (it may leave, and slides with friction while pressed on); cloth always separates"),
         key("recovery", Number(Range(1e-6, 1e3)), "m/s", Preset("1.0"), "speed at which cloth that is inside at the start of a sub-step is pushed out, which gives it no velocity"),
         key("on_start_inside", Choice(|| StartInside::ALL.map(StartInside::name).to_vec()), "", Preset("\"warn\""), "what happens to cloth that begins inside, and to snow that begins inside by more than a cell: warn (it begins there, and is told), refuse (the scene is refused), lift (cloth is moved out along the nearest way, before its springs are made; snow that begins inside at all is left out; both are told). Pins may begin inside"),
+        key("key", Tables(&KEY, ColliderKey::MOST), "", Preset("[]"), "in place of `velocity`, where it is over time: `[[collider.key]]`"),
     ],
     alternatives: Alternatives::OneChosen,
 };
@@ -275,10 +280,16 @@ impl ColliderText {
         at: &Location<'_>,
         solid: impl FnOnce(&ColliderMesh) -> Result<Shape, SceneError>,
     ) -> Result<Collider, SceneError> {
+        let keys = at.key("key");
+        if !self.keys.is_empty() && self.velocity != [0.0; 3] {
+            let message = "does not go with key, which says where the collider is at all times";
+            return at.key("velocity").inconsistent(message);
+        }
         Ok(Collider {
             name: self.name.clone(),
             shape: self.shape.assemble(at, solid)?,
             velocity: self.velocity,
+            way: way(&self.keys, &keys)?,
             friction: self.friction,
             restitution: self.restitution,
             margin: self.margin,

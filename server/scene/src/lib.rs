@@ -17,6 +17,7 @@ mod transform;
 mod air;
 mod body;
 mod snow;
+mod way;
 mod collider;
 mod keys;
 mod scene;
@@ -49,3 +50,4 @@ pub use snow::{
 pub use source::Source;
 pub use terms::{Removal, SceneTerm};
 pub use transform::{Rotate, Transform};
+pub use way::ColliderKey;

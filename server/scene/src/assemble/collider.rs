@@ -56,7 +56,9 @@ pub(super) fn build(
             volume,
         });
         let made = MeshSolid::new(surface.points, surface.triangles);
-        made.map(Into::into).map_err(|why| at.key("mesh").error(ErrorKind::BadMesh, why))
+        let made = made.map_err(|why| at.key("mesh").error(ErrorKind::BadMesh, why))?;
+        // The transform takes the origin there.
+        Ok(made.with_origin(mesh.transform.translate).into())
     })?;
     Ok(Made { collider, solid, warnings })
 }

@@ -27,6 +27,7 @@ use crate::{
     location::Location,
     scene::Scene,
     snow::{SnowBody, SnowSource},
+    way::KEY_BYTES,
 };
 
 /// Counts of a scene.
@@ -58,7 +59,7 @@ pub struct SceneSize {
     pub collider_points: u64,
     /// Triangles of meshes that are colliders.
     pub collider_triangles: u64,
-    /// Bytes of the solids that are made of them, and of what each particle of cloth keeps of each.
+    /// Bytes of the solids that are made of them, of what each particle of cloth keeps of each, and of keys of colliders.
     pub collider_bytes: u64,
     /// Bytes of the snow's grid, in binary32 and in binary64.
     pub snow_grid_bytes: [u64; 2],
@@ -75,6 +76,8 @@ impl Scene {
         for mesh in self.colliders.iter().filter_map(ColliderText::mesh) {
             size.add_collider(mesh, meshes);
         }
+        let keys = self.colliders.iter().map(|collider| collider.keys.len() as u64).sum::<u64>();
+        size.collider_bytes = size.collider_bytes.saturating_add(KEY_BYTES * keys);
         let at = Location::root(&self.source).key("snow");
         if let Some(snow) = &self.snow {
             size.solid_triangles = solid_triangles(&snow.objects, meshes);

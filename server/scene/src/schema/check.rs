@@ -173,6 +173,9 @@ impl Checker<'_> {
             (ValueKind::Vector(range), DeValue::Array(items)) => {
                 self.items(key.kind, ValueKind::Number(range), Some(3), items, at);
             }
+            (ValueKind::Four(range), DeValue::Array(items)) => {
+                self.items(key.kind, ValueKind::Number(range), Some(4), items, at);
+            }
             (ValueKind::WholePair(low, high), DeValue::Array(items)) => {
                 self.items(key.kind, ValueKind::Whole(low, high), Some(2), items, at);
             }

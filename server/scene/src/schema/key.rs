@@ -17,6 +17,8 @@ pub(crate) enum ValueKind {
     Pair(Range),
     /// Three numbers, each in the range.
     Vector(Range),
+    /// Four numbers, each in the range.
+    Four(Range),
     /// A text of at most so many bytes.
     Text(usize),
     /// One of a few names.
@@ -42,10 +44,8 @@ impl ValueKind {
             Self::WholePair(low, high) => format!("two whole numbers, each {low} to {high}"),
             Self::Number(range) => format!("a number, {range}"),
             Self::Pair(range) => format!("two numbers, each {range}"),
-            Self::Vector(Range(low, high)) if low.to_bits() == (-high).to_bits() => {
-                format!("three numbers, each at most {} in size", number(high))
-            }
-            Self::Vector(range) => format!("three numbers, each {range}"),
+            Self::Vector(range) => format!("three numbers, each {}", in_size(range)),
+            Self::Four(range) => format!("four numbers, each {}", in_size(range)),
             Self::Text(most) => format!("a text of at most {most} bytes, without control characters"),
             Self::Choice(names) => names().join(", "),
             Self::Flag => "true or false".to_owned(),
@@ -54,6 +54,16 @@ impl ValueKind {
             Self::Table(_) => "a table".to_owned(),
             Self::Tables(_, most) => format!("an array of tables, at most {most}"),
         }
+    }
+}
+
+/// A range in words; one about 0 as a bound on size.
+fn in_size(range: Range) -> String {
+    match range {
+        Range(low, high) if low.to_bits() == (-high).to_bits() => {
+            format!("at most {} in size", number(high))
+        }
+        range => range.to_string(),
     }
 }
 
@@ -104,6 +114,7 @@ impl SceneKey {
             ValueKind::Number(range) => near(range, 1.0),
             ValueKind::Pair(range) => format!("[{0}, {0}]", near(range, 1.0)),
             ValueKind::Vector(range) => format!("[{0}, {1}, {0}]", near(range, 0.0), near(range, 1.0)),
+            ValueKind::Four(range) => format!("[{0}, {0}, {0}, {1}]", near(range, 0.0), near(range, 1.0)),
             ValueKind::Text(_) => "\"name\"".to_owned(),
             ValueKind::Choice(names) => format!("\"{}\"", names().first().copied().unwrap_or_default()),
             ValueKind::Flag => "true".to_owned(),

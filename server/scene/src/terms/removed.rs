@@ -47,6 +47,7 @@ impl Scene {
                 contact: _,
                 recovery: _,
                 on_start_inside: _,
+                keys: _,
             } = collider;
             if is_of_one {
                 terms.push(SceneTerm::new(format!("collider {name}"), Removal::Collider(place)));
