@@ -55,11 +55,16 @@ impl MeshSource for Figure {
 }
 
 /// Sections with the text before and after a field of theirs, behind a scene of one body.
-const PLACES: [(&str, &str, &str); 8] = [
+const PLACES: [(&str, &str, &str); 9] = [
     ("body", "", ""),
     ("body.transform, snow.object.transform, collider.mesh.transform", "transform = { ", " }"),
     ("body.solver", "solver = { ", " }"),
     ("collider", "[[collider]]\nname = \"s\"\nsphere = { center = [0, 0, 0], radius = 1 }\n", ""),
+    (
+        "collider.key",
+        "[[collider]]\nname = \"s\"\nsphere = { center = [0, 0, 0], radius = 1 }\n[[collider.key]]\ntime = 0\nposition = [0, 0, 0]\n",
+        "",
+    ),
     ("collider.mesh", "[[collider]]\nname = \"s\"\n[collider.mesh]\nfile = \"a.obj\"\n", ""),
     ("snow", "[snow]\ncell = 0.1\n", SNOW),
     ("snow.solver", "[snow]\ncell = 0.1\nbeta = 1\nsolver = { ", SNOW_OF_BRACE),

@@ -2,6 +2,7 @@
 
 mod messages;
 mod starts;
+mod ways;
 mod acting;
 mod outside;
 mod overlap;
