@@ -7,7 +7,7 @@ use prost::Message as _;
 const FILES: [&str; 2] = ["nappe/v1/simulation.proto", "nappe/v1/frame.proto"];
 
 /// Messages that are also written as JSON, under the names of their fields.
-const JSON_MESSAGES: [&str; 13] = [
+const JSON_MESSAGES: [&str; 14] = [
     "Session",
     "SessionRanks",
     "Failure",
@@ -15,6 +15,7 @@ const JSON_MESSAGES: [&str; 13] = [
     "ClothParameters",
     "Air",
     "SpringParameters",
+    "ColliderPose",
     "Diagnostics",
     "ClothSteps",
     "SnowDiagnostics",
@@ -24,7 +25,7 @@ const JSON_MESSAGES: [&str; 13] = [
 ];
 
 /// Fields whose shape in JSON is not that of the Rust type: the function of `src/json.rs` that writes each.
-const JSON_FIELDS: [(&str, &str); 12] = [
+const JSON_FIELDS: [(&str, &str); 14] = [
     ("Session.state", "session_state"),
     ("Session.precision", "precision"),
     ("Session.state_hash", "state_hash"),
@@ -32,6 +33,8 @@ const JSON_FIELDS: [(&str, &str); 12] = [
     ("Parameters.gravity", "vector"),
     ("Parameters.wind", "vector"),
     ("SpringParameters.kind", "spring_kind"),
+    ("ColliderPose.position", "vector"),
+    ("ColliderPose.turn", "quaternion"),
     ("Diagnostics.momentum", "vector"),
     ("ClothSteps.bound", "time_bound"),
     ("SnowDiagnostics.bound", "time_bound"),

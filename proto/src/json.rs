@@ -8,7 +8,9 @@
 use prost_types::Timestamp;
 use serde::{Serialize as _, Serializer};
 
-use crate::v1::{Precision, SessionState, SolveOutcome, SolveReport, SpringKind, TimeBound, Vector3};
+use crate::v1::{
+    Precision, Quaternion, SessionState, SolveOutcome, SolveReport, SpringKind, TimeBound, Vector3,
+};
 
 /// What a session is doing, as a word.
 pub(crate) fn session_state<S: Serializer>(value: &i32, serializer: S) -> Result<S::Ok, S::Error> {
@@ -48,6 +50,11 @@ pub(crate) fn time<S: Serializer>(value: &Option<Timestamp>, serializer: S) -> R
 /// `[x, y, z]`; an absent vector is zero, as everywhere in proto3.
 pub(crate) fn vector<S: Serializer>(value: &Option<Vector3>, serializer: S) -> Result<S::Ok, S::Error> {
     <[f64; 3]>::from(value.unwrap_or_default()).serialize(serializer)
+}
+
+/// `[x, y, z, w]`; an absent turn is none.
+pub(crate) fn quaternion<S: Serializer>(value: &Option<Quaternion>, serializer: S) -> Result<S::Ok, S::Error> {
+    value.map_or([0.0, 0.0, 0.0, 1.0], <[f64; 4]>::from).serialize(serializer)
 }
 
 /// The fields of a solver's report; all `null` without one, so that every object has the same keys.

@@ -52,3 +52,15 @@ impl From<v1::Vector3> for [f64; 3] {
         [x, y, z]
     }
 }
+
+impl From<[f64; 4]> for v1::Quaternion {
+    fn from([x, y, z, w]: [f64; 4]) -> Self {
+        Self { x, y, z, w }
+    }
+}
+
+impl From<v1::Quaternion> for [f64; 4] {
+    fn from(v1::Quaternion { x, y, z, w }: v1::Quaternion) -> Self {
+        [x, y, z, w]
+    }
+}
