@@ -3,7 +3,12 @@
 //! Enters: why a step failed, or why a change was refused. Leaves: a reason, or the whole error.
 
 use nappe_proto::Reason;
-use nappe_sim::{interrupt::Interrupted, math::number, report::StepFailure, world::ChangeError};
+use nappe_sim::{
+    interrupt::Interrupted,
+    math::number,
+    report::StepFailure,
+    world::{ChangeError, MoveError, allowed},
+};
 
 use super::service_error::ServiceError;
 
@@ -106,7 +111,41 @@ impl From<&ChangeError> for ServiceError {
                 .with("particle", particle)
                 .with("particle_count", count)
                 .at_field("pins.particle", message),
+            ChangeError::Collider(error) => of_move(refused, error, message),
         }
+    }
+}
+
+/// What is wrong with the move of a collider.
+fn of_move(refused: ServiceError, error: &MoveError, message: String) -> ServiceError {
+    match error {
+        MoveError::UnknownCollider { name, known } => {
+            refused.with("collider", name).with("known", known).at_field("colliders.name", message)
+        }
+        MoveError::ColliderTwice { name } => {
+            refused.with("collider", name).at_field("colliders.name", message)
+        }
+        MoveError::EmptyWay { name } => {
+            refused.with("collider", name).at_field("collider_paths.times_seconds", message)
+        }
+        MoveError::TimesOfWay { name, key, time, after } => refused
+            .with("collider", name)
+            .with("point", key)
+            .with("value", time)
+            .with("allowed", format!("above {}", number(*after)))
+            .at_field("collider_paths.times_seconds", message),
+        MoveError::TurnLength { name, key, length } => refused
+            .with("collider", name)
+            .with("point", key)
+            .with("value", length)
+            .with("allowed", "1 within 1e-6")
+            .at_field("colliders.turn", message),
+        MoveError::SurfaceSpeed { name, key, speed } => refused
+            .with("collider", name)
+            .with("point", key)
+            .with("value", speed)
+            .with("allowed", format!("at most {}", number(allowed::SPEED[1])))
+            .at_field("colliders.duration_seconds", message),
     }
 }
 

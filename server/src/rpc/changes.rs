@@ -6,6 +6,7 @@ use nappe_proto::v1;
 use nappe_sim::{cloth::SpringKind, world::Change};
 
 use super::{
+    collider_moves,
     lists::{self, MeshById},
     validate::{finite, finite_vector, unknown_value},
 };
@@ -17,9 +18,20 @@ use crate::{
 /// The changes of a request to update parameters.
 pub(super) fn of_update(request: v1::UpdateParametersRequest) -> v1::Changes {
     let v1::UpdateParametersRequest {
-        gravity, wind, drag, springs, pins, paths, air, forces, states, ..
+        gravity,
+        wind,
+        drag,
+        springs,
+        pins,
+        paths,
+        air,
+        forces,
+        states,
+        colliders,
+        collider_paths,
+        ..
     } = request;
-    v1::Changes { gravity, wind, drag, springs, pins, paths, air, forces, states }
+    v1::Changes { gravity, wind, drag, springs, pins, paths, air, forces, states, colliders, collider_paths }
 }
 
 /// Changes in the order of their fields, which `within` stands before in messages.
@@ -32,20 +44,7 @@ pub(super) fn changes(
     limits: &Limits,
     mesh: &MeshById<'_>,
 ) -> Result<Vec<Change>, ServiceError> {
-    let points = request.paths.iter().map(|path| path.times_seconds.len()).sum::<usize>();
-    let count =
-        request.springs.len() + request.air.len() + request.pins.len() + request.paths.len().max(points);
-    let count = count + request.forces.len() + request.states.len();
-    let allowed = limits.max_changes_per_call;
-    if count > allowed as usize {
-        let message = format!(
-            "the call has {count} changes of springs, air, forces, states, pins and points of paths; allowed: at most {allowed}"
-        );
-        return Err(ServiceError::new(Reason::TooManyChanges, message)
-            .with("changes", count)
-            .with("allowed", allowed));
-    }
-
+    check_count(request, limits.max_changes_per_call)?;
     let mut changes = Vec::new();
     if let Some(gravity) = request.gravity {
         changes.push(Change::Gravity(finite_vector(&format!("{within}gravity"), gravity)?));
@@ -83,13 +82,47 @@ pub(super) fn changes(
         changes.push(lists::state(&format!("{within}states[{i}]"), update, mesh)?);
     }
 
+    for (i, update) in request.colliders.iter().enumerate() {
+        changes.push(collider_moves::update(&format!("{within}colliders[{i}]"), update)?);
+    }
+
+    for (i, path) in request.collider_paths.iter().enumerate() {
+        changes.push(collider_moves::path(&format!("{within}collider_paths[{i}]"), path)?);
+    }
+
     if changes.is_empty() {
         return Err(ServiceError::field(
-            format!("{within}gravity, wind, drag, air, springs, pins, paths, forces, states"),
+            format!(
+                "{within}gravity, wind, drag, air, springs, pins, paths, forces, states, colliders, collider_paths"
+            ),
             "none is set: an update changes at least one",
         ));
     }
     Ok(changes)
+}
+
+/// Each point of a path counts, and each path too.
+fn check_count(request: &v1::Changes, allowed: u32) -> Result<(), ServiceError> {
+    let of_pins = request.paths.iter().map(|path| path.times_seconds.len()).sum::<usize>();
+    let of_colliders = request.collider_paths.iter().map(|path| path.times_seconds.len()).sum::<usize>();
+    let lists = [
+        request.springs.len(),
+        request.air.len(),
+        request.pins.len(),
+        request.paths.len().max(of_pins),
+        request.forces.len(),
+        request.states.len(),
+        request.colliders.len(),
+        request.collider_paths.len().max(of_colliders),
+    ];
+    let count = lists.into_iter().sum::<usize>();
+    if count <= allowed as usize {
+        return Ok(());
+    }
+    let message = format!(
+        "the call has {count} changes of springs, air, forces, states, pins, colliders and points of paths; allowed: at most {allowed}"
+    );
+    Err(ServiceError::new(Reason::TooManyChanges, message).with("changes", count).with("allowed", allowed))
 }
 
 /// Ranges are the simulation's to check.

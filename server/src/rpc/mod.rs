@@ -4,6 +4,7 @@
 
 mod validate;
 mod lists;
+mod collider_moves;
 mod changes;
 mod pending;
 mod server_info;

@@ -5,7 +5,7 @@
 use nappe_proto::v1;
 use nappe_sim::{cloth::SpringKind, world::Change};
 
-use super::lists;
+use super::{collider_moves, lists};
 use crate::{
     error::{Reason, ServiceError},
     session::{Accepted, PendingChange},
@@ -79,6 +79,7 @@ fn message(pending: &PendingChange) -> v1::PendingChange {
                 times_seconds: points.iter().map(|(time, _)| *time).collect(),
                 targets: points.iter().flat_map(|(_, target)| *target).collect(),
             }),
+            Change::Collider(asked) => collider_moves::tell(&mut request, asked),
         }
     }
     v1::PendingChange { accepted: Some(pending.accepted.into()), changes: Some(request) }

@@ -18,7 +18,7 @@ use super::{
     desk::{Copied, Injected},
     failure::{FailurePoint, SessionFailure},
     notices,
-    parameters::parameters,
+    parameters::{parameters, put_collider_poses},
     pending_changes::{Accepted, PendingChanges},
     ranks::{Begin, RankCounts, Ranks, Watched},
     schedule::Task,
@@ -188,6 +188,7 @@ impl Stepper {
 
         let mut diagnostics = diagnostics(report, frame, stage_seconds, *seconds);
         let mut first = Vec::new();
+        let simulation = &self.simulator.simulation;
         self.status().update(|progress| {
             let (counts, told) = notices::add(progress.diagnostics.notices.unwrap_or_default(), report);
             (diagnostics.notices, first) = (Some(counts), told);
@@ -195,6 +196,7 @@ impl Stepper {
             progress.time_seconds = report.time;
             progress.stepping_seconds += seconds;
             progress.diagnostics = diagnostics;
+            put_collider_poses(&mut progress.parameters, |index| simulation.collider_pose(index));
         });
 
         for rejection in &report.rejections {
