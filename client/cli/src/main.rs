@@ -13,6 +13,8 @@ mod session;
 mod fields;
 mod args;
 mod particles;
+mod components;
+mod collider_args;
 mod remote;
 mod web;
 mod ssh;

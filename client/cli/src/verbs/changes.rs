@@ -83,6 +83,8 @@ fn sets(change: &v1::PendingChange) -> Vec<String> {
         ("forces", request.forces.len()),
         ("states", request.states.len()),
         ("paths", request.paths.len()),
+        ("colliders", request.colliders.len()),
+        ("collider paths", request.collider_paths.len()),
     ] {
         if count > 0 {
             sets.push(format!("{what} ({count})"));

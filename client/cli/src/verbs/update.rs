@@ -1,4 +1,4 @@
-//! `nappe update`: changes gravity, wind, air, springs, pins or forces of a session, all at the same step.
+//! `nappe update`: changes gravity, wind, air, springs, pins, forces or colliders of a session, all at the same step.
 
 use clap::Args;
 use nappe_client::{Client, Topology, v1};
@@ -7,13 +7,15 @@ use serde_json::json;
 
 use crate::{
     args::SessionArgs,
+    collider_args::ColliderArgs,
+    components::{number, vector},
     error::{CliError, Result},
     output::{self, Format},
     particles::{self, Particle},
     remote,
 };
 
-/// Change gravity, wind, air, springs, pins or forces of a session
+/// Change gravity, wind, air, springs, pins, forces or colliders
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Examples:
@@ -23,7 +25,9 @@ Examples:
   nappe update first --pin 0=0,1,0.5:2            pinned particle 0 goes there within 2 s
   nappe update first --pin top_left=0,1,0         names of grids and chains; of several bodies flag:top_left
   nappe update first --force sheet:12=0,0.5,0     a force on a particle, until the next one
-  nappe update first --force sheet:all=0,0,0      none on any")]
+  nappe update first --force sheet:all=0,0,0      none on any
+  nappe update first --collider lid --to 0,1,0 --in 2           a collider goes there within 2 s
+  nappe update first --collider lid --turn 0,0.6,0,0.8 --in 2   it turns: x, y, z, w of length 1")]
 pub(crate) struct UpdateArgs {
     #[command(flatten)]
     session: SessionArgs,
@@ -61,6 +65,8 @@ pub(crate) struct UpdateArgs {
     /// Density (kg/m^3) or a coefficient of the air: density, normal, lift or tangential
     #[arg(long, value_name = "NAME=VALUE", value_parser = air_value)]
     air: Vec<(String, f64)>,
+    #[command(flatten)]
+    collider: ColliderArgs,
 }
 
 /// A stiffness (N/m) or a damping (N s/m) for the springs of a kind.
@@ -186,16 +192,18 @@ fn request(args: &UpdateArgs) -> Result<v1::UpdateParametersRequest> {
         return Err(CliError::usage(words));
     }
 
+    let collider = args.collider.update()?;
     let nothing = args.gravity.is_none()
         && args.wind.is_none()
         && args.drag.is_none()
         && springs.is_empty()
         && args.air.is_empty()
         && args.force.is_empty()
-        && args.pin.is_empty();
+        && args.pin.is_empty()
+        && collider.is_none();
     if nothing {
         return Err(CliError::usage("nothing to change").hint(
-            "give one or more of --gravity, --wind, --drag, --air, --stiffness, --damping, --pin, --force",
+            "give one or more of --gravity, --wind, --drag, --air, --stiffness, --damping, --pin, --force, --collider",
         ));
     }
 
@@ -206,6 +214,7 @@ fn request(args: &UpdateArgs) -> Result<v1::UpdateParametersRequest> {
         springs,
         drag: args.drag,
         air: air(args),
+        colliders: collider.into_iter().collect(),
         wait: args.wait,
         ..v1::UpdateParametersRequest::of(&args.session.id)
     })
@@ -237,21 +246,6 @@ fn spring(
     damping: Option<f64>,
 ) -> v1::SpringUpdate {
     v1::SpringUpdate { body: args.body.clone().unwrap_or_default(), kind: kind.into(), stiffness, damping }
-}
-
-fn vector(text: &str) -> std::result::Result<v1::Vector3, String> {
-    let numbers: Vec<f64> = text.split(',').map(number).collect::<std::result::Result<_, _>>()?;
-    match numbers[..] {
-        [x, y, z] => Ok(v1::Vector3 { x, y, z }),
-        _ => Err(format!("{} numbers; a vector has three: 0,-9.81,0", numbers.len())),
-    }
-}
-
-fn number(text: &str) -> std::result::Result<f64, String> {
-    match text.trim().parse::<f64>() {
-        Ok(value) if value.is_finite() => Ok(value),
-        _ => Err(format!("'{text}' is not a finite number")),
-    }
 }
 
 fn spring_value(text: &str) -> std::result::Result<SpringValue, String> {
