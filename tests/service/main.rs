@@ -26,6 +26,7 @@ mod bad_input;
 mod limits;
 mod update_parameters;
 mod controllers;
+mod moved_colliders;
 mod acting;
 mod forks;
 mod abandoned_creates;

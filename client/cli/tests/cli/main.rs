@@ -34,6 +34,7 @@ mod plan;
 mod stability;
 mod numbers;
 mod names;
+mod moved_colliders;
 mod sweep;
 mod sweep_files;
 mod snow;
