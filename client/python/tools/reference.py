@@ -55,6 +55,7 @@ GROUPS = {
         "RejectedStep",
         "Parameters",
         "ClothParameters",
+        "ColliderPose",
         "Air",
         "SpringParameters",
         "Diagnostics",
@@ -72,6 +73,8 @@ TYPES = {
     "PerKind": "_requests",
     "Forces": "_acting",
     "States": "_acting",
+    "Poses": "_moving",
+    "Quaternion": "_reports",
 }
 """Names of types that stand in signatures, and the modules that say what they are."""
 

@@ -57,7 +57,7 @@ fn a_collider_goes_where_it_is_sent_and_its_pose_is_told() {
     for (wrong, parts) in [
         ("--collider ldi --to 0,0,0", &["ldi", "lid, floor"][..]),
         ("--collider lid --turn 0,0,0,1.1", &["lid", "length"]),
-        ("--collider lid --to 0,2e6,0", &["position", "1e6"]),
+        ("--collider lid --to 0,2e6,0", &["position", "1000000"]),
     ] {
         let args: Vec<_> = ["update", "moved"].into_iter().chain(wrong.split(' ')).collect();
         let refused = server.nappe(&args);

@@ -21,6 +21,7 @@ from nappe._contract import Message
 from nappe._ctrl_c import paused_words
 from nappe._errors import Error, NotFound
 from nappe._frames import Frame
+from nappe._moving import Poses
 from nappe._pending import Pending, read_pending
 from nappe._properties import SessionProperties
 from nappe._requests import Call, Changes
@@ -135,6 +136,7 @@ class Session(SessionProperties):
         air: Mapping[str, float] | None = None,
         forces: Forces | None = None,
         states: States | None = None,
+        colliders: Poses | None = None,
         at_step: int = 0,
         wait: bool = False,
     ) -> Accepted:
@@ -150,6 +152,7 @@ class Session(SessionProperties):
             air=air,
             forces=forces,
             states=states,
+            colliders=colliders,
         )
         return await self._server._call(requests.update(self._ids, changes, at_step, wait, self.particle_count))
 

@@ -32,10 +32,10 @@ def index(value: Any, particles: int, name: str) -> int:
     return at
 
 
-def named(value: Any, name: str) -> str:
-    """The name of a body."""
+def named(value: Any, name: str, what: str = "a body") -> str:
+    """The name of a body, or of something else."""
     if not isinstance(value, str) or not value:
-        raise refused(f"{name} is {value!r}; allowed: the name of a body", name)
+        raise refused(f"{name} is {value!r}; allowed: the name of {what}", name)
     return value
 
 

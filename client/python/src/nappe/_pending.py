@@ -23,7 +23,8 @@ class Pending:
     """What changes: `gravity` (m/s^2), `wind` (m/s), `drag` (N s/m), `springs` and `air` (a dict each), `pins` and
     `paths` (by the index of the particle), `forces` (by the name of the body: a list of pairs of indices within the
     body, None for all its particles, and forces, (3,) or one for each) and `states` (by the name of the body: positions
-    and velocities, None where it is at rest, or the id of an uploaded mesh)."""
+    and velocities, None where it is at rest, or the id of an uploaded mesh). `colliders` (by their names: position,
+    turn, and duration in s) and `collider_paths` (times, positions (n, 3), turns (n, 4)) have None for what stays."""
 
 
 def read_pending(message: Message) -> Pending:
@@ -50,6 +51,10 @@ def read_pending(message: Message) -> Pending:
         for update in asked.forces:
             forces.setdefault(update.body, []).append(_forces(update))
         changes["forces"] = forces
+    if asked.colliders:
+        changes["colliders"] = {move.name: _move(move) for move in asked.colliders}
+    if asked.collider_paths:
+        changes["collider_paths"] = {path.name: _way(path) for path in asked.collider_paths}
     if asked.states:
         changes["states"] = {update.body: _state(update) for update in asked.states}
     return Pending(message.accepted.effective_step, message.accepted.order, changes)
@@ -83,6 +88,18 @@ def _state(update: Message) -> Any:
     if update.upload_id:
         return update.upload_id
     return _rows(update.positions_f64), _rows(update.velocities_f64) if update.velocities_f64 else None
+
+
+def _move(update: Message) -> tuple[Any, Any, float]:
+    position = _vector(update.position) if update.HasField("position") else None
+    turn = (update.turn.x, update.turn.y, update.turn.z, update.turn.w) if update.HasField("turn") else None
+    return position, turn, update.duration_seconds
+
+
+def _way(path: Message) -> tuple[Any, Any, Any]:
+    positions = np.array(path.positions).reshape(-1, 3) if path.positions else None
+    turns = np.array(path.turns).reshape(-1, 4) if path.turns else None
+    return np.array(path.times_seconds), positions, turns
 
 
 def _rows(packed: bytes) -> Any:

@@ -13,6 +13,7 @@ from nappe._values import (
     Air,
     Change,
     ClothParameters,
+    ColliderPose,
     Failure,
     Parameters,
     Progress,
@@ -26,6 +27,9 @@ from nappe._values import (
 
 T = TypeVar("T")
 
+NO_TURN = (0.0, 0.0, 0.0, 1.0)
+"""The quaternion of what is not turned."""
+
 _CLASSES: dict[str, type[Any]] = {
     kind.__name__: kind
     for kind in (
@@ -37,6 +41,7 @@ _CLASSES: dict[str, type[Any]] = {
         SpringParameters,
         Air,
         ClothParameters,
+        ColliderPose,
         Parameters,
         SessionRanks,
         Failure,
@@ -76,7 +81,7 @@ def _value(message: Message, field: Any) -> Any:
     if is_repeated(field):
         return tuple(_single(item, field) for item in getattr(message, field.name))
     if field.has_presence and not message.HasField(field.name):
-        return (0.0, 0.0, 0.0) if is_vector(field) else None
+        return (0.0, 0.0, 0.0) if is_vector(field) else NO_TURN if is_turn(field) else None
     return _single(getattr(message, field.name), field)
 
 
@@ -87,6 +92,8 @@ def _single(value: Any, field: Any) -> Any:
         return hexadecimal(value) if field.name == "state_hash" else value
     if is_vector(field):
         return (value.x, value.y, value.z)
+    if is_turn(field):
+        return (value.x, value.y, value.z, value.w)
     if field.message_type.name == "Timestamp":
         return datetime.fromtimestamp(value.seconds + value.nanos * 1e-9, tz=timezone.utc)
     return read(_CLASSES[field.message_type.name], value)
@@ -100,6 +107,11 @@ def hexadecimal(state_hash: int) -> str:
 def is_vector(field: Any) -> bool:
     """Whether a field holds three components."""
     return field.message_type is not None and field.message_type.name == "Vector3"
+
+
+def is_turn(field: Any) -> bool:
+    """Whether a field holds a quaternion."""
+    return field.message_type is not None and field.message_type.name == "Quaternion"
 
 
 def is_repeated(field: Any) -> bool:

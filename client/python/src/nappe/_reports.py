@@ -9,6 +9,8 @@ from dataclasses import dataclass
 
 Vector = tuple[float, float, float]
 """Three components along right-handed axes, y up."""
+Quaternion = tuple[float, float, float, float]
+"""A turn: x, y, z, w, of length 1. The last is the cosine of half the angle about the axis of the first three."""
 
 
 @dataclass(frozen=True)

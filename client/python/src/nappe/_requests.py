@@ -20,6 +20,7 @@ from nappe._checks import UINT32, array, finite, index, named, whole
 from nappe._contract import MESSAGES, METHODS, Message, number
 from nappe._errors import refused
 from nappe._frames import Frame, field_number, read_frame
+from nappe._moving import Poses, fill_colliders
 from nappe._reading import read, server_info
 from nappe._values import Accepted, ServerInfo
 
@@ -63,6 +64,10 @@ class Changes(TypedDict, total=False):
     of vectors by the index of the particle within the body. They act until the next ones on the same particles; 0 takes
     them away. `states`: for the name of a body, the positions (m) of all its particles, which are at rest then, or a
     tuple of positions and velocities (m/s), each (n, 3).
+
+    `colliders`: for the name of a collider, the position (m) that it goes to from where it is, or a tuple of a position
+    and a turn since time 0, a quaternion x, y, z, w of length 1. It is there within `duration`. None in place of either
+    leaves it as it is.
     """
 
     gravity: ArrayLike
@@ -76,6 +81,7 @@ class Changes(TypedDict, total=False):
     air: Mapping[str, float]
     forces: Forces
     states: States
+    colliders: Poses
 
 
 @dataclass(frozen=True)
@@ -294,6 +300,7 @@ def fill(message: Message, changes: Changes, particles: int) -> None:
         at = index(particle, particles, "pins")
         x, y, z = array(target, f"pins[{at}]", (3,)).tolist()
         message.pins.add(particle=at, target=MESSAGES["Vector3"](x=x, y=y, z=z), duration_seconds=duration)
+    fill_colliders(message, changes.get("colliders", {}), duration)
     fill_forces(message, changes.get("forces", {}), particles)
     fill_states(message, changes.get("states", {}), particles)
 

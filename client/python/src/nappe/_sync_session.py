@@ -17,6 +17,7 @@ from nappe._contract import Message
 from nappe._ctrl_c import is_ctrl_c, paused_words
 from nappe._errors import Error, NotFound
 from nappe._frames import Frame
+from nappe._moving import Poses
 from nappe._pending import Pending, read_pending
 from nappe._properties import SessionProperties
 from nappe._requests import Call, Changes
@@ -145,6 +146,7 @@ class Session(SessionProperties):
         air: Mapping[str, float] | None = None,
         forces: Forces | None = None,
         states: States | None = None,
+        colliders: Poses | None = None,
         at_step: int = 0,
         wait: bool = False,
     ) -> Accepted:
@@ -165,6 +167,7 @@ class Session(SessionProperties):
             air=air,
             forces=forces,
             states=states,
+            colliders=colliders,
         )
         return self._server._call(requests.update(self._ids, changes, at_step, wait, self.particle_count))
 
@@ -201,6 +204,8 @@ class Session(SessionProperties):
 
     def reset(self) -> Accepted:
         """Puts every body, parameter and pin back to the session's start; steps, time and frames go on.
+
+        Colliders are back on the ways of the scene, where these are by then.
 
         It happens between two steps, at once where the session stands; watchers get a new frame of it.
         """

@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from datetime import datetime
 
-from nappe._reports import Diagnostics, Vector
+from nappe._reports import Diagnostics, Quaternion, Vector
 
 
 @dataclass(frozen=True)
@@ -70,6 +70,19 @@ class ClothParameters:
 
 
 @dataclass(frozen=True)
+class ColliderPose:
+    """Where a collider is, and how it is turned."""
+
+    name: str
+    """The collider's name in the scene."""
+    position: Vector
+    """Position of its reference point (m): the centre of a sphere or a box, the middle of the segment of a capsule or a
+    cylinder, the point of a plane or a half-pipe, the place where the transform of a mesh puts the mesh's origin."""
+    turn: Quaternion
+    """How it is turned since time 0: a quaternion x, y, z, w of length 1."""
+
+
+@dataclass(frozen=True)
 class Parameters:
     """Parameters of the newest step."""
 
@@ -79,6 +92,8 @@ class Parameters:
     """Velocity of the medium around the cloth (m/s)."""
     cloths: tuple[ClothParameters, ...]
     """The bodies of cloth, in the order of their particles."""
+    collider_poses: tuple[ColliderPose, ...]
+    """Where the colliders are after the newest step, in the order of the scene."""
 
 
 @dataclass(frozen=True)
