@@ -16,6 +16,7 @@ mod pendulums;
 mod transients;
 mod pins;
 mod contact;
+mod moving;
 mod solids;
 mod creases;
 mod bounces;

@@ -14,4 +14,5 @@ mod snow_ranks_failures;
 mod snow_ranks_states;
 mod numbering;
 mod solids;
+mod moving;
 mod simd;

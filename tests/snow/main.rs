@@ -7,6 +7,7 @@ mod brasseur;
 mod clumps;
 mod conservation;
 mod corners;
+mod moving;
 mod dissipation;
 mod errors;
 mod forces;

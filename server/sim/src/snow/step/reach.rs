@@ -1,4 +1,4 @@
-//! What surrounds the particles: the box that they are in, for colliders of which some points are faster than others.
+//! The box that the particles are in, for colliders of which some points are faster than others.
 //!
 //! Reads the blocks of the grid, of all ranks; writes coordinates (m). Without a collider on a way nobody is asked.
 
