@@ -81,8 +81,8 @@ impl Way {
         }
     }
 
-    /// The greatest speed (m/s) that a point in a box, given by its least and its greatest coordinates (m), has between two times (s)
-    /// if it goes along.
+    /// The greatest speed (m/s) between two times (s) of what goes along in a box, which is given by its least and its greatest
+    /// coordinates (m).
     pub(crate) fn fastest(&self, [from, until]: [f64; 2], [low, high]: [[f64; 3]; 2]) -> f64 {
         let mut most = 0.0;
         for (a, b) in self.keys.iter().zip(self.keys.iter().skip(1)) {

@@ -6,8 +6,8 @@
 use super::{Collider, Contact};
 use crate::math::array::dot;
 
-/// The velocity (m/s) of snow inside a collider, which moves there with `moving` (m/s), after contact with it. With `v_n` the part of the
-/// relative velocity along the normal and `v_t` that along the surface,
+/// The velocity (m/s) of snow inside a collider, which moves there with `moving` (m/s), after contact with it. With
+/// `v_n` the part of the relative velocity along the normal and `v_t` that along the surface,
 ///
 /// - sticky: both become 0,
 /// - slip: `v_n` becomes 0, and `v_t` is slowed by friction while `v_n < 0`,

@@ -81,9 +81,9 @@ impl<R: Real> World<R> {
         }
     }
 
-    /// Hash (XXH3, 64 bits) of all on which further steps depend: of the steps taken, the parameters, the ways of colliders, and the wrapping sum
-    /// of one XXH3 per particle, seeded with its number. Positions and velocities, and what else a body carries, are
-    /// read as little-endian binary64. It runs on the rayon pool that the caller installed.
+    /// Hash (XXH3, 64 bits) of all on which further steps depend: of the steps taken, the parameters, the ways of
+    /// colliders, and the wrapping sum of one XXH3 per particle, seeded with its number. Positions and velocities, and what
+    /// else a body carries, are read as little-endian binary64. It runs on the rayon pool that the caller installed.
     pub fn state_hash(&self) -> u64 {
         let mut hasher = xxhash_rust::xxh3::Xxh3::new();
         hasher.update(&self.step_count.to_le_bytes());
