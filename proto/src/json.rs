@@ -53,7 +53,10 @@ pub(crate) fn vector<S: Serializer>(value: &Option<Vector3>, serializer: S) -> R
 }
 
 /// `[x, y, z, w]`; an absent turn is none.
-pub(crate) fn quaternion<S: Serializer>(value: &Option<Quaternion>, serializer: S) -> Result<S::Ok, S::Error> {
+pub(crate) fn quaternion<S: Serializer>(
+    value: &Option<Quaternion>,
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
     value.map_or([0.0, 0.0, 0.0, 1.0], <[f64; 4]>::from).serialize(serializer)
 }
 

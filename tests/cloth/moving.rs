@@ -4,13 +4,15 @@ use nappe_sim::{
     cloth::{Hessian, Integrator},
     collide::{
         Collider, Contact, Pose, PoseKey, Shape, StartInside, Way,
-        shape::{Cuboid, Sphere},
+        shape::{Cuboid, Plane, Sphere},
     },
+    linalg::Stop,
     math::Precision,
     world::{Change, ChangeError, ColliderMove, MoveError, MoveKey, Simulation},
 };
 use nappe_tests::{
     Method, Scene,
+    meshes::icosphere,
     networks::{particles, sheet, sheet_rules},
     scene::{advance, difference, max_distance, norm, positions},
 };
@@ -109,7 +111,9 @@ fn a_sheet_slides_on_a_table_that_a_call_tilts_just_when_its_slope_exceeds_the_f
             network.pins.clear();
             network.x.iter_mut().for_each(|x| (x[0], x[2]) = (x[0] - 0.125, x[2] - 0.125));
             let mut scene = Scene::new(network, 1e-3).by(method).under([0.0, -GRAVITY, 0.0]);
-            scene.colliders = vec![table(friction, Vec::new())];
+            // It turns about a point of its surface: otherwise what lies on it slides when the turn ceases.
+            let plane = Plane { point: [0.0, -MARGIN, 0.0], normal: [0.0, 1.0, 0.0] };
+            scene.colliders = vec![collider(Shape::Plane(plane), friction, Vec::new())];
             let mut simulation = scene.simulate(Precision::F64);
             advance(&mut simulation, 10);
             let seen = |simulation: &Simulation| {
@@ -129,38 +133,50 @@ fn a_sheet_slides_on_a_table_that_a_call_tilts_just_when_its_slope_exceeds_the_f
     }
 }
 
-/// A sheet that falls on a ball, which rubs and moves.
-fn on_a_ball(method: Method, ball: impl FnOnce(Collider) -> Collider) -> Scene {
+/// A ball below the middle of a sheet (m).
+const CENTER: [f64; 3] = [0.28, -0.21, 0.27];
+const RADIUS: f64 = 0.2;
+
+/// A sheet that falls on a ball.
+fn on_a_ball(method: Method, ball: Collider) -> Scene {
     let mut network = sheet(12, 0.05, &sheet_rules(50.0, 0.02), 0.01);
     network.pins.clear();
     network.v.fill([0.0, -1.0, 0.0]);
     let mut scene = Scene::new(network, 1e-3).by(method).under([0.0, -GRAVITY, 0.0]);
-    let sphere = Sphere { center: [0.28, -0.21, 0.27], radius: 0.2 };
-    scene.colliders = vec![ball(collider(Shape::Sphere(sphere), 0.4, Vec::new()))];
+    scene.settings.solver.stop = Stop::Residual { tolerance: 1e-15, max_iterations: 1000 };
+    scene.colliders = vec![ball];
     scene
+}
+
+fn ball(friction: f64) -> Collider {
+    collider(Shape::Sphere(Sphere { center: CENTER, radius: RADIUS }), friction, Vec::new())
+}
+
+fn rubbing() -> Collider {
+    ball(0.4)
 }
 
 #[test]
 fn keys_at_constant_speed_are_a_velocity() {
     let velocity = [0.3, 0.1, -0.2];
+    // On a ball that has a velocity, what sticks is seen to rest by what rounding leaves of its slip, and so or otherwise.
+    let balls =
+        [(ball(0.0), 1e-12), (rubbing(), 1e-7), (icosphere(CENTER, RADIUS, 3).collider(0.4, MARGIN), 1e-12)];
     for method in euler() {
-        let by_velocity = on_a_ball(method, |ball| Collider { velocity, ..ball });
-        let by_keys = on_a_ball(method, |ball| {
+        for ((ball, most), substeps) in balls.iter().flat_map(|ball| [(ball, 1), (ball, 3)]) {
             let start = ball.shape.reference();
             let key = |time: f64| {
                 let position = [0, 1, 2].map(|c| start[c] + velocity[c] * time);
                 PoseKey { time, pose: Pose { position, turn: Pose::NO_TURN } }
             };
-            Collider { way: Some(Way { keys: [0.0, 0.07, 1.0].map(key).to_vec() }), ..ball }
-        });
-        for substeps in [1, 3] {
-            let [mut a, mut b] = [&by_velocity, &by_keys]
-                .map(|scene| scene.clone().in_substeps(substeps).simulate(Precision::F64));
+            let way = Some(Way { keys: [0.0, 0.07, 1.0].map(key).to_vec() });
+            let [mut a, mut b] = [Collider { velocity, ..ball.clone() }, Collider { way, ..ball.clone() }]
+                .map(|ball| on_a_ball(method, ball).in_substeps(substeps).simulate(Precision::F64));
             let contacts = (0..150).map(|_| advance(&mut a, 1).contact_count).sum::<u64>();
             advance(&mut b, 150);
             assert!(contacts > 100, "{contacts} contacts");
             let off = max_distance(&positions(&a), &positions(&b));
-            assert!(off < 1e-12, "{}, {substeps} sub-steps: {off:e} m", method.name());
+            assert!(off < *most, "{}, {:?}, {substeps} sub-steps: {off:e} m", method.name(), ball.shape);
         }
     }
 }
@@ -179,7 +195,7 @@ fn a_way_and_its_updates_one_by_one_have_the_same_bits() {
     let path = moves(&[key(0.02, a, 0.2), key(0.05, b, -0.3), key(0.08, c, 0.1)]);
     let updates = [(0, key(0.02, a, 0.2)), (20, key(0.03, b, -0.3)), (50, key(0.03, c, 0.1))];
     for method in Integrator::ALL.map(|integrator| Method::new(integrator, Hessian::Absolute)) {
-        let scene = on_a_ball(method, |ball| ball).in_substeps(3);
+        let scene = on_a_ball(method, rubbing()).in_substeps(3);
         let [mut along, mut by_one] = [(); 2].map(|()| scene.simulate(Precision::F64));
         along.apply(std::slice::from_ref(&path)).expect("it may move");
         for step in 0..100 {
@@ -201,7 +217,7 @@ fn a_way_and_its_updates_one_by_one_have_the_same_bits() {
 #[test]
 fn a_call_goes_on_from_where_a_collider_is_and_a_reset_takes_it_back() {
     let velocity = [0.5, 0.0, 0.0];
-    let scene = on_a_ball(euler()[0], |ball| Collider { velocity, ..ball });
+    let scene = on_a_ball(euler()[0], Collider { velocity, ..rubbing() });
     let mut simulation = scene.simulate(Precision::F64);
     let start = simulation.collider_pose(0).position;
     advance(&mut simulation, 100);
@@ -224,7 +240,7 @@ fn a_call_goes_on_from_where_a_collider_is_and_a_reset_takes_it_back() {
 
 #[test]
 fn a_move_that_cannot_be_is_refused_and_nothing_changes() {
-    let mut simulation = on_a_ball(euler()[0], |ball| ball).simulate(Precision::F64);
+    let mut simulation = on_a_ball(euler()[0], rubbing()).simulate(Precision::F64);
     let before = simulation.state_hash();
     let good = key(0.1, [0.0; 3], 0.0);
     let other = ColliderMove { collider: "chair".to_owned(), keys: [good].into() };

@@ -334,7 +334,7 @@ async fn points_of_paths_of_colliders_count_as_changes() {
     assert_eq!(assert_reason(&refused, Reason::TooManyChanges)["changes"], "11");
     let many = updates(&id, 0, vec![update(1); 11]);
     let refused = server.client.update_parameters(many).await.expect_err("too many");
-    assert_eq!(assert_reason(&refused, Reason::TooManyChanges)["changes"], "11");
+    assert_eq!(assert_reason(&refused, Reason::TooManyChanges)["allowed"], "10");
     send(&mut server, paths(&id, 5, vec![path(10)])).await;
     let refused =
         server.client.update_parameters(paths(&id, 6, vec![path(10)])).await.expect_err("too many wait");

@@ -129,8 +129,8 @@ impl ChangeRules {
                 self.check_pin(*particle)
             }
             Change::Collider(asked) => {
-                asked.check(&self.colliders)?;
-                check_keys(asked)
+                check_keys(asked)?;
+                asked.check(&self.colliders).map_err(ChangeError::from)
             }
             Change::Force { body, particles, forces } => self.check_force(body, particles, forces),
             Change::State { body, positions, velocities } => {
