@@ -262,7 +262,7 @@ mod tests {
         still.velocity = [0.1, 0.2, 0.3];
         let colliders = [still];
         let mut moved = Moved::of(&colliders);
-        assert!(std::ptr::eq(moved.over(&colliders, TIMES), &colliders[..]));
+        assert!(std::ptr::eq(moved.over(&colliders, TIMES), colliders.as_slice()));
         assert_eq!(colliders[0].velocity_at([9.0; 3], 0.3), [0.1, 0.2, 0.3]);
         assert_eq!(colliders[0].turning([9.0; 3], 0.3), 0.0);
     }

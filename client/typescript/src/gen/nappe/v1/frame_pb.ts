@@ -16,7 +16,7 @@ import type { Message } from "@bufbuild/protobuf";
  * Describes the file nappe/v1/frame.proto.
  */
 export const file_nappe_v1_frame: GenFile = /*@__PURE__*/
-  fileDesc("ChRuYXBwZS92MS9mcmFtZS5wcm90bxIIbmFwcGUudjEimgEKDEJvZHlUb3BvbG9neRIMCgRuYW1lGAEgASgJEhYKDmZpcnN0X3BhcnRpY2xlGAIgASgNEhYKDnBhcnRpY2xlX2NvdW50GAMgASgNEhUKDXRyaWFuZ2xlc191MzIYBCABKAwSEwoLc3ByaW5nc191MzIYBSABKAwSEAoIcGluc191MzIYBiABKAwSDgoGdXZfZjMyGAcgASgMIukCCg1Db2xsaWRlclNoYXBlEgwKBG5hbWUYASABKAkSIwoIdmVsb2NpdHkYCCABKAsyES5uYXBwZS52MS5WZWN0b3IzEiUKBXBsYW5lGAIgASgLMhQubmFwcGUudjEuUGxhbmVTaGFwZUgAEicKBnNwaGVyZRgDIAEoCzIVLm5hcHBlLnYxLlNwaGVyZVNoYXBlSAASKQoHY2Fwc3VsZRgEIAEoCzIWLm5hcHBlLnYxLkNhcHN1bGVTaGFwZUgAEiEKA2JveBgFIAEoCzISLm5hcHBlLnYxLkJveFNoYXBlSAASKwoIY3lsaW5kZXIYBiABKAsyFy5uYXBwZS52MS5DeWxpbmRlclNoYXBlSAASLAoJaGFsZl9waXBlGAcgASgLMhcubmFwcGUudjEuSGFsZlBpcGVTaGFwZUgAEiMKBG1lc2gYCSABKAsyEy5uYXBwZS52MS5NZXNoU2hhcGVIAEIHCgVzaGFwZSJRCgpQbGFuZVNoYXBlEiAKBXBvaW50GAEgASgLMhEubmFwcGUudjEuVmVjdG9yMxIhCgZub3JtYWwYAiABKAsyES5uYXBwZS52MS5WZWN0b3IzIkAKC1NwaGVyZVNoYXBlEiEKBmNlbnRlchgBIAEoCzIRLm5hcHBlLnYxLlZlY3RvcjMSDgoGcmFkaXVzGAIgASgBImAKDENhcHN1bGVTaGFwZRIgCgVzdGFydBgBIAEoCzIRLm5hcHBlLnYxLlZlY3RvcjMSHgoDZW5kGAIgASgLMhEubmFwcGUudjEuVmVjdG9yMxIOCgZyYWRpdXMYAyABKAEimwEKCEJveFNoYXBlEiEKBmNlbnRlchgBIAEoCzIRLm5hcHBlLnYxLlZlY3RvcjMSJgoLaGFsZl9leHRlbnQYAiABKAsyES5uYXBwZS52MS5WZWN0b3IzEiEKBmF4aXNfeBgDIAEoCzIRLm5hcHBlLnYxLlZlY3RvcjMSIQoGYXhpc195GAQgASgLMhEubmFwcGUudjEuVmVjdG9yMyJhCg1DeWxpbmRlclNoYXBlEiAKBXN0YXJ0GAEgASgLMhEubmFwcGUudjEuVmVjdG9yMxIeCgNlbmQYAiABKAsyES5uYXBwZS52MS5WZWN0b3IzEg4KBnJhZGl1cxgDIAEoASKBAQoNSGFsZlBpcGVTaGFwZRIgCgVwb2ludBgBIAEoCzIRLm5hcHBlLnYxLlZlY3RvcjMSHwoEYXhpcxgCIAEoCzIRLm5hcHBlLnYxLlZlY3RvcjMSHQoCdXAYAyABKAsyES5uYXBwZS52MS5WZWN0b3IzEg4KBnJhZGl1cxgEIAEoASI2CglNZXNoU2hhcGUSEgoKcG9pbnRzX2YzMhgBIAEoDBIVCg10cmlhbmdsZXNfdTMyGAIgASgMIioKB1ZlY3RvcjMSCQoBeBgBIAEoARIJCgF5GAIgASgBEgkKAXoYAyABKAEiwAEKCFRvcG9sb2d5EhMKC3RvcG9sb2d5X2lkGAEgASgNEhYKDnBhcnRpY2xlX2NvdW50GAIgASgNEiYKBmJvZGllcxgDIAMoCzIWLm5hcHBlLnYxLkJvZHlUb3BvbG9neRIqCgljb2xsaWRlcnMYBCADKAsyFy5uYXBwZS52MS5Db2xsaWRlclNoYXBlEh4KBWNodW5rGAUgASgLMg8ubmFwcGUudjEuQ2h1bmsSEwoLc2Vzc2lvbl91aWQYBiABKAkivwEKCUZpZWxkRGF0YRIeCgVmaWVsZBgBIAEoDjIPLm5hcHBlLnYxLkZpZWxkEiQKCGVuY29kaW5nGAIgASgOMhIubmFwcGUudjEuRW5jb2RpbmcSFgoOZmlyc3RfcGFydGljbGUYAyABKA0SDAoEZGF0YRgEIAEoDBISCgVzY2FsZRgFIAEoAUgAiAEBEhgKC2Vycm9yX2JvdW5kGAYgASgBSAGIAQFCCAoGX3NjYWxlQg4KDF9lcnJvcl9ib3VuZCIlCgVDaHVuaxINCgVpbmRleBgBIAEoDRINCgVjb3VudBgCIAEoDSKiAgoFRnJhbWUSDQoFZnJhbWUYASABKAQSDAoEc3RlcBgCIAEoBBIUCgx0aW1lX3NlY29uZHMYAyABKAESFwoKc3RhdGVfaGFzaBgEIAEoBkgAiAEBEhMKC3RvcG9sb2d5X2lkGAUgASgNEiMKBmZpZWxkcxgGIAMoCzITLm5hcHBlLnYxLkZpZWxkRGF0YRIeCgVjaHVuaxgHIAEoCzIPLm5hcHBlLnYxLkNodW5rEhUKDWRyb3BwZWRfY291bnQYCCABKAQSKgoLZGlhZ25vc3RpY3MYCSABKAsyFS5uYXBwZS52MS5EaWFnbm9zdGljcxIhCgRncmlkGAogASgLMhMubmFwcGUudjEuR3JpZEZpZWxkQg0KC19zdGF0ZV9oYXNoIncKC0dyaWRSZXF1ZXN0EiEKA2FsbBgBIAEoCzISLm5hcHBlLnYxLkFsbE5vZGVzSAASJQoFc2xpY2UYAiABKAsyFC5uYXBwZS52MS5TbGljZU5vZGVzSAASEQoJbWF4X25vZGVzGAMgASgNQgsKCXNlbGVjdGlvbiIKCghBbGxOb2RlcyI+CgpTbGljZU5vZGVzEhwKBGF4aXMYASABKA4yDi5uYXBwZS52MS5BeGlzEhIKCmNvb3JkaW5hdGUYAiABKAEieAoJR3JpZEZpZWxkEgwKBGNlbGwYASABKAESEQoJaW5kZXhfaTMyGAIgASgMEhAKCG1hc3NfZjMyGAMgASgMEhQKDHZlbG9jaXR5X2YzMhgEIAEoDBIOCgZzdHJpZGUYBSABKA0SEgoKbm9kZV9jb3VudBgGIAEoBCLJAwoLRGlhZ25vc3RpY3MSDAoEc3RlcBgBIAEoBBIUCgx0aW1lX3NlY29uZHMYAiABKAESDQoFZnJhbWUYAyABKAQSFgoOa2luZXRpY19lbmVyZ3kYBCABKAESFgoOZWxhc3RpY19lbmVyZ3kYBSABKAESHAoUZ3Jhdml0YXRpb25hbF9lbmVyZ3kYBiABKAESIwoIbW9tZW50dW0YByABKAsyES5uYXBwZS52MS5WZWN0b3IzEhMKC21heF9zdHJldGNoGAggASgBEhUKDWNvbnRhY3RfY291bnQYCSABKAQSJAoFc29sdmUYCiABKAsyFS5uYXBwZS52MS5Tb2x2ZVJlcG9ydBIjCgZzdGFnZXMYCyADKAsyEy5uYXBwZS52MS5TdGFnZVRpbWUSFAoMc3RlcF9zZWNvbmRzGAwgASgBEicKBHNub3cYDSABKAsyGS5uYXBwZS52MS5Tbm93RGlhZ25vc3RpY3MSIgoHbm90aWNlcxgOIAEoCzIRLm5hcHBlLnYxLk5vdGljZXMSIwoFY2xvdGgYDyABKAsyFC5uYXBwZS52MS5DbG90aFN0ZXBzEhUKDWV4dGVybmFsX3dvcmsYECABKAEiiAEKB05vdGljZXMSFQoNY2FwcGVkX3NvbHZlcxgBIAEoBBIZChFpbmRlZmluaXRlX3NvbHZlcxgCIAEoBBIYChBwYXNzZWRfcGFydGljbGVzGAMgASgEEhYKDnJlamVjdGVkX3N0ZXBzGAQgASgEEhkKEXBpbmNoZWRfcGFydGljbGVzGAUgASgEIokCCgpDbG90aFN0ZXBzEhAKCHN1YnN0ZXBzGAEgASgNEhAKCHJlamVjdGVkGAIgASgNEhIKCmR0X3NlY29uZHMYAyABKAESIgoFYm91bmQYBCABKA4yEy5uYXBwZS52MS5UaW1lQm91bmQSGwoOYm91bmRfcGFydGljbGUYBSABKARIAIgBARIVCg1ib3VuZF9zZWNvbmRzGAYgASgBEhEKCWVycm9yX3JtcxgHIAEoARIVCg1lcnJvcl9sYXJnZXN0GAggASgBEhsKDnByZWNvbmRpdGlvbmVyGAkgASgJSAGIAQFCEQoPX2JvdW5kX3BhcnRpY2xlQhEKD19wcmVjb25kaXRpb25lciLNAwoPU25vd0RpYWdub3N0aWNzEhAKCHN1YnN0ZXBzGAEgASgNEhIKCmR0X3NlY29uZHMYAiABKAESIgoFYm91bmQYAyABKA4yEy5uYXBwZS52MS5UaW1lQm91bmQSGwoOYm91bmRfcGFydGljbGUYBCABKARIAIgBARIVCg1ib3VuZF9zZWNvbmRzGAUgASgBEgwKBG1hc3MYBiABKAESFwoPZ3JpZF9tYXNzX2Vycm9yGAcgASgBEhUKDXBsYXN0aWNfY291bnQYCCABKAQSFgoOaW52ZXJ0ZWRfY291bnQYCSABKAQSFQoNY2xhbXBlZF9jb3VudBgKIAEoBBIXCg9iYWxsaXN0aWNfY291bnQYCyABKAQSGQoRbWluX3BsYXN0aWNfcmF0aW8YDCABKAESGQoRbWF4X3BsYXN0aWNfcmF0aW8YDSABKAESEQoJbWF4X3NwZWVkGA4gASgBEhgKEGRyb3BwZWRfbW9tZW50dW0YDyABKAESKwoQYW5ndWxhcl9tb21lbnR1bRgQIAEoCzIRLm5hcHBlLnYxLlZlY3RvcjMSEwoLYmxvY2tfY291bnQYESABKARCEQoPX2JvdW5kX3BhcnRpY2xlImUKC1NvbHZlUmVwb3J0EicKB291dGNvbWUYASABKA4yFi5uYXBwZS52MS5Tb2x2ZU91dGNvbWUSEgoKaXRlcmF0aW9ucxgCIAEoDRIZChFyZWxhdGl2ZV9yZXNpZHVhbBgDIAEoASIrCglTdGFnZVRpbWUSDQoFc3RhZ2UYASABKAkSDwoHc2Vjb25kcxgCIAEoASpQCghFbmNvZGluZxIYChRFTkNPRElOR19VTlNQRUNJRklFRBAAEhQKEEVOQ09ESU5HX1JBV19GMzIQARIUChBFTkNPRElOR19SQVdfRjY0EAIqeQoFRmllbGQSFQoRRklFTERfVU5TUEVDSUZJRUQQABITCg9GSUVMRF9QT1NJVElPTlMQARIUChBGSUVMRF9WRUxPQ0lUSUVTEAISFwoTRklFTERfUExBU1RJQ19SQVRJTxADEhUKEUZJRUxEX1NUUkVTU19OT1JNEAQqQAoEQXhpcxIUChBBWElTX1VOU1BFQ0lGSUVEEAASCgoGQVhJU19YEAESCgoGQVhJU19ZEAISCgoGQVhJU19aEAMqjQMKCVRpbWVCb3VuZBIaChZUSU1FX0JPVU5EX1VOU1BFQ0lGSUVEEAASGwoXVElNRV9CT1VORF9FTEFTVElDX1dBVkUQARIgChxUSU1FX0JPVU5EX0lTT0xBVEVEX1BBUlRJQ0xFEAISHQoZVElNRV9CT1VORF9QQVJUSUNMRV9TUEVFRBADEiAKHFRJTUVfQk9VTkRfVkVMT0NJVFlfR1JBRElFTlQQBBIdChlUSU1FX0JPVU5EX0NPTExJREVSX1NQRUVEEAUSFAoQVElNRV9CT1VORF9GSVhFRBAGEhQKEFRJTUVfQk9VTkRfRlJBTUUQBxIYChRUSU1FX0JPVU5EX1NUSUZGTkVTUxAIEhYKElRJTUVfQk9VTkRfREFNUElORxAJEhkKFVRJTUVfQk9VTkRfQUNDRVBUQU5DRRAKEhgKFFRJTUVfQk9VTkRfVE9MRVJBTkNFEAsSGwoXVElNRV9CT1VORF9TUFJJTkdfU1BFRUQQDBIVChFUSU1FX0JPVU5EX01FRElVTRANKpoCCgxTb2x2ZU91dGNvbWUSHQoZU09MVkVfT1VUQ09NRV9VTlNQRUNJRklFRBAAEhsKF1NPTFZFX09VVENPTUVfQ09OVkVSR0VEEAESHwobU09MVkVfT1VUQ09NRV9JVEVSQVRJT05fQ0FQEAISJAogU09MVkVfT1VUQ09NRV9ORUdBVElWRV9DVVJWQVRVUkUQAxIgChxTT0xWRV9PVVRDT01FX1pFUk9fQ1VSVkFUVVJFEAQSGgoWU09MVkVfT1VUQ09NRV9TSU5HVUxBUhAFEhwKGFNPTFZFX09VVENPTUVfTk9UX0ZJTklURRAGEisKJ1NPTFZFX09VVENPTUVfSU5ERUZJTklURV9QUkVDT05ESVRJT05FUhAHYgZwcm90bzM");
+  fileDesc("ChRuYXBwZS92MS9mcmFtZS5wcm90bxIIbmFwcGUudjEimgEKDEJvZHlUb3BvbG9neRIMCgRuYW1lGAEgASgJEhYKDmZpcnN0X3BhcnRpY2xlGAIgASgNEhYKDnBhcnRpY2xlX2NvdW50GAMgASgNEhUKDXRyaWFuZ2xlc191MzIYBCABKAwSEwoLc3ByaW5nc191MzIYBSABKAwSEAoIcGluc191MzIYBiABKAwSDgoGdXZfZjMyGAcgASgMIukCCg1Db2xsaWRlclNoYXBlEgwKBG5hbWUYASABKAkSIwoIdmVsb2NpdHkYCCABKAsyES5uYXBwZS52MS5WZWN0b3IzEiUKBXBsYW5lGAIgASgLMhQubmFwcGUudjEuUGxhbmVTaGFwZUgAEicKBnNwaGVyZRgDIAEoCzIVLm5hcHBlLnYxLlNwaGVyZVNoYXBlSAASKQoHY2Fwc3VsZRgEIAEoCzIWLm5hcHBlLnYxLkNhcHN1bGVTaGFwZUgAEiEKA2JveBgFIAEoCzISLm5hcHBlLnYxLkJveFNoYXBlSAASKwoIY3lsaW5kZXIYBiABKAsyFy5uYXBwZS52MS5DeWxpbmRlclNoYXBlSAASLAoJaGFsZl9waXBlGAcgASgLMhcubmFwcGUudjEuSGFsZlBpcGVTaGFwZUgAEiMKBG1lc2gYCSABKAsyEy5uYXBwZS52MS5NZXNoU2hhcGVIAEIHCgVzaGFwZSJRCgpQbGFuZVNoYXBlEiAKBXBvaW50GAEgASgLMhEubmFwcGUudjEuVmVjdG9yMxIhCgZub3JtYWwYAiABKAsyES5uYXBwZS52MS5WZWN0b3IzIkAKC1NwaGVyZVNoYXBlEiEKBmNlbnRlchgBIAEoCzIRLm5hcHBlLnYxLlZlY3RvcjMSDgoGcmFkaXVzGAIgASgBImAKDENhcHN1bGVTaGFwZRIgCgVzdGFydBgBIAEoCzIRLm5hcHBlLnYxLlZlY3RvcjMSHgoDZW5kGAIgASgLMhEubmFwcGUudjEuVmVjdG9yMxIOCgZyYWRpdXMYAyABKAEimwEKCEJveFNoYXBlEiEKBmNlbnRlchgBIAEoCzIRLm5hcHBlLnYxLlZlY3RvcjMSJgoLaGFsZl9leHRlbnQYAiABKAsyES5uYXBwZS52MS5WZWN0b3IzEiEKBmF4aXNfeBgDIAEoCzIRLm5hcHBlLnYxLlZlY3RvcjMSIQoGYXhpc195GAQgASgLMhEubmFwcGUudjEuVmVjdG9yMyJhCg1DeWxpbmRlclNoYXBlEiAKBXN0YXJ0GAEgASgLMhEubmFwcGUudjEuVmVjdG9yMxIeCgNlbmQYAiABKAsyES5uYXBwZS52MS5WZWN0b3IzEg4KBnJhZGl1cxgDIAEoASKBAQoNSGFsZlBpcGVTaGFwZRIgCgVwb2ludBgBIAEoCzIRLm5hcHBlLnYxLlZlY3RvcjMSHwoEYXhpcxgCIAEoCzIRLm5hcHBlLnYxLlZlY3RvcjMSHQoCdXAYAyABKAsyES5uYXBwZS52MS5WZWN0b3IzEg4KBnJhZGl1cxgEIAEoASI2CglNZXNoU2hhcGUSEgoKcG9pbnRzX2YzMhgBIAEoDBIVCg10cmlhbmdsZXNfdTMyGAIgASgMIioKB1ZlY3RvcjMSCQoBeBgBIAEoARIJCgF5GAIgASgBEgkKAXoYAyABKAEiOAoKUXVhdGVybmlvbhIJCgF4GAEgASgBEgkKAXkYAiABKAESCQoBehgDIAEoARIJCgF3GAQgASgBImUKDENvbGxpZGVyUG9zZRIMCgRuYW1lGAEgASgJEiMKCHBvc2l0aW9uGAIgASgLMhEubmFwcGUudjEuVmVjdG9yMxIiCgR0dXJuGAMgASgLMhQubmFwcGUudjEuUXVhdGVybmlvbiLAAQoIVG9wb2xvZ3kSEwoLdG9wb2xvZ3lfaWQYASABKA0SFgoOcGFydGljbGVfY291bnQYAiABKA0SJgoGYm9kaWVzGAMgAygLMhYubmFwcGUudjEuQm9keVRvcG9sb2d5EioKCWNvbGxpZGVycxgEIAMoCzIXLm5hcHBlLnYxLkNvbGxpZGVyU2hhcGUSHgoFY2h1bmsYBSABKAsyDy5uYXBwZS52MS5DaHVuaxITCgtzZXNzaW9uX3VpZBgGIAEoCSK/AQoJRmllbGREYXRhEh4KBWZpZWxkGAEgASgOMg8ubmFwcGUudjEuRmllbGQSJAoIZW5jb2RpbmcYAiABKA4yEi5uYXBwZS52MS5FbmNvZGluZxIWCg5maXJzdF9wYXJ0aWNsZRgDIAEoDRIMCgRkYXRhGAQgASgMEhIKBXNjYWxlGAUgASgBSACIAQESGAoLZXJyb3JfYm91bmQYBiABKAFIAYgBAUIICgZfc2NhbGVCDgoMX2Vycm9yX2JvdW5kIiUKBUNodW5rEg0KBWluZGV4GAEgASgNEg0KBWNvdW50GAIgASgNIqICCgVGcmFtZRINCgVmcmFtZRgBIAEoBBIMCgRzdGVwGAIgASgEEhQKDHRpbWVfc2Vjb25kcxgDIAEoARIXCgpzdGF0ZV9oYXNoGAQgASgGSACIAQESEwoLdG9wb2xvZ3lfaWQYBSABKA0SIwoGZmllbGRzGAYgAygLMhMubmFwcGUudjEuRmllbGREYXRhEh4KBWNodW5rGAcgASgLMg8ubmFwcGUudjEuQ2h1bmsSFQoNZHJvcHBlZF9jb3VudBgIIAEoBBIqCgtkaWFnbm9zdGljcxgJIAEoCzIVLm5hcHBlLnYxLkRpYWdub3N0aWNzEiEKBGdyaWQYCiABKAsyEy5uYXBwZS52MS5HcmlkRmllbGRCDQoLX3N0YXRlX2hhc2gidwoLR3JpZFJlcXVlc3QSIQoDYWxsGAEgASgLMhIubmFwcGUudjEuQWxsTm9kZXNIABIlCgVzbGljZRgCIAEoCzIULm5hcHBlLnYxLlNsaWNlTm9kZXNIABIRCgltYXhfbm9kZXMYAyABKA1CCwoJc2VsZWN0aW9uIgoKCEFsbE5vZGVzIj4KClNsaWNlTm9kZXMSHAoEYXhpcxgBIAEoDjIOLm5hcHBlLnYxLkF4aXMSEgoKY29vcmRpbmF0ZRgCIAEoASJ4CglHcmlkRmllbGQSDAoEY2VsbBgBIAEoARIRCglpbmRleF9pMzIYAiABKAwSEAoIbWFzc19mMzIYAyABKAwSFAoMdmVsb2NpdHlfZjMyGAQgASgMEg4KBnN0cmlkZRgFIAEoDRISCgpub2RlX2NvdW50GAYgASgEIskDCgtEaWFnbm9zdGljcxIMCgRzdGVwGAEgASgEEhQKDHRpbWVfc2Vjb25kcxgCIAEoARINCgVmcmFtZRgDIAEoBBIWCg5raW5ldGljX2VuZXJneRgEIAEoARIWCg5lbGFzdGljX2VuZXJneRgFIAEoARIcChRncmF2aXRhdGlvbmFsX2VuZXJneRgGIAEoARIjCghtb21lbnR1bRgHIAEoCzIRLm5hcHBlLnYxLlZlY3RvcjMSEwoLbWF4X3N0cmV0Y2gYCCABKAESFQoNY29udGFjdF9jb3VudBgJIAEoBBIkCgVzb2x2ZRgKIAEoCzIVLm5hcHBlLnYxLlNvbHZlUmVwb3J0EiMKBnN0YWdlcxgLIAMoCzITLm5hcHBlLnYxLlN0YWdlVGltZRIUCgxzdGVwX3NlY29uZHMYDCABKAESJwoEc25vdxgNIAEoCzIZLm5hcHBlLnYxLlNub3dEaWFnbm9zdGljcxIiCgdub3RpY2VzGA4gASgLMhEubmFwcGUudjEuTm90aWNlcxIjCgVjbG90aBgPIAEoCzIULm5hcHBlLnYxLkNsb3RoU3RlcHMSFQoNZXh0ZXJuYWxfd29yaxgQIAEoASKIAQoHTm90aWNlcxIVCg1jYXBwZWRfc29sdmVzGAEgASgEEhkKEWluZGVmaW5pdGVfc29sdmVzGAIgASgEEhgKEHBhc3NlZF9wYXJ0aWNsZXMYAyABKAQSFgoOcmVqZWN0ZWRfc3RlcHMYBCABKAQSGQoRcGluY2hlZF9wYXJ0aWNsZXMYBSABKAQiiQIKCkNsb3RoU3RlcHMSEAoIc3Vic3RlcHMYASABKA0SEAoIcmVqZWN0ZWQYAiABKA0SEgoKZHRfc2Vjb25kcxgDIAEoARIiCgVib3VuZBgEIAEoDjITLm5hcHBlLnYxLlRpbWVCb3VuZBIbCg5ib3VuZF9wYXJ0aWNsZRgFIAEoBEgAiAEBEhUKDWJvdW5kX3NlY29uZHMYBiABKAESEQoJZXJyb3Jfcm1zGAcgASgBEhUKDWVycm9yX2xhcmdlc3QYCCABKAESGwoOcHJlY29uZGl0aW9uZXIYCSABKAlIAYgBAUIRCg9fYm91bmRfcGFydGljbGVCEQoPX3ByZWNvbmRpdGlvbmVyIs0DCg9Tbm93RGlhZ25vc3RpY3MSEAoIc3Vic3RlcHMYASABKA0SEgoKZHRfc2Vjb25kcxgCIAEoARIiCgVib3VuZBgDIAEoDjITLm5hcHBlLnYxLlRpbWVCb3VuZBIbCg5ib3VuZF9wYXJ0aWNsZRgEIAEoBEgAiAEBEhUKDWJvdW5kX3NlY29uZHMYBSABKAESDAoEbWFzcxgGIAEoARIXCg9ncmlkX21hc3NfZXJyb3IYByABKAESFQoNcGxhc3RpY19jb3VudBgIIAEoBBIWCg5pbnZlcnRlZF9jb3VudBgJIAEoBBIVCg1jbGFtcGVkX2NvdW50GAogASgEEhcKD2JhbGxpc3RpY19jb3VudBgLIAEoBBIZChFtaW5fcGxhc3RpY19yYXRpbxgMIAEoARIZChFtYXhfcGxhc3RpY19yYXRpbxgNIAEoARIRCgltYXhfc3BlZWQYDiABKAESGAoQZHJvcHBlZF9tb21lbnR1bRgPIAEoARIrChBhbmd1bGFyX21vbWVudHVtGBAgASgLMhEubmFwcGUudjEuVmVjdG9yMxITCgtibG9ja19jb3VudBgRIAEoBEIRCg9fYm91bmRfcGFydGljbGUiZQoLU29sdmVSZXBvcnQSJwoHb3V0Y29tZRgBIAEoDjIWLm5hcHBlLnYxLlNvbHZlT3V0Y29tZRISCgppdGVyYXRpb25zGAIgASgNEhkKEXJlbGF0aXZlX3Jlc2lkdWFsGAMgASgBIisKCVN0YWdlVGltZRINCgVzdGFnZRgBIAEoCRIPCgdzZWNvbmRzGAIgASgBKlAKCEVuY29kaW5nEhgKFEVOQ09ESU5HX1VOU1BFQ0lGSUVEEAASFAoQRU5DT0RJTkdfUkFXX0YzMhABEhQKEEVOQ09ESU5HX1JBV19GNjQQAip5CgVGaWVsZBIVChFGSUVMRF9VTlNQRUNJRklFRBAAEhMKD0ZJRUxEX1BPU0lUSU9OUxABEhQKEEZJRUxEX1ZFTE9DSVRJRVMQAhIXChNGSUVMRF9QTEFTVElDX1JBVElPEAMSFQoRRklFTERfU1RSRVNTX05PUk0QBCpACgRBeGlzEhQKEEFYSVNfVU5TUEVDSUZJRUQQABIKCgZBWElTX1gQARIKCgZBWElTX1kQAhIKCgZBWElTX1oQAyqNAwoJVGltZUJvdW5kEhoKFlRJTUVfQk9VTkRfVU5TUEVDSUZJRUQQABIbChdUSU1FX0JPVU5EX0VMQVNUSUNfV0FWRRABEiAKHFRJTUVfQk9VTkRfSVNPTEFURURfUEFSVElDTEUQAhIdChlUSU1FX0JPVU5EX1BBUlRJQ0xFX1NQRUVEEAMSIAocVElNRV9CT1VORF9WRUxPQ0lUWV9HUkFESUVOVBAEEh0KGVRJTUVfQk9VTkRfQ09MTElERVJfU1BFRUQQBRIUChBUSU1FX0JPVU5EX0ZJWEVEEAYSFAoQVElNRV9CT1VORF9GUkFNRRAHEhgKFFRJTUVfQk9VTkRfU1RJRkZORVNTEAgSFgoSVElNRV9CT1VORF9EQU1QSU5HEAkSGQoVVElNRV9CT1VORF9BQ0NFUFRBTkNFEAoSGAoUVElNRV9CT1VORF9UT0xFUkFOQ0UQCxIbChdUSU1FX0JPVU5EX1NQUklOR19TUEVFRBAMEhUKEVRJTUVfQk9VTkRfTUVESVVNEA0qmgIKDFNvbHZlT3V0Y29tZRIdChlTT0xWRV9PVVRDT01FX1VOU1BFQ0lGSUVEEAASGwoXU09MVkVfT1VUQ09NRV9DT05WRVJHRUQQARIfChtTT0xWRV9PVVRDT01FX0lURVJBVElPTl9DQVAQAhIkCiBTT0xWRV9PVVRDT01FX05FR0FUSVZFX0NVUlZBVFVSRRADEiAKHFNPTFZFX09VVENPTUVfWkVST19DVVJWQVRVUkUQBBIaChZTT0xWRV9PVVRDT01FX1NJTkdVTEFSEAUSHAoYU09MVkVfT1VUQ09NRV9OT1RfRklOSVRFEAYSKwonU09MVkVfT1VUQ09NRV9JTkRFRklOSVRFX1BSRUNPTkRJVElPTkVSEAdiBnByb3RvMw");
 
 /**
  * One body of the scene, and which particles are its own.
@@ -436,6 +436,79 @@ export const Vector3Schema: GenMessage<Vector3> = /*@__PURE__*/
   messageDesc(file_nappe_v1_frame, 9);
 
 /**
+ * A turn: of length 1, about the axis (x, y, z) by the angle whose half has the cosine w. It and its negative are one
+ * turn.
+ *
+ * @generated from message nappe.v1.Quaternion
+ */
+export type Quaternion = Message<"nappe.v1.Quaternion"> & {
+  /**
+   * @generated from field: double x = 1;
+   */
+  x: number;
+
+  /**
+   * @generated from field: double y = 2;
+   */
+  y: number;
+
+  /**
+   * @generated from field: double z = 3;
+   */
+  z: number;
+
+  /**
+   * 1, and all else 0: no turn.
+   *
+   * @generated from field: double w = 4;
+   */
+  w: number;
+};
+
+/**
+ * Describes the message nappe.v1.Quaternion.
+ * Use `create(QuaternionSchema)` to create a new message.
+ */
+export const QuaternionSchema: GenMessage<Quaternion> = /*@__PURE__*/
+  messageDesc(file_nappe_v1_frame, 10);
+
+/**
+ * Where a collider is, and how it is turned.
+ *
+ * @generated from message nappe.v1.ColliderPose
+ */
+export type ColliderPose = Message<"nappe.v1.ColliderPose"> & {
+  /**
+   * The collider's name in the scene.
+   *
+   * @generated from field: string name = 1;
+   */
+  name: string;
+
+  /**
+   * Position of its reference point (m): the centre of a sphere or a box, the middle of the segment of a capsule or a
+   * cylinder, the point of a plane or a half-pipe, the place where the transform of a mesh puts the mesh's origin.
+   *
+   * @generated from field: nappe.v1.Vector3 position = 2;
+   */
+  position?: Vector3 | undefined;
+
+  /**
+   * How it is turned since time 0.
+   *
+   * @generated from field: nappe.v1.Quaternion turn = 3;
+   */
+  turn?: Quaternion | undefined;
+};
+
+/**
+ * Describes the message nappe.v1.ColliderPose.
+ * Use `create(ColliderPoseSchema)` to create a new message.
+ */
+export const ColliderPoseSchema: GenMessage<ColliderPose> = /*@__PURE__*/
+  messageDesc(file_nappe_v1_frame, 11);
+
+/**
  * What does not change from frame to frame. Each stream begins with it.
  *
  * A topology above 1 MiB comes in several pieces. A body whose arrays do not fit into one piece
@@ -492,7 +565,7 @@ export type Topology = Message<"nappe.v1.Topology"> & {
  * Use `create(TopologySchema)` to create a new message.
  */
 export const TopologySchema: GenMessage<Topology> = /*@__PURE__*/
-  messageDesc(file_nappe_v1_frame, 10);
+  messageDesc(file_nappe_v1_frame, 12);
 
 /**
  * One field, or one piece of it. `field` and `encoding` are a pair: together they say what a number of `data`
@@ -549,7 +622,7 @@ export type FieldData = Message<"nappe.v1.FieldData"> & {
  * Use `create(FieldDataSchema)` to create a new message.
  */
 export const FieldDataSchema: GenMessage<FieldData> = /*@__PURE__*/
-  messageDesc(file_nappe_v1_frame, 11);
+  messageDesc(file_nappe_v1_frame, 13);
 
 /**
  * Position of a message among the pieces of one frame or topology, of which there are several above 1 MiB.
@@ -577,7 +650,7 @@ export type Chunk = Message<"nappe.v1.Chunk"> & {
  * Use `create(ChunkSchema)` to create a new message.
  */
 export const ChunkSchema: GenMessage<Chunk> = /*@__PURE__*/
-  messageDesc(file_nappe_v1_frame, 12);
+  messageDesc(file_nappe_v1_frame, 14);
 
 /**
  * One frame, or one piece of it.
@@ -659,7 +732,7 @@ export type Frame = Message<"nappe.v1.Frame"> & {
  * Use `create(FrameSchema)` to create a new message.
  */
 export const FrameSchema: GenMessage<Frame> = /*@__PURE__*/
-  messageDesc(file_nappe_v1_frame, 13);
+  messageDesc(file_nappe_v1_frame, 15);
 
 /**
  * Which nodes of the snow's grid a watcher wants.
@@ -702,7 +775,7 @@ export type GridRequest = Message<"nappe.v1.GridRequest"> & {
  * Use `create(GridRequestSchema)` to create a new message.
  */
 export const GridRequestSchema: GenMessage<GridRequest> = /*@__PURE__*/
-  messageDesc(file_nappe_v1_frame, 14);
+  messageDesc(file_nappe_v1_frame, 16);
 
 /**
  * Selects all nodes with mass.
@@ -717,7 +790,7 @@ export type AllNodes = Message<"nappe.v1.AllNodes"> & {
  * Use `create(AllNodesSchema)` to create a new message.
  */
 export const AllNodesSchema: GenMessage<AllNodes> = /*@__PURE__*/
-  messageDesc(file_nappe_v1_frame, 15);
+  messageDesc(file_nappe_v1_frame, 17);
 
 /**
  * Selects the plane of nodes that is nearest to a coordinate along an axis.
@@ -743,7 +816,7 @@ export type SliceNodes = Message<"nappe.v1.SliceNodes"> & {
  * Use `create(SliceNodesSchema)` to create a new message.
  */
 export const SliceNodesSchema: GenMessage<SliceNodes> = /*@__PURE__*/
-  messageDesc(file_nappe_v1_frame, 16);
+  messageDesc(file_nappe_v1_frame, 18);
 
 /**
  * Nodes of the grid that carry mass, or one piece of them, in the order of the grid's blocks. An empty
@@ -800,7 +873,7 @@ export type GridField = Message<"nappe.v1.GridField"> & {
  * Use `create(GridFieldSchema)` to create a new message.
  */
 export const GridFieldSchema: GenMessage<GridField> = /*@__PURE__*/
-  messageDesc(file_nappe_v1_frame, 17);
+  messageDesc(file_nappe_v1_frame, 19);
 
 /**
  * What one step reported.
@@ -927,7 +1000,7 @@ export type Diagnostics = Message<"nappe.v1.Diagnostics"> & {
  * Use `create(DiagnosticsSchema)` to create a new message.
  */
 export const DiagnosticsSchema: GenMessage<Diagnostics> = /*@__PURE__*/
-  messageDesc(file_nappe_v1_frame, 18);
+  messageDesc(file_nappe_v1_frame, 20);
 
 /**
  * How often something happened that does not fail a step, but makes its result doubtful.
@@ -978,7 +1051,7 @@ export type Notices = Message<"nappe.v1.Notices"> & {
  * Use `create(NoticesSchema)` to create a new message.
  */
 export const NoticesSchema: GenMessage<Notices> = /*@__PURE__*/
-  messageDesc(file_nappe_v1_frame, 19);
+  messageDesc(file_nappe_v1_frame, 21);
 
 /**
  * How one step of the scene was divided into sub-steps, which all cloths share.
@@ -1057,7 +1130,7 @@ export type ClothSteps = Message<"nappe.v1.ClothSteps"> & {
  * Use `create(ClothStepsSchema)` to create a new message.
  */
 export const ClothStepsSchema: GenMessage<ClothSteps> = /*@__PURE__*/
-  messageDesc(file_nappe_v1_frame, 20);
+  messageDesc(file_nappe_v1_frame, 22);
 
 /**
  * What the snow reported after one step of the scene.
@@ -1190,7 +1263,7 @@ export type SnowDiagnostics = Message<"nappe.v1.SnowDiagnostics"> & {
  * Use `create(SnowDiagnosticsSchema)` to create a new message.
  */
 export const SnowDiagnosticsSchema: GenMessage<SnowDiagnostics> = /*@__PURE__*/
-  messageDesc(file_nappe_v1_frame, 21);
+  messageDesc(file_nappe_v1_frame, 23);
 
 /**
  * @generated from message nappe.v1.SolveReport
@@ -1220,7 +1293,7 @@ export type SolveReport = Message<"nappe.v1.SolveReport"> & {
  * Use `create(SolveReportSchema)` to create a new message.
  */
 export const SolveReportSchema: GenMessage<SolveReport> = /*@__PURE__*/
-  messageDesc(file_nappe_v1_frame, 22);
+  messageDesc(file_nappe_v1_frame, 24);
 
 /**
  * Wall-clock time of one stage of a step.
@@ -1247,7 +1320,7 @@ export type StageTime = Message<"nappe.v1.StageTime"> & {
  * Use `create(StageTimeSchema)` to create a new message.
  */
 export const StageTimeSchema: GenMessage<StageTime> = /*@__PURE__*/
-  messageDesc(file_nappe_v1_frame, 23);
+  messageDesc(file_nappe_v1_frame, 25);
 
 /**
  * How the fields of a frame are packed.
