@@ -128,7 +128,7 @@ mod tests {
         Pose { position: [0.0; 3], turn }
     }
 
-    /// Rodrigues' formula.
+    /// Rodrigues' formula for the rotation of a vector about an axis by an angle.
     fn rodrigues(axis: [f64; 3], angle: f64, v: [f64; 3]) -> [f64; 3] {
         let (sin, cos) = angle.sin_cos();
         let (across, along) = (cross(axis, v), dot(axis, v) * (1.0 - cos));
