@@ -21,6 +21,7 @@ mod solids;
 mod creases;
 mod bounces;
 mod restitution;
+mod loads;
 mod notices;
 mod external;
 mod air;

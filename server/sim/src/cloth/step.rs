@@ -13,7 +13,7 @@ use crate::{
     collide::{Contacts, Met, Passed, resolve},
     linalg::SolveReport,
     math::Real,
-    report::{BoundKind, Diagnostics, Stage, StepFailure, Stopwatch, TimeBound, Work},
+    report::{BoundKind, Diagnostics, Load, Stage, StepFailure, Stopwatch, TimeBound, Work},
     surroundings::Surroundings,
     time_step::TimeStep,
 };
@@ -295,6 +295,17 @@ impl<R: Real> Stepping<'_, R> {
     }
 }
 
+impl<R: Real> Stepping<'_, R> {
+    /// Adds what the step gave to colliders to their loads.
+    pub(crate) fn add_to(&self, loads: &mut [Load]) {
+        let Self { model, around, work, .. } = self;
+        if work.report.contact_count > 0 {
+            let dt_and_end = [around.dt, around.time + around.dt];
+            work.contacts.add_to(&model.share, loads, around.colliders, dt_and_end);
+        }
+    }
+}
+
 impl<R: Real> Workspace<R> {
     /// Adds what an accepted sub-step has to tell.
     fn add_to_report(&mut self) {
@@ -302,6 +313,9 @@ impl<R: Real> Workspace<R> {
             self.tried;
         let report = &mut self.report;
         report.contact_count += contact_count;
+        if contact_count > 0 {
+            self.contacts.accept();
+        }
         report.without_history += without_history;
         report.external_work += external_work;
         report.notices = report.notices.and(notices);

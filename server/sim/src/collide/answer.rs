@@ -9,6 +9,7 @@ use super::{
     crease::Crease,
     facing::{Facing, facing},
     flight::{Flight, Meeting},
+    load::Giving,
     passed::REACHED,
     shape::Near,
     touch::{Answer, Touch, change},
@@ -44,8 +45,8 @@ pub(super) struct SubStep<'a> {
 }
 
 impl<'a> SubStep<'a> {
-    /// What comes of it.
-    pub(super) fn answer(&self) -> Answer {
+    /// What comes of it, and what its particle gives to colliders.
+    pub(super) fn answer(&self, giving: &mut Giving<'_>) -> Answer {
         let mut flight = Flight::new(self.x, self.v, self.dt, self.end_time, self.rounding);
         let lag = self.v[0] - flight.w;
         let free = flight.end_velocity();
@@ -58,11 +59,13 @@ impl<'a> SubStep<'a> {
             let approach = -relative.dot(&meeting.normal);
             let is_bounce = collider.restitution > 0.0 && meeting.depth == 0.0 && approach >= slowest;
             if !is_bounce || approach <= 0.0 || bounces == MOST_BOUNCES {
-                let end = self.stay(&flight, lag, (collider, meeting));
+                let end = self.stay(&flight, lag, (collider, meeting), giving);
                 return Answer { swing: lag.dot(&(flight.end_velocity() - free)), ..end };
             }
             let push = (1.0 + collider.restitution) * approach;
-            flight.w += change(&collider, &relative, &meeting.normal, push);
+            let change = change(&collider, &relative, &meeting.normal, push);
+            flight.w += change;
+            giving.touched(&collider, &change, &flight.x);
         }
         let w = flight.end_velocity();
         let swing = lag.dot(&(w - free));
@@ -93,7 +96,13 @@ impl<'a> SubStep<'a> {
 
     /// Stays on the surface that it met from now on, and out of all others. What began inside comes out at the collider's own
     /// pace, and gets no velocity from it.
-    fn stay(&self, flight: &Flight, lag: Vec3<f64>, (met, meeting): (Facing<'_>, Meeting)) -> Answer {
+    fn stay(
+        &self,
+        flight: &Flight,
+        lag: Vec3<f64>,
+        (met, meeting): (Facing<'_>, Meeting),
+        giving: &mut Giving<'_>,
+    ) -> Answer {
         let mut end = Answer {
             x: flight.end(),
             v: flight.end_velocity() + lag,
@@ -115,7 +124,7 @@ impl<'a> SubStep<'a> {
             let Some(touch) = self.touch(collider, flight, &end, is_met.then_some(&meeting)) else {
                 continue;
             };
-            let felt = felt.clamp(0.0, 1.0);
+            let (felt, before) = (felt.clamp(0.0, 1.0), end.v);
             let is_changed = if collider.shape.has_creases() {
                 let is_changed = Crease::new(&touch, self.rounding).hold(flight, felt, &mut end);
                 // Of several, one may pinch that is not looked at again.
@@ -126,6 +135,7 @@ impl<'a> SubStep<'a> {
             } else {
                 touch.hold(flight, felt, &mut end)
             };
+            giving.touched(&collider, &(end.v - before), &end.x);
             if is_changed || last.is_none() {
                 last = Some(collider);
             }
@@ -209,7 +219,8 @@ mod tests {
         let (x, v) = (vec3::<f64>(x), vec3::<f64>(v));
         let spare = 1e-3 * v.norm() * DT;
         let (x, v) = ([x, x + v * DT], [v, v]);
-        SubStep { colliders, near: &[], x, v, dt: DT, end_time: 0.3, spare, rounding: 1e-15 }.answer()
+        SubStep { colliders, near: &[], x, v, dt: DT, end_time: 0.3, spare, rounding: 1e-15 }
+            .answer(&mut Giving::new(colliders, &mut []))
     }
 
     #[test]
@@ -247,7 +258,8 @@ mod tests {
                     spare: 1e-4,
                     rounding: 1e-15,
                 };
-                let Answer { x: after, was_inside, .. } = substep.answer();
+                let Answer { x: after, was_inside, .. } =
+                    substep.answer(&mut Giving::new(colliders, &mut []));
                 let depth = -gap(&after, 0.0);
                 assert!(
                     depth < 1e-12 && !was_inside,

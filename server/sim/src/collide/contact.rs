@@ -7,6 +7,7 @@ use super::{
     Collider,
     answer::SubStep,
     facing::{facing, mesh},
+    load::{Felt, Given, Giving},
     passed::{REACHED, has_passed},
     shape::{MeshSolid, Near},
     touch::Answer,
@@ -14,6 +15,7 @@ use super::{
 use crate::{
     math::{Padded, Real, Vec3, array::length, array3, vec3},
     parallel::{Share, block_count, per_block_mut, per_row, per_row_mut, several_per_block_mut},
+    report::Load,
 };
 
 /// Reach of a look around, over what is needed: a particle that comes nearer soon asks less.
@@ -112,6 +114,34 @@ pub(crate) struct Kept {
     met: Vec<Met>,
     /// What each particle knows of each mesh among the colliders.
     near: Vec<Near>,
+    /// What each block gave to each collider in the sub-step that is tried, and in those of the step that were accepted.
+    tried: Given,
+    given: Given,
+}
+
+impl Kept {
+    /// Begins a step of the world.
+    pub(crate) fn begin(&mut self) {
+        self.given.clear();
+    }
+
+    /// Takes over what the sub-step that was tried gave to colliders.
+    pub(crate) fn accept(&mut self) {
+        self.given.add(&self.tried);
+    }
+
+    /// Adds what was given in a step of the world of `dt` seconds that ends at a time (s) to the loads of its colliders.
+    pub(crate) fn add_to(
+        &self,
+        share: &Share,
+        loads: &mut [Load],
+        colliders: &[Collider],
+        dt_and_end: [f64; 2],
+    ) {
+        for (number, (load, collider)) in loads.iter_mut().zip(colliders).enumerate() {
+            self.given.sum(share, number).add_to(load, collider, dt_and_end);
+        }
+    }
 }
 
 /// A particle, and what contact changes of it.
@@ -133,27 +163,33 @@ pub(crate) fn resolve<R: Real>(
     from: [&[Padded<R>]; 2],
     [x, v]: [&mut [Padded<R>]; 2],
     past: Option<[&mut [Padded<R>]; 2]>,
-    Kept { met, near }: &mut Kept,
+    Kept { met, near, tried, given }: &mut Kept,
 ) -> Met {
     if contacts.colliders.is_empty() {
         return Met::default();
     }
 
     let (count, size) = (contacts.user.len(), contacts.share.block_size());
-    met.resize(block_count(count, size), Met::default());
+    let (blocks, colliders) = (block_count(count, size), contacts.colliders.len());
+    met.resize(blocks, Met::default());
+    [&mut *tried, given].into_iter().for_each(|given| given.size_for(blocks, colliders));
     let meshes = contacts.colliders.iter().filter(|collider| mesh(collider).is_some()).count();
     near.resize(count * meshes, Near::default());
     let constants = (per_row(contacts.user), per_row(inv_m), from.map(per_row));
     let changed = ([x, v].map(per_row_mut), past.map(|past| past.map(per_row_mut)));
-    let fields = (per_block_mut(met), several_per_block_mut(near, size * meshes), constants, changed);
-    contacts.share.own().each(fields, |_, (met, near, (user, inv_m, from), ([x, v], mut past))| {
+    let felt = several_per_block_mut(tried.felt_mut(), colliders);
+    let fields = (per_block_mut(met), several_per_block_mut(near, size * meshes), felt, constants, changed);
+    contacts.share.own().each(fields, |_, (met, near, felt, (user, inv_m, from), ([x, v], mut past))| {
         *met = Met::default();
+        felt.fill(Felt::default());
+        let mut giving = Giving::new(contacts.colliders, felt);
         for (row, (user, inv_m)) in user.iter().zip(inv_m).enumerate() {
             let past = past.as_mut().map(|[x, v]| [&mut x[row], &mut v[row]]);
             let from = from.map(|field| &field[row]);
             let moved = Moved { from, x: &mut x[row], v: &mut v[row], past };
             let near = &mut near[row * meshes..(row + 1) * meshes];
-            if let Some(one) = of_one(contacts, *user, *inv_m, moved, near) {
+            giving.of(row, inv_m.to_f64());
+            if let Some(one) = of_one(contacts, *user, *inv_m, moved, near, &mut giving) {
                 *met = met.and(one);
             }
         }
@@ -169,6 +205,7 @@ fn of_one<R: Real>(
     inv_m: R,
     mut moved: Moved<'_, R>,
     near: &mut [Near],
+    giving: &mut Giving<'_>,
 ) -> Option<Met> {
     let wide = |vector: &Padded<R>| vector.vector().map(R::to_f64);
     let way = (wide(moved.x) - wide(moved.from[0])).norm();
@@ -179,7 +216,7 @@ fn of_one<R: Real>(
     }
     let mut met = Met::default();
     if reach == Reach::Touched {
-        let answer = moved.answer(contacts, near);
+        let answer = moved.answer(contacts, near, giving);
         met.touched = 1;
         met.inside = u64::from(answer.was_inside);
         met.pinched = u64::from(answer.is_pinched);
@@ -251,7 +288,7 @@ fn reach_of_mesh<R: Real>(
 
 impl<R: Real> Moved<'_, R> {
     /// Takes over what contact makes of the step.
-    fn answer(&mut self, contacts: Contacts<'_>, near: &[Near]) -> Answer {
+    fn answer(&mut self, contacts: Contacts<'_>, near: &[Near], giving: &mut Giving<'_>) -> Answer {
         let wide = |vector: &Padded<R>| vector.vector().map(R::to_f64);
         let x = [wide(self.from[0]), wide(self.x)];
         let v = [wide(self.from[1]), wide(self.v)];
@@ -259,7 +296,7 @@ impl<R: Real> Moved<'_, R> {
         let rounding = 4.0 * R::ROUNDING * x[0].amax().max(x[1].amax());
         let spare = REACHED * way.norm() + rounding;
         let Contacts { colliders, time, dt, .. } = contacts;
-        let answer = SubStep { colliders, near, x, v, dt, end_time: time, spare, rounding }.answer();
+        let answer = SubStep { colliders, near, x, v, dt, end_time: time, spare, rounding }.answer(giving);
 
         let narrow = |vector: Vec3<f64>| Padded::new(&vector.map(R::of));
         (*self.x, *self.v) = (narrow(answer.x), narrow(answer.v));

@@ -9,6 +9,7 @@ mod facing;
 mod passed;
 mod flight;
 mod planes;
+mod load;
 mod touch;
 mod crease;
 mod answer;
@@ -23,6 +24,7 @@ pub use shape::Shape;
 
 pub(crate) use contact::{Contacts, Kept, Met, Passed, resolve};
 pub(crate) use corner::{Corner, SAME_NORMAL};
+pub(crate) use load::{Felt, Given, cleared};
 pub(crate) use motion::{FASTEST, Motion};
 pub(crate) use moving::Moved;
 pub(crate) use passed::has_passed;

@@ -1,5 +1,7 @@
 //! What a step tells: diagnostics, time per stage, or the reason why it failed.
 
+use std::sync::Arc;
+
 use serde::{Deserialize, Serialize};
 
 mod stage;
@@ -7,11 +9,13 @@ mod bound;
 mod failure;
 mod cloth;
 mod snow;
+mod load;
 mod work;
 
 pub use bound::{BoundKind, TimeBound};
 pub use cloth::{ClothSteps, ErrorEstimate, Rejection};
 pub use failure::{StepError, StepFailure};
+pub use load::Load;
 pub use snow::SnowReport;
 pub use stage::{NoStopwatch, Stage, StageClock, StageSeconds, Stopwatch};
 pub use work::Work;
@@ -65,6 +69,8 @@ pub struct StepReport {
     pub diagnostics: Diagnostics,
     /// Particles that touched a collider, each once per sub-step in which it did.
     pub contact_count: u64,
+    /// What each collider felt, in the order of the setup; empty without colliders.
+    pub loads: Arc<[Load]>,
     /// The linear solve with the largest residual among all bodies and their sub-steps, with the iterations that its
     /// body made in the step; none when all are explicit.
     pub solve: Option<SolveReport>,

@@ -13,11 +13,11 @@ use super::{
     wind::Wind,
 };
 use crate::{
-    collide::{Collider, Motion},
+    collide::{Collider, Motion, cleared},
     interrupt::Interrupt,
     math::Real,
     parallel::Ranks,
-    report::{Diagnostics, NoStopwatch, StepError, StepFailure, StepReport, Stopwatch},
+    report::{Diagnostics, Load, NoStopwatch, StepError, StepFailure, StepReport, Stopwatch},
     surroundings::Surroundings,
 };
 
@@ -40,6 +40,8 @@ pub struct World<R: Real> {
     pub(super) start: ([f64; 3], Wind, Vec<Motion>),
     /// What its steps obey.
     pub(super) interrupt: Interrupt,
+    /// Those of the step before, to be written again once nobody else holds them.
+    pub(super) loads: Arc<[Load]>,
     /// The ranks that step it together; none where one does.
     pub(super) ranks: Option<Ranks>,
 }
@@ -92,6 +94,7 @@ impl<R: Real> World<R> {
             rules,
             start,
             interrupt,
+            loads: Arc::default(),
             ranks,
         };
         world.check_steps()?;
@@ -127,7 +130,8 @@ impl<R: Real> World<R> {
     /// When a body's step fails: cloths are then as before the step, snow as after its last good
     /// step within it; the world takes no further step.
     pub fn step(&mut self, watch: &mut dyn Stopwatch) -> Result<StepReport, StepError> {
-        let mut report = StepReport::default();
+        let loads = cleared(std::mem::take(&mut self.loads), self.colliders.len());
+        let mut report = StepReport { loads, ..StepReport::default() };
         let before = self.pace;
         let Self { dt, gravity, wind, colliders, bodies, interrupt, pace, step_count, .. } = self;
         let time = *step_count as f64 * *dt;
@@ -147,6 +151,7 @@ impl<R: Real> World<R> {
             return Err(StepError { step: self.step_count, time, body, failure });
         }
 
+        self.loads = report.loads.clone();
         self.step_count += 1;
         (report.step, report.time) = (self.step_count, self.time());
         Ok(report)

@@ -1,5 +1,7 @@
 //! All cloths of a world, stepped together: they share sub-steps, and none goes on before all have accepted one.
 
+use std::sync::Arc;
+
 use super::{body::Body, cloth::Cloth, division::Division, pace::Pace};
 use crate::{
     collide::Moved,
@@ -80,6 +82,9 @@ pub(super) fn step<R: Real>(
             let told = cloth.stepping(around).finish(watch).map_err(|failure| (index, failure))?;
             let (body, of_cloth, steps) = cloth.told(told);
             body.add_to(report);
+            if let Some(loads) = Arc::get_mut(&mut report.loads) {
+                cloth.stepping(around).add_to(loads);
+            }
             (error, without_history) = (error.max(of_cloth), without_history + steps);
         }
     }

@@ -155,6 +155,7 @@ impl<R: Real> Workspace<R> {
         self.has_moved = false;
         self.pins.keep(state);
         self.report = ClothReport::default();
+        self.contacts.begin();
         (self.evaluation.runs, self.products) = (0, 0);
     }
 
