@@ -7,7 +7,7 @@ use prost::Message as _;
 const FILES: [&str; 2] = ["nappe/v1/simulation.proto", "nappe/v1/frame.proto"];
 
 /// Messages that are also written as JSON, under the names of their fields.
-const JSON_MESSAGES: [&str; 14] = [
+const JSON_MESSAGES: [&str; 15] = [
     "Session",
     "SessionRanks",
     "Failure",
@@ -17,6 +17,7 @@ const JSON_MESSAGES: [&str; 14] = [
     "SpringParameters",
     "ColliderPose",
     "Diagnostics",
+    "ColliderLoad",
     "ClothSteps",
     "SnowDiagnostics",
     "SolveReport",
@@ -25,7 +26,7 @@ const JSON_MESSAGES: [&str; 14] = [
 ];
 
 /// Fields whose shape in JSON is not that of the Rust type: the function of `src/json.rs` that writes each.
-const JSON_FIELDS: [(&str, &str); 14] = [
+const JSON_FIELDS: [(&str, &str); 16] = [
     ("Session.state", "session_state"),
     ("Session.precision", "precision"),
     ("Session.state_hash", "state_hash"),
@@ -36,6 +37,8 @@ const JSON_FIELDS: [(&str, &str); 14] = [
     ("ColliderPose.position", "vector"),
     ("ColliderPose.turn", "quaternion"),
     ("Diagnostics.momentum", "vector"),
+    ("ColliderLoad.force", "vector"),
+    ("ColliderLoad.torque", "vector"),
     ("ClothSteps.bound", "time_bound"),
     ("SnowDiagnostics.bound", "time_bound"),
     ("SnowDiagnostics.angular_momentum", "vector"),

@@ -59,6 +59,7 @@ GROUPS = {
         "Air",
         "SpringParameters",
         "Diagnostics",
+        "ColliderLoad",
         "ClothSteps",
         "SnowDiagnostics",
         "SolveReport",

@@ -186,9 +186,9 @@ impl Stepper {
         let due = last || report.step.is_multiple_of(properties.frame_interval_steps.into());
         let frame = self.newest_frame() + u64::from(due);
 
-        let mut diagnostics = diagnostics(report, frame, stage_seconds, *seconds);
-        let mut first = Vec::new();
         let simulation = &self.simulator.simulation;
+        let mut diagnostics = diagnostics(report, simulation.colliders(), frame, stage_seconds, *seconds);
+        let mut first = Vec::new();
         self.status().update(|progress| {
             let (counts, told) = notices::add(progress.diagnostics.notices.unwrap_or_default(), report);
             (diagnostics.notices, first) = (Some(counts), told);

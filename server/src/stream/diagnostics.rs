@@ -1,17 +1,21 @@
 //! What a step reported, as the message that watchers and descriptions of sessions carry.
 //!
-//! Enters: the report of a step and the time that it took. Leaves: `v1::Diagnostics`.
+//! Enters: the report of a step, the colliders that it names and the time that it took. Leaves: `v1::Diagnostics`.
 
 use nappe_proto::v1;
 use nappe_sim::{
+    collide::Collider,
     linalg::{Outcome, SolveReport},
-    report::{BoundKind, ClothSteps, Diagnostics, Rejection, SnowReport, Stage, StageSeconds, StepReport},
+    report::{
+        BoundKind, ClothSteps, Diagnostics, Load, Rejection, SnowReport, Stage, StageSeconds, StepReport,
+    },
     world::Simulation,
 };
 
-/// The diagnostics of a step whose newest frame is `frame`, without notices of it.
+/// The diagnostics of a step among colliders whose newest frame is `frame`, without notices of it.
 pub(crate) fn diagnostics(
     report: &StepReport,
+    colliders: &[Collider],
     frame: u64,
     stage_seconds: &StageSeconds,
     step_seconds: f64,
@@ -42,6 +46,17 @@ pub(crate) fn diagnostics(
         snow: report.snow.as_ref().map(snow),
         cloth: report.cloth.as_ref().map(cloth),
         notices: Some(v1::Notices::default()),
+        loads: report.loads.iter().zip(colliders).map(load).collect(),
+    }
+}
+
+fn load((load, collider): (&Load, &Collider)) -> v1::ColliderLoad {
+    let Load { force, torque, contacts } = *load;
+    v1::ColliderLoad {
+        name: collider.name.clone(),
+        force: Some(force.into()),
+        torque: Some(torque.into()),
+        contacts,
     }
 }
 
@@ -53,7 +68,7 @@ pub(crate) fn initial_diagnostics(simulation: &Simulation) -> v1::Diagnostics {
         diagnostics: simulation.diagnose(),
         ..StepReport::default()
     };
-    diagnostics(&report, 0, &[0.0; Stage::ALL.len()], 0.0)
+    diagnostics(&report, simulation.colliders(), 0, &[0.0; Stage::ALL.len()], 0.0)
 }
 
 fn solve(report: &SolveReport) -> v1::SolveReport {

@@ -35,6 +35,7 @@ mod stability;
 mod numbers;
 mod names;
 mod moved_colliders;
+mod loads;
 mod sweep;
 mod sweep_files;
 mod snow;

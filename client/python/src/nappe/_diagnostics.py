@@ -1,9 +1,9 @@
 """Diagnostics of many steps as numpy arrays: a row per step, a column per number or word.
 
 The columns follow from the fields of `Diagnostics`: what is nested has a prefix, such as `snow_mass`. Stages are left
-out. An absent number is nan, an absent word is "". In the structured array all numbers are float64, and a vector is
-one column. In the table a vector is three columns and a whole number is int64, which has no nan: an absent count is 0,
-an absent index is -1.
+out, and loads of colliders stand in the table alone, under the collider's name: `load_floor_force_x`. An absent number
+is nan, an absent word is "". In the structured array all numbers are float64, and a vector is one column. In the table
+a vector is three columns and a whole number is int64, which has no nan: an absent count is 0, an absent index is -1.
 """
 
 from __future__ import annotations
@@ -17,9 +17,10 @@ from typing import Any, get_args, get_type_hints
 import numpy as np
 from numpy.typing import NDArray
 
-from nappe._reports import Diagnostics, Vector
+from nappe._reports import ColliderLoad, Diagnostics, Vector
 
-_STAGES = dict[str, float]
+_LEFT_OUT = (dict[str, float], tuple[ColliderLoad, ...])
+"""Stages and loads: their names are those of the program and of the scene."""
 
 
 @dataclass(frozen=True)
@@ -83,6 +84,21 @@ def diagnostics_table(entries: Sequence[Diagnostics | None]) -> dict[str, NDArra
             numbers = np.array(_filled(values, column.absent), np.float64).reshape(len(values), len(names))
             # Each on its own, so that one that is kept keeps no other.
             table.update(zip(names, map(np.array, numbers.T), strict=True))
+    return table | _loads(entries)
+
+
+def _loads(entries: Sequence[Diagnostics | None]) -> dict[str, NDArray[Any]]:
+    """Columns of what colliders felt; 0 in the first frame, which no step made."""
+    of_entries = [() if entry is None else entry.loads for entry in entries]
+    table: dict[str, NDArray[Any]] = {}
+    for place, collider in enumerate(next((loads for loads in of_entries if loads), ())):
+        loads = [loads[place] if loads else None for loads in of_entries]
+        for part in ("force", "torque"):
+            for axis, letter in enumerate("xyz"):
+                column = [0.0 if load is None else getattr(load, part)[axis] for load in loads]
+                table[f"load_{collider.name}_{part}_{letter}"] = np.array(column, np.float64)
+        contacts = [0 if load is None else load.contacts for load in loads]
+        table[f"load_{collider.name}_contacts"] = np.array(contacts, np.int64)
     return table
 
 
@@ -110,5 +126,5 @@ def _columns_of(kind: type[Any], path: tuple[str, ...]) -> Iterator[_Column]:
             yield from _columns_of(held, (*path, name))
         elif held in (int, float, str, Vector):
             yield _Column((*path, name), held, held is int and held is not hint)
-        elif held != _STAGES:
+        elif held not in _LEFT_OUT:
             raise TypeError(f"{kind.__name__}.{name} is {hint}, which has no place in a column")

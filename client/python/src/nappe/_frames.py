@@ -17,7 +17,7 @@ from nappe._arrays import FIELDS, Array, Arrays, BodyArrays
 from nappe._contract import Message, number
 from nappe._errors import Error
 from nappe._reading import hexadecimal, read
-from nappe._reports import Diagnostics
+from nappe._reports import ColliderLoad, Diagnostics
 from nappe._topology import MAX_PARTICLES, Topology, place
 
 MAX_GRID_NODES = 1 << 22
@@ -104,6 +104,11 @@ class Frame(Arrays):
     def diagnostics(self) -> Diagnostics | None:
         """Diagnostics of the step that made the frame."""
         return None if self._diagnostics is None else read(Diagnostics, self._diagnostics)
+
+    @cached_property
+    def loads(self) -> dict[str, ColliderLoad]:
+        """What each collider felt in the step that made the frame, by its name. Empty without colliders."""
+        return {} if self.diagnostics is None else {load.name: load for load in self.diagnostics.loads}
 
     def body(self, name: str) -> BodyArrays:
         """The arrays of one body, as views."""

@@ -7,7 +7,7 @@ from datetime import datetime, timezone
 from typing import Any, TypeVar
 
 from nappe._contract import Message
-from nappe._reports import ClothSteps, Diagnostics, Notices, SnowDiagnostics, SolveReport
+from nappe._reports import ClothSteps, ColliderLoad, Diagnostics, Notices, SnowDiagnostics, SolveReport
 from nappe._values import (
     Accepted,
     Air,
@@ -37,6 +37,7 @@ _CLASSES: dict[str, type[Any]] = {
         ClothSteps,
         SnowDiagnostics,
         Notices,
+        ColliderLoad,
         Diagnostics,
         SpringParameters,
         Air,

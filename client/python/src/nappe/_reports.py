@@ -112,6 +112,22 @@ class Notices:
 
 
 @dataclass(frozen=True)
+class ColliderLoad:
+    """What a collider felt in a step: minus the impulses that contact gave to cloth and snow, over the length of the
+    step."""
+
+    name: str
+    """The collider's name in the scene."""
+    force: Vector
+    """Mean force (N)."""
+    torque: Vector
+    """Mean torque about the collider's reference point, where that is at the end of the step (N m)."""
+    contacts: int
+    """Particles of cloth that touched it, each once per sub-step, and nodes of the snow's grid within it, each once per
+    step of the snow."""
+
+
+@dataclass(frozen=True)
 class Diagnostics:
     """What one step reported."""
 
@@ -148,3 +164,6 @@ class Diagnostics:
     """How the step was divided for the cloths. None without cloth, and before the first step."""
     external_work: float
     """Work of the air and of given forces on cloth in the step (J)."""
+    loads: tuple[ColliderLoad, ...]
+    """What each collider felt in the step, in the order of the scene. Empty without colliders, and before the first
+    step."""
