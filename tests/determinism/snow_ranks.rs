@@ -233,8 +233,10 @@ fn a_step_of_snow_asks_as_much_as_its_formula_says() {
     };
     let ((_, before), (substeps, after)) = (asked(4), asked(5));
     let substeps = u64::from(substeps);
-    // Who leaves, what is needed, what was found, what nodes add up to; and of the step of the world what it comes to.
-    assert_eq!(after.gathers - before.gathers, 4 * substeps + 1, "{substeps} steps of the snow");
+    // Who leaves, what is needed, what was found, what nodes add up to, and what nodes and particles give to each collider; and
+    // of the step of the world what it comes to.
+    let each = 4 + 2 * setup.colliders.len() as u64;
+    assert_eq!(after.gathers - before.gathers, each * substeps + 1, "{substeps} steps of the snow");
     // Particles, keys, tiles.
     assert_eq!(after.exchanges - before.exchanges, 3 * substeps, "{substeps} steps of the snow");
     // One message to each neighbour, at most: particles and keys that there are, and tiles.

@@ -13,6 +13,7 @@ mod errors;
 mod forces;
 mod free_fall;
 mod friction;
+mod loads;
 mod solids;
 mod volumes;
 mod golden_step;

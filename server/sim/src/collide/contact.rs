@@ -7,7 +7,7 @@ use super::{
     Collider,
     answer::SubStep,
     facing::{facing, mesh},
-    load::{Felt, Given, Giving},
+    load::{BlockLoads, Felt, Giving},
     passed::{REACHED, has_passed},
     shape::{MeshSolid, Near},
     touch::Answer,
@@ -115,8 +115,8 @@ pub(crate) struct Kept {
     /// What each particle knows of each mesh among the colliders.
     near: Vec<Near>,
     /// What each block gave to each collider in the sub-step that is tried, and in those of the step that were accepted.
-    tried: Given,
-    given: Given,
+    tried: BlockLoads,
+    given: BlockLoads,
 }
 
 impl Kept {

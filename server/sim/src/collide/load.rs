@@ -3,7 +3,7 @@
 //! Enters, contact by contact, the change of a velocity times its mass, and where; leaves the sums over blocks in their
 //! fixed order, and from them the mean force and torque over a step of the world.
 
-use std::sync::Arc;
+use std::{ops::Range, sync::Arc};
 
 use super::Collider;
 use crate::{
@@ -12,7 +12,7 @@ use crate::{
         array::{cross, minus},
         array3,
     },
-    parallel::Share,
+    parallel::{Share, sum_by},
     report::Load,
 };
 
@@ -54,7 +54,8 @@ impl Felt {
         self.contacts += 1;
     }
 
-    fn add(&mut self, other: &Self) {
+    /// Adds what it got elsewhere.
+    pub(crate) fn add(&mut self, other: &Self) {
         for c in 0..3 {
             self.impulse[c] += other.impulse[c];
             self.moment[c] += other.moment[c];
@@ -86,7 +87,7 @@ impl Felt {
 
 /// What each block gives to each collider.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Given {
+pub(crate) struct BlockLoads {
     /// Of each block one after the other, for each collider.
     felt: Vec<Felt>,
     /// Numbers of the blocks, to be added by.
@@ -94,7 +95,7 @@ pub(crate) struct Given {
     colliders: usize,
 }
 
-impl Given {
+impl BlockLoads {
     /// Makes room for so many blocks and colliders.
     pub(crate) fn size_for(&mut self, blocks: usize, colliders: usize) {
         self.colliders = colliders;
@@ -124,8 +125,44 @@ impl Given {
         Felt::of(share.sum(&self.blocks, &|block: &usize| self.numbers(*block, collider)))
     }
 
+    /// The same of a range of blocks, which one process has, or which are the own ones of a share.
+    pub(crate) fn sum_own(&self, own: Range<usize>, share: Option<&Share>, collider: usize) -> Felt {
+        let (blocks, of) = (&self.blocks[own], |block: &usize| self.numbers(*block, collider));
+        Felt::of(match share {
+            Some(share) => share.sum_own_and_tell(blocks, &of, [], |[]| {}),
+            None => sum_by(blocks, &of),
+        })
+    }
+
     fn numbers(&self, block: usize, collider: usize) -> [f64; 7] {
         self.felt[block * self.colliders + collider].numbers()
+    }
+}
+
+/// What the blocks of a chunk give, of which each begins somewhere in an order of particles.
+pub(crate) struct ChunkLoads<'a> {
+    /// Of each block one after the other, for each collider.
+    felt: &'a mut [Felt],
+    colliders: usize,
+    starts: &'a [u32],
+    /// The block that was asked for last.
+    block: usize,
+}
+
+impl<'a> ChunkLoads<'a> {
+    /// Nothing so far; `starts` has where each block begins, and the end.
+    pub(crate) fn new(felt: &'a mut [Felt], colliders: usize, starts: &'a [u32]) -> Self {
+        felt.fill(Felt::default());
+        Self { felt, colliders, starts, block: 0 }
+    }
+
+    /// What the block of the particle at a position of the order gives to each collider; positions ascend from call to call.
+    pub(crate) fn at(&mut self, position: usize) -> &mut [Felt] {
+        while self.starts[self.block + 1] as usize <= position {
+            self.block += 1;
+        }
+        let first = self.block * self.colliders;
+        &mut self.felt[first..first + self.colliders]
     }
 }
 

@@ -24,7 +24,7 @@ pub use shape::Shape;
 
 pub(crate) use contact::{Contacts, Kept, Met, Passed, resolve};
 pub(crate) use corner::{Corner, SAME_NORMAL};
-pub(crate) use load::{Felt, Given, cleared};
+pub(crate) use load::{BlockLoads, ChunkLoads, Felt, cleared};
 pub(crate) use motion::{FASTEST, Motion};
 pub(crate) use moving::Moved;
 pub(crate) use passed::has_passed;

@@ -240,6 +240,8 @@ impl<'a, T: Send> Parts for One<Disjoint<'a, T>> {
 pub(crate) struct Between<'a, T> {
     list: Disjoint<'a, T>,
     starts: &'a [u32],
+    /// Elements for each one that starts count.
+    width: usize,
 }
 
 /// A list to be written, of which a block has the elements from `starts[block]` to `starts[block + 1]`.
@@ -247,15 +249,25 @@ pub(crate) struct Between<'a, T> {
 /// # Panics
 /// Unless starts ascend.
 pub(crate) fn between_mut<'a, T>(list: &'a mut [T], starts: &'a [u32]) -> Between<'a, T> {
+    several_between_mut(list, starts, 1)
+}
+
+/// The same with `width` elements for each one that starts count.
+pub(crate) fn several_between_mut<'a, T>(
+    list: &'a mut [T],
+    starts: &'a [u32],
+    width: usize,
+) -> Between<'a, T> {
     assert!(starts.is_sorted(), "blocks stand one after another");
-    Between { list: Disjoint::new(list), starts }
+    Between { list: Disjoint::new(list), starts, width }
 }
 
 impl<'a, T: Send> Parts for Between<'a, T> {
     type Part = &'a mut [T];
 
     unsafe fn part(&self, block: usize, _: usize) -> &'a mut [T] {
-        let range = self.starts[block] as usize..self.starts[block + 1] as usize;
+        let [start, end] = [block, block + 1].map(|block| self.starts[block] as usize * self.width);
+        let range = start..end;
         // SAFETY: starts ascend, so that ranges of distinct blocks do not meet, and the caller asks for each block once.
         unsafe { self.list.range(range) }
     }

@@ -24,7 +24,8 @@ pub(crate) use communicator::Ranks;
 pub(crate) use disjoint::Disjoint;
 pub(crate) use each::{
     Own, Parts, between_mut, join, per_block, per_block_mut, per_row, per_row_mut, per_sixteen,
-    per_sixteen_mut, several_per_block, several_per_block_mut, thread_count, thread_number,
+    per_sixteen_mut, several_between_mut, several_per_block, several_per_block_mut, thread_count,
+    thread_number,
 };
 pub(crate) use hash::{hash_numbers, sum_hashes};
 pub(crate) use zeroed::{size, zeroed};

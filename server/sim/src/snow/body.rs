@@ -13,7 +13,7 @@ use crate::{
     collide::Collider,
     math::Real,
     parallel::Ranks,
-    report::{Diagnostics, StepFailure, Stopwatch},
+    report::{Diagnostics, Load, StepFailure, Stopwatch},
     surroundings::Surroundings,
 };
 
@@ -63,6 +63,14 @@ impl<R: Real> Snow<R> {
         watch: &mut dyn Stopwatch,
     ) -> Result<SnowStep, StepFailure> {
         step(&self.model, &mut self.state, &mut self.work, around, watch)
+    }
+
+    /// Adds what it gave to colliders in its last step of the world, which began as this one, to their loads.
+    pub(crate) fn add_to(&self, around: &Surroundings<'_>, loads: &mut [Load]) {
+        let dt_and_end = [around.dt, around.time + around.dt];
+        for ((felt, load), collider) in self.work.felt.iter().zip(loads).zip(around.colliders) {
+            felt.add_to(load, collider, dt_and_end);
+        }
     }
 
     /// How it is stepped.

@@ -153,7 +153,8 @@ fn volumes_from_grid<R: Real>(
     let never = Interrupt::default();
     let still = StepContext { dt: 0.0, time: 0.0, gravity: [0.0; 3], colliders: &[], interrupt: &never };
     particles_to_grid(model, particles, work.sorter.sorted(), &mut work.grid, still.dt);
-    work.grid_diagnostics = update_grid(model, &still, &mut work.grid, &mut work.block_diagnostics);
+    let (diagnostics, loads) = (&mut work.block_diagnostics, &mut work.node_loads);
+    work.grid_diagnostics = update_grid(model, &still, &mut work.grid, diagnostics, loads);
 
     let density = densities(model, particles, work.sorter.sorted(), &work.grid);
     for (at, density) in density.into_iter().enumerate() {

@@ -9,6 +9,7 @@ use super::{
     transfer::{ChunkDiagnostics, GridDiagnostics, ImplicitWorkspace},
 };
 use crate::{
+    collide::{BlockLoads, Felt},
     held_length::HeldLength,
     math::Real,
     report::{Notices, Work},
@@ -62,6 +63,12 @@ pub struct SnowWorkspace<R: Real> {
     pub(super) external: f64,
     /// Forces on particles (N), in the user's numbering; none where all are 0.
     pub(super) forces: Vec<[f64; 3]>,
+    /// What blocks of nodes and of particles gave to each collider in the last step, and the sums over all nodes.
+    pub(super) node_loads: BlockLoads,
+    pub(super) particle_loads: BlockLoads,
+    pub(super) of_nodes: Vec<Felt>,
+    /// What each collider felt since the step of the world began.
+    pub(super) felt: Vec<Felt>,
     /// Particles that went through a collider since then.
     pub(super) notices: Notices,
 }
@@ -70,6 +77,25 @@ impl<R: Real> SnowWorkspace<R> {
     /// The ranks, where each has its part.
     pub(super) fn divided(&self) -> Option<&SnowRanks> {
         self.ranks.as_ref().filter(|ranks| ranks.is_divided())
+    }
+
+    /// Adds up what all nodes gave to each collider.
+    pub(super) fn sum_node_loads(&mut self) {
+        let Self { node_loads, of_nodes, ranks, grid, felt, .. } = self;
+        let share = ranks.as_ref().map(|ranks| &ranks.nodes);
+        of_nodes.clear();
+        let sum = |collider| node_loads.sum_own(grid.own_nodes.clone(), share, collider);
+        of_nodes.extend((0..felt.len()).map(sum));
+    }
+
+    /// Takes over what all nodes and particles gave to each collider in a step.
+    pub(super) fn take_loads(&mut self) {
+        let Self { particle_loads, of_nodes, ranks, grid, felt, .. } = self;
+        let share = ranks.as_ref().map(|ranks| &ranks.blocks);
+        for (collider, (felt, of_nodes)) in felt.iter_mut().zip(&*of_nodes).enumerate() {
+            felt.add(of_nodes);
+            felt.add(&particle_loads.sum_own(0..grid.blocks.len(), share, collider));
+        }
     }
 
     /// Bytes in use by the order and the grid.

@@ -205,6 +205,9 @@ fn step_snow<R: Real>(
     for index in 0..bodies.len() {
         if let Some(snow) = bodies[index].as_snow_mut() {
             snow.step(around, watch).map_err(|failure| (index, failure))?.add_to(report);
+            if let Some(loads) = Arc::get_mut(&mut report.loads) {
+                snow.snow.add_to(around, loads);
+            }
         }
     }
     Ok(())

@@ -39,7 +39,7 @@ use super::{
     },
 };
 use crate::{
-    collide::Moved,
+    collide::{Felt, Moved},
     linalg::SolveReport,
     math::Real,
     parallel,
@@ -67,6 +67,8 @@ pub fn step<R: Real>(
     let mut solve = None;
     (work.spent, work.given, work.notices) = (Work::default(), 0.0, Notices::default());
     work.external = 0.0;
+    work.felt.clear();
+    work.felt.resize(around.colliders.len(), Felt::default());
     while !division.is_done() {
         check_stretch(model, state, work)?;
         check_grid(model, &state.particles, work)?;
@@ -132,7 +134,7 @@ fn velocities_on_grid<R: Real>(
     context: &StepContext<'_>,
     watch: &mut dyn Stopwatch,
 ) -> Result<Nodes, StepFailure> {
-    let SnowWorkspace { sorter, grid, ranks, .. } = work;
+    let SnowWorkspace { sorter, grid, ranks, node_loads, .. } = work;
     let (particles, sorted) = (&state.particles, sorter.sorted());
     let cells_moved = |speed2: f64| speed2.sqrt() * context.dt / model.settings.cell;
 
@@ -149,7 +151,7 @@ fn velocities_on_grid<R: Real>(
             ranks.fetch_tiles(blocks, &mut grid.impulses, len);
         }
     }
-    let mut total = update_grid(model, context, grid, &mut work.block_diagnostics);
+    let mut total = update_grid(model, context, grid, &mut work.block_diagnostics, node_loads);
     if let Some(ranks) = ranks {
         total = ranks.total(total, &work.block_diagnostics[grid.own_nodes.clone()]);
     }
@@ -166,7 +168,7 @@ fn velocities_on_grid<R: Real>(
     check_mass(model.mass, total.mass)?;
 
     // 6. Velocities at the end of a semi-implicit step.
-    let solved = solve_velocities(model, context, particles, sorted, grid, &mut work.implicit);
+    let solved = solve_velocities(model, context, particles, sorted, grid, (&mut work.implicit, node_loads));
     if context.interrupt.is_requested() {
         return Err(StepFailure::Interrupted);
     }
@@ -183,6 +185,7 @@ fn velocities_on_grid<R: Real>(
         return Ok(Nodes::TooFast { moved, node });
     }
 
+    work.sum_node_loads();
     Ok(Nodes::Ready { solve })
 }
 
@@ -198,8 +201,9 @@ fn advance_particles<R: Real>(
     let particles = &mut state.particles;
 
     // 7 to 10. Deformation gradients; velocities and collisions of particles; positions.
-    let SnowWorkspace { sorter, grid, chunk_diagnostics, block_given, .. } = work;
-    update_particles(model, context, particles, sorter, grid, (&mut *chunk_diagnostics, &mut *block_given));
+    let SnowWorkspace { sorter, grid, chunk_diagnostics, block_given, particle_loads, .. } = work;
+    let told = (&mut *chunk_diagnostics, &mut *block_given, particle_loads);
+    update_particles(model, context, particles, sorter, grid, told);
     watch.lap(Stage::GridToParticles);
 
     // What bounds the next step. Chunks are those of the old order: looked up before it changes.
@@ -209,6 +213,7 @@ fn advance_particles<R: Real>(
         .fold(none, |(extremes, notices), chunk| (extremes.max(chunk.extremes), notices.and(chunk.notices)));
     let culprits = || culprits_in_chunks(model, particles, sorter.sorted(), &extremes, chunk_diagnostics);
     let culprits = division.is_last().then(culprits).unwrap_or_default();
+    work.take_loads();
 
     let followed = renew_order(model, particles, work);
     watch.lap(Stage::Sort);

@@ -5,9 +5,13 @@
 
 use super::{context::StepContext, hold::Hold};
 use crate::{
-    collide::{Collider, Contact, Corner, velocity_after},
-    math::{LANES, Pack, Real, WithSimd, array::dot, dispatch},
-    parallel::{self, Own, per_block, per_block_mut},
+    collide::{BlockLoads, Collider, Contact, Corner, Felt, velocity_after},
+    math::{
+        LANES, Pack, Real, WithSimd,
+        array::{dot, minus},
+        dispatch,
+    },
+    parallel::{self, Own, per_block, per_block_mut, several_per_block_mut},
     snow::{
         grid::{
             CELLS, Coordinate, Grid, NONE, NodeBlock, SIDE, TILE_ROW, block_of, corner, node_of, tile_len,
@@ -52,14 +56,16 @@ pub(crate) struct GridDiagnostics {
     pub(crate) given: f64,
 }
 
-/// Momenta and impulses of all nodes to velocities at the end of a step; `diagnostics` is scratch.
+/// Momenta and impulses of all nodes to velocities at the end of a step; `diagnostics` is scratch. Writes what each block gives
+/// to each collider.
 pub(crate) fn update_grid<R: Real>(
     model: &SnowModel<R>,
     context: &StepContext<'_>,
     grid: &mut Grid<R>,
     diagnostics: &mut Vec<GridDiagnostics>,
+    loads: &mut BlockLoads,
 ) -> GridDiagnostics {
-    GridStep::of(model, context).run(grid, diagnostics)
+    GridStep::of(model, context).run(grid, diagnostics, loads)
 }
 
 impl<'a> GridStep<'a> {
@@ -78,7 +84,12 @@ impl<'a> GridStep<'a> {
 }
 
 impl GridStep<'_> {
-    fn run<R: Real>(&self, grid: &mut Grid<R>, diagnostics: &mut Vec<GridDiagnostics>) -> GridDiagnostics {
+    fn run<R: Real>(
+        &self,
+        grid: &mut Grid<R>,
+        diagnostics: &mut Vec<GridDiagnostics>,
+        loads: &mut BlockLoads,
+    ) -> GridDiagnostics {
         let Grid { node_blocks, behind, tiles, impulses, nodes, changes, written_blocks, .. } = grid;
         written_blocks.clone_from(node_blocks);
         let count = node_blocks.len();
@@ -88,14 +99,17 @@ impl GridStep<'_> {
             Forces::Fused => None,
             Forces::Apart => Some(per_block_mut(changes)),
         };
-        let (nodes, sums) = (per_block_mut(nodes), per_block_mut(diagnostics));
+        let colliders = self.context.colliders.len();
+        loads.size_for(count, colliders);
+        let felt = several_per_block_mut(loads.felt_mut(), colliders);
+        let (nodes, sums) = (per_block_mut(nodes), (per_block_mut(diagnostics), felt));
         let fields = (nodes, sums, per_block(node_blocks), per_block(behind), changes);
-        Own::whole(count, 1).each(fields, |_, (nodes, diagnostics, key, behind, mut changes)| {
+        Own::whole(count, 1).each(fields, |_, (nodes, (diagnostics, felt), key, behind, mut changes)| {
             sum_tiles(tiles, behind, self.width, nodes);
             if let Some(changes) = changes.as_deref_mut() {
                 sum_tiles(impulses, behind, self.width, changes);
             }
-            *diagnostics = self.velocities(block_of(*key), nodes, changes);
+            *diagnostics = self.velocities(block_of(*key), nodes, changes, felt);
         });
 
         collect(&diagnostics[grid.own_nodes.clone()])
@@ -107,7 +121,9 @@ impl GridStep<'_> {
         block: Coordinate,
         nodes: &mut NodeBlock<R>,
         mut changes: Option<&mut NodeBlock<R>>,
+        felt: &mut [Felt],
     ) -> GridDiagnostics {
+        felt.fill(Felt::default());
         let mut diagnostics = GridDiagnostics::default();
         let near = self.near(block);
 
@@ -131,7 +147,7 @@ impl GridStep<'_> {
 
                 if near != 0 {
                     let free = v;
-                    diagnostics.contacts += u64::from(self.collide(near, block, i, &mut v));
+                    diagnostics.contacts += u64::from(self.collide((near, &mut *felt), block, i, &mut v, m));
                     let [after, free] = [v, free].map(|v| v.map(Real::to_f64));
                     diagnostics.given += 0.5 * m.to_f64() * (dot(after, after) - dot(free, free)).max(0.0);
                 }
@@ -174,10 +190,22 @@ impl GridStep<'_> {
         self.context.colliders.iter().enumerate().map(reach).fold(0, |all, bit| all | bit)
     }
 
-    /// Lets a node's velocity answer to colliders; says whether it was inside one.
-    fn collide<R: Real>(&self, near: u64, block: Coordinate, i: usize, v: &mut [R; 3]) -> bool {
+    /// Lets the velocity of a node of a mass answer to colliders, which feel it; says whether it was inside one.
+    fn collide<R: Real>(
+        &self,
+        (near, felt): (u64, &mut [Felt]),
+        block: Coordinate,
+        i: usize,
+        v: &mut [R; 3],
+        m: R,
+    ) -> bool {
         let place = node_of(block, i).map(|c| f64::from(c) * self.cell);
         let (before, mut corner) = (*v, Corner::default());
+        let impulse = |v: [R; 3], from: [R; 3]| {
+            let [v, from] = [v, from].map(|v| v.map(Real::to_f64));
+            minus(v, from).map(|dv| m.to_f64() * dv)
+        };
+        let mut last = 0;
         for (k, collider) in
             self.context.colliders.iter().enumerate().filter(|(k, _)| near >> (*k).min(63) & 1 == 1)
         {
@@ -185,7 +213,11 @@ impl GridStep<'_> {
             let (distance, normal) = collider.distance(place, self.context.time);
             if distance <= collider.margin {
                 let moving = collider.velocity_at(place, self.context.time);
+                let old = *v;
                 *v = velocity_after(collider, moving, v.map(Real::to_f64), normal).map(R::of);
+                felt[k].take(collider, impulse(*v, old), place);
+                felt[k].count();
+                last = k;
                 corner.add(collider, normal, moving);
             }
         }
@@ -194,7 +226,10 @@ impl GridStep<'_> {
             let [before, after] = [before, *v].map(|v| v.map(Real::to_f64));
             let settled = corner.velocity(before, after, ROUNDINGS * R::ROUNDING);
             if settled != after {
+                let old = *v;
                 *v = settled.map(R::of);
+                // What all of them need together is told of the last one.
+                felt[last].take(&self.context.colliders[last], impulse(*v, old), place);
             }
         }
 
@@ -206,24 +241,55 @@ impl GridStep<'_> {
     /// What colliders leave free of a node whose velocity has answered to them.
     pub(crate) fn hold<R: Real>(&self, near: u64, block: Coordinate, i: usize, v: &[R; 4]) -> Hold<R> {
         let place = node_of(block, i).map(|c| f64::from(c) * self.cell);
-        // A speed that moves the node by less than it is rounded by is none: of what was pushed with great
-        // forces, as much may be left.
-        let least = self.cell / self.context.dt;
         let mut hold = Hold::<f64>::Free;
         for (_, collider) in
             self.context.colliders.iter().enumerate().filter(|(k, _)| near >> (*k).min(63) & 1 == 1)
         {
-            let (distance, normal) = collider.distance(place, self.context.time);
-            let moving = collider.velocity_at(place, self.context.time);
-            let leaving: f64 = (0..3).map(|k| (v[k].to_f64() - moving[k]) * normal[k]).sum();
-            let scale: f64 = (0..3).map(|k| v[k].to_f64().abs()).fold(least, f64::max);
-            let free = collider.contact == Contact::Separating && leaving > ROUNDINGS * R::ROUNDING * scale;
-            if distance <= collider.margin && !free {
+            if let Some(normal) = self.holds(collider, place, v) {
                 hold = hold.and(collider.contact, normal);
             }
         }
 
         hold.of()
+    }
+
+    /// The normal of a collider at a place (m) within it, unless what has that velocity leaves it freely.
+    fn holds<R: Real>(&self, collider: &Collider, place: [f64; 3], v: &[R; 4]) -> Option<[f64; 3]> {
+        let (distance, normal) = collider.distance(place, self.context.time);
+        let moving = collider.velocity_at(place, self.context.time);
+        // A speed that moves the node by less than it is rounded by is none: of what was pushed with great
+        // forces, as much may be left.
+        let least = self.cell / self.context.dt;
+        let leaving: f64 = (0..3).map(|k| (v[k].to_f64() - moving[k]) * normal[k]).sum();
+        let scale: f64 = (0..3).map(|k| v[k].to_f64().abs()).fold(least, f64::max);
+        let free = collider.contact == Contact::Separating && leaving > ROUNDINGS * R::ROUNDING * scale;
+        (distance <= collider.margin && !free).then_some(normal)
+    }
+
+    /// Tells colliders what keeps a node of a block where it is held: the impulse (N s) that a solve would have given it. Of
+    /// several, each takes what is along its normal, and the last one the rest.
+    pub(crate) fn give<R: Real>(
+        &self,
+        (near, felt): (u64, &mut [Felt]),
+        block: Coordinate,
+        (i, v): (usize, &[R; 4]),
+        impulse: [f64; 3],
+    ) {
+        let place = node_of(block, i).map(|c| f64::from(c) * self.cell);
+        let (mut rest, mut last) = (impulse, None::<(usize, [f64; 3])>);
+        let colliders = self.context.colliders;
+        for (k, collider) in colliders.iter().enumerate().filter(|(k, _)| near >> (*k).min(63) & 1 == 1) {
+            let Some(normal) = self.holds(collider, place, v) else { continue };
+            if let Some((before, normal)) = last.replace((k, normal)) {
+                let share = dot(rest, normal);
+                let part = normal.map(|n| share * n);
+                felt[before].take(&colliders[before], part, place);
+                rest = minus(rest, part);
+            }
+        }
+        if let Some((last, _)) = last {
+            felt[last].take(&colliders[last], rest, place);
+        }
     }
 }
 

@@ -3,7 +3,7 @@
 //!
 //! Reads velocities after forces and colliders; writes those of the end of the step. Components that
 //! colliders hold keep their velocity: the solve is for the change of the others. Plastic flow is
-//! frozen in the solve.
+//! frozen in the solve. What it would have given held components, colliders feel.
 
 use std::marker::PhantomData;
 
@@ -12,22 +12,22 @@ use super::{
     grid_to_particles::{Arrival, GridToGroup, InterpolationScale},
     grid_update::{GridStep, sum_tiles},
     hold::Hold,
-    particles_to_grid::{BlockParticles, Contributions, add, flush, row_weights},
+    particles_to_grid::BlockParticles,
     scheme::{FlipScheme, MlsScheme, Scheme},
     stencil::{Stencil, StencilNodes, TILE},
-    weights::axis_weights,
+    stress_change::{ScatterStress, StressChange},
 };
 use crate::{
+    collide::BlockLoads,
     interrupt::Interrupt,
     linalg::{MinresWorkspace, Outcome, SolveReport, Stop, WholeOperator, minres},
-    math::{LANES, Pack, Real, Vec3, WithSimd, dispatch, svd},
+    math::{LANES, Real, Vec3, array3, dispatch},
     parallel::{Own, per_block, per_block_mut, several_per_block, several_per_block_mut},
     snow::{
         grid::{CELLS, Grid, NodeBlock, Sorted, block_of, tile_len},
-        law::{MaterialConstants, Moduli, hardened, piola_change, product},
         model::SnowModel,
-        particles::{Constants, Group, Lanes, Particles},
-        settings::{Forces, Integration, Kernel as Spline, SnowSettings, Transfer},
+        particles::{Group, Particles},
+        settings::{Forces, Integration, Kernel as Spline, Transfer},
     },
 };
 
@@ -51,14 +51,14 @@ struct ImplicitSystem<'a, R: Real> {
 }
 
 /// Replaces velocities after forces by those of a semi-implicit step, if it is one. Where the solve
-/// fails, nothing has moved.
+/// fails, nothing has moved. Adds to what blocks of nodes give to colliders.
 pub(crate) fn solve_velocities<R: Real>(
     model: &SnowModel<R>,
     context: &StepContext<'_>,
     particles: &Particles<R>,
     sorted: Sorted<'_>,
     grid: &mut Grid<R>,
-    work: &mut ImplicitWorkspace<R>,
+    (work, loads): (&mut ImplicitWorkspace<R>, &mut BlockLoads),
 ) -> Result<Option<SolveReport>, Outcome> {
     let Integration::SemiImplicit { beta, stop } = model.settings.integration else { return Ok(None) };
     if beta <= 0.0 {
@@ -104,8 +104,47 @@ pub(crate) fn solve_velocities<R: Real>(
         let fields = (per_block_mut(nodes), several_per_block(change, CELLS));
         Own::whole(blocks, 1).each(fields, |_, (nodes, change)| add_change(nodes, change));
     }
+    if !context.colliders.is_empty() {
+        let system = ImplicitSystem { model, particles, sorted };
+        tell_colliders(model, context, system, grid, (work, loads), scale);
+    }
 
     Ok(Some(report))
+}
+
+/// Tells colliders what the solve would have given to components that they hold: beta dt² H v there.
+fn tell_colliders<R: Real>(
+    model: &SnowModel<R>,
+    context: &StepContext<'_>,
+    system: ImplicitSystem<'_, R>,
+    grid: &Grid<R>,
+    (work, loads): (&mut ImplicitWorkspace<R>, &mut BlockLoads),
+    scale: R,
+) {
+    let count = grid.node_blocks.len() * CELLS;
+    let ImplicitWorkspace { nodes, tiles, mass, holds, b, .. } = work;
+    let (mass, holds, interrupt) = (&mass[..count], &holds[..count], context.interrupt);
+    let mut operator = StepOperator { system, grid, nodes, tiles, mass, holds, scale, interrupt };
+    operator.load(None);
+    operator.product();
+    operator.collect(&mut b[..count], |_, product| product * scale);
+
+    let step = GridStep::of(model, context);
+    let least = R::of(step.least_mass);
+    let felt = several_per_block_mut(loads.felt_mut(), context.colliders.len());
+    let given = several_per_block(&*b, CELLS);
+    let fields = (felt, per_block(&grid.node_blocks), per_block(&grid.nodes), given);
+    Own::whole(count / CELLS, 1).each(fields, |place, (felt, key, nodes, given)| {
+        let block = block_of(*key);
+        let near = step.near(block);
+        if near == 0 {
+            return;
+        }
+        for (i, node) in nodes.iter().enumerate().filter(|(_, node)| node[3] > least) {
+            let held = given[i] - holds[place * CELLS + i].free(&given[i]);
+            step.give((near, &mut *felt), block, (i, node), array3(&held));
+        }
+    });
 }
 
 fn add_change<R: Real>(nodes: &mut NodeBlock<R>, change: &[Vec3<R>]) {
@@ -277,122 +316,5 @@ impl<R: Real> WholeOperator<R> for StepOperator<'_, R> {
 
     fn is_interrupted(&self) -> bool {
         self.interrupt.is_requested()
-    }
-}
-
-/// V0 dP F^T of a group, dP from dF = (grad u) F.
-struct StressChange<'a, R: Real> {
-    particles: &'a Particles<R>,
-    materials: &'a [MaterialConstants<R>],
-    group: &'a Group,
-    constants: Constants<R>,
-    /// Enters: grad u, by columns; leaves: V0 dP F^T (J), by columns.
-    stress: &'a mut [[Lanes<R>; 3]; 3],
-}
-
-impl<R: Real> WithSimd<R> for StressChange<'_, R> {
-    const WIDE_BINARY64: bool = false;
-    type Output = ();
-
-    #[inline(always)]
-    fn run<P: Pack<Number = R>>(self) {
-        let Self { particles, group, stress, .. } = self;
-        let (_, plastic_ratio) = particles.v_and_plastic_ratio::<P>(group);
-        let f = particles.f_e_columns::<P>(group);
-        let mut gradient = f;
-        for axis in 0..3 {
-            for k in 0..3 {
-                gradient[axis][k] = P::load(&stress[axis][k]);
-            }
-        }
-
-        let Constants { volume, stiffness, object } = &self.constants;
-        let moduli = Moduli::gather(self.materials, object, P::load(stiffness));
-        let change = product(&gradient, &f);
-        let piola = piola_change(&svd(&f), &change, hardened(plastic_ratio, &moduli), &moduli);
-        let volume = P::load(volume);
-        for axis in 0..3 {
-            for k in 0..3 {
-                let sum = piola[0][k] * f[0][axis] + piola[1][k] * f[1][axis];
-                stress[axis][k] = ((sum + piola[2][k] * f[2][axis]) * volume).store();
-            }
-        }
-    }
-}
-
-/// Adds what the stresses of a group exert on nodes.
-struct ScatterStress<'a, R: Real, S, const N: usize> {
-    settings: &'a SnowSettings,
-    particles: &'a Particles<R>,
-    group: &'a Group,
-    block: BlockParticles<'a>,
-    start: usize,
-    stress: &'a [[Lanes<R>; 3]; 3],
-    cell: &'a mut usize,
-    out: &'a mut [R],
-    scheme: PhantomData<S>,
-}
-
-impl<R: Real, S: Scheme, const N: usize> WithSimd<R> for ScatterStress<'_, R, S, N> {
-    const WIDE_BINARY64: bool = false;
-    type Output = ();
-
-    #[inline(always)]
-    fn run<P: Pack<Number = R>>(self) {
-        let zero = P::zero();
-        let mut rows = Contributions::new();
-        self.contributions::<P>(&mut rows);
-
-        let Self { group, block, cell, out, .. } = self;
-        let (mut sums, mut forces) = ([[zero; N]; N], [[zero; N]; N]);
-        for lane in 0..group.count {
-            while block.cells[*cell + 1] as usize <= self.start + lane {
-                flush::<P, N>(&mut sums, out, *cell);
-                flush::<P, N>(&mut forces, out, *cell);
-                *cell += 1;
-            }
-            add::<P, S, N>(&rows, lane, &mut sums, &mut forces);
-        }
-
-        flush::<P, N>(&mut sums, out, *cell);
-        flush::<P, N>(&mut forces, out, *cell);
-    }
-}
-
-impl<R: Real, S: Scheme, const N: usize> ScatterStress<'_, R, S, N> {
-    /// What the group's stresses give to the nodes.
-    #[inline(always)]
-    fn contributions<P: Pack<Number = R>>(&self, out: &mut Contributions<R>) {
-        let zero = P::zero();
-        let ([x, y, z], _) = self.particles.x_and_mass::<P>(self.group);
-        let scale = R::of(1.0 / self.settings.cell);
-        let moment = R::of(self.settings.kernel.inverse_moment() / self.settings.cell);
-        let axes = [
-            axis_weights::<P, N>(x * scale),
-            axis_weights::<P, N>(y * scale),
-            axis_weights::<P, N>(z * scale),
-        ];
-        let mut base = [zero; 3];
-        for axis in 0..3 {
-            let mut column = [zero; 3];
-            for k in 0..3 {
-                column[k] = P::load(&self.stress[axis][k]) * if S::SLOPES { scale } else { moment };
-                base[k] -= column[k] * axes[axis].offset;
-            }
-            let quads = P::rows([column[0], column[1], column[2], zero]);
-            if S::SLOPES {
-                out.force[axis] = quads;
-            } else {
-                out.along[axis] = quads;
-            }
-        }
-
-        if !S::SLOPES {
-            out.base = P::rows([base[0], base[1], base[2], zero]);
-        }
-
-        out.wz = P::rows(axes[2].w);
-        out.dz = P::rows(axes[2].d);
-        row_weights::<P, S, N>(&axes, &mut out.rows);
     }
 }

@@ -9,6 +9,7 @@ mod particles_to_grid;
 mod hold;
 mod grid_update;
 mod grid_to_particles;
+mod stress_change;
 mod implicit_solve;
 mod particle_collision;
 mod particle_update;

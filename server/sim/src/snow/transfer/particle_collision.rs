@@ -4,7 +4,7 @@
 
 use super::{context::StepContext, grid_to_particles::Arrival};
 use crate::{
-    collide::{Collider, has_passed, velocity_after},
+    collide::{ChunkLoads, Collider, Felt, has_passed, velocity_after},
     math::{
         LANES, Real,
         array::{dot, length, minus},
@@ -93,14 +93,15 @@ impl Collided {
     }
 
     /// Lets velocities of those particles of a group that are near, all of which have these numbers, answer to colliders where
-    /// they would enter one (step 9), and counts those that go through one all the same. Returns the kinetic energy (J) that each
-    /// gained which gained any.
+    /// they would enter one (step 9), and counts those that go through one all the same. `loads` are those of their blocks, and the
+    /// position of the first in the order. Returns the kinetic energy (J) that each gained which gained any.
     pub(crate) fn collide<R: Real>(
         &mut self,
         context: &StepContext<'_>,
         motion: &Motion<R>,
         (ids, near): (&[u32], &[bool; LANES]),
         arrival: &mut Arrival<R>,
+        (loads, first): (&mut ChunkLoads<'_>, usize),
     ) -> Lanes<f64> {
         let speed = |collider: &Collider, at| length(collider.velocity_at(at, context.time));
         let shift_at = |at: [f64; 3]| {
@@ -113,7 +114,7 @@ impl Collided {
             let (x, m) = motion.of_one(lane);
             let x = [x[0].to_f64(), x[1].to_f64(), x[2].to_f64()];
             self.given = 0.0;
-            let nearest = self.answer(context, (x, m.to_f64()), lane, arrival);
+            let nearest = self.answer(context, (x, m.to_f64()), lane, arrival, loads.at(first + lane));
             given[lane] = self.given;
 
             let end = position(context, x, lane, arrival);
@@ -127,7 +128,7 @@ impl Collided {
         given
     }
 
-    /// Lets the velocity of one particle of a place (m) and a mass (kg) answer. Gives the distance (m) of the nearest
+    /// Lets the velocity of one particle of a place (m) and a mass (kg) answer, which each collider feels. Gives the distance (m) of the nearest
     /// surface from where it goes, or less where the particle was touched.
     fn answer<R: Real>(
         &mut self,
@@ -135,9 +136,10 @@ impl Collided {
         (x, m): ([f64; 3], f64),
         lane: usize,
         arrival: &mut Arrival<R>,
+        felt: &mut [Felt],
     ) -> f64 {
         let mut nearest = f64::INFINITY;
-        for collider in context.colliders {
+        for (collider, felt) in context.colliders.iter().zip(felt) {
             let at = position(context, x, lane, arrival);
             let (distance, normal) = collider.distance(at, context.time);
             if distance >= collider.margin {
@@ -156,6 +158,8 @@ impl Collided {
                 let drift = arrival.drift[k][lane].to_f64() + (after[k] - before[k]);
                 arrival.drift[k][lane] = R::of(drift);
             }
+            let taken = [0, 1, 2].map(|k| m * (arrival.v[k][lane].to_f64() - before[k]));
+            felt.take(collider, taken, at);
         }
         nearest
     }

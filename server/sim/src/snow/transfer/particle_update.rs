@@ -16,8 +16,9 @@ use super::{
     weights::first_node,
 };
 use crate::{
+    collide::{BlockLoads, ChunkLoads},
     math::{Columns, LANES, Pack, Real, WithSimd, dispatch},
-    parallel::{Own, between_mut, per_block_mut},
+    parallel::{Own, between_mut, per_block_mut, several_between_mut},
     snow::{
         bound::extremes,
         grid::{Grid, Sorter, codes},
@@ -42,8 +43,8 @@ pub(crate) fn update_particles<R: Real>(
     });
 }
 
-/// What chunks tell, and the energy (J) that the particles of each block were given.
-pub(crate) type Told<'a> = (&'a mut Vec<ChunkDiagnostics>, &'a mut Vec<f64>);
+/// What chunks tell, the energy (J) that the particles of each block were given, and what they gave to colliders.
+pub(crate) type Told<'a> = (&'a mut Vec<ChunkDiagnostics>, &'a mut Vec<f64>, &'a mut BlockLoads);
 
 fn update_chunks<R: Real, S: Scheme, const N: usize>(
     model: &SnowModel<R>,
@@ -51,7 +52,7 @@ fn update_chunks<R: Real, S: Scheme, const N: usize>(
     particles: &mut Particles<R>,
     sorter: &mut Sorter,
     grid: &Grid<R>,
-    (diagnostics, given): Told<'_>,
+    (diagnostics, given, loads): Told<'_>,
 ) {
     let SnowModel { settings, materials, .. } = model;
     let h = settings.cell;
@@ -60,13 +61,18 @@ fn update_chunks<R: Real, S: Scheme, const N: usize>(
     let (sorted, migration) = sorter.migrate();
     diagnostics.resize(sorted.chunks.count(), ChunkDiagnostics::default());
     given.resize(grid.blocks.len(), 0.0);
+    let colliders = context.colliders.len();
+    loads.size_for(grid.blocks.len(), colliders);
 
     let scratch = || [[R::zero(); TILE]; 2];
     let chunks = Own::whole(diagnostics.len(), 1);
-    let fields = (per_block_mut(diagnostics), between_mut(given, sorted.chunks.starts()));
-    chunks.each_with(scratch, fields, |tiles, chunk, (diagnostics, given)| {
+    let starts = sorted.chunks.starts();
+    let loads = several_between_mut(loads.felt_mut(), starts, colliders);
+    let fields = (per_block_mut(diagnostics), between_mut(given, starts), loads);
+    chunks.each_with(scratch, fields, |tiles, chunk, (diagnostics, given, loads)| {
         let (block, first, list) = sorted.chunk(chunk);
         let mut given = Given::new(given, &sorted.starts[block..]);
+        let mut loads = ChunkLoads::new(loads, colliders, &sorted.starts[block..]);
         let mut stencil = Stencil::new(sorted, StencilNodes::of(grid, tiles), block);
         let mut contact = Nearness::new(context, h, (&grid.blocks, sorted.starts), block);
         let (mut tally, mut arrivals) = (Tally::new(), [Arrival::new(); TOGETHER]);
@@ -95,7 +101,8 @@ fn update_chunks<R: Real, S: Scheme, const N: usize>(
                 if near.contains(&true) {
                     let ids = group.at.map(|at| particles.id[at as usize]);
                     let particles = (&ids[..group.count], &near);
-                    kicked[k] = collided.collide(context, &motions[k], particles, &mut arrivals[k]);
+                    let loads = (&mut loads, first + start + k * LANES);
+                    kicked[k] = collided.collide(context, &motions[k], particles, &mut arrivals[k], loads);
                 }
             }
 
