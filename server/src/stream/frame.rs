@@ -129,7 +129,10 @@ impl EncodedFrame {
         let arrays = self.segments().count() * (ARRAY_BYTES + size_of::<Bytes>()) + lists;
         let grid = self.grid.as_ref().map_or(0, |_| GRID_ALLOCATIONS * ALLOCATION_BYTES);
         let stages = self.head.diagnostics.stages.capacity() * size_of::<v1::StageTime>() + ALLOCATION_BYTES;
-        size_of::<Self>() + ALLOCATION_BYTES + self.array_bytes() + arrays + grid + stages
+        let load =
+            |load: &v1::ColliderLoad| size_of::<v1::ColliderLoad>() + load.name.capacity() + ALLOCATION_BYTES;
+        let loads: usize = self.head.diagnostics.loads.iter().map(load).sum();
+        size_of::<Self>() + ALLOCATION_BYTES + self.array_bytes() + arrays + grid + stages + loads
     }
 
     /// The frame with these fields as one message, however large.

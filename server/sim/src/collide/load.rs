@@ -189,7 +189,7 @@ impl<'a> Giving<'a> {
     /// The particle touched a collider at a place (m), which changed its velocity by so much (m/s).
     pub(super) fn touched(&mut self, collider: &Collider, change: &Vec3<f64>, at: &Vec3<f64>) {
         let number = self.colliders.iter().position(|other| std::ptr::eq(other, collider));
-        let Some(felt) = number.and_then(|number| self.felt.get_mut(number)) else { return };
+        let Some(felt) = self.felt.get_mut(number.unwrap_or(usize::MAX)) else { return };
         felt.take(collider, array3(&(change / self.inv_m)), array3(at));
         if felt.last != self.particle {
             felt.last = self.particle;
